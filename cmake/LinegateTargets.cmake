@@ -1,0 +1,64 @@
+# How a target of this project is made: one language level, one set of warnings, one include root
+# (the repository, so that an include names the house: "stack/od/dictionary.h").
+include(CMakeParseArguments)
+
+add_library(linegate_flags INTERFACE)
+target_compile_features(linegate_flags INTERFACE cxx_std_20)
+target_include_directories(linegate_flags INTERFACE
+  $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/linegate>)
+install(TARGETS linegate_flags EXPORT linegate)
+
+add_library(linegate_warnings INTERFACE)
+target_compile_options(linegate_warnings INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor
+  -Woverloaded-virtual -Wcast-align -Wformat=2 -Werror)
+
+if(LINEGATE_SANITIZE)
+  string(REPLACE ";" "," _sanitize "${LINEGATE_SANITIZE}")
+  add_compile_options(-fsanitize=${_sanitize} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${_sanitize})
+endif()
+
+# linegate_library(NAME SOURCES a.cpp ... [DEPENDS linegate::x ...] [PRIVATE_DEPENDS ...])
+# makes static library linegate_NAME with alias linegate::NAME and installs it.
+function(linegate_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
+  if(ARG_SOURCES)
+    add_library(linegate_${name} STATIC ${ARG_SOURCES})
+    target_link_libraries(linegate_${name} PUBLIC linegate_flags ${ARG_DEPENDS}
+                          PRIVATE $<BUILD_INTERFACE:linegate_warnings> ${ARG_PRIVATE_DEPENDS})
+    set_target_properties(linegate_${name} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
+  else()
+    add_library(linegate_${name} INTERFACE)
+    target_link_libraries(linegate_${name} INTERFACE linegate_flags ${ARG_DEPENDS})
+  endif()
+  set_target_properties(linegate_${name} PROPERTIES EXPORT_NAME ${name})
+  add_library(linegate::${name} ALIAS linegate_${name})
+endfunction()
+
+# linegate_program(NAME SOURCES ... DEPENDS ...) makes an executable that is installed to bin.
+function(linegate_program name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE linegate_flags linegate_warnings ${ARG_DEPENDS})
+  set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF)
+  install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endfunction()
+
+# linegate_test(NAME TIER unit SOURCES ... DEPENDS ...) makes a GoogleTest program whose cases
+# carry the tier as their CTest label.
+function(linegate_test name)
+  if(NOT LINEGATE_BUILD_TESTS)
+    return()
+  endif()
+  cmake_parse_arguments(ARG "" "TIER;TIMEOUT" "SOURCES;DEPENDS" ${ARGN})
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 120)
+  endif()
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE linegate_flags linegate_warnings ${ARG_DEPENDS}
+                        GTest::gmock GTest::gtest_main)
+  set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF)
+  gtest_discover_tests(${name} TEST_PREFIX "${ARG_TIER}." DISCOVERY_MODE PRE_TEST
+                       DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${ARG_TIER} TIMEOUT ${ARG_TIMEOUT})
+endfunction()

@@ -1,0 +1,39 @@
+// What a loader of files has to say: every finding with its place, all at once.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace linegate {
+
+enum class Severity : std::uint8_t { note, warning, error };
+
+struct Diagnostic {
+  Severity severity = Severity::error;
+  std::string file;
+  std::uint32_t line = 0;    // from 1; 0 = the file as a whole
+  std::uint32_t column = 0;  // from 1; 0 = the line as a whole
+  std::string text;
+};
+
+// "file:line:column: error: text", as compilers print it; parts that are 0 are left out.
+std::string to_string(const Diagnostic& diagnostic);
+
+// The outcome of loading a file. Warnings may come with a value; an error never does.
+template <class T>
+struct Loaded {
+  std::optional<T> value;
+  std::vector<Diagnostic> diagnostics;
+
+  bool ok() const { return value.has_value(); }
+};
+
+inline bool has_errors(const std::vector<Diagnostic>& diagnostics) {
+  return std::any_of(diagnostics.begin(), diagnostics.end(),
+                     [](const Diagnostic& d) { return d.severity == Severity::error; });
+}
+
+}  // namespace linegate

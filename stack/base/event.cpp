@@ -1,0 +1,58 @@
+#include "stack/base/event.h"
+
+namespace linegate {
+namespace {
+
+struct KindInfo {
+  std::string_view name;
+  EventSeverity severity;
+};
+
+constexpr std::array<KindInfo, kEventKinds> kInfo{{
+    {"line-started", EventSeverity::info},
+    {"line-stopped", EventSeverity::info},
+    {"bus-state", EventSeverity::warning},
+    {"bus-error", EventSeverity::warning},
+    {"frames-lost", EventSeverity::error},
+    {"interface-failed", EventSeverity::error},
+    {"interface-ready", EventSeverity::info},
+    {"manager-state", EventSeverity::info},
+    {"own-state", EventSeverity::info},
+    {"boot-up", EventSeverity::info},
+    {"node-state", EventSeverity::info},
+    {"heartbeat-lost", EventSeverity::error},
+    {"heartbeat-recovered", EventSeverity::info},
+    {"boot-result", EventSeverity::info},
+    {"emcy", EventSeverity::warning},
+    {"emcy-sent", EventSeverity::warning},
+    {"configuration-error", EventSeverity::error},
+    {"pdo-length", EventSeverity::warning},
+    {"pdo-timeout", EventSeverity::error},
+    {"pdo-recovered", EventSeverity::info},
+    {"sync-lost", EventSeverity::error},
+    {"malformed-frame", EventSeverity::warning},
+    {"unexpected-node", EventSeverity::warning},
+    {"foreign-sdo", EventSeverity::warning},
+    {"sdo-abort", EventSeverity::warning},
+    {"output-refused", EventSeverity::warning},
+    {"output-armed", EventSeverity::info},
+    {"output-watchdog", EventSeverity::error},
+    {"command-refused", EventSeverity::warning},
+    {"events-lost", EventSeverity::error},
+    {"clock-step", EventSeverity::warning},
+    {"queue-full", EventSeverity::error},
+}};
+
+}  // namespace
+
+std::string_view name(EventKind kind) {
+  const auto i = static_cast<std::size_t>(kind);
+  return i < kInfo.size() ? kInfo[i].name : std::string_view("unknown");
+}
+
+EventSeverity severity(EventKind kind) {
+  const auto i = static_cast<std::size_t>(kind);
+  return i < kInfo.size() ? kInfo[i].severity : EventSeverity::error;
+}
+
+}  // namespace linegate

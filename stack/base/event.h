@@ -1,0 +1,76 @@
+// The one event type: something that happened on a line, with a time and a number.
+//
+// Logs, metrics and the DDS topic Event all render this value; nothing else says that something
+// happened. It is plain and of fixed size, so that emitting one never allocates.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "stack/base/result.h"
+#include "stack/base/time.h"
+
+namespace linegate {
+
+// What happened, and what node, code, value and data of the Event say then. `node` is the node-ID
+// concerned, 0 where the event concerns the line itself. Grows at the end only: these numbers are
+// those of the DDS contract.
+enum class EventKind : std::uint8_t {
+  line_started,      // the line began to run. code: role (0 manager, 1 observer, 2 device)
+  line_stopped,      // the line was stopped in good order
+  bus_state,         // code: new can::BusState, value: the one before; data: TEC, REC
+  bus_error,         // an error frame without a change of state. code: can::BusErrorClass bits
+  frames_lost,       // frames lost before the line saw them. value: how many
+  interface_failed,  // the interface cannot be used. code: errno
+  interface_ready,   // the interface can be used (again)
+  manager_state,     // code: new ManagerState, value: the one before
+  own_state,         // NMT state of the line's own node. code: new nmt::State, value: before
+  boot_up,           // boot-up message (CiA 301 7.2.8.3.3) of node
+  node_state,        // NMT state of a node as its error control shows it. code: new, value: before
+  heartbeat_lost,    // value: consumer time in ms
+  heartbeat_recovered,  // the first heartbeat after a loss. code: NMT state
+  boot_result,          // a node's boot ended. code: letter (0 = booted), see manager::BootStatus;
+                        // value: SDO abort code or offending value
+  emcy,                 // code: emergency error code, value: error register; data: 5 manufacturer
+                        // bytes
+  emcy_sent,            // the own node's EMCY, fields as emcy
+  configuration_error,  // a configured object could not be written. code: SDO abort code;
+                        // data: index (2, LE), sub-index
+  pdo_length,       // code: PDO number, value: bytes mapped; data[0]: bytes received. node: sender
+  pdo_timeout,      // an RPDO's deadline passed. code: PDO number, value: deadline in ms
+  pdo_recovered,    // the first reception after pdo_timeout. code: PDO number
+  sync_lost,        // no SYNC within 1.5 periods. value: period in us
+  malformed_frame,  // code: CAN identifier, value: length; data: the first 8 bytes
+  unexpected_node,  // a node that is not configured. code: NMT state seen
+  foreign_sdo,      // somebody else uses node's default SDO server. code: CAN identifier
+  sdo_abort,        // an SDO transfer with node ended. code: abort code; data: index, sub-index
+  output_refused,   // an OutputWrite was refused. code: OutputRefusal; value: group number
+  output_armed,     // first write of a group: its watchdog runs. code: ms, value: group number
+  output_watchdog,  // a group's watchdog fired. code: reaction bits applied; value: group number
+  command_refused,  // code: Refusal, value: CommandKind
+  events_lost,      // events could not be kept. data: first and last lost number, see EventLog
+  clock_step,       // the wall clock was stepped. value: ms
+  queue_full,       // a queue of the gateway overflowed. code: which, value: how many were lost
+};
+inline constexpr std::size_t kEventKinds = 32;
+
+// Lower-case name with hyphens, e.g. "heartbeat-lost".
+std::string_view name(EventKind kind);
+
+enum class EventSeverity : std::uint8_t { info, warning, error };
+EventSeverity severity(EventKind kind);
+
+struct Event {
+  std::uint64_t number = 0;  // 1, 2, 3, ... per line and incarnation, without gaps
+  Instant time{};
+  EventKind kind = EventKind::line_started;
+  std::uint8_t node = 0;    // 1..127, or 0 for the line
+  std::uint8_t length = 0;  // bytes used in data
+  std::uint32_t code = 0;
+  std::uint32_t value = 0;
+  std::array<std::byte, 16> data{};
+};
+
+}  // namespace linegate

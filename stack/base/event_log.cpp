@@ -1,0 +1,64 @@
+#include "stack/base/event_log.h"
+
+#include "stack/base/byte_order.h"
+
+namespace linegate {
+
+EventLog::EventLog(std::size_t capacity) : ring_(capacity < 2 ? 2 : capacity) {
+}
+
+void EventLog::emit(Event event) {
+  event.number = next_number_++;
+  // The marker needs a place of its own, so after a loss two places must be free.
+  const std::size_t needed = lost_first_ == 0 ? 1 : 2;
+  if (ring_.size() - count_ < needed) {
+    if (lost_first_ == 0) {
+      lost_first_ = event.number;
+    }
+    lost_last_ = event.number;
+    lost_time_ = event.time;
+    ++lost_total_;
+    return;
+  }
+  if (lost_first_ != 0) {
+    append_loss_marker();
+  }
+  append(event);
+}
+
+std::size_t EventLog::take(std::span<Event> out) {
+  std::size_t taken = 0;
+  while (taken < out.size() && count_ > 0) {
+    out[taken++] = ring_[head_];
+    head_ = (head_ + 1) % ring_.size();
+    --count_;
+  }
+  if (count_ == 0 && lost_first_ != 0) {
+    append_loss_marker();
+    if (taken < out.size()) {
+      out[taken++] = ring_[head_];
+      head_ = (head_ + 1) % ring_.size();
+      --count_;
+    }
+  }
+  return taken;
+}
+
+void EventLog::append(const Event& event) {
+  ring_[(head_ + count_) % ring_.size()] = event;
+  ++count_;
+}
+
+void EventLog::append_loss_marker() {
+  Event marker;
+  marker.number = lost_last_;
+  marker.time = lost_time_;
+  marker.kind = EventKind::events_lost;
+  marker.length = 16;
+  store_le(marker.data.data(), lost_first_);
+  store_le(marker.data.data() + 8, lost_last_);
+  lost_first_ = 0;
+  append(marker);
+}
+
+}  // namespace linegate

@@ -1,0 +1,44 @@
+// Where a line's services put events, and from where the line hands them out.
+//
+// A ring of fixed size. Numbers are given here, before anything can be lost: when the ring is full
+// new events are counted, and as soon as there is room one EventKind::events_lost with the lost
+// range takes their place in the sequence, carrying the number of the last one lost.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "stack/base/event.h"
+
+namespace linegate {
+
+class EventLog {
+ public:
+  explicit EventLog(std::size_t capacity = 1024);
+
+  // Numbers and keeps the event. event.number is ignored. Never allocates, never fails.
+  void emit(Event event);
+
+  // Moves up to out.size() of the oldest events to out; gives how many.
+  std::size_t take(std::span<Event> out);
+
+  bool empty() const { return count_ == 0 && lost_first_ == 0; }
+  std::uint64_t emitted() const { return next_number_ - 1; }
+  std::uint64_t lost() const { return lost_total_; }
+
+ private:
+  void append(const Event& event);
+  void append_loss_marker();
+
+  std::vector<Event> ring_;
+  std::size_t head_ = 0;
+  std::size_t count_ = 0;
+  std::uint64_t next_number_ = 1;
+  std::uint64_t lost_first_ = 0;  // 0 = nothing lost since the last marker
+  std::uint64_t lost_last_ = 0;
+  std::uint64_t lost_total_ = 0;
+  Instant lost_time_{};
+};
+
+}  // namespace linegate

@@ -1,0 +1,52 @@
+// The one table of CAN identifiers (CiA 301, 7.3.3 and 7.3.5) and the COB-ID value of the objects.
+#pragma once
+
+#include <cstdint>
+
+namespace linegate::can {
+
+inline constexpr std::uint8_t kMinNodeId = 1;
+inline constexpr std::uint8_t kMaxNodeId = 127;
+
+inline constexpr std::uint32_t kNmtId = 0x000;
+inline constexpr std::uint32_t kSyncId = 0x080;
+inline constexpr std::uint32_t kEmcyBase = 0x080;  // + node-ID
+inline constexpr std::uint32_t kTimeId = 0x100;
+inline constexpr std::uint32_t kSdoResponseBase = 0x580;   // + node-ID, server to client
+inline constexpr std::uint32_t kSdoRequestBase = 0x600;    // + node-ID, client to server
+inline constexpr std::uint32_t kErrorControlBase = 0x700;  // + node-ID
+
+// Default PDO identifiers of the pre-defined connection set: PDO 1..4 of a node.
+constexpr std::uint32_t default_tpdo_id(unsigned number, std::uint8_t node) {
+  return 0x180 + (number - 1) * 0x100 + node;
+}
+constexpr std::uint32_t default_rpdo_id(unsigned number, std::uint8_t node) {
+  return 0x200 + (number - 1) * 0x100 + node;
+}
+
+// CiA 301 7.3.5, table "restricted CAN-IDs": never allowed where a COB-ID can be configured.
+// Extended (29-bit) identifiers are not restricted.
+constexpr bool is_restricted(std::uint32_t id) {
+  return id <= 0x07F || (id >= 0x101 && id <= 0x180) || (id >= 0x581 && id <= 0x5FF) ||
+         (id >= 0x601 && id <= 0x67F) || (id >= 0x6E0 && id <= 0x6FF) ||
+         (id >= 0x701 && id <= 0x7FF);
+}
+
+// The U32 in 1005h, 1012h, 1014h, 1200h.., 1400h.., 1800h..: bits 0-28 identifier, 29 frame format,
+// 30 and 31 as the object says.
+struct CobId {
+  std::uint32_t raw = kInvalidBit;
+
+  static constexpr std::uint32_t kInvalidBit = 0x8000'0000;   // PDO, SDO, EMCY: does not exist
+  static constexpr std::uint32_t kNoRtrBit = 0x4000'0000;     // TPDO: no RTR allowed
+  static constexpr std::uint32_t kProducerBit = 0x4000'0000;  // SYNC, TIME: produce
+  static constexpr std::uint32_t kExtendedBit = 0x2000'0000;
+
+  constexpr bool valid() const { return (raw & kInvalidBit) == 0; }
+  constexpr bool extended() const { return (raw & kExtendedBit) != 0; }
+  constexpr std::uint32_t id() const { return raw & (extended() ? 0x1FFF'FFFFU : 0x7FFU); }
+
+  friend constexpr bool operator==(CobId, CobId) = default;
+};
+
+}  // namespace linegate::can

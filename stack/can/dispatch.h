@@ -1,0 +1,75 @@
+// Which services want a frame: constant-time look-up by identifier.
+//
+// 11-bit identifiers index a table of 2048 entries; 29-bit ones go through an open-addressed hash.
+// Several services may want the same identifier (two RPDOs on one COB-ID); they are called in the
+// order in which they were added. Changing the table allocates and is for configuration time;
+// looking up does not.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "stack/can/frame.h"
+
+namespace linegate::can {
+
+enum class Service : std::uint8_t {
+  none,
+  nmt,  // node control, 000h
+  sync,
+  time,
+  emcy,           // index: node-ID of the producer
+  rpdo,           // index: slot in pdo::Engine
+  tpdo_rtr,       // index: slot in pdo::Engine, remote frames only
+  sdo_server,     // index: server number, 0 = default (1200h)
+  sdo_client,     // index: client slot
+  error_control,  // index: node-ID of the producer
+  lss,
+};
+
+struct Target {
+  Service service = Service::none;
+  std::uint16_t index = 0;
+  std::uint16_t next = 0;  // position in Dispatch::targets() of the next target, 0 = none
+};
+
+class Dispatch {
+ public:
+  Dispatch();
+
+  // service/index will get frames with this identifier. Adding the same triple twice has no effect.
+  void add(std::uint32_t id, bool extended, Service service, std::uint16_t index);
+  // No effect if it was not added.
+  void remove(std::uint32_t id, bool extended, Service service, std::uint16_t index);
+
+  // The first target for the frame's identifier, or nullptr. Precondition: a standard id < 800h.
+  const Target* find(const Frame& frame) const {
+    const std::uint16_t first =
+        frame.extended() ? find_extended(frame.id) : standard_[frame.id & 0x7FFU];
+    return first == 0 ? nullptr : &targets_[first];
+  }
+  const Target* next(const Target& target) const {
+    return target.next == 0 ? nullptr : &targets_[target.next];
+  }
+
+ private:
+  struct Slot {
+    std::uint32_t id = kEmpty;
+    std::uint16_t first = 0;
+  };
+  static constexpr std::uint32_t kEmpty = 0xFFFF'FFFF;
+
+  std::uint16_t find_extended(std::uint32_t id) const;
+  std::uint16_t& head(std::uint32_t id, bool extended);
+  void grow();
+
+  std::array<std::uint16_t, 2048> standard_{};
+  std::vector<Slot> extended_;  // power of two, at most half full
+  std::size_t extended_used_ = 0;
+  std::vector<Target> targets_;  // [0] unused
+  std::vector<std::uint16_t> free_;
+};
+
+}  // namespace linegate::can

@@ -1,0 +1,50 @@
+// One CAN frame, classical or FD, as the stack sees it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "stack/base/time.h"
+
+namespace linegate::can {
+
+inline constexpr std::size_t kMaxClassicData = 8;
+inline constexpr std::size_t kMaxFdData = 64;
+
+struct Frame {
+  enum Flag : std::uint8_t {
+    kExtended = 0x01,       // id has 29 bits, otherwise 11
+    kRemote = 0x02,         // remote transmission request, classical frames only
+    kFd = 0x04,             // CAN FD frame
+    kBitRateSwitch = 0x08,  // FD: data phase at the data bit rate
+    kErrorStateIndicator = 0x10,
+  };
+
+  std::uint32_t id = 0;     // 0..7FFh, or 0..1FFFFFFFh with kExtended
+  std::uint8_t length = 0;  // bytes of data: 0..8, FD: 0..8, 12, 16, 20, 24, 32, 48, 64
+  std::uint8_t flags = 0;   // Flag values or-ed
+  Instant time{};           // receive time; unused in frames to be sent
+  std::array<std::byte, kMaxFdData> data{};
+
+  bool extended() const { return (flags & kExtended) != 0; }
+  bool remote() const { return (flags & kRemote) != 0; }
+  bool fd() const { return (flags & kFd) != 0; }
+  std::span<const std::byte> bytes() const { return {data.data(), length}; }
+};
+
+// A classical data frame. Precondition: data.size() <= 8, id <= 7FFh.
+Frame make_frame(std::uint32_t id, std::span<const std::byte> data = {});
+Frame make_frame(std::uint32_t id, std::initializer_list<std::uint8_t> data);
+
+// Equal identifier, flags, length and data; the time does not count.
+bool same_content(const Frame& a, const Frame& b);
+
+// The smallest length a CAN FD frame can carry that is >= length. Precondition: length <= 64.
+std::uint8_t fd_length(std::size_t length);
+
+// Order in which a bus would let two frames pass (ISO 11898-1 arbitration): true if a wins.
+bool wins_arbitration(const Frame& a, const Frame& b);
+
+}  // namespace linegate::can

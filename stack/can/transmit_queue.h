@@ -1,0 +1,50 @@
+// Frames a line wants to send, in the order of the bus: NMT, SYNC, EMCY, TIME, (PDO,) SDO, others.
+//
+// Transmission is pulled: whoever owns the socket asks for the most urgent frame when there is
+// room. PDOs are not queued here: pdo::Engine keeps one frame per TPDO, always the newest. The line
+// asks this queue for the classes above PDO first, then the engine, then the rest.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "stack/can/frame.h"
+
+namespace linegate::can {
+
+enum class TransmitClass : std::uint8_t { nmt, sync, emcy, time, sdo, error_control };
+inline constexpr std::size_t kTransmitClasses = 6;
+
+class TransmitQueue {
+ public:
+  // Places per class. Nothing is allocated afterwards.
+  explicit TransmitQueue(std::size_t capacity = 256);
+
+  // False when the class is full: the frame was not taken, try again when room() says so.
+  bool push(TransmitClass cls, const Frame& frame);
+  std::size_t room(TransmitClass cls) const;
+
+  // NMT, SYNC, EMCY, TIME: what goes before PDOs. False if there is none.
+  bool pop_urgent(Frame& out);
+  // SDO and error control: what goes after PDOs. False if there is none.
+  bool pop_rest(Frame& out);
+
+  bool empty() const;
+  std::uint64_t refused() const { return refused_; }
+  void clear();
+
+ private:
+  struct Ring {
+    std::vector<Frame> frames;
+    std::size_t head = 0;
+    std::size_t count = 0;
+  };
+  bool pop(TransmitClass cls, Frame& out);
+
+  std::array<Ring, kTransmitClasses> rings_;
+  std::uint64_t refused_ = 0;
+};
+
+}  // namespace linegate::can

@@ -1,0 +1,49 @@
+// Where every process value of a line lies: the entry table of one direction.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stack/od/data_type.h"
+
+namespace linegate::image {
+
+// Seen from the gateway: inputs come from the devices, outputs go to them.
+enum class Direction : std::uint8_t { inputs, outputs };
+
+constexpr std::string_view name(Direction direction) {
+  return direction == Direction::inputs ? "inputs" : "outputs";
+}
+
+inline constexpr std::uint32_t kMaxAreaBytes = 131'072;
+
+// One object's place in the image.
+struct Entry {
+  std::uint32_t bit_offset = 0;  // from the start of the area; bit 0 is the lowest of byte 0
+  std::uint16_t bit_length = 0;  // whole-byte values are aligned to their size (1, 2, 4, 8)
+  od::DataType type = od::DataType::none;
+  std::uint8_t node = 0;    // the device, 1..127
+  std::uint16_t index = 0;  // the object in the device
+  std::uint8_t sub = 0;
+  std::uint16_t remote_pdo = 0;      // 1..512: the device's TPDO (inputs) or RPDO (outputs)
+  std::uint16_t local_pdo = 0;       // 1..512: RPDO (inputs) or TPDO (outputs) in the manager's own
+                                     // dictionary; above 512: consumed without an object of its own
+  std::uint16_t variable_index = 0;  // CiA 302-4 network variable A000h..A8FFh that shows the same
+  std::uint8_t variable_sub = 0;     // bytes; 0 = beyond that area, in the image only
+  std::uint16_t profile = 0;         // CiA device profile of the node, 1000h bits 0-15
+  std::uint32_t product_code = 0;    // 1018h:2 as its device file says, 0 = unknown
+  std::string name;                  // the node's name and the object's, "drive1.Statusword"
+};
+
+struct Layout {
+  Direction direction = Direction::inputs;
+  // Hash of everything above but the names: the same after a restart, and for an observer and a
+  // manager of the same line. Never 0.
+  std::uint64_t id = 0;
+  std::uint32_t byte_size = 0;
+  std::vector<Entry> entries;  // ascending by local PDO and position in it
+};
+
+}  // namespace linegate::image

@@ -1,0 +1,75 @@
+// What can be asked of a line, and its answer. Every Command gets exactly one Reply.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "stack/base/result.h"
+#include "stack/base/time.h"
+#include "stack/nmt/state.h"
+
+namespace linegate::line {
+
+// Grows at the end only: the numbers are those of the DDS contract.
+enum class CommandKind : std::uint8_t {
+  sdo_read,      // node, index, sub -> data
+  sdo_write,     // node, index, sub, data
+  local_read,    // index, sub of the line's own dictionary -> data
+  local_write,   // index, sub, data
+  output_write,  // entry (of the output layout), data: one output value, by a person
+  emcy_send,     // code (emergency error code), error_register, data: 5 manufacturer bytes
+  nmt,           // node (0 = all), nmt
+  versions,      // -> text; answered by the gateway, never reaches a line
+};
+std::string_view name(CommandKind kind);
+
+// Why a command was not carried out. Error::code with Domain::command.
+// Grows at the end only: the numbers are those of the DDS contract.
+enum class Refusal : std::uint8_t {
+  none,
+  busy,           // a queue is full, try again
+  not_permitted,  // the line's access configuration does not allow it
+  bad_request,    // a field is out of range or fields do not go together
+  unknown_line,
+  unknown_entry,      // no such output entry
+  wrong_incarnation,  // meant for another start of the gateway
+  wrong_role,         // not possible in the line's role
+  wrong_state,        // not possible in the present NMT state
+  inhibited,          // EMCY inhibit time is running
+  timed_out,          // the command's own time-out passed
+  line_down,          // the interface is not usable
+  stale_layout,       // layout_id is not the current one
+  cancelled,          // the gateway is stopping
+};
+std::string_view describe(Refusal refusal);
+
+constexpr Error to_error(Refusal refusal) {
+  return Error{Domain::command, static_cast<std::uint32_t>(refusal)};
+}
+
+struct Command {
+  std::uint64_t tag = 0;  // chosen by the caller, returned in the Reply
+  CommandKind kind = CommandKind::versions;
+  std::uint8_t node = 0;
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  nmt::Command nmt = nmt::Command::start;
+  std::uint16_t code = 0;
+  std::uint8_t error_register = 0;
+  std::uint32_t entry = 0;
+  Duration timeout{};  // 0 = the line's default
+  std::vector<std::byte> data;
+};
+
+struct Reply {
+  std::uint64_t tag = 0;
+  // Domain::none: done. Domain::sdo: aborted with that code. Domain::command: a Refusal.
+  Error error;
+  std::vector<std::byte> data;
+
+  bool ok() const { return error.domain == Domain::none; }
+};
+
+}  // namespace linegate::line

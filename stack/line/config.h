@@ -1,0 +1,74 @@
+// Everything a line needs to know before it runs. Made by the gateway from plant.yaml and device
+// files, or by a test; checked by compile_line() in line.h.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "stack/base/time.h"
+#include "stack/line/state.h"
+#include "stack/od/description.h"
+
+namespace linegate::line {
+
+// An object written to a node when it is configured, little-endian.
+struct ObjectValue {
+  od::Address address;
+  std::vector<std::byte> data;
+};
+
+struct NodeConfig {
+  std::uint8_t id = 0;
+  std::string name;
+  od::DeviceDescription device;  // from its EDS or DCF, resolved with id
+  bool mandatory = false;        // 1F81h bit 3
+  bool check_identity = true;    // compare 1000h and 1018h:1..3 with the device file where not 0
+  std::optional<std::uint32_t> serial;  // expected 1018h:4
+  Duration heartbeat{};                 // producer time written to 1017h; 0 = leave it alone
+  Duration heartbeat_consumer{};        // 0 = 2.5 x heartbeat
+  Duration boot_timeout = std::chrono::seconds(10);  // until presence is `missing`
+  std::vector<ObjectValue> objects;                  // written after those of the DCF
+};
+
+// Output entries that one application writes. Entries are named "node.index:sub", see gateway.
+struct OutputGroup {
+  std::uint16_t number = 0;
+  std::string name;
+  std::vector<std::uint32_t> entries;  // of the output layout; groups are disjoint
+  bool send_always = false;            // send on every write, not only on change
+};
+
+struct OutputDefault {
+  std::uint32_t entry = 0;
+  std::uint64_t value = 0;
+};
+
+// The line's own identity in its dictionary (1000h, 1018h).
+struct Identity {
+  std::uint32_t device_type = 0x0000'0195;  // CiA 405 programmable device
+  std::uint32_t vendor = 0;
+  std::uint32_t product = 0;
+  std::uint32_t revision = 0;
+  std::uint32_t serial = 0;
+};
+
+struct LineConfig {
+  std::string name;
+  std::uint16_t network_id = 1;  // 1..127
+  Role role = Role::manager;
+  std::uint8_t node_id = 127;  // own
+  std::uint32_t bit_rate = 0;  // bit/s, for the bus load; 0 = unknown
+  Identity identity;
+  Duration heartbeat{};    // own producer time, 0 = off
+  Duration sync_period{};  // 0 = no SYNC producer
+  Duration sdo_timeout = std::chrono::milliseconds(500);
+  bool reset_nodes = true;          // NMT reset communication to all at the start
+  bool start_nodes = true;          // NMT start when booted (1F80h bit 3 = 0)
+  std::vector<NodeConfig> nodes;    // ascending by id
+  std::vector<OutputGroup> groups;  // empty = one group 0 with all entries
+  std::vector<OutputDefault> defaults;
+};
+
+}  // namespace linegate::line

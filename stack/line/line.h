@@ -1,0 +1,95 @@
+// A line: one CAN network attached to this process, as an object without I/O, thread or clock.
+//
+// Frames and time go in; frames, events, replies and snapshots come out. All calls come from one
+// thread at a time. `now` never goes back between calls.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "stack/base/diagnostic.h"
+#include "stack/base/event.h"
+#include "stack/base/time.h"
+#include "stack/can/bus_state.h"
+#include "stack/can/frame.h"
+#include "stack/image/layout.h"
+#include "stack/image/snapshot.h"
+#include "stack/line/command.h"
+#include "stack/line/config.h"
+#include "stack/line/output_write.h"
+#include "stack/line/state.h"
+
+namespace linegate::od {
+class Dictionary;
+}
+
+namespace linegate::line {
+
+class Line {
+ public:
+  // Builds dictionary, image and copy plans. Everything that can go wrong goes wrong here, with
+  // diagnostics (file = the device file or the line's name).
+  static Loaded<std::unique_ptr<Line>> make(LineConfig config);
+  ~Line();
+  Line(const Line&) = delete;
+  Line& operator=(const Line&) = delete;
+
+  const LineConfig& config() const;
+  const image::Layout& layout(image::Direction direction) const;
+
+  // --- input ----------------------------------------------------------------------------------
+
+  // Begins to run: own boot-up, then the work of the role.
+  void start(Instant now);
+  // Frames in the order of reception, each processed at its own frame.time (<= now). No time-out
+  // runs in here. Never allocates for PDO, SYNC, heartbeat.
+  void receive(std::span<const can::Frame> frames, Instant now);
+  void bus_event(const can::BusEvent& event);
+  // Runs what is due. Call it after the socket has been drained, so that a late thread reports no
+  // loss that did not happen.
+  void advance(Instant now);
+  // Queues the command; its reply comes out of take_reply().
+  void execute(Command command, Instant now);
+  // Applies it, or reports OutputRefusal as an event and returns it.
+  OutputRefusal write_outputs(const OutputWrite& write, Instant now);
+  // Stops in good order: nodes are told as configured, own node leaves; frames remain to be sent.
+  void stop(Instant now);
+
+  // --- output ---------------------------------------------------------------------------------
+
+  // When advance() is wanted next at the latest; kNever if never.
+  Instant next_wake() const;
+  // The most urgent frame to send, in bus order; false if there is none. A frame given counts as
+  // handed to the bus at `now`.
+  bool next_frame(can::Frame& out, Instant now);
+  bool wants_to_send() const;
+  // Oldest events first; gives how many.
+  std::size_t take_events(std::span<Event> out);
+  bool take_reply(Reply& out);
+
+  // Copies what is stale in `into` (a snapshot of this line and direction, or an empty one) and
+  // clears the marks. With merge, the marks already in `into`, which nobody has read, are kept too.
+  void snapshot(image::Direction direction, image::Snapshot& into, Instant now, bool merge);
+  // Something changed / was received since the last snapshot of that direction.
+  bool image_changed(image::Direction direction) const;
+  bool image_touched(image::Direction direction) const;
+  // SYNCs seen so far: for publication on SYNC.
+  std::uint32_t sync_count() const;
+
+  LineState state() const;
+  // Grows by one with every change that NodeState shows; for cheap polling.
+  std::uint64_t node_revision(std::uint8_t node) const;
+  NodeState node_state(std::uint8_t node) const;  // 1..127
+
+  // The own dictionary, for tests and local commands.
+  od::Dictionary& dictionary();
+
+ private:
+  struct Impl;
+  explicit Line(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace linegate::line

@@ -1,0 +1,63 @@
+// Output values from a subscriber, and what happens when he falls silent.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "stack/base/time.h"
+
+namespace linegate::line {
+
+// Reactions of the output watchdog (IXXAT manual 5.17), or-ed. At most one NMT reaction.
+enum WatchdogReaction : std::uint8_t {
+  kHoldOutputs = 0x00,
+  kZeroOutputs = 0x01,        // the group's outputs become 0 and are sent
+  kNmtPreOperational = 0x02,  // to all nodes; manager role only
+  kNmtStop = 0x04,
+  kNmtResetCommunication = 0x08,
+  kNmtResetNode = 0x10,
+  kSendEmcy = 0x20,      // EMCY 00 62 81 00 00 00 00 00
+  kHeartbeatOff = 0x40,  // device role only
+};
+
+// One entry of the output layout.
+struct OutputValue {
+  std::uint32_t entry = 0;
+  std::uint8_t length = 0;          // bytes in data
+  std::array<std::byte, 8> data{};  // little-endian
+};
+
+// A run of bytes of the output area; must lie in the group's entries.
+struct OutputBytes {
+  std::uint32_t offset = 0;
+  std::vector<std::byte> data;
+};
+
+// Applied whole or not at all, and never split across a SYNC.
+struct OutputWrite {
+  std::uint16_t group = 0;
+  std::uint64_t layout_id = 0;  // of the output layout it was made for
+  std::uint64_t arming = 0;     // a new one re-arms the group after a watchdog reaction
+  Duration watchdog{};          // 0 = none; armed by the first write
+  std::uint8_t reactions = kHoldOutputs;
+  std::vector<OutputValue> values;
+  std::vector<OutputBytes> bytes;
+};
+
+// Why an OutputWrite was not applied. Grows at the end only: DDS contract.
+enum class OutputRefusal : std::uint8_t {
+  none,
+  not_permitted,
+  stale_layout,
+  unknown_group,
+  unknown_entry,  // or not in this group
+  bad_length,
+  not_armed,     // after a watchdog reaction, without a new arming number
+  bad_reaction,  // reactions that do not go together
+};
+std::string_view describe(OutputRefusal refusal);
+
+}  // namespace linegate::line

@@ -1,0 +1,101 @@
+// The state of a line and of its nodes, as plain values.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "stack/base/time.h"
+#include "stack/can/bus_state.h"
+#include "stack/nmt/state.h"
+
+namespace linegate::line {
+
+enum class Role : std::uint8_t {
+  manager,   // NMT master of the line (CiA 302)
+  observer,  // never transmits; another master owns the bus
+  device,    // an ordinary CANopen device below somebody else's manager
+};
+std::string_view name(Role role);
+
+// Grows at the end only: the numbers are those of the DDS contract.
+enum class ManagerState : std::uint8_t {
+  inactive,           // no manager in this role, or not started
+  resetting,          // NMT reset was sent
+  booting,            // nodes are being checked, configured and started
+  missing_mandatory,  // a mandatory node did not boot
+  running,            // every listed node that answered has been booted
+  stopped,            // stopped by command
+};
+std::string_view name(ManagerState state);
+
+// Plain counters since the line was made. They never go back.
+struct Counters {
+  std::uint64_t frames_received = 0;
+  std::uint64_t frames_sent = 0;       // handed to the bus
+  std::uint64_t frames_unused = 0;     // received, wanted by no service
+  std::uint64_t frames_malformed = 0;  // wanted, but not understood
+  std::uint64_t frames_lost = 0;       // lost before the line saw them
+  std::uint64_t bus_errors = 0;        // error frames
+  std::uint64_t rpdos = 0;
+  std::uint64_t tpdos = 0;
+  std::uint64_t tpdos_coalesced = 0;  // a newer value replaced one that had not been sent yet
+  std::uint64_t syncs = 0;
+  std::uint64_t emcys = 0;
+  std::uint64_t heartbeats_lost = 0;
+  std::uint64_t sdo_transfers = 0;  // as client, ended well
+  std::uint64_t sdo_aborts = 0;     // as client, ended by an abort or time-out
+  std::uint64_t commands = 0;
+  std::uint64_t commands_refused = 0;
+  std::uint64_t output_writes = 0;
+  std::uint64_t output_writes_refused = 0;
+  std::uint64_t events = 0;
+  std::uint64_t events_lost = 0;
+};
+
+struct LineState {
+  Role role = Role::manager;
+  std::uint8_t node_id = 0;  // own, 0 = none
+  std::uint16_t network_id = 0;
+  nmt::State own_state = nmt::State::initialising;
+  ManagerState manager = ManagerState::inactive;
+  can::BusState bus = can::BusState::unknown;
+  std::uint8_t transmit_errors = 0;
+  std::uint8_t receive_errors = 0;
+  std::uint16_t load_permille = 0;  // of the bit rate, over the last second; 0 if it is unknown
+  std::uint8_t nodes_configured = 0;
+  std::uint8_t nodes_operational = 0;
+  Counters counters;
+};
+
+enum class Presence : std::uint8_t {
+  unknown,  // nothing heard yet
+  present,
+  missing,  // did not answer, or its heartbeat was lost
+};
+std::string_view name(Presence presence);
+
+struct NodeState {
+  std::uint8_t node = 0;
+  bool configured = false;  // listed in the configuration
+  nmt::State state = nmt::State::unknown;
+  Presence presence = Presence::unknown;
+  bool heartbeat_monitored = false;
+  // Result of the last boot (CiA 302-2, error status of the boot slave process): 0 booted, '-' not
+  // finished, else the letter A..O.
+  char boot = '-';
+  std::uint32_t device_type = 0;  // 1000h as read, 0 = not read
+  std::uint32_t vendor = 0;       // 1018h:1..4 as read
+  std::uint32_t product = 0;
+  std::uint32_t revision = 0;
+  std::uint32_t serial = 0;
+  std::uint8_t error_register = 0;  // of the last EMCY
+  std::uint16_t last_emcy = 0;      // code of the last EMCY
+  std::uint32_t emcy_count = 0;
+  std::uint32_t heartbeats_lost = 0;
+  Instant last_heard{};  // any frame of its error control or EMCY
+};
+
+// The boot status letter in words, e.g. "no answer to SDO upload of 1000h".
+std::string_view describe_boot(char letter);
+
+}  // namespace linegate::line

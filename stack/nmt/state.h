@@ -1,0 +1,63 @@
+// NMT states and commands (CiA 301, 7.2.8.2 and 7.3.2).
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace linegate::nmt {
+
+// The codes of heartbeat and node guarding.
+enum class State : std::uint8_t {
+  initialising = 0x00,
+  stopped = 0x04,
+  operational = 0x05,
+  pre_operational = 0x7F,
+  unknown = 0xFF,  // never on the wire: nothing heard yet
+};
+
+// Command specifiers of the node control service.
+enum class Command : std::uint8_t {
+  start = 0x01,
+  stop = 0x02,
+  enter_pre_operational = 0x80,
+  reset_node = 0x81,
+  reset_communication = 0x82,
+};
+
+constexpr bool is_command(std::uint8_t cs) {
+  return cs == 0x01 || cs == 0x02 || (cs >= 0x80 && cs <= 0x82);
+}
+
+constexpr std::string_view name(State state) {
+  switch (state) {
+    case State::initialising:
+      return "initialising";
+    case State::stopped:
+      return "stopped";
+    case State::operational:
+      return "operational";
+    case State::pre_operational:
+      return "pre-operational";
+    case State::unknown:
+      break;
+  }
+  return "unknown";
+}
+
+constexpr std::string_view name(Command command) {
+  switch (command) {
+    case Command::start:
+      return "start";
+    case Command::stop:
+      return "stop";
+    case Command::enter_pre_operational:
+      return "enter-pre-operational";
+    case Command::reset_node:
+      return "reset-node";
+    case Command::reset_communication:
+      return "reset-communication";
+  }
+  return "unknown";
+}
+
+}  // namespace linegate::nmt

@@ -1,0 +1,94 @@
+// One CANopen node: a dictionary and the services CiA 301 puts around it, in the device role. The
+// own node of a managed line and every simulated device are the same class.
+//
+// A node is an object without I/O: frames and time go in, frames and events come out.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "stack/base/event_log.h"
+#include "stack/base/time.h"
+#include "stack/can/dispatch.h"
+#include "stack/can/frame.h"
+#include "stack/can/transmit_queue.h"
+#include "stack/nmt/state.h"
+#include "stack/od/dictionary.h"
+#include "stack/pdo/engine.h"
+
+namespace linegate::emcy {
+class Producer;
+}
+
+namespace linegate::node {
+
+// Gets the frames of services the node does not serve itself (sdo_client, error_control, emcy,
+// sdo_server of other nodes), registered with dispatch() by whoever serves them, and hears of SYNC.
+class Companion {
+ public:
+  virtual ~Companion() = default;
+  virtual void receive(const can::Target& target, const can::Frame& frame) = 0;
+  virtual void synced(Instant now) = 0;  // after RPDOs were committed and TPDOs sampled
+};
+
+// The application or profile of the node. Every function has a default that does nothing.
+class Application : public pdo::Listener {
+ public:
+  virtual void state_changed(nmt::State state, Instant now);
+  // Reset node / reset communication: values have been set back already.
+  virtual void reset(bool whole_node, Instant now);
+};
+
+struct Options {
+  std::uint8_t node_id = 0;    // 1..127
+  bool self_starting = false;  // enters Operational by itself (1F80h bit 2 = 0 and so on)
+  bool nmt_slave = true;       // obeys node control on 000h; false for the NMT master
+};
+
+struct NodeCounters {
+  std::uint64_t syncs = 0;
+  std::uint64_t malformed = 0;  // frames a service wanted but could not understand
+  std::uint64_t unused = 0;     // frames nobody wanted
+  std::uint64_t received = 0;
+};
+
+class Node {
+ public:
+  // image may be nullptr. Companion and application are optional. All must outlive the node.
+  Node(od::Dictionary dictionary, Options options, EventLog& events, image::ProcessImage* image);
+  ~Node();
+  Node(const Node&) = delete;
+  Node& operator=(const Node&) = delete;
+
+  void set_companion(Companion* companion);
+  void set_application(Application* application);
+
+  // Initialising, boot-up message, Pre-operational (and Operational if self-starting).
+  void start(Instant now);
+  // An NMT command for this node itself, as if received (the master obeys its own commands so).
+  void command(nmt::Command command, Instant now);
+
+  // Hot. Each frame at its own frame.time; frames whose identifier nobody wants are counted.
+  void receive(std::span<const can::Frame> frames);
+  void advance(Instant now);
+  Instant next_wake() const;
+  // Most urgent first: NMT, SYNC, EMCY, TIME, PDO, SDO, error control.
+  bool next_frame(can::Frame& out, Instant now);
+  bool wants_to_send(Instant now) const;
+
+  nmt::State state() const;
+  std::uint8_t node_id() const;
+  od::Dictionary& dictionary();
+  pdo::Engine& pdos();
+  emcy::Producer& emcy();
+  can::Dispatch& dispatch();
+  can::TransmitQueue& transmit();
+  const NodeCounters& counters() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace linegate::node

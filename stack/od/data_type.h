@@ -1,0 +1,51 @@
+// CANopen data types (CiA 301, 7.1.6 and 7.4.1) by the code they have in the object dictionary.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace linegate::od {
+
+enum class DataType : std::uint16_t {
+  none = 0x00,
+  boolean = 0x01,
+  integer8 = 0x02,
+  integer16 = 0x03,
+  integer32 = 0x04,
+  unsigned8 = 0x05,
+  unsigned16 = 0x06,
+  unsigned32 = 0x07,
+  real32 = 0x08,
+  visible_string = 0x09,
+  octet_string = 0x0A,
+  unicode_string = 0x0B,
+  time_of_day = 0x0C,
+  time_difference = 0x0D,
+  domain = 0x0F,
+  integer24 = 0x10,
+  real64 = 0x11,
+  integer40 = 0x12,
+  integer48 = 0x13,
+  integer56 = 0x14,
+  integer64 = 0x15,
+  unsigned24 = 0x16,
+  unsigned40 = 0x18,
+  unsigned48 = 0x19,
+  unsigned56 = 0x1A,
+  unsigned64 = 0x1B,
+};
+
+// Bits of a value in a PDO, 1 for BOOLEAN; 0 for types of variable length and unknown codes.
+unsigned bit_size(DataType type);
+// Bytes of a value in an SDO, 1 for BOOLEAN; 0 for types of variable length and unknown codes.
+unsigned byte_size(DataType type);
+
+bool is_signed(DataType type);   // INTEGERn
+bool is_integer(DataType type);  // INTEGERn, UNSIGNEDn and BOOLEAN
+bool is_real(DataType type);
+bool is_string(DataType type);  // VISIBLE_STRING, OCTET_STRING, UNICODE_STRING
+
+// CiA's name, e.g. "UNSIGNED16"; "unknown" for others.
+std::string_view name(DataType type);
+
+}  // namespace linegate::od

@@ -1,0 +1,87 @@
+// A device as its file (EDS, DCF) describes it: plain values, from which a Dictionary is built.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "stack/od/data_type.h"
+
+namespace linegate::od {
+
+struct Address {
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+
+  friend constexpr auto operator<=>(Address, Address) = default;
+};
+
+// CiA 306 AccessType. rwr and rww say which PDO an rw object may be mapped into.
+enum class Access : std::uint8_t { ro, wo, rw, rwr, rww, constant };
+
+constexpr bool readable(Access access) {
+  return access != Access::wo;
+}
+constexpr bool writable(Access access) {
+  return access != Access::ro && access != Access::constant;
+}
+// May be mapped into a TPDO (the device sends it) or an RPDO (the device receives it), given that
+// PDO mapping is allowed at all.
+constexpr bool tpdo_mappable(Access access) {
+  return access != Access::wo && access != Access::rww;
+}
+constexpr bool rpdo_mappable(Access access) {
+  return writable(access) && access != Access::rwr;
+}
+
+// CiA 301 object codes.
+enum class ObjectType : std::uint8_t {
+  null = 0,
+  domain = 2,
+  deftype = 5,
+  defstruct = 6,
+  variable = 7,
+  array = 8,
+  record = 9,
+};
+
+struct VariableDescription {
+  std::uint8_t sub = 0;
+  std::string name;
+  DataType type = DataType::none;
+  Access access = Access::rw;
+  bool mappable = false;
+  std::vector<std::byte> value;       // initial value, little-endian, node-ID already applied
+  std::vector<std::byte> low_limit;   // empty = none
+  std::vector<std::byte> high_limit;  // empty = none
+  bool configured = false;            // the value is a DCF's ParameterValue, not a default
+  std::uint32_t line = 0;             // in the file it came from, 0 = none
+};
+
+struct ObjectDescription {
+  std::uint16_t index = 0;
+  std::string name;
+  ObjectType type = ObjectType::variable;
+  std::vector<VariableDescription> variables;  // ascending by sub; gaps are allowed
+  std::uint32_t line = 0;
+};
+
+struct DeviceDescription {
+  std::string file;
+  std::string vendor_name;
+  std::string product_name;
+  std::uint32_t vendor_number = 0;
+  std::uint32_t product_number = 0;
+  std::uint32_t revision_number = 0;
+  bool dynamic_mapping = true;             // Granularity is not 0
+  std::uint8_t node_id = 0;                // 1..127: the one the formulas were resolved with
+  std::string node_name;                   // DCF commissioning
+  std::vector<ObjectDescription> objects;  // ascending by index
+
+  // nullptr if there is no such object or sub-index.
+  const ObjectDescription* find(std::uint16_t index) const;
+  const VariableDescription* find(Address address) const;
+};
+
+}  // namespace linegate::od

@@ -1,0 +1,99 @@
+// All PDOs of one node, compiled into a flat plan: what goes where is decided when a record changes
+// and merely executed when a frame arrives.
+//
+// The engine reads the records 1400h.., 1600h.., 1800h.., 1A00h.. of the dictionary, watches writes
+// to them as their od::Hook (and refuses what CiA 301 refuses), and registers COB-IDs with
+// Dispatch. Mapped values are reached by pointer: in the dictionary's own storage, or in a process
+// image the variable is bound to; then the image's marks are kept as well.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "stack/base/event_log.h"
+#include "stack/base/time.h"
+#include "stack/can/dispatch.h"
+#include "stack/can/frame.h"
+#include "stack/can/transmit_queue.h"
+#include "stack/od/dictionary.h"
+#include "stack/pdo/parameters.h"
+
+namespace linegate::image {
+class ProcessImage;
+}
+namespace linegate::emcy {
+class Producer;
+}
+
+namespace linegate::pdo {
+
+// Plain counters; they never go back.
+struct EngineCounters {
+  std::uint64_t received = 0;   // RPDOs taken over
+  std::uint64_t too_short = 0;  // RPDOs not processed (EMCY 8210h)
+  std::uint64_t too_long = 0;   // RPDOs of which the first bytes were used (EMCY 8220h)
+  std::uint64_t sent = 0;
+  std::uint64_t coalesced = 0;  // a newer value replaced one that had not been sent
+};
+
+// Told what only the device profile or the application cares about. Called from within receive(),
+// sync() and advance().
+class Listener {
+ public:
+  virtual ~Listener() = default;
+  virtual void rpdo_received(std::uint16_t number, Instant now);  // values are in place
+  virtual void before_tpdo(std::uint16_t number);                 // about to be sampled
+  // A frame of the wrong length, or a deadline: for EMCY 8210h, 8220h, 8250h.
+  virtual void rpdo_wrong_length(std::uint16_t number, unsigned mapped, unsigned received);
+  virtual void rpdo_deadline(std::uint16_t number);
+};
+
+class Engine {
+ public:
+  // image may be nullptr (a device without one). Everything must outlive the engine.
+  Engine(od::Dictionary& dictionary, can::Dispatch& dispatch, EventLog& events,
+         image::ProcessImage* image);
+  ~Engine();
+  Engine(const Engine&) = delete;
+  Engine& operator=(const Engine&) = delete;
+
+  void set_listener(Listener* listener);
+
+  // Reads all PDO records and compiles them. What cannot be compiled stays invalid and is told.
+  std::vector<Diagnostic> configure();
+
+  // Entering or leaving Operational: only then are PDOs received, sampled and sent.
+  void set_operational(bool operational, Instant now);
+
+  // Hot. slot: Target::index of Service::rpdo. Uses frame.time. No allocation, lock, exception.
+  void receive(std::uint16_t slot, const can::Frame& frame);
+  // A remote frame on a TPDO's COB-ID.
+  void remote_request(std::uint16_t slot, Instant now);
+  // SYNC: commits synchronous RPDOs, samples synchronous TPDOs. counter: 0 = none.
+  void sync(std::uint8_t counter, Instant now);
+
+  // A mapped value was changed by the device itself: requests its event-driven TPDOs.
+  void value_changed(od::Address address, Instant now);
+  // The same for bytes [offset, offset + length) of the image's output area; always: even TPDOs
+  // whose bytes are as they were last sent.
+  void outputs_written(std::uint32_t bit_offset, std::uint32_t bits, bool always, Instant now);
+  // Requests one TPDO by number, unchanged or not. False if there is no such valid TPDO.
+  bool trigger(std::uint16_t number, Instant now);
+
+  // Inhibit times, event timers, RPDO deadlines.
+  void advance(Instant now);
+  Instant next_wake() const;
+
+  // The requested TPDO with the lowest CAN-ID whose inhibit time is over. Hot.
+  bool next_frame(can::Frame& out, Instant now);
+  bool wants_to_send(Instant now) const;
+
+  const EngineCounters& counters() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace linegate::pdo

@@ -1,0 +1,62 @@
+// Communication and mapping parameters of one PDO (CiA 301, 7.5.2.35 to 7.5.2.38) as plain values.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "stack/base/diagnostic.h"
+#include "stack/base/time.h"
+#include "stack/can/cob_id.h"
+#include "stack/od/description.h"
+
+namespace linegate::pdo {
+
+inline constexpr std::uint16_t kMaxPdo = 512;   // records of 1400h.., 1600h.., 1800h.., 1A00h..
+inline constexpr std::uint8_t kMaxMapped = 64;  // entries of one mapping record
+
+// Transmission types.
+inline constexpr std::uint8_t kSyncAcyclic = 0;
+inline constexpr std::uint8_t kLastCyclic = 240;
+inline constexpr std::uint8_t kEventManufacturer = 254;
+inline constexpr std::uint8_t kEventProfile = 255;
+
+constexpr bool is_synchronous(std::uint8_t type) {
+  return type <= kLastCyclic;
+}
+constexpr bool is_event_driven(std::uint8_t type) {
+  return type >= kEventManufacturer;
+}
+
+// One entry of a mapping record: index << 16 | sub-index << 8 | bits.
+struct Mapping {
+  od::Address address;
+  std::uint8_t bits = 0;
+
+  constexpr std::uint32_t raw() const {
+    return std::uint32_t{address.index} << 16U | std::uint32_t{address.sub} << 8U | bits;
+  }
+  static constexpr Mapping from_raw(std::uint32_t raw) {
+    return {{static_cast<std::uint16_t>(raw >> 16U), static_cast<std::uint8_t>(raw >> 8U)},
+            static_cast<std::uint8_t>(raw)};
+  }
+};
+
+struct Parameters {
+  std::uint16_t number = 1;           // 1..512; above: manager-internal, without an object
+  can::CobId cob_id;                  // sub 1
+  std::uint8_t type = kEventProfile;  // sub 2
+  Duration inhibit{};                 // sub 3, multiples of 100 us
+  Duration event_timer{};             // sub 5, ms; RPDO: deadline
+  std::uint8_t sync_start = 0;        // sub 6
+  std::vector<Mapping> mapping;       // its bits add up to at most 64 (CAN FD: 512)
+};
+
+// The PDOs of a device as its file describes them: every record whose COB-ID is valid and that maps
+// something. Diagnostics name the device file and the line of the object.
+struct DevicePdos {
+  std::vector<Parameters> tpdos;  // ascending by number
+  std::vector<Parameters> rpdos;
+};
+Loaded<DevicePdos> describe_pdos(const od::DeviceDescription& device);
+
+}  // namespace linegate::pdo

@@ -1,0 +1,74 @@
+#include "stack/base/event_log.h"
+
+#include <array>
+
+#include <gtest/gtest.h>
+
+#include "stack/base/byte_order.h"
+
+namespace linegate {
+namespace {
+
+Event boot_up(std::uint8_t node) {
+  Event event;
+  event.kind = EventKind::boot_up;
+  event.node = node;
+  return event;
+}
+
+TEST(EventLog, NumbersFromOneWithoutGaps) {
+  EventLog log(8);
+  log.emit(boot_up(1));
+  log.emit(boot_up(2));
+  std::array<Event, 4> out;
+  ASSERT_EQ(log.take(out), 2U);
+  EXPECT_EQ(out[0].number, 1U);
+  EXPECT_EQ(out[1].number, 2U);
+  EXPECT_TRUE(log.empty());
+}
+
+TEST(EventLog, AFullRingTellsTheLostRange) {
+  EventLog log(2);
+  for (std::uint8_t node = 1; node <= 5; ++node) {
+    log.emit(boot_up(node));
+  }
+  EXPECT_EQ(log.lost(), 3U);
+  std::array<Event, 8> out;
+  ASSERT_EQ(log.take(out), 3U);
+  EXPECT_EQ(out[1].number, 2U);
+  EXPECT_EQ(out[2].kind, EventKind::events_lost);
+  EXPECT_EQ(out[2].number, 5U);
+  EXPECT_EQ(load_le<std::uint64_t>(out[2].data.data()), 3U);
+  EXPECT_EQ(load_le<std::uint64_t>(out[2].data.data() + 8), 5U);
+  log.emit(boot_up(6));
+  ASSERT_EQ(log.take(out), 1U);
+  EXPECT_EQ(out[0].number, 6U);
+}
+
+TEST(EventLog, TheMarkerKeepsItsPlaceInTheSequence) {
+  EventLog log(3);
+  for (std::uint8_t node = 1; node <= 4; ++node) {
+    log.emit(boot_up(node));  // 4 is lost
+  }
+  std::array<Event, 2> two;
+  ASSERT_EQ(log.take(two), 2U);
+  log.emit(boot_up(5));
+  std::array<Event, 8> out;
+  ASSERT_EQ(log.take(out), 3U);
+  EXPECT_EQ(out[0].number, 3U);
+  EXPECT_EQ(out[1].kind, EventKind::events_lost);
+  EXPECT_EQ(out[1].number, 4U);
+  EXPECT_EQ(out[2].number, 5U);
+}
+
+TEST(EventKinds, EveryKindHasAName) {
+  for (std::size_t i = 0; i < kEventKinds; ++i) {
+    EXPECT_NE(name(static_cast<EventKind>(i)), "unknown");
+    EXPECT_FALSE(name(static_cast<EventKind>(i)).empty()) << i;
+  }
+  EXPECT_EQ(name(static_cast<EventKind>(kEventKinds)), "unknown");
+  EXPECT_EQ(name(EventKind::queue_full), "queue-full");
+}
+
+}  // namespace
+}  // namespace linegate

@@ -1,0 +1,62 @@
+#include "stack/can/frame.h"
+
+#include <gtest/gtest.h>
+
+#include "stack/can/cob_id.h"
+
+namespace linegate::can {
+namespace {
+
+TEST(Frame, FdLengthsAreThoseOfTheDataLengthCode) {
+  EXPECT_EQ(fd_length(0), 0);
+  EXPECT_EQ(fd_length(8), 8);
+  EXPECT_EQ(fd_length(9), 12);
+  EXPECT_EQ(fd_length(20), 20);
+  EXPECT_EQ(fd_length(25), 32);
+  EXPECT_EQ(fd_length(33), 48);
+  EXPECT_EQ(fd_length(49), 64);
+}
+
+TEST(Frame, LowerIdentifierWinsArbitration) {
+  EXPECT_TRUE(wins_arbitration(make_frame(0x000), make_frame(0x001)));
+  EXPECT_FALSE(wins_arbitration(make_frame(0x700), make_frame(0x080)));
+}
+
+TEST(Frame, DataFrameWinsOverRemoteFrameAndStandardOverExtended) {
+  Frame data = make_frame(0x181);
+  Frame remote = data;
+  remote.flags = Frame::kRemote;
+  EXPECT_TRUE(wins_arbitration(data, remote));
+  Frame extended;
+  extended.flags = Frame::kExtended;
+  extended.id = 0x181U << 18U;
+  EXPECT_TRUE(wins_arbitration(data, extended));
+  EXPECT_TRUE(wins_arbitration(remote, extended));
+  extended.id = 0x180U << 18U;
+  EXPECT_TRUE(wins_arbitration(extended, data));
+}
+
+TEST(CobId, RestrictedIdentifiersOfCia301) {
+  for (std::uint32_t id = 0; id < 0x800; ++id) {
+    const bool expected = id <= 0x07F || (id >= 0x101 && id <= 0x180) ||
+                          (id >= 0x581 && id <= 0x5FF) || (id >= 0x601 && id <= 0x67F) ||
+                          (id >= 0x6E0 && id <= 0x6FF) || (id >= 0x701 && id <= 0x77F) ||
+                          id >= 0x780;
+    // 700h itself lies between the ranges of the table.
+    EXPECT_EQ(is_restricted(id), expected) << std::hex << id;
+  }
+}
+
+TEST(CobId, BitsOfTheObjectValue) {
+  constexpr CobId kPdo{0x4000'0181};
+  EXPECT_TRUE(kPdo.valid());
+  EXPECT_FALSE(kPdo.extended());
+  EXPECT_EQ(kPdo.id(), 0x181U);
+  constexpr CobId kExtended{0xA123'4567};
+  EXPECT_FALSE(kExtended.valid());
+  EXPECT_TRUE(kExtended.extended());
+  EXPECT_EQ(kExtended.id(), 0x0123'4567U);
+}
+
+}  // namespace
+}  // namespace linegate::can
