@@ -1,0 +1,29 @@
+#!/bin/bash
+# The guest itself: frames sent on its interfaces are seen by another process, byte for byte, and a
+# classical interface refuses an FD frame. If this fails, no other scenario means anything.
+set -u
+
+expect_frame() {  # INTERFACE FRAME (as cansend writes it) LINE (as candump -L writes it, without time)
+  local seen=$TMPDIR/seen.$1
+  candump -L -n 1 -T 2000 "$1" >"$seen" &
+  local witness=$!
+  until grep -q "$1" /proc/net/can/rcvlist_all; do sleep 0.02; done
+  cansend "$1" "$2" || exit 1
+  wait $witness
+  if [[ $(cut -d' ' -f2- "$seen") != "$3" ]]; then
+    echo "$1: sent $2, expected '$3', seen '$(<"$seen")'"
+    exit 1
+  fi
+  echo "$1: $2 seen"
+}
+
+expect_frame vcan0 181#0102030405060708 "vcan0 181#0102030405060708"
+expect_frame vcan2 000#8105 "vcan2 000#8105"
+expect_frame vcan0 701#R "vcan0 701#R"
+# The kernel adds the flag FDF (4) to BRS (1).
+expect_frame vcan1 181##100112233445566778899AABB "vcan1 181##500112233445566778899AABB"
+
+if cansend vcan0 181##100112233445566778899AABB 2>/dev/null; then
+  echo "vcan0 took an FD frame"
+  exit 1
+fi
