@@ -47,6 +47,9 @@ class Line {
   // runs in here. Never allocates for PDO, SYNC, heartbeat.
   void receive(std::span<const can::Frame> frames, Instant now);
   void bus_event(const can::BusEvent& event);
+  // Something the owner of the line noticed about it (queue_full, clock_step, ...): it gets its
+  // number here, in the one sequence of the line. event.number is ignored.
+  void report(const Event& event);
   // Runs what is due. Call it after the socket has been drained, so that a late thread reports no
   // loss that did not happen.
   void advance(Instant now);
