@@ -7,7 +7,7 @@ expect_frame() {  # INTERFACE FRAME (as cansend writes it) LINE (as candump -L w
   local seen=$TMPDIR/seen.$1
   candump -L -n 1 -T 2000 "$1" >"$seen" &
   local witness=$!
-  until grep -q "$1" /proc/net/can/rcvlist_all; do sleep 0.02; done
+  until grep -q "^ *$1 " /proc/net/can/rcvlist_all; do sleep 0.02; done
   cansend "$1" "$2" || exit 1
   wait $witness
   if [[ $(cut -d' ' -f2- "$seen") != "$3" ]]; then
