@@ -23,7 +23,7 @@ expect_frame vcan0 701#R "vcan0 701#R"
 # The kernel adds the flag FDF (4) to BRS (1).
 expect_frame vcan1 181##100112233445566778899AABB "vcan1 181##500112233445566778899AABB"
 
-if cansend vcan0 181##100112233445566778899AABB 2>/dev/null; then
+if cansend vcan0 181##100112233445566778899AABB &>/dev/null; then
   echo "vcan0 took an FD frame"
   exit 1
 fi

@@ -1,0 +1,111 @@
+#!/usr/bin/python3
+"""Arrows point one way: gateway -> bridges -> stack, idl -> bridges/dds. Fails when an #include runs
+against them, or when a folder uses what the rules of the house reserve for another."""
+
+import re
+from pathlib import PurePosixPath
+
+import tree
+
+# A part may use those before it.
+STACK_PARTS = "base can od eds sdo nmt sync emcy image pdo node manager line".split()
+
+STACK_FORBIDDEN = {
+    "atomic", "barrier", "condition_variable", "csignal", "cstdio", "ctime", "filesystem", "fstream",
+    "future", "iostream", "latch", "mutex", "semaphore", "shared_mutex", "stop_token", "syncstream",
+    "thread",
+}
+
+# Header (as a pattern) -> the only product folders that may use it, and why.
+RESERVED = [
+    (r"atomic", ["gateway/exchange"], "atomics live in gateway/exchange alone"),
+    (r"thread|stop_token|future", ["gateway"], "bridges start no thread, the gateway owns all"),
+    (r"fast(dds|rtps|cdr)/.*", ["bridges/dds"], "replacing Fast DDS must touch bridges/dds alone"),
+    (r"linux/can.*", ["bridges/can"], "SocketCAN is bridges/can's subject"),
+    (r"yaml-cpp/.*", ["gateway"], "configuration is the gateway's subject"),
+    (r"spdlog/.*", ["gateway"], "logs are rendered in the gateway"),
+]
+
+# The one bridge that knows another: simulated devices attach to any interface.
+BRIDGE_TO_BRIDGE = {("sim", "can")}
+PRODUCT = ("stack", "bridges", "gateway", "idl")
+
+CLOCK = re.compile(r"\b(steady|system|high_resolution|utc)_clock::now\b")
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
+
+
+def is_standard(header):
+    return re.fullmatch(r"[a-z_]+", header) is not None
+
+
+def stack_complaint(source, header, quoted):
+    part = source.parts[1]
+    if not quoted:
+        if not is_standard(header):
+            return "stack/ uses the C++ standard library alone"
+        if header in STACK_FORBIDDEN:
+            return "stack/ has no thread, atomic, clock or I/O"
+        return None
+    target = PurePosixPath(header)
+    if len(target.parts) < 3 or target.parts[0] != "stack":
+        return "stack/ knows nothing outside stack/"
+    if part not in STACK_PARTS or target.parts[1] not in STACK_PARTS:
+        return "a part of stack/ that the order of parts does not name"
+    if STACK_PARTS.index(target.parts[1]) > STACK_PARTS.index(part):
+        return f"stack/{target.parts[1]} comes after stack/{part}"
+    return None
+
+
+def bridge_complaint(source, header):
+    bridge = source.parts[1]
+    target = PurePosixPath(header).parts
+    if target[0] == "gateway":
+        return "bridges know nothing of the gateway"
+    if target[0] == "bridges" and target[1] != bridge and (bridge, target[1]) not in BRIDGE_TO_BRIDGE:
+        return "a bridge knows no other bridge"
+    if target[0] == "idl" and bridge != "dds":
+        return "the DDS contract is known to bridges/dds alone"
+    return None
+
+
+def reserved_complaint(source, header):
+    for pattern, folders, reason in RESERVED:
+        if re.fullmatch(pattern, header) and not any(
+            str(source).startswith(folder + "/") for folder in folders
+        ):
+            return reason
+    return None
+
+
+def complaint_about(path, header, quoted):
+    """Why this include is against the rules, or None."""
+    source = PurePosixPath(path)
+    house = source.parts[0]
+    if house == "tests" or house not in PRODUCT:
+        return None
+    if quoted and header.startswith("tests/"):
+        return "the product never depends on tests/"
+    if quoted and header.split("/")[0] not in PRODUCT:
+        return "an include names the house: the repository is the include root"
+    if house == "stack":
+        return stack_complaint(source, header, quoted)
+    if quoted and house == "bridges":
+        return bridge_complaint(source, header)
+    return None if quoted else reserved_complaint(source, header)
+
+
+def check(root):
+    for path in tree.files(root, (".h", ".cpp", ".c")):
+        for number, line in tree.lines(root, path):
+            if path.startswith("stack/") and CLOCK.search(line):
+                yield f"{path}:{number}: stack/ never asks a clock, it is told the time"
+            found = INCLUDE.match(line)
+            if not found:
+                continue
+            reason = complaint_about(path, found[2], found[1] == '"')
+            if reason:
+                yield f"{path}:{number}: {found[2]}: {reason}"
+
+
+if __name__ == "__main__":
+    tree.run(check)

@@ -1,0 +1,141 @@
+#!/usr/bin/python3
+"""The checks can fail: each is shown a small tree that breaks its rule, and one that keeps it."""
+
+import os
+import shutil
+import tempfile
+import unittest
+
+import formatting
+import layering
+import readmes
+import sizes
+import words
+
+STYLE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", ".clang-format")
+
+
+class TreeCase(unittest.TestCase):
+    def setUp(self):
+        self.root = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, self.root)
+
+    def write(self, path, text):
+        full = os.path.join(self.root, path)
+        os.makedirs(os.path.dirname(full), exist_ok=True)
+        with open(full, "w", encoding="utf-8") as file:
+            file.write(text)
+
+    def complaints(self, check, path, text):
+        self.write(path, text)
+        found = list(check.check(self.root))
+        os.remove(os.path.join(self.root, path))
+        return found
+
+
+class Layering(TreeCase):
+    AGAINST = [
+        ("stack/base/a.h", '"stack/can/frame.h"'),  # a part that comes later
+        ("stack/can/a.h", '"stack/stranger/a.h"'),  # a part nobody named
+        ("stack/line/a.h", '"bridges/can/a.h"'),
+        ("stack/line/a.h", '"gateway/a.h"'),
+        ("stack/line/a.h", '"a.h"'),
+        ("stack/line/a.cpp", "<thread>"),
+        ("stack/line/a.cpp", "<atomic>"),
+        ("stack/line/a.cpp", "<iostream>"),
+        ("stack/line/a.cpp", "<fstream>"),
+        ("stack/line/a.cpp", "<sys/socket.h>"),
+        ("stack/line/a.cpp", "<spdlog/spdlog.h>"),
+        ("bridges/can/a.cpp", '"bridges/sim/a.h"'),
+        ("bridges/console/a.cpp", '"bridges/dds/a.h"'),
+        ("bridges/console/a.cpp", '"idl/linegate.h"'),
+        ("bridges/dds/a.cpp", '"gateway/a.h"'),
+        ("bridges/dds/a.cpp", "<atomic>"),
+        ("bridges/dds/a.cpp", "<thread>"),
+        ("bridges/console/a.cpp", "<fastdds/dds/domain/DomainParticipant.hpp>"),
+        ("bridges/sim/a.cpp", "<linux/can/raw.h>"),
+        ("gateway/app/a.cpp", "<fastrtps/types/TypesBase.h>"),
+        ("gateway/app/a.cpp", "<atomic>"),
+        ("gateway/app/a.cpp", '"tests/plant/world.h"'),
+    ]
+    ALONG = [
+        ("stack/can/a.h", '"stack/base/time.h"'),
+        ("stack/can/a.h", '"stack/can/frame.h"'),
+        ("stack/line/a.h", "<vector>"),
+        ("bridges/can/a.cpp", "<linux/can.h>"),
+        ("bridges/sim/a.cpp", '"bridges/can/a.h"'),
+        ("bridges/dds/a.cpp", '"stack/image/snapshot.h"'),
+        ("bridges/dds/a.cpp", '"idl/linegate.h"'),
+        ("bridges/dds/a.cpp", "<fastdds/dds/domain/DomainParticipant.hpp>"),
+        ("gateway/exchange/a.h", "<atomic>"),
+        ("gateway/app/a.cpp", '"bridges/dds/a.h"'),
+        ("tests/plant/a.cpp", '"tests/plant/world.h"'),
+    ]
+
+    def test_includes_against_the_arrows(self):
+        for path, header in self.AGAINST:
+            with self.subTest(path=path, header=header):
+                found = self.complaints(layering, path, f"#pragma once\n#include {header}\n")
+                self.assertEqual(len(found), 1)
+                self.assertTrue(found[0].startswith(f"{path}:2: "), found[0])
+
+    def test_includes_along_the_arrows(self):
+        for path, header in self.ALONG:
+            with self.subTest(path=path, header=header):
+                self.assertEqual(self.complaints(layering, path, f"#include {header}\n"), [])
+
+    def test_a_clock_in_the_stack(self):
+        text = "auto now = std::chrono::steady_clock::now();\n"
+        self.assertEqual(len(self.complaints(layering, "stack/line/a.cpp", text)), 1)
+        self.assertEqual(self.complaints(layering, "gateway/app/a.cpp", text), [])
+
+
+class Readmes(TreeCase):
+    def test_a_folder_without_one(self):
+        self.write("README.md", "here\n")
+        self.assertEqual(self.complaints(readmes, "stack/a.cpp", ""), ["stack: no README.md"])
+
+    def test_an_empty_one(self):
+        found = self.complaints(readmes, "README.md", "")
+        self.assertEqual(found, [".: an empty README.md"])
+
+    def test_corpus_and_build_need_none(self):
+        self.write("README.md", "here\n")
+        self.write("corpus/eds/a.eds", "")
+        self.assertEqual(self.complaints(readmes, "build/release/a", ""), [])
+
+
+class Sizes(TreeCase):
+    def test_limit(self):
+        self.assertEqual(self.complaints(sizes, "a.cpp", "\n" * 600), [])
+        self.assertEqual(len(self.complaints(sizes, "a.cpp", "\n" * 601)), 1)
+
+
+class Words(TreeCase):
+    def test_unfinished(self):
+        for text in ("// TODO later", "// enough for now", "GTEST_SKIP();", "TEST(A, DISABLED_b)"):
+            with self.subTest(text=text):
+                found = self.complaints(words, "a.cpp", f"\n{text}\n")
+                self.assertEqual(len(found), 1)
+                self.assertTrue(found[0].startswith("a.cpp:2: "))
+
+    def test_finished(self):
+        self.assertEqual(self.complaints(words, "a.cpp", "// waits for nowhere\n"), [])
+
+
+class Formatting(TreeCase):
+    def setUp(self):
+        super().setUp()
+        shutil.copy(STYLE, self.root)
+
+    def test_untidy(self):
+        found = self.complaints(formatting, "a.cpp", "int  a ;\n")
+        self.assertEqual(len(found), 1)
+        self.assertTrue(found[0].startswith("a.cpp:1:"), found[0])
+
+    def test_tidy(self):
+        self.assertEqual(self.complaints(formatting, "a.cpp", "int a;\n"), [])
+
+
+if __name__ == "__main__":
+    unittest.main()

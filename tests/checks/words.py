@@ -1,0 +1,28 @@
+#!/usr/bin/python3
+"""Nothing unfinished stays in the tree: words that announce later work, and tests that do not run."""
+
+import os
+import re
+
+import tree
+
+FORBIDDEN = re.compile(
+    r"\b(TODO|FIXME|XXX|HACK|GTEST_SKIP|DISABLED_\w+|not (yet )?implemented|unimplemented|for now|placeholder)\b"
+)
+TEXTS = tree.SOURCES + (".py", ".sh", ".cmake", ".md", ".yaml", ".xml", "CMakeLists.txt")
+# These two have to name what they look for.
+EXEMPT = {os.path.join("tests", "checks", name) for name in ("words.py", "self_test.py")}
+
+
+def check(root):
+    for path in tree.files(root, TEXTS):
+        if path in EXEMPT:
+            continue
+        for number, line in tree.lines(root, path):
+            found = FORBIDDEN.search(line)
+            if found:
+                yield f"{path}:{number}: '{found[0]}'"
+
+
+if __name__ == "__main__":
+    tree.run(check)
