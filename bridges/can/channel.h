@@ -1,0 +1,116 @@
+// A CAN channel: one end of a bus, as the gateway's executor drives it. Passive: it starts no
+// thread and never blocks; whoever owns the thread waits for the descriptor and for next_wake().
+//
+// How to drive it:
+//   - wait until descriptor() is readable (EPOLLIN, EPOLLERR and EPOLLHUP count the same; EPOLLOUT
+//     too while wants_writable()) or next_wake() has come, then call read();
+//   - read until it gives fewer frames than there was room for: then the channel is drained;
+//   - ask descriptor() again after each read(): it is -1 while the interface cannot be used, and
+//     never changes from one descriptor to another without being -1 in between;
+//   - whenever room() > 0 pull up to that many frames from the line and write() them. What write()
+//     did not take stays with the caller and goes first the next time.
+// A new channel has next_wake() in the past: the first read() opens it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "stack/base/time.h"
+#include "stack/can/bus_state.h"
+#include "stack/can/frame.h"
+
+namespace linegate::can_bridge {
+
+// What a channel noticed besides frames, in the order in which it happened. Of fixed size; read()
+// stops reading before it could overflow, so nothing is lost here.
+class BusEvents {
+ public:
+  static constexpr std::size_t kCapacity = 32;
+  // The most events one frame can cause.
+  static constexpr std::size_t kPerFrame = 4;
+
+  // Appends it. Consecutive errors become one event (errors or-ed, count added), as do consecutive
+  // losses, so that a storm of error frames stays small. Precondition: room() > 0.
+  void push(const can::BusEvent& event);
+
+  std::span<const can::BusEvent> view() const { return {events_.data(), count_}; }
+  std::size_t room() const { return kCapacity - count_; }
+  bool empty() const { return count_ == 0; }
+  void clear() { count_ = 0; }
+
+ private:
+  std::array<can::BusEvent, kCapacity> events_{};
+  std::size_t count_ = 0;
+};
+
+// Plain counters; they never go back, also when the interface does.
+struct ChannelCounters {
+  std::uint64_t received = 0;   // frames given by read()
+  std::uint64_t sent = 0;       // frames taken by write()
+  std::uint64_t confirmed = 0;  // own frames that are known to have been on the bus
+  std::uint64_t refused = 0;    // frames this channel can never send: taken and dropped
+  std::uint64_t lost = 0;       // frames the kernel or controller lost before read()
+  std::uint64_t stalled = 0;    // times write() could not take all (ENOBUFS, EAGAIN)
+  std::uint64_t malformed = 0;  // what was received is no CAN frame
+};
+
+class Channel {
+ public:
+  virtual ~Channel() = default;
+
+  // Pollable, or -1 while there is none.
+  virtual int descriptor() const = 0;
+
+  // What arrived, oldest first, each frame with its receive time (<= now, never before that of the
+  // frame given before it), at most out.size(). Also opens, notices failures, and tries again.
+  // Frames this channel sent are not among them. Kinds in events:
+  //   interface_failed  once per failure; code: errno, see describe_failure()
+  //   interface_ready   after the first opening and after each failure that is over
+  //   state             on every change; stopped or absent after interface_failed
+  //   error, frames_lost
+  virtual std::size_t read(std::span<can::Frame> out, BusEvents& events, Instant now) = 0;
+
+  // Sends in the given order; gives how many of the first frames were taken. Fewer than given:
+  // back-pressure, never loss. Frames the channel can never send (FD on a classical interface,
+  // impossible length) are taken, counted as refused, and dropped.
+  virtual std::size_t write(std::span<const can::Frame> frames, Instant now) = 0;
+
+  // How many frames write() would take now as far as is known. 0 while the interface cannot be
+  // used, the queue holds enough, or back-pressure lasts. Grows in read(), and at next_wake().
+  virtual std::size_t room(Instant now) const = 0;
+
+  // Back-pressure ends when the descriptor becomes writable.
+  virtual bool wants_writable() const = 0;
+
+  // When read() wants to be called although the descriptor is not readable; kNever if never.
+  virtual Instant next_wake() const = 0;
+
+  virtual const ChannelCounters& counters() const = 0;
+};
+
+// An interface as written in the configuration: "scheme:name".
+struct InterfaceUri {
+  std::string scheme;  // "socketcan", "virtual"
+  std::string name;    // "can0"; 1 to 64 characters (socketcan: at most 15)
+};
+
+struct ParsedUri {
+  InterfaceUri uri;
+  std::string error;  // empty if uri is valid; else a sentence for the integrator
+
+  bool ok() const { return error.empty(); }
+};
+
+// Schemes known here are "socketcan" and "virtual"; everything else is an error that names them.
+ParsedUri parse_uri(std::string_view text);
+
+// The code of an interface_failed event in words, with what to do about it where there is
+// something: "no such interface: can9".
+std::string describe_failure(std::string_view interface, std::uint32_t code);
+
+}  // namespace linegate::can_bridge

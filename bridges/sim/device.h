@@ -1,0 +1,82 @@
+// A simulated CANopen device: a node::Node with the dictionary of one of our EDS files and the
+// behaviour of its profile. Values move as a function of seed and time alone.
+//
+// An object without I/O, thread or clock, as the stack is: a test runs it on a Bus in virtual time,
+// `linegate simulate` on any channel.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stack/base/diagnostic.h"
+#include "stack/base/event_log.h"
+#include "stack/base/time.h"
+#include "stack/can/frame.h"
+#include "stack/node/node.h"
+
+namespace linegate::sim {
+
+struct DeviceOptions {
+  std::string profile;                // one of profiles()
+  std::uint8_t node_id = 1;           // 1..127
+  std::uint64_t seed = 0;             // same seed, same values
+  std::optional<Duration> heartbeat;  // 1017h, 0..65535 ms; nothing = what the EDS says
+  bool self_starting = false;         // goes Operational without being told
+};
+
+// "digital-io" (CiA 401), "analog-io" (CiA 401), "encoder" (CiA 406), "drive" (CiA 402).
+std::span<const std::string_view> profiles();
+
+// The EDS file of a profile: its name ("digital-io.eds") and text; empty if there is no such
+// profile.
+std::string_view eds_name(std::string_view profile);
+std::string_view eds_text(std::string_view profile);
+
+class Behaviour;
+
+class Device {
+ public:
+  // Fails for an unknown profile or node-ID.
+  static Loaded<std::unique_ptr<Device>> make(const DeviceOptions& options);
+  ~Device();
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+
+  // Power on: boot-up message, Pre-operational.
+  void start(Instant now);
+  // Power off: hears and says nothing until it is revived.
+  void kill();
+  // Power on again: values as in the EDS, boot-up message.
+  void revive(Instant now);
+  bool alive() const { return alive_; }
+
+  // Each frame at its own time. Ignored while dead.
+  void receive(std::span<const can::Frame> frames);
+  // Moves the values and runs what is due.
+  void advance(Instant now);
+  Instant next_wake() const;
+  // The most urgent frame to send; false if none.
+  bool next_frame(can::Frame& out, Instant now);
+  bool wants_to_send(Instant now) const;
+
+  const DeviceOptions& options() const { return options_; }
+  node::Node& node() { return *node_; }
+  const node::Node& node() const { return *node_; }
+  od::Dictionary& dictionary() { return node_->dictionary(); }
+
+ private:
+  Device(DeviceOptions options, std::unique_ptr<Behaviour> behaviour, od::Dictionary dictionary);
+
+  DeviceOptions options_;
+  EventLog events_;
+  std::unique_ptr<Behaviour> behaviour_;
+  std::unique_ptr<node::Node> node_;
+  bool alive_ = false;
+};
+
+}  // namespace linegate::sim
