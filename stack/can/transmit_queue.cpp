@@ -26,6 +26,10 @@ std::size_t TransmitQueue::room(TransmitClass cls) const {
   return ring.frames.size() - ring.count;
 }
 
+std::size_t TransmitQueue::queued(TransmitClass cls) const {
+  return rings_[static_cast<std::size_t>(cls)].count;
+}
+
 bool TransmitQueue::pop_urgent(Frame& out) {
   return pop(TransmitClass::nmt, out) || pop(TransmitClass::sync, out) ||
          pop(TransmitClass::emcy, out) || pop(TransmitClass::time, out);

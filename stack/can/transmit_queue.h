@@ -25,6 +25,8 @@ class TransmitQueue {
   // False when the class is full: the frame was not taken, try again when room() says so.
   bool push(TransmitClass cls, const Frame& frame);
   std::size_t room(TransmitClass cls) const;
+  // Frames of the class that wait for the bus.
+  std::size_t queued(TransmitClass cls) const;
 
   // NMT, SYNC, EMCY, TIME: what goes before PDOs. False if there is none.
   bool pop_urgent(Frame& out);

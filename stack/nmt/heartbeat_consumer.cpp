@@ -1,0 +1,212 @@
+#include "stack/nmt/heartbeat_consumer.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+namespace linegate::nmt {
+namespace {
+
+std::uint32_t in_ms(Duration time) {
+  return static_cast<std::uint32_t>(
+      std::chrono::duration_cast<std::chrono::milliseconds>(time).count());
+}
+
+// Bit 7 is the toggle bit of node guarding and 0 in heartbeats, so it makes a state reserved too.
+std::optional<State> decode_state(const can::Frame& frame) {
+  const auto state = static_cast<State>(frame.data[0]);
+  switch (state) {
+    case State::initialising:
+    case State::stopped:
+    case State::operational:
+    case State::pre_operational:
+      return frame.length == 1 ? std::optional(state) : std::nullopt;
+    case State::unknown:
+      break;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+void HeartbeatListener::boot_up(std::uint8_t /*node*/, Instant /*now*/) {
+}
+void HeartbeatListener::heartbeat(std::uint8_t /*node*/, State /*state*/, Instant /*now*/) {
+}
+void HeartbeatListener::heartbeat_lost(std::uint8_t /*node*/, Instant /*deadline*/) {
+}
+void HeartbeatListener::heartbeat_recovered(std::uint8_t /*node*/, Instant /*now*/) {
+}
+
+HeartbeatConsumer::HeartbeatConsumer(can::Dispatch& dispatch, EventLog& events, std::uint16_t mark)
+    : dispatch_(dispatch), events_(events), mark_(mark) {
+}
+
+HeartbeatConsumer::~HeartbeatConsumer() {
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    ignore(id);
+  }
+}
+
+void HeartbeatConsumer::listen(std::uint8_t node) {
+  if (exists(node) && !std::exchange(nodes_[node].listening, true)) {
+    dispatch_.add(can::kErrorControlBase + node, false, can::Service::error_control,
+                  static_cast<std::uint16_t>(mark_ | node));
+  }
+}
+
+void HeartbeatConsumer::listen_all(std::uint8_t own) {
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    if (id != own) {
+      listen(id);
+    }
+  }
+}
+
+void HeartbeatConsumer::ignore(std::uint8_t node) {
+  if (exists(node) && nodes_[node].listening) {
+    dispatch_.remove(can::kErrorControlBase + node, false, can::Service::error_control,
+                     static_cast<std::uint16_t>(mark_ | node));
+    nodes_[node] = Node{};
+    next_is_stale_ = true;
+  }
+}
+
+void HeartbeatConsumer::monitor(std::uint8_t node, Duration time) {
+  if (!exists(node)) {
+    return;
+  }
+  if (time <= Duration::zero()) {
+    stop(node);
+    return;
+  }
+  listen(node);
+  nodes_[node].time = time;
+  nodes_[node].lost = false;
+  set_deadline(nodes_[node], kNever);
+}
+
+void HeartbeatConsumer::stop(std::uint8_t node) {
+  if (exists(node)) {
+    nodes_[node].time = Duration::zero();
+    nodes_[node].lost = false;
+    set_deadline(nodes_[node], kNever);
+  }
+}
+
+bool HeartbeatConsumer::receive(std::uint8_t node, const can::Frame& frame) {
+  const std::optional<State> state = decode_state(frame);
+  if (!state) {
+    return false;
+  }
+  if (!exists(node)) {
+    return true;
+  }
+  if (frame.time > nodes_[node].deadline) {
+    lose(node);
+  }
+  if (*state == State::initialising) {
+    take_boot_up(node, frame.time);
+  } else {
+    take_heartbeat(node, *state, frame.time);
+  }
+  return true;
+}
+
+void HeartbeatConsumer::advance(Instant now) {
+  while (next_wake() <= now) {
+    // In the order in which they happened, whatever the node-IDs.
+    const auto first = std::ranges::min_element(nodes_, {}, &Node::deadline);
+    lose(static_cast<std::uint8_t>(first - nodes_.begin()));
+  }
+}
+
+Instant HeartbeatConsumer::next_wake() const {
+  if (next_is_stale_) {
+    next_ = std::ranges::min_element(nodes_, {}, &Node::deadline)->deadline;
+    next_is_stale_ = false;
+  }
+  return next_;
+}
+
+State HeartbeatConsumer::state(std::uint8_t node) const {
+  return exists(node) ? nodes_[node].state : State::unknown;
+}
+
+bool HeartbeatConsumer::monitored(std::uint8_t node) const {
+  return exists(node) && nodes_[node].time > Duration::zero();
+}
+
+bool HeartbeatConsumer::lost(std::uint8_t node) const {
+  return exists(node) && nodes_[node].lost;
+}
+
+Duration HeartbeatConsumer::time(std::uint8_t node) const {
+  return exists(node) ? nodes_[node].time : Duration::zero();
+}
+
+void HeartbeatConsumer::lose(std::uint8_t id) {
+  Node& node = nodes_[id];
+  const Instant deadline = node.deadline;
+  set_deadline(node, kNever);
+  node.lost = true;
+  emit(EventKind::heartbeat_lost, id, deadline, 0, in_ms(node.time));
+  if (listener_ != nullptr) {
+    listener_->heartbeat_lost(id, deadline);
+  }
+}
+
+void HeartbeatConsumer::recover(std::uint8_t id, State state, Instant now) {
+  nodes_[id].lost = false;
+  emit(EventKind::heartbeat_recovered, id, now, static_cast<std::uint32_t>(state), 0);
+  if (listener_ != nullptr) {
+    listener_->heartbeat_recovered(id, now);
+  }
+}
+
+void HeartbeatConsumer::take_boot_up(std::uint8_t id, Instant now) {
+  // The node goes on to Pre-operational by itself. It may have forgotten its producer time, so the
+  // next heartbeat is waited for without a deadline.
+  nodes_[id].state = State::pre_operational;
+  set_deadline(nodes_[id], kNever);
+  emit(EventKind::boot_up, id, now, 0, 0);
+  if (listener_ != nullptr) {
+    listener_->boot_up(id, now);
+  }
+}
+
+void HeartbeatConsumer::take_heartbeat(std::uint8_t id, State state, Instant now) {
+  Node& node = nodes_[id];
+  if (node.time > Duration::zero()) {
+    set_deadline(node, now + node.time);
+  }
+  if (node.lost) {
+    recover(id, state, now);
+  }
+  if (node.state != state) {
+    const State before = std::exchange(node.state, state);
+    emit(EventKind::node_state, id, now, static_cast<std::uint32_t>(state),
+         static_cast<std::uint32_t>(before));
+  }
+  if (listener_ != nullptr) {
+    listener_->heartbeat(id, state, now);
+  }
+}
+
+void HeartbeatConsumer::set_deadline(Node& node, Instant deadline) {
+  node.deadline = deadline;
+  next_is_stale_ = true;
+}
+
+void HeartbeatConsumer::emit(EventKind kind, std::uint8_t id, Instant time, std::uint32_t code,
+                             std::uint32_t value) {
+  Event event;
+  event.time = time;
+  event.kind = kind;
+  event.node = id;
+  event.code = code;
+  event.value = value;
+  events_.emit(event);
+}
+
+}  // namespace linegate::nmt

@@ -1,0 +1,34 @@
+// Which communication objects exist in which NMT state (CiA 301, 7.3.2.2.6).
+#pragma once
+
+#include "stack/can/dispatch.h"
+#include "stack/nmt/state.h"
+
+namespace linegate::nmt {
+
+// Node control and error control are served in every state but Initialising, PDOs in Operational
+// alone, the others in Pre-operational and Operational. LSS is there in Stopped as well (CiA 305).
+constexpr bool is_served(can::Service service, State state) {
+  const bool alive =
+      state == State::stopped || state == State::pre_operational || state == State::operational;
+  switch (service) {
+    case can::Service::none:
+      return false;
+    case can::Service::nmt:
+    case can::Service::error_control:
+    case can::Service::lss:
+      return alive;
+    case can::Service::rpdo:
+    case can::Service::tpdo_rtr:
+      return state == State::operational;
+    case can::Service::sync:
+    case can::Service::time:
+    case can::Service::emcy:
+    case can::Service::sdo_server:
+    case can::Service::sdo_client:
+      return alive && state != State::stopped;
+  }
+  return false;
+}
+
+}  // namespace linegate::nmt

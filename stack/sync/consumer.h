@@ -1,0 +1,58 @@
+// The SYNC consumer (CiA 301, 7.2.5): what a received SYNC is worth, and whether one is missing.
+#pragma once
+
+#include <cstdint>
+
+#include "stack/base/event_log.h"
+#include "stack/base/time.h"
+#include "stack/can/dispatch.h"
+#include "stack/can/frame.h"
+#include "stack/sync/parameters.h"
+
+namespace linegate::sync {
+
+struct Reception {
+  bool is_sync = false;       // to be acted upon
+  std::uint8_t counter = 0;   // 0 = without
+  bool wrong_length = false;  // not the length that 1019h calls for: malformed
+  bool error_begins = false;  // the first wrong length after a right one: EMCY 8240h
+};
+
+class Consumer {
+ public:
+  // The COB-ID is registered as Service::sync, index 0, unless the device is a producer. Both must
+  // outlive the consumer.
+  Consumer(can::Dispatch& dispatch, EventLog& events);
+  ~Consumer();
+  Consumer(const Consumer&) = delete;
+  Consumer& operator=(const Consumer&) = delete;
+
+  void configure(const Parameters& parameters);
+  // Off in Stopped and Initialising: no SYNC is expected then.
+  void set_active(bool active);
+
+  // A frame on the COB-ID at frame.time. A counter that is missing or not asked for is a
+  // difference in configuration: told, but taken for a SYNC (without counter). Anything longer is
+  // not a SYNC.
+  Reception receive(const can::Frame& frame);
+
+  // With a period (1006h), emits sync_lost when none came within 1.5 periods after the one before.
+  // Expecting starts with a SYNC.
+  void advance(Instant now);
+  Instant next_wake() const { return deadline_; }
+
+ private:
+  void lose();
+  bool consumes() const { return parameters_.exists && !parameters_.is_producer(); }
+  void register_cob_id(bool wanted);
+
+  can::Dispatch& dispatch_;
+  EventLog& events_;
+  Parameters parameters_;
+  bool registered_ = false;
+  bool active_ = false;
+  bool length_was_wrong_ = false;
+  Instant deadline_ = kNever;
+};
+
+}  // namespace linegate::sync

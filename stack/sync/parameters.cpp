@@ -1,0 +1,55 @@
+#include "stack/sync/parameters.h"
+
+#include "stack/base/byte_order.h"
+
+namespace linegate::sync {
+namespace {
+
+constexpr std::uint32_t kIdentifierBits = 0x3FFF'FFFF;  // with the frame format
+constexpr std::uint8_t kHighestOverflow = 240;
+
+AbortCode check_cob_id(const Parameters& present, can::CobId wanted) {
+  const bool same_id = (present.cob_id.raw & kIdentifierBits) == (wanted.raw & kIdentifierBits);
+  if (present.is_producer() && !same_id) {
+    return AbortCode::invalid_value;
+  }
+  const bool too_long = (wanted.raw & (kIdentifierBits & ~can::CobId::kExtendedBit)) != wanted.id();
+  const bool restricted = !wanted.extended() && can::is_restricted(wanted.id());
+  return too_long || restricted ? AbortCode::invalid_value : AbortCode::none;
+}
+
+AbortCode check_overflow(const Parameters& present, std::uint64_t wanted) {
+  if (wanted == present.overflow) {
+    return AbortCode::none;
+  }
+  if (present.period != Duration::zero()) {
+    return AbortCode::device_state;
+  }
+  return wanted == 1 || wanted > kHighestOverflow ? AbortCode::invalid_value : AbortCode::none;
+}
+
+}  // namespace
+
+Parameters read_parameters(const od::Dictionary& dictionary) {
+  Parameters out;
+  out.exists = dictionary.has_object(kCobId);
+  out.cob_id.raw = static_cast<std::uint32_t>(dictionary.number({kCobId, 0}).value_or(0));
+  out.period = std::chrono::microseconds(dictionary.number({kCyclePeriod, 0}).value_or(0));
+  out.overflow = static_cast<std::uint8_t>(dictionary.number({kCounterOverflow, 0}).value_or(0));
+  return out;
+}
+
+AbortCode check_write(const Parameters& present, od::Address address,
+                      std::span<const std::byte> value) {
+  const std::uint64_t wanted = load_le(value);
+  switch (address.index) {
+    case kCobId:
+      return check_cob_id(present, can::CobId{static_cast<std::uint32_t>(wanted)});
+    case kCounterOverflow:
+      return check_overflow(present, wanted);
+    default:
+      return AbortCode::none;
+  }
+}
+
+}  // namespace linegate::sync

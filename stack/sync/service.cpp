@@ -1,0 +1,34 @@
+#include "stack/sync/service.h"
+
+namespace linegate::sync {
+
+Service::Service(const od::Dictionary& dictionary, can::Dispatch& dispatch,
+                 can::TransmitQueue& transmit, EventLog& events)
+    : dictionary_(dictionary), producer_(transmit), consumer_(dispatch, events) {
+}
+
+void Service::configure() {
+  parameters_ = read_parameters(dictionary_);
+  producer_.configure(parameters_);
+  consumer_.configure(parameters_);
+}
+
+void Service::set_active(bool active) {
+  producer_.set_active(active);
+  consumer_.set_active(active);
+}
+
+std::optional<std::uint8_t> Service::advance(Instant now) {
+  consumer_.advance(now);
+  return producer_.advance(now);
+}
+
+AbortCode Service::check_write(od::Address address, std::span<const std::byte> value) {
+  return sync::check_write(parameters_, address, value);
+}
+
+void Service::written(od::Address /*address*/) {
+  configure();
+}
+
+}  // namespace linegate::sync

@@ -1,0 +1,48 @@
+// SYNC of one node: the objects 1005h, 1006h, 1019h and the producer or consumer they make.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "stack/base/event_log.h"
+#include "stack/base/time.h"
+#include "stack/can/dispatch.h"
+#include "stack/can/frame.h"
+#include "stack/can/transmit_queue.h"
+#include "stack/od/dictionary.h"
+#include "stack/sync/consumer.h"
+#include "stack/sync/producer.h"
+
+namespace linegate::sync {
+
+// Hook of the three objects: writes take effect at once.
+class Service final : public od::Hook {
+ public:
+  // All must outlive the service. The owner sets the hook.
+  Service(const od::Dictionary& dictionary, can::Dispatch& dispatch, can::TransmitQueue& transmit,
+          EventLog& events);
+
+  // Reads the objects and starts anew.
+  void configure();
+  // True in Pre-operational and Operational.
+  void set_active(bool active);
+
+  Reception receive(const can::Frame& frame) { return consumer_.receive(frame); }
+
+  // Starts clocks after a write; runs no time-out.
+  void settle(Instant now) { producer_.settle(now); }
+  // The counter of the SYNC (0 = without) if one was queued now: the own node acts upon it too.
+  std::optional<std::uint8_t> advance(Instant now);
+  Instant next_wake() const { return earlier(producer_.next_wake(), consumer_.next_wake()); }
+
+  AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
+  void written(od::Address address) override;
+
+ private:
+  const od::Dictionary& dictionary_;
+  Parameters parameters_;
+  Producer producer_;
+  Consumer consumer_;
+};
+
+}  // namespace linegate::sync
