@@ -1,0 +1,34 @@
+// Single values that one thread sets and others read.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "gateway/exchange/ring.h"
+
+namespace linegate::exchange {
+
+// Something is asked for, once and for all: to stop.
+class Flag {
+ public:
+  void raise() { raised_.store(true, std::memory_order_release); }
+  bool raised() const { return raised_.load(std::memory_order_acquire); }
+
+ private:
+  alignas(kCacheLine) std::atomic<bool> raised_{false};
+};
+
+// A plain counter of one thread that others may look at. It never goes back.
+class Counter {
+ public:
+  // By its one writer.
+  void add(std::uint64_t n = 1) {
+    value_.store(value_.load(std::memory_order_relaxed) + n, std::memory_order_relaxed);
+  }
+  std::uint64_t value() const { return value_.load(std::memory_order_relaxed); }
+
+ private:
+  alignas(kCacheLine) std::atomic<std::uint64_t> value_{0};
+};
+
+}  // namespace linegate::exchange

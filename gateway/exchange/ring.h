@@ -1,0 +1,84 @@
+// A bounded queue between exactly one producing and one consuming thread.
+#pragma once
+
+#include <atomic>
+#include <bit>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace linegate::exchange {
+
+// Both sides of two threads keep what they write on different cache lines.
+inline constexpr std::size_t kCacheLine = 64;
+
+// Wait-free; never allocates after construction. Elements are swapped in and out, so that buffers
+// inside them travel round and are neither allocated nor freed on the way.
+template <class T>
+class Ring {
+ public:
+  // Places: the next power of two >= capacity, at least 2.
+  explicit Ring(std::size_t capacity)
+      : slots_(std::bit_ceil(capacity < 2 ? std::size_t{2} : capacity)), mask_(slots_.size() - 1) {}
+  Ring(const Ring&) = delete;
+  Ring& operator=(const Ring&) = delete;
+
+  std::size_t capacity() const { return slots_.size(); }
+
+  // --- producer -------------------------------------------------------------------------------
+
+  // Elements that can be pushed now at least.
+  std::size_t room() {
+    head_cache_ = head_.load(std::memory_order_acquire);
+    return slots_.size() - (tail_.load(std::memory_order_relaxed) - head_cache_);
+  }
+
+  // False when full: value is untouched. Otherwise value becomes what the slot held before.
+  bool push(T& value) {
+    const std::size_t tail = tail_.load(std::memory_order_relaxed);
+    if (tail - head_cache_ == slots_.size()) {
+      head_cache_ = head_.load(std::memory_order_acquire);
+      if (tail - head_cache_ == slots_.size()) {
+        return false;
+      }
+    }
+    std::swap(slots_[tail & mask_], value);
+    tail_.store(tail + 1, std::memory_order_release);
+    return true;
+  }
+  bool push(T&& value) {
+    T local = std::move(value);
+    if (push(local)) {
+      return true;
+    }
+    value = std::move(local);
+    return false;
+  }
+
+  // --- consumer -------------------------------------------------------------------------------
+
+  // False when empty: out is untouched.
+  bool pop(T& out) {
+    const std::size_t head = head_.load(std::memory_order_relaxed);
+    if (head == tail_cache_) {
+      tail_cache_ = tail_.load(std::memory_order_acquire);
+      if (head == tail_cache_) {
+        return false;
+      }
+    }
+    std::swap(out, slots_[head & mask_]);
+    head_.store(head + 1, std::memory_order_release);
+    return true;
+  }
+
+ private:
+  std::vector<T> slots_;
+  std::size_t mask_;
+
+  alignas(kCacheLine) std::atomic<std::size_t> tail_{0};  // written by the producer
+  std::size_t head_cache_ = 0;                            // the producer's last view of head_
+  alignas(kCacheLine) std::atomic<std::size_t> head_{0};  // written by the consumer
+  std::size_t tail_cache_ = 0;                            // the consumer's last view of tail_
+};
+
+}  // namespace linegate::exchange
