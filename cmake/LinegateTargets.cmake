@@ -36,12 +36,14 @@ function(linegate_library name)
   add_library(linegate::${name} ALIAS linegate_${name})
 endfunction()
 
-# linegate_program(NAME SOURCES ... DEPENDS ...) makes an executable that is installed to bin.
+# linegate_program(NAME SOURCES ... DEPENDS ...) makes an executable in the build folder's bin, where
+# deploy/demo and a person look for it, that is installed to bin.
 function(linegate_program name)
   cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE linegate_flags linegate_warnings ${ARG_DEPENDS})
-  set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF)
+  set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF
+                        RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endfunction()
 
