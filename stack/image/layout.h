@@ -46,4 +46,7 @@ struct Layout {
   std::vector<Entry> entries;  // ascending by local PDO and position in it
 };
 
+// The hash for Layout::id: FNV-1a (64 bit) over direction, size and entries without their names.
+std::uint64_t layout_id(const Layout& layout);
+
 }  // namespace linegate::image

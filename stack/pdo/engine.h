@@ -28,6 +28,8 @@ class Producer;
 
 namespace linegate::pdo {
 
+struct LinkPlan;
+
 // Plain counters; they never go back.
 struct EngineCounters {
   std::uint64_t received = 0;   // RPDOs taken over
@@ -60,10 +62,20 @@ class Engine {
 
   void set_listener(Listener* listener);
 
+  // The manager's PDOs are copied to and from the places of the plan; their communication
+  // parameters are read from the dictionary where it has records (numbers 1..512), else from the
+  // plan. The plan is copied and holds for every later configure(). Precondition: the plan's
+  // layouts are the image's.
+  void link(const LinkPlan& plan);
+
+  // Largest PDO in bytes: 8, or 64 on a CAN FD line. Precondition: before configure().
+  void set_max_length(std::size_t bytes);
+
   // Reads all PDO records and compiles them. What cannot be compiled stays invalid and is told.
   std::vector<Diagnostic> configure();
 
-  // Entering or leaving Operational: only then are PDOs received, sampled and sent.
+  // Entering or leaving Operational: only then are PDOs received, sampled and sent. Entering
+  // requests every event-driven TPDO once, so that consumers get first values.
   void set_operational(bool operational, Instant now);
 
   // Hot. slot: Target::index of Service::rpdo. Uses frame.time. No allocation, lock, exception.
@@ -73,12 +85,17 @@ class Engine {
   // SYNC: commits synchronous RPDOs, samples synchronous TPDOs. counter: 0 = none.
   void sync(std::uint8_t counter, Instant now);
 
+  // TPDOs with output entries of the image are held back, whatever requests them, until every one
+  // of these entries is valid.
+
   // A mapped value was changed by the device itself: requests its event-driven TPDOs.
   void value_changed(od::Address address, Instant now);
   // The same for bytes [offset, offset + length) of the image's output area; always: even TPDOs
   // whose bytes are as they were last sent.
   void outputs_written(std::uint32_t bit_offset, std::uint32_t bits, bool always, Instant now);
-  // Requests one TPDO by number, unchanged or not. False if there is no such valid TPDO.
+  // Requests one TPDO by number, unchanged or not: an event-driven one at once, one of type 0 at
+  // the next SYNC; others keep their own pace. False if there is no such valid TPDO or the node is
+  // not Operational.
   bool trigger(std::uint16_t number, Instant now);
 
   // Inhibit times, event timers, RPDO deadlines.

@@ -1,0 +1,80 @@
+// Linking the PDOs of a line's devices to its manager: every TPDO of a device becomes an RPDO of
+// the manager and fills input entries, every RPDO a TPDO that carries output entries. The result is
+// the layout of the process image and the manager's own PDO records.
+//
+// To make a line:
+//   Loaded<LinkPlan> plan = plan_links(nodes);
+//   image::ProcessImage image(plan.value->inputs, plan.value->outputs);
+//   add_linked_objects(dictionary, image, *plan.value);      // 1400h.., A000h..
+//   pdo::Engine engine(dictionary, dispatch, events, &image);
+//   engine.link(*plan.value);                                // then engine.configure()
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "stack/base/diagnostic.h"
+#include "stack/base/result.h"
+#include "stack/base/time.h"
+#include "stack/image/layout.h"
+#include "stack/image/process_image.h"
+#include "stack/od/description.h"
+#include "stack/od/dictionary.h"
+#include "stack/pdo/parameters.h"
+
+namespace linegate::pdo {
+
+// A device whose PDOs are to be linked.
+struct RemoteNode {
+  std::uint8_t id = 0;  // 1..127
+  std::string name;
+  DevicePdos pdos;                                // see describe_pdos()
+  const od::DeviceDescription* device = nullptr;  // types, names, 1000h, 1018h:2; never nullptr
+  Duration deadline{};  // of each of its TPDOs, whole ms; 0 = not monitored
+};
+
+// A part of a PDO and where it lies in the image.
+struct LinkTarget {
+  std::uint32_t frame_bit = 0;  // from the start of the PDO
+  std::uint32_t image_bit = 0;  // from the start of the area
+  std::uint16_t bits = 0;
+};
+
+// One PDO of the manager.
+struct LinkedPdo {
+  // number: local; cob_id, type, event_timer: as sent or expected by the manager; mapping: the
+  // network variables that show the same, or dummy entries for what lies beyond them.
+  Parameters parameters;
+  std::uint8_t node = 0;
+  std::uint16_t remote_pdo = 0;
+  std::uint16_t mapped_bits = 0;  // length of the PDO, fillers included
+  std::vector<LinkTarget> targets;
+};
+
+struct LinkPlan {
+  image::Layout inputs;
+  image::Layout outputs;
+  std::vector<LinkedPdo> rpdos;  // ascending by number; numbers above kMaxPdo have no object
+  std::vector<LinkedPdo> tpdos;
+};
+
+// Local PDO numbers are 1, 2, ... in the order (node, remote number), whatever the order of
+// `nodes`. Entries lie in the order of their PDOs; a PDO begins at a multiple of the largest of its
+// alignments, so that a PDO whose values are aligned in the frame is one copy. Values of n whole
+// bytes (n <= 8) lie at a multiple of n, also for n = 3, 5, 6, 7: then a network variable of their
+// size shows them. Other bit lengths are packed, beginning at a new byte after a whole-byte value
+// and in every PDO.
+//
+// Left out, with a note: RPDOs whose COB-ID is a TPDO of another node (they are linked to each
+// other). Warnings: RPDOs that share their COB-ID with one already linked; they get the same frame.
+// Errors: two TPDOs with one COB-ID; an area larger than kMaxAreaBytes.
+Loaded<LinkPlan> plan_links(std::span<const RemoteNode> nodes);
+
+// Adds the manager's PDO records (1400h.., 1600h.., 1800h.., 1A00h..) and the network variables to
+// the dictionary. COB-ID and mapping are read-only: the layout would not be true otherwise.
+Result<void> add_linked_objects(od::Dictionary& dictionary, image::ProcessImage& image,
+                                const LinkPlan& plan);
+
+}  // namespace linegate::pdo
