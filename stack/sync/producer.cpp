@@ -40,7 +40,9 @@ std::optional<std::uint8_t> Producer::advance(Instant now) {
   const std::uint8_t counter = take_counter();
   can::Frame frame;
   frame.id = parameters_.cob_id.id();
-  frame.flags = parameters_.cob_id.extended() ? can::Frame::kExtended : std::uint8_t{0};
+  if (parameters_.cob_id.extended()) {
+    frame.flags = can::Frame::kExtended;
+  }
   frame.length = parameters_.length();
   frame.data[0] = std::byte{counter};
   transmit_.push(can::TransmitClass::sync, frame);

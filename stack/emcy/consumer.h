@@ -1,0 +1,58 @@
+// The EMCY consumer (CiA 301, 7.2.7): emergency messages of other nodes become events.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "stack/base/event_log.h"
+#include "stack/base/time.h"
+#include "stack/can/cob_id.h"
+#include "stack/can/dispatch.h"
+#include "stack/can/frame.h"
+#include "stack/emcy/message.h"
+
+namespace linegate::emcy {
+
+// Told from within receive(), after the event was emitted.
+class Listener {
+ public:
+  virtual ~Listener() = default;
+  virtual void emergency(std::uint8_t node, const Message& message, Instant now) = 0;
+};
+
+// Emits EventKind::emcy. node is 1..127 everywhere; other values have no effect.
+class Consumer {
+ public:
+  // Frames wanted are registered as Service::emcy with index = mark | node-ID: with different marks
+  // (multiples of 128) several consumers share one dispatch. Both must outlive it.
+  Consumer(can::Dispatch& dispatch, EventLog& events, std::uint16_t mark = 0);
+  ~Consumer();
+  Consumer(const Consumer&) = delete;
+  Consumer& operator=(const Consumer&) = delete;
+
+  void set_listener(Listener* listener) { listener_ = listener; }
+
+  // Wants the node's messages, which come on cob_id; one that is invalid or restricted is
+  // ignore().
+  void listen(std::uint8_t node, can::CobId cob_id);
+  // Of all nodes but the own one, on 80h + node-ID.
+  void listen_all(std::uint8_t own);
+  void ignore(std::uint8_t node);
+
+  // A frame of the node, at frame.time. False if it does not have 8 bytes: nothing was done then,
+  // and the owner tells it.
+  bool receive(std::uint8_t node, const can::Frame& frame);
+
+  // Messages received.
+  std::uint64_t received() const { return received_; }
+
+ private:
+  can::Dispatch& dispatch_;
+  EventLog& events_;
+  std::uint16_t mark_;
+  Listener* listener_ = nullptr;
+  std::uint64_t received_ = 0;
+  std::array<can::CobId, can::kMaxNodeId + 1> cob_ids_{};  // invalid = not listened to
+};
+
+}  // namespace linegate::emcy

@@ -1,0 +1,93 @@
+#include "stack/emcy/producer.h"
+
+#include <algorithm>
+
+#include "stack/base/byte_order.h"
+#include "stack/emcy/cob_id_rule.h"
+
+namespace linegate::emcy {
+namespace {
+
+constexpr Duration kInhibitUnit = std::chrono::microseconds(100);
+
+}  // namespace
+
+Producer::Producer(od::Dictionary& dictionary, can::TransmitQueue& transmit, EventLog& events,
+                   std::uint8_t node_id)
+    : dictionary_(dictionary),
+      transmit_(transmit),
+      events_(events),
+      node_id_(node_id),
+      history_(dictionary) {
+}
+
+void Producer::configure() {
+  waiting_ = 0;
+  inhibited_until_ = Instant{};
+}
+
+SendResult Producer::send(std::uint16_t code, std::uint8_t error_register,
+                          std::span<const std::byte> info, Instant now) {
+  Message message{code, error_register, {}};
+  std::ranges::copy(info.first(std::min(info.size(), message.info.size())), message.info.begin());
+  dictionary_.set({kErrorRegisterIndex, 0}, error_register);
+  if (code != kErrorReset) {
+    history_.add(message);
+  }
+  if (!active_ || !is_usable(cob_id())) {
+    return SendResult::disabled;
+  }
+  advance(now);
+  if (waiting_ == 0 && now >= inhibited_until_) {
+    return transmit(message, now) ? SendResult::sent : SendResult::inhibited;
+  }
+  if (waiting_ == ring_.size()) {
+    return SendResult::inhibited;
+  }
+  ring_[(head_ + waiting_) % ring_.size()] = message;
+  ++waiting_;
+  return SendResult::queued;
+}
+
+std::uint8_t Producer::error_register() const {
+  return static_cast<std::uint8_t>(dictionary_.number({kErrorRegisterIndex, 0}).value_or(0));
+}
+
+void Producer::advance(Instant now) {
+  while (active_ && waiting_ > 0 && now >= inhibited_until_) {
+    const Message message = ring_[head_];
+    head_ = (head_ + 1) % ring_.size();
+    --waiting_;
+    transmit(message, now);
+  }
+}
+
+AbortCode Producer::check_write(od::Address address, std::span<const std::byte> value) {
+  if (address.index != kProducerCobId) {
+    return AbortCode::none;
+  }
+  return check_cob_id(cob_id(), can::CobId{static_cast<std::uint32_t>(load_le(value))});
+}
+
+void Producer::written(od::Address address) {
+  if (address.index == kProducerCobId && !is_usable(cob_id())) {
+    waiting_ = 0;
+  }
+}
+
+can::CobId Producer::cob_id() const {
+  const auto raw = dictionary_.number({kProducerCobId, 0});
+  return can::CobId{static_cast<std::uint32_t>(raw.value_or(can::CobId::kInvalidBit))};
+}
+
+bool Producer::transmit(const Message& message, Instant now) {
+  if (!transmit_.push(can::TransmitClass::emcy, encode(message, cob_id()))) {
+    return false;
+  }
+  inhibited_until_ = now + kInhibitUnit * static_cast<std::int64_t>(
+                                              dictionary_.number({kInhibitTime, 0}).value_or(0));
+  events_.emit(to_event(EventKind::emcy_sent, node_id_, message, now));
+  return true;
+}
+
+}  // namespace linegate::emcy

@@ -1,0 +1,82 @@
+// The EMCY producer of the own node (CiA 301, 7.2.7), with the objects it keeps:
+//   1001h  U8   error register, as in the last message
+//   1003h       history of errors, see ErrorHistory
+//   1014h  U32  COB-ID EMCY, bit 31 = not valid
+//   1015h  U16  inhibit time in multiples of 100 us
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "stack/base/event_log.h"
+#include "stack/base/time.h"
+#include "stack/can/transmit_queue.h"
+#include "stack/emcy/error_history.h"
+#include "stack/emcy/message.h"
+#include "stack/od/dictionary.h"
+
+namespace linegate::emcy {
+
+inline constexpr std::uint16_t kErrorRegisterIndex = 0x1001;
+inline constexpr std::uint16_t kProducerCobId = 0x1014;
+inline constexpr std::uint16_t kInhibitTime = 0x1015;
+
+enum class SendResult : std::uint8_t {
+  sent,       // handed to the transmit queue
+  queued,     // the inhibit time runs; the message follows when it is over
+  inhibited,  // the inhibit time runs and kWaiting messages wait already, or the transmit queue is
+              // full: the message will not be sent
+  disabled,   // there is no valid COB-ID, or the NMT state does not allow EMCY
+};
+
+// Hook of 1014h and 1015h. Emits emcy_sent for every message handed to the transmit queue.
+class Producer final : public od::Hook {
+ public:
+  static constexpr std::size_t kWaiting = 16;
+
+  // All must outlive the producer; node_id is 1..127. The owner sets the hooks: the producer
+  // itself, and history() for 1003h.
+  Producer(od::Dictionary& dictionary, can::TransmitQueue& transmit, EventLog& events,
+           std::uint8_t node_id);
+
+  // After a reset: forgets what waits.
+  void configure();
+  // True in Pre-operational and Operational.
+  void set_active(bool active) { active_ = active; }
+
+  // Tells an error, or with code 0000h that errors have gone: error_register becomes 1001h, and
+  // errors enter 1003h, whatever the result. info: manufacturer bytes, missing ones are 0, those
+  // after the fifth are left out.
+  SendResult send(std::uint16_t code, std::uint8_t error_register, std::span<const std::byte> info,
+                  Instant now);
+
+  // Object 1001h.
+  std::uint8_t error_register() const;
+  ErrorHistory& history() { return history_; }
+
+  // Sends what waited for the end of the inhibit time.
+  void advance(Instant now);
+  Instant next_wake() const { return active_ && waiting_ > 0 ? inhibited_until_ : kNever; }
+
+  AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
+  void written(od::Address address) override;
+
+ private:
+  can::CobId cob_id() const;
+  bool transmit(const Message& message, Instant now);
+
+  od::Dictionary& dictionary_;
+  can::TransmitQueue& transmit_;
+  EventLog& events_;
+  std::uint8_t node_id_;
+  ErrorHistory history_;
+  bool active_ = false;
+  Instant inhibited_until_{};
+  std::array<Message, kWaiting> ring_{};
+  std::size_t head_ = 0;
+  std::size_t waiting_ = 0;
+};
+
+}  // namespace linegate::emcy
