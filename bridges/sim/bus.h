@@ -3,7 +3,8 @@
 // Deterministic and passive. Endpoints submit frames; whenever the bus is free, the frame that wins
 // arbitration among those submitted by then occupies it for its exact number of bits, and all other
 // endpoints get it with the time of its last bit. An endpoint sends its own frames in the order in
-// which it submitted them, as a controller behind a queue does.
+// which it submitted them, as a controller behind a queue does. As on the kernel's vcan, a frame
+// leaves even when nobody else is there to acknowledge it.
 #pragma once
 
 #include <cstddef>
@@ -43,7 +44,8 @@ class Bus {
   Endpoint attach();
   // Frames it still has waiting are gone.
   void detach(Endpoint endpoint);
-  // A pulled cable: neither sends nor receives; what is waiting keeps waiting. Connected at first.
+  // A pulled cable: neither sends nor receives; what is waiting to be sent keeps waiting, what was
+  // received before can be taken until it is plugged in again. Connected at first.
   void set_connected(Endpoint endpoint, bool connected);
   // Asked for every frame at its end. An empty function = everything is delivered.
   void set_disturbance(Disturbance disturbance);
@@ -64,7 +66,7 @@ class Bus {
   std::size_t take(Endpoint endpoint, std::span<can::Frame> out, Instant until = kNever);
   // The time of the first frame take() would give; kNever if none.
   Instant first_waiting(Endpoint endpoint) const;
-  // Frames the endpoint missed because it read too late, since the last call.
+  // Frames that passed the endpoint because it read too late, since the last call.
   std::uint64_t take_lost(Endpoint endpoint);
   // Frames of this endpoint that have left: never goes back.
   std::uint64_t sent(Endpoint endpoint) const;
@@ -85,7 +87,8 @@ class Bus {
     bool attached = false;
     bool connected = true;
     std::deque<Waiting> queue;
-    std::uint64_t cursor = 0;  // number of the next delivered frame to look at
+    std::uint64_t cursor = 0;        // number of the next delivered frame to look at
+    std::uint64_t limit = kNoLimit;  // frames from this number on passed while disconnected
     std::uint64_t lost = 0;
     std::uint64_t sent = 0;
   };
@@ -97,10 +100,17 @@ class Bus {
     Endpoint sender = 0;
     Instant start{};
   };
+  static constexpr std::uint64_t kNoLimit = ~std::uint64_t{0};
 
+  bool may_send(const End& end) const {
+    return end.attached && end.connected && !end.queue.empty();
+  }
   bool next_turn(Turn& turn) const;
-  void finish(const Turn& turn, Instant end);
-  void skip_own(Endpoint endpoint);
+  void finish(Endpoint sender, Instant end);
+  void deliver(Endpoint sender, const can::Frame& frame, Instant time);
+  // The number of the next frame for this endpoint, or its limit.
+  std::uint64_t next_for(Endpoint endpoint) const;
+  std::uint64_t oldest_kept() const;
 
   BusOptions options_;
   Disturbance disturbance_;

@@ -1,0 +1,231 @@
+#include "bridges/sim/virtual_channel.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <map>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include <sys/timerfd.h>
+#include <unistd.h>
+
+#include "bridges/can/sendable.h"
+
+namespace linegate::sim {
+namespace {
+
+using can::BusEvent;
+using can::BusState;
+
+constexpr Duration kRetryPeriod = std::chrono::milliseconds(500);
+
+// A descriptor that becomes readable at an instant of the monotonic clock.
+class Timer {
+ public:
+  Timer() = default;
+  ~Timer() {
+    if (descriptor_ >= 0) {
+      ::close(descriptor_);
+    }
+  }
+  Timer(const Timer&) = delete;
+  Timer& operator=(const Timer&) = delete;
+
+  // 0, or errno.
+  int open() {
+    descriptor_ = ::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
+    return descriptor_ >= 0 ? 0 : errno;
+  }
+
+  // Setting it again is also what makes an expired timer unreadable.
+  void arm(Instant at) {
+    if (descriptor_ < 0) {
+      return;
+    }
+    armed_ = at;
+    itimerspec when{};
+    if (at != kNever) {
+      const auto ns = std::max<Duration::rep>(at.time_since_epoch().count(), 1);
+      when.it_value.tv_sec = ns / 1'000'000'000;
+      when.it_value.tv_nsec = ns % 1'000'000'000;
+    }
+    ::timerfd_settime(descriptor_, TFD_TIMER_ABSTIME, &when, nullptr);
+  }
+
+  int descriptor() const { return descriptor_; }
+  Instant armed() const { return armed_; }
+
+ private:
+  int descriptor_ = -1;
+  Instant armed_ = kNever;
+};
+
+struct Member {
+  Bus::Endpoint endpoint = 0;
+  Timer timer;
+};
+
+// A bus and the ends that are open. Every call is made under the mutex. Whenever something is going
+// to happen on the bus, every member's timer is armed for it or for something earlier.
+struct SharedBus {
+  explicit SharedBus(const BusOptions& options) : bus(options) {}
+
+  void wake_members() {
+    const Instant wake = bus.next_wake();
+    for (Member* member : members) {
+      if (wake < member->timer.armed()) {
+        member->timer.arm(wake);
+      }
+    }
+  }
+
+  std::mutex mutex;
+  Bus bus;
+  std::vector<Member*> members;
+};
+
+class VirtualChannel final : public can_bridge::Channel {
+ public:
+  explicit VirtualChannel(std::shared_ptr<SharedBus> shared) : shared_(std::move(shared)) {
+    const std::scoped_lock lock(shared_->mutex);
+    self_.endpoint = shared_->bus.attach();
+  }
+
+  ~VirtualChannel() override {
+    const std::scoped_lock lock(shared_->mutex);
+    std::erase(shared_->members, &self_);
+    shared_->bus.detach(self_.endpoint);
+  }
+
+  VirtualChannel(const VirtualChannel&) = delete;
+  VirtualChannel& operator=(const VirtualChannel&) = delete;
+
+  int descriptor() const override { return self_.timer.descriptor(); }
+
+  std::size_t read(std::span<can::Frame> out, can_bridge::BusEvents& events, Instant now) override {
+    if (events.room() < can_bridge::BusEvents::kPerFrame) {
+      return 0;
+    }
+    const std::scoped_lock lock(shared_->mutex);
+    if (descriptor() < 0 && !open(events, now)) {
+      return 0;
+    }
+    Bus& bus = shared_->bus;
+    bus.advance(now);
+    const std::size_t count = bus.take(self_.endpoint, out, now);
+    counters_.received += count;
+    counters_.confirmed = bus.sent(self_.endpoint);
+    report_lost(bus.take_lost(self_.endpoint), events, now);
+    const Instant wake = earlier(bus.first_waiting(self_.endpoint), bus.next_wake());
+    if (wake != self_.timer.armed() || wake <= now) {
+      self_.timer.arm(wake);
+    }
+    return count;
+  }
+
+  std::size_t write(std::span<const can::Frame> frames, Instant now) override {
+    if (descriptor() < 0) {
+      return 0;
+    }
+    const std::scoped_lock lock(shared_->mutex);
+    shared_->bus.advance(now);
+    std::size_t taken = 0;
+    while (taken < frames.size() && submit(frames[taken], now)) {
+      ++taken;
+    }
+    counters_.stalled += taken < frames.size() ? 1U : 0U;
+    shared_->wake_members();
+    return taken;
+  }
+
+  std::size_t room(Instant /*now*/) const override {
+    if (descriptor() < 0) {
+      return 0;
+    }
+    const std::scoped_lock lock(shared_->mutex);
+    return shared_->bus.room(self_.endpoint);
+  }
+
+  bool wants_writable() const override { return false; }
+  Instant next_wake() const override { return descriptor() < 0 ? retry_at_ : kNever; }
+  const can_bridge::ChannelCounters& counters() const override { return counters_; }
+
+ private:
+  bool open(can_bridge::BusEvents& events, Instant now) {
+    if (now < retry_at_) {
+      return false;
+    }
+    BusEvent event;
+    event.time = now;
+    if (const int error = self_.timer.open(); error != 0) {
+      retry_at_ = now + kRetryPeriod;
+      event.kind = BusEvent::Kind::interface_failed;
+      event.code = static_cast<std::uint32_t>(error);
+      if (!std::exchange(failed_, true)) {
+        events.push(event);
+      }
+      return false;
+    }
+    shared_->members.push_back(&self_);
+    event.kind = BusEvent::Kind::interface_ready;
+    events.push(event);
+    event.kind = BusEvent::Kind::state;
+    event.state = BusState::error_active;
+    events.push(event);
+    return true;
+  }
+
+  bool submit(const can::Frame& frame, Instant now) {
+    if (!can_bridge::sendable(frame, true)) {
+      ++counters_.refused;
+      return true;
+    }
+    if (!shared_->bus.submit(self_.endpoint, frame, now)) {
+      return false;
+    }
+    ++counters_.sent;
+    return true;
+  }
+
+  void report_lost(std::uint64_t lost, can_bridge::BusEvents& events, Instant now) {
+    if (lost == 0) {
+      return;
+    }
+    counters_.lost += lost;
+    BusEvent event;
+    event.kind = BusEvent::Kind::frames_lost;
+    event.count = static_cast<std::uint32_t>(lost);
+    event.time = now;
+    events.push(event);
+  }
+
+  std::shared_ptr<SharedBus> shared_;
+  Member self_;
+  Instant retry_at_{};
+  bool failed_ = false;
+  can_bridge::ChannelCounters counters_;
+};
+
+}  // namespace
+
+struct VirtualNetwork::Impl {
+  std::mutex mutex;
+  std::map<std::string, std::shared_ptr<SharedBus>, std::less<>> buses;
+};
+
+VirtualNetwork::VirtualNetwork() : impl_(std::make_unique<Impl>()) {
+}
+VirtualNetwork::~VirtualNetwork() = default;
+
+std::unique_ptr<can_bridge::Channel> VirtualNetwork::open(std::string_view name,
+                                                          const BusOptions& options) {
+  const std::scoped_lock lock(impl_->mutex);
+  auto found = impl_->buses.find(name);
+  if (found == impl_->buses.end()) {
+    found = impl_->buses.emplace(std::string(name), std::make_shared<SharedBus>(options)).first;
+  }
+  return std::make_unique<VirtualChannel>(found->second);
+}
+
+}  // namespace linegate::sim

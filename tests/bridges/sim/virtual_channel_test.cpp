@@ -1,0 +1,170 @@
+#include "bridges/sim/virtual_channel.h"
+
+#include <array>
+#include <chrono>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <poll.h>
+
+namespace linegate::sim {
+namespace {
+
+using can::BusEvent;
+using can::BusState;
+using can::Frame;
+using can::make_frame;
+using can_bridge::BusEvents;
+using can_bridge::Channel;
+
+Instant now() {
+  return Instant(std::chrono::steady_clock::now().time_since_epoch());
+}
+
+bool readable(const Channel& channel, int timeout_ms) {
+  pollfd entry{channel.descriptor(), POLLIN, 0};
+  return ::poll(&entry, 1, timeout_ms) == 1;
+}
+
+std::vector<Frame> read_some(Channel& channel, Instant at) {
+  std::vector<Frame> out(64);
+  BusEvents events;
+  out.resize(channel.read(out, events, at));
+  return out;
+}
+
+TEST(VirtualChannel, FirstReadReportsTheInterfaceReady) {
+  VirtualNetwork network;
+  auto channel = network.open("line1");
+  EXPECT_EQ(channel->descriptor(), -1);
+  EXPECT_LE(channel->next_wake(), now());
+  EXPECT_EQ(channel->room(now()), 0U);
+  std::array<Frame, 1> out;
+  BusEvents events;
+  EXPECT_EQ(channel->read(out, events, now()), 0U);
+  ASSERT_EQ(events.view().size(), 2U);
+  EXPECT_EQ(events.view()[0].kind, BusEvent::Kind::interface_ready);
+  EXPECT_EQ(events.view()[1].kind, BusEvent::Kind::state);
+  EXPECT_EQ(events.view()[1].state, BusState::error_active);
+  EXPECT_GE(channel->descriptor(), 0);
+  EXPECT_EQ(channel->next_wake(), kNever);
+  EXPECT_GT(channel->room(now()), 0U);
+}
+
+TEST(VirtualChannel, DescriptorWakesTheReceiverAndFrameHasItsEndTime) {
+  VirtualNetwork network;
+  auto a = network.open("line1");
+  auto b = network.open("line1");
+  auto other = network.open("line2");
+  const Instant start = now();
+  for (Channel* channel : {a.get(), b.get(), other.get()}) {
+    EXPECT_TRUE(read_some(*channel, start).empty());
+    EXPECT_FALSE(readable(*channel, 0));
+  }
+  const std::array frames{make_frame(0x181, {1}), make_frame(0x182, {2})};
+  const Instant sent = now();
+  ASSERT_EQ(a->write(frames, sent), 2U);
+  std::vector<Frame> got;
+  while (got.size() < 2) {
+    ASSERT_TRUE(readable(*b, 5000));
+    const Instant at = now();
+    for (const Frame& frame : read_some(*b, at)) {
+      EXPECT_LE(frame.time, at);
+      EXPECT_GT(frame.time, sent);
+      got.push_back(frame);
+    }
+  }
+  EXPECT_TRUE(same_content(got[0], frames[0]));
+  EXPECT_TRUE(same_content(got[1], frames[1]));
+  EXPECT_LT(got[0].time, got[1].time);
+  EXPECT_FALSE(readable(*b, 0));
+  EXPECT_FALSE(readable(*other, 0));
+  EXPECT_TRUE(read_some(*a, now()).empty());
+  EXPECT_EQ(a->counters().confirmed, 2U);
+}
+
+TEST(VirtualChannel, FullQueueIsBackPressure) {
+  VirtualNetwork network;
+  BusOptions slow;
+  slow.bit_rate = 10;
+  auto channel = network.open("slow", slow);
+  const Instant start = now();
+  read_some(*channel, start);
+  const std::size_t room = channel->room(start);
+  const std::vector<Frame> frames(room + 3, make_frame(0x181));
+  EXPECT_EQ(channel->write(frames, start), room);
+  EXPECT_EQ(channel->room(start), 0U);
+  EXPECT_EQ(channel->write(frames, start), 0U);
+  EXPECT_EQ(channel->counters().stalled, 2U);
+  read_some(*channel, start + std::chrono::hours(1));
+  EXPECT_EQ(channel->room(start), room);
+}
+
+TEST(VirtualChannel, ImpossibleFrameIsTakenAndRefused) {
+  VirtualNetwork network;
+  auto channel = network.open("line1");
+  read_some(*channel, now());
+  std::array frames{make_frame(0x181), make_frame(0x181)};
+  frames[0].length = 9;
+  EXPECT_EQ(channel->write(frames, now()), 2U);
+  EXPECT_EQ(channel->counters().refused, 1U);
+  EXPECT_EQ(channel->counters().sent, 1U);
+}
+
+TEST(VirtualChannel, ReaderWithoutRoomStaysReadable) {
+  VirtualNetwork network;
+  auto a = network.open("line1");
+  auto b = network.open("line1");
+  read_some(*a, now());
+  read_some(*b, now());
+  const std::array frames{make_frame(0x181), make_frame(0x182), make_frame(0x183)};
+  a->write(frames, now());
+  const Instant later = now() + std::chrono::seconds(1);
+  std::array<Frame, 1> one;
+  BusEvents events;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(b->read(one, events, later), 1U);
+  }
+  EXPECT_EQ(b->read(one, events, later), 0U);
+}
+
+// Each thread answers the other's frame with the next number.
+TEST(VirtualChannel, TwoThreadsShareABus) {
+  VirtualNetwork network;
+  constexpr std::uint8_t kRounds = 200;
+  const auto play = [&](std::unique_ptr<Channel> channel, std::uint32_t own_id, bool first) {
+    read_some(*channel, now());
+    std::uint8_t expected = first ? 1 : 0;
+    if (first) {
+      channel->write(std::array{make_frame(own_id, {0})}, now());
+    }
+    while (expected < kRounds) {
+      if (!readable(*channel, 5000)) {
+        return expected;
+      }
+      for (const Frame& frame : read_some(*channel, now())) {
+        if (frame.data[0] != std::byte{expected}) {
+          return expected;
+        }
+        const auto answer = static_cast<std::uint8_t>(expected + 1);
+        channel->write(std::array{make_frame(own_id, {answer})}, now());
+        expected = static_cast<std::uint8_t>(expected + 2);
+      }
+    }
+    return expected;
+  };
+  auto left = network.open("shared");
+  auto right = network.open("shared");
+  read_some(*left, now());
+  read_some(*right, now());
+  std::uint8_t right_end = 0;
+  std::thread other([&] { right_end = play(std::move(right), 0x182, false); });
+  const std::uint8_t left_end = play(std::move(left), 0x181, true);
+  other.join();
+  EXPECT_GE(left_end, kRounds);
+  EXPECT_GE(right_end, kRounds);
+}
+
+}  // namespace
+}  // namespace linegate::sim
