@@ -2,17 +2,20 @@
 // sub-index, access rights, limits, and hooks.
 //
 // Building it (add, remove, bind) allocates; look-up, reading and writing of values of fixed size
-// do not. Pointers to values stay valid until the object is removed: PDO copy plans hold them.
+// do not. Pointers to values stay valid until the object is removed or the variable is bound: PDO
+// copy plans hold them. (Those of DOMAIN move when a longer value is written.) A value in the
+// dictionary's own storage starts at a multiple of 8 and has 8 bytes of slack after its capacity,
+// so that it may be loaded and stored in words of 8 bytes.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "stack/base/abort_code.h"
@@ -23,6 +26,7 @@
 namespace linegate::od {
 
 struct Variable;
+class ObjectTable;
 
 // What belongs to an object besides its bytes. A hook is registered for an object and sees all its
 // sub-indices. It must outlive the dictionary or be removed first. Every function has a default
@@ -41,9 +45,9 @@ class Hook {
 
 // One sub-index: where its bytes are and what may be done with them.
 struct Variable {
-  std::byte* data = nullptr;   // at least capacity bytes
+  std::byte* data = nullptr;   // at least capacity bytes; DOMAIN: at least size
   std::uint32_t size = 0;      // bytes of the value now
-  std::uint32_t capacity = 0;  // bytes there is room for; == size for types of fixed size
+  std::uint32_t capacity = 0;  // bytes of the longest value; == size for types of fixed size
   DataType type = DataType::none;
   Access access = Access::ro;
   bool mappable = false;
@@ -64,13 +68,16 @@ class Dictionary {
   // --- building -------------------------------------------------------------------------------
 
   // Adds the object with storage for its values. Fails with device_incompatible if the index exists
-  // or the description makes no sense (duplicate sub-index, value longer than its type).
+  // or is 0, or the description makes no sense (sub-indices not ascending or FFh, no type, value
+  // longer than its type). A value shorter than its type is filled up with zeros. Strings take
+  // values as long as the described one or 64 bytes, DOMAIN 64 KiB.
   Result<void> add(const ObjectDescription& object);
   // Removes it; its hook is forgotten. no_object if there is none.
   Result<void> remove(std::uint16_t index);
 
   // Values of the variable live at `data` from now on (for example in a process image); the bytes
-  // there become the value. data must have room for the variable's capacity.
+  // there become the value. data must have room for the variable's capacity. no_object or
+  // no_sub_index; unsupported_access for elements of a window and for DOMAIN.
   Result<void> bind(Address address, std::byte* data);
 
   // An object whose sub-indices 1..count are equal elements that lie one after the other at data:
@@ -101,32 +108,46 @@ class Dictionary {
 
   // --- access as over SDO: rights, size, limits and hooks apply --------------------------------
 
-  // The value's bytes; valid until the next write or change of the dictionary.
+  // The value's bytes; valid until the next write or change of the dictionary. Sub-index FFh gives
+  // the structure of the object, UNSIGNED32: data type << 8 | object code (CiA 301, 7.4.7).
   Result<std::span<const std::byte>> read(Address address) const;
-  // Everything write() would check, without writing: for writes that are split in two.
+  // Everything write() would check, without writing: for writes that are split in two. In this
+  // order: no_object, no_sub_index, read_only, length_too_high or length_too_low (length_mismatch
+  // for half a character of a UNICODE_STRING), value_too_high or value_too_low, then the hook.
   AbortCode check(Address address, std::span<const std::byte> value) const;
   AbortCode write(Address address, std::span<const std::byte> value);
 
   // --- access by the device itself: no rights, no limits, no check; hooks' written() is called ---
 
-  // False if there is no such variable or value does not fit.
+  // False if there is no such variable or value does not have its length.
   bool set(Address address, std::span<const std::byte> value);
 
+  // The same for a number, in as many bytes as the variable has; the type of value does not matter.
+  // False if there is no such variable, it is not of fixed size or value does not fit into it.
   template <class T>
   requires std::is_integral_v<T>
   bool set(Address address, T value) {
-    std::array<std::byte, sizeof(T)> raw;
-    store_le(std::span<std::byte>(raw), static_cast<std::uint64_t>(value));
-    return set(address, std::span<const std::byte>(raw));
+    bool negative = false;
+    if constexpr (std::is_signed_v<T>) {
+      negative = value < 0;
+    }
+    return set_number(address, static_cast<std::uint64_t>(value), negative);
   }
+
+  // Gives all variables of first..last their initial values again, as described (NMT reset node:
+  // everything; reset communication: 1000h to 1FFFh). Bound variables are written where they live;
+  // windows, which show what belongs to others, are left alone. Hooks are not called: whoever
+  // resets lets the services read their parameters anew.
+  void reset_values(std::uint16_t first, std::uint16_t last);
 
   // The value as an unsigned number, zero-extended; nothing if there is none or it has 0 or more
   // than 8 bytes. Hooks are not called.
   std::optional<std::uint64_t> number(Address address) const;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  bool set_number(Address address, std::uint64_t value, bool negative);
+
+  std::unique_ptr<ObjectTable> objects_;
 };
 
 }  // namespace linegate::od

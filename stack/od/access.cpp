@@ -1,0 +1,172 @@
+// Reading and writing the values of a Dictionary.
+#include <algorithm>
+
+#include "stack/od/limits.h"
+#include "stack/od/object_table.h"
+
+namespace linegate::od {
+namespace {
+
+constexpr std::uint8_t kStructureSub = 0xFF;
+
+AbortCode check_length(const Variable& variable, std::size_t size) {
+  if (size > variable.capacity) {
+    return AbortCode::length_too_high;
+  }
+  if (byte_size(variable.type) != 0) {
+    return size < variable.size ? AbortCode::length_too_low : AbortCode::none;
+  }
+  return variable.type == DataType::unicode_string && size % 2 != 0 ? AbortCode::length_mismatch
+                                                                    : AbortCode::none;
+}
+
+AbortCode check_variable(const ObjectTable& objects, Address address, const Variable& variable,
+                         std::span<const std::byte> value) {
+  if (!writable(variable.access)) {
+    return AbortCode::read_only;
+  }
+  if (const AbortCode why = check_length(variable, value.size()); why != AbortCode::none) {
+    return why;
+  }
+  if (variable.has_limits) {
+    const VariableDetails& details = objects.details(address);
+    const AbortCode why = check_limits(variable.type, value, details.low, details.high);
+    if (why != AbortCode::none) {
+      return why;
+    }
+  }
+  return variable.hook == nullptr ? AbortCode::none : variable.hook->check_write(address, value);
+}
+
+// value has an allowed length. It may overlap the variable's own bytes.
+void store(const ObjectTable& objects, Address address, Variable& variable,
+           std::span<const std::byte> value) {
+  if (variable.type == DataType::domain) {
+    objects.details(address).domain = std::vector<std::byte>(value.begin(), value.end());
+    variable.data = objects.details(address).domain.data();
+  } else if (!value.empty()) {
+    std::memmove(variable.data, value.data(), value.size());
+  }
+  variable.size = static_cast<std::uint32_t>(value.size());
+}
+
+void store_and_tell(const ObjectTable& objects, Address address, Variable& variable,
+                    std::span<const std::byte> value) {
+  store(objects, address, variable, value);
+  if (variable.hook != nullptr) {
+    variable.hook->written(address);
+  }
+}
+
+}  // namespace
+
+AbortCode Hook::before_read(Address /*address*/, const Variable& /*variable*/) {
+  return AbortCode::none;
+}
+
+AbortCode Hook::check_write(Address /*address*/, std::span<const std::byte> /*value*/) {
+  return AbortCode::none;
+}
+
+void Hook::written(Address /*address*/) {
+}
+
+Result<std::span<const std::byte>> Dictionary::read(Address address) const {
+  Variable element;
+  AbortCode why = AbortCode::none;
+  const Variable* variable = objects_->find(address, element, why);
+  if (variable == nullptr) {
+    if (address.sub == kStructureSub && why == AbortCode::no_sub_index) {
+      return std::span<const std::byte>(
+          objects_->details(*objects_->find(address.index)).structure);
+    }
+    return to_error(why);
+  }
+  if (!readable(variable->access)) {
+    return to_error(AbortCode::write_only);
+  }
+  if (variable->hook != nullptr) {
+    why = variable->hook->before_read(address, *variable);
+    if (why != AbortCode::none) {
+      return to_error(why);
+    }
+  }
+  return variable->bytes();
+}
+
+AbortCode Dictionary::check(Address address, std::span<const std::byte> value) const {
+  Variable element;
+  AbortCode why = AbortCode::none;
+  const Variable* variable = objects_->find(address, element, why);
+  return variable == nullptr ? why : check_variable(*objects_, address, *variable, value);
+}
+
+AbortCode Dictionary::write(Address address, std::span<const std::byte> value) {
+  Variable element;
+  AbortCode why = AbortCode::none;
+  Variable* variable = objects_->find(address, element, why);
+  if (variable == nullptr) {
+    return why;
+  }
+  why = check_variable(*objects_, address, *variable, value);
+  if (why == AbortCode::none) {
+    store_and_tell(*objects_, address, *variable, value);
+  }
+  return why;
+}
+
+bool Dictionary::set(Address address, std::span<const std::byte> value) {
+  Variable element;
+  AbortCode why = AbortCode::none;
+  Variable* variable = objects_->find(address, element, why);
+  if (variable == nullptr || check_length(*variable, value.size()) != AbortCode::none) {
+    return false;
+  }
+  store_and_tell(*objects_, address, *variable, value);
+  return true;
+}
+
+bool Dictionary::set_number(Address address, std::uint64_t value, bool negative) {
+  const std::optional<Variable> variable = find(address);
+  if (!variable || byte_size(variable->type) == 0) {
+    return false;
+  }
+  std::array<std::byte, 8> raw{};
+  const auto bytes = std::span(raw).first(variable->size);
+  store_le(bytes, value);
+  if (variable->size < raw.size()) {
+    const unsigned bits = 8 * variable->size;
+    const std::uint64_t beyond = value >> bits;
+    const bool top = ((value >> (bits - 1)) & 1U) != 0;
+    const bool fits = negative ? beyond == ~std::uint64_t{0} >> bits && top : beyond == 0;
+    if (!fits) {
+      return false;
+    }
+  }
+  return set(address, std::span<const std::byte>(bytes));
+}
+
+void Dictionary::reset_values(std::uint16_t first, std::uint16_t last) {
+  for (const std::uint16_t index : indices()) {
+    const Slot& slot = *objects_->find(index);
+    if (index < first || index > last || slot.kind == Slot::Kind::window) {
+      continue;
+    }
+    for (unsigned sub = 0; sub <= slot.highest; ++sub) {
+      const Address address{index, static_cast<std::uint8_t>(sub)};
+      if (slot.variables[sub].type != DataType::none) {
+        store(*objects_, address, slot.variables[sub], objects_->details(address).initial);
+      }
+    }
+  }
+}
+
+std::optional<std::uint64_t> Dictionary::number(Address address) const {
+  const std::optional<Variable> variable = find(address);
+  if (!variable || variable->size == 0 || variable->size > sizeof(std::uint64_t)) {
+    return std::nullopt;
+  }
+  return load_le(variable->bytes());
+}
+
+}  // namespace linegate::od

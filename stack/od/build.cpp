@@ -1,0 +1,228 @@
+// Building a Dictionary: what allocates.
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "stack/base/byte_order.h"
+#include "stack/od/object_table.h"
+
+namespace linegate::od {
+namespace {
+
+constexpr std::size_t kSlack = 8;
+constexpr std::size_t kShortestString = 64;
+constexpr std::size_t kLongestDomain = 0x1'0000;
+constexpr std::uint8_t kStructureSub = 0xFF;
+constexpr std::size_t kLongestWindow = 254;
+
+std::size_t round_up(std::size_t size) {
+  return (size + 7) / 8 * 8;
+}
+
+std::uint32_t capacity_of(const VariableDescription& variable) {
+  if (const unsigned fixed = byte_size(variable.type); fixed != 0) {
+    return fixed;
+  }
+  const std::size_t least = variable.type == DataType::domain ? kLongestDomain : kShortestString;
+  return static_cast<std::uint32_t>(std::max(least, variable.value.size()));
+}
+
+// Bytes of the value in the object's block.
+std::size_t room_of(const VariableDescription& variable) {
+  return variable.type == DataType::domain ? 0 : round_up(capacity_of(variable) + kSlack);
+}
+
+bool makes_sense(const ObjectDescription& object) {
+  int last_sub = -1;
+  for (const VariableDescription& variable : object.variables) {
+    if (variable.sub <= last_sub || variable.sub == kStructureSub ||
+        variable.type == DataType::none) {
+      return false;
+    }
+    const unsigned fixed = byte_size(variable.type);
+    if (fixed != 0 && variable.value.size() > fixed) {
+      return false;
+    }
+    last_sub = variable.sub;
+  }
+  return object.index != 0 && !object.variables.empty();
+}
+
+// The data type of an object as a whole: for records the DEFSTRUCT of CiA 301 that they are made
+// of.
+std::uint16_t structure_type(const ObjectDescription& object) {
+  constexpr std::uint16_t kPdoCommunication = 0x20;
+  constexpr std::uint16_t kPdoMapping = 0x21;
+  constexpr std::uint16_t kSdoParameter = 0x22;
+  constexpr std::uint16_t kIdentity = 0x23;
+  if (object.type != ObjectType::record) {
+    return static_cast<std::uint16_t>(object.variables.back().type);
+  }
+  switch (object.index & 0xFE00U) {
+    case 0x1400:
+    case 0x1800:
+      return kPdoCommunication;
+    case 0x1600:
+    case 0x1A00:
+      return kPdoMapping;
+    case 0x1200:
+      return kSdoParameter;
+    default:
+      return object.index == 0x1018 ? kIdentity : 0;
+  }
+}
+
+std::array<std::byte, 4> structure(std::uint16_t data_type, ObjectType object_type) {
+  std::array<std::byte, 4> out{};
+  store_le(std::span<std::byte>(out),
+           std::uint64_t{data_type} << 8U | static_cast<std::uint8_t>(object_type));
+  return out;
+}
+
+VariableDetails details_of(const VariableDescription& variable) {
+  VariableDetails details;
+  details.name = variable.name;
+  details.initial = variable.value;
+  if (const unsigned fixed = byte_size(variable.type); fixed != 0) {
+    details.initial.resize(fixed);
+  }
+  details.low = variable.low_limit;
+  details.high = variable.high_limit;
+  if (variable.type == DataType::domain) {
+    details.domain = details.initial;
+  }
+  return details;
+}
+
+Variable variable_of(const VariableDescription& described, VariableDetails& details,
+                     std::byte* room) {
+  Variable variable;
+  variable.size = static_cast<std::uint32_t>(details.initial.size());
+  variable.capacity = capacity_of(described);
+  variable.type = described.type;
+  variable.access = described.access;
+  variable.mappable = described.mappable;
+  variable.has_limits = !described.low_limit.empty() || !described.high_limit.empty();
+  variable.data = described.type == DataType::domain ? details.domain.data() : room;
+  if (described.type != DataType::domain) {
+    std::copy(details.initial.begin(), details.initial.end(), room);
+  }
+  return variable;
+}
+
+// A block with `count` default Variables at its beginning and `room` bytes behind them.
+std::unique_ptr<CacheLine[]> make_block(std::size_t count, std::size_t room) {
+  const std::size_t bytes = count * sizeof(Variable) + room;
+  auto block = std::make_unique<CacheLine[]>((bytes + sizeof(CacheLine) - 1) / sizeof(CacheLine));
+  std::uninitialized_value_construct_n(reinterpret_cast<Variable*>(block.get()), count);
+  return block;
+}
+
+}  // namespace
+
+Dictionary::Dictionary() : objects_(std::make_unique<ObjectTable>()) {
+}
+
+Dictionary::Dictionary(const DeviceDescription& device) : Dictionary() {
+  for (const ObjectDescription& object : device.objects) {
+    (void)add(object);
+  }
+}
+
+Dictionary::Dictionary(Dictionary&&) noexcept = default;
+Dictionary& Dictionary::operator=(Dictionary&&) noexcept = default;
+Dictionary::~Dictionary() = default;
+
+Result<void> Dictionary::add(const ObjectDescription& object) {
+  if (!makes_sense(object) || has_object(object.index)) {
+    return to_error(AbortCode::device_incompatible);
+  }
+  const std::uint8_t highest = object.variables.back().sub;
+  const std::size_t count = highest + std::size_t{1};
+  std::size_t room = 0;
+  for (const VariableDescription& variable : object.variables) {
+    room += room_of(variable);
+  }
+  ObjectDetails details;
+  details.name = object.name;
+  details.type = object.type;
+  details.structure = structure(structure_type(object), object.type);
+  details.variables.resize(count);
+  details.block = make_block(count, room);
+  auto* variables = reinterpret_cast<Variable*>(details.block.get());
+  auto* next = reinterpret_cast<std::byte*>(details.block.get()) + count * sizeof(Variable);
+  for (const VariableDescription& described : object.variables) {
+    VariableDetails& cold = details.variables[described.sub];
+    cold = details_of(described);
+    variables[described.sub] = variable_of(described, cold, next);
+    next += room_of(described);
+  }
+  objects_->insert(object.index, Slot{variables, 0, highest, Slot::Kind::plain},
+                   std::move(details));
+  return {};
+}
+
+Result<void> Dictionary::remove(std::uint16_t index) {
+  if (!has_object(index)) {
+    return to_error(AbortCode::no_object);
+  }
+  objects_->erase(index);
+  return {};
+}
+
+Result<void> Dictionary::bind(Address address, std::byte* data) {
+  Variable element;
+  AbortCode why = AbortCode::none;
+  Variable* variable = objects_->find(address, element, why);
+  if (variable == nullptr) {
+    return to_error(why);
+  }
+  if (objects_->find(address.index)->kind == Slot::Kind::window ||
+      variable->type == DataType::domain) {
+    return to_error(AbortCode::unsupported_access);
+  }
+  variable->data = data;
+  return {};
+}
+
+Result<void> Dictionary::add_window(std::uint16_t index, DataType type, Access access,
+                                    std::byte* data, std::uint8_t count) {
+  if (index == 0 || has_object(index) || byte_size(type) == 0 || count > kLongestWindow) {
+    return to_error(AbortCode::device_incompatible);
+  }
+  ObjectDetails details;
+  details.type = ObjectType::array;
+  details.structure = structure(static_cast<std::uint16_t>(type), ObjectType::array);
+  details.block = make_block(2, round_up(1 + kSlack));
+  auto* variables = reinterpret_cast<Variable*>(details.block.get());
+  auto* count_at = reinterpret_cast<std::byte*>(variables + 2);
+  *count_at = std::byte{count};
+  variables[0] = Variable{.data = count_at,
+                          .size = 1,
+                          .capacity = 1,
+                          .type = DataType::unsigned8,
+                          .access = Access::constant};
+  const std::uint32_t size = byte_size(type);
+  variables[1] = Variable{.data = data,
+                          .size = size,
+                          .capacity = size,
+                          .type = type,
+                          .access = access,
+                          .mappable = true};
+  objects_->insert(index, Slot{variables, 0, count, Slot::Kind::window}, std::move(details));
+  return {};
+}
+
+Result<void> Dictionary::set_hook(std::uint16_t index, Hook* hook) {
+  const Slot* slot = objects_->find(index);
+  if (slot == nullptr) {
+    return to_error(AbortCode::no_object);
+  }
+  const unsigned count = slot->kind == Slot::Kind::window ? 2U : slot->highest + 1U;
+  for (unsigned i = 0; i < count; ++i) {
+    slot->variables[i].hook = hook;
+  }
+  return {};
+}
+
+}  // namespace linegate::od
