@@ -133,7 +133,7 @@ TEST(VirtualChannel, ReaderWithoutRoomStaysReadable) {
 TEST(VirtualChannel, TwoThreadsShareABus) {
   VirtualNetwork network;
   constexpr std::uint8_t kRounds = 200;
-  const auto play = [&](std::unique_ptr<Channel> channel, std::uint32_t own_id, bool first) {
+  const auto play = [&](Channel* channel, std::uint32_t own_id, bool first) {
     std::uint8_t expected = first ? 1 : 0;
     if (first) {
       channel->write(std::array{make_frame(own_id, {0})}, now());
@@ -158,8 +158,8 @@ TEST(VirtualChannel, TwoThreadsShareABus) {
   read_some(*left, now());
   read_some(*right, now());
   std::uint8_t right_end = 0;
-  std::thread other([&] { right_end = play(std::move(right), 0x182, false); });
-  const std::uint8_t left_end = play(std::move(left), 0x181, true);
+  std::thread other([&] { right_end = play(right.get(), 0x182, false); });
+  const std::uint8_t left_end = play(left.get(), 0x181, true);
   other.join();
   EXPECT_GE(left_end, kRounds);
   EXPECT_GE(right_end, kRounds);
