@@ -1,0 +1,127 @@
+// The gateway's half of the DDS contract (idl/linegate.idl): publishes lines, receives outputs and
+// commands.
+//
+// Passive: it has no thread of its own and calls nobody but from poll(). Fast DDS has its own
+// threads, and none of them enters the gateway's code. They inherit scheduling and affinity from
+// the thread that calls make(): call it from an ordinary one.
+//
+// Three groups of calls may run at the same time, each from one thread at a time:
+// set_clock() and publish...(); poll(); reply(). wake() may come from anywhere.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bridges/dds/clock_map.h"
+#include "bridges/dds/values.h"
+#include "stack/base/diagnostic.h"
+#include "stack/base/event.h"
+#include "stack/image/layout.h"
+#include "stack/image/snapshot.h"
+#include "stack/line/command.h"
+#include "stack/line/output_write.h"
+#include "stack/line/state.h"
+
+namespace linegate::dds {
+
+struct GatewayOptions {
+  std::string gateway;            // up to 64 bytes
+  std::uint64_t incarnation = 1;  // random per start, not 0
+  std::uint32_t domain = 0;       // 0..232
+  // Fast DDS XML file. Empty: the installed one, else the copy built in.
+  std::string profile_file;
+  std::vector<std::string> lines;  // names; commands for others are refused
+};
+
+struct OutputMessage {
+  std::string line;
+  std::string client;  // as it calls itself
+  line::OutputWrite write;
+};
+
+struct CommandMessage {
+  std::string line;  // for CommandKind::versions any name
+  std::string client;
+  std::uint64_t layout_id = 0;  // for CommandKind::output_write; 0 = any
+  line::Command command;        // tag is given by the bridge: hand it back in line::Reply::tag
+};
+
+// Called from within poll().
+class GatewayHandler {
+ public:
+  virtual ~GatewayHandler() = default;
+
+  // Well-formed and meant for this incarnation; everything else is the line's to judge.
+  virtual void on_output_write(OutputMessage message) = 0;
+  // Complete (all chunks) and not a duplicate. Exactly one reply() is expected for each.
+  virtual void on_command(CommandMessage message) = 0;
+
+  // A sample that could not be understood or is not meant for this start of the gateway. A command
+  // has been answered already. `line` may be a name that does not exist.
+  virtual void on_output_refused(std::string_view line, std::uint16_t group,
+                                 line::OutputRefusal refusal, std::string_view why) = 0;
+  virtual void on_command_refused(std::string_view line, std::string_view client, std::uint8_t kind,
+                                  line::Refusal refusal, std::string_view why) = 0;
+};
+
+// Plain counters; they never go back. Read them from the thread that publishes.
+struct PublishCounters {
+  std::uint64_t samples = 0;  // handed to DDS
+  std::uint64_t failed = 0;   // write refused by DDS: too many instances, time-out
+};
+
+class GatewayBridge {
+ public:
+  // Creates participant, topics and endpoints. Diagnostics name the profile file used and what is
+  // wrong with it. Without a value nothing remains.
+  static Loaded<std::unique_ptr<GatewayBridge>> make(const GatewayOptions& options);
+  ~GatewayBridge();
+  GatewayBridge(const GatewayBridge&) = delete;
+  GatewayBridge& operator=(const GatewayBridge&) = delete;
+
+  // --- out: false = DDS did not take the sample; counted ----------------------------------------
+
+  void set_clock(const ClockMap& clock);
+
+  bool publish(const LineInfo& line, const line::LineState& state, Instant now,
+               const std::vector<Property>& properties = {});
+  bool publish(std::string_view line, const NodeInfo& info, const line::NodeState& state,
+               Instant now, const std::vector<Property>& properties = {});
+  // In parts of kMaxLayoutPart entries; parts of an earlier, longer layout are disposed.
+  bool publish(std::string_view line, const image::Layout& layout);
+  // Gives false too if it holds more than the contract's bounds (kMaxEntries, kMaxStamps).
+  bool publish(std::string_view line, const image::Snapshot& snapshot);
+  // The values of one PDO (mark, of this input snapshot) with the layout that explains them.
+  // receptions: frames it stands for, since the last update of that PDO.
+  bool publish_pdo_update(std::string_view line, const image::Layout& layout,
+                          const image::Snapshot& snapshot, const image::PdoMark& mark,
+                          std::uint32_t receptions);
+  // text: the event in words, up to 256 bytes.
+  bool publish(std::string_view line, const Event& event, std::string_view text,
+               const std::vector<Property>& properties = {});
+
+  const PublishCounters& counters() const;
+
+  // --- in ---------------------------------------------------------------------------------------
+
+  // Waits until something was received and handled, wake() was called, or the timeout passed
+  // (0 = does not wait). Gives how many samples were handled.
+  std::size_t poll(Duration timeout, GatewayHandler& handler);
+  // Ends the present poll(), or the next one if there is none.
+  void wake();
+
+  // Answers the command with that tag and keeps the answer for duplicates: the last 256 of each
+  // client. False: no such command is waiting (answered already, or its client has gone), or DDS
+  // did not take it; the client then asks again and gets it from the window.
+  bool reply(const line::Reply& reply);
+
+ private:
+  struct Impl;
+  explicit GatewayBridge(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace linegate::dds

@@ -1,0 +1,87 @@
+// What the DDS contract carries beyond the stack's own values.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bridges/dds/clock_map.h"
+#include "stack/base/time.h"
+#include "stack/od/data_type.h"
+
+namespace linegate::dds {
+
+// What subscribers may do to a line. The numbers are those of the DDS contract.
+enum class Access : std::uint8_t {
+  off,   // commands and outputs are refused
+  read,  // commands that change nothing are carried out
+  all,
+};
+
+constexpr std::string_view name(Access access) {
+  switch (access) {
+    case Access::off:
+      return "off";
+    case Access::read:
+      return "read";
+    case Access::all:
+      return "all";
+  }
+  return "unknown";
+}
+
+// What the gateway knows of a line and the line itself does not.
+struct LineInfo {
+  std::string name;           // up to 64 bytes
+  std::string interface_uri;  // up to 128 bytes
+  std::uint32_t bit_rate = 0;
+  Access access = Access::read;
+};
+
+// What the gateway knows of a node beyond line::NodeState.
+struct NodeInfo {
+  std::string name;  // as configured, up to 64 bytes; empty = not configured
+  Instant since{};   // when its NMT state or presence last changed
+};
+
+// Name and value pairs at the end of LineState, NodeState and Event; up to 32, names up to 64
+// bytes, values up to 256.
+struct Property {
+  std::string name;
+  std::string value;
+};
+
+// One value out of a PDO.
+struct PdoValue {
+  std::uint32_t entry = 0;  // of the input layout
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  od::DataType type = od::DataType::none;
+  std::uint16_t bit_length = 0;
+  std::vector<std::byte> data;  // little-endian, bits in the low end
+};
+
+// The values that arrived together in one PDO.
+struct PdoUpdate {
+  std::uint8_t node = 0;
+  std::uint16_t pdo = 0;  // the node's TPDO number
+  Instant time{};
+  std::uint32_t receptions = 0;
+  std::vector<PdoValue> values;
+};
+
+// Limits of the contract, in elements of its bounded sequences.
+inline constexpr std::size_t kMaxLayoutPart = 256;
+inline constexpr std::size_t kMaxEntries = 65'536;
+inline constexpr std::size_t kMaxStamps = 4'096;
+inline constexpr std::size_t kMaxPdoValues = 64;
+inline constexpr std::size_t kMaxOutputValues = 4'096;
+inline constexpr std::size_t kMaxOutputRuns = 256;
+inline constexpr std::size_t kMaxProperties = 32;
+inline constexpr std::size_t kChunkBytes = 8'192;
+inline constexpr std::size_t kChunksPerReply = 8;
+
+}  // namespace linegate::dds
