@@ -31,7 +31,7 @@ enum class EventKind : std::uint8_t {
   node_state,        // NMT state of a node as its error control shows it. code: new, value: before
   heartbeat_lost,    // value: consumer time in ms
   heartbeat_recovered,  // the first heartbeat after a loss. code: NMT state
-  boot_result,          // a node's boot ended. code: letter (0 = booted), see manager::BootStatus;
+  boot_result,          // a node's boot ended. code: NodeState::boot (0 = booted, or a letter);
                         // value: SDO abort code or offending value
   emcy,                 // code: emergency error code, value: error register; data: 5 manufacturer
                         // bytes

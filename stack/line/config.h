@@ -1,5 +1,5 @@
 // Everything a line needs to know before it runs. Made by the gateway from plant.yaml and device
-// files, or by a test; checked by compile_line() in line.h.
+// files, or by a test; checked by Line::make().
 #pragma once
 
 #include <cstdint>
@@ -28,6 +28,7 @@ struct NodeConfig {
   std::optional<std::uint32_t> serial;  // expected 1018h:4
   Duration heartbeat{};                 // producer time written to 1017h; 0 = leave it alone
   Duration heartbeat_consumer{};        // 0 = 2.5 x heartbeat
+  Duration pdo_deadline{};              // longest time between two of its TPDOs, whole ms; 0 = any
   Duration boot_timeout = std::chrono::seconds(10);  // until presence is `missing`
   std::vector<ObjectValue> objects;                  // written after those of the DCF
 };
@@ -66,6 +67,7 @@ struct LineConfig {
   Duration sdo_timeout = std::chrono::milliseconds(500);
   bool reset_nodes = true;          // NMT reset communication to all at the start
   bool start_nodes = true;          // NMT start when booted (1F80h bit 3 = 0)
+  bool stop_nodes = true;           // NMT enter pre-operational to all when the line is stopped
   std::vector<NodeConfig> nodes;    // ascending by id
   std::vector<OutputGroup> groups;  // empty = one group 0 with all entries
   std::vector<OutputDefault> defaults;

@@ -57,7 +57,8 @@ class Line {
   void execute(Command command, Instant now);
   // Applies it, or reports OutputRefusal as an event and returns it.
   OutputRefusal write_outputs(const OutputWrite& write, Instant now);
-  // Stops in good order: nodes are told as configured, own node leaves; frames remain to be sent.
+  // Stops in good order: commands under way are answered, nodes are sent to Pre-operational if so
+  // configured, the own node leaves Operational. Frames and events remain to be taken.
   void stop(Instant now);
 
   // --- output ---------------------------------------------------------------------------------
@@ -67,7 +68,8 @@ class Line {
   // The most urgent frame to send, in bus order; false if there is none. A frame given counts as
   // handed to the bus at `now`.
   bool next_frame(can::Frame& out, Instant now);
-  bool wants_to_send() const;
+  // Whether next_frame() would give one.
+  bool wants_to_send(Instant now) const;
   // Oldest events first; gives how many.
   std::size_t take_events(std::span<Event> out);
   bool take_reply(Reply& out);

@@ -1,4 +1,4 @@
-// The state of a line and of its nodes, as plain values.
+// The state of a line as a plain value; the states of its nodes are the manager's.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +6,7 @@
 
 #include "stack/base/time.h"
 #include "stack/can/bus_state.h"
+#include "stack/manager/state.h"
 #include "stack/nmt/state.h"
 
 namespace linegate::line {
@@ -17,16 +18,11 @@ enum class Role : std::uint8_t {
 };
 std::string_view name(Role role);
 
-// Grows at the end only: the numbers are those of the DDS contract.
-enum class ManagerState : std::uint8_t {
-  inactive,           // no manager in this role, or not started
-  resetting,          // NMT reset was sent
-  booting,            // nodes are being checked, configured and started
-  missing_mandatory,  // a mandatory node did not boot
-  running,            // every listed node that answered has been booted
-  stopped,            // stopped by command
-};
-std::string_view name(ManagerState state);
+using manager::describe_boot;
+using manager::ManagerState;
+using manager::name;
+using manager::NodeState;
+using manager::Presence;
 
 // Plain counters since the line was made. They never go back.
 struct Counters {
@@ -66,36 +62,5 @@ struct LineState {
   std::uint8_t nodes_operational = 0;
   Counters counters;
 };
-
-enum class Presence : std::uint8_t {
-  unknown,  // nothing heard yet
-  present,
-  missing,  // did not answer, or its heartbeat was lost
-};
-std::string_view name(Presence presence);
-
-struct NodeState {
-  std::uint8_t node = 0;
-  bool configured = false;  // listed in the configuration
-  nmt::State state = nmt::State::unknown;
-  Presence presence = Presence::unknown;
-  bool heartbeat_monitored = false;
-  // Result of the last boot (CiA 302-2, error status of the boot slave process): 0 booted, '-' not
-  // finished, else the letter A..O.
-  char boot = '-';
-  std::uint32_t device_type = 0;  // 1000h as read, 0 = not read
-  std::uint32_t vendor = 0;       // 1018h:1..4 as read
-  std::uint32_t product = 0;
-  std::uint32_t revision = 0;
-  std::uint32_t serial = 0;
-  std::uint8_t error_register = 0;  // of the last EMCY
-  std::uint16_t last_emcy = 0;      // code of the last EMCY
-  std::uint32_t emcy_count = 0;
-  std::uint32_t heartbeats_lost = 0;
-  Instant last_heard{};  // any frame of its error control or EMCY
-};
-
-// The boot status letter in words, e.g. "no answer to SDO upload of 1000h".
-std::string_view describe_boot(char letter);
 
 }  // namespace linegate::line

@@ -1,0 +1,170 @@
+#include "stack/line/build.h"
+
+#include <set>
+#include <string>
+#include <utility>
+
+#include "stack/base/byte_order.h"
+#include "stack/can/cob_id.h"
+
+namespace linegate::line {
+namespace {
+
+bool is_node_id(unsigned id) {
+  return id >= can::kMinNodeId && id <= can::kMaxNodeId;
+}
+
+Diagnostic error(const LineConfig& config, std::string text) {
+  return {.severity = Severity::error, .file = config.name, .text = std::move(text)};
+}
+
+std::string node_text(const NodeConfig& node) {
+  return "node " + std::to_string(node.id) + (node.name.empty() ? "" : " (" + node.name + ")");
+}
+
+std::uint32_t described(const od::DeviceDescription& device, od::Address address) {
+  const od::VariableDescription* variable = device.find(address);
+  if (variable == nullptr || variable->value.size() > 4) {
+    return 0;
+  }
+  return static_cast<std::uint32_t>(load_le(std::span<const std::byte>(variable->value)));
+}
+
+std::vector<std::byte> milliseconds_u16(Duration duration) {
+  std::vector<std::byte> out(2);
+  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(duration).count();
+  store_le(std::span(out), static_cast<std::uint64_t>(ms));
+  return out;
+}
+
+void expect_identity(const NodeConfig& node, manager::NodePlan& plan) {
+  plan.device_type = described(node.device, {0x1000, 0});
+  plan.vendor = described(node.device, {0x1018, 1});
+  plan.product = described(node.device, {0x1018, 2});
+  plan.revision = described(node.device, {0x1018, 3});
+}
+
+// The consumer waits half a period longer than two, so that one lost heartbeat is no loss of the
+// node.
+Duration consumer_time(const NodeConfig& node) {
+  return node.heartbeat_consumer != Duration::zero() ? node.heartbeat_consumer
+                                                     : node.heartbeat * 5 / 2;
+}
+
+manager::NodePlan node_plan(const NodeConfig& node) {
+  manager::NodePlan plan{.id = node.id, .mandatory = node.mandatory};
+  if (node.check_identity) {
+    expect_identity(node, plan);
+  }
+  plan.serial = node.serial.value_or(0);
+  plan.heartbeat_consumer = consumer_time(node);
+  plan.boot_timeout = node.boot_timeout;
+  plan.writes = manager::configuration_writes(node.device);
+  for (const ObjectValue& object : node.objects) {
+    plan.writes.push_back({object.address, object.data});
+  }
+  if (node.heartbeat != Duration::zero()) {
+    plan.writes.push_back({{0x1017, 0}, milliseconds_u16(node.heartbeat)});
+  }
+  return plan;
+}
+
+void check_node(const LineConfig& config, const NodeConfig& node, std::vector<Diagnostic>& out) {
+  constexpr Duration kMaxHeartbeat = std::chrono::milliseconds(0xFFFF);
+  if (!is_node_id(node.id)) {
+    out.push_back(error(config, "node-ID " + std::to_string(node.id) + " is not in 1..127"));
+  }
+  if (node.id == config.node_id) {
+    out.push_back(error(config, node_text(node) + " has the node-ID of the line's own node"));
+  }
+  if (node.heartbeat < Duration::zero() || node.heartbeat > kMaxHeartbeat) {
+    out.push_back(error(config, node_text(node) + ": heartbeat is not in 0..65535 ms"));
+  }
+  if (node.heartbeat_consumer < Duration::zero()) {
+    out.push_back(error(config, node_text(node) + ": heartbeat consumer time is negative"));
+  }
+}
+
+}  // namespace
+
+std::vector<Diagnostic> check(const LineConfig& config) {
+  std::vector<Diagnostic> out;
+  if (config.role == Role::observer) {
+    out.push_back(error(config, "role observer is not available in this version"));
+  }
+  if (!is_node_id(config.node_id)) {
+    out.push_back(
+        error(config, "own node-ID " + std::to_string(config.node_id) + " is not in 1..127"));
+  }
+  if (config.network_id < 1 || config.network_id > 127) {
+    out.push_back(
+        error(config, "network-ID " + std::to_string(config.network_id) + " is not in 1..127"));
+  }
+  std::set<std::uint8_t> seen;
+  for (const NodeConfig& node : config.nodes) {
+    check_node(config, node, out);
+    if (!seen.insert(node.id).second) {
+      out.push_back(error(config, "node-ID " + std::to_string(node.id) + " is configured twice"));
+    }
+  }
+  return out;
+}
+
+std::vector<manager::NodePlan> node_plans(const LineConfig& config) {
+  std::vector<manager::NodePlan> plans;
+  plans.reserve(config.nodes.size());
+  for (const NodeConfig& node : config.nodes) {
+    plans.push_back(node_plan(node));
+  }
+  return plans;
+}
+
+Loaded<pdo::LinkPlan> link_plan(const LineConfig& config) {
+  std::vector<Diagnostic> diagnostics;
+  std::vector<pdo::RemoteNode> remotes;
+  for (const NodeConfig& node : config.nodes) {
+    Loaded<pdo::DevicePdos> pdos = pdo::describe_pdos(node.device);
+    diagnostics.insert(diagnostics.end(), pdos.diagnostics.begin(), pdos.diagnostics.end());
+    if (pdos.ok()) {
+      remotes.push_back({.id = node.id,
+                         .name = node.name,
+                         .pdos = *std::move(pdos.value),
+                         .device = &node.device,
+                         .deadline = node.pdo_deadline});
+    }
+  }
+  Loaded<pdo::LinkPlan> plan = pdo::plan_links(remotes);
+  plan.diagnostics.insert(plan.diagnostics.begin(), diagnostics.begin(), diagnostics.end());
+  if (has_errors(plan.diagnostics)) {
+    plan.value.reset();
+  }
+  return plan;
+}
+
+std::vector<Diagnostic> check_outputs(const LineConfig& config, const image::Layout& outputs) {
+  std::vector<Diagnostic> out;
+  std::set<std::uint32_t> grouped;
+  std::set<std::uint16_t> numbers;
+  for (const OutputGroup& group : config.groups) {
+    const std::string what = "output group " + std::to_string(group.number) + ": ";
+    if (!numbers.insert(group.number).second) {
+      out.push_back(error(config, what + "the number is used twice"));
+    }
+    for (const std::uint32_t entry : group.entries) {
+      if (entry >= outputs.entries.size()) {
+        out.push_back(error(config, what + "there is no output entry " + std::to_string(entry)));
+      } else if (!grouped.insert(entry).second) {
+        out.push_back(error(config, what + outputs.entries[entry].name + " is in two groups"));
+      }
+    }
+  }
+  for (const OutputDefault& value : config.defaults) {
+    if (value.entry >= outputs.entries.size()) {
+      out.push_back(error(config, "default for output entry " + std::to_string(value.entry) +
+                                      ", which does not exist"));
+    }
+  }
+  return out;
+}
+
+}  // namespace linegate::line

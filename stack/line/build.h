@@ -1,0 +1,25 @@
+// From LineConfig to what runs: the checks, the manager's plans, the links of the PDOs.
+#pragma once
+
+#include <vector>
+
+#include "stack/base/diagnostic.h"
+#include "stack/line/config.h"
+#include "stack/manager/plan.h"
+#include "stack/pdo/link.h"
+
+namespace linegate::line {
+
+// Everything wrong with the configuration itself; file is the line's name.
+std::vector<Diagnostic> check(const LineConfig& config);
+
+// Precondition: check() found no error. The consumer time is 2.5 producer times unless configured.
+std::vector<manager::NodePlan> node_plans(const LineConfig& config);
+
+// Reads the PDOs of every node's device file and links them. The nodes must stay where they are.
+Loaded<pdo::LinkPlan> link_plan(const LineConfig& config);
+
+// Groups and defaults name entries of the output layout that exist, and groups are disjoint.
+std::vector<Diagnostic> check_outputs(const LineConfig& config, const image::Layout& outputs);
+
+}  // namespace linegate::line

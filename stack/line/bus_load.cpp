@@ -1,0 +1,28 @@
+#include "stack/line/bus_load.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace linegate::line {
+namespace {
+
+constexpr Duration kWindow = std::chrono::seconds(1);
+
+}  // namespace
+
+void BusLoad::advance(Instant now) {
+  const Duration elapsed = now - window_start_;
+  if (elapsed < kWindow) {
+    return;
+  }
+  window_start_ = now;
+  const std::uint64_t bits = std::exchange(bits_, 0);
+  if (bit_rate_ == 0) {
+    return;
+  }
+  const double seconds = std::chrono::duration<double>(elapsed).count();
+  const double share = static_cast<double>(bits) / (seconds * bit_rate_);
+  permille_ = static_cast<std::uint16_t>(std::clamp(share * 1000.0, 0.0, 1000.0));
+}
+
+}  // namespace linegate::line

@@ -1,0 +1,422 @@
+#include "stack/line/line.h"
+
+#include <utility>
+
+#include "stack/line/build.h"
+#include "stack/line/line_impl.h"
+#include "stack/line/own_dictionary.h"
+
+namespace linegate::line {
+namespace {
+
+// Marks the targets of the manager's consumers apart from those of the own node's.
+constexpr std::uint16_t kManagerMark = 128;
+
+std::uint8_t node_of(const can::Target& target) {
+  return static_cast<std::uint8_t>(target.index & 0x7FU);
+}
+
+node::Options node_options(const LineConfig& config) {
+  return {
+      .node_id = config.node_id, .self_starting = false, .nmt_slave = config.role == Role::device};
+}
+
+manager::Options manager_options(const LineConfig& config) {
+  return {.reset_nodes = config.reset_nodes,
+          .start_nodes = config.start_nodes,
+          .sdo_timeout = config.sdo_timeout};
+}
+
+od::Dictionary dictionary_of(const LineConfig& config, image::ProcessImage& image,
+                             const pdo::LinkPlan& plan) {
+  od::Dictionary dictionary = make_own_dictionary(config);
+  // Cannot fail: the own dictionary has none of these objects yet.
+  (void)pdo::add_linked_objects(dictionary, image, plan).ok();
+  return dictionary;
+}
+
+can::CobId emcy_cob_id(const NodeConfig& node) {
+  const od::VariableDescription* described = node.device.find(od::Address{0x1014, 0});
+  if (described == nullptr || described->value.size() != 4) {
+    return can::CobId{can::kEmcyBase + node.id};
+  }
+  return can::CobId{load_le<std::uint32_t>(described->value.data())};
+}
+
+}  // namespace
+
+Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
+    : config(std::move(line_config)),
+      plan(std::move(link_plan)),
+      image(plan.inputs, plan.outputs),
+      node(dictionary_of(config, image, plan), node_options(config), events, &image),
+      nmt(node.transmit()),
+      heartbeats(node.dispatch(), events, kManagerMark),
+      emergencies(node.dispatch(), events, kManagerMark),
+      sdo(node.dispatch(), node.transmit(), events),
+      manager(node_plans(config), manager_options(config), sdo, heartbeats, events, *this),
+      outputs(image.layout(image::Direction::outputs), config.groups),
+      load(config.bit_rate) {
+  node.set_companion(this);
+  node.set_application(this);
+  node.pdos().link(plan);
+  heartbeats.set_listener(this);
+  heartbeats.listen_all(config.node_id);
+  emergencies.set_listener(this);
+  emergencies.listen_all(config.node_id);
+  for (const NodeConfig& device : config.nodes) {
+    emergencies.listen(device.id, emcy_cob_id(device));
+  }
+}
+
+void Line::Impl::start(Instant now) {
+  running = true;
+  emit(EventKind::line_started, now, static_cast<std::uint32_t>(config.role));
+  node.start(now);
+  apply_defaults(now);
+  if (manages()) {
+    manager.start(now);
+    return;
+  }
+  for (const manager::NodePlan& device : node_plans(config)) {
+    heartbeats.monitor(device.id, device.heartbeat_consumer);
+  }
+}
+
+void Line::Impl::advance(Instant now) {
+  node.advance(now);
+  heartbeats.advance(now);
+  sdo.advance(now);
+  take_completions(now);
+  manager.advance(now);
+  expire_commands(now);
+  while (const Outputs::Group* group = outputs.expire(now)) {
+    react(*group, now);
+  }
+  load.advance(now);
+}
+
+Instant Line::Impl::next_wake() const {
+  Instant wake = earlier(node.next_wake(), heartbeats.next_wake());
+  wake = earlier(wake, earlier(sdo.next_wake(), manager.next_wake()));
+  return earlier(wake, earlier(outputs.next_wake(), next_command_deadline()));
+}
+
+void Line::Impl::take_completions(Instant now) {
+  sdo::Completion completion;
+  while (sdo.take(completion)) {
+    if ((completion.token & manager::kManagerToken) != 0) {
+      manager.completed(completion, now);
+    } else {
+      command_completed(completion);
+    }
+  }
+}
+
+bool Line::Impl::next_frame(can::Frame& out, Instant now) {
+  if (!node.next_frame(out, now)) {
+    return false;
+  }
+  ++counters.frames_sent;
+  load.add(out);
+  return true;
+}
+
+void Line::Impl::bus_event(const can::BusEvent& event) {
+  Event out{.time = event.time};
+  switch (event.kind) {
+    case can::BusEvent::Kind::state:
+      transmit_errors = event.transmit_errors;
+      receive_errors = event.receive_errors;
+      if (event.state == bus) {
+        return;
+      }
+      out.kind = EventKind::bus_state;
+      out.code = static_cast<std::uint32_t>(event.state);
+      out.value = static_cast<std::uint32_t>(std::exchange(bus, event.state));
+      out.length = 2;
+      out.data[0] = std::byte{transmit_errors};
+      out.data[1] = std::byte{receive_errors};
+      break;
+    case can::BusEvent::Kind::error:
+      ++counters.bus_errors;
+      out.kind = EventKind::bus_error;
+      out.code = event.errors;
+      break;
+    case can::BusEvent::Kind::frames_lost:
+      counters.frames_lost += event.count;
+      out.kind = EventKind::frames_lost;
+      out.value = event.count;
+      break;
+    case can::BusEvent::Kind::interface_failed:
+      bus = can::BusState::absent;
+      out.kind = EventKind::interface_failed;
+      out.code = event.code;
+      break;
+    case can::BusEvent::Kind::interface_ready:
+      bus = can::BusState::error_active;
+      out.kind = EventKind::interface_ready;
+      break;
+  }
+  events.emit(out);
+  if (!usable()) {
+    interface_lost();
+  }
+}
+
+bool Line::Impl::usable() const {
+  return bus != can::BusState::absent && bus != can::BusState::stopped &&
+         bus != can::BusState::bus_off;
+}
+
+// Nothing can be heard: what the image shows is not from living nodes any more.
+void Line::Impl::interface_lost() {
+  for (const NodeConfig& device : config.nodes) {
+    node_data_invalid(device.id);
+  }
+}
+
+void Line::Impl::emit(EventKind kind, Instant time, std::uint32_t code, std::uint32_t value) {
+  events.emit({.time = time, .kind = kind, .code = code, .value = value});
+}
+
+void Line::Impl::malformed(const can::Frame& frame) {
+  ++counters.frames_malformed;
+  Event event{.time = frame.time, .kind = EventKind::malformed_frame, .length = 8};
+  event.code = frame.id;
+  event.value = frame.length;
+  std::copy_n(frame.data.begin(), event.length, event.data.begin());
+  events.emit(event);
+}
+
+void Line::Impl::receive(const can::Target& target, const can::Frame& frame) {
+  switch (target.service) {
+    case can::Service::error_control:
+      if (!frame.remote() && !heartbeats.receive(node_of(target), frame)) {
+        malformed(frame);
+      }
+      return;
+    case can::Service::emcy:
+      if (!emergencies.receive(node_of(target), frame)) {
+        malformed(frame);
+      }
+      return;
+    case can::Service::sdo_client:
+      sdo.receive(target, frame);
+      take_completions(frame.time);
+      return;
+    default:
+      return;
+  }
+}
+
+void Line::Impl::synced(Instant /*now*/) {
+  ++syncs;
+}
+
+void Line::Impl::state_changed(nmt::State /*state*/, Instant /*now*/) {
+}
+
+void Line::Impl::node_data_invalid(std::uint8_t id) {
+  image.set_node_valid(id, false);
+}
+
+void Line::Impl::may_operate(Instant now) {
+  node.command(nmt::Command::start, now);
+}
+
+void Line::Impl::send_nmt(nmt::Command command, std::uint8_t id) {
+  nmt.send(command, id);
+}
+
+void Line::Impl::boot_up(std::uint8_t id, Instant now) {
+  manager.boot_up(id, now);
+}
+
+void Line::Impl::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
+  manager.heartbeat(id, state, now);
+}
+
+void Line::Impl::heartbeat_lost(std::uint8_t id, Instant deadline) {
+  manager.heartbeat_lost(id, deadline);
+}
+
+void Line::Impl::heartbeat_recovered(std::uint8_t id, Instant now) {
+  manager.heartbeat_recovered(id, now);
+}
+
+void Line::Impl::emergency(std::uint8_t id, const emcy::Message& message, Instant now) {
+  manager.emergency(id, message.code, message.error_register, now);
+}
+
+LineState Line::Impl::state() const {
+  LineState out;
+  out.role = config.role;
+  out.node_id = config.node_id;
+  out.network_id = config.network_id;
+  out.own_state = node.state();
+  out.manager = manager.state();
+  out.bus = bus;
+  out.transmit_errors = transmit_errors;
+  out.receive_errors = receive_errors;
+  out.load_permille = load.permille();
+  out.nodes_configured = manager.configured();
+  out.nodes_operational = manager.operational();
+  out.counters = count();
+  return out;
+}
+
+Counters Line::Impl::count() const {
+  Counters out = counters;
+  const node::NodeCounters& of_node = node.counters();
+  const pdo::EngineCounters& of_pdos = const_cast<node::Node&>(node).pdos().counters();
+  out.frames_received = of_node.received;
+  out.frames_unused = of_node.unused;
+  out.frames_malformed += of_node.malformed;
+  out.rpdos = of_pdos.received;
+  out.tpdos = of_pdos.sent;
+  out.tpdos_coalesced = of_pdos.coalesced;
+  out.syncs = of_node.syncs;
+  out.emcys = emergencies.received();
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    out.heartbeats_lost += manager.node(id).heartbeats_lost;
+  }
+  out.sdo_transfers = sdo.counters().transfers;
+  out.sdo_aborts = sdo.counters().aborts;
+  out.events = events.emitted();
+  out.events_lost = events.lost();
+  return out;
+}
+
+// The nodes keep their state, as a PLC's devices do when it is switched off; what the own node
+// sent ends with its heartbeat.
+void Line::Impl::stop(Instant now) {
+  if (!std::exchange(running, false)) {
+    return;
+  }
+  manager.stop(now);
+  for (Pending& command : pending) {
+    sdo.cancel(command.token);
+    reply(command.tag, to_error(Refusal::cancelled));
+  }
+  pending.clear();
+  if (manages() && config.stop_nodes) {
+    nmt.send(nmt::Command::enter_pre_operational, 0);
+  }
+  node.command(nmt::Command::enter_pre_operational, now);
+  emit(EventKind::line_stopped, now);
+}
+
+// --- Line ---------------------------------------------------------------------------------------
+
+Loaded<std::unique_ptr<Line>> Line::make(LineConfig config) {
+  Loaded<std::unique_ptr<Line>> out;
+  out.diagnostics = check(config);
+  if (has_errors(out.diagnostics)) {
+    return out;
+  }
+  Loaded<pdo::LinkPlan> plan = link_plan(config);
+  out.diagnostics.insert(out.diagnostics.end(), plan.diagnostics.begin(), plan.diagnostics.end());
+  if (!plan.ok()) {
+    return out;
+  }
+  const std::vector<Diagnostic> wrong = check_outputs(config, plan.value->outputs);
+  out.diagnostics.insert(out.diagnostics.end(), wrong.begin(), wrong.end());
+  if (has_errors(out.diagnostics)) {
+    return out;
+  }
+  out.value.emplace(new Line(std::make_unique<Impl>(std::move(config), *std::move(plan.value))));
+  return out;
+}
+
+Line::Line(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {
+}
+Line::~Line() = default;
+
+const LineConfig& Line::config() const {
+  return impl_->config;
+}
+const image::Layout& Line::layout(image::Direction direction) const {
+  return impl_->image.layout(direction);
+}
+
+void Line::start(Instant now) {
+  impl_->start(now);
+}
+
+void Line::receive(std::span<const can::Frame> frames, Instant /*now*/) {
+  impl_->load.add(frames);
+  impl_->node.receive(frames);
+}
+
+void Line::bus_event(const can::BusEvent& event) {
+  impl_->bus_event(event);
+}
+void Line::report(const Event& event) {
+  impl_->events.emit(event);
+}
+void Line::advance(Instant now) {
+  impl_->advance(now);
+}
+void Line::execute(Command command, Instant now) {
+  impl_->execute(std::move(command), now);
+}
+
+OutputRefusal Line::write_outputs(const OutputWrite& write, Instant now) {
+  return impl_->write_outputs(write, now);
+}
+
+void Line::stop(Instant now) {
+  impl_->stop(now);
+}
+
+Instant Line::next_wake() const {
+  return impl_->next_wake();
+}
+bool Line::next_frame(can::Frame& out, Instant now) {
+  return impl_->next_frame(out, now);
+}
+bool Line::wants_to_send(Instant now) const {
+  return impl_->node.wants_to_send(now);
+}
+std::size_t Line::take_events(std::span<Event> out) {
+  return impl_->events.take(out);
+}
+
+bool Line::take_reply(Reply& out) {
+  if (impl_->replies.empty()) {
+    return false;
+  }
+  out = std::move(impl_->replies.front());
+  impl_->replies.pop_front();
+  return true;
+}
+
+void Line::snapshot(image::Direction direction, image::Snapshot& into, Instant now, bool merge) {
+  impl_->image.snapshot(direction, into, now, merge, impl_->syncs);
+}
+
+bool Line::image_changed(image::Direction direction) const {
+  return impl_->image.changed(direction);
+}
+bool Line::image_touched(image::Direction direction) const {
+  return impl_->image.touched(direction);
+}
+std::uint32_t Line::sync_count() const {
+  return impl_->syncs;
+}
+
+LineState Line::state() const {
+  return impl_->state();
+}
+std::uint64_t Line::node_revision(std::uint8_t node) const {
+  return node < 128 ? impl_->manager.revision(node) : 0;
+}
+NodeState Line::node_state(std::uint8_t node) const {
+  return node < 128 ? impl_->manager.node(node) : NodeState{};
+}
+od::Dictionary& Line::dictionary() {
+  return impl_->node.dictionary();
+}
+
+}  // namespace linegate::line

@@ -1,0 +1,204 @@
+// Commands: what was asked of the line, and its one reply each.
+#include <algorithm>
+#include <utility>
+
+#include "stack/line/line_impl.h"
+
+namespace linegate::line {
+namespace {
+
+constexpr std::size_t kMaxPending = 1024;  // SDO commands under way, over all nodes of a line
+
+constexpr Error kDone{};
+
+bool is_node(std::uint8_t id) {
+  return id >= can::kMinNodeId && id <= can::kMaxNodeId;
+}
+
+}  // namespace
+
+void Line::Impl::execute(Command command, Instant now) {
+  ++counters.commands;
+  std::vector<std::byte> data;
+  Error error = kDone;
+  switch (command.kind) {
+    case CommandKind::sdo_read:
+      start_sdo(std::move(command), false, now);
+      return;
+    case CommandKind::sdo_write:
+      start_sdo(std::move(command), true, now);
+      return;
+    case CommandKind::local_read:
+    case CommandKind::local_write:
+      error = local_access(command, data);
+      break;
+    case CommandKind::output_write:
+      error = single_output(command, now);
+      break;
+    case CommandKind::emcy_send:
+      error = send_emcy(command, now);
+      break;
+    case CommandKind::nmt:
+      error = send_nmt(command, now);
+      break;
+    case CommandKind::versions:
+      error = to_error(Refusal::bad_request);
+      break;
+  }
+  if (error.domain == Domain::command) {
+    refuse(command, static_cast<Refusal>(error.code), now);
+  } else {
+    reply(command.tag, error, std::move(data));
+  }
+}
+
+// A transfer with the own node is a local access: there is no bus between the two.
+void Line::Impl::start_sdo(Command command, bool write, Instant now) {
+  if (!is_node(command.node)) {
+    refuse(command, Refusal::bad_request, now);
+    return;
+  }
+  if (command.node == config.node_id) {
+    command.kind = write ? CommandKind::local_write : CommandKind::local_read;
+    std::vector<std::byte> data;
+    const Error error = local_access(command, data);
+    reply(command.tag, error, std::move(data));
+    return;
+  }
+  if (!usable()) {
+    refuse(command, Refusal::line_down, now);
+    return;
+  }
+  const Duration timeout = command.timeout > Duration::zero() ? command.timeout : Duration::zero();
+  const std::uint64_t token = next_token++;
+  sdo::Request request{.token = token,
+                       .node = command.node,
+                       .address = {command.index, command.sub},
+                       .write = write,
+                       .data = std::move(command.data),
+                       .timeout = timeout > Duration::zero() ? std::min(timeout, config.sdo_timeout)
+                                                             : config.sdo_timeout,
+                       .priority = sdo::Priority::command};
+  if (pending.size() >= kMaxPending || !sdo.submit(std::move(request), now)) {
+    refuse(command, Refusal::busy, now);
+    return;
+  }
+  pending.push_back({.token = token,
+                     .tag = command.tag,
+                     .deadline = timeout > Duration::zero() ? now + timeout : kNever});
+}
+
+Error Line::Impl::local_access(const Command& command, std::vector<std::byte>& data) {
+  const od::Address address{command.index, command.sub};
+  if (command.kind == CommandKind::local_write) {
+    const AbortCode code = node.dictionary().write(address, command.data);
+    return code == AbortCode::none ? kDone : to_error(code);
+  }
+  const Result<std::span<const std::byte>> value = node.dictionary().read(address);
+  if (!value) {
+    return value.error();
+  }
+  data.assign(value->begin(), value->end());
+  return kDone;
+}
+
+// By a person: it feeds no watchdog and takes no group over, and is applied after a reaction too.
+Error Line::Impl::single_output(const Command& command, Instant now) {
+  const image::Layout& layout = image.layout(image::Direction::outputs);
+  if (command.entry >= layout.entries.size()) {
+    return to_error(Refusal::unknown_entry);
+  }
+  const image::Entry& entry = layout.entries[command.entry];
+  if (command.data.size() != (entry.bit_length + 7U) / 8U) {
+    return to_error(Refusal::bad_request);
+  }
+  image.write_entry(image::Direction::outputs, command.entry, command.data);
+  node.pdos().outputs_written(entry.bit_offset, entry.bit_length, true, now);
+  return kDone;
+}
+
+Error Line::Impl::send_emcy(const Command& command, Instant now) {
+  if (command.data.size() > 5) {
+    return to_error(Refusal::bad_request);
+  }
+  if (node.state() == nmt::State::stopped || node.state() == nmt::State::initialising) {
+    return to_error(Refusal::wrong_state);
+  }
+  std::array<std::byte, 5> manufacturer{};
+  std::ranges::copy(command.data, manufacturer.begin());
+  switch (node.emcy().send(command.code, command.error_register, manufacturer, now)) {
+    case emcy::SendResult::sent:
+    case emcy::SendResult::queued:
+      return kDone;
+    case emcy::SendResult::inhibited:
+      return to_error(Refusal::inhibited);
+    case emcy::SendResult::disabled:
+      return to_error(Refusal::wrong_state);
+  }
+  return to_error(Refusal::busy);
+}
+
+Error Line::Impl::send_nmt(const Command& command, Instant now) {
+  if (command.node > can::kMaxNodeId || !nmt::is_command(static_cast<std::uint8_t>(command.nmt))) {
+    return to_error(Refusal::bad_request);
+  }
+  if (command.node == config.node_id) {
+    node.command(command.nmt, now);
+    return kDone;
+  }
+  if (!manages()) {
+    return to_error(Refusal::wrong_role);
+  }
+  if (!nmt.send(command.nmt, command.node)) {
+    return to_error(Refusal::busy);
+  }
+  manager.commanded(command.nmt, command.node, now);
+  return kDone;
+}
+
+void Line::Impl::reply(std::uint64_t tag, Error error, std::vector<std::byte> data) {
+  replies.push_back({.tag = tag, .error = error, .data = std::move(data)});
+}
+
+void Line::Impl::refuse(const Command& command, Refusal refusal, Instant now) {
+  ++counters.commands_refused;
+  Event event{.time = now, .kind = EventKind::command_refused, .node = command.node};
+  event.code = static_cast<std::uint32_t>(refusal);
+  event.value = static_cast<std::uint32_t>(command.kind);
+  events.emit(event);
+  reply(command.tag, to_error(refusal));
+}
+
+void Line::Impl::command_completed(sdo::Completion& completion) {
+  const auto it = std::ranges::find(pending, completion.token, &Pending::token);
+  if (it == pending.end()) {
+    return;  // its command was answered when its own time-out passed
+  }
+  reply(it->tag, completion.abort == AbortCode::none ? kDone : to_error(completion.abort),
+        std::move(completion.data));
+  *it = pending.back();
+  pending.pop_back();
+}
+
+void Line::Impl::expire_commands(Instant now) {
+  for (std::size_t i = 0; i < pending.size();) {
+    if (pending[i].deadline > now) {
+      ++i;
+      continue;
+    }
+    sdo.cancel(pending[i].token);
+    reply(pending[i].tag, to_error(Refusal::timed_out));
+    pending[i] = pending.back();
+    pending.pop_back();
+  }
+}
+
+Instant Line::Impl::next_command_deadline() const {
+  Instant wake = kNever;
+  for (const Pending& command : pending) {
+    wake = earlier(wake, command.deadline);
+  }
+  return wake;
+}
+
+}  // namespace linegate::line

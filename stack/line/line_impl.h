@@ -1,0 +1,113 @@
+// The parts of a line and how they are joined. Private to stack/line.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include "stack/emcy/consumer.h"
+#include "stack/emcy/producer.h"
+#include "stack/image/process_image.h"
+#include "stack/line/bus_load.h"
+#include "stack/line/line.h"
+#include "stack/line/outputs.h"
+#include "stack/manager/manager.h"
+#include "stack/nmt/heartbeat_consumer.h"
+#include "stack/nmt/master.h"
+#include "stack/node/node.h"
+#include "stack/pdo/link.h"
+#include "stack/sdo/arbiter.h"
+
+namespace linegate::line {
+
+struct Line::Impl final : node::Companion,
+                          node::Application,
+                          manager::Host,
+                          nmt::HeartbeatListener,
+                          emcy::Listener {
+  // plan is that of the configuration; see Line::make().
+  Impl(LineConfig line_config, pdo::LinkPlan link_plan);
+
+  // --- line.cpp -------------------------------------------------------------------------------
+  void start(Instant now);
+  void stop(Instant now);
+  void advance(Instant now);
+  Instant next_wake() const;
+  bool next_frame(can::Frame& out, Instant now);
+  void bus_event(const can::BusEvent& event);
+  LineState state() const;
+  Counters count() const;
+  bool manages() const { return config.role == Role::manager; }
+  bool usable() const;
+  void interface_lost();
+  void emit(EventKind kind, Instant time, std::uint32_t code = 0, std::uint32_t value = 0);
+  void malformed(const can::Frame& frame);
+  void take_completions(Instant now);
+
+  // node::Companion
+  void receive(const can::Target& target, const can::Frame& frame) override;
+  void synced(Instant now) override;
+  // node::Application
+  void state_changed(nmt::State state, Instant now) override;
+  // manager::Host
+  void node_data_invalid(std::uint8_t node) override;
+  void may_operate(Instant now) override;
+  void send_nmt(nmt::Command command, std::uint8_t node) override;
+  // nmt::HeartbeatListener
+  void boot_up(std::uint8_t node, Instant now) override;
+  void heartbeat(std::uint8_t node, nmt::State state, Instant now) override;
+  void heartbeat_lost(std::uint8_t node, Instant deadline) override;
+  void heartbeat_recovered(std::uint8_t node, Instant now) override;
+  // emcy::Listener
+  void emergency(std::uint8_t node, const emcy::Message& message, Instant now) override;
+
+  // --- line_commands.cpp ------------------------------------------------------------------------
+  struct Pending {
+    std::uint64_t token = 0;  // of the SDO transfer
+    std::uint64_t tag = 0;    // of the command
+    Instant deadline = kNever;
+  };
+  void execute(Command command, Instant now);
+  void start_sdo(Command command, bool write, Instant now);
+  Error local_access(const Command& command, std::vector<std::byte>& data);
+  Error single_output(const Command& command, Instant now);
+  Error send_emcy(const Command& command, Instant now);
+  Error send_nmt(const Command& command, Instant now);
+  void reply(std::uint64_t tag, Error error, std::vector<std::byte> data = {});
+  void refuse(const Command& command, Refusal refusal, Instant now);
+  void command_completed(sdo::Completion& completion);
+  void expire_commands(Instant now);
+  Instant next_command_deadline() const;
+
+  // --- line_outputs.cpp -------------------------------------------------------------------------
+  OutputRefusal write_outputs(const OutputWrite& write, Instant now);
+  void apply(const OutputWrite& write, bool always, Instant now);
+  void apply_defaults(Instant now);
+  void react(const Outputs::Group& group, Instant now);
+  void zero(const Outputs::Group& group, Instant now);
+
+  LineConfig config;
+  EventLog events;
+  pdo::LinkPlan plan;
+  image::ProcessImage image;
+  node::Node node;
+  nmt::Master nmt;
+  nmt::HeartbeatConsumer heartbeats;
+  emcy::Consumer emergencies;
+  sdo::Arbiter sdo;
+  manager::Manager manager;  // keeps the states of the nodes in every role, acts in that of manager
+  Outputs outputs;
+  BusLoad load;
+
+  can::BusState bus = can::BusState::unknown;
+  std::uint8_t transmit_errors = 0;
+  std::uint8_t receive_errors = 0;
+  bool running = false;
+  Counters counters;
+  std::uint32_t syncs = 0;
+  std::vector<Pending> pending;
+  std::uint64_t next_token = 1;
+  std::deque<Reply> replies;
+};
+
+}  // namespace linegate::line

@@ -1,0 +1,100 @@
+// Names and descriptions of the line's enumerations.
+#include <string_view>
+
+#include "stack/line/command.h"
+#include "stack/line/output_write.h"
+#include "stack/line/state.h"
+
+namespace linegate::line {
+
+std::string_view name(Role role) {
+  switch (role) {
+    case Role::manager:
+      return "manager";
+    case Role::observer:
+      return "observer";
+    case Role::device:
+      return "device";
+  }
+  return "unknown";
+}
+
+std::string_view name(CommandKind kind) {
+  switch (kind) {
+    case CommandKind::sdo_read:
+      return "sdo-read";
+    case CommandKind::sdo_write:
+      return "sdo-write";
+    case CommandKind::local_read:
+      return "local-read";
+    case CommandKind::local_write:
+      return "local-write";
+    case CommandKind::output_write:
+      return "output-write";
+    case CommandKind::emcy_send:
+      return "emcy-send";
+    case CommandKind::nmt:
+      return "nmt";
+    case CommandKind::versions:
+      return "versions";
+  }
+  return "unknown";
+}
+
+std::string_view describe(Refusal refusal) {
+  switch (refusal) {
+    case Refusal::none:
+      return "done";
+    case Refusal::busy:
+      return "a queue is full, try again";
+    case Refusal::not_permitted:
+      return "not permitted by the line's access configuration";
+    case Refusal::bad_request:
+      return "a field is out of range or the fields do not go together";
+    case Refusal::unknown_line:
+      return "no such line";
+    case Refusal::unknown_entry:
+      return "no such output entry";
+    case Refusal::wrong_incarnation:
+      return "meant for another start of the gateway";
+    case Refusal::wrong_role:
+      return "not possible in the line's role";
+    case Refusal::wrong_state:
+      return "not possible in the present NMT state";
+    case Refusal::inhibited:
+      return "the inhibit time is running";
+    case Refusal::timed_out:
+      return "the command's time-out passed";
+    case Refusal::line_down:
+      return "the line's interface is not usable";
+    case Refusal::stale_layout:
+      return "made for another image layout";
+    case Refusal::cancelled:
+      return "the gateway is stopping";
+  }
+  return "unknown refusal";
+}
+
+std::string_view describe(OutputRefusal refusal) {
+  switch (refusal) {
+    case OutputRefusal::none:
+      return "applied";
+    case OutputRefusal::not_permitted:
+      return "not permitted by the line's access configuration";
+    case OutputRefusal::stale_layout:
+      return "made for another image layout";
+    case OutputRefusal::unknown_group:
+      return "no such output group";
+    case OutputRefusal::unknown_entry:
+      return "no such output entry, or not in this group";
+    case OutputRefusal::bad_length:
+      return "length differs from the entry's";
+    case OutputRefusal::not_armed:
+      return "the watchdog has fired: a new arming number is needed";
+    case OutputRefusal::bad_reaction:
+      return "more than one NMT reaction, or an unknown one";
+  }
+  return "unknown refusal";
+}
+
+}  // namespace linegate::line

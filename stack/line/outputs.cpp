@@ -1,0 +1,155 @@
+#include "stack/line/outputs.h"
+
+#include <algorithm>
+#include <bit>
+#include <numeric>
+#include <utility>
+
+namespace linegate::line {
+namespace {
+
+constexpr std::uint8_t kNmtReactions =
+    kNmtPreOperational | kNmtStop | kNmtResetCommunication | kNmtResetNode;
+constexpr std::uint8_t kKnownReactions = kZeroOutputs | kNmtReactions | kSendEmcy | kHeartbeatOff;
+
+std::uint32_t bytes_of(const image::Entry& entry) {
+  return (entry.bit_length + 7U) / 8U;
+}
+
+}  // namespace
+
+bool valid_reactions(std::uint8_t reactions) {
+  return (reactions & ~kKnownReactions) == 0 &&
+         std::popcount(static_cast<unsigned>(reactions & kNmtReactions)) <= 1;
+}
+
+Outputs::Outputs(const image::Layout& layout, std::vector<OutputGroup> groups)
+    : layout_(layout),
+      group_of_(layout.entries.size(), kNoGroup),
+      by_position_(layout.entries.size()) {
+  if (groups.empty()) {
+    OutputGroup all{.number = 0, .name = "all"};
+    all.entries.resize(layout.entries.size());
+    std::iota(all.entries.begin(), all.entries.end(), 0U);
+    groups.push_back(std::move(all));
+  }
+  for (OutputGroup& group : groups) {
+    const auto position = static_cast<std::uint16_t>(groups_.size());
+    for (const std::uint32_t entry : group.entries) {
+      group_of_[entry] = position;
+    }
+    groups_.push_back({.config = std::move(group)});
+  }
+  std::iota(by_position_.begin(), by_position_.end(), 0U);
+  std::ranges::sort(by_position_, {},
+                    [this](std::uint32_t e) { return layout_.entries[e].bit_offset; });
+}
+
+OutputRefusal Outputs::check(const OutputWrite& write) const {
+  const Group* target = group(write.group);
+  if (target == nullptr) {
+    return OutputRefusal::unknown_group;
+  }
+  if (write.layout_id != layout_.id) {
+    return OutputRefusal::stale_layout;
+  }
+  if (!valid_reactions(write.reactions) || write.watchdog < Duration::zero()) {
+    return OutputRefusal::bad_reaction;
+  }
+  if (target->burnt == write.arming) {
+    return OutputRefusal::not_armed;
+  }
+  const auto position = static_cast<std::uint16_t>(target - groups_.data());
+  for (const OutputValue& value : write.values) {
+    if (!in_group(value.entry, position)) {
+      return OutputRefusal::unknown_entry;
+    }
+    if (value.length != bytes_of(layout_.entries[value.entry])) {
+      return OutputRefusal::bad_length;
+    }
+  }
+  for (const OutputBytes& run : write.bytes) {
+    if (const OutputRefusal refusal = check_bytes(run, position); refusal != OutputRefusal::none) {
+      return refusal;
+    }
+  }
+  return OutputRefusal::none;
+}
+
+bool Outputs::accept(const OutputWrite& write, Instant now) {
+  Group& target = *find(write.group);
+  const bool first = !std::exchange(target.armed, true) || target.tripped;
+  target.tripped = false;
+  target.arming = write.arming;
+  target.watchdog = write.watchdog;
+  target.reactions = write.reactions;
+  target.deadline = write.watchdog == Duration::zero() ? kNever : now + write.watchdog;
+  return first;
+}
+
+const Outputs::Group* Outputs::expire(Instant now) {
+  for (Group& candidate : groups_) {
+    if (candidate.deadline <= now) {
+      candidate.deadline = kNever;
+      candidate.tripped = true;
+      candidate.burnt = candidate.arming;
+      return &candidate;
+    }
+  }
+  return nullptr;
+}
+
+Instant Outputs::next_wake() const {
+  Instant wake = kNever;
+  for (const Group& candidate : groups_) {
+    wake = earlier(wake, candidate.deadline);
+  }
+  return wake;
+}
+
+const Outputs::Group* Outputs::group(std::uint16_t number) const {
+  const auto it =
+      std::ranges::find(groups_, number, [](const Group& g) { return g.config.number; });
+  return it == groups_.end() ? nullptr : &*it;
+}
+
+Outputs::Group* Outputs::find(std::uint16_t number) {
+  return const_cast<Group*>(std::as_const(*this).group(number));  // NOLINT(*-const-cast)
+}
+
+bool Outputs::in_group(std::uint32_t entry, std::uint16_t group_position) const {
+  return entry < group_of_.size() && group_of_[entry] == group_position;
+}
+
+// A run may cover gaps, but every entry it touches must be in the group and wholly in the run.
+OutputRefusal Outputs::check_bytes(const OutputBytes& run, std::uint16_t group_position) const {
+  if (run.data.empty() || run.offset > layout_.byte_size ||
+      run.data.size() > layout_.byte_size - run.offset) {
+    return OutputRefusal::bad_length;
+  }
+  const std::uint64_t begin = std::uint64_t{run.offset} * 8U;
+  const std::uint64_t end = begin + run.data.size() * 8U;
+  auto it = std::ranges::lower_bound(
+      by_position_, begin, {}, [this](std::uint32_t e) { return layout_.entries[e].bit_offset; });
+  if (it != by_position_.begin()) {
+    --it;  // it starts before the run, but may reach into it
+  }
+  bool any = false;
+  for (; it != by_position_.end() && layout_.entries[*it].bit_offset < end; ++it) {
+    const image::Entry& entry = layout_.entries[*it];
+    const std::uint64_t entry_end = std::uint64_t{entry.bit_offset} + entry.bit_length;
+    if (entry_end <= begin) {
+      continue;
+    }
+    if (!in_group(*it, group_position)) {
+      return OutputRefusal::unknown_entry;
+    }
+    if (entry.bit_offset < begin || entry_end > end) {
+      return OutputRefusal::bad_length;
+    }
+    any = true;
+  }
+  return any ? OutputRefusal::none : OutputRefusal::unknown_entry;
+}
+
+}  // namespace linegate::line

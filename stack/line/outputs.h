@@ -1,0 +1,65 @@
+// The outputs of a line as applications see them: groups, arming and watchdogs.
+//
+// Holds no bytes: it decides whether an OutputWrite may be applied, and says what follows from it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "stack/base/time.h"
+#include "stack/image/layout.h"
+#include "stack/line/config.h"
+#include "stack/line/output_write.h"
+
+namespace linegate::line {
+
+class Outputs {
+ public:
+  // A group with its watchdog.
+  struct Group {
+    OutputGroup config;
+    std::uint64_t arming = 0;
+    std::optional<std::uint64_t> burnt;  // arming number at the last reaction: never applied again
+    bool armed = false;    // a first write was applied since the start or the last reaction
+    bool tripped = false;  // the watchdog has fired and nothing was applied since
+    Duration watchdog{};
+    std::uint8_t reactions = kHoldOutputs;
+    Instant deadline = kNever;
+  };
+
+  // The layout must outlive it. Without groups in the configuration there is one, number 0, with
+  // all entries.
+  Outputs(const image::Layout& layout, std::vector<OutputGroup> groups);
+
+  // Everything that can be wrong with a write. Nothing is changed.
+  OutputRefusal check(const OutputWrite& write) const;
+  // Precondition: check() gave none. Arms or re-arms the group's watchdog. True if that was its
+  // first write since the start or a reaction.
+  bool accept(const OutputWrite& write, Instant now);
+
+  // The group whose watchdog is over at `now`; it is tripped by that. nullptr if none.
+  const Group* expire(Instant now);
+  Instant next_wake() const;
+
+  const Group* group(std::uint16_t number) const;
+  const std::vector<Group>& groups() const { return groups_; }
+
+ private:
+  Group* find(std::uint16_t number);
+  bool in_group(std::uint32_t entry, std::uint16_t group_position) const;
+  OutputRefusal check_bytes(const OutputBytes& run, std::uint16_t group_position) const;
+
+  static constexpr std::uint16_t kNoGroup = 0xFFFF;
+
+  const image::Layout& layout_;
+  std::vector<Group> groups_;
+  std::vector<std::uint16_t> group_of_;     // entry -> position in groups_, kNoGroup = in none
+  std::vector<std::uint32_t> by_position_;  // entries ascending by bit offset
+};
+
+// At most one NMT reaction and no unknown bits.
+bool valid_reactions(std::uint8_t reactions);
+
+}  // namespace linegate::line

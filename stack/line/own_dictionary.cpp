@@ -1,0 +1,114 @@
+#include "stack/line/own_dictionary.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "stack/base/byte_order.h"
+#include "stack/can/cob_id.h"
+
+namespace linegate::line {
+namespace {
+
+using od::Access;
+using od::DataType;
+using od::ObjectType;
+
+constexpr std::uint8_t kErrorHistory = 16;       // entries of 1003h
+constexpr std::uint8_t kHeartbeatEntries = 127;  // entries of 1016h
+
+od::VariableDescription variable(std::uint8_t sub, std::string name, DataType type, Access access,
+                                 std::uint64_t value) {
+  od::VariableDescription out;
+  out.sub = sub;
+  out.name = std::move(name);
+  out.type = type;
+  out.access = access;
+  out.value.resize(od::byte_size(type));
+  store_le(std::span(out.value), value);
+  return out;
+}
+
+od::ObjectDescription object(std::uint16_t index, std::string name, DataType type, Access access,
+                             std::uint64_t value) {
+  od::ObjectDescription out{.index = index, .name = name, .type = ObjectType::variable};
+  out.variables.push_back(variable(0, std::move(name), type, access, value));
+  return out;
+}
+
+od::ObjectDescription array(std::uint16_t index, std::string name, DataType type, Access access,
+                            std::uint8_t count, Access count_access, std::uint8_t count_value) {
+  od::ObjectDescription out{.index = index, .name = std::move(name), .type = ObjectType::array};
+  out.variables.push_back(
+      variable(0, "Number of entries", DataType::unsigned8, count_access, count_value));
+  for (unsigned sub = 1; sub <= count; ++sub) {
+    out.variables.push_back(variable(static_cast<std::uint8_t>(sub),
+                                     out.name + ' ' + std::to_string(sub), type, access, 0));
+  }
+  return out;
+}
+
+od::ObjectDescription identity(const Identity& id) {
+  od::ObjectDescription out{.index = 0x1018, .name = "Identity object", .type = ObjectType::record};
+  out.variables = {
+      variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant, 4),
+      variable(1, "Vendor-ID", DataType::unsigned32, Access::ro, id.vendor),
+      variable(2, "Product code", DataType::unsigned32, Access::ro, id.product),
+      variable(3, "Revision number", DataType::unsigned32, Access::ro, id.revision),
+      variable(4, "Serial number", DataType::unsigned32, Access::ro, id.serial),
+  };
+  return out;
+}
+
+od::ObjectDescription sdo_server(std::uint8_t node) {
+  od::ObjectDescription out{
+      .index = 0x1200, .name = "SDO server parameter", .type = ObjectType::record};
+  out.variables = {
+      variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant, 2),
+      variable(1, "COB-ID client to server", DataType::unsigned32, Access::ro,
+               can::kSdoRequestBase + node),
+      variable(2, "COB-ID server to client", DataType::unsigned32, Access::ro,
+               can::kSdoResponseBase + node),
+  };
+  return out;
+}
+
+template <class Unit>
+std::uint64_t in(Duration duration) {
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<Unit>(duration).count());
+}
+
+}  // namespace
+
+od::Dictionary make_own_dictionary(const LineConfig& config) {
+  using std::chrono::microseconds;
+  using std::chrono::milliseconds;
+  const bool produces_sync = config.sync_period > Duration::zero();
+  const std::vector<od::ObjectDescription> objects = {
+      object(0x1000, "Device type", DataType::unsigned32, Access::ro, config.identity.device_type),
+      object(0x1001, "Error register", DataType::unsigned8, Access::ro, 0),
+      array(0x1003, "Pre-defined error field", DataType::unsigned32, Access::ro, kErrorHistory,
+            Access::rw, 0),
+      object(0x1005, "COB-ID SYNC message", DataType::unsigned32, Access::rw,
+             can::kSyncId | (produces_sync ? can::CobId::kProducerBit : 0U)),
+      object(0x1006, "Communication cycle period", DataType::unsigned32, Access::rw,
+             in<microseconds>(config.sync_period)),
+      object(0x1014, "COB-ID EMCY", DataType::unsigned32, Access::rw,
+             can::kEmcyBase + config.node_id),
+      object(0x1015, "Inhibit time EMCY", DataType::unsigned16, Access::rw, 0),
+      array(0x1016, "Consumer heartbeat time", DataType::unsigned32, Access::rw, kHeartbeatEntries,
+            Access::constant, kHeartbeatEntries),
+      object(0x1017, "Producer heartbeat time", DataType::unsigned16, Access::rw,
+             in<milliseconds>(config.heartbeat)),
+      identity(config.identity),
+      object(0x1019, "Synchronous counter overflow value", DataType::unsigned8, Access::rw, 0),
+      sdo_server(config.node_id),
+  };
+  od::Dictionary dictionary;
+  for (const od::ObjectDescription& description : objects) {
+    (void)dictionary.add(description).ok();
+  }
+  return dictionary;
+}
+
+}  // namespace linegate::line

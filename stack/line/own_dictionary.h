@@ -1,0 +1,12 @@
+// The object dictionary of a line's own node, before PDO records and network variables are added.
+#pragma once
+
+#include "stack/line/config.h"
+#include "stack/od/dictionary.h"
+
+namespace linegate::line {
+
+// 1000h to 1019h, 1200h with the values of the configuration. Never fails: the objects are ours.
+od::Dictionary make_own_dictionary(const LineConfig& config);
+
+}  // namespace linegate::line

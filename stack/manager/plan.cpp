@@ -1,0 +1,107 @@
+#include "stack/manager/plan.h"
+
+#include <algorithm>
+#include <array>
+
+#include "stack/base/byte_order.h"
+#include "stack/can/cob_id.h"
+
+namespace linegate::manager {
+namespace {
+
+constexpr std::uint16_t kMappingOffset = 0x200;  // 1400h -> 1600h, 1800h -> 1A00h
+
+bool is_pdo_communication(std::uint16_t index) {
+  return (index >= 0x1400 && index < 0x1600) || (index >= 0x1800 && index < 0x1A00);
+}
+bool is_pdo_mapping(std::uint16_t index) {
+  return (index >= 0x1600 && index < 0x1800) || (index >= 0x1A00 && index < 0x1C00);
+}
+
+bool to_be_written(const od::VariableDescription& variable) {
+  return variable.configured && od::writable(variable.access);
+}
+
+bool any_configured(const od::ObjectDescription* object) {
+  return object != nullptr && std::ranges::any_of(object->variables, to_be_written);
+}
+
+ObjectWrite write_of(std::uint16_t index, const od::VariableDescription& variable) {
+  return {{index, variable.sub}, variable.value};
+}
+
+ObjectWrite write_u32(od::Address address, std::uint32_t value) {
+  ObjectWrite write{address, std::vector<std::byte>(4)};
+  store_le(std::span(write.data), value);
+  return write;
+}
+
+const od::VariableDescription* sub(const od::ObjectDescription& object, std::uint8_t number) {
+  const auto it = std::ranges::find(object.variables, number, &od::VariableDescription::sub);
+  return it == object.variables.end() ? nullptr : &*it;
+}
+
+void append_mapping(const od::ObjectDescription& mapping, std::vector<ObjectWrite>& out) {
+  const od::VariableDescription* count = sub(mapping, 0);
+  if (count == nullptr || !od::writable(count->access)) {
+    return;
+  }
+  out.push_back({{mapping.index, 0}, {std::byte{0}}});
+  const std::uint64_t entries = load_le(std::span<const std::byte>(count->value));
+  for (const od::VariableDescription& variable : mapping.variables) {
+    if (variable.sub >= 1 && variable.sub <= entries && od::writable(variable.access)) {
+      out.push_back(write_of(mapping.index, variable));
+    }
+  }
+  out.push_back(write_of(mapping.index, *count));
+}
+
+void append_pdo(const od::DeviceDescription& device, const od::ObjectDescription& communication,
+                std::vector<ObjectWrite>& out) {
+  const auto mapping_index = static_cast<std::uint16_t>(communication.index + kMappingOffset);
+  const od::ObjectDescription* mapping = device.find(mapping_index);
+  const od::VariableDescription* cob_id = sub(communication, 1);
+  if (cob_id == nullptr || (!any_configured(&communication) && !any_configured(mapping))) {
+    return;
+  }
+  const auto cob = static_cast<std::uint32_t>(load_le(std::span<const std::byte>(cob_id->value)));
+  const bool can_switch = od::writable(cob_id->access);
+  if (can_switch) {
+    out.push_back(write_u32({communication.index, 1}, cob | can::CobId::kInvalidBit));
+  }
+  if (any_configured(mapping)) {
+    append_mapping(*mapping, out);
+  }
+  for (const od::VariableDescription& variable : communication.variables) {
+    if (variable.sub >= 2 && to_be_written(variable)) {
+      out.push_back(write_of(communication.index, variable));
+    }
+  }
+  if (can_switch) {
+    out.push_back(write_u32({communication.index, 1}, cob));
+  }
+}
+
+}  // namespace
+
+std::vector<ObjectWrite> configuration_writes(const od::DeviceDescription& device) {
+  std::vector<ObjectWrite> out;
+  for (const od::ObjectDescription& object : device.objects) {
+    if (is_pdo_communication(object.index) || is_pdo_mapping(object.index)) {
+      continue;
+    }
+    for (const od::VariableDescription& variable : object.variables) {
+      if (to_be_written(variable)) {
+        out.push_back(write_of(object.index, variable));
+      }
+    }
+  }
+  for (const od::ObjectDescription& object : device.objects) {
+    if (is_pdo_communication(object.index)) {
+      append_pdo(device, object, out);
+    }
+  }
+  return out;
+}
+
+}  // namespace linegate::manager

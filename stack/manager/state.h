@@ -1,0 +1,58 @@
+// What the manager of a line knows about itself and about each node, as plain values.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "stack/base/time.h"
+#include "stack/nmt/state.h"
+
+namespace linegate::manager {
+
+// Grows at the end only: the numbers are those of the DDS contract.
+enum class ManagerState : std::uint8_t {
+  inactive,           // no manager in this role, or not started
+  resetting,          // NMT reset was sent
+  booting,            // nodes are being checked, configured and started
+  missing_mandatory,  // a mandatory node did not boot
+  running,            // every listed node that answered has been booted
+  stopped,            // stopped by command
+};
+std::string_view name(ManagerState state);
+
+enum class Presence : std::uint8_t {
+  unknown,  // nothing heard yet
+  present,
+  missing,  // did not answer, or its heartbeat was lost
+};
+std::string_view name(Presence presence);
+
+inline constexpr char kBooted = '\0';
+inline constexpr char kBootUnfinished = '-';
+
+struct NodeState {
+  std::uint8_t node = 0;
+  bool configured = false;                 // listed in the configuration
+  nmt::State state = nmt::State::unknown;  // as heard; without error control, as commanded
+  Presence presence = Presence::unknown;
+  bool heartbeat_monitored = false;
+  // Error status of the last boot slave process (CiA 302-2): kBooted, kBootUnfinished, or a letter
+  // A..O, see describe_boot().
+  char boot = kBootUnfinished;
+  std::uint32_t device_type = 0;  // 1000h as read, 0 = not read
+  std::uint32_t vendor = 0;       // 1018h:1..4 as read
+  std::uint32_t product = 0;
+  std::uint32_t revision = 0;
+  std::uint32_t serial = 0;
+  std::uint8_t error_register = 0;  // of the last EMCY
+  std::uint16_t last_emcy = 0;      // code of the last EMCY
+  std::uint32_t emcy_count = 0;
+  std::uint32_t heartbeats_lost = 0;
+  Instant last_heard{};  // any frame of its error control or EMCY
+};
+
+// The boot status in words, e.g. "no answer to the SDO upload of 1000h" for 'B'; "booted" for
+// kBooted.
+std::string_view describe_boot(char letter);
+
+}  // namespace linegate::manager

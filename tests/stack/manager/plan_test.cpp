@@ -1,0 +1,105 @@
+#include "stack/manager/plan.h"
+
+#include <gtest/gtest.h>
+
+#include "stack/base/byte_order.h"
+#include "stack/manager/state.h"
+
+namespace linegate::manager {
+namespace {
+
+od::VariableDescription variable(std::uint8_t sub, od::DataType type, std::uint64_t value,
+                                 bool configured, od::Access access = od::Access::rw) {
+  od::VariableDescription out;
+  out.sub = sub;
+  out.type = type;
+  out.access = access;
+  out.value.resize(od::byte_size(type));
+  store_le(std::span(out.value), value);
+  out.configured = configured;
+  return out;
+}
+
+od::ObjectDescription record(std::uint16_t index, std::vector<od::VariableDescription> variables) {
+  return {.index = index,
+          .name = "",
+          .type = od::ObjectType::record,
+          .variables = std::move(variables),
+          .line = 0};
+}
+
+constexpr auto kU8 = od::DataType::unsigned8;
+constexpr auto kU16 = od::DataType::unsigned16;
+constexpr auto kU32 = od::DataType::unsigned32;
+
+std::string text(const std::vector<ObjectWrite>& writes) {
+  std::string out;
+  for (const ObjectWrite& write : writes) {
+    char line[64];
+    std::snprintf(line, sizeof line, "%04X:%u=%llX ", unsigned{write.address.index},
+                  unsigned{write.address.sub},
+                  static_cast<unsigned long long>(load_le(std::span<const std::byte>(write.data))));
+    out += line;
+  }
+  return out;
+}
+
+TEST(ConfigurationWrites, DefaultsAndReadOnlyObjectsAreLeftAlone) {
+  od::DeviceDescription device;
+  device.objects = {
+      record(0x1017, {variable(0, kU16, 1000, true)}),
+      record(0x2000, {variable(0, kU16, 7, false), variable(1, kU8, 5, true, od::Access::ro),
+                      variable(2, kU8, 6, true)}),
+  };
+  EXPECT_EQ(text(configuration_writes(device)), "1017:0=3E8 2000:2=6 ");
+}
+
+TEST(ConfigurationWrites, PdoRecordsComeLastInTheOrderOfTheRemappingProcedure) {
+  od::DeviceDescription device;
+  device.objects = {
+      record(0x1800, {variable(0, kU8, 5, false), variable(1, kU32, 0x185, false),
+                      variable(2, kU8, 1, true), variable(5, kU16, 100, false)}),
+      record(0x1A00, {variable(0, kU8, 2, true), variable(1, kU32, 0x60000108, true),
+                      variable(2, kU32, 0x60000208, false), variable(3, kU32, 0x60000308, false)}),
+      record(0x2000, {variable(0, kU8, 1, true)}),
+  };
+  EXPECT_EQ(text(configuration_writes(device)),
+            "2000:0=1 1800:1=80000185 1A00:0=0 1A00:1=60000108 1A00:2=60000208 1A00:0=2 1800:2=1 "
+            "1800:1=185 ");
+}
+
+TEST(ConfigurationWrites, AStaticMappingIsNotTouched) {
+  od::DeviceDescription device;
+  device.objects = {
+      record(0x1800, {variable(1, kU32, 0x185, false), variable(2, kU8, 1, true)}),
+      record(0x1A00, {variable(0, kU8, 1, false, od::Access::constant),
+                      variable(1, kU32, 0x60000108, false, od::Access::ro)}),
+  };
+  EXPECT_EQ(text(configuration_writes(device)), "1800:1=80000185 1800:2=1 1800:1=185 ");
+}
+
+TEST(ConfigurationWrites, AnUnconfiguredPdoCostsNoDownload) {
+  od::DeviceDescription device;
+  device.objects = {
+      record(0x1400, {variable(1, kU32, 0x205, false), variable(2, kU8, 255, false)}),
+      record(0x1600, {variable(0, kU8, 1, false), variable(1, kU32, 0x62000108, false)}),
+  };
+  EXPECT_TRUE(configuration_writes(device).empty());
+}
+
+TEST(ConfigurationWrites, ADisabledPdoStaysDisabled) {
+  od::DeviceDescription device;
+  device.objects = {record(0x1801, {variable(1, kU32, 0x80000285, true)})};
+  EXPECT_EQ(text(configuration_writes(device)), "1801:1=80000285 1801:1=80000285 ");
+}
+
+TEST(BootStatus, EveryLetterOfCia302HasWords) {
+  for (char letter = 'A'; letter <= 'O'; ++letter) {
+    EXPECT_NE(describe_boot(letter), "unknown boot status") << letter;
+  }
+  EXPECT_EQ(describe_boot('P'), "unknown boot status");
+  EXPECT_EQ(describe_boot(kBooted), "booted");
+}
+
+}  // namespace
+}  // namespace linegate::manager
