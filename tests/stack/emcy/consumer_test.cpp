@@ -1,0 +1,85 @@
+#include "stack/emcy/consumer.h"
+
+#include <gtest/gtest.h>
+
+#include "stack/emcy/consumer_object.h"
+
+#include "tests/stack/node/objects.h"
+
+namespace linegate::emcy {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::at;
+using testing::frame_at;
+using testing::take_events;
+using testing::write;
+
+struct Heard : Listener {
+  void emergency(std::uint8_t node, const Message& message, Instant /*now*/) override {
+    nodes.push_back(node);
+    last = message;
+  }
+  std::vector<int> nodes;
+  Message last;
+};
+
+class EmcyConsumerTest : public ::testing::Test {
+ protected:
+  bool wants(std::uint32_t id) { return dispatch.find(can::make_frame(id, {})) != nullptr; }
+
+  can::Dispatch dispatch;
+  EventLog events;
+  Consumer consumer{dispatch, events};
+};
+
+TEST_F(EmcyConsumerTest, MessagesBecomeEvents) {
+  Heard heard;
+  consumer.set_listener(&heard);
+  EXPECT_TRUE(consumer.receive(5, frame_at(at(7ms), 0x85, {0x30, 0x81, 0x11, 1, 2, 3, 4, 5})));
+  const auto told = take_events(events);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].kind, EventKind::emcy);
+  EXPECT_EQ(told[0].node, 5);
+  EXPECT_EQ(told[0].time, at(7ms));
+  EXPECT_EQ(told[0].code, 0x8130U);
+  EXPECT_EQ(told[0].value, 0x11U);
+  EXPECT_EQ(told[0].data[0], std::byte{1});
+  EXPECT_EQ(heard.nodes, (std::vector<int>{5}));
+  EXPECT_EQ(heard.last.code, 0x8130);
+  EXPECT_EQ(consumer.received(), 1U);
+}
+
+TEST_F(EmcyConsumerTest, ShortMessagesAreMalformed) {
+  EXPECT_FALSE(consumer.receive(5, frame_at(at(7ms), 0x85, {0x30, 0x81, 0x11})));
+  EXPECT_TRUE(events.empty());
+  EXPECT_EQ(consumer.received(), 0U);
+}
+
+TEST_F(EmcyConsumerTest, ListensToAllButTheOwnNode) {
+  consumer.listen_all(7);
+  EXPECT_TRUE(wants(0x081));
+  EXPECT_TRUE(wants(0x0FF));
+  EXPECT_FALSE(wants(0x087));
+  EXPECT_FALSE(wants(0x080));
+}
+
+TEST_F(EmcyConsumerTest, TheObjectListsWhatIsConsumed) {
+  od::Dictionary dictionary =
+      testing::dictionary_of({testing::array(kConsumerObject, od::DataType::unsigned32, 8)});
+  ConsumerObject object(dictionary, consumer);
+  ASSERT_TRUE(dictionary.set_hook(kConsumerObject, &object).ok());
+  object.configure();
+  EXPECT_FALSE(wants(0x000));
+  EXPECT_EQ(write<std::uint32_t>(dictionary, {kConsumerObject, 5}, 0x85), AbortCode::none);
+  EXPECT_TRUE(wants(0x085));
+  EXPECT_FALSE(wants(0x086));
+  EXPECT_EQ(write<std::uint32_t>(dictionary, {kConsumerObject, 5}, 0x86), AbortCode::invalid_value);
+  EXPECT_EQ(write<std::uint32_t>(dictionary, {kConsumerObject, 5}, 0x8000'0085), AbortCode::none);
+  EXPECT_FALSE(wants(0x085));
+  EXPECT_EQ(write<std::uint32_t>(dictionary, {kConsumerObject, 6}, 0x701),
+            AbortCode::invalid_value);
+}
+
+}  // namespace
+}  // namespace linegate::emcy

@@ -1,0 +1,42 @@
+#include "stack/emcy/message.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/stack/node/objects.h"
+
+namespace linegate::emcy {
+namespace {
+
+using testing::data_of;
+
+constexpr Message kMessage{
+    0x8210, 0x11, {std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4}, std::byte{5}}};
+
+TEST(EmcyMessage, Layout) {
+  const can::Frame frame = encode(kMessage, can::CobId{0x85});
+  EXPECT_EQ(frame.id, 0x85U);
+  EXPECT_EQ(frame.flags, 0);
+  EXPECT_EQ(data_of(frame), (std::vector<int>{0x10, 0x82, 0x11, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(decode(frame), kMessage);
+}
+
+TEST(EmcyMessage, OtherLengthsAreMalformed) {
+  for (std::uint8_t length = 0; length < 8; ++length) {
+    can::Frame frame = encode(kMessage, can::CobId{0x85});
+    frame.length = length;
+    EXPECT_FALSE(decode(frame)) << int{length};
+  }
+}
+
+TEST(EmcyMessage, Event) {
+  const Event event = to_event(EventKind::emcy, 5, kMessage, Instant{std::chrono::seconds(3)});
+  EXPECT_EQ(event.kind, EventKind::emcy);
+  EXPECT_EQ(event.node, 5);
+  EXPECT_EQ(event.code, 0x8210U);
+  EXPECT_EQ(event.value, 0x11U);
+  EXPECT_EQ(event.length, 5);
+  EXPECT_EQ(event.data[4], std::byte{5});
+}
+
+}  // namespace
+}  // namespace linegate::emcy
