@@ -1,0 +1,226 @@
+#include "stack/sdo/arbiter.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "stack/base/byte_order.h"
+#include "stack/can/cob_id.h"
+#include "stack/sdo/client.h"
+#include "stack/sdo/malformed.h"
+#include "stack/sdo/request_queue.h"
+
+namespace linegate::sdo {
+
+// The client side of one node's default server.
+struct Arbiter::Channel {
+  explicit Channel(std::uint8_t id)
+      : node(id), client(can::CobId{can::kSdoRequestBase + id}), queue(kQueueLength) {}
+
+  std::uint8_t node;
+  Client client;
+  RequestQueue queue;
+  std::optional<Request> current;        // under way
+  std::optional<Instant> foreign_heard;  // newest foreign use
+};
+
+Arbiter::Arbiter(can::Dispatch& dispatch, can::TransmitQueue& transmit, EventLog& events)
+    : dispatch_(dispatch), transmit_(transmit), events_(events) {
+}
+
+Arbiter::~Arbiter() = default;
+
+bool Arbiter::submit(Request request, Instant now) {
+  if (request.node < can::kMinNodeId || request.node > can::kMaxNodeId ||
+      request.timeout <= Duration::zero()) {
+    return false;
+  }
+  now_ = std::max(now_, now);
+  Channel& target = channel(request.node);
+  if (!target.queue.push(std::move(request))) {
+    return false;
+  }
+  serve(target, now);
+  return true;
+}
+
+void Arbiter::receive(const can::Target& target, const can::Frame& frame) {
+  Channel* addressed = channels_[target.index & can::kMaxNodeId].get();
+  if (addressed == nullptr) {
+    return;
+  }
+  now_ = std::max(now_, frame.time);
+  if ((target.index & kForeignRequest) != 0) {
+    addressed->client.expect_strays();
+    foreign(*addressed, frame);
+  } else {
+    response(*addressed, frame);
+  }
+}
+
+void Arbiter::advance(Instant now) {
+  now_ = std::max(now_, now);
+  if (now < wake_) {
+    return;
+  }
+  wake_ = kNever;
+  for (const std::uint8_t node : used_) {
+    Channel& each = *channels_[node];
+    each.client.advance(now, transmit_);
+    serve(each, now);
+  }
+}
+
+bool Arbiter::take(Completion& out) {
+  if (completions_.empty()) {
+    return false;
+  }
+  out = std::move(completions_.front());
+  completions_.pop_front();
+  return true;
+}
+
+void Arbiter::cancel(std::uint64_t token) {
+  for (const std::uint8_t node : used_) {
+    Channel& each = *channels_[node];
+    Request waiting;
+    if (each.current && each.current->token == token) {
+      cancel_running(each, AbortCode::general);
+      return;
+    }
+    if (each.queue.remove(token, waiting)) {
+      complete(waiting, AbortCode::general);
+      return;
+    }
+  }
+}
+
+void Arbiter::cancel_node(std::uint8_t node, AbortCode why) {
+  if (node > can::kMaxNodeId || channels_[node] == nullptr) {
+    return;
+  }
+  Channel& each = *channels_[node];
+  if (each.current) {
+    cancel_running(each, why);
+  }
+  Request waiting;
+  while (each.queue.pop(waiting)) {
+    complete(waiting, why);
+  }
+}
+
+std::size_t Arbiter::load(std::uint8_t node) const {
+  if (node > can::kMaxNodeId || channels_[node] == nullptr) {
+    return 0;
+  }
+  const Channel& each = *channels_[node];
+  return each.queue.size() + (each.current ? 1 : 0);
+}
+
+Arbiter::Channel& Arbiter::channel(std::uint8_t node) {
+  std::unique_ptr<Channel>& place = channels_[node];
+  if (place == nullptr) {
+    place = std::make_unique<Channel>(node);
+    used_.push_back(node);
+    dispatch_.add(can::kSdoResponseBase + node, false, can::Service::sdo_client, node);
+    dispatch_.add(can::kSdoRequestBase + node, false, can::Service::sdo_client,
+                  static_cast<std::uint16_t>(kForeignRequest | node));
+  }
+  return *place;
+}
+
+// Hands on what has ended, begins what comes next and sees to it that advance() comes in time.
+void Arbiter::serve(Channel& channel, Instant now) {
+  if (std::optional<Outcome> outcome = channel.client.take(); outcome && channel.current) {
+    if (outcome->abort != AbortCode::none) {
+      tell_abort(*channel.current, outcome->abort, now);
+    }
+    complete(*channel.current, outcome->abort, std::move(outcome->data));
+    channel.current.reset();
+  }
+  Request next;
+  if (!channel.current && channel.queue.pop(next)) {
+    if (next.write) {
+      channel.client.write(next.address, std::move(next.data), next.timeout, now, transmit_);
+    } else {
+      channel.client.read(next.address, next.timeout, now, transmit_);
+    }
+    channel.current = std::move(next);
+  }
+  wake_ = earlier(wake_, channel.client.next_wake());
+}
+
+void Arbiter::response(Channel& channel, const can::Frame& frame) {
+  switch (channel.client.receive(frame, transmit_)) {
+    case Receipt::used:
+      serve(channel, frame.time);
+      break;
+    case Receipt::stray:
+      ++counters_.strays;
+      break;
+    case Receipt::unasked:
+      ++counters_.strays;
+      foreign(channel, frame);
+      break;
+    case Receipt::malformed:
+      ++counters_.malformed;
+      tell_malformed(frame, channel.node, events_);
+      break;
+  }
+}
+
+void Arbiter::foreign(Channel& channel, const can::Frame& frame) {
+  ++counters_.foreign;
+  const bool quiet = !channel.foreign_heard || frame.time - *channel.foreign_heard >= kForeignQuiet;
+  channel.foreign_heard = frame.time;
+  if (quiet) {
+    Event event;
+    event.time = frame.time;
+    event.kind = EventKind::foreign_sdo;
+    event.node = channel.node;
+    event.code = frame.id;
+    events_.emit(event);
+  }
+}
+
+void Arbiter::complete(const Request& request, AbortCode abort, std::vector<std::byte> data) {
+  if (abort == AbortCode::none) {
+    ++counters_.transfers;
+  } else {
+    ++counters_.aborts;
+    counters_.timeouts += abort == AbortCode::timeout ? 1 : 0;
+  }
+  completions_.push_back({.token = request.token,
+                          .node = request.node,
+                          .address = request.address,
+                          .write = request.write,
+                          .abort = abort,
+                          .data = std::move(data)});
+}
+
+// What waits behind it begins with the next advance(), which is due at once: only there is the time
+// known that its time-out counts from.
+void Arbiter::cancel_running(Channel& channel, AbortCode code) {
+  channel.client.abort(code, now_, transmit_);
+  channel.client.take();
+  complete(*channel.current, code);
+  channel.current.reset();
+  wake_ = earlier(wake_, now_);
+}
+
+void Arbiter::tell_abort(const Request& request, AbortCode code, Instant now) {
+  if (request.priority != Priority::command && request.priority != Priority::routing) {
+    return;
+  }
+  Event event;
+  event.time = now;
+  event.kind = EventKind::sdo_abort;
+  event.node = request.node;
+  event.code = static_cast<std::uint32_t>(code);
+  event.length = 3;
+  store_le(event.data.data(), request.address.index);
+  event.data[2] = std::byte{request.address.sub};
+  events_.emit(event);
+}
+
+}  // namespace linegate::sdo

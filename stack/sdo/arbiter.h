@@ -1,0 +1,98 @@
+// Who may talk to a device's default SDO server next. One arbiter per line owns the client side of
+// the 127 default channels (600h + node-ID, 580h + node-ID; CiA 301, 7.3.5): a default server
+// serves one transfer at a time, so everybody who wants one queues here. Transfers with different
+// nodes run at the same time.
+//
+// The order at a node is that of RequestQueue: priorities, owners in turns, nobody waits for ever.
+//
+// Somebody else who uses the same server (a request seen on 600h + node, or an answer to nobody) is
+// told as EventKind::foreign_sdo, once per node until it has been quiet for 10 seconds. A command
+// or route that ends with an abort is told as EventKind::sdo_abort; boot tells its own result, and
+// a scan expects aborts.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include "stack/base/abort_code.h"
+#include "stack/base/event_log.h"
+#include "stack/base/time.h"
+#include "stack/can/dispatch.h"
+#include "stack/can/frame.h"
+#include "stack/can/transmit_queue.h"
+#include "stack/sdo/request.h"
+
+namespace linegate::sdo {
+
+struct ArbiterCounters {
+  std::uint64_t transfers = 0;  // ended well
+  std::uint64_t aborts = 0;     // ended by an abort of either side, a time-out or a cancellation
+  std::uint64_t timeouts = 0;   // of these, the server did not answer in time
+  std::uint64_t strays = 0;     // answers that nobody waited for
+  std::uint64_t foreign = 0;    // frames of somebody else's use
+  std::uint64_t malformed = 0;  // frames on these channels that do not have 8 bytes
+};
+
+class Arbiter {
+ public:
+  static constexpr std::size_t kQueueLength = 64;         // requests waiting for a node
+  static constexpr std::uint16_t kForeignRequest = 0x80;  // Target::index: flag of 600h + node-ID
+  static constexpr Duration kForeignQuiet = std::chrono::seconds(10);
+
+  // A node's identifiers are added to dispatch as Service::sdo_client when it is first used: 580h +
+  // n with index n, 600h + n with index kForeignRequest | n. All must outlive the arbiter.
+  Arbiter(can::Dispatch& dispatch, can::TransmitQueue& transmit, EventLog& events);
+  ~Arbiter();
+  Arbiter(const Arbiter&) = delete;
+  Arbiter& operator=(const Arbiter&) = delete;
+
+  // False if the node's queue is full or node or timeout is out of range: there will be no
+  // Completion then. Otherwise there will be exactly one.
+  bool submit(Request request, Instant now);
+
+  // A frame dispatched to Service::sdo_client; frame.time is now.
+  void receive(const can::Target& target, const can::Frame& frame);
+  void advance(Instant now);
+  // Never later than the next time-out; may be earlier.
+  Instant next_wake() const { return wake_; }
+
+  // The oldest completion not yet taken; false if there is none.
+  bool take(Completion& out);
+
+  // Ends the request with abort 0800 0000h, waiting or under way (then the server is told). No
+  // effect if there is none with this token.
+  void cancel(std::uint64_t token);
+  // Ends all requests for the node with why.
+  void cancel_node(std::uint8_t node, AbortCode why);
+
+  // Requests waiting or under way for the node.
+  std::size_t load(std::uint8_t node) const;
+  const ArbiterCounters& counters() const { return counters_; }
+
+ private:
+  struct Channel;
+
+  Channel& channel(std::uint8_t node);
+  void serve(Channel& channel, Instant now);
+  void response(Channel& channel, const can::Frame& frame);
+  void foreign(Channel& channel, const can::Frame& frame);
+  void complete(const Request& request, AbortCode abort, std::vector<std::byte> data = {});
+  void cancel_running(Channel& channel, AbortCode code);
+  void tell_abort(const Request& request, AbortCode code, Instant now);
+
+  can::Dispatch& dispatch_;
+  can::TransmitQueue& transmit_;
+  EventLog& events_;
+  std::array<std::unique_ptr<Channel>, 128> channels_;  // by node-ID
+  std::vector<std::uint8_t> used_;                      // node-IDs that have a channel
+  std::deque<Completion> completions_;
+  Instant wake_ = kNever;
+  Instant now_{};  // newest time heard of
+  ArbiterCounters counters_;
+};
+
+}  // namespace linegate::sdo

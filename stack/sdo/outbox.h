@@ -1,0 +1,45 @@
+// Frames of one SDO channel on their way to the transmit queue. A full queue delays them, it never
+// loses one.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "stack/base/time.h"
+#include "stack/can/transmit_queue.h"
+#include "stack/sdo/protocol.h"
+
+namespace linegate::sdo {
+
+class Outbox {
+ public:
+  static constexpr Duration kRetry = std::chrono::milliseconds(1);
+
+  explicit Outbox(can::CobId cob_id) : cob_id_(cob_id) {}
+
+  void set_cob_id(can::CobId cob_id) { cob_id_ = cob_id; }
+  can::CobId cob_id() const { return cob_id_; }
+
+  // Sends, or keeps for flush(). An SDO channel never has more than an abort and one request or
+  // answer under way; if there is more all the same, the newest takes the place of the one before.
+  void send(std::uint64_t word, Instant now, can::TransmitQueue& queue);
+  void flush(Instant now, can::TransmitQueue& queue);
+
+  // Keeps a frame's data without trying to send it.
+  void keep(std::uint64_t word, Instant now);
+
+  bool empty() const { return count_ == 0; }
+  Instant next_wake() const { return empty() ? kNever : retry_at_; }
+  void clear() { count_ = 0; }
+
+ private:
+  bool push(std::uint64_t word, can::TransmitQueue& queue) const;
+
+  can::CobId cob_id_;
+  std::array<std::uint64_t, 2> words_{};
+  std::size_t count_ = 0;
+  Instant retry_at_ = kNever;
+};
+
+}  // namespace linegate::sdo

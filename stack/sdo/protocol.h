@@ -1,0 +1,123 @@
+// The bytes of SDO frames (CiA 301, 7.2.4.3): command specifiers, flags and how a frame is put
+// together. Client, server and arbiter read and write frames through this header alone.
+//
+//   byte 0        command: specifier in bits 7..5, flags of the service in bits 4..0
+//   bytes 1..3    multiplexer: index (LE), sub-index            -- initiate and abort
+//   bytes 4..7    data, size (U32, LE) or abort code (U32, LE)  -- initiate and abort
+//   bytes 1..7    data                                          -- segments
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "stack/base/abort_code.h"
+#include "stack/base/byte_order.h"
+#include "stack/can/cob_id.h"
+#include "stack/can/frame.h"
+#include "stack/od/description.h"
+
+namespace linegate::sdo {
+
+inline constexpr std::uint8_t kFrameSize = 8;  // every SDO frame, whatever it carries
+inline constexpr std::size_t kExpeditedSize = 4;
+inline constexpr std::size_t kSegmentSize = 7;
+
+using Payload = std::array<std::byte, kFrameSize>;
+
+// ccs: what a client asks.
+enum class ClientCommand : std::uint8_t {
+  download_segment = 0,
+  download_initiate = 1,
+  upload_initiate = 2,
+  upload_segment = 3,
+  abort = 4,
+  block_upload = 5,
+  block_download = 6,
+};
+
+// scs: what a server answers.
+enum class ServerCommand : std::uint8_t {
+  upload_segment = 0,
+  download_segment = 1,
+  upload_initiate = 2,
+  download_initiate = 3,
+  abort = 4,
+  block_download = 5,
+  block_upload = 6,
+};
+
+inline constexpr std::uint8_t kSizeIndicated = 0x01;  // s, of an initiate
+inline constexpr std::uint8_t kExpedited = 0x02;      // e, of an initiate
+inline constexpr std::uint8_t kLastSegment = 0x01;    // c, of a segment with data
+inline constexpr std::uint8_t kToggle = 0x10;         // t, of a segment and its answer
+
+template <class Command>
+constexpr std::uint8_t command_byte(Command command, unsigned flags = 0) {
+  return static_cast<std::uint8_t>(static_cast<unsigned>(command) << 5U | flags);
+}
+constexpr std::uint8_t specifier(std::uint8_t command) {
+  return command >> 5U;
+}
+constexpr bool toggle_of(std::uint8_t command) {
+  return (command & kToggle) != 0;
+}
+// Bytes 4..7 an expedited initiate uses, 1..4. Without s it is 4: the size is not told.
+constexpr std::size_t expedited_size(std::uint8_t command) {
+  return (command & kSizeIndicated) != 0 ? kExpeditedSize - ((command >> 2U) & 3U) : kExpeditedSize;
+}
+// Bytes 1..7 a segment uses, 0..7.
+constexpr std::size_t segment_size(std::uint8_t command) {
+  return kSegmentSize - ((command >> 1U) & 7U);
+}
+// Command byte of an expedited initiate. Precondition: size is 1..4.
+template <class Command>
+constexpr std::uint8_t expedited_byte(Command command, std::size_t size) {
+  return command_byte(
+      command, static_cast<unsigned>(kExpeditedSize - size) << 2U | kExpedited | kSizeIndicated);
+}
+// Command byte of a segment with size (0..7) bytes of data.
+template <class Command>
+constexpr std::uint8_t segment_byte(Command command, bool toggle, std::size_t size, bool last) {
+  return command_byte(command, (toggle ? unsigned{kToggle} : 0U) |
+                                   static_cast<unsigned>(kSegmentSize - size) << 1U |
+                                   (last ? unsigned{kLastSegment} : 0U));
+}
+
+// The first eight bytes of an SDO frame as one number, byte 0 in the lowest bits.
+constexpr std::uint64_t initiate_word(std::uint8_t command, od::Address address,
+                                      std::uint32_t data = 0) {
+  return std::uint64_t{command} | std::uint64_t{address.index} << 8U |
+         std::uint64_t{address.sub} << 24U | std::uint64_t{data} << 32U;
+}
+constexpr std::uint64_t abort_word(od::Address address, AbortCode code) {
+  return initiate_word(command_byte(ClientCommand::abort), address,
+                       static_cast<std::uint32_t>(code));
+}
+constexpr od::Address multiplexer(std::uint64_t word) {
+  return {static_cast<std::uint16_t>(word >> 8U), static_cast<std::uint8_t>(word >> 24U)};
+}
+constexpr std::uint32_t long_word(std::uint64_t word) {
+  return static_cast<std::uint32_t>(word >> 32U);
+}
+
+inline std::uint64_t word_of(const can::Frame& frame) {
+  return load_le<std::uint64_t>(frame.data.data());
+}
+inline std::uint8_t command_of(const can::Frame& frame) {
+  return std::to_integer<std::uint8_t>(frame.data[0]);
+}
+
+// A classical data frame of 8 bytes; nothing else is an SDO frame.
+inline bool well_formed(const can::Frame& frame) {
+  return frame.length == kFrameSize && (frame.flags & (can::Frame::kRemote | can::Frame::kFd)) == 0;
+}
+
+// Identifier, format and length; data is left alone.
+inline void set_header(can::Frame& frame, can::CobId cob_id) {
+  frame.id = cob_id.id();
+  frame.flags = cob_id.extended() ? std::uint8_t{can::Frame::kExtended} : std::uint8_t{0};
+  frame.length = kFrameSize;
+}
+
+}  // namespace linegate::sdo

@@ -1,0 +1,39 @@
+// What is asked of an sdo::Arbiter, and what it gives back.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "stack/base/abort_code.h"
+#include "stack/base/time.h"
+#include "stack/od/description.h"
+
+namespace linegate::sdo {
+
+// Most urgent first: a person or program waits for a command; booting brings a node back; routing
+// serves other lines; background is what nobody waits for (scan).
+enum class Priority : std::uint8_t { command, boot, routing, background };
+inline constexpr std::size_t kPriorities = 4;
+
+struct Request {
+  std::uint64_t token = 0;  // chosen by the caller, unique among its requests; bits 63..48 name the
+                            // owner, for fairness
+  std::uint8_t node = 0;    // 1..127
+  od::Address address;
+  bool write = false;
+  std::vector<std::byte> data;                        // to be written
+  Duration timeout = std::chrono::milliseconds(500);  // for each answer of the server, positive
+  Priority priority = Priority::command;
+};
+
+struct Completion {
+  std::uint64_t token = 0;
+  std::uint8_t node = 0;
+  od::Address address;
+  bool write = false;
+  AbortCode abort = AbortCode::none;  // none: done
+  std::vector<std::byte> data;        // what was read
+};
+
+}  // namespace linegate::sdo

@@ -1,0 +1,70 @@
+#include "stack/sdo/request_queue.h"
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+namespace linegate::sdo {
+
+bool RequestQueue::push(Request&& request) {
+  if (waiting_.size() >= capacity_) {
+    return false;
+  }
+  const Turn& current = turn(request);
+  const bool had_turn = std::ranges::find(current.served, owner(request)) != current.served.end();
+  std::uint64_t number = current.number + (had_turn ? 1 : 0);
+  for (const Waiting& other : waiting_) {
+    if (other.request.priority == request.priority && owner(other.request) == owner(request)) {
+      number = std::max(number, other.turn + 1);
+    }
+  }
+  waiting_.push_back({std::move(request), number});
+  return true;
+}
+
+bool RequestQueue::pop(Request& out) {
+  if (waiting_.empty()) {
+    return false;
+  }
+  ++popped_;
+  const std::size_t position = popped_ % kOldestEvery == 0 ? 0 : next();
+  note_served(waiting_[position]);
+  take(position, out);
+  return true;
+}
+
+bool RequestQueue::remove(std::uint64_t token, Request& out) {
+  const auto found = std::ranges::find(
+      waiting_, token, [](const Waiting& waiting) { return waiting.request.token; });
+  if (found == waiting_.end()) {
+    return false;
+  }
+  take(static_cast<std::size_t>(found - waiting_.begin()), out);
+  return true;
+}
+
+std::size_t RequestQueue::next() const {
+  const auto first = std::ranges::min_element(waiting_, {}, [](const Waiting& waiting) {
+    return std::tuple(waiting.request.priority, waiting.turn);
+  });
+  return static_cast<std::size_t>(first - waiting_.begin());
+}
+
+void RequestQueue::note_served(const Waiting& waiting) {
+  Turn& current = turn(waiting.request);
+  if (waiting.turn > current.number) {
+    current.number = waiting.turn;
+    current.served.clear();
+  }
+  if (std::ranges::find(current.served, owner(waiting.request)) == current.served.end()) {
+    current.served.push_back(owner(waiting.request));
+  }
+}
+
+void RequestQueue::take(std::size_t position, Request& out) {
+  const auto place = waiting_.begin() + static_cast<std::ptrdiff_t>(position);
+  out = std::move(place->request);
+  waiting_.erase(place);
+}
+
+}  // namespace linegate::sdo

@@ -1,0 +1,291 @@
+#include "stack/sdo/server.h"
+
+#include <algorithm>
+
+#include "stack/sdo/malformed.h"
+
+namespace linegate::sdo {
+namespace {
+
+// The bytes of a value of 1 to 4 bytes as bytes 4..7 of a frame have them.
+std::uint32_t expedited_data(std::span<const std::byte> value) {
+  const std::byte* p = value.data();
+  switch (value.size()) {
+    case 4:
+      return load_le<std::uint32_t>(p);
+    case 2:
+      return load_le<std::uint16_t>(p);
+    case 1:
+      return std::to_integer<std::uint32_t>(*p);
+    default:
+      return static_cast<std::uint32_t>(load_le(value));
+  }
+}
+
+// Whether the request begins a block transfer; its other requests have no multiplexer.
+bool initiates_block(std::uint8_t command) {
+  return (command &
+          (specifier(command) == static_cast<unsigned>(ClientCommand::block_upload) ? 0x03U
+                                                                                    : 0x01U)) == 0;
+}
+
+// The size of a value that an expedited download does not tell.
+std::size_t untold_size(const od::Dictionary& dictionary, od::Address address) {
+  const auto variable = dictionary.find(address);
+  return variable ? std::min(kExpeditedSize, std::size_t{variable->capacity}) : kExpeditedSize;
+}
+
+}  // namespace
+
+Server::Server(od::Dictionary& dictionary, can::CobId request, can::CobId response,
+               EventLog& events, ServerOptions options)
+    : dictionary_(dictionary),
+      events_(events),
+      options_(options),
+      request_(request),
+      outbox_(response) {
+}
+
+void Server::receive(const can::Frame& frame, can::TransmitQueue& queue) {
+  if (!well_formed(frame)) [[unlikely]] {
+    ++counters_.malformed;
+    tell_malformed(frame, 0, events_);
+    return;
+  }
+  if (!answer(frame, answer_)) {
+    return;
+  }
+  if (!outbox_.empty() || !queue.push(can::TransmitClass::sdo, answer_)) [[unlikely]] {
+    outbox_.send(word_of(answer_), frame.time, queue);
+  }
+}
+
+void Server::advance(Instant now, can::TransmitQueue& queue) {
+  if (now >= deadline_) {
+    outbox_.send(refuse(address_, AbortCode::timeout), now, queue);
+  }
+  if (now >= outbox_.next_wake()) {
+    outbox_.flush(now, queue);
+  }
+}
+
+Instant Server::next_wake() const {
+  return earlier(deadline_, outbox_.next_wake());
+}
+
+bool Server::answer(const can::Frame& in, can::Frame& out) {
+  const std::uint64_t request = word_of(in);
+  std::uint64_t reply = 0;
+  switch (static_cast<ClientCommand>(specifier(command_of(in)))) {
+    case ClientCommand::upload_initiate:
+      reply = initiate_upload(request, in.time);
+      break;
+    case ClientCommand::download_initiate:
+      reply = initiate_download(request, in.time);
+      break;
+    case ClientCommand::upload_segment:
+      reply = upload_segment(request, in.time);
+      break;
+    case ClientCommand::download_segment:
+      reply = download_segment(request, in.time);
+      break;
+    case ClientCommand::abort:
+      drop();
+      return false;
+    case ClientCommand::block_upload:
+    case ClientCommand::block_download:
+      reply = refuse(initiates_block(command_of(in)) ? multiplexer(request) : address_,
+                     AbortCode::command_specifier);
+      break;
+    default:
+      reply = refuse(address_, AbortCode::command_specifier);
+      break;
+  }
+  set_header(out, outbox_.cob_id());
+  store_le(out.data.data(), reply);
+  return true;
+}
+
+void Server::reset() {
+  drop();
+  outbox_.clear();
+}
+
+void Server::configure(can::CobId request, can::CobId response) {
+  reset();
+  request_ = request;
+  outbox_.set_cob_id(response);
+}
+
+std::uint64_t Server::initiate_upload(std::uint64_t request, Instant now) {
+  drop();
+  const od::Address address = multiplexer(request);
+  const Result<std::span<const std::byte>> value = dictionary_.read(address);
+  if (!value.ok()) {
+    return refuse(address, static_cast<AbortCode>(value.error().code));
+  }
+  if (value->empty() || value->size() > kExpeditedSize) {
+    return initiate_segmented_upload(address, *value, now);
+  }
+  ++counters_.uploads;
+  return initiate_word(expedited_byte(ServerCommand::upload_initiate, value->size()), address,
+                       expedited_data(*value));
+}
+
+// An empty value goes in one empty segment: expedited transfer has no way to say 0 bytes.
+std::uint64_t Server::initiate_segmented_upload(od::Address address,
+                                                std::span<const std::byte> value, Instant now) {
+  if (value.size() > options_.max_transfer) {
+    return refuse(address, AbortCode::out_of_memory);
+  }
+  source_.start(value);
+  begin(State::upload_segments, address, now);
+  return initiate_word(command_byte(ServerCommand::upload_initiate, kSizeIndicated), address,
+                       static_cast<std::uint32_t>(value.size()));
+}
+
+std::uint64_t Server::upload_segment(std::uint64_t request, Instant now) {
+  const AbortCode why = check_segment(State::upload_segments, request);
+  if (why != AbortCode::none) {
+    return refuse(address_, why);
+  }
+  Payload reply;
+  const std::size_t size = source_.next(std::span(reply).subspan(1));
+  const bool last = source_.remaining() == 0;
+  reply[0] = std::byte{segment_byte(ServerCommand::upload_segment, toggle_, size, last)};
+  if (last) {
+    ++counters_.uploads;
+    end();
+  } else {
+    proceed(now);
+  }
+  return load_le<std::uint64_t>(reply.data());
+}
+
+std::uint64_t Server::initiate_download(std::uint64_t request, Instant now) {
+  drop();
+  const od::Address address = multiplexer(request);
+  const bool expedited = (request & kExpedited) != 0;
+  const AbortCode why = expedited ? expedited_download(request, address)
+                                  : initiate_segmented_download(request, address, now);
+  if (why != AbortCode::none) {
+    return refuse(address, why);
+  }
+  return initiate_word(command_byte(ServerCommand::download_initiate), address);
+}
+
+AbortCode Server::expedited_download(std::uint64_t request, od::Address address) {
+  const auto command = static_cast<std::uint8_t>(request);
+  const std::size_t size =
+      (command & kSizeIndicated) != 0 ? expedited_size(command) : untold_size(dictionary_, address);
+  std::array<std::byte, kExpeditedSize> data;
+  store_le(data.data(), long_word(request));
+  const AbortCode why = dictionary_.write(address, std::span(data).first(size));
+  if (why == AbortCode::none) {
+    ++counters_.downloads;
+  }
+  return why;
+}
+
+// Says no as early as possible: a client should not send thousands of segments in vain.
+AbortCode Server::initiate_segmented_download(std::uint64_t request, od::Address address,
+                                              Instant now) {
+  AbortCode why = AbortCode::none;
+  const auto variable = dictionary_.find(address, &why);
+  if (!variable) {
+    return why;
+  }
+  if (!od::writable(variable->access)) {
+    return AbortCode::read_only;
+  }
+  std::optional<std::uint32_t> announced;
+  if ((request & kSizeIndicated) != 0) {
+    announced = long_word(request);
+    if (*announced > variable->capacity) {
+      return AbortCode::length_too_high;
+    }
+    if (od::byte_size(variable->type) != 0 && *announced < variable->size) {
+      return AbortCode::length_too_low;
+    }
+    if (*announced > options_.max_transfer) {
+      return AbortCode::out_of_memory;
+    }
+  }
+  over_limit_ = variable->capacity <= options_.max_transfer ? AbortCode::length_too_high
+                                                            : AbortCode::out_of_memory;
+  sink_.start(announced, std::min(std::size_t{variable->capacity}, options_.max_transfer));
+  begin(State::download_segments, address, now);
+  return AbortCode::none;
+}
+
+std::uint64_t Server::download_segment(std::uint64_t request, Instant now) {
+  AbortCode why = check_segment(State::download_segments, request);
+  if (why != AbortCode::none) {
+    return refuse(address_, why);
+  }
+  Payload bytes;
+  store_le(bytes.data(), request);
+  const auto command = static_cast<std::uint8_t>(request);
+  why = sink_.append(std::span(bytes).subspan(1, segment_size(command)), over_limit_);
+  const bool last = (command & kLastSegment) != 0;
+  if (why == AbortCode::none && last) {
+    why = store();
+  }
+  if (why != AbortCode::none) {
+    return refuse(address_, why);
+  }
+  const bool toggle = toggle_;
+  if (last) {
+    ++counters_.downloads;
+    end();
+  } else {
+    proceed(now);
+  }
+  return command_byte(ServerCommand::download_segment, toggle ? unsigned{kToggle} : 0U);
+}
+
+AbortCode Server::store() {
+  const AbortCode why = sink_.finish();
+  return why != AbortCode::none ? why : dictionary_.write(address_, sink_.bytes());
+}
+
+AbortCode Server::check_segment(State wanted, std::uint64_t request) const {
+  if (state_ != wanted) {
+    return AbortCode::command_specifier;
+  }
+  const bool as_expected = toggle_of(static_cast<std::uint8_t>(request)) == toggle_;
+  return as_expected ? AbortCode::none : AbortCode::toggle_bit;
+}
+
+std::uint64_t Server::refuse(od::Address address, AbortCode code) {
+  ++counters_.aborts;
+  end();
+  return abort_word(address, code);
+}
+
+void Server::begin(State state, od::Address address, Instant now) {
+  state_ = state;
+  address_ = address;
+  toggle_ = false;
+  deadline_ = now + options_.timeout;
+}
+
+void Server::proceed(Instant now) {
+  toggle_ = !toggle_;
+  deadline_ = now + options_.timeout;
+}
+
+void Server::drop() {
+  if (busy()) {
+    ++counters_.aborts;
+    end();
+  }
+}
+
+void Server::end() {
+  state_ = State::idle;
+  address_ = {};
+  deadline_ = kNever;
+}
+
+}  // namespace linegate::sdo
