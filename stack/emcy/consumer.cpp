@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "stack/emcy/cob_id_rule.h"
+#include "stack/can/cob_id_rule.h"
 
 namespace linegate::emcy {
 namespace {
@@ -28,7 +28,7 @@ void Consumer::listen(std::uint8_t node, can::CobId cob_id) {
     return;
   }
   ignore(node);
-  if (is_usable(cob_id)) {
+  if (can::is_usable(cob_id)) {
     cob_ids_[node] = cob_id;
     dispatch_.add(cob_id.id(), cob_id.extended(), can::Service::emcy,
                   static_cast<std::uint16_t>(mark_ | node));

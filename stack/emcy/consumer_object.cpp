@@ -1,7 +1,7 @@
 #include "stack/emcy/consumer_object.h"
 
 #include "stack/base/byte_order.h"
-#include "stack/emcy/cob_id_rule.h"
+#include "stack/can/cob_id_rule.h"
 
 namespace linegate::emcy {
 
@@ -19,7 +19,8 @@ AbortCode ConsumerObject::check_write(od::Address address, std::span<const std::
   if (address.sub == 0) {
     return AbortCode::none;
   }
-  return check_cob_id(cob_id(address.sub), can::CobId{static_cast<std::uint32_t>(load_le(value))});
+  return can::check_cob_id(cob_id(address.sub),
+                           can::CobId{static_cast<std::uint32_t>(load_le(value))});
 }
 
 void ConsumerObject::written(od::Address address) {

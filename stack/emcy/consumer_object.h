@@ -22,7 +22,7 @@ class ConsumerObject final : public od::Hook {
   // Reads all elements.
   void configure();
 
-  // invalid_value as for 1014h, see cob_id_rule.h.
+  // invalid_value as for 1014h, see can/cob_id_rule.h.
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
   void written(od::Address address) override;
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "stack/base/byte_order.h"
-#include "stack/emcy/cob_id_rule.h"
+#include "stack/can/cob_id_rule.h"
 
 namespace linegate::emcy {
 namespace {
@@ -34,7 +34,7 @@ SendResult Producer::send(std::uint16_t code, std::uint8_t error_register,
   if (code != kErrorReset) {
     history_.add(message);
   }
-  if (!active_ || !is_usable(cob_id())) {
+  if (!active_ || !can::is_usable(cob_id())) {
     return SendResult::disabled;
   }
   advance(now);
@@ -66,11 +66,11 @@ AbortCode Producer::check_write(od::Address address, std::span<const std::byte> 
   if (address.index != kProducerCobId) {
     return AbortCode::none;
   }
-  return check_cob_id(cob_id(), can::CobId{static_cast<std::uint32_t>(load_le(value))});
+  return can::check_cob_id(cob_id(), can::CobId{static_cast<std::uint32_t>(load_le(value))});
 }
 
 void Producer::written(od::Address address) {
-  if (address.index == kProducerCobId && !is_usable(cob_id())) {
+  if (address.index == kProducerCobId && !can::is_usable(cob_id())) {
     waiting_ = 0;
   }
 }

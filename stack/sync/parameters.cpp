@@ -1,6 +1,7 @@
 #include "stack/sync/parameters.h"
 
 #include "stack/base/byte_order.h"
+#include "stack/can/cob_id_rule.h"
 
 namespace linegate::sync {
 namespace {
@@ -13,9 +14,7 @@ AbortCode check_cob_id(const Parameters& present, can::CobId wanted) {
   if (present.is_producer() && !same_id) {
     return AbortCode::invalid_value;
   }
-  const bool too_long = (wanted.raw & (kIdentifierBits & ~can::CobId::kExtendedBit)) != wanted.id();
-  const bool restricted = !wanted.extended() && can::is_restricted(wanted.id());
-  return too_long || restricted ? AbortCode::invalid_value : AbortCode::none;
+  return can::has_allowed_id(wanted) ? AbortCode::none : AbortCode::invalid_value;
 }
 
 AbortCode check_overflow(const Parameters& present, std::uint64_t wanted) {

@@ -1,0 +1,92 @@
+// What the node does about errors of its own communication: EMCY, error register, 1029h.
+#include "stack/node/impl.h"
+
+namespace linegate::node {
+namespace {
+
+constexpr od::Address kErrorBehaviour{0x1029, 1};  // communication error
+constexpr std::uint64_t kNoChange = 1;
+constexpr std::uint64_t kStop = 2;
+
+std::array<std::byte, 2> bytes_of(std::uint16_t number) {
+  std::array<std::byte, 2> out{};
+  store_le(out.data(), number);
+  return out;
+}
+
+}  // namespace
+
+void Node::Impl::begin(Fault fault, std::uint16_t number, std::uint16_t code,
+                       std::array<std::byte, 2> info) {
+  const std::uint8_t present = emcy.error_register();
+  const bool first = !faults.any();
+  if (faults.begin(fault, number)) {
+    if (first) {
+      generic_error_before = (present & emcy::kGeneric) != 0;
+    }
+    emcy.send(code, present | emcy::kGeneric | emcy::kCommunication, info, now);
+  }
+}
+
+void Node::Impl::end(Fault fault, std::uint16_t number) {
+  if (!faults.end(fault, number) || faults.any()) {
+    return;
+  }
+  unsigned gone = emcy::kCommunication;
+  if (!generic_error_before) {
+    gone |= emcy::kGeneric;
+  }
+  emcy.send(emcy::kErrorReset, static_cast<std::uint8_t>(emcy.error_register() & ~gone), {}, now);
+}
+
+// Object 1029h; without it, or with 0, a node that is Operational goes to Pre-operational.
+void Node::Impl::obey_error_behaviour() {
+  const std::uint64_t behaviour = dictionary.number(kErrorBehaviour).value_or(0);
+  if (behaviour == kStop) {
+    command(nmt::Command::stop, now);
+  } else if (behaviour != kNoChange && slave.state() == nmt::State::operational) {
+    command(nmt::Command::enter_pre_operational, now);
+  }
+}
+
+void Node::Impl::heartbeat_lost(std::uint8_t node, Instant /*deadline*/) {
+  begin(Fault::heartbeat, node, emcy::kHeartbeatError, {std::byte{node}, std::byte{0}});
+  obey_error_behaviour();
+}
+
+void Node::Impl::heartbeat_recovered(std::uint8_t node, Instant /*time*/) {
+  end(Fault::heartbeat, node);
+}
+
+void Node::Impl::rpdo_received(std::uint16_t number, Instant time) {
+  if (faults.any()) [[unlikely]] {
+    end(Fault::rpdo_length, number);
+    end(Fault::rpdo_deadline, number);
+  }
+  if (application != nullptr) {
+    application->rpdo_received(number, time);
+  }
+}
+
+void Node::Impl::before_tpdo(std::uint16_t number) {
+  if (application != nullptr) {
+    application->before_tpdo(number);
+  }
+}
+
+void Node::Impl::rpdo_wrong_length(std::uint16_t number, unsigned mapped, unsigned received) {
+  const std::uint16_t code = received < mapped ? emcy::kPdoLength : emcy::kPdoTooLong;
+  begin(Fault::rpdo_length, number, code, bytes_of(number));
+  if (application != nullptr) {
+    application->rpdo_wrong_length(number, mapped, received);
+  }
+}
+
+void Node::Impl::rpdo_deadline(std::uint16_t number) {
+  begin(Fault::rpdo_deadline, number, emcy::kRpdoTimeout, bytes_of(number));
+  if (application != nullptr) {
+    application->rpdo_deadline(number);
+  }
+}
+
+}  // namespace linegate::node

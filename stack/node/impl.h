@@ -1,0 +1,98 @@
+// The parts of a node and how they work together. Private to stack/node.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "stack/emcy/consumer.h"
+#include "stack/emcy/consumer_object.h"
+#include "stack/emcy/producer.h"
+#include "stack/nmt/consumer_heartbeat_time.h"
+#include "stack/nmt/heartbeat_consumer.h"
+#include "stack/nmt/heartbeat_producer.h"
+#include "stack/nmt/slave.h"
+#include "stack/node/communication_faults.h"
+#include "stack/node/node.h"
+#include "stack/node/sdo_servers.h"
+#include "stack/pdo/engine.h"
+#include "stack/sync/service.h"
+
+namespace linegate::node {
+
+// Index bit of the error_control and emcy targets that the node's own consumers (1016h, 1028h)
+// registered; the companion's have it clear.
+inline constexpr std::uint16_t kOwnMark = 0x100;
+
+struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener {
+  Impl(od::Dictionary own_dictionary, Options own_options, EventLog& event_log,
+       image::ProcessImage* image);
+
+  // --- NMT: state.cpp ---------------------------------------------------------------------------
+  void start(Instant time);
+  void command(nmt::Command command, Instant time);
+  void reset(bool whole_node, Instant time);
+  void boot(Instant time);
+  void state_changed(nmt::State before, Instant time);
+  void tell_state(nmt::State before, Instant time);
+  bool serves(can::Service service) const;
+
+  // --- frames: receive.cpp ----------------------------------------------------------------------
+  void receive(std::span<const can::Frame> frames);
+  void serve(can::Target target, const can::Frame& frame);
+  void remote_request(can::Target target, const can::Frame& frame);
+  void take_node_control(const can::Frame& frame);
+  void take_sync(const can::Frame& frame);
+  void take_sdo(can::Target target, const can::Frame& frame);
+  void take_error_control(can::Target target, const can::Frame& frame);
+  void take_emergency(can::Target target, const can::Frame& frame);
+  void hand_to_companion(can::Target target, const can::Frame& frame);
+  void malformed(const can::Frame& frame, std::uint8_t node);
+  void synced(std::uint8_t counter, Instant time);
+
+  // --- time -------------------------------------------------------------------------------------
+  void advance(Instant time);
+  Instant next_wake() const;
+  // Starts what was written since: clocks, COB-IDs. Runs no time-out.
+  void settle(Instant time);
+
+  // --- errors: errors.cpp -----------------------------------------------------------------------
+  void begin(Fault fault, std::uint16_t number, std::uint16_t code,
+             std::array<std::byte, 2> info = {});
+  void end(Fault fault, std::uint16_t number);
+  void obey_error_behaviour();
+
+  void heartbeat_lost(std::uint8_t node, Instant deadline) override;
+  void heartbeat_recovered(std::uint8_t node, Instant time) override;
+
+  void rpdo_received(std::uint16_t number, Instant time) override;
+  void before_tpdo(std::uint16_t number) override;
+  void rpdo_wrong_length(std::uint16_t number, unsigned mapped, unsigned received) override;
+  void rpdo_deadline(std::uint16_t number) override;
+
+  Options options;
+  od::Dictionary dictionary;
+  EventLog& events;
+  can::Dispatch dispatch;
+  can::TransmitQueue transmit;
+  nmt::Slave slave;
+  nmt::HeartbeatProducer heartbeat;
+  nmt::HeartbeatConsumer heartbeats;
+  nmt::ConsumerHeartbeatTime heartbeat_times;
+  sync::Service sync;
+  emcy::Producer emcy;
+  emcy::Consumer emergencies;
+  emcy::ConsumerObject emergency_cob_ids;
+  SdoServers sdo;
+  pdo::Engine pdos;
+
+  Companion* companion = nullptr;
+  Application* application = nullptr;
+  NodeCounters counters;
+  CommunicationFaults faults;
+  bool generic_error_before = false;  // bit 0 of 1001h when the first fault began
+  bool started = false;
+  Instant now{};  // of what is being done: for errors told without a time
+};
+
+}  // namespace linegate::node

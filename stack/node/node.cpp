@@ -1,0 +1,75 @@
+#include "stack/node/node.h"
+
+#include <utility>
+
+#include "stack/node/impl.h"
+
+namespace linegate::node {
+
+void Application::state_changed(nmt::State /*state*/, Instant /*now*/) {
+}
+void Application::reset(bool /*whole_node*/, Instant /*now*/) {
+}
+
+Node::Node(od::Dictionary dictionary, Options options, EventLog& events, image::ProcessImage* image)
+    : impl_(std::make_unique<Impl>(std::move(dictionary), options, events, image)) {
+}
+Node::~Node() = default;
+
+void Node::set_companion(Companion* companion) {
+  impl_->companion = companion;
+}
+void Node::set_application(Application* application) {
+  impl_->application = application;
+}
+
+void Node::start(Instant now) {
+  impl_->start(now);
+}
+void Node::command(nmt::Command command, Instant now) {
+  impl_->command(command, now);
+}
+void Node::receive(std::span<const can::Frame> frames) {
+  impl_->receive(frames);
+}
+void Node::advance(Instant now) {
+  impl_->advance(now);
+}
+Instant Node::next_wake() const {
+  return impl_->next_wake();
+}
+
+bool Node::next_frame(can::Frame& out, Instant now) {
+  return impl_->transmit.pop_urgent(out) || impl_->pdos.next_frame(out, now) ||
+         impl_->transmit.pop_rest(out);
+}
+bool Node::wants_to_send(Instant now) const {
+  return !impl_->transmit.empty() || impl_->pdos.wants_to_send(now);
+}
+
+nmt::State Node::state() const {
+  return impl_->slave.state();
+}
+std::uint8_t Node::node_id() const {
+  return impl_->options.node_id;
+}
+od::Dictionary& Node::dictionary() {
+  return impl_->dictionary;
+}
+pdo::Engine& Node::pdos() {
+  return impl_->pdos;
+}
+emcy::Producer& Node::emcy() {
+  return impl_->emcy;
+}
+can::Dispatch& Node::dispatch() {
+  return impl_->dispatch;
+}
+can::TransmitQueue& Node::transmit() {
+  return impl_->transmit;
+}
+const NodeCounters& Node::counters() const {
+  return impl_->counters;
+}
+
+}  // namespace linegate::node

@@ -1,0 +1,181 @@
+// The way of a received frame to the service that wants it.
+#include "stack/can/malformed.h"
+#include "stack/nmt/node_control.h"
+#include "stack/node/impl.h"
+
+namespace linegate::node {
+namespace {
+
+constexpr std::uint16_t kNodeBits = 0x7F;
+
+}  // namespace
+
+// A target is copied before it is served: what a frame sets off (a COB-ID that is written, a reset)
+// may change the table.
+void Node::Impl::receive(std::span<const can::Frame> frames) {
+  for (const can::Frame& frame : frames) {
+    const can::Target* found = dispatch.find(frame);
+    if (found == nullptr) {
+      ++counters.unused;
+      continue;
+    }
+    now = frame.time;
+    if (frame.remote()) {
+      remote_request(*found, frame);
+      continue;
+    }
+    can::Target target = *found;
+    for (;;) {
+      if (target.service == can::Service::rpdo) [[likely]] {
+        pdos.receive(target.index, frame);
+      } else {
+        serve(target, frame);
+      }
+      if (target.next == 0) {
+        break;
+      }
+      target = *dispatch.next(target);
+    }
+  }
+  counters.received += frames.size();
+}
+
+void Node::Impl::serve(can::Target target, const can::Frame& frame) {
+  switch (target.service) {
+    case can::Service::nmt:
+      take_node_control(frame);
+      return;
+    case can::Service::sync:
+      take_sync(frame);
+      return;
+    case can::Service::sdo_server:
+      take_sdo(target, frame);
+      return;
+    case can::Service::error_control:
+      take_error_control(target, frame);
+      return;
+    case can::Service::emcy:
+      take_emergency(target, frame);
+      return;
+    case can::Service::tpdo_rtr:
+    case can::Service::none:
+      ++counters.unused;  // data frames on a TPDO of this node are somebody else's mistake
+      return;
+    case can::Service::rpdo:
+    case can::Service::sdo_client:
+    case can::Service::time:
+    case can::Service::lss:
+      hand_to_companion(target, frame);
+      return;
+  }
+}
+
+void Node::Impl::remote_request(can::Target target, const can::Frame& frame) {
+  bool wanted = false;
+  for (;;) {
+    if (target.service == can::Service::tpdo_rtr) {
+      wanted = true;
+      if (serves(target.service)) {
+        pdos.remote_request(target.index, frame.time);
+      }
+    }
+    if (target.next == 0) {
+      break;
+    }
+    target = *dispatch.next(target);
+  }
+  if (!wanted) {
+    ++counters.unused;
+  }
+}
+
+void Node::Impl::take_node_control(const can::Frame& frame) {
+  if (!options.nmt_slave) {
+    hand_to_companion({can::Service::nmt, 0, 0}, frame);
+    return;
+  }
+  const auto control = nmt::decode_node_control(frame);
+  if (!control) {
+    malformed(frame, 0);
+  } else if (control->addresses(options.node_id)) {
+    command(control->command, frame.time);
+  }
+}
+
+void Node::Impl::take_sync(const can::Frame& frame) {
+  if (!serves(can::Service::sync)) {
+    return;
+  }
+  const sync::Reception reception = sync.receive(frame);
+  if (reception.wrong_length) {
+    malformed(frame, 0);
+  }
+  if (reception.error_begins) {
+    begin(Fault::sync_length, 0, emcy::kSyncLength);
+  } else if (!reception.wrong_length) {
+    end(Fault::sync_length, 0);
+  }
+  if (reception.is_sync) {
+    synced(reception.counter, frame.time);
+  }
+}
+
+void Node::Impl::take_sdo(can::Target target, const can::Frame& frame) {
+  if (target.index >= kSdoServers) {
+    hand_to_companion(target, frame);
+    return;
+  }
+  if (!serves(can::Service::sdo_server)) {
+    return;
+  }
+  if (frame.length != can::kMaxClassicData) {
+    ++counters.malformed;  // the server tells it
+  }
+  sdo.receive(target.index, frame, transmit);
+  settle(frame.time);
+}
+
+void Node::Impl::take_error_control(can::Target target, const can::Frame& frame) {
+  if ((target.index & kOwnMark) == 0) {
+    hand_to_companion(target, frame);
+    return;
+  }
+  const auto node = static_cast<std::uint8_t>(target.index & kNodeBits);
+  if (serves(can::Service::error_control) && !heartbeats.receive(node, frame)) {
+    malformed(frame, node);
+  }
+}
+
+void Node::Impl::take_emergency(can::Target target, const can::Frame& frame) {
+  if ((target.index & kOwnMark) == 0) {
+    hand_to_companion(target, frame);
+    return;
+  }
+  const auto node = static_cast<std::uint8_t>(target.index & kNodeBits);
+  if (serves(can::Service::emcy) && !emergencies.receive(node, frame)) {
+    malformed(frame, node);
+  }
+}
+
+void Node::Impl::hand_to_companion(can::Target target, const can::Frame& frame) {
+  if (companion == nullptr) {
+    ++counters.unused;
+  } else {
+    companion->receive(target, frame);
+  }
+}
+
+void Node::Impl::malformed(const can::Frame& frame, std::uint8_t node) {
+  ++counters.malformed;
+  events.emit(can::malformed_event(frame, node));
+}
+
+void Node::Impl::synced(std::uint8_t counter, Instant time) {
+  ++counters.syncs;
+  pdos.sync(counter, time);
+  if (companion != nullptr) {
+    companion->synced(time);
+  }
+}
+
+}  // namespace linegate::node

@@ -1,0 +1,131 @@
+#include "stack/node/sdo_servers.h"
+
+#include <algorithm>
+
+#include "stack/base/byte_order.h"
+#include "stack/can/cob_id_rule.h"
+
+namespace linegate::node {
+namespace {
+
+constexpr std::uint8_t kRequestSub = 1;
+constexpr std::uint8_t kResponseSub = 2;
+
+}  // namespace
+
+SdoServers::SdoServers(od::Dictionary& dictionary, can::Dispatch& dispatch, EventLog& events,
+                       std::uint8_t node_id)
+    : dictionary_(dictionary), dispatch_(dispatch), node_id_(node_id) {
+  for (std::uint16_t number = 0; number < kSdoServers; ++number) {
+    const auto index = static_cast<std::uint16_t>(kSdoServerObject + number);
+    if (number != 0 && !dictionary.has_object(index)) {
+      continue;
+    }
+    (void)dictionary.set_hook(index, this).ok();
+    entries_.push_back(
+        {number, can::CobId{},
+         std::make_unique<sdo::Server>(dictionary, can::CobId{}, can::CobId{}, events)});
+  }
+}
+
+void SdoServers::configure() {
+  changed_ = false;
+  for (Entry& entry : entries_) {
+    entry.server->reset();
+    configure(entry);
+  }
+}
+
+void SdoServers::reset() {
+  for (Entry& entry : entries_) {
+    entry.server->reset();
+  }
+}
+
+bool SdoServers::receive(std::uint16_t number, const can::Frame& frame, can::TransmitQueue& queue) {
+  const auto entry = std::ranges::lower_bound(entries_, number, {}, &Entry::number);
+  if (entry == entries_.end() || entry->number != number) {
+    return false;
+  }
+  entry->server->receive(frame, queue);
+  return true;
+}
+
+void SdoServers::settle() {
+  if (!changed_) {
+    return;
+  }
+  changed_ = false;
+  for (Entry& entry : entries_) {
+    configure(entry);
+  }
+}
+
+void SdoServers::advance(Instant now, can::TransmitQueue& queue) {
+  settle();
+  for (Entry& entry : entries_) {
+    entry.server->advance(now, queue);
+  }
+}
+
+Instant SdoServers::next_wake() const {
+  Instant next = changed_ ? Instant{} : kNever;
+  for (const Entry& entry : entries_) {
+    next = earlier(next, entry.server->next_wake());
+  }
+  return next;
+}
+
+std::uint64_t SdoServers::malformed() const {
+  std::uint64_t sum = 0;
+  for (const Entry& entry : entries_) {
+    sum += entry.server->counters().malformed;
+  }
+  return sum;
+}
+
+AbortCode SdoServers::check_write(od::Address address, std::span<const std::byte> value) {
+  if (address.sub != kRequestSub && address.sub != kResponseSub) {
+    return AbortCode::none;
+  }
+  const auto number = static_cast<std::uint16_t>(address.index - kSdoServerObject);
+  return can::check_cob_id(cob_id(number, address.sub),
+                           can::CobId{static_cast<std::uint32_t>(load_le(value))});
+}
+
+void SdoServers::written(od::Address /*address*/) {
+  changed_ = true;
+}
+
+void SdoServers::configure(Entry& entry) {
+  const can::CobId response = cob_id(entry.number, kResponseSub);
+  can::CobId request = cob_id(entry.number, kRequestSub);
+  // The identifiers of the default server are restricted for everybody else.
+  if (entry.number != 0 && (!can::is_usable(request) || !can::is_usable(response))) {
+    request = can::CobId{};
+  }
+  if (request == entry.request && response == entry.server->response_id()) {
+    return;
+  }
+  if (entry.request.valid()) {
+    dispatch_.remove(entry.request.id(), entry.request.extended(), can::Service::sdo_server,
+                     entry.number);
+  }
+  entry.request = request;
+  entry.server->configure(request, response);
+  if (request.valid()) {
+    dispatch_.add(request.id(), request.extended(), can::Service::sdo_server, entry.number);
+  }
+}
+
+can::CobId SdoServers::cob_id(std::uint16_t number, std::uint8_t sub) const {
+  if (number == 0) {
+    return can::CobId{(sub == kRequestSub ? can::kSdoRequestBase : can::kSdoResponseBase) +
+                      node_id_};
+  }
+  const auto index = static_cast<std::uint16_t>(kSdoServerObject + number);
+  const auto raw = dictionary_.number({index, sub});
+  return can::CobId{static_cast<std::uint32_t>(raw.value_or(can::CobId::kInvalidBit))};
+}
+
+}  // namespace linegate::node

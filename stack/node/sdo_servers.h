@@ -1,0 +1,69 @@
+// The SDO servers of a node: the default one on 600h and 580h + node-ID, and one more for each of
+// the objects 1201h to 127Fh that the dictionary has (CiA 301, 7.5.2.33).
+//   sub 1  U32  COB-ID client to server, bit 31 = not valid
+//   sub 2  U32  COB-ID server to client, bit 31 = not valid
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "stack/base/event_log.h"
+#include "stack/base/time.h"
+#include "stack/can/dispatch.h"
+#include "stack/can/transmit_queue.h"
+#include "stack/od/dictionary.h"
+#include "stack/sdo/server.h"
+
+namespace linegate::node {
+
+inline constexpr std::uint16_t kSdoServerObject = 0x1200;  // the default server
+inline constexpr std::uint16_t kSdoServers = 128;
+
+// Hook of 1200h to 127Fh. Writes take effect with the next settle(), which is after the answer to
+// the write: it may have come through the very server that it changes.
+class SdoServers final : public od::Hook {
+ public:
+  // Makes a server per object and sets the hooks. Requests are registered as Service::sdo_server
+  // with the server's number, 0 = default. All must outlive it.
+  SdoServers(od::Dictionary& dictionary, can::Dispatch& dispatch, EventLog& events,
+             std::uint8_t node_id);
+
+  // Drops all transfers and reads the COB-IDs anew.
+  void configure();
+  // Drops all transfers.
+  void reset();
+
+  // number: Target::index. False if there is no such server.
+  bool receive(std::uint16_t number, const can::Frame& frame, can::TransmitQueue& queue);
+  void settle();
+  void advance(Instant now, can::TransmitQueue& queue);
+  Instant next_wake() const;
+
+  // Frames that were no SDO frames.
+  std::uint64_t malformed() const;
+
+  // invalid_value as for other COB-IDs, see can/cob_id_rule.h.
+  AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
+  void written(od::Address address) override;
+
+ private:
+  struct Entry {
+    std::uint16_t number = 0;
+    can::CobId request;  // as registered; invalid = not registered
+    std::unique_ptr<sdo::Server> server;
+  };
+
+  void configure(Entry& entry);
+  can::CobId cob_id(std::uint16_t number, std::uint8_t sub) const;
+
+  od::Dictionary& dictionary_;
+  can::Dispatch& dispatch_;
+  std::uint8_t node_id_;
+  std::vector<Entry> entries_;  // ascending by number, the default server first
+  bool changed_ = false;
+};
+
+}  // namespace linegate::node

@@ -1,0 +1,173 @@
+// Construction of a node, its NMT states, and what each lets run.
+#include <utility>
+
+#include "stack/nmt/services.h"
+#include "stack/node/impl.h"
+#include "stack/node/mandatory_objects.h"
+
+namespace linegate::node {
+namespace {
+
+od::Dictionary completed(od::Dictionary dictionary, std::uint8_t node_id) {
+  add_mandatory_objects(dictionary, node_id);
+  return dictionary;
+}
+
+}  // namespace
+
+Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& event_log,
+                 image::ProcessImage* image)
+    : options(own_options),
+      dictionary(completed(std::move(own_dictionary), own_options.node_id)),
+      events(event_log),
+      heartbeat(dictionary, transmit, own_options.node_id),
+      heartbeats(dispatch, events, kOwnMark),
+      heartbeat_times(dictionary, heartbeats),
+      sync(dictionary, dispatch, transmit, events),
+      emcy(dictionary, transmit, events, own_options.node_id),
+      emergencies(dispatch, events, kOwnMark),
+      emergency_cob_ids(dictionary, emergencies),
+      sdo(dictionary, dispatch, events, own_options.node_id),
+      pdos(dictionary, dispatch, events, image) {
+  const std::pair<std::uint16_t, od::Hook*> hooks[] = {
+      {emcy::kErrorHistoryIndex, &emcy.history()},
+      {sync::kCobId, &sync},
+      {sync::kCyclePeriod, &sync},
+      {sync::kCounterOverflow, &sync},
+      {emcy::kProducerCobId, &emcy},
+      {emcy::kInhibitTime, &emcy},
+      {nmt::kConsumerHeartbeatTime, &heartbeat_times},
+      {nmt::kHeartbeatProducerTime, &heartbeat},
+      {emcy::kConsumerObject, &emergency_cob_ids},
+  };
+  for (const auto& [index, hook] : hooks) {
+    (void)dictionary.set_hook(index, hook).ok();  // optional objects may not be there
+  }
+  heartbeats.set_listener(this);
+  pdos.set_listener(this);
+  if (options.nmt_slave) {
+    dispatch.add(can::kNmtId, false, can::Service::nmt, 0);
+  }
+}
+
+void Node::Impl::start(Instant time) {
+  if (std::exchange(started, true)) {
+    transmit.clear();
+    slave.initialise();
+    reset(true, time);
+    return;
+  }
+  boot(time);
+}
+
+void Node::Impl::command(nmt::Command command, Instant time) {
+  now = time;
+  const nmt::State before = slave.state();
+  switch (slave.command(command)) {
+    case nmt::Effect::none:
+      return;
+    case nmt::Effect::state_changed:
+      state_changed(before, time);
+      return;
+    case nmt::Effect::reset_node:
+      tell_state(before, time);
+      reset(true, time);
+      return;
+    case nmt::Effect::reset_communication:
+      tell_state(before, time);
+      reset(false, time);
+      return;
+  }
+}
+
+void Node::Impl::reset(bool whole_node, Instant time) {
+  pdos.set_operational(false, time);
+  sync.set_active(false);
+  emcy.set_active(false);
+  heartbeat.set_state(nmt::State::initialising);
+  if (whole_node) {
+    dictionary.reset_values(0x0001, 0xFFFF);
+  } else {
+    dictionary.reset_values(0x1000, 0x1FFF);
+  }
+  if (application != nullptr) {
+    application->reset(whole_node, time);
+  }
+  boot(time);
+}
+
+void Node::Impl::boot(Instant time) {
+  now = time;
+  faults.clear();
+  sync.configure();
+  emcy.configure();
+  emcy.history().clear();
+  emergency_cob_ids.configure();
+  heartbeat_times.configure(true);
+  sdo.configure();
+  (void)pdos.configure();  // the same findings as whoever built the dictionary was told
+  heartbeat.boot_up(time);
+  slave.booted();
+  state_changed(nmt::State::initialising, time);
+  if (options.self_starting) {
+    command(nmt::Command::start, time);
+  }
+}
+
+void Node::Impl::state_changed(nmt::State before, Instant time) {
+  const nmt::State state = slave.state();
+  heartbeat.set_state(state);
+  emcy.set_active(serves(can::Service::emcy));
+  sync.set_active(serves(can::Service::sync));
+  if (!serves(can::Service::sdo_server)) {
+    sdo.reset();
+  }
+  pdos.set_operational(state == nmt::State::operational, time);
+  settle(time);
+  tell_state(before, time);
+  if (application != nullptr) {
+    application->state_changed(state, time);
+  }
+}
+
+void Node::Impl::tell_state(nmt::State before, Instant time) {
+  Event event;
+  event.time = time;
+  event.kind = EventKind::own_state;
+  event.node = options.node_id;
+  event.code = static_cast<std::uint32_t>(slave.state());
+  event.value = static_cast<std::uint32_t>(before);
+  events.emit(event);
+}
+
+bool Node::Impl::serves(can::Service service) const {
+  return nmt::is_served(service, slave.state());
+}
+
+void Node::Impl::advance(Instant time) {
+  now = time;
+  heartbeats.advance(time);
+  if (const auto counter = sync.advance(time)) {
+    synced(*counter, time);
+  }
+  pdos.advance(time);
+  sdo.advance(time, transmit);
+  emcy.advance(time);
+  heartbeat.advance(time);
+}
+
+Instant Node::Impl::next_wake() const {
+  Instant next = earlier(heartbeats.next_wake(), heartbeat.next_wake());
+  next = earlier(next, sync.next_wake());
+  next = earlier(next, emcy.next_wake());
+  next = earlier(next, sdo.next_wake());
+  return earlier(next, pdos.next_wake());
+}
+
+void Node::Impl::settle(Instant time) {
+  sync.settle(time);
+  heartbeat.settle(time);
+  sdo.settle();
+}
+
+}  // namespace linegate::node
