@@ -1,0 +1,186 @@
+#include "tests/plant/generator.h"
+
+#include <array>
+#include <random>
+#include <sstream>
+#include <vector>
+
+#include "tests/plant/scenario.h"
+
+namespace linegate::plant {
+namespace {
+
+struct Device {
+  unsigned id = 0;
+  std::string profile;
+  unsigned heartbeat = 0;  // ms, 0 = none
+  bool alive = true;
+  bool plugged = true;
+};
+
+class Generator {
+ public:
+  explicit Generator(unsigned long seed) : random_(seed) {}
+
+  std::string plant() {
+    network();
+    out_ << "at 3s\n";
+    unsigned time = 3000;
+    const unsigned actions = below(25);
+    for (unsigned i = 0; i < actions; ++i) {
+      time += 1 + below(400);
+      out_ << "at " << time << "ms ";
+      action(i);
+    }
+    quiet(time);
+    return out_.str();
+  }
+
+ private:
+  unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
+  Device& any() { return devices_[below(static_cast<unsigned>(devices_.size()))]; }
+
+  void network() {
+    constexpr std::array<unsigned, 4> kRates{125'000, 250'000, 500'000, 1'000'000};
+    constexpr std::array<const char*, 4> kProfiles{"digital-io", "analog-io", "encoder", "drive"};
+    out_ << "line plant bitrate " << kRates[below(4)];
+    if (below(3) != 0) {
+      out_ << " sync " << 10 + below(90) << "ms";
+    }
+    out_ << '\n';
+    const unsigned count = 1 + below(12);
+    for (unsigned i = 0; i < count; ++i) {
+      Device device{.id = 1 + i * 9 + below(9), .profile = kProfiles[below(4)]};
+      device.heartbeat = below(6) == 0 ? 0 : 50 + below(200);
+      out_ << "device " << device.id << ' ' << device.profile << " heartbeat " << device.heartbeat
+           << "ms";
+      if (below(4) == 0) {
+        out_ << " mandatory";
+      }
+      out_ << '\n';
+      devices_.push_back(std::move(device));
+    }
+  }
+
+  void action(unsigned number) {
+    Device& device = any();
+    switch (below(11)) {
+      case 0:
+        out_ << "node " << device.id << " dies\n";
+        device.alive = false;
+        break;
+      case 1:
+      case 2:
+        out_ << "node " << device.id << " returns\n";
+        device.alive = true;
+        break;
+      case 3:
+        out_ << "node " << device.id << (device.plugged ? " unplugged\n" : " plugged\n");
+        device.plugged = !device.plugged;
+        break;
+      case 4: out_ << "sdo read r" << number << ' ' << device.id << " 1018:" << below(6) << '\n'; break;
+      case 5: out_ << "sdo read r" << number << ' ' << device.id << " 1008:0 timeout 300ms\n"; break;
+      case 6:
+        out_ << "sdo write w" << number << ' ' << device.id << " 1015:0 " << (below(2) != 0 ? "0A00" : "0A")
+             << '\n';
+        break;
+      case 7: out_ << "nmt " << (below(2) != 0 ? "reset-node " : "reset-communication ") << device.id << '\n'; break;
+      case 8: stranger(); break;
+      case 9: out_ << "losses " << below(20) << '\n'; break;
+      case 10:
+        out_ << "write 0 arming " << 1 + below(3) << " watchdog " << 50 + below(500)
+             << "ms reactions " << (below(2) != 0 ? "0x21" : "0x20") << '\n';
+        break;
+      default: break;
+    }
+  }
+
+  // Any identifier, any length: malformed for most services that listen there. NMT commands are
+  // left out, since the manager cannot know what a second master did.
+  void stranger() {
+    out_ << "frame " << 1 + below(0x7FF) << ' ';
+    const unsigned length = below(9);
+    for (unsigned i = 0; i < length; ++i) {
+      constexpr const char* kDigits = "0123456789ABCDEF";
+      out_ << kDigits[below(16)] << kDigits[below(16)];
+    }
+    out_ << '\n';
+  }
+
+  // Everything that was taken away comes back or stays dead; then the network is left alone.
+  void quiet(unsigned time) {
+    out_ << "at " << time + 100 << "ms losses 0\n";
+    for (const Device& device : devices_) {
+      if (!device.plugged) {
+        out_ << "at " << time + 200 << "ms node " << device.id << " plugged\n";
+      }
+    }
+    for (const Device& device : devices_) {
+      out_ << "at " << time + 300 << "ms nmt reset-node " << device.id << '\n';
+    }
+    out_ << "at " << time + 12'000 << "ms\n";
+    bool may_start = true;
+    for (const Device& device : devices_) {
+      if (device.alive) {
+        out_ << "expect node " << device.id << " operational within 15s\n";
+      } else if (device.heartbeat != 0) {
+        out_ << "expect node " << device.id << " missing within 15s\n";
+      }
+      may_start = may_start && device.alive;
+    }
+    if (may_start) {
+      out_ << "expect own operational within 1s\nexpect manager running within 1s\n";
+    }
+  }
+
+  std::mt19937_64 random_;
+  std::ostringstream out_;
+  std::vector<Device> devices_;
+};
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> out;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) {
+    out.push_back(line);
+  }
+  return out;
+}
+
+std::string join(const std::vector<std::string>& lines) {
+  std::string out;
+  for (const std::string& line : lines) {
+    out += line + '\n';
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string generate(unsigned long seed) { return Generator(seed).plant(); }
+
+std::string shrink(const std::string& text, unsigned long seed) {
+  // A statement may only go if the scenario still fails for a reason of its own, not because
+  // something it needs is gone.
+  const auto fails = [seed](const std::vector<std::string>& lines) {
+    const Outcome outcome = run_scenario("shrunken", join(lines), seed);
+    return !outcome.ok() && outcome.failure.find("there is no") == std::string::npos &&
+           outcome.failure.find("no output entry") == std::string::npos;
+  };
+  std::vector<std::string> lines = lines_of(text);
+  bool shorter = true;
+  while (shorter) {
+    shorter = false;
+    for (std::size_t i = lines.size(); i-- > 0;) {
+      std::vector<std::string> fewer = lines;
+      fewer.erase(fewer.begin() + static_cast<long>(i));
+      if (fails(fewer)) {
+        lines = std::move(fewer);
+        shorter = true;
+      }
+    }
+  }
+  return join(lines);
+}
+
+}  // namespace linegate::plant

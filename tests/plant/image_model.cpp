@@ -1,0 +1,100 @@
+#include "tests/plant/image_model.h"
+
+#include <algorithm>
+
+#include "stack/pdo/parameters.h"
+
+namespace linegate::plant {
+namespace {
+
+std::uint32_t key(std::uint32_t id, bool extended) { return id | (extended ? 0x8000'0000U : 0U); }
+
+bool bit(std::span<const std::byte> bytes, unsigned position) {
+  return (std::to_integer<unsigned>(bytes[position / 8]) >> (position % 8) & 1U) != 0;
+}
+
+}  // namespace
+
+ImageModel::ImageModel(const line::Line& line) : line_(line) {
+  for (const line::NodeConfig& node : line.config().nodes) {
+    add_node(node, line.layout(image::Direction::inputs));
+  }
+}
+
+void ImageModel::add_node(const line::NodeConfig& node, const image::Layout& layout) {
+  const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(node.device);
+  for (const pdo::Parameters& tpdo : described.value->tpdos) {
+    Pdo pdo;
+    pdo.synchronous = pdo::is_synchronous(tpdo.type);
+    unsigned position = 0;
+    std::vector<bool> used(layout.entries.size(), false);
+    for (const pdo::Mapping& mapping : tpdo.mapping) {
+      for (std::size_t i = 0; i < layout.entries.size(); ++i) {
+        const image::Entry& entry = layout.entries[i];
+        if (!used[i] && entry.node == node.id && entry.remote_pdo == tpdo.number &&
+            od::Address{entry.index, entry.sub} == mapping.address) {
+          used[i] = true;
+          pdo.fields.push_back({.entry = i, .frame_bit = position, .bits = mapping.bits});
+          break;
+        }
+      }
+      position += mapping.bits;
+    }
+    pdo.bytes = (position + 7) / 8;
+    pdos_[key(tpdo.cob_id.id(), tpdo.cob_id.extended())] = std::move(pdo);
+  }
+}
+
+void ImageModel::before_receive(const can::Frame& frame) {
+  const auto it = pdos_.find(key(frame.id, frame.extended()));
+  if (it == pdos_.end() || frame.remote() || frame.length < it->second.bytes ||
+      line_.state().own_state != nmt::State::operational) {
+    return;
+  }
+  Pdo& pdo = it->second;
+  if (pdo.synchronous) {
+    pdo.pending = true;
+    pdo.shadow = frame;
+  } else {
+    pdo.has_value = true;
+    pdo.value = frame;
+  }
+}
+
+void ImageModel::after_call() {
+  if (line_.sync_count() == syncs_) {
+    return;
+  }
+  syncs_ = line_.sync_count();
+  for (auto& [id, pdo] : pdos_) {
+    if (pdo.pending) {
+      pdo.pending = false;
+      pdo.has_value = true;
+      pdo.value = pdo.shadow;
+    }
+  }
+}
+
+std::string ImageModel::compare(line::Line& line, Instant now) {
+  line.snapshot(image::Direction::inputs, snapshot_, now, false);
+  const image::Layout& layout = line.layout(image::Direction::inputs);
+  for (const auto& [id, pdo] : pdos_) {
+    for (const Field& field : pdo.fields) {
+      if (!snapshot_.is_valid(field.entry)) {
+        continue;
+      }
+      const image::Entry& entry = layout.entries[field.entry];
+      if (!pdo.has_value) {
+        return entry.name + " is valid although its PDO was never received";
+      }
+      for (unsigned i = 0; i < field.bits; ++i) {
+        if (bit(snapshot_.bytes, entry.bit_offset + i) != bit(pdo.value.data, field.frame_bit + i)) {
+          return entry.name + " differs from the last frame of its PDO at bit " + std::to_string(i);
+        }
+      }
+    }
+  }
+  return {};
+}
+
+}  // namespace linegate::plant

@@ -1,0 +1,66 @@
+#include "tests/plant/oracles.h"
+
+#include "stack/base/byte_order.h"
+
+namespace linegate::plant {
+namespace {
+
+std::string check_event_numbers(const LineSeat& seat) {
+  std::uint64_t next = 1;
+  for (const Event& event : seat.events) {
+    if (event.kind == EventKind::events_lost) {
+      if (load_le<std::uint64_t>(event.data.data()) != next) {
+        return "the range of events-lost does not begin at " + std::to_string(next);
+      }
+      next = load_le<std::uint64_t>(event.data.data() + 8) + 1;
+      continue;
+    }
+    if (event.number != next) {
+      return "event " + std::to_string(event.number) + " follows " + std::to_string(next - 1);
+    }
+    ++next;
+  }
+  return {};
+}
+
+std::string check_counters(LineSeat& seat) {
+  const line::Counters counters = seat.line->state().counters;
+  const std::uint64_t sent = seat.bus.sent(seat.end);
+  if (counters.frames_sent < sent) {
+    return "the line counts " + std::to_string(counters.frames_sent) + " frames sent, the bus " +
+           std::to_string(sent);
+  }
+  if (counters.frames_received + sent > seat.bus.frames()) {
+    return "the line has more frames than were on the bus";
+  }
+  if (counters.events != seat.events.size() + counters.events_lost &&
+      counters.events_lost == 0) {
+    return "events emitted and events taken differ";
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string check_always(LineSeat& seat, Instant now) {
+  if (std::string text = check_event_numbers(seat); !text.empty()) {
+    return text;
+  }
+  if (std::string text = check_counters(seat); !text.empty()) {
+    return text;
+  }
+  if (seat.duplicate_replies != 0) {
+    return "a command got two replies";
+  }
+  return seat.model.compare(*seat.line, now);
+}
+
+std::string check_settled(LineSeat& seat, std::uint64_t commands) {
+  if (seat.replies.size() != commands) {
+    return std::to_string(commands) + " commands, " + std::to_string(seat.replies.size()) +
+           " replies";
+  }
+  return {};
+}
+
+}  // namespace linegate::plant

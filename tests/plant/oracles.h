@@ -1,0 +1,21 @@
+// What must hold in every world at any time, whatever happened in it.
+#pragma once
+
+#include <string>
+
+#include "tests/plant/world.h"
+
+namespace linegate::plant {
+
+// A sentence about the first rule that does not hold; nothing if all do.
+//   events are numbered 1, 2, 3, ... without gaps
+//   every valid input entry holds what the last frame of its PDO carried
+//   counters add up: frames the line sent and received are frames that were on the bus
+//   no command got two replies
+std::string check_always(LineSeat& seat, Instant now);
+
+// Besides, when nothing has been asked for a while: every command was answered, and no SDO transfer
+// is left.
+std::string check_settled(LineSeat& seat, std::uint64_t commands);
+
+}  // namespace linegate::plant

@@ -1,0 +1,56 @@
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "tests/plant/generator.h"
+#include "tests/plant/scenario.h"
+
+namespace linegate::plant {
+namespace {
+
+constexpr unsigned long kFirstSeed = 20260101;
+constexpr unsigned kPlants = 240;
+
+unsigned long from_environment(const char* name, unsigned long otherwise) {
+  const char* const text = std::getenv(name);
+  return text == nullptr ? otherwise : std::strtoul(text, nullptr, 10);
+}
+
+// LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT run others: a failure is repeated with its seed and
+// a count of 1.
+TEST(RandomPlants, HoldEveryOracleAndComeToRest) {
+  const unsigned long first = from_environment("LINEGATE_PLANT_SEED", kFirstSeed);
+  const unsigned long count = from_environment("LINEGATE_PLANT_COUNT", kPlants);
+  std::printf("random plants: seeds %lu to %lu\n", first, first + count - 1);
+  unsigned long frames = 0;
+  for (unsigned long seed = first; seed < first + count; ++seed) {
+    const std::string text = generate(seed);
+    const Outcome outcome = run_scenario("seed " + std::to_string(seed), text, seed);
+    frames += outcome.frames;
+    ASSERT_TRUE(outcome.ok()) << outcome.failure << "\nshrunken scenario:\n" << shrink(text, seed);
+  }
+  std::printf("random plants: %lu plants, %lu frames\n", count, frames);
+  EXPECT_GT(frames, count * 100);
+}
+
+TEST(RandomPlants, TheSameSeedIsTheSamePlantFrameByFrame) {
+  const std::string text = generate(kFirstSeed);
+  EXPECT_EQ(text, generate(kFirstSeed));
+  EXPECT_EQ(run_scenario("a", text, kFirstSeed).frames, run_scenario("b", text, kFirstSeed).frames);
+}
+
+TEST(RandomPlants, AFailureIsShrunkToWhatItNeeds) {
+  const std::string text =
+      "line x\ndevice 1 encoder\ndevice 2 drive\nat 3s\nat 4s node 1 dies\nat 4500ms sdo read a 2 1018:1\n"
+      "expect node 1 operational within 100ms\nexpect node 1 pre-operational within 100ms\n";
+  ASSERT_FALSE(run_scenario("x", text, 1).ok());
+  const std::string shrunken = shrink(text, 1);
+  EXPECT_EQ(shrunken.find("sdo"), std::string::npos) << shrunken;
+  EXPECT_EQ(shrunken.find("drive"), std::string::npos) << shrunken;
+  EXPECT_FALSE(run_scenario("x", shrunken, 1).ok());
+}
+
+}  // namespace
+}  // namespace linegate::plant

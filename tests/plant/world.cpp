@@ -1,0 +1,154 @@
+#include "tests/plant/world.h"
+
+#include <array>
+#include <utility>
+
+namespace linegate::plant {
+namespace {
+
+constexpr unsigned kMaxStepsPerInstant = 1000;
+
+}  // namespace
+
+LineSeat::LineSeat(std::unique_ptr<line::Line> the_line, const sim::BusOptions& options)
+    : line(std::move(the_line)), bus(options), model(*line) {
+  end = bus.attach();
+  witness_end = bus.attach();
+}
+
+DeviceSeat* LineSeat::find(std::uint8_t node) {
+  for (DeviceSeat& seat : devices) {
+    if (seat.device->options().node_id == node) {
+      return &seat;
+    }
+  }
+  return nullptr;
+}
+
+void World::fail(const std::string& text) {
+  if (failure_.empty()) {
+    failure_ = text;
+  }
+}
+
+LineSeat& World::add_line(std::unique_ptr<line::Line> line, const sim::BusOptions& options) {
+  return *lines_.emplace_back(std::make_unique<LineSeat>(std::move(line), options));
+}
+
+void World::add_device(LineSeat& seat, std::unique_ptr<sim::Device> device) {
+  seat.devices.push_back({.device = std::move(device), .end = seat.bus.attach()});
+}
+
+LineSeat* World::find(const std::string& name) {
+  for (const auto& seat : lines_) {
+    if (seat->line->config().name == name) {
+      return seat.get();
+    }
+  }
+  return nullptr;
+}
+
+void World::start() {
+  for (const auto& seat : lines_) {
+    for (DeviceSeat& device : seat->devices) {
+      device.device->start(now_);
+    }
+    seat->line->start(now_);
+    turn(*seat);
+  }
+}
+
+void World::run(Instant until) {
+  while (failure_.empty() && step(until)) {
+  }
+}
+
+bool World::step(Instant until) {
+  const Instant wake = next_wake();
+  if (wake > until) {
+    now_ = std::max(now_, until);
+    return false;
+  }
+  if (wake > now_) {
+    now_ = wake;
+    steps_at_now_ = 0;
+  } else if (++steps_at_now_ > kMaxStepsPerInstant) {
+    fail("time stands still: somebody's next_wake() is never later than now");
+    return false;
+  }
+  for (const auto& seat : lines_) {
+    turn(*seat);
+  }
+  return failure_.empty();
+}
+
+Instant World::next_wake() const {
+  Instant wake = kNever;
+  for (const auto& seat : lines_) {
+    wake = earlier(wake, earlier(seat->bus.next_wake(), seat->line->next_wake()));
+    for (const DeviceSeat& device : seat->devices) {
+      if (device.device->alive()) {
+        wake = earlier(wake, device.device->next_wake());
+      }
+    }
+  }
+  return wake;
+}
+
+void World::turn(LineSeat& seat) {
+  seat.bus.advance(now_);
+  for (DeviceSeat& device : seat.devices) {
+    turn_device(seat, device);
+  }
+  turn_line(seat);
+  collect(seat);
+}
+
+void World::turn_device(LineSeat& seat, DeviceSeat& device) {
+  std::array<can::Frame, 16> batch;
+  while (const std::size_t count = seat.bus.take(device.end, batch)) {
+    device.device->receive(std::span(batch).first(count));
+  }
+  device.device->advance(now_);
+  can::Frame frame;
+  while (seat.bus.room(device.end) > 0 && device.device->next_frame(frame, now_)) {
+    seat.bus.submit(device.end, frame, now_);
+  }
+}
+
+void World::turn_line(LineSeat& seat) {
+  line::Line& line = *seat.line;
+  std::array<can::Frame, 16> batch;
+  while (const std::size_t count = seat.bus.take(seat.end, batch)) {
+    for (const can::Frame& frame : std::span(batch).first(count)) {
+      seat.model.before_receive(frame);
+      line.receive(std::span(&frame, 1), now_);
+      seat.model.after_call();
+    }
+  }
+  line.advance(now_);
+  seat.model.after_call();
+  can::Frame frame;
+  while (seat.bus.room(seat.end) > 0 && line.next_frame(frame, now_)) {
+    seat.bus.submit(seat.end, frame, now_);
+  }
+}
+
+void World::collect(LineSeat& seat) {
+  std::array<can::Frame, 16> frames;
+  while (const std::size_t count = seat.bus.take(seat.witness_end, frames)) {
+    seat.frames.insert(seat.frames.end(), frames.begin(), frames.begin() + static_cast<long>(count));
+  }
+  std::array<Event, 16> events;
+  while (const std::size_t count = seat.line->take_events(events)) {
+    seat.events.insert(seat.events.end(), events.begin(), events.begin() + static_cast<long>(count));
+  }
+  line::Reply reply;
+  while (seat.line->take_reply(reply)) {
+    if (!seat.replies.emplace(reply.tag, reply).second) {
+      ++seat.duplicate_replies;
+    }
+  }
+}
+
+}  // namespace linegate::plant

@@ -1,0 +1,76 @@
+// Whole networks in virtual time: lines, their buses and simulated devices on one thread.
+//
+// Everything happens in the order (time, line, device): the same world run twice gives the same
+// frames at the same instants.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bridges/sim/bus.h"
+#include "bridges/sim/device.h"
+#include "stack/line/line.h"
+#include "tests/plant/image_model.h"
+
+namespace linegate::plant {
+
+// A device and its end of the bus.
+struct DeviceSeat {
+  std::unique_ptr<sim::Device> device;
+  sim::Bus::Endpoint end = 0;
+};
+
+// A line and all that hangs on its bus.
+struct LineSeat {
+  LineSeat(std::unique_ptr<line::Line> the_line, const sim::BusOptions& options);
+
+  DeviceSeat* find(std::uint8_t node);
+
+  std::unique_ptr<line::Line> line;
+  sim::Bus bus;
+  sim::Bus::Endpoint end = 0;
+  sim::Bus::Endpoint witness_end = 0;
+  std::vector<DeviceSeat> devices;
+  ImageModel model;
+  std::vector<Event> events;               // all the line told, in order
+  std::map<std::uint64_t, line::Reply> replies;  // by tag
+  std::uint64_t duplicate_replies = 0;
+  std::vector<can::Frame> frames;          // all that was on the bus, in order
+};
+
+class World {
+ public:
+  // The first failure of a check that the world makes by itself; empty if there was none.
+  const std::string& failure() const { return failure_; }
+  void fail(const std::string& text);
+
+  LineSeat& add_line(std::unique_ptr<line::Line> line, const sim::BusOptions& options);
+  void add_device(LineSeat& seat, std::unique_ptr<sim::Device> device);
+  std::vector<std::unique_ptr<LineSeat>>& lines() { return lines_; }
+  LineSeat* find(const std::string& name);
+
+  Instant now() const { return now_; }
+  // Powers the devices on, then starts the lines.
+  void start();
+  // Runs what is due next, at most until `until`; false when nothing is due until then (now() is
+  // `until` then).
+  bool step(Instant until);
+  void run(Instant until);
+
+ private:
+  Instant next_wake() const;
+  void turn(LineSeat& seat);
+  void turn_device(LineSeat& seat, DeviceSeat& device);
+  void turn_line(LineSeat& seat);
+  void collect(LineSeat& seat);
+
+  std::vector<std::unique_ptr<LineSeat>> lines_;
+  Instant now_{std::chrono::seconds(1)};
+  unsigned steps_at_now_ = 0;
+  std::string failure_;
+};
+
+}  // namespace linegate::plant
