@@ -1,0 +1,109 @@
+#include "bridges/can/frame_socket.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include <sys/socket.h>
+#include <sys/uio.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "bridges/can/frame_codec.h"
+
+namespace linegate::can_bridge {
+namespace {
+
+constexpr std::size_t kControl = CMSG_SPACE(sizeof(timespec)) + CMSG_SPACE(sizeof(std::uint32_t));
+
+// What the kernel adds to each datagram.
+struct alignas(cmsghdr) Control {
+  std::array<std::byte, kControl> bytes;
+};
+
+}  // namespace
+
+struct FrameSocket::Buffers {
+  std::array<mmsghdr, kBatch> receive_headers{};
+  std::array<iovec, kBatch> receive_vectors{};
+  std::array<canfd_frame, kBatch> receive_frames{};
+  std::array<Control, kBatch> controls{};
+  std::array<mmsghdr, kBatch> send_headers{};
+  std::array<iovec, kBatch> send_vectors{};
+  std::array<canfd_frame, kBatch> send_frames{};
+};
+
+FrameSocket::FrameSocket() : buffers_(std::make_unique<Buffers>()) {
+  Buffers& b = *buffers_;
+  for (std::size_t i = 0; i < kBatch; ++i) {
+    b.receive_vectors[i] = {&b.receive_frames[i], sizeof(canfd_frame)};
+    b.receive_headers[i].msg_hdr.msg_iov = &b.receive_vectors[i];
+    b.receive_headers[i].msg_hdr.msg_iovlen = 1;
+    b.receive_headers[i].msg_hdr.msg_control = b.controls[i].bytes.data();
+    b.send_vectors[i].iov_base = &b.send_frames[i];
+    b.send_headers[i].msg_hdr.msg_iov = &b.send_vectors[i];
+    b.send_headers[i].msg_hdr.msg_iovlen = 1;
+  }
+}
+
+FrameSocket::~FrameSocket() {
+  reset(-1);
+}
+
+void FrameSocket::reset(int descriptor) {
+  if (descriptor_ >= 0) {
+    ::close(descriptor_);
+  }
+  descriptor_ = descriptor;
+}
+
+int FrameSocket::receive(std::size_t count) {
+  Buffers& b = *buffers_;
+  count = std::min(count, kBatch);
+  for (std::size_t i = 0; i < count; ++i) {
+    b.receive_headers[i].msg_hdr.msg_controllen = kControl;
+    b.receive_headers[i].msg_hdr.msg_flags = 0;
+  }
+  const int got = ::recvmmsg(descriptor_, b.receive_headers.data(), static_cast<unsigned>(count),
+                             MSG_DONTWAIT, nullptr);
+  return got >= 0 ? got : -errno;
+}
+
+FrameSocket::Received FrameSocket::received(std::size_t index) const {
+  const Buffers& b = *buffers_;
+  const mmsghdr& header = b.receive_headers[index];
+  Received result;
+  result.raw = &b.receive_frames[index];
+  result.bytes = header.msg_len;
+  result.own = (header.msg_hdr.msg_flags & MSG_CONFIRM) != 0;
+  // CMSG_NXTHDR wants a header that is not const.
+  msghdr walk = header.msg_hdr;
+  for (cmsghdr* c = CMSG_FIRSTHDR(&walk); c != nullptr; c = CMSG_NXTHDR(&walk, c)) {
+    if (c->cmsg_level != SOL_SOCKET) {
+      continue;
+    }
+    if (c->cmsg_type == SCM_TIMESTAMPNS) {
+      timespec stamp;
+      std::memcpy(&stamp, CMSG_DATA(c), sizeof stamp);
+      result.stamp_ns = std::int64_t{stamp.tv_sec} * 1'000'000'000 + stamp.tv_nsec;
+    } else if (c->cmsg_type == SO_RXQ_OVFL) {
+      std::memcpy(&result.dropped, CMSG_DATA(c), sizeof result.dropped);
+      result.has_dropped = true;
+    }
+  }
+  return result;
+}
+
+int FrameSocket::send(std::span<const can::Frame> frames) {
+  Buffers& b = *buffers_;
+  const std::size_t count = std::min(frames.size(), kBatch);
+  for (std::size_t i = 0; i < count; ++i) {
+    b.send_vectors[i].iov_len = encode(frames[i], b.send_frames[i]);
+  }
+  const int sent = ::sendmmsg(descriptor_, b.send_headers.data(), static_cast<unsigned>(count),
+                              MSG_DONTWAIT | MSG_NOSIGNAL);
+  return sent >= 0 ? sent : -errno;
+}
+
+}  // namespace linegate::can_bridge

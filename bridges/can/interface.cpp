@@ -1,0 +1,123 @@
+#include "bridges/can/interface.h"
+
+#include <cerrno>
+#include <cstring>
+
+#include <linux/can.h>
+#include <linux/can/error.h>
+#include <linux/can/raw.h>
+#include <net/if.h>
+#include <net/if_arp.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "bridges/can/controller_state.h"
+
+namespace linegate::can_bridge {
+namespace {
+
+constexpr int kOn = 1;
+
+// Closes what a failed attempt leaves behind.
+class Attempt {
+ public:
+  Attempt() : descriptor_(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW)) {}
+  ~Attempt() {
+    if (descriptor_ >= 0) {
+      ::close(descriptor_);
+    }
+  }
+  Attempt(const Attempt&) = delete;
+  Attempt& operator=(const Attempt&) = delete;
+
+  int descriptor() const { return descriptor_; }
+  int release() {
+    const int descriptor = descriptor_;
+    descriptor_ = -1;
+    return descriptor;
+  }
+
+ private:
+  int descriptor_;
+};
+
+template <class T>
+bool set(int descriptor, int level, int option, const T& value) {
+  return ::setsockopt(descriptor, level, option, &value, sizeof value) == 0;
+}
+
+// 0, or errno. index becomes the interface's, fd whether it carries CAN FD.
+int examine(int descriptor, const std::string& name, int& index, bool& fd) {
+  ifreq request{};
+  std::strncpy(request.ifr_name, name.c_str(), IFNAMSIZ - 1);
+  if (::ioctl(descriptor, SIOCGIFINDEX, &request) != 0) {
+    return errno;
+  }
+  index = request.ifr_ifindex;
+  if (::ioctl(descriptor, SIOCGIFHWADDR, &request) != 0) {
+    return errno;
+  }
+  if (request.ifr_hwaddr.sa_family != ARPHRD_CAN) {
+    return EMEDIUMTYPE;
+  }
+  if (::ioctl(descriptor, SIOCGIFFLAGS, &request) != 0) {
+    return errno;
+  }
+  if ((request.ifr_flags & IFF_UP) == 0) {
+    return ENETDOWN;
+  }
+  if (::ioctl(descriptor, SIOCGIFMTU, &request) != 0) {
+    return errno;
+  }
+  fd = request.ifr_mtu >= static_cast<int>(CANFD_MTU);
+  return 0;
+}
+
+bool configure(int descriptor, bool fd, int receive_buffer) {
+  const can_err_mask_t errors = CAN_ERR_MASK;
+  // A larger buffer than the system's limit needs a privilege; what is granted has to do.
+  if (!set(descriptor, SOL_SOCKET, SO_RCVBUFFORCE, receive_buffer)) {
+    set(descriptor, SOL_SOCKET, SO_RCVBUF, receive_buffer);
+  }
+  return set(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, kOn) &&
+         set(descriptor, SOL_SOCKET, SO_RXQ_OVFL, kOn) &&
+         set(descriptor, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, errors) &&
+         set(descriptor, SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, kOn) &&
+         (!fd || set(descriptor, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, kOn));
+}
+
+int bind_to(int descriptor, int index) {
+  sockaddr_can address{};
+  address.can_family = AF_CAN;
+  address.can_ifindex = index;
+  return ::bind(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0
+             ? 0
+             : errno;
+}
+
+}  // namespace
+
+OpenedInterface open_interface(const std::string& name, int receive_buffer) {
+  OpenedInterface result;
+  Attempt attempt;
+  if (attempt.descriptor() < 0) {
+    result.error = errno;
+    return result;
+  }
+  int index = 0;
+  result.error = examine(attempt.descriptor(), name, index, result.fd);
+  if (result.error == 0 && !configure(attempt.descriptor(), result.fd, receive_buffer)) {
+    result.error = errno;
+  }
+  if (result.error == 0) {
+    result.error = bind_to(attempt.descriptor(), index);
+  }
+  if (result.error == 0) {
+    result.state = controller_state(index);
+    result.descriptor = attempt.release();
+  }
+  return result;
+}
+
+}  // namespace linegate::can_bridge

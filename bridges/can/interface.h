@@ -1,0 +1,21 @@
+// Opening a CAN_RAW socket on a network interface, and what state its controller is in.
+#pragma once
+
+#include <string>
+
+#include "stack/can/bus_state.h"
+
+namespace linegate::can_bridge {
+
+struct OpenedInterface {
+  int descriptor = -1;  // -1: not opened, see error
+  int error = 0;        // errno; EMEDIUMTYPE: the interface is no CAN interface
+  bool fd = false;      // CAN FD frames can be sent (MTU 72)
+  can::BusState state = can::BusState::unknown;
+};
+
+// A socket bound to the interface that is up: non-blocking, with time stamps, own echoes, error
+// frames and the count of lost frames. receive_buffer: SO_RCVBUF in bytes.
+OpenedInterface open_interface(const std::string& name, int receive_buffer);
+
+}  // namespace linegate::can_bridge

@@ -1,0 +1,61 @@
+#include "bridges/can/receive_clock.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+
+namespace linegate::can_bridge {
+namespace {
+
+// Slewing changes the difference by at most 500 us a second; the rest is the time between the two
+// samples.
+constexpr std::int64_t kStep = 10'000'000;
+// Frames do not lie in a socket for longer, even when the process was stopped for a while.
+constexpr Duration kOldest = std::chrono::hours(1);
+// What sampling two clocks one after the other may be wrong by.
+constexpr Duration kSlack = std::chrono::milliseconds(1);
+
+}  // namespace
+
+void ReceiveClock::begin_batch(Instant now) {
+  using std::chrono::duration_cast;
+  const auto wall = std::chrono::system_clock::now().time_since_epoch();
+  const auto monotonic = std::chrono::steady_clock::now().time_since_epoch();
+  begin_batch(Instant(duration_cast<Duration>(monotonic)), duration_cast<Duration>(wall).count(),
+              now);
+}
+
+void ReceiveClock::begin_batch(Instant monotonic, std::int64_t wall_ns, Instant now) {
+  const std::int64_t difference = wall_ns - monotonic.time_since_epoch().count();
+  const bool stepped = started_ && std::abs(difference - difference_) > kStep;
+  before_step_ = stepped ? difference_ : difference;
+  difference_ = difference;
+  started_ = true;
+  sampled_ = monotonic;
+  now_ = now;
+}
+
+bool ReceiveClock::plausible(Instant time) const {
+  return time <= sampled_ + kSlack && time >= sampled_ - kOldest;
+}
+
+// After a step only one of the two differences is right for a stamp. The wrong one puts it into the
+// future, or further into the past than the right one.
+Instant ReceiveClock::instant(std::int64_t stamp_ns) {
+  Instant time = Instant::min();
+  if (stamp_ns != 0) {
+    for (const std::int64_t difference : {difference_, before_step_}) {
+      const Instant candidate{Duration(stamp_ns - difference)};
+      if (plausible(candidate)) {
+        time = std::max(time, candidate);
+      }
+    }
+  }
+  if (time == Instant::min()) {
+    time = now_;
+  }
+  latest_ = std::clamp(time, std::min(latest_, now_), now_);
+  return latest_;
+}
+
+}  // namespace linegate::can_bridge

@@ -1,0 +1,71 @@
+// The channel over a CAN_RAW socket, or over any other datagram socket that carries frames.
+#pragma once
+
+#include <string>
+
+#include "bridges/can/channel.h"
+#include "bridges/can/error_frame.h"
+#include "bridges/can/frame_socket.h"
+#include "bridges/can/receive_clock.h"
+#include "bridges/can/socketcan.h"
+#include "bridges/can/transmit_window.h"
+
+namespace linegate::can_bridge {
+
+class SocketChannel final : public Channel {
+ public:
+  // Opens and opens again by itself.
+  SocketChannel(std::string interface, const SocketOptions& options);
+  // Takes over an open descriptor; there are no echoes and there is no second attempt.
+  explicit SocketChannel(int descriptor);
+
+  int descriptor() const override { return socket_.descriptor(); }
+  std::size_t read(std::span<can::Frame> out, BusEvents& events, Instant now) override;
+  std::size_t write(std::span<const can::Frame> frames, Instant now) override;
+  std::size_t room(Instant now) const override;
+  bool wants_writable() const override { return wants_writable_; }
+  Instant next_wake() const override;
+  const ChannelCounters& counters() const override { return counters_; }
+
+ private:
+  bool adopted() const { return interface_.empty(); }
+  bool usable() const { return ready_ && failure_ == 0; }
+  bool bus_off() const { return errors_.state() == can::BusState::bus_off; }
+
+  void open(BusEvents& events, Instant now);
+  void told_ready(can::BusState state, BusEvents& events, Instant now);
+  void fail(int error, BusEvents& events, Instant now);
+
+  bool refill(std::size_t room, Instant now);
+  std::size_t take_batch(std::span<can::Frame> out, BusEvents& events, Instant now);
+  bool take(const FrameSocket::Received& received, can::Frame& out, BusEvents& events, Instant now);
+  void count_dropped(std::uint32_t dropped, BusEvents& events, Instant time);
+  void take_error_frame(const canfd_frame& raw, BusEvents& events, Instant time);
+
+  std::size_t sendable_prefix(std::span<const can::Frame> frames) const;
+  std::size_t send(std::span<const can::Frame> frames, Instant now);
+  void told_back_pressure(int error, Instant now);
+
+  const std::string interface_;
+  const SocketOptions options_;
+  FrameSocket socket_;
+  ErrorDecoder errors_;
+  ReceiveClock clock_;
+  TransmitWindow window_;
+  ChannelCounters counters_;
+
+  bool ready_ = false;
+  bool fd_ = false;
+  int failure_ = 0;        // seen, to be reported by the next read()
+  int reported_ = 0;       // the failure that was reported last and still lasts
+  Instant retry_at_{};     // of opening; kNever = no more
+  Instant write_again_{};  // end of the pause after ENOBUFS
+  bool wants_writable_ = false;
+  bool stall_seen_ = false;     // the window's next_try() has come and the caller knows
+  std::size_t batch_next_ = 0;  // what is left of the batch read last
+  std::size_t batch_end_ = 0;
+  bool drained_ = false;
+  std::uint32_t dropped_ = 0;
+};
+
+}  // namespace linegate::can_bridge

@@ -1,0 +1,61 @@
+#include "bridges/can/transmit_window.h"
+
+#include <algorithm>
+
+#include "stack/base/byte_order.h"
+
+namespace linegate::can_bridge {
+
+TransmitWindow::TransmitWindow(std::size_t depth)
+    : depth_(std::clamp<std::size_t>(depth, 1, kMaxDepth)) {
+}
+
+TransmitWindow::Mark TransmitWindow::mark(const can::Frame& frame) {
+  Mark mark;
+  mark.id = frame.id;
+  mark.length = frame.length;
+  // The bus may have switched or set these two on its way.
+  mark.flags = static_cast<std::uint8_t>(
+      frame.flags & ~(can::Frame::kBitRateSwitch | can::Frame::kErrorStateIndicator));
+  const std::size_t bytes = frame.remote() ? 0 : std::min<std::size_t>(frame.length, 8);
+  mark.head = load_le(std::span(frame.data).first(bytes));
+  return mark;
+}
+
+std::size_t TransmitWindow::room(Instant now) const {
+  if (count_ < depth_) {
+    return depth_ - count_;
+  }
+  return now >= next_try() ? 1 : 0;
+}
+
+Instant TransmitWindow::next_try() const {
+  return count_ < depth_ ? kNever : progress_ + kStall;
+}
+
+void TransmitWindow::sent(const can::Frame& frame, Instant now) {
+  if (count_ == 0 || count_ >= depth_) {
+    progress_ = now;
+  }
+  if (count_ >= depth_) {
+    first_ = (first_ + 1) % kMaxDepth;
+    --count_;
+  }
+  marks_[(first_ + count_) % kMaxDepth] = mark(frame);
+  ++count_;
+}
+
+std::size_t TransmitWindow::confirmed(const can::Frame& echo, Instant now) {
+  const Mark wanted = mark(echo);
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (marks_[(first_ + i) % kMaxDepth] == wanted) {
+      first_ = (first_ + i + 1) % kMaxDepth;
+      count_ -= i + 1;
+      progress_ = now;
+      return i + 1;
+    }
+  }
+  return 0;
+}
+
+}  // namespace linegate::can_bridge

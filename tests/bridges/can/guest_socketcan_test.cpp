@@ -1,0 +1,260 @@
+// Real SocketCAN: needs vcan0 (classical) and vcan1 (CAN FD), and the right to set interfaces up
+// and down. Runs in the guest tier only.
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <poll.h>
+
+#include "bridges/can/socketcan.h"
+
+namespace linegate::can_bridge {
+namespace {
+
+using can::BusEvent;
+using can::BusState;
+using can::Frame;
+using can::make_frame;
+using Kind = BusEvent::Kind;
+
+constexpr Duration kPatience = std::chrono::seconds(10);
+
+Instant now() {
+  return Instant(std::chrono::steady_clock::now().time_since_epoch());
+}
+
+void shell(const std::string& command) {
+  ASSERT_EQ(std::system(command.c_str()), 0) << command;
+}
+
+// A channel with somebody who drives it as an executor does.
+class Driven {
+ public:
+  explicit Driven(const std::string& interface, std::size_t depth = 8) {
+    SocketOptions options;
+    options.queue_depth = depth;
+    options.retry_period = std::chrono::milliseconds(50);
+    channel_ = open_socketcan(interface, options);
+    turn(Duration{});
+  }
+
+  // Waits for something to do, at most so long, and reads.
+  void turn(Duration longest) {
+    const Duration until_wake = channel_->next_wake() == kNever
+                                    ? longest
+                                    : std::min(longest, channel_->next_wake() - now());
+    const auto ms = std::chrono::ceil<std::chrono::milliseconds>(until_wake).count();
+    pollfd entry{channel_->descriptor(),
+                 static_cast<short>(POLLIN | (channel_->wants_writable() ? POLLOUT : 0)), 0};
+    ::poll(&entry, 1, static_cast<int>(std::max<std::int64_t>(ms, 0)));
+    std::array<Frame, 64> out;
+    BusEvents told;
+    const std::size_t count = channel_->read(out, told, now());
+    frames.insert(frames.end(), out.begin(), out.begin() + static_cast<std::ptrdiff_t>(count));
+    events.insert(events.end(), told.view().begin(), told.view().end());
+  }
+
+  template <class Predicate>
+  bool until(Predicate predicate) {
+    const Instant deadline = now() + kPatience;
+    while (!predicate()) {
+      if (now() > deadline) {
+        return false;
+      }
+      turn(std::chrono::milliseconds(50));
+    }
+    return true;
+  }
+
+  void send_all(std::span<const Frame> all) {
+    const Instant deadline = now() + kPatience;
+    while (!all.empty() && now() < deadline) {
+      const std::size_t room = std::min(channel_->room(now()), all.size());
+      all = all.subspan(channel_->write(all.first(room), now()));
+      if (!all.empty()) {
+        turn(std::chrono::milliseconds(50));
+      }
+    }
+    EXPECT_TRUE(all.empty());
+  }
+
+  bool told(Kind kind, std::uint32_t code = 0) const {
+    for (const BusEvent& event : events) {
+      if (event.kind == kind && event.code == code) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  Channel& channel() { return *channel_; }
+
+  std::vector<Frame> frames;
+  std::vector<BusEvent> events;
+
+ private:
+  std::unique_ptr<Channel> channel_;
+};
+
+TEST(GuestSocketcan, FramesCrossInOrderAndOwnOnesAreOnlyConfirmed) {
+  Driven a("vcan0");
+  Driven b("vcan0");
+  ASSERT_TRUE(a.told(Kind::interface_ready));
+  std::vector<Frame> sent;
+  for (std::uint32_t i = 0; i < 500; ++i) {
+    sent.push_back(make_frame(0x180 + i % 127, {static_cast<std::uint8_t>(i), 7}));
+  }
+  const Instant before = now();
+  a.send_all(sent);
+  ASSERT_TRUE(b.until([&] { return b.frames.size() == sent.size(); }));
+  for (std::size_t i = 0; i < sent.size(); ++i) {
+    EXPECT_TRUE(same_content(sent[i], b.frames[i]));
+    EXPECT_GE(b.frames[i].time, before - std::chrono::milliseconds(1));
+    EXPECT_LE(b.frames[i].time, now());
+  }
+  ASSERT_TRUE(a.until([&] { return a.channel().counters().confirmed == sent.size(); }));
+  EXPECT_TRUE(a.frames.empty());
+  EXPECT_EQ(a.channel().room(now()), 8U);
+}
+
+TEST(GuestSocketcan, NoMoreThanTheDepthIsUnconfirmed) {
+  Driven a("vcan0", 4);
+  EXPECT_EQ(a.channel().room(now()), 4U);
+  const std::vector<Frame> ten(10, make_frame(0x181));
+  EXPECT_EQ(a.channel().write(ten, now()), 4U);
+  EXPECT_EQ(a.channel().room(now()), 0U);
+  EXPECT_EQ(a.channel().counters().stalled, 1U);
+  ASSERT_TRUE(a.until([&] { return a.channel().room(now()) == 4U; }));
+}
+
+TEST(GuestSocketcan, FdFramesOnlyWhereTheInterfaceAllows) {
+  Frame fd = make_frame(0x181);
+  fd.flags = Frame::kFd | Frame::kBitRateSwitch;
+  fd.length = 64;
+  fd.data.fill(std::byte{0x5A});
+  Driven a("vcan1");
+  Driven b("vcan1");
+  a.send_all(std::array{fd});
+  ASSERT_TRUE(b.until([&] { return b.frames.size() == 1; }));
+  EXPECT_TRUE(same_content(fd, b.frames[0]));
+  Driven classical("vcan0");
+  classical.send_all(std::array{fd});
+  EXPECT_EQ(classical.channel().counters().refused, 1U);
+}
+
+TEST(GuestSocketcan, ExtendedAndRemoteFrames) {
+  Frame extended = make_frame(0);
+  extended.id = 0x1234'5678;
+  extended.flags = Frame::kExtended;
+  Frame remote = make_frame(0x705);
+  remote.flags = Frame::kRemote;
+  remote.length = 1;
+  Driven a("vcan0");
+  Driven b("vcan0");
+  a.send_all(std::array{extended, remote});
+  ASSERT_TRUE(b.until([&] { return b.frames.size() == 2; }));
+  EXPECT_TRUE(same_content(extended, b.frames[0]));
+  EXPECT_EQ(b.frames[1].flags, Frame::kRemote);
+  ASSERT_TRUE(a.until([&] { return a.channel().counters().confirmed == 2; }));
+}
+
+TEST(GuestSocketcan, MissingInterfaceIsNamed) {
+  Driven a("can9");
+  EXPECT_TRUE(a.told(Kind::interface_failed, ENODEV));
+  EXPECT_EQ(describe_failure("can9", ENODEV), "no such interface: can9");
+  Driven loopback("lo");
+  EXPECT_TRUE(loopback.told(Kind::interface_failed, EMEDIUMTYPE));
+}
+
+TEST(GuestSocketcan, DownAndUpAgain) {
+  shell("ip link add vcan7 type vcan && ip link set vcan7 up");
+  Driven a("vcan7");
+  Driven b("vcan7");
+  EXPECT_EQ(a.channel().write(std::array{make_frame(0x181)}, now()), 1U);
+  shell("ip link set vcan7 down");
+  ASSERT_TRUE(a.until([&] { return a.told(Kind::interface_failed, ENETDOWN); }));
+  EXPECT_EQ(a.events.back().state, BusState::stopped);
+  EXPECT_EQ(a.channel().room(now()), 0U);
+  a.events.clear();
+  shell("ip link set vcan7 up");
+  ASSERT_TRUE(a.until([&] { return a.told(Kind::interface_ready); }));
+  EXPECT_EQ(a.channel().room(now()), 8U);
+  b.frames.clear();
+  ASSERT_TRUE(
+      b.until([&] { return b.channel().descriptor() >= 0 && b.channel().room(now()) > 0; }));
+  a.send_all(std::array{make_frame(0x182)});
+  ASSERT_TRUE(b.until([&] { return !b.frames.empty(); }));
+  shell("ip link del vcan7");
+}
+
+TEST(GuestSocketcan, RemovedAndAddedAgain) {
+  shell("ip link add vcan8 type vcan && ip link set vcan8 up");
+  Driven a("vcan8");
+  shell("ip link del vcan8");
+  ASSERT_TRUE(a.until([&] { return a.told(Kind::interface_failed, ENODEV); }));
+  EXPECT_EQ(a.events.back().state, BusState::absent);
+  a.events.clear();
+  shell("ip link add vcan8 type vcan && ip link set vcan8 up");
+  ASSERT_TRUE(a.until([&] { return a.told(Kind::interface_ready); }));
+  a.send_all(std::array{make_frame(0x181)});
+  ASSERT_TRUE(a.until([&] { return a.channel().counters().confirmed == 1; }));
+  shell("ip link del vcan8");
+}
+
+// Written while the interface is down: told by the next read(), and nothing is counted as sent.
+TEST(GuestSocketcan, WritingToADownInterfaceIsNotSending) {
+  shell("ip link add vcan6 type vcan && ip link set vcan6 up");
+  Driven a("vcan6");
+  shell("ip link set vcan6 down");
+  EXPECT_EQ(a.channel().write(std::array{make_frame(0x181)}, now()), 0U);
+  ASSERT_TRUE(a.until([&] { return a.told(Kind::interface_failed, ENETDOWN); }));
+  EXPECT_EQ(a.channel().counters().sent, 0U);
+  shell("ip link del vcan6");
+}
+
+TEST(GuestSocketcan, WallClockStepDoesNotShow) {
+  Driven a("vcan0");
+  Driven b("vcan0");
+  a.send_all(std::array{make_frame(0x181)});
+  ASSERT_TRUE(b.until([&] { return b.frames.size() == 1; }));
+  const Instant before = now();
+  a.send_all(std::array{make_frame(0x182)});
+  shell("date -s '+1 hour' >/dev/null");
+  a.send_all(std::array{make_frame(0x183)});
+  ASSERT_TRUE(b.until([&] { return b.frames.size() == 3; }));
+  shell("date -s '-1 hour' >/dev/null");
+  a.send_all(std::array{make_frame(0x184)});
+  ASSERT_TRUE(b.until([&] { return b.frames.size() == 4; }));
+  for (std::size_t i = 1; i < 4; ++i) {
+    EXPECT_GE(b.frames[i].time, before - std::chrono::milliseconds(5));
+    EXPECT_LE(b.frames[i].time, now());
+  }
+}
+
+TEST(GuestSocketcan, OverflowOfTheReceiveQueueIsCounted) {
+  SocketOptions options;
+  options.receive_buffer = 4096;
+  const auto slow = open_socketcan("vcan0", options);
+  std::array<Frame, 64> out;
+  BusEvents events;
+  slow->read(out, events, now());
+  Driven a("vcan0");
+  const std::vector<Frame> many(200, make_frame(0x181));
+  a.send_all(many);
+  std::uint64_t got = 0;
+  events.clear();
+  got += slow->read(out, events, now());
+  a.send_all(std::array{make_frame(0x182)});
+  got += slow->read(out, events, now());
+  EXPECT_GT(slow->counters().lost, 0U);
+  EXPECT_EQ(got + slow->counters().lost, 201U);
+  ASSERT_FALSE(events.empty());
+  EXPECT_EQ(events.view().back().kind, Kind::frames_lost);
+}
+
+}  // namespace
+}  // namespace linegate::can_bridge
