@@ -78,20 +78,32 @@ class Generator {
         out_ << "node " << device.id << (device.plugged ? " unplugged\n" : " plugged\n");
         device.plugged = !device.plugged;
         break;
-      case 4: out_ << "sdo read r" << number << ' ' << device.id << " 1018:" << below(6) << '\n'; break;
-      case 5: out_ << "sdo read r" << number << ' ' << device.id << " 1008:0 timeout 300ms\n"; break;
+      case 4:
+        out_ << "sdo read r" << number << ' ' << device.id << " 1018:" << below(6) << '\n';
+        break;
+      case 5:
+        out_ << "sdo read r" << number << ' ' << device.id << " 1008:0 timeout 300ms\n";
+        break;
       case 6:
-        out_ << "sdo write w" << number << ' ' << device.id << " 1015:0 " << (below(2) != 0 ? "0A00" : "0A")
+        out_ << "sdo write w" << number << ' ' << device.id << " 1015:0 "
+             << (below(2) != 0 ? "0A00" : "0A") << '\n';
+        break;
+      case 7:
+        out_ << "nmt " << (below(2) != 0 ? "reset-node " : "reset-communication ") << device.id
              << '\n';
         break;
-      case 7: out_ << "nmt " << (below(2) != 0 ? "reset-node " : "reset-communication ") << device.id << '\n'; break;
-      case 8: stranger(); break;
-      case 9: out_ << "losses " << below(20) << '\n'; break;
+      case 8:
+        stranger();
+        break;
+      case 9:
+        out_ << "losses " << below(20) << '\n';
+        break;
       case 10:
         out_ << "write 0 arming " << 1 + below(3) << " watchdog " << 50 + below(500)
              << "ms reactions " << (below(2) != 0 ? "0x21" : "0x20") << '\n';
         break;
-      default: break;
+      default:
+        break;
     }
   }
 
@@ -157,7 +169,9 @@ std::string join(const std::vector<std::string>& lines) {
 
 }  // namespace
 
-std::string generate(unsigned long seed) { return Generator(seed).plant(); }
+std::string generate(unsigned long seed) {
+  return Generator(seed).plant();
+}
 
 std::string shrink(const std::string& text, unsigned long seed) {
   // A statement may only go if the scenario still fails for a reason of its own, not because

@@ -7,7 +7,9 @@
 namespace linegate::plant {
 namespace {
 
-std::uint32_t key(std::uint32_t id, bool extended) { return id | (extended ? 0x8000'0000U : 0U); }
+std::uint32_t key(std::uint32_t id, bool extended) {
+  return id | (extended ? 0x8000'0000U : 0U);
+}
 
 bool bit(std::span<const std::byte> bytes, unsigned position) {
   return (std::to_integer<unsigned>(bytes[position / 8]) >> (position % 8) & 1U) != 0;
@@ -88,7 +90,8 @@ std::string ImageModel::compare(line::Line& line, Instant now) {
         return entry.name + " is valid although its PDO was never received";
       }
       for (unsigned i = 0; i < field.bits; ++i) {
-        if (bit(snapshot_.bytes, entry.bit_offset + i) != bit(pdo.value.data, field.frame_bit + i)) {
+        if (bit(snapshot_.bytes, entry.bit_offset + i) !=
+            bit(pdo.value.data, field.frame_bit + i)) {
           return entry.name + " differs from the last frame of its PDO at bit " + std::to_string(i);
         }
       }

@@ -33,8 +33,7 @@ std::string check_counters(LineSeat& seat) {
   if (counters.frames_received + sent > seat.bus.frames()) {
     return "the line has more frames than were on the bus";
   }
-  if (counters.events != seat.events.size() + counters.events_lost &&
-      counters.events_lost == 0) {
+  if (counters.events != seat.events.size() + counters.events_lost && counters.events_lost == 0) {
     return "events emitted and events taken differ";
   }
   return {};

@@ -1,12 +1,12 @@
 // Every file of tests/plant/scenarios is a test; so are the ways in which a scenario can be wrong.
 #include "tests/plant/scenario.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+
+#include <gtest/gtest.h>
 
 namespace linegate::plant {
 namespace {
@@ -41,9 +41,10 @@ INSTANTIATE_TEST_SUITE_P(Scenarios, ScenarioFile, testing::ValuesIn(scenario_fil
                          });
 
 TEST(Scenario, AnExpectationThatDoesNotComeTrueFailsWithItsLine) {
-  EXPECT_EQ(run_scenario("x", "line a\ndevice 1 encoder\nat 1s\nexpect heartbeat-lost within 1s\n", 1)
-                .failure,
-            "x:4: it did not happen");
+  EXPECT_EQ(
+      run_scenario("x", "line a\ndevice 1 encoder\nat 1s\nexpect heartbeat-lost within 1s\n", 1)
+          .failure,
+      "x:4: it did not happen");
   EXPECT_EQ(run_scenario("x", "line a\ndevice 1 encoder\nat 10ms\nexpect no boot-up within 1s\n", 1)
                 .failure,
             "x:4: it happened");

@@ -38,7 +38,7 @@ Duration to_duration(std::string_view text) {
   throw BadStatement("'" + std::string(text) + "' is not a time: 100us, 10ms, 2s");
 }
 
-od::Address to_address(std::string_view text) {
+od::Address parse_address(std::string_view text) {
   const std::size_t colon = text.find(':');
   if (colon == std::string_view::npos) {
     throw BadStatement("'" + std::string(text) + "' is not index:sub");
@@ -78,7 +78,9 @@ void Words::expect(std::string_view word) {
   }
 }
 
-std::uint64_t Words::number() { return to_number(take()); }
+std::uint64_t Words::number() {
+  return to_number(take());
+}
 
 std::uint8_t Words::node() {
   if (accept("all")) {
@@ -91,9 +93,13 @@ std::uint8_t Words::node() {
   return static_cast<std::uint8_t>(id);
 }
 
-Duration Words::duration() { return to_duration(take()); }
+Duration Words::duration() {
+  return to_duration(take());
+}
 
-od::Address Words::address() { return to_address(take()); }
+od::Address Words::address() {
+  return parse_address(take());
+}
 
 std::vector<std::byte> Words::hex() {
   const std::string text = take();

@@ -42,6 +42,6 @@ class Words {
 
 std::uint64_t to_number(std::string_view text);
 Duration to_duration(std::string_view text);
-od::Address to_address(std::string_view text);
+od::Address parse_address(std::string_view text);
 
 }  // namespace linegate::plant

@@ -137,11 +137,13 @@ void World::turn_line(LineSeat& seat) {
 void World::collect(LineSeat& seat) {
   std::array<can::Frame, 16> frames;
   while (const std::size_t count = seat.bus.take(seat.witness_end, frames)) {
-    seat.frames.insert(seat.frames.end(), frames.begin(), frames.begin() + static_cast<long>(count));
+    seat.frames.insert(seat.frames.end(), frames.begin(),
+                       frames.begin() + static_cast<long>(count));
   }
   std::array<Event, 16> events;
   while (const std::size_t count = seat.line->take_events(events)) {
-    seat.events.insert(seat.events.end(), events.begin(), events.begin() + static_cast<long>(count));
+    seat.events.insert(seat.events.end(), events.begin(),
+                       events.begin() + static_cast<long>(count));
   }
   line::Reply reply;
   while (seat.line->take_reply(reply)) {

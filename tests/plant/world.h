@@ -13,6 +13,7 @@
 #include "bridges/sim/bus.h"
 #include "bridges/sim/device.h"
 #include "stack/line/line.h"
+
 #include "tests/plant/image_model.h"
 
 namespace linegate::plant {
@@ -35,10 +36,10 @@ struct LineSeat {
   sim::Bus::Endpoint witness_end = 0;
   std::vector<DeviceSeat> devices;
   ImageModel model;
-  std::vector<Event> events;               // all the line told, in order
+  std::vector<Event> events;                     // all the line told, in order
   std::map<std::uint64_t, line::Reply> replies;  // by tag
   std::uint64_t duplicate_replies = 0;
-  std::vector<can::Frame> frames;          // all that was on the bus, in order
+  std::vector<can::Frame> frames;  // all that was on the bus, in order
 };
 
 class World {

@@ -1,0 +1,173 @@
+// What can be done to a network: the actions of `at`.
+#include <algorithm>
+#include <utility>
+
+#include "tests/plant/scenario_run.h"
+
+namespace linegate::plant {
+
+using image::Direction;
+
+void Scenario::act(Words& words) {
+  if (words.done()) {
+    return;
+  }
+  const std::string verb = words.take();
+  if (verb == "node") {
+    node_action(words);
+  } else if (verb == "sdo") {
+    sdo_action(words);
+  } else if (verb == "nmt") {
+    nmt_action(words);
+  } else if (verb == "output") {
+    line::Command request{.kind = line::CommandKind::output_write};
+    const std::string name = words.peek();
+    request.entry = output_entry(words.take());
+    words.expect("=");
+    request.data = words.hex();
+    command(std::move(request), name);
+  } else if (verb == "write") {
+    group_write(words);
+  } else if (verb == "frame") {
+    inject(words);
+  } else if (verb == "losses") {
+    set_losses(words);
+  } else if (verb == "stop") {
+    seat().line->stop(world_.now());
+  } else {
+    throw BadStatement("unknown action '" + verb + "'");
+  }
+}
+
+void Scenario::node_action(Words& words) {
+  const std::uint8_t id = words.node();
+  DeviceSeat* device = seat().find(id);
+  if (device == nullptr) {
+    throw BadStatement("there is no device " + std::to_string(id));
+  }
+  const std::string what = words.take();
+  if (what == "dies") {
+    device->device->kill();
+  } else if (what == "returns") {
+    if (!device->device->alive()) {
+      device->device->revive(world_.now());
+    }
+  } else if (what == "unplugged") {
+    seat().bus.set_connected(device->end, false);
+  } else if (what == "plugged") {
+    seat().bus.set_connected(device->end, true);
+  } else {
+    throw BadStatement("a node dies, returns, is unplugged or plugged; not '" + what + "'");
+  }
+}
+
+void Scenario::command(line::Command request, const std::string& name) {
+  request.tag = next_tag_++;
+  tags_[name] = request.tag;
+  ++commands_[&seat()];
+  seat().line->execute(std::move(request), world_.now());
+}
+
+void Scenario::sdo_action(Words& words) {
+  line::Command request;
+  const bool write = words.accept("write");
+  if (!write) {
+    words.expect("read");
+  }
+  request.kind = write ? line::CommandKind::sdo_write : line::CommandKind::sdo_read;
+  const std::string name = words.take();
+  request.node = words.node();
+  const od::Address address = words.address();
+  request.index = address.index;
+  request.sub = address.sub;
+  if (write) {
+    request.data = words.hex();
+  }
+  if (words.accept("timeout")) {
+    request.timeout = words.duration();
+  }
+  command(std::move(request), name);
+}
+
+void Scenario::nmt_action(Words& words) {
+  line::Command request{.kind = line::CommandKind::nmt};
+  const std::string name = words.take();
+  constexpr std::pair<std::string_view, nmt::Command> kCommands[] = {
+      {"start", nmt::Command::start},
+      {"stop", nmt::Command::stop},
+      {"pre-operational", nmt::Command::enter_pre_operational},
+      {"reset-node", nmt::Command::reset_node},
+      {"reset-communication", nmt::Command::reset_communication},
+  };
+  const auto it = std::ranges::find(kCommands, name, [](const auto& c) { return c.first; });
+  if (it == std::end(kCommands)) {
+    throw BadStatement("unknown NMT command '" + name + "'");
+  }
+  request.nmt = it->second;
+  request.node = words.node();
+  command(std::move(request), "nmt");
+}
+
+// write GROUP arming N [watchdog T] [reactions BITS] NODE.INDEX:SUB=HEX ...
+void Scenario::group_write(Words& words) {
+  const image::Layout& layout = seat().line->layout(Direction::outputs);
+  line::OutputWrite write;
+  write.group = static_cast<std::uint16_t>(words.number());
+  write.layout_id = layout.id;
+  words.expect("arming");
+  write.arming = words.number();
+  if (words.accept("watchdog")) {
+    write.watchdog = words.duration();
+  }
+  if (words.accept("reactions")) {
+    write.reactions = static_cast<std::uint8_t>(words.number());
+  }
+  while (!words.done()) {
+    const std::string name = words.take();
+    words.expect("=");
+    const std::vector<std::byte> data = words.hex();
+    line::OutputValue value{.entry = output_entry(name),
+                            .length = static_cast<std::uint8_t>(data.size())};
+    std::copy_n(data.begin(), std::min(data.size(), value.data.size()), value.data.begin());
+    write.values.push_back(value);
+  }
+  seat().line->write_outputs(write, world_.now());
+}
+
+// frame ID [HEX]: from a stranger on the bus.
+void Scenario::inject(Words& words) {
+  const auto id = static_cast<std::uint32_t>(words.number());
+  const std::vector<std::byte> data = words.done() ? std::vector<std::byte>{} : words.hex();
+  LineSeat& target = seat();
+  target.bus.submit(target.witness_end, can::make_frame(id, std::span<const std::byte>(data)),
+                    world_.now());
+}
+
+// losses N: so many of a thousand frames reach nobody, as many are destroyed and sent again.
+void Scenario::set_losses(Words& words) {
+  const std::uint64_t permille = words.number();
+  seat().bus.set_disturbance([this, permille](const can::Frame&, sim::Bus::Endpoint) {
+    const std::uint64_t dice = chance_() % 1000;
+    if (dice < permille) {
+      return sim::Fate::lost;
+    }
+    return dice < 2 * permille ? sim::Fate::disturbed : sim::Fate::delivered;
+  });
+}
+
+// NODE.INDEX:SUB -> entry of the output layout.
+std::uint32_t Scenario::output_entry(const std::string& text) {
+  const std::size_t dot = text.find('.');
+  const auto node = to_number(text.substr(0, dot));
+  const od::Address address = parse_address(text.substr(dot + 1));
+  const image::Layout& layout = seat().line->layout(Direction::outputs);
+  for (std::uint32_t i = 0; i < layout.entries.size(); ++i) {
+    const image::Entry& entry = layout.entries[i];
+    if (entry.node == node && od::Address{entry.index, entry.sub} == address) {
+      return i;
+    }
+  }
+  throw BadStatement("no output entry " + text);
+}
+
+}  // namespace linegate::plant

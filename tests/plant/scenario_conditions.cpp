@@ -1,0 +1,179 @@
+// What can be expected of a network: the conditions of `expect`.
+#include <algorithm>
+
+#include "stack/base/byte_order.h"
+#include "stack/od/dictionary.h"
+
+#include "tests/plant/scenario_run.h"
+
+namespace linegate::plant {
+
+using image::Direction;
+
+// Nothing while the entry is not valid.
+std::optional<std::uint64_t> Scenario::input_value(const std::string& text) {
+  const std::size_t dot = text.find('.');
+  const auto node = to_number(text.substr(0, dot));
+  const od::Address address = parse_address(text.substr(dot + 1));
+  const image::Layout& layout = seat().line->layout(Direction::inputs);
+  for (std::size_t i = 0; i < layout.entries.size(); ++i) {
+    const image::Entry& entry = layout.entries[i];
+    if (entry.node != node || od::Address{entry.index, entry.sub} != address) {
+      continue;
+    }
+    image::Snapshot snapshot;
+    seat().line->snapshot(Direction::inputs, snapshot, world_.now(), false);
+    if (!snapshot.is_valid(i)) {
+      return std::nullopt;
+    }
+    snapshot.bytes.resize(snapshot.bytes.size() + 8);
+    const std::uint64_t word =
+        load_le<std::uint64_t>(snapshot.bytes.data() + entry.bit_offset / 8) >>
+        (entry.bit_offset % 8);
+    return entry.bit_length >= 64 ? word : word & ((std::uint64_t{1} << entry.bit_length) - 1);
+  }
+  throw BadStatement("no input entry " + text);
+}
+
+void Scenario::expect(Words& words) {
+  ++expectations_;
+  const bool never = words.accept("no");
+  const std::function<bool()> holds = condition(words);
+  Instant until = world_.now();
+  if (words.accept("within")) {
+    until += words.duration();
+  }
+  bool held = holds();
+  while (!held && world_.failure().empty() && world_.step(until)) {
+    held = holds();
+  }
+  held = held || holds();
+  if (held == never && world_.failure().empty()) {
+    throw BadStatement(never ? "it happened" : "it did not happen");
+  }
+}
+
+std::function<bool()> Scenario::condition(Words& words) {
+  const std::string what = words.peek();
+  if (words.accept("node")) {
+    const std::uint8_t id = words.node();
+    const std::string state = words.take();
+    return [this, id, state] {
+      const line::NodeState node = seat().line->node_state(id);
+      return line::name(node.presence) == state || nmt::name(node.state) == state;
+    };
+  }
+  if (words.accept("manager")) {
+    return
+        [this, state = words.take()] { return line::name(seat().line->state().manager) == state; };
+  }
+  if (words.accept("own")) {
+    return
+        [this, state = words.take()] { return nmt::name(seat().line->state().own_state) == state; };
+  }
+  if (words.accept("input")) {
+    const std::string name = words.take();
+    if (words.accept("invalid")) {
+      return [this, name] { return !input_value(name).has_value(); };
+    }
+    if (words.accept("valid")) {
+      return [this, name] { return input_value(name).has_value(); };
+    }
+    words.expect("=");
+    return [this, name, value = words.number()] { return input_value(name) == value; };
+  }
+  if (words.accept("device")) {
+    const std::uint8_t id = words.node();
+    const od::Address address = words.address();
+    words.expect("=");
+    return [this, id, address, value = words.number()] {
+      DeviceSeat* device = seat().find(id);
+      return device != nullptr && device->device->dictionary().number(address) == value;
+    };
+  }
+  if (words.accept("frame")) {
+    const auto id = static_cast<std::uint32_t>(words.number());
+    const bool any = words.peek() == "within" || words.done();
+    const std::vector<std::byte> data = any ? std::vector<std::byte>{} : words.hex();
+    return [this, id, any, data, from = seat().frames.size()] {
+      return std::any_of(seat().frames.begin() + static_cast<long>(from), seat().frames.end(),
+                         [&](const can::Frame& f) {
+                           return f.id == id && (any || std::ranges::equal(f.bytes(), data));
+                         });
+    };
+  }
+  if (words.accept("reply")) {
+    return reply_condition(words);
+  }
+  return event_condition(words);
+}
+
+// expect reply NAME ok [HEX] | abort CODE | refused
+std::function<bool()> Scenario::reply_condition(Words& words) {
+  const std::string name = words.take();
+  const std::string how = words.take();
+  const auto find = [this, name]() -> const line::Reply* {
+    const auto it = seat().replies.find(tags_.at(name));
+    return it == seat().replies.end() ? nullptr : &it->second;
+  };
+  if (how == "ok") {
+    const bool any = words.peek() == "within" || words.done();
+    const std::vector<std::byte> data = any ? std::vector<std::byte>{} : words.hex();
+    return [find, any, data] {
+      const line::Reply* reply = find();
+      return reply != nullptr && reply->ok() && (any || reply->data == data);
+    };
+  }
+  if (how == "abort" || how == "refused") {
+    const Domain domain = how == "abort" ? Domain::sdo : Domain::command;
+    return [find, domain, code = words.number()] {
+      const line::Reply* reply = find();
+      return reply != nullptr && reply->error == Error{domain, static_cast<std::uint32_t>(code)};
+    };
+  }
+  if (how == "any") {
+    return [find] { return find() != nullptr; };
+  }
+  throw BadStatement("a reply is ok, abort CODE, refused CODE or any");
+}
+
+// expect EVENT-NAME [node=N] [code=N] [value=N]
+std::function<bool()> Scenario::event_condition(Words& words) {
+  const std::string kind = words.take();
+  std::optional<EventKind> wanted;
+  for (std::size_t i = 0; i < kEventKinds; ++i) {
+    if (name(static_cast<EventKind>(i)) == kind) {
+      wanted = static_cast<EventKind>(i);
+    }
+  }
+  if (!wanted) {
+    throw BadStatement("unknown event '" + kind + "'");
+  }
+  std::optional<std::uint64_t> node;
+  std::optional<std::uint64_t> code;
+  std::optional<std::uint64_t> value;
+  while (words.peek().find('=') != std::string::npos) {
+    const std::string pair = words.take();
+    const std::size_t equals = pair.find('=');
+    const std::uint64_t number = to_number(pair.substr(equals + 1));
+    const std::string key = pair.substr(0, equals);
+    if (key == "node") {
+      node = number;
+    } else if (key == "code") {
+      code = number;
+    } else if (key == "value") {
+      value = number;
+    } else {
+      throw BadStatement("an event has node, code and value, not '" + key + "'");
+    }
+  }
+  return [this, wanted, node, code, value] {
+    return std::any_of(seat().events.begin() + static_cast<long>(event_cursor_),
+                       seat().events.end(), [&](const Event& event) {
+                         return event.kind == *wanted && (!node || event.node == *node) &&
+                                (!code || event.code == *code) && (!value || event.value == *value);
+                       });
+  };
+}
+
+}  // namespace linegate::plant

@@ -1,0 +1,103 @@
+// Statements that describe the network, and how it is built.
+#include <algorithm>
+#include <utility>
+
+#include "stack/eds/reader.h"
+
+#include "tests/plant/scenario_run.h"
+
+namespace linegate::plant {
+
+using image::Direction;
+
+void Scenario::describe_line(Words& words) {
+  NetworkPlan plan;
+  plan.config.name = words.take();
+  plan.config.heartbeat = std::chrono::milliseconds(500);
+  while (!words.done()) {
+    const std::string key = words.take();
+    if (key == "bitrate") {
+      plan.bus.bit_rate = static_cast<std::uint32_t>(words.number());
+    } else if (key == "sync") {
+      plan.config.sync_period = words.duration();
+    } else if (key == "own") {
+      plan.config.node_id = words.node();
+    } else {
+      throw BadStatement("unknown property of a line '" + key + "'");
+    }
+  }
+  plan.config.bit_rate = plan.bus.bit_rate;
+  plans_.push_back(std::move(plan));
+}
+
+void Scenario::describe_device(Words& words) {
+  if (plans_.empty() || built_) {
+    throw BadStatement("a device comes after its line and before the first 'at'");
+  }
+  sim::DeviceOptions device{.node_id = words.node()};
+  device.profile = words.take();
+  device.seed = seed_ * 128 + device.node_id;
+  line::NodeConfig node{.id = device.node_id};
+  node.name = device.profile + std::to_string(device.node_id);
+  node.heartbeat = std::chrono::milliseconds(100);
+  bool listed = true;
+  bool present = true;
+  while (!words.done()) {
+    const std::string key = words.take();
+    if (key == "heartbeat") {
+      node.heartbeat = words.duration();
+    } else if (key == "consumer") {
+      node.heartbeat_consumer = words.duration();
+    } else if (key == "mandatory") {
+      node.mandatory = true;
+    } else if (key == "serial") {
+      node.serial = static_cast<std::uint32_t>(words.number());
+    } else if (key == "boot-timeout") {
+      node.boot_timeout = words.duration();
+    } else if (key == "unlisted") {
+      listed = false;
+    } else if (key == "absent") {
+      present = false;
+    } else {
+      throw BadStatement("unknown property of a device '" + key + "'");
+    }
+  }
+  NetworkPlan& plan = plans_.back();
+  if (listed) {
+    const auto file =
+        eds::load(sim::eds_text(device.profile), sim::eds_name(device.profile), node.id);
+    if (!file.ok()) {
+      throw BadStatement("no device profile '" + device.profile + "'");
+    }
+    node.device = *file.value;
+    plan.config.nodes.push_back(std::move(node));
+    std::ranges::sort(plan.config.nodes, {}, &line::NodeConfig::id);
+  }
+  if (present) {
+    plan.devices.push_back(std::move(device));
+  }
+}
+
+void Scenario::build() {
+  if (std::exchange(built_, true)) {
+    return;
+  }
+  for (NetworkPlan& plan : plans_) {
+    auto made = line::Line::make(std::move(plan.config));
+    if (!made.ok()) {
+      throw BadStatement(to_string(made.diagnostics.front()));
+    }
+    LineSeat& seat = world_.add_line(*std::move(made.value), plan.bus);
+    for (const sim::DeviceOptions& options : plan.devices) {
+      auto device = sim::Device::make(options);
+      if (!device.ok()) {
+        throw BadStatement(to_string(device.diagnostics.front()));
+      }
+      world_.add_device(seat, *std::move(device.value));
+    }
+    current_ = current_ == nullptr ? &seat : current_;
+  }
+  world_.start();
+}
+
+}  // namespace linegate::plant

@@ -1,0 +1,69 @@
+// A scenario while it runs. Private to the scenario_*.cpp files.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "tests/plant/words.h"
+#include "tests/plant/world.h"
+
+namespace linegate::plant {
+
+// A network as described so far; it is built when the first `at` comes.
+struct NetworkPlan {
+  line::LineConfig config;
+  sim::BusOptions bus;
+  std::vector<sim::DeviceOptions> devices;
+};
+
+class Scenario {
+ public:
+  explicit Scenario(unsigned long seed) : seed_(seed), chance_(seed) {}
+
+  void statement(Words words);
+  void finish();
+  World& world() { return world_; }
+  unsigned expectations() const { return expectations_; }
+
+ private:
+  void describe_line(Words& words);
+  void describe_device(Words& words);
+  void build();
+  void act(Words& words);
+  void expect(Words& words);
+  void node_action(Words& words);
+  void sdo_action(Words& words);
+  void nmt_action(Words& words);
+  void group_write(Words& words);
+  void inject(Words& words);
+  void set_losses(Words& words);
+  std::function<bool()> condition(Words& words);
+  std::function<bool()> event_condition(Words& words);
+  std::function<bool()> reply_condition(Words& words);
+  std::uint32_t output_entry(const std::string& text);
+  std::optional<std::uint64_t> input_value(const std::string& text);
+  void command(line::Command request, const std::string& name);
+  void check_always_all();
+  LineSeat& seat();
+
+  unsigned long seed_;
+  std::mt19937_64 chance_;
+  World world_;
+  std::vector<NetworkPlan> plans_;
+  bool built_ = false;
+  LineSeat* current_ = nullptr;
+  std::size_t event_cursor_ = 0;
+  std::map<std::string, std::uint64_t> tags_;
+  std::map<LineSeat*, std::uint64_t> commands_;
+  std::uint64_t next_tag_ = 1;
+  unsigned expectations_ = 0;
+};
+
+constexpr Instant kStart{std::chrono::seconds(1)};
+
+}  // namespace linegate::plant
