@@ -12,6 +12,7 @@ namespace linegate::node {
 enum class Fault : std::uint8_t {
   heartbeat,      // number: node-ID
   rpdo_length,    // number: PDO
+  rpdo_too_long,  // number: PDO; its frames are used all the same, so it ends with a reset only
   rpdo_deadline,  // number: PDO
   sync_length,    // number: 0
 };
@@ -46,7 +47,7 @@ class CommunicationFaults {
 
   std::bitset<kNumbers>& present(Fault fault) { return faults_[static_cast<std::size_t>(fault)]; }
 
-  std::array<std::bitset<kNumbers>, 4> faults_{};
+  std::array<std::bitset<kNumbers>, 5> faults_{};
   std::size_t count_ = 0;
 };
 

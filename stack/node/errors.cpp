@@ -75,8 +75,11 @@ void Node::Impl::before_tpdo(std::uint16_t number) {
 }
 
 void Node::Impl::rpdo_wrong_length(std::uint16_t number, unsigned mapped, unsigned received) {
-  const std::uint16_t code = received < mapped ? emcy::kPdoLength : emcy::kPdoTooLong;
-  begin(Fault::rpdo_length, number, code, bytes_of(number));
+  if (received < mapped) {
+    begin(Fault::rpdo_length, number, emcy::kPdoLength, bytes_of(number));
+  } else {
+    begin(Fault::rpdo_too_long, number, emcy::kPdoTooLong, bytes_of(number));
+  }
   if (application != nullptr) {
     application->rpdo_wrong_length(number, mapped, received);
   }

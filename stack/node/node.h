@@ -24,7 +24,9 @@ class Producer;
 namespace linegate::node {
 
 // Gets the frames of services the node does not serve itself (sdo_client, error_control, emcy,
-// sdo_server of other nodes), registered with dispatch() by whoever serves them, and hears of SYNC.
+// sdo_server of other nodes, time, lss), registered with dispatch() by whoever serves them, and
+// hears of SYNC. The node's own targets have an index of 100h and more for error_control and emcy
+// (its consumers by 1016h and 1028h), and below 80h for sdo_server: other indices are free.
 class Companion {
  public:
   virtual ~Companion() = default;
@@ -64,7 +66,9 @@ class Node {
   void set_companion(Companion* companion);
   void set_application(Application* application);
 
-  // Initialising, boot-up message, Pre-operational (and Operational if self-starting).
+  // Power-on: Initialising, boot-up message, Pre-operational (and Operational if self-starting).
+  // The first time with the values that are there; again as after power-off: all values restored as
+  // by reset node, frames not yet sent are gone.
   void start(Instant now);
   // An NMT command for this node itself, as if received (the master obeys its own commands so).
   void command(nmt::Command command, Instant now);

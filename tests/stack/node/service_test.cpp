@@ -1,0 +1,270 @@
+// The services of a whole node: objects that take effect at once, PDOs, EMCY, order, wake-ups.
+#include "tests/stack/node/node_fixture.h"
+
+namespace linegate::node {
+namespace {
+
+using Frames = std::vector<Sent>;
+
+TEST_F(NodeTest, AHeartbeatStartsWithTheWrite) {
+  boot();
+  EXPECT_EQ(sdo_write({0x1017, 0}, 2, 100, 7ms), 0U);
+  EXPECT_EQ(drain(at(7ms)), (Frames{{at(7ms), 0x705, {0x7F}}}));
+  EXPECT_EQ(node->next_wake(), at(107ms));
+  EXPECT_EQ(advance(107ms), (Frames{{at(107ms), 0x705, {0x7F}}}));
+  nmt(0x02, kNodeId, 150ms);
+  EXPECT_EQ(advance(207ms), (Frames{{at(207ms), 0x705, {0x04}}}));
+}
+
+TEST_F(NodeTest, ASyncCommitsRpdosAndSamplesTpdos) {
+  boot_and_start();
+  hear(1ms, 0x305, {0xCD, 0xAB});
+  EXPECT_EQ(number(0x2000, 2), 0x2222U);
+  ASSERT_TRUE(node->dictionary().set({0x2001, 1}, 0x1234));
+  hear(2ms, 0x080, {});
+  EXPECT_EQ(number(0x2000, 2), 0xABCDU);
+  EXPECT_EQ(drain(at(2ms)), (Frames{{at(2ms), 0x185, {0x34, 0x12}}}));
+}
+
+TEST_F(NodeTest, AProducerActsUponItsOwnSync) {
+  boot_and_start();
+  EXPECT_EQ(sdo_write({0x1006, 0}, 4, 10'000), 0U);
+  EXPECT_EQ(sdo_write({0x1005, 0}, 4, 0x4000'0080), 0U);
+  hear(1ms, 0x305, {0xCD, 0xAB});
+  const Frames expected{{at(10ms), 0x080, {}}, {at(10ms), 0x185, {0x11, 0x11}}};
+  EXPECT_EQ(advance(10ms), expected);
+  EXPECT_EQ(number(0x2000, 2), 0xABCDU);
+  EXPECT_EQ(node->counters().syncs, 1U);
+  nmt(0x02);
+  EXPECT_TRUE(advance(20ms).empty());
+}
+
+TEST_F(NodeTest, TheObjectsRefuseWhatTheyMust) {
+  boot();
+  EXPECT_EQ(sdo_write({0x1019, 0}, 1, 1), 0x0609'0030U);
+  EXPECT_EQ(sdo_write({0x1006, 0}, 4, 1000), 0U);
+  EXPECT_EQ(sdo_write({0x1019, 0}, 1, 10), 0x0800'0022U);
+  EXPECT_EQ(sdo_write({0x1014, 0}, 4, 0x86), 0x0609'0030U);
+  EXPECT_EQ(sdo_write({0x1003, 0}, 1, 5), 0x0609'0030U);
+  EXPECT_EQ(sdo_write({0x1016, 1}, 4, 0x0007'0064), 0U);
+  EXPECT_EQ(sdo_write({0x1016, 2}, 4, 0x0007'0064), 0x0604'0043U);
+}
+
+TEST_F(NodeTest, ALostHeartbeatIsAnEmcyAndEndsOperational) {
+  boot_and_start();
+  sdo_write({0x1016, 1}, 4, 0x0007'0064);
+  hear(10ms, 0x707, {0x05});
+  testing::take_events(events);
+  const Frames lost{{at(110ms), 0x085, {0x30, 0x81, 0x11, 7, 0, 0, 0, 0}}};
+  EXPECT_EQ(node->next_wake(), at(110ms));
+  EXPECT_EQ(advance(110ms), lost);
+  EXPECT_EQ(node->state(), nmt::State::pre_operational);
+  EXPECT_EQ(kinds(), (std::vector<EventKind>{EventKind::heartbeat_lost, EventKind::emcy_sent,
+                                             EventKind::own_state}));
+  hear(120ms, 0x707, {0x05});
+  const Frames back{{at(120ms), 0x085, {0, 0, 0, 0, 0, 0, 0, 0}}};
+  EXPECT_EQ(drain(at(120ms)), back);
+  EXPECT_EQ(node->state(), nmt::State::pre_operational);
+}
+
+TEST_F(NodeTest, ErrorBehaviourSaysWhatALostHeartbeatDoes) {
+  const std::pair<std::uint32_t, nmt::State> table[] = {
+      {0, nmt::State::pre_operational}, {1, nmt::State::operational}, {2, nmt::State::stopped}};
+  boot();
+  Duration time = 0ms;
+  for (const auto& [behaviour, state] : table) {
+    nmt(0x82, kNodeId, time);
+    nmt(0x01, kNodeId, time);
+    sdo_write({0x1029, 1}, 1, behaviour, time);
+    sdo_write({0x1016, 1}, 4, 0x0007'0064, time);
+    hear(time, 0x707, {0x05});
+    advance(time + 100ms);
+    EXPECT_EQ(node->state(), state) << behaviour;
+    time += 1s;
+  }
+}
+
+TEST_F(NodeTest, EmcysOfListedNodesBecomeEvents) {
+  boot();
+  sdo_write({0x1028, 7}, 4, 0x87);
+  hear(1ms, 0x087, {0x00, 0x10, 0x01, 0, 0, 0, 0, 0});
+  hear(1ms, 0x088, {0x00, 0x10, 0x01, 0, 0, 0, 0, 0});
+  EXPECT_EQ(kinds(), (std::vector<EventKind>{EventKind::emcy}));
+  EXPECT_EQ(node->counters().unused, 1U);
+}
+
+TEST_F(NodeTest, AShortRpdoIsAnEmcyUntilARightOneComes) {
+  boot_and_start();
+  hear(1ms, 0x205, {0x01});
+  const Frames error{{at(1ms), 0x085, {0x10, 0x82, 0x11, 1, 0, 0, 0, 0}}};
+  EXPECT_EQ(drain(at(1ms)), error);
+  EXPECT_EQ(number(0x2000, 1), 0x1111U);
+  EXPECT_EQ(number(0x1001, 0), 0x11U);
+  EXPECT_EQ(number(0x1003, 1), 0x0001'8210U);
+  hear(2ms, 0x205, {0x01});
+  EXPECT_TRUE(drain(at(2ms)).empty());
+  hear(3ms, 0x205, {0x01, 0x00});
+  const Frames reset{{at(3ms), 0x085, {0, 0, 0, 0, 0, 0, 0, 0}}};
+  EXPECT_EQ(drain(at(3ms)), reset);
+  EXPECT_EQ(number(0x1001, 0), 0U);
+}
+
+TEST_F(NodeTest, ALongRpdoIsUsedAndAnEmcy) {
+  boot_and_start();
+  hear(1ms, 0x205, {0x01, 0x00, 0xFF});
+  const Frames error{{at(1ms), 0x085, {0x20, 0x82, 0x11, 1, 0, 0, 0, 0}}};
+  EXPECT_EQ(drain(at(1ms)), error);
+  EXPECT_EQ(number(0x2000, 1), 1U);
+  hear(2ms, 0x205, {0x02, 0x00, 0xFF});
+  EXPECT_TRUE(drain(at(2ms)).empty());
+}
+
+TEST_F(NodeTest, AnRpdoDeadlineIsAnEmcy) {
+  boot_and_start();
+  EXPECT_EQ(sdo_write({0x1400, 5}, 2, 50), 0U);
+  hear(10ms, 0x205, {0x01, 0x00});
+  const Frames error{{at(60ms), 0x085, {0x50, 0x82, 0x11, 1, 0, 0, 0, 0}}};
+  EXPECT_EQ(advance(60ms), error);
+  hear(70ms, 0x205, {0x01, 0x00});
+  const Frames reset{{at(70ms), 0x085, {0, 0, 0, 0, 0, 0, 0, 0}}};
+  EXPECT_EQ(drain(at(70ms)), reset);
+}
+
+TEST_F(NodeTest, ErrorsOfTheApplicationStayInTheRegister) {
+  boot_and_start();
+  node->emcy().send(0x2310, 0x03, {}, at(0ms));
+  hear(1ms, 0x205, {0x01});
+  EXPECT_EQ(number(0x1001, 0), 0x13U);
+  hear(2ms, 0x205, {0x01, 0x00});
+  EXPECT_EQ(number(0x1001, 0), 0x03U);
+}
+
+TEST_F(NodeTest, FramesLeaveInTheOrderOfTheBus) {
+  boot_and_start();
+  sdo_write({0x1017, 0}, 2, 10, 0ms);
+  drain(at(0ms));
+  hear(1ms, 0x080, {});
+  hear(1ms, 0x605, {0x40, 0x00, 0x20, 0x01, 0, 0, 0, 0});
+  node->emcy().send(0x1000, 0x01, {}, at(1ms));
+  node->advance(at(10ms));
+  EXPECT_TRUE(node->wants_to_send(at(10ms)));
+  std::vector<std::uint32_t> ids;
+  for (const Sent& sent : drain(at(10ms))) {
+    ids.push_back(sent.id);
+  }
+  EXPECT_EQ(ids, (std::vector<std::uint32_t>{0x085, 0x185, 0x585, 0x705}));
+  EXPECT_FALSE(node->wants_to_send(at(10ms)));
+}
+
+struct Witness : Companion {
+  void receive(const can::Target& target, const can::Frame& frame) override {
+    got.push_back({target.service, frame.id});
+  }
+  void synced(Instant /*now*/) override { ++syncs; }
+
+  std::vector<std::pair<can::Service, std::uint32_t>> got;
+  int syncs = 0;
+};
+
+TEST_F(NodeTest, TheCompanionGetsWhatTheNodeDoesNotServe) {
+  Witness companion;
+  node->set_companion(&companion);
+  using enum can::Service;
+  node->dispatch().add(0x587, false, sdo_client, 0);
+  node->dispatch().add(0x607, false, sdo_server, 0x107);
+  node->dispatch().add(0x707, false, error_control, 7);
+  node->dispatch().add(0x087, false, can::Service::emcy, 7);
+  boot();
+  sdo_write({0x1016, 1}, 4, 0x0007'0064);
+  testing::take_events(events);
+  for (const std::uint32_t id : {0x587U, 0x607U, 0x707U, 0x087U}) {
+    hear(1ms, id, {0x05});
+  }
+  hear(2ms, 0x080, {});
+  const std::vector<std::pair<can::Service, std::uint32_t>> expected{{sdo_client, 0x587},
+                                                                     {sdo_server, 0x607},
+                                                                     {error_control, 0x707},
+                                                                     {can::Service::emcy, 0x087}};
+  EXPECT_EQ(companion.got, expected);
+  EXPECT_EQ(companion.syncs, 1);
+  EXPECT_EQ(kinds(), (std::vector<EventKind>{EventKind::node_state}));
+}
+
+TEST_F(NodeTest, FurtherSdoServersAnswerOnTheirOwnIdentifiers) {
+  using enum od::DataType;
+  od::Dictionary dictionary = example_dictionary();
+  ASSERT_TRUE(dictionary
+                  .add(testing::record(0x1201, {testing::sub(0, unsigned8, 2, od::Access::constant),
+                                                testing::sub(1, unsigned32, 0x8000'0000),
+                                                testing::sub(2, unsigned32, 0x8000'0000)}))
+                  .ok());
+  node =
+      std::make_unique<Node>(std::move(dictionary), Options{kNodeId, false, true}, events, nullptr);
+  boot();
+  EXPECT_EQ(sdo_write({0x1201, 1}, 4, 0x640), 0x0609'0030U);
+  EXPECT_EQ(sdo_write({0x1201, 1}, 4, 0x6C0), 0U);
+  hear(1ms, 0x6C0, {0x40, 0x00, 0x20, 0x01, 0, 0, 0, 0});
+  EXPECT_TRUE(drain(at(1ms)).empty());
+  EXPECT_EQ(sdo_write({0x1201, 2}, 4, 0x6C1), 0U);
+  hear(2ms, 0x6C0, {0x40, 0x00, 0x20, 0x01, 0, 0, 0, 0});
+  const Frames answer{{at(2ms), 0x6C1, {0x4B, 0x00, 0x20, 0x01, 0x11, 0x11, 0, 0}}};
+  EXPECT_EQ(drain(at(2ms)), answer);
+}
+
+TEST_F(NodeTest, RemoteFramesAreForTpdosOnly) {
+  boot_and_start();
+  can::Frame remote = frame_at(at(1ms), 0x285, {});
+  remote.flags = can::Frame::kRemote;
+  node->receive({&remote, 1});
+  EXPECT_EQ(drain(at(1ms)), (Frames{{at(1ms), 0x285, {0x22, 0x22}}}));
+  for (const std::uint32_t id : {0x000U, 0x080U, 0x185U, 0x205U, 0x605U}) {
+    remote.id = id;
+    node->receive({&remote, 1});
+  }
+  EXPECT_EQ(node->counters().unused, 5U);
+  EXPECT_TRUE(drain(at(1ms)).empty());
+  EXPECT_EQ(node->state(), nmt::State::operational);
+  EXPECT_EQ(node->counters().malformed, 0U);
+}
+
+// Two SYNC producers, heartbeats of several periods, an inhibited EMCY and a lost heartbeat.
+TEST_F(NodeTest, WakingWhenToldIsAsGoodAsWakingAllTheTime) {
+  const auto run = [this](bool polling) {
+    events = EventLog();
+    node =
+        std::make_unique<Node>(example_dictionary(), Options{kNodeId, true, true}, events, nullptr);
+    Frames sent;
+    const auto collect = [&](Instant now) {
+      for (Sent& frame : drain(now)) {
+        sent.push_back(std::move(frame));
+      }
+    };
+    node->start(at(0ms));
+    sdo_write({0x1029, 1}, 1, 1);
+    sdo_write({0x1006, 0}, 4, 1300);
+    sdo_write({0x1005, 0}, 4, 0x4000'0080);
+    sdo_write({0x1017, 0}, 2, 7);
+    sdo_write({0x1015, 0}, 2, 50);
+    sdo_write({0x1016, 1}, 4, 0x0007'0011);
+    sdo_write({0x1801, 5}, 2, 3);
+    hear(0ms, 0x707, {0x05});
+    for (int i = 0; i < 3; ++i) {
+      node->emcy().send(0x1000, 0x01, {}, at(0ms));
+    }
+    collect(at(0ms));
+    const Instant end = at(100ms);
+    for (Instant now = at(0ms); now <= end;
+         now = polling ? now + 100us : std::max(now + 1ns, node->next_wake())) {
+      node->advance(now);
+      collect(now);
+    }
+    return sent;
+  };
+  const Frames polled = run(true);
+  const Frames woken = run(false);
+  EXPECT_GT(polled.size(), 150U);
+  EXPECT_EQ(polled, woken);
+}
+
+}  // namespace
+}  // namespace linegate::node
