@@ -43,8 +43,9 @@ class Area {
   std::size_t size() const { return bytes_.size() - kSlackBytes; }
 
   // Bits of `mask` in the 64-bit little-endian word at byte `offset` become those of `word`; what
-  // changes is marked. Precondition: no bit of the mask lies beyond the area.
-  void merge(std::uint32_t offset, std::uint64_t word, std::uint64_t mask) {
+  // changes is marked. True if anything changed. Precondition: no bit of the mask lies beyond the
+  // area.
+  bool merge(std::uint32_t offset, std::uint64_t word, std::uint64_t mask) {
     std::byte* const place = bytes_.data() + offset;
     const std::uint64_t old = load_le<std::uint64_t>(place);
     const std::uint64_t difference = (old ^ word) & mask;
@@ -52,6 +53,7 @@ class Area {
       store_le(place, old ^ difference);
       mark(offset, difference);
     }
+    return difference != 0;
   }
 
   // Marks bits of the word at byte `offset` as changed.

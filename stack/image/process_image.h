@@ -12,6 +12,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "stack/base/time.h"
@@ -95,6 +96,14 @@ class ProcessImage {
   // add_window) or is the byte that stands for one bit (see network_variables.h).
   std::optional<Place> locate(const std::byte* data) const;
 
+  // --- for network_variables.h ------------------------------------------------------------------
+
+  // One byte for each of the first `count` bits of an area. Allocates when called first.
+  std::span<std::byte> boolean_bytes(Direction direction, std::size_t count);
+  // Keeps the hook as long as the image lives.
+  void keep(std::unique_ptr<od::Hook> hook) { variables_ = std::move(hook); }
+  od::Hook* kept() const { return variables_.get(); }
+
  private:
   // Part of an entry: a mask on the word at a byte. Entries of more than 64 bits have several.
   struct Piece {
@@ -124,6 +133,7 @@ class ProcessImage {
   }
   static Side make_side(Layout layout);
   static void index_pieces(Side& side);
+  static void take_back_marks(Side& side, const Snapshot& into);
   static void copy_blocks(Side& side, Snapshot& into);
   static void fold_changes(Side& side, Snapshot& into);
   static void collect_marks(Side& side, Snapshot& into);

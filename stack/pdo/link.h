@@ -65,11 +65,16 @@ struct LinkPlan {
 // alignments, so that a PDO whose values are aligned in the frame is one copy. Values of n whole
 // bytes (n <= 8) lie at a multiple of n, also for n = 3, 5, 6, 7: then a network variable of their
 // size shows them. Other bit lengths are packed, beginning at a new byte after a whole-byte value
-// and in every PDO.
+// and in every PDO. Dummy entries are fillers of the frame and have no entry.
 //
-// Left out, with a note: RPDOs whose COB-ID is a TPDO of another node (they are linked to each
-// other). Warnings: RPDOs that share their COB-ID with one already linked; they get the same frame.
-// Errors: two TPDOs with one COB-ID; an area larger than kMaxAreaBytes.
+// Transmission type: that of the device's PDO if it is synchronous or event-driven; RPDOs of
+// devices that answer to remote frames (252, 253) are event-driven. A TPDO whose receiver monitors
+// it (RPDO event timer) gets half that time as its event timer.
+//
+// Left out, with a note: RPDOs whose COB-ID is a TPDO of a node (they are linked to each other),
+// and with a warning: RPDOs with the COB-ID of one already linked; they get the same frame. Errors:
+// two TPDOs with one COB-ID; an area larger than kMaxAreaBytes. Diagnostics have no file but the
+// device's.
 Loaded<LinkPlan> plan_links(std::span<const RemoteNode> nodes);
 
 // Adds the manager's PDO records (1400h.., 1600h.., 1800h.., 1A00h..) and the network variables to

@@ -17,6 +17,8 @@ inline constexpr std::uint8_t kMaxMapped = 64;  // entries of one mapping record
 // Transmission types.
 inline constexpr std::uint8_t kSyncAcyclic = 0;
 inline constexpr std::uint8_t kLastCyclic = 240;
+inline constexpr std::uint8_t kRtrOnSync = 252;  // TPDO: sampled at SYNC, sent on request
+inline constexpr std::uint8_t kRtrEvent = 253;   // TPDO: sampled and sent on request
 inline constexpr std::uint8_t kEventManufacturer = 254;
 inline constexpr std::uint8_t kEventProfile = 255;
 
@@ -52,11 +54,14 @@ struct Parameters {
 };
 
 // The PDOs of a device as its file describes them: every record whose COB-ID is valid and that maps
-// something. Diagnostics name the device file and the line of the object.
+// something. Diagnostics name the device file and the line of the object. Errors: objects that do
+// not exist or have another length, more bits than max_bits, more entries than there are, reserved
+// COB-IDs. Warnings: objects that may not be mapped (so), since the device may well send them;
+// PDOs without mapping record and multiplexed ones, which are left out.
 struct DevicePdos {
   std::vector<Parameters> tpdos;  // ascending by number
   std::vector<Parameters> rpdos;
 };
-Loaded<DevicePdos> describe_pdos(const od::DeviceDescription& device);
+Loaded<DevicePdos> describe_pdos(const od::DeviceDescription& device, std::size_t max_bits = 64);
 
 }  // namespace linegate::pdo

@@ -1,0 +1,240 @@
+// Building an image, reading and writing its entries, and their validity.
+#include "stack/image/process_image.h"
+
+#include <algorithm>
+#include <functional>
+
+namespace linegate::image {
+namespace {
+
+constexpr std::uint64_t low_bits(std::uint32_t bits) {
+  return bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
+}
+
+constexpr std::size_t words(std::size_t bits) {
+  return (bits + 63) / 64;
+}
+
+void set_bit(std::vector<std::uint64_t>& bitmap, std::size_t bit, bool value) {
+  const std::uint64_t mask = std::uint64_t{1} << (bit % 64);
+  bitmap[bit / 64] = value ? bitmap[bit / 64] | mask : bitmap[bit / 64] & ~mask;
+}
+
+bool get_bit(const std::vector<std::uint64_t>& bitmap, std::size_t bit) {
+  return (bitmap[bit / 64] >> (bit % 64) & 1U) != 0;
+}
+
+// Calls part(byte offset, shift, bits, bits done before) for consecutive parts of a range of bits,
+// each in one 64-bit word at a byte, each but the last of whole bytes.
+template <class Part>
+void for_each_word(std::uint32_t bit_offset, std::uint32_t bits, Part part) {
+  for (std::uint32_t done = 0; done < bits;) {
+    const std::uint32_t shift = (bit_offset + done) % 8;
+    const std::uint32_t count = std::min(bits - done, shift == 0 ? 64U : 56U);
+    part((bit_offset + done) / 8, shift, count, done);
+    done += count;
+  }
+}
+
+}  // namespace
+
+ProcessImage::ProcessImage()
+    : ProcessImage(Layout{}, Layout{.direction = Direction::outputs, .id = 0, .entries = {}}) {
+}
+
+ProcessImage::ProcessImage(Layout inputs, Layout outputs)
+    : sides_{make_side(std::move(inputs)), make_side(std::move(outputs))} {
+}
+
+ProcessImage::~ProcessImage() = default;
+
+ProcessImage::Side ProcessImage::make_side(Layout layout) {
+  Side side;
+  std::vector<Pdo>& pdos = side.pdos;
+  for (std::uint32_t i = 0; i < layout.entries.size(); ++i) {
+    const Entry& entry = layout.entries[i];
+    pdos.resize(std::max<std::size_t>(pdos.size(), entry.local_pdo));
+    Pdo& pdo = pdos[entry.local_pdo - 1U];
+    if (pdo.entries.count++ == 0) {
+      pdo.entries.first = i;
+      pdo.remote = entry.remote_pdo;
+      pdo.node = entry.node;
+    }
+  }
+  side.area = Area(layout.byte_size, pdos.size());
+  side.valid.resize(words(layout.entries.size()));
+  side.layout = std::move(layout);
+  index_pieces(side);
+  return side;
+}
+
+// Sorts the pieces of all entries by the blocks they lie in.
+void ProcessImage::index_pieces(Side& side) {
+  std::vector<std::vector<Piece>> blocks(side.area.generations_.size());
+  for (std::uint32_t i = 0; i < side.layout.entries.size(); ++i) {
+    const Entry& entry = side.layout.entries[i];
+    for_each_word(entry.bit_offset, entry.bit_length,
+                  [&](std::uint32_t byte, std::uint32_t shift, std::uint32_t bits, std::uint32_t) {
+                    const Piece piece{low_bits(bits) << shift, byte, i};
+                    const std::size_t first = byte / kBlockBytes;
+                    const std::size_t last = (byte + (shift + bits - 1) / 8) / kBlockBytes;
+                    blocks[first].push_back(piece);
+                    if (last != first) {
+                      blocks[last].push_back(piece);
+                    }
+                  });
+  }
+  for (const std::vector<Piece>& pieces : blocks) {
+    side.block_first.push_back(static_cast<std::uint32_t>(side.pieces.size()));
+    side.pieces.insert(side.pieces.end(), pieces.begin(), pieces.end());
+  }
+  side.block_first.push_back(static_cast<std::uint32_t>(side.pieces.size()));
+}
+
+std::span<const std::byte> ProcessImage::bytes(Direction direction) const {
+  return {area(direction).data(), area(direction).size()};
+}
+
+bool ProcessImage::write_entry(Direction direction, std::uint32_t entry,
+                               std::span<const std::byte> value) {
+  Side& s = side(direction);
+  const Entry& at = s.layout.entries[entry];
+  bool changed = false;
+  for_each_word(
+      at.bit_offset, at.bit_length,
+      [&](std::uint32_t byte, std::uint32_t shift, std::uint32_t bits, std::uint32_t done) {
+        const auto source = value.subspan(done / 8, (bits + 7) / 8);
+        changed |= s.area.merge(byte, load_le(source) << shift, low_bits(bits) << shift);
+      });
+  set_entry_valid(direction, entry, true);
+  return changed;
+}
+
+bool ProcessImage::write_entry(Direction direction, std::uint32_t entry, std::uint64_t value) {
+  std::array<std::byte, 64> raw{};
+  store_le(std::span(raw).first<8>(), value);
+  return write_entry(direction, entry, std::span<const std::byte>(raw));
+}
+
+bool ProcessImage::write_bytes(Direction direction, std::uint32_t offset,
+                               std::span<const std::byte> value) {
+  Side& s = side(direction);
+  bool changed = false;
+  for (std::size_t done = 0; done < value.size(); done += 8) {
+    const auto part = value.subspan(done, std::min<std::size_t>(8, value.size() - done));
+    changed |= s.area.merge(static_cast<std::uint32_t>(offset + done), load_le(part),
+                            low_bits(static_cast<std::uint32_t>(8 * part.size())));
+  }
+  const std::uint64_t begin = std::uint64_t{offset} * 8;
+  const std::uint64_t end = begin + value.size() * 8;
+  const std::size_t first_block = offset / kBlockBytes;
+  const std::size_t last_block = (offset + value.size()) / kBlockBytes;
+  for (std::uint32_t i = s.block_first[first_block]; i < s.block_first[last_block + 1]; ++i) {
+    const Entry& entry = s.layout.entries[s.pieces[i].entry];
+    if (entry.bit_offset >= begin && entry.bit_offset + entry.bit_length <= end) {
+      set_entry_valid(direction, s.pieces[i].entry, true);
+    }
+  }
+  return changed;
+}
+
+std::uint64_t ProcessImage::read_entry(Direction direction, std::uint32_t entry) const {
+  const Side& s = side(direction);
+  const Entry& at = s.layout.entries[entry];
+  std::uint64_t value = 0;
+  for_each_word(
+      at.bit_offset, std::min<std::uint32_t>(at.bit_length, 64),
+      [&](std::uint32_t byte, std::uint32_t shift, std::uint32_t bits, std::uint32_t done) {
+        const auto word = load_le<std::uint64_t>(s.area.data() + byte);
+        value |= (word >> shift & low_bits(bits)) << done;
+      });
+  return value;
+}
+
+void ProcessImage::mark_written(Direction direction, std::uint32_t bit_offset, std::uint32_t bits) {
+  for_each_word(bit_offset, bits,
+                [&](std::uint32_t byte, std::uint32_t shift, std::uint32_t count, std::uint32_t) {
+                  area(direction).mark(byte, low_bits(count) << shift);
+                });
+}
+
+void ProcessImage::set_node_valid(std::uint8_t node, bool valid) {
+  const std::vector<Pdo>& pdos = side(Direction::inputs).pdos;
+  for (std::size_t i = 0; i < pdos.size(); ++i) {
+    if (pdos[i].entries.count != 0 && pdos[i].node == node) {
+      set_pdo_valid(Direction::inputs, static_cast<std::uint16_t>(i + 1), valid);
+    }
+  }
+}
+
+void ProcessImage::set_pdo_valid(Direction direction, std::uint16_t local_pdo, bool valid) {
+  Side& s = side(direction);
+  if (local_pdo == 0 || local_pdo > s.area.pdos()) {
+    return;
+  }
+  std::uint32_t& attention = s.area.pdo(local_pdo - 1U).attention;
+  attention = valid ? attention & ~PdoState::kNotValid : attention | PdoState::kNotValid;
+  const EntryRange range = entries_of(direction, local_pdo);
+  for (std::uint32_t entry = range.first; entry < range.first + range.count; ++entry) {
+    set_entry_valid(direction, entry, valid);
+  }
+}
+
+void ProcessImage::set_entry_valid(Direction direction, std::uint32_t entry, bool valid) {
+  Side& s = side(direction);
+  if (get_bit(s.valid, entry) != valid) {
+    set_bit(s.valid, entry, valid);
+    s.area.changed_in_ = s.area.generation_;
+  }
+}
+
+bool ProcessImage::is_valid(Direction direction, std::uint32_t entry) const {
+  return get_bit(side(direction).valid, entry);
+}
+
+bool ProcessImage::pdo_valid(Direction direction, std::uint16_t local_pdo) const {
+  const EntryRange range = entries_of(direction, local_pdo);
+  for (std::uint32_t entry = range.first; entry < range.first + range.count; ++entry) {
+    if (!is_valid(direction, entry)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+ProcessImage::EntryRange ProcessImage::entries_of(Direction direction,
+                                                  std::uint16_t local_pdo) const {
+  const std::vector<Pdo>& pdos = side(direction).pdos;
+  return local_pdo == 0 || local_pdo > pdos.size() ? EntryRange{} : pdos[local_pdo - 1U].entries;
+}
+
+std::uint8_t ProcessImage::node_of(Direction direction, std::uint16_t local_pdo) const {
+  const std::vector<Pdo>& pdos = side(direction).pdos;
+  return local_pdo == 0 || local_pdo > pdos.size() ? std::uint8_t{0} : pdos[local_pdo - 1U].node;
+}
+
+std::optional<Place> ProcessImage::locate(const std::byte* data) const {
+  const auto inside = [data](const std::byte* begin, std::size_t size) {
+    return size != 0 && !std::less<>()(data, begin) && std::less<>()(data, begin + size);
+  };
+  for (const Direction direction : {Direction::inputs, Direction::outputs}) {
+    const Side& s = side(direction);
+    if (inside(s.area.data(), s.area.size())) {
+      return Place{direction, static_cast<std::uint32_t>(data - s.area.data()) * 8};
+    }
+    if (inside(s.booleans.data(), s.booleans.size())) {
+      return Place{direction, static_cast<std::uint32_t>(data - s.booleans.data())};
+    }
+  }
+  return std::nullopt;
+}
+
+std::span<std::byte> ProcessImage::boolean_bytes(Direction direction, std::size_t count) {
+  Side& s = side(direction);
+  if (s.booleans.empty()) {
+    s.booleans.resize(count);
+  }
+  return s.booleans;
+}
+
+}  // namespace linegate::image

@@ -1,0 +1,244 @@
+// From PDO records and links to copy plans.
+#include "stack/pdo/engine_impl.h"
+
+namespace linegate::pdo {
+namespace {
+
+std::string hex(std::uint32_t value) {
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  std::string text(4, '0');
+  for (std::size_t i = 4; i-- > 0; value >>= 4U) {
+    text[i] = kDigits[value & 0xFU];
+  }
+  return text + "h";
+}
+
+std::string describe_refusal(const Mapping& mapping, AbortCode why) {
+  return hex(mapping.address.index) + ":" + std::to_string(mapping.address.sub) + " with " +
+         std::to_string(mapping.bits) + " bits: " + std::string(describe(why));
+}
+
+image::Direction direction_of(PdoKind kind) {
+  return kind == PdoKind::rpdo ? image::Direction::inputs : image::Direction::outputs;
+}
+
+}  // namespace
+
+AbortCode Engine::Impl::check_write(od::Address address, std::span<const std::byte> value) {
+  return check_record_write(dictionary, address, value, 8 * max_bytes);
+}
+
+void Engine::Impl::written(od::Address address) {
+  const std::optional<RecordIndex> record = record_index(address.index);
+  const std::size_t count = record && record->kind == PdoKind::rpdo ? rpdos.size() : tpdos.size();
+  if (!record || record->number > count) {
+    return;
+  }
+  compile(record->kind, record->number);
+  lay_out();
+  if (operational) {
+    begin(record->kind, static_cast<std::uint16_t>(record->number - 1U));
+  }
+}
+
+std::vector<Diagnostic> Engine::Impl::configure() {
+  stop_all();
+  hook_records(this);
+  const std::size_t rpdo_count = highest_number(PdoKind::rpdo);
+  const std::size_t tpdo_count = highest_number(PdoKind::tpdo);
+  rpdos.assign(rpdo_count, {});
+  details.assign(rpdo_count, {});
+  shadows.assign(rpdo_count, {});
+  tpdos.assign(tpdo_count, {});
+  inputs->grow_pdos(rpdo_count);
+  outputs->grow_pdos(tpdo_count);
+  long_shadows.clear();
+  deferred.reset(rpdo_count);
+  affected.reset(tpdo_count);
+  timers.reset(rpdo_count + tpdo_count);
+  std::vector<Diagnostic> diagnostics;
+  for (const PdoKind kind : {PdoKind::rpdo, PdoKind::tpdo}) {
+    const std::size_t count = kind == PdoKind::rpdo ? rpdo_count : tpdo_count;
+    for (std::size_t number = 1; number <= count; ++number) {
+      const std::string problem = compile(kind, static_cast<std::uint16_t>(number));
+      if (!problem.empty()) {
+        diagnostics.push_back(
+            {Severity::error,
+             {},
+             0,
+             0,
+             std::string(name(kind)) + " " + std::to_string(number) + " is not used: " + problem});
+      }
+    }
+  }
+  lay_out();
+  if (std::exchange(operational, false)) {
+    set_operational(true, latest);
+  }
+  return diagnostics;
+}
+
+const LinkedPdo* Engine::Impl::linked(PdoKind kind, std::uint16_t number) const {
+  const std::vector<LinkedPdo>& pdos = kind == PdoKind::rpdo ? linked_rpdos : linked_tpdos;
+  const auto it = std::ranges::lower_bound(
+      pdos, number, {}, [](const LinkedPdo& pdo) { return pdo.parameters.number; });
+  return it != pdos.end() && it->parameters.number == number ? &*it : nullptr;
+}
+
+std::uint16_t Engine::Impl::highest_number(PdoKind kind) const {
+  const std::vector<LinkedPdo>& pdos = kind == PdoKind::rpdo ? linked_rpdos : linked_tpdos;
+  std::uint16_t highest = pdos.empty() ? std::uint16_t{0} : pdos.back().parameters.number;
+  for (std::uint16_t number = kMaxPdo; number > highest; --number) {
+    if (dictionary.has_object(static_cast<std::uint16_t>(communication_base(kind) + number - 1))) {
+      highest = number;
+    }
+  }
+  return highest;
+}
+
+std::optional<Parameters> Engine::Impl::parameters(PdoKind kind, std::uint16_t number) const {
+  std::optional<Parameters> read = read_communication(dictionary, kind, number);
+  const LinkedPdo* link = linked(kind, number);
+  if (!read && link != nullptr) {
+    read = link->parameters;
+  }
+  return read;
+}
+
+std::string Engine::Impl::compile(PdoKind kind, std::uint16_t number) {
+  stop(kind, static_cast<std::uint16_t>(number - 1U));
+  const std::optional<Parameters> pdo = parameters(kind, number);
+  if (!pdo || !pdo->cob_id.valid()) {
+    return {};
+  }
+  if (!pdo->cob_id.extended() && can::is_restricted(pdo->cob_id.id())) {
+    return "its COB-ID " + hex(pdo->cob_id.id()) + " is reserved";
+  }
+  CopyPlan plan;
+  std::string problem = compile_plan(kind, number, plan);
+  if (!problem.empty() || plan.bits == 0) {
+    return problem;
+  }
+  if (kind == PdoKind::rpdo) {
+    start_rpdo(*pdo, std::move(plan));
+  } else {
+    start_tpdo(*pdo, std::move(plan));
+  }
+  return {};
+}
+
+std::string Engine::Impl::compile_plan(PdoKind kind, std::uint16_t number, CopyPlan& plan) const {
+  if (const LinkedPdo* link = linked(kind, number); link != nullptr) {
+    for (const LinkTarget& target : link->targets) {
+      plan.skip(target.frame_bit - plan.bits);
+      plan.add_image(target.image_bit, target.bits);
+    }
+    plan.skip(std::uint32_t{link->mapped_bits} - plan.bits);
+  } else {
+    for (const Mapping& mapping : read_mapping(dictionary, kind, number)) {
+      std::string problem = map_object(kind, mapping, plan);
+      if (!problem.empty()) {
+        return problem;
+      }
+    }
+  }
+  return plan.bits > 8 * max_bytes ? "it maps " + std::to_string(plan.bits) + " bits"
+                                   : std::string();
+}
+
+std::string Engine::Impl::map_object(PdoKind kind, const Mapping& mapping, CopyPlan& plan) const {
+  const AbortCode why = check_mapping(dictionary, kind, mapping);
+  if (why != AbortCode::none) {
+    return describe_refusal(mapping, why);
+  }
+  if (is_dummy(mapping)) {
+    plan.skip(mapping.bits);
+    return {};
+  }
+  const od::Variable variable = *dictionary.find(mapping.address);
+  const std::optional<image::Place> place = image.locate(variable.data);
+  if (!place) {
+    plan.add_object(variable.data, mapping.bits);
+  } else if (place->direction == direction_of(kind)) {
+    plan.add_image(place->bit_offset, mapping.bits);
+  } else {
+    return describe_refusal(mapping, AbortCode::not_mappable);
+  }
+  return {};
+}
+
+void Engine::Impl::start_rpdo(const Parameters& parameters, CopyPlan plan) {
+  const auto slot = static_cast<std::uint16_t>(parameters.number - 1U);
+  RpdoDetails& pdo = details[slot];
+  pdo.active = true;
+  pdo.cob_id = parameters.cob_id;
+  pdo.type = parameters.type;
+  pdo.deadline = parameters.event_timer;
+  pdo.plan = std::move(plan);
+  if (pdo.plan.bytes() > sizeof(Shadow::word) && shadows[slot].long_data == Shadow::kNone) {
+    shadows[slot].long_data = static_cast<std::uint32_t>(long_shadows.size());
+    long_shadows.emplace_back();
+  }
+  dispatch.add(pdo.cob_id.id(), pdo.cob_id.extended(), can::Service::rpdo, slot);
+}
+
+void Engine::Impl::start_tpdo(const Parameters& parameters, CopyPlan plan) {
+  const auto slot = static_cast<std::uint16_t>(parameters.number - 1U);
+  Tpdo& pdo = tpdos[slot];
+  pdo.active = true;
+  pdo.linked = linked(PdoKind::tpdo, parameters.number) != nullptr;
+  pdo.type = parameters.type;
+  pdo.sync_start = parameters.sync_start;
+  pdo.cob_id = parameters.cob_id;
+  pdo.inhibit = parameters.inhibit;
+  pdo.event_timer = parameters.event_timer;
+  pdo.plan = std::move(plan);
+  pdo.frame.id = pdo.cob_id.id();
+  pdo.frame.flags = pdo.cob_id.extended() ? can::Frame::kExtended : 0;
+  pdo.frame.length = static_cast<std::uint8_t>(pdo.plan.bytes());
+  if (pdo.plan.bytes() > can::kMaxClassicData) {
+    pdo.frame.length = can::fd_length(pdo.plan.bytes());
+    pdo.frame.flags |= can::Frame::kFd | can::Frame::kBitRateSwitch;
+  }
+  if ((pdo.cob_id.raw & can::CobId::kNoRtrBit) == 0) {
+    dispatch.add(pdo.cob_id.id(), pdo.cob_id.extended(), can::Service::tpdo_rtr, slot);
+  }
+}
+
+void Engine::Impl::stop(PdoKind kind, std::uint16_t slot) {
+  if (kind == PdoKind::rpdo) {
+    const can::CobId cob_id = details[slot].cob_id;
+    dispatch.remove(cob_id.id(), cob_id.extended(), can::Service::rpdo, slot);
+    details[slot] = {};
+    shadows[slot].frames = 0;
+    inputs->pdo(slot).attention &= image::PdoState::kNotValid;
+    deferred.clear(slot);
+    timers.stop(slot);
+  } else {
+    const can::CobId cob_id = tpdos[slot].cob_id;
+    dispatch.remove(cob_id.id(), cob_id.extended(), can::Service::tpdo_rtr, slot);
+    tpdos[slot] = {};
+    timers.stop(event_timer(slot));
+  }
+}
+
+void Engine::Impl::stop_all() {
+  for (std::size_t slot = 0; slot < details.size(); ++slot) {
+    stop(PdoKind::rpdo, static_cast<std::uint16_t>(slot));
+  }
+  for (std::size_t slot = 0; slot < tpdos.size(); ++slot) {
+    stop(PdoKind::tpdo, static_cast<std::uint16_t>(slot));
+  }
+}
+
+void Engine::Impl::hook_records(od::Hook* hook) {
+  for (const PdoKind kind : {PdoKind::rpdo, PdoKind::tpdo}) {
+    for (const std::uint16_t base : {communication_base(kind), mapping_base(kind)}) {
+      for (unsigned i = 0; i < kMaxPdo; ++i) {
+        (void)dictionary.set_hook(static_cast<std::uint16_t>(base + i), hook);
+      }
+    }
+  }
+}
+
+}  // namespace linegate::pdo

@@ -1,0 +1,174 @@
+// describe_pdos(): the PDOs of a device as its file has them.
+#include <chrono>
+#include <string>
+
+#include "stack/base/byte_order.h"
+#include "stack/pdo/mapping.h"
+#include "stack/pdo/parameters.h"
+
+namespace linegate::pdo {
+namespace {
+
+std::string hex(std::uint32_t value, std::size_t digits) {
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  std::string text;
+  for (; text.size() < digits || value != 0; value >>= 4U) {
+    text.insert(text.begin(), kDigits[value & 0xFU]);
+  }
+  return text + "h";
+}
+
+std::string text_of(od::Address address) {
+  return hex(address.index, 4) + ":" + std::to_string(address.sub);
+}
+
+class Reader {
+ public:
+  Reader(const od::DeviceDescription& device, PdoKind kind, std::size_t max_bits,
+         std::vector<Diagnostic>& diagnostics)
+      : device_(device), kind_(kind), max_bits_(max_bits), diagnostics_(diagnostics) {}
+
+  std::vector<Parameters> read() {
+    std::vector<Parameters> pdos;
+    for (number_ = 1; number_ <= kMaxPdo; ++number_) {
+      Parameters parameters;
+      if (read_communication(parameters) && read_mapping(parameters)) {
+        pdos.push_back(std::move(parameters));
+      }
+    }
+    return pdos;
+  }
+
+ private:
+  std::uint64_t value(od::Address address, std::uint64_t otherwise) const {
+    const od::VariableDescription* variable = device_.find(address);
+    const bool given = variable != nullptr && !variable->value.empty() &&
+                       variable->value.size() <= sizeof(std::uint64_t);
+    return given ? load_le(std::span<const std::byte>(variable->value)) : otherwise;
+  }
+
+  // False if there is no such PDO or it is not valid.
+  bool read_communication(Parameters& out) {
+    const auto index = static_cast<std::uint16_t>(communication_base(kind_) + number_ - 1);
+    if (device_.find(index) == nullptr) {
+      return false;
+    }
+    out.number = number_;
+    out.cob_id.raw = static_cast<std::uint32_t>(value({index, 1}, can::CobId::kInvalidBit));
+    if (!out.cob_id.valid()) {
+      return false;
+    }
+    if (!out.cob_id.extended() && can::is_restricted(out.cob_id.id())) {
+      tell(Severity::error, {index, 1}, "COB-ID " + hex(out.cob_id.id(), 3) + " is reserved");
+    }
+    out.type = static_cast<std::uint8_t>(value({index, 2}, kEventProfile));
+    out.inhibit = std::chrono::microseconds(100) * static_cast<int>(value({index, 3}, 0) & 0xFFFFU);
+    out.event_timer = std::chrono::milliseconds(value({index, 5}, 0) & 0xFFFFU);
+    out.sync_start = static_cast<std::uint8_t>(value({index, 6}, 0));
+    return true;
+  }
+
+  // False if it maps nothing.
+  bool read_mapping(Parameters& out) {
+    const auto index = static_cast<std::uint16_t>(mapping_base(kind_) + number_ - 1);
+    if (device_.find(index) == nullptr) {
+      const auto record = static_cast<std::uint16_t>(communication_base(kind_) + number_ - 1);
+      tell(Severity::warning, {record, 0}, "has no mapping record " + hex(index, 4));
+      return false;
+    }
+    const std::uint64_t count = value({index, 0}, 0);
+    if (count >= 0xFE) {
+      tell(Severity::warning, {index, 0}, "is a multiplexed PDO (MPDO), which is left out");
+      return false;
+    }
+    if (count > kMaxMapped) {
+      tell(Severity::error, {index, 0},
+           "maps " + std::to_string(count) + " objects, more than " + std::to_string(kMaxMapped));
+      return false;
+    }
+    std::uint32_t bits = 0;
+    for (std::uint8_t sub = 1; sub <= count; ++sub) {
+      bits += read_entry({index, sub}, out);
+    }
+    if (bits > max_bits_) {
+      tell(Severity::error, {index, 0},
+           "maps " + std::to_string(bits) + " bits, more than " + std::to_string(max_bits_));
+    }
+    return !out.mapping.empty();
+  }
+
+  // Gives the bits of the entry.
+  std::uint32_t read_entry(od::Address place, Parameters& out) {
+    const od::VariableDescription* entry = device_.find(place);
+    if (entry == nullptr || entry->value.empty()) {
+      tell(Severity::error, entry == nullptr ? od::Address{place.index, 0} : place,
+           "entry " + std::to_string(place.sub) + " is counted but has no value");
+      return 0;
+    }
+    const Mapping mapping = Mapping::from_raw(static_cast<std::uint32_t>(value(place, 0)));
+    check_entry(place, mapping);
+    out.mapping.push_back(mapping);
+    return mapping.bits;
+  }
+
+  // What the device sends is what its mapping says, so that a doubtful object is still usable; one
+  // that does not exist or has another length is not.
+  void check_entry(od::Address place, const Mapping& mapping) {
+    if (is_dummy(mapping)) {
+      return;
+    }
+    const std::string object = "maps " + text_of(mapping.address);
+    const od::VariableDescription* variable = device_.find(mapping.address);
+    if (variable == nullptr) {
+      tell(Severity::error, place, object + ", which does not exist");
+      return;
+    }
+    const unsigned bits = od::bit_size(variable->type);
+    if (mapping.bits == 0 || (bits != 0 && bits != mapping.bits)) {
+      tell(Severity::error, place,
+           object + " with " + std::to_string(mapping.bits) + " bits, but it is " +
+               std::string(od::name(variable->type)));
+      return;
+    }
+    if (!variable->mappable) {
+      tell(Severity::warning, place, object + ", which may not be mapped (PDOMapping=0)");
+    }
+    const bool direction = kind_ == PdoKind::rpdo ? od::rpdo_mappable(variable->access)
+                                                  : od::tpdo_mappable(variable->access);
+    if (!direction) {
+      tell(Severity::warning, place, object + ", whose access type does not allow it");
+    }
+  }
+
+  void tell(Severity severity, od::Address place, const std::string& what) {
+    const od::VariableDescription* variable = device_.find(place);
+    const od::ObjectDescription* object = device_.find(place.index);
+    const std::uint32_t line = variable != nullptr && variable->line != 0 ? variable->line
+                               : object != nullptr                        ? object->line
+                                                                          : 0;
+    diagnostics_.push_back({severity, device_.file, line, 0,
+                            std::string(name(kind_)) + " " + std::to_string(number_) + " (" +
+                                text_of(place) + ") " + what});
+  }
+
+  const od::DeviceDescription& device_;
+  PdoKind kind_;
+  std::size_t max_bits_;
+  std::vector<Diagnostic>& diagnostics_;
+  std::uint16_t number_ = 1;
+};
+
+}  // namespace
+
+Loaded<DevicePdos> describe_pdos(const od::DeviceDescription& device, std::size_t max_bits) {
+  Loaded<DevicePdos> loaded;
+  DevicePdos pdos;
+  pdos.tpdos = Reader(device, PdoKind::tpdo, max_bits, loaded.diagnostics).read();
+  pdos.rpdos = Reader(device, PdoKind::rpdo, max_bits, loaded.diagnostics).read();
+  if (!has_errors(loaded.diagnostics)) {
+    loaded.value = std::move(pdos);
+  }
+  return loaded;
+}
+
+}  // namespace linegate::pdo

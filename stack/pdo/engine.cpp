@@ -1,0 +1,96 @@
+#include "stack/pdo/engine.h"
+
+#include "stack/pdo/engine_impl.h"
+
+namespace linegate::pdo {
+
+void Listener::rpdo_received(std::uint16_t /*number*/, Instant /*now*/) {
+}
+void Listener::before_tpdo(std::uint16_t /*number*/) {
+}
+void Listener::rpdo_wrong_length(std::uint16_t /*number*/, unsigned /*mapped*/,
+                                 unsigned /*received*/) {
+}
+void Listener::rpdo_deadline(std::uint16_t /*number*/) {
+}
+
+Engine::Impl::Impl(od::Dictionary& d, can::Dispatch& p, EventLog& e, image::ProcessImage* i)
+    : dictionary(d),
+      dispatch(p),
+      events(e),
+      own_image(i == nullptr ? std::make_unique<image::ProcessImage>() : nullptr),
+      image(i == nullptr ? *own_image : *i) {
+  inputs = &image.area(image::Direction::inputs);
+  outputs = &image.area(image::Direction::outputs);
+}
+
+Engine::Impl::~Impl() {
+  stop_all();
+  hook_records(nullptr);
+}
+
+Engine::Engine(od::Dictionary& dictionary, can::Dispatch& dispatch, EventLog& events,
+               image::ProcessImage* image)
+    : impl_(std::make_unique<Impl>(dictionary, dispatch, events, image)) {
+}
+
+Engine::~Engine() = default;
+
+void Engine::set_listener(Listener* listener) {
+  impl_->listener = listener;
+}
+
+void Engine::link(const LinkPlan& plan) {
+  impl_->linked_rpdos = plan.rpdos;
+  impl_->linked_tpdos = plan.tpdos;
+}
+
+void Engine::set_max_length(std::size_t bytes) {
+  impl_->max_bytes = bytes;
+}
+
+std::vector<Diagnostic> Engine::configure() {
+  return impl_->configure();
+}
+
+void Engine::set_operational(bool operational, Instant now) {
+  impl_->set_operational(operational, now);
+}
+
+void Engine::sync(std::uint8_t counter, Instant now) {
+  impl_->latest = now;
+  if (impl_->operational) {
+    impl_->commit_rpdos();
+    impl_->sample_tpdos(counter);
+  }
+}
+
+void Engine::advance(Instant now) {
+  impl_->latest = now;
+  while (const std::optional<std::size_t> timer = impl_->timers.take_due(now)) {
+    const std::size_t rpdos = impl_->rpdos.size();
+    if (*timer < rpdos) {
+      impl_->check_deadline(static_cast<std::uint16_t>(*timer), now);
+    } else {
+      impl_->on_event_timer(static_cast<std::uint16_t>(*timer - rpdos), now);
+    }
+  }
+}
+
+Instant Engine::next_wake() const {
+  return earlier(impl_->timers.next(), impl_->next_sending());
+}
+
+bool Engine::next_frame(can::Frame& out, Instant now) {
+  return impl_->next_frame(out, now);
+}
+
+bool Engine::wants_to_send(Instant now) const {
+  return impl_->next_sending() <= now;
+}
+
+const EngineCounters& Engine::counters() const {
+  return impl_->counters;
+}
+
+}  // namespace linegate::pdo

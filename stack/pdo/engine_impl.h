@@ -1,0 +1,233 @@
+// The inside of pdo::Engine; private to stack/pdo.
+//
+// A slot is a PDO number - 1. What a frame needs is kept apart from what configuring and timing
+// need: Rpdo is half a cache line, the marks are in the image's Area.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "stack/image/process_image.h"
+#include "stack/pdo/copy_plan.h"
+#include "stack/pdo/engine.h"
+#include "stack/pdo/link.h"
+#include "stack/pdo/record.h"
+#include "stack/pdo/timers.h"
+
+namespace linegate::pdo {
+
+// Reasons in image::PdoState::attention besides kNotValid.
+enum Attention : std::uint32_t {
+  kFirst = 0x02,      // no frame yet since Operational: the deadline begins with it
+  kTimedOut = 0x04,   // the deadline passed
+  kLengthTold = 0x08  // a wrong length was told; the next right one ends that
+};
+
+// The part of an RPDO that a frame needs.
+struct alignas(32) Rpdo {
+  static constexpr std::uint16_t kNever = 0xFFFF;  // no frame's form
+
+  Run first;                        // mask 0 if nothing lies in the image
+  std::uint32_t more = 0;           // Engine::Impl::runs[more ..
+  std::uint16_t more_count = 0;     //                    .. more + more_count)
+  std::uint16_t at_once = kNever;   // form() of frames that are simply copied
+  std::uint16_t deferred = kNever;  // form() of frames that are kept for the next SYNC
+  std::uint16_t reserved = 0;
+
+  // Length and remote flag of a frame in one number.
+  static std::uint16_t form(const can::Frame& frame) {
+    return static_cast<std::uint16_t>(frame.length | (frame.flags & can::Frame::kRemote) << 8U);
+  }
+};
+static_assert(sizeof(Rpdo) == 32);
+
+// The rest of it.
+struct RpdoDetails {
+  bool active = false;
+  can::CobId cob_id;
+  std::uint8_t type = kEventProfile;
+  Duration deadline{};
+  CopyPlan plan;
+};
+
+// A synchronous RPDO's newest frame, until the next SYNC.
+struct Shadow {
+  static constexpr std::uint32_t kNone = 0xFFFF'FFFF;
+
+  Instant time{};
+  std::uint64_t word = 0;           // the first 8 bytes
+  std::uint32_t frames = 0;         // received since the last SYNC
+  std::uint32_t long_data = kNone;  // place of a longer frame in Engine::Impl::long_shadows
+};
+
+struct Tpdo {
+  bool active = false;
+  bool linked = false;    // held back until its output entries are valid
+  bool event = false;     // type 0: wanted at the next SYNC
+  bool sampled = false;   // frame holds a sample, taken since Operational
+  bool counting = false;  // sync_start was met
+  std::uint8_t type = kEventProfile;
+  std::uint8_t sync_start = 0;
+  std::uint8_t syncs = 0;  // since it was sent
+  std::uint16_t rank = 0;  // place among the others in the order of the bus
+  can::CobId cob_id;
+  Duration inhibit{};
+  Duration event_timer{};
+  Instant inhibited_until{};
+  CopyPlan plan;
+  can::Frame frame;  // the newest sample
+};
+
+// visit(bit) for each set bit, ascending; it may clear that bit.
+template <class Visit>
+void for_each_bit(const std::vector<std::uint64_t>& words, Visit visit) {
+  for (std::size_t word = 0; word < words.size(); ++word) {
+    for (std::uint64_t bits = words[word]; bits != 0; bits &= bits - 1) {
+      visit(64 * word + static_cast<std::size_t>(std::countr_zero(bits)));
+    }
+  }
+}
+
+class Bitmap {
+ public:
+  void reset(std::size_t bits) { words_.assign((bits + 63) / 64, 0); }
+  void set(std::size_t bit) { words_[bit / 64] |= std::uint64_t{1} << (bit % 64); }
+  void clear(std::size_t bit) { words_[bit / 64] &= ~(std::uint64_t{1} << (bit % 64)); }
+  bool test(std::size_t bit) const { return (words_[bit / 64] >> (bit % 64) & 1U) != 0; }
+  void clear_all() { std::fill(words_.begin(), words_.end(), 0); }
+  const std::vector<std::uint64_t>& words() const { return words_; }
+
+  // Clears all bits, calling take(bit) for each in ascending order.
+  template <class Take>
+  void take_all(Take take) {
+    for (std::size_t word = 0; word < words_.size(); ++word) {
+      while (words_[word] != 0) {
+        const auto bit = static_cast<std::size_t>(std::countr_zero(words_[word]));
+        words_[word] &= words_[word] - 1;
+        take(static_cast<std::uint16_t>(64 * word + bit));
+      }
+    }
+  }
+
+ private:
+  std::vector<std::uint64_t> words_;
+};
+
+struct Engine::Impl final : od::Hook {
+  Impl(od::Dictionary& d, can::Dispatch& p, EventLog& e, image::ProcessImage* i);
+  ~Impl() override;
+
+  // --- configuration (configure.cpp) ------------------------------------------------------------
+  AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
+  void written(od::Address address) override;
+  std::vector<Diagnostic> configure();
+  // What is wrong with the PDO, which is not active then; empty if nothing is.
+  std::string compile(PdoKind kind, std::uint16_t number);
+  std::string compile_plan(PdoKind kind, std::uint16_t number, CopyPlan& plan) const;
+  std::string map_object(PdoKind kind, const Mapping& mapping, CopyPlan& plan) const;
+  const LinkedPdo* linked(PdoKind kind, std::uint16_t number) const;
+  std::uint16_t highest_number(PdoKind kind) const;
+  std::optional<Parameters> parameters(PdoKind kind, std::uint16_t number) const;
+  void start_rpdo(const Parameters& parameters, CopyPlan plan);
+  void start_tpdo(const Parameters& parameters, CopyPlan plan);
+  void stop(PdoKind kind, std::uint16_t slot);
+  void stop_all();
+  void hook_records(od::Hook* hook);
+
+  // --- what is made from all PDOs together (schedule.cpp) ---------------------------------------
+  void lay_out();
+  void lay_out_rpdos();
+  void rank_tpdos();
+  void index_sources();
+  void set_operational(bool on, Instant now);
+  void open_rpdos();
+  void begin(PdoKind kind, std::uint16_t slot);
+  void go_quiet();
+
+  // --- reception (receive.cpp) ------------------------------------------------------------------
+  void take(std::uint16_t slot, const Rpdo& pdo, const std::byte* data, Instant time,
+            std::uint32_t frames);
+  void defer(std::uint16_t slot, const can::Frame& frame);
+  void receive_otherwise(std::uint16_t slot, const can::Frame& frame);
+  void attend(std::uint16_t slot, Instant time);
+  void attend_reception(std::uint16_t slot, Instant time);
+  void commit_rpdos();
+  void check_deadline(std::uint16_t slot, Instant now);
+  void tell_length(std::uint16_t slot, const can::Frame& frame);
+  Event event(EventKind kind, Instant time, std::uint16_t slot) const;
+
+  // --- transmission (transmit.cpp) --------------------------------------------------------------
+  void sample_tpdos(std::uint8_t counter);
+  bool due_at_sync(Tpdo& pdo, std::uint8_t counter) const;
+  bool held_back(std::uint16_t slot) const;
+  // Takes a new sample; true if it differs from the one before or is the first.
+  bool sample(std::uint16_t slot);
+  // Samples and requests; without always only if the sample is a new one.
+  void request(std::uint16_t slot, bool always);
+  void source_changed(std::uint16_t slot, bool always);
+  void on_event_timer(std::uint16_t slot, Instant now);
+  void release(Instant now);
+  bool next_frame(can::Frame& out, Instant now);
+  void send(std::size_t rank, can::Frame& out, Instant now);
+  Instant next_sending() const;
+
+  // Timers: the deadlines of the RPDOs, then the event timers of the TPDOs.
+  std::size_t event_timer(std::size_t slot) const { return rpdos.size() + slot; }
+  static bool has_event_timer(const Tpdo& pdo) {
+    return is_event_driven(pdo.type) && pdo.event_timer > Duration::zero();
+  }
+
+  // --- what receive() needs, first --------------------------------------------------------------
+  std::vector<Rpdo> rpdos;
+  image::Area* inputs = nullptr;
+  Listener* listener = nullptr;
+  EngineCounters counters;
+  std::vector<Run> runs;
+  std::vector<Shadow> shadows;
+  Bitmap deferred;
+
+  od::Dictionary& dictionary;
+  can::Dispatch& dispatch;
+  EventLog& events;
+  std::unique_ptr<image::ProcessImage> own_image;  // of a device without one: for the marks
+  image::ProcessImage& image;
+  image::Area* outputs = nullptr;
+  std::size_t max_bytes = can::kMaxClassicData;
+  bool operational = false;
+  Instant latest{};  // time of the last call: records are written without one
+
+  std::vector<LinkedPdo> linked_rpdos;
+  std::vector<LinkedPdo> linked_tpdos;
+  std::vector<RpdoDetails> details;
+  std::vector<std::array<std::byte, can::kMaxFdData>> long_shadows;
+
+  std::vector<Tpdo> tpdos;
+  std::vector<std::uint16_t> by_rank;     // slots
+  std::vector<std::uint16_t> sync_tpdos;  // slots of types 0..240 and 252
+  Bitmap pending;                         // by rank: sampled, to be sent
+  Bitmap inhibited;                       // by rank
+  Instant next_release = kNever;          // the first inhibit time of these that ends
+  Bitmap affected;                        // by slot: scratch of outputs_written()
+  struct Source {
+    std::uint32_t begin = 0;  // bits of the output area
+    std::uint32_t end = 0;
+    std::uint16_t slot = 0;
+  };
+  std::vector<Source> sources;  // ascending by begin; none is longer than 64 bits
+  struct ObjectSource {
+    od::Address address;
+    std::uint16_t slot = 0;
+  };
+  std::vector<ObjectSource> object_sources;  // ascending by address
+  Timers timers;
+};
+
+}  // namespace linegate::pdo

@@ -1,0 +1,105 @@
+// add_linked_objects(): the manager's own PDO records.
+#include <algorithm>
+#include <chrono>
+
+#include "stack/base/byte_order.h"
+#include "stack/image/network_variables.h"
+#include "stack/pdo/link.h"
+#include "stack/pdo/mapping.h"
+
+namespace linegate::pdo {
+namespace {
+
+using od::Access;
+using od::DataType;
+
+od::VariableDescription variable(std::uint8_t sub, std::string name, DataType type, Access access,
+                                 std::uint64_t value) {
+  od::VariableDescription out;
+  out.sub = sub;
+  out.name = std::move(name);
+  out.type = type;
+  out.access = access;
+  out.value.resize(od::byte_size(type));
+  store_le(std::span(out.value), value);
+  return out;
+}
+
+od::ObjectDescription record(std::uint16_t base, PdoKind kind, std::string_view what,
+                             std::uint16_t number) {
+  od::ObjectDescription out;
+  out.index = static_cast<std::uint16_t>(base + number - 1);
+  out.name =
+      std::string(name(kind)) + " " + std::string(what) + " parameter " + std::to_string(number);
+  out.type = od::ObjectType::record;
+  return out;
+}
+
+od::ObjectDescription communication_record(PdoKind kind, const Parameters& pdo) {
+  using std::chrono::duration_cast;
+  od::ObjectDescription out = record(communication_base(kind), kind, "communication", pdo.number);
+  const bool tpdo = kind == PdoKind::tpdo;
+  const auto inhibit = pdo.inhibit / std::chrono::microseconds(100);
+  const auto timer = duration_cast<std::chrono::milliseconds>(pdo.event_timer).count();
+  out.variables = {
+      variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant,
+               tpdo ? 6 : 5),
+      variable(1, "COB-ID", DataType::unsigned32, Access::ro, pdo.cob_id.raw),
+      variable(2, "Transmission type", DataType::unsigned8, Access::rw, pdo.type),
+      variable(3, "Inhibit time", DataType::unsigned16, Access::rw,
+               static_cast<std::uint64_t>(inhibit)),
+      variable(5, "Event timer", DataType::unsigned16, Access::rw,
+               static_cast<std::uint64_t>(timer)),
+  };
+  if (tpdo) {
+    out.variables.push_back(
+        variable(6, "SYNC start value", DataType::unsigned8, Access::rw, pdo.sync_start));
+  }
+  return out;
+}
+
+od::ObjectDescription mapping_record(PdoKind kind, const Parameters& pdo) {
+  od::ObjectDescription out = record(mapping_base(kind), kind, "mapping", pdo.number);
+  const std::size_t count = std::min<std::size_t>(pdo.mapping.size(), kMaxMapped);
+  out.variables.push_back(
+      variable(0, "Number of mapped objects", DataType::unsigned8, Access::ro, count));
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto sub = static_cast<std::uint8_t>(i + 1);
+    out.variables.push_back(variable(sub, "Mapped object " + std::to_string(sub),
+                                     DataType::unsigned32, Access::ro, pdo.mapping[i].raw()));
+  }
+  return out;
+}
+
+Result<void> add_records(od::Dictionary& dictionary, PdoKind kind,
+                         const std::vector<LinkedPdo>& pdos) {
+  for (const LinkedPdo& pdo : pdos) {
+    if (pdo.parameters.number > kMaxPdo) {
+      continue;
+    }
+    Result<void> added = dictionary.add(communication_record(kind, pdo.parameters));
+    if (added.ok()) {
+      added = dictionary.add(mapping_record(kind, pdo.parameters));
+    }
+    if (!added.ok()) {
+      return added;
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> add_linked_objects(od::Dictionary& dictionary, image::ProcessImage& image,
+                                const LinkPlan& plan) {
+  Result<void> added = image::add_network_variables(dictionary, image);
+  if (added.ok()) {
+    added = add_records(dictionary, PdoKind::rpdo, plan.rpdos);
+  }
+  if (added.ok()) {
+    added = add_records(dictionary, PdoKind::tpdo, plan.tpdos);
+  }
+  return added;
+}
+
+}  // namespace linegate::pdo

@@ -1,0 +1,20 @@
+#include "stack/pdo/mapping.h"
+
+namespace linegate::pdo {
+
+AbortCode check_mapping(const od::Dictionary& dictionary, PdoKind kind, const Mapping& mapping) {
+  if (is_dummy(mapping)) {
+    return kind == PdoKind::rpdo ? AbortCode::none : AbortCode::not_mappable;
+  }
+  AbortCode why = AbortCode::none;
+  const std::optional<od::Variable> variable = dictionary.find(mapping.address, &why);
+  if (!variable) {
+    return why;
+  }
+  const bool direction = kind == PdoKind::rpdo ? od::rpdo_mappable(variable->access)
+                                               : od::tpdo_mappable(variable->access);
+  const bool length = mapping.bits != 0 && mapping.bits == pdo_bits(*variable);
+  return variable->mappable && direction && length ? AbortCode::none : AbortCode::not_mappable;
+}
+
+}  // namespace linegate::pdo

@@ -1,0 +1,158 @@
+#include "stack/pdo/record.h"
+
+#include <chrono>
+
+#include "stack/base/byte_order.h"
+
+namespace linegate::pdo {
+namespace {
+
+constexpr std::uint8_t kCobId = 1;
+constexpr std::uint8_t kType = 2;
+constexpr std::uint8_t kInhibit = 3;
+constexpr std::uint8_t kEventTimer = 5;
+constexpr std::uint8_t kSyncStart = 6;
+
+std::uint16_t communication_index(const RecordIndex& record) {
+  return static_cast<std::uint16_t>(communication_base(record.kind) + record.number - 1);
+}
+
+std::uint16_t mapping_index(const RecordIndex& record) {
+  return static_cast<std::uint16_t>(mapping_base(record.kind) + record.number - 1);
+}
+
+can::CobId cob_id(const od::Dictionary& dictionary, const RecordIndex& record) {
+  const auto raw = dictionary.number({communication_index(record), kCobId});
+  return {static_cast<std::uint32_t>(raw.value_or(can::CobId::kInvalidBit))};
+}
+
+AbortCode check_cob_id(const od::Dictionary& dictionary, const RecordIndex& record,
+                       can::CobId wanted) {
+  const can::CobId present = cob_id(dictionary, record);
+  if (wanted.valid() && !wanted.extended() && can::is_restricted(wanted.id())) {
+    return AbortCode::invalid_value;
+  }
+  return present.valid() && wanted.valid() && present != wanted ? AbortCode::device_state
+                                                                : AbortCode::none;
+}
+
+AbortCode check_type(PdoKind kind, std::uint64_t type) {
+  const bool reserved = type > kLastCyclic && type < kRtrOnSync;
+  const bool rtr = type >= kRtrOnSync && type < kEventManufacturer;
+  return reserved || (rtr && kind == PdoKind::rpdo) ? AbortCode::invalid_value : AbortCode::none;
+}
+
+AbortCode check_communication(const od::Dictionary& dictionary, const RecordIndex& record,
+                              std::uint8_t sub, std::uint64_t value) {
+  const bool valid = cob_id(dictionary, record).valid();
+  switch (sub) {
+    case kCobId:
+      return check_cob_id(dictionary, record, {static_cast<std::uint32_t>(value)});
+    case kType:
+      return check_type(record.kind, value);
+    case kInhibit:
+      return valid && record.kind == PdoKind::tpdo ? AbortCode::device_state : AbortCode::none;
+    case kSyncStart:
+      if (value > kLastCyclic) {
+        return AbortCode::invalid_value;
+      }
+      return valid ? AbortCode::device_state : AbortCode::none;
+    default:
+      return AbortCode::none;
+  }
+}
+
+AbortCode check_entry_count(const od::Dictionary& dictionary, const RecordIndex& record,
+                            std::uint64_t count, std::size_t max_bits) {
+  const std::uint16_t index = mapping_index(record);
+  if (count > kMaxMapped || count > dictionary.highest_sub(index).value_or(0)) {
+    return AbortCode::invalid_value;
+  }
+  std::size_t bits = 0;
+  for (std::uint8_t sub = 1; sub <= count; ++sub) {
+    const std::uint64_t raw = dictionary.number({index, sub}).value_or(0);
+    const Mapping mapping = Mapping::from_raw(static_cast<std::uint32_t>(raw));
+    const AbortCode why = check_mapping(dictionary, record.kind, mapping);
+    if (why != AbortCode::none) {
+      return why;
+    }
+    bits += mapping.bits;
+  }
+  return bits > max_bits ? AbortCode::pdo_length_exceeded : AbortCode::none;
+}
+
+AbortCode check_mapping_record(const od::Dictionary& dictionary, const RecordIndex& record,
+                               std::uint8_t sub, std::uint64_t value, std::size_t max_bits) {
+  if (cob_id(dictionary, record).valid()) {
+    return AbortCode::device_state;
+  }
+  if (sub == 0) {
+    return check_entry_count(dictionary, record, value, max_bits);
+  }
+  if (dictionary.number({mapping_index(record), 0}).value_or(0) != 0) {
+    return AbortCode::device_state;
+  }
+  const Mapping mapping = Mapping::from_raw(static_cast<std::uint32_t>(value));
+  return value == 0 ? AbortCode::none : check_mapping(dictionary, record.kind, mapping);
+}
+
+}  // namespace
+
+std::optional<RecordIndex> record_index(std::uint16_t index) {
+  if (index < 0x1400 || index > 0x1BFF) {
+    return std::nullopt;
+  }
+  return RecordIndex{index < 0x1800 ? PdoKind::rpdo : PdoKind::tpdo, (index & 0x0200U) != 0,
+                     static_cast<std::uint16_t>((index & 0x01FFU) + 1)};
+}
+
+std::optional<Parameters> read_communication(const od::Dictionary& dictionary, PdoKind kind,
+                                             std::uint16_t number) {
+  const RecordIndex record{kind, false, number};
+  const std::uint16_t index = communication_index(record);
+  if (number > kMaxPdo || !dictionary.has_object(index)) {
+    return std::nullopt;
+  }
+  const auto read = [&](std::uint8_t sub, std::uint64_t otherwise) {
+    return dictionary.number({index, sub}).value_or(otherwise);
+  };
+  Parameters parameters;
+  parameters.number = number;
+  parameters.cob_id = cob_id(dictionary, record);
+  parameters.type = static_cast<std::uint8_t>(read(kType, kEventProfile));
+  parameters.inhibit = std::chrono::microseconds(100) * static_cast<int>(read(kInhibit, 0));
+  parameters.event_timer = std::chrono::milliseconds(read(kEventTimer, 0));
+  parameters.sync_start = static_cast<std::uint8_t>(read(kSyncStart, 0));
+  return parameters;
+}
+
+std::vector<Mapping> read_mapping(const od::Dictionary& dictionary, PdoKind kind,
+                                  std::uint16_t number) {
+  const std::uint16_t index = mapping_index({kind, true, number});
+  const std::uint64_t count = dictionary.number({index, 0}).value_or(0);
+  std::vector<Mapping> mapping;
+  if (count > kMaxMapped) {
+    return mapping;
+  }
+  for (std::uint8_t sub = 1; sub <= count; ++sub) {
+    const auto raw = dictionary.number({index, sub});
+    if (!raw) {
+      return {};
+    }
+    mapping.push_back(Mapping::from_raw(static_cast<std::uint32_t>(*raw)));
+  }
+  return mapping;
+}
+
+AbortCode check_record_write(const od::Dictionary& dictionary, od::Address address,
+                             std::span<const std::byte> value, std::size_t max_bits) {
+  const std::optional<RecordIndex> record = record_index(address.index);
+  if (!record || value.size() > sizeof(std::uint64_t)) {
+    return AbortCode::none;
+  }
+  const std::uint64_t number = load_le(value);
+  return record->mapping ? check_mapping_record(dictionary, *record, address.sub, number, max_bits)
+                         : check_communication(dictionary, *record, address.sub, number);
+}
+
+}  // namespace linegate::pdo

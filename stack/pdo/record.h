@@ -1,0 +1,50 @@
+// The PDO records 1400h..15FFh, 1600h..17FFh, 1800h..19FFh, 1A00h..1BFFh of a dictionary: reading
+// them, and what may be written to them (CiA 301, 7.5.2.35 to 7.5.2.38).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "stack/base/abort_code.h"
+#include "stack/od/dictionary.h"
+#include "stack/pdo/mapping.h"
+#include "stack/pdo/parameters.h"
+
+namespace linegate::pdo {
+
+struct RecordIndex {
+  PdoKind kind = PdoKind::rpdo;
+  bool mapping = false;      // 16xxh, 1Axxh; else 14xxh, 18xxh
+  std::uint16_t number = 1;  // 1..512
+};
+// Nothing if the index is not that of a PDO record.
+std::optional<RecordIndex> record_index(std::uint16_t index);
+
+// Communication parameters (without the mapping) as the record has them; sub-indices that do not
+// exist give the defaults of Parameters. Nothing if there is no record.
+std::optional<Parameters> read_communication(const od::Dictionary& dictionary, PdoKind kind,
+                                             std::uint16_t number);
+
+// Entries 1..n of the mapping record, n = its sub-index 0; empty if there is no record, n is 0, or
+// the record has fewer entries.
+std::vector<Mapping> read_mapping(const od::Dictionary& dictionary, PdoKind kind,
+                                  std::uint16_t number);
+
+// What has to be said to a value written to a PDO record. max_bits: the longest PDO.
+//
+// Mapping is changed in the order COB-ID invalid, sub-index 0 = 0, entries, sub-index 0 = n, COB-ID
+// valid. Refused are
+//   device_state (0800 0022h)   COB-ID bits other than 31, inhibit time (TPDO), SYNC start value,
+//                               mapping while the PDO is valid; entries while sub-index 0 is not 0
+//   invalid_value (0609 0030h)  a valid COB-ID with a restricted CAN-ID; types 241..251, RPDO also
+//                               252 and 253; SYNC start value above 240; more entries than the
+//                               record has
+//   no_object, no_sub_index, not_mappable (0604 0041h)  as check_mapping() says
+//   pdo_length_exceeded (0604 0042h)  entries 1..n have more than max_bits
+// The value 0 may always be written to an entry: it maps nothing until sub-index 0 counts it.
+AbortCode check_record_write(const od::Dictionary& dictionary, od::Address address,
+                             std::span<const std::byte> value, std::size_t max_bits);
+
+}  // namespace linegate::pdo

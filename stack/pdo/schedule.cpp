@@ -1,0 +1,168 @@
+// What is made from all PDOs together, and the begin and end of Operational.
+#include <numeric>
+
+#include "stack/pdo/engine_impl.h"
+
+namespace linegate::pdo {
+
+void Engine::Impl::lay_out() {
+  lay_out_rpdos();
+  rank_tpdos();
+  index_sources();
+  open_rpdos();
+}
+
+void Engine::Impl::lay_out_rpdos() {
+  runs.clear();
+  for (std::size_t slot = 0; slot < rpdos.size(); ++slot) {
+    const std::vector<Run>& plan = details[slot].plan.runs;
+    Rpdo& pdo = rpdos[slot];
+    pdo = {};
+    if (!plan.empty()) {
+      pdo.first = plan.front();
+      pdo.more = static_cast<std::uint32_t>(runs.size());
+      pdo.more_count = static_cast<std::uint16_t>(plan.size() - 1);
+      runs.insert(runs.end(), plan.begin() + 1, plan.end());
+    }
+  }
+}
+
+// Requests survive: they are moved with their TPDO to its new rank.
+void Engine::Impl::rank_tpdos() {
+  std::vector<bool> was_pending(tpdos.size());
+  std::vector<bool> was_inhibited(tpdos.size());
+  for (std::size_t rank = 0; rank < by_rank.size() && rank < tpdos.size(); ++rank) {
+    if (by_rank[rank] < tpdos.size()) {
+      was_pending[by_rank[rank]] = pending.test(rank);
+      was_inhibited[by_rank[rank]] = inhibited.test(rank);
+    }
+  }
+  by_rank.resize(tpdos.size());
+  std::iota(by_rank.begin(), by_rank.end(), std::uint16_t{0});
+  std::ranges::stable_sort(by_rank, [this](std::uint16_t a, std::uint16_t b) {
+    return can::wins_arbitration(tpdos[a].frame, tpdos[b].frame);
+  });
+  pending.reset(tpdos.size());
+  inhibited.reset(tpdos.size());
+  sync_tpdos.clear();
+  for (std::uint16_t rank = 0; rank < by_rank.size(); ++rank) {
+    const std::uint16_t slot = by_rank[rank];
+    Tpdo& pdo = tpdos[slot];
+    pdo.rank = rank;
+    if (!pdo.active) {
+      continue;
+    }
+    if (was_pending[slot] && pdo.sampled) {
+      pending.set(rank);
+    }
+    if (was_inhibited[slot] && pdo.inhibit > Duration::zero()) {
+      inhibited.set(rank);
+    }
+    if (is_synchronous(pdo.type) || pdo.type == kRtrOnSync) {
+      sync_tpdos.push_back(slot);
+    }
+  }
+}
+
+void Engine::Impl::index_sources() {
+  sources.clear();
+  object_sources.clear();
+  for (std::uint16_t slot = 0; slot < tpdos.size(); ++slot) {
+    if (!tpdos[slot].active) {
+      continue;
+    }
+    for (const Run& run : tpdos[slot].plan.runs) {
+      const auto begin = static_cast<std::uint32_t>(std::countr_zero(run.mask));
+      const auto end = static_cast<std::uint32_t>(64 - std::countl_zero(run.mask));
+      sources.push_back({8 * run.offset + begin, 8 * run.offset + end, slot});
+    }
+    const auto number = static_cast<std::uint16_t>(slot + 1);
+    if (linked(PdoKind::tpdo, number) == nullptr) {
+      for (const Mapping& mapping : read_mapping(dictionary, PdoKind::tpdo, number)) {
+        object_sources.push_back({mapping.address, slot});
+      }
+    }
+  }
+  std::ranges::sort(sources, {}, &Source::begin);
+  std::ranges::sort(object_sources, [](const ObjectSource& a, const ObjectSource& b) {
+    return a.address != b.address ? a.address < b.address : a.slot < b.slot;
+  });
+  const auto same = [](const ObjectSource& a, const ObjectSource& b) {
+    return a.address == b.address && a.slot == b.slot;
+  };
+  object_sources.erase(std::unique(object_sources.begin(), object_sources.end(), same),
+                       object_sources.end());
+}
+
+void Engine::Impl::set_operational(bool on, Instant now) {
+  if (on == operational) {
+    return;
+  }
+  operational = on;
+  latest = now;
+  go_quiet();
+  open_rpdos();
+  for (std::uint16_t slot = 0; on && slot < rpdos.size(); ++slot) {
+    begin(PdoKind::rpdo, slot);
+  }
+  for (std::uint16_t slot = 0; on && slot < tpdos.size(); ++slot) {
+    begin(PdoKind::tpdo, slot);
+  }
+}
+
+// Frames of the expected form are taken the short way only where nothing else has to be done.
+void Engine::Impl::open_rpdos() {
+  for (std::size_t slot = 0; slot < rpdos.size(); ++slot) {
+    const RpdoDetails& pdo = details[slot];
+    rpdos[slot].at_once = Rpdo::kNever;
+    rpdos[slot].deferred = Rpdo::kNever;
+    if (!operational || !pdo.active) {
+      continue;
+    }
+    const std::size_t bytes = pdo.plan.bytes();
+    const std::uint16_t form =
+        bytes > can::kMaxClassicData ? can::fd_length(bytes) : static_cast<std::uint8_t>(bytes);
+    if (is_synchronous(pdo.type)) {
+      rpdos[slot].deferred = form;
+    } else if (pdo.plan.objects.empty()) {
+      rpdos[slot].at_once = form;
+    }
+  }
+}
+
+void Engine::Impl::go_quiet() {
+  pending.clear_all();
+  inhibited.clear_all();
+  next_release = kNever;
+  deferred.clear_all();
+  timers.reset(rpdos.size() + tpdos.size());
+  for (std::size_t slot = 0; slot < rpdos.size(); ++slot) {
+    shadows[slot].frames = 0;
+    std::uint32_t& attention = inputs->pdo(slot).attention;
+    attention &= image::PdoState::kNotValid;
+  }
+  for (Tpdo& pdo : tpdos) {
+    pdo.event = false;
+    pdo.sampled = false;
+    pdo.counting = false;
+    pdo.syncs = 0;
+  }
+}
+
+// The first moment of a PDO in Operational.
+void Engine::Impl::begin(PdoKind kind, std::uint16_t slot) {
+  if (kind == PdoKind::rpdo) {
+    const bool monitored = details[slot].deadline > Duration::zero();
+    inputs->pdo(slot).attention |= monitored ? std::uint32_t{kFirst} : 0U;
+    return;
+  }
+  if (!tpdos[slot].active) {
+    return;
+  }
+  source_changed(slot, true);
+  if (has_event_timer(tpdos[slot])) {
+    timers.set(event_timer(slot), latest + tpdos[slot].event_timer);
+  }
+}
+
+}  // namespace linegate::pdo

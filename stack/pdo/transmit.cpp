@@ -1,0 +1,192 @@
+// TPDOs: from the values to the frame.
+//
+// A TPDO is sampled when it is requested, into its one frame: what is sent is always the newest
+// sample. rank is its place in the order of the bus, so the lowest set bit goes first.
+#include "stack/pdo/engine_impl.h"
+
+namespace linegate::pdo {
+
+void Engine::value_changed(od::Address address, Instant /*now*/) {
+  if (!impl_->operational) {
+    return;
+  }
+  const auto& sources = impl_->object_sources;
+  const auto range = std::ranges::equal_range(sources, address, {}, &Impl::ObjectSource::address);
+  for (const Impl::ObjectSource& source : range) {
+    impl_->source_changed(source.slot, false);
+  }
+}
+
+void Engine::outputs_written(std::uint32_t bit_offset, std::uint32_t bits, bool always,
+                             Instant /*now*/) {
+  if (!impl_->operational) {
+    return;
+  }
+  constexpr std::uint32_t kLongest = 64;
+  const auto& sources = impl_->sources;
+  const std::uint32_t from = bit_offset < kLongest ? 0 : bit_offset - kLongest;
+  auto it = std::ranges::lower_bound(sources, from, {}, &Impl::Source::begin);
+  for (; it != sources.end() && it->begin < bit_offset + bits; ++it) {
+    if (it->end > bit_offset) {
+      impl_->affected.set(it->slot);
+    }
+  }
+  impl_->affected.take_all(
+      [this, always](std::uint16_t slot) { impl_->source_changed(slot, always); });
+}
+
+bool Engine::trigger(std::uint16_t number, Instant /*now*/) {
+  const auto slot = static_cast<std::uint16_t>(number - 1U);
+  if (!impl_->operational || number == 0 || number > impl_->tpdos.size() ||
+      !impl_->tpdos[slot].active) {
+    return false;
+  }
+  impl_->source_changed(slot, true);
+  return true;
+}
+
+void Engine::remote_request(std::uint16_t slot, Instant /*now*/) {
+  if (!impl_->operational || slot >= impl_->tpdos.size()) {
+    return;
+  }
+  const Tpdo& pdo = impl_->tpdos[slot];
+  const bool rtr_allowed = (pdo.cob_id.raw & can::CobId::kNoRtrBit) == 0;
+  if (!pdo.active || !rtr_allowed || impl_->held_back(slot)) {
+    return;
+  }
+  // What is sampled at SYNC answers with the sample of the last one.
+  const bool at_sync = is_synchronous(pdo.type) || pdo.type == kRtrOnSync;
+  if (!at_sync || !pdo.sampled) {
+    impl_->sample(slot);
+  }
+  impl_->pending.set(pdo.rank);
+}
+
+void Engine::Impl::source_changed(std::uint16_t slot, bool always) {
+  Tpdo& pdo = tpdos[slot];
+  if (is_event_driven(pdo.type)) {
+    request(slot, always);
+  } else if (pdo.type == kSyncAcyclic) {
+    pdo.event = true;
+  }
+}
+
+bool Engine::Impl::held_back(std::uint16_t slot) const {
+  return tpdos[slot].linked &&
+         !image.pdo_valid(image::Direction::outputs, static_cast<std::uint16_t>(slot + 1));
+}
+
+bool Engine::Impl::sample(std::uint16_t slot) {
+  if (listener != nullptr) {
+    listener->before_tpdo(static_cast<std::uint16_t>(slot + 1));
+  }
+  Tpdo& pdo = tpdos[slot];
+  std::array<std::byte, can::kMaxFdData> data{};
+  for (const Run& run : pdo.plan.runs) {
+    std::byte* const word = data.data() + run.frame_byte;
+    const auto image_word = load_le<std::uint64_t>(outputs->data() + run.offset);
+    store_le(word, load_le<std::uint64_t>(word) | run.to_frame(image_word));
+  }
+  for (const ObjectRun& object : pdo.plan.objects) {
+    object.to_frame(data.data());
+  }
+  const bool fresh = !std::exchange(pdo.sampled, true);
+  const bool different =
+      fresh || std::memcmp(data.data(), pdo.frame.data.data(), pdo.frame.length) != 0;
+  if (different) {
+    std::memcpy(pdo.frame.data.data(), data.data(), pdo.frame.length);
+    counters.coalesced += pending.test(pdo.rank) ? 1U : 0U;
+  }
+  return different;
+}
+
+void Engine::Impl::request(std::uint16_t slot, bool always) {
+  if (!held_back(slot) && (sample(slot) || always)) {
+    pending.set(tpdos[slot].rank);
+  }
+}
+
+void Engine::Impl::sample_tpdos(std::uint8_t counter) {
+  for (const std::uint16_t slot : sync_tpdos) {
+    Tpdo& pdo = tpdos[slot];
+    if (pdo.type == kRtrOnSync) {
+      sample(slot);
+    } else if (due_at_sync(pdo, counter)) {
+      request(slot, true);
+    }
+  }
+}
+
+// With a SYNC start value, the SYNC that carries it is the first one counted.
+bool Engine::Impl::due_at_sync(Tpdo& pdo, std::uint8_t counter) const {
+  if (pdo.type == kSyncAcyclic) {
+    return std::exchange(pdo.event, false);
+  }
+  pdo.counting = pdo.counting || pdo.sync_start == 0 || counter == 0 || counter == pdo.sync_start;
+  if (!pdo.counting || ++pdo.syncs < pdo.type) {
+    return false;
+  }
+  pdo.syncs = 0;
+  return true;
+}
+
+void Engine::Impl::on_event_timer(std::uint16_t slot, Instant now) {
+  request(slot, true);
+  timers.set(event_timer(slot), now + tpdos[slot].event_timer);
+}
+
+// Ends inhibit times that are over.
+void Engine::Impl::release(Instant now) {
+  next_release = kNever;
+  for_each_bit(inhibited.words(), [this, now](std::size_t rank) {
+    const Instant until = tpdos[by_rank[rank]].inhibited_until;
+    if (until <= now) {
+      inhibited.clear(rank);
+    } else {
+      next_release = earlier(next_release, until);
+    }
+  });
+}
+
+bool Engine::Impl::next_frame(can::Frame& out, Instant now) {
+  if (now >= next_release) {
+    release(now);
+  }
+  for (std::size_t word = 0; word < pending.words().size(); ++word) {
+    const std::uint64_t ready = pending.words()[word] & ~inhibited.words()[word];
+    if (ready != 0) {
+      send(64 * word + static_cast<std::size_t>(std::countr_zero(ready)), out, now);
+      return true;
+    }
+  }
+  return false;
+}
+
+void Engine::Impl::send(std::size_t rank, can::Frame& out, Instant now) {
+  const std::uint16_t slot = by_rank[rank];
+  Tpdo& pdo = tpdos[slot];
+  out = pdo.frame;
+  pending.clear(rank);
+  ++counters.sent;
+  outputs->touch(slot, now);
+  if (pdo.inhibit > Duration::zero()) {
+    pdo.inhibited_until = now + pdo.inhibit;
+    inhibited.set(rank);
+    next_release = earlier(next_release, pdo.inhibited_until);
+  }
+  if (has_event_timer(pdo)) {
+    timers.set(event_timer(slot), now + pdo.event_timer);
+  }
+}
+
+// The first instant at which something that is requested may be sent.
+Instant Engine::Impl::next_sending() const {
+  Instant first = kNever;
+  for_each_bit(pending.words(), [this, &first](std::size_t rank) {
+    const bool waits = inhibited.test(rank);
+    first = waits ? earlier(first, tpdos[by_rank[rank]].inhibited_until) : Instant{};
+  });
+  return first;
+}
+
+}  // namespace linegate::pdo
