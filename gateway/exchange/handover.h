@@ -46,14 +46,19 @@ class Handover {
   // --- consumer -------------------------------------------------------------------------------
 
   // The newest value if there is one that was not fetched before, else nullptr. It stays as it is
-  // until the next call.
+  // until the next one is fetched.
   T* fetch() {
-    if ((middle_.load(std::memory_order_relaxed) & kFresh) == 0) {
-      return nullptr;
+    std::uint8_t middle = middle_.load(std::memory_order_relaxed);
+    while ((middle & kFresh) != 0) {
+      // Fails only when the producer did something meanwhile; what was fetched before is not touched
+      // then.
+      if (middle_.compare_exchange_weak(middle, front_, std::memory_order_acq_rel,
+                                        std::memory_order_relaxed)) {
+        front_ = middle & kIndex;
+        return &buffers_[front_];
+      }
     }
-    const std::uint8_t old = middle_.exchange(front_, std::memory_order_acq_rel);
-    front_ = old & kIndex;
-    return (old & kFresh) != 0 ? &buffers_[front_] : nullptr;
+    return nullptr;
   }
 
  private:

@@ -1,0 +1,35 @@
+#include "gateway/access.h"
+
+namespace linegate::gateway {
+
+dds::Access published_access(config::Access access) {
+  switch (access) {
+    case config::Access::off:
+      return dds::Access::off;
+    case config::Access::read:
+      return dds::Access::read;
+    case config::Access::all:
+      break;
+  }
+  return dds::Access::all;
+}
+
+bool permitted(line::CommandKind kind, config::Access commands, config::Access outputs) {
+  switch (kind) {
+    case line::CommandKind::versions:
+      return true;
+    case line::CommandKind::sdo_read:
+    case line::CommandKind::local_read:
+      return commands != config::Access::off;
+    case line::CommandKind::output_write:
+      return commands == config::Access::all && outputs == config::Access::all;
+    case line::CommandKind::sdo_write:
+    case line::CommandKind::local_write:
+    case line::CommandKind::emcy_send:
+    case line::CommandKind::nmt:
+      break;
+  }
+  return commands == config::Access::all;
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,17 @@
+// What subscribers may do to a line.
+#pragma once
+
+#include "bridges/dds/values.h"
+#include "gateway/config/plant.h"
+#include "stack/line/command.h"
+
+namespace linegate::gateway {
+
+// As LineState shows it.
+dds::Access published_access(config::Access access);
+
+// Versions are told to everybody; read allows what changes nothing; a single output value needs
+// both: commands and outputs.
+bool permitted(line::CommandKind kind, config::Access commands, config::Access outputs);
+
+}  // namespace linegate::gateway

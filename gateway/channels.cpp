@@ -1,0 +1,22 @@
+#include "gateway/channels.h"
+
+#include "bridges/can/socketcan.h"
+
+namespace linegate::gateway {
+
+std::unique_ptr<can_bridge::Channel> open_channel(const config::Interface& interface,
+                                                  std::uint32_t bit_rate,
+                                                  sim::VirtualNetwork& network) {
+  if (interface.scheme == config::Scheme::socketcan) {
+    return can_bridge::open_socketcan(interface.name, {});
+  }
+  sim::BusOptions options;
+  if (bit_rate != 0) {
+    options.bit_rate = bit_rate;
+  }
+  // A name no virtual: interface can have keeps the bus of a simulated: line to itself.
+  const bool own = interface.scheme == config::Scheme::simulated;
+  return network.open(own ? "simulated:" + interface.name : interface.name, options);
+}
+
+}  // namespace linegate::gateway

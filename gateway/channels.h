@@ -1,0 +1,19 @@
+// From an interface of the configuration to a channel.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "bridges/can/channel.h"
+#include "bridges/sim/virtual_channel.h"
+#include "gateway/config/plant.h"
+
+namespace linegate::gateway {
+
+// Never fails: an interface that cannot be opened is reported by the channel and tried again.
+// bit_rate: of a virtual bus, 0 = 1 Mbit/s; a kernel interface has its own.
+std::unique_ptr<can_bridge::Channel> open_channel(const config::Interface& interface,
+                                                  std::uint32_t bit_rate,
+                                                  sim::VirtualNetwork& network);
+
+}  // namespace linegate::gateway

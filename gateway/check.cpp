@@ -1,0 +1,355 @@
+#include "gateway/check.h"
+
+#include <iostream>
+#include <iterator>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "gateway/config/value.h"
+#include "gateway/exit_code.h"
+#include "gateway/json_writer.h"
+#include "gateway/log.h"
+#include "stack/line/line.h"
+#include "stack/pdo/parameters.h"
+
+namespace linegate::gateway {
+namespace {
+
+using config::format_duration;
+
+std::string hex64(std::uint64_t value) {
+  return fmt::format("{:016x}", value);
+}
+
+std::string publish_text(const config::Publish& publish) {
+  switch (publish.rule) {
+    case config::Publish::Rule::on_change:
+      return "on change, at most every " + format_duration(publish.time);
+    case config::Publish::Rule::on_sync:
+      return "on SYNC";
+    case config::Publish::Rule::period:
+      break;
+  }
+  return "every " + format_duration(publish.time);
+}
+
+std::string transmission(std::uint8_t type) {
+  if (type == pdo::kSyncAcyclic) {
+    return "on SYNC after a change";
+  }
+  if (pdo::is_synchronous(type)) {
+    return type == 1 ? "every SYNC" : fmt::format("every {} SYNCs", type);
+  }
+  return pdo::is_event_driven(type) ? "on event" : fmt::format("type {}", type);
+}
+
+std::string off_or(Duration duration) {
+  return duration == Duration::zero() ? "off" : format_duration(duration);
+}
+
+class Text {
+ public:
+  std::string take() { return std::move(out_); }
+
+  void plant(const config::Plant& plant) {
+    add("gateway {}, DDS domain {}, profile {}, log {}\n", plant.gateway, plant.dds_domain,
+        plant.dds_profile.empty() ? "built in" : plant.dds_profile, config::name(plant.log));
+    for (const auto& e : plant.executors) {
+      add("executor {}: priority {}, processor {}, memory {}\n", e.name, e.priority,
+          e.processor ? std::to_string(*e.processor) : "any",
+          e.lock_memory ? "locked" : "not locked");
+    }
+    for (const auto& line : plant.lines) {
+      this->line(line);
+    }
+  }
+
+ private:
+  template <class... T>
+  void add(fmt::format_string<T...> format, T&&... arguments) {
+    fmt::format_to(std::back_inserter(out_), format, std::forward<T>(arguments)...);
+  }
+
+  void line(const config::LinePlan& plan) {
+    const line::LineConfig& c = plan.config;
+    add("\nline {} on {}\n", c.name, plan.interface.uri);
+    add("  {} with node-ID {}, network-ID {}, bit rate {}\n", name(c.role), c.node_id, c.network_id,
+        c.bit_rate == 0 ? "not given" : fmt::format("{} bit/s", c.bit_rate));
+    add("  heartbeat {}, SYNC {}, SDO time-out {}, reset nodes {}, start nodes {}\n",
+        off_or(c.heartbeat), off_or(c.sync_period), format_duration(c.sdo_timeout), c.reset_nodes,
+        c.start_nodes);
+    add("  access: commands {}, outputs {}; published {}; PDO updates every {} at most\n",
+        config::name(plan.commands), config::name(plan.outputs), publish_text(plan.publish),
+        format_duration(plan.pdo_min_period));
+    add("  executor {}\n", plan.executor.empty() ? "of its own" : plan.executor);
+    for (const auto& node : c.nodes) {
+      this->node(node);
+    }
+    for (const auto& device : plan.simulated) {
+      add("  simulated: node {} as {}\n", device.node, device.profile);
+    }
+    if (const auto made = line::Line::make(c); made.value) {
+      layout((*made.value)->layout(image::Direction::inputs));
+      layout((*made.value)->layout(image::Direction::outputs));
+      groups(c, (*made.value)->layout(image::Direction::outputs));
+    }
+  }
+
+  void node(const line::NodeConfig& node) {
+    add("  node {} {}: {} ({}){}\n", node.id, node.name, node.device.product_name, node.device.file,
+        node.mandatory ? ", mandatory" : "");
+    add("    heartbeat {}, consumer {}, boot within {}, identity {}{}\n", off_or(node.heartbeat),
+        node.heartbeat_consumer == Duration::zero() ? "2.5 x that"
+                                                    : format_duration(node.heartbeat_consumer),
+        format_duration(node.boot_timeout), node.check_identity ? "checked" : "not checked",
+        node.serial ? fmt::format(", serial number {}", *node.serial) : "");
+    for (const auto& object : node.objects) {
+      add("    write {} =", config::format_address(object.address));
+      for (auto it = object.data.rbegin(); it != object.data.rend(); ++it) {
+        add("{}{:02X}", it == object.data.rbegin() ? " " : "", std::to_integer<unsigned>(*it));
+      }
+      add("h\n");
+    }
+    const auto pdos = pdo::describe_pdos(node.device);
+    if (pdos.value) {
+      for (const auto& p : pdos.value->tpdos) {
+        pdo("TPDO", p, node);
+      }
+      for (const auto& p : pdos.value->rpdos) {
+        pdo("RPDO", p, node);
+      }
+    }
+  }
+
+  void pdo(std::string_view kind, const pdo::Parameters& p, const line::NodeConfig& node) {
+    add("    {}{} {:03X}h {}", kind, p.number, p.cob_id.id(), transmission(p.type));
+    if (p.inhibit != Duration::zero()) {
+      add(", inhibit {}", format_duration(p.inhibit));
+    }
+    if (p.event_timer != Duration::zero()) {
+      add(", timer {}", format_duration(p.event_timer));
+    }
+    add(":");
+    for (const auto& mapped : p.mapping) {
+      const auto* variable = node.device.find(mapped.address);
+      add(" {}/{}{}", config::format_address(mapped.address), mapped.bits,
+          variable == nullptr ? "" : " \"" + variable->name + "\"");
+    }
+    add("\n");
+  }
+
+  void layout(const image::Layout& layout) {
+    add("  {}: {} entries in {} bytes, layout {}\n", name(layout.direction), layout.entries.size(),
+        layout.byte_size, hex64(layout.id));
+    if (layout.entries.empty()) {
+      return;
+    }
+    add("    {:>5} {:>8} {:>4} {:<11} {:>7} {:>6} {:>5} {:>8}  {}\n", "entry", "byte.bit", "bits",
+        "type", "object", "remote", "local", "variable", "name");
+    for (std::size_t i = 0; i < layout.entries.size(); ++i) {
+      const auto& e = layout.entries[i];
+      add("    {:>5} {:>6}.{} {:>4} {:<11} {:>7} {:>6} {:>5} {:>8}  {}\n", i, e.bit_offset / 8,
+          e.bit_offset % 8, e.bit_length, od::name(e.type),
+          config::format_address({e.index, e.sub}), e.remote_pdo, e.local_pdo,
+          e.variable_index == 0 ? "-" : config::format_address({e.variable_index, e.variable_sub}),
+          e.name);
+    }
+  }
+
+  void groups(const line::LineConfig& config, const image::Layout& outputs) {
+    for (const auto& group : config.groups) {
+      add("  output group {} {}, sent {}:", group.number, group.name,
+          group.send_always ? "always" : "on change");
+      for (const auto entry : group.entries) {
+        add(" {}", outputs.entries[entry].name);
+      }
+      add("\n");
+    }
+    for (const auto& value : config.defaults) {
+      add("  default {} = {:X}h\n", outputs.entries[value.entry].name, value.value);
+    }
+  }
+
+  std::string out_;
+};
+
+class Json {
+ public:
+  std::string take() { return out_.text(); }
+
+  void document(const Loaded<config::Plant>& loaded) {
+    out_.begin_object().member("ok", loaded.ok());
+    out_.key("diagnostics").begin_array();
+    for (const auto& d : loaded.diagnostics) {
+      constexpr std::array<const char*, 3> kSeverities{"note", "warning", "error"};
+      out_.begin_object()
+          .member("severity", std::string(kSeverities[static_cast<std::size_t>(d.severity)]))
+          .member("file", d.file)
+          .member("line", d.line)
+          .member("column", d.column)
+          .member("text", d.text)
+          .end_object();
+    }
+    out_.end_array();
+    if (loaded.value) {
+      plant(*loaded.value);
+    }
+    out_.end_object();
+  }
+
+ private:
+  void plant(const config::Plant& plant) {
+    out_.member("gateway", plant.gateway)
+        .member("dds_domain", plant.dds_domain)
+        .member("dds_profile", plant.dds_profile)
+        .member("log", config::name(plant.log));
+    out_.key("lines").begin_array();
+    for (const auto& line : plant.lines) {
+      this->line(line);
+    }
+    out_.end_array();
+  }
+
+  void line(const config::LinePlan& plan) {
+    const line::LineConfig& c = plan.config;
+    out_.begin_object()
+        .member("name", c.name)
+        .member("interface", plan.interface.uri)
+        .member("role", name(c.role))
+        .member("node_id", c.node_id)
+        .member("network_id", c.network_id)
+        .member("bit_rate", c.bit_rate)
+        .member("heartbeat_ns", c.heartbeat.count())
+        .member("sync_ns", c.sync_period.count())
+        .member("commands", config::name(plan.commands))
+        .member("outputs", config::name(plan.outputs))
+        .member("publish", config::name(plan.publish.rule))
+        .member("publish_ns", plan.publish.time.count())
+        .member("pdo_min_period_ns", plan.pdo_min_period.count())
+        .member("executor", plan.executor);
+    out_.key("nodes").begin_array();
+    for (const auto& node : c.nodes) {
+      this->node(node);
+    }
+    out_.end_array();
+    if (const auto made = line::Line::make(c); made.value) {
+      const auto& outputs = (*made.value)->layout(image::Direction::outputs);
+      layout((*made.value)->layout(image::Direction::inputs));
+      layout(outputs);
+      groups(c, outputs);
+    }
+    out_.end_object();
+  }
+
+  void node(const line::NodeConfig& node) {
+    out_.begin_object()
+        .member("id", node.id)
+        .member("name", node.name)
+        .member("file", node.device.file)
+        .member("product", node.device.product_name)
+        .member("mandatory", node.mandatory)
+        .member("heartbeat_ns", node.heartbeat.count());
+    const auto pdos = pdo::describe_pdos(node.device);
+    out_.key("tpdos").begin_array();
+    if (pdos.value) {
+      for (const auto& p : pdos.value->tpdos) {
+        pdo(p);
+      }
+    }
+    out_.end_array().key("rpdos").begin_array();
+    if (pdos.value) {
+      for (const auto& p : pdos.value->rpdos) {
+        pdo(p);
+      }
+    }
+    out_.end_array().end_object();
+  }
+
+  void pdo(const pdo::Parameters& p) {
+    out_.begin_object()
+        .member("number", p.number)
+        .member("cob_id", p.cob_id.id())
+        .member("type", p.type)
+        .member("inhibit_ns", p.inhibit.count())
+        .member("event_timer_ns", p.event_timer.count());
+    out_.key("mapping").begin_array();
+    for (const auto& mapped : p.mapping) {
+      out_.begin_object()
+          .member("index", mapped.address.index)
+          .member("sub", mapped.address.sub)
+          .member("bits", mapped.bits)
+          .end_object();
+    }
+    out_.end_array().end_object();
+  }
+
+  void layout(const image::Layout& layout) {
+    out_.key(std::string(name(layout.direction)) + "_layout").begin_object();
+    out_.member("id", hex64(layout.id)).member("bytes", layout.byte_size);
+    out_.key("entries").begin_array();
+    for (const auto& e : layout.entries) {
+      out_.begin_object()
+          .member("name", e.name)
+          .member("bit_offset", e.bit_offset)
+          .member("bit_length", e.bit_length)
+          .member("type", od::name(e.type))
+          .member("node", e.node)
+          .member("index", e.index)
+          .member("sub", e.sub)
+          .member("remote_pdo", e.remote_pdo)
+          .member("local_pdo", e.local_pdo)
+          .member("variable_index", e.variable_index)
+          .member("variable_sub", e.variable_sub)
+          .end_object();
+    }
+    out_.end_array().end_object();
+  }
+
+  void groups(const line::LineConfig& config, const image::Layout& outputs) {
+    out_.key("groups").begin_array();
+    for (const auto& group : config.groups) {
+      out_.begin_object()
+          .member("number", group.number)
+          .member("name", group.name)
+          .member("send", group.send_always ? "always" : "on_change");
+      out_.key("entries").begin_array();
+      for (const auto entry : group.entries) {
+        out_.value(outputs.entries[entry].name);
+      }
+      out_.end_array().end_object();
+    }
+    out_.end_array();
+  }
+
+  JsonWriter out_;
+};
+
+}  // namespace
+
+std::string describe(const config::Plant& plant) {
+  Text text;
+  text.plant(plant);
+  return text.take();
+}
+
+std::string to_json(const Loaded<config::Plant>& loaded) {
+  Json json;
+  json.document(loaded);
+  return json.take();
+}
+
+int check(const std::string& path, bool json) {
+  const auto loaded = config::load(path);
+  if (json) {
+    std::cout << to_json(loaded) << '\n';
+  } else {
+    print(loaded.diagnostics);
+    if (loaded.value) {
+      std::cout << describe(*loaded.value);
+    }
+  }
+  return loaded.ok() ? kExitOk : kExitUsage;
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,238 @@
+#include <algorithm>
+
+#include "bridges/can/channel.h"
+#include "bridges/sim/device.h"
+#include "gateway/config/sections.h"
+
+namespace linegate::config {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr Duration kLongest = std::chrono::hours(1);
+
+Interface read_interface(Section& section, const YAML::Node& node) {
+  Interface out;
+  const auto text = section.text(node);
+  if (!text) {
+    return out;
+  }
+  out.uri = *text;
+  if (*text == "simulated:") {
+    return out;
+  }
+  const auto parsed = can_bridge::parse_uri(*text);
+  if (!parsed.ok()) {
+    section.findings().error(
+        place_of(node), parsed.error + "; interfaces are socketcan:NAME, virtual:NAME, simulated:");
+    return out;
+  }
+  out.scheme = parsed.uri.scheme == "socketcan" ? Scheme::socketcan : Scheme::virtual_bus;
+  out.name = parsed.uri.name;
+  return out;
+}
+
+void read_role(Section& section, line::LineConfig& config) {
+  const YAML::Node node = section.find("role");
+  section.choose<line::Role>(node, config.role,
+                             {{"manager", line::Role::manager},
+                              {"observer", line::Role::observer},
+                              {"device", line::Role::device}});
+  if (config.role != line::Role::manager) {
+    section.findings().error(place_of(node), "the role " + std::string(name(config.role)) +
+                                                 " is not available in this version; use manager");
+  }
+}
+
+void read_access(Section& section, LinePlan& plan) {
+  const auto read = [](Section& from, const YAML::Node& node, Access& target) {
+    from.choose<Access>(node, target,
+                        {{"off", Access::off}, {"read", Access::read}, {"all", Access::all}});
+  };
+  const YAML::Node node = section.find("access");
+  if (!node.IsDefined()) {
+    return;
+  }
+  if (!node.IsMap()) {
+    read(section, node, plan.commands);
+    plan.outputs = plan.commands;
+    return;
+  }
+  Section access(section.findings(), node, "access");
+  read(access, access.find("commands"), plan.commands);
+  read(access, access.find("outputs"), plan.outputs);
+  access.done();
+}
+
+void read_publish(Section& section, Publish& publish) {
+  const YAML::Node node = section.find("publish");
+  if (!node.IsDefined()) {
+    return;
+  }
+  if (!node.IsMap()) {
+    section.choose<Publish::Rule>(
+        node, publish.rule,
+        {{"on_change", Publish::Rule::on_change}, {"on_sync", Publish::Rule::on_sync}});
+    return;
+  }
+  Section rules(section.findings(), node, "publish");
+  const YAML::Node change = rules.find("on_change");
+  const YAML::Node period = rules.find("period");
+  if (change.IsDefined()) {
+    Section rule(section.findings(), change, "on_change");
+    rule.read("min_separation", publish.time, Duration::zero(), kLongest);
+    rule.done();
+  }
+  if (period.IsDefined()) {
+    publish.rule = Publish::Rule::period;
+    rules.read("period", publish.time, milliseconds(1), kLongest);
+  }
+  rules.done();
+  if (change.IsDefined() == period.IsDefined()) {
+    section.findings().error(place_of(node),
+                             "publish is one of on_change, on_sync, {on_change: {min_separation: "
+                             "10ms}}, {period: 100ms}");
+  }
+}
+
+void read_identity(Section& section, line::Identity& identity) {
+  const YAML::Node node = section.find("identity");
+  if (!node.IsDefined()) {
+    return;
+  }
+  constexpr std::uint64_t kMax = 0xFFFF'FFFF;
+  Section from(section.findings(), node, "identity");
+  from.read_number("device_type", identity.device_type, 0, kMax);
+  from.read_number("vendor", identity.vendor, 0, kMax);
+  from.read_number("product", identity.product, 0, kMax);
+  from.read_number("revision", identity.revision, 0, kMax);
+  from.read_number("serial", identity.serial, 0, kMax);
+  from.done();
+}
+
+void read_simulated(Section& section, LinePlan& plan) {
+  std::vector<std::string> profiles;
+  for (const auto profile : sim::profiles()) {
+    profiles.emplace_back(profile);
+  }
+  const YAML::Node list = section.find("simulate");
+  for (const YAML::Node& element : elements(section.findings(), list, "simulate")) {
+    SimulatedDevice device;
+    Section from(section.findings(), element, "a simulated device");
+    const YAML::Node node = from.require("node");
+    if (const auto number = from.number(node, 1, 127)) {
+      device.node = static_cast<std::uint8_t>(*number);
+    }
+    const YAML::Node profile = from.require("profile");
+    if (const auto text = from.text(profile)) {
+      device.profile = *text;
+      if (std::find(profiles.begin(), profiles.end(), *text) == profiles.end()) {
+        from.not_one_of(profile, *text, profiles);
+      }
+    }
+    from.done();
+    const bool twice = std::any_of(
+        plan.simulated.begin(), plan.simulated.end(),
+        [&](const auto& other) { return device.node != 0 && other.node == device.node; });
+    if (twice || (device.node != 0 && device.node == plan.config.node_id)) {
+      section.findings().error(
+          place_of(node), "node-ID " + std::to_string(device.node) +
+                              (twice ? " is simulated already" : " is the line's own node_id"));
+    }
+    plan.simulated.push_back(std::move(device));
+  }
+  if (list.IsDefined() && plan.interface.scheme != Scheme::simulated) {
+    section.findings().error(place_of(list),
+                             "simulate needs the interface simulated:; for other interfaces "
+                             "there is the command linegate simulate");
+  }
+}
+
+void read_nodes(Section& section, line::LineConfig& config) {
+  for (const YAML::Node& element : elements(section.findings(), section.find("nodes"), "nodes")) {
+    line::NodeConfig node = read_node(section.findings(), element);
+    const auto clash = [&](const std::string& text) {
+      section.findings().error(place_of(element), text);
+    };
+    for (const auto& other : config.nodes) {
+      if (other.id == node.id && node.id != 0) {
+        clash("node-ID " + std::to_string(node.id) + " is that of \"" + other.name + "\" already");
+      }
+      if (other.name == node.name) {
+        clash("another node is called \"" + node.name + "\"");
+      }
+    }
+    if (node.id != 0 && node.id == config.node_id) {
+      clash("node-ID " + std::to_string(node.id) + " is the line's own node_id");
+    }
+    config.nodes.push_back(std::move(node));
+  }
+  std::stable_sort(config.nodes.begin(), config.nodes.end(),
+                   [](const auto& a, const auto& b) { return a.id < b.id; });
+}
+
+void read_own_node(Section& section, line::LineConfig& config) {
+  section.read_number("node_id", config.node_id, 1, 127);
+  section.read_multiple("heartbeat", config.heartbeat, milliseconds(1), milliseconds(65'535));
+  section.read_multiple("sync", config.sync_period, std::chrono::microseconds(1),
+                        std::chrono::seconds(60));
+  section.read("sdo_timeout", config.sdo_timeout, milliseconds(1), std::chrono::minutes(10));
+  section.read("reset_nodes", config.reset_nodes);
+  section.read("start_nodes", config.start_nodes);
+  read_identity(section, config.identity);
+}
+
+}  // namespace
+
+LineSection read_line(Findings& findings, const YAML::Node& node) {
+  LineSection out;
+  LinePlan& plan = out.plan;
+  plan.config.network_id = 0;
+  Section section(findings, node, "a line");
+  out.place = section.place();
+
+  const YAML::Node name = section.require("name");
+  if (auto text = section.text(name)) {
+    check_name(findings, *text, place_of(name), "name");
+    plan.config.name = std::move(*text);
+    out.place = place_of(name);
+  }
+  const YAML::Node interface = section.require("interface");
+  out.interface_place = place_of(interface);
+  plan.interface = read_interface(section, interface);
+  if (plan.interface.scheme == Scheme::simulated) {
+    plan.interface.name = plan.config.name;
+  }
+  const YAML::Node rate = section.find("bit_rate");
+  if (const auto text = section.text(rate)) {
+    if (const auto value = parse_bit_rate(*text)) {
+      plan.config.bit_rate = *value;
+    } else {
+      findings.error(place_of(rate), "expected a bit rate such as 500kbit, got \"" + *text + "\"");
+    }
+  }
+  const YAML::Node network = section.find("network_id");
+  out.network_place = network.IsDefined() ? place_of(network) : out.place;
+  section.read_number("network_id", plan.config.network_id, 1, 127);
+
+  read_role(section, plan.config);
+  read_own_node(section, plan.config);
+  read_access(section, plan);
+  read_publish(section, plan.publish);
+  const YAML::Node update = section.find("pdo_update");
+  if (update.IsDefined()) {
+    Section from(findings, update, "pdo_update");
+    from.read("min_period", plan.pdo_min_period, Duration::zero(), kLongest);
+    from.done();
+  }
+  const YAML::Node executor = section.find("executor");
+  out.executor_place = place_of(executor);
+  section.read("executor", plan.executor);
+  read_nodes(section, plan.config);
+  read_simulated(section, plan);
+  out.outputs = read_outputs(findings, section.find("outputs"));
+  section.done();
+  return out;
+}
+
+}  // namespace linegate::config

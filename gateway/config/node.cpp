@@ -1,0 +1,105 @@
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "gateway/config/sections.h"
+#include "stack/eds/reader.h"
+
+namespace linegate::config {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr Duration kLongestHeartbeat = milliseconds(65'535);  // 1016h, 1017h: 16 bits of ms
+
+void read_heartbeat(Section& section, line::NodeConfig& config) {
+  const YAML::Node node = section.find("heartbeat");
+  if (!node.IsDefined()) {
+    return;
+  }
+  if (!node.IsMap()) {
+    section.read_multiple("heartbeat", config.heartbeat, milliseconds(1), kLongestHeartbeat);
+    return;
+  }
+  Section from(section.findings(), node, "heartbeat");
+  from.read_multiple("producer", config.heartbeat, milliseconds(1), kLongestHeartbeat);
+  from.read_multiple("consumer", config.heartbeat_consumer, milliseconds(1), kLongestHeartbeat);
+  from.done();
+  if (config.heartbeat_consumer != Duration::zero() &&
+      config.heartbeat_consumer <= config.heartbeat) {
+    section.findings().error(place_of(node), "the consumer time " +
+                                                 format_duration(config.heartbeat_consumer) +
+                                                 " must be longer than the producer time " +
+                                                 format_duration(config.heartbeat));
+  }
+}
+
+// The device file, from `eds` or `dcf`; true if it could be read.
+bool read_device(Section& section, line::NodeConfig& config) {
+  Findings& findings = section.findings();
+  const YAML::Node eds = section.find("eds");
+  const YAML::Node dcf = section.find("dcf");
+  if (eds.IsDefined() == dcf.IsDefined()) {
+    if (section.valid()) {
+      findings.error(section.place(), eds.IsDefined()
+                                          ? "a node has either the key \"eds\" or the key \"dcf\""
+                                          : "a node needs the key \"eds\" (or \"dcf\")");
+    }
+    return false;
+  }
+  const YAML::Node node = eds.IsDefined() ? eds : dcf;
+  const auto text = section.text(node);
+  if (!text || config.id == 0) {
+    return false;
+  }
+  const auto path =
+      (std::filesystem::path(findings.file()).parent_path() / *text).lexically_normal();
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) {
+    findings.error(place_of(node), "there is no file " + path.string());
+    return false;
+  }
+  std::ifstream in(path, std::ios::binary);
+  const std::string content((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  auto loaded = eds::load(content, path.string(), config.id);
+  findings.add(std::move(loaded.diagnostics));
+  if (!loaded.value) {
+    findings.error(place_of(node), "the device file " + path.string() + " has errors");
+    return false;
+  }
+  config.device = std::move(*loaded.value);
+  return true;
+}
+
+}  // namespace
+
+line::NodeConfig read_node(Findings& findings, const YAML::Node& node) {
+  line::NodeConfig config;
+  Section section(findings, node, "a node");
+  if (const auto id = section.number(section.require("id"), 1, 127)) {
+    config.id = static_cast<std::uint8_t>(*id);
+  }
+  config.name = "node" + std::to_string(config.id);
+  const YAML::Node name = section.find("name");
+  if (auto text = section.text(name)) {
+    check_name(findings, *text, place_of(name), "name");
+    config.name = std::move(*text);
+  }
+  section.read("mandatory", config.mandatory);
+  section.read("check_identity", config.check_identity);
+  if (const auto serial = section.number(section.find("serial"), 0, 0xFFFF'FFFF)) {
+    config.serial = static_cast<std::uint32_t>(*serial);
+  }
+  read_heartbeat(section, config);
+  section.read("boot_timeout", config.boot_timeout, milliseconds(1), std::chrono::hours(1));
+  const YAML::Node objects = section.find("objects");
+  const YAML::Node pdos = section.find("pdos");
+  if (read_device(section, config)) {
+    read_pdos(findings, pdos, config);
+    read_objects(findings, objects, config);
+  }
+  section.done();
+  return config;
+}
+
+}  // namespace linegate::config

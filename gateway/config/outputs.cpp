@@ -1,0 +1,192 @@
+#include <algorithm>
+#include <memory>
+
+#include "gateway/config/sections.h"
+#include "stack/line/line.h"
+
+namespace linegate::config {
+namespace {
+
+GroupSection read_group(Findings& findings, const YAML::Node& node, std::size_t position) {
+  GroupSection out;
+  Section section(findings, node, "a group");
+  out.place = section.place();
+  const YAML::Node name = section.require("name");
+  if (auto text = section.text(name)) {
+    check_name(findings, *text, place_of(name), "name");
+    out.group.name = std::move(*text);
+  }
+  out.group.number = static_cast<std::uint16_t>(position + 1);
+  section.read_number("number", out.group.number, 0, 0xFFFF);
+  section.read_choice<bool>("send", out.group.send_always,
+                            {{"on_change", false}, {"always", true}});
+  for (const YAML::Node& entry : elements(findings, section.require("entries"), "entries")) {
+    if (auto text = section.text(entry)) {
+      out.entries.push_back({std::move(*text), place_of(entry)});
+    }
+  }
+  section.done();
+  return out;
+}
+
+// The outputs of one line by the names people give them.
+class Names {
+ public:
+  Names(const line::LineConfig& config, const image::Layout& layout)
+      : config_(config), layout_(layout) {}
+
+  // Entry numbers; empty if there is none. several: "node.*" is allowed.
+  std::vector<std::uint32_t> find(const std::string& text, bool several) const {
+    std::vector<std::uint32_t> out;
+    for (std::uint32_t i = 0; i < layout_.entries.size(); ++i) {
+      if (layout_.entries[i].name == text) {
+        return {i};
+      }
+    }
+    const std::size_t dot = text.find('.');
+    const auto node = node_id(text.substr(0, dot));
+    if (!node || dot == std::string::npos) {
+      return out;
+    }
+    const std::string object = text.substr(dot + 1);
+    const auto address = parse_address(object);
+    for (std::uint32_t i = 0; i < layout_.entries.size(); ++i) {
+      const auto& entry = layout_.entries[i];
+      const bool matches =
+          object == "*" ? several
+                        : address && entry.index == address->index && entry.sub == address->sub;
+      if (entry.node == *node && matches) {
+        out.push_back(i);
+      }
+    }
+    return out;
+  }
+
+  std::string suggestion(const std::string& text) const {
+    std::vector<std::string> names;
+    for (const auto& entry : layout_.entries) {
+      names.push_back(entry.name);
+    }
+    const std::string guess = nearest(text, names);
+    return guess.empty() ? "" : "; did you mean \"" + guess + "\"?";
+  }
+
+ private:
+  std::optional<std::uint8_t> node_id(const std::string& name) const {
+    for (const auto& node : config_.nodes) {
+      if (node.name == name) {
+        return node.id;
+      }
+    }
+    return std::nullopt;
+  }
+
+  const line::LineConfig& config_;
+  const image::Layout& layout_;
+};
+
+void resolve_groups(Findings& findings, const OutputsSection& outputs, const Names& names,
+                    const image::Layout& layout, line::LineConfig& config) {
+  std::vector<std::string> owner(layout.entries.size());
+  for (const auto& section : outputs.groups) {
+    line::OutputGroup group = section.group;
+    for (const auto& other : config.groups) {
+      if (other.number == group.number || other.name == group.name) {
+        findings.error(section.place, "group \"" + group.name + "\" has the " +
+                                          (other.name == group.name ? "name" : "number") +
+                                          " of another");
+      }
+    }
+    for (const auto& reference : section.entries) {
+      const auto found = names.find(reference.text, true);
+      if (found.empty()) {
+        findings.error(reference.place, "there is no output \"" + reference.text + "\"" +
+                                            names.suggestion(reference.text));
+      }
+      for (const auto entry : found) {
+        if (!owner[entry].empty()) {
+          findings.error(reference.place, "the output \"" + layout.entries[entry].name +
+                                              "\" is in group \"" + owner[entry] + "\" already");
+        }
+        owner[entry] = group.name;
+        group.entries.push_back(entry);
+      }
+    }
+    config.groups.push_back(std::move(group));
+  }
+}
+
+void resolve_defaults(Findings& findings, const OutputsSection& outputs, const Names& names,
+                      const image::Layout& layout, line::LineConfig& config) {
+  for (const auto& section : outputs.defaults) {
+    const auto found = names.find(section.entry.text, false);
+    if (found.empty()) {
+      findings.error(section.entry.place, "there is no output \"" + section.entry.text + "\"" +
+                                              names.suggestion(section.entry.text));
+      continue;
+    }
+    const auto& entry = layout.entries[found.front()];
+    const auto data = parse_value(section.value, entry.type);
+    if (!data || data->size() > sizeof(std::uint64_t)) {
+      findings.error(section.value_place, "\"" + section.value + "\" is no " +
+                                              std::string(od::name(entry.type)) + " for \"" +
+                                              entry.name + "\"");
+      continue;
+    }
+    line::OutputDefault value{found.front(), 0};
+    for (std::size_t i = data->size(); i > 0; --i) {
+      value.value = value.value << 8U | std::to_integer<std::uint64_t>((*data)[i - 1]);
+    }
+    config.defaults.push_back(value);
+  }
+}
+
+}  // namespace
+
+OutputsSection read_outputs(Findings& findings, const YAML::Node& node) {
+  OutputsSection out;
+  if (!node.IsDefined()) {
+    return out;
+  }
+  Section section(findings, node, "outputs");
+  for (const YAML::Node& group : elements(findings, section.find("groups"), "groups")) {
+    out.groups.push_back(read_group(findings, group, out.groups.size()));
+  }
+  const YAML::Node defaults = section.find("defaults");
+  if (defaults.IsDefined()) {
+    Section from(findings, defaults, "defaults");
+    if (from.valid()) {
+      for (const auto& pair : defaults) {
+        auto text = from.text(pair.second);
+        if (pair.first.IsScalar() && text) {
+          from.find(pair.first.Scalar());
+          out.defaults.push_back({{pair.first.Scalar(), place_of(pair.first)},
+                                  std::move(*text),
+                                  place_of(pair.second)});
+        }
+      }
+    }
+  }
+  section.done();
+  return out;
+}
+
+void resolve_outputs(Findings& findings, const OutputsSection& outputs, LinePlan& plan) {
+  auto made = line::Line::make(plan.config);
+  findings.add(std::move(made.diagnostics));
+  if (!made.value) {
+    return;
+  }
+  const auto& layout = (*made.value)->layout(image::Direction::outputs);
+  const Names names(plan.config, layout);
+  const std::size_t before = findings.errors();
+  resolve_groups(findings, outputs, names, layout, plan.config);
+  resolve_defaults(findings, outputs, names, layout, plan.config);
+  if (findings.errors() == before &&
+      !(plan.config.groups.empty() && plan.config.defaults.empty())) {
+    // What the line itself has to say about its groups.
+    findings.add(line::Line::make(plan.config).diagnostics);
+  }
+}
+
+}  // namespace linegate::config

@@ -1,0 +1,18 @@
+// Changing a device description to what the configuration will make of the device.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "stack/od/description.h"
+
+namespace linegate::config {
+
+// nullptr if there is no such object or sub-index.
+od::VariableDescription* find_variable(od::DeviceDescription& device, od::Address address);
+
+// The value the device will have once it is configured. Nothing happens without such a variable.
+void set_value(od::DeviceDescription& device, od::Address address,
+               const std::vector<std::byte>& value);
+
+}  // namespace linegate::config

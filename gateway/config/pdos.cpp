@@ -1,0 +1,251 @@
+#include <charconv>
+
+#include "gateway/config/patch.h"
+#include "gateway/config/sections.h"
+#include "stack/can/cob_id.h"
+#include "stack/pdo/parameters.h"
+
+namespace linegate::config {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+
+constexpr unsigned kMaxBits = 64;             // of a classical frame
+constexpr std::uint16_t kLastDummy = 0x0007;  // CiA 301 7.4.1: data types as dummy entries
+
+struct PdoName {
+  bool transmit = false;  // the device's TPDO
+  std::uint16_t number = 0;
+
+  std::uint16_t communication() const {
+    return static_cast<std::uint16_t>((transmit ? 0x1800 : 0x1400) + number - 1);
+  }
+  std::uint16_t mapping() const { return static_cast<std::uint16_t>(communication() + 0x200); }
+};
+
+// "tpdo1" .. "tpdo512", "rpdo1" .. "rpdo512".
+std::optional<PdoName> parse_pdo_name(const std::string& text) {
+  PdoName name;
+  name.transmit = text.starts_with("tpdo");
+  if (!name.transmit && !text.starts_with("rpdo")) {
+    return std::nullopt;
+  }
+  const char* end = text.data() + text.size();
+  const auto parsed = std::from_chars(text.data() + 4, end, name.number);
+  const bool good = parsed.ec == std::errc{} && parsed.ptr == end && name.number >= 1 &&
+                    name.number <= pdo::kMaxPdo;
+  return good ? std::optional(name) : std::nullopt;
+}
+
+std::vector<std::byte> little_endian(std::uint64_t value, std::size_t size) {
+  std::vector<std::byte> out(size);
+  for (auto& byte : out) {
+    byte = static_cast<std::byte>(value & 0xFFU);
+    value >>= 8U;
+  }
+  return out;
+}
+
+// One `tpdoN:` or `rpdoN:`. Objects are written in the order CiA 301 (7.5.2.36, 7.5.2.38) wants:
+// the PDO is taken away, its parameters and mapping are changed, and it is put back.
+class Override {
+ public:
+  Override(Findings& findings, const YAML::Node& key, const YAML::Node& value, PdoName pdo,
+           line::NodeConfig& config)
+      : findings_(findings),
+        config_(config),
+        pdo_(pdo),
+        place_(place_of(key)),
+        section_(findings, value, key.Scalar()) {}
+
+  void apply() {
+    const auto* cob_id = config_.device.find({pdo_.communication(), 1});
+    if (cob_id == nullptr) {
+      findings_.error(place_, config_.device.file + " has no object " +
+                                  format_address({pdo_.communication(), 1}));
+      return;
+    }
+    const std::uint32_t raw = described_cob_id(*cob_id);
+    const std::uint32_t wanted = read_cob_id(raw);
+    write({pdo_.communication(), 1}, wanted | can::CobId::kInvalidBit, place_);
+    read_type();
+    read_times();
+    read_mapping();
+    section_.done();
+    write({pdo_.communication(), 1}, wanted, place_);
+  }
+
+ private:
+  void write(od::Address address, std::uint64_t value, Place place) {
+    auto* variable = find_variable(config_.device, address);
+    if (variable == nullptr) {
+      findings_.error(place, config_.device.file + " has no object " + format_address(address));
+      return;
+    }
+    auto data = little_endian(value, od::byte_size(variable->type));
+    set_value(config_.device, address, data);
+    config_.objects.push_back({address, std::move(data)});
+  }
+
+  // Without a value in the device file: that of the pre-defined connection set, if it has one.
+  std::uint32_t described_cob_id(const od::VariableDescription& variable) const {
+    std::uint32_t raw = 0;
+    for (std::size_t i = variable.value.size(); i > 0; --i) {
+      raw = raw << 8U | std::to_integer<std::uint32_t>(variable.value[i - 1]);
+    }
+    if (raw != 0 || pdo_.number > 4) {
+      return raw;
+    }
+    return pdo_.transmit ? can::default_tpdo_id(pdo_.number, config_.id)
+                         : can::default_rpdo_id(pdo_.number, config_.id);
+  }
+
+  std::uint32_t read_cob_id(std::uint32_t raw) {
+    bool enabled = true;
+    section_.read("enabled", enabled);
+    const YAML::Node node = section_.find("cob_id");
+    if (const auto id = section_.number(node, 1, 0x7FF)) {
+      if (can::is_restricted(static_cast<std::uint32_t>(*id))) {
+        findings_.error(place_of(node), "the identifier " + node.Scalar() +
+                                            " is reserved for another service (CiA 301, 7.3.5)");
+      }
+      raw = (raw & can::CobId::kNoRtrBit) | static_cast<std::uint32_t>(*id);
+    }
+    if ((raw & 0x7FFU) == 0) {
+      findings_.error(place_,
+                      config_.device.file + " gives no identifier for it: cob_id is needed");
+    }
+    const std::uint32_t valid = raw & ~can::CobId::kInvalidBit;
+    return enabled ? valid : valid | can::CobId::kInvalidBit;
+  }
+
+  void read_type() {
+    const YAML::Node node = section_.find("type");
+    if (!node.IsDefined()) {
+      return;
+    }
+    std::uint64_t type = 0;
+    if (node.IsScalar() && parse_unsigned(node.Scalar())) {
+      const auto number = section_.number(node, 0, 255);
+      if (!number || (*number > 240 && *number < 252)) {
+        findings_.error(place_of(node), "transmission types 241 to 251 are reserved (CiA 301)");
+        return;
+      }
+      type = *number;
+    } else {
+      section_.choose<std::uint64_t>(
+          node, type,
+          {{"sync", 1}, {"sync_acyclic", pdo::kSyncAcyclic}, {"event", pdo::kEventProfile}});
+    }
+    write({pdo_.communication(), 2}, type, place_of(node));
+  }
+
+  void read_times() {
+    const auto read = [&](const char* key, std::uint8_t sub, Duration unit) {
+      const YAML::Node node = section_.find(key);
+      if (node.IsDefined()) {
+        Duration time{};
+        section_.read_multiple(key, time, unit, 65'535 * unit);
+        write({pdo_.communication(), sub}, static_cast<std::uint64_t>(time / unit), place_of(node));
+      }
+    };
+    read("inhibit", 3, microseconds(100));
+    read("event_timer", 5, milliseconds(1));
+  }
+
+  void read_mapping() {
+    const YAML::Node node = section_.find("map");
+    if (!node.IsDefined()) {
+      return;
+    }
+    if (!config_.device.dynamic_mapping) {
+      findings_.error(place_of(node),
+                      config_.device.file + " says that mapping cannot be changed (Granularity=0)");
+      return;
+    }
+    std::vector<pdo::Mapping> mapping;
+    unsigned bits = 0;
+    for (const YAML::Node& element : elements(findings_, node, "map")) {
+      if (const auto mapped = read_mapped(element)) {
+        mapping.push_back(*mapped);
+        bits += mapped->bits;
+      }
+    }
+    if (bits > kMaxBits) {
+      findings_.error(place_of(node),
+                      "the objects have " + std::to_string(bits) + " bits; a PDO has room for 64");
+    }
+    write({pdo_.mapping(), 0}, 0, place_of(node));
+    for (std::size_t i = 0; i < mapping.size() && i < pdo::kMaxMapped; ++i) {
+      write({pdo_.mapping(), static_cast<std::uint8_t>(i + 1)}, mapping[i].raw(), place_of(node));
+    }
+    write({pdo_.mapping(), 0}, mapping.size(), place_of(node));
+  }
+
+  std::optional<pdo::Mapping> read_mapped(const YAML::Node& element) {
+    const auto text = section_.text(element);
+    if (!text) {
+      return std::nullopt;
+    }
+    const auto address = parse_address(*text);
+    if (!address) {
+      findings_.error(place_of(element),
+                      "expected an object such as 6000:1, got \"" + *text + "\"");
+      return std::nullopt;
+    }
+    if (!pdo_.transmit && address->index <= kLastDummy && address->index != 0) {
+      const auto bits = od::bit_size(static_cast<od::DataType>(address->index));
+      return pdo::Mapping{*address, static_cast<std::uint8_t>(bits)};
+    }
+    const auto* variable = config_.device.find(*address);
+    if (variable == nullptr) {
+      findings_.error(place_of(element),
+                      config_.device.file + " has no object " + format_address(*address));
+      return std::nullopt;
+    }
+    const bool direction =
+        pdo_.transmit ? od::tpdo_mappable(variable->access) : od::rpdo_mappable(variable->access);
+    if (!variable->mappable || !direction) {
+      findings_.error(place_of(element), "object " + format_address(*address) + " (" +
+                                             variable->name + ") cannot be mapped into " +
+                                             (pdo_.transmit ? "a TPDO" : "an RPDO"));
+      return std::nullopt;
+    }
+    return pdo::Mapping{*address, static_cast<std::uint8_t>(od::bit_size(variable->type))};
+  }
+
+  Findings& findings_;
+  line::NodeConfig& config_;
+  PdoName pdo_;
+  Place place_;
+  Section section_;
+};
+
+}  // namespace
+
+void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config) {
+  if (!node.IsDefined()) {
+    return;
+  }
+  Section section(findings, node, "pdos");
+  if (!section.valid()) {
+    return;
+  }
+  for (const auto& pair : node) {
+    if (!pair.first.IsScalar()) {
+      continue;  // the section has said so
+    }
+    const auto pdo = parse_pdo_name(pair.first.Scalar());
+    if (!pdo) {
+      findings.error(place_of(pair.first), "expected tpdo1 to tpdo512 or rpdo1 to rpdo512, got \"" +
+                                               pair.first.Scalar() + "\"");
+      continue;
+    }
+    section.find(pair.first.Scalar());
+    Override(findings, pair.first, pair.second, *pdo, config).apply();
+  }
+  section.done();
+}
+
+}  // namespace linegate::config

@@ -1,0 +1,245 @@
+#include "gateway/config/plant.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+#include "gateway/config/reader.h"
+#include "gateway/config/sections.h"
+
+namespace linegate::config {
+namespace {
+
+constexpr std::uint64_t kHighestDdsDomain = 232;  // DDSI-RTPS 9.6.1.1 with the default ports
+
+void read_gateway(Findings& findings, const YAML::Node& node, Plant& plant) {
+  if (!node.IsDefined()) {
+    return;
+  }
+  Section section(findings, node, "gateway");
+  const YAML::Node name = section.find("name");
+  if (auto text = section.text(name); text && check_name(findings, *text, place_of(name), "name")) {
+    plant.gateway = std::move(*text);
+  }
+  section.read_choice<LogLevel>("log", plant.log,
+                                {{"trace", LogLevel::trace},
+                                 {"debug", LogLevel::debug},
+                                 {"info", LogLevel::info},
+                                 {"warning", LogLevel::warning},
+                                 {"error", LogLevel::error},
+                                 {"off", LogLevel::off}});
+  section.done();
+}
+
+void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
+  if (!node.IsDefined()) {
+    return;
+  }
+  Section section(findings, node, "dds");
+  section.read_number("domain", plant.dds_domain, 0, kHighestDdsDomain);
+  const YAML::Node profile = section.find("profile");
+  if (const auto text = section.text(profile)) {
+    const auto path = std::filesystem::path(findings.file()).parent_path() / *text;
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(path, ignored)) {
+      findings.error(place_of(profile), "there is no file " + path.string());
+    }
+    plant.dds_profile = path.string();
+  }
+  section.done();
+}
+
+void read_executors(Findings& findings, const YAML::Node& node, Plant& plant) {
+  for (const YAML::Node& element : elements(findings, node, "executors")) {
+    ExecutorPlan plan;
+    Section section(findings, element, "an executor");
+    const YAML::Node name = section.require("name");
+    if (auto text = section.text(name)) {
+      check_name(findings, *text, place_of(name), "name");
+      plan.name = std::move(*text);
+    }
+    section.read_number("priority", plan.priority, 0, 99);
+    if (const auto processor = section.number(section.find("processor"), 0, 1023)) {
+      plan.processor = static_cast<unsigned>(*processor);
+    }
+    section.read("lock_memory", plan.lock_memory);
+    section.done();
+    const bool twice = std::any_of(plant.executors.begin(), plant.executors.end(),
+                                   [&](const auto& other) { return other.name == plan.name; });
+    if (twice) {
+      findings.error(place_of(name), "another executor is called \"" + plan.name + "\"");
+    }
+    plant.executors.push_back(std::move(plan));
+  }
+}
+
+void check_executor(Findings& findings, const LineSection& section, const Plant& plant) {
+  if (section.plan.executor.empty()) {
+    return;
+  }
+  std::vector<std::string> names;
+  for (const auto& executor : plant.executors) {
+    names.push_back(executor.name);
+  }
+  if (std::find(names.begin(), names.end(), section.plan.executor) == names.end()) {
+    const std::string guess = nearest(section.plan.executor, names);
+    findings.error(section.executor_place,
+                   "there is no executor \"" + section.plan.executor + "\" in executors" +
+                       (guess.empty() ? "" : "; did you mean \"" + guess + "\"?"));
+  }
+}
+
+void check_collisions(Findings& findings, const LineSection& line,
+                      const std::vector<LineSection>& others) {
+  for (const auto& other : others) {
+    const auto of = " as line \"" + other.plan.config.name + "\"";
+    if (other.plan.config.name == line.plan.config.name) {
+      findings.error(line.place, "another line is called \"" + line.plan.config.name + "\"");
+    }
+    if (other.plan.config.network_id == line.plan.config.network_id) {
+      findings.error(line.network_place,
+                     "the same network_id " + std::to_string(line.plan.config.network_id) + of);
+    }
+    if (line.plan.interface.scheme == Scheme::socketcan &&
+        other.plan.interface.uri == line.plan.interface.uri) {
+      findings.error(line.interface_place, "the same interface " + line.plan.interface.uri + of);
+    }
+  }
+}
+
+void read_lines(Findings& findings, const YAML::Node& node, Plant& plant) {
+  std::vector<LineSection> sections;
+  for (const YAML::Node& element : elements(findings, node, "lines")) {
+    const std::size_t before = findings.errors();
+    LineSection section = read_line(findings, element);
+    if (section.plan.config.network_id == 0) {
+      section.plan.config.network_id = static_cast<std::uint16_t>(sections.size() + 1);
+    }
+    check_executor(findings, section, plant);
+    check_collisions(findings, section, sections);
+    if (findings.errors() == before) {
+      resolve_outputs(findings, section.outputs, section.plan);
+    }
+    sections.push_back(std::move(section));
+  }
+  if (node.IsSequence() && sections.empty()) {
+    findings.error(place_of(node), "there is no line in lines");
+  }
+  for (auto& section : sections) {
+    plant.lines.push_back(std::move(section.plan));
+  }
+}
+
+void read_document(Findings& findings, const YAML::Node& root, Plant& plant) {
+  Section section(findings, root, "the configuration");
+  section.number(section.require("schema"), 1, 1);
+  read_gateway(findings, section.find("gateway"), plant);
+  read_dds(findings, section.find("dds"), plant);
+  read_executors(findings, section.find("executors"), plant);
+  read_lines(findings, section.require("lines"), plant);
+  section.done();
+}
+
+}  // namespace
+
+std::string_view name(LogLevel level) {
+  switch (level) {
+    case LogLevel::trace:
+      return "trace";
+    case LogLevel::debug:
+      return "debug";
+    case LogLevel::info:
+      return "info";
+    case LogLevel::warning:
+      return "warning";
+    case LogLevel::error:
+      return "error";
+    case LogLevel::off:
+      break;
+  }
+  return "off";
+}
+
+std::optional<LogLevel> parse_log_level(std::string_view text) {
+  for (const auto level : {LogLevel::trace, LogLevel::debug, LogLevel::info, LogLevel::warning,
+                           LogLevel::error, LogLevel::off}) {
+    if (text == name(level)) {
+      return level;
+    }
+  }
+  return std::nullopt;
+}
+
+std::string_view name(Access access) {
+  switch (access) {
+    case Access::off:
+      return "off";
+    case Access::read:
+      return "read";
+    case Access::all:
+      break;
+  }
+  return "all";
+}
+
+std::string_view name(Publish::Rule rule) {
+  switch (rule) {
+    case Publish::Rule::on_change:
+      return "on_change";
+    case Publish::Rule::on_sync:
+      return "on_sync";
+    case Publish::Rule::period:
+      break;
+  }
+  return "period";
+}
+
+bool check_name(Findings& findings, const std::string& name, Place place, std::string_view what) {
+  const bool good = !name.empty() && name.size() <= 64 &&
+                    std::all_of(name.begin(), name.end(), [](unsigned char c) {
+                      return std::isalnum(c) != 0 || c == '-' || c == '_';
+                    });
+  if (!good) {
+    findings.error(place, "a " + std::string(what) +
+                              " has 1 to 64 letters, digits, '-' and '_', not \"" + name + "\"");
+  }
+  return good;
+}
+
+Loaded<Plant> read(const std::string& text, const std::string& file) {
+  Findings findings(file);
+  Plant plant;
+  plant.file = file;
+  try {
+    read_document(findings, YAML::Load(text), plant);
+  } catch (const YAML::Exception& e) {
+    const bool known = !e.mark.is_null();
+    findings.error(known ? Place{static_cast<std::uint32_t>(e.mark.line + 1),
+                                 static_cast<std::uint32_t>(e.mark.column + 1)}
+                         : Place{},
+                   "this is not YAML: " + e.msg);
+  }
+  Loaded<Plant> loaded;
+  if (!findings.failed()) {
+    loaded.value = std::move(plant);
+  }
+  loaded.diagnostics = findings.take();
+  return loaded;
+}
+
+Loaded<Plant> load(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  std::error_code ignored;
+  if (!in || std::filesystem::is_directory(path, ignored)) {
+    Loaded<Plant> loaded;
+    loaded.diagnostics.push_back({Severity::error, path, 0, 0, "cannot be read"});
+    return loaded;
+  }
+  return read(text, path);
+}
+
+}  // namespace linegate::config

@@ -1,0 +1,89 @@
+// What plant.yaml says, as plain values: everything the gateway needs to know before it runs.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stack/base/diagnostic.h"
+#include "stack/base/time.h"
+#include "stack/line/config.h"
+
+namespace linegate::config {
+
+enum class LogLevel : std::uint8_t { trace, debug, info, warning, error, off };
+std::string_view name(LogLevel level);
+std::optional<LogLevel> parse_log_level(std::string_view text);
+
+// What subscribers may do to a line. read: what changes nothing.
+enum class Access : std::uint8_t { off, read, all };
+std::string_view name(Access access);
+
+enum class Scheme : std::uint8_t {
+  socketcan,    // an interface of the kernel
+  virtual_bus,  // a bus inside this process, shared by all who name it
+  simulated,    // a virtual bus of the line's own, with simulated devices on it
+};
+
+struct Interface {
+  std::string uri;  // as written, "socketcan:can0"
+  Scheme scheme = Scheme::simulated;
+  std::string name;  // "can0"; for simulated: the line's name
+};
+
+// When a sample of the process image is due.
+struct Publish {
+  enum class Rule : std::uint8_t {
+    on_change,  // an entry changed, and `time` has passed since the last sample
+    on_sync,    // with every SYNC
+    period,     // every `time`
+  };
+  Rule rule = Rule::on_change;
+  Duration time = std::chrono::milliseconds(10);
+};
+std::string_view name(Publish::Rule rule);
+
+struct SimulatedDevice {
+  std::uint8_t node = 0;
+  std::string profile;  // one of sim::profiles()
+};
+
+// A thread that runs lines. Lines that name none have one each.
+struct ExecutorPlan {
+  std::string name;
+  int priority = 0;                   // SCHED_FIFO 1..99, 0 = ordinary
+  std::optional<unsigned> processor;  // pinned to it
+  bool lock_memory = false;
+};
+
+struct LinePlan {
+  line::LineConfig config;  // complete: Line::make(config) gives the line
+  Interface interface;
+  Access commands = Access::read;
+  Access outputs = Access::read;
+  Publish publish;
+  Duration pdo_min_period = std::chrono::milliseconds(100);  // of one PdoUpdate instance
+  std::string executor;                                      // empty = one of its own
+  std::vector<SimulatedDevice> simulated;                    // on the bus of a simulated: line
+};
+
+struct Plant {
+  std::string file;
+  std::string gateway = "linegate";  // name on the wire, 1..64 characters
+  LogLevel log = LogLevel::info;
+  std::uint32_t dds_domain = 0;  // 0..232
+  std::string dds_profile;       // path of the XML file; empty = the one installed
+  std::vector<ExecutorPlan> executors;
+  std::vector<LinePlan> lines;
+};
+
+// Reads the file, the device files it names and everything that follows from them; opens nothing
+// else. All findings at once, each with file, line and column.
+Loaded<Plant> load(const std::string& path);
+
+// The same from text. file: for messages, and the place relative paths start from.
+Loaded<Plant> read(const std::string& text, const std::string& file);
+
+}  // namespace linegate::config

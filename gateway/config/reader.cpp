@@ -1,0 +1,243 @@
+#include "gateway/config/reader.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace linegate::config {
+namespace {
+
+std::string quoted(std::string_view text) {
+  return '"' + std::string(text) + '"';
+}
+
+std::string kind_of(const YAML::Node& node) {
+  switch (node.Type()) {
+    case YAML::NodeType::Null:
+      return "nothing";
+    case YAML::NodeType::Scalar:
+      return quoted(node.Scalar());
+    case YAML::NodeType::Sequence:
+      return "a list";
+    case YAML::NodeType::Map:
+      return "a mapping";
+    case YAML::NodeType::Undefined:
+      break;
+  }
+  return "nothing";
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string out;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    out += (i == 0 ? "" : i + 1 == names.size() ? " or " : ", ") + names[i];
+  }
+  return out;
+}
+
+}  // namespace
+
+Place place_of(const YAML::Node& node) {
+  const YAML::Mark mark = node.Mark();
+  if (mark.is_null()) {
+    return {};
+  }
+  return {static_cast<std::uint32_t>(mark.line + 1), static_cast<std::uint32_t>(mark.column + 1)};
+}
+
+void Findings::error(Place place, std::string text) {
+  add({{Severity::error, file_, place.line, place.column, std::move(text)}});
+}
+
+void Findings::warning(Place place, std::string text) {
+  add({{Severity::warning, file_, place.line, place.column, std::move(text)}});
+}
+
+void Findings::add(std::vector<Diagnostic> diagnostics) {
+  for (auto& d : diagnostics) {
+    const bool there = std::any_of(diagnostics_.begin(), diagnostics_.end(), [&](const auto& o) {
+      return std::tie(o.file, o.line, o.column, o.text) ==
+             std::tie(d.file, d.line, d.column, d.text);
+    });
+    if (!there) {
+      diagnostics_.push_back(std::move(d));
+    }
+  }
+}
+
+std::size_t Findings::errors() const {
+  return static_cast<std::size_t>(
+      std::count_if(diagnostics_.begin(), diagnostics_.end(),
+                    [](const auto& d) { return d.severity == Severity::error; }));
+}
+
+std::vector<Diagnostic> Findings::take() {
+  std::stable_sort(diagnostics_.begin(), diagnostics_.end(), [&](const auto& a, const auto& b) {
+    // The configuration itself first: what is wrong in a device file is often explained there.
+    return std::make_tuple(a.file != file_, std::cref(a.file), a.line, a.column) <
+           std::make_tuple(b.file != file_, std::cref(b.file), b.line, b.column);
+  });
+  return std::move(diagnostics_);
+}
+
+Section::Section(Findings& findings, const YAML::Node& node, std::string what)
+    : findings_(&findings), node_(node), what_(std::move(what)), place_(place_of(node)) {
+  valid_ = node_.IsMap();
+  if (!valid_) {
+    findings_->error(place_, what_ + " is a mapping (\"key: value\"), not " + kind_of(node_));
+    return;
+  }
+  for (const auto& pair : node_) {
+    if (!pair.first.IsScalar()) {
+      findings_->error(place_of(pair.first), "a key is a word, not " + kind_of(pair.first));
+    }
+  }
+}
+
+YAML::Node Section::find(std::string_view key) {
+  if (std::find(known_.begin(), known_.end(), key) == known_.end()) {
+    known_.emplace_back(key);
+  }
+  if (valid_) {
+    for (const auto& pair : node_) {
+      if (pair.first.IsScalar() && pair.first.Scalar() == key) {
+        return pair.second;
+      }
+    }
+  }
+  return YAML::Node(YAML::NodeType::Undefined);
+}
+
+YAML::Node Section::require(std::string_view key) {
+  YAML::Node value = find(key);
+  if (!value.IsDefined() && valid_) {
+    findings_->error(place_, what_ + " needs the key " + quoted(key));
+  }
+  return value;
+}
+
+std::optional<std::string> Section::text(const YAML::Node& node) {
+  if (!node.IsDefined()) {
+    return std::nullopt;
+  }
+  if (!node.IsScalar() || node.Scalar().empty()) {
+    findings_->error(place_of(node), "expected a value, got " + kind_of(node));
+    return std::nullopt;
+  }
+  return node.Scalar();
+}
+
+std::optional<std::uint64_t> Section::number(const YAML::Node& node, std::uint64_t lowest,
+                                             std::uint64_t highest) {
+  if (!node.IsDefined()) {
+    return std::nullopt;
+  }
+  const auto value = node.IsScalar() ? parse_unsigned(node.Scalar()) : std::nullopt;
+  if (value && *value >= lowest && *value <= highest) {
+    return value;
+  }
+  findings_->error(place_of(node), "expected a number from " + std::to_string(lowest) + " to " +
+                                       std::to_string(highest) + ", got " + kind_of(node));
+  return std::nullopt;
+}
+
+std::optional<Duration> Section::duration(const YAML::Node& node, Duration lowest,
+                                          Duration highest) {
+  if (!node.IsDefined()) {
+    return std::nullopt;
+  }
+  const auto value = node.IsScalar() ? parse_duration(node.Scalar()) : std::nullopt;
+  if (!value) {
+    const bool unitless = node.IsScalar() && parse_unsigned(node.Scalar()).has_value();
+    findings_->error(place_of(node),
+                     unitless ? "the time " + kind_of(node) + " has no unit: write " +
+                                    quoted(node.Scalar() + "ms") + ", \"us\", \"s\", \"min\""
+                              : "expected a time such as 100ms, got " + kind_of(node));
+    return std::nullopt;
+  }
+  if (*value < lowest || *value > highest) {
+    findings_->error(place_of(node), "expected a time from " + format_duration(lowest) + " to " +
+                                         format_duration(highest) + ", got " + kind_of(node));
+    return std::nullopt;
+  }
+  return value;
+}
+
+void Section::read(std::string_view key, std::string& target) {
+  if (auto value = text(find(key))) {
+    target = std::move(*value);
+  }
+}
+
+void Section::read(std::string_view key, bool& target) {
+  read_choice<bool>(key, target, {{"true", true}, {"false", false}});
+}
+
+void Section::read(std::string_view key, Duration& target, Duration lowest, Duration highest) {
+  if (const auto value = duration(find(key), lowest, highest)) {
+    target = *value;
+  }
+}
+
+void Section::read_multiple(std::string_view key, Duration& target, Duration unit,
+                            Duration highest) {
+  const YAML::Node node = find(key);
+  const auto value = duration(node, Duration::zero(), highest);
+  if (!value) {
+    return;
+  }
+  if (*value % unit != Duration::zero()) {
+    findings_->error(place_of(node),
+                     "expected a multiple of " + format_duration(unit) + ", got " + kind_of(node));
+    return;
+  }
+  target = *value;
+}
+
+void Section::not_one_of(const YAML::Node& node, const std::string& value,
+                         const std::vector<std::string>& names) {
+  const std::string guess = nearest(value, names);
+  findings_->error(place_of(node),
+                   "expected " + joined(names) + ", got " + quoted(value) +
+                       (guess.empty() ? "" : "; did you mean " + quoted(guess) + "?"));
+}
+
+void Section::done() {
+  if (!valid_) {
+    return;
+  }
+  std::vector<std::string> seen;
+  for (const auto& pair : node_) {
+    if (!pair.first.IsScalar()) {
+      continue;
+    }
+    const std::string& key = pair.first.Scalar();
+    if (std::find(seen.begin(), seen.end(), key) != seen.end()) {
+      findings_->error(place_of(pair.first), "the key " + quoted(key) + " is there twice");
+    }
+    seen.push_back(key);
+    if (std::find(known_.begin(), known_.end(), key) == known_.end()) {
+      const std::string guess = nearest(key, known_);
+      findings_->error(place_of(pair.first),
+                       "unknown key " + quoted(key) + " in " + what_ +
+                           (guess.empty() ? "" : "; did you mean " + quoted(guess) + "?"));
+    }
+  }
+}
+
+std::vector<YAML::Node> elements(Findings& findings, const YAML::Node& node,
+                                 std::string_view what) {
+  std::vector<YAML::Node> out;
+  if (!node.IsDefined()) {
+    return out;
+  }
+  if (!node.IsSequence()) {
+    findings.error(place_of(node), std::string(what) + " is a list, not " + kind_of(node));
+    return out;
+  }
+  for (const auto& element : node) {
+    out.push_back(element);
+  }
+  return out;
+}
+
+}  // namespace linegate::config

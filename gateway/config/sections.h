@@ -1,0 +1,58 @@
+// The parts of plant.yaml, each read into its value. Internal to this folder.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <yaml-cpp/yaml.h>
+
+#include "gateway/config/plant.h"
+#include "gateway/config/reader.h"
+
+namespace linegate::config {
+
+// Something that can be resolved only when the line's image layout is known.
+struct OutputReference {
+  std::string text;  // "drive1.Controlword", "drive1.6040:0", "io1.*"
+  Place place;
+};
+struct GroupSection {
+  line::OutputGroup group;  // without entries
+  std::vector<OutputReference> entries;
+  Place place;
+};
+struct DefaultSection {
+  OutputReference entry;
+  std::string value;
+  Place value_place;
+};
+struct OutputsSection {
+  std::vector<GroupSection> groups;
+  std::vector<DefaultSection> defaults;
+};
+
+// One element of `lines:`. places of what other lines may collide with.
+struct LineSection {
+  LinePlan plan;
+  OutputsSection outputs;
+  Place place;
+  Place interface_place;
+  Place network_place;
+  Place executor_place;
+};
+
+LineSection read_line(Findings& findings, const YAML::Node& node);
+// One element of `nodes:`, with its device file and everything written to the node.
+line::NodeConfig read_node(Findings& findings, const YAML::Node& node);
+// `objects:` and `pdos:` of a node whose device file has been read.
+void read_objects(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
+void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
+OutputsSection read_outputs(Findings& findings, const YAML::Node& node);
+
+// Makes the line once to learn its layout; fills groups and defaults of plan.config.
+void resolve_outputs(Findings& findings, const OutputsSection& outputs, LinePlan& plan);
+
+// True for 1 to 64 letters, digits, '-' and '_'; else reports it.
+bool check_name(Findings& findings, const std::string& name, Place place, std::string_view what);
+
+}  // namespace linegate::config

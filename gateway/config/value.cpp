@@ -1,0 +1,273 @@
+#include "gateway/config/value.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+namespace linegate::config {
+namespace {
+
+struct Unit {
+  std::string_view name;
+  std::int64_t factor;
+};
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+constexpr std::array<Unit, 6> kTimes{{{"ns", 1},
+                                      {"us", 1000},
+                                      {"ms", 1'000'000},
+                                      {"s", kSecond},
+                                      {"min", 60 * kSecond},
+                                      {"h", 3600 * kSecond}}};
+constexpr std::array<Unit, 3> kRates{{{"bit", 1}, {"kbit", 1000}, {"Mbit", 1'000'000}}};
+constexpr std::int64_t kDay = 24 * 3600 * kSecond;
+
+// "1.5" and what follows it.
+struct Split {
+  std::string_view number;
+  std::string_view unit;
+};
+
+Split split_unit(std::string_view text) {
+  std::size_t i = 0;
+  while (i < text.size() &&
+         (std::isdigit(static_cast<unsigned char>(text[i])) != 0 || text[i] == '.')) {
+    ++i;
+  }
+  Split split{text.substr(0, i), text.substr(i)};
+  while (!split.unit.empty() && split.unit.front() == ' ') {
+    split.unit.remove_prefix(1);
+  }
+  return split;
+}
+
+template <std::size_t N>
+std::optional<std::int64_t> scaled(const Split& split, const std::array<Unit, N>& units,
+                                   std::int64_t highest) {
+  const auto unit =
+      std::find_if(units.begin(), units.end(), [&](const Unit& u) { return u.name == split.unit; });
+  double number = 0;
+  const char* end = split.number.data() + split.number.size();
+  const auto parsed = std::from_chars(split.number.data(), end, number, std::chars_format::fixed);
+  if (unit == units.end() || parsed.ec != std::errc{} || parsed.ptr != end) {
+    return std::nullopt;
+  }
+  const double value = number * static_cast<double>(unit->factor);
+  if (!(value <= static_cast<double>(highest))) {
+    return std::nullopt;
+  }
+  return std::llround(value);
+}
+
+// Magnitude and sign of an integer; hexadecimal with 0x.
+struct Number {
+  bool negative = false;
+  std::uint64_t magnitude = 0;
+};
+
+std::optional<Number> parse_number(std::string_view text) {
+  Number number;
+  if (!text.empty() && (text.front() == '-' || text.front() == '+')) {
+    number.negative = text.front() == '-';
+    text.remove_prefix(1);
+  }
+  int base = 10;
+  if (text.size() > 2 && text[0] == '0' && (text[1] == 'x' || text[1] == 'X')) {
+    text.remove_prefix(2);
+    base = 16;
+  }
+  const char* end = text.data() + text.size();
+  const auto parsed = std::from_chars(text.data(), end, number.magnitude, base);
+  if (text.empty() || parsed.ec != std::errc{} || parsed.ptr != end) {
+    return std::nullopt;
+  }
+  return number;
+}
+
+std::vector<std::byte> little_endian(std::uint64_t value, unsigned size) {
+  std::vector<std::byte> out(size);
+  for (auto& byte : out) {
+    byte = static_cast<std::byte>(value & 0xFFU);
+    value >>= 8U;
+  }
+  return out;
+}
+
+std::optional<std::vector<std::byte>> integer_value(std::string_view text, od::DataType type) {
+  const unsigned bits = od::bit_size(type);
+  if (type == od::DataType::boolean && (text == "true" || text == "false")) {
+    return little_endian(text == "true" ? 1 : 0, 1);
+  }
+  const auto number = parse_number(text);
+  if (!number) {
+    return std::nullopt;
+  }
+  const std::uint64_t all =
+      bits >= 64 ? std::numeric_limits<std::uint64_t>::max() : (std::uint64_t{1} << bits) - 1;
+  const std::uint64_t half = all / 2;
+  // Hexadecimal is how people write bit patterns: it may use the sign bit.
+  const bool pattern = text.find('x') != std::string_view::npos;
+  const std::uint64_t highest = od::is_signed(type) && !pattern ? half : all;
+  if (number->negative ? !od::is_signed(type) || number->magnitude > half + 1
+                       : number->magnitude > highest) {
+    return std::nullopt;
+  }
+  const std::uint64_t raw = number->negative ? 0 - number->magnitude : number->magnitude;
+  return little_endian(raw, od::byte_size(type));
+}
+
+std::optional<std::vector<std::byte>> real_value(std::string_view text, od::DataType type) {
+  double number = 0;
+  const auto parsed = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (parsed.ec != std::errc{} || parsed.ptr != text.data() + text.size()) {
+    return std::nullopt;
+  }
+  if (type == od::DataType::real64) {
+    return little_endian(std::bit_cast<std::uint64_t>(number), 8);
+  }
+  return little_endian(std::bit_cast<std::uint32_t>(static_cast<float>(number)), 4);
+}
+
+std::optional<std::vector<std::byte>> hexadecimal_bytes(std::string_view text) {
+  std::string digits;
+  for (const char c : text) {
+    if (std::isxdigit(static_cast<unsigned char>(c)) != 0) {
+      digits += c;
+    } else if (c != ' ') {
+      return std::nullopt;
+    }
+  }
+  if (digits.size() % 2 != 0) {
+    return std::nullopt;
+  }
+  std::vector<std::byte> out;
+  for (std::size_t i = 0; i < digits.size(); i += 2) {
+    unsigned value = 0;
+    std::from_chars(digits.data() + i, digits.data() + i + 2, value, 16);
+    out.push_back(static_cast<std::byte>(value));
+  }
+  return out;
+}
+
+std::optional<unsigned> hexadecimal(std::string_view text, unsigned highest) {
+  if (text.size() > 2 && text[0] == '0' && (text[1] == 'x' || text[1] == 'X')) {
+    text.remove_prefix(2);
+  }
+  unsigned value = 0;
+  const char* end = text.data() + text.size();
+  const auto parsed = std::from_chars(text.data(), end, value, 16);
+  if (text.empty() || parsed.ec != std::errc{} || parsed.ptr != end || value > highest) {
+    return std::nullopt;
+  }
+  return value;
+}
+
+char lower(char c) {
+  return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+}
+
+// Insertions, deletions and replacements that turn a into b, whatever the case.
+std::size_t distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) {
+    row[j] = j;
+  }
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t above = row[j];
+      const std::size_t replaced = diagonal + (lower(a[i - 1]) == lower(b[j - 1]) ? 0U : 1U);
+      row[j] = std::min({above + 1, row[j - 1] + 1, replaced});
+      diagonal = above;
+    }
+  }
+  return row[b.size()];
+}
+
+}  // namespace
+
+std::optional<Duration> parse_duration(std::string_view text) {
+  if (text == "0") {
+    return Duration::zero();
+  }
+  const auto ns = scaled(split_unit(text), kTimes, kDay);
+  return ns ? std::optional(Duration(*ns)) : std::nullopt;
+}
+
+std::string format_duration(Duration duration) {
+  if (duration == Duration::zero()) {
+    return "0";
+  }
+  for (const auto& unit : {kTimes[3], kTimes[2], kTimes[1]}) {
+    if (duration.count() % unit.factor == 0) {
+      return std::to_string(duration.count() / unit.factor) + std::string(unit.name);
+    }
+  }
+  return std::to_string(duration.count()) + "ns";
+}
+
+std::optional<std::uint32_t> parse_bit_rate(std::string_view text) {
+  Split split = split_unit(text);
+  if (split.unit.ends_with("/s")) {
+    split.unit.remove_suffix(2);
+  }
+  const auto rate = scaled(split, kRates, 8'000'000);
+  return rate && *rate > 0 ? std::optional(static_cast<std::uint32_t>(*rate)) : std::nullopt;
+}
+
+std::optional<std::uint64_t> parse_unsigned(std::string_view text) {
+  const auto number = parse_number(text);
+  return number && !number->negative ? std::optional(number->magnitude) : std::nullopt;
+}
+
+std::optional<od::Address> parse_address(std::string_view text) {
+  const std::size_t colon = text.find(':');
+  const auto index = hexadecimal(text.substr(0, colon), 0xFFFF);
+  const auto sub = colon == std::string_view::npos ? 0U : hexadecimal(text.substr(colon + 1), 0xFF);
+  if (!index || !sub) {
+    return std::nullopt;
+  }
+  return od::Address{static_cast<std::uint16_t>(*index), static_cast<std::uint8_t>(*sub)};
+}
+
+std::string format_address(od::Address address) {
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  const auto digit = [&](unsigned value) { return kDigits[value & 0xFU]; };
+  const unsigned i = address.index;
+  const unsigned s = address.sub;
+  return {digit(i >> 12U), digit(i >> 8U), digit(i >> 4U), digit(i), ':', digit(s >> 4U), digit(s)};
+}
+
+std::optional<std::vector<std::byte>> parse_value(std::string_view text, od::DataType type) {
+  if (od::is_integer(type)) {
+    return integer_value(text, type);
+  }
+  if (od::is_real(type)) {
+    return real_value(text, type);
+  }
+  if (type == od::DataType::visible_string) {
+    const auto* raw = reinterpret_cast<const std::byte*>(text.data());
+    return std::vector<std::byte>(raw, raw + text.size());
+  }
+  return hexadecimal_bytes(text);
+}
+
+std::string nearest(std::string_view text, std::span<const std::string> candidates) {
+  std::string best;
+  std::size_t least = std::max<std::size_t>(1, std::min<std::size_t>(3, text.size() / 3)) + 1;
+  for (const auto& candidate : candidates) {
+    const std::size_t d = distance(text, candidate);
+    if (d < least) {
+      least = d;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+}  // namespace linegate::config

@@ -1,0 +1,41 @@
+// Scalars with units, as people write them in plant.yaml.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "stack/base/time.h"
+#include "stack/od/data_type.h"
+#include "stack/od/description.h"
+
+namespace linegate::config {
+
+// "10us", "100ms", "1.5s", "2min", "1h"; "0" needs no unit. At most 24 hours, not negative.
+std::optional<Duration> parse_duration(std::string_view text);
+// The shortest exact form, "100ms".
+std::string format_duration(Duration duration);
+
+// "500kbit", "1Mbit", "125000bit", also with "/s". Bits a second.
+std::optional<std::uint32_t> parse_bit_rate(std::string_view text);
+
+// Decimal, or hexadecimal with 0x. Not negative.
+std::optional<std::uint64_t> parse_unsigned(std::string_view text);
+
+// "6083:1", "6083" (sub-index 0), "0x6083:0x01": index always hexadecimal, sub-index hexadecimal.
+std::optional<od::Address> parse_address(std::string_view text);
+std::string format_address(od::Address address);
+
+// A value of the object's type, little-endian: numbers decimal or with 0x, BOOLEAN also true and
+// false, strings as they are, OCTET_STRING and DOMAIN as hexadecimal bytes ("01 02 FF"). Nothing if
+// it is none or out of range.
+std::optional<std::vector<std::byte>> parse_value(std::string_view text, od::DataType type);
+
+// The candidate that was most likely meant, empty if none is near.
+std::string nearest(std::string_view text, std::span<const std::string> candidates);
+
+}  // namespace linegate::config

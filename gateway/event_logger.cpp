@@ -1,0 +1,55 @@
+#include "gateway/event_logger.h"
+
+#include <algorithm>
+
+#include <spdlog/spdlog.h>
+
+namespace linegate::gateway {
+namespace {
+
+spdlog::level::level_enum level(EventSeverity severity) {
+  switch (severity) {
+    case EventSeverity::info:
+      return spdlog::level::info;
+    case EventSeverity::warning:
+      return spdlog::level::warn;
+    case EventSeverity::error:
+      break;
+  }
+  return spdlog::level::err;
+}
+
+}  // namespace
+
+bool EventLogger::admit(EventKind kind, Instant now, std::uint64_t& left_out) {
+  Bucket& bucket = buckets_[std::min(static_cast<std::size_t>(kind), kEventKinds - 1)];
+  if (bucket.filled != Instant{}) {
+    const double seconds = std::chrono::duration<double>(now - bucket.filled).count();
+    bucket.tokens = std::min(kBurst, bucket.tokens + seconds * kPerSecond);
+  }
+  bucket.filled = now;
+  if (bucket.tokens < 1) {
+    ++bucket.left_out;
+    return false;
+  }
+  bucket.tokens -= 1;
+  left_out = bucket.left_out;
+  bucket.left_out = 0;
+  return true;
+}
+
+void EventLogger::write(std::string_view line, const Event& event, std::string_view text,
+                        Instant now) {
+  std::uint64_t left_out = 0;
+  if (!admit(event.kind, now, left_out)) {
+    return;
+  }
+  if (left_out > 0) {
+    spdlog::log(level(severity(event.kind)), "{}: {} (#{}; {} more events of kind {} left out)",
+                line, text, event.number, left_out, name(event.kind));
+  } else {
+    spdlog::log(level(severity(event.kind)), "{}: {} (#{})", line, text, event.number);
+  }
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,197 @@
+#include "gateway/event_text.h"
+
+#include <algorithm>
+#include <span>
+
+#include <fmt/format.h>
+
+#include "bridges/can/channel.h"
+#include "stack/base/abort_code.h"
+#include "stack/base/byte_order.h"
+#include "stack/can/bus_state.h"
+#include "stack/line/command.h"
+#include "stack/line/output_write.h"
+#include "stack/line/state.h"
+#include "stack/nmt/state.h"
+
+namespace linegate::gateway {
+namespace {
+
+constexpr std::size_t kLongest = 256;
+
+std::string hex(std::span<const std::byte> bytes) {
+  std::string out;
+  for (const std::byte b : bytes) {
+    out += fmt::format("{}{:02X}", out.empty() ? "" : " ", std::to_integer<unsigned>(b));
+  }
+  return out;
+}
+
+std::uint64_t number(const Event& event, std::size_t offset, std::size_t size) {
+  std::uint64_t value = 0;
+  for (std::size_t i = size; i > 0; --i) {
+    value = value << 8U | std::to_integer<std::uint64_t>(event.data[offset + i - 1]);
+  }
+  return value;
+}
+
+template <class E>
+std::string_view as(std::uint32_t code) {
+  return name(static_cast<E>(code));
+}
+
+std::string object(const Event& event) {
+  return fmt::format("{:04X}:{:02X}", number(event, 0, 2), number(event, 2, 1));
+}
+
+std::string abort_text(std::uint32_t code) {
+  return fmt::format("{} ({:08X})", describe(static_cast<AbortCode>(code)), code);
+}
+
+std::string bus_errors(std::uint32_t bits) {
+  constexpr std::array<std::string_view, 7> kNames{
+      "transmit time-out", "lost arbitration", "controller",        "protocol",
+      "transceiver",       "no acknowledge",   "controller restart"};
+  std::string out;
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    if ((bits >> i & 1U) != 0) {
+      out += (out.empty() ? "" : ", ") + std::string(kNames[i]);
+    }
+  }
+  return out.empty() ? "unknown" : out;
+}
+
+std::string reactions(std::uint32_t bits) {
+  constexpr std::array<std::string_view, 7> kNames{"outputs set to zero",
+                                                   "NMT enter pre-operational",
+                                                   "NMT stop",
+                                                   "NMT reset communication",
+                                                   "NMT reset node",
+                                                   "EMCY sent",
+                                                   "heartbeat off"};
+  std::string out;
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    if ((bits >> i & 1U) != 0) {
+      out += (out.empty() ? "" : ", ") + std::string(kNames[i]);
+    }
+  }
+  return out.empty() ? "outputs held" : out;
+}
+
+std::string boot_text(const Event& event) {
+  if (event.code == 0) {
+    return "booted";
+  }
+  const char letter = static_cast<char>(event.code);
+  return fmt::format("boot failed ({}): {}, {:08X}h", letter, line::describe_boot(letter),
+                     event.value);
+}
+
+std::string line_text(const Event& e, std::string_view interface) {
+  switch (e.kind) {
+    case EventKind::line_started:
+      return fmt::format("started as {}", as<line::Role>(e.code));
+    case EventKind::line_stopped:
+      return "stopped";
+    case EventKind::bus_state:
+      return fmt::format("bus {} (was {}), TEC {}, REC {}", as<can::BusState>(e.code),
+                         as<can::BusState>(e.value), number(e, 0, 1), number(e, 1, 1));
+    case EventKind::bus_error:
+      return "bus error: " + bus_errors(e.code);
+    case EventKind::frames_lost:
+      return fmt::format("{} frames lost before they could be read", e.value);
+    case EventKind::interface_failed:
+      return can_bridge::describe_failure(interface, e.code);
+    case EventKind::interface_ready:
+      return fmt::format("interface {} ready", interface);
+    case EventKind::manager_state:
+      return fmt::format("manager {} (was {})", as<line::ManagerState>(e.code),
+                         as<line::ManagerState>(e.value));
+    case EventKind::own_state:
+      return fmt::format("own node {} (was {})", as<nmt::State>(e.code), as<nmt::State>(e.value));
+    case EventKind::sync_lost:
+      return fmt::format("no SYNC within 1.5 periods of {} us", e.value);
+    case EventKind::malformed_frame:
+      return fmt::format("frame {:03X}h of {} bytes not understood: {}", e.code, e.value,
+                         hex(std::span(e.data).first(std::min<std::size_t>(e.length, 16))));
+    case EventKind::events_lost:
+      return fmt::format("events {} to {} could not be kept", number(e, 0, 8), number(e, 8, 8));
+    case EventKind::clock_step:
+      return fmt::format("the wall clock was stepped by {} ms", e.value);
+    case EventKind::queue_full:
+      return fmt::format("a queue of the gateway was full, {} requests lost", e.value);
+    default:
+      return std::string(name(e.kind));
+  }
+}
+
+std::string text(const Event& e, std::string_view interface) {
+  switch (e.kind) {
+    case EventKind::boot_up:
+      return "boot-up";
+    case EventKind::node_state:
+      return fmt::format("{} (was {})", as<nmt::State>(e.code), as<nmt::State>(e.value));
+    case EventKind::heartbeat_lost:
+      return fmt::format("heartbeat lost for {} ms", e.value);
+    case EventKind::heartbeat_recovered:
+      return fmt::format("heartbeat is back, {}", as<nmt::State>(e.code));
+    case EventKind::boot_result:
+      return boot_text(e);
+    case EventKind::emcy:
+      return fmt::format("EMCY {:04X}h, error register {:02X}h, data {}", e.code, e.value,
+                         hex(std::span(e.data).first(5)));
+    case EventKind::emcy_sent:
+      return fmt::format("sent EMCY {:04X}h, error register {:02X}h, data {}", e.code, e.value,
+                         hex(std::span(e.data).first(5)));
+    case EventKind::configuration_error:
+      return fmt::format("object {} could not be configured: {}", object(e), abort_text(e.code));
+    case EventKind::pdo_length:
+      return fmt::format("PDO {}: {} bytes received, {} mapped", e.code, number(e, 0, 1), e.value);
+    case EventKind::pdo_timeout:
+      return fmt::format("PDO {} not received for {} ms", e.code, e.value);
+    case EventKind::pdo_recovered:
+      return fmt::format("PDO {} received again", e.code);
+    case EventKind::unexpected_node:
+      return fmt::format("not configured, but on the line ({})", as<nmt::State>(e.code));
+    case EventKind::foreign_sdo:
+      return fmt::format("somebody else uses its SDO server ({:03X}h)", e.code);
+    case EventKind::sdo_abort:
+      return fmt::format("SDO transfer of {} ended: {}", object(e), abort_text(e.code));
+    case EventKind::output_refused:
+      return fmt::format("outputs of group {} refused: {}", e.value,
+                         line::describe(static_cast<line::OutputRefusal>(e.code)));
+    case EventKind::output_armed:
+      return e.code == 0
+                 ? fmt::format("outputs of group {} in use, without watchdog", e.value)
+                 : fmt::format("outputs of group {} in use, watchdog {} ms", e.value, e.code);
+    case EventKind::output_watchdog:
+      return fmt::format("watchdog of output group {} fired: {}", e.value, reactions(e.code));
+    case EventKind::command_refused:
+      return fmt::format("command {} refused: {}", as<line::CommandKind>(e.value),
+                         line::describe(static_cast<line::Refusal>(e.code)));
+    default:
+      return line_text(e, interface);
+  }
+}
+
+std::string who(const Event& event, const line::LineConfig& line) {
+  if (event.node == 0) {
+    return {};
+  }
+  const auto it = std::find_if(line.nodes.begin(), line.nodes.end(),
+                               [&](const auto& node) { return node.id == event.node; });
+  return it == line.nodes.end() ? fmt::format("node {}: ", event.node)
+                                : fmt::format("node {} ({}): ", event.node, it->name);
+}
+
+}  // namespace
+
+std::string describe(const Event& event, const line::LineConfig& line, std::string_view interface) {
+  std::string out = who(event, line) + text(event, interface);
+  if (out.size() > kLongest) {
+    out.resize(kLongest);
+  }
+  return out;
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,89 @@
+// Moves frames between a channel and whoever speaks on it, in batches, without allocating.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <utility>
+
+#include "bridges/can/channel.h"
+#include "stack/base/time.h"
+#include "stack/can/frame.h"
+
+namespace linegate::gateway {
+
+class FramePump {
+ public:
+  static constexpr std::size_t kBatch = 64;
+
+  explicit FramePump(std::unique_ptr<can_bridge::Channel> channel) : channel_(std::move(channel)) {}
+
+  can_bridge::Channel& channel() { return *channel_; }
+  const can_bridge::Channel& channel() const { return *channel_; }
+
+  // Reads until the channel is empty: receive(span of frames), event(bus event). Gives up to which
+  // instant everything is known: `now`, or the time of the last frame if there is still more.
+  template <class Receive, class Event>
+  Instant drain(Instant now, Receive&& receive, Event&& event) {
+    Instant last = now;
+    for (int i = 0; i < kBatchesAtOnce; ++i) {
+      events_.clear();
+      const std::size_t count = channel_->read(received_, events_, now);
+      for (const can::BusEvent& e : events_.view()) {
+        event(e);
+      }
+      if (count > 0) {
+        receive(std::span<const can::Frame>(received_.data(), count));
+        last = received_[count - 1].time;
+      }
+      if (count < kBatch) {
+        return now;
+      }
+    }
+    more_ = last;
+    return last;
+  }
+  // The last drain() left something in the channel.
+  bool more() { return std::exchange(more_, kNever) != kNever; }
+
+  // Pulls frames while the channel has room: next(frame) gives the most urgent one, or false.
+  template <class Next>
+  void transmit(Instant now, Next&& next) {
+    for (;;) {
+      if (held_count_ == 0) {
+        const std::size_t room = std::min(channel_->room(now), kBatch);
+        while (held_count_ < room && next(held_[held_count_])) {
+          ++held_count_;
+        }
+      }
+      if (held_count_ == 0) {
+        return;
+      }
+      const std::size_t taken =
+          channel_->write(std::span<const can::Frame>(held_.data(), held_count_), now);
+      std::move(held_.begin() + static_cast<std::ptrdiff_t>(taken),
+                held_.begin() + static_cast<std::ptrdiff_t>(held_count_), held_.begin());
+      held_count_ -= taken;
+      if (held_count_ > 0) {
+        return;
+      }
+    }
+  }
+  // Frames the channel did not take; they go first the next time.
+  std::size_t held() const { return held_count_; }
+
+ private:
+  // Then it is time for something else, however fast frames come.
+  static constexpr int kBatchesAtOnce = 16;
+
+  std::unique_ptr<can_bridge::Channel> channel_;
+  can_bridge::BusEvents events_;
+  std::array<can::Frame, kBatch> received_{};
+  std::array<can::Frame, kBatch> held_{};
+  std::size_t held_count_ = 0;
+  Instant more_ = kNever;
+};
+
+}  // namespace linegate::gateway

@@ -1,0 +1,175 @@
+#include "gateway/intake.h"
+
+#include <utility>
+
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+
+#include "gateway/access.h"
+#include "gateway/clock.h"
+
+namespace linegate::gateway {
+namespace {
+
+constexpr Duration kPoll = std::chrono::milliseconds(200);
+constexpr Duration kPollWhileWaiting = std::chrono::milliseconds(1);
+constexpr Duration kNoticePeriod = std::chrono::seconds(1);
+constexpr std::size_t kNoticeKinds = 1024;  // reasons remembered; then all are forgotten
+
+}  // namespace
+
+Intake::Intake(dds::GatewayBridge& bridge, std::span<const std::unique_ptr<LineHost>> lines,
+               exchange::Ring<line::Reply>& refusals, exchange::Wakeup& publisher,
+               std::string versions)
+    : bridge_(bridge),
+      lines_(lines),
+      refusals_(refusals),
+      publisher_(publisher),
+      versions_(std::move(versions)) {
+}
+
+Intake::~Intake() {
+  stop();
+}
+
+void Intake::start() {
+  thread_ = std::thread([this] { run(); });
+}
+
+void Intake::stop() {
+  stop_.raise();
+  if (thread_.joinable()) {
+    bridge_.wake();
+    thread_.join();
+  }
+}
+
+void Intake::run() {
+  pthread_setname_np(pthread_self(), "intake");
+  while (!stop_.raised()) {
+    bridge_.poll(waiting_.empty() ? kPoll : kPollWhileWaiting, *this);
+    flush();
+  }
+}
+
+LineHost* Intake::find(std::string_view line) const {
+  for (const auto& host : lines_) {
+    if (host->name() == line) {
+      return host.get();
+    }
+  }
+  return nullptr;
+}
+
+line::Refusal Intake::judge(const LineHost& host, const dds::CommandMessage& message) const {
+  const line::Command& command = message.command;
+  if (!permitted(command.kind, host.plan.commands, host.plan.outputs)) {
+    return line::Refusal::not_permitted;
+  }
+  const std::uint64_t layout = host.layout(image::Direction::outputs).id;
+  if (command.kind == line::CommandKind::output_write && message.layout_id != 0 &&
+      message.layout_id != layout) {
+    return line::Refusal::stale_layout;
+  }
+  return line::Refusal::none;
+}
+
+void Intake::on_command(dds::CommandMessage message) {
+  line::Reply reply;
+  reply.tag = message.command.tag;
+  if (message.command.kind == line::CommandKind::versions) {
+    const auto* text = reinterpret_cast<const std::byte*>(versions_.data());
+    reply.data.assign(text, text + versions_.size());
+    answer(std::move(reply));
+    return;
+  }
+  LineHost* host = find(message.line);
+  const line::CommandKind kind = message.command.kind;
+  line::Refusal refusal = host == nullptr ? line::Refusal::unknown_line : judge(*host, message);
+  if (refusal == line::Refusal::none) {
+    if (host->port.commands.push(message.command)) {
+      host->executor->wakeup().signal();
+      return;
+    }
+    refusal = line::Refusal::busy;
+  }
+  if (host != nullptr) {
+    notice(*host, EventKind::command_refused, static_cast<std::uint32_t>(refusal),
+           static_cast<std::uint32_t>(kind));
+  }
+  reply.error = line::to_error(refusal);
+  answer(std::move(reply));
+}
+
+void Intake::on_output_write(dds::OutputMessage message) {
+  LineHost* host = find(message.line);
+  if (host == nullptr) {
+    return;  // the bridge knows the lines and does not let it through
+  }
+  if (host->plan.outputs != config::Access::all) {
+    refuse_output(*host, message.write.group, line::OutputRefusal::not_permitted);
+    return;
+  }
+  if (!host->port.outputs.push(message.write)) {
+    host->port.requests_lost.add();
+  }
+  host->executor->wakeup().signal();
+}
+
+void Intake::on_output_refused(std::string_view line, std::uint16_t group,
+                               line::OutputRefusal refusal, std::string_view why) {
+  spdlog::debug("{}: outputs of group {} refused: {}", line, group, why);
+  if (LineHost* host = find(line)) {
+    refuse_output(*host, group, refusal);
+  }
+}
+
+void Intake::on_command_refused(std::string_view line, std::string_view client, std::uint8_t kind,
+                                line::Refusal refusal, std::string_view why) {
+  spdlog::debug("{}: command of {} refused: {}", line, client, why);
+  if (LineHost* host = find(line)) {
+    notice(*host, EventKind::command_refused, static_cast<std::uint32_t>(refusal), kind);
+  }
+}
+
+void Intake::refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal) {
+  notice(host, EventKind::output_refused, static_cast<std::uint32_t>(refusal), group);
+}
+
+void Intake::notice(LineHost& host, EventKind kind, std::uint32_t code, std::uint32_t value) {
+  if (told_.size() > kNoticeKinds) {
+    told_.clear();
+  }
+  const Instant now = monotonic_now();
+  auto [it, first] = told_.try_emplace({&host, kind, code, value}, now);
+  if (!first && now - it->second < kNoticePeriod) {
+    return;
+  }
+  it->second = now;
+  Event event;
+  event.kind = kind;
+  event.code = code;
+  event.value = value;
+  if (!host.port.notices.push(event)) {
+    host.port.requests_lost.add();
+  }
+  host.executor->wakeup().signal();
+}
+
+void Intake::answer(line::Reply reply) {
+  waiting_.push_back(std::move(reply));
+  flush();
+}
+
+void Intake::flush() {
+  bool moved = false;
+  while (!waiting_.empty() && refusals_.push(waiting_.front())) {
+    waiting_.pop_front();
+    moved = true;
+  }
+  if (moved) {
+    publisher_.signal();
+  }
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,64 @@
+// The thread that takes commands and outputs from DDS to the lines.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <thread>
+#include <tuple>
+#include <vector>
+
+#include "bridges/dds/publisher.h"
+#include "gateway/exchange/cell.h"
+#include "gateway/line_host.h"
+#include "gateway/publisher.h"
+
+namespace linegate::gateway {
+
+class Intake final : public dds::GatewayHandler {
+ public:
+  // versions: the answer to CommandKind::versions. All must outlive the intake.
+  Intake(dds::GatewayBridge& bridge, std::span<const std::unique_ptr<LineHost>> lines,
+         exchange::Ring<line::Reply>& refusals, exchange::Wakeup& publisher, std::string versions);
+  ~Intake() override;
+  Intake(const Intake&) = delete;
+  Intake& operator=(const Intake&) = delete;
+
+  void start();
+  // Nothing is taken from DDS any more. Call it while the lines still run.
+  void stop();
+
+  // What comes out of the bridge's poll(); public for tests.
+  void on_output_write(dds::OutputMessage message) override;
+  void on_command(dds::CommandMessage message) override;
+  void on_output_refused(std::string_view line, std::uint16_t group, line::OutputRefusal refusal,
+                         std::string_view why) override;
+  void on_command_refused(std::string_view line, std::string_view client, std::uint8_t kind,
+                          line::Refusal refusal, std::string_view why) override;
+  // Replies that found their ring full are put in again.
+  void flush();
+
+ private:
+  LineHost* find(std::string_view line) const;
+  line::Refusal judge(const LineHost& host, const dds::CommandMessage& message) const;
+  void answer(line::Reply reply);
+  void refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal);
+  void notice(LineHost& host, EventKind kind, std::uint32_t code, std::uint32_t value);
+  void run();
+
+  dds::GatewayBridge& bridge_;
+  std::span<const std::unique_ptr<LineHost>> lines_;
+  exchange::Ring<line::Reply>& refusals_;
+  exchange::Wakeup& publisher_;
+  std::string versions_;
+  std::deque<line::Reply> waiting_;
+  // A writer that is refused goes on writing: each reason is told once a second.
+  std::map<std::tuple<const LineHost*, EventKind, std::uint32_t, std::uint32_t>, Instant> told_;
+  exchange::Flag stop_;
+  std::thread thread_;
+};
+
+}  // namespace linegate::gateway

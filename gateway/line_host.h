@@ -1,0 +1,26 @@
+// One line as the threads of the gateway share it: what never changes, and the port.
+#pragma once
+
+#include "gateway/config/plant.h"
+#include "gateway/executor.h"
+#include "gateway/line_port.h"
+#include "stack/image/layout.h"
+
+namespace linegate::gateway {
+
+struct LineHost {
+  LineHost(config::LinePlan line_plan, image::Layout input_layout, image::Layout output_layout)
+      : plan(std::move(line_plan)), layouts{std::move(input_layout), std::move(output_layout)} {}
+
+  const config::LinePlan plan;
+  const std::array<image::Layout, 2> layouts;  // by image::Direction
+  LinePort port;
+  Executor* executor = nullptr;  // set before any thread starts
+
+  const std::string& name() const { return plan.config.name; }
+  const image::Layout& layout(image::Direction direction) const {
+    return layouts[static_cast<std::size_t>(direction)];
+  }
+};
+
+}  // namespace linegate::gateway

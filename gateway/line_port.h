@@ -1,0 +1,48 @@
+// What one line and the rest of the gateway hand each other. Each member has one producing and one
+// consuming thread.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "gateway/exchange/cell.h"
+#include "gateway/exchange/handover.h"
+#include "gateway/exchange/ring.h"
+#include "stack/base/event.h"
+#include "stack/image/snapshot.h"
+#include "stack/line/command.h"
+#include "stack/line/output_write.h"
+#include "stack/line/state.h"
+
+namespace linegate::gateway {
+
+struct LineStatus {
+  line::LineState state;
+  Instant time{};
+};
+
+struct NodeStatus {
+  line::NodeState state;
+  Instant time{};
+};
+
+struct LinePort {
+  // Executor to publisher. A full ring makes the line wait, whose own log counts what is lost.
+  exchange::Ring<Event> events{8192};
+  exchange::Ring<line::Reply> replies{1024};
+  exchange::Ring<NodeStatus> nodes{256};
+  exchange::Handover<LineStatus> status;
+  std::array<exchange::Handover<image::Snapshot>, 2> images;  // by image::Direction
+
+  // Intake to executor. A full ring is answered with Refusal::busy, or counted.
+  exchange::Ring<line::Command> commands{256};
+  exchange::Ring<line::OutputWrite> outputs{256};
+  exchange::Ring<Event> notices{256};  // what the line shall report: refusals
+  exchange::Counter requests_lost;     // outputs and notices that found their ring full
+
+  exchange::Handover<image::Snapshot>& image(image::Direction direction) {
+    return images[static_cast<std::size_t>(direction)];
+  }
+};
+
+}  // namespace linegate::gateway

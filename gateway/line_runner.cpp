@@ -1,0 +1,253 @@
+#include "gateway/line_runner.h"
+
+#include <cstdlib>
+#include <utility>
+
+namespace linegate::gateway {
+namespace {
+
+constexpr Duration kStatusPeriod = std::chrono::milliseconds(100);
+// The last frames of a line that stops, and its last events, get this long.
+constexpr Duration kStopTime = std::chrono::milliseconds(500);
+constexpr Duration kLong = std::chrono::hours(24 * 365);
+
+// EventKind::queue_full: code.
+constexpr std::uint32_t kQueueRequests = 1;
+
+}  // namespace
+
+bool Publication::due(const line::Line& line, image::Direction direction, Instant now) const {
+  return next(line, direction) <= now;
+}
+
+Instant Publication::next(const line::Line& line, image::Direction direction) const {
+  if (first_) {
+    return last_;
+  }
+  switch (rule_.rule) {
+    case config::Publish::Rule::on_change:
+      if (line.image_changed(direction)) {
+        return last_ + rule_.time;
+      }
+      return line.image_touched(direction) ? last_ + touched_period_ : kNever;
+    case config::Publish::Rule::on_sync:
+      return line.sync_count() != last_sync_ ? last_ : kNever;
+    case config::Publish::Rule::period:
+      break;
+  }
+  return last_ + rule_.time;
+}
+
+void Publication::taken(const line::Line& line, Instant now) {
+  // A periodic one keeps its rhythm unless it is late by more than a period.
+  const bool in_rhythm =
+      !first_ && rule_.rule == config::Publish::Rule::period && now - last_ < 2 * rule_.time;
+  last_ = in_rhythm ? last_ + rule_.time : now;
+  last_sync_ = line.sync_count();
+  first_ = false;
+}
+
+LineRunner::LineRunner(std::unique_ptr<line::Line> line,
+                       std::unique_ptr<can_bridge::Channel> channel, const config::LinePlan& plan,
+                       LinePort& port, exchange::Wakeup& consumer)
+    : line_(std::move(line)),
+      pump_(std::move(channel)),
+      port_(port),
+      consumer_(consumer),
+      publications_{Publication(plan.publish, plan.pdo_min_period),
+                    Publication(plan.publish, kLong)} {
+}
+
+void LineRunner::service(Instant now) {
+  handed_over_ = false;
+  take_requests(now);
+  const Instant known = pump_.drain(
+      now,
+      [&](std::span<const can::Frame> frames) {
+        if (started_) {
+          line_->receive(frames, now);
+        }
+      },
+      [&](const can::BusEvent& event) { bus_event(event, now); });
+  if (started_) {
+    line_->advance(known);
+    pump_.transmit(now, [&](can::Frame& frame) { return line_->next_frame(frame, now); });
+  }
+  hand_over(now);
+  next_wake_ = pump_.more() ? now : compute_next_wake();
+  if (handed_over_) {
+    consumer_.signal();
+  }
+}
+
+void LineRunner::bus_event(const can::BusEvent& event, Instant now) {
+  line_->bus_event(event);
+  status_wanted_ = true;
+  // Without an interface there is nothing to manage; a line begins when it can be heard.
+  if (event.kind == can::BusEvent::Kind::interface_ready && !started_ && !stopping_) {
+    started_ = true;
+    line_->start(now);
+  }
+}
+
+void LineRunner::take_requests(Instant now) {
+  while (!reply_held_ && port_.commands.pop(command_)) {
+    if (stopping_) {
+      reply(command_.tag, line::Refusal::cancelled);
+    } else if (!started_) {
+      reply(command_.tag, line::Refusal::line_down);
+    } else {
+      line_->execute(std::move(command_), now);
+      command_ = {};
+    }
+  }
+  for (Event notice; port_.notices.pop(notice);) {
+    notice.time = now;
+    line_->report(notice);
+  }
+  while (port_.outputs.pop(write_)) {
+    if (!stopping_) {
+      (void)line_->write_outputs(write_, now);  // the line tells of a refusal itself
+    }
+  }
+}
+
+void LineRunner::reply(std::uint64_t tag, line::Refusal refusal) {
+  reply_ = {};
+  reply_.tag = tag;
+  reply_.error = line::to_error(refusal);
+  reply_held_ = true;
+  hand_over_replies();
+}
+
+void LineRunner::hand_over(Instant now) {
+  hand_over_events();
+  hand_over_replies();
+  if (now >= status_due_) {
+    look_at_clock();
+    look_at_losses();
+    hand_over_events();
+    status_wanted_ = true;
+  }
+  if (status_wanted_) {
+    hand_over_status(now);
+  }
+  for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
+    hand_over_image(direction, now);
+  }
+}
+
+void LineRunner::hand_over_events() {
+  for (;;) {
+    const std::size_t room = std::min(port_.events.room(), events_.size());
+    const std::size_t count = line_->take_events(std::span<Event>(events_.data(), room));
+    for (std::size_t i = 0; i < count; ++i) {
+      port_.events.push(events_[i]);
+    }
+    if (count == 0) {
+      return;
+    }
+    handed_over_ = true;
+    status_wanted_ = true;
+  }
+}
+
+void LineRunner::hand_over_replies() {
+  while (reply_held_ || line_->take_reply(reply_)) {
+    reply_held_ = !port_.replies.push(reply_);
+    if (reply_held_) {
+      return;
+    }
+    handed_over_ = true;
+  }
+}
+
+void LineRunner::hand_over_status(Instant now) {
+  for (std::uint8_t node = 1; node < revisions_.size(); ++node) {
+    const std::uint64_t revision = line_->node_revision(node);
+    if (revision != revisions_[node] &&
+        port_.nodes.push(NodeStatus{line_->node_state(node), now})) {
+      revisions_[node] = revision;
+    }
+  }
+  auto draft = port_.status.draft();
+  draft.value.state = line_->state();
+  draft.value.time = now;
+  port_.status.publish();
+  handed_over_ = true;
+  status_wanted_ = false;
+  status_due_ = now + kStatusPeriod;
+}
+
+void LineRunner::hand_over_image(image::Direction direction, Instant now) {
+  auto& publication = publications_[static_cast<std::size_t>(direction)];
+  if (!publication.due(*line_, direction, now)) {
+    return;
+  }
+  auto& slot = port_.image(direction);
+  auto draft = slot.draft();
+  line_->snapshot(direction, draft.value, now, draft.unread);
+  slot.publish();
+  publication.taken(*line_, now);
+  handed_over_ = true;
+}
+
+void LineRunner::look_at_clock() {
+  const Duration step = clock_.refresh();
+  if (step == Duration::zero()) {
+    return;
+  }
+  Event event;
+  event.kind = EventKind::clock_step;
+  event.time = monotonic_now();
+  event.value = static_cast<std::uint32_t>(
+      std::abs(std::chrono::duration_cast<std::chrono::milliseconds>(step).count()));
+  line_->report(event);
+}
+
+void LineRunner::look_at_losses() {
+  const std::uint64_t lost = port_.requests_lost.value();
+  if (lost == losses_told_) {
+    return;
+  }
+  Event event;
+  event.kind = EventKind::queue_full;
+  event.time = monotonic_now();
+  event.code = kQueueRequests;
+  event.value = static_cast<std::uint32_t>(lost - losses_told_);
+  losses_told_ = lost;
+  line_->report(event);
+}
+
+Instant LineRunner::compute_next_wake() const {
+  Instant next = earlier(pump_.channel().next_wake(), status_due_);
+  if (started_) {
+    next = earlier(next, line_->next_wake());
+  }
+  for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
+    next =
+        earlier(next, publications_[static_cast<std::size_t>(direction)].next(*line_, direction));
+  }
+  return stopping_ ? earlier(next, stop_deadline_) : next;
+}
+
+void LineRunner::stop(Instant now) {
+  if (stopping_) {
+    return;
+  }
+  stopping_ = true;
+  stop_deadline_ = now + kStopTime;
+  if (started_) {
+    line_->stop(now);
+  }
+  next_wake_ = now;
+}
+
+bool LineRunner::stopped(Instant now) const {
+  if (!stopping_ || now >= stop_deadline_) {
+    return stopping_;
+  }
+  return !reply_held_ && pump_.held() == 0 && (!started_ || !line_->wants_to_send(now));
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,90 @@
+// Runs one line on its channel and hands over what it has to say.
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "gateway/clock.h"
+#include "gateway/config/plant.h"
+#include "gateway/exchange/wakeup.h"
+#include "gateway/frame_pump.h"
+#include "gateway/line_port.h"
+#include "gateway/runner.h"
+#include "stack/line/line.h"
+
+namespace linegate::gateway {
+
+// When a snapshot of one direction is due.
+class Publication {
+ public:
+  Publication(config::Publish rule, Duration touched_period)
+      : rule_(rule), touched_period_(touched_period) {}
+
+  // touched_period: a reception without a change is worth a snapshot after that long (on_change);
+  // kNever's distance if never.
+  bool due(const line::Line& line, image::Direction direction, Instant now) const;
+  // When it will be due as things are; kNever if something must happen first.
+  Instant next(const line::Line& line, image::Direction direction) const;
+  void taken(const line::Line& line, Instant now);
+
+ private:
+  config::Publish rule_;
+  Duration touched_period_;
+  bool first_ = true;
+  Instant last_{};
+  std::uint32_t last_sync_ = 0;
+};
+
+class LineRunner final : public Runner {
+ public:
+  // The port's consumer is woken through `consumer`. Both must outlive the runner.
+  LineRunner(std::unique_ptr<line::Line> line, std::unique_ptr<can_bridge::Channel> channel,
+             const config::LinePlan& plan, LinePort& port, exchange::Wakeup& consumer);
+
+  int descriptor() const override { return pump_.channel().descriptor(); }
+  bool wants_writable() const override { return pump_.channel().wants_writable(); }
+  void service(Instant now) override;
+  Instant next_wake() const override { return next_wake_; }
+  void stop(Instant now) override;
+  bool stopped(Instant now) const override;
+
+  const line::Line& line() const { return *line_; }
+
+ private:
+  void bus_event(const can::BusEvent& event, Instant now);
+  void take_requests(Instant now);
+  void hand_over(Instant now);
+  void hand_over_events();
+  void hand_over_replies();
+  void hand_over_image(image::Direction direction, Instant now);
+  void hand_over_status(Instant now);
+  void look_at_clock();
+  void look_at_losses();
+  void reply(std::uint64_t tag, line::Refusal refusal);
+  Instant compute_next_wake() const;
+
+  std::unique_ptr<line::Line> line_;
+  FramePump pump_;
+  LinePort& port_;
+  exchange::Wakeup& consumer_;
+  WallClock clock_;
+
+  bool started_ = false;
+  bool stopping_ = false;
+  Instant stop_deadline_ = kNever;
+  Instant next_wake_{};
+  Instant status_due_{};
+  bool status_wanted_ = true;
+  bool handed_over_ = false;
+
+  std::array<Publication, 2> publications_;  // by image::Direction
+  std::array<std::uint64_t, 128> revisions_{};
+  std::array<Event, FramePump::kBatch> events_{};
+  line::Command command_;
+  line::OutputWrite write_;
+  line::Reply reply_;
+  bool reply_held_ = false;
+  std::uint64_t losses_told_ = 0;
+};
+
+}  // namespace linegate::gateway

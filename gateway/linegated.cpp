@@ -1,0 +1,94 @@
+// The gateway process: runs the lines of a plant.yaml until it is told to stop.
+#include <cstdint>
+#include <exception>
+#include <random>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <spdlog/spdlog.h>
+
+#include "gateway/check.h"
+#include "gateway/exit_code.h"
+#include "gateway/gateway.h"
+#include "gateway/log.h"
+#include "gateway/signals.h"
+
+namespace linegate::gateway {
+namespace {
+
+struct Arguments {
+  std::string plant;
+  bool check = false;
+  std::string log_level;
+};
+
+// Incarnations tell starts apart; 0 stands for any.
+std::uint64_t random_incarnation() {
+  std::random_device device;
+  std::uint64_t value = 0;
+  while (value == 0) {
+    value = std::uint64_t{device()} << 32U | device();
+  }
+  return value;
+}
+
+int run(const config::Plant& plant) {
+  const std::uint64_t incarnation = random_incarnation();
+  auto made = Gateway::make(plant, incarnation);
+  print(made.diagnostics);
+  if (!made.value) {
+    return kExitFailed;
+  }
+  spdlog::info("{} starts: gateway {}, DDS domain {}, {} lines, incarnation {:016x}", versions(),
+               plant.gateway, plant.dds_domain, plant.lines.size(), incarnation);
+  (*made.value)->start();
+  const int signal = wait_for_stop_signal();
+  spdlog::info("stopping on signal {}", signal);
+  (*made.value)->stop();
+  made.value.reset();
+  spdlog::info("stopped");
+  return kExitOk;
+}
+
+int start(const Arguments& arguments) {
+  if (arguments.check) {
+    return check(arguments.plant, false);
+  }
+  const auto loaded = config::load(arguments.plant);
+  print(loaded.diagnostics);
+  if (!loaded.value) {
+    return kExitUsage;
+  }
+  const auto level = config::parse_log_level(arguments.log_level);
+  set_up_log(level.value_or(loaded.value->log));
+  return run(*loaded.value);
+}
+
+}  // namespace
+}  // namespace linegate::gateway
+
+int main(int argc, char** argv) {
+  namespace gateway = linegate::gateway;
+  gateway::Arguments arguments;
+  CLI::App app{"Linegate: runs CANopen lines and publishes them over DDS", "linegated"};
+  app.add_option("plant", arguments.plant, "the configuration, plant.yaml")->required();
+  app.add_flag("--check", arguments.check, "say what would be run, and end");
+  app.add_option("--log-level", arguments.log_level, "instead of the one in the configuration")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
+  app.set_version_flag("--version", gateway::versions());
+  app.footer(
+      "Ends on SIGINT and SIGTERM. Exit codes: 0 ended as asked, 1 failed while running,\n"
+      "2 the command line or the configuration is wrong.");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? gateway::kExitOk : gateway::kExitUsage;
+  }
+  gateway::block_stop_signals();
+  try {
+    return gateway::start(arguments);
+  } catch (const std::exception& error) {
+    spdlog::critical("{}", error.what());
+    return gateway::kExitFailed;
+  }
+}

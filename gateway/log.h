@@ -1,0 +1,16 @@
+// How the gateway's programs log: one line an entry on standard error, with UTC time.
+#pragma once
+
+#include <vector>
+
+#include "gateway/config/plant.h"
+#include "stack/base/diagnostic.h"
+
+namespace linegate::gateway {
+
+void set_up_log(config::LogLevel level);
+
+// Each diagnostic as compilers print it, on standard error.
+void print(const std::vector<Diagnostic>& diagnostics);
+
+}  // namespace linegate::gateway

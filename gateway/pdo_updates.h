@@ -1,0 +1,58 @@
+// Which PDOs of a line are worth a sample of their own, and when.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "stack/base/time.h"
+#include "stack/image/snapshot.h"
+
+namespace linegate::gateway {
+
+// Collects the receptions that snapshots tell of and lets each PDO pass once in min_period. What
+// was held back passes later, with the number of receptions it stands for.
+class PdoUpdates {
+ public:
+  explicit PdoUpdates(Duration min_period) : min_period_(min_period) {}
+
+  void add(const image::Snapshot& snapshot);
+
+  // publish(mark, receptions) for each PDO that is due; its values are those of the last snapshot
+  // that was added. Gives when the next one is due; kNever if none is waiting.
+  template <class Publish>
+  Instant take_due(Instant now, Publish&& publish) {
+    Instant next = kNever;
+    std::size_t kept = 0;
+    for (const std::size_t i : waiting_) {
+      Pdo& pdo = pdos_[i];
+      if (pdo.published && now < pdo.last + min_period_) {
+        next = earlier(next, pdo.last + min_period_);
+        waiting_[kept++] = i;
+        continue;
+      }
+      publish(pdo.mark, pdo.receptions);
+      pdo.receptions = 0;
+      pdo.published = true;
+      pdo.last = now;
+    }
+    waiting_.resize(kept);
+    return next;
+  }
+
+ private:
+  static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  struct Pdo {
+    image::PdoMark mark;           // of the last reception
+    std::uint32_t receptions = 0;  // since the last sample; 0 = not waiting
+    bool published = false;
+    Instant last{};
+  };
+
+  Duration min_period_;
+  std::vector<Pdo> pdos_;
+  std::vector<std::size_t> by_local_pdo_;
+  std::vector<std::size_t> waiting_;
+};
+
+}  // namespace linegate::gateway

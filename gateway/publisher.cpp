@@ -1,0 +1,202 @@
+#include "gateway/publisher.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <ctime>
+#include <utility>
+
+#include <poll.h>
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+
+#include "gateway/access.h"
+#include "gateway/event_text.h"
+
+namespace linegate::gateway {
+namespace {
+
+constexpr Duration kClockPeriod = std::chrono::milliseconds(500);
+constexpr Duration kStatePeriod = std::chrono::seconds(1);
+constexpr Duration kFailurePeriod = std::chrono::seconds(10);
+
+// Equal in everything that is published at once; counters and load follow every second.
+bool same_state(const line::LineState& a, const line::LineState& b) {
+  return a.role == b.role && a.node_id == b.node_id && a.own_state == b.own_state &&
+         a.manager == b.manager && a.bus == b.bus && a.transmit_errors == b.transmit_errors &&
+         a.receive_errors == b.receive_errors && a.nodes_configured == b.nodes_configured &&
+         a.nodes_operational == b.nodes_operational;
+}
+
+void wait_readable(int descriptor, Instant until, Instant now) {
+  pollfd p{descriptor, POLLIN, 0};
+  if (until == kNever) {
+    poll(&p, 1, -1);
+    return;
+  }
+  const Duration left = std::max(Duration::zero(), until - now);
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(left);
+  const timespec ts{static_cast<std::time_t>(seconds.count()),
+                    static_cast<long>((left - seconds).count())};
+  ppoll(&p, 1, &ts, nullptr);
+}
+
+}  // namespace
+
+Publisher::Line::Line(LineHost& line_host)
+    : host(&line_host),
+      info{line_host.name(), line_host.plan.interface.uri, line_host.plan.config.bit_rate,
+           published_access(line_host.plan.commands)},
+      updates(line_host.plan.pdo_min_period),
+      sequences{ImageSequence(line_host.plan.publish.rule),
+                ImageSequence(line_host.plan.publish.rule)} {
+  properties.push_back({"outputs-access", std::string(config::name(line_host.plan.outputs))});
+  for (const auto& node : line_host.plan.config.nodes) {
+    nodes[node.id].name = node.name;
+  }
+}
+
+Publisher::Publisher(dds::GatewayBridge& bridge, std::span<const std::unique_ptr<LineHost>> lines)
+    : bridge_(bridge) {
+  for (const auto& host : lines) {
+    lines_.emplace_back(*host);
+  }
+}
+
+Publisher::~Publisher() {
+  stop();
+}
+
+void Publisher::start() {
+  thread_ = std::thread([this] { run(); });
+}
+
+void Publisher::stop() {
+  stop_.raise();
+  wakeup_.signal();
+  if (thread_.joinable()) {
+    thread_.join();
+  }
+}
+
+void Publisher::run() {
+  pthread_setname_np(pthread_self(), "publisher");
+  refresh_clock(monotonic_now());
+  for (Line& line : lines_) {
+    bridge_.publish(line.host->name(), line.host->layout(image::Direction::inputs));
+    bridge_.publish(line.host->name(), line.host->layout(image::Direction::outputs));
+  }
+  for (;;) {
+    wakeup_.clear();
+    const bool last = stop_.raised();
+    const Instant next = step(monotonic_now());
+    if (last) {
+      return;
+    }
+    wait_readable(wakeup_.descriptor(), next, monotonic_now());
+  }
+}
+
+Instant Publisher::step(Instant now) {
+  refresh_clock(now);
+  for (line::Reply reply; refusals_.pop(reply);) {
+    bridge_.reply(reply);
+  }
+  for (Line& line : lines_) {
+    publish_replies(line);
+    publish_events(line, now);
+  }
+  for (Line& line : lines_) {
+    publish_states(line, now);
+  }
+  Instant next = kNever;
+  for (Line& line : lines_) {
+    publish_image(line, image::Direction::inputs);
+    publish_image(line, image::Direction::outputs);
+    next = earlier(next, publish_updates(line, now));
+  }
+  tell_failures(now);
+  return next;
+}
+
+void Publisher::refresh_clock(Instant now) {
+  if (now >= clock_due_) {
+    clock_.refresh();
+    bridge_.set_clock(clock_.map());
+    clock_due_ = now + kClockPeriod;
+  }
+}
+
+void Publisher::publish_replies(Line& line) {
+  for (line::Reply reply; line.host->port.replies.pop(reply);) {
+    bridge_.reply(reply);
+  }
+}
+
+void Publisher::publish_events(Line& line, Instant now) {
+  for (Event event; line.host->port.events.pop(event);) {
+    const std::string text = describe(event, line.host->plan.config, line.info.interface_uri);
+    bridge_.publish(line.info.name, event, text);
+    line.logger.write(line.info.name, event, text, now);
+  }
+}
+
+void Publisher::publish_states(Line& line, Instant now) {
+  if (const LineStatus* status = line.host->port.status.fetch()) {
+    if (!line.state_known || !same_state(line.last_state, status->state) ||
+        now - line.state_published >= kStatePeriod || stop_.raised()) {
+      bridge_.publish(line.info, status->state, status->time, line.properties);
+      line.state_published = now;
+      line.last_state = status->state;
+      line.state_known = true;
+    }
+  }
+  for (NodeStatus status; line.host->port.nodes.pop(status);) {
+    publish_node(line, status);
+  }
+}
+
+void Publisher::publish_node(Line& line, const NodeStatus& status) {
+  const line::NodeState& state = status.state;
+  if (state.node >= line.nodes.size()) {
+    return;
+  }
+  Node& node = line.nodes[state.node];
+  if (!node.known || node.last.state != state.state || node.last.presence != state.presence) {
+    node.since = status.time;
+  }
+  node.known = true;
+  node.last = state;
+  bridge_.publish(line.info.name, dds::NodeInfo{node.name, node.since}, state, status.time);
+}
+
+void Publisher::publish_image(Line& line, image::Direction direction) {
+  image::Snapshot* snapshot = line.host->port.image(direction).fetch();
+  if (snapshot == nullptr) {
+    return;
+  }
+  if (direction == image::Direction::inputs) {
+    line.inputs = snapshot;
+    line.updates.add(*snapshot);
+  }
+  if (line.sequences[static_cast<std::size_t>(direction)].admit(*snapshot)) {
+    bridge_.publish(line.info.name, *snapshot);
+  }
+}
+
+Instant Publisher::publish_updates(Line& line, Instant now) {
+  return line.updates.take_due(now, [&](const image::PdoMark& mark, std::uint32_t receptions) {
+    bridge_.publish_pdo_update(line.info.name, line.host->layout(image::Direction::inputs),
+                               *line.inputs, mark, receptions);
+  });
+}
+
+void Publisher::tell_failures(Instant now) {
+  const std::uint64_t failed = bridge_.counters().failed;
+  if (failed != failures_told_ && now >= failures_due_) {
+    spdlog::warn("DDS did not take {} samples", failed - failures_told_);
+    failures_told_ = failed;
+    failures_due_ = now + kFailurePeriod;
+  }
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,86 @@
+// The thread that publishes: takes what the lines hand over and gives it to DDS.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <thread>
+#include <vector>
+
+#include "bridges/dds/publisher.h"
+#include "gateway/clock.h"
+#include "gateway/event_logger.h"
+#include "gateway/exchange/cell.h"
+#include "gateway/exchange/ring.h"
+#include "gateway/exchange/wakeup.h"
+#include "gateway/image_sequence.h"
+#include "gateway/line_host.h"
+#include "gateway/pdo_updates.h"
+
+namespace linegate::gateway {
+
+class Publisher {
+ public:
+  // Both must outlive the publisher.
+  Publisher(dds::GatewayBridge& bridge, std::span<const std::unique_ptr<LineHost>> lines);
+  ~Publisher();
+  Publisher(const Publisher&) = delete;
+  Publisher& operator=(const Publisher&) = delete;
+
+  // For those who put something into a ring the publisher reads.
+  exchange::Wakeup& wakeup() { return wakeup_; }
+  // Replies that come from the intake and not from a line.
+  exchange::Ring<line::Reply>& refusals() { return refusals_; }
+
+  void start();
+  // Publishes what is there, then ends. Call it when the lines have stopped.
+  void stop();
+
+ private:
+  struct Node {
+    std::string name;
+    bool known = false;
+    line::NodeState last;
+    Instant since{};
+  };
+  struct Line {
+    explicit Line(LineHost& line_host);
+
+    LineHost* host;
+    dds::LineInfo info;
+    std::vector<dds::Property> properties;
+    EventLogger logger;
+    std::array<Node, 128> nodes;
+    bool state_known = false;
+    line::LineState last_state;
+    Instant state_published{};
+    PdoUpdates updates;
+    image::Snapshot* inputs = nullptr;  // the last one fetched
+    std::array<ImageSequence, 2> sequences;
+  };
+
+  void run();
+  // Does what there is to do; gives when it wants to be called again.
+  Instant step(Instant now);
+  void refresh_clock(Instant now);
+  void publish_replies(Line& line);
+  void publish_events(Line& line, Instant now);
+  void publish_states(Line& line, Instant now);
+  void publish_node(Line& line, const NodeStatus& status);
+  void publish_image(Line& line, image::Direction direction);
+  Instant publish_updates(Line& line, Instant now);
+  void tell_failures(Instant now);
+
+  dds::GatewayBridge& bridge_;
+  std::vector<Line> lines_;
+  exchange::Wakeup wakeup_;
+  exchange::Flag stop_;
+  exchange::Ring<line::Reply> refusals_{1024};
+  WallClock clock_;
+  Instant clock_due_{};
+  std::uint64_t failures_told_ = 0;
+  Instant failures_due_{};
+  std::thread thread_;
+};
+
+}  // namespace linegate::gateway

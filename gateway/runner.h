@@ -1,0 +1,26 @@
+// Something an executor runs on its thread: a line, or simulated devices, on a channel.
+#pragma once
+
+#include "stack/base/time.h"
+
+namespace linegate::gateway {
+
+class Runner {
+ public:
+  virtual ~Runner() = default;
+
+  // Pollable, or -1 while there is none; asked again after each service().
+  virtual int descriptor() const = 0;
+  virtual bool wants_writable() const = 0;
+
+  // Does everything there is to do. Called when the descriptor is ready, next_wake() has come, or
+  // the executor was woken.
+  virtual void service(Instant now) = 0;
+  virtual Instant next_wake() const = 0;
+
+  // Begins to stop in good order; service() goes on until stopped() is true.
+  virtual void stop(Instant now) = 0;
+  virtual bool stopped(Instant now) const = 0;
+};
+
+}  // namespace linegate::gateway
