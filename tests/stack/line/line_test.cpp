@@ -1,0 +1,435 @@
+// A manager's line, byte by byte: the test plays the device.
+#include "stack/line/line.h"
+
+#include <cstdio>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "stack/base/byte_order.h"
+#include "stack/eds/reader.h"
+#include "stack/od/dictionary.h"
+
+#include "tests/stack/line/device_file.h"
+
+namespace linegate::line {
+namespace {
+
+using image::Direction;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+LineConfig config_with_axis() {
+  LineConfig config;
+  config.name = "press";
+  config.bit_rate = 500'000;
+  NodeConfig node;
+  node.id = 5;
+  node.name = "axis";
+  node.device = *eds::load(kDeviceFile, "axis.eds", 5).value;
+  node.heartbeat = milliseconds(100);
+  config.nodes.push_back(node);
+  return config;
+}
+
+std::string text(const can::Frame& frame) {
+  char digits[8];
+  std::snprintf(digits, sizeof digits, "%03X#", frame.id);
+  std::string out = digits;
+  for (const std::byte b : frame.bytes()) {
+    std::snprintf(digits, sizeof digits, "%02X", std::to_integer<unsigned>(b));
+    out += digits;
+  }
+  return out;
+}
+
+class LineTest : public testing::Test {
+ protected:
+  void make(LineConfig config) {
+    auto made = Line::make(std::move(config));
+    ASSERT_TRUE(made.ok()) << to_string(made.diagnostics.at(0));
+    line_ = *std::move(made.value);
+  }
+
+  std::vector<std::string> sent() {
+    std::vector<std::string> out;
+    can::Frame frame;
+    while (line_->next_frame(frame, now_)) {
+      out.push_back(text(frame));
+    }
+    return out;
+  }
+
+  void hear(std::uint32_t id, std::initializer_list<std::uint8_t> data) {
+    can::Frame frame = can::make_frame(id, data);
+    frame.time = now_;
+    line_->receive(std::span(&frame, 1), now_);
+  }
+
+  void pass(Duration time) {
+    const Instant until = now_ + time;
+    while (line_->next_wake() <= until) {
+      now_ = std::max(now_, line_->next_wake());
+      line_->advance(now_);
+    }
+    now_ = until;
+    line_->advance(now_);
+  }
+
+  std::vector<Event> events() {
+    std::array<Event, 64> out;
+    const std::size_t count = line_->take_events(out);
+    return {out.begin(), out.begin() + static_cast<long>(count)};
+  }
+
+  bool told(EventKind kind, std::uint8_t node = 0) {
+    const std::vector<Event> all = events();
+    return std::ranges::any_of(all,
+                               [&](const Event& e) { return e.kind == kind && e.node == node; });
+  }
+
+  // Takes node 5 through its boot.
+  void boot() {
+    line_->start(now_);
+    hear(0x705, {0x00});
+    hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
+    hear(0x585, {0x43, 0x18, 0x10, 0x01, 0x23, 0x01, 0x00, 0x00});
+    hear(0x585, {0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
+    hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
+    hear(0x585, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
+    hear(0x705, {0x7F});
+    sent();
+    events();
+    hear(0x705, {0x05});
+  }
+
+  Reply answer() {
+    Reply reply;
+    EXPECT_TRUE(line_->take_reply(reply));
+    return reply;
+  }
+
+  image::Snapshot snapshot(Direction direction) {
+    image::Snapshot out;
+    line_->snapshot(direction, out, now_, false);
+    return out;
+  }
+
+  Instant now_{seconds(100)};
+  std::unique_ptr<Line> line_;
+};
+
+TEST_F(LineTest, BootsANodeStepByStep) {
+  make(config_with_axis());
+  line_->start(now_);
+  EXPECT_THAT(sent(), ElementsAre("000#8200", "77F#00"));
+  hear(0x705, {0x00});
+  EXPECT_THAT(sent(), ElementsAre("605#4000100000000000"));
+  hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
+  EXPECT_THAT(sent(), ElementsAre("605#4018100100000000"));
+  hear(0x585, {0x43, 0x18, 0x10, 0x01, 0x23, 0x01, 0x00, 0x00});
+  EXPECT_THAT(sent(), ElementsAre("605#4018100200000000"));
+  hear(0x585, {0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
+  EXPECT_THAT(sent(), ElementsAre("605#4018100400000000")) << "the serial number, to show it";
+  hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
+  EXPECT_THAT(sent(), ElementsAre("605#2B17100064000000")) << "heartbeat, 100 ms";
+  hear(0x585, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
+  EXPECT_THAT(sent(), ElementsAre());
+  hear(0x705, {0x7F});
+  EXPECT_THAT(sent(), ElementsAre("000#0105"));
+  hear(0x705, {0x05});
+  const NodeState node = line_->node_state(5);
+  EXPECT_EQ(node.boot, manager::kBooted);
+  EXPECT_EQ(node.state, nmt::State::operational);
+  EXPECT_EQ(node.presence, Presence::present);
+  EXPECT_EQ(node.vendor, 0x123U);
+  EXPECT_EQ(line_->state().manager, ManagerState::running);
+  EXPECT_EQ(line_->state().nodes_operational, 1);
+  EXPECT_TRUE(told(EventKind::boot_result, 5));
+}
+
+TEST_F(LineTest, AWrongDeviceIsNotStartedAndSaysWhy) {
+  make(config_with_axis());
+  line_->start(now_);
+  hear(0x705, {0x00});
+  hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x91, 0x01, 0x0F, 0x00});
+  EXPECT_EQ(line_->node_state(5).boot, 'C');
+  EXPECT_EQ(line_->node_state(5).device_type, 0xF0191U);
+  EXPECT_TRUE(told(EventKind::boot_result, 5));
+  sent();
+  pass(seconds(3));
+  for (const std::string& frame : sent()) {
+    EXPECT_NE(frame, "000#0105");
+  }
+}
+
+TEST_F(LineTest, AConfigurationThatIsRefusedNamesTheObject) {
+  make(config_with_axis());
+  line_->start(now_);
+  hear(0x705, {0x00});
+  hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
+  hear(0x585, {0x43, 0x18, 0x10, 0x01, 0x23, 0x01, 0x00, 0x00});
+  hear(0x585, {0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
+  hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
+  events();
+  hear(0x585, {0x80, 0x17, 0x10, 0x00, 0x00, 0x00, 0x02, 0x06});
+  const std::vector<Event> all = events();
+  const auto error = std::ranges::find(all, EventKind::configuration_error, &Event::kind);
+  ASSERT_NE(error, all.end());
+  EXPECT_EQ(error->node, 5);
+  EXPECT_EQ(error->code, 0x0602'0000U);
+  EXPECT_EQ(load_le<std::uint16_t>(error->data.data()), 0x1017U);
+  EXPECT_EQ(line_->node_state(5).boot, 'J');
+}
+
+TEST_F(LineTest, AReceivedPdoIsInTheImageAndInTheNetworkVariables) {
+  make(config_with_axis());
+  boot();
+  hear(0x185, {0x34, 0x12, 0x78, 0x56, 0x34, 0x12});
+  const image::Layout& layout = line_->layout(Direction::inputs);
+  ASSERT_EQ(layout.entries.size(), 2U);
+  EXPECT_EQ(layout.entries[0].name, "axis.Status");
+  EXPECT_EQ(layout.entries[1].bit_offset % 32, 0U) << "numeric entries are aligned to their size";
+  EXPECT_EQ(layout.entries[1].profile, 0x192);
+  const image::Snapshot seen = snapshot(Direction::inputs);
+  const auto value = [&](std::size_t i) {
+    const image::Entry& e = layout.entries[i];
+    return load_le(std::span(seen.bytes).subspan(e.bit_offset / 8, e.bit_length / 8U));
+  };
+  EXPECT_EQ(value(0), 0x1234U);
+  EXPECT_EQ(value(1), 0x12345678U);
+  EXPECT_TRUE(seen.is_valid(0) && seen.is_valid(1) && seen.is_changed(0) && seen.is_changed(1));
+  ASSERT_EQ(seen.marks.size(), 1U);
+  EXPECT_EQ(seen.marks[0].node, 5);
+  EXPECT_EQ(seen.marks[0].count, 1U);
+  for (const image::Entry& entry : layout.entries) {
+    ASSERT_NE(entry.variable_sub, 0);
+    Command read{.tag = 9, .kind = CommandKind::local_read};
+    read.index = entry.variable_index;
+    read.sub = entry.variable_sub;
+    line_->execute(read, now_);
+    const Reply reply = answer();
+    ASSERT_TRUE(reply.ok());
+    EXPECT_TRUE(std::ranges::equal(
+        reply.data, std::span(seen.bytes).subspan(entry.bit_offset / 8, entry.bit_length / 8U)));
+  }
+}
+
+TEST_F(LineTest, ALostHeartbeatInvalidatesTheValuesAndResetsTheNode) {
+  make(config_with_axis());
+  boot();
+  hear(0x185, {1, 0, 2, 0, 0, 0});
+  EXPECT_TRUE(snapshot(Direction::inputs).is_valid(0));
+  sent();
+  pass(milliseconds(249));
+  EXPECT_FALSE(told(EventKind::heartbeat_lost, 5));
+  pass(milliseconds(1));
+  EXPECT_TRUE(told(EventKind::heartbeat_lost, 5));
+  EXPECT_EQ(line_->node_state(5).presence, Presence::missing);
+  EXPECT_FALSE(snapshot(Direction::inputs).is_valid(0));
+  EXPECT_THAT(sent(), testing::Contains("000#8105"));
+  pass(seconds(2));
+  EXPECT_THAT(sent(), testing::Contains("605#4000100000000000")) << "it is asked for";
+  hear(0x705, {0x00});
+  EXPECT_TRUE(told(EventKind::boot_up, 5));
+  EXPECT_EQ(line_->node_state(5).presence, Presence::present);
+}
+
+TEST_F(LineTest, ALateThreadReportsNoLossThatDidNotHappen) {
+  make(config_with_axis());
+  boot();
+  events();
+  const Instant booted = now_;
+  now_ = booted + seconds(2);  // the thread slept, the heartbeats wait in the socket
+  std::vector<can::Frame> waiting;
+  for (int i = 1; i <= 20; ++i) {
+    waiting.push_back(can::make_frame(0x705, {0x05}));
+    waiting.back().time = booted + i * milliseconds(100);
+  }
+  line_->receive(waiting, now_);
+  line_->advance(now_);
+  EXPECT_FALSE(told(EventKind::heartbeat_lost, 5));
+}
+
+TEST_F(LineTest, AnOutputPdoWaitsForAllOfItsEntries) {
+  make(config_with_axis());
+  boot();
+  sent();
+  const std::uint64_t layout = line_->layout(Direction::outputs).id;
+  OutputWrite write{.group = 0, .layout_id = layout};
+  write.values = {{.entry = 0, .length = 4, .data = {std::byte{0x10}}}};
+  EXPECT_EQ(line_->write_outputs(write, now_), OutputRefusal::none);
+  EXPECT_THAT(sent(), ElementsAre());
+  write.values = {{.entry = 1, .length = 1, .data = {std::byte{0x07}}}};
+  EXPECT_EQ(line_->write_outputs(write, now_), OutputRefusal::none);
+  EXPECT_THAT(sent(), ElementsAre("205#1000000007"));
+  EXPECT_EQ(line_->write_outputs(write, now_), OutputRefusal::none);
+  EXPECT_THAT(sent(), ElementsAre()) << "nothing changed";
+}
+
+TEST_F(LineTest, ADefaultStandsInForAnEntryNobodyWrites) {
+  LineConfig config = config_with_axis();
+  config.defaults = {{.entry = 1, .value = 3}};
+  make(std::move(config));
+  boot();
+  sent();
+  OutputWrite write{.group = 0, .layout_id = line_->layout(Direction::outputs).id};
+  write.values = {{.entry = 0, .length = 4, .data = {std::byte{0x10}}}};
+  line_->write_outputs(write, now_);
+  EXPECT_THAT(sent(), ElementsAre("205#1000000003"));
+}
+
+TEST_F(LineTest, OneWriteIsOneFrame) {
+  make(config_with_axis());
+  boot();
+  sent();
+  OutputWrite write{.group = 0, .layout_id = line_->layout(Direction::outputs).id};
+  write.values = {{.entry = 0, .length = 4, .data = {std::byte{1}}},
+                  {.entry = 1, .length = 1, .data = {std::byte{2}}}};
+  line_->write_outputs(write, now_);
+  EXPECT_THAT(sent(), ElementsAre("205#0100000002"));
+  write.values.clear();
+  write.bytes = {{.offset = 0, .data = std::vector<std::byte>(5, std::byte{9})}};
+  EXPECT_EQ(line_->write_outputs(write, now_), OutputRefusal::none);
+  EXPECT_THAT(sent(), ElementsAre("205#0909090909"));
+  EXPECT_EQ(line_->state().counters.tpdos_coalesced, 0U);
+}
+
+TEST_F(LineTest, CommandsAreAnsweredOnceEach) {
+  make(config_with_axis());
+  boot();
+  sent();
+  line_->execute({.tag = 1, .kind = CommandKind::sdo_read, .node = 5, .index = 0x2000}, now_);
+  EXPECT_THAT(sent(), ElementsAre("605#4000200000000000"));
+  hear(0x585, {0x4B, 0x00, 0x20, 0x00, 0xCD, 0xAB, 0, 0});
+  Reply reply = answer();
+  EXPECT_EQ(reply.tag, 1U);
+  EXPECT_THAT(reply.data, ElementsAre(std::byte{0xCD}, std::byte{0xAB}));
+
+  line_->execute({.tag = 2, .kind = CommandKind::sdo_read, .node = 5, .index = 0x3000}, now_);
+  hear(0x585, {0x80, 0x00, 0x30, 0x00, 0x00, 0x00, 0x02, 0x06});
+  reply = answer();
+  EXPECT_EQ(reply.error, to_error(AbortCode::no_object));
+
+  line_->execute({.tag = 3, .kind = CommandKind::nmt, .node = 200}, now_);
+  EXPECT_EQ(answer().error, to_error(Refusal::bad_request));
+  line_->execute({.tag = 4, .kind = CommandKind::sdo_read, .node = 0}, now_);
+  EXPECT_EQ(answer().error, to_error(Refusal::bad_request));
+  line_->execute({.tag = 5, .kind = CommandKind::output_write, .entry = 99}, now_);
+  EXPECT_EQ(answer().error, to_error(Refusal::unknown_entry));
+  line_->execute({.tag = 6, .kind = CommandKind::local_read, .index = 0x1018, .sub = 9}, now_);
+  EXPECT_EQ(answer().error, to_error(AbortCode::no_sub_index));
+  Reply none;
+  EXPECT_FALSE(line_->take_reply(none));
+}
+
+TEST_F(LineTest, ACommandsOwnTimeOutEndsIt) {
+  make(config_with_axis());
+  boot();
+  line_->execute({.tag = 1,
+                  .kind = CommandKind::sdo_read,
+                  .node = 5,
+                  .index = 0x2000,
+                  .timeout = milliseconds(50)},
+                 now_);
+  pass(milliseconds(50));
+  const Reply reply = answer();
+  EXPECT_FALSE(reply.ok());
+  hear(0x585, {0x4B, 0x00, 0x20, 0x00, 0xCD, 0xAB, 0, 0});
+  Reply none;
+  EXPECT_FALSE(line_->take_reply(none)) << "a late answer is no second reply";
+}
+
+TEST_F(LineTest, AFullQueueSaysBusyAndKeepsTheRest) {
+  make(config_with_axis());
+  boot();
+  for (std::uint64_t tag = 1; tag <= 80; ++tag) {
+    line_->execute({.tag = tag, .kind = CommandKind::sdo_read, .node = 5, .index = 0x2000}, now_);
+  }
+  Reply reply;
+  unsigned busy = 0;
+  while (line_->take_reply(reply)) {
+    EXPECT_EQ(reply.error, to_error(Refusal::busy));
+    ++busy;
+  }
+  EXPECT_GT(busy, 0U);
+  EXPECT_LT(busy, 80U);
+  line_->stop(now_);
+  unsigned cancelled = 0;
+  while (line_->take_reply(reply)) {
+    EXPECT_EQ(reply.error, to_error(Refusal::cancelled));
+    ++cancelled;
+  }
+  EXPECT_EQ(busy + cancelled, 80U);
+}
+
+TEST_F(LineTest, EmcyIsSentOrSaysThatItIsInhibited) {
+  make(config_with_axis());
+  boot();
+  sent();
+  Command emcy{.tag = 1, .kind = CommandKind::emcy_send, .code = 0x5000, .error_register = 0x01};
+  emcy.data = {std::byte{1}, std::byte{2}};
+  line_->execute(emcy, now_);
+  EXPECT_TRUE(answer().ok());
+  EXPECT_THAT(sent(), ElementsAre("0FF#0050010102000000"));
+  line_->dictionary().set({0x1015, 0}, std::uint16_t{1000});
+  bool inhibited = false;
+  for (unsigned i = 0; i < 40; ++i) {
+    line_->execute(emcy, now_);
+    inhibited = inhibited || answer().error == to_error(Refusal::inhibited);
+  }
+  EXPECT_TRUE(inhibited);
+}
+
+TEST_F(LineTest, AnInterfaceThatFailsInvalidatesTheImageAndRefusesTransfers) {
+  make(config_with_axis());
+  boot();
+  hear(0x185, {1, 0, 2, 0, 0, 0});
+  line_->bus_event({.kind = can::BusEvent::Kind::interface_failed, .code = 19, .time = now_});
+  EXPECT_TRUE(told(EventKind::interface_failed));
+  EXPECT_EQ(line_->state().bus, can::BusState::absent);
+  EXPECT_FALSE(snapshot(Direction::inputs).is_valid(0));
+  line_->execute({.tag = 1, .kind = CommandKind::sdo_read, .node = 5, .index = 0x2000}, now_);
+  EXPECT_EQ(answer().error, to_error(Refusal::line_down));
+}
+
+TEST(LineMake, EverythingWrongIsToldAtOnce) {
+  LineConfig config = config_with_axis();
+  config.network_id = 200;
+  config.nodes.push_back(config.nodes[0]);
+  config.nodes.push_back(config.nodes[0]);
+  config.nodes.back().id = 127;
+  config.nodes.back().heartbeat = seconds(100);
+  const auto made = Line::make(std::move(config));
+  EXPECT_FALSE(made.ok());
+  std::string all;
+  for (const Diagnostic& diagnostic : made.diagnostics) {
+    all += to_string(diagnostic) + '\n';
+  }
+  EXPECT_THAT(all, HasSubstr("press: error: network-ID 200 is not in 1..127"));
+  EXPECT_THAT(all, HasSubstr("press: error: node-ID 5 is configured twice"));
+  EXPECT_THAT(all, HasSubstr("node 127 (axis) has the node-ID of the line's own node"));
+  EXPECT_THAT(all, HasSubstr("node 127 (axis): heartbeat is not in 0..65535 ms"));
+}
+
+TEST(LineMake, OutputGroupsAreChecked) {
+  LineConfig config = config_with_axis();
+  config.groups = {{.number = 1, .name = "a", .entries = {0, 1}},
+                   {.number = 1, .name = "b", .entries = {1, 7}}};
+  config.defaults = {{.entry = 9, .value = 0}};
+  const auto made = Line::make(std::move(config));
+  EXPECT_FALSE(made.ok());
+  EXPECT_EQ(made.diagnostics.size(), 4U);
+}
+
+TEST(LineMake, TheLayoutIdIsTheSameForTheSameDevices) {
+  const auto a = Line::make(config_with_axis());
+  const auto b = Line::make(config_with_axis());
+  EXPECT_EQ((*a.value)->layout(Direction::inputs).id, (*b.value)->layout(Direction::inputs).id);
+  EXPECT_NE((*a.value)->layout(Direction::inputs).id, (*a.value)->layout(Direction::outputs).id);
+}
+
+}  // namespace
+}  // namespace linegate::line
