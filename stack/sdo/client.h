@@ -22,7 +22,7 @@ namespace linegate::sdo {
 struct Outcome {
   AbortCode abort = AbortCode::none;  // none: it went well. The server's code, or the one this
                                       // client aborted with
-  std::vector<std::byte> data;        // what an upload brought; empty after a download or abort
+  std::vector<std::byte> data{};      // what an upload brought; empty after a download or abort
 };
 
 // What a frame with the response identifier was.

@@ -20,9 +20,9 @@ struct Request {
   std::uint64_t token = 0;  // chosen by the caller, unique among its requests; bits 63..48 name the
                             // owner, for fairness
   std::uint8_t node = 0;    // 1..127
-  od::Address address;
+  od::Address address{};
   bool write = false;
-  std::vector<std::byte> data;                        // to be written
+  std::vector<std::byte> data{};                      // to be written
   Duration timeout = std::chrono::milliseconds(500);  // for each answer of the server, positive
   Priority priority = Priority::command;
 };
@@ -30,10 +30,10 @@ struct Request {
 struct Completion {
   std::uint64_t token = 0;
   std::uint8_t node = 0;
-  od::Address address;
+  od::Address address{};
   bool write = false;
   AbortCode abort = AbortCode::none;  // none: done
-  std::vector<std::byte> data;        // what was read
+  std::vector<std::byte> data{};      // what was read
 };
 
 }  // namespace linegate::sdo

@@ -1,0 +1,354 @@
+#include "stack/sdo/arbiter.h"
+
+#include <map>
+
+#include "stack/can/dispatch.h"
+
+#include "tests/stack/sdo/support.h"
+
+namespace linegate::sdo::test {
+namespace {
+
+class ArbiterTest : public testing::Test {
+ protected:
+  bool submit(std::uint64_t token, Priority priority = Priority::command, std::uint8_t node = 5) {
+    return arbiter.submit({.token = token,
+                           .node = node,
+                           .address = {0x1018, 1},
+                           .timeout = kTimeout,
+                           .priority = priority},
+                          now);
+  }
+
+  // As the line does it: to whoever registered the identifier.
+  void receive(std::uint32_t id, const Bytes& data) {
+    const can::Frame in = frame(id, data, now);
+    for (const can::Target* target = dispatch.find(in); target != nullptr;
+         target = dispatch.next(*target)) {
+      ASSERT_EQ(target->service, can::Service::sdo_client);
+      arbiter.receive(*target, in);
+    }
+  }
+  void answer(std::uint8_t node = 5, const Bytes& data = {0x43, 0x18, 0x10, 1, 1, 2, 3, 4}) {
+    receive(0x580U + node, data);
+  }
+
+  std::vector<Completion> completions() {
+    std::vector<Completion> out;
+    Completion next;
+    while (arbiter.take(next)) {
+      out.push_back(next);
+    }
+    return out;
+  }
+  std::vector<std::uint64_t> tokens() {
+    std::vector<std::uint64_t> out;
+    for (const Completion& completion : completions()) {
+      out.push_back(completion.token);
+    }
+    return out;
+  }
+
+  static constexpr Duration kTimeout = std::chrono::milliseconds(500);
+  const Bytes kRead{0x40, 0x18, 0x10, 1, 0, 0, 0, 0};
+
+  can::Dispatch dispatch;
+  can::TransmitQueue queue{256};
+  EventLog events;
+  Arbiter arbiter{dispatch, queue, events};
+  Instant now = at(1s);
+};
+
+TEST_F(ArbiterTest, ReadsAndWrites) {
+  ASSERT_TRUE(submit(7));
+  EXPECT_EQ(drain(queue, 0x605), (std::vector<Bytes>{kRead}));
+  EXPECT_EQ(arbiter.next_wake(), now + kTimeout);
+  answer();
+  std::vector<Completion> done = completions();
+  ASSERT_EQ(done.size(), 1U);
+  EXPECT_EQ(done[0].token, 7U);
+  EXPECT_EQ(done[0].node, 5);
+  EXPECT_EQ(done[0].address, (od::Address{0x1018, 1}));
+  EXPECT_FALSE(done[0].write);
+  EXPECT_EQ(done[0].abort, AbortCode::none);
+  EXPECT_EQ(numbers(done[0].data), (Bytes{1, 2, 3, 4}));
+
+  ASSERT_TRUE(arbiter.submit(
+      {.token = 8, .node = 5, .address = {0x2000, 5}, .write = true, .data = pattern(9)}, now));
+  EXPECT_EQ(drain(queue, 0x605), (std::vector<Bytes>{{0x21, 0x00, 0x20, 5, 9, 0, 0, 0}}));
+  answer(5, {0x60, 0x00, 0x20, 5, 0, 0, 0, 0});
+  answer(5, {0x20, 0, 0, 0, 0, 0, 0, 0});
+  answer(5, {0x30, 0, 0, 0, 0, 0, 0, 0});
+  done = completions();
+  ASSERT_EQ(done.size(), 1U);
+  EXPECT_TRUE(done[0].write);
+  EXPECT_EQ(done[0].abort, AbortCode::none);
+  EXPECT_EQ(arbiter.counters().transfers, 2U);
+  EXPECT_EQ(arbiter.counters().aborts, 0U);
+}
+
+TEST_F(ArbiterTest, RegistersANodesIdentifiersWhenItIsFirstUsed) {
+  EXPECT_EQ(dispatch.find(frame(0x585, {})), nullptr);
+  submit(1);
+  EXPECT_EQ(dispatch.find(frame(0x585, {}))->index, 5);
+  EXPECT_EQ(dispatch.find(frame(0x605, {}))->index, Arbiter::kForeignRequest | 5);
+  EXPECT_EQ(dispatch.find(frame(0x586, {})), nullptr);
+}
+
+TEST_F(ArbiterTest, OneTransferANodeAtATime) {
+  submit(1);
+  submit(2);
+  EXPECT_EQ(arbiter.load(5), 2U);
+  EXPECT_EQ(drain(queue, 0x605).size(), 1U);
+  answer();
+  EXPECT_EQ(drain(queue, 0x605).size(), 1U);
+  answer();
+  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{1, 2}));
+  EXPECT_EQ(arbiter.load(5), 0U);
+}
+
+TEST_F(ArbiterTest, NodesDoNotWaitForEachOther) {
+  for (std::uint8_t node = 1; node <= 127; ++node) {
+    ASSERT_TRUE(submit(node, Priority::boot, node));
+  }
+  can::Frame next;
+  std::size_t sent = 0;
+  while (queue.pop_rest(next)) {
+    ++sent;
+  }
+  EXPECT_EQ(sent, 127U);
+  for (std::uint8_t node = 127; node >= 1; --node) {
+    answer(node);
+  }
+  EXPECT_EQ(completions().size(), 127U);
+}
+
+TEST_F(ArbiterTest, ThePrioritiesOfAQueue) {
+  submit(1, Priority::background);
+  submit(2, Priority::background);
+  submit(3, Priority::routing);
+  submit(4, Priority::boot);
+  submit(5, Priority::command);
+  for (int i = 0; i < 5; ++i) {
+    answer();
+  }
+  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{1, 5, 4, 3, 2}));
+}
+
+TEST_F(ArbiterTest, ACommandBetweenTheStepsOfABoot) {
+  submit(1, Priority::boot);
+  submit(2, Priority::boot);
+  submit(3, Priority::command);
+  answer();
+  answer();
+  answer();
+  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{1, 3, 2}));
+}
+
+TEST_F(ArbiterTest, AFullQueueAndBadRequestsAreRefused) {
+  for (std::uint64_t i = 0; i < 1 + Arbiter::kQueueLength; ++i) {
+    ASSERT_TRUE(submit(i));
+  }
+  EXPECT_FALSE(submit(99));
+  EXPECT_TRUE(submit(99, Priority::command, 6));
+  EXPECT_FALSE(submit(100, Priority::command, 0));
+  EXPECT_FALSE(submit(100, Priority::command, 128));
+  EXPECT_FALSE(arbiter.submit({.token = 100, .node = 7, .timeout = 0ns}, now));
+  EXPECT_TRUE(completions().empty());
+}
+
+TEST_F(ArbiterTest, TimeOutThenTheNext) {
+  submit(1);
+  submit(2);
+  drain(queue, 0x605);
+  now += kTimeout;
+  arbiter.advance(now - 1ns);
+  EXPECT_TRUE(completions().empty());
+  arbiter.advance(now);
+  EXPECT_EQ(drain(queue, 0x605), (std::vector<Bytes>{abort_bytes(0x1018, 1, 0x0504'0000), kRead}));
+  EXPECT_EQ(arbiter.next_wake(), now + kTimeout);
+  const std::vector<Completion> done = completions();
+  ASSERT_EQ(done.size(), 1U);
+  EXPECT_EQ(done[0].abort, AbortCode::timeout);
+  answer();
+  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{2}));
+  EXPECT_EQ(arbiter.counters().aborts, 1U);
+  EXPECT_EQ(arbiter.counters().timeouts, 1U);
+}
+
+TEST_F(ArbiterTest, ALateAnswerIsAStrayAndNotForeign) {
+  submit(1);
+  arbiter.submit({.token = 2, .node = 5, .address = {0x1018, 2}, .timeout = kTimeout}, now);
+  now += kTimeout;
+  arbiter.advance(now);
+  answer();  // to 1018h sub 1
+  EXPECT_EQ(arbiter.counters().strays, 1U);
+  answer(5, {0x43, 0x18, 0x10, 2, 9, 9, 9, 9});
+  const std::vector<Completion> done = completions();
+  ASSERT_EQ(done.size(), 2U);
+  EXPECT_EQ(numbers(done[1].data), (Bytes{9, 9, 9, 9}));
+  EXPECT_EQ(arbiter.counters().foreign, 0U);
+}
+
+TEST_F(ArbiterTest, ALateAnswerWhenNothingFollows) {
+  submit(1);
+  now += kTimeout;
+  arbiter.advance(now);
+  drain(events);
+  answer();
+  EXPECT_EQ(arbiter.counters().strays, 1U);
+  EXPECT_EQ(arbiter.counters().foreign, 0U);
+  EXPECT_TRUE(events.empty());
+}
+
+TEST_F(ArbiterTest, AForeignRequestIsToldOnceUntilItIsQuiet) {
+  submit(1);
+  answer();
+  for (int i = 0; i < 5; ++i) {
+    now += 9s;
+    receive(0x605, {0x40, 0x00, 0x10, 0, 0, 0, 0, 0});
+    answer(5, {0x43, 0x00, 0x10, 0, 1, 2, 3, 4});
+  }
+  std::vector<Event> told = drain(events);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].kind, EventKind::foreign_sdo);
+  EXPECT_EQ(told[0].node, 5);
+  EXPECT_EQ(told[0].code, 0x605U);
+  EXPECT_EQ(arbiter.counters().foreign, 5U);
+  EXPECT_EQ(arbiter.counters().strays, 5U);
+  now += 10s;
+  receive(0x605, {0x40, 0x00, 0x10, 0, 0, 0, 0, 0});
+  told = drain(events);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].time, now);
+}
+
+TEST_F(ArbiterTest, AnAnswerToNobodyIsForeignUse) {
+  submit(1);
+  answer();
+  answer(5, {0x43, 0x00, 0x10, 0, 1, 2, 3, 4});
+  const std::vector<Event> told = drain(events);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].kind, EventKind::foreign_sdo);
+  EXPECT_EQ(told[0].code, 0x585U);
+  EXPECT_EQ(arbiter.counters().strays, 1U);
+  EXPECT_EQ(arbiter.counters().foreign, 1U);
+}
+
+TEST_F(ArbiterTest, TheAnswerToAForeignRequestIsNotTakenForOurs) {
+  submit(1);
+  receive(0x605, {0x40, 0x00, 0x10, 0, 0, 0, 0, 0});
+  answer(5, {0x43, 0x00, 0x10, 0, 9, 9, 9, 9});
+  answer();
+  const std::vector<Completion> done = completions();
+  ASSERT_EQ(done.size(), 1U);
+  EXPECT_EQ(done[0].abort, AbortCode::none);
+  EXPECT_EQ(numbers(done[0].data), (Bytes{1, 2, 3, 4}));
+}
+
+TEST_F(ArbiterTest, AMalformedAnswerIsCountedAndTold) {
+  submit(1);
+  answer(5, {0x43, 0x18, 0x10});
+  EXPECT_EQ(arbiter.counters().malformed, 1U);
+  const std::vector<Event> told = drain(events);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].kind, EventKind::malformed_frame);
+  EXPECT_EQ(told[0].node, 5);
+  EXPECT_EQ(told[0].code, 0x585U);
+  EXPECT_EQ(told[0].value, 3U);
+  answer();
+  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{1}));
+}
+
+TEST_F(ArbiterTest, AbortsOfCommandsAreToldThoseOfBootAreNot) {
+  submit(1, Priority::boot);
+  answer(5, abort_bytes(0x1018, 1, 0x0602'0000));
+  EXPECT_TRUE(events.empty());
+  submit(2, Priority::command);
+  answer(5, abort_bytes(0x1018, 1, 0x0602'0000));
+  const std::vector<Event> told = drain(events);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].kind, EventKind::sdo_abort);
+  EXPECT_EQ(told[0].code, 0x0602'0000U);
+  EXPECT_EQ(told[0].length, 3U);
+  EXPECT_EQ(told[0].data[0], std::byte{0x18});
+  EXPECT_EQ(told[0].data[1], std::byte{0x10});
+  EXPECT_EQ(told[0].data[2], std::byte{1});
+}
+
+TEST_F(ArbiterTest, CancelOfAWaitingRequest) {
+  submit(1);
+  submit(2);
+  submit(3);
+  drain(queue, 0x605);
+  arbiter.cancel(2);
+  const std::vector<Completion> done = completions();
+  ASSERT_EQ(done.size(), 1U);
+  EXPECT_EQ(done[0].token, 2U);
+  EXPECT_EQ(done[0].abort, AbortCode::general);
+  EXPECT_TRUE(queue.empty());
+  answer();
+  answer();
+  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{1, 3}));
+}
+
+TEST_F(ArbiterTest, CancelOfTheOneUnderWayTellsTheServer) {
+  submit(1);
+  submit(2);
+  drain(queue, 0x605);
+  arbiter.cancel(1);
+  arbiter.cancel(77);
+  EXPECT_EQ(drain(queue, 0x605), (std::vector<Bytes>{abort_bytes(0x1018, 1, 0x0800'0000)}));
+  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{1}));
+  EXPECT_LE(arbiter.next_wake(), now);
+  now += 2s;
+  arbiter.advance(now);
+  EXPECT_EQ(drain(queue, 0x605), (std::vector<Bytes>{kRead}));
+  EXPECT_EQ(arbiter.next_wake(), now + kTimeout);
+  answer();
+  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{2}));
+}
+
+TEST_F(ArbiterTest, CancelOfANode) {
+  submit(1);
+  submit(2);
+  submit(3, Priority::command, 6);
+  arbiter.cancel_node(5, AbortCode::device_state);
+  arbiter.cancel_node(9, AbortCode::device_state);
+  const std::vector<Completion> done = completions();
+  ASSERT_EQ(done.size(), 2U);
+  EXPECT_EQ(done[0].token, 1U);
+  EXPECT_EQ(done[1].token, 2U);
+  EXPECT_EQ(done[1].abort, AbortCode::device_state);
+  EXPECT_EQ(arbiter.load(5), 0U);
+  EXPECT_EQ(arbiter.load(6), 1U);
+}
+
+TEST_F(ArbiterTest, WithoutRoomInTheQueueNothingIsLost) {
+  can::TransmitQueue small(2);
+  can::Dispatch table;
+  Arbiter crowded(table, small, events);
+  for (std::uint8_t node = 1; node <= 10; ++node) {
+    ASSERT_TRUE(crowded.submit(
+        {.token = node, .node = node, .address = {0x1018, 1}, .timeout = kTimeout}, now));
+  }
+  std::map<std::uint32_t, int> sent;
+  can::Frame next;
+  for (int i = 0; i < 10; ++i) {
+    while (small.pop_rest(next)) {
+      ++sent[next.id];
+    }
+    if (crowded.next_wake() > now + 10ms) {
+      break;
+    }
+    now = crowded.next_wake();
+    crowded.advance(now);
+  }
+  EXPECT_EQ(sent.size(), 10U);
+  for (const auto& [id, count] : sent) {
+    EXPECT_EQ(count, 1) << id;
+  }
+}
+
+}  // namespace
+}  // namespace linegate::sdo::test

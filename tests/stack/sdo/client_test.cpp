@@ -1,0 +1,325 @@
+// The client against the frames of CiA 301, 7.2.4.3.
+#include "stack/sdo/client.h"
+
+#include "tests/stack/sdo/support.h"
+
+namespace linegate::sdo::test {
+namespace {
+
+class ClientTest : public testing::Test {
+ protected:
+  using Frames = std::vector<Bytes>;
+
+  Frames read(od::Address address) {
+    client.read(address, kTimeout, now, queue);
+    return drain(queue, kRequestId);
+  }
+  Frames write(od::Address address, std::vector<std::byte> data) {
+    client.write(address, std::move(data), kTimeout, now, queue);
+    return drain(queue, kRequestId);
+  }
+  // The requests upon one answer.
+  Frames answer(const Bytes& data, Receipt expected = Receipt::used) {
+    EXPECT_EQ(client.receive(frame(kResponseId, data, now), queue), expected);
+    return drain(queue, kRequestId);
+  }
+  void expect_data(const Bytes& data) {
+    const std::optional<Outcome> outcome = client.take();
+    ASSERT_TRUE(outcome.has_value());
+    EXPECT_EQ(outcome->abort, AbortCode::none);
+    EXPECT_EQ(numbers(outcome->data), data);
+    EXPECT_FALSE(client.busy());
+    EXPECT_EQ(client.next_wake(), kNever);
+  }
+  void expect_abort(AbortCode code) {
+    const std::optional<Outcome> outcome = client.take();
+    ASSERT_TRUE(outcome.has_value());
+    EXPECT_EQ(outcome->abort, code);
+    EXPECT_TRUE(outcome->data.empty());
+    EXPECT_FALSE(client.busy());
+  }
+
+  static constexpr Duration kTimeout = std::chrono::milliseconds(500);
+
+  can::TransmitQueue queue{4};
+  Client client{can::CobId{kRequestId}};
+  Instant now = at(1s);
+};
+
+TEST_F(ClientTest, ExpeditedUpload) {
+  EXPECT_EQ(read({0x1018, 1}), (Frames{{0x40, 0x18, 0x10, 1, 0, 0, 0, 0}}));
+  EXPECT_TRUE(client.busy());
+  EXPECT_EQ(answer({0x43, 0x18, 0x10, 1, 1, 2, 3, 4}), Frames{});
+  expect_data({1, 2, 3, 4});
+  read({0x1018, 1});
+  answer({0x47, 0x18, 0x10, 1, 1, 2, 3, 4});
+  expect_data({1, 2, 3});
+  read({0x1018, 1});
+  answer({0x4B, 0x18, 0x10, 1, 1, 2, 3, 4});
+  expect_data({1, 2});
+  read({0x1018, 1});
+  answer({0x4F, 0x18, 0x10, 1, 1, 2, 3, 4});
+  expect_data({1});
+}
+
+TEST_F(ClientTest, ExpeditedUploadWithoutSizeIsFourBytes) {
+  read({0x1018, 1});
+  answer({0x42, 0x18, 0x10, 1, 1, 2, 3, 4});
+  expect_data({1, 2, 3, 4});
+}
+
+TEST_F(ClientTest, SegmentedUpload) {
+  read({0x1008, 0});
+  EXPECT_EQ(answer({0x41, 0x08, 0x10, 0, 9, 0, 0, 0}), (Frames{{0x60, 0, 0, 0, 0, 0, 0, 0}}));
+  EXPECT_EQ(answer({0x00, 1, 2, 3, 4, 5, 6, 7}), (Frames{{0x70, 0, 0, 0, 0, 0, 0, 0}}));
+  EXPECT_EQ(answer({0x1B, 8, 9, 0, 0, 0, 0, 0}), Frames{});
+  expect_data({1, 2, 3, 4, 5, 6, 7, 8, 9});
+}
+
+TEST_F(ClientTest, SegmentedUploadWithoutSize) {
+  read({0x1008, 0});
+  EXPECT_EQ(answer({0x40, 0x08, 0x10, 0, 0, 0, 0, 0}), (Frames{{0x60, 0, 0, 0, 0, 0, 0, 0}}));
+  // Segments need not be full.
+  EXPECT_EQ(answer({0x0A, 1, 2, 0, 0, 0, 0, 0}), (Frames{{0x70, 0, 0, 0, 0, 0, 0, 0}}));
+  EXPECT_EQ(answer({0x1F, 0, 0, 0, 0, 0, 0, 0}), Frames{});
+  expect_data({1, 2});
+}
+
+TEST_F(ClientTest, ExpeditedDownload) {
+  EXPECT_EQ(write({0x2000, 1}, pattern(1)), (Frames{{0x2F, 0x00, 0x20, 1, 1, 0, 0, 0}}));
+  EXPECT_EQ(answer({0x60, 0x00, 0x20, 1, 0, 0, 0, 0}), Frames{});
+  expect_data({});
+  EXPECT_EQ(write({0x2000, 2}, pattern(2)), (Frames{{0x2B, 0x00, 0x20, 2, 1, 2, 0, 0}}));
+  answer({0x60, 0x00, 0x20, 2, 0, 0, 0, 0});
+  expect_data({});
+  EXPECT_EQ(write({0x2000, 3}, pattern(3)), (Frames{{0x27, 0x00, 0x20, 3, 1, 2, 3, 0}}));
+  answer({0x60, 0x00, 0x20, 3, 0, 0, 0, 0});
+  expect_data({});
+  EXPECT_EQ(write({0x2000, 4}, pattern(4)), (Frames{{0x23, 0x00, 0x20, 4, 1, 2, 3, 4}}));
+  answer({0x60, 0x00, 0x20, 4, 0, 0, 0, 0});
+  expect_data({});
+}
+
+TEST_F(ClientTest, SegmentedDownload) {
+  EXPECT_EQ(write({0x2000, 5}, pattern(9)), (Frames{{0x21, 0x00, 0x20, 5, 9, 0, 0, 0}}));
+  EXPECT_EQ(answer({0x60, 0x00, 0x20, 5, 0, 0, 0, 0}), (Frames{{0x00, 1, 2, 3, 4, 5, 6, 7}}));
+  EXPECT_EQ(answer({0x20, 0, 0, 0, 0, 0, 0, 0}), (Frames{{0x1B, 8, 9, 0, 0, 0, 0, 0}}));
+  EXPECT_EQ(answer({0x30, 0, 0, 0, 0, 0, 0, 0}), Frames{});
+  expect_data({});
+}
+
+TEST_F(ClientTest, EmptyDownload) {
+  EXPECT_EQ(write({0x2000, 8}, {}), (Frames{{0x21, 0x00, 0x20, 8, 0, 0, 0, 0}}));
+  EXPECT_EQ(answer({0x60, 0x00, 0x20, 8, 0, 0, 0, 0}), (Frames{{0x0F, 0, 0, 0, 0, 0, 0, 0}}));
+  EXPECT_EQ(answer({0x20, 0, 0, 0, 0, 0, 0, 0}), Frames{});
+  expect_data({});
+}
+
+TEST_F(ClientTest, AbortOfTheServerAtEveryStep) {
+  const Bytes abort = abort_bytes(0x2000, 5, 0x0609'0011);
+  read({0x2000, 5});
+  EXPECT_EQ(answer(abort), Frames{});
+  expect_abort(AbortCode::no_sub_index);
+
+  read({0x2000, 5});
+  answer({0x41, 0x00, 0x20, 5, 9, 0, 0, 0});
+  EXPECT_EQ(answer(abort), Frames{});
+  expect_abort(AbortCode::no_sub_index);
+
+  write({0x2000, 5}, pattern(8));
+  EXPECT_EQ(answer(abort), Frames{});
+  expect_abort(AbortCode::no_sub_index);
+
+  write({0x2000, 5}, pattern(8));
+  answer({0x60, 0x00, 0x20, 5, 0, 0, 0, 0});
+  EXPECT_EQ(answer(abort), Frames{});
+  expect_abort(AbortCode::no_sub_index);
+}
+
+TEST_F(ClientTest, AnAbortWithCodeZeroIsNoSuccess) {
+  read({0x2000, 5});
+  answer(abort_bytes(0x2000, 5, 0));
+  expect_abort(AbortCode::general);
+}
+
+TEST_F(ClientTest, WrongCommandSpecifier) {
+  for (const std::uint8_t command : Bytes{0x60, 0x00, 0x20, 0xA0, 0xC0, 0xE0}) {
+    Client fresh{can::CobId{kRequestId}};
+    fresh.read({0x2000, 5}, kTimeout, now, queue);
+    drain(queue, kRequestId);
+    EXPECT_EQ(fresh.receive(frame(kResponseId, {command, 0x00, 0x20, 5, 0, 0, 0, 0}, now), queue),
+              Receipt::used);
+    EXPECT_EQ(drain(queue, kRequestId), (Frames{abort_bytes(0x2000, 5, 0x0504'0001)}));
+    EXPECT_EQ(fresh.take()->abort, AbortCode::command_specifier);
+  }
+}
+
+TEST_F(ClientTest, WrongCommandSpecifierBetweenSegments) {
+  read({0x1008, 0});
+  answer({0x41, 0x08, 0x10, 0, 9, 0, 0, 0});
+  EXPECT_EQ(answer({0x41, 0x08, 0x10, 0, 9, 0, 0, 0}),
+            (Frames{abort_bytes(0x1008, 0, 0x0504'0001)}));
+  expect_abort(AbortCode::command_specifier);
+
+  write({0x2000, 5}, pattern(8));
+  answer({0x60, 0x00, 0x20, 5, 0, 0, 0, 0});
+  EXPECT_EQ(answer({0x00, 0, 0, 0, 0, 0, 0, 0}), (Frames{abort_bytes(0x2000, 5, 0x0504'0001)}));
+  expect_abort(AbortCode::command_specifier);
+}
+
+TEST_F(ClientTest, WrongMultiplexer) {
+  read({0x1018, 1});
+  EXPECT_EQ(answer({0x43, 0x18, 0x10, 2, 1, 2, 3, 4}),
+            (Frames{abort_bytes(0x1018, 1, 0x0604'0043)}));
+  expect_abort(AbortCode::parameter_incompatible);
+}
+
+TEST_F(ClientTest, WrongToggleBit) {
+  read({0x1008, 0});
+  answer({0x41, 0x08, 0x10, 0, 9, 0, 0, 0});
+  EXPECT_EQ(answer({0x10, 1, 2, 3, 4, 5, 6, 7}), (Frames{abort_bytes(0x1008, 0, 0x0503'0000)}));
+  expect_abort(AbortCode::toggle_bit);
+
+  write({0x2000, 5}, pattern(8));
+  answer({0x60, 0x00, 0x20, 5, 0, 0, 0, 0});
+  EXPECT_EQ(answer({0x30, 0, 0, 0, 0, 0, 0, 0}), (Frames{abort_bytes(0x2000, 5, 0x0503'0000)}));
+  expect_abort(AbortCode::toggle_bit);
+}
+
+TEST_F(ClientTest, ADuplicatedSegmentHasTheWrongToggleBit) {
+  read({0x1008, 0});
+  answer({0x41, 0x08, 0x10, 0, 20, 0, 0, 0});
+  answer({0x00, 1, 2, 3, 4, 5, 6, 7});
+  EXPECT_EQ(answer({0x00, 1, 2, 3, 4, 5, 6, 7}), (Frames{abort_bytes(0x1008, 0, 0x0503'0000)}));
+  expect_abort(AbortCode::toggle_bit);
+}
+
+TEST_F(ClientTest, MoreOrFewerBytesThanIndicated) {
+  read({0x1008, 0});
+  answer({0x41, 0x08, 0x10, 0, 5, 0, 0, 0});
+  EXPECT_EQ(answer({0x00, 1, 2, 3, 4, 5, 6, 7}), (Frames{abort_bytes(0x1008, 0, 0x0607'0012)}));
+  expect_abort(AbortCode::length_too_high);
+
+  read({0x1008, 0});
+  answer({0x41, 0x08, 0x10, 0, 5, 0, 0, 0});
+  EXPECT_EQ(answer({0x0B, 1, 2, 0, 0, 0, 0, 0}), (Frames{abort_bytes(0x1008, 0, 0x0607'0013)}));
+  expect_abort(AbortCode::length_too_low);
+}
+
+TEST_F(ClientTest, AnAbsurdSizeIsRefused) {
+  read({0x1008, 0});
+  EXPECT_EQ(answer({0x41, 0x08, 0x10, 0, 0xFF, 0xFF, 0xFF, 0xFF}),
+            (Frames{abort_bytes(0x1008, 0, 0x0504'0005)}));
+  expect_abort(AbortCode::out_of_memory);
+}
+
+TEST_F(ClientTest, TimeOutIsPerAnswer) {
+  read({0x1008, 0});
+  EXPECT_EQ(client.next_wake(), now + kTimeout);
+  now += 400ms;
+  answer({0x41, 0x08, 0x10, 0, 20, 0, 0, 0});
+  EXPECT_EQ(client.next_wake(), now + kTimeout);
+  client.advance(now + kTimeout - 1ns, queue);
+  EXPECT_TRUE(client.busy());
+  client.advance(now + kTimeout, queue);
+  EXPECT_EQ(drain(queue, kRequestId), (Frames{abort_bytes(0x1008, 0, 0x0504'0000)}));
+  expect_abort(AbortCode::timeout);
+}
+
+TEST_F(ClientTest, ALateAnswerIsNotTakenForTheNextOne) {
+  read({0x1018, 1});
+  client.advance(now + kTimeout, queue);
+  drain(queue, kRequestId);
+  expect_abort(AbortCode::timeout);
+  read({0x1018, 2});
+  EXPECT_EQ(answer({0x43, 0x18, 0x10, 1, 9, 9, 9, 9}, Receipt::stray), Frames{});
+  answer({0x43, 0x18, 0x10, 2, 1, 2, 3, 4});
+  expect_data({1, 2, 3, 4});
+}
+
+TEST_F(ClientTest, ALateAnswerToAnotherServiceOrALateAbortIsNotTakenEither) {
+  write({0x1018, 1}, pattern(9));
+  answer({0x60, 0x18, 0x10, 1, 0, 0, 0, 0});
+  client.advance(now + kTimeout, queue);
+  drain(queue, kRequestId);
+  expect_abort(AbortCode::timeout);
+  read({0x1018, 2});
+  EXPECT_EQ(answer({0x20, 0, 0, 0, 0, 0, 0, 0}, Receipt::stray), Frames{});
+  EXPECT_EQ(answer(abort_bytes(0x1018, 1, 0x0504'0000), Receipt::stray), Frames{});
+  answer({0x43, 0x18, 0x10, 2, 1, 2, 3, 4});
+  expect_data({1, 2, 3, 4});
+}
+
+TEST_F(ClientTest, AnAbortWithoutMultiplexerCounts) {
+  read({0x1018, 1});
+  client.advance(now + kTimeout, queue);
+  drain(queue, kRequestId);
+  expect_abort(AbortCode::timeout);
+  read({0x1018, 2});
+  answer(abort_bytes(0, 0, 0x0504'0001));
+  expect_abort(AbortCode::command_specifier);
+}
+
+TEST_F(ClientTest, AnswersWhenNothingIsUnderWay) {
+  answer({0x43, 0x18, 0x10, 1, 1, 2, 3, 4}, Receipt::unasked);
+  read({0x1018, 1});
+  answer({0x43, 0x18, 0x10, 1, 1, 2, 3, 4});
+  expect_data({1, 2, 3, 4});
+  answer({0x43, 0x18, 0x10, 1, 1, 2, 3, 4}, Receipt::stray);  // a repetition of the last answer
+  answer({0x43, 0x18, 0x10, 1, 9, 9, 9, 9}, Receipt::unasked);
+}
+
+TEST_F(ClientTest, MalformedFramesAreNotProcessed) {
+  read({0x1018, 1});
+  answer({0x43, 0x18, 0x10, 1, 1, 2, 3}, Receipt::malformed);
+  answer({}, Receipt::malformed);
+  EXPECT_TRUE(client.busy());
+  answer({0x43, 0x18, 0x10, 1, 1, 2, 3, 4});
+  expect_data({1, 2, 3, 4});
+}
+
+TEST_F(ClientTest, AbortByTheCaller) {
+  client.abort(AbortCode::general, now, queue);
+  EXPECT_TRUE(queue.empty());
+  read({0x1018, 1});
+  client.abort(AbortCode::local_control, now, queue);
+  EXPECT_EQ(drain(queue, kRequestId), (Frames{abort_bytes(0x1018, 1, 0x0800'0021)}));
+  expect_abort(AbortCode::local_control);
+}
+
+TEST_F(ClientTest, AFullQueueDelaysTheRequest) {
+  while (queue.push(can::TransmitClass::sdo, can::make_frame(0x123, {1}))) {
+  }
+  client.read({0x1018, 1}, kTimeout, now, queue);
+  EXPECT_EQ(client.next_wake(), now + 1ms);
+  drain(queue, 0x123);
+  client.advance(now + 1ms, queue);
+  EXPECT_EQ(drain(queue, kRequestId), (Frames{{0x40, 0x18, 0x10, 1, 0, 0, 0, 0}}));
+}
+
+TEST_F(ClientTest, AnAbortWaitsBeforeTheNextRequest) {
+  read({0x1018, 1});
+  while (queue.push(can::TransmitClass::sdo, can::make_frame(0x123, {1}))) {
+  }
+  client.advance(now + kTimeout, queue);
+  expect_abort(AbortCode::timeout);
+  client.read({0x1018, 2}, kTimeout, now + kTimeout, queue);
+  drain(queue, 0x123);
+  client.advance(now + kTimeout + 1ms, queue);
+  EXPECT_EQ(drain(queue, kRequestId),
+            (Frames{abort_bytes(0x1018, 1, 0x0504'0000), {0x40, 0x18, 0x10, 2, 0, 0, 0, 0}}));
+}
+
+TEST_F(ClientTest, ABusWithoutRoomIsATimeOut) {
+  while (queue.push(can::TransmitClass::sdo, can::make_frame(0x123, {1}))) {
+  }
+  client.read({0x1018, 1}, kTimeout, now, queue);
+  client.advance(now + kTimeout, queue);
+  expect_abort(AbortCode::timeout);
+  drain(queue, 0x123);
+  client.advance(now + kTimeout + 1ms, queue);
+  EXPECT_EQ(drain(queue, kRequestId), (Frames{abort_bytes(0x1018, 1, 0x0504'0000)}));
+}
+
+}  // namespace
+}  // namespace linegate::sdo::test

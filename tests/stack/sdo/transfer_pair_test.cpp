@@ -1,0 +1,193 @@
+// Client and server against each other, through a wire that can lose, repeat and spoil frames.
+#include <random>
+
+#include "stack/sdo/client.h"
+#include "stack/sdo/server.h"
+
+#include "tests/stack/sdo/support.h"
+
+namespace linegate::sdo::test {
+namespace {
+
+class TransferPair : public testing::Test {
+ protected:
+  enum class Fault : std::uint8_t { none, lose, repeat, shorten };
+
+  // Passes frames on, 0.1 ms each, until the client's transfer has ended. fault happens to the
+  // frame with number faulty (from 0, both directions counted).
+  Outcome run(Fault fault = Fault::none, int faulty = -1) {
+    std::optional<Outcome> outcome;
+    frames = 0;
+    while (!(outcome = client.take())) {
+      if (!pass(to_server, fault, faulty,
+                [this](const can::Frame& f) { server.receive(f, to_client); }) &&
+          !pass(to_client, fault, faulty,
+                [this](const can::Frame& f) { client.receive(f, to_server); })) {
+        now = earlier(client.next_wake(), server.next_wake());
+        if (now == kNever) {
+          ADD_FAILURE() << "both wait for ever";
+          return {};
+        }
+        server.advance(now, to_client);
+        client.advance(now, to_server);
+      }
+    }
+    return *outcome;
+  }
+
+  // What is still on the wire arrives, and all time-outs pass.
+  void settle() {
+    pass_all();
+    now += 10s;
+    client.advance(now, to_server);
+    server.advance(now, to_client);
+    pass_all();
+    EXPECT_FALSE(server.busy());
+    EXPECT_FALSE(client.busy());
+  }
+
+  void read(od::Address address) { client.read(address, kTimeout, now, to_server); }
+  void write(od::Address address, std::vector<std::byte> data) {
+    client.write(address, std::move(data), kTimeout, now, to_server);
+  }
+
+  static constexpr Duration kTimeout = std::chrono::milliseconds(500);
+
+  od::Dictionary dictionary{device()};
+  EventLog events;
+  can::TransmitQueue to_server{8};
+  can::TransmitQueue to_client{8};
+  Server server{dictionary, can::CobId{kRequestId}, can::CobId{kResponseId}, events};
+  Client client{can::CobId{kRequestId}};
+  Instant now = at(1s);
+  int frames = 0;
+
+ private:
+  template <class Receive>
+  bool pass(can::TransmitQueue& from, Fault fault, int faulty, Receive receive) {
+    can::Frame next;
+    if (!from.pop_rest(next)) {
+      return false;
+    }
+    now += 100us;
+    next.time = now;
+    const Fault happens = frames++ == faulty ? fault : Fault::none;
+    if (happens == Fault::shorten) {
+      next.length = 7;
+    }
+    if (happens != Fault::lose) {
+      receive(next);
+    }
+    if (happens == Fault::repeat) {
+      receive(next);
+    }
+    return true;
+  }
+
+  void pass_all() {
+    while (pass(to_server, Fault::none, -1,
+                [this](const can::Frame& f) { server.receive(f, to_client); }) ||
+           pass(to_client, Fault::none, -1,
+                [this](const can::Frame& f) { client.receive(f, to_server); })) {
+    }
+  }
+};
+
+TEST_F(TransferPair, EverySizeThereAndBack) {
+  std::vector<std::size_t> sizes(101);
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    sizes[i] = i;
+  }
+  sizes.push_back(10'000);
+  for (const std::size_t size : sizes) {
+    SCOPED_TRACE(size);
+    const std::vector<std::byte> value = pattern(size);
+    write({0x2100, 0}, value);
+    ASSERT_EQ(run().abort, AbortCode::none);
+    const bool expedited = size >= 1 && size <= 4;
+    const int segments = expedited ? 0 : std::max(1, static_cast<int>((size + 6) / 7));
+    EXPECT_EQ(frames, 2 + 2 * segments);
+    ASSERT_EQ(numbers(dictionary.find({0x2100, 0})->bytes()), numbers(value));
+    read({0x2100, 0});
+    const Outcome outcome = run();
+    ASSERT_EQ(outcome.abort, AbortCode::none);
+    EXPECT_EQ(numbers(outcome.data), numbers(value));
+    EXPECT_EQ(frames, 2 + 2 * segments);
+    EXPECT_FALSE(server.busy());
+  }
+}
+
+TEST_F(TransferPair, AnAbortOfTheServerReachesTheCaller) {
+  read({0x2000, 6});
+  EXPECT_EQ(run().abort, AbortCode::write_only);
+  write({0x2000, 5}, pattern(9));
+  EXPECT_EQ(run().abort, AbortCode::length_too_high);
+}
+
+// Whichever frame is lost, spoilt or repeated: the transfer ends, a download is whole or not at
+// all, an upload is right or aborted, and the next transfer works.
+TEST_F(TransferPair, EveryFaultAtEveryFrame) {
+  const Bytes old_value(20, 0xEE);
+  const std::vector<std::byte> new_value = pattern(20);
+  for (const Fault fault : {Fault::lose, Fault::repeat, Fault::shorten}) {
+    for (int faulty = 0; faulty < 8; ++faulty) {
+      for (const bool writing : {false, true}) {
+        SCOPED_TRACE(testing::Message()
+                     << static_cast<int>(fault) << ' ' << faulty << ' ' << writing);
+        ASSERT_TRUE(dictionary.set({0x2100, 0}, std::span<const std::byte>(bytes(old_value))));
+        writing ? write({0x2100, 0}, new_value) : read({0x2100, 0});
+        const Outcome outcome = run(fault, faulty);
+        const Bytes stored = numbers(dictionary.find({0x2100, 0})->bytes());
+        EXPECT_TRUE(stored == old_value || (writing && stored == numbers(new_value)));
+        if (outcome.abort == AbortCode::none) {
+          EXPECT_EQ(writing ? stored : numbers(outcome.data),
+                    writing ? numbers(new_value) : old_value);
+        }
+        if (fault != Fault::repeat) {
+          EXPECT_EQ(outcome.abort, AbortCode::timeout);
+        }
+        settle();
+        read({0x1000, 0});
+        const Outcome next = run();
+        EXPECT_EQ(next.abort, AbortCode::none);
+        EXPECT_EQ(numbers(next.data), (Bytes{1, 2, 3, 4}));
+      }
+    }
+  }
+}
+
+TEST_F(TransferPair, ATransferRightAfterAnInterruptedOneWorks) {
+  for (int faulty = 0; faulty < 8; ++faulty) {
+    SCOPED_TRACE(faulty);
+    write({0x2100, 0}, pattern(20));
+    run(Fault::lose, faulty);
+    read({0x1008, 0});
+    const Outcome next = run();
+    EXPECT_EQ(next.abort, AbortCode::none);
+    EXPECT_EQ(next.data.size(), 15U);
+  }
+}
+
+TEST_F(TransferPair, RandomAnswersNeverBreakTheClient) {
+  std::mt19937 random(7);
+  std::uniform_int_distribution<unsigned> any(0, 255);
+  for (int round = 0; round < 5'000; ++round) {
+    round % 2 == 0 ? read({0x1008, 0}) : write({0x2100, 0}, pattern(20));
+    for (int i = 0; i < 4; ++i) {
+      Bytes answer(any(random) % 16 == 0 ? 5 : 8);
+      for (std::uint8_t& b : answer) {
+        b = static_cast<std::uint8_t>(any(random));
+      }
+      client.receive(frame(kResponseId, answer, now), to_server);
+    }
+    client.advance(now + kTimeout, to_server);
+    ASSERT_FALSE(client.busy());
+    ASSERT_TRUE(client.take().has_value());
+    settle();
+    read({0x1000, 0});
+    ASSERT_EQ(numbers(run().data), (Bytes{1, 2, 3, 4})) << "round " << round;
+  }
+}
+
+}  // namespace
+}  // namespace linegate::sdo::test
