@@ -40,7 +40,7 @@ struct Target {
 
 struct CommandResult {
   std::uint64_t id = 0;
-  line::Reply reply;  // tag is the id. No answer: Refusal::timed_out
+  line::Reply reply;  // tag is the id. no answer in time: Refusal::timed_out
   std::string text;   // the result in words, empty if done
 };
 
@@ -91,13 +91,12 @@ class Client {
   // Waits until something was received and handled, wake() was called, or the timeout passed
   // (0 = does not wait), and sends unanswered requests again. Gives how many samples were handled.
   std::size_t poll(Duration timeout, ClientListener& listener);
-  // Ends the present poll(), or the next one. May be called from any thread or signal handler's
-  // helper; the only such call.
+  // Ends the present poll(), or the next one. The only call from any thread.
   void wake();
 
   // Sends a command; the answer comes to on_reply(), Refusal::timed_out at the latest after
-  // `timeout` (its own command.timeout is the gateway's business). Gives the id, 0 if DDS did not
-  // take the request. command.tag is ignored. layout_id as in the contract.
+  // `timeout` (command.timeout is the gateway's business). Gives the id, 0 if this client was made
+  // without commands. command.tag is ignored. layout_id as in the contract.
   std::uint64_t send(const Target& target, const line::Command& command, Duration timeout,
                      std::uint64_t layout_id = 0);
   // The same, and waits for the answer. Other samples go to the listener meanwhile.

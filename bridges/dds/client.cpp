@@ -1,0 +1,383 @@
+#include "bridges/dds/client.h"
+
+#include <array>
+#include <chrono>
+#include <map>
+#include <optional>
+#include <random>
+#include <set>
+#include <utility>
+
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <linegatePubSubTypes.h>
+#include <unistd.h>
+
+#include "bridges/dds/command_samples.h"
+#include "bridges/dds/endpoints.h"
+#include "bridges/dds/event_samples.h"
+#include "bridges/dds/image_samples.h"
+#include "bridges/dds/layout_assembly.h"
+#include "bridges/dds/output_samples.h"
+#include "bridges/dds/request_tracker.h"
+#include "bridges/dds/state_samples.h"
+#include "bridges/dds/waiting.h"
+
+namespace linegate::dds {
+namespace {
+
+namespace fast = eprosima::fastdds::dds;
+
+constexpr int kSamplesPerPoll = 256;  // of each topic
+constexpr ClockMap kUtc{};            // Instants given out are UTC
+const eprosima::fastrtps::Duration_t kGoodbye{0, 200'000'000};
+
+Instant steady_now() {
+  return Instant{
+      std::chrono::duration_cast<Duration>(std::chrono::steady_clock::now().time_since_epoch())};
+}
+
+std::string default_name() {
+  static unsigned number = 0;
+  std::array<char, 65> host{};
+  ::gethostname(host.data(), host.size() - 1);
+  std::string name(host.data());
+  name.resize(std::min<std::size_t>(name.size(), 40));
+  return name + "/" + std::to_string(::getpid()) + "/" + std::to_string(++number);
+}
+
+template <class Sample>
+Source source(const Sample& sample) {
+  Source source{sample.gateway().to_string(),
+                sample.line().to_string(),
+                sample.incarnation(),
+                {},
+                ClockQuality::unknown};
+  if constexpr (requires { sample.clock(); }) {
+    source.time = kUtc.instant(sample.time());
+    source.clock = static_cast<ClockQuality>(sample.clock());
+  }
+  return source;
+}
+
+}  // namespace
+
+struct Client::Impl {
+  Impl(const ClientOptions& options, std::vector<Diagnostic>& diagnostics);
+  ~Impl();
+
+  template <class PubSubType>
+  void subscribe(bool wanted, const std::string& topic, fast::DataReader*& reader);
+  template <class Sample, class Handle, class Gone>
+  void drain(fast::DataReader* reader, Sample& sample, Handle handle, Gone gone);
+  template <class Sample, class Handle>
+  void drain(fast::DataReader* reader, Sample& sample, Handle handle) {
+    drain(reader, sample, handle, [](const fast::SampleInfo&) {});
+  }
+  void drain_layouts(ClientListener& listener);
+  void drain_states(ClientListener& listener);
+  void drain_values(ClientListener& listener);
+  void drain_replies(ClientListener& listener);
+  void finish(RequestTracker::Done done, ClientListener& listener);
+  void keep_asking(ClientListener& listener);
+  bool send(const Request& request);
+
+  const std::string name;
+  Endpoints endpoints;
+  fast::DataReader* lines = nullptr;
+  fast::DataReader* nodes = nullptr;
+  fast::DataReader* layouts = nullptr;
+  fast::DataReader* images = nullptr;
+  fast::DataReader* pdos = nullptr;
+  fast::DataReader* events = nullptr;
+  fast::DataReader* replies = nullptr;
+  fast::DataWriter* requests = nullptr;
+  fast::DataWriter* outputs = nullptr;
+  Waiting waiting;
+  std::size_t handled = 0;  // in the present poll
+
+  v1::LineState line_sample;
+  v1::NodeState node_sample;
+  v1::ImageLayout layout_sample;
+  v1::ProcessImage image_sample;
+  v1::PdoUpdate pdo_sample;
+  v1::Event event_sample;
+  v1::CommandReply reply_sample;
+  v1::CommandRequest request_sample;
+  v1::OutputWrite output_sample;
+
+  LayoutAssembly assembly;
+  RequestTracker tracker;
+  std::uint64_t next_id;
+  std::set<std::pair<std::string, std::string>> asked;  // gateways and lines, to say goodbye to
+  std::uint64_t called = 0;                             // id that call() waits for
+  std::optional<CommandResult> call_result;
+};
+
+Client::Impl::Impl(const ClientOptions& options, std::vector<Diagnostic>& diagnostics)
+    : name(options.name.empty() ? default_name() : options.name),
+      endpoints("linegate client " + name, options.domain, options.profile_file, diagnostics),
+      tracker(options.retry) {
+  // Ids are not used again, not even by the next client of the same name.
+  std::random_device random;
+  next_id = (std::uint64_t{random()} << 32U | random()) >> 1U | 1U;
+  subscribe<v1::LineStatePubSubType>(options.lines, v1::TOPIC_LINE_STATE, lines);
+  subscribe<v1::NodeStatePubSubType>(options.nodes, v1::TOPIC_NODE_STATE, nodes);
+  subscribe<v1::ImageLayoutPubSubType>(options.layouts, v1::TOPIC_IMAGE_LAYOUT, layouts);
+  subscribe<v1::ProcessImagePubSubType>(options.images, v1::TOPIC_PROCESS_IMAGE, images);
+  subscribe<v1::PdoUpdatePubSubType>(options.pdos, v1::TOPIC_PDO_UPDATE, pdos);
+  subscribe<v1::EventPubSubType>(options.events, v1::TOPIC_EVENT, events);
+  subscribe<v1::CommandReplyPubSubType>(options.commands, v1::TOPIC_COMMAND_REPLY, replies);
+  if (options.commands) {
+    requests = endpoints.writer<v1::CommandRequestPubSubType>(v1::TOPIC_COMMAND_REQUEST);
+  }
+  if (options.outputs) {
+    outputs = endpoints.writer<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE,
+                                                          options.output_strength);
+  }
+}
+
+// Says goodbye, so that gateways keep nothing for this client.
+Client::Impl::~Impl() {
+  if (requests == nullptr || asked.empty())
+    return;
+  for (const auto& [gateway, line] : asked) {
+    request_sample.gateway(gateway);
+    request_sample.line(line);
+    request_sample.client(name);
+    requests->dispose(&request_sample, fast::HANDLE_NIL);
+  }
+  requests->wait_for_acknowledgments(kGoodbye);
+}
+
+template <class PubSubType>
+void Client::Impl::subscribe(bool wanted, const std::string& topic, fast::DataReader*& reader) {
+  if (!wanted)
+    return;
+  reader = endpoints.reader<PubSubType>(topic);
+  if (reader != nullptr)
+    waiting.watch(reader);
+}
+
+Loaded<std::unique_ptr<Client>> Client::make(const ClientOptions& options) {
+  Loaded<std::unique_ptr<Client>> result;
+  auto impl = std::make_unique<Impl>(options, result.diagnostics);
+  if (impl->endpoints.ok()) {
+    result.value = std::unique_ptr<Client>(new Client(std::move(impl)));
+  }
+  return result;
+}
+
+Client::Client(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {
+}
+Client::~Client() = default;
+
+const std::string& Client::name() const {
+  return impl_->name;
+}
+
+void Client::wake() {
+  impl_->waiting.wake();
+}
+
+// --- receiving -----------------------------------------------------------------------------------
+
+std::size_t Client::poll(Duration timeout, ClientListener& listener) {
+  impl_->handled = 0;
+  impl_->keep_asking(listener);
+  const Instant wake = impl_->tracker.next_wake();
+  const Duration until_wake = wake == kNever ? timeout : wake - steady_now();
+  if (impl_->waiting.wait(std::min(timeout, until_wake))) {
+    impl_->drain_layouts(listener);
+    impl_->drain_states(listener);
+    impl_->drain_values(listener);
+    impl_->drain_replies(listener);
+  }
+  impl_->keep_asking(listener);
+  return impl_->handled;
+}
+
+template <class Sample, class Handle, class Gone>
+void Client::Impl::drain(fast::DataReader* reader, Sample& sample, Handle handle, Gone gone) {
+  if (reader == nullptr)
+    return;
+  fast::SampleInfo info;
+  for (int i = 0; i < kSamplesPerPoll; ++i) {
+    if (reader->take_next_sample(&sample, &info) != ReturnCode_t::RETCODE_OK)
+      return;
+    if (info.valid_data) {
+      ++handled;
+      handle(sample);
+    } else {
+      gone(info);
+    }
+  }
+  waiting.wake();
+}
+
+// Before values, so that a layout is known when its first image comes.
+void Client::Impl::drain_layouts(ClientListener& listener) {
+  drain(layouts, layout_sample, [&](const v1::ImageLayout& sample) {
+    image::Layout layout;
+    if (assembly.take(sample, layout))
+      listener.on_layout(source(sample), layout);
+  });
+}
+
+void Client::Impl::drain_states(ClientListener& listener) {
+  std::vector<Property> properties;
+  const auto line_gone = [&](const fast::SampleInfo& info) {
+    v1::LineState key;
+    if (info.instance_state == fast::ALIVE_INSTANCE_STATE)
+      return;
+    if (lines->get_key_value(&key, info.instance_handle) != ReturnCode_t::RETCODE_OK)
+      return;
+    ++handled;
+    listener.on_line_gone(key.gateway().c_str(), key.line().c_str());
+  };
+  drain(
+      lines, line_sample,
+      [&](const v1::LineState& sample) {
+        LineInfo info;
+        line::LineState state;
+        from_wire(sample, info, state);
+        from_wire(sample.properties(), properties);
+        listener.on_line(source(sample), info, state, properties);
+      },
+      line_gone);
+  drain(nodes, node_sample, [&](const v1::NodeState& sample) {
+    NodeInfo info;
+    line::NodeState state;
+    from_wire(sample, kUtc, info, state);
+    from_wire(sample.properties(), properties);
+    listener.on_node(source(sample), info, state, properties);
+  });
+}
+
+void Client::Impl::drain_values(ClientListener& listener) {
+  drain(images, image_sample, [&](const v1::ProcessImage& sample) {
+    image::Snapshot snapshot;
+    if (from_wire(sample, kUtc, snapshot))
+      listener.on_image(source(sample), snapshot);
+  });
+  drain(pdos, pdo_sample, [&](const v1::PdoUpdate& sample) {
+    PdoUpdate update;
+    from_wire(sample, kUtc, update);
+    listener.on_pdo(source(sample), update);
+  });
+  drain(events, event_sample, [&](const v1::Event& sample) {
+    linegate::Event event;
+    std::vector<Property> properties;
+    from_wire(sample, kUtc, event);
+    from_wire(sample.properties(), properties);
+    listener.on_event(source(sample), event, sample.text().c_str(), properties);
+  });
+}
+
+void Client::Impl::drain_replies(ClientListener& listener) {
+  drain(replies, reply_sample, [&](const v1::CommandReply& sample) {
+    if (sample.client() != name.c_str())
+      return;
+    if (auto done = tracker.take(sample, steady_now()))
+      finish(std::move(*done), listener);
+  });
+}
+
+// --- commands ------------------------------------------------------------------------------------
+
+void Client::Impl::finish(RequestTracker::Done done, ClientListener& listener) {
+  if (done.result.id == called) {
+    call_result = std::move(done.result);
+  } else {
+    listener.on_reply(done.target, done.result);
+  }
+}
+
+void Client::Impl::keep_asking(ClientListener& listener) {
+  const Instant now = steady_now();
+  while (auto done = tracker.expired(now))
+    finish(std::move(*done), listener);
+  while (const Request* request = tracker.due(now)) {
+    if (!send(*request))
+      return;
+  }
+}
+
+bool Client::Impl::send(const Request& request) {
+  v1::CommandRequest& sample = request_sample;
+  sample.gateway(request.target.gateway);
+  sample.line(request.target.line);
+  sample.client(name);
+  sample.incarnation(request.target.incarnation);
+  sample.id(request.id);
+  sample.layout_id(request.layout_id);
+  sample.reply_offset(tracker.reply_offset(request.id));
+  to_wire(request.command, sample);
+  if (sample.reply_offset() != 0) {
+    set_chunk({}, 0, sample);
+    return requests->write(&sample);
+  }
+  std::size_t offset = 0;
+  do {
+    set_chunk(request.command.data, offset, sample);
+    if (!requests->write(&sample))
+      return false;
+    offset += sample.data().size();
+  } while (!sample.last());
+  return true;
+}
+
+std::uint64_t Client::send(const Target& target, const line::Command& command, Duration timeout,
+                           std::uint64_t layout_id) {
+  if (impl_->requests == nullptr)
+    return 0;
+  const Instant now = steady_now();
+  Request request{target, command, impl_->next_id++, layout_id, now + timeout};
+  impl_->asked.emplace(target.gateway, target.line);
+  impl_->tracker.add(request, now);
+  const Request* due = impl_->tracker.due(now);
+  if (due != nullptr)
+    impl_->send(*due);
+  return request.id;
+}
+
+CommandResult Client::call(const Target& target, const line::Command& command, Duration timeout,
+                           ClientListener& listener, std::uint64_t layout_id) {
+  impl_->call_result.reset();
+  impl_->called = send(target, command, timeout, layout_id);
+  if (impl_->called == 0) {
+    return {0, {0, line::to_error(line::Refusal::bad_request), {}}, "this client has no commands"};
+  }
+  while (!impl_->call_result)
+    poll(timeout, listener);
+  impl_->called = 0;
+  return std::move(*impl_->call_result);
+}
+
+bool Client::write_outputs(const Target& target, const line::OutputWrite& write) {
+  if (impl_->outputs == nullptr)
+    return false;
+  v1::OutputWrite& sample = impl_->output_sample;
+  sample.gateway(target.gateway);
+  sample.line(target.line);
+  sample.incarnation(target.incarnation);
+  sample.client(impl_->name);
+  return to_wire(write, sample) && impl_->outputs->write(&sample);
+}
+
+std::size_t Client::command_peers() const {
+  fast::PublicationMatchedStatus status;
+  if (impl_->requests == nullptr)
+    return 0;
+  impl_->requests->get_publication_matched_status(status);
+  return status.current_count < 0 ? 0 : static_cast<std::size_t>(status.current_count);
+}
+
+std::size_t Client::output_peers() const {
+  fast::PublicationMatchedStatus status;
+  if (impl_->outputs == nullptr)
+    return 0;
+  impl_->outputs->get_publication_matched_status(status);
+  return status.current_count < 0 ? 0 : static_cast<std::size_t>(status.current_count);
+}
+
+}  // namespace linegate::dds

@@ -1,0 +1,235 @@
+#include "bridges/dds/command_desk.h"
+
+#include <algorithm>
+
+#include "bridges/dds/bytes.h"
+#include "bridges/dds/command_samples.h"
+
+namespace linegate::dds {
+
+using line::Refusal;
+
+CommandDesk::CommandDesk(std::uint64_t incarnation, std::vector<std::string> lines,
+                         DeskLimits limits)
+    : incarnation_(incarnation), lines_(lines.begin(), lines.end()), limits_(limits) {
+}
+
+CommandDesk::Outcome CommandDesk::refuse(const v1::CommandRequest& request, Refusal refusal,
+                                         std::string why) {
+  auto answer = std::make_shared<Answer>();
+  answer->line = request.line().to_string();
+  answer->client = request.client().to_string();
+  answer->id = request.id();
+  answer->error = line::to_error(refusal);
+  answer->text = why.empty() ? std::string(describe(refusal)) : std::move(why);
+  Outcome outcome;
+  outcome.answer = std::move(answer);
+  outcome.refused = refusal;
+  return outcome;
+}
+
+// Why the sample cannot be taken at all, or nullptr.
+const char* CommandDesk::admit(const v1::CommandRequest& request, Refusal& refusal) const {
+  refusal = Refusal::bad_request;
+  if (request.id() == 0)
+    return "id is 0";
+  if (request.client().size() == 0)
+    return "client is empty";
+  if (request.data().size() > kChunkBytes)
+    return "a chunk has more than 8192 bytes";
+  if (request.data().empty() && !request.last())
+    return "a chunk before the last one is empty";
+  refusal = Refusal::wrong_incarnation;
+  if (request.incarnation() != 0 && request.incarnation() != incarnation_)
+    return "";
+  refusal = Refusal::unknown_line;
+  if (request.kind() != v1::COMMAND_VERSIONS && !lines_.contains(request.line().to_string())) {
+    return "";
+  }
+  return nullptr;
+}
+
+CommandDesk::Outcome CommandDesk::take(const v1::CommandRequest& request) {
+  ++requests_;
+  Refusal refusal{};
+  if (const char* why = admit(request, refusal))
+    return refuse(request, refusal, why);
+
+  Client* client = client_of({request.line().to_string(), request.client().to_string()});
+  if (client == nullptr)
+    return refuse(request, Refusal::busy, "too many clients");
+  client->used = requests_;
+  if (client->pending.contains(request.id()))
+    return {};
+
+  const auto known = std::find_if(client->window.begin(), client->window.end(),
+                                  [&](const auto& kept) { return kept->id == request.id(); });
+  if (known != client->window.end()) {
+    if (request.offset() != 0)
+      return {};
+    Outcome outcome;
+    outcome.answer = *known;
+    outcome.answer_from = std::min<std::size_t>(request.reply_offset(), (*known)->data.size());
+    return outcome;
+  }
+  if (request.reply_offset() != 0) {
+    return refuse(request, Refusal::bad_request, "the answer is no longer kept");
+  }
+  return append(*client, request);
+}
+
+CommandDesk::Outcome CommandDesk::append(Client& client, const v1::CommandRequest& request) {
+  auto assembly = std::find_if(client.assemblies.begin(), client.assemblies.end(),
+                               [&](const Assembly& a) { return a.id == request.id(); });
+  if (request.offset() == 0) {
+    if (assembly != client.assemblies.end())
+      drop_assembly(client, assembly);
+    line::Command command;
+    if (const char* why = from_wire(request, command)) {
+      return refuse(request, Refusal::bad_request, why);
+    }
+    if (client.assemblies.size() >= limits_.assemblies) {
+      drop_assembly(client, client.assemblies.begin());
+    }
+    client.assemblies.push_back({request.id(), std::move(command)});
+    assembly = std::prev(client.assemblies.end());
+  } else if (assembly == client.assemblies.end() ||
+             assembly->command.data.size() != request.offset()) {
+    const std::size_t have =
+        assembly == client.assemblies.end() ? 0 : assembly->command.data.size();
+    if (assembly != client.assemblies.end())
+      drop_assembly(client, assembly);
+    return refuse(request, Refusal::bad_request,
+                  "the chunk at offset " + std::to_string(request.offset()) + " follows " +
+                      std::to_string(have) + " bytes: send all again from offset 0");
+  }
+  if (assembly->command.data.size() + request.data().size() > limits_.request) {
+    drop_assembly(client, assembly);
+    return refuse(request, Refusal::bad_request, "the data of the request are too long");
+  }
+  if (request_bytes_ + request.data().size() > limits_.requests) {
+    drop_assembly(client, assembly);
+    return refuse(request, Refusal::busy, "too many long requests at once");
+  }
+  append_bytes(request.data(), assembly->command.data);
+  request_bytes_ += request.data().size();
+  if (!request.last())
+    return {};
+  line::Command command = std::move(assembly->command);
+  request_bytes_ -= command.data.size();
+  client.assemblies.erase(assembly);
+  return accept(client, request, std::move(command));
+}
+
+CommandDesk::Outcome CommandDesk::accept(Client& client, const v1::CommandRequest& request,
+                                         line::Command command) {
+  if (const char* why = check_data(command))
+    return refuse(request, Refusal::bad_request, why);
+  if (client.pending.size() >= limits_.pending)
+    return refuse(request, Refusal::busy, "");
+  command.tag = next_tag_++;
+  client.pending.insert(request.id());
+  Outcome outcome;
+  outcome.command = CommandMessage{request.line().to_string(), request.client().to_string(),
+                                   request.layout_id(), std::move(command)};
+  pending_[outcome.command->command.tag] = {{outcome.command->line, outcome.command->client},
+                                            request.id()};
+  return outcome;
+}
+
+std::shared_ptr<const Answer> CommandDesk::answer(const line::Reply& reply) {
+  const auto pending = pending_.find(reply.tag);
+  if (pending == pending_.end())
+    return nullptr;
+  const Pending asked = std::move(pending->second);
+  pending_.erase(pending);
+  const auto client = clients_.find(asked.client);
+  if (client == clients_.end() || client->second.pending.erase(asked.id) == 0)
+    return nullptr;
+
+  auto answer = std::make_shared<Answer>();
+  answer->line = asked.client.first;
+  answer->client = asked.client.second;
+  answer->id = asked.id;
+  answer->error = reply.error;
+  answer->text = describe_result(reply.error);
+  answer->data = reply.data;
+  answer_bytes_ += answer->data.size();
+  client->second.window.push_back(answer);
+  if (client->second.window.size() > limits_.window)
+    drop_oldest_answer(client->second);
+  trim_answers();
+  return answer;
+}
+
+// The client that has been silent the longest loses its oldest answer first.
+void CommandDesk::trim_answers() {
+  while (answer_bytes_ > limits_.answers) {
+    Client* oldest = nullptr;
+    for (auto& [key, client] : clients_) {
+      if (client.window.empty())
+        continue;
+      if (oldest == nullptr || client.used < oldest->used)
+        oldest = &client;
+    }
+    if (oldest == nullptr)
+      return;
+    drop_oldest_answer(*oldest);
+  }
+}
+
+void CommandDesk::drop_oldest_answer(Client& client) {
+  answer_bytes_ -= client.window.front()->data.size();
+  client.window.pop_front();
+}
+
+CommandDesk::Client* CommandDesk::client_of(const ClientKey& key) {
+  const auto known = clients_.find(key);
+  if (known != clients_.end())
+    return &known->second;
+  if (clients_.size() >= limits_.clients && !make_room())
+    return nullptr;
+  return &clients_[key];
+}
+
+// Drops the client that has been silent the longest and waits for nothing.
+bool CommandDesk::make_room() {
+  auto oldest = clients_.end();
+  for (auto client = clients_.begin(); client != clients_.end(); ++client) {
+    if (!client->second.pending.empty())
+      continue;
+    if (oldest == clients_.end() || client->second.used < oldest->second.used)
+      oldest = client;
+  }
+  if (oldest == clients_.end())
+    return false;
+  drop(oldest);
+  return true;
+}
+
+void CommandDesk::forget(const std::string& line, const std::string& client) {
+  const auto known = clients_.find({line, client});
+  if (known != clients_.end())
+    drop(known);
+}
+
+void CommandDesk::drop(std::map<ClientKey, Client>::iterator client) {
+  for (const auto& answer : client->second.window)
+    answer_bytes_ -= answer->data.size();
+  for (const auto& assembly : client->second.assemblies) {
+    request_bytes_ -= assembly.command.data.size();
+  }
+  dropped_.push_back(client->first);
+  clients_.erase(client);
+}
+
+void CommandDesk::drop_assembly(Client& client, std::list<Assembly>::iterator assembly) {
+  request_bytes_ -= assembly->command.data.size();
+  client.assemblies.erase(assembly);
+}
+
+std::vector<std::pair<std::string, std::string>> CommandDesk::take_dropped() {
+  return std::exchange(dropped_, {});
+}
+
+}  // namespace linegate::dds

@@ -1,0 +1,101 @@
+#include "bridges/dds/command_samples.h"
+
+#include <algorithm>
+#include <system_error>
+
+#include "bridges/dds/bytes.h"
+#include "bridges/dds/values.h"
+#include "stack/base/abort_code.h"
+
+namespace linegate::dds {
+
+void to_wire(const line::Command& from, v1::CommandRequest& to) {
+  to.kind(static_cast<std::uint8_t>(from.kind));
+  to.node(from.node);
+  to.index(from.index);
+  to.sub(from.sub);
+  to.nmt(static_cast<std::uint8_t>(from.nmt));
+  to.code(from.code);
+  to.error_register(from.error_register);
+  to.entry(from.entry);
+  to.timeout_ns(from.timeout.count());
+}
+
+const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
+  if (from.kind() > v1::COMMAND_VERSIONS)
+    return "kind is not a CommandKind";
+  if (from.timeout_ns() < 0)
+    return "timeout_ns is negative";
+  to.kind = static_cast<line::CommandKind>(from.kind());
+  to.node = from.node();
+  to.index = from.index();
+  to.sub = from.sub();
+  to.code = from.code();
+  to.error_register = from.error_register();
+  to.entry = from.entry();
+  to.timeout = Duration{from.timeout_ns()};
+  switch (to.kind) {
+    case line::CommandKind::sdo_read:
+    case line::CommandKind::sdo_write:
+      return from.node() < 1 || from.node() > 127 ? "node is not 1..127" : nullptr;
+    case line::CommandKind::nmt:
+      if (from.node() > 127)
+        return "node is not 0..127";
+      if (!nmt::is_command(from.nmt()))
+        return "nmt is not a command specifier";
+      to.nmt = static_cast<nmt::Command>(from.nmt());
+      return nullptr;
+    case line::CommandKind::local_read:
+    case line::CommandKind::local_write:
+    case line::CommandKind::output_write:
+    case line::CommandKind::emcy_send:
+    case line::CommandKind::versions:
+      break;
+  }
+  return nullptr;
+}
+
+const char* check_data(const line::Command& command) {
+  const std::size_t size = command.data.size();
+  switch (command.kind) {
+    case line::CommandKind::sdo_write:
+    case line::CommandKind::local_write:
+      return size == 0 ? "there are no data to write" : nullptr;
+    case line::CommandKind::output_write:
+      return size < 1 || size > 8 ? "data is not 1 to 8 bytes" : nullptr;
+    case line::CommandKind::emcy_send:
+      return size > 5 ? "data is more than 5 manufacturer bytes" : nullptr;
+    case line::CommandKind::sdo_read:
+    case line::CommandKind::local_read:
+    case line::CommandKind::nmt:
+    case line::CommandKind::versions:
+      break;
+  }
+  return size != 0 ? "this kind of command takes no data" : nullptr;
+}
+
+template <class Sample>
+void set_chunk(std::span<const std::byte> data, std::size_t offset, Sample& to) {
+  const std::size_t length = std::min(kChunkBytes, data.size() - offset);
+  to.offset(static_cast<std::uint32_t>(offset));
+  to.last(offset + length == data.size());
+  copy_bytes(data.subspan(offset, length), to.data());
+}
+template void set_chunk(std::span<const std::byte>, std::size_t, v1::CommandRequest&);
+template void set_chunk(std::span<const std::byte>, std::size_t, v1::CommandReply&);
+
+std::string describe_result(Error error) {
+  switch (error.domain) {
+    case Domain::none:
+      break;
+    case Domain::sdo:
+      return std::string(describe(static_cast<AbortCode>(error.code)));
+    case Domain::can:
+      return std::generic_category().message(static_cast<int>(error.code));
+    case Domain::command:
+      return std::string(line::describe(static_cast<line::Refusal>(error.code)));
+  }
+  return {};
+}
+
+}  // namespace linegate::dds

@@ -1,0 +1,154 @@
+// The numbers of the stack's enumerations are those of the contract, and both end together.
+#include <cstddef>
+
+#include <linegate.h>
+
+#include "bridges/dds/values.h"
+#include "stack/base/event.h"
+#include "stack/can/bus_state.h"
+#include "stack/image/layout.h"
+#include "stack/line/command.h"
+#include "stack/line/output_write.h"
+#include "stack/line/state.h"
+#include "stack/nmt/state.h"
+
+namespace linegate::dds {
+namespace {
+
+template <class Wire, class Stack>
+constexpr bool same(Wire wire, Stack stack) {
+  return static_cast<std::uint32_t>(wire) == static_cast<std::uint32_t>(stack);
+}
+
+static_assert(same(v1::CLOCK_UNKNOWN, ClockQuality::unknown));
+static_assert(same(v1::CLOCK_FREE_RUNNING, ClockQuality::free_running));
+static_assert(same(v1::CLOCK_SYNCHRONISED, ClockQuality::synchronised));
+
+static_assert(same(v1::DIRECTION_INPUTS, image::Direction::inputs));
+static_assert(same(v1::DIRECTION_OUTPUTS, image::Direction::outputs));
+
+static_assert(same(v1::ROLE_MANAGER, line::Role::manager));
+static_assert(same(v1::ROLE_OBSERVER, line::Role::observer));
+static_assert(same(v1::ROLE_DEVICE, line::Role::device));
+
+static_assert(same(v1::ACCESS_OFF, Access::off));
+static_assert(same(v1::ACCESS_READ, Access::read));
+static_assert(same(v1::ACCESS_ALL, Access::all));
+
+static_assert(same(v1::MANAGER_INACTIVE, line::ManagerState::inactive));
+static_assert(same(v1::MANAGER_RESETTING, line::ManagerState::resetting));
+static_assert(same(v1::MANAGER_BOOTING, line::ManagerState::booting));
+static_assert(same(v1::MANAGER_MISSING_MANDATORY, line::ManagerState::missing_mandatory));
+static_assert(same(v1::MANAGER_RUNNING, line::ManagerState::running));
+static_assert(same(v1::MANAGER_STOPPED, line::ManagerState::stopped));
+
+static_assert(same(v1::BUS_UNKNOWN, can::BusState::unknown));
+static_assert(same(v1::BUS_ERROR_ACTIVE, can::BusState::error_active));
+static_assert(same(v1::BUS_ERROR_WARNING, can::BusState::error_warning));
+static_assert(same(v1::BUS_ERROR_PASSIVE, can::BusState::error_passive));
+static_assert(same(v1::BUS_OFF, can::BusState::bus_off));
+static_assert(same(v1::BUS_STOPPED, can::BusState::stopped));
+static_assert(same(v1::BUS_ABSENT, can::BusState::absent));
+
+static_assert(same(v1::PRESENCE_UNKNOWN, line::Presence::unknown));
+static_assert(same(v1::PRESENCE_PRESENT, line::Presence::present));
+static_assert(same(v1::PRESENCE_MISSING, line::Presence::missing));
+
+static_assert(same(v1::SEVERITY_INFO, EventSeverity::info));
+static_assert(same(v1::SEVERITY_WARNING, EventSeverity::warning));
+static_assert(same(v1::SEVERITY_ERROR, EventSeverity::error));
+
+static_assert(same(v1::EVENT_LINE_STARTED, EventKind::line_started));
+static_assert(same(v1::EVENT_LINE_STOPPED, EventKind::line_stopped));
+static_assert(same(v1::EVENT_BUS_STATE, EventKind::bus_state));
+static_assert(same(v1::EVENT_BUS_ERROR, EventKind::bus_error));
+static_assert(same(v1::EVENT_FRAMES_LOST, EventKind::frames_lost));
+static_assert(same(v1::EVENT_INTERFACE_FAILED, EventKind::interface_failed));
+static_assert(same(v1::EVENT_INTERFACE_READY, EventKind::interface_ready));
+static_assert(same(v1::EVENT_MANAGER_STATE, EventKind::manager_state));
+static_assert(same(v1::EVENT_OWN_STATE, EventKind::own_state));
+static_assert(same(v1::EVENT_BOOT_UP, EventKind::boot_up));
+static_assert(same(v1::EVENT_NODE_STATE, EventKind::node_state));
+static_assert(same(v1::EVENT_HEARTBEAT_LOST, EventKind::heartbeat_lost));
+static_assert(same(v1::EVENT_HEARTBEAT_RECOVERED, EventKind::heartbeat_recovered));
+static_assert(same(v1::EVENT_BOOT_RESULT, EventKind::boot_result));
+static_assert(same(v1::EVENT_EMCY, EventKind::emcy));
+static_assert(same(v1::EVENT_EMCY_SENT, EventKind::emcy_sent));
+static_assert(same(v1::EVENT_CONFIGURATION_ERROR, EventKind::configuration_error));
+static_assert(same(v1::EVENT_PDO_LENGTH, EventKind::pdo_length));
+static_assert(same(v1::EVENT_PDO_TIMEOUT, EventKind::pdo_timeout));
+static_assert(same(v1::EVENT_PDO_RECOVERED, EventKind::pdo_recovered));
+static_assert(same(v1::EVENT_SYNC_LOST, EventKind::sync_lost));
+static_assert(same(v1::EVENT_MALFORMED_FRAME, EventKind::malformed_frame));
+static_assert(same(v1::EVENT_UNEXPECTED_NODE, EventKind::unexpected_node));
+static_assert(same(v1::EVENT_FOREIGN_SDO, EventKind::foreign_sdo));
+static_assert(same(v1::EVENT_SDO_ABORT, EventKind::sdo_abort));
+static_assert(same(v1::EVENT_OUTPUT_REFUSED, EventKind::output_refused));
+static_assert(same(v1::EVENT_OUTPUT_ARMED, EventKind::output_armed));
+static_assert(same(v1::EVENT_OUTPUT_WATCHDOG, EventKind::output_watchdog));
+static_assert(same(v1::EVENT_COMMAND_REFUSED, EventKind::command_refused));
+static_assert(same(v1::EVENT_EVENTS_LOST, EventKind::events_lost));
+static_assert(same(v1::EVENT_CLOCK_STEP, EventKind::clock_step));
+static_assert(same(v1::EVENT_QUEUE_FULL, EventKind::queue_full));
+static_assert(v1::EVENT_QUEUE_FULL + 1U == kEventKinds);
+
+static_assert(same(v1::COMMAND_SDO_READ, line::CommandKind::sdo_read));
+static_assert(same(v1::COMMAND_SDO_WRITE, line::CommandKind::sdo_write));
+static_assert(same(v1::COMMAND_LOCAL_READ, line::CommandKind::local_read));
+static_assert(same(v1::COMMAND_LOCAL_WRITE, line::CommandKind::local_write));
+static_assert(same(v1::COMMAND_OUTPUT_WRITE, line::CommandKind::output_write));
+static_assert(same(v1::COMMAND_EMCY_SEND, line::CommandKind::emcy_send));
+static_assert(same(v1::COMMAND_NMT, line::CommandKind::nmt));
+static_assert(same(v1::COMMAND_VERSIONS, line::CommandKind::versions));
+
+static_assert(same(v1::RESULT_DONE, Domain::none));
+static_assert(same(v1::RESULT_SDO, Domain::sdo));
+static_assert(same(v1::RESULT_CAN, Domain::can));
+static_assert(same(v1::RESULT_REFUSED, Domain::command));
+
+static_assert(same(v1::REFUSAL_NONE, line::Refusal::none));
+static_assert(same(v1::REFUSAL_BUSY, line::Refusal::busy));
+static_assert(same(v1::REFUSAL_NOT_PERMITTED, line::Refusal::not_permitted));
+static_assert(same(v1::REFUSAL_BAD_REQUEST, line::Refusal::bad_request));
+static_assert(same(v1::REFUSAL_UNKNOWN_LINE, line::Refusal::unknown_line));
+static_assert(same(v1::REFUSAL_UNKNOWN_ENTRY, line::Refusal::unknown_entry));
+static_assert(same(v1::REFUSAL_WRONG_INCARNATION, line::Refusal::wrong_incarnation));
+static_assert(same(v1::REFUSAL_WRONG_ROLE, line::Refusal::wrong_role));
+static_assert(same(v1::REFUSAL_WRONG_STATE, line::Refusal::wrong_state));
+static_assert(same(v1::REFUSAL_INHIBITED, line::Refusal::inhibited));
+static_assert(same(v1::REFUSAL_TIMED_OUT, line::Refusal::timed_out));
+static_assert(same(v1::REFUSAL_LINE_DOWN, line::Refusal::line_down));
+static_assert(same(v1::REFUSAL_STALE_LAYOUT, line::Refusal::stale_layout));
+static_assert(same(v1::REFUSAL_CANCELLED, line::Refusal::cancelled));
+
+static_assert(same(v1::OUTPUT_REFUSAL_NONE, line::OutputRefusal::none));
+static_assert(same(v1::OUTPUT_REFUSAL_NOT_PERMITTED, line::OutputRefusal::not_permitted));
+static_assert(same(v1::OUTPUT_REFUSAL_STALE_LAYOUT, line::OutputRefusal::stale_layout));
+static_assert(same(v1::OUTPUT_REFUSAL_UNKNOWN_GROUP, line::OutputRefusal::unknown_group));
+static_assert(same(v1::OUTPUT_REFUSAL_UNKNOWN_ENTRY, line::OutputRefusal::unknown_entry));
+static_assert(same(v1::OUTPUT_REFUSAL_BAD_LENGTH, line::OutputRefusal::bad_length));
+static_assert(same(v1::OUTPUT_REFUSAL_NOT_ARMED, line::OutputRefusal::not_armed));
+static_assert(same(v1::OUTPUT_REFUSAL_BAD_REACTION, line::OutputRefusal::bad_reaction));
+
+static_assert(same(v1::NMT_INITIALISING, nmt::State::initialising));
+static_assert(same(v1::NMT_STOPPED, nmt::State::stopped));
+static_assert(same(v1::NMT_OPERATIONAL, nmt::State::operational));
+static_assert(same(v1::NMT_PRE_OPERATIONAL, nmt::State::pre_operational));
+static_assert(same(v1::NMT_UNKNOWN, nmt::State::unknown));
+static_assert(same(v1::NMT_START, nmt::Command::start));
+static_assert(same(v1::NMT_STOP, nmt::Command::stop));
+static_assert(same(v1::NMT_ENTER_PRE_OPERATIONAL, nmt::Command::enter_pre_operational));
+static_assert(same(v1::NMT_RESET_NODE, nmt::Command::reset_node));
+static_assert(same(v1::NMT_RESET_COMMUNICATION, nmt::Command::reset_communication));
+
+static_assert(same(v1::WATCHDOG_HOLD_OUTPUTS, line::kHoldOutputs));
+static_assert(same(v1::WATCHDOG_ZERO_OUTPUTS, line::kZeroOutputs));
+static_assert(same(v1::WATCHDOG_NMT_PRE_OPERATIONAL, line::kNmtPreOperational));
+static_assert(same(v1::WATCHDOG_NMT_STOP, line::kNmtStop));
+static_assert(same(v1::WATCHDOG_NMT_RESET_COMMUNICATION, line::kNmtResetCommunication));
+static_assert(same(v1::WATCHDOG_NMT_RESET_NODE, line::kNmtResetNode));
+static_assert(same(v1::WATCHDOG_SEND_EMCY, line::kSendEmcy));
+static_assert(same(v1::WATCHDOG_HEARTBEAT_OFF, line::kHeartbeatOff));
+
+}  // namespace
+}  // namespace linegate::dds

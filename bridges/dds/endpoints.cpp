@@ -1,0 +1,114 @@
+#include "bridges/dds/endpoints.h"
+
+#include <utility>
+
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+
+#include "bridges/dds/profiles.h"
+
+namespace linegate::dds {
+namespace {
+
+namespace fast = eprosima::fastdds::dds;
+
+constexpr std::uint32_t kMaxDomain = 232;  // DDSI-RTPS 9.6.1.1: ports end there
+
+}  // namespace
+
+Endpoints::Endpoints(const std::string& name, std::uint32_t domain, const std::string& profile_file,
+                     std::vector<Diagnostic>& diagnostics)
+    : diagnostics_(diagnostics) {
+  const auto origin = load_profiles(profile_file, diagnostics);
+  if (!origin) {
+    ok_ = false;
+    return;
+  }
+  origin_ = *origin;
+  create_participant(name, domain);
+}
+
+void Endpoints::create_participant(const std::string& name, std::uint32_t domain) {
+  if (domain > kMaxDomain)
+    return fail("DDS domain " + std::to_string(domain) + " is above 232");
+  auto* factory = fast::DomainParticipantFactory::get_instance();
+  fast::DomainParticipantQos qos;
+  if (factory->get_participant_qos_from_profile(kParticipantProfile, qos) !=
+      ReturnCode_t::RETCODE_OK) {
+    return fail("there is no participant profile \"" + std::string(kParticipantProfile) + "\"");
+  }
+  qos.name(name);
+  participant_ = factory->create_participant(domain, qos);
+  if (participant_ == nullptr) {
+    return fail("no DDS participant in domain " + std::to_string(domain) +
+                ": the network or the participant profile does not allow it");
+  }
+  publisher_ = participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT);
+  subscriber_ = participant_->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
+  if (publisher_ == nullptr || subscriber_ == nullptr)
+    fail("no DDS publisher and subscriber");
+}
+
+Endpoints::~Endpoints() {
+  if (participant_ == nullptr)
+    return;
+  participant_->delete_contained_entities();
+  fast::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+}
+
+void Endpoints::fail(std::string text) {
+  ok_ = false;
+  diagnostics_.push_back(Diagnostic{Severity::error, origin_, 0, 0, std::move(text)});
+}
+
+fast::Topic* Endpoints::make_topic(const std::string& topic, fast::TypeSupport type) {
+  if (!ok_)
+    return nullptr;
+  fast::Topic*& made = topics_[topic];
+  if (made != nullptr)
+    return made;
+  // Cyclone DDS takes an endpoint's TypeInformation for malformed and ignores the endpoint.
+  type->auto_fill_type_information(false);
+  type->auto_fill_type_object(false);
+  if (type.register_type(participant_) == ReturnCode_t::RETCODE_OK) {
+    made = participant_->create_topic(topic, type.get_type_name(), fast::TOPIC_QOS_DEFAULT);
+  }
+  if (made == nullptr)
+    fail("topic " + topic + " could not be created");
+  return made;
+}
+
+fast::DataWriter* Endpoints::make_writer(const std::string& topic, fast::TypeSupport type,
+                                         std::uint32_t strength) {
+  fast::Topic* made = make_topic(topic, std::move(type));
+  if (made == nullptr)
+    return nullptr;
+  fast::DataWriterQos qos;
+  if (publisher_->get_datawriter_qos_from_profile(topic, qos) != ReturnCode_t::RETCODE_OK) {
+    fail("there is no data_writer profile \"" + topic + "\"");
+    return nullptr;
+  }
+  if (qos.ownership().kind == fast::EXCLUSIVE_OWNERSHIP_QOS && strength != 0) {
+    qos.ownership_strength().value = strength;
+  }
+  fast::DataWriter* writer = publisher_->create_datawriter(made, qos);
+  if (writer == nullptr)
+    fail("data_writer profile \"" + topic + "\" is contradictory");
+  return writer;
+}
+
+fast::DataReader* Endpoints::make_reader(const std::string& topic, fast::TypeSupport type) {
+  fast::Topic* made = make_topic(topic, std::move(type));
+  if (made == nullptr)
+    return nullptr;
+  fast::DataReaderQos qos;
+  if (subscriber_->get_datareader_qos_from_profile(topic, qos) != ReturnCode_t::RETCODE_OK) {
+    fail("there is no data_reader profile \"" + topic + "\"");
+    return nullptr;
+  }
+  fast::DataReader* reader = subscriber_->create_datareader(made, qos);
+  if (reader == nullptr)
+    fail("data_reader profile \"" + topic + "\" is contradictory");
+  return reader;
+}
+
+}  // namespace linegate::dds

@@ -1,0 +1,64 @@
+// One participant with its writers and readers, each as its profile says. Owns them all.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/TypeSupport.hpp>
+
+#include "stack/base/diagnostic.h"
+
+namespace linegate::dds {
+
+class Endpoints {
+ public:
+  // Loads the profiles (see load_profiles) and creates the participant. On failure ok() is false
+  // and a diagnostic tells why.
+  Endpoints(const std::string& name, std::uint32_t domain, const std::string& profile_file,
+            std::vector<Diagnostic>& diagnostics);
+  ~Endpoints();
+  Endpoints(const Endpoints&) = delete;
+  Endpoints& operator=(const Endpoints&) = delete;
+
+  // False as soon as anything could not be created.
+  bool ok() const { return ok_; }
+
+  // nullptr on failure, with a diagnostic. strength: of the ownership, where the profile says
+  // EXCLUSIVE.
+  template <class PubSubType>
+  eprosima::fastdds::dds::DataWriter* writer(const std::string& topic, std::uint32_t strength = 0) {
+    return make_writer(topic, eprosima::fastdds::dds::TypeSupport(new PubSubType()), strength);
+  }
+  template <class PubSubType>
+  eprosima::fastdds::dds::DataReader* reader(const std::string& topic) {
+    return make_reader(topic, eprosima::fastdds::dds::TypeSupport(new PubSubType()));
+  }
+
+ private:
+  void create_participant(const std::string& name, std::uint32_t domain);
+  eprosima::fastdds::dds::DataWriter* make_writer(const std::string& topic,
+                                                  eprosima::fastdds::dds::TypeSupport type,
+                                                  std::uint32_t strength);
+  eprosima::fastdds::dds::DataReader* make_reader(const std::string& topic,
+                                                  eprosima::fastdds::dds::TypeSupport type);
+  eprosima::fastdds::dds::Topic* make_topic(const std::string& topic,
+                                            eprosima::fastdds::dds::TypeSupport type);
+  void fail(std::string text);
+
+  std::vector<Diagnostic>& diagnostics_;  // used while being set up only
+  std::string origin_;                    // of the profiles
+  bool ok_ = true;
+  eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
+  eprosima::fastdds::dds::Publisher* publisher_ = nullptr;
+  eprosima::fastdds::dds::Subscriber* subscriber_ = nullptr;
+  std::map<std::string, eprosima::fastdds::dds::Topic*> topics_;
+};
+
+}  // namespace linegate::dds

@@ -1,0 +1,18 @@
+// Event of the contract from and to the stack's. gateway, line and incarnation are left alone.
+#pragma once
+
+#include <string_view>
+
+#include <linegate.h>
+
+#include "bridges/dds/clock_map.h"
+#include "stack/base/event.h"
+
+namespace linegate::dds {
+
+void to_wire(const linegate::Event& from, std::string_view text, const ClockMap& clock,
+             v1::Event& to);
+// Kinds this version does not know are kept as their number.
+void from_wire(const v1::Event& from, const ClockMap& clock, linegate::Event& to);
+
+}  // namespace linegate::dds

@@ -1,0 +1,39 @@
+// ImageLayout, ProcessImage and PdoUpdate of the contract from and to the stack's values. gateway,
+// line and incarnation are left alone.
+#pragma once
+
+#include <cstdint>
+
+#include <linegate.h>
+
+#include "bridges/dds/clock_map.h"
+#include "bridges/dds/values.h"
+#include "stack/image/layout.h"
+#include "stack/image/snapshot.h"
+
+namespace linegate::dds {
+
+// Parts a layout is published in, at least 1.
+std::uint16_t layout_parts(const image::Layout& layout);
+
+// Part `part` of layout_parts().
+void to_wire(const image::Layout& from, std::uint16_t part, v1::ImageLayout& to);
+void from_wire(const v1::LayoutEntry& from, image::Entry& to);
+
+// False if it is beyond the contract's bounds.
+bool to_wire(const image::Snapshot& from, const ClockMap& clock, v1::ProcessImage& to);
+// False if it contradicts itself or the contract: bounds, direction.
+bool from_wire(const v1::ProcessImage& from, const ClockMap& clock, image::Snapshot& to);
+
+// The values of one PDO as `snapshot` holds them. False if mark, layout and snapshot do not belong
+// together.
+bool to_wire(const image::Layout& layout, const image::Snapshot& snapshot,
+             const image::PdoMark& mark, std::uint32_t receptions, const ClockMap& clock,
+             v1::PdoUpdate& to);
+void from_wire(const v1::PdoUpdate& from, const ClockMap& clock, PdoUpdate& to);
+
+// `bits` bits (1..512) from bit `offset` of `area`, moved to bit 0. The area must hold them.
+void extract_bits(const std::vector<std::byte>& area, std::uint32_t offset, std::uint16_t bits,
+                  std::vector<std::uint8_t>& to);
+
+}  // namespace linegate::dds

@@ -1,0 +1,354 @@
+#include "bridges/dds/publisher.h"
+
+#include <algorithm>
+#include <map>
+#include <mutex>
+#include <utility>
+
+#include <fastdds/dds/core/condition/GuardCondition.hpp>
+#include <fastdds/dds/core/condition/WaitSet.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <linegatePubSubTypes.h>
+
+#include "bridges/dds/command_desk.h"
+#include "bridges/dds/command_samples.h"
+#include "bridges/dds/endpoints.h"
+#include "bridges/dds/event_samples.h"
+#include "bridges/dds/image_samples.h"
+#include "bridges/dds/output_samples.h"
+#include "bridges/dds/state_samples.h"
+#include "bridges/dds/waiting.h"
+
+namespace linegate::dds {
+namespace {
+
+namespace fast = eprosima::fastdds::dds;
+
+constexpr int kSamplesPerPoll = 256;  // of each topic, so that none starves the other
+
+}  // namespace
+
+struct GatewayBridge::Impl {
+  Impl(const GatewayOptions& options, std::vector<Diagnostic>& diagnostics);
+
+  template <class Sample>
+  void address(std::string_view line, Sample& sample) const;
+  template <class Sample>
+  bool write(fast::DataWriter* writer, Sample& sample);
+  void dispose_layout_parts(std::uint16_t parts, std::uint16_t before);
+
+  bool take_output(GatewayHandler& handler);
+  bool take_command(GatewayHandler& handler);
+  void handle(const v1::CommandRequest& request, GatewayHandler& handler);
+  void client_gone(const fast::SampleInfo& info);
+  void drop_instances();
+  bool send(const Answer& answer, std::size_t from);
+
+  const std::string gateway;
+  const std::uint64_t incarnation;
+
+  Endpoints endpoints;
+  fast::DataWriter* lines = nullptr;
+  fast::DataWriter* nodes = nullptr;
+  fast::DataWriter* layouts = nullptr;
+  fast::DataWriter* images = nullptr;
+  fast::DataWriter* pdos = nullptr;
+  fast::DataWriter* events = nullptr;
+  fast::DataWriter* replies = nullptr;
+  fast::DataReader* outputs = nullptr;
+  fast::DataReader* requests = nullptr;
+
+  // Of the publishing thread. Samples are kept, so that their buffers are used again.
+  ClockMap clock;
+  PublishCounters counters;
+  v1::LineState line_sample;
+  v1::NodeState node_sample;
+  v1::ImageLayout layout_sample;
+  v1::ProcessImage image_sample;
+  v1::PdoUpdate pdo_sample;
+  v1::Event event_sample;
+  std::map<std::pair<std::string, image::Direction>, std::uint16_t> layout_parts_out;
+
+  // Of the polling thread.
+  Waiting waiting;
+  v1::OutputWrite output_sample;
+  v1::CommandRequest request_sample;
+
+  std::mutex desk_mutex;  // poll() and reply() share the desk, never while DDS writes
+  CommandDesk desk;
+};
+
+GatewayBridge::Impl::Impl(const GatewayOptions& options, std::vector<Diagnostic>& diagnostics)
+    : gateway(options.gateway),
+      incarnation(options.incarnation),
+      endpoints("linegate " + options.gateway, options.domain, options.profile_file, diagnostics),
+      desk(options.incarnation, options.lines) {
+  lines = endpoints.writer<v1::LineStatePubSubType>(v1::TOPIC_LINE_STATE);
+  nodes = endpoints.writer<v1::NodeStatePubSubType>(v1::TOPIC_NODE_STATE);
+  layouts = endpoints.writer<v1::ImageLayoutPubSubType>(v1::TOPIC_IMAGE_LAYOUT);
+  images = endpoints.writer<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE);
+  pdos = endpoints.writer<v1::PdoUpdatePubSubType>(v1::TOPIC_PDO_UPDATE);
+  events = endpoints.writer<v1::EventPubSubType>(v1::TOPIC_EVENT);
+  replies = endpoints.writer<v1::CommandReplyPubSubType>(v1::TOPIC_COMMAND_REPLY);
+  outputs = endpoints.reader<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
+  requests = endpoints.reader<v1::CommandRequestPubSubType>(v1::TOPIC_COMMAND_REQUEST);
+  if (!endpoints.ok())
+    return;
+  waiting.watch(outputs);
+  waiting.watch(requests);
+}
+
+template <class Sample>
+void GatewayBridge::Impl::address(std::string_view line, Sample& sample) const {
+  sample.gateway(gateway);
+  sample.line(std::string(line));
+  sample.incarnation(incarnation);
+}
+
+template <class Sample>
+bool GatewayBridge::Impl::write(fast::DataWriter* writer, Sample& sample) {
+  const bool written = writer->write(&sample);
+  ++(written ? counters.samples : counters.failed);
+  return written;
+}
+
+// --- out -----------------------------------------------------------------------------------------
+
+Loaded<std::unique_ptr<GatewayBridge>> GatewayBridge::make(const GatewayOptions& options) {
+  Loaded<std::unique_ptr<GatewayBridge>> result;
+  auto impl = std::make_unique<Impl>(options, result.diagnostics);
+  if (impl->endpoints.ok()) {
+    result.value = std::unique_ptr<GatewayBridge>(new GatewayBridge(std::move(impl)));
+  }
+  return result;
+}
+
+GatewayBridge::GatewayBridge(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {
+}
+GatewayBridge::~GatewayBridge() = default;
+
+void GatewayBridge::set_clock(const ClockMap& clock) {
+  impl_->clock = clock;
+}
+
+const PublishCounters& GatewayBridge::counters() const {
+  return impl_->counters;
+}
+
+bool GatewayBridge::publish(const LineInfo& line, const line::LineState& state, Instant now,
+                            const std::vector<Property>& properties) {
+  v1::LineState& sample = impl_->line_sample;
+  impl_->address(line.name, sample);
+  sample.time(impl_->clock.utc(now));
+  sample.clock(static_cast<std::uint8_t>(impl_->clock.quality));
+  to_wire(line, state, sample);
+  to_wire(properties, sample.properties());
+  return impl_->write(impl_->lines, sample);
+}
+
+bool GatewayBridge::publish(std::string_view line, const NodeInfo& info,
+                            const line::NodeState& state, Instant now,
+                            const std::vector<Property>& properties) {
+  v1::NodeState& sample = impl_->node_sample;
+  impl_->address(line, sample);
+  sample.time(impl_->clock.utc(now));
+  sample.clock(static_cast<std::uint8_t>(impl_->clock.quality));
+  to_wire(info, state, impl_->clock, sample);
+  to_wire(properties, sample.properties());
+  return impl_->write(impl_->nodes, sample);
+}
+
+bool GatewayBridge::publish(std::string_view line, const image::Layout& layout) {
+  if (layout.entries.size() > kMaxEntries) {
+    ++impl_->counters.failed;
+    return false;
+  }
+  v1::ImageLayout& sample = impl_->layout_sample;
+  impl_->address(line, sample);
+  const std::uint16_t parts = layout_parts(layout);
+  bool written = true;
+  for (std::uint16_t part = 0; part < parts; ++part) {
+    to_wire(layout, part, sample);
+    written = impl_->write(impl_->layouts, sample) && written;
+  }
+  std::uint16_t& before = impl_->layout_parts_out[{std::string(line), layout.direction}];
+  impl_->dispose_layout_parts(parts, before);
+  before = parts;
+  return written;
+}
+
+// Of the layout last written to layout_sample.
+void GatewayBridge::Impl::dispose_layout_parts(std::uint16_t parts, std::uint16_t before) {
+  for (std::uint16_t part = parts; part < before; ++part) {
+    layout_sample.part(part);
+    layouts->dispose(&layout_sample, fast::HANDLE_NIL);
+  }
+}
+
+bool GatewayBridge::publish(std::string_view line, const image::Snapshot& snapshot) {
+  v1::ProcessImage& sample = impl_->image_sample;
+  impl_->address(line, sample);
+  if (!to_wire(snapshot, impl_->clock, sample)) {
+    ++impl_->counters.failed;
+    return false;
+  }
+  return impl_->write(impl_->images, sample);
+}
+
+bool GatewayBridge::publish_pdo_update(std::string_view line, const image::Layout& layout,
+                                       const image::Snapshot& snapshot, const image::PdoMark& mark,
+                                       std::uint32_t receptions) {
+  v1::PdoUpdate& sample = impl_->pdo_sample;
+  impl_->address(line, sample);
+  if (!to_wire(layout, snapshot, mark, receptions, impl_->clock, sample)) {
+    ++impl_->counters.failed;
+    return false;
+  }
+  return impl_->write(impl_->pdos, sample);
+}
+
+bool GatewayBridge::publish(std::string_view line, const Event& event, std::string_view text,
+                            const std::vector<Property>& properties) {
+  v1::Event& sample = impl_->event_sample;
+  impl_->address(line, sample);
+  to_wire(event, text, impl_->clock, sample);
+  to_wire(properties, sample.properties());
+  return impl_->write(impl_->events, sample);
+}
+
+// --- in ------------------------------------------------------------------------------------------
+
+std::size_t GatewayBridge::poll(Duration timeout, GatewayHandler& handler) {
+  if (!impl_->waiting.wait(timeout))
+    return 0;
+  std::size_t handled = 0;
+  int taken = 0;
+  while (taken < kSamplesPerPoll && impl_->take_output(handler))
+    ++taken;
+  bool more = taken == kSamplesPerPoll;
+  handled += static_cast<std::size_t>(taken);
+  taken = 0;
+  while (taken < kSamplesPerPoll && impl_->take_command(handler))
+    ++taken;
+  more = more || taken == kSamplesPerPoll;
+  handled += static_cast<std::size_t>(taken);
+  if (more)
+    impl_->waiting.wake();
+  impl_->drop_instances();
+  return handled;
+}
+
+void GatewayBridge::wake() {
+  impl_->waiting.wake();
+}
+
+bool GatewayBridge::Impl::take_output(GatewayHandler& handler) {
+  fast::SampleInfo info;
+  if (outputs->take_next_sample(&output_sample, &info) != ReturnCode_t::RETCODE_OK)
+    return false;
+  if (!info.valid_data || output_sample.gateway() != gateway.c_str())
+    return true;
+  OutputMessage message;
+  message.line = output_sample.line().to_string();
+  message.client = output_sample.client().to_string();
+  if (output_sample.incarnation() != 0 && output_sample.incarnation() != incarnation) {
+    handler.on_output_refused(message.line, output_sample.group(),
+                              line::OutputRefusal::stale_layout,
+                              "meant for another start of the gateway");
+    return true;
+  }
+  const OutputCheck check = from_wire(output_sample, message.write);
+  if (check.refusal != line::OutputRefusal::none) {
+    handler.on_output_refused(message.line, output_sample.group(), check.refusal, check.why);
+  } else {
+    handler.on_output_write(std::move(message));
+  }
+  return true;
+}
+
+bool GatewayBridge::Impl::take_command(GatewayHandler& handler) {
+  fast::SampleInfo info;
+  if (requests->take_next_sample(&request_sample, &info) != ReturnCode_t::RETCODE_OK)
+    return false;
+  if (info.valid_data) {
+    if (request_sample.gateway() == gateway.c_str())
+      handle(request_sample, handler);
+  } else if (info.instance_state == fast::NOT_ALIVE_DISPOSED_INSTANCE_STATE) {
+    client_gone(info);
+  }
+  return true;
+}
+
+void GatewayBridge::Impl::handle(const v1::CommandRequest& request, GatewayHandler& handler) {
+  CommandDesk::Outcome outcome;
+  {
+    const std::lock_guard lock(desk_mutex);
+    outcome = desk.take(request);
+  }
+  if (outcome.answer)
+    send(*outcome.answer, outcome.answer_from);
+  if (outcome.refused != line::Refusal::none) {
+    handler.on_command_refused(outcome.answer->line, outcome.answer->client, request.kind(),
+                               outcome.refused, outcome.answer->text);
+  }
+  if (outcome.command)
+    handler.on_command(std::move(*outcome.command));
+}
+
+// A client that disposes its request instance has left for good; one that only cannot be reached
+// may come back and ask again.
+void GatewayBridge::Impl::client_gone(const fast::SampleInfo& info) {
+  v1::CommandRequest key;
+  if (requests->get_key_value(&key, info.instance_handle) != ReturnCode_t::RETCODE_OK)
+    return;
+  if (key.gateway() != gateway.c_str())
+    return;
+  const std::lock_guard lock(desk_mutex);
+  desk.forget(key.line().to_string(), key.client().to_string());
+}
+
+void GatewayBridge::Impl::drop_instances() {
+  std::vector<std::pair<std::string, std::string>> dropped;
+  {
+    const std::lock_guard lock(desk_mutex);
+    dropped = desk.take_dropped();
+  }
+  for (const auto& [line, client] : dropped) {
+    v1::CommandReply key;
+    address(line, key);
+    key.client(client);
+    replies->unregister_instance(&key, fast::HANDLE_NIL);
+  }
+}
+
+bool GatewayBridge::reply(const line::Reply& reply) {
+  std::shared_ptr<const Answer> answer;
+  {
+    const std::lock_guard lock(impl_->desk_mutex);
+    answer = impl_->desk.answer(reply);
+  }
+  return answer && impl_->send(*answer, 0);
+}
+
+// May run in two threads at once: the sample is its own.
+bool GatewayBridge::Impl::send(const Answer& answer, std::size_t from) {
+  v1::CommandReply sample;
+  address(answer.line, sample);
+  sample.client(answer.client);
+  sample.id(answer.id);
+  sample.domain(static_cast<std::uint8_t>(answer.error.domain));
+  sample.code(answer.error.code);
+  sample.text(answer.text);
+  sample.total(static_cast<std::uint32_t>(answer.data.size()));
+  for (std::size_t chunk = 0; chunk < kChunksPerReply; ++chunk) {
+    set_chunk(answer.data, from, sample);
+    if (!replies->write(&sample))
+      return false;
+    if (sample.last())
+      break;
+    from += sample.data().size();
+  }
+  return true;
+}
+
+}  // namespace linegate::dds

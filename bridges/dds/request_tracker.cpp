@@ -1,0 +1,108 @@
+#include "bridges/dds/request_tracker.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "bridges/dds/bytes.h"
+
+namespace linegate::dds {
+namespace {
+
+constexpr unsigned kMostSlowing = 4;                 // 2^4 times the first pause
+constexpr unsigned kMostRestarts = 3;                // of a request that lost a chunk on the way
+constexpr std::size_t kMostReplyBytes = 64U << 20U;  // what a client is ready to take
+
+bool lost_a_chunk(const v1::CommandReply& reply, const Request& request) {
+  return request.command.data.size() > kChunkBytes && reply.domain() == v1::RESULT_REFUSED &&
+         reply.code() == v1::REFUSAL_BAD_REQUEST;
+}
+
+}  // namespace
+
+void RequestTracker::add(Request request, Instant now) {
+  const std::uint64_t id = request.id;
+  Waiting& waiting = waiting_[id];
+  waiting.result.id = id;
+  waiting.result.reply.tag = id;
+  waiting.request = std::move(request);
+  waiting.send_at = now;
+}
+
+std::optional<RequestTracker::Done> RequestTracker::take(const v1::CommandReply& reply,
+                                                         Instant now) {
+  const auto found = waiting_.find(reply.id());
+  if (found == waiting_.end())
+    return std::nullopt;
+  Waiting& waiting = found->second;
+  const Request& request = waiting.request;
+  if (reply.gateway() != request.target.gateway.c_str() ||
+      reply.line() != request.target.line.c_str() || reply.domain() > v1::RESULT_REFUSED) {
+    return std::nullopt;
+  }
+  if (lost_a_chunk(reply, request) && waiting.sent <= kMostRestarts) {
+    waiting.send_at = earlier(waiting.send_at, now + retry_);
+    return std::nullopt;
+  }
+  auto& data = waiting.result.reply.data;
+  if (reply.offset() != data.size() || data.size() + reply.data().size() > kMostReplyBytes) {
+    return std::nullopt;  // a chunk is missing: what is there is asked for again in time
+  }
+  append_bytes(reply.data(), data);
+  waiting.result.reply.error = {static_cast<Domain>(reply.domain()), reply.code()};
+  waiting.result.text = reply.text().to_string();
+  if (reply.last())
+    return finish(found);
+  if (++waiting.chunks >= kChunksPerReply)
+    waiting.send_at = now;
+  return std::nullopt;
+}
+
+RequestTracker::Done RequestTracker::finish(std::map<std::uint64_t, Waiting>::iterator waiting) {
+  Done done{std::move(waiting->second.request.target), std::move(waiting->second.result)};
+  waiting_.erase(waiting);
+  return done;
+}
+
+const Request* RequestTracker::due(Instant now) {
+  for (auto& [id, waiting] : waiting_) {
+    if (waiting.send_at > now)
+      continue;
+    const unsigned slowing = std::min(waiting.sent, kMostSlowing);
+    const bool answering = !waiting.result.reply.data.empty();
+    waiting.send_at = now + retry_ * (answering ? 1 : 1LL << slowing);
+    waiting.chunks = 0;
+    ++waiting.sent;
+    return &waiting.request;
+  }
+  return nullptr;
+}
+
+std::uint32_t RequestTracker::reply_offset(std::uint64_t id) const {
+  const auto found = waiting_.find(id);
+  if (found == waiting_.end())
+    return 0;
+  return static_cast<std::uint32_t>(found->second.result.reply.data.size());
+}
+
+std::optional<RequestTracker::Done> RequestTracker::expired(Instant now) {
+  const auto found = std::find_if(waiting_.begin(), waiting_.end(), [&](const auto& entry) {
+    return entry.second.request.deadline <= now;
+  });
+  if (found == waiting_.end())
+    return std::nullopt;
+  Done done = finish(found);
+  done.result.reply.error = line::to_error(line::Refusal::timed_out);
+  done.result.reply.data.clear();
+  done.result.text = "no answer from the gateway in time";
+  return done;
+}
+
+Instant RequestTracker::next_wake() const {
+  Instant next = kNever;
+  for (const auto& [id, waiting] : waiting_) {
+    next = earlier(next, earlier(waiting.send_at, waiting.request.deadline));
+  }
+  return next;
+}
+
+}  // namespace linegate::dds

@@ -1,0 +1,129 @@
+#include "bridges/dds/state_samples.h"
+
+#include <algorithm>
+#include <string>
+#include <type_traits>
+
+namespace linegate::dds {
+namespace {
+
+// The contract's members and the stack's that are the same but for their names. One list serves
+// both directions: pair(wire, stack) copies one way or the other.
+template <class Wire, class Stack, class Pair>
+void each_counter(Wire& wire, Stack& stack, Pair pair) {
+  pair(wire.frames_received(), stack.frames_received);
+  pair(wire.frames_sent(), stack.frames_sent);
+  pair(wire.frames_unused(), stack.frames_unused);
+  pair(wire.frames_malformed(), stack.frames_malformed);
+  pair(wire.frames_lost(), stack.frames_lost);
+  pair(wire.bus_errors(), stack.bus_errors);
+  pair(wire.rpdos(), stack.rpdos);
+  pair(wire.tpdos(), stack.tpdos);
+  pair(wire.tpdos_coalesced(), stack.tpdos_coalesced);
+  pair(wire.syncs(), stack.syncs);
+  pair(wire.emcys(), stack.emcys);
+  pair(wire.heartbeats_lost(), stack.heartbeats_lost);
+  pair(wire.sdo_transfers(), stack.sdo_transfers);
+  pair(wire.sdo_aborts(), stack.sdo_aborts);
+  pair(wire.commands(), stack.commands);
+  pair(wire.commands_refused(), stack.commands_refused);
+  pair(wire.output_writes(), stack.output_writes);
+  pair(wire.output_writes_refused(), stack.output_writes_refused);
+  pair(wire.events(), stack.events);
+  pair(wire.events_lost(), stack.events_lost);
+}
+
+template <class Wire, class Stack, class Pair>
+void each_member(Wire& wire, Stack& stack,
+                 Pair pair) requires std::is_same_v<std::remove_const_t<Stack>, line::LineState> {
+  pair(wire.role(), stack.role);
+  pair(wire.node_id(), stack.node_id);
+  pair(wire.network_id(), stack.network_id);
+  pair(wire.own_state(), stack.own_state);
+  pair(wire.manager(), stack.manager);
+  pair(wire.bus(), stack.bus);
+  pair(wire.transmit_errors(), stack.transmit_errors);
+  pair(wire.receive_errors(), stack.receive_errors);
+  pair(wire.load_permille(), stack.load_permille);
+  pair(wire.nodes_configured(), stack.nodes_configured);
+  pair(wire.nodes_operational(), stack.nodes_operational);
+  each_counter(wire.count(), stack.counters, pair);
+}
+
+template <class Wire, class Stack, class Pair>
+void each_member(Wire& wire, Stack& stack,
+                 Pair pair) requires std::is_same_v<std::remove_const_t<Stack>, line::NodeState> {
+  pair(wire.node(), stack.node);
+  pair(wire.configured(), stack.configured);
+  pair(wire.state(), stack.state);
+  pair(wire.presence(), stack.presence);
+  pair(wire.heartbeat_monitored(), stack.heartbeat_monitored);
+  pair(wire.boot(), stack.boot);
+  pair(wire.device_type(), stack.device_type);
+  pair(wire.vendor(), stack.vendor);
+  pair(wire.product(), stack.product);
+  pair(wire.revision(), stack.revision);
+  pair(wire.serial(), stack.serial);
+  pair(wire.error_register(), stack.error_register);
+  pair(wire.last_emcy(), stack.last_emcy);
+  pair(wire.emcy_count(), stack.emcy_count);
+  pair(wire.heartbeats_lost(), stack.heartbeats_lost);
+}
+
+constexpr auto kToWire = [](auto& wire, const auto& stack) {
+  wire = static_cast<std::remove_reference_t<decltype(wire)>>(stack);
+};
+constexpr auto kFromWire = [](const auto& wire, auto& stack) {
+  stack = static_cast<std::remove_reference_t<decltype(stack)>>(wire);
+};
+
+}  // namespace
+
+void to_wire(const std::vector<Property>& from, std::vector<v1::Property>& to) {
+  to.resize(std::min(from.size(), kMaxProperties));
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    to[i].name(from[i].name);
+    to[i].value(from[i].value);
+  }
+}
+
+void from_wire(const std::vector<v1::Property>& from, std::vector<Property>& to) {
+  to.clear();
+  for (const v1::Property& property : from) {
+    to.push_back({property.name().to_string(), property.value().to_string()});
+  }
+}
+
+void to_wire(const LineInfo& info, const line::LineState& state, v1::LineState& to) {
+  to.access(static_cast<std::uint8_t>(info.access));
+  to.interface_uri(info.interface_uri);
+  to.bit_rate(info.bit_rate);
+  each_member(to, state, kToWire);
+}
+
+void from_wire(const v1::LineState& from, LineInfo& info, line::LineState& state) {
+  info.name = from.line().to_string();
+  info.interface_uri = from.interface_uri().to_string();
+  info.bit_rate = from.bit_rate();
+  info.access = static_cast<Access>(from.access());
+  each_member(from, state, kFromWire);
+}
+
+void to_wire(const NodeInfo& info, const line::NodeState& state, const ClockMap& clock,
+             v1::NodeState& to) {
+  to.name(info.name);
+  to.since(clock.utc(info.since));
+  to.last_heard(clock.utc(state.last_heard));
+  to.boot_text(std::string(line::describe_boot(state.boot)));
+  each_member(to, state, kToWire);
+}
+
+void from_wire(const v1::NodeState& from, const ClockMap& clock, NodeInfo& info,
+               line::NodeState& state) {
+  info.name = from.name().to_string();
+  info.since = clock.instant(from.since());
+  state.last_heard = clock.instant(from.last_heard());
+  each_member(from, state, kFromWire);
+}
+
+}  // namespace linegate::dds

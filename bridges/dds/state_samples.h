@@ -1,0 +1,26 @@
+// LineState and NodeState of the contract from and to the stack's values. gateway, line and
+// incarnation are left alone; from_wire() takes numbers it does not know for what they are.
+#pragma once
+
+#include <vector>
+
+#include <linegate.h>
+
+#include "bridges/dds/clock_map.h"
+#include "bridges/dds/values.h"
+#include "stack/line/state.h"
+
+namespace linegate::dds {
+
+void to_wire(const std::vector<Property>& from, std::vector<v1::Property>& to);
+void from_wire(const std::vector<v1::Property>& from, std::vector<Property>& to);
+
+void to_wire(const LineInfo& info, const line::LineState& state, v1::LineState& to);
+void from_wire(const v1::LineState& from, LineInfo& info, line::LineState& state);
+
+void to_wire(const NodeInfo& info, const line::NodeState& state, const ClockMap& clock,
+             v1::NodeState& to);
+void from_wire(const v1::NodeState& from, const ClockMap& clock, NodeInfo& info,
+               line::NodeState& state);
+
+}  // namespace linegate::dds

@@ -1,0 +1,39 @@
+#include "bridges/dds/waiting.h"
+
+namespace linegate::dds {
+
+namespace fast = eprosima::fastdds::dds;
+
+Waiting::Waiting() {
+  set_.attach_condition(woken_);
+}
+
+Waiting::~Waiting() {
+  fast::ConditionSeq attached;
+  set_.get_conditions(attached);
+  for (fast::Condition* condition : attached)
+    set_.detach_condition(*condition);
+}
+
+void Waiting::watch(fast::DataReader* reader) {
+  fast::StatusCondition& condition = reader->get_statuscondition();
+  condition.set_enabled_statuses(fast::StatusMask::data_available());
+  set_.attach_condition(condition);
+}
+
+bool Waiting::wait(Duration timeout) {
+  using eprosima::fastrtps::Duration_t;
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  const std::int64_t ns = timeout.count() < 0 ? 0 : timeout.count();
+  const Duration_t limit(static_cast<std::int32_t>(ns / kSecond),
+                         static_cast<std::uint32_t>(ns % kSecond));
+  const bool any = set_.wait(active_, limit) == ReturnCode_t::RETCODE_OK;
+  woken_.set_trigger_value(false);
+  return any;
+}
+
+void Waiting::wake() {
+  woken_.set_trigger_value(true);
+}
+
+}  // namespace linegate::dds
