@@ -75,6 +75,7 @@ struct DeviceDescription {
   std::uint32_t product_number = 0;
   std::uint32_t revision_number = 0;
   bool dynamic_mapping = true;             // Granularity is not 0
+  std::uint32_t dummy_types = 0;           // DummyUsage: bit n = data type n may fill RPDOs
   std::uint8_t node_id = 0;                // 1..127: the one the formulas were resolved with
   std::string node_name;                   // DCF commissioning
   std::vector<ObjectDescription> objects;  // ascending by index

@@ -1,0 +1,148 @@
+#include "stack/eds/ini.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "stack/eds/text.h"
+
+namespace linegate::eds {
+
+class IniParser {
+ public:
+  IniParser(Ini& ini, Report& report) : ini_(ini), report_(report) {}
+
+  void line(std::string_view text, std::uint32_t number) {
+    line_ = text;
+    number_ = number;
+    const std::string_view content = trim(text);
+    if (content.empty() || content.front() == ';') {
+      return;
+    }
+    if (content.front() == '[') {
+      section(content);
+    } else {
+      entry(content);
+    }
+  }
+
+ private:
+  Place place(std::string_view part) const {
+    return {number_, static_cast<std::uint32_t>(part.data() - line_.data()) + 1};
+  }
+
+  void section(std::string_view content) {
+    const std::size_t end = content.find(']');
+    if (end == std::string_view::npos) {
+      report_.error(place(content), "section name " + quote(content) + " is not closed by ']'");
+    } else if (!without_comment(content.substr(end + 1)).empty()) {
+      report_.warning(place(content.substr(end + 1)), "text behind the section name is ignored");
+    }
+    const std::string_view name =
+        trim(content.substr(1, end == std::string_view::npos ? end : end - 1));
+    const auto [known, is_new] = ini_.by_name_.try_emplace(lower(name), ini_.sections_.size());
+    keys_.clear();
+    current_.reset();
+    if (is_new) {
+      current_ = ini_.sections_.size();
+      ini_.sections_.push_back({name, place(content), {}});
+    } else {
+      report_.warning(place(content), "section " + quote(name) + " was already given in line " +
+                                          std::to_string(ini_.sections_[known->second].place.line) +
+                                          "; ignored");
+    }
+    before_first_section_ = false;
+  }
+
+  void entry(std::string_view content) {
+    const std::size_t equals = content.find('=');
+    if (equals == std::string_view::npos) {
+      report_.warning(place(content),
+                      quote(content) + " is neither a section nor key=value; ignored");
+      return;
+    }
+    const std::string_view key = trim(content.substr(0, equals));
+    if (before_first_section_) {
+      report_.warning(place(content), quote(key) + " is in no section; ignored");
+    }
+    if (!current_) {
+      return;
+    }
+    Section& section = ini_.sections_[*current_];
+    const auto [known, is_new] = keys_.try_emplace(lower(key), section.entries.size());
+    if (is_new) {
+      const std::string_view value = content.substr(equals + 1);
+      const std::string_view trimmed = trim(value);
+      section.entries.push_back(
+          {key, trimmed, place(content), place(trimmed.empty() ? value : trimmed)});
+    } else {
+      report_.warning(place(content),
+                      "key " + quote(key) + " was already given in line " +
+                          std::to_string(section.entries[known->second].key_place.line) +
+                          "; ignored");
+    }
+  }
+
+  Ini& ini_;
+  Report& report_;
+  std::string_view line_;
+  std::uint32_t number_ = 0;
+  bool before_first_section_ = true;
+  std::optional<std::size_t> current_;                 // none: in a section that is ignored
+  std::unordered_map<std::string, std::size_t> keys_;  // of the current section, in lower case
+};
+
+namespace {
+
+// The number of the line at `end`, for texts that are not taken apart.
+std::uint32_t line_at(std::string_view text, std::size_t end) {
+  return 1 + static_cast<std::uint32_t>(
+                 std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end), '\n'));
+}
+
+bool is_text(std::string_view text, Report& report) {
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
+    report.error({}, "the file is UTF-16; it must be ASCII, Latin-1 or UTF-8");
+    return false;
+  }
+  const std::size_t zero = text.find('\0');
+  if (zero != std::string_view::npos) {
+    report.error({line_at(text, zero), 0},
+                 "the file is not a text file (it contains a NUL character)");
+    return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+const Entry* Section::find(std::string_view key) const {
+  const auto at = std::find_if(entries.begin(), entries.end(), [key](const Entry& entry) {
+    return equal_ignoring_case(entry.key, key);
+  });
+  return at == entries.end() ? nullptr : &*at;
+}
+
+const Section* Ini::find(std::string_view name) const {
+  const auto at = by_name_.find(lower(name));
+  return at == by_name_.end() ? nullptr : &sections_[at->second];
+}
+
+Ini Ini::parse(std::string_view text, Report& report) {
+  Ini ini;
+  if (!is_text(text, report)) {
+    return ini;
+  }
+  if (text.starts_with("\xEF\xBB\xBF")) {
+    text.remove_prefix(3);
+  }
+  IniParser parser(ini, report);
+  for (std::uint32_t number = 1; !text.empty(); ++number) {
+    const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
+    parser.line(text.substr(0, end), number);
+    text.remove_prefix(end);
+    text.remove_prefix(text.starts_with("\r\n") ? 2 : text.empty() ? 0 : 1);
+  }
+  return ini;
+}
+
+}  // namespace linegate::eds

@@ -1,0 +1,193 @@
+#include "stack/eds/object.h"
+
+#include <map>
+#include <span>
+#include <utility>
+
+#include "stack/eds/fields.h"
+#include "stack/eds/number.h"
+#include "stack/eds/text.h"
+
+namespace linegate::eds {
+namespace {
+
+using od::ObjectDescription;
+using od::ObjectType;
+using od::VariableDescription;
+
+constexpr std::uint16_t kFirstObject = 0x1000;  // below are data types
+constexpr std::uint8_t kMostElements = 254;
+
+using Variables = std::map<std::uint8_t, VariableDescription>;
+
+bool has_subs(ObjectType type) {
+  return type == ObjectType::array || type == ObjectType::record || type == ObjectType::defstruct;
+}
+
+// Missing is VAR (CiA 306).
+ObjectType read_object_type(const Fields& fields, const ObjectSections& sections,
+                            Context& context) {
+  const auto code = fields.number("ObjectType", 0xFF).value_or(7);
+  const auto type = static_cast<ObjectType>(code);
+  switch (type) {
+    case ObjectType::null:
+    case ObjectType::array:
+    case ObjectType::record:
+    case ObjectType::defstruct:
+      return type;
+    case ObjectType::domain:
+    case ObjectType::deftype:
+    case ObjectType::variable:
+      break;
+    default:
+      context.report.warning(fields.find("ObjectType")->value_place,
+                             "ObjectType: " + std::to_string(code) + " is not known; taken as " +
+                                 (sections.subs.empty() ? "VAR" : "RECORD"));
+      return sections.subs.empty() ? ObjectType::variable : ObjectType::record;
+  }
+  if (sections.subs.empty()) {
+    return type;
+  }
+  context.report.warning(sections.object->place,
+                         quote(sections.object->name) +
+                             " has sub-indices, but its ObjectType has none; taken as RECORD");
+  return ObjectType::record;
+}
+
+// The sub-index that a key of [xxxxName] or [xxxxValue] stands for; nothing for NrOfEntries and for
+// keys that are reported.
+std::optional<std::uint8_t> element(const Entry& entry, const Variables& variables,
+                                    Context& context) {
+  if (equal_ignoring_case(entry.key, "NrOfEntries") || entry.value.empty()) {
+    return std::nullopt;
+  }
+  const Number number = parse_number(entry.key);
+  if (!number.ok() || number.negative || number.magnitude == 0 ||
+      number.magnitude > kMostElements ||
+      !variables.contains(static_cast<std::uint8_t>(number.magnitude))) {
+    context.report.warning(
+        entry.key_place, "key " + quote(entry.key) + " is not a sub-index of the object; ignored");
+    return std::nullopt;
+  }
+  return static_cast<std::uint8_t>(number.magnitude);
+}
+
+VariableDescription count_variable(std::uint8_t value, std::uint32_t line) {
+  VariableDescription variable;
+  variable.name = "Highest sub-index supported";
+  variable.type = od::DataType::unsigned8;
+  variable.access = od::Access::ro;
+  variable.value = {std::byte{value}};
+  variable.line = line;
+  return variable;
+}
+
+std::span<const Entry> entries_of(const Section* section) {
+  return section == nullptr ? std::span<const Entry>() : section->entries;
+}
+
+// CompactSubObj: sub-indices 1..count are all as the object's own section says.
+void read_compact(std::uint8_t count, const ObjectSections& sections, Variables& out,
+                  Context& context) {
+  const auto pattern = read_variable(*sections.object, 1, context);
+  if (!pattern) {
+    return;
+  }
+  out[0] = count_variable(count, sections.object->place.line);
+  for (unsigned sub = 1; sub <= count; ++sub) {
+    VariableDescription variable = *pattern;
+    variable.sub = static_cast<std::uint8_t>(sub);
+    variable.name += std::to_string(sub);
+    out[variable.sub] = std::move(variable);
+  }
+  for (const Entry& entry : entries_of(sections.names)) {
+    if (const auto sub = element(entry, out, context)) {
+      out[*sub].name = to_utf8(entry.value);
+    }
+  }
+  for (const Entry& entry : entries_of(sections.values)) {
+    if (const auto sub = element(entry, out, context)) {
+      read_value(entry, context.is_dcf, out[*sub], context);
+    }
+  }
+}
+
+// Sub-index 0 of these counts what is in use, not what exists.
+bool counts_what_is_used(std::uint16_t index) {
+  const unsigned block = index & 0xFE00U;
+  return index == 0x1003 || block == 0x1600 || block == 0x1A00;
+}
+
+void complete_sub_zero(const ObjectDescription& object, Variables& variables,
+                       const ObjectSections& sections, Context& context) {
+  const std::uint8_t highest = variables.rbegin()->first;
+  if (!variables.contains(0)) {
+    context.report.warning(sections.object->place, quote(sections.object->name) +
+                                                       " has no sub-index 0; " +
+                                                       std::to_string(highest) + " is assumed");
+    variables[0] = count_variable(highest, object.line);
+  } else if (variables[0].value.empty() && !counts_what_is_used(object.index)) {
+    variables[0].value = {std::byte{highest}};
+  }
+}
+
+void check_sub_number(const Fields& fields, std::size_t described, Context& context) {
+  const auto number = fields.number("SubNumber", 0xFF);
+  if (number && *number != described) {
+    context.report.warning(fields.find("SubNumber")->value_place,
+                           "SubNumber is " + std::to_string(*number) + ", but " +
+                               std::to_string(described) + " sub-indices are described");
+  }
+}
+
+Variables read_subs(const Fields& fields, const ObjectSections& sections, Context& context) {
+  Variables variables;
+  const auto compact = fields.number("CompactSubObj", kMostElements).value_or(0);
+  if (compact != 0) {
+    read_compact(static_cast<std::uint8_t>(compact), sections, variables, context);
+  } else {
+    check_sub_number(fields, sections.subs.size(), context);
+  }
+  for (const auto& [sub, section] : sections.subs) {
+    if (auto variable = read_variable(*section, sub, context)) {
+      variables[sub] = *std::move(variable);
+    }
+  }
+  return variables;
+}
+
+}  // namespace
+
+std::optional<ObjectDescription> read_object(std::uint16_t index, const ObjectSections& sections,
+                                             Context& context) {
+  const Fields fields(*sections.object, context.report);
+  ObjectDescription object;
+  object.index = index;
+  object.line = sections.object->place.line;
+  object.name = fields.text("ParameterName");
+  object.type = read_object_type(fields, sections, context);
+  if (index < kFirstObject || object.type == ObjectType::null) {
+    return std::nullopt;
+  }
+  if (!has_subs(object.type)) {
+    auto variable = read_variable(*sections.object, 0, context);
+    if (!variable) {
+      return std::nullopt;
+    }
+    object.variables.push_back(*std::move(variable));
+    return object;
+  }
+  Variables variables = read_subs(fields, sections, context);
+  if (variables.empty()) {
+    context.report.warning(sections.object->place,
+                           quote(sections.object->name) + " has no sub-indices; it is left out");
+    return std::nullopt;
+  }
+  complete_sub_zero(object, variables, sections, context);
+  for (auto& [sub, variable] : variables) {
+    object.variables.push_back(std::move(variable));
+  }
+  return object;
+}
+
+}  // namespace linegate::eds

@@ -1,0 +1,139 @@
+#include "stack/eds/text.h"
+
+#include <algorithm>
+
+namespace linegate::eds {
+namespace {
+
+bool is_blank(char c) {
+  return c == ' ' || c == '\t' || c == '\v' || c == '\f';
+}
+
+char lower_case(char c) {
+  return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+}
+
+// One character of text at `at`, which is advanced; U+FFFD never comes out of valid UTF-8. Bytes
+// that do not begin a valid sequence set ok to false and are given as they are (Latin-1).
+char32_t next_character(std::string_view text, std::size_t& at, bool& ok) {
+  const auto byte = [&](std::size_t i) {
+    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U;
+  };
+  const unsigned first = byte(at);
+  const unsigned length = first < 0x80   ? 1
+                          : first < 0xC2 ? 0
+                          : first < 0xE0 ? 2
+                          : first < 0xF0 ? 3
+                          : first < 0xF5 ? 4
+                                         : 0;
+  char32_t character = length < 2 ? first : first & (0x7FU >> length);
+  bool valid = length != 0;
+  for (unsigned i = 1; valid && i < length; ++i) {
+    valid = (byte(at + i) & 0xC0U) == 0x80;
+    character = character << 6U | (byte(at + i) & 0x3FU);
+  }
+  constexpr char32_t kSmallest[] = {0, 0, 0x80, 0x800, 0x1'0000};
+  valid = valid && character >= kSmallest[length] && character <= 0x10'FFFF &&
+          (character < 0xD800 || character > 0xDFFF);
+  if (!valid) {
+    ok = false;
+    ++at;
+    return first;
+  }
+  at += length;
+  return character;
+}
+
+void append_utf16(std::vector<std::byte>& out, char32_t unit) {
+  out.push_back(static_cast<std::byte>(unit));
+  out.push_back(static_cast<std::byte>(unit >> 8U));
+}
+
+}  // namespace
+
+std::string_view trim(std::string_view text) {
+  while (!text.empty() && is_blank(text.front())) {
+    text.remove_prefix(1);
+  }
+  while (!text.empty() && is_blank(text.back())) {
+    text.remove_suffix(1);
+  }
+  return text;
+}
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  std::transform(out.begin(), out.end(), out.begin(), lower_case);
+  return out;
+}
+
+bool equal_ignoring_case(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](char x, char y) { return lower_case(x) == lower_case(y); });
+}
+
+std::string_view without_comment(std::string_view text) {
+  return trim(text.substr(0, text.find(';')));
+}
+
+std::string quote(std::string_view text) {
+  constexpr std::size_t kLongest = 40;
+  std::string out = "'";
+  for (const char c : text.substr(0, kLongest)) {
+    out += c >= ' ' && c <= '~' ? c : '?';
+  }
+  return out + (text.size() > kLongest ? "...'" : "'");
+}
+
+std::string hex(std::uint64_t value, unsigned digits) {
+  std::string out;
+  while (value != 0 || out.size() < digits) {
+    out += "0123456789ABCDEF"[value & 0xFU];
+    value >>= 4U;
+  }
+  std::reverse(out.begin(), out.end());
+  return out + 'h';
+}
+
+bool is_utf8(std::string_view text) {
+  bool ok = true;
+  for (std::size_t at = 0; ok && at < text.size();) {
+    (void)next_character(text, at, ok);
+  }
+  return ok;
+}
+
+std::string to_utf8(std::string_view text) {
+  if (is_utf8(text)) {
+    return std::string(text);
+  }
+  std::string out;
+  for (const char c : text) {
+    const auto code = static_cast<unsigned char>(c);
+    if (code < 0x80) {
+      out += c;
+    } else {
+      out += static_cast<char>(0xC0U | code >> 6U);
+      out += static_cast<char>(0x80U | (code & 0x3FU));
+    }
+  }
+  return out;
+}
+
+std::vector<std::byte> to_utf16(std::string_view text) {
+  const std::string utf8 = to_utf8(text);
+  std::vector<std::byte> out;
+  bool ok = true;
+  for (std::size_t at = 0; at < utf8.size();) {
+    char32_t character = next_character(utf8, at, ok);
+    if (character > 0xFFFF) {
+      character -= 0x1'0000;
+      append_utf16(out, 0xD800 + (character >> 10U));
+      character = 0xDC00 + (character & 0x3FFU);
+    }
+    append_utf16(out, character);
+  }
+  return out;
+}
+
+}  // namespace linegate::eds

@@ -1,0 +1,159 @@
+#include "stack/eds/variable.h"
+
+#include <utility>
+
+#include "stack/eds/fields.h"
+#include "stack/eds/text.h"
+#include "stack/eds/value.h"
+#include "stack/od/limits.h"
+
+namespace linegate::eds {
+namespace {
+
+using od::Access;
+using od::DataType;
+using od::VariableDescription;
+
+void report_missing(const Section& section, const char* key, const char* consequence,
+                    Context& context, Severity severity = Severity::warning) {
+  context.report.add(severity, section.place, quote(section.name) + " has no " + key + consequence);
+}
+
+std::string read_name(const Fields& fields, Context& context) {
+  std::string name = fields.text("ParameterName");
+  if (name.empty()) {
+    report_missing(fields.section(), "ParameterName", "", context);
+  }
+  return name;
+}
+
+DataType read_data_type(const Fields& fields, Context& context) {
+  const bool is_domain = fields.number("ObjectType", 0xFF).value_or(0) ==
+                         static_cast<std::uint8_t>(od::ObjectType::domain);
+  const Severity severity =
+      fields.find("ParameterValue") != nullptr ? Severity::error : Severity::warning;
+  const auto type = static_cast<DataType>(fields.number("DataType", 0xFFFF, severity).value_or(0));
+  if (type == DataType::none && is_domain) {
+    return DataType::domain;
+  }
+  if (type == DataType::none) {
+    report_missing(fields.section(), "DataType", "; it is left out", context, severity);
+  } else if (od::name(type) == od::name(DataType::none)) {
+    context.report.warning(
+        fields.find("DataType")->value_place,
+        "DataType: " + hex(static_cast<std::uint16_t>(type), 4) + " is not known; taken as bytes");
+  }
+  return type;
+}
+
+Access read_access(const Fields& fields, DataType type, Context& context) {
+  static constexpr std::pair<std::string_view, Access> kWords[] = {
+      {"ro", Access::ro},   {"wo", Access::wo},   {"rw", Access::rw},
+      {"rwr", Access::rwr}, {"rww", Access::rww}, {"const", Access::constant}};
+  const Entry* entry = fields.find("AccessType");
+  if (entry == nullptr) {
+    if (type != DataType::domain) {
+      report_missing(fields.section(), "AccessType", "; taken as ro", context);
+    }
+    return type == DataType::domain ? Access::rw : Access::ro;
+  }
+  for (const auto& [word, access] : kWords) {
+    if (equal_ignoring_case(without_comment(entry->value), word)) {
+      return access;
+    }
+  }
+  context.report.warning(entry->value_place,
+                         "AccessType: " + quote(entry->value) + " is not known; taken as ro");
+  return Access::ro;
+}
+
+// The bytes of the entry's value for the type, or nothing and a message of the given severity.
+std::optional<std::vector<std::byte>> read_bytes(const Entry& entry, std::string_view what,
+                                                 DataType type, Severity severity,
+                                                 Context& context) {
+  Value value = parse_value(type, entry.value, context.node_id);
+  if (!value.problem.empty()) {
+    context.report.add(severity, entry.value_place,
+                       std::string(what) + ": " + value.problem +
+                           (severity == Severity::error ? "" : "; ignored"));
+    return std::nullopt;
+  }
+  if (value.uses_node_id && context.node_id == 0 && !context.missing_node_id_told) {
+    context.missing_node_id_told = true;
+    context.report.error(entry.value_place, std::string(what) + ": " + quote(entry.value) +
+                                                " depends on the node-ID, but none is given");
+  }
+  return std::move(value.bytes);
+}
+
+std::vector<std::byte> read_limit(const Fields& fields, std::string_view key, DataType type,
+                                  Context& context) {
+  const Entry* entry = fields.find(key);
+  if (entry == nullptr) {
+    return {};
+  }
+  return read_bytes(*entry, key, type, Severity::warning, context)
+      .value_or(std::vector<std::byte>{});
+}
+
+void read_limits(const Fields& fields, VariableDescription& variable, Context& context) {
+  if (!od::is_integer(variable.type) && !od::is_real(variable.type)) {
+    return;
+  }
+  variable.low_limit = read_limit(fields, "LowLimit", variable.type, context);
+  variable.high_limit = read_limit(fields, "HighLimit", variable.type, context);
+  if (od::check_limits(variable.type, variable.high_limit, variable.low_limit, {}) ==
+      AbortCode::value_too_low) {
+    context.report.warning(fields.find("LowLimit")->value_place,
+                           "LowLimit is more than HighLimit; both are ignored");
+    variable.low_limit.clear();
+    variable.high_limit.clear();
+  }
+}
+
+}  // namespace
+
+void read_value(const Entry& entry, bool configured, VariableDescription& variable,
+                Context& context) {
+  const Severity severity = configured ? Severity::error : Severity::warning;
+  auto bytes = read_bytes(entry, entry.key, variable.type, severity, context);
+  if (!bytes) {
+    return;
+  }
+  variable.value = *std::move(bytes);
+  variable.configured = configured;
+  const AbortCode outside =
+      od::check_limits(variable.type, variable.value, variable.low_limit, variable.high_limit);
+  if (outside != AbortCode::none) {
+    context.report.warning(entry.value_place, std::string(entry.key) + ": " + quote(entry.value) +
+                                                  " is outside LowLimit and HighLimit");
+  }
+}
+
+std::optional<VariableDescription> read_variable(const Section& section, std::uint8_t sub,
+                                                 Context& context) {
+  const Fields fields(section, context.report);
+  VariableDescription variable;
+  variable.sub = sub;
+  variable.line = section.place.line;
+  variable.name = read_name(fields, context);
+  variable.type = read_data_type(fields, context);
+  if (variable.type == DataType::none) {
+    return std::nullopt;
+  }
+  variable.access = read_access(fields, variable.type, context);
+  variable.mappable = fields.flag("PDOMapping");
+  read_limits(fields, variable, context);
+  if (const Entry* entry = fields.find("DefaultValue")) {
+    read_value(*entry, false, variable, context);
+  }
+  if (const Entry* entry = fields.find("ParameterValue")) {
+    read_value(*entry, true, variable, context);
+  }
+  if (const Entry* entry = fields.find("DownloadFile")) {
+    context.report.warning(entry->key_place, "DownloadFile is not used");
+  }
+  return variable;
+}
+
+}  // namespace linegate::eds
