@@ -21,6 +21,7 @@ RESERVED = [
     (r"atomic", ["gateway/exchange"], "atomics live in gateway/exchange alone"),
     (r"thread|stop_token|future", ["gateway"], "bridges start no thread, the gateway owns all"),
     (r"fast(dds|rtps|cdr)/.*", ["bridges/dds"], "replacing Fast DDS must touch bridges/dds alone"),
+    (r"linegate(PubSubTypes)?\.h", ["bridges/dds"], "the DDS contract is known to bridges/dds alone"),
     (r"linux/can.*", ["bridges/can"], "SocketCAN is bridges/can's subject"),
     (r"yaml-cpp/.*", ["gateway"], "configuration is the gateway's subject"),
     (r"spdlog/.*", ["gateway"], "logs are rendered in the gateway"),
