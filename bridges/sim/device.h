@@ -64,6 +64,9 @@ class Device {
   bool next_frame(can::Frame& out, Instant now);
   bool wants_to_send(Instant now) const;
 
+  // What happened to the node itself, oldest first; gives how many.
+  std::size_t take_events(std::span<Event> out);
+
   const DeviceOptions& options() const { return options_; }
   node::Node& node() { return *node_; }
   const node::Node& node() const { return *node_; }
@@ -71,6 +74,7 @@ class Device {
 
  private:
   Device(DeviceOptions options, std::unique_ptr<Behaviour> behaviour, od::Dictionary dictionary);
+  std::uint64_t mix_seed() const;
 
   DeviceOptions options_;
   EventLog events_;

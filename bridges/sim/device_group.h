@@ -32,6 +32,8 @@ class DeviceGroup {
     can::Frame frame;
     bool valid = false;
   };
+  bool refresh_offer(std::size_t index, Instant now);
+
   std::vector<std::unique_ptr<Device>> devices_;
   std::vector<Offered> offered_;  // per device: its next frame, pulled but not given out yet
 };
