@@ -36,7 +36,7 @@ class Producer {
   can::TransmitQueue& transmit_;
   Parameters parameters_;
   bool active_ = false;
-  bool anchored_ = false;  // next_ is a time, not the wish for one
+  bool anchored_ = true;  // next_ is a time, not the wish for one
   Instant next_ = kNever;
   std::uint8_t counter_ = 1;
 };

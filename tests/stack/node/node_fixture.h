@@ -116,17 +116,19 @@ class NodeTest : public ::testing::Test {
           static_cast<std::uint8_t>(address.index), static_cast<std::uint8_t>(address.index >> 8),
           address.sub, static_cast<std::uint8_t>(value), static_cast<std::uint8_t>(value >> 8),
           static_cast<std::uint8_t>(value >> 16), static_cast<std::uint8_t>(value >> 24)});
+    std::optional<std::uint32_t> result;
     for (const Sent& sent : drain(at(when))) {
-      if (sent.id == 0x580 + kNodeId) {
-        std::uint32_t code = 0;
-        for (std::size_t i = 8; i > 4; --i) {
-          code = code << 8 | static_cast<std::uint32_t>(sent.data[i - 1]);
-        }
-        return sent.data[0] == 0x60 ? 0 : code;
+      if (sent.id != 0x580 + kNodeId) {
+        others.push_back(sent);
+        continue;
       }
-      others.push_back(sent);
+      std::uint32_t code = 0;
+      for (std::size_t i = 8; i > 4; --i) {
+        code = code << 8 | static_cast<std::uint32_t>(sent.data[i - 1]);
+      }
+      result = sent.data[0] == 0x60 ? 0 : code;
     }
-    return std::nullopt;
+    return result;
   }
 
   std::vector<Sent> drain(Instant now) {
@@ -155,7 +157,7 @@ class NodeTest : public ::testing::Test {
 
   EventLog events;
   std::unique_ptr<Node> node;
-  std::vector<Sent> others;  // sent besides SDO answers
+  std::vector<Sent> others;  // sent along with the answers to sdo_write()
 };
 
 }  // namespace linegate::node

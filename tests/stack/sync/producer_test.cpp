@@ -104,6 +104,12 @@ TEST_F(SyncProducerTest, NothingWithoutBitOrPeriod) {
   EXPECT_TRUE(frames_at(10s).empty());
 }
 
+TEST_F(SyncProducerTest, NothingBeforeItIsConfigured) {
+  producer.settle(at(0ms));
+  EXPECT_TRUE(frames_at(10s).empty());
+  EXPECT_EQ(producer.next_wake(), kNever);
+}
+
 TEST_F(SyncProducerTest, TwentyNineBits) {
   run(10ms, 0, 0x6000'0801);
   const auto frames = frames_at(10ms);
