@@ -55,4 +55,16 @@ EventSeverity severity(EventKind kind) {
   return i < kInfo.size() ? kInfo[i].severity : EventSeverity::error;
 }
 
+std::string_view name(EventSeverity severity) {
+  switch (severity) {
+    case EventSeverity::info:
+      return "info";
+    case EventSeverity::warning:
+      return "warning";
+    case EventSeverity::error:
+      return "error";
+  }
+  return "unknown";
+}
+
 }  // namespace linegate

@@ -61,6 +61,8 @@ std::string_view name(EventKind kind);
 
 enum class EventSeverity : std::uint8_t { info, warning, error };
 EventSeverity severity(EventKind kind);
+// "info", "warning", "error".
+std::string_view name(EventSeverity severity);
 
 struct Event {
   std::uint64_t number = 0;  // 1, 2, 3, ... per line and incarnation, without gaps

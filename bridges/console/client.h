@@ -1,0 +1,72 @@
+// What the console needs of a gateway. The console draws through this; gateway/ joins it with a
+// real subscriber. Times are UTC nanoseconds since 1970-01-01 in the form of an Instant.
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <string>
+
+#include "stack/base/event.h"
+#include "stack/base/time.h"
+#include "stack/image/layout.h"
+#include "stack/image/snapshot.h"
+#include "stack/line/command.h"
+#include "stack/line/state.h"
+
+namespace linegate::console {
+
+struct LineId {
+  std::string gateway;
+  std::string line;
+
+  friend auto operator<=>(const LineId&, const LineId&) = default;
+};
+
+struct LineView {
+  std::string interface_uri;
+  std::uint32_t bit_rate = 0;
+  std::string access;  // off, read, all
+  Instant time{};
+  line::LineState state;
+};
+
+struct NodeView {
+  std::string name;
+  Instant since{};  // when its state or presence last changed
+  line::NodeState state;
+};
+
+struct EventView {
+  Event event;  // event.time is UTC
+  std::string text;
+};
+
+// Called from within Client::poll() and call().
+class Listener {
+ public:
+  virtual ~Listener() = default;
+  virtual void on_line(const LineId& id, const LineView& line) = 0;
+  virtual void on_line_gone(const LineId& id) = 0;
+  virtual void on_node(const LineId& id, const NodeView& node) = 0;
+  virtual void on_layout(const LineId& id, const image::Layout& layout) = 0;
+  virtual void on_image(const LineId& id, const image::Snapshot& image) = 0;
+  virtual void on_event(const LineId& id, const EventView& event) = 0;
+};
+
+class Client {
+ public:
+  virtual ~Client() = default;
+
+  // Handles what has arrived; waits at most `timeout` if nothing has.
+  virtual void poll(Duration timeout, Listener& listener) = 0;
+
+  struct Answer {
+    line::Reply reply;  // no answer in time: Refusal::timed_out
+    std::string text;   // the result in words, empty if done
+  };
+  // layout_id of the output layout for CommandKind::output_write, else 0.
+  virtual Answer call(const LineId& id, const line::Command& command, Duration timeout,
+                      std::uint64_t layout_id, Listener& listener) = 0;
+};
+
+}  // namespace linegate::console

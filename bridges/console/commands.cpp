@@ -1,0 +1,312 @@
+#include "bridges/console/commands.h"
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+#include <ostream>
+#include <utility>
+
+#include "bridges/console/json_text.h"
+#include "bridges/console/lookup.h"
+#include "bridges/console/tables.h"
+#include "bridges/console/value_text.h"
+#include "stack/base/byte_order.h"
+
+namespace linegate::console {
+namespace {
+
+void print(std::ostream& out, const Text& text) {
+  for (const std::string& line : text) {
+    out << line << '\n';
+  }
+}
+
+int usage(Context& context, const std::string& text) {
+  context.err << text << '\n';
+  return kUsage;
+}
+
+// Waits for lines that match; without a name for whatever there is.
+std::vector<const Line*> find_lines(Context& context, Model& model, const std::string& line) {
+  const auto known = [&] {
+    const auto found = model.find(line);
+    return std::ranges::any_of(found, [](const Line* l) { return l->view.has_value(); });
+  };
+  if (!wait_until(context, model, known)) {
+    context.err << (line.empty() ? "no gateway was heard of" : "no line '" + line + "'") << '\n';
+    return {};
+  }
+  return model.find(line);
+}
+
+int print_answer(Context& context, const Client::Answer& answer, const std::string& value) {
+  if (context.json) {
+    context.out << answer_json(answer, value) << '\n';
+  } else if (!answer.reply.ok()) {
+    context.err << answer.text << '\n';
+  } else if (!value.empty()) {
+    context.out << value << '\n';
+  }
+  return answer.reply.ok() ? kDone : kFailed;
+}
+
+Client::Answer ask(Context& context, Model& model, const Line& line, const line::Command& command,
+                   std::uint64_t layout_id = 0) {
+  return context.client.call(line.id, command, context.timeout, layout_id, model);
+}
+
+std::string read_text(const std::optional<od::DataType>& type, const std::vector<std::byte>& data) {
+  if (type) {
+    return to_text(*type, data);
+  }
+  std::string out = to_hex(data);
+  if (!data.empty() && data.size() <= 8) {
+    out += "  (" + std::to_string(load_le(std::span<const std::byte>(data))) + ')';
+  }
+  return out;
+}
+
+struct SdoTarget {
+  NodeRef node;
+  line::Command command;
+};
+
+std::optional<SdoTarget> sdo_target(Context& context, const std::string& node,
+                                    const std::string& index, const std::string& sub, bool write) {
+  const auto ref = parse_node(node);
+  const auto number = parse_number(index, 0xFFFF, true);
+  const auto sub_index = parse_number(sub, 0xFF, false);
+  if (!ref || ref->all) {
+    context.err << "'" << node << "' is not LINE:NODE, with a node-ID 1..127 or own\n";
+    return std::nullopt;
+  }
+  if (!number || !sub_index) {
+    context.err << "'" << index << ' ' << sub
+                << "' is not an index (hexadecimal, 0..FFFF) and a sub-index (0..255)\n";
+    return std::nullopt;
+  }
+  using enum line::CommandKind;
+  line::Command command{.kind = write ? (ref->own ? local_write : sdo_write)
+                                      : (ref->own ? local_read : sdo_read)};
+  command.node = ref->node;
+  command.index = static_cast<std::uint16_t>(*number);
+  command.sub = static_cast<std::uint8_t>(*sub_index);
+  command.timeout = context.timeout;
+  return SdoTarget{*ref, std::move(command)};
+}
+
+}  // namespace
+
+int lines(Context& context) {
+  Model model;
+  const auto found = find_lines(context, model, "");
+  if (found.empty()) {
+    return kFailed;
+  }
+  if (context.json) {
+    context.out << lines_json(found) << '\n';
+  } else {
+    print(context.out, lines_table(model));
+  }
+  return kDone;
+}
+
+int nodes(Context& context, const std::string& line) {
+  Model model;
+  const auto found = find_lines(context, model, line);
+  if (found.empty()) {
+    return kFailed;
+  }
+  if (context.json) {
+    context.out << nodes_json(found) << '\n';
+  } else {
+    print(context.out, nodes_table(found));
+  }
+  return kDone;
+}
+
+int image(Context& context, const std::string& line, image::Direction direction) {
+  Model model;
+  const auto has_image = [&] {
+    const auto found = model.find(line);
+    return !found.empty() && std::ranges::all_of(found, [&](const Line* l) {
+      return l->areas[static_cast<std::size_t>(direction)].complete();
+    });
+  };
+  const bool complete = wait_until(context, model, has_image);
+  const auto found = model.find(line);
+  if (found.empty()) {
+    context.err << (line.empty() ? "no gateway was heard of" : "no line '" + line + "'") << '\n';
+    return kFailed;
+  }
+  for (const Line* one : found) {
+    if (context.json) {
+      context.out << image_json(*one, direction) << '\n';
+    } else {
+      context.out << one->id.line << ' ' << image::name(direction) << '\n';
+      print(context.out, image_table(*one, direction));
+    }
+  }
+  return complete ? kDone : kFailed;
+}
+
+int events(Context& context, const std::string& line, std::uint64_t count,
+           const std::function<bool()>& stopped) {
+  Model model;
+  std::uint64_t printed = 0;
+  std::uint64_t seen = 0;
+  const auto end = std::chrono::steady_clock::now() + context.wait;
+  while (!stopped() && (count == 0 || printed < count)) {
+    context.client.poll(std::chrono::milliseconds(100), model);
+    const std::uint64_t fresh =
+        std::min<std::uint64_t>(model.events_seen() - seen, model.events().size());
+    seen = model.events_seen();
+    for (auto it = model.events().end() - static_cast<std::ptrdiff_t>(fresh);
+         it != model.events().end() && (count == 0 || printed < count); ++it) {
+      if (!line.empty() && it->id.line != line) {
+        continue;
+      }
+      context.out << (context.json ? event_json(it->id, it->view) : event_text(it->id, it->view))
+                  << std::endl;
+      ++printed;
+    }
+    if (model.lines().empty() && std::chrono::steady_clock::now() >= end) {
+      context.err << "no gateway was heard of\n";
+      return kFailed;
+    }
+  }
+  return kDone;
+}
+
+int write(Context& context, const std::string& line, const std::string& entry,
+          const std::string& value) {
+  Model model;
+  const Line* target = find_line(context, model, line);
+  if (target == nullptr) {
+    return kFailed;
+  }
+  const Area& outputs = target->areas[static_cast<std::size_t>(image::Direction::outputs)];
+  if (!wait_until(context, model, [&] { return outputs.layout.has_value(); })) {
+    context.err << "the output layout of " << target->id.line << " was not received\n";
+    return kFailed;
+  }
+  const auto number = find_entry(context, *outputs.layout, entry);
+  if (!number) {
+    return kUsage;
+  }
+  const image::Entry& place = outputs.layout->entries[*number];
+  auto data = from_text(place.type, value);
+  if (!data) {
+    return usage(context, "'" + value + "' is not a value of " + std::string(od::name(place.type)));
+  }
+  line::Command command{.kind = line::CommandKind::output_write};
+  command.entry = *number;
+  command.data = *std::move(data);
+  return print_answer(context, ask(context, model, *target, command, outputs.layout->id), "");
+}
+
+int sdo_read(Context& context, const std::string& node, const std::string& index,
+             const std::string& sub, const std::string& type) {
+  const auto target = sdo_target(context, node, index, sub, false);
+  const auto data_type = type_from_name(type);
+  if (!type.empty() && !data_type) {
+    return usage(context, "unknown data type '" + type + "'");
+  }
+  if (!target) {
+    return kUsage;
+  }
+  Model model;
+  const Line* line = find_line(context, model, target->node.line);
+  if (line == nullptr) {
+    return kFailed;
+  }
+  const Client::Answer answer = ask(context, model, *line, target->command);
+  return print_answer(context, answer,
+                      answer.reply.ok() ? read_text(data_type, answer.reply.data) : "");
+}
+
+int sdo_write(Context& context, const std::string& node, const std::string& index,
+              const std::string& sub, const std::string& type, const std::string& value) {
+  auto target = sdo_target(context, node, index, sub, true);
+  const auto data_type = type_from_name(type);
+  if (!data_type) {
+    return usage(context, "unknown data type '" + type + "'");
+  }
+  auto data = from_text(*data_type, value);
+  if (!data) {
+    return usage(context, "'" + value + "' is not a value of " + type);
+  }
+  if (!target) {
+    return kUsage;
+  }
+  target->command.data = *std::move(data);
+  Model model;
+  const Line* line = find_line(context, model, target->node.line);
+  if (line == nullptr) {
+    return kFailed;
+  }
+  return print_answer(context, ask(context, model, *line, target->command), "");
+}
+
+int nmt(Context& context, const std::string& command, const std::string& node) {
+  constexpr std::pair<std::string_view, nmt::Command> kCommands[] = {
+      {"start", nmt::Command::start},
+      {"stop", nmt::Command::stop},
+      {"pre-operational", nmt::Command::enter_pre_operational},
+      {"reset-node", nmt::Command::reset_node},
+      {"reset-communication", nmt::Command::reset_communication},
+  };
+  const auto it = std::ranges::find(kCommands, command, [](const auto& c) { return c.first; });
+  const auto ref = parse_node(node);
+  if (it == std::end(kCommands)) {
+    return usage(context, "unknown NMT command '" + command +
+                              "': start, stop, pre-operational, reset-node, reset-communication");
+  }
+  if (!ref) {
+    return usage(context, "'" + node + "' is not LINE:NODE, with a node-ID 1..127, own or all");
+  }
+  Model model;
+  const Line* line = find_line(context, model, ref->line);
+  if (line == nullptr) {
+    return kFailed;
+  }
+  line::Command request{.kind = line::CommandKind::nmt};
+  request.nmt = it->second;
+  request.node = ref->own ? line->view->state.node_id : ref->node;
+  return print_answer(context, ask(context, model, *line, request), "");
+}
+
+int emcy(Context& context, const std::string& line, const std::string& code,
+         const std::string& error_register, const std::string& bytes) {
+  const auto number = parse_number(code, 0xFFFF, true);
+  const auto reg = parse_number(error_register, 0xFF, true);
+  auto data = from_text(od::DataType::octet_string, bytes);
+  if (!number || !reg || !data || data->size() > 5) {
+    return usage(context, "an EMCY has a code 0..FFFF, an error register 0..FF and up to 5 bytes");
+  }
+  Model model;
+  const Line* target = find_line(context, model, line);
+  if (target == nullptr) {
+    return kFailed;
+  }
+  line::Command request{.kind = line::CommandKind::emcy_send};
+  request.code = static_cast<std::uint16_t>(*number);
+  request.error_register = static_cast<std::uint8_t>(*reg);
+  request.data = *std::move(data);
+  return print_answer(context, ask(context, model, *target, request), "");
+}
+
+int versions(Context& context, const std::string& line) {
+  Model model;
+  const auto found = find_lines(context, model, line);
+  if (found.empty()) {
+    return kFailed;
+  }
+  const Client::Answer answer =
+      ask(context, model, *found.front(), {.kind = line::CommandKind::versions});
+  const std::string text(reinterpret_cast<const char*>(answer.reply.data.data()),
+                         answer.reply.data.size());
+  return print_answer(context, answer, text);
+}
+
+}  // namespace linegate::console

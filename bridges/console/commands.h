@@ -1,0 +1,57 @@
+// The console's commands. Each takes a client and what was asked, prints to `out` (results) and
+// `err` (what is wrong), and gives the program's exit code.
+#pragma once
+
+#include <functional>
+#include <iosfwd>
+#include <string>
+
+#include "bridges/console/client.h"
+#include "bridges/console/model.h"
+#include "stack/nmt/state.h"
+
+namespace linegate::console {
+
+inline constexpr int kDone = 0;
+inline constexpr int kFailed = 1;  // the gateway or the device said no, or nobody answered
+inline constexpr int kUsage = 2;   // what was asked makes no sense
+
+struct Context {
+  Client& client;
+  std::ostream& out;
+  std::ostream& err;
+  bool json = false;
+  Duration wait = std::chrono::seconds(5);     // for a gateway to be heard of
+  Duration timeout = std::chrono::seconds(5);  // for an answer
+};
+
+// "LINE:NODE": the name or the network-ID of a line, and 1..127, "own" or "all".
+struct NodeRef {
+  std::string line;
+  std::uint8_t node = 0;
+  bool own = false;
+  bool all = false;
+};
+
+int lines(Context& context);
+int nodes(Context& context, const std::string& line);
+int image(Context& context, const std::string& line, image::Direction direction);
+// Events as they come, after those kept by the gateway; count = 0: until stopped() says so.
+int events(Context& context, const std::string& line, std::uint64_t count,
+           const std::function<bool()>& stopped);
+
+// entry: number, name ("drive1.Controlword") or "NODE.INDEX:SUB" (hexadecimal index).
+int write(Context& context, const std::string& line, const std::string& entry,
+          const std::string& value);
+// type empty: bytes, and the number they make.
+int sdo_read(Context& context, const std::string& node, const std::string& index,
+             const std::string& sub, const std::string& type);
+int sdo_write(Context& context, const std::string& node, const std::string& index,
+              const std::string& sub, const std::string& type, const std::string& value);
+int nmt(Context& context, const std::string& command, const std::string& node);
+// code hexadecimal or decimal; bytes: up to 5, hexadecimal.
+int emcy(Context& context, const std::string& line, const std::string& code,
+         const std::string& error_register, const std::string& bytes);
+int versions(Context& context, const std::string& line);
+
+}  // namespace linegate::console

@@ -1,0 +1,119 @@
+#include "bridges/console/lookup.h"
+
+#include <charconv>
+#include <chrono>
+#include <ostream>
+
+namespace linegate::console {
+namespace {
+
+// What a gateway publishes arrives sample by sample; this long after the first nothing is missing.
+constexpr Duration kSettle = std::chrono::milliseconds(300);
+constexpr Duration kPoll = std::chrono::milliseconds(50);
+
+using Clock = std::chrono::steady_clock;
+
+std::string known_lines(const Model& model) {
+  std::string out;
+  for (const auto& [id, line] : model.lines()) {
+    out += (out.empty() ? "" : ", ") + id.line + " (gateway " + id.gateway + ')';
+  }
+  return out.empty() ? "none" : out;
+}
+
+bool matches(const image::Entry& entry, const std::string& text) {
+  const std::size_t dot = text.find('.');
+  const std::size_t colon = text.find(':');
+  if (dot == std::string::npos || colon == std::string::npos || colon < dot) {
+    return false;
+  }
+  const auto node = parse_number(text.substr(0, dot), 127, false);
+  const auto index = parse_number(text.substr(dot + 1, colon - dot - 1), 0xFFFF, true);
+  const auto sub = parse_number(text.substr(colon + 1), 0xFF, false);
+  return node == entry.node && index == entry.index && sub == entry.sub;
+}
+
+}  // namespace
+
+bool wait_until(Context& context, Model& model, const std::function<bool()>& condition) {
+  const auto end = Clock::now() + context.wait;
+  while (!condition()) {
+    if (Clock::now() >= end) {
+      return false;
+    }
+    context.client.poll(kPoll, model);
+  }
+  const auto settled = std::min(end, Clock::now() + kSettle);
+  while (Clock::now() < settled) {
+    context.client.poll(kPoll, model);
+  }
+  return true;
+}
+
+const Line* find_line(Context& context, Model& model, const std::string& line) {
+  const auto known = [&] {
+    const auto found = model.find(line);
+    return !found.empty() && found.front()->view.has_value();
+  };
+  if (!wait_until(context, model, known)) {
+    context.err << (line.empty() ? "no gateway was heard of"
+                                 : "no line '" + line + "'; lines heard of: " + known_lines(model))
+                << '\n';
+    return nullptr;
+  }
+  const std::vector<const Line*> found = model.find(line);
+  if (found.size() > 1) {
+    context.err << "more than one line is meant: " << known_lines(model) << '\n';
+    return nullptr;
+  }
+  return found.front();
+}
+
+std::optional<std::uint64_t> parse_number(const std::string& text, std::uint64_t limit, bool hex) {
+  const bool prefixed = text.starts_with("0x") || text.starts_with("0X");
+  const char* const begin = text.data() + (prefixed ? 2 : 0);
+  const char* const end = text.data() + text.size();
+  std::uint64_t value = 0;
+  const auto [rest, error] = std::from_chars(begin, end, value, prefixed || hex ? 16 : 10);
+  if (begin == end || error != std::errc{} || rest != end || value > limit) {
+    return std::nullopt;
+  }
+  return value;
+}
+
+std::optional<NodeRef> parse_node(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  NodeRef out;
+  const std::string node = colon == std::string::npos ? text : text.substr(colon + 1);
+  out.line = colon == std::string::npos ? "" : text.substr(0, colon);
+  out.own = node == "own";
+  out.all = node == "all";
+  if (out.own || out.all) {
+    return out;
+  }
+  const auto id = parse_number(node, 127, false);
+  if (!id || *id == 0) {
+    return std::nullopt;
+  }
+  out.node = static_cast<std::uint8_t>(*id);
+  return out;
+}
+
+std::optional<std::uint32_t> find_entry(Context& context, const image::Layout& layout,
+                                        const std::string& entry) {
+  std::string names;
+  for (std::uint32_t i = 0; i < layout.entries.size(); ++i) {
+    if (layout.entries[i].name == entry || matches(layout.entries[i], entry)) {
+      return i;
+    }
+    names += "\n  " + layout.entries[i].name;
+  }
+  if (const auto number = parse_number(entry, 0xFFFF'FFFF, false);
+      number && *number < layout.entries.size()) {
+    return static_cast<std::uint32_t>(*number);
+  }
+  context.err << "no output entry '" << entry << "'; there are:" << names << '\n';
+  return std::nullopt;
+}
+
+}  // namespace linegate::console

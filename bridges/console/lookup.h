@@ -1,0 +1,26 @@
+// Finding what a command is about: waits until it has been heard of.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "bridges/console/commands.h"
+
+namespace linegate::console {
+
+// Polls until condition() or context.wait has passed.
+bool wait_until(Context& context, Model& model, const std::function<bool()>& condition);
+
+// The one line that is meant; otherwise says on context.err what there is instead.
+const Line* find_line(Context& context, Model& model, const std::string& line);
+
+std::optional<NodeRef> parse_node(const std::string& text);
+// Decimal or 0x; `hex`: hexadecimal without 0x too. Nothing beyond `limit`.
+std::optional<std::uint64_t> parse_number(const std::string& text, std::uint64_t limit, bool hex);
+
+// The output entry; otherwise says on context.err which names there are.
+std::optional<std::uint32_t> find_entry(Context& context, const image::Layout& layout,
+                                        const std::string& entry);
+
+}  // namespace linegate::console

@@ -1,0 +1,71 @@
+// What the console knows: the last of everything that was received.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bridges/console/client.h"
+
+namespace linegate::console {
+
+// One direction of a line's image. Values can be read when layout and image belong together.
+struct Area {
+  std::optional<image::Layout> layout;
+  std::optional<image::Snapshot> image;
+
+  bool complete() const { return layout && image && layout->id == image->layout_id; }
+  bool valid(std::size_t entry) const { return complete() && image->is_valid(entry); }
+  // The entry's bytes, shifted to bit 0; empty if the two do not belong together.
+  std::vector<std::byte> value(std::size_t entry) const;
+};
+
+struct Line {
+  LineId id;
+  bool gone = false;  // its gateway is no longer heard of
+  std::optional<LineView> view;
+  std::map<std::uint8_t, NodeView> nodes;
+  std::array<Area, 2> areas;  // by image::Direction
+  std::uint64_t images = 0;   // samples received
+};
+
+struct KnownEvent {
+  LineId id;
+  EventView view;
+};
+
+class Model : public Listener {
+ public:
+  static constexpr std::size_t kKeptEvents = 1000;
+
+  void on_line(const LineId& id, const LineView& line) override;
+  void on_line_gone(const LineId& id) override;
+  void on_node(const LineId& id, const NodeView& node) override;
+  void on_layout(const LineId& id, const image::Layout& layout) override;
+  void on_image(const LineId& id, const image::Snapshot& image) override;
+  void on_event(const LineId& id, const EventView& event) override;
+
+  const std::map<LineId, Line>& lines() const { return lines_; }
+  // In the order of arrival, the newest last; at most kKeptEvents.
+  const std::deque<KnownEvent>& events() const { return events_; }
+  // Grows with every sample.
+  std::uint64_t revision() const { return revision_; }
+  std::uint64_t events_seen() const { return events_seen_; }
+
+  // Lines whose name is `text`, or whose network-ID it is if it is a number; all if it is empty.
+  std::vector<const Line*> find(const std::string& text) const;
+
+ private:
+  Line& line(const LineId& id);
+
+  std::map<LineId, Line> lines_;
+  std::deque<KnownEvent> events_;
+  std::uint64_t revision_ = 0;
+  std::uint64_t events_seen_ = 0;
+};
+
+}  // namespace linegate::console

@@ -1,0 +1,182 @@
+#include "bridges/console/value_text.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cctype>
+#include <charconv>
+#include <cstdio>
+#include <utility>
+
+#include "stack/base/byte_order.h"
+
+namespace linegate::console {
+namespace {
+
+std::string number_text(double value) {
+  std::array<char, 32> digits;
+  std::snprintf(digits.data(), digits.size(), "%.9g", value);
+  return digits.data();
+}
+
+std::int64_t sign_extended(std::uint64_t value, unsigned bits) {
+  const unsigned unused = 64 - bits;
+  return static_cast<std::int64_t>(value << unused) >> unused;
+}
+
+std::string string_text(std::span<const std::byte> value) {
+  std::string out = "\"";
+  for (const std::byte b : value) {
+    const auto c = static_cast<char>(b);
+    if (c == '"' || c == '\\') {
+      out += '\\';
+    }
+    out += std::isprint(static_cast<unsigned char>(c)) != 0 ? c : '.';
+  }
+  return out + '"';
+}
+
+std::vector<std::byte> little_endian(std::uint64_t value, unsigned bytes) {
+  std::vector<std::byte> out(bytes);
+  store_le(std::span(out), value);
+  return out;
+}
+
+// The digits of an integer, without sign and 0x.
+std::optional<std::uint64_t> magnitude(std::string_view text) {
+  const bool hex = text.starts_with("0x") || text.starts_with("0X");
+  const std::string_view digits = hex ? text.substr(2) : text;
+  std::uint64_t value = 0;
+  const auto [end, error] =
+      std::from_chars(digits.data(), digits.data() + digits.size(), value, hex ? 16 : 10);
+  if (digits.empty() || error != std::errc{} || end != digits.data() + digits.size()) {
+    return std::nullopt;
+  }
+  return value;
+}
+
+std::optional<std::vector<std::byte>> integer(od::DataType type, std::string_view text) {
+  const bool negative = text.starts_with('-');
+  const auto value = magnitude(negative ? text.substr(1) : text);
+  const unsigned bits = type == od::DataType::boolean ? 1 : od::bit_size(type);
+  const unsigned bytes = od::byte_size(type);
+  if (!value) {
+    return std::nullopt;
+  }
+  const std::uint64_t top = std::uint64_t{1} << (bits - 1);  // the lowest negative, as a magnitude
+  if (negative) {
+    return od::is_signed(type) && *value <= top ? std::optional(little_endian(~*value + 1, bytes))
+                                                : std::nullopt;
+  }
+  const std::uint64_t largest = od::is_signed(type) ? top - 1 : top - 1 + top;
+  return *value <= largest ? std::optional(little_endian(*value, bytes)) : std::nullopt;
+}
+
+std::optional<std::vector<std::byte>> real(od::DataType type, std::string_view text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || error != std::errc{} || end != text.data() + text.size()) {
+    return std::nullopt;
+  }
+  if (type == od::DataType::real32) {
+    return little_endian(std::bit_cast<std::uint32_t>(static_cast<float>(value)), 4);
+  }
+  return little_endian(std::bit_cast<std::uint64_t>(value), 8);
+}
+
+std::optional<std::vector<std::byte>> hex_bytes(std::string_view text) {
+  std::vector<std::byte> out;
+  std::string digits;
+  for (const char c : text) {
+    if (std::isxdigit(static_cast<unsigned char>(c)) != 0) {
+      digits += c;
+    } else if (c != ' ' && c != ':') {
+      return std::nullopt;
+    }
+  }
+  if (digits.size() % 2 != 0) {
+    return std::nullopt;
+  }
+  for (std::size_t i = 0; i < digits.size(); i += 2) {
+    unsigned value = 0;
+    std::from_chars(digits.data() + i, digits.data() + i + 2, value, 16);
+    out.push_back(static_cast<std::byte>(value));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string to_hex(std::span<const std::byte> value) {
+  std::string out;
+  for (const std::byte b : value) {
+    std::array<char, 4> digits;
+    std::snprintf(digits.data(), digits.size(), "%02X", std::to_integer<unsigned>(b));
+    out += (out.empty() ? "" : " ") + std::string(digits.data());
+  }
+  return out;
+}
+
+std::string to_text(od::DataType type, std::span<const std::byte> value) {
+  if (type == od::DataType::visible_string) {
+    return string_text(value);
+  }
+  if (od::byte_size(type) != value.size() || value.empty() || value.size() > 8) {
+    return to_hex(value);
+  }
+  const std::uint64_t raw = load_le(value);
+  if (type == od::DataType::boolean) {
+    return raw != 0 ? "true" : "false";
+  }
+  if (type == od::DataType::real32) {
+    return number_text(std::bit_cast<float>(static_cast<std::uint32_t>(raw)));
+  }
+  if (type == od::DataType::real64) {
+    return number_text(std::bit_cast<double>(raw));
+  }
+  if (od::is_signed(type)) {
+    return std::to_string(sign_extended(raw, od::bit_size(type)));
+  }
+  return od::is_integer(type) ? std::to_string(raw) : to_hex(value);
+}
+
+std::optional<std::vector<std::byte>> from_text(od::DataType type, std::string_view text) {
+  if (type == od::DataType::boolean && (text == "true" || text == "false")) {
+    return little_endian(text == "true" ? 1 : 0, 1);
+  }
+  if (od::is_integer(type)) {
+    return integer(type, text);
+  }
+  if (od::is_real(type)) {
+    return real(type, text);
+  }
+  if (type == od::DataType::visible_string) {
+    const auto bytes = std::as_bytes(std::span(text));
+    return std::vector<std::byte>(bytes.begin(), bytes.end());
+  }
+  return hex_bytes(text);
+}
+
+std::optional<od::DataType> type_from_name(std::string_view text) {
+  std::string lower(text);
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  using enum od::DataType;
+  constexpr std::pair<std::string_view, od::DataType> kShort[] = {
+      {"b", boolean},       {"i8", integer8},    {"i16", integer16},  {"i24", integer24},
+      {"i32", integer32},   {"i40", integer40},  {"i48", integer48},  {"i56", integer56},
+      {"i64", integer64},   {"u8", unsigned8},   {"u16", unsigned16}, {"u24", unsigned24},
+      {"u32", unsigned32},  {"u40", unsigned40}, {"u48", unsigned48}, {"u56", unsigned56},
+      {"u64", unsigned64},  {"r32", real32},     {"r64", real64},     {"vs", visible_string},
+      {"os", octet_string}, {"d", domain},
+  };
+  for (const auto& [name, type] : kShort) {
+    std::string cia(od::name(type));
+    std::ranges::transform(cia, cia.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (lower == name || lower == cia) {
+      return type;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace linegate::console

@@ -1,0 +1,273 @@
+// linegate: the console. See what gateways publish, ask their lines, check a configuration, put
+// simulated devices on an interface.
+#include <csignal>
+#include <functional>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <unistd.h>
+
+#include "bridges/console/commands.h"
+#include "bridges/console/monitor.h"
+#include "gateway/check.h"
+#include "gateway/exit_code.h"
+#include "gateway/remote_client.h"
+#include "gateway/signals.h"
+#include "gateway/simulate.h"
+
+namespace linegate::gateway {
+namespace {
+
+volatile std::sig_atomic_t stop_requested = 0;
+
+void request_stop(int /*signal*/) {
+  stop_requested = 1;
+}
+
+bool stopped() {
+  return stop_requested != 0;
+}
+
+// What is common to all commands that speak to a gateway.
+struct Options {
+  unsigned domain = 0;
+  std::string profile;
+  double wait = 5;
+  double timeout = 5;
+  bool json = false;
+};
+
+Duration seconds(double value) {
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(value));
+}
+
+// Which topics a command needs.
+struct Topics {
+  bool images = false;
+  bool events = false;
+  bool commands = false;
+};
+
+int with_client(const Options& options, const Topics& topics,
+                const std::function<int(console::Context&)>& action) {
+  dds::ClientOptions client_options;
+  client_options.domain = options.domain;
+  client_options.profile_file = options.profile;
+  client_options.layouts = topics.images;
+  client_options.images = topics.images;
+  client_options.pdos = false;
+  client_options.events = topics.events;
+  client_options.commands = topics.commands;
+  auto made = dds::Client::make(client_options);
+  for (const Diagnostic& diagnostic : made.diagnostics) {
+    std::cerr << to_string(diagnostic) << '\n';
+  }
+  if (!made.ok()) {
+    return kExitFailed;
+  }
+  std::signal(SIGINT, request_stop);
+  std::signal(SIGTERM, request_stop);
+  RemoteClient client(*std::move(made.value));
+  console::Context context{.client = client,
+                           .out = std::cout,
+                           .err = std::cerr,
+                           .json = options.json,
+                           .wait = seconds(options.wait),
+                           .timeout = seconds(options.timeout)};
+  return action(context);
+}
+
+// The texts of one command; CLI11 fills them when it parses.
+struct Texts {
+  std::string line, entry, value, node, index, sub, type, command, code, reg = "0", bytes;
+};
+
+class Program {
+ public:
+  Program() {
+    app_.require_subcommand(1);
+    app_.fallthrough();
+    app_.set_version_flag("--version", LINEGATE_VERSION);
+    app_.add_option("-d,--domain", options_.domain, "DDS domain")->check(CLI::Range(0, 232));
+    app_.add_option("--profile", options_.profile, "QoS profile file instead of the installed one");
+    app_.add_option("--wait", options_.wait, "seconds to wait for a gateway")
+        ->check(CLI::NonNegativeNumber);
+    app_.add_option("--timeout", options_.timeout, "seconds to wait for an answer")
+        ->check(CLI::PositiveNumber);
+    app_.add_flag("--json", options_.json, "print JSON");
+    app_.footer(
+        "Exit status: 0 done, 1 failed or refused, 2 wrong usage or configuration.\n"
+        "A line is named by its name or its network-ID; a node is LINE:NODE, for example press:5,\n"
+        "3:12, press:own. Indices are hexadecimal.");
+    add_views();
+    add_commands();
+    add_tools();
+  }
+
+  int run(int argc, char** argv) {
+    try {
+      app_.parse(argc, argv);
+    } catch (const CLI::Success& done) {
+      return app_.exit(done);
+    } catch (const CLI::ParseError& problem) {
+      app_.exit(problem);
+      return kExitUsage;
+    }
+    return action_();
+  }
+
+ private:
+  void on(CLI::App* command, std::function<int()> action) {
+    command->callback([this, action = std::move(action)] { action_ = action; });
+  }
+
+  void add_views() {
+    CLI::App* monitor = app_.add_subcommand("monitor", "live view: lines, nodes, values, events");
+    monitor->add_option("--duration", duration_, "end by itself after so many seconds, e.g. 30s")
+        ->transform(CLI::AsNumberWithUnit(
+            std::map<std::string, double>{{"s", 1.0}, {"ms", 0.001}, {"min", 60.0}}));
+    monitor->add_flag("--once", once_, "one picture as text");
+    on(monitor, [this] { return run_monitor(); });
+
+    CLI::App* lines = app_.add_subcommand("lines", "the lines of all gateways and their state");
+    on(lines, [this] { return with_client(options_, {}, console::lines); });
+
+    CLI::App* nodes = app_.add_subcommand("nodes", "the nodes of a line, or of all");
+    nodes->add_option("line", texts_.line);
+    on(nodes, [this] {
+      return with_client(options_, {}, [&](auto& c) { return console::nodes(c, texts_.line); });
+    });
+
+    CLI::App* image = app_.add_subcommand("image", "the process image of a line, or of all");
+    image->add_option("line", texts_.line);
+    image->add_flag("-o,--outputs", outputs_, "outputs instead of inputs");
+    on(image, [this] {
+      const auto direction = outputs_ ? image::Direction::outputs : image::Direction::inputs;
+      return with_client(options_, {.images = true},
+                         [&](auto& c) { return console::image(c, texts_.line, direction); });
+    });
+
+    CLI::App* events = app_.add_subcommand("events", "events as they come, after those kept");
+    events->add_option("line", texts_.line);
+    events->add_option("-n,--count", count_, "end after so many");
+    on(events, [this] {
+      return with_client(options_, {.events = true},
+                         [&](auto& c) { return console::events(c, texts_.line, count_, stopped); });
+    });
+  }
+
+  void add_commands() {
+    CLI::App* write = app_.add_subcommand("write", "give one output a value");
+    write->add_option("line", texts_.line)->required();
+    write->add_option("entry", texts_.entry, "name, number or NODE.INDEX:SUB")->required();
+    write->add_option("value", texts_.value)->required();
+    on(write, [this] {
+      return with_client(options_, {.images = true, .commands = true}, [&](auto& c) {
+        return console::write(c, texts_.line, texts_.entry, texts_.value);
+      });
+    });
+
+    CLI::App* sdo = app_.add_subcommand("sdo", "read or write an object of a device");
+    sdo->require_subcommand(1);
+    CLI::App* read = sdo->add_subcommand("read", "print an object's value");
+    add_object(read);
+    read->add_option("type", texts_.type, "data type: u8, i16, r32, vs, ...");
+    on(read, [this] {
+      return with_client(options_, {.commands = true}, [&](auto& c) {
+        return console::sdo_read(c, texts_.node, texts_.index, texts_.sub, texts_.type);
+      });
+    });
+    CLI::App* sdo_write = sdo->add_subcommand("write", "give an object a value");
+    add_object(sdo_write);
+    sdo_write->add_option("type", texts_.type, "data type: u8, i16, r32, vs, ...")->required();
+    sdo_write->add_option("value", texts_.value)->required();
+    on(sdo_write, [this] {
+      return with_client(options_, {.commands = true}, [&](auto& c) {
+        return console::sdo_write(c, texts_.node, texts_.index, texts_.sub, texts_.type,
+                                  texts_.value);
+      });
+    });
+
+    CLI::App* nmt = app_.add_subcommand("nmt", "send an NMT command");
+    nmt->add_option("command", texts_.command,
+                    "start, stop, pre-operational, reset-node, reset-communication")
+        ->required();
+    nmt->add_option("node", texts_.node, "LINE:NODE or LINE:all")->required();
+    on(nmt, [this] {
+      return with_client(options_, {.commands = true},
+                         [&](auto& c) { return console::nmt(c, texts_.command, texts_.node); });
+    });
+
+    CLI::App* emcy = app_.add_subcommand("emcy", "send an EMCY from a line's own node");
+    emcy->add_option("line", texts_.line)->required();
+    emcy->add_option("code", texts_.code, "emergency error code, hexadecimal")->required();
+    emcy->add_option("register", texts_.reg, "error register, hexadecimal");
+    emcy->add_option("bytes", texts_.bytes, "up to 5 manufacturer bytes, hexadecimal");
+    on(emcy, [this] {
+      return with_client(options_, {.commands = true}, [&](auto& c) {
+        return console::emcy(c, texts_.line, texts_.code, texts_.reg, texts_.bytes);
+      });
+    });
+
+    CLI::App* versions = app_.add_subcommand("versions", "versions of a running gateway");
+    versions->add_option("line", texts_.line);
+    on(versions, [this] {
+      return with_client(options_, {.commands = true},
+                         [&](auto& c) { return console::versions(c, texts_.line); });
+    });
+  }
+
+  void add_tools() {
+    CLI::App* check =
+        app_.add_subcommand("check", "what a plant.yaml would run, and what is wrong");
+    check->add_option("plant", plant_)->required();
+    on(check, [this] { return gateway::check(plant_, options_.json); });
+
+    CLI::App* simulate = app_.add_subcommand("simulate", "put simulated devices on an interface");
+    simulate->add_option("interface", simulation_.uri, "e.g. socketcan:vcan0");
+    simulate->add_option("--device", simulation_.devices, "PROFILE:NODE, e.g. drive:5; repeatable");
+    simulate->add_option("--plant", simulation_.plant, "all nodes of a line of this plant.yaml");
+    simulate->add_option("--line", simulation_.line, "which line of the plant");
+    on(simulate, [this] {
+      block_stop_signals();
+      return gateway::simulate(simulation_);
+    });
+  }
+
+  void add_object(CLI::App* command) {
+    command->add_option("node", texts_.node, "LINE:NODE")->required();
+    command->add_option("index", texts_.index, "hexadecimal")->required();
+    command->add_option("sub", texts_.sub, "sub-index")->required();
+  }
+
+  int run_monitor() {
+    return with_client(options_, {.images = true, .events = true}, [this](console::Context& c) {
+      const console::MonitorOptions monitor{.duration = seconds(duration_), .once = once_};
+      const bool screen = !once_ && !options_.json && isatty(STDOUT_FILENO) != 0;
+      return screen ? console::monitor_screen(c, monitor, stopped)
+                    : console::monitor_text(c, monitor, stopped);
+    });
+  }
+
+  CLI::App app_{"Linegate console: CANopen lines over DDS", "linegate"};
+  std::function<int()> action_;
+  Options options_;
+  Texts texts_;
+  double duration_ = 0;
+  bool once_ = false;
+  bool outputs_ = false;
+  std::uint64_t count_ = 0;
+  std::string plant_;
+  SimulateOptions simulation_;
+};
+
+}  // namespace
+}  // namespace linegate::gateway
+
+int main(int argc, char** argv) {
+  return linegate::gateway::Program().run(argc, argv);
+}

@@ -1,0 +1,67 @@
+#include "gateway/remote_client.h"
+
+#include <string>
+#include <utility>
+
+namespace linegate::gateway {
+namespace {
+
+console::LineId id_of(const dds::Source& source) {
+  return {source.gateway, source.line};
+}
+
+// From what DDS gives to what the console draws.
+class Forward final : public dds::ClientListener {
+ public:
+  explicit Forward(console::Listener& listener) : listener_(listener) {}
+
+  void on_line(const dds::Source& source, const dds::LineInfo& info, const line::LineState& state,
+               const std::vector<dds::Property>& /*properties*/) override {
+    listener_.on_line(id_of(source), {.interface_uri = info.interface_uri,
+                                      .bit_rate = info.bit_rate,
+                                      .access = std::string(dds::name(info.access)),
+                                      .time = source.time,
+                                      .state = state});
+  }
+  void on_node(const dds::Source& source, const dds::NodeInfo& info, const line::NodeState& state,
+               const std::vector<dds::Property>& /*properties*/) override {
+    listener_.on_node(id_of(source), {.name = info.name, .since = info.since, .state = state});
+  }
+  void on_layout(const dds::Source& source, const image::Layout& layout) override {
+    listener_.on_layout(id_of(source), layout);
+  }
+  void on_image(const dds::Source& source, const image::Snapshot& image) override {
+    listener_.on_image(id_of(source), image);
+  }
+  void on_event(const dds::Source& source, const Event& event, std::string_view text,
+                const std::vector<dds::Property>& /*properties*/) override {
+    listener_.on_event(id_of(source), {.event = event, .text = std::string(text)});
+  }
+  void on_line_gone(std::string_view gateway, std::string_view line) override {
+    listener_.on_line_gone({std::string(gateway), std::string(line)});
+  }
+
+ private:
+  console::Listener& listener_;
+};
+
+}  // namespace
+
+RemoteClient::RemoteClient(std::unique_ptr<dds::Client> client) : client_(std::move(client)) {
+}
+
+void RemoteClient::poll(Duration timeout, console::Listener& listener) {
+  Forward forward(listener);
+  client_->poll(timeout, forward);
+}
+
+console::Client::Answer RemoteClient::call(const console::LineId& id, const line::Command& command,
+                                           Duration timeout, std::uint64_t layout_id,
+                                           console::Listener& listener) {
+  Forward forward(listener);
+  dds::CommandResult result =
+      client_->call({.gateway = id.gateway, .line = id.line}, command, timeout, forward, layout_id);
+  return {.reply = std::move(result.reply), .text = std::move(result.text)};
+}
+
+}  // namespace linegate::gateway

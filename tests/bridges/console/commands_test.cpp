@@ -1,0 +1,142 @@
+// The commands against a gateway that exists in this test only.
+#include "bridges/console/commands.h"
+
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "stack/base/abort_code.h"
+
+namespace linegate::console {
+namespace {
+
+using testing::HasSubstr;
+
+const LineId kPress{"plant", "press"};
+
+class FakeGateway : public Client {
+ public:
+  void poll(Duration /*timeout*/, Listener& listener) override {
+    if (!silent) {
+      LineView view{.interface_uri = "virtual:press", .access = "all"};
+      view.state.network_id = 3;
+      view.state.node_id = 127;
+      listener.on_line(kPress, view);
+      image::Layout layout{.direction = image::Direction::outputs, .id = 77, .byte_size = 2};
+      layout.entries.push_back({.bit_length = 16,
+                                .type = od::DataType::integer16,
+                                .node = 5,
+                                .index = 0x6040,
+                                .name = "drive5.Controlword"});
+      listener.on_layout(kPress, layout);
+    }
+  }
+  Answer call(const LineId& id, const line::Command& command, Duration /*timeout*/,
+              std::uint64_t layout_id, Listener& /*listener*/) override {
+    EXPECT_EQ(id, kPress);
+    last = command;
+    last_layout = layout_id;
+    return answer;
+  }
+
+  bool silent = false;
+  Answer answer;
+  line::Command last;
+  std::uint64_t last_layout = 0;
+};
+
+class Commands : public testing::Test {
+ protected:
+  FakeGateway gateway_;
+  std::ostringstream out_;
+  std::ostringstream err_;
+  Context context_{.client = gateway_,
+                   .out = out_,
+                   .err = err_,
+                   .wait = std::chrono::milliseconds(1),
+                   .timeout = std::chrono::seconds(1)};
+};
+
+TEST_F(Commands, SdoReadPrintsTheValueByType) {
+  gateway_.answer.reply.data = {std::byte{0x34}, std::byte{0x12}};
+  EXPECT_EQ(sdo_read(context_, "press:5", "6041", "0", ""), kDone);
+  EXPECT_EQ(out_.str(), "34 12  (4660)\n");
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::sdo_read);
+  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(gateway_.last.index, 0x6041);
+  out_.str("");
+  EXPECT_EQ(sdo_read(context_, "3:5", "0x6041", "0", "i16"), kDone) << "by network-ID";
+  EXPECT_EQ(out_.str(), "4660\n");
+}
+
+TEST_F(Commands, AnAbortIsToldInWordsAndByTheExitCode) {
+  gateway_.answer.reply.error = to_error(AbortCode::no_object);
+  gateway_.answer.text = "SDO abort 06020000h: object does not exist in the object dictionary";
+  EXPECT_EQ(sdo_read(context_, "press:5", "2FFF", "0", ""), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("object does not exist"));
+  context_.json = true;
+  EXPECT_EQ(sdo_read(context_, "press:5", "2FFF", "0", ""), kFailed);
+  EXPECT_THAT(out_.str(), HasSubstr(R"("ok":false,"domain":"sdo","code":100794368)"));
+}
+
+TEST_F(Commands, SdoWriteEncodesTheValue) {
+  EXPECT_EQ(sdo_write(context_, "press:5", "6040", "0", "u16", "0x0F"), kDone);
+  EXPECT_EQ(gateway_.last.data, (std::vector<std::byte>{std::byte{0x0F}, std::byte{0}}));
+  EXPECT_EQ(sdo_write(context_, "press:5", "6040", "0", "u8", "300"), kUsage);
+  EXPECT_EQ(sdo_write(context_, "press:5", "6040", "0", "word", "3"), kUsage);
+  EXPECT_EQ(sdo_write(context_, "press:200", "6040", "0", "u8", "3"), kUsage);
+  EXPECT_EQ(sdo_write(context_, "press:5", "16040", "0", "u8", "3"), kUsage);
+}
+
+TEST_F(Commands, TheOwnNodeIsReadLocally) {
+  EXPECT_EQ(sdo_read(context_, "press:own", "1000", "0", ""), kDone);
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::local_read);
+}
+
+TEST_F(Commands, OutputsAreNamedInThreeWays) {
+  for (const std::string entry : {"drive5.Controlword", "5.6040:0", "0"}) {
+    EXPECT_EQ(write(context_, "press", entry, "-2"), kDone) << err_.str();
+    EXPECT_EQ(gateway_.last.entry, 0U);
+    EXPECT_EQ(gateway_.last.data, (std::vector<std::byte>{std::byte{0xFE}, std::byte{0xFF}}));
+    EXPECT_EQ(gateway_.last_layout, 77U);
+  }
+  EXPECT_EQ(write(context_, "press", "drive6.Controlword", "1"), kUsage);
+  EXPECT_THAT(err_.str(), HasSubstr("there are:\n  drive5.Controlword"));
+  EXPECT_EQ(write(context_, "press", "0", "70000"), kUsage);
+}
+
+TEST_F(Commands, NmtToOneToAllAndToTheOwnNode) {
+  EXPECT_EQ(nmt(context_, "reset-node", "press:5"), kDone);
+  EXPECT_EQ(gateway_.last.nmt, nmt::Command::reset_node);
+  EXPECT_EQ(nmt(context_, "start", "press:all"), kDone);
+  EXPECT_EQ(gateway_.last.node, 0);
+  EXPECT_EQ(nmt(context_, "start", "press:own"), kDone);
+  EXPECT_EQ(gateway_.last.node, 127);
+  EXPECT_EQ(nmt(context_, "begin", "press:all"), kUsage);
+  EXPECT_EQ(nmt(context_, "start", "press:0"), kUsage);
+}
+
+TEST_F(Commands, AnUnknownLineIsNamedWithThoseThatThereAre) {
+  EXPECT_EQ(sdo_read(context_, "hall:5", "1000", "0", ""), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("no line 'hall'; lines heard of: press (gateway plant)"));
+}
+
+TEST_F(Commands, SilenceIsAFailureWithAReason) {
+  gateway_.silent = true;
+  EXPECT_EQ(lines(context_), kFailed);
+  EXPECT_EQ(events(context_, "", 1, [] { return false; }), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("no gateway was heard of"));
+}
+
+TEST_F(Commands, LinesAsTextAndAsJson) {
+  EXPECT_EQ(lines(context_), kDone);
+  EXPECT_THAT(out_.str(), HasSubstr("virtual:press"));
+  out_.str("");
+  context_.json = true;
+  EXPECT_EQ(lines(context_), kDone);
+  EXPECT_THAT(out_.str(), HasSubstr(R"("network_id":3)"));
+}
+
+}  // namespace
+}  // namespace linegate::console

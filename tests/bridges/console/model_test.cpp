@@ -1,0 +1,108 @@
+#include "bridges/console/model.h"
+
+#include <gtest/gtest.h>
+
+#include "bridges/console/json_text.h"
+#include "bridges/console/tables.h"
+
+namespace linegate::console {
+namespace {
+
+const LineId kPress{"plant", "press"};
+
+LineView line_view(std::uint16_t network) {
+  LineView view{.interface_uri = "virtual:press", .bit_rate = 500'000, .access = "all"};
+  view.state.network_id = network;
+  return view;
+}
+
+image::Layout layout() {
+  image::Layout out{.direction = image::Direction::inputs, .id = 9, .byte_size = 4};
+  out.entries.push_back({.bit_offset = 3,
+                         .bit_length = 2,
+                         .type = od::DataType::unsigned8,
+                         .node = 5,
+                         .index = 0x6000,
+                         .sub = 1,
+                         .name = "io.Bits"});
+  out.entries.push_back({.bit_offset = 16,
+                         .bit_length = 16,
+                         .type = od::DataType::integer16,
+                         .node = 5,
+                         .index = 0x6401,
+                         .sub = 1,
+                         .name = "io.Analogue"});
+  return out;
+}
+
+image::Snapshot snapshot(std::uint64_t layout_id) {
+  image::Snapshot out{.layout_id = layout_id, .sequence = 4};
+  out.bytes = {std::byte{0b0001'0000}, std::byte{0}, std::byte{0xFE}, std::byte{0xFF}};
+  out.changed = {0b01};
+  out.valid = {0b10};
+  return out;
+}
+
+TEST(Model, ValuesNeedLayoutAndImageThatBelongTogether) {
+  Model model;
+  model.on_image(kPress, snapshot(9));
+  const Area& area = model.lines().at(kPress).areas[0];
+  EXPECT_TRUE(area.value(0).empty());
+  model.on_layout(kPress, layout());
+  EXPECT_EQ(area.value(0), std::vector<std::byte>{std::byte{2}}) << "bits 3 and 4";
+  EXPECT_EQ(area.value(1), (std::vector<std::byte>{std::byte{0xFE}, std::byte{0xFF}}));
+  EXPECT_FALSE(area.valid(0));
+  EXPECT_TRUE(area.valid(1));
+  model.on_image(kPress, snapshot(10));
+  EXPECT_FALSE(area.complete());
+}
+
+TEST(Model, LinesAreFoundByNameAndByNetwork) {
+  Model model;
+  model.on_line(kPress, line_view(3));
+  model.on_line({"plant", "hall"}, line_view(4));
+  ASSERT_EQ(model.find("3").size(), 1U);
+  EXPECT_EQ(model.find("3").front()->id, kPress);
+  EXPECT_EQ(model.find("hall").size(), 1U);
+  EXPECT_EQ(model.find("").size(), 2U);
+  EXPECT_TRUE(model.find("5").empty());
+}
+
+TEST(Model, KeepsTheNewestEvents) {
+  Model model;
+  for (std::uint64_t i = 1; i <= Model::kKeptEvents + 10; ++i) {
+    model.on_event(kPress, {.event = {.number = i}, .text = "x"});
+  }
+  EXPECT_EQ(model.events().size(), Model::kKeptEvents);
+  EXPECT_EQ(model.events().front().view.event.number, 11U);
+  EXPECT_EQ(model.events_seen(), Model::kKeptEvents + 10);
+}
+
+TEST(Tables, ShowValuesAndWhatIsMissing) {
+  Model model;
+  model.on_line(kPress, line_view(3));
+  const Line& line = model.lines().at(kPress);
+  EXPECT_EQ(image_table(line, image::Direction::inputs).front(), "press: no inputs received yet");
+  model.on_layout(kPress, layout());
+  model.on_image(kPress, snapshot(9));
+  const Text text = image_table(line, image::Direction::inputs);
+  ASSERT_EQ(text.size(), 3U);
+  EXPECT_NE(text[1].find("(invalid)"), std::string::npos);
+  EXPECT_NE(text[2].find("-2"), std::string::npos);
+  EXPECT_NE(text[2].find("io.Analogue"), std::string::npos);
+}
+
+TEST(Tables, TimesAreUtc) {
+  EXPECT_EQ(date_text(Instant{std::chrono::nanoseconds(1'767'225'600'123'456'789)}),
+            "2026-01-01T00:00:00.123Z");
+  EXPECT_EQ(clock_text(Instant{}), "-");
+}
+
+TEST(Json, BytesThatAreNoUtf8DoNotEndTheProgram) {
+  Model model;
+  model.on_node(kPress, {.name = "\xFF\xFEname", .state = {.node = 5}});
+  EXPECT_NE(nodes_json(model.find("")).find("\"node\":5"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace linegate::console

@@ -1,0 +1,64 @@
+#include "bridges/console/value_text.h"
+
+#include <gtest/gtest.h>
+
+namespace linegate::console {
+namespace {
+
+using od::DataType;
+
+std::vector<std::byte> bytes(std::initializer_list<int> values) {
+  std::vector<std::byte> out;
+  for (const int v : values) {
+    out.push_back(static_cast<std::byte>(v));
+  }
+  return out;
+}
+
+TEST(ValueText, ByType) {
+  EXPECT_EQ(to_text(DataType::unsigned16, bytes({0x34, 0x12})), "4660");
+  EXPECT_EQ(to_text(DataType::integer16, bytes({0xFD, 0xFF})), "-3");
+  EXPECT_EQ(to_text(DataType::integer24, bytes({0xFE, 0xFF, 0xFF})), "-2");
+  EXPECT_EQ(to_text(DataType::unsigned64, bytes({255, 255, 255, 255, 255, 255, 255, 255})),
+            "18446744073709551615");
+  EXPECT_EQ(to_text(DataType::boolean, bytes({1})), "true");
+  EXPECT_EQ(to_text(DataType::real32, bytes({0, 0, 0xC0, 0x3F})), "1.5");
+  EXPECT_EQ(to_text(DataType::visible_string, bytes({'a', '"', 7})), "\"a\\\".\"");
+  EXPECT_EQ(to_text(DataType::octet_string, bytes({1, 0xAB})), "01 AB");
+  EXPECT_EQ(to_text(DataType::unsigned16, bytes({1, 2, 3})), "01 02 03") << "length does not fit";
+}
+
+TEST(ValueText, FromTextIsTheInverse) {
+  EXPECT_EQ(from_text(DataType::unsigned16, "0x1234"), bytes({0x34, 0x12}));
+  EXPECT_EQ(from_text(DataType::integer8, "-128"), bytes({0x80}));
+  EXPECT_EQ(from_text(DataType::integer64, "-1"), bytes({255, 255, 255, 255, 255, 255, 255, 255}));
+  EXPECT_EQ(from_text(DataType::unsigned64, "18446744073709551615"),
+            bytes({255, 255, 255, 255, 255, 255, 255, 255}));
+  EXPECT_EQ(from_text(DataType::boolean, "true"), bytes({1}));
+  EXPECT_EQ(from_text(DataType::real32, "1.5"), bytes({0, 0, 0xC0, 0x3F}));
+  EXPECT_EQ(from_text(DataType::octet_string, "01 ab"), bytes({1, 0xAB}));
+  EXPECT_EQ(from_text(DataType::visible_string, "ab"), bytes({'a', 'b'}));
+}
+
+TEST(ValueText, WhatDoesNotFitIsRefused) {
+  EXPECT_EQ(from_text(DataType::unsigned8, "256"), std::nullopt);
+  EXPECT_EQ(from_text(DataType::unsigned8, "-1"), std::nullopt);
+  EXPECT_EQ(from_text(DataType::integer8, "128"), std::nullopt);
+  EXPECT_EQ(from_text(DataType::integer8, "-129"), std::nullopt);
+  EXPECT_EQ(from_text(DataType::boolean, "2"), std::nullopt);
+  EXPECT_EQ(from_text(DataType::unsigned32, ""), std::nullopt);
+  EXPECT_EQ(from_text(DataType::unsigned32, "12x"), std::nullopt);
+  EXPECT_EQ(from_text(DataType::real64, "x"), std::nullopt);
+  EXPECT_EQ(from_text(DataType::octet_string, "123"), std::nullopt);
+}
+
+TEST(ValueText, TypesByTheirShortAndLongNames) {
+  EXPECT_EQ(type_from_name("u16"), DataType::unsigned16);
+  EXPECT_EQ(type_from_name("UNSIGNED16"), DataType::unsigned16);
+  EXPECT_EQ(type_from_name("i48"), DataType::integer48);
+  EXPECT_EQ(type_from_name("vs"), DataType::visible_string);
+  EXPECT_EQ(type_from_name("int"), std::nullopt);
+}
+
+}  // namespace
+}  // namespace linegate::console
