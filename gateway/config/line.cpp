@@ -23,8 +23,7 @@ Interface read_interface(Section& section, const YAML::Node& node) {
   }
   const auto parsed = can_bridge::parse_uri(*text);
   if (!parsed.ok()) {
-    section.findings().error(
-        place_of(node), parsed.error + "; interfaces are socketcan:NAME, virtual:NAME, simulated:");
+    section.findings().error(place_of(node), parsed.error + "; there is also simulated:");
     return out;
   }
   out.scheme = parsed.uri.scheme == "socketcan" ? Scheme::socketcan : Scheme::virtual_bus;

@@ -236,13 +236,13 @@ void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& con
     if (!pair.first.IsScalar()) {
       continue;  // the section has said so
     }
+    section.find(pair.first.Scalar());
     const auto pdo = parse_pdo_name(pair.first.Scalar());
     if (!pdo) {
       findings.error(place_of(pair.first), "expected tpdo1 to tpdo512 or rpdo1 to rpdo512, got \"" +
                                                pair.first.Scalar() + "\"");
       continue;
     }
-    section.find(pair.first.Scalar());
     Override(findings, pair.first, pair.second, *pdo, config).apply();
   }
   section.done();

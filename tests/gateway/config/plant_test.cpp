@@ -1,0 +1,425 @@
+#include "gateway/config/plant.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "stack/line/line.h"
+
+namespace linegate::config {
+namespace {
+
+using namespace std::chrono_literals;
+
+const std::string kRoot = LINEGATE_SOURCE_DIR "/";
+
+Loaded<Plant> read_text(const std::string& text) {
+  return read(text, kRoot + "plant.yaml");
+}
+
+// As printed, with files named from the root of the repository.
+std::vector<std::string> messages(const Loaded<Plant>& loaded) {
+  std::vector<std::string> out;
+  for (const auto& diagnostic : loaded.diagnostics) {
+    std::string text = to_string(diagnostic);
+    for (std::size_t at = text.find(kRoot); at != std::string::npos; at = text.find(kRoot)) {
+      text.erase(at, kRoot.size());
+    }
+    out.push_back(std::move(text));
+  }
+  return out;
+}
+
+struct Bad {
+  const char* name;
+  const char* text;
+  std::vector<std::string> expected;
+};
+
+class BadPlant : public testing::TestWithParam<Bad> {};
+
+TEST_P(BadPlant, IsToldWithItsPlace) {
+  const auto loaded = read_text(GetParam().text);
+  EXPECT_FALSE(loaded.ok());
+  EXPECT_EQ(messages(loaded), GetParam().expected);
+}
+
+const Bad kBad[] = {
+    {"empty",
+     "",
+     {"plant.yaml: error: the configuration is a mapping (\"key: value\"), not nothing"}},
+    {"not_yaml",
+     "schema: 1\nlines: [\n",
+     {"plant.yaml:3:1: error: this is not YAML: end of sequence flow not found"}},
+    {"missing_keys",
+     "gateway: {name: a}\n",
+     {"plant.yaml:1:1: error: the configuration needs the key \"schema\"",
+      "plant.yaml:1:1: error: the configuration needs the key \"lines\""}},
+    {"schema",
+     "schema: 2\nlines: [{name: a, interface: 'simulated:'}]\n",
+     {"plant.yaml:1:9: error: expected a number from 1 to 1, got \"2\""}},
+    {"no_line", "schema: 1\nlines: []\n", {"plant.yaml:2:8: error: there is no line in lines"}},
+    {"unknown_keys_everywhere",
+     "schema: 1\n"
+     "gatewy: {}\n"
+     "gateway: {nmae: a}\n"
+     "lines:\n"
+     "  - name: a\n"
+     "    interface: 'simulated:'\n"
+     "    hartbeat: 1s\n"
+     "    wibble: 1\n",
+     {"plant.yaml:2:1: error: unknown key \"gatewy\" in the configuration; did you mean "
+      "\"gateway\"?",
+      "plant.yaml:3:11: error: unknown key \"nmae\" in gateway; did you mean \"name\"?",
+      "plant.yaml:7:5: error: unknown key \"hartbeat\" in a line; did you mean \"heartbeat\"?",
+      "plant.yaml:8:5: error: unknown key \"wibble\" in a line"}},
+    {"key_twice",
+     "schema: 1\nlines:\n  - name: a\n    interface: 'simulated:'\n    sync: 10ms\n    sync: "
+     "20ms\n",
+     {"plant.yaml:6:5: error: the key \"sync\" is there twice"}},
+    {"values",
+     "schema: 1\n"
+     "gateway: {name: two words, log: loud}\n"
+     "dds: {domain: 300}\n"
+     "lines:\n"
+     "  - name: a\n"
+     "    interface: 'simulated:'\n"
+     "    bit_rate: 500\n"
+     "    node_id: 128\n"
+     "    heartbeat: 100\n"
+     "    sync: soon\n"
+     "    sdo_timeout: 1h\n"
+     "    reset_nodes: maybe\n"
+     "    access: {commands: write}\n"
+     "    publish: on_chang\n"
+     "    nodes: 7\n",
+     {"plant.yaml:2:17: error: a name has 1 to 64 letters, digits, '-' and '_', not \"two words\"",
+      "plant.yaml:2:33: error: expected trace, debug, info, warning, error or off, got \"loud\"",
+      "plant.yaml:3:15: error: expected a number from 0 to 232, got \"300\"",
+      "plant.yaml:7:15: error: expected a bit rate such as 500kbit, got \"500\"",
+      "plant.yaml:8:14: error: expected a number from 1 to 127, got \"128\"",
+      "plant.yaml:9:16: error: the time \"100\" has no unit: write \"100ms\", \"us\", \"s\", "
+      "\"min\"",
+      "plant.yaml:10:11: error: expected a time such as 100ms, got \"soon\"",
+      "plant.yaml:11:18: error: expected a time from 1ms to 600s, got \"1h\"",
+      "plant.yaml:12:18: error: expected true or false, got \"maybe\"",
+      "plant.yaml:13:24: error: expected off, read or all, got \"write\"",
+      "plant.yaml:14:14: error: expected on_change or on_sync, got \"on_chang\"; did you mean "
+      "\"on_change\"?",
+      "plant.yaml:15:12: error: nodes is a list, not \"7\""}},
+    {"roles_of_later_versions",
+     "schema: 1\nlines:\n"
+     "  - {name: a, interface: 'simulated:', role: observer}\n"
+     "  - {name: b, interface: 'simulated:', role: device}\n",
+     {"plant.yaml:3:46: error: the role observer is not available in this version; use manager",
+      "plant.yaml:4:46: error: the role device is not available in this version; use manager"}},
+    {"interface",
+     "schema: 1\nlines:\n  - {name: a, interface: 'socketcan:'}\n  - {name: b, interface: can0}\n",
+     {"plant.yaml:3:26: error: interface \"socketcan:\" needs a name of printable characters after "
+      "the colon, as in \"socketcan:can0\"; there is also simulated:",
+      "plant.yaml:4:26: error: interface \"can0\" has no scheme: write \"socketcan:can0\" or "
+      "\"virtual:can0\"; there is also simulated:"}},
+    {"lines_that_collide",
+     "schema: 1\nlines:\n"
+     "  - {name: a, interface: socketcan:can0, network_id: 1}\n"
+     "  - {name: a, interface: socketcan:can0, network_id: 1, executor: fast}\n",
+     {"plant.yaml:4:12: error: another line is called \"a\"",
+      "plant.yaml:4:26: error: the same interface socketcan:can0 as line \"a\"",
+      "plant.yaml:4:54: error: the same network_id 1 as line \"a\"",
+      "plant.yaml:4:67: error: there is no executor \"fast\" in executors"}},
+    {"nodes",
+     "schema: 1\n"
+     "lines:\n"
+     "  - name: a\n"
+     "    interface: socketcan:can0\n"
+     "    node_id: 7\n"
+     "    nodes:\n"
+     "      - {id: 5, name: x, eds: nowhere.eds}\n"
+     "      - {id: 5, name: x, eds: bridges/sim/eds/drive.eds}\n"
+     "      - {id: 7, eds: bridges/sim/eds/drive.eds, heartbeat: {producer: 1s, consumer: 500ms}}\n"
+     "      - {name: y}\n"
+     "    simulate: [{node: 5, profile: drive}]\n",
+     {"plant.yaml:7:31: error: there is no file nowhere.eds",
+      "plant.yaml:8:9: error: node-ID 5 is that of \"x\" already",
+      "plant.yaml:8:9: error: another node is called \"x\"",
+      "plant.yaml:9:9: error: node-ID 7 is the line's own node_id",
+      "plant.yaml:9:60: error: the consumer time 500ms must be longer than the producer time 1s",
+      "plant.yaml:10:9: error: a node needs the key \"id\"",
+      "plant.yaml:10:9: error: a node needs the key \"eds\" (or \"dcf\")",
+      "plant.yaml:11:15: error: simulate needs the interface simulated:; for other interfaces "
+      "there "
+      "is the command linegate simulate"}},
+    {"objects",
+     "schema: 1\n"
+     "lines:\n"
+     "  - name: a\n"
+     "    interface: 'simulated:'\n"
+     "    nodes:\n"
+     "      - id: 5\n"
+     "        eds: bridges/sim/eds/drive.eds\n"
+     "        objects:\n"
+     "          6083: -1\n"
+     "          6041: 1\n"
+     "          5000:1: 1\n"
+     "          speed: 1\n"
+     "          6060: 1\n"
+     "          6060:0: 2\n",
+     {"plant.yaml:9:17: error: \"-1\" is no UNSIGNED32 for object 6083:00 (Profile acceleration)",
+      "plant.yaml:10:11: error: object 6041:00 (Statusword) cannot be written: its access is "
+      "read-only",
+      "plant.yaml:11:11: error: bridges/sim/eds/drive.eds has no object 5000:01",
+      "plant.yaml:12:11: error: expected an object such as 6083:1 (index and sub-index "
+      "hexadecimal), got \"speed\"",
+      "plant.yaml:14:11: error: object 6060:00 is there twice"}},
+    {"pdos",
+     "schema: 1\n"
+     "lines:\n"
+     "  - name: a\n"
+     "    interface: 'simulated:'\n"
+     "    nodes:\n"
+     "      - id: 5\n"
+     "        eds: bridges/sim/eds/drive.eds\n"
+     "        pdos:\n"
+     "          pdo1: {}\n"
+     "          tpdo9: {type: sync}\n"
+     "          tpdo1: {type: snyc, cob_id: 0x701, inhibit: 150us, map: [6040, 6083:1, six]}\n"
+     "          rpdo1: {type: 245, map: [6041, 607A, 60FF, 6040], event: 1}\n",
+     {"plant.yaml:9:11: error: expected tpdo1 to tpdo512 or rpdo1 to rpdo512, got \"pdo1\"",
+      "plant.yaml:10:11: error: bridges/sim/eds/drive.eds has no object 1808:01",
+      "plant.yaml:11:25: error: expected sync, sync_acyclic or event, got \"snyc\"; did you "
+      "mean "
+      "\"sync\"?",
+      "plant.yaml:11:39: error: the identifier 0x701 is reserved for another service (CiA 301, "
+      "7.3.5)",
+      "plant.yaml:11:55: error: expected a multiple of 100us, got \"150us\"",
+      "plant.yaml:11:68: error: object 6040:00 (Controlword) cannot be mapped into a TPDO",
+      "plant.yaml:11:74: error: bridges/sim/eds/drive.eds has no object 6083:01",
+      "plant.yaml:11:82: error: expected an object such as 6000:1, got \"six\"",
+      "plant.yaml:12:25: error: transmission types 241 to 251 are reserved (CiA 301)",
+      "plant.yaml:12:35: error: the objects have 80 bits; a PDO has room for 64",
+      "plant.yaml:12:36: error: object 6041:00 (Statusword) cannot be mapped into an RPDO",
+      "plant.yaml:12:61: error: unknown key \"event\" in rpdo1"}},
+    {"outputs",
+     "schema: 1\n"
+     "lines:\n"
+     "  - name: a\n"
+     "    interface: 'simulated:'\n"
+     "    nodes:\n"
+     "      - {id: 5, name: ram, eds: bridges/sim/eds/drive.eds}\n"
+     "    outputs:\n"
+     "      groups:\n"
+     "        - {name: one, number: 3, entries: [ram.Controlwrd, ram.6040]}\n"
+     "        - {name: two, number: 3, entries: [ram.Controlword, ram.6041]}\n"
+     "      defaults:\n"
+     "        ram.6060: 300\n"
+     "        ram.9999: 1\n",
+     {"plant.yaml:9:44: error: there is no output \"ram.Controlwrd\"; did you mean "
+      "\"ram.Controlword\"?",
+      "plant.yaml:10:11: error: group \"two\" has the number of another",
+      "plant.yaml:10:44: error: the output \"ram.Controlword\" is in group \"one\" already",
+      "plant.yaml:10:61: error: there is no output \"ram.6041\"",
+      "plant.yaml:12:19: error: \"300\" is no INTEGER8 for \"ram.Modes of operation\"",
+      "plant.yaml:13:9: error: there is no output \"ram.9999\""}},
+};
+
+INSTANTIATE_TEST_SUITE_P(Config, BadPlant, testing::ValuesIn(kBad),
+                         [](const auto& which) { return std::string(which.param.name); });
+
+TEST(Plant, CannotBeReadIfThereIsNone) {
+  const auto loaded = load(kRoot + "nothing/here.yaml");
+  EXPECT_EQ(messages(loaded), std::vector<std::string>{"nothing/here.yaml: error: cannot be read"});
+}
+
+TEST(Plant, TellsErrorsOfADeviceFileWithTheirPlaceInIt) {
+  const auto loaded = read(
+      "schema: 1\nlines:\n  - {name: a, interface: 'simulated:', nodes: [{id: 5, eds: bad.eds}]}\n",
+      kRoot + "tests/gateway/config/plant.yaml");
+  const auto told = messages(loaded);
+  ASSERT_GE(told.size(), 2U);
+  EXPECT_EQ(told.front(),
+            "tests/gateway/config/plant.yaml:3:61: error: the device file "
+            "tests/gateway/config/bad.eds has errors");
+  EXPECT_TRUE(std::any_of(told.begin(), told.end(), [](const std::string& text) {
+    return text.starts_with("tests/gateway/config/bad.eds:654:");
+  })) << testing::PrintToString(told);
+}
+
+TEST(Plant, HasDefaults) {
+  const auto loaded = read_text("schema: 1\nlines: [{name: a, interface: 'socketcan:can0'}]\n");
+  ASSERT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));
+  EXPECT_EQ(loaded.value->gateway, "linegate");
+  EXPECT_EQ(loaded.value->dds_domain, 0U);
+  EXPECT_EQ(loaded.value->log, LogLevel::info);
+  ASSERT_EQ(loaded.value->lines.size(), 1U);
+  const LinePlan& line = loaded.value->lines.front();
+  EXPECT_EQ(line.commands, Access::read);
+  EXPECT_EQ(line.outputs, Access::read);
+  EXPECT_EQ(line.interface.scheme, Scheme::socketcan);
+  EXPECT_EQ(line.interface.name, "can0");
+  EXPECT_EQ(line.publish.rule, Publish::Rule::on_change);
+  EXPECT_EQ(line.publish.time, 10ms);
+  EXPECT_EQ(line.pdo_min_period, 100ms);
+  EXPECT_EQ(line.config.node_id, 127);
+  EXPECT_EQ(line.config.network_id, 1);
+  EXPECT_EQ(line.config.sync_period, 0ns);
+}
+
+TEST(Plant, ReadsEveryKeyOfALine) {
+  const auto loaded = read_text(R"(schema: 1
+gateway: {name: hall-7, log: debug}
+dds: {domain: 42}
+executors: [{name: fast, priority: 50, processor: 1, lock_memory: true}]
+lines:
+  - name: press
+    interface: "simulated:"
+    bit_rate: 250kbit
+    network_id: 9
+    role: manager
+    node_id: 1
+    heartbeat: 500ms
+    sync: 2.5ms
+    sdo_timeout: 300ms
+    reset_nodes: false
+    start_nodes: false
+    identity: {vendor: 0x1234, serial: 7}
+    access: {commands: all, outputs: off}
+    publish: {period: 20ms}
+    pdo_update: {min_period: 1s}
+    executor: fast
+    simulate: [{node: 5, profile: drive}]
+    nodes:
+      - id: 5
+        name: ram
+        eds: bridges/sim/eds/drive.eds
+        mandatory: true
+        check_identity: false
+        serial: 77
+        heartbeat: {producer: 200ms, consumer: 700ms}
+        boot_timeout: 3s
+        objects: {6083: 1000}
+    outputs:
+      groups:
+        - {name: motion, number: 4, send: always, entries: [ram.Controlword, "ram.6060:0"]}
+        - {name: targets, number: 5, entries: [ram.607A]}
+      defaults: {ram.6060: -1}
+)");
+  ASSERT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));
+  const Plant& plant = *loaded.value;
+  EXPECT_EQ(plant.gateway, "hall-7");
+  EXPECT_EQ(plant.dds_domain, 42U);
+  ASSERT_EQ(plant.executors.size(), 1U);
+  EXPECT_EQ(plant.executors[0].priority, 50);
+  EXPECT_EQ(plant.executors[0].processor, 1U);
+  EXPECT_TRUE(plant.executors[0].lock_memory);
+  const LinePlan& line = plant.lines.at(0);
+  EXPECT_EQ(line.config.bit_rate, 250'000U);
+  EXPECT_EQ(line.config.network_id, 9);
+  EXPECT_EQ(line.config.node_id, 1);
+  EXPECT_EQ(line.config.heartbeat, 500ms);
+  EXPECT_EQ(line.config.sync_period, 2500us);
+  EXPECT_EQ(line.config.sdo_timeout, 300ms);
+  EXPECT_FALSE(line.config.reset_nodes);
+  EXPECT_FALSE(line.config.start_nodes);
+  EXPECT_EQ(line.config.identity.vendor, 0x1234U);
+  EXPECT_EQ(line.config.identity.serial, 7U);
+  EXPECT_EQ(line.commands, Access::all);
+  EXPECT_EQ(line.outputs, Access::off);
+  EXPECT_EQ(line.publish.rule, Publish::Rule::period);
+  EXPECT_EQ(line.publish.time, 20ms);
+  EXPECT_EQ(line.pdo_min_period, 1s);
+  EXPECT_EQ(line.executor, "fast");
+  ASSERT_EQ(line.simulated.size(), 1U);
+  EXPECT_EQ(line.simulated[0].profile, "drive");
+  const line::NodeConfig& node = line.config.nodes.at(0);
+  EXPECT_EQ(node.name, "ram");
+  EXPECT_TRUE(node.mandatory);
+  EXPECT_FALSE(node.check_identity);
+  EXPECT_EQ(node.serial, 77U);
+  EXPECT_EQ(node.heartbeat, 200ms);
+  EXPECT_EQ(node.heartbeat_consumer, 700ms);
+  EXPECT_EQ(node.boot_timeout, 3s);
+  ASSERT_EQ(node.objects.size(), 1U);
+  EXPECT_EQ(node.objects[0].address, (od::Address{0x6083, 0}));
+  EXPECT_EQ(node.objects[0].data.size(), 4U);
+
+  const auto made = line::Line::make(line.config);
+  ASSERT_TRUE(made.ok());
+  const auto& outputs = (*made.value)->layout(image::Direction::outputs);
+  ASSERT_EQ(line.config.groups.size(), 2U);
+  EXPECT_EQ(line.config.groups[0].number, 4);
+  EXPECT_TRUE(line.config.groups[0].send_always);
+  ASSERT_EQ(line.config.groups[0].entries.size(), 2U);
+  EXPECT_EQ(outputs.entries[line.config.groups[0].entries[0]].index, 0x6040);
+  EXPECT_EQ(outputs.entries[line.config.groups[0].entries[1]].index, 0x6060);
+  ASSERT_EQ(line.config.defaults.size(), 1U);
+  EXPECT_EQ(outputs.entries[line.config.defaults[0].entry].index, 0x6060);
+  EXPECT_EQ(line.config.defaults[0].value & 0xFFU, 0xFFU);
+}
+
+// CiA 301 7.5.2.38: the PDO is taken away, its mapping set to 0 entries, filled, enabled, and the
+// PDO put back.
+TEST(Plant, WritesAPdoInTheOrderOfCia301) {
+  const auto loaded = read_text(R"(schema: 1
+lines:
+  - name: a
+    interface: "simulated:"
+    nodes:
+      - id: 5
+        eds: bridges/sim/eds/drive.eds
+        pdos:
+          tpdo1: {type: event, inhibit: 10ms, event_timer: 1s, cob_id: 0x1C5, map: [6041, 6064]}
+)");
+  ASSERT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));
+  const auto& node = loaded.value->lines.at(0).config.nodes.at(0);
+  struct Write {
+    od::Address address;
+    std::uint64_t value;
+    bool operator==(const Write&) const = default;
+  };
+  std::vector<Write> written;
+  for (const auto& object : node.objects) {
+    std::uint64_t value = 0;
+    for (auto it = object.data.rbegin(); it != object.data.rend(); ++it) {
+      value = value << 8U | std::to_integer<std::uint64_t>(*it);
+    }
+    written.push_back({object.address, value});
+  }
+  const std::vector<Write> expected{
+      {{0x1800, 1}, 0xC000'01C5}, {{0x1800, 2}, 255}, {{0x1800, 3}, 100},
+      {{0x1800, 5}, 1000},        {{0x1A00, 0}, 0},   {{0x1A00, 1}, 0x6041'0010},
+      {{0x1A00, 2}, 0x6064'0020}, {{0x1A00, 0}, 2},   {{0x1800, 1}, 0x4000'01C5},
+  };
+  EXPECT_TRUE(written == expected);
+
+  const auto made = line::Line::make(loaded.value->lines.at(0).config);
+  ASSERT_TRUE(made.ok());
+  const auto& entries = (*made.value)->layout(image::Direction::inputs).entries;
+  EXPECT_TRUE(std::any_of(entries.begin(), entries.end(), [](const auto& e) {
+    return e.index == 0x6064 && e.remote_pdo == 1;
+  })) << "the line links what the device will send";
+}
+
+TEST(Plant, SamplesAreValid) {
+  for (const char* name : {"demo.yaml", "vcan.yaml"}) {
+    const auto loaded = load(kRoot + "deploy/plants/" + name);
+    EXPECT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));
+    EXPECT_TRUE(loaded.diagnostics.empty()) << testing::PrintToString(messages(loaded));
+  }
+}
+
+TEST(Plant, DemoHasThreeLinesAndTenDevices) {
+  const auto loaded = load(kRoot + "deploy/plants/demo.yaml");
+  ASSERT_TRUE(loaded.ok());
+  std::size_t devices = 0;
+  for (const auto& line : loaded.value->lines) {
+    EXPECT_EQ(line.simulated.size(), line.config.nodes.size());
+    devices += line.simulated.size();
+  }
+  EXPECT_EQ(loaded.value->lines.size(), 3U);
+  EXPECT_GE(devices, 10U);
+}
+
+}  // namespace
+}  // namespace linegate::config
