@@ -1,0 +1,152 @@
+// Requests and replies between two processes.
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <gtest/gtest.h>
+#include <linegatePubSubTypes.h>
+
+#include "bridges/dds/endpoints.h"
+#include "stack/base/byte_order.h"
+
+#include "tests/dds/fixtures.h"
+
+namespace linegate::test {
+namespace {
+
+line::Command sdo_read(std::uint16_t index, std::uint8_t kilobytes, std::uint8_t node = 9) {
+  line::Command command;
+  command.kind = line::CommandKind::sdo_read;
+  command.node = node;
+  command.index = index;
+  command.sub = kilobytes;
+  return command;
+}
+
+line::Command sdo_write(std::size_t size, std::uint8_t node = 9) {
+  line::Command command;
+  command.kind = line::CommandKind::sdo_write;
+  command.node = node;
+  command.index = 0x2000;
+  command.data = known::pattern(size, node);
+  return command;
+}
+
+class Commands : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_FALSE(gateway.expect("ready").empty());
+    client = make_client(client_options());
+    ASSERT_NE(client, nullptr);
+  }
+  dds::CommandResult call(const line::Command& command) {
+    return client->call(known_line(), command, kDeadline, listener);
+  }
+  std::uint32_t carried_out() {
+    line::Command command;
+    command.kind = line::CommandKind::local_read;
+    const auto result = call(command);
+    EXPECT_EQ(result.reply.data.size(), 4U);
+    return result.reply.data.size() == 4 ? load_le<std::uint32_t>(result.reply.data.data()) : 0;
+  }
+
+  Peer gateway{"gateway"};
+  std::unique_ptr<dds::Client> client;
+  dds::ClientListener listener;
+};
+
+TEST_F(Commands, AFreshClientGetsItsFirstReply) {
+  const auto result = call(sdo_read(0x2000, 1));
+  EXPECT_TRUE(result.reply.ok()) << result.text;
+  EXPECT_EQ(result.reply.data, known::pattern(1'024, 9));
+}
+
+TEST_F(Commands, AnAbortCodeComesWithItsWords) {
+  const auto result = call(sdo_read(0x1234, 1));
+  EXPECT_EQ(result.reply.error, (Error{Domain::sdo, 0x0602'0000}));
+  EXPECT_EQ(result.text, "object does not exist in the object dictionary");
+}
+
+TEST_F(Commands, TwentyKilobytesGoInChunksBothWays) {
+  EXPECT_EQ(call(sdo_read(0x2000, 20)).reply.data, known::pattern(20'480, 9));
+  const auto written = call(sdo_write(20'480));
+  EXPECT_TRUE(written.reply.ok()) << written.text;
+  ASSERT_EQ(written.reply.data.size(), 4U);
+  EXPECT_EQ(load_le<std::uint32_t>(written.reply.data.data()), 20'480U);
+}
+
+TEST_F(Commands, ALongReplyIsFetchedInRoundsAndNeverOverrunsTheReader) {
+  EXPECT_EQ(call(sdo_read(0x2000, 250)).reply.data, known::pattern(250 * 1'024, 9));
+  EXPECT_EQ(carried_out(), 1U);
+}
+
+TEST_F(Commands, ALongRequestArrivesWhole) {
+  const auto written = call(sdo_write(1'000'000));
+  EXPECT_TRUE(written.reply.ok()) << written.text;
+  EXPECT_EQ(carried_out(), 1U);
+}
+
+TEST_F(Commands, ManyAtOnceAreEachAnsweredOnce) {
+  struct Replies : dds::ClientListener {
+    void on_reply(const dds::Target& target, const dds::CommandResult& result) override {
+      EXPECT_EQ(target.line, known::kLine);
+      EXPECT_TRUE(result.reply.ok()) << result.text;
+      EXPECT_EQ(result.reply.data.size(), 1'024U);
+      ++ids[result.id];
+    }
+    std::map<std::uint64_t, int> ids;
+  } replies;
+  std::set<std::uint64_t> sent;
+  for (int i = 0; i < 100; ++i) {
+    sent.insert(client->send(known_line(), sdo_read(0x2000, 1), kDeadline));
+  }
+  EXPECT_EQ(sent.size(), 100U);
+  EXPECT_TRUE(eventually([&] {
+    client->poll(std::chrono::milliseconds(50), replies);
+    return replies.ids.size() == 100;
+  }));
+  for (const auto& [id, count] : replies.ids) {
+    EXPECT_TRUE(sent.contains(id));
+    EXPECT_EQ(count, 1);
+  }
+  EXPECT_EQ(carried_out(), 100U);
+}
+
+TEST_F(Commands, NobodyAnswersForAGatewayThatIsNotThere) {
+  const auto result = client->call({"nowhere", "line1", 0}, sdo_read(0x2000, 1),
+                                   std::chrono::milliseconds(300), listener);
+  EXPECT_EQ(result.reply.error, line::to_error(line::Refusal::timed_out));
+}
+
+TEST_F(Commands, ADuplicateIsCarriedOutOnceAndAnsweredEachTime) {
+  std::vector<Diagnostic> diagnostics;
+  dds::Endpoints endpoints("stranger", domain(), LOOPBACK_PROFILES, diagnostics);
+  auto* writer = endpoints.writer<v1::CommandRequestPubSubType>(v1::TOPIC_COMMAND_REQUEST);
+  auto* reader = endpoints.reader<v1::CommandReplyPubSubType>(v1::TOPIC_COMMAND_REPLY);
+  ASSERT_TRUE(endpoints.ok());
+  v1::CommandRequest request;
+  request.gateway(known::kGateway);
+  request.line(known::kLine);
+  request.client("stranger");
+  request.id(5);
+  request.kind(v1::COMMAND_SDO_READ);
+  request.node(9);
+  request.sub(1);
+  request.last(true);
+  int answers = 0;
+  EXPECT_TRUE(eventually([&] {
+    writer->write(&request);
+    reader->wait_for_unread_message({0, 100'000'000});
+    v1::CommandReply reply;
+    eprosima::fastdds::dds::SampleInfo info;
+    while (reader->take_next_sample(&reply, &info) == ReturnCode_t::RETCODE_OK) {
+      if (!info.valid_data || reply.client() != "stranger")
+        continue;
+      EXPECT_EQ(reply.id(), 5U);
+      EXPECT_EQ(reply.data().size(), 1'024U);
+      ++answers;
+    }
+    return answers >= 5;
+  }));
+  EXPECT_EQ(carried_out(), 1U);
+}
+
+}  // namespace
+}  // namespace linegate::test

@@ -1,0 +1,194 @@
+// The other process of the DDS tests.
+//
+//   dds_peer gateway DOMAIN [PROFILES]     publishes known_values.h and answers commands:
+//     sdo_read             sub x 1024 bytes of pattern(seed = node); index 1234h: abort 06020000h
+//     sdo_write            how many bytes came, 4 bytes, if they are pattern(seed = node);
+//                          else abort 08000000h
+//     local_read           how many commands but this kind were carried out, 4 bytes
+//     anything else        done, without data
+//   dds_peer subscriber DOMAIN [PROFILES]  prints what it receives, a line each
+//
+// Says "ready" when its endpoints exist (the gateway: when all is published); ends when its
+// standard input does.
+#include <cstdio>
+#include <cstdlib>
+
+#include <poll.h>
+#include <unistd.h>
+
+#include "bridges/dds/client.h"
+#include "bridges/dds/publisher.h"
+#include "stack/base/byte_order.h"
+
+#include "tests/dds/known_values.h"
+
+namespace linegate {
+namespace {
+
+using std::chrono::milliseconds;
+
+bool input_ended() {
+  pollfd input{STDIN_FILENO, POLLIN, 0};
+  char byte = 0;
+  return ::poll(&input, 1, 0) > 0 && ::read(STDIN_FILENO, &byte, 1) <= 0;
+}
+
+void complain(const std::vector<Diagnostic>& diagnostics) {
+  for (const Diagnostic& diagnostic : diagnostics) {
+    std::printf("%s\n", to_string(diagnostic).c_str());
+  }
+}
+
+std::vector<std::byte> bytes_of(std::uint32_t value) {
+  std::vector<std::byte> data(4);
+  store_le(data.data(), value);
+  return data;
+}
+
+class Plant : public dds::GatewayHandler {
+ public:
+  void on_output_write(dds::OutputMessage message) override {
+    const line::OutputWrite& write = message.write;
+    std::printf(
+        "output line=%s client=%s group=%u layout=%llx arming=%llu watchdog=%lld "
+        "reactions=%02x",
+        message.line.c_str(), message.client.c_str(), write.group,
+        static_cast<unsigned long long>(write.layout_id),
+        static_cast<unsigned long long>(write.arming),
+        static_cast<long long>(write.watchdog.count()), write.reactions);
+    for (const line::OutputValue& value : write.values) {
+      std::printf(" value=%u:", value.entry);
+      for (std::size_t i = 0; i < value.length; ++i) {
+        std::printf("%02x", std::to_integer<unsigned>(value.data[i]));
+      }
+    }
+    for (const line::OutputBytes& run : write.bytes) {
+      std::printf(" bytes=%u:%zu", run.offset, run.data.size());
+    }
+    std::printf("\n");
+  }
+
+  void on_command(dds::CommandMessage message) override {
+    line::Reply reply;
+    reply.tag = message.command.tag;
+    carry_out(message.command, reply);
+    if (bridge != nullptr)
+      bridge->reply(reply);
+  }
+
+  void on_output_refused(std::string_view line, std::uint16_t group, line::OutputRefusal refusal,
+                         std::string_view why) override {
+    std::printf("output-refused line=%s group=%u refusal=%u %s\n", std::string(line).c_str(), group,
+                static_cast<unsigned>(refusal), std::string(why).c_str());
+  }
+
+  void on_command_refused(std::string_view line, std::string_view client, std::uint8_t kind,
+                          line::Refusal refusal, std::string_view why) override {
+    std::printf("command-refused line=%s client=%s kind=%u refusal=%u %s\n",
+                std::string(line).c_str(), std::string(client).c_str(), kind,
+                static_cast<unsigned>(refusal), std::string(why).c_str());
+  }
+
+  dds::GatewayBridge* bridge = nullptr;
+
+ private:
+  void carry_out(const line::Command& command, line::Reply& reply) {
+    if (command.kind == line::CommandKind::local_read) {
+      reply.data = bytes_of(carried_out_);
+      return;
+    }
+    ++carried_out_;
+    if (command.kind == line::CommandKind::sdo_read) {
+      if (command.index == 0x1234)
+        reply.error = {Domain::sdo, 0x0602'0000};
+      if (reply.ok())
+        reply.data = known::pattern(std::size_t{command.sub} * 1024, command.node);
+    } else if (command.kind == line::CommandKind::sdo_write) {
+      const bool same = command.data == known::pattern(command.data.size(), command.node);
+      if (!same)
+        reply.error = {Domain::sdo, 0x0800'0000};
+      reply.data = bytes_of(static_cast<std::uint32_t>(command.data.size()));
+    }
+  }
+
+  std::uint32_t carried_out_ = 0;
+};
+
+bool publish_all(dds::GatewayBridge& bridge) {
+  using namespace known;
+  bridge.set_clock(clock());
+  bool ok = bridge.publish(line_info(), line_state(), at(1), properties());
+  ok = bridge.publish(kLine, node_info(), node_state(), at(2), properties()) && ok;
+  ok = bridge.publish(kLine, layout()) && ok;
+  ok = bridge.publish(kLine, snapshot()) && ok;
+  for (std::uint64_t number = 1; number <= kEvents; ++number) {
+    ok = bridge.publish(kLine, event(number), event_text(number), properties()) && ok;
+  }
+  return ok;
+}
+
+int run_gateway(std::uint32_t domain, const std::string& profiles) {
+  auto made = dds::GatewayBridge::make(
+      {known::kGateway, known::kIncarnation, domain, profiles, {known::kLine}});
+  if (!made.ok())
+    return complain(made.diagnostics), 1;
+  dds::GatewayBridge& bridge = **made.value;
+  Plant plant;
+  plant.bridge = &bridge;
+  if (!publish_all(bridge))
+    return std::printf("not published\n"), 1;
+  std::printf("ready\n");
+  const image::Snapshot snapshot = known::snapshot();
+  while (!input_ended()) {
+    bridge.poll(milliseconds(20), plant);
+    // PdoUpdate is volatile: it is repeated for whoever comes.
+    bridge.publish_pdo_update(known::kLine, known::layout(), snapshot, snapshot.marks[0], 3);
+  }
+  return 0;
+}
+
+class Printer : public dds::ClientListener {
+ public:
+  void on_line(const dds::Source& source, const dds::LineInfo&, const line::LineState& state,
+               const std::vector<dds::Property>&) override {
+    std::printf("line %s %u\n", source.line.c_str(), state.load_permille);
+  }
+  void on_image(const dds::Source&, const image::Snapshot& snapshot) override {
+    std::printf("image %llu\n", static_cast<unsigned long long>(snapshot.sequence));
+  }
+  void on_event(const dds::Source&, const Event& event, std::string_view,
+                const std::vector<dds::Property>&) override {
+    std::printf("event %llu\n", static_cast<unsigned long long>(event.number));
+  }
+};
+
+int run_subscriber(std::uint32_t domain, const std::string& profiles) {
+  dds::ClientOptions options;
+  options.domain = domain;
+  options.profile_file = profiles;
+  auto made = dds::Client::make(options);
+  if (!made.ok())
+    return complain(made.diagnostics), 1;
+  Printer printer;
+  std::printf("ready\n");
+  while (!input_ended())
+    (*made.value)->poll(milliseconds(20), printer);
+  return 0;
+}
+
+}  // namespace
+}  // namespace linegate
+
+int main(int argc, char** argv) {
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);
+  if (argc < 3)
+    return 2;
+  const std::string role = argv[1];
+  const auto domain = static_cast<std::uint32_t>(std::strtoul(argv[2], nullptr, 10));
+  const std::string profiles = argc > 3 ? argv[3] : LOOPBACK_PROFILES;
+  if (role == "gateway")
+    return linegate::run_gateway(domain, profiles);
+  if (role == "subscriber")
+    return linegate::run_subscriber(domain, profiles);
+  return 2;
+}

@@ -1,0 +1,53 @@
+// What the tests of this folder share: clients, raw endpoints, waiting with a deadline.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "bridges/dds/client.h"
+
+#include "tests/dds/known_values.h"
+#include "tests/dds/peer_process.h"
+
+namespace linegate::test {
+
+// Long enough for a loaded machine; a test that passes does not wait for it.
+inline constexpr std::chrono::seconds kDeadline{20};
+
+// Repeats `step` until it is true; false after the deadline.
+inline bool eventually(const std::function<bool()>& step,
+                       std::chrono::nanoseconds deadline = kDeadline) {
+  const auto end = std::chrono::steady_clock::now() + deadline;
+  while (!step()) {
+    if (std::chrono::steady_clock::now() > end)
+      return false;
+  }
+  return true;
+}
+
+inline dds::ClientOptions client_options(const std::string& name = "") {
+  dds::ClientOptions options;
+  options.name = name;
+  options.domain = domain();
+  options.profile_file = LOOPBACK_PROFILES;
+  return options;
+}
+
+inline std::unique_ptr<dds::Client> make_client(const dds::ClientOptions& options) {
+  auto made = dds::Client::make(options);
+  for (const Diagnostic& diagnostic : made.diagnostics) {
+    ADD_FAILURE() << to_string(diagnostic);
+  }
+  return made.ok() ? std::move(*made.value) : nullptr;
+}
+
+inline dds::Target known_line() {
+  return {known::kGateway, known::kLine, 0};
+}
+
+}  // namespace linegate::test

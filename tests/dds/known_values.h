@@ -1,0 +1,158 @@
+// What the gateway of dds_peer publishes, so that every subscriber can compare field by field.
+// tests/interop/subscriber.c holds the same in C.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "bridges/dds/publisher.h"
+
+namespace linegate::known {
+
+inline constexpr const char* kGateway = "known-gateway";
+inline constexpr const char* kLine = "line1";
+inline constexpr std::uint64_t kIncarnation = 0x0123'4567'89AB'CDEF;
+inline constexpr std::uint32_t kEntries = 300;  // two parts
+inline constexpr std::uint64_t kEvents = 1'500;
+inline constexpr std::int64_t kUtc = 1'700'000'000'000'000'000;  // UTC of Instant 0
+
+inline Instant at(std::int64_t ns) {
+  return Instant{Duration{ns}};
+}
+
+inline dds::ClockMap clock() {
+  return {Duration{kUtc}, dds::ClockQuality::synchronised};
+}
+
+inline dds::LineInfo line_info() {
+  return {kLine, "virtual:known", 500'000, dds::Access::all};
+}
+
+inline line::LineState line_state() {
+  line::LineState state;
+  state.role = line::Role::device;
+  state.node_id = 100;
+  state.network_id = 7;
+  state.own_state = nmt::State::pre_operational;
+  state.manager = line::ManagerState::stopped;
+  state.bus = can::BusState::error_passive;
+  state.transmit_errors = 130;
+  state.receive_errors = 5;
+  state.load_permille = 421;
+  state.nodes_configured = 3;
+  state.nodes_operational = 2;
+  std::uint64_t* counter = &state.counters.frames_received;
+  for (std::uint64_t i = 0; i < sizeof(line::Counters) / sizeof(std::uint64_t); ++i) {
+    counter[i] = 1'000 + i;
+  }
+  return state;
+}
+
+inline std::vector<dds::Property> properties() {
+  return {{"first", "1"}, {"second", "zwei"}};
+}
+
+inline dds::NodeInfo node_info() {
+  return {"drive1", at(5)};
+}
+
+inline line::NodeState node_state() {
+  line::NodeState state;
+  state.node = 42;
+  state.configured = true;
+  state.state = nmt::State::operational;
+  state.presence = line::Presence::missing;
+  state.heartbeat_monitored = true;
+  state.boot = 'K';
+  state.device_type = 0x0002'0192;
+  state.vendor = 0x11;
+  state.product = 0x22;
+  state.revision = 0x33;
+  state.serial = 0x44;
+  state.error_register = 0x81;
+  state.last_emcy = 0x8130;
+  state.emcy_count = 6;
+  state.heartbeats_lost = 2;
+  state.last_heard = at(6);
+  return state;
+}
+
+// 300 UNSIGNED16, of which 4 are in each PDO of nodes 1, 2, ...
+inline image::Layout layout() {
+  image::Layout layout;
+  layout.direction = image::Direction::inputs;
+  layout.id = 0xFEDC'BA98'7654'3210;
+  layout.byte_size = kEntries * 2;
+  for (std::uint32_t i = 0; i < kEntries; ++i) {
+    image::Entry entry;
+    entry.bit_offset = i * 16;
+    entry.bit_length = 16;
+    entry.type = od::DataType::unsigned16;
+    entry.node = static_cast<std::uint8_t>(1 + i / 4);
+    entry.index = static_cast<std::uint16_t>(0x6401);
+    entry.sub = static_cast<std::uint8_t>(1 + i % 4);
+    entry.remote_pdo = 2;
+    entry.local_pdo = static_cast<std::uint16_t>(1 + i / 4);
+    entry.variable_index = 0xA580;
+    entry.variable_sub = static_cast<std::uint8_t>(1 + i % 254);
+    entry.profile = 401;
+    entry.product_code = 0x1234'5678;
+    entry.name = "node" + std::to_string(i / 4) + ".Input " + std::to_string(i % 4);
+    layout.entries.push_back(entry);
+  }
+  return layout;
+}
+
+inline image::Snapshot snapshot() {
+  image::Snapshot snapshot;
+  snapshot.direction = image::Direction::inputs;
+  snapshot.layout_id = layout().id;
+  snapshot.sequence = 17;
+  snapshot.acquired = at(1'000);
+  snapshot.sync_count = 99;
+  for (std::uint32_t i = 0; i < kEntries * 2; ++i) {
+    snapshot.bytes.push_back(static_cast<std::byte>(i * 7));
+  }
+  snapshot.changed.assign((kEntries + 63) / 64, 0);
+  snapshot.valid.assign((kEntries + 63) / 64, 0);
+  snapshot.changed[0] = 0xF0;
+  snapshot.valid[1] = 0x8000'0000'0000'0001;
+  image::PdoMark mark;
+  mark.local_pdo = 2;
+  mark.remote_pdo = 2;
+  mark.node = 2;
+  mark.count = 3;
+  mark.time = at(900);
+  mark.first_entry = 4;
+  mark.entries = 4;
+  snapshot.marks.push_back(mark);
+  return snapshot;
+}
+
+inline Event event(std::uint64_t number) {
+  Event event;
+  event.number = number;
+  event.time = at(static_cast<std::int64_t>(number));
+  event.kind = EventKind::emcy;
+  event.node = 42;
+  event.length = 5;
+  event.code = 0x8130;
+  event.value = 0x11;
+  for (std::size_t i = 0; i < 5; ++i)
+    event.data[i] = static_cast<std::byte>(i + 1);
+  return event;
+}
+
+inline std::string event_text(std::uint64_t number) {
+  return "node 42: EMCY 8130h, number " + std::to_string(number);
+}
+
+// Data of commands: byte i is i * 3 + seed.
+inline std::vector<std::byte> pattern(std::size_t size, std::uint8_t seed) {
+  std::vector<std::byte> data(size);
+  for (std::size_t i = 0; i < size; ++i)
+    data[i] = static_cast<std::byte>(i * 3 + seed);
+  return data;
+}
+
+}  // namespace linegate::known

@@ -1,0 +1,134 @@
+// What strangers may send: refused with the reason, harmless.
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <gtest/gtest.h>
+#include <linegatePubSubTypes.h>
+
+#include "bridges/dds/endpoints.h"
+
+#include "tests/dds/fixtures.h"
+
+namespace linegate::test {
+namespace {
+
+class Malformed : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_FALSE(gateway.expect("ready").empty());
+    requests = endpoints.writer<v1::CommandRequestPubSubType>(v1::TOPIC_COMMAND_REQUEST);
+    replies = endpoints.reader<v1::CommandReplyPubSubType>(v1::TOPIC_COMMAND_REPLY);
+    outputs = endpoints.writer<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
+    ASSERT_TRUE(endpoints.ok());
+  }
+
+  static v1::CommandRequest request(std::uint64_t id) {
+    v1::CommandRequest sample;
+    sample.gateway(known::kGateway);
+    sample.line(known::kLine);
+    sample.client("stranger");
+    sample.id(id);
+    sample.kind(v1::COMMAND_SDO_READ);
+    sample.node(9);
+    sample.sub(1);
+    sample.last(true);
+    return sample;
+  }
+
+  static v1::OutputWrite output() {
+    v1::OutputWrite sample;
+    sample.gateway(known::kGateway);
+    sample.line(known::kLine);
+    sample.client("stranger");
+    sample.values().resize(1);
+    sample.values()[0].data({1});
+    return sample;
+  }
+
+  // Sends it until it is answered, and gives the answer.
+  v1::CommandReply ask(v1::CommandRequest sample) {
+    v1::CommandReply reply;
+    EXPECT_TRUE(eventually([&] {
+      requests->write(&sample);
+      replies->wait_for_unread_message({0, 100'000'000});
+      eprosima::fastdds::dds::SampleInfo info;
+      while (replies->take_next_sample(&reply, &info) == ReturnCode_t::RETCODE_OK) {
+        if (info.valid_data && reply.id() == sample.id())
+          return true;
+      }
+      return false;
+    }));
+    return reply;
+  }
+
+  // Sends it until the gateway has refused it, and gives what it says.
+  std::string refused(v1::OutputWrite sample) {
+    std::string line;
+    eventually([&] {
+      outputs->write(&sample);
+      line = gateway.expect("output-refused", std::chrono::milliseconds(100));
+      return !line.empty();
+    });
+    return line;
+  }
+
+  Peer gateway{"gateway"};
+  std::vector<Diagnostic> diagnostics;
+  dds::Endpoints endpoints{"stranger", domain(), LOOPBACK_PROFILES, diagnostics};
+  eprosima::fastdds::dds::DataWriter* requests = nullptr;
+  eprosima::fastdds::dds::DataReader* replies = nullptr;
+  eprosima::fastdds::dds::DataWriter* outputs = nullptr;
+};
+
+TEST_F(Malformed, CommandsAreRefusedWithTheReasonAndTheNextIsCarriedOut) {
+  const auto refusal = [&](std::uint64_t id, auto spoil) {
+    v1::CommandRequest sample = request(id);
+    spoil(sample);
+    const v1::CommandReply reply = ask(sample);
+    EXPECT_EQ(reply.domain(), v1::RESULT_REFUSED);
+    EXPECT_TRUE(reply.last());
+    EXPECT_NE(reply.text().size(), 0U);
+    return reply.code();
+  };
+  EXPECT_EQ(refusal(1, [](auto& s) { s.kind(200); }), v1::REFUSAL_BAD_REQUEST);
+  EXPECT_EQ(refusal(2, [](auto& s) { s.node(200); }), v1::REFUSAL_BAD_REQUEST);
+  EXPECT_EQ(refusal(3, [](auto& s) { s.offset(8'192); }), v1::REFUSAL_BAD_REQUEST);
+  EXPECT_EQ(refusal(4, [](auto& s) { s.data().resize(20'000); }), v1::REFUSAL_BAD_REQUEST);
+  EXPECT_EQ(refusal(5, [](auto& s) { s.line("nowhere"); }), v1::REFUSAL_UNKNOWN_LINE);
+  EXPECT_EQ(refusal(6, [](auto& s) { s.incarnation(1); }), v1::REFUSAL_WRONG_INCARNATION);
+  EXPECT_FALSE(gateway.expect("command-refused line=line1 client=stranger kind=200").empty());
+  const v1::CommandReply good = ask(request(7));
+  EXPECT_EQ(good.domain(), v1::RESULT_DONE);
+  EXPECT_EQ(good.data().size(), 1'024U);
+}
+
+TEST_F(Malformed, OutputsAreRefusedWithTheReasonAndTheNextIsTaken) {
+  const auto says = [&](auto spoil) {
+    v1::OutputWrite sample = output();
+    spoil(sample);
+    return refused(sample);
+  };
+  EXPECT_NE(says([](auto& s) { s.reactions(0xFF); }).find("bits that mean nothing"),
+            std::string::npos);
+  EXPECT_NE(says([](auto& s) { s.values()[0].data().resize(50); }).find("1 to 8 bytes"),
+            std::string::npos);
+  EXPECT_NE(says([](auto& s) { s.incarnation(3); }).find("another start"), std::string::npos);
+  v1::OutputWrite good = output();
+  EXPECT_TRUE(eventually([&] {
+    outputs->write(&good);
+    return !gateway.expect("output line=line1 client=stranger", std::chrono::milliseconds(100))
+                .empty();
+  }));
+}
+
+TEST_F(Malformed, SamplesForAnotherGatewayAreNotOurs) {
+  v1::OutputWrite other = output();
+  other.gateway("another");
+  other.reactions(0xFF);
+  outputs->write(&other);
+  v1::OutputWrite bad = output();
+  bad.group(17);
+  bad.reactions(0xFF);
+  EXPECT_NE(refused(bad).find("group=17"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace linegate::test

@@ -1,0 +1,78 @@
+// Output values between two processes, and who owns a group.
+#include <gtest/gtest.h>
+
+#include "tests/dds/fixtures.h"
+
+namespace linegate::test {
+namespace {
+
+line::OutputWrite output(std::uint32_t entry) {
+  line::OutputWrite write;
+  write.group = 2;
+  write.layout_id = 0xABC;
+  write.arming = 3;
+  write.watchdog = std::chrono::milliseconds(250);
+  write.reactions = line::kZeroOutputs | line::kSendEmcy;
+  write.values.push_back({entry, 2, {std::byte{0x12}, std::byte{0x34}}});
+  write.bytes.push_back({64, std::vector<std::byte>(5'000)});
+  return write;
+}
+
+std::unique_ptr<dds::Client> writer(const std::string& name, std::uint32_t strength) {
+  dds::ClientOptions options = client_options(name);
+  options.outputs = true;
+  options.output_strength = strength;
+  return make_client(options);
+}
+
+TEST(Outputs, AWriteArrivesWhole) {
+  Peer gateway("gateway");
+  ASSERT_FALSE(gateway.expect("ready").empty());
+  const auto client = writer("plc", 1);
+  ASSERT_NE(client, nullptr);
+  std::string line;
+  eventually([&] {
+    EXPECT_TRUE(client->write_outputs(known_line(), output(7)));
+    line = gateway.expect("output", std::chrono::milliseconds(100));
+    return !line.empty();
+  });
+  EXPECT_EQ(line,
+            "output line=line1 client=plc group=2 layout=abc arming=3 watchdog=250000000 "
+            "reactions=21 value=7:1234 bytes=64:5000");
+}
+
+TEST(Outputs, TheStrongerWriterOwnsTheGroupUntilItIsGone) {
+  Peer gateway("gateway");
+  ASSERT_FALSE(gateway.expect("ready").empty());
+  const auto weak = writer("weak", 1);
+  auto strong = writer("strong", 10);
+  ASSERT_TRUE(weak != nullptr && strong != nullptr);
+  ASSERT_TRUE(eventually([&] {
+    strong->write_outputs(known_line(), output(1));
+    return !gateway.expect("output line=line1 client=strong", std::chrono::milliseconds(50))
+                .empty();
+  }));
+  ASSERT_TRUE(eventually([&] { return weak->output_peers() == 1; }));
+  // Each weak write is followed by a strong one: when that has arrived, the weak one has not.
+  for (int i = 0; i < 10; ++i) {
+    weak->write_outputs(known_line(), output(100));
+    strong->write_outputs(known_line(), output(200 + static_cast<std::uint32_t>(i)));
+    ASSERT_FALSE(gateway.expect("output line=line1 client=strong").empty());
+  }
+  strong.reset();
+  EXPECT_TRUE(eventually([&] {
+    weak->write_outputs(known_line(), output(300));
+    return !gateway.expect("output line=line1 client=weak", std::chrono::milliseconds(50)).empty();
+  }));
+}
+
+TEST(Outputs, BeyondTheBoundsIsNotSent) {
+  const auto client = writer("plc", 1);
+  ASSERT_NE(client, nullptr);
+  line::OutputWrite write = output(1);
+  write.values.resize(4'097);
+  EXPECT_FALSE(client->write_outputs(known_line(), write));
+}
+
+}  // namespace
+}  // namespace linegate::test

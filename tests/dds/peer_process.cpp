@@ -1,0 +1,88 @@
+#include "tests/dds/peer_process.h"
+
+#include <array>
+#include <thread>
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace linegate::test {
+
+using Clock = std::chrono::steady_clock;
+
+std::uint32_t domain() {
+  return 50U + static_cast<std::uint32_t>(::getpid()) % 140U;
+}
+
+Peer::Peer(const std::string& role, const std::string& profiles) {
+  const std::string number = std::to_string(domain());
+  std::array<int, 2> in{};
+  std::array<int, 2> out{};
+  if (::pipe2(in.data(), O_CLOEXEC) != 0 || ::pipe2(out.data(), O_CLOEXEC) != 0)
+    return;
+  pid_ = ::fork();
+  if (pid_ == 0) {
+    ::dup2(in[0], STDIN_FILENO);
+    ::dup2(out[1], STDOUT_FILENO);
+    ::execl(DDS_PEER, DDS_PEER, role.c_str(), number.c_str(), profiles.c_str(), nullptr);
+    ::_exit(127);
+  }
+  ::close(in[0]);
+  ::close(out[1]);
+  to_ = in[1];
+  from_ = out[0];
+}
+
+Peer::~Peer() {
+  ::close(to_);
+  if (pid_ > 0) {
+    ::kill(pid_, SIGCONT);
+    const auto deadline = Clock::now() + std::chrono::seconds(5);
+    while (::waitpid(pid_, nullptr, WNOHANG) == 0) {
+      if (Clock::now() > deadline)
+        ::kill(pid_, SIGKILL);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  }
+  ::close(from_);
+}
+
+void Peer::signal(int number) const {
+  if (pid_ > 0)
+    ::kill(pid_, number);
+}
+
+bool Peer::read_more(int timeout_ms) {
+  pollfd output{from_, POLLIN, 0};
+  if (::poll(&output, 1, timeout_ms) <= 0)
+    return false;
+  std::array<char, 4096> chunk{};
+  const ssize_t length = ::read(from_, chunk.data(), chunk.size());
+  if (length <= 0)
+    return false;
+  unread_.append(chunk.data(), static_cast<std::size_t>(length));
+  return true;
+}
+
+std::string Peer::expect(std::string_view prefix, std::chrono::milliseconds deadline) {
+  const auto end = Clock::now() + deadline;
+  for (;;) {
+    const std::size_t newline = unread_.find('\n');
+    if (newline != std::string::npos) {
+      std::string line = unread_.substr(0, newline);
+      unread_.erase(0, newline + 1);
+      if (line.starts_with(prefix))
+        return line;
+      continue;
+    }
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now()).count();
+    if (left <= 0 || !read_more(static_cast<int>(left)))
+      return {};
+  }
+}
+
+}  // namespace linegate::test

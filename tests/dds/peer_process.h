@@ -1,0 +1,39 @@
+// Another process of a test, and what it prints.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <sys/types.h>
+
+namespace linegate::test {
+
+// Of this test process, below 200: tests that run at the same time do not meet.
+std::uint32_t domain();
+
+class Peer {
+ public:
+  // Starts dds_peer with that role in domain().
+  explicit Peer(const std::string& role, const std::string& profiles = LOOPBACK_PROFILES);
+  ~Peer();  // ends its input, then waits for it; kills it after 5 s
+  Peer(const Peer&) = delete;
+  Peer& operator=(const Peer&) = delete;
+
+  // Reads lines until one begins with `prefix` and gives it; empty after the deadline.
+  std::string expect(std::string_view prefix,
+                     std::chrono::milliseconds deadline = std::chrono::seconds(20));
+  void signal(int number) const;
+
+ private:
+  bool read_more(int timeout_ms);
+
+  pid_t pid_ = -1;
+  int to_ = -1;
+  int from_ = -1;
+  std::string unread_;
+};
+
+}  // namespace linegate::test

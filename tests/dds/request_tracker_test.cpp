@@ -1,0 +1,144 @@
+#include "bridges/dds/request_tracker.h"
+
+#include <gtest/gtest.h>
+
+#include "bridges/dds/command_samples.h"
+
+#include "tests/dds/known_values.h"
+
+namespace linegate::dds {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr Instant kStart{milliseconds(1'000)};
+
+Request request(std::size_t data = 0) {
+  Request request;
+  request.target = {"g", "l", 0};
+  request.id = 7;
+  request.deadline = kStart + milliseconds(10'000);
+  request.command.data = known::pattern(data, 1);
+  return request;
+}
+
+v1::CommandReply reply(const std::vector<std::byte>& data, std::size_t offset) {
+  v1::CommandReply sample;
+  sample.gateway("g");
+  sample.line("l");
+  sample.id(7);
+  set_chunk(data, offset, sample);
+  return sample;
+}
+
+class Tracker : public testing::Test {
+ protected:
+  // When it is sent, in ms after kStart, up to `until`.
+  std::vector<long> sent_at(long until) {
+    std::vector<long> times;
+    for (long ms = 0; ms <= until; ms += 50) {
+      while (tracker.due(kStart + milliseconds(ms)) != nullptr)
+        times.push_back(ms);
+    }
+    return times;
+  }
+
+  RequestTracker tracker{milliseconds(100)};
+};
+
+TEST_F(Tracker, WhatStaysUnansweredIsSentAgainEverMoreSlowly) {
+  tracker.add(request(), kStart);
+  EXPECT_EQ(sent_at(3'000), (std::vector<long>{0, 100, 300, 700, 1'500}));
+}
+
+TEST_F(Tracker, AnAnswerEndsIt) {
+  tracker.add(request(), kStart);
+  tracker.due(kStart);
+  const auto done = tracker.take(reply(known::pattern(20, 2), 0), kStart);
+  ASSERT_TRUE(done);
+  EXPECT_EQ(done->result.id, 7U);
+  EXPECT_TRUE(done->result.reply.ok());
+  EXPECT_EQ(done->result.reply.data, known::pattern(20, 2));
+  EXPECT_TRUE(tracker.empty());
+  EXPECT_EQ(tracker.next_wake(), kNever);
+}
+
+TEST_F(Tracker, ALongAnswerIsFetchedInRounds) {
+  const auto data = known::pattern(100'000, 2);
+  tracker.add(request(), kStart);
+  tracker.due(kStart);
+  for (std::size_t chunk = 0; chunk < 8; ++chunk) {
+    EXPECT_EQ(tracker.due(kStart), nullptr);
+    EXPECT_FALSE(tracker.take(reply(data, chunk * 8'192), kStart));
+  }
+  ASSERT_NE(tracker.due(kStart), nullptr);
+  EXPECT_EQ(tracker.reply_offset(7), 65'536U);
+  for (std::size_t offset = 65'536; offset + 8'192 < data.size(); offset += 8'192) {
+    EXPECT_FALSE(tracker.take(reply(data, offset), kStart));
+  }
+  const auto done = tracker.take(reply(data, 98'304), kStart);
+  ASSERT_TRUE(done);
+  EXPECT_EQ(done->result.reply.data, data);
+}
+
+TEST_F(Tracker, ChunksOutOfPlaceDoNotSpoilTheAnswer) {
+  const auto data = known::pattern(20'000, 2);
+  tracker.add(request(), kStart);
+  tracker.due(kStart);
+  EXPECT_FALSE(tracker.take(reply(data, 8'192), kStart));
+  EXPECT_FALSE(tracker.take(reply(data, 0), kStart));
+  EXPECT_FALSE(tracker.take(reply(data, 0), kStart));
+  EXPECT_FALSE(tracker.take(reply(data, 16'384), kStart));
+  EXPECT_FALSE(tracker.take(reply(data, 8'192), kStart));
+  const auto done = tracker.take(reply(data, 16'384), kStart);
+  ASSERT_TRUE(done);
+  EXPECT_EQ(done->result.reply.data, data);
+}
+
+TEST_F(Tracker, AnswersToOthersAreNotTaken) {
+  tracker.add(request(), kStart);
+  v1::CommandReply other = reply({}, 0);
+  other.line("m");
+  EXPECT_FALSE(tracker.take(other, kStart));
+  other = reply({}, 0);
+  other.gateway("h");
+  EXPECT_FALSE(tracker.take(other, kStart));
+  other = reply({}, 0);
+  other.id(8);
+  EXPECT_FALSE(tracker.take(other, kStart));
+  EXPECT_TRUE(tracker.take(reply({}, 0), kStart));
+}
+
+TEST_F(Tracker, ItTimesOut) {
+  tracker.add(request(), kStart);
+  EXPECT_FALSE(tracker.expired(kStart + milliseconds(9'999)));
+  const auto done = tracker.expired(kStart + milliseconds(10'000));
+  ASSERT_TRUE(done);
+  EXPECT_EQ(done->result.reply.error, line::to_error(line::Refusal::timed_out));
+  EXPECT_TRUE(tracker.empty());
+}
+
+TEST_F(Tracker, ARequestThatLostAChunkIsSentAgain) {
+  tracker.add(request(20'000), kStart);
+  tracker.due(kStart);
+  v1::CommandReply refusal = reply({}, 0);
+  refusal.domain(v1::RESULT_REFUSED);
+  refusal.code(v1::REFUSAL_BAD_REQUEST);
+  EXPECT_FALSE(tracker.take(refusal, kStart));
+  EXPECT_EQ(sent_at(100), std::vector<long>{100});
+}
+
+TEST_F(Tracker, AShortRequestIsRefusedAtOnce) {
+  tracker.add(request(20), kStart);
+  v1::CommandReply refusal = reply({}, 0);
+  refusal.domain(v1::RESULT_REFUSED);
+  refusal.code(v1::REFUSAL_BAD_REQUEST);
+  refusal.text("why");
+  const auto done = tracker.take(refusal, kStart);
+  ASSERT_TRUE(done);
+  EXPECT_EQ(done->result.reply.error, line::to_error(line::Refusal::bad_request));
+  EXPECT_EQ(done->result.text, "why");
+}
+
+}  // namespace
+}  // namespace linegate::dds

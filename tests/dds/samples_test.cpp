@@ -1,0 +1,249 @@
+// Every member goes over the wire and comes back, with other values than those it starts with.
+#include <gtest/gtest.h>
+
+#include "bridges/dds/event_samples.h"
+#include "bridges/dds/image_samples.h"
+#include "bridges/dds/output_samples.h"
+#include "bridges/dds/state_samples.h"
+
+#include "tests/dds/known_values.h"
+
+namespace linegate::dds {
+namespace {
+
+TEST(StateSamples, LineStateComesBack) {
+  const line::LineState sent = known::line_state();
+  v1::LineState wire;
+  to_wire(known::line_info(), sent, wire);
+  LineInfo info;
+  line::LineState state;
+  from_wire(wire, info, state);
+  EXPECT_EQ(state.role, sent.role);
+  EXPECT_EQ(state.node_id, sent.node_id);
+  EXPECT_EQ(state.network_id, sent.network_id);
+  EXPECT_EQ(state.own_state, sent.own_state);
+  EXPECT_EQ(state.manager, sent.manager);
+  EXPECT_EQ(state.bus, sent.bus);
+  EXPECT_EQ(state.transmit_errors, sent.transmit_errors);
+  EXPECT_EQ(state.receive_errors, sent.receive_errors);
+  EXPECT_EQ(state.load_permille, sent.load_permille);
+  EXPECT_EQ(state.nodes_configured, sent.nodes_configured);
+  EXPECT_EQ(state.nodes_operational, sent.nodes_operational);
+  EXPECT_EQ(std::memcmp(&state.counters, &sent.counters, sizeof state.counters), 0);
+  EXPECT_EQ(info.interface_uri, "virtual:known");
+  EXPECT_EQ(info.bit_rate, 500'000U);
+  EXPECT_EQ(info.access, Access::all);
+}
+
+TEST(StateSamples, NodeStateComesBackWithTimesInUtc) {
+  const line::NodeState sent = known::node_state();
+  v1::NodeState wire;
+  to_wire(known::node_info(), sent, known::clock(), wire);
+  EXPECT_EQ(wire.last_heard(), known::kUtc + 6);
+  EXPECT_EQ(wire.since(), known::kUtc + 5);
+  EXPECT_EQ(wire.boot_text().to_string(), std::string(line::describe_boot('K')));
+  NodeInfo info;
+  line::NodeState state;
+  from_wire(wire, known::clock(), info, state);
+  EXPECT_EQ(info.name, "drive1");
+  EXPECT_EQ(info.since, known::at(5));
+  EXPECT_EQ(state.node, 42);
+  EXPECT_TRUE(state.configured);
+  EXPECT_EQ(state.state, sent.state);
+  EXPECT_EQ(state.presence, sent.presence);
+  EXPECT_TRUE(state.heartbeat_monitored);
+  EXPECT_EQ(state.boot, 'K');
+  EXPECT_EQ(state.device_type, sent.device_type);
+  EXPECT_EQ(state.vendor, sent.vendor);
+  EXPECT_EQ(state.product, sent.product);
+  EXPECT_EQ(state.revision, sent.revision);
+  EXPECT_EQ(state.serial, sent.serial);
+  EXPECT_EQ(state.error_register, sent.error_register);
+  EXPECT_EQ(state.last_emcy, sent.last_emcy);
+  EXPECT_EQ(state.emcy_count, sent.emcy_count);
+  EXPECT_EQ(state.heartbeats_lost, sent.heartbeats_lost);
+  EXPECT_EQ(state.last_heard, sent.last_heard);
+}
+
+TEST(StateSamples, NeverStaysNever) {
+  v1::NodeState wire;
+  to_wire({}, {}, known::clock(), wire);
+  EXPECT_EQ(wire.last_heard(), 0);
+  EXPECT_EQ(known::clock().instant(0), Instant{});
+}
+
+TEST(StateSamples, MorePropertiesThanTheContractHasAreLeftOut) {
+  std::vector<v1::Property> wire;
+  to_wire(std::vector<Property>(40, Property{"n", "v"}), wire);
+  EXPECT_EQ(wire.size(), 32U);
+}
+
+TEST(ImageSamples, SnapshotComesBack) {
+  const image::Snapshot sent = known::snapshot();
+  v1::ProcessImage wire;
+  ASSERT_TRUE(to_wire(sent, known::clock(), wire));
+  EXPECT_EQ(wire.time(), known::kUtc + 1'000);
+  image::Snapshot snapshot;
+  ASSERT_TRUE(from_wire(wire, known::clock(), snapshot));
+  EXPECT_EQ(snapshot.direction, sent.direction);
+  EXPECT_EQ(snapshot.layout_id, sent.layout_id);
+  EXPECT_EQ(snapshot.sequence, sent.sequence);
+  EXPECT_EQ(snapshot.acquired, sent.acquired);
+  EXPECT_EQ(snapshot.sync_count, sent.sync_count);
+  EXPECT_EQ(snapshot.bytes, sent.bytes);
+  EXPECT_EQ(snapshot.changed, sent.changed);
+  EXPECT_EQ(snapshot.valid, sent.valid);
+  ASSERT_EQ(snapshot.marks.size(), 1U);
+  EXPECT_EQ(snapshot.marks[0].local_pdo, 2);
+  EXPECT_EQ(snapshot.marks[0].remote_pdo, 2);
+  EXPECT_EQ(snapshot.marks[0].node, 2);
+  EXPECT_EQ(snapshot.marks[0].count, 3U);
+  EXPECT_EQ(snapshot.marks[0].time, known::at(900));
+  EXPECT_EQ(snapshot.marks[0].first_entry, 4U);
+  EXPECT_EQ(snapshot.marks[0].entries, 4U);
+}
+
+TEST(ImageSamples, BitsOfTheContractCountFromTheLowEndOfEachOctet) {
+  v1::ProcessImage wire;
+  ASSERT_TRUE(to_wire(known::snapshot(), known::clock(), wire));
+  EXPECT_EQ(wire.changed()[0], 0xF0);
+  EXPECT_EQ(wire.valid()[8], 0x01);   // entry 64
+  EXPECT_EQ(wire.valid()[15], 0x80);  // entry 127
+}
+
+TEST(ImageSamples, WhatIsBeyondTheBoundsIsRefused) {
+  image::Snapshot large = known::snapshot();
+  v1::ProcessImage wire;
+  large.bytes.resize(image::kMaxAreaBytes + 1);
+  EXPECT_FALSE(to_wire(large, {}, wire));
+  large.bytes.resize(image::kMaxAreaBytes);
+  EXPECT_TRUE(to_wire(large, {}, wire));
+  wire.direction(2);
+  EXPECT_FALSE(from_wire(wire, {}, large));
+  wire.direction(1);
+  wire.valid().pop_back();
+  EXPECT_FALSE(from_wire(wire, {}, large));
+}
+
+TEST(ImageSamples, PdoUpdateHoldsTheValuesOfItsPdo) {
+  const image::Snapshot snapshot = known::snapshot();
+  v1::PdoUpdate wire;
+  ASSERT_TRUE(to_wire(known::layout(), snapshot, snapshot.marks[0], 3, known::clock(), wire));
+  PdoUpdate update;
+  from_wire(wire, known::clock(), update);
+  EXPECT_EQ(update.node, 2);
+  EXPECT_EQ(update.pdo, 2);
+  EXPECT_EQ(update.time, known::at(900));
+  EXPECT_EQ(update.receptions, 3U);
+  ASSERT_EQ(update.values.size(), 4U);
+  EXPECT_EQ(update.values[1].entry, 5U);
+  EXPECT_EQ(update.values[1].index, 0x6401);
+  EXPECT_EQ(update.values[1].sub, 2);
+  EXPECT_EQ(update.values[1].type, od::DataType::unsigned16);
+  EXPECT_EQ(update.values[1].bit_length, 16);
+  EXPECT_EQ(update.values[1].data, (std::vector{snapshot.bytes[10], snapshot.bytes[11]}));
+}
+
+TEST(ImageSamples, PdoUpdateOfAForeignLayoutIsRefused) {
+  image::Snapshot snapshot = known::snapshot();
+  v1::PdoUpdate wire;
+  image::PdoMark mark = snapshot.marks[0];
+  mark.first_entry = known::kEntries - 3;
+  EXPECT_FALSE(to_wire(known::layout(), snapshot, mark, 1, {}, wire));
+  snapshot.layout_id = 1;
+  EXPECT_FALSE(to_wire(known::layout(), snapshot, snapshot.marks[0], 1, {}, wire));
+}
+
+TEST(ImageSamples, BitsAreMovedToTheLowEnd) {
+  const std::vector<std::byte> area{std::byte{0xA0}, std::byte{0x03}};
+  std::vector<std::uint8_t> bits;
+  extract_bits(area, 5, 1, bits);
+  EXPECT_EQ(bits, std::vector<std::uint8_t>{1});
+  extract_bits(area, 5, 5, bits);
+  EXPECT_EQ(bits, std::vector<std::uint8_t>{0b11101});
+  extract_bits(area, 4, 12, bits);
+  EXPECT_EQ(bits, (std::vector<std::uint8_t>{0x3A, 0x00}));
+}
+
+TEST(EventSamples, EventComesBack) {
+  const linegate::Event sent = known::event(9);
+  v1::Event wire;
+  to_wire(sent, "text", known::clock(), wire);
+  EXPECT_EQ(wire.severity(), v1::SEVERITY_WARNING);
+  EXPECT_EQ(wire.data().size(), 5U);
+  linegate::Event event;
+  from_wire(wire, known::clock(), event);
+  EXPECT_EQ(event.number, 9U);
+  EXPECT_EQ(event.time, sent.time);
+  EXPECT_EQ(event.kind, sent.kind);
+  EXPECT_EQ(event.node, sent.node);
+  EXPECT_EQ(event.length, 5);
+  EXPECT_EQ(event.code, sent.code);
+  EXPECT_EQ(event.value, sent.value);
+  EXPECT_EQ(event.data, sent.data);
+}
+
+TEST(EventSamples, DataOfAStrangerAreCutToTheirBound) {
+  v1::Event wire;
+  wire.data().resize(100, 1);
+  linegate::Event event;
+  from_wire(wire, {}, event);
+  EXPECT_EQ(event.length, 16);
+}
+
+line::OutputWrite output() {
+  line::OutputWrite write;
+  write.group = 3;
+  write.layout_id = 4;
+  write.arming = 5;
+  write.watchdog = std::chrono::milliseconds(100);
+  write.reactions = line::kZeroOutputs | line::kNmtStop;
+  write.values.push_back({7, 2, {std::byte{1}, std::byte{2}}});
+  write.bytes.push_back({16, {std::byte{3}}});
+  return write;
+}
+
+TEST(OutputSamples, OutputWriteComesBack) {
+  v1::OutputWrite wire;
+  ASSERT_TRUE(to_wire(output(), wire));
+  line::OutputWrite write;
+  ASSERT_EQ(from_wire(wire, write).refusal, line::OutputRefusal::none);
+  EXPECT_EQ(write.group, 3);
+  EXPECT_EQ(write.layout_id, 4U);
+  EXPECT_EQ(write.arming, 5U);
+  EXPECT_EQ(write.watchdog, std::chrono::milliseconds(100));
+  EXPECT_EQ(write.reactions, line::kZeroOutputs | line::kNmtStop);
+  ASSERT_EQ(write.values.size(), 1U);
+  EXPECT_EQ(write.values[0].entry, 7U);
+  EXPECT_EQ(write.values[0].length, 2);
+  EXPECT_EQ(write.values[0].data[1], std::byte{2});
+  ASSERT_EQ(write.bytes.size(), 1U);
+  EXPECT_EQ(write.bytes[0].offset, 16U);
+  EXPECT_EQ(write.bytes[0].data, std::vector{std::byte{3}});
+}
+
+TEST(OutputSamples, WhatCannotBeUnderstoodIsRefused) {
+  using line::OutputRefusal;
+  v1::OutputWrite good;
+  ASSERT_TRUE(to_wire(output(), good));
+  line::OutputWrite write;
+  const auto refusal = [&](auto spoil) {
+    v1::OutputWrite bad = good;
+    spoil(bad);
+    return from_wire(bad, write).refusal;
+  };
+  EXPECT_EQ(refusal([](auto& w) { w.reactions(0x80); }), OutputRefusal::bad_reaction);
+  EXPECT_EQ(refusal([](auto& w) { w.reactions(0x06); }), OutputRefusal::bad_reaction);
+  EXPECT_EQ(refusal([](auto& w) { w.watchdog_ns(-1); }), OutputRefusal::bad_reaction);
+  EXPECT_EQ(refusal([](auto& w) { w.values()[0].data().resize(9); }), OutputRefusal::bad_length);
+  EXPECT_EQ(refusal([](auto& w) { w.values()[0].data().clear(); }), OutputRefusal::bad_length);
+  EXPECT_EQ(refusal([](auto& w) { w.values().resize(4'097, w.values()[0]); }),
+            OutputRefusal::bad_length);
+  EXPECT_EQ(refusal([](auto& w) { w.bytes()[0].offset(131'072); }), OutputRefusal::bad_length);
+  EXPECT_EQ(refusal([](auto& w) { w.bytes()[0].offset(0xFFFF'FFFF); }), OutputRefusal::bad_length);
+  EXPECT_EQ(refusal([](auto& w) { w.bytes()[0].data().clear(); }), OutputRefusal::bad_length);
+  EXPECT_EQ(refusal([](auto& w) { w.bytes()[0].offset(131'071); }), OutputRefusal::none);
+}
+
+}  // namespace
+}  // namespace linegate::dds
