@@ -21,6 +21,7 @@
 #include "bridges/dds/request_tracker.h"
 #include "bridges/dds/state_samples.h"
 #include "bridges/dds/waiting.h"
+#include "bridges/dds/writer_watch.h"
 
 namespace linegate::dds {
 namespace {
@@ -67,14 +68,11 @@ struct Client::Impl {
 
   template <class PubSubType>
   void subscribe(bool wanted, const std::string& topic, fast::DataReader*& reader);
-  template <class Sample, class Handle, class Gone>
-  void drain(fast::DataReader* reader, Sample& sample, Handle handle, Gone gone);
   template <class Sample, class Handle>
-  void drain(fast::DataReader* reader, Sample& sample, Handle handle) {
-    drain(reader, sample, handle, [](const fast::SampleInfo&) {});
-  }
+  void drain(fast::DataReader* reader, Sample& sample, Handle handle);
   void drain_layouts(ClientListener& listener);
   void drain_states(ClientListener& listener);
+  void tell_lines_gone(ClientListener& listener);
   void drain_values(ClientListener& listener);
   void drain_replies(ClientListener& listener);
   void finish(RequestTracker::Done done, ClientListener& listener);
@@ -82,6 +80,7 @@ struct Client::Impl {
   bool send(const Request& request);
 
   const std::string name;
+  WriterWatch line_writers{waiting};  // outlives the reader it listens to
   Endpoints endpoints;
   fast::DataReader* lines = nullptr;
   fast::DataReader* nodes = nullptr;
@@ -94,6 +93,8 @@ struct Client::Impl {
   fast::DataWriter* outputs = nullptr;
   Waiting waiting;
   std::size_t handled = 0;  // in the present poll
+  fast::SampleInfo info;    // of the sample being handled
+  std::map<std::pair<std::string, std::string>, WriterWatch::Handle> publishers;  // of each line
 
   v1::LineState line_sample;
   v1::NodeState node_sample;
@@ -121,6 +122,8 @@ Client::Impl::Impl(const ClientOptions& options, std::vector<Diagnostic>& diagno
   std::random_device random;
   next_id = (std::uint64_t{random()} << 32U | random()) >> 1U | 1U;
   subscribe<v1::LineStatePubSubType>(options.lines, v1::TOPIC_LINE_STATE, lines);
+  if (lines != nullptr)
+    lines->set_listener(&line_writers, WriterWatch::statuses());
   subscribe<v1::NodeStatePubSubType>(options.nodes, v1::TOPIC_NODE_STATE, nodes);
   subscribe<v1::ImageLayoutPubSubType>(options.layouts, v1::TOPIC_IMAGE_LAYOUT, layouts);
   subscribe<v1::ProcessImagePubSubType>(options.images, v1::TOPIC_PROCESS_IMAGE, images);
@@ -138,6 +141,7 @@ Client::Impl::Impl(const ClientOptions& options, std::vector<Diagnostic>& diagno
 
 // Says goodbye, so that gateways keep nothing for this client.
 Client::Impl::~Impl() {
+  line_writers.close();
   if (requests == nullptr || asked.empty())
     return;
   for (const auto& [gateway, line] : asked) {
@@ -189,6 +193,7 @@ std::size_t Client::poll(Duration timeout, ClientListener& listener) {
   if (impl_->waiting.wait(std::min(timeout, until_wake))) {
     impl_->drain_layouts(listener);
     impl_->drain_states(listener);
+    impl_->tell_lines_gone(listener);
     impl_->drain_values(listener);
     impl_->drain_replies(listener);
   }
@@ -196,20 +201,17 @@ std::size_t Client::poll(Duration timeout, ClientListener& listener) {
   return impl_->handled;
 }
 
-template <class Sample, class Handle, class Gone>
-void Client::Impl::drain(fast::DataReader* reader, Sample& sample, Handle handle, Gone gone) {
+template <class Sample, class Handle>
+void Client::Impl::drain(fast::DataReader* reader, Sample& sample, Handle handle) {
   if (reader == nullptr)
     return;
-  fast::SampleInfo info;
   for (int i = 0; i < kSamplesPerPoll; ++i) {
     if (reader->take_next_sample(&sample, &info) != ReturnCode_t::RETCODE_OK)
       return;
-    if (info.valid_data) {
-      ++handled;
-      handle(sample);
-    } else {
-      gone(info);
-    }
+    if (!info.valid_data)
+      continue;
+    ++handled;
+    handle(sample);
   }
   waiting.wake();
 }
@@ -225,32 +227,36 @@ void Client::Impl::drain_layouts(ClientListener& listener) {
 
 void Client::Impl::drain_states(ClientListener& listener) {
   std::vector<Property> properties;
-  const auto line_gone = [&](const fast::SampleInfo& info) {
-    v1::LineState key;
-    if (info.instance_state == fast::ALIVE_INSTANCE_STATE)
-      return;
-    if (lines->get_key_value(&key, info.instance_handle) != ReturnCode_t::RETCODE_OK)
-      return;
-    ++handled;
-    listener.on_line_gone(key.gateway().c_str(), key.line().c_str());
-  };
-  drain(
-      lines, line_sample,
-      [&](const v1::LineState& sample) {
-        LineInfo info;
-        line::LineState state;
-        from_wire(sample, info, state);
-        from_wire(sample.properties(), properties);
-        listener.on_line(source(sample), info, state, properties);
-      },
-      line_gone);
-  drain(nodes, node_sample, [&](const v1::NodeState& sample) {
-    NodeInfo info;
-    line::NodeState state;
-    from_wire(sample, kUtc, info, state);
+  drain(lines, line_sample, [&](const v1::LineState& sample) {
+    publishers[{sample.gateway().to_string(), sample.line().to_string()}] = info.publication_handle;
+    LineInfo line;
+    line::LineState state;
+    from_wire(sample, line, state);
     from_wire(sample.properties(), properties);
-    listener.on_node(source(sample), info, state, properties);
+    listener.on_line(source(sample), line, state, properties);
   });
+  drain(nodes, node_sample, [&](const v1::NodeState& sample) {
+    NodeInfo node;
+    line::NodeState state;
+    from_wire(sample, kUtc, node, state);
+    from_wire(sample.properties(), properties);
+    listener.on_node(source(sample), node, state, properties);
+  });
+}
+
+// After the states: a gateway that has been started again in the meantime is not gone.
+void Client::Impl::tell_lines_gone(ClientListener& listener) {
+  for (const WriterWatch::Handle& lost : line_writers.take_lost()) {
+    for (auto line = publishers.begin(); line != publishers.end();) {
+      if (line->second != lost) {
+        ++line;
+        continue;
+      }
+      ++handled;
+      listener.on_line_gone(line->first.first, line->first.second);
+      line = publishers.erase(line);
+    }
+  }
 }
 
 void Client::Impl::drain_values(ClientListener& listener) {
