@@ -1,0 +1,131 @@
+// The JSON Schema for editors and the loader know the same keys.
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include "gateway/config/plant.h"
+
+namespace linegate::config {
+namespace {
+
+const std::string kRoot = LINEGATE_SOURCE_DIR "/";
+
+YAML::Node load_schema() {
+  return YAML::LoadFile(kRoot + "deploy/plant.schema.json");  // JSON is YAML
+}
+
+// Undefined if there is no such key: a plain operator[] would add it.
+YAML::Node member(const YAML::Node& node, const std::string& key) {
+  if (node.IsMap()) {
+    for (const auto& pair : node) {
+      if (pair.first.Scalar() == key) {
+        return pair.second;
+      }
+    }
+  }
+  return YAML::Node(YAML::NodeType::Undefined);
+}
+
+class Walker {
+ public:
+  explicit Walker(const YAML::Node& schema) : root_(schema) {}
+
+  // Keys of the document the schema does not know.
+  void walk(const YAML::Node& document, const YAML::Node& schema, const std::string& path) {
+    if (document.IsSequence()) {
+      for (const auto& element : document) {
+        walk(element, resolve(member(schema, "items"), element), path + "[]");
+      }
+    } else if (document.IsMap()) {
+      for (const auto& pair : document) {
+        const std::string key = pair.first.Scalar();
+        const YAML::Node known = find(schema, key);
+        if (!known.IsDefined()) {
+          unknown.push_back(path + "/" + key);
+          continue;
+        }
+        walk(pair.second, resolve(known, pair.second), path + "/" + key);
+      }
+    }
+  }
+
+  std::vector<std::string> unknown;
+
+ private:
+  YAML::Node find(const YAML::Node& schema, const std::string& key) const {
+    const YAML::Node property = member(member(schema, "properties"), key);
+    if (property.IsDefined()) {
+      return property;
+    }
+    const YAML::Node patterns = member(schema, "patternProperties");
+    if (patterns.IsMap()) {
+      return patterns.begin()->second;
+    }
+    const YAML::Node others = member(schema, "additionalProperties");
+    return others.IsMap() ? others : YAML::Node(YAML::NodeType::Undefined);
+  }
+
+  // Follows $ref, and of several forms takes the one for mappings if the document is one.
+  YAML::Node resolve(const YAML::Node& schema, const YAML::Node& document) const {
+    const YAML::Node reference = member(schema, "$ref");
+    if (reference.IsDefined()) {
+      const std::string text = reference.Scalar();
+      return resolve(member(member(root_, "$defs"), text.substr(text.rfind('/') + 1)), document);
+    }
+    const YAML::Node forms = member(schema, "anyOf");
+    if (forms.IsSequence() && document.IsMap()) {
+      for (const auto& form : forms) {
+        const YAML::Node resolved = resolve(form, document);
+        if (member(resolved, "properties").IsDefined()) {
+          return resolved;
+        }
+      }
+    }
+    return schema;
+  }
+
+  YAML::Node root_;
+};
+
+TEST(Schema, KnowsEveryKeyOfTheSamplePlants) {
+  const YAML::Node schema = load_schema();
+  for (const char* name : {"demo.yaml", "vcan.yaml"}) {
+    Walker walker(schema);
+    walker.walk(YAML::LoadFile(kRoot + "deploy/plants/" + name), schema, "");
+    EXPECT_EQ(walker.unknown, std::vector<std::string>{}) << name;
+  }
+}
+
+// A key of the schema the loader does not know would be "unknown key"; a value of a wrong kind is
+// told otherwise.
+TEST(Schema, HasNoKeyTheLoaderDoesNotKnow) {
+  const YAML::Node definitions = member(load_schema(), "$defs");
+  const auto keys_of = [](const YAML::Node& definition) {
+    std::string text;
+    for (const auto& pair : member(definition, "properties")) {
+      text += (text.empty() ? "" : ", ") + pair.first.Scalar() + ": [1]";
+    }
+    return "{" + text + "}";
+  };
+  const std::string line = keys_of(member(definitions, "line"));
+  const std::string node = keys_of(member(definitions, "node"));
+  const std::string pdo = keys_of(member(definitions, "pdo"));
+  const std::string group = keys_of(member(definitions, "group"));
+  const std::string executor = keys_of(member(definitions, "executor"));
+  const std::string text =
+      "schema: 1\nexecutors: [" + executor + "]\nlines:\n  - " + line +
+      "\n  - name: b\n    interface: 'simulated:'\n    outputs: {groups: [" + group +
+      "]}\n    nodes:\n      - " + node +
+      "\n      - {id: 5, eds: bridges/sim/eds/drive.eds, pdos: {tpdo1: " + pdo + "}}\n";
+  const auto loaded = read(text, kRoot + "plant.yaml");
+  EXPECT_FALSE(loaded.ok());
+  EXPECT_GT(loaded.diagnostics.size(), 20U) << "every key was read";
+  for (const auto& diagnostic : loaded.diagnostics) {
+    EXPECT_EQ(diagnostic.text.find("unknown key"), std::string::npos) << to_string(diagnostic);
+  }
+}
+
+}  // namespace
+}  // namespace linegate::config
