@@ -21,6 +21,14 @@ if(LINEGATE_SANITIZE)
   add_link_options(-fsanitize=${_sanitize})
 endif()
 
+# Libraries count the branches that inputs of the fuzzer reach; tests/fuzz links the fuzzer itself.
+if(LINEGATE_BUILD_FUZZ)
+  enable_testing()
+  add_compile_options(-fsanitize=fuzzer-no-link,address,undefined -fno-omit-frame-pointer
+                      -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=address,undefined)
+endif()
+
 # linegate_library(NAME SOURCES a.cpp ... [DEPENDS linegate::x ...] [PRIVATE_DEPENDS ...])
 # makes static library linegate_NAME with alias linegate::NAME and installs it.
 function(linegate_library name)
