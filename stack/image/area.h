@@ -37,65 +37,81 @@ static_assert(sizeof(PdoState) == 16);
 class Area {
  public:
   explicit Area(std::size_t byte_size = 0, std::size_t pdos = 0);
+  Area(Area&&) noexcept = default;
+  Area& operator=(Area&&) noexcept = default;
 
-  std::byte* data() { return bytes_.data(); }
-  const std::byte* data() const { return bytes_.data(); }
+  std::byte* data() { return hot_.bytes; }
+  const std::byte* data() const { return hot_.bytes; }
   std::size_t size() const { return bytes_.size() - kSlackBytes; }
 
   // Bits of `mask` in the 64-bit little-endian word at byte `offset` become those of `word`; what
   // changes is marked. True if anything changed. Precondition: no bit of the mask lies beyond the
   // area.
   bool merge(std::uint32_t offset, std::uint64_t word, std::uint64_t mask) {
-    std::byte* const place = bytes_.data() + offset;
+    const Hot hot =
+        hot_;  // bytes may alias everything: what is loaded before they are stored stays
+    std::byte* const place = hot.bytes + offset;
     const std::uint64_t old = load_le<std::uint64_t>(place);
     const std::uint64_t difference = (old ^ word) & mask;
-    if (difference != 0) {
-      store_le(place, old ^ difference);
-      mark(offset, difference);
+    if (difference == 0) {
+      return false;
     }
-    return difference != 0;
+    store_le(place, old ^ difference);
+    mark(hot, offset, difference);
+    return true;
   }
 
   // Marks bits of the word at byte `offset` as changed.
-  void mark(std::uint32_t offset, std::uint64_t difference) {
-    std::byte* const dirty = dirty_.data() + offset;
-    store_le(dirty, load_le<std::uint64_t>(dirty) | difference);
-    generations_[offset / kBlockBytes] = generation_;
-    generations_[(offset + sizeof difference - 1) / kBlockBytes] = generation_;
-    changed_in_ = generation_;
-  }
+  void mark(std::uint32_t offset, std::uint64_t difference) { mark(hot_, offset, difference); }
 
   // A frame of PDO `slot` (local PDO number - 1) is in the image, or was sent.
-  void touch(std::size_t slot, Instant time) { touch(slot, time, 1); }
-  void touch(std::size_t slot, Instant time, std::uint32_t frames) {
-    PdoState& state = pdos_[slot];
-    state.last = time;
-    state.count += frames;
-    touched_[slot / 64] |= std::uint64_t{1} << (slot % 64);
-    touched_in_ = generation_;
+  void touch(std::size_t slot, Instant time, std::uint32_t frames = 1) {
+    const Hot hot = hot_;
+    hot.pdos[slot].last = time;
+    hot.pdos[slot].count += frames;
+    hot.touched[slot / 64] |= std::uint64_t{1} << (slot % 64);
+    hot_.touched_in = hot.generation;
   }
 
-  PdoState& pdo(std::size_t slot) { return pdos_[slot]; }
-  const PdoState& pdo(std::size_t slot) const { return pdos_[slot]; }
+  PdoState& pdo(std::size_t slot) { return hot_.pdos[slot]; }
+  const PdoState& pdo(std::size_t slot) const { return hot_.pdos[slot]; }
   std::size_t pdos() const { return pdos_.size(); }
   // Room for at least so many PDOs; new ones are not valid. Allocates.
   void grow_pdos(std::size_t count);
 
   // Some value (or its validity) changed, or some PDO was touched, since the last snapshot.
-  bool changed() const { return changed_in_ == generation_; }
-  bool touched() const { return touched_in_ == generation_; }
+  bool changed() const { return hot_.changed_in == hot_.generation; }
+  bool touched() const { return hot_.touched_in == hot_.generation; }
 
  private:
   friend class ProcessImage;
 
+  // One cache line with all a frame needs; the vectors below own what it points to.
+  struct alignas(64) Hot {
+    std::byte* bytes = nullptr;
+    std::byte* dirty = nullptr;
+    std::uint64_t* generations = nullptr;
+    PdoState* pdos = nullptr;
+    std::uint64_t* touched = nullptr;
+    std::uint64_t generation = 1;  // grows with every snapshot
+    std::uint64_t changed_in = 0;
+    std::uint64_t touched_in = 0;
+  };
+
+  void mark(const Hot& hot, std::uint32_t offset, std::uint64_t difference) {
+    std::byte* const dirty = hot.dirty + offset;
+    store_le(dirty, load_le<std::uint64_t>(dirty) | difference);
+    hot.generations[offset / kBlockBytes] = hot.generation;
+    hot.generations[(offset + sizeof difference - 1) / kBlockBytes] = hot.generation;
+    hot_.changed_in = hot.generation;
+  }
+
+  Hot hot_;
   std::vector<std::byte> bytes_;
   std::vector<std::byte> dirty_;
   std::vector<std::uint64_t> generations_;
   std::vector<PdoState> pdos_;
   std::vector<std::uint64_t> touched_;
-  std::uint64_t generation_ = 1;
-  std::uint64_t changed_in_ = 0;
-  std::uint64_t touched_in_ = 0;
 };
 
 }  // namespace linegate::image

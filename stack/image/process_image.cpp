@@ -184,7 +184,7 @@ void ProcessImage::set_entry_valid(Direction direction, std::uint32_t entry, boo
   Side& s = side(direction);
   if (get_bit(s.valid, entry) != valid) {
     set_bit(s.valid, entry, valid);
-    s.area.changed_in_ = s.area.generation_;
+    s.area.hot_.changed_in = s.area.hot_.generation;
   }
 }
 

@@ -44,7 +44,7 @@ void ProcessImage::snapshot(Direction direction, Snapshot& into, Instant now, bo
   into.sequence = ++s.sequence;
   into.acquired = now;
   into.sync_count = sync_count;
-  into.generation = s.area.generation_++;
+  into.generation = s.area.hot_.generation++;
 }
 
 // Counts of a snapshot that nobody read go on being counted.
@@ -67,7 +67,7 @@ void ProcessImage::copy_blocks(Side& side, Snapshot& into) {
 void ProcessImage::fold_changes(Side& side, Snapshot& into) {
   Area& area = side.area;
   for (std::size_t block = 0; block < area.generations_.size(); ++block) {
-    if (area.generations_[block] != area.generation_) {
+    if (area.generations_[block] != area.hot_.generation) {
       continue;
     }
     for (std::uint32_t i = side.block_first[block]; i < side.block_first[block + 1]; ++i) {

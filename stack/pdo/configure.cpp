@@ -49,11 +49,11 @@ std::vector<Diagnostic> Engine::Impl::configure() {
   rpdos.assign(rpdo_count, {});
   details.assign(rpdo_count, {});
   shadows.assign(rpdo_count, {});
+  deferred.reset(rpdo_count);
   tpdos.assign(tpdo_count, {});
   inputs->grow_pdos(rpdo_count);
   outputs->grow_pdos(tpdo_count);
   long_shadows.clear();
-  deferred.reset(rpdo_count);
   affected.reset(tpdo_count);
   timers.reset(rpdo_count + tpdo_count);
   std::vector<Diagnostic> diagnostics;
@@ -175,8 +175,11 @@ void Engine::Impl::start_rpdo(const Parameters& parameters, CopyPlan plan) {
   pdo.type = parameters.type;
   pdo.deadline = parameters.event_timer;
   pdo.plan = std::move(plan);
-  if (pdo.plan.bytes() > sizeof(Shadow::word) && shadows[slot].long_data == Shadow::kNone) {
-    shadows[slot].long_data = static_cast<std::uint32_t>(long_shadows.size());
+  if (!pdo.plan.runs.empty() && pdo.plan.runs.front().frame_byte != 0) {
+    pdo.plan.runs.insert(pdo.plan.runs.begin(), Run{});  // Rpdo's is of the first word
+  }
+  if (pdo.plan.bytes() > can::kMaxClassicData && pdo.long_shadow == RpdoDetails::kNoShadow) {
+    pdo.long_shadow = long_shadows.size();
     long_shadows.emplace_back();
   }
   dispatch.add(pdo.cob_id.id(), pdo.cob_id.extended(), can::Service::rpdo, slot);
@@ -210,8 +213,8 @@ void Engine::Impl::stop(PdoKind kind, std::uint16_t slot) {
     const can::CobId cob_id = details[slot].cob_id;
     dispatch.remove(cob_id.id(), cob_id.extended(), can::Service::rpdo, slot);
     details[slot] = {};
-    shadows[slot].frames = 0;
     inputs->pdo(slot).attention &= image::PdoState::kNotValid;
+    shadows[slot] = {};
     deferred.clear(slot);
     timers.stop(slot);
   } else {

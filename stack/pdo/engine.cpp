@@ -67,6 +67,9 @@ void Engine::sync(std::uint8_t counter, Instant now) {
 
 void Engine::advance(Instant now) {
   impl_->latest = now;
+  if (now >= impl_->next_release) {
+    impl_->release(now);
+  }
   while (const std::optional<std::size_t> timer = impl_->timers.take_due(now)) {
     const std::size_t rpdos = impl_->rpdos.size();
     if (*timer < rpdos) {
@@ -78,7 +81,7 @@ void Engine::advance(Instant now) {
 }
 
 Instant Engine::next_wake() const {
-  return earlier(impl_->timers.next(), impl_->next_sending());
+  return earlier(impl_->timers.next(), impl_->next_release);
 }
 
 bool Engine::next_frame(can::Frame& out, Instant now) {

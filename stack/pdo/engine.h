@@ -100,6 +100,7 @@ class Engine {
 
   // Inhibit times, event timers, RPDO deadlines.
   void advance(Instant now);
+  // When advance() is wanted, or an inhibit time ends; what could be sent already is no reason.
   Instant next_wake() const;
 
   // The requested TPDO with the lowest CAN-ID whose inhibit time is over. Hot.

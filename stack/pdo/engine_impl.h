@@ -31,23 +31,28 @@ enum Attention : std::uint32_t {
   kLengthTold = 0x08  // a wrong length was told; the next right one ends that
 };
 
-// The part of an RPDO that a frame needs.
-struct alignas(32) Rpdo {
-  static constexpr std::uint16_t kNever = 0xFFFF;  // no frame's form
+// The part of an RPDO that a frame needs. Frames of up to 8 bytes are one word.
+struct alignas(16) Rpdo {
+  static constexpr std::uint8_t kNever = 0xFF;  // no frame's form
+  enum Flag : std::uint8_t {
+    kMore = 0x01,  // its RpdoDetails have more runs, or objects
+    kLong = 0x02,  // it has more than 8 bytes
+  };
 
-  Run first;                        // mask 0 if nothing lies in the image
-  std::uint32_t more = 0;           // Engine::Impl::runs[more ..
-  std::uint16_t more_count = 0;     //                    .. more + more_count)
-  std::uint16_t at_once = kNever;   // form() of frames that are simply copied
-  std::uint16_t deferred = kNever;  // form() of frames that are kept for the next SYNC
-  std::uint16_t reserved = 0;
+  std::uint64_t mask = 0;  // of the first Run; 0 if nothing lies in the image
+  std::uint32_t offset = 0;
+  std::uint8_t rotate = 0;
+  std::uint8_t at_once = kNever;   // form() of frames that are simply copied
+  std::uint8_t deferred = kNever;  // form() of frames that are kept for the next SYNC
+  std::uint8_t flags = 0;          // Flag values or-ed
 
   // Length and remote flag of a frame in one number.
-  static std::uint16_t form(const can::Frame& frame) {
-    return static_cast<std::uint16_t>(frame.length | (frame.flags & can::Frame::kRemote) << 8U);
+  static std::uint8_t form(const can::Frame& frame) {
+    return static_cast<std::uint8_t>(frame.length | (frame.flags & can::Frame::kRemote) << 6U);
   }
+  std::uint64_t to_image(std::uint64_t frame_word) const { return std::rotr(frame_word, rotate); }
 };
-static_assert(sizeof(Rpdo) == 32);
+static_assert(sizeof(Rpdo) == 16);
 
 // The rest of it.
 struct RpdoDetails {
@@ -56,16 +61,16 @@ struct RpdoDetails {
   std::uint8_t type = kEventProfile;
   Duration deadline{};
   CopyPlan plan;
+  std::size_t long_shadow = kNoShadow;  // place in Engine::Impl::long_shadows
+
+  static constexpr std::size_t kNoShadow = SIZE_MAX;
 };
 
 // A synchronous RPDO's newest frame, until the next SYNC.
 struct Shadow {
-  static constexpr std::uint32_t kNone = 0xFFFF'FFFF;
-
+  std::array<std::byte, 8> data{};  // the first 8 bytes
   Instant time{};
-  std::uint64_t word = 0;           // the first 8 bytes
-  std::uint32_t frames = 0;         // received since the last SYNC
-  std::uint32_t long_data = kNone;  // place of a longer frame in Engine::Impl::long_shadows
+  std::uint64_t frames = 0;  // received since the last SYNC
 };
 
 struct Tpdo {
@@ -153,9 +158,12 @@ struct Engine::Impl final : od::Hook {
   void go_quiet();
 
   // --- reception (receive.cpp) ------------------------------------------------------------------
-  void take(std::uint16_t slot, const Rpdo& pdo, const std::byte* data, Instant time,
-            std::uint32_t frames);
+  void take(std::uint16_t slot, const std::byte* data, Instant time, std::uint32_t frames);
+  void take_rest(std::uint16_t slot, const can::Frame& frame);
+  void copy_rest(std::uint16_t slot, const std::byte* data);
+  void finish(std::uint16_t slot, Instant time, std::uint32_t frames);
   void defer(std::uint16_t slot, const can::Frame& frame);
+  void defer_otherwise(std::uint16_t slot, const can::Frame& frame);
   void receive_otherwise(std::uint16_t slot, const can::Frame& frame);
   void attend(std::uint16_t slot, Instant time);
   void attend_reception(std::uint16_t slot, Instant time);
@@ -190,9 +198,8 @@ struct Engine::Impl final : od::Hook {
   image::Area* inputs = nullptr;
   Listener* listener = nullptr;
   EngineCounters counters;
-  std::vector<Run> runs;
   std::vector<Shadow> shadows;
-  Bitmap deferred;
+  Bitmap deferred;  // by slot: its shadow holds a frame
 
   od::Dictionary& dictionary;
   can::Dispatch& dispatch;
@@ -207,7 +214,7 @@ struct Engine::Impl final : od::Hook {
   std::vector<LinkedPdo> linked_rpdos;
   std::vector<LinkedPdo> linked_tpdos;
   std::vector<RpdoDetails> details;
-  std::vector<std::array<std::byte, can::kMaxFdData>> long_shadows;
+  std::vector<std::array<std::byte, can::kMaxFdData>> long_shadows;  // of frames above 8 bytes
 
   std::vector<Tpdo> tpdos;
   std::vector<std::uint16_t> by_rank;     // slots

@@ -5,28 +5,75 @@
 
 namespace linegate::pdo {
 
+[[gnu::always_inline]] inline void Engine::Impl::defer(std::uint16_t slot,
+                                                       const can::Frame& frame) {
+  Shadow& shadow = shadows[slot];
+  std::memcpy(shadow.data.data(), frame.data.data(), shadow.data.size());
+  shadow.time = frame.time;
+  ++shadow.frames;
+  deferred.set(slot);
+  const bool attention = inputs->pdo(slot).attention > image::PdoState::kNotValid;
+  if (attention || (rpdos[slot].flags & Rpdo::kLong) != 0) [[unlikely]] {
+    defer_otherwise(slot, frame);
+  }
+}
+
+// The ordinary frame comes first and calls nothing, so that it needs no stack; what is less
+// frequent is called last.
 void Engine::receive(std::uint16_t slot, const can::Frame& frame) {
   Impl& engine = *impl_;
   const Rpdo& pdo = engine.rpdos[slot];
   const std::uint16_t form = Rpdo::form(frame);
-  if (form == pdo.at_once) {
-    engine.take(slot, pdo, frame.data.data(), frame.time, 1);
-  } else if (form == pdo.deferred) {
-    engine.defer(slot, frame);
-  } else {
-    engine.receive_otherwise(slot, frame);
+  if (form != pdo.at_once) {
+    return form == pdo.deferred ? engine.defer(slot, frame) : engine.receive_otherwise(slot, frame);
+  }
+  image::Area& inputs = *engine.inputs;
+  if (inputs.pdo(slot).attention != 0) [[unlikely]] {
+    return engine.take(slot, frame.data.data(), frame.time, 1);
+  }
+  const auto word = load_le<std::uint64_t>(frame.data.data());
+  inputs.merge(pdo.offset, pdo.to_image(word), pdo.mask);
+  if ((pdo.flags & Rpdo::kMore) != 0) {
+    return engine.take_rest(slot, frame);
+  }
+  inputs.touch(slot, frame.time);
+  ++engine.counters.received;
+  if (engine.listener != nullptr) {
+    engine.listener->rpdo_received(static_cast<std::uint16_t>(slot + 1), frame.time);
   }
 }
 
-inline void Engine::Impl::take(std::uint16_t slot, const Rpdo& pdo, const std::byte* data,
-                               Instant time, std::uint32_t frames) {
+void Engine::Impl::take_rest(std::uint16_t slot, const can::Frame& frame) {
+  copy_rest(slot, frame.data.data());
+  finish(slot, frame.time, 1);
+}
+
+// data has room for a word at its begin.
+inline void Engine::Impl::take(std::uint16_t slot, const std::byte* data, Instant time,
+                               std::uint32_t frames) {
+  const Rpdo& pdo = rpdos[slot];
   if (inputs->pdo(slot).attention != 0) [[unlikely]] {
     attend(slot, time);
   }
-  inputs->merge(pdo.first.offset, pdo.first.to_image(data), pdo.first.mask);
-  for (std::uint32_t i = pdo.more; i < pdo.more + pdo.more_count; ++i) {
-    inputs->merge(runs[i].offset, runs[i].to_image(data), runs[i].mask);
+  inputs->merge(pdo.offset, pdo.to_image(load_le<std::uint64_t>(data)), pdo.mask);
+  if ((pdo.flags & Rpdo::kMore) != 0) {
+    copy_rest(slot, data);
   }
+  finish(slot, time, frames);
+}
+
+void Engine::Impl::copy_rest(std::uint16_t slot, const std::byte* data) {
+  const CopyPlan& plan = details[slot].plan;
+  for (std::size_t i = 1; i < plan.runs.size(); ++i) {
+    const Run& run = plan.runs[i];
+    inputs->merge(run.offset, run.to_image(data), run.mask);
+  }
+  for (const ObjectRun& object : plan.objects) {
+    object.to_object(data);
+  }
+}
+
+inline void Engine::Impl::finish(std::uint16_t slot, Instant time, std::uint32_t frames) {
   inputs->touch(slot, time, frames);
   counters.received += frames;
   if (listener != nullptr) {
@@ -34,18 +81,11 @@ inline void Engine::Impl::take(std::uint16_t slot, const Rpdo& pdo, const std::b
   }
 }
 
-inline void Engine::Impl::defer(std::uint16_t slot, const can::Frame& frame) {
-  if ((inputs->pdo(slot).attention & ~image::PdoState::kNotValid) != 0) [[unlikely]] {
-    attend_reception(slot, frame.time);
+void Engine::Impl::defer_otherwise(std::uint16_t slot, const can::Frame& frame) {
+  attend_reception(slot, frame.time);
+  if ((rpdos[slot].flags & Rpdo::kLong) != 0) {
+    long_shadows[details[slot].long_shadow] = frame.data;
   }
-  Shadow& shadow = shadows[slot];
-  shadow.time = frame.time;
-  shadow.word = load_le<std::uint64_t>(frame.data.data());
-  ++shadow.frames;
-  if (shadow.long_data != Shadow::kNone) [[unlikely]] {
-    long_shadows[shadow.long_data] = frame.data;
-  }
-  deferred.set(slot);
 }
 
 // Values in the dictionary, lengths that are not the mapped one, and what is to be ignored.
@@ -71,10 +111,7 @@ void Engine::Impl::receive_otherwise(std::uint16_t slot, const can::Frame& frame
   if (is_synchronous(pdo.type)) {
     defer(slot, frame);
   } else {
-    for (const ObjectRun& object : pdo.plan.objects) {
-      object.to_object(frame.data.data());
-    }
-    take(slot, rpdos[slot], frame.data.data(), frame.time, 1);
+    take(slot, frame.data.data(), frame.time, 1);
   }
   attention |= told;
 }
@@ -82,15 +119,11 @@ void Engine::Impl::receive_otherwise(std::uint16_t slot, const can::Frame& frame
 void Engine::Impl::commit_rpdos() {
   deferred.take_all([this](std::uint16_t slot) {
     Shadow& shadow = shadows[slot];
-    const CopyPlan& plan = details[slot].plan;
-    std::array<std::byte, sizeof shadow.word> word;
-    store_le(word.data(), shadow.word);
+    const bool is_long = (rpdos[slot].flags & Rpdo::kLong) != 0;
     const std::byte* data =
-        plan.bytes() > word.size() ? long_shadows[shadow.long_data].data() : word.data();
-    for (const ObjectRun& object : plan.objects) {
-      object.to_object(data);
-    }
-    take(slot, rpdos[slot], data, shadow.time, std::exchange(shadow.frames, 0));
+        is_long ? long_shadows[details[slot].long_shadow].data() : shadow.data.data();
+    const std::uint64_t frames = std::exchange(shadow.frames, 0);
+    take(slot, data, shadow.time, static_cast<std::uint32_t>(frames));
   });
 }
 
@@ -119,7 +152,7 @@ void Engine::Impl::attend_reception(std::uint16_t slot, Instant time) {
 
 void Engine::Impl::check_deadline(std::uint16_t slot, Instant now) {
   const RpdoDetails& pdo = details[slot];
-  const Instant last = std::max(inputs->pdo(slot).last, shadows[slot].time);
+  const Instant last = deferred.test(slot) ? shadows[slot].time : inputs->pdo(slot).last;
   const Instant due = last + pdo.deadline;
   if (due > now) {
     timers.set(slot, due);

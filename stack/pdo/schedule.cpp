@@ -13,16 +13,17 @@ void Engine::Impl::lay_out() {
 }
 
 void Engine::Impl::lay_out_rpdos() {
-  runs.clear();
   for (std::size_t slot = 0; slot < rpdos.size(); ++slot) {
-    const std::vector<Run>& plan = details[slot].plan.runs;
+    const CopyPlan& plan = details[slot].plan;
     Rpdo& pdo = rpdos[slot];
     pdo = {};
-    if (!plan.empty()) {
-      pdo.first = plan.front();
-      pdo.more = static_cast<std::uint32_t>(runs.size());
-      pdo.more_count = static_cast<std::uint16_t>(plan.size() - 1);
-      runs.insert(runs.end(), plan.begin() + 1, plan.end());
+    const bool more = plan.runs.size() > 1 || !plan.objects.empty();
+    const bool is_long = plan.bytes() > can::kMaxClassicData;
+    pdo.flags = static_cast<std::uint8_t>((more ? Rpdo::kMore : 0) | (is_long ? Rpdo::kLong : 0));
+    if (!plan.runs.empty()) {
+      pdo.mask = plan.runs.front().mask;
+      pdo.offset = plan.runs.front().offset;
+      pdo.rotate = plan.runs.front().rotate;
     }
   }
 }
@@ -110,22 +111,17 @@ void Engine::Impl::set_operational(bool on, Instant now) {
   }
 }
 
-// Frames of the expected form are taken the short way only where nothing else has to be done.
+// Frames of the expected form are taken the short way.
 void Engine::Impl::open_rpdos() {
   for (std::size_t slot = 0; slot < rpdos.size(); ++slot) {
     const RpdoDetails& pdo = details[slot];
     rpdos[slot].at_once = Rpdo::kNever;
     rpdos[slot].deferred = Rpdo::kNever;
-    if (!operational || !pdo.active) {
-      continue;
-    }
-    const std::size_t bytes = pdo.plan.bytes();
-    const std::uint16_t form =
-        bytes > can::kMaxClassicData ? can::fd_length(bytes) : static_cast<std::uint8_t>(bytes);
-    if (is_synchronous(pdo.type)) {
-      rpdos[slot].deferred = form;
-    } else if (pdo.plan.objects.empty()) {
-      rpdos[slot].at_once = form;
+    if (operational && pdo.active) {
+      const std::size_t bytes = pdo.plan.bytes();
+      const auto form =
+          bytes > can::kMaxClassicData ? can::fd_length(bytes) : static_cast<std::uint8_t>(bytes);
+      (is_synchronous(pdo.type) ? rpdos[slot].deferred : rpdos[slot].at_once) = form;
     }
   }
 }
