@@ -51,7 +51,7 @@ void Arbiter::receive(const can::Target& target, const can::Frame& frame) {
   }
   now_ = std::max(now_, frame.time);
   if ((target.index & kForeignRequest) != 0) {
-    addressed->client.expect_strays();
+    addressed->client.expect_stray();
     foreign(*addressed, frame);
   } else {
     response(*addressed, frame);

@@ -40,7 +40,7 @@ Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue) {
   }
   const std::uint64_t word = word_of(frame);
   if (!busy()) {
-    return strays_expected_ || word == last_used_ ? Receipt::stray : Receipt::unasked;
+    return take_stray() || word == last_used_ ? Receipt::stray : Receipt::unasked;
   }
   if (specifier(command_of(frame)) == static_cast<unsigned>(ServerCommand::abort)) {
     return aborted_by_server(word);
@@ -48,8 +48,11 @@ Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue) {
   if (waits_for_initiate()) {
     return initiate_answered(word, frame.time, queue);
   }
-  last_used_ = word;
   const AbortCode why = segment_answered(word, frame.time, queue);
+  if (why == AbortCode::command_specifier && take_stray()) {
+    return Receipt::stray;
+  }
+  last_used_ = word;
   if (why != AbortCode::none) {
     abort(why, frame.time, queue);
   }
@@ -75,7 +78,8 @@ void Client::abort(AbortCode code, Instant now, can::TransmitQueue& queue) {
   }
   outbox_.clear();  // a request that waits for room is void
   outbox_.send(abort_word(address_, code), now, queue);
-  strays_expected_ = true;
+  expect_stray();  // the answer that was waited for
+  expect_stray();  // the server's own abort, if it gives up as well
   finish(code);
 }
 
@@ -110,6 +114,12 @@ void Client::send_download_segment(Instant now, can::TransmitQueue& queue) {
   request(State::download_segment, load_le<std::uint64_t>(segment.data()), now, queue);
 }
 
+bool Client::take_stray() {
+  const bool expected = strays_expected_ > 0;
+  strays_expected_ -= expected ? 1U : 0U;
+  return expected;
+}
+
 bool Client::waits_for_initiate() const {
   return state_ == State::upload_initiate || state_ == State::download_initiate;
 }
@@ -123,12 +133,11 @@ Receipt Client::initiate_answered(std::uint64_t word, Instant now, can::Transmit
   } else if (multiplexer(word) != address_) {
     why = AbortCode::parameter_incompatible;
   }
-  if (why != AbortCode::none && strays_expected_) {
+  if (why != AbortCode::none && take_stray()) {
     return Receipt::stray;
   }
   last_used_ = word;
   if (why == AbortCode::none) {
-    strays_expected_ = false;
     if (state_ == State::upload_initiate) {
       why = upload_initiated(word, now, queue);
     } else if (source_.remaining() > 0 || source_.size() == 0) {
@@ -214,11 +223,10 @@ AbortCode Client::download_segment_taken(Instant now, can::TransmitQueue& queue)
 Receipt Client::aborted_by_server(std::uint64_t word) {
   const od::Address address = multiplexer(word);
   const bool ours = address == address_ || address == od::Address{};
-  if (!ours && waits_for_initiate() && strays_expected_) {
+  if (!ours && waits_for_initiate() && take_stray()) {
     return Receipt::stray;
   }
   last_used_ = word;
-  strays_expected_ = false;
   const auto code = static_cast<AbortCode>(long_word(word));
   finish(code == AbortCode::none ? AbortCode::general : code);
   return Receipt::used;

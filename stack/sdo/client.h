@@ -52,8 +52,8 @@ class Client {
   //
   // Ends the transfer, with an abort to the server, for a wrong toggle bit (0503 0000h), an answer
   // to another service (0504 0001h), to another multiplexer (0604 0043h), more or fewer bytes than
-  // indicated (0607 0012h, 0607 0013h). Only the answer to an initiate may be preceded by answers
-  // to something else, see expect_strays().
+  // indicated (0607 0012h, 0607 0013h); answers to something else that are expected are strays, see
+  // expect_stray().
   Receipt receive(const can::Frame& frame, can::TransmitQueue& queue);
 
   // Ends a transfer whose server did not answer in time, with abort 0504 0000h to the server, and
@@ -64,17 +64,20 @@ class Client {
   // Ends the transfer with an abort to the server. No effect if there is none.
   void abort(AbortCode code, Instant now, can::TransmitQueue& queue);
 
-  // Until the next initiate is answered, answers that do not fit it are strays instead of errors.
-  // So it is by itself after a time-out or abort(), when the old answer may still come; whoever
-  // hears somebody else use the same server tells it here.
-  void expect_strays() { strays_expected_ = true; }
-  bool strays_expected() const { return strays_expected_; }
+  // One answer more that belongs to somebody or something else may come: the next one that does not
+  // fit is then a stray instead of an error. So it is by itself after a time-out or abort(), when
+  // the old answer may still come, even after an answer that fitted (which may have been the old
+  // one to the same question); whoever hears somebody else use the same server tells it here.
+  void expect_stray() { strays_expected_ += strays_expected_ < kMaxStrays ? 1U : 0U; }
+  bool strays_expected() const { return strays_expected_ > 0; }
 
   bool busy() const { return state_ != State::idle; }
   // Once when a transfer has ended.
   std::optional<Outcome> take();
 
  private:
+  static constexpr unsigned kMaxStrays = 4;
+
   enum class State : std::uint8_t {
     idle,
     upload_initiate,  // each: waiting for the answer to that service
@@ -94,12 +97,13 @@ class Client {
   AbortCode upload_segment_came(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   AbortCode download_segment_taken(Instant now, can::TransmitQueue& queue);
   Receipt aborted_by_server(std::uint64_t word);
+  bool take_stray();
   bool waits_for_initiate() const;
   void finish(AbortCode code);
 
   State state_ = State::idle;
   bool toggle_ = false;  // of the segment under way
-  bool strays_expected_ = false;
+  unsigned strays_expected_ = 0;
   od::Address address_;
   Duration timeout_{};
   Instant deadline_ = kNever;

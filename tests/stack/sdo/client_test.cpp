@@ -160,7 +160,9 @@ TEST_F(ClientTest, WrongCommandSpecifierBetweenSegments) {
   EXPECT_EQ(answer({0x41, 0x08, 0x10, 0, 9, 0, 0, 0}),
             (Frames{abort_bytes(0x1008, 0, 0x0504'0001)}));
   expect_abort(AbortCode::command_specifier);
+}
 
+TEST_F(ClientTest, WrongCommandSpecifierBetweenDownloadSegments) {
   write({0x2000, 5}, pattern(8));
   answer({0x60, 0x00, 0x20, 5, 0, 0, 0, 0});
   EXPECT_EQ(answer({0x00, 0, 0, 0, 0, 0, 0, 0}), (Frames{abort_bytes(0x2000, 5, 0x0504'0001)}));
@@ -172,6 +174,20 @@ TEST_F(ClientTest, WrongMultiplexer) {
   EXPECT_EQ(answer({0x43, 0x18, 0x10, 2, 1, 2, 3, 4}),
             (Frames{abort_bytes(0x1018, 1, 0x0604'0043)}));
   expect_abort(AbortCode::parameter_incompatible);
+}
+
+TEST_F(ClientTest, AnAnswerToTheSameQuestionAskedBeforeLeavesTheSecondAnswerAsAStray) {
+  read({0x1000, 0});
+  client.abort(AbortCode::general, now, queue);
+  drain(queue, kRequestId);
+  client.take();
+  read({0x1000, 0});
+  answer({0x43, 0x00, 0x10, 0, 1, 2, 3, 4});  // to the first one
+  EXPECT_EQ(client.take()->abort, AbortCode::none);
+  read({0x1018, 1});
+  EXPECT_EQ(answer({0x43, 0x00, 0x10, 0, 1, 2, 3, 4}, Receipt::stray), Frames{});  // to the second
+  answer({0x43, 0x18, 0x10, 1, 5, 6, 7, 8});
+  EXPECT_EQ(client.take()->abort, AbortCode::none);
 }
 
 TEST_F(ClientTest, WrongToggleBit) {
