@@ -37,8 +37,9 @@ void Bus::detach(Endpoint endpoint) {
   ends_[endpoint] = End{};
 }
 
-void Bus::set_connected(Endpoint endpoint, bool connected) {
+void Bus::set_connected(Endpoint endpoint, bool connected, Instant now) {
   End& end = ends_[endpoint];
+  latest_ = std::max(latest_, now);
   if (end.connected == connected) {
     return;
   }
@@ -46,6 +47,9 @@ void Bus::set_connected(Endpoint endpoint, bool connected) {
   if (connected) {
     end.cursor = delivered_;
     end.limit = kNoLimit;
+    for (Waiting& waiting : end.queue) {
+      waiting.submitted = latest_;  // the wire knows nothing of it before
+    }
   } else {
     end.limit = delivered_;
   }

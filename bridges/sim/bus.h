@@ -45,8 +45,9 @@ class Bus {
   // Frames it still has waiting are gone.
   void detach(Endpoint endpoint);
   // A pulled cable: neither sends nor receives; what is waiting to be sent keeps waiting, what was
-  // received before can be taken until it is plugged in again. Connected at first.
-  void set_connected(Endpoint endpoint, bool connected);
+  // received before can be taken until it is plugged in again. Connected at first. A time before
+  // that of an earlier call counts as that one.
+  void set_connected(Endpoint endpoint, bool connected, Instant now);
   // Asked for every frame at its end. An empty function = everything is delivered.
   void set_disturbance(Disturbance disturbance);
 

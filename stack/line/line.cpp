@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "stack/can/malformed.h"
 #include "stack/line/build.h"
 #include "stack/line/line_impl.h"
 #include "stack/line/own_dictionary.h"
@@ -180,25 +181,21 @@ void Line::Impl::emit(EventKind kind, Instant time, std::uint32_t code, std::uin
   events.emit({.time = time, .kind = kind, .code = code, .value = value});
 }
 
-void Line::Impl::malformed(const can::Frame& frame) {
+void Line::Impl::malformed(const can::Target& target, const can::Frame& frame) {
   ++counters.frames_malformed;
-  Event event{.time = frame.time, .kind = EventKind::malformed_frame, .length = 8};
-  event.code = frame.id;
-  event.value = frame.length;
-  std::copy_n(frame.data.begin(), event.length, event.data.begin());
-  events.emit(event);
+  events.emit(can::malformed_event(frame, node_of(target)));
 }
 
 void Line::Impl::receive(const can::Target& target, const can::Frame& frame) {
   switch (target.service) {
     case can::Service::error_control:
       if (!frame.remote() && !heartbeats.receive(node_of(target), frame)) {
-        malformed(frame);
+        malformed(target, frame);
       }
       return;
     case can::Service::emcy:
       if (!emergencies.receive(node_of(target), frame)) {
-        malformed(frame);
+        malformed(target, frame);
       }
       return;
     case can::Service::sdo_client:

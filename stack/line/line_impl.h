@@ -41,7 +41,7 @@ struct Line::Impl final : node::Companion,
   bool usable() const;
   void interface_lost();
   void emit(EventKind kind, Instant time, std::uint32_t code = 0, std::uint32_t value = 0);
-  void malformed(const can::Frame& frame);
+  void malformed(const can::Target& target, const can::Frame& frame);
   void take_completions(Instant now);
 
   // node::Companion

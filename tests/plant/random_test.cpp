@@ -29,7 +29,9 @@ TEST(RandomPlants, HoldEveryOracleAndComeToRest) {
     const std::string text = generate(seed);
     const Outcome outcome = run_scenario("seed " + std::to_string(seed), text, seed);
     frames += outcome.frames;
-    ASSERT_TRUE(outcome.ok()) << outcome.failure << "\nshrunken scenario:\n" << shrink(text, seed);
+    ASSERT_TRUE(outcome.ok()) << outcome.failure << "\nlast events:\n"
+                              << outcome.history << "\nshrunken scenario:\n"
+                              << shrink(text, seed);
   }
   std::printf("random plants: %lu plants, %lu frames\n", count, frames);
   EXPECT_GT(frames, count * 100);

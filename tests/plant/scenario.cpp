@@ -6,6 +6,7 @@
 #include "tests/plant/scenario_run.h"
 
 namespace linegate::plant {
+
 LineSeat& Scenario::seat() {
   if (current_ == nullptr) {
     throw BadStatement("there is no line yet");
@@ -27,11 +28,14 @@ void Scenario::statement(Words words) {
     current_ = world_.find(words.take());
     (void)seat();
     event_cursor_ = 0;
+    frame_cursor_ = 0;
   } else if (verb == "at") {
     build();
     world_.run(kStart + words.duration());
     event_cursor_ = seat().events.size();
+    frame_cursor_ = seat().frames.size();
     act(words);
+    world_.settle();
   } else if (verb == "expect") {
     build();
     expect(words);
@@ -61,6 +65,9 @@ void Scenario::finish() {
     line->bus.set_disturbance({});
   }
   world_.run(world_.now() + std::chrono::seconds(5));
+  if (!world_.failure().empty()) {
+    return;
+  }
   check_always_all();
   for (const auto& line : world_.lines()) {
     if (std::string text = check_settled(*line, commands_[line.get()]); !text.empty()) {
@@ -69,7 +76,27 @@ void Scenario::finish() {
   }
 }
 
-Outcome run_scenario(std::string_view name, std::string_view text, unsigned long seed) {
+namespace {
+
+std::string last_events(World& world) {
+  constexpr std::size_t kShown = 20;
+  std::string out;
+  for (const auto& seat : world.lines()) {
+    const std::size_t count = seat->events.size();
+    for (std::size_t i = count > kShown ? count - kShown : 0; i < count; ++i) {
+      const Event& event = seat->events[i];
+      const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(event.time - kStart);
+      out += seat->line->config().name + ' ' + std::to_string(ms.count()) + "ms " +
+             std::string(name(event.kind)) + " node=" + std::to_string(event.node) +
+             " code=" + std::to_string(event.code) + " value=" + std::to_string(event.value) + '\n';
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+Outcome run_scenario(std::string_view title, std::string_view text, unsigned long seed) {
   Scenario scenario(seed);
   Outcome outcome;
   unsigned line = 0;
@@ -87,7 +114,8 @@ Outcome run_scenario(std::string_view name, std::string_view text, unsigned long
     outcome.failure = problem.what();
   }
   if (!outcome.failure.empty()) {
-    outcome.failure = std::string(name) + ':' + std::to_string(line) + ": " + outcome.failure;
+    outcome.failure = std::string(title) + ':' + std::to_string(line) + ": " + outcome.failure;
+    outcome.history = last_events(scenario.world());
   }
   for (const auto& seat : scenario.world().lines()) {
     outcome.frames += seat->bus.frames();

@@ -11,6 +11,7 @@ namespace linegate::plant {
 // with "name:line: ".
 struct Outcome {
   std::string failure;
+  std::string history;        // the last events of every line, if it failed
   unsigned long frames = 0;   // on all buses
   unsigned expectations = 0;  // checked
 

@@ -53,9 +53,9 @@ void Scenario::node_action(Words& words) {
       device->device->revive(world_.now());
     }
   } else if (what == "unplugged") {
-    seat().bus.set_connected(device->end, false);
+    seat().bus.set_connected(device->end, false, world_.now());
   } else if (what == "plugged") {
-    seat().bus.set_connected(device->end, true);
+    seat().bus.set_connected(device->end, true, world_.now());
   } else {
     throw BadStatement("a node dies, returns, is unplugged or plugged; not '" + what + "'");
   }

@@ -95,7 +95,7 @@ std::function<bool()> Scenario::condition(Words& words) {
     const auto id = static_cast<std::uint32_t>(words.number());
     const bool any = words.peek() == "within" || words.done();
     const std::vector<std::byte> data = any ? std::vector<std::byte>{} : words.hex();
-    return [this, id, any, data, from = seat().frames.size()] {
+    return [this, id, any, data, from = frame_cursor_] {
       return std::any_of(seat().frames.begin() + static_cast<long>(from), seat().frames.end(),
                          [&](const can::Frame& f) {
                            return f.id == id && (any || std::ranges::equal(f.bytes(), data));

@@ -57,13 +57,14 @@ class Scenario {
   std::vector<NetworkPlan> plans_;
   bool built_ = false;
   LineSeat* current_ = nullptr;
-  std::size_t event_cursor_ = 0;
+  std::size_t event_cursor_ = 0;  // what happened before the last `at` does not count
+  std::size_t frame_cursor_ = 0;
   std::map<std::string, std::uint64_t> tags_;
   std::map<LineSeat*, std::uint64_t> commands_;
   std::uint64_t next_tag_ = 1;
   unsigned expectations_ = 0;
 };
 
-constexpr Instant kStart{std::chrono::seconds(1)};
+inline constexpr Instant kStart{std::chrono::seconds(1)};
 
 }  // namespace linegate::plant

@@ -73,13 +73,36 @@ bool World::step(Instant until) {
     now_ = wake;
     steps_at_now_ = 0;
   } else if (++steps_at_now_ > kMaxStepsPerInstant) {
-    fail("time stands still: somebody's next_wake() is never later than now");
+    fail("time stands still: next_wake() is never later than now of" + busy_participants());
     return false;
   }
+  settle();
+  return failure_.empty();
+}
+
+std::string World::busy_participants() const {
+  std::string out;
+  for (const auto& seat : lines_) {
+    const std::string& name = seat->line->config().name;
+    if (seat->bus.next_wake() <= now_) {
+      out += " the bus of " + name;
+    }
+    if (seat->line->next_wake() <= now_) {
+      out += " the line " + name;
+    }
+    for (const DeviceSeat& device : seat->devices) {
+      if (device.device->alive() && device.device->next_wake() <= now_) {
+        out += " device " + std::to_string(device.device->options().node_id) + " of " + name;
+      }
+    }
+  }
+  return out;
+}
+
+void World::settle() {
   for (const auto& seat : lines_) {
     turn(*seat);
   }
-  return failure_.empty();
 }
 
 Instant World::next_wake() const {

@@ -60,9 +60,12 @@ class World {
   // `until` then).
   bool step(Instant until);
   void run(Instant until);
+  // Takes what a call from outside left to be sent or told.
+  void settle();
 
  private:
   Instant next_wake() const;
+  std::string busy_participants() const;
   void turn(LineSeat& seat);
   void turn_device(LineSeat& seat, DeviceSeat& device);
   void turn_line(LineSeat& seat);

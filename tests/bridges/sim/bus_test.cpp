@@ -136,15 +136,16 @@ TEST_F(BusTest, FullEndpointRefusesUntilAFrameHasLeft) {
 }
 
 TEST_F(BusTest, PulledCableKeepsItsFramesAndHearsNothing) {
-  bus.set_connected(a, false);
+  bus.set_connected(a, false, at(0));
   bus.submit(a, make_frame(0x181), at(0));
   bus.submit(b, make_frame(0x182), at(0));
   bus.advance(at(1000));
   EXPECT_TRUE(taken(bus, a).empty());
   EXPECT_TRUE(taken(bus, b).empty());
   EXPECT_EQ(taken(bus, c).size(), 1U);
-  bus.set_connected(a, true);
-  bus.advance(at(2000));
+  bus.set_connected(a, true, at(1500));
+  EXPECT_GT(bus.next_wake(), at(1500)) << "what waited is not sent in the past";
+  bus.advance(at(3000));
   EXPECT_TRUE(taken(bus, a).empty());
   EXPECT_EQ(taken(bus, c).size(), 1U);
 }
