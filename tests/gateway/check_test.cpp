@@ -1,0 +1,60 @@
+#include "gateway/check.h"
+
+#include <string>
+
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include "gateway/config/plant.h"
+
+namespace linegate::gateway {
+namespace {
+
+const std::string kDemo = LINEGATE_SOURCE_DIR "/deploy/plants/demo.yaml";
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(Check, SaysWhatWouldBeRun) {
+  const auto loaded = config::load(kDemo);
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(text, "gateway demo, DDS domain 0"));
+  EXPECT_TRUE(contains(text, "line press on simulated:"));
+  EXPECT_TRUE(contains(text, "node 5 ram: Servo drive")) << text;
+  EXPECT_TRUE(contains(text, "TPDO2 285h every SYNC: 6064:00/32 \"Position actual value\""));
+  EXPECT_TRUE(contains(text, "TPDO2 294h on event, inhibit 20ms, timer 100ms"));
+  EXPECT_TRUE(contains(text, "inputs: "));
+  EXPECT_TRUE(contains(text, "ram.Statusword"));
+  EXPECT_TRUE(contains(text, "output group 1 motion, sent on change: ram.Controlword"));
+  EXPECT_TRUE(contains(text, "write 6083:00 = 000007D0h"));
+}
+
+TEST(Check, SaysTheSameAsJson) {
+  const auto loaded = config::load(kDemo);
+  const YAML::Node json = YAML::Load(to_json(loaded));  // JSON is YAML
+  EXPECT_TRUE(json["ok"].as<bool>());
+  EXPECT_EQ(json["diagnostics"].size(), 0U);
+  EXPECT_EQ(json["gateway"].as<std::string>(), "demo");
+  ASSERT_EQ(json["lines"].size(), 3U);
+  const YAML::Node press = json["lines"][0];
+  EXPECT_EQ(press["name"].as<std::string>(), "press");
+  EXPECT_EQ(press["sync_ns"].as<std::int64_t>(), 10'000'000);
+  EXPECT_EQ(press["nodes"].size(), 4U);
+  EXPECT_EQ(press["nodes"][0]["tpdos"][1]["cob_id"].as<int>(), 0x285);
+  EXPECT_EQ(press["inputs_layout"]["entries"][0]["name"].as<std::string>(), "ram.Statusword");
+  EXPECT_EQ(press["groups"][0]["entries"].size(), 8U);
+}
+
+TEST(Check, PutsFindingsIntoTheJson) {
+  const auto loaded = config::read("schema: 1\nlines: 3\n", "x.yaml");
+  const YAML::Node json = YAML::Load(to_json(loaded));
+  EXPECT_FALSE(json["ok"].as<bool>());
+  ASSERT_EQ(json["diagnostics"].size(), 1U);
+  EXPECT_EQ(json["diagnostics"][0]["line"].as<int>(), 2);
+  EXPECT_EQ(json["diagnostics"][0]["text"].as<std::string>(), "lines is a list, not \"3\"");
+}
+
+}  // namespace
+}  // namespace linegate::gateway

@@ -1,0 +1,175 @@
+// Real threads on socket pairs: the other end of the wire is the test.
+#include "gateway/executor.h"
+
+#include <chrono>
+#include <memory>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <linux/can.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "bridges/can/socketcan.h"
+#include "gateway/line_runner.h"
+
+#include "tests/gateway/plans.h"
+
+namespace linegate::gateway {
+namespace {
+
+constexpr int kPatience = 10'000;  // ms; a test that waits so long has failed
+
+class Wire {
+ public:
+  Wire() {
+    int ends[2] = {-1, -1};
+    EXPECT_EQ(socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK, 0, ends), 0);
+    mine_ = ends[0];
+    channel_ = can_bridge::open_on_descriptor(ends[1]);
+  }
+  ~Wire() { close(mine_); }
+
+  std::unique_ptr<can_bridge::Channel> channel() { return std::move(channel_); }
+
+  void send(std::uint32_t id, std::initializer_list<std::uint8_t> data) {
+    can_frame frame{};
+    frame.can_id = id;
+    for (const std::uint8_t byte : data) {
+      frame.data[frame.can_dlc++] = byte;
+    }
+    EXPECT_EQ(write(mine_, &frame, sizeof frame), static_cast<ssize_t>(sizeof frame));
+  }
+  // Waits for a frame with that identifier.
+  bool expect(std::uint32_t id) {
+    for (;;) {
+      pollfd p{mine_, POLLIN, 0};
+      if (poll(&p, 1, kPatience) != 1) {
+        return false;
+      }
+      can_frame frame{};
+      if (read(mine_, &frame, sizeof frame) > 0 && frame.can_id == id) {
+        return true;
+      }
+    }
+  }
+
+ private:
+  int mine_ = -1;
+  std::unique_ptr<can_bridge::Channel> channel_;
+};
+
+class ExecutorTest : public testing::Test {
+ protected:
+  ExecutorTest()
+      : plant_(make_plant("schema: 1\n"
+                          "lines:\n"
+                          "  - {name: a, interface: 'virtual:a', nodes: &n [{id: 5, eds: "
+                          "bridges/sim/eds/digital-io.eds}]}\n"
+                          "  - {name: b, interface: 'virtual:b', nodes: *n}\n")) {}
+
+  std::unique_ptr<LineRunner> runner(std::size_t i, std::unique_ptr<can_bridge::Channel> channel) {
+    return std::make_unique<LineRunner>(make_line(plant_.lines.at(i)), std::move(channel),
+                                        plant_.lines.at(i), ports_[i], consumer_);
+  }
+  // Waits for an event of that kind from line i.
+  bool expect(std::size_t i, EventKind kind) {
+    for (;;) {
+      consumer_.clear();
+      for (Event event; ports_[i].events.pop(event);) {
+        if (event.kind == kind) {
+          return true;
+        }
+      }
+      pollfd p{consumer_.descriptor(), POLLIN, 0};
+      if (poll(&p, 1, kPatience) != 1) {
+        return false;
+      }
+    }
+  }
+
+  config::Plant plant_;
+  LinePort ports_[2];
+  exchange::Wakeup consumer_;
+};
+
+TEST_F(ExecutorTest, RunsALineOverASocket) {
+  Wire wire;
+  Executor executor({});
+  executor.add(runner(0, wire.channel()));
+  executor.start();
+  EXPECT_TRUE(wire.expect(0x000)) << "reset of all nodes";
+  wire.send(0x705, {0});
+  EXPECT_TRUE(expect(0, EventKind::boot_up));
+  EXPECT_TRUE(wire.expect(0x605)) << "the manager asks for 1000h";
+  executor.request_stop();
+  executor.join();
+  EXPECT_TRUE(expect(0, EventKind::line_stopped));
+}
+
+TEST_F(ExecutorTest, RunsTwoLinesOnOneThread) {
+  Wire wires[2];
+  Executor executor({});
+  executor.add(runner(0, wires[0].channel()));
+  executor.add(runner(1, wires[1].channel()));
+  executor.start();
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_TRUE(wires[i].expect(0x000));
+    wires[i].send(0x705, {0});
+    EXPECT_TRUE(expect(i, EventKind::boot_up));
+    EXPECT_TRUE(wires[i].expect(0x605));
+  }
+}
+
+TEST_F(ExecutorTest, RunsTheOthersWhenOneInterfaceIsMissing) {
+  Wire wire;
+  Executor executor({});
+  executor.add(runner(0, can_bridge::open_socketcan("nosuchcan9", {})));
+  executor.add(runner(1, wire.channel()));
+  executor.start();
+  EXPECT_TRUE(expect(0, EventKind::interface_failed));
+  EXPECT_TRUE(wire.expect(0x000));
+  wire.send(0x705, {0});
+  EXPECT_TRUE(expect(1, EventKind::boot_up));
+}
+
+TEST_F(ExecutorTest, AnswersACommandThatCameThroughTheRing) {
+  Wire wire;
+  Executor executor({});
+  executor.add(runner(0, wire.channel()));
+  executor.start();
+  EXPECT_TRUE(wire.expect(0x000));
+  line::Command command;
+  command.tag = 42;
+  command.kind = line::CommandKind::local_read;
+  command.index = 0x1000;
+  ASSERT_TRUE(ports_[0].commands.push(command));
+  executor.wakeup().signal();
+  line::Reply reply;
+  for (;;) {
+    consumer_.clear();
+    if (ports_[0].replies.pop(reply)) {
+      break;
+    }
+    pollfd p{consumer_.descriptor(), POLLIN, 0};
+    ASSERT_EQ(poll(&p, 1, kPatience), 1);
+  }
+  EXPECT_EQ(reply.tag, 42U);
+  EXPECT_TRUE(reply.ok());
+  EXPECT_EQ(reply.data.size(), 4U);
+}
+
+TEST_F(ExecutorTest, GoesOnWithoutSchedulingThatIsNotPermitted) {
+  Wire wire;
+  config::ExecutorPlan plan;
+  plan.name = "fast";
+  plan.processor = 1023;  // no such processor here
+  Executor executor(plan);
+  executor.add(runner(0, wire.channel()));
+  executor.start();
+  EXPECT_TRUE(wire.expect(0x000));
+}
+
+}  // namespace
+}  // namespace linegate::gateway

@@ -1,0 +1,263 @@
+// The whole gateway in one process: simulated devices on one side, a DDS client on the other.
+#include "gateway/gateway.h"
+
+#include <chrono>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "bridges/dds/client.h"
+#include "gateway/clock.h"
+
+#include "tests/gateway/plans.h"
+
+namespace linegate::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kPatience = 20s;
+
+// Domains of tests that run at the same time must differ.
+std::uint32_t domain() {
+  return 100 + static_cast<std::uint32_t>(getpid()) % 100;
+}
+
+std::string plant_text() {
+  return "schema: 1\ngateway: {name: test}\ndds: {domain: " + std::to_string(domain()) + R"(}
+lines:
+  - name: open
+    interface: "simulated:"
+    access: all
+    sdo_timeout: 500ms
+    nodes:
+      - {id: 5, name: io, eds: bridges/sim/eds/digital-io.eds, heartbeat: 100ms}
+    simulate: [{node: 5, profile: digital-io}]
+    outputs:
+      groups: [{name: lamps, number: 3, entries: [io.*]}]
+  - name: closed
+    interface: "simulated:"
+    access: read
+    nodes:
+      - {id: 6, name: drive, eds: bridges/sim/eds/drive.eds, heartbeat: 100ms}
+    simulate: [{node: 6, profile: drive}]
+)";
+}
+
+class Listener : public dds::ClientListener {
+ public:
+  void on_line(const dds::Source& source, const dds::LineInfo& info, const line::LineState& state,
+               const std::vector<dds::Property>&) override {
+    incarnation = source.incarnation;
+    lines[source.line] = state;
+    infos[source.line] = info;
+  }
+  void on_node(const dds::Source& source, const dds::NodeInfo& info, const line::NodeState& state,
+               const std::vector<dds::Property>&) override {
+    nodes[source.line + "/" + info.name] = state;
+  }
+  void on_layout(const dds::Source& source, const image::Layout& layout) override {
+    layouts[source.line + "/" + std::string(image::name(layout.direction))] = layout;
+  }
+  void on_image(const dds::Source& source, const image::Snapshot& snapshot) override {
+    images[source.line + "/" + std::string(image::name(snapshot.direction))] = snapshot;
+  }
+  void on_pdo(const dds::Source& source, const dds::PdoUpdate& update) override {
+    pdos[source.line] = update;
+  }
+  void on_event(const dds::Source& source, const Event& event, std::string_view text,
+                const std::vector<dds::Property>&) override {
+    auto& numbers = events[source.line];
+    gaps += !numbers.empty() && event.number != numbers.rbegin()->first + 1 ? 1 : 0;
+    numbers[event.number] = event;
+    texts.emplace_back(text);
+  }
+
+  bool happened(const std::string& line, EventKind kind) const {
+    const auto it = events.find(line);
+    if (it != events.end()) {
+      for (const auto& [number, event] : it->second) {
+        if (event.kind == kind) {
+          return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  std::uint64_t incarnation = 0;
+  std::map<std::string, line::LineState> lines;
+  std::map<std::string, dds::LineInfo> infos;
+  std::map<std::string, line::NodeState> nodes;
+  std::map<std::string, image::Layout> layouts;
+  std::map<std::string, image::Snapshot> images;
+  std::map<std::string, dds::PdoUpdate> pdos;
+  std::map<std::string, std::map<std::uint64_t, Event>> events;
+  std::vector<std::string> texts;
+  int gaps = 0;
+};
+
+class GatewayTest : public testing::Test {
+ protected:
+  static constexpr std::uint64_t kIncarnation = 0x1234'5678'9ABC'DEF0;
+
+  void SetUp() override {
+    auto made = Gateway::make(make_plant(plant_text()), kIncarnation);
+    for (const auto& diagnostic : made.diagnostics) {
+      EXPECT_EQ(diagnostic.severity, Severity::note) << to_string(diagnostic);
+    }
+    ASSERT_TRUE(made.ok());
+    gateway_ = std::move(*made.value);
+    gateway_->start();
+    dds::ClientOptions options;
+    options.domain = domain();
+    options.outputs = true;
+    auto client = dds::Client::make(options);
+    ASSERT_TRUE(client.ok());
+    client_ = std::move(*client.value);
+    ASSERT_TRUE(until([&] {
+      return operational("open/io") && operational("closed/drive") &&
+             client_->command_peers() > 0 && client_->output_peers() > 0 &&
+             seen_.layouts.size() == 4;
+    }));
+  }
+
+  bool operational(const std::string& node) {
+    return seen_.nodes[node].state == nmt::State::operational;
+  }
+  bool until(const std::function<bool()>& condition) {
+    const Instant give_up = monotonic_now() + kPatience;
+    while (!condition()) {
+      if (monotonic_now() > give_up) {
+        return false;
+      }
+      client_->poll(50ms, seen_);
+    }
+    return true;
+  }
+  static dds::Target at(const std::string& line, std::uint64_t incarnation = 0) {
+    return {"test", line, incarnation};
+  }
+  static line::Command sdo_read(std::uint8_t node, std::uint16_t index, std::uint8_t sub) {
+    line::Command command;
+    command.kind = line::CommandKind::sdo_read;
+    command.node = node;
+    command.index = index;
+    command.sub = sub;
+    return command;
+  }
+  dds::CommandResult call(const dds::Target& target, const line::Command& command,
+                          std::uint64_t layout_id = 0) {
+    return client_->call(target, command, 10s, seen_, layout_id);
+  }
+
+  std::unique_ptr<Gateway> gateway_;
+  std::unique_ptr<dds::Client> client_;
+  Listener seen_;
+};
+
+TEST_F(GatewayTest, PublishesLinesNodesImagesAndEvents) {
+  EXPECT_EQ(seen_.incarnation, kIncarnation);
+  EXPECT_TRUE(until([&] {
+    return seen_.lines["open"].manager == line::ManagerState::running &&
+           seen_.images.count("open/inputs") != 0 && seen_.pdos.count("open") != 0;
+  }));
+  EXPECT_EQ(seen_.infos["open"].interface_uri, "simulated:");
+  EXPECT_EQ(seen_.infos["open"].access, dds::Access::all);
+  EXPECT_EQ(seen_.infos["closed"].access, dds::Access::read);
+  EXPECT_TRUE(until([&] { return seen_.happened("open", EventKind::boot_result); }));
+  EXPECT_EQ(seen_.gaps, 0);
+  const auto& layout = seen_.layouts["open/inputs"];
+  const auto& image = seen_.images["open/inputs"];
+  EXPECT_EQ(image.layout_id, layout.id);
+  EXPECT_EQ(image.bytes.size(), layout.byte_size);
+  // Values of the device move; the image follows without gaps.
+  const auto first = image.sequence;
+  EXPECT_TRUE(until([&] { return seen_.images["open/inputs"].sequence > first + 2; }));
+}
+
+TEST_F(GatewayTest, CarriesOutCommandsAsFarAsTheLineAllows) {
+  const auto read = call(at("open"), sdo_read(5, 0x1000, 0));
+  EXPECT_TRUE(read.reply.ok()) << read.text;
+  EXPECT_EQ(read.reply.data.size(), 4U);
+
+  const auto wrong = call(at("open"), sdo_read(5, 0x5FFF, 0));
+  EXPECT_EQ(wrong.reply.error, (Error{Domain::sdo, 0x06020000}));
+  EXPECT_FALSE(wrong.text.empty());
+
+  EXPECT_TRUE(call(at("closed"), sdo_read(6, 0x1000, 0)).reply.ok());
+  line::Command nmt;
+  nmt.kind = line::CommandKind::nmt;
+  nmt.node = 6;
+  nmt.nmt = nmt::Command::stop;
+  EXPECT_EQ(call(at("closed"), nmt).reply.error, line::to_error(line::Refusal::not_permitted));
+  EXPECT_TRUE(until([&] { return seen_.happened("closed", EventKind::command_refused); }));
+
+  line::Command versions;
+  versions.kind = line::CommandKind::versions;
+  const auto told = call(at("closed"), versions);
+  EXPECT_EQ(
+      std::string(reinterpret_cast<const char*>(told.reply.data.data()), told.reply.data.size()),
+      gateway::versions());
+
+  EXPECT_EQ(call(at("open", kIncarnation + 1), sdo_read(5, 0x1000, 0)).reply.error,
+            line::to_error(line::Refusal::wrong_incarnation));
+}
+
+TEST_F(GatewayTest, WritesOutputsThroughToTheDevice) {
+  const auto& outputs = seen_.layouts["open/outputs"];
+  line::OutputWrite write;
+  write.group = 3;
+  write.layout_id = outputs.id;
+  for (std::uint32_t i = 0; i < outputs.entries.size(); ++i) {
+    line::OutputValue value;
+    value.entry = i;
+    value.length = 1;
+    value.data[0] = static_cast<std::byte>(0xA0 + i);
+    write.values.push_back(value);
+  }
+  EXPECT_TRUE(client_->write_outputs(at("open"), write));
+  EXPECT_TRUE(until([&] {
+    const auto result = call(at("open"), sdo_read(5, 0x6200, 2));
+    return result.reply.ok() && result.reply.data.size() == 1 &&
+           result.reply.data[0] == std::byte{0xA1};
+  }));
+
+  write.layout_id = outputs.id + 1;
+  EXPECT_TRUE(client_->write_outputs(at("open"), write));
+  EXPECT_TRUE(until([&] { return seen_.happened("open", EventKind::output_refused); }));
+
+  line::OutputWrite forbidden;
+  forbidden.layout_id = seen_.layouts["closed/outputs"].id;
+  EXPECT_TRUE(client_->write_outputs(at("closed"), forbidden));
+  EXPECT_TRUE(until([&] { return seen_.happened("closed", EventKind::output_refused); }));
+}
+
+TEST_F(GatewayTest, WritesOneOutputForAPersonAndChecksTheLayout) {
+  line::Command write;
+  write.kind = line::CommandKind::output_write;
+  write.entry = 0;
+  write.data = {std::byte{0x5A}};
+  const std::uint64_t layout = seen_.layouts["open/outputs"].id;
+  EXPECT_EQ(call(at("open"), write, layout + 1).reply.error,
+            line::to_error(line::Refusal::stale_layout));
+  const auto done = call(at("open"), write, layout);
+  EXPECT_TRUE(done.reply.ok()) << done.text;
+}
+
+TEST_F(GatewayTest, PublishesTheLastEventsWhenItStops) {
+  gateway_->stop();
+  EXPECT_TRUE(until([&] {
+    return seen_.happened("open", EventKind::line_stopped) &&
+           seen_.happened("closed", EventKind::line_stopped);
+  }));
+  EXPECT_EQ(seen_.gaps, 0);
+}
+
+}  // namespace
+}  // namespace linegate::gateway

@@ -1,0 +1,402 @@
+// One line on a channel that the test plays, in virtual time.
+#include "gateway/line_runner.h"
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "stack/can/cob_id.h"
+
+#include "tests/gateway/plans.h"
+
+namespace linegate::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr const char* kPlant = R"(schema: 1
+lines:
+  - name: a
+    interface: virtual:a
+    reset_nodes: true
+    sdo_timeout: 50ms
+    access: all
+    publish: {on_change: {min_separation: 10ms}}
+    nodes:
+      - {id: 5, name: io, eds: bridges/sim/eds/digital-io.eds, check_identity: false}
+)";
+
+class FakeChannel final : public can_bridge::Channel {
+ public:
+  int descriptor() const override { return -1; }
+  std::size_t read(std::span<can::Frame> out, can_bridge::BusEvents& events, Instant now) override {
+    ++reads;
+    for (const auto& event : coming_events) {
+      events.push(event);
+    }
+    coming_events.clear();
+    std::size_t n = 0;
+    while (n < out.size() && !coming.empty() && coming.front().time <= now) {
+      out[n++] = coming.front();
+      coming.pop_front();
+    }
+    return n;
+  }
+  std::size_t write(std::span<const can::Frame> frames, Instant) override {
+    std::size_t n = 0;
+    while (n < frames.size() && accepts > 0) {
+      sent.push_back(frames[n++]);
+      --accepts;
+    }
+    return n;
+  }
+  std::size_t room(Instant) const override { return promises.value_or(accepts); }
+  bool wants_writable() const override { return false; }
+  Instant next_wake() const override { return kNever; }
+  const can_bridge::ChannelCounters& counters() const override { return counters_; }
+
+  std::deque<can::Frame> coming;
+  std::vector<can::BusEvent> coming_events;
+  std::vector<can::Frame> sent;
+  std::size_t accepts = 1000;
+  std::optional<std::size_t> promises;  // room() if it is not `accepts`
+  int reads = 0;
+
+ private:
+  can_bridge::ChannelCounters counters_;
+};
+
+class LineRunnerTest : public testing::Test {
+ protected:
+  explicit LineRunnerTest(const char* text = kPlant) : plant_(make_plant(text)) {
+    auto channel = std::make_unique<FakeChannel>();
+    channel_ = channel.get();
+    runner_ = std::make_unique<LineRunner>(make_line(plan()), std::move(channel), plan(), port_,
+                                           consumer_);
+  }
+
+  const config::LinePlan& plan() const { return plant_.lines.at(0); }
+
+  void serve(Duration later = 0ns) {
+    now_ += later;
+    runner_->service(now_);
+  }
+  void make_ready() {
+    can::BusEvent event;
+    event.kind = can::BusEvent::Kind::interface_ready;
+    event.time = now_;
+    channel_->coming_events.push_back(event);
+    serve();
+  }
+  void come(std::uint32_t id, std::initializer_list<std::uint8_t> data) {
+    can::Frame frame = can::make_frame(id, data);
+    frame.time = now_;
+    channel_->coming.push_back(frame);
+  }
+  std::vector<Event> events() {
+    std::vector<Event> out;
+    for (Event event; port_.events.pop(event);) {
+      out.push_back(event);
+    }
+    return out;
+  }
+  bool happened(EventKind kind) {
+    bool found = false;
+    for (const Event& event : events()) {
+      found = found || event.kind == kind;
+    }
+    return found;
+  }
+  // Answers every SDO upload with 4 zero bytes and every download with success, until the node has
+  // been started.
+  void boot() {
+    make_ready();
+    come(0x705, {0x00});
+    for (int i = 0; i < 200; ++i) {
+      serve(1ms);
+      for (const can::Frame& frame : std::exchange(channel_->sent, {})) {
+        const auto byte = [&](std::size_t k) {
+          return std::to_integer<std::uint8_t>(frame.data[k]);
+        };
+        if (frame.id == 0x605) {
+          const auto answer = static_cast<std::uint8_t>(byte(0) == 0x40 ? 0x43 : 0x60);
+          come(0x585, {answer, byte(1), byte(2), byte(3), 0, 0, 0, 0});
+        }
+      }
+    }
+  }
+  void send_command(std::uint64_t tag, line::CommandKind kind) {
+    line::Command command;
+    command.tag = tag;
+    command.kind = kind;
+    command.node = 5;
+    command.index = 0x1000;
+    port_.commands.push(command);
+  }
+
+  config::Plant plant_;
+  LinePort port_;
+  exchange::Wakeup consumer_;
+  FakeChannel* channel_ = nullptr;
+  std::unique_ptr<LineRunner> runner_;
+  Instant now_{1s};
+};
+
+TEST_F(LineRunnerTest, StartsWhenTheInterfaceIsReady) {
+  serve();
+  serve(1s);
+  EXPECT_TRUE(channel_->sent.empty());
+  EXPECT_FALSE(happened(EventKind::line_started));
+  make_ready();
+  EXPECT_TRUE(happened(EventKind::line_started));
+  ASSERT_FALSE(channel_->sent.empty());
+  EXPECT_EQ(channel_->sent.front().id, can::kNmtId) << "most urgent first: the reset of all nodes";
+}
+
+TEST_F(LineRunnerTest, TellsAFailedInterfaceAndGoesOnTrying) {
+  can::BusEvent event;
+  event.kind = can::BusEvent::Kind::interface_failed;
+  event.code = 19;
+  channel_->coming_events.push_back(event);
+  serve();
+  EXPECT_TRUE(happened(EventKind::interface_failed));
+  make_ready();
+  EXPECT_TRUE(happened(EventKind::interface_ready));
+}
+
+TEST_F(LineRunnerTest, RefusesCommandsBeforeTheInterfaceIsReady) {
+  serve();
+  send_command(7, line::CommandKind::sdo_read);
+  serve();
+  line::Reply reply;
+  ASSERT_TRUE(port_.replies.pop(reply));
+  EXPECT_EQ(reply.tag, 7U);
+  EXPECT_EQ(reply.error, line::to_error(line::Refusal::line_down));
+}
+
+TEST_F(LineRunnerTest, SendsTheFrameThatDidNotFitFirst) {
+  channel_->promises = 5;  // says there is room, and takes one
+  channel_->accepts = 1;
+  make_ready();
+  ASSERT_EQ(channel_->sent.size(), 1U);
+  const std::uint32_t first = channel_->sent[0].id;
+  channel_->accepts = 0;
+  serve(1ms);
+  serve(1ms);
+  EXPECT_EQ(channel_->sent.size(), 1U);
+  channel_->promises.reset();
+  channel_->accepts = 1000;
+  serve(1ms);
+  ASSERT_GE(channel_->sent.size(), 2U) << "nothing is lost";
+  EXPECT_EQ(first, can::kNmtId);
+}
+
+TEST_F(LineRunnerTest, AsksTheLineForFramesOnlyWhenThereIsRoom) {
+  channel_->accepts = 0;
+  make_ready();
+  serve(1ms);
+  EXPECT_TRUE(channel_->sent.empty());
+  EXPECT_TRUE(runner_->line().wants_to_send(now_)) << "the frame stays with the line";
+}
+
+TEST_F(LineRunnerTest, ReadsUntilTheChannelIsEmpty) {
+  make_ready();
+  for (int i = 0; i < 200; ++i) {
+    come(0x185, {1, 2, 3, 4});
+  }
+  channel_->reads = 0;
+  serve(1ms);
+  EXPECT_EQ(channel_->reads, 4) << "64 + 64 + 64 + 8";
+  EXPECT_TRUE(channel_->coming.empty());
+}
+
+TEST_F(LineRunnerTest, ReportsNoTimeOutThatLateFramesDisprove) {
+  boot();
+  (void)events();
+  // The thread slept for 10 s; heartbeats of that time wait in the socket.
+  for (int i = 0; i < 100; ++i) {
+    can::Frame frame = can::make_frame(0x705, {0x05});
+    now_ += 100ms;
+    frame.time = now_;
+    channel_->coming.push_back(frame);
+  }
+  serve();
+  EXPECT_FALSE(happened(EventKind::heartbeat_lost));
+}
+
+TEST_F(LineRunnerTest, HandsOverImagesOnChangeWithTheirSeparation) {
+  boot();
+  auto& slot = port_.image(image::Direction::inputs);
+  (void)slot.fetch();
+  serve(20ms);
+  come(0x185, {1, 2, 3, 4});
+  serve(20ms);
+  const image::Snapshot* first = slot.fetch();
+  ASSERT_NE(first, nullptr);
+  EXPECT_EQ(std::to_integer<int>(first->bytes[0]), 1);
+  ASSERT_EQ(first->marks.size(), 1U);
+  EXPECT_EQ(first->marks[0].count, 1U);
+
+  come(0x185, {5, 2, 3, 4});
+  serve(1ms);
+  EXPECT_EQ(slot.fetch(), nullptr) << "too early";
+  EXPECT_LE(runner_->next_wake(), now_ + 9ms);
+  serve(9ms);
+  const image::Snapshot* second = slot.fetch();
+  ASSERT_NE(second, nullptr);
+  EXPECT_EQ(std::to_integer<int>(second->bytes[0]), 5);
+}
+
+TEST_F(LineRunnerTest, HandsOverUnchangedReceptionsForPdoUpdates) {
+  boot();
+  auto& slot = port_.image(image::Direction::inputs);
+  come(0x185, {1, 2, 3, 4});
+  serve(20ms);
+  (void)slot.fetch();
+  come(0x185, {1, 2, 3, 4});
+  serve(20ms);
+  EXPECT_EQ(slot.fetch(), nullptr);
+  serve(80ms);
+  const image::Snapshot* snapshot = slot.fetch();
+  ASSERT_NE(snapshot, nullptr);
+  EXPECT_EQ(snapshot->marks.size(), 1U);
+}
+
+TEST_F(LineRunnerTest, MergesWhatNobodyHasRead) {
+  boot();
+  auto& slot = port_.image(image::Direction::inputs);
+  (void)slot.fetch();
+  for (std::uint8_t i = 1; i <= 3; ++i) {
+    come(0x185, {i, 0, 0, 0});
+    serve(20ms);
+  }
+  const image::Snapshot* snapshot = slot.fetch();
+  ASSERT_NE(snapshot, nullptr);
+  EXPECT_EQ(std::to_integer<int>(snapshot->bytes[0]), 3);
+  ASSERT_EQ(snapshot->marks.size(), 1U);
+  EXPECT_EQ(snapshot->marks[0].count, 3U);
+}
+
+TEST_F(LineRunnerTest, HandsOverNodeStatesWhenTheyChange) {
+  boot();
+  std::optional<line::NodeState> last;
+  for (NodeStatus status; port_.nodes.pop(status);) {
+    if (status.state.node == 5) {
+      last = status.state;
+    }
+  }
+  ASSERT_TRUE(last.has_value());
+  EXPECT_EQ(last->presence, line::Presence::present);
+  serve(1s);
+  NodeStatus status;
+  EXPECT_FALSE(port_.nodes.pop(status)) << "nothing changed";
+}
+
+TEST_F(LineRunnerTest, MakesTheLineWaitWhenTheEventRingIsFull) {
+  make_ready();
+  (void)events();
+  for (Event event; port_.events.room() > 0;) {
+    port_.events.push(event);
+  }
+  Event notice;
+  notice.kind = EventKind::command_refused;
+  port_.notices.push(notice);
+  serve(1ms);
+  EXPECT_EQ(port_.events.room(), 0U);
+  (void)events();
+  serve(1ms);
+  EXPECT_TRUE(happened(EventKind::command_refused)) << "kept by the line until there was room";
+}
+
+TEST_F(LineRunnerTest, ReportsRequestsLostToAFullRing) {
+  make_ready();
+  (void)events();
+  port_.requests_lost.add(3);
+  serve(200ms);
+  bool found = false;
+  for (const Event& event : events()) {
+    if (event.kind == EventKind::queue_full) {
+      found = true;
+      EXPECT_EQ(event.value, 3U);
+    }
+  }
+  EXPECT_TRUE(found);
+}
+
+TEST_F(LineRunnerTest, AnswersEveryCommandWhenItStops) {
+  make_ready();
+  send_command(1, line::CommandKind::sdo_read);  // goes to the line, which waits for node 5
+  serve(1ms);
+  send_command(2, line::CommandKind::sdo_read);  // still in the ring
+  runner_->stop(now_);
+  serve(1ms);
+  std::vector<std::uint64_t> tags;
+  for (line::Reply reply; port_.replies.pop(reply);) {
+    EXPECT_EQ(reply.error, line::to_error(line::Refusal::cancelled)) << reply.tag;
+    tags.push_back(reply.tag);
+  }
+  std::sort(tags.begin(), tags.end());
+  EXPECT_EQ(tags, (std::vector<std::uint64_t>{1, 2}));
+  EXPECT_TRUE(runner_->stopped(now_));
+  EXPECT_TRUE(happened(EventKind::line_stopped));
+}
+
+TEST_F(LineRunnerTest, StopsAfterAWhileEvenIfTheChannelTakesNothing) {
+  channel_->accepts = 0;
+  make_ready();
+  runner_->stop(now_);
+  serve(1ms);
+  EXPECT_FALSE(runner_->stopped(now_)) << "frames are still to be sent";
+  EXPECT_LE(runner_->next_wake(), now_ + 500ms);
+  serve(500ms);
+  EXPECT_TRUE(runner_->stopped(now_));
+}
+
+class PeriodicLineTest : public LineRunnerTest {
+ protected:
+  PeriodicLineTest()
+      : LineRunnerTest(
+            "schema: 1\nlines: [{name: a, interface: 'virtual:a', publish: {period: "
+            "50ms}, nodes: [{id: 5, eds: bridges/sim/eds/digital-io.eds}]}]\n") {}
+};
+
+TEST_F(PeriodicLineTest, KeepsItsRhythm) {
+  make_ready();
+  auto& slot = port_.image(image::Direction::inputs);
+  ASSERT_NE(slot.fetch(), nullptr);
+  int samples = 0;
+  for (int ms = 0; ms < 1000; ++ms) {
+    serve(1ms);
+    samples += slot.fetch() != nullptr ? 1 : 0;
+  }
+  EXPECT_EQ(samples, 20);
+}
+
+class SyncLineTest : public LineRunnerTest {
+ protected:
+  SyncLineTest()
+      : LineRunnerTest(
+            "schema: 1\nlines: [{name: a, interface: 'virtual:a', publish: on_sync, "
+            "sync: 10ms, nodes: [{id: 5, eds: bridges/sim/eds/digital-io.eds}]}]\n") {}
+};
+
+TEST_F(SyncLineTest, PublishesWithEverySync) {
+  make_ready();
+  serve(100ms);
+  auto& slot = port_.image(image::Direction::inputs);
+  (void)slot.fetch();
+  const std::uint32_t before = runner_->line().sync_count();
+  int samples = 0;
+  for (int ms = 0; ms < 100; ++ms) {
+    serve(1ms);
+    samples += slot.fetch() != nullptr ? 1 : 0;
+  }
+  EXPECT_EQ(static_cast<std::uint32_t>(samples), runner_->line().sync_count() - before);
+  EXPECT_GE(samples, 9);
+}
+
+}  // namespace
+}  // namespace linegate::gateway

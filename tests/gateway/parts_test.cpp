@@ -1,0 +1,192 @@
+// The small parts of publishing: which samples, how often, in which words.
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "gateway/access.h"
+#include "gateway/event_logger.h"
+#include "gateway/event_text.h"
+#include "gateway/image_sequence.h"
+#include "gateway/json_writer.h"
+#include "gateway/pdo_updates.h"
+
+namespace linegate::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+
+image::Snapshot snapshot_with(std::uint16_t local_pdo, std::uint32_t count) {
+  image::Snapshot out;
+  out.changed = {0};
+  out.valid = {1};
+  image::PdoMark mark;
+  mark.local_pdo = local_pdo;
+  mark.count = count;
+  out.marks.push_back(mark);
+  return out;
+}
+
+TEST(PdoUpdates, PassOnceInMinPeriodWithTheReceptionsTheyStandFor) {
+  PdoUpdates updates(100ms);
+  std::vector<std::uint32_t> passed;
+  const auto take = [&](Instant now) {
+    return updates.take_due(now, [&](const image::PdoMark&, std::uint32_t receptions) {
+      passed.push_back(receptions);
+    });
+  };
+  const Instant start{1s};
+  updates.add(snapshot_with(3, 1));
+  EXPECT_EQ(take(start), kNever);
+  EXPECT_EQ(passed, std::vector<std::uint32_t>{1}) << "the first at once";
+  updates.add(snapshot_with(3, 4));
+  EXPECT_EQ(take(start + 10ms), start + 100ms);
+  updates.add(snapshot_with(3, 2));
+  EXPECT_EQ(take(start + 99ms), start + 100ms);
+  EXPECT_EQ(passed.size(), 1U);
+  EXPECT_EQ(take(start + 100ms), kNever);
+  EXPECT_EQ(passed, (std::vector<std::uint32_t>{1, 6}));
+  EXPECT_EQ(take(start + 300ms), kNever);
+  EXPECT_EQ(passed.size(), 2U) << "nothing was received";
+}
+
+TEST(PdoUpdates, KeepPdosApart) {
+  PdoUpdates updates(100ms);
+  std::vector<std::uint16_t> passed;
+  const auto take = [&](Instant now) {
+    return updates.take_due(
+        now, [&](const image::PdoMark& mark, std::uint32_t) { passed.push_back(mark.local_pdo); });
+  };
+  const Instant start{1s};
+  updates.add(snapshot_with(1, 1));
+  take(start);
+  updates.add(snapshot_with(1, 1));
+  updates.add(snapshot_with(600, 1));
+  EXPECT_EQ(take(start + 50ms), start + 100ms);
+  EXPECT_EQ(passed, (std::vector<std::uint16_t>{1, 600}));
+}
+
+TEST(ImageSequence, SkipsWhatDidNotChangeAndNumbersTheRestWithoutGaps) {
+  ImageSequence sequence(config::Publish::Rule::on_change);
+  image::Snapshot first = snapshot_with(1, 1);
+  EXPECT_TRUE(sequence.admit(first)) << "the first always";
+  EXPECT_EQ(first.sequence, 1U);
+
+  image::Snapshot same = snapshot_with(1, 2);
+  EXPECT_FALSE(sequence.admit(same));
+  image::Snapshot other = snapshot_with(2, 5);
+  EXPECT_FALSE(sequence.admit(other));
+
+  image::Snapshot changed = snapshot_with(1, 1);
+  changed.changed = {4};
+  EXPECT_TRUE(sequence.admit(changed));
+  EXPECT_EQ(changed.sequence, 2U);
+  ASSERT_EQ(changed.marks.size(), 2U) << "receptions of those skipped are told";
+  EXPECT_EQ(changed.marks[0].local_pdo, 1);
+  EXPECT_EQ(changed.marks[0].count, 3U);
+  EXPECT_EQ(changed.marks[1].local_pdo, 2);
+  EXPECT_EQ(changed.marks[1].count, 5U);
+}
+
+TEST(ImageSequence, TakesALostNodeForAChange) {
+  ImageSequence sequence(config::Publish::Rule::on_change);
+  image::Snapshot first = snapshot_with(1, 1);
+  EXPECT_TRUE(sequence.admit(first));
+  image::Snapshot invalid = snapshot_with(1, 0);
+  invalid.valid = {0};
+  EXPECT_TRUE(sequence.admit(invalid));
+}
+
+TEST(ImageSequence, PublishesEverythingByPeriod) {
+  ImageSequence sequence(config::Publish::Rule::period);
+  for (std::uint64_t i = 1; i < 4; ++i) {
+    image::Snapshot snapshot = snapshot_with(1, 1);
+    EXPECT_TRUE(sequence.admit(snapshot));
+    EXPECT_EQ(snapshot.sequence, i);
+  }
+}
+
+TEST(EventLogger, LeavesOutWhatComesTooOftenAndCountsIt) {
+  EventLogger logger;
+  const Instant start{1s};
+  std::uint64_t left_out = 0;
+  int written = 0;
+  for (int i = 0; i < 1000; ++i) {
+    written += logger.admit(EventKind::bus_error, start, left_out) ? 1 : 0;
+  }
+  EXPECT_EQ(written, static_cast<int>(EventLogger::kBurst));
+  EXPECT_TRUE(logger.admit(EventKind::emcy, start, left_out)) << "other kinds are not touched";
+  EXPECT_EQ(left_out, 0U);
+  EXPECT_TRUE(logger.admit(EventKind::bus_error, start + 1s, left_out));
+  EXPECT_EQ(left_out, 980U);
+}
+
+line::LineConfig line_with_node() {
+  line::LineConfig config;
+  line::NodeConfig node;
+  node.id = 5;
+  node.name = "ram";
+  config.nodes.push_back(node);
+  return config;
+}
+
+std::string words(EventKind kind, std::uint8_t node, std::uint32_t code, std::uint32_t value,
+                  std::initializer_list<int> data = {}) {
+  Event event;
+  event.kind = kind;
+  event.node = node;
+  event.code = code;
+  event.value = value;
+  for (const int byte : data) {
+    event.data[event.length++] = static_cast<std::byte>(byte);
+  }
+  return describe(event, line_with_node(), "socketcan:can0");
+}
+
+TEST(EventText, NamesTheNodeAndSaysWhatHappened) {
+  EXPECT_EQ(words(EventKind::heartbeat_lost, 5, 0, 500), "node 5 (ram): heartbeat lost for 500 ms");
+  EXPECT_EQ(words(EventKind::node_state, 6, 5, 0x7F), "node 6: operational (was pre-operational)");
+  EXPECT_EQ(words(EventKind::emcy, 5, 0x8130, 0x11, {1, 2, 3, 4, 5}),
+            "node 5 (ram): EMCY 8130h, error register 11h, data 01 02 03 04 05");
+  EXPECT_EQ(words(EventKind::sdo_abort, 5, 0x06020000, 0, {0x00, 0x60, 0x01}),
+            "node 5 (ram): SDO transfer of 6000:01 ended: object does not exist in the object "
+            "dictionary (06020000)");
+  EXPECT_EQ(words(EventKind::boot_result, 5, 0, 0), "node 5 (ram): booted");
+  EXPECT_EQ(words(EventKind::output_watchdog, 0, 0x21, 3),
+            "watchdog of output group 3 fired: outputs set to zero, EMCY sent");
+  EXPECT_EQ(words(EventKind::frames_lost, 0, 0, 12), "12 frames lost before they could be read");
+}
+
+TEST(EventText, HasWordsForEveryKind) {
+  for (std::size_t i = 0; i < kEventKinds; ++i) {
+    const std::string text = words(static_cast<EventKind>(i), 5, 0, 0);
+    EXPECT_GT(text.size(), std::string("node 5 (ram): ").size()) << i;
+    EXPECT_LE(text.size(), 256U);
+  }
+}
+
+TEST(Access, ReadAllowsWhatChangesNothing) {
+  using config::Access;
+  using line::CommandKind;
+  EXPECT_TRUE(permitted(CommandKind::versions, Access::off, Access::off));
+  EXPECT_FALSE(permitted(CommandKind::sdo_read, Access::off, Access::all));
+  EXPECT_TRUE(permitted(CommandKind::sdo_read, Access::read, Access::off));
+  EXPECT_TRUE(permitted(CommandKind::local_read, Access::read, Access::off));
+  for (const auto kind : {CommandKind::sdo_write, CommandKind::local_write, CommandKind::nmt,
+                          CommandKind::emcy_send, CommandKind::output_write}) {
+    EXPECT_FALSE(permitted(kind, Access::read, Access::all)) << name(kind);
+    EXPECT_TRUE(permitted(kind, Access::all, Access::all)) << name(kind);
+  }
+  EXPECT_FALSE(permitted(CommandKind::output_write, Access::all, Access::read));
+}
+
+TEST(JsonWriter, WritesCommasAndEscapes) {
+  JsonWriter json;
+  json.begin_object().member("a", 1U).member("b", true).member("c", "x\"\\\n");
+  json.key("d").begin_array().value(std::uint64_t{1}).begin_object().end_object().end_array();
+  json.end_object();
+  EXPECT_EQ(json.text(), R"({"a":1,"b":true,"c":"x\"\\\u000a","d":[1,{}]})");
+}
+
+}  // namespace
+}  // namespace linegate::gateway

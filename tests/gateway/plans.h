@@ -1,0 +1,29 @@
+// Lines for tests, made the way the gateway makes them.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "gateway/config/plant.h"
+#include "stack/line/line.h"
+
+namespace linegate::gateway {
+
+// A plant from text; device files are relative to the root of the repository.
+inline config::Plant make_plant(const std::string& text) {
+  auto loaded = config::read(text, LINEGATE_SOURCE_DIR "/plant.yaml");
+  for (const auto& diagnostic : loaded.diagnostics) {
+    ADD_FAILURE() << to_string(diagnostic);
+  }
+  return loaded.value ? std::move(*loaded.value) : config::Plant{};
+}
+
+inline std::unique_ptr<line::Line> make_line(const config::LinePlan& plan) {
+  auto made = line::Line::make(plan.config);
+  return made.value ? std::move(*made.value) : nullptr;
+}
+
+}  // namespace linegate::gateway
