@@ -62,7 +62,7 @@ class DigitalIo final : public Behaviour {
     set({kInput, 1}, value);
     for (std::uint8_t bit = 0; bit < 8; ++bit) {
       set({kInputBit, static_cast<std::uint8_t>(bit + 1)},
-          static_cast<std::uint8_t>((value >> bit) & 1U));
+          static_cast<std::uint8_t>((unsigned{value} >> bit) & 1U));
     }
   }
 
