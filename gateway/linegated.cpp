@@ -1,6 +1,7 @@
 // The gateway process: runs the lines of a plant.yaml until it is told to stop.
 #include <cstdint>
 #include <exception>
+#include <optional>
 #include <random>
 #include <string>
 
@@ -20,6 +21,8 @@ struct Arguments {
   std::string plant;
   bool check = false;
   std::string log_level;
+  std::string dds_profile;
+  std::optional<std::uint32_t> dds_domain;
 };
 
 // Incarnations tell starts apart; 0 stands for any.
@@ -54,11 +57,15 @@ int start(const Arguments& arguments) {
   if (arguments.check) {
     return check(arguments.plant, false);
   }
-  const auto loaded = config::load(arguments.plant);
+  auto loaded = config::load(arguments.plant);
   print(loaded.diagnostics);
   if (!loaded.value) {
     return kExitUsage;
   }
+  if (!arguments.dds_profile.empty()) {
+    loaded.value->dds_profile = arguments.dds_profile;
+  }
+  loaded.value->dds_domain = arguments.dds_domain.value_or(loaded.value->dds_domain);
   const auto level = config::parse_log_level(arguments.log_level);
   set_up_log(level.value_or(loaded.value->log));
   return run(*loaded.value);
@@ -75,6 +82,10 @@ int main(int argc, char** argv) {
   app.add_flag("--check", arguments.check, "say what would be run, and end");
   app.add_option("--log-level", arguments.log_level, "instead of the one in the configuration")
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
+  app.add_option("--dds-profile", arguments.dds_profile,
+                 "QoS profile file instead of the one in the configuration");
+  app.add_option("--dds-domain", arguments.dds_domain, "instead of the one in the configuration")
+      ->check(CLI::Range(0, 232));
   app.set_version_flag("--version", gateway::versions());
   app.footer(
       "Ends on SIGINT and SIGTERM. Exit codes: 0 ended as asked, 1 failed while running,\n"
