@@ -25,7 +25,7 @@ def eventually(what, condition, within):
             return got
         if time.monotonic() > end:
             raise Failed(f"not within {within} s: {what}")
-        time.sleep(0.05)
+        time.sleep(0.1)
 
 
 def check(what, condition):

@@ -1,0 +1,90 @@
+#!/usr/bin/python3
+"""What fails is told, and its return too: killed devices in NodeState and Event within their heartbeat time, an
+interface that goes down; and all the while the other lines run on."""
+
+import subprocess
+
+from actors import check, eventually, play
+from plant import NODES, Plant, all_valid, utc_seconds
+
+CONSUMER_TIME = {"press": 0.5}  # 2.5 x the heartbeat time in plant.yaml
+SLACK = 1.0  # the guest has one slow CPU
+
+
+def devices_die(plant, line):
+    """As by a power cut; gives when each was heard last."""
+    plant.devices[line].kill()
+    return {node: plant.bus[line].frames(0x700 + node)[-1][0] for node in NODES[line]}
+
+
+def loss_is_told(plant, line, last_heard):
+    for node, heard in last_heard.items():
+        lost = eventually(
+            f"{line}: an event tells that node {node} was lost",
+            lambda: plant.subscriber.events(line, "heartbeat-lost", node),
+            20,
+        )
+        after = utc_seconds(lost[-1]["time"]) - heard
+        check(
+            f"{line}: node {node} was missed {after:.3f} s after its last heartbeat",
+            CONSUMER_TIME[line] - 0.01 <= after <= CONSUMER_TIME[line] + SLACK,
+        )
+    eventually(
+        f"{line}: its nodes are missing in NodeState, and each loss was counted once",
+        lambda: all(
+            node["presence"] == "missing" and node["heartbeats_lost"] == 1
+            for node in plant.subscriber.nodes(line).values()
+        ),
+        20,
+    )
+    image = plant.subscriber.image(line)
+    check(f"{line}: no value of a missing node is valid", not any(e["valid"] for e in image["entries"]))
+
+
+def others_run_on(plant, line):
+    first = plant.subscriber.image(line)["sequence"]
+    check(f"{line}: runs on, with new images", plant.subscriber.image(line)["sequence"] > first)
+    check(f"{line}: lost nobody", plant.subscriber.events(line, "heartbeat-lost") == [])
+
+
+def devices_return(plant, line):
+    plant.devices[line] = plant.simulate(line)
+    eventually(f"{line}: all nodes are operational again", lambda: plant.is_up(line), 60)
+    for node in NODES[line]:
+        boots = plant.subscriber.events(line, "boot-result", node)
+        check(f"{line}: an event tells that node {node} was booted again", len(boots) >= 2)
+    eventually(
+        f"{line}: its values are valid again", lambda: all_valid(plant.subscriber.image(line)), 30
+    )
+
+
+def interface_goes_and_comes(plant):
+    def ready():
+        return len(plant.subscriber.events("pack", "interface-ready"))
+
+    so_far = ready()
+    subprocess.run(["ip", "link", "set", "vcan2", "down"], check=True)
+    eventually(
+        "pack: an event tells that the interface failed",
+        lambda: plant.subscriber.events("pack", "interface-failed")
+        + plant.subscriber.events("pack", "bus-state"),
+        20,
+    )
+    others_run_on(plant, "hall")
+    subprocess.run(["ip", "link", "set", "vcan2", "up"], check=True)
+    eventually("pack: an event tells that it is usable again", lambda: ready() > so_far, 20)
+    eventually("pack: all nodes are operational again", lambda: plant.is_up("pack"), 60)
+
+
+def scenario():
+    plant = Plant()
+    last_heard = devices_die(plant, "press")
+    loss_is_told(plant, "press", last_heard)
+    others_run_on(plant, "pack")
+    devices_return(plant, "press")
+    interface_goes_and_comes(plant)
+    check("the gateway is still the same process", plant.gateway.runs())
+    plant.stop()
+
+
+play(scenario)

@@ -1,0 +1,102 @@
+#!/usr/bin/python3
+"""Values both ways: what a device sends arrives byte for byte at a subscriber, and what a subscriber writes
+arrives in the device's RPDO. SDO read from a subscriber's process, and one that the device refuses."""
+
+from actors import check, eventually, play, send
+from plant import Plant, all_valid, by_name
+
+# Which bytes of a line's input image come from which PDO (`linegate check plant.yaml` tells them), and one
+# that moves by itself.
+PDOS = {
+    "press": {0x185: (0, 3), 0x285: (4, 8), 0x187: (12, 6), 0x287: (20, 4)},
+    "hall": {0x28A: (0, 8), 0x38A: (8, 8), 0x18C: (16, 4), 0x28C: (20, 1)},
+    "pack": {0x194: (0, 3), 0x294: (4, 8), 0x196: (12, 4), 0x296: (16, 1)},
+}
+MOVING = {"press": 0x187, "hall": 0x28A, "pack": 0x196}
+OUTPUTS = "doors.Write output 8-bit.Outputs "
+
+
+def part(image, line, identifier):
+    offset, length = PDOS[line][identifier]
+    return bytes.fromhex(image["bytes"])[offset : offset + length]
+
+
+def every_pdo_is_one_from_the_bus(plant, line, image):
+    for identifier in PDOS[line]:
+        value = part(image, line, identifier)
+        seen = [data for _, _, data in plant.bus[line].frames(identifier)]
+        check(f"{line}: {value.hex()} is one whole frame of {identifier:X}h", value in seen)
+
+
+def values_arrive(plant):
+    for line, moving in MOVING.items():
+        first = eventually(
+            f"{line}: an image of valid values",
+            lambda: [image for image in plant.subscriber.images(line) if all_valid(image)],
+            30,
+        )[0]
+        every_pdo_is_one_from_the_bus(plant, line, first)
+        before = part(first, line, moving)
+        other = eventually(
+            f"{line}: {moving:X}h brings another value",
+            lambda: [i for i in plant.subscriber.images(line)[1:] if part(i, line, moving) != before],
+            30,
+        )[0]
+        every_pdo_is_one_from_the_bus(plant, line, other)
+
+
+def a_value_chosen_here_arrives(plant):
+    """The device falls silent, and cansend speaks for it before its heartbeat time has passed."""
+    plant.devices["hall"].kill()
+    send("vcan1", "18C#A1B2C3D4")
+    image = eventually(
+        "hall: A1 B2 C3 D4 from cansend is in the image",
+        lambda: [i for i in plant.subscriber.images("hall") if part(i, "hall", 0x18C).hex() == "a1b2c3d4"],
+        20,
+    )[0]
+    entry = by_name(image)["doors.Read input 8-bit.Inputs 17 to 24"]
+    check("hall: and C3 is the value of its entry", (entry["bytes"], entry["value"]) == ("C3", "195"))
+
+
+def outputs_arrive(plant):
+    def sent():
+        return [data for _, _, data in plant.bus["hall"].frames(0x20C)]
+
+    plant.command("write", "hall", OUTPUTS + "1 to 8", "0xA5")
+    check("hall: an RPDO with an output that nobody chose is held back", sent() == [])
+    plant.command("write", "hall", OUTPUTS + "9 to 16", "0x5A")
+    eventually("hall: both outputs are in the device's RPDO", lambda: sent()[-1:] == [b"\xa5\x5a"], 10)
+    for sub, value in (("1", "A5"), ("2", "5A")):
+        answer = plant.command("sdo", "read", "hall:12", "6200", sub, "u8")
+        check(f"hall: the device has {value} in 6200h:{sub}", answer["data"] == value)
+
+
+def outputs_are_refused(plant):
+    said = plant.refused("write", "pack", "valves.Write output 8-bit.Outputs 1 to 8", "1")
+    check(f"pack: a line without access refuses: {said.strip()}", "access" in said or "permit" in said)
+    check("pack: and nothing was sent", plant.bus["pack"].frames(0x216) == [])
+
+
+def objects_are_read(plant):
+    answers = plant.bus["hall"]
+    answer = plant.command("sdo", "read", "hall:12", "1000", "0", "u32")
+    sent = answers.frames(0x58C)[-1][2]
+    check("hall: 1000h is what the device sent", bytes.fromhex(answer["data"]) == sent[4:])
+    said = plant.refused("sdo", "read", "hall:12", "2FFF", "0")
+    words = "object does not exist in the object dictionary"
+    check("hall: a wrong object gives the abort code in words", words in said)
+    abort = answers.frames(0x58C)[-1][2]
+    check("hall: which the device really sent", abort == bytes.fromhex("80ff2f0000000206"))
+
+
+def scenario():
+    plant = Plant()
+    values_arrive(plant)
+    outputs_arrive(plant)
+    outputs_are_refused(plant)
+    objects_are_read(plant)
+    a_value_chosen_here_arrives(plant)
+    plant.stop()
+
+
+play(scenario)
