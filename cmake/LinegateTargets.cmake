@@ -74,3 +74,26 @@ function(linegate_test name)
   gtest_discover_tests(${name} TEST_PREFIX "${ARG_TIER}." DISCOVERY_MODE PRE_TEST
                        DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${ARG_TIER} TIMEOUT ${ARG_TIMEOUT})
 endfunction()
+
+# linegate_readme_example(NAME README file LANGUAGE cpp DEPENDS ...) makes an executable of the first
+# fenced block of that language in a README.md: an example that went stale breaks the build. The block
+# is cut out by position and not as a list, because CMake would divide the code at its semicolons.
+function(linegate_readme_example name)
+  cmake_parse_arguments(ARG "" "README;LANGUAGE" "DEPENDS" ${ARGN})
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${ARG_README})
+  file(READ ${ARG_README} text)
+  set(fence "```${ARG_LANGUAGE}\n")
+  string(FIND "${text}" "${fence}" begin)
+  if(begin EQUAL -1)
+    message(FATAL_ERROR "${ARG_README} has no block of ${ARG_LANGUAGE}")
+  endif()
+  string(LENGTH "${fence}" length)
+  math(EXPR begin "${begin} + ${length}")
+  string(SUBSTRING "${text}" ${begin} -1 block)
+  string(FIND "${block}" "```" end)
+  string(SUBSTRING "${block}" 0 ${end} block)
+  set(source ${CMAKE_CURRENT_BINARY_DIR}/${name}.${ARG_LANGUAGE})
+  file(CONFIGURE OUTPUT ${source} CONTENT "${block}" @ONLY)
+  add_executable(${name} ${source})
+  target_link_libraries(${name} PRIVATE ${ARG_DEPENDS})
+endfunction()
