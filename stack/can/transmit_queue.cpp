@@ -1,8 +1,26 @@
 #include "stack/can/transmit_queue.h"
 
-#include <algorithm>
+#include <bit>
+#include <cstring>
 
 namespace linegate::can {
+namespace {
+
+// Field by field: one load over fields that were just stored apart would wait for them. Data that
+// the frame does not have is left alone.
+void copy(const Frame& from, Frame& to) {
+  to.id = from.id;
+  to.length = from.length;
+  to.flags = from.flags;
+  to.time = from.time;
+  const bool is_long = from.length > kMaxClassicData;
+  std::memcpy(to.data.data(), from.data.data(), kMaxClassicData);
+  if (is_long) [[unlikely]] {
+    to.data = from.data;
+  }
+}
+
+}  // namespace
 
 TransmitQueue::TransmitQueue(std::size_t capacity) {
   for (Ring& ring : rings_) {
@@ -16,8 +34,13 @@ bool TransmitQueue::push(TransmitClass cls, const Frame& frame) {
     ++refused_;
     return false;
   }
-  ring.frames[(ring.head + ring.count) % ring.frames.size()] = frame;
+  std::size_t place = ring.head + ring.count;
+  if (place >= ring.frames.size()) {
+    place -= ring.frames.size();
+  }
+  copy(frame, ring.frames[place]);
   ++ring.count;
+  waiting_ |= 1U << static_cast<unsigned>(cls);
   return true;
 }
 
@@ -30,34 +53,27 @@ std::size_t TransmitQueue::queued(TransmitClass cls) const {
   return rings_[static_cast<std::size_t>(cls)].count;
 }
 
-bool TransmitQueue::pop_urgent(Frame& out) {
-  return pop(TransmitClass::nmt, out) || pop(TransmitClass::sync, out) ||
-         pop(TransmitClass::emcy, out) || pop(TransmitClass::time, out);
-}
-
-bool TransmitQueue::pop_rest(Frame& out) {
-  return pop(TransmitClass::sdo, out) || pop(TransmitClass::error_control, out);
-}
-
-bool TransmitQueue::empty() const {
-  return std::ranges::all_of(rings_, [](const Ring& ring) { return ring.count == 0; });
-}
-
 void TransmitQueue::clear() {
   for (Ring& ring : rings_) {
     ring.head = 0;
     ring.count = 0;
   }
+  waiting_ = 0;
 }
 
-bool TransmitQueue::pop(TransmitClass cls, Frame& out) {
-  Ring& ring = rings_[static_cast<std::size_t>(cls)];
-  if (ring.count == 0) {
+// The first frame of the most urgent of these classes, all of which have frames.
+bool TransmitQueue::pop(unsigned classes, Frame& out) {
+  if (classes == 0) {
     return false;
   }
-  out = ring.frames[ring.head];
-  ring.head = (ring.head + 1) % ring.frames.size();
-  --ring.count;
+  Ring& ring = rings_[static_cast<std::size_t>(std::countr_zero(classes))];
+  copy(ring.frames[ring.head], out);
+  if (++ring.head == ring.frames.size()) {
+    ring.head = 0;
+  }
+  if (--ring.count == 0) {
+    waiting_ &= ~(classes & (~classes + 1U));
+  }
   return true;
 }
 

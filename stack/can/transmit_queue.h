@@ -29,23 +29,26 @@ class TransmitQueue {
   std::size_t queued(TransmitClass cls) const;
 
   // NMT, SYNC, EMCY, TIME: what goes before PDOs. False if there is none.
-  bool pop_urgent(Frame& out);
+  bool pop_urgent(Frame& out) { return pop(waiting_ & kUrgent, out); }
   // SDO and error control: what goes after PDOs. False if there is none.
-  bool pop_rest(Frame& out);
+  bool pop_rest(Frame& out) { return pop(waiting_ & ~kUrgent, out); }
 
-  bool empty() const;
+  bool empty() const { return waiting_ == 0; }
   std::uint64_t refused() const { return refused_; }
   void clear();
 
  private:
+  static constexpr unsigned kUrgent = (1U << static_cast<unsigned>(TransmitClass::sdo)) - 1U;
+
   struct Ring {
     std::vector<Frame> frames;
     std::size_t head = 0;
     std::size_t count = 0;
   };
-  bool pop(TransmitClass cls, Frame& out);
+  bool pop(unsigned classes, Frame& out);
 
   std::array<Ring, kTransmitClasses> rings_;
+  unsigned waiting_ = 0;  // bit n: class n has frames
   std::uint64_t refused_ = 0;
 };
 

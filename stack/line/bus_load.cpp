@@ -16,12 +16,13 @@ void BusLoad::advance(Instant now) {
     return;
   }
   window_start_ = now;
-  const std::uint64_t bits = std::exchange(bits_, 0);
+  const std::uint64_t unstuffed = std::exchange(bits_, 0);
   if (bit_rate_ == 0) {
     return;
   }
   const double seconds = std::chrono::duration<double>(elapsed).count();
-  const double share = static_cast<double>(bits) / (seconds * bit_rate_);
+  const double bits = static_cast<double>(unstuffed) * 1.1;
+  const double share = bits / (seconds * bit_rate_);
   permille_ = static_cast<std::uint16_t>(std::clamp(share * 1000.0, 0.0, 1000.0));
 }
 

@@ -17,15 +17,13 @@ class BusLoad {
   // bit_rate in bit/s; 0 = unknown, the load is 0 then.
   explicit BusLoad(std::uint32_t bit_rate) : bit_rate_(bit_rate) {}
 
-  void add(const can::Frame& frame) {
-    const std::uint64_t header = frame.extended() ? kExtendedBits : kStandardBits;
-    const std::uint64_t data = std::uint64_t{frame.length} * 8U;
-    bits_ += header + data + (header + data) / 10U;
-  }
+  void add(const can::Frame& frame) { bits_ += bits(frame); }
   void add(std::span<const can::Frame> frames) {
+    std::uint64_t sum = 0;
     for (const can::Frame& frame : frames) {
-      add(frame);
+      sum += bits(frame);
     }
+    bits_ += sum;
   }
 
   // Closes the window of one second when it is over.
@@ -39,8 +37,12 @@ class BusLoad {
   static constexpr std::uint64_t kStandardBits = 47;
   static constexpr std::uint64_t kExtendedBits = 67;
 
+  static std::uint64_t bits(const can::Frame& frame) {
+    return (frame.extended() ? kExtendedBits : kStandardBits) + std::uint64_t{frame.length} * 8U;
+  }
+
   std::uint32_t bit_rate_;
-  std::uint64_t bits_ = 0;
+  std::uint64_t bits_ = 0;  // of this window, without stuff bits
   Instant window_start_{};
   std::uint16_t permille_ = 0;
 };

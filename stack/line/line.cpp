@@ -59,7 +59,6 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       outputs(image.layout(image::Direction::outputs), config.groups),
       load(config.bit_rate) {
   node.set_companion(this);
-  node.set_application(this);
   node.pdos().link(plan);
   heartbeats.set_listener(this);
   heartbeats.listen_all(config.node_id);
@@ -209,9 +208,6 @@ void Line::Impl::receive(const can::Target& target, const can::Frame& frame) {
 
 void Line::Impl::synced(Instant /*now*/) {
   ++syncs;
-}
-
-void Line::Impl::state_changed(nmt::State /*state*/, Instant /*now*/) {
 }
 
 void Line::Impl::node_data_invalid(std::uint8_t id) {

@@ -21,7 +21,6 @@
 namespace linegate::line {
 
 struct Line::Impl final : node::Companion,
-                          node::Application,
                           manager::Host,
                           nmt::HeartbeatListener,
                           emcy::Listener {
@@ -47,8 +46,6 @@ struct Line::Impl final : node::Companion,
   // node::Companion
   void receive(const can::Target& target, const can::Frame& frame) override;
   void synced(Instant now) override;
-  // node::Application
-  void state_changed(nmt::State state, Instant now) override;
   // manager::Host
   void node_data_invalid(std::uint8_t node) override;
   void may_operate(Instant now) override;

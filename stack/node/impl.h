@@ -39,6 +39,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener {
 
   // --- frames: receive.cpp ----------------------------------------------------------------------
   void receive(std::span<const can::Frame> frames);
+  void serve_all(can::Target target, const can::Frame& frame);
   void serve(can::Target target, const can::Frame& frame);
   void remote_request(can::Target target, const can::Frame& frame);
   void take_node_control(const can::Frame& frame);

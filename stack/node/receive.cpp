@@ -20,24 +20,29 @@ void Node::Impl::receive(std::span<const can::Frame> frames) {
       continue;
     }
     now = frame.time;
-    if (frame.remote()) {
+    if (frame.remote()) [[unlikely]] {
       remote_request(*found, frame);
-      continue;
-    }
-    can::Target target = *found;
-    for (;;) {
-      if (target.service == can::Service::rpdo) [[likely]] {
-        pdos.receive(target.index, frame);
-      } else {
-        serve(target, frame);
-      }
-      if (target.next == 0) {
-        break;
-      }
-      target = *dispatch.next(target);
+    } else if (found->service == can::Service::rpdo && found->next == 0) [[likely]] {
+      pdos.receive(found->index, frame);
+    } else {
+      serve_all(*found, frame);
     }
   }
   counters.received += frames.size();
+}
+
+void Node::Impl::serve_all(can::Target target, const can::Frame& frame) {
+  for (;;) {
+    if (target.service == can::Service::rpdo) {
+      pdos.receive(target.index, frame);
+    } else {
+      serve(target, frame);
+    }
+    if (target.next == 0) {
+      return;
+    }
+    target = *dispatch.next(target);
+  }
 }
 
 void Node::Impl::serve(can::Target target, const can::Frame& frame) {

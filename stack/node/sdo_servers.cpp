@@ -43,6 +43,10 @@ void SdoServers::reset() {
 }
 
 bool SdoServers::receive(std::uint16_t number, const can::Frame& frame, can::TransmitQueue& queue) {
+  if (number == 0) {
+    entries_.front().server->receive(frame, queue);
+    return true;
+  }
   const auto entry = std::ranges::lower_bound(entries_, number, {}, &Entry::number);
   if (entry == entries_.end() || entry->number != number) {
     return false;

@@ -58,6 +58,19 @@ void store_and_tell(const ObjectTable& objects, Address address, Variable& varia
   }
 }
 
+Result<std::span<const std::byte>> read_variable(Address address, const Variable& variable) {
+  if (!readable(variable.access)) {
+    return to_error(AbortCode::write_only);
+  }
+  if (variable.hook != nullptr) {
+    const AbortCode why = variable.hook->before_read(address, variable);
+    if (why != AbortCode::none) {
+      return to_error(why);
+    }
+  }
+  return variable.bytes();
+}
+
 }  // namespace
 
 AbortCode Hook::before_read(Address /*address*/, const Variable& /*variable*/) {
@@ -72,26 +85,18 @@ void Hook::written(Address /*address*/) {
 }
 
 Result<std::span<const std::byte>> Dictionary::read(Address address) const {
+  if (const Variable* variable = objects_->find_plain(address)) {
+    return read_variable(address, *variable);
+  }
   Variable element;
   AbortCode why = AbortCode::none;
-  const Variable* variable = objects_->find(address, element, why);
-  if (variable == nullptr) {
-    if (address.sub == kStructureSub && why == AbortCode::no_sub_index) {
-      return std::span<const std::byte>(
-          objects_->details(*objects_->find(address.index)).structure);
-    }
-    return to_error(why);
+  if (const Variable* variable = objects_->find(address, element, why)) {
+    return read_variable(address, *variable);
   }
-  if (!readable(variable->access)) {
-    return to_error(AbortCode::write_only);
+  if (address.sub == kStructureSub && why == AbortCode::no_sub_index) {
+    return std::span<const std::byte>(objects_->details(*objects_->find(address.index)).structure);
   }
-  if (variable->hook != nullptr) {
-    why = variable->hook->before_read(address, *variable);
-    if (why != AbortCode::none) {
-      return to_error(why);
-    }
-  }
-  return variable->bytes();
+  return to_error(why);
 }
 
 AbortCode Dictionary::check(Address address, std::span<const std::byte> value) const {

@@ -61,6 +61,20 @@ class ObjectTable {
     return slot.kind == Slot::Kind::none ? nullptr : &slot;
   }
 
+  // The variable if it has a place of its own, as all but elements of a window do; else nullptr.
+  const Variable* find_plain(Address address) const {
+    const Page* page = pages_[address.index >> 8U].get();
+    if (page == nullptr) {
+      return nullptr;
+    }
+    const Slot& slot = (*page)[address.index & 0xFFU];
+    if (slot.kind != Slot::Kind::plain || address.sub > slot.highest) {
+      return nullptr;
+    }
+    const Variable& variable = slot.variables[address.sub];
+    return variable.type == DataType::none ? nullptr : &variable;
+  }
+
   // The variable, or nullptr and the reason in why. element takes a variable that has no place of
   // its own (in a window).
   Variable* find(Address address, Variable& element, AbortCode& why) const {

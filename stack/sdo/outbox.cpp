@@ -3,7 +3,9 @@
 namespace linegate::sdo {
 
 void Outbox::send(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
-  flush(now, queue);
+  if (!empty()) [[unlikely]] {
+    flush(now, queue);
+  }
   if (!empty() || !push(word, queue)) {
     keep(word, now);
   }

@@ -52,11 +52,8 @@ void Server::receive(const can::Frame& frame, can::TransmitQueue& queue) {
     tell_malformed(frame, 0, events_);
     return;
   }
-  if (!answer(frame, answer_)) {
-    return;
-  }
-  if (!outbox_.empty() || !queue.push(can::TransmitClass::sdo, answer_)) [[unlikely]] {
-    outbox_.send(word_of(answer_), frame.time, queue);
+  if (const auto reply = serve(word_of(frame), frame.time)) {
+    outbox_.send(*reply, frame.time, queue);
   }
 }
 
@@ -74,36 +71,34 @@ Instant Server::next_wake() const {
 }
 
 bool Server::answer(const can::Frame& in, can::Frame& out) {
-  const std::uint64_t request = word_of(in);
-  std::uint64_t reply = 0;
-  switch (static_cast<ClientCommand>(specifier(command_of(in)))) {
+  const auto reply = serve(word_of(in), in.time);
+  if (reply) {
+    set_header(out, outbox_.cob_id());
+    store_le(out.data.data(), *reply);
+  }
+  return reply.has_value();
+}
+
+std::optional<std::uint64_t> Server::serve(std::uint64_t request, Instant now) {
+  const auto command = static_cast<std::uint8_t>(request);
+  switch (static_cast<ClientCommand>(specifier(command))) {
     case ClientCommand::upload_initiate:
-      reply = initiate_upload(request, in.time);
-      break;
+      return initiate_upload(request, now);
     case ClientCommand::download_initiate:
-      reply = initiate_download(request, in.time);
-      break;
+      return initiate_download(request, now);
     case ClientCommand::upload_segment:
-      reply = upload_segment(request, in.time);
-      break;
+      return upload_segment(request, now);
     case ClientCommand::download_segment:
-      reply = download_segment(request, in.time);
-      break;
+      return download_segment(request, now);
     case ClientCommand::abort:
       drop();
-      return false;
+      return std::nullopt;
     case ClientCommand::block_upload:
     case ClientCommand::block_download:
-      reply = refuse(initiates_block(command_of(in)) ? multiplexer(request) : address_,
-                     AbortCode::command_specifier);
-      break;
-    default:
-      reply = refuse(address_, AbortCode::command_specifier);
-      break;
+      return refuse(initiates_block(command) ? multiplexer(request) : address_,
+                    AbortCode::command_specifier);
   }
-  set_header(out, outbox_.cob_id());
-  store_le(out.data.data(), reply);
-  return true;
+  return refuse(address_, AbortCode::command_specifier);
 }
 
 void Server::reset() {
