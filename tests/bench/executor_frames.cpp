@@ -1,0 +1,405 @@
+// What an executor spends on a received frame, beside a bare loop with the same epoll, stamps and
+// batch size. Figures are CPU time of the thread that receives, per frame.
+//
+// saturated: the receiving thread itself puts 512 frames into its socket whenever it has drained
+// it,
+//   with its clock stopped meanwhile: so every batch is full, whatever else the machine does.
+// paced: another thread sends a frame every 114.2 us, the load of a full bus at 1 Mbit/s.
+//
+// The executor runs a manager's line with 64 PDOs of 8 booted nodes and hands over what it has to
+// say, 100 images a second, to a thread that stands for the publisher and only takes it.
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <poll.h>
+#include <pthread.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "bridges/can/socketcan.h"
+#include "gateway/executor.h"
+#include "gateway/line_runner.h"
+
+#include "tests/bench/bare_loop.h"
+#include "tests/bench/measure.h"
+#include "tests/bench/pdo_line.h"
+#include "tests/bench/thread_counts.h"
+#include "tests/bench/wire.h"
+
+namespace {
+
+using namespace linegate;
+using bench::Contestant;
+using namespace std::chrono_literals;
+
+constexpr std::size_t kPdos = 64;
+constexpr int kNodes = 8;
+constexpr std::size_t kFill = 512;          // frames
+constexpr unsigned kRounds = 100;           // fills in one repetition
+constexpr std::size_t kPacedFrames = 1500;  // in one repetition
+constexpr std::int64_t kPeriod = 114'194;   // ns: 8757 frames/s
+
+std::int64_t cpu_time(clockid_t clock) {
+  timespec time{};
+  clock_gettime(clock, &time);
+  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+}
+
+// What a receiving thread has done so far, for others to read.
+struct Totals {
+  std::uint64_t system_calls = 0;
+  std::uint64_t waits = 0;
+  std::uint64_t allocations = 0;
+  std::int64_t cpu = 0;  // ns, without that of filling the socket
+
+  Totals operator-(const Totals& other) const {
+    return {system_calls - other.system_calls, waits - other.waits, allocations - other.allocations,
+            cpu - other.cpu};
+  }
+};
+
+// The sending end of a wire, and what the thread at the other end does.
+class Load {
+ public:
+  Load() : frames_(bench::raw(bench::pdo_frames(bench::pdo_identifiers(kPdos), 4096))) {}
+
+  bench::Wire wire;
+
+  // --- receiving thread -----------------------------------------------------------------------
+
+  void begin() {
+    pthread_getcpuclockid(pthread_self(), &clock_);
+    begun_.store(true);
+  }
+
+  // Everything has been read.
+  void drained() {
+    const unsigned rounds = rounds_.load(std::memory_order_acquire);
+    if (rounds == 0) {
+      return;
+    }
+    stop_clock();
+    if (rounds > 1) {
+      fill();
+    }
+    rounds_.store(rounds - 1, std::memory_order_release);
+  }
+
+  // --- main thread ----------------------------------------------------------------------------
+
+  void wait_begun() const {
+    while (!begun_.load()) {
+      std::this_thread::sleep_for(1ms);
+    }
+  }
+
+  // Fills the socket kRounds times; what the thread spent on it.
+  Totals saturate() {
+    rounds_.store(kRounds + 2, std::memory_order_release);
+    poke();
+    while (rounds_.load(std::memory_order_acquire) != 0) {
+      std::this_thread::sleep_for(200us);
+    }
+    return last_ - first_;
+  }
+
+  Totals pace() {
+    const std::int64_t before = cpu_time(clock_);
+    timespec next{};
+    clock_gettime(CLOCK_MONOTONIC, &next);
+    for (std::size_t i = 0; i < kPacedFrames; ++i) {
+      next.tv_nsec += kPeriod;
+      if (next.tv_nsec >= 1'000'000'000) {
+        next.tv_nsec -= 1'000'000'000;
+        ++next.tv_sec;
+      }
+      clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &next, nullptr);
+      send(1);
+    }
+    std::this_thread::sleep_for(2ms);
+    Totals out;
+    out.cpu = cpu_time(clock_) - before;
+    return out;
+  }
+
+  // A copy made by the receiving thread itself: ask for it with one more frame.
+  Totals counted() {
+    rounds_.store(1, std::memory_order_release);
+    poke();
+    while (rounds_.load(std::memory_order_acquire) != 0) {
+      std::this_thread::sleep_for(200us);
+    }
+    return last_;
+  }
+
+  std::uint64_t sent() const { return sent_.load(); }
+
+ private:
+  void stop_clock() {
+    const bench::ThreadCounts& counts = bench::thread_counts();
+    last_ = {counts.system_calls - filling_.system_calls, counts.waits, counts.allocations,
+             cpu_time(clock_) - filling_.cpu};
+    if (rounds_.load(std::memory_order_relaxed) == kRounds + 1) {
+      first_ = last_;
+    }
+  }
+  void fill() {
+    const std::int64_t before = cpu_time(clock_);
+    const std::uint64_t calls = bench::thread_counts().system_calls;
+    send(kFill);
+    filling_.system_calls += bench::thread_counts().system_calls - calls;
+    filling_.cpu += cpu_time(clock_) - before;
+  }
+  // Wakes the receiving thread, which may begin to fill at the same time.
+  void poke() {
+    can_frame frame = frames_[0];
+    wire.send(std::span(&frame, 1));
+    ++sent_;
+  }
+  void send(std::size_t count) {
+    if (at_ + count > frames_.size()) {
+      at_ = 0;
+    }
+    wire.send(std::span(frames_).subspan(at_, count));
+    at_ += count;
+    sent_ += count;
+  }
+
+  std::vector<can_frame> frames_;
+  std::size_t at_ = 0;
+  std::atomic<std::uint64_t> sent_{0};
+  clockid_t clock_{};
+  std::atomic<bool> begun_{false};
+  std::atomic<unsigned> rounds_{0};
+  Totals filling_;
+  Totals first_;  // when the first full round began
+  Totals last_;
+};
+
+// --- the two sides
+// --------------------------------------------------------------------------------
+
+class Bare {
+ public:
+  explicit Bare(Load& load) : load_(load), thread_([this] { run(); }) {}
+  ~Bare() {
+    stop_ = true;
+    thread_.join();
+    close(load_.wire.far());
+  }
+  std::uint64_t received() const { return received_.load(); }
+
+ private:
+  void run() {
+    bench::BareLoop loop(load_.wire.far());
+    load_.begin();
+    std::uint64_t sum = 0;
+    std::uint64_t received = 0;
+    while (!stop_) {
+      loop.wait();
+      loop.drain([&](const can_frame& frame, std::int64_t stamp) {
+        sum += frame.can_id + frame.data[0] + static_cast<std::uint64_t>(stamp);
+        ++received;
+      });
+      received_.store(received, std::memory_order_relaxed);
+      load_.drained();
+    }
+    bench::require(sum != 0, "nothing was received");
+  }
+
+  Load& load_;
+  std::atomic<bool> stop_{false};
+  std::atomic<std::uint64_t> received_{0};
+  std::thread thread_;
+};
+
+class Watched final : public gateway::Runner {
+ public:
+  Watched(std::unique_ptr<gateway::LineRunner> runner, Load& load)
+      : runner_(std::move(runner)), load_(load) {}
+
+  int descriptor() const override { return runner_->descriptor(); }
+  bool wants_writable() const override { return runner_->wants_writable(); }
+  void service(Instant now) override {
+    if (!std::exchange(begun_, true)) {
+      load_.begin();
+    }
+    runner_->service(now);
+    load_.drained();
+  }
+  Instant next_wake() const override { return runner_->next_wake(); }
+  void stop(Instant now) override { runner_->stop(now); }
+  bool stopped(Instant now) const override { return runner_->stopped(now); }
+
+ private:
+  std::unique_ptr<gateway::LineRunner> runner_;
+  Load& load_;
+  bool begun_ = false;
+};
+
+// Takes what a line hands over.
+class Taker {
+ public:
+  explicit Taker(gateway::LinePort& port) : port_(port), thread_([this] { run(); }) {}
+  ~Taker() {
+    stop_ = true;
+    wakeup.signal();
+    thread_.join();
+  }
+
+  exchange::Wakeup wakeup;
+  bool running() const { return running_.load(); }
+  std::uint64_t rpdos() const { return rpdos_.load(); }
+  std::uint64_t images() const { return images_.load(); }
+
+ private:
+  void run() {
+    while (!stop_) {
+      pollfd readable{wakeup.descriptor(), POLLIN, 0};
+      poll(&readable, 1, -1);
+      wakeup.clear();
+      take();
+    }
+  }
+  void take() {
+    for (Event event; port_.events.pop(event);) {
+    }
+    for (gateway::NodeStatus node; port_.nodes.pop(node);) {
+    }
+    if (const gateway::LineStatus* status = port_.status.fetch()) {
+      running_ = status->state.manager == line::ManagerState::running;
+      rpdos_ = status->state.counters.rpdos;
+    }
+    for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
+      images_ += port_.image(direction).fetch() != nullptr ? 1U : 0U;
+    }
+  }
+
+  gateway::LinePort& port_;
+  std::atomic<bool> stop_{false};
+  std::atomic<bool> running_{false};
+  std::atomic<std::uint64_t> rpdos_{0};
+  std::atomic<std::uint64_t> images_{0};
+  std::thread thread_;
+};
+
+class Gateway {
+ public:
+  explicit Gateway(Load& load) : load_(load), taker_(port_), executor_({}) {
+    config::LinePlan plan;
+    plan.config = bench::pdo_line(bench::Mapping::event_driven, bench::pdo_identifiers(kPdos));
+    auto made = line::Line::make(plan.config);
+    bench::require(made.ok(), "no line");
+    executor_.add(std::make_unique<Watched>(
+        std::make_unique<gateway::LineRunner>(*std::move(made.value),
+                                              can_bridge::open_on_descriptor(load.wire.far()), plan,
+                                              port_, taker_.wakeup),
+        load));
+    executor_.start();
+    load.wait_begun();
+    load.wire.play_devices(kNodes, 500);
+    bench::require(taker_.running(), "the line's manager does not run");
+  }
+  ~Gateway() {
+    executor_.request_stop();
+    executor_.join();
+  }
+
+  // PDOs taken over, as the line's status tells ten times a second.
+  std::uint64_t received() const {
+    std::this_thread::sleep_for(300ms);
+    return taker_.rpdos();
+  }
+
+ private:
+  Load& load_;
+  gateway::LinePort port_;
+  Taker taker_;
+  gateway::Executor executor_;
+};
+
+// --- figures
+// --------------------------------------------------------------------------------------
+
+struct Counts {
+  double system_calls = 0;
+  double waits = 0;
+  double frames = 0;
+  std::uint64_t allocations = 0;
+
+  void add(const Totals& totals, double of) {
+    system_calls += static_cast<double>(totals.system_calls);
+    waits += static_cast<double>(totals.waits);
+    allocations += totals.allocations;
+    frames += of;
+  }
+  std::string text() const {
+    char out[80];
+    std::snprintf(out, sizeof out, ", %.3f system calls and %.3f wake-ups a frame",
+                  system_calls / frames, waits / frames);
+    return out;
+  }
+};
+
+double saturated(Load& load, Counts& counts) {
+  const Totals spent = load.saturate();
+  constexpr double kFrames = double{kRounds} * kFill;
+  counts.add(spent, kFrames);
+  return static_cast<double>(spent.cpu) / kFrames;
+}
+
+double paced(Load& load, Counts& counts) {
+  const Totals before = load.counted();
+  const Totals spent = load.pace();
+  counts.add(load.counted() - before, kPacedFrames);
+  return static_cast<double>(spent.cpu) / kPacedFrames;
+}
+
+template <class Figure>
+void compare(const char* heading, const char* name, Load& bare, Load& gateway, Figure figure,
+             std::uint64_t& allocations) {
+  Counts until_warm;
+  (void)figure(bare, until_warm);
+  (void)figure(gateway, until_warm);
+  std::array<Counts, 2> counts;
+  std::vector<Contestant> contestants;
+  contestants.push_back({"bare loop", [&] { return figure(bare, counts[0]); }, {}});
+  contestants.push_back({"executor", [&] { return figure(gateway, counts[1]); }, {}});
+  bench::interleave(contestants);
+  bench::print_heading(heading);
+  for (std::size_t i = 0; i < 2; ++i) {
+    bench::print_figure(contestants[i], "ns", counts[i].text());
+  }
+  bench::print_target(std::string(name) + ": to the bare loop",
+                      bench::median_ratio(contestants[1], contestants[0]), 1.3, "x");
+  allocations += counts[1].allocations;
+}
+
+}  // namespace
+
+int main() {
+  Load bare_load;
+  Load gateway_load;
+  std::uint64_t allocations = 0;
+  {
+    Bare bare(bare_load);
+    Gateway gateway(gateway_load);
+    bare_load.wait_begun();
+    compare("Executor, CPU time per frame: saturated, batches of 64", "saturated", bare_load,
+            gateway_load, saturated, allocations);
+    compare("Executor, CPU time per frame: 8757 frames/s", "paced", bare_load, gateway_load, paced,
+            allocations);
+    bench::require(bare.received() == bare_load.sent(), "the bare loop missed frames");
+    bench::require(gateway.received() == gateway_load.sent(), "the line missed frames");
+  }
+  bench::print_heading("Allocations in an executor, steady state");
+  bench::print_target("in all of the above", static_cast<double>(allocations), 0, "allocations");
+}

@@ -1,0 +1,86 @@
+#include "tests/bench/thread_counts.h"
+
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+namespace {
+
+thread_local linegate::bench::ThreadCounts counts;
+
+constexpr std::size_t kSignalSet = 8;  // bytes, as the kernel counts them
+
+template <class... Arguments>
+long call(long number, Arguments... arguments) {
+  ++counts.system_calls;
+  return ::syscall(number, arguments...);
+}
+
+void* allocate(std::size_t size, std::size_t alignment) {
+  ++counts.allocations;
+  void* const p = std::aligned_alloc(alignment, (size + alignment) / alignment * alignment);
+  if (p == nullptr) {
+    std::abort();
+  }
+  return p;
+}
+
+}  // namespace
+
+namespace linegate::bench {
+ThreadCounts& thread_counts() {
+  return counts;
+}
+}  // namespace linegate::bench
+
+// The array and nothrow forms of the library end here too.
+void* operator new(std::size_t size) {
+  return allocate(size, alignof(std::max_align_t));
+}
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  return allocate(size, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* p) noexcept {
+  std::free(p);
+}
+void operator delete(void* p, std::size_t) noexcept {
+  std::free(p);
+}
+void operator delete(void* p, std::align_val_t) noexcept {
+  std::free(p);
+}
+void operator delete(void* p, std::size_t, std::align_val_t) noexcept {
+  std::free(p);
+}
+
+extern "C" {
+
+int recvmmsg(int fd, mmsghdr* messages, unsigned count, int flags, timespec* timeout) {
+  return static_cast<int>(call(SYS_recvmmsg, fd, messages, count, flags, timeout));
+}
+int sendmmsg(int fd, mmsghdr* messages, unsigned count, int flags) {
+  return static_cast<int>(call(SYS_sendmmsg, fd, messages, count, flags));
+}
+int epoll_wait(int fd, epoll_event* events, int count, int timeout) {
+  ++counts.waits;
+  return static_cast<int>(
+      call(SYS_epoll_pwait, fd, events, count, timeout, static_cast<void*>(nullptr), kSignalSet));
+}
+int epoll_pwait2(int fd, epoll_event* events, int count, const timespec* timeout,
+                 const sigset_t* signals) {
+  ++counts.waits;
+  return static_cast<int>(call(SYS_epoll_pwait2, fd, events, count, timeout, signals, kSignalSet));
+}
+ssize_t read(int fd, void* data, std::size_t size) {
+  return call(SYS_read, fd, data, size);
+}
+ssize_t write(int fd, const void* data, std::size_t size) {
+  return call(SYS_write, fd, data, size);
+}
+
+}  // extern "C"
