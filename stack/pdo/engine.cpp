@@ -81,7 +81,7 @@ void Engine::advance(Instant now) {
 }
 
 Instant Engine::next_wake() const {
-  return earlier(impl_->timers.next(), impl_->next_release);
+  return earlier(impl_->timers.next(), impl_->next_sending());
 }
 
 bool Engine::next_frame(can::Frame& out, Instant now) {
@@ -89,7 +89,7 @@ bool Engine::next_frame(can::Frame& out, Instant now) {
 }
 
 bool Engine::wants_to_send(Instant now) const {
-  return impl_->next_sending() <= now;
+  return impl_->wants_to_send(now);
 }
 
 const EngineCounters& Engine::counters() const {

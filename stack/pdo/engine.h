@@ -98,7 +98,8 @@ class Engine {
   // not Operational.
   bool trigger(std::uint16_t number, Instant now);
 
-  // Inhibit times, event timers, RPDO deadlines.
+  // Inhibit times, event timers, RPDO deadlines. next_wake() is about what has to be waited for;
+  // what can be sent already is told by wants_to_send().
   void advance(Instant now);
   // When advance() is wanted, or an inhibit time ends; what could be sent already is no reason.
   Instant next_wake() const;

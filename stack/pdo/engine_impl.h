@@ -185,6 +185,7 @@ struct Engine::Impl final : od::Hook {
   void release(Instant now);
   bool next_frame(can::Frame& out, Instant now);
   void send(std::size_t rank, can::Frame& out, Instant now);
+  bool wants_to_send(Instant now) const;
   Instant next_sending() const;
 
   // Timers: the deadlines of the RPDOs, then the event timers of the TPDOs.

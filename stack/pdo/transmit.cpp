@@ -11,9 +11,9 @@ void Engine::value_changed(od::Address address, Instant /*now*/) {
     return;
   }
   const auto& sources = impl_->object_sources;
-  const auto range = std::ranges::equal_range(sources, address, {}, &Impl::ObjectSource::address);
-  for (const Impl::ObjectSource& source : range) {
-    impl_->source_changed(source.slot, false);
+  auto source = std::ranges::lower_bound(sources, address, {}, &Impl::ObjectSource::address);
+  for (; source != sources.end() && source->address == address; ++source) {
+    impl_->source_changed(source->slot, false);
   }
 }
 
@@ -179,12 +179,21 @@ void Engine::Impl::send(std::size_t rank, can::Frame& out, Instant now) {
   }
 }
 
-// The first instant at which something that is requested may be sent.
+bool Engine::Impl::wants_to_send(Instant now) const {
+  bool wants = false;
+  for_each_bit(pending.words(), [this, now, &wants](std::size_t rank) {
+    wants = wants || !inhibited.test(rank) || tpdos[by_rank[rank]].inhibited_until <= now;
+  });
+  return wants;
+}
+
+// The end of the first inhibit time that holds up a request.
 Instant Engine::Impl::next_sending() const {
   Instant first = kNever;
   for_each_bit(pending.words(), [this, &first](std::size_t rank) {
-    const bool waits = inhibited.test(rank);
-    first = waits ? earlier(first, tpdos[by_rank[rank]].inhibited_until) : Instant{};
+    if (inhibited.test(rank)) {
+      first = earlier(first, tpdos[by_rank[rank]].inhibited_until);
+    }
   });
   return first;
 }

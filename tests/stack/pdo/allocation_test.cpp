@@ -1,0 +1,63 @@
+// The way of a frame allocates nothing: counted in operator new.
+#include <gtest/gtest.h>
+
+#include "tests/bench/allocations.h"
+#include "tests/stack/pdo/linked_fixture.h"
+
+namespace linegate::pdo {
+namespace {
+
+using namespace test;
+
+TEST(Allocations, NoneFromFrameToSnapshotAndFromValueToFrame) {
+  const od::DeviceDescription device = plain_device();
+  std::vector<RemoteNode> nodes;
+  for (std::uint8_t id = 1; id <= 40; ++id) {
+    RemoteNode node;
+    node.id = id;
+    node.device = &device;
+    node.deadline = std::chrono::milliseconds(5);
+    const std::uint8_t type = id % 2 == 0 ? 1 : 255;
+    node.pdos.tpdos = {remote_pdo(1, 0x180U + id, {0x20020008, 0x20030010, 0x20000001}, type)};
+    node.pdos.rpdos = {remote_pdo(1, 0x200U + id, {0x20020008, 0x20030010}, type)};
+    node.pdos.rpdos[0].event_timer = std::chrono::milliseconds(8);
+    nodes.push_back(node);
+  }
+  Manager manager(nodes);
+  image::Snapshot outputs;
+  (void)manager.snapshot();
+  manager.image->snapshot(image::Direction::outputs, outputs, at(0), false, 0);
+  EventLog& events = manager.events;
+  std::vector<Event> drained(64);
+  const std::uint64_t before = bench::allocations();
+  std::uint64_t sent = 0;
+  for (int ms = 1; ms <= 500; ++ms) {
+    const auto value = static_cast<std::uint8_t>(ms);
+    for (std::uint32_t id = 1; id <= 40; ++id) {
+      if ((ms + static_cast<int>(id)) % 7 != 0) {
+        manager.receive(frame(0x180 + id, {value, 0, value, 1}, at(ms)));
+      }
+    }
+    manager.receive(frame(0x181, {value}, at(ms)));
+    for (std::uint32_t entry = 0; entry < manager.plan.outputs.entries.size(); ++entry) {
+      manager.image->write_entry(image::Direction::outputs, entry, value);
+    }
+    manager.engine->outputs_written(0, 8 * manager.plan.outputs.byte_size, false, at(ms));
+    manager.engine->sync(0, at(ms));
+    manager.engine->advance(at(ms));
+    can::Frame out;
+    while (manager.engine->next_frame(out, at(ms))) {
+      ++sent;
+    }
+    while (events.take(drained) != 0) {
+    }
+    manager.image->set_node_valid(static_cast<std::uint8_t>(1 + ms % 40), false);
+    (void)manager.snapshot(ms % 3 == 0);
+    manager.image->snapshot(image::Direction::outputs, outputs, at(ms), ms % 5 == 0, 0);
+  }
+  EXPECT_EQ(bench::allocations(), before);
+  EXPECT_GT(sent, 1000U);
+}
+
+}  // namespace
+}  // namespace linegate::pdo

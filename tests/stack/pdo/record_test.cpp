@@ -1,0 +1,163 @@
+// What SDO writes to PDO records may do: CiA 301, 7.5.2.35 to 7.5.2.38.
+#include "stack/pdo/record.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/stack/pdo/device_fixture.h"
+
+namespace linegate::pdo {
+namespace {
+
+using namespace test;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr std::uint64_t kInvalid = 0x8000'0000;
+
+struct RecordTest : testing::Test {
+  RecordTest() : device(description()) { device.operational(); }
+  static od::DeviceDescription description() {
+    od::DeviceDescription out = plain_device();
+    add_rpdo(out, {.cob_id = 0x201, .mapping = {0x20030010}});
+    add_tpdo(out, {.cob_id = 0x181, .mapping = {0x20100010}});
+    add_tpdo(out, {.number = 2, .cob_id = 0x80000281});
+    return out;
+  }
+
+  Device device;
+};
+
+TEST(RecordIndex, KnowsTheFourRanges) {
+  EXPECT_FALSE(record_index(0x13FF));
+  EXPECT_EQ(record_index(0x1400)->kind, PdoKind::rpdo);
+  EXPECT_EQ(record_index(0x15FF)->number, 512);
+  EXPECT_FALSE(record_index(0x15FF)->mapping);
+  EXPECT_TRUE(record_index(0x1600)->mapping);
+  EXPECT_EQ(record_index(0x1801)->kind, PdoKind::tpdo);
+  EXPECT_EQ(record_index(0x1801)->number, 2);
+  EXPECT_TRUE(record_index(0x1BFF)->mapping);
+  EXPECT_FALSE(record_index(0x1C00));
+}
+
+TEST_F(RecordTest, AFullRemappingTakesEffect) {
+  EXPECT_EQ(device.write(0x1400, 1, kInvalid | 0x201), AbortCode::none);
+  EXPECT_EQ(device.write(0x1600, 0, 0), AbortCode::none);
+  EXPECT_EQ(device.write(0x1600, 1, 0x20020008), AbortCode::none);
+  EXPECT_EQ(device.write(0x1600, 2, 0x20050020), AbortCode::none);
+  EXPECT_EQ(device.write(0x1600, 0, 2), AbortCode::none);
+  EXPECT_EQ(device.write(0x1400, 1, 0x301), AbortCode::none);
+  device.receive(frame(0x201, {1, 2}, at(1)));
+  EXPECT_EQ(device.read(0x2003), 0U) << "the old identifier is free";
+  device.receive(frame(0x301, {0x11, 0x22, 0x33, 0x44, 0x55}, at(2)));
+  EXPECT_EQ(device.read(0x2002), 0x11U);
+  EXPECT_EQ(device.read(0x2005), 0x55443322U);
+}
+
+TEST_F(RecordTest, ATpdoThatBecomesValidIsSent) {
+  (void)device.sent(at(0));
+  EXPECT_EQ(device.write(0x1A01, 1, 0x20020008), AbortCode::none);
+  EXPECT_EQ(device.write(0x1A01, 0, 1), AbortCode::none);
+  EXPECT_THAT(device.sent_ids(at(1)), IsEmpty());
+  EXPECT_EQ(device.write(0x1801, 1, 0x281), AbortCode::none);
+  EXPECT_THAT(device.sent_ids(at(1)), ElementsAre(0x281));
+}
+
+TEST_F(RecordTest, AValidPdoKeepsItsIdentifier) {
+  EXPECT_EQ(device.write(0x1400, 1, 0x202), AbortCode::device_state);
+  EXPECT_EQ(device.write(0x1400, 1, 0x2000'0201), AbortCode::device_state);
+  EXPECT_EQ(device.write(0x1400, 1, 0x201), AbortCode::none) << "as it is";
+  EXPECT_EQ(device.write(0x1400, 1, kInvalid | 0x202), AbortCode::none);
+  EXPECT_EQ(device.write(0x1400, 1, 0x202), AbortCode::none);
+}
+
+class Restricted : public RecordTest, public testing::WithParamInterface<std::uint32_t> {};
+
+TEST_P(Restricted, IdentifiersAreRefused) {
+  EXPECT_EQ(device.write(0x1801, 1, GetParam()), AbortCode::invalid_value);
+  EXPECT_EQ(device.write(0x1801, 1, kInvalid | GetParam()), AbortCode::none);
+  EXPECT_EQ(device.write(0x1801, 1, 0x2000'0000U | GetParam()), AbortCode::none)
+      << "29-bit identifiers are not restricted";
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, Restricted,
+                         testing::Values(0x000, 0x001, 0x07F, 0x101, 0x180, 0x581, 0x5FF, 0x601,
+                                         0x67F, 0x6E0, 0x6FF, 0x701, 0x77F, 0x780, 0x7FF));
+
+TEST_F(RecordTest, TransmissionTypes) {
+  for (unsigned type = 0; type <= 255; ++type) {
+    const bool rtr = type == 252 || type == 253;
+    const AbortCode reserved = AbortCode::invalid_value;
+    const AbortCode tpdo = type > 240 && type < 252 ? reserved : AbortCode::none;
+    EXPECT_EQ(device.write(0x1800, 2, type), tpdo) << type;
+    EXPECT_EQ(device.write(0x1400, 2, type), rtr ? reserved : tpdo) << type;
+  }
+}
+
+TEST_F(RecordTest, InhibitTimeAndSyncStartOnlyWhileInvalid) {
+  EXPECT_EQ(device.write(0x1800, 3, 10), AbortCode::device_state);
+  EXPECT_EQ(device.write(0x1800, 6, 10), AbortCode::device_state);
+  EXPECT_EQ(device.write(0x1800, 5, 10), AbortCode::none) << "the event timer at any time";
+  EXPECT_EQ(device.write(0x1801, 3, 10), AbortCode::none);
+  EXPECT_EQ(device.write(0x1801, 6, 240), AbortCode::none);
+  EXPECT_EQ(device.write(0x1801, 6, 241), AbortCode::invalid_value);
+}
+
+TEST_F(RecordTest, SubIndex4DoesNotExist) {
+  EXPECT_EQ(device.write(0x1800, 4, 0), AbortCode::no_sub_index);
+}
+
+TEST_F(RecordTest, MappingOnlyWhileInvalidAndEmpty) {
+  EXPECT_EQ(device.write(0x1600, 0, 0), AbortCode::device_state);
+  EXPECT_EQ(device.write(0x1600, 1, 0x20020008), AbortCode::device_state);
+  EXPECT_EQ(device.write(0x1400, 1, kInvalid), AbortCode::none);
+  EXPECT_EQ(device.write(0x1600, 1, 0x20020008), AbortCode::device_state) << "sub-index 0 is not 0";
+  EXPECT_EQ(device.write(0x1600, 0, 0), AbortCode::none);
+  EXPECT_EQ(device.write(0x1600, 1, 0x20020008), AbortCode::none);
+}
+
+TEST_F(RecordTest, OnlyWhatCanBeMapped) {
+  EXPECT_EQ(device.write(0x1A01, 1, 0x30000010), AbortCode::no_object);
+  EXPECT_EQ(device.write(0x1A01, 1, 0x20030110), AbortCode::no_sub_index);
+  EXPECT_EQ(device.write(0x1A01, 1, 0x20120010), AbortCode::not_mappable);
+  EXPECT_EQ(device.write(0x1A01, 1, 0x20110010), AbortCode::not_mappable) << "write-only";
+  EXPECT_EQ(device.write(0x1A01, 1, 0x20030008), AbortCode::not_mappable) << "another length";
+  EXPECT_EQ(device.write(0x1A01, 1, 0x00050008), AbortCode::not_mappable)
+      << "fillers are for RPDOs";
+  EXPECT_EQ(device.write(0x1A01, 1, 0), AbortCode::none);
+  EXPECT_EQ(device.write(0x1400, 1, kInvalid), AbortCode::none);
+  EXPECT_EQ(device.write(0x1600, 0, 0), AbortCode::none);
+  EXPECT_EQ(device.write(0x1600, 1, 0x20100010), AbortCode::not_mappable) << "read-only";
+  EXPECT_EQ(device.write(0x1600, 1, 0x00050008), AbortCode::none);
+}
+
+TEST_F(RecordTest, TheNumberOfEntriesIsChecked) {
+  EXPECT_EQ(device.write(0x1A01, 1, 0x20060040), AbortCode::none);
+  EXPECT_EQ(device.write(0x1A01, 2, 0x20020008), AbortCode::none);
+  EXPECT_EQ(device.write(0x1A01, 0, 2), AbortCode::pdo_length_exceeded);
+  EXPECT_EQ(device.write(0x1A01, 0, 3), AbortCode::no_object) << "entry 3 maps nothing";
+  EXPECT_EQ(device.write(0x1A01, 0, 9), AbortCode::invalid_value) << "the record has 8";
+  EXPECT_EQ(device.write(0x1A01, 0, 254), AbortCode::invalid_value) << "no MPDO";
+  EXPECT_EQ(device.write(0x1A01, 0, 1), AbortCode::none);
+}
+
+TEST(Configure, TellsWhatItCannotUse) {
+  od::DeviceDescription out = plain_device();
+  add_rpdo(out, {.cob_id = 0x201, .mapping = {0x20100010}});
+  add_tpdo(out, {.cob_id = 0x181, .mapping = {0x20060040, 0x20020008}});
+  add_tpdo(out, {.number = 3, .cob_id = 0x601, .mapping = {0x20020008}});
+  add_tpdo(out, {.number = 4, .cob_id = 0x481, .mapping = {0x20020008}});
+  Device device(out);
+  ASSERT_EQ(device.diagnostics.size(), 3U);
+  EXPECT_THAT(device.diagnostics[0].text, testing::HasSubstr("RPDO 1 is not used: 2010h:0"));
+  EXPECT_THAT(device.diagnostics[1].text,
+              testing::HasSubstr("TPDO 1 is not used: it maps 72 bits"));
+  EXPECT_THAT(device.diagnostics[2].text, testing::HasSubstr("TPDO 3 is not used: its COB-ID"));
+  device.operational();
+  device.receive(frame(0x201, {1, 2}, at(1)));
+  EXPECT_EQ(device.read(0x2010), 0U);
+  EXPECT_THAT(device.sent_ids(at(1)), ElementsAre(0x481));
+}
+
+}  // namespace
+}  // namespace linegate::pdo
