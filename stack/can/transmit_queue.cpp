@@ -3,6 +3,8 @@
 #include <bit>
 #include <cstring>
 
+#include "stack/base/byte_order.h"
+
 namespace linegate::can {
 namespace {
 
@@ -28,25 +30,38 @@ TransmitQueue::TransmitQueue(std::size_t capacity) {
   }
 }
 
-bool TransmitQueue::push(TransmitClass cls, const Frame& frame) {
+inline Frame* TransmitQueue::take_place(TransmitClass cls) {
   Ring& ring = rings_[static_cast<std::size_t>(cls)];
   if (ring.count == ring.frames.size()) {
     ++refused_;
-    return false;
+    return nullptr;
   }
-  std::size_t place = ring.head + ring.count;
+  std::size_t place = ring.head + ring.count++;
   if (place >= ring.frames.size()) {
     place -= ring.frames.size();
   }
-  copy(frame, ring.frames[place]);
-  ++ring.count;
   waiting_ |= 1U << static_cast<unsigned>(cls);
-  return true;
+  return &ring.frames[place];
 }
 
-std::size_t TransmitQueue::room(TransmitClass cls) const {
-  const Ring& ring = rings_[static_cast<std::size_t>(cls)];
-  return ring.frames.size() - ring.count;
+bool TransmitQueue::push(TransmitClass cls, const Frame& frame) {
+  Frame* const place = take_place(cls);
+  if (place != nullptr) {
+    copy(frame, *place);
+  }
+  return place != nullptr;
+}
+
+bool TransmitQueue::push(TransmitClass cls, CobId cob_id, std::uint64_t data) {
+  Frame* const place = take_place(cls);
+  if (place != nullptr) {
+    place->id = cob_id.id();
+    place->length = kMaxClassicData;
+    place->flags = cob_id.extended() ? std::uint8_t{Frame::kExtended} : std::uint8_t{0};
+    place->time = Instant{};
+    store_le(place->data.data(), data);
+  }
+  return place != nullptr;
 }
 
 std::size_t TransmitQueue::queued(TransmitClass cls) const {
@@ -61,17 +76,15 @@ void TransmitQueue::clear() {
   waiting_ = 0;
 }
 
-// The first frame of the most urgent of these classes, all of which have frames.
+// The first frame of the most urgent of these classes: some, and all of them have frames.
 bool TransmitQueue::pop(unsigned classes, Frame& out) {
-  if (classes == 0) {
-    return false;
-  }
   Ring& ring = rings_[static_cast<std::size_t>(std::countr_zero(classes))];
   copy(ring.frames[ring.head], out);
   if (++ring.head == ring.frames.size()) {
     ring.head = 0;
   }
   if (--ring.count == 0) {
+    ring.head = 0;  // the next frame finds its place in the cache
     waiting_ &= ~(classes & (~classes + 1U));
   }
   return true;

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "stack/can/cob_id.h"
 #include "stack/can/frame.h"
 
 namespace linegate::can {
@@ -24,14 +25,19 @@ class TransmitQueue {
 
   // False when the class is full: the frame was not taken, try again when room() says so.
   bool push(TransmitClass cls, const Frame& frame);
-  std::size_t room(TransmitClass cls) const;
+  // The same for a classical data frame of 8 bytes, given as one little-endian number.
+  bool push(TransmitClass cls, CobId cob_id, std::uint64_t data);
+  std::size_t room(TransmitClass cls) const {
+    const Ring& ring = rings_[static_cast<std::size_t>(cls)];
+    return ring.frames.size() - ring.count;
+  }
   // Frames of the class that wait for the bus.
   std::size_t queued(TransmitClass cls) const;
 
   // NMT, SYNC, EMCY, TIME: what goes before PDOs. False if there is none.
-  bool pop_urgent(Frame& out) { return pop(waiting_ & kUrgent, out); }
+  bool pop_urgent(Frame& out) { return (waiting_ & kUrgent) != 0 && pop(waiting_ & kUrgent, out); }
   // SDO and error control: what goes after PDOs. False if there is none.
-  bool pop_rest(Frame& out) { return pop(waiting_ & ~kUrgent, out); }
+  bool pop_rest(Frame& out) { return (waiting_ & ~kUrgent) != 0 && pop(waiting_ & ~kUrgent, out); }
 
   bool empty() const { return waiting_ == 0; }
   std::uint64_t refused() const { return refused_; }
@@ -45,6 +51,8 @@ class TransmitQueue {
     std::size_t head = 0;
     std::size_t count = 0;
   };
+  // The place of one more frame, which counts from now on; nullptr if the class is full.
+  Frame* take_place(TransmitClass cls);
   bool pop(unsigned classes, Frame& out);
 
   std::array<Ring, kTransmitClasses> rings_;

@@ -11,6 +11,7 @@
 #include "stack/nmt/consumer_heartbeat_time.h"
 #include "stack/nmt/heartbeat_consumer.h"
 #include "stack/nmt/heartbeat_producer.h"
+#include "stack/nmt/services.h"
 #include "stack/nmt/slave.h"
 #include "stack/node/communication_faults.h"
 #include "stack/node/node.h"
@@ -35,18 +36,18 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener {
   void boot(Instant time);
   void state_changed(nmt::State before, Instant time);
   void tell_state(nmt::State before, Instant time);
-  bool serves(can::Service service) const;
+  bool serves(can::Service service) const { return nmt::is_served(service, slave.state()); }
 
   // --- frames: receive.cpp ----------------------------------------------------------------------
   void receive(std::span<const can::Frame> frames);
-  void serve_all(can::Target target, const can::Frame& frame);
-  void serve(can::Target target, const can::Frame& frame);
+  void serve_all(const can::Target* target, const can::Frame& frame);
+  void serve(can::Service service, std::uint16_t index, const can::Frame& frame);
   void remote_request(can::Target target, const can::Frame& frame);
   void take_node_control(const can::Frame& frame);
   void take_sync(const can::Frame& frame);
-  void take_sdo(can::Target target, const can::Frame& frame);
-  void take_error_control(can::Target target, const can::Frame& frame);
-  void take_emergency(can::Target target, const can::Frame& frame);
+  void take_sdo(std::uint16_t index, const can::Frame& frame);
+  void take_error_control(std::uint16_t index, const can::Frame& frame);
+  void take_emergency(std::uint16_t index, const can::Frame& frame);
   void hand_to_companion(can::Target target, const can::Frame& frame);
   void malformed(const can::Frame& frame, std::uint8_t node);
   void synced(std::uint8_t counter, Instant time);

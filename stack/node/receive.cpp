@@ -10,8 +10,23 @@ constexpr std::uint16_t kNodeBits = 0x7F;
 
 }  // namespace
 
-// A target is copied before it is served: what a frame sets off (a COB-ID that is written, a reset)
-// may change the table.
+inline void Node::Impl::take_sdo(std::uint16_t index, const can::Frame& frame) {
+  if (index >= kSdoServers) {
+    hand_to_companion({can::Service::sdo_server, index, 0}, frame);
+    return;
+  }
+  if (!serves(can::Service::sdo_server)) {
+    return;
+  }
+  if (frame.length != can::kMaxClassicData) {
+    ++counters.malformed;  // the server tells it
+  }
+  sdo.receive(index, frame, transmit);
+  settle(frame.time);
+}
+
+// What a frame sets off (a COB-ID that is written, a reset) may change the table: nothing of a
+// target is looked at after it was served.
 void Node::Impl::receive(std::span<const can::Frame> frames) {
   for (const can::Frame& frame : frames) {
     const can::Target* found = dispatch.find(frame);
@@ -25,28 +40,26 @@ void Node::Impl::receive(std::span<const can::Frame> frames) {
     } else if (found->service == can::Service::rpdo && found->next == 0) [[likely]] {
       pdos.receive(found->index, frame);
     } else {
-      serve_all(*found, frame);
+      serve_all(found, frame);
     }
   }
   counters.received += frames.size();
 }
 
-void Node::Impl::serve_all(can::Target target, const can::Frame& frame) {
-  for (;;) {
-    if (target.service == can::Service::rpdo) {
-      pdos.receive(target.index, frame);
+void Node::Impl::serve_all(const can::Target* target, const can::Frame& frame) {
+  while (target != nullptr) {
+    const can::Target after{.next = target->next};
+    if (target->service == can::Service::rpdo) {
+      pdos.receive(target->index, frame);
     } else {
-      serve(target, frame);
+      serve(target->service, target->index, frame);
     }
-    if (target.next == 0) {
-      return;
-    }
-    target = *dispatch.next(target);
+    target = dispatch.next(after);
   }
 }
 
-void Node::Impl::serve(can::Target target, const can::Frame& frame) {
-  switch (target.service) {
+void Node::Impl::serve(can::Service service, std::uint16_t index, const can::Frame& frame) {
+  switch (service) {
     case can::Service::nmt:
       take_node_control(frame);
       return;
@@ -54,13 +67,13 @@ void Node::Impl::serve(can::Target target, const can::Frame& frame) {
       take_sync(frame);
       return;
     case can::Service::sdo_server:
-      take_sdo(target, frame);
+      take_sdo(index, frame);
       return;
     case can::Service::error_control:
-      take_error_control(target, frame);
+      take_error_control(index, frame);
       return;
     case can::Service::emcy:
-      take_emergency(target, frame);
+      take_emergency(index, frame);
       return;
     case can::Service::tpdo_rtr:
     case can::Service::none:
@@ -70,7 +83,7 @@ void Node::Impl::serve(can::Target target, const can::Frame& frame) {
     case can::Service::sdo_client:
     case can::Service::time:
     case can::Service::lss:
-      hand_to_companion(target, frame);
+      hand_to_companion({service, index, 0}, frame);
       return;
   }
 }
@@ -125,38 +138,23 @@ void Node::Impl::take_sync(const can::Frame& frame) {
   }
 }
 
-void Node::Impl::take_sdo(can::Target target, const can::Frame& frame) {
-  if (target.index >= kSdoServers) {
-    hand_to_companion(target, frame);
+void Node::Impl::take_error_control(std::uint16_t index, const can::Frame& frame) {
+  if ((index & kOwnMark) == 0) {
+    hand_to_companion({can::Service::error_control, index, 0}, frame);
     return;
   }
-  if (!serves(can::Service::sdo_server)) {
-    return;
-  }
-  if (frame.length != can::kMaxClassicData) {
-    ++counters.malformed;  // the server tells it
-  }
-  sdo.receive(target.index, frame, transmit);
-  settle(frame.time);
-}
-
-void Node::Impl::take_error_control(can::Target target, const can::Frame& frame) {
-  if ((target.index & kOwnMark) == 0) {
-    hand_to_companion(target, frame);
-    return;
-  }
-  const auto node = static_cast<std::uint8_t>(target.index & kNodeBits);
+  const auto node = static_cast<std::uint8_t>(index & kNodeBits);
   if (serves(can::Service::error_control) && !heartbeats.receive(node, frame)) {
     malformed(frame, node);
   }
 }
 
-void Node::Impl::take_emergency(can::Target target, const can::Frame& frame) {
-  if ((target.index & kOwnMark) == 0) {
-    hand_to_companion(target, frame);
+void Node::Impl::take_emergency(std::uint16_t index, const can::Frame& frame) {
+  if ((index & kOwnMark) == 0) {
+    hand_to_companion({can::Service::emcy, index, 0}, frame);
     return;
   }
-  const auto node = static_cast<std::uint8_t>(target.index & kNodeBits);
+  const auto node = static_cast<std::uint8_t>(index & kNodeBits);
   if (serves(can::Service::emcy) && !emergencies.receive(node, frame)) {
     malformed(frame, node);
   }

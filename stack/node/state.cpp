@@ -1,7 +1,6 @@
 // Construction of a node, its NMT states, and what each lets run.
 #include <utility>
 
-#include "stack/nmt/services.h"
 #include "stack/node/impl.h"
 #include "stack/node/mandatory_objects.h"
 
@@ -138,10 +137,6 @@ void Node::Impl::tell_state(nmt::State before, Instant time) {
   event.code = static_cast<std::uint32_t>(slave.state());
   event.value = static_cast<std::uint32_t>(before);
   events.emit(event);
-}
-
-bool Node::Impl::serves(can::Service service) const {
-  return nmt::is_served(service, slave.state());
 }
 
 void Node::Impl::advance(Instant time) {

@@ -58,7 +58,8 @@ void store_and_tell(const ObjectTable& objects, Address address, Variable& varia
   }
 }
 
-Result<std::span<const std::byte>> read_variable(Address address, const Variable& variable) {
+[[gnu::always_inline]] inline Result<std::span<const std::byte>> read_variable(
+    Address address, const Variable& variable) {
   if (!readable(variable.access)) {
     return to_error(AbortCode::write_only);
   }

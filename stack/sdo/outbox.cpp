@@ -2,10 +2,8 @@
 
 namespace linegate::sdo {
 
-void Outbox::send(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
-  if (!empty()) [[unlikely]] {
-    flush(now, queue);
-  }
+void Outbox::send_later(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
+  flush(now, queue);
   if (!empty() || !push(word, queue)) {
     keep(word, now);
   }
@@ -25,16 +23,6 @@ void Outbox::keep(std::uint64_t word, Instant now) {
   }
   words_[count_++] = word;
   retry_at_ = now + kRetry;
-}
-
-bool Outbox::push(std::uint64_t word, can::TransmitQueue& queue) const {
-  if (queue.room(can::TransmitClass::sdo) == 0) {
-    return false;
-  }
-  can::Frame frame;
-  set_header(frame, cob_id_);
-  store_le(frame.data.data(), word);
-  return queue.push(can::TransmitClass::sdo, frame);
 }
 
 }  // namespace linegate::sdo

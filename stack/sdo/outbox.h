@@ -23,7 +23,11 @@ class Outbox {
 
   // Sends, or keeps for flush(). An SDO channel never has more than an abort and one request or
   // answer under way; if there is more all the same, the newest takes the place of the one before.
-  void send(std::uint64_t word, Instant now, can::TransmitQueue& queue);
+  void send(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
+    if (!empty() || !push(word, queue)) [[unlikely]] {
+      send_later(word, now, queue);
+    }
+  }
   void flush(Instant now, can::TransmitQueue& queue);
 
   // Keeps a frame's data without trying to send it.
@@ -34,7 +38,11 @@ class Outbox {
   void clear() { count_ = 0; }
 
  private:
-  bool push(std::uint64_t word, can::TransmitQueue& queue) const;
+  bool push(std::uint64_t word, can::TransmitQueue& queue) const {
+    return queue.room(can::TransmitClass::sdo) > 0 &&
+           queue.push(can::TransmitClass::sdo, cob_id_, word);
+  }
+  void send_later(std::uint64_t word, Instant now, can::TransmitQueue& queue);
 
   can::CobId cob_id_;
   std::array<std::uint64_t, 2> words_{};

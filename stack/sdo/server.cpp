@@ -46,14 +46,73 @@ Server::Server(od::Dictionary& dictionary, can::CobId request, can::CobId respon
       outbox_(response) {
 }
 
+// --- the ordinary request: an expedited upload --------------------------------------------------
+
+inline void Server::end() {
+  state_ = State::idle;
+  address_ = {};
+  deadline_ = kNever;
+}
+
+inline void Server::drop() {
+  if (busy()) {
+    ++counters_.aborts;
+    end();
+  }
+}
+
+inline std::uint64_t Server::initiate_upload(std::uint64_t request, Instant now) {
+  drop();
+  const od::Address address = multiplexer(request);
+  const Result<std::span<const std::byte>> value = dictionary_.read(address);
+  if (!value.ok()) {
+    return refuse(address, static_cast<AbortCode>(value.error().code));
+  }
+  if (value->empty() || value->size() > kExpeditedSize) {
+    return initiate_segmented_upload(address, *value, now);
+  }
+  ++counters_.uploads;
+  return initiate_word(expedited_byte(ServerCommand::upload_initiate, value->size()), address,
+                       expedited_data(*value));
+}
+
+inline bool Server::serve(std::uint64_t request, Instant now, std::uint64_t& reply) {
+  const auto command = static_cast<std::uint8_t>(request);
+  switch (static_cast<ClientCommand>(specifier(command))) {
+    case ClientCommand::upload_initiate:
+      reply = initiate_upload(request, now);
+      return true;
+    case ClientCommand::download_initiate:
+      reply = initiate_download(request, now);
+      return true;
+    case ClientCommand::upload_segment:
+      reply = upload_segment(request, now);
+      return true;
+    case ClientCommand::download_segment:
+      reply = download_segment(request, now);
+      return true;
+    case ClientCommand::abort:
+      drop();
+      return false;
+    case ClientCommand::block_upload:
+    case ClientCommand::block_download:
+      reply = refuse(initiates_block(command) ? multiplexer(request) : address_,
+                     AbortCode::command_specifier);
+      return true;
+  }
+  reply = refuse(address_, AbortCode::command_specifier);
+  return true;
+}
+
 void Server::receive(const can::Frame& frame, can::TransmitQueue& queue) {
   if (!well_formed(frame)) [[unlikely]] {
     ++counters_.malformed;
     tell_malformed(frame, 0, events_);
     return;
   }
-  if (const auto reply = serve(word_of(frame), frame.time)) {
-    outbox_.send(*reply, frame.time, queue);
+  std::uint64_t reply = 0;
+  if (serve(word_of(frame), frame.time, reply)) {
+    outbox_.send(reply, frame.time, queue);
   }
 }
 
@@ -71,34 +130,13 @@ Instant Server::next_wake() const {
 }
 
 bool Server::answer(const can::Frame& in, can::Frame& out) {
-  const auto reply = serve(word_of(in), in.time);
-  if (reply) {
-    set_header(out, outbox_.cob_id());
-    store_le(out.data.data(), *reply);
+  std::uint64_t reply = 0;
+  if (!serve(word_of(in), in.time, reply)) {
+    return false;
   }
-  return reply.has_value();
-}
-
-std::optional<std::uint64_t> Server::serve(std::uint64_t request, Instant now) {
-  const auto command = static_cast<std::uint8_t>(request);
-  switch (static_cast<ClientCommand>(specifier(command))) {
-    case ClientCommand::upload_initiate:
-      return initiate_upload(request, now);
-    case ClientCommand::download_initiate:
-      return initiate_download(request, now);
-    case ClientCommand::upload_segment:
-      return upload_segment(request, now);
-    case ClientCommand::download_segment:
-      return download_segment(request, now);
-    case ClientCommand::abort:
-      drop();
-      return std::nullopt;
-    case ClientCommand::block_upload:
-    case ClientCommand::block_download:
-      return refuse(initiates_block(command) ? multiplexer(request) : address_,
-                    AbortCode::command_specifier);
-  }
-  return refuse(address_, AbortCode::command_specifier);
+  set_header(out, outbox_.cob_id());
+  store_le(out.data.data(), reply);
+  return true;
 }
 
 void Server::reset() {
@@ -110,21 +148,6 @@ void Server::configure(can::CobId request, can::CobId response) {
   reset();
   request_ = request;
   outbox_.set_cob_id(response);
-}
-
-std::uint64_t Server::initiate_upload(std::uint64_t request, Instant now) {
-  drop();
-  const od::Address address = multiplexer(request);
-  const Result<std::span<const std::byte>> value = dictionary_.read(address);
-  if (!value.ok()) {
-    return refuse(address, static_cast<AbortCode>(value.error().code));
-  }
-  if (value->empty() || value->size() > kExpeditedSize) {
-    return initiate_segmented_upload(address, *value, now);
-  }
-  ++counters_.uploads;
-  return initiate_word(expedited_byte(ServerCommand::upload_initiate, value->size()), address,
-                       expedited_data(*value));
 }
 
 // An empty value goes in one empty segment: expedited transfer has no way to say 0 bytes.
@@ -268,19 +291,6 @@ void Server::begin(State state, od::Address address, Instant now) {
 void Server::proceed(Instant now) {
   toggle_ = !toggle_;
   deadline_ = now + options_.timeout;
-}
-
-void Server::drop() {
-  if (busy()) {
-    ++counters_.aborts;
-    end();
-  }
-}
-
-void Server::end() {
-  state_ = State::idle;
-  address_ = {};
-  deadline_ = kNever;
 }
 
 }  // namespace linegate::sdo

@@ -9,7 +9,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 
 #include "stack/base/event_log.h"
@@ -70,8 +69,8 @@ class Server {
  private:
   enum class State : std::uint8_t { idle, download_segments, upload_segments };
 
-  // Requests and answers are the eight bytes of a frame as one number.
-  std::optional<std::uint64_t> serve(std::uint64_t request, Instant now);
+  // Requests and answers are the eight bytes of a frame as one number. False: no answer.
+  bool serve(std::uint64_t request, Instant now, std::uint64_t& reply);
   std::uint64_t initiate_upload(std::uint64_t request, Instant now);
   std::uint64_t initiate_segmented_upload(od::Address address, std::span<const std::byte> value,
                                           Instant now);

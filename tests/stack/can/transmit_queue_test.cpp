@@ -42,5 +42,52 @@ TEST(TransmitQueue, AFullClassRefusesAndLosesNothing) {
   EXPECT_EQ(out.id, 0x603U);
 }
 
+TEST(TransmitQueue, GivesFramesBackWhole) {
+  TransmitQueue queue(2);
+  Frame fd;
+  fd.id = 0x18F;
+  fd.flags = Frame::kExtended | Frame::kFd | Frame::kBitRateSwitch;
+  fd.length = 64;
+  fd.data.fill(std::byte{0xA5});
+  const Frame classic = make_frame(0x701, {1, 2, 3, 4, 5, 6, 7, 8});
+  // More frames than places: the ring comes round.
+  for (int i = 0; i < 5; ++i) {
+    ASSERT_TRUE(queue.push(TransmitClass::sdo, i % 2 == 0 ? fd : classic));
+    ASSERT_TRUE(queue.push(TransmitClass::sdo, classic));
+    Frame out;
+    ASSERT_TRUE(queue.pop_rest(out));
+    EXPECT_TRUE(same_content(out, i % 2 == 0 ? fd : classic));
+    ASSERT_TRUE(queue.pop_rest(out));
+    EXPECT_TRUE(same_content(out, classic));
+    EXPECT_FALSE(queue.pop_rest(out));
+  }
+}
+
+TEST(TransmitQueue, TakesEightBytesAsANumber) {
+  TransmitQueue queue(2);
+  ASSERT_TRUE(queue.push(TransmitClass::sdo, CobId{0x585}, 0x8877665544332211));
+  ASSERT_TRUE(queue.push(TransmitClass::sdo, CobId{CobId::kExtendedBit | 0x12345}, 0));
+  EXPECT_FALSE(queue.push(TransmitClass::sdo, CobId{0x585}, 0));
+  Frame out;
+  ASSERT_TRUE(queue.pop_rest(out));
+  EXPECT_TRUE(
+      same_content(out, make_frame(0x585, {0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88})));
+  ASSERT_TRUE(queue.pop_rest(out));
+  EXPECT_EQ(out.id, 0x12345U);
+  EXPECT_TRUE(out.extended());
+  EXPECT_EQ(out.length, 8);
+}
+
+TEST(TransmitQueue, IsEmptyAfterClear) {
+  TransmitQueue queue(2);
+  EXPECT_TRUE(queue.push(TransmitClass::nmt, make_frame(0x000)));
+  EXPECT_TRUE(queue.push(TransmitClass::error_control, make_frame(0x701)));
+  queue.clear();
+  Frame out;
+  EXPECT_TRUE(queue.empty());
+  EXPECT_FALSE(queue.pop_urgent(out));
+  EXPECT_FALSE(queue.pop_rest(out));
+}
+
 }  // namespace
 }  // namespace linegate::can
