@@ -13,12 +13,17 @@
 
 namespace linegate::console {
 
-// One direction of a line's image. Values can be read when layout and image belong together.
+// One direction of a line's image. Values can be read when layout and image belong together: a
+// stranger's image may be shorter than it says.
 struct Area {
   std::optional<image::Layout> layout;
   std::optional<image::Snapshot> image;
 
-  bool complete() const { return layout && image && layout->id == image->layout_id; }
+  bool complete() const {
+    return layout && image && layout->id == image->layout_id &&
+           image->changed.size() * 64 >= layout->entries.size() &&
+           image->valid.size() * 64 >= layout->entries.size();
+  }
   bool valid(std::size_t entry) const { return complete() && image->is_valid(entry); }
   // The entry's bytes, shifted to bit 0; empty if the two do not belong together.
   std::vector<std::byte> value(std::size_t entry) const;

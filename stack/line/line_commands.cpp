@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "stack/base/deadline.h"
 #include "stack/line/line_impl.h"
 
 namespace linegate::line {
@@ -85,7 +86,7 @@ void Line::Impl::start_sdo(Command command, bool write, Instant now) {
   }
   pending.push_back({.token = token,
                      .tag = command.tag,
-                     .deadline = timeout > Duration::zero() ? now + timeout : kNever});
+                     .deadline = timeout > Duration::zero() ? deadline(now, timeout) : kNever});
 }
 
 Error Line::Impl::local_access(const Command& command, std::vector<std::byte>& data) {

@@ -5,6 +5,8 @@
 #include <numeric>
 #include <utility>
 
+#include "stack/base/deadline.h"
+
 namespace linegate::line {
 namespace {
 
@@ -83,7 +85,7 @@ bool Outputs::accept(const OutputWrite& write, Instant now) {
   target.arming = write.arming;
   target.watchdog = write.watchdog;
   target.reactions = write.reactions;
-  target.deadline = write.watchdog == Duration::zero() ? kNever : now + write.watchdog;
+  target.deadline = write.watchdog == Duration::zero() ? kNever : deadline(now, write.watchdog);
   return first;
 }
 

@@ -57,6 +57,22 @@ TEST(Model, ValuesNeedLayoutAndImageThatBelongTogether) {
   EXPECT_FALSE(area.complete());
 }
 
+TEST(Model, AnImageThatIsTooShortForItsLayoutHasNoValues) {
+  Model model;
+  model.on_layout(kPress, layout());
+  image::Snapshot image = snapshot(9);
+  image.valid.clear();
+  model.on_image(kPress, image);
+  const Area& area = model.lines().at(kPress).areas[0];
+  EXPECT_FALSE(area.complete());
+  EXPECT_FALSE(area.valid(1));
+  EXPECT_TRUE(area.value(1).empty());
+  image = snapshot(9);
+  image.changed.clear();
+  model.on_image(kPress, image);
+  EXPECT_FALSE(area.complete());
+}
+
 TEST(Model, LinesAreFoundByNameAndByNetwork) {
   Model model;
   model.on_line(kPress, line_view(3));

@@ -342,6 +342,20 @@ TEST_F(LineTest, ACommandsOwnTimeOutEndsIt) {
   EXPECT_FALSE(line_->take_reply(none)) << "a late answer is no second reply";
 }
 
+TEST_F(LineTest, ATimeOutBeyondTheEndOfTimeIsNotOver) {
+  make(config_with_axis());
+  boot();
+  line_->execute({.tag = 1,
+                  .kind = CommandKind::sdo_read,
+                  .node = 5,
+                  .index = 0x2000,
+                  .timeout = Duration::max()},
+                 now_);
+  pass(milliseconds(50));
+  hear(0x585, {0x4B, 0x00, 0x20, 0x00, 0xCD, 0xAB, 0, 0});
+  EXPECT_TRUE(answer().ok());
+}
+
 TEST_F(LineTest, AFullQueueSaysBusyAndKeepsTheRest) {
   make(config_with_axis());
   boot();

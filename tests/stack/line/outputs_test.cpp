@@ -136,5 +136,13 @@ TEST_F(OutputsTest, WithoutAWatchdogTimeNothingFires) {
   EXPECT_EQ(outputs_.expire(kStart + std::chrono::hours(1)), nullptr);
 }
 
+TEST_F(OutputsTest, AWatchdogBeyondTheEndOfTimeNeverFires) {
+  OutputWrite request = write(1);
+  request.watchdog = Duration::max();
+  outputs_.accept(request, kStart);
+  EXPECT_EQ(outputs_.next_wake(), kNever);
+  EXPECT_EQ(outputs_.expire(kStart + std::chrono::hours(1)), nullptr);
+}
+
 }  // namespace
 }  // namespace linegate::line
