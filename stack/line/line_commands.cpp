@@ -163,7 +163,8 @@ void Line::Impl::reply(std::uint64_t tag, Error error, std::vector<std::byte> da
 
 void Line::Impl::refuse(const Command& command, Refusal refusal, Instant now) {
   ++counters.commands_refused;
-  Event event{.time = now, .kind = EventKind::command_refused, .node = command.node};
+  Event event{.time = now, .kind = EventKind::command_refused};
+  event.node = command.node <= can::kMaxNodeId ? command.node : std::uint8_t{0};
   event.code = static_cast<std::uint32_t>(refusal);
   event.value = static_cast<std::uint32_t>(command.kind);
   events.emit(event);

@@ -313,7 +313,9 @@ TEST_F(LineTest, CommandsAreAnsweredOnceEach) {
   reply = answer();
   EXPECT_EQ(reply.error, to_error(AbortCode::no_object));
 
+  events();
   line_->execute({.tag = 3, .kind = CommandKind::nmt, .node = 200}, now_);
+  EXPECT_TRUE(told(EventKind::command_refused, 0)) << "there is no node 200 to tell of";
   EXPECT_EQ(answer().error, to_error(Refusal::bad_request));
   line_->execute({.tag = 4, .kind = CommandKind::sdo_read, .node = 0}, now_);
   EXPECT_EQ(answer().error, to_error(Refusal::bad_request));

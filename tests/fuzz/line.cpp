@@ -1,0 +1,264 @@
+// The input is a setup and then a sequence of steps: what can happen to a line, in any order. The
+// promises that must hold whatever it is are in line_subject.cpp.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "tests/fuzz/input.h"
+#include "tests/fuzz/line_subject.h"
+
+namespace {
+
+using namespace linegate;
+using fuzz::Input;
+using fuzz::LineSubject;
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+
+// First byte of a step, modulo their number.
+enum class Step : std::uint8_t {
+  frame,     // identifier (2, LE), length, data
+  strange,   // identifier (4, LE), flags, length, data: extended, remote, FD
+  burst,     // identifier (2, LE), count, one byte of data
+  late,      // microseconds: that old are the frames that follow until `advance`
+  advance,   //
+  pass,      // milliseconds
+  sleep,     // tenths of a second
+  send,      // frames
+  lose,      // frames
+  command,   // see command()
+  write,     // see write()
+  bus,       // kind, state or class, counter
+  report,    // kind
+  events,    // how many
+  replies,   //
+  snapshot,  // direction, merge
+  stop,      // only once
+};
+constexpr unsigned kSteps = 17;
+
+constexpr unsigned kMostSteps = 2000;
+constexpr Duration kMostTime = std::chrono::seconds(60);
+
+Duration time_out(std::uint8_t byte) {
+  return byte == 0xFF ? Duration::max() : Duration(milliseconds(byte));
+}
+
+// Four bytes are enough to say what matters of longer data.
+std::vector<std::byte> data(Input& input) {
+  const std::size_t size = input.byte();
+  if (size <= 8) {
+    return input.bytes(size);
+  }
+  std::vector<std::byte> out(size * 8);
+  const auto start = input.bytes(4);
+  std::ranges::copy(start, out.begin());
+  return out;
+}
+
+class Run {
+ public:
+  Run(const fuzz::Setup& setup, Input input) : subject_(setup), input_(input) {}
+
+  void all() {
+    const Instant start = subject_.now();
+    for (unsigned steps = 0; !input_.empty() && steps < kMostSteps; ++steps) {
+      step(static_cast<Step>(input_.byte() % kSteps));
+      if (subject_.now() - start > kMostTime) {
+        break;
+      }
+    }
+    subject_.advance();
+    subject_.finish();
+  }
+
+ private:
+  void step(Step step) {
+    switch (step) {
+      case Step::frame:
+      case Step::strange:
+      case Step::burst:
+        hear(step);
+        break;
+      case Step::late:
+        late_ = microseconds(input_.byte());
+        break;
+      case Step::advance:
+        late_ = Duration::zero();
+        subject_.advance();
+        break;
+      case Step::pass:
+        subject_.pass(milliseconds(input_.byte()));
+        break;
+      case Step::sleep:
+        subject_.sleep(milliseconds(100) * input_.byte());
+        break;
+      case Step::send:
+        subject_.send(input_.byte());
+        break;
+      case Step::lose:
+        subject_.lose(input_.byte());
+        break;
+      case Step::command:
+        subject_.execute(command());
+        break;
+      case Step::write:
+        write();
+        break;
+      case Step::bus:
+        bus();
+        break;
+      case Step::report:
+        report();
+        break;
+      case Step::events:
+        subject_.take_events(input_.byte());
+        break;
+      case Step::replies:
+        subject_.take_replies();
+        break;
+      case Step::snapshot: {
+        const bool outputs = input_.flag();
+        subject_.snapshot(outputs ? image::Direction::outputs : image::Direction::inputs,
+                          input_.flag());
+        break;
+      }
+      case Step::stop:
+        subject_.stop();
+        break;
+    }
+  }
+
+  void hear(Step step) {
+    can::Frame frame;
+    frame.id = input_.word() & 0x7FFU;
+    if (step == Step::strange) {
+      make_strange(frame);
+    }
+    frame.time = subject_.now() - late_;
+    if (step == Step::burst) {
+      burst(frame);
+      return;
+    }
+    const std::uint8_t wish = input_.byte();
+    frame.length = frame.fd() ? can::fd_length(wish % (can::kMaxFdData + 1))
+                              : static_cast<std::uint8_t>(wish % (can::kMaxClassicData + 1));
+    if (!frame.remote()) {
+      const auto bytes = input_.bytes(frame.length);
+      std::ranges::copy(bytes, frame.data.begin());
+    }
+    subject_.hear(std::span(&frame, 1));
+  }
+
+  void make_strange(can::Frame& frame) {
+    const std::uint32_t high = input_.word();
+    frame.flags = input_.byte() & 0x1FU;
+    if (frame.extended()) {
+      frame.id |= (high & 0x1FFFU) << 16U;
+    }
+    if (frame.fd()) {
+      frame.flags &= static_cast<std::uint8_t>(~can::Frame::kRemote);
+    } else {
+      frame.flags &= can::Frame::kExtended | can::Frame::kRemote;
+    }
+  }
+
+  void burst(can::Frame frame) {
+    std::array<can::Frame, 64> frames;
+    const std::size_t count = input_.byte() % (frames.size() + 1);
+    frame.length = 8;
+    frame.data.fill(std::byte{input_.byte()});
+    frames.fill(frame);
+    subject_.hear(std::span(frames).first(count));
+  }
+
+  line::Command command() {
+    constexpr unsigned kKinds = static_cast<unsigned>(line::CommandKind::versions) + 1;
+    line::Command out;
+    out.kind = static_cast<line::CommandKind>(input_.byte() % kKinds);
+    out.node = input_.byte();
+    out.index = input_.word();
+    out.sub = input_.byte();
+    out.nmt = static_cast<nmt::Command>(input_.byte());
+    out.code = out.index;
+    out.error_register = out.sub;
+    out.entry = out.node;
+    out.timeout = time_out(input_.byte());
+    out.data = data(input_);
+    return out;
+  }
+
+  void write() {
+    line::OutputWrite out;
+    out.group = input_.byte();
+    out.arming = input_.byte();
+    out.watchdog = time_out(input_.byte());
+    out.reactions = input_.byte();
+    out.layout_id = subject_.line().layout(image::Direction::outputs).id;
+    const unsigned shape = input_.byte();
+    out.layout_id ^= shape >> 7U;
+    out.values.resize(shape % 8);
+    for (line::OutputValue& value : out.values) {
+      value.entry = input_.byte();
+      value.length = input_.byte() % 9;
+      const auto bytes = input_.bytes(value.length);
+      std::ranges::copy(bytes, value.data.begin());
+    }
+    out.bytes.resize(shape / 8 % 4);
+    for (line::OutputBytes& run : out.bytes) {
+      run.offset = input_.byte();
+      run.data = data(input_);
+    }
+    if (!subject_.stopped()) {
+      (void)subject_.line().write_outputs(out, subject_.now());
+    }
+  }
+
+  void bus() {
+    can::BusEvent event;
+    event.kind = static_cast<can::BusEvent::Kind>(input_.byte() % 5);
+    const std::uint8_t what = input_.byte();
+    event.state = static_cast<can::BusState>(what % 7);
+    event.errors = what;
+    event.code = what;
+    event.count = input_.byte();
+    event.transmit_errors = what;
+    event.time = subject_.now();
+    subject_.line().bus_event(event);
+  }
+
+  void report() {
+    Event event;
+    event.kind = static_cast<EventKind>(input_.byte() % kEventKinds);
+    event.time = subject_.now();
+    subject_.line().report(event);
+  }
+
+  LineSubject subject_;
+  Input input_;
+  Duration late_{};
+};
+
+fuzz::Setup setup(std::uint8_t bits) {
+  const auto bit = [bits](unsigned number) { return (bits >> number & 1U) != 0; };
+  return {.device_role = bit(0),
+          .sync = bit(1),
+          .heartbeat = bit(2),
+          .groups = bit(3),
+          .reset_nodes = bit(4),
+          .answering = bit(5)};
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  Input input({data, size});
+  const fuzz::Setup chosen = setup(input.byte());
+  Run(chosen, input).all();
+  return 0;
+}
