@@ -50,8 +50,8 @@ class Handover {
   T* fetch() {
     std::uint8_t middle = middle_.load(std::memory_order_relaxed);
     while ((middle & kFresh) != 0) {
-      // Fails only when the producer did something meanwhile; what was fetched before is not touched
-      // then.
+      // Fails only when the producer did something meanwhile; what was fetched before is not
+      // touched then.
       if (middle_.compare_exchange_weak(middle, front_, std::memory_order_acq_rel,
                                         std::memory_order_relaxed)) {
         front_ = middle & kIndex;
