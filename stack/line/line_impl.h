@@ -20,10 +20,7 @@
 
 namespace linegate::line {
 
-struct Line::Impl final : node::Companion,
-                          manager::Host,
-                          nmt::HeartbeatListener,
-                          emcy::Listener {
+struct Line::Impl final : node::Companion, manager::Host, nmt::HeartbeatListener, emcy::Listener {
   // plan is that of the configuration; see Line::make().
   Impl(LineConfig line_config, pdo::LinkPlan link_plan);
 
