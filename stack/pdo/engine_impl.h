@@ -110,13 +110,12 @@ class Bitmap {
   void clear_all() { std::fill(words_.begin(), words_.end(), 0); }
   const std::vector<std::uint64_t>& words() const { return words_; }
 
-  // Clears all bits, calling take(bit) for each in ascending order.
+  // Clears all bits, calling take(bit) for each in ascending order. Bits that take() sets stay.
   template <class Take>
   void take_all(Take take) {
     for (std::size_t word = 0; word < words_.size(); ++word) {
-      while (words_[word] != 0) {
-        const auto bit = static_cast<std::size_t>(std::countr_zero(words_[word]));
-        words_[word] &= words_[word] - 1;
+      for (std::uint64_t bits = std::exchange(words_[word], 0); bits != 0; bits &= bits - 1) {
+        const auto bit = static_cast<std::size_t>(std::countr_zero(bits));
         take(static_cast<std::uint16_t>(64 * word + bit));
       }
     }
