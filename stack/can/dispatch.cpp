@@ -11,7 +11,7 @@ std::size_t hash(std::uint32_t id) {
 
 }  // namespace
 
-Dispatch::Dispatch() : extended_(16), targets_(1) {
+Dispatch::Dispatch() : extended_(16), targets_(1), added_(1) {
 }
 
 void Dispatch::add(std::uint32_t id, bool extended, Service service, std::uint16_t index) {
@@ -26,11 +26,13 @@ void Dispatch::add(std::uint32_t id, bool extended, Service service, std::uint16
   if (free_.empty()) {
     place = static_cast<std::uint16_t>(targets_.size());
     targets_.emplace_back();
+    added_.emplace_back();
   } else {
     place = free_.back();
     free_.pop_back();
   }
   targets_[place] = Target{service, index, 0};
+  added_[place] = ++changes_;
   if (last != 0) {
     targets_[last].next = place;
   } else {
@@ -45,10 +47,20 @@ void Dispatch::remove(std::uint32_t id, bool extended, Service service, std::uin
     if (target.service == service && target.index == index) {
       free_.push_back(*link);
       *link = target.next;
+      ++changes_;
       return;
     }
     link = &target.next;
   }
+}
+
+const Target* Dispatch::find_added(const Frame& frame, std::uint64_t after,
+                                   std::uint64_t until) const {
+  const Target* target = find(frame);
+  while (target != nullptr && added(*target) <= after) {
+    target = next(*target);
+  }
+  return target != nullptr && added(*target) <= until ? target : nullptr;
 }
 
 std::uint16_t Dispatch::find_extended(std::uint32_t id) const {

@@ -54,6 +54,17 @@ class Dispatch {
     return target.next == 0 ? nullptr : &targets_[target.next];
   }
 
+  // Grows with every addition and removal.
+  std::uint64_t changes() const { return changes_; }
+  // changes() when the target was added. Precondition: it is of this table.
+  std::uint64_t added(const Target& target) const {
+    return added_[static_cast<std::size_t>(&target - targets_.data())];
+  }
+  // The first target for the frame's identifier that was added after `after` and not after `until`,
+  // both as of changes(), or nullptr. So one may go on with the targets of an identifier although
+  // one of them, when it was served, changed the table.
+  const Target* find_added(const Frame& frame, std::uint64_t after, std::uint64_t until) const;
+
  private:
   struct Slot {
     std::uint32_t id = kEmpty;
@@ -69,6 +80,9 @@ class Dispatch {
   std::vector<Slot> extended_;  // power of two, at most half full
   std::size_t extended_used_ = 0;
   std::vector<Target> targets_;  // [0] unused
+  std::vector<std::uint64_t>
+      added_;  // by place in targets_; ascending among those of one identifier
+  std::uint64_t changes_ = 0;
   std::vector<std::uint16_t> free_;
 };
 

@@ -25,8 +25,8 @@ inline void Node::Impl::take_sdo(std::uint16_t index, const can::Frame& frame) {
   settle(frame.time);
 }
 
-// What a frame sets off (a COB-ID that is written, a reset) may change the table: nothing of a
-// target is looked at after it was served.
+// What a frame sets off (a COB-ID that is written, a reset) may change the table: a target is not
+// looked at after it was served.
 void Node::Impl::receive(std::span<const can::Frame> frames) {
   for (const can::Frame& frame : frames) {
     const can::Target* found = dispatch.find(frame);
@@ -46,15 +46,19 @@ void Node::Impl::receive(std::span<const can::Frame> frames) {
   counters.received += frames.size();
 }
 
+// Each that wanted the frame when it came, and still does when it is its turn.
 void Node::Impl::serve_all(const can::Target* target, const can::Frame& frame) {
+  const std::uint64_t arrival = dispatch.changes();
   while (target != nullptr) {
-    const can::Target after{.next = target->next};
-    if (target->service == can::Service::rpdo) {
-      pdos.receive(target->index, frame);
+    const can::Target served = *target;
+    const std::uint64_t added = served.next == 0 ? arrival : dispatch.added(*target);
+    if (served.service == can::Service::rpdo) {
+      pdos.receive(served.index, frame);
     } else {
-      serve(target->service, target->index, frame);
+      serve(served.service, served.index, frame);
     }
-    target = dispatch.next(after);
+    target = dispatch.changes() == arrival ? dispatch.next(served)
+                                           : dispatch.find_added(frame, added, arrival);
   }
 }
 

@@ -66,6 +66,24 @@ TEST(Dispatch, RemovedTargetsLeaveTheOthersInPlace) {
   EXPECT_EQ(dispatch.find(make_frame(0x200)), nullptr);
 }
 
+TEST(Dispatch, TargetsCanBeFoundByWhenTheyWereAdded) {
+  Dispatch dispatch;
+  const Frame frame = make_frame(0x200);
+  for (std::uint16_t i = 0; i < 3; ++i) {
+    dispatch.add(0x200, false, Service::rpdo, i);
+  }
+  const std::uint64_t arrival = dispatch.changes();
+  const std::uint64_t first = dispatch.added(*dispatch.find(frame));
+  dispatch.remove(0x200, false, Service::rpdo, 1);
+  dispatch.add(0x200, false, Service::rpdo, 1);
+  EXPECT_NE(dispatch.changes(), arrival);
+  const Target* next = dispatch.find_added(frame, first, arrival);
+  ASSERT_NE(next, nullptr);
+  EXPECT_EQ(next->index, 2U);
+  EXPECT_EQ(dispatch.find_added(frame, dispatch.added(*next), arrival), nullptr);
+  EXPECT_EQ(dispatch.find_added(make_frame(0x201), 0, dispatch.changes()), nullptr);
+}
+
 TEST(Dispatch, ThousandsOfExtendedIdentifiers) {
   Dispatch dispatch;
   for (std::uint32_t i = 0; i < 5000; ++i) {
