@@ -92,4 +92,16 @@ void Node::Impl::rpdo_deadline(std::uint16_t number) {
   }
 }
 
+void Node::Impl::pdo_unusable(od::Address place, AbortCode why) {
+  Event event{.time = now, .kind = EventKind::configuration_error, .node = options.node_id};
+  event.length = 3;
+  event.code = static_cast<std::uint32_t>(why);
+  store_le(event.data.data(), place.index);
+  event.data[2] = std::byte{place.sub};
+  events.emit(event);
+  if (application != nullptr) {
+    application->pdo_unusable(place, why);
+  }
+}
+
 }  // namespace linegate::node

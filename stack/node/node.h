@@ -68,7 +68,8 @@ class Node {
 
   // Power-on: Initialising, boot-up message, Pre-operational (and Operational if self-starting).
   // The first time with the values that are there; again as after power-off: all values restored as
-  // by reset node, frames not yet sent are gone.
+  // by reset node, frames not yet sent are gone. With this and every reset, PDOs that cannot be
+  // used are told as EventKind::configuration_error of this node.
   void start(Instant now);
   // An NMT command for this node itself, as if received (the master obeys its own commands so).
   void command(nmt::Command command, Instant now);

@@ -104,7 +104,7 @@ void Node::Impl::boot(Instant time) {
   emergency_cob_ids.configure();
   heartbeat_times.configure(true);
   sdo.configure();
-  (void)pdos.configure();  // the same findings as whoever built the dictionary was told
+  (void)pdos.configure();  // pdo_unusable() tells what it finds
   heartbeat.boot_up(time);
   slave.booted();
   state_changed(nmt::State::initialising, time);

@@ -60,14 +60,10 @@ std::vector<Diagnostic> Engine::Impl::configure() {
   for (const PdoKind kind : {PdoKind::rpdo, PdoKind::tpdo}) {
     const std::size_t count = kind == PdoKind::rpdo ? rpdo_count : tpdo_count;
     for (std::size_t number = 1; number <= count; ++number) {
-      const std::string problem = compile(kind, static_cast<std::uint16_t>(number));
-      if (!problem.empty()) {
-        diagnostics.push_back(
-            {Severity::error,
-             {},
-             0,
-             0,
-             std::string(name(kind)) + " " + std::to_string(number) + " is not used: " + problem});
+      const Problem problem = compile(kind, static_cast<std::uint16_t>(number));
+      if (problem.why != AbortCode::none) {
+        diagnostics.push_back({.text = std::string(name(kind)) + " " + std::to_string(number) +
+                                       " is not used: " + problem.text});
       }
     }
   }
@@ -105,18 +101,29 @@ std::optional<Parameters> Engine::Impl::parameters(PdoKind kind, std::uint16_t n
   return read;
 }
 
-std::string Engine::Impl::compile(PdoKind kind, std::uint16_t number) {
+Engine::Impl::Problem Engine::Impl::compile(PdoKind kind, std::uint16_t number) {
   stop(kind, static_cast<std::uint16_t>(number - 1U));
+  Problem problem = try_to_compile(kind, number);
+  if (problem.why != AbortCode::none && listener != nullptr) {
+    listener->pdo_unusable(problem.place, problem.why);
+  }
+  return problem;
+}
+
+Engine::Impl::Problem Engine::Impl::try_to_compile(PdoKind kind, std::uint16_t number) {
   const std::optional<Parameters> pdo = parameters(kind, number);
   if (!pdo || !pdo->cob_id.valid()) {
     return {};
   }
   if (!pdo->cob_id.extended() && can::is_restricted(pdo->cob_id.id())) {
-    return "its COB-ID " + hex(pdo->cob_id.id()) + " is reserved";
+    const auto record = static_cast<std::uint16_t>(communication_base(kind) + number - 1);
+    return {AbortCode::invalid_value,
+            {record, 1},
+            "its COB-ID " + hex(pdo->cob_id.id()) + " is reserved"};
   }
   CopyPlan plan;
-  std::string problem = compile_plan(kind, number, plan);
-  if (!problem.empty() || plan.bits == 0) {
+  Problem problem = compile_plan(kind, number, plan);
+  if (problem.why != AbortCode::none || plan.bits == 0) {
     return problem;
   }
   if (kind == PdoKind::rpdo) {
@@ -127,7 +134,9 @@ std::string Engine::Impl::compile(PdoKind kind, std::uint16_t number) {
   return {};
 }
 
-std::string Engine::Impl::compile_plan(PdoKind kind, std::uint16_t number, CopyPlan& plan) const {
+Engine::Impl::Problem Engine::Impl::compile_plan(PdoKind kind, std::uint16_t number,
+                                                 CopyPlan& plan) const {
+  Problem problem;
   if (const LinkedPdo* link = linked(kind, number); link != nullptr) {
     for (const LinkTarget& target : link->targets) {
       plan.skip(target.frame_bit - plan.bits);
@@ -135,25 +144,38 @@ std::string Engine::Impl::compile_plan(PdoKind kind, std::uint16_t number, CopyP
     }
     plan.skip(std::uint32_t{link->mapped_bits} - plan.bits);
   } else {
-    for (const Mapping& mapping : read_mapping(dictionary, kind, number)) {
-      std::string problem = map_object(kind, mapping, plan);
-      if (!problem.empty()) {
-        return problem;
-      }
-    }
+    problem = map_objects(kind, number, plan);
   }
-  return plan.bits > 8 * max_bytes ? "it maps " + std::to_string(plan.bits) + " bits"
-                                   : std::string();
+  if (problem.why == AbortCode::none && plan.bits > 8 * max_bytes) {
+    const auto record = static_cast<std::uint16_t>(mapping_base(kind) + number - 1);
+    return {AbortCode::pdo_length_exceeded,
+            {record, 0},
+            "it maps " + std::to_string(plan.bits) + " bits"};
+  }
+  return problem;
 }
 
-std::string Engine::Impl::map_object(PdoKind kind, const Mapping& mapping, CopyPlan& plan) const {
+Engine::Impl::Problem Engine::Impl::map_objects(PdoKind kind, std::uint16_t number,
+                                                CopyPlan& plan) const {
+  od::Address entry{static_cast<std::uint16_t>(mapping_base(kind) + number - 1), 0};
+  for (const Mapping& mapping : read_mapping(dictionary, kind, number)) {
+    ++entry.sub;
+    const AbortCode why = map_object(kind, mapping, plan);
+    if (why != AbortCode::none) {
+      return {why, entry, describe_refusal(mapping, why)};
+    }
+  }
+  return {};
+}
+
+AbortCode Engine::Impl::map_object(PdoKind kind, const Mapping& mapping, CopyPlan& plan) const {
   const AbortCode why = check_mapping(dictionary, kind, mapping);
   if (why != AbortCode::none) {
-    return describe_refusal(mapping, why);
+    return why;
   }
   if (is_dummy(mapping)) {
     plan.skip(mapping.bits);
-    return {};
+    return AbortCode::none;
   }
   const od::Variable variable = *dictionary.find(mapping.address);
   const std::optional<image::Place> place = image.locate(variable.data);
@@ -162,9 +184,9 @@ std::string Engine::Impl::map_object(PdoKind kind, const Mapping& mapping, CopyP
   } else if (place->direction == direction_of(kind)) {
     plan.add_image(place->bit_offset, mapping.bits);
   } else {
-    return describe_refusal(mapping, AbortCode::not_mappable);
+    return AbortCode::not_mappable;
   }
-  return {};
+  return AbortCode::none;
 }
 
 void Engine::Impl::start_rpdo(const Parameters& parameters, CopyPlan plan) {

@@ -13,6 +13,8 @@ void Listener::rpdo_wrong_length(std::uint16_t /*number*/, unsigned /*mapped*/,
 }
 void Listener::rpdo_deadline(std::uint16_t /*number*/) {
 }
+void Listener::pdo_unusable(od::Address /*place*/, AbortCode /*why*/) {
+}
 
 Engine::Impl::Impl(od::Dictionary& d, can::Dispatch& p, EventLog& e, image::ProcessImage* i)
     : dictionary(d),

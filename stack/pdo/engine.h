@@ -49,6 +49,9 @@ class Listener {
   // A frame of the wrong length, or a deadline: for EMCY 8210h, 8220h, 8250h.
   virtual void rpdo_wrong_length(std::uint16_t number, unsigned mapped, unsigned received);
   virtual void rpdo_deadline(std::uint16_t number);
+  // A valid PDO that cannot be used: a COB-ID, an entry or the length (sub 0) of its records is
+  // wrong. Called from within configure() and writes to the records, too.
+  virtual void pdo_unusable(od::Address place, AbortCode why);
 };
 
 class Engine {
@@ -71,7 +74,8 @@ class Engine {
   // Largest PDO in bytes: 8, or 64 on a CAN FD line. Precondition: before configure().
   void set_max_length(std::size_t bytes);
 
-  // Reads all PDO records and compiles them. What cannot be compiled stays invalid and is told.
+  // Reads all PDO records and compiles them. What cannot be compiled stays invalid and is told,
+  // here in words and to the listener.
   std::vector<Diagnostic> configure();
 
   // Entering or leaving Operational: only then are PDOs received, sampled and sent. Entering

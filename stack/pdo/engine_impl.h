@@ -133,10 +133,18 @@ struct Engine::Impl final : od::Hook {
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
   void written(od::Address address) override;
   std::vector<Diagnostic> configure();
-  // What is wrong with the PDO, which is not active then; empty if nothing is.
-  std::string compile(PdoKind kind, std::uint16_t number);
-  std::string compile_plan(PdoKind kind, std::uint16_t number, CopyPlan& plan) const;
-  std::string map_object(PdoKind kind, const Mapping& mapping, CopyPlan& plan) const;
+  // What is wrong with a PDO, which is not active then; AbortCode::none if nothing is.
+  struct Problem {
+    AbortCode why = AbortCode::none;
+    od::Address place{};
+    std::string text{};
+  };
+  // Tells the listener.
+  Problem compile(PdoKind kind, std::uint16_t number);
+  Problem try_to_compile(PdoKind kind, std::uint16_t number);
+  Problem compile_plan(PdoKind kind, std::uint16_t number, CopyPlan& plan) const;
+  Problem map_objects(PdoKind kind, std::uint16_t number, CopyPlan& plan) const;
+  AbortCode map_object(PdoKind kind, const Mapping& mapping, CopyPlan& plan) const;
   const LinkedPdo* linked(PdoKind kind, std::uint16_t number) const;
   std::uint16_t highest_number(PdoKind kind) const;
   std::optional<Parameters> parameters(PdoKind kind, std::uint16_t number) const;

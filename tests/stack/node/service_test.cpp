@@ -211,6 +211,26 @@ TEST_F(NodeTest, FurtherSdoServersAnswerOnTheirOwnIdentifiers) {
   EXPECT_EQ(drain(at(2ms)), answer);
 }
 
+// Nobody else says why such a PDO never comes. The reset brings the right mapping back.
+TEST_F(NodeTest, APdoThatCannotBeUsedIsTold) {
+  od::Dictionary dictionary = example_dictionary();
+  ASSERT_TRUE(dictionary.set(od::Address{0x1A01, 1}, std::uint32_t{0x2001'0208}));
+  node =
+      std::make_unique<Node>(std::move(dictionary), Options{.node_id = kNodeId}, events, nullptr);
+  node->start(at(1ms));
+  const auto told = testing::take_events(events);
+  const auto it = std::ranges::find(told, EventKind::configuration_error, &Event::kind);
+  ASSERT_NE(it, told.end());
+  EXPECT_EQ(it->time, at(1ms));
+  EXPECT_EQ(it->node, kNodeId);
+  EXPECT_EQ(it->code, static_cast<std::uint32_t>(AbortCode::not_mappable));
+  EXPECT_EQ(it->length, 3U);
+  EXPECT_EQ(load_le<std::uint16_t>(it->data.data()), 0x1A01U);
+  EXPECT_EQ(it->data[2], std::byte{1});
+  nmt(0x81);
+  EXPECT_EQ(kinds(), (std::vector<EventKind>{EventKind::own_state, EventKind::own_state}));
+}
+
 TEST_F(NodeTest, RemoteFramesAreForTpdosOnly) {
   boot_and_start();
   can::Frame remote = frame_at(at(1ms), 0x285, {});

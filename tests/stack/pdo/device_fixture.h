@@ -25,11 +25,18 @@ struct RecordingListener : Listener {
     wrong_lengths.push_back({number, mapped, got});
   }
   void rpdo_deadline(std::uint16_t number) override { deadlines.push_back(number); }
+  struct Unusable {
+    od::Address place;
+    AbortCode why;
+    bool operator==(const Unusable&) const = default;
+  };
+  void pdo_unusable(od::Address place, AbortCode why) override { unusable.push_back({place, why}); }
 
   std::vector<std::uint16_t> received;
   std::vector<std::uint16_t> sampled;
   std::vector<std::uint16_t> deadlines;
   std::vector<WrongLength> wrong_lengths;
+  std::vector<Unusable> unusable;
 };
 
 // Objects 2000h BOOLEAN, 2001h BOOLEAN, 2002h U8, 2003h U16, 2004h U24, 2005h U32, 2006h U64 (all

@@ -153,6 +153,11 @@ TEST(Configure, TellsWhatItCannotUse) {
   EXPECT_THAT(device.diagnostics[1].text,
               testing::HasSubstr("TPDO 1 is not used: it maps 72 bits"));
   EXPECT_THAT(device.diagnostics[2].text, testing::HasSubstr("TPDO 3 is not used: its COB-ID"));
+  using Unusable = RecordingListener::Unusable;
+  EXPECT_THAT(device.listener.unusable,
+              ElementsAre(Unusable{{0x1600, 1}, AbortCode::not_mappable},
+                          Unusable{{0x1A00, 0}, AbortCode::pdo_length_exceeded},
+                          Unusable{{0x1802, 1}, AbortCode::invalid_value}));
   device.operational();
   device.receive(frame(0x201, {1, 2}, at(1)));
   EXPECT_EQ(device.read(0x2010), 0U);
