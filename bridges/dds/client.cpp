@@ -5,7 +5,6 @@
 #include <map>
 #include <optional>
 #include <random>
-#include <set>
 #include <utility>
 
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
@@ -30,7 +29,6 @@ namespace fast = eprosima::fastdds::dds;
 
 constexpr int kSamplesPerPoll = 256;  // of each topic
 constexpr ClockMap kUtc{};            // Instants given out are UTC
-const eprosima::fastrtps::Duration_t kGoodbye{0, 200'000'000};
 
 Instant steady_now() {
   return Instant{
@@ -109,8 +107,7 @@ struct Client::Impl {
   LayoutAssembly assembly;
   RequestTracker tracker;
   std::uint64_t next_id;
-  std::set<std::pair<std::string, std::string>> asked;  // gateways and lines, to say goodbye to
-  std::uint64_t called = 0;                             // id that call() waits for
+  std::uint64_t called = 0;  // id that call() waits for
   std::optional<CommandResult> call_result;
 };
 
@@ -137,20 +134,11 @@ Client::Impl::Impl(const ClientOptions& options, std::vector<Diagnostic>& diagno
     outputs = endpoints.writer<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE,
                                                           options.output_strength);
   }
+  endpoints.seal();
 }
 
-// Says goodbye, so that gateways keep nothing for this client.
 Client::Impl::~Impl() {
   line_writers.close();
-  if (requests == nullptr || asked.empty())
-    return;
-  for (const auto& [gateway, line] : asked) {
-    request_sample.gateway(gateway);
-    request_sample.line(line);
-    request_sample.client(name);
-    requests->dispose(&request_sample, fast::HANDLE_NIL);
-  }
-  requests->wait_for_acknowledgments(kGoodbye);
 }
 
 template <class PubSubType>
@@ -338,7 +326,6 @@ std::uint64_t Client::send(const Target& target, const line::Command& command, D
     return 0;
   const Instant now = steady_now();
   Request request{target, command, impl_->next_id++, layout_id, now + timeout};
-  impl_->asked.emplace(target.gateway, target.line);
   impl_->tracker.add(request, now);
   const Request* due = impl_->tracker.due(now);
   if (due != nullptr)

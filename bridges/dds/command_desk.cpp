@@ -207,29 +207,18 @@ bool CommandDesk::make_room() {
   return true;
 }
 
-void CommandDesk::forget(const std::string& line, const std::string& client) {
-  const auto known = clients_.find({line, client});
-  if (known != clients_.end())
-    drop(known);
-}
-
 void CommandDesk::drop(std::map<ClientKey, Client>::iterator client) {
   for (const auto& answer : client->second.window)
     answer_bytes_ -= answer->data.size();
   for (const auto& assembly : client->second.assemblies) {
     request_bytes_ -= assembly.command.data.size();
   }
-  dropped_.push_back(client->first);
   clients_.erase(client);
 }
 
 void CommandDesk::drop_assembly(Client& client, std::list<Assembly>::iterator assembly) {
   request_bytes_ -= assembly->command.data.size();
   client.assemblies.erase(assembly);
-}
-
-std::vector<std::pair<std::string, std::string>> CommandDesk::take_dropped() {
-  return std::exchange(dropped_, {});
 }
 
 }  // namespace linegate::dds

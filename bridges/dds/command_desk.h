@@ -61,12 +61,6 @@ class CommandDesk {
   // Keeps the answer of the command with that tag. nullptr: no such command is under way.
   std::shared_ptr<const Answer> answer(const line::Reply& reply);
 
-  // The client has said goodbye: nothing is kept for it any more.
-  void forget(const std::string& line, const std::string& client);
-
-  // Clients dropped since the last call, for whom DDS need not keep an instance any longer.
-  std::vector<std::pair<std::string, std::string>> take_dropped();
-
  private:
   using ClientKey = std::pair<std::string, std::string>;  // line, client
 
@@ -101,7 +95,6 @@ class CommandDesk {
   DeskLimits limits_;
   std::map<ClientKey, Client> clients_;
   std::map<std::uint64_t, Pending> pending_;  // by tag
-  std::vector<ClientKey> dropped_;
   std::uint64_t next_tag_ = 1;
   std::uint64_t requests_ = 0;
   std::size_t answer_bytes_ = 0;

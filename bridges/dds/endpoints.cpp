@@ -17,7 +17,7 @@ constexpr std::uint32_t kMaxDomain = 232;  // DDSI-RTPS 9.6.1.1: ports end there
 
 Endpoints::Endpoints(const std::string& name, std::uint32_t domain, const std::string& profile_file,
                      std::vector<Diagnostic>& diagnostics)
-    : diagnostics_(diagnostics) {
+    : diagnostics_(&diagnostics) {
   const auto origin = load_profiles(profile_file, diagnostics);
   if (!origin) {
     ok_ = false;
@@ -56,8 +56,10 @@ Endpoints::~Endpoints() {
 }
 
 void Endpoints::fail(std::string text) {
+  if (diagnostics_ == nullptr)
+    return;
   ok_ = false;
-  diagnostics_.push_back(Diagnostic{Severity::error, origin_, 0, 0, std::move(text)});
+  diagnostics_->push_back(Diagnostic{Severity::error, origin_, 0, 0, std::move(text)});
 }
 
 fast::Topic* Endpoints::make_topic(const std::string& topic, fast::TypeSupport type) {

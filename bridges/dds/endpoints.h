@@ -30,6 +30,11 @@ class Endpoints {
   // False as soon as anything could not be created.
   bool ok() const { return ok_; }
 
+  // From now on failures are told by nullptr alone: the diagnostics may go.
+  void seal() { diagnostics_ = nullptr; }
+
+  void remove(eprosima::fastdds::dds::DataWriter* writer) { publisher_->delete_datawriter(writer); }
+
   // nullptr on failure, with a diagnostic. strength: of the ownership, where the profile says
   // EXCLUSIVE.
   template <class PubSubType>
@@ -52,7 +57,7 @@ class Endpoints {
                                             eprosima::fastdds::dds::TypeSupport type);
   void fail(std::string text);
 
-  std::vector<Diagnostic>& diagnostics_;  // used while being set up only
+  std::vector<Diagnostic>* diagnostics_;  // nullptr once it has been set up
   std::string origin_;                    // of the profiles
   bool ok_ = true;
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;

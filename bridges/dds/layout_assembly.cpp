@@ -1,42 +1,73 @@
 #include "bridges/dds/layout_assembly.h"
 
+#include <algorithm>
+
 #include "bridges/dds/image_samples.h"
 
 namespace linegate::dds {
 namespace {
 
+constexpr std::size_t kMaxParts = kMaxEntries / kMaxLayoutPart;
+constexpr std::size_t kMaxLayouts = 4'096;  // of all gateways: 2048 lines
+
+bool within(const v1::LayoutEntry& entry, std::uint32_t byte_size) {
+  const std::uint64_t end = std::uint64_t{entry.bit_offset()} + entry.bit_length();
+  return end <= std::uint64_t{byte_size} * 8;
+}
+
 bool plausible(const v1::ImageLayout& part) {
   return part.direction() <= v1::DIRECTION_OUTPUTS && part.part() < part.parts() &&
-         part.entries().size() <= kMaxLayoutPart && part.byte_size() <= image::kMaxAreaBytes;
+         part.parts() <= kMaxParts && part.entries().size() <= kMaxLayoutPart &&
+         part.byte_size() <= image::kMaxAreaBytes &&
+         std::ranges::all_of(part.entries(), [&](const v1::LayoutEntry& entry) {
+           return within(entry, part.byte_size());
+         });
+}
+
+bool same_layout(const v1::ImageLayout& a, const v1::ImageLayout& b) {
+  return a.incarnation() == b.incarnation() && a.layout_id() == b.layout_id() &&
+         a.parts() == b.parts() && a.byte_size() == b.byte_size() &&
+         a.entry_count() == b.entry_count();
 }
 
 }  // namespace
 
+// Whether all parts of the layout of `part` are there, and their entries count through.
+bool LayoutAssembly::complete(const Known& known, const v1::ImageLayout& part) {
+  std::size_t entries = 0;
+  for (std::uint16_t number = 0; number < part.parts(); ++number) {
+    const auto other = known.parts.find(number);
+    if (other == known.parts.end() || !same_layout(other->second, part) ||
+        other->second.first_entry() != entries) {
+      return false;
+    }
+    entries += other->second.entries().size();
+  }
+  return entries == part.entry_count();
+}
+
 bool LayoutAssembly::take(const v1::ImageLayout& part, image::Layout& out) {
   if (!plausible(part))
     return false;
-  Partial& partial =
-      layouts_[{part.gateway().to_string(), part.line().to_string(), part.direction()}];
-  if (partial.incarnation != part.incarnation() || partial.layout_id != part.layout_id()) {
-    partial = Partial{part.incarnation(), part.layout_id(), false, {}};
-  }
-  if (partial.complete)
+  const Key key{part.gateway().to_string(), part.line().to_string(), part.direction()};
+  if (layouts_.size() >= kMaxLayouts && !layouts_.contains(key))
     return false;
-  partial.parts[part.part()] = part;
-  if (partial.parts.size() != part.parts())
+  Known& known = layouts_[key];
+  if (known.incarnation == part.incarnation() && known.layout_id == part.layout_id())
     return false;
-
+  known.parts[part.part()] = part;
+  if (!complete(known, part))
+    return false;
   out = image::Layout{};
   out.direction = static_cast<image::Direction>(part.direction());
   out.id = part.layout_id();
   out.byte_size = part.byte_size();
-  for (const auto& [number, each] : partial.parts) {
-    for (const v1::LayoutEntry& entry : each.entries()) {
+  for (std::uint16_t number = 0; number < part.parts(); ++number) {
+    for (const v1::LayoutEntry& entry : known.parts[number].entries()) {
       from_wire(entry, out.entries.emplace_back());
     }
   }
-  partial.parts.clear();
-  partial.complete = true;
+  known = {part.incarnation(), part.layout_id(), {}};
   return true;
 }
 

@@ -1,7 +1,6 @@
 #include "bridges/dds/publisher.h"
 
 #include <algorithm>
-#include <map>
 #include <mutex>
 #include <utility>
 
@@ -16,6 +15,7 @@
 #include "bridges/dds/event_samples.h"
 #include "bridges/dds/image_samples.h"
 #include "bridges/dds/output_samples.h"
+#include "bridges/dds/reply_writer.h"
 #include "bridges/dds/state_samples.h"
 #include "bridges/dds/waiting.h"
 
@@ -35,13 +35,10 @@ struct GatewayBridge::Impl {
   void address(std::string_view line, Sample& sample) const;
   template <class Sample>
   bool write(fast::DataWriter* writer, Sample& sample);
-  void dispose_layout_parts(std::uint16_t parts, std::uint16_t before);
 
   bool take_output(GatewayHandler& handler);
   bool take_command(GatewayHandler& handler);
   void handle(const v1::CommandRequest& request, GatewayHandler& handler);
-  void client_gone(const fast::SampleInfo& info);
-  void drop_instances();
   bool send(const Answer& answer, std::size_t from);
 
   const std::string gateway;
@@ -54,7 +51,7 @@ struct GatewayBridge::Impl {
   fast::DataWriter* images = nullptr;
   fast::DataWriter* pdos = nullptr;
   fast::DataWriter* events = nullptr;
-  fast::DataWriter* replies = nullptr;
+  std::unique_ptr<ReplyWriter> replies;
   fast::DataReader* outputs = nullptr;
   fast::DataReader* requests = nullptr;
 
@@ -67,7 +64,6 @@ struct GatewayBridge::Impl {
   v1::ProcessImage image_sample;
   v1::PdoUpdate pdo_sample;
   v1::Event event_sample;
-  std::map<std::pair<std::string, image::Direction>, std::uint16_t> layout_parts_out;
 
   // Of the polling thread.
   Waiting waiting;
@@ -89,9 +85,10 @@ GatewayBridge::Impl::Impl(const GatewayOptions& options, std::vector<Diagnostic>
   images = endpoints.writer<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE);
   pdos = endpoints.writer<v1::PdoUpdatePubSubType>(v1::TOPIC_PDO_UPDATE);
   events = endpoints.writer<v1::EventPubSubType>(v1::TOPIC_EVENT);
-  replies = endpoints.writer<v1::CommandReplyPubSubType>(v1::TOPIC_COMMAND_REPLY);
+  replies = std::make_unique<ReplyWriter>(endpoints);
   outputs = endpoints.reader<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
   requests = endpoints.reader<v1::CommandRequestPubSubType>(v1::TOPIC_COMMAND_REQUEST);
+  endpoints.seal();
   if (!endpoints.ok())
     return;
   waiting.watch(outputs);
@@ -171,18 +168,7 @@ bool GatewayBridge::publish(std::string_view line, const image::Layout& layout) 
     to_wire(layout, part, sample);
     written = impl_->write(impl_->layouts, sample) && written;
   }
-  std::uint16_t& before = impl_->layout_parts_out[{std::string(line), layout.direction}];
-  impl_->dispose_layout_parts(parts, before);
-  before = parts;
   return written;
-}
-
-// Of the layout last written to layout_sample.
-void GatewayBridge::Impl::dispose_layout_parts(std::uint16_t parts, std::uint16_t before) {
-  for (std::uint16_t part = parts; part < before; ++part) {
-    layout_sample.part(part);
-    layouts->dispose(&layout_sample, fast::HANDLE_NIL);
-  }
 }
 
 bool GatewayBridge::publish(std::string_view line, const image::Snapshot& snapshot) {
@@ -234,7 +220,6 @@ std::size_t GatewayBridge::poll(Duration timeout, GatewayHandler& handler) {
   handled += static_cast<std::size_t>(taken);
   if (more)
     impl_->waiting.wake();
-  impl_->drop_instances();
   return handled;
 }
 
@@ -270,12 +255,8 @@ bool GatewayBridge::Impl::take_command(GatewayHandler& handler) {
   fast::SampleInfo info;
   if (requests->take_next_sample(&request_sample, &info) != ReturnCode_t::RETCODE_OK)
     return false;
-  if (info.valid_data) {
-    if (request_sample.gateway() == gateway.c_str())
-      handle(request_sample, handler);
-  } else if (info.instance_state == fast::NOT_ALIVE_DISPOSED_INSTANCE_STATE) {
-    client_gone(info);
-  }
+  if (info.valid_data && request_sample.gateway() == gateway.c_str())
+    handle(request_sample, handler);
   return true;
 }
 
@@ -293,32 +274,6 @@ void GatewayBridge::Impl::handle(const v1::CommandRequest& request, GatewayHandl
   }
   if (outcome.command)
     handler.on_command(std::move(*outcome.command));
-}
-
-// A client that disposes its request instance has left for good; one that only cannot be reached
-// may come back and ask again.
-void GatewayBridge::Impl::client_gone(const fast::SampleInfo& info) {
-  v1::CommandRequest key;
-  if (requests->get_key_value(&key, info.instance_handle) != ReturnCode_t::RETCODE_OK)
-    return;
-  if (key.gateway() != gateway.c_str())
-    return;
-  const std::lock_guard lock(desk_mutex);
-  desk.forget(key.line().to_string(), key.client().to_string());
-}
-
-void GatewayBridge::Impl::drop_instances() {
-  std::vector<std::pair<std::string, std::string>> dropped;
-  {
-    const std::lock_guard lock(desk_mutex);
-    dropped = desk.take_dropped();
-  }
-  for (const auto& [line, client] : dropped) {
-    v1::CommandReply key;
-    address(line, key);
-    key.client(client);
-    replies->unregister_instance(&key, fast::HANDLE_NIL);
-  }
 }
 
 bool GatewayBridge::reply(const line::Reply& reply) {
@@ -342,7 +297,7 @@ bool GatewayBridge::Impl::send(const Answer& answer, std::size_t from) {
   sample.total(static_cast<std::uint32_t>(answer.data.size()));
   for (std::size_t chunk = 0; chunk < kChunksPerReply; ++chunk) {
     set_chunk(answer.data, from, sample);
-    if (!replies->write(&sample))
+    if (!replies->write(sample))
       return false;
     if (sample.last())
       break;

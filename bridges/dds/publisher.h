@@ -90,7 +90,7 @@ class GatewayBridge {
                const std::vector<Property>& properties = {});
   bool publish(std::string_view line, const NodeInfo& info, const line::NodeState& state,
                Instant now, const std::vector<Property>& properties = {});
-  // In parts of kMaxLayoutPart entries; parts of an earlier, longer layout are disposed.
+  // In parts of kMaxLayoutPart entries.
   bool publish(std::string_view line, const image::Layout& layout);
   // Gives false too if it holds more than the contract's bounds (kMaxEntries, kMaxStamps).
   bool publish(std::string_view line, const image::Snapshot& snapshot);

@@ -115,37 +115,93 @@ TEST_F(Commands, NobodyAnswersForAGatewayThatIsNotThere) {
   EXPECT_EQ(result.reply.error, line::to_error(line::Refusal::timed_out));
 }
 
+// A client by hand, on the topics themselves; any number of names.
+struct Stranger {
+  explicit Stranger(std::vector<Diagnostic>& diagnostics)
+      : endpoints("stranger", domain(), LOOPBACK_PROFILES, diagnostics),
+        writer(endpoints.writer<v1::CommandRequestPubSubType>(v1::TOPIC_COMMAND_REQUEST)),
+        reader(endpoints.reader<v1::CommandReplyPubSubType>(v1::TOPIC_COMMAND_REPLY)) {
+    request.gateway(known::kGateway);
+    request.line(known::kLine);
+    request.kind(v1::COMMAND_SDO_READ);
+    request.node(9);
+    request.sub(1);
+    request.last(true);
+  }
+
+  // Sends the request, and gives how many answers came to it within 100 ms or at least one.
+  int ask(const std::string& client, std::uint64_t id) {
+    request.client(client);
+    request.id(id);
+    EXPECT_TRUE(writer->write(&request));
+    int answers = 0;
+    while (answers == 0 && reader->wait_for_unread_message({0, 100'000'000})) {
+      v1::CommandReply reply;
+      eprosima::fastdds::dds::SampleInfo info;
+      while (reader->take_next_sample(&reply, &info) == ReturnCode_t::RETCODE_OK) {
+        if (!info.valid_data || reply.client() != client.c_str() || reply.id() != id)
+          continue;
+        EXPECT_EQ(reply.data().size(), 1'024U);
+        ++answers;
+      }
+    }
+    return answers;
+  }
+
+  dds::Endpoints endpoints;
+  eprosima::fastdds::dds::DataWriter* writer;
+  eprosima::fastdds::dds::DataReader* reader;
+  v1::CommandRequest request;
+};
+
 TEST_F(Commands, ADuplicateIsCarriedOutOnceAndAnsweredEachTime) {
   std::vector<Diagnostic> diagnostics;
-  dds::Endpoints endpoints("stranger", domain(), LOOPBACK_PROFILES, diagnostics);
-  auto* writer = endpoints.writer<v1::CommandRequestPubSubType>(v1::TOPIC_COMMAND_REQUEST);
-  auto* reader = endpoints.reader<v1::CommandReplyPubSubType>(v1::TOPIC_COMMAND_REPLY);
-  ASSERT_TRUE(endpoints.ok());
-  v1::CommandRequest request;
-  request.gateway(known::kGateway);
-  request.line(known::kLine);
-  request.client("stranger");
-  request.id(5);
-  request.kind(v1::COMMAND_SDO_READ);
-  request.node(9);
-  request.sub(1);
-  request.last(true);
+  Stranger stranger(diagnostics);
   int answers = 0;
-  EXPECT_TRUE(eventually([&] {
-    writer->write(&request);
-    reader->wait_for_unread_message({0, 100'000'000});
-    v1::CommandReply reply;
-    eprosima::fastdds::dds::SampleInfo info;
-    while (reader->take_next_sample(&reply, &info) == ReturnCode_t::RETCODE_OK) {
-      if (!info.valid_data || reply.client() != "stranger")
-        continue;
-      EXPECT_EQ(reply.id(), 5U);
-      EXPECT_EQ(reply.data().size(), 1'024U);
-      ++answers;
-    }
-    return answers >= 5;
-  }));
+  EXPECT_TRUE(eventually([&] { return (answers += stranger.ask("stranger", 5)) >= 5; }));
   EXPECT_EQ(carried_out(), 1U);
+}
+
+TEST_F(Commands, MoreClientsThanInstancesAreServed) {
+  constexpr int kStrangers = 5;
+  constexpr int kClients = 250;  // of each: more than CommandReply has instances for
+  std::vector<Diagnostic> diagnostics;
+  std::vector<std::unique_ptr<Stranger>> strangers;
+  for (int i = 0; i < kStrangers; ++i) {
+    strangers.push_back(std::make_unique<Stranger>(diagnostics));
+    for (int number = 0; number < kClients; ++number) {
+      const std::string name = std::to_string(i) + "/" + std::to_string(number);
+      ASSERT_TRUE(eventually([&] { return strangers.back()->ask(name, 5) > 0; })) << name;
+    }
+  }
+  EXPECT_EQ(carried_out(), 1'250U);
+}
+
+TEST(ManyClients, ComeAndGoWithoutUsingUpTheGatewaysInstances) {
+  std::ifstream file(LOOPBACK_PROFILES);
+  std::string text((std::istreambuf_iterator<char>(file)), {});
+  const auto shrink = [&](const std::string& profile, int depth) {
+    const std::size_t at = text.find(profile);
+    ASSERT_NE(at, std::string::npos);
+    const auto set = [&](const std::string& tag, int value) {
+      const std::size_t begin = text.find("<" + tag + ">", at) + tag.size() + 2;
+      text.replace(begin, text.find('<', begin) - begin, std::to_string(value));
+    };
+    set("max_samples", 3 * depth);
+    set("max_instances", 3);
+  };
+  shrink("<data_reader profile_name=\"linegate/v1/CommandRequest\">", 256);
+  shrink("<data_writer profile_name=\"linegate/v1/CommandReply\">", 16);
+  const File small(text);
+  Peer gateway("gateway", small.path);
+  ASSERT_FALSE(gateway.expect("ready").empty());
+  dds::ClientListener listener;
+  for (int i = 0; i < 8; ++i) {
+    const auto client = make_client(client_options());
+    ASSERT_NE(client, nullptr);
+    const auto result = client->call(known_line(), sdo_read(0x2000, 1), kDeadline, listener);
+    ASSERT_TRUE(result.reply.ok()) << i << result.text;
+  }
 }
 
 }  // namespace

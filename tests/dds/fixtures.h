@@ -2,12 +2,15 @@
 #pragma once
 
 #include <chrono>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "bridges/dds/client.h"
 
@@ -45,6 +48,13 @@ inline std::unique_ptr<dds::Client> make_client(const dds::ClientOptions& option
   }
   return made.ok() ? std::move(*made.value) : nullptr;
 }
+
+// A file of this test alone, gone at its end.
+struct File {
+  explicit File(const std::string& text) { std::ofstream(path) << text; }
+  ~File() { std::filesystem::remove(path); }
+  const std::string path = testing::TempDir() + "profiles-" + std::to_string(::getpid()) + ".xml";
+};
 
 inline dds::Target known_line() {
   return {known::kGateway, known::kLine, 0};

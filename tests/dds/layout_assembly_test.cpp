@@ -63,19 +63,67 @@ TEST(LayoutAssembly, PartsOfAnotherLayoutDoNotMix) {
   other.layout_id(5);
   EXPECT_FALSE(assembly.take(part(0), layout));
   EXPECT_FALSE(assembly.take(other, layout));
-  EXPECT_FALSE(assembly.take(part(1), layout));
-  EXPECT_TRUE(assembly.take(part(0), layout));
+  EXPECT_TRUE(assembly.take(part(1), layout));
 }
 
-TEST(LayoutAssembly, ImplausiblePartsAreIgnored) {
+TEST(LayoutAssembly, PartsLeftOfALongerLayoutDoNotMatter) {
   LayoutAssembly assembly;
   image::Layout layout;
-  v1::ImageLayout sample = part(0);
-  sample.direction(2);
-  EXPECT_FALSE(assembly.take(sample, layout));
-  sample = part(0);
-  sample.parts(0);
-  EXPECT_FALSE(assembly.take(sample, layout));
+  v1::ImageLayout left = part(1);
+  left.part(2);
+  left.parts(3);
+  left.layout_id(5);
+  EXPECT_FALSE(assembly.take(part(0), layout));
+  EXPECT_FALSE(assembly.take(left, layout));
+  EXPECT_TRUE(assembly.take(part(1), layout));
+  EXPECT_FALSE(assembly.take(left, layout));
+}
+
+TEST(LayoutAssembly, WhatContradictsTheContractOrItselfIsIgnored) {
+  // Whether a layout comes of its two parts when one of them is spoilt.
+  const auto completes = [](std::uint16_t number, auto spoil) {
+    LayoutAssembly assembly;
+    image::Layout layout;
+    v1::ImageLayout spoilt = part(number);
+    spoil(spoilt);
+    const v1::ImageLayout other = part(number == 0 ? 1 : 0);
+    const bool early = assembly.take(other, layout);
+    return assembly.take(spoilt, layout) || early;
+  };
+  const std::uint32_t last_bit = known::layout().byte_size * 8 - 1;
+  EXPECT_TRUE(completes(0, [](auto&) {}));
+  EXPECT_TRUE(completes(1, [](auto&) {}));
+  EXPECT_FALSE(completes(0, [](auto& s) { s.direction(2); }));
+  EXPECT_FALSE(completes(0, [](auto& s) { s.parts(0); }));
+  EXPECT_FALSE(completes(0, [](auto& s) { s.parts(257); }));
+  EXPECT_FALSE(completes(0, [](auto& s) { s.parts(1); }));
+  EXPECT_FALSE(completes(0, [](auto& s) { s.part(2); }));
+  EXPECT_FALSE(completes(0, [](auto& s) { s.byte_size(image::kMaxAreaBytes + 1); }));
+  EXPECT_FALSE(completes(0, [](auto& s) { s.byte_size(s.byte_size() + 1); }));
+  EXPECT_FALSE(completes(0, [](auto& s) { s.first_entry(1); }));
+  EXPECT_FALSE(completes(1, [](auto& s) { s.first_entry(255); }));
+  EXPECT_FALSE(completes(1, [](auto& s) { s.entries().pop_back(); }));
+  EXPECT_FALSE(completes(0, [](auto& s) { s.entries().resize(257); }));
+  EXPECT_FALSE(completes(0, [&](auto& s) {
+    s.entries()[0].bit_offset(last_bit);
+    s.entries()[0].bit_length(2);
+  }));
+  EXPECT_FALSE(completes(0, [](auto& s) { s.entries()[0].bit_offset(0xFFFF'FFFF); }));
+}
+
+TEST(LayoutAssembly, NoMoreThanAnyPlantHasIsKept) {
+  LayoutAssembly assembly;
+  image::Layout layout;
+  const auto completes = [&](int line) {
+    v1::ImageLayout sample;
+    to_wire(image::Layout{}, 0, sample);
+    sample.line(std::to_string(line));
+    sample.incarnation(1);
+    return assembly.take(sample, layout);
+  };
+  for (int line = 0; line < 4'096; ++line)
+    ASSERT_TRUE(completes(line));
+  EXPECT_FALSE(completes(4'096));
 }
 
 }  // namespace

@@ -91,13 +91,23 @@ TEST_F(Malformed, CommandsAreRefusedWithTheReasonAndTheNextIsCarriedOut) {
   EXPECT_EQ(refusal(1, [](auto& s) { s.kind(200); }), v1::REFUSAL_BAD_REQUEST);
   EXPECT_EQ(refusal(2, [](auto& s) { s.node(200); }), v1::REFUSAL_BAD_REQUEST);
   EXPECT_EQ(refusal(3, [](auto& s) { s.offset(8'192); }), v1::REFUSAL_BAD_REQUEST);
-  EXPECT_EQ(refusal(4, [](auto& s) { s.data().resize(20'000); }), v1::REFUSAL_BAD_REQUEST);
+  EXPECT_EQ(refusal(4, [](auto& s) { s.data().resize(8'193); }), v1::REFUSAL_BAD_REQUEST);
   EXPECT_EQ(refusal(5, [](auto& s) { s.line("nowhere"); }), v1::REFUSAL_UNKNOWN_LINE);
   EXPECT_EQ(refusal(6, [](auto& s) { s.incarnation(1); }), v1::REFUSAL_WRONG_INCARNATION);
   EXPECT_FALSE(gateway.expect("command-refused line=line1 client=stranger kind=200").empty());
   const v1::CommandReply good = ask(request(7));
   EXPECT_EQ(good.domain(), v1::RESULT_DONE);
   EXPECT_EQ(good.data().size(), 1'024U);
+}
+
+TEST_F(Malformed, ASampleLargerThanItsTypeIsDroppedAndTheNextIsCarriedOut) {
+  EXPECT_EQ(ask(request(1)).domain(), v1::RESULT_DONE);
+  v1::CommandRequest large = request(2);
+  large.data().resize(500'000);
+  requests->write(&large);
+  EXPECT_EQ(ask(request(3)).domain(), v1::RESULT_DONE);
+  // Were it taken, it would have been refused.
+  EXPECT_EQ(gateway.expect("command-refused", std::chrono::milliseconds(0)), "");
 }
 
 TEST_F(Malformed, OutputsAreRefusedWithTheReasonAndTheNextIsTaken) {
@@ -128,6 +138,27 @@ TEST_F(Malformed, SamplesForAnotherGatewayAreNotOurs) {
   bad.group(17);
   bad.reactions(0xFF);
   EXPECT_NE(refused(bad).find("group=17"), std::string::npos);
+}
+
+TEST_F(Malformed, ADisposeDoesNotSpoilWhatFollows) {
+  v1::OutputWrite good = output();
+  const auto arrives = [&](std::uint64_t arming) {
+    good.arming(arming);
+    const std::string line =
+        "output line=line1 client=stranger group=0 layout=0 arming=" + std::to_string(arming) + " ";
+    return eventually([&] {
+      outputs->write(&good);
+      return !gateway.expect(line, std::chrono::milliseconds(100)).empty();
+    });
+  };
+  EXPECT_TRUE(arrives(1));
+  EXPECT_EQ(outputs->dispose(&good, eprosima::fastdds::dds::HANDLE_NIL), ReturnCode_t::RETCODE_OK);
+  EXPECT_TRUE(arrives(2));
+  v1::CommandRequest command = request(1);
+  EXPECT_EQ(ask(command).domain(), v1::RESULT_DONE);
+  EXPECT_EQ(requests->dispose(&command, eprosima::fastdds::dds::HANDLE_NIL),
+            ReturnCode_t::RETCODE_OK);
+  EXPECT_EQ(ask(request(2)).domain(), v1::RESULT_DONE);
 }
 
 }  // namespace

@@ -1,10 +1,6 @@
 // QoS comes from a file, and a bad file is told by its name.
 #include "bridges/dds/profiles.h"
 
-#include <cstdio>
-#include <filesystem>
-#include <fstream>
-
 #include <gtest/gtest.h>
 
 #include "bridges/dds/publisher.h"
@@ -13,13 +9,6 @@
 
 namespace linegate::test {
 namespace {
-
-// A file of this test alone, gone at its end.
-struct File {
-  explicit File(const std::string& text) { std::ofstream(path) << text; }
-  ~File() { std::filesystem::remove(path); }
-  const std::string path = testing::TempDir() + "profiles-" + std::to_string(::getpid()) + ".xml";
-};
 
 // What a gateway process with that file says before it ends.
 std::string complaint(const std::string& path) {

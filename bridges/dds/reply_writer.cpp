@@ -1,0 +1,31 @@
+#include "bridges/dds/reply_writer.h"
+
+#include <linegatePubSubTypes.h>
+
+namespace linegate::dds {
+
+ReplyWriter::ReplyWriter(Endpoints& endpoints)
+    : endpoints_(endpoints),
+      writer_(endpoints.writer<v1::CommandReplyPubSubType>(v1::TOPIC_COMMAND_REPLY)) {
+}
+
+bool ReplyWriter::write(v1::CommandReply& sample) {
+  const std::lock_guard lock(mutex_);
+  make_room_for(sample);
+  return writer_ != nullptr && writer_->write(&sample);
+}
+
+void ReplyWriter::make_room_for(const v1::CommandReply& sample) {
+  std::pair instance(sample.line().to_string(), sample.client().to_string());
+  if (writer_ != nullptr) {
+    instances_.insert(instance);
+    const int most = writer_->get_qos().resource_limits().max_instances;
+    if (most <= 0 || instances_.size() <= static_cast<std::size_t>(most))
+      return;
+    endpoints_.remove(writer_);
+  }
+  writer_ = endpoints_.writer<v1::CommandReplyPubSubType>(v1::TOPIC_COMMAND_REPLY);
+  instances_ = {std::move(instance)};
+}
+
+}  // namespace linegate::dds

@@ -1,0 +1,38 @@
+// Writes CommandReply, which has an instance for each client that ever asked.
+//
+// Fast DDS 2.9 has no safe way to let go of an instance of a transient-local writer: dispose()
+// keeps it, and unregister_instance() may leave a thread of the library in an endless loop
+// (StatefulWriter::check_acked_status). So when the instances of the profile are used up, a new
+// writer takes the place of the old one; who waits for a reply just then asks again.
+#pragma once
+
+#include <mutex>
+#include <set>
+#include <string>
+#include <utility>
+
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <linegate.h>
+
+#include "bridges/dds/endpoints.h"
+
+namespace linegate::dds {
+
+class ReplyWriter {
+ public:
+  // endpoints must outlive it, and tells whether the writer could be created.
+  explicit ReplyWriter(Endpoints& endpoints);
+
+  // From any thread. False: DDS did not take it.
+  bool write(v1::CommandReply& sample);
+
+ private:
+  void make_room_for(const v1::CommandReply& sample);
+
+  Endpoints& endpoints_;
+  std::mutex mutex_;
+  eprosima::fastdds::dds::DataWriter* writer_;  // nullptr: to be created with the next reply
+  std::set<std::pair<std::string, std::string>> instances_;  // line and client, of this writer
+};
+
+}  // namespace linegate::dds
