@@ -132,6 +132,16 @@ void Intake::on_command_refused(std::string_view line, std::string_view client, 
   }
 }
 
+void Intake::on_unreadable(std::uint64_t samples) {
+  unreadable_ += samples;
+  const Instant now = monotonic_now();
+  if (now - unreadable_told_ < kNoticePeriod) {
+    return;
+  }
+  unreadable_told_ = now;
+  spdlog::warn("{} damaged samples were received and dropped", std::exchange(unreadable_, 0));
+}
+
 void Intake::refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal) {
   notice(host, EventKind::output_refused, static_cast<std::uint32_t>(refusal), group);
 }

@@ -38,6 +38,7 @@ class Intake final : public dds::GatewayHandler {
                          std::string_view why) override;
   void on_command_refused(std::string_view line, std::string_view client, std::uint8_t kind,
                           line::Refusal refusal, std::string_view why) override;
+  void on_unreadable(std::uint64_t samples) override;
   // Replies that found their ring full are put in again.
   void flush();
 
@@ -57,6 +58,8 @@ class Intake final : public dds::GatewayHandler {
   std::deque<line::Reply> waiting_;
   // A writer that is refused goes on writing: each reason is told once a second.
   std::map<std::tuple<const LineHost*, EventKind, std::uint32_t, std::uint32_t>, Instant> told_;
+  std::uint64_t unreadable_ = 0;  // samples since they were told last
+  Instant unreadable_told_{};
   exchange::Flag stop_;
   std::thread thread_;
 };

@@ -184,6 +184,9 @@ std::size_t Client::poll(Duration timeout, ClientListener& listener) {
     impl_->tell_lines_gone(listener);
     impl_->drain_values(listener);
     impl_->drain_replies(listener);
+    const std::uint64_t unreadable = impl_->endpoints.take_unreadable();
+    if (unreadable != 0)
+      listener.on_unreadable(unreadable);
   }
   impl_->keep_asking(listener);
   return impl_->handled;

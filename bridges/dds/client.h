@@ -61,6 +61,8 @@ class ClientListener {
                         const std::vector<Property>&) {}
   // The gateway that published this line has gone, or can no longer be reached.
   virtual void on_line_gone(std::string_view /*gateway*/, std::string_view /*line*/) {}
+  // So many samples more could not be read, and were dropped.
+  virtual void on_unreadable(std::uint64_t /*samples*/) {}
   // Answers to send(); those of call() are given there.
   virtual void on_reply(const Target&, const CommandResult&) {}
 };

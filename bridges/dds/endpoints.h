@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
+#include "bridges/dds/received_type.h"
 #include "stack/base/diagnostic.h"
 
 namespace linegate::dds {
@@ -33,6 +35,9 @@ class Endpoints {
   // From now on failures are told by nullptr alone: the diagnostics may go.
   void seal() { diagnostics_ = nullptr; }
 
+  // Received samples that could not be read, since the last call.
+  std::uint64_t take_unreadable() { return unreadable_->take(); }
+
   void remove(eprosima::fastdds::dds::DataWriter* writer) { publisher_->delete_datawriter(writer); }
 
   // nullptr on failure, with a diagnostic. strength: of the ownership, where the profile says
@@ -43,7 +48,8 @@ class Endpoints {
   }
   template <class PubSubType>
   eprosima::fastdds::dds::DataReader* reader(const std::string& topic) {
-    return make_reader(topic, eprosima::fastdds::dds::TypeSupport(new PubSubType()));
+    auto* type = new ReceivedType<PubSubType>(unreadable_);
+    return make_reader(topic, eprosima::fastdds::dds::TypeSupport(type));
   }
 
  private:
@@ -58,7 +64,8 @@ class Endpoints {
   void fail(std::string text);
 
   std::vector<Diagnostic>* diagnostics_;  // nullptr once it has been set up
-  std::string origin_;                    // of the profiles
+  std::shared_ptr<UnreadableCount> unreadable_ = std::make_shared<UnreadableCount>();
+  std::string origin_;  // of the profiles
   bool ok_ = true;
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
   eprosima::fastdds::dds::Publisher* publisher_ = nullptr;

@@ -218,6 +218,8 @@ std::size_t GatewayBridge::poll(Duration timeout, GatewayHandler& handler) {
     ++taken;
   more = more || taken == kSamplesPerPoll;
   handled += static_cast<std::size_t>(taken);
+  if (const std::uint64_t unreadable = impl_->endpoints.take_unreadable(); unreadable != 0)
+    handler.on_unreadable(unreadable);
   if (more)
     impl_->waiting.wake();
   return handled;

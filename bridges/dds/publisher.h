@@ -65,6 +65,8 @@ class GatewayHandler {
                                  line::OutputRefusal refusal, std::string_view why) = 0;
   virtual void on_command_refused(std::string_view line, std::string_view client, std::uint8_t kind,
                                   line::Refusal refusal, std::string_view why) = 0;
+  // So many samples more were so damaged that nothing of them could be read. They are dropped.
+  virtual void on_unreadable(std::uint64_t /*samples*/) {}
 };
 
 // Plain counters; they never go back. Read them from the thread that publishes.

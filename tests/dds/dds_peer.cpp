@@ -89,6 +89,11 @@ class Plant : public dds::GatewayHandler {
                 static_cast<unsigned>(refusal), std::string(why).c_str());
   }
 
+  void on_unreadable(std::uint64_t samples) override {
+    unreadable_ += samples;
+    std::printf("unreadable %llu\n", static_cast<unsigned long long>(unreadable_));
+  }
+
   dds::GatewayBridge* bridge = nullptr;
 
  private:
@@ -112,6 +117,7 @@ class Plant : public dds::GatewayHandler {
   }
 
   std::uint32_t carried_out_ = 0;
+  std::uint64_t unreadable_ = 0;
 };
 
 bool publish_all(dds::GatewayBridge& bridge) {

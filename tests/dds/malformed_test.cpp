@@ -110,6 +110,56 @@ TEST_F(Malformed, ASampleLargerThanItsTypeIsDroppedAndTheNextIsCarriedOut) {
   EXPECT_EQ(gateway.expect("command-refused", std::chrono::milliseconds(0)), "");
 }
 
+using Payload = eprosima::fastrtps::rtps::SerializedPayload_t;
+
+// A type that writes what nobody should.
+template <class Spoil>
+struct Spoilt : v1::CommandRequestPubSubType {
+  bool serialize(void* data, Payload* payload) override {
+    const bool done = v1::CommandRequestPubSubType::serialize(data, payload);
+    Spoil::spoil(*payload);
+    return done;
+  }
+};
+struct NeitherTrueNorFalse {
+  static void spoil(Payload& payload) { payload.data[payload.length - 8] = 2; }
+};
+struct MoreOctetsThanThereAre {
+  static void spoil(Payload& payload) { payload.data[payload.length - 4] = 0xFF; }
+};
+struct UnknownEncapsulation {
+  static void spoil(Payload& payload) { payload.data[1] = 0x77; }
+};
+struct EncapsulationAlone {
+  static void spoil(Payload& payload) { payload.length = 4; }
+};
+
+template <class Spoil>
+class Unreadable : public Malformed {};
+using Spoilers = testing::Types<NeitherTrueNorFalse, MoreOctetsThanThereAre, UnknownEncapsulation,
+                                EncapsulationAlone>;
+TYPED_TEST_SUITE(Unreadable, Spoilers);
+
+TYPED_TEST(Unreadable, SamplesAreDroppedAndTheNextIsCarriedOut) {
+  EXPECT_EQ(this->ask(this->request(1)).domain(), v1::RESULT_DONE);
+  dds::Endpoints other{"spoiler", domain(), LOOPBACK_PROFILES, this->diagnostics};
+  auto* writer = other.writer<Spoilt<TypeParam>>(v1::TOPIC_COMMAND_REQUEST);
+  ASSERT_NE(writer, nullptr);
+  EXPECT_TRUE(eventually([&] {
+    eprosima::fastdds::dds::PublicationMatchedStatus status;
+    writer->get_publication_matched_status(status);
+    return status.current_count > 0;
+  }));
+  v1::CommandRequest sample = this->request(2);
+  // More than the gateway keeps of one client.
+  for (std::uint64_t id = 2; id < 302; ++id) {
+    sample.id(id);
+    EXPECT_TRUE(writer->write(&sample));
+  }
+  EXPECT_FALSE(this->gateway.expect("unreadable 300").empty());
+  EXPECT_EQ(this->ask(this->request(1'000)).domain(), v1::RESULT_DONE);
+}
+
 TEST_F(Malformed, OutputsAreRefusedWithTheReasonAndTheNextIsTaken) {
   const auto says = [&](auto spoil) {
     v1::OutputWrite sample = output();
