@@ -12,7 +12,7 @@ namespace linegate::node {
 enum class Fault : std::uint8_t {
   heartbeat,      // number: node-ID
   rpdo_length,    // number: PDO
-  rpdo_too_long,  // number: PDO; its frames are used all the same, so it ends with a reset only
+  rpdo_too_long,  // number: PDO; its frames are used all the same
   rpdo_deadline,  // number: PDO
   sync_length,    // number: 0
 };

@@ -60,7 +60,6 @@ void Node::Impl::heartbeat_recovered(std::uint8_t node, Instant /*time*/) {
 
 void Node::Impl::rpdo_received(std::uint16_t number, Instant time) {
   if (faults.any()) [[unlikely]] {
-    end(Fault::rpdo_length, number);
     end(Fault::rpdo_deadline, number);
   }
   if (application != nullptr) {
@@ -89,6 +88,15 @@ void Node::Impl::rpdo_deadline(std::uint16_t number) {
   begin(Fault::rpdo_deadline, number, emcy::kRpdoTimeout, bytes_of(number));
   if (application != nullptr) {
     application->rpdo_deadline(number);
+  }
+}
+
+void Node::Impl::rpdo_in_order(std::uint16_t number) {
+  end(Fault::rpdo_length, number);
+  end(Fault::rpdo_too_long, number);
+  end(Fault::rpdo_deadline, number);
+  if (application != nullptr) {
+    application->rpdo_in_order(number);
   }
 }
 

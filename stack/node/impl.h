@@ -71,6 +71,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener {
   void before_tpdo(std::uint16_t number) override;
   void rpdo_wrong_length(std::uint16_t number, unsigned mapped, unsigned received) override;
   void rpdo_deadline(std::uint16_t number) override;
+  void rpdo_in_order(std::uint16_t number) override;
   void pdo_unusable(od::Address place, AbortCode why) override;
 
   Options options;

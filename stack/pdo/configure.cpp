@@ -235,7 +235,12 @@ void Engine::Impl::stop(PdoKind kind, std::uint16_t slot) {
     const can::CobId cob_id = details[slot].cob_id;
     dispatch.remove(cob_id.id(), cob_id.extended(), can::Service::rpdo, slot);
     details[slot] = {};
-    inputs->pdo(slot).attention &= image::PdoState::kNotValid;
+    std::uint32_t& attention = inputs->pdo(slot).attention;
+    const bool in_error = (attention & (kTimedOut | kLengthTold)) != 0;
+    attention &= image::PdoState::kNotValid;
+    if (in_error) {
+      tell_in_order(slot);
+    }
     shadows[slot] = {};
     deferred.clear(slot);
     timers.stop(slot);

@@ -13,6 +13,8 @@ void Listener::rpdo_wrong_length(std::uint16_t /*number*/, unsigned /*mapped*/,
 }
 void Listener::rpdo_deadline(std::uint16_t /*number*/) {
 }
+void Listener::rpdo_in_order(std::uint16_t /*number*/) {
+}
 void Listener::pdo_unusable(od::Address /*place*/, AbortCode /*why*/) {
 }
 
@@ -27,6 +29,7 @@ Engine::Impl::Impl(od::Dictionary& d, can::Dispatch& p, EventLog& e, image::Proc
 }
 
 Engine::Impl::~Impl() {
+  listener = nullptr;  // may be half destroyed
   stop_all();
   hook_records(nullptr);
 }

@@ -49,6 +49,9 @@ class Listener {
   // A frame of the wrong length, or a deadline: for EMCY 8210h, 8220h, 8250h.
   virtual void rpdo_wrong_length(std::uint16_t number, unsigned mapped, unsigned received);
   virtual void rpdo_deadline(std::uint16_t number);
+  // No such error is present any more: after a wrong length a frame of the right one came, or the
+  // RPDO was changed or is gone. (A deadline is over with rpdo_received, too.)
+  virtual void rpdo_in_order(std::uint16_t number);
   // A valid PDO that cannot be used: a COB-ID, an entry or the length (sub 0) of its records is
   // wrong. Called from within configure() and writes to the records, too.
   virtual void pdo_unusable(od::Address place, AbortCode why);

@@ -177,6 +177,7 @@ struct Engine::Impl final : od::Hook {
   void commit_rpdos();
   void check_deadline(std::uint16_t slot, Instant now);
   void tell_length(std::uint16_t slot, const can::Frame& frame);
+  void tell_in_order(std::uint16_t slot);
   Event event(EventKind kind, Instant time, std::uint16_t slot) const;
 
   // --- transmission (transmit.cpp) --------------------------------------------------------------

@@ -147,7 +147,11 @@ void Engine::Impl::attend_reception(std::uint16_t slot, Instant time) {
   if ((attention & (kFirst | kTimedOut)) != 0 && details[slot].deadline > Duration::zero()) {
     timers.set(slot, time + details[slot].deadline);
   }
+  const bool right_again = (attention & kLengthTold) != 0;
   attention &= image::PdoState::kNotValid;
+  if (right_again) {
+    tell_in_order(slot);
+  }
 }
 
 void Engine::Impl::check_deadline(std::uint16_t slot, Instant now) {
@@ -183,6 +187,12 @@ void Engine::Impl::tell_length(std::uint16_t slot, const can::Frame& frame) {
   events.emit(told);
   if (listener != nullptr) {
     listener->rpdo_wrong_length(static_cast<std::uint16_t>(slot + 1), mapped, frame.length);
+  }
+}
+
+void Engine::Impl::tell_in_order(std::uint16_t slot) {
+  if (listener != nullptr) {
+    listener->rpdo_in_order(static_cast<std::uint16_t>(slot + 1));
   }
 }
 

@@ -134,8 +134,7 @@ void Engine::Impl::go_quiet() {
   timers.reset(rpdos.size() + tpdos.size());
   for (std::size_t slot = 0; slot < rpdos.size(); ++slot) {
     shadows[slot].frames = 0;
-    std::uint32_t& attention = inputs->pdo(slot).attention;
-    attention &= image::PdoState::kNotValid;
+    inputs->pdo(slot).attention &= ~std::uint32_t{kFirst};  // errors last
   }
   for (Tpdo& pdo : tpdos) {
     pdo.event = false;

@@ -117,6 +117,44 @@ TEST_F(NodeTest, ALongRpdoIsUsedAndAnEmcy) {
   EXPECT_EQ(number(0x2000, 1), 1U);
   hear(2ms, 0x205, {0x02, 0x00, 0xFF});
   EXPECT_TRUE(drain(at(2ms)).empty());
+  hear(3ms, 0x205, {0x03, 0x00});
+  const Frames reset{{at(3ms), 0x085, {0, 0, 0, 0, 0, 0, 0, 0}}};
+  EXPECT_EQ(drain(at(3ms)), reset);
+  EXPECT_EQ(number(0x1001, 0), 0U);
+  hear(4ms, 0x205, {0x01, 0x00, 0xFF});
+  EXPECT_EQ(drain(at(4ms)).size(), 1U) << "an error again";
+}
+
+TEST_F(NodeTest, ASynchronousRpdoThatWasTooLongIsRightAgain) {
+  boot_and_start();
+  hear(1ms, 0x305, {0x01, 0x00, 0xFF});
+  EXPECT_EQ(drain(at(1ms)).size(), 1U);
+  hear(2ms, 0x080, {});
+  EXPECT_EQ(number(0x1001, 0), 0x11U);
+  hear(3ms, 0x305, {0x01, 0x00});
+  EXPECT_EQ(number(0x1001, 0), 0U);
+}
+
+TEST_F(NodeTest, AWrongLengthOutlastsPreOperationalButNotTheRpdo) {
+  boot_and_start();
+  hear(1ms, 0x205, {0x01, 0x00, 0xFF});
+  hear(1ms, 0x305, {0x01});
+  nmt(0x80, kNodeId, 2ms);
+  nmt(0x01, kNodeId, 2ms);
+  hear(3ms, 0x205, {0x01, 0x00});
+  EXPECT_EQ(number(0x1001, 0), 0x11U);
+  EXPECT_EQ(sdo_write({0x1401, 1}, 4, 0x8000'0305), 0U);
+  EXPECT_EQ(number(0x1001, 0), 0U);
+}
+
+TEST_F(NodeTest, ADeadlineThatPassedIsOverWithTheRpdo) {
+  boot_and_start();
+  EXPECT_EQ(sdo_write({0x1400, 5}, 2, 50), 0U);
+  hear(10ms, 0x205, {0x01, 0x00});
+  advance(60ms);
+  EXPECT_EQ(number(0x1001, 0), 0x11U);
+  EXPECT_EQ(sdo_write({0x1400, 1}, 4, 0x8000'0205, 61ms), 0U);
+  EXPECT_EQ(number(0x1001, 0), 0U);
 }
 
 TEST_F(NodeTest, AnRpdoDeadlineIsAnEmcy) {
