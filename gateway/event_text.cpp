@@ -35,6 +35,15 @@ std::uint64_t number(const Event& event, std::size_t offset, std::size_t size) {
   return value;
 }
 
+// Malformed frames that were not told one by one.
+std::string held_back(const Event& event) {
+  constexpr std::size_t kOffset = 8;
+  constexpr std::size_t kSize = 4;
+  return event.length < kOffset + kSize
+             ? std::string()
+             : fmt::format(" ({} like it before)", number(event, kOffset, kSize));
+}
+
 template <class E>
 std::string_view as(std::uint32_t code) {
   return name(static_cast<E>(code));
@@ -112,8 +121,9 @@ std::string line_text(const Event& e, std::string_view interface) {
     case EventKind::sync_lost:
       return fmt::format("no SYNC within 1.5 periods of {} us", e.value);
     case EventKind::malformed_frame:
-      return fmt::format("frame {:03X}h of {} bytes not understood: {}", e.code, e.value,
-                         hex(std::span(e.data).first(std::min<std::size_t>(e.length, 16))));
+      return fmt::format("frame {:03X}h of {} bytes not understood: {}{}", e.code, e.value,
+                         hex(std::span(e.data).first(std::min<std::size_t>(e.value, 8))),
+                         held_back(e));
     case EventKind::events_lost:
       return fmt::format("events {} to {} could not be kept", number(e, 0, 8), number(e, 8, 8));
     case EventKind::clock_step:

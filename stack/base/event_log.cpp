@@ -8,6 +8,9 @@ EventLog::EventLog(std::size_t capacity) : ring_(capacity < 2 ? 2 : capacity) {
 }
 
 void EventLog::emit(Event event) {
+  if (event.kind == EventKind::malformed_frame && limit_ && !limit_->admit(event)) {
+    return;
+  }
   event.number = next_number_++;
   // The marker needs a place of its own, so after a loss two places must be free.
   const std::size_t needed = lost_first_ == 0 ? 1 : 2;

@@ -6,16 +6,22 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "stack/base/event.h"
+#include "stack/base/repeat_limit.h"
 
 namespace linegate {
 
 class EventLog {
  public:
   explicit EventLog(std::size_t capacity = 1024);
+
+  // From now on malformed_frame is held back as RepeatLimit says: such an event gets no number and
+  // is not lost.
+  void limit_repeats() { limit_.emplace(); }
 
   // Numbers and keeps the event. event.number is ignored. Never allocates, never fails.
   void emit(Event event);
@@ -31,6 +37,7 @@ class EventLog {
   void append(const Event& event);
   void append_loss_marker();
 
+  std::optional<RepeatLimit> limit_;
   std::vector<Event> ring_;
   std::size_t head_ = 0;
   std::size_t count_ = 0;

@@ -58,6 +58,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       manager(node_plans(config), manager_options(config), sdo, heartbeats, events, *this),
       outputs(image.layout(image::Direction::outputs), config.groups),
       load(config.bit_rate) {
+  events.limit_repeats();
   node.set_companion(this);
   node.pdos().link(plan);
   heartbeats.set_listener(this);
@@ -265,7 +266,7 @@ Counters Line::Impl::count() const {
   const pdo::EngineCounters& of_pdos = const_cast<node::Node&>(node).pdos().counters();
   out.frames_received = of_node.received;
   out.frames_unused = of_node.unused;
-  out.frames_malformed += of_node.malformed;
+  out.frames_malformed += of_node.malformed + sdo.counters().malformed;
   out.rpdos = of_pdos.received;
   out.tpdos = of_pdos.sent;
   out.tpdos_coalesced = of_pdos.coalesced;

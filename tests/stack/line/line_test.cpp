@@ -2,6 +2,7 @@
 #include "stack/line/line.h"
 
 #include <cstdio>
+#include <map>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -397,6 +398,30 @@ TEST_F(LineTest, EmcyIsSentOrSaysThatItIsInhibited) {
     inhibited = inhibited || answer().error == to_error(Refusal::inhibited);
   }
   EXPECT_TRUE(inhibited);
+}
+
+// Whoever sends them, whatever it is: the other events are not pushed out.
+TEST_F(LineTest, AFloodOfMalformedFramesIsCountedAndToldOnceASecond) {
+  make(config_with_axis());
+  boot();
+  events();
+  for (int i = 0; i < 3000; ++i) {
+    hear(0x705, {0x05, 0x05});
+    hear(0x085, {0x01});
+    hear(0x585, {0x01});
+    pass(milliseconds(1));
+  }
+  std::map<std::uint32_t, std::vector<std::uint8_t>> lengths;
+  for (const Event& event : events()) {
+    if (event.kind == EventKind::malformed_frame) {
+      lengths[event.code].push_back(event.length);
+    }
+  }
+  EXPECT_THAT(lengths[0x705], ElementsAre(2, 12, 12));
+  EXPECT_THAT(lengths[0x085], ElementsAre(1, 12, 12));
+  EXPECT_THAT(lengths[0x585], ElementsAre(1, 12, 12));
+  EXPECT_EQ(line_->state().counters.frames_malformed, 9000U);
+  EXPECT_EQ(line_->state().counters.events_lost, 0U);
 }
 
 TEST_F(LineTest, AnInterfaceThatFailsInvalidatesTheImageAndRefusesTransfers) {

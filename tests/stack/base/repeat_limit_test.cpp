@@ -1,0 +1,87 @@
+#include "stack/base/repeat_limit.h"
+
+#include <gtest/gtest.h>
+
+#include "stack/base/byte_order.h"
+
+namespace linegate {
+namespace {
+
+using std::chrono::milliseconds;
+
+// With 8 bytes of data, as that of a frame.
+Event malformed(std::uint32_t id, Duration when, std::uint8_t node = 5) {
+  Event event;
+  event.time = Instant{when};
+  event.kind = EventKind::malformed_frame;
+  event.node = node;
+  event.length = 8;
+  event.code = id;
+  event.data.fill(std::byte{0xAA});
+  return event;
+}
+
+std::uint32_t held_back(const Event& event) {
+  return event.length < 12 ? 0 : load_le<std::uint32_t>(event.data.data() + 8);
+}
+
+TEST(RepeatLimit, TheFirstAtOnceThenOneASecondWithHowManyWereHeldBack) {
+  RepeatLimit limit;
+  std::vector<std::pair<int, std::uint32_t>> told;
+  for (int ms = 0; ms < 2500; ++ms) {
+    Event event = malformed(0x585, milliseconds(ms));
+    if (limit.admit(event)) {
+      told.emplace_back(ms, held_back(event));
+    }
+  }
+  const std::vector<std::pair<int, std::uint32_t>> expected{{0, 0}, {1000, 999}, {2000, 999}};
+  EXPECT_EQ(told, expected);
+}
+
+TEST(RepeatLimit, RareOnesAreAsTheyWere) {
+  RepeatLimit limit;
+  for (int i = 0; i < 3; ++i) {
+    Event event = malformed(0x585, milliseconds(1000 * i));
+    EXPECT_TRUE(limit.admit(event));
+    EXPECT_EQ(event.length, 8U);
+    EXPECT_EQ(event.data[8], std::byte{0xAA});
+  }
+}
+
+TEST(RepeatLimit, TheCountHasItsPlaceAfterShortData) {
+  RepeatLimit limit;
+  for (const int ms : {0, 1, 1000}) {
+    Event event = malformed(0x585, milliseconds(ms));
+    event.length = 1;
+    event.data.fill(std::byte{0});
+    EXPECT_EQ(limit.admit(event), ms != 1);
+    EXPECT_EQ(event.length, ms == 1000 ? 12U : 1U);
+    EXPECT_EQ(held_back(event), ms == 1000 ? 1U : 0U);
+  }
+}
+
+TEST(RepeatLimit, IdentifiersAndNodesAreLimitedApart) {
+  RepeatLimit limit;
+  for (const auto& [id, node] : {std::pair{0x585U, 5}, {0x586U, 5}, {0x585U, 6}}) {
+    Event event = malformed(id, milliseconds(1), static_cast<std::uint8_t>(node));
+    EXPECT_TRUE(limit.admit(event)) << id << ' ' << node;
+    EXPECT_FALSE(limit.admit(event)) << id << ' ' << node;
+  }
+}
+
+TEST(RepeatLimit, FurtherIdentifiersShareOnePlaceUntilOneIsFree) {
+  RepeatLimit limit;
+  constexpr std::uint32_t kPlaces = RepeatLimit::kPlaces;
+  for (std::uint32_t id = 0; id < kPlaces + 10; ++id) {
+    Event event = malformed(id, milliseconds(1));
+    EXPECT_EQ(limit.admit(event), id <= kPlaces) << id;
+  }
+  Event shared = malformed(0x100, milliseconds(1000));
+  EXPECT_FALSE(limit.admit(shared));
+  Event later = malformed(0x101, milliseconds(1001));
+  EXPECT_TRUE(limit.admit(later)) << "a place of its own, for the others are old";
+  EXPECT_EQ(held_back(later), 0U);
+}
+
+}  // namespace
+}  // namespace linegate
