@@ -17,6 +17,8 @@ using od::VariableDescription;
 
 constexpr std::uint16_t kFirstObject = 0x1000;  // below are data types
 constexpr std::uint8_t kMostElements = 254;
+// For all CompactSubObj of a file: thousands of full arrays, and no more than a process can spare.
+constexpr std::size_t kMostMegabytes = 64;
 
 using Variables = std::map<std::uint8_t, VariableDescription>;
 
@@ -86,11 +88,29 @@ std::span<const Entry> entries_of(const Section* section) {
   return section == nullptr ? std::span<const Entry>() : section->entries;
 }
 
+// False, and one error for the file, if its CompactSubObj make too much of too little.
+bool may_expand(std::uint8_t count, const VariableDescription& pattern, const Fields& fields,
+                Context& context) {
+  constexpr std::size_t kMost = kMostMegabytes << 20U;
+  if (context.expanded > kMost) {
+    return false;
+  }
+  context.expanded += count * (sizeof pattern + pattern.name.size() + pattern.value.size() +
+                               pattern.low_limit.size() + pattern.high_limit.size());
+  if (context.expanded > kMost) {
+    context.report.error(fields.find("CompactSubObj")->value_place,
+                         "the elements of all CompactSubObj so far take more than " +
+                             std::to_string(kMostMegabytes) +
+                             " MB; from here on they are left out");
+  }
+  return context.expanded <= kMost;
+}
+
 // CompactSubObj: sub-indices 1..count are all as the object's own section says.
-void read_compact(std::uint8_t count, const ObjectSections& sections, Variables& out,
-                  Context& context) {
+void read_compact(std::uint8_t count, const Fields& fields, const ObjectSections& sections,
+                  Variables& out, Context& context) {
   const auto pattern = read_variable(*sections.object, 1, context);
-  if (!pattern) {
+  if (!pattern || !may_expand(count, *pattern, fields, context)) {
     return;
   }
   out[0] = count_variable(count, sections.object->place.line);
@@ -144,7 +164,7 @@ Variables read_subs(const Fields& fields, const ObjectSections& sections, Contex
   Variables variables;
   const auto compact = fields.number("CompactSubObj", kMostElements).value_or(0);
   if (compact != 0) {
-    read_compact(static_cast<std::uint8_t>(compact), sections, variables, context);
+    read_compact(static_cast<std::uint8_t>(compact), fields, sections, variables, context);
   } else {
     check_sub_number(fields, sections.subs.size(), context);
   }

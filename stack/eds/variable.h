@@ -2,6 +2,7 @@
 // private to stack/eds.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -16,6 +17,7 @@ struct Context {
   std::uint8_t node_id = 0;           // 0: none is known
   bool is_dcf = false;                // the file configures one device
   bool missing_node_id_told = false;  // once is enough
+  std::size_t expanded = 0;           // bytes that CompactSubObj made of few lines so far
 };
 
 // Nothing if the data type cannot be told; that is an error if the section configures a value.

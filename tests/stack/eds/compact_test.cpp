@@ -89,5 +89,23 @@ TEST(CompactSubObj, MoreThan254SubIndicesAreRefused) {
                   "x.eds:24:15: warning: CompactSubObj: '255' is not in 0 to 254; ignored"));
 }
 
+// A file of some megabytes could ask for gigabytes.
+TEST(CompactSubObj, WhatTheyMakeOfAFileIsBounded) {
+  std::string objects;
+  for (const char* index : {"2001", "2002", "2003"}) {
+    objects += std::string("[") + index + "]\nParameterName=" + std::string(150'000, 'n') +
+               "\nObjectType=8\nDataType=5\nAccessType=rw\nCompactSubObj=254\n";
+  }
+  const auto loaded = load(test::file_with(objects), "x.eds", 5);
+  EXPECT_FALSE(loaded.ok());
+  const auto is_error = [](const Diagnostic& d) { return d.severity == Severity::error; };
+  EXPECT_EQ(std::ranges::count_if(loaded.diagnostics, is_error), 1);
+  const auto error = std::ranges::find_if(loaded.diagnostics, is_error);
+  ASSERT_NE(error, loaded.diagnostics.end());
+  EXPECT_EQ(error->line, 25U) << "the second one's";
+  EXPECT_EQ(error->file, "x.eds");
+  EXPECT_THAT(error->text, testing::HasSubstr("more than 64 MB"));
+}
+
 }  // namespace
 }  // namespace linegate::eds
