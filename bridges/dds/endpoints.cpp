@@ -65,17 +65,21 @@ void Endpoints::fail(std::string text) {
 fast::Topic* Endpoints::make_topic(const std::string& topic, fast::TypeSupport type) {
   if (!ok_)
     return nullptr;
-  fast::Topic*& made = topics_[topic];
-  if (made != nullptr)
-    return made;
+  const auto known = topics_.find(topic);  // changes nothing: two threads may come here later
+  if (known != topics_.end())
+    return known->second;
   // Cyclone DDS takes an endpoint's TypeInformation for malformed and ignores the endpoint.
   type->auto_fill_type_information(false);
   type->auto_fill_type_object(false);
+  fast::Topic* made = nullptr;
   if (type.register_type(participant_) == ReturnCode_t::RETCODE_OK) {
     made = participant_->create_topic(topic, type.get_type_name(), fast::TOPIC_QOS_DEFAULT);
   }
-  if (made == nullptr)
+  if (made == nullptr) {
     fail("topic " + topic + " could not be created");
+  } else {
+    topics_[topic] = made;
+  }
   return made;
 }
 

@@ -32,13 +32,17 @@ class Endpoints {
   // False as soon as anything could not be created.
   bool ok() const { return ok_; }
 
-  // From now on failures are told by nullptr alone: the diagnostics may go.
+  // From now on failures are told by nullptr alone: the diagnostics may go. No more topics are
+  // created, and writers and readers may be from any thread.
   void seal() { diagnostics_ = nullptr; }
 
   // Received samples that could not be read, since the last call.
   std::uint64_t take_unreadable() { return unreadable_->take(); }
 
   void remove(eprosima::fastdds::dds::DataWriter* writer) { publisher_->delete_datawriter(writer); }
+  void remove(eprosima::fastdds::dds::DataReader* reader) {
+    subscriber_->delete_datareader(reader);
+  }
 
   // nullptr on failure, with a diagnostic. strength: of the ownership, where the profile says
   // EXCLUSIVE.

@@ -14,6 +14,7 @@
 #include "bridges/dds/endpoints.h"
 #include "bridges/dds/event_samples.h"
 #include "bridges/dds/image_samples.h"
+#include "bridges/dds/inbound_reader.h"
 #include "bridges/dds/output_samples.h"
 #include "bridges/dds/reply_writer.h"
 #include "bridges/dds/state_samples.h"
@@ -24,7 +25,7 @@ namespace {
 
 namespace fast = eprosima::fastdds::dds;
 
-constexpr int kSamplesPerPoll = 256;  // of each topic, so that none starves the other
+constexpr std::size_t kSamplesPerPoll = 256;  // of each topic, so that none starves the other
 
 }  // namespace
 
@@ -52,8 +53,6 @@ struct GatewayBridge::Impl {
   fast::DataWriter* pdos = nullptr;
   fast::DataWriter* events = nullptr;
   std::unique_ptr<ReplyWriter> replies;
-  fast::DataReader* outputs = nullptr;
-  fast::DataReader* requests = nullptr;
 
   // Of the publishing thread. Samples are kept, so that their buffers are used again.
   ClockMap clock;
@@ -67,6 +66,8 @@ struct GatewayBridge::Impl {
 
   // Of the polling thread.
   Waiting waiting;
+  std::unique_ptr<InboundReader<v1::OutputWritePubSubType>> outputs;
+  std::unique_ptr<InboundReader<v1::CommandRequestPubSubType>> requests;
   v1::OutputWrite output_sample;
   v1::CommandRequest request_sample;
 
@@ -86,13 +87,11 @@ GatewayBridge::Impl::Impl(const GatewayOptions& options, std::vector<Diagnostic>
   pdos = endpoints.writer<v1::PdoUpdatePubSubType>(v1::TOPIC_PDO_UPDATE);
   events = endpoints.writer<v1::EventPubSubType>(v1::TOPIC_EVENT);
   replies = std::make_unique<ReplyWriter>(endpoints);
-  outputs = endpoints.reader<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
-  requests = endpoints.reader<v1::CommandRequestPubSubType>(v1::TOPIC_COMMAND_REQUEST);
+  outputs = std::make_unique<InboundReader<v1::OutputWritePubSubType>>(endpoints, waiting,
+                                                                       v1::TOPIC_OUTPUT_WRITE);
+  requests = std::make_unique<InboundReader<v1::CommandRequestPubSubType>>(
+      endpoints, waiting, v1::TOPIC_COMMAND_REQUEST);
   endpoints.seal();
-  if (!endpoints.ok())
-    return;
-  waiting.watch(outputs);
-  waiting.watch(requests);
 }
 
 template <class Sample>
@@ -205,24 +204,23 @@ bool GatewayBridge::publish(std::string_view line, const Event& event, std::stri
 // --- in ------------------------------------------------------------------------------------------
 
 std::size_t GatewayBridge::poll(Duration timeout, GatewayHandler& handler) {
-  if (!impl_->waiting.wait(timeout))
-    return 0;
-  std::size_t handled = 0;
-  int taken = 0;
-  while (taken < kSamplesPerPoll && impl_->take_output(handler))
-    ++taken;
-  bool more = taken == kSamplesPerPoll;
-  handled += static_cast<std::size_t>(taken);
-  taken = 0;
-  while (taken < kSamplesPerPoll && impl_->take_command(handler))
-    ++taken;
-  more = more || taken == kSamplesPerPoll;
-  handled += static_cast<std::size_t>(taken);
+  std::size_t outputs = 0;
+  std::size_t commands = 0;
+  if (impl_->waiting.wait(timeout)) {
+    while (outputs < kSamplesPerPoll && impl_->take_output(handler))
+      ++outputs;
+    while (commands < kSamplesPerPoll && impl_->take_command(handler))
+      ++commands;
+  }
   if (const std::uint64_t unreadable = impl_->endpoints.take_unreadable(); unreadable != 0)
     handler.on_unreadable(unreadable);
-  if (more)
+  if (outputs < kSamplesPerPoll)
+    impl_->outputs->renew_if_full();
+  if (commands < kSamplesPerPoll)
+    impl_->requests->renew_if_full();
+  if (outputs == kSamplesPerPoll || commands == kSamplesPerPoll)
     impl_->waiting.wake();
-  return handled;
+  return outputs + commands;
 }
 
 void GatewayBridge::wake() {
@@ -231,7 +229,7 @@ void GatewayBridge::wake() {
 
 bool GatewayBridge::Impl::take_output(GatewayHandler& handler) {
   fast::SampleInfo info;
-  if (outputs->take_next_sample(&output_sample, &info) != ReturnCode_t::RETCODE_OK)
+  if (!outputs->take(output_sample, info))
     return false;
   if (!info.valid_data || output_sample.gateway() != gateway.c_str())
     return true;
@@ -255,7 +253,7 @@ bool GatewayBridge::Impl::take_output(GatewayHandler& handler) {
 
 bool GatewayBridge::Impl::take_command(GatewayHandler& handler) {
   fast::SampleInfo info;
-  if (requests->take_next_sample(&request_sample, &info) != ReturnCode_t::RETCODE_OK)
+  if (!requests->take(request_sample, info))
     return false;
   if (info.valid_data && request_sample.gateway() == gateway.c_str())
     handle(request_sample, handler);

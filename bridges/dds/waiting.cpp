@@ -21,6 +21,10 @@ void Waiting::watch(fast::DataReader* reader) {
   set_.attach_condition(condition);
 }
 
+void Waiting::forget(fast::DataReader* reader) {
+  set_.detach_condition(reader->get_statuscondition());
+}
+
 bool Waiting::wait(Duration timeout) {
   using eprosima::fastrtps::Duration_t;
   constexpr std::int64_t kSecond = 1'000'000'000;

@@ -16,8 +16,9 @@ class Waiting {
   Waiting(const Waiting&) = delete;
   Waiting& operator=(const Waiting&) = delete;
 
-  // The reader must outlive the last wait().
+  // The reader must outlive the last wait(), or be forgotten before.
   void watch(eprosima::fastdds::dds::DataReader* reader);
+  void forget(eprosima::fastdds::dds::DataReader* reader);
   // True: woken, or a watched reader may have data; its samples must then be taken until there are
   // none, or wake() be called, since the next wait() tells of new ones only.
   bool wait(Duration timeout);

@@ -177,7 +177,8 @@ TEST_F(Commands, MoreClientsThanInstancesAreServed) {
   EXPECT_EQ(carried_out(), 1'250U);
 }
 
-TEST(ManyClients, ComeAndGoWithoutUsingUpTheGatewaysInstances) {
+// The operator's profiles, but for three instances of commands and outputs.
+std::string few_instances() {
   std::ifstream file(LOOPBACK_PROFILES);
   std::string text((std::istreambuf_iterator<char>(file)), {});
   const auto shrink = [&](const std::string& profile, int depth) {
@@ -191,16 +192,57 @@ TEST(ManyClients, ComeAndGoWithoutUsingUpTheGatewaysInstances) {
     set("max_instances", 3);
   };
   shrink("<data_reader profile_name=\"linegate/v1/CommandRequest\">", 256);
+  shrink("<data_reader profile_name=\"linegate/v1/OutputWrite\">", 1);
   shrink("<data_writer profile_name=\"linegate/v1/CommandReply\">", 16);
-  const File small(text);
-  Peer gateway("gateway", small.path);
-  ASSERT_FALSE(gateway.expect("ready").empty());
+  return text;
+}
+
+class FewInstances : public testing::Test {
+ protected:
+  void SetUp() override { ASSERT_FALSE(gateway.expect("ready").empty()); }
+
+  const File profiles{few_instances()};
+  Peer gateway{"gateway", profiles.path};
+  std::vector<Diagnostic> diagnostics;
+};
+
+TEST_F(FewInstances, ClientsComeAndGo) {
   dds::ClientListener listener;
   for (int i = 0; i < 8; ++i) {
     const auto client = make_client(client_options());
     ASSERT_NE(client, nullptr);
     const auto result = client->call(known_line(), sdo_read(0x2000, 1), kDeadline, listener);
     ASSERT_TRUE(result.reply.ok()) << i << result.text;
+  }
+}
+
+TEST_F(FewInstances, AStrangerWhoUsesThemAllShutsNobodyOut) {
+  Stranger stranger(diagnostics);
+  for (int i = 0; i < 8; ++i) {
+    const std::string name = "name " + std::to_string(i);
+    ASSERT_TRUE(eventually([&] { return stranger.ask(name, 5) > 0; })) << name;
+  }
+  dds::ClientListener listener;
+  const auto client = make_client(client_options());
+  ASSERT_NE(client, nullptr);
+  EXPECT_TRUE(client->call(known_line(), sdo_read(0x2000, 1), kDeadline, listener).reply.ok());
+}
+
+TEST_F(FewInstances, OutputsOfManyGroupsArrive) {
+  dds::Endpoints stranger("stranger", domain(), LOOPBACK_PROFILES, diagnostics);
+  auto* writer = stranger.writer<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
+  ASSERT_NE(writer, nullptr);
+  v1::OutputWrite sample;
+  sample.gateway(known::kGateway);
+  sample.line(known::kLine);
+  sample.client("stranger");
+  for (std::uint16_t group = 0; group < 8; ++group) {
+    sample.group(group);
+    const std::string told = "output line=line1 client=stranger group=" + std::to_string(group);
+    EXPECT_TRUE(eventually([&] {
+      return writer->write(&sample) &&
+             !gateway.expect(told, std::chrono::milliseconds(100)).empty();
+    })) << group;
   }
 }
 
