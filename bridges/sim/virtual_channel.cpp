@@ -90,6 +90,7 @@ class VirtualChannel final : public can_bridge::Channel {
   explicit VirtualChannel(std::shared_ptr<SharedBus> shared) : shared_(std::move(shared)) {
     const std::scoped_lock lock(shared_->mutex);
     self_.endpoint = shared_->bus.attach();
+    shared_->bus.set_connected(self_.endpoint, false, Instant{});  // until it is ready
   }
 
   ~VirtualChannel() override {
@@ -108,11 +109,11 @@ class VirtualChannel final : public can_bridge::Channel {
       return 0;
     }
     const std::scoped_lock lock(shared_->mutex);
+    Bus& bus = shared_->bus;
+    bus.advance(now);
     if (descriptor() < 0 && !open(events, now)) {
       return 0;
     }
-    Bus& bus = shared_->bus;
-    bus.advance(now);
     const std::size_t count = bus.take(self_.endpoint, out, now);
     counters_.received += count;
     counters_.confirmed = bus.sent(self_.endpoint);
@@ -168,6 +169,7 @@ class VirtualChannel final : public can_bridge::Channel {
       return false;
     }
     shared_->members.push_back(&self_);
+    shared_->bus.set_connected(self_.endpoint, true, now);
     event.kind = BusEvent::Kind::interface_ready;
     events.push(event);
     event.kind = BusEvent::Kind::state;

@@ -52,6 +52,25 @@ TEST(VirtualChannel, FirstReadReportsTheInterfaceReady) {
   EXPECT_GT(channel->room(now()), 0U);
 }
 
+// Whoever begins when its interface is ready shall not hear of times before that.
+TEST(VirtualChannel, WhatWasSentBeforeItWasReadyIsNotHeard) {
+  VirtualNetwork network;
+  auto early = network.open("line1");
+  auto late = network.open("line1");
+  const Instant start = now();
+  EXPECT_TRUE(read_some(*early, start).empty());
+  const std::array before{make_frame(0x705, {0})};
+  ASSERT_EQ(early->write(before, start), 1U);
+  const Instant ready = start + std::chrono::milliseconds(10);
+  EXPECT_TRUE(read_some(*late, ready).empty());
+  const std::array after{make_frame(0x705, {5})};
+  ASSERT_EQ(early->write(after, ready), 1U);
+  const std::vector<Frame> got = read_some(*late, ready + std::chrono::milliseconds(10));
+  ASSERT_EQ(got.size(), 1U);
+  EXPECT_TRUE(same_content(got[0], after[0]));
+  EXPECT_GT(got[0].time, ready);
+}
+
 TEST(VirtualChannel, DescriptorWakesTheReceiverAndFrameHasItsEndTime) {
   VirtualNetwork network;
   auto a = network.open("line1");
