@@ -142,6 +142,16 @@ void Intake::on_unreadable(std::uint64_t samples) {
   spdlog::warn("{} damaged samples were received and dropped", std::exchange(unreadable_, 0));
 }
 
+void Intake::on_misfit(std::string_view topic, std::string_view policy) {
+  const Instant now = monotonic_now();
+  if (now - misfit_told_ < kNoticePeriod) {
+    return;
+  }
+  misfit_told_ = now;
+  spdlog::warn("{}: a subscriber writes with a quality of service that does not fit ({})", topic,
+               policy);
+}
+
 void Intake::refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal) {
   notice(host, EventKind::output_refused, static_cast<std::uint32_t>(refusal), group);
 }

@@ -39,6 +39,7 @@ class Intake final : public dds::GatewayHandler {
   void on_command_refused(std::string_view line, std::string_view client, std::uint8_t kind,
                           line::Refusal refusal, std::string_view why) override;
   void on_unreadable(std::uint64_t samples) override;
+  void on_misfit(std::string_view topic, std::string_view policy) override;
   // Replies that found their ring full are put in again.
   void flush();
 
@@ -60,6 +61,7 @@ class Intake final : public dds::GatewayHandler {
   std::map<std::tuple<const LineHost*, EventKind, std::uint32_t, std::uint32_t>, Instant> told_;
   std::uint64_t unreadable_ = 0;  // samples since they were told last
   Instant unreadable_told_{};
+  Instant misfit_told_{};
   exchange::Flag stop_;
   std::thread thread_;
 };

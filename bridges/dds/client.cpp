@@ -328,7 +328,8 @@ std::uint64_t Client::send(const Target& target, const line::Command& command, D
   if (impl_->requests == nullptr)
     return 0;
   const Instant now = steady_now();
-  Request request{target, command, impl_->next_id++, layout_id, now + timeout};
+  const Instant deadline = timeout > kNever - now ? kNever : now + timeout;
+  Request request{target, command, impl_->next_id++, layout_id, deadline};
   impl_->tracker.add(request, now);
   const Request* due = impl_->tracker.due(now);
   if (due != nullptr)

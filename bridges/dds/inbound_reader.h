@@ -5,6 +5,7 @@
 // the old one; who was not heard just then writes again.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <utility>
 
@@ -29,6 +30,15 @@ class InboundReader {
   bool take(typename PubSubType::type& sample, eprosima::fastdds::dds::SampleInfo& info) {
     return reader_ != nullptr && reader_->take_next_sample(&sample, &info) ==
                                      eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK;
+  }
+
+  // The policy in which a writer met since the last call does not fit, hence is not heard; 0: none.
+  std::uint32_t misfit() {
+    eprosima::fastdds::dds::RequestedIncompatibleQosStatus status;
+    if (reader_ == nullptr)
+      return 0;
+    reader_->get_requested_incompatible_qos_status(status);
+    return status.total_count_change == 0 ? 0U : static_cast<std::uint32_t>(status.last_policy_id);
   }
 
   // To be called now and then, when all that was there has been taken.

@@ -27,6 +27,24 @@ namespace fast = eprosima::fastdds::dds;
 
 constexpr std::size_t kSamplesPerPoll = 256;  // of each topic, so that none starves the other
 
+// Of the policies that must match (DDS 1.4, 2.2.3).
+std::string_view policy_name(std::uint32_t id) {
+  switch (id) {
+    case fast::DURABILITY_QOS_POLICY_ID:
+      return "durability";
+    case fast::DEADLINE_QOS_POLICY_ID:
+      return "deadline";
+    case fast::OWNERSHIP_QOS_POLICY_ID:
+      return "ownership";
+    case fast::LIVELINESS_QOS_POLICY_ID:
+      return "liveliness";
+    case fast::RELIABILITY_QOS_POLICY_ID:
+      return "reliability";
+    default:
+      return "another policy";
+  }
+}
+
 }  // namespace
 
 struct GatewayBridge::Impl {
@@ -40,6 +58,7 @@ struct GatewayBridge::Impl {
   bool take_output(GatewayHandler& handler);
   bool take_command(GatewayHandler& handler);
   void handle(const v1::CommandRequest& request, GatewayHandler& handler);
+  void tell_what_was_not_taken(GatewayHandler& handler);
   bool send(const Answer& answer, std::size_t from);
 
   const std::string gateway;
@@ -212,8 +231,7 @@ std::size_t GatewayBridge::poll(Duration timeout, GatewayHandler& handler) {
     while (commands < kSamplesPerPoll && impl_->take_command(handler))
       ++commands;
   }
-  if (const std::uint64_t unreadable = impl_->endpoints.take_unreadable(); unreadable != 0)
-    handler.on_unreadable(unreadable);
+  impl_->tell_what_was_not_taken(handler);
   if (outputs < kSamplesPerPoll)
     impl_->outputs->renew_if_full();
   if (commands < kSamplesPerPoll)
@@ -221,6 +239,15 @@ std::size_t GatewayBridge::poll(Duration timeout, GatewayHandler& handler) {
   if (outputs == kSamplesPerPoll || commands == kSamplesPerPoll)
     impl_->waiting.wake();
   return outputs + commands;
+}
+
+void GatewayBridge::Impl::tell_what_was_not_taken(GatewayHandler& handler) {
+  if (const std::uint64_t unreadable = endpoints.take_unreadable(); unreadable != 0)
+    handler.on_unreadable(unreadable);
+  if (const std::uint32_t policy = outputs->misfit(); policy != 0)
+    handler.on_misfit(v1::TOPIC_OUTPUT_WRITE, policy_name(policy));
+  if (const std::uint32_t policy = requests->misfit(); policy != 0)
+    handler.on_misfit(v1::TOPIC_COMMAND_REQUEST, policy_name(policy));
 }
 
 void GatewayBridge::wake() {

@@ -67,6 +67,9 @@ class GatewayHandler {
                                   line::Refusal refusal, std::string_view why) = 0;
   // So many samples more were so damaged that nothing of them could be read. They are dropped.
   virtual void on_unreadable(std::uint64_t /*samples*/) {}
+  // Somebody writes that topic with a QoS that does not fit what is asked for, and is not heard:
+  // idl/README.md. policy: "ownership", ...
+  virtual void on_misfit(std::string_view /*topic*/, std::string_view /*policy*/) {}
 };
 
 // Plain counters; they never go back. Read them from the thread that publishes.

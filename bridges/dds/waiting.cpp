@@ -1,5 +1,8 @@
 #include "bridges/dds/waiting.h"
 
+#include <algorithm>
+#include <limits>
+
 namespace linegate::dds {
 
 namespace fast = eprosima::fastdds::dds;
@@ -28,7 +31,8 @@ void Waiting::forget(fast::DataReader* reader) {
 bool Waiting::wait(Duration timeout) {
   using eprosima::fastrtps::Duration_t;
   constexpr std::int64_t kSecond = 1'000'000'000;
-  const std::int64_t ns = timeout.count() < 0 ? 0 : timeout.count();
+  constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max() * kSecond;
+  const std::int64_t ns = std::clamp<std::int64_t>(timeout.count(), 0, kMost);
   const Duration_t limit(static_cast<std::int32_t>(ns / kSecond),
                          static_cast<std::uint32_t>(ns % kSecond));
   const bool any = set_.wait(active_, limit) == ReturnCode_t::RETCODE_OK;

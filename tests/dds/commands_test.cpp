@@ -1,9 +1,12 @@
 // Requests and replies between two processes.
+#include <thread>
+
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <gtest/gtest.h>
 #include <linegatePubSubTypes.h>
 
 #include "bridges/dds/endpoints.h"
+#include "bridges/dds/waiting.h"
 #include "stack/base/byte_order.h"
 
 #include "tests/dds/fixtures.h"
@@ -113,6 +116,21 @@ TEST_F(Commands, NobodyAnswersForAGatewayThatIsNotThere) {
   const auto result = client->call({"nowhere", "line1", 0}, sdo_read(0x2000, 1),
                                    std::chrono::milliseconds(300), listener);
   EXPECT_EQ(result.reply.error, line::to_error(line::Refusal::timed_out));
+}
+
+TEST_F(Commands, ATimeOutOfCenturiesIsNotOver) {
+  const auto result = client->call(known_line(), sdo_read(0x2000, 1), Duration::max(), listener);
+  EXPECT_TRUE(result.reply.ok()) << result.text;
+}
+
+TEST(Waiting, ForCenturiesEndsWhenWoken) {
+  dds::Waiting waiting;
+  std::thread waker([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    waiting.wake();
+  });
+  EXPECT_TRUE(waiting.wait(std::chrono::hours(1'000'000)));
+  waker.join();
 }
 
 // A client by hand, on the topics themselves; any number of names.

@@ -94,6 +94,10 @@ class Plant : public dds::GatewayHandler {
     std::printf("unreadable %llu\n", static_cast<unsigned long long>(unreadable_));
   }
 
+  void on_misfit(std::string_view topic, std::string_view policy) override {
+    std::printf("misfit %s %s\n", std::string(topic).c_str(), std::string(policy).c_str());
+  }
+
   dds::GatewayBridge* bridge = nullptr;
 
  private:

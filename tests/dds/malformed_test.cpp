@@ -1,9 +1,11 @@
 // What strangers may send: refused with the reason, harmless.
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <gtest/gtest.h>
 #include <linegatePubSubTypes.h>
 
 #include "bridges/dds/endpoints.h"
+#include "bridges/dds/profiles.h"
 
 #include "tests/dds/fixtures.h"
 
@@ -188,6 +190,25 @@ TEST_F(Malformed, SamplesForAnotherGatewayAreNotOurs) {
   bad.group(17);
   bad.reactions(0xFF);
   EXPECT_NE(refused(bad).find("group=17"), std::string::npos);
+}
+
+TEST_F(Malformed, AWriterWhoseQualityOfServiceDoesNotFitIsTold) {
+  namespace fast = eprosima::fastdds::dds;
+  auto* factory = fast::DomainParticipantFactory::get_instance();
+  auto* participant = factory->create_participant_with_profile(domain(), dds::kParticipantProfile);
+  ASSERT_NE(participant, nullptr);
+  fast::TypeSupport type(new v1::OutputWritePubSubType());
+  type.register_type(participant);
+  auto* topic = participant->create_topic(v1::TOPIC_OUTPUT_WRITE, type.get_type_name(),
+                                          fast::TOPIC_QOS_DEFAULT);
+  auto* publisher = participant->create_publisher(fast::PUBLISHER_QOS_DEFAULT);
+  fast::DataWriterQos qos;
+  publisher->get_datawriter_qos_from_profile(v1::TOPIC_OUTPUT_WRITE, qos);
+  qos.ownership().kind = fast::SHARED_OWNERSHIP_QOS;
+  ASSERT_NE(publisher->create_datawriter(topic, qos), nullptr);
+  EXPECT_EQ(gateway.expect("misfit"), "misfit linegate/v1/OutputWrite ownership");
+  participant->delete_contained_entities();
+  factory->delete_participant(participant);
 }
 
 TEST_F(Malformed, ADisposeDoesNotSpoilWhatFollows) {
