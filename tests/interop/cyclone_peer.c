@@ -2,46 +2,18 @@
    and gets an abort code, and writes an output.
 
      cyclone_peer DOMAIN       ends with 0 if nothing differs */
-#include <dds/dds.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "tests/interop/compare.h"
+#include "tests/interop/cyclone.h"
 #include "tests/interop/known_values.h"
 
 #define DEADLINE DDS_SECS(30)
 #define EVENTS 1000
 
 static dds_entity_t participant;
-
-static dds_entity_t die_if_failed(dds_entity_t entity, const char* what) {
-  if (entity >= 0)
-    return entity;
-  printf("%s: %s\n", what, dds_strretcode(-entity));
-  exit(2);
-}
-
-/* The QoS of idl/README.md. */
-static dds_qos_t* qos(dds_durability_kind_t durability, dds_history_kind_t history, int depth) {
-  dds_qos_t* q = dds_create_qos();
-  dds_qset_reliability(q, DDS_RELIABILITY_RELIABLE, DDS_MSECS(500));
-  dds_qset_durability(q, durability);
-  dds_qset_history(q, history, depth);
-  return q;
-}
-
-static dds_entity_t topic(const dds_topic_descriptor_t* type, const char* name) {
-  return die_if_failed(dds_create_topic(participant, type, name, NULL, NULL), name);
-}
-
-static dds_entity_t reader(const dds_topic_descriptor_t* type, const char* name,
-                           dds_durability_kind_t durability, int depth) {
-  dds_qos_t* q = qos(durability, DDS_HISTORY_KEEP_LAST, depth);
-  const dds_entity_t made = dds_create_reader(participant, topic(type, name), q, NULL);
-  dds_delete_qos(q);
-  return die_if_failed(made, name);
-}
 
 /* Takes the next sample into a loan; false after the deadline. */
 static bool take(dds_entity_t from, void** sample, const char* what) {
@@ -62,17 +34,17 @@ static bool take(dds_entity_t from, void** sample, const char* what) {
   return false;
 }
 
-#define RECEIVE(Type, TOPIC, durability, depth, count, compare)                           \
-  do {                                                                                    \
-    void* sample[1];                                                                      \
-    const dds_entity_t from =                                                             \
-        reader(&linegate_v1_##Type##_desc, linegate_v1_TOPIC_##TOPIC, durability, depth); \
-    for (int i = 0; i < (count) && different == 0 && take(from, sample, #Type); ++i) {    \
-      compare(sample[0]);                                                                 \
-      dds_return_loan(from, sample, 1);                                                   \
-    }                                                                                     \
-    dds_delete(from);                                                                     \
-    printf("%s: %d members compared, %d differ\n", #Type, compared, different);           \
+#define RECEIVE(Type, TOPIC, durability, depth, count, compare)                          \
+  do {                                                                                   \
+    void* sample[1];                                                                     \
+    const dds_entity_t from = make_reader(participant, &linegate_v1_##Type##_desc,       \
+                                          linegate_v1_TOPIC_##TOPIC, durability, depth); \
+    for (int i = 0; i < (count) && different == 0 && take(from, sample, #Type); ++i) {   \
+      compare(sample[0]);                                                                \
+      dds_return_loan(from, sample, 1);                                                  \
+    }                                                                                    \
+    dds_delete(from);                                                                    \
+    printf("%s: %d members compared, %d differ\n", #Type, compared, different);          \
   } while (0)
 
 static void receive_all(void) {
@@ -138,16 +110,17 @@ static void exchange_commands(void) {
   static uint8_t should[20480];
   linegate_v1_CommandReply head;
   memset(&head, 0, sizeof head);
-  dds_qos_t* q = qos(DDS_DURABILITY_VOLATILE, DDS_HISTORY_KEEP_ALL, 0);
-  const dds_entity_t writer = die_if_failed(
-      dds_create_writer(participant,
-                        topic(&linegate_v1_CommandRequest_desc, linegate_v1_TOPIC_COMMAND_REQUEST),
-                        q, NULL),
-      "CommandRequest");
+  dds_qos_t* q = reliable_qos(DDS_DURABILITY_VOLATILE, DDS_HISTORY_KEEP_ALL, 0);
+  const dds_entity_t writer =
+      die_if_failed(dds_create_writer(participant,
+                                      make_topic(participant, &linegate_v1_CommandRequest_desc,
+                                                 linegate_v1_TOPIC_COMMAND_REQUEST),
+                                      q, NULL),
+                    "CommandRequest");
   dds_delete_qos(q);
   const dds_entity_t replies =
-      reader(&linegate_v1_CommandReply_desc, linegate_v1_TOPIC_COMMAND_REPLY,
-             DDS_DURABILITY_TRANSIENT_LOCAL, 16);
+      make_reader(participant, &linegate_v1_CommandReply_desc, linegate_v1_TOPIC_COMMAND_REPLY,
+                  DDS_DURABILITY_TRANSIENT_LOCAL, 16);
   wait_for_reader(writer, "CommandRequest");
 
   linegate_v1_CommandRequest r = request(1, 0x2000);
@@ -173,15 +146,16 @@ static void exchange_commands(void) {
 }
 
 static void write_output(void) {
-  dds_qos_t* q = qos(DDS_DURABILITY_VOLATILE, DDS_HISTORY_KEEP_LAST, 1);
+  dds_qos_t* q = reliable_qos(DDS_DURABILITY_VOLATILE, DDS_HISTORY_KEEP_LAST, 1);
   dds_qset_ownership(q, DDS_OWNERSHIP_EXCLUSIVE);
   dds_qset_ownership_strength(q, 5);
   dds_qset_deadline(q, DDS_SECS(1));
   dds_qset_liveliness(q, DDS_LIVELINESS_MANUAL_BY_TOPIC, DDS_SECS(1));
   const dds_entity_t writer = die_if_failed(
-      dds_create_writer(participant,
-                        topic(&linegate_v1_OutputWrite_desc, linegate_v1_TOPIC_OUTPUT_WRITE), q,
-                        NULL),
+      dds_create_writer(
+          participant,
+          make_topic(participant, &linegate_v1_OutputWrite_desc, linegate_v1_TOPIC_OUTPUT_WRITE), q,
+          NULL),
       "OutputWrite");
   dds_delete_qos(q);
   wait_for_reader(writer, "OutputWrite");
@@ -218,9 +192,7 @@ int main(int argc, char** argv) {
   if (argc < 2)
     return 2;
   setvbuf(stdout, NULL, _IOLBF, 0);
-  participant =
-      die_if_failed(dds_create_participant((dds_domainid_t)strtoul(argv[1], NULL, 10), NULL, NULL),
-                    "participant");
+  participant = participant_in_domain(argv[1]);
   receive_all();
   if (different == 0)
     exchange_commands();

@@ -8,12 +8,7 @@ import os
 import subprocess
 import sys
 
-CYCLONE = """<CycloneDDS><Domain>
-  <General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>
-    <AllowMulticast>false</AllowMulticast></General>
-  <Discovery><ParticipantIndex>auto</ParticipantIndex>
-    <Peers><Peer address="127.0.0.1"/></Peers></Discovery>
-</Domain></CycloneDDS>"""
+CYCLONE = "file://" + os.path.join(os.path.dirname(os.path.abspath(__file__)), "cyclone.xml")
 
 OUTPUT = (
     "output line=line1 client=cyclone group=2 layout=abc arming=3 watchdog=250000000 "

@@ -39,12 +39,16 @@ class Actor:
 
     everyone = []
 
-    def __init__(self, name, *command):
+    def __init__(self, name, *command, environment=None):
         self.name = name
-        self.path = os.path.join(FOLDER, f"{len(Actor.everyone)}-{name}.log")
+        self.path = os.path.join(FOLDER, f"{len(Actor.everyone)}.log")
         with open(self.path, "wb") as log:
             self.process = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env={**os.environ, **(environment or {})},
             )
         Actor.everyone.append(self)
 
@@ -126,7 +130,7 @@ def play(scenario):
         print(f"FAILED: {failure}")
         for actor in Actor.everyone:
             print(f"--- {actor.name}, last lines:")
-            print("\n".join(actor.text().splitlines()[-40:]))
+            print("\n".join(line[:160] for line in actor.text().splitlines()[-40:]))
     finally:
         for actor in Actor.everyone:
             if actor.runs():

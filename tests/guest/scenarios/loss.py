@@ -1,11 +1,13 @@
 #!/usr/bin/python3
 """What fails is told, and its return too: killed devices in NodeState and Event within their heartbeat time, an
-interface that goes down; and all the while the other lines run on."""
+interface that goes down; and all the while the other lines run on. All for a subscriber with Fast DDS and one
+with Cyclone DDS."""
 
 import subprocess
 
 from actors import check, eventually, play
 from plant import NODES, Plant, all_valid, utc_seconds
+from subscribers import same_events
 
 CONSUMER_TIME = {"press": 0.5}  # 2.5 x the heartbeat time in plant.yaml
 SLACK = 1.0  # the guest has one slow CPU
@@ -17,11 +19,11 @@ def devices_die(plant, line):
     return {node: plant.bus[line].frames(0x700 + node)[-1][0] for node in NODES[line]}
 
 
-def loss_is_told(plant, line, last_heard):
+def loss_is_told(subscriber, line, last_heard):
     for node, heard in last_heard.items():
         lost = eventually(
-            f"{line}: an event tells that node {node} was lost",
-            lambda: plant.subscriber.events(line, "heartbeat-lost", node),
+            f"{line}: an event tells {subscriber.name} that node {node} was lost",
+            lambda: subscriber.events(line, "heartbeat-lost", node),
             20,
         )
         after = utc_seconds(lost[-1]["time"]) - heard
@@ -30,32 +32,46 @@ def loss_is_told(plant, line, last_heard):
             CONSUMER_TIME[line] - 0.01 <= after <= CONSUMER_TIME[line] + SLACK,
         )
     eventually(
-        f"{line}: its nodes are missing in NodeState, and each loss was counted once",
+        f"{line}: its nodes are missing in NodeState of {subscriber.name}, and each loss was counted once",
         lambda: all(
             node["presence"] == "missing" and node["heartbeats_lost"] == 1
-            for node in plant.subscriber.nodes(line).values()
+            for node in subscriber.nodes(line).values()
         ),
         20,
     )
-    image = plant.subscriber.image(line)
-    check(f"{line}: no value of a missing node is valid", not any(e["valid"] for e in image["entries"]))
+    eventually(
+        f"{line}: no value of a missing node is valid for {subscriber.name}",
+        lambda: none_valid(subscriber.image(line)),
+        20,
+    )
+
+
+def none_valid(image):
+    return not any(entry["valid"] for entry in image["entries"])
 
 
 def others_run_on(plant, line):
-    first = plant.subscriber.image(line)["sequence"]
-    check(f"{line}: runs on, with new images", plant.subscriber.image(line)["sequence"] > first)
-    check(f"{line}: lost nobody", plant.subscriber.events(line, "heartbeat-lost") == [])
+    for subscriber in plant.subscribers:
+        first = subscriber.image(line)["sequence"]
+        check(f"{line}: runs on, with new images", subscriber.image(line)["sequence"] > first)
+        check(f"{line}: lost nobody", subscriber.events(line, "heartbeat-lost") == [])
 
 
 def devices_return(plant, line):
     plant.devices[line] = plant.simulate(line)
     eventually(f"{line}: all nodes are operational again", lambda: plant.is_up(line), 60)
-    for node in NODES[line]:
-        boots = plant.subscriber.events(line, "boot-result", node)
-        check(f"{line}: an event tells that node {node} was booted again", len(boots) >= 2)
-    eventually(
-        f"{line}: its values are valid again", lambda: all_valid(plant.subscriber.image(line)), 30
-    )
+    for subscriber in plant.subscribers:
+        for node in NODES[line]:
+            eventually(
+                f"{line}: an event tells {subscriber.name} that node {node} was booted again",
+                lambda: len(subscriber.events(line, "boot-result", node)) >= 2,
+                20,
+            )
+        eventually(
+            f"{line}: its values are valid again for {subscriber.name}",
+            lambda: all_valid(subscriber.image(line)),
+            30,
+        )
 
 
 def interface_goes_and_comes(plant):
@@ -79,11 +95,14 @@ def interface_goes_and_comes(plant):
 def scenario():
     plant = Plant()
     last_heard = devices_die(plant, "press")
-    loss_is_told(plant, "press", last_heard)
+    for subscriber in plant.subscribers:
+        loss_is_told(subscriber, "press", last_heard)
     others_run_on(plant, "pack")
     devices_return(plant, "press")
     interface_goes_and_comes(plant)
     check("the gateway is still the same process", plant.gateway.runs())
+    for line in NODES:
+        same_events(line, *plant.subscribers)
     plant.stop()
 
 

@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 """Values both ways: what a device sends arrives byte for byte at a subscriber, and what a subscriber writes
-arrives in the device's RPDO. SDO read from a subscriber's process, and one that the device refuses."""
+arrives in the device's RPDO; for a subscriber with Fast DDS and one with Cyclone DDS. SDO read from a subscriber's process, and one that the device refuses."""
 
 from actors import check, eventually, play, send
 from plant import Plant, all_valid, by_name
+from subscribers import same_events, same_images
 
 # Which bytes of a line's input image come from which PDO (`linegate check plant.yaml` tells them), and one
 # that moves by itself.
@@ -14,6 +15,8 @@ PDOS = {
 }
 MOVING = {"press": 0x187, "hall": 0x28A, "pack": 0x196}
 OUTPUTS = "doors.Write output 8-bit.Outputs "
+WRITTEN_BITS = ("1 to 8", "9 to 16")
+WRITTEN = [(True, "A5"), (True, "5A")]
 
 
 def part(image, line, identifier):
@@ -28,18 +31,22 @@ def every_pdo_is_one_from_the_bus(plant, line, image):
         check(f"{line}: {value.hex()} is one whole frame of {identifier:X}h", value in seen)
 
 
-def values_arrive(plant):
+def values_arrive(plant, subscriber):
     for line, moving in MOVING.items():
         first = eventually(
-            f"{line}: an image of valid values",
-            lambda: [image for image in plant.subscriber.images(line) if all_valid(image)],
+            f"{line}: {subscriber.name} has an image of valid values",
+            lambda: [image for image in subscriber.images(line) if all_valid(image)],
             30,
         )[0]
         every_pdo_is_one_from_the_bus(plant, line, first)
         before = part(first, line, moving)
         other = eventually(
-            f"{line}: {moving:X}h brings another value",
-            lambda: [i for i in plant.subscriber.images(line)[1:] if part(i, line, moving) != before],
+            f"{line}: {moving:X}h brings {subscriber.name} another value",
+            lambda: [
+                image
+                for image in subscriber.images(line)
+                if all_valid(image) and part(image, line, moving) != before
+            ],
             30,
         )[0]
         every_pdo_is_one_from_the_bus(plant, line, other)
@@ -49,13 +56,14 @@ def a_value_chosen_here_arrives(plant):
     """The device falls silent, and cansend speaks for it before its heartbeat time has passed."""
     plant.devices["hall"].kill()
     send("vcan1", "18C#A1B2C3D4")
-    image = eventually(
-        "hall: A1 B2 C3 D4 from cansend is in the image",
-        lambda: [i for i in plant.subscriber.images("hall") if part(i, "hall", 0x18C).hex() == "a1b2c3d4"],
-        20,
-    )[0]
-    entry = by_name(image)["doors.Read input 8-bit.Inputs 17 to 24"]
-    check("hall: and C3 is the value of its entry", (entry["bytes"], entry["value"]) == ("C3", "195"))
+    for subscriber in plant.subscribers:
+        image = eventually(
+            f"hall: A1 B2 C3 D4 from cansend is in the image of {subscriber.name}",
+            lambda: [i for i in subscriber.images("hall") if part(i, "hall", 0x18C).hex() == "a1b2c3d4"],
+            20,
+        )[0]
+        entry = by_name(image)["doors.Read input 8-bit.Inputs 17 to 24"]
+        check("hall: and C3 is the value of its entry", entry["bytes"] == "C3")
 
 
 def outputs_arrive(plant):
@@ -69,6 +77,22 @@ def outputs_arrive(plant):
     for sub, value in (("1", "A5"), ("2", "5A")):
         answer = plant.command("sdo", "read", "hall:12", "6200", sub, "u8")
         check(f"hall: the device has {value} in 6200h:{sub}", answer["data"] == value)
+
+
+def outputs_are_read_back(plant):
+    image = eventually(
+        "hall: both outputs are in the output image that Cyclone DDS receives",
+        lambda: [i for i in plant.stranger.images("hall", "outputs") if written(i) == WRITTEN],
+        20,
+    )[-1]
+    answer = plant.command("image", "--outputs", "hall")
+    check("hall: and in that of Fast DDS, every byte the same", answer["bytes"] == image["bytes"])
+    check("hall: by their names too", written(answer) == WRITTEN)
+
+
+def written(image):
+    entries = by_name(image)
+    return [(entries[OUTPUTS + bits]["valid"], entries[OUTPUTS + bits]["bytes"]) for bits in WRITTEN_BITS]
 
 
 def outputs_are_refused(plant):
@@ -91,11 +115,17 @@ def objects_are_read(plant):
 
 def scenario():
     plant = Plant()
-    values_arrive(plant)
+    for subscriber in plant.subscribers:
+        values_arrive(plant, subscriber)
     outputs_arrive(plant)
+    outputs_are_read_back(plant)
     outputs_are_refused(plant)
     objects_are_read(plant)
+    for line in MOVING:
+        same_images(line, *plant.subscribers)
     a_value_chosen_here_arrives(plant)
+    for line in MOVING:
+        same_events(line, *plant.subscribers)
     plant.stop()
 
 

@@ -1,0 +1,181 @@
+"""Two subscribers, each on a DDS implementation of its own, that tell what they received in the same way:
+lines, nodes, images and events as `linegate --json` names them."""
+
+import json
+import os
+import re
+from datetime import datetime, timezone
+
+from actors import Actor, Failed, check, eventually, read
+
+REPOSITORY = os.path.abspath(os.path.join(os.path.dirname(__file__), "../../.."))
+NMT_STATES = {0: "initialising", 4: "stopped", 5: "operational", 127: "pre-operational", 255: "unknown"}
+
+
+class Subscriber(Actor):
+    """A program that prints a JSON object a line."""
+
+    def __init__(self, name, *command, environment=None):
+        self._read = 0
+        self._received = []
+        super().__init__(name, *command, environment=environment)
+
+    def received(self, member):
+        """What was printed so far and has this member, oldest first."""
+        with open(self.path, "rb") as log:
+            log.seek(self._read)
+            complete = log.read().rpartition(b"\n")[0]
+        if complete:
+            self._read += len(complete) + 1
+            objects = (json.loads(text) for text in complete.splitlines() if text.startswith(b"{"))
+            self._received += objects
+        return [found for found in self._received if member in found]
+
+    def image(self, line):
+        """One that was received from now on."""
+        so_far = len(self.images(line))
+        eventually(f"{line}: {self.name} has a new image", lambda: len(self.images(line)) > so_far, 30)
+        return self.images(line)[-1]
+
+
+class FastSubscriber(Subscriber):
+    """`linegate monitor` (Fast DDS): events at once, the newest of the rest every 2 s."""
+
+    def __init__(self, linegate):
+        super().__init__("Fast DDS", linegate, "--json", "--wait", "60", "monitor")
+
+    def images(self, line):
+        """Inputs that came with a layout."""
+        return [
+            image
+            for image in self.received("direction")
+            if image["line"] == line and image["entries"] is not None and "bytes" in image
+        ]
+
+    def nodes(self, line):
+        """{node-ID: NodeState}, the newest."""
+        for picture in reversed(self.received("lines")):
+            for state in picture["lines"]:
+                if state["line"] == line:
+                    return {node["node"]: node for node in state["nodes"]}
+        return {}
+
+    def events(self, line, kind=None, node=0):
+        return [
+            event
+            for event in self.received("severity")
+            if event["line"] == line and kind in (None, event["kind"]) and node in (0, event["node"])
+        ]
+
+
+class CycloneSubscriber(Subscriber):
+    """cyclone_images of tests/interop: every sample as it comes, in C and with types made by idlc. What it
+    prints is put together here, so that nothing of the product has a hand in it."""
+
+    def __init__(self, program):
+        profile = "file://" + os.path.join(REPOSITORY, "tests/interop/cyclone.xml")
+        super().__init__("Cyclone DDS", program, "0", environment={"CYCLONEDDS_URI": profile})
+        self._kinds = enumerators("EventKind")
+        self._directions = enumerators("Direction")
+        self._presences = enumerators("Presence")
+
+    def samples(self, topic, line):
+        return [s for s in self.received("topic") if (s["topic"], s["line"]) == (topic, line)]
+
+    def images(self, line, direction="inputs"):
+        """Those of one direction that came with a layout."""
+        code = self._directions.index(direction)
+        layouts = {}
+        for part in self.samples("ImageLayout", line):
+            layouts.setdefault(part["layout_id"], {})[part["part"]] = part
+        return [
+            self._explained(image, layouts[image["layout_id"]])
+            for image in self.samples("ProcessImage", line)
+            if image["direction"] == code and is_complete(layouts.get(image["layout_id"], {}))
+        ]
+
+    @staticmethod
+    def _explained(image, parts):
+        area = int.from_bytes(bytes.fromhex(image["bytes"]), "little")
+        valid = int.from_bytes(bytes.fromhex(image["valid"]), "little")
+        entries = []
+        for entry in (entry for number in sorted(parts) for entry in parts[number]["entries"]):
+            length = entry["bit_length"]
+            value = (area >> entry["bit_offset"]) & ((1 << length) - 1)
+            octets = value.to_bytes((length + 7) // 8, "little").hex().upper()
+            is_valid = bool(valid >> len(entries) & 1)
+            entries.append({"name": entry["name"], "valid": is_valid, "bytes": octets})
+        return {"sequence": image["sequence_number"], "bytes": image["bytes"], "entries": entries}
+
+    def nodes(self, line):
+        """{node-ID: NodeState}, the newest."""
+        return {
+            state["node"]: {
+                **state,
+                "presence": self._presences[state["presence"]],
+                "state": NMT_STATES[state["state"]],
+            }
+            for state in self.samples("NodeState", line)
+        }
+
+    def events(self, line, kind=None, node=0):
+        return [
+            {**event, "kind": self._kinds[event["kind"]], "time": utc_text(event["time"])}
+            for event in self.samples("Event", line)
+            if kind in (None, self._kinds[event["kind"]]) and node in (0, event["node"])
+        ]
+
+
+def enumerators(name):
+    """Those of an enumeration of the contract, as they are called where people read them."""
+    contract = re.sub(r"//.*", "", read(os.path.join(REPOSITORY, "idl/linegate.idl")))
+    members = re.search(rf"\benum {name} {{([^}}]*)}}", contract)[1].split(",")
+    return [member.strip().partition("_")[2].lower().replace("_", "-") for member in members]
+
+
+def is_complete(parts):
+    return bool(parts) and len(parts) == next(iter(parts.values()))["parts"]
+
+
+def utc_text(nanoseconds):
+    return datetime.fromtimestamp(nanoseconds / 1e9, timezone.utc).isoformat()
+
+
+def in_short(image):
+    """What both print of an image."""
+    entries = [(entry["name"], entry["valid"], entry["bytes"]) for entry in image["entries"]]
+    return image["bytes"], entries
+
+
+def same_images(line, one, other):
+    """Of the images both received, as either may be overtaken by the next one."""
+
+    def pairs():
+        images = {image["sequence"]: image for image in other.images(line)}
+        return [(i, images[i["sequence"]]) for i in one.images(line) if i["sequence"] in images]
+
+    both = eventually(f"{line}: three images reached both subscribers", lambda: pairs()[2:] and pairs(), 60)
+    for image, twin in both:
+        if in_short(image) != in_short(twin):
+            check(f"{line}: {in_short(image)} and {in_short(twin)} are the same", False)
+    check(f"{line}: {len(both)} images are the same in both, byte for byte and name by name", True)
+
+
+def same_events(line, one, other):
+    """All of them, from the first on: a late joiner is given what happened."""
+
+    def told(subscriber):
+        members = ("number", "kind", "node", "code", "value", "data", "text")
+        return [tuple(event[member] for member in members) for event in subscriber.events(line)]
+
+    try:
+        eventually(
+            f"{line}: {one.name} and {other.name} have the same events, number 1 to the last",
+            lambda: told(one) == told(other)
+            and [number for number, *_ in told(one)] == list(range(1, len(told(one)) + 1)),
+            30,
+        )
+    except Failed:
+        for subscriber, twin in ((one, other), (other, one)):
+            print(f"only {subscriber.name}: {[event for event in told(subscriber) if event not in told(twin)]}")
+        raise
