@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,12 @@ class Seed {
     octets_ += static_cast<char>(length & 0xFFU);
     octets_ += static_cast<char>(length >> 8U);
     octets_.append(octets, 0, length);
+    return *this;
+  }
+
+  // Another octet at that place; from the end if it is negative.
+  Seed& spoil(std::ptrdiff_t at, char octet) {
+    octets_[static_cast<std::size_t>(at < 0 ? std::ssize(octets_) + at : at)] = octet;
     return *this;
   }
 
@@ -262,5 +269,10 @@ int main(int argc, char** argv) {
   commands().save(folder / "commands");
   chunks().save(folder / "chunks");
   replies().save(folder / "replies");
+  const v1::CommandRequest good = request(1, line::CommandKind::sdo_read, 0);
+  const auto spoilt = [&] { return Seed().add(Topic::command_request, good); };
+  spoilt().spoil(-8, 2).save(folder / "boolean-neither-true-nor-false");
+  spoilt().spoil(-4, 9).save(folder / "octets-that-are-not-there");
+  spoilt().spoil(4, 0x77).save(folder / "unknown-encapsulation");
   return 0;
 }
