@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tests/fuzz/input.h"
+#include "tests/fuzz/line_input.h"
 #include "tests/fuzz/line_subject.h"
 
 namespace {
@@ -17,30 +18,9 @@ namespace {
 using namespace linegate;
 using fuzz::Input;
 using fuzz::LineSubject;
+using fuzz::Step;
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
-
-// First byte of a step, modulo their number.
-enum class Step : std::uint8_t {
-  frame,     // identifier (2, LE), length, data
-  strange,   // identifier (4, LE), flags, length, data: extended, remote, FD
-  burst,     // identifier (2, LE), count, one byte of data
-  late,      // microseconds: that old are the frames that follow until `advance`
-  advance,   //
-  pass,      // milliseconds
-  sleep,     // tenths of a second
-  send,      // frames
-  lose,      // frames
-  command,   // see command()
-  write,     // see write()
-  bus,       // kind, state or class, counter
-  report,    // kind
-  events,    // how many
-  replies,   //
-  snapshot,  // direction, merge
-  stop,      // only once
-};
-constexpr unsigned kSteps = 17;
 
 constexpr unsigned kMostSteps = 2000;
 constexpr Duration kMostTime = std::chrono::seconds(60);
@@ -68,7 +48,7 @@ class Run {
   void all() {
     const Instant start = subject_.now();
     for (unsigned steps = 0; !input_.empty() && steps < kMostSteps; ++steps) {
-      step(static_cast<Step>(input_.byte() % kSteps));
+      step(static_cast<Step>(input_.byte() % fuzz::kSteps));
       if (subject_.now() - start > kMostTime) {
         break;
       }
@@ -244,21 +224,11 @@ class Run {
   Duration late_{};
 };
 
-fuzz::Setup setup(std::uint8_t bits) {
-  const auto bit = [bits](unsigned number) { return (bits >> number & 1U) != 0; };
-  return {.device_role = bit(0),
-          .sync = bit(1),
-          .heartbeat = bit(2),
-          .groups = bit(3),
-          .reset_nodes = bit(4),
-          .answering = bit(5)};
-}
-
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   Input input({data, size});
-  const fuzz::Setup chosen = setup(input.byte());
+  const fuzz::Setup chosen = fuzz::setup(input.byte());
   Run(chosen, input).all();
   return 0;
 }

@@ -1,0 +1,253 @@
+// Writes the inputs of the target `line` that are kept in corpus/line: a line and simulated devices
+// run together, and what the devices said is written down as steps of the target, with the times.
+//
+// usage: line_seeds FOLDER
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <initializer_list>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bridges/sim/device_group.h"
+#include "stack/emcy/producer.h"
+
+#include "tests/fuzz/line_input.h"
+#include "tests/fuzz/line_subject.h"
+
+namespace {
+
+using namespace linegate;
+using fuzz::Step;
+using line::CommandKind;
+using std::chrono::milliseconds;
+
+// Bits of the first byte, see fuzz::setup().
+constexpr std::uint8_t kDeviceRole = 0x01;
+constexpr std::uint8_t kSync = 0x02;
+constexpr std::uint8_t kHeartbeat = 0x04;
+constexpr std::uint8_t kGroups = 0x08;
+constexpr std::uint8_t kResetNodes = 0x10;
+
+class Recording {
+ public:
+  explicit Recording(std::uint8_t setup) : subject_(fuzz::setup(setup)) { put({setup}); }
+
+  void add_device(std::uint8_t node, std::string profile) {
+    sim::DeviceOptions options;
+    options.profile = std::move(profile);
+    options.node_id = node;
+    auto device = sim::Device::make(options);
+    (*device.value)->start(subject_.now());
+    devices_.add(*std::move(device.value));
+  }
+  sim::Device& device(std::uint8_t node) { return *devices_.find(node); }
+  Instant now() const { return subject_.now(); }
+
+  // What the devices say in that time is written down.
+  void run(int ms) {
+    for (; ms > 0; --ms) {
+      exchange();
+      subject_.sleep(milliseconds(1));
+      ++passed_;
+    }
+  }
+
+  void hear(std::uint32_t id, std::initializer_list<std::uint8_t> data) {
+    can::Frame frame = can::make_frame(id, data);
+    frame.time = subject_.now();
+    hear(frame);
+  }
+
+  void command(CommandKind kind, std::uint8_t node, od::Address address,
+               std::initializer_list<std::uint8_t> data = {}, nmt::Command nmt = {}) {
+    line::Command command;
+    command.kind = kind;
+    command.node = node;
+    command.index = address.index;
+    command.sub = address.sub;
+    command.nmt = nmt;
+    for (const std::uint8_t byte : data) {
+      command.data.push_back(std::byte{byte});
+    }
+    catch_up();
+    put({code(Step::command), static_cast<std::uint8_t>(kind), node, low(address.index),
+         high(address.index), address.sub, static_cast<std::uint8_t>(nmt), 0,
+         static_cast<std::uint8_t>(data.size())});
+    put(data);
+    subject_.execute(std::move(command));
+  }
+
+  // 2 bytes for an entry of a group, no reactions; what the devices make of it is in their frames.
+  void write_outputs(std::uint8_t group, std::uint8_t arming, std::uint8_t watchdog_ms,
+                     std::uint8_t entry, std::uint16_t value) {
+    catch_up();
+    put({code(Step::write), group, arming, watchdog_ms, 0, 1, entry, 2, low(value), high(value)});
+  }
+
+  void save(const std::filesystem::path& file) {
+    catch_up();
+    put({code(Step::advance), code(Step::replies), code(Step::snapshot), 0, 0});
+    std::ofstream(file, std::ios::binary) << octets_;
+  }
+
+ private:
+  static std::uint8_t code(Step step) { return static_cast<std::uint8_t>(step); }
+  static std::uint8_t low(std::uint32_t word) { return static_cast<std::uint8_t>(word); }
+  static std::uint8_t high(std::uint32_t word) { return static_cast<std::uint8_t>(word >> 8U); }
+
+  void put(std::initializer_list<std::uint8_t> bytes) {
+    for (const std::uint8_t byte : bytes) {
+      octets_ += static_cast<char>(byte);
+    }
+  }
+
+  void catch_up() {
+    for (; passed_ > 0; passed_ -= std::min(passed_, 255)) {
+      put({code(Step::pass), static_cast<std::uint8_t>(std::min(passed_, 255))});
+    }
+  }
+
+  void hear(const can::Frame& frame) {
+    catch_up();
+    put({code(Step::frame), low(frame.id), high(frame.id), frame.length});
+    for (const std::byte byte : frame.bytes()) {
+      put({std::to_integer<std::uint8_t>(byte)});
+    }
+    subject_.hear(std::span(&frame, 1));
+  }
+
+  void exchange() {
+    subject_.advance();
+    devices_.advance(now());
+    can::Frame frame;
+    for (bool busy = true; busy;) {
+      busy = false;
+      while (subject_.line().next_frame(frame, now())) {
+        frame.time = now();
+        devices_.receive(std::span(&frame, 1));
+        busy = true;
+      }
+      while (devices_.next_frame(frame, now())) {
+        frame.time = now();
+        hear(frame);
+        busy = true;
+      }
+    }
+  }
+
+  fuzz::LineSubject subject_;
+  sim::DeviceGroup devices_;
+  std::string octets_;
+  int passed_ = 0;  // milliseconds that are not written down yet
+};
+
+Recording plant(std::uint8_t setup) {
+  Recording out(setup);
+  out.add_device(5, "drive");
+  out.add_device(6, "digital-io");
+  out.add_device(7, "encoder");
+  return out;
+}
+
+void save_boot(const std::filesystem::path& folder) {
+  Recording boot = plant(kHeartbeat | kResetNodes);
+  boot.run(400);
+  boot.save(folder / "boot");
+}
+
+void save_outputs(const std::filesystem::path& folder) {
+  Recording outputs = plant(kSync | kGroups);
+  outputs.run(60);
+  outputs.write_outputs(1, 1, 50, 0, 6);
+  outputs.write_outputs(2, 1, 0, 2, 0x55);
+  outputs.run(30);
+  outputs.write_outputs(1, 1, 50, 0, 7);
+  outputs.run(120);  // the watchdog fires
+  outputs.write_outputs(1, 2, 50, 0, 15);
+  outputs.run(20);
+  outputs.save(folder / "outputs-and-sync");
+}
+
+void save_transfers(const std::filesystem::path& folder) {
+  Recording transfers = plant(0);
+  transfers.run(40);
+  transfers.command(CommandKind::sdo_read, 5, {0x1018, 1});
+  transfers.command(CommandKind::sdo_read, 6, {0x1008, 0});  // segmented
+  transfers.command(CommandKind::sdo_read, 7, {0x1FFF, 0});  // aborted
+  transfers.run(5);
+  transfers.command(CommandKind::sdo_write, 5, {0x1017, 0}, {0x14, 0x00});
+  transfers.command(CommandKind::sdo_write, 5, {0x1018, 1}, {1, 2, 3, 4});
+  transfers.command(CommandKind::local_read, 0, {0x1000, 0});
+  transfers.run(60);
+  transfers.command(CommandKind::nmt, 6, {}, {}, nmt::Command::reset_node);
+  transfers.run(40);
+  transfers.save(folder / "transfers");
+}
+
+void save_faults(const std::filesystem::path& folder) {
+  Recording faults = plant(kHeartbeat);
+  faults.run(40);
+  faults.device(5).node().emcy().send(0x2310, 0x03, {}, faults.now());
+  faults.run(10);
+  faults.device(5).node().emcy().send(0, 0, {}, faults.now());
+  faults.hear(0x185, {0x01});           // too short
+  faults.hear(0x587, {0x01, 0x02});     // no SDO frame
+  faults.hear(0x707, {0x05, 0x05});     // no heartbeat
+  faults.hear(0x087, {0x00, 0x10, 1});  // no EMCY
+  faults.hear(0x63F, {0x40, 0x18, 0x10, 1, 0, 0, 0, 0});
+  faults.device(7).kill();
+  faults.run(600);
+  faults.device(7).revive(faults.now());
+  faults.run(100);
+  faults.save(folder / "faults");
+}
+
+// The own node, 10, as a device: its master is written down here by hand.
+void save_device(const std::filesystem::path& folder) {
+  Recording device(kDeviceRole | kHeartbeat);
+  device.run(5);
+  device.hear(0x60A, {0x40, 0x18, 0x10, 1, 0, 0, 0, 0});
+  device.hear(0x60A, {0x40, 0x08, 0x10, 0, 0, 0, 0, 0});
+  for (const std::uint8_t segment : std::initializer_list<std::uint8_t>{0x60, 0x70, 0x60}) {
+    device.hear(0x60A, {segment, 0, 0, 0, 0, 0, 0, 0});
+  }
+  device.hear(0x60A, {0x2B, 0x17, 0x10, 0, 0x0A, 0x00, 0, 0});
+  device.hear(0x60A, {0xC6, 0x17, 0x10, 0, 2, 0, 0, 0});     // block download
+  device.hear(0x60A, {0xA4, 0x08, 0x10, 0, 0x7F, 0, 0, 0});  // block upload
+  device.hear(0x60A, {0x80, 0x08, 0x10, 0, 0, 0, 0x04, 0x05});
+  device.hear(0x000, {0x01, 0x0A});
+  for (std::uint8_t i = 0; i < 5; ++i) {
+    device.hear(0x080, {});
+    device.hear(0x185, {i, 0x06, 0, 0});
+    device.hear(0x186, {i, i});
+    device.run(10);
+  }
+  device.hear(0x000, {0x82, 0x00});
+  device.run(10);
+  device.hear(0x000, {0x02, 0x0A});
+  device.run(10);
+  device.save(folder / "device-role");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fputs("usage: line_seeds FOLDER\n", stderr);
+    return 2;
+  }
+  const std::filesystem::path folder = argv[1];
+  std::filesystem::create_directories(folder);
+  save_boot(folder);
+  save_outputs(folder);
+  save_transfers(folder);
+  save_faults(folder);
+  save_device(folder);
+  return 0;
+}

@@ -1,0 +1,47 @@
+#!/usr/bin/env python3
+"""Writes the inputs of the target plant_yaml that are kept: the sample plants, and every
+configuration in the tests of gateway/config, right and wrong ones.
+
+usage: plant_seeds.py FOLDER
+"""
+import ast
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+LITERAL = r'"(?:[^"\\\n]|\\.)*"'
+RAW = r'R"\((.*?)\)"'
+NAME_BEFORE = re.compile(r'(?:\{"(\w+)",|TEST\(\w+, (\w+)\))')
+
+
+def configurations(source):
+    """(name, text) of what is YAML of a plant among the string literals, adjacent ones joined."""
+    for match in re.finditer(rf'{RAW}|{LITERAL}(?:\s*{LITERAL})*', source, re.DOTALL):
+        text = match.group(1)
+        if text is None:
+            text = "".join(ast.literal_eval(part) for part in re.findall(LITERAL, match.group(0)))
+        if text.startswith(("schema:", "gateway:")):
+            names = NAME_BEFORE.findall(source, 0, match.start())
+            yield "".join(names[-1]) if names else "plant", text
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    folder = pathlib.Path(sys.argv[1])
+    folder.mkdir(parents=True, exist_ok=True)
+    for plant in sorted((ROOT / "deploy/plants").glob("*.yaml")):
+        (folder / plant.name).write_text(plant.read_text())
+    seen = {}
+    for test in sorted((ROOT / "tests/gateway/config").glob("*_test.cpp")):
+        for name, text in configurations(test.read_text()):
+            seen[name] = seen.get(name, 0) + 1
+            suffix = f"-{seen[name]}" if seen[name] > 1 else ""
+            # The target reads as from deploy/plants, the tests as from the root.
+            text = re.sub(r"(?<![\w/.])bridges/sim/eds/", "../../bridges/sim/eds/", text)
+            (folder / f"test-{name}{suffix}.yaml").write_text(text)
+
+
+if __name__ == "__main__":
+    main()
