@@ -40,7 +40,7 @@ class Area {
   Area(Area&&) noexcept = default;
   Area& operator=(Area&&) noexcept = default;
 
-  std::byte* data() { return hot_.bytes; }
+  std::byte* data() { return hot_.bytes; }  // NOLINT(*-const): a constant area gives no way in
   const std::byte* data() const { return hot_.bytes; }
   std::size_t size() const { return bytes_.size() - kSlackBytes; }
 
@@ -51,7 +51,7 @@ class Area {
     const Hot hot =
         hot_;  // bytes may alias everything: what is loaded before they are stored stays
     std::byte* const place = hot.bytes + offset;
-    const std::uint64_t old = load_le<std::uint64_t>(place);
+    const auto old = load_le<std::uint64_t>(place);
     const std::uint64_t difference = (old ^ word) & mask;
     if (difference == 0) {
       return false;
@@ -73,7 +73,7 @@ class Area {
     hot_.touched_in = hot.generation;
   }
 
-  PdoState& pdo(std::size_t slot) { return hot_.pdos[slot]; }
+  PdoState& pdo(std::size_t slot) { return hot_.pdos[slot]; }  // NOLINT(*-const)
   const PdoState& pdo(std::size_t slot) const { return hot_.pdos[slot]; }
   std::size_t pdos() const { return pdos_.size(); }
   // Room for at least so many PDOs; new ones are not valid. Allocates.

@@ -8,8 +8,8 @@ namespace linegate::manager {
 Manager::Manager(std::vector<NodePlan> plans, Options options, sdo::Arbiter& sdo,
                  nmt::HeartbeatConsumer& heartbeats, EventLog& events, Host& host)
     : options_(options), sdo_(sdo), heartbeats_(heartbeats), events_(events), host_(host) {
-  for (std::uint8_t id = 0; id < nodes_.size(); ++id) {
-    nodes_[id].node = id;
+  for (std::size_t id = 0; id < nodes_.size(); ++id) {
+    nodes_[id].node = static_cast<std::uint8_t>(id);
   }
   slots_.reserve(plans.size());  // the boot processes refer to the plans in place
   for (NodePlan& plan : plans) {
