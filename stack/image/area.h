@@ -48,30 +48,31 @@ class Area {
   // changes is marked. True if anything changed. Precondition: no bit of the mask lies beyond the
   // area.
   bool merge(std::uint32_t offset, std::uint64_t word, std::uint64_t mask) {
-    const Hot hot =
-        hot_;  // bytes may alias everything: what is loaded before they are stored stays
-    std::byte* const place = hot.bytes + offset;
-    const auto old = load_le<std::uint64_t>(place);
-    const std::uint64_t difference = (old ^ word) & mask;
-    if (difference == 0) {
+    const Hot hot = hot_;  // loaded before bytes are stored, which might alias it
+    if (merge(hot, offset, word, mask) == 0) {
       return false;
     }
-    store_le(place, old ^ difference);
-    mark(hot, offset, difference);
+    hot_.changed_in = hot.generation;
     return true;
   }
 
   // Marks bits of the word at byte `offset` as changed.
-  void mark(std::uint32_t offset, std::uint64_t difference) { mark(hot_, offset, difference); }
+  void mark(std::uint32_t offset, std::uint64_t difference) {
+    const Hot hot = hot_;
+    mark(hot, offset, difference);
+    hot_.changed_in = hot.generation;
+  }
 
   // A frame of PDO `slot` (local PDO number - 1) is in the image, or was sent.
   void touch(std::size_t slot, Instant time, std::uint32_t frames = 1) {
     const Hot hot = hot_;
-    hot.pdos[slot].last = time;
-    hot.pdos[slot].count += frames;
-    hot.touched[slot / 64] |= std::uint64_t{1} << (slot % 64);
+    touch(hot, slot, time, frames);
     hot_.touched_in = hot.generation;
   }
+
+  // Many merges and touches in a row, with nothing in between that uses the area: what no frame
+  // changes stays in registers. changed() and touched() know of them from the end on.
+  class Series;
 
   PdoState& pdo(std::size_t slot) { return hot_.pdos[slot]; }  // NOLINT(*-const)
   const PdoState& pdo(std::size_t slot) const { return hot_.pdos[slot]; }
@@ -98,12 +99,30 @@ class Area {
     std::uint64_t touched_in = 0;
   };
 
-  void mark(const Hot& hot, std::uint32_t offset, std::uint64_t difference) {
+  // The bits that changed.
+  static std::uint64_t merge(const Hot& hot, std::uint32_t offset, std::uint64_t word,
+                             std::uint64_t mask) {
+    std::byte* const place = hot.bytes + offset;
+    const auto old = load_le<std::uint64_t>(place);
+    const std::uint64_t difference = (old ^ word) & mask;
+    if (difference != 0) {
+      store_le(place, old ^ difference);
+      mark(hot, offset, difference);
+    }
+    return difference;
+  }
+
+  static void mark(const Hot& hot, std::uint32_t offset, std::uint64_t difference) {
     std::byte* const dirty = hot.dirty + offset;
     store_le(dirty, load_le<std::uint64_t>(dirty) | difference);
     hot.generations[offset / kBlockBytes] = hot.generation;
     hot.generations[(offset + sizeof difference - 1) / kBlockBytes] = hot.generation;
-    hot_.changed_in = hot.generation;
+  }
+
+  static void touch(const Hot& hot, std::size_t slot, Instant time, std::uint32_t frames) {
+    hot.pdos[slot].last = time;
+    hot.pdos[slot].count += frames;
+    hot.touched[slot / 64] |= std::uint64_t{1} << (slot % 64);
   }
 
   Hot hot_;
@@ -112,6 +131,38 @@ class Area {
   std::vector<std::uint64_t> generations_;
   std::vector<PdoState> pdos_;
   std::vector<std::uint64_t> touched_;
+};
+
+class Area::Series {
+ public:
+  explicit Series(Area& area) : area_(area), hot_(area.hot_) {}
+  ~Series() {
+    if (changes_ != 0) {
+      area_.hot_.changed_in = hot_.generation;
+    }
+    if (touches_ != 0) {
+      area_.hot_.touched_in = hot_.generation;
+    }
+  }
+  Series(const Series&) = delete;
+  Series& operator=(const Series&) = delete;
+
+  void merge(std::uint32_t offset, std::uint64_t word, std::uint64_t mask) {
+    changes_ |= Area::merge(hot_, offset, word, mask);
+  }
+  void touch(std::size_t slot, Instant time, std::uint32_t frames = 1) {
+    Area::touch(hot_, slot, time, frames);
+    touches_ += frames;
+  }
+  const PdoState& pdo(std::size_t slot) const { return hot_.pdos[slot]; }
+  // Frames so far.
+  std::uint64_t touches() const { return touches_; }
+
+ private:
+  Area& area_;
+  const Hot hot_;
+  std::uint64_t changes_ = 0;
+  std::uint64_t touches_ = 0;
 };
 
 }  // namespace linegate::image

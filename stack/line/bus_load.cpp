@@ -10,13 +10,19 @@ constexpr Duration kWindow = std::chrono::seconds(1);
 
 }  // namespace
 
-void BusLoad::advance(Instant now) {
+std::uint64_t BusLoad::bits(const can::Traffic& traffic) {
+  const std::uint64_t standard = traffic.frames - traffic.extended;
+  return standard * kStandardBits + traffic.extended * kExtendedBits + traffic.bytes * 8U;
+}
+
+void BusLoad::advance(const can::Traffic& seen, Instant now) {
   const Duration elapsed = now - window_start_;
   if (elapsed < kWindow) {
     return;
   }
   window_start_ = now;
-  const std::uint64_t unstuffed = std::exchange(bits_, 0);
+  const std::uint64_t all = bits(seen);
+  const std::uint64_t unstuffed = all - std::exchange(bits_before_, all);
   if (bit_rate_ == 0) {
     return;
   }

@@ -2,10 +2,9 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 
 #include "stack/base/time.h"
-#include "stack/can/frame.h"
+#include "stack/can/traffic.h"
 
 namespace linegate::line {
 
@@ -17,17 +16,9 @@ class BusLoad {
   // bit_rate in bit/s; 0 = unknown, the load is 0 then.
   explicit BusLoad(std::uint32_t bit_rate) : bit_rate_(bit_rate) {}
 
-  void add(const can::Frame& frame) { bits_ += bits(frame); }
-  void add(std::span<const can::Frame> frames) {
-    std::uint64_t sum = 0;
-    for (const can::Frame& frame : frames) {
-      sum += bits(frame);
-    }
-    bits_ += sum;
-  }
-
-  // Closes the window of one second when it is over.
-  void advance(Instant now);
+  // Closes the window of one second when it is over. seen: everything that went over the line so
+  // far, in both directions.
+  void advance(const can::Traffic& seen, Instant now);
 
   // Thousandths of the bit rate in the last full window.
   std::uint16_t permille() const { return permille_; }
@@ -37,12 +28,10 @@ class BusLoad {
   static constexpr std::uint64_t kStandardBits = 47;
   static constexpr std::uint64_t kExtendedBits = 67;
 
-  static std::uint64_t bits(const can::Frame& frame) {
-    return (frame.extended() ? kExtendedBits : kStandardBits) + std::uint64_t{frame.length} * 8U;
-  }
+  static std::uint64_t bits(const can::Traffic& traffic);
 
   std::uint32_t bit_rate_;
-  std::uint64_t bits_ = 0;  // of this window, without stuff bits
+  std::uint64_t bits_before_ = 0;  // this window, without stuff bits
   Instant window_start_{};
   std::uint16_t permille_ = 0;
 };

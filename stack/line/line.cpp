@@ -94,7 +94,9 @@ void Line::Impl::advance(Instant now) {
   while (const Outputs::Group* group = outputs.expire(now)) {
     react(*group, now);
   }
-  load.advance(now);
+  can::Traffic seen = sent;
+  seen += node.counters().received;
+  load.advance(seen, now);
 }
 
 Instant Line::Impl::next_wake() const {
@@ -118,8 +120,7 @@ bool Line::Impl::next_frame(can::Frame& out, Instant now) {
   if (!node.next_frame(out, now)) {
     return false;
   }
-  ++counters.frames_sent;
-  load.add(out);
+  sent.add(out);
   return true;
 }
 
@@ -264,7 +265,8 @@ Counters Line::Impl::count() const {
   Counters out = counters;
   const node::NodeCounters& of_node = node.counters();
   const pdo::EngineCounters& of_pdos = const_cast<node::Node&>(node).pdos().counters();
-  out.frames_received = of_node.received;
+  out.frames_received = of_node.received.frames;
+  out.frames_sent = sent.frames;
   out.frames_unused = of_node.unused;
   out.frames_malformed += of_node.malformed + sdo.counters().malformed;
   out.rpdos = of_pdos.received;
@@ -339,7 +341,6 @@ void Line::start(Instant now) {
 }
 
 void Line::receive(std::span<const can::Frame> frames, Instant /*now*/) {
-  impl_->load.add(frames);
   impl_->node.receive(frames);
 }
 

@@ -91,6 +91,7 @@ struct Line::Impl final : node::Companion, manager::Host, nmt::HeartbeatListener
   sdo::Arbiter sdo;
   manager::Manager manager;  // keeps the states of the nodes in every role, acts in that of manager
   Outputs outputs;
+  can::Traffic sent;
   BusLoad load;
 
   can::BusState bus = can::BusState::unknown;

@@ -59,12 +59,7 @@ void Node::Impl::heartbeat_recovered(std::uint8_t node, Instant /*time*/) {
 }
 
 void Node::Impl::rpdo_received(std::uint16_t number, Instant time) {
-  if (faults.any()) [[unlikely]] {
-    end(Fault::rpdo_deadline, number);
-  }
-  if (application != nullptr) {
-    application->rpdo_received(number, time);
-  }
+  application->rpdo_received(number, time);  // wanted only if there is one
 }
 
 void Node::Impl::before_tpdo(std::uint16_t number) {
@@ -88,6 +83,13 @@ void Node::Impl::rpdo_deadline(std::uint16_t number) {
   begin(Fault::rpdo_deadline, number, emcy::kRpdoTimeout, bytes_of(number));
   if (application != nullptr) {
     application->rpdo_deadline(number);
+  }
+}
+
+void Node::Impl::rpdo_recovered(std::uint16_t number) {
+  end(Fault::rpdo_deadline, number);
+  if (application != nullptr) {
+    application->rpdo_recovered(number);
   }
 }
 

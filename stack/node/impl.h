@@ -40,6 +40,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener {
 
   // --- frames: receive.cpp ----------------------------------------------------------------------
   void receive(std::span<const can::Frame> frames);
+  void receive(const can::Frame& frame);
   void serve_all(const can::Target* target, const can::Frame& frame);
   void serve(can::Service service, std::uint16_t index, const can::Frame& frame);
   void remote_request(can::Target target, const can::Frame& frame);
@@ -71,6 +72,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener {
   void before_tpdo(std::uint16_t number) override;
   void rpdo_wrong_length(std::uint16_t number, unsigned mapped, unsigned received) override;
   void rpdo_deadline(std::uint16_t number) override;
+  void rpdo_recovered(std::uint16_t number) override;
   void rpdo_in_order(std::uint16_t number) override;
   void pdo_unusable(od::Address place, AbortCode why) override;
 

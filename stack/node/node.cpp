@@ -21,6 +21,7 @@ void Node::set_companion(Companion* companion) {
 }
 void Node::set_application(Application* application) {
   impl_->application = application;
+  impl_->pdos.set_listener(impl_.get(), application != nullptr);
 }
 
 void Node::start(Instant now) {

@@ -12,6 +12,7 @@
 #include "stack/base/time.h"
 #include "stack/can/dispatch.h"
 #include "stack/can/frame.h"
+#include "stack/can/traffic.h"
 #include "stack/can/transmit_queue.h"
 #include "stack/nmt/state.h"
 #include "stack/od/dictionary.h"
@@ -52,7 +53,7 @@ struct NodeCounters {
   std::uint64_t syncs = 0;
   std::uint64_t malformed = 0;  // frames a service wanted but could not understand
   std::uint64_t unused = 0;     // frames nobody wanted
-  std::uint64_t received = 0;
+  can::Traffic received;
 };
 
 class Node {

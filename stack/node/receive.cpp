@@ -28,22 +28,28 @@ inline void Node::Impl::take_sdo(std::uint16_t index, const can::Frame& frame) {
 // What a frame sets off (a COB-ID that is written, a reset) may change the table: a target is not
 // looked at after it was served.
 void Node::Impl::receive(std::span<const can::Frame> frames) {
-  for (const can::Frame& frame : frames) {
-    const can::Target* found = dispatch.find(frame);
-    if (found == nullptr) {
-      ++counters.unused;
-      continue;
-    }
-    now = frame.time;
-    if (frame.remote()) [[unlikely]] {
-      remote_request(*found, frame);
-    } else if (found->service == can::Service::rpdo && found->next == 0) [[likely]] {
-      pdos.receive(found->index, frame);
-    } else {
-      serve_all(found, frame);
+  while (!frames.empty()) {
+    frames = frames.subspan(pdos.receive_ordinary(frames, counters.received));
+    if (!frames.empty()) {
+      receive(frames.front());
+      frames = frames.subspan(1);
     }
   }
-  counters.received += frames.size();
+}
+
+void Node::Impl::receive(const can::Frame& frame) {
+  counters.received.add(frame);
+  const can::Target* found = dispatch.find(frame);
+  if (found == nullptr) {
+    ++counters.unused;
+    return;
+  }
+  now = frame.time;
+  if (frame.remote()) [[unlikely]] {
+    remote_request(*found, frame);
+  } else {
+    serve_all(found, frame);
+  }
 }
 
 // Each that wanted the frame when it came, and still does when it is its turn.

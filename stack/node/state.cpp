@@ -43,7 +43,7 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
     (void)dictionary.set_hook(index, hook).ok();  // optional objects may not be there
   }
   heartbeats.set_listener(this);
-  pdos.set_listener(this);
+  pdos.set_listener(this, false);
   if (options.nmt_slave) {
     dispatch.add(can::kNmtId, false, can::Service::nmt, 0);
   }

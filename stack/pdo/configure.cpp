@@ -48,8 +48,7 @@ std::vector<Diagnostic> Engine::Impl::configure() {
   const std::size_t tpdo_count = highest_number(PdoKind::tpdo);
   rpdos.assign(rpdo_count, {});
   details.assign(rpdo_count, {});
-  shadows.assign(rpdo_count, {});
-  deferred.reset(rpdo_count);
+  shadows.reset(rpdo_count);
   tpdos.assign(tpdo_count, {});
   inputs->grow_pdos(rpdo_count);
   outputs->grow_pdos(tpdo_count);
@@ -241,8 +240,7 @@ void Engine::Impl::stop(PdoKind kind, std::uint16_t slot) {
     if (in_error) {
       tell_in_order(slot);
     }
-    shadows[slot] = {};
-    deferred.clear(slot);
+    shadows.remove(slot);
     timers.stop(slot);
   } else {
     const can::CobId cob_id = tpdos[slot].cob_id;

@@ -13,6 +13,8 @@ void Listener::rpdo_wrong_length(std::uint16_t /*number*/, unsigned /*mapped*/,
 }
 void Listener::rpdo_deadline(std::uint16_t /*number*/) {
 }
+void Listener::rpdo_recovered(std::uint16_t /*number*/) {
+}
 void Listener::rpdo_in_order(std::uint16_t /*number*/) {
 }
 void Listener::pdo_unusable(od::Address /*place*/, AbortCode /*why*/) {
@@ -41,8 +43,9 @@ Engine::Engine(od::Dictionary& dictionary, can::Dispatch& dispatch, EventLog& ev
 
 Engine::~Engine() = default;
 
-void Engine::set_listener(Listener* listener) {
+void Engine::set_listener(Listener* listener, bool every_frame) {
   impl_->listener = listener;
+  impl_->hears_frames = listener != nullptr && every_frame;
 }
 
 void Engine::link(const LinkPlan& plan) {

@@ -15,6 +15,7 @@
 #include "stack/base/time.h"
 #include "stack/can/dispatch.h"
 #include "stack/can/frame.h"
+#include "stack/can/traffic.h"
 #include "stack/can/transmit_queue.h"
 #include "stack/od/dictionary.h"
 #include "stack/pdo/parameters.h"
@@ -49,8 +50,9 @@ class Listener {
   // A frame of the wrong length, or a deadline: for EMCY 8210h, 8220h, 8250h.
   virtual void rpdo_wrong_length(std::uint16_t number, unsigned mapped, unsigned received);
   virtual void rpdo_deadline(std::uint16_t number);
+  virtual void rpdo_recovered(std::uint16_t number);  // the first frame after a deadline
   // No such error is present any more: after a wrong length a frame of the right one came, or the
-  // RPDO was changed or is gone. (A deadline is over with rpdo_received, too.)
+  // RPDO was changed or is gone.
   virtual void rpdo_in_order(std::uint16_t number);
   // A valid PDO that cannot be used: a COB-ID, an entry or the length (sub 0) of its records is
   // wrong. Called from within configure() and writes to the records, too.
@@ -66,7 +68,8 @@ class Engine {
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
-  void set_listener(Listener* listener);
+  // every_frame: whether rpdo_received() is wanted, which costs time with every frame.
+  void set_listener(Listener* listener, bool every_frame = true);
 
   // The manager's PDOs are copied to and from the places of the plan; their communication
   // parameters are read from the dictionary where it has records (numbers 1..512), else from the
@@ -85,7 +88,11 @@ class Engine {
   // requests every event-driven TPDO once, so that consumers get first values.
   void set_operational(bool operational, Instant now);
 
-  // Hot. slot: Target::index of Service::rpdo. Uses frame.time. No allocation, lock, exception.
+  // Hot. Takes frames from the front as long as each is wanted by one RPDO alone and needs nothing
+  // but being copied (or kept for SYNC); gives how many, and adds them to traffic. The frame it
+  // stopped at goes to whom Dispatch says. Uses frame.time. No allocation, lock, exception.
+  std::size_t receive_ordinary(std::span<const can::Frame> frames, can::Traffic& traffic);
+  // Any frame. slot: Target::index of Service::rpdo.
   void receive(std::uint16_t slot, const can::Frame& frame);
   // A remote frame on a TPDO's COB-ID.
   void remote_request(std::uint16_t slot, Instant now);

@@ -20,6 +20,7 @@
 #include "stack/pdo/engine.h"
 #include "stack/pdo/link.h"
 #include "stack/pdo/record.h"
+#include "stack/pdo/shadows.h"
 #include "stack/pdo/timers.h"
 
 namespace linegate::pdo {
@@ -42,8 +43,8 @@ struct alignas(16) Rpdo {
   std::uint64_t mask = 0;  // of the first Run; 0 if nothing lies in the image
   std::uint32_t offset = 0;
   std::uint8_t rotate = 0;
-  std::uint8_t at_once = kNever;   // form() of frames that are simply copied
-  std::uint8_t deferred = kNever;  // form() of frames that are kept for the next SYNC
+  std::uint8_t at_once = kNever;   // form() of frames that are one word, simply copied
+  std::uint8_t deferred = kNever;  // form() of frames of up to 8 bytes, kept for the next SYNC
   std::uint8_t flags = 0;          // Flag values or-ed
 
   // Length and remote flag of a frame in one number.
@@ -64,13 +65,6 @@ struct RpdoDetails {
   std::size_t long_shadow = kNoShadow;  // place in Engine::Impl::long_shadows
 
   static constexpr std::size_t kNoShadow = SIZE_MAX;
-};
-
-// A synchronous RPDO's newest frame, until the next SYNC.
-struct Shadow {
-  std::array<std::byte, 8> data{};  // the first 8 bytes
-  Instant time{};
-  std::uint64_t frames = 0;  // received since the last SYNC
 };
 
 struct Tpdo {
@@ -166,15 +160,14 @@ struct Engine::Impl final : od::Hook {
 
   // --- reception (receive.cpp) ------------------------------------------------------------------
   void take(std::uint16_t slot, const std::byte* data, Instant time, std::uint32_t frames);
-  void take_rest(std::uint16_t slot, const can::Frame& frame);
   void copy_rest(std::uint16_t slot, const std::byte* data);
-  void finish(std::uint16_t slot, Instant time, std::uint32_t frames);
   void defer(std::uint16_t slot, const can::Frame& frame);
-  void defer_otherwise(std::uint16_t slot, const can::Frame& frame);
-  void receive_otherwise(std::uint16_t slot, const can::Frame& frame);
+  void receive_wrong_length(std::uint16_t slot, const can::Frame& frame);
   void attend(std::uint16_t slot, Instant time);
   void attend_reception(std::uint16_t slot, Instant time);
   void commit_rpdos();
+  std::size_t commit_ordinary(std::size_t from);
+  void commit(const Shadow& shadow);
   void check_deadline(std::uint16_t slot, Instant now);
   void tell_length(std::uint16_t slot, const can::Frame& frame);
   void tell_in_order(std::uint16_t slot);
@@ -207,8 +200,8 @@ struct Engine::Impl final : od::Hook {
   image::Area* inputs = nullptr;
   Listener* listener = nullptr;
   EngineCounters counters;
-  std::vector<Shadow> shadows;
-  Bitmap deferred;  // by slot: its shadow holds a frame
+  Shadows shadows;            // of the synchronous ones
+  bool hears_frames = false;  // the listener wants rpdo_received()
 
   od::Dictionary& dictionary;
   can::Dispatch& dispatch;

@@ -5,52 +5,63 @@
 
 namespace linegate::pdo {
 
-[[gnu::always_inline]] inline void Engine::Impl::defer(std::uint16_t slot,
-                                                       const can::Frame& frame) {
-  Shadow& shadow = shadows[slot];
-  std::memcpy(shadow.data.data(), frame.data.data(), shadow.data.size());
-  shadow.time = frame.time;
-  ++shadow.frames;
-  deferred.set(slot);
-  const bool attention = inputs->pdo(slot).attention > image::PdoState::kNotValid;
-  if (attention || (rpdos[slot].flags & Rpdo::kLong) != 0) [[unlikely]] {
-    defer_otherwise(slot, frame);
+// Nothing is called in here and nothing but marks and values changes, so that all else is in
+// registers; whatever needs more is left to receive().
+std::size_t Engine::receive_ordinary(std::span<const can::Frame> frames, can::Traffic& traffic) {
+  Impl& engine = *impl_;
+  if (engine.hears_frames) {
+    return 0;
   }
+  const can::Dispatch& dispatch = engine.dispatch;
+  const Rpdo* const rpdos = engine.rpdos.data();
+  Shadows::Series shadows(engine.shadows);
+  image::Area::Series inputs(*engine.inputs);
+  can::Traffic taken;
+  for (const can::Frame& frame : frames) {
+    const can::Target* const target = dispatch.find(frame);
+    if (target == nullptr || target->service != can::Service::rpdo || target->next != 0) {
+      break;
+    }
+    const std::uint16_t slot = target->index;
+    const Rpdo& pdo = rpdos[slot];
+    const std::uint8_t form = Rpdo::form(frame);
+    const std::uint32_t attention = inputs.pdo(slot).attention;
+    const auto word = load_le<std::uint64_t>(frame.data.data());
+    if (form == pdo.at_once && attention == 0) {
+      inputs.merge(pdo.offset, pdo.to_image(word), pdo.mask);
+      inputs.touch(slot, frame.time);
+    } else if (form == pdo.deferred && attention <= image::PdoState::kNotValid) {
+      shadows.keep(slot, word, frame.time);
+    } else {
+      break;
+    }
+    taken.add(frame);
+  }
+  traffic += taken;
+  engine.counters.received += inputs.touches();
+  return taken.frames;
 }
 
-// The ordinary frame comes first and calls nothing, so that it needs no stack; what is less
-// frequent is called last.
 void Engine::receive(std::uint16_t slot, const can::Frame& frame) {
   Impl& engine = *impl_;
-  const Rpdo& pdo = engine.rpdos[slot];
-  const std::uint16_t form = Rpdo::form(frame);
-  if (form != pdo.at_once) {
-    return form == pdo.deferred ? engine.defer(slot, frame) : engine.receive_otherwise(slot, frame);
+  const RpdoDetails& pdo = engine.details[slot];
+  if (!engine.operational || !pdo.active || frame.remote()) {
+    return;
   }
-  image::Area& inputs = *engine.inputs;
-  if (inputs.pdo(slot).attention != 0) [[unlikely]] {
-    return engine.take(slot, frame.data.data(), frame.time, 1);
+  const std::size_t mapped = pdo.plan.bytes();
+  const std::size_t expected = frame.fd() ? can::fd_length(mapped) : mapped;
+  if (frame.length != expected) {
+    engine.receive_wrong_length(slot, frame);
+  } else if (is_synchronous(pdo.type)) {
+    engine.defer(slot, frame);
+  } else {
+    engine.take(slot, frame.data.data(), frame.time, 1);
   }
-  const auto word = load_le<std::uint64_t>(frame.data.data());
-  inputs.merge(pdo.offset, pdo.to_image(word), pdo.mask);
-  if ((pdo.flags & Rpdo::kMore) != 0) {
-    return engine.take_rest(slot, frame);
-  }
-  inputs.touch(slot, frame.time);
-  ++engine.counters.received;
-  if (engine.listener != nullptr) {
-    engine.listener->rpdo_received(static_cast<std::uint16_t>(slot + 1), frame.time);
-  }
-}
-
-void Engine::Impl::take_rest(std::uint16_t slot, const can::Frame& frame) {
-  copy_rest(slot, frame.data.data());
-  finish(slot, frame.time, 1);
 }
 
 // data has room for a word at its begin.
-inline void Engine::Impl::take(std::uint16_t slot, const std::byte* data, Instant time,
-                               std::uint32_t frames) {
+void Engine::Impl::take(std::uint16_t slot, const std::byte* data, Instant time,
+                        std::uint32_t frames) {
   const Rpdo& pdo = rpdos[slot];
   if (inputs->pdo(slot).attention != 0) [[unlikely]] {
     attend(slot, time);
@@ -59,7 +70,11 @@ inline void Engine::Impl::take(std::uint16_t slot, const std::byte* data, Instan
   if ((pdo.flags & Rpdo::kMore) != 0) {
     copy_rest(slot, data);
   }
-  finish(slot, time, frames);
+  inputs->touch(slot, time, frames);
+  counters.received += frames;
+  if (hears_frames) {
+    listener->rpdo_received(static_cast<std::uint16_t>(slot + 1), time);
+  }
 }
 
 void Engine::Impl::copy_rest(std::uint16_t slot, const std::byte* data) {
@@ -73,40 +88,29 @@ void Engine::Impl::copy_rest(std::uint16_t slot, const std::byte* data) {
   }
 }
 
-inline void Engine::Impl::finish(std::uint16_t slot, Instant time, std::uint32_t frames) {
-  inputs->touch(slot, time, frames);
-  counters.received += frames;
-  if (listener != nullptr) {
-    listener->rpdo_received(static_cast<std::uint16_t>(slot + 1), time);
+void Engine::Impl::defer(std::uint16_t slot, const can::Frame& frame) {
+  const auto word = load_le<std::uint64_t>(frame.data.data());
+  Shadows::Series(shadows).keep(slot, word, frame.time);
+  if (inputs->pdo(slot).attention > image::PdoState::kNotValid) {
+    attend_reception(slot, frame.time);
   }
-}
-
-void Engine::Impl::defer_otherwise(std::uint16_t slot, const can::Frame& frame) {
-  attend_reception(slot, frame.time);
   if ((rpdos[slot].flags & Rpdo::kLong) != 0) {
     long_shadows[details[slot].long_shadow] = frame.data;
   }
 }
 
-// Values in the dictionary, lengths that are not the mapped one, and what is to be ignored.
-void Engine::Impl::receive_otherwise(std::uint16_t slot, const can::Frame& frame) {
+void Engine::Impl::receive_wrong_length(std::uint16_t slot, const can::Frame& frame) {
   const RpdoDetails& pdo = details[slot];
-  if (!operational || !pdo.active || frame.remote()) {
-    return;
-  }
   if (frame.length < pdo.plan.bytes()) {
     ++counters.too_short;
     tell_length(slot, frame);
     return;
   }
-  const std::size_t expected = frame.fd() ? can::fd_length(pdo.plan.bytes()) : pdo.plan.bytes();
-  if (frame.length > expected) {
-    ++counters.too_long;
-    tell_length(slot, frame);
-  }
+  ++counters.too_long;
+  tell_length(slot, frame);
   // Only a frame of the right length ends a wrong one.
   std::uint32_t& attention = inputs->pdo(slot).attention;
-  const std::uint32_t told = frame.length > expected ? attention & kLengthTold : 0;
+  const std::uint32_t told = attention & kLengthTold;
   attention &= ~told;
   if (is_synchronous(pdo.type)) {
     defer(slot, frame);
@@ -117,14 +121,42 @@ void Engine::Impl::receive_otherwise(std::uint16_t slot, const can::Frame& frame
 }
 
 void Engine::Impl::commit_rpdos() {
-  deferred.take_all([this](std::uint16_t slot) {
-    Shadow& shadow = shadows[slot];
-    const bool is_long = (rpdos[slot].flags & Rpdo::kLong) != 0;
-    const std::byte* data =
-        is_long ? long_shadows[details[slot].long_shadow].data() : shadow.data.data();
-    const std::uint64_t frames = std::exchange(shadow.frames, 0);
-    take(slot, data, shadow.time, static_cast<std::uint32_t>(frames));
-  });
+  for (std::size_t next = commit_ordinary(0); next < shadows.size();
+       next = commit_ordinary(next + 1)) {
+    commit(Shadow(shadows[next]));  // a copy: the listener may change PDOs
+  }
+  shadows.clear();
+}
+
+// As receive_ordinary(): gives the place at which it stopped.
+std::size_t Engine::Impl::commit_ordinary(std::size_t from) {
+  if (hears_frames) {
+    return from;
+  }
+  image::Area::Series series(*inputs);
+  std::size_t next = from;
+  for (; next < shadows.size(); ++next) {
+    const Shadow& shadow = shadows[next];
+    const Rpdo& pdo = rpdos[shadow.slot];
+    if (shadow.frames == 0 || pdo.flags != 0 || series.pdo(shadow.slot).attention != 0) {
+      break;
+    }
+    series.merge(pdo.offset, pdo.to_image(shadow.word), pdo.mask);
+    series.touch(shadow.slot, shadow.time, shadow.frames);
+  }
+  counters.received += series.touches();
+  return next;
+}
+
+void Engine::Impl::commit(const Shadow& shadow) {
+  if (shadow.frames == 0) {
+    return;
+  }
+  std::array<std::byte, sizeof shadow.word> word{};
+  store_le(word.data(), shadow.word);
+  const bool is_long = (rpdos[shadow.slot].flags & Rpdo::kLong) != 0;
+  take(shadow.slot, is_long ? long_shadows[details[shadow.slot].long_shadow].data() : word.data(),
+       shadow.time, shadow.frames);
 }
 
 // Validity begins when values are in place; all else concerns reception, which for synchronous
@@ -143,6 +175,9 @@ void Engine::Impl::attend_reception(std::uint16_t slot, Instant time) {
   std::uint32_t& attention = inputs->pdo(slot).attention;
   if ((attention & kTimedOut) != 0) {
     events.emit(event(EventKind::pdo_recovered, time, slot));
+    if (listener != nullptr) {
+      listener->rpdo_recovered(static_cast<std::uint16_t>(slot + 1));
+    }
   }
   if ((attention & (kFirst | kTimedOut)) != 0 && details[slot].deadline > Duration::zero()) {
     timers.set(slot, time + details[slot].deadline);
@@ -156,7 +191,8 @@ void Engine::Impl::attend_reception(std::uint16_t slot, Instant time) {
 
 void Engine::Impl::check_deadline(std::uint16_t slot, Instant now) {
   const RpdoDetails& pdo = details[slot];
-  const Instant last = deferred.test(slot) ? shadows[slot].time : inputs->pdo(slot).last;
+  const Shadow* const shadow = shadows.find(slot);
+  const Instant last = shadow != nullptr ? shadow->time : inputs->pdo(slot).last;
   const Instant due = last + pdo.deadline;
   if (due > now) {
     timers.set(slot, due);

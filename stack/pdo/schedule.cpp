@@ -111,17 +111,21 @@ void Engine::Impl::set_operational(bool on, Instant now) {
   }
 }
 
-// Frames of the expected form are taken the short way.
+// What receive_ordinary() takes.
 void Engine::Impl::open_rpdos() {
   for (std::size_t slot = 0; slot < rpdos.size(); ++slot) {
     const RpdoDetails& pdo = details[slot];
     rpdos[slot].at_once = Rpdo::kNever;
     rpdos[slot].deferred = Rpdo::kNever;
-    if (operational && pdo.active) {
-      const std::size_t bytes = pdo.plan.bytes();
-      const auto form =
-          bytes > can::kMaxClassicData ? can::fd_length(bytes) : static_cast<std::uint8_t>(bytes);
-      (is_synchronous(pdo.type) ? rpdos[slot].deferred : rpdos[slot].at_once) = form;
+    const std::uint8_t flags = rpdos[slot].flags;
+    if (!operational || !pdo.active || (flags & Rpdo::kLong) != 0) {
+      continue;
+    }
+    const auto form = static_cast<std::uint8_t>(pdo.plan.bytes());
+    if (is_synchronous(pdo.type)) {
+      rpdos[slot].deferred = form;
+    } else if ((flags & Rpdo::kMore) == 0) {
+      rpdos[slot].at_once = form;
     }
   }
 }
@@ -130,10 +134,9 @@ void Engine::Impl::go_quiet() {
   pending.clear_all();
   inhibited.clear_all();
   next_release = kNever;
-  deferred.clear_all();
+  shadows.clear();
   timers.reset(rpdos.size() + tpdos.size());
   for (std::size_t slot = 0; slot < rpdos.size(); ++slot) {
-    shadows[slot].frames = 0;
     inputs->pdo(slot).attention &= ~std::uint32_t{kFirst};  // errors last
   }
   for (Tpdo& pdo : tpdos) {

@@ -118,12 +118,11 @@ struct Receiver {
   }
 
   void receive(std::span<const can::Frame> batch) {
-    for (const can::Frame& frame : batch) {
-      for (const can::Target* target = dispatch.find(frame); target != nullptr;
-           target = dispatch.next(*target)) {
-        if (target->service == can::Service::rpdo) {
-          engine->receive(target->index, frame);
-        }
+    while (!batch.empty()) {
+      batch = batch.subspan(engine->receive_ordinary(batch, traffic));
+      if (!batch.empty()) {
+        engine->receive(dispatch.find(batch.front())->index, batch.front());
+        batch = batch.subspan(1);
       }
     }
   }
@@ -134,6 +133,7 @@ struct Receiver {
   can::Dispatch dispatch;
   EventLog events;
   std::unique_ptr<pdo::Engine> engine;
+  can::Traffic traffic;
 };
 
 void per_frame(benchmark::State& state, std::uint64_t allocated) {

@@ -92,7 +92,7 @@ TEST_F(MalformedFrameTest, RandomFramesDoNoHarm) {
     drain(now);
     testing::take_events(events);
   }
-  EXPECT_EQ(node->counters().received, 20'000U + 3);
+  EXPECT_EQ(node->counters().received.frames, 20'000U + 3);
   node->start(now);
   drain(now);
   EXPECT_EQ(sdo_write({0x2000, 1}, 2, 0x4321, now - at(0ms)), 0U);

@@ -21,7 +21,21 @@ struct Manager {
     engine->set_operational(true, at(0));
   }
 
-  void receive(const can::Frame& frame) {
+  // As node::Node does it.
+  void receive(std::span<const can::Frame> frames) {
+    while (!frames.empty()) {
+      const std::size_t ordinary = engine->receive_ordinary(frames, traffic);
+      by_short_way += ordinary;
+      frames = frames.subspan(ordinary);
+      if (!frames.empty()) {
+        receive_otherwise(frames.front());
+        frames = frames.subspan(1);
+      }
+    }
+  }
+  void receive(const can::Frame& frame) { receive(std::span(&frame, 1)); }
+  void receive_otherwise(const can::Frame& frame) {
+    traffic.add(frame);
     for (const can::Target* target = dispatch.find(frame); target != nullptr;
          target = dispatch.next(*target)) {
       engine->receive(target->index, frame);
@@ -39,6 +53,8 @@ struct Manager {
   EventLog events;
   std::unique_ptr<Engine> engine;
   image::Snapshot inputs;
+  can::Traffic traffic;
+  std::uint64_t by_short_way = 0;
 };
 
 inline Parameters remote_pdo(std::uint16_t number, std::uint32_t cob_id,

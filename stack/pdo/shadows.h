@@ -1,0 +1,90 @@
+// The newest frame of each synchronous RPDO, until the next SYNC.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "stack/base/time.h"
+
+namespace linegate::pdo {
+
+struct Shadow {
+  std::uint64_t word = 0;    // the first 8 bytes of the newest frame
+  Instant time{};            // of the newest frame
+  std::uint32_t frames = 0;  // since the last SYNC; 0 if the PDO was changed meanwhile
+  std::uint16_t slot = 0;
+};
+
+// Side by side in the order of their first frames: what a SYNC commits is read in one sweep. Where
+// one stands is known by slot; a place counts only if the shadow there is of that slot, so that
+// places need not be cleared.
+class Shadows {
+ public:
+  // Room for so many RPDOs, none with a frame. Allocates.
+  void reset(std::size_t slots) {
+    shadows_.assign(slots + 1, {});
+    places_.assign(slots, 0);
+    size_ = 0;
+  }
+  void clear() { size_ = 0; }
+  // Forgets the frame of the slot.
+  void remove(std::uint16_t slot) {
+    if (holds(slot)) {
+      shadows_[places_[slot]].frames = 0;
+    }
+  }
+
+  std::size_t size() const { return size_; }
+  Shadow& operator[](std::size_t place) { return shadows_[place]; }
+  // nullptr if there was no frame since the last SYNC.
+  const Shadow* find(std::uint16_t slot) const {
+    return holds(slot) && shadows_[places_[slot]].frames != 0 ? &shadows_[places_[slot]] : nullptr;
+  }
+
+  // Frames in a row, with nothing in between that uses the shadows.
+  class Series {
+   public:
+    explicit Series(Shadows& shadows)
+        : all_(shadows),
+          shadows_(shadows.shadows_.data()),
+          places_(shadows.places_.data()),
+          size_(shadows.size_) {}
+    ~Series() { all_.size_ = size_; }
+    Series(const Series&) = delete;
+    Series& operator=(const Series&) = delete;
+
+    // No branch: whether a slot is new is nothing that could be predicted.
+    void keep(std::uint16_t slot, std::uint64_t word, Instant time) {
+      const std::size_t known = places_[slot];
+      const bool is_new = known >= size_ || shadows_[known].slot != slot;
+      const std::size_t place = is_new ? size_ : known;
+      const std::uint32_t before = is_new ? 0 : shadows_[place].frames;
+      Shadow& shadow = shadows_[place];
+      shadow.word = word;
+      shadow.time = time;
+      shadow.frames = before + 1;
+      shadow.slot = slot;
+      places_[slot] = static_cast<std::uint16_t>(place);
+      size_ += is_new ? 1 : 0;
+    }
+
+   private:
+    Shadows& all_;
+    Shadow* const shadows_;
+    std::uint16_t* const places_;
+    std::size_t size_;
+  };
+
+ private:
+  bool holds(std::uint16_t slot) const {
+    const std::size_t place = places_[slot];
+    return place < size_ && shadows_[place].slot == slot;
+  }
+
+  std::vector<Shadow> shadows_;        // the first size_ of them; one more than there are slots
+  std::vector<std::uint16_t> places_;  // by slot
+  std::size_t size_ = 0;
+};
+
+}  // namespace linegate::pdo
