@@ -32,6 +32,13 @@ bool stopped() {
   return stop_requested != 0;
 }
 
+// For commands that run until they are told to end. The others wait for something: a signal ends
+// them at once.
+void end_in_good_order() {
+  std::signal(SIGINT, request_stop);
+  std::signal(SIGTERM, request_stop);
+}
+
 // What is common to all commands that speak to a gateway.
 struct Options {
   unsigned domain = 0;
@@ -69,8 +76,6 @@ int with_client(const Options& options, const Topics& topics,
   if (!made.ok()) {
     return kExitFailed;
   }
-  std::signal(SIGINT, request_stop);
-  std::signal(SIGTERM, request_stop);
   RemoteClient client(*std::move(made.value));
   console::Context context{.client = client,
                            .out = std::cout,
@@ -155,8 +160,10 @@ class Program {
     events->add_option("line", texts_.line);
     events->add_option("-n,--count", count_, "end after so many");
     on(events, [this] {
-      return with_client(options_, {.events = true},
-                         [&](auto& c) { return console::events(c, texts_.line, count_, stopped); });
+      return with_client(options_, {.events = true}, [&](auto& c) {
+        end_in_good_order();
+        return console::events(c, texts_.line, count_, stopped);
+      });
     });
   }
 
@@ -246,6 +253,7 @@ class Program {
 
   int run_monitor() {
     return with_client(options_, {.images = true, .events = true}, [this](console::Context& c) {
+      end_in_good_order();
       const console::MonitorOptions monitor{.duration = seconds(duration_), .once = once_};
       const bool screen = !once_ && !options_.json && isatty(STDOUT_FILENO) != 0;
       return screen ? console::monitor_screen(c, monitor, stopped)

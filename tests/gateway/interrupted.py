@@ -1,0 +1,41 @@
+#!/usr/bin/python3
+"""A console command that waits for a gateway ends at once when it is told to, and not when its wait is over.
+
+interrupted.py LINEGATE PROFILES
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+PATIENCE = 60  # seconds; the command itself would wait far longer
+
+
+def is_waiting(process):
+    """It has made its participant: DDS has threads of its own."""
+    return len(os.listdir(f"/proc/{process.pid}/task")) > 4
+
+
+def main(linegate, profiles):
+    domain = str(50 + os.getpid() % 140)
+    command = [linegate, "--profile", profiles, "--domain", domain, "--wait", "3600", "nodes"]
+    with subprocess.Popen(command) as process:
+        try:
+            end = time.monotonic() + PATIENCE
+            while not is_waiting(process) and time.monotonic() < end:
+                time.sleep(0.05)
+            # Whatever else it sets up comes after its participant.
+            time.sleep(1)
+            process.send_signal(signal.SIGTERM)
+            process.wait(timeout=PATIENCE)
+        except subprocess.TimeoutExpired:
+            return "it still waits"
+        finally:
+            process.kill()
+    return None if process.returncode == -signal.SIGTERM else f"it ended with {process.returncode}"
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
