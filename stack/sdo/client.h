@@ -37,7 +37,7 @@ enum class Receipt : std::uint8_t {
 class Client {
  public:
   // Uploads with more bytes are aborted with 0504 0005h.
-  static constexpr std::size_t kMaxUpload = 16 * 1024 * 1024;
+  static constexpr std::size_t kMaxUpload = std::size_t{16} * 1024 * 1024;
 
   // request: client to server. Whoever owns the dispatch table brings the responses.
   explicit Client(can::CobId request);

@@ -25,7 +25,7 @@ namespace linegate::sdo {
 struct ServerOptions {
   Duration timeout = std::chrono::seconds(1);  // a segmented transfer without a frame for so long
                                                // is aborted with 0504 0000h
-  std::size_t max_transfer = 128 * 1024;       // bytes; longer ones: abort 0504 0005h
+  std::size_t max_transfer = std::size_t{128} * 1024;  // bytes; longer ones: abort 0504 0005h
 };
 
 struct ServerCounters {

@@ -7,7 +7,7 @@ namespace linegate::sdo {
 namespace {
 
 // A size on the wire is only a claim: room for more than this is made when the bytes are there.
-constexpr std::size_t kMaxReserve = 64 * 1024;
+constexpr std::size_t kMaxReserve = std::size_t{64} * 1024;
 
 }  // namespace
 
