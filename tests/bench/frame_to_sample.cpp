@@ -84,6 +84,7 @@ int subscribe(std::uint32_t domain, int pipe) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   dds::ClientOptions options;
   options.domain = domain;
+  options.profile_file = LOOPBACK_PROFILES;
   options.lines = options.nodes = options.layouts = options.pdos = false;
   options.events = options.commands = false;
   auto client = dds::Client::make(options);
@@ -113,6 +114,7 @@ class Gateway {
     dds::GatewayOptions options;
     options.gateway = "gateway";
     options.domain = domain;
+    options.profile_file = LOOPBACK_PROFILES;
     options.lines = {plan.config.name};
     auto bridge = dds::GatewayBridge::make(options);
     require(made.ok() && bridge.ok(), "no line, or no DDS");
@@ -146,7 +148,7 @@ class Gateway {
 class Writer {
  public:
   Writer(const std::string& name, std::uint32_t domain)
-      : endpoints_(name, domain, {}, diagnostics_),
+      : endpoints_(name, domain, LOOPBACK_PROFILES, diagnostics_),
         writer_(endpoints_.writer<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE)) {
     require(endpoints_.ok(), "no DDS writer");
     sample_.gateway(name);

@@ -29,7 +29,8 @@ std::uint32_t domain() {
 }
 
 std::string plant_text() {
-  return "schema: 1\ngateway: {name: test}\ndds: {domain: " + std::to_string(domain()) + R"(}
+  return "schema: 1\ngateway: {name: test}\ndds: {domain: " + std::to_string(domain()) +
+         ", profile: " + LOOPBACK_PROFILES + R"(}
 lines:
   - name: open
     interface: "simulated:"
@@ -116,6 +117,7 @@ class GatewayTest : public testing::Test {
     gateway_->start();
     dds::ClientOptions options;
     options.domain = domain();
+    options.profile_file = LOOPBACK_PROFILES;
     options.outputs = true;
     auto client = dds::Client::make(options);
     ASSERT_TRUE(client.ok());
