@@ -1,6 +1,7 @@
 #include "bridges/dds/publisher.h"
 
 #include <algorithm>
+#include <chrono>
 #include <mutex>
 #include <utility>
 
@@ -49,6 +50,7 @@ std::string_view policy_name(std::uint32_t id) {
 
 struct GatewayBridge::Impl {
   Impl(const GatewayOptions& options, std::vector<Diagnostic>& diagnostics);
+  ~Impl();
 
   template <class Sample>
   void address(std::string_view line, Sample& sample) const;
@@ -111,6 +113,18 @@ GatewayBridge::Impl::Impl(const GatewayOptions& options, std::vector<Diagnostic>
   requests = std::make_unique<InboundReader<v1::CommandRequestPubSubType>>(
       endpoints, waiting, v1::TOPIC_COMMAND_REQUEST);
   endpoints.seal();
+}
+
+// An end of a writer goes another way than its samples, and may overtake them.
+GatewayBridge::Impl::~Impl() {
+  using Clock = std::chrono::steady_clock;
+  const auto deadline = Clock::now() + kLastWords;
+  const auto left = [&] { return std::max(Duration::zero(), Duration{deadline - Clock::now()}); };
+  for (fast::DataWriter* writer : {events, nodes, lines, images}) {
+    if (writer != nullptr)
+      writer->wait_for_acknowledgments(to_dds(left()));
+  }
+  replies->wait_for_acknowledgments(left());
 }
 
 template <class Sample>

@@ -9,6 +9,7 @@
 // set_clock() and publish...(); poll(); reply(). wake() may come from anywhere.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -26,6 +27,8 @@
 #include "stack/line/state.h"
 
 namespace linegate::dds {
+
+inline constexpr Duration kLastWords = std::chrono::milliseconds(500);
 
 struct GatewayOptions {
   std::string gateway;            // up to 64 bytes
@@ -83,6 +86,8 @@ class GatewayBridge {
   // Creates participant, topics and endpoints. Diagnostics name the profile file used and what is
   // wrong with it. Without a value nothing remains.
   static Loaded<std::unique_ptr<GatewayBridge>> make(const GatewayOptions& options);
+  // What was published last must not be lost with its writer: waits until every reader has it, but
+  // no longer than kLastWords, since a reader may be stopped or have been killed.
   ~GatewayBridge();
   GatewayBridge(const GatewayBridge&) = delete;
   GatewayBridge& operator=(const GatewayBridge&) = delete;

@@ -2,6 +2,8 @@
 
 #include <linegatePubSubTypes.h>
 
+#include "bridges/dds/waiting.h"
+
 namespace linegate::dds {
 
 ReplyWriter::ReplyWriter(Endpoints& endpoints)
@@ -13,6 +15,12 @@ bool ReplyWriter::write(v1::CommandReply& sample) {
   const std::lock_guard lock(mutex_);
   make_room_for(sample);
   return writer_ != nullptr && writer_->write(&sample);
+}
+
+void ReplyWriter::wait_for_acknowledgments(Duration most) {
+  const std::lock_guard lock(mutex_);
+  if (writer_ != nullptr)
+    writer_->wait_for_acknowledgments(to_dds(most));
 }
 
 void ReplyWriter::make_room_for(const v1::CommandReply& sample) {

@@ -15,6 +15,7 @@
 #include <linegate.h>
 
 #include "bridges/dds/endpoints.h"
+#include "stack/base/time.h"
 
 namespace linegate::dds {
 
@@ -25,6 +26,8 @@ class ReplyWriter {
 
   // From any thread. False: DDS did not take it.
   bool write(v1::CommandReply& sample);
+  // Until every reader has all that was written, or the time is over.
+  void wait_for_acknowledgments(Duration most);
 
  private:
   void make_room_for(const v1::CommandReply& sample);

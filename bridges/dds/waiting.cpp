@@ -7,6 +7,13 @@ namespace linegate::dds {
 
 namespace fast = eprosima::fastdds::dds;
 
+eprosima::fastrtps::Duration_t to_dds(Duration timeout) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max() * kSecond;
+  const std::int64_t ns = std::clamp<std::int64_t>(timeout.count(), 0, kMost);
+  return {static_cast<std::int32_t>(ns / kSecond), static_cast<std::uint32_t>(ns % kSecond)};
+}
+
 Waiting::Waiting() {
   set_.attach_condition(woken_);
 }
@@ -29,13 +36,7 @@ void Waiting::forget(fast::DataReader* reader) {
 }
 
 bool Waiting::wait(Duration timeout) {
-  using eprosima::fastrtps::Duration_t;
-  constexpr std::int64_t kSecond = 1'000'000'000;
-  constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max() * kSecond;
-  const std::int64_t ns = std::clamp<std::int64_t>(timeout.count(), 0, kMost);
-  const Duration_t limit(static_cast<std::int32_t>(ns / kSecond),
-                         static_cast<std::uint32_t>(ns % kSecond));
-  const bool any = set_.wait(active_, limit) == ReturnCode_t::RETCODE_OK;
+  const bool any = set_.wait(active_, to_dds(timeout)) == ReturnCode_t::RETCODE_OK;
   woken_.set_trigger_value(false);
   return any;
 }

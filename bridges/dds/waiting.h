@@ -9,6 +9,9 @@
 
 namespace linegate::dds {
 
+// A time-out as Fast DDS takes it; none below 0, and what is beyond its range is centuries anyway.
+eprosima::fastrtps::Duration_t to_dds(Duration timeout);
+
 class Waiting {
  public:
   Waiting();
