@@ -60,7 +60,6 @@ LineRunner::LineRunner(std::unique_ptr<line::Line> line,
 
 void LineRunner::service(Instant now) {
   handed_over_ = false;
-  take_requests(now);
   const Instant known = pump_.drain(
       now,
       [&](std::span<const can::Frame> frames) {
@@ -69,6 +68,7 @@ void LineRunner::service(Instant now) {
         }
       },
       [&](const can::BusEvent& event) { bus_event(event, now); });
+  take_requests(known);  // after what was on the bus before: time does not go back for the line
   if (started_) {
     line_->advance(known);
     pump_.transmit(now, [&](can::Frame& frame) { return line_->next_frame(frame, now); });

@@ -227,6 +227,25 @@ TEST_F(LineRunnerTest, ReportsNoTimeOutThatLateFramesDisprove) {
   EXPECT_FALSE(happened(EventKind::heartbeat_lost));
 }
 
+TEST_F(LineRunnerTest, TimeDoesNotGoBackWhenFramesAndCommandsComeTogether) {
+  boot();
+  (void)events();
+  come(0x085, {0x00, 0x10, 0x01, 0, 0, 0, 0, 0});
+  line::Command command;
+  command.kind = line::CommandKind::sdo_read;
+  command.node = 200;  // refused, with an event
+  port_.commands.push(command);
+  serve(5ms);
+  Instant last{};
+  std::vector<EventKind> kinds;
+  for (const Event& event : events()) {
+    EXPECT_GE(event.time, last);
+    last = event.time;
+    kinds.push_back(event.kind);
+  }
+  EXPECT_EQ(kinds, (std::vector{EventKind::emcy, EventKind::command_refused}));
+}
+
 TEST_F(LineRunnerTest, HandsOverImagesOnChangeWithTheirSeparation) {
   boot();
   auto& slot = port_.image(image::Direction::inputs);
