@@ -133,19 +133,21 @@ std::size_t Engine::Impl::commit_ordinary(std::size_t from) {
   if (hears_frames) {
     return from;
   }
+  const std::span<const Shadow> waiting = shadows.from(from);
+  const Rpdo* const pdos = rpdos.data();
   image::Area::Series series(*inputs);
-  std::size_t next = from;
-  for (; next < shadows.size(); ++next) {
-    const Shadow& shadow = shadows[next];
-    const Rpdo& pdo = rpdos[shadow.slot];
+  std::size_t taken = 0;
+  for (const Shadow& shadow : waiting) {
+    const Rpdo& pdo = pdos[shadow.slot];
     if (shadow.frames == 0 || pdo.flags != 0 || series.pdo(shadow.slot).attention != 0) {
       break;
     }
     series.merge(pdo.offset, pdo.to_image(shadow.word), pdo.mask);
     series.touch(shadow.slot, shadow.time, shadow.frames);
+    ++taken;
   }
   counters.received += series.touches();
-  return next;
+  return from + taken;
 }
 
 void Engine::Impl::commit(const Shadow& shadow) {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "stack/base/time.h"
@@ -36,7 +37,11 @@ class Shadows {
   }
 
   std::size_t size() const { return size_; }
-  Shadow& operator[](std::size_t place) { return shadows_[place]; }
+  const Shadow& operator[](std::size_t place) const { return shadows_[place]; }
+  // Those at `place` and behind.
+  std::span<const Shadow> from(std::size_t place) const {
+    return std::span(shadows_).subspan(place, size_ - place);
+  }
   // nullptr if there was no frame since the last SYNC.
   const Shadow* find(std::uint16_t slot) const {
     return holds(slot) && shadows_[places_[slot]].frames != 0 ? &shadows_[places_[slot]] : nullptr;
