@@ -22,20 +22,7 @@ spdlog::level::level_enum level(EventSeverity severity) {
 }  // namespace
 
 bool EventLogger::admit(EventKind kind, Instant now, std::uint64_t& left_out) {
-  Bucket& bucket = buckets_[std::min(static_cast<std::size_t>(kind), kEventKinds - 1)];
-  if (bucket.filled != Instant{}) {
-    const double seconds = std::chrono::duration<double>(now - bucket.filled).count();
-    bucket.tokens = std::min(kBurst, bucket.tokens + seconds * kPerSecond);
-  }
-  bucket.filled = now;
-  if (bucket.tokens < 1) {
-    ++bucket.left_out;
-    return false;
-  }
-  bucket.tokens -= 1;
-  left_out = bucket.left_out;
-  bucket.left_out = 0;
-  return true;
+  return limits_[std::min(static_cast<std::size_t>(kind), kEventKinds - 1)].admit(now, left_out);
 }
 
 void EventLogger::write(std::string_view line, const Event& event, std::string_view text,

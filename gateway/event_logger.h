@@ -5,29 +5,22 @@
 #include <cstdint>
 #include <string_view>
 
+#include "gateway/rate_limit.h"
 #include "stack/base/event.h"
 
 namespace linegate::gateway {
 
-// For one line. Each kind of event may be written kBurst times at once and kPerSecond in the long
-// run; how many were left out is said when the next one is written.
+// For one line; each kind of event has a RateLimit of its own, and how many were left out is said
+// when the next one is written.
 class EventLogger {
  public:
-  static constexpr double kBurst = 20;
-  static constexpr double kPerSecond = 5;
-
   // True if an event of that kind may be written now; left_out becomes how many before it were not.
   bool admit(EventKind kind, Instant now, std::uint64_t& left_out);
 
   void write(std::string_view line, const Event& event, std::string_view text, Instant now);
 
  private:
-  struct Bucket {
-    double tokens = kBurst;
-    Instant filled{};
-    std::uint64_t left_out = 0;
-  };
-  std::array<Bucket, kEventKinds> buckets_{};
+  std::array<RateLimit, kEventKinds> limits_{};
 };
 
 }  // namespace linegate::gateway

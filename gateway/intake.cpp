@@ -7,6 +7,7 @@
 
 #include "gateway/access.h"
 #include "gateway/clock.h"
+#include "gateway/foreign_text.h"
 
 namespace linegate::gateway {
 namespace {
@@ -104,7 +105,8 @@ void Intake::on_command(dds::CommandMessage message) {
 void Intake::on_output_write(dds::OutputMessage message) {
   LineHost* host = find(message.line);
   if (host == nullptr) {
-    return;  // the bridge knows the lines and does not let it through
+    tell_unknown_line(message.line);
+    return;
   }
   if (host->plan.outputs != config::Access::all) {
     refuse_output(*host, message.write.group, line::OutputRefusal::not_permitted);
@@ -121,6 +123,8 @@ void Intake::on_output_refused(std::string_view line, std::uint16_t group,
   spdlog::debug("{}: outputs of group {} refused: {}", line, group, why);
   if (LineHost* host = find(line)) {
     refuse_output(*host, group, refusal);
+  } else {
+    tell_unknown_line(line);
   }
 }
 
@@ -150,6 +154,18 @@ void Intake::on_misfit(std::string_view topic, std::string_view policy) {
   misfit_told_ = now;
   spdlog::warn("{}: a subscriber writes with a quality of service that does not fit ({})", topic,
                policy);
+}
+
+// There is no line whose event it could be.
+void Intake::tell_unknown_line(std::string_view line) {
+  ++unknown_lines_;
+  const Instant now = monotonic_now();
+  if (now - unknown_lines_told_ < kNoticePeriod) {
+    return;
+  }
+  unknown_lines_told_ = now;
+  spdlog::warn("{} outputs for a line that does not exist were received and dropped, last '{}'",
+               std::exchange(unknown_lines_, 0), printable(line));
 }
 
 void Intake::refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal) {

@@ -48,6 +48,7 @@ class Intake final : public dds::GatewayHandler {
   line::Refusal judge(const LineHost& host, const dds::CommandMessage& message) const;
   void answer(line::Reply reply);
   void refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal);
+  void tell_unknown_line(std::string_view line);
   void notice(LineHost& host, EventKind kind, std::uint32_t code, std::uint32_t value);
   void run();
 
@@ -62,6 +63,8 @@ class Intake final : public dds::GatewayHandler {
   std::uint64_t unreadable_ = 0;  // samples since they were told last
   Instant unreadable_told_{};
   Instant misfit_told_{};
+  std::uint64_t unknown_lines_ = 0;  // outputs since they were told last
+  Instant unknown_lines_told_{};
   exchange::Flag stop_;
   std::thread thread_;
 };

@@ -13,8 +13,10 @@
 
 #include "bridges/console/commands.h"
 #include "bridges/console/monitor.h"
+#include "bridges/dds/library_log.h"
 #include "gateway/check.h"
 #include "gateway/exit_code.h"
+#include "gateway/foreign_text.h"
 #include "gateway/remote_client.h"
 #include "gateway/signals.h"
 #include "gateway/simulate.h"
@@ -46,7 +48,20 @@ struct Options {
   double wait = 5;
   double timeout = 5;
   bool json = false;
+  bool verbose = false;
 };
+
+// What Fast DDS itself has to say would get in the way of a picture, and of what a script reads.
+void set_up_library_log(bool verbose) {
+  if (!verbose) {
+    dds::set_library_log({});
+    return;
+  }
+  dds::set_library_log([](Severity severity, std::string_view text) {
+    std::cerr << "Fast DDS: " << (severity == Severity::error ? "error: " : "warning: ")
+              << printable(text) << '\n';
+  });
+}
 
 Duration seconds(double value) {
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(value));
@@ -69,6 +84,7 @@ int with_client(const Options& options, const Topics& topics,
   client_options.pdos = false;
   client_options.events = topics.events;
   client_options.commands = topics.commands;
+  set_up_library_log(options.verbose);
   auto made = dds::Client::make(client_options);
   for (const Diagnostic& diagnostic : made.diagnostics) {
     std::cerr << to_string(diagnostic) << '\n';
@@ -104,6 +120,7 @@ class Program {
     app_.add_option("--timeout", options_.timeout, "seconds to wait for an answer")
         ->check(CLI::PositiveNumber);
     app_.add_flag("--json", options_.json, "print JSON");
+    app_.add_flag("--verbose", options_.verbose, "say on standard error what Fast DDS reports");
     app_.footer(
         "Exit status: 0 done, 1 failed or refused, 2 wrong usage or configuration.\n"
         "A line is named by its name or its network-ID; a node is LINE:NODE, for example press:5,\n"

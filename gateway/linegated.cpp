@@ -11,6 +11,7 @@
 #include "gateway/check.h"
 #include "gateway/exit_code.h"
 #include "gateway/gateway.h"
+#include "gateway/library_logger.h"
 #include "gateway/log.h"
 #include "gateway/signals.h"
 
@@ -68,6 +69,7 @@ int start(const Arguments& arguments) {
   loaded.value->dds_domain = arguments.dds_domain.value_or(loaded.value->dds_domain);
   const auto level = config::parse_log_level(arguments.log_level);
   set_up_log(level.value_or(loaded.value->log));
+  const LibraryLogger library_logger;
   return run(*loaded.value);
 }
 

@@ -114,6 +114,7 @@ void set_library_log(LibraryLog log) {
   const std::lock_guard lock(state.mutex);
   state.log = std::move(log);
   state.log_taken = true;
+  fast::Log::SetVerbosity(fast::Log::Kind::Warning);
   replace_consumer(state.log);
 }
 

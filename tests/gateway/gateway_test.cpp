@@ -1,6 +1,7 @@
 // The whole gateway in one process: simulated devices on one side, a DDS client on the other.
 #include "gateway/gateway.h"
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <map>
@@ -14,6 +15,7 @@
 #include "bridges/dds/client.h"
 #include "gateway/clock.h"
 
+#include "tests/gateway/log_keeper.h"
 #include "tests/gateway/plans.h"
 
 namespace linegate::gateway {
@@ -238,6 +240,18 @@ TEST_F(GatewayTest, WritesOutputsThroughToTheDevice) {
   forbidden.layout_id = seen_.layouts["closed/outputs"].id;
   EXPECT_TRUE(client_->write_outputs(at("closed"), forbidden));
   EXPECT_TRUE(until([&] { return seen_.happened("closed", EventKind::output_refused); }));
+}
+
+TEST_F(GatewayTest, TellsOfOutputsForALineThatDoesNotExist) {
+  LogKeeper log;
+  line::OutputWrite write;
+  write.group = 3;
+  ASSERT_TRUE(client_->write_outputs(at("no\nbody"), write));
+  EXPECT_TRUE(until([&] {
+    return std::ranges::count(log.lines(),
+                              "warning 1 outputs for a line that does not exist were received and "
+                              "dropped, last 'no.body'") == 1;
+  }));
 }
 
 TEST_F(GatewayTest, WritesOneOutputForAPersonAndChecksTheLayout) {

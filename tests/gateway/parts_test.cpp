@@ -7,9 +7,13 @@
 #include "gateway/access.h"
 #include "gateway/event_logger.h"
 #include "gateway/event_text.h"
+#include "gateway/foreign_text.h"
 #include "gateway/image_sequence.h"
 #include "gateway/json_writer.h"
+#include "gateway/library_logger.h"
 #include "gateway/pdo_updates.h"
+
+#include "tests/gateway/log_keeper.h"
 
 namespace linegate::gateway {
 namespace {
@@ -106,6 +110,25 @@ TEST(ImageSequence, PublishesEverythingByPeriod) {
   }
 }
 
+TEST(ForeignText, CannotEndALineNorSteerATerminal) {
+  EXPECT_EQ(printable("press 1~"), "press 1~");
+  EXPECT_EQ(printable("a\nb\x1B[2J\x7F\xC2\x9B"), "a.b.[2J...");
+}
+
+TEST(LibraryLogger, TellsWarningsAndErrorsAndCutsAStormShort) {
+  LogKeeper log;
+  LibraryLogger logger;
+  const Instant start{1s};
+  logger.write(Severity::warning, "first\nsecond", start);
+  EXPECT_EQ(log.lines(), std::vector<std::string>{"warning Fast DDS: first.second"});
+  for (int i = 0; i < 1000; ++i) {
+    logger.write(Severity::error, "storm", start);
+  }
+  EXPECT_EQ(log.lines().size(), static_cast<std::size_t>(RateLimit::kBurst));
+  logger.write(Severity::error, "last", start + 1s);
+  EXPECT_EQ(log.lines().back(), "error Fast DDS: last (981 more messages left out)");
+}
+
 TEST(EventLogger, LeavesOutWhatComesTooOftenAndCountsIt) {
   EventLogger logger;
   const Instant start{1s};
@@ -114,7 +137,7 @@ TEST(EventLogger, LeavesOutWhatComesTooOftenAndCountsIt) {
   for (int i = 0; i < 1000; ++i) {
     written += logger.admit(EventKind::bus_error, start, left_out) ? 1 : 0;
   }
-  EXPECT_EQ(written, static_cast<int>(EventLogger::kBurst));
+  EXPECT_EQ(written, static_cast<int>(RateLimit::kBurst));
   EXPECT_TRUE(logger.admit(EventKind::emcy, start, left_out)) << "other kinds are not touched";
   EXPECT_EQ(left_out, 0U);
   EXPECT_TRUE(logger.admit(EventKind::bus_error, start + 1s, left_out));
