@@ -40,6 +40,8 @@ class Forward final : public dds::ClientListener {
   void on_line_gone(std::string_view gateway, std::string_view line) override {
     listener_.on_line_gone({std::string(gateway), std::string(line)});
   }
+  void on_unreadable(std::uint64_t samples) override { listener_.on_unreadable(samples); }
+  void on_left_out(std::uint64_t samples) override { listener_.on_left_out(samples); }
 
  private:
   console::Listener& listener_;

@@ -51,6 +51,9 @@ class Listener {
   virtual void on_layout(const LineId& id, const image::Layout& layout) = 0;
   virtual void on_image(const LineId& id, const image::Snapshot& image) = 0;
   virtual void on_event(const LineId& id, const EventView& event) = 0;
+  // So many samples more could not be read, or were of more lines than are kept; they are dropped.
+  virtual void on_unreadable(std::uint64_t samples) = 0;
+  virtual void on_left_out(std::uint64_t samples) = 0;
 };
 
 class Client {

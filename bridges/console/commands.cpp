@@ -157,7 +157,7 @@ int events(Context& context, const std::string& line, std::uint64_t count,
   std::uint64_t seen = 0;
   const auto end = std::chrono::steady_clock::now() + context.wait;
   while (!stopped() && (count == 0 || printed < count)) {
-    context.client.poll(std::chrono::milliseconds(100), model);
+    poll(context, model, std::chrono::milliseconds(100));
     const std::uint64_t fresh =
         std::min<std::uint64_t>(model.events_seen() - seen, model.events().size());
     seen = model.events_seen();

@@ -35,17 +35,24 @@ bool matches(const image::Entry& entry, const std::string& text) {
 
 }  // namespace
 
+void poll(Context& context, Model& model, Duration timeout) {
+  context.client.poll(timeout, model);
+  for (const std::string& warning : model.take_warnings()) {
+    context.err << warning << '\n';
+  }
+}
+
 bool wait_until(Context& context, Model& model, const std::function<bool()>& condition) {
   const auto end = Clock::now() + context.wait;
   while (!condition()) {
     if (Clock::now() >= end) {
       return false;
     }
-    context.client.poll(kPoll, model);
+    poll(context, model, kPoll);
   }
   const auto settled = std::min(end, Clock::now() + kSettle);
   while (Clock::now() < settled) {
-    context.client.poll(kPoll, model);
+    poll(context, model, kPoll);
   }
   return true;
 }

@@ -9,6 +9,9 @@
 
 namespace linegate::console {
 
+// What arrives goes to the model; what was dropped is said on context.err, each kind once.
+void poll(Context& context, Model& model, Duration timeout);
+
 // Polls until condition() or context.wait has passed.
 bool wait_until(Context& context, Model& model, const std::function<bool()>& condition);
 

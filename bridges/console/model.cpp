@@ -1,6 +1,7 @@
 #include "bridges/console/model.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace linegate::console {
 
@@ -20,44 +21,70 @@ std::vector<std::byte> Area::value(std::size_t entry) const {
   return out;
 }
 
-Line& Model::line(const LineId& id) {
+Line* Model::line(const LineId& id) {
+  if (lines_.size() >= kMaxLines && !lines_.contains(id)) {
+    ++left_out_;
+    return nullptr;
+  }
   ++revision_;
   Line& found = lines_[id];
   found.id = id;
-  return found;
+  return &found;
 }
 
 void Model::on_line(const LineId& id, const LineView& view) {
-  Line& target = line(id);
-  target.gone = false;
-  target.view = view;
+  if (Line* const target = line(id)) {
+    target->gone = false;
+    target->view = view;
+  }
 }
 
 void Model::on_line_gone(const LineId& id) {
-  line(id).gone = true;
+  if (Line* const target = line(id)) {
+    target->gone = true;
+  }
 }
 
 void Model::on_node(const LineId& id, const NodeView& node) {
-  line(id).nodes[node.state.node] = node;
+  if (Line* const target = line(id)) {
+    target->nodes[node.state.node] = node;
+  }
 }
 
 void Model::on_layout(const LineId& id, const image::Layout& layout) {
-  line(id).areas[static_cast<std::size_t>(layout.direction)].layout = layout;
+  if (Line* const target = line(id)) {
+    target->areas[static_cast<std::size_t>(layout.direction)].layout = layout;
+  }
 }
 
 void Model::on_image(const LineId& id, const image::Snapshot& image) {
-  Line& target = line(id);
-  ++target.images;
-  target.areas[static_cast<std::size_t>(image.direction)].image = image;
+  if (Line* const target = line(id)) {
+    ++target->images;
+    target->areas[static_cast<std::size_t>(image.direction)].image = image;
+  }
 }
 
 void Model::on_event(const LineId& id, const EventView& event) {
-  (void)line(id);
+  if (line(id) == nullptr) {
+    return;
+  }
   ++events_seen_;
   events_.push_back({id, event});
   if (events_.size() > kKeptEvents) {
     events_.pop_front();
   }
+}
+
+std::vector<std::string> Model::take_warnings() {
+  std::vector<std::string> out;
+  if (unreadable_ > 0 && !std::exchange(unreadable_told_, true)) {
+    out.emplace_back("damaged samples were received and dropped");
+  }
+  if (left_out_ > 0 && !std::exchange(left_out_told_, true)) {
+    out.push_back("more than " + std::to_string(kMaxLines) +
+                  " lines are published: the others are left out");
+  }
+  return out;
 }
 
 std::vector<const Line*> Model::find(const std::string& text) const {

@@ -46,6 +46,7 @@ struct KnownEvent {
 class Model : public Listener {
  public:
   static constexpr std::size_t kKeptEvents = 1000;
+  static constexpr std::size_t kMaxLines = 4096;  // a stranger may publish any number of names
 
   void on_line(const LineId& id, const LineView& line) override;
   void on_line_gone(const LineId& id) override;
@@ -53,6 +54,8 @@ class Model : public Listener {
   void on_layout(const LineId& id, const image::Layout& layout) override;
   void on_image(const LineId& id, const image::Snapshot& image) override;
   void on_event(const LineId& id, const EventView& event) override;
+  void on_unreadable(std::uint64_t samples) override { unreadable_ += samples; }
+  void on_left_out(std::uint64_t samples) override { left_out_ += samples; }
 
   const std::map<LineId, Line>& lines() const { return lines_; }
   // In the order of arrival, the newest last; at most kKeptEvents.
@@ -60,17 +63,26 @@ class Model : public Listener {
   // Grows with every sample.
   std::uint64_t revision() const { return revision_; }
   std::uint64_t events_seen() const { return events_seen_; }
+  // Samples that were dropped: damaged, or of lines beyond kMaxLines.
+  std::uint64_t unreadable() const { return unreadable_; }
+  std::uint64_t left_out() const { return left_out_; }
+  // Which of them there are, in words; each kind is told once.
+  std::vector<std::string> take_warnings();
 
   // Lines whose name is `text`, or whose network-ID it is if it is a number; all if it is empty.
   std::vector<const Line*> find(const std::string& text) const;
 
  private:
-  Line& line(const LineId& id);
+  Line* line(const LineId& id);  // nullptr: there are kMaxLines others
 
   std::map<LineId, Line> lines_;
   std::deque<KnownEvent> events_;
   std::uint64_t revision_ = 0;
   std::uint64_t events_seen_ = 0;
+  std::uint64_t unreadable_ = 0;
+  std::uint64_t left_out_ = 0;
+  bool unreadable_told_ = false;
+  bool left_out_told_ = false;
 };
 
 }  // namespace linegate::console

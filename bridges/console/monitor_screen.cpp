@@ -99,7 +99,8 @@ class Monitor {
     draw_nodes();
     draw_image(screen_.rows() - kEventRows - 2);
     draw_events(screen_.rows() - kEventRows - 1);
-    screen_.fill(screen_.rows() - 1, " q quit   Tab line   up/down scroll   o inputs/outputs",
+    screen_.fill(screen_.rows() - 1,
+                 " q quit   Tab line   up/down scroll   o inputs/outputs" + dropped_text(model_),
                  Style::headline);
     screen_.end();
   }

@@ -79,7 +79,7 @@ int monitor_text(Context& context, const MonitorOptions& options,
     if (options.once || over) {
       break;
     }
-    context.client.poll(kPoll, model);
+    poll(context, model, kPoll);
   }
   return kDone;
 }

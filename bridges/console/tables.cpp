@@ -137,4 +137,15 @@ std::string event_text(const LineId& id, const EventView& event) {
          ' ' + std::string(name(event.event.kind)) + ": " + event.text;
 }
 
+std::string dropped_text(const Model& model) {
+  std::string out;
+  if (model.unreadable() > 0) {
+    out += "   dropped, damaged: " + std::to_string(model.unreadable());
+  }
+  if (model.left_out() > 0) {
+    out += "   dropped, too many lines: " + std::to_string(model.left_out());
+  }
+  return out;
+}
+
 }  // namespace linegate::console

@@ -18,6 +18,8 @@ Text nodes_table(const std::vector<const Line*>& lines);
 Text image_table(const Line& line, image::Direction direction);
 
 std::string event_text(const LineId& id, const EventView& event);
+// What was dropped, in a few words after three blanks; empty if nothing was.
+std::string dropped_text(const Model& model);
 // "12:34:56.789", UTC.
 std::string clock_text(Instant utc);
 // "2026-11-21T12:34:56.789Z".

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <chrono>
-#include <map>
 #include <optional>
 #include <random>
 #include <utility>
@@ -16,6 +15,7 @@
 #include "bridges/dds/event_samples.h"
 #include "bridges/dds/image_samples.h"
 #include "bridges/dds/layout_assembly.h"
+#include "bridges/dds/line_publishers.h"
 #include "bridges/dds/output_samples.h"
 #include "bridges/dds/request_tracker.h"
 #include "bridges/dds/state_samples.h"
@@ -92,7 +92,8 @@ struct Client::Impl {
   Waiting waiting;
   std::size_t handled = 0;  // in the present poll
   fast::SampleInfo info;    // of the sample being handled
-  std::map<std::pair<std::string, std::string>, WriterWatch::Handle> publishers;  // of each line
+  LinePublishers<WriterWatch::Handle> publishers;
+  std::uint64_t left_out = 0;  // samples, in the present poll
 
   v1::LineState line_sample;
   v1::NodeState node_sample;
@@ -187,6 +188,8 @@ std::size_t Client::poll(Duration timeout, ClientListener& listener) {
     const std::uint64_t unreadable = impl_->endpoints.take_unreadable();
     if (unreadable != 0)
       listener.on_unreadable(unreadable);
+    if (impl_->left_out != 0)
+      listener.on_left_out(std::exchange(impl_->left_out, 0));
   }
   impl_->keep_asking(listener);
   return impl_->handled;
@@ -219,7 +222,11 @@ void Client::Impl::drain_layouts(ClientListener& listener) {
 void Client::Impl::drain_states(ClientListener& listener) {
   std::vector<Property> properties;
   drain(lines, line_sample, [&](const v1::LineState& sample) {
-    publishers[{sample.gateway().to_string(), sample.line().to_string()}] = info.publication_handle;
+    if (!publishers.note(sample.gateway().to_string(), sample.line().to_string(),
+                         info.publication_handle)) {
+      ++left_out;
+      return;
+    }
     LineInfo line;
     line::LineState state;
     from_wire(sample, line, state);
@@ -238,15 +245,10 @@ void Client::Impl::drain_states(ClientListener& listener) {
 // After the states: a gateway that has been started again in the meantime is not gone.
 void Client::Impl::tell_lines_gone(ClientListener& listener) {
   for (const WriterWatch::Handle& lost : line_writers.take_lost()) {
-    for (auto line = publishers.begin(); line != publishers.end();) {
-      if (line->second != lost) {
-        ++line;
-        continue;
-      }
+    publishers.lose(lost, [&](const std::string& gateway, const std::string& line) {
       ++handled;
-      listener.on_line_gone(line->first.first, line->first.second);
-      line = publishers.erase(line);
-    }
+      listener.on_line_gone(gateway, line);
+    });
   }
 }
 

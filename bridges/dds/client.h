@@ -63,6 +63,8 @@ class ClientListener {
   virtual void on_line_gone(std::string_view /*gateway*/, std::string_view /*line*/) {}
   // So many samples more could not be read, and were dropped.
   virtual void on_unreadable(std::uint64_t /*samples*/) {}
+  // So many samples more were of lines beyond those that a client keeps (4096), and were dropped.
+  virtual void on_left_out(std::uint64_t /*samples*/) {}
   // Answers to send(); those of call() are given there.
   virtual void on_reply(const Target&, const CommandResult&) {}
 };

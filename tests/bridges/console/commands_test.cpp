@@ -12,12 +12,14 @@ namespace linegate::console {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 const LineId kPress{"plant", "press"};
 
 class FakeGateway : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {
+    listener.on_unreadable(unreadable);
     if (!silent) {
       LineView view{.interface_uri = "virtual:press", .access = "all"};
       view.state.network_id = 3;
@@ -41,6 +43,7 @@ class FakeGateway : public Client {
   }
 
   bool silent = false;
+  std::uint64_t unreadable = 0;  // samples in each poll
   Answer answer;
   line::Command last;
   std::uint64_t last_layout = 0;
@@ -127,6 +130,13 @@ TEST_F(Commands, SilenceIsAFailureWithAReason) {
   EXPECT_EQ(lines(context_), kFailed);
   EXPECT_EQ(events(context_, "", 1, [] { return false; }), kFailed);
   EXPECT_THAT(err_.str(), HasSubstr("no gateway was heard of"));
+}
+
+TEST_F(Commands, DamagedSamplesAreToldOnceAndNotAmongTheResults) {
+  gateway_.unreadable = 2;
+  EXPECT_EQ(lines(context_), kDone);
+  EXPECT_EQ(err_.str(), "damaged samples were received and dropped\n");
+  EXPECT_THAT(out_.str(), Not(HasSubstr("damaged")));
 }
 
 TEST_F(Commands, LinesAsTextAndAsJson) {

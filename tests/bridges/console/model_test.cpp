@@ -73,6 +73,24 @@ TEST(Model, AnImageThatIsTooShortForItsLayoutHasNoValues) {
   EXPECT_FALSE(area.complete());
 }
 
+TEST(Model, IsBoundedWhateverNamesStrangersPublish) {
+  Model model;
+  for (std::size_t i = 0; i < Model::kMaxLines + 10; ++i) {
+    model.on_line({"stranger", std::to_string(i)}, line_view(1));
+  }
+  const LineId beyond{"stranger", "one more"};
+  model.on_event(beyond, {});
+  model.on_image(beyond, snapshot(9));
+  EXPECT_EQ(model.lines().size(), Model::kMaxLines);
+  EXPECT_EQ(model.left_out(), 12U);
+  EXPECT_EQ(model.events_seen(), 0U);
+  model.on_event({"stranger", "7"}, {});
+  EXPECT_EQ(model.events_seen(), 1U) << "those that are known go on";
+  EXPECT_EQ(model.take_warnings().size(), 1U);
+  EXPECT_TRUE(model.take_warnings().empty()) << "told once";
+  EXPECT_EQ(dropped_text(model), "   dropped, too many lines: 12");
+}
+
 TEST(Model, LinesAreFoundByNameAndByNetwork) {
   Model model;
   model.on_line(kPress, line_view(3));

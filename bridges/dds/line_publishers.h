@@ -1,0 +1,42 @@
+// Which writer publishes which line: when the writer is lost, so are its lines.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <string>
+#include <utility>
+
+namespace linegate::dds {
+
+template <class Handle>
+class LinePublishers {
+ public:
+  static constexpr std::size_t kMaxLines = 4'096;  // a stranger may publish any number of names
+
+  // False: there are kMaxLines others.
+  bool note(const std::string& gateway, const std::string& line, const Handle& writer) {
+    const std::pair key(gateway, line);
+    if (writers_.size() >= kMaxLines && !writers_.contains(key))
+      return false;
+    writers_[key] = writer;
+    return true;
+  }
+
+  // Forgets the lines of that writer, and calls gone(gateway, line) for each.
+  template <class Gone>
+  void lose(const Handle& writer, Gone gone) {
+    for (auto line = writers_.begin(); line != writers_.end();) {
+      if (line->second != writer) {
+        ++line;
+        continue;
+      }
+      gone(line->first.first, line->first.second);
+      line = writers_.erase(line);
+    }
+  }
+
+ private:
+  std::map<std::pair<std::string, std::string>, Handle> writers_;
+};
+
+}  // namespace linegate::dds
