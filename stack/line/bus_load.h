@@ -31,7 +31,7 @@ class BusLoad {
   static std::uint64_t bits(const can::Traffic& traffic);
 
   std::uint32_t bit_rate_;
-  std::uint64_t bits_before_ = 0;  // this window, without stuff bits
+  std::uint64_t bits_before_ = 0;  // up to the begin of this window, without stuff bits
   Instant window_start_{};
   std::uint16_t permille_ = 0;
 };
