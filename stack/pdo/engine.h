@@ -52,10 +52,10 @@ class Listener {
   virtual void rpdo_deadline(std::uint16_t number);
   virtual void rpdo_recovered(std::uint16_t number);  // the first frame after a deadline
   // No such error is present any more: after a wrong length a frame of the right one came, or the
-  // RPDO was changed or is gone.
+  // RPDO was changed or is gone. Called from within configure() and writes to the records, too.
   virtual void rpdo_in_order(std::uint16_t number);
   // A valid PDO that cannot be used: a COB-ID, an entry or the length (sub 0) of its records is
-  // wrong. Called from within configure() and writes to the records, too.
+  // wrong. Called from within configure() and writes to the records.
   virtual void pdo_unusable(od::Address place, AbortCode why);
 };
 
