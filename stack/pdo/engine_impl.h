@@ -1,7 +1,7 @@
 // The inside of pdo::Engine; private to stack/pdo.
 //
 // A slot is a PDO number - 1. What a frame needs is kept apart from what configuring and timing
-// need: Rpdo is half a cache line, the marks are in the image's Area.
+// need: Rpdo is a quarter of a cache line, the marks are in the image's Area.
 #pragma once
 
 #include <algorithm>
