@@ -78,6 +78,7 @@ std::vector<Diagnostic> Gateway::make_bridge(const config::Plant& plant,
   options.incarnation = incarnation;
   options.domain = plant.dds_domain;
   options.profile_file = plant.dds_profile;
+  options.last_words = plant.dds_last_words;
   for (const auto& line : plant.lines) {
     options.lines.push_back(line.config.name);
   }

@@ -1,4 +1,5 @@
 // The gateway process: runs the lines of a plant.yaml until it is told to stop.
+#include <chrono>
 #include <cstdint>
 #include <exception>
 #include <optional>
@@ -24,6 +25,7 @@ struct Arguments {
   std::string log_level;
   std::string dds_profile;
   std::optional<std::uint32_t> dds_domain;
+  double last_words = 0.5;  // seconds
 };
 
 // Incarnations tell starts apart; 0 stands for any.
@@ -67,6 +69,8 @@ int start(const Arguments& arguments) {
     loaded.value->dds_profile = arguments.dds_profile;
   }
   loaded.value->dds_domain = arguments.dds_domain.value_or(loaded.value->dds_domain);
+  loaded.value->dds_last_words =
+      std::chrono::duration_cast<Duration>(std::chrono::duration<double>(arguments.last_words));
   const auto level = config::parse_log_level(arguments.log_level);
   set_up_log(level.value_or(loaded.value->log));
   const LibraryLogger library_logger;
@@ -88,6 +92,10 @@ int main(int argc, char** argv) {
                  "QoS profile file instead of the one in the configuration");
   app.add_option("--dds-domain", arguments.dds_domain, "instead of the one in the configuration")
       ->check(CLI::Range(0, 232));
+  app.add_option("--last-words", arguments.last_words,
+                 "seconds that the end waits at most until all subscribers have the last samples")
+      ->check(CLI::Range(0.0, 60.0))
+      ->capture_default_str();
   app.set_version_flag("--version", gateway::versions());
   app.footer(
       "Ends on SIGINT and SIGTERM. Exit codes: 0 ended as asked, 1 failed while running,\n"

@@ -65,6 +65,7 @@ struct GatewayBridge::Impl {
 
   const std::string gateway;
   const std::uint64_t incarnation;
+  const Duration last_words;
 
   Endpoints endpoints;
   fast::DataWriter* lines = nullptr;
@@ -99,6 +100,7 @@ struct GatewayBridge::Impl {
 GatewayBridge::Impl::Impl(const GatewayOptions& options, std::vector<Diagnostic>& diagnostics)
     : gateway(options.gateway),
       incarnation(options.incarnation),
+      last_words(options.last_words),
       endpoints("linegate " + options.gateway, options.domain, options.profile_file, diagnostics),
       desk(options.incarnation, options.lines) {
   lines = endpoints.writer<v1::LineStatePubSubType>(v1::TOPIC_LINE_STATE);
@@ -118,7 +120,7 @@ GatewayBridge::Impl::Impl(const GatewayOptions& options, std::vector<Diagnostic>
 // An end of a writer goes another way than its samples, and may overtake them.
 GatewayBridge::Impl::~Impl() {
   using Clock = std::chrono::steady_clock;
-  const auto deadline = Clock::now() + kLastWords;
+  const auto deadline = Clock::now() + last_words;
   const auto left = [&] { return std::max(Duration::zero(), Duration{deadline - Clock::now()}); };
   for (fast::DataWriter* writer : {events, nodes, lines, images}) {
     if (writer != nullptr)

@@ -28,8 +28,6 @@
 
 namespace linegate::dds {
 
-inline constexpr Duration kLastWords = std::chrono::milliseconds(500);
-
 struct GatewayOptions {
   std::string gateway;            // up to 64 bytes
   std::uint64_t incarnation = 1;  // random per start, not 0
@@ -37,6 +35,8 @@ struct GatewayOptions {
   // Fast DDS XML file. Empty: the installed one, else the copy built in.
   std::string profile_file;
   std::vector<std::string> lines;  // names; commands for others are refused
+  // How long the end waits for readers that do not acknowledge: stopped, killed, or too slow.
+  Duration last_words = std::chrono::milliseconds(500);
 };
 
 struct OutputMessage {
@@ -87,7 +87,7 @@ class GatewayBridge {
   // wrong with it. Without a value nothing remains.
   static Loaded<std::unique_ptr<GatewayBridge>> make(const GatewayOptions& options);
   // What was published last must not be lost with its writer: waits until every reader has it, but
-  // no longer than kLastWords, since a reader may be stopped or have been killed.
+  // no longer than GatewayOptions::last_words.
   ~GatewayBridge();
   GatewayBridge(const GatewayBridge&) = delete;
   GatewayBridge& operator=(const GatewayBridge&) = delete;

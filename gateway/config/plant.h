@@ -75,6 +75,8 @@ struct Plant {
   LogLevel log = LogLevel::info;
   std::uint32_t dds_domain = 0;  // 0..232
   std::string dds_profile;       // path of the XML file; empty = the one installed
+  // How long the end waits until subscribers have the last samples; not in plant.yaml.
+  Duration dds_last_words = std::chrono::milliseconds(500);
   std::vector<ExecutorPlan> executors;
   std::vector<LinePlan> lines;
 };

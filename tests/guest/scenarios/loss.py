@@ -101,9 +101,9 @@ def scenario():
     devices_return(plant, "press")
     interface_goes_and_comes(plant)
     check("the gateway is still the same process", plant.gateway.runs())
+    plant.stop()
     for line in NODES:
         same_events(line, *plant.subscribers)
-    plant.stop()
 
 
 play(scenario)

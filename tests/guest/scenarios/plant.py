@@ -23,7 +23,8 @@ class Plant:
         self.linegate = programs.linegate
         self.bus = {line: Witness(interface) for line, interface in INTERFACES.items()}
         self.devices = {line: self.simulate(line) for line in INTERFACES}
-        self.gateway = Actor("linegated", programs.linegated, PLANT)
+        # --last-words: the guest is slow, and the last events are looked for.
+        self.gateway = Actor("linegated", programs.linegated, "--last-words", "8", PLANT)
         self.subscriber = FastSubscriber(programs.linegate)
         self.stranger = CycloneSubscriber(programs.cyclone_images)
         self.subscribers = (self.subscriber, self.stranger)

@@ -162,7 +162,7 @@ def same_images(line, one, other):
 
 
 def same_events(line, one, other):
-    """All of them, from the first on: a late joiner is given what happened."""
+    """All of them, from the first to the gateway's last words: a late joiner is given what happened."""
 
     def told(subscriber):
         members = ("number", "kind", "node", "code", "value", "data", "text")

@@ -124,9 +124,9 @@ def scenario():
     for line in MOVING:
         same_images(line, *plant.subscribers)
     a_value_chosen_here_arrives(plant)
+    plant.stop()
     for line in MOVING:
         same_events(line, *plant.subscribers)
-    plant.stop()
 
 
 play(scenario)
