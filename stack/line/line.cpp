@@ -214,6 +214,7 @@ void Line::Impl::synced(Instant /*now*/) {
 
 void Line::Impl::node_data_invalid(std::uint8_t id) {
   image.set_node_valid(id, false);
+  node.pdos().drop_waiting(id);
 }
 
 void Line::Impl::may_operate(Instant now) {

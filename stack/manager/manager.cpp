@@ -58,10 +58,10 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
     events_.emit({.time = now, .kind = EventKind::unexpected_node, .node = node, .code = 0});
     return;
   }
+  host_.node_data_invalid(node);
   if (!active()) {
     return;
   }
-  host_.node_data_invalid(node);
   heartbeats_.stop(node);
   begin(*slot, now, false);
   update_state(now);
@@ -226,9 +226,11 @@ void Manager::assume_state(std::uint8_t node, nmt::Command command) {
       break;
     case nmt::Command::stop:
       seen.state = nmt::State::stopped;
+      host_.node_data_invalid(node);
       break;
     case nmt::Command::enter_pre_operational:
       seen.state = nmt::State::pre_operational;
+      host_.node_data_invalid(node);
       break;
     case nmt::Command::reset_node:
     case nmt::Command::reset_communication:

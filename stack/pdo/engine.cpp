@@ -69,7 +69,18 @@ void Engine::sync(std::uint8_t counter, Instant now) {
   impl_->latest = now;
   if (impl_->operational) {
     impl_->commit_rpdos();
+  }
+  if (impl_->operational) {  // the listener may have heard of an RPDO and left it
     impl_->sample_tpdos(counter);
+  }
+}
+
+void Engine::drop_waiting(std::uint8_t node) {
+  for (const Shadow& shadow : impl_->shadows.from(0)) {
+    const auto number = static_cast<std::uint16_t>(shadow.slot + 1U);
+    if (impl_->image.node_of(image::Direction::inputs, number) == node) {
+      impl_->shadows.remove(shadow.slot);
+    }
   }
 }
 

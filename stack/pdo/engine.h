@@ -99,6 +99,9 @@ class Engine {
   // SYNC: commits synchronous RPDOs, samples synchronous TPDOs. counter: 0 = none.
   void sync(std::uint8_t counter, Instant now);
 
+  // What the node sent and waits for SYNC is no longer wanted: it is invalid.
+  void drop_waiting(std::uint8_t node);
+
   // TPDOs with output entries of the image are held back, whatever requests them, until every one
   // of these entries is valid.
 

@@ -100,24 +100,27 @@ void Engine::Impl::defer(std::uint16_t slot, const can::Frame& frame) {
 }
 
 void Engine::Impl::receive_wrong_length(std::uint16_t slot, const can::Frame& frame) {
-  const RpdoDetails& pdo = details[slot];
-  if (frame.length < pdo.plan.bytes()) {
-    ++counters.too_short;
-    tell_length(slot, frame);
+  const bool too_short = frame.length < details[slot].plan.bytes();
+  ++(too_short ? counters.too_short : counters.too_long);
+  const can::CobId cob_id = details[slot].cob_id;
+  const auto unchanged = [&] {  // by the listener
+    return slot < details.size() && details[slot].active && details[slot].cob_id == cob_id;
+  };
+  tell_length(slot, frame);
+  if (too_short || !unchanged()) {
     return;
   }
-  ++counters.too_long;
-  tell_length(slot, frame);
   // Only a frame of the right length ends a wrong one.
-  std::uint32_t& attention = inputs->pdo(slot).attention;
-  const std::uint32_t told = attention & kLengthTold;
-  attention &= ~told;
-  if (is_synchronous(pdo.type)) {
+  const std::uint32_t told = inputs->pdo(slot).attention & kLengthTold;
+  inputs->pdo(slot).attention &= ~told;
+  if (is_synchronous(details[slot].type)) {
     defer(slot, frame);
   } else {
     take(slot, frame.data.data(), frame.time, 1);
   }
-  attention |= told;
+  if (unchanged()) {
+    inputs->pdo(slot).attention |= told;
+  }
 }
 
 void Engine::Impl::commit_rpdos() {

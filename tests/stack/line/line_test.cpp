@@ -436,6 +436,58 @@ TEST_F(LineTest, AnInterfaceThatFailsInvalidatesTheImageAndRefusesTransfers) {
   EXPECT_EQ(answer().error, to_error(Refusal::line_down));
 }
 
+TEST_F(LineTest, WhatAFailedNodeSentIsNotCommittedByTheNextSync) {
+  LineConfig config = config_with_axis();
+  for (od::ObjectDescription& object : config.nodes[0].device.objects) {
+    for (od::VariableDescription& variable : object.variables) {
+      if (object.index == 0x1800 && variable.sub == 2) {
+        variable.value = {std::byte{1}};
+      }
+    }
+  }
+  make(std::move(config));
+  boot();
+  hear(0x185, {1, 0, 2, 0, 0, 0});
+  hear(0x080, {});
+  EXPECT_TRUE(snapshot(Direction::inputs).is_valid(0));
+  hear(0x185, {3, 0, 4, 0, 0, 0});
+  line_->bus_event({.kind = can::BusEvent::Kind::interface_failed, .code = 19, .time = now_});
+  hear(0x080, {});
+  EXPECT_FALSE(snapshot(Direction::inputs).is_valid(0));
+  line_->bus_event({.kind = can::BusEvent::Kind::interface_ready, .time = now_});
+  hear(0x185, {5, 0, 6, 0, 0, 0});
+  hear(0x080, {});
+  EXPECT_TRUE(snapshot(Direction::inputs).is_valid(0));
+}
+
+TEST_F(LineTest, ANodeWithoutHeartbeatThatIsStoppedHasNoValidValues) {
+  for (const nmt::Command nmt : {nmt::Command::stop, nmt::Command::enter_pre_operational}) {
+    LineConfig config = config_with_axis();
+    config.nodes[0].heartbeat = {};
+    make(std::move(config));
+    boot();
+    hear(0x185, {1, 0, 2, 0, 0, 0});
+    EXPECT_TRUE(snapshot(Direction::inputs).is_valid(0));
+    line_->execute({.tag = 1, .kind = CommandKind::nmt, .node = 5, .nmt = nmt}, now_);
+    EXPECT_TRUE(answer().ok());
+    EXPECT_FALSE(snapshot(Direction::inputs).is_valid(0));
+  }
+}
+
+TEST_F(LineTest, ADeviceHearsThatAnotherNodeStartedAnew) {
+  LineConfig config = config_with_axis();
+  config.role = Role::device;
+  config.node_id = 9;
+  make(std::move(config));
+  line_->start(now_);
+  hear(0x000, {0x01, 0x00});
+  hear(0x705, {0x05});
+  hear(0x185, {1, 0, 2, 0, 0, 0});
+  EXPECT_TRUE(snapshot(Direction::inputs).is_valid(0));
+  hear(0x705, {0x00});
+  EXPECT_FALSE(snapshot(Direction::inputs).is_valid(0));
+}
+
 TEST(LineMake, EverythingWrongIsToldAtOnce) {
   LineConfig config = config_with_axis();
   config.network_id = 200;
