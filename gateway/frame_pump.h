@@ -23,19 +23,17 @@ class FramePump {
   can_bridge::Channel& channel() { return *channel_; }
   const can_bridge::Channel& channel() const { return *channel_; }
 
-  // Reads until the channel is empty: receive(span of frames), event(bus event). Gives up to which
-  // instant everything is known: `now`, or the time of the last frame if there is still more.
+  // Reads until the channel is empty: receive(span of frames) and event(bus event), in the order in
+  // which they happened. Gives up to which instant everything is known: `now`, or the time of the
+  // last frame if there is still more.
   template <class Receive, class Event>
   Instant drain(Instant now, Receive&& receive, Event&& event) {
     Instant last = now;
     for (int i = 0; i < kBatchesAtOnce; ++i) {
       events_.clear();
       const std::size_t count = channel_->read(received_, events_, now);
-      for (const can::BusEvent& e : events_.view()) {
-        event(e);
-      }
+      hand_over(std::span<const can::Frame>(received_.data(), count), receive, event);
       if (count > 0) {
-        receive(std::span<const can::Frame>(received_.data(), count));
         last = received_[count - 1].time;
       }
       if (count < kBatch) {
@@ -77,6 +75,24 @@ class FramePump {
  private:
   // Then it is time for something else, however fast frames come.
   static constexpr int kBatchesAtOnce = 16;
+
+  // Each event between the frames where it was: a frame from before a failure must not make valid
+  // again what the failure made invalid.
+  template <class Receive, class Event>
+  void hand_over(std::span<const can::Frame> frames, Receive& receive, Event& event) {
+    std::size_t done = 0;
+    const auto frames_until = [&](std::size_t end) {
+      if (end > done) {
+        receive(frames.subspan(done, end - done));
+        done = end;
+      }
+    };
+    for (std::size_t i = 0; i < events_.view().size(); ++i) {
+      frames_until(events_.frames_before(i));
+      event(events_.view()[i]);
+    }
+    frames_until(frames.size());
+  }
 
   std::unique_ptr<can_bridge::Channel> channel_;
   can_bridge::BusEvents events_;

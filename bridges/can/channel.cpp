@@ -38,9 +38,11 @@ void BusEvents::push(const can::BusEvent& event) {
     last.transmit_errors = event.transmit_errors;
     last.receive_errors = event.receive_errors;
     last.time = event.time;
+    frames_before_[count_ - 1] = frames_;
     return;
   }
   if (count_ < kCapacity) {
+    frames_before_[count_] = frames_;
     events_[count_++] = event;
   }
 }

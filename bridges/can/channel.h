@@ -26,8 +26,9 @@
 
 namespace linegate::can_bridge {
 
-// What a channel noticed besides frames, in the order in which it happened. Of fixed size; read()
-// stops reading before it could overflow, so nothing is lost here.
+// What a channel noticed besides frames, in the order in which it happened, and between which of
+// the frames of the same read(). Of fixed size; read() stops reading before it could overflow, so
+// nothing is lost here. To be cleared before each read().
 class BusEvents {
  public:
   static constexpr std::size_t kCapacity = 32;
@@ -35,17 +36,24 @@ class BusEvents {
   static constexpr std::size_t kPerFrame = 4;
 
   // Appends it. Consecutive errors become one event (errors or-ed, count added), as do consecutive
-  // losses, so that a storm of error frames stays small. Precondition: room() > 0.
+  // losses, so that a storm of error frames stays small; its time and place among the frames are
+  // those of the last. Precondition: room() > 0.
   void push(const can::BusEvent& event);
+  // read() gives so many frames more, which came before what is pushed from now on.
+  void frames_given(std::size_t count) { frames_ += count; }
 
   std::span<const can::BusEvent> view() const { return {events_.data(), count_}; }
+  // How many frames of this read() came before view()[event]; never decreases along view().
+  std::size_t frames_before(std::size_t event) const { return frames_before_[event]; }
   std::size_t room() const { return kCapacity - count_; }
   bool empty() const { return count_ == 0; }
-  void clear() { count_ = 0; }
+  void clear() { count_ = frames_ = 0; }
 
  private:
   std::array<can::BusEvent, kCapacity> events_{};
+  std::array<std::size_t, kCapacity> frames_before_{};
   std::size_t count_ = 0;
+  std::size_t frames_ = 0;
 };
 
 // Plain counters; they never go back, also when the interface does.
@@ -68,7 +76,7 @@ class Channel {
 
   // What arrived, oldest first, each frame with its receive time (<= now, never before that of the
   // frame given before it), at most out.size(). Also opens, notices failures, and tries again.
-  // Frames this channel sent are not among them. Kinds in events:
+  // Frames this channel sent are not among them. Events say which frames came before them; kinds:
   //   interface_failed  once per failure; code: errno, see describe_failure()
   //   interface_ready   after the first opening and after each failure that is over
   //   state             on every change; stopped or absent after interface_failed

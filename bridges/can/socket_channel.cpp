@@ -152,7 +152,9 @@ bool SocketChannel::refill(std::size_t room, Instant now) {
 std::size_t SocketChannel::take_batch(std::span<can::Frame> out, BusEvents& events, Instant now) {
   std::size_t count = 0;
   while (batch_next_ < batch_end_ && count < out.size() && events.room() >= BusEvents::kPerFrame) {
-    count += take(socket_.received(batch_next_++), out[count], events, now) ? 1U : 0U;
+    const bool given = take(socket_.received(batch_next_++), out[count], events, now);
+    count += given ? 1U : 0U;
+    events.frames_given(given ? 1U : 0U);
   }
   return count;
 }

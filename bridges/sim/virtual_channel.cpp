@@ -117,7 +117,8 @@ class VirtualChannel final : public can_bridge::Channel {
     const std::size_t count = bus.take(self_.endpoint, out, now);
     counters_.received += count;
     counters_.confirmed = bus.sent(self_.endpoint);
-    report_lost(bus.take_lost(self_.endpoint), events, now);
+    report_lost(bus.take_lost(self_.endpoint), events, count > 0 ? out[0].time : now);
+    events.frames_given(count);
     const Instant wake = earlier(bus.first_waiting(self_.endpoint), bus.next_wake());
     if (wake != self_.timer.armed() || wake <= now) {
       self_.timer.arm(wake);
@@ -190,7 +191,8 @@ class VirtualChannel final : public can_bridge::Channel {
     return true;
   }
 
-  void report_lost(std::uint64_t lost, can_bridge::BusEvents& events, Instant now) {
+  // They were before all that are left: `then` is the time of the first of these.
+  void report_lost(std::uint64_t lost, can_bridge::BusEvents& events, Instant then) {
     if (lost == 0) {
       return;
     }
@@ -198,7 +200,7 @@ class VirtualChannel final : public can_bridge::Channel {
     BusEvent event;
     event.kind = BusEvent::Kind::frames_lost;
     event.count = static_cast<std::uint32_t>(lost);
-    event.time = now;
+    event.time = then;
     events.push(event);
   }
 

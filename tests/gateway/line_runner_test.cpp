@@ -43,6 +43,10 @@ class FakeChannel final : public can_bridge::Channel {
       out[n++] = coming.front();
       coming.pop_front();
     }
+    events.frames_given(n);
+    for (const auto& event : std::exchange(coming_later, {})) {
+      events.push(event);
+    }
     return n;
   }
   std::size_t write(std::span<const can::Frame> frames, Instant) override {
@@ -59,7 +63,8 @@ class FakeChannel final : public can_bridge::Channel {
   const can_bridge::ChannelCounters& counters() const override { return counters_; }
 
   std::deque<can::Frame> coming;
-  std::vector<can::BusEvent> coming_events;
+  std::vector<can::BusEvent> coming_events;  // before the frames
+  std::vector<can::BusEvent> coming_later;   // after them
   std::vector<can::Frame> sent;
   std::size_t accepts = 1000;
   std::optional<std::size_t> promises;  // room() if it is not `accepts`
@@ -267,6 +272,26 @@ TEST_F(LineRunnerTest, HandsOverImagesOnChangeWithTheirSeparation) {
   const image::Snapshot* second = slot.fetch();
   ASSERT_NE(second, nullptr);
   EXPECT_EQ(std::to_integer<int>(second->bytes[0]), 5);
+}
+
+TEST_F(LineRunnerTest, FramesFromBeforeAFailureDoNotOutliveIt) {
+  boot();
+  come(0x185, {1, 2, 3, 4});
+  serve(20ms);
+  auto& slot = port_.image(image::Direction::inputs);
+  const image::Snapshot* before = slot.fetch();
+  ASSERT_NE(before, nullptr);
+  ASSERT_NE(before->valid.at(0), 0U);
+  come(0x185, {5, 6, 7, 8});
+  can::BusEvent failure;
+  failure.kind = can::BusEvent::Kind::interface_failed;
+  failure.time = now_;
+  channel_->coming_later.push_back(failure);
+  serve(20ms);
+  const image::Snapshot* after = slot.fetch();
+  ASSERT_NE(after, nullptr);
+  EXPECT_EQ(std::to_integer<int>(after->bytes[0]), 5) << "received, but from before";
+  EXPECT_EQ(after->valid.at(0), 0U);
 }
 
 TEST_F(LineRunnerTest, HandsOverUnchangedReceptionsForPdoUpdates) {

@@ -69,5 +69,25 @@ TEST(BusEvents, StatesAreAllKept) {
   EXPECT_TRUE(events.empty());
 }
 
+TEST(BusEvents, KnowHowManyFramesCameBefore) {
+  BusEvents events;
+  BusEvent state;
+  events.push(state);
+  events.frames_given(3);
+  BusEvent error;
+  error.kind = BusEvent::Kind::error;
+  events.push(error);
+  events.frames_given(2);
+  events.push(error);  // becomes one with the error before, which so has the later time and place
+  events.push(state);
+  ASSERT_EQ(events.view().size(), 3U);
+  EXPECT_EQ(events.frames_before(0), 0U);
+  EXPECT_EQ(events.frames_before(1), 5U);
+  EXPECT_EQ(events.frames_before(2), 5U);
+  events.clear();
+  events.push(state);
+  EXPECT_EQ(events.frames_before(0), 0U);
+}
+
 }  // namespace
 }  // namespace linegate::can_bridge

@@ -152,7 +152,9 @@ TEST_F(SocketChannelTest, ErrorFramesAreEventsAndNotFrames) {
   EXPECT_EQ(read().size(), 1U);
   ASSERT_EQ(events.view().size(), 2U);
   EXPECT_EQ(events.view()[0].state, BusState::error_passive);
+  EXPECT_EQ(events.frames_before(0), 0U);
   EXPECT_EQ(events.view()[1].state, BusState::bus_off);
+  EXPECT_EQ(events.frames_before(1), 1U);
   EXPECT_EQ(channel->room(now()), 0U);
   EXPECT_EQ(channel->write(std::array{make_frame(0x181)}, now()), 0U);
   inject_error(CAN_ERR_RESTARTED, 0);
@@ -162,10 +164,14 @@ TEST_F(SocketChannelTest, ErrorFramesAreEventsAndNotFrames) {
 }
 
 TEST_F(SocketChannelTest, ReceivingEndsBusOff) {
+  inject(make_frame(0x181));
   inject_error(CAN_ERR_BUSOFF, 0);
   inject(make_frame(0x181));
-  EXPECT_EQ(read().size(), 1U);
-  EXPECT_EQ(events.view().back().state, BusState::error_active);
+  EXPECT_EQ(read().size(), 2U);
+  ASSERT_EQ(events.view().size(), 2U);
+  EXPECT_EQ(events.frames_before(0), 1U);
+  EXPECT_EQ(events.view()[1].state, BusState::error_active);
+  EXPECT_EQ(events.frames_before(1), 1U) << "known with the frame, told before it";
 }
 
 TEST_F(ManyFramesTest, StormOfStateChangesLosesNeitherEventsNorFrames) {
@@ -259,6 +265,18 @@ TEST_F(SocketChannelTest, GoneForGoodWhenTheOtherEndIs) {
   EXPECT_EQ(channel->next_wake(), kNever);
   EXPECT_TRUE(read().empty());
   EXPECT_TRUE(events.empty());
+}
+
+TEST_F(SocketChannelTest, AFailureComesAfterTheFramesThatWereReceivedUntilThen) {
+  for (std::uint8_t i = 0; i < 3; ++i) {
+    inject(make_frame(0x181, {i}));
+  }
+  ASSERT_EQ(::send(peer, nullptr, 0, 0), 0) << "what the end of a connection looks like";
+  EXPECT_EQ(read().size(), 3U);
+  ASSERT_EQ(events.view().size(), 2U);
+  EXPECT_EQ(events.view()[0].kind, Kind::interface_failed);
+  EXPECT_EQ(events.frames_before(0), 3U);
+  EXPECT_EQ(events.frames_before(1), 3U);
 }
 
 // On a kernel with CAN the code is ENODEV, on one without it EAFNOSUPPORT; the rest is the same.

@@ -148,6 +148,27 @@ TEST(VirtualChannel, ReaderWithoutRoomStaysReadable) {
   EXPECT_EQ(b->read(one, events, later), 0U);
 }
 
+TEST(VirtualChannel, LostFramesWereBeforeThoseThatAreLeft) {
+  VirtualNetwork network;
+  BusOptions short_memory;
+  short_memory.history = 2;
+  auto a = network.open("line1", short_memory);
+  auto b = network.open("line1");
+  const Instant start = now();
+  read_some(*a, start);
+  read_some(*b, start);
+  const std::array frames{make_frame(0x181), make_frame(0x182), make_frame(0x183)};
+  ASSERT_EQ(a->write(frames, start), 3U);
+  std::array<Frame, 8> out;
+  BusEvents events;
+  ASSERT_EQ(b->read(out, events, start + std::chrono::seconds(1)), 2U);
+  ASSERT_EQ(events.view().size(), 1U);
+  EXPECT_EQ(events.view()[0].kind, BusEvent::Kind::frames_lost);
+  EXPECT_EQ(events.view()[0].count, 1U);
+  EXPECT_EQ(events.frames_before(0), 0U);
+  EXPECT_LE(events.view()[0].time, out[0].time);
+}
+
 // Each thread answers the other's frame with the next number.
 TEST(VirtualChannel, TwoThreadsShareABus) {
   VirtualNetwork network;

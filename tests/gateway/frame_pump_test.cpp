@@ -1,0 +1,75 @@
+// What a channel gives in one read() reaches the line in the order in which it happened.
+#include "gateway/frame_pump.h"
+
+#include <chrono>
+#include <deque>
+#include <optional>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace linegate::gateway {
+namespace {
+
+using can::BusEvent;
+
+// Gives what the test put into it: 'f' is a frame, every other letter an event with it as code.
+class ScriptedChannel final : public can_bridge::Channel {
+ public:
+  explicit ScriptedChannel(std::deque<std::string> reads) : reads_(std::move(reads)) {}
+
+  int descriptor() const override { return -1; }
+  std::size_t read(std::span<can::Frame> out, can_bridge::BusEvents& events, Instant) override {
+    std::size_t count = 0;
+    if (reads_.empty()) {
+      return count;
+    }
+    for (const char letter : reads_.front()) {
+      if (letter == 'f') {
+        out[count++] = can::make_frame(0x181);
+        events.frames_given(1);
+      } else {
+        BusEvent event;
+        event.code = static_cast<std::uint32_t>(letter);
+        events.push(event);
+      }
+    }
+    reads_.pop_front();
+    return count;
+  }
+  std::size_t write(std::span<const can::Frame>, Instant) override { return 0; }
+  std::size_t room(Instant) const override { return 0; }
+  bool wants_writable() const override { return false; }
+  Instant next_wake() const override { return kNever; }
+  const can_bridge::ChannelCounters& counters() const override { return counters_; }
+
+ private:
+  std::deque<std::string> reads_;
+  can_bridge::ChannelCounters counters_;
+};
+
+// What drain() hands over; '|' after each span of frames.
+std::string drained(std::deque<std::string> reads) {
+  FramePump pump(std::make_unique<ScriptedChannel>(std::move(reads)));
+  std::string out;
+  pump.drain(
+      Instant{}, [&](std::span<const can::Frame> frames) { out.append(frames.size(), 'f') += '|'; },
+      [&](const BusEvent& event) { out += static_cast<char>(event.code); });
+  return out;
+}
+
+TEST(FramePump, HandsOverFramesAndEventsInTheOrderOfTheBus) {
+  EXPECT_EQ(drained({"ffX"}), "ff|X") << "a failure after the frames that came before it";
+  EXPECT_EQ(drained({"Rff"}), "Rff|");
+  EXPECT_EQ(drained({"ABffCDfE"}), "ABff|CDf|E");
+  EXPECT_EQ(drained({"X"}), "X");
+  EXPECT_EQ(drained({""}), "");
+}
+
+TEST(FramePump, CountsTheFramesOfEachReadApart) {
+  const std::string full(FramePump::kBatch, 'f');
+  EXPECT_EQ(drained({full, "ffXf"}), full + "|ff|Xf|");
+}
+
+}  // namespace
+}  // namespace linegate::gateway
