@@ -35,13 +35,13 @@ std::uint64_t number(const Event& event, std::size_t offset, std::size_t size) {
   return value;
 }
 
-// Malformed frames that were not told one by one.
+// Malformed frames that were not told one by one: like this one, or of others in a storm of many.
 std::string held_back(const Event& event) {
   constexpr std::size_t kOffset = 8;
   constexpr std::size_t kSize = 4;
   return event.length < kOffset + kSize
              ? std::string()
-             : fmt::format(" ({} like it before)", number(event, kOffset, kSize));
+             : fmt::format(" ({} more held back)", number(event, kOffset, kSize));
 }
 
 template <class E>

@@ -43,8 +43,8 @@ enum class EventKind : std::uint8_t {
   pdo_recovered,    // the first reception after pdo_timeout. code: PDO number
   sync_lost,        // no SYNC within 1.5 periods. value: period in us
   malformed_frame,  // code: CAN identifier, value: length; data: the first 8 bytes. Told at most
-                    // once a second per identifier and node; if some were held back since, data
-                    // from byte 8 is how many (4, LE)
+                    // once a second per identifier and node; if more were held back since, data
+                    // from byte 8 is how many (4, LE), others among them if many repeat
   unexpected_node,  // a node that is not configured. code: NMT state seen
   foreign_sdo,      // somebody else uses node's default SDO server. code: CAN identifier
   sdo_abort,        // an SDO transfer with node ended. code: abort code; data: index, sub-index

@@ -12,12 +12,17 @@ namespace {
 
 constexpr std::uint8_t kCountOffset = 8;
 
+std::uint32_t saturated_sum(std::uint32_t a, std::uint32_t b) {
+  constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
+  return b > kMost - a ? kMost : a + b;
+}
+
 }  // namespace
 
 bool RepeatLimit::admit(Event& event) {
   Place& place = place_of(event);
   if (!place.is_old(event.time)) {
-    place.held += place.held == std::numeric_limits<std::uint32_t>::max() ? 0U : 1U;
+    place.held = saturated_sum(place.held, 1);
     return false;
   }
   place.used = true;
@@ -32,18 +37,25 @@ bool RepeatLimit::admit(Event& event) {
 RepeatLimit::Place& RepeatLimit::place_of(const Event& event) {
   const std::span<Place> own = std::span(places_).first(kPlaces);
   const auto known = std::ranges::find_if(own, [&](const Place& place) {
-    return place.used && place.kind == event.kind && place.node == event.node &&
-           place.code == event.code;
+    return place.used && place.node == event.node && place.code == event.code;
   });
   if (known != own.end()) {
     return *known;
   }
-  const auto free =
-      std::ranges::find_if(own, [&](const Place& place) { return place.is_old(event.time); });
-  if (free == own.end()) {
-    return places_.back();
+  Place* free = nullptr;
+  for (Place& place : own) {
+    if (place.is_old(event.time) && (free == nullptr || place.held < free->held)) {
+      free = &place;
+    }
   }
-  *free = {.kind = event.kind, .node = event.node, .code = event.code};
+  Place& shared = places_.back();
+  if (free == nullptr) {
+    return shared;
+  }
+  // Whom these counts belong to may never come again: this event tells them.
+  *free = {.node = event.node,
+           .code = event.code,
+           .held = saturated_sum(free->held, std::exchange(shared.held, 0))};
   return *free;
 }
 

@@ -180,6 +180,13 @@ TEST(EventText, NamesTheNodeAndSaysWhatHappened) {
   EXPECT_EQ(words(EventKind::frames_lost, 0, 0, 12), "12 frames lost before they could be read");
 }
 
+TEST(EventText, SaysHowManyMalformedFramesWereHeldBack) {
+  EXPECT_EQ(words(EventKind::malformed_frame, 5, 0x585, 2, {0x43, 0x00}),
+            "node 5 (ram): frame 585h of 2 bytes not understood: 43 00");
+  EXPECT_EQ(words(EventKind::malformed_frame, 5, 0x585, 1, {0x43, 0, 0, 0, 0, 0, 0, 0, 9, 1, 0, 0}),
+            "node 5 (ram): frame 585h of 1 bytes not understood: 43 (265 more held back)");
+}
+
 TEST(EventText, HasWordsForEveryKind) {
   for (std::size_t i = 0; i < kEventKinds; ++i) {
     const std::string text = words(static_cast<EventKind>(i), 5, 0, 0);

@@ -80,7 +80,43 @@ TEST(RepeatLimit, FurtherIdentifiersShareOnePlaceUntilOneIsFree) {
   EXPECT_FALSE(limit.admit(shared));
   Event later = malformed(0x101, milliseconds(1001));
   EXPECT_TRUE(limit.admit(later)) << "a place of its own, for the others are old";
-  EXPECT_EQ(held_back(later), 0U);
+  EXPECT_EQ(held_back(later), 10U) << "of those that shared one";
+}
+
+// Whoever needs the place of a storm that ended tells what was held back at its end.
+TEST(RepeatLimit, TheLastCountOfAStormIsToldWhenItsPlaceIsNeeded) {
+  RepeatLimit limit;
+  constexpr std::uint32_t kPlaces = RepeatLimit::kPlaces;
+  for (std::uint32_t id = 0; id < kPlaces; ++id) {
+    for (const int ms : {0, 1, 2}) {
+      Event event = malformed(id, milliseconds(ms));
+      EXPECT_EQ(limit.admit(event), ms == 0);
+    }
+  }
+  Event other = malformed(0x100, milliseconds(1000));
+  EXPECT_TRUE(limit.admit(other));
+  EXPECT_EQ(held_back(other), 2U);
+  Event again = malformed(0x100, milliseconds(2000));
+  EXPECT_TRUE(limit.admit(again));
+  EXPECT_EQ(held_back(again), 0U) << "told once";
+}
+
+TEST(RepeatLimit, PlacesWithNothingToTellAreUsedFirst) {
+  RepeatLimit limit;
+  constexpr std::uint32_t kPlaces = RepeatLimit::kPlaces;
+  for (std::uint32_t id = 0; id < kPlaces; ++id) {
+    Event event = malformed(id, milliseconds(0));
+    EXPECT_TRUE(limit.admit(event));
+    EXPECT_TRUE(id + 1 == kPlaces || !limit.admit(event));
+  }
+  Event other = malformed(0x100, milliseconds(1000));
+  EXPECT_TRUE(limit.admit(other));
+  EXPECT_EQ(held_back(other), 0U);
+  for (std::uint32_t id = 0; id + 1 < kPlaces; ++id) {
+    Event event = malformed(id, milliseconds(1000));
+    EXPECT_TRUE(limit.admit(event));
+    EXPECT_EQ(held_back(event), 1U) << "each still knows its own";
+  }
 }
 
 }  // namespace
