@@ -3,12 +3,10 @@ process of its own."""
 
 import argparse
 import os
-import re
-import tempfile
 from datetime import datetime
 
 from actors import Actor, Failed, Witness, ask, check, eventually, run
-from subscribers import REPOSITORY, CycloneSubscriber, FastSubscriber
+from subscribers import CycloneSubscriber, FastSubscriber
 
 PLANT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "plant.yaml")
 INTERFACES = {"press": "vcan0", "hall": "vcan1", "pack": "vcan2"}
@@ -23,14 +21,11 @@ class Plant:
         parser.add_argument("--cyclone-images", required=True)
         programs = parser.parse_args()
         self.linegate = programs.linegate
-        self.profile = profile_with_shared_memory()
         self.bus = {line: Witness(interface) for line, interface in INTERFACES.items()}
         self.devices = {line: self.simulate(line) for line in INTERFACES}
         # --last-words: the guest is slow, and the last events are looked for.
-        self.gateway = Actor(
-            "linegated", programs.linegated, "--dds-profile", self.profile, "--last-words", "8", PLANT
-        )
-        self.subscriber = FastSubscriber(programs.linegate, self.profile)
+        self.gateway = Actor("linegated", programs.linegated, "--last-words", "8", PLANT)
+        self.subscriber = FastSubscriber(programs.linegate)
         self.stranger = CycloneSubscriber(programs.cyclone_images)
         self.subscribers = (self.subscriber, self.stranger)
         for line in INTERFACES:
@@ -45,30 +40,17 @@ class Plant:
 
     def command(self, *arguments):
         """A console command that must be carried out: the JSON it printed."""
-        return ask(self.linegate, "--profile", self.profile, "--json", "--wait", "30", "--timeout", "20", *arguments, within=60)
+        return ask(self.linegate, "--json", "--wait", "30", "--timeout", "20", *arguments, within=60)
 
     def refused(self, *arguments):
         """A console command that must be refused: what it said."""
-        status, text = run(self.linegate, "--profile", self.profile, "--wait", "30", "--timeout", "20", *arguments, within=60)
+        status, text = run(self.linegate, "--wait", "30", "--timeout", "20", *arguments, within=60)
         if status != 1:
             raise Failed(f"{arguments} ended with {status}, not 1: {text}")
         return text
 
     def stop(self):
         check("the gateway ends well on SIGTERM", self.gateway.stop() == 0)
-
-
-def profile_with_shared_memory():
-    """The profiles with the option they describe. Under user-mode Linux a Fast DDS subscriber cannot keep up with
-    UDP at times: it falls behind by seconds, and this tier is about function."""
-    with open(os.path.join(REPOSITORY, "deploy/dds/linegate-profiles.xml"), encoding="utf-8") as file:
-        text, changed = re.subn(
-            r"(?<=<userTransports>)", "<transport_id>linegate_shm</transport_id>", file.read()
-        )
-    check("the profiles have one participant to give shared memory to", changed == 1)
-    with tempfile.NamedTemporaryFile("w", suffix=".xml", delete=False, encoding="utf-8") as file:
-        file.write(text)
-    return file.name
 
 
 def is_up(line, nodes):

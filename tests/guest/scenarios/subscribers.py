@@ -41,8 +41,8 @@ class Subscriber(Actor):
 class FastSubscriber(Subscriber):
     """`linegate monitor` (Fast DDS): events at once, the newest of the rest every 2 s."""
 
-    def __init__(self, linegate, profile):
-        super().__init__("Fast DDS", linegate, "--profile", profile, "--json", "--wait", "60", "monitor")
+    def __init__(self, linegate):
+        super().__init__("Fast DDS", linegate, "--json", "--wait", "60", "monitor")
 
     def images(self, line):
         """Inputs that came with a layout."""
