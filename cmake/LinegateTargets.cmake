@@ -82,13 +82,8 @@ function(linegate_test name)
   if(NOT ARG_OPTIMISED)
     target_compile_options(${name} PRIVATE -O0 -g1)
   endif()
-  set(serial)
-  if(ARG_TIER STREQUAL "dds")
-    set(serial RUN_SERIAL TRUE)
-  endif()
   gtest_discover_tests(${name} TEST_PREFIX "${ARG_TIER}." DISCOVERY_MODE PRE_TEST
-                       DISCOVERY_TIMEOUT 60
-                       PROPERTIES LABELS ${ARG_TIER} TIMEOUT ${ARG_TIMEOUT} ${serial})
+                       DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${ARG_TIER} TIMEOUT ${ARG_TIMEOUT})
 endfunction()
 
 # linegate_readme_example(NAME README file LANGUAGE cpp DEPENDS ...) makes an executable of the first

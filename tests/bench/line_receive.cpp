@@ -173,10 +173,13 @@ int main() {
     }
     bench::print_target(name + ": the slowest", slowest, kMaxNanoseconds, "ns");
     bench::print_target(name + ": to the floor", ratio, 2, "x");
-    // One synchronous PDO is no measure: of 64 frames SYNC finds only the last.
-    const std::size_t few = kCases[c].mapping == Mapping::synchronous ? 1 : 0;
-    bench::print_target(name + ": 512 PDOs to " + std::to_string(kPdos[few]),
-                        bench::median_ratio(of_case[2], of_case[few]), 1.3, "x");
+    bench::print_target(name + ": 512 PDOs to 1", bench::median_ratio(of_case[2], of_case[0]), 1.3,
+                        "x");
+    if (kCases[c].mapping == Mapping::synchronous) {
+      // Of 64 frames of one PDO SYNC finds only the last; of 64 PDOs, most.
+      bench::print_target(name + ": 512 PDOs to 64", bench::median_ratio(of_case[2], of_case[1]),
+                          1.3, "x");
+    }
   }
   std::uint64_t allocated = 0;
   for (const auto& line : lines) {
