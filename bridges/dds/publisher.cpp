@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
+#include <map>
 #include <mutex>
 #include <utility>
 
@@ -19,6 +21,7 @@
 #include "bridges/dds/output_samples.h"
 #include "bridges/dds/reply_writer.h"
 #include "bridges/dds/state_samples.h"
+#include "bridges/dds/state_writer.h"
 #include "bridges/dds/waiting.h"
 
 namespace linegate::dds {
@@ -46,6 +49,21 @@ std::string_view policy_name(std::uint32_t id) {
   }
 }
 
+// Writers with a single instance each, since theirs may go on for long while those of other lines
+// are silent, and cannot be written again as states can (state_writer.h): a reader would take them
+// for new ones.
+struct LineWriters {
+  LineWriters() = default;
+  explicit LineWriters(Endpoints& endpoints)
+      : inputs(endpoints.writer<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE)),
+        outputs(endpoints.writer<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE)),
+        events(endpoints.writer<v1::EventPubSubType>(v1::TOPIC_EVENT)) {}
+
+  fast::DataWriter* inputs = nullptr;
+  fast::DataWriter* outputs = nullptr;
+  fast::DataWriter* events = nullptr;
+};
+
 }  // namespace
 
 struct GatewayBridge::Impl {
@@ -54,8 +72,9 @@ struct GatewayBridge::Impl {
 
   template <class Sample>
   void address(std::string_view line, Sample& sample) const;
-  template <class Sample>
-  bool write(fast::DataWriter* writer, Sample& sample);
+  bool count(bool written);
+  // Without writers if there is no such line.
+  const LineWriters& writers_of(std::string_view line) const;
 
   bool take_output(GatewayHandler& handler);
   bool take_command(GatewayHandler& handler);
@@ -68,13 +87,12 @@ struct GatewayBridge::Impl {
   const Duration last_words;
 
   Endpoints endpoints;
-  fast::DataWriter* lines = nullptr;
-  fast::DataWriter* nodes = nullptr;
-  fast::DataWriter* layouts = nullptr;
-  fast::DataWriter* images = nullptr;
-  fast::DataWriter* pdos = nullptr;
-  fast::DataWriter* events = nullptr;
-  std::unique_ptr<ReplyWriter> replies;
+  StateWriter<v1::LineStatePubSubType> line_states{endpoints, v1::TOPIC_LINE_STATE};
+  StateWriter<v1::NodeStatePubSubType> node_states{endpoints, v1::TOPIC_NODE_STATE};
+  StateWriter<v1::ImageLayoutPubSubType> layouts{endpoints, v1::TOPIC_IMAGE_LAYOUT};
+  std::map<std::string, LineWriters, std::less<>> lines;
+  fast::DataWriter* pdos;
+  ReplyWriter replies{endpoints};
 
   // Of the publishing thread. Samples are kept, so that their buffers are used again.
   ClockMap clock;
@@ -102,14 +120,10 @@ GatewayBridge::Impl::Impl(const GatewayOptions& options, std::vector<Diagnostic>
       incarnation(options.incarnation),
       last_words(options.last_words),
       endpoints("linegate " + options.gateway, options.domain, options.profile_file, diagnostics),
+      pdos(endpoints.writer<v1::PdoUpdatePubSubType>(v1::TOPIC_PDO_UPDATE)),
       desk(options.incarnation, options.lines) {
-  lines = endpoints.writer<v1::LineStatePubSubType>(v1::TOPIC_LINE_STATE);
-  nodes = endpoints.writer<v1::NodeStatePubSubType>(v1::TOPIC_NODE_STATE);
-  layouts = endpoints.writer<v1::ImageLayoutPubSubType>(v1::TOPIC_IMAGE_LAYOUT);
-  images = endpoints.writer<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE);
-  pdos = endpoints.writer<v1::PdoUpdatePubSubType>(v1::TOPIC_PDO_UPDATE);
-  events = endpoints.writer<v1::EventPubSubType>(v1::TOPIC_EVENT);
-  replies = std::make_unique<ReplyWriter>(endpoints);
+  for (const std::string& line : options.lines)
+    lines.try_emplace(line, endpoints);
   outputs = std::make_unique<InboundReader<v1::OutputWritePubSubType>>(endpoints, waiting,
                                                                        v1::TOPIC_OUTPUT_WRITE);
   requests = std::make_unique<InboundReader<v1::CommandRequestPubSubType>>(
@@ -122,11 +136,19 @@ GatewayBridge::Impl::~Impl() {
   using Clock = std::chrono::steady_clock;
   const auto deadline = Clock::now() + last_words;
   const auto left = [&] { return std::max(Duration::zero(), Duration{deadline - Clock::now()}); };
-  for (fast::DataWriter* writer : {events, nodes, lines, images}) {
+  const auto wait_for_readers_of = [&](fast::DataWriter* writer) {
     if (writer != nullptr)
       writer->wait_for_acknowledgments(to_dds(left()));
+  };
+  for (const auto& [name, writers] : lines)
+    wait_for_readers_of(writers.events);
+  wait_for_readers_of(node_states.writer());
+  wait_for_readers_of(line_states.writer());
+  for (const auto& [name, writers] : lines) {
+    wait_for_readers_of(writers.inputs);
+    wait_for_readers_of(writers.outputs);
   }
-  replies->wait_for_acknowledgments(left());
+  replies.wait_for_acknowledgments(left());
 }
 
 template <class Sample>
@@ -136,11 +158,15 @@ void GatewayBridge::Impl::address(std::string_view line, Sample& sample) const {
   sample.incarnation(incarnation);
 }
 
-template <class Sample>
-bool GatewayBridge::Impl::write(fast::DataWriter* writer, Sample& sample) {
-  const bool written = writer->write(&sample);
+bool GatewayBridge::Impl::count(bool written) {
   ++(written ? counters.samples : counters.failed);
   return written;
+}
+
+const LineWriters& GatewayBridge::Impl::writers_of(std::string_view line) const {
+  static const LineWriters none;
+  const auto found = lines.find(line);
+  return found == lines.end() ? none : found->second;
 }
 
 // --- out -----------------------------------------------------------------------------------------
@@ -174,7 +200,7 @@ bool GatewayBridge::publish(const LineInfo& line, const line::LineState& state, 
   sample.clock(static_cast<std::uint8_t>(impl_->clock.quality));
   to_wire(line, state, sample);
   to_wire(properties, sample.properties());
-  return impl_->write(impl_->lines, sample);
+  return impl_->count(impl_->line_states.write(sample));
 }
 
 bool GatewayBridge::publish(std::string_view line, const NodeInfo& info,
@@ -186,7 +212,7 @@ bool GatewayBridge::publish(std::string_view line, const NodeInfo& info,
   sample.clock(static_cast<std::uint8_t>(impl_->clock.quality));
   to_wire(info, state, impl_->clock, sample);
   to_wire(properties, sample.properties());
-  return impl_->write(impl_->nodes, sample);
+  return impl_->count(impl_->node_states.write(sample));
 }
 
 bool GatewayBridge::publish(std::string_view line, const image::Layout& layout) {
@@ -200,7 +226,7 @@ bool GatewayBridge::publish(std::string_view line, const image::Layout& layout) 
   bool written = true;
   for (std::uint16_t part = 0; part < parts; ++part) {
     to_wire(layout, part, sample);
-    written = impl_->write(impl_->layouts, sample) && written;
+    written = impl_->count(impl_->layouts.write(sample)) && written;
   }
   return written;
 }
@@ -212,7 +238,10 @@ bool GatewayBridge::publish(std::string_view line, const image::Snapshot& snapsh
     ++impl_->counters.failed;
     return false;
   }
-  return impl_->write(impl_->images, sample);
+  const LineWriters& writers = impl_->writers_of(line);
+  const bool is_input = snapshot.direction == image::Direction::inputs;
+  fast::DataWriter* writer = is_input ? writers.inputs : writers.outputs;
+  return impl_->count(writer != nullptr && writer->write(&sample));
 }
 
 bool GatewayBridge::publish_pdo_update(std::string_view line, const image::Layout& layout,
@@ -224,7 +253,7 @@ bool GatewayBridge::publish_pdo_update(std::string_view line, const image::Layou
     ++impl_->counters.failed;
     return false;
   }
-  return impl_->write(impl_->pdos, sample);
+  return impl_->count(impl_->pdos->write(&sample));
 }
 
 bool GatewayBridge::publish(std::string_view line, const Event& event, std::string_view text,
@@ -233,7 +262,8 @@ bool GatewayBridge::publish(std::string_view line, const Event& event, std::stri
   impl_->address(line, sample);
   to_wire(event, text, impl_->clock, sample);
   to_wire(properties, sample.properties());
-  return impl_->write(impl_->events, sample);
+  fast::DataWriter* writer = impl_->writers_of(line).events;
+  return impl_->count(writer != nullptr && writer->write(&sample));
 }
 
 // --- in ------------------------------------------------------------------------------------------
@@ -340,7 +370,7 @@ bool GatewayBridge::Impl::send(const Answer& answer, std::size_t from) {
   sample.total(static_cast<std::uint32_t>(answer.data.size()));
   for (std::size_t chunk = 0; chunk < kChunksPerReply; ++chunk) {
     set_chunk(answer.data, from, sample);
-    if (!replies->write(sample))
+    if (!replies.write(sample))
       return false;
     if (sample.last())
       break;

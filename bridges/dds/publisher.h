@@ -34,7 +34,8 @@ struct GatewayOptions {
   std::uint32_t domain = 0;       // 0..232
   // Fast DDS XML file. Empty: the installed one, else the copy built in.
   std::string profile_file;
-  std::vector<std::string> lines;  // names; commands for others are refused
+  // Names. Of others no image and no event is published, and commands for them are refused.
+  std::vector<std::string> lines;
   // How long the end waits for readers that do not acknowledge: stopped, killed, or too slow.
   Duration last_words = std::chrono::milliseconds(500);
 };

@@ -5,6 +5,12 @@
 #include "bridges/dds/waiting.h"
 
 namespace linegate::dds {
+namespace {
+
+constexpr std::size_t kManyReplies = 1'024;   // dropped when every reader has them
+constexpr std::size_t kMostReplies = 16'384;  // dropped even if not
+
+}  // namespace
 
 ReplyWriter::ReplyWriter(Endpoints& endpoints)
     : endpoints_(endpoints),
@@ -14,6 +20,7 @@ ReplyWriter::ReplyWriter(Endpoints& endpoints)
 bool ReplyWriter::write(v1::CommandReply& sample) {
   const std::lock_guard lock(mutex_);
   make_room_for(sample);
+  drop_old();
   return writer_ != nullptr && writer_->write(&sample);
 }
 
@@ -34,6 +41,18 @@ void ReplyWriter::make_room_for(const v1::CommandReply& sample) {
   }
   writer_ = endpoints_.writer<v1::CommandReplyPubSubType>(v1::TOPIC_COMMAND_REPLY);
   instances_ = {std::move(instance)};
+  kept_ = 0;
+}
+
+void ReplyWriter::drop_old() {
+  if (writer_ == nullptr || ++kept_ <= kManyReplies)
+    return;
+  const bool all_have_them = writer_->wait_for_acknowledgments({0, 0}) == ReturnCode_t::RETCODE_OK;
+  if (!all_have_them && kept_ <= kMostReplies)
+    return;
+  std::size_t dropped = 0;
+  writer_->clear_history(&dropped);
+  kept_ = 1;
 }
 
 }  // namespace linegate::dds

@@ -3,9 +3,12 @@
 // Fast DDS 2.9 has no safe way to let go of an instance of a transient-local writer: dispose()
 // keeps it, and unregister_instance() may leave a thread of the library in an endless loop
 // (StatefulWriter::check_acked_status). So when the instances of the profile are used up, a new
-// writer takes the place of the old one; who waits for a reply just then asks again.
+// writer takes the place of the old one; who waits for a reply just then asks again. Replies are
+// kept for readers that are about to be matched only, so now and then all are dropped: those of a
+// client that was silent since would lie ever further behind the newest (state_writer.h).
 #pragma once
 
+#include <cstddef>
 #include <mutex>
 #include <set>
 #include <string>
@@ -31,11 +34,13 @@ class ReplyWriter {
 
  private:
   void make_room_for(const v1::CommandReply& sample);
+  void drop_old();
 
   Endpoints& endpoints_;
   std::mutex mutex_;
   eprosima::fastdds::dds::DataWriter* writer_;  // nullptr: to be created with the next reply
   std::set<std::pair<std::string, std::string>> instances_;  // line and client, of this writer
+  std::size_t kept_ = 0;  // at most: written since all were dropped
 };
 
 }  // namespace linegate::dds

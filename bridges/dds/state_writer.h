@@ -1,0 +1,50 @@
+// Writes states: transient-local samples of many instances, of which each one's newest counts. An
+// instance that has long been silent is written again, unchanged.
+//
+// Fast DDS 2.9 names in every heartbeat each sequence number that is missing between the oldest and
+// the newest sample a writer keeps, and a reader goes through them one by one
+// (StatefulWriter::add_gaps_for_holes_in_history_, StatefulReader::processGapMsg). With one node
+// that never changes beside one that often does, every sample would cost more than the one before,
+// until readers fall behind.
+#pragma once
+
+#include <string>
+
+#include <fastdds/dds/publisher/DataWriter.hpp>
+
+#include "bridges/dds/endpoints.h"
+#include "bridges/dds/held_samples.h"
+
+namespace linegate::dds {
+
+template <class PubSubType>
+class StateWriter {
+ public:
+  using Sample = typename PubSubType::type;
+
+  // endpoints must outlive it, and tells whether the writer could be created.
+  StateWriter(Endpoints& endpoints, const std::string& topic)
+      : writer_(endpoints.writer<PubSubType>(topic)) {}
+
+  // False: DDS did not take it.
+  bool write(Sample& sample) {
+    Key key;
+    if (writer_ == nullptr || !type_.getKey(&sample, &key))
+      return false;
+    const bool written = writer_->write(&held_.note(key, sample));
+    while (Sample* stale = held_.take_stale())
+      writer_->write(stale);
+    return written;
+  }
+
+  eprosima::fastdds::dds::DataWriter* writer() const { return writer_; }
+
+ private:
+  using Key = eprosima::fastdds::dds::InstanceHandle_t;
+
+  eprosima::fastdds::dds::DataWriter* writer_;
+  PubSubType type_;
+  HeldSamples<Key, Sample> held_;
+};
+
+}  // namespace linegate::dds

@@ -1,0 +1,86 @@
+// No instance lies further back than is allowed, whatever the others do.
+#include "bridges/dds/held_samples.h"
+
+#include <map>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace linegate::dds {
+namespace {
+
+using Held = HeldSamples<int, std::string>;
+
+// What a writer does with them, and how far back the newest sample of each instance lies.
+struct Writer {
+  void write(int instance, const std::string& sample) {
+    EXPECT_EQ(held.note(instance, sample), sample);
+    last[instance] = ++written;
+    while (const std::string* stale = held.take_stale()) {
+      ++repeated;
+      last[std::stoi(*stale)] = ++written;
+    }
+  }
+  std::uint64_t span() const {
+    std::uint64_t oldest = written;
+    for (const auto& [instance, number] : last)
+      oldest = std::min(oldest, number);
+    return written - oldest;
+  }
+
+  Held held;
+  std::map<int, std::uint64_t> last;
+  std::uint64_t written = 0;
+  std::uint64_t repeated = 0;
+};
+
+TEST(HeldSamples, ASilentInstanceIsWrittenAgain) {
+  Writer writer;
+  writer.write(1, "1 first");
+  for (int i = 0; i < 100'000; ++i) {
+    writer.write(2, "2");
+    ASSERT_LE(writer.span(), Held::kMostSince);
+  }
+  EXPECT_EQ(writer.repeated, 100'000 / Held::kMostSince);
+}
+
+TEST(HeldSamples, NothingIsWrittenAgainWhileAllSpeak) {
+  Writer writer;
+  for (int i = 0; i < 100'000; ++i)
+    writer.write(i % 500, std::to_string(i % 500));
+  EXPECT_EQ(writer.repeated, 0U);
+}
+
+TEST(HeldSamples, TheNewestSampleIsTheOneWrittenAgain) {
+  Held held;
+  held.note(1, "old");
+  held.note(1, "new");
+  held.note(2, "");
+  std::string* stale = nullptr;
+  while ((stale = held.take_stale()) == nullptr)
+    held.note(2, "");
+  EXPECT_EQ(*stale, "new");
+}
+
+TEST(HeldSamples, ManySilentInstancesDoNotDriveEachOtherWithoutEnd) {
+  constexpr int kInstances = 8'128;
+  Writer writer;
+  for (int i = 0; i < kInstances; ++i)
+    writer.write(i, std::to_string(i));
+  for (int i = 0; i < 50'000; ++i) {
+    writer.write(0, "0");
+    if (i % 500 == 0) {
+      ASSERT_LE(writer.span(), 2U * kInstances);
+    }
+  }
+  // In every round through all, as many samples of their own as repeated ones at least.
+  EXPECT_LE(writer.repeated, 50'000U);
+}
+
+TEST(HeldSamples, NothingIsHeldAtFirst) {
+  Held held;
+  EXPECT_EQ(held.take_stale(), nullptr);
+}
+
+}  // namespace
+}  // namespace linegate::dds
