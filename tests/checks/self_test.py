@@ -9,6 +9,7 @@ import unittest
 import formatting
 import layering
 import readmes
+import services
 import sizes
 import words
 
@@ -112,6 +113,39 @@ class Sizes(TreeCase):
     def test_limit(self):
         self.assertEqual(self.complaints(sizes, "a.cpp", "\n" * 600), [])
         self.assertEqual(len(self.complaints(sizes, "a.cpp", "\n" * 601)), 1)
+
+
+class Services(TreeCase):
+    HEAD = "## Services and objects\n\n| service or object | where | test |\n|---|---|---|\n"
+
+    def found_in(self, row):
+        self.write("stack/sync/producer.h", "")
+        self.write("tests/stack/CMakeLists.txt", "linegate_test(t SOURCES sync_test.cpp)\n")
+        self.write("tests/stack/sync_test.cpp", "TEST_F(Sync, IsSent) {}\n// TEST(Sync, IsLate)\n")
+        self.write("tests/stack/left_out_test.cpp", "TEST(Sync, IsNotBuilt) {}\n")
+        return self.complaints(services, "stack/README.md", self.HEAD + row)
+
+    def test_all_is_there(self):
+        row = "| SYNC | `sync/producer.h` | `Sync.IsSent` `stack/sync_test.cpp` |\n"
+        self.assertEqual(self.found_in(row), [])
+
+    def test_what_is_missing(self):
+        for cells in (
+            "`sync/producer.h` | `Sync.IsGone`",
+            "`sync/producer.h` | `Sync.IsLate`",
+            "`sync/producer.h` | `Sync.IsNotBuilt`",
+            "`sync/producer.h` | `stack/gone.py`",
+            "`sync/gone.h` | `Sync.IsSent`",
+            "`sync/producer.h` | none",
+            "`sync/producer.h`",
+        ):
+            with self.subTest(cells=cells):
+                found = self.found_in(f"| SYNC | {cells} |\n")
+                self.assertEqual(len(found), 1)
+                self.assertTrue(found[0].startswith("stack/README.md:5: "), found[0])
+
+    def test_an_empty_table(self):
+        self.assertEqual(len(self.found_in("")), 1)
 
 
 class Words(TreeCase):

@@ -32,6 +32,12 @@ def lines(root, path):
         return
 
 
+def read(root, path):
+    """The whole of a text file."""
+    with open(os.path.join(root, path), encoding="utf-8") as text:
+        return text.read()
+
+
 def run(check):
     """Prints what check(root) complains of; ends with 1 if there was anything."""
     here = os.path.dirname(os.path.abspath(__file__))
