@@ -50,6 +50,8 @@ std::vector<Diagnostic> Engine::Impl::configure() {
   details.assign(rpdo_count, {});
   shadows.reset(rpdo_count);
   tpdos.assign(tpdo_count, {});
+  told_rpdos.assign(rpdo_count, {});
+  told_tpdos.assign(tpdo_count, {});
   inputs->grow_pdos(rpdo_count);
   outputs->grow_pdos(tpdo_count);
   long_shadows.clear();
@@ -101,9 +103,13 @@ std::optional<Parameters> Engine::Impl::parameters(PdoKind kind, std::uint16_t n
 }
 
 Engine::Impl::Problem Engine::Impl::compile(PdoKind kind, std::uint16_t number) {
-  stop(kind, static_cast<std::uint16_t>(number - 1U));
+  const auto slot = static_cast<std::uint16_t>(number - 1U);
+  stop(kind, slot);
   Problem problem = try_to_compile(kind, number);
-  if (problem.why != AbortCode::none && listener != nullptr) {
+  const ToldProblem present{problem.why, problem.place};
+  ToldProblem& told = kind == PdoKind::rpdo ? told_rpdos[slot] : told_tpdos[slot];
+  const bool news = std::exchange(told, present) != present;
+  if (news && problem.why != AbortCode::none && listener != nullptr) {
     listener->pdo_unusable(problem.place, problem.why);
   }
   return problem;

@@ -55,7 +55,8 @@ class Listener {
   // RPDO was changed or is gone. Called from within configure() and writes to the records, too.
   virtual void rpdo_in_order(std::uint16_t number);
   // A valid PDO that cannot be used: a COB-ID, an entry or the length (sub 0) of its records is
-  // wrong. Called from within configure() and writes to the records.
+  // wrong. Told when it begins and when the reason changes, and by every configure(). Called from
+  // within configure() and writes to the records.
   virtual void pdo_unusable(od::Address place, AbortCode why);
 };
 

@@ -133,7 +133,13 @@ struct Engine::Impl final : od::Hook {
     od::Address place{};
     std::string text{};
   };
-  // Tells the listener.
+  // What the listener heard last of a PDO; none once it was in order.
+  struct ToldProblem {
+    AbortCode why = AbortCode::none;
+    od::Address place{};
+    bool operator==(const ToldProblem&) const = default;
+  };
+  // Tells the listener of a problem that is new.
   Problem compile(PdoKind kind, std::uint16_t number);
   Problem try_to_compile(PdoKind kind, std::uint16_t number);
   Problem compile_plan(PdoKind kind, std::uint16_t number, CopyPlan& plan) const;
@@ -216,6 +222,8 @@ struct Engine::Impl final : od::Hook {
   std::vector<LinkedPdo> linked_rpdos;
   std::vector<LinkedPdo> linked_tpdos;
   std::vector<RpdoDetails> details;
+  std::vector<ToldProblem> told_rpdos;  // by slot
+  std::vector<ToldProblem> told_tpdos;
   std::vector<std::array<std::byte, can::kMaxFdData>> long_shadows;  // of frames above 8 bytes
 
   std::vector<Tpdo> tpdos;

@@ -164,5 +164,32 @@ TEST(Configure, TellsWhatItCannotUse) {
   EXPECT_THAT(device.sent_ids(at(1)), ElementsAre(0x481));
 }
 
+// A wrong COB-ID that stays wrong is no news, whatever else is written to the PDO.
+TEST(Configure, TellsAWrongPdoOnlyOnce) {
+  od::DeviceDescription out = plain_device();
+  add_tpdo(out, {.cob_id = 0x601, .mapping = {0x20020008}});
+  add_tpdo(out, {.number = 2, .cob_id = 0x281, .mapping = {0x20060040, 0x20020008}});
+  Device device(out);
+  std::vector<RecordingListener::Unusable>& told = device.listener.unusable;
+  ASSERT_EQ(told.size(), 2U);
+  told.clear();
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(device.write(0x1800, 5, 100), AbortCode::none);
+    EXPECT_EQ(device.write(0x1801, 5, 100), AbortCode::none);
+  }
+  EXPECT_THAT(told, IsEmpty()) << "as it was";
+  EXPECT_EQ(device.write(0x1800, 1, kInvalid | 0x601), AbortCode::none);
+  EXPECT_TRUE(device.dictionary.set({0x1800, 1}, 0x601));
+  EXPECT_EQ(told.size(), 1U) << "it was in order in between";
+  told.clear();
+  EXPECT_TRUE(device.dictionary.set({0x1A01, 0}, 1));
+  EXPECT_TRUE(device.dictionary.set({0x1A01, 1}, 0x30000040));
+  EXPECT_THAT(told, ElementsAre(RecordingListener::Unusable{{0x1A01, 1}, AbortCode::no_object}))
+      << "another reason";
+  told.clear();
+  EXPECT_EQ(device.engine->configure().size(), 2U);
+  EXPECT_EQ(told.size(), 2U) << "every reset tells";
+}
+
 }  // namespace
 }  // namespace linegate::pdo
