@@ -32,6 +32,21 @@ if(LINEGATE_BUILD_FUZZ)
   add_link_options(-fsanitize=address,undefined)
 endif()
 
+# Large headers of others are read once a target and not once a file. A compiler cache does better
+# without.
+set(_precompile ON)
+if(CMAKE_CXX_COMPILER_LAUNCHER)
+  set(_precompile OFF)
+endif()
+option(LINEGATE_PRECOMPILE_HEADERS "Precompile the headers of GoogleTest and spdlog" ${_precompile})
+
+# linegate_precompile(TARGET <header.h>...), of libraries alone: our own files say what they need.
+function(linegate_precompile target)
+  if(LINEGATE_PRECOMPILE_HEADERS)
+    target_precompile_headers(${target} PRIVATE ${ARGN})
+  endif()
+endfunction()
+
 # linegate_library(NAME SOURCES a.cpp ... [DEPENDS linegate::x ...] [PRIVATE_DEPENDS ...])
 # makes static library linegate_NAME with alias linegate::NAME and installs it.
 function(linegate_library name)
@@ -64,6 +79,23 @@ function(linegate_program name)
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endfunction()
 
+# GoogleTest's headers, precompiled once for all test programs that are not optimised.
+function(linegate_precompile_gtest name)
+  if(NOT LINEGATE_PRECOMPILE_HEADERS)
+    return()
+  endif()
+  if(NOT TARGET linegate_gtest_header)
+    set(source ${PROJECT_BINARY_DIR}/gtest_header.cpp)
+    file(CONFIGURE OUTPUT ${source} CONTENT "")
+    add_library(linegate_gtest_header OBJECT ${source})
+    target_link_libraries(linegate_gtest_header PRIVATE linegate_flags linegate_warnings GTest::gmock)
+    set_target_properties(linegate_gtest_header PROPERTIES CXX_EXTENSIONS OFF)
+    target_compile_options(linegate_gtest_header PRIVATE -O0 -g1)
+    target_precompile_headers(linegate_gtest_header PRIVATE <gtest/gtest.h>)
+  endif()
+  target_precompile_headers(${name} REUSE_FROM linegate_gtest_header)
+endfunction()
+
 # linegate_test(NAME TIER unit [OPTIMISED] SOURCES ... DEPENDS ...) makes a GoogleTest program whose
 # cases carry the tier as their CTest label. Its own sources are not optimised, which halves the time
 # they take to compile; OPTIMISED is for those that work for seconds.
@@ -81,6 +113,7 @@ function(linegate_test name)
   set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF)
   if(NOT ARG_OPTIMISED)
     target_compile_options(${name} PRIVATE -O0 -g1)
+    linegate_precompile_gtest(${name})
   endif()
   gtest_discover_tests(${name} TEST_PREFIX "${ARG_TIER}." DISCOVERY_MODE PRE_TEST
                        DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${ARG_TIER} TIMEOUT ${ARG_TIMEOUT})
