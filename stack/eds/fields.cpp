@@ -28,6 +28,9 @@ std::optional<std::uint64_t> Fields::number(std::string_view key, std::uint64_t 
     problem = quote(content) + " is not in 0 to " + std::to_string(largest);
   }
   if (problem.empty()) {
+    if (!number.remark.empty()) {
+      report_.warning(entry->value_place, std::string(key) + ": " + number.remark);
+    }
     return number.magnitude;
   }
   report_.add(severity, entry->value_place,

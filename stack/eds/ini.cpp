@@ -39,7 +39,7 @@ class IniParser {
     }
     const std::string_view name =
         trim(content.substr(1, end == std::string_view::npos ? end : end - 1));
-    const auto [known, is_new] = ini_.by_name_.try_emplace(lower(name), ini_.sections_.size());
+    const auto [known, is_new] = ini_.by_name_.try_emplace(comparable(name), ini_.sections_.size());
     keys_.clear();
     current_.reset();
     if (is_new) {
@@ -93,10 +93,13 @@ class IniParser {
 
 namespace {
 
-// The number of the line at `end`, for texts that are not taken apart.
+// The number of the line at `end`.
 std::uint32_t line_at(std::string_view text, std::size_t end) {
-  return 1 + static_cast<std::uint32_t>(
-                 std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end), '\n'));
+  std::uint32_t line = 1;
+  for (std::size_t at = 0; at < end; ++at) {
+    line += text[at] == '\n' || (text[at] == '\r' && text.substr(at + 1, 1) != "\n") ? 1U : 0U;
+  }
+  return line;
 }
 
 bool is_text(std::string_view text, Report& report) {
@@ -123,7 +126,7 @@ const Entry* Section::find(std::string_view key) const {
 }
 
 const Section* Ini::find(std::string_view name) const {
-  const auto at = by_name_.find(lower(name));
+  const auto at = by_name_.find(comparable(name));
   return at == by_name_.end() ? nullptr : &sections_[at->second];
 }
 
@@ -134,6 +137,10 @@ Ini Ini::parse(std::string_view text, Report& report) {
   }
   if (text.starts_with("\xEF\xBB\xBF")) {
     text.remove_prefix(3);
+  }
+  if (const std::size_t at = first_not_utf8(text); at != text.size()) {
+    report.warning({line_at(text, at), 0},
+                   "this line is neither ASCII nor UTF-8; such text is read as Latin-1");
   }
   IniParser parser(ini, report);
   for (std::uint32_t number = 1; !text.empty(); ++number) {

@@ -2,8 +2,8 @@
 // meaning: sections, keys, values, comments.
 //
 // Lines end in CR, LF or both; blanks around names and values do not count; names are compared
-// without regard to case. A line that begins with ';' is a comment. Of sections or keys that come
-// twice the first counts.
+// without regard to case, and those of sections without regard to blanks. A line that begins with
+// ';' is a comment. Of sections or keys that come twice the first counts.
 #pragma once
 
 #include <cstdint>

@@ -20,7 +20,18 @@ int take_base(std::string_view& digits) {
     digits.remove_prefix(2);
     return 16;
   }
-  return digits.size() > 1 && digits.front() == '0' ? 8 : 10;
+  const bool leading_zero = digits.size() > 1 && digits.front() == '0';
+  return leading_zero && digits.find_first_of("89") == std::string_view::npos ? 8 : 10;
+}
+
+std::string remark_on(std::string_view text, std::string_view digits, const Number& number,
+                      int base) {
+  if (number.magnitude == 0 || digits.size() < 2 || digits.front() != '0' || base == 16) {
+    return {};
+  }
+  return quote(text) + " begins with 0, which means octal" +
+         (base == 8 ? "; read as " : ", but it is decimal; read as ") +
+         std::to_string(number.magnitude);
 }
 
 }  // namespace
@@ -40,9 +51,9 @@ Number parse_number(std::string_view text) {
     return failure(quote(text) + " has more than 64 bits");
   }
   if (error != std::errc() || stop != end) {
-    return failure(quote(text) +
-                   (base == 8 ? " is not a number (a leading 0 means octal)" : " is not a number"));
+    return failure(quote(text) + " is not a number");
   }
+  number.remark = remark_on(text, digits, number, base);
   return number;
 }
 
@@ -68,6 +79,7 @@ Number parse_formula(std::string_view text, std::uint8_t node_id) {
       return failure(quote(text) + " has more than 64 bits");
     }
     sum.magnitude += addend.magnitude;
+    sum.remark += addend.remark;
     sum.hexadecimal = sum.hexadecimal || addend.hexadecimal;
     if (plus == rest.size()) {
       return sum;

@@ -10,6 +10,7 @@ namespace linegate::eds {
 
 struct Number {
   std::string problem;  // in words; empty if it is a number
+  std::string remark;   // what is odd about a number that is one; empty if nothing
   std::uint64_t magnitude = 0;
   bool negative = false;
   bool hexadecimal = false;
@@ -18,7 +19,8 @@ struct Number {
   bool ok() const { return problem.empty(); }
 };
 
-// A number alone. An optional sign, then at most 64 bits.
+// A number alone. An optional sign, then at most 64 bits. Decimal numbers are often filled up with
+// zeros: 008 is no octal number and read as decimal, with a remark; so is 001, which is both.
 Number parse_number(std::string_view text);
 
 // A number, or terms joined by '+' of which at least one is $NODEID ("$NODEID+0x180").

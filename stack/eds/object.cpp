@@ -138,6 +138,21 @@ bool counts_what_is_used(std::uint16_t index) {
   return index == 0x1003 || block == 0x1600 || block == 0x1A00;
 }
 
+// A sub-index 0 that nobody can write says what exists.
+void check_sub_zero(const ObjectDescription& object, const VariableDescription& zero,
+                    std::uint8_t highest, const ObjectSections& sections, Context& context) {
+  if (counts_what_is_used(object.index) || od::writable(zero.access) || zero.value.size() != 1 ||
+      zero.value[0] == std::byte{highest}) {
+    return;
+  }
+  const auto section = sections.subs.find(0);
+  context.report.warning(
+      section == sections.subs.end() ? sections.object->place : section->second->place,
+      "sub-index 0 of " + hex(object.index, 4) + " says " +
+          std::to_string(std::to_integer<unsigned>(zero.value[0])) +
+          ", but the highest sub-index described is " + std::to_string(highest));
+}
+
 void complete_sub_zero(const ObjectDescription& object, Variables& variables,
                        const ObjectSections& sections, Context& context) {
   const std::uint8_t highest = variables.rbegin()->first;
@@ -148,6 +163,8 @@ void complete_sub_zero(const ObjectDescription& object, Variables& variables,
     variables[0] = count_variable(highest, object.line);
   } else if (variables[0].value.empty() && !counts_what_is_used(object.index)) {
     variables[0].value = {std::byte{highest}};
+  } else {
+    check_sub_zero(object, variables[0], highest, sections, context);
   }
 }
 
@@ -184,7 +201,6 @@ std::optional<ObjectDescription> read_object(std::uint16_t index, const ObjectSe
   ObjectDescription object;
   object.index = index;
   object.line = sections.object->place.line;
-  object.name = fields.text("ParameterName");
   object.type = read_object_type(fields, sections, context);
   if (index < kFirstObject || object.type == ObjectType::null) {
     return std::nullopt;
@@ -194,9 +210,13 @@ std::optional<ObjectDescription> read_object(std::uint16_t index, const ObjectSe
     if (!variable) {
       return std::nullopt;
     }
+    object.name = variable->name;
     object.variables.push_back(*std::move(variable));
     return object;
   }
+  // That of a CompactSubObj is asked for with its elements.
+  object.name = fields.find("CompactSubObj") == nullptr ? read_name(fields, context)
+                                                        : fields.text("ParameterName");
   Variables variables = read_subs(fields, sections, context);
   if (variables.empty()) {
     context.report.warning(sections.object->place,

@@ -56,10 +56,7 @@ class Reader {
     if (context_.node_id > kHighestNodeId) {
       report_.error({}, "node-ID " + std::to_string(context_.node_id) + " is not in 1 to 127");
     }
-    const Section* section = ini_.find("DeviceComissioning");  // so spelled by CiA 306
-    if (section == nullptr) {
-      section = ini_.find("DeviceCommissioning");
-    }
+    const Section* section = find_commissioning();
     if (section == nullptr) {
       return;
     }
@@ -67,6 +64,28 @@ class Reader {
     const Fields fields(*section, report_);
     device_.node_name = fields.text("NodeName");
     take_node_id(fields);
+  }
+
+  const Section* find_commissioning() {
+    const Section* found = nullptr;
+    for (const Section& section : ini_.sections()) {
+      const std::string name = comparable(section.name);
+      if (!is_commissioning(name)) {
+        continue;
+      }
+      if (found != nullptr) {
+        report_.warning(section.place, "section " + quote(section.name) + " is ignored: there is " +
+                                           quote(found->name) + " in line " +
+                                           std::to_string(found->place.line));
+        continue;
+      }
+      if (name != "devicecomissioning") {  // so spelt by CiA 306
+        report_.warning(section.place,
+                        "section " + quote(section.name) + " is read as [DeviceComissioning]");
+      }
+      found = &section;
+    }
+    return found;
   }
 
   void take_node_id(const Fields& fields) {
@@ -119,7 +138,12 @@ class Reader {
     device_.dynamic_mapping = fields.number("Granularity", 64).value_or(1) != 0;
   }
 
-  static std::uint32_t number32(const Fields& fields, std::string_view key) {
+  std::uint32_t number32(const Fields& fields, std::string_view key) {
+    const Entry* entry = fields.section().find(key);
+    if (entry != nullptr && entry->value.empty()) {
+      report_.warning(entry->key_place,
+                      std::string(key) + " has no value; what object 1018h says is used");
+    }
     return static_cast<std::uint32_t>(fields.number(key, kLargestU32).value_or(0));
   }
 
@@ -129,6 +153,12 @@ class Reader {
       return;
     }
     const Fields fields(*section, report_);
+    for (const char* key : {"Dummy0001", "Dummy0002", "Dummy0003", "Dummy0004", "Dummy0005",
+                            "Dummy0006", "Dummy0007"}) {
+      if (section->find(key) == nullptr) {
+        report_.warning(section->place, quote(section->name) + " has no " + key + "; 0 is assumed");
+      }
+    }
     for (const Entry& entry : section->entries) {
       const std::string key = lower(entry.key);
       unsigned type = 0;

@@ -28,23 +28,22 @@ bool is_numbered(std::string_view name, std::string_view word) {
          name[word.size()] <= '9';
 }
 
+}  // namespace
+
+bool is_commissioning(std::string_view name) {
+  return name.starts_with("devicecom") && name.ends_with("ning");
+}
+
+namespace {
+
 // Sections without an object, known to CiA 306 whether they are of use here or not.
 bool is_known(std::string_view name) {
-  static constexpr std::string_view kNames[] = {"fileinfo",
-                                                "deviceinfo",
-                                                "dummyusage",
-                                                "comments",
-                                                "mandatoryobjects",
-                                                "optionalobjects",
-                                                "manufacturerobjects",
-                                                "devicecomissioning",
-                                                "devicecommissioning",
-                                                "tools",
-                                                "supportedmodules",
-                                                "connectedmodules",
-                                                "dynamicchannels"};
+  static constexpr std::string_view kNames[] = {
+      "fileinfo",         "deviceinfo",       "dummyusage",          "comments",
+      "mandatoryobjects", "optionalobjects",  "manufacturerobjects", "tools",
+      "supportedmodules", "connectedmodules", "dynamicchannels"};
   return std::find(std::begin(kNames), std::end(kNames), name) != std::end(kNames) ||
-         is_numbered(name, "tool") || is_numbered(name, "m");
+         is_commissioning(name) || is_numbered(name, "tool") || is_numbered(name, "m");
 }
 
 class Sorter {
@@ -52,13 +51,18 @@ class Sorter {
   explicit Sorter(Report& report) : report_(report) {}
 
   void add(const Section& section) {
-    const std::string name = lower(section.name);
+    const std::string name = comparable(section.name);
     const auto digits = static_cast<std::size_t>(
         std::find_if_not(name.begin(), name.end(), is_hex_digit) - name.begin());
-    if (digits < 4 || is_known(name)) {
-      if (!is_known(name)) {
-        report_.note(section.place, "section " + quote(section.name) + " is not known; ignored");
-      }
+    if (digits < 4 && !is_known(name)) {
+      report_.note(section.place, "section " + quote(section.name) + " is not known; ignored");
+      return;
+    }
+    if (name.size() != section.name.size()) {
+      report_.warning(section.place,
+                      "section " + quote(section.name) + " is read as [" + name + ']');
+    }
+    if (is_known(name)) {
       return;
     }
     // "1000denotation" goes on with letters that are hexadecimal digits too.

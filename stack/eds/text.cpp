@@ -67,6 +67,12 @@ std::string lower(std::string_view text) {
   return out;
 }
 
+std::string comparable(std::string_view text) {
+  std::string out = lower(text);
+  std::erase_if(out, is_blank);
+  return out;
+}
+
 bool equal_ignoring_case(std::string_view a, std::string_view b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                     [](char x, char y) { return lower_case(x) == lower_case(y); });
@@ -95,12 +101,20 @@ std::string hex(std::uint64_t value, unsigned digits) {
   return out + 'h';
 }
 
-bool is_utf8(std::string_view text) {
+std::size_t first_not_utf8(std::string_view text) {
   bool ok = true;
-  for (std::size_t at = 0; ok && at < text.size();) {
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t begin = at;
     (void)next_character(text, at, ok);
+    if (!ok) {
+      return begin;
+    }
   }
-  return ok;
+  return text.size();
+}
+
+bool is_utf8(std::string_view text) {
+  return first_not_utf8(text) == text.size();
 }
 
 std::string to_utf8(std::string_view text) {

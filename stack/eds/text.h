@@ -12,6 +12,8 @@ namespace linegate::eds {
 
 std::string_view trim(std::string_view text);
 std::string lower(std::string_view text);
+// In lower case and without any blanks: what names of sections are compared by.
+std::string comparable(std::string_view text);
 bool equal_ignoring_case(std::string_view a, std::string_view b);
 
 // The text before a ';', trimmed: some files comment behind numbers.
@@ -24,6 +26,8 @@ std::string quote(std::string_view text);
 std::string hex(std::uint64_t value, unsigned digits);
 
 bool is_utf8(std::string_view text);
+// Where the first character is that is not UTF-8; the size of the text if all of it is.
+std::size_t first_not_utf8(std::string_view text);
 // UTF-8 as it is, anything else read as Latin-1.
 std::string to_utf8(std::string_view text);
 // Little-endian UTF-16 of the same.

@@ -67,6 +67,7 @@ Value integer(DataType type, std::string_view text, std::uint8_t node_id) {
   }
   const std::uint64_t raw = number.negative ? 0 - number.magnitude : number.magnitude;
   Value value = little_endian(raw, od::byte_size(type));
+  value.remark = number.remark;
   value.uses_node_id = number.uses_node_id;
   return value;
 }
@@ -105,6 +106,9 @@ Value real(DataType type, std::string_view text) {
 }
 
 Value octets(std::string_view text) {
+  if (text.starts_with("0x") || text.starts_with("0X")) {
+    text.remove_prefix(2);  // not CiA 306, but common
+  }
   Value value;
   unsigned digits = 0;
   unsigned octet = 0;

@@ -14,6 +14,7 @@ namespace linegate::eds {
 
 struct Value {
   std::string problem;           // in words; empty if the text is such a value
+  std::string remark;            // what is odd about it all the same
   std::vector<std::byte> bytes;  // little-endian, as many as the type has
   bool uses_node_id = false;
 };

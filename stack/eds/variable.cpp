@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "stack/eds/fields.h"
 #include "stack/eds/text.h"
 #include "stack/eds/value.h"
 #include "stack/od/limits.h"
@@ -19,13 +18,18 @@ void report_missing(const Section& section, const char* key, const char* consequ
   context.report.add(severity, section.place, quote(section.name) + " has no " + key + consequence);
 }
 
+}  // namespace
+
 std::string read_name(const Fields& fields, Context& context) {
   std::string name = fields.text("ParameterName");
   if (name.empty()) {
-    report_missing(fields.section(), "ParameterName", "", context);
+    report_missing(fields.section(), "ParameterName", "; its section's name is used", context);
+    name = to_utf8(fields.section().name);
   }
   return name;
 }
+
+namespace {
 
 DataType read_data_type(const Fields& fields, Context& context) {
   const bool is_domain = fields.number("ObjectType", 0xFF).value_or(0) ==
@@ -77,6 +81,9 @@ std::optional<std::vector<std::byte>> read_bytes(const Entry& entry, std::string
                        std::string(what) + ": " + value.problem +
                            (severity == Severity::error ? "" : "; ignored"));
     return std::nullopt;
+  }
+  if (!value.remark.empty()) {
+    context.report.warning(entry.value_place, std::string(what) + ": " + value.remark);
   }
   if (value.uses_node_id && context.node_id == 0 && !context.missing_node_id_told) {
     context.missing_node_id_told = true;

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "stack/eds/ini.h"
+#include "stack/eds/fields.h"
 #include "stack/od/description.h"
 
 namespace linegate::eds {
@@ -19,6 +19,9 @@ struct Context {
   bool missing_node_id_told = false;  // once is enough
   std::size_t expanded = 0;           // bytes that CompactSubObj made of few lines so far
 };
+
+// ParameterName; that of the section, with a warning, if it is missing.
+std::string read_name(const Fields& fields, Context& context);
 
 // Nothing if the data type cannot be told; that is an error if the section configures a value.
 std::optional<od::VariableDescription> read_variable(const Section& section, std::uint8_t sub,

@@ -29,6 +29,11 @@ inline constexpr std::string_view kDeviceType =
     "AccessType=ro\n"
     "DefaultValue=0x00020192\n";
 
+// All that belongs there: 8 lines.
+inline constexpr std::string_view kDummyUsage =
+    "[DummyUsage]\nDummy0001=0\nDummy0002=0\nDummy0003=0\nDummy0004=0\nDummy0005=1\n"
+    "Dummy0006=1\nDummy0007=0\n";
+
 // A whole file; `more` begins in line 14.
 inline std::string file_with(std::string_view more) {
   return std::string(kHead) + std::string(kDeviceType) + std::string(more);

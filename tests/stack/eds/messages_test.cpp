@@ -75,7 +75,7 @@ TEST(Messages, AllFindingsComeAtOnceInTheOrderOfTheFile) {
           "x.eds:4:14: warning: VendorNumber: '0x1FFFFFFFF' is not in 0 to 4294967295; ignored",
           "x.eds:6:18: warning: SupportedObjects is 1, but 2 are listed",
           "x.eds:8:3: error: index of an object: 'zwei' is not a number",
-          "x.eds:9:1: warning: '2000' has no ParameterName",
+          "x.eds:9:1: warning: '2000' has no ParameterName; its section's name is used",
           "x.eds:11:12: warning: AccessType: 'rx' is not known; taken as ro",
           "x.eds:12:14: warning: DefaultValue: '300' does not fit UNSIGNED8 (0 to 255); ignored",
           "x.eds:13:12: warning: PDOMapping: '2' is not in 0 to 1; ignored"));
@@ -180,7 +180,8 @@ TEST(Messages, AConfiguredValueWithoutDataTypeIsAnError) {
 
 TEST(Messages, MissingNameAndAccess) {
   EXPECT_THAT(messages(with_object("DataType=5\n")),
-              ElementsAre("x.eds:17:1: warning: '2000' has no ParameterName",
+              ElementsAre("x.eds:17:1: warning: '2000' has no ParameterName; its section's name "
+                          "is used",
                           "x.eds:17:1: warning: '2000' has no AccessType; taken as ro"));
 }
 
@@ -251,13 +252,14 @@ TEST(Messages, BadNodeIds) {
 
 TEST(Messages, DummyUsage) {
   EXPECT_THAT(
-      messages(file_with("[DummyUsage]\nDummy0000=1\nDummy0020=1\nDummyX=1\nDumm=1\n"
-                         "Dummy0007=yes\n")),
-      ElementsAre("x.eds:15:1: warning: key 'Dummy0000' is not Dummy0001 to Dummy001F; ignored",
-                  "x.eds:16:1: warning: key 'Dummy0020' is not Dummy0001 to Dummy001F; ignored",
-                  "x.eds:17:1: warning: key 'DummyX' is not Dummy0001 to Dummy001F; ignored",
-                  "x.eds:18:1: warning: key 'Dumm' is not Dummy0001 to Dummy001F; ignored",
-                  "x.eds:19:11: warning: Dummy0007: 'yes' is not a number; ignored"));
+      messages(file_with(std::string(test::kDummyUsage) +
+                         "Dummy0000=1\nDummy0020=1\nDummyX=1\nDumm=1\n"
+                         "Dummy001F=yes\n")),
+      ElementsAre("x.eds:22:1: warning: key 'Dummy0000' is not Dummy0001 to Dummy001F; ignored",
+                  "x.eds:23:1: warning: key 'Dummy0020' is not Dummy0001 to Dummy001F; ignored",
+                  "x.eds:24:1: warning: key 'DummyX' is not Dummy0001 to Dummy001F; ignored",
+                  "x.eds:25:1: warning: key 'Dumm' is not Dummy0001 to Dummy001F; ignored",
+                  "x.eds:26:11: warning: Dummy001F: 'yes' is not a number; ignored"));
 }
 
 TEST(Messages, NewerEdsVersion) {

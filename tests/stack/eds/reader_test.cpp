@@ -33,8 +33,12 @@ NrOfTXPDO=1
 
 [DummyUsage]
 Dummy0001=0
+Dummy0002=0
+Dummy0003=0
+Dummy0004=0
 Dummy0005=1
 Dummy0006=1
+Dummy0007=0
 
 [Comments]
 Lines=1
@@ -174,8 +178,8 @@ TEST(Reader, ObjectsComeAscendingWithNamesTypesAndLines) {
   const od::ObjectDescription* identity = encoder().find(0x1018);
   EXPECT_EQ(identity->name, "Identity object");
   EXPECT_EQ(identity->type, ObjectType::record);
-  EXPECT_EQ(identity->line, 47U);
-  EXPECT_EQ(identity->variables.at(1).line, 60U);
+  EXPECT_EQ(identity->line, 51U);
+  EXPECT_EQ(identity->variables.at(1).line, 64U);
   EXPECT_EQ(encoder().find(0x1000)->type, ObjectType::variable);
 }
 
