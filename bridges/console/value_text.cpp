@@ -5,7 +5,9 @@
 #include <bit>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
+#include <limits>
 #include <utility>
 
 #include "stack/base/byte_order.h"
@@ -17,11 +19,6 @@ std::string number_text(double value) {
   std::array<char, 32> digits;
   std::snprintf(digits.data(), digits.size(), "%.9g", value);
   return digits.data();
-}
-
-std::int64_t sign_extended(std::uint64_t value, unsigned bits) {
-  const unsigned unused = 64 - bits;
-  return static_cast<std::int64_t>(value << unused) >> unused;
 }
 
 std::string string_text(std::span<const std::byte> value) {
@@ -79,6 +76,9 @@ std::optional<std::vector<std::byte>> real(od::DataType type, std::string_view t
     return std::nullopt;
   }
   if (type == od::DataType::real32) {
+    if (std::isfinite(value) && std::abs(value) > std::numeric_limits<float>::max()) {
+      return std::nullopt;
+    }
     return little_endian(std::bit_cast<std::uint32_t>(static_cast<float>(value)), 4);
   }
   return little_endian(std::bit_cast<std::uint64_t>(value), 8);
@@ -135,7 +135,7 @@ std::string to_text(od::DataType type, std::span<const std::byte> value) {
     return number_text(std::bit_cast<double>(raw));
   }
   if (od::is_signed(type)) {
-    return std::to_string(sign_extended(raw, od::bit_size(type)));
+    return std::to_string(load_le_signed(value));
   }
   return od::is_integer(type) ? std::to_string(raw) : to_hex(value);
 }
@@ -154,7 +154,9 @@ std::optional<std::vector<std::byte>> from_text(od::DataType type, std::string_v
     const auto bytes = std::as_bytes(std::span(text));
     return std::vector<std::byte>(bytes.begin(), bytes.end());
   }
-  return hex_bytes(text);
+  auto bytes = hex_bytes(text);
+  const unsigned fixed = od::byte_size(type);
+  return !bytes || fixed == 0 || bytes->size() == fixed ? bytes : std::nullopt;
 }
 
 std::optional<od::DataType> type_from_name(std::string_view text) {
@@ -162,12 +164,13 @@ std::optional<od::DataType> type_from_name(std::string_view text) {
   std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
   using enum od::DataType;
   constexpr std::pair<std::string_view, od::DataType> kShort[] = {
-      {"b", boolean},       {"i8", integer8},    {"i16", integer16},  {"i24", integer24},
-      {"i32", integer32},   {"i40", integer40},  {"i48", integer48},  {"i56", integer56},
-      {"i64", integer64},   {"u8", unsigned8},   {"u16", unsigned16}, {"u24", unsigned24},
-      {"u32", unsigned32},  {"u40", unsigned40}, {"u48", unsigned48}, {"u56", unsigned56},
-      {"u64", unsigned64},  {"r32", real32},     {"r64", real64},     {"vs", visible_string},
-      {"os", octet_string}, {"d", domain},
+      {"b", boolean},       {"i8", integer8},       {"i16", integer16},  {"i24", integer24},
+      {"i32", integer32},   {"i40", integer40},     {"i48", integer48},  {"i56", integer56},
+      {"i64", integer64},   {"u8", unsigned8},      {"u16", unsigned16}, {"u24", unsigned24},
+      {"u32", unsigned32},  {"u40", unsigned40},    {"u48", unsigned48}, {"u56", unsigned56},
+      {"u64", unsigned64},  {"r32", real32},        {"r64", real64},     {"vs", visible_string},
+      {"os", octet_string}, {"us", unicode_string}, {"t", time_of_day},  {"td", time_difference},
+      {"d", domain},
   };
   for (const auto& [name, type] : kShort) {
     std::string cia(od::name(type));

@@ -19,12 +19,13 @@ std::string to_text(od::DataType type, std::span<const std::byte> value);
 // The bytes alone: "12 34 AB".
 std::string to_hex(std::span<const std::byte> value);
 
-// The value as bytes, little-endian: decimal, 0x.., true, false, text for strings, hexadecimal
-// bytes for OCTET_STRING and DOMAIN. Nothing if the text does not fit the type.
+// The value as bytes, little-endian: decimal, 0x.., true, false, text for VISIBLE_STRING,
+// hexadecimal bytes for all others: as many as a time has. Nothing if the text does not fit the
+// type.
 std::optional<std::vector<std::byte>> from_text(od::DataType type, std::string_view text);
 
-// The short names of CiA 309-3 (b, u8..u64, i8..i64, r32, r64, vs, os, d) and CiA 301's long ones,
-// any case. Nothing for others.
+// The short names of CiA 309-3 (b, u8..u64, i8..i64, r32, r64, t, td, vs, os, us, d) and CiA 301's
+// long ones, any case. Nothing for others.
 std::optional<od::DataType> type_from_name(std::string_view name);
 
 }  // namespace linegate::console

@@ -129,6 +129,9 @@ std::optional<std::vector<std::byte>> real_value(std::string_view text, od::Data
   if (type == od::DataType::real64) {
     return little_endian(std::bit_cast<std::uint64_t>(number), 8);
   }
+  if (std::isfinite(number) && std::abs(number) > std::numeric_limits<float>::max()) {
+    return std::nullopt;
+  }
   return little_endian(std::bit_cast<std::uint32_t>(static_cast<float>(number)), 4);
 }
 
@@ -260,7 +263,9 @@ std::optional<std::vector<std::byte>> parse_value(std::string_view text, od::Dat
     const auto* raw = reinterpret_cast<const std::byte*>(text.data());
     return std::vector<std::byte>(raw, raw + text.size());
   }
-  return hexadecimal_bytes(text);
+  auto bytes = hexadecimal_bytes(text);
+  const unsigned fixed = od::byte_size(type);
+  return !bytes || fixed == 0 || bytes->size() == fixed ? bytes : std::nullopt;
 }
 
 std::string nearest(std::string_view text, std::span<const std::string> candidates) {

@@ -31,8 +31,8 @@ std::optional<od::Address> parse_address(std::string_view text);
 std::string format_address(od::Address address);
 
 // A value of the object's type, little-endian: numbers decimal or with 0x, BOOLEAN also true and
-// false, strings as they are, OCTET_STRING and DOMAIN as hexadecimal bytes ("01 02 FF"). Nothing if
-// it is none or out of range.
+// false, VISIBLE_STRING as it is, others as hexadecimal bytes ("01 02 FF"), as many as a time has.
+// Nothing if it is none or out of range.
 std::optional<std::vector<std::byte>> parse_value(std::string_view text, od::DataType type);
 
 // The candidate that was most likely meant, empty if none is near.

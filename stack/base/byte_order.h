@@ -46,6 +46,12 @@ inline std::uint64_t load_le(std::span<const std::byte> bytes) {
   return value;
 }
 
+// The same for two's complement of 1 to 8 bytes: the sign is extended to 64 bits.
+inline std::int64_t load_le_signed(std::span<const std::byte> bytes) {
+  const unsigned unused = 64U - 8U * static_cast<unsigned>(bytes.size());
+  return static_cast<std::int64_t>(load_le(bytes) << unused) >> unused;
+}
+
 // Writes the low bytes.size() (at most 8) bytes of value, least significant first.
 inline void store_le(std::span<std::byte> bytes, std::uint64_t value) {
   for (std::byte& b : bytes) {

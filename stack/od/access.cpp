@@ -28,6 +28,9 @@ AbortCode check_variable(const ObjectTable& objects, Address address, const Vari
   if (const AbortCode why = check_length(variable, value.size()); why != AbortCode::none) {
     return why;
   }
+  if (variable.type == DataType::boolean && value[0] > std::byte{1}) {
+    return AbortCode::invalid_value;
+  }
   if (variable.has_limits) {
     const VariableDetails& details = objects.details(address);
     const AbortCode why = check_limits(variable.type, value, details.low, details.high);
@@ -36,6 +39,12 @@ AbortCode check_variable(const ObjectTable& objects, Address address, const Vari
     }
   }
   return variable.hook == nullptr ? AbortCode::none : variable.hook->check_write(address, value);
+}
+
+// Why an address without variable cannot be written: sub-index FFh exists, and is const.
+AbortCode unwritable(Address address, AbortCode why) {
+  return address.sub == kStructureSub && why == AbortCode::no_sub_index ? AbortCode::read_only
+                                                                        : why;
 }
 
 // value has an allowed length. It may overlap the variable's own bytes.
@@ -104,7 +113,8 @@ AbortCode Dictionary::check(Address address, std::span<const std::byte> value) c
   Variable element;
   AbortCode why = AbortCode::none;
   const Variable* variable = objects_->find(address, element, why);
-  return variable == nullptr ? why : check_variable(*objects_, address, *variable, value);
+  return variable == nullptr ? unwritable(address, why)
+                             : check_variable(*objects_, address, *variable, value);
 }
 
 AbortCode Dictionary::write(Address address, std::span<const std::byte> value) {
@@ -112,7 +122,7 @@ AbortCode Dictionary::write(Address address, std::span<const std::byte> value) {
   AbortCode why = AbortCode::none;
   Variable* variable = objects_->find(address, element, why);
   if (variable == nullptr) {
-    return why;
+    return unwritable(address, why);
   }
   why = check_variable(*objects_, address, *variable, value);
   if (why == AbortCode::none) {

@@ -55,20 +55,36 @@ std::uint16_t structure_type(const ObjectDescription& object) {
   constexpr std::uint16_t kPdoMapping = 0x21;
   constexpr std::uint16_t kSdoParameter = 0x22;
   constexpr std::uint16_t kIdentity = 0x23;
+  constexpr std::uint16_t kOsDebugger = 0x24;
+  constexpr std::uint16_t kOsCommand = 0x25;
   if (object.type != ObjectType::record) {
     return static_cast<std::uint16_t>(object.variables.back().type);
   }
-  switch (object.index & 0xFE00U) {
+  switch (object.index & 0xFF00U) {
     case 0x1400:
+    case 0x1500:
     case 0x1800:
+    case 0x1900:
       return kPdoCommunication;
     case 0x1600:
+    case 0x1700:
     case 0x1A00:
+    case 0x1B00:
       return kPdoMapping;
     case 0x1200:
       return kSdoParameter;
     default:
-      return object.index == 0x1018 ? kIdentity : 0;
+      break;
+  }
+  switch (object.index) {
+    case 0x1018:
+      return kIdentity;
+    case 0x1023:
+      return kOsCommand;
+    case 0x1025:
+      return kOsDebugger;
+    default:
+      return 0;
   }
 }
 
@@ -102,6 +118,7 @@ Variable variable_of(const VariableDescription& described, VariableDetails& deta
   variable.type = described.type;
   variable.access = described.access;
   variable.mappable = described.mappable;
+  variable.store = described.store;
   variable.has_limits = !described.low_limit.empty() || !described.high_limit.empty();
   variable.data = described.type == DataType::domain ? details.domain.data() : room;
   if (described.type != DataType::domain) {
@@ -210,6 +227,20 @@ Result<void> Dictionary::add_window(std::uint16_t index, DataType type, Access a
                           .access = access,
                           .mappable = true};
   objects_->insert(index, Slot{variables, 0, count, Slot::Kind::window}, std::move(details));
+  return {};
+}
+
+Result<void> Dictionary::set_store(Address address, bool store) {
+  Variable element;
+  AbortCode why = AbortCode::none;
+  Variable* variable = objects_->find(address, element, why);
+  if (variable == nullptr) {
+    return to_error(why);
+  }
+  if (objects_->find(address.index)->kind == Slot::Kind::window) {
+    return to_error(AbortCode::unsupported_access);
+  }
+  variable->store = store;
   return {};
 }
 

@@ -52,6 +52,7 @@ struct VariableDescription {
   DataType type = DataType::none;
   Access access = Access::rw;
   bool mappable = false;
+  bool store = false;                 // 1010h shall save it
   std::vector<std::byte> value;       // initial value, little-endian, node-ID already applied
   std::vector<std::byte> low_limit;   // empty = none
   std::vector<std::byte> high_limit;  // empty = none

@@ -44,6 +44,27 @@ std::string_view Dictionary::name(Address address) const {
   return address.sub == 0 ? std::string_view(object.name) : std::string_view();
 }
 
+std::span<const std::byte> Dictionary::initial_value(Address address) const {
+  return objects_->find_plain(address) == nullptr
+             ? std::span<const std::byte>()
+             : std::span<const std::byte>(objects_->details(address).initial);
+}
+
+std::vector<Address> Dictionary::stored(std::uint16_t first, std::uint16_t last) const {
+  std::vector<Address> out;
+  for (const std::uint16_t index : objects_->indices()) {
+    const Slot& slot = *objects_->find(index);
+    for (unsigned sub = 0; index >= first && index <= last && sub <= slot.highest; ++sub) {
+      const Address address{index, static_cast<std::uint8_t>(sub)};
+      const Variable* variable = objects_->find_plain(address);
+      if (variable != nullptr && variable->store) {
+        out.push_back(address);
+      }
+    }
+  }
+  return out;
+}
+
 ObjectType Dictionary::object_type(std::uint16_t index) const {
   const Slot* slot = objects_->find(index);
   return slot == nullptr ? ObjectType::null : objects_->details(*slot).type;

@@ -52,6 +52,7 @@ struct Variable {
   Access access = Access::ro;
   bool mappable = false;
   bool has_limits = false;  // look-up of the limits is not in the hot part
+  bool store = false;       // belongs to what 1010h saves
   Hook* hook = nullptr;
 
   std::span<const std::byte> bytes() const { return {data, size}; }
@@ -102,6 +103,16 @@ class Dictionary {
   // Indices of all objects, ascending.
   std::vector<std::uint16_t> indices() const;
 
+  // What the variable was described with (its default value, or a DCF's): what reset_values() gives
+  // it. Empty if there is no such variable, or in a window.
+  std::span<const std::byte> initial_value(Address address) const;
+
+  // Whether 1010h (store parameters) shall save the variable; as described until it is set here.
+  // no_object, no_sub_index; unsupported_access for elements of a window.
+  Result<void> set_store(Address address, bool store);
+  // Variables of first..last with that flag, ascending.
+  std::vector<Address> stored(std::uint16_t first, std::uint16_t last) const;
+
   // Name and type as described; empty / null if there is no such object or sub-index.
   std::string_view name(Address address) const;
   ObjectType object_type(std::uint16_t index) const;
@@ -109,11 +120,13 @@ class Dictionary {
   // --- access as over SDO: rights, size, limits and hooks apply --------------------------------
 
   // The value's bytes; valid until the next write or change of the dictionary. Sub-index FFh gives
-  // the structure of the object, UNSIGNED32: data type << 8 | object code (CiA 301, 7.4.7).
+  // the structure of the object, UNSIGNED32: data type << 8 | object code (CiA 301, 7.4.7). It is
+  // const: nobody describes it, and writing it is refused with read_only.
   Result<std::span<const std::byte>> read(Address address) const;
   // Everything write() would check, without writing: for writes that are split in two. In this
   // order: no_object, no_sub_index, read_only, length_too_high or length_too_low (length_mismatch
-  // for half a character of a UNICODE_STRING), value_too_high or value_too_low, then the hook.
+  // for half a character of a UNICODE_STRING), invalid_value for a BOOLEAN above 1, value_too_high
+  // or value_too_low (max_less_than_min if the limits leave nothing), then the hook.
   AbortCode check(Address address, std::span<const std::byte> value) const;
   AbortCode write(Address address, std::span<const std::byte> value);
 

@@ -10,11 +10,6 @@
 namespace linegate::od {
 namespace {
 
-std::int64_t load_signed(std::span<const std::byte> bytes) {
-  const unsigned unused = 64U - 8U * static_cast<unsigned>(bytes.size());
-  return static_cast<std::int64_t>(load_le(bytes) << unused) >> unused;
-}
-
 double load_real(std::span<const std::byte> bytes) {
   if (bytes.size() == 4) {
     return std::bit_cast<float>(static_cast<std::uint32_t>(load_le(bytes)));
@@ -25,6 +20,9 @@ double load_real(std::span<const std::byte> bytes) {
 template <class Load>
 AbortCode compare(std::span<const std::byte> value, std::span<const std::byte> low,
                   std::span<const std::byte> high, Load load) {
+  if (!low.empty() && !high.empty() && load(high) < load(low)) {
+    return AbortCode::max_less_than_min;
+  }
   const auto number = load(value);
   if (!low.empty() && number < load(low)) {
     return AbortCode::value_too_low;
@@ -48,7 +46,7 @@ AbortCode check_limits(DataType type, std::span<const std::byte> value,
     return AbortCode::none;
   }
   if (is_signed(type)) {
-    return compare(value, low, high, load_signed);
+    return compare(value, low, high, load_le_signed);
   }
   if (is_integer(type)) {
     return compare(value, low, high, [](std::span<const std::byte> b) { return load_le(b); });

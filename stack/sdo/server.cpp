@@ -208,10 +208,9 @@ AbortCode Server::expedited_download(std::uint64_t request, od::Address address)
 // Says no as early as possible: a client should not send thousands of segments in vain.
 AbortCode Server::initiate_segmented_download(std::uint64_t request, od::Address address,
                                               Instant now) {
-  AbortCode why = AbortCode::none;
-  const auto variable = dictionary_.find(address, &why);
+  const auto variable = dictionary_.find(address);
   if (!variable) {
-    return why;
+    return dictionary_.check(address, {});
   }
   if (!od::writable(variable->access)) {
     return AbortCode::read_only;

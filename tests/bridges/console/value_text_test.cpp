@@ -40,6 +40,32 @@ TEST(ValueText, FromTextIsTheInverse) {
   EXPECT_EQ(from_text(DataType::visible_string, "ab"), bytes({'a', 'b'}));
 }
 
+TEST(ValueText, IntegersOfEveryWidthThereAndBack) {
+  using enum DataType;
+  for (const DataType type :
+       {integer8, integer16, integer24, integer32, integer40, integer48, integer56, integer64}) {
+    const auto low = from_text(type, "-3");
+    ASSERT_TRUE(low) << od::name(type);
+    EXPECT_EQ(low->size(), od::byte_size(type));
+    EXPECT_EQ(to_text(type, *low), "-3");
+    std::vector<std::byte> lowest(od::byte_size(type));
+    lowest.back() = std::byte{0x80};
+    EXPECT_EQ(from_text(type, to_text(type, lowest)), lowest) << od::name(type);
+  }
+  for (const DataType type : {unsigned8, unsigned16, unsigned24, unsigned32, unsigned40, unsigned48,
+                              unsigned56, unsigned64}) {
+    const std::vector<std::byte> largest(od::byte_size(type), std::byte{0xFF});
+    EXPECT_EQ(from_text(type, to_text(type, largest)), largest) << od::name(type);
+  }
+}
+
+TEST(ValueText, TimesAreTheirBytes) {
+  const auto value = bytes({1, 2, 3, 4, 5, 6});
+  EXPECT_EQ(to_text(DataType::time_of_day, value), "01 02 03 04 05 06");
+  EXPECT_EQ(from_text(DataType::time_difference, "01 02 03 04 05 06"), value);
+  EXPECT_EQ(from_text(DataType::time_of_day, "01 02 03 04 05"), std::nullopt);
+}
+
 TEST(ValueText, WhatDoesNotFitIsRefused) {
   EXPECT_EQ(from_text(DataType::unsigned8, "256"), std::nullopt);
   EXPECT_EQ(from_text(DataType::unsigned8, "-1"), std::nullopt);
@@ -49,6 +75,7 @@ TEST(ValueText, WhatDoesNotFitIsRefused) {
   EXPECT_EQ(from_text(DataType::unsigned32, ""), std::nullopt);
   EXPECT_EQ(from_text(DataType::unsigned32, "12x"), std::nullopt);
   EXPECT_EQ(from_text(DataType::real64, "x"), std::nullopt);
+  EXPECT_EQ(from_text(DataType::real32, "1e39"), std::nullopt);
   EXPECT_EQ(from_text(DataType::octet_string, "123"), std::nullopt);
 }
 
@@ -57,6 +84,8 @@ TEST(ValueText, TypesByTheirShortAndLongNames) {
   EXPECT_EQ(type_from_name("UNSIGNED16"), DataType::unsigned16);
   EXPECT_EQ(type_from_name("i48"), DataType::integer48);
   EXPECT_EQ(type_from_name("vs"), DataType::visible_string);
+  EXPECT_EQ(type_from_name("td"), DataType::time_difference);
+  EXPECT_EQ(type_from_name("Unicode_String"), DataType::unicode_string);
   EXPECT_EQ(type_from_name("int"), std::nullopt);
 }
 

@@ -86,6 +86,8 @@ TEST(Value, FollowsTheType) {
   EXPECT_EQ(bytes("2", T::boolean), std::nullopt);
   EXPECT_EQ(bytes("1x", T::unsigned32), std::nullopt);
   EXPECT_EQ(bytes("fast", T::real32), std::nullopt);
+  EXPECT_EQ(bytes("1e39", T::real32), std::nullopt);
+  EXPECT_EQ(bytes("01 02", T::time_of_day), std::nullopt);
   EXPECT_EQ(bytes("012", T::domain), std::nullopt);
 }
 

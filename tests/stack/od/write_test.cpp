@@ -49,7 +49,15 @@ TEST(Write, TellsWhatDoesNotExist) {
   ASSERT_TRUE(dictionary.add(var(0x2000, DataType::unsigned8)));
   EXPECT_EQ(dictionary.write({0x2001, 0}, bytes({1})), AbortCode::no_object);
   EXPECT_EQ(dictionary.write({0x2000, 1}, bytes({1})), AbortCode::no_sub_index);
-  EXPECT_EQ(dictionary.write({0x2000, 255}, bytes({1})), AbortCode::no_sub_index);
+  EXPECT_EQ(dictionary.write({0x2001, 255}, bytes({1})), AbortCode::no_object);
+}
+
+TEST(Write, SubIndexFFhIsConst) {
+  Dictionary dictionary;
+  ASSERT_TRUE(dictionary.add(var(0x2000, DataType::unsigned8)));
+  EXPECT_EQ(dictionary.write({0x2000, 255}, bytes({7, 5, 0, 0})), AbortCode::read_only);
+  EXPECT_EQ(dictionary.check({0x2000, 255}, bytes({7, 5, 0, 0})), AbortCode::read_only);
+  EXPECT_EQ(dictionary.highest_sub(0x2000), 0);
 }
 
 TEST(Write, FixedTypesTakeTheirLengthOnly) {

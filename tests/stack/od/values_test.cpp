@@ -1,0 +1,177 @@
+// Every data type of CiA 301 as a value in the dictionary: its length, its order, its limits.
+#include <bit>
+
+#include <gtest/gtest.h>
+
+#include "tests/stack/od/objects.h"
+
+namespace linegate::od {
+namespace {
+
+using test::bytes;
+using test::copy;
+using test::object;
+using test::var;
+using test::variable;
+
+constexpr Address kAt{0x2000, 0};
+
+enum class Order { none, sign, magnitude, real };
+
+struct Row {
+  DataType type;
+  unsigned size;  // bytes, 0 = variable
+  Order order;
+};
+
+constexpr Row kTypes[] = {
+    {DataType::boolean, 1, Order::magnitude},    {DataType::integer8, 1, Order::sign},
+    {DataType::integer16, 2, Order::sign},       {DataType::integer24, 3, Order::sign},
+    {DataType::integer32, 4, Order::sign},       {DataType::integer40, 5, Order::sign},
+    {DataType::integer48, 6, Order::sign},       {DataType::integer56, 7, Order::sign},
+    {DataType::integer64, 8, Order::sign},       {DataType::unsigned8, 1, Order::magnitude},
+    {DataType::unsigned16, 2, Order::magnitude}, {DataType::unsigned24, 3, Order::magnitude},
+    {DataType::unsigned32, 4, Order::magnitude}, {DataType::unsigned40, 5, Order::magnitude},
+    {DataType::unsigned48, 6, Order::magnitude}, {DataType::unsigned56, 7, Order::magnitude},
+    {DataType::unsigned64, 8, Order::magnitude}, {DataType::real32, 4, Order::real},
+    {DataType::real64, 8, Order::real},          {DataType::time_of_day, 6, Order::none},
+    {DataType::time_difference, 6, Order::none}, {DataType::visible_string, 0, Order::none},
+    {DataType::octet_string, 0, Order::none},    {DataType::unicode_string, 0, Order::none},
+    {DataType::domain, 0, Order::none},
+};
+
+// The number as a value of the row's type.
+std::vector<std::byte> encoded(const Row& row, int number) {
+  std::vector<std::byte> out(row.size);
+  std::uint64_t raw = static_cast<std::uint64_t>(std::int64_t{number});
+  if (row.type == DataType::real32) {
+    raw = std::bit_cast<std::uint32_t>(static_cast<float>(number));
+  } else if (row.type == DataType::real64) {
+    raw = std::bit_cast<std::uint64_t>(static_cast<double>(number));
+  }
+  store_le(std::span<std::byte>(out), raw);
+  return out;
+}
+
+Dictionary limited(const Row& row, int low, int high) {
+  ObjectDescription description = var(kAt.index, row.type);
+  description.variables[0].low_limit = encoded(row, low);
+  description.variables[0].high_limit = encoded(row, high);
+  Dictionary dictionary;
+  EXPECT_TRUE(dictionary.add(description));
+  return dictionary;
+}
+
+TEST(Values, OfEveryTypeTakeTheirLengthAndComeBack) {
+  for (const Row& row : kTypes) {
+    SCOPED_TRACE(name(row.type));
+    Dictionary dictionary;
+    ASSERT_TRUE(dictionary.add(var(kAt.index, row.type)));
+    EXPECT_EQ(dictionary.read(kAt).value().size(), row.size);
+    std::vector<std::byte> value(row.size == 0 ? 6 : row.size, std::byte{0xC1});
+    if (row.type == DataType::boolean) {
+      value = bytes({1});
+    }
+    EXPECT_EQ(dictionary.write(kAt, value), AbortCode::none);
+    EXPECT_EQ(copy(*dictionary.read(kAt)), value);
+    if (row.size != 0) {
+      value.push_back(std::byte{0});
+      EXPECT_EQ(dictionary.write(kAt, value), AbortCode::length_too_high);
+      value.resize(row.size - 1);
+      EXPECT_EQ(dictionary.write(kAt, value), AbortCode::length_too_low);
+    } else {
+      EXPECT_EQ(dictionary.write(kAt, {}), AbortCode::none);
+      EXPECT_EQ(dictionary.read(kAt).value().size(), 0U);
+    }
+  }
+}
+
+TEST(Values, OfTypesWithAnOrderHaveLimits) {
+  for (const Row& row : kTypes) {
+    if (row.type == DataType::boolean) {
+      continue;  // TRUE and FALSE: see below
+    }
+    SCOPED_TRACE(name(row.type));
+    const bool negative = row.order == Order::sign || row.order == Order::real;
+    const int low = negative ? -3 : 2;
+    Dictionary dictionary = limited(row, low, 5);
+    const bool ordered = row.order != Order::none;
+    EXPECT_EQ(dictionary.write(kAt, encoded(row, low - 1)),
+              ordered ? AbortCode::value_too_low : AbortCode::none);
+    EXPECT_EQ(dictionary.write(kAt, encoded(row, low)), AbortCode::none);
+    EXPECT_EQ(dictionary.write(kAt, encoded(row, 5)), AbortCode::none);
+    EXPECT_EQ(dictionary.write(kAt, encoded(row, 6)),
+              ordered ? AbortCode::value_too_high : AbortCode::none);
+  }
+}
+
+TEST(Values, NoneIsRightWhenTheHighLimitIsBelowTheLow) {
+  for (const Row& row : kTypes) {
+    if (row.order != Order::none && row.type != DataType::boolean) {
+      Dictionary dictionary = limited(row, 5, 3);
+      EXPECT_EQ(dictionary.write(kAt, encoded(row, 4)), AbortCode::max_less_than_min)
+          << name(row.type);
+    }
+  }
+}
+
+TEST(Values, BooleanIsTrueOrFalse) {
+  Dictionary dictionary;
+  ASSERT_TRUE(dictionary.add(var(kAt.index, DataType::boolean)));
+  EXPECT_EQ(dictionary.write(kAt, bytes({1})), AbortCode::none);
+  EXPECT_EQ(dictionary.write(kAt, bytes({2})), AbortCode::invalid_value);
+  EXPECT_EQ(dictionary.number(kAt), 1U);
+  EXPECT_EQ(dictionary.write(kAt, bytes({0})), AbortCode::none);
+}
+
+TEST(Values, OfTheDeviceItselfAreSignExtendedIntoEveryInteger) {
+  for (const Row& row : kTypes) {
+    if (row.order != Order::sign) {
+      continue;
+    }
+    SCOPED_TRACE(name(row.type));
+    Dictionary dictionary;
+    ASSERT_TRUE(dictionary.add(var(kAt.index, row.type)));
+    ASSERT_TRUE(dictionary.set(kAt, -3));
+    EXPECT_EQ(copy(*dictionary.read(kAt)), encoded(row, -3));
+    EXPECT_EQ(load_le_signed(*dictionary.read(kAt)), -3);
+    ASSERT_TRUE(dictionary.set(kAt, 3));
+    EXPECT_EQ(load_le_signed(*dictionary.read(kAt)), 3);
+  }
+}
+
+TEST(Values, AreRememberedAsDescribed) {
+  Dictionary dictionary;
+  ASSERT_TRUE(dictionary.add(var(kAt.index, DataType::unsigned16, bytes({1, 2}))));
+  ASSERT_EQ(dictionary.write(kAt, bytes({3, 4})), AbortCode::none);
+  EXPECT_EQ(copy(dictionary.initial_value(kAt)), bytes({1, 2}));
+  EXPECT_TRUE(dictionary.initial_value({0x2001, 0}).empty());
+}
+
+TEST(StoreFlag, IsAsDescribedUntilItIsSet) {
+  ObjectDescription record =
+      object(0x2000, ObjectType::record,
+             {variable(0, DataType::unsigned8), variable(2, DataType::unsigned8),
+              variable(4, DataType::unsigned8)});
+  record.variables[1].store = true;
+  Dictionary dictionary;
+  std::byte place{};
+  ASSERT_TRUE(dictionary.add(record));
+  ASSERT_TRUE(dictionary.add(var(0x1017, DataType::unsigned16)));
+  ASSERT_TRUE(dictionary.add_window(0xA040, DataType::unsigned8, Access::rww, &place, 1));
+  using List = std::vector<Address>;
+  EXPECT_EQ(dictionary.stored(0, 0xFFFF), (List{{0x2000, 2}}));
+  ASSERT_TRUE(dictionary.set_store({0x1017, 0}, true));
+  ASSERT_TRUE(dictionary.set_store({0x2000, 4}, true));
+  EXPECT_EQ(dictionary.stored(0, 0xFFFF), (List{{0x1017, 0}, {0x2000, 2}, {0x2000, 4}}));
+  EXPECT_EQ(dictionary.stored(0x1000, 0x1FFF), (List{{0x1017, 0}}));
+  ASSERT_TRUE(dictionary.set_store({0x2000, 2}, false));
+  EXPECT_EQ(dictionary.stored(0x2000, 0x2000), (List{{0x2000, 4}}));
+  EXPECT_EQ(dictionary.set_store({0x2000, 3}, true).error(), to_error(AbortCode::no_sub_index));
+  EXPECT_EQ(dictionary.set_store({0x2001, 0}, true).error(), to_error(AbortCode::no_object));
+  EXPECT_EQ(dictionary.set_store({0xA040, 1}, true).error(),
+            to_error(AbortCode::unsupported_access));
+}
+
+}  // namespace
+}  // namespace linegate::od
