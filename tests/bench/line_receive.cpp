@@ -1,6 +1,11 @@
 // Received PDO -> image, through the whole of Line::receive(): 8 bytes, batches of 64, 4096 frames
 // in seeded random order, half of their bytes changing, deadlines on. Beside the floor
 // (pdo_to_image_floor.h). Figures are nanoseconds per PDO frame.
+//
+// Synchronous PDOs are sent as CiA 301 has it: each once a cycle, and SYNC ends the cycle. What
+// SYNC itself costs is measured beside them and taken off: with one PDO, every second frame is
+// SYNC. Printed too, without a budget: 64 frames a SYNC in any order, most of which SYNC does not
+// find any more when they are all of one PDO.
 #include <chrono>
 #include <memory>
 #include <string>
@@ -18,6 +23,7 @@ namespace {
 using namespace linegate;
 using bench::Contestant;
 using bench::Mapping;
+using bench::Order;
 
 constexpr std::size_t kFrames = 4096;
 constexpr std::size_t kBatch = 64;
@@ -29,53 +35,76 @@ double nanoseconds(std::chrono::steady_clock::duration time) {
   return std::chrono::duration<double, std::nano>(time).count();
 }
 
-// Batches of 64 PDOs; with SYNC each ends with a 65th frame, which is SYNC.
+// Batches of 64 PDOs, and of the SYNCs between them.
 class Input {
  public:
-  Input(std::vector<can::Frame> pdos, bool sync) : size_(kBatch + (sync ? 1 : 0)) {
+  // sync_every: after so many PDOs; 0 = none.
+  Input(const std::vector<can::Frame>& pdos, std::size_t sync_every) {
+    std::size_t begin = 0;
     for (std::size_t i = 0; i < pdos.size(); ++i) {
       frames_.push_back(pdos[i]);
-      if (sync && i % kBatch == kBatch - 1) {
+      if (sync_every != 0 && i % sync_every == sync_every - 1)
         frames_.push_back(can::make_frame(0x080));
+      if (i % kBatch == kBatch - 1) {
+        batches_.push_back({begin, frames_.size() - begin});
+        begin = frames_.size();
       }
     }
   }
 
-  Instant stamp() {
-    for (can::Frame& frame : frames_) {
-      frame.time = now_ += kFrameTime;
-    }
-    return now_;
-  }
-
   template <class Receive>
   double pass(Receive receive) {
-    stamp();
+    for (can::Frame& frame : frames_)
+      frame.time = now_ += kFrameTime;
     const auto begin = std::chrono::steady_clock::now();
-    for (std::size_t at = 0; at < frames_.size(); at += size_) {
-      receive(std::span(frames_).subspan(at, size_));
-    }
+    for (const Batch& batch : batches_)
+      receive(std::span(frames_).subspan(batch.begin, batch.size));
     return nanoseconds(std::chrono::steady_clock::now() - begin);
   }
 
   Instant now() const { return now_; }
 
  private:
-  std::size_t size_;
+  struct Batch {
+    std::size_t begin;
+    std::size_t size;
+  };
   std::vector<can::Frame> frames_;
+  std::vector<Batch> batches_;
   Instant now_{std::chrono::seconds(1)};
 };
 
+struct Case {
+  const char* name;
+  Mapping mapping;
+  Order order = Order::random;
+  std::size_t sync_every = 0;  // kCycle: after each cycle
+};
+constexpr std::size_t kCycle = ~std::size_t{0};
+constexpr Case kCases[] = {
+    {"4 x 16 bit", Mapping::event_driven},
+    {"64 x 1 bit", Mapping::bits},
+    {"4 x 16 bit, synchronous, with SYNC", Mapping::synchronous, Order::cycles, kCycle},
+    {"4 x 16 bit, synchronous, 64 frames a SYNC", Mapping::synchronous, Order::random, kBatch}};
+constexpr std::size_t kPdos[] = {1, 64, 512};
+constexpr std::size_t kSizes = std::size(kPdos);
+
 class Subject {
  public:
-  Subject(Mapping mapping, std::size_t pdos)
+  Subject(const Case& c, std::size_t pdos)
       : ids_(bench::pdo_identifiers(pdos)),
-        input_(bench::pdo_frames(ids_, kFrames), mapping == Mapping::synchronous) {
-    auto made = line::Line::make(bench::pdo_line(mapping, ids_));
-    bench::require(made.ok(), made.diagnostics.empty() ? "" : made.diagnostics.front().text);
-    line_ = *std::move(made.value);
-    line_->start(input_.now());
+        input_(bench::pdo_frames(ids_, kFrames, c.order),
+               c.sync_every == kCycle ? pdos : c.sync_every),
+        line_(make(c.mapping, ids_, input_.now())) {
     repetition(1);
+  }
+
+  static std::unique_ptr<line::Line> make(Mapping mapping, std::span<const std::uint32_t> ids,
+                                          Instant now) {
+    auto made = line::Line::make(bench::pdo_line(mapping, ids));
+    bench::require(made.ok(), made.diagnostics.empty() ? "" : made.diagnostics.front().text);
+    (*made.value)->start(now);
+    return *std::move(made.value);
   }
 
   double repetition(std::size_t passes = kPasses) {
@@ -87,8 +116,8 @@ class Subject {
           [this](std::span<const can::Frame> batch) { line_->receive(batch, batch.back().time); });
     }
     allocations_ += bench::allocations() - allocated;
-    const auto frames = kFrames * passes;
-    bench::require(line_->state().counters.rpdos - taken == frames, "PDOs were not taken");
+    bench::require(line_->state().counters.rpdos - taken == kFrames * passes,
+                   "PDOs were not taken");
     return bench::median(std::move(times)) / double{kFrames};
   }
 
@@ -106,7 +135,7 @@ class FloorSubject {
   explicit FloorSubject(std::size_t pdos)
       : ids_(bench::pdo_identifiers(pdos)),
         floor_(ids_),
-        input_(bench::pdo_frames(ids_, kFrames), false) {}
+        input_(bench::pdo_frames(ids_, kFrames), 0) {}
 
   double repetition() {
     std::vector<double> times;
@@ -125,65 +154,101 @@ class FloorSubject {
   Input input_;
 };
 
-struct Case {
-  Mapping mapping;
-  const char* name;
+// The same line, and nothing but SYNC.
+class SyncSubject {
+ public:
+  double repetition() {
+    std::vector<double> times;
+    const std::uint64_t taken = line_->state().counters.syncs;
+    for (std::size_t i = 0; i < kPasses; ++i) {
+      times.push_back(input_.pass(
+          [this](std::span<const can::Frame> batch) { line_->receive(batch, batch.back().time); }));
+    }
+    bench::require(line_->state().counters.syncs - taken == kFrames * kPasses,
+                   "SYNC was not taken");
+    return bench::median(std::move(times)) / double{kFrames};
+  }
+
+ private:
+  std::vector<std::uint32_t> ids_ = bench::pdo_identifiers(1);
+  Input input_{std::vector<can::Frame>(kFrames, can::make_frame(0x080)), 0};
+  std::unique_ptr<line::Line> line_ = Subject::make(Mapping::synchronous, ids_, input_.now());
 };
-constexpr Case kCases[] = {{Mapping::event_driven, "4 x 16 bit"},
-                           {Mapping::synchronous, "4 x 16 bit, synchronous"},
-                           {Mapping::bits, "64 x 1 bit"}};
-constexpr std::size_t kPdos[] = {1, 64, 512};
+
+// What is left of a figure without its share of the SYNCs.
+Contestant without_sync(const Contestant& with, const Contestant& sync, std::size_t pdos) {
+  Contestant out{"4 x 16 bit, synchronous, " + std::to_string(pdos) + " PDOs", {}, {}};
+  for (std::size_t i = 0; i < with.figures.size(); ++i) {
+    out.figures.push_back(with.figures[i] - sync.figures[i] / static_cast<double>(pdos));
+  }
+  return out;
+}
+
+void print_figures(std::span<const Contestant> figures, std::span<const Contestant> floors) {
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    const std::string ratio = std::to_string(bench::median_ratio(figures[i], floors[i]));
+    bench::print_figure(figures[i], "ns", ", " + ratio.substr(0, 4) + " x floor");
+  }
+}
+
+void print_targets(const std::string& name, std::span<const Contestant> figures,
+                   std::span<const Contestant> floors) {
+  double slowest = 0;
+  double ratio = 0;
+  for (std::size_t i = 0; i < kSizes; ++i) {
+    slowest = std::max(slowest, bench::median(figures[i].figures));
+    ratio = std::max(ratio, bench::median_ratio(figures[i], floors[i]));
+  }
+  bench::print_target(name + ": the slowest", slowest, kMaxNanoseconds, "ns");
+  bench::print_target(name + ": to the floor", ratio, 2, "x");
+  bench::print_target(name + ": 512 PDOs to 1", bench::median_ratio(figures[2], figures[0]), 1.3,
+                      "x");
+}
 
 }  // namespace
 
 int main() {
   std::vector<std::unique_ptr<Subject>> lines;
-  std::vector<std::unique_ptr<FloorSubject>> floors;
-  std::vector<Contestant> contestants;  // 3 floors, then 3 of each case
+  std::vector<std::unique_ptr<FloorSubject>> floor_subjects;
+  SyncSubject sync;
+  std::vector<Contestant> contestants;  // 3 floors, 3 of each case, SYNC
   for (const std::size_t pdos : kPdos) {
-    floors.push_back(std::make_unique<FloorSubject>(pdos));
+    floor_subjects.push_back(std::make_unique<FloorSubject>(pdos));
     contestants.push_back({"floor, " + std::to_string(pdos) + " PDOs",
-                           [floor = floors.back().get()] { return floor->repetition(); },
+                           [floor = floor_subjects.back().get()] { return floor->repetition(); },
                            {}});
   }
   for (const Case& c : kCases) {
     for (const std::size_t pdos : kPdos) {
-      lines.push_back(std::make_unique<Subject>(c.mapping, pdos));
+      lines.push_back(std::make_unique<Subject>(c, pdos));
       contestants.push_back({std::string(c.name) + ", " + std::to_string(pdos) + " PDOs",
                              [line = lines.back().get()] { return line->repetition(); },
                              {}});
     }
   }
+  contestants.push_back({"SYNC alone", [&] { return sync.repetition(); }, {}});
   bench::interleave(contestants);
 
+  const std::span<const Contestant> floors = std::span(contestants).first(kSizes);
+  const auto of_case = [&](std::size_t c) {
+    return std::span(contestants).subspan(kSizes * (c + 1), kSizes);
+  };
+  std::vector<Contestant> synchronous;
+  for (std::size_t i = 0; i < kSizes; ++i)
+    synchronous.push_back(without_sync(of_case(2)[i], contestants.back(), kPdos[i]));
+
   bench::print_heading("Received PDO -> image, through Line::receive in batches of 64");
-  for (std::size_t i = 0; i < contestants.size(); ++i) {
-    const std::string ratio =
-        std::to_string(bench::median_ratio(contestants[i], contestants[i % 3]));
-    bench::print_figure(contestants[i], "ns", i < 3 ? "" : ", " + ratio.substr(0, 4) + " x floor");
-  }
-  for (std::size_t c = 0; c < std::size(kCases); ++c) {
-    const std::string name = kCases[c].name;
-    const std::span<const Contestant> of_case = std::span(contestants).subspan(3 + 3 * c, 3);
-    double slowest = 0;
-    double ratio = 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      slowest = std::max(slowest, bench::median(of_case[i].figures));
-      ratio = std::max(ratio, bench::median_ratio(of_case[i], contestants[i]));
-    }
-    bench::print_target(name + ": the slowest", slowest, kMaxNanoseconds, "ns");
-    bench::print_target(name + ": to the floor", ratio, 2, "x");
-    bench::print_target(name + ": 512 PDOs to 1", bench::median_ratio(of_case[2], of_case[0]), 1.3,
-                        "x");
-    if (kCases[c].mapping == Mapping::synchronous) {
-      // Of 64 frames of one PDO SYNC finds only the last; of 64 PDOs, most.
-      bench::print_target(name + ": 512 PDOs to 64", bench::median_ratio(of_case[2], of_case[1]),
-                          1.3, "x");
-    }
-  }
+  for (const Contestant& floor : floors)
+    bench::print_figure(floor, "ns");
+  bench::print_figure(contestants.back(), "ns");
+  for (std::size_t c = 0; c < std::size(kCases); ++c)
+    print_figures(of_case(c), floors);
+  print_figures(synchronous, floors);
+  print_targets("4 x 16 bit", of_case(0), floors);
+  print_targets("64 x 1 bit", of_case(1), floors);
+  print_targets("4 x 16 bit, synchronous", synchronous, floors);
   std::uint64_t allocated = 0;
-  for (const auto& line : lines) {
+  for (const auto& line : lines)
     allocated += line->allocations();
-  }
   bench::print_target("allocations", static_cast<double>(allocated), 0, "in all");
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <numeric>
 #include <random>
 #include <string>
 
@@ -102,12 +103,18 @@ line::LineConfig pdo_line(Mapping mapping, std::span<const std::uint32_t> ids) {
   return config;
 }
 
-std::vector<can::Frame> pdo_frames(std::span<const std::uint32_t> ids, std::size_t count) {
+std::vector<can::Frame> pdo_frames(std::span<const std::uint32_t> ids, std::size_t count,
+                                   Order order) {
   std::mt19937_64 random(42);
+  std::vector<std::size_t> cycle(ids.size());
+  std::iota(cycle.begin(), cycle.end(), 0U);
   std::vector<can::Frame> frames;
   std::vector<std::array<std::byte, 8>> values(ids.size());
   for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t pdo = random() % ids.size();
+    if (i % cycle.size() == 0)
+      std::shuffle(cycle.begin(), cycle.end(), random);
+    const std::size_t pdo =
+        order == Order::cycles ? cycle[i % cycle.size()] : random() % ids.size();
     for (std::size_t pair = 0; pair < 4; ++pair) {
       std::byte& value = values[pdo][2 * pair + random() % 2];
       value = static_cast<std::byte>(std::to_integer<unsigned>(value) + 1 + random() % 255);
