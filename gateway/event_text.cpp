@@ -18,6 +18,7 @@ namespace linegate::gateway {
 namespace {
 
 constexpr std::size_t kLongest = 256;
+constexpr std::uint64_t kStoreParameters = 0x1010;
 
 std::string hex(std::span<const std::byte> bytes) {
   std::string out;
@@ -154,6 +155,10 @@ std::string text(const Event& e, std::string_view interface) {
       return fmt::format("sent EMCY {:04X}h, error register {:02X}h, data {}", e.code, e.value,
                          hex(std::span(e.data).first(5)));
     case EventKind::configuration_error:
+      if (number(e, 0, 2) == kStoreParameters) {
+        return fmt::format("stored parameters cannot be used, defaults are: {}",
+                           abort_text(e.code));
+      }
       return fmt::format("object {} could not be configured: {}", object(e), abort_text(e.code));
     case EventKind::pdo_length:
       return fmt::format("PDO {}: {} bytes received, {} mapped", e.code, number(e, 0, 1), e.value);

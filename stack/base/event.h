@@ -36,8 +36,9 @@ enum class EventKind : std::uint8_t {
   emcy,                 // code: emergency error code, value: error register; data: 5 manufacturer
                         // bytes
   emcy_sent,            // the own node's EMCY, fields as emcy
-  configuration_error,  // a configured object could not be written, or a PDO of the own node cannot
-                        // be used. code: SDO abort code; data: index (2, LE), sub-index
+  configuration_error,  // a configured object could not be written, or a PDO or what was stored of
+                        // the own node (index 1010h) cannot be used. code: SDO abort code; data:
+                        // index (2, LE), sub-index
   pdo_length,       // code: PDO number, value: bytes mapped; data[0]: bytes received. node: sender
   pdo_timeout,      // an RPDO's deadline passed. code: PDO number, value: deadline in ms
   pdo_recovered,    // the first reception after pdo_timeout. code: PDO number

@@ -1,4 +1,5 @@
-// What the node does about errors of its own communication: EMCY, error register, 1029h.
+// What the node does about errors of its own communication and of its stored parameters: EMCY,
+// error register, 1029h.
 #include "stack/node/impl.h"
 
 namespace linegate::node {
@@ -12,6 +13,23 @@ std::array<std::byte, 2> bytes_of(std::uint16_t number) {
   std::array<std::byte, 2> out{};
   store_le(out.data(), number);
   return out;
+}
+
+AbortCode abort_code(storage::Damage damage) {
+  switch (damage) {
+    case storage::Damage::none:
+      break;
+    case storage::Damage::unreadable:
+      return AbortCode::hardware;
+    case storage::Damage::damaged:
+      return AbortCode::crc;
+    case storage::Damage::version:
+    case storage::Damage::owner:
+      return AbortCode::device_incompatible;
+    case storage::Damage::unusable:
+      return AbortCode::parameter_incompatible;
+  }
+  return AbortCode::none;
 }
 
 }  // namespace
@@ -47,6 +65,14 @@ void Node::Impl::obey_error_behaviour() {
   } else if (behaviour != kNoChange && slave.state() == nmt::State::operational) {
     command(nmt::Command::enter_pre_operational, now);
   }
+}
+
+// EMCY 6300h (data set), its first manufacturer byte the storage::Damage. The generic error stays
+// in 1001h until the next reset of the node.
+void Node::Impl::tell_damage(storage::Damage what) {
+  const std::byte info[] = {static_cast<std::byte>(what)};
+  emcy.send(emcy::kDataSet, emcy.error_register() | emcy::kGeneric, info, now);
+  tell_configuration_error({storage::kStoreParameters, 0}, abort_code(what));
 }
 
 void Node::Impl::heartbeat_lost(std::uint8_t node, Instant /*deadline*/) {
@@ -102,13 +128,17 @@ void Node::Impl::rpdo_in_order(std::uint16_t number) {
   }
 }
 
-void Node::Impl::pdo_unusable(od::Address place, AbortCode why) {
+void Node::Impl::tell_configuration_error(od::Address place, AbortCode why) {
   Event event{.time = now, .kind = EventKind::configuration_error, .node = options.node_id};
   event.length = 3;
   event.code = static_cast<std::uint32_t>(why);
   store_le(event.data.data(), place.index);
   event.data[2] = std::byte{place.sub};
   events.emit(event);
+}
+
+void Node::Impl::pdo_unusable(od::Address place, AbortCode why) {
+  tell_configuration_error(place, why);
   if (application != nullptr) {
     application->pdo_unusable(place, why);
   }

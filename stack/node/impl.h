@@ -17,6 +17,7 @@
 #include "stack/node/node.h"
 #include "stack/node/sdo_servers.h"
 #include "stack/pdo/engine.h"
+#include "stack/storage/storage.h"
 #include "stack/sync/service.h"
 
 namespace linegate::node {
@@ -64,6 +65,8 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener {
              std::array<std::byte, 2> info = {});
   void end(Fault fault, std::uint16_t number);
   void obey_error_behaviour();
+  void tell_configuration_error(od::Address place, AbortCode why);
+  void tell_damage(storage::Damage damage);
 
   void heartbeat_lost(std::uint8_t node, Instant deadline) override;
   void heartbeat_recovered(std::uint8_t node, Instant time) override;
@@ -91,6 +94,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener {
   emcy::ConsumerObject emergency_cob_ids;
   SdoServers sdo;
   pdo::Engine pdos;
+  storage::Storage storage;
 
   Companion* companion = nullptr;
   Application* application = nullptr;
@@ -98,6 +102,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener {
   CommunicationFaults faults;
   bool generic_error_before = false;  // bit 0 of 1001h when the first fault began
   bool started = false;
+  storage::Damage damage = storage::Damage::none;  // of what was stored, to be told after boot-up
   Instant now{};  // of what is being done: for errors told without a time
 };
 

@@ -24,6 +24,10 @@ void Node::set_application(Application* application) {
   impl_->pdos.set_listener(impl_.get(), application != nullptr);
 }
 
+void Node::set_medium(storage::Medium* medium) {
+  impl_->storage.set_medium(medium);
+}
+
 void Node::start(Instant now) {
   impl_->start(now);
 }

@@ -21,6 +21,9 @@
 namespace linegate::emcy {
 class Producer;
 }
+namespace linegate::storage {
+class Medium;
+}
 
 namespace linegate::node {
 
@@ -66,11 +69,16 @@ class Node {
 
   void set_companion(Companion* companion);
   void set_application(Application* application);
+  // Where 1010h stores parameters, before start(); must outlive the node. Without one nothing is
+  // stored: 1010h and 1011h refuse.
+  void set_medium(storage::Medium* medium);
 
   // Power-on: Initialising, boot-up message, Pre-operational (and Operational if self-starting).
   // The first time with the values that are there; again as after power-off: all values restored as
-  // by reset node, frames not yet sent are gone. With this and every reset, PDOs that cannot be
-  // used are told as EventKind::configuration_error of this node.
+  // by reset node, frames not yet sent are gone. Stored parameters are asked of the medium; with
+  // this and every reset they take the place of the defaults. If they cannot be used, the defaults
+  // are, which EMCY 6300h and EventKind::configuration_error tell. With start and every reset, PDOs
+  // that cannot be used are told as EventKind::configuration_error of this node.
   void start(Instant now);
   // An NMT command for this node itself, as if received (the master obeys its own commands so).
   void command(nmt::Command command, Instant now);

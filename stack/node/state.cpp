@@ -27,7 +27,8 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
       emergencies(dispatch, events, kOwnMark),
       emergency_cob_ids(dictionary, emergencies),
       sdo(dictionary, dispatch, events, own_options.node_id),
-      pdos(dictionary, dispatch, events, image) {
+      pdos(dictionary, dispatch, events, image),
+      storage(dictionary, own_options.node_id) {
   const std::pair<std::uint16_t, od::Hook*> hooks[] = {
       {emcy::kErrorHistoryIndex, &emcy.history()},
       {sync::kCobId, &sync},
@@ -37,6 +38,9 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
       {emcy::kInhibitTime, &emcy},
       {nmt::kConsumerHeartbeatTime, &heartbeat_times},
       {nmt::kHeartbeatProducerTime, &heartbeat},
+      {storage::kStoreParameters, &storage},
+      {storage::kRestoreDefaults, &storage},
+      {storage::kVerifyConfiguration, &storage.configuration()},
       {emcy::kConsumerObject, &emergency_cob_ids},
   };
   for (const auto& [index, hook] : hooks) {
@@ -50,11 +54,15 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
 }
 
 void Node::Impl::start(Instant time) {
+  damage = storage.load();
   if (std::exchange(started, true)) {
     transmit.clear();
     slave.initialise();
     reset(true, time);
     return;
+  }
+  if (storage.apply(true) && application != nullptr) {
+    application->reset(true, time);
   }
   boot(time);
 }
@@ -89,6 +97,7 @@ void Node::Impl::reset(bool whole_node, Instant time) {
   } else {
     dictionary.reset_values(0x1000, 0x1FFF);
   }
+  (void)storage.apply(whole_node);
   if (application != nullptr) {
     application->reset(whole_node, time);
   }
@@ -108,6 +117,9 @@ void Node::Impl::boot(Instant time) {
   heartbeat.boot_up(time);
   slave.booted();
   state_changed(nmt::State::initialising, time);
+  if (damage != storage::Damage::none) {
+    tell_damage(std::exchange(damage, storage::Damage::none));
+  }
   if (options.self_starting) {
     command(nmt::Command::start, time);
   }

@@ -142,6 +142,17 @@ bool Dictionary::set(Address address, std::span<const std::byte> value) {
   return true;
 }
 
+bool Dictionary::restore(Address address, std::span<const std::byte> value) {
+  Variable element;
+  AbortCode why = AbortCode::none;
+  Variable* variable = objects_->find(address, element, why);
+  if (variable == nullptr || check_length(*variable, value.size()) != AbortCode::none) {
+    return false;
+  }
+  store(*objects_, address, *variable, value);
+  return true;
+}
+
 bool Dictionary::set_number(Address address, std::uint64_t value, bool negative) {
   const std::optional<Variable> variable = find(address);
   if (!variable || byte_size(variable->type) == 0) {

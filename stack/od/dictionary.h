@@ -153,6 +153,10 @@ class Dictionary {
   // resets lets the services read their parameters anew.
   void reset_values(std::uint16_t first, std::uint16_t last);
 
+  // Gives the variable a stored value in place of the one that reset_values() gave it: as set(),
+  // but no hook is called.
+  bool restore(Address address, std::span<const std::byte> value);
+
   // The value as an unsigned number, zero-extended; nothing if there is none or it has 0 or more
   // than 8 bytes. Hooks are not called.
   std::optional<std::uint64_t> number(Address address) const;

@@ -130,5 +130,15 @@ TEST(Hook, TheDefaultDoesNothing) {
   EXPECT_TRUE(dictionary.read({0x2000, 0}));
 }
 
+TEST(Restore, GivesAValueOfTheRightLengthWithoutAHook) {
+  Recorder hook;
+  Dictionary dictionary = array_with(hook);
+  EXPECT_TRUE(dictionary.restore({0x2000, 2}, bytes({7})));
+  EXPECT_EQ(dictionary.number({0x2000, 2}), 7U);
+  EXPECT_FALSE(dictionary.restore({0x2000, 2}, bytes({7, 0})));
+  EXPECT_FALSE(dictionary.restore({0x2000, 1}, bytes({7})));
+  EXPECT_EQ(hook.calls, "");
+}
+
 }  // namespace
 }  // namespace linegate::od

@@ -1,0 +1,58 @@
+// Stored parameters as bytes. All numbers little-endian:
+//    0   4  "LGSP"
+//    4   2  version of this format, 1
+//    6   1  node-ID
+//    7   1  0
+//    8  12  1018h:1 to 3 of the device: vendor, product, revision
+//   20   4  length of the values in bytes
+//   24   n  the values as a concise DCF (CiA 302-3): U32 count, then for each
+//           U16 index, U8 sub-index, U32 size, data
+//   24+n 4  CRC-32 (IEEE 802.3) of all bytes before
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "stack/od/description.h"
+
+namespace linegate::storage {
+
+struct StoredValue {
+  od::Address address;
+  std::vector<std::byte> data;
+
+  friend bool operator==(const StoredValue&, const StoredValue&) = default;
+};
+
+// Whose parameters they are: those of another device are of no use.
+struct Owner {
+  std::uint8_t node_id = 0;
+  std::array<std::uint32_t, 3> identity{};  // 1018h:1 to 3, 0 where there is none
+
+  friend bool operator==(const Owner&, const Owner&) = default;
+};
+
+// What is wrong with stored parameters. The numbers are the first manufacturer byte
+// of EMCY 6300h.
+enum class Damage : std::uint8_t {
+  none = 0,
+  unreadable = 1,  // the medium could not give its bytes
+  damaged = 2,     // length or CRC is wrong
+  version = 3,     // a format of another version
+  owner = 4,       // of another device
+  unusable = 5,    // a value that has no place: no such object, not stored, other size
+};
+
+std::uint32_t crc32(std::span<const std::byte> bytes);
+
+std::vector<std::byte> encode(const Owner& owner, std::span<const StoredValue> values);
+
+// Takes any bytes. Nothing in values unless it gives Damage::none, and never Damage::unreadable or
+// Damage::unusable. Empty bytes are no damage: nothing was stored.
+Damage decode(std::span<const std::byte> image, const Owner& owner,
+              std::vector<StoredValue>& values);
+
+}  // namespace linegate::storage

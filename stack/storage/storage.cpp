@@ -1,0 +1,125 @@
+#include "stack/storage/storage.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "stack/base/byte_order.h"
+#include "stack/storage/parameters.h"
+
+namespace linegate::storage {
+namespace {
+
+constexpr std::uint16_t kIdentity = 0x1018;
+constexpr std::uint32_t kOnCommand = 1;
+
+}  // namespace
+
+Storage::Storage(od::Dictionary& dictionary, std::uint8_t node_id)
+    : dictionary_(dictionary), node_id_(node_id), configuration_(dictionary) {
+}
+
+Damage Storage::load() {
+  stored_.clear();
+  if (medium_ == nullptr) {
+    return Damage::none;
+  }
+  std::vector<std::byte> image;
+  if (!medium_->read(image)) {
+    return Damage::unreadable;
+  }
+  std::vector<StoredValue> values;
+  const Damage damage = decode(image, owner(), values);
+  if (damage != Damage::none) {
+    return damage;
+  }
+  if (!usable(values)) {
+    return Damage::unusable;
+  }
+  stored_ = std::move(values);
+  return Damage::none;
+}
+
+bool Storage::apply(bool whole_node) {
+  for (const StoredValue& value : stored_) {
+    if (whole_node || covers(kCommunication, value.address.index)) {
+      dictionary_.restore(value.address, value.data);
+    }
+  }
+  configuration_.values_reset(whole_node);
+  return !stored_.empty();
+}
+
+Owner Storage::owner() const {
+  Owner out{.node_id = node_id_};
+  for (std::uint8_t i = 0; i < out.identity.size(); ++i) {
+    const auto number = dictionary_.number({kIdentity, static_cast<std::uint8_t>(i + 1)});
+    out.identity[i] = static_cast<std::uint32_t>(number.value_or(0));
+  }
+  return out;
+}
+
+bool Storage::usable(std::span<const StoredValue> values) const {
+  return std::ranges::all_of(values, [this](const StoredValue& value) {
+    const auto variable = dictionary_.find(value.address);
+    const std::size_t size = value.data.size();
+    return variable && variable->store &&
+           (od::byte_size(variable->type) != 0 ? size == variable->size
+                                               : size <= variable->capacity);
+  });
+}
+
+AbortCode Storage::before_read(od::Address address, const od::Variable& variable) {
+  if (address.sub != 0 && variable.size == sizeof kOnCommand) {
+    store_le(variable.data, medium_ != nullptr && is_group(address.sub) ? kOnCommand : 0U);
+  }
+  return AbortCode::none;
+}
+
+// The work is done here and not in written(): it may fail, and the write is refused then.
+AbortCode Storage::check_write(od::Address address, std::span<const std::byte> value) {
+  const std::uint32_t signature = address.index == kStoreParameters ? kSave : kLoad;
+  if (medium_ == nullptr || !is_group(address.sub) || value.size() != sizeof signature ||
+      load_le(value) != signature) {
+    return AbortCode::cannot_transfer;
+  }
+  return address.index == kStoreParameters ? store(address.sub) : restore(address.sub);
+}
+
+void Storage::written(od::Address /*address*/) {
+}
+
+AbortCode Storage::store(std::uint8_t group) {
+  configuration_.refresh();
+  std::vector<StoredValue> values = stored_without(group);
+  for (const od::Address address : dictionary_.stored(0x0001, 0xFFFF)) {
+    if (covers(group, address.index)) {
+      const od::Variable variable = *dictionary_.find(address);
+      values.push_back({address, {variable.data, variable.data + variable.size}});
+    }
+  }
+  std::ranges::sort(values, {}, &StoredValue::address);
+  return keep(std::move(values));
+}
+
+AbortCode Storage::restore(std::uint8_t group) {
+  return keep(stored_without(group));
+}
+
+AbortCode Storage::keep(std::vector<StoredValue> values) {
+  if (!medium_->keep(encode(owner(), values))) {
+    return AbortCode::hardware;
+  }
+  stored_ = std::move(values);
+  ++kept_;
+  return AbortCode::none;
+}
+
+std::vector<StoredValue> Storage::stored_without(std::uint8_t group) const {
+  std::vector<StoredValue> out;
+  std::ranges::copy_if(stored_, std::back_inserter(out), [group](const StoredValue& value) {
+    return !covers(group, value.address.index);
+  });
+  return out;
+}
+
+}  // namespace linegate::storage
