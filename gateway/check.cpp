@@ -83,6 +83,9 @@ class Text {
         config::name(plan.commands), config::name(plan.outputs), publish_text(plan.publish),
         format_duration(plan.pdo_min_period));
     add("  executor {}\n", plan.executor.empty() ? "of its own" : plan.executor);
+    if (!plan.storage.empty()) {
+      add("  stored parameters in {}\n", plan.storage);
+    }
     for (const auto& node : c.nodes) {
       this->node(node);
     }
@@ -227,7 +230,8 @@ class Json {
         .member("publish", config::name(plan.publish.rule))
         .member("publish_ns", plan.publish.time.count())
         .member("pdo_min_period_ns", plan.pdo_min_period.count())
-        .member("executor", plan.executor);
+        .member("executor", plan.executor)
+        .member("storage", plan.storage);
     out_.key("nodes").begin_array();
     for (const auto& node : c.nodes) {
       this->node(node);

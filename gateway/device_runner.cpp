@@ -4,16 +4,25 @@
 
 #include <spdlog/spdlog.h>
 
+#include "gateway/parameter_file.h"
+
 namespace linegate::gateway {
 
-Loaded<sim::DeviceGroup> make_devices(std::span<const config::SimulatedDevice> devices) {
+Loaded<sim::DeviceGroup> make_devices(std::span<const config::SimulatedDevice> devices,
+                                      const std::string& storage, const std::string& name) {
   Loaded<sim::DeviceGroup> loaded;
+  if (const auto problem = make_parameter_folder(storage)) {
+    loaded.diagnostics.push_back(*problem);
+  }
   sim::DeviceGroup group;
   for (const auto& wanted : devices) {
     sim::DeviceOptions options;
     options.profile = wanted.profile;
     options.node_id = wanted.node;
     options.seed = wanted.node;
+    if (!storage.empty()) {
+      options.medium = std::make_shared<ParameterFile>(parameter_path(storage, name, wanted.node));
+    }
     auto device = sim::Device::make(options);
     loaded.diagnostics.insert(loaded.diagnostics.end(), device.diagnostics.begin(),
                               device.diagnostics.end());

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <span>
+#include <string>
 
 #include "bridges/sim/device_group.h"
 #include "gateway/config/plant.h"
@@ -13,7 +14,11 @@
 namespace linegate::gateway {
 
 // All devices; diagnostics if one has no such profile or node-ID, or a node-ID is there twice.
-Loaded<sim::DeviceGroup> make_devices(std::span<const config::SimulatedDevice> devices);
+// storage: the folder where each has its file, parameter_path(storage, name, node); empty = none.
+// Diagnostics if the folder cannot be made.
+Loaded<sim::DeviceGroup> make_devices(std::span<const config::SimulatedDevice> devices,
+                                      const std::string& storage = {},
+                                      const std::string& name = {});
 
 class DeviceRunner final : public Runner {
  public:

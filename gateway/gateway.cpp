@@ -113,7 +113,7 @@ std::vector<Diagnostic> Gateway::add_devices(const config::LinePlan& line) {
   if (line.simulated.empty()) {
     return {};
   }
-  auto devices = make_devices(line.simulated);
+  auto devices = make_devices(line.simulated, line.storage, line.config.name);
   if (!devices.value) {
     return std::move(devices.diagnostics);
   }

@@ -256,6 +256,8 @@ class Program {
     simulate->add_option("--device", simulation_.devices, "PROFILE:NODE, e.g. drive:5; repeatable");
     simulate->add_option("--plant", simulation_.plant, "all nodes of a line of this plant.yaml");
     simulate->add_option("--line", simulation_.line, "which line of the plant");
+    simulate->add_option("--store", simulation_.storage,
+                         "folder that keeps what is stored by 1010h, one file a device");
     on(simulate, [this] {
       block_stop_signals();
       return gateway::simulate(simulation_);

@@ -134,7 +134,7 @@ int simulate(const SimulateOptions& options) {
   if (!simulation) {
     return kExitUsage;
   }
-  auto devices = make_devices(simulation->devices);
+  auto devices = make_devices(simulation->devices, options.storage, options.line);
   print(devices.diagnostics);
   if (!devices.value) {
     return kExitUsage;

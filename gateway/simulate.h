@@ -11,6 +11,7 @@ struct SimulateOptions {
   std::vector<std::string> devices;  // "drive:5": profile and node-ID
   std::string plant;                 // a plant.yaml: all nodes of one of its lines
   std::string line;                  // its name; may be empty if there is only one
+  std::string storage;               // folder for stored parameters; empty: forgotten at the end
 };
 
 // Waits for a stop signal: call block_stop_signals() before. Gives the exit code; what is wrong is

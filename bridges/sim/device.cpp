@@ -9,6 +9,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/eds/reader.h"
+#include "stack/storage/parameters.h"
 
 namespace linegate::sim {
 namespace {
@@ -103,6 +104,7 @@ Loaded<std::unique_ptr<Device>> Device::make(const DeviceOptions& options) {
   if (!description.ok()) {
     return result;
   }
+  storage::mark_parameters(*description.value);
   if (options.heartbeat) {
     set_heartbeat(*description.value, *options.heartbeat);
   }
@@ -117,6 +119,10 @@ Device::Device(DeviceOptions options, std::unique_ptr<Behaviour> behaviour,
   node_options.node_id = options_.node_id;
   node_options.self_starting = options_.self_starting;
   node_ = std::make_unique<node::Node>(std::move(dictionary), node_options, events_, nullptr);
+  if (options_.medium == nullptr) {
+    options_.medium = std::make_shared<storage::MemoryMedium>();
+  }
+  node_->set_medium(options_.medium.get());
   node_->set_application(behaviour_.get());
   behaviour_->attach(*node_, mix_seed());
 }

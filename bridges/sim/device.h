@@ -18,15 +18,18 @@
 #include "stack/base/time.h"
 #include "stack/can/frame.h"
 #include "stack/node/node.h"
+#include "stack/storage/medium.h"
 
 namespace linegate::sim {
 
 struct DeviceOptions {
-  std::string profile;                // one of profiles()
-  std::uint8_t node_id = 1;           // 1..127
-  std::uint64_t seed = 0;             // same seed, same values
-  std::optional<Duration> heartbeat;  // 1017h, 0..65535 ms; nothing = what the EDS says
-  bool self_starting = false;         // goes Operational without being told
+  std::string profile;                      // one of profiles()
+  std::uint8_t node_id = 1;                 // 1..127
+  std::uint64_t seed = 0;                   // same seed, same values
+  std::optional<Duration> heartbeat;        // 1017h, 0..65535 ms; nothing = what the EDS says
+  bool self_starting = false;               // goes Operational without being told
+  std::shared_ptr<storage::Medium> medium;  // keeps stored parameters; nothing = the device's own
+                                            // memory, which outlives kill() but not the Device
 };
 
 // "digital-io" (CiA 401), "analog-io" (CiA 401), "encoder" (CiA 406), "drive" (CiA 402).
@@ -51,7 +54,7 @@ class Device {
   void start(Instant now);
   // Power off: hears and says nothing until it is revived.
   void kill();
-  // Power on again: values as in the EDS, boot-up message.
+  // Power on again: values as in the EDS or as stored (1010h), boot-up message.
   void revive(Instant now);
   bool alive() const { return alive_; }
 

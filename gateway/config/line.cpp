@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 
 #include "bridges/can/channel.h"
 #include "bridges/sim/device.h"
@@ -147,6 +149,21 @@ void read_simulated(Section& section, LinePlan& plan) {
   }
 }
 
+void read_storage(Section& section, std::string& folder) {
+  const YAML::Node node = section.find("storage");
+  const auto text = section.text(node);
+  if (!text) {
+    return;
+  }
+  const auto path =
+      (std::filesystem::path(section.findings().file()).parent_path() / *text).lexically_normal();
+  std::error_code ignored;
+  if (std::filesystem::exists(path, ignored) && !std::filesystem::is_directory(path, ignored)) {
+    section.findings().error(place_of(node), path.string() + " is no folder");
+  }
+  folder = path.string();
+}
+
 void read_nodes(Section& section, line::LineConfig& config) {
   for (const YAML::Node& element : elements(section.findings(), section.find("nodes"), "nodes")) {
     line::NodeConfig node = read_node(section.findings(), element);
@@ -227,6 +244,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   const YAML::Node executor = section.find("executor");
   out.executor_place = place_of(executor);
   section.read("executor", plan.executor);
+  read_storage(section, plan.storage);
   read_nodes(section, plan.config);
   read_simulated(section, plan);
   out.outputs = read_outputs(findings, section.find("outputs"));

@@ -67,6 +67,7 @@ struct LinePlan {
   Duration pdo_min_period = std::chrono::milliseconds(100);  // of one PdoUpdate instance
   std::string executor;                                      // empty = one of its own
   std::vector<SimulatedDevice> simulated;                    // on the bus of a simulated: line
+  std::string storage;  // folder that keeps what 1010h stores; empty = none
 };
 
 struct Plant {

@@ -73,6 +73,28 @@ TEST_P(AnyDevice, DeadDeviceIsSilentUntilItBootsAgain) {
   EXPECT_EQ(bench.device->node().state(), nmt::State::pre_operational);
 }
 
+TEST_P(AnyDevice, WhatIsStoredSurvivesPowerOff) {
+  DeviceBench bench{std::string(GetParam())};
+  const auto power_cycle = [&bench] {
+    bench.device->kill();
+    bench.run(seconds(1));
+    bench.device->revive(bench.now);
+    bench.run(Duration{});
+    bench.sent.clear();
+  };
+  bench.write({0x1017, 0}, 50);
+  bench.write({0x1020, 1}, 15'000);
+  bench.write({0x1010, 1}, 0x6576'6173);
+  bench.write({0x1017, 0}, 60);
+  power_cycle();
+  EXPECT_EQ(bench.value({0x1017, 0}), 50U);
+  EXPECT_EQ(bench.value({0x1020, 1}), 15'000U);
+  bench.write({0x1011, 1}, 0x6461'6F6C);
+  power_cycle();
+  EXPECT_EQ(bench.value({0x1017, 0}), 0U);
+  EXPECT_EQ(bench.value({0x1020, 1}), 0U);
+}
+
 INSTANTIATE_TEST_SUITE_P(All, AnyDevice, testing::ValuesIn(profiles().begin(), profiles().end()));
 
 TEST(Device, HeartbeatAskedForSurvivesAReset) {

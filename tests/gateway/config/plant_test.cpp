@@ -121,6 +121,12 @@ const Bad kBad[] = {
       "the colon, as in \"socketcan:can0\"; there is also simulated:",
       "plant.yaml:4:26: error: interface \"can0\" has no scheme: write \"socketcan:can0\" or "
       "\"virtual:can0\"; there is also simulated:"}},
+    {"storage",
+     "schema: 1\nlines:\n"
+     "  - {name: a, interface: socketcan:can0, storage: deploy/demo}\n"
+     "  - {name: b, interface: socketcan:can1, storage: ''}\n",
+     {"plant.yaml:3:51: error: deploy/demo is no folder",
+      "plant.yaml:4:51: error: expected a value, got \"\""}},
     {"lines_that_collide",
      "schema: 1\nlines:\n"
      "  - {name: a, interface: socketcan:can0, network_id: 1}\n"
@@ -288,6 +294,7 @@ lines:
     publish: {period: 20ms}
     pdo_update: {min_period: 1s}
     executor: fast
+    storage: var/parameters
     simulate: [{node: 5, profile: drive}]
     nodes:
       - id: 5
@@ -330,6 +337,7 @@ lines:
   EXPECT_EQ(line.publish.time, 20ms);
   EXPECT_EQ(line.pdo_min_period, 1s);
   EXPECT_EQ(line.executor, "fast");
+  EXPECT_EQ(line.storage, kRoot + "var/parameters");
   ASSERT_EQ(line.simulated.size(), 1U);
   EXPECT_EQ(line.simulated[0].profile, "drive");
   const line::NodeConfig& node = line.config.nodes.at(0);
