@@ -1,19 +1,38 @@
-// The lists [MandatoryObjects], [OptionalObjects] and [ManufacturerObjects]; private to stack/eds.
+// Lists of numbers, "1=0x1000", "2=0x1001" and so on: objects, modules; private to stack/eds.
 #pragma once
 
 #include <cstdint>
 #include <map>
+#include <string_view>
+#include <vector>
 
 #include "stack/eds/ini.h"
 
 namespace linegate::eds {
+
+struct ListEntry {
+  std::uint64_t position = 0;  // the key
+  std::uint16_t value = 0;
+  Place place;
+};
+
+// How a list is called and what a message says of it.
+struct ListKind {
+  std::string_view count_key;  // "SupportedObjects"
+  std::string_view what;       // "index of an object"
+  Severity severity;           // of an entry that is none
+};
+
+// In the order of the file. Reports entries that are not in 1h to FFFFh, and a wrong count.
+std::vector<ListEntry> read_list(const Section& section, const ListKind& kind, Report& report);
 
 struct ObjectLists {
   bool present = false;                    // at least one of them
   std::map<std::uint16_t, Place> indices;  // and where each is listed
 };
 
-// An entry that is not an index is an error: nobody can say which object is missing.
+// [MandatoryObjects], [OptionalObjects] and [ManufacturerObjects]. An entry that is not an index is
+// an error: nobody can say which object is missing.
 ObjectLists read_object_lists(const Ini& ini, Report& report);
 
 }  // namespace linegate::eds

@@ -17,7 +17,8 @@ using od::VariableDescription;
 
 constexpr std::uint16_t kFirstObject = 0x1000;  // below are data types
 constexpr std::uint8_t kMostElements = 254;
-// For all CompactSubObj of a file: thousands of full arrays, and no more than a process can spare.
+// For all CompactSubObj and modules of a file: thousands of full arrays, and no more than a process
+// can spare.
 constexpr std::size_t kMostMegabytes = 64;
 
 using Variables = std::map<std::uint8_t, VariableDescription>;
@@ -74,43 +75,15 @@ std::optional<std::uint8_t> element(const Entry& entry, const Variables& variabl
   return static_cast<std::uint8_t>(number.magnitude);
 }
 
-VariableDescription count_variable(std::uint8_t value, std::uint32_t line) {
-  VariableDescription variable;
-  variable.name = "Highest sub-index supported";
-  variable.type = od::DataType::unsigned8;
-  variable.access = od::Access::ro;
-  variable.value = {std::byte{value}};
-  variable.line = line;
-  return variable;
-}
-
 std::span<const Entry> entries_of(const Section* section) {
   return section == nullptr ? std::span<const Entry>() : section->entries;
-}
-
-// False, and one error for the file, if its CompactSubObj make too much of too little.
-bool may_expand(std::uint8_t count, const VariableDescription& pattern, const Fields& fields,
-                Context& context) {
-  constexpr std::size_t kMost = kMostMegabytes << 20U;
-  if (context.expanded > kMost) {
-    return false;
-  }
-  context.expanded += count * (sizeof pattern + pattern.name.size() + pattern.value.size() +
-                               pattern.low_limit.size() + pattern.high_limit.size());
-  if (context.expanded > kMost) {
-    context.report.error(fields.find("CompactSubObj")->value_place,
-                         "the elements of all CompactSubObj so far take more than " +
-                             std::to_string(kMostMegabytes) +
-                             " MB; from here on they are left out");
-  }
-  return context.expanded <= kMost;
 }
 
 // CompactSubObj: sub-indices 1..count are all as the object's own section says.
 void read_compact(std::uint8_t count, const Fields& fields, const ObjectSections& sections,
                   Variables& out, Context& context) {
   const auto pattern = read_variable(*sections.object, 1, context);
-  if (!pattern || !may_expand(count, *pattern, fields, context)) {
+  if (!pattern || !charge(context, *pattern, count, fields.find("CompactSubObj")->value_place)) {
     return;
   }
   out[0] = count_variable(count, sections.object->place.line);
@@ -118,6 +91,7 @@ void read_compact(std::uint8_t count, const Fields& fields, const ObjectSections
     VariableDescription variable = *pattern;
     variable.sub = static_cast<std::uint8_t>(sub);
     variable.name += std::to_string(sub);
+    variable.notes.denotation.clear();  // the object's
     out[variable.sub] = std::move(variable);
   }
   for (const Entry& entry : entries_of(sections.names)) {
@@ -128,6 +102,11 @@ void read_compact(std::uint8_t count, const Fields& fields, const ObjectSections
   for (const Entry& entry : entries_of(sections.values)) {
     if (const auto sub = element(entry, out, context)) {
       read_value(entry, context.is_dcf, out[*sub], context);
+    }
+  }
+  for (const Entry& entry : entries_of(sections.denotations)) {
+    if (const auto sub = element(entry, out, context)) {
+      out[*sub].notes.denotation = to_utf8(entry.value);
     }
   }
 }
@@ -195,6 +174,31 @@ Variables read_subs(const Fields& fields, const ObjectSections& sections, Contex
 
 }  // namespace
 
+VariableDescription count_variable(std::uint8_t value, std::uint32_t line) {
+  VariableDescription variable;
+  variable.name = "Highest sub-index supported";
+  variable.type = od::DataType::unsigned8;
+  variable.access = od::Access::ro;
+  variable.value = {std::byte{value}};
+  variable.line = line;
+  return variable;
+}
+
+bool charge(Context& context, const VariableDescription& pattern, unsigned count, Place place) {
+  constexpr std::size_t kMost = kMostMegabytes << 20U;
+  if (context.expanded > kMost) {
+    return false;
+  }
+  context.expanded += count * (sizeof pattern + pattern.name.size() + pattern.value.size() +
+                               pattern.low_limit.size() + pattern.high_limit.size());
+  if (context.expanded > kMost) {
+    context.report.error(place, "what a few lines describe as many elements takes more than " +
+                                    std::to_string(kMostMegabytes) +
+                                    " MB so far; from here on they are left out");
+  }
+  return context.expanded <= kMost;
+}
+
 std::optional<ObjectDescription> read_object(std::uint16_t index, const ObjectSections& sections,
                                              Context& context) {
   const Fields fields(*sections.object, context.report);
@@ -202,6 +206,7 @@ std::optional<ObjectDescription> read_object(std::uint16_t index, const ObjectSe
   object.index = index;
   object.line = sections.object->place.line;
   object.type = read_object_type(fields, sections, context);
+  object.flags = static_cast<std::uint32_t>(fields.number("ObjFlags", 0xFFFF'FFFF).value_or(0));
   if (index < kFirstObject || object.type == ObjectType::null) {
     return std::nullopt;
   }
@@ -217,6 +222,7 @@ std::optional<ObjectDescription> read_object(std::uint16_t index, const ObjectSe
   // That of a CompactSubObj is asked for with its elements.
   object.name = fields.find("CompactSubObj") == nullptr ? read_name(fields, context)
                                                         : fields.text("ParameterName");
+  object.denotation = fields.text("Denotation");
   Variables variables = read_subs(fields, sections, context);
   if (variables.empty()) {
     context.report.warning(sections.object->place,

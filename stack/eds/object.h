@@ -14,4 +14,11 @@ namespace linegate::eds {
 std::optional<od::ObjectDescription> read_object(std::uint16_t index,
                                                  const ObjectSections& sections, Context& context);
 
+// Sub-index 0 of an object whose highest sub-index is value.
+od::VariableDescription count_variable(std::uint8_t value, std::uint32_t line);
+
+// False, and one error for the file, if count elements more like pattern make too much of too
+// little text.
+bool charge(Context& context, const od::VariableDescription& pattern, unsigned count, Place place);
+
 }  // namespace linegate::eds

@@ -9,7 +9,8 @@
 #include <string_view>
 
 #include "stack/base/diagnostic.h"
-#include "stack/od/description.h"
+#include "stack/eds/data_sheet.h"
+#include "stack/eds/ini.h"
 
 namespace linegate::eds {
 
@@ -20,6 +21,13 @@ namespace linegate::eds {
 // Names in the description are UTF-8. Values are little-endian with the node-ID applied; a value
 // that is not given is empty, except for sub-index 0 of arrays and records, where it is the highest
 // sub-index (not so in 1003h and PDO mappings, whose sub-index 0 counts what is in use).
+Loaded<DataSheet> read(std::string_view text, std::string_view file_name, std::uint8_t node_id);
+
+// The same from sections that were written in another syntax; report has what was said of that.
+Loaded<DataSheet> read(const Ini& sections, Report report, std::string_view file_name,
+                       std::uint8_t node_id);
+
+// Only the device of it.
 Loaded<od::DeviceDescription> load(std::string_view text, std::string_view file_name,
                                    std::uint8_t node_id);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <string>
+#include <utility>
 
 #include "stack/eds/text.h"
 
@@ -43,7 +44,7 @@ bool is_known(std::string_view name) {
       "mandatoryobjects", "optionalobjects",  "manufacturerobjects", "tools",
       "supportedmodules", "connectedmodules", "dynamicchannels"};
   return std::find(std::begin(kNames), std::end(kNames), name) != std::end(kNames) ||
-         is_commissioning(name) || is_numbered(name, "tool") || is_numbered(name, "m");
+         is_commissioning(name) || is_numbered(name, "tool");
 }
 
 class Sorter {
@@ -52,9 +53,10 @@ class Sorter {
 
   void add(const Section& section) {
     const std::string name = comparable(section.name);
+    const bool is_module = is_numbered(name, "m");
     const auto digits = static_cast<std::size_t>(
         std::find_if_not(name.begin(), name.end(), is_hex_digit) - name.begin());
-    if (digits < 4 && !is_known(name)) {
+    if (digits < 4 && !is_known(name) && !is_module) {
       report_.note(section.place, "section " + quote(section.name) + " is not known; ignored");
       return;
     }
@@ -62,47 +64,102 @@ class Sorter {
       report_.warning(section.place,
                       "section " + quote(section.name) + " is read as [" + name + ']');
     }
-    if (is_known(name)) {
-      return;
+    if (is_module) {
+      add_module(section, name);
+    } else if (!is_known(name)) {
+      add_object(section, name, sorted.objects);
     }
+  }
+
+  SortedSections sorted;
+
+ private:
+  using Objects = std::map<std::uint16_t, ObjectSections>;
+
+  // name begins with four hexadecimal digits.
+  void add_object(const Section& section, std::string_view name, Objects& objects) {
     // "1000denotation" goes on with letters that are hexadecimal digits too.
-    const std::string_view index_digits(name.data(), digits == name.size() ? digits : 4);
+    const auto digits = static_cast<std::size_t>(
+        std::find_if_not(name.begin(), name.end(), is_hex_digit) - name.begin());
     unsigned index = 0;
-    if (!parse_digits(index_digits, 16, index) || index == 0 || index > 0xFFFF) {
+    if (!parse_digits(name.substr(0, digits == name.size() ? digits : 4), 16, index) ||
+        index == 0 || index > 0xFFFF) {
       not_understood(section, ": its index is not in 1h to FFFFh");
       return;
     }
-    place(section, static_cast<std::uint16_t>(index), std::string_view(name).substr(4));
+    place(section, objects[static_cast<std::uint16_t>(index)], name.substr(4));
   }
 
-  std::map<std::uint16_t, ObjectSections> objects;
-
- private:
-  void place(const Section& section, std::uint16_t index, std::string_view what) {
-    if (what.empty()) {
-      objects[index].object = &section;
-    } else if (what == "name") {
-      objects[index].names = &section;
-    } else if (what == "value") {
-      objects[index].values = &section;
-    } else if (what.starts_with("sub")) {
-      place_sub(section, index, what.substr(3));
-    } else if (what != "denotation" && what != "objectlinks") {
+  void place(const Section& section, ObjectSections& object, std::string_view what) {
+    static constexpr std::pair<std::string_view, const Section * ObjectSections::*> kNames[] = {
+        {"", &ObjectSections::object},
+        {"name", &ObjectSections::names},
+        {"value", &ObjectSections::values},
+        {"denotation", &ObjectSections::denotations},
+        {"objectlinks", &ObjectSections::links}};
+    for (const auto& [name, member] : kNames) {
+      if (what == name) {
+        object.*member = &section;
+        return;
+      }
+    }
+    if (what.starts_with("sub")) {
+      place_sub(section, object, what.substr(3));
+    } else {
       not_understood(section, "");
     }
   }
 
-  void place_sub(const Section& section, std::uint16_t index, std::string_view digits) {
+  void place_sub(const Section& section, ObjectSections& object, std::string_view digits) {
     unsigned sub = 0;
     if (!parse_digits(digits, 16, sub) || sub >= kStructureSub) {
       not_understood(section, ": its sub-index is not in 0 to FEh");
       return;
     }
-    const auto [known, is_new] =
-        objects[index].subs.try_emplace(static_cast<std::uint8_t>(sub), &section);
+    const auto [known, is_new] = object.subs.try_emplace(static_cast<std::uint8_t>(sub), &section);
     if (!is_new) {
       not_understood(section, ": it is already described in line " +
                                   std::to_string(known->second->place.line));
+    }
+  }
+
+  // name is "m", a number, and what the section is of that module.
+  void add_module(const Section& section, std::string_view name) {
+    const std::size_t end = std::min(name.find_first_not_of("0123456789", 1), name.size());
+    unsigned number = 0;
+    if (!parse_digits(name.substr(1, end - 1), 10, number) || number == 0 || number > 0xFFFF) {
+      not_understood(section, ": its number is not in 1 to 65535");
+      return;
+    }
+    ModuleSections& module = sorted.modules[static_cast<std::uint16_t>(number)];
+    const std::string_view what = name.substr(end);
+    if (what == "moduleinfo") {
+      module.info = &section;
+    } else if (what == "comments") {
+      module.comments = &section;
+    } else if (what == "fixedobjects") {
+      module.fixed_list = &section;
+    } else if (what == "subextends") {
+      module.extension_list = &section;
+    } else if (what.starts_with("fixed") && has_index(what.substr(5))) {
+      add_object(section, what.substr(5), module.fixed);
+    } else if (what.starts_with("subext")) {
+      add_extension(section, what.substr(6), module);
+    } else {
+      not_understood(section, "");
+    }
+  }
+
+  static bool has_index(std::string_view name) {
+    return name.size() >= 4 && std::all_of(name.begin(), name.begin() + 4, is_hex_digit);
+  }
+
+  void add_extension(const Section& section, std::string_view digits, ModuleSections& module) {
+    unsigned index = 0;
+    if (!parse_digits(digits, 16, index) || index == 0 || index > 0xFFFF) {
+      not_understood(section, ": its index is not in 1h to FFFFh");
+    } else {
+      module.extension.try_emplace(static_cast<std::uint16_t>(index), &section);
     }
   }
 
@@ -116,12 +173,12 @@ class Sorter {
 
 }  // namespace
 
-std::map<std::uint16_t, ObjectSections> sort_sections(const Ini& ini, Report& report) {
+SortedSections sort_sections(const Ini& ini, Report& report) {
   Sorter sorter(report);
   for (const Section& section : ini.sections()) {
     sorter.add(section);
   }
-  return std::move(sorter.objects);
+  return std::move(sorter.sorted);
 }
 
 }  // namespace linegate::eds

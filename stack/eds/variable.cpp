@@ -50,31 +50,20 @@ DataType read_data_type(const Fields& fields, Context& context) {
   return type;
 }
 
-Access read_access(const Fields& fields, DataType type, Context& context) {
-  static constexpr std::pair<std::string_view, Access> kWords[] = {
-      {"ro", Access::ro},   {"wo", Access::wo},   {"rw", Access::rw},
-      {"rwr", Access::rwr}, {"rww", Access::rww}, {"const", Access::constant}};
+Access access_of(const Fields& fields, DataType type, Context& context) {
   const Entry* entry = fields.find("AccessType");
-  if (entry == nullptr) {
-    if (type != DataType::domain) {
-      report_missing(fields.section(), "AccessType", "; taken as ro", context);
-    }
-    return type == DataType::domain ? Access::rw : Access::ro;
+  if (entry != nullptr) {
+    return read_access(*entry, context.report);
   }
-  for (const auto& [word, access] : kWords) {
-    if (equal_ignoring_case(without_comment(entry->value), word)) {
-      return access;
-    }
+  if (type != DataType::domain) {
+    report_missing(fields.section(), "AccessType", "; taken as ro", context);
   }
-  context.report.warning(entry->value_place,
-                         "AccessType: " + quote(entry->value) + " is not known; taken as ro");
-  return Access::ro;
+  return type == DataType::domain ? Access::rw : Access::ro;
 }
 
-// The bytes of the entry's value for the type, or nothing and a message of the given severity.
-std::optional<std::vector<std::byte>> read_bytes(const Entry& entry, std::string_view what,
-                                                 DataType type, Severity severity,
-                                                 Context& context) {
+// The entry's value for the type, or nothing and a message of the given severity.
+std::optional<Value> read_bytes(const Entry& entry, std::string_view what, DataType type,
+                                Severity severity, Context& context) {
   Value value = parse_value(type, entry.value, context.node_id);
   if (!value.problem.empty()) {
     context.report.add(severity, entry.value_place,
@@ -90,44 +79,66 @@ std::optional<std::vector<std::byte>> read_bytes(const Entry& entry, std::string
     context.report.error(entry.value_place, std::string(what) + ": " + quote(entry.value) +
                                                 " depends on the node-ID, but none is given");
   }
-  return std::move(value.bytes);
+  return value;
 }
 
-std::vector<std::byte> read_limit(const Fields& fields, std::string_view key, DataType type,
-                                  Context& context) {
+Value read_limit(const Fields& fields, std::string_view key, DataType type, Context& context) {
   const Entry* entry = fields.find(key);
   if (entry == nullptr) {
     return {};
   }
-  return read_bytes(*entry, key, type, Severity::warning, context)
-      .value_or(std::vector<std::byte>{});
+  return read_bytes(*entry, key, type, Severity::warning, context).value_or(Value{});
 }
 
 void read_limits(const Fields& fields, VariableDescription& variable, Context& context) {
   if (!od::is_integer(variable.type) && !od::is_real(variable.type)) {
     return;
   }
-  variable.low_limit = read_limit(fields, "LowLimit", variable.type, context);
-  variable.high_limit = read_limit(fields, "HighLimit", variable.type, context);
+  Value low = read_limit(fields, "LowLimit", variable.type, context);
+  Value high = read_limit(fields, "HighLimit", variable.type, context);
+  variable.low_limit = std::move(low.bytes);
+  variable.high_limit = std::move(high.bytes);
+  variable.notes.low_formula = low.uses_node_id;
+  variable.notes.high_formula = high.uses_node_id;
   if (od::check_limits(variable.type, variable.high_limit, variable.low_limit, {}) ==
       AbortCode::value_too_low) {
     context.report.warning(fields.find("LowLimit")->value_place,
                            "LowLimit is more than HighLimit; both are ignored");
     variable.low_limit.clear();
     variable.high_limit.clear();
+    variable.notes.low_formula = variable.notes.high_formula = false;
   }
 }
 
 }  // namespace
 
+Access read_access(const Entry& entry, Report& report) {
+  static constexpr std::pair<std::string_view, Access> kWords[] = {
+      {"ro", Access::ro},   {"wo", Access::wo},   {"rw", Access::rw},
+      {"rwr", Access::rwr}, {"rww", Access::rww}, {"const", Access::constant}};
+  for (const auto& [word, access] : kWords) {
+    if (equal_ignoring_case(without_comment(entry.value), word)) {
+      return access;
+    }
+  }
+  report.warning(entry.value_place,
+                 "AccessType: " + quote(entry.value) + " is not known; taken as ro");
+  return Access::ro;
+}
+
 void read_value(const Entry& entry, bool configured, VariableDescription& variable,
                 Context& context) {
   const Severity severity = configured ? Severity::error : Severity::warning;
-  auto bytes = read_bytes(entry, entry.key, variable.type, severity, context);
-  if (!bytes) {
+  auto value = read_bytes(entry, entry.key, variable.type, severity, context);
+  if (!value) {
     return;
   }
-  variable.value = *std::move(bytes);
+  if (configured && !variable.configured) {
+    variable.notes.default_value = std::move(variable.value);
+    variable.notes.default_formula = variable.notes.value_formula;
+  }
+  variable.value = std::move(value->bytes);
+  variable.notes.value_formula = value->uses_node_id;
   variable.configured = configured;
   const AbortCode outside =
       od::check_limits(variable.type, variable.value, variable.low_limit, variable.high_limit);
@@ -148,7 +159,7 @@ std::optional<VariableDescription> read_variable(const Section& section, std::ui
   if (variable.type == DataType::none) {
     return std::nullopt;
   }
-  variable.access = read_access(fields, variable.type, context);
+  variable.access = access_of(fields, variable.type, context);
   variable.mappable = fields.flag("PDOMapping");
   read_limits(fields, variable, context);
   if (const Entry* entry = fields.find("DefaultValue")) {
@@ -157,9 +168,10 @@ std::optional<VariableDescription> read_variable(const Section& section, std::ui
   if (const Entry* entry = fields.find("ParameterValue")) {
     read_value(*entry, true, variable, context);
   }
-  if (const Entry* entry = fields.find("DownloadFile")) {
-    context.report.warning(entry->key_place, "DownloadFile is not used");
-  }
+  variable.notes.denotation = fields.text("Denotation");
+  variable.notes.reference = fields.text("ParamRefd");
+  variable.notes.upload_file = fields.text("UploadFile");
+  variable.notes.download_file = fields.text("DownloadFile");
   return variable;
 }
 

@@ -20,6 +20,9 @@ struct Context {
   std::size_t expanded = 0;           // bytes that CompactSubObj made of few lines so far
 };
 
+// AccessType; ro, with a warning, if it is none.
+od::Access read_access(const Entry& entry, Report& report);
+
 // ParameterName; that of the section, with a warning, if it is missing.
 std::string read_name(const Fields& fields, Context& context);
 

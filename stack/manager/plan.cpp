@@ -86,8 +86,10 @@ void append_pdo(const od::DeviceDescription& device, const od::ObjectDescription
 
 std::vector<ObjectWrite> configuration_writes(const od::DeviceDescription& device) {
   std::vector<ObjectWrite> out;
+  constexpr std::uint32_t kNotWritten = 1;  // CiA 306 ObjFlags
   for (const od::ObjectDescription& object : device.objects) {
-    if (is_pdo_communication(object.index) || is_pdo_mapping(object.index)) {
+    if (is_pdo_communication(object.index) || is_pdo_mapping(object.index) ||
+        (object.flags & kNotWritten) != 0) {
       continue;
     }
     for (const od::VariableDescription& variable : object.variables) {

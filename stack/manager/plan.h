@@ -36,9 +36,10 @@ struct Options {
 };
 
 // The downloads that bring a device from what its file describes as default to what it describes as
-// configured (DCF ParameterValue), in an order every device accepts: parameters outside the PDO
-// records first; then each PDO record as CiA 301 7.5.2.36 wants it: COB-ID invalid, mapping count
-// 0, entries, count, other parameters, COB-ID valid.
+// configured (DCF ParameterValue), but for objects whose ObjFlags (CiA 306) say that they are not
+// to be written, in an order every device accepts: parameters outside the PDO records first; then
+// each PDO record as CiA 301 7.5.2.36 wants it: COB-ID invalid, mapping count 0, entries, count,
+// other parameters, COB-ID valid.
 std::vector<ObjectWrite> configuration_writes(const od::DeviceDescription& device);
 
 }  // namespace linegate::manager

@@ -46,6 +46,22 @@ enum class ObjectType : std::uint8_t {
   record = 9,
 };
 
+// What a device file says of a value beside the value; nothing of it reaches a Dictionary.
+struct FileNotes {
+  // Which values the file gives as $NODEID + a number.
+  bool value_formula = false;
+  bool default_formula = false;
+  bool low_formula = false;
+  bool high_formula = false;
+  std::vector<std::byte> default_value;  // where the value is configured: the DefaultValue
+  std::string denotation;                // DCF: what the value is called in this application
+  std::string reference;                 // DCF: ParamRefd, a designator of the plant
+  std::string upload_file;               // DCF: where the value read from the device is kept
+  std::string download_file;             // DCF: holds the value to be written
+
+  friend bool operator==(const FileNotes&, const FileNotes&) = default;
+};
+
 struct VariableDescription {
   std::uint8_t sub = 0;
   std::string name;
@@ -58,6 +74,9 @@ struct VariableDescription {
   std::vector<std::byte> high_limit;  // empty = none
   bool configured = false;            // the value is a DCF's ParameterValue, not a default
   std::uint32_t line = 0;             // in the file it came from, 0 = none
+  FileNotes notes;
+
+  friend bool operator==(const VariableDescription&, const VariableDescription&) = default;
 };
 
 struct ObjectDescription {
@@ -66,6 +85,12 @@ struct ObjectDescription {
   ObjectType type = ObjectType::variable;
   std::vector<VariableDescription> variables;  // ascending by sub; gaps are allowed
   std::uint32_t line = 0;
+  // CiA 306 ObjFlags. Bit 0: not to be written when a device is configured; bit 1: not to be read
+  // when all objects are.
+  std::uint32_t flags = 0;
+  std::string denotation;  // DCF; of objects with sub-indices
+
+  friend bool operator==(const ObjectDescription&, const ObjectDescription&) = default;
 };
 
 struct DeviceDescription {
@@ -80,6 +105,8 @@ struct DeviceDescription {
   std::uint8_t node_id = 0;                // 1..127: the one the formulas were resolved with
   std::string node_name;                   // DCF commissioning
   std::vector<ObjectDescription> objects;  // ascending by index
+
+  friend bool operator==(const DeviceDescription&, const DeviceDescription&) = default;
 
   // nullptr if there is no such object or sub-index.
   const ObjectDescription* find(std::uint16_t index) const;

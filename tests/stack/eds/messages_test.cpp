@@ -269,10 +269,5 @@ TEST(Messages, NewerEdsVersion) {
                                           "4.0; it is read as 4.0"));
 }
 
-TEST(Messages, ADownloadFileIsNotUsed) {
-  EXPECT_THAT(messages(with_object("ParameterName=a\nObjectType=2\nDownloadFile=a.bin\n")),
-              ElementsAre("x.eds:20:1: warning: DownloadFile is not used"));
-}
-
 }  // namespace
 }  // namespace linegate::eds

@@ -186,8 +186,8 @@ TEST(SloppyFile, EmptyValuesAreNotGiven) {
 
 TEST(SloppyFile, SectionsForOthersAreLeftAlone) {
   EXPECT_THAT(
-      messages(file_with("[Tools]\nItems=1\n[Tool1]\nName=x\n[SupportedModules]\nNrOfEntries=0\n"
-                         "[M1ModuleInfo]\n[M1SubExtend6000]\n[DynamicChannels]\n[1000ObjectLinks]\n"
+      messages(file_with("[Tools]\nItems=1\n[Tool1]\nName=x\n[SupportedModules]\nNrOfEntries=1\n"
+                         "[M1ModuleInfo]\n[DynamicChannels]\n[1000ObjectLinks]\n"
                          "[1000Denotation]\n[Comments]\nLines=0\n")),
       IsEmpty());
 }

@@ -54,6 +54,14 @@ TEST(ConfigurationWrites, DefaultsAndReadOnlyObjectsAreLeftAlone) {
   EXPECT_EQ(text(configuration_writes(device)), "1017:0=3E8 2000:2=6 ");
 }
 
+TEST(ConfigurationWrites, ObjectsAreLeftAloneIfTheirFlagsSaySo) {
+  od::DeviceDescription device;
+  device.objects = {record(0x1010, {variable(0, kU8, 1, false), variable(1, kU32, 1, true)}),
+                    record(0x2000, {variable(0, kU8, 1, true)})};
+  device.objects[0].flags = 1;
+  EXPECT_EQ(text(configuration_writes(device)), "2000:0=1 ");
+}
+
 TEST(ConfigurationWrites, PdoRecordsComeLastInTheOrderOfTheRemappingProcedure) {
   od::DeviceDescription device;
   device.objects = {
