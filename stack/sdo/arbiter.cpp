@@ -64,6 +64,8 @@ void Arbiter::advance(Instant now) {
     return;
   }
   wake_ = kNever;
+  // The first one takes what room there is in the queue: it is another one each time.
+  std::ranges::rotate(used_, used_.begin() + (used_.empty() ? 0 : 1));
   for (const std::uint8_t node : used_) {
     Channel& each = *channels_[node];
     each.client.advance(now, transmit_);
@@ -141,9 +143,10 @@ void Arbiter::serve(Channel& channel, Instant now) {
   Request next;
   if (!channel.current && channel.queue.pop(next)) {
     if (next.write) {
-      channel.client.write(next.address, std::move(next.data), next.timeout, now, transmit_);
+      channel.client.write(next.address, std::move(next.data), next.timeout, now, transmit_,
+                           next.options);
     } else {
-      channel.client.read(next.address, next.timeout, now, transmit_);
+      channel.client.read(next.address, next.timeout, now, transmit_, next.options);
     }
     channel.current = std::move(next);
   }

@@ -11,27 +11,17 @@ namespace linegate::sdo {
 Client::Client(can::CobId request) : outbox_(request) {
 }
 
-void Client::read(od::Address address, Duration timeout, Instant now, can::TransmitQueue& queue) {
-  begin(address, timeout);
-  request(State::upload_initiate,
-          initiate_word(command_byte(ClientCommand::upload_initiate), address), now, queue);
+void Client::read(od::Address address, Duration timeout, Instant now, can::TransmitQueue& queue,
+                  TransferOptions options) {
+  begin(address, false, timeout, options);
+  start(now, queue);
 }
 
-// An empty value goes in one empty segment: expedited transfer has no way to say 0 bytes.
 void Client::write(od::Address address, std::vector<std::byte> data, Duration timeout, Instant now,
-                   can::TransmitQueue& queue) {
-  begin(address, timeout);
-  const std::size_t size = data.size();
+                   can::TransmitQueue& queue, TransferOptions options) {
+  begin(address, true, timeout, options);
   source_.start(std::move(data));
-  std::uint8_t command = command_byte(ClientCommand::download_initiate, kSizeIndicated);
-  auto value = static_cast<std::uint32_t>(size);
-  if (size >= 1 && size <= kExpeditedSize) {
-    std::array<std::byte, kExpeditedSize> bytes;
-    source_.next(bytes);
-    command = expedited_byte(ClientCommand::download_initiate, size);
-    value = load_le<std::uint32_t>(bytes.data());
-  }
-  request(State::download_initiate, initiate_word(command, address, value), now, queue);
+  start(now, queue);
 }
 
 Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue) {
@@ -40,58 +30,89 @@ Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue) {
   }
   const std::uint64_t word = word_of(frame);
   if (!busy()) {
-    return take_stray() || word == last_used_ ? Receipt::stray : Receipt::unasked;
+    return take_stray(word, frame.time) || word == last_used_ ? Receipt::stray : Receipt::unasked;
   }
-  if (specifier(command_of(frame)) == static_cast<unsigned>(ServerCommand::abort)) {
-    return aborted_by_server(word);
+  if (is_abort(command_of(frame))) {
+    return aborted_by_server(word, frame.time, queue);
   }
   if (waits_for_initiate()) {
     return initiate_answered(word, frame.time, queue);
   }
-  const AbortCode why = segment_answered(word, frame.time, queue);
-  if (why == AbortCode::command_specifier && take_stray()) {
+  if (in_block() && is_repetition(word)) {
+    return Receipt::stray;
+  }
+  const AbortCode why = answered(word, frame.time, queue);
+  if (why == AbortCode::command_specifier && take_stray(word, frame.time)) {
     return Receipt::stray;
   }
   last_used_ = word;
   if (why != AbortCode::none) {
-    abort(why, frame.time, queue);
+    give_up(why, frame.time, queue);
   }
   return Receipt::used;
 }
 
 void Client::advance(Instant now, can::TransmitQueue& queue) {
   if (now >= deadline_) {
-    abort(AbortCode::timeout, now, queue);
+    give_up(AbortCode::timeout, now, queue);
   }
   if (now >= outbox_.next_wake()) {
     outbox_.flush(now, queue);
   }
+  if (now >= block_wake_) {
+    advance_block(now, queue);
+  }
 }
 
 Instant Client::next_wake() const {
-  return earlier(deadline_, outbox_.next_wake());
+  return earlier(earlier(deadline_, block_wake_), outbox_.next_wake());
 }
 
 void Client::abort(AbortCode code, Instant now, can::TransmitQueue& queue) {
-  if (!busy()) {
-    return;
+  if (busy()) {
+    send_abort(code, now, queue);
+    finish(code);
   }
-  outbox_.clear();  // a request that waits for room is void
-  outbox_.send(abort_word(address_, code), now, queue);
-  expect_stray();  // the answer that was waited for
-  expect_stray();  // the server's own abort, if it gives up as well
-  finish(code);
 }
 
 std::optional<Outcome> Client::take() {
   return std::exchange(outcome_, std::nullopt);
 }
 
-void Client::begin(od::Address address, Duration timeout) {
+void Client::begin(od::Address address, bool write, Duration timeout, TransferOptions options) {
   address_ = address;
+  writing_ = write;
   timeout_ = timeout;
-  toggle_ = false;
+  options_ = options;
   outcome_.reset();
+}
+
+void Client::start(Instant now, can::TransmitQueue& queue) {
+  toggle_ = false;
+  tried_block_ = false;
+  told_size_.reset();
+  const bool block =
+      options_.transfer == Transfer::block || (writing_ && worth_a_block(source_.size()));
+  block ? initiate_block(now, queue) : initiate(now, queue);
+}
+
+// An empty value goes in one empty segment: expedited transfer has no way to say 0 bytes.
+void Client::initiate(Instant now, can::TransmitQueue& queue) {
+  if (!writing_) {
+    request(State::upload_initiate,
+            initiate_word(command_byte(ClientCommand::upload_initiate), address_), now, queue);
+    return;
+  }
+  const std::size_t size = source_.size();
+  std::uint8_t command = command_byte(ClientCommand::download_initiate, kSizeIndicated);
+  auto value = static_cast<std::uint32_t>(size);
+  if (size >= 1 && size <= kExpeditedSize) {
+    std::array<std::byte, kExpeditedSize> bytes;
+    source_.next(bytes);
+    command = expedited_byte(ClientCommand::download_initiate, size);
+    value = load_le<std::uint32_t>(bytes.data());
+  }
+  request(State::download_initiate, initiate_word(command, address_, value), now, queue);
 }
 
 void Client::request(State state, std::uint64_t word, Instant now, can::TransmitQueue& queue) {
@@ -114,42 +135,63 @@ void Client::send_download_segment(Instant now, can::TransmitQueue& queue) {
   request(State::download_segment, load_le<std::uint64_t>(segment.data()), now, queue);
 }
 
-bool Client::take_stray() {
+bool Client::take_stray(std::uint64_t word, Instant now) {
+  if (late_.expected() && late_.take(static_cast<std::uint8_t>(word), now)) {
+    return true;
+  }
   const bool expected = strays_expected_ > 0;
   strays_expected_ -= expected ? 1U : 0U;
   return expected;
 }
 
 bool Client::waits_for_initiate() const {
-  return state_ == State::upload_initiate || state_ == State::download_initiate;
+  return state_ == State::upload_initiate || state_ == State::download_initiate ||
+         state_ == State::block_upload_initiate || state_ == State::block_download_initiate;
+}
+
+// Segments of a block look like aborts.
+bool Client::is_abort(std::uint8_t command) const {
+  constexpr std::uint8_t kAbort = command_byte(ServerCommand::abort);
+  const bool among_segments =
+      state_ == State::block_upload || state_ == State::block_upload_end || late_.expected();
+  return among_segments ? command == kAbort : specifier(command) == specifier(kAbort);
 }
 
 Receipt Client::initiate_answered(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
-  const ServerCommand wanted = state_ == State::upload_initiate ? ServerCommand::upload_initiate
-                                                                : ServerCommand::download_initiate;
+  const auto command = static_cast<std::uint8_t>(word);
+  const ServerCommand wanted =
+      writing_ ? ServerCommand::download_initiate : ServerCommand::upload_initiate;
+  // A server asked for a block upload may take segments.
+  const bool ordinary = state_ != State::block_download_initiate &&
+                        specifier(command) == static_cast<unsigned>(wanted);
   AbortCode why = AbortCode::none;
-  if (specifier(static_cast<std::uint8_t>(word)) != static_cast<unsigned>(wanted)) {
+  if (!ordinary && !fits_block_initiate(command)) {
     why = AbortCode::command_specifier;
   } else if (multiplexer(word) != address_) {
     why = AbortCode::parameter_incompatible;
   }
-  if (why != AbortCode::none && take_stray()) {
+  if (why != AbortCode::none && take_stray(word, now)) {
     return Receipt::stray;
   }
   last_used_ = word;
   if (why == AbortCode::none) {
-    if (state_ == State::upload_initiate) {
-      why = upload_initiated(word, now, queue);
-    } else if (source_.remaining() > 0 || source_.size() == 0) {
-      send_download_segment(now, queue);
-    } else {
-      finish(AbortCode::none);
-    }
+    why = !ordinary  ? block_initiated(word, now, queue)
+          : writing_ ? download_initiated(now, queue)
+                     : upload_initiated(word, now, queue);
   }
   if (why != AbortCode::none) {
-    abort(why, now, queue);
+    give_up(why, now, queue);
   }
   return Receipt::used;
+}
+
+AbortCode Client::download_initiated(Instant now, can::TransmitQueue& queue) {
+  if (source_.remaining() > 0 || source_.size() == 0) {
+    send_download_segment(now, queue);
+  } else {
+    finish(AbortCode::none);
+  }
+  return AbortCode::none;
 }
 
 AbortCode Client::upload_initiated(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
@@ -157,21 +199,38 @@ AbortCode Client::upload_initiated(std::uint64_t word, Instant now, can::Transmi
   if ((command & kExpedited) != 0) {
     std::array<std::byte, kExpeditedSize> bytes;
     store_le(bytes.data(), long_word(word));
-    sink_.start(std::nullopt, kExpeditedSize);
-    sink_.append(std::span(bytes).first(expedited_size(command)), AbortCode::none);
+    sink_.start(std::nullopt, kExpeditedSize, AbortCode::none);
+    sink_.append(std::span(bytes).first(expedited_size(command)));
     finish(AbortCode::none);
     return AbortCode::none;
   }
   std::optional<std::uint32_t> announced;
   if ((command & kSizeIndicated) != 0) {
     announced = long_word(word);
-    if (*announced > kMaxUpload) {
-      return AbortCode::out_of_memory;
-    }
   }
-  sink_.start(announced, kMaxUpload);
-  request_upload_segment(now, queue);
+  const AbortCode why = start_sink(announced);
+  if (why != AbortCode::none) {
+    return why;
+  }
+  if (announced && !tried_block_ && worth_a_block(*announced)) {
+    told_size_ = announced;
+    initiate_block(now, queue);
+  } else {
+    request_upload_segment(now, queue);
+  }
   return AbortCode::none;
+}
+
+AbortCode Client::start_sink(std::optional<std::uint32_t> announced) {
+  if (announced && *announced > kMaxUpload) {
+    return AbortCode::out_of_memory;
+  }
+  sink_.start(announced, kMaxUpload, AbortCode::out_of_memory);
+  return AbortCode::none;
+}
+
+AbortCode Client::answered(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
+  return in_block() ? block_answered(word, now, queue) : segment_answered(word, now, queue);
 }
 
 AbortCode Client::segment_answered(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
@@ -193,8 +252,7 @@ AbortCode Client::upload_segment_came(std::uint64_t word, Instant now, can::Tran
   const auto command = static_cast<std::uint8_t>(word);
   Payload bytes;
   store_le(bytes.data(), word);
-  const AbortCode why =
-      sink_.append(std::span(bytes).subspan(1, segment_size(command)), AbortCode::out_of_memory);
+  const AbortCode why = sink_.append(std::span(bytes).subspan(1, segment_size(command)));
   if (why != AbortCode::none) {
     return why;
   }
@@ -220,27 +278,58 @@ AbortCode Client::download_segment_taken(Instant now, can::TransmitQueue& queue)
 
 // Some servers abort without a multiplexer. An abort is always the end of the transfer, unless it
 // can be that of an earlier one.
-Receipt Client::aborted_by_server(std::uint64_t word) {
+Receipt Client::aborted_by_server(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
   const od::Address address = multiplexer(word);
   const bool ours = address == address_ || address == od::Address{};
-  if (!ours && waits_for_initiate() && take_stray()) {
+  if (!ours && waits_for_initiate() && take_stray(word, now)) {
     return Receipt::stray;
   }
   last_used_ = word;
   const auto code = static_cast<AbortCode>(long_word(word));
-  finish(code == AbortCode::none ? AbortCode::general : code);
+  if (!fall_back(code, now, queue)) {
+    finish_or_repeat(code == AbortCode::none ? AbortCode::general : code, now, queue);
+  }
   return Receipt::used;
+}
+
+void Client::send_abort(AbortCode code, Instant now, can::TransmitQueue& queue) {
+  outbox_.clear();  // a request that waits for room is void
+  outbox_.send(abort_word(address_, code), now, queue);
+  expect_stray();  // the answer that was waited for
+  expect_stray();  // the server's own abort, if it gives up as well
+  if (state_ == State::block_upload) {
+    late_.expect(receiver_.newest(), receiver_.block_size(), now);
+  }
+}
+
+void Client::give_up(AbortCode code, Instant now, can::TransmitQueue& queue) {
+  send_abort(code, now, queue);
+  finish_or_repeat(code, now, queue);
+}
+
+void Client::finish_or_repeat(AbortCode code, Instant now, can::TransmitQueue& queue) {
+  const bool frame_lost = code == AbortCode::timeout || code == AbortCode::toggle_bit ||
+                          code == AbortCode::sequence_number || code == AbortCode::crc;
+  if (!frame_lost || options_.repeats == 0) {
+    finish(code);
+    return;
+  }
+  --options_.repeats;
+  block_wake_ = kNever;
+  source_.rewind(0);
+  start(now, queue);
 }
 
 void Client::finish(AbortCode code) {
   Outcome outcome{.abort = code, .data = {}};
-  if (code == AbortCode::none &&
-      (state_ == State::upload_initiate || state_ == State::upload_segment)) {
+  if (code == AbortCode::none && !writing_) {
     outcome.data = sink_.take();
   }
+  blocks_refused_ = blocks_refused_ && code != AbortCode::timeout;  // who knows what comes back
   outcome_ = std::move(outcome);
   state_ = State::idle;
   deadline_ = kNever;
+  block_wake_ = kNever;
 }
 
 }  // namespace linegate::sdo

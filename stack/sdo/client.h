@@ -1,5 +1,6 @@
 // One SDO client channel (CiA 301, 7.2.4; objects 1280h and following): one transfer at a time with
-// one server, expedited up to four bytes, in segments beyond.
+// one server, expedited up to four bytes, in segments beyond, in blocks where that is worth it and
+// the server can.
 #pragma once
 
 #include <cstddef>
@@ -13,10 +14,26 @@
 #include "stack/can/frame.h"
 #include "stack/can/transmit_queue.h"
 #include "stack/od/description.h"
+#include "stack/sdo/block.h"
 #include "stack/sdo/outbox.h"
 #include "stack/sdo/transfer.h"
 
 namespace linegate::sdo {
+
+// Which protocol carries a transfer.
+enum class Transfer : std::uint8_t {
+  automatic,  // expedited up to 4 bytes, in blocks from Client::kBlockFrom on, else in segments. A
+              // read begins in segments and changes to blocks when the server tells such a size
+  segmented,  // expedited up to 4 bytes, else in segments
+  block,      // in blocks; a read lets the server take segments for a few bytes
+};
+
+struct TransferOptions {
+  Transfer transfer =
+      Transfer::automatic;  // a server that refuses blocks (0504 0001h) gets segments
+  unsigned repeats = 0;  // how often a transfer is begun anew that ended because a frame was lost:
+                         // abort 0503 0000h, 0504 0000h, 0504 0003h or 0504 0004h of either side
+};
 
 // How a transfer ended.
 struct Outcome {
@@ -38,22 +55,27 @@ class Client {
  public:
   // Uploads with more bytes are aborted with 0504 0005h.
   static constexpr std::size_t kMaxUpload = std::size_t{16} * 1024 * 1024;
+  static constexpr std::size_t kBlockFrom = 128;        // bytes, see Transfer::automatic
+  static constexpr std::uint8_t kSwitchThreshold = 21;  // pst of a read in blocks, bytes
 
   // request: client to server. Whoever owns the dispatch table brings the responses.
   explicit Client(can::CobId request);
 
   // Begin a transfer. timeout is for each answer of the server and must be positive. A frame that
-  // does not fit into the queue is sent by advance(). Precondition: !busy() and no outcome to take.
-  void read(od::Address address, Duration timeout, Instant now, can::TransmitQueue& queue);
+  // does not fit into the queue is sent by advance(), as are the segments of a block. Precondition:
+  // !busy() and no outcome to take.
+  void read(od::Address address, Duration timeout, Instant now, can::TransmitQueue& queue,
+            TransferOptions options = {});
   void write(od::Address address, std::vector<std::byte> data, Duration timeout, Instant now,
-             can::TransmitQueue& queue);
+             can::TransmitQueue& queue, TransferOptions options = {});
 
   // A frame with the response identifier; frame.time is now.
   //
   // Ends the transfer, with an abort to the server, for a wrong toggle bit (0503 0000h), an answer
   // to another service (0504 0001h), to another multiplexer (0604 0043h), more or fewer bytes than
-  // indicated (0607 0012h, 0607 0013h); answers to something else that are expected are strays, see
-  // expect_stray().
+  // indicated (0607 0012h, 0607 0013h), a block size of 0 or more than 127 (0504 0002h), a segment
+  // or an ackseq there is not (0504 0003h), a wrong check sum (0504 0004h); answers to something
+  // else that are expected are strays, see expect_stray().
   Receipt receive(const can::Frame& frame, can::TransmitQueue& queue);
 
   // Ends a transfer whose server did not answer in time, with abort 0504 0000h to the server, and
@@ -61,7 +83,8 @@ class Client {
   void advance(Instant now, can::TransmitQueue& queue);
   Instant next_wake() const;
 
-  // Ends the transfer with an abort to the server. No effect if there is none.
+  // Ends the transfer with an abort to the server, and does not repeat it. No effect if there is
+  // none.
   void abort(AbortCode code, Instant now, can::TransmitQueue& queue);
 
   // One answer more that belongs to somebody or something else may come: the next one that does not
@@ -84,34 +107,77 @@ class Client {
     upload_segment,
     download_initiate,
     download_segment,
+    block_download_initiate,
+    block_download,  // sending a sub-block, or waiting for its acknowledgement
+    block_download_end,
+    block_upload_initiate,
+    block_upload,      // waiting for segments
+    block_upload_end,  // waiting for the end request
   };
 
-  void begin(od::Address address, Duration timeout);
+  void begin(od::Address address, bool write, Duration timeout, TransferOptions options);
+  void start(Instant now, can::TransmitQueue& queue);
+  void initiate(Instant now, can::TransmitQueue& queue);
   void request(State state, std::uint64_t word, Instant now, can::TransmitQueue& queue);
   void request_upload_segment(Instant now, can::TransmitQueue& queue);
   void send_download_segment(Instant now, can::TransmitQueue& queue);
 
   Receipt initiate_answered(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   AbortCode upload_initiated(std::uint64_t word, Instant now, can::TransmitQueue& queue);
+  AbortCode download_initiated(Instant now, can::TransmitQueue& queue);
+  AbortCode start_sink(std::optional<std::uint32_t> announced);
+  AbortCode answered(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   AbortCode segment_answered(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   AbortCode upload_segment_came(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   AbortCode download_segment_taken(Instant now, can::TransmitQueue& queue);
-  Receipt aborted_by_server(std::uint64_t word);
-  bool take_stray();
+  bool is_abort(std::uint8_t command) const;
+  Receipt aborted_by_server(std::uint64_t word, Instant now, can::TransmitQueue& queue);
+  bool take_stray(std::uint64_t word, Instant now);
   bool waits_for_initiate() const;
+  void send_abort(AbortCode code, Instant now, can::TransmitQueue& queue);
+  void give_up(AbortCode code, Instant now, can::TransmitQueue& queue);
+  void finish_or_repeat(AbortCode code, Instant now, can::TransmitQueue& queue);
   void finish(AbortCode code);
+
+  // --- client_block.cpp
+  // ---------------------------------------------------------------------------
+  bool in_block() const { return state_ >= State::block_download_initiate; }
+  bool worth_a_block(std::size_t size) const;
+  void initiate_block(Instant now, can::TransmitQueue& queue);
+  bool fits_block_initiate(std::uint8_t command) const;
+  AbortCode block_initiated(std::uint64_t word, Instant now, can::TransmitQueue& queue);
+  bool fall_back(AbortCode code, Instant now, can::TransmitQueue& queue);
+  bool is_repetition(std::uint64_t word) const;
+  AbortCode block_answered(std::uint64_t word, Instant now, can::TransmitQueue& queue);
+  AbortCode block_acknowledged(std::uint64_t word, Instant now, can::TransmitQueue& queue);
+  AbortCode block_segment_came(std::uint64_t word, Instant now, can::TransmitQueue& queue);
+  AbortCode block_upload_ended(std::uint64_t word, Instant now, can::TransmitQueue& queue);
+  void acknowledge_block(Instant now, can::TransmitQueue& queue);
+  void send_segments(Instant now, can::TransmitQueue& queue);
+  void advance_block(Instant now, can::TransmitQueue& queue);
+  Duration stall() const { return timeout_ * 2 / 5; }
 
   State state_ = State::idle;
   bool toggle_ = false;  // of the segment under way
   unsigned strays_expected_ = 0;
   od::Address address_;
+  bool writing_ = false;
   Duration timeout_{};
+  TransferOptions options_;
   Instant deadline_ = kNever;
   std::uint64_t last_used_ = 0;  // the answer taken last, to know its repetition
   Source source_;
   Sink sink_;
   Outbox outbox_;
   std::optional<Outcome> outcome_;
+
+  bool tried_block_ = false;                // in this transfer
+  bool blocks_refused_ = false;             // by the server, as far as known
+  std::optional<std::uint32_t> told_size_;  // of a read that changes to blocks
+  Instant block_wake_ = kNever;  // block_download: more segments; block_upload: it stalls
+  BlockSender sender_;
+  BlockReceiver receiver_;
+  LateSegments late_;
 };
 
 }  // namespace linegate::sdo

@@ -15,6 +15,7 @@ namespace linegate::sdo {
 class Outbox {
  public:
   static constexpr Duration kRetry = std::chrono::milliseconds(1);
+  static constexpr std::size_t kMany = 32;  // frames: more than 1 Mbit/s carry until kRetry is over
 
   explicit Outbox(can::CobId cob_id) : cob_id_(cob_id) {}
 
@@ -29,6 +30,14 @@ class Outbox {
     }
   }
   void flush(Instant now, can::TransmitQueue& queue);
+
+  // Whether one of many frames may be sent: nothing is to be sent before, and no more than a few
+  // SDO frames wait for the bus, because others want to get their requests through. If not, try
+  // again when kRetry has passed.
+  bool has_room_for_many(const can::TransmitQueue& queue) const {
+    return empty() && queue.queued(can::TransmitClass::sdo) < kMany &&
+           queue.room(can::TransmitClass::sdo) > 0;
+  }
 
   // Keeps a frame's data without trying to send it.
   void keep(std::uint64_t word, Instant now);

@@ -52,6 +52,21 @@ inline constexpr std::uint8_t kExpedited = 0x02;      // e, of an initiate
 inline constexpr std::uint8_t kLastSegment = 0x01;    // c, of a segment with data
 inline constexpr std::uint8_t kToggle = 0x10;         // t, of a segment and its answer
 
+// Block transfer. The side that sends the segments uses C0h and C1h, the side that takes them A0h
+// to A3h: client and server in a download, server and client in an upload.
+inline constexpr std::uint8_t kBlockSend = 0xC0;     // initiate; kBlockCrc, kBlockSize; mux, size
+inline constexpr std::uint8_t kBlockSendEnd = 0xC1;  // bits 4..2: unused bytes of the last segment;
+                                                     // bytes 1, 2: check sum
+inline constexpr std::uint8_t kBlockTake = 0xA0;     // initiate; kBlockCrc; mux, byte 4: block size
+                                                     // (a client: byte 5: pst)
+inline constexpr std::uint8_t kBlockTakeEnd = 0xA1;  // the answer to kBlockSendEnd
+inline constexpr std::uint8_t kBlockAck = 0xA2;      // byte 1: ackseq, byte 2: next block size
+inline constexpr std::uint8_t kBlockStart = 0xA3;    // client: let the segments come
+inline constexpr std::uint8_t kBlockSize = 0x02;     // s, of an initiate
+inline constexpr std::uint8_t kBlockCrc = 0x04;      // cc, sc: able to make the check sum
+inline constexpr std::uint8_t kBlockLastSegment = 0x80;  // c, of a segment; bits 6..0: its number
+inline constexpr std::uint8_t kMaxBlockSize = 127;
+
 template <class Command>
 constexpr std::uint8_t command_byte(Command command, unsigned flags = 0) {
   return static_cast<std::uint8_t>(static_cast<unsigned>(command) << 5U | flags);
@@ -82,6 +97,21 @@ constexpr std::uint8_t segment_byte(Command command, bool toggle, std::size_t si
   return command_byte(command, (toggle ? unsigned{kToggle} : 0U) |
                                    static_cast<unsigned>(kSegmentSize - size) << 1U |
                                    (last ? unsigned{kLastSegment} : 0U));
+}
+
+// Command byte of a segment of a block transfer. number: 1..127.
+constexpr std::uint8_t block_segment_byte(std::uint8_t number, bool last) {
+  return static_cast<std::uint8_t>(number | (last ? unsigned{kBlockLastSegment} : 0U));
+}
+// kBlockSend, kBlockTake: without their flags. kBlockSendEnd: without the number of unused bytes.
+constexpr bool is_block_send(std::uint8_t command) {
+  return (command & 0xE1U) == kBlockSend;
+}
+constexpr bool is_block_take(std::uint8_t command) {
+  return (command & 0xE3U) == kBlockTake;
+}
+constexpr bool is_block_send_end(std::uint8_t command) {
+  return (command & 0xE3U) == kBlockSendEnd;
 }
 
 // The first eight bytes of an SDO frame as one number, byte 0 in the lowest bits.

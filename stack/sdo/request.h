@@ -8,6 +8,7 @@
 #include "stack/base/abort_code.h"
 #include "stack/base/time.h"
 #include "stack/od/description.h"
+#include "stack/sdo/client.h"
 
 namespace linegate::sdo {
 
@@ -25,6 +26,7 @@ struct Request {
   std::vector<std::byte> data{};                      // to be written
   Duration timeout = std::chrono::milliseconds(500);  // for each answer of the server, positive
   Priority priority = Priority::command;
+  TransferOptions options{};
 };
 
 struct Completion {

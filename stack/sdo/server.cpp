@@ -22,13 +22,6 @@ std::uint32_t expedited_data(std::span<const std::byte> value) {
   }
 }
 
-// Whether the request begins a block transfer; its other requests have no multiplexer.
-bool initiates_block(std::uint8_t command) {
-  return (command &
-          (specifier(command) == static_cast<unsigned>(ClientCommand::block_upload) ? 0x03U
-                                                                                    : 0x01U)) == 0;
-}
-
 // The size of a value that an expedited download does not tell.
 std::size_t untold_size(const od::Dictionary& dictionary, od::Address address) {
   const auto variable = dictionary.find(address);
@@ -52,6 +45,7 @@ inline void Server::end() {
   state_ = State::idle;
   address_ = {};
   deadline_ = kNever;
+  block_wake_ = kNever;
 }
 
 inline void Server::drop() {
@@ -61,6 +55,16 @@ inline void Server::drop() {
   }
 }
 
+inline std::uint64_t Server::answer_upload(od::Address address, std::span<const std::byte> value,
+                                           Instant now) {
+  if (value.empty() || value.size() > kExpeditedSize) {
+    return initiate_segmented_upload(address, value, now);
+  }
+  ++counters_.uploads;
+  return initiate_word(expedited_byte(ServerCommand::upload_initiate, value.size()), address,
+                       expedited_data(value));
+}
+
 inline std::uint64_t Server::initiate_upload(std::uint64_t request, Instant now) {
   drop();
   const od::Address address = multiplexer(request);
@@ -68,15 +72,13 @@ inline std::uint64_t Server::initiate_upload(std::uint64_t request, Instant now)
   if (!value.ok()) {
     return refuse(address, static_cast<AbortCode>(value.error().code));
   }
-  if (value->empty() || value->size() > kExpeditedSize) {
-    return initiate_segmented_upload(address, *value, now);
-  }
-  ++counters_.uploads;
-  return initiate_word(expedited_byte(ServerCommand::upload_initiate, value->size()), address,
-                       expedited_data(*value));
+  return answer_upload(address, *value, now);
 }
 
 inline bool Server::serve(std::uint64_t request, Instant now, std::uint64_t& reply) {
+  if (in_block()) [[unlikely]] {
+    return serve_block(request, now, reply);
+  }
   const auto command = static_cast<std::uint8_t>(request);
   switch (static_cast<ClientCommand>(specifier(command))) {
     case ClientCommand::upload_initiate:
@@ -96,8 +98,7 @@ inline bool Server::serve(std::uint64_t request, Instant now, std::uint64_t& rep
       return false;
     case ClientCommand::block_upload:
     case ClientCommand::block_download:
-      reply = refuse(initiates_block(command) ? multiplexer(request) : address_,
-                     AbortCode::command_specifier);
+      reply = initiate_block(request, now);
       return true;
   }
   reply = refuse(address_, AbortCode::command_specifier);
@@ -114,19 +115,25 @@ void Server::receive(const can::Frame& frame, can::TransmitQueue& queue) {
   if (serve(word_of(frame), frame.time, reply)) {
     outbox_.send(reply, frame.time, queue);
   }
+  if (in_block()) [[unlikely]] {
+    send_segments(frame.time, queue);
+  }
 }
 
 void Server::advance(Instant now, can::TransmitQueue& queue) {
   if (now >= deadline_) {
-    outbox_.send(refuse(address_, AbortCode::timeout), now, queue);
+    outbox_.send(refuse_block(AbortCode::timeout, now), now, queue);
   }
   if (now >= outbox_.next_wake()) {
     outbox_.flush(now, queue);
   }
+  if (now >= block_wake_) {
+    advance_block(now, queue);
+  }
 }
 
 Instant Server::next_wake() const {
-  return earlier(deadline_, outbox_.next_wake());
+  return earlier(earlier(deadline_, block_wake_), outbox_.next_wake());
 }
 
 bool Server::answer(const can::Frame& in, can::Frame& out) {
@@ -140,8 +147,13 @@ bool Server::answer(const can::Frame& in, can::Frame& out) {
 }
 
 void Server::reset() {
+  const bool sub_block = state_ == State::block_download;
+  const Instant heard = deadline_ - options_.timeout;
   drop();
   outbox_.clear();
+  if (sub_block) {
+    expect_late_segments(heard);
+  }
 }
 
 void Server::configure(can::CobId request, can::CobId response) {
@@ -183,9 +195,15 @@ std::uint64_t Server::upload_segment(std::uint64_t request, Instant now) {
 std::uint64_t Server::initiate_download(std::uint64_t request, Instant now) {
   drop();
   const od::Address address = multiplexer(request);
-  const bool expedited = (request & kExpedited) != 0;
-  const AbortCode why = expedited ? expedited_download(request, address)
-                                  : initiate_segmented_download(request, address, now);
+  AbortCode why = AbortCode::none;
+  if ((request & kExpedited) != 0) {
+    why = expedited_download(request, address);
+  } else {
+    why = prepare_download(address, (request & kSizeIndicated) != 0
+                                        ? std::optional(long_word(request))
+                                        : std::nullopt);
+    begin(State::download_segments, address, now);
+  }
   if (why != AbortCode::none) {
     return refuse(address, why);
   }
@@ -206,8 +224,7 @@ AbortCode Server::expedited_download(std::uint64_t request, od::Address address)
 }
 
 // Says no as early as possible: a client should not send thousands of segments in vain.
-AbortCode Server::initiate_segmented_download(std::uint64_t request, od::Address address,
-                                              Instant now) {
+AbortCode Server::prepare_download(od::Address address, std::optional<std::uint32_t> announced) {
   const auto variable = dictionary_.find(address);
   if (!variable) {
     return dictionary_.check(address, {});
@@ -215,9 +232,7 @@ AbortCode Server::initiate_segmented_download(std::uint64_t request, od::Address
   if (!od::writable(variable->access)) {
     return AbortCode::read_only;
   }
-  std::optional<std::uint32_t> announced;
-  if ((request & kSizeIndicated) != 0) {
-    announced = long_word(request);
+  if (announced) {
     if (*announced > variable->capacity) {
       return AbortCode::length_too_high;
     }
@@ -228,10 +243,9 @@ AbortCode Server::initiate_segmented_download(std::uint64_t request, od::Address
       return AbortCode::out_of_memory;
     }
   }
-  over_limit_ = variable->capacity <= options_.max_transfer ? AbortCode::length_too_high
-                                                            : AbortCode::out_of_memory;
-  sink_.start(announced, std::min(std::size_t{variable->capacity}, options_.max_transfer));
-  begin(State::download_segments, address, now);
+  sink_.start(announced, std::min(std::size_t{variable->capacity}, options_.max_transfer),
+              variable->capacity <= options_.max_transfer ? AbortCode::length_too_high
+                                                          : AbortCode::out_of_memory);
   return AbortCode::none;
 }
 
@@ -243,7 +257,7 @@ std::uint64_t Server::download_segment(std::uint64_t request, Instant now) {
   Payload bytes;
   store_le(bytes.data(), request);
   const auto command = static_cast<std::uint8_t>(request);
-  why = sink_.append(std::span(bytes).subspan(1, segment_size(command)), over_limit_);
+  why = sink_.append(std::span(bytes).subspan(1, segment_size(command)));
   const bool last = (command & kLastSegment) != 0;
   if (why == AbortCode::none && last) {
     why = store();

@@ -1,14 +1,15 @@
 // One SDO server (CiA 301, 7.2.4; object 1200h and following): gives clients access to a
-// dictionary. Expedited and segmented transfer; a request for block transfer is answered with abort
-// 0504 0001h, upon which clients fall back to segments.
+// dictionary. Expedited, segmented and block transfer.
 //
-// At most one transfer is under way. A new initiate drops the old transfer, as does an abort of the
-// client. An upload in segments gives the bytes as they were at its initiate; a download changes
-// the object with its last segment, whole, or not at all.
+// At most one transfer is under way. A new initiate drops the old transfer (but within a sub-block
+// of a download, where it cannot be told from a segment), as does an abort of the client. An upload
+// gives the bytes as they were at its initiate; a download changes the object when all has come,
+// whole, or not at all.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "stack/base/event_log.h"
@@ -17,14 +18,17 @@
 #include "stack/can/frame.h"
 #include "stack/can/transmit_queue.h"
 #include "stack/od/dictionary.h"
+#include "stack/sdo/block.h"
 #include "stack/sdo/outbox.h"
 #include "stack/sdo/transfer.h"
 
 namespace linegate::sdo {
 
 struct ServerOptions {
-  Duration timeout = std::chrono::seconds(1);  // a segmented transfer without a frame for so long
-                                               // is aborted with 0504 0000h
+  Duration timeout = std::chrono::seconds(1);  // a transfer without a frame for so long is aborted
+                                               // with 0504 0000h
+  Duration stall = std::chrono::milliseconds(200);  // a sub-block without a segment for so long is
+                                                    // acknowledged as it is; less than timeout
   std::size_t max_transfer = std::size_t{128} * 1024;  // bytes; longer ones: abort 0504 0005h
 };
 
@@ -48,12 +52,13 @@ class Server {
   // never allocate.
   void receive(const can::Frame& frame, can::TransmitQueue& queue);
 
-  // Aborts a stalled transfer and sends what did not fit into the queue.
+  // Aborts a stalled transfer, sends what did not fit into the queue and the segments of a block.
   void advance(Instant now, can::TransmitQueue& queue);
   Instant next_wake() const;
 
   // The protocol without the queue: takes a request of 8 bytes and gives whether there is an
-  // answer, then in out (identifier, format, length and the first 8 bytes are set).
+  // answer, then in out (identifier, format, length and the first 8 bytes are set). The segments of
+  // a block upload come from advance() alone.
   bool answer(const can::Frame& in, can::Frame& out);
 
   // Forgets the transfer and unsent frames without a word (NMT reset, NMT stop).
@@ -63,25 +68,54 @@ class Server {
 
   can::CobId request_id() const { return request_; }
   can::CobId response_id() const { return outbox_.cob_id(); }
-  bool busy() const { return state_ != State::idle; }
+  bool busy() const { return state_ != State::idle && state_ != State::late_segments; }
   const ServerCounters& counters() const { return counters_; }
 
  private:
-  enum class State : std::uint8_t { idle, download_segments, upload_segments };
+  enum class State : std::uint8_t {
+    idle,
+    download_segments,
+    upload_segments,
+    late_segments,  // idle, but segments of an aborted block download may still come
+    block_download,
+    block_download_end,     // everything came: waiting for the end request
+    block_upload_initiate,  // waiting for the client to start
+    block_upload,           // sending a sub-block, or waiting for its acknowledgement
+    block_upload_end,       // waiting for the answer to the end request
+  };
 
   // Requests and answers are the eight bytes of a frame as one number. False: no answer.
   bool serve(std::uint64_t request, Instant now, std::uint64_t& reply);
   std::uint64_t initiate_upload(std::uint64_t request, Instant now);
+  std::uint64_t answer_upload(od::Address address, std::span<const std::byte> value, Instant now);
   std::uint64_t initiate_segmented_upload(od::Address address, std::span<const std::byte> value,
                                           Instant now);
   std::uint64_t upload_segment(std::uint64_t request, Instant now);
   std::uint64_t initiate_download(std::uint64_t request, Instant now);
   AbortCode expedited_download(std::uint64_t request, od::Address address);
-  AbortCode initiate_segmented_download(std::uint64_t request, od::Address address, Instant now);
+  AbortCode prepare_download(od::Address address, std::optional<std::uint32_t> announced);
   std::uint64_t download_segment(std::uint64_t request, Instant now);
   AbortCode store();
   AbortCode check_segment(State wanted, std::uint64_t request) const;
   std::uint64_t refuse(od::Address address, AbortCode code);
+
+  // --- server_block.cpp
+  // ---------------------------------------------------------------------------
+  bool in_block() const { return state_ >= State::late_segments; }
+  bool serve_block(std::uint64_t request, Instant now, std::uint64_t& reply);
+  bool serve_other(std::uint64_t request, Instant now, std::uint64_t& reply);
+  std::uint64_t initiate_block(std::uint64_t request, Instant now);
+  std::uint64_t initiate_block_download(std::uint64_t request, Instant now);
+  std::uint64_t initiate_block_upload(std::uint64_t request, Instant now);
+  bool block_segment(std::uint64_t request, Instant now, std::uint64_t& reply);
+  std::uint64_t end_block_download(std::uint64_t request);
+  bool block_acknowledged(std::uint64_t request, Instant now, std::uint64_t& reply);
+  std::uint64_t refuse_block(AbortCode code, Instant now);
+  std::uint64_t acknowledge_block(Instant now);
+  void advance_block(Instant now, can::TransmitQueue& queue);
+  void send_segments(Instant now, can::TransmitQueue& queue);
+  void expect_late_segments(Instant now);
+
   void begin(State state, od::Address address, Instant now);
   void proceed(Instant now);
   void drop();
@@ -98,7 +132,12 @@ class Server {
   Instant deadline_ = kNever;
   Source source_;
   Sink sink_;
-  AbortCode over_limit_ = AbortCode::none;  // what exceeding the sink's limit means
+
+  Instant block_wake_ = kNever;       // block_upload: more segments; block_download: it stalls
+  std::uint64_t newest_request_ = 0;  // taken in a block upload, to know its repetition
+  BlockSender sender_;
+  BlockReceiver receiver_;
+  LateSegments late_;
 
   Outbox outbox_;
   ServerCounters counters_;

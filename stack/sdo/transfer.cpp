@@ -29,22 +29,23 @@ std::size_t Source::next(std::span<std::byte> out) {
   return count;
 }
 
-void Sink::start(std::optional<std::uint32_t> announced, std::size_t limit) {
+void Sink::start(std::optional<std::uint32_t> announced, std::size_t limit, AbortCode over_limit) {
   bytes_.clear();
   announced_ = announced;
   limit_ = limit;
+  over_limit_ = over_limit;
   if (announced) {
     bytes_.reserve(std::min({std::size_t{*announced}, limit, kMaxReserve}));
   }
 }
 
-AbortCode Sink::append(std::span<const std::byte> piece, AbortCode over_limit) {
+AbortCode Sink::append(std::span<const std::byte> piece) {
   const std::size_t size = bytes_.size() + piece.size();
   if (announced_ && size > *announced_) {
     return AbortCode::length_too_high;
   }
   if (size > limit_) {
-    return over_limit;
+    return over_limit_;
   }
   bytes_.insert(bytes_.end(), piece.begin(), piece.end());
   return AbortCode::none;

@@ -1,6 +1,5 @@
-// The bytes of one transfer on their way: what is independent of how frames carry them. Segments
-// use both classes today; block transfer sends from the same Source (rewinding it) and collects in
-// the same Sink.
+// The bytes of one transfer on their way: what is independent of how frames carry them, in segments
+// or in blocks, which rewind the Source to repeat what was lost.
 #pragma once
 
 #include <cstddef>
@@ -37,11 +36,12 @@ class Source {
 class Sink {
  public:
   // announced: the size indicated at the initiate, if any. limit: most bytes that will be taken.
-  void start(std::optional<std::uint32_t> announced, std::size_t limit);
+  // over_limit: what more of them mean.
+  void start(std::optional<std::uint32_t> announced, std::size_t limit, AbortCode over_limit);
 
   // length_too_high if there is more than announced, over_limit if more than limit; the piece is
   // not taken then.
-  AbortCode append(std::span<const std::byte> piece, AbortCode over_limit);
+  AbortCode append(std::span<const std::byte> piece);
   // length_too_low if there is less than announced.
   AbortCode finish() const;
 
@@ -52,6 +52,7 @@ class Sink {
   std::vector<std::byte> bytes_;
   std::optional<std::uint32_t> announced_;
   std::size_t limit_ = 0;
+  AbortCode over_limit_ = AbortCode::none;
 };
 
 }  // namespace linegate::sdo

@@ -1,6 +1,7 @@
 // The input is a sequence of steps: frames to a server, frames to a client, transfers begun, time
-// passing. Whatever it is: no crash, the server answers a request with one frame at most, values
-// keep to their rights and limits, every transfer ends once, and a valid read afterwards works.
+// passing. Whatever it is: no crash, the server answers a request with one frame at most, or a
+// sub-block, values keep to their rights and limits, every transfer ends once, and a valid read
+// afterwards works.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -150,7 +151,7 @@ class Pair {
       if (to_client_.pop_rest(next)) {
         expect_sdo(next, kResponseId);
         ++answered_;
-        LINEGATE_EXPECT(answered_ <= asked_);
+        LINEGATE_EXPECT(answered_ <= asked_ * (sdo::kMaxBlockSize + 1U));
         next.time = now_;
         client_.receive(next, to_server_);
         any = true;

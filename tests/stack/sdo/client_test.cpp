@@ -1,50 +1,8 @@
 // The client against the frames of CiA 301, 7.2.4.3.
-#include "stack/sdo/client.h"
-
-#include "tests/stack/sdo/support.h"
+#include "tests/stack/sdo/client_fixture.h"
 
 namespace linegate::sdo::test {
 namespace {
-
-class ClientTest : public testing::Test {
- protected:
-  using Frames = std::vector<Bytes>;
-
-  Frames read(od::Address address) {
-    client.read(address, kTimeout, now, queue);
-    return drain(queue, kRequestId);
-  }
-  Frames write(od::Address address, std::vector<std::byte> data) {
-    client.write(address, std::move(data), kTimeout, now, queue);
-    return drain(queue, kRequestId);
-  }
-  // The requests upon one answer.
-  Frames answer(const Bytes& data, Receipt expected = Receipt::used) {
-    EXPECT_EQ(client.receive(frame(kResponseId, data, now), queue), expected);
-    return drain(queue, kRequestId);
-  }
-  void expect_data(const Bytes& data) {
-    const std::optional<Outcome> outcome = client.take();
-    ASSERT_TRUE(outcome.has_value());
-    EXPECT_EQ(outcome->abort, AbortCode::none);
-    EXPECT_EQ(numbers(outcome->data), data);
-    EXPECT_FALSE(client.busy());
-    EXPECT_EQ(client.next_wake(), kNever);
-  }
-  void expect_abort(AbortCode code) {
-    const std::optional<Outcome> outcome = client.take();
-    ASSERT_TRUE(outcome.has_value());
-    EXPECT_EQ(outcome->abort, code);
-    EXPECT_TRUE(outcome->data.empty());
-    EXPECT_FALSE(client.busy());
-  }
-
-  static constexpr Duration kTimeout = std::chrono::milliseconds(500);
-
-  can::TransmitQueue queue{4};
-  Client client{can::CobId{kRequestId}};
-  Instant now = at(1s);
-};
 
 TEST_F(ClientTest, ExpeditedUpload) {
   EXPECT_EQ(read({0x1018, 1}), (Frames{{0x40, 0x18, 0x10, 1, 0, 0, 0, 0}}));

@@ -22,6 +22,7 @@ inline constexpr std::uint32_t kRequestId = 0x605;
 inline constexpr std::uint32_t kResponseId = 0x585;
 
 using Bytes = std::vector<std::uint8_t>;
+using Frames = std::vector<Bytes>;
 
 inline std::vector<std::byte> bytes(const Bytes& values) {
   std::vector<std::byte> out(values.size());

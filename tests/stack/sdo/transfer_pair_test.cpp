@@ -1,97 +1,10 @@
 // Client and server against each other, through a wire that can lose, repeat and spoil frames.
 #include <random>
 
-#include "stack/sdo/client.h"
-#include "stack/sdo/server.h"
-
-#include "tests/stack/sdo/support.h"
+#include "tests/stack/sdo/pair_fixture.h"
 
 namespace linegate::sdo::test {
 namespace {
-
-class TransferPair : public testing::Test {
- protected:
-  enum class Fault : std::uint8_t { none, lose, repeat, shorten };
-
-  // Passes frames on, 0.1 ms each, until the client's transfer has ended. fault happens to the
-  // frame with number faulty (from 0, both directions counted).
-  Outcome run(Fault fault = Fault::none, int faulty = -1) {
-    std::optional<Outcome> outcome;
-    frames = 0;
-    while (!(outcome = client.take())) {
-      if (!pass(to_server, fault, faulty,
-                [this](const can::Frame& f) { server.receive(f, to_client); }) &&
-          !pass(to_client, fault, faulty,
-                [this](const can::Frame& f) { client.receive(f, to_server); })) {
-        now = earlier(client.next_wake(), server.next_wake());
-        if (now == kNever) {
-          ADD_FAILURE() << "both wait for ever";
-          return {};
-        }
-        server.advance(now, to_client);
-        client.advance(now, to_server);
-      }
-    }
-    return *outcome;
-  }
-
-  // What is still on the wire arrives, and all time-outs pass.
-  void settle() {
-    pass_all();
-    now += 10s;
-    client.advance(now, to_server);
-    server.advance(now, to_client);
-    pass_all();
-    EXPECT_FALSE(server.busy());
-    EXPECT_FALSE(client.busy());
-  }
-
-  void read(od::Address address) { client.read(address, kTimeout, now, to_server); }
-  void write(od::Address address, std::vector<std::byte> data) {
-    client.write(address, std::move(data), kTimeout, now, to_server);
-  }
-
-  static constexpr Duration kTimeout = std::chrono::milliseconds(500);
-
-  od::Dictionary dictionary{device()};
-  EventLog events;
-  can::TransmitQueue to_server{8};
-  can::TransmitQueue to_client{8};
-  Server server{dictionary, can::CobId{kRequestId}, can::CobId{kResponseId}, events};
-  Client client{can::CobId{kRequestId}};
-  Instant now = at(1s);
-  int frames = 0;
-
- private:
-  template <class Receive>
-  bool pass(can::TransmitQueue& from, Fault fault, int faulty, Receive receive) {
-    can::Frame next;
-    if (!from.pop_rest(next)) {
-      return false;
-    }
-    now += 100us;
-    next.time = now;
-    const Fault happens = frames++ == faulty ? fault : Fault::none;
-    if (happens == Fault::shorten) {
-      next.length = 7;
-    }
-    if (happens != Fault::lose) {
-      receive(next);
-    }
-    if (happens == Fault::repeat) {
-      receive(next);
-    }
-    return true;
-  }
-
-  void pass_all() {
-    while (pass(to_server, Fault::none, -1,
-                [this](const can::Frame& f) { server.receive(f, to_client); }) ||
-           pass(to_client, Fault::none, -1,
-                [this](const can::Frame& f) { client.receive(f, to_server); })) {
-    }
-  }
-};
 
 TEST_F(TransferPair, EverySizeThereAndBack) {
   std::vector<std::size_t> sizes(101);
@@ -102,13 +15,13 @@ TEST_F(TransferPair, EverySizeThereAndBack) {
   for (const std::size_t size : sizes) {
     SCOPED_TRACE(size);
     const std::vector<std::byte> value = pattern(size);
-    write({0x2100, 0}, value);
+    write({0x2100, 0}, value, {.transfer = Transfer::segmented});
     ASSERT_EQ(run().abort, AbortCode::none);
     const bool expedited = size >= 1 && size <= 4;
     const int segments = expedited ? 0 : std::max(1, static_cast<int>((size + 6) / 7));
     EXPECT_EQ(frames, 2 + 2 * segments);
     ASSERT_EQ(numbers(dictionary.find({0x2100, 0})->bytes()), numbers(value));
-    read({0x2100, 0});
+    read({0x2100, 0}, {.transfer = Transfer::segmented});
     const Outcome outcome = run();
     ASSERT_EQ(outcome.abort, AbortCode::none);
     EXPECT_EQ(numbers(outcome.data), numbers(value));

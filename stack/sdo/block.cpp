@@ -1,0 +1,184 @@
+#include "stack/sdo/block.h"
+
+#include <algorithm>
+#include <span>
+
+#include "stack/sdo/crc.h"
+
+namespace linegate::sdo {
+namespace {
+
+constexpr unsigned kSequenceBits = 0x7F;
+
+std::size_t segments_of(std::size_t bytes) {
+  return (bytes + kSegmentSize - 1) / kSegmentSize;
+}
+
+}  // namespace
+
+// --- the side that sends ------------------------------------------------------------------------
+
+void BlockSender::start(std::uint8_t block_size, bool crc) {
+  *this = {};
+  block_size_ = block_size;
+  with_crc_ = crc;
+}
+
+std::uint64_t BlockSender::next_segment(Source& source) {
+  Payload segment;
+  const std::size_t position = begin_ + sent_ * kSegmentSize;
+  const auto bytes = std::span(segment).subspan(1);
+  last_size_ = static_cast<std::uint8_t>(source.next(bytes));
+  last_sent_ = source.remaining() == 0;
+  ++sent_;
+  segment[0] = std::byte{block_segment_byte(sent_, last_sent_)};
+  if (position >= summed_) {  // what is repeated counts once
+    crc_ = crc_of(bytes.first(last_size_), crc_);
+    summed_ = position + last_size_;
+  }
+  return load_le<std::uint64_t>(segment.data());
+}
+
+AbortCode BlockSender::acknowledge(std::uint8_t ackseq, std::uint8_t next_block_size,
+                                   Source& source) {
+  if (ackseq > sent_) {
+    return AbortCode::sequence_number;
+  }
+  complete_ = last_sent_ && ackseq == sent_;
+  if (complete_) {
+    return AbortCode::none;
+  }
+  if (next_block_size == 0 || next_block_size > kMaxBlockSize) {
+    return AbortCode::block_size;
+  }
+  begin_ += ackseq * kSegmentSize;
+  source.rewind(begin_);
+  block_size_ = next_block_size;
+  sent_ = 0;
+  last_sent_ = false;
+  return AbortCode::none;
+}
+
+std::uint64_t BlockSender::end_request() const {
+  const auto unused = static_cast<unsigned>(kSegmentSize - last_size_);
+  return std::uint64_t{kBlockSendEnd | unused << 2U} |
+         std::uint64_t{with_crc_ ? crc_ : std::uint16_t{0}} << 8U;
+}
+
+// --- the side that takes ------------------------------------------------------------------------
+
+void BlockReceiver::start(std::optional<std::uint32_t> announced, bool crc,
+                          std::optional<std::uint8_t> block_size) {
+  *this = {};
+  announced_ = announced;
+  with_crc_ = crc;
+  begin_sub_block();
+  block_size_ = block_size.value_or(block_size_);
+}
+
+std::uint8_t BlockReceiver::best_block_size(std::optional<std::size_t> bytes_left) {
+  const std::size_t left = segments_of(bytes_left.value_or(0));
+  const bool two = left > kMaxBlockSize && left < std::size_t{2} * kMaxBlockSize;
+  return two ? static_cast<std::uint8_t>((left + 1) / 2) : kMaxBlockSize;
+}
+
+AbortCode BlockReceiver::take(std::uint64_t segment, Sink& sink) {
+  const auto command = static_cast<std::uint8_t>(segment);
+  const auto number = static_cast<std::uint8_t>(command & kSequenceBits);
+  if (number == 0 || number > block_size_) {
+    return AbortCode::sequence_number;
+  }
+  if (newest_ == 0 && holds_ && segment == held_) {
+    return AbortCode::none;  // the end of the sub-block before, twice on the wire
+  }
+  newest_ = number;
+  vain_ = 0;
+  const bool last = (command & kBlockLastSegment) != 0;
+  if (number == in_order_ + 1 && !last_taken_) {
+    const AbortCode why = release(kSegmentSize, sink);
+    if (why != AbortCode::none) {
+      return why;
+    }
+    held_ = segment;
+    holds_ = true;
+    ++in_order_;
+    taken_ += kSegmentSize;
+    last_taken_ = last;
+  }
+  over_ = over_ || last || number == block_size_;
+  return AbortCode::none;
+}
+
+std::uint64_t BlockReceiver::acknowledge() {
+  const std::uint8_t ackseq = in_order_;
+  vain_ += newest_ == 0 ? 1U : 0U;
+  complete_ = last_taken_;
+  begin_sub_block();
+  return std::uint64_t{kBlockAck} | std::uint64_t{ackseq} << 8U | std::uint64_t{block_size_} << 16U;
+}
+
+bool BlockReceiver::may_acknowledge() const {
+  if (newest_ != 0) {
+    return true;
+  }
+  const std::optional<std::size_t> left = bytes_left();
+  return left && *left <= kFewBytes && vain_ < kMaxVain;
+}
+
+AbortCode BlockReceiver::finish(std::uint64_t end_request, Sink& sink) {
+  const std::size_t unused = end_request >> 2U & 7U;
+  const AbortCode why = release(kSegmentSize - unused, sink);
+  if (why != AbortCode::none) {
+    return why;
+  }
+  const auto told = static_cast<std::uint16_t>(end_request >> 8U);
+  return with_crc_ && told != crc_ ? AbortCode::crc : AbortCode::none;
+}
+
+AbortCode BlockReceiver::release(std::size_t size, Sink& sink) {
+  if (!holds_) {
+    return AbortCode::none;
+  }
+  Payload segment;
+  store_le(segment.data(), held_);
+  const auto bytes = std::span<const std::byte>(segment).subspan(1, size);
+  if (with_crc_) {
+    crc_ = crc_of(bytes, crc_);
+  }
+  return sink.append(bytes);
+}
+
+std::optional<std::size_t> BlockReceiver::bytes_left() const {
+  if (!announced_) {
+    return std::nullopt;
+  }
+  return std::max<std::size_t>(*announced_, taken_) - taken_;
+}
+
+void BlockReceiver::begin_sub_block() {
+  block_size_ = best_block_size(bytes_left());
+  in_order_ = 0;
+  newest_ = 0;
+  over_ = false;
+}
+
+// --- what a given up sub-block leaves behind ----------------------------------------------------
+
+void LateSegments::expect(std::uint8_t newest, std::uint8_t block_size, Instant now) {
+  newest_ = newest;
+  block_size_ = newest < block_size ? block_size : std::uint8_t{0};
+  until_ = now + kQuiet;
+}
+
+bool LateSegments::take(std::uint8_t command, Instant now) {
+  const unsigned number = command & kSequenceBits;
+  const bool late =
+      now < until_ && number > newest_ && number <= newest_ + kMaxGap && number <= block_size_;
+  const bool over = !late || number == block_size_ || (command & kBlockLastSegment) != 0;
+  newest_ = static_cast<std::uint8_t>(number);
+  block_size_ = over ? std::uint8_t{0} : block_size_;
+  until_ = now + kQuiet;
+  return late;
+}
+
+}  // namespace linegate::sdo

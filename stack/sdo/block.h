@@ -1,0 +1,127 @@
+// The two ends of a block transfer (CiA 301, 7.2.4.3.9 to 7.2.4.3.16), the same for client and
+// server: who sends the segments, and who takes them. Frames and times are the business of the
+// channel that uses them.
+//
+// Up to 127 segments make a sub-block, which the taking side acknowledges as a whole: ackseq is the
+// last segment that came in order. What came after a gap is sent again in the next sub-block, which
+// is numbered from 1 again and has as many segments as the acknowledgement asks for.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "stack/base/abort_code.h"
+#include "stack/sdo/protocol.h"
+#include "stack/sdo/transfer.h"
+
+namespace linegate::sdo {
+
+// Sends the segments of a Source.
+class BlockSender {
+ public:
+  // block_size: segments in the first sub-block, 1..127. crc: whether both sides want the check
+  // sum; it is 0 otherwise.
+  void start(std::uint8_t block_size, bool crc);
+
+  // Whether the sub-block has segments that next_segment() did not give yet.
+  bool sending() const { return sent_ < block_size_ && !last_sent_; }
+  // The next segment as eight bytes. Precondition: sending().
+  std::uint64_t next_segment(Source& source);
+
+  // The sub-block was acknowledged. sequence_number if ackseq is more than was sent, block_size for
+  // a next sub-block of 0 or more than 127 segments (unless nothing is left to be sent).
+  AbortCode acknowledge(std::uint8_t ackseq, std::uint8_t next_block_size, Source& source);
+  // Everything was acknowledged: end_request() comes next.
+  bool complete() const { return complete_; }
+  std::uint64_t end_request() const;
+
+ private:
+  std::size_t begin_ = 0;   // position of the sub-block's first byte
+  std::size_t summed_ = 0;  // bytes in crc_
+  std::uint16_t crc_ = 0;
+  std::uint8_t block_size_ = 0;
+  std::uint8_t sent_ = 0;       // segments of the sub-block
+  std::uint8_t last_size_ = 0;  // bytes of the segment sent last
+  bool with_crc_ = false;
+  bool last_sent_ = false;  // the sub-block has the last segment of all
+  bool complete_ = false;
+};
+
+// Collects segments in a Sink.
+class BlockReceiver {
+ public:
+  // announced: the bytes in all, if told. block_size: of the first sub-block, if that was agreed on
+  // before.
+  void start(std::optional<std::uint32_t> announced, bool crc,
+             std::optional<std::uint8_t> block_size = std::nullopt);
+  // Segments the next sub-block should have if so many bytes are left (nothing: unknown).
+  static std::uint8_t best_block_size(std::optional<std::size_t> bytes_left);
+
+  // Segments the present sub-block shall have. 127, but fewer than can be had if otherwise the last
+  // sub-block would be short: one of which nothing arrives looks like a lost acknowledgement.
+  std::uint8_t block_size() const { return block_size_; }
+
+  // Takes a segment. One that is not in order is ignored. sequence_number if there is no such
+  // segment in the sub-block; what the sink says.
+  AbortCode take(std::uint64_t segment, Sink& sink);
+  // The sub-block is over: acknowledge() is due.
+  bool over() const { return over_; }
+  // The acknowledgement of the sub-block as eight bytes; the next sub-block begins, or complete().
+  std::uint64_t acknowledge();
+  // Whether an acknowledgement may help if no more segments come: some came, or so few were
+  // expected that all may have been lost. Not for ever: at most twice without a segment.
+  bool may_acknowledge() const;
+  // Everything came and was acknowledged: finish() comes next.
+  bool complete() const { return complete_; }
+
+  // The sender's end request: takes the last bytes. crc if the check sum is wrong, what the sink
+  // says. The sink is not finished.
+  AbortCode finish(std::uint64_t end_request, Sink& sink);
+
+  std::uint8_t newest() const { return newest_; }  // segment heard last in this sub-block, 0 = none
+  std::uint64_t last_segment() const { return held_; }
+
+ private:
+  static constexpr unsigned kMaxVain = 2;
+  static constexpr std::size_t kFewBytes = 8 * kSegmentSize;
+
+  AbortCode release(std::size_t size, Sink& sink);
+  std::optional<std::size_t> bytes_left() const;
+  void begin_sub_block();
+
+  std::optional<std::uint32_t> announced_;
+  std::size_t taken_ = 0;   // bytes in order, all segments counted as full
+  std::uint64_t held_ = 0;  // the newest segment in order: its end is not known before finish()
+  std::uint16_t crc_ = 0;
+  std::uint8_t block_size_ = 0;
+  std::uint8_t in_order_ = 0;
+  std::uint8_t newest_ = 0;
+  unsigned vain_ = 0;  // acknowledgements since a segment came
+  bool with_crc_ = false;
+  bool holds_ = false;
+  bool last_taken_ = false;
+  bool over_ = false;
+  bool complete_ = false;
+};
+
+// Segments of a sub-block that was given up: they are under way still, and look like requests.
+class LateSegments {
+ public:
+  static constexpr Duration kQuiet = std::chrono::milliseconds(250);
+
+  // newest: the segment heard last.
+  void expect(std::uint8_t newest, std::uint8_t block_size, Instant now);
+  // Whether this is the next of them (a few may be lost). If not, none is expected any more.
+  bool take(std::uint8_t command, Instant now);
+  bool expected() const { return block_size_ != 0; }
+
+ private:
+  static constexpr unsigned kMaxGap = 4;
+
+  std::uint8_t newest_ = 0;
+  std::uint8_t block_size_ = 0;  // 0: none are expected
+  Instant until_{};
+};
+
+}  // namespace linegate::sdo

@@ -1,0 +1,175 @@
+// The client's side of block transfer (CiA 301, 7.2.4.3.9 to 7.2.4.3.16), and when it is used.
+#include "stack/sdo/client.h"
+
+namespace linegate::sdo {
+namespace {
+
+std::uint8_t byte_of(std::uint64_t word, unsigned number) {
+  return static_cast<std::uint8_t>(word >> (8 * number));
+}
+
+}  // namespace
+
+bool Client::worth_a_block(std::size_t size) const {
+  return options_.transfer == Transfer::automatic && size >= kBlockFrom && !blocks_refused_;
+}
+
+void Client::initiate_block(Instant now, can::TransmitQueue& queue) {
+  tried_block_ = true;
+  if (writing_) {
+    request(State::block_download_initiate,
+            initiate_word(kBlockSend | kBlockCrc | kBlockSize, address_,
+                          static_cast<std::uint32_t>(source_.size())),
+            now, queue);
+    return;
+  }
+  const unsigned threshold = told_size_ ? 0U : kSwitchThreshold;
+  request(State::block_upload_initiate,
+          initiate_word(kBlockTake | kBlockCrc, address_,
+                        BlockReceiver::best_block_size(told_size_) | threshold << 8U),
+          now, queue);
+}
+
+bool Client::fits_block_initiate(std::uint8_t command) const {
+  constexpr unsigned kFlags = kBlockCrc | kBlockSize;
+  return state_ == State::block_download_initiate
+             ? (command & ~unsigned{kBlockCrc}) == kBlockTake
+             : state_ == State::block_upload_initiate && (command & ~kFlags) == kBlockSend;
+}
+
+// A server that cannot do it, or not upon an upload that it began in segments, gets segments.
+bool Client::fall_back(AbortCode code, Instant now, can::TransmitQueue& queue) {
+  const bool asked =
+      state_ == State::block_download_initiate || state_ == State::block_upload_initiate;
+  if (!asked || (code != AbortCode::command_specifier && !told_size_)) {
+    return false;
+  }
+  blocks_refused_ = blocks_refused_ || code == AbortCode::command_specifier;
+  initiate(now, queue);
+  return true;
+}
+
+AbortCode Client::block_initiated(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
+  const bool crc = (word & kBlockCrc) != 0;
+  if (writing_) {
+    const std::uint8_t block_size = byte_of(word, 4);
+    if (block_size == 0 || block_size > kMaxBlockSize) {
+      return AbortCode::block_size;
+    }
+    sender_.start(block_size, crc);
+    state_ = State::block_download;
+    send_segments(now, queue);
+    return AbortCode::none;
+  }
+  std::optional<std::uint32_t> announced;
+  if ((word & kBlockSize) != 0) {
+    announced = long_word(word);
+  }
+  const AbortCode why = start_sink(announced);
+  if (why != AbortCode::none) {
+    return why;
+  }
+  receiver_.start(announced, crc, BlockReceiver::best_block_size(told_size_));
+  request(State::block_upload, kBlockStart, now, queue);
+  block_wake_ = now + stall();
+  return AbortCode::none;
+}
+
+// A frame that came twice: an acknowledgement that cannot be that of the present sub-block, or the
+// last segment.
+bool Client::is_repetition(std::uint64_t word) const {
+  switch (state_) {
+    case State::block_download:
+      return sender_.sending() && word == last_used_;
+    case State::block_download_end:
+      return word == last_used_;
+    case State::block_upload_end:
+      return word == receiver_.last_segment();
+    default:
+      return false;
+  }
+}
+
+AbortCode Client::block_answered(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
+  const auto command = static_cast<std::uint8_t>(word);
+  switch (state_) {
+    case State::block_download:
+      return command == kBlockAck ? block_acknowledged(word, now, queue)
+                                  : AbortCode::command_specifier;
+    case State::block_download_end:
+      if (command != kBlockTakeEnd) {
+        return AbortCode::command_specifier;
+      }
+      finish(AbortCode::none);
+      return AbortCode::none;
+    case State::block_upload:
+      return block_segment_came(word, now, queue);
+    default:
+      return is_block_send_end(command) ? block_upload_ended(word, now, queue)
+                                        : AbortCode::command_specifier;
+  }
+}
+
+AbortCode Client::block_acknowledged(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
+  const AbortCode why = sender_.acknowledge(byte_of(word, 1), byte_of(word, 2), source_);
+  if (why != AbortCode::none) {
+    return why;
+  }
+  if (sender_.complete()) {
+    request(State::block_download_end, sender_.end_request(), now, queue);
+    block_wake_ = kNever;
+  } else {
+    send_segments(now, queue);
+  }
+  return AbortCode::none;
+}
+
+AbortCode Client::block_segment_came(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
+  const AbortCode why = receiver_.take(word, sink_);
+  if (why != AbortCode::none) {
+    return why;
+  }
+  deadline_ = now + timeout_;
+  block_wake_ = now + stall();
+  if (receiver_.over()) {
+    acknowledge_block(now, queue);
+  }
+  return AbortCode::none;
+}
+
+void Client::acknowledge_block(Instant now, can::TransmitQueue& queue) {
+  const std::uint64_t word = receiver_.acknowledge();
+  request(receiver_.complete() ? State::block_upload_end : State::block_upload, word, now, queue);
+  block_wake_ = receiver_.complete() ? kNever : now + stall();
+}
+
+AbortCode Client::block_upload_ended(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
+  AbortCode why = receiver_.finish(word, sink_);
+  if (why == AbortCode::none) {
+    why = sink_.finish();
+  }
+  if (why == AbortCode::none) {
+    outbox_.send(kBlockTakeEnd, now, queue);
+    finish(AbortCode::none);
+  }
+  return why;
+}
+
+void Client::send_segments(Instant now, can::TransmitQueue& queue) {
+  while (sender_.sending() && outbox_.has_room_for_many(queue)) {
+    request(State::block_download, sender_.next_segment(source_), now, queue);
+  }
+  block_wake_ = sender_.sending() ? now + Outbox::kRetry : kNever;
+}
+
+void Client::advance_block(Instant now, can::TransmitQueue& queue) {
+  if (state_ == State::block_download) {
+    send_segments(now, queue);
+  } else if (state_ == State::block_upload && receiver_.may_acknowledge()) {
+    acknowledge_block(now, queue);
+  } else {
+    block_wake_ = kNever;
+  }
+}
+
+}  // namespace linegate::sdo

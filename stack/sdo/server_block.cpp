@@ -1,0 +1,239 @@
+// The server's side of block transfer (CiA 301, 7.2.4.3.9 to 7.2.4.3.16).
+#include "stack/sdo/server.h"
+
+namespace linegate::sdo {
+namespace {
+
+constexpr std::uint8_t kAbort = command_byte(ClientCommand::abort);
+
+// Whether the request begins a transfer: allowed at any time but within a sub-block.
+bool initiates(std::uint8_t command) {
+  const auto service = static_cast<ClientCommand>(specifier(command));
+  return service == ClientCommand::upload_initiate || service == ClientCommand::download_initiate ||
+         is_block_send(command) || is_block_take(command);
+}
+
+std::uint8_t byte_of(std::uint64_t word, unsigned number) {
+  return static_cast<std::uint8_t>(word >> (8 * number));
+}
+
+}  // namespace
+
+// --- initiate -----------------------------------------------------------------------------------
+
+std::uint64_t Server::initiate_block(std::uint64_t request, Instant now) {
+  const auto command = static_cast<std::uint8_t>(request);
+  if (is_block_send(command)) {
+    return initiate_block_download(request, now);
+  }
+  return is_block_take(command) ? initiate_block_upload(request, now)
+                                : refuse(address_, AbortCode::command_specifier);
+}
+
+std::uint64_t Server::initiate_block_download(std::uint64_t request, Instant now) {
+  drop();
+  const od::Address address = multiplexer(request);
+  std::optional<std::uint32_t> announced;
+  if ((request & kBlockSize) != 0) {
+    announced = long_word(request);
+  }
+  const AbortCode why = prepare_download(address, announced);
+  if (why != AbortCode::none) {
+    return refuse(address, why);
+  }
+  begin(State::block_download, address, now);
+  receiver_.start(announced, (request & kBlockCrc) != 0);
+  block_wake_ = now + options_.stall;
+  return initiate_word(kBlockTake | kBlockCrc, address, receiver_.block_size());
+}
+
+std::uint64_t Server::initiate_block_upload(std::uint64_t request, Instant now) {
+  drop();
+  const od::Address address = multiplexer(request);
+  const std::uint8_t block_size = byte_of(request, 4);
+  const std::uint8_t switch_threshold = byte_of(request, 5);
+  if (block_size == 0 || block_size > kMaxBlockSize) {
+    return refuse(address, AbortCode::block_size);
+  }
+  const Result<std::span<const std::byte>> value = dictionary_.read(address);
+  if (!value.ok()) {
+    return refuse(address, static_cast<AbortCode>(value.error().code));
+  }
+  if (value->size() <= switch_threshold && switch_threshold > 0) {
+    return answer_upload(address, *value, now);
+  }
+  const std::uint64_t answer = initiate_segmented_upload(address, *value, now);
+  if (!busy()) {
+    return answer;
+  }
+  begin(State::block_upload_initiate, address, now);
+  sender_.start(block_size, (request & kBlockCrc) != 0);
+  return initiate_word(kBlockSend | kBlockCrc | kBlockSize, address,
+                       static_cast<std::uint32_t>(source_.size()));
+}
+
+// --- what comes next ----------------------------------------------------------------------------
+
+bool Server::serve_block(std::uint64_t request, Instant now, std::uint64_t& reply) {
+  const auto command = static_cast<std::uint8_t>(request);
+  switch (state_) {
+    case State::late_segments:
+      if (late_.take(command, now)) {
+        return false;
+      }
+      break;
+    case State::block_download:
+      if (command != kAbort) {
+        return block_segment(request, now, reply);
+      }
+      break;
+    case State::block_download_end:
+      if (request == receiver_.last_segment()) {
+        return false;  // twice on the wire
+      }
+      if (is_block_send_end(command)) {
+        reply = end_block_download(request);
+        return true;
+      }
+      break;
+    case State::block_upload_initiate:
+      if (command == kBlockStart) {
+        state_ = State::block_upload;
+        newest_request_ = request;
+        block_wake_ = now;
+        return false;
+      }
+      break;
+    case State::block_upload:
+      if (command == kBlockAck) {
+        return block_acknowledged(request, now, reply);
+      }
+      [[fallthrough]];
+    case State::block_upload_end:
+      if (request == newest_request_) {
+        return false;  // twice on the wire
+      }
+      if (state_ == State::block_upload_end && command == kBlockTakeEnd) {
+        ++counters_.uploads;
+        end();
+        return false;
+      }
+      break;
+    default:
+      break;
+  }
+  return serve_other(request, now, reply);
+}
+
+// A request that is not for the state of the block transfer.
+bool Server::serve_other(std::uint64_t request, Instant now, std::uint64_t& reply) {
+  const auto command = static_cast<std::uint8_t>(request);
+  if (!busy() || command == kAbort || initiates(command)) {
+    drop();
+    state_ = State::idle;
+    return serve(request, now, reply);
+  }
+  reply = refuse(address_, AbortCode::command_specifier);
+  return true;
+}
+
+// --- download -----------------------------------------------------------------------------------
+
+bool Server::block_segment(std::uint64_t request, Instant now, std::uint64_t& reply) {
+  const AbortCode why = receiver_.take(request, sink_);
+  if (why != AbortCode::none) {
+    reply = refuse_block(why, now);
+    return true;
+  }
+  deadline_ = now + options_.timeout;
+  block_wake_ = now + options_.stall;
+  if (!receiver_.over()) {
+    return false;
+  }
+  reply = acknowledge_block(now);
+  return true;
+}
+
+std::uint64_t Server::acknowledge_block(Instant now) {
+  const std::uint64_t reply = receiver_.acknowledge();
+  deadline_ = now + options_.timeout;
+  block_wake_ = now + options_.stall;
+  if (receiver_.complete()) {
+    state_ = State::block_download_end;
+    block_wake_ = kNever;
+  }
+  return reply;
+}
+
+std::uint64_t Server::end_block_download(std::uint64_t request) {
+  AbortCode why = receiver_.finish(request, sink_);
+  if (why == AbortCode::none) {
+    why = store();
+  }
+  if (why != AbortCode::none) {
+    return refuse(address_, why);
+  }
+  ++counters_.downloads;
+  end();
+  return kBlockTakeEnd;
+}
+
+std::uint64_t Server::refuse_block(AbortCode code, Instant now) {
+  const bool sub_block = state_ == State::block_download;
+  const std::uint64_t reply = refuse(address_, code);
+  if (sub_block) {
+    expect_late_segments(now);
+  }
+  return reply;
+}
+
+void Server::expect_late_segments(Instant now) {
+  late_.expect(receiver_.newest(), receiver_.block_size(), now);
+  state_ = late_.expected() ? State::late_segments : State::idle;
+}
+
+// --- upload -------------------------------------------------------------------------------------
+
+bool Server::block_acknowledged(std::uint64_t request, Instant now, std::uint64_t& reply) {
+  if (sender_.sending() && request == newest_request_) {
+    return false;  // twice on the wire
+  }
+  newest_request_ = request;
+  deadline_ = now + options_.timeout;
+  const AbortCode why = sender_.acknowledge(byte_of(request, 1), byte_of(request, 2), source_);
+  if (why != AbortCode::none) {
+    reply = refuse(address_, why);
+    return true;
+  }
+  if (!sender_.complete()) {
+    block_wake_ = now;
+    return false;
+  }
+  state_ = State::block_upload_end;
+  block_wake_ = kNever;
+  reply = sender_.end_request();
+  return true;
+}
+
+void Server::send_segments(Instant now, can::TransmitQueue& queue) {
+  if (state_ != State::block_upload) {
+    return;
+  }
+  while (sender_.sending() && outbox_.has_room_for_many(queue)) {
+    outbox_.send(sender_.next_segment(source_), now, queue);
+    deadline_ = now + options_.timeout;
+  }
+  block_wake_ = sender_.sending() ? now + Outbox::kRetry : kNever;
+}
+
+void Server::advance_block(Instant now, can::TransmitQueue& queue) {
+  if (state_ == State::block_upload) {
+    send_segments(now, queue);
+  } else if (state_ == State::block_download && receiver_.may_acknowledge()) {
+    outbox_.send(acknowledge_block(now), now, queue);
+  } else {
+    block_wake_ = kNever;
+  }
+}
+
+}  // namespace linegate::sdo

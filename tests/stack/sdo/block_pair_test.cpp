@@ -1,0 +1,207 @@
+// Block transfer between client and server, with what a bus may do to its frames.
+#include <random>
+#include <utility>
+
+#include "tests/stack/sdo/pair_fixture.h"
+
+namespace linegate::sdo::test {
+namespace {
+
+constexpr od::Address kDomain{0x2100, 0};
+constexpr TransferOptions kBlock{.transfer = Transfer::block};
+
+bool carries_segment(const can::Frame& frame) {
+  const auto command = std::to_integer<std::uint8_t>(frame.data[0]);
+  const bool end = (command & 0xE3U) == 0xC1 &&
+                   load_le(std::span<const std::byte>(frame.data).subspan(3, 5)) == 0;
+  return !end && command != 0x80;
+}
+
+// Whether a frame of the side that sends the value carries some of it; its first one does not.
+class SegmentFilter {
+ public:
+  explicit SegmentFilter(std::uint32_t id) : id_(id) {}
+  bool operator()(const can::Frame& frame) {
+    if (frame.id != id_) {
+      return false;
+    }
+    return std::exchange(begun_, true) && carries_segment(frame);
+  }
+
+ private:
+  std::uint32_t id_;
+  bool begun_ = false;
+};
+
+class BlockPair : public TransferPair {
+ protected:
+  void store(std::size_t size) {
+    ASSERT_TRUE(dictionary.set(kDomain, std::span<const std::byte>(pattern(size))));
+  }
+  Bytes stored() { return numbers(dictionary.find(kDomain)->bytes()); }
+  void begin(bool writing, std::size_t size, TransferOptions options) {
+    store(writing ? 0 : size);
+    if (writing) {
+      write(kDomain, pattern(size), options);
+    } else {
+      read(kDomain, options);
+    }
+  }
+  void expect_right(bool writing, const Outcome& outcome, std::size_t size) {
+    ASSERT_EQ(outcome.abort, AbortCode::none);
+    EXPECT_EQ(writing ? stored() : numbers(outcome.data), numbers(pattern(size)));
+  }
+};
+
+TEST_F(BlockPair, EverySizeThereAndBack) {
+  std::vector<std::size_t> sizes(60);
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    sizes[i] = i;
+  }
+  for (const std::size_t segments : {127U, 128U, 129U, 253U, 254U, 255U, 1000U}) {
+    sizes.insert(sizes.end(), {segments * 7 - 6, segments * 7 - 1, segments * 7});
+  }
+  for (const std::size_t size : sizes) {
+    SCOPED_TRACE(size);
+    for (const bool writing : {true, false}) {
+      begin(writing, size, kBlock);
+      expect_right(writing, run(), size);
+      settle();
+    }
+  }
+}
+
+TEST_F(BlockPair, LargeValuesGoInBlocksByThemselves) {
+  for (const bool writing : {true, false}) {
+    begin(writing, 7000, {});
+    expect_right(writing, run(), 7000);
+    EXPECT_LT(frames, 1000 + 20);  // segmented transfer takes 2002
+  }
+}
+
+TEST_F(BlockPair, AnyOneLostSegmentIsRepeated) {
+  for (const bool writing : {true, false}) {
+    for (int faulty = 0; faulty < 20; ++faulty) {
+      SCOPED_TRACE(faulty);
+      begin(writing, 140, kBlock);
+      int seen = 0;
+      const Outcome outcome =
+          run([&, is_segment = SegmentFilter(writing ? kRequestId : kResponseId)](
+                  const can::Frame& frame, int) mutable {
+            return is_segment(frame) && seen++ == faulty ? Fault::lose : Fault::none;
+          });
+      expect_right(writing, outcome, 140);
+      settle();
+    }
+  }
+}
+
+// 1 % to 30 % of the segments, anywhere: the value arrives.
+TEST_F(BlockPair, ManyLostSegmentsAreRepeated) {
+  std::mt19937 random(4711);
+  std::uniform_int_distribution<unsigned> percent(0, 99);
+  for (const unsigned loss : {1U, 5U, 10U, 30U}) {
+    for (int round = 0; round < 20; ++round) {
+      SCOPED_TRACE(testing::Message() << loss << " % round " << round);
+      const bool writing = round % 2 == 0;
+      const std::size_t size = 500 + random() % 5000;
+      begin(writing, size, {});
+      const Outcome outcome =
+          run([&, is_segment = SegmentFilter(writing ? kRequestId : kResponseId)](
+                  const can::Frame& frame, int number) mutable {
+            // A read begins in segments; its first answer begins the blocks anew.
+            const bool segment = is_segment(frame) && (writing || number > 3);
+            return segment && percent(random) < loss ? Fault::lose : Fault::none;
+          });
+      expect_right(writing, outcome, size);
+      settle();
+    }
+  }
+}
+
+// Losing any frame that is no segment: a time-out, nothing half done; repeated if asked to.
+TEST_F(BlockPair, AnyOtherLostFrameIsATimeOut) {
+  constexpr std::size_t kSize = 2100;  // three sub-blocks
+  for (const bool writing : {true, false}) {
+    // Initiate (and start), 3 acknowledgements, end.
+    for (int faulty = 0; faulty < 7; ++faulty) {
+      for (const unsigned repeats : {0U, 1U}) {
+        SCOPED_TRACE(testing::Message() << writing << ' ' << faulty << ' ' << repeats);
+        begin(writing, kSize, {.transfer = Transfer::block, .repeats = repeats});
+        int others = 0;
+        const Outcome outcome =
+            run([&, is_segment = SegmentFilter(writing ? kRequestId : kResponseId)](
+                    const can::Frame& frame, int) mutable {
+              return !is_segment(frame) && others++ == faulty ? Fault::lose : Fault::none;
+            });
+        EXPECT_GT(others, faulty);
+        if (repeats == 1) {
+          expect_right(writing, outcome, kSize);
+        } else {
+          EXPECT_EQ(outcome.abort, AbortCode::timeout);
+          EXPECT_TRUE(!writing || stored().empty() || stored() == numbers(pattern(kSize)));
+        }
+        settle();
+        read({0x1000, 0});
+        EXPECT_EQ(numbers(run().data), (Bytes{1, 2, 3, 4}));
+      }
+    }
+  }
+}
+
+TEST_F(BlockPair, AnUploadIsGoodWithoutItsLastAnswer) {
+  begin(false, 2100, kBlock);
+  expect_right(false, run(), 2100);
+  to_server.clear();
+  EXPECT_TRUE(server.busy());
+  server.advance(server.next_wake(), to_client);
+  EXPECT_FALSE(server.busy());
+}
+
+TEST_F(BlockPair, AnyFrameTwiceDoesNotHarm) {
+  for (const bool writing : {true, false}) {
+    for (int faulty = 0; faulty < 30; ++faulty) {
+      SCOPED_TRACE(testing::Message() << writing << ' ' << faulty);
+      begin(writing, 140, kBlock);
+      expect_right(writing, run(Fault::repeat, faulty), 140);
+      settle();
+    }
+  }
+}
+
+TEST_F(BlockPair, AMalformedFrameIsAsGoodAsLost) {
+  for (const bool writing : {true, false}) {
+    for (int faulty = 0; faulty < 30; ++faulty) {
+      SCOPED_TRACE(testing::Message() << writing << ' ' << faulty);
+      begin(writing, 140, {.transfer = Transfer::block, .repeats = 1});
+      expect_right(writing, run(Fault::shorten, faulty), 140);
+      settle();
+    }
+  }
+}
+
+// Anything may happen to any frame: a value is whole or there is none, and what comes next works.
+TEST_F(BlockPair, RandomFaultsNeverSpoilAValue) {
+  std::mt19937 random(1234);
+  for (int round = 0; round < 300; ++round) {
+    SCOPED_TRACE(round);
+    const bool writing = round % 2 == 0;
+    const std::size_t size = 200 + random() % 3000;
+    begin(writing, size, {.transfer = Transfer::block, .repeats = 2});
+    const Outcome outcome = run([&](const can::Frame&, int) {
+      const auto chance = random() % 300;
+      return chance < 4 ? static_cast<Fault>(chance) : Fault::none;
+    });
+    if (outcome.abort == AbortCode::none) {
+      expect_right(writing, outcome, size);
+    } else if (writing) {
+      EXPECT_TRUE(stored().empty() || stored() == numbers(pattern(size)));
+    }
+    settle();
+    read({0x1000, 0});
+    ASSERT_EQ(numbers(run().data), (Bytes{1, 2, 3, 4}));
+  }
+}
+
+}  // namespace
+}  // namespace linegate::sdo::test

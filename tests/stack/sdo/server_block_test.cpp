@@ -1,0 +1,462 @@
+// Block transfer of the server against the frames of CiA 301, 7.2.4.3.9 to 7.2.4.3.16.
+#include <random>
+
+#include "stack/sdo/crc.h"
+
+#include "tests/stack/sdo/block_frames.h"
+#include "tests/stack/sdo/server_fixture.h"
+
+namespace linegate::sdo::test {
+namespace {
+
+class ServerBlockTest : public ServerTest {
+ protected:
+  // What the server sends from now on, until it waits for something.
+  Frames all() {
+    Frames out;
+    for (bool more = true; more;) {
+      const Frames some = drain(queue, kResponseId);
+      out.insert(out.end(), some.begin(), some.end());
+      more = !some.empty();
+      now += 1ms;
+      server.advance(now, queue);
+    }
+    return out;
+  }
+  Frames ask_all(const Bytes& request) {
+    server.receive(frame(kRequestId, request, now), queue);
+    return all();
+  }
+  void give(const Frames& frames) {
+    for (const Bytes& each : frames) {
+      EXPECT_EQ(ask(each), Bytes{});
+    }
+  }
+  void set_domain(std::size_t size) {
+    ASSERT_TRUE(dictionary.set({0x2100, 0}, std::span<const std::byte>(pattern(size))));
+  }
+  // Of a value of 20 bytes; the answers are not looked at.
+  void begin_download() { ask({0xC6, 0x00, 0x21, 0, 20, 0, 0, 0}); }
+  void begin_upload(std::uint8_t block_size = 127) {
+    ask({0xA4, 0x00, 0x21, 0, block_size, 0, 0, 0});
+  }
+};
+
+TEST(Crc, CheckValueOf123456789) {
+  EXPECT_EQ(crc_of(std::as_bytes(std::span("123456789", 9))), 0x31C3);
+  EXPECT_EQ(crc_of({}), 0);
+}
+
+TEST_F(ServerBlockTest, Download) {
+  const auto value_ = pattern(20);
+  EXPECT_EQ(ask({0xC6, 0x00, 0x21, 0, 20, 0, 0, 0}), (Bytes{0xA4, 0x00, 0x21, 0, 127, 0, 0, 0}));
+  EXPECT_EQ(ask({0x01, 1, 2, 3, 4, 5, 6, 7}), Bytes{});
+  EXPECT_EQ(ask({0x02, 8, 9, 10, 11, 12, 13, 14}), Bytes{});
+  EXPECT_EQ(ask({0x83, 15, 16, 17, 18, 19, 20, 0}), block_ack(3, 127));
+  EXPECT_EQ(value({0x2100, 0}), Bytes{});
+  EXPECT_EQ(ask(end_request(value_, crc_of(value_))), (Bytes{0xA1, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(value({0x2100, 0}), numbers(value_));
+  EXPECT_EQ(server.counters().downloads, 1U);
+  EXPECT_FALSE(server.busy());
+  EXPECT_EQ(server.next_wake(), kNever);
+}
+
+TEST_F(ServerBlockTest, DownloadWithoutSizeAndCheckSum) {
+  const auto value_ = pattern(14);
+  EXPECT_EQ(ask({0xC0, 0x00, 0x21, 0, 0, 0, 0, 0}), (Bytes{0xA4, 0x00, 0x21, 0, 127, 0, 0, 0}));
+  give(segments(value_, 0, 1));
+  EXPECT_EQ(ask({0x82, 8, 9, 10, 11, 12, 13, 14}), block_ack(2, 127));
+  EXPECT_EQ(ask(end_request(value_, 0)), (Bytes{0xA1, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(value({0x2100, 0}), numbers(value_));
+}
+
+TEST_F(ServerBlockTest, DownloadOfFewBytesAndOfNone) {
+  ask({0xC6, 0x00, 0x20, 2, 2, 0, 0, 0});
+  EXPECT_EQ(ask({0x81, 0xA1, 0xA2, 0, 0, 0, 0, 0}), block_ack(1, 127));
+  EXPECT_EQ(ask(end_request(bytes({1, 2}), crc_of(bytes({0xA1, 0xA2}))))[0], 0xA1);
+  EXPECT_EQ(value({0x2000, 2}), (Bytes{0xA1, 0xA2}));
+  ask({0xC6, 0x00, 0x20, 9, 0, 0, 0, 0});
+  EXPECT_EQ(ask({0x81, 0, 0, 0, 0, 0, 0, 0}), block_ack(1, 127));
+  EXPECT_EQ(ask({0xDD, 0, 0, 0, 0, 0, 0, 0})[0], 0xA1);
+  EXPECT_EQ(value({0x2000, 9}), Bytes{});
+}
+
+TEST_F(ServerBlockTest, DownloadOfSeveralSubBlocks) {
+  const auto value_ = pattern(300 * 7);
+  EXPECT_EQ(ask({0xC6, 0x00, 0x21, 0, 0x34, 0x08, 0, 0})[4], 127);
+  give(segments(value_, 0, 126));
+  // 173 segments are left: in two halves, so that the last sub-block is not short.
+  EXPECT_EQ(ask({0x7F, 121, 122, 123, 124, 125, 126, 127})[0], 0xA2);
+  EXPECT_EQ(server.next_wake(), now + 200ms);
+}
+
+TEST_F(ServerBlockTest, TheLastSubBlockIsNeverShort) {
+  const auto value_ = pattern(130 * 7);
+  EXPECT_EQ(ask({0xC6, 0x00, 0x21, 0, 0x8E, 0x03, 0, 0})[4], 65);
+  give(segments(value_, 0, 64));
+  EXPECT_EQ(ask(segments(value_, 0, 65).back()), block_ack(65, 127));
+  give(segments(value_, 65, 64));
+  EXPECT_EQ(ask(segments(value_, 65, 65).back()), block_ack(65, 127));
+  EXPECT_EQ(ask(end_request(value_, crc_of(value_)))[0], 0xA1);
+  EXPECT_EQ(value({0x2100, 0}), numbers(value_));
+}
+
+TEST_F(ServerBlockTest, WhatIsLostComesInTheNextSubBlock) {
+  const auto value_ = pattern(70);
+  const Frames sent = segments(value_, 0, 10);
+  for (std::size_t lost = 0; lost < 10; ++lost) {
+    SCOPED_TRACE(lost);
+    set_domain(0);
+    ask({0xC6, 0x00, 0x21, 0, 70, 0, 0, 0});
+    Bytes answer;
+    for (std::size_t i = 0; i < 10; ++i) {
+      answer = i == lost ? answer : ask(sent[i]);
+    }
+    if (lost == 9) {  // its end was never seen
+      EXPECT_EQ(answer, Bytes{});
+      server.advance(now + 199ms, queue);
+      EXPECT_EQ(drain(queue, kResponseId), Frames{});
+      server.advance(now + 200ms, queue);
+      answer = drain(queue, kResponseId).at(0);
+    }
+    EXPECT_EQ(answer, block_ack(static_cast<std::uint8_t>(lost), 127));
+    for (const Bytes& each : segments(value_, lost, 10 - lost)) {
+      answer = ask(each);
+    }
+    EXPECT_EQ(answer, block_ack(static_cast<std::uint8_t>(10 - lost), 127));
+    EXPECT_EQ(ask(end_request(value_, crc_of(value_)))[0], 0xA1);
+    EXPECT_EQ(value({0x2100, 0}), numbers(value_));
+  }
+}
+
+TEST_F(ServerBlockTest, AllOfAShortSubBlockMayBeLost) {
+  const auto value_ = pattern(14);
+  ask({0xC6, 0x00, 0x21, 0, 14, 0, 0, 0});
+  for (int i = 0; i < 2; ++i) {
+    now += 200ms;
+    server.advance(now, queue);
+    EXPECT_EQ(drain(queue, kResponseId), (Frames{block_ack(0, 127)}));
+  }
+  ask(segments(value_, 0, 2)[0]);
+  EXPECT_EQ(ask(segments(value_, 0, 2)[1]), block_ack(2, 127));
+  EXPECT_EQ(ask(end_request(value_, crc_of(value_)))[0], 0xA1);
+}
+
+TEST_F(ServerBlockTest, ASilentClientIsGivenUp) {
+  ask({0xC6, 0x00, 0x21, 0, 14, 0, 0, 0});
+  Frames sent;
+  while (server.busy()) {
+    ASSERT_LT(now, at(10s));
+    now = server.next_wake();
+    server.advance(now, queue);
+    const Frames some = drain(queue, kResponseId);
+    sent.insert(sent.end(), some.begin(), some.end());
+  }
+  EXPECT_EQ(sent,
+            (Frames{block_ack(0, 127), block_ack(0, 127), abort_bytes(0x2100, 0, 0x0504'0000)}));
+}
+
+TEST_F(ServerBlockTest, ASegmentTwiceIsTakenOnce) {
+  const auto value_ = pattern(21);
+  ask({0xC2, 0x00, 0x21, 0, 21, 0, 0, 0});
+  for (const Bytes& each : segments(value_, 0, 2)) {
+    give({each, each});
+  }
+  EXPECT_EQ(ask(segments(value_, 0, 3)[2]), block_ack(3, 127));
+  EXPECT_EQ(ask(segments(value_, 0, 3)[2]), Bytes{});
+  EXPECT_EQ(ask(end_request(value_, 0))[0], 0xA1);
+  EXPECT_EQ(value({0x2100, 0}), numbers(value_));
+}
+
+TEST_F(ServerBlockTest, AWrongCheckSum) {
+  const auto value_ = pattern(20);
+  begin_download();
+  give(segments(value_, 0, 2));
+  ask(segments(value_, 0, 3)[2]);
+  EXPECT_EQ(ask(end_request(value_, static_cast<std::uint16_t>(crc_of(value_) ^ 1U))),
+            abort_bytes(0x2100, 0, 0x0504'0004));
+  EXPECT_EQ(value({0x2100, 0}), Bytes{});
+  EXPECT_FALSE(server.busy());
+}
+
+TEST_F(ServerBlockTest, ASequenceNumberThereIsNot) {
+  begin_download();
+  EXPECT_EQ(ask({0x00, 1, 2, 3, 4, 5, 6, 7}), abort_bytes(0x2100, 0, 0x0504'0003));
+  EXPECT_FALSE(server.busy());
+  ask({0xC6, 0x00, 0x21, 0, 0x8E, 0x03, 0, 0});  // 65 segments in a sub-block
+  EXPECT_EQ(ask({66, 1, 2, 3, 4, 5, 6, 7}), abort_bytes(0x2100, 0, 0x0504'0003));
+}
+
+TEST_F(ServerBlockTest, LengthOfABlockDownload) {
+  EXPECT_EQ(ask({0xC6, 0x00, 0x20, 5, 9, 0, 0, 0}), abort_bytes(0x2000, 5, 0x0607'0012));
+  EXPECT_EQ(ask({0xC6, 0x00, 0x20, 5, 7, 0, 0, 0}), abort_bytes(0x2000, 5, 0x0607'0013));
+  EXPECT_EQ(ask({0xC6, 0x00, 0x21, 0, 0x21, 0x4E, 0, 0}), abort_bytes(0x2100, 0, 0x0504'0005));
+  // More than announced, and fewer.
+  ask({0xC6, 0x00, 0x21, 0, 10, 0, 0, 0});
+  give(segments(pattern(40), 0, 2));
+  EXPECT_EQ(ask(segments(pattern(40), 0, 3)[2]), abort_bytes(0x2100, 0, 0x0607'0012));
+  ask({0xC6, 0x00, 0x21, 0, 10, 0, 0, 0});
+  ask({0x81, 1, 2, 3, 4, 5, 6, 7});
+  EXPECT_EQ(ask({0xC1, 0, 0, 0, 0, 0, 0, 0}), abort_bytes(0x2100, 0, 0x0504'0004));
+  ask({0xC2, 0x00, 0x21, 0, 10, 0, 0, 0});
+  ask({0x81, 1, 2, 3, 4, 5, 6, 7});
+  EXPECT_EQ(ask({0xC1, 0, 0, 0, 0, 0, 0, 0}), abort_bytes(0x2100, 0, 0x0607'0013));
+}
+
+TEST_F(ServerBlockTest, RightsAndExistence) {
+  EXPECT_EQ(ask({0xC6, 0x34, 0x12, 0, 8, 0, 0, 0}), abort_bytes(0x1234, 0, 0x0602'0000));
+  EXPECT_EQ(ask({0xC6, 0x00, 0x20, 10, 8, 0, 0, 0}), abort_bytes(0x2000, 10, 0x0609'0011));
+  EXPECT_EQ(ask({0xC6, 0x08, 0x10, 0, 8, 0, 0, 0}), abort_bytes(0x1008, 0, 0x0601'0002));
+  EXPECT_EQ(ask({0xA4, 0x34, 0x12, 0, 127, 0, 0, 0}), abort_bytes(0x1234, 0, 0x0602'0000));
+  EXPECT_EQ(ask({0xA4, 0x00, 0x20, 6, 127, 0, 0, 0}), abort_bytes(0x2000, 6, 0x0601'0001));
+}
+
+// Segments look like requests: 22h and 23h would write to whatever their data say.
+TEST_F(ServerBlockTest, LateSegmentsOfAnAbortedDownloadAreNotTakenForRequests) {
+  ask({0xC2, 0x00, 0x21, 0, 200, 0, 0, 0});
+  Frames sent = segments(pattern(127 * 7), 0, 40);
+  sent[33] = {0x22, 0x00, 0x20, 4, 0xEE, 0xEE, 0xEE, 0xEE};  // no. 34
+  Frames answers;
+  for (const Bytes& each : sent) {
+    const Bytes answer = ask(each);
+    if (!answer.empty()) {
+      answers.push_back(answer);
+    }
+  }
+  EXPECT_EQ(answers, (Frames{abort_bytes(0x2100, 0, 0x0607'0012)}));
+  EXPECT_EQ(value({0x2000, 4}), (Bytes{0x41, 0x42, 0x43, 0x44}));
+  EXPECT_FALSE(server.busy());
+  EXPECT_EQ(ask({0x21, 0x00, 0x20, 5, 8, 0, 0, 0})[0], 0x60);
+}
+
+TEST_F(ServerBlockTest, ARequestAfterTheLateSegmentsIsARequest) {
+  begin_download();
+  ask({0x00, 0, 0, 0, 0, 0, 0, 0});
+  EXPECT_EQ(ask({0x01, 0, 0, 0, 0, 0, 0, 0}), Bytes{});
+  now += LateSegments::kQuiet;
+  EXPECT_EQ(ask({0x02, 0, 0, 0, 0, 0, 0, 0}), abort_bytes(0, 0, 0x0504'0001));
+}
+
+TEST_F(ServerBlockTest, Upload) {
+  set_domain(20);
+  EXPECT_EQ(ask({0xA4, 0x00, 0x21, 0, 127, 0, 0, 0}), (Bytes{0xC6, 0x00, 0x21, 0, 20, 0, 0, 0}));
+  EXPECT_EQ(ask_all({0xA3, 0, 0, 0, 0, 0, 0, 0}), segments(pattern(20), 0, 3));
+  EXPECT_EQ(ask(block_ack(3, 127)), end_request(pattern(20), crc_of(pattern(20))));
+  EXPECT_TRUE(server.busy());
+  EXPECT_EQ(ask({0xA1, 0, 0, 0, 0, 0, 0, 0}), Bytes{});
+  EXPECT_FALSE(server.busy());
+  EXPECT_EQ(server.counters().uploads, 1U);
+  EXPECT_EQ(server.next_wake(), kNever);
+}
+
+TEST_F(ServerBlockTest, UploadWithoutCheckSum) {
+  set_domain(14);
+  EXPECT_EQ(ask({0xA0, 0x00, 0x21, 0, 2, 0, 0, 0}), (Bytes{0xC6, 0x00, 0x21, 0, 14, 0, 0, 0}));
+  EXPECT_EQ(ask_all({0xA3, 0, 0, 0, 0, 0, 0, 0}), segments(pattern(14), 0, 2));
+  EXPECT_EQ(ask(block_ack(2, 127)), end_request(pattern(14), 0));
+}
+
+TEST_F(ServerBlockTest, UploadOfAnEmptyValue) {
+  EXPECT_EQ(ask({0xA4, 0x00, 0x20, 8, 127, 0, 0, 0}), (Bytes{0xC6, 0x00, 0x20, 8, 0, 0, 0, 0}));
+  EXPECT_EQ(ask_all({0xA3, 0, 0, 0, 0, 0, 0, 0}), (Frames{{0x81, 0, 0, 0, 0, 0, 0, 0}}));
+  EXPECT_EQ(ask(block_ack(1, 127)), (Bytes{0xDD, 0, 0, 0, 0, 0, 0, 0}));
+}
+
+TEST_F(ServerBlockTest, UploadInSubBlocksOfTheClientsSize) {
+  set_domain(70);
+  begin_upload(4);
+  EXPECT_EQ(ask_all({0xA3, 0, 0, 0, 0, 0, 0, 0}), segments(pattern(70), 0, 4));
+  EXPECT_EQ(ask_all(block_ack(4, 3)), segments(pattern(70), 4, 3));
+  EXPECT_EQ(ask_all(block_ack(1, 127)), segments(pattern(70), 5, 5));
+  EXPECT_EQ(ask_all(block_ack(0, 127)), segments(pattern(70), 5, 5));
+  EXPECT_EQ(ask_all(block_ack(5, 1)), (Frames{end_request(pattern(70), crc_of(pattern(70)))}));
+}
+
+TEST_F(ServerBlockTest, TheProtocolSwitchThreshold) {
+  set_domain(20);
+  EXPECT_EQ(ask({0xA4, 0x00, 0x21, 0, 127, 19, 0, 0})[0], 0xC6);
+  EXPECT_EQ(ask({0xA4, 0x00, 0x21, 0, 127, 20, 0, 0}), (Bytes{0x41, 0x00, 0x21, 0, 20, 0, 0, 0}));
+  EXPECT_EQ(ask({0x60, 0, 0, 0, 0, 0, 0, 0}), (Bytes{0x00, 1, 2, 3, 4, 5, 6, 7}));
+  EXPECT_EQ(ask({0xA4, 0x00, 0x20, 2, 127, 4, 0, 0}),
+            (Bytes{0x4B, 0x00, 0x20, 2, 0x21, 0x22, 0, 0}));
+  EXPECT_FALSE(server.busy());
+}
+
+TEST_F(ServerBlockTest, BlockSizesThereAreNot) {
+  set_domain(20);
+  EXPECT_EQ(ask({0xA4, 0x00, 0x21, 0, 0, 0, 0, 0}), abort_bytes(0x2100, 0, 0x0504'0002));
+  EXPECT_EQ(ask({0xA4, 0x00, 0x21, 0, 128, 0, 0, 0}), abort_bytes(0x2100, 0, 0x0504'0002));
+  for (const std::uint8_t wrong : {std::uint8_t{0}, std::uint8_t{128}}) {
+    begin_upload(2);
+    ask_all({0xA3, 0, 0, 0, 0, 0, 0, 0});
+    EXPECT_EQ(ask(block_ack(2, wrong)), abort_bytes(0x2100, 0, 0x0504'0002));
+    EXPECT_FALSE(server.busy());
+  }
+}
+
+TEST_F(ServerBlockTest, MoreAcknowledgedThanSent) {
+  set_domain(20);
+  begin_upload(2);
+  ask_all({0xA3, 0, 0, 0, 0, 0, 0, 0});
+  EXPECT_EQ(ask(block_ack(3, 127)), abort_bytes(0x2100, 0, 0x0504'0003));
+}
+
+TEST_F(ServerBlockTest, FramesTwiceInAnUpload) {
+  set_domain(70);
+  begin_upload(8);
+  EXPECT_EQ(ask_all({0xA3, 0, 0, 0, 0, 0, 0, 0}), segments(pattern(70), 0, 8));
+  EXPECT_EQ(ask_all({0xA3, 0, 0, 0, 0, 0, 0, 0}), Frames{});
+  server.receive(frame(kRequestId, block_ack(1, 9), now), queue);
+  server.receive(frame(kRequestId, block_ack(1, 9), now), queue);  // while it is sending
+  EXPECT_EQ(all(), segments(pattern(70), 1, 9));
+  EXPECT_EQ(ask(block_ack(9, 127)), end_request(pattern(70), crc_of(pattern(70))));
+  EXPECT_EQ(ask(block_ack(9, 127)), Bytes{});
+  ask({0xA1, 0, 0, 0, 0, 0, 0, 0});
+  EXPECT_EQ(server.counters().uploads, 1U);
+}
+
+// Frames that are wrong in the state: what answers them, and that the transfer is over.
+TEST_F(ServerBlockTest, WrongFramesInEachState) {
+  set_domain(20);
+  const Bytes start{0xA3, 0, 0, 0, 0, 0, 0, 0};
+  const Bytes wrong_abort = abort_bytes(0x2100, 0, 0x0504'0001);
+  const auto segment_requests = {Bytes{0x60, 0, 0, 0, 0, 0, 0, 0}, Bytes{0x00, 1, 2, 3, 4, 5, 6, 7},
+                                 Bytes{0xE0, 0, 0, 0, 0, 0, 0, 0}};
+  for (const Bytes& wrong : segment_requests) {
+    begin_upload();
+    EXPECT_EQ(ask(wrong), wrong_abort);  // before the start
+    begin_upload();
+    ask_all(start);
+    EXPECT_EQ(ask(wrong), wrong_abort);  // instead of an acknowledgement
+    begin_upload();
+    ask_all(start);
+    ask(block_ack(3, 127));
+    EXPECT_EQ(ask(wrong), wrong_abort);  // instead of the end
+    begin_download();
+    give(segments(pattern(20), 0, 2));
+    ask(segments(pattern(20), 0, 3)[2]);
+    EXPECT_EQ(ask(wrong), wrong_abort);  // instead of the end
+    EXPECT_FALSE(server.busy());
+  }
+  begin_upload();
+  EXPECT_EQ(ask(block_ack(0, 127)), wrong_abort);
+  begin_upload();
+  EXPECT_EQ(ask({0xA1, 0, 0, 0, 0, 0, 0, 0}), wrong_abort);
+  for (const std::uint8_t command : Bytes{0xA1, 0xA2, 0xA3, 0xC1}) {  // of no transfer
+    EXPECT_EQ(ask({command, 0xFF, 0xFF, 0xFF, 0, 0, 0, 0}), abort_bytes(0, 0, 0x0504'0001));
+  }
+}
+
+TEST_F(ServerBlockTest, ANewInitiateDropsABlockTransfer) {
+  set_domain(20);
+  const Bytes read{0x40, 0x01, 0x10, 0, 0, 0, 0, 0};
+  const Bytes answer{0x4F, 0x01, 0x10, 0, 0x7F, 0, 0, 0};
+  begin_upload();
+  EXPECT_EQ(ask(read), answer);
+  begin_upload();
+  ask_all({0xA3, 0, 0, 0, 0, 0, 0, 0});
+  EXPECT_EQ(ask(read), answer);
+  begin_download();
+  give(segments(pattern(20), 0, 2));
+  ask(segments(pattern(20), 0, 3)[2]);
+  EXPECT_EQ(ask(read), answer);
+  EXPECT_EQ(server.counters().aborts, 3U);
+  begin_upload();
+  EXPECT_EQ(ask({0xC6, 0x00, 0x21, 0, 20, 0, 0, 0})[0], 0xA4);
+  EXPECT_EQ(value({0x2100, 0}), numbers(pattern(20)));
+}
+
+TEST_F(ServerBlockTest, AnAbortOfTheClientEndsEachState) {
+  set_domain(20);
+  const Bytes abort = abort_bytes(0x2100, 0, 0x0800'0000);
+  begin_upload();
+  EXPECT_EQ(ask(abort), Bytes{});
+  EXPECT_FALSE(server.busy());
+  begin_upload();
+  ask_all({0xA3, 0, 0, 0, 0, 0, 0, 0});
+  EXPECT_EQ(ask(abort), Bytes{});
+  EXPECT_FALSE(server.busy());
+  begin_download();
+  give(segments(pattern(20), 0, 2));
+  EXPECT_EQ(ask(abort), Bytes{});
+  EXPECT_FALSE(server.busy());
+  EXPECT_EQ(server.counters().aborts, 3U);
+}
+
+TEST_F(ServerBlockTest, EachStateTimesOut) {
+  set_domain(20);
+  const auto gives_up = [this] {
+    const Instant wake = now + kTimeout;
+    server.advance(wake - 2ms, queue);
+    drain(queue, kResponseId);
+    EXPECT_TRUE(server.busy());
+    now = wake;
+    server.advance(now, queue);
+    EXPECT_EQ(drain(queue, kResponseId), (Frames{abort_bytes(0x2100, 0, 0x0504'0000)}));
+    EXPECT_FALSE(server.busy());
+    EXPECT_EQ(server.next_wake(), kNever);
+  };
+  begin_upload();
+  gives_up();
+  begin_upload(2);
+  server.receive(frame(kRequestId, {0xA3, 0, 0, 0, 0, 0, 0, 0}, now), queue);
+  gives_up();
+  begin_upload(3);
+  server.receive(frame(kRequestId, {0xA3, 0, 0, 0, 0, 0, 0, 0}, now), queue);
+  drain(queue, kResponseId);
+  ask(block_ack(3, 127));
+  gives_up();
+  begin_download();
+  give(segments(pattern(20), 0, 2));
+  ask(segments(pattern(20), 0, 3)[2]);
+  gives_up();
+}
+
+TEST_F(ServerBlockTest, AFullQueueDelaysSegments) {
+  set_domain(70);
+  begin_upload();
+  server.receive(frame(kRequestId, {0xA3, 0, 0, 0, 0, 0, 0, 0}, now), queue);
+  EXPECT_EQ(queue.room(can::TransmitClass::sdo), 0U);
+  EXPECT_EQ(server.next_wake(), now + 1ms);
+  server.advance(now + 1ms, queue);
+  EXPECT_EQ(server.next_wake(), now + 2ms);
+  now += 1ms;
+  EXPECT_EQ(all(), segments(pattern(70), 0, 10));
+}
+
+TEST_F(ServerBlockTest, MalformedFramesDoNotDisturbATransfer) {
+  begin_download();
+  give(segments(pattern(20), 0, 2));
+  EXPECT_EQ(ask({0x83, 1, 2}), Bytes{});
+  EXPECT_EQ(server.counters().malformed, 1U);
+  EXPECT_EQ(drain(events).at(0).kind, EventKind::malformed_frame);
+  EXPECT_EQ(ask(segments(pattern(20), 0, 3)[2]), block_ack(3, 127));
+}
+
+TEST_F(ServerBlockTest, RandomFramesNeverBreakABlockTransfer) {
+  std::mt19937 random(99);
+  std::uniform_int_distribution<unsigned> any(0, 255);
+  for (int round = 0; round < 4'000; ++round) {
+    round % 2 == 0 ? begin_upload(5) : begin_download();
+    if (round % 4 == 0) {
+      ask_all({0xA3, 0, 0, 0, 0, 0, 0, 0});
+    }
+    for (int i = 0; i < 3; ++i) {
+      Bytes request(8);
+      for (std::uint8_t& b : request) {
+        b = static_cast<std::uint8_t>(any(random));
+      }
+      ask_all(request);
+    }
+    now += 500ms;
+    server.advance(now, queue);
+    ask(abort_bytes(0, 0, 0x0800'0000));
+    drain(queue, kResponseId);
+    ASSERT_EQ(ask({0x40, 0x01, 0x10, 0, 0, 0, 0, 0}), (Bytes{0x4F, 0x01, 0x10, 0, 0x7F, 0, 0, 0}))
+        << "round " << round;
+    drain(events);
+  }
+}
+
+}  // namespace
+}  // namespace linegate::sdo::test
