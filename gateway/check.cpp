@@ -107,6 +107,10 @@ class Text {
                                                     : format_duration(node.heartbeat_consumer),
         format_duration(node.boot_timeout), node.check_identity ? "checked" : "not checked",
         node.serial ? fmt::format(", serial number {}", *node.serial) : "");
+    if (node.guard_time != Duration::zero()) {
+      add("    guarding every {}, life time factor {}\n", format_duration(node.guard_time),
+          node.life_time_factor);
+    }
     for (const auto& object : node.objects) {
       add("    write {} =", config::format_address(object.address));
       for (auto it = object.data.rbegin(); it != object.data.rend(); ++it) {

@@ -12,6 +12,7 @@
 #include "stack/line/command.h"
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
+#include "stack/nmt/heartbeat_consumer.h"
 #include "stack/nmt/state.h"
 
 namespace linegate::gateway {
@@ -136,6 +137,17 @@ std::string line_text(const Event& e, std::string_view interface) {
   }
 }
 
+std::string_view lost_error_control(std::uint32_t code) {
+  switch (code) {
+    case nmt::kByNodeGuarding:
+      return "no answer to node guarding";
+    case nmt::kByLifeGuarding:
+      return "not guarded by its master";
+    default:
+      return "heartbeat lost";
+  }
+}
+
 std::string text(const Event& e, std::string_view interface) {
   switch (e.kind) {
     case EventKind::boot_up:
@@ -143,7 +155,7 @@ std::string text(const Event& e, std::string_view interface) {
     case EventKind::node_state:
       return fmt::format("{} (was {})", as<nmt::State>(e.code), as<nmt::State>(e.value));
     case EventKind::heartbeat_lost:
-      return fmt::format("heartbeat lost for {} ms", e.value);
+      return fmt::format("{} for {} ms", lost_error_control(e.code), e.value);
     case EventKind::heartbeat_recovered:
       return fmt::format("heartbeat is back, {}", as<nmt::State>(e.code));
     case EventKind::boot_result:
@@ -166,6 +178,8 @@ std::string text(const Event& e, std::string_view interface) {
       return fmt::format("PDO {} not received for {} ms", e.code, e.value);
     case EventKind::pdo_recovered:
       return fmt::format("PDO {} received again", e.code);
+    case EventKind::duplicate_node_id:
+      return fmt::format("another device has the same node-ID ({})", as<nmt::State>(e.code));
     case EventKind::unexpected_node:
       return fmt::format("not configured, but on the line ({})", as<nmt::State>(e.code));
     case EventKind::foreign_sdo:

@@ -90,7 +90,8 @@ static_assert(same(v1::EVENT_COMMAND_REFUSED, EventKind::command_refused));
 static_assert(same(v1::EVENT_EVENTS_LOST, EventKind::events_lost));
 static_assert(same(v1::EVENT_CLOCK_STEP, EventKind::clock_step));
 static_assert(same(v1::EVENT_QUEUE_FULL, EventKind::queue_full));
-static_assert(v1::EVENT_QUEUE_FULL + 1U == kEventKinds);
+static_assert(same(v1::EVENT_DUPLICATE_NODE_ID, EventKind::duplicate_node_id));
+static_assert(v1::EVENT_DUPLICATE_NODE_ID + 1U == kEventKinds);
 
 static_assert(same(v1::COMMAND_SDO_READ, line::CommandKind::sdo_read));
 static_assert(same(v1::COMMAND_SDO_WRITE, line::CommandKind::sdo_write));

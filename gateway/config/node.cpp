@@ -34,6 +34,25 @@ void read_heartbeat(Section& section, line::NodeConfig& config) {
   }
 }
 
+void read_guarding(Section& section, line::NodeConfig& config) {
+  const YAML::Node node = section.find("guarding");
+  if (!node.IsDefined()) {
+    return;
+  }
+  Section from(section.findings(), node, "guarding");
+  (void)from.require("time");
+  from.read_multiple("time", config.guard_time, milliseconds(1), kLongestHeartbeat);
+  if (const auto factor = from.number(from.require("factor"), 1, 255)) {
+    config.life_time_factor = static_cast<std::uint8_t>(*factor);
+  }
+  from.done();
+  if (config.heartbeat != Duration::zero() || config.heartbeat_consumer != Duration::zero()) {
+    section.findings().error(place_of(node),
+                             "a node has either the key \"heartbeat\" or the key "
+                             "\"guarding\"");
+  }
+}
+
 // The device file, from `eds` or `dcf`; true if it could be read.
 bool read_device(Section& section, line::NodeConfig& config) {
   Findings& findings = section.findings();
@@ -91,6 +110,7 @@ line::NodeConfig read_node(Findings& findings, const YAML::Node& node) {
     config.serial = static_cast<std::uint32_t>(*serial);
   }
   read_heartbeat(section, config);
+  read_guarding(section, config);
   section.read("boot_timeout", config.boot_timeout, milliseconds(1), std::chrono::hours(1));
   const YAML::Node objects = section.find("objects");
   const YAML::Node pdos = section.find("pdos");

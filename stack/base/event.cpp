@@ -41,6 +41,7 @@ constexpr std::array<KindInfo, kEventKinds> kInfo{{
     {"events-lost", EventSeverity::error},
     {"clock-step", EventSeverity::warning},
     {"queue-full", EventSeverity::error},
+    {"duplicate-node-id", EventSeverity::error},
 }};
 
 }  // namespace

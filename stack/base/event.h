@@ -29,7 +29,8 @@ enum class EventKind : std::uint8_t {
   own_state,         // NMT state of the line's own node. code: new nmt::State, value: before
   boot_up,           // boot-up message (CiA 301 7.2.8.3.3) of node
   node_state,        // NMT state of a node as its error control shows it. code: new, value: before
-  heartbeat_lost,    // value: consumer time in ms
+  heartbeat_lost,    // value: consumer time (or life time) in ms. code: 0 heartbeat, 1 node
+                     // guarding of node, 2 life guarding: the own node is not guarded any more
   heartbeat_recovered,  // the first heartbeat after a loss. code: NMT state
   boot_result,          // a node's boot ended. code: NodeState::boot (0 = booted, or a letter);
                         // value: SDO abort code or offending value
@@ -56,8 +57,10 @@ enum class EventKind : std::uint8_t {
   events_lost,      // events could not be kept. data: first and last lost number, see EventLog
   clock_step,       // the wall clock was stepped. value: ms
   queue_full,       // a queue of the gateway overflowed. code: which, value: how many were lost
+  duplicate_node_id,  // another device has the own node's node-ID. code: the state it showed, 0 at
+                      // its boot-up
 };
-inline constexpr std::size_t kEventKinds = 32;
+inline constexpr std::size_t kEventKinds = 33;
 
 // Lower-case name with hyphens, e.g. "heartbeat-lost".
 std::string_view name(EventKind kind);

@@ -29,7 +29,8 @@ enum ErrorRegister : std::uint8_t {
 // Emergency error codes that the stack itself sends.
 inline constexpr std::uint16_t kErrorReset = 0x0000;
 inline constexpr std::uint16_t kDataSet = 0x6300;  // stored parameters cannot be used
-inline constexpr std::uint16_t kHeartbeatError = 0x8130;
+inline constexpr std::uint16_t kHeartbeatError = 0x8130;  // or life guarding
+inline constexpr std::uint16_t kIdCollision = 0x8150;
 inline constexpr std::uint16_t kPdoLength = 0x8210;   // not processed
 inline constexpr std::uint16_t kPdoTooLong = 0x8220;  // first bytes used
 inline constexpr std::uint16_t kSyncLength = 0x8240;  // unexpected SYNC data length

@@ -51,6 +51,20 @@ Duration consumer_time(const NodeConfig& node) {
                                                      : node.heartbeat * 5 / 2;
 }
 
+// A heartbeat would win over guarding, so a device that has one by default gets it switched off.
+void guard(const NodeConfig& node, manager::NodePlan& plan) {
+  if (node.guard_time == Duration::zero()) {
+    return;
+  }
+  plan.guard_time = node.guard_time;
+  plan.life_time_factor = node.life_time_factor;
+  if (described(node.device, {0x1017, 0}) != 0) {
+    plan.writes.push_back({{0x1017, 0}, milliseconds_u16(Duration::zero())});
+  }
+  plan.writes.push_back({{0x100C, 0}, milliseconds_u16(node.guard_time)});
+  plan.writes.push_back({{0x100D, 0}, {std::byte{node.life_time_factor}}});
+}
+
 manager::NodePlan node_plan(const NodeConfig& node) {
   manager::NodePlan plan{.id = node.id, .mandatory = node.mandatory};
   if (node.check_identity) {
@@ -66,6 +80,7 @@ manager::NodePlan node_plan(const NodeConfig& node) {
   if (node.heartbeat != Duration::zero()) {
     plan.writes.push_back({{0x1017, 0}, milliseconds_u16(node.heartbeat)});
   }
+  guard(node, plan);
   return plan;
 }
 
@@ -82,6 +97,16 @@ void check_node(const LineConfig& config, const NodeConfig& node, std::vector<Di
   }
   if (node.heartbeat_consumer < Duration::zero()) {
     out.push_back(error(config, node_text(node) + ": heartbeat consumer time is negative"));
+  }
+  if (node.guard_time < Duration::zero() || node.guard_time > kMaxHeartbeat) {
+    out.push_back(error(config, node_text(node) + ": guard time is not in 0..65535 ms"));
+  }
+  if ((node.guard_time != Duration::zero()) != (node.life_time_factor != 0)) {
+    out.push_back(error(config, node_text(node) + ": guarding needs both time and factor"));
+  }
+  if (node.guard_time != Duration::zero() &&
+      (node.heartbeat != Duration::zero() || node.heartbeat_consumer != Duration::zero())) {
+    out.push_back(error(config, node_text(node) + ": either a heartbeat or guarding"));
   }
 }
 

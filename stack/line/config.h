@@ -28,7 +28,10 @@ struct NodeConfig {
   std::optional<std::uint32_t> serial;  // expected 1018h:4
   Duration heartbeat{};                 // producer time written to 1017h; 0 = leave it alone
   Duration heartbeat_consumer{};        // 0 = 2.5 x heartbeat
-  Duration pdo_deadline{};              // longest time between two of its TPDOs, whole ms; 0 = any
+  // Node guarding for devices without a heartbeat: 100Ch and 100Dh. Not together with heartbeat.
+  Duration guard_time{};  // 0 = off; whole ms
+  std::uint8_t life_time_factor = 0;
+  Duration pdo_deadline{};  // longest time between two of its TPDOs, whole ms; 0 = any
   Duration boot_timeout = std::chrono::seconds(10);  // until presence is `missing`
   std::vector<ObjectValue> objects;                  // written after those of the DCF
 };

@@ -52,7 +52,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       image(plan.inputs, plan.outputs),
       node(dictionary_of(config, image, plan), node_options(config), events, &image),
       nmt(node.transmit()),
-      heartbeats(node.dispatch(), events, kManagerMark),
+      heartbeats(node.dispatch(), events, kManagerMark, &node.transmit()),
       emergencies(node.dispatch(), events, kManagerMark),
       sdo(node.dispatch(), node.transmit(), events),
       manager(node_plans(config), manager_options(config), sdo, heartbeats, events, *this),

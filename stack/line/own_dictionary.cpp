@@ -73,6 +73,14 @@ od::ObjectDescription sdo_server(std::uint8_t node) {
   return out;
 }
 
+// A manager has nobody who would start it again: it goes on.
+od::ObjectDescription error_behaviour(Role role) {
+  od::ObjectDescription out =
+      array(0x1029, "Error behaviour", DataType::unsigned8, Access::rw, 1, Access::constant, 1);
+  store_le(std::span(out.variables[1].value), std::uint64_t{role == Role::manager});
+  return out;
+}
+
 template <class Unit>
 std::uint64_t in(Duration duration) {
   return static_cast<std::uint64_t>(std::chrono::duration_cast<Unit>(duration).count());
@@ -93,6 +101,8 @@ od::Dictionary make_own_dictionary(const LineConfig& config) {
              can::kSyncId | (produces_sync ? can::CobId::kProducerBit : 0U)),
       object(0x1006, "Communication cycle period", DataType::unsigned32, Access::rw,
              in<microseconds>(config.sync_period)),
+      object(0x100C, "Guard time", DataType::unsigned16, Access::rw, 0),
+      object(0x100D, "Life time factor", DataType::unsigned8, Access::rw, 0),
       object(0x1014, "COB-ID EMCY", DataType::unsigned32, Access::rw,
              can::kEmcyBase + config.node_id),
       object(0x1015, "Inhibit time EMCY", DataType::unsigned16, Access::rw, 0),
@@ -102,6 +112,7 @@ od::Dictionary make_own_dictionary(const LineConfig& config) {
              in<milliseconds>(config.heartbeat)),
       identity(config.identity),
       object(0x1019, "Synchronous counter overflow value", DataType::unsigned8, Access::rw, 0),
+      error_behaviour(config.role),
       sdo_server(config.node_id),
   };
   od::Dictionary dictionary;

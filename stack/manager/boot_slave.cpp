@@ -192,6 +192,13 @@ void BootSlave::next_write(Instant now) {
 }
 
 void BootSlave::start_error_control(Instant now) {
+  const Duration life_time = plan_.guard_time * plan_.life_time_factor;
+  if (plan_.heartbeat_consumer == Duration::zero() && life_time > Duration::zero()) {
+    heartbeats_.guard(plan_.id, plan_.guard_time, plan_.life_time_factor, now);
+    node_.heartbeat_monitored = true;
+    set_step(Step::wait_heartbeat, now + life_time);
+    return;
+  }
   if (plan_.heartbeat_consumer == Duration::zero()) {
     finish(kBooted, 0, now);
     return;

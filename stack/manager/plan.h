@@ -24,7 +24,9 @@ struct NodePlan {
   std::uint32_t product = 0;
   std::uint32_t revision = 0;
   std::uint32_t serial = 0;
-  Duration heartbeat_consumer{};                     // 0 = error control is not started
+  Duration heartbeat_consumer{};  // 0 = guarding, or no error control
+  Duration guard_time{};          // 0 = the node is not guarded
+  std::uint8_t life_time_factor = 0;
   Duration boot_timeout = std::chrono::seconds(10);  // without an answer: boot status B
   std::vector<ObjectWrite> writes;                   // in this order
 };

@@ -4,6 +4,8 @@
 #include <optional>
 #include <utility>
 
+#include "stack/base/period.h"
+
 namespace linegate::nmt {
 namespace {
 
@@ -38,8 +40,9 @@ void HeartbeatListener::heartbeat_lost(std::uint8_t /*node*/, Instant /*deadline
 void HeartbeatListener::heartbeat_recovered(std::uint8_t /*node*/, Instant /*now*/) {
 }
 
-HeartbeatConsumer::HeartbeatConsumer(can::Dispatch& dispatch, EventLog& events, std::uint16_t mark)
-    : dispatch_(dispatch), events_(events), mark_(mark) {
+HeartbeatConsumer::HeartbeatConsumer(can::Dispatch& dispatch, EventLog& events, std::uint16_t mark,
+                                     can::TransmitQueue* transmit)
+    : dispatch_(dispatch), events_(events), mark_(mark), transmit_(transmit) {
 }
 
 HeartbeatConsumer::~HeartbeatConsumer() {
@@ -67,6 +70,7 @@ void HeartbeatConsumer::ignore(std::uint8_t node) {
   if (exists(node) && nodes_[node].listening) {
     dispatch_.remove(can::kErrorControlBase + node, false, can::Service::error_control,
                      static_cast<std::uint16_t>(mark_ | node));
+    stop(node);
     nodes_[node] = Node{};
     next_is_stale_ = true;
   }
@@ -80,10 +84,27 @@ void HeartbeatConsumer::monitor(std::uint8_t node, Duration time) {
     stop(node);
     return;
   }
+  stop(node);
   listen(node);
   nodes_[node].time = time;
-  nodes_[node].lost = false;
-  set_deadline(nodes_[node], kNever);
+}
+
+void HeartbeatConsumer::guard(std::uint8_t node, Duration guard_time, std::uint8_t life_time_factor,
+                              Instant now) {
+  if (!exists(node)) {
+    return;
+  }
+  stop(node);
+  const Duration life_time = guard_time * life_time_factor;
+  if (transmit_ == nullptr || life_time <= Duration::zero()) {
+    return;
+  }
+  listen(node);
+  nodes_[node].time = life_time;
+  nodes_[node].guard = {.time = guard_time, .next = now};
+  set_deadline(nodes_[node], now + life_time);
+  ++guarded_;
+  request(now);
 }
 
 void HeartbeatConsumer::stop(std::uint8_t node) {
@@ -91,10 +112,22 @@ void HeartbeatConsumer::stop(std::uint8_t node) {
     nodes_[node].time = Duration::zero();
     nodes_[node].lost = false;
     set_deadline(nodes_[node], kNever);
+    if (nodes_[node].guard.active()) {
+      nodes_[node].guard = Guard{};
+      --guarded_;
+    }
   }
 }
 
 bool HeartbeatConsumer::receive(std::uint8_t node, const can::Frame& frame) {
+  if (exists(node) && nodes_[node].guard.active()) {
+    can::Frame answer = frame;
+    return nodes_[node].guard.take_toggle(answer) && take(node, answer);
+  }
+  return take(node, frame);
+}
+
+bool HeartbeatConsumer::take(std::uint8_t node, const can::Frame& frame) {
   const std::optional<State> state = decode_state(frame);
   if (!state) {
     return false;
@@ -114,14 +147,21 @@ bool HeartbeatConsumer::receive(std::uint8_t node, const can::Frame& frame) {
 }
 
 void HeartbeatConsumer::advance(Instant now) {
-  while (next_wake() <= now) {
+  while (next_deadline() <= now) {
     // In the order in which they happened, whatever the node-IDs.
     const auto first = std::ranges::min_element(nodes_, {}, &Node::deadline);
     lose(static_cast<std::uint8_t>(first - nodes_.begin()));
   }
+  if (next_request_ <= now) {
+    request(now);
+  }
 }
 
 Instant HeartbeatConsumer::next_wake() const {
+  return earlier(next_deadline(), next_request_);
+}
+
+Instant HeartbeatConsumer::next_deadline() const {
   if (next_is_stale_) {
     next_ = std::ranges::min_element(nodes_, {}, &Node::deadline)->deadline;
     next_is_stale_ = false;
@@ -137,6 +177,10 @@ bool HeartbeatConsumer::monitored(std::uint8_t node) const {
   return exists(node) && nodes_[node].time > Duration::zero();
 }
 
+bool HeartbeatConsumer::guarded(std::uint8_t node) const {
+  return exists(node) && nodes_[node].guard.active();
+}
+
 bool HeartbeatConsumer::lost(std::uint8_t node) const {
   return exists(node) && nodes_[node].lost;
 }
@@ -150,7 +194,8 @@ void HeartbeatConsumer::lose(std::uint8_t id) {
   const Instant deadline = node.deadline;
   set_deadline(node, kNever);
   node.lost = true;
-  emit(EventKind::heartbeat_lost, id, deadline, 0, in_ms(node.time));
+  emit(EventKind::heartbeat_lost, id, deadline,
+       node.guard.active() ? kByNodeGuarding : kByHeartbeat, in_ms(node.time));
   if (listener_ != nullptr) {
     listener_->heartbeat_lost(id, deadline);
   }
@@ -166,9 +211,9 @@ void HeartbeatConsumer::recover(std::uint8_t id, State state, Instant now) {
 
 void HeartbeatConsumer::take_boot_up(std::uint8_t id, Instant now) {
   // The node goes on to Pre-operational by itself. It may have forgotten its producer time, so the
-  // next heartbeat is waited for without a deadline.
+  // next heartbeat is waited for without a deadline. A guarded one is asked, whatever it forgot.
   nodes_[id].state = State::pre_operational;
-  set_deadline(nodes_[id], kNever);
+  set_deadline(nodes_[id], nodes_[id].guard.active() ? now + nodes_[id].time : kNever);
   emit(EventKind::boot_up, id, now, 0, 0);
   if (listener_ != nullptr) {
     listener_->boot_up(id, now);
@@ -190,6 +235,22 @@ void HeartbeatConsumer::take_heartbeat(std::uint8_t id, State state, Instant now
   }
   if (listener_ != nullptr) {
     listener_->heartbeat(id, state, now);
+  }
+}
+
+// The period does not drift, and what was missed is left out. Requests that still wait for the bus
+// are not followed by others without end.
+void HeartbeatConsumer::request(Instant now) {
+  next_request_ = kNever;
+  for (std::uint8_t id = can::kMinNodeId; guarded_ > 0 && id <= can::kMaxNodeId; ++id) {
+    Guard& guard = nodes_[id].guard;
+    if (guard.active() && guard.next <= now) {
+      guard.next = next_after(guard.next, guard.time, now);
+      if (transmit_->queued(can::TransmitClass::error_control) < guarded_) {
+        transmit_->push(can::TransmitClass::error_control, guard_request(id));
+      }
+    }
+    next_request_ = earlier(next_request_, guard.next);
   }
 }
 

@@ -4,6 +4,8 @@
 // Monitoring a node starts with its first heartbeat and starts over after its boot-up message. Each
 // frame is judged at its own receive time: a heartbeat that comes after its deadline tells the loss
 // (at the deadline) and then the recovery, no matter when advance() ran.
+//
+// A node may be guarded instead (7.2.8.3.2.1): then it is asked, and its answers are its heartbeat.
 #pragma once
 
 #include <array>
@@ -14,9 +16,16 @@
 #include "stack/can/cob_id.h"
 #include "stack/can/dispatch.h"
 #include "stack/can/frame.h"
+#include "stack/can/transmit_queue.h"
+#include "stack/nmt/guard.h"
 #include "stack/nmt/state.h"
 
 namespace linegate::nmt {
+
+// Event::code of heartbeat_lost: by which error control.
+inline constexpr std::uint32_t kByHeartbeat = 0;
+inline constexpr std::uint32_t kByNodeGuarding = 1;
+inline constexpr std::uint32_t kByLifeGuarding = 2;  // of the own node, which its master guarded
 
 // Told from within receive() and advance(), after the event was emitted. Every function has a
 // default that does nothing.
@@ -35,8 +44,10 @@ class HeartbeatListener {
 class HeartbeatConsumer {
  public:
   // Frames wanted are registered as Service::error_control with index = mark | node-ID: with
-  // different marks (multiples of 128) several consumers share one dispatch. Both must outlive it.
-  HeartbeatConsumer(can::Dispatch& dispatch, EventLog& events, std::uint16_t mark = 0);
+  // different marks (multiples of 128) several consumers share one dispatch. transmit takes the
+  // requests of guard(). All must outlive it.
+  HeartbeatConsumer(can::Dispatch& dispatch, EventLog& events, std::uint16_t mark = 0,
+                    can::TransmitQueue* transmit = nullptr);
   ~HeartbeatConsumer();
   HeartbeatConsumer(const HeartbeatConsumer&) = delete;
   HeartbeatConsumer& operator=(const HeartbeatConsumer&) = delete;
@@ -53,19 +64,25 @@ class HeartbeatConsumer {
   // Expects a heartbeat within `time` after the one before, from the next heartbeat on. 0 is
   // stop().
   void monitor(std::uint8_t node, Duration time);
-  // Ends the monitoring; goes on listening.
+  // Asks the node for its state every guard_time (100Ch) from now on; without a right answer for
+  // guard_time x life_time_factor (100Dh) it is lost, the time until the first one included. A
+  // product of 0 is stop(). Without a transmit queue nobody is asked.
+  void guard(std::uint8_t node, Duration guard_time, std::uint8_t life_time_factor, Instant now);
+  // Ends monitoring and guarding; goes on listening.
   void stop(std::uint8_t node);
 
   // A frame on 700h + node, at frame.time. False if it is neither a boot-up message nor a heartbeat
-  // (length other than 1, reserved state): nothing was done then, and the owner tells it.
+  // (length other than 1, reserved state, the wrong toggle bit in the answer of a guarded node):
+  // nothing was done then, and the owner tells it.
   bool receive(std::uint8_t node, const can::Frame& frame);
 
-  // Tells the losses whose deadline is <= now.
+  // Tells the losses whose deadline is <= now, and asks the guarded nodes whose turn it is.
   void advance(Instant now);
   Instant next_wake() const;
 
-  State state(std::uint8_t node) const;  // unknown until something was heard
-  bool monitored(std::uint8_t node) const;
+  State state(std::uint8_t node) const;     // unknown until something was heard
+  bool monitored(std::uint8_t node) const;  // or guarded
+  bool guarded(std::uint8_t node) const;
   bool lost(std::uint8_t node) const;  // from the loss until the next heartbeat
   Duration time(std::uint8_t node) const;
 
@@ -76,21 +93,28 @@ class HeartbeatConsumer {
     State state = State::unknown;
     bool listening = false;
     bool lost = false;
+    Guard guard;
   };
 
   static bool exists(std::uint8_t node) {
     return node >= can::kMinNodeId && node <= can::kMaxNodeId;
   }
+  bool take(std::uint8_t node, const can::Frame& frame);
+  Instant next_deadline() const;
   void lose(std::uint8_t id);
   void recover(std::uint8_t id, State state, Instant now);
   void take_boot_up(std::uint8_t id, Instant now);
   void take_heartbeat(std::uint8_t id, State state, Instant now);
+  void request(Instant now);
   void set_deadline(Node& node, Instant deadline);
   void emit(EventKind kind, std::uint8_t id, Instant time, std::uint32_t code, std::uint32_t value);
 
   can::Dispatch& dispatch_;
   EventLog& events_;
   std::uint16_t mark_;
+  can::TransmitQueue* transmit_;
+  std::size_t guarded_ = 0;        // how many nodes are
+  Instant next_request_ = kNever;  // the earliest of them
   HeartbeatListener* listener_ = nullptr;
   std::array<Node, can::kMaxNodeId + 1> nodes_{};
   mutable Instant next_ = kNever;

@@ -15,6 +15,8 @@ enum class Fault : std::uint8_t {
   rpdo_too_long,  // number: PDO; its frames are used all the same
   rpdo_deadline,  // number: PDO
   sync_length,    // number: 0
+  life_guarding,  // number: 0
+  node_id,        // number: 0; another device has it
 };
 
 class CommunicationFaults {
@@ -47,7 +49,7 @@ class CommunicationFaults {
 
   std::bitset<kNumbers>& present(Fault fault) { return faults_[static_cast<std::size_t>(fault)]; }
 
-  std::array<std::bitset<kNumbers>, 5> faults_{};
+  std::array<std::bitset<kNumbers>, 7> faults_{};
   std::size_t count_ = 0;
 };
 

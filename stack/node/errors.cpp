@@ -5,10 +5,6 @@
 namespace linegate::node {
 namespace {
 
-constexpr od::Address kErrorBehaviour{0x1029, 1};  // communication error
-constexpr std::uint64_t kNoChange = 1;
-constexpr std::uint64_t kStop = 2;
-
 std::array<std::byte, 2> bytes_of(std::uint16_t number) {
   std::array<std::byte, 2> out{};
   store_le(out.data(), number);
@@ -57,13 +53,9 @@ void Node::Impl::end(Fault fault, std::uint16_t number) {
   emcy.send(emcy::kErrorReset, static_cast<std::uint8_t>(emcy.error_register() & ~gone), {}, now);
 }
 
-// Object 1029h; without it, or with 0, a node that is Operational goes to Pre-operational.
-void Node::Impl::obey_error_behaviour() {
-  const std::uint64_t behaviour = dictionary.number(kErrorBehaviour).value_or(0);
-  if (behaviour == kStop) {
-    command(nmt::Command::stop, now);
-  } else if (behaviour != kNoChange && slave.state() == nmt::State::operational) {
-    command(nmt::Command::enter_pre_operational, now);
+void Node::Impl::obey_error_behaviour(std::uint8_t error_class) {
+  if (const auto reaction = error_behaviour.reaction(error_class, slave.state())) {
+    command(*reaction, now);
   }
 }
 
@@ -77,11 +69,20 @@ void Node::Impl::tell_damage(storage::Damage what) {
 
 void Node::Impl::heartbeat_lost(std::uint8_t node, Instant /*deadline*/) {
   begin(Fault::heartbeat, node, emcy::kHeartbeatError, {std::byte{node}, std::byte{0}});
-  obey_error_behaviour();
+  obey_error_behaviour(nmt::kCommunicationError);
 }
 
 void Node::Impl::heartbeat_recovered(std::uint8_t node, Instant /*time*/) {
   end(Fault::heartbeat, node);
+}
+
+void Node::Impl::life_guarding_lost(Instant /*deadline*/) {
+  begin(Fault::life_guarding, 0, emcy::kHeartbeatError);
+  obey_error_behaviour(nmt::kCommunicationError);
+}
+
+void Node::Impl::life_guarding_recovered(Instant /*time*/) {
+  end(Fault::life_guarding, 0);
 }
 
 void Node::Impl::rpdo_received(std::uint16_t number, Instant time) {

@@ -9,6 +9,8 @@
 #include "stack/emcy/consumer_object.h"
 #include "stack/emcy/producer.h"
 #include "stack/nmt/consumer_heartbeat_time.h"
+#include "stack/nmt/error_behaviour.h"
+#include "stack/nmt/guarding_slave.h"
 #include "stack/nmt/heartbeat_consumer.h"
 #include "stack/nmt/heartbeat_producer.h"
 #include "stack/nmt/services.h"
@@ -25,8 +27,10 @@ namespace linegate::node {
 // Index bit of the error_control and emcy targets that the node's own consumers (1016h, 1028h)
 // registered; the companion's have it clear.
 inline constexpr std::uint16_t kOwnMark = 0x100;
+// And of the target for the own node-ID: guarding requests, and whoever else has that node-ID.
+inline constexpr std::uint16_t kOwnIdMark = 0x300;
 
-struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener {
+struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardingListener {
   Impl(od::Dictionary own_dictionary, Options own_options, EventLog& event_log,
        image::ProcessImage* image);
 
@@ -35,6 +39,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener {
   void command(nmt::Command command, Instant time);
   void reset(bool whole_node, Instant time);
   void boot(Instant time);
+  bool self_starting() const;  // as options and 1F80h say
   void state_changed(nmt::State before, Instant time);
   void tell_state(nmt::State before, Instant time);
   bool serves(can::Service service) const { return nmt::is_served(service, slave.state()); }
@@ -49,6 +54,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener {
   void take_sync(const can::Frame& frame);
   void take_sdo(std::uint16_t index, const can::Frame& frame);
   void take_error_control(std::uint16_t index, const can::Frame& frame);
+  void take_own_id(const can::Frame& frame);
   void take_emergency(std::uint16_t index, const can::Frame& frame);
   void hand_to_companion(can::Target target, const can::Frame& frame);
   void malformed(const can::Frame& frame, std::uint8_t node);
@@ -64,12 +70,14 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener {
   void begin(Fault fault, std::uint16_t number, std::uint16_t code,
              std::array<std::byte, 2> info = {});
   void end(Fault fault, std::uint16_t number);
-  void obey_error_behaviour();
   void tell_configuration_error(od::Address place, AbortCode why);
   void tell_damage(storage::Damage damage);
+  void obey_error_behaviour(std::uint8_t error_class);
 
   void heartbeat_lost(std::uint8_t node, Instant deadline) override;
   void heartbeat_recovered(std::uint8_t node, Instant time) override;
+  void life_guarding_lost(Instant deadline) override;
+  void life_guarding_recovered(Instant time) override;
 
   void rpdo_received(std::uint16_t number, Instant time) override;
   void before_tpdo(std::uint16_t number) override;
@@ -86,6 +94,8 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener {
   can::TransmitQueue transmit;
   nmt::Slave slave;
   nmt::HeartbeatProducer heartbeat;
+  nmt::GuardingSlave guarding;
+  nmt::ErrorBehaviour error_behaviour;
   nmt::HeartbeatConsumer heartbeats;
   nmt::ConsumerHeartbeatTime heartbeat_times;
   sync::Service sync;
@@ -101,6 +111,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener {
   NodeCounters counters;
   CommunicationFaults faults;
   bool generic_error_before = false;  // bit 0 of 1001h when the first fault began
+  bool duplicate_told = false;        // since the last reset
   bool started = false;
   storage::Damage damage = storage::Damage::none;  // of what was stored, to be told after boot-up
   Instant now{};  // of what is being done: for errors told without a time

@@ -8,6 +8,9 @@ namespace linegate::node {
 
 void Application::state_changed(nmt::State /*state*/, Instant /*now*/) {
 }
+bool Application::may_operate(Instant /*now*/) {
+  return true;
+}
 void Application::reset(bool /*whole_node*/, Instant /*now*/) {
 }
 
@@ -33,6 +36,10 @@ void Node::start(Instant now) {
 }
 void Node::command(nmt::Command command, Instant now) {
   impl_->command(command, now);
+}
+void Node::device_error(std::uint8_t error_class, Instant now) {
+  impl_->now = now;
+  impl_->obey_error_behaviour(error_class);
 }
 void Node::receive(std::span<const can::Frame> frames) {
   impl_->receive(frames);

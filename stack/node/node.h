@@ -42,20 +42,24 @@ class Companion {
 class Application : public pdo::Listener {
  public:
   virtual void state_changed(nmt::State state, Instant now);
+  // Asked before each transition to Operational; false: the node stays in the state it is in.
+  virtual bool may_operate(Instant now);
   // Reset node / reset communication: values have been set back already.
   virtual void reset(bool whole_node, Instant now);
 };
 
 struct Options {
-  std::uint8_t node_id = 0;    // 1..127
-  bool self_starting = false;  // enters Operational by itself (1F80h bit 2 = 0 and so on)
-  bool nmt_slave = true;       // obeys node control on 000h; false for the NMT master
+  std::uint8_t node_id = 0;  // 1..127
+  // Enters Operational by itself. So does an NMT slave whose object 1F80h has bits 0 and 2 clear.
+  bool self_starting = false;
+  bool nmt_slave = true;  // obeys node control on 000h; false for the NMT master
 };
 
 struct NodeCounters {
   std::uint64_t syncs = 0;
-  std::uint64_t malformed = 0;  // frames a service wanted but could not understand
-  std::uint64_t unused = 0;     // frames nobody wanted
+  std::uint64_t malformed = 0;       // frames a service wanted but could not understand
+  std::uint64_t unused = 0;          // frames nobody wanted
+  std::uint64_t starts_refused = 0;  // by the application
   can::Traffic received;
 };
 
@@ -82,6 +86,9 @@ class Node {
   void start(Instant now);
   // An NMT command for this node itself, as if received (the master obeys its own commands so).
   void command(nmt::Command command, Instant now);
+  // An error of the device has occurred: does what 1029h:error_class says, see
+  // nmt/error_behaviour.h. The EMCY is the application's.
+  void device_error(std::uint8_t error_class, Instant now);
 
   // Hot. Each frame at its own frame.time; frames whose identifier nobody wants are counted.
   void receive(std::span<const can::Frame> frames);

@@ -106,6 +106,10 @@ void Node::Impl::remote_request(can::Target target, const can::Frame& frame) {
       if (serves(target.service)) {
         pdos.remote_request(target.index, frame.time);
       }
+    } else if (target.service == can::Service::error_control &&
+               (target.index & kOwnIdMark) == kOwnIdMark) {
+      wanted = true;
+      guarding.request(frame.time);
     }
     if (target.next == 0) {
       break;
@@ -153,10 +157,35 @@ void Node::Impl::take_error_control(std::uint16_t index, const can::Frame& frame
     hand_to_companion({can::Service::error_control, index, 0}, frame);
     return;
   }
+  if ((index & kOwnIdMark) == kOwnIdMark) {
+    take_own_id(frame);
+    return;
+  }
   const auto node = static_cast<std::uint8_t>(index & kNodeBits);
   if (serves(can::Service::error_control) && !heartbeats.receive(node, frame)) {
     malformed(frame, node);
   }
+}
+
+// An error control message that another device sends with this node's node-ID: each boot-up is
+// told, of the others the first.
+void Node::Impl::take_own_id(const can::Frame& frame) {
+  if (!serves(can::Service::error_control)) {
+    return;
+  }
+  const auto content = static_cast<nmt::State>(frame.data[0] & ~nmt::kToggleBit);
+  if (frame.length != 1 || nmt::name(content) == nmt::name(nmt::State::unknown)) {
+    malformed(frame, options.node_id);
+    return;
+  }
+  if (content == nmt::State::initialising || !duplicate_told) {
+    duplicate_told = true;
+    events.emit({.time = frame.time,
+                 .kind = EventKind::duplicate_node_id,
+                 .node = options.node_id,
+                 .code = static_cast<std::uint8_t>(content)});
+  }
+  begin(Fault::node_id, 0, emcy::kIdCollision);
 }
 
 void Node::Impl::take_emergency(std::uint16_t index, const can::Frame& frame) {

@@ -7,6 +7,10 @@
 namespace linegate::node {
 namespace {
 
+constexpr od::Address kNmtStartup{0x1F80, 0};
+constexpr std::uint64_t kNmtMaster = 0x01;
+constexpr std::uint64_t kNotSelfStarting = 0x04;
+
 od::Dictionary completed(od::Dictionary dictionary, std::uint8_t node_id) {
   add_mandatory_objects(dictionary, node_id);
   return dictionary;
@@ -20,6 +24,8 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
       dictionary(completed(std::move(own_dictionary), own_options.node_id)),
       events(event_log),
       heartbeat(dictionary, transmit, own_options.node_id),
+      guarding(dictionary, transmit, events, *this, own_options.node_id),
+      error_behaviour(dictionary),
       heartbeats(dispatch, events, kOwnMark),
       heartbeat_times(dictionary, heartbeats),
       sync(dictionary, dispatch, transmit, events),
@@ -41,6 +47,9 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
       {storage::kStoreParameters, &storage},
       {storage::kRestoreDefaults, &storage},
       {storage::kVerifyConfiguration, &storage.configuration()},
+      {nmt::kGuardTime, &guarding},
+      {nmt::kLifeTimeFactor, &guarding},
+      {nmt::kErrorBehaviour, &error_behaviour},
       {emcy::kConsumerObject, &emergency_cob_ids},
   };
   for (const auto& [index, hook] : hooks) {
@@ -48,6 +57,8 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
   }
   heartbeats.set_listener(this);
   pdos.set_listener(this, false);
+  dispatch.add(can::kErrorControlBase + options.node_id, false, can::Service::error_control,
+               static_cast<std::uint16_t>(kOwnIdMark | options.node_id));
   if (options.nmt_slave) {
     dispatch.add(can::kNmtId, false, can::Service::nmt, 0);
   }
@@ -70,6 +81,12 @@ void Node::Impl::start(Instant time) {
 void Node::Impl::command(nmt::Command command, Instant time) {
   now = time;
   const nmt::State before = slave.state();
+  if (command == nmt::Command::start && before != nmt::State::operational &&
+      before != nmt::State::initialising && application != nullptr &&
+      !application->may_operate(time)) {
+    ++counters.starts_refused;
+    return;
+  }
   switch (slave.command(command)) {
     case nmt::Effect::none:
       return;
@@ -92,6 +109,7 @@ void Node::Impl::reset(bool whole_node, Instant time) {
   sync.set_active(false);
   emcy.set_active(false);
   heartbeat.set_state(nmt::State::initialising);
+  guarding.set_state(nmt::State::initialising);
   if (whole_node) {
     dictionary.reset_values(0x0001, 0xFFFF);
   } else {
@@ -107,6 +125,7 @@ void Node::Impl::reset(bool whole_node, Instant time) {
 void Node::Impl::boot(Instant time) {
   now = time;
   faults.clear();
+  duplicate_told = false;
   sync.configure();
   emcy.configure();
   emcy.history().clear();
@@ -114,20 +133,28 @@ void Node::Impl::boot(Instant time) {
   heartbeat_times.configure(true);
   sdo.configure();
   (void)pdos.configure();  // pdo_unusable() tells what it finds
+  guarding.configure();
   heartbeat.boot_up(time);
   slave.booted();
   state_changed(nmt::State::initialising, time);
   if (damage != storage::Damage::none) {
     tell_damage(std::exchange(damage, storage::Damage::none));
   }
-  if (options.self_starting) {
+  if (self_starting()) {
     command(nmt::Command::start, time);
   }
+}
+
+bool Node::Impl::self_starting() const {
+  const auto startup = dictionary.number(kNmtStartup);
+  return options.self_starting ||
+         (options.nmt_slave && startup && (*startup & (kNmtMaster | kNotSelfStarting)) == 0);
 }
 
 void Node::Impl::state_changed(nmt::State before, Instant time) {
   const nmt::State state = slave.state();
   heartbeat.set_state(state);
+  guarding.set_state(state);
   emcy.set_active(serves(can::Service::emcy));
   sync.set_active(serves(can::Service::sync));
   if (!serves(can::Service::sdo_server)) {
@@ -154,6 +181,7 @@ void Node::Impl::tell_state(nmt::State before, Instant time) {
 void Node::Impl::advance(Instant time) {
   now = time;
   heartbeats.advance(time);
+  guarding.advance(time);
   if (const auto counter = sync.advance(time)) {
     synced(*counter, time);
   }
@@ -165,6 +193,7 @@ void Node::Impl::advance(Instant time) {
 
 Instant Node::Impl::next_wake() const {
   Instant next = earlier(heartbeats.next_wake(), heartbeat.next_wake());
+  next = earlier(next, guarding.next_wake());
   next = earlier(next, sync.next_wake());
   next = earlier(next, emcy.next_wake());
   next = earlier(next, sdo.next_wake());

@@ -168,6 +168,8 @@ std::string words(EventKind kind, std::uint8_t node, std::uint32_t code, std::ui
 
 TEST(EventText, NamesTheNodeAndSaysWhatHappened) {
   EXPECT_EQ(words(EventKind::heartbeat_lost, 5, 0, 500), "node 5 (ram): heartbeat lost for 500 ms");
+  EXPECT_EQ(words(EventKind::heartbeat_lost, 5, 1, 500),
+            "node 5 (ram): no answer to node guarding for 500 ms");
   EXPECT_EQ(words(EventKind::node_state, 6, 5, 0x7F), "node 6: operational (was pre-operational)");
   EXPECT_EQ(words(EventKind::emcy, 5, 0x8130, 0x11, {1, 2, 3, 4, 5}),
             "node 5 (ram): EMCY 8130h, error register 11h, data 01 02 03 04 05");

@@ -145,6 +145,7 @@ const Bad kBad[] = {
      "      - {id: 5, name: x, eds: nowhere.eds}\n"
      "      - {id: 5, name: x, eds: bridges/sim/eds/drive.eds}\n"
      "      - {id: 7, eds: bridges/sim/eds/drive.eds, heartbeat: {producer: 1s, consumer: 500ms}}\n"
+     "      - {id: 9, eds: bridges/sim/eds/drive.eds, heartbeat: 1s, guarding: {time: 1s}}\n"
      "      - {name: y}\n"
      "    simulate: [{node: 5, profile: drive}]\n",
      {"plant.yaml:7:31: error: there is no file nowhere.eds",
@@ -152,9 +153,11 @@ const Bad kBad[] = {
       "plant.yaml:8:9: error: another node is called \"x\"",
       "plant.yaml:9:9: error: node-ID 7 is the line's own node_id",
       "plant.yaml:9:60: error: the consumer time 500ms must be longer than the producer time 1s",
-      "plant.yaml:10:9: error: a node needs the key \"id\"",
-      "plant.yaml:10:9: error: a node needs the key \"eds\" (or \"dcf\")",
-      "plant.yaml:11:15: error: simulate needs the interface simulated:; for other interfaces "
+      "plant.yaml:10:74: error: guarding needs the key \"factor\"",
+      "plant.yaml:10:74: error: a node has either the key \"heartbeat\" or the key \"guarding\"",
+      "plant.yaml:11:9: error: a node needs the key \"id\"",
+      "plant.yaml:11:9: error: a node needs the key \"eds\" (or \"dcf\")",
+      "plant.yaml:12:15: error: simulate needs the interface simulated:; for other interfaces "
       "there "
       "is the command linegate simulate"}},
     {"objects",
@@ -306,6 +309,7 @@ lines:
         heartbeat: {producer: 200ms, consumer: 700ms}
         boot_timeout: 3s
         objects: {6083: 1000}
+      - {id: 6, eds: bridges/sim/eds/drive.eds, guarding: {time: 100ms, factor: 3}}
     outputs:
       groups:
         - {name: motion, number: 4, send: always, entries: [ram.Controlword, "ram.6060:0"]}
@@ -348,6 +352,8 @@ lines:
   EXPECT_EQ(node.heartbeat, 200ms);
   EXPECT_EQ(node.heartbeat_consumer, 700ms);
   EXPECT_EQ(node.boot_timeout, 3s);
+  EXPECT_EQ(line.config.nodes.at(1).guard_time, 100ms);
+  EXPECT_EQ(line.config.nodes.at(1).life_time_factor, 3);
   ASSERT_EQ(node.objects.size(), 1U);
   EXPECT_EQ(node.objects[0].address, (od::Address{0x6083, 0}));
   EXPECT_EQ(node.objects[0].data.size(), 4U);

@@ -62,6 +62,14 @@ TEST_F(MalformedFrameTest, Heartbeat) {
   EXPECT_EQ(node->next_wake(), kNever);
 }
 
+TEST_F(MalformedFrameTest, OwnNodeId) {
+  boot();
+  expect_told(0x705, {});
+  expect_told(0x705, {0x05, 0x05});
+  expect_told(0x705, {0x33});
+  EXPECT_TRUE(drain(at(1ms)).empty());
+}
+
 TEST_F(MalformedFrameTest, Emcy) {
   boot();
   sdo_write({0x1028, 7}, 4, 0x87);

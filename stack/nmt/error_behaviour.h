@@ -1,0 +1,36 @@
+// Object 1029h, error behaviour (CiA 301, 7.5.2.32): what an error does to the NMT state.
+//   sub 1      U8  communication error: bus-off, loss of a heartbeat, life guarding
+//   sub 2..254 U8  errors of the device, as its profile numbers them
+// 0 = Pre-operational if Operational, 1 = no change, 2 = Stopped; what is not there counts as 0.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "stack/nmt/state.h"
+#include "stack/od/dictionary.h"
+
+namespace linegate::nmt {
+
+inline constexpr std::uint16_t kErrorBehaviour = 0x1029;
+inline constexpr std::uint8_t kCommunicationError = 1;
+
+class ErrorBehaviour final : public od::Hook {
+ public:
+  // dictionary must outlive it. The owner sets the hook.
+  explicit ErrorBehaviour(const od::Dictionary& dictionary) : dictionary_(dictionary) {}
+
+  // What the node has to command itself when an error of that class (sub-index of 1029h) occurs in
+  // `state`; nothing if it stays where it is.
+  std::optional<Command> reaction(std::uint8_t error_class, State state) const;
+
+  // invalid_value for anything above 2: reserved, or of manufacturers, who are not us.
+  AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
+
+ private:
+  const od::Dictionary& dictionary_;
+};
+
+}  // namespace linegate::nmt

@@ -1,0 +1,35 @@
+#include "stack/nmt/guard.h"
+
+#include "stack/can/cob_id.h"
+
+namespace linegate::nmt {
+
+can::Frame guard_request(std::uint8_t node) {
+  can::Frame frame;
+  frame.id = can::kErrorControlBase + node;
+  frame.flags = can::Frame::kRemote;
+  frame.length = 1;
+  return frame;
+}
+
+bool Guard::take_toggle(can::Frame& answer) {
+  if (answer.length != 1) {
+    return false;
+  }
+  if (answer.data[0] == std::byte{0}) {
+    toggle = std::byte{0};
+    return true;
+  }
+  if (answer.data[0] == kToggleBit) {
+    return false;  // nobody answers while Initialising
+  }
+  const std::byte seen = answer.data[0] & kToggleBit;
+  if (seen != toggle.value_or(seen)) {
+    return false;
+  }
+  toggle = seen ^ kToggleBit;
+  answer.data[0] &= ~kToggleBit;
+  return true;
+}
+
+}  // namespace linegate::nmt

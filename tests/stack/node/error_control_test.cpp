@@ -1,0 +1,201 @@
+// Error control of a whole node and what its errors lead to: guarding, 1029h, its node-ID twice,
+// and who may say no to Operational.
+#include "tests/stack/node/node_fixture.h"
+
+namespace linegate::node {
+namespace {
+
+using Frames = std::vector<Sent>;
+
+class ErrorControlTest : public NodeTest {
+ protected:
+  ErrorControlTest() {
+    od::Dictionary dictionary = example_dictionary();
+    EXPECT_TRUE(dictionary.add(testing::object(0x100C, od::DataType::unsigned16, 0)).ok());
+    EXPECT_TRUE(dictionary.add(testing::object(0x100D, od::DataType::unsigned8, 0)).ok());
+    node =
+        std::make_unique<Node>(std::move(dictionary), Options{.node_id = kNodeId}, events, nullptr);
+  }
+
+  Frames ask(Duration when, std::uint8_t length = 1) {
+    can::Frame request = frame_at(at(when), 0x705, {});
+    request.flags = can::Frame::kRemote;
+    request.length = length;
+    node->receive({&request, 1});
+    return drain(at(when));
+  }
+};
+
+TEST_F(ErrorControlTest, AnswersItsGuardInEveryState) {
+  EXPECT_EQ(ask(0ms), Frames{}) << "not started";
+  boot();
+  EXPECT_EQ(ask(1ms), (Frames{{at(1ms), 0x705, {0x7F}}}));
+  nmt(0x01);
+  drain(at(1ms));
+  EXPECT_EQ(ask(2ms, 0), (Frames{{at(2ms), 0x705, {0x85}}}));
+  nmt(0x02);
+  EXPECT_EQ(ask(3ms), (Frames{{at(3ms), 0x705, {0x04}}}));
+  nmt(0x82, kNodeId, 4ms);
+  drain(at(4ms));
+  EXPECT_EQ(ask(5ms), (Frames{{at(5ms), 0x705, {0x7F}}}));
+}
+
+TEST_F(ErrorControlTest, ALostGuardIsAnEmcyAndEndsOperational) {
+  boot_and_start();
+  EXPECT_EQ(sdo_write({0x100C, 0}, 2, 100), 0U);
+  EXPECT_EQ(sdo_write({0x100D, 0}, 1, 3), 0U);
+  ask(10ms);
+  EXPECT_EQ(node->next_wake(), at(310ms));
+  testing::take_events(events);
+  EXPECT_EQ(advance(310ms), (Frames{{at(310ms), 0x085, {0x30, 0x81, 0x11, 0, 0, 0, 0, 0}}}));
+  EXPECT_EQ(node->state(), nmt::State::pre_operational);
+  EXPECT_EQ(kinds(), (std::vector<EventKind>{EventKind::heartbeat_lost, EventKind::emcy_sent,
+                                             EventKind::own_state}));
+  const Frames back{{at(400ms), 0x085, {0, 0, 0, 0, 0, 0, 0, 0}}, {at(400ms), 0x705, {0xFF}}};
+  EXPECT_EQ(ask(400ms), back);
+}
+
+TEST_F(ErrorControlTest, AHeartbeatWinsOverGuarding) {
+  boot();
+  sdo_write({0x100C, 0}, 2, 100);
+  sdo_write({0x100D, 0}, 1, 3);
+  sdo_write({0x1017, 0}, 2, 1000);
+  EXPECT_EQ(ask(10ms), Frames{});
+  EXPECT_EQ(node->next_wake(), at(1000ms));
+  sdo_write({0x1017, 0}, 2, 0, 20ms);
+  EXPECT_EQ(ask(30ms), (Frames{{at(30ms), 0x705, {0x7F}}}));
+}
+
+// Another device on the line has node-ID 5 too.
+TEST_F(ErrorControlTest, TheOwnNodeIdOfAnotherIsToldByItsBootUp) {
+  boot_and_start();
+  hear(1ms, 0x705, {0x00});
+  const auto told = testing::take_events(events);
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[0].kind, EventKind::duplicate_node_id);
+  EXPECT_EQ(told[0].node, kNodeId);
+  EXPECT_EQ(told[0].code, 0U);
+  EXPECT_EQ(told[0].time, at(1ms));
+  EXPECT_EQ(drain(at(1ms)), (Frames{{at(1ms), 0x085, {0x50, 0x81, 0x11, 0, 0, 0, 0, 0}}}));
+  EXPECT_EQ(node->state(), nmt::State::operational);
+  hear(2ms, 0x705, {0x00});
+  EXPECT_EQ(kinds(), (std::vector<EventKind>{EventKind::duplicate_node_id}));
+  EXPECT_TRUE(drain(at(2ms)).empty()) << "the EMCY once";
+}
+
+TEST_F(ErrorControlTest, OfItsHeartbeatsTheFirstIsTold) {
+  boot();
+  hear(1ms, 0x705, {0x85});
+  const auto told = testing::take_events(events);
+  ASSERT_FALSE(told.empty());
+  EXPECT_EQ(told[0].kind, EventKind::duplicate_node_id);
+  EXPECT_EQ(told[0].code, 5U);
+  hear(2ms, 0x705, {0x05});
+  EXPECT_TRUE(kinds().empty());
+  nmt(0x82, kNodeId, 3ms);
+  testing::take_events(events);
+  hear(4ms, 0x705, {0x05});
+  EXPECT_EQ(kinds().front(), EventKind::duplicate_node_id) << "anew after a reset";
+}
+
+TEST_F(ErrorControlTest, ErrorBehaviourKnowsThreeValues) {
+  boot();
+  for (const std::uint32_t value : {0U, 1U, 2U}) {
+    EXPECT_EQ(sdo_write({0x1029, 1}, 1, value), 0U);
+  }
+  for (const std::uint32_t value : {3U, 127U, 128U, 255U}) {
+    EXPECT_EQ(sdo_write({0x1029, 1}, 1, value), 0x0609'0030U);
+  }
+}
+
+TEST_F(ErrorControlTest, ErrorBehaviourInEveryState) {
+  using enum nmt::State;
+  struct Row {
+    std::uint8_t behaviour;
+    std::uint8_t command;
+    nmt::State after;
+  };
+  const Row table[] = {{0, 0x01, pre_operational}, {0, 0x80, pre_operational}, {0, 0x02, stopped},
+                       {1, 0x01, operational},     {1, 0x80, pre_operational}, {1, 0x02, stopped},
+                       {2, 0x01, stopped},         {2, 0x80, stopped},         {2, 0x02, stopped}};
+  boot();
+  for (const Row& row : table) {
+    nmt(0x80);
+    EXPECT_EQ(sdo_write({0x1029, 1}, 1, row.behaviour), 0U);
+    nmt(row.command);
+    node->device_error(1, at(1ms));
+    EXPECT_EQ(node->state(), row.after) << int{row.behaviour} << ' ' << int{row.command};
+  }
+}
+
+TEST_F(ErrorControlTest, EachErrorClassHasItsOwnBehaviour) {
+  od::Dictionary dictionary = example_dictionary();
+  ASSERT_TRUE(dictionary.remove(0x1029).ok());
+  ASSERT_TRUE(dictionary.add(testing::array(0x1029, od::DataType::unsigned8, 3, 1)).ok());
+  node =
+      std::make_unique<Node>(std::move(dictionary), Options{.node_id = kNodeId}, events, nullptr);
+  boot_and_start();
+  sdo_write({0x1029, 3}, 1, 2);
+  node->device_error(2, at(1ms));
+  EXPECT_EQ(node->state(), nmt::State::operational);
+  node->device_error(3, at(1ms));
+  EXPECT_EQ(node->state(), nmt::State::stopped);
+  nmt(0x01);
+  node->device_error(4, at(1ms));
+  EXPECT_EQ(node->state(), nmt::State::pre_operational) << "as without 1029h";
+}
+
+struct Reluctant : Application {
+  bool may_operate(Instant /*now*/) override {
+    ++asked;
+    return willing;
+  }
+  bool willing = false;
+  int asked = 0;
+};
+
+TEST_F(ErrorControlTest, TheApplicationMayRefuseOperational) {
+  Reluctant application;
+  node->set_application(&application);
+  boot();
+  nmt(0x01);
+  EXPECT_EQ(node->state(), nmt::State::pre_operational);
+  EXPECT_EQ(node->counters().starts_refused, 1U);
+  nmt(0x02);
+  nmt(0x01, 0);
+  EXPECT_EQ(node->state(), nmt::State::stopped) << "it stays where it is";
+  application.willing = true;
+  nmt(0x01);
+  EXPECT_EQ(node->state(), nmt::State::operational);
+  nmt(0x01);
+  EXPECT_EQ(application.asked, 3) << "it is Operational already";
+  EXPECT_EQ(node->counters().starts_refused, 2U);
+}
+
+TEST(NmtStartup, BitsOf1F80hMakeASlaveStartItself) {
+  using enum nmt::State;
+  const std::pair<std::uint32_t, nmt::State> table[] = {{0x00, operational},
+                                                        {0x04, pre_operational},
+                                                        {0x01, pre_operational},
+                                                        {0x05, pre_operational},
+                                                        {0x08, operational}};
+  for (const auto& [startup, state] : table) {
+    EventLog events;
+    Node node(testing::dictionary_of({testing::object(0x1F80, od::DataType::unsigned32, startup)}),
+              {.node_id = 9}, events, nullptr);
+    node.start(at(0ms));
+    EXPECT_EQ(node.state(), state) << startup;
+    Node master(
+        testing::dictionary_of({testing::object(0x1F80, od::DataType::unsigned32, startup)}),
+        {.node_id = 9, .nmt_slave = false}, events, nullptr);
+    master.start(at(0ms));
+    EXPECT_EQ(master.state(), pre_operational) << "its owner decides";
+  }
+  EventLog events;
+  Node plain(od::Dictionary{}, {.node_id = 9}, events, nullptr);
+  plain.start(at(0ms));
+  EXPECT_EQ(plain.state(), pre_operational) << "without the object";
+}
+
+}  // namespace
+}  // namespace linegate::node
