@@ -76,9 +76,9 @@ class Text {
     add("\nline {} on {}\n", c.name, plan.interface.uri);
     add("  {} with node-ID {}, network-ID {}, bit rate {}\n", name(c.role), c.node_id, c.network_id,
         c.bit_rate == 0 ? "not given" : fmt::format("{} bit/s", c.bit_rate));
-    add("  heartbeat {}, SYNC {}, SDO time-out {}, reset nodes {}, start nodes {}\n",
-        off_or(c.heartbeat), off_or(c.sync_period), format_duration(c.sdo_timeout), c.reset_nodes,
-        c.start_nodes);
+    add("  heartbeat {}, SYNC {}, TIME {}, SDO time-out {}, reset nodes {}, start nodes {}\n",
+        off_or(c.heartbeat), off_or(c.sync_period), off_or(c.time_period),
+        format_duration(c.sdo_timeout), c.reset_nodes, c.start_nodes);
     add("  access: commands {}, outputs {}; published {}; PDO updates every {} at most\n",
         config::name(plan.commands), config::name(plan.outputs), publish_text(plan.publish),
         format_duration(plan.pdo_min_period));

@@ -194,6 +194,7 @@ void LineRunner::hand_over_image(image::Direction direction, Instant now) {
 
 void LineRunner::look_at_clock() {
   const Duration step = clock_.refresh();
+  line_->set_utc(clock_.map().offset);
   if (step == Duration::zero()) {
     return;
   }

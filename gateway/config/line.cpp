@@ -192,6 +192,7 @@ void read_own_node(Section& section, line::LineConfig& config) {
   section.read_multiple("heartbeat", config.heartbeat, milliseconds(1), milliseconds(65'535));
   section.read_multiple("sync", config.sync_period, std::chrono::microseconds(1),
                         std::chrono::seconds(60));
+  section.read_multiple("time", config.time_period, milliseconds(10), std::chrono::hours(24));
   section.read("sdo_timeout", config.sdo_timeout, milliseconds(1), std::chrono::minutes(10));
   section.read("reset_nodes", config.reset_nodes);
   section.read("start_nodes", config.start_nodes);

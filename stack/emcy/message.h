@@ -28,7 +28,7 @@ enum ErrorRegister : std::uint8_t {
 
 // Emergency error codes that the stack itself sends.
 inline constexpr std::uint16_t kErrorReset = 0x0000;
-inline constexpr std::uint16_t kDataSet = 0x6300;  // stored parameters cannot be used
+inline constexpr std::uint16_t kDataSet = 0x6300;         // stored parameters cannot be used
 inline constexpr std::uint16_t kHeartbeatError = 0x8130;  // or life guarding
 inline constexpr std::uint16_t kIdCollision = 0x8150;
 inline constexpr std::uint16_t kPdoLength = 0x8210;   // not processed

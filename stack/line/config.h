@@ -67,6 +67,7 @@ struct LineConfig {
   Identity identity;
   Duration heartbeat{};    // own producer time, 0 = off
   Duration sync_period{};  // 0 = no SYNC producer
+  Duration time_period{};  // 0 = no TIME producer
   Duration sdo_timeout = std::chrono::milliseconds(500);
   bool reset_nodes = true;          // NMT reset communication to all at the start
   bool start_nodes = true;          // NMT start when booted (1F80h bit 3 = 0)

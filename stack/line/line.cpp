@@ -6,6 +6,7 @@
 #include "stack/line/build.h"
 #include "stack/line/line_impl.h"
 #include "stack/line/own_dictionary.h"
+#include "stack/time/service.h"
 
 namespace linegate::line {
 namespace {
@@ -61,6 +62,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
   events.limit_repeats();
   node.set_companion(this);
   node.pdos().link(plan);
+  node.clock().produce_every(config.time_period);
   heartbeats.set_listener(this);
   heartbeats.listen_all(config.node_id);
   emergencies.set_listener(this);
@@ -397,6 +399,12 @@ bool Line::image_changed(image::Direction direction) const {
 }
 bool Line::image_touched(image::Direction direction) const {
   return impl_->image.touched(direction);
+}
+void Line::set_utc(Duration offset) {
+  impl_->node.clock().set_utc(offset);
+}
+std::optional<Duration> Line::network_utc(Instant now) const {
+  return impl_->node.clock().network_utc(now);
 }
 std::uint32_t Line::sync_count() const {
   return impl_->syncs;

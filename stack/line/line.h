@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -40,6 +41,10 @@ class Line {
   const image::Layout& layout(image::Direction direction) const;
 
   // --- input ----------------------------------------------------------------------------------
+
+  // UTC (since 1970-01-01) is protocol time + offset: for the TIME producer. Whenever it is known
+  // better.
+  void set_utc(Duration offset);
 
   // Begins to run: own boot-up, then the work of the role.
   void start(Instant now);
@@ -80,6 +85,9 @@ class Line {
   // Something changed / was received since the last snapshot of that direction.
   bool image_changed(image::Direction direction) const;
   bool image_touched(image::Direction direction) const;
+  // UTC (since 1970-01-01) as the last TIME message of another device tells it; nothing if none
+  // came.
+  std::optional<Duration> network_utc(Instant now) const;
   // SYNCs seen so far: for publication on SYNC.
   std::uint32_t sync_count() const;
 

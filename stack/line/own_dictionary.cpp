@@ -6,6 +6,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
+#include "stack/time/service.h"
 
 namespace linegate::line {
 namespace {
@@ -92,6 +93,7 @@ od::Dictionary make_own_dictionary(const LineConfig& config) {
   using std::chrono::microseconds;
   using std::chrono::milliseconds;
   const bool produces_sync = config.sync_period > Duration::zero();
+  const bool produces_time = config.time_period > Duration::zero();
   const std::vector<od::ObjectDescription> objects = {
       object(0x1000, "Device type", DataType::unsigned32, Access::ro, config.identity.device_type),
       object(0x1001, "Error register", DataType::unsigned8, Access::ro, 0),
@@ -103,6 +105,8 @@ od::Dictionary make_own_dictionary(const LineConfig& config) {
              in<microseconds>(config.sync_period)),
       object(0x100C, "Guard time", DataType::unsigned16, Access::rw, 0),
       object(0x100D, "Life time factor", DataType::unsigned8, Access::rw, 0),
+      object(0x1012, "COB-ID time stamp object", DataType::unsigned32, Access::rw,
+             can::kTimeId | (produces_time ? time::kProduceBit : time::kConsumeBit)),
       object(0x1014, "COB-ID EMCY", DataType::unsigned32, Access::rw,
              can::kEmcyBase + config.node_id),
       object(0x1015, "Inhibit time EMCY", DataType::unsigned16, Access::rw, 0),

@@ -21,6 +21,7 @@
 #include "stack/pdo/engine.h"
 #include "stack/storage/storage.h"
 #include "stack/sync/service.h"
+#include "stack/time/service.h"
 
 namespace linegate::node {
 
@@ -52,6 +53,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   void remote_request(can::Target target, const can::Frame& frame);
   void take_node_control(const can::Frame& frame);
   void take_sync(const can::Frame& frame);
+  void take_time(const can::Frame& frame);
   void take_sdo(std::uint16_t index, const can::Frame& frame);
   void take_error_control(std::uint16_t index, const can::Frame& frame);
   void take_own_id(const can::Frame& frame);
@@ -99,6 +101,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   nmt::HeartbeatConsumer heartbeats;
   nmt::ConsumerHeartbeatTime heartbeat_times;
   sync::Service sync;
+  time::Service clock;
   emcy::Producer emcy;
   emcy::Consumer emergencies;
   emcy::ConsumerObject emergency_cob_ids;

@@ -11,6 +11,8 @@ void Application::state_changed(nmt::State /*state*/, Instant /*now*/) {
 bool Application::may_operate(Instant /*now*/) {
   return true;
 }
+void Application::time_received(const time::TimeOfDay& /*time*/, Instant /*now*/) {
+}
 void Application::reset(bool /*whole_node*/, Instant /*now*/) {
 }
 
@@ -73,6 +75,9 @@ pdo::Engine& Node::pdos() {
 }
 emcy::Producer& Node::emcy() {
   return impl_->emcy;
+}
+time::Service& Node::clock() {
+  return impl_->clock;
 }
 can::Dispatch& Node::dispatch() {
   return impl_->dispatch;

@@ -24,11 +24,15 @@ class Producer;
 namespace linegate::storage {
 class Medium;
 }
+namespace linegate::time {
+class Service;
+struct TimeOfDay;
+}  // namespace linegate::time
 
 namespace linegate::node {
 
 // Gets the frames of services the node does not serve itself (sdo_client, error_control, emcy,
-// sdo_server of other nodes, time, lss), registered with dispatch() by whoever serves them, and
+// sdo_server of other nodes, lss), registered with dispatch() by whoever serves them, and
 // hears of SYNC. The node's own targets have an index of 100h and more for error_control and emcy
 // (its consumers by 1016h and 1028h), and below 80h for sdo_server: other indices are free.
 class Companion {
@@ -44,6 +48,8 @@ class Application : public pdo::Listener {
   virtual void state_changed(nmt::State state, Instant now);
   // Asked before each transition to Operational; false: the node stays in the state it is in.
   virtual bool may_operate(Instant now);
+  // A TIME message came (1012h bit 31).
+  virtual void time_received(const time::TimeOfDay& time, Instant now);
   // Reset node / reset communication: values have been set back already.
   virtual void reset(bool whole_node, Instant now);
 };
@@ -57,6 +63,7 @@ struct Options {
 
 struct NodeCounters {
   std::uint64_t syncs = 0;
+  std::uint64_t times = 0;
   std::uint64_t malformed = 0;       // frames a service wanted but could not understand
   std::uint64_t unused = 0;          // frames nobody wanted
   std::uint64_t starts_refused = 0;  // by the application
@@ -103,6 +110,7 @@ class Node {
   od::Dictionary& dictionary();
   pdo::Engine& pdos();
   emcy::Producer& emcy();
+  time::Service& clock();
   can::Dispatch& dispatch();
   can::TransmitQueue& transmit();
   const NodeCounters& counters() const;

@@ -89,9 +89,11 @@ void Node::Impl::serve(can::Service service, std::uint16_t index, const can::Fra
     case can::Service::none:
       ++counters.unused;  // data frames on a TPDO of this node are somebody else's mistake
       return;
+    case can::Service::time:
+      take_time(frame);
+      return;
     case can::Service::rpdo:
     case can::Service::sdo_client:
-    case can::Service::time:
     case can::Service::lss:
       hand_to_companion({service, index, 0}, frame);
       return;
@@ -149,6 +151,20 @@ void Node::Impl::take_sync(const can::Frame& frame) {
   }
   if (reception.is_sync) {
     synced(reception.counter, frame.time);
+  }
+}
+
+void Node::Impl::take_time(const can::Frame& frame) {
+  if (!serves(can::Service::time)) {
+    return;
+  }
+  if (!clock.receive(frame)) {
+    malformed(frame, 0);
+    return;
+  }
+  ++counters.times;
+  if (application != nullptr && clock.received()) {
+    application->time_received(clock.received()->time, frame.time);
   }
 }
 

@@ -29,6 +29,7 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
       heartbeats(dispatch, events, kOwnMark),
       heartbeat_times(dictionary, heartbeats),
       sync(dictionary, dispatch, transmit, events),
+      clock(dictionary, dispatch, transmit),
       emcy(dictionary, transmit, events, own_options.node_id),
       emergencies(dispatch, events, kOwnMark),
       emergency_cob_ids(dictionary, emergencies),
@@ -40,6 +41,7 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
       {sync::kCobId, &sync},
       {sync::kCyclePeriod, &sync},
       {sync::kCounterOverflow, &sync},
+      {time::kCobId, &clock},
       {emcy::kProducerCobId, &emcy},
       {emcy::kInhibitTime, &emcy},
       {nmt::kConsumerHeartbeatTime, &heartbeat_times},
@@ -107,6 +109,7 @@ void Node::Impl::command(nmt::Command command, Instant time) {
 void Node::Impl::reset(bool whole_node, Instant time) {
   pdos.set_operational(false, time);
   sync.set_active(false);
+  clock.set_active(false);
   emcy.set_active(false);
   heartbeat.set_state(nmt::State::initialising);
   guarding.set_state(nmt::State::initialising);
@@ -127,6 +130,7 @@ void Node::Impl::boot(Instant time) {
   faults.clear();
   duplicate_told = false;
   sync.configure();
+  clock.configure();
   emcy.configure();
   emcy.history().clear();
   emergency_cob_ids.configure();
@@ -157,6 +161,7 @@ void Node::Impl::state_changed(nmt::State before, Instant time) {
   guarding.set_state(state);
   emcy.set_active(serves(can::Service::emcy));
   sync.set_active(serves(can::Service::sync));
+  clock.set_active(serves(can::Service::time));
   if (!serves(can::Service::sdo_server)) {
     sdo.reset();
   }
@@ -185,6 +190,7 @@ void Node::Impl::advance(Instant time) {
   if (const auto counter = sync.advance(time)) {
     synced(*counter, time);
   }
+  clock.advance(time);
   pdos.advance(time);
   sdo.advance(time, transmit);
   emcy.advance(time);
@@ -195,6 +201,7 @@ Instant Node::Impl::next_wake() const {
   Instant next = earlier(heartbeats.next_wake(), heartbeat.next_wake());
   next = earlier(next, guarding.next_wake());
   next = earlier(next, sync.next_wake());
+  next = earlier(next, clock.next_wake());
   next = earlier(next, emcy.next_wake());
   next = earlier(next, sdo.next_wake());
   return earlier(next, pdos.next_wake());
@@ -202,6 +209,7 @@ Instant Node::Impl::next_wake() const {
 
 void Node::Impl::settle(Instant time) {
   sync.settle(time);
+  clock.settle(time);
   heartbeat.settle(time);
   sdo.settle();
 }

@@ -289,6 +289,7 @@ lines:
     node_id: 1
     heartbeat: 500ms
     sync: 2.5ms
+    time: 1s
     sdo_timeout: 300ms
     reset_nodes: false
     start_nodes: false
@@ -330,6 +331,7 @@ lines:
   EXPECT_EQ(line.config.node_id, 1);
   EXPECT_EQ(line.config.heartbeat, 500ms);
   EXPECT_EQ(line.config.sync_period, 2500us);
+  EXPECT_EQ(line.config.time_period, 1s);
   EXPECT_EQ(line.config.sdo_timeout, 300ms);
   EXPECT_FALSE(line.config.reset_nodes);
   EXPECT_FALSE(line.config.start_nodes);

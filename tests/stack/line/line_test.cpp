@@ -1,126 +1,16 @@
 // A manager's line, byte by byte: the test plays the device.
-#include "stack/line/line.h"
-
-#include <cstdio>
 #include <map>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "stack/base/byte_order.h"
-#include "stack/eds/reader.h"
 #include "stack/od/dictionary.h"
 
-#include "tests/stack/line/device_file.h"
+#include "tests/stack/line/line_fixture.h"
 
 namespace linegate::line {
 namespace {
 
-using image::Direction;
-using std::chrono::milliseconds;
-using std::chrono::seconds;
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-LineConfig config_with_axis() {
-  LineConfig config;
-  config.name = "press";
-  config.bit_rate = 500'000;
-  NodeConfig node;
-  node.id = 5;
-  node.name = "axis";
-  node.device = *eds::load(kDeviceFile, "axis.eds", 5).value;
-  node.heartbeat = milliseconds(100);
-  config.nodes.push_back(node);
-  return config;
-}
-
-std::string text(const can::Frame& frame) {
-  char digits[8];
-  std::snprintf(digits, sizeof digits, "%03X#", frame.id);
-  std::string out = digits;
-  for (const std::byte b : frame.bytes()) {
-    std::snprintf(digits, sizeof digits, "%02X", std::to_integer<unsigned>(b));
-    out += digits;
-  }
-  return out;
-}
-
-class LineTest : public testing::Test {
- protected:
-  void make(LineConfig config) {
-    auto made = Line::make(std::move(config));
-    ASSERT_TRUE(made.ok()) << to_string(made.diagnostics.at(0));
-    line_ = *std::move(made.value);
-  }
-
-  std::vector<std::string> sent() {
-    std::vector<std::string> out;
-    can::Frame frame;
-    while (line_->next_frame(frame, now_)) {
-      out.push_back(text(frame));
-    }
-    return out;
-  }
-
-  void hear(std::uint32_t id, std::initializer_list<std::uint8_t> data) {
-    can::Frame frame = can::make_frame(id, data);
-    frame.time = now_;
-    line_->receive(std::span(&frame, 1), now_);
-  }
-
-  void pass(Duration time) {
-    const Instant until = now_ + time;
-    while (line_->next_wake() <= until) {
-      now_ = std::max(now_, line_->next_wake());
-      line_->advance(now_);
-    }
-    now_ = until;
-    line_->advance(now_);
-  }
-
-  std::vector<Event> events() {
-    std::array<Event, 64> out;
-    const std::size_t count = line_->take_events(out);
-    return {out.begin(), out.begin() + static_cast<long>(count)};
-  }
-
-  bool told(EventKind kind, std::uint8_t node = 0) {
-    const std::vector<Event> all = events();
-    return std::ranges::any_of(all,
-                               [&](const Event& e) { return e.kind == kind && e.node == node; });
-  }
-
-  // Takes node 5 through its boot.
-  void boot() {
-    line_->start(now_);
-    hear(0x705, {0x00});
-    hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
-    hear(0x585, {0x43, 0x18, 0x10, 0x01, 0x23, 0x01, 0x00, 0x00});
-    hear(0x585, {0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
-    hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
-    hear(0x585, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
-    hear(0x705, {0x7F});
-    sent();
-    events();
-    hear(0x705, {0x05});
-  }
-
-  Reply answer() {
-    Reply reply;
-    EXPECT_TRUE(line_->take_reply(reply));
-    return reply;
-  }
-
-  image::Snapshot snapshot(Direction direction) {
-    image::Snapshot out;
-    line_->snapshot(direction, out, now_, false);
-    return out;
-  }
-
-  Instant now_{seconds(100)};
-  std::unique_ptr<Line> line_;
-};
 
 TEST_F(LineTest, BootsANodeStepByStep) {
   make(config_with_axis());
@@ -149,58 +39,6 @@ TEST_F(LineTest, BootsANodeStepByStep) {
   EXPECT_EQ(line_->state().manager, ManagerState::running);
   EXPECT_EQ(line_->state().nodes_operational, 1);
   EXPECT_TRUE(told(EventKind::boot_result, 5));
-}
-
-// An old device that has no heartbeat.
-TEST_F(LineTest, AGuardedNodeIsAskedAndMissed) {
-  LineConfig config = config_with_axis();
-  config.nodes[0].heartbeat = Duration::zero();
-  config.nodes[0].guard_time = milliseconds(100);
-  config.nodes[0].life_time_factor = 2;
-  make(config);
-  line_->start(now_);
-  hear(0x705, {0x00});
-  hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
-  hear(0x585, {0x43, 0x18, 0x10, 0x01, 0x23, 0x01, 0x00, 0x00});
-  hear(0x585, {0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
-  sent();
-  hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
-  EXPECT_THAT(sent(), ElementsAre("605#2B0C100064000000"));
-  hear(0x585, {0x60, 0x0C, 0x10, 0x00, 0, 0, 0, 0});
-  EXPECT_THAT(sent(), ElementsAre("605#2F0D100002000000"));
-  hear(0x585, {0x60, 0x0D, 0x10, 0x00, 0, 0, 0, 0});
-  EXPECT_THAT(sent(), ElementsAre("705#00")) << "a remote frame";
-  hear(0x705, {0x7F});
-  EXPECT_THAT(sent(), ElementsAre("000#0105"));
-  pass(milliseconds(100));
-  sent();
-  hear(0x705, {0x85});
-  EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
-  hear(0x705, {0x85});
-  EXPECT_EQ(line_->state().counters.frames_malformed, 1U) << "the same toggle bit";
-  events();
-  pass(milliseconds(200));
-  EXPECT_TRUE(told(EventKind::heartbeat_lost, 5));
-  EXPECT_EQ(line_->node_state(5).presence, Presence::missing);
-  EXPECT_THAT(sent(), testing::Contains("000#8105"));
-}
-
-TEST_F(LineTest, GuardingNeedsBothNumbersAndNoHeartbeat) {
-  LineConfig config = config_with_axis();
-  config.nodes[0].guard_time = milliseconds(100);
-  const auto refused = Line::make(config);
-  ASSERT_EQ(refused.diagnostics.size(), 2U);
-  EXPECT_THAT(refused.diagnostics[0].text, HasSubstr("both time and factor"));
-  EXPECT_THAT(refused.diagnostics[1].text, HasSubstr("either a heartbeat or guarding"));
-}
-
-// Somebody gave a device the node-ID of the manager.
-TEST_F(LineTest, TheOwnNodeIdOfAnotherIsTold) {
-  make(config_with_axis());
-  boot();
-  hear(0x77F, {0x00});
-  EXPECT_TRUE(told(EventKind::duplicate_node_id, 127));
-  EXPECT_EQ(line_->state().own_state, nmt::State::operational);
 }
 
 TEST_F(LineTest, AWrongDeviceIsNotStartedAndSaysWhy) {

@@ -70,6 +70,14 @@ TEST_F(MalformedFrameTest, OwnNodeId) {
   EXPECT_TRUE(drain(at(1ms)).empty());
 }
 
+TEST_F(MalformedFrameTest, Time) {
+  boot();
+  expect_told(0x100, {});
+  expect_told(0x100, {1, 2, 3, 4, 5});
+  expect_told(0x100, {0xFF, 0xFF, 0xFF, 0x0F, 1, 0});
+  EXPECT_EQ(node->counters().times, 0U);
+}
+
 TEST_F(MalformedFrameTest, Emcy) {
   boot();
   sdo_write({0x1028, 7}, 4, 0x87);
@@ -82,8 +90,8 @@ TEST_F(MalformedFrameTest, RandomFramesDoNoHarm) {
   sdo_write({0x1016, 1}, 4, 0x0007'0064);
   sdo_write({0x1028, 7}, 4, 0x87);
   std::mt19937 random(20260101);
-  constexpr std::array<std::uint32_t, 9> kIds{0x000, 0x080, 0x087, 0x205, 0x305,
-                                              0x605, 0x707, 0x185, 0x705};
+  constexpr std::array<std::uint32_t, 10> kIds{0x000, 0x080, 0x087, 0x100, 0x205,
+                                               0x305, 0x605, 0x707, 0x185, 0x705};
   Instant now = at(1ms);
   for (int i = 0; i < 20'000; ++i) {
     can::Frame frame;

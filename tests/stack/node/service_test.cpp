@@ -1,4 +1,6 @@
 // The services of a whole node: objects that take effect at once, PDOs, EMCY, order, wake-ups.
+#include "stack/time/service.h"
+
 #include "tests/stack/node/node_fixture.h"
 
 namespace linegate::node {
@@ -37,6 +39,33 @@ TEST_F(NodeTest, AProducerActsUponItsOwnSync) {
   EXPECT_EQ(node->counters().syncs, 1U);
   nmt(0x02);
   EXPECT_TRUE(advance(20ms).empty());
+}
+
+struct Watch : Application {
+  void time_received(const time::TimeOfDay& time, Instant now) override { got = {time, now}; }
+  std::pair<time::TimeOfDay, Instant> got{};
+};
+
+TEST_F(NodeTest, ATimeMessageIsToldToTheApplication) {
+  Watch application;
+  node->set_application(&application);
+  boot();
+  hear(3ms, 0x100, {0xE8, 0x03, 0, 0, 7, 0});
+  EXPECT_EQ(application.got, (std::pair{time::TimeOfDay{1000, 7}, at(3ms)}));
+  EXPECT_EQ(node->clock().network_utc(at(5ms)), time::to_utc({1002, 7}));
+  EXPECT_EQ(node->counters().times, 1U);
+  nmt(0x02);
+  hear(4ms, 0x100, {0xE9, 0x03, 0, 0, 7, 0});
+  EXPECT_EQ(node->counters().times, 1U) << "not in Stopped";
+}
+
+TEST_F(NodeTest, ATimeProducerSendsInTheOrderOfTheBus) {
+  boot();
+  node->clock().set_utc(Duration{std::chrono::seconds(441'763'200)} - at(0s).time_since_epoch());
+  node->clock().produce_every(1s);
+  EXPECT_EQ(sdo_write({0x1012, 0}, 4, 0x4000'0100), 0U);
+  EXPECT_EQ(node->next_wake(), at(1s));
+  EXPECT_EQ(advance(1s), (Frames{{at(1s), 0x100, {0xE8, 0x03, 0, 0, 0, 0}}}));
 }
 
 TEST_F(NodeTest, TheObjectsRefuseWhatTheyMust) {
