@@ -394,6 +394,9 @@ void Line::snapshot(image::Direction direction, image::Snapshot& into, Instant n
   impl_->image.snapshot(direction, into, now, merge, impl_->syncs);
 }
 
+bool Line::request_pdo(std::uint16_t rpdo) {
+  return impl_->usable() && impl_->node.pdos().request_rpdo(rpdo);
+}
 bool Line::image_changed(image::Direction direction) const {
   return impl_->image.changed(direction);
 }

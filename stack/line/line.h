@@ -62,6 +62,9 @@ class Line {
   void execute(Command command, Instant now);
   // Applies it, or reports OutputRefusal as an event and returns it.
   OutputRefusal write_outputs(const OutputWrite& write, Instant now);
+  // Asks a device with a remote frame for the PDO that is this RPDO of the line (a local number, as
+  // in image::Entry::local_pdo). False if it cannot be: see pdo::Engine::request_rpdo().
+  bool request_pdo(std::uint16_t rpdo);
   // Stops in good order: commands under way are answered, nodes are sent to Pre-operational if so
   // configured, the own node leaves Operational. Frames and events remain to be taken.
   void stop(Instant now);

@@ -56,6 +56,10 @@ std::vector<Diagnostic> Engine::Impl::configure() {
   outputs->grow_pdos(tpdo_count);
   long_shadows.clear();
   affected.reset(tpdo_count);
+  held_changed.reset(tpdo_count);
+  held_always.reset(tpdo_count);
+  asked.reset(rpdo_count);
+  asked_count = 0;
   timers.reset(rpdo_count + tpdo_count);
   std::vector<Diagnostic> diagnostics;
   for (const PdoKind kind : {PdoKind::rpdo, PdoKind::tpdo}) {
@@ -120,8 +124,12 @@ Engine::Impl::Problem Engine::Impl::try_to_compile(PdoKind kind, std::uint16_t n
   if (!pdo || !pdo->cob_id.valid()) {
     return {};
   }
+  const auto record = static_cast<std::uint16_t>(communication_base(kind) + number - 1);
+  if (const AbortCode why = check_transmission_type(kind, pdo->type, 8 * max_bytes);
+      why != AbortCode::none) {
+    return {why, {record, 2}, "transmission type " + std::to_string(pdo->type) + " is not for it"};
+  }
   if (!pdo->cob_id.extended() && can::is_restricted(pdo->cob_id.id())) {
-    const auto record = static_cast<std::uint16_t>(communication_base(kind) + number - 1);
     return {AbortCode::invalid_value,
             {record, 1},
             "its COB-ID " + hex(pdo->cob_id.id()) + " is reserved"};
@@ -220,7 +228,7 @@ void Engine::Impl::start_tpdo(const Parameters& parameters, CopyPlan plan) {
   pdo.type = parameters.type;
   pdo.sync_start = parameters.sync_start;
   pdo.cob_id = parameters.cob_id;
-  pdo.inhibit = parameters.inhibit;
+  pdo.inhibit = is_event_driven(parameters.type) ? parameters.inhibit : Duration::zero();
   pdo.event_timer = parameters.event_timer;
   pdo.plan = std::move(plan);
   pdo.frame.id = pdo.cob_id.id();
@@ -247,6 +255,10 @@ void Engine::Impl::stop(PdoKind kind, std::uint16_t slot) {
       tell_in_order(slot);
     }
     shadows.remove(slot);
+    if (asked.test(slot)) {
+      asked.clear(slot);
+      --asked_count;
+    }
     timers.stop(slot);
   } else {
     const can::CobId cob_id = tpdos[slot].cob_id;

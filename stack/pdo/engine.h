@@ -37,6 +37,7 @@ struct EngineCounters {
   std::uint64_t too_short = 0;  // RPDOs not processed (EMCY 8210h)
   std::uint64_t too_long = 0;   // RPDOs of which the first bytes were used (EMCY 8220h)
   std::uint64_t sent = 0;
+  std::uint64_t asked = 0;      // remote frames sent for RPDOs
   std::uint64_t coalesced = 0;  // a newer value replaced one that had not been sent
 };
 
@@ -115,6 +116,17 @@ class Engine {
   // the next SYNC; others keep their own pace. False if there is no such valid TPDO or the node is
   // not Operational.
   bool trigger(std::uint16_t number, Instant now);
+
+  // For a group of writes: until release(), nothing is requested by a changed value or trigger();
+  // then every TPDO that would have been, once. SYNC, remote frames and event timers go on.
+  void hold();
+  void release(Instant now);
+
+  // Asks the producer of an RPDO for it with a remote frame (CiA 301, 7.2.2.5.2), which is sent in
+  // its turn, once however often it is asked for until then. False if there is no such valid RPDO,
+  // bit 30 of its COB-ID says that there is no RTR, the line is CAN FD, or the node is not
+  // Operational.
+  bool request_rpdo(std::uint16_t number);
 
   // Inhibit times, event timers, RPDO deadlines. next_wake() is about what has to be waited for;
   // what can be sent already is told by wants_to_send().

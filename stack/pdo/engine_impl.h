@@ -78,7 +78,7 @@ struct Tpdo {
   std::uint8_t syncs = 0;  // since it was sent
   std::uint16_t rank = 0;  // place among the others in the order of the bus
   can::CobId cob_id;
-  Duration inhibit{};
+  Duration inhibit{};  // event-driven ones only
   Duration event_timer{};
   Instant inhibited_until{};
   CopyPlan plan;
@@ -174,6 +174,7 @@ struct Engine::Impl final : od::Hook {
   void commit_rpdos();
   std::size_t commit_ordinary(std::size_t from);
   void commit(const Shadow& shadow);
+  can::Frame remote_frame(std::uint16_t slot) const;
   void check_deadline(std::uint16_t slot, Instant now);
   void tell_length(std::uint16_t slot, const can::Frame& frame);
   void tell_in_order(std::uint16_t slot);
@@ -191,9 +192,15 @@ struct Engine::Impl final : od::Hook {
   void on_event_timer(std::uint16_t slot, Instant now);
   void release(Instant now);
   bool next_frame(can::Frame& out, Instant now);
+  // The first that may be sent; kNoRank if there is none.
+  std::size_t first_ready() const;
+  bool next_remote_frame(can::Frame& out, std::size_t rank);
+  void release_held();
   void send(std::size_t rank, can::Frame& out, Instant now);
   bool wants_to_send(Instant now) const;
   Instant next_sending() const;
+
+  static constexpr std::size_t kNoRank = SIZE_MAX;
 
   // Timers: the deadlines of the RPDOs, then the event timers of the TPDOs.
   std::size_t event_timer(std::size_t slot) const { return rpdos.size() + slot; }
@@ -232,7 +239,12 @@ struct Engine::Impl final : od::Hook {
   Bitmap pending;                         // by rank: sampled, to be sent
   Bitmap inhibited;                       // by rank
   Instant next_release = kNever;          // the first inhibit time of these that ends
-  Bitmap affected;                        // by slot: scratch of outputs_written()
+  Bitmap asked;                           // by slot: RPDOs to be asked for with a remote frame
+  std::size_t asked_count = 0;
+  bool held = false;    // requests wait for release_held():
+  Bitmap held_changed;  // by slot: if the value is a new one
+  Bitmap held_always;   // by slot
+  Bitmap affected;      // by slot: scratch of outputs_written()
   struct Source {
     std::uint32_t begin = 0;  // bits of the output area
     std::uint32_t end = 0;

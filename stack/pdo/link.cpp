@@ -162,7 +162,7 @@ class Linker {
       return;
     }
     Parameters local;
-    local.cob_id = {key(remote.cob_id)};
+    local.cob_id = {key(remote.cob_id) | (remote.cob_id.raw & can::CobId::kNoRtrBit)};
     local.type = is_synchronous(remote.type) ? remote.type : kEventProfile;
     local.event_timer = std::min<Duration>(node.deadline, kMaxEventTimer);
     plan_.rpdos.push_back(link(node, remote, local, plan_.rpdos.size() + 1, plan_.inputs, inputs_));

@@ -68,7 +68,8 @@ struct LinkPlan {
 // and in every PDO. Dummy entries are fillers of the frame and have no entry.
 //
 // Transmission type: that of the device's PDO if it is synchronous or event-driven; RPDOs of
-// devices that answer to remote frames (252, 253) are event-driven. A TPDO whose receiver monitors
+// devices that answer to remote frames (252, 253) are event-driven, and may be asked for where
+// bit 30 of the device's COB-ID allows it. A TPDO whose receiver monitors
 // it (RPDO event timer) gets half that time as its event timer.
 //
 // Left out, with a note: RPDOs whose COB-ID is a TPDO of a node (they are linked to each other),

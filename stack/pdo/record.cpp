@@ -3,6 +3,7 @@
 #include <chrono>
 
 #include "stack/base/byte_order.h"
+#include "stack/can/frame.h"
 
 namespace linegate::pdo {
 namespace {
@@ -36,20 +37,14 @@ AbortCode check_cob_id(const od::Dictionary& dictionary, const RecordIndex& reco
                                                                 : AbortCode::none;
 }
 
-AbortCode check_type(PdoKind kind, std::uint64_t type) {
-  const bool reserved = type > kLastCyclic && type < kRtrOnSync;
-  const bool rtr = type >= kRtrOnSync && type < kEventManufacturer;
-  return reserved || (rtr && kind == PdoKind::rpdo) ? AbortCode::invalid_value : AbortCode::none;
-}
-
 AbortCode check_communication(const od::Dictionary& dictionary, const RecordIndex& record,
-                              std::uint8_t sub, std::uint64_t value) {
+                              std::uint8_t sub, std::uint64_t value, std::size_t max_bits) {
   const bool valid = cob_id(dictionary, record).valid();
   switch (sub) {
     case kCobId:
       return check_cob_id(dictionary, record, {static_cast<std::uint32_t>(value)});
     case kType:
-      return check_type(record.kind, value);
+      return check_transmission_type(record.kind, value, max_bits);
     case kInhibit:
       return valid && record.kind == PdoKind::tpdo ? AbortCode::device_state : AbortCode::none;
     case kSyncStart:
@@ -144,6 +139,13 @@ std::vector<Mapping> read_mapping(const od::Dictionary& dictionary, PdoKind kind
   return mapping;
 }
 
+AbortCode check_transmission_type(PdoKind kind, std::uint64_t type, std::size_t max_bits) {
+  const bool reserved = type > kLastCyclic && type < kRtrOnSync;
+  const bool rtr = type >= kRtrOnSync && type < kEventManufacturer;
+  const bool has_rtr = kind == PdoKind::tpdo && max_bits <= 8 * can::kMaxClassicData;
+  return reserved || (rtr && !has_rtr) ? AbortCode::invalid_value : AbortCode::none;
+}
+
 AbortCode check_record_write(const od::Dictionary& dictionary, od::Address address,
                              std::span<const std::byte> value, std::size_t max_bits) {
   const std::optional<RecordIndex> record = record_index(address.index);
@@ -152,7 +154,7 @@ AbortCode check_record_write(const od::Dictionary& dictionary, od::Address addre
   }
   const std::uint64_t number = load_le(value);
   return record->mapping ? check_mapping_record(dictionary, *record, address.sub, number, max_bits)
-                         : check_communication(dictionary, *record, address.sub, number);
+                         : check_communication(dictionary, *record, address.sub, number, max_bits);
 }
 
 }  // namespace linegate::pdo

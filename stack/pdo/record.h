@@ -32,15 +32,19 @@ std::optional<Parameters> read_communication(const od::Dictionary& dictionary, P
 std::vector<Mapping> read_mapping(const od::Dictionary& dictionary, PdoKind kind,
                                   std::uint16_t number);
 
+// none, or invalid_value: 241..251 are reserved, 252 and 253 are for TPDOs, and answer remote
+// frames, which CAN FD does not have. max_bits: the longest PDO, above 64 on a CAN FD line.
+AbortCode check_transmission_type(PdoKind kind, std::uint64_t type, std::size_t max_bits);
+
 // What has to be said to a value written to a PDO record. max_bits: the longest PDO.
 //
 // Mapping is changed in the order COB-ID invalid, sub-index 0 = 0, entries, sub-index 0 = n, COB-ID
 // valid. Refused are
 //   device_state (0800 0022h)   COB-ID bits other than 31, inhibit time (TPDO), SYNC start value,
 //                               mapping while the PDO is valid; entries while sub-index 0 is not 0
-//   invalid_value (0609 0030h)  a valid COB-ID with a restricted CAN-ID; types 241..251, RPDO also
-//                               252 and 253; SYNC start value above 240; more entries than the
-//                               record has
+//   invalid_value (0609 0030h)  a valid COB-ID with a restricted CAN-ID; types as
+//                               check_transmission_type() says; SYNC start value above 240; more
+//                               entries than the record has
 //   no_object, no_sub_index, not_mappable (0604 0041h)  as check_mapping() says
 //   pdo_length_exceeded (0604 0042h)  entries 1..n have more than max_bits
 // The value 0 may always be written to an entry: it maps nothing until sub-index 0 counts it.

@@ -134,6 +134,10 @@ void Engine::Impl::go_quiet() {
   pending.clear_all();
   inhibited.clear_all();
   next_release = kNever;
+  asked.clear_all();
+  asked_count = 0;
+  held_changed.clear_all();
+  held_always.clear_all();
   shadows.clear();
   timers.reset(rpdos.size() + tpdos.size());
   for (std::size_t slot = 0; slot < rpdos.size(); ++slot) {

@@ -62,8 +62,50 @@ void Engine::remote_request(std::uint16_t slot, Instant /*now*/) {
   impl_->pending.set(pdo.rank);
 }
 
+void Engine::hold() {
+  impl_->held = true;
+}
+
+void Engine::release(Instant /*now*/) {
+  impl_->release_held();
+}
+
+bool Engine::request_rpdo(std::uint16_t number) {
+  const auto slot = static_cast<std::uint16_t>(number - 1U);
+  if (!impl_->operational || number == 0 || number > impl_->details.size()) {
+    return false;
+  }
+  const RpdoDetails& pdo = impl_->details[slot];
+  const bool rtr_allowed = (pdo.cob_id.raw & can::CobId::kNoRtrBit) == 0;
+  if (!pdo.active || !rtr_allowed || impl_->max_bytes > can::kMaxClassicData) {
+    return false;
+  }
+  impl_->asked_count += impl_->asked.test(slot) ? 0U : 1U;
+  impl_->asked.set(slot);
+  return true;
+}
+
+void Engine::Impl::release_held() {
+  if (!std::exchange(held, false)) {
+    return;
+  }
+  const auto take = [this](Bitmap& slots, bool always) {
+    slots.take_all([this, always](std::uint16_t slot) {
+      if (tpdos[slot].active) {
+        source_changed(slot, always);
+      }
+    });
+  };
+  take(held_always, true);
+  take(held_changed, false);
+}
+
 void Engine::Impl::source_changed(std::uint16_t slot, bool always) {
   Tpdo& pdo = tpdos[slot];
+  if (held) {
+    (always ? held_always : held_changed).set(slot);
+    return;
+  }
   if (is_event_driven(pdo.type)) {
     request(slot, always);
   } else if (pdo.type == kSyncAcyclic) {
@@ -152,14 +194,56 @@ bool Engine::Impl::next_frame(can::Frame& out, Instant now) {
   if (now >= next_release) {
     release(now);
   }
+  const std::size_t rank = first_ready();
+  if (asked_count != 0 && next_remote_frame(out, rank)) {
+    return true;
+  }
+  if (rank == kNoRank) {
+    return false;
+  }
+  send(rank, out, now);
+  return true;
+}
+
+std::size_t Engine::Impl::first_ready() const {
   for (std::size_t word = 0; word < pending.words().size(); ++word) {
     const std::uint64_t ready = pending.words()[word] & ~inhibited.words()[word];
     if (ready != 0) {
-      send(64 * word + static_cast<std::size_t>(std::countr_zero(ready)), out, now);
-      return true;
+      return 64 * word + static_cast<std::size_t>(std::countr_zero(ready));
     }
   }
-  return false;
+  return kNoRank;
+}
+
+// The most urgent one, if it goes before the TPDO of that rank.
+bool Engine::Impl::next_remote_frame(can::Frame& out, std::size_t rank) {
+  std::size_t first = kNoRank;
+  for_each_bit(asked.words(), [&](std::size_t slot) {
+    const can::Frame frame = remote_frame(static_cast<std::uint16_t>(slot));
+    if (first == kNoRank || can::wins_arbitration(frame, out)) {
+      first = slot;
+      out = frame;
+    }
+  });
+  if (rank != kNoRank && can::wins_arbitration(tpdos[by_rank[rank]].frame, out)) {
+    return false;
+  }
+  asked.clear(first);
+  --asked_count;
+  ++counters.asked;
+  return true;
+}
+
+can::Frame Engine::Impl::remote_frame(std::uint16_t slot) const {
+  const RpdoDetails& pdo = details[slot];
+  can::Frame frame;
+  frame.id = pdo.cob_id.id();
+  frame.flags = can::Frame::kRemote;
+  if (pdo.cob_id.extended()) {
+    frame.flags |= can::Frame::kExtended;
+  }
+  frame.length = static_cast<std::uint8_t>(pdo.plan.bytes());
+  return frame;
 }
 
 void Engine::Impl::send(std::size_t rank, can::Frame& out, Instant now) {
@@ -180,7 +264,7 @@ void Engine::Impl::send(std::size_t rank, can::Frame& out, Instant now) {
 }
 
 bool Engine::Impl::wants_to_send(Instant now) const {
-  bool wants = false;
+  bool wants = asked_count != 0;
   for_each_bit(pending.words(), [this, now, &wants](std::size_t rank) {
     wants = wants || !inhibited.test(rank) || tpdos[by_rank[rank]].inhibited_until <= now;
   });

@@ -108,6 +108,19 @@ TEST_F(LineTest, AReceivedPdoIsInTheImageAndInTheNetworkVariables) {
   }
 }
 
+TEST_F(LineTest, ADeviceIsAskedForItsPdoWithARemoteFrame) {
+  make(config_with_axis());
+  EXPECT_FALSE(line_->request_pdo(1)) << "not started";
+  boot();
+  EXPECT_FALSE(line_->request_pdo(2));
+  EXPECT_TRUE(line_->request_pdo(1));
+  can::Frame frame;
+  ASSERT_TRUE(line_->next_frame(frame, now_));
+  EXPECT_TRUE(frame.remote());
+  EXPECT_EQ(frame.id, 0x185U);
+  EXPECT_EQ(frame.length, 6);
+}
+
 TEST_F(LineTest, ALostHeartbeatInvalidatesTheValuesAndResetsTheNode) {
   make(config_with_axis());
   boot();
