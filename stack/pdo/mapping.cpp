@@ -13,8 +13,11 @@ AbortCode check_mapping(const od::Dictionary& dictionary, PdoKind kind, const Ma
   }
   const bool direction = kind == PdoKind::rpdo ? od::rpdo_mappable(variable->access)
                                                : od::tpdo_mappable(variable->access);
+  if (!variable->mappable || !direction) {
+    return AbortCode::not_mappable;
+  }
   const bool length = mapping.bits != 0 && mapping.bits == pdo_bits(*variable);
-  return variable->mappable && direction && length ? AbortCode::none : AbortCode::not_mappable;
+  return length ? AbortCode::none : AbortCode::length_mismatch;
 }
 
 }  // namespace linegate::pdo

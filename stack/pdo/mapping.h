@@ -34,7 +34,7 @@ inline std::uint32_t pdo_bits(const od::Variable& variable) {
 }
 
 // none, or why the dictionary's object cannot be mapped so: no_object, no_sub_index, not_mappable
-// (not at all, not in this direction, or not with this length).
+// (not at all, or not in this direction), length_mismatch (another number of bits than it has).
 AbortCode check_mapping(const od::Dictionary& dictionary, PdoKind kind, const Mapping& mapping);
 
 }  // namespace linegate::pdo

@@ -3,6 +3,7 @@
 #include <chrono>
 
 #include "stack/base/byte_order.h"
+#include "stack/can/cob_id_rule.h"
 #include "stack/can/frame.h"
 
 namespace linegate::pdo {
@@ -27,36 +28,6 @@ can::CobId cob_id(const od::Dictionary& dictionary, const RecordIndex& record) {
   return {static_cast<std::uint32_t>(raw.value_or(can::CobId::kInvalidBit))};
 }
 
-AbortCode check_cob_id(const od::Dictionary& dictionary, const RecordIndex& record,
-                       can::CobId wanted) {
-  const can::CobId present = cob_id(dictionary, record);
-  if (wanted.valid() && !wanted.extended() && can::is_restricted(wanted.id())) {
-    return AbortCode::invalid_value;
-  }
-  return present.valid() && wanted.valid() && present != wanted ? AbortCode::device_state
-                                                                : AbortCode::none;
-}
-
-AbortCode check_communication(const od::Dictionary& dictionary, const RecordIndex& record,
-                              std::uint8_t sub, std::uint64_t value, std::size_t max_bits) {
-  const bool valid = cob_id(dictionary, record).valid();
-  switch (sub) {
-    case kCobId:
-      return check_cob_id(dictionary, record, {static_cast<std::uint32_t>(value)});
-    case kType:
-      return check_transmission_type(record.kind, value, max_bits);
-    case kInhibit:
-      return valid && record.kind == PdoKind::tpdo ? AbortCode::device_state : AbortCode::none;
-    case kSyncStart:
-      if (value > kLastCyclic) {
-        return AbortCode::invalid_value;
-      }
-      return valid ? AbortCode::device_state : AbortCode::none;
-    default:
-      return AbortCode::none;
-  }
-}
-
 AbortCode check_entry_count(const od::Dictionary& dictionary, const RecordIndex& record,
                             std::uint64_t count, std::size_t max_bits) {
   const std::uint16_t index = mapping_index(record);
@@ -74,6 +45,43 @@ AbortCode check_entry_count(const od::Dictionary& dictionary, const RecordIndex&
     bits += mapping.bits;
   }
   return bits > max_bits ? AbortCode::pdo_length_exceeded : AbortCode::none;
+}
+
+AbortCode check_cob_id(const od::Dictionary& dictionary, const RecordIndex& record,
+                       can::CobId wanted, std::size_t max_bits) {
+  if (!wanted.valid()) {
+    return AbortCode::none;
+  }
+  // Bit 30 is none of the identifier.
+  if (!can::has_allowed_id({wanted.raw & ~can::CobId::kNoRtrBit})) {
+    return AbortCode::invalid_value;
+  }
+  const can::CobId present = cob_id(dictionary, record);
+  if (present.valid()) {
+    return present == wanted ? AbortCode::none : AbortCode::device_state;
+  }
+  const auto entries = dictionary.number({mapping_index(record), 0});
+  return entries ? check_entry_count(dictionary, record, *entries, max_bits) : AbortCode::none;
+}
+
+AbortCode check_communication(const od::Dictionary& dictionary, const RecordIndex& record,
+                              std::uint8_t sub, std::uint64_t value, std::size_t max_bits) {
+  const bool valid = cob_id(dictionary, record).valid();
+  switch (sub) {
+    case kCobId:
+      return check_cob_id(dictionary, record, {static_cast<std::uint32_t>(value)}, max_bits);
+    case kType:
+      return check_transmission_type(record.kind, value, max_bits);
+    case kInhibit:
+      return valid && record.kind == PdoKind::tpdo ? AbortCode::device_state : AbortCode::none;
+    case kSyncStart:
+      if (value > kLastCyclic) {
+        return AbortCode::invalid_value;
+      }
+      return valid ? AbortCode::device_state : AbortCode::none;
+    default:
+      return AbortCode::none;
+  }
 }
 
 AbortCode check_mapping_record(const od::Dictionary& dictionary, const RecordIndex& record,

@@ -45,8 +45,10 @@ AbortCode check_transmission_type(PdoKind kind, std::uint64_t type, std::size_t 
 //   invalid_value (0609 0030h)  a valid COB-ID with a restricted CAN-ID; types as
 //                               check_transmission_type() says; SYNC start value above 240; more
 //                               entries than the record has
-//   no_object, no_sub_index, not_mappable (0604 0041h)  as check_mapping() says
+//   no_object (0602 0000h), no_sub_index (0609 0011h), not_mappable (0604 0041h), length_mismatch
+//                               (0607 0010h)  as check_mapping() says
 //   pdo_length_exceeded (0604 0042h)  entries 1..n have more than max_bits
+// The last two lines when an entry or sub-index 0 is written, and when the COB-ID becomes valid.
 // The value 0 may always be written to an entry: it maps nothing until sub-index 0 counts it.
 AbortCode check_record_write(const od::Dictionary& dictionary, od::Address address,
                              std::span<const std::byte> value, std::size_t max_bits);

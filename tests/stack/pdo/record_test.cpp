@@ -71,6 +71,124 @@ TEST_F(RecordTest, AValidPdoKeepsItsIdentifier) {
   EXPECT_EQ(device.write(0x1400, 1, 0x202), AbortCode::none);
 }
 
+// The procedure of CiA 301, 7.5.2.36 and 7.5.2.38, step by step; in each row the steps before the
+// last are in order, and the last one says how it ends.
+struct Step {
+  std::uint16_t index;
+  std::uint8_t sub;
+  std::uint64_t value;
+};
+struct Remapping {
+  const char* what;
+  std::vector<Step> steps;
+  AbortCode ends;
+};
+
+const Step kDestroyRpdo{0x1400, 1, kInvalid | 0x201};
+const Step kEmptyRpdo{0x1600, 0, 0};
+const Step kDestroyTpdo{0x1800, 1, kInvalid | 0x181};
+const Step kEmptyTpdo{0x1A00, 0, 0};
+
+const Remapping kRemappings[] = {
+    {"destroy", {kDestroyRpdo}, AbortCode::none},
+    {"destroy twice", {kDestroyRpdo, kDestroyRpdo}, AbortCode::none},
+    {"an identifier that may be anything while invalid",
+     {{0x1400, 1, kInvalid | 0x601}},
+     AbortCode::none},
+    {"empty what is valid", {kEmptyRpdo}, AbortCode::device_state},
+    {"an entry of what is valid", {{0x1600, 1, 0x20020008}}, AbortCode::device_state},
+    {"another identifier of what is valid", {{0x1400, 1, 0x301}}, AbortCode::device_state},
+    {"another bit 30 of what is valid", {{0x1800, 1, 0x4000'0181}}, AbortCode::device_state},
+    {"inhibit time of what is valid", {{0x1800, 3, 1}}, AbortCode::device_state},
+    {"SYNC start value of what is valid", {{0x1800, 6, 1}}, AbortCode::device_state},
+    {"an entry before sub-index 0 is 0",
+     {kDestroyRpdo, {0x1600, 1, 0x20020008}},
+     AbortCode::device_state},
+    {"an entry", {kDestroyRpdo, kEmptyRpdo, {0x1600, 1, 0x20020008}}, AbortCode::none},
+    {"a dummy entry", {kDestroyRpdo, kEmptyRpdo, {0x1600, 1, 0x00070020}}, AbortCode::none},
+    {"an entry that is not there",
+     {kDestroyRpdo, kEmptyRpdo, {0x1600, 9, 0x20020008}},
+     AbortCode::no_sub_index},
+    {"no such object", {kDestroyRpdo, kEmptyRpdo, {0x1600, 1, 0x30000008}}, AbortCode::no_object},
+    {"no such sub-index",
+     {kDestroyRpdo, kEmptyRpdo, {0x1600, 1, 0x20020108}},
+     AbortCode::no_sub_index},
+    {"not mappable", {kDestroyRpdo, kEmptyRpdo, {0x1600, 1, 0x20120010}}, AbortCode::not_mappable},
+    {"read-only into an RPDO",
+     {kDestroyRpdo, kEmptyRpdo, {0x1600, 1, 0x20100010}},
+     AbortCode::not_mappable},
+    {"write-only into a TPDO",
+     {kDestroyTpdo, kEmptyTpdo, {0x1A00, 1, 0x20110010}},
+     AbortCode::not_mappable},
+    {"a dummy entry of a TPDO",
+     {kDestroyTpdo, kEmptyTpdo, {0x1A00, 1, 0x00070020}},
+     AbortCode::not_mappable},
+    {"another length",
+     {kDestroyRpdo, kEmptyRpdo, {0x1600, 1, 0x20050010}},
+     AbortCode::length_mismatch},
+    {"more bits than a frame has",
+     {kDestroyRpdo, kEmptyRpdo, {0x1600, 1, 0x20060040}, {0x1600, 2, 0x20000001}, {0x1600, 0, 2}},
+     AbortCode::pdo_length_exceeded},
+    {"all bits of a frame",
+     {kDestroyRpdo, kEmptyRpdo, {0x1600, 1, 0x20060040}, {0x1600, 0, 1}},
+     AbortCode::none},
+    {"more entries than the record has",
+     {kDestroyRpdo, kEmptyRpdo, {0x1600, 0, 9}},
+     AbortCode::invalid_value},
+    {"more entries than CiA 301 knows",
+     {kDestroyRpdo, kEmptyRpdo, {0x1600, 0, 65}},
+     AbortCode::invalid_value},
+    {"an entry that maps nothing",
+     {kDestroyRpdo, kEmptyRpdo, {0x1600, 1, 0}, {0x1600, 0, 1}},
+     AbortCode::no_object},
+    {"create with a restricted identifier",
+     {kDestroyRpdo, {0x1400, 1, 0x601}},
+     AbortCode::invalid_value},
+    {"create with more than 11 bits and not bit 29",
+     {kDestroyRpdo, {0x1400, 1, 0x1'0201}},
+     AbortCode::invalid_value},
+    {"create with 29 bits", {kDestroyRpdo, {0x1400, 1, 0x2001'0201}}, AbortCode::none},
+    {"create without entries", {kDestroyRpdo, kEmptyRpdo, {0x1400, 1, 0x301}}, AbortCode::none},
+    {"create with a reserved type", {kDestroyRpdo, {0x1400, 2, 252}}, AbortCode::invalid_value},
+    {"create once more", {kDestroyRpdo, {0x1400, 1, 0x301}, {0x1400, 1, 0x301}}, AbortCode::none},
+};
+
+TEST(RemappingProcedure, EndsWithTheCodeOfItsRow) {
+  for (const Remapping& row : kRemappings) {
+    Device device(RecordTest::description());
+    device.operational();
+    for (std::size_t i = 0; i < row.steps.size(); ++i) {
+      const Step& step = row.steps[i];
+      const bool last = i + 1 == row.steps.size();
+      EXPECT_EQ(device.write(step.index, step.sub, step.value), last ? row.ends : AbortCode::none)
+          << row.what << ", step " << i + 1;
+    }
+    EXPECT_EQ(device.emitted().size(), 0U) << row.what;
+    EXPECT_THAT(device.listener.unusable, IsEmpty()) << row.what << ": refused, not accepted";
+  }
+}
+
+// Values of another size are refused by the dictionary, before anything of PDOs is asked.
+TEST(RemappingProcedure, WantsValuesOfTheRightSize) {
+  Device device(RecordTest::description());
+  const std::array<std::byte, 8> zeros{};
+  EXPECT_EQ(device.dictionary.write({0x1400, 1}, std::span(zeros).first(2)),
+            AbortCode::length_too_low);
+  EXPECT_EQ(device.dictionary.write({0x1600, 1}, std::span(zeros).first(8)),
+            AbortCode::length_too_high);
+  EXPECT_EQ(device.dictionary.write({0x1600, 0}, std::span(zeros).first(4)),
+            AbortCode::length_too_high);
+}
+
+// What is mapped may go while the PDO is invalid: then it cannot be made valid.
+TEST(RemappingProcedure, ChecksTheMappingOnceMoreWhenThePdoBecomesValid) {
+  Device device(RecordTest::description());
+  ASSERT_EQ(device.write(0x1400, 1, kInvalid | 0x201), AbortCode::none);
+  ASSERT_TRUE(device.dictionary.remove(0x2003).ok());
+  EXPECT_EQ(device.write(0x1400, 1, 0x201), AbortCode::no_object);
+  EXPECT_THAT(device.listener.unusable, IsEmpty());
+}
+
 class Restricted : public RecordTest, public testing::WithParamInterface<std::uint32_t> {};
 
 TEST_P(Restricted, IdentifiersAreRefused) {
@@ -121,7 +239,7 @@ TEST_F(RecordTest, OnlyWhatCanBeMapped) {
   EXPECT_EQ(device.write(0x1A01, 1, 0x20030110), AbortCode::no_sub_index);
   EXPECT_EQ(device.write(0x1A01, 1, 0x20120010), AbortCode::not_mappable);
   EXPECT_EQ(device.write(0x1A01, 1, 0x20110010), AbortCode::not_mappable) << "write-only";
-  EXPECT_EQ(device.write(0x1A01, 1, 0x20030008), AbortCode::not_mappable) << "another length";
+  EXPECT_EQ(device.write(0x1A01, 1, 0x20030008), AbortCode::length_mismatch);
   EXPECT_EQ(device.write(0x1A01, 1, 0x00050008), AbortCode::not_mappable)
       << "fillers are for RPDOs";
   EXPECT_EQ(device.write(0x1A01, 1, 0), AbortCode::none);
