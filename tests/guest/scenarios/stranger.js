@@ -1,0 +1,85 @@
+// A foreign CANopen stack (npm's `canopen`) as SDO client and as a device with an SDO server.
+//
+//   node stranger.js FOLDER-OF-node_modules NODE-ID EDS-FILE
+//
+// Standard input and output carry one JSON value a line. Both ways: {"id": 1413, "data": "60..."}, a frame.
+// In: {"ask": "upload" | "download", "server": 5, "index": 4104, "sub": 0, "data": "..."}; out: its
+// {"answer": "..."} or {"refused": "..."}; {"ready": true} comes once. Its own EDS, as the foreign stack writes
+// it, goes to EDS-FILE. It sends no boot-up message, and a reset would take its SDO server away.
+const Module = require('module');
+const path = require('path');
+const readline = require('readline');
+
+// The package counts the CRC of block transfers with a module that has to be compiled: CRC-16, polynomial 1021h.
+function crc(...parameters) {
+  let sum = 0;
+  for (const byte of parameters.at(-1)) {
+    sum ^= byte << 8;
+    for (let bit = 0; bit < 8; ++bit) {
+      sum = ((sum << 1) ^ (sum & 0x8000 ? 0x1021 : 0)) & 0xffff;
+    }
+  }
+  return Buffer.from([sum >> 8, sum & 0xff]);
+}
+const load = Module._load;
+Module._load = (name, ...rest) => (name === 'node-crc' ? { crc } : load(name, ...rest));
+
+const [folder, id, file] = [process.argv[2], Number(process.argv[3]), process.argv[4]];
+const { Device, Eds, DataType, AccessType } = require(path.join(folder, 'canopen'));
+
+const SERVERS = [5, 127];
+
+function makeEds() {
+  const eds = new Eds({ vendorName: 'A stranger', vendorNumber: 0x51, productName: 'node-canopen',
+    productNumber: 0x52, revisionNumber: 0x10001 });
+  const save = { saveDefault: true };
+  eds.getEntry(0x1000).value = 0x00030191;
+  eds.getEntry(0x1000).defaultValue = 0x00030191;
+  eds.setIdentity({ vendorId: 0x51, productCode: 0x52, revisionNumber: 0x10001, serialNumber: 7 }, save);
+  eds.setDeviceName('a device of the stranger', save);
+  eds.setHeartbeatProducerTime(0, save);
+  eds.addEntry(0x2000, { parameterName: 'Number', dataType: DataType.UNSIGNED32,
+    accessType: AccessType.READ_WRITE, defaultValue: 1 });
+  eds.addEntry(0x2001, { parameterName: 'Text', dataType: DataType.VISIBLE_STRING,
+    accessType: AccessType.READ_WRITE, defaultValue: 'text' });
+  eds.save(file);
+  eds.addSdoServerParameter(0, 0x580 + id, 0x600 + id);
+  for (const server of SERVERS) {
+    eds.addSdoClientParameter(server, 0x600 + server, 0x580 + server);
+  }
+  return eds;
+}
+
+function tell(value) {
+  process.stdout.write(JSON.stringify(value) + '\n');
+}
+
+async function answer(ask) {
+  const transfer = { serverId: ask.server, index: ask.index, subIndex: ask.sub, timeout: 5000 };
+  try {
+    if (ask.ask === 'upload') {
+      const data = await device.sdo.upload(transfer);
+      tell({ answer: data.toString('hex') });
+    } else {
+      await device.sdo.download({ ...transfer, data: Buffer.from(ask.data, 'hex') });
+      tell({ answer: '' });
+    }
+  } catch (error) {
+    tell({ refused: String(error.message ?? error) });
+  }
+}
+
+const device = new Device({ id, eds: makeEds() });
+device.addListener('message', ({ id: identifier, data }) =>
+  tell({ id: identifier, data: Buffer.from(data).toString('hex') }));
+readline.createInterface({ input: process.stdin }).on('line', (line) => {
+  const value = JSON.parse(line);
+  if (value.ask === undefined) {
+    const data = Buffer.from(value.data, 'hex');
+    device.receive({ id: value.id, data, len: data.length });
+  } else {
+    answer(value);
+  }
+}).on('close', () => process.exit(0));
+device.start();
+tell({ ready: true });

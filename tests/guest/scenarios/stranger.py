@@ -1,0 +1,89 @@
+"""stranger.js on an interface: its frames, and what it is asked."""
+
+import json
+import os
+import queue
+import socket
+import struct
+import subprocess
+import threading
+
+from actors import FOLDER, Actor, Failed
+
+PROGRAM = os.path.join(os.path.dirname(os.path.abspath(__file__)), "stranger.js")
+FRAME = struct.Struct("<IB3x8s")  # struct can_frame
+
+
+class Stranger:
+    def __init__(self, interface, node, modules):
+        self.node = node
+        self.eds = os.path.join(FOLDER, f"stranger-{node}.eds")
+        self.bus = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+        self.bus.bind((interface,))
+        self.answers = queue.Queue()
+        self.writing = threading.Lock()
+        self.process = subprocess.Popen(
+            ["node", PROGRAM, modules, str(node), self.eds],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        Actor.everyone.append(self)
+        self.name = f"stranger-{node}"
+        for work in (self.hear, self.speak):
+            threading.Thread(target=work, daemon=True).start()
+
+    def tell(self, value):
+        with self.writing:
+            self.process.stdin.write(json.dumps(value) + "\n")
+            self.process.stdin.flush()
+
+    def hear(self):
+        """From the bus to the foreign stack."""
+        try:
+            while True:
+                identifier, length, data = FRAME.unpack(self.bus.recv(FRAME.size))
+                self.tell({"id": identifier, "data": data[:length].hex()})
+        except OSError:  # it has ended
+            pass
+
+    def speak(self):
+        """From the foreign stack to the bus, or to whoever asked."""
+        for line in self.process.stdout:
+            value = json.loads(line)
+            if "id" in value:
+                data = bytes.fromhex(value["data"])
+                self.bus.send(FRAME.pack(value["id"], len(data), data))
+            else:
+                self.answers.put(value)
+
+    def ask(self, what, server, index, sub, data=""):
+        self.tell({"ask": what, "server": server, "index": index, "sub": sub, "data": data})
+        return self.next_answer()
+
+    def next_answer(self):
+        try:
+            return self.answers.get(timeout=20)
+        except queue.Empty:
+            raise Failed("the stranger does not answer") from None
+
+    def upload(self, server, index, sub):
+        """The bytes, or why not."""
+        answer = self.ask("upload", server, index, sub)
+        return bytes.fromhex(answer["answer"]) if "answer" in answer else answer["refused"]
+
+    def download(self, server, index, sub, data):
+        """Nothing, or why not."""
+        return self.ask("download", server, index, sub, data.hex()).get("refused")
+
+    # As an Actor.
+
+    def text(self):
+        return ""
+
+    def runs(self):
+        return self.process.poll() is None
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
