@@ -108,7 +108,7 @@ std::string line_text(const Event& e, std::string_view interface) {
       return fmt::format("bus {} (was {}), TEC {}, REC {}", as<can::BusState>(e.code),
                          as<can::BusState>(e.value), number(e, 0, 1), number(e, 1, 1));
     case EventKind::bus_error:
-      return "bus error: " + bus_errors(e.code);
+      return "bus error: " + bus_errors(e.code) + held_back(e);
     case EventKind::frames_lost:
       return fmt::format("{} frames lost before they could be read", e.value);
     case EventKind::interface_failed:

@@ -18,11 +18,12 @@ namespace linegate {
 // concerned, 0 where the event concerns the line itself. Grows at the end only: these numbers are
 // those of the DDS contract.
 enum class EventKind : std::uint8_t {
-  line_started,      // the line began to run. code: role (0 manager, 1 observer, 2 device)
-  line_stopped,      // the line was stopped in good order
-  bus_state,         // code: new can::BusState, value: the one before; data: TEC, REC
-  bus_error,         // an error frame without a change of state. code: can::BusErrorClass bits
-  frames_lost,       // frames lost before the line saw them. value: how many
+  line_started,  // the line began to run. code: role (0 manager, 1 observer, 2 device)
+  line_stopped,  // the line was stopped in good order
+  bus_state,     // code: new can::BusState, value: the one before; data: TEC, REC
+  bus_error,     // an error frame without a change of state. code: can::BusErrorClass bits. Told
+                 // at most once a second per code, as malformed_frame
+  frames_lost,   // frames lost before the line saw them. value: how many
   interface_failed,  // the interface cannot be used. code: errno
   interface_ready,   // the interface can be used (again)
   manager_state,     // code: new ManagerState, value: the one before
@@ -46,7 +47,8 @@ enum class EventKind : std::uint8_t {
   sync_lost,        // no SYNC within 1.5 periods. value: period in us
   malformed_frame,  // code: CAN identifier, value: length; data: the first 8 bytes. Told at most
                     // once a second per identifier and node; if more were held back since, data
-                    // from byte 8 is how many (4, LE), others among them if many repeat
+                    // from byte 8 is how many (4, LE), others among them if many repeat. The last
+                    // of a series is told when the second is over
   unexpected_node,  // a node that is not configured. code: NMT state seen
   foreign_sdo,      // somebody else uses node's default SDO server. code: CAN identifier
   sdo_abort,        // an SDO transfer with node ended. code: abort code; data: index, sub-index

@@ -8,9 +8,35 @@ EventLog::EventLog(std::size_t capacity) : ring_(capacity < 2 ? 2 : capacity) {
 }
 
 void EventLog::emit(Event event) {
-  if (event.kind == EventKind::malformed_frame && limit_ && !limit_->admit(event)) {
-    return;
+  if (auto& limit = limit_of(event.kind); !limit || limit->admit(event)) {
+    number(event);
   }
+}
+
+void EventLog::advance(Instant now) {
+  for (auto* limit : {&malformed_, &bus_errors_}) {
+    while (const auto event = *limit ? (*limit)->take_due(now) : std::nullopt) {
+      number(*event);
+    }
+  }
+}
+
+Instant EventLog::next_wake() const {
+  return malformed_ ? earlier(malformed_->next_wake(), bus_errors_->next_wake()) : kNever;
+}
+
+std::optional<RepeatLimit>& EventLog::limit_of(EventKind kind) {
+  switch (kind) {
+    case EventKind::malformed_frame:
+      return malformed_;
+    case EventKind::bus_error:
+      return bus_errors_;
+    default:
+      return none_;
+  }
+}
+
+void EventLog::number(Event event) {
   event.number = next_number_++;
   // The marker needs a place of its own, so after a loss two places must be free.
   const std::size_t needed = lost_first_ == 0 ? 1 : 2;

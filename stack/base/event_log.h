@@ -19,9 +19,15 @@ class EventLog {
  public:
   explicit EventLog(std::size_t capacity = 1024);
 
-  // From now on malformed_frame is held back as RepeatLimit says: such an event gets no number and
-  // is not lost.
-  void limit_repeats() { limit_.emplace(); }
+  // From now on malformed_frame and bus_error are held back as RepeatLimit says: such an event gets
+  // no number and is not lost.
+  void limit_repeats() {
+    malformed_.emplace();
+    bus_errors_.emplace();
+  }
+  // Emits what was held back and nothing has told of meanwhile.
+  void advance(Instant now);
+  Instant next_wake() const;
 
   // Numbers and keeps the event. event.number is ignored. Never allocates, never fails.
   void emit(Event event);
@@ -34,10 +40,14 @@ class EventLog {
   std::uint64_t lost() const { return lost_total_; }
 
  private:
+  std::optional<RepeatLimit>& limit_of(EventKind kind);
+  void number(Event event);
   void append(const Event& event);
   void append_loss_marker();
 
-  std::optional<RepeatLimit> limit_;
+  std::optional<RepeatLimit> malformed_;
+  std::optional<RepeatLimit> bus_errors_;
+  std::optional<RepeatLimit> none_;
   std::vector<Event> ring_;
   std::size_t head_ = 0;
   std::size_t count_ = 0;

@@ -12,6 +12,13 @@ namespace {
 
 constexpr std::uint8_t kCountOffset = 8;
 
+void tell_held(Event& event, std::uint32_t held) {
+  if (held != 0) {
+    store_le(event.data.data() + kCountOffset, held);
+    event.length = kCountOffset + sizeof held;
+  }
+}
+
 std::uint32_t saturated_sum(std::uint32_t a, std::uint32_t b) {
   constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
   return b > kMost - a ? kMost : a + b;
@@ -23,15 +30,32 @@ bool RepeatLimit::admit(Event& event) {
   Place& place = place_of(event);
   if (!place.is_old(event.time)) {
     place.held = saturated_sum(place.held, 1);
+    place.last = event;
+    next_ = earlier(next_, place.due());
     return false;
   }
   place.used = true;
   place.told = event.time;
-  if (const std::uint32_t held = std::exchange(place.held, 0); held != 0) {
-    store_le(event.data.data() + kCountOffset, held);
-    event.length = kCountOffset + sizeof held;
-  }
+  tell_held(event, std::exchange(place.held, 0));
+  find_next();
   return true;
+}
+
+std::optional<Event> RepeatLimit::take_due(Instant now) {
+  if (next_ > now) {
+    return std::nullopt;
+  }
+  Place& place = *std::ranges::min_element(places_, {}, &Place::due);
+  Event event = place.last;
+  event.time = place.due();
+  tell_held(event, std::exchange(place.held, 0) - 1);
+  place.told = event.time;
+  find_next();
+  return event;
+}
+
+void RepeatLimit::find_next() {
+  next_ = std::ranges::min_element(places_, {}, &Place::due)->due();
 }
 
 RepeatLimit::Place& RepeatLimit::place_of(const Event& event) {

@@ -1,9 +1,10 @@
-// Holds back malformed_frame, which repeats as often as somebody sends frames.
+// Holds back events that repeat as often as somebody sends frames: malformed_frame, bus_error.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "stack/base/event.h"
 #include "stack/base/time.h"
@@ -24,6 +25,13 @@ class RepeatLimit {
   // place, or of the one whose place it took. Precondition: length <= 8.
   bool admit(Event& event);
 
+  // The last of those held back, once the second is over and no other event has told of them. It
+  // says how many others there were, as above; its time is that at which the second was over.
+  // Nothing if there is none (any more) at `now`.
+  std::optional<Event> take_due(Instant now);
+  // When take_due() is wanted; kNever if nothing is held back.
+  Instant next_wake() const { return next_; }
+
  private:
   struct Place {
     std::uint8_t node = 0;
@@ -31,13 +39,17 @@ class RepeatLimit {
     std::uint32_t code = 0;
     std::uint32_t held = 0;
     Instant told{};
+    Event last{};  // if held != 0
 
+    Instant due() const { return held == 0 ? kNever : told + kInterval; }
     bool is_old(Instant now) const { return !used || now - told >= kInterval; }
   };
 
   Place& place_of(const Event& event);
+  void find_next();
 
   std::array<Place, kPlaces + 1> places_{};  // the last is shared
+  Instant next_ = kNever;
 };
 
 }  // namespace linegate

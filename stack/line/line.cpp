@@ -87,6 +87,7 @@ void Line::Impl::start(Instant now) {
 }
 
 void Line::Impl::advance(Instant now) {
+  events.advance(now);
   node.advance(now);
   heartbeats.advance(now);
   sdo.advance(now);
@@ -103,6 +104,7 @@ void Line::Impl::advance(Instant now) {
 
 Instant Line::Impl::next_wake() const {
   Instant wake = earlier(node.next_wake(), heartbeats.next_wake());
+  wake = earlier(wake, events.next_wake());
   wake = earlier(wake, earlier(sdo.next_wake(), manager.next_wake()));
   return earlier(wake, earlier(outputs.next_wake(), next_command_deadline()));
 }

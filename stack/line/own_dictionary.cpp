@@ -103,6 +103,7 @@ od::Dictionary make_own_dictionary(const LineConfig& config) {
              can::kSyncId | (produces_sync ? can::CobId::kProducerBit : 0U)),
       object(0x1006, "Communication cycle period", DataType::unsigned32, Access::rw,
              in<microseconds>(config.sync_period)),
+      object(0x1007, "Synchronous window length", DataType::unsigned32, Access::rw, 0),
       object(0x100C, "Guard time", DataType::unsigned16, Access::rw, 0),
       object(0x100D, "Life time factor", DataType::unsigned8, Access::rw, 0),
       object(0x1012, "COB-ID time stamp object", DataType::unsigned32, Access::rw,

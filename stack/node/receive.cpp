@@ -141,7 +141,7 @@ void Node::Impl::take_sync(const can::Frame& frame) {
     return;
   }
   const sync::Reception reception = sync.receive(frame);
-  if (reception.wrong_length) {
+  if (reception.wrong_length || reception.wrong_counter) {
     malformed(frame, 0);
   }
   if (reception.error_begins) {

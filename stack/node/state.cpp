@@ -40,6 +40,7 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
       {emcy::kErrorHistoryIndex, &emcy.history()},
       {sync::kCobId, &sync},
       {sync::kCyclePeriod, &sync},
+      {sync::kWindowLength, &sync},
       {sync::kCounterOverflow, &sync},
       {time::kCobId, &clock},
       {emcy::kProducerCobId, &emcy},
@@ -185,6 +186,7 @@ void Node::Impl::tell_state(nmt::State before, Instant time) {
 
 void Node::Impl::advance(Instant time) {
   now = time;
+  pdos.set_sync_window(sync.window());
   heartbeats.advance(time);
   guarding.advance(time);
   if (const auto counter = sync.advance(time)) {
@@ -209,6 +211,7 @@ Instant Node::Impl::next_wake() const {
 
 void Node::Impl::settle(Instant time) {
   sync.settle(time);
+  pdos.set_sync_window(sync.window());
   clock.settle(time);
   heartbeat.settle(time);
   sdo.settle();

@@ -69,9 +69,19 @@ void Engine::sync(std::uint8_t counter, Instant now) {
   impl_->latest = now;
   if (impl_->operational) {
     impl_->commit_rpdos();
+    impl_->open_window(now);
   }
   if (impl_->operational) {  // the listener may have heard of an RPDO and left it
     impl_->sample_tpdos(counter);
+  }
+}
+
+void Engine::set_sync_window(Duration window) {
+  if (impl_->window != window) {
+    impl_->window = window;
+    impl_->window_end = kNever;
+    impl_->window_open = false;
+    impl_->open_rpdos();
   }
 }
 
@@ -86,6 +96,7 @@ void Engine::drop_waiting(std::uint8_t node) {
 
 void Engine::advance(Instant now) {
   impl_->latest = now;
+  impl_->close_window(now);
   if (now >= impl_->next_release) {
     impl_->release(now);
   }
@@ -100,7 +111,8 @@ void Engine::advance(Instant now) {
 }
 
 Instant Engine::next_wake() const {
-  return earlier(impl_->timers.next(), impl_->next_sending());
+  const Instant next = earlier(impl_->timers.next(), impl_->next_sending());
+  return impl_->window_open ? earlier(next, impl_->window_end) : next;
 }
 
 bool Engine::next_frame(can::Frame& out, Instant now) {

@@ -37,8 +37,10 @@ struct EngineCounters {
   std::uint64_t too_short = 0;  // RPDOs not processed (EMCY 8210h)
   std::uint64_t too_long = 0;   // RPDOs of which the first bytes were used (EMCY 8220h)
   std::uint64_t sent = 0;
-  std::uint64_t asked = 0;      // remote frames sent for RPDOs
-  std::uint64_t coalesced = 0;  // a newer value replaced one that had not been sent
+  std::uint64_t asked = 0;         // remote frames sent for RPDOs
+  std::uint64_t after_window = 0;  // synchronous RPDOs that came, and TPDOs that would have gone,
+                                   // too late after the SYNC: dropped
+  std::uint64_t coalesced = 0;     // a newer value replaced one that had not been sent
 };
 
 // Told what only the device profile or the application cares about. Called from within receive(),
@@ -81,6 +83,10 @@ class Engine {
 
   // Largest PDO in bytes: 8, or 64 on a CAN FD line. Precondition: before configure().
   void set_max_length(std::size_t bytes);
+
+  // Object 1007h: for how long after a SYNC synchronous PDOs are received and sent; 0 = until the
+  // next one. What is later is dropped. Before the first SYNC there is no window.
+  void set_sync_window(Duration window);
 
   // Reads all PDO records and compiles them. What cannot be compiled stays invalid and is told,
   // here in words and to the listener.

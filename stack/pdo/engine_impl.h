@@ -178,6 +178,8 @@ struct Engine::Impl final : od::Hook {
   void check_deadline(std::uint16_t slot, Instant now);
   void tell_length(std::uint16_t slot, const can::Frame& frame);
   void tell_in_order(std::uint16_t slot);
+  void open_window(Instant sync);
+  void close_window(Instant now);
   Event event(EventKind kind, Instant time, std::uint16_t slot) const;
 
   // --- transmission (transmit.cpp) --------------------------------------------------------------
@@ -235,6 +237,9 @@ struct Engine::Impl final : od::Hook {
 
   std::vector<Tpdo> tpdos;
   std::vector<std::uint16_t> by_rank;     // slots
+  Duration window{};                      // 1007h
+  Instant window_end = kNever;            // of the present one
+  bool window_open = false;               // its TPDOs have not been dropped yet
   std::vector<std::uint16_t> sync_tpdos;  // slots of types 0..240 and 252
   Bitmap pending;                         // by rank: sampled, to be sent
   Bitmap inhibited;                       // by rank

@@ -89,6 +89,10 @@ void Engine::Impl::copy_rest(std::uint16_t slot, const std::byte* data) {
 }
 
 void Engine::Impl::defer(std::uint16_t slot, const can::Frame& frame) {
+  if (frame.time > window_end) {
+    ++counters.after_window;
+    return;
+  }
   const auto word = load_le<std::uint64_t>(frame.data.data());
   Shadows::Series(shadows).keep(slot, word, frame.time);
   if (inputs->pdo(slot).attention > image::PdoState::kNotValid) {

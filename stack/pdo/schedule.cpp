@@ -123,14 +123,39 @@ void Engine::Impl::open_rpdos() {
     }
     const auto form = static_cast<std::uint8_t>(pdo.plan.bytes());
     if (is_synchronous(pdo.type)) {
-      rpdos[slot].deferred = form;
+      // With a window (1007h) each is looked at on its own.
+      rpdos[slot].deferred = window == Duration::zero() ? form : Rpdo::kNever;
     } else if ((flags & Rpdo::kMore) == 0) {
       rpdos[slot].at_once = form;
     }
   }
 }
 
+void Engine::Impl::open_window(Instant sync) {
+  if (window > Duration::zero()) {
+    window_end = sync + window;
+    window_open = !sync_tpdos.empty();
+  }
+}
+
+// The TPDOs of this SYNC that found no room on the bus are not sent any more.
+void Engine::Impl::close_window(Instant now) {
+  if (!window_open || now < window_end) {
+    return;
+  }
+  window_open = false;
+  for (const std::uint16_t slot : sync_tpdos) {
+    const Tpdo& pdo = tpdos[slot];
+    if (is_synchronous(pdo.type) && pending.test(pdo.rank)) {
+      pending.clear(pdo.rank);
+      ++counters.after_window;
+    }
+  }
+}
+
 void Engine::Impl::go_quiet() {
+  window_end = kNever;
+  window_open = false;
   pending.clear_all();
   inhibited.clear_all();
   next_release = kNever;

@@ -191,6 +191,7 @@ void Engine::Impl::release(Instant now) {
 }
 
 bool Engine::Impl::next_frame(can::Frame& out, Instant now) {
+  close_window(now);
   if (now >= next_release) {
     release(now);
   }

@@ -17,12 +17,14 @@ void Consumer::configure(const Parameters& parameters) {
   parameters_ = parameters;
   register_cob_id(consumes());
   deadline_ = kNever;
+  lost_ = false;
   length_was_wrong_ = false;
 }
 
 void Consumer::set_active(bool active) {
   active_ = active;
   deadline_ = kNever;
+  lost_ = false;
 }
 
 Reception Consumer::receive(const can::Frame& frame) {
@@ -37,11 +39,14 @@ Reception Consumer::receive(const can::Frame& frame) {
     return out;
   }
   if (!out.wrong_length && frame.length == 1) {
-    out.counter = std::to_integer<std::uint8_t>(frame.data[0]);
+    const auto counter = std::to_integer<std::uint8_t>(frame.data[0]);
+    out.wrong_counter = counter == 0 || counter > parameters_.overflow;
+    out.counter = out.wrong_counter ? std::uint8_t{0} : counter;
   }
   if (frame.time > deadline_) {
     lose();
   }
+  lost_ = false;
   if (parameters_.period > Duration::zero()) {
     deadline_ = frame.time + parameters_.period + parameters_.period / 2;
   }
@@ -61,6 +66,7 @@ void Consumer::lose() {
   event.value = static_cast<std::uint32_t>(
       std::chrono::duration_cast<std::chrono::microseconds>(parameters_.period).count());
   deadline_ = kNever;
+  lost_ = true;
   events_.emit(event);
 }
 

@@ -12,10 +12,11 @@
 namespace linegate::sync {
 
 struct Reception {
-  bool is_sync = false;       // to be acted upon
-  std::uint8_t counter = 0;   // 0 = without
-  bool wrong_length = false;  // not the length that 1019h calls for: malformed
-  bool error_begins = false;  // the first wrong length after a right one: EMCY 8240h
+  bool is_sync = false;        // to be acted upon
+  std::uint8_t counter = 0;    // 0 = without
+  bool wrong_length = false;   // not the length that 1019h calls for: malformed
+  bool wrong_counter = false;  // 0, or above 1019h: malformed, taken for a SYNC without counter
+  bool error_begins = false;   // the first wrong length after a right one: EMCY 8240h
 };
 
 class Consumer {
@@ -40,6 +41,7 @@ class Consumer {
   // Expecting starts with a SYNC.
   void advance(Instant now);
   Instant next_wake() const { return deadline_; }
+  bool lost() const { return lost_; }
 
  private:
   void lose();
@@ -52,6 +54,7 @@ class Consumer {
   bool registered_ = false;
   bool active_ = false;
   bool length_was_wrong_ = false;
+  bool lost_ = false;
   Instant deadline_ = kNever;
 };
 

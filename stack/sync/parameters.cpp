@@ -34,6 +34,7 @@ Parameters read_parameters(const od::Dictionary& dictionary) {
   out.exists = dictionary.has_object(kCobId);
   out.cob_id.raw = static_cast<std::uint32_t>(dictionary.number({kCobId, 0}).value_or(0));
   out.period = std::chrono::microseconds(dictionary.number({kCyclePeriod, 0}).value_or(0));
+  out.window = std::chrono::microseconds(dictionary.number({kWindowLength, 0}).value_or(0));
   out.overflow = static_cast<std::uint8_t>(dictionary.number({kCounterOverflow, 0}).value_or(0));
   return out;
 }

@@ -2,6 +2,7 @@
 // writing them.
 //   1005h  U32  COB-ID SYNC: bit 30 produce, bit 29 frame format, bits 0..28 CAN-ID
 //   1006h  U32  communication cycle period in us, 0 = off
+//   1007h  U32  synchronous window length in us, 0 = no window
 //   1019h  U8   synchronous counter overflow value: 0 = no counter, 2..240
 #pragma once
 
@@ -18,6 +19,7 @@ namespace linegate::sync {
 
 inline constexpr std::uint16_t kCobId = 0x1005;
 inline constexpr std::uint16_t kCyclePeriod = 0x1006;
+inline constexpr std::uint16_t kWindowLength = 0x1007;
 inline constexpr std::uint16_t kCounterOverflow = 0x1019;
 
 struct Parameters {
@@ -25,6 +27,7 @@ struct Parameters {
   can::CobId cob_id;
   Duration period{};
   std::uint8_t overflow = 0;
+  Duration window{};
 
   // Bit 30 makes a producer, which sends if there is a period; all others consume.
   bool is_producer() const { return exists && (cob_id.raw & can::CobId::kProducerBit) != 0; }
@@ -35,7 +38,7 @@ struct Parameters {
 // Objects that do not exist count as 0.
 Parameters read_parameters(const od::Dictionary& dictionary);
 
-// What refuses a value of the right size for one of the three objects:
+// What refuses a value of the right size for one of the objects:
 //   1005h  invalid_value: a restricted CAN-ID, more than 11 bits without bit 29, or another CAN-ID
 //          while the device is a producer
 //   1019h  invalid_value: 1 or above 240; device_state: a change while there is a period

@@ -27,7 +27,12 @@ AbortCode Service::check_write(od::Address address, std::span<const std::byte> v
   return sync::check_write(parameters_, address, value);
 }
 
-void Service::written(od::Address /*address*/) {
+// The window concerns PDOs alone: SYNC goes on as it is.
+void Service::written(od::Address address) {
+  if (address.index == kWindowLength) {
+    parameters_ = read_parameters(dictionary_);
+    return;
+  }
   configure();
 }
 

@@ -1,4 +1,4 @@
-// SYNC of one node: the objects 1005h, 1006h, 1019h and the producer or consumer they make.
+// SYNC of one node: the objects 1005h, 1006h, 1007h, 1019h and the producer or consumer they make.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace linegate::sync {
 
-// Hook of the three objects: writes take effect at once.
+// Hook of these objects: writes take effect at once.
 class Service final : public od::Hook {
  public:
   // All must outlive the service. The owner sets the hook.
@@ -26,6 +26,11 @@ class Service final : public od::Hook {
   void configure();
   // True in Pre-operational and Operational.
   void set_active(bool active);
+
+  // How long after a SYNC synchronous PDOs may still come and go; 0 = until the next one.
+  Duration window() const { return parameters_.window; }
+  // A SYNC is missing, until the next one.
+  bool lost() const { return consumer_.lost(); }
 
   Reception receive(const can::Frame& frame) { return consumer_.receive(frame); }
 

@@ -60,6 +60,59 @@ TEST(RepeatLimit, TheCountHasItsPlaceAfterShortData) {
   }
 }
 
+TEST(RepeatLimit, TheLastOfASeriesIsToldWhenTheSecondIsOver) {
+  RepeatLimit limit;
+  const auto now = [](int ms) { return Instant{milliseconds(ms)}; };
+  EXPECT_EQ(limit.next_wake(), kNever);
+  for (int ms = 0; ms < 10; ++ms) {
+    Event event = malformed(0x585, milliseconds(ms));
+    event.data[0] = static_cast<std::byte>(ms);
+    EXPECT_EQ(limit.admit(event), ms == 0);
+  }
+  EXPECT_EQ(limit.next_wake(), now(1000));
+  EXPECT_FALSE(limit.take_due(now(999)));
+  const auto last = limit.take_due(now(1500));
+  ASSERT_TRUE(last);
+  EXPECT_EQ(last->time, now(1000));
+  EXPECT_EQ(last->code, 0x585U);
+  EXPECT_EQ(last->data[0], std::byte{9});
+  EXPECT_EQ(held_back(*last), 8U) << "besides itself";
+  EXPECT_FALSE(limit.take_due(now(9999)));
+  EXPECT_EQ(limit.next_wake(), kNever);
+  Event soon = malformed(0x585, milliseconds(1999));
+  EXPECT_FALSE(limit.admit(soon)) << "a second after the last that was told";
+  const auto alone = limit.take_due(now(2000));
+  ASSERT_TRUE(alone);
+  EXPECT_EQ(alone->length, 8U) << "nobody else was held back";
+}
+
+TEST(RepeatLimit, WhatWasToldOfInTimeIsNotToldAgain) {
+  RepeatLimit limit;
+  for (const int ms : {0, 500, 1000}) {
+    Event event = malformed(0x585, milliseconds(ms));
+    EXPECT_EQ(limit.admit(event), ms != 500);
+  }
+  EXPECT_EQ(limit.next_wake(), kNever);
+}
+
+TEST(RepeatLimit, EachPlaceHasItsOwnSecond) {
+  RepeatLimit limit;
+  for (std::uint32_t id = 0; id < 20; ++id) {
+    for (const int more : {0, 1}) {
+      Event event = malformed(id, milliseconds(10 * id + static_cast<unsigned>(more)));
+      (void)limit.admit(event);
+    }
+  }
+  std::vector<std::uint32_t> told;
+  while (const auto event = limit.take_due(Instant{milliseconds(5000)})) {
+    told.push_back(event->code);
+  }
+  ASSERT_EQ(told.size(), 17U) << "16 and the shared one";
+  for (std::uint32_t id = 0; id < 16; ++id) {
+    EXPECT_EQ(told[id], id);
+  }
+}
+
 TEST(RepeatLimit, IdentifiersAndNodesAreLimitedApart) {
   RepeatLimit limit;
   for (const auto& [id, node] : {std::pair{0x585U, 5}, {0x586U, 5}, {0x585U, 6}}) {

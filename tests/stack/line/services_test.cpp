@@ -50,6 +50,25 @@ TEST_F(LineTest, GuardingNeedsBothNumbersAndNoHeartbeat) {
   EXPECT_THAT(refused.diagnostics[1].text, HasSubstr("either a heartbeat or guarding"));
 }
 
+TEST_F(LineTest, AFloodOfBusErrorsIsCountedAndToldOnceASecond) {
+  make(config_with_axis());
+  boot();
+  events();
+  for (int i = 0; i < 2500; ++i) {
+    line_->bus_event({.kind = can::BusEvent::Kind::error, .errors = can::kProtocol, .time = now_});
+    pass(milliseconds(1));
+  }
+  pass(seconds(5));
+  std::vector<std::uint8_t> lengths;
+  for (const Event& event : events()) {
+    if (event.kind == EventKind::bus_error) {
+      lengths.push_back(event.length);
+    }
+  }
+  EXPECT_THAT(lengths, ElementsAre(0, 12, 12, 12));
+  EXPECT_EQ(line_->state().counters.bus_errors, 2500U);
+}
+
 TEST_F(LineTest, ProducesTime) {
   LineConfig config = config_with_axis();
   config.time_period = seconds(1);

@@ -45,6 +45,15 @@ TEST_F(MalformedFrameTest, SyncIsAnEmcyOnce) {
   EXPECT_EQ(drain(at(2ms)), reset);
 }
 
+TEST_F(MalformedFrameTest, SyncCounterOutOfItsRange) {
+  boot();
+  EXPECT_EQ(sdo_write({0x1019, 0}, 1, 10), 0U);
+  expect_told(0x080, {0});
+  expect_told(0x080, {11});
+  EXPECT_TRUE(drain(at(1ms)).empty()) << "the length is right";
+  EXPECT_EQ(node->counters().syncs, 2U) << "SYNCs all the same";
+}
+
 TEST_F(MalformedFrameTest, Sdo) {
   boot();
   expect_told(0x605, {});

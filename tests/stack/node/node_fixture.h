@@ -63,6 +63,7 @@ inline od::Dictionary example_dictionary() {
       {testing::array(0x1003, unsigned32, 4, 0, testing::sub(0, unsigned8, 0)),
        testing::object(0x1005, unsigned32, 0x80),
        testing::object(0x1006, unsigned32, 0),
+       testing::object(0x1007, unsigned32, 0),
        testing::object(0x1012, unsigned32, 0x8000'0100),
        testing::object(0x1014, unsigned32, 0x80 + kNodeId),
        testing::object(0x1015, unsigned16, 0),

@@ -28,6 +28,44 @@ TEST_F(NodeTest, ASyncCommitsRpdosAndSamplesTpdos) {
   EXPECT_EQ(drain(at(2ms)), (Frames{{at(2ms), 0x185, {0x34, 0x12}}}));
 }
 
+// 1007h: 5 ms after each SYNC.
+TEST_F(NodeTest, ASynchronousRpdoAfterTheWindowIsDropped) {
+  boot_and_start();
+  EXPECT_EQ(sdo_write({0x1007, 0}, 4, 5000), 0U);
+  hear(1ms, 0x305, {0x01, 0x00});
+  hear(10ms, 0x080, {});
+  EXPECT_EQ(number(0x2000, 2), 1U) << "there is no window before the first SYNC";
+  hear(15ms, 0x305, {0x02, 0x00});
+  hear(16ms, 0x305, {0x03, 0x00});
+  hear(16ms, 0x205, {0x04, 0x00});
+  EXPECT_EQ(number(0x2000, 1), 4U) << "others have no window";
+  hear(20ms, 0x080, {});
+  EXPECT_EQ(number(0x2000, 2), 2U);
+  EXPECT_EQ(node->pdos().counters().after_window, 1U);
+  EXPECT_EQ(sdo_write({0x1007, 0}, 4, 0, 21ms), 0U);
+  hear(29ms, 0x305, {0x05, 0x00});
+  hear(30ms, 0x080, {});
+  EXPECT_EQ(number(0x2000, 2), 5U) << "without a window";
+}
+
+TEST_F(NodeTest, ASynchronousTpdoThatFoundNoRoomInTheWindowIsDropped) {
+  boot_and_start();
+  EXPECT_EQ(sdo_write({0x1007, 0}, 4, 5000), 0U);
+  hear(10ms, 0x080, {});
+  EXPECT_EQ(node->next_wake(), at(15ms));
+  EXPECT_EQ(drain(at(14ms)), (Frames{{at(14ms), 0x185, {0x11, 0x11}}}));
+  hear(20ms, 0x080, {});
+  EXPECT_TRUE(node->wants_to_send(at(20ms)));
+  node->advance(at(25ms));
+  EXPECT_FALSE(node->wants_to_send(at(25ms)));
+  EXPECT_TRUE(drain(at(25ms)).empty());
+  hear(30ms, 0x080, {});
+  EXPECT_TRUE(drain(at(36ms)).empty()) << "however late it is asked";
+  EXPECT_EQ(node->pdos().counters().after_window, 2U);
+  hear(40ms, 0x080, {});
+  EXPECT_EQ(drain(at(41ms)).size(), 1U);
+}
+
 TEST_F(NodeTest, AProducerActsUponItsOwnSync) {
   boot_and_start();
   EXPECT_EQ(sdo_write({0x1006, 0}, 4, 10'000), 0U);
