@@ -28,8 +28,11 @@ enum ErrorRegister : std::uint8_t {
 
 // Emergency error codes that the stack itself sends.
 inline constexpr std::uint16_t kErrorReset = 0x0000;
-inline constexpr std::uint16_t kDataSet = 0x6300;         // stored parameters cannot be used
+inline constexpr std::uint16_t kDataSet = 0x6300;  // stored parameters cannot be used
+inline constexpr std::uint16_t kOverrun = 0x8110;  // frames were lost
+inline constexpr std::uint16_t kPassive = 0x8120;
 inline constexpr std::uint16_t kHeartbeatError = 0x8130;  // or life guarding
+inline constexpr std::uint16_t kBusOffLeft = 0x8140;
 inline constexpr std::uint16_t kIdCollision = 0x8150;
 inline constexpr std::uint16_t kPdoLength = 0x8210;   // not processed
 inline constexpr std::uint16_t kPdoTooLong = 0x8220;  // first bytes used

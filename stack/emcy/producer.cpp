@@ -53,6 +53,10 @@ std::uint8_t Producer::error_register() const {
   return static_cast<std::uint8_t>(dictionary_.number({kErrorRegisterIndex, 0}).value_or(0));
 }
 
+void Producer::set_error_register(std::uint8_t value) {
+  dictionary_.set({kErrorRegisterIndex, 0}, value);
+}
+
 void Producer::advance(Instant now) {
   while (active_ && waiting_ > 0 && now >= inhibited_until_) {
     const Message message = ring_[head_];

@@ -54,6 +54,8 @@ class Producer final : public od::Hook {
 
   // Object 1001h.
   std::uint8_t error_register() const;
+  // Sets it without a message: some of several errors have gone.
+  void set_error_register(std::uint8_t value);
   ErrorHistory& history() { return history_; }
 
   // Sends what waited for the end of the inhibit time.

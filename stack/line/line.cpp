@@ -165,6 +165,7 @@ void Line::Impl::bus_event(const can::BusEvent& event) {
       break;
   }
   events.emit(out);
+  node.bus_event(event);
   if (!usable()) {
     interface_lost();
   }
@@ -404,6 +405,9 @@ bool Line::image_changed(image::Direction direction) const {
 }
 bool Line::image_touched(image::Direction direction) const {
   return impl_->image.touched(direction);
+}
+node::Indicators Line::indicators() const {
+  return impl_->node.indicators();
 }
 void Line::set_utc(Duration offset) {
   impl_->node.clock().set_utc(offset);

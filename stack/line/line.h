@@ -21,6 +21,7 @@
 #include "stack/line/config.h"
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
+#include "stack/node/indicators.h"
 
 namespace linegate::od {
 class Dictionary;
@@ -95,6 +96,8 @@ class Line {
   std::uint32_t sync_count() const;
 
   LineState state() const;
+  // RUN and ERROR of the own node (CiA 303-3).
+  node::Indicators indicators() const;
   // Grows by one with every change that NodeState shows; for cheap polling.
   std::uint64_t node_revision(std::uint8_t node) const;
   NodeState node_state(std::uint8_t node) const;  // 1..127

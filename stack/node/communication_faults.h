@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "stack/emcy/message.h"
+
 namespace linegate::node {
 
 enum class Fault : std::uint8_t {
@@ -14,43 +16,53 @@ enum class Fault : std::uint8_t {
   rpdo_length,    // number: PDO
   rpdo_too_long,  // number: PDO; its frames are used all the same
   rpdo_deadline,  // number: PDO
-  sync_length,    // number: 0
-  life_guarding,  // number: 0
-  node_id,        // number: 0; another device has it
+  sync_length,    // number: 0, as of all below
+  life_guarding,
+  node_id,  // another device has it
+  passive,  // the CAN controller is error passive
+  bus_off,
+  overrun,  // frames were lost
 };
+inline constexpr std::size_t kFaults = 10;
+
+// The emergency error code of each.
+constexpr std::uint16_t emergency_code(Fault fault) {
+  constexpr std::array<std::uint16_t, kFaults> kCodes{
+      emcy::kHeartbeatError, emcy::kPdoLength,      emcy::kPdoTooLong,  emcy::kRpdoTimeout,
+      emcy::kSyncLength,     emcy::kHeartbeatError, emcy::kIdCollision, emcy::kPassive,
+      emcy::kBusOffLeft,     emcy::kOverrun};
+  return kCodes[static_cast<std::size_t>(fault)];
+}
 
 class CommunicationFaults {
  public:
   // True if it was not present before. Numbers above 512 are not kept: never true.
   bool begin(Fault fault, std::uint16_t number) {
-    if (number >= kNumbers || present(fault)[number]) {
+    if (number >= kNumbers || of(fault)[number]) {
       return false;
     }
-    present(fault).set(number);
-    ++count_;
+    of(fault).set(number);
     return true;
   }
 
   // True if it was present before.
   bool end(Fault fault, std::uint16_t number) {
-    if (number >= kNumbers || !present(fault)[number]) {
+    if (number >= kNumbers || !of(fault)[number]) {
       return false;
     }
-    present(fault).reset(number);
-    --count_;
+    of(fault).reset(number);
     return true;
   }
 
-  bool any() const { return count_ != 0; }
+  bool any(Fault fault) const { return faults_[static_cast<std::size_t>(fault)].any(); }
   void clear() { *this = CommunicationFaults{}; }
 
  private:
   static constexpr std::size_t kNumbers = 513;
 
-  std::bitset<kNumbers>& present(Fault fault) { return faults_[static_cast<std::size_t>(fault)]; }
+  std::bitset<kNumbers>& of(Fault fault) { return faults_[static_cast<std::size_t>(fault)]; }
 
-  std::array<std::bitset<kNumbers>, 7> faults_{};
-  std::size_t count_ = 0;
+  std::array<std::bitset<kNumbers>, kFaults> faults_{};
 };
 
 }  // namespace linegate::node

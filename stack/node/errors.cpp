@@ -1,14 +1,29 @@
 // What the node does about errors of its own communication and of its stored parameters: EMCY,
 // error register, 1029h.
+#include <utility>
+
 #include "stack/node/impl.h"
 
 namespace linegate::node {
 namespace {
 
-std::array<std::byte, 2> bytes_of(std::uint16_t number) {
-  std::array<std::byte, 2> out{};
-  store_le(out.data(), number);
-  return out;
+// Bits of ErrorScheme::temporary_and_sticky.
+enum Temporary : std::uint8_t { kErrorControl = 0x01, kPassive = 0x02, kBusOff = 0x04 };
+enum Sticky : std::uint8_t { kController = 0x01, kOverrun = 0x02, kPdoLength = 0x04 };
+
+std::uint8_t sticky_bit(Fault fault) {
+  switch (fault) {
+    case Fault::passive:
+    case Fault::bus_off:
+      return kController;
+    case Fault::overrun:
+      return kOverrun;
+    case Fault::rpdo_length:
+    case Fault::rpdo_too_long:
+      return kPdoLength;
+    default:
+      return 0;
+  }
 }
 
 AbortCode abort_code(storage::Damage damage) {
@@ -27,30 +42,119 @@ AbortCode abort_code(storage::Damage damage) {
   }
   return AbortCode::none;
 }
+constexpr Duration kBetweenOverruns = std::chrono::seconds(1);
 
 }  // namespace
 
-void Node::Impl::begin(Fault fault, std::uint16_t number, std::uint16_t code,
-                       std::array<std::byte, 2> info) {
-  const std::uint8_t present = emcy.error_register();
-  const bool first = !faults.any();
-  if (faults.begin(fault, number)) {
-    if (first) {
-      generic_error_before = (present & emcy::kGeneric) != 0;
-    }
-    emcy.send(code, present | emcy::kGeneric | emcy::kCommunication, info, now);
+void Node::Impl::begin(Fault fault, std::uint16_t number, Lengths lengths) {
+  if (!faults.begin(fault, number)) {
+    return;
   }
+  sticky |= sticky_bit(fault);
+  const std::uint16_t code = emergency_code(fault);
+  const std::uint8_t present = errors.begin(code, emcy.error_register());
+  emcy.send(code, present, manufacturer_bytes(number, lengths), now);
 }
 
 void Node::Impl::end(Fault fault, std::uint16_t number) {
-  if (!faults.end(fault, number) || faults.any()) {
+  if (faults.end(fault, number)) {
+    end_error(emergency_code(fault), number);
+  }
+}
+
+// One error of the code's class has gone.
+emcy::SendResult Node::Impl::end_error(std::uint16_t code, std::uint16_t number,
+                                       std::span<const std::byte> info) {
+  const std::uint8_t left = errors.end(code, emcy.error_register());
+  const bool each = options.error_scheme == ErrorScheme::temporary_and_sticky;
+  if (!errors.error_free() && !each) {
+    emcy.set_error_register(left);
+    return emcy::SendResult::sent;
+  }
+  if (each && info.empty()) {
+    return emcy.send(emcy::kErrorReset, left, manufacturer_bytes(number, {}), now);
+  }
+  return emcy.send(emcy::kErrorReset, left, info, now);
+}
+
+emcy::ManufacturerInfo Node::Impl::manufacturer_bytes(std::uint16_t number, Lengths lengths) const {
+  emcy::ManufacturerInfo info{};
+  if (options.error_scheme == ErrorScheme::number) {
+    store_le(info.data(), number);
+    return info;
+  }
+  unsigned temporary = 0;
+  if (faults.any(Fault::heartbeat) || faults.any(Fault::life_guarding)) {
+    temporary |= kErrorControl;
+  }
+  if (faults.any(Fault::passive)) {
+    temporary |= kPassive;
+  }
+  if (faults.any(Fault::bus_off)) {
+    temporary |= kBusOff;
+  }
+  info[0] = static_cast<std::byte>(temporary);
+  info[1] = std::byte{sticky};
+  info[2] = static_cast<std::byte>(number);
+  info[3] = std::byte{lengths.received};
+  info[4] = std::byte{lengths.mapped};
+  return info;
+}
+
+emcy::SendResult Node::Impl::set_error(std::uint16_t code, std::span<const std::byte> info) {
+  ++device_errors[code >> 8U];
+  return emcy.send(code, errors.begin(code, emcy.error_register()), info, now);
+}
+
+bool Node::Impl::reset_error(std::uint16_t code, std::span<const std::byte> info) {
+  std::uint16_t& count = device_errors[code >> 8U];
+  if (count == 0) {
+    return false;
+  }
+  --count;
+  (void)end_error(code, 0, info);
+  return true;
+}
+
+void Node::Impl::bus_event(const can::BusEvent& event) {
+  now = event.time;
+  if (event.kind == can::BusEvent::Kind::state) {
+    bus_state(event.state);
+  } else if (event.kind == can::BusEvent::Kind::frames_lost && now >= next_overrun) {
+    next_overrun = now + kBetweenOverruns;
+    begin(Fault::overrun, 0);
+    end(Fault::overrun, 0);
+  }
+}
+
+// Bus-off is told when it is over: before that nothing can be sent.
+void Node::Impl::bus_state(can::BusState state) {
+  const can::BusState before = std::exchange(bus, state);
+  if (before == state) {
     return;
   }
-  unsigned gone = emcy::kCommunication;
-  if (!generic_error_before) {
-    gone |= emcy::kGeneric;
+  if (before == can::BusState::bus_off) {
+    begin(Fault::bus_off, 0);
+    end(Fault::bus_off, 0);
   }
-  emcy.send(emcy::kErrorReset, static_cast<std::uint8_t>(emcy.error_register() & ~gone), {}, now);
+  if (state == can::BusState::error_passive) {
+    begin(Fault::passive, 0);
+  } else if (state == can::BusState::error_active || state == can::BusState::error_warning) {
+    end(Fault::passive, 0);
+  } else if (state == can::BusState::bus_off) {
+    sticky |= kController;
+    obey_error_behaviour(nmt::kCommunicationError);
+  }
+}
+
+Indicators Node::Impl::indicators() const {
+  return indicate(
+      {.state = slave.state(),
+       .bus = bus,
+       .event_timer_error = faults.any(Fault::rpdo_deadline),
+       .sync_error = sync.lost(),
+       .error_control_event = faults.any(Fault::heartbeat) || faults.any(Fault::life_guarding),
+       .invalid_configuration = started && pdos.any_unusable()});
 }
 
 void Node::Impl::obey_error_behaviour(std::uint8_t error_class) {
@@ -68,7 +172,7 @@ void Node::Impl::tell_damage(storage::Damage what) {
 }
 
 void Node::Impl::heartbeat_lost(std::uint8_t node, Instant /*deadline*/) {
-  begin(Fault::heartbeat, node, emcy::kHeartbeatError, {std::byte{node}, std::byte{0}});
+  begin(Fault::heartbeat, node);
   obey_error_behaviour(nmt::kCommunicationError);
 }
 
@@ -77,7 +181,7 @@ void Node::Impl::heartbeat_recovered(std::uint8_t node, Instant /*time*/) {
 }
 
 void Node::Impl::life_guarding_lost(Instant /*deadline*/) {
-  begin(Fault::life_guarding, 0, emcy::kHeartbeatError);
+  begin(Fault::life_guarding, 0);
   obey_error_behaviour(nmt::kCommunicationError);
 }
 
@@ -96,10 +200,11 @@ void Node::Impl::before_tpdo(std::uint16_t number) {
 }
 
 void Node::Impl::rpdo_wrong_length(std::uint16_t number, unsigned mapped, unsigned received) {
+  const Lengths lengths{static_cast<std::uint8_t>(received), static_cast<std::uint8_t>(mapped)};
   if (received < mapped) {
-    begin(Fault::rpdo_length, number, emcy::kPdoLength, bytes_of(number));
+    begin(Fault::rpdo_length, number, lengths);
   } else {
-    begin(Fault::rpdo_too_long, number, emcy::kPdoTooLong, bytes_of(number));
+    begin(Fault::rpdo_too_long, number, lengths);
   }
   if (application != nullptr) {
     application->rpdo_wrong_length(number, mapped, received);
@@ -107,7 +212,7 @@ void Node::Impl::rpdo_wrong_length(std::uint16_t number, unsigned mapped, unsign
 }
 
 void Node::Impl::rpdo_deadline(std::uint16_t number) {
-  begin(Fault::rpdo_deadline, number, emcy::kRpdoTimeout, bytes_of(number));
+  begin(Fault::rpdo_deadline, number);
   if (application != nullptr) {
     application->rpdo_deadline(number);
   }

@@ -7,6 +7,7 @@
 
 #include "stack/emcy/consumer.h"
 #include "stack/emcy/consumer_object.h"
+#include "stack/emcy/error_state.h"
 #include "stack/emcy/producer.h"
 #include "stack/nmt/consumer_heartbeat_time.h"
 #include "stack/nmt/error_behaviour.h"
@@ -69,11 +70,23 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   void settle(Instant time);
 
   // --- errors: errors.cpp -----------------------------------------------------------------------
-  void begin(Fault fault, std::uint16_t number, std::uint16_t code,
-             std::array<std::byte, 2> info = {});
+  struct Lengths {  // of a PDO, in bytes
+    std::uint8_t received = 0;
+    std::uint8_t mapped = 0;
+  };
+  void begin(Fault fault, std::uint16_t number) { begin(fault, number, Lengths{}); }
+  void begin(Fault fault, std::uint16_t number, Lengths lengths);
   void end(Fault fault, std::uint16_t number);
   void tell_configuration_error(od::Address place, AbortCode why);
   void tell_damage(storage::Damage damage);
+  emcy::SendResult set_error(std::uint16_t code, std::span<const std::byte> info);
+  bool reset_error(std::uint16_t code, std::span<const std::byte> info);
+  emcy::SendResult end_error(std::uint16_t code, std::uint16_t number,
+                             std::span<const std::byte> info = {});
+  emcy::ManufacturerInfo manufacturer_bytes(std::uint16_t number, Lengths lengths) const;
+  void bus_event(const can::BusEvent& event);
+  void bus_state(can::BusState state);
+  Indicators indicators() const;
   void obey_error_behaviour(std::uint8_t error_class);
 
   void heartbeat_lost(std::uint8_t node, Instant deadline) override;
@@ -113,8 +126,12 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   Application* application = nullptr;
   NodeCounters counters;
   CommunicationFaults faults;
-  bool generic_error_before = false;  // bit 0 of 1001h when the first fault began
-  bool duplicate_told = false;        // since the last reset
+  emcy::ErrorState errors;                         // these and the device's own
+  std::array<std::uint16_t, 256> device_errors{};  // by class: high byte of the code
+  std::uint8_t sticky = 0;                         // see ErrorScheme
+  can::BusState bus = can::BusState::unknown;
+  Instant next_overrun{};       // when a loss of frames may be told again
+  bool duplicate_told = false;  // since the last reset
   bool started = false;
   storage::Damage damage = storage::Damage::none;  // of what was stored, to be told after boot-up
   Instant now{};  // of what is being done: for errors told without a time

@@ -39,6 +39,23 @@ void Node::start(Instant now) {
 void Node::command(nmt::Command command, Instant now) {
   impl_->command(command, now);
 }
+emcy::SendResult Node::set_error(std::uint16_t code, std::span<const std::byte> info, Instant now) {
+  impl_->now = now;
+  return impl_->set_error(code, info);
+}
+bool Node::reset_error(std::uint16_t code, std::span<const std::byte> info, Instant now) {
+  impl_->now = now;
+  return impl_->reset_error(code, info);
+}
+bool Node::error_free() const {
+  return impl_->errors.error_free();
+}
+void Node::bus_event(const can::BusEvent& event) {
+  impl_->bus_event(event);
+}
+Indicators Node::indicators() const {
+  return impl_->indicators();
+}
 void Node::device_error(std::uint8_t error_class, Instant now) {
   impl_->now = now;
   impl_->obey_error_behaviour(error_class);

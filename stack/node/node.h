@@ -10,17 +10,20 @@
 
 #include "stack/base/event_log.h"
 #include "stack/base/time.h"
+#include "stack/can/bus_state.h"
 #include "stack/can/dispatch.h"
 #include "stack/can/frame.h"
 #include "stack/can/traffic.h"
 #include "stack/can/transmit_queue.h"
 #include "stack/nmt/state.h"
+#include "stack/node/indicators.h"
 #include "stack/od/dictionary.h"
 #include "stack/pdo/engine.h"
 
 namespace linegate::emcy {
 class Producer;
-}
+enum class SendResult : std::uint8_t;
+}  // namespace linegate::emcy
 namespace linegate::storage {
 class Medium;
 }
@@ -54,11 +57,24 @@ class Application : public pdo::Listener {
   virtual void reset(bool whole_node, Instant now);
 };
 
+// What the node says in the manufacturer bytes of EMCYs it sends by itself, and when it sends an
+// error reset. 1001h is the sum of what is present either way.
+enum class ErrorScheme : std::uint8_t {
+  // Bytes 3, 4: PDO number or node-ID, else 0. One error reset, when the last error has gone.
+  number,
+  // Byte 3: errors that are present (bit 0 error control, 1 error passive, 2 bus-off); byte 4:
+  // errors there have been since the last reset (bit 0 CAN controller, 1 frames lost, 2 PDO
+  // length); byte 5: PDO number or node-ID; bytes 6, 7: length of a PDO received and mapped. An
+  // error reset for each error that has gone.
+  temporary_and_sticky,
+};
+
 struct Options {
   std::uint8_t node_id = 0;  // 1..127
   // Enters Operational by itself. So does an NMT slave whose object 1F80h has bits 0 and 2 clear.
   bool self_starting = false;
   bool nmt_slave = true;  // obeys node control on 000h; false for the NMT master
+  ErrorScheme error_scheme = ErrorScheme::number;
 };
 
 struct NodeCounters {
@@ -93,6 +109,18 @@ class Node {
   void start(Instant now);
   // An NMT command for this node itself, as if received (the master obeys its own commands so).
   void command(nmt::Command command, Instant now);
+  // An error of the device began: EMCY with the code, 1001h with the bits of its class (see
+  // emcy/error_state.h), an entry in 1003h. info: 5 manufacturer bytes, missing ones are 0.
+  emcy::SendResult set_error(std::uint16_t code, std::span<const std::byte> info, Instant now);
+  // One error of that class (high byte of the code) has gone: its bits leave 1001h unless another
+  // needs them, and the error reset is sent as the ErrorScheme says. False if there is none.
+  bool reset_error(std::uint16_t code, std::span<const std::byte> info, Instant now);
+  // No error is present, neither of communication nor told by set_error().
+  bool error_free() const;
+  // What a bridge noticed about the bus: EMCY 8110h, 8120h, 8140h, 1029h:1 at bus-off.
+  void bus_event(const can::BusEvent& event);
+  // What the indicators of CiA 303-3 show now.
+  Indicators indicators() const;
   // An error of the device has occurred: does what 1029h:error_class says, see
   // nmt/error_behaviour.h. The EMCY is the application's.
   void device_error(std::uint8_t error_class, Instant now);

@@ -145,7 +145,7 @@ void Node::Impl::take_sync(const can::Frame& frame) {
     malformed(frame, 0);
   }
   if (reception.error_begins) {
-    begin(Fault::sync_length, 0, emcy::kSyncLength);
+    begin(Fault::sync_length, 0);
   } else if (!reception.wrong_length) {
     end(Fault::sync_length, 0);
   }
@@ -201,7 +201,7 @@ void Node::Impl::take_own_id(const can::Frame& frame) {
                  .node = options.node_id,
                  .code = static_cast<std::uint8_t>(content)});
   }
-  begin(Fault::node_id, 0, emcy::kIdCollision);
+  begin(Fault::node_id, 0);
 }
 
 void Node::Impl::take_emergency(std::uint16_t index, const can::Frame& frame) {

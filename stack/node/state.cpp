@@ -129,6 +129,9 @@ void Node::Impl::reset(bool whole_node, Instant time) {
 void Node::Impl::boot(Instant time) {
   now = time;
   faults.clear();
+  errors.clear();
+  device_errors.fill(0);
+  sticky = 0;
   duplicate_told = false;
   sync.configure();
   clock.configure();

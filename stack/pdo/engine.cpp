@@ -76,6 +76,12 @@ void Engine::sync(std::uint8_t counter, Instant now) {
   }
 }
 
+bool Engine::any_unusable() const {
+  const auto is_problem = [](const Impl::ToldProblem& told) { return told.why != AbortCode::none; };
+  return std::ranges::any_of(impl_->told_rpdos, is_problem) ||
+         std::ranges::any_of(impl_->told_tpdos, is_problem);
+}
+
 void Engine::set_sync_window(Duration window) {
   if (impl_->window != window) {
     impl_->window = window;

@@ -92,6 +92,9 @@ class Engine {
   // here in words and to the listener.
   std::vector<Diagnostic> configure();
 
+  // A valid PDO cannot be used, see Listener::pdo_unusable().
+  bool any_unusable() const;
+
   // Entering or leaving Operational: only then are PDOs received, sampled and sent. Entering
   // requests every event-driven TPDO once, so that consumers get first values.
   void set_operational(bool operational, Instant now);

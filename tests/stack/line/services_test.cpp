@@ -69,6 +69,25 @@ TEST_F(LineTest, AFloodOfBusErrorsIsCountedAndToldOnceASecond) {
   EXPECT_EQ(line_->state().counters.bus_errors, 2500U);
 }
 
+// What the bus goes through is the own node's error, too; a manager goes on after bus-off.
+TEST_F(LineTest, BusStatesReachTheOwnNode) {
+  make(config_with_axis());
+  boot();
+  const auto bus = [this](can::BusState state) {
+    line_->bus_event({.state = state, .time = now_});
+  };
+  EXPECT_EQ(line_->indicators(), (node::Indicators{node::Pattern::on, node::Pattern::off}));
+  bus(can::BusState::error_passive);
+  EXPECT_THAT(sent(), testing::Contains("0FF#2081110000000000"));
+  EXPECT_EQ(line_->indicators().error, node::Pattern::single_flash);
+  bus(can::BusState::bus_off);
+  EXPECT_EQ(line_->indicators().error, node::Pattern::on);
+  EXPECT_EQ(line_->state().own_state, nmt::State::operational);
+  bus(can::BusState::error_active);
+  EXPECT_EQ(line_->indicators().error, node::Pattern::off);
+  EXPECT_THAT(sent(), testing::Contains("0FF#0000000000000000"));
+}
+
 TEST_F(LineTest, ProducesTime) {
   LineConfig config = config_with_axis();
   config.time_period = seconds(1);
