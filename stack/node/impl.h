@@ -66,6 +66,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   // --- time -------------------------------------------------------------------------------------
   void advance(Instant time);
   Instant next_wake() const;
+  void stamp(Instant time);
   // Starts what was written since: clocks, COB-IDs. Runs no time-out.
   void settle(Instant time);
 

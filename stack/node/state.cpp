@@ -7,6 +7,7 @@
 namespace linegate::node {
 namespace {
 
+constexpr od::Address kHighResolutionStamp{0x1013, 0};
 constexpr od::Address kNmtStartup{0x1F80, 0};
 constexpr std::uint64_t kNmtMaster = 0x01;
 constexpr std::uint64_t kNotSelfStarting = 0x04;
@@ -193,6 +194,7 @@ void Node::Impl::advance(Instant time) {
   heartbeats.advance(time);
   guarding.advance(time);
   if (const auto counter = sync.advance(time)) {
+    stamp(time);
     synced(*counter, time);
   }
   clock.advance(time);
@@ -200,6 +202,12 @@ void Node::Impl::advance(Instant time) {
   sdo.advance(time, transmit);
   emcy.advance(time);
   heartbeat.advance(time);
+}
+
+// Object 1013h of a SYNC producer: when it sent the SYNC, in us of its own time.
+void Node::Impl::stamp(Instant time) {
+  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(time.time_since_epoch());
+  dictionary.set(kHighResolutionStamp, static_cast<std::uint32_t>(us.count()));
 }
 
 Instant Node::Impl::next_wake() const {

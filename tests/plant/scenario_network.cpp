@@ -48,6 +48,10 @@ void Scenario::describe_device(Words& words) {
       node.heartbeat = words.duration();
     } else if (key == "consumer") {
       node.heartbeat_consumer = words.duration();
+    } else if (key == "guarding") {
+      node.heartbeat = Duration::zero();
+      node.guard_time = words.duration();
+      node.life_time_factor = static_cast<std::uint8_t>(words.number());
     } else if (key == "mandatory") {
       node.mandatory = true;
     } else if (key == "serial") {

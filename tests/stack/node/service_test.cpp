@@ -28,6 +28,26 @@ TEST_F(NodeTest, ASyncCommitsRpdosAndSamplesTpdos) {
   EXPECT_EQ(drain(at(2ms)), (Frames{{at(2ms), 0x185, {0x34, 0x12}}}));
 }
 
+// 1013h goes with the SYNC in a synchronous TPDO: consumers learn when exactly that was.
+TEST_F(NodeTest, ASyncProducerStampsItsSyncs) {
+  od::Dictionary dictionary = example_dictionary();
+  ASSERT_TRUE(dictionary.remove(0x1A00).ok());
+  using enum od::DataType;
+  ASSERT_TRUE(dictionary.add(testing::object(0x1013, unsigned32, 0, od::Access::rw, true)).ok());
+  ASSERT_TRUE(dictionary
+                  .add(testing::record(0x1A00, {testing::sub(0, unsigned8, 1),
+                                                testing::sub(1, unsigned32, 0x1013'0020)}))
+                  .ok());
+  node =
+      std::make_unique<Node>(std::move(dictionary), Options{.node_id = kNodeId}, events, nullptr);
+  boot_and_start();
+  EXPECT_EQ(sdo_write({0x1006, 0}, 4, 10'000), 0U);
+  EXPECT_EQ(sdo_write({0x1005, 0}, 4, 0x4000'0080), 0U);
+  // 1000.010 s are 3B9AF110h us.
+  const Frames expected{{at(10ms), 0x080, {}}, {at(10ms), 0x185, {0x10, 0xF1, 0x9A, 0x3B}}};
+  EXPECT_EQ(advance(10ms), expected);
+}
+
 // 1007h: 5 ms after each SYNC.
 TEST_F(NodeTest, ASynchronousRpdoAfterTheWindowIsDropped) {
   boot_and_start();
