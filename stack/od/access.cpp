@@ -1,6 +1,7 @@
 // Reading and writing the values of a Dictionary.
 #include <algorithm>
 
+#include "stack/od/deferrals.h"
 #include "stack/od/limits.h"
 #include "stack/od/object_table.h"
 
@@ -20,8 +21,9 @@ AbortCode check_length(const Variable& variable, std::size_t size) {
                                                                     : AbortCode::none;
 }
 
-AbortCode check_variable(const ObjectTable& objects, Address address, const Variable& variable,
-                         std::span<const std::byte> value) {
+// All but the hook.
+AbortCode check_value(const ObjectTable& objects, Address address, const Variable& variable,
+                      std::span<const std::byte> value) {
   if (!writable(variable.access)) {
     return AbortCode::read_only;
   }
@@ -33,12 +35,22 @@ AbortCode check_variable(const ObjectTable& objects, Address address, const Vari
   }
   if (variable.has_limits) {
     const VariableDetails& details = objects.details(address);
-    const AbortCode why = check_limits(variable.type, value, details.low, details.high);
-    if (why != AbortCode::none) {
-      return why;
-    }
+    return check_limits(variable.type, value, details.low, details.high);
   }
-  return variable.hook == nullptr ? AbortCode::none : variable.hook->check_write(address, value);
+  return AbortCode::none;
+}
+
+AbortCode check_variable(const ObjectTable& objects, Address address, const Variable& variable,
+                         std::span<const std::byte> value) {
+  const AbortCode why = check_value(objects, address, variable, value);
+  return why != AbortCode::none || variable.hook == nullptr
+             ? why
+             : variable.hook->check_write(address, value);
+}
+
+// For callers that cannot wait.
+AbortCode now_or_never(AbortCode answer) {
+  return answer == kLater ? AbortCode::device_state : answer;
 }
 
 // Why an address without variable cannot be written: sub-index FFh exists, and is const.
@@ -67,15 +79,17 @@ void store_and_tell(const ObjectTable& objects, Address address, Variable& varia
   }
 }
 
+// refuse(why) is the error of a hook that says no, or later.
+template <class Refuse>
 [[gnu::always_inline]] inline Result<std::span<const std::byte>> read_variable(
-    Address address, const Variable& variable) {
+    Address address, const Variable& variable, Refuse refuse) {
   if (!readable(variable.access)) {
     return to_error(AbortCode::write_only);
   }
   if (variable.hook != nullptr) {
     const AbortCode why = variable.hook->before_read(address, variable);
     if (why != AbortCode::none) {
-      return to_error(why);
+      return refuse(why);
     }
   }
   return variable.bytes();
@@ -83,25 +97,16 @@ void store_and_tell(const ObjectTable& objects, Address address, Variable& varia
 
 }  // namespace
 
-AbortCode Hook::before_read(Address /*address*/, const Variable& /*variable*/) {
-  return AbortCode::none;
-}
-
-AbortCode Hook::check_write(Address /*address*/, std::span<const std::byte> /*value*/) {
-  return AbortCode::none;
-}
-
-void Hook::written(Address /*address*/) {
-}
-
-Result<std::span<const std::byte>> Dictionary::read(Address address) const {
+template <class Refuse>
+[[gnu::always_inline]] inline Result<std::span<const std::byte>> Dictionary::access(
+    Address address, Refuse refuse) const {
   if (const Variable* variable = objects_->find_plain(address)) {
-    return read_variable(address, *variable);
+    return read_variable(address, *variable, refuse);
   }
   Variable element;
   AbortCode why = AbortCode::none;
   if (const Variable* variable = objects_->find(address, element, why)) {
-    return read_variable(address, *variable);
+    return read_variable(address, *variable, refuse);
   }
   if (address.sub == kStructureSub && why == AbortCode::no_sub_index) {
     return std::span<const std::byte>(objects_->details(*objects_->find(address.index)).structure);
@@ -109,15 +114,36 @@ Result<std::span<const std::byte>> Dictionary::read(Address address) const {
   return to_error(why);
 }
 
+Result<std::span<const std::byte>> Dictionary::read(Address address) const {
+  return access(address, [](AbortCode answer) { return to_error(now_or_never(answer)); });
+}
+
+Result<std::span<const std::byte>> Dictionary::read(Address address, Ticket& ticket) {
+  return access(address, [&](AbortCode answer) {
+    if (answer == kLater) {
+      ticket = put_off(address);
+    }
+    return to_error(answer);
+  });
+}
+
 AbortCode Dictionary::check(Address address, std::span<const std::byte> value) const {
   Variable element;
   AbortCode why = AbortCode::none;
   const Variable* variable = objects_->find(address, element, why);
   return variable == nullptr ? unwritable(address, why)
-                             : check_variable(*objects_, address, *variable, value);
+                             : now_or_never(check_variable(*objects_, address, *variable, value));
 }
 
 AbortCode Dictionary::write(Address address, std::span<const std::byte> value) {
+  const AbortCode why = check(address, value);
+  if (why == AbortCode::none) {
+    (void)set(address, value);
+  }
+  return why;
+}
+
+AbortCode Dictionary::write(Address address, std::span<const std::byte> value, Ticket& ticket) {
   Variable element;
   AbortCode why = AbortCode::none;
   Variable* variable = objects_->find(address, element, why);
@@ -127,6 +153,50 @@ AbortCode Dictionary::write(Address address, std::span<const std::byte> value) {
   why = check_variable(*objects_, address, *variable, value);
   if (why == AbortCode::none) {
     store_and_tell(*objects_, address, *variable, value);
+  } else if (why == kLater) {
+    ticket = put_off(address);
+  }
+  return why;
+}
+
+AbortCode Dictionary::write_all(std::span<const Assignment> values, std::size_t* refused) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const AbortCode why = check(values[i].address, values[i].value);
+    if (why != AbortCode::none) {
+      if (refused != nullptr) {
+        *refused = i;
+      }
+      return why;
+    }
+  }
+  Variable element;
+  AbortCode why = AbortCode::none;
+  for (const auto& [address, value] : values) {
+    store(*objects_, address, *objects_->find(address, element, why), value);
+  }
+  for (const auto& [address, value] : values) {
+    const Variable* variable = objects_->find(address, element, why);
+    if (variable != nullptr && variable->hook != nullptr) {  // a hook may have removed the object
+      variable->hook->written(address);
+    }
+  }
+  return AbortCode::none;
+}
+
+AbortCode Dictionary::finish_write(Ticket ticket, std::span<const std::byte> value) {
+  const auto waiting = deferrals_->take(ticket);
+  AbortCode why = waiting ? waiting->outcome.value_or(AbortCode::device_state) : AbortCode::no_data;
+  if (why != AbortCode::none) {
+    return why;
+  }
+  Variable element;
+  Variable* variable = objects_->find(waiting->address, element, why);
+  if (variable == nullptr) {
+    return why;
+  }
+  why = check_value(*objects_, waiting->address, *variable, value);
+  if (why == AbortCode::none) {
+    store_and_tell(*objects_, waiting->address, *variable, value);
   }
   return why;
 }

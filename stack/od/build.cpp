@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/deferrals.h"
 #include "stack/od/object_table.h"
 
 namespace linegate::od {
@@ -137,7 +138,8 @@ std::unique_ptr<CacheLine[]> make_block(std::size_t count, std::size_t room) {
 
 }  // namespace
 
-Dictionary::Dictionary() : objects_(std::make_unique<ObjectTable>()) {
+Dictionary::Dictionary()
+    : objects_(std::make_unique<ObjectTable>()), deferrals_(std::make_unique<Deferrals>()) {
 }
 
 Dictionary::Dictionary(const DeviceDescription& device) : Dictionary() {
@@ -183,6 +185,7 @@ Result<void> Dictionary::remove(std::uint16_t index) {
   if (!has_object(index)) {
     return to_error(AbortCode::no_object);
   }
+  deferrals_->refuse(index, nullptr, AbortCode::no_object);
   objects_->erase(index);
   return {};
 }
@@ -241,18 +244,6 @@ Result<void> Dictionary::set_store(Address address, bool store) {
     return to_error(AbortCode::unsupported_access);
   }
   variable->store = store;
-  return {};
-}
-
-Result<void> Dictionary::set_hook(std::uint16_t index, Hook* hook) {
-  const Slot* slot = objects_->find(index);
-  if (slot == nullptr) {
-    return to_error(AbortCode::no_object);
-  }
-  const unsigned count = slot->kind == Slot::Kind::window ? 2U : slot->highest + 1U;
-  for (unsigned i = 0; i < count; ++i) {
-    slot->variables[i].hook = hook;
-  }
   return {};
 }
 

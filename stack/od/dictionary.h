@@ -22,26 +22,12 @@
 #include "stack/base/byte_order.h"
 #include "stack/base/result.h"
 #include "stack/od/description.h"
+#include "stack/od/hook.h"
 
 namespace linegate::od {
 
-struct Variable;
+class Deferrals;
 class ObjectTable;
-
-// What belongs to an object besides its bytes. A hook is registered for an object and sees all its
-// sub-indices. It must outlive the dictionary or be removed first. Every function has a default
-// that does nothing.
-class Hook {
- public:
-  virtual ~Hook() = default;
-
-  // Before a value is read: the hook may refresh it (writing to variable.data).
-  virtual AbortCode before_read(Address address, const Variable& variable);
-  // May refuse a value that passed type, access and limit checks. value has the variable's size.
-  virtual AbortCode check_write(Address address, std::span<const std::byte> value);
-  // The value has been written.
-  virtual void written(Address address);
-};
 
 // One sub-index: where its bytes are and what may be done with them.
 struct Variable {
@@ -56,6 +42,12 @@ struct Variable {
   Hook* hook = nullptr;
 
   std::span<const std::byte> bytes() const { return {data, size}; }
+};
+
+// A value for one variable, of a group that is written together.
+struct Assignment {
+  Address address;
+  std::span<const std::byte> value;
 };
 
 class Dictionary {
@@ -86,8 +78,14 @@ class Dictionary {
   Result<void> add_window(std::uint16_t index, DataType type, Access access, std::byte* data,
                           std::uint8_t count);
 
-  // hook is called for all sub-indices of the object; nullptr takes it away. no_object if none.
+  // hook is called for all sub-indices of the object, in place of the one set before; nullptr takes
+  // it away. It is the one of the service that the object belongs to. no_object if none.
   Result<void> set_hook(std::uint16_t index, Hook* hook);
+  // One more hook besides that, for the application: called after it, in the order they were added.
+  // no_object if none. Accesses that wait for a hook that is taken away are refused with
+  // device_state.
+  Result<void> add_hook(std::uint16_t index, Hook& hook);
+  void remove_hook(std::uint16_t index, Hook& hook);
 
   // --- look-up --------------------------------------------------------------------------------
 
@@ -130,6 +128,34 @@ class Dictionary {
   AbortCode check(Address address, std::span<const std::byte> value) const;
   AbortCode write(Address address, std::span<const std::byte> value);
 
+  // All of them or none: everything is checked as check() does, against the values that are there,
+  // before the first value is stored, and all are stored before the first hook is told. Gives why
+  // not, and which one was refused (if wanted).
+  AbortCode write_all(std::span<const Assignment> values, std::size_t* refused = nullptr);
+
+  // --- accesses that may wait (split indication) ------------------------------------------------
+
+  // For callers that can wait, as SDO servers: where a hook answers kLater (an error of that code
+  // for read) the access waits and ticket stands for it, until it is finished or cancelled. All
+  // other accesses to the object go on. Callers that cannot wait, as those above, are refused with
+  // device_state then.
+  Result<std::span<const std::byte>> read(Address address, Ticket& ticket);
+  AbortCode write(Address address, std::span<const std::byte> value, Ticket& ticket);
+
+  // The hook's late answer: none or a refusal. The access takes place when its caller looks for the
+  // outcome, not in here. False if nobody waits (any longer).
+  bool complete(Ticket ticket, AbortCode why);
+
+  // The answer, nothing as long as there is none. no_data for a ticket that is not known.
+  std::optional<AbortCode> outcome(Ticket ticket) const;
+  // The access with the outcome; the ticket is used up. The hook is not asked again; what else
+  // write() checks is checked again, for the object may be another one by now. Without an outcome
+  // the access is refused with device_state.
+  Result<std::span<const std::byte>> finish_read(Ticket ticket);
+  AbortCode finish_write(Ticket ticket, std::span<const std::byte> value);
+  // Gives the access up; tells the hook if it has not answered.
+  void cancel(Ticket ticket);
+
   // --- access by the device itself: no rights, no limits, no check; hooks' written() is called ---
 
   // False if there is no such variable or value does not have its length.
@@ -162,9 +188,14 @@ class Dictionary {
   std::optional<std::uint64_t> number(Address address) const;
 
  private:
+  template <class Refuse>
+  Result<std::span<const std::byte>> access(Address address, Refuse refuse) const;
   bool set_number(Address address, std::uint64_t value, bool negative);
+  void point_at(std::uint16_t index, Hook* hook);
+  Ticket put_off(Address address);
 
   std::unique_ptr<ObjectTable> objects_;
+  std::unique_ptr<Deferrals> deferrals_;
 };
 
 }  // namespace linegate::od

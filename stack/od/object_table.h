@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "stack/od/dictionary.h"
+#include "stack/od/hook_chain.h"
 
 namespace linegate::od {
 
@@ -35,6 +36,7 @@ struct ObjectDetails {
   ObjectType type = ObjectType::variable;
   std::array<std::byte, 4> structure{};    // what sub-index FFh reads
   std::unique_ptr<CacheLine[]> block;      // Variables, then values
+  std::unique_ptr<HookChain> hooks;        // if there are others than set_hook()'s
   std::vector<VariableDetails> variables;  // by sub-index, as Slot::variables
 };
 

@@ -41,22 +41,8 @@ Server::Server(od::Dictionary& dictionary, can::CobId request, can::CobId respon
 
 // --- the ordinary request: an expedited upload --------------------------------------------------
 
-inline void Server::end() {
-  state_ = State::idle;
-  address_ = {};
-  deadline_ = kNever;
-  block_wake_ = kNever;
-}
-
-inline void Server::drop() {
-  if (busy()) {
-    ++counters_.aborts;
-    end();
-  }
-}
-
-inline std::uint64_t Server::answer_upload(od::Address address, std::span<const std::byte> value,
-                                           Instant now) {
+inline std::uint64_t Server::answer_value(od::Address address, std::span<const std::byte> value,
+                                          Instant now) {
   if (value.empty() || value.size() > kExpeditedSize) {
     return initiate_segmented_upload(address, value, now);
   }
@@ -65,41 +51,39 @@ inline std::uint64_t Server::answer_upload(od::Address address, std::span<const 
                        expedited_data(value));
 }
 
-inline std::uint64_t Server::initiate_upload(std::uint64_t request, Instant now) {
+inline bool Server::initiate_upload(std::uint64_t request, Instant now, std::uint64_t& reply) {
   drop();
   const od::Address address = multiplexer(request);
-  const Result<std::span<const std::byte>> value = dictionary_.read(address);
+  const Result<std::span<const std::byte>> value = dictionary_.read(address, ticket_);
   if (!value.ok()) {
-    return refuse(address, static_cast<AbortCode>(value.error().code));
+    return refuse_or_wait(address, static_cast<AbortCode>(value.error().code), Awaited::upload,
+                          request, now, reply);
   }
-  return answer_upload(address, *value, now);
+  reply = answer_value(address, *value, now);
+  return true;
 }
 
-inline bool Server::serve(std::uint64_t request, Instant now, std::uint64_t& reply) {
+inline bool Server::serve_request(std::uint64_t request, Instant now, std::uint64_t& reply) {
   if (in_block()) [[unlikely]] {
     return serve_block(request, now, reply);
   }
   const auto command = static_cast<std::uint8_t>(request);
   switch (static_cast<ClientCommand>(specifier(command))) {
     case ClientCommand::upload_initiate:
-      reply = initiate_upload(request, now);
-      return true;
+      return initiate_upload(request, now, reply);
     case ClientCommand::download_initiate:
-      reply = initiate_download(request, now);
-      return true;
+      return initiate_download(request, now, reply);
     case ClientCommand::upload_segment:
       reply = upload_segment(request, now);
       return true;
     case ClientCommand::download_segment:
-      reply = download_segment(request, now);
-      return true;
+      return download_segment(request, now, reply);
     case ClientCommand::abort:
       drop();
       return false;
     case ClientCommand::block_upload:
     case ClientCommand::block_download:
-      reply = initiate_block(request, now);
-      return true;
+      return initiate_block(request, now, reply);
   }
   reply = refuse(address_, AbortCode::command_specifier);
   return true;
@@ -112,7 +96,7 @@ void Server::receive(const can::Frame& frame, can::TransmitQueue& queue) {
     return;
   }
   std::uint64_t reply = 0;
-  if (serve(word_of(frame), frame.time, reply)) {
+  if (serve_request(word_of(frame), frame.time, reply)) {
     outbox_.send(reply, frame.time, queue);
   }
   if (in_block()) [[unlikely]] {
@@ -121,7 +105,9 @@ void Server::receive(const can::Frame& frame, can::TransmitQueue& queue) {
 }
 
 void Server::advance(Instant now, can::TransmitQueue& queue) {
-  if (now >= deadline_) {
+  if (answered()) {
+    outbox_.send(finish_waiting(now), now, queue);
+  } else if (now >= deadline_) {
     outbox_.send(refuse_block(AbortCode::timeout, now), now, queue);
   }
   if (now >= outbox_.next_wake()) {
@@ -133,12 +119,18 @@ void Server::advance(Instant now, can::TransmitQueue& queue) {
 }
 
 Instant Server::next_wake() const {
+  if (state_ == State::idle) [[likely]] {
+    return outbox_.next_wake();
+  }
+  if (answered()) {
+    return Instant{};  // at once
+  }
   return earlier(earlier(deadline_, block_wake_), outbox_.next_wake());
 }
 
 bool Server::answer(const can::Frame& in, can::Frame& out) {
   std::uint64_t reply = 0;
-  if (!serve(word_of(in), in.time, reply)) {
+  if (!serve_request(word_of(in), in.time, reply)) {
     return false;
   }
   set_header(out, outbox_.cob_id());
@@ -160,6 +152,17 @@ void Server::configure(can::CobId request, can::CobId response) {
   reset();
   request_ = request;
   outbox_.set_cob_id(response);
+}
+
+// --- the same, and what else there is, for all others -------------------------------------------
+
+bool Server::serve(std::uint64_t request, Instant now, std::uint64_t& reply) {
+  return serve_request(request, now, reply);
+}
+
+std::uint64_t Server::answer_upload(od::Address address, std::span<const std::byte> value,
+                                    Instant now) {
+  return answer_value(address, value, now);
 }
 
 // An empty value goes in one empty segment: expedited transfer has no way to say 0 bytes.
@@ -192,7 +195,7 @@ std::uint64_t Server::upload_segment(std::uint64_t request, Instant now) {
   return load_le<std::uint64_t>(reply.data());
 }
 
-std::uint64_t Server::initiate_download(std::uint64_t request, Instant now) {
+bool Server::initiate_download(std::uint64_t request, Instant now, std::uint64_t& reply) {
   drop();
   const od::Address address = multiplexer(request);
   AbortCode why = AbortCode::none;
@@ -205,9 +208,10 @@ std::uint64_t Server::initiate_download(std::uint64_t request, Instant now) {
     begin(State::download_segments, address, now);
   }
   if (why != AbortCode::none) {
-    return refuse(address, why);
+    return refuse_or_wait(address, why, Awaited::expedited_download, request, now, reply);
   }
-  return initiate_word(command_byte(ServerCommand::download_initiate), address);
+  reply = initiate_word(command_byte(ServerCommand::download_initiate), address);
+  return true;
 }
 
 AbortCode Server::expedited_download(std::uint64_t request, od::Address address) {
@@ -216,9 +220,13 @@ AbortCode Server::expedited_download(std::uint64_t request, od::Address address)
       (command & kSizeIndicated) != 0 ? expedited_size(command) : untold_size(dictionary_, address);
   std::array<std::byte, kExpeditedSize> data;
   store_le(data.data(), long_word(request));
-  const AbortCode why = dictionary_.write(address, std::span(data).first(size));
+  const auto value = std::span<const std::byte>(data).first(size);
+  const AbortCode why = dictionary_.write(address, value, ticket_);
   if (why == AbortCode::none) {
     ++counters_.downloads;
+  } else if (why == od::kLater) {
+    sink_.start(std::nullopt, kExpeditedSize, AbortCode::length_too_high);
+    (void)sink_.append(value);
   }
   return why;
 }
@@ -249,10 +257,11 @@ AbortCode Server::prepare_download(od::Address address, std::optional<std::uint3
   return AbortCode::none;
 }
 
-std::uint64_t Server::download_segment(std::uint64_t request, Instant now) {
+bool Server::download_segment(std::uint64_t request, Instant now, std::uint64_t& reply) {
   AbortCode why = check_segment(State::download_segments, request);
   if (why != AbortCode::none) {
-    return refuse(address_, why);
+    reply = refuse(address_, why);
+    return true;
   }
   Payload bytes;
   store_le(bytes.data(), request);
@@ -263,21 +272,21 @@ std::uint64_t Server::download_segment(std::uint64_t request, Instant now) {
     why = store();
   }
   if (why != AbortCode::none) {
-    return refuse(address_, why);
+    return refuse_or_wait(address_, why, Awaited::last_segment, request, now, reply);
   }
-  const bool toggle = toggle_;
+  reply = command_byte(ServerCommand::download_segment, toggle_ ? unsigned{kToggle} : 0U);
   if (last) {
     ++counters_.downloads;
     end();
   } else {
     proceed(now);
   }
-  return command_byte(ServerCommand::download_segment, toggle ? unsigned{kToggle} : 0U);
+  return true;
 }
 
 AbortCode Server::store() {
   const AbortCode why = sink_.finish();
-  return why != AbortCode::none ? why : dictionary_.write(address_, sink_.bytes());
+  return why != AbortCode::none ? why : dictionary_.write(address_, sink_.bytes(), ticket_);
 }
 
 AbortCode Server::check_segment(State wanted, std::uint64_t request) const {
@@ -289,8 +298,7 @@ AbortCode Server::check_segment(State wanted, std::uint64_t request) const {
 }
 
 std::uint64_t Server::refuse(od::Address address, AbortCode code) {
-  ++counters_.aborts;
-  end();
+  give_up();
   return abort_word(address, code);
 }
 

@@ -1,6 +1,10 @@
 // One SDO server (CiA 301, 7.2.4; object 1200h and following): gives clients access to a
 // dictionary. Expedited, segmented and block transfer.
 //
+// An access that a hook of the object puts off (od::kLater) waits: the server has no answer until
+// the hook has one, which advance() then sends. Other servers and services go on. The hook hears
+// when the client gives up (abort, a new initiate) or options.answer_timeout is over.
+//
 // At most one transfer is under way. A new initiate drops the old transfer (but within a sub-block
 // of a download, where it cannot be told from a segment), as does an abort of the client. An upload
 // gives the bytes as they were at its initiate; a download changes the object when all has come,
@@ -29,6 +33,8 @@ struct ServerOptions {
                                                // with 0504 0000h
   Duration stall = std::chrono::milliseconds(200);  // a sub-block without a segment for so long is
                                                     // acknowledged as it is; less than timeout
+  Duration answer_timeout = std::chrono::seconds(10);  // a hook without an answer for so long is
+                                                       // given up: abort 0504 0000h
   std::size_t max_transfer = std::size_t{128} * 1024;  // bytes; longer ones: abort 0504 0005h
 };
 
@@ -82,33 +88,53 @@ class Server {
     block_upload_initiate,  // waiting for the client to start
     block_upload,           // sending a sub-block, or waiting for its acknowledgement
     block_upload_end,       // waiting for the answer to the end request
+    waiting,                // for a hook, see Awaited
+  };
+
+  // What a hook's late answer is about.
+  enum class Awaited : std::uint8_t {
+    upload,
+    block_upload,
+    expedited_download,
+    last_segment,
+    block_download_end,
   };
 
   // Requests and answers are the eight bytes of a frame as one number. False: no answer.
   bool serve(std::uint64_t request, Instant now, std::uint64_t& reply);
-  std::uint64_t initiate_upload(std::uint64_t request, Instant now);
+  bool serve_request(std::uint64_t request, Instant now, std::uint64_t& reply);
+  bool initiate_upload(std::uint64_t request, Instant now, std::uint64_t& reply);
   std::uint64_t answer_upload(od::Address address, std::span<const std::byte> value, Instant now);
+  std::uint64_t answer_value(od::Address address, std::span<const std::byte> value, Instant now);
   std::uint64_t initiate_segmented_upload(od::Address address, std::span<const std::byte> value,
                                           Instant now);
   std::uint64_t upload_segment(std::uint64_t request, Instant now);
-  std::uint64_t initiate_download(std::uint64_t request, Instant now);
+  bool initiate_download(std::uint64_t request, Instant now, std::uint64_t& reply);
   AbortCode expedited_download(std::uint64_t request, od::Address address);
   AbortCode prepare_download(od::Address address, std::optional<std::uint32_t> announced);
-  std::uint64_t download_segment(std::uint64_t request, Instant now);
+  bool download_segment(std::uint64_t request, Instant now, std::uint64_t& reply);
   AbortCode store();
   AbortCode check_segment(State wanted, std::uint64_t request) const;
   std::uint64_t refuse(od::Address address, AbortCode code);
 
-  // --- server_block.cpp
-  // ---------------------------------------------------------------------------
+  // --- server_waiting.cpp -----------------------------------------------------------------------
+  bool refuse_or_wait(od::Address address, AbortCode why, Awaited awaited, std::uint64_t request,
+                      Instant now, std::uint64_t& reply);
+  bool answered() const;
+  std::uint64_t finish_waiting(Instant now);
+  void give_up();
+
+  // --- server_block.cpp -------------------------------------------------------------------------
   bool in_block() const { return state_ >= State::late_segments; }
   bool serve_block(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool serve_other(std::uint64_t request, Instant now, std::uint64_t& reply);
-  std::uint64_t initiate_block(std::uint64_t request, Instant now);
+  bool initiate_block(std::uint64_t request, Instant now, std::uint64_t& reply);
   std::uint64_t initiate_block_download(std::uint64_t request, Instant now);
-  std::uint64_t initiate_block_upload(std::uint64_t request, Instant now);
+  bool initiate_block_upload(std::uint64_t request, Instant now, std::uint64_t& reply);
+  std::uint64_t answer_block_upload(std::uint64_t request, std::span<const std::byte> value,
+                                    Instant now);
   bool block_segment(std::uint64_t request, Instant now, std::uint64_t& reply);
-  std::uint64_t end_block_download(std::uint64_t request);
+  bool end_block_download(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool block_acknowledged(std::uint64_t request, Instant now, std::uint64_t& reply);
   std::uint64_t refuse_block(AbortCode code, Instant now);
   std::uint64_t acknowledge_block(Instant now);
@@ -134,13 +160,29 @@ class Server {
   Sink sink_;
 
   Instant block_wake_ = kNever;       // block_upload: more segments; block_download: it stalls
-  std::uint64_t newest_request_ = 0;  // taken in a block upload, to know its repetition
+  std::uint64_t newest_request_ = 0;  // block_upload, waiting: to know its repetition
   BlockSender sender_;
   BlockReceiver receiver_;
   LateSegments late_;
 
+  od::Ticket ticket_ = 0;  // waiting
+  Awaited awaited_ = Awaited::upload;
+
   Outbox outbox_;
   ServerCounters counters_;
 };
+
+inline void Server::end() {
+  state_ = State::idle;
+  address_ = {};
+  deadline_ = kNever;
+  block_wake_ = kNever;
+}
+
+inline void Server::drop() {
+  if (busy()) [[unlikely]] {
+    give_up();
+  }
+}
 
 }  // namespace linegate::sdo

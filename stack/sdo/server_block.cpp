@@ -21,13 +21,14 @@ std::uint8_t byte_of(std::uint64_t word, unsigned number) {
 
 // --- initiate -----------------------------------------------------------------------------------
 
-std::uint64_t Server::initiate_block(std::uint64_t request, Instant now) {
+bool Server::initiate_block(std::uint64_t request, Instant now, std::uint64_t& reply) {
   const auto command = static_cast<std::uint8_t>(request);
-  if (is_block_send(command)) {
-    return initiate_block_download(request, now);
+  if (is_block_take(command)) {
+    return initiate_block_upload(request, now, reply);
   }
-  return is_block_take(command) ? initiate_block_upload(request, now)
-                                : refuse(address_, AbortCode::command_specifier);
+  reply = is_block_send(command) ? initiate_block_download(request, now)
+                                 : refuse(address_, AbortCode::command_specifier);
+  return true;
 }
 
 std::uint64_t Server::initiate_block_download(std::uint64_t request, Instant now) {
@@ -47,27 +48,36 @@ std::uint64_t Server::initiate_block_download(std::uint64_t request, Instant now
   return initiate_word(kBlockTake | kBlockCrc, address, receiver_.block_size());
 }
 
-std::uint64_t Server::initiate_block_upload(std::uint64_t request, Instant now) {
+bool Server::initiate_block_upload(std::uint64_t request, Instant now, std::uint64_t& reply) {
   drop();
   const od::Address address = multiplexer(request);
   const std::uint8_t block_size = byte_of(request, 4);
-  const std::uint8_t switch_threshold = byte_of(request, 5);
   if (block_size == 0 || block_size > kMaxBlockSize) {
-    return refuse(address, AbortCode::block_size);
+    reply = refuse(address, AbortCode::block_size);
+    return true;
   }
-  const Result<std::span<const std::byte>> value = dictionary_.read(address);
+  const Result<std::span<const std::byte>> value = dictionary_.read(address, ticket_);
   if (!value.ok()) {
-    return refuse(address, static_cast<AbortCode>(value.error().code));
+    return refuse_or_wait(address, static_cast<AbortCode>(value.error().code),
+                          Awaited::block_upload, request, now, reply);
   }
-  if (value->size() <= switch_threshold && switch_threshold > 0) {
-    return answer_upload(address, *value, now);
+  reply = answer_block_upload(request, *value, now);
+  return true;
+}
+
+std::uint64_t Server::answer_block_upload(std::uint64_t request, std::span<const std::byte> value,
+                                          Instant now) {
+  const od::Address address = multiplexer(request);
+  const std::uint8_t switch_threshold = byte_of(request, 5);
+  if (value.size() <= switch_threshold && switch_threshold > 0) {
+    return answer_upload(address, value, now);
   }
-  const std::uint64_t answer = initiate_segmented_upload(address, *value, now);
+  const std::uint64_t answer = initiate_segmented_upload(address, value, now);
   if (!busy()) {
     return answer;
   }
   begin(State::block_upload_initiate, address, now);
-  sender_.start(block_size, (request & kBlockCrc) != 0);
+  sender_.start(byte_of(request, 4), (request & kBlockCrc) != 0);
   return initiate_word(kBlockSend | kBlockCrc | kBlockSize, address,
                        static_cast<std::uint32_t>(source_.size()));
 }
@@ -92,8 +102,7 @@ bool Server::serve_block(std::uint64_t request, Instant now, std::uint64_t& repl
         return false;  // twice on the wire
       }
       if (is_block_send_end(command)) {
-        reply = end_block_download(request);
-        return true;
+        return end_block_download(request, now, reply);
       }
       break;
     case State::block_upload_initiate:
@@ -117,6 +126,11 @@ bool Server::serve_block(std::uint64_t request, Instant now, std::uint64_t& repl
         ++counters_.uploads;
         end();
         return false;
+      }
+      break;
+    case State::waiting:
+      if (request == newest_request_ && !initiates(command)) {
+        return false;  // twice on the wire
       }
       break;
     default:
@@ -165,17 +179,18 @@ std::uint64_t Server::acknowledge_block(Instant now) {
   return reply;
 }
 
-std::uint64_t Server::end_block_download(std::uint64_t request) {
+bool Server::end_block_download(std::uint64_t request, Instant now, std::uint64_t& reply) {
   AbortCode why = receiver_.finish(request, sink_);
   if (why == AbortCode::none) {
     why = store();
   }
   if (why != AbortCode::none) {
-    return refuse(address_, why);
+    return refuse_or_wait(address_, why, Awaited::block_download_end, request, now, reply);
   }
   ++counters_.downloads;
   end();
-  return kBlockTakeEnd;
+  reply = kBlockTakeEnd;
+  return true;
 }
 
 std::uint64_t Server::refuse_block(AbortCode code, Instant now) {

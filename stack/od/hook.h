@@ -1,0 +1,49 @@
+// What belongs to an object besides its bytes: who is asked before a value is read or written, and
+// told afterwards.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "stack/base/abort_code.h"
+#include "stack/od/description.h"
+
+namespace linegate::od {
+
+struct Variable;
+
+// An access that waits for the answer of a hook; 0 is none.
+using Ticket = std::uint32_t;
+
+// What before_read() and check_write() may give besides none and a refusal: the hook will answer
+// later (split indication). The access waits for Dictionary::complete(). Never on the bus.
+inline constexpr AbortCode kLater = static_cast<AbortCode>(0xFFFF'FFFF);
+
+// A hook is registered for an object and sees all its sub-indices. It must outlive the dictionary
+// or be removed first. Every function has a default that does nothing.
+//
+// Accesses are done in two phases: first all checks (of the dictionary, then of all hooks, which
+// change nothing yet), and if there is no refusal the effect: the value is stored, all hooks are
+// told. No function may remove its own object or hooks of it.
+class Hook {
+ public:
+  virtual ~Hook() = default;
+
+  // Before a value is read: the hook may refresh it (writing to variable.data), refuse, or answer
+  // kLater, fetch the value, set() it and complete() the access.
+  virtual AbortCode before_read(Address address, const Variable& variable);
+  // May refuse a value that passed type, access and limit checks, or answer kLater. value has a
+  // length the variable takes; it is not kept for the hook.
+  virtual AbortCode check_write(Address address, std::span<const std::byte> value);
+  // The value has been written.
+  virtual void written(Address address);
+
+  // After kLater: the access waits, and ticket stands for it.
+  virtual void put_off(Address address, Ticket ticket);
+  // Nobody waits any longer (abort, time-out, reset): complete() would find no access. Not called
+  // after complete().
+  virtual void cancelled(Ticket ticket);
+};
+
+}  // namespace linegate::od

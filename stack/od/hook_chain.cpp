@@ -1,0 +1,72 @@
+#include "stack/od/hook_chain.h"
+
+#include <algorithm>
+
+namespace linegate::od {
+
+AbortCode Hook::before_read(Address /*address*/, const Variable& /*variable*/) {
+  return AbortCode::none;
+}
+AbortCode Hook::check_write(Address /*address*/, std::span<const std::byte> /*value*/) {
+  return AbortCode::none;
+}
+void Hook::written(Address /*address*/) {
+}
+void Hook::put_off(Address /*address*/, Ticket /*ticket*/) {
+}
+void Hook::cancelled(Ticket /*ticket*/) {
+}
+
+bool HookChain::remove(Hook* hook) {
+  const auto at = std::find(others_.begin(), others_.end(), hook);
+  if (at == others_.end()) {
+    return false;
+  }
+  others_.erase(at);
+  return true;
+}
+
+template <class Ask>
+AbortCode HookChain::ask_all(Ask ask) {
+  deferring_ = nullptr;
+  bool twice = false;
+  const auto refusal = [&](Hook* hook) {
+    const AbortCode answer = hook == nullptr ? AbortCode::none : ask(*hook);
+    if (answer != kLater) {
+      return answer;
+    }
+    twice = deferring_ != nullptr;
+    deferring_ = hook;
+    return AbortCode::none;
+  };
+  AbortCode why = refusal(first_);
+  for (std::size_t i = 0; i < others_.size() && why == AbortCode::none; ++i) {
+    why = refusal(others_[i]);
+  }
+  if (why != AbortCode::none) {
+    return why;
+  }
+  if (twice) {
+    return AbortCode::device_incompatible;
+  }
+  return deferring_ == nullptr ? AbortCode::none : kLater;
+}
+
+AbortCode HookChain::before_read(Address address, const Variable& variable) {
+  return ask_all([&](Hook& hook) { return hook.before_read(address, variable); });
+}
+
+AbortCode HookChain::check_write(Address address, std::span<const std::byte> value) {
+  return ask_all([&](Hook& hook) { return hook.check_write(address, value); });
+}
+
+void HookChain::written(Address address) {
+  if (first_ != nullptr) {
+    first_->written(address);
+  }
+  for (std::size_t i = 0; i < others_.size(); ++i) {
+    others_[i]->written(address);
+  }
+}
+
+}  // namespace linegate::od

@@ -1,0 +1,40 @@
+// Several hooks of one object as one; private to stack/od. All are asked before any is told.
+#pragma once
+
+#include <vector>
+
+#include "stack/od/hook.h"
+
+namespace linegate::od {
+
+class HookChain final : public Hook {
+ public:
+  explicit HookChain(Hook* first) : first_(first) {}
+
+  // The one that set_hook() sets, which is asked and told first; may be nullptr.
+  Hook* first() const { return first_; }
+  void set_first(Hook* hook) { first_ = hook; }
+  void add(Hook* hook) { others_.push_back(hook); }
+  // False if it was not there.
+  bool remove(Hook* hook);
+  bool has_others() const { return !others_.empty(); }
+
+  // The first refusal, else kLater if one of them answered that. Only one may:
+  // device_incompatible if there are two, for there is one ticket.
+  AbortCode before_read(Address address, const Variable& variable) override;
+  AbortCode check_write(Address address, std::span<const std::byte> value) override;
+  void written(Address address) override;
+
+  // Who answered kLater in the last access.
+  Hook* deferring() const { return deferring_; }
+
+ private:
+  template <class Ask>
+  AbortCode ask_all(Ask ask);
+
+  Hook* first_;
+  std::vector<Hook*> others_;
+  Hook* deferring_ = nullptr;
+};
+
+}  // namespace linegate::od

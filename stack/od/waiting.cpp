@@ -1,0 +1,97 @@
+// Hooks of a Dictionary, and accesses that wait for one.
+#include "stack/od/deferrals.h"
+#include "stack/od/object_table.h"
+
+namespace linegate::od {
+
+void Dictionary::point_at(std::uint16_t index, Hook* hook) {
+  const Slot& slot = *objects_->find(index);
+  const unsigned count = slot.kind == Slot::Kind::window ? 2U : slot.highest + 1U;
+  for (unsigned i = 0; i < count; ++i) {
+    slot.variables[i].hook = hook;
+  }
+}
+
+Result<void> Dictionary::set_hook(std::uint16_t index, Hook* hook) {
+  const Slot* slot = objects_->find(index);
+  if (slot == nullptr) {
+    return to_error(AbortCode::no_object);
+  }
+  HookChain* chain = objects_->details(*slot).hooks.get();
+  const Hook* before = chain == nullptr ? slot->variables[0].hook : chain->first();
+  if (chain == nullptr) {
+    point_at(index, hook);
+  } else {
+    chain->set_first(hook);
+  }
+  if (before != nullptr && before != hook) {
+    deferrals_->refuse(index, before, AbortCode::device_state);
+  }
+  return {};
+}
+
+Result<void> Dictionary::add_hook(std::uint16_t index, Hook& hook) {
+  const Slot* slot = objects_->find(index);
+  if (slot == nullptr) {
+    return to_error(AbortCode::no_object);
+  }
+  std::unique_ptr<HookChain>& chain = objects_->details(*slot).hooks;
+  if (chain == nullptr) {
+    chain = std::make_unique<HookChain>(slot->variables[0].hook);
+    point_at(index, chain.get());
+  }
+  chain->add(&hook);
+  return {};
+}
+
+void Dictionary::remove_hook(std::uint16_t index, Hook& hook) {
+  const Slot* slot = objects_->find(index);
+  HookChain* chain = slot == nullptr ? nullptr : objects_->details(*slot).hooks.get();
+  if (chain == nullptr || !chain->remove(&hook)) {
+    return;
+  }
+  deferrals_->refuse(index, &hook, AbortCode::device_state);
+  if (!chain->has_others()) {
+    point_at(index, chain->first());
+    objects_->details(*slot).hooks.reset();
+  }
+}
+
+Ticket Dictionary::put_off(Address address) {
+  const Slot& slot = *objects_->find(address.index);
+  const HookChain* chain = objects_->details(slot).hooks.get();
+  return deferrals_->begin(address,
+                           chain == nullptr ? *slot.variables[0].hook : *chain->deferring());
+}
+
+bool Dictionary::complete(Ticket ticket, AbortCode why) {
+  return deferrals_->complete(ticket, why);
+}
+
+std::optional<AbortCode> Dictionary::outcome(Ticket ticket) const {
+  return deferrals_->outcome(ticket);
+}
+
+Result<std::span<const std::byte>> Dictionary::finish_read(Ticket ticket) {
+  const auto waiting = deferrals_->take(ticket);
+  AbortCode why = waiting ? waiting->outcome.value_or(AbortCode::device_state) : AbortCode::no_data;
+  Variable element;
+  const Variable* variable =
+      why == AbortCode::none ? objects_->find(waiting->address, element, why) : nullptr;
+  if (variable != nullptr && !readable(variable->access)) {
+    why = AbortCode::write_only;
+  }
+  if (why != AbortCode::none) {
+    return to_error(why);
+  }
+  return variable->bytes();
+}
+
+void Dictionary::cancel(Ticket ticket) {
+  const auto waiting = deferrals_->take(ticket);
+  if (waiting && !waiting->outcome) {
+    waiting->hook->cancelled(ticket);
+  }
+}
+
+}  // namespace linegate::od
