@@ -178,6 +178,7 @@ Result<void> Dictionary::add(const ObjectDescription& object) {
   }
   objects_->insert(object.index, Slot{variables, 0, highest, Slot::Kind::plain},
                    std::move(details));
+  tell_observers(object.index);
   return {};
 }
 
@@ -187,6 +188,7 @@ Result<void> Dictionary::remove(std::uint16_t index) {
   }
   deferrals_->refuse(index, nullptr, AbortCode::no_object);
   objects_->erase(index);
+  tell_observers(index);
   return {};
 }
 
@@ -202,6 +204,7 @@ Result<void> Dictionary::bind(Address address, std::byte* data) {
     return to_error(AbortCode::unsupported_access);
   }
   variable->data = data;
+  tell_observers(address.index);
   return {};
 }
 
@@ -230,6 +233,7 @@ Result<void> Dictionary::add_window(std::uint16_t index, DataType type, Access a
                           .access = access,
                           .mappable = true};
   objects_->insert(index, Slot{variables, 0, count, Slot::Kind::window}, std::move(details));
+  tell_observers(index);
   return {};
 }
 

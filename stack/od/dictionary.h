@@ -39,6 +39,7 @@ struct Variable {
   bool mappable = false;
   bool has_limits = false;  // look-up of the limits is not in the hot part
   bool store = false;       // belongs to what 1010h saves
+  bool watched = false;     // a hook wants to hear of RPDOs
   Hook* hook = nullptr;
 
   std::span<const std::byte> bytes() const { return {data, size}; }
@@ -60,12 +61,16 @@ class Dictionary {
 
   // --- building -------------------------------------------------------------------------------
 
+  // Objects may be added and removed at any time; those of the communication profile, which
+  // services look for when they begin, before the node that has the dictionary is made.
+
   // Adds the object with storage for its values. Fails with device_incompatible if the index exists
   // or is 0, or the description makes no sense (sub-indices not ascending or FFh, no type, value
   // longer than its type). A value shorter than its type is filled up with zeros. Strings take
   // values as long as the described one or 64 bytes, DOMAIN 64 KiB.
   Result<void> add(const ObjectDescription& object);
-  // Removes it; its hook is forgotten. no_object if there is none.
+  // Removes it; its hooks are forgotten, accesses that wait are refused with no_object. PDOs that
+  // map it stop, which is told as for any that cannot be used. no_object if there is none.
   Result<void> remove(std::uint16_t index);
 
   // Values of the variable live at `data` from now on (for example in a process image); the bytes
@@ -82,10 +87,15 @@ class Dictionary {
   // it away. It is the one of the service that the object belongs to. no_object if none.
   Result<void> set_hook(std::uint16_t index, Hook* hook);
   // One more hook besides that, for the application: called after it, in the order they were added.
-  // no_object if none. Accesses that wait for a hook that is taken away are refused with
-  // device_state.
-  Result<void> add_hook(std::uint16_t index, Hook& hook);
+  // no_object if none. With Watch::rpdos it hears of values that come in PDOs, too: the object is
+  // observed by all who change it. Accesses that wait for a hook that is taken away are refused
+  // with device_state.
+  Result<void> add_hook(std::uint16_t index, Hook& hook, Watch watch = Watch::writes);
   void remove_hook(std::uint16_t index, Hook& hook);
+
+  // observer is told of changes from now on; it must outlive the dictionary or be removed first.
+  void add_observer(Observer& observer);
+  void remove_observer(Observer& observer);
 
   // --- look-up --------------------------------------------------------------------------------
 
@@ -158,6 +168,9 @@ class Dictionary {
 
   // --- access by the device itself: no rights, no limits, no check; hooks' written() is called ---
 
+  // An RPDO has put a new value into the variable: tells hooks that watch RPDOs.
+  void came_by_rpdo(Address address);
+
   // False if there is no such variable or value does not have its length.
   bool set(Address address, std::span<const std::byte> value);
 
@@ -193,9 +206,11 @@ class Dictionary {
   bool set_number(Address address, std::uint64_t value, bool negative);
   void point_at(std::uint16_t index, Hook* hook);
   Ticket put_off(Address address);
+  void tell_observers(std::uint16_t index);
 
   std::unique_ptr<ObjectTable> objects_;
   std::unique_ptr<Deferrals> deferrals_;
+  std::vector<Observer*> observers_;
 };
 
 }  // namespace linegate::od

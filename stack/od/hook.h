@@ -39,11 +39,26 @@ class Hook {
   // The value has been written.
   virtual void written(Address address);
 
+  // The value came in an RPDO, whether it is a new one or not. Only for hooks that were added with
+  // Watch::rpdos.
+  virtual void came_by_rpdo(Address address);
+
   // After kLater: the access waits, and ticket stands for it.
   virtual void put_off(Address address, Ticket ticket);
   // Nobody waits any longer (abort, time-out, reset): complete() would find no access. Not called
   // after complete().
   virtual void cancelled(Ticket ticket);
+};
+
+// Whether a hook hears of came_by_rpdo(). It costs time with each RPDO that maps the object.
+enum class Watch : std::uint8_t { writes, rpdos };
+
+// Hears that an object was added or removed, that its variables live elsewhere (Dictionary::bind),
+// or that it is watched or not any more: who keeps pointers into it has to look it up again.
+class Observer {
+ public:
+  virtual ~Observer() = default;
+  virtual void reshaped(std::uint16_t index) = 0;
 };
 
 }  // namespace linegate::od

@@ -12,13 +12,15 @@ AbortCode Hook::check_write(Address /*address*/, std::span<const std::byte> /*va
 }
 void Hook::written(Address /*address*/) {
 }
+void Hook::came_by_rpdo(Address /*address*/) {
+}
 void Hook::put_off(Address /*address*/, Ticket /*ticket*/) {
 }
 void Hook::cancelled(Ticket /*ticket*/) {
 }
 
 bool HookChain::remove(Hook* hook) {
-  const auto at = std::find(others_.begin(), others_.end(), hook);
+  const auto at = std::ranges::find(others_, hook, &Other::hook);
   if (at == others_.end()) {
     return false;
   }
@@ -41,7 +43,7 @@ AbortCode HookChain::ask_all(Ask ask) {
   };
   AbortCode why = refusal(first_);
   for (std::size_t i = 0; i < others_.size() && why == AbortCode::none; ++i) {
-    why = refusal(others_[i]);
+    why = refusal(others_[i].hook);
   }
   if (why != AbortCode::none) {
     return why;
@@ -65,8 +67,20 @@ void HookChain::written(Address address) {
     first_->written(address);
   }
   for (std::size_t i = 0; i < others_.size(); ++i) {
-    others_[i]->written(address);
+    others_[i].hook->written(address);
   }
+}
+
+void HookChain::came_by_rpdo(Address address) {
+  for (std::size_t i = 0; i < others_.size(); ++i) {
+    if (others_[i].watch == Watch::rpdos) {
+      others_[i].hook->came_by_rpdo(address);
+    }
+  }
+}
+
+bool HookChain::watches_rpdos() const {
+  return std::ranges::find(others_, Watch::rpdos, &Other::watch) != others_.end();
 }
 
 }  // namespace linegate::od

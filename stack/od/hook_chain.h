@@ -14,26 +14,33 @@ class HookChain final : public Hook {
   // The one that set_hook() sets, which is asked and told first; may be nullptr.
   Hook* first() const { return first_; }
   void set_first(Hook* hook) { first_ = hook; }
-  void add(Hook* hook) { others_.push_back(hook); }
+  void add(Hook* hook, Watch watch) { others_.push_back({hook, watch}); }
   // False if it was not there.
   bool remove(Hook* hook);
   bool has_others() const { return !others_.empty(); }
+  bool watches_rpdos() const;
 
   // The first refusal, else kLater if one of them answered that. Only one may:
   // device_incompatible if there are two, for there is one ticket.
   AbortCode before_read(Address address, const Variable& variable) override;
   AbortCode check_write(Address address, std::span<const std::byte> value) override;
   void written(Address address) override;
+  void came_by_rpdo(Address address) override;
 
   // Who answered kLater in the last access.
   Hook* deferring() const { return deferring_; }
 
  private:
+  struct Other {
+    Hook* hook = nullptr;
+    Watch watch = Watch::writes;
+  };
+
   template <class Ask>
   AbortCode ask_all(Ask ask);
 
   Hook* first_;
-  std::vector<Hook*> others_;
+  std::vector<Other> others_;
   Hook* deferring_ = nullptr;
 };
 

@@ -1,4 +1,6 @@
 // Hooks of a Dictionary, and accesses that wait for one.
+#include <utility>
+
 #include "stack/od/deferrals.h"
 #include "stack/od/object_table.h"
 
@@ -6,9 +8,16 @@ namespace linegate::od {
 
 void Dictionary::point_at(std::uint16_t index, Hook* hook) {
   const Slot& slot = *objects_->find(index);
+  const HookChain* chain = objects_->details(slot).hooks.get();
+  const bool watched = hook != nullptr && hook == chain && chain->watches_rpdos();
+  const bool changed = std::exchange(slot.variables[0].watched, watched) != watched;
   const unsigned count = slot.kind == Slot::Kind::window ? 2U : slot.highest + 1U;
   for (unsigned i = 0; i < count; ++i) {
     slot.variables[i].hook = hook;
+    slot.variables[i].watched = watched;
+  }
+  if (changed) {
+    tell_observers(index);
   }
 }
 
@@ -30,7 +39,7 @@ Result<void> Dictionary::set_hook(std::uint16_t index, Hook* hook) {
   return {};
 }
 
-Result<void> Dictionary::add_hook(std::uint16_t index, Hook& hook) {
+Result<void> Dictionary::add_hook(std::uint16_t index, Hook& hook, Watch watch) {
   const Slot* slot = objects_->find(index);
   if (slot == nullptr) {
     return to_error(AbortCode::no_object);
@@ -38,9 +47,9 @@ Result<void> Dictionary::add_hook(std::uint16_t index, Hook& hook) {
   std::unique_ptr<HookChain>& chain = objects_->details(*slot).hooks;
   if (chain == nullptr) {
     chain = std::make_unique<HookChain>(slot->variables[0].hook);
-    point_at(index, chain.get());
   }
-  chain->add(&hook);
+  chain->add(&hook, watch);
+  point_at(index, chain.get());
   return {};
 }
 
@@ -51,9 +60,32 @@ void Dictionary::remove_hook(std::uint16_t index, Hook& hook) {
     return;
   }
   deferrals_->refuse(index, &hook, AbortCode::device_state);
-  if (!chain->has_others()) {
-    point_at(index, chain->first());
-    objects_->details(*slot).hooks.reset();
+  if (chain->has_others()) {
+    point_at(index, chain);
+    return;
+  }
+  point_at(index, chain->first());
+  objects_->details(*slot).hooks.reset();
+}
+
+void Dictionary::came_by_rpdo(Address address) {
+  const std::optional<Variable> variable = find(address);
+  if (variable && variable->watched) {
+    variable->hook->came_by_rpdo(address);
+  }
+}
+
+void Dictionary::add_observer(Observer& observer) {
+  observers_.push_back(&observer);
+}
+
+void Dictionary::remove_observer(Observer& observer) {
+  std::erase(observers_, &observer);
+}
+
+void Dictionary::tell_observers(std::uint16_t index) {
+  for (std::size_t i = 0; i < observers_.size(); ++i) {
+    observers_[i]->reshaped(index);
   }
 }
 

@@ -210,6 +210,7 @@ void Engine::Impl::start_rpdo(const Parameters& parameters, CopyPlan plan) {
   pdo.type = parameters.type;
   pdo.deadline = parameters.event_timer;
   pdo.plan = std::move(plan);
+  pdo.watched = watched_objects(parameters.number);
   if (!pdo.plan.runs.empty() && pdo.plan.runs.front().frame_byte != 0) {
     pdo.plan.runs.insert(pdo.plan.runs.begin(), Run{});  // Rpdo's is of the first word
   }

@@ -28,11 +28,13 @@ Engine::Impl::Impl(od::Dictionary& d, can::Dispatch& p, EventLog& e, image::Proc
       image(i == nullptr ? *own_image : *i) {
   inputs = &image.area(image::Direction::inputs);
   outputs = &image.area(image::Direction::outputs);
+  dictionary.add_observer(*this);
 }
 
 Engine::Impl::~Impl() {
   listener = nullptr;  // may be half destroyed
   stop_all();
+  dictionary.remove_observer(*this);
   hook_records(nullptr);
 }
 

@@ -4,7 +4,9 @@
 // The engine reads the records 1400h.., 1600h.., 1800h.., 1A00h.. of the dictionary, watches writes
 // to them as their od::Hook (and refuses what CiA 301 refuses), and registers COB-IDs with
 // Dispatch. Mapped values are reached by pointer: in the dictionary's own storage, or in a process
-// image the variable is bound to; then the image's marks are kept as well.
+// image the variable is bound to; then the image's marks are kept as well. When an object comes,
+// goes or moves at run time, the PDOs that map it are compiled anew; those that map one that is
+// gone stop and are told as unusable, until it is there again.
 #pragma once
 
 #include <cstdint>

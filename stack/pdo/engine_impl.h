@@ -36,8 +36,9 @@ enum Attention : std::uint32_t {
 struct alignas(16) Rpdo {
   static constexpr std::uint8_t kNever = 0xFF;  // no frame's form
   enum Flag : std::uint8_t {
-    kMore = 0x01,  // its RpdoDetails have more runs, or objects
-    kLong = 0x02,  // it has more than 8 bytes
+    kMore = 0x01,     // its RpdoDetails have more runs, or objects
+    kLong = 0x02,     // it has more than 8 bytes
+    kWatched = 0x04,  // somebody wants to hear of its values
   };
 
   std::uint64_t mask = 0;  // of the first Run; 0 if nothing lies in the image
@@ -62,6 +63,7 @@ struct RpdoDetails {
   std::uint8_t type = kEventProfile;
   Duration deadline{};
   CopyPlan plan;
+  std::vector<od::Address> watched;     // mapped objects that a hook watches
   std::size_t long_shadow = kNoShadow;  // place in Engine::Impl::long_shadows
 
   static constexpr std::size_t kNoShadow = SIZE_MAX;
@@ -119,7 +121,7 @@ class Bitmap {
   std::vector<std::uint64_t> words_;
 };
 
-struct Engine::Impl final : od::Hook {
+struct Engine::Impl final : od::Hook, od::Observer {
   Impl(od::Dictionary& d, can::Dispatch& p, EventLog& e, image::ProcessImage* i);
   ~Impl() override;
 
@@ -153,6 +155,12 @@ struct Engine::Impl final : od::Hook {
   void stop(PdoKind kind, std::uint16_t slot);
   void stop_all();
   void hook_records(od::Hook* hook);
+
+  // --- objects that come, go and are watched (dictionary_changes.cpp) ----------------------------
+  void reshaped(std::uint16_t index) override;
+  bool depends_on(PdoKind kind, std::uint16_t number, std::uint16_t index) const;
+  std::vector<od::Address> watched_objects(std::uint16_t rpdo) const;
+  void tell_watched(std::uint16_t slot);
 
   // --- what is made from all PDOs together (schedule.cpp) ---------------------------------------
   void lay_out();

@@ -72,8 +72,12 @@ void Engine::Impl::take(std::uint16_t slot, const std::byte* data, Instant time,
   }
   inputs->touch(slot, time, frames);
   counters.received += frames;
+  const bool watched = (pdo.flags & Rpdo::kWatched) != 0;
   if (hears_frames) {
     listener->rpdo_received(static_cast<std::uint16_t>(slot + 1), time);
+  }
+  if (watched) [[unlikely]] {
+    tell_watched(slot);
   }
 }
 

@@ -19,7 +19,8 @@ void Engine::Impl::lay_out_rpdos() {
     pdo = {};
     const bool more = plan.runs.size() > 1 || !plan.objects.empty();
     const bool is_long = plan.bytes() > can::kMaxClassicData;
-    pdo.flags = static_cast<std::uint8_t>((more ? Rpdo::kMore : 0) | (is_long ? Rpdo::kLong : 0));
+    pdo.flags = static_cast<std::uint8_t>((more ? Rpdo::kMore : 0) | (is_long ? Rpdo::kLong : 0) |
+                                          (details[slot].watched.empty() ? 0 : Rpdo::kWatched));
     if (!plan.runs.empty()) {
       pdo.mask = plan.runs.front().mask;
       pdo.offset = plan.runs.front().offset;
@@ -125,7 +126,7 @@ void Engine::Impl::open_rpdos() {
     if (is_synchronous(pdo.type)) {
       // With a window (1007h) each is looked at on its own.
       rpdos[slot].deferred = window == Duration::zero() ? form : Rpdo::kNever;
-    } else if ((flags & Rpdo::kMore) == 0) {
+    } else if ((flags & (Rpdo::kMore | Rpdo::kWatched)) == 0) {
       rpdos[slot].at_once = form;
     }
   }

@@ -68,6 +68,27 @@ TEST(Building, RemovedObjectsAreGoneAndTheirIndexIsFree) {
   EXPECT_EQ(dictionary.number({0x2000, 0}), 3U);
 }
 
+TEST(Building, ObserversHearOfObjectsThatComeGoAndMove) {
+  struct Listener : Observer {
+    void reshaped(std::uint16_t index) override { heard.push_back(index); }
+    std::vector<std::uint16_t> heard;
+  } listener;
+  std::array<std::byte, 2> image{};
+  Hook hook;
+  Dictionary dictionary;
+  dictionary.add_observer(listener);
+  ASSERT_TRUE(dictionary.add(var(0x2000, DataType::unsigned8)));
+  ASSERT_TRUE(dictionary.bind({0x2000, 0}, image.data()));
+  ASSERT_TRUE(dictionary.add_window(0xA040, DataType::unsigned8, Access::ro, image.data(), 2));
+  ASSERT_TRUE(dictionary.add_hook(0x2000, hook)) << "changes nothing for others";
+  ASSERT_TRUE(dictionary.add_hook(0x2000, hook, Watch::rpdos));
+  ASSERT_TRUE(dictionary.remove(0x2000));
+  EXPECT_EQ(listener.heard, (std::vector<std::uint16_t>{0x2000, 0x2000, 0xA040, 0x2000, 0x2000}));
+  dictionary.remove_observer(listener);
+  ASSERT_TRUE(dictionary.remove(0xA040));
+  EXPECT_EQ(listener.heard.size(), 5U);
+}
+
 TEST(Building, ValuesStayWhereTheyAre) {
   Dictionary dictionary;
   ASSERT_TRUE(dictionary.add(var(0x2000, DataType::unsigned32)));

@@ -1,0 +1,63 @@
+// Objects that come, go or move at run time, and RPDOs whose values somebody wants to hear of.
+#include "stack/pdo/engine_impl.h"
+
+namespace linegate::pdo {
+
+// A PDO that maps an object which is gone is not in use any more, and told; when the object is
+// there again, so is the PDO.
+void Engine::Impl::reshaped(std::uint16_t index) {
+  if (record_index(index)) {
+    (void)dictionary.set_hook(index, this);  // if it is there
+  }
+  std::vector<std::pair<PdoKind, std::uint16_t>> touched;
+  for (const PdoKind kind : {PdoKind::rpdo, PdoKind::tpdo}) {
+    const std::size_t count = kind == PdoKind::rpdo ? rpdos.size() : tpdos.size();
+    for (std::size_t number = 1; number <= count; ++number) {
+      if (depends_on(kind, static_cast<std::uint16_t>(number), index)) {
+        touched.emplace_back(kind, static_cast<std::uint16_t>(number));
+      }
+    }
+  }
+  if (touched.empty()) {
+    return;
+  }
+  for (const auto& [kind, number] : touched) {
+    compile(kind, number);
+  }
+  lay_out();
+  for (const auto& [kind, number] : touched) {
+    if (operational) {
+      begin(kind, static_cast<std::uint16_t>(number - 1U));
+    }
+  }
+}
+
+bool Engine::Impl::depends_on(PdoKind kind, std::uint16_t number, std::uint16_t index) const {
+  const unsigned offset = number - 1U;
+  if (index == communication_base(kind) + offset || index == mapping_base(kind) + offset) {
+    return true;
+  }
+  const std::vector<Mapping> mappings = read_mapping(dictionary, kind, number);
+  return std::ranges::any_of(
+      mappings, [&](const Mapping& mapping) { return mapping.address.index == index; });
+}
+
+std::vector<od::Address> Engine::Impl::watched_objects(std::uint16_t rpdo) const {
+  std::vector<od::Address> out;
+  for (const Mapping& mapping : read_mapping(dictionary, PdoKind::rpdo, rpdo)) {
+    const auto variable = dictionary.find(mapping.address);
+    if (variable && variable->watched && !is_dummy(mapping)) {
+      out.push_back(mapping.address);
+    }
+  }
+  return out;
+}
+
+// A hook may change PDOs, this one among them.
+void Engine::Impl::tell_watched(std::uint16_t slot) {
+  for (std::size_t i = 0; slot < details.size() && i < details[slot].watched.size(); ++i) {
+    dictionary.came_by_rpdo(details[slot].watched[i]);
+  }
+}
+
+}  // namespace linegate::pdo

@@ -1,0 +1,164 @@
+// Objects that are added, removed and moved while PDOs map them, and objects that are watched.
+#include <array>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/stack/pdo/device_fixture.h"
+
+namespace linegate::pdo {
+namespace {
+
+using namespace test;
+using testing::ElementsAre;
+using testing::IsEmpty;
+using Unusable = RecordingListener::Unusable;
+
+od::DeviceDescription with_pdos() {
+  od::DeviceDescription out = plain_device();
+  add_rpdo(out, {.cob_id = 0x201, .mapping = {0x20020008, 0x20030010}});
+  add_rpdo(out, {.number = 2, .cob_id = 0x301, .mapping = {0x20050020}});
+  add_rpdo(out, {.number = 3, .cob_id = 0x401, .type = 0, .mapping = {0x20040018}});
+  add_tpdo(out, {.cob_id = 0x181, .mapping = {0x20030010}});
+  add_tpdo(out, {.number = 2, .cob_id = 0x281, .mapping = {0x20050020}});
+  return out;
+}
+
+struct Running : Device {
+  Running() : Device(with_pdos()) {
+    EXPECT_THAT(diagnostics, IsEmpty());
+    operational();
+    EXPECT_THAT(sent_ids(at(0)), ElementsAre(0x181, 0x281));
+  }
+};
+
+TEST(DictionaryChanges, PdosThatMapARemovedObjectStopAndAreTold) {
+  Running device;
+  ASSERT_TRUE(device.dictionary.remove(0x2003));
+  EXPECT_THAT(device.listener.unusable, ElementsAre(Unusable{{0x1600, 2}, AbortCode::no_object},
+                                                    Unusable{{0x1A00, 1}, AbortCode::no_object}));
+  device.receive(frame(0x201, {1, 2, 3}, at(1)));
+  EXPECT_EQ(device.read(0x2002), 0U) << "a PDO is taken over whole or not at all";
+  device.engine->value_changed({0x2003, 0}, at(1));
+  EXPECT_FALSE(device.engine->trigger(1, at(1)));
+  EXPECT_THAT(device.sent(at(1)), IsEmpty());
+  device.receive(frame(0x301, {1, 2, 3, 4}, at(1)));
+  EXPECT_EQ(device.read(0x2005), 0x04030201U) << "others go on";
+}
+
+TEST(DictionaryChanges, PdosComeBackWithTheirObject) {
+  Running device;
+  ASSERT_TRUE(device.dictionary.remove(0x2003));
+  ASSERT_TRUE(device.dictionary.add(value(0x2003, DataType::unsigned16)));
+  device.receive(frame(0x201, {1, 2, 3}, at(1)));
+  EXPECT_EQ(device.read(0x2002), 1U);
+  EXPECT_EQ(device.read(0x2003), 0x0302U);
+  EXPECT_THAT(device.sent_ids(at(1)), ElementsAre(0x181));
+}
+
+TEST(DictionaryChanges, AnObjectOfAnotherLengthDoesNotFitTheOldMapping) {
+  Running device;
+  ASSERT_TRUE(device.dictionary.remove(0x2003));
+  device.listener.unusable.clear();
+  ASSERT_TRUE(device.dictionary.add(value(0x2003, DataType::unsigned32)));
+  EXPECT_THAT(device.listener.unusable,
+              ElementsAre(Unusable{{0x1600, 2}, AbortCode::length_mismatch},
+                          Unusable{{0x1A00, 1}, AbortCode::length_mismatch}));
+}
+
+TEST(DictionaryChanges, ARemovedObjectCannotBeMapped) {
+  Running device;
+  ASSERT_TRUE(device.dictionary.remove(0x2006));
+  ASSERT_EQ(device.write(0x1400, 1, 0x8000'0201), AbortCode::none);
+  ASSERT_EQ(device.write(0x1600, 0, 0), AbortCode::none);
+  EXPECT_EQ(device.write(0x1600, 1, 0x2006'0040), AbortCode::no_object);
+  ASSERT_TRUE(device.dictionary.add(value(0x2006, DataType::unsigned64)));
+  EXPECT_EQ(device.write(0x1600, 1, 0x2006'0040), AbortCode::none);
+}
+
+TEST(DictionaryChanges, AnObjectThatLivesElsewhereIsFollowed) {
+  Running device;
+  std::array<std::byte, 16> elsewhere{};
+  ASSERT_TRUE(device.dictionary.bind({0x2003, 0}, elsewhere.data()));
+  device.receive(frame(0x201, {1, 2, 3}, at(1)));
+  EXPECT_EQ(std::to_integer<unsigned>(elsewhere[0]), 2U);
+  EXPECT_EQ(std::to_integer<unsigned>(elsewhere[1]), 3U);
+}
+
+TEST(DictionaryChanges, APdoWithoutItsRecordIsNone) {
+  Running device;
+  ASSERT_TRUE(device.dictionary.remove(0x1801));
+  device.engine->value_changed({0x2005, 0}, at(1));
+  EXPECT_THAT(device.sent(at(1)), IsEmpty());
+  od::DeviceDescription again;
+  add_tpdo(again, {.number = 2, .cob_id = 0x282});
+  ASSERT_TRUE(device.dictionary.add(again.objects[0]));
+  EXPECT_THAT(device.sent_ids(at(1)), ElementsAre(0x282));
+  EXPECT_EQ(device.write(0x1801, 1, 0x281), AbortCode::device_state)
+      << "the record is looked after";
+}
+
+// Nobody wants each RPDO: the short way of a frame is open.
+struct Watching : Running {
+  struct Watcher : od::Hook {
+    void came_by_rpdo(od::Address address) override { heard.push_back(address); }
+    void written(od::Address address) override { stored.push_back(address); }
+    std::vector<od::Address> heard;
+    std::vector<od::Address> stored;
+  };
+
+  Watching() { engine->set_listener(&listener, false); }
+
+  // As a node does.
+  void hear(const can::Frame& frame) {
+    can::Traffic traffic;
+    if (engine->receive_ordinary({&frame, 1}, traffic) == 0) {
+      receive(frame);
+    }
+  }
+
+  Watcher watcher;
+};
+
+TEST(WatchedObjects, TellOfEveryRpdoThatBringsTheirValue) {
+  Watching device;
+  ASSERT_TRUE(device.dictionary.add_hook(0x2003, device.watcher, od::Watch::rpdos));
+  (void)device.sent(at(0));
+  device.hear(frame(0x201, {1, 2, 3}, at(1)));
+  device.hear(frame(0x301, {1, 2, 3, 4}, at(1)));
+  EXPECT_THAT(device.watcher.heard, ElementsAre(od::Address{0x2003, 0}));
+  EXPECT_EQ(device.read(0x2003), 0x0302U);
+  device.hear(frame(0x201, {1, 2, 3}, at(2)));
+  EXPECT_EQ(device.watcher.heard.size(), 2U) << "the same value again";
+  EXPECT_THAT(device.watcher.stored, IsEmpty());
+}
+
+TEST(WatchedObjects, OfSynchronousRpdosTellWithTheSync) {
+  Watching device;
+  ASSERT_TRUE(device.dictionary.add_hook(0x2004, device.watcher, od::Watch::rpdos));
+  device.hear(frame(0x401, {1, 2, 3}, at(1)));
+  EXPECT_THAT(device.watcher.heard, IsEmpty());
+  device.engine->sync(0, at(2));
+  EXPECT_THAT(device.watcher.heard, ElementsAre(od::Address{0x2004, 0}));
+}
+
+TEST(WatchedObjects, AreNotWatchedByHooksThatDoNotAskForIt) {
+  Watching device;
+  ASSERT_TRUE(device.dictionary.add_hook(0x2003, device.watcher));
+  device.hear(frame(0x201, {1, 2, 3}, at(1)));
+  EXPECT_THAT(device.watcher.heard, IsEmpty());
+  EXPECT_EQ(device.write(0x2003, 0, 9), AbortCode::none);
+  EXPECT_THAT(device.watcher.stored, ElementsAre(od::Address{0x2003, 0}));
+}
+
+TEST(WatchedObjects, AreWatchedUntilTheHookIsTakenAway) {
+  Watching device;
+  ASSERT_TRUE(device.dictionary.add_hook(0x2003, device.watcher, od::Watch::rpdos));
+  device.dictionary.remove_hook(0x2003, device.watcher);
+  device.hear(frame(0x201, {1, 2, 3}, at(1)));
+  EXPECT_THAT(device.watcher.heard, IsEmpty());
+  EXPECT_FALSE(device.dictionary.find({0x2003, 0})->watched);
+}
+
+}  // namespace
+}  // namespace linegate::pdo
