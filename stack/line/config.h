@@ -65,6 +65,8 @@ struct LineConfig {
   std::uint8_t node_id = 127;  // own
   std::uint32_t bit_rate = 0;  // bit/s, for the bus load; 0 = unknown
   Identity identity;
+  bool stores_parameters =
+      false;               // the own node has 1010h, 1011h and 1020h, see Line::set_medium()
   Duration heartbeat{};    // own producer time, 0 = off
   Duration sync_period{};  // 0 = no SYNC producer
   Duration time_period{};  // 0 = no TIME producer

@@ -94,6 +94,7 @@ void Line::Impl::advance(Instant now) {
   take_completions(now);
   manager.advance(now);
   expire_commands(now);
+  finish_local_writes();
   while (const Outputs::Group* group = outputs.expire(now)) {
     react(*group, now);
   }
@@ -302,6 +303,11 @@ void Line::Impl::stop(Instant now) {
     reply(command.tag, to_error(Refusal::cancelled));
   }
   pending.clear();
+  for (LocalWrite& write : local_writes) {
+    node.dictionary().cancel(write.ticket);
+    reply(write.tag, to_error(Refusal::cancelled));
+  }
+  local_writes.clear();
   if (manages() && config.stop_nodes) {
     nmt.send(nmt::Command::enter_pre_operational, 0);
   }
@@ -355,6 +361,12 @@ void Line::bus_event(const can::BusEvent& event) {
 }
 void Line::report(const Event& event) {
   impl_->events.emit(event);
+}
+void Line::set_medium(storage::Medium* medium) {
+  impl_->node.set_medium(medium);
+}
+void Line::medium_done(bool good) {
+  impl_->node.medium_done(good);
 }
 void Line::advance(Instant now) {
   impl_->advance(now);

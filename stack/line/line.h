@@ -26,6 +26,9 @@
 namespace linegate::od {
 class Dictionary;
 }
+namespace linegate::storage {
+class Medium;
+}
 
 namespace linegate::line {
 
@@ -40,6 +43,10 @@ class Line {
 
   const LineConfig& config() const;
   const image::Layout& layout(image::Direction direction) const;
+
+  // Where the own node stores its parameters (1010h), before start(); must outlive the line. What
+  // is stored takes the place of what the configuration says.
+  void set_medium(storage::Medium* medium);
 
   // --- input ----------------------------------------------------------------------------------
 
@@ -56,6 +63,8 @@ class Line {
   // Something the owner of the line noticed about it (queue_full, clock_step, ...): it gets its
   // number here, in the one sequence of the line. event.number is ignored.
   void report(const Event& event);
+  // A slow medium ended what it was given: call advance() soon.
+  void medium_done(bool good);
   // Runs what is due. Call it after the socket has been drained, so that a late thread reports no
   // loss that did not happen.
   void advance(Instant now);

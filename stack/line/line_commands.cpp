@@ -31,8 +31,8 @@ void Line::Impl::execute(Command command, Instant now) {
       return;
     case CommandKind::local_read:
     case CommandKind::local_write:
-      error = local_access(command, data);
-      break;
+      access_own(command);
+      return;
     case CommandKind::output_write:
       error = single_output(command, now);
       break;
@@ -61,9 +61,7 @@ void Line::Impl::start_sdo(Command command, bool write, Instant now) {
   }
   if (command.node == config.node_id) {
     command.kind = write ? CommandKind::local_write : CommandKind::local_read;
-    std::vector<std::byte> data;
-    const Error error = local_access(command, data);
-    reply(command.tag, error, std::move(data));
+    access_own(command);
     return;
   }
   if (!usable()) {
@@ -89,18 +87,42 @@ void Line::Impl::start_sdo(Command command, bool write, Instant now) {
                      .deadline = timeout > Duration::zero() ? deadline(now, timeout) : kNever});
 }
 
-Error Line::Impl::local_access(const Command& command, std::vector<std::byte>& data) {
-  const od::Address address{command.index, command.sub};
-  if (command.kind == CommandKind::local_write) {
-    const AbortCode code = node.dictionary().write(address, command.data);
-    return code == AbortCode::none ? kDone : to_error(code);
+void Line::Impl::access_own(const Command& command) {
+  if (command.kind == CommandKind::local_read) {
+    std::vector<std::byte> data;
+    const Error error = read_own(command, data);
+    reply(command.tag, error, std::move(data));
+    return;
   }
-  const Result<std::span<const std::byte>> value = node.dictionary().read(address);
+  od::Ticket ticket = 0;
+  const AbortCode code =
+      node.dictionary().write({command.index, command.sub}, command.data, ticket);
+  if (code == od::kLater) {
+    local_writes.push_back({ticket, command.tag, command.data});
+    return;
+  }
+  reply(command.tag, code == AbortCode::none ? kDone : to_error(code));
+}
+
+Error Line::Impl::read_own(const Command& command, std::vector<std::byte>& data) {
+  const Result<std::span<const std::byte>> value =
+      node.dictionary().read({command.index, command.sub});
   if (!value) {
     return value.error();
   }
   data.assign(value->begin(), value->end());
   return kDone;
+}
+
+void Line::Impl::finish_local_writes() {
+  std::erase_if(local_writes, [this](const LocalWrite& write) {
+    if (!node.dictionary().outcome(write.ticket)) {
+      return false;
+    }
+    const AbortCode code = node.dictionary().finish_write(write.ticket, write.data);
+    reply(write.tag, code == AbortCode::none ? kDone : to_error(code));
+    return true;
+  });
 }
 
 // By a person: it feeds no watchdog and takes no group over, and is applied after a reaction too.

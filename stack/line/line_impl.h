@@ -63,7 +63,15 @@ struct Line::Impl final : node::Companion, manager::Host, nmt::HeartbeatListener
   };
   void execute(Command command, Instant now);
   void start_sdo(Command command, bool write, Instant now);
-  Error local_access(const Command& command, std::vector<std::byte>& data);
+  // An access to the own dictionary that waits for its answer.
+  struct LocalWrite {
+    od::Ticket ticket = 0;
+    std::uint64_t tag = 0;  // of the command
+    std::vector<std::byte> data;
+  };
+  void access_own(const Command& command);
+  Error read_own(const Command& command, std::vector<std::byte>& data);
+  void finish_local_writes();
   Error single_output(const Command& command, Instant now);
   Error send_emcy(const Command& command, Instant now);
   Error send_nmt(const Command& command, Instant now);
@@ -101,6 +109,7 @@ struct Line::Impl final : node::Companion, manager::Host, nmt::HeartbeatListener
   Counters counters;
   std::uint32_t syncs = 0;
   std::vector<Pending> pending;
+  std::vector<LocalWrite> local_writes;
   std::uint64_t next_token = 1;
   std::deque<Reply> replies;
 };

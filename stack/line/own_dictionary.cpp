@@ -6,6 +6,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
+#include "stack/storage/parameters.h"
 #include "stack/time/service.h"
 
 namespace linegate::line {
@@ -82,6 +83,17 @@ od::ObjectDescription error_behaviour(Role role) {
   return out;
 }
 
+// Store and restore parameters, verify configuration.
+void add_storage(std::vector<od::ObjectDescription>& objects) {
+  constexpr std::uint8_t kGroups = storage::kManufacturer;
+  objects.push_back(array(0x1010, "Store parameters", DataType::unsigned32, Access::rw, kGroups,
+                          Access::constant, kGroups));
+  objects.push_back(array(0x1011, "Restore default parameters", DataType::unsigned32, Access::rw,
+                          kGroups, Access::constant, kGroups));
+  objects.push_back(array(0x1020, "Verify configuration", DataType::unsigned32, Access::rw, 2,
+                          Access::constant, 2));
+}
+
 template <class Unit>
 std::uint64_t in(Duration duration) {
   return static_cast<std::uint64_t>(std::chrono::duration_cast<Unit>(duration).count());
@@ -94,7 +106,8 @@ od::Dictionary make_own_dictionary(const LineConfig& config) {
   using std::chrono::milliseconds;
   const bool produces_sync = config.sync_period > Duration::zero();
   const bool produces_time = config.time_period > Duration::zero();
-  const std::vector<od::ObjectDescription> objects = {
+  od::DeviceDescription device;
+  device.objects = {
       object(0x1000, "Device type", DataType::unsigned32, Access::ro, config.identity.device_type),
       object(0x1001, "Error register", DataType::unsigned8, Access::ro, 0),
       array(0x1003, "Pre-defined error field", DataType::unsigned32, Access::ro, kErrorHistory,
@@ -120,11 +133,11 @@ od::Dictionary make_own_dictionary(const LineConfig& config) {
       error_behaviour(config.role),
       sdo_server(config.node_id),
   };
-  od::Dictionary dictionary;
-  for (const od::ObjectDescription& description : objects) {
-    (void)dictionary.add(description).ok();
+  if (config.stores_parameters) {
+    add_storage(device.objects);
+    storage::mark_parameters(device);
   }
-  return dictionary;
+  return od::Dictionary(device);
 }
 
 }  // namespace linegate::line

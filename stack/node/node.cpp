@@ -33,6 +33,10 @@ void Node::set_medium(storage::Medium* medium) {
   impl_->storage.set_medium(medium);
 }
 
+void Node::medium_done(bool good) {
+  impl_->storage.done(good);
+}
+
 void Node::start(Instant now) {
   impl_->start(now);
 }

@@ -99,6 +99,8 @@ class Node {
   // Where 1010h stores parameters, before start(); must outlive the node. Without one nothing is
   // stored: 1010h and 1011h refuse.
   void set_medium(storage::Medium* medium);
+  // A slow medium ended what it was given. Call advance() soon: the answer to who asked waits.
+  void medium_done(bool good);
 
   // Power-on: Initialising, boot-up message, Pre-operational (and Operational if self-starting).
   // The first time with the values that are there; again as after power-off: all values restored as

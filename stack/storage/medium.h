@@ -18,6 +18,10 @@ class Medium {
   // From now on `image` is kept in place of what was. False if it cannot be: what was kept before
   // is kept still then. Whenever power fails, one of the two is there, whole.
   virtual bool keep(std::span<const std::byte> image) = 0;
+
+  // True for one that takes its time: keep() only begins (false if it cannot), and Storage::done()
+  // is told how it ended. Nothing else is to be kept before.
+  virtual bool slow() const { return false; }
 };
 
 // Outlives the power-off of a device that exists in memory only, and ends with the process.

@@ -75,43 +75,74 @@ AbortCode Storage::before_read(od::Address address, const od::Variable& variable
   return AbortCode::none;
 }
 
-// The work is done here and not in written(): it may fail, and the write is refused then.
+// A medium that is not slow does its work here and not in written(): it may fail, and the write is
+// refused then.
 AbortCode Storage::check_write(od::Address address, std::span<const std::byte> value) {
   const std::uint32_t signature = address.index == kStoreParameters ? kSave : kLoad;
   if (medium_ == nullptr || !is_group(address.sub) || value.size() != sizeof signature ||
       load_le(value) != signature) {
     return AbortCode::cannot_transfer;
   }
-  return address.index == kStoreParameters ? store(address.sub) : restore(address.sub);
-}
-
-void Storage::written(od::Address /*address*/) {
-}
-
-AbortCode Storage::store(std::uint8_t group) {
-  configuration_.refresh();
-  std::vector<StoredValue> values = stored_without(group);
-  for (const od::Address address : dictionary_.stored(0x0001, 0xFFFF)) {
-    if (covers(group, address.index)) {
-      const od::Variable variable = *dictionary_.find(address);
-      values.push_back({address, {variable.data, variable.data + variable.size}});
-    }
+  if (pending_) {
+    return AbortCode::device_state;
   }
-  std::ranges::sort(values, {}, &StoredValue::address);
-  return keep(std::move(values));
-}
-
-AbortCode Storage::restore(std::uint8_t group) {
-  return keep(stored_without(group));
-}
-
-AbortCode Storage::keep(std::vector<StoredValue> values) {
+  if (medium_->slow()) {
+    return od::kLater;
+  }
+  std::vector<StoredValue> values = wanted(address);
   if (!medium_->keep(encode(owner(), values))) {
     return AbortCode::hardware;
   }
   stored_ = std::move(values);
   ++kept_;
   return AbortCode::none;
+}
+
+void Storage::put_off(od::Address address, od::Ticket ticket) {
+  std::vector<StoredValue> values = wanted(address);
+  if (!medium_->keep(encode(owner(), values))) {
+    (void)dictionary_.complete(ticket, AbortCode::hardware);
+    return;
+  }
+  pending_ = Pending{std::move(values), ticket};
+}
+
+// The medium goes on: only the answer is not wanted any more.
+void Storage::cancelled(od::Ticket ticket) {
+  if (pending_ && pending_->ticket == ticket) {
+    pending_->ticket = 0;
+  }
+}
+
+void Storage::done(bool good) {
+  if (!pending_) {
+    return;
+  }
+  const od::Ticket ticket = pending_->ticket;
+  if (good) {
+    stored_ = std::move(pending_->values);
+    ++kept_;
+  }
+  pending_.reset();
+  if (ticket != 0) {
+    (void)dictionary_.complete(ticket, good ? AbortCode::none : AbortCode::hardware);
+  }
+}
+
+std::vector<StoredValue> Storage::wanted(od::Address address) {
+  std::vector<StoredValue> values = stored_without(address.sub);
+  if (address.index == kRestoreDefaults) {
+    return values;
+  }
+  configuration_.refresh();
+  for (const od::Address parameter : dictionary_.stored(0x0001, 0xFFFF)) {
+    if (covers(address.sub, parameter.index)) {
+      const od::Variable variable = *dictionary_.find(parameter);
+      values.push_back({parameter, {variable.data, variable.data + variable.size}});
+    }
+  }
+  std::ranges::sort(values, {}, &StoredValue::address);
+  return values;
 }
 
 std::vector<StoredValue> Storage::stored_without(std::uint8_t group) const {

@@ -7,10 +7,13 @@
 // power-on. Both read 1 (on command), or 0 without a medium.
 //   0800 0020h  another value, a sub-index beyond 4, no medium
 //   0606 0000h  the medium could not keep it: what was stored before still is
+//   0800 0022h  the medium is still busy with what it was given before
+// With a medium that is slow the answer comes when it is done: the access waits (od::kLater).
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -47,6 +50,9 @@ class Storage final : public od::Hook {
   // Addresses and values that are stored, ascending.
   std::span<const StoredValue> stored() const { return stored_; }
 
+  // A slow medium kept what keep() gave it, or did not. Without an effect if nothing was given.
+  void done(bool good);
+
   // Images that the medium kept since the storage was made.
   std::uint64_t kept() const { return kept_; }
 
@@ -54,14 +60,20 @@ class Storage final : public od::Hook {
 
   AbortCode before_read(od::Address address, const od::Variable& variable) override;
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
-  void written(od::Address address) override;
+  void put_off(od::Address address, od::Ticket ticket) override;
+  void cancelled(od::Ticket ticket) override;
 
  private:
+  // What a slow medium is busy with.
+  struct Pending {
+    std::vector<StoredValue> values;
+    od::Ticket ticket = 0;  // of the access that waits for it; 0 = it has given up
+  };
+
   Owner owner() const;
   bool usable(std::span<const StoredValue> values) const;
-  AbortCode store(std::uint8_t group);
-  AbortCode restore(std::uint8_t group);
-  AbortCode keep(std::vector<StoredValue> values);
+  // What is to be stored after a write to this sub-index of 1010h or 1011h.
+  std::vector<StoredValue> wanted(od::Address address);
   std::vector<StoredValue> stored_without(std::uint8_t group) const;
 
   od::Dictionary& dictionary_;
@@ -69,6 +81,7 @@ class Storage final : public od::Hook {
   VerifyConfiguration configuration_;
   Medium* medium_ = nullptr;
   std::vector<StoredValue> stored_;
+  std::optional<Pending> pending_;
   std::uint64_t kept_ = 0;
 };
 

@@ -3,6 +3,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/od/dictionary.h"
+#include "stack/storage/medium.h"
 
 #include "tests/stack/line/line_fixture.h"
 
@@ -427,6 +428,62 @@ TEST(LineMake, TheLayoutIdIsTheSameForTheSameDevices) {
   const auto b = Line::make(config_with_axis());
   EXPECT_EQ((*a.value)->layout(Direction::inputs).id, (*b.value)->layout(Direction::inputs).id);
   EXPECT_NE((*a.value)->layout(Direction::inputs).id, (*a.value)->layout(Direction::outputs).id);
+}
+
+class SlowMedium final : public storage::Medium {
+ public:
+  bool read(std::vector<std::byte>& image) override {
+    image = kept;
+    return true;
+  }
+  bool keep(std::span<const std::byte> image) override {
+    kept.assign(image.begin(), image.end());
+    return true;
+  }
+  bool slow() const override { return true; }
+
+  std::vector<std::byte> kept;
+};
+
+TEST_F(LineTest, TheOwnNodeStoresItsParameters) {
+  SlowMedium medium;
+  LineConfig config = config_with_axis();
+  config.stores_parameters = true;
+  const auto write = [this](std::uint16_t index, std::uint8_t sub, std::vector<std::byte> data) {
+    line_->execute({.tag = 7,
+                    .kind = CommandKind::sdo_write,
+                    .node = 127,
+                    .index = index,
+                    .sub = sub,
+                    .data = std::move(data)},
+                   now_);
+  };
+  const std::vector<std::byte> save = {std::byte{'s'}, std::byte{'a'}, std::byte{'v'},
+                                       std::byte{'e'}};
+  make(config);
+  line_->set_medium(&medium);
+  line_->start(now_);
+  write(0x1015, 0, {std::byte{9}, std::byte{0}});
+  EXPECT_EQ(answer().error, Error{});
+  write(0x1010, 1, save);
+  pass(seconds(1));
+  Reply reply;
+  EXPECT_FALSE(line_->take_reply(reply)) << "before it is kept";
+  line_->medium_done(true);
+  line_->advance(now_);
+  EXPECT_EQ(answer().error, Error{});
+  write(0x1010, 1, save);
+  line_->medium_done(false);
+  line_->advance(now_);
+  EXPECT_EQ(answer().error, to_error(AbortCode::hardware));
+  write(0x1010, 1, save);
+  line_->stop(now_);
+  EXPECT_EQ(answer().error, to_error(Refusal::cancelled));
+
+  make(config);
+  line_->set_medium(&medium);
+  line_->start(now_);
+  EXPECT_EQ(line_->dictionary().number({0x1015, 0}), 9U);
 }
 
 }  // namespace

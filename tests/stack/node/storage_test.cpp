@@ -91,6 +91,33 @@ TEST_F(StoringNodeTest, RestoredDefaultsComeWithTheReset) {
   EXPECT_EQ(number(0x2100, 0), 7U);
 }
 
+class SlowMedium final : public storage::Medium {
+ public:
+  bool read(std::vector<std::byte>& image) override {
+    image.clear();
+    return true;
+  }
+  bool keep(std::span<const std::byte> /*image*/) override { return true; }
+  bool slow() const override { return true; }
+};
+
+TEST_F(StoringNodeTest, TheSdoIsAnsweredWhenASlowMediumIsDone) {
+  SlowMedium slow;
+  node->set_medium(&slow);
+  boot();
+  EXPECT_EQ(sdo_write({0x1010, 1}, 4, kSave), std::nullopt);
+  EXPECT_TRUE(advance(50ms).empty());
+  node->medium_done(true);
+  EXPECT_LE(node->next_wake(), at(50ms));
+  EXPECT_EQ(advance(50ms),
+            (std::vector<Sent>{{at(50ms), 0x585, {0x60, 0x10, 0x10, 1, 0, 0, 0, 0}}}));
+  EXPECT_EQ(sdo_write({0x1011, 1}, 4, kLoad, 60ms), std::nullopt);
+  node->medium_done(false);
+  EXPECT_EQ(advance(60ms),
+            (std::vector<Sent>{{at(60ms), 0x585, {0x80, 0x11, 0x10, 1, 0, 0, 0x06, 0x06}}}));
+  node->set_medium(nullptr);
+}
+
 // TPDO 2 is on 285h; stored, it is switched off.
 TEST_F(StoringNodeTest, StoredPdoParametersAreThoseOfThePdo) {
   boot();

@@ -25,9 +25,12 @@ class TestMedium final : public Medium {
     return writable;
   }
 
+  bool slow() const override { return takes_its_time; }
+
   std::vector<std::byte> kept;
   bool readable = true;
   bool writable = true;
+  bool takes_its_time = false;
 };
 
 od::VariableDescription variable(std::uint8_t sub, DataType type, std::uint64_t value,
@@ -310,6 +313,78 @@ TEST_F(StorageTest, AValueThatHasNoPlaceMakesAllOfThemUseless) {
   medium.kept = encode({5, {0x4C47, 0, 0}}, std::vector{good});
   EXPECT_EQ(power_on(), Damage::none);
   EXPECT_EQ(read({0x1017, 0}), 0x201U);
+}
+
+// --- a medium that is slow ---------------------------------------------------------------------
+
+class SlowStorageTest : public StorageTest {
+ protected:
+  SlowStorageTest() { medium.takes_its_time = true; }
+
+  // A write that may wait; its ticket, 0 if it was refused at once for `refused`.
+  od::Ticket begin(od::Address address, std::uint32_t value) {
+    std::array<std::byte, 4> raw{};
+    store_le(raw.data(), value);
+    od::Ticket ticket = 0;
+    refused = dictionary.write(address, raw, ticket);
+    return ticket;
+  }
+  AbortCode end(od::Ticket ticket) {
+    std::array<std::byte, 4> raw{};
+    return dictionary.finish_write(ticket, raw);
+  }
+
+  AbortCode refused = AbortCode::none;
+};
+
+TEST_F(SlowStorageTest, TheAnswerComesWhenTheMediumIsDone) {
+  change_all();
+  const od::Ticket ticket = begin({kStoreParameters, kAll}, kSave);
+  EXPECT_EQ(refused, od::kLater);
+  EXPECT_EQ(dictionary.outcome(ticket), std::nullopt);
+  EXPECT_TRUE(storage->stored().empty());
+  EXPECT_EQ(write({0x1017, 0}, 102, 2), AbortCode::none) << "too late for what is under way";
+  storage->done(true);
+  EXPECT_EQ(end(ticket), AbortCode::none);
+  reset_node();
+  EXPECT_EQ(values(), (Values{101, 201, 601, 620}));
+  EXPECT_EQ(storage->kept(), 1U);
+}
+
+TEST_F(SlowStorageTest, AFailureIsAHardwareErrorAndChangesNothing) {
+  change_all();
+  const od::Ticket ticket = begin({kStoreParameters, kAll}, kSave);
+  storage->done(false);
+  EXPECT_EQ(end(ticket), AbortCode::hardware);
+  reset_node();
+  EXPECT_EQ(values(), (Values{100, 200, 600, 620}));
+  medium.writable = false;
+  EXPECT_EQ(end(begin({kStoreParameters, kAll}, kSave)), AbortCode::hardware) << "cannot begin";
+}
+
+TEST_F(SlowStorageTest, OneAtATime) {
+  const od::Ticket ticket = begin({kStoreParameters, kAll}, kSave);
+  EXPECT_EQ(begin({kRestoreDefaults, kAll}, kLoad), 0U);
+  EXPECT_EQ(refused, AbortCode::device_state);
+  storage->done(true);
+  EXPECT_EQ(end(ticket), AbortCode::none);
+  EXPECT_EQ(begin({kStoreParameters, kAll}, kLoad), 0U);
+  EXPECT_EQ(refused, AbortCode::cannot_transfer);
+}
+
+TEST_F(SlowStorageTest, WhoAskedMayGiveUpAndItIsStoredAllTheSame) {
+  change_all();
+  dictionary.cancel(begin({kStoreParameters, kAll}, kSave));
+  storage->done(true);
+  storage->done(true);
+  EXPECT_EQ(storage->kept(), 1U);
+  reset_node();
+  EXPECT_EQ(values(), (Values{101, 201, 601, 620}));
+}
+
+TEST_F(SlowStorageTest, WhoCannotWaitIsRefusedAndNothingBegins) {
+  EXPECT_EQ(save(kAll), AbortCode::device_state);
+  EXPECT_TRUE(medium.kept.empty());
 }
 
 // --- 1020h ---------------------------------------------------------------------------------------
