@@ -38,7 +38,7 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
     host.executor->add(std::make_unique<LineRunner>(
         std::move(gateway->lines_[i]),
         open_channel(host.plan.interface, host.plan.config.bit_rate, gateway->network_), host.plan,
-        host.port, gateway->publisher_->wakeup()));
+        host.port, gateway->publisher_->wakeup(), gateway->storage_for(host, loaded.diagnostics)));
     append(loaded.diagnostics, gateway->add_devices(host.plan));
   }
   gateway->lines_.clear();
@@ -109,6 +109,18 @@ Executor& Gateway::executor_for(const config::Plant& plant, const config::LinePl
   return *executors_.back().executor;
 }
 
+KeptFile* Gateway::storage_for(const LineHost& host, std::vector<Diagnostic>& diagnostics) {
+  const std::string& folder = host.plan.storage;
+  if (folder.empty()) {
+    return nullptr;
+  }
+  if (const auto problem = make_parameter_folder(folder)) {
+    diagnostics.push_back(*problem);
+  }
+  return &keeper_.add(parameter_path(folder, host.name(), host.plan.config.node_id),
+                      host.executor->wakeup());
+}
+
 std::vector<Diagnostic> Gateway::add_devices(const config::LinePlan& line) {
   if (line.simulated.empty()) {
     return {};
@@ -130,6 +142,7 @@ std::vector<Diagnostic> Gateway::add_devices(const config::LinePlan& line) {
 
 void Gateway::start() {
   publisher_->start();
+  keeper_.start();
   if (devices_ != nullptr) {
     devices_->start();
   }
@@ -149,6 +162,7 @@ void Gateway::stop() {
   for (auto& [name, executor] : executors_) {
     executor->join();
   }
+  keeper_.stop();
   if (devices_ != nullptr) {
     devices_->request_stop();
     devices_->join();

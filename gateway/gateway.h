@@ -12,6 +12,7 @@
 #include "gateway/executor.h"
 #include "gateway/intake.h"
 #include "gateway/line_host.h"
+#include "gateway/parameter_keeper.h"
 #include "gateway/publisher.h"
 #include "stack/base/diagnostic.h"
 #include "stack/line/line.h"
@@ -39,6 +40,8 @@ class Gateway {
   std::vector<Diagnostic> make_lines(const config::Plant& plant);
   std::vector<Diagnostic> make_bridge(const config::Plant& plant, std::uint64_t incarnation);
   Executor& executor_for(const config::Plant& plant, const config::LinePlan& line);
+  // Where the line's own node stores; nullptr if nowhere.
+  KeptFile* storage_for(const LineHost& host, std::vector<Diagnostic>& diagnostics);
   std::vector<Diagnostic> add_devices(const config::LinePlan& line);
 
   struct NamedExecutor {
@@ -52,6 +55,7 @@ class Gateway {
   std::vector<std::unique_ptr<line::Line>> lines_;  // until the executors have them
   std::vector<std::unique_ptr<LineHost>> hosts_;
   std::unique_ptr<Publisher> publisher_;
+  ParameterKeeper keeper_;
   std::vector<NamedExecutor> executors_;
   std::unique_ptr<Executor> devices_;
   std::unique_ptr<Intake> intake_;

@@ -49,13 +49,15 @@ void Publication::taken(const line::Line& line, Instant now) {
 
 LineRunner::LineRunner(std::unique_ptr<line::Line> line,
                        std::unique_ptr<can_bridge::Channel> channel, const config::LinePlan& plan,
-                       LinePort& port, exchange::Wakeup& consumer)
+                       LinePort& port, exchange::Wakeup& consumer, KeptFile* storage)
     : line_(std::move(line)),
       pump_(std::move(channel)),
       port_(port),
       consumer_(consumer),
+      storage_(storage),
       publications_{Publication(plan.publish, plan.pdo_min_period),
                     Publication(plan.publish, kLong)} {
+  line_->set_medium(storage_);
 }
 
 void LineRunner::service(Instant now) {
@@ -68,6 +70,7 @@ void LineRunner::service(Instant now) {
         }
       },
       [&](const can::BusEvent& event) { bus_event(event, now); });
+  take_storage_result();
   take_requests(known);  // after what was on the bus before: time does not go back for the line
   if (started_) {
     line_->advance(known);
@@ -87,6 +90,15 @@ void LineRunner::bus_event(const can::BusEvent& event, Instant now) {
   if (event.kind == can::BusEvent::Kind::interface_ready && !started_ && !stopping_) {
     started_ = true;
     line_->start(now);
+  }
+}
+
+void LineRunner::take_storage_result() {
+  if (storage_ == nullptr) {
+    return;
+  }
+  if (const auto good = storage_->take_result()) {
+    line_->medium_done(*good);
   }
 }
 

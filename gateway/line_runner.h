@@ -9,6 +9,7 @@
 #include "gateway/exchange/wakeup.h"
 #include "gateway/frame_pump.h"
 #include "gateway/line_port.h"
+#include "gateway/parameter_keeper.h"
 #include "gateway/runner.h"
 #include "stack/line/line.h"
 
@@ -37,9 +38,11 @@ class Publication {
 
 class LineRunner final : public Runner {
  public:
-  // The port's consumer is woken through `consumer`. Both must outlive the runner.
+  // The port's consumer is woken through `consumer`. Both must outlive the runner, and so must the
+  // file that keeps what the own node stores, if there is one.
   LineRunner(std::unique_ptr<line::Line> line, std::unique_ptr<can_bridge::Channel> channel,
-             const config::LinePlan& plan, LinePort& port, exchange::Wakeup& consumer);
+             const config::LinePlan& plan, LinePort& port, exchange::Wakeup& consumer,
+             KeptFile* storage = nullptr);
 
   int descriptor() const override { return pump_.channel().descriptor(); }
   bool wants_writable() const override { return pump_.channel().wants_writable(); }
@@ -52,6 +55,7 @@ class LineRunner final : public Runner {
 
  private:
   void bus_event(const can::BusEvent& event, Instant now);
+  void take_storage_result();
   void take_requests(Instant now);
   void hand_over(Instant now);
   void hand_over_events();
@@ -67,6 +71,7 @@ class LineRunner final : public Runner {
   FramePump pump_;
   LinePort& port_;
   exchange::Wakeup& consumer_;
+  KeptFile* storage_;
   WallClock clock_;
 
   bool started_ = false;

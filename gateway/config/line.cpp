@@ -246,6 +246,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   out.executor_place = place_of(executor);
   section.read("executor", plan.executor);
   read_storage(section, plan.storage);
+  plan.config.stores_parameters = !plan.storage.empty();
   read_nodes(section, plan.config);
   read_simulated(section, plan);
   out.outputs = read_outputs(findings, section.find("outputs"));

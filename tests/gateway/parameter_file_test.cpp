@@ -13,9 +13,11 @@
 #include <utility>
 
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "gateway/parameter_keeper.h"
 #include "stack/storage/image.h"
 
 namespace linegate::gateway {
@@ -325,6 +327,40 @@ TEST_F(ParameterFolder, NamesOfFilesAndFolders) {
   const auto problem = make_parameter_folder(path);
   ASSERT_TRUE(problem.has_value());
   EXPECT_EQ(problem->severity, Severity::error);
+}
+
+// --- the thread that waits for the disk ----------------------------------------------------------
+
+// Waits until the keeper has woken the line.
+bool result_of(KeptFile& file, exchange::Wakeup& line) {
+  for (;;) {
+    line.clear();
+    if (const auto result = file.take_result()) {
+      return *result;
+    }
+    pollfd waiting{line.descriptor(), POLLIN, 0};
+    poll(&waiting, 1, -1);
+  }
+}
+
+TEST_F(ParameterFolder, TheKeeperTellsWhenAFileHasIt) {
+  exchange::Wakeup line;
+  ParameterKeeper keeper;
+  KeptFile& file = keeper.add(path, line);
+  KeptFile& nowhere = keeper.add(folder + "/nowhere/file", line);
+  EXPECT_TRUE(file.slow());
+  EXPECT_TRUE(file.keep(contents(1)));
+  EXPECT_FALSE(file.keep(contents(2))) << "one at a time";
+  EXPECT_EQ(file.take_result(), std::nullopt);
+  keeper.start();
+  EXPECT_TRUE(result_of(file, line));
+  EXPECT_EQ(read(), contents(1));
+  EXPECT_TRUE(nowhere.keep(contents(3)));
+  EXPECT_FALSE(result_of(nowhere, line));
+  EXPECT_TRUE(file.keep(contents(2)));
+  keeper.stop();
+  EXPECT_EQ(read(), contents(2)) << "what was given before the end is kept";
+  EXPECT_EQ(file.take_result(), true);
 }
 
 }  // namespace

@@ -344,6 +344,7 @@ lines:
   EXPECT_EQ(line.pdo_min_period, 1s);
   EXPECT_EQ(line.executor, "fast");
   EXPECT_EQ(line.storage, kRoot + "var/parameters");
+  EXPECT_TRUE(line.config.stores_parameters);
   ASSERT_EQ(line.simulated.size(), 1U);
   EXPECT_EQ(line.simulated[0].profile, "drive");
   const line::NodeConfig& node = line.config.nodes.at(0);

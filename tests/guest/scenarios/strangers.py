@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """A foreign CANopen stack (npm's `canopen`) as SDO client of a simulated device and of a line's own node, and as
 a device with an SDO server that the line boots and the console reads and writes. What the stranger stores in the
-device is there after it was killed. In the end tshark's CANopen dissector looks at every frame."""
+device, or in that node, is there after it was killed. In the end tshark's CANopen dissector looks at every frame."""
 
 import argparse
 import os
@@ -23,6 +23,7 @@ lines:
     access: all
     heartbeat: 500ms
     reset_nodes: false
+    storage: {storage}
     nodes:
       - {{id: {node}, name: stranger, eds: {eds}}}
 """
@@ -66,7 +67,7 @@ class Mixed:
     def start_gateway(self):
         plant = os.path.join(FOLDER, "mixed.yaml")
         with open(plant, "w", encoding="utf-8") as file:
-            file.write(PLANT.format(node=STRANGER, eds=self.stranger.eds))
+            file.write(PLANT.format(node=STRANGER, eds=self.stranger.eds, storage=self.storage))
         self.gateway = Actor("linegated", self.programs.linegated, plant)
 
     def command(self, *arguments):
@@ -132,11 +133,23 @@ def the_line_has_a_stranger(mixed):
     check("and the stranger reads 1000h of the line's own node", own == u32(0x195))
 
 
+def the_line_stores_for_the_stranger(mixed):
+    upload, download = mixed.stranger.upload, mixed.stranger.download
+    check("it writes 1015h of the line's own node", download(OWN, 0x1015, 0, u16(7)) is None)
+    check("and stores it", download(OWN, 0x1010, 1, SAVE) is None)
+    mixed.gateway.kill()
+    so_far = len(mixed.bus.frames(0x700 + OWN))
+    mixed.start_gateway()
+    eventually("another gateway runs the line", lambda: len(mixed.bus.frames(0x700 + OWN)) > so_far, 30)
+    check("it has the 1015h that was stored", upload(OWN, 0x1015, 0) == u16(7))
+
+
 def scenario():
     mixed = Mixed()
     the_stranger_reads(mixed)
     the_stranger_writes_and_stores(mixed)
     the_line_has_a_stranger(mixed)
+    the_line_stores_for_the_stranger(mixed)
     check("the gateway ends well", mixed.gateway.stop() == 0)
     frames = mixed.bus.frames()
     wrong = malformed_frames(frames)
