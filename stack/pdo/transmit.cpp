@@ -266,8 +266,11 @@ void Engine::Impl::send(std::size_t rank, can::Frame& out, Instant now) {
 
 bool Engine::Impl::wants_to_send(Instant now) const {
   bool wants = asked_count != 0;
-  for_each_bit(pending.words(), [this, now, &wants](std::size_t rank) {
-    wants = wants || !inhibited.test(rank) || tpdos[by_rank[rank]].inhibited_until <= now;
+  const bool closed = window_open && now >= window_end;  // as close_window() will find
+  for_each_bit(pending.words(), [this, now, closed, &wants](std::size_t rank) {
+    const Tpdo& pdo = tpdos[by_rank[rank]];
+    const bool too_late = closed && is_synchronous(pdo.type);
+    wants = wants || (!too_late && (!inhibited.test(rank) || pdo.inhibited_until <= now));
   });
   return wants;
 }
