@@ -18,24 +18,27 @@ std::string Fields::text(std::string_view key) const {
 std::optional<std::uint64_t> Fields::number(std::string_view key, std::uint64_t largest,
                                             Severity severity) const {
   const Entry* entry = find(key);
-  if (entry == nullptr) {
-    return std::nullopt;
-  }
-  const std::string_view content = without_comment(entry->value);
+  return entry == nullptr ? std::nullopt : number_of(*entry, largest, severity);
+}
+
+std::optional<std::uint64_t> Fields::number_of(const Entry& entry, std::uint64_t largest,
+                                               Severity severity) const {
+  const std::string_view content = without_comment(entry.value);
   const Number number = parse_number(content);
   std::string problem = number.problem;
   if (number.ok() && (number.negative || number.magnitude > largest)) {
     problem = quote(content) + " is not in 0 to " + std::to_string(largest);
   }
-  if (problem.empty()) {
-    if (!number.remark.empty()) {
-      report_.warning(entry->value_place, std::string(key) + ": " + number.remark);
-    }
-    return number.magnitude;
+  const std::string key(entry.key);
+  if (!problem.empty()) {
+    report_.add(severity, entry.value_place,
+                key + ": " + problem + (severity == Severity::error ? "" : "; ignored"));
+    return std::nullopt;
   }
-  report_.add(severity, entry->value_place,
-              std::string(key) + ": " + problem + (severity == Severity::error ? "" : "; ignored"));
-  return std::nullopt;
+  if (!number.remark.empty()) {
+    report_.warning(entry.value_place, key + ": " + number.remark);
+  }
+  return number.magnitude;
 }
 
 bool Fields::flag(std::string_view key) const {

@@ -27,6 +27,10 @@ class Fields {
   std::optional<std::uint64_t> number(std::string_view key, std::uint64_t largest,
                                       Severity severity = Severity::warning) const;
 
+  // The same of an entry in hand.
+  std::optional<std::uint64_t> number_of(const Entry& entry, std::uint64_t largest,
+                                         Severity severity = Severity::warning) const;
+
   // 1 is true; 0 and missing are false.
   bool flag(std::string_view key) const;
 

@@ -234,7 +234,7 @@ std::uint32_t read_dummy_usage(const Ini& ini, Report& report) {
     if (!named || error != std::errc() || stop != end || type == 0 || type > 0x1F) {
       report.warning(entry.key_place,
                      "key " + quote(entry.key) + " is not Dummy0001 to Dummy001F; ignored");
-    } else if (fields.flag(entry.key)) {
+    } else if (!entry.value.empty() && fields.number_of(entry, 1).value_or(0) == 1) {
       out |= std::uint32_t{1} << type;
     }
   }

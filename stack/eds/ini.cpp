@@ -130,6 +130,14 @@ const Section* Ini::find(std::string_view name) const {
   return at == by_name_.end() ? nullptr : &sections_[at->second];
 }
 
+bool Ini::add(Section section) {
+  const bool is_new = by_name_.try_emplace(comparable(section.name), sections_.size()).second;
+  if (is_new) {
+    sections_.push_back(std::move(section));
+  }
+  return is_new;
+}
+
 Ini Ini::parse(std::string_view text, Report& report) {
   Ini ini;
   if (!is_text(text, report)) {

@@ -40,6 +40,10 @@ class Ini {
   // neither.
   static Ini parse(std::string_view text, Report& report);
 
+  // A section that was written in another syntax; its texts must outlive the Ini too. False if
+  // there is one of that name, which counts.
+  bool add(Section section);
+
   const std::vector<Section>& sections() const { return sections_; }
   // nullptr if there is no such section.
   const Section* find(std::string_view name) const;

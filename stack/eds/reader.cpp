@@ -38,7 +38,7 @@ class Reader {
     connect_modules(ini_, sheet_, context_);
     add_compact_pdos(ini_, sheet_, context_);
     if (sheet_.device.objects.empty()) {
-      report_.error({}, "no object is described; this is no EDS or DCF");
+      report_.error({}, "no object is described; this describes no device");
     }
     complete_identity();
     sheet_.device.node_id = context_.node_id;

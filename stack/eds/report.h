@@ -1,4 +1,4 @@
-// Where the parts of the reader put what they find; private to stack/eds.
+// Where the parts of a reader put what they find.
 #pragma once
 
 #include <cstddef>

@@ -44,6 +44,19 @@ char32_t next_character(std::string_view text, std::size_t& at, bool& ok) {
   return character;
 }
 
+void append_utf8(std::string& out, char32_t character) {
+  if (character < 0x80) {
+    out += static_cast<char>(character);
+    return;
+  }
+  const unsigned more = character < 0x800 ? 1 : character < 0x1'0000 ? 2 : 3;
+  constexpr unsigned kFirst[] = {0, 0xC0, 0xE0, 0xF0};
+  out += static_cast<char>(kFirst[more] | character >> 6 * more);
+  for (unsigned left = more; left-- != 0;) {
+    out += static_cast<char>(0x80U | (character >> 6 * left & 0x3FU));
+  }
+}
+
 void append_utf16(std::vector<std::byte>& out, char32_t unit) {
   out.push_back(static_cast<std::byte>(unit));
   out.push_back(static_cast<std::byte>(unit >> 8U));
@@ -127,8 +140,7 @@ std::string to_utf8(std::string_view text) {
     if (code < 0x80) {
       out += c;
     } else {
-      out += static_cast<char>(0xC0U | code >> 6U);
-      out += static_cast<char>(0x80U | (code & 0x3FU));
+      append_utf8(out, code);
     }
   }
   return out;
@@ -146,6 +158,27 @@ std::vector<std::byte> to_utf16(std::string_view text) {
       character = 0xDC00 + (character & 0x3FFU);
     }
     append_utf16(out, character);
+  }
+  return out;
+}
+
+std::string from_utf16(std::span<const std::byte> text) {
+  const auto unit = [text](std::size_t at) -> char32_t {
+    return at + 1 < text.size()
+               ? std::to_integer<unsigned>(text[at]) | std::to_integer<unsigned>(text[at + 1]) << 8U
+               : 0U;
+  };
+  const auto is_half = [](char32_t c, char32_t first) { return c >= first && c < first + 0x400; };
+  std::string out;
+  for (std::size_t at = 0; at + 1 < text.size(); at += 2) {
+    const char32_t high = unit(at);
+    const char32_t low = unit(at + 2);
+    if (is_half(high, 0xD800) && is_half(low, 0xDC00)) {
+      append_utf8(out, 0x1'0000 + ((high - 0xD800) << 10U) + (low - 0xDC00));
+      at += 2;
+    } else {
+      append_utf8(out, is_half(high, 0xD800) || is_half(high, 0xDC00) ? U'?' : high);
+    }
   }
   return out;
 }

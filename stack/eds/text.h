@@ -1,9 +1,10 @@
-// Small tools for text of EDS files; private to stack/eds. "Blank" is a space or a control
+// Small tools for text of device files. "Blank" is a space or a control
 // character other than a line end; case is that of ASCII.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,5 +33,7 @@ std::size_t first_not_utf8(std::string_view text);
 std::string to_utf8(std::string_view text);
 // Little-endian UTF-16 of the same.
 std::vector<std::byte> to_utf16(std::string_view text);
+// UTF-8 of little-endian UTF-16; '?' for halves of pairs, and half a character at the end is lost.
+std::string from_utf16(std::span<const std::byte> text);
 
 }  // namespace linegate::eds

@@ -121,6 +121,11 @@ class Dictionary {
   // Variables of first..last with that flag, ascending.
   std::vector<Address> stored(std::uint16_t first, std::uint16_t last) const;
 
+  // All objects as values, with the values they were described with: what an EDS of the device
+  // holds. What has no name gets one made of its index or its object's name; elements of windows
+  // are 0.
+  std::vector<ObjectDescription> describe() const;
+
   // Name and type as described; empty / null if there is no such object or sub-index.
   std::string_view name(Address address) const;
   ObjectType object_type(std::uint16_t index) const;

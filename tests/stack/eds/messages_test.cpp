@@ -27,7 +27,7 @@ TEST(Messages, EmptyFile) {
     EXPECT_THAT(messages(loaded.diagnostics),
                 ElementsAre("x.eds: warning: there is no section [FileInfo]",
                             "x.eds: warning: there is no section [DeviceInfo]",
-                            "x.eds: error: no object is described; this is no EDS or DCF"));
+                            "x.eds: error: no object is described; this describes no device"));
   }
 }
 

@@ -1,0 +1,20 @@
+// The input is a concise DCF (1F22h). Whatever it is: no crash, and what is understood is the same
+// bytes when it is written.
+#include "stack/manager/concise_dcf.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "tests/fuzz/expect.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto input = std::as_bytes(std::span(data, size));
+  const auto writes = linegate::manager::read_concise_dcf(input);
+  if (writes.ok() && !writes->empty()) {
+    const auto again = linegate::manager::write_concise_dcf(*writes);
+    LINEGATE_EXPECT(std::ranges::equal(again, input));
+  }
+  return 0;
+}
