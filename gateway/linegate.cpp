@@ -15,6 +15,7 @@
 #include "bridges/console/monitor.h"
 #include "bridges/dds/library_log.h"
 #include "gateway/check.h"
+#include "gateway/device_file.h"
 #include "gateway/exit_code.h"
 #include "gateway/foreign_text.h"
 #include "gateway/remote_client.h"
@@ -251,6 +252,21 @@ class Program {
     check->add_option("plant", plant_)->required();
     on(check, [this] { return gateway::check(plant_, options_.json); });
 
+    CLI::App* eds = app_.add_subcommand("eds", "print the EDS of a line's own node");
+    eds->add_option("plant", plant_)->required();
+    eds->add_option("line", texts_.line)->required();
+    on(eds, [this] { return print_device_file(plant_, texts_.line, DeviceFileKind::eds); });
+
+    CLI::App* dcf =
+        app_.add_subcommand("dcf", "print the DCF of a node, with all that is written to it");
+    dcf->add_option("plant", plant_)->required();
+    dcf->add_option("node", texts_.node, "LINE:NODE")->required();
+    dcf->add_flag("--concise", concise_, "concise DCF, as 1F22h holds it (binary)");
+    on(dcf, [this] {
+      return print_device_file(plant_, texts_.node,
+                               concise_ ? DeviceFileKind::concise : DeviceFileKind::dcf);
+    });
+
     CLI::App* simulate = app_.add_subcommand("simulate", "put simulated devices on an interface");
     simulate->add_option("interface", simulation_.uri, "e.g. socketcan:vcan0");
     simulate->add_option("--device", simulation_.devices, "PROFILE:NODE, e.g. drive:5; repeatable");
@@ -287,6 +303,7 @@ class Program {
   double duration_ = 0;
   bool once_ = false;
   bool outputs_ = false;
+  bool concise_ = false;
   std::uint64_t count_ = 0;
   std::string plant_;
   SimulateOptions simulation_;

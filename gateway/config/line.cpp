@@ -164,24 +164,37 @@ void read_storage(Section& section, std::string& folder) {
   folder = path.string();
 }
 
+// Tells what of the node clashes with the line or the nodes before it.
+void check_clashes(Findings& findings, const line::LineConfig& config, const line::NodeConfig& node,
+                   Place place) {
+  const auto clash = [&](const std::string& text) { findings.error(place, text); };
+  for (const auto& other : config.nodes) {
+    if (other.id == node.id && node.id != 0) {
+      clash("node-ID " + std::to_string(node.id) + " is that of \"" + other.name + "\" already");
+    }
+    if (other.name == node.name) {
+      clash("another node is called \"" + node.name + "\"");
+    }
+  }
+  if (node.id != 0 && node.id == config.node_id) {
+    clash("node-ID " + std::to_string(node.id) + " is the line's own node_id");
+  }
+}
+
+// `nodes:`, and those of `node_list:` that are not there too.
 void read_nodes(Section& section, line::LineConfig& config) {
-  for (const YAML::Node& element : elements(section.findings(), section.find("nodes"), "nodes")) {
-    line::NodeConfig node = read_node(section.findings(), element);
-    const auto clash = [&](const std::string& text) {
-      section.findings().error(place_of(element), text);
-    };
-    for (const auto& other : config.nodes) {
-      if (other.id == node.id && node.id != 0) {
-        clash("node-ID " + std::to_string(node.id) + " is that of \"" + other.name + "\" already");
-      }
-      if (other.name == node.name) {
-        clash("another node is called \"" + node.name + "\"");
-      }
-    }
-    if (node.id != 0 && node.id == config.node_id) {
-      clash("node-ID " + std::to_string(node.id) + " is the line's own node_id");
-    }
+  Findings& findings = section.findings();
+  for (const YAML::Node& element : elements(findings, section.find("nodes"), "nodes")) {
+    line::NodeConfig node = read_node(findings, element);
+    check_clashes(findings, config, node, place_of(element));
     config.nodes.push_back(std::move(node));
+  }
+  const YAML::Node list = section.find("node_list");
+  for (line::NodeConfig& node : read_node_list(findings, list)) {
+    if (std::ranges::find(config.nodes, node.id, &line::NodeConfig::id) == config.nodes.end()) {
+      check_clashes(findings, config, node, place_of(list));
+      config.nodes.push_back(std::move(node));
+    }
   }
   std::stable_sort(config.nodes.begin(), config.nodes.end(),
                    [](const auto& a, const auto& b) { return a.id < b.id; });

@@ -1,9 +1,6 @@
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include "gateway/config/sections.h"
-#include "stack/eds/reader.h"
 
 namespace linegate::config {
 namespace {
@@ -73,20 +70,11 @@ bool read_device(Section& section, line::NodeConfig& config) {
   }
   const auto path =
       (std::filesystem::path(findings.file()).parent_path() / *text).lexically_normal();
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored)) {
-    findings.error(place_of(node), "there is no file " + path.string());
+  auto device = load_device(findings, path.string(), config.id, place_of(node));
+  if (!device) {
     return false;
   }
-  std::ifstream in(path, std::ios::binary);
-  const std::string content((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  auto loaded = eds::load(content, path.string(), config.id);
-  findings.add(std::move(loaded.diagnostics));
-  if (!loaded.value) {
-    findings.error(place_of(node), "the device file " + path.string() + " has errors");
-    return false;
-  }
-  config.device = std::move(*loaded.value);
+  config.device = *std::move(device);
   return true;
 }
 

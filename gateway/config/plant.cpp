@@ -197,11 +197,14 @@ std::string_view name(Publish::Rule rule) {
   return "period";
 }
 
+bool is_name(const std::string& name) {
+  return !name.empty() && name.size() <= 64 &&
+         std::all_of(name.begin(), name.end(),
+                     [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; });
+}
+
 bool check_name(Findings& findings, const std::string& name, Place place, std::string_view what) {
-  const bool good = !name.empty() && name.size() <= 64 &&
-                    std::all_of(name.begin(), name.end(), [](unsigned char c) {
-                      return std::isalnum(c) != 0 || c == '-' || c == '_';
-                    });
+  const bool good = is_name(name);
   if (!good) {
     findings.error(place, "a " + std::string(what) +
                               " has 1 to 64 letters, digits, '-' and '_', not \"" + name + "\"");

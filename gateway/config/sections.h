@@ -1,6 +1,7 @@
 // The parts of plant.yaml, each read into its value. Internal to this folder.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,15 @@ struct LineSection {
 LineSection read_line(Findings& findings, const YAML::Node& node);
 // One element of `nodes:`, with its device file and everything written to the node.
 line::NodeConfig read_node(Findings& findings, const YAML::Node& node);
+// The nodes of a network of a nodelist.cpj (CiA 306-3), from `node_list:`; none if it is not
+// defined.
+std::vector<line::NodeConfig> read_node_list(Findings& findings, const YAML::Node& node);
+// A device file (EDS, DCF, XDD, XDC), with what it names as DownloadFile. What is wrong in it is
+// told there, and at `place`, which names it.
+std::optional<od::DeviceDescription> load_device(Findings& findings, const std::string& path,
+                                                 std::uint8_t node_id, Place place);
+// The content; nothing if there is no such file.
+std::optional<std::string> read_file(const std::string& path);
 // `objects:` and `pdos:` of a node whose device file has been read.
 void read_objects(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
 void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
@@ -52,7 +62,9 @@ OutputsSection read_outputs(Findings& findings, const YAML::Node& node);
 // Makes the line once to learn its layout; fills groups and defaults of plan.config.
 void resolve_outputs(Findings& findings, const OutputsSection& outputs, LinePlan& plan);
 
-// True for 1 to 64 letters, digits, '-' and '_'; else reports it.
+// 1 to 64 letters, digits, '-' and '_'.
+bool is_name(const std::string& name);
+// The same; reports what is none.
 bool check_name(Findings& findings, const std::string& name, Place place, std::string_view what);
 
 }  // namespace linegate::config

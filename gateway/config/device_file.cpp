@@ -1,0 +1,83 @@
+// Device files that plant.yaml and node lists name.
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <span>
+
+#include "bridges/xdd/xdd.h"
+#include "gateway/config/sections.h"
+#include "stack/eds/reader.h"
+
+namespace linegate::config {
+namespace {
+
+std::string content_of(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+bool is_file(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(path, ignored);
+}
+
+// What a DownloadFile of the device file holds becomes the configured value. False if it cannot.
+bool take_download(od::VariableDescription& variable, const std::filesystem::path& device_file,
+                   Findings& findings) {
+  const auto path = (device_file.parent_path() / variable.notes.download_file).lexically_normal();
+  const auto fail = [&](const std::string& text) {
+    findings.add({{Severity::error, device_file.string(), variable.line, 0, text}});
+    return false;
+  };
+  if (!is_file(path)) {
+    return fail("DownloadFile: there is no file " + path.string());
+  }
+  const std::string content = content_of(path);
+  const unsigned size = od::byte_size(variable.type);
+  if (size != 0 && content.size() != size) {
+    return fail("DownloadFile: " + path.string() + " has " + std::to_string(content.size()) +
+                " bytes, " + std::string(od::name(variable.type)) + " has " + std::to_string(size));
+  }
+  const auto bytes = std::as_bytes(std::span(content));
+  variable.value.assign(bytes.begin(), bytes.end());
+  variable.configured = true;
+  return true;
+}
+
+bool take_downloads(od::DeviceDescription& device, const std::filesystem::path& device_file,
+                    Findings& findings) {
+  bool ok = true;
+  for (od::ObjectDescription& object : device.objects) {
+    for (od::VariableDescription& variable : object.variables) {
+      if (!variable.notes.download_file.empty() && !variable.configured) {
+        ok = take_download(variable, device_file, findings) && ok;
+      }
+    }
+  }
+  return ok;
+}
+
+}  // namespace
+
+std::optional<std::string> read_file(const std::string& path) {
+  return is_file(path) ? std::optional(content_of(path)) : std::nullopt;
+}
+
+std::optional<od::DeviceDescription> load_device(Findings& findings, const std::string& path,
+                                                 std::uint8_t node_id, Place place) {
+  const auto content = read_file(path);
+  if (!content) {
+    findings.error(place, "there is no file " + path);
+    return std::nullopt;
+  }
+  auto loaded =
+      xdd::is_xdd(path) ? xdd::read(*content, path, node_id) : eds::read(*content, path, node_id);
+  findings.add(std::move(loaded.diagnostics));
+  if (!loaded.value || !take_downloads(loaded.value->device, path, findings)) {
+    findings.error(place, "the device file " + path + " has errors");
+    return std::nullopt;
+  }
+  return std::move(loaded.value->device);
+}
+
+}  // namespace linegate::config
