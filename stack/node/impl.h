@@ -18,6 +18,7 @@
 #include "stack/nmt/slave.h"
 #include "stack/node/communication_faults.h"
 #include "stack/node/node.h"
+#include "stack/node/sdo_clients.h"
 #include "stack/node/sdo_servers.h"
 #include "stack/pdo/engine.h"
 #include "stack/storage/storage.h"
@@ -56,6 +57,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   void take_sync(const can::Frame& frame);
   void take_time(const can::Frame& frame);
   void take_sdo(std::uint16_t index, const can::Frame& frame);
+  void take_sdo_answer(std::uint16_t index, const can::Frame& frame);
   void take_error_control(std::uint16_t index, const can::Frame& frame);
   void take_own_id(const can::Frame& frame);
   void take_emergency(std::uint16_t index, const can::Frame& frame);
@@ -120,6 +122,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   emcy::Consumer emergencies;
   emcy::ConsumerObject emergency_cob_ids;
   SdoServers sdo;
+  SdoClients sdo_clients;
   pdo::Engine pdos;
   storage::Storage storage;
 

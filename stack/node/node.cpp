@@ -97,6 +97,9 @@ pdo::Engine& Node::pdos() {
 emcy::Producer& Node::emcy() {
   return impl_->emcy;
 }
+SdoClients& Node::sdo_clients() {
+  return impl_->sdo_clients;
+}
 time::Service& Node::clock() {
   return impl_->clock;
 }

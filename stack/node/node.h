@@ -34,10 +34,13 @@ struct TimeOfDay;
 
 namespace linegate::node {
 
+class SdoClients;
+
 // Gets the frames of services the node does not serve itself (sdo_client, error_control, emcy,
 // sdo_server of other nodes, lss), registered with dispatch() by whoever serves them, and
-// hears of SYNC. The node's own targets have an index of 100h and more for error_control and emcy
-// (its consumers by 1016h and 1028h), and below 80h for sdo_server: other indices are free.
+// hears of SYNC. The node's own targets have an index of 100h and more for error_control, emcy
+// (its consumers by 1016h and 1028h) and sdo_client (its clients by 1280h), and below 80h for
+// sdo_server: other indices are free.
 class Companion {
  public:
   virtual ~Companion() = default;
@@ -140,6 +143,8 @@ class Node {
   od::Dictionary& dictionary();
   pdo::Engine& pdos();
   emcy::Producer& emcy();
+  // The clients of 1280h to 12FFh. Their frames go into transmit().
+  SdoClients& sdo_clients();
   time::Service& clock();
   can::Dispatch& dispatch();
   can::TransmitQueue& transmit();

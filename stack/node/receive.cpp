@@ -89,11 +89,13 @@ void Node::Impl::serve(can::Service service, std::uint16_t index, const can::Fra
     case can::Service::none:
       ++counters.unused;  // data frames on a TPDO of this node are somebody else's mistake
       return;
+    case can::Service::sdo_client:
+      take_sdo_answer(index, frame);
+      return;
     case can::Service::time:
       take_time(frame);
       return;
     case can::Service::rpdo:
-    case can::Service::sdo_client:
     case can::Service::lss:
       hand_to_companion({service, index, 0}, frame);
       return;
@@ -151,6 +153,18 @@ void Node::Impl::take_sync(const can::Frame& frame) {
   }
   if (reception.is_sync) {
     synced(reception.counter, frame.time);
+  }
+}
+
+void Node::Impl::take_sdo_answer(std::uint16_t index, const can::Frame& frame) {
+  if ((index & SdoClients::kMark) == 0) {
+    hand_to_companion({can::Service::sdo_client, index, 0}, frame);
+    return;
+  }
+  if (serves(can::Service::sdo_client)) {
+    const std::uint64_t before = sdo_clients.malformed();
+    sdo_clients.receive(index, frame, transmit);
+    counters.malformed += sdo_clients.malformed() - before;
   }
 }
 

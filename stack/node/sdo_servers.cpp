@@ -10,29 +10,45 @@ namespace {
 
 constexpr std::uint8_t kRequestSub = 1;
 constexpr std::uint8_t kResponseSub = 2;
+constexpr std::uint8_t kClientSub = 3;
 
 }  // namespace
 
 SdoServers::SdoServers(od::Dictionary& dictionary, can::Dispatch& dispatch, EventLog& events,
                        std::uint8_t node_id)
-    : dictionary_(dictionary), dispatch_(dispatch), node_id_(node_id) {
+    : dictionary_(dictionary), dispatch_(dispatch), events_(events), node_id_(node_id) {
+  find_objects();
+}
+
+void SdoServers::find_objects() {
   for (std::uint16_t number = 0; number < kSdoServers; ++number) {
     const auto index = static_cast<std::uint16_t>(kSdoServerObject + number);
-    if (number != 0 && !dictionary.has_object(index)) {
+    if (number != 0 && !dictionary_.has_object(index)) {
       continue;
     }
-    (void)dictionary.set_hook(index, this).ok();
-    entries_.push_back(
-        {number, can::CobId{},
-         std::make_unique<sdo::Server>(dictionary, can::CobId{}, can::CobId{}, events)});
+    (void)dictionary_.set_hook(index, this).ok();
+    const auto place = std::ranges::lower_bound(entries_, number, {}, &Entry::number);
+    if (place == entries_.end() || place->number != number) {
+      entries_.insert(place, Entry{number, can::CobId{},
+                                   std::make_unique<sdo::Server>(dictionary_, can::CobId{},
+                                                                 can::CobId{}, events_)});
+    }
   }
 }
 
 void SdoServers::configure() {
+  find_objects();
+  show_default_server();
   changed_ = false;
   for (Entry& entry : entries_) {
     entry.server->reset();
     configure(entry);
+  }
+}
+
+void SdoServers::show_default_server() {
+  for (const std::uint8_t sub : {kRequestSub, kResponseSub}) {
+    (void)dictionary_.set({kSdoServerObject, sub}, cob_id(0, sub).raw);
   }
 }
 
@@ -67,8 +83,10 @@ void SdoServers::settle() {
 
 void SdoServers::advance(Instant now, can::TransmitQueue& queue) {
   settle();
-  for (Entry& entry : entries_) {
-    entry.server->advance(now, queue);
+  // The first one takes what room there is in the queue: it is another one each time.
+  first_ = first_ + 1 < entries_.size() ? first_ + 1 : 0;
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    entries_[(first_ + i) % entries_.size()].server->advance(now, queue);
   }
 }
 
@@ -89,6 +107,12 @@ std::uint64_t SdoServers::malformed() const {
 }
 
 AbortCode SdoServers::check_write(od::Address address, std::span<const std::byte> value) {
+  if (address.index == kSdoServerObject) {
+    return AbortCode::read_only;
+  }
+  if (address.sub == kClientSub) {
+    return load_le(value) > can::kMaxNodeId ? AbortCode::invalid_value : AbortCode::none;
+  }
   if (address.sub != kRequestSub && address.sub != kResponseSub) {
     return AbortCode::none;
   }

@@ -1,7 +1,9 @@
 // The SDO servers of a node: the default one on 600h and 580h + node-ID, and one more for each of
 // the objects 1201h to 127Fh that the dictionary has (CiA 301, 7.5.2.33).
-//   sub 1  U32  COB-ID client to server, bit 31 = not valid
-//   sub 2  U32  COB-ID server to client, bit 31 = not valid
+//   sub 1  U32  COB-ID client to server, bit 31 = not valid, bit 30 = assigned dynamically
+//   sub 2  U32  COB-ID server to client, likewise
+//   sub 3  U8   node-ID of the client
+// Those of 1200h are what the node-ID gives, and cannot be written.
 #pragma once
 
 #include <cstddef>
@@ -31,7 +33,7 @@ class SdoServers final : public od::Hook {
   SdoServers(od::Dictionary& dictionary, can::Dispatch& dispatch, EventLog& events,
              std::uint8_t node_id);
 
-  // Drops all transfers and reads the COB-IDs anew.
+  // Drops all transfers and reads the COB-IDs anew, those of objects added since too.
   void configure();
   // Drops all transfers.
   void reset();
@@ -45,7 +47,8 @@ class SdoServers final : public od::Hook {
   // Frames that were no SDO frames.
   std::uint64_t malformed() const;
 
-  // invalid_value as for other COB-IDs, see can/cob_id_rule.h.
+  // read_only for 1200h; invalid_value as for other COB-IDs, see can/cob_id_rule.h, and for a
+  // node-ID above 127.
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
   void written(od::Address address) override;
 
@@ -57,13 +60,17 @@ class SdoServers final : public od::Hook {
   };
 
   void configure(Entry& entry);
+  void find_objects();
+  void show_default_server();
   can::CobId cob_id(std::uint16_t number, std::uint8_t sub) const;
 
   od::Dictionary& dictionary_;
   can::Dispatch& dispatch_;
+  EventLog& events_;
   std::uint8_t node_id_;
   std::vector<Entry> entries_;  // ascending by number, the default server first
   bool changed_ = false;
+  std::size_t first_ = 0;  // in advance()
 };
 
 }  // namespace linegate::node

@@ -35,6 +35,7 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
       emergencies(dispatch, events, kOwnMark),
       emergency_cob_ids(dictionary, emergencies),
       sdo(dictionary, dispatch, events, own_options.node_id),
+      sdo_clients(dictionary, dispatch, events),
       pdos(dictionary, dispatch, events, image),
       storage(dictionary, own_options.node_id) {
   const std::pair<std::uint16_t, od::Hook*> hooks[] = {
@@ -141,6 +142,7 @@ void Node::Impl::boot(Instant time) {
   emergency_cob_ids.configure();
   heartbeat_times.configure(true);
   sdo.configure();
+  sdo_clients.configure();
   (void)pdos.configure();  // pdo_unusable() tells what it finds
   guarding.configure();
   heartbeat.boot_up(time);
@@ -169,6 +171,7 @@ void Node::Impl::state_changed(nmt::State before, Instant time) {
   clock.set_active(serves(can::Service::time));
   if (!serves(can::Service::sdo_server)) {
     sdo.reset();
+    sdo_clients.reset();
   }
   pdos.set_operational(state == nmt::State::operational, time);
   settle(time);
@@ -200,6 +203,7 @@ void Node::Impl::advance(Instant time) {
   clock.advance(time);
   pdos.advance(time);
   sdo.advance(time, transmit);
+  sdo_clients.advance(time, transmit);
   emcy.advance(time);
   heartbeat.advance(time);
 }
@@ -216,7 +220,7 @@ Instant Node::Impl::next_wake() const {
   next = earlier(next, sync.next_wake());
   next = earlier(next, clock.next_wake());
   next = earlier(next, emcy.next_wake());
-  next = earlier(next, sdo.next_wake());
+  next = earlier(next, earlier(sdo.next_wake(), sdo_clients.next_wake()));
   return earlier(next, pdos.next_wake());
 }
 
@@ -226,6 +230,7 @@ void Node::Impl::settle(Instant time) {
   clock.settle(time);
   heartbeat.settle(time);
   sdo.settle();
+  sdo_clients.settle();
 }
 
 }  // namespace linegate::node

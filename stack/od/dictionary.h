@@ -26,6 +26,8 @@
 
 namespace linegate::od {
 
+class ByteSink;
+class ByteSource;
 class Deferrals;
 class ObjectTable;
 
@@ -142,6 +144,13 @@ class Dictionary {
   // or value_too_low (max_less_than_min if the limits leave nothing), then the hook.
   AbortCode check(Address address, std::span<const std::byte> value) const;
   AbortCode write(Address address, std::span<const std::byte> value);
+
+  // Whether open_source() or open_sink() may give something.
+  bool streams(Address address) const;
+  // What the hook of a DOMAIN gives for transfers piece by piece; nullptr if it, or another object,
+  // has its bytes in the dictionary, or is none. Rights are not looked at.
+  Result<ByteSource*> open_source(Address address) const;
+  Result<ByteSink*> open_sink(Address address, std::optional<std::uint32_t> size) const;
 
   // All of them or none: everything is checked as check() does, against the values that are there,
   // before the first value is stored, and all are stored before the first hook is told. Gives why

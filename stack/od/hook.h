@@ -4,14 +4,18 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "stack/base/abort_code.h"
+#include "stack/base/result.h"
 #include "stack/od/description.h"
 
 namespace linegate::od {
 
 struct Variable;
+class ByteSink;
+class ByteSource;
 
 // An access that waits for the answer of a hook; 0 is none.
 using Ticket = std::uint32_t;
@@ -42,6 +46,14 @@ class Hook {
   // The value came in an RPDO, whether it is a new one or not. Only for hooks that were added with
   // Watch::rpdos.
   virtual void came_by_rpdo(Address address);
+
+  // For a DOMAIN, whose bytes may be elsewhere than in the dictionary: where to read or write them
+  // piece by piece (see stream.h), nullptr for the dictionary's own, or why not. size: bytes that
+  // will come, if told. What they give must live until its last call, and is not asked for again
+  // before, unless another SDO server begins a transfer of its own. The dictionary should have no
+  // value for such an object: its read() and write() know nothing of the stream.
+  virtual Result<ByteSource*> open_source(Address address);
+  virtual Result<ByteSink*> open_sink(Address address, std::optional<std::uint32_t> size);
 
   // After kLater: the access waits, and ticket stands for it.
   virtual void put_off(Address address, Ticket ticket);

@@ -79,6 +79,23 @@ void HookChain::came_by_rpdo(Address address) {
   }
 }
 
+template <class Stream, class Open>
+Result<Stream*> HookChain::first_stream(Open open) {
+  Result<Stream*> found = first_ == nullptr ? nullptr : open(*first_);
+  for (std::size_t i = 0; i < others_.size() && found.ok() && *found == nullptr; ++i) {
+    found = open(*others_[i].hook);
+  }
+  return found;
+}
+
+Result<ByteSource*> HookChain::open_source(Address address) {
+  return first_stream<ByteSource>([&](Hook& hook) { return hook.open_source(address); });
+}
+
+Result<ByteSink*> HookChain::open_sink(Address address, std::optional<std::uint32_t> size) {
+  return first_stream<ByteSink>([&](Hook& hook) { return hook.open_sink(address, size); });
+}
+
 bool HookChain::watches_rpdos() const {
   return std::ranges::find(others_, Watch::rpdos, &Other::watch) != others_.end();
 }

@@ -26,6 +26,9 @@ class HookChain final : public Hook {
   AbortCode check_write(Address address, std::span<const std::byte> value) override;
   void written(Address address) override;
   void came_by_rpdo(Address address) override;
+  // The first stream that one of them gives, or its refusal.
+  Result<ByteSource*> open_source(Address address) override;
+  Result<ByteSink*> open_sink(Address address, std::optional<std::uint32_t> size) override;
 
   // Who answered kLater in the last access.
   Hook* deferring() const { return deferring_; }
@@ -38,6 +41,8 @@ class HookChain final : public Hook {
 
   template <class Ask>
   AbortCode ask_all(Ask ask);
+  template <class Stream, class Open>
+  Result<Stream*> first_stream(Open open);
 
   Hook* first_;
   std::vector<Other> others_;

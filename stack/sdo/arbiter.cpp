@@ -142,7 +142,11 @@ void Arbiter::serve(Channel& channel, Instant now) {
   }
   Request next;
   if (!channel.current && channel.queue.pop(next)) {
-    if (next.write) {
+    if (next.write && next.source != nullptr) {
+      channel.client.write(next.address, *next.source, next.timeout, now, transmit_, next.options);
+    } else if (!next.write && next.sink != nullptr) {
+      channel.client.read(next.address, *next.sink, next.timeout, now, transmit_, next.options);
+    } else if (next.write) {
       channel.client.write(next.address, std::move(next.data), next.timeout, now, transmit_,
                            next.options);
     } else {

@@ -29,7 +29,7 @@ std::uint64_t BlockSender::next_segment(Source& source) {
   const std::size_t position = begin_ + sent_ * kSegmentSize;
   const auto bytes = std::span(segment).subspan(1);
   last_size_ = static_cast<std::uint8_t>(source.next(bytes));
-  last_sent_ = source.remaining() == 0;
+  last_sent_ = source.at_end();
   ++sent_;
   segment[0] = std::byte{block_segment_byte(sent_, last_sent_)};
   if (position >= summed_) {  // what is repeated counts once
@@ -53,6 +53,7 @@ AbortCode BlockSender::acknowledge(std::uint8_t ackseq, std::uint8_t next_block_
   }
   begin_ += ackseq * kSegmentSize;
   source.rewind(begin_);
+  source.release();
   block_size_ = next_block_size;
   sent_ = 0;
   last_sent_ = false;

@@ -1,5 +1,6 @@
 #include "stack/sdo/client.h"
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <utility>
@@ -13,14 +14,27 @@ Client::Client(can::CobId request) : outbox_(request) {
 
 void Client::read(od::Address address, Duration timeout, Instant now, can::TransmitQueue& queue,
                   TransferOptions options) {
-  begin(address, false, timeout, options);
+  begin(address, false, nullptr, timeout, options);
+  start(now, queue);
+}
+
+void Client::read(od::Address address, od::ByteSink& sink, Duration timeout, Instant now,
+                  can::TransmitQueue& queue, TransferOptions options) {
+  begin(address, false, &sink, timeout, options);
   start(now, queue);
 }
 
 void Client::write(od::Address address, std::vector<std::byte> data, Duration timeout, Instant now,
                    can::TransmitQueue& queue, TransferOptions options) {
-  begin(address, true, timeout, options);
+  begin(address, true, nullptr, timeout, options);
   source_.start(std::move(data));
+  start(now, queue);
+}
+
+void Client::write(od::Address address, od::ByteSource& source, Duration timeout, Instant now,
+                   can::TransmitQueue& queue, TransferOptions options) {
+  begin(address, true, nullptr, timeout, options);
+  source_.start(source);
   start(now, queue);
 }
 
@@ -75,13 +89,26 @@ void Client::abort(AbortCode code, Instant now, can::TransmitQueue& queue) {
   }
 }
 
+void Client::configure(can::CobId request) {
+  if (busy()) {
+    finish(AbortCode::sdo_connection);
+  }
+  outbox_.clear();
+  outbox_.set_cob_id(request);
+  strays_expected_ = 0;
+  blocks_refused_ = false;
+  late_ = {};
+}
+
 std::optional<Outcome> Client::take() {
   return std::exchange(outcome_, std::nullopt);
 }
 
-void Client::begin(od::Address address, bool write, Duration timeout, TransferOptions options) {
+void Client::begin(od::Address address, bool write, od::ByteSink* into, Duration timeout,
+                   TransferOptions options) {
   address_ = address;
   writing_ = write;
+  into_ = into;
   timeout_ = timeout;
   options_ = options;
   outcome_.reset();
@@ -91,8 +118,9 @@ void Client::start(Instant now, can::TransmitQueue& queue) {
   toggle_ = false;
   tried_block_ = false;
   told_size_.reset();
-  const bool block =
-      options_.transfer == Transfer::block || (writing_ && worth_a_block(source_.size()));
+  const bool block = options_.transfer == Transfer::block ||
+                     (writing_ && worth_a_block(source_.size())) ||
+                     (into_ != nullptr && worth_a_block(std::nullopt));
   block ? initiate_block(now, queue) : initiate(now, queue);
 }
 
@@ -103,14 +131,20 @@ void Client::initiate(Instant now, can::TransmitQueue& queue) {
             initiate_word(command_byte(ClientCommand::upload_initiate), address_), now, queue);
     return;
   }
-  const std::size_t size = source_.size();
-  std::uint8_t command = command_byte(ClientCommand::download_initiate, kSizeIndicated);
-  auto value = static_cast<std::uint32_t>(size);
-  if (size >= 1 && size <= kExpeditedSize) {
+  const std::optional<std::uint32_t> size = source_.size();
+  std::uint8_t command =
+      command_byte(ClientCommand::download_initiate, size ? unsigned{kSizeIndicated} : 0U);
+  std::uint32_t value = size.value_or(0);
+  if (size && *size >= 1 && *size <= kExpeditedSize) {
     std::array<std::byte, kExpeditedSize> bytes;
-    source_.next(bytes);
-    command = expedited_byte(ClientCommand::download_initiate, size);
+    source_.next(std::span(bytes).first(*size));
+    std::ranges::fill(std::span(bytes).subspan(*size), std::byte{0});
+    command = expedited_byte(ClientCommand::download_initiate, *size);
     value = load_le<std::uint32_t>(bytes.data());
+  }
+  if (source_.error() != AbortCode::none) {
+    finish(source_.error());
+    return;
   }
   request(State::download_initiate, initiate_word(command, address_, value), now, queue);
 }
@@ -127,12 +161,16 @@ void Client::request_upload_segment(Instant now, can::TransmitQueue& queue) {
           queue);
 }
 
-void Client::send_download_segment(Instant now, can::TransmitQueue& queue) {
+AbortCode Client::send_download_segment(Instant now, can::TransmitQueue& queue) {
   Payload segment;
   const std::size_t size = source_.next(std::span(segment).subspan(1));
-  segment[0] = std::byte{
-      segment_byte(ClientCommand::download_segment, toggle_, size, source_.remaining() == 0)};
-  request(State::download_segment, load_le<std::uint64_t>(segment.data()), now, queue);
+  source_.release();
+  if (source_.error() == AbortCode::none) {
+    segment[0] =
+        std::byte{segment_byte(ClientCommand::download_segment, toggle_, size, source_.at_end())};
+    request(State::download_segment, load_le<std::uint64_t>(segment.data()), now, queue);
+  }
+  return source_.error();
 }
 
 bool Client::take_stray(std::uint64_t word, Instant now) {
@@ -186,11 +224,10 @@ Receipt Client::initiate_answered(std::uint64_t word, Instant now, can::Transmit
 }
 
 AbortCode Client::download_initiated(Instant now, can::TransmitQueue& queue) {
-  if (source_.remaining() > 0 || source_.size() == 0) {
-    send_download_segment(now, queue);
-  } else {
-    finish(AbortCode::none);
+  if (!source_.at_end() || source_.size() == 0U) {
+    return send_download_segment(now, queue);
   }
+  finish(AbortCode::none);
   return AbortCode::none;
 }
 
@@ -199,10 +236,9 @@ AbortCode Client::upload_initiated(std::uint64_t word, Instant now, can::Transmi
   if ((command & kExpedited) != 0) {
     std::array<std::byte, kExpeditedSize> bytes;
     store_le(bytes.data(), long_word(word));
-    sink_.start(std::nullopt, kExpeditedSize, AbortCode::none);
+    start_sink(std::nullopt);
     sink_.append(std::span(bytes).first(expedited_size(command)));
-    finish(AbortCode::none);
-    return AbortCode::none;
+    return finish_upload();
   }
   std::optional<std::uint32_t> announced;
   if ((command & kSizeIndicated) != 0) {
@@ -222,6 +258,10 @@ AbortCode Client::upload_initiated(std::uint64_t word, Instant now, can::Transmi
 }
 
 AbortCode Client::start_sink(std::optional<std::uint32_t> announced) {
+  if (into_ != nullptr) {
+    sink_.start(announced, *into_);
+    return AbortCode::none;
+  }
   if (announced && *announced > kMaxUpload) {
     return AbortCode::out_of_memory;
   }
@@ -260,19 +300,22 @@ AbortCode Client::upload_segment_came(std::uint64_t word, Instant now, can::Tran
     request_upload_segment(now, queue);
     return AbortCode::none;
   }
-  const AbortCode complete = sink_.finish();
-  if (complete == AbortCode::none) {
+  return finish_upload();
+}
+
+AbortCode Client::finish_upload() {
+  const AbortCode why = sink_.finish();
+  if (why == AbortCode::none) {
     finish(AbortCode::none);
   }
-  return complete;
+  return why;
 }
 
 AbortCode Client::download_segment_taken(Instant now, can::TransmitQueue& queue) {
-  if (source_.remaining() > 0) {
-    send_download_segment(now, queue);
-  } else {
-    finish(AbortCode::none);
+  if (!source_.at_end()) {
+    return send_download_segment(now, queue);
   }
+  finish(AbortCode::none);
   return AbortCode::none;
 }
 
@@ -310,18 +353,23 @@ void Client::give_up(AbortCode code, Instant now, can::TransmitQueue& queue) {
 void Client::finish_or_repeat(AbortCode code, Instant now, can::TransmitQueue& queue) {
   const bool frame_lost = code == AbortCode::timeout || code == AbortCode::toggle_bit ||
                           code == AbortCode::sequence_number || code == AbortCode::crc;
-  if (!frame_lost || options_.repeats == 0) {
+  if (!frame_lost || options_.repeats == 0 || !restart_streams()) {
     finish(code);
     return;
   }
   --options_.repeats;
   block_wake_ = kNever;
-  source_.rewind(0);
   start(now, queue);
+}
+
+bool Client::restart_streams() {
+  return writing_ ? source_.restart() : into_ == nullptr || into_->rewind();
 }
 
 void Client::finish(AbortCode code) {
   Outcome outcome{.abort = code, .data = {}};
+  source_.close(code);
+  sink_.cancel(code);
   if (code == AbortCode::none && !writing_) {
     outcome.data = sink_.take();
   }

@@ -39,7 +39,8 @@ struct TransferOptions {
 struct Outcome {
   AbortCode abort = AbortCode::none;  // none: it went well. The server's code, or the one this
                                       // client aborted with
-  std::vector<std::byte> data{};      // what an upload brought; empty after a download or abort
+  std::vector<std::byte> data{};  // what an upload brought; empty after a download or abort, and
+                                  // of an upload into a stream
 };
 
 // What a frame with the response identifier was.
@@ -53,7 +54,7 @@ enum class Receipt : std::uint8_t {
 
 class Client {
  public:
-  // Uploads with more bytes are aborted with 0504 0005h.
+  // Uploads with more bytes are aborted with 0504 0005h, but for those into a stream.
   static constexpr std::size_t kMaxUpload = std::size_t{16} * 1024 * 1024;
   static constexpr std::size_t kBlockFrom = 128;        // bytes, see Transfer::automatic
   static constexpr std::uint8_t kSwitchThreshold = 21;  // pst of a read in blocks, bytes
@@ -67,6 +68,14 @@ class Client {
   void read(od::Address address, Duration timeout, Instant now, can::TransmitQueue& queue,
             TransferOptions options = {});
   void write(od::Address address, std::vector<std::byte> data, Duration timeout, Instant now,
+             can::TransmitQueue& queue, TransferOptions options = {});
+
+  // The same with the bytes in a stream, which is asked for them, or gets them, piece by piece; it
+  // must live until the transfer has ended. Transfer::automatic means blocks, but for a stream that
+  // says it has few bytes. A transfer is repeated only if the stream can begin again.
+  void read(od::Address address, od::ByteSink& sink, Duration timeout, Instant now,
+            can::TransmitQueue& queue, TransferOptions options = {});
+  void write(od::Address address, od::ByteSource& source, Duration timeout, Instant now,
              can::TransmitQueue& queue, TransferOptions options = {});
 
   // A frame with the response identifier; frame.time is now.
@@ -86,6 +95,10 @@ class Client {
   // Ends the transfer with an abort to the server, and does not repeat it. No effect if there is
   // none.
   void abort(AbortCode code, Instant now, can::TransmitQueue& queue);
+
+  // Another identifier for the requests. A transfer under way ends with sdo_connection, without a
+  // word to the server.
+  void configure(can::CobId request);
 
   // One answer more that belongs to somebody or something else may come: the next one that does not
   // fit is then a stray instead of an error. So it is by itself after a time-out or abort(), when
@@ -115,17 +128,20 @@ class Client {
     block_upload_end,  // waiting for the end request
   };
 
-  void begin(od::Address address, bool write, Duration timeout, TransferOptions options);
+  void begin(od::Address address, bool write, od::ByteSink* into, Duration timeout,
+             TransferOptions options);
   void start(Instant now, can::TransmitQueue& queue);
   void initiate(Instant now, can::TransmitQueue& queue);
   void request(State state, std::uint64_t word, Instant now, can::TransmitQueue& queue);
   void request_upload_segment(Instant now, can::TransmitQueue& queue);
-  void send_download_segment(Instant now, can::TransmitQueue& queue);
+  AbortCode send_download_segment(Instant now, can::TransmitQueue& queue);
 
   Receipt initiate_answered(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   AbortCode upload_initiated(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   AbortCode download_initiated(Instant now, can::TransmitQueue& queue);
   AbortCode start_sink(std::optional<std::uint32_t> announced);
+  AbortCode finish_upload();
+  bool restart_streams();
   AbortCode answered(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   AbortCode segment_answered(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   AbortCode upload_segment_came(std::uint64_t word, Instant now, can::TransmitQueue& queue);
@@ -142,7 +158,7 @@ class Client {
   // --- client_block.cpp
   // ---------------------------------------------------------------------------
   bool in_block() const { return state_ >= State::block_download_initiate; }
-  bool worth_a_block(std::size_t size) const;
+  bool worth_a_block(std::optional<std::uint32_t> size) const;
   void initiate_block(Instant now, can::TransmitQueue& queue);
   bool fits_block_initiate(std::uint8_t command) const;
   AbortCode block_initiated(std::uint64_t word, Instant now, can::TransmitQueue& queue);
@@ -153,7 +169,7 @@ class Client {
   AbortCode block_segment_came(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   AbortCode block_upload_ended(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   void acknowledge_block(Instant now, can::TransmitQueue& queue);
-  void send_segments(Instant now, can::TransmitQueue& queue);
+  AbortCode send_segments(Instant now, can::TransmitQueue& queue);
   void advance_block(Instant now, can::TransmitQueue& queue);
   Duration stall() const { return timeout_ * 2 / 5; }
 
@@ -162,6 +178,7 @@ class Client {
   unsigned strays_expected_ = 0;
   od::Address address_;
   bool writing_ = false;
+  od::ByteSink* into_ = nullptr;  // of an upload into a stream
   Duration timeout_{};
   TransferOptions options_;
   Instant deadline_ = kNever;

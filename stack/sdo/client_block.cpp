@@ -10,17 +10,20 @@ std::uint8_t byte_of(std::uint64_t word, unsigned number) {
 
 }  // namespace
 
-bool Client::worth_a_block(std::size_t size) const {
-  return options_.transfer == Transfer::automatic && size >= kBlockFrom && !blocks_refused_;
+// A value of unknown size is taken for a long one.
+bool Client::worth_a_block(std::optional<std::uint32_t> size) const {
+  return options_.transfer == Transfer::automatic && size.value_or(kBlockFrom) >= kBlockFrom &&
+         !blocks_refused_;
 }
 
 void Client::initiate_block(Instant now, can::TransmitQueue& queue) {
   tried_block_ = true;
   if (writing_) {
-    request(State::block_download_initiate,
-            initiate_word(kBlockSend | kBlockCrc | kBlockSize, address_,
-                          static_cast<std::uint32_t>(source_.size())),
-            now, queue);
+    const std::optional<std::uint32_t> size = source_.size();
+    const auto command =
+        static_cast<std::uint8_t>(kBlockSend | kBlockCrc | (size ? kBlockSize : 0));
+    request(State::block_download_initiate, initiate_word(command, address_, size.value_or(0)), now,
+            queue);
     return;
   }
   const unsigned threshold = told_size_ ? 0U : kSwitchThreshold;
@@ -58,8 +61,7 @@ AbortCode Client::block_initiated(std::uint64_t word, Instant now, can::Transmit
     }
     sender_.start(block_size, crc);
     state_ = State::block_download;
-    send_segments(now, queue);
-    return AbortCode::none;
+    return send_segments(now, queue);
   }
   std::optional<std::uint32_t> announced;
   if ((word & kBlockSize) != 0) {
@@ -115,12 +117,11 @@ AbortCode Client::block_acknowledged(std::uint64_t word, Instant now, can::Trans
   if (why != AbortCode::none) {
     return why;
   }
-  if (sender_.complete()) {
-    request(State::block_download_end, sender_.end_request(), now, queue);
-    block_wake_ = kNever;
-  } else {
-    send_segments(now, queue);
+  if (!sender_.complete()) {
+    return send_segments(now, queue);
   }
+  request(State::block_download_end, sender_.end_request(), now, queue);
+  block_wake_ = kNever;
   return AbortCode::none;
 }
 
@@ -146,25 +147,31 @@ void Client::acknowledge_block(Instant now, can::TransmitQueue& queue) {
 AbortCode Client::block_upload_ended(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
   AbortCode why = receiver_.finish(word, sink_);
   if (why == AbortCode::none) {
-    why = sink_.finish();
+    why = finish_upload();
   }
   if (why == AbortCode::none) {
     outbox_.send(kBlockTakeEnd, now, queue);
-    finish(AbortCode::none);
   }
   return why;
 }
 
-void Client::send_segments(Instant now, can::TransmitQueue& queue) {
+AbortCode Client::send_segments(Instant now, can::TransmitQueue& queue) {
   while (sender_.sending() && outbox_.has_room_for_many(queue)) {
-    request(State::block_download, sender_.next_segment(source_), now, queue);
+    const std::uint64_t segment = sender_.next_segment(source_);
+    if (source_.error() != AbortCode::none) {
+      return source_.error();
+    }
+    request(State::block_download, segment, now, queue);
   }
   block_wake_ = sender_.sending() ? now + Outbox::kRetry : kNever;
+  return AbortCode::none;
 }
 
 void Client::advance_block(Instant now, can::TransmitQueue& queue) {
   if (state_ == State::block_download) {
-    send_segments(now, queue);
+    if (const AbortCode why = send_segments(now, queue); why != AbortCode::none) {
+      give_up(why, now, queue);
+    }
   } else if (state_ == State::block_upload && receiver_.may_acknowledge()) {
     acknowledge_block(now, queue);
   } else {

@@ -23,7 +23,9 @@ struct Request {
   std::uint8_t node = 0;    // 1..127
   od::Address address{};
   bool write = false;
-  std::vector<std::byte> data{};                      // to be written
+  std::vector<std::byte> data{};     // to be written
+  od::ByteSource* source = nullptr;  // instead of data; must live until the Completion
+  od::ByteSink* sink = nullptr;      // takes what is read, instead of Completion::data; likewise
   Duration timeout = std::chrono::milliseconds(500);  // for each answer of the server, positive
   Priority priority = Priority::command;
   TransferOptions options{};

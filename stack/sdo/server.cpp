@@ -119,10 +119,7 @@ void Server::advance(Instant now, can::TransmitQueue& queue) {
 }
 
 Instant Server::next_wake() const {
-  if (state_ == State::idle) [[likely]] {
-    return outbox_.next_wake();
-  }
-  if (answered()) {
+  if (answered()) [[unlikely]] {
     return Instant{};  // at once
   }
   return earlier(earlier(deadline_, block_wake_), outbox_.next_wake());
@@ -168,13 +165,42 @@ std::uint64_t Server::answer_upload(od::Address address, std::span<const std::by
 // An empty value goes in one empty segment: expedited transfer has no way to say 0 bytes.
 std::uint64_t Server::initiate_segmented_upload(od::Address address,
                                                 std::span<const std::byte> value, Instant now) {
+  const AbortCode why = open_source(address, value);
+  if (why != AbortCode::none) {
+    return refuse(address, why);
+  }
+  begin(State::upload_segments, address, now);
+  const std::optional<std::uint32_t> size = source_.size();
+  return initiate_word(
+      command_byte(ServerCommand::upload_initiate, size ? unsigned{kSizeIndicated} : 0U), address,
+      size.value_or(0));
+}
+
+AbortCode Server::open_source(od::Address address, std::span<const std::byte> value) {
+  const Result<od::ByteSource*> stream = dictionary_.open_source(address);
+  if (!stream.ok()) {
+    return static_cast<AbortCode>(stream.error().code);
+  }
+  if (*stream != nullptr) {
+    source_.start(**stream);
+    return AbortCode::none;
+  }
   if (value.size() > options_.max_transfer) {
-    return refuse(address, AbortCode::out_of_memory);
+    return AbortCode::out_of_memory;
   }
   source_.start(value);
-  begin(State::upload_segments, address, now);
-  return initiate_word(command_byte(ServerCommand::upload_initiate, kSizeIndicated), address,
-                       static_cast<std::uint32_t>(value.size()));
+  return AbortCode::none;
+}
+
+void Server::uploaded() {
+  ++counters_.uploads;
+  source_.close(AbortCode::none);
+  end();
+}
+
+void Server::close_streams(AbortCode why) {
+  source_.close(why);
+  sink_.cancel(why);
 }
 
 std::uint64_t Server::upload_segment(std::uint64_t request, Instant now) {
@@ -184,11 +210,14 @@ std::uint64_t Server::upload_segment(std::uint64_t request, Instant now) {
   }
   Payload reply;
   const std::size_t size = source_.next(std::span(reply).subspan(1));
-  const bool last = source_.remaining() == 0;
+  if (source_.error() != AbortCode::none) {
+    return refuse(address_, source_.error());
+  }
+  source_.release();
+  const bool last = source_.at_end();
   reply[0] = std::byte{segment_byte(ServerCommand::upload_segment, toggle_, size, last)};
   if (last) {
-    ++counters_.uploads;
-    end();
+    uploaded();
   } else {
     proceed(now);
   }
@@ -221,12 +250,25 @@ AbortCode Server::expedited_download(std::uint64_t request, od::Address address)
   std::array<std::byte, kExpeditedSize> data;
   store_le(data.data(), long_word(request));
   const auto value = std::span<const std::byte>(data).first(size);
-  const AbortCode why = dictionary_.write(address, value, ticket_);
+  const AbortCode why = dictionary_.streams(address) ? write_stream(address, value)
+                                                     : dictionary_.write(address, value, ticket_);
   if (why == AbortCode::none) {
     ++counters_.downloads;
   } else if (why == od::kLater) {
     sink_.start(std::nullopt, kExpeditedSize, AbortCode::length_too_high);
     (void)sink_.append(value);
+  }
+  return why;
+}
+
+AbortCode Server::write_stream(od::Address address, std::span<const std::byte> value) {
+  AbortCode why = prepare_download(address, static_cast<std::uint32_t>(value.size()));
+  if (why == AbortCode::none) {
+    why = sink_.append(value);
+  }
+  if (why == AbortCode::none) {
+    address_ = address;
+    why = store();
   }
   return why;
 }
@@ -239,6 +281,14 @@ AbortCode Server::prepare_download(od::Address address, std::optional<std::uint3
   }
   if (!od::writable(variable->access)) {
     return AbortCode::read_only;
+  }
+  const Result<od::ByteSink*> stream = dictionary_.open_sink(address, announced);
+  if (!stream.ok()) {
+    return static_cast<AbortCode>(stream.error().code);
+  }
+  if (*stream != nullptr) {
+    sink_.start(announced, **stream);
+    return AbortCode::none;
   }
   if (announced) {
     if (*announced > variable->capacity) {
@@ -286,7 +336,9 @@ bool Server::download_segment(std::uint64_t request, Instant now, std::uint64_t&
 
 AbortCode Server::store() {
   const AbortCode why = sink_.finish();
-  return why != AbortCode::none ? why : dictionary_.write(address_, sink_.bytes(), ticket_);
+  return why != AbortCode::none || sink_.streams()
+             ? why
+             : dictionary_.write(address_, sink_.bytes(), ticket_);
 }
 
 AbortCode Server::check_segment(State wanted, std::uint64_t request) const {
@@ -298,7 +350,7 @@ AbortCode Server::check_segment(State wanted, std::uint64_t request) const {
 }
 
 std::uint64_t Server::refuse(od::Address address, AbortCode code) {
-  give_up();
+  give_up(code);
   return abort_word(address, code);
 }
 

@@ -8,7 +8,8 @@
 // At most one transfer is under way. A new initiate drops the old transfer (but within a sub-block
 // of a download, where it cannot be told from a segment), as does an abort of the client. An upload
 // gives the bytes as they were at its initiate; a download changes the object when all has come,
-// whole, or not at all.
+// whole, or not at all. A DOMAIN whose hook gives a stream (od/stream.h) is transferred piece by
+// piece, and may change meanwhile.
 #pragma once
 
 #include <cstddef>
@@ -35,7 +36,8 @@ struct ServerOptions {
                                                     // acknowledged as it is; less than timeout
   Duration answer_timeout = std::chrono::seconds(10);  // a hook without an answer for so long is
                                                        // given up: abort 0504 0000h
-  std::size_t max_transfer = std::size_t{128} * 1024;  // bytes; longer ones: abort 0504 0005h
+  std::size_t max_transfer = std::size_t{128} * 1024;  // bytes of a value that is no stream; longer
+                                                       // ones: abort 0504 0005h
 };
 
 struct ServerCounters {
@@ -111,6 +113,10 @@ class Server {
   std::uint64_t upload_segment(std::uint64_t request, Instant now);
   bool initiate_download(std::uint64_t request, Instant now, std::uint64_t& reply);
   AbortCode expedited_download(std::uint64_t request, od::Address address);
+  AbortCode write_stream(od::Address address, std::span<const std::byte> value);
+  AbortCode open_source(od::Address address, std::span<const std::byte> value);
+  void uploaded();
+  void close_streams(AbortCode why);
   AbortCode prepare_download(od::Address address, std::optional<std::uint32_t> announced);
   bool download_segment(std::uint64_t request, Instant now, std::uint64_t& reply);
   AbortCode store();
@@ -122,7 +128,7 @@ class Server {
                       Instant now, std::uint64_t& reply);
   bool answered() const;
   std::uint64_t finish_waiting(Instant now);
-  void give_up();
+  void give_up(AbortCode why);
 
   // --- server_block.cpp -------------------------------------------------------------------------
   bool in_block() const { return state_ >= State::late_segments; }
@@ -181,7 +187,7 @@ inline void Server::end() {
 
 inline void Server::drop() {
   if (busy()) [[unlikely]] {
-    give_up();
+    give_up(AbortCode::general);
   }
 }
 

@@ -69,17 +69,19 @@ std::uint64_t Server::answer_block_upload(std::uint64_t request, std::span<const
                                           Instant now) {
   const od::Address address = multiplexer(request);
   const std::uint8_t switch_threshold = byte_of(request, 5);
-  if (value.size() <= switch_threshold && switch_threshold > 0) {
+  const bool expedited = !value.empty() && value.size() <= kExpeditedSize;
+  if (expedited && value.size() <= switch_threshold) {
     return answer_upload(address, value, now);
   }
-  const std::uint64_t answer = initiate_segmented_upload(address, value, now);
-  if (!busy()) {
-    return answer;
+  const std::uint64_t segmented = initiate_segmented_upload(address, value, now);
+  const std::optional<std::uint32_t> size = source_.size();
+  if (!busy() || (size && *size <= switch_threshold && switch_threshold > 0)) {
+    return segmented;
   }
   begin(State::block_upload_initiate, address, now);
   sender_.start(byte_of(request, 4), (request & kBlockCrc) != 0);
-  return initiate_word(kBlockSend | kBlockCrc | kBlockSize, address,
-                       static_cast<std::uint32_t>(source_.size()));
+  return initiate_word(static_cast<std::uint8_t>(kBlockSend | kBlockCrc | (size ? kBlockSize : 0)),
+                       address, size.value_or(0));
 }
 
 // --- what comes next ----------------------------------------------------------------------------
@@ -123,8 +125,7 @@ bool Server::serve_block(std::uint64_t request, Instant now, std::uint64_t& repl
         return false;  // twice on the wire
       }
       if (state_ == State::block_upload_end && command == kBlockTakeEnd) {
-        ++counters_.uploads;
-        end();
+        uploaded();
         return false;
       }
       break;
@@ -235,7 +236,12 @@ void Server::send_segments(Instant now, can::TransmitQueue& queue) {
     return;
   }
   while (sender_.sending() && outbox_.has_room_for_many(queue)) {
-    outbox_.send(sender_.next_segment(source_), now, queue);
+    const std::uint64_t segment = sender_.next_segment(source_);
+    if (source_.error() != AbortCode::none) {
+      outbox_.send(refuse(address_, source_.error()), now, queue);
+      return;
+    }
+    outbox_.send(segment, now, queue);
     deadline_ = now + options_.timeout;
   }
   block_wake_ = sender_.sending() ? now + Outbox::kRetry : kNever;

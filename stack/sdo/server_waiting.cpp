@@ -53,11 +53,12 @@ std::uint64_t Server::finish_waiting(Instant now) {
 }
 
 // A transfer that does not end well.
-void Server::give_up() {
+void Server::give_up(AbortCode why) {
   if (state_ == State::waiting) {
     dictionary_.cancel(ticket_);
   }
   ++counters_.aborts;
+  close_streams(why);
   end();
 }
 

@@ -107,6 +107,70 @@ TEST_F(ArbiterTest, OneTransferANodeAtATime) {
   EXPECT_EQ(arbiter.load(5), 0U);
 }
 
+// Neither holds the other up, nor the requests to a third.
+TEST_F(ArbiterTest, BlockTransfersTakeTurns) {
+  for (const std::uint8_t node : Bytes{5, 6}) {
+    ASSERT_TRUE(arbiter.submit({.token = node,
+                                .node = node,
+                                .address = {0x2100, 0},
+                                .write = true,
+                                .data = pattern(127 * 7),
+                                .timeout = kTimeout},
+                               now));
+    EXPECT_EQ(drain(queue, 0x600U + node).at(0)[0], 0xC6);
+  }
+  answer(5, {0xA4, 0x00, 0x21, 0, 127, 0, 0, 0});
+  answer(6, {0xA4, 0x00, 0x21, 0, 127, 0, 0, 0});
+  std::map<std::uint32_t, unsigned> sent;
+  for (int round = 0; round < 8; ++round) {
+    EXPECT_LE(queue.queued(can::TransmitClass::sdo), Outbox::kMany);
+    for (can::Frame next; queue.pop_rest(next);) {
+      ++sent[next.id];
+    }
+    EXPECT_LE(sent[0x605], sent[0x606] + Outbox::kMany);
+    EXPECT_LE(sent[0x606], sent[0x605] + Outbox::kMany);
+    now += 1ms;
+    arbiter.advance(now);
+  }
+  EXPECT_EQ(sent[0x605], 127U);
+  EXPECT_EQ(sent[0x606], 127U);
+}
+
+class Discard : public od::ByteSink {
+ public:
+  AbortCode write(std::span<const std::byte> piece) override {
+    size += piece.size();
+    return AbortCode::none;
+  }
+  std::size_t size = 0;
+};
+
+TEST_F(ArbiterTest, StreamsAndOptionsReachTheTransfer) {
+  Discard sink;
+  ASSERT_TRUE(arbiter.submit({.token = 1,
+                              .node = 5,
+                              .address = {0x2100, 0},
+                              .sink = &sink,
+                              .timeout = kTimeout,
+                              .options = {.transfer = Transfer::segmented, .repeats = 1}},
+                             now));
+  EXPECT_EQ(drain(queue, 0x605), (std::vector<Bytes>{{0x40, 0x00, 0x21, 0, 0, 0, 0, 0}}));
+  answer(5, {0x41, 0x00, 0x21, 0, 200, 0, 0, 0});
+  EXPECT_EQ(drain(queue, 0x605), (std::vector<Bytes>{{0x60, 0, 0, 0, 0, 0, 0, 0}}));
+  answer(5, {0x01, 1, 2, 3, 4, 5, 6, 7});
+  std::vector<Completion> done = completions();
+  ASSERT_EQ(done.size(), 1U);
+  EXPECT_EQ(done[0].abort, AbortCode::length_too_low);
+  ASSERT_TRUE(arbiter.submit(
+      {.token = 2, .node = 5, .address = {0x2100, 0}, .sink = &sink, .timeout = kTimeout}, now));
+  answer(5, {0x43, 0x00, 0x21, 0, 1, 2, 3, 4});
+  done = completions();
+  ASSERT_EQ(done.size(), 1U);
+  EXPECT_EQ(done[0].abort, AbortCode::none);
+  EXPECT_TRUE(done[0].data.empty());
+  EXPECT_EQ(sink.size, 4U);
+}
+
 TEST_F(ArbiterTest, NodesDoNotWaitForEachOther) {
   for (std::uint8_t node = 1; node <= 127; ++node) {
     ASSERT_TRUE(submit(node, Priority::boot, node));

@@ -123,6 +123,20 @@ TEST_F(ServerTest, WhatIsLongerThanTheBufferIsOutOfMemory) {
   EXPECT_EQ(value({0x2100, 0}).size(), 20'001U);
 }
 
+TEST_F(ServerTest, HalfACharacterAndLimitsThatLeaveNothing) {
+  od::VariableDescription limited = variable(2, od::DataType::unsigned8, od::Access::rw, {0});
+  limited.low_limit = bytes({10});
+  limited.high_limit = bytes({5});
+  ASSERT_TRUE(
+      dictionary
+          .add(object(0x2200,
+                      {variable(1, od::DataType::unicode_string, od::Access::rw, {}), limited}))
+          .ok());
+  EXPECT_EQ(ask({0x27, 0x00, 0x22, 1, 'a', 0, 'b', 0}), abort_bytes(0x2200, 1, 0x0607'0010));
+  EXPECT_EQ(ask({0x2F, 0x00, 0x22, 2, 7, 0, 0, 0}), abort_bytes(0x2200, 2, 0x0609'0036));
+}
+
+// Those that nothing in the stack raises for an object of the application, but the application may.
 TEST_F(ServerTest, AHooksRefusalIsPassedOn) {
   Refusing hook;
   ASSERT_TRUE(dictionary.set_hook(0x2000, &hook));

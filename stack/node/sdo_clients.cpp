@@ -1,0 +1,158 @@
+#include "stack/node/sdo_clients.h"
+
+#include <algorithm>
+
+#include "stack/base/byte_order.h"
+#include "stack/can/cob_id_rule.h"
+#include "stack/sdo/malformed.h"
+
+namespace linegate::node {
+namespace {
+
+constexpr std::uint8_t kRequestSub = 1;
+constexpr std::uint8_t kResponseSub = 2;
+constexpr std::uint8_t kServerSub = 3;
+
+bool default_channel(can::CobId cob_id, std::uint32_t base) {
+  return !cob_id.extended() && cob_id.id() > base && cob_id.id() <= base + can::kMaxNodeId;
+}
+
+// Of a valid COB-ID.
+bool allowed(can::CobId cob_id, std::uint8_t sub) {
+  const std::uint32_t base = sub == kRequestSub ? can::kSdoRequestBase : can::kSdoResponseBase;
+  const bool frame_bits = cob_id.extended() || (cob_id.raw & 0x1FFF'FFFFU) == cob_id.id();
+  return can::has_allowed_id(cob_id) || (frame_bits && default_channel(cob_id, base));
+}
+
+bool usable(can::CobId cob_id, std::uint8_t sub) {
+  return cob_id.valid() && allowed(cob_id, sub);
+}
+
+}  // namespace
+
+SdoClients::SdoClients(od::Dictionary& dictionary, can::Dispatch& dispatch, EventLog& events)
+    : dictionary_(dictionary), dispatch_(dispatch), events_(events) {
+  find_objects();
+}
+
+void SdoClients::find_objects() {
+  for (std::uint16_t number = 0; number < kSdoClients; ++number) {
+    const auto index = static_cast<std::uint16_t>(kSdoClientObject + number);
+    if (!dictionary_.has_object(index)) {
+      continue;
+    }
+    (void)dictionary_.set_hook(index, this).ok();
+    const auto place = std::ranges::lower_bound(entries_, index, {}, &Entry::index);
+    if (place == entries_.end() || place->index != index) {
+      entries_.insert(place, Entry{index, {}, {}, std::make_unique<sdo::Client>(can::CobId{})});
+    }
+  }
+}
+
+Result<sdo::Client*> SdoClients::client(std::uint16_t number) {
+  settle();
+  Entry* entry = find(static_cast<std::uint16_t>(kSdoClientObject + number - 1));
+  if (entry == nullptr || !entry->request.valid() || entry->client->busy()) {
+    return to_error(AbortCode::sdo_connection);
+  }
+  return entry->client.get();
+}
+
+void SdoClients::configure() {
+  reset();
+  find_objects();
+  changed_ = true;
+  settle();
+}
+
+void SdoClients::reset() {
+  for (Entry& entry : entries_) {
+    entry.client->configure(entry.request);
+  }
+}
+
+void SdoClients::receive(std::uint16_t index, const can::Frame& frame, can::TransmitQueue& queue) {
+  Entry* entry = find(static_cast<std::uint16_t>(kSdoClientObject + (index & ~kMark)));
+  if (entry != nullptr && entry->client->receive(frame, queue) == sdo::Receipt::malformed) {
+    ++malformed_;
+    const auto server = dictionary_.number({entry->index, kServerSub}).value_or(0);
+    sdo::tell_malformed(frame, static_cast<std::uint8_t>(server), events_);
+  }
+}
+
+void SdoClients::settle() {
+  if (!changed_) {
+    return;
+  }
+  changed_ = false;
+  for (Entry& entry : entries_) {
+    configure(entry);
+  }
+}
+
+void SdoClients::advance(Instant now, can::TransmitQueue& queue) {
+  settle();
+  for (Entry& entry : entries_) {
+    entry.client->advance(now, queue);
+  }
+}
+
+Instant SdoClients::next_wake() const {
+  Instant next = changed_ ? Instant{} : kNever;
+  for (const Entry& entry : entries_) {
+    next = earlier(next, entry.client->next_wake());
+  }
+  return next;
+}
+
+AbortCode SdoClients::check_write(od::Address address, std::span<const std::byte> value) {
+  if (address.sub == kServerSub) {
+    return load_le(value) > can::kMaxNodeId ? AbortCode::invalid_value : AbortCode::none;
+  }
+  const can::CobId wanted{static_cast<std::uint32_t>(load_le(value))};
+  if ((address.sub != kRequestSub && address.sub != kResponseSub) || !wanted.valid()) {
+    return AbortCode::none;
+  }
+  const can::CobId present = cob_id(address);
+  const bool changed = usable(present, address.sub) && present != wanted;
+  return changed || !allowed(wanted, address.sub) ? AbortCode::invalid_value : AbortCode::none;
+}
+
+void SdoClients::written(od::Address /*address*/) {
+  changed_ = true;
+}
+
+SdoClients::Entry* SdoClients::find(std::uint16_t index) {
+  const auto entry = std::ranges::lower_bound(entries_, index, {}, &Entry::index);
+  return entry == entries_.end() || entry->index != index ? nullptr : &*entry;
+}
+
+void SdoClients::configure(Entry& entry) {
+  can::CobId request = cob_id({entry.index, kRequestSub});
+  can::CobId response = cob_id({entry.index, kResponseSub});
+  if (!usable(request, kRequestSub) || !usable(response, kResponseSub)) {
+    request = can::CobId{};
+    response = can::CobId{};
+  }
+  if (request == entry.request && response == entry.response) {
+    return;
+  }
+  const auto mark = static_cast<std::uint16_t>(kMark | (entry.index - kSdoClientObject));
+  if (entry.response.valid()) {
+    dispatch_.remove(entry.response.id(), entry.response.extended(), can::Service::sdo_client,
+                     mark);
+  }
+  entry.request = request;
+  entry.response = response;
+  entry.client->configure(request);
+  if (response.valid()) {
+    dispatch_.add(response.id(), response.extended(), can::Service::sdo_client, mark);
+  }
+}
+
+can::CobId SdoClients::cob_id(od::Address address) const {
+  return can::CobId{
+      static_cast<std::uint32_t>(dictionary_.number(address).value_or(can::CobId::kInvalidBit))};
+}
+
+}  // namespace linegate::node

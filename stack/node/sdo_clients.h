@@ -1,0 +1,82 @@
+// The SDO clients of a node: one for each of the objects 1280h to 12FFh that the dictionary has
+// (CiA 301, 7.5.2.34).
+//   sub 1  U32  COB-ID client to server, bit 31 = not valid, bit 30 = assigned dynamically
+//   sub 2  U32  COB-ID server to client, likewise
+//   sub 3  U8   node-ID of the server
+// Other than CiA 301's table of restricted identifiers has it, a client may use those of a default
+// server (600h and 580h + node-ID): how else would it reach one. Where an sdo::Arbiter owns the
+// default channels (a line), give the clients servers of their own.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "stack/base/event_log.h"
+#include "stack/base/time.h"
+#include "stack/can/dispatch.h"
+#include "stack/can/transmit_queue.h"
+#include "stack/od/dictionary.h"
+#include "stack/sdo/client.h"
+
+namespace linegate::node {
+
+inline constexpr std::uint16_t kSdoClientObject = 0x1280;
+inline constexpr std::uint16_t kSdoClients = 128;
+
+// Hook of 1280h to 12FFh. Writes take effect with the next settle().
+class SdoClients final : public od::Hook {
+ public:
+  // Index bit of the sdo_client targets registered here; the low bits are the number from 0.
+  static constexpr std::uint16_t kMark = 0x100;
+
+  // Makes a client per object and sets the hooks. All must outlive it.
+  SdoClients(od::Dictionary& dictionary, can::Dispatch& dispatch, EventLog& events);
+
+  // The client of object 1280h + number - 1, for a transfer: begin it, and take() its outcome when
+  // there is one. advance() of the node keeps it going. sdo_connection (060A 0023h) if there is no
+  // such object, a COB-ID in it is not valid, or a transfer is under way.
+  Result<sdo::Client*> client(std::uint16_t number);
+
+  // Drops all transfers, which end with sdo_connection, and reads the COB-IDs anew, those of
+  // objects added since too.
+  void configure();
+  // Drops all transfers.
+  void reset();
+
+  // index: of a target with kMark.
+  void receive(std::uint16_t index, const can::Frame& frame, can::TransmitQueue& queue);
+  void settle();
+  void advance(Instant now, can::TransmitQueue& queue);
+  Instant next_wake() const;
+
+  // Frames that were no SDO frames.
+  std::uint64_t malformed() const { return malformed_; }
+
+  // invalid_value as for other COB-IDs, see can/cob_id_rule.h, and for a node-ID above 127.
+  AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
+  void written(od::Address address) override;
+
+ private:
+  struct Entry {
+    std::uint16_t index = 0;  // of the object
+    can::CobId request;       // invalid: not in use
+    can::CobId response;      // as registered
+    std::unique_ptr<sdo::Client> client;
+  };
+
+  void find_objects();
+  Entry* find(std::uint16_t index);
+  void configure(Entry& entry);
+  can::CobId cob_id(od::Address address) const;
+
+  od::Dictionary& dictionary_;
+  can::Dispatch& dispatch_;
+  EventLog& events_;
+  std::vector<Entry> entries_;  // ascending by index
+  bool changed_ = false;
+  std::uint64_t malformed_ = 0;
+};
+
+}  // namespace linegate::node
