@@ -34,9 +34,10 @@ inline constexpr std::uint16_t kPassive = 0x8120;
 inline constexpr std::uint16_t kHeartbeatError = 0x8130;  // or life guarding
 inline constexpr std::uint16_t kBusOffLeft = 0x8140;
 inline constexpr std::uint16_t kIdCollision = 0x8150;
-inline constexpr std::uint16_t kPdoLength = 0x8210;   // not processed
-inline constexpr std::uint16_t kPdoTooLong = 0x8220;  // first bytes used
-inline constexpr std::uint16_t kSyncLength = 0x8240;  // unexpected SYNC data length
+inline constexpr std::uint16_t kPdoLength = 0x8210;        // not processed
+inline constexpr std::uint16_t kPdoTooLong = 0x8220;       // first bytes used
+inline constexpr std::uint16_t kMpdoDestination = 0x8230;  // of an MPDO: not available
+inline constexpr std::uint16_t kSyncLength = 0x8240;       // unexpected SYNC data length
 inline constexpr std::uint16_t kRpdoTimeout = 0x8250;
 
 using ManufacturerInfo = std::array<std::byte, 5>;

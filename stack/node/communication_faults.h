@@ -22,15 +22,16 @@ enum class Fault : std::uint8_t {
   passive,  // the CAN controller is error passive
   bus_off,
   overrun,  // frames were lost
+  mpdo,     // number: PDO; what it names is not available
 };
-inline constexpr std::size_t kFaults = 10;
+inline constexpr std::size_t kFaults = 11;
 
 // The emergency error code of each.
 constexpr std::uint16_t emergency_code(Fault fault) {
   constexpr std::array<std::uint16_t, kFaults> kCodes{
-      emcy::kHeartbeatError, emcy::kPdoLength,      emcy::kPdoTooLong,  emcy::kRpdoTimeout,
-      emcy::kSyncLength,     emcy::kHeartbeatError, emcy::kIdCollision, emcy::kPassive,
-      emcy::kBusOffLeft,     emcy::kOverrun};
+      emcy::kHeartbeatError, emcy::kPdoLength,      emcy::kPdoTooLong,     emcy::kRpdoTimeout,
+      emcy::kSyncLength,     emcy::kHeartbeatError, emcy::kIdCollision,    emcy::kPassive,
+      emcy::kBusOffLeft,     emcy::kOverrun,        emcy::kMpdoDestination};
   return kCodes[static_cast<std::size_t>(fault)];
 }
 

@@ -228,6 +228,7 @@ void Node::Impl::rpdo_recovered(std::uint16_t number) {
 void Node::Impl::rpdo_in_order(std::uint16_t number) {
   end(Fault::rpdo_length, number);
   end(Fault::rpdo_too_long, number);
+  end(Fault::mpdo, number);
   end(Fault::rpdo_deadline, number);
   if (application != nullptr) {
     application->rpdo_in_order(number);
@@ -241,6 +242,30 @@ void Node::Impl::tell_configuration_error(od::Address place, AbortCode why) {
   store_le(event.data.data(), place.index);
   event.data[2] = std::byte{place.sub};
   events.emit(event);
+}
+
+void Node::Impl::mpdo_received(std::uint16_t number, od::Address place, Instant time) {
+  end(Fault::mpdo, number);
+  if (application != nullptr) {
+    application->mpdo_received(number, place, time);
+  }
+}
+
+void Node::Impl::mpdo_refused(std::uint16_t number, pdo::MpdoMode mode, od::Address place,
+                              AbortCode why) {
+  if (mode == pdo::MpdoMode::destination) {
+    begin(Fault::mpdo, number);
+  }
+  if (application != nullptr) {
+    application->mpdo_refused(number, mode, place, why);
+  }
+}
+
+void Node::Impl::mpdo_malformed(const can::Frame& frame) {
+  malformed(frame, 0);
+  if (application != nullptr) {
+    application->mpdo_malformed(frame);
+  }
 }
 
 void Node::Impl::pdo_unusable(od::Address place, AbortCode why) {

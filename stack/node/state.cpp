@@ -61,6 +61,7 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
     (void)dictionary.set_hook(index, hook).ok();  // optional objects may not be there
   }
   heartbeats.set_listener(this);
+  pdos.set_node_id(own_options.node_id);
   pdos.set_listener(this, false);
   dispatch.add(can::kErrorControlBase + options.node_id, false, can::Service::error_control,
                static_cast<std::uint16_t>(kOwnIdMark | options.node_id));

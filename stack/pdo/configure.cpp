@@ -29,6 +29,14 @@ AbortCode Engine::Impl::check_write(od::Address address, std::span<const std::by
 }
 
 void Engine::Impl::written(od::Address address) {
+  if (is_scanner_list(address.index)) {
+    scanner_list.read(dictionary);
+    return;
+  }
+  if (is_dispatcher_list(address.index)) {
+    read_dispatcher_list();
+    return;
+  }
   const std::optional<RecordIndex> record = record_index(address.index);
   const std::size_t count = record && record->kind == PdoKind::rpdo ? rpdos.size() : tpdos.size();
   if (!record || record->number > count) {
@@ -61,6 +69,8 @@ std::vector<Diagnostic> Engine::Impl::configure() {
   asked.reset(rpdo_count);
   asked_count = 0;
   timers.reset(rpdo_count + tpdo_count);
+  scanner_list.read(dictionary);
+  read_dispatcher_list();
   std::vector<Diagnostic> diagnostics;
   for (const PdoKind kind : {PdoKind::rpdo, PdoKind::tpdo}) {
     const std::size_t count = kind == PdoKind::rpdo ? rpdo_count : tpdo_count;
@@ -134,15 +144,19 @@ Engine::Impl::Problem Engine::Impl::try_to_compile(PdoKind kind, std::uint16_t n
             {record, 1},
             "its COB-ID " + hex(pdo->cob_id.id()) + " is reserved"};
   }
+  const MpdoMode mpdo = read_mpdo_mode(dictionary, kind, number);
   CopyPlan plan;
-  Problem problem = compile_plan(kind, number, plan);
+  Problem problem =
+      mpdo == MpdoMode::none ? compile_plan(kind, number, plan) : compile_mpdo(kind, *pdo, plan);
   if (problem.why != AbortCode::none || plan.bits == 0) {
     return problem;
   }
   if (kind == PdoKind::rpdo) {
     start_rpdo(*pdo, std::move(plan));
+    details[number - 1U].mpdo = mpdo;
   } else {
     start_tpdo(*pdo, std::move(plan));
+    start_mpdo(tpdos[number - 1U], mpdo, number);
   }
   return {};
 }
@@ -166,6 +180,38 @@ Engine::Impl::Problem Engine::Impl::compile_plan(PdoKind kind, std::uint16_t num
             "it maps " + std::to_string(plan.bits) + " bits"};
   }
   return problem;
+}
+
+// Of an MPDO nothing is fixed but its length.
+Engine::Impl::Problem Engine::Impl::compile_mpdo(PdoKind kind, const Parameters& parameters,
+                                                 CopyPlan& plan) const {
+  plan.skip(8 * can::kMaxClassicData);
+  const auto record = static_cast<std::uint16_t>(mapping_base(kind) + parameters.number - 1);
+  const AbortCode why = check_mpdo(dictionary, kind, parameters.number);
+  if (why != AbortCode::none) {
+    return {why, {record, 0}, "it cannot be multiplexed so: " + std::string(describe(why))};
+  }
+  return {};
+}
+
+void Engine::Impl::read_dispatcher_list() {
+  dispatcher_list.read(dictionary);
+  mpdo_places.reserve(dispatcher_list.size());
+}
+
+void Engine::Impl::start_mpdo(Tpdo& pdo, MpdoMode mode, std::uint16_t number) {
+  pdo.mpdo = mode;
+  if (mode == MpdoMode::none) {
+    return;
+  }
+  pdo.mpdos.reserve(kMpdosWaiting);
+  if (mode == MpdoMode::source) {
+    source_tpdo = static_cast<std::uint16_t>(number - 1U);
+    return;
+  }
+  const auto record = static_cast<std::uint16_t>(mapping_base(PdoKind::tpdo) + number - 1);
+  const std::uint64_t raw = dictionary.number({record, 1}).value_or(0);
+  pdo.sent_object = Mapping::from_raw(static_cast<std::uint32_t>(raw)).address;
 }
 
 Engine::Impl::Problem Engine::Impl::map_objects(PdoKind kind, std::uint16_t number,
@@ -248,9 +294,10 @@ void Engine::Impl::stop(PdoKind kind, std::uint16_t slot) {
   if (kind == PdoKind::rpdo) {
     const can::CobId cob_id = details[slot].cob_id;
     dispatch.remove(cob_id.id(), cob_id.extended(), can::Service::rpdo, slot);
+    const bool refused = details[slot].refused;
     details[slot] = {};
     std::uint32_t& attention = inputs->pdo(slot).attention;
-    const bool in_error = (attention & (kTimedOut | kLengthTold)) != 0;
+    const bool in_error = refused || (attention & (kTimedOut | kLengthTold)) != 0;
     attention &= image::PdoState::kNotValid;
     if (in_error) {
       tell_in_order(slot);
@@ -265,6 +312,9 @@ void Engine::Impl::stop(PdoKind kind, std::uint16_t slot) {
     const can::CobId cob_id = tpdos[slot].cob_id;
     dispatch.remove(cob_id.id(), cob_id.extended(), can::Service::tpdo_rtr, slot);
     tpdos[slot] = {};
+    if (source_tpdo == slot) {
+      source_tpdo.reset();
+    }
     timers.stop(event_timer(slot));
   }
 }
@@ -285,6 +335,10 @@ void Engine::Impl::hook_records(od::Hook* hook) {
         (void)dictionary.set_hook(static_cast<std::uint16_t>(base + i), hook);
       }
     }
+  }
+  for (std::uint16_t i = 0; i < kMpdoLists; ++i) {
+    (void)dictionary.set_hook(static_cast<std::uint16_t>(kScannerList + i), hook);
+    (void)dictionary.set_hook(static_cast<std::uint16_t>(kDispatcherList + i), hook);
   }
 }
 

@@ -15,6 +15,13 @@ void Listener::rpdo_deadline(std::uint16_t /*number*/) {
 }
 void Listener::rpdo_recovered(std::uint16_t /*number*/) {
 }
+void Listener::mpdo_received(std::uint16_t /*number*/, od::Address /*place*/, Instant /*now*/) {
+}
+void Listener::mpdo_refused(std::uint16_t /*number*/, MpdoMode /*mode*/, od::Address /*place*/,
+                            AbortCode /*why*/) {
+}
+void Listener::mpdo_malformed(const can::Frame& /*frame*/) {
+}
 void Listener::rpdo_in_order(std::uint16_t /*number*/) {
 }
 void Listener::pdo_unusable(od::Address /*place*/, AbortCode /*why*/) {
@@ -53,6 +60,10 @@ void Engine::set_listener(Listener* listener, bool every_frame) {
 void Engine::link(const LinkPlan& plan) {
   impl_->linked_rpdos = plan.rpdos;
   impl_->linked_tpdos = plan.tpdos;
+}
+
+void Engine::set_node_id(std::uint8_t node_id) {
+  impl_->node_id = node_id;
 }
 
 void Engine::set_max_length(std::size_t bytes) {

@@ -20,6 +20,7 @@
 #include "stack/can/traffic.h"
 #include "stack/can/transmit_queue.h"
 #include "stack/od/dictionary.h"
+#include "stack/pdo/mpdo.h"
 #include "stack/pdo/parameters.h"
 
 namespace linegate::image {
@@ -39,7 +40,10 @@ struct EngineCounters {
   std::uint64_t too_short = 0;  // RPDOs not processed (EMCY 8210h)
   std::uint64_t too_long = 0;   // RPDOs of which the first bytes were used (EMCY 8220h)
   std::uint64_t sent = 0;
-  std::uint64_t asked = 0;         // remote frames sent for RPDOs
+  std::uint64_t mpdos_received = 0;   // for this device, well-formed; also in received
+  std::uint64_t mpdos_refused = 0;    // of these: what could not be written
+  std::uint64_t mpdos_malformed = 0;  // no MPDO, or of the other mode than their RPDO
+  std::uint64_t asked = 0;            // remote frames sent for RPDOs
   std::uint64_t after_window = 0;  // synchronous RPDOs that came, and TPDOs that would have gone,
                                    // too late after the SYNC: dropped
   std::uint64_t coalesced = 0;     // a newer value replaced one that had not been sent
@@ -56,6 +60,12 @@ class Listener {
   virtual void rpdo_wrong_length(std::uint16_t number, unsigned mapped, unsigned received);
   virtual void rpdo_deadline(std::uint16_t number);
   virtual void rpdo_recovered(std::uint16_t number);  // the first frame after a deadline
+  // An MPDO's value is in its place. May be called several times for one frame.
+  virtual void mpdo_received(std::uint16_t number, od::Address place, Instant now);
+  // An MPDO for this device names what is not there or cannot be written (EMCY 8230h if it came in
+  // destination address mode).
+  virtual void mpdo_refused(std::uint16_t number, MpdoMode mode, od::Address place, AbortCode why);
+  virtual void mpdo_malformed(const can::Frame& frame);
   // No such error is present any more: after a wrong length a frame of the right one came, or the
   // RPDO was changed or is gone. Called from within configure() and writes to the records, too.
   virtual void rpdo_in_order(std::uint16_t number);
@@ -82,6 +92,9 @@ class Engine {
   // plan. The plan is copied and holds for every later configure(). Precondition: the plan's
   // layouts are the image's.
   void link(const LinkPlan& plan);
+
+  // Of the device, for MPDOs; 1..127.
+  void set_node_id(std::uint8_t node_id);
 
   // Largest PDO in bytes: 8, or 64 on a CAN FD line. Precondition: before configure().
   void set_max_length(std::size_t bytes);
@@ -127,6 +140,16 @@ class Engine {
   // the next SYNC; others keep their own pace. False if there is no such valid TPDO or the node is
   // not Operational.
   bool trigger(std::uint16_t number, Instant now);
+
+  // Sends the value of the object that the TPDO maps in destination address mode to an object of
+  // `consumer`, 0 = all. What waits for the inhibit time is sent in turn; a newer value to the same
+  // destination replaces one that waits. device_state outside of Operational;
+  // no_object if there is no such valid TPDO in that mode; out_of_memory if kMpdosWaiting wait.
+  AbortCode send_mpdo(std::uint16_t number, std::uint8_t consumer, od::Address destination);
+  // Sends an object of the device in source address mode, as value_changed() does for those in the
+  // scanner list. no_object also for one that is not in it.
+  AbortCode send_mpdo(od::Address source);
+  static constexpr std::size_t kMpdosWaiting = 64;
 
   // For a group of writes: until release(), nothing is requested by a changed value or trigger();
   // then every TPDO that would have been, once. SYNC, remote frames and event timers go on.

@@ -61,6 +61,8 @@ struct RpdoDetails {
   bool active = false;
   can::CobId cob_id;
   std::uint8_t type = kEventProfile;
+  MpdoMode mpdo = MpdoMode::none;
+  bool refused = false;  // the last MPDO in destination address mode
   Duration deadline{};
   CopyPlan plan;
   std::vector<od::Address> watched;     // mapped objects that a hook watches
@@ -85,6 +87,9 @@ struct Tpdo {
   Instant inhibited_until{};
   CopyPlan plan;
   can::Frame frame;  // the newest sample
+  MpdoMode mpdo = MpdoMode::none;
+  od::Address sent_object;        // MPDO in destination address mode
+  std::vector<MpdoData> mpdos{};  // that wait, oldest first
 };
 
 // visit(bit) for each set bit, ascending; it may clear that bit.
@@ -145,6 +150,9 @@ struct Engine::Impl final : od::Hook, od::Observer {
   Problem compile(PdoKind kind, std::uint16_t number);
   Problem try_to_compile(PdoKind kind, std::uint16_t number);
   Problem compile_plan(PdoKind kind, std::uint16_t number, CopyPlan& plan) const;
+  Problem compile_mpdo(PdoKind kind, const Parameters& parameters, CopyPlan& plan) const;
+  void read_dispatcher_list();
+  void start_mpdo(Tpdo& pdo, MpdoMode mode, std::uint16_t number);
   Problem map_objects(PdoKind kind, std::uint16_t number, CopyPlan& plan) const;
   AbortCode map_object(PdoKind kind, const Mapping& mapping, CopyPlan& plan) const;
   const LinkedPdo* linked(PdoKind kind, std::uint16_t number) const;
@@ -177,6 +185,11 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void copy_rest(std::uint16_t slot, const std::byte* data);
   void defer(std::uint16_t slot, const can::Frame& frame);
   void receive_wrong_length(std::uint16_t slot, const can::Frame& frame);
+  // multiplexed.cpp
+  void receive_mpdo(std::uint16_t slot, const can::Frame& frame);
+  void store_mpdo(std::uint16_t slot, const Mpdo& mpdo, od::Address place, Instant time);
+  AbortCode queue_mpdo(std::uint16_t slot, Mpdo mpdo, od::Address source);
+  void next_mpdo(Tpdo& pdo);
   void attend(std::uint16_t slot, Instant time);
   void attend_reception(std::uint16_t slot, Instant time);
   void commit_rpdos();
@@ -215,7 +228,8 @@ struct Engine::Impl final : od::Hook, od::Observer {
   // Timers: the deadlines of the RPDOs, then the event timers of the TPDOs.
   std::size_t event_timer(std::size_t slot) const { return rpdos.size() + slot; }
   static bool has_event_timer(const Tpdo& pdo) {
-    return is_event_driven(pdo.type) && pdo.event_timer > Duration::zero();
+    return is_event_driven(pdo.type) && pdo.event_timer > Duration::zero() &&
+           pdo.mpdo == MpdoMode::none;
   }
 
   // --- what receive() needs, first --------------------------------------------------------------
@@ -234,6 +248,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   image::Area* outputs = nullptr;
   std::size_t max_bytes = can::kMaxClassicData;
   bool operational = false;
+  std::uint8_t node_id = 0;
   Instant latest{};  // time of the last call: records are written without one
 
   std::vector<LinkedPdo> linked_rpdos;
@@ -269,6 +284,10 @@ struct Engine::Impl final : od::Hook, od::Observer {
     std::uint16_t slot = 0;
   };
   std::vector<ObjectSource> object_sources;  // ascending by address
+  ScannerList scanner_list;
+  DispatcherList dispatcher_list;
+  std::vector<od::Address> mpdo_places;      // scratch
+  std::optional<std::uint16_t> source_tpdo;  // slot of the MPDO in source address mode
   Timers timers;
 };
 

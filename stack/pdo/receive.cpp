@@ -48,6 +48,10 @@ void Engine::receive(std::uint16_t slot, const can::Frame& frame) {
   if (!engine.operational || !pdo.active || frame.remote()) {
     return;
   }
+  if (pdo.mpdo != MpdoMode::none) {
+    engine.receive_mpdo(slot, frame);
+    return;
+  }
   const std::size_t mapped = pdo.plan.bytes();
   const std::size_t expected = frame.fd() ? can::fd_length(mapped) : mapped;
   if (frame.length != expected) {

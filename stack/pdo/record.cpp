@@ -28,8 +28,50 @@ can::CobId cob_id(const od::Dictionary& dictionary, const RecordIndex& record) {
   return {static_cast<std::uint32_t>(raw.value_or(can::CobId::kInvalidBit))};
 }
 
+MpdoMode mpdo_mode(std::uint64_t entries) {
+  return entries == kSourceMode        ? MpdoMode::source
+         : entries == kDestinationMode ? MpdoMode::destination
+                                       : MpdoMode::none;
+}
+
+std::uint64_t entry_count(const od::Dictionary& dictionary, const RecordIndex& record) {
+  return dictionary.number({mapping_index(record), 0}).value_or(0);
+}
+
+// Among the first `count` TPDOs.
+bool is_other_source_tpdo(const od::Dictionary& dictionary, const RecordIndex& record,
+                          std::uint16_t count) {
+  for (std::uint16_t number = 1; number <= count; ++number) {
+    if (number != record.number &&
+        entry_count(dictionary, {PdoKind::tpdo, true, number}) == kSourceMode) {
+      return true;
+    }
+  }
+  return false;
+}
+
+AbortCode check_multiplexed(const od::Dictionary& dictionary, const RecordIndex& record,
+                            MpdoMode mode, std::uint16_t others = kMaxPdo) {
+  const auto type = dictionary.number({communication_index(record), kType});
+  const bool event_driven =
+      is_event_driven(static_cast<std::uint8_t>(type.value_or(kEventProfile)));
+  const bool only_one = record.kind == PdoKind::tpdo && mode == MpdoMode::source;
+  if (!event_driven || (only_one && is_other_source_tpdo(dictionary, record, others))) {
+    return AbortCode::parameter_incompatible;
+  }
+  if (record.kind == PdoKind::rpdo || mode == MpdoMode::source) {
+    return AbortCode::none;
+  }
+  const std::uint64_t raw = dictionary.number({mapping_index(record), 1}).value_or(0);
+  const Mapping sent = Mapping::from_raw(static_cast<std::uint32_t>(raw));
+  return check_mpdo_object(dictionary, false, sent.address);
+}
+
 AbortCode check_entry_count(const od::Dictionary& dictionary, const RecordIndex& record,
                             std::uint64_t count, std::size_t max_bits) {
+  if (const MpdoMode mode = mpdo_mode(count); mode != MpdoMode::none) {
+    return check_multiplexed(dictionary, record, mode);
+  }
   const std::uint16_t index = mapping_index(record);
   if (count > kMaxMapped || count > dictionary.highest_sub(index).value_or(0)) {
     return AbortCode::invalid_value;
@@ -71,6 +113,10 @@ AbortCode check_communication(const od::Dictionary& dictionary, const RecordInde
     case kCobId:
       return check_cob_id(dictionary, record, {static_cast<std::uint32_t>(value)}, max_bits);
     case kType:
+      if (value < kEventManufacturer &&
+          mpdo_mode(entry_count(dictionary, record)) != MpdoMode::none) {
+        return AbortCode::parameter_incompatible;
+      }
       return check_transmission_type(record.kind, value, max_bits);
     case kInhibit:
       return valid && record.kind == PdoKind::tpdo ? AbortCode::device_state : AbortCode::none;
@@ -147,6 +193,16 @@ std::vector<Mapping> read_mapping(const od::Dictionary& dictionary, PdoKind kind
   return mapping;
 }
 
+MpdoMode read_mpdo_mode(const od::Dictionary& dictionary, PdoKind kind, std::uint16_t number) {
+  return number > kMaxPdo ? MpdoMode::none
+                          : mpdo_mode(entry_count(dictionary, {kind, true, number}));
+}
+
+AbortCode check_mpdo(const od::Dictionary& dictionary, PdoKind kind, std::uint16_t number) {
+  return check_multiplexed(dictionary, {kind, true, number},
+                           read_mpdo_mode(dictionary, kind, number), number);
+}
+
 AbortCode check_transmission_type(PdoKind kind, std::uint64_t type, std::size_t max_bits) {
   const bool reserved = type > kLastCyclic && type < kRtrOnSync;
   const bool rtr = type >= kRtrOnSync && type < kEventManufacturer;
@@ -157,6 +213,9 @@ AbortCode check_transmission_type(PdoKind kind, std::uint64_t type, std::size_t 
 AbortCode check_record_write(const od::Dictionary& dictionary, od::Address address,
                              std::span<const std::byte> value, std::size_t max_bits) {
   const std::optional<RecordIndex> record = record_index(address.index);
+  if (is_scanner_list(address.index) || is_dispatcher_list(address.index)) {
+    return check_mpdo_list_write(dictionary, address, value);
+  }
   if (!record || value.size() > sizeof(std::uint64_t)) {
     return AbortCode::none;
   }

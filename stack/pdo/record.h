@@ -10,6 +10,7 @@
 #include "stack/base/abort_code.h"
 #include "stack/od/dictionary.h"
 #include "stack/pdo/mapping.h"
+#include "stack/pdo/mpdo.h"
 #include "stack/pdo/parameters.h"
 
 namespace linegate::pdo {
@@ -32,6 +33,13 @@ std::optional<Parameters> read_communication(const od::Dictionary& dictionary, P
 std::vector<Mapping> read_mapping(const od::Dictionary& dictionary, PdoKind kind,
                                   std::uint16_t number);
 
+// source or destination if sub-index 0 of the mapping record says so.
+MpdoMode read_mpdo_mode(const od::Dictionary& dictionary, PdoKind kind, std::uint16_t number);
+
+// Of a PDO that is: none, or why it cannot be used, as check_record_write() says. Of several TPDOs
+// in source address mode the first can.
+AbortCode check_mpdo(const od::Dictionary& dictionary, PdoKind kind, std::uint16_t number);
+
 // none, or invalid_value: 241..251 are reserved, 252 and 253 are for TPDOs, and answer remote
 // frames, which CAN FD does not have. max_bits: the longest PDO, above 64 on a CAN FD line.
 AbortCode check_transmission_type(PdoKind kind, std::uint64_t type, std::size_t max_bits);
@@ -48,7 +56,10 @@ AbortCode check_transmission_type(PdoKind kind, std::uint64_t type, std::size_t 
 //   no_object (0602 0000h), no_sub_index (0609 0011h), not_mappable (0604 0041h), length_mismatch
 //                               (0607 0010h)  as check_mapping() says
 //   pdo_length_exceeded (0604 0042h)  entries 1..n have more than max_bits
-// The last two lines when an entry or sub-index 0 is written, and when the COB-ID becomes valid.
+//   parameter_incompatible (0604 0043h)  a multiplexed PDO (sub-index 0 of the mapping 254 or 255)
+//                               that is not of type 254 or 255; a second TPDO in source address
+//                               mode, of which a device has one
+// The last three lines when an entry or sub-index 0 is written, and when the COB-ID becomes valid.
 // The value 0 may always be written to an entry: it maps nothing until sub-index 0 counts it.
 AbortCode check_record_write(const od::Dictionary& dictionary, od::Address address,
                              std::span<const std::byte> value, std::size_t max_bits);

@@ -70,7 +70,7 @@ void Engine::Impl::index_sources() {
   sources.clear();
   object_sources.clear();
   for (std::uint16_t slot = 0; slot < tpdos.size(); ++slot) {
-    if (!tpdos[slot].active) {
+    if (!tpdos[slot].active || tpdos[slot].mpdo != MpdoMode::none) {
       continue;
     }
     for (const Run& run : tpdos[slot].plan.runs) {
@@ -119,7 +119,7 @@ void Engine::Impl::open_rpdos() {
     rpdos[slot].at_once = Rpdo::kNever;
     rpdos[slot].deferred = Rpdo::kNever;
     const std::uint8_t flags = rpdos[slot].flags;
-    if (!operational || !pdo.active || (flags & Rpdo::kLong) != 0) {
+    if (!operational || !pdo.active || pdo.mpdo != MpdoMode::none || (flags & Rpdo::kLong) != 0) {
       continue;
     }
     const auto form = static_cast<std::uint8_t>(pdo.plan.bytes());
@@ -174,6 +174,7 @@ void Engine::Impl::go_quiet() {
     pdo.sampled = false;
     pdo.counting = false;
     pdo.syncs = 0;
+    pdo.mpdos.clear();
   }
 }
 

@@ -15,6 +15,9 @@ void Engine::value_changed(od::Address address, Instant /*now*/) {
   for (; source != sources.end() && source->address == address; ++source) {
     impl_->source_changed(source->slot, false);
   }
+  if (impl_->source_tpdo) {
+    (void)send_mpdo(address);  // a full queue has older news of other objects
+  }
 }
 
 void Engine::outputs_written(std::uint32_t bit_offset, std::uint32_t bits, bool always,
@@ -38,7 +41,7 @@ void Engine::outputs_written(std::uint32_t bit_offset, std::uint32_t bits, bool 
 bool Engine::trigger(std::uint16_t number, Instant /*now*/) {
   const auto slot = static_cast<std::uint16_t>(number - 1U);
   if (!impl_->operational || number == 0 || number > impl_->tpdos.size() ||
-      !impl_->tpdos[slot].active) {
+      !impl_->tpdos[slot].active || impl_->tpdos[slot].mpdo != MpdoMode::none) {
     return false;
   }
   impl_->source_changed(slot, true);
@@ -51,7 +54,7 @@ void Engine::remote_request(std::uint16_t slot, Instant /*now*/) {
   }
   const Tpdo& pdo = impl_->tpdos[slot];
   const bool rtr_allowed = (pdo.cob_id.raw & can::CobId::kNoRtrBit) == 0;
-  if (!pdo.active || !rtr_allowed || impl_->held_back(slot)) {
+  if (!pdo.active || pdo.mpdo != MpdoMode::none || !rtr_allowed || impl_->held_back(slot)) {
     return;
   }
   // What is sampled at SYNC answers with the sample of the last one.
@@ -76,7 +79,8 @@ bool Engine::request_rpdo(std::uint16_t number) {
     return false;
   }
   const RpdoDetails& pdo = impl_->details[slot];
-  const bool rtr_allowed = (pdo.cob_id.raw & can::CobId::kNoRtrBit) == 0;
+  const bool rtr_allowed =
+      pdo.mpdo == MpdoMode::none && (pdo.cob_id.raw & can::CobId::kNoRtrBit) == 0;
   if (!pdo.active || !rtr_allowed || impl_->max_bytes > can::kMaxClassicData) {
     return false;
   }
@@ -102,6 +106,9 @@ void Engine::Impl::release_held() {
 
 void Engine::Impl::source_changed(std::uint16_t slot, bool always) {
   Tpdo& pdo = tpdos[slot];
+  if (pdo.mpdo != MpdoMode::none) {
+    return;  // has an event for each of its values
+  }
   if (held) {
     (always ? held_always : held_changed).set(slot);
     return;
@@ -252,6 +259,9 @@ void Engine::Impl::send(std::size_t rank, can::Frame& out, Instant now) {
   Tpdo& pdo = tpdos[slot];
   out = pdo.frame;
   pending.clear(rank);
+  if (pdo.mpdo != MpdoMode::none) {
+    next_mpdo(pdo);
+  }
   ++counters.sent;
   outputs->touch(slot, now);
   if (pdo.inhibit > Duration::zero()) {

@@ -255,7 +255,7 @@ TEST_F(RecordTest, TheNumberOfEntriesIsChecked) {
   EXPECT_EQ(device.write(0x1A01, 0, 2), AbortCode::pdo_length_exceeded);
   EXPECT_EQ(device.write(0x1A01, 0, 3), AbortCode::no_object) << "entry 3 maps nothing";
   EXPECT_EQ(device.write(0x1A01, 0, 9), AbortCode::invalid_value) << "the record has 8";
-  EXPECT_EQ(device.write(0x1A01, 0, 254), AbortCode::invalid_value) << "no MPDO";
+  EXPECT_EQ(device.write(0x1A01, 0, 253), AbortCode::invalid_value);
   EXPECT_EQ(device.write(0x1A01, 0, 1), AbortCode::none);
 }
 

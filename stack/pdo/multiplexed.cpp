@@ -1,0 +1,128 @@
+// Multiplexed PDOs: from the frame to the object it names, and back.
+#include "stack/pdo/engine_impl.h"
+
+namespace linegate::pdo {
+
+void Engine::Impl::receive_mpdo(std::uint16_t slot, const can::Frame& frame) {
+  const std::optional<Mpdo> mpdo = decode_mpdo(frame);
+  if (!mpdo || mpdo->mode != details[slot].mpdo) {
+    ++counters.mpdos_malformed;
+    if (listener != nullptr) {
+      listener->mpdo_malformed(frame);
+    }
+    return;
+  }
+  const bool to_address = mpdo->mode == MpdoMode::destination;
+  if (to_address && mpdo->node != 0 && mpdo->node != node_id) {
+    return;
+  }
+  if (inputs->pdo(slot).attention != 0) {
+    attend_reception(slot, frame.time);
+  }
+  inputs->touch(slot, frame.time, 1);
+  ++counters.received;
+  ++counters.mpdos_received;
+  if (to_address) {
+    store_mpdo(slot, *mpdo, mpdo->address, frame.time);
+    return;
+  }
+  // A write may change the list.
+  std::vector<od::Address>& places = mpdo_places;
+  places.clear();
+  dispatcher_list.for_each(mpdo->node, mpdo->address,
+                           [&places](od::Address place) { places.push_back(place); });
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    store_mpdo(slot, *mpdo, places[i], frame.time);
+  }
+}
+
+void Engine::Impl::store_mpdo(std::uint16_t slot, const Mpdo& mpdo, od::Address place,
+                              Instant time) {
+  const auto number = static_cast<std::uint16_t>(slot + 1);
+  AbortCode why = check_mpdo_object(dictionary, true, place);
+  if (why == AbortCode::none) {
+    const std::size_t size = od::byte_size(dictionary.find(place)->type);
+    why = dictionary.write(place, std::span(mpdo.value).first(size));
+  }
+  if (why != AbortCode::none) {
+    ++counters.mpdos_refused;
+    details[slot].refused = mpdo.mode == MpdoMode::destination;
+  }
+  if (listener == nullptr) {
+    return;
+  }
+  if (why != AbortCode::none) {
+    listener->mpdo_refused(number, mpdo.mode, place, why);
+  } else {
+    details[slot].refused = false;
+    listener->mpdo_received(number, place, time);
+  }
+}
+
+AbortCode Engine::send_mpdo(std::uint16_t number, std::uint8_t consumer, od::Address destination) {
+  const auto slot = static_cast<std::uint16_t>(number - 1U);
+  if (!impl_->operational) {
+    return AbortCode::device_state;
+  }
+  if (number == 0 || number > impl_->tpdos.size() ||
+      impl_->tpdos[slot].mpdo != MpdoMode::destination) {
+    return AbortCode::no_object;
+  }
+  if (consumer > can::kMaxNodeId) {
+    return AbortCode::invalid_value;
+  }
+  return impl_->queue_mpdo(
+      slot, {.mode = MpdoMode::destination, .node = consumer, .address = destination},
+      impl_->tpdos[slot].sent_object);
+}
+
+AbortCode Engine::send_mpdo(od::Address source) {
+  if (!impl_->operational) {
+    return AbortCode::device_state;
+  }
+  if (!impl_->source_tpdo || !impl_->scanner_list.contains(source)) {
+    return AbortCode::no_object;
+  }
+  return impl_->queue_mpdo(*impl_->source_tpdo,
+                           {.mode = MpdoMode::source, .node = impl_->node_id, .address = source},
+                           source);
+}
+
+AbortCode Engine::Impl::queue_mpdo(std::uint16_t slot, Mpdo mpdo, od::Address source) {
+  if (const AbortCode why = check_mpdo_object(dictionary, false, source); why != AbortCode::none) {
+    return why;
+  }
+  if (listener != nullptr) {
+    listener->before_tpdo(static_cast<std::uint16_t>(slot + 1));
+  }
+  const od::Variable variable = *dictionary.find(source);
+  std::copy_n(variable.data, variable.size, mpdo.value.begin());
+  const MpdoData data = encode(mpdo);
+  Tpdo& pdo = tpdos[slot];
+  const auto same = std::ranges::find_if(pdo.mpdos, [&data](const MpdoData& waiting) {
+    return std::equal(data.begin(), data.begin() + 4, waiting.begin());
+  });
+  if (same != pdo.mpdos.end()) {
+    *same = data;
+    ++counters.coalesced;
+  } else if (pdo.mpdos.size() < kMpdosWaiting) {
+    pdo.mpdos.push_back(data);
+  } else {
+    return AbortCode::out_of_memory;
+  }
+  std::ranges::copy(pdo.mpdos.front(), pdo.frame.data.begin());
+  pdo.sampled = true;
+  pending.set(pdo.rank);
+  return AbortCode::none;
+}
+
+// The first that waits was sent.
+void Engine::Impl::next_mpdo(Tpdo& pdo) {
+  pdo.mpdos.erase(pdo.mpdos.begin());
+  if (!pdo.mpdos.empty()) {
+    std::ranges::copy(pdo.mpdos.front(), pdo.frame.data.begin());
+    pending.set(pdo.rank);
+  }
+}
+
+}  // namespace linegate::pdo
