@@ -65,7 +65,7 @@ void Arbiter::advance(Instant now) {
   }
   wake_ = kNever;
   // The first one takes what room there is in the queue: it is another one each time.
-  std::ranges::rotate(used_, used_.begin() + (used_.empty() ? 0 : 1));
+  std::rotate(used_.begin(), used_.begin() + (used_.empty() ? 0 : 1), used_.end());
   for (const std::uint8_t node : used_) {
     Channel& each = *channels_[node];
     each.client.advance(now, transmit_);
