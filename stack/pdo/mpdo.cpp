@@ -67,10 +67,10 @@ void ScannerList::read(const od::Dictionary& dictionary) {
 }
 
 bool ScannerList::contains(od::Address address) const {
-  const auto same = std::ranges::equal_range(
-      blocks_, address.index, {}, [](const MpdoBlock& block) { return block.first.index; });
-  return std::ranges::any_of(same,
-                             [address](const MpdoBlock& block) { return block.contains(address); });
+  const auto index = [](const MpdoBlock& block) { return block.first.index; };
+  return std::any_of(std::ranges::lower_bound(blocks_, address.index, {}, index),
+                     std::ranges::upper_bound(blocks_, address.index, {}, index),
+                     [address](const MpdoBlock& block) { return block.contains(address); });
 }
 
 DispatcherList::Entry DispatcherList::entry(std::uint64_t raw) {
@@ -91,11 +91,14 @@ void DispatcherList::read(const od::Dictionary& dictionary) {
 
 std::pair<std::size_t, std::size_t> DispatcherList::entries_of(std::uint8_t node,
                                                                std::uint16_t index) const {
-  const auto same = std::ranges::equal_range(
-      entries_, std::tuple(node, index), {},
-      [](const Entry& entry) { return std::tuple(entry.node, entry.remote.first.index); });
-  const auto first = static_cast<std::size_t>(same.begin() - entries_.begin());
-  return {first, first + same.size()};
+  const auto from = [](const Entry& entry) {
+    return std::tuple(entry.node, entry.remote.first.index);
+  };
+  const std::tuple wanted(node, index);
+  const auto first = std::ranges::lower_bound(entries_, wanted, {}, from);
+  const auto last = std::ranges::upper_bound(entries_, wanted, {}, from);
+  return {static_cast<std::size_t>(first - entries_.begin()),
+          static_cast<std::size_t>(last - entries_.begin())};
 }
 
 AbortCode check_mpdo_object(const od::Dictionary& dictionary, bool received, od::Address address) {
