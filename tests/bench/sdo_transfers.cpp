@@ -1,0 +1,265 @@
+// SDO transfers of an expedited value and of 1 MB, between a client and a server that stream it, on
+// the virtual bus at 1 Mbit/s in virtual time: how much of the bus they use. Beside each the time
+// its frames occupy the wire, which is the floor. Of the real time it takes: CPU per frame, client,
+// server and virtual bus together, and without the bus the client and server alone.
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <random>
+#include <string>
+
+#include "bridges/sim/bus.h"
+#include "stack/base/byte_order.h"
+#include "stack/can/cob_id.h"
+#include "stack/od/dictionary.h"
+#include "stack/od/stream.h"
+#include "stack/sdo/client.h"
+#include "stack/sdo/server.h"
+
+#include "tests/bench/measure.h"
+
+namespace {
+
+using namespace linegate;
+
+constexpr std::uint32_t kBytes = 1'000'000;
+constexpr std::uint8_t kNode = 5;
+constexpr od::Address kValue{0x2000, 0};
+constexpr od::Address kDomain{0x2001, 0};
+constexpr Duration kTimeout = std::chrono::milliseconds(500);
+constexpr double kMinUse = 0.95;    // of the limit
+constexpr std::size_t kPlaces = 3;  // frames a controller holds
+
+std::byte pattern(std::uint32_t at) {
+  return static_cast<std::byte>(at * 2'654'435'761U >> 24U);
+}
+
+class PatternSource final : public od::ByteSource {
+ public:
+  std::optional<std::uint32_t> size() const override { return kBytes; }
+  Result<std::size_t> read(std::span<std::byte> out) override {
+    std::size_t given = 0;
+    while (given < out.size() && at_ < kBytes)
+      out[given++] = pattern(at_++);
+    return given;
+  }
+  bool rewind() override {
+    at_ = 0;
+    return true;
+  }
+
+ private:
+  std::uint32_t at_ = 0;
+};
+
+class PatternSink final : public od::ByteSink {
+ public:
+  AbortCode write(std::span<const std::byte> piece) override {
+    for (const std::byte byte : piece)
+      right_ = right_ && at_ < kBytes && byte == pattern(at_++);
+    return AbortCode::none;
+  }
+  AbortCode finish() override {
+    complete = right_ && at_ == kBytes;
+    return AbortCode::none;
+  }
+  bool rewind() override {
+    at_ = 0;
+    right_ = true;
+    return true;
+  }
+  bool complete = false;
+
+ private:
+  std::uint32_t at_ = 0;
+  bool right_ = true;
+};
+
+// The server's DOMAIN: a stream of its own for each transfer.
+class Domain final : public od::Hook {
+ public:
+  Result<od::ByteSource*> open_source(od::Address /*address*/) override {
+    source_.emplace();
+    return &*source_;
+  }
+  Result<od::ByteSink*> open_sink(od::Address /*address*/,
+                                  std::optional<std::uint32_t> /*size*/) override {
+    sink_.emplace();
+    return &*sink_;
+  }
+  bool complete() const { return sink_ && sink_->complete; }
+
+ private:
+  std::optional<PatternSource> source_;
+  std::optional<PatternSink> sink_;
+};
+
+od::DeviceDescription device() {
+  od::DeviceDescription out;
+  od::ObjectDescription value{
+      .index = kValue.index, .name = "Value", .type = od::ObjectType::variable};
+  value.variables.push_back(
+      {.sub = 0, .name = "Value", .type = od::DataType::unsigned32, .access = od::Access::rw});
+  od::ObjectDescription domain{
+      .index = kDomain.index, .name = "Domain", .type = od::ObjectType::domain};
+  domain.variables.push_back(
+      {.sub = 0, .name = "Domain", .type = od::DataType::domain, .access = od::Access::rw});
+  out.objects = {value, domain};
+  return out;
+}
+
+enum class Kind {
+  expedited_upload,
+  segmented_upload,
+  segmented_download,
+  block_upload,
+  block_download
+};
+struct Row {
+  Kind kind;
+  const char* name;
+  unsigned lost_percent = 0;  // of data segments
+};
+
+struct Figures {
+  double seconds = 0;       // virtual
+  double wire_seconds = 0;  // of them, the wire was occupied
+  std::uint64_t frames = 0;
+  double cpu_seconds = 0;
+};
+
+class Network {
+ public:
+  Network() {
+    bench::require(dictionary_.set_hook(kDomain.index, &domain_).ok(), "no hook");
+    client_end_ = bus_.attach();
+    server_end_ = bus_.attach();
+  }
+
+  Figures run(const Row& row) {
+    if (row.lost_percent != 0)
+      lose(row.lost_percent);
+    const auto begin = std::chrono::steady_clock::now();
+    const std::size_t times = row.kind == Kind::expedited_upload ? 10'000 : 1;
+    for (std::size_t i = 0; i < times; ++i) {
+      start(row.kind);
+      finish(row);
+    }
+    const std::chrono::duration<double> real = std::chrono::steady_clock::now() - begin;
+    return {std::chrono::duration<double>(now_ - Instant{}).count(),
+            std::chrono::duration<double>(bus_.busy()).count(), bus_.frames(), real.count()};
+  }
+
+ private:
+  void start(Kind kind) {
+    const sdo::TransferOptions segments{.transfer = sdo::Transfer::segmented};
+    const sdo::TransferOptions blocks{.transfer = sdo::Transfer::block};
+    switch (kind) {
+      case Kind::expedited_upload:
+        client_.read(kValue, kTimeout, now_, from_client_);
+        break;
+      case Kind::segmented_upload:
+      case Kind::block_upload:
+        sink_.emplace();
+        client_.read(kDomain, *sink_, kTimeout, now_, from_client_,
+                     kind == Kind::block_upload ? blocks : segments);
+        break;
+      case Kind::segmented_download:
+      case Kind::block_download:
+        source_.emplace();
+        client_.write(kDomain, *source_, kTimeout, now_, from_client_,
+                      kind == Kind::block_download ? blocks : segments);
+        break;
+    }
+  }
+
+  void finish(const Row& row) {
+    std::optional<sdo::Outcome> outcome;
+    while (!(outcome = client_.take()))
+      step();
+    bench::require(outcome->abort == AbortCode::none, "a transfer was aborted");
+    if (row.kind == Kind::segmented_upload || row.kind == Kind::block_upload)
+      bench::require(sink_->complete, "not the bytes that were sent");
+    if (row.kind == Kind::segmented_download || row.kind == Kind::block_download)
+      bench::require(domain_.complete(), "not the bytes that were sent");
+  }
+
+  void step() {
+    submit(from_client_, client_end_);
+    submit(from_server_, server_end_);
+    const Instant wake =
+        earlier(bus_.next_wake(), earlier(client_.next_wake(), server_.next_wake()));
+    bench::require(wake != kNever, "everybody waits for ever");
+    now_ = std::max(now_, wake);
+    bus_.advance(now_);
+    std::array<can::Frame, 8> frames;
+    for (std::size_t i = 0, count = bus_.take(server_end_, frames, now_); i < count; ++i)
+      server_.receive(frames[i], from_server_);
+    for (std::size_t i = 0, count = bus_.take(client_end_, frames, now_); i < count; ++i)
+      client_.receive(frames[i], from_client_);
+    server_.advance(now_, from_server_);
+    client_.advance(now_, from_client_);
+  }
+
+  void submit(can::TransmitQueue& queue, sim::Bus::Endpoint end) {
+    for (can::Frame frame; bus_.room(end) > 0 && queue.pop_rest(frame);)
+      bus_.submit(end, frame, now_);
+  }
+
+  void lose(unsigned percent) {
+    bus_.set_disturbance([this, percent](const can::Frame& frame, sim::Bus::Endpoint sender) {
+      const auto command = std::to_integer<unsigned>(frame.data[0]);
+      const bool segment = sender == client_end_ && command >= 1 && command <= 127;
+      return segment && random_() % 100 < percent ? sim::Fate::lost : sim::Fate::delivered;
+    });
+  }
+
+  sim::Bus bus_{{.bit_rate = 1'000'000, .queue_depth = kPlaces}};
+  sim::Bus::Endpoint client_end_ = 0;
+  sim::Bus::Endpoint server_end_ = 0;
+  Domain domain_;
+  od::Dictionary dictionary_{device()};
+  EventLog events_;
+  can::TransmitQueue from_client_{16};
+  can::TransmitQueue from_server_{16};
+  sdo::Server server_{dictionary_, can::CobId{can::kSdoRequestBase + kNode},
+                      can::CobId{can::kSdoResponseBase + kNode}, events_};
+  sdo::Client client_{can::CobId{can::kSdoRequestBase + kNode}};
+  std::optional<PatternSource> source_;
+  std::optional<PatternSink> sink_;
+  Instant now_{};
+  std::mt19937 random_{1};
+};
+
+constexpr Row kRows[] = {{Kind::expedited_upload, "expedited upload, 10,000 times"},
+                         {Kind::segmented_upload, "segmented upload, 1 MB"},
+                         {Kind::segmented_download, "segmented download, 1 MB"},
+                         {Kind::block_upload, "block upload, 1 MB"},
+                         {Kind::block_download, "block download, 1 MB"},
+                         {Kind::block_download, "block download, 1 MB, 1 % of segments lost", 1}};
+
+}  // namespace
+
+int main() {
+  bench::print_heading("SDO transfers on a virtual bus at 1 Mbit/s, virtual time");
+  for (const Row& row : kRows) {
+    const Figures figures = Network().run(row);
+    const double use = figures.wire_seconds / figures.seconds;
+    const double amount = row.kind == Kind::expedited_upload ? 10'000 : kBytes;
+    std::printf("    %-46s %9.0f %s, %.1f %% of the time the wire is busy, %.0f ns CPU a frame\n",
+                row.name, amount / figures.seconds,
+                row.kind == Kind::expedited_upload ? "a second" : "byte/s", 100 * use,
+                1e9 * figures.cpu_seconds / static_cast<double>(figures.frames));
+    if (row.kind == Kind::block_download && row.lost_percent == 0) {
+      // Every frame that is needed, and no other, is on the wire: 142,858 segments, an
+      // acknowledgement for each 127 of them, and two frames each to begin and to end.
+      const std::uint64_t segments = (kBytes + 6) / 7;
+      const std::uint64_t needed = segments + (segments + 126) / 127 + 4;
+      bench::require(figures.frames == needed, "more frames than are needed");
+      bench::print_target(row.name, figures.seconds / figures.wire_seconds, 1 / kMinUse,
+                          "x its frames on the wire");
+    }
+  }
+}
