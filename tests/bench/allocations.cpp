@@ -1,14 +1,16 @@
 #include "tests/bench/allocations.h"
 
-#include <cstddef>
+#include <algorithm>
 #include <cstdlib>
 #include <new>
 
 namespace {
 std::uint64_t count = 0;  // benchmarks here have one thread
+std::size_t largest = 0;
 
 void* counted(std::size_t size, std::size_t alignment) {
   ++count;
+  largest = std::max(largest, size);
   const std::size_t rounded = (size + alignment - 1) / alignment * alignment;
   void* p = std::aligned_alloc(alignment, rounded == 0 ? alignment : rounded);
   if (p == nullptr) {
@@ -21,6 +23,12 @@ void* counted(std::size_t size, std::size_t alignment) {
 namespace linegate::bench {
 std::uint64_t allocations() {
   return count;
+}
+std::size_t largest_allocation() {
+  return largest;
+}
+void forget_largest_allocation() {
+  largest = 0;
 }
 }  // namespace linegate::bench
 

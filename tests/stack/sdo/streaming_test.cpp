@@ -1,30 +1,9 @@
 // Values that lie in memory nowhere: a generated pattern goes through client and server, and is
 // checked as it comes. A program of its own, because it looks at what operator new is asked for.
-#include <cstdlib>
-#include <new>
 #include <random>
 
+#include "tests/bench/allocations.h"
 #include "tests/stack/sdo/pair_fixture.h"
-
-namespace {
-
-std::size_t largest_allocation = 0;
-
-}  // namespace
-
-void* operator new(std::size_t size) {
-  largest_allocation = std::max(largest_allocation, size);
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) {
-    return memory;
-  }
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t /*size*/) noexcept {
-  std::free(memory);
-}
 
 namespace linegate::sdo::test {
 namespace {
@@ -149,10 +128,10 @@ TEST_F(Streaming, FourMegabytesThroughAFewKilobytes) {
   for (const Transfer transfer : {Transfer::block, Transfer::segmented}) {
     for (const bool writing : {true, false}) {
       SCOPED_TRACE(testing::Message() << static_cast<int>(transfer) << ' ' << writing);
-      largest_allocation = 0;
+      bench::forget_largest_allocation();
       begin(writing, kFourMegabytes, {.transfer = transfer});
       EXPECT_EQ(run().abort, AbortCode::none);
-      EXPECT_LE(largest_allocation, 4096U);
+      EXPECT_LE(bench::largest_allocation(), 4096U);
       EXPECT_LE(source.longest, 4096U);
       EXPECT_LE(sink.longest, 4096U);
       EXPECT_EQ(sink.position, kFourMegabytes);
