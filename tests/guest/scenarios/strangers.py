@@ -1,17 +1,21 @@
 #!/usr/bin/python3
-"""A foreign CANopen stack (npm's `canopen`) as SDO client of a simulated device and of a line's own node, and as
-a device with an SDO server that the line boots and the console reads and writes. What the stranger stores in the
-device, or in that node, is there after it was killed. In the end tshark's CANopen dissector looks at every frame."""
+"""Two strangers: a foreign CANopen stack (npm's `canopen`), and a device and client in Python on python3-can. Both are
+SDO clients of a simulated device and of a line's own node, and devices with an SDO server that the line boots and the
+console reads and writes, one of them in blocks. What a stranger stores in the device, or in that node, is there after
+it was killed. The one in Python has a heartbeat, guards, PDOs and EMCYs, too. In the end tshark's CANopen dissector
+looks at every frame."""
 
 import argparse
+import json
 import os
 import struct
 
 from actors import FOLDER, Actor, Witness, ask, check, eventually, play
 from capture import malformed_frames
+from python_stranger import COMMANDED, NAME, TEXT, PythonStranger
 from stranger import Stranger
 
-DEVICE, OWN, STRANGER = 5, 127, 20
+DEVICE, OWN, STRANGER, PYTHON = 5, 127, 20, 21
 SAVE, LOAD = b"save", b"load"
 PLANT = """\
 schema: 1
@@ -26,6 +30,7 @@ lines:
     storage: {storage}
     nodes:
       - {{id: {node}, name: stranger, eds: {eds}}}
+      - {{id: {python}, name: python, eds: {python_eds}, heartbeat: 500ms}}
 """
 
 
@@ -48,6 +53,7 @@ class Mixed:
         self.bus = Witness("vcan0")
         self.stranger = Stranger("vcan0", STRANGER, self.programs.modules)
         check("the stranger is ready", self.stranger.next_answer() == {"ready": True})
+        self.python = PythonStranger("vcan0", PYTHON)
         self.device = self.simulate()
 
     def simulate(self):
@@ -67,11 +73,24 @@ class Mixed:
     def start_gateway(self):
         plant = os.path.join(FOLDER, "mixed.yaml")
         with open(plant, "w", encoding="utf-8") as file:
-            file.write(PLANT.format(node=STRANGER, eds=self.stranger.eds, storage=self.storage))
+            file.write(
+                PLANT.format(
+                    node=STRANGER,
+                    eds=self.stranger.eds,
+                    python=PYTHON,
+                    python_eds=self.python.eds,
+                    storage=self.storage,
+                )
+            )
         self.gateway = Actor("linegated", self.programs.linegated, plant)
 
     def command(self, *arguments):
         return ask(self.programs.linegate, "--json", "--wait", "30", "--timeout", "20", *arguments, within=60)
+
+
+    def node(self, number):
+        """What the console shows of it."""
+        return next((node for node in self.command("nodes", "mixed") if node["node"] == number), {})
 
 
 def sent(mixed, identifier, data):
@@ -115,11 +134,11 @@ def the_stranger_writes_and_stores(mixed):
 def the_line_has_a_stranger(mixed):
     mixed.start_gateway()
 
-    def state():
-        nodes = {node["node"]: node for node in mixed.command("nodes", "mixed")}
-        return nodes.get(STRANGER, {}).get("state") == "operational"
-
-    eventually("the line booted the stranger by the EDS that it wrote itself", state, 40)
+    eventually(
+        "the line booted the stranger by the EDS that it wrote itself",
+        lambda: mixed.node(STRANGER).get("state") == "operational",
+        40,
+    )
     answer = mixed.command("sdo", "read", f"mixed:{STRANGER}", "1008", "0", "vs")
     check("its name is read in segments", bytes.fromhex(answer["data"]) == b"a device of the stranger")
     mixed.command("sdo", "write", f"mixed:{STRANGER}", "2000", "0", "u32", "0x12345678")
@@ -144,11 +163,72 @@ def the_line_stores_for_the_stranger(mixed):
     check("it has the 1015h that was stored", upload(OWN, 0x1015, 0) == u16(7))
 
 
+def python_asks_a_device(mixed):
+    client = mixed.python.client(DEVICE)
+    name = mixed.stranger.upload(DEVICE, 0x1008, 0)
+    check("to the one in Python 1000h is the same", client.upload(0x1000, 0) == u32(0x00030191))
+    check("its name is, in segments", client.upload(0x1008, 0) == name)
+    check("and in blocks, three segments each", client.block_upload(0x1008, 0, size=3) == name)
+    check("a write in segments of what is too long is refused", client.download(0x1017, 0, bytes(9)) == 0x06070012)
+    check("what is not there is refused in blocks, too", client.block_upload(0x2FFF, 0) == 0x06020000)
+    check("it writes 1015h in a block", client.block_download(0x1015, 0, u16(77)) is None)
+    check("and reads it back", client.upload(0x1015, 0) == u16(77))
+    guards = mixed.bus.frames(0x700 + DEVICE)
+    for _ in range(2):
+        mixed.python.send(0x700 + DEVICE, b"", remote=True)
+    eventually("its guard requests are answered", lambda: len(mixed.bus.frames(0x700 + DEVICE)) >= len(guards) + 2, 10)
+    toggles = [data[0] for _, _, data in mixed.bus.frames(0x700 + DEVICE) if len(data) == 1][-2:]
+    check(f"with a toggle bit: {toggles}", toggles == [0x7F, 0xFF])
+
+
+def the_line_has_python(mixed):
+    python, place = mixed.python, f"mixed:{PYTHON}"
+    eventually(
+        "the line booted the one in Python by a sloppy EDS", lambda: mixed.node(PYTHON).get("state") == "operational", 40
+    )
+    check("and gave it a heartbeat", python.server.objects[(0x1017, 0)] == u16(500))
+    answer = mixed.command("sdo", "read", place, "1008", "0", "vs")
+    check("its name is read in segments", bytes.fromhex(answer["data"]) == NAME)
+    text = "a text that goes in blocks, " * 10
+    mixed.command("sdo", "write", place, "2001", "0", "vs", text)
+    check("a long text came in blocks", python.server.objects[TEXT] == text.encode())
+    answer = mixed.command("sdo", "read", place, "2001", "0", "vs")
+    check("and is read back", bytes.fromhex(answer["data"]).decode() == text)
+    wanted = {"expedited upload", "expedited download", "segmented upload", "block download", "block upload"}
+    check(f"transfers of every kind: {sorted(python.server.seen)}", python.server.seen >= wanted)
+    client = python.client(OWN)
+    check("it reads 1018h:0 of the line's own node", client.upload(0x1018, 0) == b"\x04")
+    check("and writes its 1015h in a block", client.block_download(0x1015, 0, u16(9)) is None)
+
+
+def pdos_and_errors_of_python(mixed):
+    python = mixed.python
+    python.send_pdo(0x01020304)
+
+    def value():
+        images = mixed.command("image", "mixed")
+        return "16909060" in json.dumps(images)
+
+    eventually("its TPDO is in the image", value, 20)
+    mixed.command("write", "mixed", f"{PYTHON}.2002:0", "4711")
+    eventually("an output reaches its RPDO", lambda: python.server.objects[COMMANDED] == u32(4711), 20)
+    python.send_emcy(0x2310, 0x03)
+    eventually("its EMCY is told", lambda: mixed.node(PYTHON).get("last_emcy") == 0x2310, 20)
+    python.send_emcy(0, 0)
+    python.power_off()
+    eventually("without its heartbeat it is missing", lambda: mixed.node(PYTHON).get("presence") == "missing", 20)
+    python.power_on()
+    eventually("and it is booted again", lambda: mixed.node(PYTHON).get("state") == "operational", 30)
+
+
 def scenario():
     mixed = Mixed()
     the_stranger_reads(mixed)
+    python_asks_a_device(mixed)
     the_stranger_writes_and_stores(mixed)
     the_line_has_a_stranger(mixed)
+    the_line_has_python(mixed)
+    pdos_and_errors_of_python(mixed)
     the_line_stores_for_the_stranger(mixed)
     check("the gateway ends well", mixed.gateway.stop() == 0)
     frames = mixed.bus.frames()
