@@ -141,6 +141,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   Instant next_overrun{};       // when a loss of frames may be told again
   bool duplicate_told = false;  // since the last reset
   bool started = false;
+  std::uint64_t settled_writes = 0;                // Dictionary::writes_told() at the last settle()
   storage::Damage damage = storage::Damage::none;  // of what was stored, to be told after boot-up
   Instant now{};  // of what is being done: for errors told without a time
 };

@@ -22,7 +22,9 @@ inline void Node::Impl::take_sdo(std::uint16_t index, const can::Frame& frame) {
     ++counters.malformed;  // the server tells it
   }
   sdo.receive(index, frame, transmit);
-  settle(frame.time);
+  if (dictionary.writes_told() != settled_writes) [[unlikely]] {
+    settle(frame.time);
+  }
 }
 
 // What a frame sets off (a COB-ID that is written, a reset) may change the table: a target is not

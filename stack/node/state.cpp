@@ -232,6 +232,7 @@ void Node::Impl::settle(Instant time) {
   heartbeat.settle(time);
   sdo.settle();
   sdo_clients.settle();
+  settled_writes = dictionary.writes_told();
 }
 
 }  // namespace linegate::node

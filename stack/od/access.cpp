@@ -71,14 +71,6 @@ void store(const ObjectTable& objects, Address address, Variable& variable,
   variable.size = static_cast<std::uint32_t>(value.size());
 }
 
-void store_and_tell(const ObjectTable& objects, Address address, Variable& variable,
-                    std::span<const std::byte> value) {
-  store(objects, address, variable, value);
-  if (variable.hook != nullptr) {
-    variable.hook->written(address);
-  }
-}
-
 // refuse(why) is the error of a hook that says no, or later.
 template <class Refuse>
 [[gnu::always_inline]] inline Result<std::span<const std::byte>> read_variable(
@@ -96,6 +88,19 @@ template <class Refuse>
 }
 
 }  // namespace
+
+void Dictionary::tell(Address address, const Variable& variable) {
+  if (variable.hook != nullptr) {
+    ++writes_told_;
+    variable.hook->written(address);
+  }
+}
+
+void Dictionary::store_and_tell(Address address, Variable& variable,
+                                std::span<const std::byte> value) {
+  store(*objects_, address, variable, value);
+  tell(address, variable);
+}
 
 template <class Refuse>
 [[gnu::always_inline]] inline Result<std::span<const std::byte>> Dictionary::access(
@@ -152,7 +157,7 @@ AbortCode Dictionary::write(Address address, std::span<const std::byte> value, T
   }
   why = check_variable(*objects_, address, *variable, value);
   if (why == AbortCode::none) {
-    store_and_tell(*objects_, address, *variable, value);
+    store_and_tell(address, *variable, value);
   } else if (why == kLater) {
     ticket = put_off(address);
   }
@@ -176,8 +181,8 @@ AbortCode Dictionary::write_all(std::span<const Assignment> values, std::size_t*
   }
   for (const auto& [address, value] : values) {
     const Variable* variable = objects_->find(address, element, why);
-    if (variable != nullptr && variable->hook != nullptr) {  // a hook may have removed the object
-      variable->hook->written(address);
+    if (variable != nullptr) {  // a hook may have removed the object
+      tell(address, *variable);
     }
   }
   return AbortCode::none;
@@ -196,7 +201,7 @@ AbortCode Dictionary::finish_write(Ticket ticket, std::span<const std::byte> val
   }
   why = check_value(*objects_, waiting->address, *variable, value);
   if (why == AbortCode::none) {
-    store_and_tell(*objects_, waiting->address, *variable, value);
+    store_and_tell(waiting->address, *variable, value);
   }
   return why;
 }
@@ -208,7 +213,7 @@ bool Dictionary::set(Address address, std::span<const std::byte> value) {
   if (variable == nullptr || check_length(*variable, value.size()) != AbortCode::none) {
     return false;
   }
-  store_and_tell(*objects_, address, *variable, value);
+  store_and_tell(address, *variable, value);
   return true;
 }
 

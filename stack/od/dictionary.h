@@ -210,6 +210,10 @@ class Dictionary {
   // but no hook is called.
   bool restore(Address address, std::span<const std::byte> value);
 
+  // Grows whenever a hook is told of a write: as long as it does not, no service has other
+  // parameters than before.
+  std::uint64_t writes_told() const { return writes_told_; }
+
   // The value as an unsigned number, zero-extended; nothing if there is none or it has 0 or more
   // than 8 bytes. Hooks are not called.
   std::optional<std::uint64_t> number(Address address) const;
@@ -218,6 +222,8 @@ class Dictionary {
   template <class Refuse>
   Result<std::span<const std::byte>> access(Address address, Refuse refuse) const;
   bool set_number(Address address, std::uint64_t value, bool negative);
+  void tell(Address address, const Variable& variable);
+  void store_and_tell(Address address, Variable& variable, std::span<const std::byte> value);
   void point_at(std::uint16_t index, Hook* hook);
   Ticket put_off(Address address);
   void tell_observers(std::uint16_t index);
@@ -225,6 +231,7 @@ class Dictionary {
   std::unique_ptr<ObjectTable> objects_;
   std::unique_ptr<Deferrals> deferrals_;
   std::vector<Observer*> observers_;
+  std::uint64_t writes_told_ = 0;
 };
 
 }  // namespace linegate::od

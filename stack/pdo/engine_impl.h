@@ -200,7 +200,12 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void tell_length(std::uint16_t slot, const can::Frame& frame);
   void tell_in_order(std::uint16_t slot);
   void open_window(Instant sync);
-  void close_window(Instant now);
+  void close_window(Instant now) {
+    if (window_open && now >= window_end) [[unlikely]] {
+      drop_what_missed_the_window();
+    }
+  }
+  void drop_what_missed_the_window();
   Event event(EventKind kind, Instant time, std::uint16_t slot) const;
 
   // --- transmission (transmit.cpp) --------------------------------------------------------------

@@ -140,10 +140,7 @@ void Engine::Impl::open_window(Instant sync) {
 }
 
 // The TPDOs of this SYNC that found no room on the bus are not sent any more.
-void Engine::Impl::close_window(Instant now) {
-  if (!window_open || now < window_end) {
-    return;
-  }
+void Engine::Impl::drop_what_missed_the_window() {
   window_open = false;
   for (const std::uint16_t slot : sync_tpdos) {
     const Tpdo& pdo = tpdos[slot];

@@ -103,11 +103,14 @@ AbortCode BlockReceiver::take(std::uint64_t segment, Sink& sink) {
     held_ = segment;
     holds_ = true;
     ++in_order_;
+    fruitless_ = 0;
     taken_ += kSegmentSize;
     last_taken_ = last;
   }
   over_ = over_ || last || number == block_size_;
-  return AbortCode::none;
+  // Two sides that both take would acknowledge each other for ever: A2h is a last segment, too.
+  fruitless_ += over_ && in_order_ == 0 ? 1U : 0U;
+  return fruitless_ > kMaxFruitless ? AbortCode::sequence_number : AbortCode::none;
 }
 
 std::uint64_t BlockReceiver::acknowledge() {

@@ -63,7 +63,8 @@ class BlockReceiver {
   std::uint8_t block_size() const { return block_size_; }
 
   // Takes a segment. One that is not in order is ignored. sequence_number if there is no such
-  // segment in the sub-block; what the sink says.
+  // segment in the sub-block, or one sub-block after the other ended without its first segment;
+  // what the sink says.
   AbortCode take(std::uint64_t segment, Sink& sink);
   // The sub-block is over: acknowledge() is due.
   bool over() const { return over_; }
@@ -84,6 +85,7 @@ class BlockReceiver {
 
  private:
   static constexpr unsigned kMaxVain = 2;
+  static constexpr unsigned kMaxFruitless = 8;
   static constexpr std::size_t kFewBytes = 8 * kSegmentSize;
 
   AbortCode release(std::size_t size, Sink& sink);
@@ -97,7 +99,8 @@ class BlockReceiver {
   std::uint8_t block_size_ = 0;
   std::uint8_t in_order_ = 0;
   std::uint8_t newest_ = 0;
-  unsigned vain_ = 0;  // acknowledgements since a segment came
+  unsigned vain_ = 0;       // acknowledgements since a segment came
+  unsigned fruitless_ = 0;  // sub-blocks that ended since a segment came in order
   bool with_crc_ = false;
   bool holds_ = false;
   bool last_taken_ = false;

@@ -187,6 +187,17 @@ TEST_F(ServerBlockTest, ASequenceNumberThereIsNot) {
   EXPECT_EQ(ask({66, 1, 2, 3, 4, 5, 6, 7}), abort_bytes(0x2100, 0, 0x0504'0003));
 }
 
+// The acknowledgement of a client that takes blocks, too, is number 34 and the last: each would
+// answer the other for ever.
+TEST_F(ServerBlockTest, SubBlocksWithoutTheirFirstSegmentDoNotGoOnForEver) {
+  begin_download();
+  for (int i = 0; i < 8; ++i) {
+    EXPECT_EQ(ask(block_ack(0, 127)), block_ack(0, 127));
+  }
+  EXPECT_EQ(ask(block_ack(0, 127)), abort_bytes(0x2100, 0, 0x0504'0003));
+  EXPECT_FALSE(server.busy());
+}
+
 TEST_F(ServerBlockTest, LengthOfABlockDownload) {
   EXPECT_EQ(ask({0xC6, 0x00, 0x20, 5, 9, 0, 0, 0}), abort_bytes(0x2000, 5, 0x0607'0012));
   EXPECT_EQ(ask({0xC6, 0x00, 0x20, 5, 7, 0, 0, 0}), abort_bytes(0x2000, 5, 0x0607'0013));
