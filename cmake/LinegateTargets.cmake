@@ -47,6 +47,13 @@ function(linegate_precompile target)
   endif()
 endfunction()
 
+# Under sanitizers, for add_compile_options() of folders whose code takes longer to compile than it
+# runs. The stack and what tests run with it for minutes of a plant's time stay optimised.
+set(LINEGATE_UNOPTIMISED "")
+if(LINEGATE_SANITIZE OR LINEGATE_BUILD_FUZZ)
+  set(LINEGATE_UNOPTIMISED -O0)
+endif()
+
 # linegate_library(NAME SOURCES a.cpp ... [DEPENDS linegate::x ...] [PRIVATE_DEPENDS ...])
 # makes static library linegate_NAME with alias linegate::NAME and installs it.
 function(linegate_library name)
@@ -115,12 +122,8 @@ function(linegate_test name)
     target_compile_options(${name} PRIVATE -O0 -g1)
     linegate_precompile_gtest(${name})
   endif()
-  set(lock)
-  if(ARG_TIER STREQUAL "dds")
-    set(lock RESOURCE_LOCK dds)  # participants of one test are not to find those of another
-  endif()
   gtest_discover_tests(${name} TEST_PREFIX "${ARG_TIER}." DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
-                       PROPERTIES LABELS ${ARG_TIER} TIMEOUT ${ARG_TIMEOUT} ${lock})
+                       PROPERTIES LABELS ${ARG_TIER} TIMEOUT ${ARG_TIMEOUT})
 endfunction()
 
 # linegate_readme_example(NAME README file LANGUAGE cpp DEPENDS ...) makes an executable of the first

@@ -9,12 +9,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "tests/dds/own_domain.h"
+
 namespace linegate::test {
 
 using Clock = std::chrono::steady_clock;
 
 std::uint32_t domain() {
-  return 50U + static_cast<std::uint32_t>(::getpid()) % 140U;
+  return own_domain();
 }
 
 Peer::Peer(const std::string& role, const std::string& profiles) {

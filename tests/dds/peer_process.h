@@ -11,7 +11,7 @@
 
 namespace linegate::test {
 
-// Of this test process, below 200: tests that run at the same time do not meet.
+// Of this test process alone: own_domain.h.
 std::uint32_t domain();
 
 class Peer {

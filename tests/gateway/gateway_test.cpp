@@ -10,11 +10,11 @@
 #include <string>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "bridges/dds/client.h"
 #include "gateway/clock.h"
 
+#include "tests/dds/own_domain.h"
 #include "tests/gateway/log_keeper.h"
 #include "tests/gateway/plans.h"
 
@@ -25,13 +25,8 @@ using namespace std::chrono_literals;
 
 constexpr Duration kPatience = 20s;
 
-// Domains of tests that run at the same time must differ.
-std::uint32_t domain() {
-  return 100 + static_cast<std::uint32_t>(getpid()) % 100;
-}
-
 std::string plant_text() {
-  return "schema: 1\ngateway: {name: test}\ndds: {domain: " + std::to_string(domain()) +
+  return "schema: 1\ngateway: {name: test}\ndds: {domain: " + std::to_string(test::own_domain()) +
          ", profile: " + LOOPBACK_PROFILES + R"(}
 lines:
   - name: open
@@ -118,7 +113,7 @@ class GatewayTest : public testing::Test {
     gateway_ = std::move(*made.value);
     gateway_->start();
     dds::ClientOptions options;
-    options.domain = domain();
+    options.domain = test::own_domain();
     options.profile_file = LOOPBACK_PROFILES;
     options.outputs = true;
     auto client = dds::Client::make(options);

@@ -19,7 +19,7 @@ def is_waiting(process):
 
 
 def main(linegate, profiles):
-    domain = str(50 + os.getpid() % 140)
+    domain = str(190 + os.getpid() % 10)  # below are those of tests/dds/own_domain.h
     command = [linegate, "--profile", profiles, "--domain", domain, "--wait", "3600", "nodes"]
     with subprocess.Popen(command) as process:
         try:

@@ -1,0 +1,47 @@
+// A DDS domain for the tests of this process alone, so that test programs may run side by side.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+namespace linegate::test {
+
+// False if another process has the name. It is ours until this process ends, whatever way.
+inline bool take_name(const std::string& name) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;  // and no path: a name of the abstract namespace, without a file
+  std::memcpy(address.sun_path + 1, name.data(), name.size());
+  const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
+  const int held = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (held < 0 || ::bind(held, reinterpret_cast<const sockaddr*>(&address), length) == 0) {
+    return held >= 0;
+  }
+  ::close(held);
+  return false;
+}
+
+// 50 to 189, always the same. Other numbers are left to the demo and to who tries things by hand.
+inline std::uint32_t own_domain() {
+  constexpr std::uint32_t kFirst = 50;
+  constexpr std::uint32_t kCount = 140;
+  static const std::uint32_t domain = [] {
+    const auto begin = static_cast<std::uint32_t>(::getpid());
+    for (std::uint32_t i = 0; i < kCount; ++i) {
+      const std::uint32_t candidate = kFirst + (begin + i) % kCount;
+      if (take_name("linegate-test-domain-" + std::to_string(candidate))) {
+        return candidate;
+      }
+    }
+    std::abort();  // nothing could be tested
+  }();
+  return domain;
+}
+
+}  // namespace linegate::test
