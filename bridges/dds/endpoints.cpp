@@ -13,6 +13,16 @@ namespace fast = eprosima::fastdds::dds;
 
 constexpr std::uint32_t kMaxDomain = 232;  // DDSI-RTPS 9.6.1.1: ports end there
 
+// To be called before a writer is deleted. Fast DDS 2.9 lets go of the samples that a writer still
+// keeps without its lock, while a heartbeat of it may be under way in another thread; that one sees
+// sequence number 0, and names all the numbers from there to the end of time as missing
+// (RTPSWriter::deinit, StatefulWriter::add_gaps_for_holes_in_history_; their pull request 4076).
+// Whoever deletes the writer then waits for ever. Clearing has the lock.
+void clear(fast::DataWriter& writer) {
+  std::size_t dropped = 0;
+  writer.clear_history(&dropped);
+}
+
 }  // namespace
 
 Endpoints::Endpoints(const std::string& name, std::uint32_t domain, const std::string& profile_file,
@@ -51,8 +61,18 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
 Endpoints::~Endpoints() {
   if (participant_ == nullptr)
     return;
+  std::vector<fast::DataWriter*> writers;
+  if (publisher_ != nullptr)
+    publisher_->get_datawriters(writers);
+  for (fast::DataWriter* writer : writers)
+    clear(*writer);
   participant_->delete_contained_entities();
   fast::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+}
+
+void Endpoints::remove(fast::DataWriter* writer) {
+  clear(*writer);
+  publisher_->delete_datawriter(writer);
 }
 
 void Endpoints::fail(std::string text) {

@@ -39,7 +39,8 @@ class Endpoints {
   // Received samples that could not be read, since the last call.
   std::uint64_t take_unreadable() { return unreadable_->take(); }
 
-  void remove(eprosima::fastdds::dds::DataWriter* writer) { publisher_->delete_datawriter(writer); }
+  // Nobody may write meanwhile; what a reader has not got yet is lost to it.
+  void remove(eprosima::fastdds::dds::DataWriter* writer);
   void remove(eprosima::fastdds::dds::DataReader* reader) {
     subscriber_->delete_datareader(reader);
   }

@@ -195,24 +195,44 @@ TEST_F(Commands, MoreClientsThanInstancesAreServed) {
   EXPECT_EQ(carried_out(), 1'250U);
 }
 
-// The operator's profiles, but for three instances of commands and outputs.
+// The operator's profiles, to be changed.
+class ProfileText {
+ public:
+  ProfileText() {
+    std::ifstream file(LOOPBACK_PROFILES);
+    text_.assign(std::istreambuf_iterator<char>(file), {});
+  }
+  const std::string& text() const { return text_; }
+
+  // The first element in the profile which begins so; path: of its tags, as in "topic><kind".
+  void set(const std::string& profile, const std::string& path, std::uint32_t value) {
+    const std::size_t begin = find("<" + path + ">", find(profile, 0)) + path.size() + 2;
+    text_.replace(begin, text_.find('<', begin) - begin, std::to_string(value));
+  }
+  void set_instances(const std::string& profile, std::uint32_t instances, std::uint32_t depth) {
+    set(profile, "max_samples", instances * depth);
+    set(profile, "max_instances", instances);
+  }
+  // At the end of the profile.
+  void add(const std::string& profile, const std::string& element) {
+    text_.insert(find("<historyMemoryPolicy>", find(profile, 0)), element);
+  }
+
+ private:
+  std::size_t find(const std::string& what, std::size_t from) const {
+    const std::size_t at = text_.find(what, from);
+    EXPECT_NE(at, std::string::npos) << what;
+    return at;
+  }
+  std::string text_;
+};
+
 std::string few_instances() {
-  std::ifstream file(LOOPBACK_PROFILES);
-  std::string text((std::istreambuf_iterator<char>(file)), {});
-  const auto shrink = [&](const std::string& profile, int depth) {
-    const std::size_t at = text.find(profile);
-    ASSERT_NE(at, std::string::npos);
-    const auto set = [&](const std::string& tag, int value) {
-      const std::size_t begin = text.find("<" + tag + ">", at) + tag.size() + 2;
-      text.replace(begin, text.find('<', begin) - begin, std::to_string(value));
-    };
-    set("max_samples", 3 * depth);
-    set("max_instances", 3);
-  };
-  shrink("<data_reader profile_name=\"linegate/v1/CommandRequest\">", 256);
-  shrink("<data_reader profile_name=\"linegate/v1/OutputWrite\">", 1);
-  shrink("<data_writer profile_name=\"linegate/v1/CommandReply\">", 16);
-  return text;
+  ProfileText profiles;
+  profiles.set_instances("<data_reader profile_name=\"linegate/v1/CommandRequest\">", 3, 256);
+  profiles.set_instances("<data_reader profile_name=\"linegate/v1/OutputWrite\">", 3, 1);
+  profiles.set_instances("<data_writer profile_name=\"linegate/v1/CommandReply\">", 3, 16);
+  return profiles.text();
 }
 
 class FewInstances : public testing::Test {
@@ -262,6 +282,50 @@ TEST_F(FewInstances, OutputsOfManyGroupsArrive) {
              !gateway.expect(told, std::chrono::milliseconds(100)).empty();
     })) << group;
   }
+}
+
+// A writer of replies that tells all the time what it has, since one reader never says that it got
+// it. Fast DDS must not find samples there that are being let go of (Endpoints::remove).
+std::string busy_heartbeats() {
+  ProfileText profiles;
+  const std::string writer = "<data_writer profile_name=\"linegate/v1/CommandReply\">";
+  profiles.set_instances(writer, 240, 16);
+  profiles.set(writer, "heartbeatPeriod><nanosec", 100'000);
+  profiles.add("<data_reader profile_name=\"linegate/v1/CommandReply\">",
+               "<times><heartbeatResponseDelay><sec>600</sec></heartbeatResponseDelay></times>");
+  return profiles.text();
+}
+
+class BusyHeartbeats : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_FALSE(gateway.expect("ready").empty());
+    ASSERT_FALSE(subscriber.expect("line").empty());
+  }
+  // For so many clients more, at most 256: that many instances a writer of requests has.
+  void ask_for(int more) {
+    Stranger stranger(diagnostics);
+    for (const int end = clients + more; clients < end; ++clients) {
+      const std::string name = std::to_string(clients);
+      ASSERT_TRUE(eventually([&] { return stranger.ask(name, 5) > 0; })) << name;
+    }
+  }
+
+  const File profiles{busy_heartbeats()};
+  Peer gateway{"gateway", profiles.path};
+  Peer subscriber{"subscriber", profiles.path};
+  std::vector<Diagnostic> diagnostics;
+  int clients = 0;
+};
+
+TEST_F(BusyHeartbeats, TheWriterOfRepliesIsReplaced) {
+  for (int round = 0; round < 5 && !HasFatalFailure(); ++round)
+    ask_for(250);
+}
+
+TEST_F(BusyHeartbeats, TheGatewayEnds) {
+  ask_for(230);
+  EXPECT_TRUE(gateway.end());
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <thread>
+#include <utility>
 
 #include <fcntl.h>
 #include <poll.h>
@@ -39,17 +40,25 @@ Peer::Peer(const std::string& role, const std::string& profiles) {
 }
 
 Peer::~Peer() {
-  ::close(to_);
-  if (pid_ > 0) {
-    ::kill(pid_, SIGCONT);
-    const auto deadline = Clock::now() + std::chrono::seconds(5);
-    while (::waitpid(pid_, nullptr, WNOHANG) == 0) {
-      if (Clock::now() > deadline)
-        ::kill(pid_, SIGKILL);
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-  }
+  end();
   ::close(from_);
+}
+
+bool Peer::end() {
+  if (to_ >= 0)
+    ::close(std::exchange(to_, -1));
+  if (pid_ <= 0)
+    return false;
+  ::kill(pid_, SIGCONT);
+  const auto deadline = Clock::now() + std::chrono::seconds(5);
+  int status = -1;
+  while (::waitpid(pid_, &status, WNOHANG) == 0) {
+    if (Clock::now() > deadline)
+      ::kill(pid_, SIGKILL);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  pid_ = -1;
+  return status == 0;
 }
 
 void Peer::signal(int number) const {

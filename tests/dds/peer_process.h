@@ -18,7 +18,7 @@ class Peer {
  public:
   // Starts dds_peer with that role in domain().
   explicit Peer(const std::string& role, const std::string& profiles = LOOPBACK_PROFILES);
-  ~Peer();  // ends its input, then waits for it; kills it after 5 s
+  ~Peer();
   Peer(const Peer&) = delete;
   Peer& operator=(const Peer&) = delete;
 
@@ -26,6 +26,8 @@ class Peer {
   std::string expect(std::string_view prefix,
                      std::chrono::milliseconds deadline = std::chrono::seconds(20));
   void signal(int number) const;
+  // Ends its input, then waits for it; kills it after 5 s. False: it had to be, or went wrong.
+  bool end();
 
  private:
   bool read_more(int timeout_ms);
