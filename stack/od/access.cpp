@@ -48,11 +48,6 @@ AbortCode check_variable(const ObjectTable& objects, Address address, const Vari
              : variable.hook->check_write(address, value);
 }
 
-// For callers that cannot wait.
-AbortCode now_or_never(AbortCode answer) {
-  return answer == kLater ? AbortCode::device_state : answer;
-}
-
 // Why an address without variable cannot be written: sub-index FFh exists, and is const.
 AbortCode unwritable(Address address, AbortCode why) {
   return address.sub == kStructureSub && why == AbortCode::no_sub_index ? AbortCode::read_only
@@ -120,7 +115,7 @@ template <class Refuse>
 }
 
 Result<std::span<const std::byte>> Dictionary::read(Address address) const {
-  return access(address, [](AbortCode answer) { return to_error(now_or_never(answer)); });
+  return access(address, [](AbortCode answer) { return to_error(never_later(answer)); });
 }
 
 Result<std::span<const std::byte>> Dictionary::read(Address address, Ticket& ticket) {
@@ -137,7 +132,7 @@ AbortCode Dictionary::check(Address address, std::span<const std::byte> value) c
   AbortCode why = AbortCode::none;
   const Variable* variable = objects_->find(address, element, why);
   return variable == nullptr ? unwritable(address, why)
-                             : now_or_never(check_variable(*objects_, address, *variable, value));
+                             : never_later(check_variable(*objects_, address, *variable, value));
 }
 
 AbortCode Dictionary::write(Address address, std::span<const std::byte> value) {

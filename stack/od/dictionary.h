@@ -148,7 +148,8 @@ class Dictionary {
   // Whether open_source() or open_sink() may give something.
   bool streams(Address address) const;
   // What the hook of a DOMAIN gives for transfers piece by piece; nullptr if it, or another object,
-  // has its bytes in the dictionary, or is none. Rights are not looked at.
+  // has its bytes in the dictionary, or is none. Rights are not looked at. An error of the code
+  // kLater: see put_off_source().
   Result<ByteSource*> open_source(Address address) const;
   Result<ByteSink*> open_sink(Address address, std::optional<std::uint32_t> size) const;
 
@@ -179,6 +180,15 @@ class Dictionary {
   AbortCode finish_write(Ticket ticket, std::span<const std::byte> value);
   // Gives the access up; tells the hook if it has not answered.
   void cancel(Ticket ticket);
+
+  // open_source() or open_sink() or the stream that it gave answered kLater: the transfer waits,
+  // and the ticket stands for it. 0 if nobody is there who could answer. Of several hooks of the
+  // object, the one that opened a source (sink) last is told.
+  Ticket put_off_source(Address address) { return put_off_stream(address, false); }
+  Ticket put_off_sink(Address address) { return put_off_stream(address, true); }
+  // The outcome for such a ticket, which is used up: none, or why the transfer ends. Without an
+  // outcome device_state.
+  AbortCode finish(Ticket ticket);
 
   // --- access by the device itself: no rights, no limits, no check; hooks' written() is called ---
 
@@ -226,6 +236,7 @@ class Dictionary {
   void store_and_tell(Address address, Variable& variable, std::span<const std::byte> value);
   void point_at(std::uint16_t index, Hook* hook);
   Ticket put_off(Address address);
+  Ticket put_off_stream(Address address, bool writing);
   void tell_observers(std::uint16_t index);
 
   std::unique_ptr<ObjectTable> objects_;

@@ -21,8 +21,14 @@ class ByteSource;
 using Ticket = std::uint32_t;
 
 // What before_read() and check_write() may give besides none and a refusal: the hook will answer
-// later (split indication). The access waits for Dictionary::complete(). Never on the bus.
+// later (split indication). The access waits for Dictionary::complete(). Never on the bus. The same
+// goes for open_source(), open_sink() and the streams that they give (see stream.h).
 inline constexpr AbortCode kLater = static_cast<AbortCode>(0xFFFF'FFFF);
+
+// For callers that cannot wait.
+constexpr AbortCode never_later(AbortCode answer) {
+  return answer == kLater ? AbortCode::device_state : answer;
+}
 
 // A hook is registered for an object and sees all its sub-indices. It must outlive the dictionary
 // or be removed first. Every function has a default that does nothing.
@@ -51,11 +57,13 @@ class Hook {
   // piece by piece (see stream.h), nullptr for the dictionary's own, or why not. size: bytes that
   // will come, if told. What they give must live until its last call, and is not asked for again
   // before, unless another SDO server begins a transfer of its own. The dictionary should have no
-  // value for such an object: its read() and write() know nothing of the stream.
+  // value for such an object: its read() and write() know nothing of the stream. After kLater and
+  // complete() with none they are asked again.
   virtual Result<ByteSource*> open_source(Address address);
   virtual Result<ByteSink*> open_sink(Address address, std::optional<std::uint32_t> size);
 
-  // After kLater: the access waits, and ticket stands for it.
+  // After kLater, of this hook or of a stream that it gave: the access waits, and ticket stands for
+  // it.
   virtual void put_off(Address address, Ticket ticket);
   // Nobody waits any longer (abort, time-out, reset): complete() would find no access. Not called
   // after complete().

@@ -19,13 +19,32 @@ void Hook::put_off(Address /*address*/, Ticket /*ticket*/) {
 void Hook::cancelled(Ticket /*ticket*/) {
 }
 
+void HookChain::set_first(Hook* hook) {
+  if (hook != first_) {
+    forget(first_);
+  }
+  first_ = hook;
+}
+
 bool HookChain::remove(Hook* hook) {
   const auto at = std::ranges::find(others_, hook, &Other::hook);
   if (at == others_.end()) {
     return false;
   }
   others_.erase(at);
+  forget(hook);
   return true;
+}
+
+void HookChain::forget(const Hook* hook) {
+  source_opener_ = source_opener_ == hook ? nullptr : source_opener_;
+  sink_opener_ = sink_opener_ == hook ? nullptr : sink_opener_;
+}
+
+// What was opened before there were several hooks is of the first.
+Hook* HookChain::opener(bool of_sink) const {
+  Hook* known = of_sink ? sink_opener_ : source_opener_;
+  return known != nullptr ? known : first_;
 }
 
 template <class Ask>
@@ -80,20 +99,24 @@ void HookChain::came_by_rpdo(Address address) {
 }
 
 template <class Stream, class Open>
-Result<Stream*> HookChain::first_stream(Open open) {
+Result<Stream*> HookChain::first_stream(Hook*& opener, Open open) {
+  opener = first_;
   Result<Stream*> found = first_ == nullptr ? nullptr : open(*first_);
   for (std::size_t i = 0; i < others_.size() && found.ok() && *found == nullptr; ++i) {
-    found = open(*others_[i].hook);
+    opener = others_[i].hook;
+    found = open(*opener);
   }
   return found;
 }
 
 Result<ByteSource*> HookChain::open_source(Address address) {
-  return first_stream<ByteSource>([&](Hook& hook) { return hook.open_source(address); });
+  return first_stream<ByteSource>(source_opener_,
+                                  [&](Hook& hook) { return hook.open_source(address); });
 }
 
 Result<ByteSink*> HookChain::open_sink(Address address, std::optional<std::uint32_t> size) {
-  return first_stream<ByteSink>([&](Hook& hook) { return hook.open_sink(address, size); });
+  return first_stream<ByteSink>(sink_opener_,
+                                [&](Hook& hook) { return hook.open_sink(address, size); });
 }
 
 bool HookChain::watches_rpdos() const {

@@ -13,7 +13,7 @@ class HookChain final : public Hook {
 
   // The one that set_hook() sets, which is asked and told first; may be nullptr.
   Hook* first() const { return first_; }
-  void set_first(Hook* hook) { first_ = hook; }
+  void set_first(Hook* hook);
   void add(Hook* hook, Watch watch) { others_.push_back({hook, watch}); }
   // False if it was not there.
   bool remove(Hook* hook);
@@ -26,12 +26,14 @@ class HookChain final : public Hook {
   AbortCode check_write(Address address, std::span<const std::byte> value) override;
   void written(Address address) override;
   void came_by_rpdo(Address address) override;
-  // The first stream that one of them gives, or its refusal.
+  // The first stream that one of them gives, or its refusal, or kLater.
   Result<ByteSource*> open_source(Address address) override;
   Result<ByteSink*> open_sink(Address address, std::optional<std::uint32_t> size) override;
 
   // Who answered kLater in the last access.
   Hook* deferring() const { return deferring_; }
+  // Who gave the last source (sink), or answered kLater when it was asked for one.
+  Hook* opener(bool of_sink) const;
 
  private:
   struct Other {
@@ -42,11 +44,14 @@ class HookChain final : public Hook {
   template <class Ask>
   AbortCode ask_all(Ask ask);
   template <class Stream, class Open>
-  Result<Stream*> first_stream(Open open);
+  Result<Stream*> first_stream(Hook*& opener, Open open);
+  void forget(const Hook* hook);
 
   Hook* first_;
   std::vector<Other> others_;
   Hook* deferring_ = nullptr;
+  Hook* source_opener_ = nullptr;
+  Hook* sink_opener_ = nullptr;
 };
 
 }  // namespace linegate::od

@@ -96,6 +96,21 @@ Ticket Dictionary::put_off(Address address) {
                            chain == nullptr ? *slot.variables[0].hook : *chain->deferring());
 }
 
+Ticket Dictionary::put_off_stream(Address address, bool writing) {
+  const Slot* slot = objects_->find(address.index);
+  if (slot == nullptr) {
+    return 0;
+  }
+  const HookChain* chain = objects_->details(*slot).hooks.get();
+  Hook* hook = chain == nullptr ? slot->variables[0].hook : chain->opener(writing);
+  return hook == nullptr ? 0 : deferrals_->begin(address, *hook);
+}
+
+AbortCode Dictionary::finish(Ticket ticket) {
+  const auto waiting = deferrals_->take(ticket);
+  return waiting ? waiting->outcome.value_or(AbortCode::device_state) : AbortCode::no_data;
+}
+
 bool Dictionary::complete(Ticket ticket, AbortCode why) {
   return deferrals_->complete(ticket, why);
 }

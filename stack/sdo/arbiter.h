@@ -3,6 +3,9 @@
 // serves one transfer at a time, so everybody who wants one queues here. Transfers with different
 // nodes run at the same time.
 //
+// No other client of this process may use these identifiers: a node::Node beside the arbiter has
+// Options::clients_of_default_servers off, so that its objects 1280h to 12FFh cannot.
+//
 // The order at a node is that of RequestQueue: priorities, owners in turns, nobody waits for ever.
 //
 // Somebody else who uses the same server (a request seen on 600h + node, or an answer to nobody) is

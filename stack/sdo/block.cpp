@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <span>
 
+#include "stack/od/hook.h"
 #include "stack/sdo/crc.h"
 
 namespace linegate::sdo {
@@ -28,7 +29,11 @@ std::uint64_t BlockSender::next_segment(Source& source) {
   Payload segment;
   const std::size_t position = begin_ + sent_ * kSegmentSize;
   const auto bytes = std::span(segment).subspan(1);
-  last_size_ = static_cast<std::uint8_t>(source.next(bytes));
+  const std::size_t size = source.next(bytes);
+  if (source.error() != AbortCode::none) {
+    return 0;
+  }
+  last_size_ = static_cast<std::uint8_t>(size);
   last_sent_ = source.at_end();
   ++sent_;
   segment[0] = std::byte{block_segment_byte(sent_, last_sent_)};
@@ -75,6 +80,7 @@ void BlockReceiver::start(std::optional<std::uint32_t> announced, bool crc,
   with_crc_ = crc;
   begin_sub_block();
   block_size_ = block_size.value_or(block_size_);
+  may_ask_ = !block_size;
 }
 
 std::uint8_t BlockReceiver::best_block_size(std::optional<std::size_t> bytes_left) {
@@ -89,15 +95,18 @@ AbortCode BlockReceiver::take(std::uint64_t segment, Sink& sink) {
   if (number == 0 || number > block_size_) {
     return AbortCode::sequence_number;
   }
-  if (newest_ == 0 && holds_ && segment == held_) {
-    return AbortCode::none;  // the end of the sub-block before, twice on the wire
+  // The end of the sub-block before, twice on the wire; no. 1 may be followed by the same bytes.
+  if (newest_ == 0 && holds_ && segment == held_ && number != 1) {
+    return AbortCode::none;
   }
   newest_ = number;
   vain_ = 0;
+  may_ask_ = true;
+  AbortCode why = AbortCode::none;
   const bool last = (command & kBlockLastSegment) != 0;
   if (number == in_order_ + 1 && !last_taken_) {
-    const AbortCode why = release(kSegmentSize, sink);
-    if (why != AbortCode::none) {
+    why = release(kSegmentSize, sink);
+    if (why != AbortCode::none && why != od::kLater) {
       return why;
     }
     held_ = segment;
@@ -110,12 +119,13 @@ AbortCode BlockReceiver::take(std::uint64_t segment, Sink& sink) {
   over_ = over_ || last || number == block_size_;
   // Two sides that both take would acknowledge each other for ever: A2h is a last segment, too.
   fruitless_ += over_ && in_order_ == 0 ? 1U : 0U;
-  return fruitless_ > kMaxFruitless ? AbortCode::sequence_number : AbortCode::none;
+  return fruitless_ > kMaxFruitless ? AbortCode::sequence_number : why;
 }
 
 std::uint64_t BlockReceiver::acknowledge() {
   const std::uint8_t ackseq = in_order_;
   vain_ += newest_ == 0 ? 1U : 0U;
+  in_doubt_ = in_doubt_ || newest_ == 0;
   complete_ = last_taken_;
   begin_sub_block();
   return std::uint64_t{kBlockAck} | std::uint64_t{ackseq} << 8U | std::uint64_t{block_size_} << 16U;
@@ -126,17 +136,17 @@ bool BlockReceiver::may_acknowledge() const {
     return true;
   }
   const std::optional<std::size_t> left = bytes_left();
-  return left && *left <= kFewBytes && vain_ < kMaxVain;
+  return may_ask_ && left && *left <= kFewBytes && vain_ < kMaxVain;
 }
 
 AbortCode BlockReceiver::finish(std::uint64_t end_request, Sink& sink) {
   const std::size_t unused = end_request >> 2U & 7U;
   const AbortCode why = release(kSegmentSize - unused, sink);
-  if (why != AbortCode::none) {
+  if (why != AbortCode::none && why != od::kLater) {
     return why;
   }
   const auto told = static_cast<std::uint16_t>(end_request >> 8U);
-  return with_crc_ && told != crc_ ? AbortCode::crc : AbortCode::none;
+  return with_crc_ && told != crc_ ? AbortCode::crc : why;
 }
 
 AbortCode BlockReceiver::release(std::size_t size, Sink& sink) {
@@ -149,7 +159,8 @@ AbortCode BlockReceiver::release(std::size_t size, Sink& sink) {
   if (with_crc_) {
     crc_ = crc_of(bytes, crc_);
   }
-  return sink.append(bytes);
+  const AbortCode why = sink.append(bytes);
+  return in_doubt_ && why == AbortCode::length_too_high ? AbortCode::sequence_number : why;
 }
 
 std::optional<std::size_t> BlockReceiver::bytes_left() const {

@@ -26,7 +26,8 @@ class BlockSender {
 
   // Whether the sub-block has segments that next_segment() did not give yet.
   bool sending() const { return sent_ < block_size_ && !last_sent_; }
-  // The next segment as eight bytes. Precondition: sending().
+  // The next segment as eight bytes; it does not count if the source has an error(). Precondition:
+  // sending().
   std::uint64_t next_segment(Source& source);
 
   // The sub-block was acknowledged. sequence_number if ackseq is more than was sent, block_size for
@@ -52,7 +53,7 @@ class BlockSender {
 class BlockReceiver {
  public:
   // announced: the bytes in all, if told. block_size: of the first sub-block, if that was agreed on
-  // before.
+  // before the other side was told to start; this may be what is lost then.
   void start(std::optional<std::uint32_t> announced, bool crc,
              std::optional<std::uint8_t> block_size = std::nullopt);
   // Segments the next sub-block should have if so many bytes are left (nothing: unknown).
@@ -63,8 +64,9 @@ class BlockReceiver {
   std::uint8_t block_size() const { return block_size_; }
 
   // Takes a segment. One that is not in order is ignored. sequence_number if there is no such
-  // segment in the sub-block, or one sub-block after the other ended without its first segment;
-  // what the sink says.
+  // segment in the sub-block, or one sub-block after the other ended without its first segment, or
+  // there are more segments than announced after an acknowledgement in vain; what the sink says.
+  // od::kLater: it is taken, but the next sub-block has to wait for the sink.
   AbortCode take(std::uint64_t segment, Sink& sink);
   // The sub-block is over: acknowledge() is due.
   bool over() const { return over_; }
@@ -72,12 +74,17 @@ class BlockReceiver {
   std::uint64_t acknowledge();
   // Whether an acknowledgement may help if no more segments come: some came, or so few were
   // expected that all may have been lost. Not for ever: at most twice without a segment.
+  //
+  // The one in vain says ackseq 0: all of the sub-block again. If it was the acknowledgement before
+  // that is lost, the sender takes it for that one, and repeats the sub-block before: these are
+  // more segments than are left, which ends the transfer with sequence_number.
   bool may_acknowledge() const;
   // Everything came and was acknowledged: finish() comes next.
   bool complete() const { return complete_; }
 
-  // The sender's end request: takes the last bytes. crc if the check sum is wrong, what the sink
-  // says. The sink is not finished.
+  // The sender's end request: takes the last bytes. crc if the check sum is wrong, sequence_number
+  // as take(), what the sink says. The sink is not finished. od::kLater: the sink has taken them,
+  // but has to be waited for.
   AbortCode finish(std::uint64_t end_request, Sink& sink);
 
   std::uint8_t newest() const { return newest_; }  // segment heard last in this sub-block, 0 = none
@@ -101,6 +108,8 @@ class BlockReceiver {
   std::uint8_t newest_ = 0;
   unsigned vain_ = 0;       // acknowledgements since a segment came
   unsigned fruitless_ = 0;  // sub-blocks that ended since a segment came in order
+  bool in_doubt_ = false;   // one was in vain: the sender may be a sub-block behind
+  bool may_ask_ = false;    // the sender has begun for certain, or need not be told to
   bool with_crc_ = false;
   bool holds_ = false;
   bool last_taken_ = false;

@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "stack/od/hook.h"
 #include "stack/sdo/protocol.h"
 
 namespace linegate::sdo {
@@ -109,6 +110,9 @@ void Client::begin(od::Address address, bool write, od::ByteSink* into, Duration
   address_ = address;
   writing_ = write;
   into_ = into;
+  if (into != nullptr) {
+    sink_.start(std::nullopt, *into);  // it hears of the end, whether it got anything or not
+  }
   timeout_ = timeout;
   options_ = options;
   outcome_.reset();
@@ -143,7 +147,7 @@ void Client::initiate(Instant now, can::TransmitQueue& queue) {
     value = load_le<std::uint32_t>(bytes.data());
   }
   if (source_.error() != AbortCode::none) {
-    finish(source_.error());
+    finish(od::never_later(source_.error()));
     return;
   }
   request(State::download_initiate, initiate_word(command, address_, value), now, queue);
@@ -203,6 +207,9 @@ Receipt Client::initiate_answered(std::uint64_t word, Instant now, can::Transmit
   const bool ordinary = state_ != State::block_download_initiate &&
                         specifier(command) == static_cast<unsigned>(wanted);
   AbortCode why = AbortCode::none;
+  if (initiate_answer_lost(command, now)) {
+    return Receipt::stray;
+  }
   if (!ordinary && !fits_block_initiate(command)) {
     why = AbortCode::command_specifier;
   } else if (multiplexer(word) != address_) {
@@ -345,7 +352,8 @@ void Client::send_abort(AbortCode code, Instant now, can::TransmitQueue& queue) 
   }
 }
 
-void Client::give_up(AbortCode code, Instant now, can::TransmitQueue& queue) {
+void Client::give_up(AbortCode why, Instant now, can::TransmitQueue& queue) {
+  const AbortCode code = od::never_later(why);
   send_abort(code, now, queue);
   finish_or_repeat(code, now, queue);
 }

@@ -71,8 +71,9 @@ class Client {
              can::TransmitQueue& queue, TransferOptions options = {});
 
   // The same with the bytes in a stream, which is asked for them, or gets them, piece by piece; it
-  // must live until the transfer has ended. Transfer::automatic means blocks, but for a stream that
-  // says it has few bytes. A transfer is repeated only if the stream can begin again.
+  // must live until the transfer has ended, which it is told in any case. Transfer::automatic means
+  // blocks, but for a stream that says it has few bytes. A transfer is repeated only if the stream
+  // can begin again.
   void read(od::Address address, od::ByteSink& sink, Duration timeout, Instant now,
             can::TransmitQueue& queue, TransferOptions options = {});
   void write(od::Address address, od::ByteSource& source, Duration timeout, Instant now,
@@ -84,7 +85,8 @@ class Client {
   // to another service (0504 0001h), to another multiplexer (0604 0043h), more or fewer bytes than
   // indicated (0607 0012h, 0607 0013h), a block size of 0 or more than 127 (0504 0002h), a segment
   // or an ackseq there is not (0504 0003h), a wrong check sum (0504 0004h); answers to something
-  // else that are expected are strays, see expect_stray().
+  // else that are expected are strays, see expect_stray(). What a lost frame explains ends with one
+  // of those codes that TransferOptions::repeats repeats.
   Receipt receive(const can::Frame& frame, can::TransmitQueue& queue);
 
   // Ends a transfer whose server did not answer in time, with abort 0504 0000h to the server, and
@@ -113,6 +115,8 @@ class Client {
 
  private:
   static constexpr unsigned kMaxStrays = 4;
+  // After a block download initiate an acknowledgement is a mistake of the server until then.
+  static constexpr Duration kAskedAgainFrom = std::chrono::milliseconds(100);
 
   enum class State : std::uint8_t {
     idle,
@@ -151,7 +155,7 @@ class Client {
   bool take_stray(std::uint64_t word, Instant now);
   bool waits_for_initiate() const;
   void send_abort(AbortCode code, Instant now, can::TransmitQueue& queue);
-  void give_up(AbortCode code, Instant now, can::TransmitQueue& queue);
+  void give_up(AbortCode why, Instant now, can::TransmitQueue& queue);
   void finish_or_repeat(AbortCode code, Instant now, can::TransmitQueue& queue);
   void finish(AbortCode code);
 
@@ -160,6 +164,7 @@ class Client {
   bool in_block() const { return state_ >= State::block_download_initiate; }
   bool worth_a_block(std::optional<std::uint32_t> size) const;
   void initiate_block(Instant now, can::TransmitQueue& queue);
+  bool initiate_answer_lost(std::uint8_t command, Instant now) const;
   bool fits_block_initiate(std::uint8_t command) const;
   AbortCode block_initiated(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   bool fall_back(AbortCode code, Instant now, can::TransmitQueue& queue);

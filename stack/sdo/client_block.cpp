@@ -33,6 +33,12 @@ void Client::initiate_block(Instant now, can::TransmitQueue& queue) {
           now, queue);
 }
 
+// A server whose answer to the initiate was lost asks for the segments again, after a while.
+bool Client::initiate_answer_lost(std::uint8_t command, Instant now) const {
+  return state_ == State::block_download_initiate && command == kBlockAck &&
+         now >= deadline_ - timeout_ + kAskedAgainFrom;
+}
+
 bool Client::fits_block_initiate(std::uint8_t command) const {
   constexpr unsigned kFlags = kBlockCrc | kBlockSize;
   return state_ == State::block_download_initiate

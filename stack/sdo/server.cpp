@@ -41,14 +41,15 @@ Server::Server(od::Dictionary& dictionary, can::CobId request, can::CobId respon
 
 // --- the ordinary request: an expedited upload --------------------------------------------------
 
-inline std::uint64_t Server::answer_value(od::Address address, std::span<const std::byte> value,
-                                          Instant now) {
+inline bool Server::answer_value(std::uint64_t request, std::span<const std::byte> value,
+                                 Instant now, std::uint64_t& reply) {
   if (value.empty() || value.size() > kExpeditedSize) {
-    return initiate_segmented_upload(address, value, now);
+    return initiate_segmented_upload(request, value, Awaited::upload, now, reply);
   }
   ++counters_.uploads;
-  return initiate_word(expedited_byte(ServerCommand::upload_initiate, value.size()), address,
-                       expedited_data(value));
+  reply = initiate_word(expedited_byte(ServerCommand::upload_initiate, value.size()),
+                        multiplexer(request), expedited_data(value));
+  return true;
 }
 
 inline bool Server::initiate_upload(std::uint64_t request, Instant now, std::uint64_t& reply) {
@@ -59,8 +60,7 @@ inline bool Server::initiate_upload(std::uint64_t request, Instant now, std::uin
     return refuse_or_wait(address, static_cast<AbortCode>(value.error().code), Awaited::upload,
                           request, now, reply);
   }
-  reply = answer_value(address, *value, now);
-  return true;
+  return answer_value(request, *value, now, reply);
 }
 
 inline bool Server::serve_request(std::uint64_t request, Instant now, std::uint64_t& reply) {
@@ -74,8 +74,7 @@ inline bool Server::serve_request(std::uint64_t request, Instant now, std::uint6
     case ClientCommand::download_initiate:
       return initiate_download(request, now, reply);
     case ClientCommand::upload_segment:
-      reply = upload_segment(request, now);
-      return true;
+      return upload_segment(request, now, reply);
     case ClientCommand::download_segment:
       return download_segment(request, now, reply);
     case ClientCommand::abort:
@@ -106,7 +105,7 @@ void Server::receive(const can::Frame& frame, can::TransmitQueue& queue) {
 
 void Server::advance(Instant now, can::TransmitQueue& queue) {
   if (answered()) {
-    outbox_.send(finish_waiting(now), now, queue);
+    resume(now, queue);
   } else if (now >= deadline_) {
     outbox_.send(refuse_block(AbortCode::timeout, now), now, queue);
   }
@@ -157,29 +156,33 @@ bool Server::serve(std::uint64_t request, Instant now, std::uint64_t& reply) {
   return serve_request(request, now, reply);
 }
 
-std::uint64_t Server::answer_upload(od::Address address, std::span<const std::byte> value,
-                                    Instant now) {
-  return answer_value(address, value, now);
+bool Server::answer_upload(std::uint64_t request, std::span<const std::byte> value, Instant now,
+                           std::uint64_t& reply) {
+  return answer_value(request, value, now, reply);
 }
 
 // An empty value goes in one empty segment: expedited transfer has no way to say 0 bytes.
-std::uint64_t Server::initiate_segmented_upload(od::Address address,
-                                                std::span<const std::byte> value, Instant now) {
+bool Server::initiate_segmented_upload(std::uint64_t request, std::span<const std::byte> value,
+                                       Awaited awaited, Instant now, std::uint64_t& reply) {
+  const od::Address address = multiplexer(request);
   const AbortCode why = open_source(address, value);
   if (why != AbortCode::none) {
-    return refuse(address, why);
+    return refuse_or_wait(address, why, awaited, request, now, reply);
   }
   begin(State::upload_segments, address, now);
   const std::optional<std::uint32_t> size = source_.size();
-  return initiate_word(
+  reply = initiate_word(
       command_byte(ServerCommand::upload_initiate, size ? unsigned{kSizeIndicated} : 0U), address,
       size.value_or(0));
+  return true;
 }
 
 AbortCode Server::open_source(od::Address address, std::span<const std::byte> value) {
   const Result<od::ByteSource*> stream = dictionary_.open_source(address);
   if (!stream.ok()) {
-    return static_cast<AbortCode>(stream.error().code);
+    const auto why = static_cast<AbortCode>(stream.error().code);
+    ticket_ = why == od::kLater ? dictionary_.put_off_source(address) : od::Ticket{0};
+    return why;
   }
   if (*stream != nullptr) {
     source_.start(**stream);
@@ -203,33 +206,39 @@ void Server::close_streams(AbortCode why) {
   sink_.cancel(why);
 }
 
-std::uint64_t Server::upload_segment(std::uint64_t request, Instant now) {
+bool Server::upload_segment(std::uint64_t request, Instant now, std::uint64_t& reply) {
   const AbortCode why = check_segment(State::upload_segments, request);
   if (why != AbortCode::none) {
-    return refuse(address_, why);
+    reply = refuse(address_, why);
+    return true;
   }
-  Payload reply;
-  const std::size_t size = source_.next(std::span(reply).subspan(1));
+  Payload segment;
+  const std::size_t size = source_.next(std::span(segment).subspan(1));
   if (source_.error() != AbortCode::none) {
-    return refuse(address_, source_.error());
+    if (source_.error() == od::kLater) {
+      ticket_ = dictionary_.put_off_source(address_);
+    }
+    return refuse_or_wait(address_, source_.error(), Awaited::upload_segment, request, now, reply);
   }
   source_.release();
   const bool last = source_.at_end();
-  reply[0] = std::byte{segment_byte(ServerCommand::upload_segment, toggle_, size, last)};
+  segment[0] = std::byte{segment_byte(ServerCommand::upload_segment, toggle_, size, last)};
   if (last) {
     uploaded();
   } else {
     proceed(now);
   }
-  return load_le<std::uint64_t>(reply.data());
+  reply = load_le<std::uint64_t>(segment.data());
+  return true;
 }
 
 bool Server::initiate_download(std::uint64_t request, Instant now, std::uint64_t& reply) {
   drop();
   const od::Address address = multiplexer(request);
   AbortCode why = AbortCode::none;
+  Awaited awaited = Awaited::open_sink;
   if ((request & kExpedited) != 0) {
-    why = expedited_download(request, address);
+    why = expedited_download(request, address, awaited);
   } else {
     why = prepare_download(address, (request & kSizeIndicated) != 0
                                         ? std::optional(long_word(request))
@@ -237,37 +246,41 @@ bool Server::initiate_download(std::uint64_t request, Instant now, std::uint64_t
     begin(State::download_segments, address, now);
   }
   if (why != AbortCode::none) {
-    return refuse_or_wait(address, why, Awaited::expedited_download, request, now, reply);
+    return refuse_or_wait(address, why, awaited, request, now, reply);
   }
   reply = initiate_word(command_byte(ServerCommand::download_initiate), address);
   return true;
 }
 
-AbortCode Server::expedited_download(std::uint64_t request, od::Address address) {
+AbortCode Server::expedited_download(std::uint64_t request, od::Address address, Awaited& awaited) {
   const auto command = static_cast<std::uint8_t>(request);
   const std::size_t size =
       (command & kSizeIndicated) != 0 ? expedited_size(command) : untold_size(dictionary_, address);
   std::array<std::byte, kExpeditedSize> data;
   store_le(data.data(), long_word(request));
   const auto value = std::span<const std::byte>(data).first(size);
-  const AbortCode why = dictionary_.streams(address) ? write_stream(address, value)
-                                                     : dictionary_.write(address, value, ticket_);
+  const bool streams = dictionary_.streams(address);
+  const AbortCode why =
+      streams ? write_stream(address, value, awaited) : dictionary_.write(address, value, ticket_);
   if (why == AbortCode::none) {
     ++counters_.downloads;
-  } else if (why == od::kLater) {
+  } else if (why == od::kLater && !streams) {
+    awaited = Awaited::expedited_download;
     sink_.start(std::nullopt, kExpeditedSize, AbortCode::length_too_high);
     (void)sink_.append(value);
   }
   return why;
 }
 
-AbortCode Server::write_stream(od::Address address, std::span<const std::byte> value) {
+AbortCode Server::write_stream(od::Address address, std::span<const std::byte> value,
+                               Awaited& awaited) {
   AbortCode why = prepare_download(address, static_cast<std::uint32_t>(value.size()));
   if (why == AbortCode::none) {
     why = sink_.append(value);
   }
   if (why == AbortCode::none) {
     address_ = address;
+    awaited = Awaited::expedited_download;
     why = store();
   }
   return why;
@@ -284,7 +297,9 @@ AbortCode Server::prepare_download(od::Address address, std::optional<std::uint3
   }
   const Result<od::ByteSink*> stream = dictionary_.open_sink(address, announced);
   if (!stream.ok()) {
-    return static_cast<AbortCode>(stream.error().code);
+    const auto why = static_cast<AbortCode>(stream.error().code);
+    ticket_ = why == od::kLater ? dictionary_.put_off_sink(address) : od::Ticket{0};
+    return why;
   }
   if (*stream != nullptr) {
     sink_.start(announced, **stream);
@@ -317,10 +332,18 @@ bool Server::download_segment(std::uint64_t request, Instant now, std::uint64_t&
   store_le(bytes.data(), request);
   const auto command = static_cast<std::uint8_t>(request);
   why = sink_.append(std::span(bytes).subspan(1, segment_size(command)));
-  const bool last = (command & kLastSegment) != 0;
-  if (why == AbortCode::none && last) {
-    why = store();
+  if (why != AbortCode::none) {
+    if (why == od::kLater) {
+      ticket_ = dictionary_.put_off_sink(address_);
+    }
+    return refuse_or_wait(address_, why, Awaited::download_segment, request, now, reply);
   }
+  return segment_taken(request, now, reply);
+}
+
+bool Server::segment_taken(std::uint64_t request, Instant now, std::uint64_t& reply) {
+  const bool last = (request & kLastSegment) != 0;
+  const AbortCode why = last ? store() : AbortCode::none;
   if (why != AbortCode::none) {
     return refuse_or_wait(address_, why, Awaited::last_segment, request, now, reply);
   }
@@ -336,6 +359,9 @@ bool Server::download_segment(std::uint64_t request, Instant now, std::uint64_t&
 
 AbortCode Server::store() {
   const AbortCode why = sink_.finish();
+  if (why == od::kLater) {
+    ticket_ = dictionary_.put_off_sink(address_);
+  }
   return why != AbortCode::none || sink_.streams()
              ? why
              : dictionary_.write(address_, sink_.bytes(), ticket_);

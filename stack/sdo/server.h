@@ -1,9 +1,11 @@
 // One SDO server (CiA 301, 7.2.4; object 1200h and following): gives clients access to a
 // dictionary. Expedited, segmented and block transfer.
 //
-// An access that a hook of the object puts off (od::kLater) waits: the server has no answer until
-// the hook has one, which advance() then sends. Other servers and services go on. The hook hears
-// when the client gives up (abort, a new initiate) or options.answer_timeout is over.
+// An access that a hook of the object, or a stream that it gave, puts off (od::kLater) waits: the
+// server has no answer until the hook has one, which advance() then sends. Other servers and
+// services go on. The hook hears when the client gives up (abort, a new initiate) or
+// options.answer_timeout is over. Within a sub-block the segments of a download go on to come; its
+// acknowledgement waits.
 //
 // At most one transfer is under way. A new initiate drops the old transfer (but within a sub-block
 // of a download, where it cannot be told from a segment), as does an abort of the client. An upload
@@ -97,7 +99,11 @@ class Server {
   enum class Awaited : std::uint8_t {
     upload,
     block_upload,
-    expedited_download,
+    upload_segment,      // of a stream
+    open_sink,           // at any initiate of a download
+    download_segment,    // of a stream
+    sub_block,           // of a stream
+    expedited_download,  // these are to be stored
     last_segment,
     block_download_end,
   };
@@ -106,19 +112,22 @@ class Server {
   bool serve(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool serve_request(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool initiate_upload(std::uint64_t request, Instant now, std::uint64_t& reply);
-  std::uint64_t answer_upload(od::Address address, std::span<const std::byte> value, Instant now);
-  std::uint64_t answer_value(od::Address address, std::span<const std::byte> value, Instant now);
-  std::uint64_t initiate_segmented_upload(od::Address address, std::span<const std::byte> value,
-                                          Instant now);
-  std::uint64_t upload_segment(std::uint64_t request, Instant now);
+  bool answer_upload(std::uint64_t request, std::span<const std::byte> value, Instant now,
+                     std::uint64_t& reply);
+  bool answer_value(std::uint64_t request, std::span<const std::byte> value, Instant now,
+                    std::uint64_t& reply);
+  bool initiate_segmented_upload(std::uint64_t request, std::span<const std::byte> value,
+                                 Awaited awaited, Instant now, std::uint64_t& reply);
+  bool upload_segment(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool initiate_download(std::uint64_t request, Instant now, std::uint64_t& reply);
-  AbortCode expedited_download(std::uint64_t request, od::Address address);
-  AbortCode write_stream(od::Address address, std::span<const std::byte> value);
+  AbortCode expedited_download(std::uint64_t request, od::Address address, Awaited& awaited);
+  AbortCode write_stream(od::Address address, std::span<const std::byte> value, Awaited& awaited);
   AbortCode open_source(od::Address address, std::span<const std::byte> value);
   void uploaded();
   void close_streams(AbortCode why);
   AbortCode prepare_download(od::Address address, std::optional<std::uint32_t> announced);
   bool download_segment(std::uint64_t request, Instant now, std::uint64_t& reply);
+  bool segment_taken(std::uint64_t request, Instant now, std::uint64_t& reply);
   AbortCode store();
   AbortCode check_segment(State wanted, std::uint64_t request) const;
   std::uint64_t refuse(od::Address address, AbortCode code);
@@ -127,7 +136,12 @@ class Server {
   bool refuse_or_wait(od::Address address, AbortCode why, Awaited awaited, std::uint64_t request,
                       Instant now, std::uint64_t& reply);
   bool answered() const;
-  std::uint64_t finish_waiting(Instant now);
+  void resume(Instant now, can::TransmitQueue& queue);
+  bool finish_waiting(Instant now, std::uint64_t& reply);
+  bool finish_upload(Instant now, std::uint64_t& reply);
+  bool finish_storing(Instant now, std::uint64_t& reply);
+  bool proceed_with_stream(Instant now, std::uint64_t& reply);
+  void resume_sub_block(Instant now, can::TransmitQueue& queue);
   void give_up(AbortCode why);
 
   // --- server_block.cpp -------------------------------------------------------------------------
@@ -135,10 +149,10 @@ class Server {
   bool serve_block(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool serve_other(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool initiate_block(std::uint64_t request, Instant now, std::uint64_t& reply);
-  std::uint64_t initiate_block_download(std::uint64_t request, Instant now);
+  bool initiate_block_download(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool initiate_block_upload(std::uint64_t request, Instant now, std::uint64_t& reply);
-  std::uint64_t answer_block_upload(std::uint64_t request, std::span<const std::byte> value,
-                                    Instant now);
+  bool answer_block_upload(std::uint64_t request, std::span<const std::byte> value, Instant now,
+                           std::uint64_t& reply);
   bool block_segment(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool end_block_download(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool block_acknowledged(std::uint64_t request, Instant now, std::uint64_t& reply);
@@ -146,6 +160,7 @@ class Server {
   std::uint64_t acknowledge_block(Instant now);
   void advance_block(Instant now, can::TransmitQueue& queue);
   void send_segments(Instant now, can::TransmitQueue& queue);
+  void put_off_or_abort(AbortCode why, Instant now, can::TransmitQueue& queue);
   void expect_late_segments(Instant now);
 
   void begin(State state, od::Address address, Instant now);
@@ -171,7 +186,7 @@ class Server {
   BlockReceiver receiver_;
   LateSegments late_;
 
-  od::Ticket ticket_ = 0;  // waiting
+  od::Ticket ticket_ = 0;  // of what was put off: waiting, or a stream within a sub-block
   Awaited awaited_ = Awaited::upload;
 
   Outbox outbox_;

@@ -26,12 +26,14 @@ bool Server::initiate_block(std::uint64_t request, Instant now, std::uint64_t& r
   if (is_block_take(command)) {
     return initiate_block_upload(request, now, reply);
   }
-  reply = is_block_send(command) ? initiate_block_download(request, now)
-                                 : refuse(address_, AbortCode::command_specifier);
+  if (is_block_send(command)) {
+    return initiate_block_download(request, now, reply);
+  }
+  reply = refuse(address_, AbortCode::command_specifier);
   return true;
 }
 
-std::uint64_t Server::initiate_block_download(std::uint64_t request, Instant now) {
+bool Server::initiate_block_download(std::uint64_t request, Instant now, std::uint64_t& reply) {
   drop();
   const od::Address address = multiplexer(request);
   std::optional<std::uint32_t> announced;
@@ -40,12 +42,13 @@ std::uint64_t Server::initiate_block_download(std::uint64_t request, Instant now
   }
   const AbortCode why = prepare_download(address, announced);
   if (why != AbortCode::none) {
-    return refuse(address, why);
+    return refuse_or_wait(address, why, Awaited::open_sink, request, now, reply);
   }
   begin(State::block_download, address, now);
   receiver_.start(announced, (request & kBlockCrc) != 0);
   block_wake_ = now + options_.stall;
-  return initiate_word(kBlockTake | kBlockCrc, address, receiver_.block_size());
+  reply = initiate_word(kBlockTake | kBlockCrc, address, receiver_.block_size());
+  return true;
 }
 
 bool Server::initiate_block_upload(std::uint64_t request, Instant now, std::uint64_t& reply) {
@@ -61,27 +64,29 @@ bool Server::initiate_block_upload(std::uint64_t request, Instant now, std::uint
     return refuse_or_wait(address, static_cast<AbortCode>(value.error().code),
                           Awaited::block_upload, request, now, reply);
   }
-  reply = answer_block_upload(request, *value, now);
-  return true;
+  return answer_block_upload(request, *value, now, reply);
 }
 
-std::uint64_t Server::answer_block_upload(std::uint64_t request, std::span<const std::byte> value,
-                                          Instant now) {
+bool Server::answer_block_upload(std::uint64_t request, std::span<const std::byte> value,
+                                 Instant now, std::uint64_t& reply) {
   const od::Address address = multiplexer(request);
   const std::uint8_t switch_threshold = byte_of(request, 5);
   const bool expedited = !value.empty() && value.size() <= kExpeditedSize;
   if (expedited && value.size() <= switch_threshold) {
-    return answer_upload(address, value, now);
+    return answer_upload(request, value, now, reply);
   }
-  const std::uint64_t segmented = initiate_segmented_upload(address, value, now);
-  const std::optional<std::uint32_t> size = source_.size();
+  if (!initiate_segmented_upload(request, value, Awaited::block_upload, now, reply)) {
+    return false;
+  }
+  const std::optional<std::uint32_t> size = busy() ? source_.size() : std::nullopt;
   if (!busy() || (size && *size <= switch_threshold && switch_threshold > 0)) {
-    return segmented;
+    return true;
   }
   begin(State::block_upload_initiate, address, now);
   sender_.start(byte_of(request, 4), (request & kBlockCrc) != 0);
-  return initiate_word(static_cast<std::uint8_t>(kBlockSend | kBlockCrc | (size ? kBlockSize : 0)),
-                       address, size.value_or(0));
+  reply = initiate_word(static_cast<std::uint8_t>(kBlockSend | kBlockCrc | (size ? kBlockSize : 0)),
+                        address, size.value_or(0));
+  return true;
 }
 
 // --- what comes next ----------------------------------------------------------------------------
@@ -156,14 +161,20 @@ bool Server::serve_other(std::uint64_t request, Instant now, std::uint64_t& repl
 
 bool Server::block_segment(std::uint64_t request, Instant now, std::uint64_t& reply) {
   const AbortCode why = receiver_.take(request, sink_);
-  if (why != AbortCode::none) {
-    reply = refuse_block(why, now);
+  if (why == od::kLater) {
+    ticket_ = dictionary_.put_off_sink(address_);
+  }
+  if (why != AbortCode::none && ticket_ == 0) {
+    reply = refuse_block(od::never_later(why), now);
     return true;
   }
   deadline_ = now + options_.timeout;
   block_wake_ = now + options_.stall;
   if (!receiver_.over()) {
     return false;
+  }
+  if (ticket_ != 0) {
+    return refuse_or_wait(address_, od::kLater, Awaited::sub_block, request, now, reply);
   }
   reply = acknowledge_block(now);
   return true;
@@ -182,7 +193,9 @@ std::uint64_t Server::acknowledge_block(Instant now) {
 
 bool Server::end_block_download(std::uint64_t request, Instant now, std::uint64_t& reply) {
   AbortCode why = receiver_.finish(request, sink_);
-  if (why == AbortCode::none) {
+  if (why == od::kLater) {
+    ticket_ = dictionary_.put_off_sink(address_);
+  } else if (why == AbortCode::none) {
     why = store();
   }
   if (why != AbortCode::none) {
@@ -215,7 +228,7 @@ bool Server::block_acknowledged(std::uint64_t request, Instant now, std::uint64_
     return false;  // twice on the wire
   }
   newest_request_ = request;
-  deadline_ = now + options_.timeout;
+  deadline_ = now + (ticket_ == 0 ? options_.timeout : options_.answer_timeout);
   const AbortCode why = sender_.acknowledge(byte_of(request, 1), byte_of(request, 2), source_);
   if (why != AbortCode::none) {
     reply = refuse(address_, why);
@@ -235,22 +248,33 @@ void Server::send_segments(Instant now, can::TransmitQueue& queue) {
   if (state_ != State::block_upload) {
     return;
   }
-  while (sender_.sending() && outbox_.has_room_for_many(queue)) {
+  while (ticket_ == 0 && sender_.sending() && outbox_.has_room_for_many(queue)) {
     const std::uint64_t segment = sender_.next_segment(source_);
     if (source_.error() != AbortCode::none) {
-      outbox_.send(refuse(address_, source_.error()), now, queue);
+      put_off_or_abort(source_.error(), now, queue);
       return;
     }
     outbox_.send(segment, now, queue);
     deadline_ = now + options_.timeout;
   }
-  block_wake_ = sender_.sending() ? now + Outbox::kRetry : kNever;
+  block_wake_ = ticket_ == 0 && sender_.sending() ? now + Outbox::kRetry : kNever;
+}
+
+// There is no next segment.
+void Server::put_off_or_abort(AbortCode why, Instant now, can::TransmitQueue& queue) {
+  ticket_ = why == od::kLater ? dictionary_.put_off_source(address_) : od::Ticket{0};
+  if (ticket_ == 0) {
+    outbox_.send(refuse(address_, od::never_later(why)), now, queue);
+    return;
+  }
+  deadline_ = now + options_.answer_timeout;
+  block_wake_ = kNever;
 }
 
 void Server::advance_block(Instant now, can::TransmitQueue& queue) {
   if (state_ == State::block_upload) {
     send_segments(now, queue);
-  } else if (state_ == State::block_download && receiver_.may_acknowledge()) {
+  } else if (state_ == State::block_download && ticket_ == 0 && receiver_.may_acknowledge()) {
     outbox_.send(acknowledge_block(now), now, queue);
   } else {
     block_wake_ = kNever;

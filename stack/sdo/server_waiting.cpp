@@ -1,13 +1,16 @@
-// The server while a hook of the object owes it an answer (split indication).
+// The server while a hook of the object, or a stream that it gave, owes it an answer (split
+// indication).
+#include <utility>
+
 #include "stack/sdo/server.h"
 
 namespace linegate::sdo {
 
-// Gives whether there is an answer: none yet if a hook answers later.
+// Gives whether there is an answer: none yet if a hook answers later, under ticket_.
 bool Server::refuse_or_wait(od::Address address, AbortCode why, Awaited awaited,
                             std::uint64_t request, Instant now, std::uint64_t& reply) {
-  if (why != od::kLater) {
-    reply = refuse(address, why);
+  if (why != od::kLater || ticket_ == 0) {
+    reply = refuse(address, od::never_later(why));
     return true;
   }
   state_ = State::waiting;
@@ -20,42 +23,115 @@ bool Server::refuse_or_wait(od::Address address, AbortCode why, Awaited awaited,
 }
 
 bool Server::answered() const {
-  return state_ == State::waiting && dictionary_.outcome(ticket_);
+  return ticket_ != 0 && dictionary_.outcome(ticket_);
 }
 
 // Precondition: answered().
-std::uint64_t Server::finish_waiting(Instant now) {
-  const od::Address address = address_;
-  if (awaited_ == Awaited::upload || awaited_ == Awaited::block_upload) {
-    const Result<std::span<const std::byte>> value = dictionary_.finish_read(ticket_);
-    if (!value.ok()) {
-      return refuse(address, static_cast<AbortCode>(value.error().code));
-    }
-    end();
-    return awaited_ == Awaited::upload ? answer_upload(address, *value, now)
-                                       : answer_block_upload(newest_request_, *value, now);
+void Server::resume(Instant now, can::TransmitQueue& queue) {
+  if (state_ != State::waiting) {
+    resume_sub_block(now, queue);
+    return;
   }
-  const AbortCode why = dictionary_.finish_write(ticket_, sink_.bytes());
+  std::uint64_t reply = 0;
+  if (finish_waiting(now, reply)) {
+    outbox_.send(reply, now, queue);
+  }
+}
+
+bool Server::finish_waiting(Instant now, std::uint64_t& reply) {
+  switch (awaited_) {
+    case Awaited::upload:
+    case Awaited::block_upload:
+      return finish_upload(now, reply);
+    case Awaited::expedited_download:
+    case Awaited::last_segment:
+    case Awaited::block_download_end:
+      return finish_storing(now, reply);
+    default:
+      return proceed_with_stream(now, reply);
+  }
+}
+
+bool Server::finish_upload(Instant now, std::uint64_t& reply) {
+  const Result<std::span<const std::byte>> value =
+      dictionary_.finish_read(std::exchange(ticket_, 0));
+  if (!value.ok()) {
+    reply = refuse(address_, static_cast<AbortCode>(value.error().code));
+    return true;
+  }
+  end();
+  return awaited_ == Awaited::upload ? answer_upload(newest_request_, *value, now, reply)
+                                     : answer_block_upload(newest_request_, *value, now, reply);
+}
+
+// A sink that has the bytes may have been busy with them before it could be asked to finish.
+bool Server::finish_storing(Instant now, std::uint64_t& reply) {
+  const od::Ticket ticket = std::exchange(ticket_, 0);
+  AbortCode why = sink_.streams() ? dictionary_.finish(ticket)
+                                  : dictionary_.finish_write(ticket, sink_.bytes());
+  if (why == AbortCode::none && sink_.open()) {
+    why = store();
+  }
   if (why != AbortCode::none) {
-    return refuse(address, why);
+    return refuse_or_wait(address_, why, awaited_, newest_request_, now, reply);
   }
-  const bool toggle = toggle_;
+  const od::Address address = address_;
   ++counters_.downloads;
   end();
   switch (awaited_) {
     case Awaited::last_segment:
-      return command_byte(ServerCommand::download_segment, toggle ? unsigned{kToggle} : 0U);
+      reply = command_byte(ServerCommand::download_segment, toggle_ ? unsigned{kToggle} : 0U);
+      break;
     case Awaited::block_download_end:
-      return kBlockTakeEnd;
+      reply = kBlockTakeEnd;
+      break;
     default:
-      return initiate_word(command_byte(ServerCommand::download_initiate), address);
+      reply = initiate_word(command_byte(ServerCommand::download_initiate), address);
+      break;
   }
+  return true;
+}
+
+// Before or in the middle of the bytes.
+bool Server::proceed_with_stream(Instant now, std::uint64_t& reply) {
+  const AbortCode why = dictionary_.finish(std::exchange(ticket_, 0));
+  if (why != AbortCode::none) {
+    reply = refuse(address_, why);
+    return true;
+  }
+  switch (awaited_) {
+    case Awaited::upload_segment:
+      state_ = State::upload_segments;
+      return upload_segment(newest_request_, now, reply);
+    case Awaited::download_segment:
+      state_ = State::download_segments;
+      return segment_taken(newest_request_, now, reply);
+    case Awaited::sub_block:
+      state_ = State::block_download;
+      reply = acknowledge_block(now);
+      return true;
+    default:
+      end();
+      return serve(newest_request_, now, reply);
+  }
+}
+
+// A sub-block goes on: its segments may be sent, or those that came may be acknowledged.
+void Server::resume_sub_block(Instant now, can::TransmitQueue& queue) {
+  const AbortCode why = dictionary_.finish(std::exchange(ticket_, 0));
+  if (why != AbortCode::none) {
+    outbox_.send(refuse_block(why, now), now, queue);
+    return;
+  }
+  deadline_ = now + options_.timeout;
+  block_wake_ = now + options_.stall;
+  send_segments(now, queue);
 }
 
 // A transfer that does not end well.
 void Server::give_up(AbortCode why) {
-  if (state_ == State::waiting) {
-    dictionary_.cancel(ticket_);
+  if (ticket_ != 0) {
+    dictionary_.cancel(std::exchange(ticket_, 0));
   }
   ++counters_.aborts;
   close_streams(why);

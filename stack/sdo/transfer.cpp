@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "stack/od/hook.h"
+
 namespace linegate::sdo {
 namespace {
 
@@ -49,8 +51,12 @@ std::optional<std::uint32_t> Source::size() const {
 
 // One byte more than asked for tells whether these are the last.
 std::size_t Source::next(std::span<std::byte> out) {
+  error_ = error_ == od::kLater ? AbortCode::none : error_;
   if (!ended_ && position_ + out.size() >= begin_ + bytes_.size()) {
     fill();
+    if (error_ == od::kLater) {
+      return 0;
+    }
   }
   const std::size_t offset = position_ - begin_;
   const std::size_t count = std::min(out.size(), bytes_.size() - offset);
@@ -75,6 +81,9 @@ void Source::fill() {
     error_ = read.ok() ? AbortCode::none : static_cast<AbortCode>(read.error().code);
   }
   bytes_.resize(kept + got);
+  if (error_ == od::kLater) {
+    return;
+  }
   ended_ = got < wanted || (size && wanted == left);
   if (size && got < wanted && error_ == AbortCode::none) {
     error_ = AbortCode::no_data;
@@ -126,14 +135,16 @@ AbortCode Sink::append(std::span<const std::byte> piece) {
   if (size > limit_) {
     return over_limit_;
   }
+  AbortCode why = AbortCode::none;
   if (to_ != nullptr && bytes_.size() + piece.size() > kPiece) {
-    if (const AbortCode why = pass_on(); why != AbortCode::none) {
+    why = pass_on();
+    if (why != AbortCode::none && why != od::kLater) {
       return why;
     }
   }
   received_ = size;
   bytes_.insert(bytes_.end(), piece.begin(), piece.end());
-  return AbortCode::none;
+  return why;
 }
 
 AbortCode Sink::pass_on() {

@@ -31,8 +31,8 @@ class Source {
   std::size_t next(std::span<std::byte> out);
   // All bytes were given.
   bool at_end() const { return ended_ && position_ == begin_ + bytes_.size(); }
-  // Why there are no more bytes although it is not the end: the source failed, or ended before the
-  // size that it told (no_data).
+  // Why next() gave nothing although it is not the end: the source failed, or ended before the size
+  // that it told (no_data); od::kLater: it has nothing yet, and next() may be tried again.
   AbortCode error() const { return error_; }
 
   // The next bytes are those from position on. Precondition: they were given since release().
@@ -71,14 +71,18 @@ class Sink {
   void start(std::optional<std::uint32_t> announced, od::ByteSink& to);
 
   // length_too_high if there is more than announced, over_limit if more than limit; the piece is
-  // not taken then. What the ByteSink says.
+  // not taken then. What the ByteSink says. od::kLater: the piece is taken, but the ByteSink is
+  // busy: at most kPiece bytes more before it has answered.
   AbortCode append(std::span<const std::byte> piece);
-  // length_too_low if there is less than announced. What the ByteSink says.
+  // length_too_low if there is less than announced. What the ByteSink says. od::kLater: as long as
+  // open(), finish() is to be called again when it has answered, else the answer is the end.
   AbortCode finish();
   // The transfer ended otherwise. No effect after finish() was asked of the ByteSink.
   void cancel(AbortCode why);
   // The bytes are in a ByteSink, not in bytes().
   bool streams() const { return streams_; }
+  // The ByteSink did not get its last call.
+  bool open() const { return to_ != nullptr; }
 
   std::span<const std::byte> bytes() const { return bytes_; }
   std::vector<std::byte> take();

@@ -237,6 +237,28 @@ TEST_F(ClientBlockTest, WrongMultiplexerAndSpecifierOfAnInitiate) {
   }
 }
 
+// The answer to the initiate was lost, and the server asks for segments: the time-out tells.
+TEST_F(ClientBlockTest, ALateAcknowledgementInsteadOfTheInitiateIsAStray) {
+  write({0x2100, 0}, pattern(20), kBlock);
+  now += 200ms;
+  EXPECT_EQ(answer(block_ack(0, 127), Receipt::stray), Frames{});
+  now += 300ms;
+  client.advance(now, queue);
+  EXPECT_EQ(drain(queue, kRequestId), (Frames{abort_bytes(0x2100, 0, 0x0504'0000)}));
+  expect_abort(AbortCode::timeout);
+}
+
+// The server may not have heard that it shall start.
+TEST_F(ClientBlockTest, AnUploadThatDoesNotBeginIsNotAcknowledged) {
+  begin_upload();
+  while (client.busy()) {
+    now = client.next_wake();
+    client.advance(now, queue);
+    EXPECT_LE(drain(queue, kRequestId).size(), client.busy() ? 0U : 1U);
+  }
+  expect_abort(AbortCode::timeout);
+}
+
 TEST_F(ClientBlockTest, WrongFramesInEachState) {
   const Bytes wrong{0x20, 0, 0, 0, 0, 0, 0, 0};
   const Frames refusal{abort_bytes(0x2100, 0, 0x0504'0001)};
