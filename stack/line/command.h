@@ -59,7 +59,13 @@ struct Command {
   std::uint16_t code = 0;
   std::uint8_t error_register = 0;
   std::uint32_t entry = 0;
-  Duration timeout{};  // 0 = the line's default
+  // sdo_read and sdo_write: from the command to its reply, all repetitions included. 0 = no limit
+  // but the line's for each answer of the device (LineConfig::sdo_timeout).
+  Duration timeout{};
+  // sdo_read and sdo_write: how often the transfer is begun anew when it ended because a frame was
+  // lost: with abort 0503 0000h, 0504 0000h, 0504 0003h or 0504 0004h of either side. Each attempt
+  // waits for an answer no longer than its part of timeout. The reply is that of the last one.
+  std::uint8_t repeats = 0;
   std::vector<std::byte> data;
 };
 

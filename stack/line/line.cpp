@@ -19,8 +19,10 @@ std::uint8_t node_of(const can::Target& target) {
 }
 
 node::Options node_options(const LineConfig& config) {
-  return {
-      .node_id = config.node_id, .self_starting = false, .nmt_slave = config.role == Role::device};
+  return {.node_id = config.node_id,
+          .self_starting = false,
+          .nmt_slave = config.role == Role::device,
+          .clients_of_default_servers = false};  // the arbiter reaches them
 }
 
 manager::Options manager_options(const LineConfig& config) {

@@ -69,15 +69,17 @@ void Line::Impl::start_sdo(Command command, bool write, Instant now) {
     return;
   }
   const Duration timeout = command.timeout > Duration::zero() ? command.timeout : Duration::zero();
+  const Duration share = timeout / (1 + command.repeats);
   const std::uint64_t token = next_token++;
   sdo::Request request{.token = token,
                        .node = command.node,
                        .address = {command.index, command.sub},
                        .write = write,
                        .data = std::move(command.data),
-                       .timeout = timeout > Duration::zero() ? std::min(timeout, config.sdo_timeout)
-                                                             : config.sdo_timeout,
-                       .priority = sdo::Priority::command};
+                       .timeout = share > Duration::zero() ? std::min(share, config.sdo_timeout)
+                                                           : config.sdo_timeout,
+                       .priority = sdo::Priority::command,
+                       .options = {.repeats = command.repeats}};
   if (pending.size() >= kMaxPending || !sdo.submit(std::move(request), now)) {
     refuse(command, Refusal::busy, now);
     return;

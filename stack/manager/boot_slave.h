@@ -1,5 +1,9 @@
 // The boot slave process of CiA 302-2 for one node, in its simple form: device type, identity,
 // configuration, error control. Software update (steps 7, 8) and keep-alive (6) are not part of it.
+//
+// Each transfer is made once (sdo::TransferOptions::repeats is 0): 1000h is read again every second
+// anyway, and from then on a lost frame ends the process with the letter of its step, as any abort.
+// A node that came back for a moment is better booted as a whole than asked for the rest.
 #pragma once
 
 #include <cstdint>

@@ -77,6 +77,9 @@ struct Options {
   // Enters Operational by itself. So does an NMT slave whose object 1F80h has bits 0 and 2 clear.
   bool self_starting = false;
   bool nmt_slave = true;  // obeys node control on 000h; false for the NMT master
+  // Its clients of 1280h to 12FFh may reach default servers, by 600h and 580h + node-ID. False
+  // where an sdo::Arbiter does that for the node, see node/sdo_clients.h.
+  bool clients_of_default_servers = true;
   ErrorScheme error_scheme = ErrorScheme::number;
 };
 

@@ -17,22 +17,27 @@ bool default_channel(can::CobId cob_id, std::uint32_t base) {
   return !cob_id.extended() && cob_id.id() > base && cob_id.id() <= base + can::kMaxNodeId;
 }
 
-// Of a valid COB-ID.
-bool allowed(can::CobId cob_id, std::uint8_t sub) {
-  const std::uint32_t base = sub == kRequestSub ? can::kSdoRequestBase : can::kSdoResponseBase;
-  const bool frame_bits = cob_id.extended() || (cob_id.raw & 0x1FFF'FFFFU) == cob_id.id();
-  return can::has_allowed_id(cob_id) || (frame_bits && default_channel(cob_id, base));
-}
-
-bool usable(can::CobId cob_id, std::uint8_t sub) {
-  return cob_id.valid() && allowed(cob_id, sub);
-}
-
 }  // namespace
 
-SdoClients::SdoClients(od::Dictionary& dictionary, can::Dispatch& dispatch, EventLog& events)
-    : dictionary_(dictionary), dispatch_(dispatch), events_(events) {
+SdoClients::SdoClients(od::Dictionary& dictionary, can::Dispatch& dispatch, EventLog& events,
+                       bool of_default_servers)
+    : dictionary_(dictionary),
+      dispatch_(dispatch),
+      events_(events),
+      of_default_servers_(of_default_servers) {
   find_objects();
+}
+
+// Of a valid COB-ID.
+bool SdoClients::allowed(can::CobId cob_id, std::uint8_t sub) const {
+  const std::uint32_t base = sub == kRequestSub ? can::kSdoRequestBase : can::kSdoResponseBase;
+  const bool frame_bits = cob_id.extended() || (cob_id.raw & 0x1FFF'FFFFU) == cob_id.id();
+  return can::has_allowed_id(cob_id) ||
+         (of_default_servers_ && frame_bits && default_channel(cob_id, base));
+}
+
+bool SdoClients::usable(can::CobId cob_id, std::uint8_t sub) const {
+  return cob_id.valid() && allowed(cob_id, sub);
 }
 
 void SdoClients::find_objects() {

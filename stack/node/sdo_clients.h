@@ -4,8 +4,10 @@
 //   sub 2  U32  COB-ID server to client, likewise
 //   sub 3  U8   node-ID of the server
 // Other than CiA 301's table of restricted identifiers has it, a client may use those of a default
-// server (600h and 580h + node-ID): how else would it reach one. Where an sdo::Arbiter owns the
-// default channels (a line), give the clients servers of their own.
+// server (600h and 580h + node-ID): how else would it reach one. But not where an sdo::Arbiter
+// reaches all of them (the own node of a line): a default server serves one transfer at a time, and
+// who comes next is the arbiter's business. Writing them is refused there with 0609 0030h, as any
+// restricted identifier, and a client that was described with them is not valid.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +34,8 @@ class SdoClients final : public od::Hook {
   static constexpr std::uint16_t kMark = 0x100;
 
   // Makes a client per object and sets the hooks. All must outlive it.
-  SdoClients(od::Dictionary& dictionary, can::Dispatch& dispatch, EventLog& events);
+  SdoClients(od::Dictionary& dictionary, can::Dispatch& dispatch, EventLog& events,
+             bool of_default_servers);
 
   // The client of object 1280h + number - 1, for a transfer: begin it, and take() its outcome when
   // there is one. advance() of the node keeps it going. sdo_connection (060A 0023h) if there is no
@@ -70,10 +73,13 @@ class SdoClients final : public od::Hook {
   Entry* find(std::uint16_t index);
   void configure(Entry& entry);
   can::CobId cob_id(od::Address address) const;
+  bool allowed(can::CobId cob_id, std::uint8_t sub) const;
+  bool usable(can::CobId cob_id, std::uint8_t sub) const;
 
   od::Dictionary& dictionary_;
   can::Dispatch& dispatch_;
   EventLog& events_;
+  bool of_default_servers_;
   std::vector<Entry> entries_;  // ascending by index
   bool changed_ = false;
   std::uint64_t malformed_ = 0;

@@ -35,7 +35,7 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
       emergencies(dispatch, events, kOwnMark),
       emergency_cob_ids(dictionary, emergencies),
       sdo(dictionary, dispatch, events, own_options.node_id),
-      sdo_clients(dictionary, dispatch, events),
+      sdo_clients(dictionary, dispatch, events, own_options.clients_of_default_servers),
       pdos(dictionary, dispatch, events, image),
       storage(dictionary, own_options.node_id) {
   const std::pair<std::uint16_t, od::Hook*> hooks[] = {

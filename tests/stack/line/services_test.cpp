@@ -1,4 +1,8 @@
-// Services of a line besides the boot of its nodes: guarding, the own node-ID, TIME.
+// Services of a line besides the boot of its nodes: guarding, the own node-ID, TIME, repeated SDO
+// transfers, SDO clients of the own dictionary.
+#include "stack/base/byte_order.h"
+#include "stack/od/dictionary.h"
+
 #include "tests/stack/line/line_fixture.h"
 
 namespace linegate::line {
@@ -119,6 +123,209 @@ TEST_F(LineTest, TheOwnNodeIdOfAnotherIsTold) {
   hear(0x77F, {0x00});
   EXPECT_TRUE(told(EventKind::duplicate_node_id, 127));
   EXPECT_EQ(line_->state().own_state, nmt::State::operational);
+}
+
+// --- SDO transfers of a command that are begun anew
+// -----------------------------------------------
+
+constexpr const char* kReadInitiate = "605#4000200000000000";
+constexpr const char* kWriteInitiate = "605#2B002000CDAB0000";
+constexpr const char* kTimeOutAbort = "605#8000200000000405";
+
+class RepeatedSdo : public LineTest {
+ protected:
+  RepeatedSdo() {
+    make(config_with_axis());
+    boot();
+    sent();
+    events();
+  }
+  void ask(bool write, std::uint8_t repeats, Duration timeout = {}) {
+    Command command{.tag = 7,
+                    .kind = write ? CommandKind::sdo_write : CommandKind::sdo_read,
+                    .node = 5,
+                    .index = 0x2000,
+                    .timeout = timeout,
+                    .repeats = repeats};
+    if (write) {
+      command.data = {std::byte{0xCD}, std::byte{0xAB}};
+    }
+    line_->execute(std::move(command), now_);
+  }
+  void answer_well(bool write) {
+    if (write) {
+      hear(0x585, {0x60, 0x00, 0x20, 0x00, 0, 0, 0, 0});
+    } else {
+      hear(0x585, {0x4B, 0x00, 0x20, 0x00, 0xCD, 0xAB, 0, 0});
+    }
+  }
+  void expect_success(bool write) {
+    const Reply reply = answer();
+    EXPECT_EQ(reply.tag, 7U);
+    EXPECT_TRUE(reply.ok());
+    EXPECT_EQ(reply.data.size(), write ? 0U : 2U);
+    expect_nothing();
+  }
+  void expect_nothing() {
+    Reply none;
+    EXPECT_FALSE(line_->take_reply(none));
+  }
+  // Without the heartbeat of the own node and the like.
+  std::vector<std::string> sent_to_server() {
+    std::vector<std::string> all = sent();
+    std::erase_if(all, [](const std::string& frame) { return !frame.starts_with("605#"); });
+    return all;
+  }
+};
+
+TEST_F(RepeatedSdo, ATimeOutBeginsTheTransferAnewIfTheCommandSaysSo) {
+  for (const bool write : {false, true}) {
+    SCOPED_TRACE(write);
+    const char* initiate = write ? kWriteInitiate : kReadInitiate;
+    ask(write, 2);
+    EXPECT_THAT(sent_to_server(), ElementsAre(initiate));
+    for (int repetition = 0; repetition < 2; ++repetition) {
+      pass(milliseconds(500));
+      EXPECT_THAT(sent_to_server(), ElementsAre(kTimeOutAbort, initiate));
+      expect_nothing();
+    }
+    answer_well(write);
+    expect_success(write);
+    EXPECT_FALSE(told(EventKind::sdo_abort, 5));
+  }
+}
+
+TEST_F(RepeatedSdo, TheLastAttemptIsTheReply) {
+  for (const bool write : {false, true}) {
+    SCOPED_TRACE(write);
+    ask(write, 1);
+    pass(milliseconds(999));
+    expect_nothing();
+    pass(milliseconds(1));
+    EXPECT_EQ(answer().error, to_error(AbortCode::timeout));
+    expect_nothing();
+    EXPECT_TRUE(told(EventKind::sdo_abort, 5));
+    hear(0x585, {0x80, 0x00, 0x20, 0x00, 0x00, 0x00, 0x04, 0x05});  // late
+    sent();
+  }
+}
+
+TEST_F(RepeatedSdo, AnAbortThatALostFrameExplainsDoesTheSame) {
+  for (const bool write : {false, true}) {
+    SCOPED_TRACE(write);
+    ask(write, 1);
+    hear(0x585, {0x80, 0x00, 0x20, 0x00, 0x00, 0x00, 0x04, 0x05});
+    EXPECT_THAT(sent_to_server(), testing::Contains(write ? kWriteInitiate : kReadInitiate));
+    expect_nothing();
+    answer_well(write);
+    expect_success(write);
+  }
+}
+
+TEST_F(RepeatedSdo, ARefusalIsFinal) {
+  for (const bool write : {false, true}) {
+    ask(write, 3);
+    hear(0x585, {0x80, 0x00, 0x20, 0x00, 0x00, 0x00, 0x02, 0x06});
+    EXPECT_EQ(answer().error, to_error(AbortCode::no_object));
+    expect_nothing();
+  }
+}
+
+TEST_F(RepeatedSdo, IsNotSoByItself) {
+  for (const bool write : {false, true}) {
+    ask(write, 0);
+    pass(milliseconds(500));
+    EXPECT_EQ(answer().error, to_error(AbortCode::timeout));
+    hear(0x585, {0x80, 0x00, 0x20, 0x00, 0x00, 0x00, 0x04, 0x05});
+    sent();
+  }
+}
+
+// The value goes in segments; the acknowledgement of the second one is lost.
+TEST_F(RepeatedSdo, ADownloadInSegmentsBeginsAgainWithTheFirst) {
+  line_->execute({.tag = 7,
+                  .kind = CommandKind::sdo_write,
+                  .node = 5,
+                  .index = 0x2000,
+                  .repeats = 1,
+                  .data = std::vector<std::byte>(10, std::byte{0x11})},
+                 now_);
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    EXPECT_THAT(sent_to_server(), testing::Contains("605#210020000A000000"));
+    hear(0x585, {0x60, 0x00, 0x20, 0x00, 0, 0, 0, 0});
+    EXPECT_THAT(sent_to_server(), ElementsAre("605#0011111111111111"));
+    hear(0x585, {0x20, 0, 0, 0, 0, 0, 0, 0});
+    EXPECT_THAT(sent_to_server(), ElementsAre("605#1911111100000000"));
+    if (attempt == 0) {
+      pass(milliseconds(500));
+    }
+  }
+  hear(0x585, {0x30, 0, 0, 0, 0, 0, 0, 0});
+  expect_success(true);
+}
+
+TEST_F(RepeatedSdo, TheCommandsTimeOutIsForAllAttempts) {
+  for (const bool write : {false, true}) {
+    SCOPED_TRACE(write);
+    ask(write, 1, milliseconds(100));
+    pass(milliseconds(50));
+    EXPECT_THAT(sent_to_server(), testing::Contains(kTimeOutAbort));
+    expect_nothing();
+    pass(milliseconds(50));
+    EXPECT_FALSE(answer().ok());
+    expect_nothing();
+    pass(seconds(1));
+    hear(0x585, {0x80, 0x00, 0x20, 0x00, 0x00, 0x00, 0x04, 0x05});
+    sent();
+  }
+}
+
+// --- SDO clients of the own dictionary
+// ------------------------------------------------------------
+
+// The arbiter of the line reaches the default server of each device: no other client may.
+TEST_F(LineTest, AnSdoClientObjectCannotHaveTheIdentifiersOfADefaultServer) {
+  make(config_with_axis());
+  od::ObjectDescription client{
+      .index = 0x1280, .name = "SDO client parameter", .type = od::ObjectType::record};
+  const auto add = [&client](std::uint8_t sub, od::DataType type, std::uint32_t value) {
+    od::VariableDescription variable;
+    variable.sub = sub;
+    variable.type = type;
+    variable.access = sub == 0 ? od::Access::constant : od::Access::rw;
+    variable.value.resize(od::byte_size(type));
+    store_le(std::span(variable.value), std::uint64_t{value});
+    client.variables.push_back(std::move(variable));
+  };
+  add(0, od::DataType::unsigned8, 3);
+  add(1, od::DataType::unsigned32, 0x605);
+  add(2, od::DataType::unsigned32, 0x585);
+  add(3, od::DataType::unsigned8, 5);
+  ASSERT_TRUE(line_->dictionary().add(client).ok());
+  boot();
+  const auto write = [this](std::uint8_t sub, std::uint32_t cob_id) {
+    std::vector<std::byte> data(4);
+    store_le(data.data(), cob_id);
+    line_->execute(
+        {.kind = CommandKind::local_write, .index = 0x1280, .sub = sub, .data = std::move(data)},
+        now_);
+    return answer().error;
+  };
+  const Error refused = to_error(AbortCode::invalid_value);
+  constexpr std::uint32_t kInvalid = 0x8000'0000;
+  EXPECT_EQ(write(1, 0x605), refused);
+  EXPECT_EQ(write(2, 0x585), refused);
+  EXPECT_EQ(write(1, 0x601), refused) << "the arbiter may reach any node";
+  EXPECT_EQ(write(1, kInvalid | 0x605), Error{});
+  EXPECT_EQ(write(2, kInvalid | 0x585), Error{});
+  EXPECT_EQ(write(1, 0x605), refused);
+  EXPECT_EQ(write(1, 0x6C0), Error{});
+  EXPECT_EQ(write(2, 0x6C1), Error{});
+
+  // An answer of the device is heard by one client.
+  line_->execute({.tag = 1, .kind = CommandKind::sdo_read, .node = 5, .index = 0x2000}, now_);
+  hear(0x585, {0x4B, 0x00, 0x20, 0x00, 0xCD, 0xAB, 0, 0});
+  EXPECT_TRUE(answer().ok());
 }
 
 }  // namespace

@@ -130,6 +130,32 @@ TEST_F(NodeTest, AnSdoServerAddedAtRunTimeAnswersAfterAReset) {
   EXPECT_EQ(drain(at(1ms)).at(0).id, 0x6C1U);
 }
 
+// Beside an sdo::Arbiter, see Options.
+TEST_F(NodeTest, SdoClientsMayBeKeptFromDefaultServers) {
+  od::Dictionary dictionary = example_dictionary();
+  ASSERT_TRUE(dictionary.add(channel(0x1280, 0x606, 0x586)).ok());
+  ASSERT_TRUE(dictionary.add(channel(0x1281, kInvalid, kInvalid)).ok());
+  ASSERT_TRUE(dictionary.add(channel(0x1282, 0x6C0, 0x6C1)).ok());
+  node = std::make_unique<Node>(std::move(dictionary),
+                                Options{.node_id = kNodeId, .clients_of_default_servers = false},
+                                events, nullptr);
+  boot();
+  const auto why_not = [this](std::uint16_t number) {
+    const Result<sdo::Client*> found = node->sdo_clients().client(number);
+    return found.ok() ? 0 : found.error().code;
+  };
+  EXPECT_EQ(why_not(1), static_cast<std::uint32_t>(AbortCode::sdo_connection)) << "as described";
+  EXPECT_EQ(why_not(3), 0U);
+  EXPECT_EQ(sdo_write({0x1280, 1}, 4, 0x606), 0x0609'0030U);
+  EXPECT_EQ(sdo_write({0x1281, 1}, 4, 0x606), 0x0609'0030U);
+  EXPECT_EQ(sdo_write({0x1281, 2}, 4, 0x586), 0x0609'0030U);
+  EXPECT_EQ(sdo_write({0x1281, 2}, 4, 0x4000'0586), 0x0609'0030U);
+  EXPECT_EQ(sdo_write({0x1281, 2}, 4, 0x6C2), 0U);
+  const std::uint64_t unused = node->counters().unused;
+  hear(1ms, 0x586, {0x43, 0x00, 0x10, 0, 0, 0, 0, 0});
+  EXPECT_EQ(node->counters().unused, unused + 1);
+}
+
 // Two nodes on a wire: the one of the fixture serves, the other has the clients.
 class SdoClientsTest : public NodeTest {
  protected:
