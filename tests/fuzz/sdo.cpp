@@ -1,244 +1,412 @@
-// The input is a sequence of steps: frames to a server, frames to a client, transfers begun, time
-// passing. Whatever it is: no crash, the server answers a request with one frame at most, or a
-// sub-block, values keep to their rights and limits, every transfer ends once, and a valid read
-// afterwards works.
+// The input is a sequence of steps on three channels between clients and the servers of one device:
+// frames to a server or client, transfers begun, with values and with streams, frames delivered and
+// lost, late answers of the device, time passing. Whatever it is: no crash, a server answers a
+// request with one frame at most, or a sub-block, values keep to their rights and limits, every
+// transfer ends once, and so does every stream; what went well brought the right bytes, whatever
+// was lost; and a valid read afterwards works.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <list>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "stack/od/dictionary.h"
 #include "stack/sdo/client.h"
 #include "stack/sdo/server.h"
 
 #include "tests/fuzz/expect.h"
+#include "tests/fuzz/input.h"
+#include "tests/fuzz/sdo_subject.h"
 
 namespace {
 
 using namespace linegate;
+using namespace std::chrono_literals;
 
-constexpr std::uint32_t kRequestId = 0x605;
-constexpr std::uint32_t kResponseId = 0x585;
-constexpr Duration kTimeout = std::chrono::milliseconds(100);
+constexpr std::uint32_t kRequestIds[] = {0x605, 0x6C1, 0x6C2};
+constexpr std::uint32_t kResponseIds[] = {0x585, 0x5C1, 0x5C2};
+constexpr unsigned kChannels = 3;
+constexpr Duration kTimeout = 100ms;
+constexpr std::size_t kQueue = 4;
 
-// First byte of a step, modulo their number.
+// First byte of a step, modulo their number. They are for the channel selected last.
 enum class Step : std::uint8_t {
-  to_server,  // length, then that many (at most 8) bytes
-  to_client,  // the same
-  read,       // object
-  write,      // object, size; the bytes are 0, 1, 2, ...
-  deliver,    // everything on the wire arrives
-  lose,       // everything on the wire is lost
-  wait,       // milliseconds
+  to_server,     // length, then that many (at most 8) bytes
+  to_client,     // the same
+  read,          // object
+  write,         // object, size; the bytes are 0, 1, 2, ...
+  deliver,       // everything on the wire arrives
+  lose,          // everything on the wire is lost
+  wait,          // milliseconds
+  select,        // channel
+  read_stream,   // object
+  write_stream,  // object, size / 16; the bytes are a pattern
+  answer,        // which, whether it is good: a late answer of the device
+  options,       // Transfer, repeats
+  deliver_some,  // bit mask: the next eight frames, of which those with a 0 are lost
 };
-constexpr unsigned kSteps = 7;
+constexpr unsigned kSteps = 13;
 
-od::ObjectDescription object(std::uint16_t index, od::DataType type, od::Access access,
-                             std::vector<std::byte> value) {
-  od::VariableDescription variable;
-  variable.type = type;
-  variable.access = access;
-  variable.value = std::move(value);
-  od::ObjectDescription out;
-  out.index = index;
-  out.variables.push_back(std::move(variable));
-  return out;
-}
-
-od::DeviceDescription device() {
-  od::DeviceDescription out;
-  out.objects.push_back(object(0x1000, od::DataType::unsigned32, od::Access::ro,
-                               {std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4}}));
-  out.objects.push_back(object(0x2000, od::DataType::unsigned8, od::Access::rw, {}));
-  out.objects.back().variables[0].high_limit = {std::byte{100}};
-  out.objects.push_back(object(0x2001, od::DataType::unsigned64, od::Access::rw, {}));
-  out.objects.push_back(object(0x2002, od::DataType::visible_string, od::Access::rw, {}));
-  out.objects.push_back(object(0x2003, od::DataType::domain, od::Access::rw, {}));
-  out.objects.push_back(object(0x2004, od::DataType::unsigned32, od::Access::wo, {}));
-  return out;
-}
-
-class Input {
+// One client and its server.
+class Channel {
  public:
-  explicit Input(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
-  bool empty() const { return bytes_.empty(); }
-  std::uint8_t next() {
-    if (bytes_.empty()) {
-      return 0;
-    }
-    const std::uint8_t value = bytes_.front();
-    bytes_ = bytes_.subspan(1);
-    return value;
+  Channel(unsigned number, od::Dictionary& dictionary, fuzz::SdoObjects& objects, EventLog& events)
+      : number_(number),
+        objects_(objects),
+        server_(dictionary, can::CobId{kRequestIds[number]}, can::CobId{kResponseIds[number]},
+                events, {.stall = 30ms}),
+        client_(can::CobId{kRequestIds[number]}) {}
+
+  void set_options(sdo::TransferOptions options) { options_ = options; }
+
+  void read(od::Address where, Instant now) {
+    begin(now);
+    client_.read(where, kTimeout, now, to_server_, options_);
+  }
+  void write(od::Address where, std::vector<std::byte> value, Instant now) {
+    begin(now);
+    client_.write(where, std::move(value), kTimeout, now, to_server_, options_);
+  }
+  void read_stream(od::Address where, Instant now) {
+    begin(now);
+    under_way_.sink = &sinks_.emplace_back(nullptr);
+    under_way_.checked = under_way_.checked && is_stream(where);
+    client_.read(where, sinks_.back(), kTimeout, now, to_server_, options_);
+  }
+  void write_stream(od::Address where, std::uint32_t size, bool tells, Instant now) {
+    begin(now);
+    under_way_.source = &sources_.emplace_back(size, tells, nullptr);
+    under_way_.checked = under_way_.checked && is_stream(where);
+    client_.write(where, sources_.back(), kTimeout, now, to_server_, options_);
   }
 
+  void inject_to_server(const can::Frame& frame) {
+    injected_ = true;
+    under_way_.checked = false;
+    ask(frame);
+  }
+  void inject_to_client(const can::Frame& frame) {
+    injected_ = true;
+    under_way_.checked = false;
+    client_.receive(frame, to_server_);
+    take();
+  }
+
+  void lose() {
+    to_server_.clear();
+    to_client_.clear();
+  }
+
+  // The next frame of each side; false if there is none.
+  bool pass(bool good, Instant now) {
+    const bool to_server = pass_to_server(good, now);
+    return pass_to_client(good, now) || to_server;
+  }
+
+  void advance(Instant now) {
+    asked_ += server_.busy() ? 1U : 0U;  // an abort may come unasked, and what was put off
+    objects_.serve(number_);
+    server_.advance(now, to_client_);
+    client_.advance(now, to_server_);
+    take();
+    LINEGATE_EXPECT(server_.next_wake() > now);
+    LINEGATE_EXPECT(client_.next_wake() > now);
+  }
+  Instant next_wake() const { return earlier(server_.next_wake(), client_.next_wake()); }
+
+  bool at_rest() const {
+    return !client_.busy() && !server_.busy() && to_server_.empty() && to_client_.empty();
+  }
+  void check_end() const {
+    LINEGATE_EXPECT(at_rest());
+    LINEGATE_EXPECT(begun_ == ended_);
+    const auto over = [](const auto& stream) { return stream.over(); };
+    LINEGATE_EXPECT(std::ranges::all_of(sources_, over) && std::ranges::all_of(sinks_, over));
+  }
+  std::optional<sdo::Outcome> last_outcome() const { return last_; }
+
  private:
-  std::span<const std::uint8_t> bytes_;
+  struct UnderWay {
+    bool checked = false;  // nothing but lost frames can have disturbed it
+    const fuzz::PatternSource* source = nullptr;
+    const fuzz::PatternSink* sink = nullptr;
+  };
+
+  static bool is_stream(od::Address where) {
+    return where.index == fuzz::kStream || where.index == fuzz::kSlowStream;
+  }
+
+  // Only one transfer at a time: the one before is given up.
+  void begin(Instant now) {
+    const bool quiet = at_rest() && !client_.strays_expected();
+    client_.abort(AbortCode::general, now, to_server_);
+    take();
+    ++begun_;
+    under_way_ = {.checked = quiet && !injected_};
+  }
+
+  void take() {
+    while (std::optional<sdo::Outcome> outcome = client_.take()) {
+      ++ended_;
+      LINEGATE_EXPECT(outcome->abort != od::kLater);
+      if (outcome->abort == AbortCode::none && under_way_.checked) {
+        check_bytes();
+      }
+      last_ = std::move(outcome);
+    }
+  }
+
+  void check_bytes() const {
+    if (under_way_.source != nullptr) {
+      const fuzz::PatternSink* sink = objects_.last_sink(number_);
+      LINEGATE_EXPECT(sink != nullptr && sink->has(under_way_.source->bytes()));
+    } else if (under_way_.sink != nullptr) {
+      const fuzz::PatternSource* source = objects_.last_source(number_);
+      LINEGATE_EXPECT(source != nullptr && under_way_.sink->has(source->bytes()));
+    }
+  }
+
+  void ask(const can::Frame& request) {
+    ++asked_;
+    objects_.serve(number_);
+    server_.receive(request, to_client_);
+  }
+
+  bool pass_to_server(bool good, Instant now) {
+    can::Frame next;
+    if (!to_server_.pop_rest(next)) {
+      return false;
+    }
+    expect_sdo(next, kRequestIds[number_]);
+    next.time = now;
+    if (good) {
+      ask(next);
+    }
+    return true;
+  }
+
+  bool pass_to_client(bool good, Instant now) {
+    can::Frame next;
+    if (!to_client_.pop_rest(next)) {
+      return false;
+    }
+    expect_sdo(next, kResponseIds[number_]);
+    ++answered_;
+    LINEGATE_EXPECT(answered_ <= asked_ * (sdo::kMaxBlockSize + 1U));
+    next.time = now;
+    if (good) {
+      client_.receive(next, to_server_);
+      take();
+    }
+    return true;
+  }
+
+  static void expect_sdo(const can::Frame& frame, std::uint32_t id) {
+    LINEGATE_EXPECT(frame.id == id && frame.length == 8 && frame.flags == 0);
+    const auto word = sdo::word_of(frame);
+    const bool abort = static_cast<std::uint8_t>(word) == 0x80;
+    LINEGATE_EXPECT(!abort || sdo::long_word(word) != static_cast<std::uint32_t>(od::kLater));
+  }
+
+  unsigned number_;
+  fuzz::SdoObjects& objects_;
+  can::TransmitQueue to_server_{kQueue};
+  can::TransmitQueue to_client_{kQueue};
+  std::list<fuzz::PatternSource> sources_;
+  std::list<fuzz::PatternSink> sinks_;
+  sdo::Server server_;
+  sdo::Client client_;
+  sdo::TransferOptions options_;
+  UnderWay under_way_;
+  std::optional<sdo::Outcome> last_;
+  bool injected_ = false;
+  std::uint64_t asked_ = 0;
+  std::uint64_t answered_ = 0;
+  unsigned begun_ = 0;
+  unsigned ended_ = 0;
 };
 
-class Pair {
+class Device {
  public:
-  void run(Input input) {
+  Device() {
+    for (unsigned number = 0; number < kChannels; ++number) {
+      channels_.emplace_back(number, dictionary_, objects_, events_);
+    }
+    selected_ = &channels_.front();
+  }
+
+  void run(fuzz::Input input) {
     while (!input.empty()) {
       step(input);
       check();
     }
     finish();
-    check_read();
+    for (Channel& channel : channels_) {
+      check_read(channel);
+    }
   }
 
  private:
-  void step(Input& input) {
-    switch (static_cast<Step>(input.next() % kSteps)) {
+  void step(fuzz::Input& input) {
+    switch (static_cast<Step>(input.byte() % kSteps)) {
       case Step::to_server:
-        ask(frame(kRequestId, input));
+        selected_->inject_to_server(frame(input));
         break;
       case Step::to_client:
-        client_.receive(frame(kResponseId, input), to_server_);
+        selected_->inject_to_client(frame(input));
         break;
       case Step::read:
-        begin();
-        client_.read(address(input), kTimeout, now_, to_server_);
+        selected_->read(address(input), now_);
         break;
       case Step::write: {
-        begin();
         const od::Address where = address(input);
-        client_.write(where, value(input), kTimeout, now_, to_server_);
+        selected_->write(where, value(input), now_);
         break;
       }
       case Step::deliver:
         deliver();
         break;
       case Step::lose:
-        to_server_.clear();
-        to_client_.clear();
+        selected_->lose();
         break;
       case Step::wait:
-        advance(std::chrono::milliseconds(input.next()));
+        advance(std::chrono::milliseconds(input.byte()));
+        break;
+      case Step::select:
+        selected_ = &*std::next(channels_.begin(), input.byte() % kChannels);
+        break;
+      case Step::read_stream:
+        selected_->read_stream(address(input), now_);
+        break;
+      case Step::write_stream: {
+        const od::Address where = address(input);
+        const std::uint8_t size = input.byte();
+        selected_->write_stream(where, size * 16U, size % 2 == 0, now_);
+        break;
+      }
+      case Step::answer: {
+        const std::uint8_t which = input.byte();
+        objects_.answer(which, input.flag());
+        break;
+      }
+      case Step::options:
+        selected_->set_options({.transfer = static_cast<sdo::Transfer>(input.byte() % 3U),
+                                .repeats = input.byte() % 3U});
+        break;
+      case Step::deliver_some:
+        deliver_some(input.byte());
         break;
     }
   }
 
-  void ask(const can::Frame& request) {
-    ++asked_;
-    server_.receive(request, to_client_);
-  }
-
-  // Only one transfer at a time: the one before is given up.
-  void begin() {
-    client_.abort(AbortCode::general, now_, to_server_);
-    take();
-    ++begun_;
-  }
-
-  void take() {
-    while (client_.take()) {
-      ++ended_;
+  bool pass_all() {
+    bool any = false;
+    for (Channel& channel : channels_) {
+      any = channel.pass(true, now_) || any;
     }
+    return any;
   }
 
+  // With what the full queues hold back, which needs no more than moments.
   void deliver() {
-    can::Frame next;
-    for (bool any = true; any;) {
-      any = false;
-      if (to_server_.pop_rest(next)) {
-        expect_sdo(next, kRequestId);
-        next.time = now_;
-        ask(next);
-        any = true;
+    for (unsigned rounds = 0;; ++rounds) {
+      LINEGATE_EXPECT(rounds < 100'000);
+      if (pass_all()) {
+        continue;
       }
-      if (to_client_.pop_rest(next)) {
-        expect_sdo(next, kResponseId);
-        ++answered_;
-        LINEGATE_EXPECT(answered_ <= asked_ * (sdo::kMaxBlockSize + 1U));
-        next.time = now_;
-        client_.receive(next, to_server_);
-        any = true;
+      const Instant wake = next_wake();
+      if (wake > now_ + 2ms) {
+        return;
+      }
+      advance(wake > now_ ? wake - now_ : Duration::zero());
+    }
+  }
+
+  void deliver_some(unsigned mask) {
+    for (unsigned i = 0; i < 8; ++i) {
+      if (!selected_->pass((mask >> i & 1U) != 0, now_)) {
+        advance(1ms);
       }
     }
+  }
+
+  Instant next_wake() const {
+    Instant wake = kNever;
+    for (const Channel& channel : channels_) {
+      wake = earlier(wake, channel.next_wake());
+    }
+    return wake;
   }
 
   void advance(Duration step) {
     now_ += step;
-    asked_ += server_.busy() ? 1U : 0U;  // an abort may come unasked
-    server_.advance(now_, to_client_);
-    client_.advance(now_, to_server_);
-    LINEGATE_EXPECT(server_.next_wake() > now_);
-    LINEGATE_EXPECT(client_.next_wake() > now_);
+    for (Channel& channel : channels_) {
+      channel.advance(now_);
+    }
   }
 
+  // Nobody answers any more: all that waits is given up, and begun anew as often as was asked for.
   void finish() {
+    for (unsigned i = 0; i < 12; ++i) {
+      deliver();
+      advance(10s);
+    }
     deliver();
-    advance(std::chrono::seconds(10));
-    deliver();
-    advance(std::chrono::seconds(10));
-    take();
-    LINEGATE_EXPECT(!client_.busy() && !server_.busy());
-    LINEGATE_EXPECT(begun_ == ended_);
-    deliver();
+    for (const Channel& channel : channels_) {
+      channel.check_end();
+    }
+    LINEGATE_EXPECT(objects_.at_rest());
   }
 
-  void check_read() {
-    client_.read({0x1000, 0}, kTimeout, now_, to_server_);
+  void check_read(Channel& channel) {
+    channel.set_options({});
+    channel.read({0x1000, 0}, now_);
     deliver();
-    const std::optional<sdo::Outcome> outcome = client_.take();
+    const std::optional<sdo::Outcome> outcome = channel.last_outcome();
     LINEGATE_EXPECT(outcome && outcome->abort == AbortCode::none);
     LINEGATE_EXPECT(load_le(std::span<const std::byte>(outcome->data)) == 0x0403'0201);
   }
 
-  void check() {
-    take();
+  void check() const {
     LINEGATE_EXPECT(dictionary_.number({0x1000, 0}) == 0x0403'0201U);
     LINEGATE_EXPECT(*dictionary_.number({0x2000, 0}) <= 100);
     LINEGATE_EXPECT(dictionary_.find({0x2001, 0})->size == 8);
     LINEGATE_EXPECT(dictionary_.find({0x2002, 0})->size <= 64);
+    LINEGATE_EXPECT(dictionary_.find({fuzz::kStream, 0})->size == 0);
+    LINEGATE_EXPECT(dictionary_.find({fuzz::kSlowStream, 0})->size == 0);
   }
 
-  can::Frame frame(std::uint32_t id, Input& input) {
-    std::vector<std::byte> bytes(std::min<std::size_t>(input.next(), 8));
-    for (std::byte& byte : bytes) {
-      byte = std::byte{input.next()};
-    }
-    can::Frame out = can::make_frame(id, bytes);
+  can::Frame frame(fuzz::Input& input) const {
+    can::Frame out =
+        can::make_frame(kRequestIds[0], input.bytes(std::min<std::size_t>(input.byte(), 8)));
     out.time = now_;
     return out;
   }
 
-  static od::Address address(Input& input) {
-    return {static_cast<std::uint16_t>(0x2000 + input.next() % 6), 0};
+  static od::Address address(fuzz::Input& input) {
+    return {static_cast<std::uint16_t>(0x2000 + input.byte() % 9), 0};
   }
 
-  static std::vector<std::byte> value(Input& input) {
-    std::vector<std::byte> out(input.next());
+  static std::vector<std::byte> value(fuzz::Input& input) {
+    std::vector<std::byte> out(input.byte());
     for (std::size_t i = 0; i < out.size(); ++i) {
       out[i] = static_cast<std::byte>(i);
     }
     return out;
   }
 
-  static void expect_sdo(const can::Frame& frame, std::uint32_t id) {
-    LINEGATE_EXPECT(frame.id == id && frame.length == 8 && frame.flags == 0);
-  }
-
-  static constexpr std::size_t kQueue = 4;
-
-  od::Dictionary dictionary_{device()};
+  od::Dictionary dictionary_{fuzz::sdo_device()};
+  fuzz::SdoObjects objects_{dictionary_};
   EventLog events_;
-  can::TransmitQueue to_server_{kQueue};
-  can::TransmitQueue to_client_{kQueue};
-  sdo::Server server_{dictionary_, can::CobId{kRequestId}, can::CobId{kResponseId}, events_};
-  sdo::Client client_{can::CobId{kRequestId}};
-  Instant now_ = Instant{} + std::chrono::seconds(1);
-  unsigned asked_ = 0;
-  unsigned answered_ = 0;
-  unsigned begun_ = 0;
-  unsigned ended_ = 0;
+  std::list<Channel> channels_;
+  Channel* selected_ = nullptr;
+  Instant now_ = Instant{} + 1s;
 };
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  Pair().run(Input({data, size}));
+  Device().run(fuzz::Input({data, size}));
   return 0;
 }
