@@ -81,6 +81,8 @@ struct Options {
   // where an sdo::Arbiter does that for the node, see node/sdo_clients.h.
   bool clients_of_default_servers = true;
   ErrorScheme error_scheme = ErrorScheme::number;
+  // Every TPDO to begin with, see pdo::Engine::set_auto_notify().
+  bool auto_notify = false;
 };
 
 struct NodeCounters {

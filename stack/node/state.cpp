@@ -63,6 +63,7 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
   heartbeats.set_listener(this);
   pdos.set_node_id(own_options.node_id);
   pdos.set_listener(this, false);
+  pdos.set_auto_notify(options.auto_notify);
   dispatch.add(can::kErrorControlBase + options.node_id, false, can::Service::error_control,
                static_cast<std::uint16_t>(kOwnIdMark | options.node_id));
   if (options.nmt_slave) {

@@ -54,9 +54,13 @@ AbortCode unwritable(Address address, AbortCode why) {
                                                                         : why;
 }
 
-// value has an allowed length. It may overlap the variable's own bytes.
-void store(const ObjectTable& objects, Address address, Variable& variable,
+// value has an allowed length. It may overlap the variable's own bytes. True if observers have to
+// hear of it.
+bool store(const ObjectTable& objects, Address address, Variable& variable,
            std::span<const std::byte> value) {
+  const std::span<const std::byte> before = variable.bytes();
+  const bool news =
+      variable.followed && !std::equal(before.begin(), before.end(), value.begin(), value.end());
   if (variable.type == DataType::domain) {
     objects.details(address).domain = std::vector<std::byte>(value.begin(), value.end());
     variable.data = objects.details(address).domain.data();
@@ -64,6 +68,7 @@ void store(const ObjectTable& objects, Address address, Variable& variable,
     std::memmove(variable.data, value.data(), value.size());
   }
   variable.size = static_cast<std::uint32_t>(value.size());
+  return news;
 }
 
 // refuse(why) is the error of a hook that says no, or later.
@@ -93,8 +98,11 @@ void Dictionary::tell(Address address, const Variable& variable) {
 
 void Dictionary::store_and_tell(Address address, Variable& variable,
                                 std::span<const std::byte> value) {
-  store(*objects_, address, variable, value);
+  const bool news = store(*objects_, address, variable, value);
   tell(address, variable);
+  if (news) {
+    tell_changed(address);
+  }
 }
 
 template <class Refuse>
@@ -171,14 +179,20 @@ AbortCode Dictionary::write_all(std::span<const Assignment> values, std::size_t*
   }
   Variable element;
   AbortCode why = AbortCode::none;
+  std::vector<Address> changed;
   for (const auto& [address, value] : values) {
-    store(*objects_, address, *objects_->find(address, element, why), value);
+    if (store(*objects_, address, *objects_->find(address, element, why), value)) {
+      changed.push_back(address);
+    }
   }
   for (const auto& [address, value] : values) {
     const Variable* variable = objects_->find(address, element, why);
     if (variable != nullptr) {  // a hook may have removed the object
       tell(address, *variable);
     }
+  }
+  for (const Address address : changed) {
+    tell_changed(address);
   }
   return AbortCode::none;
 }
@@ -219,7 +233,7 @@ bool Dictionary::restore(Address address, std::span<const std::byte> value) {
   if (variable == nullptr || check_length(*variable, value.size()) != AbortCode::none) {
     return false;
   }
-  store(*objects_, address, *variable, value);
+  (void)store(*objects_, address, *variable, value);
   return true;
 }
 
@@ -252,7 +266,7 @@ void Dictionary::reset_values(std::uint16_t first, std::uint16_t last) {
     for (unsigned sub = 0; sub <= slot.highest; ++sub) {
       const Address address{index, static_cast<std::uint8_t>(sub)};
       if (slot.variables[sub].type != DataType::none) {
-        store(*objects_, address, slot.variables[sub], objects_->details(address).initial);
+        (void)store(*objects_, address, slot.variables[sub], objects_->details(address).initial);
       }
     }
   }

@@ -42,6 +42,7 @@ struct Variable {
   bool has_limits = false;  // look-up of the limits is not in the hot part
   bool store = false;       // belongs to what 1010h saves
   bool watched = false;     // a hook wants to hear of RPDOs
+  bool followed = false;    // observers want to hear of other values
   Hook* hook = nullptr;
 
   std::span<const std::byte> bytes() const { return {data, size}; }
@@ -98,6 +99,10 @@ class Dictionary {
   // observer is told of changes from now on; it must outlive the dictionary or be removed first.
   void add_observer(Observer& observer);
   void remove_observer(Observer& observer);
+  // Whether observers hear of other values of the variable (Observer::changed), until its object is
+  // removed. In a window all elements are followed, or none. Costs nothing when it is read.
+  // no_object, no_sub_index.
+  Result<void> follow(Address address, bool wanted);
 
   // --- look-up --------------------------------------------------------------------------------
 
@@ -237,6 +242,7 @@ class Dictionary {
   void point_at(std::uint16_t index, Hook* hook);
   Ticket put_off(Address address);
   Ticket put_off_stream(Address address, bool writing);
+  void tell_changed(Address address);
   void tell_observers(std::uint16_t index);
 
   std::unique_ptr<ObjectTable> objects_;

@@ -74,11 +74,16 @@ class Hook {
 enum class Watch : std::uint8_t { writes, rpdos };
 
 // Hears that an object was added or removed, that its variables live elsewhere (Dictionary::bind),
-// or that it is watched or not any more: who keeps pointers into it has to look it up again.
+// or that it is watched or not any more: who keeps pointers into it has to look it up again. And of
+// new values, where somebody asked for that.
 class Observer {
  public:
   virtual ~Observer() = default;
   virtual void reshaped(std::uint16_t index) = 0;
+  // Of a value that Dictionary::follow() names: it is another one than before, written over SDO or
+  // MPDO, or set by the device. Told after the hooks. Not told of RPDOs, resets and restored
+  // values.
+  virtual void changed(Address address);
 };
 
 }  // namespace linegate::od

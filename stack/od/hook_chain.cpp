@@ -12,6 +12,8 @@ AbortCode Hook::check_write(Address /*address*/, std::span<const std::byte> /*va
 }
 void Hook::written(Address /*address*/) {
 }
+void Observer::changed(Address /*address*/) {
+}
 void Hook::came_by_rpdo(Address /*address*/) {
 }
 void Hook::put_off(Address /*address*/, Ticket /*ticket*/) {

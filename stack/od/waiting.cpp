@@ -83,6 +83,26 @@ void Dictionary::remove_observer(Observer& observer) {
   std::erase(observers_, &observer);
 }
 
+Result<void> Dictionary::follow(Address address, bool wanted) {
+  Variable element;
+  AbortCode why = AbortCode::none;
+  Variable* variable = objects_->find(address, element, why);
+  if (variable == nullptr) {
+    return to_error(why);
+  }
+  if (variable == &element) {
+    variable = &objects_->find(address.index)->variables[1];
+  }
+  variable->followed = wanted;
+  return {};
+}
+
+void Dictionary::tell_changed(Address address) {
+  for (std::size_t i = 0; i < observers_.size(); ++i) {
+    observers_[i]->changed(address);
+  }
+}
+
 void Dictionary::tell_observers(std::uint16_t index) {
   for (std::size_t i = 0; i < observers_.size(); ++i) {
     observers_[i]->reshaped(index);

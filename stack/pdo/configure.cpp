@@ -31,6 +31,7 @@ AbortCode Engine::Impl::check_write(od::Address address, std::span<const std::by
 void Engine::Impl::written(od::Address address) {
   if (is_scanner_list(address.index)) {
     scanner_list.read(dictionary);
+    follow_sources();
     return;
   }
   if (is_dispatcher_list(address.index)) {
@@ -205,6 +206,7 @@ void Engine::Impl::start_mpdo(Tpdo& pdo, MpdoMode mode, std::uint16_t number) {
     return;
   }
   pdo.mpdos.reserve(kMpdosWaiting);
+  pdo.held_mpdos.reserve(kMpdosWaiting);
   if (mode == MpdoMode::source) {
     source_tpdo = static_cast<std::uint16_t>(number - 1U);
     return;

@@ -9,6 +9,7 @@ void Engine::Impl::reshaped(std::uint16_t index) {
   if (record_index(index)) {
     (void)dictionary.set_hook(index, this);  // if it is there
   }
+  follow_sources();
   std::vector<std::pair<PdoKind, std::uint16_t>> touched;
   for (const PdoKind kind : {PdoKind::rpdo, PdoKind::tpdo}) {
     const std::size_t count = kind == PdoKind::rpdo ? rpdos.size() : tpdos.size();
@@ -29,6 +30,28 @@ void Engine::Impl::reshaped(std::uint16_t index) {
     if (operational) {
       begin(kind, static_cast<std::uint16_t>(number - 1U));
     }
+  }
+}
+
+// The dictionary tells of those values, and of no others, that a TPDO with auto-notify sends.
+void Engine::Impl::follow_sources() {
+  for (const od::Address address : followed) {
+    (void)dictionary.follow(address, false);  // it may be gone
+  }
+  followed.clear();
+  if (auto_notify.none()) {
+    return;
+  }
+  for (const ObjectSource& source : object_sources) {
+    if (auto_notify[source.slot]) {
+      followed.push_back(source.address);
+    }
+  }
+  if (source_tpdo && auto_notify[*source_tpdo]) {
+    scanner_list.for_each([this](od::Address address) { followed.push_back(address); });
+  }
+  for (const od::Address address : followed) {
+    (void)dictionary.follow(address, true);
   }
 }
 

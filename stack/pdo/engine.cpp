@@ -40,6 +40,8 @@ Engine::Impl::Impl(od::Dictionary& d, can::Dispatch& p, EventLog& e, image::Proc
 
 Engine::Impl::~Impl() {
   listener = nullptr;  // may be half destroyed
+  auto_notify.reset();
+  follow_sources();
   stop_all();
   dictionary.remove_observer(*this);
   hook_records(nullptr);

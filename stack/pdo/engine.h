@@ -131,7 +131,18 @@ class Engine {
   // TPDOs with output entries of the image are held back, whatever requests them, until every one
   // of these entries is valid.
 
-  // A mapped value was changed by the device itself: requests its event-driven TPDOs.
+  // Auto-notify, off for every TPDO to begin with: whether a mapped value that becomes another one
+  // requests the TPDO by itself, if it is event-driven, or of type 0 at the next SYNC; of an MPDO
+  // in source address mode the objects of the scanner list. It does not matter who changes the
+  // value: SDO, MPDO, or the device through the dictionary. Not noticed are the same value once
+  // more, a value that an RPDO brings, and what is written past the dictionary, into an image or a
+  // variable's memory. Linked TPDOs go by outputs_written() alone. number: 1..512, of TPDOs that do
+  // not exist, too: it is kept over every configure(). The second form is for all of them.
+  void set_auto_notify(std::uint16_t number, bool wanted);
+  void set_auto_notify(bool wanted);
+
+  // A mapped value was changed by the device itself: requests its event-driven TPDOs, with
+  // auto-notify or without.
   void value_changed(od::Address address, Instant now);
   // The same for bytes [offset, offset + length) of the image's output area; always: even TPDOs
   // whose bytes are as they were last sent.
@@ -144,15 +155,18 @@ class Engine {
   // Sends the value of the object that the TPDO maps in destination address mode to an object of
   // `consumer`, 0 = all. What waits for the inhibit time is sent in turn; a newer value to the same
   // destination replaces one that waits. device_state outside of Operational;
-  // no_object if there is no such valid TPDO in that mode; out_of_memory if kMpdosWaiting wait.
+  // no_object if there is no such valid TPDO in that mode; out_of_memory if kMpdosWaiting wait,
+  // held ones included.
   AbortCode send_mpdo(std::uint16_t number, std::uint8_t consumer, od::Address destination);
   // Sends an object of the device in source address mode, as value_changed() does for those in the
   // scanner list. no_object also for one that is not in it.
   AbortCode send_mpdo(od::Address source);
   static constexpr std::size_t kMpdosWaiting = 64;
 
-  // For a group of writes: until release(), nothing is requested by a changed value or trigger();
-  // then every TPDO that would have been, once. SYNC, remote frames and event timers go on.
+  // For a group of writes: until release(), nothing is requested by a changed value, trigger() or
+  // send_mpdo(); then every TPDO that would have been, once, with the values of then, and every
+  // MPDO, once for each of its destinations or sources, with the newest value it was given. SYNC,
+  // remote frames, event timers, and what was requested before go on.
   void hold();
   void release(Instant now);
 

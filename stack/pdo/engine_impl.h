@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <bitset>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -77,6 +78,7 @@ struct Tpdo {
   bool event = false;     // type 0: wanted at the next SYNC
   bool sampled = false;   // frame holds a sample, taken since Operational
   bool counting = false;  // sync_start was met
+  bool asking = false;    // the listener hears before_tpdo() now
   std::uint8_t type = kEventProfile;
   std::uint8_t sync_start = 0;
   std::uint8_t syncs = 0;  // since it was sent
@@ -88,8 +90,9 @@ struct Tpdo {
   CopyPlan plan;
   can::Frame frame;  // the newest sample
   MpdoMode mpdo = MpdoMode::none;
-  od::Address sent_object;        // MPDO in destination address mode
-  std::vector<MpdoData> mpdos{};  // that wait, oldest first
+  od::Address sent_object;             // MPDO in destination address mode
+  std::vector<MpdoData> mpdos{};       // that wait, oldest first
+  std::vector<MpdoData> held_mpdos{};  // that wait for release_held()
 };
 
 // visit(bit) for each set bit, ascending; it may clear that bit.
@@ -166,6 +169,8 @@ struct Engine::Impl final : od::Hook, od::Observer {
 
   // --- objects that come, go and are watched (dictionary_changes.cpp) ----------------------------
   void reshaped(std::uint16_t index) override;
+  void changed(od::Address address) override;
+  void follow_sources();
   bool depends_on(PdoKind kind, std::uint16_t number, std::uint16_t index) const;
   std::vector<od::Address> watched_objects(std::uint16_t rpdo) const;
   void tell_watched(std::uint16_t slot);
@@ -189,6 +194,9 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void receive_mpdo(std::uint16_t slot, const can::Frame& frame);
   void store_mpdo(std::uint16_t slot, const Mpdo& mpdo, od::Address place, Instant time);
   AbortCode queue_mpdo(std::uint16_t slot, Mpdo mpdo, od::Address source);
+  AbortCode put_mpdo(std::vector<MpdoData>& waiting, const Tpdo& pdo, const MpdoData& data);
+  void release_mpdos(Tpdo& pdo);
+  void show_first_mpdo(Tpdo& pdo);
   void next_mpdo(Tpdo& pdo);
   void attend(std::uint16_t slot, Instant time);
   void attend_reception(std::uint16_t slot, Instant time);
@@ -217,6 +225,10 @@ struct Engine::Impl final : od::Hook, od::Observer {
   // Samples and requests; without always only if the sample is a new one.
   void request(std::uint16_t slot, bool always);
   void source_changed(std::uint16_t slot, bool always);
+  // Tells the listener, which may change values; nothing is told within.
+  void ask(std::uint16_t slot);
+  template <class Take>
+  void for_each_source(od::Address address, Take take);
   void on_event_timer(std::uint16_t slot, Instant now);
   void release(Instant now);
   bool next_frame(can::Frame& out, Instant now);
@@ -289,6 +301,8 @@ struct Engine::Impl final : od::Hook, od::Observer {
     std::uint16_t slot = 0;
   };
   std::vector<ObjectSource> object_sources;  // ascending by address
+  std::bitset<kMaxPdo> auto_notify;          // by slot
+  std::vector<od::Address> followed;         // in the dictionary
   ScannerList scanner_list;
   DispatcherList dispatcher_list;
   std::vector<od::Address> mpdo_places;      // scratch

@@ -8,6 +8,7 @@
 //   byte 4..7  the value, little-endian, unused bytes 0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -67,6 +68,16 @@ class ScannerList {
   // Reads the objects. Allocates. Entries that are 0 list nothing.
   void read(const od::Dictionary& dictionary);
   bool contains(od::Address address) const;
+  // take(address) for each address that is listed, whether there is such an object or not.
+  template <class Take>
+  void for_each(Take take) const {
+    for (const MpdoBlock& block : blocks_) {
+      const unsigned end = block.first.sub + std::max(1U, unsigned{block.count});
+      for (unsigned sub = block.first.sub; sub < end && sub < 0xFF; ++sub) {
+        take(od::Address{block.first.index, static_cast<std::uint8_t>(sub)});
+      }
+    }
+  }
 
  private:
   std::vector<MpdoBlock> blocks_;  // ascending by index

@@ -92,37 +92,59 @@ AbortCode Engine::Impl::queue_mpdo(std::uint16_t slot, Mpdo mpdo, od::Address so
   if (const AbortCode why = check_mpdo_object(dictionary, false, source); why != AbortCode::none) {
     return why;
   }
-  if (listener != nullptr) {
-    listener->before_tpdo(static_cast<std::uint16_t>(slot + 1));
-  }
+  ask(slot);
   const od::Variable variable = *dictionary.find(source);
   std::copy_n(variable.data, variable.size, mpdo.value.begin());
-  const MpdoData data = encode(mpdo);
   Tpdo& pdo = tpdos[slot];
-  const auto same = std::ranges::find_if(pdo.mpdos, [&data](const MpdoData& waiting) {
-    return std::equal(data.begin(), data.begin() + 4, waiting.begin());
+  if (held) {
+    held_changed.set(slot);
+    return put_mpdo(pdo.held_mpdos, pdo, encode(mpdo));
+  }
+  const AbortCode why = put_mpdo(pdo.mpdos, pdo, encode(mpdo));
+  show_first_mpdo(pdo);
+  return why;
+}
+
+// In place of an older value for the same destination or of the same source.
+AbortCode Engine::Impl::put_mpdo(std::vector<MpdoData>& waiting, const Tpdo& pdo,
+                                 const MpdoData& data) {
+  constexpr std::size_t kHead = 4;  // bytes before the value
+  const auto same = std::ranges::find_if(waiting, [&data](const MpdoData& other) {
+    return std::equal(data.begin(), data.begin() + kHead, other.begin());
   });
-  if (same != pdo.mpdos.end()) {
+  if (same != waiting.end()) {
+    counters.coalesced += *same != data ? 1U : 0U;
     *same = data;
-    ++counters.coalesced;
-  } else if (pdo.mpdos.size() < kMpdosWaiting) {
-    pdo.mpdos.push_back(data);
+  } else if (pdo.mpdos.size() + pdo.held_mpdos.size() < kMpdosWaiting) {
+    waiting.push_back(data);
   } else {
     return AbortCode::out_of_memory;
   }
-  std::ranges::copy(pdo.mpdos.front(), pdo.frame.data.begin());
-  pdo.sampled = true;
-  pending.set(pdo.rank);
   return AbortCode::none;
+}
+
+// There is room for all: held ones were counted.
+void Engine::Impl::release_mpdos(Tpdo& pdo) {
+  while (!pdo.held_mpdos.empty()) {
+    const MpdoData data = pdo.held_mpdos.front();
+    pdo.held_mpdos.erase(pdo.held_mpdos.begin());
+    (void)put_mpdo(pdo.mpdos, pdo, data);
+  }
+  show_first_mpdo(pdo);
+}
+
+void Engine::Impl::show_first_mpdo(Tpdo& pdo) {
+  if (!pdo.mpdos.empty()) {
+    std::ranges::copy(pdo.mpdos.front(), pdo.frame.data.begin());
+    pdo.sampled = true;
+    pending.set(pdo.rank);
+  }
 }
 
 // The first that waits was sent.
 void Engine::Impl::next_mpdo(Tpdo& pdo) {
   pdo.mpdos.erase(pdo.mpdos.begin());
-  if (!pdo.mpdos.empty()) {
-    std::ranges::copy(pdo.mpdos.front(), pdo.frame.data.begin());
-    pending.set(pdo.rank);
-  }
+  show_first_mpdo(pdo);
 }
 
 }  // namespace linegate::pdo

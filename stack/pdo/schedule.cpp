@@ -94,6 +94,7 @@ void Engine::Impl::index_sources() {
   };
   object_sources.erase(std::unique(object_sources.begin(), object_sources.end(), same),
                        object_sources.end());
+  follow_sources();
 }
 
 void Engine::Impl::set_operational(bool on, Instant now) {
@@ -172,6 +173,7 @@ void Engine::Impl::go_quiet() {
     pdo.counting = false;
     pdo.syncs = 0;
     pdo.mpdos.clear();
+    pdo.held_mpdos.clear();
   }
 }
 

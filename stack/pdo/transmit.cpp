@@ -6,15 +6,50 @@
 
 namespace linegate::pdo {
 
+// The listener may change PDOs meanwhile.
+template <class Take>
+void Engine::Impl::for_each_source(od::Address address, Take take) {
+  const auto first = std::ranges::lower_bound(object_sources, address, {}, &ObjectSource::address);
+  for (auto i = static_cast<std::size_t>(first - object_sources.begin());
+       i < object_sources.size() && object_sources[i].address == address; ++i) {
+    take(object_sources[i].slot);
+  }
+}
+
+void Engine::set_auto_notify(std::uint16_t number, bool wanted) {
+  if (number != 0 && number <= kMaxPdo) {
+    impl_->auto_notify.set(number - 1U, wanted);
+    impl_->follow_sources();
+  }
+}
+
+void Engine::set_auto_notify(bool wanted) {
+  impl_->auto_notify = wanted ? ~std::bitset<kMaxPdo>() : std::bitset<kMaxPdo>();
+  impl_->follow_sources();
+}
+
+// A TPDO whose values the listener refreshes is being sampled: they are in it.
+void Engine::Impl::changed(od::Address address) {
+  if (!operational) {
+    return;
+  }
+  for_each_source(address, [this](std::uint16_t slot) {
+    if (auto_notify[slot] && !tpdos[slot].asking) {
+      source_changed(slot, false);
+    }
+  });
+  if (source_tpdo && auto_notify[*source_tpdo] && scanner_list.contains(address)) {
+    (void)queue_mpdo(*source_tpdo, {.mode = MpdoMode::source, .node = node_id, .address = address},
+                     address);
+  }
+}
+
 void Engine::value_changed(od::Address address, Instant /*now*/) {
   if (!impl_->operational) {
     return;
   }
-  const auto& sources = impl_->object_sources;
-  auto source = std::ranges::lower_bound(sources, address, {}, &Impl::ObjectSource::address);
-  for (; source != sources.end() && source->address == address; ++source) {
-    impl_->source_changed(source->slot, false);
-  }
+  impl_->for_each_source(address,
+                         [this](std::uint16_t slot) { impl_->source_changed(slot, false); });
   if (impl_->source_tpdo) {
     (void)send_mpdo(address);  // a full queue has older news of other objects
   }
@@ -95,7 +130,9 @@ void Engine::Impl::release_held() {
   }
   const auto take = [this](Bitmap& slots, bool always) {
     slots.take_all([this, always](std::uint16_t slot) {
-      if (tpdos[slot].active) {
+      if (tpdos[slot].mpdo != MpdoMode::none) {
+        release_mpdos(tpdos[slot]);
+      } else if (tpdos[slot].active) {
         source_changed(slot, always);
       }
     });
@@ -125,10 +162,15 @@ bool Engine::Impl::held_back(std::uint16_t slot) const {
          !image.pdo_valid(image::Direction::outputs, static_cast<std::uint16_t>(slot + 1));
 }
 
-bool Engine::Impl::sample(std::uint16_t slot) {
-  if (listener != nullptr) {
+void Engine::Impl::ask(std::uint16_t slot) {
+  if (listener != nullptr && !std::exchange(tpdos[slot].asking, true)) {
     listener->before_tpdo(static_cast<std::uint16_t>(slot + 1));
+    tpdos[slot].asking = false;
   }
+}
+
+bool Engine::Impl::sample(std::uint16_t slot) {
+  ask(slot);
   Tpdo& pdo = tpdos[slot];
   std::array<std::byte, can::kMaxFdData> data{};
   for (const Run& run : pdo.plan.runs) {

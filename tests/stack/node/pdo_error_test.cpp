@@ -1,4 +1,4 @@
-// Multiplexed PDOs of a node, identifiers of 29 bits.
+// Multiplexed PDOs and auto-notify of a node, identifiers of 29 bits.
 #include "tests/stack/node/node_fixture.h"
 
 namespace linegate::node {
@@ -66,6 +66,30 @@ TEST_F(PdoErrorTest, IdentifiersOfTwentyNineBits) {
   ASSERT_TRUE(node->next_frame(sent, at(3ms)));
   EXPECT_EQ(sent.id, 0x0ABC'DEF0U);
   EXPECT_TRUE(sent.extended());
+}
+
+class AutoNotifyNodeTest : public NodeTest {
+ protected:
+  AutoNotifyNodeTest() : NodeTest({.node_id = kNodeId, .auto_notify = true}) {}
+};
+
+// TPDO 2 sends 2001h:2.
+TEST_F(AutoNotifyNodeTest, AnSdoDownloadSendsTheTpdo) {
+  boot_and_start();
+  others.clear();
+  EXPECT_EQ(sdo_write({0x2001, 2}, 2, 0x1234, 1ms), 0U);
+  EXPECT_EQ(others, (Frames{{at(1ms), 0x285, {0x34, 0x12}}}));
+  others.clear();
+  EXPECT_EQ(sdo_write({0x2001, 2}, 2, 0x1234, 2ms), 0U);
+  EXPECT_EQ(others, Frames{}) << "is as it was";
+  EXPECT_TRUE(node->dictionary().set({0x2001, 2}, 7));
+  EXPECT_TRUE(node->wants_to_send(at(3ms)));
+  EXPECT_EQ(drain(at(3ms)), (Frames{{at(3ms), 0x285, {7, 0}}}));
+  nmt(0x82, kNodeId, 4ms);
+  nmt(0x01, kNodeId, 4ms);
+  drain(at(4ms));
+  EXPECT_TRUE(node->dictionary().set({0x2001, 2}, 8));
+  EXPECT_EQ(drain(at(5ms)), (Frames{{at(5ms), 0x285, {8, 0}}})) << "outlives the reset";
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include <array>
 #include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -34,6 +35,25 @@ class Recorder : public Hook {
   std::string calls;
   AbortCode refusal = AbortCode::none;
   unsigned fresh = 0;
+};
+
+class Follower : public Observer {
+ public:
+  explicit Follower(Dictionary& dictionary) : dictionary_(dictionary) {
+    dictionary.add_observer(*this);
+  }
+  ~Follower() override { dictionary_.remove_observer(*this); }
+  void reshaped(std::uint16_t) override {}
+  void changed(Address address) override {
+    changes += std::to_string(address.sub) + '=' +
+               std::to_string(dictionary_.number(address).value_or(0)) + ';';
+  }
+  std::string heard() { return std::exchange(changes, {}); }
+
+  std::string changes;
+
+ private:
+  Dictionary& dictionary_;
 };
 
 Dictionary array_with(Hook& hook) {
@@ -138,6 +158,93 @@ TEST(Restore, GivesAValueOfTheRightLengthWithoutAHook) {
   EXPECT_FALSE(dictionary.restore({0x2000, 2}, bytes({7, 0})));
   EXPECT_FALSE(dictionary.restore({0x2000, 1}, bytes({7})));
   EXPECT_EQ(hook.calls, "");
+}
+
+TEST(Followed, ValuesAreToldWhenTheyAreOtherOnes) {
+  Recorder hook;
+  Dictionary dictionary = array_with(hook);
+  Follower follower(dictionary);
+  EXPECT_TRUE(dictionary.set({0x2000, 2}, 7));
+  EXPECT_EQ(follower.heard(), "") << "nobody asked for it";
+  ASSERT_TRUE(dictionary.follow({0x2000, 2}, true));
+  EXPECT_EQ(dictionary.follow({0x2000, 1}, true).error(), to_error(AbortCode::no_sub_index));
+  EXPECT_EQ(dictionary.follow({0x2001, 0}, true).error(), to_error(AbortCode::no_object));
+  EXPECT_TRUE(dictionary.set({0x2000, 2}, 8));
+  EXPECT_EQ(follower.heard(), "2=8;");
+  EXPECT_EQ(dictionary.write({0x2000, 2}, bytes({9})), AbortCode::none);
+  EXPECT_EQ(follower.heard(), "2=9;");
+  EXPECT_TRUE(dictionary.set({0x2000, 2}, 9));
+  EXPECT_EQ(dictionary.write({0x2000, 2}, bytes({9})), AbortCode::none);
+  EXPECT_EQ(dictionary.write({0x2000, 2}, bytes({51})), AbortCode::value_too_high);
+  EXPECT_TRUE(dictionary.set({0x2000, 0}, 9));
+  EXPECT_TRUE(dictionary.restore({0x2000, 2}, bytes({3})));
+  dictionary.reset_values(0, 0xFFFF);
+  dictionary.came_by_rpdo({0x2000, 2});
+  EXPECT_EQ(follower.heard(), "");
+  ASSERT_TRUE(dictionary.follow({0x2000, 2}, false));
+  EXPECT_TRUE(dictionary.set({0x2000, 2}, 4));
+  EXPECT_EQ(follower.heard(), "");
+}
+
+TEST(Followed, AfterTheHooksAndInAGroupAfterAllOfThem) {
+  struct Sets : Hook {
+    explicit Sets(Dictionary& d, Follower& f) : dictionary(d), follower(f) {}
+    void written(Address address) override {
+      heard_before += follower.changes;
+      if (address.sub == 2) {
+        dictionary.set({0x2000, 0}, 5);
+      }
+    }
+    Dictionary& dictionary;
+    Follower& follower;
+    std::string heard_before;
+  };
+  Recorder none;
+  Dictionary dictionary = array_with(none);
+  Follower follower(dictionary);
+  Sets hook(dictionary, follower);
+  ASSERT_TRUE(dictionary.set_hook(0x2000, &hook));
+  ASSERT_TRUE(dictionary.follow({0x2000, 0}, true));
+  ASSERT_TRUE(dictionary.follow({0x2000, 2}, true));
+  EXPECT_EQ(dictionary.write({0x2000, 2}, bytes({9})), AbortCode::none);
+  EXPECT_EQ(hook.heard_before, "");
+  EXPECT_EQ(follower.heard(), "0=5;2=9;");
+  ASSERT_TRUE(dictionary.set_hook(0x2000, nullptr));
+  const auto first = bytes({6});
+  const auto second = bytes({10});
+  const Assignment group[] = {{{0x2000, 0}, first}, {{0x2000, 2}, second}};
+  EXPECT_EQ(dictionary.write_all(group), AbortCode::none);
+  EXPECT_EQ(follower.heard(), "0=6;2=10;");
+  EXPECT_EQ(dictionary.write_all(group), AbortCode::none);
+  EXPECT_EQ(follower.heard(), "") << "as it was";
+}
+
+TEST(Followed, OnceAWriteThatWaitedIsDone) {
+  Recorder hook;
+  Dictionary dictionary = array_with(hook);
+  Follower follower(dictionary);
+  ASSERT_TRUE(dictionary.follow({0x2000, 2}, true));
+  hook.refusal = kLater;
+  Ticket ticket = 0;
+  EXPECT_EQ(dictionary.write({0x2000, 2}, bytes({9}), ticket), kLater);
+  EXPECT_TRUE(dictionary.complete(ticket, AbortCode::none));
+  EXPECT_EQ(follower.heard(), "");
+  EXPECT_EQ(dictionary.finish_write(ticket, bytes({9})), AbortCode::none);
+  EXPECT_EQ(follower.heard(), "2=9;");
+}
+
+TEST(Followed, AllElementsOfAWindowAndOfNoObjectAfterIt) {
+  std::array<std::byte, 3> image{};
+  Dictionary dictionary;
+  ASSERT_TRUE(dictionary.add_window(0xA4C0, DataType::unsigned8, Access::rww, image.data(), 3));
+  Follower follower(dictionary);
+  ASSERT_TRUE(dictionary.follow({0xA4C0, 2}, true));
+  EXPECT_EQ(dictionary.write({0xA4C0, 3}, bytes({7})), AbortCode::none);
+  EXPECT_EQ(follower.heard(), "3=7;");
+  ASSERT_TRUE(dictionary.remove(0xA4C0));
+  ASSERT_TRUE(dictionary.add(var(0xA4C0, DataType::unsigned8)));
+  EXPECT_TRUE(dictionary.set({0xA4C0, 0}, 1));
+  EXPECT_EQ(follower.heard(), "");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/bench/allocations.h"
+#include "tests/stack/pdo/device_fixture.h"
 #include "tests/stack/pdo/linked_fixture.h"
 
 namespace linegate::pdo {
@@ -57,6 +58,37 @@ TEST(Allocations, NoneFromFrameToSnapshotAndFromValueToFrame) {
   }
   EXPECT_EQ(bench::allocations(), before);
   EXPECT_GT(sent, 1000U);
+}
+
+TEST(Allocations, NoneFromAWrittenValueToItsFrame) {
+  od::DeviceDescription description = plain_device();
+  for (std::uint16_t n = 1; n <= 64; ++n) {
+    add_tpdo(description, {.number = n,
+                           .cob_id = 0x180U + n,
+                           .type = static_cast<std::uint8_t>(n % 4 == 0 ? 0 : 255),
+                           .mapping = {0x20030010, 0x20020008}});
+  }
+  Device device(description);
+  device.engine->set_listener(nullptr);  // it keeps what it hears
+  device.engine->set_auto_notify(true);
+  device.operational();
+  can::Frame out;
+  while (device.engine->next_frame(out, at(0))) {
+  }
+  const std::uint64_t before = bench::allocations();
+  std::uint64_t sent = 0;
+  for (int ms = 1; ms <= 500; ++ms) {
+    device.dictionary.set({0x2003, 0}, ms);
+    const std::byte raw{static_cast<unsigned char>(ms)};
+    EXPECT_EQ(device.dictionary.write({0x2002, 0}, {&raw, 1}), AbortCode::none);
+    device.engine->sync(0, at(ms));
+    device.engine->advance(at(ms));
+    while (device.engine->next_frame(out, at(ms))) {
+      ++sent;
+    }
+  }
+  EXPECT_EQ(bench::allocations(), before);
+  EXPECT_EQ(sent, 64U * 500U);
 }
 
 }  // namespace

@@ -271,6 +271,99 @@ TEST_F(MpdoTest, AChangedObjectOfTheScannerListIsSent) {
   EXPECT_EQ(device.engine->send_mpdo({0x2003, 0}), AbortCode::none);
 }
 
+TEST_F(MpdoTest, WithAutoNotifyTheScannerListIsSentByItself) {
+  const auto set = [this](std::uint8_t sub, unsigned value) {
+    ASSERT_TRUE(device.dictionary.set({0x2100, sub}, value));
+  };
+  set(3, 0x11);
+  EXPECT_THAT(device.sent_ids(at(1)), IsEmpty());
+  device.engine->set_auto_notify(2, true);
+  set(1, 0x22);
+  EXPECT_THAT(device.sent_ids(at(1)), IsEmpty()) << "is not listed";
+  set(3, 0x11);
+  EXPECT_THAT(device.sent_ids(at(1)), IsEmpty()) << "is as it was";
+  EXPECT_EQ(device.write(0x2100, 3, 0x1234), AbortCode::none);
+  const std::vector<can::Frame> sent = device.sent(at(1));
+  ASSERT_EQ(sent.size(), 1U);
+  EXPECT_THAT(data_of(sent[0]), ElementsAre(kNode, 0x00, 0x21, 3, 0x34, 0x12, 0, 0));
+  device.receive(frame(0x201, {0x80 | kNode, 0x00, 0x21, 2, 7, 0, 0, 0}, at(2)));
+  EXPECT_THAT(device.sent_ids(at(2)), ElementsAre(0x281)) << "brought by an MPDO";
+  EXPECT_EQ(device.write(0x1FA1, 1, 0x00'2003'00), AbortCode::none);
+  ASSERT_TRUE(device.dictionary.set({0x2003, 0}, 9));
+  EXPECT_THAT(device.sent_ids(at(3)), ElementsAre(0x281)) << "the list as it is now";
+}
+
+// TPDO 1 (inhibit time 10 ms) to other nodes, TPDO 2 from the scanner list.
+TEST_F(MpdoTest, WaitsForTheEndOfAGroupOfWrites) {
+  const auto send = [this](std::uint8_t sub, unsigned value) {
+    ASSERT_TRUE(device.dictionary.set({0x2003, 0}, value));
+    EXPECT_EQ(device.engine->send_mpdo(1, 9, {0x6200, sub}), AbortCode::none);
+  };
+  const auto first_bytes = [this](Instant now) {
+    std::vector<std::vector<unsigned>> out;
+    for (const can::Frame& sent : device.sent(now)) {
+      std::vector<unsigned> data = data_of(sent);
+      data.resize(5);
+      out.push_back(data);
+    }
+    return out;
+  };
+  send(1, 0x11);
+  device.engine->hold();
+  EXPECT_THAT(first_bytes(at(1)), ElementsAre(ElementsAre(0x89, 0, 0x62, 1, 0x11)))
+      << "was requested before";
+  send(1, 0x12);
+  send(2, 0x22);
+  send(1, 0x13);
+  ASSERT_TRUE(device.dictionary.set({0x2100, 3}, 0x33));
+  device.engine->value_changed({0x2100, 3}, at(2));
+  ASSERT_TRUE(device.dictionary.set({0x2100, 3}, 0x34));
+  EXPECT_EQ(device.engine->send_mpdo({0x2100, 3}), AbortCode::none);
+  EXPECT_FALSE(device.engine->wants_to_send(at(20)));
+  EXPECT_THAT(device.sent_ids(at(20)), IsEmpty());
+  device.engine->release(at(20));
+  EXPECT_THAT(first_bytes(at(20)), ElementsAre(ElementsAre(0x89, 0, 0x62, 1, 0x13),
+                                               ElementsAre(kNode, 0x00, 0x21, 3, 0x34)))
+      << "the newest for each";
+  EXPECT_THAT(first_bytes(at(30)), ElementsAre(ElementsAre(0x89, 0, 0x62, 2, 0x22)));
+  device.engine->release(at(40));
+  EXPECT_THAT(device.sent_ids(at(40)), IsEmpty());
+}
+
+// What waited before the group, for the inhibit time, is not mixed with it: it gets the group's
+// value only when all of the group may go.
+TEST_F(MpdoTest, AGroupOfWritesReplacesWhatWaitsWhenItEnds) {
+  const auto send = [this](std::uint8_t sub, unsigned value) {
+    EXPECT_TRUE(device.dictionary.set({0x2003, 0}, value));
+    return device.engine->send_mpdo(1, 9, {0x6200, sub});
+  };
+  const auto value_at = [this](std::int64_t ms) {
+    const std::vector<can::Frame> sent = device.sent(at(ms));
+    return sent.size() == 1 ? data_of(sent[0])[4] : 0U;
+  };
+  EXPECT_EQ(send(1, 0x11), AbortCode::none);
+  EXPECT_EQ(send(2, 0x22), AbortCode::none);
+  EXPECT_EQ(send(3, 0x33), AbortCode::none);
+  EXPECT_EQ(value_at(1), 0x11U);
+  device.engine->hold();
+  EXPECT_EQ(send(2, 0x44), AbortCode::none);
+  EXPECT_EQ(send(3, 0x55), AbortCode::none);
+  EXPECT_EQ(value_at(11), 0x22U);
+  device.engine->release(at(12));
+  EXPECT_EQ(value_at(21), 0x55U);
+  EXPECT_EQ(value_at(31), 0x44U);
+  EXPECT_EQ(value_at(41), 0U);
+  device.engine->hold();
+  for (unsigned sub = 0; sub < Engine::kMpdosWaiting; ++sub) {
+    EXPECT_EQ(send(static_cast<std::uint8_t>(sub), 1), AbortCode::none);
+  }
+  EXPECT_EQ(send(Engine::kMpdosWaiting, 1), AbortCode::out_of_memory);
+  device.engine->set_operational(false, at(50));
+  device.engine->set_operational(true, at(50));
+  device.engine->release(at(51));
+  EXPECT_THAT(device.sent_ids(at(51)), IsEmpty()) << "forgotten with Operational";
+}
+
 TEST_F(MpdoTest, IsNotSentOtherwise) {
   EXPECT_FALSE(device.engine->trigger(1, at(1)));
   device.engine->sync(0, at(1));

@@ -1,0 +1,239 @@
+// TPDOs that are requested by whoever changes a value they map.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/stack/pdo/device_fixture.h"
+
+namespace linegate::pdo {
+namespace {
+
+using namespace test;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+using Pdos = std::vector<Pdo>;
+
+// Operational, and what is sent at its beginning is gone.
+struct Running : Device {
+  explicit Running(const Pdos& tpdos, const Pdos& rpdos = {}) : Device(description(tpdos, rpdos)) {
+    EXPECT_THAT(diagnostics, IsEmpty());
+    engine->set_auto_notify(true);
+    operational();
+    (void)sent(at(0));
+  }
+  static od::DeviceDescription description(const Pdos& tpdos, const Pdos& rpdos) {
+    od::DeviceDescription out = plain_device();
+    for (const Pdo& pdo : tpdos) {
+      add_tpdo(out, pdo);
+    }
+    for (const Pdo& pdo : rpdos) {
+      add_rpdo(out, pdo);
+    }
+    return out;
+  }
+  void set(std::uint16_t index, std::uint64_t value) {
+    EXPECT_TRUE(dictionary.set({index, 0}, value));
+  }
+};
+
+TEST(AutoNotify, IsOffUntilItIsWanted) {
+  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}},
+                      {.number = 2, .cob_id = 0x281, .mapping = {0x20030010}}});
+  device.engine->set_auto_notify(false);
+  device.set(0x2003, 1);
+  EXPECT_FALSE(device.engine->wants_to_send(at(1)));
+  device.engine->set_auto_notify(2, true);
+  device.set(0x2003, 2);
+  EXPECT_TRUE(device.engine->wants_to_send(at(1)));
+  const std::vector<can::Frame> sent = device.sent(at(1));
+  ASSERT_EQ(sent.size(), 1U);
+  EXPECT_EQ(sent[0].id, 0x281U) << "each TPDO has its own choice";
+  EXPECT_THAT(data_of(sent[0]), ElementsAre(2, 0));
+  device.engine->set_auto_notify(1, true);
+  device.engine->set_auto_notify(2, false);
+  device.set(0x2003, 3);
+  EXPECT_THAT(device.sent_ids(at(1)), ElementsAre(0x181));
+  device.engine->set_auto_notify(0, true);
+  device.engine->set_auto_notify(513, true);
+  device.engine->set_auto_notify(1, false);
+  device.set(0x2003, 4);
+  EXPECT_THAT(device.sent_ids(at(1)), IsEmpty());
+}
+
+TEST(AutoNotify, HearsOfAValueWhoeverChangesIt) {
+  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010, 0x20020008}}});
+  const auto sent_data = [&device] {
+    const std::vector<can::Frame> sent = device.sent(at(1));
+    return sent.size() == 1 ? data_of(sent[0]) : std::vector<unsigned>{};
+  };
+  device.set(0x2003, 0x0102);
+  EXPECT_THAT(sent_data(), ElementsAre(2, 1, 0)) << "the device";
+  EXPECT_EQ(device.write(0x2002, 0, 7), AbortCode::none);
+  EXPECT_THAT(sent_data(), ElementsAre(2, 1, 7)) << "SDO";
+  const std::array<std::byte, 2> first{std::byte{3}, std::byte{4}};
+  const std::array<std::byte, 1> second{std::byte{5}};
+  const od::Assignment group[] = {{{0x2003, 0}, first}, {{0x2002, 0}, second}};
+  EXPECT_EQ(device.dictionary.write_all(group), AbortCode::none);
+  EXPECT_THAT(sent_data(), ElementsAre(3, 4, 5)) << "a group, once";
+  EXPECT_EQ(device.engine->counters().coalesced, 0U);
+  device.set(0x2005, 1);
+  EXPECT_THAT(sent_data(), IsEmpty()) << "is not mapped";
+}
+
+// Code that runs when another value is written.
+TEST(AutoNotify, HearsOfWhatAHookSets) {
+  struct Doubles : od::Hook {
+    explicit Doubles(od::Dictionary& d) : dictionary(d) {}
+    void written(od::Address) override {
+      dictionary.set({0x2003, 0}, 2 * *dictionary.number({0x2002, 0}));
+    }
+    od::Dictionary& dictionary;
+  };
+  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010, 0x20020008}}});
+  Doubles hook(device.dictionary);
+  ASSERT_TRUE(device.dictionary.add_hook(0x2002, hook));
+  EXPECT_EQ(device.write(0x2002, 0, 7), AbortCode::none);
+  const std::vector<can::Frame> sent = device.sent(at(1));
+  ASSERT_EQ(sent.size(), 1U);
+  EXPECT_THAT(data_of(sent[0]), ElementsAre(14, 0, 7));
+  device.dictionary.remove_hook(0x2002, hook);
+}
+
+TEST(AutoNotify, OfEachTransmissionType) {
+  for (unsigned type = 0; type <= 255; ++type) {
+    if (type > 240 && type < 252) {
+      continue;  // reserved: no TPDO
+    }
+    Running device(
+        Pdos{{.cob_id = 0x181, .type = static_cast<std::uint8_t>(type), .mapping = {0x20030010}}});
+    device.engine->sync(0, at(1));
+    (void)device.sent(at(1));
+    device.set(0x2003, 1);
+    EXPECT_EQ(device.sent(at(2)).size(), type >= 254 ? 1U : 0U) << type;
+    device.engine->sync(0, at(3));
+    EXPECT_EQ(device.sent(at(3)).size(), type <= 2 ? 1U : 0U) << type;
+    device.engine->sync(0, at(4));
+    EXPECT_EQ(device.sent(at(4)).size(), type == 1 || type == 3 ? 1U : 0U) << type;
+  }
+}
+
+TEST(AutoNotify, TheSameValueOnceMoreIsNoEvent) {
+  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}},
+                      {.number = 2, .cob_id = 0x281, .type = 0, .mapping = {0x20030010}}});
+  device.engine->sync(0, at(1));
+  (void)device.sent(at(1));
+  device.set(0x2003, 0);
+  EXPECT_EQ(device.write(0x2003, 0, 0), AbortCode::none);
+  device.engine->sync(0, at(2));
+  EXPECT_THAT(device.sent_ids(at(2)), IsEmpty());
+  device.set(0x2003, 1);
+  device.set(0x2003, 0);
+  device.engine->sync(0, at(3));
+  EXPECT_THAT(device.sent_ids(at(3)), ElementsAre(0x181, 0x281)) << "it was another one meanwhile";
+}
+
+TEST(AutoNotify, RespectsTheInhibitTime) {
+  Running device(Pdos{{.cob_id = 0x181, .inhibit = 100, .mapping = {0x20030010}}});
+  device.set(0x2003, 1);
+  EXPECT_FALSE(device.engine->wants_to_send(at(5)));
+  EXPECT_THAT(device.sent_ids(at(5)), IsEmpty());
+  EXPECT_EQ(device.engine->next_wake(), at(10));
+  device.set(0x2003, 2);
+  const std::vector<can::Frame> sent = device.sent(at(10));
+  ASSERT_EQ(sent.size(), 1U);
+  EXPECT_THAT(data_of(sent[0]), ElementsAre(2, 0));
+}
+
+TEST(AutoNotify, WaitsForTheEndOfAGroupOfWrites) {
+  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010, 0x20020008}},
+                      {.number = 2, .cob_id = 0x281, .type = 0, .mapping = {0x20020008}},
+                      {.number = 3, .cob_id = 0x381, .mapping = {0x20010001}}});
+  device.engine->hold();
+  device.set(0x2003, 1);
+  EXPECT_EQ(device.write(0x2002, 0, 2), AbortCode::none);
+  EXPECT_FALSE(device.engine->wants_to_send(at(1)));
+  device.engine->sync(0, at(1));
+  EXPECT_THAT(device.sent_ids(at(1)), ElementsAre(0x281)) << "wanted since Operational";
+  device.engine->release(at(2));
+  const std::vector<can::Frame> sent = device.sent(at(2));
+  ASSERT_EQ(sent.size(), 1U);
+  EXPECT_THAT(data_of(sent[0]), ElementsAre(1, 0, 2));
+  device.engine->sync(0, at(3));
+  EXPECT_THAT(device.sent_ids(at(3)), ElementsAre(0x281));
+}
+
+// It would cost every RPDO time: who wants it forwards it with od::Watch::rpdos.
+TEST(AutoNotify, AnRpdoIsNotNoticed) {
+  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}}},
+                 Pdos{{.cob_id = 0x201, .mapping = {0x20030010}}});
+  device.receive(frame(0x201, {7, 0}, at(1)));
+  EXPECT_EQ(device.read(0x2003), 7U);
+  EXPECT_THAT(device.sent_ids(at(1)), IsEmpty());
+}
+
+TEST(AutoNotify, NothingIsSentOutsideOfOperational) {
+  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}}});
+  device.engine->set_operational(false, at(1));
+  device.set(0x2003, 1);
+  EXPECT_FALSE(device.engine->wants_to_send(at(1)));
+  EXPECT_THAT(device.sent_ids(at(1)), IsEmpty());
+}
+
+TEST(AutoNotify, GoesWithTheMapping) {
+  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}}});
+  EXPECT_EQ(device.write(0x1800, 1, 0x8000'0181), AbortCode::none);
+  device.set(0x2003, 1);
+  EXPECT_THAT(device.sent_ids(at(1)), IsEmpty());
+  EXPECT_EQ(device.write(0x1A00, 0, 0), AbortCode::none);
+  EXPECT_EQ(device.write(0x1A00, 1, 0x20050020), AbortCode::none);
+  EXPECT_EQ(device.write(0x1A00, 0, 1), AbortCode::none);
+  EXPECT_EQ(device.write(0x1800, 1, 0x181), AbortCode::none);
+  (void)device.sent(at(2));
+  device.set(0x2003, 2);
+  EXPECT_THAT(device.sent_ids(at(2)), IsEmpty());
+  EXPECT_FALSE(device.dictionary.find({0x2003, 0})->followed) << "costs nothing any more";
+  device.set(0x2005, 3);
+  EXPECT_THAT(device.sent_ids(at(2)), ElementsAre(0x181));
+  EXPECT_THAT(device.engine->configure(), IsEmpty());
+  (void)device.sent(at(3));
+  device.set(0x2005, 4);
+  EXPECT_THAT(device.sent_ids(at(3)), ElementsAre(0x181)) << "kept when all is configured anew";
+}
+
+TEST(AutoNotify, OutlivesAnObjectThatGoesAndComesBack) {
+  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}}});
+  ASSERT_TRUE(device.dictionary.remove(0x2003));
+  EXPECT_THAT(device.sent_ids(at(1)), IsEmpty());
+  ASSERT_TRUE(device.dictionary.add(value(0x2003, DataType::unsigned16)));
+  (void)device.sent(at(2));
+  device.set(0x2003, 1);
+  EXPECT_THAT(device.sent_ids(at(2)), ElementsAre(0x181));
+  device.engine.reset();
+  EXPECT_FALSE(device.dictionary.find({0x2003, 0})->followed);
+}
+
+// The listener counts how often it was asked, in a value that TPDO 1 sends.
+TEST(AutoNotify, AValueRefreshedForATpdoRequestsTheOthersOnly) {
+  struct Counts : Listener {
+    explicit Counts(Device& d) : device(d) {}
+    void before_tpdo(std::uint16_t number) override {
+      if (number == 1) {
+        device.dictionary.set({0x2002, 0}, device.read(0x2002) + 1);
+      }
+    }
+    Device& device;
+  };
+  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20020008}},
+                      {.number = 2, .cob_id = 0x281, .mapping = {0x20020008}}});
+  Counts counts(device);
+  device.engine->set_listener(&counts);
+  EXPECT_TRUE(device.engine->trigger(1, at(1)));
+  const std::vector<can::Frame> sent = device.sent(at(1));
+  ASSERT_EQ(sent.size(), 2U);
+  EXPECT_THAT(data_of(sent[0]), ElementsAre(1));
+  EXPECT_THAT(data_of(sent[1]), ElementsAre(1));
+  EXPECT_THAT(device.sent_ids(at(2)), IsEmpty());
+}
+
+}  // namespace
+}  // namespace linegate::pdo
