@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "stack/can/cob_id_rule.h"
 #include "stack/can/malformed.h"
 #include "stack/line/build.h"
 #include "stack/line/line_impl.h"
@@ -39,12 +40,28 @@ od::Dictionary dictionary_of(const LineConfig& config, image::ProcessImage& imag
   return dictionary;
 }
 
+// What its file says, or what is written to it after that.
 can::CobId emcy_cob_id(const NodeConfig& node) {
-  const od::VariableDescription* described = node.device.find(od::Address{0x1014, 0});
-  if (described == nullptr || described->value.size() != 4) {
-    return can::CobId{can::kEmcyBase + node.id};
+  constexpr od::Address kEmcyCobId{0x1014, 0};
+  can::CobId cob_id{can::kEmcyBase + node.id};
+  const auto take = [&cob_id](const std::vector<std::byte>& value) {
+    if (value.size() != sizeof cob_id.raw) {
+      return;
+    }
+    const can::CobId said{load_le<std::uint32_t>(value.data())};
+    if (!said.valid() || can::is_usable(said)) {
+      cob_id = said;
+    }
+  };
+  if (const od::VariableDescription* described = node.device.find(kEmcyCobId)) {
+    take(described->value);
   }
-  return can::CobId{load_le<std::uint32_t>(described->value.data())};
+  for (const ObjectValue& object : node.objects) {
+    if (object.address == kEmcyCobId) {
+      take(object.data);
+    }
+  }
+  return cob_id;
 }
 
 }  // namespace

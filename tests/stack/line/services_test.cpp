@@ -1,6 +1,7 @@
 // Services of a line besides the boot of its nodes: guarding, the own node-ID, TIME, repeated SDO
 // transfers, SDO clients of the own dictionary.
 #include "stack/base/byte_order.h"
+#include "stack/can/cob_id.h"
 #include "stack/od/dictionary.h"
 
 #include "tests/stack/line/line_fixture.h"
@@ -43,6 +44,53 @@ TEST_F(LineTest, AGuardedNodeIsAskedAndMissed) {
   EXPECT_TRUE(told(EventKind::heartbeat_lost, 5));
   EXPECT_EQ(line_->node_state(5).presence, Presence::missing);
   EXPECT_THAT(sent(), testing::Contains("000#8105"));
+}
+
+// What is written to the device counts more than its file, and a file that says 0 says nothing.
+TEST_F(LineTest, EmcysComeOnTheIdentifierTheDeviceIsGiven) {
+  const auto told_on = [this](std::uint32_t cob_id) {
+    can::Frame frame = can::make_frame(can::CobId{cob_id}.id(), {0x00, 0x10, 0x01, 0, 0, 0, 0, 0});
+    frame.flags = can::CobId{cob_id}.extended() ? can::Frame::kExtended : 0;
+    frame.time = now_;
+    events();
+    line_->receive(std::span(&frame, 1), now_);
+    return told(EventKind::emcy, 5);
+  };
+  const auto value = [](std::uint32_t raw) {
+    std::vector<std::byte> out(4);
+    store_le(std::span(out), std::uint64_t{raw});
+    return out;
+  };
+  constexpr std::uint32_t kOfTheFile = 0x2123'4567;
+  constexpr std::uint32_t kWritten = 0x2765'4321;
+  od::ObjectDescription object{.index = 0x1014, .name = "COB-ID EMCY"};
+  object.variables.push_back({.sub = 0,
+                              .name = object.name,
+                              .type = od::DataType::unsigned32,
+                              .value = value(kOfTheFile)});
+  LineConfig config = config_with_axis();
+  std::erase_if(config.nodes[0].device.objects,
+                [](const od::ObjectDescription& each) { return each.index == 0x1014; });
+  std::vector<od::ObjectDescription>& objects = config.nodes[0].device.objects;
+  const auto after = std::ranges::find_if(
+      objects, [](const od::ObjectDescription& each) { return each.index > 0x1014; });
+  const auto at = static_cast<std::size_t>(after - objects.begin());
+  objects.insert(after, object);
+  make(config);
+  line_->start(now_);
+  EXPECT_TRUE(told_on(kOfTheFile));
+  EXPECT_FALSE(told_on(kOfTheFile & 0x7FFU)) << "11 bits";
+  EXPECT_FALSE(told_on(0x085));
+  config.nodes[0].objects.push_back({{0x1014, 0}, value(kWritten)});
+  make(config);
+  line_->start(now_);
+  EXPECT_TRUE(told_on(kWritten));
+  EXPECT_FALSE(told_on(kOfTheFile));
+  config.nodes[0].objects.clear();
+  objects[at].variables[0].value = value(0);
+  make(config);
+  line_->start(now_);
+  EXPECT_TRUE(told_on(0x085));
 }
 
 TEST_F(LineTest, GuardingNeedsBothNumbersAndNoHeartbeat) {
