@@ -1,0 +1,143 @@
+// Look-up in an object dictionary: find() gives the variable, read() its value as over SDO, with
+// the access rights and hooks looked at. Objects of one UNSIGNED32 each, in seeded random order.
+//
+// The floor is a plain array over all indices. The peer is what a table sorted by index and
+// sub-index makes of it: a binary search.
+#include "stack/od/dictionary.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <deque>
+#include <optional>
+#include <random>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "stack/base/byte_order.h"
+
+#include "tests/bench/allocations.h"
+#include "tests/bench/measure.h"
+
+namespace {
+
+using namespace linegate;
+using bench::Contestant;
+
+constexpr std::uint16_t kFirst = 0x2000;
+constexpr std::size_t kLookUps = 4096;
+constexpr std::size_t kPasses = 16;
+constexpr std::size_t kWays = 4;
+
+std::uint32_t value_of(std::uint16_t index) {
+  return 0x12340000U + index;
+}
+
+struct Objects {
+  explicit Objects(std::size_t count) : array(0x10000) {
+    std::mt19937 random(7);
+    for (std::size_t i = 0; i < kLookUps; ++i) {
+      order.push_back({static_cast<std::uint16_t>(kFirst + random() % count), 0});
+      sum += value_of(order.back().index);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto index = static_cast<std::uint16_t>(kFirst + i);
+      array[index] = value_of(index);
+      sorted.push_back({std::uint32_t{index} << 8U, value_of(index)});
+      od::ObjectDescription object{.index = index, .name = "Value"};
+      object.variables.push_back({.sub = 0,
+                                  .name = "Value",
+                                  .type = od::DataType::unsigned32,
+                                  .access = od::Access::rw,
+                                  .value = std::vector<std::byte>(4)});
+      store_le(std::span(object.variables[0].value), std::uint64_t{value_of(index)});
+      bench::require(dictionary.add(object).ok(), "no object");
+    }
+  }
+
+  // Gives ns per look-up. look_up(address) gives the value.
+  template <class LookUp>
+  double measure(LookUp look_up) {
+    std::array<double, kPasses> times{};
+    std::uint64_t found = 0;
+    const std::uint64_t before = bench::allocations();
+    for (double& time : times) {
+      const auto begin = std::chrono::steady_clock::now();
+      for (const od::Address address : order) {
+        found += look_up(address);
+      }
+      const std::chrono::duration<double, std::nano> spent =
+          std::chrono::steady_clock::now() - begin;
+      time = spent.count();
+    }
+    allocated += bench::allocations() - before;
+    bench::require(found == sum * kPasses, "wrong values");
+    return bench::median({times.begin(), times.end()}) / double{kLookUps};
+  }
+
+  double plain_array() {
+    return measure([this](od::Address address) { return array[address.index]; });
+  }
+  double binary_search() {
+    return measure([this](od::Address address) {
+      const std::uint32_t key = std::uint32_t{address.index} << 8U | address.sub;
+      const auto found = std::ranges::lower_bound(sorted, key, {}, &Entry::key);
+      return found != sorted.end() && found->key == key ? found->value : 0U;
+    });
+  }
+  double find() {
+    return measure([this](od::Address address) {
+      const std::optional<od::Variable> variable = dictionary.find(address);
+      return variable ? load_le<std::uint32_t>(variable->data) : 0U;
+    });
+  }
+  double read() {
+    return measure([this](od::Address address) {
+      const Result<std::span<const std::byte>> value = dictionary.read(address);
+      return value.ok() ? load_le<std::uint32_t>(value->data()) : 0U;
+    });
+  }
+
+  struct Entry {
+    std::uint32_t key = 0;
+    std::uint32_t value = 0;
+  };
+  std::vector<od::Address> order;
+  std::uint64_t sum = 0;
+  std::vector<std::uint32_t> array;
+  std::vector<Entry> sorted;
+  od::Dictionary dictionary;
+  std::uint64_t allocated = 0;
+};
+
+}  // namespace
+
+int main() {
+  std::deque<Objects> dictionaries;
+  std::vector<Contestant> contestants;  // kWays for each number of objects, the floor first
+  for (const std::size_t count : {std::size_t{10}, std::size_t{1000}, std::size_t{10'000}}) {
+    const std::string of = ", " + std::to_string(count) + " objects";
+    Objects& objects = dictionaries.emplace_back(count);
+    contestants.push_back({"floor: array" + of, [&objects] { return objects.plain_array(); }, {}});
+    contestants.push_back(
+        {"peer: binary search" + of, [&objects] { return objects.binary_search(); }, {}});
+    contestants.push_back({"find" + of, [&objects] { return objects.find(); }, {}});
+    contestants.push_back({"read" + of, [&objects] { return objects.read(); }, {}});
+  }
+  bench::interleave(contestants);
+
+  bench::print_heading("Look-up in the object dictionary");
+  std::uint64_t allocated = 0;
+  for (std::size_t i = 0; i < contestants.size(); ++i) {
+    const Contestant& floor = contestants[i - i % kWays];
+    const double ratio = bench::median_ratio(contestants[i], floor);
+    bench::print_figure(
+        contestants[i], "ns",
+        i % kWays == 0 ? "" : ", " + std::to_string(ratio).substr(0, 4) + " x floor");
+  }
+  for (const Objects& objects : dictionaries) {
+    allocated += objects.allocated;
+  }
+  bench::print_target("allocations", static_cast<double>(allocated), 0, "in all");
+}
