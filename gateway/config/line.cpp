@@ -207,6 +207,10 @@ void read_own_node(Section& section, line::LineConfig& config) {
                         std::chrono::seconds(60));
   section.read_multiple("time", config.time_period, milliseconds(10), std::chrono::hours(24));
   section.read("sdo_timeout", config.sdo_timeout, milliseconds(1), std::chrono::minutes(10));
+  section.read_choice<node::ErrorScheme>(
+      "emcy_bytes", config.error_scheme,
+      {{"number", node::ErrorScheme::number},
+       {"temporary_and_sticky", node::ErrorScheme::temporary_and_sticky}});
   section.read("reset_nodes", config.reset_nodes);
   section.read("start_nodes", config.start_nodes);
   read_identity(section, config.identity);

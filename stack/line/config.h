@@ -9,6 +9,7 @@
 
 #include "stack/base/time.h"
 #include "stack/line/state.h"
+#include "stack/node/error_scheme.h"
 #include "stack/od/description.h"
 
 namespace linegate::line {
@@ -66,7 +67,9 @@ struct LineConfig {
   std::uint32_t bit_rate = 0;  // bit/s, for the bus load; 0 = unknown
   Identity identity;
   bool stores_parameters =
-      false;               // the own node has 1010h, 1011h and 1020h, see Line::set_medium()
+      false;  // the own node has 1010h, 1011h and 1020h, see Line::set_medium()
+  // Of EMCYs that the own node sends by itself.
+  node::ErrorScheme error_scheme = node::ErrorScheme::number;
   Duration heartbeat{};    // own producer time, 0 = off
   Duration sync_period{};  // 0 = no SYNC producer
   Duration time_period{};  // 0 = no TIME producer

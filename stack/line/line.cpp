@@ -23,7 +23,8 @@ node::Options node_options(const LineConfig& config) {
   return {.node_id = config.node_id,
           .self_starting = false,
           .nmt_slave = config.role == Role::device,
-          .clients_of_default_servers = false};  // the arbiter reaches them
+          .clients_of_default_servers = false,  // the arbiter reaches them
+          .error_scheme = config.error_scheme};
 }
 
 manager::Options manager_options(const LineConfig& config) {

@@ -10,6 +10,7 @@ namespace {
 // Bits of ErrorScheme::temporary_and_sticky.
 enum Temporary : std::uint8_t { kErrorControl = 0x01, kPassive = 0x02, kBusOff = 0x04 };
 enum Sticky : std::uint8_t { kController = 0x01, kOverrun = 0x02, kPdoLength = 0x04 };
+constexpr std::uint8_t kOfTheDevice = 0xE0;  // in both
 
 std::uint8_t sticky_bit(Fault fault) {
   switch (fault) {
@@ -53,7 +54,7 @@ void Node::Impl::begin(Fault fault, std::uint16_t number, Lengths lengths) {
   sticky |= sticky_bit(fault);
   const std::uint16_t code = emergency_code(fault);
   const std::uint8_t present = errors.begin(code, emcy.error_register());
-  emcy.send(code, present, manufacturer_bytes(number, lengths), now);
+  send_by_itself(code, present, manufacturer_bytes(number, lengths));
 }
 
 void Node::Impl::end(Fault fault, std::uint16_t number) {
@@ -62,19 +63,39 @@ void Node::Impl::end(Fault fault, std::uint16_t number) {
   }
 }
 
-// One error of the code's class has gone.
-emcy::SendResult Node::Impl::end_error(std::uint16_t code, std::uint16_t number,
-                                       std::span<const std::byte> info) {
-  const std::uint8_t left = errors.end(code, emcy.error_register());
+bool Node::Impl::wants_error_reset(std::uint16_t code, std::uint8_t& left) {
+  left = errors.end(code, emcy.error_register());
   const bool each = options.error_scheme == ErrorScheme::temporary_and_sticky;
   if (!errors.error_free() && !each) {
     emcy.set_error_register(left);
-    return emcy::SendResult::sent;
+    return false;
   }
-  if (each && info.empty()) {
-    return emcy.send(emcy::kErrorReset, left, manufacturer_bytes(number, {}), now);
+  return true;
+}
+
+// One error of the code's class, which the node noticed by itself, has gone. Without bits there is
+// nothing to say about it.
+void Node::Impl::end_error(std::uint16_t code, std::uint16_t number) {
+  std::uint8_t left = 0;
+  if (wants_error_reset(code, left)) {
+    const bool bits = options.error_scheme == ErrorScheme::temporary_and_sticky;
+    send_by_itself(emcy::kErrorReset, left,
+                   bits ? manufacturer_bytes(number, {}) : emcy::ManufacturerInfo{});
   }
-  return emcy.send(emcy::kErrorReset, left, info, now);
+}
+
+void Node::Impl::send_by_itself(std::uint16_t code, std::uint8_t error_register,
+                                emcy::ManufacturerInfo info) {
+  if (application == nullptr || application->may_send_emcy(code, info)) {
+    emcy.send(code, error_register, info, now);
+  } else {
+    emcy.set_error_register(error_register);
+  }
+}
+
+void Node::Impl::set_error_bits(std::uint8_t temporary, std::uint8_t added) {
+  device_temporary = static_cast<std::uint8_t>(temporary & kOfTheDevice);
+  sticky = static_cast<std::uint8_t>(sticky | (added & kOfTheDevice));
 }
 
 emcy::ManufacturerInfo Node::Impl::manufacturer_bytes(std::uint16_t number, Lengths lengths) const {
@@ -83,7 +104,7 @@ emcy::ManufacturerInfo Node::Impl::manufacturer_bytes(std::uint16_t number, Leng
     store_le(info.data(), number);
     return info;
   }
-  unsigned temporary = 0;
+  unsigned temporary = device_temporary;
   if (faults.any(Fault::heartbeat) || faults.any(Fault::life_guarding)) {
     temporary |= kErrorControl;
   }
@@ -112,7 +133,13 @@ bool Node::Impl::reset_error(std::uint16_t code, std::span<const std::byte> info
     return false;
   }
   --count;
-  (void)end_error(code, 0, info);
+  std::uint8_t left = 0;
+  if (wants_error_reset(code, left)) {
+    const bool bits = options.error_scheme == ErrorScheme::temporary_and_sticky;
+    const emcy::ManufacturerInfo own = manufacturer_bytes(0, {});
+    emcy.send(emcy::kErrorReset, left,
+              bits && info.empty() ? std::span<const std::byte>(own) : info, now);
+  }
   return true;
 }
 
@@ -166,8 +193,8 @@ void Node::Impl::obey_error_behaviour(std::uint8_t error_class) {
 // EMCY 6300h (data set), its first manufacturer byte the storage::Damage. The generic error stays
 // in 1001h until the next reset of the node.
 void Node::Impl::tell_damage(storage::Damage what) {
-  const std::byte info[] = {static_cast<std::byte>(what)};
-  emcy.send(emcy::kDataSet, emcy.error_register() | emcy::kGeneric, info, now);
+  send_by_itself(emcy::kDataSet, emcy.error_register() | emcy::kGeneric,
+                 {static_cast<std::byte>(what)});
   tell_configuration_error({storage::kStoreParameters, 0}, abort_code(what));
 }
 

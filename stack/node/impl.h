@@ -84,8 +84,12 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   void tell_damage(storage::Damage damage);
   emcy::SendResult set_error(std::uint16_t code, std::span<const std::byte> info);
   bool reset_error(std::uint16_t code, std::span<const std::byte> info);
-  emcy::SendResult end_error(std::uint16_t code, std::uint16_t number,
-                             std::span<const std::byte> info = {});
+  void end_error(std::uint16_t code, std::uint16_t number);
+  // An error of that class has gone: true if an error reset is to be sent, with what is left.
+  bool wants_error_reset(std::uint16_t code, std::uint8_t& left);
+  // Unless the application does not want it.
+  void send_by_itself(std::uint16_t code, std::uint8_t error_register, emcy::ManufacturerInfo info);
+  void set_error_bits(std::uint8_t temporary, std::uint8_t sticky);
   emcy::ManufacturerInfo manufacturer_bytes(std::uint16_t number, Lengths lengths) const;
   void bus_event(const can::BusEvent& event);
   void bus_state(can::BusState state);
@@ -137,6 +141,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   emcy::ErrorState errors;                         // these and the device's own
   std::array<std::uint16_t, 256> device_errors{};  // by class: high byte of the code
   std::uint8_t sticky = 0;                         // see ErrorScheme
+  std::uint8_t device_temporary = 0;               // bits of the device
   can::BusState bus = can::BusState::unknown;
   Instant next_overrun{};       // when a loss of frames may be told again
   bool duplicate_told = false;  // since the last reset

@@ -8,6 +8,9 @@ namespace linegate::node {
 
 void Application::state_changed(nmt::State /*state*/, Instant /*now*/) {
 }
+bool Application::may_send_emcy(std::uint16_t /*code*/, std::span<std::byte, 5> /*info*/) {
+  return true;
+}
 bool Application::may_operate(Instant /*now*/) {
   return true;
 }
@@ -60,6 +63,10 @@ void Node::bus_event(const can::BusEvent& event) {
 Indicators Node::indicators() const {
   return impl_->indicators();
 }
+void Node::set_error_bits(std::uint8_t temporary, std::uint8_t sticky) {
+  impl_->set_error_bits(temporary, sticky);
+}
+
 void Node::device_error(std::uint8_t error_class, Instant now) {
   impl_->now = now;
   impl_->obey_error_behaviour(error_class);

@@ -16,6 +16,7 @@
 #include "stack/can/traffic.h"
 #include "stack/can/transmit_queue.h"
 #include "stack/nmt/state.h"
+#include "stack/node/error_scheme.h"
 #include "stack/node/indicators.h"
 #include "stack/od/dictionary.h"
 #include "stack/pdo/engine.h"
@@ -52,24 +53,16 @@ class Companion {
 class Application : public pdo::Listener {
  public:
   virtual void state_changed(nmt::State state, Instant now);
+  // The node is about to send an EMCY by itself, an error reset (code 0) among them; not asked of
+  // set_error() and reset_error(). info: its manufacturer bytes as the ErrorScheme says, which may
+  // be changed. False: it is not sent and not in 1003h; 1001h is as ever.
+  virtual bool may_send_emcy(std::uint16_t code, std::span<std::byte, 5> info);
   // Asked before each transition to Operational; false: the node stays in the state it is in.
   virtual bool may_operate(Instant now);
   // A TIME message came (1012h bit 31).
   virtual void time_received(const time::TimeOfDay& time, Instant now);
   // Reset node / reset communication: values have been set back already.
   virtual void reset(bool whole_node, Instant now);
-};
-
-// What the node says in the manufacturer bytes of EMCYs it sends by itself, and when it sends an
-// error reset. 1001h is the sum of what is present either way.
-enum class ErrorScheme : std::uint8_t {
-  // Bytes 3, 4: PDO number or node-ID, else 0. One error reset, when the last error has gone.
-  number,
-  // Byte 3: errors that are present (bit 0 error control, 1 error passive, 2 bus-off); byte 4:
-  // errors there have been since the last reset (bit 0 CAN controller, 1 frames lost, 2 PDO
-  // length); byte 5: PDO number or node-ID; bytes 6, 7: length of a PDO received and mapped. An
-  // error reset for each error that has gone.
-  temporary_and_sticky,
 };
 
 struct Options {
@@ -125,6 +118,10 @@ class Node {
   // One error of that class (high byte of the code) has gone: its bits leave 1001h unless another
   // needs them, and the error reset is sent as the ErrorScheme says. False if there is none.
   bool reset_error(std::uint16_t code, std::span<const std::byte> info, Instant now);
+  // The device's own bits in EMCYs of ErrorScheme::temporary_and_sticky, from the next one on; only
+  // bits 5 to 7 count. temporary: those of errors that are present. sticky: those of errors there
+  // have been are added. A reset clears both.
+  void set_error_bits(std::uint8_t temporary, std::uint8_t sticky);
   // No error is present, neither of communication nor told by set_error().
   bool error_free() const;
   // What a bridge noticed about the bus: EMCY 8110h, 8120h, 8140h, 1029h:1 at bus-off.

@@ -136,6 +136,7 @@ void Node::Impl::boot(Instant time) {
   errors.clear();
   device_errors.fill(0);
   sticky = 0;
+  device_temporary = 0;
   duplicate_told = false;
   sync.configure();
   clock.configure();

@@ -35,6 +35,8 @@ constexpr std::size_t kChanges = 4096;
 constexpr std::size_t kPasses = 16;
 constexpr std::uint8_t kValues = 4;  // of a TPDO
 
+using Ways = std::vector<std::size_t>;  // changes between taking frames
+
 struct Change {
   std::uint16_t pdo = 0;
   std::uint8_t sub = 1;  // 1..kValues
@@ -235,10 +237,7 @@ int main() {
     FloorSubject& floor = floors.emplace_back(ids);
     Subject& node = nodes.emplace_back(ids);
     const std::vector<Change>& order = orders.emplace_back(changes(pdos));
-    for (const std::size_t at_once : {std::size_t{1}, pdos}) {
-      if (at_once == pdos && pdos == 1) {
-        continue;
-      }
+    for (const std::size_t at_once : pdos == 1 ? Ways{1} : Ways{1, pdos}) {
       const std::string of =
           std::to_string(pdos) + " TPDOs, " + (at_once == 1 ? "one at a time" : "all at once");
       contestants.push_back(

@@ -291,6 +291,7 @@ lines:
     sync: 2.5ms
     time: 1s
     sdo_timeout: 300ms
+    emcy_bytes: temporary_and_sticky
     reset_nodes: false
     start_nodes: false
     identity: {vendor: 0x1234, serial: 7}
@@ -333,6 +334,7 @@ lines:
   EXPECT_EQ(line.config.sync_period, 2500us);
   EXPECT_EQ(line.config.time_period, 1s);
   EXPECT_EQ(line.config.sdo_timeout, 300ms);
+  EXPECT_EQ(line.config.error_scheme, node::ErrorScheme::temporary_and_sticky);
   EXPECT_FALSE(line.config.reset_nodes);
   EXPECT_FALSE(line.config.start_nodes);
   EXPECT_EQ(line.config.identity.vendor, 0x1234U);

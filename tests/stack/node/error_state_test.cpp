@@ -111,6 +111,50 @@ TEST_F(ErrorStateTest, TemporaryBitsGoAndStickyOnesStayUntilTheReset) {
             (Frames{{at(108ms), 0x085, {0x20, 0x81, 0x11, 0x02, 0x01, 0, 0, 0}}}));
 }
 
+TEST_F(ErrorStateTest, TheDeviceHasBitsOfItsOwn) {
+  make(ErrorScheme::temporary_and_sticky);
+  node->set_error_bits(0xFF, 0x3F);
+  bus(can::BusState::error_passive, 1ms);
+  EXPECT_EQ(drain(at(1ms)), (Frames{{at(1ms), 0x085, {0x20, 0x81, 0x11, 0xE2, 0x21, 0, 0, 0}}}));
+  node->set_error_bits(0x20, 0x40);
+  bus(can::BusState::error_active, 2ms);
+  EXPECT_EQ(drain(at(2ms)), (Frames{{at(2ms), 0x085, {0, 0, 0, 0x20, 0x61, 0, 0, 0}}}));
+  nmt(0x82, kNodeId, 3ms);
+  drain(at(3ms));
+  bus(can::BusState::error_passive, 4ms);
+  EXPECT_EQ(drain(at(4ms)), (Frames{{at(4ms), 0x085, {0x20, 0x81, 0x11, 0x02, 0x01, 0, 0, 0}}}));
+}
+
+// RPDO 1 has 2 bytes.
+TEST_F(ErrorStateTest, TheApplicationMayChangeOrStopWhatTheNodeSendsByItself) {
+  struct Censor : Application {
+    bool may_send_emcy(std::uint16_t code, std::span<std::byte, 5> info) override {
+      asked.push_back(code);
+      info[4] = std::byte{0xAB};
+      return code != 0x8220;
+    }
+    std::vector<std::uint16_t> asked;
+  };
+  Censor censor;
+  make(ErrorScheme::number);
+  node->set_application(&censor);
+  hear(1ms, 0x205, {0x01});
+  EXPECT_EQ(drain(at(1ms)), (Frames{{at(1ms), 0x085, {0x10, 0x82, 0x11, 1, 0, 0, 0, 0xAB}}}));
+  hear(2ms, 0x205, {0x01, 0x00});
+  EXPECT_EQ(drain(at(2ms)), (Frames{{at(2ms), 0x085, {0, 0, 0, 0, 0, 0, 0, 0xAB}}}));
+  EXPECT_EQ(number(0x1003, 0), 1U);
+  hear(3ms, 0x205, {0x01, 0x00, 0x00});
+  EXPECT_TRUE(drain(at(3ms)).empty());
+  EXPECT_EQ(number(0x1001, 0), 0x11U) << "the error is there";
+  EXPECT_EQ(number(0x1003, 0), 1U) << "but was not told";
+  EXPECT_EQ(censor.asked, (std::vector<std::uint16_t>{0x8210, 0, 0x8220}));
+  node->set_error(0x2000, kInfo, at(4ms));
+  EXPECT_EQ(drain(at(4ms)), (Frames{{at(4ms), 0x085, {0x00, 0x20, 0x13, 1, 2, 3, 4, 5}}}))
+      << "of the application itself";
+  EXPECT_EQ(censor.asked.size(), 3U);
+  node.reset();
+}
+
 TEST_F(ErrorStateTest, ErrorPassiveIsAnErrorUntilTheBusIsActive) {
   make(ErrorScheme::number);
   bus(can::BusState::error_warning, 1ms);
