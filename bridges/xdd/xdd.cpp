@@ -184,7 +184,7 @@ class Reader {
     if (!node) {
       return;
     }
-    Builder section(sections_, "DeviceComissioning", document_.place(node));
+    Builder section(sections_, "DeviceCommissioning", document_.place(node));
     add_attribute(section, "NodeID", node, "nodeID");
     add_attribute(section, "NodeName", node, "nodeName");
     if (const pugi::xml_attribute rate = node.attribute("actualBaudRate")) {

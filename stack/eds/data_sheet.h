@@ -52,7 +52,7 @@ struct DeviceInfo {
   friend bool operator==(const DeviceInfo&, const DeviceInfo&) = default;
 };
 
-// [DeviceComissioning] of a DCF. Node-ID and name are in od::DeviceDescription too.
+// [DeviceCommissioning] of a DCF. Node-ID and name are in od::DeviceDescription too.
 struct Commissioning {
   std::uint8_t node_id = 0;
   std::string node_name;

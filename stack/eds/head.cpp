@@ -1,5 +1,6 @@
 #include "stack/eds/head.h"
 
+#include <algorithm>
 #include <charconv>
 #include <map>
 #include <utility>
@@ -56,6 +57,14 @@ std::uint32_t identity_number(const Fields& fields, std::string_view key, Report
   return number<std::uint32_t>(fields, key, kLargestU32);
 }
 
+// Writers repeat the section under the other spelling for those who know that one alone.
+bool says_the_same(const Section& a, const Section& b) {
+  return std::equal(a.entries.begin(), a.entries.end(), b.entries.begin(), b.entries.end(),
+                    [](const Entry& x, const Entry& y) {
+                      return equal_ignoring_case(x.key, y.key) && x.value == y.value;
+                    });
+}
+
 const Section* find_commissioning(const Ini& ini, Report& report) {
   const Section* found = nullptr;
   for (const Section& section : ini.sections()) {
@@ -64,14 +73,16 @@ const Section* find_commissioning(const Ini& ini, Report& report) {
       continue;
     }
     if (found != nullptr) {
-      report.warning(section.place, "section " + quote(section.name) + " is ignored: there is " +
-                                        quote(found->name) + " in line " +
-                                        std::to_string(found->place.line));
+      if (!says_the_same(*found, section)) {
+        report.warning(section.place, "section " + quote(section.name) + " is ignored: there is " +
+                                          quote(found->name) + " in line " +
+                                          std::to_string(found->place.line));
+      }
       continue;
     }
-    if (name != "devicecomissioning") {  // so spelt by CiA 306
+    if (name != "devicecommissioning") {
       report.warning(section.place,
-                     "section " + quote(section.name) + " is read as [DeviceComissioning]");
+                     "section " + quote(section.name) + " is read as [DeviceCommissioning]");
     }
     found = &section;
   }

@@ -17,7 +17,7 @@ FileInfo read_file_info(const Ini& ini, Report& report);
 // [DeviceInfo], with what od::DeviceDescription has of it; a missing one is reported.
 void read_device_info(const Ini& ini, DataSheet& out, Report& report);
 
-// [DeviceComissioning] in any spelling; nothing if there is none. node_id 0 becomes the file's.
+// [DeviceCommissioning] in any spelling; nothing if there is none. node_id 0 becomes the file's.
 std::optional<Commissioning> read_commissioning(const Ini& ini, std::uint8_t& node_id,
                                                 Report& report);
 

@@ -16,7 +16,7 @@ namespace linegate::eds {
 
 // text: the whole file, in ASCII, Latin-1 or UTF-8. file_name: for messages, and
 // DeviceDescription::file. node_id: 1..127, what $NODEID stands for; 0 takes the NodeID of a DCF's
-// [DeviceComissioning], and is an error if there is none and a value depends on it.
+// [DeviceCommissioning], and is an error if there is none and a value depends on it.
 //
 // Names in the description are UTF-8. Values are little-endian with the node-ID applied; a value
 // that is not given is empty, except for sub-index 0 of arrays and records, where it is the highest

@@ -34,8 +34,8 @@ struct SortedSections {
   std::map<std::uint16_t, ModuleSections> modules;  // by number
 };
 
-// Whether the name (in lower case) is meant to be DeviceComissioning, which CiA 306 itself
-// misspells and files misspell in every other way.
+// Whether the name (in lower case) is meant to be DeviceCommissioning, which CiA 306 once misspelt
+// as DeviceComissioning, and files misspell in every other way.
 bool is_commissioning(std::string_view name);
 
 // Reports names of sections that CiA 306 does not know.

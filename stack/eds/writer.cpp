@@ -115,9 +115,17 @@ class Writer {
     }
   }
 
+  // Most tools know the section by the misspelt name that CiA 306 once gave it, some by the right
+  // one: both are there, and say the same.
   void commissioning() {
+    for (const char* name : {"DeviceCommissioning", "DeviceComissioning"}) {
+      out_.section(name);
+      commissioning_entries();
+    }
+  }
+
+  void commissioning_entries() {
     const Commissioning info = sheet_.commissioning.value_or(Commissioning{});
-    out_.section("DeviceComissioning");
     out_.entry("NodeID", info.node_id != 0 ? info.node_id : sheet_.device.node_id);
     out_.text("NodeName", info.node_name);
     out_.text("NodeRefd", info.node_reference);

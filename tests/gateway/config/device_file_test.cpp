@@ -40,7 +40,7 @@ class DownloadFile : public testing::Test {
 
 constexpr std::string_view kDcf = R"([FileInfo]
 [DeviceInfo]
-[DeviceComissioning]
+[DeviceCommissioning]
 NodeID=5
 [OptionalObjects]
 SupportedObjects=2

@@ -56,7 +56,7 @@ TEST(CompactSubObj, EverySubIndexIsAsTheObjectSays) {
 
 TEST(CompactSubObj, ValuesOfADcfAreConfigured) {
   const auto loaded = load(
-      test::file_with(std::string(kConsumers) + "[DeviceComissioning]\nNodeID=5\n"), "x.dcf", 0);
+      test::file_with(std::string(kConsumers) + "[DeviceCommissioning]\nNodeID=5\n"), "x.dcf", 0);
   ASSERT_TRUE(loaded.ok());
   EXPECT_FALSE(loaded.value->find({0x1016, 2})->configured);
   EXPECT_TRUE(loaded.value->find({0x1016, 3})->configured);

@@ -47,7 +47,7 @@ NrOfRXPDO=4
 NrOfTXPDO=3
 LSS_Supported=1
 CANopenSafetySupported=1
-[DeviceComissioning]
+[DeviceCommissioning]
 NodeID=0x10
 NodeName=Press 1
 NodeRefd=+A1-K1
@@ -144,7 +144,7 @@ TEST(DataSheet, DummyUsageSaysWhichTypesMayFillPdos) {
   EXPECT_EQ(loaded.value.value().dummy_types, 1U << 5U | 1U << 6U | 1U << 0x1BU);
 }
 
-constexpr std::string_view kConfigured = R"([DeviceComissioning]
+constexpr std::string_view kConfigured = R"([DeviceCommissioning]
 NodeID=5
 [2000]
 ParameterName=Threshold

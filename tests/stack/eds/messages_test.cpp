@@ -238,7 +238,7 @@ TEST(Messages, BadNodeIds) {
   EXPECT_THAT(messages(file_with(""), 128),
               ElementsAre("x.eds: error: node-ID 128 is not in 1 to 127"));
   for (const std::string number : {"0", "128"}) {
-    const std::string text = file_with("[DeviceComissioning]\nNodeID=" + number + "\n");
+    const std::string text = file_with("[DeviceCommissioning]\nNodeID=" + number + "\n");
     EXPECT_FALSE(load(text, "x.dcf", 0).ok());
     EXPECT_TRUE(load(text, "x.dcf", 1).ok());
     EXPECT_THAT(messages(text, 0),
@@ -246,7 +246,7 @@ TEST(Messages, BadNodeIds) {
     EXPECT_THAT(messages(text, 1),
                 ElementsAre("x.eds:15:8: warning: NodeID: " + number + " is not in 1 to 127"));
   }
-  EXPECT_THAT(messages(file_with("[DeviceComissioning]\nNodeID=five\n"), 0),
+  EXPECT_THAT(messages(file_with("[DeviceCommissioning]\nNodeID=five\n"), 0),
               ElementsAre("x.eds:15:8: error: NodeID: 'five' is not a number"));
 }
 

@@ -63,7 +63,7 @@ ObjExtend=2
 )";
 
 std::string dcf(std::string_view connected) {
-  return file_with(std::string(kModules) + "[DeviceComissioning]\nNodeID=5\n[ConnectedModules]\n" +
+  return file_with(std::string(kModules) + "[DeviceCommissioning]\nNodeID=5\n[ConnectedModules]\n" +
                    std::string(connected));
 }
 

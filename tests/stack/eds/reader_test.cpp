@@ -246,7 +246,7 @@ TEST(Reader, UnderstandsEveryAccessType) {
 
 constexpr std::string_view kCommissioning =
     "ParameterValue=7\n"
-    "[DeviceComissioning]\n"
+    "[DeviceCommissioning]\n"
     "NodeID=9\n"
     "NodeName=Press\n"
     "[1014]\n"
@@ -271,7 +271,7 @@ TEST(ReaderOfDcf, TakesNodeIdAndNameFromTheCommissioning) {
 
 TEST(ReaderOfDcf, UnderstandsTheOtherSpellingOfCommissioning) {
   std::string text = test::file_with(kCommissioning);
-  text.replace(text.find("DeviceComissioning"), 18, "DeviceCommissioning");
+  text.replace(text.find("DeviceCommissioning"), 19, "DeviceComissioning");
   EXPECT_EQ(load(text, "x.dcf", 0).value.value().node_id, 9);
 }
 

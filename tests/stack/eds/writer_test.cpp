@@ -112,7 +112,7 @@ Dummy0005=1
 Dummy0006=0
 Dummy0007=0
 Dummy0015=1
-[DeviceComissioning]
+[DeviceCommissioning]
 NodeID=0x10
 NodeName=Press 1
 NodeRefd=+A1-K1
@@ -306,6 +306,15 @@ TEST(Writer, ADcfIsReadAsTheSameSheet) {
   EXPECT_EQ(write_dcf(*second.value), text);
 }
 
+TEST(Writer, TheCommissioningIsWrittenUnderBothNames) {
+  const auto first = read(kEverything, "press.dcf", 0);
+  ASSERT_TRUE(first.ok());
+  const std::string text = write_dcf(*first.value);
+  const std::string begin = "\nNodeID=16\nNodeName=Press 1\n";
+  EXPECT_THAT(text, HasSubstr("[DeviceCommissioning]" + begin));
+  EXPECT_THAT(text, HasSubstr("[DeviceComissioning]" + begin));
+}
+
 TEST(Writer, FormulasStayFormulas) {
   const auto first = read(kEverything, "press.dcf", 0);
   ASSERT_TRUE(first.ok());
@@ -321,7 +330,7 @@ TEST(Writer, AnEdsHasTheDefaultsAndNothingOfTheConfiguration) {
   ASSERT_TRUE(first.ok());
   const std::string text = write_eds(*first.value);
   for (const char* word : {"ParameterValue", "Denotation", "DownloadFile", "Comissioning",
-                           "ConnectedModules", "LastEDS"}) {
+                           "Commissioning", "ConnectedModules", "LastEDS"}) {
     EXPECT_THAT(text, Not(HasSubstr(word)));
   }
   const auto second = load(text, "again.eds", 0x20);
