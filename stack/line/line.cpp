@@ -295,7 +295,8 @@ Counters Line::Impl::count() const {
   out.frames_received = of_node.received.frames;
   out.frames_sent = sent.frames;
   out.frames_unused = of_node.unused;
-  out.frames_malformed += of_node.malformed + sdo.counters().malformed;
+  out.frames_malformed +=
+      of_node.malformed + sdo.counters().malformed + of_pdos.too_short + of_pdos.too_long;
   out.rpdos = of_pdos.received;
   out.tpdos = of_pdos.sent;
   out.tpdos_coalesced = of_pdos.coalesced;

@@ -29,7 +29,7 @@ struct Counters {
   std::uint64_t frames_received = 0;
   std::uint64_t frames_sent = 0;       // handed to the bus
   std::uint64_t frames_unused = 0;     // received, wanted by no service
-  std::uint64_t frames_malformed = 0;  // wanted, but not understood
+  std::uint64_t frames_malformed = 0;  // wanted, but not understood; also PDOs of a wrong length
   std::uint64_t frames_lost = 0;       // lost before the line saw them
   std::uint64_t bus_errors = 0;        // error frames
   std::uint64_t rpdos = 0;

@@ -128,13 +128,11 @@ void Node::Impl::remote_request(can::Target target, const can::Frame& frame) {
 }
 
 void Node::Impl::take_node_control(const can::Frame& frame) {
-  if (!options.nmt_slave) {
-    hand_to_companion({can::Service::nmt, 0, 0}, frame);
-    return;
-  }
   const auto control = nmt::decode_node_control(frame);
   if (!control) {
     malformed(frame, 0);
+  } else if (!options.nmt_slave) {
+    ++counters.unused;
   } else if (control->addresses(options.node_id)) {
     command(control->command, frame.time);
   }

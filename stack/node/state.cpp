@@ -66,9 +66,7 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
   pdos.set_auto_notify(options.auto_notify);
   dispatch.add(can::kErrorControlBase + options.node_id, false, can::Service::error_control,
                static_cast<std::uint16_t>(kOwnIdMark | options.node_id));
-  if (options.nmt_slave) {
-    dispatch.add(can::kNmtId, false, can::Service::nmt, 0);
-  }
+  dispatch.add(can::kNmtId, false, can::Service::nmt, 0);
 }
 
 void Node::Impl::start(Instant time) {

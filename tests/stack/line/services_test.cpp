@@ -102,6 +102,23 @@ TEST_F(LineTest, GuardingNeedsBothNumbersAndNoHeartbeat) {
   EXPECT_THAT(refused.diagnostics[1].text, HasSubstr("either a heartbeat or guarding"));
 }
 
+TEST_F(LineTest, PdosOfAWrongLengthAreCountedAndToldUntilARightOneComes) {
+  make(config_with_axis());
+  boot();
+  events();
+  const auto before = line_->state().counters;
+  hear(0x185, {1});
+  EXPECT_TRUE(told(EventKind::pdo_length, 5));
+  hear(0x185, {1});
+  hear(0x185, {1, 0, 2, 0, 0, 0, 9});
+  EXPECT_FALSE(told(EventKind::pdo_length, 5));
+  EXPECT_EQ(line_->state().counters.frames_malformed, before.frames_malformed + 3);
+  hear(0x185, {1, 0, 2, 0, 0, 0});
+  EXPECT_EQ(line_->state().counters.frames_malformed, before.frames_malformed + 3);
+  hear(0x185, {});
+  EXPECT_TRUE(told(EventKind::pdo_length, 5));
+}
+
 TEST_F(LineTest, AFloodOfBusErrorsIsCountedAndToldOnceASecond) {
   make(config_with_axis());
   boot();

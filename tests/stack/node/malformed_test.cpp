@@ -34,6 +34,19 @@ TEST_F(MalformedFrameTest, NodeControl) {
   EXPECT_TRUE(drain(at(1ms)).empty());
 }
 
+// An NMT master obeys nobody on the bus, but tells what nobody can understand.
+TEST_F(MalformedFrameTest, NodeControlOfAMaster) {
+  node =
+      std::make_unique<Node>(example_dictionary(), Options{kNodeId, false, false}, events, nullptr);
+  boot();
+  expect_told(0x000, {});
+  expect_told(0x000, {0x01});
+  expect_told(0x000, {0x55, 0x05});
+  nmt(0x01);
+  EXPECT_EQ(node->state(), nmt::State::pre_operational);
+  EXPECT_EQ(node->counters().malformed, 3U);
+}
+
 TEST_F(MalformedFrameTest, SyncIsAnEmcyOnce) {
   boot();
   expect_told(0x080, {1});
