@@ -36,6 +36,30 @@ TEST(Frame, DataFrameWinsOverRemoteFrameAndStandardOverExtended) {
   EXPECT_TRUE(wins_arbitration(extended, data));
 }
 
+// CiA 301, 7.3.3: the generic pre-defined connection set.
+TEST(CobId, PredefinedConnectionSetOfCia301) {
+  EXPECT_EQ(kNmtId, 0x000U);
+  EXPECT_EQ(kSyncId, 0x080U);
+  EXPECT_EQ(kTimeId, 0x100U);
+  struct Row {
+    std::uint32_t id;
+    std::uint32_t first, last;
+  };
+  for (const std::uint8_t node : {kMinNodeId, std::uint8_t{5}, kMaxNodeId}) {
+    const Row table[] = {
+        {kEmcyBase + node, 0x081, 0x0FF},         {default_tpdo_id(1, node), 0x181, 0x1FF},
+        {default_rpdo_id(1, node), 0x201, 0x27F}, {default_tpdo_id(2, node), 0x281, 0x2FF},
+        {default_rpdo_id(2, node), 0x301, 0x37F}, {default_tpdo_id(3, node), 0x381, 0x3FF},
+        {default_rpdo_id(3, node), 0x401, 0x47F}, {default_tpdo_id(4, node), 0x481, 0x4FF},
+        {default_rpdo_id(4, node), 0x501, 0x57F}, {kSdoResponseBase + node, 0x581, 0x5FF},
+        {kSdoRequestBase + node, 0x601, 0x67F},   {kErrorControlBase + node, 0x701, 0x77F}};
+    for (const Row& row : table) {
+      EXPECT_EQ(row.id, row.first + node - kMinNodeId) << std::hex << row.first;
+      EXPECT_LE(row.id, row.last);
+    }
+  }
+}
+
 TEST(CobId, RestrictedIdentifiersOfCia301) {
   for (std::uint32_t id = 0; id < 0x800; ++id) {
     const bool expected = id <= 0x07F || (id >= 0x101 && id <= 0x180) ||

@@ -20,6 +20,29 @@ TEST(EmcyMessage, Layout) {
   EXPECT_EQ(decode(frame), kMessage);
 }
 
+// CiA 301, 7.2.7.1: the codes that a stack sends by itself.
+TEST(EmcyMessage, CodesOfCia301) {
+  const std::pair<std::uint16_t, std::uint16_t> table[] = {
+      {kErrorReset, 0x0000},      {kDataSet, 0x6300},        {kOverrun, 0x8110},
+      {kPassive, 0x8120},         {kHeartbeatError, 0x8130}, {kBusOffLeft, 0x8140},
+      {kIdCollision, 0x8150},     {kPdoLength, 0x8210},      {kPdoTooLong, 0x8220},
+      {kMpdoDestination, 0x8230}, {kSyncLength, 0x8240},     {kRpdoTimeout, 0x8250}};
+  for (const auto& [code, expected] : table) {
+    EXPECT_EQ(code, expected);
+  }
+}
+
+// 1001h, CiA 301, 7.5.2.2.
+TEST(EmcyMessage, BitsOfTheErrorRegister) {
+  EXPECT_EQ(kGeneric, 1 << 0);
+  EXPECT_EQ(kCurrent, 1 << 1);
+  EXPECT_EQ(kVoltage, 1 << 2);
+  EXPECT_EQ(kTemperature, 1 << 3);
+  EXPECT_EQ(kCommunication, 1 << 4);
+  EXPECT_EQ(kProfile, 1 << 5);
+  EXPECT_EQ(kManufacturer, 1 << 7);
+}
+
 TEST(EmcyMessage, OtherLengthsAreMalformed) {
   for (std::uint8_t length = 0; length < 8; ++length) {
     can::Frame frame = encode(kMessage, can::CobId{0x85});
