@@ -16,6 +16,7 @@ constexpr unsigned kErrorFrameBits = 20;
 Bus::Bus(const BusOptions& options) : options_(options) {
   options_.bit_rate = std::max(options_.bit_rate, 1U);
   options_.queue_depth = std::max<std::size_t>(options_.queue_depth, 1);
+  options_.buffers = std::max<std::size_t>(options_.buffers, 1);
   if (options_.data_bit_rate == 0) {
     options_.data_bit_rate = options_.bit_rate;
   }
@@ -72,6 +73,17 @@ bool Bus::submit(Endpoint endpoint, const can::Frame& frame, Instant now) {
   return true;
 }
 
+std::size_t Bus::most_urgent(const End& end, Instant by) const {
+  const std::size_t count = std::min(options_.buffers, end.queue.size());
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < count && end.queue[i].submitted <= by; ++i) {
+    if (can::wins_arbitration(end.queue[i].frame, end.queue[best].frame)) {
+      best = i;
+    }
+  }
+  return best;
+}
+
 // A frame begins when the bus is free and something waits for it. Those who had submitted by then
 // take part in the arbitration; it is decided only when the frame ends, so that submissions at the
 // same instant need no order among themselves.
@@ -91,10 +103,12 @@ bool Bus::next_turn(Turn& turn) const {
     if (!may_send(ends_[i]) || ends_[i].queue.front().submitted > turn.start) {
       continue;
     }
-    const can::Frame& frame = ends_[i].queue.front().frame;
+    const std::size_t place = most_urgent(ends_[i], turn.start);
+    const can::Frame& frame = ends_[i].queue[place].frame;
     if (best == nullptr || can::wins_arbitration(frame, *best)) {
       best = &frame;
       turn.sender = i;
+      turn.place = place;
     }
   }
   return true;
@@ -103,28 +117,33 @@ bool Bus::next_turn(Turn& turn) const {
 void Bus::advance(Instant now) {
   Turn turn;
   while (next_turn(turn)) {
-    const Instant end = turn.start + time_to_last_bit(ends_[turn.sender].queue.front().frame);
+    const Instant end = turn.start + time_to_last_bit(frame_of(turn));
     if (end > now) {
       break;
     }
-    finish(turn.sender, end);
+    finish(turn, end);
   }
   latest_ = std::max(latest_, now);
 }
 
-void Bus::finish(Endpoint sender, Instant end) {
-  const can::Frame frame = ends_[sender].queue.front().frame;
+void Bus::finish(const Turn& turn, Instant end) {
+  const Endpoint sender = turn.sender;
+  const can::Frame frame = frame_of(turn);
   const Fate fate = disturbance_ ? disturbance_(frame, sender) : Fate::delivered;
   const Duration intermission = can::bit_time(can::kIntermissionBits, options_.bit_rate);
   free_at_ = end + intermission;
   busy_ += time_on_wire(frame);
-  if (fate == Fate::disturbed) {
+  if (fate == Fate::doubled) {
+    ++frames_;
+    deliver(sender, frame, end);
+  }
+  if (fate == Fate::disturbed || fate == Fate::doubled) {
     const Duration error_frame = can::bit_time(kErrorFrameBits, options_.bit_rate);
     free_at_ += error_frame;
     busy_ += error_frame;
     return;
   }
-  ends_[sender].queue.pop_front();
+  ends_[sender].queue.erase(ends_[sender].queue.begin() + static_cast<long>(turn.place));
   ++ends_[sender].sent;
   ++frames_;
   if (fate == Fate::delivered) {
@@ -145,7 +164,7 @@ Instant Bus::next_wake() const {
   if (!next_turn(turn)) {
     return kNever;
   }
-  return turn.start + time_to_last_bit(ends_[turn.sender].queue.front().frame);
+  return turn.start + time_to_last_bit(frame_of(turn));
 }
 
 std::uint64_t Bus::oldest_kept() const {

@@ -3,8 +3,9 @@
 // Deterministic and passive. Endpoints submit frames; whenever the bus is free, the frame that wins
 // arbitration among those submitted by then occupies it for its exact number of bits, and all other
 // endpoints get it with the time of its last bit. An endpoint sends its own frames in the order in
-// which it submitted them, as a controller behind a queue does. As on the kernel's vcan, a frame
-// leaves even when nobody else is there to acknowledge it.
+// which it submitted them, as a controller behind a queue does, unless it has several transmit
+// buffers. As on the kernel's vcan, a frame leaves even when nobody else is there to acknowledge
+// it.
 #pragma once
 
 #include <cstddef>
@@ -24,6 +25,9 @@ struct BusOptions {
   std::uint32_t data_bit_rate = 0;     // bit/s of the FD data phase; 0 = bit_rate
   std::size_t queue_depth = 8;         // frames an endpoint may have waiting
   std::size_t history = 4096;          // delivered frames kept for endpoints that read late
+  // Transmit buffers of a controller: so many of the frames that an endpoint has waiting take part
+  // in the arbitration, and may overtake each other. Those of one identifier keep their order.
+  std::size_t buffers = 1;
 };
 
 // What becomes of a frame that is on the wire.
@@ -31,6 +35,7 @@ enum class Fate : std::uint8_t {
   delivered,
   lost,       // sent and acknowledged, but no endpoint gets it
   disturbed,  // destroyed by an error frame; sent again after arbitration
+  doubled,    // all endpoints have it when an error in its very last bit makes the sender repeat it
 };
 
 class Bus {
@@ -99,6 +104,7 @@ class Bus {
   };
   struct Turn {
     Endpoint sender = 0;
+    std::size_t place = 0;  // in its queue
     Instant start{};
   };
   static constexpr std::uint64_t kNoLimit = ~std::uint64_t{0};
@@ -106,8 +112,14 @@ class Bus {
   bool may_send(const End& end) const {
     return end.attached && end.connected && !end.queue.empty();
   }
+  // Where the most urgent frame in the transmit buffers of an end is, of those submitted by then.
+  // Precondition: the first is.
+  std::size_t most_urgent(const End& end, Instant by) const;
   bool next_turn(Turn& turn) const;
-  void finish(Endpoint sender, Instant end);
+  const can::Frame& frame_of(const Turn& turn) const {
+    return ends_[turn.sender].queue[turn.place].frame;
+  }
+  void finish(const Turn& turn, Instant end);
   void deliver(Endpoint sender, const can::Frame& frame, Instant time);
   // The number of the next frame for this endpoint, or its limit.
   std::uint64_t next_for(Endpoint endpoint) const;

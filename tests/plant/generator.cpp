@@ -14,6 +14,8 @@ struct Device {
   unsigned id = 0;
   std::string profile;
   unsigned heartbeat = 0;  // ms, 0 = none
+  bool guarded = false;
+  bool domain = false;
   bool alive = true;
   bool plugged = true;
 };
@@ -43,17 +45,30 @@ class Generator {
   void network() {
     constexpr std::array<unsigned, 4> kRates{125'000, 250'000, 500'000, 1'000'000};
     constexpr std::array<const char*, 4> kProfiles{"digital-io", "analog-io", "encoder", "drive"};
-    out_ << "line plant bitrate " << kRates[below(4)];
+    bit_rate_ = kRates[below(4)];
+    out_ << "line plant bitrate " << bit_rate_;
     if (below(3) != 0) {
       out_ << " sync " << 10 + below(90) << "ms";
+    }
+    if (below(3) == 0) {
+      out_ << " buffers " << 2 + below(3);
     }
     out_ << '\n';
     const unsigned count = 1 + below(12);
     for (unsigned i = 0; i < count; ++i) {
       Device device{.id = 1 + i * 9 + below(9), .profile = kProfiles[below(4)]};
-      device.heartbeat = below(6) == 0 ? 0 : 50 + below(200);
-      out_ << "device " << device.id << ' ' << device.profile << " heartbeat " << device.heartbeat
-           << "ms";
+      device.guarded = device.profile == "digital-io" && below(2) == 0;  // the others cannot be
+      device.heartbeat = device.guarded || below(6) == 0 ? 0 : 50 + below(200);
+      device.domain = below(3) == 0;
+      out_ << "device " << device.id << ' ' << device.profile;
+      if (device.guarded) {
+        out_ << " guarding " << 50 + below(100) << "ms " << 3 + below(3);
+      } else {
+        out_ << " heartbeat " << device.heartbeat << "ms";
+      }
+      if (device.domain) {
+        out_ << " domain";
+      }
       if (below(4) == 0) {
         out_ << " mandatory";
       }
@@ -64,7 +79,7 @@ class Generator {
 
   void action(unsigned number) {
     Device& device = any();
-    switch (below(11)) {
+    switch (below(13)) {
       case 0:
         out_ << "node " << device.id << " dies\n";
         device.alive = false;
@@ -102,8 +117,33 @@ class Generator {
         out_ << "write 0 arming " << 1 + below(3) << " watchdog " << 50 + below(500)
              << "ms reactions " << (below(2) != 0 ? "0x21" : "0x20") << '\n';
         break;
+      case 11:
+        out_ << "doubles " << below(30) << '\n';
+        break;
+      case 12:
+        transfer(device, number);
+        break;
       default:
         break;
+    }
+  }
+
+  void there_and_back(const Device& device, unsigned time) {
+    const unsigned size = 40 + below(400);
+    out_ << "at " << time << "ms sdo write there" << device.id << ' ' << device.id
+         << " 2F00:0 pattern " << size << "\nexpect reply there" << device.id
+         << " ok within 5s\nat " << time << "ms sdo read back" << device.id << ' ' << device.id
+         << " 2F00:0\nexpect reply back" << device.id << " ok pattern " << size << " within 5s\n";
+  }
+
+  // Of a size that goes in segments or in blocks; a device without the object refuses.
+  void transfer(const Device& device, unsigned number) {
+    if (below(3) == 0) {
+      out_ << "sdo read d" << number << ' ' << device.id << " 2F00:0\n";
+    } else {
+      constexpr std::array<unsigned, 4> kSizes{4, 120, 400, 900};
+      out_ << "sdo write d" << number << ' ' << device.id << " 2F00:0 pattern "
+           << 40 + below(kSizes[below(4)]) << '\n';
     }
   }
 
@@ -121,7 +161,7 @@ class Generator {
 
   // Everything that was taken away comes back or stays dead; then the network is left alone.
   void quiet(unsigned time) {
-    out_ << "at " << time + 100 << "ms losses 0\n";
+    out_ << "at " << time + 100 << "ms losses 0\nat " << time + 100 << "ms doubles 0\n";
     for (const Device& device : devices_) {
       if (!device.plugged) {
         out_ << "at " << time + 200 << "ms node " << device.id << " plugged\n";
@@ -131,11 +171,17 @@ class Generator {
       out_ << "at " << time + 300 << "ms nmt reset-node " << device.id << '\n';
     }
     out_ << "at " << time + 12'000 << "ms\n";
+    // On a slower bus with many devices, transfers keep heartbeats waiting for too long.
+    for (const Device& device : devices_) {
+      if (device.alive && device.domain && bit_rate_ >= 500'000) {
+        there_and_back(device, time + 12'000);
+      }
+    }
     bool may_start = true;
     for (const Device& device : devices_) {
       if (device.alive) {
         out_ << "expect node " << device.id << " operational within 15s\n";
-      } else if (device.heartbeat != 0) {
+      } else if (device.heartbeat != 0 || device.guarded) {
         out_ << "expect node " << device.id << " missing within 15s\n";
       }
       may_start = may_start && device.alive;
@@ -148,6 +194,7 @@ class Generator {
   std::mt19937_64 random_;
   std::ostringstream out_;
   std::vector<Device> devices_;
+  unsigned bit_rate_ = 0;
 };
 
 std::vector<std::string> lines_of(const std::string& text) {

@@ -2,6 +2,8 @@
 
 #include "stack/base/byte_order.h"
 
+#include "tests/plant/words.h"
+
 namespace linegate::plant {
 namespace {
 
@@ -39,6 +41,17 @@ std::string check_counters(LineSeat& seat) {
   return {};
 }
 
+// Nothing but the object of `domain` is so long.
+std::string check_values(const LineSeat& seat) {
+  constexpr std::size_t kLong = 40;
+  for (const auto& [tag, reply] : seat.replies) {
+    if (reply.data.size() >= kLong && reply.data != pattern(reply.data.size())) {
+      return "the value that command " + std::to_string(tag) + " read is not as it was written";
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 std::string check_always(LineSeat& seat, Instant now) {
@@ -46,6 +59,9 @@ std::string check_always(LineSeat& seat, Instant now) {
     return text;
   }
   if (std::string text = check_counters(seat); !text.empty()) {
+    return text;
+  }
+  if (std::string text = check_values(seat); !text.empty()) {
     return text;
   }
   if (seat.duplicate_replies != 0) {

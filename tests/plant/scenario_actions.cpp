@@ -31,7 +31,11 @@ void Scenario::act(Words& words) {
   } else if (verb == "frame") {
     inject(words);
   } else if (verb == "losses") {
-    set_losses(words);
+    losses_ = words.number();
+    set_disturbance();
+  } else if (verb == "doubles") {
+    doubles_ = words.number();
+    set_disturbance();
   } else if (verb == "stop") {
     seat().line->stop(world_.now());
   } else {
@@ -81,7 +85,7 @@ void Scenario::sdo_action(Words& words) {
   request.index = address.index;
   request.sub = address.sub;
   if (write) {
-    request.data = words.hex();
+    request.data = words.accept("pattern") ? pattern(words.number()) : words.hex();
   }
   if (words.accept("timeout")) {
     request.timeout = words.duration();
@@ -144,15 +148,19 @@ void Scenario::inject(Words& words) {
 }
 
 // losses N: so many of a thousand frames reach nobody, as many are destroyed and sent again.
-void Scenario::set_losses(Words& words) {
-  const std::uint64_t permille = words.number();
-  seat().bus.set_disturbance([this, permille](const can::Frame&, sim::Bus::Endpoint) {
-    const std::uint64_t dice = chance_() % 1000;
-    if (dice < permille) {
-      return sim::Fate::lost;
-    }
-    return dice < 2 * permille ? sim::Fate::disturbed : sim::Fate::delivered;
-  });
+// doubles N: so many arrive twice.
+void Scenario::set_disturbance() {
+  seat().bus.set_disturbance(
+      [this, losses = losses_, doubles = doubles_](const can::Frame&, sim::Bus::Endpoint) {
+        const std::uint64_t dice = chance_() % 1000;
+        if (dice < losses) {
+          return sim::Fate::lost;
+        }
+        if (dice < 2 * losses) {
+          return sim::Fate::disturbed;
+        }
+        return dice < 2 * losses + doubles ? sim::Fate::doubled : sim::Fate::delivered;
+      });
 }
 
 // NODE.INDEX:SUB -> entry of the output layout.

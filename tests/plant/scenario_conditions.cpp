@@ -108,17 +108,23 @@ std::function<bool()> Scenario::condition(Words& words) {
   return event_condition(words);
 }
 
-// expect reply NAME ok [HEX] | abort CODE | refused
+// expect reply NAME ok [HEX | pattern SIZE] | abort CODE | refused
 std::function<bool()> Scenario::reply_condition(Words& words) {
   const std::string name = words.take();
   const std::string how = words.take();
+  if (!tags_.contains(name)) {
+    throw BadStatement("there is no command '" + name + "'");
+  }
   const auto find = [this, name]() -> const line::Reply* {
     const auto it = seat().replies.find(tags_.at(name));
     return it == seat().replies.end() ? nullptr : &it->second;
   };
   if (how == "ok") {
     const bool any = words.peek() == "within" || words.done();
-    const std::vector<std::byte> data = any ? std::vector<std::byte>{} : words.hex();
+    std::vector<std::byte> data;
+    if (!any) {
+      data = words.accept("pattern") ? pattern(words.number()) : words.hex();
+    }
     return [find, any, data] {
       const line::Reply* reply = find();
       return reply != nullptr && reply->ok() && (any || reply->data == data);

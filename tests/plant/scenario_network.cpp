@@ -10,6 +10,22 @@ namespace linegate::plant {
 
 using image::Direction;
 
+namespace {
+
+// 2F00h, which its EDS does not know.
+od::ObjectDescription domain_object() {
+  od::VariableDescription domain;
+  domain.type = od::DataType::domain;
+  domain.access = od::Access::rw;
+  od::ObjectDescription out;
+  out.index = 0x2F00;
+  out.name = "Program";
+  out.variables.push_back(std::move(domain));
+  return out;
+}
+
+}  // namespace
+
 void Scenario::describe_line(Words& words) {
   NetworkPlan plan;
   plan.config.name = words.take();
@@ -20,6 +36,8 @@ void Scenario::describe_line(Words& words) {
       plan.bus.bit_rate = static_cast<std::uint32_t>(words.number());
     } else if (key == "sync") {
       plan.config.sync_period = words.duration();
+    } else if (key == "buffers") {
+      plan.bus.buffers = words.number();
     } else if (key == "own") {
       plan.config.node_id = words.node();
     } else {
@@ -42,6 +60,7 @@ void Scenario::describe_device(Words& words) {
   node.heartbeat = std::chrono::milliseconds(100);
   bool listed = true;
   bool present = true;
+  bool domain = false;
   while (!words.done()) {
     const std::string key = words.take();
     if (key == "heartbeat") {
@@ -58,6 +77,8 @@ void Scenario::describe_device(Words& words) {
       node.serial = static_cast<std::uint32_t>(words.number());
     } else if (key == "boot-timeout") {
       node.boot_timeout = words.duration();
+    } else if (key == "domain") {
+      domain = true;
     } else if (key == "unlisted") {
       listed = false;
     } else if (key == "absent") {
@@ -76,6 +97,9 @@ void Scenario::describe_device(Words& words) {
     node.device = *file.value;
     plan.config.nodes.push_back(std::move(node));
     std::ranges::sort(plan.config.nodes, {}, &line::NodeConfig::id);
+  }
+  if (domain) {
+    plan.domains.insert(device.node_id);
   }
   if (present) {
     plan.devices.push_back(std::move(device));
@@ -96,6 +120,9 @@ void Scenario::build() {
       auto device = sim::Device::make(options);
       if (!device.ok()) {
         throw BadStatement(to_string(device.diagnostics.front()));
+      }
+      if (plan.domains.contains(options.node_id)) {
+        (void)(*device.value)->dictionary().add(domain_object()).ok();
       }
       world_.add_device(seat, *std::move(device.value));
     }

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <random>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@ struct NetworkPlan {
   line::LineConfig config;
   sim::BusOptions bus;
   std::vector<sim::DeviceOptions> devices;
+  std::set<std::uint8_t> domains;  // nodes that have one
 };
 
 class Scenario {
@@ -41,7 +43,7 @@ class Scenario {
   void nmt_action(Words& words);
   void group_write(Words& words);
   void inject(Words& words);
-  void set_losses(Words& words);
+  void set_disturbance();
   std::function<bool()> condition(Words& words);
   std::function<bool()> event_condition(Words& words);
   std::function<bool()> reply_condition(Words& words);
@@ -63,6 +65,8 @@ class Scenario {
   std::map<LineSeat*, std::uint64_t> commands_;
   std::uint64_t next_tag_ = 1;
   unsigned expectations_ = 0;
+  std::uint64_t losses_ = 0;   // of a thousand frames
+  std::uint64_t doubles_ = 0;  // the same
 };
 
 inline constexpr Instant kStart{std::chrono::seconds(1)};

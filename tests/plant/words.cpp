@@ -18,6 +18,14 @@ std::uint64_t parse(std::string_view digits, int base, std::string_view whole) {
 
 }  // namespace
 
+std::vector<std::byte> pattern(std::uint64_t size) {
+  std::vector<std::byte> out(size);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    out[i] = static_cast<std::byte>(i * 7 + i / 256 + size);
+  }
+  return out;
+}
+
 std::uint64_t to_number(std::string_view text) {
   return text.starts_with("0x") ? parse(text.substr(2), 16, text) : parse(text, 10, text);
 }

@@ -40,6 +40,9 @@ class Words {
   std::size_t next_ = 0;
 };
 
+// Bytes that show whether they are whole: each depends on its place and on how many there are.
+std::vector<std::byte> pattern(std::uint64_t size);
+
 std::uint64_t to_number(std::string_view text);
 Duration to_duration(std::string_view text);
 od::Address parse_address(std::string_view text);

@@ -93,6 +93,23 @@ TEST_F(BusTest, AnEndpointSendsInItsOwnOrder) {
   EXPECT_EQ(seen[2].id, 0x100U);
 }
 
+TEST(Bus, FramesInSeveralTransmitBuffersOvertakeEachOther) {
+  Bus bus{BusOptions{.buffers = 2}};
+  const auto sender = bus.attach();
+  const auto watcher = bus.attach();
+  bus.submit(sender, make_frame(0x500, {1}), at(0));
+  bus.submit(sender, make_frame(0x500, {2}), at(0));
+  bus.submit(sender, make_frame(0x300), at(0));
+  bus.submit(sender, make_frame(0x100), at(0));
+  bus.advance(at(1000));
+  const auto seen = taken(bus, watcher);
+  ASSERT_EQ(seen.size(), 4U);
+  EXPECT_EQ(seen[0].data[0], std::byte{1}) << "the others are not in a buffer yet";
+  EXPECT_EQ(seen[1].id, 0x300U);
+  EXPECT_EQ(seen[2].id, 0x100U);
+  EXPECT_EQ(seen[3].data[0], std::byte{2});
+}
+
 TEST_F(BusTest, DataFrameBeatsRemoteFrameAndStandardBeatsExtended) {
   Frame remote = make_frame(0x701);
   remote.flags = Frame::kRemote;
@@ -166,6 +183,21 @@ TEST_F(BusTest, DisturbedFrameIsRepeatedAndLostFrameIsNot) {
   ASSERT_EQ(seen.size(), 1U);
   EXPECT_EQ(seen[0].time, at(20) + bus.time_on_wire(frame) + bus.time_to_last_bit(frame));
   EXPECT_EQ(bus.sent(a), 2U);
+}
+
+TEST_F(BusTest, ADoubledFrameComesTwiceWithAnErrorFrameBetween) {
+  int calls = 0;
+  bus.set_disturbance(
+      [&](const Frame&, Bus::Endpoint) { return ++calls == 1 ? Fate::doubled : Fate::delivered; });
+  const Frame frame = make_frame(0x181, {1});
+  bus.submit(a, frame, at(0));
+  bus.advance(at(1000));
+  const auto seen = taken(bus, b);
+  ASSERT_EQ(seen.size(), 2U);
+  EXPECT_EQ(seen[0].time, at(0) + bus.time_to_last_bit(frame));
+  EXPECT_EQ(seen[1].time, at(20) + bus.time_on_wire(frame) + bus.time_to_last_bit(frame));
+  EXPECT_EQ(bus.sent(a), 1U);
+  EXPECT_EQ(bus.frames(), 2U);
 }
 
 TEST_F(BusTest, LateReaderIsToldWhatPassed) {
