@@ -37,7 +37,9 @@ constexpr Setup setup(std::uint8_t bits) {
           .heartbeat = bit(2),
           .groups = bit(3),
           .reset_nodes = bit(4),
-          .answering = bit(5)};
+          .answering = bit(5),
+          .guarding = bit(6),
+          .time = bit(7)};
 }
 
 }  // namespace linegate::fuzz

@@ -33,6 +33,8 @@ constexpr std::uint8_t kSync = 0x02;
 constexpr std::uint8_t kHeartbeat = 0x04;
 constexpr std::uint8_t kGroups = 0x08;
 constexpr std::uint8_t kResetNodes = 0x10;
+constexpr std::uint8_t kGuarding = 0x40;
+constexpr std::uint8_t kTime = 0x80;
 
 class Recording {
  public:
@@ -208,6 +210,28 @@ void save_faults(const std::filesystem::path& folder) {
   faults.save(folder / "faults");
 }
 
+void save_guarding(const std::filesystem::path& folder) {
+  Recording guarding = plant(kGuarding);
+  guarding.run(300);
+  guarding.device(6).kill();
+  guarding.run(500);
+  guarding.device(6).revive(guarding.now());
+  guarding.run(300);
+  guarding.save(folder / "guarding");
+}
+
+// Its own node produces TIME and stores its parameters.
+void save_time(const std::filesystem::path& folder) {
+  Recording time = plant(kTime);
+  time.run(120);
+  time.hear(0x60A, {0x2B, 0x15, 0x10, 0, 0x0A, 0x00, 0, 0});
+  time.hear(0x60A, {0x23, 0x10, 0x10, 1, 's', 'a', 'v', 'e'});
+  time.hear(0x60A, {0x23, 0x11, 0x10, 1, 'l', 'o', 'a', 'd'});
+  time.hear(0x60A, {0x23, 0x20, 0x10, 1, 1, 2, 3, 4});
+  time.run(60);
+  time.save(folder / "time-and-storage");
+}
+
 // The own node, 10, as a device: its master is written down here by hand.
 void save_device(const std::filesystem::path& folder) {
   Recording device(kDeviceRole | kHeartbeat);
@@ -248,6 +272,8 @@ int main(int argc, char** argv) {
   save_outputs(folder);
   save_transfers(folder);
   save_faults(folder);
+  save_guarding(folder);
+  save_time(folder);
   save_device(folder);
   return 0;
 }

@@ -60,12 +60,16 @@ line::LineConfig config_for(const Setup& setup) {
   config.heartbeat = setup.heartbeat ? milliseconds(100) : Duration::zero();
   config.sync_period = setup.sync ? milliseconds(10) : Duration::zero();
   config.reset_nodes = setup.reset_nodes;
+  config.time_period = setup.time ? milliseconds(50) : Duration::zero();
+  config.stores_parameters = setup.time;
   for (std::size_t i = 0; i < kMembers.size(); ++i) {
     line::NodeConfig node;
     node.id = kMembers[i].id;
     node.device = description(i);
     node.mandatory = i == 0;
     node.heartbeat = milliseconds(i == 1 ? 0 : 100);
+    node.guard_time = milliseconds(i == 1 && setup.guarding ? 100 : 0);
+    node.life_time_factor = i == 1 && setup.guarding ? 3 : 0;
     node.pdo_deadline = milliseconds(i == 2 ? 50 : 0);
     config.nodes.push_back(std::move(node));
   }
@@ -92,6 +96,9 @@ LineSubject::LineSubject(const Setup& setup) {
   auto made = line::Line::make(config_for(setup));
   LINEGATE_EXPECT(made.ok());
   line_ = *std::move(made.value);
+  if (setup.time) {
+    line_->set_utc(std::chrono::hours(24 * 365 * 20));
+  }
   for (std::size_t i = 0; i < kMembers.size(); ++i) {
     if (setup.answering && kMembers[i].answers) {
       devices_.push_back(std::make_unique<Device>(description(i), kMembers[i].id));

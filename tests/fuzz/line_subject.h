@@ -21,6 +21,8 @@ struct Setup {
   bool groups = false;       // two output groups and a default instead of one group of all
   bool reset_nodes = false;
   bool answering = false;  // there are devices that answer, and not the input's frames alone
+  bool guarding = false;   // of the node without a heartbeat, every 100 ms
+  bool time = false;       // produces TIME, 50 ms, and stores parameters; otherwise consumes it
 };
 
 class LineSubject {
