@@ -122,8 +122,12 @@ function(linegate_test name)
     target_compile_options(${name} PRIVATE -O0 -g1)
     linegate_precompile_gtest(${name})
   endif()
+  set(lock)
+  if(ARG_TIER STREQUAL "dds")
+    set(lock RESOURCE_LOCK dds)  # a test of four processes has the machine for itself
+  endif()
   gtest_discover_tests(${name} TEST_PREFIX "${ARG_TIER}." DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
-                       PROPERTIES LABELS ${ARG_TIER} TIMEOUT ${ARG_TIMEOUT})
+                       PROPERTIES LABELS ${ARG_TIER} TIMEOUT ${ARG_TIMEOUT} ${lock})
 endfunction()
 
 # linegate_readme_example(NAME README file LANGUAGE cpp DEPENDS ...) makes an executable of the first
