@@ -9,6 +9,14 @@
 #include "stack/sdo/protocol.h"
 
 namespace linegate::sdo {
+namespace {
+
+// What is no abort code on the wire: success, and what hooks of a dictionary alone may say.
+bool is_abort_code(AbortCode code) {
+  return code != AbortCode::none && code != od::kLater;
+}
+
+}  // namespace
 
 Client::Client(can::CobId request) : outbox_(request) {
 }
@@ -337,7 +345,7 @@ Receipt Client::aborted_by_server(std::uint64_t word, Instant now, can::Transmit
   last_used_ = word;
   const auto code = static_cast<AbortCode>(long_word(word));
   if (!fall_back(code, now, queue)) {
-    finish_or_repeat(code == AbortCode::none ? AbortCode::general : code, now, queue);
+    finish_or_repeat(is_abort_code(code) ? code : AbortCode::general, now, queue);
   }
   return Receipt::used;
 }

@@ -100,6 +100,13 @@ TEST_F(ClientTest, AnAbortWithCodeZeroIsNoSuccess) {
   expect_abort(AbortCode::general);
 }
 
+// Within the device it means that a hook answers later.
+TEST_F(ClientTest, AnAbortWithTheCodeOfALateAnswerIsGeneral) {
+  read({0x2000, 5});
+  answer(abort_bytes(0x2000, 5, 0xFFFF'FFFF));
+  expect_abort(AbortCode::general);
+}
+
 TEST_F(ClientTest, WrongCommandSpecifier) {
   for (const std::uint8_t command : Bytes{0x60, 0x00, 0x20, 0xA0, 0xC0, 0xE0}) {
     Client fresh{can::CobId{kRequestId}};
