@@ -13,10 +13,6 @@ std::size_t Engine::receive_ordinary(std::span<const can::Frame> frames, can::Tr
     return 0;
   }
   const can::Dispatch& dispatch = engine.dispatch;
-  const can::Target* const first = frames.empty() ? nullptr : dispatch.find(frames.front());
-  if (first == nullptr || first->service != can::Service::rpdo) {
-    return 0;  // before everything is put into registers
-  }
   const Rpdo* const rpdos = engine.rpdos.data();
   Shadows::Series shadows(engine.shadows);
   image::Area::Series inputs(*engine.inputs);
