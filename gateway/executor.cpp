@@ -91,6 +91,7 @@ void Executor::run() {
     for (std::size_t i = 0; i < runners_.size(); ++i) {
       serve(i, now);
     }
+    rounds_.add();
     if (stopping && all_stopped(now)) {
       return;
     }

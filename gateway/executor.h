@@ -28,6 +28,9 @@ class Executor {
   void add(std::unique_ptr<Runner> runner);
   // To be signalled after something was put into a ring one of its runners reads.
   exchange::Wakeup& wakeup() { return wakeup_; }
+  // Times it went round: every runner had its turn.
+  const exchange::Counter& rounds() const { return rounds_; }
+  const std::string& name() const { return plan_.name; }
 
   // What scheduling the configuration wants and the system does not permit is logged; the executor
   // runs without it.
@@ -53,6 +56,7 @@ class Executor {
   config::ExecutorPlan plan_;
   exchange::Wakeup wakeup_;
   exchange::Flag stop_;
+  exchange::Counter rounds_;
   std::vector<std::unique_ptr<Runner>> runners_;
   std::vector<Registered> registered_;
   std::vector<char> ready_;

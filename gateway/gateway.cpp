@@ -172,4 +172,32 @@ void Gateway::stop() {
   }
 }
 
+std::vector<WatchedThread> Gateway::threads() {
+  std::vector<WatchedThread> out;
+  const auto watch = [&out](Executor* executor) {
+    out.push_back({"exec " + executor->name(), &executor->rounds(),
+                   [executor] { executor->wakeup().signal(); }});
+  };
+  for (const auto& [name, executor] : executors_) {
+    watch(executor.get());
+  }
+  if (devices_ != nullptr) {
+    watch(devices_.get());
+  }
+  out.push_back({"publisher", &publisher_->rounds(), [this] { publisher_->wakeup().signal(); }});
+  out.push_back({"intake", &intake_->rounds(), [this] { intake_->wake(); }});
+  return out;
+}
+
+std::vector<ShownLine> Gateway::shown_lines() {
+  std::vector<ShownLine> out;
+  for (const auto& host : hosts_) {
+    if (const line::LineState* state = host->shown.fetch()) {
+      host->last_shown = *state;
+    }
+    out.push_back({host->name(), host->last_shown});
+  }
+  return out;
+}
+
 }  // namespace linegate::gateway

@@ -13,7 +13,9 @@
 #include "gateway/intake.h"
 #include "gateway/line_host.h"
 #include "gateway/parameter_keeper.h"
+#include "gateway/progress_watch.h"
 #include "gateway/publisher.h"
+#include "gateway/status_text.h"
 #include "stack/base/diagnostic.h"
 #include "stack/line/line.h"
 
@@ -34,6 +36,11 @@ class Gateway {
   void start();
   // In good order: no more requests, then the lines, then the last events are published.
   void stop();
+
+  // Those that must go round for the gateway to do its work. Not the one that waits for disks.
+  std::vector<WatchedThread> threads();
+  // All lines as they were published last, in the order of the configuration. By one thread.
+  std::vector<ShownLine> shown_lines();
 
  private:
   Gateway() = default;

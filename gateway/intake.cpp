@@ -50,6 +50,7 @@ void Intake::run() {
   while (!stop_.raised()) {
     bridge_.poll(waiting_.empty() ? kPoll : kPollWhileWaiting, *this);
     flush();
+    rounds_.add();
   }
 }
 

@@ -31,6 +31,10 @@ class Intake final : public dds::GatewayHandler {
   // Nothing is taken from DDS any more. Call it while the lines still run.
   void stop();
 
+  // Times it went round; wake() makes it.
+  const exchange::Counter& rounds() const { return rounds_; }
+  void wake() { bridge_.wake(); }
+
   // What comes out of the bridge's poll(); public for tests.
   void on_output_write(dds::OutputMessage message) override;
   void on_command(dds::CommandMessage message) override;
@@ -66,6 +70,7 @@ class Intake final : public dds::GatewayHandler {
   std::uint64_t unknown_lines_ = 0;  // outputs since they were told last
   Instant unknown_lines_told_{};
   exchange::Flag stop_;
+  exchange::Counter rounds_;
   std::thread thread_;
 };
 

@@ -1,6 +1,8 @@
 // One line as the threads of the gateway share it: what never changes, and the port.
 #pragma once
 
+#include <optional>
+
 #include "gateway/config/plant.h"
 #include "gateway/executor.h"
 #include "gateway/line_port.h"
@@ -15,7 +17,9 @@ struct LineHost {
   const config::LinePlan plan;
   const std::array<image::Layout, 2> layouts;  // by image::Direction
   LinePort port;
-  Executor* executor = nullptr;  // set before any thread starts
+  exchange::Handover<line::LineState> shown;  // publisher to main thread: as it was published
+  Executor* executor = nullptr;               // set before any thread starts
+  std::optional<line::LineState> last_shown;  // of `shown`, by the thread that fetches
 
   const std::string& name() const { return plan.config.name; }
   const image::Layout& layout(image::Direction direction) const {

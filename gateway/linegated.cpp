@@ -14,6 +14,7 @@
 #include "gateway/gateway.h"
 #include "gateway/library_logger.h"
 #include "gateway/log.h"
+#include "gateway/service.h"
 #include "gateway/signals.h"
 
 namespace linegate::gateway {
@@ -47,10 +48,7 @@ int run(const config::Plant& plant) {
   }
   spdlog::info("{} starts: gateway {}, DDS domain {}, {} lines, incarnation {:016x}", versions(),
                plant.gateway, plant.dds_domain, plant.lines.size(), incarnation);
-  (*made.value)->start();
-  const int signal = wait_for_stop_signal();
-  spdlog::info("stopping on signal {}", signal);
-  (*made.value)->stop();
+  Service(**made.value, [] { spdlog::warn("SIGHUP: a reload is not possible"); }).run();
   made.value.reset();
   spdlog::info("stopped");
   return kExitOk;
@@ -106,6 +104,7 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? gateway::kExitOk : gateway::kExitUsage;
   }
   gateway::block_stop_signals();
+  gateway::block_reload_signal();
   try {
     return gateway::start(arguments);
   } catch (const std::exception& error) {

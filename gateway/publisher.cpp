@@ -89,6 +89,7 @@ void Publisher::run() {
     wakeup_.clear();
     const bool last = stop_.raised();
     const Instant next = step(monotonic_now());
+    rounds_.add();
     if (last) {
       return;
     }
@@ -112,6 +113,7 @@ Instant Publisher::step(Instant now) {
   for (Line& line : lines_) {
     publish_image(line, image::Direction::inputs);
     publish_image(line, image::Direction::outputs);
+    rounds_.add();
     next = earlier(next, publish_updates(line, now));
   }
   tell_failures(now);
@@ -129,6 +131,7 @@ void Publisher::refresh_clock(Instant now) {
 void Publisher::publish_replies(Line& line) {
   for (line::Reply reply; line.host->port.replies.pop(reply);) {
     bridge_.reply(reply);
+    rounds_.add();
   }
 }
 
@@ -137,6 +140,7 @@ void Publisher::publish_events(Line& line, Instant now) {
     const std::string text = describe(event, line.host->plan.config, line.info.interface_uri);
     bridge_.publish(line.info.name, event, text);
     line.logger.write(line.info.name, event, text, now);
+    rounds_.add();
   }
 }
 
@@ -145,6 +149,8 @@ void Publisher::publish_states(Line& line, Instant now) {
     if (!line.state_known || !same_state(line.last_state, status->state) ||
         now - line.state_published >= kStatePeriod || stop_.raised()) {
       bridge_.publish(line.info, status->state, status->time, line.properties);
+      line.host->shown.draft().value = status->state;
+      line.host->shown.publish();
       line.state_published = now;
       line.last_state = status->state;
       line.state_known = true;
@@ -152,6 +158,7 @@ void Publisher::publish_states(Line& line, Instant now) {
   }
   for (NodeStatus status; line.host->port.nodes.pop(status);) {
     publish_node(line, status);
+    rounds_.add();
   }
 }
 

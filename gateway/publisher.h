@@ -29,6 +29,8 @@ class Publisher {
 
   // For those who put something into a ring the publisher reads.
   exchange::Wakeup& wakeup() { return wakeup_; }
+  // Grows while it gets on, with one sample or with none to publish.
+  const exchange::Counter& rounds() const { return rounds_; }
   // Replies that come from the intake and not from a line.
   exchange::Ring<line::Reply>& refusals() { return refusals_; }
 
@@ -75,6 +77,7 @@ class Publisher {
   std::vector<Line> lines_;
   exchange::Wakeup wakeup_;
   exchange::Flag stop_;
+  exchange::Counter rounds_;
   exchange::Ring<line::Reply> refusals_{1024};
   WallClock clock_;
   Instant clock_due_{};

@@ -11,6 +11,7 @@ import layering
 import readmes
 import services
 import sizes
+import units
 import words
 
 STYLE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", ".clang-format")
@@ -172,6 +173,20 @@ class Formatting(TreeCase):
 
     def test_tidy(self):
         self.assertEqual(self.complaints(formatting, "a.cpp", "int a;\n"), [])
+
+
+class Units(TreeCase):
+    GOOD = "[Service]\nExecStart=/nowhere/at/all\nWatchdogSec=20s\nAmbientCapabilities=CAP_SYS_NICE\n"
+
+    def test_what_systemd_would_ignore(self):
+        self.assertEqual(self.complaints(units, "deploy/good.service", self.GOOD), [])
+        for bad in (
+            self.GOOD.replace("WatchdogSec", "WatchdogSek"),
+            self.GOOD.replace("20s", "20lightyears"),
+            self.GOOD.replace("CAP_SYS_NICE", "CAP_SYS_NICER"),
+            self.GOOD.replace("ExecStart", "ExecStop"),
+        ):
+            self.assertNotEqual(self.complaints(units, "deploy/bad.service", bad), [], bad)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,108 @@
+#include "gateway/service.h"
+
+#include <csignal>
+#include <utility>
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "gateway/clock.h"
+#include "gateway/signals.h"
+#include "gateway/status_text.h"
+
+namespace linegate::gateway {
+namespace {
+
+constexpr Duration kStartPeriod = std::chrono::milliseconds(20);
+constexpr Duration kStatusPeriod = std::chrono::seconds(1);
+// Where nobody waits for signs of life, stuck threads are told in the log all the same.
+constexpr Duration kUnwatchedLook = std::chrono::seconds(5);
+
+Duration look_period(Duration watchdog) {
+  return watchdog > Duration::zero() ? watchdog / 2 : kUnwatchedLook;
+}
+
+}  // namespace
+
+Service::Service(Gateway& gateway, std::function<void()> reload)
+    : gateway_(gateway),
+      reload_(std::move(reload)),
+      look_period_(look_period(manager_.watchdog())),
+      watch_(gateway.threads()) {
+}
+
+int Service::run() {
+  gateway_.start();
+  int signal = 0;
+  while (signal == 0) {
+    work(monotonic_now());
+    signal = wait();
+  }
+  manager_.stopping();
+  spdlog::info("stopping on signal {}", signal);
+  gateway_.stop();
+  return signal;
+}
+
+int Service::wait() {
+  const Instant next = earlier(look_due_, status_due_);
+  const Duration left = ready_ ? next - monotonic_now() : kStartPeriod;
+  const auto signal = wait_for_signal(left);
+  if (!signal) {
+    return 0;
+  }
+  if (*signal != SIGHUP) {
+    return *signal;
+  }
+  manager_.reloading();
+  reload_();
+  watch_ = ProgressWatch(gateway_.threads());
+  ready_ = false;
+  return 0;
+}
+
+void Service::work(Instant now) {
+  if (!ready_ && watch_.all_started()) {
+    ready_ = true;
+    manager_.ready();
+    spdlog::info("ready");
+  }
+  if (now >= look_due_) {
+    look_due_ = now + look_period_;
+    look();
+  }
+  if (now >= status_due_) {
+    status_due_ = now + kStatusPeriod;
+    show_status();
+  }
+}
+
+void Service::look() {
+  std::vector<std::string> stuck = watch_.look();
+  if (stuck.empty()) {
+    manager_.alive();
+    if (!stuck_.empty()) {
+      spdlog::warn("all threads make progress again");
+    }
+  } else if (stuck != stuck_) {
+    const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(look_period_).count();
+    spdlog::error("no progress within {} ms: {}", ms, fmt::join(stuck, ", "));
+  }
+  if (stuck != stuck_) {
+    stuck_ = std::move(stuck);
+    show_status();
+  }
+}
+
+void Service::show_status() {
+  std::string status = status_text(gateway_.shown_lines());
+  if (!stuck_.empty()) {
+    status = fmt::format("no progress: {}; {}", fmt::join(stuck_, ", "), status);
+  }
+  if (status != status_) {
+    manager_.status(status);
+    status_ = std::move(status);
+  }
+}
+
+}  // namespace linegate::gateway

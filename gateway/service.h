@@ -1,0 +1,44 @@
+// Runs a gateway as a service: ready when it is, a sign of life while its threads go round, in good
+// order to the end.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "gateway/gateway.h"
+#include "gateway/progress_watch.h"
+#include "gateway/service_manager.h"
+
+namespace linegate::gateway {
+
+class Service {
+ public:
+  // reload: what SIGHUP does; called by the thread that runs the service. Both gateway and reload
+  // must be usable until run() ends.
+  Service(Gateway& gateway, std::function<void()> reload);
+
+  // Starts the gateway, ends it after SIGINT or SIGTERM, and gives the number of the signal. Both
+  // must be blocked already.
+  int run();
+
+ private:
+  // Until the next thing is due, or a signal comes. Gives the one that ends the service, 0 = none.
+  int wait();
+  void work(Instant now);
+  void look();
+  void show_status();
+
+  Gateway& gateway_;
+  std::function<void()> reload_;
+  ServiceManager manager_;
+  Duration look_period_;
+  ProgressWatch watch_;
+  bool ready_ = false;
+  Instant look_due_{};
+  Instant status_due_{};
+  std::vector<std::string> stuck_;
+  std::string status_;
+};
+
+}  // namespace linegate::gateway

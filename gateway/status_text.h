@@ -1,0 +1,21 @@
+// The state of all lines in one sentence, for `systemctl status`.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include "stack/line/state.h"
+
+namespace linegate::gateway {
+
+struct ShownLine {
+  std::string name;
+  std::optional<line::LineState> state;  // none yet
+};
+
+// "8 lines in order", or how many are and what is the matter with each of the others: "6 of 8 lines
+// in order; hall: 3 of 4 nodes operational; pack: bus-off".
+std::string status_text(std::span<const ShownLine> lines);
+
+}  // namespace linegate::gateway

@@ -1,0 +1,53 @@
+#!/usr/bin/python3
+"""systemd reads every unit file of the tree without complaint, and knows the capabilities it names: it ignores in
+silence those that it does not. Programs that are not installed here are taken for /bin/true."""
+
+import os
+import re
+import subprocess
+import tempfile
+
+import tree
+
+PROGRAM = re.compile(r"^(Exec\w+=[-@:+!|]*)(/\S+)", re.MULTILINE)
+CAPABILITIES = re.compile(r"^(?:Ambient|Bounding|CapabilityBounding)\w*=~?(.*)$")
+
+
+def known_capabilities():
+    listed = subprocess.run(["systemd-analyze", "capability"], capture_output=True, text=True, check=True)
+    return {line.split()[0].upper() for line in listed.stdout.splitlines() if line.startswith("cap_")}
+
+
+def runnable(text):
+    return PROGRAM.sub(lambda match: match[1] + (match[2] if os.access(match[2], os.X_OK) else "/bin/true"), text)
+
+
+def complaints_of_systemd(path, text):
+    with tempfile.TemporaryDirectory() as folder:
+        unit = os.path.join(folder, os.path.basename(path))
+        with open(unit, "w", encoding="utf-8") as file:
+            file.write(runnable(text))
+        # Its status is 0 for most of what it complains of.
+        verified = subprocess.run(["systemd-analyze", "verify", "--man=no", unit], capture_output=True, text=True,
+                                  check=False)
+        said = (verified.stdout + verified.stderr).replace(unit, path).splitlines()
+    if verified.returncode != 0 and not said:
+        yield f"{path}: systemd-analyze ended with {verified.returncode}"
+    for line in said:
+        if path in line or os.path.basename(path) in line:
+            yield line
+
+
+def check(root):
+    capabilities = known_capabilities()
+    for path in tree.files(root, (".service", ".socket", ".timer")):
+        yield from complaints_of_systemd(path, tree.read(root, path))
+        for number, line in tree.lines(root, path):
+            match = CAPABILITIES.match(line)
+            for name in match[1].split() if match else ():
+                if name not in capabilities:
+                    yield f"{path}:{number}: there is no capability {name}"
+
+
+if __name__ == "__main__":
+    tree.run(check)

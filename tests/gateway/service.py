@@ -1,0 +1,129 @@
+#!/usr/bin/python3
+"""linegated as a service, with this program in the place of systemd: ready when its lines run, a sign of life while
+all its threads go round and none while one is stuck (stopped by ptrace, as a debugger would), stopping in good order.
+
+service.py LINEGATED PROFILES
+"""
+
+import ctypes
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+PATIENCE = 60  # seconds
+WATCHDOG = 1.0  # seconds
+PLANT = """schema: 1
+gateway: {{name: service}}
+dds: {{domain: {domain}, profile: {profile}}}
+lines:
+  - name: press
+    interface: "simulated:"
+    simulate: [{{node: 8, profile: digital-io}}]
+  - {{name: gone, interface: "socketcan:nosuchcan9"}}
+"""
+
+PTRACE_DETACH, PTRACE_SEIZE, PTRACE_INTERRUPT = 17, 0x4206, 0x4207
+WALL = 0x4000_0000  # __WALL: threads, too
+
+
+class Failure(Exception):
+    pass
+
+
+class Manager:
+    """Hears what is sent to NOTIFY_SOCKET."""
+
+    def __init__(self, folder):
+        self.path = os.path.join(folder, "notify")
+        self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self.socket.bind(self.path)
+
+    def hear(self, seconds):
+        """The next message, or None."""
+        self.socket.settimeout(max(seconds, 0.001))
+        try:
+            return self.socket.recv(4096).decode()
+        except TimeoutError:
+            return None
+
+    def until(self, wanted, what):
+        """Reads on to the message that is wanted; gives those before it."""
+        end = time.monotonic() + PATIENCE
+        before = []
+        while time.monotonic() < end:
+            message = self.hear(end - time.monotonic())
+            if message is not None and wanted(message):
+                return before
+            before.append(message)
+        raise Failure(f"not heard: {what}; but {before}")
+
+
+def ptrace(request, thread):
+    libc = ctypes.CDLL(None, use_errno=True)
+    libc.ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
+    libc.ptrace.restype = ctypes.c_long
+    if libc.ptrace(request, thread, None, None) != 0:
+        raise Failure(f"ptrace {request:x}: {os.strerror(ctypes.get_errno())}")
+
+
+def thread_called(process, name):
+    for thread in os.listdir(f"/proc/{process.pid}/task"):
+        with open(f"/proc/{process.pid}/task/{thread}/comm", encoding="utf-8") as comm:
+            if comm.read().strip() == name:
+                return int(thread)
+    raise Failure(f"there is no thread called {name}")
+
+
+def check_stuck(manager, process, name):
+    """A thread that is stopped takes the sign of life away; when it goes on, the sign comes back."""
+    thread = thread_called(process, name)
+    ptrace(PTRACE_SEIZE, thread)
+    ptrace(PTRACE_INTERRUPT, thread)
+    os.waitpid(thread, WALL)
+    manager.until(lambda message: "no progress" in message and name in message.split(";")[0], f"{name} is stuck")
+    end = time.monotonic() + 3 * WATCHDOG
+    while time.monotonic() < end:
+        if manager.hear(end - time.monotonic()) == "WATCHDOG=1":
+            raise Failure(f"{name} is stuck, and yet there was a sign of life")
+    ptrace(PTRACE_DETACH, thread)
+    manager.until(lambda message: message == "WATCHDOG=1", f"a sign of life after {name} goes on")
+
+
+def run(manager, process):
+    before = manager.until(lambda message: message == "READY=1", "READY=1")
+    if any(message.startswith("STOPPING") for message in before):
+        raise Failure("it stopped before it was ready")
+    manager.until(lambda message: message == "STATUS=1 of 2 lines in order; gone: absent", "the state of the lines")
+    manager.until(lambda message: message == "WATCHDOG=1", "a sign of life")
+    for name in ("exec press", "publisher", "intake"):
+        check_stuck(manager, process, name)
+    process.send_signal(signal.SIGTERM)
+    manager.until(lambda message: message == "STOPPING=1", "STOPPING=1")
+    if process.wait(timeout=PATIENCE) != 0:
+        raise Failure(f"it ended with {process.returncode}")
+
+
+def main(linegated, profiles):
+    with tempfile.TemporaryDirectory() as folder:
+        manager = Manager(folder)
+        plant = os.path.join(folder, "plant.yaml")
+        with open(plant, "w", encoding="utf-8") as file:
+            # Below are the domains of tests/dds/own_domain.h.
+            file.write(PLANT.format(domain=200 + os.getpid() % 10, profile=profiles))
+        environment = dict(os.environ, NOTIFY_SOCKET=manager.path, WATCHDOG_USEC=str(int(WATCHDOG * 1e6)))
+        with subprocess.Popen([linegated, plant], env=environment) as process:
+            try:
+                run(manager, process)
+            except Failure as failure:
+                return str(failure)
+            finally:
+                process.kill()
+    return None
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
