@@ -71,10 +71,18 @@ class Text {
     fmt::format_to(std::back_inserter(out_), format, std::forward<T>(arguments)...);
   }
 
+  static std::string own_node(const line::LineConfig& c) {
+    if (c.role != line::Role::observer) {
+      return fmt::format("with node-ID {}", c.node_id);
+    }
+    return c.node_id == 0 ? "that transmits nothing"
+                          : fmt::format("that transmits nothing, of the master {}", c.node_id);
+  }
+
   void line(const config::LinePlan& plan) {
     const line::LineConfig& c = plan.config;
     add("\nline {} on {}\n", c.name, plan.interface.uri);
-    add("  {} with node-ID {}, network-ID {}, bit rate {}\n", name(c.role), c.node_id, c.network_id,
+    add("  {} {}, network-ID {}, bit rate {}\n", name(c.role), own_node(c), c.network_id,
         c.bit_rate == 0 ? "not given" : fmt::format("{} bit/s", c.bit_rate));
     add("  heartbeat {}, SYNC {}, TIME {}, SDO time-out {}, reset nodes {}, start nodes {}\n",
         off_or(c.heartbeat), off_or(c.sync_period), off_or(c.time_period),

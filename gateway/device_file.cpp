@@ -28,6 +28,9 @@ const line::LineConfig* find_line(const config::Plant& plant, const std::string&
 }
 
 DeviceFile own_eds(const line::LineConfig& config) {
+  if (config.role == line::Role::observer) {
+    return failure("line " + config.name + " is an observer and has no node of its own");
+  }
   const auto made = line::Line::make(config);
   if (!made.value) {
     return failure(to_string(made.diagnostics.front()));

@@ -148,6 +148,25 @@ std::string_view lost_error_control(std::uint32_t code) {
   }
 }
 
+// What an observer hears.
+std::string overheard_text(const Event& e) {
+  switch (e.kind) {
+    case EventKind::nmt_command:
+      return fmt::format("NMT {}{}", as<nmt::Command>(e.code), e.node == 0 ? " to all" : "");
+    case EventKind::sdo_transfer:
+      return fmt::format("object {} {}, {} bytes: {}", object(e), e.code == 0 ? "read" : "written",
+                         e.value,
+                         hex(std::span(e.data).subspan(3).first(
+                             std::min<std::size_t>(e.value, e.data.size() - 3))));
+    case EventKind::pdo_mapping:
+      return fmt::format("mapping of its {} {} is {}known", e.value == 0 ? "TPDO" : "RPDO", e.code,
+                         number(e, 0, 1) == 0 ? "not " : "");
+    default:
+      return fmt::format("the image has a new layout: inputs {:016X}, outputs {:016X}",
+                         number(e, 0, 8), number(e, 8, 8));
+  }
+}
+
 std::string text(const Event& e, std::string_view interface) {
   switch (e.kind) {
     case EventKind::boot_up:
@@ -198,6 +217,11 @@ std::string text(const Event& e, std::string_view interface) {
     case EventKind::command_refused:
       return fmt::format("command {} refused: {}", as<line::CommandKind>(e.value),
                          line::describe(static_cast<line::Refusal>(e.code)));
+    case EventKind::nmt_command:
+    case EventKind::sdo_transfer:
+    case EventKind::pdo_mapping:
+    case EventKind::layout_changed:
+      return overheard_text(e);
     default:
       return line_text(e, interface);
   }

@@ -91,7 +91,11 @@ static_assert(same(v1::EVENT_EVENTS_LOST, EventKind::events_lost));
 static_assert(same(v1::EVENT_CLOCK_STEP, EventKind::clock_step));
 static_assert(same(v1::EVENT_QUEUE_FULL, EventKind::queue_full));
 static_assert(same(v1::EVENT_DUPLICATE_NODE_ID, EventKind::duplicate_node_id));
-static_assert(v1::EVENT_DUPLICATE_NODE_ID + 1U == kEventKinds);
+static_assert(same(v1::EVENT_NMT_COMMAND, EventKind::nmt_command));
+static_assert(same(v1::EVENT_SDO_TRANSFER, EventKind::sdo_transfer));
+static_assert(same(v1::EVENT_PDO_MAPPING, EventKind::pdo_mapping));
+static_assert(same(v1::EVENT_LAYOUT_CHANGED, EventKind::layout_changed));
+static_assert(v1::EVENT_LAYOUT_CHANGED + 1U == kEventKinds);
 
 static_assert(same(v1::COMMAND_SDO_READ, line::CommandKind::sdo_read));
 static_assert(same(v1::COMMAND_SDO_WRITE, line::CommandKind::sdo_write));
@@ -130,6 +134,7 @@ static_assert(same(v1::OUTPUT_REFUSAL_UNKNOWN_ENTRY, line::OutputRefusal::unknow
 static_assert(same(v1::OUTPUT_REFUSAL_BAD_LENGTH, line::OutputRefusal::bad_length));
 static_assert(same(v1::OUTPUT_REFUSAL_NOT_ARMED, line::OutputRefusal::not_armed));
 static_assert(same(v1::OUTPUT_REFUSAL_BAD_REACTION, line::OutputRefusal::bad_reaction));
+static_assert(same(v1::OUTPUT_REFUSAL_WRONG_ROLE, line::OutputRefusal::wrong_role));
 
 static_assert(same(v1::NMT_INITIALISING, nmt::State::initialising));
 static_assert(same(v1::NMT_STOPPED, nmt::State::stopped));

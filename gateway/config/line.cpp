@@ -39,7 +39,10 @@ void read_role(Section& section, line::LineConfig& config) {
                              {{"manager", line::Role::manager},
                               {"observer", line::Role::observer},
                               {"device", line::Role::device}});
-  if (config.role != line::Role::manager) {
+  if (config.role == line::Role::observer) {
+    config.node_id = 0;
+  }
+  if (config.role == line::Role::device) {
     section.findings().error(place_of(node), "the role " + std::string(name(config.role)) +
                                                  " is not available in this version; use manager");
   }
@@ -216,6 +219,22 @@ void read_own_node(Section& section, line::LineConfig& config) {
   read_identity(section, config.identity);
 }
 
+// So that the configuration of a manager serves an observer of the same line as it is.
+void tell_what_an_observer_ignores(Section& section, const line::LineConfig& config) {
+  if (config.role != line::Role::observer) {
+    return;
+  }
+  for (const char* key : {"heartbeat", "time", "sdo_timeout", "emcy_bytes", "reset_nodes",
+                          "start_nodes", "identity", "storage", "outputs"}) {
+    const YAML::Node node = section.find(key);
+    if (node.IsDefined()) {
+      section.findings().warning(place_of(node), std::string(key) +
+                                                     " has no effect on an observer, which "
+                                                     "transmits nothing");
+    }
+  }
+}
+
 }  // namespace
 
 LineSection read_line(Findings& findings, const YAML::Node& node) {
@@ -251,6 +270,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
 
   read_role(section, plan.config);
   read_own_node(section, plan.config);
+  tell_what_an_observer_ignores(section, plan.config);
   read_access(section, plan);
   read_publish(section, plan.publish);
   const YAML::Node update = section.find("pdo_update");
@@ -263,6 +283,9 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   out.executor_place = place_of(executor);
   section.read("executor", plan.executor);
   read_storage(section, plan.storage);
+  if (plan.config.role == line::Role::observer) {
+    plan.storage.clear();
+  }
   plan.config.stores_parameters = !plan.storage.empty();
   read_nodes(section, plan.config);
   read_simulated(section, plan);

@@ -42,6 +42,10 @@ constexpr std::array<KindInfo, kEventKinds> kInfo{{
     {"clock-step", EventSeverity::warning},
     {"queue-full", EventSeverity::error},
     {"duplicate-node-id", EventSeverity::error},
+    {"nmt-command", EventSeverity::info},
+    {"sdo-transfer", EventSeverity::info},
+    {"pdo-mapping", EventSeverity::info},
+    {"layout-changed", EventSeverity::info},
 }};
 
 }  // namespace

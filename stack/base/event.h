@@ -61,8 +61,16 @@ enum class EventKind : std::uint8_t {
   queue_full,       // a queue of the gateway overflowed. code: which, value: how many were lost
   duplicate_node_id,  // another device has the own node's node-ID. code: the state it showed, 0 at
                       // its boot-up
+  // What an observer hears of others:
+  nmt_command,     // an NMT command. node: to which, 0 = all; code: its command specifier
+  sdo_transfer,    // an SDO transfer with the server of node ended well. code: 0 upload (read), 1
+                   // download (written), value: bytes; data: index (2, LE), sub-index, and the
+                   // first bytes of the value
+  pdo_mapping,     // what is known of a PDO of node has changed. code: PDO number, value: 0 TPDO, 1
+                   // RPDO; data: 1 if its mapping is known completely, else 0
+  layout_changed,  // the process image has a new layout. data: layout_id of inputs, outputs (8, LE)
 };
-inline constexpr std::size_t kEventKinds = 33;
+inline constexpr std::size_t kEventKinds = 37;
 
 // Lower-case name with hyphens, e.g. "heartbeat-lost".
 std::string_view name(EventKind kind);

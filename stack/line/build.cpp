@@ -6,6 +6,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
+#include "stack/can/cob_id_rule.h"
 
 namespace linegate::line {
 namespace {
@@ -114,10 +115,8 @@ void check_node(const LineConfig& config, const NodeConfig& node, std::vector<Di
 
 std::vector<Diagnostic> check(const LineConfig& config) {
   std::vector<Diagnostic> out;
-  if (config.role == Role::observer) {
-    out.push_back(error(config, "role observer is not available in this version"));
-  }
-  if (!is_node_id(config.node_id)) {
+  const bool needs_no_node_id = config.role == Role::observer && config.node_id == 0;
+  if (!needs_no_node_id && !is_node_id(config.node_id)) {
     out.push_back(
         error(config, "own node-ID " + std::to_string(config.node_id) + " is not in 1..127"));
   }
@@ -142,6 +141,29 @@ std::vector<manager::NodePlan> node_plans(const LineConfig& config) {
     plans.push_back(node_plan(node));
   }
   return plans;
+}
+
+can::CobId emcy_cob_id(const NodeConfig& node) {
+  constexpr od::Address kEmcyCobId{0x1014, 0};
+  can::CobId cob_id{can::kEmcyBase + node.id};
+  const auto take = [&cob_id](const std::vector<std::byte>& value) {
+    if (value.size() != sizeof cob_id.raw) {
+      return;
+    }
+    const can::CobId said{load_le<std::uint32_t>(value.data())};
+    if (!said.valid() || can::is_usable(said)) {
+      cob_id = said;
+    }
+  };
+  if (const od::VariableDescription* described = node.device.find(kEmcyCobId)) {
+    take(described->value);
+  }
+  for (const ObjectValue& object : node.objects) {
+    if (object.address == kEmcyCobId) {
+      take(object.data);
+    }
+  }
+  return cob_id;
 }
 
 Loaded<pdo::LinkPlan> link_plan(const LineConfig& config) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "stack/base/diagnostic.h"
+#include "stack/can/cob_id.h"
 #include "stack/line/config.h"
 #include "stack/manager/plan.h"
 #include "stack/pdo/link.h"
@@ -15,6 +16,9 @@ std::vector<Diagnostic> check(const LineConfig& config);
 
 // Precondition: check() found no error. The consumer time is 2.5 producer times unless configured.
 std::vector<manager::NodePlan> node_plans(const LineConfig& config);
+
+// On which the node sends its EMCYs: 1014h as its file says, or as it is written after that.
+can::CobId emcy_cob_id(const NodeConfig& node);
 
 // Reads the PDOs of every node's device file and links them. The nodes must stay where they are.
 Loaded<pdo::LinkPlan> link_plan(const LineConfig& config);

@@ -2,10 +2,10 @@
 
 #include <utility>
 
-#include "stack/can/cob_id_rule.h"
 #include "stack/can/malformed.h"
 #include "stack/line/build.h"
 #include "stack/line/line_impl.h"
+#include "stack/line/observer.h"
 #include "stack/line/own_dictionary.h"
 #include "stack/time/service.h"
 
@@ -41,34 +41,10 @@ od::Dictionary dictionary_of(const LineConfig& config, image::ProcessImage& imag
   return dictionary;
 }
 
-// What its file says, or what is written to it after that.
-can::CobId emcy_cob_id(const NodeConfig& node) {
-  constexpr od::Address kEmcyCobId{0x1014, 0};
-  can::CobId cob_id{can::kEmcyBase + node.id};
-  const auto take = [&cob_id](const std::vector<std::byte>& value) {
-    if (value.size() != sizeof cob_id.raw) {
-      return;
-    }
-    const can::CobId said{load_le<std::uint32_t>(value.data())};
-    if (!said.valid() || can::is_usable(said)) {
-      cob_id = said;
-    }
-  };
-  if (const od::VariableDescription* described = node.device.find(kEmcyCobId)) {
-    take(described->value);
-  }
-  for (const ObjectValue& object : node.objects) {
-    if (object.address == kEmcyCobId) {
-      take(object.data);
-    }
-  }
-  return cob_id;
-}
-
 }  // namespace
 
 Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
-    : config(std::move(line_config)),
+    : Base(std::move(line_config)),
       plan(std::move(link_plan)),
       image(plan.inputs, plan.outputs),
       node(dictionary_of(config, image, plan), node_options(config), events, &image),
@@ -79,7 +55,6 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       manager(node_plans(config), manager_options(config), sdo, heartbeats, events, *this),
       outputs(image.layout(image::Direction::outputs), config.groups),
       load(config.bit_rate) {
-  events.limit_repeats();
   node.set_companion(this);
   node.pdos().link(plan);
   node.clock().produce_every(config.time_period);
@@ -150,51 +125,13 @@ bool Line::Impl::next_frame(can::Frame& out, Instant now) {
 }
 
 void Line::Impl::bus_event(const can::BusEvent& event) {
-  Event out{.time = event.time};
-  switch (event.kind) {
-    case can::BusEvent::Kind::state:
-      transmit_errors = event.transmit_errors;
-      receive_errors = event.receive_errors;
-      if (event.state == bus) {
-        return;
-      }
-      out.kind = EventKind::bus_state;
-      out.code = static_cast<std::uint32_t>(event.state);
-      out.value = static_cast<std::uint32_t>(std::exchange(bus, event.state));
-      out.length = 2;
-      out.data[0] = std::byte{transmit_errors};
-      out.data[1] = std::byte{receive_errors};
-      break;
-    case can::BusEvent::Kind::error:
-      ++counters.bus_errors;
-      out.kind = EventKind::bus_error;
-      out.code = event.errors;
-      break;
-    case can::BusEvent::Kind::frames_lost:
-      counters.frames_lost += event.count;
-      out.kind = EventKind::frames_lost;
-      out.value = event.count;
-      break;
-    case can::BusEvent::Kind::interface_failed:
-      bus = can::BusState::absent;
-      out.kind = EventKind::interface_failed;
-      out.code = event.code;
-      break;
-    case can::BusEvent::Kind::interface_ready:
-      bus = can::BusState::error_active;
-      out.kind = EventKind::interface_ready;
-      break;
+  if (!note(event)) {
+    return;
   }
-  events.emit(out);
   node.bus_event(event);
   if (!usable()) {
     interface_lost();
   }
-}
-
-bool Line::Impl::usable() const {
-  return bus != can::BusState::absent && bus != can::BusState::stopped &&
-         bus != can::BusState::bus_off;
 }
 
 // Nothing can be heard: what the image shows is not from living nodes any more.
@@ -202,10 +139,6 @@ void Line::Impl::interface_lost() {
   for (const NodeConfig& device : config.nodes) {
     node_data_invalid(device.id);
   }
-}
-
-void Line::Impl::emit(EventKind kind, Instant time, std::uint32_t code, std::uint32_t value) {
-  events.emit({.time = time, .kind = kind, .code = code, .value = value});
 }
 
 void Line::Impl::malformed(const can::Target& target, const can::Frame& frame) {
@@ -336,6 +269,53 @@ void Line::Impl::stop(Instant now) {
   emit(EventKind::line_stopped, now);
 }
 
+void Line::Impl::receive(std::span<const can::Frame> frames) {
+  node.receive(frames);
+}
+bool Line::Impl::wants_to_send(Instant now) const {
+  return node.wants_to_send(now);
+}
+const image::Layout& Line::Impl::layout(image::Direction direction) const {
+  return image.layout(direction);
+}
+void Line::Impl::snapshot(image::Direction direction, image::Snapshot& into, Instant now,
+                          bool merge) {
+  image.snapshot(direction, into, now, merge, syncs);
+}
+bool Line::Impl::image_changed(image::Direction direction) const {
+  return image.changed(direction);
+}
+bool Line::Impl::image_touched(image::Direction direction) const {
+  return image.touched(direction);
+}
+bool Line::Impl::request_pdo(std::uint16_t rpdo) {
+  return usable() && node.pdos().request_rpdo(rpdo);
+}
+void Line::Impl::set_utc(Duration offset) {
+  node.clock().set_utc(offset);
+}
+std::optional<Duration> Line::Impl::network_utc(Instant now) const {
+  return const_cast<node::Node&>(node).clock().network_utc(now);
+}
+void Line::Impl::set_medium(storage::Medium* medium) {
+  node.set_medium(medium);
+}
+void Line::Impl::medium_done(bool good) {
+  node.medium_done(good);
+}
+node::Indicators Line::Impl::indicators() const {
+  return node.indicators();
+}
+std::uint64_t Line::Impl::node_revision(std::uint8_t id) const {
+  return manager.revision(id);
+}
+NodeState Line::Impl::node_state(std::uint8_t id) const {
+  return manager.node(id);
+}
+od::Dictionary& Line::Impl::dictionary() {
+  return node.dictionary();
+}
+
 // --- Line ---------------------------------------------------------------------------------------
 
 Loaded<std::unique_ptr<Line>> Line::make(LineConfig config) {
@@ -354,11 +334,17 @@ Loaded<std::unique_ptr<Line>> Line::make(LineConfig config) {
   if (has_errors(out.diagnostics)) {
     return out;
   }
-  out.value.emplace(new Line(std::make_unique<Impl>(std::move(config), *std::move(plan.value))));
+  std::unique_ptr<Base> role;
+  if (config.role == Role::observer) {
+    role = std::make_unique<Observer>(std::move(config), *std::move(plan.value));
+  } else {
+    role = std::make_unique<Impl>(std::move(config), *std::move(plan.value));
+  }
+  out.value.emplace(new Line(std::move(role)));
   return out;
 }
 
-Line::Line(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {
+Line::Line(std::unique_ptr<Base> impl) : impl_(std::move(impl)) {
 }
 Line::~Line() = default;
 
@@ -366,7 +352,7 @@ const LineConfig& Line::config() const {
   return impl_->config;
 }
 const image::Layout& Line::layout(image::Direction direction) const {
-  return impl_->image.layout(direction);
+  return impl_->layout(direction);
 }
 
 void Line::start(Instant now) {
@@ -374,7 +360,7 @@ void Line::start(Instant now) {
 }
 
 void Line::receive(std::span<const can::Frame> frames, Instant /*now*/) {
-  impl_->node.receive(frames);
+  impl_->receive(frames);
 }
 
 void Line::bus_event(const can::BusEvent& event) {
@@ -384,10 +370,10 @@ void Line::report(const Event& event) {
   impl_->events.emit(event);
 }
 void Line::set_medium(storage::Medium* medium) {
-  impl_->node.set_medium(medium);
+  impl_->set_medium(medium);
 }
 void Line::medium_done(bool good) {
-  impl_->node.medium_done(good);
+  impl_->medium_done(good);
 }
 void Line::advance(Instant now) {
   impl_->advance(now);
@@ -411,7 +397,7 @@ bool Line::next_frame(can::Frame& out, Instant now) {
   return impl_->next_frame(out, now);
 }
 bool Line::wants_to_send(Instant now) const {
-  return impl_->node.wants_to_send(now);
+  return impl_->wants_to_send(now);
 }
 std::size_t Line::take_events(std::span<Event> out) {
   return impl_->events.take(out);
@@ -427,26 +413,26 @@ bool Line::take_reply(Reply& out) {
 }
 
 void Line::snapshot(image::Direction direction, image::Snapshot& into, Instant now, bool merge) {
-  impl_->image.snapshot(direction, into, now, merge, impl_->syncs);
+  impl_->snapshot(direction, into, now, merge);
 }
 
 bool Line::request_pdo(std::uint16_t rpdo) {
-  return impl_->usable() && impl_->node.pdos().request_rpdo(rpdo);
+  return impl_->request_pdo(rpdo);
 }
 bool Line::image_changed(image::Direction direction) const {
-  return impl_->image.changed(direction);
+  return impl_->image_changed(direction);
 }
 bool Line::image_touched(image::Direction direction) const {
-  return impl_->image.touched(direction);
+  return impl_->image_touched(direction);
 }
 node::Indicators Line::indicators() const {
-  return impl_->node.indicators();
+  return impl_->indicators();
 }
 void Line::set_utc(Duration offset) {
-  impl_->node.clock().set_utc(offset);
+  impl_->set_utc(offset);
 }
 std::optional<Duration> Line::network_utc(Instant now) const {
-  return impl_->node.clock().network_utc(now);
+  return impl_->network_utc(now);
 }
 std::uint32_t Line::sync_count() const {
   return impl_->syncs;
@@ -456,13 +442,13 @@ LineState Line::state() const {
   return impl_->state();
 }
 std::uint64_t Line::node_revision(std::uint8_t node) const {
-  return node < 128 ? impl_->manager.revision(node) : 0;
+  return node < 128 ? impl_->node_revision(node) : 0;
 }
 NodeState Line::node_state(std::uint8_t node) const {
-  return node < 128 ? impl_->manager.node(node) : NodeState{};
+  return node < 128 ? impl_->node_state(node) : NodeState{};
 }
 od::Dictionary& Line::dictionary() {
-  return impl_->node.dictionary();
+  return impl_->dictionary();
 }
 
 }  // namespace linegate::line

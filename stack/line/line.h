@@ -115,9 +115,11 @@ class Line {
   od::Dictionary& dictionary();
 
  private:
-  struct Impl;
-  explicit Line(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
+  struct Base;
+  struct Impl;      // manager and device
+  struct Observer;  // has nothing to transmit with
+  explicit Line(std::unique_ptr<Base> impl);
+  std::unique_ptr<Base> impl_;
 };
 
 }  // namespace linegate::line

@@ -181,20 +181,6 @@ Error Line::Impl::send_nmt(const Command& command, Instant now) {
   return kDone;
 }
 
-void Line::Impl::reply(std::uint64_t tag, Error error, std::vector<std::byte> data) {
-  replies.push_back({.tag = tag, .error = error, .data = std::move(data)});
-}
-
-void Line::Impl::refuse(const Command& command, Refusal refusal, Instant now) {
-  ++counters.commands_refused;
-  Event event{.time = now, .kind = EventKind::command_refused};
-  event.node = command.node <= can::kMaxNodeId ? command.node : std::uint8_t{0};
-  event.code = static_cast<std::uint32_t>(refusal);
-  event.value = static_cast<std::uint32_t>(command.kind);
-  events.emit(event);
-  reply(command.tag, to_error(refusal));
-}
-
 void Line::Impl::command_completed(sdo::Completion& completion) {
   const auto it = std::ranges::find(pending, completion.token, &Pending::token);
   if (it == pending.end()) {

@@ -1,7 +1,7 @@
-// The parts of a line and how they are joined. Private to stack/line.
+// The parts of a line that has a node of its own (manager, device) and how they are joined. Private
+// to stack/line.
 #pragma once
 
-#include <deque>
 #include <memory>
 #include <vector>
 
@@ -9,7 +9,7 @@
 #include "stack/emcy/producer.h"
 #include "stack/image/process_image.h"
 #include "stack/line/bus_load.h"
-#include "stack/line/line.h"
+#include "stack/line/line_base.h"
 #include "stack/line/outputs.h"
 #include "stack/manager/manager.h"
 #include "stack/nmt/heartbeat_consumer.h"
@@ -20,23 +20,41 @@
 
 namespace linegate::line {
 
-struct Line::Impl final : node::Companion, manager::Host, nmt::HeartbeatListener, emcy::Listener {
+struct Line::Impl final : Line::Base,
+                          node::Companion,
+                          manager::Host,
+                          nmt::HeartbeatListener,
+                          emcy::Listener {
   // plan is that of the configuration; see Line::make().
   Impl(LineConfig line_config, pdo::LinkPlan link_plan);
 
   // --- line.cpp -------------------------------------------------------------------------------
-  void start(Instant now);
-  void stop(Instant now);
-  void advance(Instant now);
-  Instant next_wake() const;
-  bool next_frame(can::Frame& out, Instant now);
-  void bus_event(const can::BusEvent& event);
-  LineState state() const;
+  const image::Layout& layout(image::Direction direction) const override;
+  void start(Instant now) override;
+  void receive(std::span<const can::Frame> frames) override;
+  void stop(Instant now) override;
+  void advance(Instant now) override;
+  Instant next_wake() const override;
+  bool next_frame(can::Frame& out, Instant now) override;
+  bool wants_to_send(Instant now) const override;
+  bool request_pdo(std::uint16_t rpdo) override;
+  void bus_event(const can::BusEvent& event) override;
+  void snapshot(image::Direction direction, image::Snapshot& into, Instant now,
+                bool merge) override;
+  bool image_changed(image::Direction direction) const override;
+  bool image_touched(image::Direction direction) const override;
+  void set_utc(Duration offset) override;
+  std::optional<Duration> network_utc(Instant now) const override;
+  void set_medium(storage::Medium* medium) override;
+  void medium_done(bool good) override;
+  LineState state() const override;
+  node::Indicators indicators() const override;
+  std::uint64_t node_revision(std::uint8_t id) const override;
+  NodeState node_state(std::uint8_t id) const override;
+  od::Dictionary& dictionary() override;
   Counters count() const;
   bool manages() const { return config.role == Role::manager; }
-  bool usable() const;
   void interface_lost();
-  void emit(EventKind kind, Instant time, std::uint32_t code = 0, std::uint32_t value = 0);
   void malformed(const can::Target& target, const can::Frame& frame);
   void take_completions(Instant now);
 
@@ -61,7 +79,7 @@ struct Line::Impl final : node::Companion, manager::Host, nmt::HeartbeatListener
     std::uint64_t tag = 0;    // of the command
     Instant deadline = kNever;
   };
-  void execute(Command command, Instant now);
+  void execute(Command command, Instant now) override;
   void start_sdo(Command command, bool write, Instant now);
   // An access to the own dictionary that waits for its answer.
   struct LocalWrite {
@@ -75,21 +93,17 @@ struct Line::Impl final : node::Companion, manager::Host, nmt::HeartbeatListener
   Error single_output(const Command& command, Instant now);
   Error send_emcy(const Command& command, Instant now);
   Error send_nmt(const Command& command, Instant now);
-  void reply(std::uint64_t tag, Error error, std::vector<std::byte> data = {});
-  void refuse(const Command& command, Refusal refusal, Instant now);
   void command_completed(sdo::Completion& completion);
   void expire_commands(Instant now);
   Instant next_command_deadline() const;
 
   // --- line_outputs.cpp -------------------------------------------------------------------------
-  OutputRefusal write_outputs(const OutputWrite& write, Instant now);
+  OutputRefusal write_outputs(const OutputWrite& write, Instant now) override;
   void apply(const OutputWrite& write, bool always, Instant now);
   void apply_defaults(Instant now);
   void react(const Outputs::Group& group, Instant now);
   void zero(const Outputs::Group& group, Instant now);
 
-  LineConfig config;
-  EventLog events;
   pdo::LinkPlan plan;
   image::ProcessImage image;
   node::Node node;
@@ -102,16 +116,9 @@ struct Line::Impl final : node::Companion, manager::Host, nmt::HeartbeatListener
   can::Traffic sent;
   BusLoad load;
 
-  can::BusState bus = can::BusState::unknown;
-  std::uint8_t transmit_errors = 0;
-  std::uint8_t receive_errors = 0;
-  bool running = false;
-  Counters counters;
-  std::uint32_t syncs = 0;
   std::vector<Pending> pending;
   std::vector<LocalWrite> local_writes;
   std::uint64_t next_token = 1;
-  std::deque<Reply> replies;
 };
 
 }  // namespace linegate::line

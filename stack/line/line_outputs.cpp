@@ -25,9 +25,7 @@ constexpr NmtReaction kNmtReactions[] = {
 
 OutputRefusal Line::Impl::write_outputs(const OutputWrite& write, Instant now) {
   if (const OutputRefusal refusal = outputs.check(write); refusal != OutputRefusal::none) {
-    ++counters.output_writes_refused;
-    emit(EventKind::output_refused, now, static_cast<std::uint32_t>(refusal), write.group);
-    return refusal;
+    return refuse(write, refusal, now);
   }
   ++counters.output_writes;
   if (outputs.accept(write, now)) {

@@ -93,6 +93,8 @@ std::string_view describe(OutputRefusal refusal) {
       return "the watchdog has fired: a new arming number is needed";
     case OutputRefusal::bad_reaction:
       return "more than one NMT reaction, or an unknown one";
+    case OutputRefusal::wrong_role:
+      return "not possible in the line's role";
   }
   return "unknown refusal";
 }

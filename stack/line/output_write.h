@@ -57,6 +57,7 @@ enum class OutputRefusal : std::uint8_t {
   bad_length,
   not_armed,     // after a watchdog reaction, without a new arming number
   bad_reaction,  // reactions that do not go together
+  wrong_role,    // not possible in the line's role: an observer transmits nothing
 };
 std::string_view describe(OutputRefusal refusal);
 

@@ -23,7 +23,10 @@ struct Guard {
   // What the next answer must show; nothing = whatever comes first after the guarding began.
   std::optional<std::byte> toggle;
 
-  bool active() const { return time > Duration::zero(); }
+  bool by_others = false;  // its master asks it; nobody here does
+
+  bool asks() const { return time > Duration::zero(); }
+  bool active() const { return asks() || by_others; }
   // Takes the toggle bit away. False if it is not the expected one: an answer that counts for
   // nothing. Boot-up messages are no answers: they make 0 the expected one.
   bool take_toggle(can::Frame& answer);

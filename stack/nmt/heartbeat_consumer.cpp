@@ -107,15 +107,23 @@ void HeartbeatConsumer::guard(std::uint8_t node, Duration guard_time, std::uint8
   request(now);
 }
 
+void HeartbeatConsumer::overhear_guarding(std::uint8_t node, Duration life_time) {
+  if (!exists(node) || nodes_[node].guard.active()) {
+    return;
+  }
+  stop(node);
+  listen(node);
+  nodes_[node].time = life_time;
+  nodes_[node].guard.by_others = true;
+}
+
 void HeartbeatConsumer::stop(std::uint8_t node) {
   if (exists(node)) {
     nodes_[node].time = Duration::zero();
     nodes_[node].lost = false;
     set_deadline(nodes_[node], kNever);
-    if (nodes_[node].guard.active()) {
-      nodes_[node].guard = Guard{};
-      --guarded_;
-    }
+    guarded_ -= nodes_[node].guard.asks() ? 1U : 0U;
+    nodes_[node].guard = Guard{};
   }
 }
 
@@ -213,7 +221,7 @@ void HeartbeatConsumer::take_boot_up(std::uint8_t id, Instant now) {
   // The node goes on to Pre-operational by itself. It may have forgotten its producer time, so the
   // next heartbeat is waited for without a deadline. A guarded one is asked, whatever it forgot.
   nodes_[id].state = State::pre_operational;
-  set_deadline(nodes_[id], nodes_[id].guard.active() ? now + nodes_[id].time : kNever);
+  set_deadline(nodes_[id], nodes_[id].guard.asks() ? now + nodes_[id].time : kNever);
   emit(EventKind::boot_up, id, now, 0, 0);
   if (listener_ != nullptr) {
     listener_->boot_up(id, now);
@@ -244,7 +252,7 @@ void HeartbeatConsumer::request(Instant now) {
   next_request_ = kNever;
   for (std::uint8_t id = can::kMinNodeId; guarded_ > 0 && id <= can::kMaxNodeId; ++id) {
     Guard& guard = nodes_[id].guard;
-    if (guard.active() && guard.next <= now) {
+    if (guard.asks() && guard.next <= now) {
       guard.next = next_after(guard.next, guard.time, now);
       if (transmit_->queued(can::TransmitClass::error_control) < guarded_) {
         transmit_->push(can::TransmitClass::error_control, guard_request(id));

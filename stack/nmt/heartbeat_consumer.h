@@ -68,6 +68,10 @@ class HeartbeatConsumer {
   // guard_time x life_time_factor (100Dh) it is lost, the time until the first one included. A
   // product of 0 is stop(). Without a transmit queue nobody is asked.
   void guard(std::uint8_t node, Duration guard_time, std::uint8_t life_time_factor, Instant now);
+  // Its master guards the node, and nothing is asked: its answers carry the toggle bit. Without a
+  // right answer for life_time after the one before it is lost; 0 = never. No effect if it is
+  // guarded so already.
+  void overhear_guarding(std::uint8_t node, Duration life_time);
   // Ends monitoring and guarding; goes on listening.
   void stop(std::uint8_t node);
 

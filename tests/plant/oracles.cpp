@@ -7,9 +7,9 @@
 namespace linegate::plant {
 namespace {
 
-std::string check_event_numbers(const LineSeat& seat) {
+std::string check_event_numbers(const std::vector<Event>& events) {
   std::uint64_t next = 1;
-  for (const Event& event : seat.events) {
+  for (const Event& event : events) {
     if (event.kind == EventKind::events_lost) {
       if (load_le<std::uint64_t>(event.data.data()) != next) {
         return "the range of events-lost does not begin at " + std::to_string(next);
@@ -52,11 +52,26 @@ std::string check_values(const LineSeat& seat) {
   return {};
 }
 
+std::string check_observer(const LineSeat& seat) {
+  if (seat.bus.sent(seat.observer_end) != 0 || seat.observer->state().counters.frames_sent != 0) {
+    return "the observer has sent something";
+  }
+  for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
+    if (seat.observer->layout(direction).id != seat.line->layout(direction).id) {
+      return "the observer has another layout of the " + std::string(image::name(direction));
+    }
+  }
+  return check_event_numbers(seat.observed);
+}
+
 }  // namespace
 
 std::string check_always(LineSeat& seat, Instant now) {
-  if (std::string text = check_event_numbers(seat); !text.empty()) {
+  if (std::string text = check_event_numbers(seat.events); !text.empty()) {
     return text;
+  }
+  if (std::string text = check_observer(seat); !text.empty()) {
+    return "observer: " + text;
   }
   if (std::string text = check_counters(seat); !text.empty()) {
     return text;

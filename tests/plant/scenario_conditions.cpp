@@ -1,5 +1,6 @@
 // What can be expected of a network: the conditions of `expect`.
 #include <algorithm>
+#include <array>
 
 #include "stack/base/byte_order.h"
 #include "stack/od/dictionary.h"
@@ -33,6 +34,39 @@ std::optional<std::uint64_t> Scenario::input_value(const std::string& text) {
     return entry.bit_length >= 64 ? word : word & ((std::uint64_t{1} << entry.bit_length) - 1);
   }
   throw BadStatement("no input entry " + text);
+}
+
+namespace {
+
+// Values and validity, of inputs and outputs.
+bool same_images(LineSeat& seat, Instant now) {
+  return std::ranges::all_of(
+      std::array{Direction::inputs, Direction::outputs}, [&](auto direction) {
+        image::Snapshot managed;
+        image::Snapshot observed;
+        seat.line->snapshot(direction, managed, now, false);
+        seat.observer->snapshot(direction, observed, now, false);
+        return managed.layout_id == observed.layout_id && managed.bytes == observed.bytes &&
+               managed.valid == observed.valid;
+      });
+}
+
+}  // namespace
+
+// expect observer same | node N STATE | heard EVENT-NAME node=N
+std::function<bool()> Scenario::observer_condition(Words& words) {
+  if (words.accept("same")) {
+    return [this] { return same_images(seat(), world_.now()); };
+  }
+  if (words.accept("node")) {
+    const std::uint8_t id = words.node();
+    return [this, id, state = words.take()] {
+      const line::NodeState node = seat().observer->node_state(id);
+      return line::name(node.presence) == state || nmt::name(node.state) == state;
+    };
+  }
+  words.expect("heard");
+  return event_condition(words, &LineSeat::observed);
 }
 
 void Scenario::expect(Words& words) {
@@ -105,7 +139,10 @@ std::function<bool()> Scenario::condition(Words& words) {
   if (words.accept("reply")) {
     return reply_condition(words);
   }
-  return event_condition(words);
+  if (words.accept("observer")) {
+    return observer_condition(words);
+  }
+  return event_condition(words, &LineSeat::events);
 }
 
 // expect reply NAME ok [HEX | pattern SIZE] | abort CODE | refused
@@ -144,7 +181,7 @@ std::function<bool()> Scenario::reply_condition(Words& words) {
 }
 
 // expect EVENT-NAME [node=N] [code=N] [value=N]
-std::function<bool()> Scenario::event_condition(Words& words) {
+std::function<bool()> Scenario::event_condition(Words& words, std::vector<Event> LineSeat::*told) {
   const std::string kind = words.take();
   std::optional<EventKind> wanted;
   for (std::size_t i = 0; i < kEventKinds; ++i) {
@@ -173,9 +210,11 @@ std::function<bool()> Scenario::event_condition(Words& words) {
       throw BadStatement("an event has node, code and value, not '" + key + "'");
     }
   }
-  return [this, wanted, node, code, value] {
-    return std::any_of(seat().events.begin() + static_cast<long>(event_cursor_),
-                       seat().events.end(), [&](const Event& event) {
+  const std::size_t from = told == &LineSeat::events ? event_cursor_ : observed_cursor_;
+  return [this, told, from, wanted, node, code, value] {
+    const std::vector<Event>& events = seat().*told;
+    return std::any_of(events.begin() + static_cast<long>(from), events.end(),
+                       [&](const Event& event) {
                          return event.kind == *wanted && (!node || event.node == *node) &&
                                 (!code || event.code == *code) && (!value || event.value == *value);
                        });

@@ -45,8 +45,9 @@ class Scenario {
   void inject(Words& words);
   void set_disturbance();
   std::function<bool()> condition(Words& words);
-  std::function<bool()> event_condition(Words& words);
+  std::function<bool()> event_condition(Words& words, std::vector<Event> LineSeat::*told);
   std::function<bool()> reply_condition(Words& words);
+  std::function<bool()> observer_condition(Words& words);
   std::uint32_t output_entry(const std::string& text);
   std::optional<std::uint64_t> input_value(const std::string& text);
   void command(line::Command request, const std::string& name);
@@ -60,6 +61,7 @@ class Scenario {
   bool built_ = false;
   LineSeat* current_ = nullptr;
   std::size_t event_cursor_ = 0;  // what happened before the last `at` does not count
+  std::size_t observed_cursor_ = 0;
   std::size_t frame_cursor_ = 0;
   std::map<std::string, std::uint64_t> tags_;
   std::map<LineSeat*, std::uint64_t> commands_;

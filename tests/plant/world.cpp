@@ -8,12 +8,19 @@ namespace {
 
 constexpr unsigned kMaxStepsPerInstant = 1000;
 
+std::unique_ptr<line::Line> observer_of(const line::Line& line) {
+  line::LineConfig config = line.config();
+  config.role = line::Role::observer;
+  return *line::Line::make(std::move(config)).value;
+}
+
 }  // namespace
 
 LineSeat::LineSeat(std::unique_ptr<line::Line> the_line, const sim::BusOptions& options)
-    : line(std::move(the_line)), bus(options), model(*line) {
+    : line(std::move(the_line)), bus(options), observer(observer_of(*line)), model(*line) {
   end = bus.attach();
   witness_end = bus.attach();
+  observer_end = bus.attach();
 }
 
 DeviceSeat* LineSeat::find(std::uint8_t node) {
@@ -54,6 +61,7 @@ void World::start() {
       device.device->start(now_);
     }
     seat->line->start(now_);
+    seat->observer->start(now_);
     turn(*seat);
   }
 }
@@ -90,6 +98,9 @@ std::string World::busy_participants() const {
     if (seat->line->next_wake() <= now_) {
       out += " the line " + name;
     }
+    if (seat->observer->next_wake() <= now_) {
+      out += " the observer of " + name;
+    }
     for (const DeviceSeat& device : seat->devices) {
       if (device.device->alive() && device.device->next_wake() <= now_) {
         out += " device " + std::to_string(device.device->options().node_id) + " of " + name;
@@ -109,6 +120,7 @@ Instant World::next_wake() const {
   Instant wake = kNever;
   for (const auto& seat : lines_) {
     wake = earlier(wake, earlier(seat->bus.next_wake(), seat->line->next_wake()));
+    wake = earlier(wake, seat->observer->next_wake());
     for (const DeviceSeat& device : seat->devices) {
       if (device.device->alive()) {
         wake = earlier(wake, device.device->next_wake());
@@ -124,6 +136,7 @@ void World::turn(LineSeat& seat) {
     turn_device(seat, device);
   }
   turn_line(seat);
+  turn_observer(seat);
   collect(seat);
 }
 
@@ -157,6 +170,22 @@ void World::turn_line(LineSeat& seat) {
   }
 }
 
+// It is asked for frames like any other: that it has none is for it to see to.
+void World::turn_observer(LineSeat& seat) {
+  line::Line& line = *seat.observer;
+  std::array<can::Frame, 16> batch;
+  while (const std::size_t count = seat.bus.take(seat.observer_end, batch)) {
+    line.receive(std::span(batch).first(count), now_);
+  }
+  line.advance(now_);
+  can::Frame frame;
+  while (line.wants_to_send(now_) || line.next_frame(frame, now_)) {
+    seat.bus.submit(seat.observer_end, frame, now_);
+    fail("the observer of " + line.config().name + " has something to send");
+    return;
+  }
+}
+
 void World::collect(LineSeat& seat) {
   std::array<can::Frame, 16> frames;
   while (const std::size_t count = seat.bus.take(seat.witness_end, frames)) {
@@ -167,6 +196,10 @@ void World::collect(LineSeat& seat) {
   while (const std::size_t count = seat.line->take_events(events)) {
     seat.events.insert(seat.events.end(), events.begin(),
                        events.begin() + static_cast<long>(count));
+  }
+  while (const std::size_t count = seat.observer->take_events(events)) {
+    seat.observed.insert(seat.observed.end(), events.begin(),
+                         events.begin() + static_cast<long>(count));
   }
   line::Reply reply;
   while (seat.line->take_reply(reply)) {

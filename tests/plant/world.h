@@ -24,7 +24,8 @@ struct DeviceSeat {
   sim::Bus::Endpoint end = 0;
 };
 
-// A line and all that hangs on its bus.
+// A line and all that hangs on its bus, where an observing line with the same configuration
+// listens.
 struct LineSeat {
   LineSeat(std::unique_ptr<line::Line> the_line, const sim::BusOptions& options);
 
@@ -34,6 +35,9 @@ struct LineSeat {
   sim::Bus bus;
   sim::Bus::Endpoint end = 0;
   sim::Bus::Endpoint witness_end = 0;
+  std::unique_ptr<line::Line> observer;
+  sim::Bus::Endpoint observer_end = 0;
+  std::vector<Event> observed;  // all the observer told, in order
   std::vector<DeviceSeat> devices;
   ImageModel model;
   std::vector<Event> events;                     // all the line told, in order
@@ -69,6 +73,7 @@ class World {
   void turn(LineSeat& seat);
   void turn_device(LineSeat& seat, DeviceSeat& device);
   void turn_line(LineSeat& seat);
+  void turn_observer(LineSeat& seat);
   void collect(LineSeat& seat);
 
   std::vector<std::unique_ptr<LineSeat>> lines_;

@@ -111,10 +111,10 @@ const Bad kBad[] = {
       "plant.yaml:15:12: error: nodes is a list, not \"7\""}},
     {"roles_of_later_versions",
      "schema: 1\nlines:\n"
-     "  - {name: a, interface: 'simulated:', role: observer}\n"
-     "  - {name: b, interface: 'simulated:', role: device}\n",
-     {"plant.yaml:3:46: error: the role observer is not available in this version; use manager",
-      "plant.yaml:4:46: error: the role device is not available in this version; use manager"}},
+     "  - {name: a, interface: 'simulated:', role: device}\n"
+     "  - {name: b, interface: 'simulated:', role: slave}\n",
+     {"plant.yaml:3:46: error: the role device is not available in this version; use manager",
+      "plant.yaml:4:46: error: expected manager, observer or device, got \"slave\""}},
     {"interface",
      "schema: 1\nlines:\n  - {name: a, interface: 'socketcan:'}\n  - {name: b, interface: can0}\n",
      {"plant.yaml:3:26: error: interface \"socketcan:\" needs a name of printable characters after "
@@ -273,6 +273,31 @@ TEST(Plant, HasDefaults) {
   EXPECT_EQ(line.config.node_id, 127);
   EXPECT_EQ(line.config.network_id, 1);
   EXPECT_EQ(line.config.sync_period, 0ns);
+}
+
+TEST(Plant, AnObserverNeedsNoNodeIdAndTellsWhatItIgnores) {
+  const auto loaded = read_text(R"(schema: 1
+lines:
+  - name: press
+    interface: "simulated:"
+    role: observer
+    sync: 10ms
+    heartbeat: 500ms
+    storage: var/parameters
+  - {name: hall, interface: "simulated:", role: observer, node_id: 126}
+)");
+  ASSERT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));
+  EXPECT_EQ(messages(loaded),
+            (std::vector<std::string>{
+                "plant.yaml:7:16: warning: heartbeat has no effect on an observer, which transmits "
+                "nothing",
+                "plant.yaml:8:14: warning: storage has no effect on an observer, which transmits "
+                "nothing"}));
+  const Plant& plant = *loaded.value;
+  EXPECT_EQ(plant.lines.at(0).config.role, line::Role::observer);
+  EXPECT_EQ(plant.lines.at(0).config.node_id, 0);
+  EXPECT_TRUE(plant.lines.at(0).storage.empty());
+  EXPECT_EQ(plant.lines.at(1).config.node_id, 126) << "of the master";
 }
 
 TEST(Plant, ReadsEveryKeyOfALine) {

@@ -1,0 +1,101 @@
+#include "stack/line/line_base.h"
+
+#include <utility>
+
+#include "stack/can/cob_id.h"
+
+namespace linegate::line {
+
+Line::Base::Base(LineConfig line_config) : config(std::move(line_config)) {
+  events.limit_repeats();
+}
+
+bool Line::Base::next_frame(can::Frame& /*out*/, Instant /*now*/) {
+  return false;
+}
+bool Line::Base::wants_to_send(Instant /*now*/) const {
+  return false;
+}
+bool Line::Base::request_pdo(std::uint16_t /*rpdo*/) {
+  return false;
+}
+void Line::Base::set_utc(Duration /*offset*/) {
+}
+void Line::Base::set_medium(storage::Medium* /*medium*/) {
+}
+void Line::Base::medium_done(bool /*good*/) {
+}
+node::Indicators Line::Base::indicators() const {
+  return {};
+}
+
+void Line::Base::emit(EventKind kind, Instant time, std::uint32_t code, std::uint32_t value) {
+  events.emit({.time = time, .kind = kind, .code = code, .value = value});
+}
+
+bool Line::Base::note(const can::BusEvent& event) {
+  Event out{.time = event.time};
+  switch (event.kind) {
+    case can::BusEvent::Kind::state:
+      transmit_errors = event.transmit_errors;
+      receive_errors = event.receive_errors;
+      if (event.state == bus) {
+        return false;
+      }
+      out.kind = EventKind::bus_state;
+      out.code = static_cast<std::uint32_t>(event.state);
+      out.value = static_cast<std::uint32_t>(std::exchange(bus, event.state));
+      out.length = 2;
+      out.data[0] = std::byte{transmit_errors};
+      out.data[1] = std::byte{receive_errors};
+      break;
+    case can::BusEvent::Kind::error:
+      ++counters.bus_errors;
+      out.kind = EventKind::bus_error;
+      out.code = event.errors;
+      break;
+    case can::BusEvent::Kind::frames_lost:
+      counters.frames_lost += event.count;
+      out.kind = EventKind::frames_lost;
+      out.value = event.count;
+      break;
+    case can::BusEvent::Kind::interface_failed:
+      bus = can::BusState::absent;
+      out.kind = EventKind::interface_failed;
+      out.code = event.code;
+      break;
+    case can::BusEvent::Kind::interface_ready:
+      bus = can::BusState::error_active;
+      out.kind = EventKind::interface_ready;
+      break;
+  }
+  events.emit(out);
+  return true;
+}
+
+bool Line::Base::usable() const {
+  return bus != can::BusState::absent && bus != can::BusState::stopped &&
+         bus != can::BusState::bus_off;
+}
+
+void Line::Base::reply(std::uint64_t tag, Error error, std::vector<std::byte> data) {
+  replies.push_back({.tag = tag, .error = error, .data = std::move(data)});
+}
+
+void Line::Base::refuse(const Command& command, Refusal refusal, Instant now) {
+  ++counters.commands_refused;
+  Event event{.time = now, .kind = EventKind::command_refused};
+  event.node = command.node <= can::kMaxNodeId ? command.node : std::uint8_t{0};
+  event.code = static_cast<std::uint32_t>(refusal);
+  event.value = static_cast<std::uint32_t>(command.kind);
+  events.emit(event);
+  reply(command.tag, to_error(refusal));
+}
+
+OutputRefusal Line::Base::refuse(const OutputWrite& write, OutputRefusal refusal, Instant now) {
+  ++counters.output_writes_refused;
+  emit(EventKind::output_refused, now, static_cast<std::uint32_t>(refusal), write.group);
+  return refusal;
+}
+
+}  // namespace linegate::line

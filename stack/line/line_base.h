@@ -1,0 +1,69 @@
+// What a line is in every role, and what each role has to say. Private to stack/line.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "stack/base/event_log.h"
+#include "stack/line/line.h"
+
+namespace linegate::line {
+
+// Functions without a comment are those of Line with the same name.
+struct Line::Base {
+  explicit Base(LineConfig line_config);
+  virtual ~Base() = default;
+  Base(const Base&) = delete;
+  Base& operator=(const Base&) = delete;
+
+  virtual const image::Layout& layout(image::Direction direction) const = 0;
+  virtual void start(Instant now) = 0;
+  virtual void receive(std::span<const can::Frame> frames) = 0;
+  virtual void bus_event(const can::BusEvent& event) = 0;
+  virtual void advance(Instant now) = 0;
+  virtual void execute(Command command, Instant now) = 0;
+  virtual OutputRefusal write_outputs(const OutputWrite& write, Instant now) = 0;
+  virtual void stop(Instant now) = 0;
+  virtual Instant next_wake() const = 0;
+  virtual void snapshot(image::Direction direction, image::Snapshot& into, Instant now,
+                        bool merge) = 0;
+  virtual bool image_changed(image::Direction direction) const = 0;
+  virtual bool image_touched(image::Direction direction) const = 0;
+  virtual std::optional<Duration> network_utc(Instant now) const = 0;
+  virtual LineState state() const = 0;
+  virtual std::uint64_t node_revision(std::uint8_t id) const = 0;
+  virtual NodeState node_state(std::uint8_t id) const = 0;
+  virtual od::Dictionary& dictionary() = 0;
+
+  // A role that has a node of its own, and transmits.
+  virtual bool next_frame(can::Frame& out, Instant now);
+  virtual bool wants_to_send(Instant now) const;
+  virtual bool request_pdo(std::uint16_t rpdo);
+  virtual void set_utc(Duration offset);
+  virtual void set_medium(storage::Medium* medium);
+  virtual void medium_done(bool good);
+  virtual node::Indicators indicators() const;
+
+  void emit(EventKind kind, Instant time, std::uint32_t code = 0, std::uint32_t value = 0);
+  // Takes up and tells what a bridge noticed; false if it is nothing new.
+  bool note(const can::BusEvent& event);
+  // Something may be heard.
+  bool usable() const;
+  void reply(std::uint64_t tag, Error error, std::vector<std::byte> data = {});
+  void refuse(const Command& command, Refusal refusal, Instant now);
+  OutputRefusal refuse(const OutputWrite& write, OutputRefusal refusal, Instant now);
+
+  LineConfig config;
+  EventLog events;
+  can::BusState bus = can::BusState::unknown;
+  std::uint8_t transmit_errors = 0;
+  std::uint8_t receive_errors = 0;
+  bool running = false;
+  Counters counters;
+  std::uint32_t syncs = 0;
+  std::deque<Reply> replies;
+};
+
+}  // namespace linegate::line

@@ -1,0 +1,272 @@
+#include "stack/line/observer.h"
+
+#include <utility>
+
+#include "stack/can/malformed.h"
+#include "stack/line/build.h"
+#include "stack/nmt/node_control.h"
+
+namespace linegate::line {
+namespace {
+
+using image::Direction;
+
+// What goes to the devices counts as soon as it is on the bus: the bytes are the same as in the
+// image of the master that sends them, which has them before.
+std::vector<pdo::LinkedPdo> as_received(std::vector<pdo::LinkedPdo> sent) {
+  for (pdo::LinkedPdo& pdo : sent) {
+    pdo.parameters.type = pdo::kEventProfile;
+    pdo.parameters.event_timer = Duration{};
+  }
+  return sent;
+}
+
+sync::Parameters sync_of(const LineConfig& config) {
+  return {.exists = true, .cob_id = {can::kSyncId}, .period = config.sync_period};
+}
+
+}  // namespace
+
+Overheard::Overheard(EventLog& events, can::Dispatch& frames, image::Layout layout,
+                     std::vector<pdo::LinkedPdo> pdos)
+    : image(std::move(layout), image::Layout{.direction = Direction::outputs, .entries = {}}),
+      dictionary(od::DeviceDescription{}),
+      engine(dictionary, frames, events, &image) {
+  pdo::LinkPlan plan;
+  plan.rpdos = std::move(pdos);
+  engine.link(plan);
+  (void)engine.configure();  // a link cannot be refused
+}
+
+void Overheard::set_all_invalid() {
+  for (std::uint32_t entry = 0; entry < layout().entries.size(); ++entry) {
+    image.set_pdo_valid(Direction::inputs, layout().entries[entry].local_pdo, false);
+  }
+}
+
+Line::Observer::Observer(LineConfig line_config, pdo::LinkPlan plan)
+    : Base(std::move(line_config)),
+      inputs(events, dispatch, std::move(plan.inputs), std::move(plan.rpdos)),
+      outputs(events, output_dispatch, std::move(plan.outputs), as_received(std::move(plan.tpdos))),
+      nodes(node_plans(config), config.node_id, dispatch, events, *this),
+      sync(dispatch, events),
+      load(config.bit_rate) {
+  for (const NodeConfig& device : config.nodes) {
+    nodes.listen_emcy(device.id, emcy_cob_id(device));
+  }
+  dispatch.add(can::kNmtId, false, can::Service::nmt, 0);
+  dispatch.add(can::kTimeId, false, can::Service::time, 0);
+  sync.configure(sync_of(config));
+}
+
+const image::Layout& Line::Observer::layout(Direction direction) const {
+  return side(direction).layout();
+}
+
+void Line::Observer::start(Instant now) {
+  running = true;
+  emit(EventKind::line_started, now, static_cast<std::uint32_t>(config.role));
+  inputs.engine.set_operational(true, now);
+  outputs.engine.set_operational(true, now);
+  sync.set_active(true);
+}
+
+void Line::Observer::receive(std::span<const can::Frame> frames) {
+  while (!frames.empty()) {
+    frames = frames.subspan(inputs.engine.receive_ordinary(frames, received));
+    if (!frames.empty()) {
+      received.add(frames.front());
+      receive(frames.front());
+      frames = frames.subspan(1);
+    }
+  }
+}
+
+void Line::Observer::receive(const can::Frame& frame) {
+  bool wanted = false;
+  for (const can::Target* target = dispatch.find(frame); target != nullptr;
+       target = dispatch.next(*target)) {
+    serve(*target, frame);
+    wanted = true;
+  }
+  for (const can::Target* target = output_dispatch.find(frame); target != nullptr;
+       target = output_dispatch.next(*target)) {
+    outputs.engine.receive(target->index, frame);
+    wanted = true;
+  }
+  counters.frames_unused += wanted ? 0 : 1;
+}
+
+void Line::Observer::serve(const can::Target& target, const can::Frame& frame) {
+  const auto id = static_cast<std::uint8_t>(target.index);
+  switch (target.service) {
+    case can::Service::rpdo:
+      inputs.engine.receive(target.index, frame);
+      if (!frame.remote()) {
+        nodes.heard_pdo(inputs.node_of(target.index), frame.time);
+      }
+      return;
+    case can::Service::error_control:
+      if (!nodes.receive_error_control(id, frame)) {
+        malformed(frame, id);
+      }
+      return;
+    case can::Service::emcy:
+      if (!nodes.receive_emcy(id, frame)) {
+        malformed(frame, id);
+      }
+      return;
+    case can::Service::nmt:
+      take_node_control(frame);
+      return;
+    case can::Service::sync:
+      take_sync(frame);
+      return;
+    case can::Service::time:
+      take_time(frame);
+      return;
+    default:
+      return;
+  }
+}
+
+void Line::Observer::take_node_control(const can::Frame& frame) {
+  if (const auto command = nmt::decode_node_control(frame)) {
+    nodes.commanded(*command, frame.time);
+  } else {
+    malformed(frame, 0);
+  }
+}
+
+// Whether there is a counter is between the producer and the devices.
+void Line::Observer::take_sync(const can::Frame& frame) {
+  if (frame.remote()) {
+    return;
+  }
+  const sync::Reception seen = sync.receive(frame);
+  if (!seen.is_sync) {
+    malformed(frame, 0);
+    return;
+  }
+  ++syncs;
+  inputs.engine.sync(0, frame.time);
+}
+
+void Line::Observer::take_time(const can::Frame& frame) {
+  if (const auto told = time::decode(frame)) {
+    network_time = told;
+    network_time_at = frame.time;
+  } else {
+    malformed(frame, 0);
+  }
+}
+
+void Line::Observer::malformed(const can::Frame& frame, std::uint8_t id) {
+  ++counters.frames_malformed;
+  events.emit(can::malformed_event(frame, id));
+}
+
+void Line::Observer::bus_event(const can::BusEvent& event) {
+  if (note(event) && !usable()) {
+    inputs.set_all_invalid();
+    outputs.set_all_invalid();
+  }
+}
+
+void Line::Observer::advance(Instant now) {
+  events.advance(now);
+  inputs.engine.advance(now);
+  nodes.advance(now);
+  sync.advance(now);
+  load.advance(received, now);
+}
+
+Instant Line::Observer::next_wake() const {
+  const Instant wake = earlier(events.next_wake(), inputs.engine.next_wake());
+  return earlier(wake, earlier(nodes.next_wake(), sync.next_wake()));
+}
+
+// Each command would transmit, or concerns an own node that is not there.
+void Line::Observer::execute(Command command, Instant now) {
+  ++counters.commands;
+  refuse(command,
+         command.kind == CommandKind::versions ? Refusal::bad_request : Refusal::wrong_role, now);
+}
+
+OutputRefusal Line::Observer::write_outputs(const OutputWrite& write, Instant now) {
+  return refuse(write, OutputRefusal::wrong_role, now);
+}
+
+void Line::Observer::stop(Instant now) {
+  if (!std::exchange(running, false)) {
+    return;
+  }
+  inputs.set_all_invalid();
+  outputs.set_all_invalid();
+  emit(EventKind::line_stopped, now);
+}
+
+void Line::Observer::snapshot(Direction direction, image::Snapshot& into, Instant now, bool merge) {
+  side(direction).image.snapshot(Direction::inputs, into, now, merge, syncs);
+}
+
+bool Line::Observer::image_changed(Direction direction) const {
+  return side(direction).image.changed(Direction::inputs);
+}
+
+bool Line::Observer::image_touched(Direction direction) const {
+  return side(direction).image.touched(Direction::inputs);
+}
+
+std::optional<Duration> Line::Observer::network_utc(Instant now) const {
+  if (!network_time) {
+    return std::nullopt;
+  }
+  return time::to_utc(*network_time) + (now - network_time_at);
+}
+
+LineState Line::Observer::state() const {
+  LineState out;
+  out.role = config.role;
+  out.network_id = config.network_id;
+  out.own_state = nmt::State::unknown;  // there is no own node
+  out.bus = bus;
+  out.transmit_errors = transmit_errors;
+  out.receive_errors = receive_errors;
+  out.load_permille = load.permille();
+  out.nodes_configured = nodes.configured();
+  out.nodes_operational = nodes.operational();
+  out.counters = counters;
+  const pdo::EngineCounters& from_devices = inputs.engine.counters();
+  const pdo::EngineCounters& to_devices = outputs.engine.counters();
+  out.counters.frames_received = received.frames;
+  out.counters.frames_malformed +=
+      from_devices.too_short + from_devices.too_long + to_devices.too_short + to_devices.too_long;
+  out.counters.rpdos = from_devices.received + to_devices.received;
+  out.counters.syncs = syncs;
+  out.counters.emcys = nodes.emcys();
+  out.counters.heartbeats_lost = nodes.heartbeats_lost();
+  out.counters.events = events.emitted();
+  out.counters.events_lost = events.lost();
+  return out;
+}
+
+std::uint64_t Line::Observer::node_revision(std::uint8_t id) const {
+  return nodes.revision(id);
+}
+
+NodeState Line::Observer::node_state(std::uint8_t id) const {
+  return nodes.node(id);
+}
+
+od::Dictionary& Line::Observer::dictionary() {
+  return inputs.dictionary;
+}
+
+// What the master sends to the node is as true as ever.
+void Line::Observer::node_data_invalid(std::uint8_t id) {
+  inputs.image.set_node_valid(id, false);
+  inputs.engine.drop_waiting(id);
+}
+
+}  // namespace linegate::line

@@ -1,0 +1,90 @@
+// A line in the role observer: another master owns the bus. It has no node of its own and no queue
+// of frames, so there is nothing it could transmit. Private to stack/line.
+#pragma once
+
+#include "stack/can/traffic.h"
+#include "stack/image/process_image.h"
+#include "stack/line/bus_load.h"
+#include "stack/line/line_base.h"
+#include "stack/observer/nodes.h"
+#include "stack/pdo/engine.h"
+#include "stack/pdo/link.h"
+#include "stack/sync/consumer.h"
+#include "stack/time/message.h"
+
+namespace linegate::line {
+
+// One direction of the image, filled by the frames that are on the bus. Of the image only the side
+// `inputs` is used, which has the layout of that direction: for the one who listens, what a master
+// sends to the devices is received as well.
+struct Overheard {
+  // pdos: as RPDOs.
+  Overheard(EventLog& events, can::Dispatch& frames, image::Layout layout,
+            std::vector<pdo::LinkedPdo> pdos);
+
+  const image::Layout& layout() const { return image.layout(image::Direction::inputs); }
+  // The node of a PDO in this direction, as its target names it.
+  std::uint8_t node_of(std::uint16_t slot) const {
+    return image.node_of(image::Direction::inputs, static_cast<std::uint16_t>(slot + 1U));
+  }
+  void set_all_invalid();
+
+  image::ProcessImage image;
+  od::Dictionary dictionary;
+  pdo::Engine engine;
+};
+
+struct Line::Observer final : Line::Base, observer::NodeListener {
+  // plan is that of the configuration; see Line::make().
+  Observer(LineConfig line_config, pdo::LinkPlan plan);
+
+  const image::Layout& layout(image::Direction direction) const override;
+  void start(Instant now) override;
+  void receive(std::span<const can::Frame> frames) override;
+  void bus_event(const can::BusEvent& event) override;
+  void advance(Instant now) override;
+  void execute(Command command, Instant now) override;
+  OutputRefusal write_outputs(const OutputWrite& write, Instant now) override;
+  void stop(Instant now) override;
+  Instant next_wake() const override;
+  void snapshot(image::Direction direction, image::Snapshot& into, Instant now,
+                bool merge) override;
+  bool image_changed(image::Direction direction) const override;
+  bool image_touched(image::Direction direction) const override;
+  std::optional<Duration> network_utc(Instant now) const override;
+  LineState state() const override;
+  std::uint64_t node_revision(std::uint8_t id) const override;
+  NodeState node_state(std::uint8_t id) const override;
+  od::Dictionary& dictionary() override;
+
+  void node_data_invalid(std::uint8_t id) override;
+
+ private:
+  Overheard& side(image::Direction direction) {
+    return direction == image::Direction::inputs ? inputs : outputs;
+  }
+  const Overheard& side(image::Direction direction) const {
+    return direction == image::Direction::inputs ? inputs : outputs;
+  }
+  void receive(const can::Frame& frame);
+  void serve(const can::Target& target, const can::Frame& frame);
+  void take_node_control(const can::Frame& frame);
+  void take_sync(const can::Frame& frame);
+  void take_time(const can::Frame& frame);
+  void malformed(const can::Frame& frame, std::uint8_t id);
+
+  // Two tables: an identifier may be that of an RPDO in one and of anything in the other, and the
+  // slots of PDOs count in each direction from 0.
+  can::Dispatch dispatch;
+  can::Dispatch output_dispatch;
+  Overheard inputs;
+  Overheard outputs;
+  observer::Nodes nodes;
+  sync::Consumer sync;
+  std::optional<time::TimeOfDay> network_time;
+  Instant network_time_at{};
+  can::Traffic received;
+  BusLoad load;
+};
+
+}  // namespace linegate::line

@@ -1,0 +1,216 @@
+#include "stack/observer/nodes.h"
+
+#include <algorithm>
+
+namespace linegate::observer {
+
+using manager::NodeState;
+using manager::Presence;
+
+Nodes::Nodes(std::span<const manager::NodePlan> plans, std::uint8_t master, can::Dispatch& dispatch,
+             EventLog& events, NodeListener& listener)
+    : events_(events),
+      listener_(listener),
+      master_(master),
+      heartbeats_(dispatch, events),
+      emergencies_(dispatch, events) {
+  for (std::size_t id = 0; id < nodes_.size(); ++id) {
+    nodes_[id].node = static_cast<std::uint8_t>(id);
+  }
+  heartbeats_.set_listener(this);
+  heartbeats_.listen_all(0);
+  emergencies_.set_listener(this);
+  emergencies_.listen_all(0);
+  for (const manager::NodePlan& plan : plans) {
+    nodes_[plan.id].configured = true;
+    guarded_time_[plan.id] = plan.guard_time * plan.life_time_factor;
+    if (guarded_time_[plan.id] > Duration::zero()) {
+      heartbeats_.overhear_guarding(plan.id, guarded_time_[plan.id]);
+    } else {
+      heartbeats_.monitor(plan.id, plan.heartbeat_consumer);
+    }
+  }
+}
+
+Nodes::~Nodes() {
+  heartbeats_.set_listener(nullptr);
+  emergencies_.set_listener(nullptr);
+}
+
+void Nodes::listen_emcy(std::uint8_t node, can::CobId cob_id) {
+  emergencies_.listen(node, cob_id);
+}
+
+bool Nodes::receive_error_control(std::uint8_t node, const can::Frame& frame) {
+  if (frame.remote()) {
+    heartbeats_.overhear_guarding(node, guarded_time_[node]);
+    return true;
+  }
+  return heartbeats_.receive(node, frame);
+}
+
+bool Nodes::receive_emcy(std::uint8_t node, const can::Frame& frame) {
+  return emergencies_.receive(node, frame);
+}
+
+void Nodes::commanded(const nmt::NodeControl& command, Instant now) {
+  events_.emit({.time = now,
+                .kind = EventKind::nmt_command,
+                .node = command.node,
+                .code = static_cast<std::uint8_t>(command.command)});
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    if (command.addresses(id)) {
+      assume(id, command.command);
+    }
+  }
+}
+
+// Who tells its state is believed, not the command; of a reset nothing remains either way.
+void Nodes::assume(std::uint8_t id, nmt::Command command) {
+  const bool known = nodes_[id].configured || nodes_[id].presence != Presence::unknown;
+  if (!known || id == master_) {
+    return;
+  }
+  switch (command) {
+    case nmt::Command::start:
+      if (!tells_state_[id]) {
+        set_state(id, nmt::State::operational);
+      }
+      return;
+    case nmt::Command::stop:
+      if (!tells_state_[id]) {
+        set_state(id, nmt::State::stopped);
+      }
+      return;
+    case nmt::Command::enter_pre_operational:
+      if (!tells_state_[id]) {
+        set_state(id, nmt::State::pre_operational);
+      }
+      return;
+    case nmt::Command::reset_node:
+    case nmt::Command::reset_communication:
+      listener_.node_data_invalid(id);
+      return;
+  }
+}
+
+void Nodes::set_state(std::uint8_t id, nmt::State state) {
+  if (nodes_[id].state == state) {
+    return;
+  }
+  nodes_[id].state = state;
+  touch(id);
+  if (state != nmt::State::operational) {
+    listener_.node_data_invalid(id);
+  }
+}
+
+void Nodes::heard_pdo(std::uint8_t node, Instant now) {
+  NodeState& seen = nodes_[node];
+  if (tells_state_[node]) {
+    return;
+  }
+  seen.last_heard = now;
+  if (seen.presence != Presence::present) {
+    seen.presence = Presence::present;
+    touch(node);
+  }
+  set_state(node, nmt::State::operational);
+}
+
+void Nodes::identity(std::uint8_t node, od::Address address, std::uint32_t value) {
+  NodeState& seen = nodes_[node];
+  if (address == od::Address{0x1000, 0}) {
+    seen.device_type = value;
+  } else if (address == od::Address{0x1018, 1}) {
+    seen.vendor = value;
+  } else if (address == od::Address{0x1018, 2}) {
+    seen.product = value;
+  } else if (address == od::Address{0x1018, 3}) {
+    seen.revision = value;
+  } else if (address == od::Address{0x1018, 4}) {
+    seen.serial = value;
+  } else {
+    return;
+  }
+  touch(node);
+}
+
+std::uint8_t Nodes::configured() const {
+  return static_cast<std::uint8_t>(std::ranges::count(nodes_, true, &NodeState::configured));
+}
+
+std::uint8_t Nodes::operational() const {
+  return static_cast<std::uint8_t>(std::ranges::count_if(nodes_, [](const NodeState& node) {
+    return node.configured && node.presence == Presence::present &&
+           node.state == nmt::State::operational;
+  }));
+}
+
+std::uint64_t Nodes::heartbeats_lost() const {
+  std::uint64_t lost = 0;
+  for (const NodeState& node : nodes_) {
+    lost += node.heartbeats_lost;
+  }
+  return lost;
+}
+
+// The first sign of life of a node; state as in EventKind::unexpected_node.
+void Nodes::heard(std::uint8_t id, nmt::State state, Instant now) {
+  NodeState& seen = nodes_[id];
+  const bool first = seen.presence == Presence::unknown;
+  seen.last_heard = now;
+  seen.presence = Presence::present;
+  if (!seen.configured && id != master_ && (first || state == nmt::State::initialising)) {
+    events_.emit({.time = now,
+                  .kind = EventKind::unexpected_node,
+                  .node = id,
+                  .code = static_cast<std::uint8_t>(state)});
+  }
+}
+
+void Nodes::boot_up(std::uint8_t id, Instant now) {
+  heard(id, nmt::State::initialising, now);
+  tells_state_[id] = false;
+  nodes_[id].heartbeat_monitored = false;
+  nodes_[id].state = nmt::State::pre_operational;  // entered by itself right after the boot-up
+  listener_.node_data_invalid(id);
+  touch(id);
+}
+
+void Nodes::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
+  NodeState& seen = nodes_[id];
+  const bool news = seen.state != state || seen.presence != Presence::present || !tells_state_[id];
+  heard(id, state, now);
+  if (!news) {
+    return;
+  }
+  tells_state_[id] = true;
+  seen.state = state;
+  seen.heartbeat_monitored = heartbeats_.monitored(id);
+  touch(id);
+  if (state != nmt::State::operational) {
+    listener_.node_data_invalid(id);
+  }
+}
+
+void Nodes::heartbeat_lost(std::uint8_t id, Instant /*deadline*/) {
+  nodes_[id].presence = Presence::missing;
+  ++nodes_[id].heartbeats_lost;
+  touch(id);
+  listener_.node_data_invalid(id);
+}
+
+void Nodes::emergency(std::uint8_t id, const emcy::Message& message, Instant now) {
+  NodeState& seen = nodes_[id];
+  seen.last_heard = now;
+  if (seen.presence == Presence::unknown) {
+    seen.presence = Presence::present;
+  }
+  seen.last_emcy = message.code;
+  seen.error_register = message.error_register;
+  ++seen.emcy_count;
+  touch(id);
+}
+
+}  // namespace linegate::observer

@@ -1,0 +1,87 @@
+// The nodes of a line as one sees them who only listens: their states come from boot-ups,
+// heartbeats, answers to node guarding, the NMT commands of whoever is master, and PDOs.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "stack/base/event_log.h"
+#include "stack/base/time.h"
+#include "stack/can/dispatch.h"
+#include "stack/can/frame.h"
+#include "stack/emcy/consumer.h"
+#include "stack/manager/plan.h"
+#include "stack/manager/state.h"
+#include "stack/nmt/heartbeat_consumer.h"
+#include "stack/nmt/node_control.h"
+
+namespace linegate::observer {
+
+// What the owner does when a node changes.
+class NodeListener {
+ public:
+  virtual ~NodeListener() = default;
+  // The process data of the node can no longer be trusted: lost, reset, or not Operational.
+  virtual void node_data_invalid(std::uint8_t node) = 0;
+};
+
+class Nodes final : nmt::HeartbeatListener, emcy::Listener {
+ public:
+  // Wants error control and EMCY of all nodes from the dispatch: Service::error_control and
+  // Service::emcy, index = node-ID. master: the node-ID of the NMT master, which is not told as
+  // unexpected; 0 = not known. Of the plans only the error control counts. All must outlive it.
+  Nodes(std::span<const manager::NodePlan> plans, std::uint8_t master, can::Dispatch& dispatch,
+        EventLog& events, NodeListener& listener);
+  ~Nodes() override;
+
+  // The EMCYs of the node come on cob_id instead of 80h + node-ID.
+  void listen_emcy(std::uint8_t node, can::CobId cob_id);
+
+  // A frame on 700h + node or of its EMCY, at frame.time. False if it is malformed: nothing was
+  // done then, and the owner tells it. Remote frames are those of a master that guards the node.
+  bool receive_error_control(std::uint8_t node, const can::Frame& frame);
+  bool receive_emcy(std::uint8_t node, const can::Frame& frame);
+  // An NMT command of the master; told as EventKind::nmt_command.
+  void commanded(const nmt::NodeControl& command, Instant now);
+  // A PDO of a node came: it is there, and Operational if its error control says nothing.
+  void heard_pdo(std::uint8_t node, Instant now);
+  // Something of its identity was overheard: 1000h or 1018h.
+  void identity(std::uint8_t node, od::Address address, std::uint32_t value);
+
+  void advance(Instant now) { heartbeats_.advance(now); }
+  Instant next_wake() const { return heartbeats_.next_wake(); }
+
+  // 1..127; nodes never heard of and not configured are unknown.
+  const manager::NodeState& node(std::uint8_t id) const { return nodes_[id]; }
+  // Grows with every change of that state.
+  std::uint64_t revision(std::uint8_t id) const { return revisions_[id]; }
+  std::uint8_t configured() const;
+  std::uint8_t operational() const;
+  std::uint64_t emcys() const { return emergencies_.received(); }
+  std::uint64_t heartbeats_lost() const;
+
+ private:
+  void boot_up(std::uint8_t id, Instant now) override;
+  void heartbeat(std::uint8_t id, nmt::State state, Instant now) override;
+  void heartbeat_lost(std::uint8_t id, Instant deadline) override;
+  void emergency(std::uint8_t id, const emcy::Message& message, Instant now) override;
+
+  void heard(std::uint8_t id, nmt::State state, Instant now);
+  void assume(std::uint8_t id, nmt::Command command);
+  void set_state(std::uint8_t id, nmt::State state);
+  void touch(std::uint8_t id) { ++revisions_[id]; }
+
+  EventLog& events_;
+  NodeListener& listener_;
+  std::uint8_t master_;
+  nmt::HeartbeatConsumer heartbeats_;
+  emcy::Consumer emergencies_;
+  std::array<manager::NodeState, 128> nodes_;
+  std::array<std::uint64_t, 128> revisions_{};
+  std::array<bool, 128> tells_state_{};       // heartbeat or guarding answer since its boot-up
+  std::array<Duration, 128> guarded_time_{};  // life time by configuration
+};
+
+}  // namespace linegate::observer
