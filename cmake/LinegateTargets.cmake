@@ -83,7 +83,7 @@ function(linegate_program name)
   target_link_libraries(${name} PRIVATE linegate_flags linegate_warnings ${ARG_DEPENDS})
   set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF
                         RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
-  install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT gateway)
 endfunction()
 
 # GoogleTest's headers, precompiled once for all test programs that are not optimised.

@@ -15,6 +15,9 @@ namespace {
 
 namespace fast = eprosima::fastdds::dds;
 
+// Wherever the programs are installed; the Debian package puts a copy there to be edited.
+constexpr const char* kOperatorsFile = "/etc/linegate/linegate-profiles.xml";
+
 Severity severity(fast::Log::Kind kind) {
   switch (kind) {
     case fast::Log::Kind::Error:
@@ -88,9 +91,11 @@ Diagnostic problem(const std::string& file, std::string text) {
 std::string choose(const std::string& file) {
   if (!file.empty())
     return file;
-  std::error_code error;
-  if (std::filesystem::exists(LINEGATE_DDS_PROFILE_FILE, error))
-    return LINEGATE_DDS_PROFILE_FILE;
+  for (const char* known : {kOperatorsFile, LINEGATE_DDS_PROFILE_FILE}) {
+    std::error_code error;
+    if (std::filesystem::exists(known, error))
+      return known;
+  }
   return "(built-in linegate-profiles.xml)";
 }
 
