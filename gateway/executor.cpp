@@ -3,20 +3,17 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <ctime>
 #include <system_error>
 #include <utility>
 
+#include <poll.h>
 #include <pthread.h>
-#include <sched.h>
-#include <spdlog/spdlog.h>
 #include <sys/epoll.h>
-#include <sys/mman.h>
-#include <sys/prctl.h>
 #include <unistd.h>
 
 #include "gateway/clock.h"
+#include "gateway/scheduling.h"
 
 namespace linegate::gateway {
 namespace {
@@ -48,6 +45,7 @@ Executor::Executor(config::ExecutorPlan plan)
   event.events = EPOLLIN;
   event.data.u64 = kWakeup;
   epoll_ctl(epoll_, EPOLL_CTL_ADD, wakeup_.descriptor(), &event);
+  places_.reserve(kMostChanges);
 }
 
 Executor::~Executor() {
@@ -57,13 +55,48 @@ Executor::~Executor() {
 }
 
 void Executor::add(std::unique_ptr<Runner> runner) {
-  runners_.push_back(std::move(runner));
-  registered_.emplace_back();
-  ready_.push_back(1);
+  if (!thread_.joinable()) {
+    place(std::move(runner));
+    return;
+  }
+  while (!arrivals_.push(runner)) {
+    std::this_thread::yield();
+  }
+  wakeup_.signal();
+}
+
+void Executor::place(std::unique_ptr<Runner> runner) {
+  const auto free = std::find_if(places_.begin(), places_.end(),
+                                 [](const Place& place) { return place.runner == nullptr; });
+  Place& place = free != places_.end() ? *free : places_.emplace_back();
+  place = Place{std::move(runner), {}, true, false};
+}
+
+std::vector<std::unique_ptr<Runner>> Executor::send_away(const std::vector<Runner*>& runners) {
+  std::vector<std::unique_ptr<Runner>> out;
+  std::size_t asked = 0;
+  while (out.size() < runners.size()) {
+    someone_departed_.clear();
+    for (; asked < runners.size() && departures_.room() > 0; ++asked) {
+      Runner* runner = runners[asked];
+      departures_.push(runner);
+    }
+    wakeup_.signal();
+    for (std::unique_ptr<Runner> runner; departed_.pop(runner);) {
+      out.push_back(std::move(runner));
+    }
+    if (out.size() < runners.size()) {
+      pollfd waiting{someone_departed_.descriptor(), POLLIN, 0};
+      poll(&waiting, 1, -1);
+    }
+  }
+  return out;
 }
 
 void Executor::start() {
-  thread_ = std::thread([this] { run(); });
+  if (!thread_.joinable()) {
+    thread_ = std::thread([this] { run(); });
+  }
 }
 
 void Executor::request_stop() {
@@ -78,43 +111,86 @@ void Executor::join() {
 }
 
 void Executor::run() {
-  apply_scheduling();
+  pthread_setname_np(pthread_self(), ("exec " + plan_.name).substr(0, 15).c_str());
+  apply_scheduling(plan_);
   bool stopping = false;
   for (;;) {
     const Instant now = monotonic_now();
+    if (std::exchange(woken_, false)) {
+      take_changes(now);
+    }
     if (stop_.raised() && !stopping) {
       stopping = true;
-      for (auto& runner : runners_) {
-        runner->stop(now);
+      for (auto& place : places_) {
+        if (place.runner != nullptr) {
+          place.runner->stop(now);
+        }
       }
     }
-    for (std::size_t i = 0; i < runners_.size(); ++i) {
+    for (std::size_t i = 0; i < places_.size(); ++i) {
       serve(i, now);
+    }
+    if (leaving_ > 0) {
+      let_go(now);
     }
     rounds_.add();
     if (stopping && all_stopped(now)) {
       return;
     }
     Instant until = kNever;
-    for (const auto& runner : runners_) {
-      until = earlier(until, runner->next_wake());
+    for (const auto& place : places_) {
+      if (place.runner != nullptr) {
+        until = earlier(until, place.runner->next_wake());
+      }
     }
     wait(until);
   }
 }
 
+void Executor::take_changes(Instant now) {
+  for (std::unique_ptr<Runner> runner; arrivals_.pop(runner);) {
+    place(std::move(runner));
+  }
+  for (Runner* runner = nullptr; departures_.pop(runner);) {
+    for (Place& place : places_) {
+      if (place.runner.get() == runner) {
+        place.leaving = true;
+        ++leaving_;
+        runner->stop(now);
+      }
+    }
+  }
+}
+
+void Executor::let_go(Instant now) {
+  for (Place& place : places_) {
+    if (!place.leaving || !place.runner->stopped(now) || departed_.room() == 0) {
+      continue;
+    }
+    if (place.registered.descriptor >= 0) {
+      epoll_ctl(epoll_, EPOLL_CTL_DEL, place.registered.descriptor, nullptr);
+    }
+    departed_.push(place.runner);
+    place = Place{};
+    --leaving_;
+    someone_departed_.signal();
+  }
+}
+
 void Executor::serve(std::size_t i, Instant now) {
-  if (ready_[i] == 0 && runners_[i]->next_wake() > now) {
+  Place& place = places_[i];
+  if (place.runner == nullptr || (!place.ready && place.runner->next_wake() > now)) {
     return;
   }
-  ready_[i] = 0;
-  runners_[i]->service(now);
+  place.ready = false;
+  place.runner->service(now);
   update_interest(i);
 }
 
 void Executor::update_interest(std::size_t i) {
-  Registered& was = registered_[i];
-  const Registered is{runners_[i]->descriptor(), runners_[i]->wants_writable()};
+  Registered& was = places_[i].registered;
+  const Runner& runner = *places_[i].runner;
+  const Registered is{runner.descriptor(), runner.wants_writable()};
   if (is.descriptor == was.descriptor && is.writable == was.writable) {
     return;
   }
@@ -141,42 +217,20 @@ void Executor::wait(Instant until) {
     const std::uint64_t what = events[static_cast<std::size_t>(k)].data.u64;
     if (what == kWakeup) {
       wakeup_.clear();
-      std::fill(ready_.begin(), ready_.end(), char{1});
+      woken_ = true;
+      for (Place& place : places_) {
+        place.ready = true;
+      }
     } else {
-      ready_[what] = 1;
+      places_[what].ready = true;
     }
   }
 }
 
 bool Executor::all_stopped(Instant now) const {
-  return std::all_of(runners_.begin(), runners_.end(),
-                     [&](const auto& runner) { return runner->stopped(now); });
-}
-
-void Executor::apply_scheduling() {
-  pthread_setname_np(pthread_self(), ("exec " + plan_.name).substr(0, 15).c_str());
-  prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);
-  const auto tell = [&](const char* what, int error) {
-    spdlog::warn("executor {}: {} is not permitted ({}); it runs without", plan_.name, what,
-                 std::strerror(error));
-  };
-  if (plan_.priority > 0) {
-    const sched_param parameter{plan_.priority};
-    if (const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter)) {
-      tell("real-time priority", error);
-    }
-  }
-  if (plan_.processor) {
-    cpu_set_t set;
-    CPU_ZERO(&set);
-    CPU_SET(*plan_.processor, &set);
-    if (const int error = pthread_setaffinity_np(pthread_self(), sizeof set, &set)) {
-      tell("its processor", error);
-    }
-  }
-  if (plan_.lock_memory && mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
-    tell("locked memory", errno);
-  }
+  return std::all_of(places_.begin(), places_.end(), [&](const Place& place) {
+    return place.runner == nullptr || place.runner->stopped(now);
+  });
 }
 
 }  // namespace linegate::gateway

@@ -9,6 +9,7 @@
 
 #include "gateway/config/plant.h"
 #include "gateway/exchange/cell.h"
+#include "gateway/exchange/ring.h"
 #include "gateway/exchange/wakeup.h"
 #include "gateway/runner.h"
 
@@ -24,16 +25,21 @@ class Executor {
   Executor(const Executor&) = delete;
   Executor& operator=(const Executor&) = delete;
 
-  // Before start().
+  // Before start(), or while it runs, from the one thread that started it: runners that are there
+  // go on meanwhile.
   void add(std::unique_ptr<Runner> runner);
+  // While it runs, from the same thread. Stops them in good order and gives them back; waits until
+  // all have stopped.
+  std::vector<std::unique_ptr<Runner>> send_away(const std::vector<Runner*>& runners);
+
   // To be signalled after something was put into a ring one of its runners reads.
   exchange::Wakeup& wakeup() { return wakeup_; }
   // Times it went round: every runner had its turn.
   const exchange::Counter& rounds() const { return rounds_; }
   const std::string& name() const { return plan_.name; }
 
-  // What scheduling the configuration wants and the system does not permit is logged; the executor
-  // runs without it.
+  // Nothing if it runs already. What scheduling the configuration wants and the system does not
+  // permit is logged; the executor runs without it.
   void start();
   // All runners stop in good order; then the thread ends.
   void request_stop();
@@ -44,22 +50,36 @@ class Executor {
     int descriptor = -1;
     bool writable = false;
   };
+  // A place is free when it has no runner; the others keep theirs, by which epoll knows them.
+  struct Place {
+    std::unique_ptr<Runner> runner;
+    Registered registered;
+    bool ready = true;
+    bool leaving = false;
+  };
+  static constexpr std::size_t kMostChanges = 64;  // under way at a time
 
   void run();
-  void apply_scheduling();
   void serve(std::size_t i, Instant now);
   void update_interest(std::size_t i);
-  // Sets ready_ of those whose descriptor is; all if the executor was woken.
+  // Sets ready of those whose descriptor is; of all if the executor was woken.
   void wait(Instant until);
   bool all_stopped(Instant now) const;
+  void place(std::unique_ptr<Runner> runner);
+  void take_changes(Instant now);
+  void let_go(Instant now);
 
   config::ExecutorPlan plan_;
   exchange::Wakeup wakeup_;
   exchange::Flag stop_;
   exchange::Counter rounds_;
-  std::vector<std::unique_ptr<Runner>> runners_;
-  std::vector<Registered> registered_;
-  std::vector<char> ready_;
+  std::vector<Place> places_;
+  exchange::Ring<std::unique_ptr<Runner>> arrivals_{kMostChanges};
+  exchange::Ring<Runner*> departures_{kMostChanges};
+  exchange::Ring<std::unique_ptr<Runner>> departed_{kMostChanges};
+  exchange::Wakeup someone_departed_;
+  bool woken_ = true;
+  std::size_t leaving_ = 0;
   int epoll_ = -1;
   std::thread thread_;
 };

@@ -24,7 +24,8 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
                                                std::uint64_t incarnation) {
   Loaded<std::unique_ptr<Gateway>> loaded;
   std::unique_ptr<Gateway> gateway(new Gateway());
-  append(loaded.diagnostics, gateway->make_lines(plant));
+  gateway->identity_ = identity_of(plant);
+  auto lines = make_lines(plant, difference({}, plant).started, loaded.diagnostics);
   if (!has_errors(loaded.diagnostics)) {
     append(loaded.diagnostics, gateway->make_bridge(plant, incarnation));
   }
@@ -32,19 +33,10 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
     return loaded;
   }
   gateway->publisher_ = std::make_unique<Publisher>(*gateway->bridge_, gateway->hosts_);
-  for (std::size_t i = 0; i < gateway->hosts_.size(); ++i) {
-    LineHost& host = *gateway->hosts_[i];
-    host.executor = &gateway->executor_for(plant, host.plan);
-    host.executor->add(std::make_unique<LineRunner>(
-        std::move(gateway->lines_[i]),
-        open_channel(host.plan.interface, host.plan.config.bit_rate, gateway->network_), host.plan,
-        host.port, gateway->publisher_->wakeup(), gateway->storage_for(host, loaded.diagnostics)));
-    append(loaded.diagnostics, gateway->add_devices(host.plan));
-  }
-  gateway->lines_.clear();
   gateway->intake_ =
       std::make_unique<Intake>(*gateway->bridge_, gateway->hosts_, gateway->publisher_->refusals(),
                                gateway->publisher_->wakeup(), versions());
+  append(loaded.diagnostics, gateway->take_in(std::move(lines), plant));
   if (!has_errors(loaded.diagnostics)) {
     loaded.value = std::move(gateway);
   }
@@ -55,20 +47,61 @@ Gateway::~Gateway() {
   stop();
 }
 
-std::vector<Diagnostic> Gateway::make_lines(const config::Plant& plant) {
-  std::vector<Diagnostic> diagnostics;
+std::vector<Gateway::NewLine> Gateway::make_lines(const config::Plant& plant,
+                                                  const std::vector<std::string>& names,
+                                                  std::vector<Diagnostic>& diagnostics) {
+  std::vector<NewLine> out;
   for (const auto& plan : plant.lines) {
+    if (std::find(names.begin(), names.end(), plan.config.name) == names.end()) {
+      continue;
+    }
     auto made = line::Line::make(plan.config);
     if (!made.value) {
       append(diagnostics, std::move(made.diagnostics));
       continue;
     }
     const line::Line& line = **made.value;
-    hosts_.push_back(std::make_unique<LineHost>(plan, line.layout(image::Direction::inputs),
-                                                line.layout(image::Direction::outputs)));
-    lines_.push_back(std::move(*made.value));
+    auto host = std::make_unique<LineHost>(plan, line.layout(image::Direction::inputs),
+                                           line.layout(image::Direction::outputs));
+    out.push_back({std::move(*made.value), std::move(host)});
   }
+  return out;
+}
+
+std::vector<Diagnostic> Gateway::take_in(std::vector<NewLine> lines, const config::Plant& plant) {
+  std::vector<Diagnostic> diagnostics;
+  std::vector<std::unique_ptr<LineHost>> before = std::exchange(hosts_, {});
+  for (const auto& plan : plant.lines) {
+    const auto called_so = [&](const auto& host) {
+      return host != nullptr && host->name() == plan.config.name;
+    };
+    if (const auto known = std::find_if(before.begin(), before.end(), called_so);
+        known != before.end()) {
+      hosts_.push_back(std::move(*known));
+      continue;
+    }
+    const auto made = std::find_if(lines.begin(), lines.end(),
+                                   [&](const NewLine& line) { return called_so(line.host); });
+    if (made != lines.end()) {
+      run_line(std::move(made->line), *made->host, plant, diagnostics);
+      hosts_.push_back(std::move(made->host));
+    }
+  }
+  publisher_->set_lines(hosts_);
+  intake_->set_lines(hosts_);
   return diagnostics;
+}
+
+void Gateway::run_line(std::unique_ptr<line::Line> line, LineHost& host, const config::Plant& plant,
+                       std::vector<Diagnostic>& diagnostics) {
+  host.executor = &executor_for(plant, host.plan);
+  host.storage = storage_for(host, diagnostics);
+  run_devices(host, diagnostics);
+  auto runner = std::make_unique<LineRunner>(
+      std::move(line), open_channel(host.plan.interface, host.plan.config.bit_rate, network_),
+      host.plan, host.port, publisher_->wakeup(), host.storage);
+  host.runner = runner.get();
+  host.executor->add(std::move(runner));
 }
 
 std::vector<Diagnostic> Gateway::make_bridge(const config::Plant& plant,
@@ -121,25 +154,29 @@ KeptFile* Gateway::storage_for(const LineHost& host, std::vector<Diagnostic>& di
                       host.executor->wakeup());
 }
 
-std::vector<Diagnostic> Gateway::add_devices(const config::LinePlan& line) {
-  if (line.simulated.empty()) {
-    return {};
+void Gateway::run_devices(LineHost& host, std::vector<Diagnostic>& diagnostics) {
+  const config::LinePlan& plan = host.plan;
+  if (plan.simulated.empty()) {
+    return;
   }
-  auto devices = make_devices(line.simulated, line.storage, line.config.name);
+  auto devices = make_devices(plan.simulated, plan.storage, plan.config.name);
   if (!devices.value) {
-    return std::move(devices.diagnostics);
+    append(diagnostics, std::move(devices.diagnostics));
+    return;
   }
   if (devices_ == nullptr) {
-    config::ExecutorPlan plan;
-    plan.name = "devices";
-    devices_ = std::make_unique<Executor>(std::move(plan));
+    config::ExecutorPlan executor;
+    executor.name = "devices";
+    devices_ = std::make_unique<Executor>(std::move(executor));
   }
-  devices_->add(std::make_unique<DeviceRunner>(
-      std::move(*devices.value), open_channel(line.interface, line.config.bit_rate, network_),
-      line.interface.uri, false));
-  return {};
+  auto runner = std::make_unique<DeviceRunner>(
+      std::move(*devices.value), open_channel(plan.interface, plan.config.bit_rate, network_),
+      plan.interface.uri, false);
+  host.devices = runner.get();
+  devices_->add(std::move(runner));
 }
 
+// Those that run already go on.
 void Gateway::start() {
   publisher_->start();
   keeper_.start();
@@ -170,6 +207,86 @@ void Gateway::stop() {
   if (publisher_ != nullptr) {
     publisher_->stop();
   }
+}
+
+Gateway::Reload Gateway::reload(const config::Plant& wanted) {
+  Reload out;
+  out.difference = difference(identity_, wanted);
+  std::vector<std::string> come = out.difference.started;
+  std::vector<std::string> go = out.difference.stopped;
+  come.insert(come.end(), out.difference.changed.begin(), out.difference.changed.end());
+  go.insert(go.end(), out.difference.changed.begin(), out.difference.changed.end());
+  out.diagnostics = out.difference.refusals;
+  auto lines = make_lines(wanted, come, out.diagnostics);
+  for (const NewLine& line : lines) {
+    if (const auto problem = make_parameter_folder(line.host->plan.storage)) {
+      out.diagnostics.push_back(*problem);
+    }
+  }
+  if (has_errors(out.diagnostics)) {
+    return out;
+  }
+  out.done = true;
+  if (out.difference.empty()) {
+    return out;
+  }
+  // The lines that stay fill their rings meanwhile, which hold what they say in a second.
+  intake_->stop();
+  stop_lines(go);
+  publisher_->stop();
+  keeper_.stop();
+  forget_lines(go);
+  for (const std::string& name : come) {
+    if (!bridge_->add_line(name)) {
+      out.diagnostics.push_back({Severity::warning, wanted.file, 0, 0,
+                                 "line " + name + " cannot be published: DDS has no writers"});
+    }
+  }
+  append(out.diagnostics, take_in(std::move(lines), wanted));
+  identity_ = identity_of(wanted);
+  start();
+  return out;
+}
+
+LineHost& Gateway::host(const std::string& name) {
+  return **std::find_if(hosts_.begin(), hosts_.end(),
+                        [&](const auto& host) { return host->name() == name; });
+}
+
+void Gateway::stop_lines(const std::vector<std::string>& names) {
+  std::vector<Runner*> devices;
+  for (auto& [name, executor] : executors_) {
+    std::vector<Runner*> runners;
+    for (const std::string& line : names) {
+      if (host(line).executor == executor.get()) {
+        runners.push_back(host(line).runner);
+      }
+    }
+    executor->send_away(runners);
+  }
+  for (const std::string& line : names) {
+    if (Runner* runner = host(line).devices) {
+      devices.push_back(runner);
+    }
+  }
+  if (!devices.empty()) {
+    devices_->send_away(devices);
+  }
+}
+
+void Gateway::forget_lines(const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    const LineHost& gone = host(name);
+    if (gone.storage != nullptr) {
+      keeper_.remove(*gone.storage);
+    }
+    bridge_->remove_line(name);
+    std::erase_if(hosts_, [&](const auto& other) { return other.get() == &gone; });
+  }
+  std::erase_if(executors_, [&](const NamedExecutor& named) {
+    return std::none_of(hosts_.begin(), hosts_.end(),
+                        [&](const auto& host) { return host->executor == named.executor.get(); });
+  });
 }
 
 std::vector<WatchedThread> Gateway::threads() {

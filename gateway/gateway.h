@@ -13,6 +13,7 @@
 #include "gateway/intake.h"
 #include "gateway/line_host.h"
 #include "gateway/parameter_keeper.h"
+#include "gateway/plan_difference.h"
 #include "gateway/progress_watch.h"
 #include "gateway/publisher.h"
 #include "gateway/status_text.h"
@@ -37,19 +38,46 @@ class Gateway {
   // In good order: no more requests, then the lines, then the last events are published.
   void stop();
 
+  // Makes of what runs what `wanted` says: lines that did not change are not touched. If there are
+  // errors among the diagnostics, those before anything was changed. By the thread that started it,
+  // while it runs.
+  struct Reload {
+    std::vector<Diagnostic> diagnostics;
+    PlanDifference difference;
+    bool done = false;
+  };
+  Reload reload(const config::Plant& wanted);
+
   // Those that must go round for the gateway to do its work. Not the one that waits for disks.
   std::vector<WatchedThread> threads();
   // All lines as they were published last, in the order of the configuration. By one thread.
   std::vector<ShownLine> shown_lines();
 
  private:
+  // A line that has been made and does not run yet.
+  struct NewLine {
+    std::unique_ptr<line::Line> line;
+    std::unique_ptr<LineHost> host;
+  };
+
   Gateway() = default;
-  std::vector<Diagnostic> make_lines(const config::Plant& plant);
+  static std::vector<NewLine> make_lines(const config::Plant& plant,
+                                         const std::vector<std::string>& names,
+                                         std::vector<Diagnostic>& diagnostics);
   std::vector<Diagnostic> make_bridge(const config::Plant& plant, std::uint64_t incarnation);
+  // hosts_ becomes what the plant says: of those that were there, and the new ones.
+  std::vector<Diagnostic> take_in(std::vector<NewLine> lines, const config::Plant& plant);
+  void run_line(std::unique_ptr<line::Line> line, LineHost& host, const config::Plant& plant,
+                std::vector<Diagnostic>& diagnostics);
   Executor& executor_for(const config::Plant& plant, const config::LinePlan& line);
   // Where the line's own node stores; nullptr if nowhere.
   KeptFile* storage_for(const LineHost& host, std::vector<Diagnostic>& diagnostics);
-  std::vector<Diagnostic> add_devices(const config::LinePlan& line);
+  void run_devices(LineHost& host, std::vector<Diagnostic>& diagnostics);
+  // Stops those lines in good order. What they said last is there to be published.
+  void stop_lines(const std::vector<std::string>& names);
+  // Of lines that have stopped, while nothing is published.
+  void forget_lines(const std::vector<std::string>& names);
+  LineHost& host(const std::string& name);
 
   struct NamedExecutor {
     std::string name;
@@ -59,13 +87,13 @@ class Gateway {
   // In the order in which they depend on each other.
   sim::VirtualNetwork network_;
   std::unique_ptr<dds::GatewayBridge> bridge_;
-  std::vector<std::unique_ptr<line::Line>> lines_;  // until the executors have them
   std::vector<std::unique_ptr<LineHost>> hosts_;
   std::unique_ptr<Publisher> publisher_;
   ParameterKeeper keeper_;
   std::vector<NamedExecutor> executors_;
   std::unique_ptr<Executor> devices_;
   std::unique_ptr<Intake> intake_;
+  PlantIdentity identity_;  // of the configuration that runs
 };
 
 }  // namespace linegate::gateway

@@ -33,7 +33,13 @@ Intake::~Intake() {
   stop();
 }
 
+void Intake::set_lines(std::span<const std::unique_ptr<LineHost>> lines) {
+  lines_ = lines;
+  told_.clear();
+}
+
 void Intake::start() {
+  stop_.lower();
   thread_ = std::thread([this] { run(); });
 }
 

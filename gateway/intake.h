@@ -27,9 +27,12 @@ class Intake final : public dds::GatewayHandler {
   Intake(const Intake&) = delete;
   Intake& operator=(const Intake&) = delete;
 
+  // May be started again after stop().
   void start();
-  // Nothing is taken from DDS any more. Call it while the lines still run.
+  // Nothing is taken from DDS any more: what comes waits there. Call it while the lines still run.
   void stop();
+  // While it is stopped.
+  void set_lines(std::span<const std::unique_ptr<LineHost>> lines);
 
   // Times it went round; wake() makes it.
   const exchange::Counter& rounds() const { return rounds_; }

@@ -6,6 +6,8 @@
 #include "gateway/config/plant.h"
 #include "gateway/executor.h"
 #include "gateway/line_port.h"
+#include "gateway/parameter_keeper.h"
+#include "gateway/runner.h"
 #include "stack/image/layout.h"
 
 namespace linegate::gateway {
@@ -18,7 +20,11 @@ struct LineHost {
   const std::array<image::Layout, 2> layouts;  // by image::Direction
   LinePort port;
   exchange::Handover<line::LineState> shown;  // publisher to main thread: as it was published
-  Executor* executor = nullptr;               // set before any thread starts
+  Executor* executor = nullptr;               // set before the line runs
+  // Of the gateway, to stop the line: its runner, that of its simulated devices, its file.
+  Runner* runner = nullptr;
+  Runner* devices = nullptr;
+  KeptFile* storage = nullptr;
   std::optional<line::LineState> last_shown;  // of `shown`, by the thread that fetches
 
   const std::string& name() const { return plan.config.name; }

@@ -39,7 +39,41 @@ std::uint64_t random_incarnation() {
   return value;
 }
 
-int run(const config::Plant& plant) {
+// The configuration with what the command line says instead; diagnostics if it is not good.
+Loaded<config::Plant> load(const Arguments& arguments) {
+  auto loaded = config::load(arguments.plant);
+  if (!loaded.value) {
+    return loaded;
+  }
+  config::Plant& plant = *loaded.value;
+  if (!arguments.dds_profile.empty()) {
+    plant.dds_profile = arguments.dds_profile;
+  }
+  plant.dds_domain = arguments.dds_domain.value_or(plant.dds_domain);
+  plant.dds_last_words =
+      std::chrono::duration_cast<Duration>(std::chrono::duration<double>(arguments.last_words));
+  plant.log = config::parse_log_level(arguments.log_level).value_or(plant.log);
+  return loaded;
+}
+
+// What SIGHUP does.
+void reload(Gateway& gateway, const Arguments& arguments) {
+  spdlog::info("SIGHUP: {} is read again", arguments.plant);
+  const auto loaded = load(arguments);
+  log(loaded.diagnostics);
+  if (loaded.value) {
+    const auto result = gateway.reload(*loaded.value);
+    log(result.diagnostics);
+    if (result.done) {
+      set_log_level(loaded.value->log);
+      spdlog::info("reloaded: {}", describe(result.difference));
+      return;
+    }
+  }
+  spdlog::error("not reloaded: everything runs as before");
+}
+
+int run(const config::Plant& plant, const Arguments& arguments) {
   const std::uint64_t incarnation = random_incarnation();
   auto made = Gateway::make(plant, incarnation);
   print(made.diagnostics);
@@ -48,7 +82,7 @@ int run(const config::Plant& plant) {
   }
   spdlog::info("{} starts: gateway {}, DDS domain {}, {} lines, incarnation {:016x}", versions(),
                plant.gateway, plant.dds_domain, plant.lines.size(), incarnation);
-  Service(**made.value, [] { spdlog::warn("SIGHUP: a reload is not possible"); }).run();
+  Service(**made.value, [&] { reload(**made.value, arguments); }).run();
   made.value.reset();
   spdlog::info("stopped");
   return kExitOk;
@@ -58,21 +92,14 @@ int start(const Arguments& arguments) {
   if (arguments.check) {
     return check(arguments.plant, false);
   }
-  auto loaded = config::load(arguments.plant);
+  const auto loaded = load(arguments);
   print(loaded.diagnostics);
   if (!loaded.value) {
     return kExitUsage;
   }
-  if (!arguments.dds_profile.empty()) {
-    loaded.value->dds_profile = arguments.dds_profile;
-  }
-  loaded.value->dds_domain = arguments.dds_domain.value_or(loaded.value->dds_domain);
-  loaded.value->dds_last_words =
-      std::chrono::duration_cast<Duration>(std::chrono::duration<double>(arguments.last_words));
-  const auto level = config::parse_log_level(arguments.log_level);
-  set_up_log(level.value_or(loaded.value->log));
+  set_up_log(loaded.value->log);
   const LibraryLogger library_logger;
-  return run(*loaded.value);
+  return run(*loaded.value, arguments);
 }
 
 }  // namespace
@@ -96,8 +123,9 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.set_version_flag("--version", gateway::versions());
   app.footer(
-      "Ends on SIGINT and SIGTERM. Exit codes: 0 ended as asked, 1 failed while running,\n"
-      "2 the command line or the configuration is wrong.");
+      "Ends on SIGINT and SIGTERM; reads the configuration again on SIGHUP.\n"
+      "Exit codes: 0 ended as asked, 1 failed while running, 2 the command line or the\n"
+      "configuration is wrong.");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

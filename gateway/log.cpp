@@ -37,6 +37,17 @@ void set_up_log(config::LogLevel level) {
   spdlog::set_default_logger(std::move(logger));
 }
 
+void set_log_level(config::LogLevel level) {
+  spdlog::set_level(to_spdlog(level));
+}
+
+void log(const std::vector<Diagnostic>& diagnostics) {
+  for (const auto& diagnostic : diagnostics) {
+    const bool is_error = diagnostic.severity == Severity::error;
+    spdlog::log(is_error ? spdlog::level::err : spdlog::level::warn, "{}", to_string(diagnostic));
+  }
+}
+
 void print(const std::vector<Diagnostic>& diagnostics) {
   for (const auto& diagnostic : diagnostics) {
     std::cerr << to_string(diagnostic) << '\n';

@@ -10,7 +10,13 @@ namespace linegate::gateway {
 
 void set_up_log(config::LogLevel level);
 
+// While it runs.
+void set_log_level(config::LogLevel level);
+
 // Each diagnostic as compilers print it, on standard error.
 void print(const std::vector<Diagnostic>& diagnostics);
+
+// Each as an entry of the log.
+void log(const std::vector<Diagnostic>& diagnostics);
 
 }  // namespace linegate::gateway

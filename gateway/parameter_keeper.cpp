@@ -43,7 +43,12 @@ KeptFile& ParameterKeeper::add(const std::string& path, exchange::Wakeup& line, 
   return *files_.back();
 }
 
+void ParameterKeeper::remove(const KeptFile& file) {
+  std::erase_if(files_, [&](const auto& other) { return other.get() == &file; });
+}
+
 void ParameterKeeper::start() {
+  stop_.lower();
   if (!files_.empty()) {
     thread_ = std::thread([this] { run(); });
   }

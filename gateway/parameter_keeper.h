@@ -47,9 +47,12 @@ class ParameterKeeper {
  public:
   ~ParameterKeeper() { stop(); }
 
-  // Before start(). line is woken when there is a result; both must outlive the keeper.
+  // While it is stopped. line is woken when there is a result; both must outlive the keeper.
   KeptFile& add(const std::string& path, exchange::Wakeup& line,
                 FileCalls& calls = FileCalls::system());
+  // While it is stopped, when the line has gone.
+  void remove(const KeptFile& file);
+  // May be started again after stop().
   void start();
   // Keeps what it was given before.
   void stop();

@@ -42,8 +42,9 @@ void wait_readable(int descriptor, Instant until, Instant now) {
 
 }  // namespace
 
-Publisher::Line::Line(LineHost& line_host)
+Publisher::Line::Line(LineHost& line_host, LineHistory& line_history)
     : host(&line_host),
+      history(&line_history),
       info{line_host.name(), line_host.plan.interface.uri, line_host.plan.config.bit_rate,
            published_access(line_host.plan.commands)},
       updates(line_host.plan.pdo_min_period),
@@ -57,8 +58,22 @@ Publisher::Line::Line(LineHost& line_host)
 
 Publisher::Publisher(dds::GatewayBridge& bridge, std::span<const std::unique_ptr<LineHost>> lines)
     : bridge_(bridge) {
+  set_lines(lines);
+}
+
+void Publisher::set_lines(std::span<const std::unique_ptr<LineHost>> lines) {
+  std::vector<std::unique_ptr<Line>> before = std::exchange(lines_, {});
   for (const auto& host : lines) {
-    lines_.emplace_back(*host);
+    const auto known = std::find_if(before.begin(), before.end(), [&](const auto& line) {
+      return line != nullptr && line->host == host.get();
+    });
+    if (known != before.end()) {
+      lines_.push_back(std::move(*known));
+      continue;
+    }
+    LineHistory& history = histories_[host->name()];
+    history.restart();
+    lines_.push_back(std::make_unique<Line>(*host, history));
   }
 }
 
@@ -67,6 +82,7 @@ Publisher::~Publisher() {
 }
 
 void Publisher::start() {
+  stop_.lower();
   thread_ = std::thread([this] { run(); });
 }
 
@@ -81,10 +97,7 @@ void Publisher::stop() {
 void Publisher::run() {
   pthread_setname_np(pthread_self(), "publisher");
   refresh_clock(monotonic_now());
-  for (Line& line : lines_) {
-    bridge_.publish(line.host->name(), line.host->layout(image::Direction::inputs));
-    bridge_.publish(line.host->name(), line.host->layout(image::Direction::outputs));
-  }
+  publish_layouts();
   for (;;) {
     wakeup_.clear();
     const bool last = stop_.raised();
@@ -97,24 +110,33 @@ void Publisher::run() {
   }
 }
 
+void Publisher::publish_layouts() {
+  for (const auto& line : lines_) {
+    if (!std::exchange(line->layouts_known, true)) {
+      bridge_.publish(line->host->name(), line->host->layout(image::Direction::inputs));
+      bridge_.publish(line->host->name(), line->host->layout(image::Direction::outputs));
+    }
+  }
+}
+
 Instant Publisher::step(Instant now) {
   refresh_clock(now);
   for (line::Reply reply; refusals_.pop(reply);) {
     bridge_.reply(reply);
   }
-  for (Line& line : lines_) {
-    publish_replies(line);
-    publish_events(line, now);
+  for (const auto& line : lines_) {
+    publish_replies(*line);
+    publish_events(*line, now);
   }
-  for (Line& line : lines_) {
-    publish_states(line, now);
+  for (const auto& line : lines_) {
+    publish_states(*line, now);
   }
   Instant next = kNever;
-  for (Line& line : lines_) {
-    publish_image(line, image::Direction::inputs);
-    publish_image(line, image::Direction::outputs);
+  for (const auto& line : lines_) {
+    publish_image(*line, image::Direction::inputs);
+    publish_image(*line, image::Direction::outputs);
     rounds_.add();
-    next = earlier(next, publish_updates(line, now));
+    next = earlier(next, publish_updates(*line, now));
   }
   tell_failures(now);
   return next;
@@ -137,6 +159,7 @@ void Publisher::publish_replies(Line& line) {
 
 void Publisher::publish_events(Line& line, Instant now) {
   for (Event event; line.host->port.events.pop(event);) {
+    line.history->correct(event);
     const std::string text = describe(event, line.host->plan.config, line.info.interface_uri);
     bridge_.publish(line.info.name, event, text);
     line.logger.write(line.info.name, event, text, now);
@@ -145,7 +168,8 @@ void Publisher::publish_events(Line& line, Instant now) {
 }
 
 void Publisher::publish_states(Line& line, Instant now) {
-  if (const LineStatus* status = line.host->port.status.fetch()) {
+  if (LineStatus* status = line.host->port.status.fetch()) {
+    line.history->correct(status->state);
     if (!line.state_known || !same_state(line.last_state, status->state) ||
         now - line.state_published >= kStatePeriod || stop_.raised()) {
       bridge_.publish(line.info, status->state, status->time, line.properties);

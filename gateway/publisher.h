@@ -2,8 +2,11 @@
 #pragma once
 
 #include <array>
+#include <functional>
+#include <map>
 #include <memory>
 #include <span>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -14,6 +17,7 @@
 #include "gateway/exchange/ring.h"
 #include "gateway/exchange/wakeup.h"
 #include "gateway/image_sequence.h"
+#include "gateway/line_history.h"
 #include "gateway/line_host.h"
 #include "gateway/pdo_updates.h"
 
@@ -21,7 +25,7 @@ namespace linegate::gateway {
 
 class Publisher {
  public:
-  // Both must outlive the publisher.
+  // The bridge must outlive the publisher, and the lines must live while it runs.
   Publisher(dds::GatewayBridge& bridge, std::span<const std::unique_ptr<LineHost>> lines);
   ~Publisher();
   Publisher(const Publisher&) = delete;
@@ -34,9 +38,14 @@ class Publisher {
   // Replies that come from the intake and not from a line.
   exchange::Ring<line::Reply>& refusals() { return refusals_; }
 
+  // May be started again after stop().
   void start();
-  // Publishes what is there, then ends. Call it when the lines have stopped.
+  // Publishes what is there, then ends. Call it when the lines have stopped, or go on: what they
+  // have to say waits.
   void stop();
+  // While it is stopped. Lines that were there before go on as they are; one with the name of
+  // another continues its numbers.
+  void set_lines(std::span<const std::unique_ptr<LineHost>> lines);
 
  private:
   struct Node {
@@ -46,9 +55,11 @@ class Publisher {
     Instant since{};
   };
   struct Line {
-    explicit Line(LineHost& line_host);
+    Line(LineHost& line_host, LineHistory& line_history);
 
     LineHost* host;
+    LineHistory* history;
+    bool layouts_known = false;
     dds::LineInfo info;
     std::vector<dds::Property> properties;
     EventLogger logger;
@@ -65,6 +76,7 @@ class Publisher {
   // Does what there is to do; gives when it wants to be called again.
   Instant step(Instant now);
   void refresh_clock(Instant now);
+  void publish_layouts();
   void publish_replies(Line& line);
   void publish_events(Line& line, Instant now);
   void publish_states(Line& line, Instant now);
@@ -74,7 +86,8 @@ class Publisher {
   void tell_failures(Instant now);
 
   dds::GatewayBridge& bridge_;
-  std::vector<Line> lines_;
+  std::map<std::string, LineHistory, std::less<>> histories_;  // of all lines there ever were
+  std::vector<std::unique_ptr<Line>> lines_;
   exchange::Wakeup wakeup_;
   exchange::Flag stop_;
   exchange::Counter rounds_;

@@ -17,7 +17,8 @@ std::string complaint(const std::optional<line::LineState>& state) {
   if (!bus_in_order(state->bus)) {
     return std::string(can::name(state->bus));
   }
-  if (state->own_state == nmt::State::initialising) {
+  // An observer has no state of its own.
+  if (state->role != line::Role::observer && state->own_state == nmt::State::initialising) {
     return "waits for its interface";
   }
   if (state->nodes_operational < state->nodes_configured) {

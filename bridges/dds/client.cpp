@@ -2,8 +2,10 @@
 
 #include <array>
 #include <chrono>
+#include <map>
 #include <optional>
 #include <random>
+#include <string>
 #include <utility>
 
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
@@ -68,6 +70,9 @@ struct Client::Impl {
   void subscribe(bool wanted, const std::string& topic, fast::DataReader*& reader);
   template <class Sample, class Handle>
   void drain(fast::DataReader* reader, Sample& sample, Handle handle);
+  template <class Sample, class Handle, class Ended>
+  void drain(fast::DataReader* reader, Sample& sample, Handle handle, Ended ended);
+  void line_ended(ClientListener& listener);
   void drain_layouts(ClientListener& listener);
   void drain_states(ClientListener& listener);
   void tell_lines_gone(ClientListener& listener);
@@ -93,6 +98,7 @@ struct Client::Impl {
   std::size_t handled = 0;  // in the present poll
   fast::SampleInfo info;    // of the sample being handled
   LinePublishers<WriterWatch::Handle> publishers;
+  std::map<fast::InstanceHandle_t, std::pair<std::string, std::string>> line_names;
   std::uint64_t left_out = 0;  // samples, in the present poll
 
   v1::LineState line_sample;
@@ -197,13 +203,21 @@ std::size_t Client::poll(Duration timeout, ClientListener& listener) {
 
 template <class Sample, class Handle>
 void Client::Impl::drain(fast::DataReader* reader, Sample& sample, Handle handle) {
+  drain(reader, sample, handle, [] {});
+}
+
+// ended: an instance has no values any more; info says which.
+template <class Sample, class Handle, class Ended>
+void Client::Impl::drain(fast::DataReader* reader, Sample& sample, Handle handle, Ended ended) {
   if (reader == nullptr)
     return;
   for (int i = 0; i < kSamplesPerPoll; ++i) {
     if (reader->take_next_sample(&sample, &info) != ReturnCode_t::RETCODE_OK)
       return;
-    if (!info.valid_data)
+    if (!info.valid_data) {
+      ended();
       continue;
+    }
     ++handled;
     handle(sample);
   }
@@ -221,18 +235,20 @@ void Client::Impl::drain_layouts(ClientListener& listener) {
 
 void Client::Impl::drain_states(ClientListener& listener) {
   std::vector<Property> properties;
-  drain(lines, line_sample, [&](const v1::LineState& sample) {
+  const auto take_line = [&](const v1::LineState& sample) {
     if (!publishers.note(sample.gateway().to_string(), sample.line().to_string(),
                          info.publication_handle)) {
       ++left_out;
       return;
     }
+    line_names[info.instance_handle] = {sample.gateway().to_string(), sample.line().to_string()};
     LineInfo line;
     line::LineState state;
     from_wire(sample, line, state);
     from_wire(sample.properties(), properties);
     listener.on_line(source(sample), line, state, properties);
-  });
+  };
+  drain(lines, line_sample, take_line, [&] { line_ended(listener); });
   drain(nodes, node_sample, [&](const v1::NodeState& sample) {
     NodeInfo node;
     line::NodeState state;
@@ -242,10 +258,24 @@ void Client::Impl::drain_states(ClientListener& listener) {
   });
 }
 
+// Its gateway runs on without it. One whose writer has gone is told below.
+void Client::Impl::line_ended(ClientListener& listener) {
+  const auto found = line_names.find(info.instance_handle);
+  if (info.instance_state != fast::NOT_ALIVE_DISPOSED_INSTANCE_STATE || found == line_names.end())
+    return;
+  const auto [gateway, line] = found->second;
+  line_names.erase(found);
+  publishers.forget(gateway, line);
+  ++handled;
+  listener.on_line_gone(gateway, line);
+}
+
 // After the states: a gateway that has been started again in the meantime is not gone.
 void Client::Impl::tell_lines_gone(ClientListener& listener) {
   for (const WriterWatch::Handle& lost : line_writers.take_lost()) {
     publishers.lose(lost, [&](const std::string& gateway, const std::string& line) {
+      std::erase_if(line_names,
+                    [&](const auto& known) { return known.second == std::pair(gateway, line); });
       ++handled;
       listener.on_line_gone(gateway, line);
     });

@@ -48,6 +48,10 @@ class CommandDesk {
  public:
   CommandDesk(std::uint64_t incarnation, std::vector<std::string> lines, DeskLimits limits = {});
 
+  // Whose commands are taken. What was accepted before is still answered.
+  void add_line(const std::string& line) { lines_.insert(line); }
+  void remove_line(const std::string& line) { lines_.erase(line); }
+
   // What a request sample leads to: any combination but command with answer; nothing for a chunk
   // that is not the last, and for a duplicate of what is still under way.
   struct Outcome {

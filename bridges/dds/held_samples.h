@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <list>
 #include <map>
+#include <utility>
 
 namespace linegate::dds {
 
@@ -28,6 +29,20 @@ class HeldSamples {
       held_.back().sample = sample;
     }
     return held_.back().sample;
+  }
+
+  // Those of which wanted(sample) is true are kept no longer: calls dropped(key, sample) for each.
+  template <class Wanted, class Dropped>
+  void drop(Wanted wanted, Dropped dropped) {
+    for (auto place = places_.begin(); place != places_.end();) {
+      if (!wanted(std::as_const(place->second->sample))) {
+        ++place;
+        continue;
+      }
+      dropped(place->first, place->second->sample);
+      held_.erase(place->second);
+      place = places_.erase(place);
+    }
   }
 
   // One that must be written again now, which counts as written; nullptr: none. Ask until there is

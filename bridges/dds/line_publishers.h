@@ -22,6 +22,10 @@ class LinePublishers {
     return true;
   }
 
+  void forget(const std::string& gateway, const std::string& line) {
+    writers_.erase(std::pair(gateway, line));
+  }
+
   // Forgets the lines of that writer, and calls gone(gateway, line) for each.
   template <class Gone>
   void lose(const Handle& writer, Gone gone) {

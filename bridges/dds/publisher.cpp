@@ -53,11 +53,16 @@ std::string_view policy_name(std::uint32_t id) {
 // are silent, and cannot be written again as states can (state_writer.h): a reader would take them
 // for new ones.
 struct LineWriters {
-  LineWriters() = default;
-  explicit LineWriters(Endpoints& endpoints)
-      : inputs(endpoints.writer<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE)),
-        outputs(endpoints.writer<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE)),
-        events(endpoints.writer<v1::EventPubSubType>(v1::TOPIC_EVENT)) {}
+  // Makes those that are not there.
+  bool make(Endpoints& endpoints) {
+    for (fast::DataWriter** image : {&inputs, &outputs}) {
+      if (*image == nullptr)
+        *image = endpoints.writer<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE);
+    }
+    if (events == nullptr)
+      events = endpoints.writer<v1::EventPubSubType>(v1::TOPIC_EVENT);
+    return inputs != nullptr && outputs != nullptr && events != nullptr;
+  }
 
   fast::DataWriter* inputs = nullptr;
   fast::DataWriter* outputs = nullptr;
@@ -123,7 +128,7 @@ GatewayBridge::Impl::Impl(const GatewayOptions& options, std::vector<Diagnostic>
       pdos(endpoints.writer<v1::PdoUpdatePubSubType>(v1::TOPIC_PDO_UPDATE)),
       desk(options.incarnation, options.lines) {
   for (const std::string& line : options.lines)
-    lines.try_emplace(line, endpoints);
+    lines[line].make(endpoints);
   outputs = std::make_unique<InboundReader<v1::OutputWritePubSubType>>(endpoints, waiting,
                                                                        v1::TOPIC_OUTPUT_WRITE);
   requests = std::make_unique<InboundReader<v1::CommandRequestPubSubType>>(
@@ -167,6 +172,26 @@ const LineWriters& GatewayBridge::Impl::writers_of(std::string_view line) const 
   static const LineWriters none;
   const auto found = lines.find(line);
   return found == lines.end() ? none : found->second;
+}
+
+// --- lines ---------------------------------------------------------------------------------------
+
+bool GatewayBridge::add_line(const std::string& line) {
+  impl_->desk.add_line(line);
+  return impl_->lines[line].make(impl_->endpoints);
+}
+
+void GatewayBridge::remove_line(const std::string& line) {
+  impl_->desk.remove_line(line);
+  const auto of_line = [&](const auto& sample) { return sample.line() == line.c_str(); };
+  impl_->node_states.end(of_line);
+  impl_->line_states.end(of_line);
+  impl_->layouts.end(of_line);
+  LineWriters& writers = impl_->lines[line];
+  for (fast::DataWriter** image : {&writers.inputs, &writers.outputs}) {
+    if (*image != nullptr)
+      impl_->endpoints.remove(std::exchange(*image, nullptr));
+  }
 }
 
 // --- out -----------------------------------------------------------------------------------------

@@ -32,7 +32,8 @@ struct GatewayOptions {
   std::string gateway;            // up to 64 bytes
   std::uint64_t incarnation = 1;  // random per start, not 0
   std::uint32_t domain = 0;       // 0..232
-  // Fast DDS XML file. Empty: the installed one, else the copy built in.
+  // Fast DDS XML file. Empty: /etc/linegate/linegate-profiles.xml, else the installed one, else the
+  // copy built in.
   std::string profile_file;
   // Names. Of others no image and no event is published, and commands for them are refused.
   std::vector<std::string> lines;
@@ -92,6 +93,14 @@ class GatewayBridge {
   ~GatewayBridge();
   GatewayBridge(const GatewayBridge&) = delete;
   GatewayBridge& operator=(const GatewayBridge&) = delete;
+
+  // --- lines that come and go; nobody may publish or poll meanwhile ------------------------------
+
+  // False: DDS has no writers for it; its image and its events are not published.
+  bool add_line(const std::string& line);
+  // Its states, layouts and images end, subscribers are told. Its events stay for those who come
+  // late, and so do its last PDO updates.
+  void remove_line(const std::string& line);
 
   // --- out: false = DDS did not take the sample; counted ----------------------------------------
 

@@ -37,6 +37,13 @@ class StateWriter {
     return written;
   }
 
+  // Instances of which wanted(sample) is true end: readers are told, and nothing of them is kept.
+  template <class Wanted>
+  void end(Wanted wanted) {
+    held_.drop(wanted,
+               [&](const Key& key, Sample& sample) { writer_->unregister_instance(&sample, key); });
+  }
+
   eprosima::fastdds::dds::DataWriter* writer() const { return writer_; }
 
  private:

@@ -6,6 +6,7 @@
 
 #include "bridges/xdd/xdd.h"
 #include "gateway/config/sections.h"
+#include "gateway/config/source.h"
 #include "stack/eds/reader.h"
 
 namespace linegate::config {
@@ -33,6 +34,7 @@ bool take_download(od::VariableDescription& variable, const std::filesystem::pat
     return fail("DownloadFile: there is no file " + path.string());
   }
   const std::string content = content_of(path);
+  findings.add_source(file_source(path.string(), content));
   const unsigned size = od::byte_size(variable.type);
   if (size != 0 && content.size() != size) {
     return fail("DownloadFile: " + path.string() + " has " + std::to_string(content.size()) +
@@ -59,13 +61,18 @@ bool take_downloads(od::DeviceDescription& device, const std::filesystem::path& 
 
 }  // namespace
 
-std::optional<std::string> read_file(const std::string& path) {
-  return is_file(path) ? std::optional(content_of(path)) : std::nullopt;
+std::optional<std::string> read_file(Findings& findings, const std::string& path) {
+  if (!is_file(path)) {
+    return std::nullopt;
+  }
+  std::string content = content_of(path);
+  findings.add_source(file_source(path, content));
+  return content;
 }
 
 std::optional<od::DeviceDescription> load_device(Findings& findings, const std::string& path,
                                                  std::uint8_t node_id, Place place) {
-  const auto content = read_file(path);
+  const auto content = read_file(findings, path);
   if (!content) {
     findings.error(place, "there is no file " + path);
     return std::nullopt;

@@ -43,7 +43,7 @@ class ListReader {
 
   std::vector<line::NodeConfig> read() {
     std::vector<line::NodeConfig> out;
-    const auto content = read_file(path_.string());
+    const auto content = read_file(findings_, path_.string());
     if (!content) {
       findings_.error(reference_.place, "there is no file " + path_.string());
       return out;

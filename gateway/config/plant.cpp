@@ -9,6 +9,7 @@
 
 #include "gateway/config/reader.h"
 #include "gateway/config/sections.h"
+#include "gateway/config/source.h"
 
 namespace linegate::config {
 namespace {
@@ -92,6 +93,20 @@ void check_executor(Findings& findings, const LineSection& section, const Plant&
   }
 }
 
+// The network-ID may come from the place in the list.
+std::string source_of(const YAML::Node& line, const LinePlan& plan, const Plant& plant,
+                      const std::string& files) {
+  std::string out = canonical(line) + std::to_string(plan.config.network_id) + ';' + files;
+  for (const auto& executor : plant.executors) {
+    if (executor.name == plan.executor) {
+      out += std::to_string(executor.priority) + ',' +
+             (executor.processor ? std::to_string(*executor.processor) : "any") + ',' +
+             (executor.lock_memory ? "locked" : "");
+    }
+  }
+  return out;
+}
+
 void check_collisions(Findings& findings, const LineSection& line,
                       const std::vector<LineSection>& others) {
   for (const auto& other : others) {
@@ -119,6 +134,7 @@ void read_lines(Findings& findings, const YAML::Node& node, Plant& plant) {
       section.plan.config.network_id = static_cast<std::uint16_t>(sections.size() + 1);
     }
     check_executor(findings, section, plant);
+    section.plan.source = source_of(element, section.plan, plant, findings.take_sources());
     check_collisions(findings, section, sections);
     if (findings.errors() == before) {
       resolve_outputs(findings, section.outputs, section.plan);

@@ -68,6 +68,9 @@ struct LinePlan {
   std::string executor;                                      // empty = one of its own
   std::vector<SimulatedDevice> simulated;                    // on the bus of a simulated: line
   std::string storage;  // folder that keeps what 1010h stores; empty = none
+  // All that the line was read from, its executor and device files included: two plans with the
+  // same source are the same.
+  std::string source;
 };
 
 struct Plant {

@@ -33,6 +33,11 @@ class Findings {
   // Those of another file; one that is there already is not repeated.
   void add(std::vector<Diagnostic> diagnostics);
 
+  // Something besides the document that was read; for take_sources().
+  void add_source(std::string source) { sources_ += source; }
+  // All since the last call.
+  std::string take_sources() { return std::exchange(sources_, {}); }
+
   const std::string& file() const { return file_; }
   bool failed() const { return has_errors(diagnostics_); }
   std::size_t errors() const;
@@ -41,6 +46,7 @@ class Findings {
 
  private:
   std::string file_;
+  std::string sources_;
   std::vector<Diagnostic> diagnostics_;
 };
 

@@ -52,8 +52,8 @@ std::vector<line::NodeConfig> read_node_list(Findings& findings, const YAML::Nod
 // told there, and at `place`, which names it.
 std::optional<od::DeviceDescription> load_device(Findings& findings, const std::string& path,
                                                  std::uint8_t node_id, Place place);
-// The content; nothing if there is no such file.
-std::optional<std::string> read_file(const std::string& path);
+// The content, which counts among the sources of the findings; nothing if there is no such file.
+std::optional<std::string> read_file(Findings& findings, const std::string& path);
 // `objects:` and `pdos:` of a node whose device file has been read.
 void read_objects(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
 void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config);

@@ -8,11 +8,13 @@
 
 namespace linegate::exchange {
 
-// Something is asked for, once and for all: to stop.
+// Something is asked for: to stop.
 class Flag {
  public:
   void raise() { raised_.store(true, std::memory_order_release); }
   bool raised() const { return raised_.load(std::memory_order_acquire); }
+  // Before the thread that looks at it is started again.
+  void lower() { raised_.store(false, std::memory_order_release); }
 
  private:
   alignas(kCacheLine) std::atomic<bool> raised_{false};

@@ -123,6 +123,21 @@ TEST_F(Gaps, OfTheGatewaysTopicsStaySmall) {
   EXPECT_EQ(bridge->counters().failed, 0U);
 }
 
+// Whoever comes after that hears nothing of it but its events.
+TEST_F(Gaps, OfALineThatEndedStaySmall) {
+  for (const auto direction : {image::Direction::inputs, image::Direction::outputs})
+    publish(kQuiet, 1, direction);
+  bridge->remove_line(kQuiet);
+  for (int i = 0; i < kBusy; ++i)
+    publish(known::kLine, 3, image::Direction::inputs);
+  EXPECT_LE(apart<v1::LineStatePubSubType>(v1::TOPIC_LINE_STATE, 1, kBusy), kMostApart);
+  EXPECT_LE(apart<v1::NodeStatePubSubType>(v1::TOPIC_NODE_STATE, 1, kBusy), kMostApart);
+  EXPECT_LE(apart<v1::ImageLayoutPubSubType>(v1::TOPIC_IMAGE_LAYOUT, 1, kBusy), kMostApart);
+  EXPECT_EQ(bridge->counters().failed, 0U);
+  EXPECT_TRUE(bridge->add_line(kQuiet));
+  publish(kQuiet, 1, image::Direction::inputs);
+}
+
 // Answers every command at once.
 struct Answering : dds::GatewayHandler {
   void on_output_write(dds::OutputMessage) override {}

@@ -77,6 +77,22 @@ TEST(HeldSamples, ManySilentInstancesDoNotDriveEachOtherWithoutEnd) {
   EXPECT_LE(writer.repeated, 50'000U);
 }
 
+TEST(HeldSamples, WhatIsDroppedIsNotWrittenAgain) {
+  Held held;
+  held.note(1, "goes");
+  held.note(2, "stays");
+  std::string dropped;
+  held.drop([](const std::string& sample) { return sample == "goes"; },
+            [&](int instance, const std::string&) { dropped += std::to_string(instance); });
+  EXPECT_EQ(dropped, "1");
+  for (int i = 0; i < 5'000; ++i) {
+    held.note(3, "speaks");
+    while (const std::string* stale = held.take_stale()) {
+      ASSERT_EQ(*stale, "stays");
+    }
+  }
+}
+
 TEST(HeldSamples, NothingIsHeldAtFirst) {
   Held held;
   EXPECT_EQ(held.take_stale(), nullptr);

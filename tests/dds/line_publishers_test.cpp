@@ -28,6 +28,15 @@ TEST(LinePublishers, AWriterIsLostWithItsLinesOnce) {
   EXPECT_TRUE(lose(publishers, 1).empty());
 }
 
+TEST(LinePublishers, ALineMayGoWhileItsWriterStays) {
+  Publishers publishers;
+  publishers.note("plant", "press", 1);
+  publishers.note("plant", "hall", 1);
+  publishers.forget("plant", "press");
+  publishers.forget("plant", "nobody");
+  EXPECT_EQ(lose(publishers, 1), std::vector<std::string>{"plant/hall"});
+}
+
 TEST(LinePublishers, AGatewayThatStartedAgainIsNotGone) {
   Publishers publishers;
   publishers.note("plant", "press", 1);

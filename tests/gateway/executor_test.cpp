@@ -1,19 +1,31 @@
 // Real threads on socket pairs: the other end of the wire is the test.
 #include "gateway/executor.h"
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <memory>
+#include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <linux/can.h>
+#include <linux/capability.h>
 #include <poll.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include "bridges/can/socketcan.h"
 #include "gateway/line_runner.h"
+#include "gateway/scheduling.h"
 
+#include "tests/gateway/log_keeper.h"
 #include "tests/gateway/plans.h"
 
 namespace linegate::gateway {
@@ -59,6 +71,18 @@ class Wire {
   int mine_ = -1;
   std::unique_ptr<can_bridge::Channel> channel_;
 };
+
+// One that this process may run on.
+unsigned first_processor() {
+  cpu_set_t allowed;
+  CPU_ZERO(&allowed);
+  EXPECT_EQ(sched_getaffinity(0, sizeof allowed, &allowed), 0);
+  unsigned processor = 0;
+  while (processor < CPU_SETSIZE - 1 && !CPU_ISSET(processor, &allowed)) {
+    ++processor;
+  }
+  return processor;
+}
 
 class ExecutorTest : public testing::Test {
  protected:
@@ -158,6 +182,113 @@ TEST_F(ExecutorTest, AnswersACommandThatCameThroughTheRing) {
   EXPECT_EQ(reply.tag, 42U);
   EXPECT_TRUE(reply.ok());
   EXPECT_EQ(reply.data.size(), 4U);
+}
+
+TEST_F(ExecutorTest, TakesAndGivesBackRunnersWhileAnotherGoesOn) {
+  Wire wires[2];
+  Executor executor({});
+  executor.add(runner(0, wires[0].channel()));
+  executor.start();
+  EXPECT_TRUE(wires[0].expect(0x000));
+  for (int i = 0; i < 2; ++i) {
+    Wire wire;
+    auto coming = runner(1, wire.channel());
+    Runner* const known = coming.get();
+    executor.add(std::move(coming));
+    EXPECT_TRUE(wire.expect(0x000)) << "reset of all nodes";
+    wire.send(0x705, {0});
+    EXPECT_TRUE(expect(1, EventKind::boot_up));
+    const auto gone = executor.send_away({known});
+    ASSERT_EQ(gone.size(), 1U);
+    EXPECT_EQ(gone[0].get(), known);
+    EXPECT_TRUE(expect(1, EventKind::line_stopped)) << "in good order";
+    wire.send(0x705, {0});  // nobody listens, and nobody minds
+  }
+  EXPECT_TRUE(executor.send_away({}).empty());
+  wires[0].send(0x705, {0});
+  EXPECT_TRUE(expect(0, EventKind::boot_up));
+  EXPECT_TRUE(wires[0].expect(0x605));
+}
+
+TEST_F(ExecutorTest, RunsWithThePriorityOnTheProcessorThatThePlanNames) {
+  struct Told {
+    int policy = -1;
+    sched_param parameter{};
+    cpu_set_t processors{};
+  };
+  // Asks its thread how it is run.
+  class Asking final : public Runner {
+   public:
+    Asking(Told& told, int done) : told_(told), done_(done) {}
+    int descriptor() const override { return -1; }
+    bool wants_writable() const override { return false; }
+    void service(Instant /*now*/) override {
+      pthread_getschedparam(pthread_self(), &told_.policy, &told_.parameter);
+      pthread_getaffinity_np(pthread_self(), sizeof told_.processors, &told_.processors);
+      EXPECT_EQ(write(done_, "x", 1), 1);
+    }
+    Instant next_wake() const override { return kNever; }
+    void stop(Instant /*now*/) override {}
+    bool stopped(Instant /*now*/) const override { return true; }
+
+   private:
+    Told& told_;
+    int done_;
+  };
+  int done[2] = {-1, -1};
+  ASSERT_EQ(pipe(done), 0);
+  Told told;
+  LogKeeper log;
+  config::ExecutorPlan plan;
+  plan.name = "fast";
+  plan.priority = 7;
+  plan.processor = first_processor();
+  {
+    Executor executor(plan);
+    executor.add(std::make_unique<Asking>(told, done[1]));
+    executor.start();
+    pollfd p{done[0], POLLIN, 0};
+    ASSERT_EQ(poll(&p, 1, kPatience), 1);
+  }
+  close(done[0]);
+  close(done[1]);
+  EXPECT_EQ(CPU_COUNT(&told.processors), 1);
+  EXPECT_TRUE(CPU_ISSET(*plan.processor, &told.processors));
+  // Either it is so, or it was said that it is not: nothing is left out in silence.
+  const bool real_time = told.policy == SCHED_FIFO && told.parameter.sched_priority == 7;
+  const auto lines = log.lines();
+  const bool warned = std::find(lines.begin(), lines.end(),
+                                "warning executor fast: real-time priority is not permitted "
+                                "(Operation not permitted); it runs without") != lines.end();
+  EXPECT_NE(real_time, warned);
+}
+
+TEST_F(ExecutorTest, LocksNoMemoryUnderALimitThatCouldEndTheGateway) {
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_MEMLOCK, &before), 0);
+  rlimit limited = before;
+  limited.rlim_cur = std::min<rlim_t>(before.rlim_max, rlim_t{1} << 40U);  // enough, and a limit
+  ASSERT_EQ(setrlimit(RLIMIT_MEMLOCK, &limited), 0);
+  __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+  std::array<__user_cap_data_struct, _LINUX_CAPABILITY_U32S_3> capabilities{};
+  ASSERT_EQ(syscall(SYS_capget, &header, capabilities.data()), 0);
+  auto without = capabilities;
+  for (auto& part : without) {
+    part.effective = 0;
+  }
+  ASSERT_EQ(syscall(SYS_capset, &header, without.data()), 0);  // of this thread
+  {
+    LogKeeper log;
+    config::ExecutorPlan plan;
+    plan.name = "fast";
+    plan.lock_memory = true;
+    apply_scheduling(plan);
+    EXPECT_EQ(log.lines(),
+              std::vector<std::string>{"warning executor fast: locked memory is not permitted "
+                                       "(Operation not permitted); it runs without"});
+  }
+  EXPECT_EQ(syscall(SYS_capset, &header, capabilities.data()), 0);
+  EXPECT_EQ(setrlimit(RLIMIT_MEMLOCK, &before), 0);
 }
 
 TEST_F(ExecutorTest, GoesOnWithoutSchedulingThatIsNotPermitted) {

@@ -8,6 +8,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -63,7 +65,9 @@ class Listener : public dds::ClientListener {
     layouts[source.line + "/" + std::string(image::name(layout.direction))] = layout;
   }
   void on_image(const dds::Source& source, const image::Snapshot& snapshot) override {
-    images[source.line + "/" + std::string(image::name(snapshot.direction))] = snapshot;
+    auto& last = images[source.line + "/" + std::string(image::name(snapshot.direction))];
+    images_back += source.line == "open" && snapshot.sequence <= last.sequence ? 1 : 0;
+    last = snapshot;
   }
   void on_pdo(const dds::Source& source, const dds::PdoUpdate& update) override {
     pdos[source.line] = update;
@@ -74,6 +78,10 @@ class Listener : public dds::ClientListener {
     gaps += !numbers.empty() && event.number != numbers.rbegin()->first + 1 ? 1 : 0;
     numbers[event.number] = event;
     texts.emplace_back(text);
+  }
+
+  void on_line_gone(std::string_view /*gateway*/, std::string_view line) override {
+    lines_gone.emplace_back(line);
   }
 
   bool happened(const std::string& line, EventKind kind) const {
@@ -97,7 +105,9 @@ class Listener : public dds::ClientListener {
   std::map<std::string, dds::PdoUpdate> pdos;
   std::map<std::string, std::map<std::uint64_t, Event>> events;
   std::vector<std::string> texts;
+  std::vector<std::string> lines_gone;
   int gaps = 0;
+  int images_back = 0;  // of line open: a sample with an older number
 };
 
 class GatewayTest : public testing::Test {
@@ -259,6 +269,67 @@ TEST_F(GatewayTest, WritesOneOutputForAPersonAndChecksTheLayout) {
             line::to_error(line::Refusal::stale_layout));
   const auto done = call(at("open"), write, layout);
   EXPECT_TRUE(done.reply.ok()) << done.text;
+}
+
+// The other is not disturbed: no start, no loss, and its numbers go on.
+TEST_F(GatewayTest, ReloadsOnlyTheLinesThatChanged) {
+  ASSERT_TRUE(until([&] { return seen_.lines["closed"].manager == line::ManagerState::running; }));
+  const auto& image = seen_.images["open/inputs"];
+  ASSERT_TRUE(until([&] { return image.sequence > 0; }));
+  const auto closed_events = seen_.events["closed"].size();
+  const auto closed_frames = seen_.lines["closed"].counters.frames_received;
+
+  std::string text = plant_text();
+  text.replace(text.find("{id: 6, name: drive"), 19, "{id: 6, name: motor");
+  const std::string more = R"(  - name: more
+    interface: "simulated:"
+    nodes: [{id: 9, name: lamp, eds: bridges/sim/eds/digital-io.eds}]
+    simulate: [{node: 9, profile: digital-io}]
+)";
+  const auto result = gateway_->reload(make_plant(text + more));
+  EXPECT_TRUE(result.done);
+  EXPECT_TRUE(result.diagnostics.empty());
+  EXPECT_EQ(describe(result.difference),
+            "lines changed: closed; started: more; stopped: none; unchanged: 1");
+  EXPECT_TRUE(until([&] { return operational("closed/motor") && operational("more/lamp"); }));
+  EXPECT_TRUE(until([&] {
+    return seen_.happened("closed", EventKind::line_stopped) &&
+           seen_.events["closed"].size() > closed_events + 5 &&
+           seen_.lines["closed"].counters.frames_received > closed_frames &&
+           seen_.layouts.size() == 6;
+  }));
+  EXPECT_TRUE(call(at("more"), sdo_read(9, 0x1000, 0)).reply.ok());
+  EXPECT_TRUE(call(at("open"), sdo_read(5, 0x1000, 0)).reply.ok());
+  const auto first = image.sequence;
+  EXPECT_TRUE(until([&] { return image.sequence > first + 2; }));
+  EXPECT_EQ(seen_.gaps, 0);
+  EXPECT_FALSE(seen_.happened("open", EventKind::line_stopped));
+  EXPECT_FALSE(seen_.happened("open", EventKind::heartbeat_lost));
+  EXPECT_EQ(seen_.lines["open"].counters.frames_lost, 0U);
+  EXPECT_EQ(seen_.incarnation, kIncarnation);
+
+  // And back: a line that goes is gone for its subscribers.
+  const auto back = gateway_->reload(make_plant(text));
+  EXPECT_TRUE(back.done);
+  EXPECT_EQ(back.difference.stopped, std::vector<std::string>{"more"});
+  EXPECT_TRUE(until([&] {
+    return seen_.happened("more", EventKind::line_stopped) &&
+           std::ranges::count(seen_.lines_gone, "more") == 1;
+  }));
+  EXPECT_EQ(call(at("more"), sdo_read(9, 0x1000, 0)).reply.error,
+            line::to_error(line::Refusal::unknown_line));
+  EXPECT_EQ(seen_.images_back, 0);
+}
+
+TEST_F(GatewayTest, AReloadThatIsRefusedChangesNothing) {
+  std::string text = plant_text();
+  text.replace(text.find("name: test"), 10, "name: else");
+  text.replace(text.find("access: read"), 12, "access: all");
+  const auto result = gateway_->reload(make_plant(text));
+  EXPECT_FALSE(result.done);
+  EXPECT_TRUE(has_errors(result.diagnostics));
+  EXPECT_TRUE(call(at("closed"), sdo_read(6, 0x1000, 0)).reply.ok());
+  EXPECT_FALSE(seen_.happened("closed", EventKind::line_stopped));
 }
 
 TEST_F(GatewayTest, PublishesTheLastEventsWhenItStops) {

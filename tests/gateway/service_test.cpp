@@ -199,6 +199,11 @@ TEST(StatusText, SaysHowManyLinesAreInOrderAndWhatTheOthersLack) {
   EXPECT_EQ(status_text(std::vector{good}), "1 line in order");
   EXPECT_EQ(status_text(std::vector{good, good}), "2 lines in order");
 
+  ShownLine observer = line("plc", can::BusState::error_active, 2, 2);
+  observer.state->role = line::Role::observer;
+  observer.state->own_state = nmt::State::initialising;
+  EXPECT_EQ(status_text(std::vector{observer}), "1 line in order");
+
   ShownLine waiting = line("pack", can::BusState::unknown, 0, 2);
   waiting.state->own_state = nmt::State::initialising;
   const std::vector<ShownLine> lines{good,

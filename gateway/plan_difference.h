@@ -1,0 +1,41 @@
+// What a configuration changes in the one that runs. A line is known by its name.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gateway/config/plant.h"
+#include "stack/base/diagnostic.h"
+
+namespace linegate::gateway {
+
+// As much of a configuration as is needed to tell what another one changes.
+struct PlantIdentity {
+  struct Line {
+    std::string name;
+    std::string source;
+  };
+  std::string gateway;
+  std::uint32_t dds_domain = 0;
+  std::string dds_profile;
+  std::vector<Line> lines;
+};
+PlantIdentity identity_of(const config::Plant& plant);
+
+struct PlanDifference {
+  // Names of lines, each in the order of the configuration that has them.
+  std::vector<std::string> unchanged;
+  std::vector<std::string> changed;
+  std::vector<std::string> started;
+  std::vector<std::string> stopped;
+  // What only a new start can change: the gateway is known by it, or has its connections by it.
+  std::vector<Diagnostic> refusals;
+
+  bool empty() const { return changed.empty() && started.empty() && stopped.empty(); }
+};
+PlanDifference difference(const PlantIdentity& running, const config::Plant& wanted);
+
+// "lines changed: press; started: pack, oven; stopped: none; unchanged: 5".
+std::string describe(const PlanDifference& difference);
+
+}  // namespace linegate::gateway

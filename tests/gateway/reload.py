@@ -1,0 +1,126 @@
+#!/usr/bin/python3
+"""SIGHUP: a running linegated takes over what changed in its plant.yaml, and nothing else; a file with mistakes
+changes nothing, and all of them are told.
+
+reload.py LINEGATED LINEGATE PROFILES
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+PATIENCE = 60  # seconds
+LINE = """  - name: {name}
+    interface: "simulated:"
+    network_id: {network}
+    heartbeat: {heartbeat}
+    simulate: [{{node: 8, profile: digital-io}}]
+"""
+HEAD = """schema: 1
+gateway: {{name: reload}}
+dds: {{domain: {domain}, profile: {profiles}}}
+lines:
+"""
+
+
+class Failure(Exception):
+    pass
+
+
+class Gateway:
+    def __init__(self, linegated, linegate, profiles, folder):
+        self.domain = str(210 + os.getpid() % 10)  # below are those of tests/dds/own_domain.h
+        self.console = [linegate, "--profile", profiles, "--domain", self.domain, "--wait", str(PATIENCE), "--json"]
+        self.head = HEAD.format(domain=self.domain, profiles=profiles)
+        self.plant = os.path.join(folder, "plant.yaml")
+        self.write({"stays": 1, "changes": 2, "goes": 3})
+        self.process = subprocess.Popen([linegated, self.plant], stderr=subprocess.PIPE, text=True)
+        self.log = []
+        self.news = threading.Condition()
+        threading.Thread(target=self.read_log, daemon=True).start()
+
+    def write(self, lines, heartbeat="100ms", extra=""):
+        with open(self.plant, "w", encoding="utf-8") as file:
+            file.write(self.head)
+            for name, network in lines.items():
+                file.write(LINE.format(name=name, network=network, heartbeat=heartbeat if name == "changes" else "1s"))
+            file.write(extra)
+
+    def read_log(self):
+        for line in self.process.stderr:
+            with self.news:
+                self.log.append(line.rstrip("\n"))
+                self.news.notify_all()
+
+    def count(self, text):
+        return sum(text in line for line in self.log)
+
+    def await_log(self, text, times=1):
+        with self.news:
+            if not self.news.wait_for(lambda: self.count(text) >= times, PATIENCE):
+                raise Failure(f"not in the log {times} times: {text}\n" + "\n".join(self.log))
+
+    def reload(self, answer, times=1):
+        self.process.send_signal(signal.SIGHUP)
+        self.await_log(answer, times)
+
+    def lines(self):
+        """By name, as a new subscriber sees them."""
+        told = subprocess.run([*self.console, "lines"], capture_output=True, text=True, timeout=2 * PATIENCE, check=True)
+        return {line["line"]: line for line in json.loads(told.stdout)["lines"]}
+
+    def await_lines(self, names):
+        end = time.monotonic() + PATIENCE
+        while set(lines := self.lines()) != names:
+            if time.monotonic() > end:
+                raise Failure(f"lines {set(lines)} instead of {names}")
+        return lines
+
+
+def run(gateway):
+    for name in ("stays", "changes", "goes"):
+        gateway.await_log(f"{name}: node 8: boot-up")
+    before = gateway.await_lines({"stays", "changes", "goes"})
+
+    gateway.write({"stays": 1, "changes": 2, "comes": 4}, heartbeat="200ms")
+    gateway.reload("reloaded: lines changed: changes; started: comes; stopped: goes; unchanged: 1")
+    gateway.await_log("changes: started as manager", 2)
+    gateway.await_log("comes: node 8: boot-up")
+    gateway.await_log("goes: stopped")
+    after = gateway.await_lines({"stays", "changes", "comes"})
+    for name in ("stays", "changes"):
+        if after[name]["counters"]["frames_received"] < before[name]["counters"]["frames_received"]:
+            raise Failure(f"the counters of {name} went back")
+    if gateway.count("stays: started") != 1 or gateway.count("stays: stopped") != 0:
+        raise Failure("a line that stays the same was disturbed")
+
+    gateway.write({"stays": 1}, extra="  - {name: bad, interfce: x}\n  - {name: worse, interface: 'nonsense:'}\n")
+    gateway.reload("not reloaded: everything runs as before")
+    for part in ("interfce", "nonsense"):
+        gateway.await_log(part)
+    gateway.write({"stays": 1, "changes": 2, "comes": 4}, heartbeat="200ms", extra="executors: [{name: unused}]\n")
+    gateway.reload("reloaded: lines changed: none; started: none; stopped: none; unchanged: 3")
+    gateway.process.send_signal(signal.SIGTERM)
+    if gateway.process.wait(timeout=PATIENCE) != 0:
+        raise Failure(f"it ended with {gateway.process.returncode}")
+
+
+def main(linegated, linegate, profiles):
+    with tempfile.TemporaryDirectory() as folder:
+        gateway = Gateway(linegated, linegate, profiles, folder)
+        try:
+            run(gateway)
+        except Failure as failure:
+            return str(failure)
+        finally:
+            gateway.process.kill()
+    return None
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
