@@ -118,8 +118,11 @@ class Sizes(TreeCase):
 
 class Services(TreeCase):
     HEAD = "## Services and objects\n\n| service or object | where | test |\n|---|---|---|\n"
+    FAULTS = "## When something fails\n\n| what is seen | what happens | what to do | shown by |\n|---|---|---|---|\n"
+    FAULT = "| no SYNC | nothing | wait | `Sync.IsSent` |\n"
 
-    def found_in(self, row):
+    def found_in(self, row, faults=FAULTS + FAULT):
+        self.write("deploy/OPERATING.md", faults)
         self.write("stack/sync/producer.h", "")
         self.write("tests/stack/CMakeLists.txt", "linegate_test(t SOURCES sync_test.cpp)\n")
         self.write("tests/stack/sync_test.cpp", "TEST_F(Sync, IsSent) {}\n// TEST(Sync, IsLate)\n")
@@ -147,6 +150,21 @@ class Services(TreeCase):
 
     def test_an_empty_table(self):
         self.assertEqual(len(self.found_in("")), 1)
+
+    def test_faults(self):
+        row = "| SYNC | `sync/producer.h` | `Sync.IsSent` |\n"
+        for fault in (
+            "| no SYNC | nothing | wait | `Sync.IsGone` |\n",
+            "| no SYNC | nothing | wait | none |\n",
+            "| no SYNC | nothing | wait | `sync/gone.py` |\n",
+            "| no SYNC | nothing | `Sync.IsSent` |\n",
+            "| no SYNC |  | wait | `Sync.IsSent` |\n",
+        ):
+            with self.subTest(fault=fault):
+                found = self.found_in(row, self.FAULTS + fault + "\n## Next\n\n| a | b |\n")
+                self.assertEqual(len(found), 1)
+                self.assertTrue(found[0].startswith("deploy/OPERATING.md:5: "), found[0])
+        self.assertEqual(len(self.found_in(row, self.FAULTS)), 1)
 
 
 class Words(TreeCase):

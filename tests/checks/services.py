@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""The table of services and objects in stack/README.md: every place and every test it names exists, and the test is
-built. (That none is switched off is what words.py looks after.) What is no test of GoogleTest is named by its path
-below tests/."""
+"""The table of services and objects in stack/README.md, and that of faults in deploy/OPERATING.md: every place and
+every test they name exists, and the test is built. (That none is switched off is what words.py looks after.) What is
+no test of GoogleTest is named by its path below tests/."""
 
 import os
 import re
@@ -11,6 +11,9 @@ import tree
 TABLE = "stack/README.md"
 HEADING = "## Services and objects"
 FIRST_CELL = "service or object"
+FAULTS = "deploy/OPERATING.md"
+FAULTS_HEADING = "## When something fails"
+FAULTS_FIRST_CELL = "what is seen"
 IN_CODE = re.compile(r"`([^`]*)`")
 TEST = re.compile(r"^(?:TYPED_)?TEST(?:_[FP])?\(\s*(\w+)\s*,\s*(\w+)\s*\)", re.MULTILINE)
 
@@ -29,43 +32,62 @@ def tests_of(root):
     return found
 
 
-def rows(root):
-    """(line number, cells) of each row below the heading."""
+def rows(root, table, heading, first_cell):
+    """(line number, cells) of each row below the heading, up to the next."""
     inside = False
-    for number, line in tree.lines(root, TABLE):
-        inside = inside or line == HEADING
+    for number, line in tree.lines(root, table):
+        inside = line == heading if line.startswith("## ") else inside
         if inside and line.startswith("|") and set(line) - set("|- "):
             cells = [cell.strip() for cell in line.strip("|").split("|")]
-            if cells[0] != FIRST_CELL:
+            if cells[0] != first_cell:
                 yield number, cells
 
 
-def wrong_in(root, cells, tests):
-    if len(cells) != 3:
-        yield "a row has three cells: service or object, where, test"
-        return
-    places, names = IN_CODE.findall(cells[1]), IN_CODE.findall(cells[2])
-    if not places or not names:
-        yield "names no place or no test"
-    for place in places:
-        if not any(os.path.exists(os.path.join(root, base, place)) for base in ("stack", "")):
-            yield f"there is no {place}"
+def wrong_tests(root, cell, tests):
+    names = IN_CODE.findall(cell)
+    if not names:
+        yield "names no test"
     for name in names:
         exists = os.path.exists(os.path.join(root, "tests", name)) if "/" in name else name in tests
         if not exists:
             yield f"there is no test {name}"
 
 
+def wrong_in(root, cells, tests):
+    if len(cells) != 3:
+        yield "a row has three cells: service or object, where, test"
+        return
+    places = IN_CODE.findall(cells[1])
+    if not places:
+        yield "names no place"
+    for place in places:
+        if not any(os.path.exists(os.path.join(root, base, place)) for base in ("stack", "")):
+            yield f"there is no {place}"
+    yield from wrong_tests(root, cells[2], tests)
+
+
+def wrong_in_fault(root, cells, tests):
+    if len(cells) != 4 or not all(cells):
+        yield "a row has four cells: what is seen, what happens, what to do, shown by"
+        return
+    yield from wrong_tests(root, cells[3], tests)
+
+
+def check_table(root, tests, table, heading, first_cell, wrong):
+    found = list(rows(root, table, heading, first_cell)) if os.path.exists(os.path.join(root, table)) else []
+    if not found:
+        yield f"{table}: no rows below '{heading}'"
+    for number, cells in found:
+        for complaint in wrong(root, cells, tests):
+            yield f"{table}:{number}: {complaint}"
+
+
 def check(root):
     if not os.path.exists(os.path.join(root, "stack")):
         return
     tests = tests_of(root)
-    found = list(rows(root)) if os.path.exists(os.path.join(root, TABLE)) else []
-    if not found:
-        yield f"{TABLE}: no rows below '{HEADING}'"
-    for number, cells in found:
-        for complaint in wrong_in(root, cells, tests):
-            yield f"{TABLE}:{number}: {complaint}"
+    yield from check_table(root, tests, TABLE, HEADING, FIRST_CELL, wrong_in)
+    yield from check_table(root, tests, FAULTS, FAULTS_HEADING, FAULTS_FIRST_CELL, wrong_in_fault)
 
 
 if __name__ == "__main__":
