@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/can/frame.h"
 
@@ -28,8 +29,7 @@ class TransmitQueue {
   // The same for a classical data frame of 8 bytes, given as one little-endian number.
   bool push(TransmitClass cls, CobId cob_id, std::uint64_t data);
   std::size_t room(TransmitClass cls) const {
-    const Ring& ring = rings_[static_cast<std::size_t>(cls)];
-    return ring.frames.size() - ring.count;
+    return capacity_ - rings_[static_cast<std::size_t>(cls)].count;
   }
   // Frames of the class that wait for the bus.
   std::size_t queued(TransmitClass cls) const;
@@ -47,7 +47,7 @@ class TransmitQueue {
   static constexpr unsigned kUrgent = (1U << static_cast<unsigned>(TransmitClass::sdo)) - 1U;
 
   struct Ring {
-    std::vector<Frame> frames;
+    std::vector<Frame> frames;  // capacity_
     std::size_t head = 0;
     std::size_t count = 0;
   };
@@ -55,9 +55,36 @@ class TransmitQueue {
   Frame* take_place(TransmitClass cls);
   bool pop(unsigned classes, Frame& out);
 
+  std::size_t capacity_;
   std::array<Ring, kTransmitClasses> rings_;
   unsigned waiting_ = 0;  // bit n: class n has frames
   std::uint64_t refused_ = 0;
 };
+
+inline Frame* TransmitQueue::take_place(TransmitClass cls) {
+  Ring& ring = rings_[static_cast<std::size_t>(cls)];
+  if (ring.count == capacity_) {
+    ++refused_;
+    return nullptr;
+  }
+  std::size_t place = ring.head + ring.count++;
+  if (place >= capacity_) {
+    place -= capacity_;
+  }
+  waiting_ |= 1U << static_cast<unsigned>(cls);
+  return &ring.frames[place];
+}
+
+inline bool TransmitQueue::push(TransmitClass cls, CobId cob_id, std::uint64_t data) {
+  Frame* const place = take_place(cls);
+  if (place != nullptr) {
+    place->id = cob_id.id();
+    place->length = kMaxClassicData;
+    place->flags = cob_id.extended() ? std::uint8_t{Frame::kExtended} : std::uint8_t{0};
+    place->time = Instant{};
+    store_le(place->data.data(), data);
+  }
+  return place != nullptr;
+}
 
 }  // namespace linegate::can

@@ -50,6 +50,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   // --- frames: receive.cpp ----------------------------------------------------------------------
   void receive(std::span<const can::Frame> frames);
   void receive(const can::Frame& frame);
+  bool receive_sdo_request(const can::Frame& frame);
   void serve_all(const can::Target* target, const can::Frame& frame);
   void serve(can::Service service, std::uint16_t index, const can::Frame& frame);
   void remote_request(can::Target target, const can::Frame& frame);

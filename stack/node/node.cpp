@@ -82,8 +82,9 @@ Instant Node::next_wake() const {
 }
 
 bool Node::next_frame(can::Frame& out, Instant now) {
-  return impl_->transmit.pop_urgent(out) || impl_->pdos.next_frame(out, now) ||
-         impl_->transmit.pop_rest(out);
+  Impl& node = *impl_;
+  return node.transmit.pop_urgent(out) || node.pdos.next_frame(out, now) ||
+         node.transmit.pop_rest(out);
 }
 bool Node::wants_to_send(Instant now) const {
   return !impl_->transmit.empty() || impl_->pdos.wants_to_send(now);

@@ -18,6 +18,7 @@ SdoServers::SdoServers(od::Dictionary& dictionary, can::Dispatch& dispatch, Even
                        std::uint8_t node_id)
     : dictionary_(dictionary), dispatch_(dispatch), events_(events), node_id_(node_id) {
   find_objects();
+  default_server_ = entries_.front().server.get();
 }
 
 void SdoServers::find_objects() {
@@ -58,17 +59,9 @@ void SdoServers::reset() {
   }
 }
 
-bool SdoServers::receive(std::uint16_t number, const can::Frame& frame, can::TransmitQueue& queue) {
-  if (number == 0) {
-    entries_.front().server->receive(frame, queue);
-    return true;
-  }
+sdo::Server* SdoServers::find(std::uint16_t number) {
   const auto entry = std::ranges::lower_bound(entries_, number, {}, &Entry::number);
-  if (entry == entries_.end() || entry->number != number) {
-    return false;
-  }
-  entry->server->receive(frame, queue);
-  return true;
+  return entry == entries_.end() || entry->number != number ? nullptr : entry->server.get();
 }
 
 void SdoServers::settle() {

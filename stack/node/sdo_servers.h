@@ -39,7 +39,14 @@ class SdoServers final : public od::Hook {
   void reset();
 
   // number: Target::index. False if there is no such server.
-  bool receive(std::uint16_t number, const can::Frame& frame, can::TransmitQueue& queue);
+  bool receive(std::uint16_t number, const can::Frame& frame, can::TransmitQueue& queue) {
+    sdo::Server* const server = number == 0 ? default_server_ : find(number);
+    if (server == nullptr) {
+      return false;
+    }
+    server->receive(frame, queue);
+    return true;
+  }
   void settle();
   void advance(Instant now, can::TransmitQueue& queue);
   Instant next_wake() const;
@@ -59,6 +66,7 @@ class SdoServers final : public od::Hook {
     std::unique_ptr<sdo::Server> server;
   };
 
+  sdo::Server* find(std::uint16_t number);
   void configure(Entry& entry);
   void find_objects();
   void show_default_server();
@@ -69,6 +77,7 @@ class SdoServers final : public od::Hook {
   EventLog& events_;
   std::uint8_t node_id_;
   std::vector<Entry> entries_;  // ascending by number, the default server first
+  sdo::Server* default_server_ = nullptr;
   bool changed_ = false;
   std::size_t first_ = 0;  // in advance()
 };

@@ -28,8 +28,16 @@ std::uint32_t capacity_of(const VariableDescription& variable) {
   return static_cast<std::uint32_t>(std::max(least, variable.value.size()));
 }
 
+bool fits_into_slot(const VariableDescription& variable) {
+  const unsigned fixed = byte_size(variable.type);
+  return variable.sub == 0 && fixed != 0 && fixed <= kLongestInSlot;
+}
+
 // Bytes of the value in the object's block.
 std::size_t room_of(const VariableDescription& variable) {
+  if (fits_into_slot(variable)) {
+    return 0;
+  }
   return variable.type == DataType::domain ? 0 : round_up(capacity_of(variable) + kSlack);
 }
 
@@ -139,7 +147,9 @@ std::unique_ptr<CacheLine[]> make_block(std::size_t count, std::size_t room) {
 }  // namespace
 
 Dictionary::Dictionary()
-    : objects_(std::make_unique<ObjectTable>()), deferrals_(std::make_unique<Deferrals>()) {
+    : slots_(std::make_unique<SlotPages>()),
+      objects_(std::make_unique<ObjectTable>(*slots_)),
+      deferrals_(std::make_unique<Deferrals>()) {
 }
 
 Dictionary::Dictionary(const DeviceDescription& device) : Dictionary() {
@@ -170,14 +180,18 @@ Result<void> Dictionary::add(const ObjectDescription& object) {
   details.block = make_block(count, room);
   auto* variables = reinterpret_cast<Variable*>(details.block.get());
   auto* next = reinterpret_cast<std::byte*>(details.block.get()) + count * sizeof(Variable);
+  Slot& slot = objects_->place(object.index);
   for (const VariableDescription& described : object.variables) {
     VariableDetails& cold = details.variables[described.sub];
     cold = details_of(described);
-    variables[described.sub] = variable_of(described, cold, next);
+    std::byte* const at = fits_into_slot(described) ? slot.value.data() : next;
+    variables[described.sub] = variable_of(described, cold, at);
     next += room_of(described);
   }
-  objects_->insert(object.index, Slot{variables, 0, highest, Slot::Kind::plain},
-                   std::move(details));
+  slot.variables = variables;
+  slot.highest = highest;
+  slot.kind = Slot::Kind::plain;
+  objects_->insert(slot, std::move(details));
   tell_observers(object.index);
   return {};
 }
@@ -204,6 +218,7 @@ Result<void> Dictionary::bind(Address address, std::byte* data) {
     return to_error(AbortCode::unsupported_access);
   }
   variable->data = data;
+  ObjectTable::look_at(*objects_->find(address.index));
   tell_observers(address.index);
   return {};
 }
@@ -216,11 +231,11 @@ Result<void> Dictionary::add_window(std::uint16_t index, DataType type, Access a
   ObjectDetails details;
   details.type = ObjectType::array;
   details.structure = structure(static_cast<std::uint16_t>(type), ObjectType::array);
-  details.block = make_block(2, round_up(1 + kSlack));
+  details.block = make_block(2, 0);
+  Slot& slot = objects_->place(index);
+  slot.value[0] = std::byte{count};
   auto* variables = reinterpret_cast<Variable*>(details.block.get());
-  auto* count_at = reinterpret_cast<std::byte*>(variables + 2);
-  *count_at = std::byte{count};
-  variables[0] = Variable{.data = count_at,
+  variables[0] = Variable{.data = slot.value.data(),
                           .size = 1,
                           .capacity = 1,
                           .type = DataType::unsigned8,
@@ -232,7 +247,10 @@ Result<void> Dictionary::add_window(std::uint16_t index, DataType type, Access a
                           .type = type,
                           .access = access,
                           .mappable = true};
-  objects_->insert(index, Slot{variables, 0, count, Slot::Kind::window}, std::move(details));
+  slot.variables = variables;
+  slot.highest = count;
+  slot.kind = Slot::Kind::window;
+  objects_->insert(slot, std::move(details));
   tell_observers(index);
   return {};
 }

@@ -23,6 +23,7 @@
 #include "stack/base/result.h"
 #include "stack/od/description.h"
 #include "stack/od/hook.h"
+#include "stack/od/slot_pages.h"
 
 namespace linegate::od {
 
@@ -143,6 +144,9 @@ class Dictionary {
   // the structure of the object, UNSIGNED32: data type << 8 | object code (CiA 301, 7.4.7). It is
   // const: nobody describes it, and writing it is refused with read_only.
   Result<std::span<const std::byte>> read(Address address) const;
+  // The same for most short values at a fraction of the price: sub-index 0 of 1 to 4 bytes without
+  // hook, in the dictionary's own storage. Size 0 for all others, and where read() fails.
+  Glance glance(Address address) const { return slots_->glance(address); }
   // Everything write() would check, without writing: for writes that are split in two. In this
   // order: no_object, no_sub_index, read_only, length_too_high or length_too_low (length_mismatch
   // for half a character of a UNICODE_STRING), invalid_value for a BOOLEAN above 1, value_too_high
@@ -245,7 +249,8 @@ class Dictionary {
   void tell_changed(Address address);
   void tell_observers(std::uint16_t index);
 
-  std::unique_ptr<ObjectTable> objects_;
+  std::unique_ptr<SlotPages> slots_;
+  std::unique_ptr<ObjectTable> objects_;  // on slots_
   std::unique_ptr<Deferrals> deferrals_;
   std::vector<Observer*> observers_;
   std::uint64_t writes_told_ = 0;

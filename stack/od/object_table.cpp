@@ -18,7 +18,7 @@ Variable* ObjectTable::window_element(const Slot& slot, std::uint8_t sub, Variab
   return &element;
 }
 
-void ObjectTable::insert(std::uint16_t index, Slot slot, ObjectDetails details) {
+void ObjectTable::insert(Slot& slot, ObjectDetails details) {
   if (free_details_.empty()) {
     free_details_.push_back(static_cast<std::uint32_t>(details_.size()));
     details_.emplace_back();
@@ -26,15 +26,19 @@ void ObjectTable::insert(std::uint16_t index, Slot slot, ObjectDetails details) 
   slot.details = free_details_.back();
   free_details_.pop_back();
   details_[slot.details] = std::make_unique<ObjectDetails>(std::move(details));
-  auto& page = pages_[index >> 8U];
-  if (page == nullptr) {
-    page = std::make_unique<Page>();
-  }
-  (*page)[index & 0xFFU] = slot;
+  look_at(slot);
+}
+
+void ObjectTable::look_at(Slot& slot) {
+  constexpr std::uint32_t kLongestGlance = 4;
+  const Variable& first = slot.variables[0];
+  const bool possible = first.data == slot.value.data() && first.hook == nullptr &&
+                        readable(first.access) && first.size <= kLongestGlance;
+  slot.glance = possible ? static_cast<std::uint8_t>(first.size) : std::uint8_t{0};
 }
 
 void ObjectTable::erase(std::uint16_t index) {
-  Slot& slot = (*pages_[index >> 8U])[index & 0xFFU];
+  Slot& slot = slots_.place(index);
   details_[slot.details].reset();
   free_details_.push_back(slot.details);
   slot = Slot{};
@@ -42,11 +46,11 @@ void ObjectTable::erase(std::uint16_t index) {
 
 std::vector<std::uint16_t> ObjectTable::indices() const {
   std::vector<std::uint16_t> out;
-  for (unsigned high = 0; high < 256; ++high) {
-    for (unsigned low = 0; pages_[high] != nullptr && low < 256; ++low) {
-      if ((*pages_[high])[low].kind != Slot::Kind::none) {
-        out.push_back(static_cast<std::uint16_t>(high << 8U | low));
-      }
+  for (unsigned index = 0; index <= 0xFFFF; ++index) {
+    if (!slots_.has_page(static_cast<std::uint16_t>(index))) {
+      index |= 0xFFU;
+    } else if (find(static_cast<std::uint16_t>(index)) != nullptr) {
+      out.push_back(static_cast<std::uint16_t>(index));
     }
   }
   return out;

@@ -1,8 +1,10 @@
 // How a Dictionary keeps its objects; private to stack/od.
 //
 // Look-up touches three places: the page of 256 slots for the index, the Variable, its value. The
-// Variables of an object and their values lie in one block of cache lines, so that for an ordinary
-// VAR the last two are the same line. Names, initial values and limits are kept elsewhere.
+// Variables of an object and their values lie in one block of cache lines. The value of sub-index 0
+// is an exception if it is a short one, as it is of most objects: it lies in the slot, beside all
+// that has to be known to read it, so that a glance touches one cache line. Names, initial values
+// and limits are kept elsewhere.
 #pragma once
 
 #include <array>
@@ -14,6 +16,7 @@
 
 #include "stack/od/dictionary.h"
 #include "stack/od/hook_chain.h"
+#include "stack/od/slot_pages.h"
 
 namespace linegate::od {
 
@@ -40,40 +43,20 @@ struct ObjectDetails {
   std::vector<VariableDetails> variables;  // by sub-index, as Slot::variables
 };
 
-struct Slot {
-  enum class Kind : std::uint8_t { none, plain, window };
-
-  // plain: by sub-index, highest + 1 of them; a gap has DataType::none. window: sub-index 0, and
-  // the first element.
-  Variable* variables = nullptr;
-  std::uint32_t details = 0;  // position of the ObjectDetails
-  std::uint8_t highest = 0;   // sub-index
-  Kind kind = Kind::none;
-};
-
 class ObjectTable {
  public:
+  explicit ObjectTable(SlotPages& slots) : slots_(slots) {}
+
   // nullptr if there is no object.
-  const Slot* find(std::uint16_t index) const {
-    const Page* page = pages_[index >> 8U].get();
-    if (page == nullptr) {
-      return nullptr;
-    }
-    const Slot& slot = (*page)[index & 0xFFU];
-    return slot.kind == Slot::Kind::none ? nullptr : &slot;
-  }
+  Slot* find(std::uint16_t index) const { return slots_.find(index); }
 
   // The variable if it has a place of its own, as all but elements of a window do; else nullptr.
   const Variable* find_plain(Address address) const {
-    const Page* page = pages_[address.index >> 8U].get();
-    if (page == nullptr) {
+    const Slot* const slot = find(address.index);
+    if (slot == nullptr || slot->kind != Slot::Kind::plain || address.sub > slot->highest) {
       return nullptr;
     }
-    const Slot& slot = (*page)[address.index & 0xFFU];
-    if (slot.kind != Slot::Kind::plain || address.sub > slot.highest) {
-      return nullptr;
-    }
-    const Variable& variable = slot.variables[address.sub];
+    const Variable& variable = slot->variables[address.sub];
     return variable.type == DataType::none ? nullptr : &variable;
   }
 
@@ -100,18 +83,20 @@ class ObjectTable {
     return details(*find(address.index)).variables[address.sub];
   }
 
-  // The index must be free.
-  void insert(std::uint16_t index, Slot slot, ObjectDetails details);
+  // The slot for a new object, which is filled in before it is inserted. The index must be free.
+  // It stays where it is.
+  Slot& place(std::uint16_t index) { return slots_.place(index); }
+  void insert(Slot& slot, ObjectDetails details);
   void erase(std::uint16_t index);
   std::vector<std::uint16_t> indices() const;
+  // See Slot::glance. Whenever hook, access or place of sub-index 0 may be others than before.
+  static void look_at(Slot& slot);
 
  private:
-  using Page = std::array<Slot, 256>;
-
   static Variable* window_element(const Slot& slot, std::uint8_t sub, Variable& element,
                                   AbortCode& why);
 
-  std::array<std::unique_ptr<Page>, 256> pages_;
+  SlotPages& slots_;
   std::vector<std::unique_ptr<ObjectDetails>> details_;
   std::vector<std::uint32_t> free_details_;
 };

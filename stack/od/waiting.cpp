@@ -7,7 +7,7 @@
 namespace linegate::od {
 
 void Dictionary::point_at(std::uint16_t index, Hook* hook) {
-  const Slot& slot = *objects_->find(index);
+  Slot& slot = *objects_->find(index);
   const HookChain* chain = objects_->details(slot).hooks.get();
   const bool watched = hook != nullptr && hook == chain && chain->watches_rpdos();
   const bool changed = std::exchange(slot.variables[0].watched, watched) != watched;
@@ -16,6 +16,7 @@ void Dictionary::point_at(std::uint16_t index, Hook* hook) {
     slot.variables[i].hook = hook;
     slot.variables[i].watched = watched;
   }
+  ObjectTable::look_at(slot);
   if (changed) {
     tell_observers(index);
   }

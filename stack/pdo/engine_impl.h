@@ -234,6 +234,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   bool next_frame(can::Frame& out, Instant now);
   // The first that may be sent; kNoRank if there is none.
   std::size_t first_ready() const;
+  bool send_one(std::size_t rank, can::Frame& out, Instant now);
   bool next_remote_frame(can::Frame& out, std::size_t rank);
   void release_held();
   void send(std::size_t rank, can::Frame& out, Instant now);

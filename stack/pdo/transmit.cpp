@@ -239,12 +239,26 @@ void Engine::Impl::release(Instant now) {
   });
 }
 
+inline std::size_t Engine::Impl::first_ready() const {
+  for (std::size_t word = 0; word < pending.words().size(); ++word) {
+    const std::uint64_t ready = pending.words()[word] & ~inhibited.words()[word];
+    if (ready != 0) {
+      return 64 * word + static_cast<std::size_t>(std::countr_zero(ready));
+    }
+  }
+  return kNoRank;
+}
+
 bool Engine::Impl::next_frame(can::Frame& out, Instant now) {
-  close_window(now);
-  if (now >= next_release) {
+  if (now >= next_release || (window_open && now >= window_end)) [[unlikely]] {
+    close_window(now);
     release(now);
   }
   const std::size_t rank = first_ready();
+  return (rank != kNoRank || asked_count != 0) && send_one(rank, out, now);
+}
+
+bool Engine::Impl::send_one(std::size_t rank, can::Frame& out, Instant now) {
   if (asked_count != 0 && next_remote_frame(out, rank)) {
     return true;
   }
@@ -253,16 +267,6 @@ bool Engine::Impl::next_frame(can::Frame& out, Instant now) {
   }
   send(rank, out, now);
   return true;
-}
-
-std::size_t Engine::Impl::first_ready() const {
-  for (std::size_t word = 0; word < pending.words().size(); ++word) {
-    const std::uint64_t ready = pending.words()[word] & ~inhibited.words()[word];
-    if (ready != 0) {
-      return 64 * word + static_cast<std::size_t>(std::countr_zero(ready));
-    }
-  }
-  return kNoRank;
 }
 
 // The most urgent one, if it goes before the TPDO of that rank.

@@ -108,6 +108,7 @@ class Server {
     block_download_end,
   };
 
+  void serve_frame(const can::Frame& frame, can::TransmitQueue& queue);
   // Requests and answers are the eight bytes of a frame as one number. False: no answer.
   bool serve(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool serve_request(std::uint64_t request, Instant now, std::uint64_t& reply);

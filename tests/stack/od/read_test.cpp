@@ -1,3 +1,6 @@
+#include <array>
+#include <utility>
+
 #include <gtest/gtest.h>
 
 #include "tests/stack/od/objects.h"
@@ -65,6 +68,92 @@ TEST(Read, NumberIsZeroExtendedAndNeedsOneToEightBytes) {
   EXPECT_EQ(dictionary.number({0x2001, 0}), std::nullopt);
   EXPECT_EQ(dictionary.number({0x2002, 0}), std::nullopt);
   EXPECT_EQ(dictionary.number({0x2003, 0}), std::nullopt);
+}
+
+// What a glance sees: as many bytes as are enough for it, nothing for all others.
+std::vector<std::byte> glance(const Dictionary& dictionary, Address address) {
+  const Glance seen = dictionary.glance(address);
+  std::vector<std::byte> out(seen.size);
+  store_le(std::span<std::byte>(out), std::uint64_t{seen.word});
+  return out;
+}
+
+TEST(Glance, SeesReadableValuesOfOneToFourBytes) {
+  const std::vector<std::byte> eight = bytes({1, 2, 3, 4, 5, 6, 7, 8});
+  const std::pair<DataType, std::size_t> table[] = {
+      {DataType::boolean, 1},    {DataType::unsigned8, 1},  {DataType::integer16, 2},
+      {DataType::unsigned24, 3}, {DataType::real32, 4},     {DataType::unsigned40, 0},
+      {DataType::unsigned64, 0}, {DataType::time_of_day, 0}};
+  for (const auto& [type, size] : table) {
+    const std::vector<std::byte> value(eight.begin(), eight.begin() + byte_size(type));
+    for (const Access access : {Access::ro, Access::rw, Access::constant, Access::wo}) {
+      Dictionary dictionary;
+      ASSERT_TRUE(dictionary.add(var(0x2000, type, value, access)));
+      const auto expected = static_cast<std::ptrdiff_t>(access == Access::wo ? 0 : size);
+      EXPECT_EQ(glance(dictionary, {0x2000, 0}),
+                std::vector(eight.begin(), eight.begin() + expected));
+    }
+  }
+}
+
+TEST(Glance, SeesSubIndexZeroAlone) {
+  Dictionary dictionary;
+  ASSERT_TRUE(dictionary.add(
+      object(0x2000, ObjectType::record,
+             {variable(0, DataType::unsigned8, bytes({1})), variable(1, DataType::unsigned8)})));
+  ASSERT_TRUE(
+      dictionary.add(object(0x2001, ObjectType::record, {variable(1, DataType::unsigned8)})));
+  ASSERT_TRUE(dictionary.add(var(0x2002, DataType::visible_string, text("abc"))));
+  ASSERT_TRUE(dictionary.add(var(0x2003, DataType::domain, text("abc"))));
+  EXPECT_EQ(glance(dictionary, {0x2000, 0}), bytes({1}));
+  for (const Address address :
+       {Address{0x2000, 1}, Address{0x2000, 255}, Address{0x2001, 0}, Address{0x2001, 1},
+        Address{0x2002, 0}, Address{0x2003, 0}, Address{0x2004, 0}, Address{0x4000, 0}}) {
+    EXPECT_EQ(glance(dictionary, address), bytes({})) << address.index << ' ' << +address.sub;
+  }
+}
+
+TEST(Glance, SeesTheNewestValue) {
+  Dictionary dictionary;
+  ASSERT_TRUE(dictionary.add(var(0x2000, DataType::unsigned16, bytes({1, 2}))));
+  ASSERT_EQ(dictionary.write({0x2000, 0}, bytes({3, 4})), AbortCode::none);
+  EXPECT_EQ(glance(dictionary, {0x2000, 0}), bytes({3, 4}));
+  dictionary.reset_values(0, 0xFFFF);
+  EXPECT_EQ(glance(dictionary, {0x2000, 0}), bytes({1, 2}));
+}
+
+TEST(Glance, LeavesHookedValuesToRead) {
+  Dictionary dictionary;
+  Hook of_service;
+  Hook of_application;
+  ASSERT_TRUE(dictionary.add(var(0x2000, DataType::unsigned8, bytes({7}))));
+  ASSERT_TRUE(dictionary.set_hook(0x2000, &of_service));
+  EXPECT_EQ(glance(dictionary, {0x2000, 0}), bytes({}));
+  ASSERT_TRUE(dictionary.add_hook(0x2000, of_application));
+  ASSERT_TRUE(dictionary.set_hook(0x2000, nullptr));
+  EXPECT_EQ(glance(dictionary, {0x2000, 0}), bytes({}));
+  dictionary.remove_hook(0x2000, of_application);
+  EXPECT_EQ(glance(dictionary, {0x2000, 0}), bytes({7}));
+}
+
+TEST(Glance, LeavesBoundValuesToRead) {
+  Dictionary dictionary;
+  std::array<std::byte, 16> image{std::byte{9}};
+  ASSERT_TRUE(dictionary.add(var(0x2000, DataType::unsigned8, bytes({7}))));
+  ASSERT_TRUE(dictionary.bind({0x2000, 0}, image.data()));
+  ASSERT_TRUE(dictionary.add_window(0x2001, DataType::unsigned8, Access::ro, image.data(), 8));
+  EXPECT_EQ(glance(dictionary, {0x2000, 0}), bytes({}));
+  EXPECT_EQ(glance(dictionary, {0x2001, 0}), bytes({8}));
+  EXPECT_EQ(glance(dictionary, {0x2001, 1}), bytes({}));
+}
+
+TEST(Glance, DoesNotSeeObjectsThatAreGone) {
+  Dictionary dictionary;
+  ASSERT_TRUE(dictionary.add(var(0x2000, DataType::unsigned16, bytes({1, 2}))));
+  ASSERT_TRUE(dictionary.remove(0x2000));
+  EXPECT_EQ(glance(dictionary, {0x2000, 0}), bytes({}));
+  ASSERT_TRUE(dictionary.add(var(0x2000, DataType::unsigned32, bytes({5}))));
+  EXPECT_EQ(glance(dictionary, {0x2000, 0}), bytes({5, 0, 0, 0}));
 }
 
 }  // namespace

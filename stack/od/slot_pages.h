@@ -1,0 +1,81 @@
+// Where a Dictionary finds an object: a slot per index, in pages of 256 that are made when they are
+// needed and then stay where they are. Part of Dictionary; only what it calls in its header is
+// meant for others.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "stack/base/byte_order.h"
+#include "stack/od/description.h"
+
+namespace linegate::od {
+
+struct Variable;
+
+// What reading takes where no more than a glance is needed.
+struct Glance {
+  std::uint32_t word =
+      0;  // the bytes of the value, little-endian; what lies above them is undefined
+  std::uint32_t size = 0;  // bytes, 1 to 4; 0: a glance is not enough, use read()
+};
+
+struct alignas(32) Slot {
+  enum class Kind : std::uint8_t { none, plain, window };
+
+  // plain: by sub-index, highest + 1 of them; a gap has DataType::none. window: sub-index 0, and
+  // the first element.
+  Variable* variables = nullptr;
+  std::uint32_t details = 0;  // position of the ObjectDetails
+  std::uint8_t highest = 0;   // sub-index
+  Kind kind = Kind::none;
+  std::uint8_t glance = 0;  // bytes of the value as Dictionary::glance() gives them
+  // Of sub-index 0, if its type is of fixed size and has no more than 8 bytes; then slack.
+  alignas(8) std::array<std::byte, 16> value{};
+};
+
+inline constexpr std::size_t kLongestInSlot = 8;
+
+class SlotPages {
+ public:
+  // nullptr if there is no object.
+  Slot* find(std::uint16_t index) const {
+    Page* const page = pages_[index >> 8U].get();
+    if (page == nullptr) {
+      return nullptr;
+    }
+    Slot& slot = (*page)[index & 0xFFU];
+    return slot.kind == Slot::Kind::none ? nullptr : &slot;
+  }
+
+  // Whether there ever was an object with the same high byte.
+  bool has_page(std::uint16_t index) const { return pages_[index >> 8U] != nullptr; }
+
+  // As Dictionary::glance().
+  Glance glance(Address address) const {
+    const Page* const page = pages_[address.index >> 8U].get();
+    if (page == nullptr || address.sub != 0) {
+      return {};
+    }
+    const Slot& slot = (*page)[address.index & 0xFFU];
+    return {load_le<std::uint32_t>(slot.value.data()), slot.glance};
+  }
+
+  // The place for an object, whether there is one or not.
+  Slot& place(std::uint16_t index) {
+    std::unique_ptr<Page>& page = pages_[index >> 8U];
+    if (page == nullptr) {
+      page = std::make_unique<Page>();
+    }
+    return (*page)[index & 0xFFU];
+  }
+
+ private:
+  using Page = std::array<Slot, 256>;
+
+  std::array<std::unique_ptr<Page>, 256> pages_;
+};
+
+}  // namespace linegate::od
