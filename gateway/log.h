@@ -1,4 +1,5 @@
-// How the gateway's programs log: one line an entry on standard error, with UTC time.
+// How the gateway's programs log: one line an entry on standard error, with UTC time; into the
+// journal with the severities it knows, and without a time, which it has itself.
 #pragma once
 
 #include <vector>

@@ -166,6 +166,20 @@ class Services(TreeCase):
                 self.assertTrue(found[0].startswith("deploy/OPERATING.md:5: "), found[0])
         self.assertEqual(len(self.found_in(row, self.FAULTS)), 1)
 
+    def test_events(self):
+        row = "| SYNC | `sync/producer.h` | `Sync.IsSent` |\n"
+        events = "## The log, and what each event says\n\n| event | severity | what it says |\n|---|---|---|\n"
+        self.write("stack/base/event.cpp", '{{{"sync-lost", EventSeverity::error}, {"emcy", EventSeverity::warning}}}')
+        lost, emcy = "| `sync-lost` | error | no SYNC |\n", "| `emcy` | warning | an error |\n"
+        for table, count in (
+            (lost + emcy, 0),
+            (lost, 1),
+            (lost + emcy.replace("warning", "info"), 1),
+            (lost + emcy + "| `boot-up` | info | a start |\n", 1),
+        ):
+            with self.subTest(table=table):
+                self.assertEqual(len(self.found_in(row, events + table + "\n" + self.FAULTS + self.FAULT)), count)
+
 
 class Words(TreeCase):
     def test_unfinished(self):

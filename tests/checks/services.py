@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """The table of services and objects in stack/README.md, and that of faults in deploy/OPERATING.md: every place and
-every test they name exists, and the test is built. (That none is switched off is what words.py looks after.) What is
+every test they name exists, and the test is built. The guide's table of events has each kind with its severity. (That none is switched off is what words.py looks after.) What is
 no test of GoogleTest is named by its path below tests/."""
 
 import os
@@ -14,6 +14,10 @@ FIRST_CELL = "service or object"
 FAULTS = "deploy/OPERATING.md"
 FAULTS_HEADING = "## When something fails"
 FAULTS_FIRST_CELL = "what is seen"
+EVENTS_HEADING = "## The log, and what each event says"
+EVENTS_FIRST_CELL = "event"
+EVENT_KINDS = "stack/base/event.cpp"
+EVENT_KIND = re.compile(r'\{"([a-z-]+)", EventSeverity::(\w+)\}')
 IN_CODE = re.compile(r"`([^`]*)`")
 TEST = re.compile(r"^(?:TYPED_)?TEST(?:_[FP])?\(\s*(\w+)\s*,\s*(\w+)\s*\)", re.MULTILINE)
 
@@ -82,12 +86,26 @@ def check_table(root, tests, table, heading, first_cell, wrong):
             yield f"{table}:{number}: {complaint}"
 
 
+def check_events(root):
+    if not os.path.exists(os.path.join(root, EVENT_KINDS)):
+        return
+    kinds = {f"`{name}`": severity for name, severity in EVENT_KIND.findall(tree.read(root, EVENT_KINDS))}
+    told = {}
+    for number, cells in rows(root, FAULTS, EVENTS_HEADING, EVENTS_FIRST_CELL):
+        told[cells[0]] = cells[1]
+        if kinds.get(cells[0]) != cells[1]:
+            yield f"{FAULTS}:{number}: {EVENT_KINDS} has no {cells[0]} of severity {cells[1]}"
+    for kind in kinds.keys() - told.keys():
+        yield f"{FAULTS}: no row for the event {kind} below '{EVENTS_HEADING}'"
+
+
 def check(root):
     if not os.path.exists(os.path.join(root, "stack")):
         return
     tests = tests_of(root)
     yield from check_table(root, tests, TABLE, HEADING, FIRST_CELL, wrong_in)
     yield from check_table(root, tests, FAULTS, FAULTS_HEADING, FAULTS_FIRST_CELL, wrong_in_fault)
+    yield from check_events(root)
 
 
 if __name__ == "__main__":

@@ -93,6 +93,17 @@ def check_stuck(manager, process, name):
     manager.until(lambda message: message == "WATCHDOG=1", f"a sign of life after {name} goes on")
 
 
+def check_journal(journal):
+    """Severities that the journal knows, and no time."""
+    journal.seek(0)
+    lines = journal.read().decode().splitlines()
+    for expected in ("<6>linegate ", "<3>gone: ", "<3>no progress within 500 ms: exec press", "<4>all threads make"):
+        if not any(line.startswith(expected) for line in lines):
+            raise Failure(f"the journal has no {expected}")
+    if not all(line.startswith(("<3>", "<4>", "<6>")) for line in lines):
+        raise Failure("an entry of the journal has no severity")
+
+
 def run(manager, process):
     before = manager.until(lambda message: message == "READY=1", "READY=1")
     if any(message.startswith("STOPPING") for message in before):
@@ -101,6 +112,9 @@ def run(manager, process):
     manager.until(lambda message: message == "WATCHDOG=1", "a sign of life")
     for name in ("exec press", "publisher", "intake"):
         check_stuck(manager, process, name)
+    process.send_signal(signal.SIGHUP)
+    manager.until(lambda message: message.startswith("RELOADING=1\nMONOTONIC_USEC="), "RELOADING=1")
+    manager.until(lambda message: message == "READY=1", "READY=1 after the reload")
     process.send_signal(signal.SIGTERM)
     manager.until(lambda message: message == "STOPPING=1", "STOPPING=1")
     if process.wait(timeout=PATIENCE) != 0:
@@ -114,12 +128,17 @@ def main(linegated, profiles):
         with open(plant, "w", encoding="utf-8") as file:
             # Below are the domains of tests/dds/own_domain.h.
             file.write(PLANT.format(domain=200 + os.getpid() % 10, profile=profiles))
-        environment = dict(os.environ, NOTIFY_SOCKET=manager.path, WATCHDOG_USEC=str(int(WATCHDOG * 1e6)))
-        with subprocess.Popen([linegated, plant], env=environment) as process:
+        journal = tempfile.TemporaryFile(dir=folder)
+        stream = os.fstat(journal.fileno())
+        environment = dict(os.environ, NOTIFY_SOCKET=manager.path, WATCHDOG_USEC=str(int(WATCHDOG * 1e6)),
+                           JOURNAL_STREAM=f"{stream.st_dev}:{stream.st_ino}")
+        with journal, subprocess.Popen([linegated, plant], env=environment, stderr=journal) as process:
             try:
                 run(manager, process)
+                check_journal(journal)
             except Failure as failure:
-                return str(failure)
+                journal.seek(0)
+                return f"{failure}\n{journal.read().decode()}"
             finally:
                 process.kill()
     return None
