@@ -4,6 +4,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id_rule.h"
+#include "stack/node/sdo_channels.h"
 #include "stack/sdo/malformed.h"
 
 namespace linegate::node {
@@ -120,7 +121,10 @@ AbortCode SdoClients::check_write(od::Address address, std::span<const std::byte
   }
   const can::CobId present = cob_id(address);
   const bool changed = usable(present, address.sub) && present != wanted;
-  return changed || !allowed(wanted, address.sub) ? AbortCode::invalid_value : AbortCode::none;
+  const bool taken = has_identifier(dictionary_, kSdoClientObject,
+                                    kSdoClientObject + kSdoClients - 1, address, wanted);
+  return changed || taken || !allowed(wanted, address.sub) ? AbortCode::invalid_value
+                                                           : AbortCode::none;
 }
 
 void SdoClients::written(od::Address /*address*/) {
@@ -135,7 +139,11 @@ SdoClients::Entry* SdoClients::find(std::uint16_t index) {
 void SdoClients::configure(Entry& entry) {
   can::CobId request = cob_id({entry.index, kRequestSub});
   can::CobId response = cob_id({entry.index, kResponseSub});
-  if (!usable(request, kRequestSub) || !usable(response, kResponseSub)) {
+  const auto of_an_earlier_one = [&](std::uint8_t sub, can::CobId cob_id) {
+    return has_identifier(dictionary_, kSdoClientObject, entry.index, {entry.index, sub}, cob_id);
+  };
+  if (!usable(request, kRequestSub) || !usable(response, kResponseSub) ||
+      of_an_earlier_one(kRequestSub, request) || of_an_earlier_one(kResponseSub, response)) {
     request = can::CobId{};
     response = can::CobId{};
   }

@@ -7,7 +7,8 @@
 // server (600h and 580h + node-ID): how else would it reach one. But not where an sdo::Arbiter
 // reaches all of them (the own node of a line): a default server serves one transfer at a time, and
 // who comes next is the arbiter's business. Writing them is refused there with 0609 0030h, as any
-// restricted identifier, and a client that was described with them is not valid.
+// restricted identifier, and a client that was described with them is not valid. Neither is one
+// that was described with an identifier of a client before it.
 #pragma once
 
 #include <cstdint>
@@ -57,7 +58,8 @@ class SdoClients final : public od::Hook {
   // Frames that were no SDO frames.
   std::uint64_t malformed() const { return malformed_; }
 
-  // invalid_value as for other COB-IDs, see can/cob_id_rule.h, and for a node-ID above 127.
+  // invalid_value as for other COB-IDs, see can/cob_id_rule.h, for one of another client, and for a
+  // node-ID above 127.
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
   void written(od::Address address) override;
 

@@ -4,6 +4,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id_rule.h"
+#include "stack/node/sdo_channels.h"
 
 namespace linegate::node {
 namespace {
@@ -110,8 +111,12 @@ AbortCode SdoServers::check_write(od::Address address, std::span<const std::byte
     return AbortCode::none;
   }
   const auto number = static_cast<std::uint16_t>(address.index - kSdoServerObject);
-  return can::check_cob_id(cob_id(number, address.sub),
-                           can::CobId{static_cast<std::uint32_t>(load_le(value))});
+  const can::CobId wanted{static_cast<std::uint32_t>(load_le(value))};
+  const AbortCode why = can::check_cob_id(cob_id(number, address.sub), wanted);
+  const bool taken =
+      why == AbortCode::none && has_identifier(dictionary_, kSdoServerObject,
+                                               kSdoServerObject + kSdoServers - 1, address, wanted);
+  return taken ? AbortCode::invalid_value : why;
 }
 
 void SdoServers::written(od::Address /*address*/) {
@@ -122,7 +127,8 @@ void SdoServers::configure(Entry& entry) {
   const can::CobId response = cob_id(entry.number, kResponseSub);
   can::CobId request = cob_id(entry.number, kRequestSub);
   // The identifiers of the default server are restricted for everybody else.
-  if (entry.number != 0 && (!can::is_usable(request) || !can::is_usable(response))) {
+  if (entry.number != 0 && (!can::is_usable(request) || !can::is_usable(response) ||
+                            of_an_earlier_one(entry.number, request, response))) {
     request = can::CobId{};
   }
   if (request == entry.request && response == entry.server->response_id()) {
@@ -137,6 +143,13 @@ void SdoServers::configure(Entry& entry) {
   if (request.valid()) {
     dispatch_.add(request.id(), request.extended(), can::Service::sdo_server, entry.number);
   }
+}
+
+bool SdoServers::of_an_earlier_one(std::uint16_t number, can::CobId request,
+                                   can::CobId response) const {
+  const auto index = static_cast<std::uint16_t>(kSdoServerObject + number);
+  return has_identifier(dictionary_, kSdoServerObject, index, {index, kRequestSub}, request) ||
+         has_identifier(dictionary_, kSdoServerObject, index, {index, kResponseSub}, response);
 }
 
 can::CobId SdoServers::cob_id(std::uint16_t number, std::uint8_t sub) const {

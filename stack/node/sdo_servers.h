@@ -3,7 +3,8 @@
 //   sub 1  U32  COB-ID client to server, bit 31 = not valid, bit 30 = assigned dynamically
 //   sub 2  U32  COB-ID server to client, likewise
 //   sub 3  U8   node-ID of the client
-// Those of 1200h are what the node-ID gives, and cannot be written.
+// Those of 1200h are what the node-ID gives, and cannot be written. A server that was described
+// with an identifier of one before it is not valid.
 #pragma once
 
 #include <cstddef>
@@ -54,8 +55,8 @@ class SdoServers final : public od::Hook {
   // Frames that were no SDO frames.
   std::uint64_t malformed() const;
 
-  // read_only for 1200h; invalid_value as for other COB-IDs, see can/cob_id_rule.h, and for a
-  // node-ID above 127.
+  // read_only for 1200h; invalid_value as for other COB-IDs, see can/cob_id_rule.h, for one of
+  // another server, and for a node-ID above 127.
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
   void written(od::Address address) override;
 
@@ -71,6 +72,7 @@ class SdoServers final : public od::Hook {
   void find_objects();
   void show_default_server();
   can::CobId cob_id(std::uint16_t number, std::uint8_t sub) const;
+  bool of_an_earlier_one(std::uint16_t number, can::CobId request, can::CobId response) const;
 
   od::Dictionary& dictionary_;
   can::Dispatch& dispatch_;

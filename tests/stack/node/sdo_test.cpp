@@ -102,6 +102,35 @@ TEST_F(SdoCobIds, ChangeOnlyWhileNotValid) {
   }
 }
 
+// Two channels on one identifier would answer, or hear, what is meant for the other.
+TEST_F(NodeTest, AnIdentifierOfAnotherChannelIsRefused) {
+  for (const std::uint16_t first : {std::uint16_t{0x1201}, std::uint16_t{0x1280}}) {
+    const auto second = static_cast<std::uint16_t>(first + 1);
+    node = make_node(
+        {channel(first, 0x206, 0x186), channel(second, kInvalid | 0x206, kInvalid | 0x186)},
+        events);
+    boot();
+    EXPECT_EQ(sdo_write({second, 1}, 4, 0x206), 0x0609'0030U);
+    EXPECT_EQ(sdo_write({second, 2}, 4, 0x186), 0x0609'0030U);
+    EXPECT_EQ(sdo_write({second, 1}, 4, kExtended | 0x206), 0U);
+    EXPECT_EQ(sdo_write({first, 2}, 4, kInvalid | 0x186), 0U);
+    EXPECT_EQ(sdo_write({second, 2}, 4, 0x186), 0U);
+  }
+}
+
+TEST_F(NodeTest, TheFirstOfTwoChannelsDescribedWithOneIdentifierIsValid) {
+  node = make_node({channel(0x1201, 0x206, 0x186), channel(0x1202, 0x206, 0x187),
+                    channel(0x1280, 0x306, 0x286), channel(0x1281, 0x307, 0x286)},
+                   events);
+  boot();
+  hear(0ms, 0x206, {0x40, 0x00, 0x10, 0, 0, 0, 0, 0});
+  const std::vector<Sent> answers = drain(at(0ms));
+  ASSERT_EQ(answers.size(), 1U);
+  EXPECT_EQ(answers[0].id, 0x186U);
+  EXPECT_TRUE(node->sdo_clients().client(1).ok());
+  EXPECT_EQ(node->sdo_clients().client(2).error(), to_error(AbortCode::sdo_connection));
+}
+
 TEST_F(NodeTest, AllSdoServersAnswer) {
   std::vector<od::ObjectDescription> channels;
   for (unsigned i = 0; i < 128; ++i) {
