@@ -134,10 +134,12 @@ void read_lines(Findings& findings, const YAML::Node& node, Plant& plant) {
       section.plan.config.network_id = static_cast<std::uint16_t>(sections.size() + 1);
     }
     check_executor(findings, section, plant);
-    section.plan.source = source_of(element, section.plan, plant, findings.take_sources());
+    const std::string files = findings.take_sources();
     check_collisions(findings, section, sections);
     if (findings.errors() == before) {
       resolve_outputs(findings, section.outputs, section.plan);
+      // What is not understood may be anything: aliases in aliases, without end when written out.
+      section.plan.source = source_of(element, section.plan, plant, files);
     }
     sections.push_back(std::move(section));
   }

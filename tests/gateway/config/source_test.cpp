@@ -88,6 +88,20 @@ TEST_F(SourceTest, AnExecutorBelongsToItsLines) {
   EXPECT_EQ(after[2], before[2]);
 }
 
+// Forty aliases, each twice the one before, are never written out.
+TEST_F(SourceTest, AliasesInAliasesAreAnErrorAndNoMore) {
+  std::string bombs = "x0: &b0 [x]\n";
+  for (int i = 1; i < 40; ++i) {
+    const std::string before = "*b" + std::to_string(i - 1);
+    const std::string name = std::to_string(i);
+    bombs += "x" + name + ": &b" + name + " [" + before + ", " + before + "]\n";
+  }
+  const auto loaded =
+      read(bombs + "schema: 1\nlines: [{name: a, interface: 'virtual:a', nodes: *b39}]\n",
+           (folder_ / "plant.yaml").string());
+  EXPECT_FALSE(loaded.ok());
+}
+
 TEST_F(SourceTest, ThePlaceInTheListCountsWhereItGivesTheNetworkId) {
   const auto before = sources(plant_);
   std::string text = plant_;
