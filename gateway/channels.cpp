@@ -1,5 +1,6 @@
 #include "gateway/channels.h"
 
+#include "bridges/can/replay.h"
 #include "bridges/can/socketcan.h"
 
 namespace linegate::gateway {
@@ -10,6 +11,11 @@ std::unique_ptr<can_bridge::Channel> open_channel(const config::Interface& inter
   if (interface.scheme == config::Scheme::socketcan) {
     return can_bridge::open_socketcan(interface.name, {});
   }
+  if (interface.scheme == config::Scheme::replay) {
+    return can_bridge::open_replay(
+        interface.name,
+        can_bridge::replay_options({"replay", interface.name, interface.options}).options);
+  }
   sim::BusOptions options;
   if (bit_rate != 0) {
     options.bit_rate = bit_rate;
@@ -17,6 +23,10 @@ std::unique_ptr<can_bridge::Channel> open_channel(const config::Interface& inter
   // A name no virtual: interface can have keeps the bus of a simulated: line to itself.
   const bool own = interface.scheme == config::Scheme::simulated;
   return network.open(own ? "simulated:" + interface.name : interface.name, options);
+}
+
+std::string name_in_log(const config::Interface& interface, const std::string& line) {
+  return interface.scheme == config::Scheme::socketcan ? interface.name : line;
 }
 
 }  // namespace linegate::gateway

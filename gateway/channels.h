@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 
 #include "bridges/can/channel.h"
 #include "bridges/sim/virtual_channel.h"
@@ -15,5 +16,8 @@ namespace linegate::gateway {
 std::unique_ptr<can_bridge::Channel> open_channel(const config::Interface& interface,
                                                   std::uint32_t bit_rate,
                                                   sim::VirtualNetwork& network);
+
+// What a candump log calls the interface: the kernel's name, else that of the line.
+std::string name_in_log(const config::Interface& interface, const std::string& line);
 
 }  // namespace linegate::gateway

@@ -97,9 +97,8 @@ void Gateway::run_line(std::unique_ptr<line::Line> line, LineHost& host, const c
   host.executor = &executor_for(plant, host.plan);
   host.storage = storage_for(host, diagnostics);
   run_devices(host, diagnostics);
-  auto runner = std::make_unique<LineRunner>(
-      std::move(line), open_channel(host.plan.interface, host.plan.config.bit_rate, network_),
-      host.plan, host.port, publisher_->wakeup(), host.storage);
+  auto runner = std::make_unique<LineRunner>(std::move(line), channel_for(host), host.plan,
+                                             host.port, publisher_->wakeup(), host.storage);
   host.runner = runner.get();
   host.executor->add(std::move(runner));
 }
@@ -176,10 +175,22 @@ void Gateway::run_devices(LineHost& host, std::vector<Diagnostic>& diagnostics) 
   devices_->add(std::move(runner));
 }
 
+std::unique_ptr<can_bridge::Channel> Gateway::channel_for(LineHost& host) {
+  const config::LinePlan& plan = host.plan;
+  auto channel = open_channel(plan.interface, plan.config.bit_rate, network_);
+  if (!plan.record) {
+    return channel;
+  }
+  host.recording =
+      &recorder_.add(host.name(), name_in_log(plan.interface, host.name()), *plan.record);
+  return std::make_unique<RecordingChannel>(std::move(channel), *host.recording);
+}
+
 // Those that run already go on.
 void Gateway::start() {
   publisher_->start();
   keeper_.start();
+  recorder_.start();
   if (devices_ != nullptr) {
     devices_->start();
   }
@@ -200,6 +211,7 @@ void Gateway::stop() {
     executor->join();
   }
   keeper_.stop();
+  recorder_.stop();
   if (devices_ != nullptr) {
     devices_->request_stop();
     devices_->join();
@@ -235,6 +247,7 @@ Gateway::Reload Gateway::reload(const config::Plant& wanted) {
   stop_lines(go);
   publisher_->stop();
   keeper_.stop();
+  recorder_.stop();
   forget_lines(go);
   for (const std::string& name : come) {
     if (!bridge_->add_line(name)) {
@@ -279,6 +292,9 @@ void Gateway::forget_lines(const std::vector<std::string>& names) {
     const LineHost& gone = host(name);
     if (gone.storage != nullptr) {
       keeper_.remove(*gone.storage);
+    }
+    if (gone.recording != nullptr) {
+      recorder_.remove(*gone.recording);
     }
     bridge_->remove_line(name);
     std::erase_if(hosts_, [&](const auto& other) { return other.get() == &gone; });

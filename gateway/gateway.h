@@ -16,6 +16,7 @@
 #include "gateway/plan_difference.h"
 #include "gateway/progress_watch.h"
 #include "gateway/publisher.h"
+#include "gateway/recorder.h"
 #include "gateway/status_text.h"
 #include "stack/base/diagnostic.h"
 #include "stack/line/line.h"
@@ -78,6 +79,8 @@ class Gateway {
   // Of lines that have stopped, while nothing is published.
   void forget_lines(const std::vector<std::string>& names);
   LineHost& host(const std::string& name);
+  // The line's interface, recorded if the line is.
+  std::unique_ptr<can_bridge::Channel> channel_for(LineHost& host);
 
   struct NamedExecutor {
     std::string name;
@@ -90,6 +93,7 @@ class Gateway {
   std::vector<std::unique_ptr<LineHost>> hosts_;
   std::unique_ptr<Publisher> publisher_;
   ParameterKeeper keeper_;
+  Recorder recorder_;
   std::vector<NamedExecutor> executors_;
   std::unique_ptr<Executor> devices_;
   std::unique_ptr<Intake> intake_;

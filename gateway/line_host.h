@@ -7,6 +7,7 @@
 #include "gateway/executor.h"
 #include "gateway/line_port.h"
 #include "gateway/parameter_keeper.h"
+#include "gateway/recorder.h"
 #include "gateway/runner.h"
 #include "stack/image/layout.h"
 
@@ -21,10 +22,11 @@ struct LineHost {
   LinePort port;
   exchange::Handover<line::LineState> shown;  // publisher to main thread: as it was published
   Executor* executor = nullptr;               // set before the line runs
-  // Of the gateway, to stop the line: its runner, that of its simulated devices, its file.
+  // Of the gateway, to stop the line: its runner, that of its simulated devices, its files.
   Runner* runner = nullptr;
   Runner* devices = nullptr;
   KeptFile* storage = nullptr;
+  Recording* recording = nullptr;
   std::optional<line::LineState> last_shown;  // of `shown`, by the thread that fetches
 
   const std::string& name() const { return plan.config.name; }

@@ -18,6 +18,7 @@
 #include "gateway/device_file.h"
 #include "gateway/exit_code.h"
 #include "gateway/foreign_text.h"
+#include "gateway/record.h"
 #include "gateway/remote_client.h"
 #include "gateway/signals.h"
 #include "gateway/simulate.h"
@@ -129,6 +130,7 @@ class Program {
     add_views();
     add_commands();
     add_tools();
+    add_recording();
   }
 
   int run(int argc, char** argv) {
@@ -280,6 +282,25 @@ class Program {
     });
   }
 
+  void add_recording() {
+    CLI::App* record = app_.add_subcommand(
+        "record", "write what is on an interface as candump log; sends nothing");
+    record->add_option("interface", recording_.uri, "e.g. socketcan:can0")->required();
+    record->add_option("-o,--output", recording_.file.file,
+                       "file; the standard output if it is not given");
+    record
+        ->add_option("--max-size", recording_.file.max_size,
+                     "bytes until the file is renamed to FILE.1, e.g. 100MB")
+        ->transform(CLI::AsSizeValue(true))
+        ->check(CLI::Range(1000.0, 1e12));
+    record->add_option("--files", recording_.file.files, "files kept at most")
+        ->check(CLI::Range(1, 10'000));
+    on(record, [this] {
+      block_stop_signals();
+      return gateway::record(recording_);
+    });
+  }
+
   void add_object(CLI::App* command) {
     command->add_option("node", texts_.node, "LINE:NODE")->required();
     command->add_option("index", texts_.index, "hexadecimal")->required();
@@ -307,6 +328,7 @@ class Program {
   std::uint64_t count_ = 0;
   std::string plant_;
   SimulateOptions simulation_;
+  RecordOptions recording_;
 };
 
 }  // namespace

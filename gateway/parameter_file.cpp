@@ -1,5 +1,6 @@
 #include "gateway/parameter_file.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
@@ -44,6 +45,29 @@ int FileCalls::rename(const std::string& from, const std::string& to) {
 
 int FileCalls::remove(const std::string& path) {
   return ::unlink(path.c_str());
+}
+
+int FileCalls::append(const std::string& path, std::uint64_t& size) {
+  constexpr off_t kLongestLine = 4096;
+  const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, kFileMode);
+  const off_t end = descriptor < 0 ? -1 : ::lseek(descriptor, 0, SEEK_END);
+  size = end > 0 ? static_cast<std::uint64_t>(end) : 0;
+  std::array<char, kLongestLine> tail;
+  const off_t begin = std::max<off_t>(end - kLongestLine, 0);
+  const ssize_t got = end > 0 ? ::pread(descriptor, tail.data(), tail.size(), begin) : 0;
+  ssize_t keep = got;
+  while (keep > 0 && tail[static_cast<std::size_t>(keep - 1)] != '\n') {
+    --keep;
+  }
+  if (keep < got && (keep > 0 || begin == 0)) {
+    size = static_cast<std::uint64_t>(begin + keep);
+    truncate(descriptor, size);
+  }
+  return descriptor;
+}
+
+int FileCalls::truncate(int descriptor, std::uint64_t size) {
+  return ::ftruncate(descriptor, static_cast<off_t>(size));
 }
 
 int FileCalls::read(const std::string& path, std::vector<std::byte>& bytes) {

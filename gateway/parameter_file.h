@@ -30,6 +30,10 @@ class FileCalls {
   virtual int close(int descriptor);
   virtual int rename(const std::string& from, const std::string& to);
   virtual int remove(const std::string& path);  // unlink()
+  // open() for appending to a file of lines: an incomplete last line is cut off, size is what is
+  // left.
+  virtual int append(const std::string& path, std::uint64_t& size);
+  virtual int truncate(int descriptor, std::uint64_t size);  // ftruncate()
   // All of a file: 0, or errno.
   virtual int read(const std::string& path, std::vector<std::byte>& bytes);
 

@@ -30,15 +30,12 @@ void complain(const std::string& text) {
 }
 
 bool read_uri(const std::string& text, Simulation& out) {
-  const auto parsed = can_bridge::parse_uri(text);
-  if (!parsed.ok()) {
-    complain(text + ": " + parsed.error);
-    return false;
+  std::string error;
+  out.interface = config::parse_interface(text, {}, error);
+  if (!error.empty()) {
+    complain(text + ": " + error);
   }
-  const bool socketcan = parsed.uri.scheme == "socketcan";
-  out.interface = {text, socketcan ? config::Scheme::socketcan : config::Scheme::virtual_bus,
-                   parsed.uri.name};
-  return true;
+  return error.empty();
 }
 
 bool read_device(const std::string& text, Simulation& out) {

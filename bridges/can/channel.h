@@ -5,8 +5,8 @@
 //   - wait until descriptor() is readable (EPOLLIN, EPOLLERR and EPOLLHUP count the same; EPOLLOUT
 //     too while wants_writable()) or next_wake() has come, then call read();
 //   - read until it gives fewer frames than there was room for: then the channel is drained;
-//   - ask descriptor() again after each read(): it is -1 while the interface cannot be used, and
-//     never changes from one descriptor to another without being -1 in between;
+//   - ask descriptor() again after each read(): it is -1 while there is nothing to wait for but
+//     next_wake(), and never changes from one descriptor to another without being -1 in between;
 //   - whenever room() > 0 pull up to that many frames from the line and write() them. What write()
 //     did not take stays with the caller and goes first the next time.
 // A new channel has next_wake() in the past: the first read() opens it.
@@ -100,22 +100,6 @@ class Channel {
 
   virtual const ChannelCounters& counters() const = 0;
 };
-
-// An interface as written in the configuration: "scheme:name".
-struct InterfaceUri {
-  std::string scheme;  // "socketcan", "virtual"
-  std::string name;    // "can0"; 1 to 64 characters (socketcan: at most 15)
-};
-
-struct ParsedUri {
-  InterfaceUri uri;
-  std::string error;  // empty if uri is valid; else a sentence for the integrator
-
-  bool ok() const { return error.empty(); }
-};
-
-// Schemes known here are "socketcan" and "virtual"; everything else is an error that names them.
-ParsedUri parse_uri(std::string_view text);
 
 // The code of an interface_failed event in words, with what to do about it where there is
 // something: "no such interface: can9".

@@ -14,19 +14,20 @@ constexpr std::uint8_t kOverflow = CAN_ERR_CRTL_RX_OVERFLOW | CAN_ERR_CRTL_TX_OV
 constexpr std::uint8_t kPassive = CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE;
 constexpr std::uint8_t kWarning = CAN_ERR_CRTL_RX_WARNING | CAN_ERR_CRTL_TX_WARNING;
 
+struct Row {
+  std::uint32_t kernel;
+  std::uint32_t ours;
+};
+constexpr std::array<Row, 7> kRows{{{CAN_ERR_TX_TIMEOUT, can::kTxTimeout},
+                                    {CAN_ERR_LOSTARB, can::kLostArbitration},
+                                    {CAN_ERR_PROT, can::kProtocol},
+                                    {CAN_ERR_BUSERROR, can::kProtocol},
+                                    {CAN_ERR_TRX, can::kTransceiver},
+                                    {CAN_ERR_ACK, can::kNoAcknowledge},
+                                    {CAN_ERR_RESTARTED, can::kRestarted}}};
+
 // The classes that are errors in themselves, whatever the state.
 std::uint32_t error_bits(const canfd_frame& raw) {
-  struct Row {
-    std::uint32_t kernel;
-    std::uint32_t ours;
-  };
-  constexpr std::array<Row, 7> kRows{{{CAN_ERR_TX_TIMEOUT, can::kTxTimeout},
-                                      {CAN_ERR_LOSTARB, can::kLostArbitration},
-                                      {CAN_ERR_PROT, can::kProtocol},
-                                      {CAN_ERR_BUSERROR, can::kProtocol},
-                                      {CAN_ERR_TRX, can::kTransceiver},
-                                      {CAN_ERR_ACK, can::kNoAcknowledge},
-                                      {CAN_ERR_RESTARTED, can::kRestarted}}};
   std::uint32_t bits = 0;
   for (const Row& row : kRows) {
     bits |= (raw.can_id & row.kernel) != 0 ? row.ours : 0U;
@@ -55,7 +56,55 @@ BusState state_told(const canfd_frame& raw, BusState before) {
   return (raw.can_id & CAN_ERR_RESTARTED) != 0 ? BusState::error_active : before;
 }
 
+void encode_state(BusState state, canfd_frame& raw) {
+  switch (state) {
+    case BusState::bus_off:
+      raw.can_id |= CAN_ERR_BUSOFF;
+      return;
+    case BusState::error_passive:
+      raw.data[1] = kPassive;
+      break;
+    case BusState::error_warning:
+      raw.data[1] = kWarning;
+      break;
+    default:
+      raw.data[1] = CAN_ERR_CRTL_ACTIVE;
+      break;
+  }
+  raw.can_id |= CAN_ERR_CRTL;
+}
+
+void encode_errors(std::uint32_t errors, canfd_frame& raw) {
+  for (const Row& row : kRows) {
+    // Of two classes of the kernel that are one of ours, the first.
+    raw.can_id |= (errors & row.ours) != 0 && row.kernel != CAN_ERR_BUSERROR ? row.kernel : 0;
+  }
+  if ((errors & can::kController) != 0) {
+    raw.can_id |= CAN_ERR_CRTL;
+    raw.data[1] |= CAN_ERR_CRTL_TX_OVERFLOW;
+  }
+}
+
 }  // namespace
+
+bool encode_error(const BusEvent& event, canfd_frame& raw) {
+  const bool state = event.kind == BusEvent::Kind::state && event.state >= BusState::error_active &&
+                     event.state <= BusState::bus_off;
+  if (!state && (event.kind != BusEvent::Kind::error || event.errors == 0)) {
+    return false;
+  }
+  raw = {};
+  raw.can_id = CAN_ERR_FLAG | CAN_ERR_CNT;
+  raw.len = CAN_ERR_DLC;
+  raw.data[6] = event.transmit_errors;
+  raw.data[7] = event.receive_errors;
+  if (state) {
+    encode_state(event.state, raw);
+  } else {
+    encode_errors(event.errors, raw);
+  }
+  return true;
+}
 
 void ErrorDecoder::decode(const canfd_frame& raw, Instant time, BusEvents& events) {
   // Older drivers fill the counters with a controller problem and do not set the flag.

@@ -29,4 +29,8 @@ class ErrorDecoder {
   std::uint8_t receive_errors_ = 0;
 };
 
+// An error frame that tells ErrorDecoder the same: errors, or a state that a controller has. False
+// if there is none: raw is left alone.
+bool encode_error(const can::BusEvent& event, canfd_frame& raw);
+
 }  // namespace linegate::can_bridge

@@ -2,7 +2,6 @@
 #include <filesystem>
 #include <system_error>
 
-#include "bridges/can/channel.h"
 #include "bridges/sim/device.h"
 #include "gateway/config/sections.h"
 
@@ -12,26 +11,6 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr Duration kLongest = std::chrono::hours(1);
-
-Interface read_interface(Section& section, const YAML::Node& node) {
-  Interface out;
-  const auto text = section.text(node);
-  if (!text) {
-    return out;
-  }
-  out.uri = *text;
-  if (*text == "simulated:") {
-    return out;
-  }
-  const auto parsed = can_bridge::parse_uri(*text);
-  if (!parsed.ok()) {
-    section.findings().error(place_of(node), parsed.error + "; there is also simulated:");
-    return out;
-  }
-  out.scheme = parsed.uri.scheme == "socketcan" ? Scheme::socketcan : Scheme::virtual_bus;
-  out.name = parsed.uri.name;
-  return out;
-}
 
 void read_role(Section& section, line::LineConfig& config) {
   const YAML::Node node = section.find("role");
@@ -287,6 +266,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
     plan.storage.clear();
   }
   plan.config.stores_parameters = !plan.storage.empty();
+  plan.record = read_record(section, out.record_place);
   read_nodes(section, plan.config);
   read_simulated(section, plan);
   out.outputs = read_outputs(findings, section.find("outputs"));

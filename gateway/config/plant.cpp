@@ -122,6 +122,10 @@ void check_collisions(Findings& findings, const LineSection& line,
         other.plan.interface.uri == line.plan.interface.uri) {
       findings.error(line.interface_place, "the same interface " + line.plan.interface.uri + of);
     }
+    if (line.plan.record && other.plan.record && !line.plan.record->file.empty() &&
+        other.plan.record->file == line.plan.record->file) {
+      findings.error(line.record_place, "recorded to the same file " + line.plan.record->file + of);
+    }
   }
 }
 

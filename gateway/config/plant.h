@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "bridges/can/interface_uri.h"
 #include "stack/base/diagnostic.h"
 #include "stack/base/time.h"
 #include "stack/line/config.h"
@@ -25,12 +26,23 @@ enum class Scheme : std::uint8_t {
   socketcan,    // an interface of the kernel
   virtual_bus,  // a bus inside this process, shared by all who name it
   simulated,    // a virtual bus of the line's own, with simulated devices on it
+  replay,       // a candump log
 };
 
 struct Interface {
   std::string uri;  // as written, "socketcan:can0"
   Scheme scheme = Scheme::simulated;
-  std::string name;  // "can0"; for simulated: the line's name
+  std::string name;  // "can0"; for simulated: the line's name; for replay: the path
+  std::vector<can_bridge::UriOption> options;  // checked
+};
+// Any interface but simulated:. Relative paths start from folder. If text is none, error says why.
+Interface parse_interface(std::string_view text, const std::string& folder, std::string& error);
+
+// A line recorded as candump log.
+struct Record {
+  std::string file;                      // path; see gateway/record_file.h
+  std::uint64_t max_size = 100'000'000;  // bytes a file, >= 1000
+  unsigned files = 10;                   // kept, the newest included, >= 1
 };
 
 // When a sample of the process image is due.
@@ -68,6 +80,7 @@ struct LinePlan {
   std::string executor;                                      // empty = one of its own
   std::vector<SimulatedDevice> simulated;                    // on the bus of a simulated: line
   std::string storage;  // folder that keeps what 1010h stores; empty = none
+  std::optional<Record> record;
   // All that the line was read from, its executor and device files included: two plans with the
   // same source are the same.
   std::string source;

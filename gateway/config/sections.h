@@ -40,9 +40,14 @@ struct LineSection {
   Place interface_place;
   Place network_place;
   Place executor_place;
+  Place record_place;
 };
 
 LineSection read_line(Findings& findings, const YAML::Node& node);
+// `interface:`, with the log of a replay looked through.
+Interface read_interface(Section& line, const YAML::Node& node);
+// `record:`; place: of the file's name.
+std::optional<Record> read_record(Section& line, Place& place);
 // One element of `nodes:`, with its device file and everything written to the node.
 line::NodeConfig read_node(Findings& findings, const YAML::Node& node);
 // The nodes of a network of a nodelist.cpj (CiA 306-3), from `node_list:`; none if it is not

@@ -23,6 +23,9 @@ constexpr std::array<Unit, 6> kTimes{{{"ns", 1},
                                       {"s", kSecond},
                                       {"min", 60 * kSecond},
                                       {"h", 3600 * kSecond}}};
+constexpr std::int64_t kTerabyte = 1'000'000'000'000;
+constexpr std::array<Unit, 5> kSizes{
+    {{"B", 1}, {"kB", 1000}, {"MB", 1'000'000}, {"GB", 1'000'000'000}, {"TB", kTerabyte}}};
 constexpr std::array<Unit, 3> kRates{{{"bit", 1}, {"kbit", 1000}, {"Mbit", 1'000'000}}};
 constexpr std::int64_t kDay = 24 * 3600 * kSecond;
 
@@ -227,6 +230,11 @@ std::optional<std::uint32_t> parse_bit_rate(std::string_view text) {
   }
   const auto rate = scaled(split, kRates, 8'000'000);
   return rate && *rate > 0 ? std::optional(static_cast<std::uint32_t>(*rate)) : std::nullopt;
+}
+
+std::optional<std::uint64_t> parse_size(std::string_view text) {
+  const auto size = scaled(split_unit(text), kSizes, kTerabyte);
+  return size ? std::optional(static_cast<std::uint64_t>(*size)) : std::nullopt;
 }
 
 std::optional<std::uint64_t> parse_unsigned(std::string_view text) {

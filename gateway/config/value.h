@@ -23,6 +23,9 @@ std::string format_duration(Duration duration);
 // "500kbit", "1Mbit", "125000bit", also with "/s". Bits a second.
 std::optional<std::uint32_t> parse_bit_rate(std::string_view text);
 
+// "100MB", "1.5GB", "64kB", "5000B": bytes, in powers of 1000. At most 1 TB.
+std::optional<std::uint64_t> parse_size(std::string_view text);
+
 // Decimal, or hexadecimal with 0x. Not negative.
 std::optional<std::uint64_t> parse_unsigned(std::string_view text);
 

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bridges/can/interface_uri.h"
+
 namespace linegate::can_bridge {
 namespace {
 

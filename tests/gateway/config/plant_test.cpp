@@ -127,6 +127,29 @@ const Bad kBad[] = {
      "  - {name: b, interface: socketcan:can1, storage: ''}\n",
      {"plant.yaml:3:51: error: deploy/demo is no folder",
       "plant.yaml:4:51: error: expected a value, got \"\""}},
+    {"record",
+     "schema: 1\nlines:\n"
+     "  - {name: a, interface: socketcan:can0, record: nowhere/a.log}\n"
+     "  - {name: b, interface: socketcan:can1, record: {file: deploy, max_size: 10, files: 0}}\n"
+     "  - {name: c, interface: socketcan:can2, record: {max_size: 999B, size: 1}}\n"
+     "  - {name: d, interface: socketcan:can3, record: x.log}\n"
+     "  - {name: e, interface: socketcan:can4, record: {file: deploy/../x.log}}\n",
+     {"plant.yaml:3:50: error: there is no folder nowhere",
+      "plant.yaml:4:57: error: record needs the name of a file, not of a folder",
+      "plant.yaml:4:75: error: expected a size from 1kB such as 100MB, got \"10\"",
+      "plant.yaml:4:86: error: expected a number from 1 to 10000, got \"0\"",
+      "plant.yaml:5:50: error: record needs the key \"file\"",
+      "plant.yaml:5:61: error: expected a size from 1kB such as 100MB, got \"999B\"",
+      "plant.yaml:5:67: error: unknown key \"size\" in record",
+      "plant.yaml:7:57: error: recorded to the same file x.log as line \"d\""}},
+    {"replay",
+     "schema: 1\nlines:\n"
+     "  - {name: a, interface: 'replay:nowhere.log'}\n"
+     "  - {name: b, interface: 'replay:x.log?speed=0'}\n",
+     {"plant.yaml:3:26: error: nowhere.log cannot be replayed",
+      "plant.yaml:4:26: error: speed of a replay is max or a number from 0.1 to 1000, not \"0\"; "
+      "there is also simulated:",
+      "nowhere.log: error: the log cannot be read: No such file or directory"}},
     {"lines_that_collide",
      "schema: 1\nlines:\n"
      "  - {name: a, interface: socketcan:can0, network_id: 1}\n"
@@ -253,6 +276,23 @@ TEST(Plant, TellsErrorsOfADeviceFileWithTheirPlaceInIt) {
   EXPECT_TRUE(std::any_of(told.begin(), told.end(), [](const std::string& text) {
     return text.starts_with("tests/gateway/config/bad.eds:654:");
   })) << testing::PrintToString(told);
+}
+
+TEST(Plant, RecordHasDefaults) {
+  const auto loaded = read_text(
+      "schema: 1\nlines:\n"
+      "  - {name: a, interface: socketcan:can0, record: deploy/a.log}\n"
+      "  - {name: b, interface: socketcan:can1, record: {file: b.log, max_size: 1.5GB, files: 2}}\n"
+      "  - {name: c, interface: socketcan:can2}\n");
+  ASSERT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));
+  const auto& lines = loaded.value->lines;
+  ASSERT_TRUE(lines[0].record && lines[1].record);
+  EXPECT_TRUE(lines[0].record->file.ends_with("deploy/a.log")) << lines[0].record->file;
+  EXPECT_EQ(lines[0].record->max_size, 100'000'000U);
+  EXPECT_EQ(lines[0].record->files, 10U);
+  EXPECT_EQ(lines[1].record->max_size, 1'500'000'000U);
+  EXPECT_EQ(lines[1].record->files, 2U);
+  EXPECT_FALSE(lines[2].record);
 }
 
 TEST(Plant, HasDefaults) {

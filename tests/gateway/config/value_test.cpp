@@ -98,5 +98,15 @@ TEST(Nearest, FindsTheTypingError) {
   EXPECT_EQ(nearest("voltage", names), "");
 }
 
+TEST(Size, HasAUnit) {
+  EXPECT_EQ(parse_size("5000B"), 5000U);
+  EXPECT_EQ(parse_size("1.5kB"), 1500U);
+  EXPECT_EQ(parse_size("100 MB"), 100'000'000U);
+  EXPECT_EQ(parse_size("1TB"), 1'000'000'000'000U);
+  for (const char* text : {"", "5", "MB", "2TB", "-1kB", "1KB", "1kbit"}) {
+    EXPECT_FALSE(parse_size(text)) << text;
+  }
+}
+
 }  // namespace
 }  // namespace linegate::config

@@ -1,0 +1,63 @@
+// Lines of a log as candump -L and -l write them, canplayer sends them and tshark reads them:
+//
+//   (1436509052.249713) can0 181#0102030405060708       data frame, 11-bit identifier
+//   (1436509052.249713) can0 00000181#01                29-bit identifier: eight digits
+//   (1436509052.249713) can0 705#R1                     remote frame; its length is left out if 0
+//   (1436509052.249713) can0 181##51122334455667788     FD frame: a digit of flags (1 = bit rate
+//                                                       switch, 2 = error state, 4 = FD) and data
+//   (1436509052.249713) can0 20000004#0040000000000000  error frame (linux/can/error.h)
+//   DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 5)
+//
+// The time is UTC in seconds since 1970, of up to nine decimals. An empty line is a remark, and so
+// is one that begins with #. After the frame there may be R or T (received or sent, candump -x).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include <linux/can.h>
+
+#include "stack/can/bus_state.h"
+#include "stack/can/frame.h"
+
+namespace linegate::can_bridge {
+
+struct LogEntry {
+  enum class Kind : std::uint8_t {
+    frame,
+    error_frame,
+    frames_lost,
+    remark,  // nothing, also an empty line
+  };
+  Kind kind = Kind::remark;
+  std::int64_t stamp_ns = 0;   // UTC, ns since 1970; 0 for frames_lost and remarks
+  std::string_view interface;  // in the text it was read from
+  can::Frame frame;            // without a time
+  canfd_frame error{};         // an error_frame, to be read by ErrorDecoder
+  std::uint32_t lost = 0;      // frames_lost: how many
+};
+
+struct LogProblem {
+  std::uint32_t column = 0;  // from 1
+  std::string_view text;     // lasts for ever
+};
+
+// One line without its end. False if it is none; then problem says why. Never allocates.
+bool parse_log_line(std::string_view line, LogEntry& out, LogProblem& problem);
+
+// Room for any line that is written here, if the interface has a name of at most 64 characters.
+inline constexpr std::size_t kLogLine = 320;
+
+// Write a line with its end into out, which has room for kLogLine; give its length.
+std::size_t format_log_line(std::span<char> out, std::int64_t stamp_ns, std::string_view interface,
+                            const can::Frame& frame);
+// A change of the controller's state, or errors, as an error frame; 0 if the kernel has no error
+// frame for it.
+std::size_t format_log_line(std::span<char> out, std::int64_t stamp_ns, std::string_view interface,
+                            const can::BusEvent& event);
+std::size_t format_lost(std::span<char> out, std::string_view interface, std::uint64_t lost,
+                        std::uint64_t total);
+
+}  // namespace linegate::can_bridge

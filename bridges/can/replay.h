@@ -1,0 +1,36 @@
+// The channel "replay:FILE": the frames of a candump log as if they were received now.
+//
+//   replay:press.log                       with the timing of the log
+//   replay:press.log?speed=max             as fast as they are read; also speed=0.1 to speed=1000
+//   replay:press.log?interface=can0        of a log of several interfaces the frames of one
+//
+// The first frame comes when the channel is ready. Error frames are told as what they mean. What is
+// sent on such a channel goes nowhere. When the log is at its end, the interface fails with
+// ENODATA, once and for all.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "bridges/can/channel.h"
+#include "bridges/can/interface_uri.h"
+
+namespace linegate::can_bridge {
+
+struct ReplayOptions {
+  double speed = 1;       // times as fast as recorded; 0 = as fast as possible
+  std::string interface;  // only its frames; empty = all
+};
+
+struct ParsedReplay {
+  ReplayOptions options;
+  std::string error;  // empty, or a sentence for the integrator
+};
+ParsedReplay replay_options(const InterfaceUri& uri);
+
+// Never fails: a file that cannot be opened is reported by the first read(), and tried again. Lines
+// that are none are left out and counted as malformed: check_log() finds them before. Reads from a
+// disk, so read() may wait for it.
+std::unique_ptr<Channel> open_replay(std::string path, const ReplayOptions& options);
+
+}  // namespace linegate::can_bridge

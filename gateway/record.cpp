@@ -1,0 +1,85 @@
+#include "gateway/record.h"
+
+#include <cerrno>
+#include <csignal>
+#include <iostream>
+#include <memory>
+#include <utility>
+
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include "gateway/channels.h"
+#include "gateway/executor.h"
+#include "gateway/exit_code.h"
+#include "gateway/frame_pump.h"
+#include "gateway/recorder.h"
+#include "gateway/runner.h"
+#include "gateway/signals.h"
+
+namespace linegate::gateway {
+namespace {
+
+// Reads a channel and sends nothing; the channel records by itself.
+class ListenRunner final : public Runner {
+ public:
+  ListenRunner(std::unique_ptr<can_bridge::Channel> channel, std::string interface)
+      : pump_(std::move(channel)), interface_(std::move(interface)) {}
+
+  int descriptor() const override { return pump_.channel().descriptor(); }
+  bool wants_writable() const override { return false; }
+  void service(Instant now) override {
+    pump_.drain(
+        now, [](std::span<const can::Frame>) {},
+        [this](const can::BusEvent& event) { bus_event(event); });
+    next_wake_ = pump_.more() ? now : pump_.channel().next_wake();
+  }
+  Instant next_wake() const override { return next_wake_; }
+  void stop(Instant /*now*/) override { stopping_ = true; }
+  bool stopped(Instant /*now*/) const override { return stopping_; }
+
+ private:
+  void bus_event(const can::BusEvent& event) {
+    if (event.kind == can::BusEvent::Kind::interface_ready) {
+      spdlog::info("interface {} ready", interface_);
+    } else if (event.kind == can::BusEvent::Kind::interface_failed && event.code == ENODATA) {
+      ::kill(::getpid(), SIGTERM);  // the end of a replay is the end of the recording
+    } else if (event.kind == can::BusEvent::Kind::interface_failed) {
+      spdlog::error("{}", can_bridge::describe_failure(interface_, event.code));
+    }
+  }
+
+  FramePump pump_;
+  const std::string interface_;
+  Instant next_wake_{};
+  bool stopping_ = false;
+};
+
+}  // namespace
+
+int record(const RecordOptions& options) {
+  std::string error;
+  const config::Interface interface = config::parse_interface(options.uri, {}, error);
+  if (!error.empty()) {
+    std::cerr << "error: " << error << '\n';
+    return kExitUsage;
+  }
+  sim::VirtualNetwork network;
+  Recorder recorder;
+  Recording& recording = recorder.add(options.uri, name_in_log(interface, "can0"), options.file);
+  config::ExecutorPlan plan;
+  plan.name = "record";
+  Executor executor(std::move(plan));
+  executor.add(std::make_unique<ListenRunner>(
+      std::make_unique<RecordingChannel>(open_channel(interface, 0, network), recording),
+      options.uri));
+  recorder.start();
+  executor.start();
+  wait_for_stop_signal();
+  executor.request_stop();
+  executor.join();
+  recorder.stop();
+  return kExitOk;
+}
+
+}  // namespace linegate::gateway
