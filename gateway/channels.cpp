@@ -2,6 +2,7 @@
 
 #include "bridges/can/replay.h"
 #include "bridges/can/socketcan.h"
+#include "bridges/can/udp.h"
 
 namespace linegate::gateway {
 
@@ -15,6 +16,10 @@ std::unique_ptr<can_bridge::Channel> open_channel(const config::Interface& inter
     return can_bridge::open_replay(
         interface.name,
         can_bridge::replay_options({"replay", interface.name, interface.options}).options);
+  }
+  if (interface.scheme == config::Scheme::udp) {
+    return can_bridge::open_udp(
+        can_bridge::udp_options({"udp", interface.name, interface.options}).options);
   }
   sim::BusOptions options;
   if (bit_rate != 0) {

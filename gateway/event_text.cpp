@@ -247,4 +247,8 @@ std::string describe(const Event& event, const line::LineConfig& line, std::stri
   return out;
 }
 
+std::string describe_bus_errors(std::uint32_t bits) {
+  return bus_errors(bits);
+}
+
 }  // namespace linegate::gateway

@@ -1,7 +1,9 @@
 // An event in words, for people: logs and Event::text.
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "stack/base/event.h"
 #include "stack/line/config.h"
@@ -10,5 +12,8 @@ namespace linegate::gateway {
 
 // For example "node 5 (drive1): heartbeat lost for 500 ms". At most 256 bytes.
 std::string describe(const Event& event, const line::LineConfig& line, std::string_view interface);
+
+// can::BusErrorClass bits: "protocol, no acknowledge".
+std::string describe_bus_errors(std::uint32_t bits);
 
 }  // namespace linegate::gateway

@@ -15,11 +15,13 @@
 #include "bridges/console/monitor.h"
 #include "bridges/dds/library_log.h"
 #include "gateway/check.h"
+#include "gateway/decode.h"
 #include "gateway/device_file.h"
 #include "gateway/exit_code.h"
 #include "gateway/foreign_text.h"
 #include "gateway/record.h"
 #include "gateway/remote_client.h"
+#include "gateway/replay.h"
 #include "gateway/signals.h"
 #include "gateway/simulate.h"
 
@@ -131,6 +133,8 @@ class Program {
     add_commands();
     add_tools();
     add_recording();
+    add_replay();
+    add_decode();
   }
 
   int run(int argc, char** argv) {
@@ -301,6 +305,36 @@ class Program {
     });
   }
 
+  void add_replay() {
+    CLI::App* replay =
+        app_.add_subcommand("replay", "send the frames of a candump log on an interface");
+    replay->add_option("log", replay_.file, "as candump -L or linegate record write it")
+        ->required();
+    replay->add_option("interface", replay_.uri, "e.g. socketcan:vcan0")->required();
+    replay->add_option("--speed", replay_.speed,
+                       "times as fast as recorded, 0.1 to 1000, or max for as fast as possible");
+    replay->add_option("--log-interface", replay_.log_interface,
+                       "only the frames of this interface in the log");
+    on(replay, [this] {
+      block_stop_signals();
+      return gateway::replay(replay_);
+    });
+  }
+
+  void add_decode() {
+    CLI::App* decode = app_.add_subcommand("decode", "explain a candump log line by line");
+    decode->add_option("log", decode_.file, "as candump -L or linegate record write it")
+        ->required();
+    decode->add_option("--plant", decode_.plant,
+                       "names, objects and PDOs of the devices of this plant.yaml");
+    decode->add_option("--line", decode_.line,
+                       "which line of the plant; else the one on the interface the log names");
+    on(decode, [this] {
+      decode_.json = options_.json;
+      return gateway::decode(decode_);
+    });
+  }
+
   void add_object(CLI::App* command) {
     command->add_option("node", texts_.node, "LINE:NODE")->required();
     command->add_option("index", texts_.index, "hexadecimal")->required();
@@ -329,6 +363,8 @@ class Program {
   std::string plant_;
   SimulateOptions simulation_;
   RecordOptions recording_;
+  ReplayCommand replay_;
+  DecodeOptions decode_;
 };
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "gateway/executor.h"
 #include "gateway/exit_code.h"
 #include "gateway/frame_pump.h"
+#include "gateway/log.h"
 #include "gateway/recorder.h"
 #include "gateway/runner.h"
 #include "gateway/signals.h"
@@ -64,6 +65,7 @@ int record(const RecordOptions& options) {
     std::cerr << "error: " << error << '\n';
     return kExitUsage;
   }
+  set_up_log(config::LogLevel::info);  // not where the frames may go
   sim::VirtualNetwork network;
   Recorder recorder;
   Recording& recording = recorder.add(options.uri, name_in_log(interface, "can0"), options.file);

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "bridges/can/replay.h"
+#include "bridges/can/udp.h"
 
 namespace linegate::can_bridge {
 namespace {
@@ -54,14 +55,23 @@ std::string no_options(const InterfaceUri& uri) {
                                    " has no option " + quoted(uri.options.front().key);
 }
 
+std::string any_name(const Scheme& /*scheme*/, const InterfaceUri& /*uri*/) {
+  return {};
+}
+
+std::string check_udp(const InterfaceUri& uri) {
+  return udp_options(uri).error;
+}
+
 std::string check_replay(const InterfaceUri& uri) {
   return replay_options(uri).error;
 }
 
-constexpr std::array<Scheme, 3> kSchemes{
+constexpr std::array<Scheme, 4> kSchemes{
     {{"socketcan", "socketcan:can0", check_short_name, no_options},
      {"virtual", "virtual:line1", check_short_name, no_options},
-     {"replay", "replay:press.log", check_path, check_replay}}};
+     {"replay", "replay:press.log", check_path, check_replay},
+     {"udp", "udp:239.74.163.2:43113", any_name, check_udp}}};
 
 std::string known_schemes() {
   std::string out;

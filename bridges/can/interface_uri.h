@@ -14,8 +14,9 @@ struct UriOption {
 };
 
 struct InterfaceUri {
-  std::string scheme;  // "socketcan", "virtual", "replay"
-  // "can0"; 1 to 64 characters (socketcan: at most 15). replay: the path of a file
+  std::string scheme;  // "socketcan", "virtual", "replay", "udp"
+  // "can0"; 1 to 64 characters (socketcan: at most 15). replay: the path of a file; udp:
+  // address and port
   std::string name;
   std::vector<UriOption> options;  // each key at most once
 

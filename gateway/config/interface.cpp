@@ -12,6 +12,9 @@ Scheme scheme_of(std::string_view name) {
   if (name == "socketcan") {
     return Scheme::socketcan;
   }
+  if (name == "udp") {
+    return Scheme::udp;
+  }
   return name == "replay" ? Scheme::replay : Scheme::virtual_bus;
 }
 

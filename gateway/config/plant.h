@@ -27,6 +27,7 @@ enum class Scheme : std::uint8_t {
   virtual_bus,  // a bus inside this process, shared by all who name it
   simulated,    // a virtual bus of the line's own, with simulated devices on it
   replay,       // a candump log
+  udp,          // frames in datagrams of a multicast group
 };
 
 struct Interface {

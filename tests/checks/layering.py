@@ -23,6 +23,7 @@ RESERVED = [
     (r"fast(dds|rtps|cdr)/.*", ["bridges/dds"], "replacing Fast DDS must touch bridges/dds alone"),
     (r"linegate(PubSubTypes)?\.h", ["bridges/dds"], "the DDS contract is known to bridges/dds alone"),
     (r"linux/can.*", ["bridges/can"], "SocketCAN is bridges/can's subject"),
+    (r"msgpack(/.*|\.hpp)", ["bridges/can"], "frames in datagrams are bridges/can's subject"),
     (r"yaml-cpp/.*", ["gateway"], "configuration is the gateway's subject"),
     (r"pugixml\.hpp", ["bridges/xdd"], "XML is bridges/xdd's subject"),
     (r"spdlog/.*", ["gateway"], "logs are rendered in the gateway"),

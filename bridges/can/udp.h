@@ -1,0 +1,38 @@
+// The channel "udp:GROUP:PORT": CAN frames in the datagrams of a multicast group, as python-can's
+// interface udp_multicast has them. For machines without CAN, and for tests against strangers.
+//
+//   udp:239.74.163.2:43113                       stays on this host: loopback, time to live 0
+//   udp:[ff15::1]:43113                          IPv6
+//   udp:239.74.163.2:43113?ttl=1                 leaves the host, by the system's choice of
+//   interface udp:239.74.163.2:43113?ttl=1&interface=eth1  by this one
+//
+// There is no bus: no arbitration, no acknowledgement, no bit rate; the network may lose and
+// reorder frames. Datagrams that are no frame are counted as malformed.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "bridges/can/channel.h"
+#include "bridges/can/interface_uri.h"
+
+namespace linegate::can_bridge {
+
+struct UdpOptions {
+  std::string group;       // a multicast address, IPv4 or IPv6 (without brackets)
+  std::uint16_t port = 0;  // > 0
+  std::uint8_t ttl = 0;    // time to live, hop limit
+  std::string interface;   // of the network; empty: loopback with ttl 0, else the system's choice
+};
+
+struct ParsedUdp {
+  UdpOptions options;
+  std::string error;  // empty, or a sentence for the integrator
+};
+ParsedUdp udp_options(const InterfaceUri& uri);
+
+// Never fails: what goes wrong is reported by the first read(), and tried again.
+std::unique_ptr<Channel> open_udp(const UdpOptions& options);
+
+}  // namespace linegate::can_bridge

@@ -1,0 +1,248 @@
+#include "bridges/console/explain.h"
+
+#include <chrono>
+#include <cstdio>
+#include <span>
+#include <string_view>
+
+#include "bridges/console/explain_words.h"
+#include "bridges/console/value_text.h"
+#include "stack/base/byte_order.h"
+#include "stack/can/cob_id.h"
+#include "stack/emcy/message.h"
+#include "stack/nmt/state.h"
+#include "stack/time/message.h"
+
+namespace linegate::console {
+namespace {
+
+constexpr std::uint32_t kExtendedKey = 0x8000'0000;
+constexpr std::uint32_t kLssAnswer = 0x7E4;
+constexpr std::uint32_t kLssRequest = 0x7E5;
+constexpr std::uint8_t kToggle = 0x80;
+
+std::string hex(std::uint32_t value, int digits) {
+  char text[9];
+  std::snprintf(text, sizeof text, "%0*X", digits, value);
+  return text;
+}
+
+std::uint8_t byte_of(const can::Frame& frame, std::size_t at) {
+  return std::to_integer<std::uint8_t>(frame.data[at]);
+}
+
+std::string wrong_length(const can::Frame& frame, std::string_view what) {
+  return "no " + std::string(what) + ": " + std::to_string(frame.length) + " bytes";
+}
+
+// Two digits each; the day is one of 1984 and later.
+std::string time_text(const time::TimeOfDay& time) {
+  const auto utc = std::chrono::sys_time<Duration>(time::to_utc(time));
+  const auto day = std::chrono::floor<std::chrono::days>(utc);
+  const std::chrono::year_month_day date(day);
+  const std::chrono::hh_mm_ss clock(
+      std::chrono::duration_cast<std::chrono::milliseconds>(utc - day));
+  char text[48];
+  std::snprintf(
+      text, sizeof text, "%04d-%02u-%02u %02d:%02d:%02d.%03d", static_cast<int>(date.year()),
+      static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
+      static_cast<int>(clock.hours().count()), static_cast<int>(clock.minutes().count()),
+      static_cast<int>(clock.seconds().count()), static_cast<int>(clock.subseconds().count()));
+  return text;
+}
+
+// So many bits of a PDO from that bit on, little-endian.
+std::vector<std::byte> bits_of(const can::Frame& frame, std::size_t offset, std::size_t bits) {
+  std::vector<std::byte> out((bits + 7) / 8);
+  for (std::size_t i = 0; i < bits; ++i) {
+    const std::size_t at = offset + i;
+    const auto bit = std::to_integer<unsigned>(frame.data[at / 8]) >> (at % 8) & 1U;
+    out[i / 8] |= static_cast<std::byte>(bit << (i % 8));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string object_text(const od::DeviceDescription* device, od::Address address) {
+  std::string out = hex(address.index, 4) + ":" + hex(address.sub, 2);
+  const od::ObjectDescription* object = device == nullptr ? nullptr : device->find(address.index);
+  if (object == nullptr) {
+    return out;
+  }
+  const od::VariableDescription* variable = device->find(address);
+  const bool single =
+      object->variables.size() == 1 || variable == nullptr || variable->name.empty();
+  out += " " + object->name;
+  return single || variable->name == object->name ? out : out + ", " + variable->name;
+}
+
+std::string value_of(const od::DeviceDescription* device, od::Address address,
+                     std::span<const std::byte> value) {
+  const auto* variable = device == nullptr ? nullptr : device->find(address);
+  if (variable == nullptr || variable->type == od::DataType::none) {
+    return to_hex(value);
+  }
+  return to_text(variable->type, value);
+}
+
+// --- devices ------------------------------------------------------------------------------------
+
+void Explainer::add(const line::NodeConfig& device) {
+  const line::NodeConfig& kept = devices_[device.id] = device;
+  const auto pdos = pdo::describe_pdos(kept.device);
+  if (pdos.value) {
+    add_pdos(kept, pdos.value->tpdos, true);
+    add_pdos(kept, pdos.value->rpdos, false);
+  }
+}
+
+void Explainer::add_pdos(const line::NodeConfig& device, const std::vector<pdo::Parameters>& pdos,
+                         bool transmitted) {
+  for (const pdo::Parameters& parameters : pdos) {
+    const std::uint32_t key =
+        parameters.cob_id.id() | (parameters.cob_id.extended() ? kExtendedKey : 0);
+    pdos_[key].push_back({&device, parameters, transmitted});
+  }
+}
+
+const line::NodeConfig* Explainer::device(unsigned id) const {
+  const auto found = devices_.find(id);
+  return found == devices_.end() ? nullptr : &found->second;
+}
+
+std::string Explainer::node(unsigned id) const {
+  const line::NodeConfig* known = device(id);
+  const std::string number = "node " + std::to_string(id);
+  return known == nullptr || known->name.empty() ? number : number + " (" + known->name + ")";
+}
+
+// --- services -----------------------------------------------------------------------------------
+
+std::string Explainer::nmt(const can::Frame& frame) const {
+  if (frame.length != 2) {
+    return wrong_length(frame, "NMT command");
+  }
+  const std::uint8_t command = byte_of(frame, 0);
+  const std::uint8_t id = byte_of(frame, 1);
+  const std::string to = id == 0 ? "all nodes" : node(id);
+  if (!nmt::is_command(command) || id > can::kMaxNodeId) {
+    return "NMT: no command there is: " + hex(command, 2) + "h to " + to;
+  }
+  return "NMT: " + std::string(name(static_cast<nmt::Command>(command))) + " " + to;
+}
+
+std::string Explainer::error_control(const can::Frame& frame, unsigned id) const {
+  if (frame.remote()) {
+    return "node guarding: asks " + node(id) + " for its state";
+  }
+  if (frame.length != 1) {
+    return wrong_length(frame, "heartbeat");
+  }
+  const std::uint8_t state = byte_of(frame, 0);
+  if (state == 0) {
+    return node(id) + " booted up";
+  }
+  const auto code = static_cast<nmt::State>(state & ~kToggle);
+  const std::string text = node(id) + " is " + std::string(name(code));
+  return (state & kToggle) != 0 ? text + " (answer to node guarding, toggle bit 1)" : text;
+}
+
+std::string Explainer::emcy(const can::Frame& frame, unsigned id) const {
+  const auto message = emcy::decode(frame);
+  if (!message) {
+    return wrong_length(frame, "EMCY");
+  }
+  std::string out = "EMCY of " + node(id) + ": " + describe_error_code(message->code) + " (" +
+                    hex(message->code, 4) + "h)";
+  if (message->error_register != 0) {
+    out += ", error register: " + describe_error_register(message->error_register);
+  }
+  for (const std::byte info : message->info) {
+    if (info != std::byte{0}) {
+      return out + ", manufacturer's bytes " + to_hex(message->info);
+    }
+  }
+  return out;
+}
+
+std::string Explainer::sdo(const can::Frame& frame, unsigned id, bool request) {
+  const line::NodeConfig* known = device(id);
+  return "SDO " + std::string(request ? "to " : "of ") + node(id) + ": " +
+         sdo_[id].explain(frame, known == nullptr ? nullptr : &known->device, request);
+}
+
+std::string Explainer::pdo(const can::Frame& frame, const Pdo& pdo) const {
+  std::string out = (pdo.transmitted ? "TPDO " : "RPDO ") + std::to_string(pdo.parameters.number) +
+                    (pdo.transmitted ? " of " : " to ") + node(pdo.device->id);
+  if (frame.remote()) {
+    return out + " is asked for";
+  }
+  std::size_t offset = 0;
+  for (const pdo::Mapping& mapping : pdo.parameters.mapping) {
+    if (offset + mapping.bits > 8U * frame.length) {
+      return out + ", but " + std::to_string(frame.length) + " bytes are too short for " +
+             object_text(&pdo.device->device, mapping.address);
+    }
+    if (mapping.address.index >= 0x20) {  // what is below fills a gap
+      out += offset == 0 ? ": " : "; ";
+      out += object_text(&pdo.device->device, mapping.address) + " = " +
+             value_of(&pdo.device->device, mapping.address, bits_of(frame, offset, mapping.bits));
+    }
+    offset += mapping.bits;
+  }
+  return out;
+}
+
+// --- which service
+// --------------------------------------------------------------------------------
+
+std::string Explainer::by_identifier(const can::Frame& frame) {
+  const unsigned id = frame.id & 0x7FU;
+  if (frame.id == can::kNmtId) {
+    return nmt(frame);
+  }
+  if (frame.id == can::kSyncId) {
+    return frame.length == 0 ? "SYNC" : "SYNC " + std::to_string(byte_of(frame, 0));
+  }
+  if (frame.id == can::kTimeId) {
+    const auto time = time::decode(frame);
+    return time ? "TIME: " + time_text(*time) : wrong_length(frame, "TIME message");
+  }
+  if (frame.id == kLssRequest || frame.id == kLssAnswer) {
+    return explain_lss(frame, frame.id == kLssRequest);
+  }
+  switch (id == 0 ? 0 : frame.id - id) {
+    case can::kEmcyBase:
+      return emcy(frame, id);
+    case can::kSdoResponseBase:
+      return sdo(frame, id, false);
+    case can::kSdoRequestBase:
+      return sdo(frame, id, true);
+    case can::kErrorControlBase:
+      return error_control(frame, id);
+    default:
+      break;
+  }
+  if (id != 0 && frame.id >= can::default_tpdo_id(1, 0) && frame.id < can::kSdoResponseBase) {
+    const unsigned number = (frame.id - can::default_tpdo_id(1, 0)) / 0x100 + 1;
+    const bool transmitted = (frame.id - can::default_tpdo_id(1, 0)) % 0x100 < 0x80;
+    return std::string(transmitted ? "TPDO " : "RPDO ") + std::to_string(number) +
+           (transmitted ? " of " : " to ") + node(id) + ", if identifiers are the pre-defined ones";
+  }
+  return "no identifier of CANopen's pre-defined ones";
+}
+
+std::string Explainer::explain(const can::Frame& frame) {
+  const std::uint32_t key = frame.id | (frame.extended() ? kExtendedKey : 0);
+  if (const auto found = pdos_.find(key); found != pdos_.end()) {
+    std::string out;
+    for (const Pdo& known : found->second) {
+      out += (out.empty() ? "" : " | ") + pdo(frame, known);
+    }
+    return out;
+  }
+  return frame.extended() ? "not one of the known 29-bit identifiers" : by_identifier(frame);
+}
+
+}  // namespace linegate::console

@@ -1,0 +1,200 @@
+// What decode says of frames.
+#include "bridges/console/explain.h"
+
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bridges/console/explain_words.h"
+#include "bridges/sim/eds_files.h"
+#include "stack/base/abort_code.h"
+#include "stack/eds/reader.h"
+
+namespace linegate::console {
+namespace {
+
+using testing::EndsWith;
+using testing::HasSubstr;
+
+class ExplainTest : public testing::Test {
+ protected:
+  ExplainTest() {
+    line::NodeConfig device;
+    device.id = 5;
+    device.name = "inlet";
+    auto loaded = eds::load(sim::kDigitalIoEds, "digital-io.eds", 5);
+    if (loaded.value) {
+      device.device = std::move(*loaded.value);
+    }
+    known.add(device);
+  }
+
+  std::string say(std::uint32_t id, std::initializer_list<std::uint8_t> bytes) {
+    return known.explain(can::make_frame(id, bytes));
+  }
+  std::string sdo(std::uint32_t id, std::initializer_list<std::uint8_t> bytes) {
+    const std::string text = say(id, bytes);
+    const std::size_t colon = text.find(": ");
+    return colon == std::string::npos ? text : text.substr(colon + 2);
+  }
+
+  Explainer known;
+};
+
+TEST_F(ExplainTest, Nmt) {
+  EXPECT_EQ(say(0x000, {0x01, 5}), "NMT: start node 5 (inlet)");
+  EXPECT_EQ(say(0x000, {0x82, 0}), "NMT: reset-communication all nodes");
+  EXPECT_EQ(say(0x000, {0x80, 7}), "NMT: enter-pre-operational node 7");
+  EXPECT_EQ(say(0x000, {0x55, 7}), "NMT: no command there is: 55h to node 7");
+  EXPECT_EQ(say(0x000, {0x01}), "no NMT command: 1 bytes");
+}
+
+TEST_F(ExplainTest, SyncAndTime) {
+  EXPECT_EQ(say(0x080, {}), "SYNC");
+  EXPECT_EQ(say(0x080, {17}), "SYNC 17");
+  // 15340 days after 1984-01-01, 45'296'789 ms after midnight.
+  EXPECT_EQ(say(0x100, {0x95, 0x2C, 0xB3, 0x02, 0xEC, 0x3B}), "TIME: 2025-12-31 12:34:56.789");
+  EXPECT_EQ(say(0x100, {1, 2, 3}), "no TIME message: 3 bytes");
+}
+
+TEST_F(ExplainTest, ErrorControl) {
+  EXPECT_EQ(say(0x705, {0x00}), "node 5 (inlet) booted up");
+  EXPECT_EQ(say(0x705, {0x05}), "node 5 (inlet) is operational");
+  EXPECT_EQ(say(0x706, {0xFF}),
+            "node 6 is pre-operational (answer to node guarding, toggle bit 1)");
+  can::Frame guarding = can::make_frame(0x705);
+  guarding.flags = can::Frame::kRemote;
+  guarding.length = 1;
+  EXPECT_EQ(known.explain(guarding), "node guarding: asks node 5 (inlet) for its state");
+}
+
+TEST_F(ExplainTest, Emcy) {
+  EXPECT_EQ(say(0x085, {0x30, 0x81, 0x11, 5, 0, 0, 0, 1}),
+            "EMCY of node 5 (inlet): heartbeat or life guarding error (8130h), error register: "
+            "generic, communication, manufacturer's bytes 05 00 00 00 01");
+  EXPECT_EQ(say(0x081, {0, 0, 0, 0, 0, 0, 0, 0}), "EMCY of node 1: no error any more (0000h)");
+  EXPECT_EQ(describe_error_code(0x3211), "voltage inside the device");
+  EXPECT_EQ(describe_error_code(0x3999), "voltage");
+  EXPECT_EQ(describe_error_code(0xFF01), "device-specific error");
+  EXPECT_EQ(describe_error_code(0xA000), "an error of a class that CiA 301 does not know");
+}
+
+TEST_F(ExplainTest, PdosByName) {
+  EXPECT_EQ(say(0x185, {1, 2, 3, 255}),
+            "TPDO 1 of node 5 (inlet): 6000:01 Read input 8-bit, Inputs 1 to 8 = 1; "
+            "6000:02 Read input 8-bit, Inputs 9 to 16 = 2; 6000:03 Read input 8-bit, Inputs 17 to "
+            "24 = 3; 6000:04 Read input 8-bit, Inputs 25 to 32 = 255");
+  EXPECT_THAT(say(0x185, {1}), HasSubstr("but 1 bytes are too short for 6000:02"));
+  EXPECT_THAT(
+      say(0x205, {9, 0, 0, 0}),
+      HasSubstr("RPDO 1 to node 5 (inlet): 6200:01 Write output 8-bit, Outputs 1 to 8 = 9"));
+  EXPECT_EQ(say(0x289, {1}), "TPDO 2 of node 9, if identifiers are the pre-defined ones");
+  EXPECT_EQ(say(0x509, {1}), "RPDO 4 to node 9, if identifiers are the pre-defined ones");
+  EXPECT_EQ(say(0x770, {1}), "node 112 is unknown");
+  EXPECT_EQ(say(0x680, {1}), "no identifier of CANopen's pre-defined ones");
+  can::Frame extended = can::make_frame(0x185, {1});
+  extended.flags = can::Frame::kExtended;
+  EXPECT_EQ(known.explain(extended), "not one of the known 29-bit identifiers");
+}
+
+TEST_F(ExplainTest, ExpeditedSdo) {
+  EXPECT_EQ(say(0x605, {0x2B, 0x17, 0x10, 0, 0xC8, 0, 0, 0}),
+            "SDO to node 5 (inlet): write 1017:00 Producer heartbeat time = 200");
+  EXPECT_EQ(say(0x585, {0x60, 0x17, 0x10, 0, 0, 0, 0, 0}),
+            "SDO of node 5 (inlet): written: 1017:00 Producer heartbeat time");
+  EXPECT_EQ(sdo(0x605, {0x40, 0x17, 0x10, 0, 0, 0, 0, 0}), "read 1017:00 Producer heartbeat time");
+  EXPECT_EQ(sdo(0x585, {0x4B, 0x17, 0x10, 0, 0xE8, 3, 0, 0}),
+            "1017:00 Producer heartbeat time = 1000");
+  EXPECT_EQ(sdo(0x585, {0x42, 0x17, 0x10, 0, 0xE8, 3, 0, 0}),
+            "1017:00 Producer heartbeat time = 1000")
+      << "its size is not told: that of the type";
+  EXPECT_EQ(sdo(0x585, {0x80, 0x00, 0x20, 3, 0, 0, 2, 6}),
+            "refused: 2000:03: " + std::string(describe(AbortCode::no_object)) + " (06020000)");
+  EXPECT_EQ(say(0x609, {0x22, 0x00, 0x20, 1, 1, 2, 3, 4}),
+            "SDO to node 9: write 2000:01 = 01 02 03 04");
+  EXPECT_EQ(say(0x605, {0x40}), "SDO to node 5 (inlet): no SDO frame: it does not have 8 bytes");
+}
+
+TEST_F(ExplainTest, SegmentedSdo) {
+  sdo(0x605, {0x40, 0x08, 0x10, 0, 0, 0, 0, 0});
+  EXPECT_EQ(sdo(0x585, {0x41, 0x08, 0x10, 0, 10, 0, 0, 0}),
+            "1008:00 Manufacturer device name comes in parts, 10 bytes");
+  EXPECT_EQ(sdo(0x605, {0x60, 0, 0, 0, 0, 0, 0, 0}), "read on in 1008:00 Manufacturer device name");
+  EXPECT_EQ(sdo(0x585, {0x00, 'L', 'i', 'n', 'e', 'g', 'a', 't'}),
+            "1008:00 Manufacturer device name: 7 bytes more, 7 so far");
+  sdo(0x605, {0x70, 0, 0, 0, 0, 0, 0, 0});
+  EXPECT_EQ(sdo(0x585, {0x19, 'e', ' ', '1', 0, 0, 0, 0}),
+            "1008:00 Manufacturer device name: the last 3 bytes; = \"Linegate 1\"");
+  EXPECT_EQ(sdo(0x609, {0x00, 1, 2, 3, 4, 5, 6, 7}),
+            "write an object asked for before: 7 bytes more, 7 so far")
+      << "the log begins within a transfer";
+}
+
+TEST_F(ExplainTest, BlockDownload) {
+  EXPECT_EQ(sdo(0x605, {0xC6, 0x08, 0x10, 0, 9, 0, 0, 0}),
+            "write 1008:00 Manufacturer device name in blocks, 9 bytes");
+  EXPECT_EQ(sdo(0x585, {0xA4, 0x08, 0x10, 0, 127, 0, 0, 0}), "ready for blocks of 127 segments");
+  EXPECT_EQ(sdo(0x605, {0x01, 'A', 'B', 'C', 'D', 'E', 'F', 'G'}),
+            "1008:00 Manufacturer device name: segment 1 of a block");
+  EXPECT_THAT(sdo(0x605, {0x82, 'x', 'x', 0, 0, 0, 0, 0}),
+              EndsWith("segment 2 of a block, the last"));
+  EXPECT_EQ(sdo(0x585, {0xA2, 1, 127, 0, 0, 0, 0, 0}),
+            "segments up to 1 have come, the next block has 127");
+  EXPECT_THAT(sdo(0x605, {0x81, 'H', 'I', 0, 0, 0, 0, 0}),
+              EndsWith("segment 1 of a block, the last"))
+      << "what was lost, again";
+  sdo(0x585, {0xA2, 1, 127, 0, 0, 0, 0, 0});
+  EXPECT_EQ(sdo(0x605, {0xD5, 0x12, 0x34, 0, 0, 0, 0, 0}),
+            "1008:00 Manufacturer device name: end of the blocks; = \"ABCDEFGHI\"");
+  EXPECT_EQ(sdo(0x585, {0xA1, 0, 0, 0, 0, 0, 0, 0}),
+            "all of 1008:00 Manufacturer device name has come");
+}
+
+TEST_F(ExplainTest, BlockUpload) {
+  EXPECT_EQ(sdo(0x605, {0xA4, 0x08, 0x10, 0, 127, 0, 0, 0}),
+            "read 1008:00 Manufacturer device name in blocks of 127 segments");
+  EXPECT_EQ(sdo(0x585, {0xC6, 0x08, 0x10, 0, 2, 0, 0, 0}),
+            "1008:00 Manufacturer device name comes in blocks, 2 bytes");
+  EXPECT_EQ(sdo(0x605, {0xA3, 0, 0, 0, 0, 0, 0, 0}),
+            "let the blocks of 1008:00 Manufacturer device name come");
+  EXPECT_THAT(sdo(0x585, {0x81, 'H', 'I', 0, 0, 0, 0, 0}),
+              EndsWith("segment 1 of a block, the last"));
+  sdo(0x605, {0xA2, 1, 127, 0, 0, 0, 0, 0});
+  EXPECT_THAT(sdo(0x585, {0xD5, 0, 0, 0, 0, 0, 0, 0}), EndsWith("= \"HI\""));
+  EXPECT_THAT(sdo(0x605, {0xA1, 0, 0, 0, 0, 0, 0, 0}), EndsWith("has come"));
+}
+
+TEST_F(ExplainTest, Lss) {
+  EXPECT_EQ(say(0x7E5, {0x04, 1, 0, 0, 0, 0, 0, 0}),
+            "LSS: switch all devices to state configuration");
+  EXPECT_EQ(say(0x7E5, {0x11, 9, 0, 0, 0, 0, 0, 0}), "LSS: node-ID shall be 9h");
+  EXPECT_EQ(say(0x7E4, {0x11, 0, 0, 0, 0, 0, 0, 0}), "LSS: node-ID set, error 0h");
+  EXPECT_EQ(say(0x7E5, {0x5A, 0, 0, 0, 0, 0, 0, 0}), "LSS: which vendor-ID?");
+  EXPECT_EQ(say(0x7E4, {0x5A, 0x78, 0x56, 0x34, 0x12, 0, 0, 0}), "LSS: vendor-ID 12345678h");
+  EXPECT_EQ(say(0x7E4, {0x99, 0, 0, 0, 0, 0, 0, 0}), "LSS: no command that CiA 305 has: 99h");
+  EXPECT_EQ(say(0x7E5, {}), "no LSS command: 0 bytes");
+}
+
+// Whatever is on the bus, in any order.
+TEST_F(ExplainTest, AnythingIsExplainedSomehow) {
+  std::uint32_t seed = 1;
+  const auto random = [&] { return seed = seed * 1'664'525U + 1'013'904'223U; };
+  for (int i = 0; i < 100'000; ++i) {
+    can::Frame frame = can::make_frame(random() >> 8U & 0x7FFU);
+    if (i % 3 == 0) {
+      frame.id = (random() & 1U) != 0 ? 0x605 : 0x585;  // transfers of one device
+    }
+    frame.length = static_cast<std::uint8_t>((random() >> 8U) % 9);
+    for (std::byte& byte : frame.data) {
+      byte = static_cast<std::byte>(random() >> 16U);
+    }
+    ASSERT_FALSE(known.explain(frame).empty());
+  }
+}
+
+}  // namespace
+}  // namespace linegate::console
