@@ -3,6 +3,7 @@
 #include "bridges/can/replay.h"
 #include "bridges/can/socketcan.h"
 #include "bridges/can/udp.h"
+#include "bridges/can/virtual_faults.h"
 
 namespace linegate::gateway {
 
@@ -10,7 +11,10 @@ std::unique_ptr<can_bridge::Channel> open_channel(const config::Interface& inter
                                                   std::uint32_t bit_rate,
                                                   sim::VirtualNetwork& network) {
   if (interface.scheme == config::Scheme::socketcan) {
-    return can_bridge::open_socketcan(interface.name, {});
+    can_bridge::SocketOptions options;
+    options.setup =
+        can_bridge::controller_setup({"socketcan", interface.name, interface.options}).setup;
+    return can_bridge::open_socketcan(interface.name, options);
   }
   if (interface.scheme == config::Scheme::replay) {
     return can_bridge::open_replay(
@@ -27,7 +31,8 @@ std::unique_ptr<can_bridge::Channel> open_channel(const config::Interface& inter
   }
   // A name no virtual: interface can have keeps the bus of a simulated: line to itself.
   const bool own = interface.scheme == config::Scheme::simulated;
-  return network.open(own ? "simulated:" + interface.name : interface.name, options);
+  const auto faults = can_bridge::virtual_faults({"virtual", interface.name, interface.options});
+  return network.open(own ? "simulated:" + interface.name : interface.name, options, faults.faults);
 }
 
 std::string name_in_log(const config::Interface& interface, const std::string& line) {

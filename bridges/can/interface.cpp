@@ -98,7 +98,8 @@ int bind_to(int descriptor, int index) {
 
 }  // namespace
 
-OpenedInterface open_interface(const std::string& name, int receive_buffer) {
+OpenedInterface open_interface(const std::string& name, int receive_buffer,
+                               const ControllerSetup& setup) {
   OpenedInterface result;
   Attempt attempt;
   if (attempt.descriptor() < 0) {
@@ -107,6 +108,14 @@ OpenedInterface open_interface(const std::string& name, int receive_buffer) {
   }
   int index = 0;
   result.error = examine(attempt.descriptor(), name, index, result.fd);
+  if (result.error == ENETDOWN && setup.any()) {
+    result.error = set_up_controller(index, setup);
+    if (result.error == 0) {
+      result.error = examine(attempt.descriptor(), name, index, result.fd);
+    } else if (result.error == EPERM) {
+      result.error = ENETDOWN;
+    }
+  }
   if (result.error == 0 && !configure(attempt.descriptor(), result.fd, receive_buffer)) {
     result.error = errno;
   }

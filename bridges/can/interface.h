@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "bridges/can/controller_setup.h"
 #include "stack/can/bus_state.h"
 
 namespace linegate::can_bridge {
@@ -15,7 +16,9 @@ struct OpenedInterface {
 };
 
 // A socket bound to the interface that is up: non-blocking, with time stamps, own echoes, error
-// frames and the count of lost frames. receive_buffer: SO_RCVBUF in bytes.
-OpenedInterface open_interface(const std::string& name, int receive_buffer);
+// frames and the count of lost frames. receive_buffer: SO_RCVBUF in bytes. One that is down is set
+// up, if setup says how.
+OpenedInterface open_interface(const std::string& name, int receive_buffer,
+                               const ControllerSetup& setup = {});
 
 }  // namespace linegate::can_bridge

@@ -5,7 +5,9 @@
 #include <span>
 
 #include "bridges/can/replay.h"
+#include "bridges/can/socketcan.h"
 #include "bridges/can/udp.h"
+#include "bridges/can/virtual_faults.h"
 
 namespace linegate::can_bridge {
 namespace {
@@ -49,10 +51,8 @@ std::string check_path(const Scheme& scheme, const InterfaceUri& uri) {
                           : std::string();
 }
 
-std::string no_options(const InterfaceUri& uri) {
-  return uri.options.empty() ? std::string()
-                             : "interface " + quoted(uri.scheme + ":" + uri.name) +
-                                   " has no option " + quoted(uri.options.front().key);
+std::string check_socketcan(const InterfaceUri& uri) {
+  return controller_setup(uri).error;
 }
 
 std::string any_name(const Scheme& /*scheme*/, const InterfaceUri& /*uri*/) {
@@ -63,13 +63,17 @@ std::string check_udp(const InterfaceUri& uri) {
   return udp_options(uri).error;
 }
 
+std::string check_virtual(const InterfaceUri& uri) {
+  return virtual_faults(uri).error;
+}
+
 std::string check_replay(const InterfaceUri& uri) {
   return replay_options(uri).error;
 }
 
 constexpr std::array<Scheme, 4> kSchemes{
-    {{"socketcan", "socketcan:can0", check_short_name, no_options},
-     {"virtual", "virtual:line1", check_short_name, no_options},
+    {{"socketcan", "socketcan:can0", check_short_name, check_socketcan},
+     {"virtual", "virtual:line1", check_short_name, check_virtual},
      {"replay", "replay:press.log", check_path, check_replay},
      {"udp", "udp:239.74.163.2:43113", any_name, check_udp}}};
 

@@ -54,7 +54,8 @@ void SocketChannel::open(BusEvents& events, Instant now) {
     told_ready(BusState::error_active, events, now);
     return;
   }
-  const OpenedInterface opened = open_interface(interface_, options_.receive_buffer);
+  const OpenedInterface opened =
+      open_interface(interface_, options_.receive_buffer, options_.setup);
   if (opened.error != 0) {
     fail(opened.error, events, now);
     return;

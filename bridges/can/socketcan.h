@@ -1,13 +1,24 @@
 // The channel "socketcan:NAME": a CAN_RAW socket on one interface of the Linux kernel.
 //
+//   socketcan:can0
+//   socketcan:can0?bitrate=500000&sample-point=0.875&restart-ms=100
+//   socketcan:can0?bitrate=500000&dbitrate=2000000&dsample-point=0.75    CAN FD
+//   socketcan:can0?bitrate=500000&listen-only=on
+//
+// The options are named as those of `ip link set can0 type can`. With any of them an interface that
+// is down is set up; one that is up is left as it is.
+//
 // Receives in batches with the kernel's time stamps, hears error frames, and keeps only a few own
 // frames in the kernel's queue, counted by their own echoes, because that queue knows no priority.
 #pragma once
 
 #include <memory>
+#include <string>
 #include <string_view>
 
 #include "bridges/can/channel.h"
+#include "bridges/can/controller_setup.h"
+#include "bridges/can/interface_uri.h"
 
 namespace linegate::can_bridge {
 
@@ -15,7 +26,16 @@ struct SocketOptions {
   std::size_t queue_depth = 8;  // own frames in the kernel's queue at most, 1..16
   Duration retry_period = std::chrono::milliseconds(500);  // between attempts to open
   int receive_buffer = 1 << 20;  // bytes asked from the kernel (SO_RCVBUF); it may grant less
+  // Of an interface that is found down, if it is not empty. Without the permission (CAP_NET_ADMIN)
+  // that is reported as an interface that is down.
+  ControllerSetup setup;
 };
+
+struct ParsedSetup {
+  ControllerSetup setup;
+  std::string error;  // empty, or a sentence for the integrator
+};
+ParsedSetup controller_setup(const InterfaceUri& uri);
 
 // Never fails: an interface that cannot be opened is reported by the first read(), and tried again
 // every retry_period. interface: 1 to 15 characters.

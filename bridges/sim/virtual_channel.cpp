@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <map>
 #include <mutex>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -80,15 +81,36 @@ struct SharedBus {
     }
   }
 
+  // What becomes of a frame, by chance.
+  void set_faults(const can_bridge::VirtualFaults& faults) {
+    bus.set_disturbance([this, faults, random = std::mt19937(faults.seed)](const can::Frame&,
+                                                                           Bus::Endpoint) mutable {
+      double dice = std::uniform_real_distribution<>(0, 1)(random);
+      if ((dice -= faults.lost) < 0) {
+        return Fate::lost;
+      }
+      if ((dice -= faults.disturbed) < 0) {
+        ++disturbed;
+        return Fate::disturbed;
+      }
+      return dice < faults.doubled ? Fate::doubled : Fate::delivered;
+    });
+  }
+
   std::mutex mutex;
   Bus bus;
   std::vector<Member*> members;
+  std::uint64_t disturbed = 0;  // frames, so far
 };
 
 class VirtualChannel final : public can_bridge::Channel {
  public:
-  explicit VirtualChannel(std::shared_ptr<SharedBus> shared) : shared_(std::move(shared)) {
+  VirtualChannel(std::shared_ptr<SharedBus> shared, const can_bridge::VirtualFaults& faults)
+      : shared_(std::move(shared)), bus_off_(faults.bus_off) {
     const std::scoped_lock lock(shared_->mutex);
+    if (faults.of_bus()) {
+      shared_->set_faults(faults);
+    }
     self_.endpoint = shared_->bus.attach();
     shared_->bus.set_connected(self_.endpoint, false, Instant{});  // until it is ready
   }
@@ -114,12 +136,15 @@ class VirtualChannel final : public can_bridge::Channel {
     if (descriptor() < 0 && !open(events, now)) {
       return 0;
     }
+    change_state(events, now);
     const std::size_t count = bus.take(self_.endpoint, out, now);
     counters_.received += count;
     counters_.confirmed = bus.sent(self_.endpoint);
     report_lost(bus.take_lost(self_.endpoint), events, count > 0 ? out[0].time : now);
     events.frames_given(count);
-    const Instant wake = earlier(bus.first_waiting(self_.endpoint), bus.next_wake());
+    report_disturbed(events, now);
+    const Instant wake =
+        earlier(earlier(bus.first_waiting(self_.endpoint), bus.next_wake()), change_at_);
     if (wake != self_.timer.armed() || wake <= now) {
       self_.timer.arm(wake);
     }
@@ -127,7 +152,7 @@ class VirtualChannel final : public can_bridge::Channel {
   }
 
   std::size_t write(std::span<const can::Frame> frames, Instant now) override {
-    if (descriptor() < 0) {
+    if (descriptor() < 0 || is_bus_off_) {
       return 0;
     }
     const std::scoped_lock lock(shared_->mutex);
@@ -142,7 +167,7 @@ class VirtualChannel final : public can_bridge::Channel {
   }
 
   std::size_t room(Instant /*now*/) const override {
-    if (descriptor() < 0) {
+    if (descriptor() < 0 || is_bus_off_) {
       return 0;
     }
     const std::scoped_lock lock(shared_->mutex);
@@ -176,7 +201,38 @@ class VirtualChannel final : public can_bridge::Channel {
     event.kind = BusEvent::Kind::state;
     event.state = BusState::error_active;
     events.push(event);
+    disturbed_ = shared_->disturbed;
+    change_at_ = bus_off_ > Duration{} ? now + bus_off_ : kNever;
     return true;
+  }
+
+  // Bus-off, and back.
+  void change_state(can_bridge::BusEvents& events, Instant now) {
+    if (now < change_at_) {
+      return;
+    }
+    is_bus_off_ = !is_bus_off_;
+    shared_->bus.set_connected(self_.endpoint, !is_bus_off_, now);
+    change_at_ = now + (is_bus_off_ ? can_bridge::kBusOffTime : bus_off_ - can_bridge::kBusOffTime);
+    BusEvent event;
+    event.kind = BusEvent::Kind::state;
+    event.state = is_bus_off_ ? BusState::bus_off : BusState::error_active;
+    event.time = now;
+    events.push(event);
+  }
+
+  void report_disturbed(can_bridge::BusEvents& events, Instant now) {
+    const std::uint64_t more = shared_->disturbed - disturbed_;
+    if (more == 0 || is_bus_off_) {
+      return;
+    }
+    disturbed_ = shared_->disturbed;
+    BusEvent event;
+    event.kind = BusEvent::Kind::error;
+    event.errors = can::kProtocol;
+    event.count = static_cast<std::uint32_t>(more);
+    event.time = now;
+    events.push(event);
   }
 
   bool submit(const can::Frame& frame, Instant now) {
@@ -208,6 +264,10 @@ class VirtualChannel final : public can_bridge::Channel {
   Member self_;
   Instant retry_at_{};
   bool failed_ = false;
+  const Duration bus_off_;      // from one to the next; 0 = never
+  Instant change_at_ = kNever;  // into bus-off, or back
+  bool is_bus_off_ = false;
+  std::uint64_t disturbed_ = 0;  // told so far
   can_bridge::ChannelCounters counters_;
 };
 
@@ -223,13 +283,14 @@ VirtualNetwork::VirtualNetwork() : impl_(std::make_unique<Impl>()) {
 VirtualNetwork::~VirtualNetwork() = default;
 
 std::unique_ptr<can_bridge::Channel> VirtualNetwork::open(std::string_view name,
-                                                          const BusOptions& options) {
+                                                          const BusOptions& options,
+                                                          const can_bridge::VirtualFaults& faults) {
   const std::scoped_lock lock(impl_->mutex);
   auto found = impl_->buses.find(name);
   if (found == impl_->buses.end()) {
     found = impl_->buses.emplace(std::string(name), std::make_shared<SharedBus>(options)).first;
   }
-  return std::make_unique<VirtualChannel>(found->second);
+  return std::make_unique<VirtualChannel>(found->second, faults);
 }
 
 }  // namespace linegate::sim

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "bridges/can/channel.h"
+#include "bridges/can/virtual_faults.h"
 #include "bridges/sim/bus.h"
 
 namespace linegate::sim {
@@ -23,8 +24,10 @@ class VirtualNetwork {
   VirtualNetwork(const VirtualNetwork&) = delete;
   VirtualNetwork& operator=(const VirtualNetwork&) = delete;
 
-  // A new end of the bus with that name; the first to name a bus makes it, with its options.
-  std::unique_ptr<can_bridge::Channel> open(std::string_view name, const BusOptions& options = {});
+  // A new end of the bus with that name; the first to name a bus makes it, with its options. Faults
+  // of the bus replace those that another end has asked for.
+  std::unique_ptr<can_bridge::Channel> open(std::string_view name, const BusOptions& options = {},
+                                            const can_bridge::VirtualFaults& faults = {});
 
  private:
   struct Impl;

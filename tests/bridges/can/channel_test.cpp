@@ -1,11 +1,15 @@
 #include "bridges/can/channel.h"
 
 #include <cerrno>
+#include <chrono>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "bridges/can/interface_uri.h"
+#include "bridges/can/socketcan.h"
+#include "bridges/can/virtual_faults.h"
 
 namespace linegate::can_bridge {
 namespace {
@@ -31,6 +35,57 @@ TEST(InterfaceUri, MistakesAreExplained) {
   EXPECT_THAT(parse_uri("socketcan:sixteencharacter").error, HasSubstr("too long: at most 15"));
   EXPECT_TRUE(parse_uri("socketcan:fifteencharacte").ok());
   EXPECT_THAT(parse_uri("virtual:" + std::string(65, 'x')).error, HasSubstr("at most 64"));
+}
+
+TEST(InterfaceUri, SetsAControllerUp) {
+  const auto setup = [](const char* text) {
+    const ParsedUri parsed = parse_uri(text);
+    EXPECT_TRUE(parsed.ok()) << parsed.error;
+    return controller_setup(parsed.uri).setup;
+  };
+  EXPECT_FALSE(setup("socketcan:can0").any());
+  const ControllerSetup all = setup(
+      "socketcan:can0?bitrate=500000&sample-point=0.875&dbitrate=2000000&dsample-point=0.75&"
+      "restart-ms=0&listen-only=on");
+  EXPECT_TRUE(all.any());
+  EXPECT_EQ(all.bit_rate, 500'000U);
+  EXPECT_EQ(all.sample_point, 875U);
+  EXPECT_EQ(all.data_bit_rate, 2'000'000U);
+  EXPECT_EQ(all.data_sample_point, 750U);
+  EXPECT_EQ(all.restart_ms, 0U);
+  EXPECT_TRUE(all.listen_only);
+  EXPECT_TRUE(setup("socketcan:can0?restart-ms=100").any());
+  for (const char* text : {"bitrate=500k", "bitrate=0", "bitrate=20000001", "sample-point=87",
+                           "restart-ms=-1", "listen-only=yes", "restart=100"}) {
+    EXPECT_THAT(parse_uri(std::string("socketcan:can0?") + text).error,
+                HasSubstr(std::string("not \"") + text + "\""));
+  }
+  EXPECT_THAT(parse_uri("socketcan:can0?sample-point=0.8").error, HasSubstr("needs its bit rate"));
+  EXPECT_THAT(parse_uri("socketcan:can0?dbitrate=2000000").error, HasSubstr("needs bitrate"));
+}
+
+TEST(InterfaceUri, FaultsOfAVirtualBus) {
+  const auto faults = [](const char* text) {
+    const ParsedUri parsed = parse_uri(text);
+    EXPECT_TRUE(parsed.ok()) << parsed.error;
+    return virtual_faults(parsed.uri).faults;
+  };
+  EXPECT_FALSE(faults("virtual:a").of_bus());
+  const VirtualFaults all =
+      faults("virtual:a?lost=1%&disturbed=0.005&doubled=0.1%&bus_off=10s&seed=7");
+  EXPECT_TRUE(all.of_bus());
+  EXPECT_DOUBLE_EQ(all.lost, 0.01);
+  EXPECT_DOUBLE_EQ(all.disturbed, 0.005);
+  EXPECT_DOUBLE_EQ(all.doubled, 0.001);
+  EXPECT_EQ(all.bus_off, std::chrono::seconds(10));
+  EXPECT_EQ(all.seed, 7U);
+  EXPECT_EQ(faults("virtual:a?bus_off=1500ms").bus_off, std::chrono::milliseconds(1500));
+  for (const char* text : {"lost=2", "lost=-1%", "lost=", "lost=nan", "disturbed=100%", "seed=x",
+                           "bus_off=10", "bus_off=1s", "bus_off=2d", "loss=1%"}) {
+    EXPECT_THAT(parse_uri(std::string("virtual:a?") + text).error,
+                HasSubstr(std::string("not \"") + text + "\""));
+  }
+  EXPECT_THAT(parse_uri("virtual:a?lost=60%&doubled=60%").error, HasSubstr("more than 100%"));
 }
 
 TEST(DescribeFailure, SaysWhatToDo) {

@@ -27,7 +27,8 @@ using Kind = BusEvent::Kind;
 // A controller that can be told what to report: the kernel's slcan driver on a pseudo-terminal.
 class SerialController {
  public:
-  explicit SerialController(const std::string& name) {
+  // configured: with a bit rate, and up.
+  explicit SerialController(const std::string& name, bool configured = true) {
     master_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
     EXPECT_EQ(::grantpt(master_), 0);
     EXPECT_EQ(::unlockpt(master_), 0);
@@ -45,8 +46,10 @@ class SerialController {
     // Setting the interface up waits until its commands have been read.
     reader_ = std::jthread([this](const std::stop_token& stop) { read_until(stop); });
     shell("ip link set " + std::string(request.ifr_name) + " name " + name);
-    shell("ip link set " + name + " type can bitrate 500000");
-    shell("ip link set " + name + " up");
+    if (configured) {
+      shell("ip link set " + name + " type can bitrate 500000");
+      shell("ip link set " + name + " up");
+    }
   }
 
   ~SerialController() {
@@ -120,6 +123,26 @@ TEST(GuestBusStates, StatesOfARealDriverUpToBusOffAndBack) {
   EXPECT_TRUE(state_is(BusState::error_active));
   a.send_all(std::array{make_frame(0x181)});
   EXPECT_TRUE(a.until([&] { return a.channel().counters().confirmed == 1; }));
+}
+
+TEST(GuestBusStates, AnInterfaceThatIsDownIsSetUpAsItsOptionsSay) {
+  SerialController controller("slcan6", false);
+  SocketOptions options;
+  options.setup = controller_setup(parse_uri("socketcan:slcan6?bitrate=250000").uri).setup;
+  Driven a("slcan6", options);
+  EXPECT_TRUE(a.until([&] { return a.told(Kind::interface_ready); }));
+  shell("ip -details link show slcan6 | grep -q 'bitrate 250000'");
+  a.send_all(std::array{make_frame(0x181)});
+  EXPECT_TRUE(a.until([&] { return a.channel().counters().confirmed == 1; }));
+}
+
+TEST(GuestBusStates, WhatADriverCannotDoIsToldOnce) {
+  SerialController controller("slcan5", false);
+  SocketOptions options;
+  options.setup.bit_rate = 123'456;  // serial controllers have a few fixed ones
+  Driven a("slcan5", options);
+  EXPECT_TRUE(a.until([&] { return a.told(Kind::interface_failed, EINVAL); }));
+  EXPECT_FALSE(a.told(Kind::interface_ready));
 }
 
 }  // namespace

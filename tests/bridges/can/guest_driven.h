@@ -29,12 +29,18 @@ inline void shell(const std::string& command) {
 
 class Driven {
  public:
-  explicit Driven(const std::string& interface, std::size_t depth = 8) {
-    SocketOptions options;
-    options.queue_depth = depth;
+  explicit Driven(const std::string& interface, std::size_t depth = 8)
+      : Driven(interface, with_depth(depth)) {}
+  Driven(const std::string& interface, SocketOptions options) {
     options.retry_period = std::chrono::milliseconds(50);
     channel_ = open_socketcan(interface, options);
     turn(Duration{});
+  }
+
+  static SocketOptions with_depth(std::size_t depth) {
+    SocketOptions options;
+    options.queue_depth = depth;
+    return options;
   }
 
   // Waits for something to do, at most so long, and reads.

@@ -126,6 +126,23 @@ TEST(GuestSocketcan, RemovedAndAddedAgain) {
 }
 
 // Written while the interface is down: told by the next read(), and nothing is counted as sent.
+TEST(GuestSocketcan, RenamedAndBack) {
+  shell("ip link add vcan5 type vcan && ip link set vcan5 up");
+  Driven a("vcan5");
+  ASSERT_TRUE(a.told(Kind::interface_ready));
+  shell("ip link set vcan5 down && ip link set vcan5 name press5 && ip link set press5 up");
+  EXPECT_TRUE(a.until([&] { return a.told(Kind::interface_failed, ENETDOWN); }));
+  EXPECT_TRUE(a.until([&] { return a.told(Kind::interface_failed, ENODEV); }))
+      << "the name counts, not the device";
+  a.events.clear();
+  shell("ip link set press5 down && ip link set press5 name vcan5 && ip link set vcan5 up");
+  EXPECT_TRUE(a.until([&] { return a.told(Kind::interface_ready); }));
+  Driven b("vcan5");
+  b.send_all(std::array{make_frame(0x185)});
+  EXPECT_TRUE(a.until([&] { return a.frames.size() == 1; }));
+  shell("ip link del vcan5");
+}
+
 TEST(GuestSocketcan, WritingToADownInterfaceIsNotSending) {
   shell("ip link add vcan6 type vcan && ip link set vcan6 up");
   Driven a("vcan6");

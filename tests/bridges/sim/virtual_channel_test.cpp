@@ -205,5 +205,102 @@ TEST(VirtualChannel, TwoThreadsShareABus) {
   EXPECT_GE(right_end, kRounds);
 }
 
+// --- faults on request ---------------------------------------------------------------------------
+
+// Two ends of a bus, in virtual time.
+class VirtualFaultsTest : public testing::Test {
+ protected:
+  // Sends so many frames, one a millisecond, and gives what the other end received of them.
+  std::vector<Frame> sent_through(const can_bridge::VirtualFaults& faults, std::size_t count) {
+    VirtualNetwork network;
+    const auto sender = network.open("a", {}, faults);
+    const auto receiver = network.open("a");
+    std::vector<Frame> out;
+    Instant at{std::chrono::seconds(1)};
+    read(*sender, at);
+    read(*receiver, at);
+    errors = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::array frame{make_frame(0x181, {static_cast<std::uint8_t>(i)})};
+      EXPECT_EQ(sender->write(frame, at), 1U);
+      at += std::chrono::milliseconds(1);
+      read(*sender, at);
+      for (const Frame& got : read(*receiver, at)) {
+        out.push_back(got);
+      }
+    }
+    return out;
+  }
+  std::vector<Frame> read(Channel& channel, Instant at) {
+    std::vector<Frame> out(64);
+    told.clear();
+    out.resize(channel.read(out, told, at));
+    for (const BusEvent& event : told.view()) {
+      errors += event.kind == BusEvent::Kind::error ? event.count : 0;
+    }
+    return out;
+  }
+
+  BusEvents told;
+  std::uint64_t errors = 0;
+};
+
+TEST_F(VirtualFaultsTest, LostFramesReachNobody) {
+  can_bridge::VirtualFaults faults;
+  faults.lost = 0.5;
+  const std::vector<Frame> first = sent_through(faults, 400);
+  EXPECT_GT(first.size(), 100U);
+  EXPECT_LT(first.size(), 300U);
+  const std::vector<Frame> again = sent_through(faults, 400);
+  ASSERT_EQ(first.size(), again.size()) << "the same seed gives the same faults";
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    EXPECT_TRUE(same_content(first[i], again[i]));
+  }
+  faults.seed = 2;
+  EXPECT_NE(sent_through(faults, 400).size(), first.size());
+}
+
+TEST_F(VirtualFaultsTest, DisturbedFramesAreSentAgainAndTold) {
+  can_bridge::VirtualFaults faults;
+  faults.disturbed = 0.3;
+  EXPECT_EQ(sent_through(faults, 400).size(), 400U);
+  EXPECT_GT(errors, 2 * 60U) << "both ends hear each error frame";
+}
+
+TEST_F(VirtualFaultsTest, DoubledFramesComeTwice) {
+  can_bridge::VirtualFaults faults;
+  faults.doubled = 0.3;
+  const std::size_t count = sent_through(faults, 400).size();
+  EXPECT_GT(count, 460U);
+  EXPECT_LT(count, 600U);
+}
+
+TEST_F(VirtualFaultsTest, AnEndGoesBusOffAndComesBack) {
+  VirtualNetwork network;
+  can_bridge::VirtualFaults faults;
+  faults.bus_off = std::chrono::seconds(10);
+  const auto channel = network.open("a", {}, faults);
+  const auto other = network.open("a");
+  const Instant start{std::chrono::seconds(100)};
+  const std::array frame{make_frame(0x181)};
+  read(*channel, start);
+  read(*other, start);
+  const auto state_at = [&](Duration after) {
+    read(*channel, start + after);
+    return told.empty() ? BusState::unknown : told.view()[0].state;
+  };
+  EXPECT_EQ(state_at(std::chrono::seconds(9)), BusState::unknown);
+  EXPECT_EQ(state_at(std::chrono::seconds(10)), BusState::bus_off);
+  EXPECT_EQ(channel->room(start), 0U);
+  EXPECT_EQ(channel->write(frame, start + std::chrono::seconds(10)), 0U);
+  EXPECT_EQ(other->write(frame, start + std::chrono::milliseconds(10'500)), 1U);
+  EXPECT_EQ(state_at(std::chrono::seconds(11)), BusState::error_active);
+  EXPECT_EQ(other->write(frame, start + std::chrono::seconds(11)), 1U);
+  EXPECT_EQ(read(*channel, start + std::chrono::seconds(12)).size(), 1U)
+      << "what was sent meanwhile was not heard";
+  EXPECT_EQ(channel->write(frame, start + std::chrono::seconds(12)), 1U);
+  EXPECT_EQ(state_at(std::chrono::seconds(20)), BusState::bus_off) << "every ten seconds";
+}
+
 }  // namespace
 }  // namespace linegate::sim

@@ -1,0 +1,40 @@
+// Faults on request: the options of "virtual:NAME".
+//
+//   virtual:press?lost=1%                   of all frames on the bus so many reach nobody
+//   virtual:press?disturbed=0.5%&seed=7     so many are destroyed by an error frame, and sent again
+//   virtual:press?doubled=0.1%              so many arrive twice
+//   virtual:press?bus_off=10s               this end goes bus-off every 10 s, for a second
+//
+// The first three are about the whole bus, whichever of its ends asks for them; the same seed and
+// the same frames give the same faults.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+#include "bridges/can/interface_uri.h"
+#include "stack/base/time.h"
+
+namespace linegate::can_bridge {
+
+struct VirtualFaults {
+  double lost = 0;       // 0 to 1, together at most 1
+  double disturbed = 0;  // less than 1: a frame has to get through some day
+  double doubled = 0;
+  Duration bus_off{};  // from one bus-off to the next; 0 = never
+  std::uint32_t seed = 1;
+
+  bool of_bus() const { return lost > 0 || disturbed > 0 || doubled > 0; }
+};
+
+// How long a bus-off lasts.
+inline constexpr Duration kBusOffTime = std::chrono::seconds(1);
+
+struct ParsedFaults {
+  VirtualFaults faults;
+  std::string error;  // empty, or a sentence for the integrator
+};
+ParsedFaults virtual_faults(const InterfaceUri& uri);
+
+}  // namespace linegate::can_bridge
