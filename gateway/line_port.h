@@ -33,6 +33,8 @@ struct LinePort {
   exchange::Ring<NodeStatus> nodes{256};
   exchange::Handover<LineStatus> status;
   std::array<exchange::Handover<image::Snapshot>, 2> images;  // by image::Direction
+  // Both, and only when they have become other ones; handed over before the first of their images.
+  exchange::Handover<std::array<image::Layout, 2>> layouts;
 
   // Intake to executor. A full ring is answered with Refusal::busy, or counted.
   exchange::Ring<line::Command> commands{256};

@@ -144,6 +144,7 @@ void LineRunner::hand_over(Instant now) {
   if (status_wanted_) {
     hand_over_status(now);
   }
+  hand_over_layouts();
   for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
     hand_over_image(direction, now);
   }
@@ -189,6 +190,16 @@ void LineRunner::hand_over_status(Instant now) {
   handed_over_ = true;
   status_wanted_ = false;
   status_due_ = now + kStatusPeriod;
+}
+
+void LineRunner::hand_over_layouts() {
+  if (std::exchange(layout_revision_, line_->layout_revision()) == line_->layout_revision()) {
+    return;
+  }
+  auto draft = port_.layouts.draft();
+  draft.value = {line_->layout(image::Direction::inputs), line_->layout(image::Direction::outputs)};
+  port_.layouts.publish();
+  handed_over_ = true;
 }
 
 void LineRunner::hand_over_image(image::Direction direction, Instant now) {

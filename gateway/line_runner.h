@@ -60,6 +60,7 @@ class LineRunner final : public Runner {
   void hand_over(Instant now);
   void hand_over_events();
   void hand_over_replies();
+  void hand_over_layouts();
   void hand_over_image(image::Direction direction, Instant now);
   void hand_over_status(Instant now);
   void look_at_clock();
@@ -83,6 +84,7 @@ class LineRunner final : public Runner {
   bool handed_over_ = false;
 
   std::array<Publication, 2> publications_;  // by image::Direction
+  std::uint64_t layout_revision_ = 0;
   std::array<std::uint64_t, 128> revisions_{};
   std::array<Event, FramePump::kBatch> events_{};
   line::Command command_;

@@ -47,6 +47,7 @@ Publisher::Line::Line(LineHost& line_host, LineHistory& line_history)
       history(&line_history),
       info{line_host.name(), line_host.plan.interface.uri, line_host.plan.config.bit_rate,
            published_access(line_host.plan.commands)},
+      layouts(line_host.layouts),
       updates(line_host.plan.pdo_min_period),
       sequences{ImageSequence(line_host.plan.publish.rule),
                 ImageSequence(line_host.plan.publish.rule)} {
@@ -133,6 +134,7 @@ Instant Publisher::step(Instant now) {
   }
   Instant next = kNever;
   for (const auto& line : lines_) {
+    publish_new_layouts(*line);
     publish_image(*line, image::Direction::inputs);
     publish_image(*line, image::Direction::outputs);
     rounds_.add();
@@ -200,13 +202,38 @@ void Publisher::publish_node(Line& line, const NodeStatus& status) {
   bridge_.publish(line.info.name, dds::NodeInfo{node.name, node.since}, state, status.time);
 }
 
+// What waits of the PDOs of the old layout means nothing in the new one.
+void Publisher::publish_new_layouts(Line& line) {
+  const auto* fresh = line.host->port.layouts.fetch();
+  if (fresh == nullptr) {
+    return;
+  }
+  for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
+    image::Layout& known = line.layouts[static_cast<std::size_t>(direction)];
+    const image::Layout& layout = (*fresh)[static_cast<std::size_t>(direction)];
+    if (known.id != layout.id) {
+      known = layout;
+      bridge_.publish(line.info.name, known);
+    }
+  }
+  line.updates = PdoUpdates(line.host->plan.pdo_min_period);
+}
+
 void Publisher::publish_image(Line& line, image::Direction direction) {
   image::Snapshot* snapshot = line.host->port.image(direction).fetch();
   if (snapshot == nullptr) {
     return;
   }
+  if (snapshot->layout_id != line.layouts[static_cast<std::size_t>(direction)].id) {
+    publish_new_layouts(line);  // it was handed over before this image
+  }
   if (direction == image::Direction::inputs) {
     line.inputs = snapshot;
+  }
+  if (snapshot->layout_id != line.layouts[static_cast<std::size_t>(direction)].id) {
+    return;  // of a layout that has gone
+  }
+  if (direction == image::Direction::inputs) {
     line.updates.add(*snapshot);
   }
   if (line.sequences[static_cast<std::size_t>(direction)].admit(*snapshot)) {
@@ -216,8 +243,7 @@ void Publisher::publish_image(Line& line, image::Direction direction) {
 
 Instant Publisher::publish_updates(Line& line, Instant now) {
   return line.updates.take_due(now, [&](const image::PdoMark& mark, std::uint32_t receptions) {
-    bridge_.publish_pdo_update(line.info.name, line.host->layout(image::Direction::inputs),
-                               *line.inputs, mark, receptions);
+    bridge_.publish_pdo_update(line.info.name, line.layouts[0], *line.inputs, mark, receptions);
   });
 }
 

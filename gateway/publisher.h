@@ -67,6 +67,7 @@ class Publisher {
     bool state_known = false;
     line::LineState last_state;
     Instant state_published{};
+    std::array<image::Layout, 2> layouts;  // by image::Direction
     PdoUpdates updates;
     image::Snapshot* inputs = nullptr;  // the last one fetched
     std::array<ImageSequence, 2> sequences;
@@ -81,6 +82,7 @@ class Publisher {
   void publish_events(Line& line, Instant now);
   void publish_states(Line& line, Instant now);
   void publish_node(Line& line, const NodeStatus& status);
+  void publish_new_layouts(Line& line);
   void publish_image(Line& line, image::Direction direction);
   Instant publish_updates(Line& line, Instant now);
   void tell_failures(Instant now);

@@ -52,6 +52,9 @@ class ProcessImage {
   // changed bits are united, counts are added. Allocates only when `into` is not of this layout.
   void snapshot(Direction direction, Snapshot& into, Instant now, bool merge,
                 std::uint32_t sync_count);
+  // This image takes the place of `before`: no snapshot of that one, or of one before it, is taken
+  // for one of this. To be called before the first snapshot.
+  void succeed(const ProcessImage& before);
   // A value or its validity changed, or a PDO was received (sent), since the last snapshot.
   bool changed(Direction direction) const { return area(direction).changed(); }
   bool touched(Direction direction) const { return area(direction).touched(); }

@@ -47,6 +47,17 @@ void ProcessImage::snapshot(Direction direction, Snapshot& into, Instant now, bo
   into.generation = s.area.hot_.generation++;
 }
 
+// A layout may come back that there was before, and with it snapshots of then.
+void ProcessImage::succeed(const ProcessImage& before) {
+  for (const Direction direction : {Direction::inputs, Direction::outputs}) {
+    Area& area = side(direction).area;
+    area.hot_.generation = before.side(direction).area.hot_.generation + 1;
+    std::ranges::fill(area.generations_, area.hot_.generation);
+    area.hot_.changed_in = area.hot_.generation;
+    side(direction).sequence = before.side(direction).sequence;
+  }
+}
+
 // Counts of a snapshot that nobody read go on being counted.
 void ProcessImage::take_back_marks(Side& side, const Snapshot& into) {
   for (const PdoMark& mark : into.marks) {

@@ -355,6 +355,10 @@ const image::Layout& Line::layout(image::Direction direction) const {
   return impl_->layout(direction);
 }
 
+std::uint64_t Line::layout_revision() const {
+  return impl_->layout_revision();
+}
+
 void Line::start(Instant now) {
   impl_->start(now);
 }

@@ -43,6 +43,9 @@ class Line {
 
   const LineConfig& config() const;
   const image::Layout& layout(image::Direction direction) const;
+  // Grows when a layout becomes another one, which only that of an observer does: with what it
+  // learns of PDO mappings. The old one is gone then.
+  std::uint64_t layout_revision() const;
 
   // Where the own node stores its parameters (1010h), before start(); must outlive the line. What
   // is stored takes the place of what the configuration says.

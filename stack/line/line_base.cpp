@@ -19,6 +19,9 @@ bool Line::Base::wants_to_send(Instant /*now*/) const {
 bool Line::Base::request_pdo(std::uint16_t /*rpdo*/) {
   return false;
 }
+std::uint64_t Line::Base::layout_revision() const {
+  return 0;
+}
 void Line::Base::set_utc(Duration /*offset*/) {
 }
 void Line::Base::set_medium(storage::Medium* /*medium*/) {

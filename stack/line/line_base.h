@@ -41,6 +41,7 @@ struct Line::Base {
   virtual bool next_frame(can::Frame& out, Instant now);
   virtual bool wants_to_send(Instant now) const;
   virtual bool request_pdo(std::uint16_t rpdo);
+  virtual std::uint64_t layout_revision() const;  // fixed but for an observer
   virtual void set_utc(Duration offset);
   virtual void set_medium(storage::Medium* medium);
   virtual void medium_done(bool good);

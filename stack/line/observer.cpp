@@ -1,5 +1,7 @@
 #include "stack/line/observer.h"
 
+#include <map>
+#include <tuple>
 #include <utility>
 
 #include "stack/can/malformed.h"
@@ -11,14 +13,11 @@ namespace {
 
 using image::Direction;
 
-// What goes to the devices counts as soon as it is on the bus: the bytes are the same as in the
-// image of the master that sends them, which has them before.
-std::vector<pdo::LinkedPdo> as_received(std::vector<pdo::LinkedPdo> sent) {
-  for (pdo::LinkedPdo& pdo : sent) {
-    pdo.parameters.type = pdo::kEventProfile;
-    pdo.parameters.event_timer = Duration{};
-  }
-  return sent;
+using ObjectPlace =
+    std::tuple<std::uint8_t, std::uint16_t, std::uint16_t, std::uint8_t, std::uint16_t>;
+
+ObjectPlace place_of(const image::Entry& entry) {
+  return {entry.node, entry.remote_pdo, entry.index, entry.sub, entry.bit_length};
 }
 
 sync::Parameters sync_of(const LineConfig& config) {
@@ -27,15 +26,51 @@ sync::Parameters sync_of(const LineConfig& config) {
 
 }  // namespace
 
+std::vector<pdo::LinkedPdo> as_received(std::vector<pdo::LinkedPdo> sent) {
+  for (pdo::LinkedPdo& pdo : sent) {
+    pdo.parameters.type = pdo::kEventProfile;
+    pdo.parameters.event_timer = Duration{};
+  }
+  return sent;
+}
+
+void add(pdo::EngineCounters& sum, const pdo::EngineCounters& more) {
+  sum.received += more.received;
+  sum.too_short += more.too_short;
+  sum.too_long += more.too_long;
+}
+
 Overheard::Overheard(EventLog& events, can::Dispatch& frames, image::Layout layout,
                      std::vector<pdo::LinkedPdo> pdos)
     : image(std::move(layout), image::Layout{.direction = Direction::outputs, .entries = {}}),
       dictionary(od::DeviceDescription{}),
       engine(dictionary, frames, events, &image) {
+  link(std::move(pdos));
+}
+
+void Overheard::link(std::vector<pdo::LinkedPdo> pdos) {
   pdo::LinkPlan plan;
   plan.rpdos = std::move(pdos);
   engine.link(plan);
   (void)engine.configure();  // a link cannot be refused
+}
+
+void Overheard::take_over(const Overheard& before) {
+  image.succeed(before.image);
+  std::map<ObjectPlace, std::uint32_t> places;
+  for (std::uint32_t i = 0; i < before.layout().entries.size(); ++i) {
+    places.emplace(place_of(before.layout().entries[i]), i);
+  }
+  for (std::uint32_t i = 0; i < layout().entries.size(); ++i) {
+    const auto old = places.find(place_of(layout().entries[i]));
+    if (old == places.end()) {
+      continue;
+    }
+    image.write_entry(Direction::inputs, i,
+                      before.image.read_entry(Direction::inputs, old->second));
+    image.set_entry_valid(Direction::inputs, i,
+                          before.image.is_valid(Direction::inputs, old->second));
+  }
 }
 
 void Overheard::set_all_invalid() {
@@ -46,13 +81,23 @@ void Overheard::set_all_invalid() {
 
 Line::Observer::Observer(LineConfig line_config, pdo::LinkPlan plan)
     : Base(std::move(line_config)),
-      inputs(events, dispatch, std::move(plan.inputs), std::move(plan.rpdos)),
-      outputs(events, output_dispatch, std::move(plan.outputs), as_received(std::move(plan.tpdos))),
+      inputs(std::make_unique<Overheard>(events, dispatch, std::move(plan.inputs),
+                                         std::move(plan.rpdos))),
+      outputs(std::make_unique<Overheard>(events, output_dispatch, std::move(plan.outputs),
+                                          as_received(std::move(plan.tpdos)))),
       nodes(node_plans(config), config.node_id, dispatch, events, *this),
       sync(dispatch, events),
       load(config.bit_rate) {
   for (const NodeConfig& device : config.nodes) {
     nodes.listen_emcy(device.id, emcy_cob_id(device));
+    Device& known =
+        devices.emplace_back(Device{observer::PdoKnowledge(device.device, device.id), {}});
+    known.used = known.pdos.pdos();
+  }
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    dispatch.add(can::kSdoRequestBase + id, false, can::Service::sdo_client,
+                 static_cast<std::uint16_t>(kSdoRequest | id));
+    dispatch.add(can::kSdoResponseBase + id, false, can::Service::sdo_client, id);
   }
   dispatch.add(can::kNmtId, false, can::Service::nmt, 0);
   dispatch.add(can::kTimeId, false, can::Service::time, 0);
@@ -66,14 +111,14 @@ const image::Layout& Line::Observer::layout(Direction direction) const {
 void Line::Observer::start(Instant now) {
   running = true;
   emit(EventKind::line_started, now, static_cast<std::uint32_t>(config.role));
-  inputs.engine.set_operational(true, now);
-  outputs.engine.set_operational(true, now);
+  inputs->engine.set_operational(true, now);
+  outputs->engine.set_operational(true, now);
   sync.set_active(true);
 }
 
 void Line::Observer::receive(std::span<const can::Frame> frames) {
   while (!frames.empty()) {
-    frames = frames.subspan(inputs.engine.receive_ordinary(frames, received));
+    frames = frames.subspan(inputs->engine.receive_ordinary(frames, received));
     if (!frames.empty()) {
       received.add(frames.front());
       receive(frames.front());
@@ -83,27 +128,55 @@ void Line::Observer::receive(std::span<const can::Frame> frames) {
 }
 
 void Line::Observer::receive(const can::Frame& frame) {
+  if (dispatch_frame(frame)) {
+    return;
+  }
+  if (is_new_pdo(frame)) {
+    relink(frame.time);
+    if (dispatch_frame(frame)) {
+      return;
+    }
+  }
+  ++counters.frames_unused;
+}
+
+// Of a PDO that was configured a moment ago, or of whose mapping nothing is known.
+bool Line::Observer::is_new_pdo(const can::Frame& frame) {
+  for (Device& device : devices) {
+    if (device.pdos.hear(frame)) {
+      relink_at = frame.time;
+    }
+  }
+  return relink_at != kNever;
+}
+
+// What a frame tells may change the tables (a mapping, an identifier): the rest is left out then.
+bool Line::Observer::dispatch_frame(const can::Frame& frame) {
   bool wanted = false;
+  const std::uint64_t changes = dispatch.changes();
   for (const can::Target* target = dispatch.find(frame); target != nullptr;
        target = dispatch.next(*target)) {
-    serve(*target, frame);
     wanted = true;
+    serve(can::Target(*target), frame);
+    if (dispatch.changes() != changes) {
+      return true;
+    }
   }
   for (const can::Target* target = output_dispatch.find(frame); target != nullptr;
        target = output_dispatch.next(*target)) {
-    outputs.engine.receive(target->index, frame);
+    outputs->engine.receive(target->index, frame);
     wanted = true;
   }
-  counters.frames_unused += wanted ? 0 : 1;
+  return wanted;
 }
 
 void Line::Observer::serve(const can::Target& target, const can::Frame& frame) {
   const auto id = static_cast<std::uint8_t>(target.index);
   switch (target.service) {
     case can::Service::rpdo:
-      inputs.engine.receive(target.index, frame);
+      inputs->engine.receive(target.index, frame);
       if (!frame.remote()) {
-        nodes.heard_pdo(inputs.node_of(target.index), frame.time);
+        nodes.heard_pdo(inputs->node_of(target.index), frame.time);
       }
       return;
     case can::Service::error_control:
@@ -115,6 +188,9 @@ void Line::Observer::serve(const can::Target& target, const can::Frame& frame) {
       if (!nodes.receive_emcy(id, frame)) {
         malformed(frame, id);
       }
+      return;
+    case can::Service::sdo_client:
+      take_sdo(target.index, frame);
       return;
     case can::Service::nmt:
       take_node_control(frame);
@@ -132,6 +208,9 @@ void Line::Observer::serve(const can::Target& target, const can::Frame& frame) {
 
 void Line::Observer::take_node_control(const can::Frame& frame) {
   if (const auto command = nmt::decode_node_control(frame)) {
+    if (command->command == nmt::Command::start) {
+      relink(frame.time);  // before the first PDO of the node
+    }
     nodes.commanded(*command, frame.time);
   } else {
     malformed(frame, 0);
@@ -149,7 +228,7 @@ void Line::Observer::take_sync(const can::Frame& frame) {
     return;
   }
   ++syncs;
-  inputs.engine.sync(0, frame.time);
+  inputs->engine.sync(0, frame.time);
 }
 
 void Line::Observer::take_time(const can::Frame& frame) {
@@ -168,22 +247,25 @@ void Line::Observer::malformed(const can::Frame& frame, std::uint8_t id) {
 
 void Line::Observer::bus_event(const can::BusEvent& event) {
   if (note(event) && !usable()) {
-    inputs.set_all_invalid();
-    outputs.set_all_invalid();
+    inputs->set_all_invalid();
+    outputs->set_all_invalid();
   }
 }
 
 void Line::Observer::advance(Instant now) {
   events.advance(now);
-  inputs.engine.advance(now);
+  inputs->engine.advance(now);
   nodes.advance(now);
   sync.advance(now);
+  if (relink_at <= now) {
+    relink(now);
+  }
   load.advance(received, now);
 }
 
 Instant Line::Observer::next_wake() const {
-  const Instant wake = earlier(events.next_wake(), inputs.engine.next_wake());
-  return earlier(wake, earlier(nodes.next_wake(), sync.next_wake()));
+  const Instant wake = earlier(events.next_wake(), inputs->engine.next_wake());
+  return earlier(earlier(wake, relink_at), earlier(nodes.next_wake(), sync.next_wake()));
 }
 
 // Each command would transmit, or concerns an own node that is not there.
@@ -201,8 +283,8 @@ void Line::Observer::stop(Instant now) {
   if (!std::exchange(running, false)) {
     return;
   }
-  inputs.set_all_invalid();
-  outputs.set_all_invalid();
+  inputs->set_all_invalid();
+  outputs->set_all_invalid();
   emit(EventKind::line_stopped, now);
 }
 
@@ -237,8 +319,10 @@ LineState Line::Observer::state() const {
   out.nodes_configured = nodes.configured();
   out.nodes_operational = nodes.operational();
   out.counters = counters;
-  const pdo::EngineCounters& from_devices = inputs.engine.counters();
-  const pdo::EngineCounters& to_devices = outputs.engine.counters();
+  pdo::EngineCounters from_devices = inputs_before;
+  pdo::EngineCounters to_devices = outputs_before;
+  add(from_devices, inputs->engine.counters());
+  add(to_devices, outputs->engine.counters());
   out.counters.frames_received = received.frames;
   out.counters.frames_malformed +=
       from_devices.too_short + from_devices.too_long + to_devices.too_short + to_devices.too_long;
@@ -260,13 +344,13 @@ NodeState Line::Observer::node_state(std::uint8_t id) const {
 }
 
 od::Dictionary& Line::Observer::dictionary() {
-  return inputs.dictionary;
+  return inputs->dictionary;
 }
 
 // What the master sends to the node is as true as ever.
 void Line::Observer::node_data_invalid(std::uint8_t id) {
-  inputs.image.set_node_valid(id, false);
-  inputs.engine.drop_waiting(id);
+  inputs->image.set_node_valid(id, false);
+  inputs->engine.drop_waiting(id);
 }
 
 }  // namespace linegate::line

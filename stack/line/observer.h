@@ -2,11 +2,15 @@
 // of frames, so there is nothing it could transmit. Private to stack/line.
 #pragma once
 
+#include <memory>
+
 #include "stack/can/traffic.h"
 #include "stack/image/process_image.h"
 #include "stack/line/bus_load.h"
 #include "stack/line/line_base.h"
 #include "stack/observer/nodes.h"
+#include "stack/observer/pdo_knowledge.h"
+#include "stack/observer/sdo_follower.h"
 #include "stack/pdo/engine.h"
 #include "stack/pdo/link.h"
 #include "stack/sync/consumer.h"
@@ -28,11 +32,25 @@ struct Overheard {
     return image.node_of(image::Direction::inputs, static_cast<std::uint16_t>(slot + 1U));
   }
   void set_all_invalid();
+  // Other PDOs with the same layout.
+  void link(std::vector<pdo::LinkedPdo> pdos);
+  // Values of the same objects in the same PDOs, valid or not, as they were.
+  void take_over(const Overheard& before);
 
   image::ProcessImage image;
   od::Dictionary dictionary;
   pdo::Engine engine;
 };
+
+// What goes to the devices counts as soon as it is on the bus: the bytes are the same as in the
+// image of the master that sends them, which has them before.
+std::vector<pdo::LinkedPdo> as_received(std::vector<pdo::LinkedPdo> sent);
+
+// Those of them that an observer counts.
+void add(pdo::EngineCounters& sum, const pdo::EngineCounters& more);
+
+// Target::index of SDO frames: node-ID, with this flag those of the client.
+inline constexpr std::uint16_t kSdoRequest = 0x80;
 
 struct Line::Observer final : Line::Base, observer::NodeListener {
   // plan is that of the configuration; see Line::make().
@@ -57,29 +75,55 @@ struct Line::Observer final : Line::Base, observer::NodeListener {
   NodeState node_state(std::uint8_t id) const override;
   od::Dictionary& dictionary() override;
 
+  std::uint64_t layout_revision() const override { return revision; }
+
   void node_data_invalid(std::uint8_t id) override;
 
  private:
-  Overheard& side(image::Direction direction) {
-    return direction == image::Direction::inputs ? inputs : outputs;
+  // Of one configured node.
+  struct Device {
+    observer::PdoKnowledge pdos;
+    std::vector<observer::KnownPdo> used;  // in the image
+  };
+
+  Overheard& side(image::Direction direction) const {
+    return direction == image::Direction::inputs ? *inputs : *outputs;
   }
-  const Overheard& side(image::Direction direction) const {
-    return direction == image::Direction::inputs ? inputs : outputs;
-  }
+  Device* find(std::uint8_t id);
   void receive(const can::Frame& frame);
+  bool dispatch_frame(const can::Frame& frame);
+  bool is_new_pdo(const can::Frame& frame);
   void serve(const can::Target& target, const can::Frame& frame);
   void take_node_control(const can::Frame& frame);
   void take_sync(const can::Frame& frame);
   void take_time(const can::Frame& frame);
   void malformed(const can::Frame& frame, std::uint8_t id);
 
+  // --- observer_sdo.cpp -------------------------------------------------------------------------
+  void take_sdo(std::uint16_t index, const can::Frame& frame);
+  void tell(std::uint8_t id, const observer::Transfer& transfer, Instant now);
+  void learn(std::uint8_t id, const observer::Transfer& transfer, Instant now);
+  // The image as it is known by now.
+  void relink(Instant now);
+  bool nothing_new() const;
+  Loaded<pdo::LinkPlan> plan_of_what_is_known() const;
+  void tell_mappings(Device& device, Instant now);
+  void replace(image::Direction direction, const image::Layout& layout,
+               std::vector<pdo::LinkedPdo> pdos, Instant now);
+
   // Two tables: an identifier may be that of an RPDO in one and of anything in the other, and the
   // slots of PDOs count in each direction from 0.
   can::Dispatch dispatch;
   can::Dispatch output_dispatch;
-  Overheard inputs;
-  Overheard outputs;
+  std::unique_ptr<Overheard> inputs;  // never nullptr
+  std::unique_ptr<Overheard> outputs;
+  pdo::EngineCounters inputs_before;  // of engines there were
+  pdo::EngineCounters outputs_before;
   observer::Nodes nodes;
+  std::array<observer::SdoFollower, can::kMaxNodeId + 1> transfers;
+  std::vector<Device> devices;  // as config.nodes
+  std::uint64_t revision = 0;
+  Instant relink_at = kNever;
   sync::Consumer sync;
   std::optional<time::TimeOfDay> network_time;
   Instant network_time_at{};

@@ -30,13 +30,18 @@ class Reader {
 
   std::vector<Parameters> read() {
     std::vector<Parameters> pdos;
-    for (number_ = 1; number_ <= kMaxPdo; ++number_) {
+    for (std::uint16_t number = 1; number <= kMaxPdo; ++number) {
       Parameters parameters;
-      if (read_communication(parameters) && read_mapping(parameters)) {
+      if (read(number, parameters)) {
         pdos.push_back(std::move(parameters));
       }
     }
     return pdos;
+  }
+
+  bool read(std::uint16_t number, Parameters& parameters) {
+    number_ = number;
+    return read_communication(parameters) && read_mapping(parameters);
   }
 
  private:
@@ -167,6 +172,17 @@ Loaded<DevicePdos> describe_pdos(const od::DeviceDescription& device, std::size_
   pdos.rpdos = Reader(device, PdoKind::rpdo, max_bits, loaded.diagnostics).read();
   if (!has_errors(loaded.diagnostics)) {
     loaded.value = std::move(pdos);
+  }
+  return loaded;
+}
+
+Loaded<Parameters> describe_pdo(const od::DeviceDescription& device, PdoKind kind,
+                                std::uint16_t number, std::size_t max_bits) {
+  Loaded<Parameters> loaded;
+  Parameters parameters;
+  const bool used = Reader(device, kind, max_bits, loaded.diagnostics).read(number, parameters);
+  if (used && !has_errors(loaded.diagnostics)) {
+    loaded.value = std::move(parameters);
   }
   return loaded;
 }

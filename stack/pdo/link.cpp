@@ -24,13 +24,25 @@ std::uint64_t number(const od::DeviceDescription& device, od::Address address) {
              : load_le(std::span<const std::byte>(variable->value));
 }
 
+std::string hex(std::uint32_t value) {
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  std::string text;
+  for (; text.size() < 3 || value != 0; value >>= 4U) {
+    text.insert(text.begin(), kDigits[value & 0xFU]);
+  }
+  return text;
+}
+
 std::string node_name(const RemoteNode& node) {
   return node.name.empty() ? "node" + std::to_string(node.id) : node.name;
 }
 
 // "drive1.Statusword"; members of arrays and records "io1.Read input 8-bit.Input 1".
-std::string entry_name(const RemoteNode& node, od::Address address) {
+std::string entry_name(const RemoteNode& node, od::Address address, can::CobId cob_id) {
   std::string text = node_name(node) + ".";
+  if (address == od::Address{0, 0}) {
+    return text + "COB-ID " + hex(cob_id.id()) + "h";
+  }
   const od::ObjectDescription* object = node.device->find(address.index);
   const od::VariableDescription* variable = node.device->find(address);
   if (object == nullptr) {
@@ -236,7 +248,7 @@ class Linker {
     }
     entry.profile = static_cast<std::uint16_t>(number(*node.device, {0x1000, 0}));
     entry.product_code = static_cast<std::uint32_t>(number(*node.device, {0x1018, 2}));
-    entry.name = entry_name(node, mapping.address);
+    entry.name = entry_name(node, mapping.address, pdo.parameters.cob_id);
     layout.entries.push_back(std::move(entry));
   }
 

@@ -8,20 +8,6 @@
 
 namespace linegate::pdo {
 
-enum class PdoKind : std::uint8_t { rpdo, tpdo };
-
-constexpr std::string_view name(PdoKind kind) {
-  return kind == PdoKind::rpdo ? "RPDO" : "TPDO";
-}
-
-// First indices of the records.
-constexpr std::uint16_t communication_base(PdoKind kind) {
-  return kind == PdoKind::rpdo ? 0x1400 : 0x1800;
-}
-constexpr std::uint16_t mapping_base(PdoKind kind) {
-  return kind == PdoKind::rpdo ? 0x1600 : 0x1A00;
-}
-
 // A static data type (0001h, 0005h, ...) mapped as a filler.
 inline bool is_dummy(const Mapping& mapping) {
   return mapping.address.index != 0 && mapping.address.index < 0x20 && mapping.address.sub == 0 &&

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 #include <vector>
 
 #include "stack/base/diagnostic.h"
@@ -13,6 +14,20 @@ namespace linegate::pdo {
 
 inline constexpr std::uint16_t kMaxPdo = 512;   // records of 1400h.., 1600h.., 1800h.., 1A00h..
 inline constexpr std::uint8_t kMaxMapped = 64;  // entries of one mapping record
+
+enum class PdoKind : std::uint8_t { rpdo, tpdo };
+
+constexpr std::string_view name(PdoKind kind) {
+  return kind == PdoKind::rpdo ? "RPDO" : "TPDO";
+}
+
+// First indices of the records.
+constexpr std::uint16_t communication_base(PdoKind kind) {
+  return kind == PdoKind::rpdo ? 0x1400 : 0x1800;
+}
+constexpr std::uint16_t mapping_base(PdoKind kind) {
+  return kind == PdoKind::rpdo ? 0x1600 : 0x1A00;
+}
 
 // Transmission types.
 inline constexpr std::uint8_t kSyncAcyclic = 0;
@@ -63,5 +78,18 @@ struct DevicePdos {
   std::vector<Parameters> rpdos;
 };
 Loaded<DevicePdos> describe_pdos(const od::DeviceDescription& device, std::size_t max_bits = 64);
+
+// One of them. No value without an error: there is no such PDO, it is not valid, or maps nothing.
+Loaded<Parameters> describe_pdo(const od::DeviceDescription& device, PdoKind kind,
+                                std::uint16_t number, std::size_t max_bits = 64);
+
+// The mapping of a PDO of which only the length is known, in bytes (1..8): an entry of the image
+// that holds what it carries as it is, and is named after its COB-ID.
+inline Mapping raw_mapping(std::size_t bytes) {
+  return {{0, 0}, static_cast<std::uint8_t>(8 * bytes)};
+}
+inline bool is_raw(const Mapping& mapping) {
+  return mapping.address == od::Address{0, 0};
+}
 
 }  // namespace linegate::pdo

@@ -442,5 +442,35 @@ TEST_F(SyncLineTest, PublishesWithEverySync) {
   EXPECT_GE(samples, 9);
 }
 
+class ObservingLineTest : public LineRunnerTest {
+ protected:
+  ObservingLineTest()
+      : LineRunnerTest(
+            "schema: 1\nlines: [{name: a, interface: 'virtual:a', role: observer, "
+            "nodes: [{id: 5, eds: bridges/sim/eds/digital-io.eds}]}]\n") {}
+};
+
+TEST_F(ObservingLineTest, HandsOverALayoutThatChangedAndTransmitsNothing) {
+  make_ready();
+  serve(100ms);
+  EXPECT_EQ(port_.layouts.fetch(), nullptr);
+  for (std::uint8_t i = 1; i <= 3; ++i) {  // a PDO that its file does not have
+    come(0x485, {i, 0});
+    serve(20ms);
+  }
+  const auto* layouts = port_.layouts.fetch();
+  ASSERT_NE(layouts, nullptr);
+  const image::Layout& inputs = runner_->line().layout(image::Direction::inputs);
+  EXPECT_EQ((*layouts)[0].id, inputs.id);
+  EXPECT_EQ((*layouts)[0].entries.size(), inputs.entries.size());
+  const image::Snapshot* image = port_.image(image::Direction::inputs).fetch();
+  ASSERT_NE(image, nullptr);
+  EXPECT_EQ(image->layout_id, inputs.id);
+  serve(20ms);
+  EXPECT_EQ(port_.layouts.fetch(), nullptr) << "once";
+  EXPECT_TRUE(happened(EventKind::layout_changed));
+  EXPECT_TRUE(channel_->sent.empty());
+}
+
 }  // namespace
 }  // namespace linegate::gateway

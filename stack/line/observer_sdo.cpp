@@ -1,0 +1,198 @@
+// SDO transfers of others: told, and what they say of PDO mappings.
+#include <algorithm>
+#include <utility>
+
+#include "stack/base/byte_order.h"
+#include "stack/line/observer.h"
+
+namespace linegate::line {
+namespace {
+
+using image::Direction;
+using observer::KnownPdo;
+
+// A node is configured write by write, and its NMT start or its first PDO comes soon after. If
+// neither does, the last write was this long ago.
+constexpr Duration kConfigured = std::chrono::seconds(1);
+
+constexpr std::size_t kAddress = 3;  // bytes of Event::data
+
+bool same_pdo(const pdo::Parameters& a, const pdo::Parameters& b) {
+  return a.number == b.number && a.cob_id.raw == b.cob_id.raw && a.type == b.type &&
+         std::ranges::equal(a.mapping, b.mapping, {}, &pdo::Mapping::raw, &pdo::Mapping::raw);
+}
+
+bool has(const std::vector<KnownPdo>& pdos, const KnownPdo& wanted) {
+  return std::ranges::any_of(pdos, [&](const KnownPdo& known) {
+    return known.kind == wanted.kind && known.complete == wanted.complete &&
+           same_pdo(known.parameters, wanted.parameters);
+  });
+}
+
+bool has_number(const std::vector<KnownPdo>& pdos, const KnownPdo& wanted) {
+  return std::ranges::any_of(pdos, [&](const KnownPdo& known) {
+    return known.kind == wanted.kind && known.parameters.number == wanted.parameters.number;
+  });
+}
+
+Event mapping_event(std::uint8_t node, const KnownPdo& pdo, bool complete, Instant now) {
+  Event event{.time = now, .kind = EventKind::pdo_mapping, .node = node, .length = 1};
+  event.code = pdo.parameters.number;
+  event.value = pdo.kind == pdo::PdoKind::tpdo ? 0 : 1;
+  event.data[0] = std::byte{complete};
+  return event;
+}
+
+pdo::RemoteNode remote(const NodeConfig& node, const observer::PdoKnowledge& known) {
+  pdo::RemoteNode out{.id = node.id,
+                      .name = node.name,
+                      .pdos = {},
+                      .device = &known.device(),
+                      .deadline = node.pdo_deadline};
+  for (KnownPdo& pdo : known.pdos()) {
+    (pdo.kind == pdo::PdoKind::tpdo ? out.pdos.tpdos : out.pdos.rpdos)
+        .push_back(std::move(pdo.parameters));
+  }
+  return out;
+}
+
+}  // namespace
+
+Line::Observer::Device* Line::Observer::find(std::uint8_t id) {
+  const auto it = std::ranges::find(devices, id, [](const Device& d) { return d.pdos.node(); });
+  return it == devices.end() ? nullptr : &*it;
+}
+
+void Line::Observer::take_sdo(std::uint16_t index, const can::Frame& frame) {
+  const auto id = static_cast<std::uint8_t>(index & ~kSdoRequest);
+  if (frame.length != can::kMaxClassicData || frame.remote()) {
+    malformed(frame, id);
+    return;
+  }
+  observer::SdoFollower& follower = transfers[id];
+  const std::optional<observer::Transfer> ended =
+      (index & kSdoRequest) != 0 ? follower.request(frame) : follower.answer(frame);
+  if (ended) {
+    tell(id, *ended, frame.time);
+    learn(id, *ended, frame.time);
+  }
+}
+
+void Line::Observer::tell(std::uint8_t id, const observer::Transfer& transfer, Instant now) {
+  Event event{.time = now, .kind = EventKind::sdo_abort, .node = id, .length = kAddress};
+  event.code = static_cast<std::uint32_t>(transfer.abort);
+  store_le(event.data.data(), transfer.address.index);
+  event.data[2] = std::byte{transfer.address.sub};
+  if (transfer.abort == AbortCode::none) {
+    event.kind = EventKind::sdo_transfer;
+    event.code = transfer.download ? 1 : 0;
+    event.value = static_cast<std::uint32_t>(transfer.size);
+    const auto kept =
+        transfer.kept().first(std::min(transfer.kept().size(), event.data.size() - kAddress));
+    std::ranges::copy(kept, event.data.begin() + kAddress);
+    event.length = static_cast<std::uint8_t>(kAddress + kept.size());
+  }
+  events.emit(event);
+}
+
+// Read or written: the device has this value now.
+void Line::Observer::learn(std::uint8_t id, const observer::Transfer& transfer, Instant now) {
+  if (!transfer.complete()) {
+    return;
+  }
+  const bool is_number = transfer.size > 0 && transfer.size <= sizeof(std::uint32_t);
+  const auto number =
+      is_number ? static_cast<std::uint32_t>(load_le(transfer.kept())) : std::uint32_t{0};
+  if (is_number && !transfer.download) {
+    nodes.identity(id, transfer.address, number);
+  }
+  if (transfer.address == od::Address{0x1014, 0} && transfer.size == sizeof number) {
+    nodes.listen_emcy(id, {number});
+  }
+  Device* device = find(id);
+  if (device != nullptr && device->pdos.learn(transfer.address, transfer.kept())) {
+    relink_at = now + kConfigured;
+  }
+}
+
+Loaded<pdo::LinkPlan> Line::Observer::plan_of_what_is_known() const {
+  std::vector<pdo::RemoteNode> remotes;
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    remotes.push_back(remote(config.nodes[i], devices[i].pdos));
+  }
+  return pdo::plan_links(remotes);
+}
+
+bool Line::Observer::nothing_new() const {
+  return std::ranges::all_of(devices, [](const Device& device) {
+    const std::vector<KnownPdo> known = device.pdos.pdos();
+    return known.size() == device.used.size() &&
+           std::ranges::all_of(known, [&](const KnownPdo& pdo) { return has(device.used, pdo); });
+  });
+}
+
+// What cannot be linked (two PDOs on one COB-ID, for a moment or for good) leaves the image as it
+// is: the next write may put it right.
+void Line::Observer::relink(Instant now) {
+  if (std::exchange(relink_at, kNever) == kNever || nothing_new()) {
+    return;
+  }
+  Loaded<pdo::LinkPlan> plan = plan_of_what_is_known();
+  if (!plan.value) {
+    events.emit({.time = now,
+                 .kind = EventKind::configuration_error,
+                 .length = kAddress,
+                 .code = static_cast<std::uint32_t>(AbortCode::parameter_incompatible),
+                 .data = {std::byte{0x00}, std::byte{0x18}}});
+    return;
+  }
+  const std::uint64_t before[] = {inputs->layout().id, outputs->layout().id};
+  for (Device& device : devices) {
+    tell_mappings(device, now);
+  }
+  replace(Direction::inputs, plan.value->inputs, std::move(plan.value->rpdos), now);
+  replace(Direction::outputs, plan.value->outputs, as_received(std::move(plan.value->tpdos)), now);
+  if (before[0] == inputs->layout().id && before[1] == outputs->layout().id) {
+    return;
+  }
+  ++revision;
+  Event event{.time = now, .kind = EventKind::layout_changed, .length = 16};
+  store_le(event.data.data(), inputs->layout().id);
+  store_le(event.data.data() + 8, outputs->layout().id);
+  events.emit(event);
+}
+
+void Line::Observer::replace(Direction direction, const image::Layout& layout,
+                             std::vector<pdo::LinkedPdo> pdos, Instant now) {
+  const bool in = direction == Direction::inputs;
+  std::unique_ptr<Overheard>& side = in ? inputs : outputs;
+  if (side->layout().id == layout.id) {
+    side->link(std::move(pdos));
+    return;
+  }
+  auto next = std::make_unique<Overheard>(events, in ? dispatch : output_dispatch, layout,
+                                          std::vector<pdo::LinkedPdo>{});
+  next->take_over(*side);
+  add(in ? inputs_before : outputs_before, side->engine.counters());
+  side = nullptr;  // its identifiers are free now
+  next->link(std::move(pdos));
+  next->engine.set_operational(running, now);
+  side = std::move(next);
+}
+
+void Line::Observer::tell_mappings(Device& device, Instant now) {
+  std::vector<KnownPdo> known = device.pdos.pdos();
+  for (const KnownPdo& pdo : known) {
+    if (!has(device.used, pdo)) {
+      events.emit(mapping_event(device.pdos.node(), pdo, pdo.complete, now));
+    }
+  }
+  for (const KnownPdo& pdo : device.used) {
+    if (!has_number(known, pdo)) {
+      events.emit(mapping_event(device.pdos.node(), pdo, false, now));
+    }
+  }
+  device.used = std::move(known);
+}
+
+}  // namespace linegate::line

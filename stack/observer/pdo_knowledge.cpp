@@ -1,0 +1,165 @@
+#include "stack/observer/pdo_knowledge.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "stack/base/byte_order.h"
+
+namespace linegate::observer {
+namespace {
+
+using pdo::PdoKind;
+
+constexpr std::uint16_t kFirstRecord = 0x1400;
+constexpr std::uint16_t kLastRecord = 0x1BFF;
+constexpr std::uint32_t kFirstPdoId = 0x180;  // of the pre-defined connection set
+constexpr std::uint32_t kEndOfPdoIds = 0x580;
+
+// TPDO 1, RPDO 1, TPDO 2, ... 180h + node, 200h + node, 280h + node, ...
+PdoKind kind_of(std::uint32_t id) {
+  return ((id - kFirstPdoId) >> 7U) % 2 == 0 ? PdoKind::tpdo : PdoKind::rpdo;
+}
+std::uint16_t number_of(std::uint32_t id) {
+  return static_cast<std::uint16_t>(((id - kFirstPdoId) >> 8U) + 1);
+}
+
+template <class Range, class Projection, class Value>
+auto place_of(Range& range, const Value& value, Projection projection) {
+  return std::ranges::lower_bound(range, value, {}, projection);
+}
+
+bool takes_number(const std::vector<KnownPdo>& pdos, PdoKind kind, std::uint16_t number) {
+  return std::ranges::any_of(pdos, [&](const KnownPdo& known) {
+    return known.kind == kind && known.parameters.number == number;
+  });
+}
+
+}  // namespace
+
+PdoKnowledge::PdoKnowledge(od::DeviceDescription device, std::uint8_t node)
+    : device_(std::move(device)), node_(node) {
+  read_records();
+}
+
+bool PdoKnowledge::learn(od::Address address, std::span<const std::byte> value) {
+  if (address.index < kFirstRecord || address.index > kLastRecord || value.empty()) {
+    return false;
+  }
+  od::VariableDescription& known = variable(address, value.size());
+  if (std::ranges::equal(known.value, value)) {
+    return false;
+  }
+  known.value.assign(value.begin(), value.end());
+  read_records();
+  return true;
+}
+
+// A device may have what its file does not know of.
+od::VariableDescription& PdoKnowledge::variable(od::Address address, std::size_t size) {
+  auto object = place_of(device_.objects, address.index, &od::ObjectDescription::index);
+  if (object == device_.objects.end() || object->index != address.index) {
+    object = device_.objects.insert(
+        object, {.index = address.index, .name = "PDO", .type = od::ObjectType::record});
+  }
+  auto found = place_of(object->variables, address.sub, &od::VariableDescription::sub);
+  if (found == object->variables.end() || found->sub != address.sub) {
+    od::VariableDescription added;
+    added.sub = address.sub;
+    added.type = size == 1   ? od::DataType::unsigned8
+                 : size == 2 ? od::DataType::unsigned16
+                             : od::DataType::unsigned32;
+    found = object->variables.insert(found, std::move(added));
+  }
+  return *found;
+}
+
+void PdoKnowledge::read_records() {
+  cob_ids_.clear();
+  for (const PdoKind kind : {PdoKind::tpdo, PdoKind::rpdo}) {
+    for (std::uint16_t number = 1; number <= pdo::kMaxPdo; ++number) {
+      const auto record = static_cast<std::uint16_t>(communication_base(kind) + number - 1);
+      const od::VariableDescription* variable = device_.find({record, 1});
+      if (variable == nullptr || variable->value.size() != sizeof(std::uint32_t)) {
+        continue;
+      }
+      const can::CobId cob_id{load_le<std::uint32_t>(variable->value.data())};
+      if (cob_id.valid()) {
+        const auto loaded = pdo::describe_pdo(device_, kind, number);
+        cob_ids_[cob_id.id()] = !has_errors(loaded.diagnostics);
+      }
+    }
+  }
+}
+
+bool PdoKnowledge::hear(const can::Frame& frame) {
+  if (frame.remote() || frame.extended() || frame.fd() || frame.length == 0 || frame.length > 8) {
+    return false;
+  }
+  const auto record = cob_ids_.find(frame.id);
+  const bool predefined =
+      frame.id >= kFirstPdoId && frame.id < kEndOfPdoIds && (frame.id & 0x7FU) == node_;
+  if (record == cob_ids_.end() ? !predefined : record->second) {
+    return false;
+  }
+  Heard& heard = heard_[frame.id];
+  const unsigned enough = record == cob_ids_.end() ? kUnknownFrames : 1;
+  if (heard.frames >= enough) {
+    return false;  // it is in pdos() already
+  }
+  heard.frames = heard.length == frame.length ? heard.frames + 1 : 1;
+  heard.length = frame.length;
+  return heard.frames >= enough;
+}
+
+std::vector<KnownPdo> PdoKnowledge::pdos() const {
+  std::vector<KnownPdo> out;
+  add_recorded(PdoKind::tpdo, out);
+  add_recorded(PdoKind::rpdo, out);
+  add_unrecorded(out);
+  std::ranges::stable_sort(out, {}, [](const KnownPdo& known) { return known.parameters.number; });
+  return out;
+}
+
+void PdoKnowledge::add_recorded(PdoKind kind, std::vector<KnownPdo>& out) const {
+  for (std::uint16_t number = 1; number <= pdo::kMaxPdo; ++number) {
+    const auto record = static_cast<std::uint16_t>(communication_base(kind) + number - 1);
+    if (device_.find(record) == nullptr) {
+      continue;
+    }
+    auto loaded = pdo::describe_pdo(device_, kind, number);
+    if (loaded.value) {
+      out.push_back({.kind = kind, .parameters = *std::move(loaded.value)});
+      continue;
+    }
+    const od::VariableDescription* cob_id = device_.find({record, 1});
+    if (!has_errors(loaded.diagnostics) || cob_id == nullptr || cob_id->value.size() != 4) {
+      continue;
+    }
+    KnownPdo raw{.kind = kind, .complete = false};
+    raw.parameters.number = number;
+    raw.parameters.cob_id.raw = load_le<std::uint32_t>(cob_id->value.data());
+    const auto heard = heard_.find(raw.parameters.cob_id.id());
+    if (raw.parameters.cob_id.valid() && heard != heard_.end() && heard->second.frames > 0) {
+      raw.parameters.mapping.push_back(pdo::raw_mapping(heard->second.length));
+      out.push_back(std::move(raw));
+    }
+  }
+}
+
+void PdoKnowledge::add_unrecorded(std::vector<KnownPdo>& out) const {
+  for (const auto& [id, heard] : heard_) {
+    if (cob_ids_.contains(id) || heard.frames < kUnknownFrames) {
+      continue;
+    }
+    KnownPdo raw{.kind = kind_of(id), .complete = false};
+    raw.parameters.number = number_of(id);
+    while (takes_number(out, raw.kind, raw.parameters.number)) {
+      ++raw.parameters.number;
+    }
+    raw.parameters.cob_id.raw = id;
+    raw.parameters.mapping.push_back(pdo::raw_mapping(heard.length));
+    out.push_back(std::move(raw));
+  }
+}
+
+}  // namespace linegate::observer
