@@ -1,0 +1,186 @@
+#!/usr/bin/python3
+"""Beside a master that is another gateway, two lines of a second gateway observe the bus: one has the DCF of the device,
+one only its EDS and overhears how the master maps the PDOs. Both publish the image of the master, byte for byte. Each
+hears the bus through a wire of its own (vxcan and can-gw), on which nothing can be seen but what the observer sends: a
+witness there sees nothing."""
+
+import argparse
+import os
+import subprocess
+
+from actors import FOLDER, Actor, Witness, ask, check, eventually, play, run, send
+
+NODE = 12
+EDS = os.path.abspath(os.path.join(os.path.dirname(__file__), "../../../bridges/sim/eds/digital-io.eds"))
+DCF = os.path.join(FOLDER, "doors.dcf")
+WIRES = {"files": ("obs0", "wire0"), "heard": ("obs1", "wire1")}
+LINES = ("hall", *WIRES)
+OUTPUTS = "doors.Write output 8-bit.Outputs "
+
+MASTER = """\
+schema: 1
+gateway: {{name: master}}
+lines:
+  - name: hall
+    interface: socketcan:vcan0
+    bit_rate: 500kbit
+    heartbeat: 1s
+    access: all
+    nodes:
+      - {{id: 12, name: doors, {file}, heartbeat: 500ms{pdos}}}
+"""
+# Other identifiers, other objects, another order than those of the EDS.
+PDOS = """, pdos: {tpdo1: {cob_id: 0x1AC, map: ["6000:3", "6000:1"]}, \
+rpdo1: {cob_id: 0x2AC, map: ["6200:2", "6200:1"]}}"""
+OBSERVER = """\
+schema: 1
+gateway: {name: watch}
+lines:
+  - name: files
+    interface: socketcan:obs0
+    bit_rate: 500kbit
+    role: observer
+    node_id: 127
+    access: all
+    nodes: [{id: 12, name: doors, dcf: doors.dcf, heartbeat: 500ms}]
+  - name: heard
+    interface: socketcan:obs1
+    bit_rate: 500kbit
+    role: observer
+    node_id: 127
+    access: all
+    nodes: [{id: 12, name: doors, eds: EDS, heartbeat: 500ms}]
+"""
+
+
+def write_file(name, text):
+    path = os.path.join(FOLDER, name)
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text)
+    return path
+
+
+def make_wire(end, wire):
+    """What is on vcan0 comes out at `end`; what is sent there is seen at `wire`, and goes to vcan0."""
+    for command in (
+        f"ip link add {end} type vxcan peer name {wire}",
+        f"ip link set {end} up",
+        f"ip link set {wire} up",
+        f"cangw -A -s vcan0 -d {wire}",
+        f"cangw -A -s {wire} -d vcan0",
+    ):
+        subprocess.run(command.split(), check=True)
+    return Witness(wire)
+
+
+class Bus:
+    def __init__(self):
+        parser = argparse.ArgumentParser()
+        parser.add_argument("--linegated", required=True)
+        parser.add_argument("--linegate", required=True)
+        self.programs = parser.parse_args()
+        self.bus = Witness("vcan0")
+        self.wires = {line: make_wire(*ends) for line, ends in WIRES.items()}
+        self.write_dcf()
+        self.device = self.simulate()
+        observer = write_file("observer.yaml", OBSERVER.replace("EDS", EDS))
+        self.observer = Actor("observer", self.programs.linegated, observer)
+        eventually("the observers listen", lambda: self.observer.text().count("started as observer") == 2, 30)
+        master = write_file("master.yaml", MASTER.format(file="dcf: doors.dcf", pdos=""))
+        self.master = Actor("master", self.programs.linegated, master)
+
+    def simulate(self):
+        return Actor("device", self.programs.linegate, "simulate", "socketcan:vcan0", "--device", f"digital-io:{NODE}")
+
+    def write_dcf(self):
+        plant = write_file("mapping.yaml", MASTER.format(file=f"eds: {EDS}", pdos=PDOS))
+        status, text = run(self.programs.linegate, "dcf", plant, "hall:doors")
+        check("the mapping is written into a DCF", status == 0)
+        write_file("doors.dcf", text)
+
+    def command(self, *arguments):
+        return ask(self.programs.linegate, "--json", "--wait", "30", "--timeout", "20", *arguments, within=60)
+
+    def refused(self, *arguments):
+        status, text = run(self.programs.linegate, "--wait", "30", "--timeout", "20", *arguments, within=60)
+        check(f"refused: {' '.join(arguments)}: {text.strip()}", status == 1 and "role" in text)
+
+    def node(self, line):
+        return next((node for node in self.command("nodes", line) if node["node"] == NODE), {})
+
+    def image(self, line, *options):
+        image = self.command("image", *options, line)
+        entries = [
+            (entry["name"], entry["index"], entry["sub"], entry["bit_offset"], entry["valid"])
+            for entry in image["entries"] or []
+        ]
+        return image.get("layout_id"), image.get("bytes"), entries
+
+    def all_same(self, *options):
+        """The image that all three lines publish now: layout, bytes, and which values are valid."""
+        images = [self.image(line, *options) for line in LINES]
+        layout, octets, entries = images[0]
+        same = octets is not None and entries != [] and images.count(images[0]) == len(LINES)
+        return (layout, octets, [entry[-1] for entry in entries]) if same else None
+
+    def all_valid(self):
+        """Every line has the same places, and a value in each."""
+        places = []
+        for line in LINES:
+            layout, _, entries = self.image(line)
+            places.append((layout, entries))
+            if entries == [] or not all(entry[-1] for entry in entries):
+                return False
+        return places.count(places[0]) == len(LINES)
+
+    def everywhere(self, member, value):
+        return all(self.node(line).get(member) == value for line in LINES)
+
+    def silent(self):
+        return all(witness.frames() == [] for witness in self.wires.values())
+
+
+def the_image_is_that_of_the_master(bus):
+    eventually("the node is operational for all", lambda: bus.everywhere("state", "operational"), 90)
+    eventually("the inputs have one layout, and values", bus.all_valid, 120)
+    bus.command("write", "hall", OUTPUTS + "1 to 8", "0xA5")
+    bus.command("write", "hall", OUTPUTS + "9 to 16", "0x5A")
+    _, octets, valid = eventually("the outputs are the same", lambda: bus.all_same("--outputs"), 120)
+    check(f"{octets}: they are those written, as mapped", bytes.fromhex(octets) == b"\x5a\xa5" and all(valid))
+    check("as they went over the bus", bus.bus.frames(0x2AC)[-1][2] == b"\x5a\xa5")
+
+
+def the_values_of_a_dead_node_are_the_same(bus):
+    """While it lives they move, and three images taken one after the other differ."""
+    bus.device.kill()
+    eventually("the dead node is missing for all", lambda: bus.everywhere("presence", "missing"), 90)
+    _, octets, valid = eventually("the inputs are the same", bus.all_same, 60)
+    last = bus.bus.frames(0x1AC)[-1][2] + bus.bus.frames(0x28C)[-1][2]
+    check(f"{octets}: those of its last PDOs, and not valid", bytes.fromhex(octets) == last and not any(valid))
+    send("vcan0", "1AC#A1B2")
+    eventually("a frame in its name is in all", lambda: (bus.all_same() or ("", ""))[1].startswith("A1B2"), 60)
+    bus.device = bus.simulate()
+    eventually("the node is back for all", lambda: bus.everywhere("state", "operational"), 90)
+    eventually("with values", bus.all_valid, 120)
+
+
+def the_observer_sends_nothing(bus):
+    bus.refused("nmt", "stop", f"heard:{NODE}")
+    bus.refused("sdo", "read", f"files:{NODE}", "1000", "0", "u32")
+    bus.refused("write", "files", OUTPUTS + "1 to 8", "1")
+    check("the observer ends well", bus.observer.stop() == 0)
+    check(f"no frame of it among {len(bus.bus.frames())}", bus.silent())
+    for line, (end, _) in WIRES.items():
+        send(end, "7DF#01")
+        eventually(f"{line}: the witness would have seen one", lambda: len(bus.wires[line].frames(0x7DF)) == 1, 10)
+    check("the master ends well", bus.master.stop() == 0)
+
+
+def scenario():
+    bus = Bus()
+    the_image_is_that_of_the_master(bus)
+    the_values_of_a_dead_node_are_the_same(bus)
+    the_observer_sends_nothing(bus)
+
+
+play(scenario)
