@@ -7,13 +7,21 @@
 
 namespace linegate::gateway {
 
+can_bridge::ControllerSetup controller_setup(const config::Interface& interface, Use use) {
+  can_bridge::ControllerSetup setup =
+      can_bridge::controller_setup({"socketcan", interface.name, interface.options}).setup;
+  if (use == Use::observe && setup.any() && !setup.listen_only) {
+    setup.listen_only = true;
+  }
+  return setup;
+}
+
 std::unique_ptr<can_bridge::Channel> open_channel(const config::Interface& interface,
                                                   std::uint32_t bit_rate,
-                                                  sim::VirtualNetwork& network) {
+                                                  sim::VirtualNetwork& network, Use use) {
   if (interface.scheme == config::Scheme::socketcan) {
     can_bridge::SocketOptions options;
-    options.setup =
-        can_bridge::controller_setup({"socketcan", interface.name, interface.options}).setup;
+    options.setup = controller_setup(interface, use);
     return can_bridge::open_socketcan(interface.name, options);
   }
   if (interface.scheme == config::Scheme::replay) {

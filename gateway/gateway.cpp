@@ -177,7 +177,8 @@ void Gateway::run_devices(LineHost& host, std::vector<Diagnostic>& diagnostics) 
 
 std::unique_ptr<can_bridge::Channel> Gateway::channel_for(LineHost& host) {
   const config::LinePlan& plan = host.plan;
-  auto channel = open_channel(plan.interface, plan.config.bit_rate, network_);
+  const Use use = plan.config.role == line::Role::observer ? Use::observe : Use::transmit;
+  auto channel = open_channel(plan.interface, plan.config.bit_rate, network_, use);
   if (!plan.record) {
     return channel;
   }

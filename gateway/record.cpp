@@ -73,7 +73,8 @@ int record(const RecordOptions& options) {
   plan.name = "record";
   Executor executor(std::move(plan));
   executor.add(std::make_unique<ListenRunner>(
-      std::make_unique<RecordingChannel>(open_channel(interface, 0, network), recording),
+      std::make_unique<RecordingChannel>(open_channel(interface, 0, network, Use::observe),
+                                         recording),
       options.uri));
   recorder.start();
   executor.start();

@@ -103,7 +103,7 @@ void add_modes(Request& request, const ControllerSetup& setup) {
   if (setup.data_bit_rate != 0) {
     modes.mask |= CAN_CTRLMODE_FD;
   }
-  if (setup.listen_only) {
+  if (setup.listen_only.value_or(false)) {
     modes.mask |= CAN_CTRLMODE_LISTENONLY;
   }
   modes.flags = modes.mask;

@@ -15,10 +15,12 @@ struct ControllerSetup {
   // From bus-off to the attempt to return to the bus, in ms; 0 = never, until somebody does it by
   // hand (ip link set can0 type can restart).
   std::optional<std::uint32_t> restart_ms;
-  bool listen_only = false;
+  // Not even acknowledging what others send.
+  std::optional<bool> listen_only;
 
   bool any() const {
-    return bit_rate != 0 || data_bit_rate != 0 || restart_ms.has_value() || listen_only;
+    return bit_rate != 0 || data_bit_rate != 0 || restart_ms.has_value() ||
+           listen_only.value_or(false);
   }
 };
 

@@ -46,8 +46,11 @@ bool read_option(const UriOption& option, ControllerSetup& out) {
   if (option.key == "restart-ms") {
     return read_number(option.value, 0, kLongest, out.restart_ms.emplace());
   }
+  if (option.key != "listen-only" || (option.value != "on" && option.value != "off")) {
+    return false;
+  }
   out.listen_only = option.value == "on";
-  return option.key == "listen-only" && (out.listen_only || option.value == "off");
+  return true;
 }
 
 }  // namespace

@@ -53,7 +53,9 @@ TEST(InterfaceUri, SetsAControllerUp) {
   EXPECT_EQ(all.data_bit_rate, 2'000'000U);
   EXPECT_EQ(all.data_sample_point, 750U);
   EXPECT_EQ(all.restart_ms, 0U);
-  EXPECT_TRUE(all.listen_only);
+  EXPECT_EQ(all.listen_only, true);
+  EXPECT_EQ(setup("socketcan:can0?listen-only=off").listen_only, false);
+  EXPECT_FALSE(setup("socketcan:can0?listen-only=off").any());
   EXPECT_TRUE(setup("socketcan:can0?restart-ms=100").any());
   for (const char* text : {"bitrate=500k", "bitrate=0", "bitrate=20000001", "sample-point=87",
                            "restart-ms=-1", "listen-only=yes", "restart=100"}) {
