@@ -105,7 +105,7 @@ class PythonStranger:
         while self.listens:
             message = self.bus.recv(timeout=0.05)
             if message is not None and 0x581 <= message.arbitration_id <= 0x5FF:
-                self.answers.put((message.arbitration_id - 0x580, bytes(message.data)))
+                self.answers.put((message.arbitration_id - 0x580, message.timestamp, bytes(message.data)))
             if not self.alive:
                 continue
             if message is not None:
@@ -143,18 +143,21 @@ class PythonStranger:
     def client(self, server):
         """An SDO client of that server."""
 
+        begin = 0.0  # of the transfer, by the clock that the kernel's stamps are of
+
         def ask(frame, answered=True, first=False):
-            while first and not self.answers.empty():
-                self.answers.get()
+            nonlocal begin
+            if first:
+                begin = time.time()
             if frame is not None:
                 self.send(0x600 + server, frame)
             while answered:
                 try:
-                    sender, data = self.answers.get(timeout=20)
+                    sender, stamp, data = self.answers.get(timeout=20)
                 except queue.Empty:
                     self.send(0x600 + server, aborted(b"\0\0\0", 0x05040000))
                     raise Failed(f"{server} does not answer to the stranger in Python") from None
-                if sender == server:
+                if sender == server and stamp >= begin:
                     return data
             return None
 

@@ -182,7 +182,7 @@ class SdoServer:
 
 
 class SdoClient:
-    """ask: sends a frame, unless it is None, and gives the next answer; the first one of a transfer forgets older ones."""
+    """ask: sends a frame, unless it is None, and gives the next answer; first: one younger than the frame."""
 
     def __init__(self, ask):
         self.ask = ask
