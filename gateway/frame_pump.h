@@ -25,7 +25,7 @@ class FramePump {
 
   // Reads until the channel is empty: receive(span of frames) and event(bus event), in the order in
   // which they happened. Gives up to which instant everything is known: `now`, or the time of the
-  // last frame if there is still more.
+  // last frame if that is later (it came while the channel was read) or if there is still more.
   template <class Receive, class Event>
   Instant drain(Instant now, Receive&& receive, Event&& event) {
     Instant last = now;
@@ -36,8 +36,8 @@ class FramePump {
       if (count > 0) {
         last = received_[count - 1].time;
       }
-      if (count < kBatch) {
-        return now;
+      if (count < kBatch && events_.room() >= can_bridge::BusEvents::kPerFrame) {
+        return std::max(now, last);
       }
     }
     more_ = last;

@@ -1,5 +1,6 @@
 #include "gateway/line_runner.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <utility>
 
@@ -66,10 +67,11 @@ void LineRunner::service(Instant now) {
       now,
       [&](std::span<const can::Frame> frames) {
         if (started_) {
-          line_->receive(frames, now);
+          line_->receive(frames, std::max(now, frames.back().time));
         }
       },
       [&](const can::BusEvent& event) { bus_event(event, now); });
+  now = std::max(now, known);  // frames came while the channel was read
   take_storage_result();
   take_requests(known);  // after what was on the bus before: time does not go back for the line
   if (started_) {

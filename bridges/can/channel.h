@@ -74,8 +74,9 @@ class Channel {
   // Pollable, or -1 while there is none.
   virtual int descriptor() const = 0;
 
-  // What arrived, oldest first, each frame with its receive time (<= now, never before that of the
-  // frame given before it), at most out.size(). Also opens, notices failures, and tries again.
+  // What arrived, oldest first, each frame with its receive time (never before that of the frame
+  // given before it), at most out.size(). It may be later than `now`: what arrived since the caller
+  // looked at the clock is read, too. Also opens, notices failures, and tries again.
   // Frames this channel sent are not among them. Events say which frames came before them; kinds:
   //   interface_failed  once per failure; code: errno, see describe_failure()
   //   interface_ready   after the first opening and after each failure that is over

@@ -17,22 +17,20 @@ constexpr Duration kSlack = std::chrono::milliseconds(1);
 
 }  // namespace
 
-void ReceiveClock::begin_batch(Instant now) {
+void ReceiveClock::begin_batch() {
   using std::chrono::duration_cast;
   const auto wall = std::chrono::system_clock::now().time_since_epoch();
   const auto monotonic = std::chrono::steady_clock::now().time_since_epoch();
-  begin_batch(Instant(duration_cast<Duration>(monotonic)), duration_cast<Duration>(wall).count(),
-              now);
+  begin_batch(Instant(duration_cast<Duration>(monotonic)), duration_cast<Duration>(wall).count());
 }
 
-void ReceiveClock::begin_batch(Instant monotonic, std::int64_t wall_ns, Instant now) {
+void ReceiveClock::begin_batch(Instant monotonic, std::int64_t wall_ns) {
   const std::int64_t difference = wall_ns - monotonic.time_since_epoch().count();
   const bool stepped = started_ && std::abs(difference - difference_) > kStep;
   before_step_ = stepped ? difference_ : difference;
   difference_ = difference;
   started_ = true;
   sampled_ = monotonic;
-  now_ = now;
 }
 
 bool ReceiveClock::plausible(Instant time) const {
@@ -52,9 +50,9 @@ Instant ReceiveClock::instant(std::int64_t stamp_ns) {
     }
   }
   if (time == Instant::min()) {
-    time = now_;
+    time = sampled_;
   }
-  latest_ = std::clamp(time, std::min(latest_, now_), now_);
+  latest_ = std::max(latest_, std::min(time, sampled_));
   return latest_;
 }
 

@@ -3,7 +3,7 @@
 // Both clocks are sampled after each batch was read; a stamp's age by the wall clock is its age. A
 // step of the wall clock between reception and sampling would give wrong ages: it shows as a change
 // of the difference between the clocks, and in that batch the difference before counts too.
-// Whatever comes out is never in the future and never before an earlier frame.
+// Whatever comes out is never later than the sampling and never before an earlier frame.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +14,17 @@ namespace linegate::can_bridge {
 
 class ReceiveClock {
  public:
-  // Samples of both clocks, taken at the same moment. now: what no frame may be later than.
-  void begin_batch(Instant monotonic, std::int64_t wall_ns, Instant now);
+  // Samples of both clocks, taken at the same moment.
+  void begin_batch(Instant monotonic, std::int64_t wall_ns);
   // Reads both clocks.
-  void begin_batch(Instant now);
+  void begin_batch();
 
-  // The instant of a stamp, ns since 1970; 0 = the frame has none.
+  // The instant of a stamp, ns since 1970. 0 = the frame has none: it came before the sampling, no
+  // more is known; so no time-out that begins with it ends too early.
   Instant instant(std::int64_t stamp_ns);
+
+  // What instant() gave last.
+  Instant latest() const { return latest_; }
 
  private:
   bool plausible(Instant time) const;
@@ -29,8 +33,7 @@ class ReceiveClock {
   std::int64_t before_step_ = 0;
   bool started_ = false;
   Instant sampled_{};
-  Instant now_{};
-  Instant latest_{};
+  Instant latest_ = Instant::min();
 };
 
 }  // namespace linegate::can_bridge

@@ -116,13 +116,13 @@ std::size_t SocketChannel::read(std::span<can::Frame> out, BusEvents& events, In
   std::size_t count = 0;
   drained_ = false;
   while (ready_ && count < out.size() && events.room() >= BusEvents::kPerFrame) {
-    if (batch_next_ == batch_end_ && !refill(out.size() - count, now)) {
+    if (batch_next_ == batch_end_ && !refill(out.size() - count)) {
       break;
     }
     count += take_batch(out.subspan(count), events, now);
   }
   if (failure_ != 0 && batch_next_ == batch_end_ && events.room() >= BusEvents::kPerFrame) {
-    fail(failure_, events, now);
+    fail(failure_, events, std::max(now, clock_.latest()));
   }
   counters_.received += count;
   return count;
@@ -130,7 +130,7 @@ std::size_t SocketChannel::read(std::span<can::Frame> out, BusEvents& events, In
 
 // Reads the next batch. False if there is nothing (more) to read. A failure of the interface stands
 // before the frames that were received until then: they are read first, and then it is reported.
-bool SocketChannel::refill(std::size_t room, Instant now) {
+bool SocketChannel::refill(std::size_t room) {
   if (drained_) {
     return false;
   }
@@ -143,7 +143,7 @@ bool SocketChannel::refill(std::size_t room, Instant now) {
   if (got <= 0) {
     return false;
   }
-  clock_.begin_batch(now);
+  clock_.begin_batch();
   batch_next_ = 0;
   batch_end_ = static_cast<std::size_t>(got);
   drained_ = batch_end_ < wanted;

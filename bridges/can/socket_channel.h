@@ -36,7 +36,7 @@ class SocketChannel final : public Channel {
   void told_ready(can::BusState state, BusEvents& events, Instant now);
   void fail(int error, BusEvents& events, Instant now);
 
-  bool refill(std::size_t room, Instant now);
+  bool refill(std::size_t room);
   std::size_t take_batch(std::span<can::Frame> out, BusEvents& events, Instant now);
   bool take(const FrameSocket::Received& received, can::Frame& out, BusEvents& events, Instant now);
   void count_dropped(std::uint32_t dropped, BusEvents& events, Instant time);

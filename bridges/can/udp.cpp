@@ -137,11 +137,11 @@ class UdpChannel final : public Channel {
     const int got = socket_.receive(wanted);
     if (got <= 0) {
       if (got < 0 && !passes(-got)) {
-        fail(-got, events, now);
+        fail(-got, events, std::max(now, clock_.latest()));
       }
       return false;
     }
-    clock_.begin_batch(now);
+    clock_.begin_batch();
     next_ = 0;
     end_ = static_cast<std::size_t>(got);
     drained = end_ < wanted;

@@ -26,7 +26,8 @@ class ScriptedChannel final : public can_bridge::Channel {
     }
     for (const char letter : reads_.front()) {
       if (letter == 'f') {
-        out[count++] = can::make_frame(0x181);
+        out[count] = can::make_frame(0x181);
+        out[count++].time = frames_are_of;
         events.frames_given(1);
       } else {
         BusEvent event;
@@ -42,6 +43,8 @@ class ScriptedChannel final : public can_bridge::Channel {
   bool wants_writable() const override { return false; }
   Instant next_wake() const override { return kNever; }
   const can_bridge::ChannelCounters& counters() const override { return counters_; }
+
+  Instant frames_are_of{};
 
  private:
   std::deque<std::string> reads_;
@@ -69,6 +72,31 @@ TEST(FramePump, HandsOverFramesAndEventsInTheOrderOfTheBus) {
 TEST(FramePump, CountsTheFramesOfEachReadApart) {
   const std::string full(FramePump::kBatch, 'f');
   EXPECT_EQ(drained({full, "ffXf"}), full + "|ff|Xf|");
+}
+
+TEST(FramePump, ReadsOnWhereItWasTheEventsThatLeftNoRoom) {
+  const std::string storm(can_bridge::BusEvents::kCapacity - 1, 'X');
+  EXPECT_EQ(drained({storm, "f"}), storm + "f|");
+}
+
+// Up to which instant everything is known, with frames of that age given by each read.
+Instant known(Instant now, Instant frames_are_of, std::size_t reads, const std::string& each) {
+  auto channel = std::make_unique<ScriptedChannel>(std::deque<std::string>(reads, each));
+  channel->frames_are_of = frames_are_of;
+  FramePump pump(std::move(channel));
+  return pump.drain(
+      now, [](std::span<const can::Frame>) {}, [](const BusEvent&) {});
+}
+
+TEST(FramePump, KnowsEverythingUpToNowOrTheLastFrame) {
+  const Instant now(std::chrono::seconds(10));
+  const Instant before = now - std::chrono::milliseconds(45);
+  const Instant after = now + std::chrono::milliseconds(45);
+  EXPECT_EQ(known(now, before, 1, "f"), now);
+  EXPECT_EQ(known(now, after, 1, "f"), after) << "it came while the channel was read";
+  EXPECT_EQ(known(now, after, 1, "X"), now);
+  EXPECT_EQ(known(now, before, 100, std::string(FramePump::kBatch, 'f')), before)
+      << "and there is more";
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ class FakeChannel final : public can_bridge::Channel {
     }
     coming_events.clear();
     std::size_t n = 0;
-    while (n < out.size() && !coming.empty() && coming.front().time <= now) {
+    while (n < out.size() && !coming.empty() && coming.front().time <= now + reading_takes) {
       out[n++] = coming.front();
       coming.pop_front();
     }
@@ -69,6 +69,7 @@ class FakeChannel final : public can_bridge::Channel {
   std::size_t accepts = 1000;
   std::optional<std::size_t> promises;  // room() if it is not `accepts`
   int reads = 0;
+  Duration reading_takes{};  // what comes meanwhile is read, too
 
  private:
   can_bridge::ChannelCounters counters_;
@@ -241,6 +242,27 @@ TEST_F(LineRunnerTest, TimeDoesNotGoBackWhenFramesAndCommandsComeTogether) {
   command.node = 200;  // refused, with an event
   port_.commands.push(command);
   serve(5ms);
+  Instant last{};
+  std::vector<EventKind> kinds;
+  for (const Event& event : events()) {
+    EXPECT_GE(event.time, last);
+    last = event.time;
+    kinds.push_back(event.kind);
+  }
+  EXPECT_EQ(kinds, (std::vector{EventKind::emcy, EventKind::command_refused}));
+}
+
+TEST_F(LineRunnerTest, TimeDoesNotGoBackAfterAFrameThatCameWhileItRead) {
+  boot();
+  (void)events();
+  channel_->reading_takes = 45ms;  // the thread was held up after it had looked at the clock
+  now_ += 45ms;
+  come(0x085, {0x00, 0x10, 0x01, 0, 0, 0, 0, 0});
+  line::Command command;
+  command.kind = line::CommandKind::sdo_read;
+  command.node = 200;  // refused, with an event
+  port_.commands.push(command);
+  serve(-40ms);
   Instant last{};
   std::vector<EventKind> kinds;
   for (const Event& event : events()) {

@@ -133,6 +133,16 @@ TEST_F(ManyFramesTest, ReadsInOrderAcrossBatches) {
   EXPECT_EQ(channel->counters().received, kFrames);
 }
 
+// A thread that is held up between looking at the clock and reading: the frame is not older for it.
+TEST_F(SocketChannelTest, AFrameThatCameAfterTheCallersNowKeepsItsTime) {
+  const Instant sent = now();
+  inject(make_frame(0x181));
+  std::array<Frame, 1> out;
+  ASSERT_EQ(channel->read(out, events, sent - std::chrono::seconds(1)), 1U);
+  EXPECT_GT(out[0].time, sent - std::chrono::milliseconds(5));
+  EXPECT_LE(out[0].time, now());
+}
+
 TEST_F(SocketChannelTest, NeverGivesMoreThanThereIsRoomFor) {
   for (std::uint8_t i = 0; i < 10; ++i) {
     inject(make_frame(0x181, {i}));
