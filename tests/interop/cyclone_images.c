@@ -1,6 +1,6 @@
-/* A subscriber with Cyclone DDS that prints whatever it receives of ImageLayout, ProcessImage,
-   NodeState and Event, one JSON object a sample, until it is ended: for others to compare with what
-   devices sent.
+/* A subscriber with Cyclone DDS that prints whatever it receives of LineState, ImageLayout,
+   ProcessImage, NodeState and Event, one JSON object a sample, until it is ended: for others to
+   compare with what devices sent.
 
      cyclone_images DOMAIN
 
@@ -36,7 +36,7 @@ static void print_bytes(const char* name, const dds_sequence_octet* bytes) {
   putchar('"');
 }
 
-/* What all four begin with. */
+/* What all five begin with. */
 #define PRINT_ADDRESS(topic, s)                  \
   do {                                           \
     printf("{\"topic\": \"" topic "\"");         \
@@ -81,6 +81,20 @@ static void print_image(const void* sample) {
   print_number("sequence_number", s->sequence_number);
   print_bytes("bytes", &s->bytes);
   print_bytes("valid", &s->valid);
+  printf("}\n");
+}
+
+static void print_line(const void* sample) {
+  const linegate_v1_LineState* s = sample;
+  PRINT_ADDRESS("LineState", s);
+  print_number("manager", s->manager);
+  print_number("bus", s->bus);
+  print_number("transmit_errors", s->transmit_errors);
+  print_number("receive_errors", s->receive_errors);
+  print_number("load_permille", s->load_permille);
+  print_number("bit_rate", s->bit_rate);
+  print_number("frames_lost", s->count.frames_lost);
+  print_number("bus_errors", s->count.bus_errors);
   printf("}\n");
 }
 
@@ -139,6 +153,7 @@ int main(int argc, char** argv) {
 #define SUBSCRIBE(Type, TOPIC, depth) \
   make_reader(participant, &linegate_v1_##Type##_desc, linegate_v1_TOPIC_##TOPIC, late, depth)
   const struct subscription subscriptions[] = {
+      {SUBSCRIBE(LineState, LINE_STATE, 1), print_line},
       {SUBSCRIBE(ImageLayout, IMAGE_LAYOUT, 1), print_layout},
       {SUBSCRIBE(ProcessImage, PROCESS_IMAGE, 1), print_image},
       {SUBSCRIBE(NodeState, NODE_STATE, 1), print_node},

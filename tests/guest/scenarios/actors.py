@@ -78,8 +78,8 @@ class Witness(Actor):
 
     LINE = re.compile(r"\(([0-9.]+)\) \S+ ([0-9A-F]+)#([0-9A-F]*)$")
 
-    def __init__(self, interface):
-        super().__init__(f"candump-{interface}", "candump", "-L", interface)
+    def __init__(self, interface, filters=None):
+        super().__init__(f"candump-{interface}", "candump", "-L", filters or interface)
         listening = re.compile(rf"^ *{interface} ", re.MULTILINE)
         eventually(
             f"a witness on {interface}", lambda: listening.search(read("/proc/net/can/rcvlist_all")), 5

@@ -14,17 +14,18 @@ NODES = {"press": {5, 7}, "hall": {10, 12}, "pack": {20, 22}}
 
 
 class Plant:
-    def __init__(self):
+    def __init__(self, configuration=PLANT):
         parser = argparse.ArgumentParser()
         parser.add_argument("--linegated", required=True)
         parser.add_argument("--linegate", required=True)
         parser.add_argument("--cyclone-images", required=True)
         programs = parser.parse_args()
         self.linegate = programs.linegate
+        self.linegated = programs.linegated
         self.bus = {line: Witness(interface) for line, interface in INTERFACES.items()}
         self.devices = {line: self.simulate(line) for line in INTERFACES}
         # --last-words: the guest is slow, and the last events are looked for.
-        self.gateway = Actor("linegated", programs.linegated, "--last-words", "8", PLANT)
+        self.gateway = Actor("linegated", programs.linegated, "--last-words", "8", configuration)
         self.subscriber = FastSubscriber(programs.linegate)
         self.stranger = CycloneSubscriber(programs.cyclone_images)
         self.subscribers = (self.subscriber, self.stranger)

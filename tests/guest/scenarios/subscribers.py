@@ -52,6 +52,14 @@ class FastSubscriber(Subscriber):
             if image["line"] == line and image["entries"] is not None and "bytes" in image
         ]
 
+    def bus(self, line):
+        """Its bus state, the newest."""
+        for picture in reversed(self.received("lines")):
+            for state in picture["lines"]:
+                if state["line"] == line:
+                    return state["bus"]
+        return None
+
     def nodes(self, line):
         """{node-ID: NodeState}, the newest."""
         for picture in reversed(self.received("lines")):
@@ -78,6 +86,7 @@ class CycloneSubscriber(Subscriber):
         self._kinds = enumerators("EventKind")
         self._directions = enumerators("Direction")
         self._presences = enumerators("Presence")
+        self._buses = ["bus-off" if name == "off" else name for name in enumerators("BusState")]
 
     def samples(self, topic, line):
         return [s for s in self.received("topic") if (s["topic"], s["line"]) == (topic, line)]
@@ -106,6 +115,18 @@ class CycloneSubscriber(Subscriber):
             is_valid = bool(valid >> len(entries) & 1)
             entries.append({"name": entry["name"], "valid": is_valid, "bytes": octets})
         return {"sequence": image["sequence_number"], "bytes": image["bytes"], "entries": entries}
+
+    def buses(self, line):
+        """Its bus states, each of a LineState that differed from the one before."""
+        found = []
+        for state in self.samples("LineState", line):
+            if not found or found[-1] != self._buses[state["bus"]]:
+                found.append(self._buses[state["bus"]])
+        return found
+
+    def bus(self, line):
+        """The newest."""
+        return self.buses(line)[-1] if self.buses(line) else None
 
     def nodes(self, line):
         """{node-ID: NodeState}, the newest."""
