@@ -1,0 +1,88 @@
+#!/usr/bin/python3
+"""Three controllers on one bus, each with a driver of the kernel (kvaser_pci, see ../boot-pci): the gateway sets one up as
+its URI says, devices are on another, and an observer listens on the third, which sends nothing, not even what is asked of
+it by somebody else on this machine."""
+
+import argparse
+import json
+import os
+import subprocess
+
+from actors import FOLDER, Actor, Witness, ask, check, eventually, play, run
+from subscribers import FastSubscriber
+
+EDS = os.path.abspath(os.path.join(os.path.dirname(__file__), "../../../bridges/sim/eds/digital-io.eds"))
+NODE = 12
+PLANT = """\
+schema: 1
+gateway: {{name: {name}}}
+lines:
+  - name: {name}
+    interface: "socketcan:{interface}"
+    bit_rate: {bit_rate}
+    role: {role}
+    heartbeat: 1s
+    sdo_timeout: 5s
+    access: all
+    publish: {{period: 500ms}}
+    nodes: [{{id: 12, name: doors, eds: {eds}, heartbeat: 2s}}]
+"""
+
+
+def plant(name, interface, role="manager", bit_rate="250kbit"):
+    path = os.path.join(FOLDER, f"{name}.yaml")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(PLANT.format(name=name, interface=interface, role=role, bit_rate=bit_rate, eds=EDS))
+    return path
+
+
+def controller(interface):
+    """What the kernel says of it."""
+    told = json.loads(run("ip", "-details", "-json", "link", "show", interface)[1])
+    return told[0]["linkinfo"]["info_data"]
+
+
+def operational(subscriber, line):
+    return {node: state["state"] for node, state in subscriber.nodes(line).items()} == {NODE: "operational"}
+
+
+def valid(subscriber, line):
+    images = subscriber.images(line)
+    return images and all(entry["valid"] for entry in images[-1]["entries"])
+
+
+def scenario():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--linegated", required=True)
+    parser.add_argument("--linegate", required=True)
+    programs = parser.parse_args()
+
+    subprocess.run("ip link set can1 type can bitrate 250000".split(), check=True)
+    subprocess.run("ip link set can1 up".split(), check=True)
+    devices = plant("devices", "can1")
+    Actor("devices", programs.linegate, "simulate", "--plant", devices, "--line", "devices")
+    bus = Witness("can1")
+    gateway = Actor(
+        "linegated", programs.linegated, plant("hall", "can0?bitrate=250000&sample-point=0.75&restart-ms=200")
+    )
+    subscriber = FastSubscriber(programs.linegate)
+    eventually("hall: its node is operational", lambda: operational(subscriber, "hall"), 120)
+    eventually("hall: its values are valid", lambda: valid(subscriber, "hall"), 60)
+    set_up = controller("can0")
+    check(f"can0: has its bit rate: {set_up}", set_up["bittiming"]["bitrate"] == 250_000)
+    check("can0: and its sample point", set_up["bittiming"]["sample_point"] == "0.750")
+    check("can0: and restarts by itself", set_up["restart_ms"] == 200)
+    check("can0: acknowledges", "LISTEN-ONLY" not in set_up.get("ctrlmode", []))
+
+    observer = Actor("observer", programs.linegated, plant("watch", "can2?bitrate=250000", "observer"))
+    eventually("watch: observes valid values", lambda: valid(subscriber, "watch"), 120)
+    check("can2: listens only", "LISTEN-ONLY" in controller("can2")["ctrlmode"])
+    run("cansend", "can2", "7FF#01")
+    told = ask(programs.linegate, "--json", "--wait", "30", "nodes", "hall", within=90)
+    check(f"hall: goes on {told}", gateway.runs() and observer.runs())
+    check("can1: nothing came from can2", bus.frames(0x7FF) == [])
+    check("the observer ends well", observer.stop(60) == 0)
+    check("the gateway ends well", gateway.stop(60) == 0)
+
+
+play(scenario)
