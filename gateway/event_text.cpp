@@ -18,7 +18,7 @@
 namespace linegate::gateway {
 namespace {
 
-constexpr std::size_t kLongest = 256;
+constexpr std::size_t kLongestText = 256;
 constexpr std::uint64_t kStoreParameters = 0x1010;
 
 std::string hex(std::span<const std::byte> bytes) {
@@ -241,8 +241,8 @@ std::string who(const Event& event, const line::LineConfig& line) {
 
 std::string describe(const Event& event, const line::LineConfig& line, std::string_view interface) {
   std::string out = who(event, line) + text(event, interface);
-  if (out.size() > kLongest) {
-    out.resize(kLongest);
+  if (out.size() > kLongestText) {
+    out.resize(kLongestText);
   }
   return out;
 }

@@ -81,7 +81,7 @@ class SendRunner final : public Runner {
   bool stopping_ = false;
 };
 
-void complain(const std::string& text) {
+void tell_error(const std::string& text) {
   std::cerr << "error: " << text << '\n';
 }
 
@@ -97,7 +97,7 @@ int replay(const ReplayCommand& command) {
   const auto options = can_bridge::replay_options(log);
   for (const std::string& problem : {error, options.error}) {
     if (!problem.empty()) {
-      complain(problem);
+      tell_error(problem);
       return kExitUsage;
     }
   }

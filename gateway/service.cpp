@@ -14,7 +14,7 @@ namespace linegate::gateway {
 namespace {
 
 constexpr Duration kStartPeriod = std::chrono::milliseconds(20);
-constexpr Duration kStatusPeriod = std::chrono::seconds(1);
+constexpr Duration kStatusTextPeriod = std::chrono::seconds(1);
 // Where nobody waits for signs of life, stuck threads are told in the log all the same.
 constexpr Duration kUnwatchedLook = std::chrono::seconds(5);
 
@@ -72,7 +72,7 @@ void Service::work(Instant now) {
     look();
   }
   if (now >= status_due_) {
-    status_due_ = now + kStatusPeriod;
+    status_due_ = now + kStatusTextPeriod;
     show_status();
   }
 }

@@ -11,18 +11,9 @@
 #include <unistd.h>
 
 #include "bridges/can/frame_codec.h"
+#include "bridges/can/socket_parts.h"
 
 namespace linegate::can_bridge {
-namespace {
-
-constexpr std::size_t kControl = CMSG_SPACE(sizeof(timespec)) + CMSG_SPACE(sizeof(std::uint32_t));
-
-// What the kernel adds to each datagram.
-struct alignas(cmsghdr) Control {
-  std::array<std::byte, kControl> bytes;
-};
-
-}  // namespace
 
 struct FrameSocket::Buffers {
   std::array<mmsghdr, kBatch> receive_headers{};

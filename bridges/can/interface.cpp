@@ -13,11 +13,10 @@
 #include <unistd.h>
 
 #include "bridges/can/controller_state.h"
+#include "bridges/can/socket_parts.h"
 
 namespace linegate::can_bridge {
 namespace {
-
-constexpr int kOn = 1;
 
 // Closes what a failed attempt leaves behind.
 class Attempt {
@@ -41,11 +40,6 @@ class Attempt {
  private:
   int descriptor_;
 };
-
-template <class T>
-bool set(int descriptor, int level, int option, const T& value) {
-  return ::setsockopt(descriptor, level, option, &value, sizeof value) == 0;
-}
 
 // 0, or errno. index becomes the interface's, fd whether it carries CAN FD.
 int examine(int descriptor, const std::string& name, int& index, bool& fd) {
@@ -77,14 +71,14 @@ int examine(int descriptor, const std::string& name, int& index, bool& fd) {
 bool configure(int descriptor, bool fd, int receive_buffer) {
   const can_err_mask_t errors = CAN_ERR_MASK;
   // A larger buffer than the system's limit needs a privilege; what is granted has to do.
-  if (!set(descriptor, SOL_SOCKET, SO_RCVBUFFORCE, receive_buffer)) {
-    set(descriptor, SOL_SOCKET, SO_RCVBUF, receive_buffer);
+  if (!set_option(descriptor, SOL_SOCKET, SO_RCVBUFFORCE, receive_buffer)) {
+    set_option(descriptor, SOL_SOCKET, SO_RCVBUF, receive_buffer);
   }
-  return set(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, kOn) &&
-         set(descriptor, SOL_SOCKET, SO_RXQ_OVFL, kOn) &&
-         set(descriptor, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, errors) &&
-         set(descriptor, SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, kOn) &&
-         (!fd || set(descriptor, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, kOn));
+  return set_option(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, kOn) &&
+         set_option(descriptor, SOL_SOCKET, SO_RXQ_OVFL, kOn) &&
+         set_option(descriptor, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, errors) &&
+         set_option(descriptor, SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, kOn) &&
+         (!fd || set_option(descriptor, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, kOn));
 }
 
 int bind_to(int descriptor, int index) {

@@ -13,17 +13,12 @@
 #include <unistd.h>
 
 #include "bridges/can/multicast_codec.h"
+#include "bridges/can/socket_parts.h"
 
 namespace linegate::can_bridge {
 namespace {
 
 constexpr int kReceiveBuffer = 1 << 21;
-constexpr int kOn = 1;
-constexpr std::size_t kControl = CMSG_SPACE(sizeof(timespec)) + CMSG_SPACE(sizeof(std::uint32_t));
-
-struct alignas(cmsghdr) Control {
-  std::array<std::byte, kControl> bytes;
-};
 
 struct Address {
   sockaddr_storage storage{};
@@ -57,11 +52,6 @@ bool same(const sockaddr_storage& a, const sockaddr_storage& b) {
          std::memcmp(&x.sin6_addr, &y.sin6_addr, sizeof x.sin6_addr) == 0;
 }
 
-template <class T>
-bool set(int descriptor, int level, int option, const T& value) {
-  return ::setsockopt(descriptor, level, option, &value, sizeof value) == 0;
-}
-
 // 0, or errno.
 int resolve(const UdpOptions& options, Address& out) {
   addrinfo hints{};
@@ -93,35 +83,35 @@ bool join(int descriptor, const Address& group, int interface) {
     ipv6_mreq request{};
     request.ipv6mr_multiaddr = group.as<sockaddr_in6>().sin6_addr;
     request.ipv6mr_interface = static_cast<unsigned>(interface);
-    return set(descriptor, IPPROTO_IPV6, IPV6_JOIN_GROUP, request);
+    return set_option(descriptor, IPPROTO_IPV6, IPV6_JOIN_GROUP, request);
   }
   ip_mreqn request{};
   request.imr_multiaddr = group.as<sockaddr_in>().sin_addr;
   request.imr_ifindex = interface;
-  return set(descriptor, IPPROTO_IP, IP_ADD_MEMBERSHIP, request);
+  return set_option(descriptor, IPPROTO_IP, IP_ADD_MEMBERSHIP, request);
 }
 
 // Bound to the group, so that datagrams to the same port of other groups stay away.
 bool prepare_receiving(int descriptor, const Address& group, int interface) {
-  set(descriptor, SOL_SOCKET, SO_RCVBUF, kReceiveBuffer);
-  return set(descriptor, SOL_SOCKET, SO_REUSEADDR, kOn) &&
-         set(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, kOn) &&
-         set(descriptor, SOL_SOCKET, SO_RXQ_OVFL, kOn) &&
+  set_option(descriptor, SOL_SOCKET, SO_RCVBUF, kReceiveBuffer);
+  return set_option(descriptor, SOL_SOCKET, SO_REUSEADDR, kOn) &&
+         set_option(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, kOn) &&
+         set_option(descriptor, SOL_SOCKET, SO_RXQ_OVFL, kOn) &&
          ::bind(descriptor, group.get(), group.length) == 0 && join(descriptor, group, interface);
 }
 
 bool prepare_sending(int descriptor, const Address& group, int interface, int ttl) {
   bool good = false;
   if (group.family() == AF_INET6) {
-    good = set(descriptor, IPPROTO_IPV6, IPV6_MULTICAST_HOPS, ttl) &&
-           set(descriptor, IPPROTO_IPV6, IPV6_MULTICAST_LOOP, kOn) &&
-           set(descriptor, IPPROTO_IPV6, IPV6_MULTICAST_IF, interface);
+    good = set_option(descriptor, IPPROTO_IPV6, IPV6_MULTICAST_HOPS, ttl) &&
+           set_option(descriptor, IPPROTO_IPV6, IPV6_MULTICAST_LOOP, kOn) &&
+           set_option(descriptor, IPPROTO_IPV6, IPV6_MULTICAST_IF, interface);
   } else {
     ip_mreqn request{};
     request.imr_ifindex = interface;
-    good = set(descriptor, IPPROTO_IP, IP_MULTICAST_TTL, ttl) &&
-           set(descriptor, IPPROTO_IP, IP_MULTICAST_LOOP, kOn) &&
-           set(descriptor, IPPROTO_IP, IP_MULTICAST_IF, request);
+    good = set_option(descriptor, IPPROTO_IP, IP_MULTICAST_TTL, ttl) &&
+           set_option(descriptor, IPPROTO_IP, IP_MULTICAST_LOOP, kOn) &&
+           set_option(descriptor, IPPROTO_IP, IP_MULTICAST_IF, request);
   }
   return good && ::connect(descriptor, group.get(), group.length) == 0;
 }

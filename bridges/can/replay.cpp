@@ -15,10 +15,10 @@ namespace {
 using can::BusEvent;
 using can::BusState;
 
-constexpr Duration kRetryPeriod = std::chrono::milliseconds(500);
-constexpr std::size_t kRoom = 64;
-constexpr double kSlowest = 0.1;
-constexpr double kFastest = 1000;
+constexpr Duration kReopenPeriod = std::chrono::milliseconds(500);
+constexpr std::size_t kReplayRoom = 64;
+constexpr double kSlowestSpeed = 0.1;
+constexpr double kFastestSpeed = 1000;
 
 class ReplayChannel final : public Channel {
  public:
@@ -56,7 +56,7 @@ class ReplayChannel final : public Channel {
     return taken;
   }
 
-  std::size_t room(Instant /*now*/) const override { return file_.is_open() ? kRoom : 0; }
+  std::size_t room(Instant /*now*/) const override { return file_.is_open() ? kReplayRoom : 0; }
   bool wants_writable() const override { return false; }
   Instant next_wake() const override { return wake_; }
   const ChannelCounters& counters() const override { return counters_; }
@@ -66,7 +66,7 @@ class ReplayChannel final : public Channel {
     BusEvent event;
     event.time = now;
     if (const int error = file_.open(path_); error != 0) {
-      wake_ = now + kRetryPeriod;
+      wake_ = now + kReopenPeriod;
       event.kind = BusEvent::Kind::interface_failed;
       event.code = static_cast<std::uint32_t>(error);
       if (std::exchange(told_, error) != error) {
@@ -182,8 +182,8 @@ ParsedReplay replay_options(const InterfaceUri& uri) {
     } else if (option.key == "speed") {
       const char* end = option.value.data() + option.value.size();
       const auto read = std::from_chars(option.value.data(), end, parsed.options.speed);
-      if (read.ec != std::errc{} || read.ptr != end || !(parsed.options.speed >= kSlowest) ||
-          !(parsed.options.speed <= kFastest)) {
+      if (read.ec != std::errc{} || read.ptr != end || !(parsed.options.speed >= kSlowestSpeed) ||
+          !(parsed.options.speed <= kFastestSpeed)) {
         parsed.error =
             "speed of a replay is max or a number from 0.1 to 1000, not \"" + option.value + "\"";
       }

@@ -8,8 +8,8 @@
 namespace linegate::can_bridge {
 namespace {
 
-constexpr std::uint32_t kFastest = 20'000'000;  // bit/s
-constexpr std::uint32_t kLongest = 86'400'000;  // ms: a day
+constexpr std::uint32_t kFastestRate = 20'000'000;     // bit/s
+constexpr std::uint32_t kLongestRestart = 86'400'000;  // ms: a day
 
 bool read_number(std::string_view text, std::uint32_t lowest, std::uint32_t highest,
                  std::uint32_t& out) {
@@ -32,10 +32,10 @@ bool read_point(std::string_view text, std::uint32_t& out) {
 
 bool read_option(const UriOption& option, ControllerSetup& out) {
   if (option.key == "bitrate") {
-    return read_number(option.value, 1, kFastest, out.bit_rate);
+    return read_number(option.value, 1, kFastestRate, out.bit_rate);
   }
   if (option.key == "dbitrate") {
-    return read_number(option.value, 1, kFastest, out.data_bit_rate);
+    return read_number(option.value, 1, kFastestRate, out.data_bit_rate);
   }
   if (option.key == "sample-point") {
     return read_point(option.value, out.sample_point);
@@ -44,7 +44,7 @@ bool read_option(const UriOption& option, ControllerSetup& out) {
     return read_point(option.value, out.data_sample_point);
   }
   if (option.key == "restart-ms") {
-    return read_number(option.value, 0, kLongest, out.restart_ms.emplace());
+    return read_number(option.value, 0, kLongestRestart, out.restart_ms.emplace());
   }
   if (option.key != "listen-only" || (option.value != "on" && option.value != "off")) {
     return false;

@@ -15,12 +15,6 @@
 namespace linegate::console {
 namespace {
 
-void print(std::ostream& out, const Text& text) {
-  for (const std::string& line : text) {
-    out << line << '\n';
-  }
-}
-
 int usage(Context& context, const std::string& text) {
   context.err << text << '\n';
   return kUsage;

@@ -21,12 +21,6 @@ constexpr std::uint32_t kLssAnswer = 0x7E4;
 constexpr std::uint32_t kLssRequest = 0x7E5;
 constexpr std::uint8_t kToggle = 0x80;
 
-std::string hex(std::uint32_t value, int digits) {
-  char text[9];
-  std::snprintf(text, sizeof text, "%0*X", digits, value);
-  return text;
-}
-
 std::uint8_t byte_of(const can::Frame& frame, std::size_t at) {
   return std::to_integer<std::uint8_t>(frame.data[at]);
 }
@@ -65,7 +59,7 @@ std::vector<std::byte> bits_of(const can::Frame& frame, std::size_t offset, std:
 }  // namespace
 
 std::string object_text(const od::DeviceDescription* device, od::Address address) {
-  std::string out = hex(address.index, 4) + ":" + hex(address.sub, 2);
+  std::string out = hex_digits(address.index, 4) + ":" + hex_digits(address.sub, 2);
   const od::ObjectDescription* object = device == nullptr ? nullptr : device->find(address.index);
   if (object == nullptr) {
     return out;
@@ -127,7 +121,7 @@ std::string Explainer::nmt(const can::Frame& frame) const {
   const std::uint8_t id = byte_of(frame, 1);
   const std::string to = id == 0 ? "all nodes" : node(id);
   if (!nmt::is_command(command) || id > can::kMaxNodeId) {
-    return "NMT: no command there is: " + hex(command, 2) + "h to " + to;
+    return "NMT: no command there is: " + hex_digits(command, 2) + "h to " + to;
   }
   return "NMT: " + std::string(name(static_cast<nmt::Command>(command))) + " " + to;
 }
@@ -154,7 +148,7 @@ std::string Explainer::emcy(const can::Frame& frame, unsigned id) const {
     return wrong_length(frame, "EMCY");
   }
   std::string out = "EMCY of " + node(id) + ": " + describe_error_code(message->code) + " (" +
-                    hex(message->code, 4) + "h)";
+                    hex_digits(message->code, 4) + "h)";
   if (message->error_register != 0) {
     out += ", error register: " + describe_error_register(message->error_register);
   }

@@ -12,13 +12,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr Duration kPicture = std::chrono::seconds(2);
-constexpr Duration kPoll = std::chrono::milliseconds(100);
-
-void print(std::ostream& out, const Text& text) {
-  for (const std::string& line : text) {
-    out << line << '\n';
-  }
-}
+constexpr Duration kPicturePoll = std::chrono::milliseconds(100);
 
 void picture(Context& context, const Model& model) {
   if (context.json) {
@@ -79,7 +73,7 @@ int monitor_text(Context& context, const MonitorOptions& options,
     if (options.once || over) {
       break;
     }
-    poll(context, model, kPoll);
+    poll(context, model, kPicturePoll);
   }
   return kDone;
 }

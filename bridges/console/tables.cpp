@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdio>
 #include <ctime>
+#include <ostream>
 
 #include "bridges/console/value_text.h"
 
@@ -35,12 +36,6 @@ Text align(const std::vector<Row>& rows) {
   return out;
 }
 
-std::string hex(unsigned value, int digits) {
-  std::array<char, 16> text;
-  std::snprintf(text.data(), text.size(), "%0*X", digits, value);
-  return text.data();
-}
-
 std::string load_text(std::uint16_t permille) {
   return std::to_string(permille / 10) + '.' + std::to_string(permille % 10) + '%';
 }
@@ -61,11 +56,17 @@ Row node_row(const Line& line, const NodeView& node) {
           std::string(nmt::name(state.state)),
           boot_text(state.boot),
           std::to_string(state.emcy_count),
-          state.emcy_count == 0 ? "" : hex(state.last_emcy, 4) + 'h',
+          state.emcy_count == 0 ? "" : hex_digits(state.last_emcy, 4) + 'h',
           clock_text(node.since)};
 }
 
 }  // namespace
+
+void print(std::ostream& out, const Text& text) {
+  for (const std::string& line : text) {
+    out << line << '\n';
+  }
+}
 
 std::string date_text(Instant utc) {
   const std::int64_t ns = utc.time_since_epoch().count();
@@ -124,10 +125,11 @@ Text image_table(const Line& line, image::Direction direction) {
   for (std::size_t i = 0; i < area.layout->entries.size(); ++i) {
     const image::Entry& entry = area.layout->entries[i];
     const std::vector<std::byte> value = area.value(i);
-    rows.push_back(
-        {std::to_string(i), std::to_string(entry.node),
-         hex(entry.index, 4) + ':' + std::to_string(entry.sub), std::string(od::name(entry.type)),
-         area.valid(i) ? to_text(entry.type, value) : "(invalid)", to_hex(value), entry.name});
+    rows.push_back({std::to_string(i), std::to_string(entry.node),
+                    hex_digits(entry.index, 4) + ':' + std::to_string(entry.sub),
+                    std::string(od::name(entry.type)),
+                    area.valid(i) ? to_text(entry.type, value) : "(invalid)", to_hex(value),
+                    entry.name});
   }
   return align(rows);
 }

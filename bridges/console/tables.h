@@ -1,6 +1,7 @@
 // What the console knows, as text for people: one line of text each, columns aligned.
 #pragma once
 
+#include <iosfwd>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,8 @@
 namespace linegate::console {
 
 using Text = std::vector<std::string>;
+
+void print(std::ostream& out, const Text& text);
 
 // A headline and the state of each line.
 Text lines_table(const Model& model);

@@ -107,6 +107,12 @@ std::optional<std::vector<std::byte>> hex_bytes(std::string_view text) {
 
 }  // namespace
 
+std::string hex_digits(std::uint32_t value, int digits) {
+  char text[9];
+  std::snprintf(text, sizeof text, "%0*X", digits, value);
+  return text;
+}
+
 std::string to_hex(std::span<const std::byte> value) {
   std::string out;
   for (const std::byte b : value) {

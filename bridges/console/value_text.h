@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +12,9 @@
 #include "stack/od/data_type.h"
 
 namespace linegate::console {
+
+// "0A3F": hexadecimal, with at least that many of 8 digits.
+std::string hex_digits(std::uint32_t value, int digits);
 
 // "4660", "-3", "1.5", "true", "\"text\"", "12 34 AB" (bytes in the order of the bus). Values whose
 // length does not fit the type are shown as bytes.

@@ -29,8 +29,8 @@ namespace {
 
 namespace fast = eprosima::fastdds::dds;
 
-constexpr int kSamplesPerPoll = 256;  // of each topic
-constexpr ClockMap kUtc{};            // Instants given out are UTC
+constexpr int kSamplesPerTopic = 256;  // of each topic
+constexpr ClockMap kUtc{};             // Instants given out are UTC
 
 Instant steady_now() {
   return Instant{
@@ -211,7 +211,7 @@ template <class Sample, class Handle, class Ended>
 void Client::Impl::drain(fast::DataReader* reader, Sample& sample, Handle handle, Ended ended) {
   if (reader == nullptr)
     return;
-  for (int i = 0; i < kSamplesPerPoll; ++i) {
+  for (int i = 0; i < kSamplesPerTopic; ++i) {
     if (reader->take_next_sample(&sample, &info) != ReturnCode_t::RETCODE_OK)
       return;
     if (!info.valid_data) {

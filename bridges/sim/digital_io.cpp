@@ -13,11 +13,11 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::uint16_t kInput = 0x6000;
+constexpr std::uint16_t kInput8 = 0x6000;
 constexpr std::uint16_t kInputBit = 0x6020;
-constexpr std::uint16_t kOutput = 0x6200;
-constexpr std::uint16_t kErrorMode = 0x6206;
-constexpr std::uint16_t kErrorValue = 0x6207;
+constexpr std::uint16_t kOutput8 = 0x6200;
+constexpr std::uint16_t kErrorMode8 = 0x6206;
+constexpr std::uint16_t kErrorValue8 = 0x6207;
 constexpr std::uint8_t kOutputBytes = 2;
 
 constexpr Duration kCount = milliseconds(250);
@@ -37,7 +37,7 @@ class DigitalIo final : public Behaviour {
   }
 
  private:
-  void set_hooks() override { hook(kOutput); }
+  void set_hooks() override { hook(kOutput8); }
 
   void power_on() override {
     operational_ = false;
@@ -45,7 +45,7 @@ class DigitalIo final : public Behaviour {
   }
 
   void react() override {
-    set({kInput, 2}, static_cast<std::uint8_t>(unsigned_value({kOutput, 1})));
+    set({kInput8, 2}, static_cast<std::uint8_t>(unsigned_value({kOutput8, 1})));
   }
 
   void step() override {
@@ -53,13 +53,13 @@ class DigitalIo final : public Behaviour {
     const auto offset = static_cast<std::int64_t>(mix(seed(), 1) & 0xFFU);
     set_counter(static_cast<std::uint8_t>(periods(now(), kCount) + offset));
     const auto round = static_cast<std::uint64_t>(periods(now(), kRandom));
-    set({kInput, 3}, static_cast<std::uint8_t>(mix(seed(), round)));
-    set({kInput, 4}, static_cast<std::uint8_t>(1U << (periods(now(), kLight) % 8)));
+    set({kInput8, 3}, static_cast<std::uint8_t>(mix(seed(), round)));
+    set({kInput8, 4}, static_cast<std::uint8_t>(1U << (periods(now(), kLight) % 8)));
     react();
   }
 
   void set_counter(std::uint8_t value) {
-    set({kInput, 1}, value);
+    set({kInput8, 1}, value);
     for (std::uint8_t bit = 0; bit < 8; ++bit) {
       set({kInputBit, static_cast<std::uint8_t>(bit + 1)},
           static_cast<std::uint8_t>((unsigned{value} >> bit) & 1U));
@@ -68,10 +68,10 @@ class DigitalIo final : public Behaviour {
 
   void outputs_to_error_value() {
     for (std::uint8_t sub = 1; sub <= kOutputBytes; ++sub) {
-      const std::uint64_t mode = unsigned_value({kErrorMode, sub});
-      const std::uint64_t value = unsigned_value({kErrorValue, sub});
-      const std::uint64_t output = unsigned_value({kOutput, sub});
-      quiet_set({kOutput, sub}, static_cast<std::uint8_t>((output & ~mode) | (value & mode)));
+      const std::uint64_t mode = unsigned_value({kErrorMode8, sub});
+      const std::uint64_t value = unsigned_value({kErrorValue8, sub});
+      const std::uint64_t output = unsigned_value({kOutput8, sub});
+      quiet_set({kOutput8, sub}, static_cast<std::uint8_t>((output & ~mode) | (value & mode)));
     }
     react();
   }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr od::Address kRange{0x6002, 0};
 constexpr od::Address kPreset{0x6003, 0};
-constexpr od::Address kPosition{0x6004, 0};
+constexpr od::Address kPositionValue{0x6004, 0};
 constexpr od::Address kSpeed{0x6030, 1};
 
 constexpr double kMeanSpeed = 2048;  // units a second: half a turn
@@ -32,7 +32,7 @@ class Encoder final : public Behaviour {
  private:
   void set_hooks() override {
     hook(kPreset.index);
-    hook(kPosition.index);
+    hook(kPositionValue.index);
     hook(kSpeed.index);
   }
 
@@ -48,7 +48,8 @@ class Encoder final : public Behaviour {
   void refresh() {
     const auto range = static_cast<std::int64_t>(unsigned_value(kRange));
     const std::int64_t position = range > 0 ? (travelled() + offset_) % range : 0;
-    quiet_set(kPosition, static_cast<std::uint32_t>(position < 0 ? position + range : position));
+    quiet_set(kPositionValue,
+              static_cast<std::uint32_t>(position < 0 ? position + range : position));
     const double speed = kMeanSpeed + kSwing * std::sin(angle());
     quiet_set(kSpeed, static_cast<std::int16_t>(std::lround(speed)));
   }

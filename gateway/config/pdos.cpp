@@ -2,6 +2,7 @@
 
 #include "gateway/config/patch.h"
 #include "gateway/config/sections.h"
+#include "gateway/config/value.h"
 #include "stack/can/cob_id.h"
 #include "stack/pdo/parameters.h"
 
@@ -36,15 +37,6 @@ std::optional<PdoName> parse_pdo_name(const std::string& text) {
   const bool good = parsed.ec == std::errc{} && parsed.ptr == end && name.number >= 1 &&
                     name.number <= pdo::kMaxPdo;
   return good ? std::optional(name) : std::nullopt;
-}
-
-std::vector<std::byte> little_endian(std::uint64_t value, std::size_t size) {
-  std::vector<std::byte> out(size);
-  for (auto& byte : out) {
-    byte = static_cast<std::byte>(value & 0xFFU);
-    value >>= 8U;
-  }
-  return out;
 }
 
 // One `tpdoN:` or `rpdoN:`. Objects are written in the order CiA 301 (7.5.2.36, 7.5.2.38) wants:

@@ -6,7 +6,7 @@
 namespace linegate::config {
 namespace {
 
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
   return '"' + std::string(text) + '"';
 }
 
@@ -15,7 +15,7 @@ std::string kind_of(const YAML::Node& node) {
     case YAML::NodeType::Null:
       return "nothing";
     case YAML::NodeType::Scalar:
-      return quoted(node.Scalar());
+      return in_quotes(node.Scalar());
     case YAML::NodeType::Sequence:
       return "a list";
     case YAML::NodeType::Map:
@@ -110,7 +110,7 @@ YAML::Node Section::find(std::string_view key) {
 YAML::Node Section::require(std::string_view key) {
   YAML::Node value = find(key);
   if (!value.IsDefined() && valid_) {
-    findings_->error(place_, what_ + " needs the key " + quoted(key));
+    findings_->error(place_, what_ + " needs the key " + in_quotes(key));
   }
   return value;
 }
@@ -150,7 +150,7 @@ std::optional<Duration> Section::duration(const YAML::Node& node, Duration lowes
     const bool unitless = node.IsScalar() && parse_unsigned(node.Scalar()).has_value();
     findings_->error(place_of(node),
                      unitless ? "the time " + kind_of(node) + " has no unit: write " +
-                                    quoted(node.Scalar() + "ms") + ", \"us\", \"s\", \"min\""
+                                    in_quotes(node.Scalar() + "ms") + ", \"us\", \"s\", \"min\""
                               : "expected a time such as 100ms, got " + kind_of(node));
     return std::nullopt;
   }
@@ -197,8 +197,8 @@ void Section::not_one_of(const YAML::Node& node, const std::string& value,
                          const std::vector<std::string>& names) {
   const std::string guess = nearest(value, names);
   findings_->error(place_of(node),
-                   "expected " + joined(names) + ", got " + quoted(value) +
-                       (guess.empty() ? "" : "; did you mean " + quoted(guess) + "?"));
+                   "expected " + joined(names) + ", got " + in_quotes(value) +
+                       (guess.empty() ? "" : "; did you mean " + in_quotes(guess) + "?"));
 }
 
 void Section::done() {
@@ -212,14 +212,14 @@ void Section::done() {
     }
     const std::string& key = pair.first.Scalar();
     if (std::find(seen.begin(), seen.end(), key) != seen.end()) {
-      findings_->error(place_of(pair.first), "the key " + quoted(key) + " is there twice");
+      findings_->error(place_of(pair.first), "the key " + in_quotes(key) + " is there twice");
     }
     seen.push_back(key);
     if (std::find(known_.begin(), known_.end(), key) == known_.end()) {
       const std::string guess = nearest(key, known_);
       findings_->error(place_of(pair.first),
-                       "unknown key " + quoted(key) + " in " + what_ +
-                           (guess.empty() ? "" : "; did you mean " + quoted(guess) + "?"));
+                       "unknown key " + in_quotes(key) + " in " + what_ +
+                           (guess.empty() ? "" : "; did you mean " + in_quotes(guess) + "?"));
     }
   }
 }

@@ -91,15 +91,6 @@ std::optional<Number> parse_number(std::string_view text) {
   return number;
 }
 
-std::vector<std::byte> little_endian(std::uint64_t value, unsigned size) {
-  std::vector<std::byte> out(size);
-  for (auto& byte : out) {
-    byte = static_cast<std::byte>(value & 0xFFU);
-    value >>= 8U;
-  }
-  return out;
-}
-
 std::optional<std::vector<std::byte>> integer_value(std::string_view text, od::DataType type) {
   const unsigned bits = od::bit_size(type);
   if (type == od::DataType::boolean && (text == "true" || text == "false")) {
@@ -202,6 +193,15 @@ std::size_t distance(std::string_view a, std::string_view b) {
 }
 
 }  // namespace
+
+std::vector<std::byte> little_endian(std::uint64_t value, std::size_t size) {
+  std::vector<std::byte> out(size);
+  for (auto& byte : out) {
+    byte = static_cast<std::byte>(value & 0xFFU);
+    value >>= 8U;
+  }
+  return out;
+}
 
 std::optional<Duration> parse_duration(std::string_view text) {
   if (text == "0") {

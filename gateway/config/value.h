@@ -38,6 +38,9 @@ std::string format_address(od::Address address);
 // Nothing if it is none or out of range.
 std::optional<std::vector<std::byte>> parse_value(std::string_view text, od::DataType type);
 
+// The lowest bytes of a number.
+std::vector<std::byte> little_endian(std::uint64_t value, std::size_t size);
+
 // The candidate that was most likely meant, empty if none is near.
 std::string nearest(std::string_view text, std::span<const std::string> candidates);
 

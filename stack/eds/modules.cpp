@@ -14,7 +14,6 @@
 namespace linegate::eds {
 namespace {
 
-constexpr std::uint8_t kMostElements = 254;
 constexpr ListKind kFixed{"NrOfEntries", "index of a fixed object", Severity::warning};
 constexpr ListKind kExtended{"NrOfEntries", "index of an extended object", Severity::warning};
 constexpr ListKind kConnected{"NrOfEntries", "number of a module", Severity::error};

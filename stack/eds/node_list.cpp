@@ -11,7 +11,7 @@
 namespace linegate::eds {
 namespace {
 
-constexpr std::uint8_t kHighestNodeId = 127;
+constexpr std::uint8_t kHighestListedId = 127;
 constexpr std::string_view kTopology = "topology";
 
 // "node5dcfname": the number, and what is behind it.
@@ -71,7 +71,7 @@ class NetworkReader {
       report_.warning(entry.key_place, "key " + quote(entry.key) + " is not known; ignored");
       return;
     }
-    if (key.id == 0 || key.id > kHighestNodeId) {
+    if (key.id == 0 || key.id > kHighestListedId) {
       report_.error(entry.key_place, "node-ID " + std::to_string(key.id) + " is not in 1 to 127");
       return;
     }
@@ -92,7 +92,7 @@ class NetworkReader {
   }
 
   void check_count(const ListedNetwork& network) {
-    const auto count = fields_.number("Nodes", kHighestNodeId);
+    const auto count = fields_.number("Nodes", kHighestListedId);
     if (count && *count != network.nodes.size()) {
       report_.warning(fields_.find("Nodes")->value_place,
                       "Nodes is " + std::to_string(*count) + ", but " +

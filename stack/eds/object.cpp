@@ -16,16 +16,11 @@ using od::ObjectType;
 using od::VariableDescription;
 
 constexpr std::uint16_t kFirstObject = 0x1000;  // below are data types
-constexpr std::uint8_t kMostElements = 254;
 // For all CompactSubObj and modules of a file: thousands of full arrays, and no more than a process
 // can spare.
 constexpr std::size_t kMostMegabytes = 64;
 
 using Variables = std::map<std::uint8_t, VariableDescription>;
-
-bool has_subs(ObjectType type) {
-  return type == ObjectType::array || type == ObjectType::record || type == ObjectType::defstruct;
-}
 
 // Missing is VAR (CiA 306).
 ObjectType read_object_type(const Fields& fields, const ObjectSections& sections,
@@ -173,6 +168,10 @@ Variables read_subs(const Fields& fields, const ObjectSections& sections, Contex
 }
 
 }  // namespace
+
+bool has_subs(ObjectType type) {
+  return type == ObjectType::array || type == ObjectType::record || type == ObjectType::defstruct;
+}
 
 VariableDescription count_variable(std::uint8_t value, std::uint32_t line) {
   VariableDescription variable;

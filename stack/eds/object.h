@@ -9,6 +9,11 @@
 
 namespace linegate::eds {
 
+inline constexpr std::uint8_t kMostElements = 254;  // sub-indices of an object, without 0
+
+// Whether the object has sub-indices of its own: an array, a record or a DEFSTRUCT.
+bool has_subs(od::ObjectType type);
+
 // Nothing if the object has no value of its own (NULL, data types below 1000h) or its description
 // cannot be used; the latter is reported. sections.object must not be nullptr.
 std::optional<od::ObjectDescription> read_object(std::uint16_t index,

@@ -138,11 +138,6 @@ void write_compact(SectionText& out, const std::string& name, const ObjectDescri
   write_list(out, name + "Denotation", object, denotations);
 }
 
-bool has_subs(od::ObjectType type) {
-  return type == od::ObjectType::array || type == od::ObjectType::record ||
-         type == od::ObjectType::defstruct;
-}
-
 std::string plain_hex(std::uint64_t value, unsigned digits) {
   return format_hex(value, digits).substr(2);
 }

@@ -14,7 +14,7 @@ namespace {
 
 using od::DataType;
 
-Value failure(std::string problem) {
+Value no_value(std::string problem) {
   Value value;
   value.problem = std::move(problem);
   return value;
@@ -59,11 +59,11 @@ Value integer(DataType type, std::string_view text, std::uint8_t node_id) {
   }
   const Number number = parse_formula(text, node_id);
   if (!number.ok()) {
-    return failure(number.problem);
+    return no_value(number.problem);
   }
   if (!fits(type, number)) {
-    return failure(quote(text) + " does not fit " + std::string(od::name(type)) + " (" +
-                   range(type) + ')');
+    return no_value(quote(text) + " does not fit " + std::string(od::name(type)) + " (" +
+                    range(type) + ')');
   }
   const std::uint64_t raw = number.negative ? 0 - number.magnitude : number.magnitude;
   Value value = little_endian(raw, od::byte_size(type));
@@ -75,12 +75,12 @@ Value integer(DataType type, std::string_view text, std::uint8_t node_id) {
 Value bit_pattern(DataType type, std::string_view text) {
   const Number number = parse_number(text);
   if (!number.ok()) {
-    return failure(number.problem);
+    return no_value(number.problem);
   }
   const unsigned bits = od::bit_size(type);
   if (number.negative || (bits < 64 && number.magnitude >> bits != 0)) {
-    return failure(quote(text) + " does not fit " + std::string(od::name(type)) + " (" +
-                   std::to_string(bits) + " bits)");
+    return no_value(quote(text) + " does not fit " + std::string(od::name(type)) + " (" +
+                    std::to_string(bits) + " bits)");
   }
   return little_endian(number.magnitude, od::byte_size(type));
 }
@@ -94,12 +94,12 @@ Value real(DataType type, std::string_view text) {
   const char* end = digits.data() + digits.size();
   const auto [stop, error] = std::from_chars(digits.data(), end, number);
   if (stop != end || error == std::errc::invalid_argument) {
-    return failure(quote(text) + " is not a number");
+    return no_value(quote(text) + " is not a number");
   }
   const bool is_single = type == DataType::real32;
   if (error != std::errc() || (is_single && std::isfinite(number) &&
                                std::abs(number) > std::numeric_limits<float>::max())) {
-    return failure(quote(text) + " does not fit " + std::string(od::name(type)));
+    return no_value(quote(text) + " does not fit " + std::string(od::name(type)));
   }
   return is_single ? little_endian(std::bit_cast<std::uint32_t>(static_cast<float>(number)), 4)
                    : little_endian(std::bit_cast<std::uint64_t>(number), 8);
@@ -118,14 +118,14 @@ Value octets(std::string_view text) {
     }
     unsigned digit = 0;
     if (std::from_chars(&c, &c + 1, digit, 16).ec != std::errc()) {
-      return failure(quote(text) + " is not made of hexadecimal digits");
+      return no_value(quote(text) + " is not made of hexadecimal digits");
     }
     octet = octet << 4U | digit;
     if (++digits % 2 == 0) {
       value.bytes.push_back(static_cast<std::byte>(octet));
     }
   }
-  return digits % 2 == 0 ? value : failure(quote(text) + " has half a byte at its end");
+  return digits % 2 == 0 ? value : no_value(quote(text) + " has half a byte at its end");
 }
 
 }  // namespace

@@ -10,9 +10,9 @@
 namespace linegate::line {
 namespace {
 
-constexpr std::uint8_t kNmtReactions =
+constexpr std::uint8_t kNmtBits =
     kNmtPreOperational | kNmtStop | kNmtResetCommunication | kNmtResetNode;
-constexpr std::uint8_t kKnownReactions = kZeroOutputs | kNmtReactions | kSendEmcy | kHeartbeatOff;
+constexpr std::uint8_t kKnownReactions = kZeroOutputs | kNmtBits | kSendEmcy | kHeartbeatOff;
 
 std::uint32_t bytes_of(const image::Entry& entry) {
   return (entry.bit_length + 7U) / 8U;
@@ -22,7 +22,7 @@ std::uint32_t bytes_of(const image::Entry& entry) {
 
 bool valid_reactions(std::uint8_t reactions) {
   return (reactions & ~kKnownReactions) == 0 &&
-         std::popcount(static_cast<unsigned>(reactions & kNmtReactions)) <= 1;
+         std::popcount(static_cast<unsigned>(reactions & kNmtBits)) <= 1;
 }
 
 Outputs::Outputs(const image::Layout& layout, std::vector<OutputGroup> groups)

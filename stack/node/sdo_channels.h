@@ -8,6 +8,10 @@
 
 namespace linegate::node {
 
+// Sub-indices of a channel: the COB-IDs from client to server, and back.
+inline constexpr std::uint8_t kRequestSub = 1;
+inline constexpr std::uint8_t kResponseSub = 2;
+
 // Whether one of the objects first to last (both included), place's own left out, has the
 // identifier of cob_id at the sub-index of place, and both are valid. Two channels on one
 // identifier would answer, or take for their answer, what is meant for the other.

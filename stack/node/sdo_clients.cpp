@@ -10,8 +10,6 @@
 namespace linegate::node {
 namespace {
 
-constexpr std::uint8_t kRequestSub = 1;
-constexpr std::uint8_t kResponseSub = 2;
 constexpr std::uint8_t kServerSub = 3;
 
 bool default_channel(can::CobId cob_id, std::uint32_t base) {

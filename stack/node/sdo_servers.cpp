@@ -9,8 +9,6 @@
 namespace linegate::node {
 namespace {
 
-constexpr std::uint8_t kRequestSub = 1;
-constexpr std::uint8_t kResponseSub = 2;
 constexpr std::uint8_t kClientSub = 3;
 
 }  // namespace

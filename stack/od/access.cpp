@@ -8,8 +8,6 @@
 namespace linegate::od {
 namespace {
 
-constexpr std::uint8_t kStructureSub = 0xFF;
-
 AbortCode check_length(const Variable& variable, std::size_t size) {
   if (size > variable.capacity) {
     return AbortCode::length_too_high;

@@ -20,6 +20,9 @@
 
 namespace linegate::od {
 
+// Describes the object itself, and is no sub-index of it (CiA 301).
+inline constexpr std::uint8_t kStructureSub = 0xFF;
+
 // The cold part of a Variable.
 struct VariableDetails {
   std::string name;

@@ -4,7 +4,7 @@
 namespace linegate::pdo {
 namespace {
 
-std::string hex(std::uint32_t value) {
+std::string hex_of_four(std::uint32_t value) {
   constexpr std::string_view kDigits = "0123456789ABCDEF";
   std::string text(4, '0');
   for (std::size_t i = 4; i-- > 0; value >>= 4U) {
@@ -14,7 +14,7 @@ std::string hex(std::uint32_t value) {
 }
 
 std::string describe_refusal(const Mapping& mapping, AbortCode why) {
-  return hex(mapping.address.index) + ":" + std::to_string(mapping.address.sub) + " with " +
+  return hex_of_four(mapping.address.index) + ":" + std::to_string(mapping.address.sub) + " with " +
          std::to_string(mapping.bits) + " bits: " + std::string(describe(why));
 }
 
@@ -143,7 +143,7 @@ Engine::Impl::Problem Engine::Impl::try_to_compile(PdoKind kind, std::uint16_t n
   if (!pdo->cob_id.extended() && can::is_restricted(pdo->cob_id.id())) {
     return {AbortCode::invalid_value,
             {record, 1},
-            "its COB-ID " + hex(pdo->cob_id.id()) + " is reserved"};
+            "its COB-ID " + hex_of_four(pdo->cob_id.id()) + " is reserved"};
   }
   const MpdoMode mpdo = read_mpdo_mode(dictionary, kind, number);
   CopyPlan plan;

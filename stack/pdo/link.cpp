@@ -24,7 +24,7 @@ std::uint64_t number(const od::DeviceDescription& device, od::Address address) {
              : load_le(std::span<const std::byte>(variable->value));
 }
 
-std::string hex(std::uint32_t value) {
+std::string identifier_text(std::uint32_t value) {
   constexpr std::string_view kDigits = "0123456789ABCDEF";
   std::string text;
   for (; text.size() < 3 || value != 0; value >>= 4U) {
@@ -41,7 +41,7 @@ std::string node_name(const RemoteNode& node) {
 std::string entry_name(const RemoteNode& node, od::Address address, can::CobId cob_id) {
   std::string text = node_name(node) + ".";
   if (address == od::Address{0, 0}) {
-    return text + "COB-ID " + hex(cob_id.id()) + "h";
+    return text + "COB-ID " + identifier_text(cob_id.id()) + "h";
   }
   const od::ObjectDescription* object = node.device->find(address.index);
   const od::VariableDescription* variable = node.device->find(address);

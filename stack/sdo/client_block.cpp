@@ -2,14 +2,6 @@
 #include "stack/sdo/client.h"
 
 namespace linegate::sdo {
-namespace {
-
-std::uint8_t byte_of(std::uint64_t word, unsigned number) {
-  return static_cast<std::uint8_t>(word >> (8 * number));
-}
-
-}  // namespace
-
 // A value of unknown size is taken for a long one.
 bool Client::worth_a_block(std::optional<std::uint32_t> size) const {
   return options_.transfer == Transfer::automatic && size.value_or(kBlockFrom) >= kBlockFrom &&

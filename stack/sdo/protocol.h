@@ -131,6 +131,11 @@ constexpr std::uint32_t long_word(std::uint64_t word) {
   return static_cast<std::uint32_t>(word >> 32U);
 }
 
+// Byte `number` (0 to 7) of the frame that `word` is.
+constexpr std::uint8_t byte_of(std::uint64_t word, unsigned number) {
+  return static_cast<std::uint8_t>(word >> (8 * number));
+}
+
 inline std::uint64_t word_of(const can::Frame& frame) {
   return load_le<std::uint64_t>(frame.data.data());
 }

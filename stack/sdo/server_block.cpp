@@ -13,10 +13,6 @@ bool initiates(std::uint8_t command) {
          is_block_send(command) || is_block_take(command);
 }
 
-std::uint8_t byte_of(std::uint64_t word, unsigned number) {
-  return static_cast<std::uint8_t>(word >> (8 * number));
-}
-
 }  // namespace
 
 // --- initiate -----------------------------------------------------------------------------------

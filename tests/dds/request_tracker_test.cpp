@@ -13,7 +13,7 @@ using std::chrono::milliseconds;
 
 constexpr Instant kStart{milliseconds(1'000)};
 
-Request request(std::size_t data = 0) {
+Request request_with(std::size_t data = 0) {
   Request request;
   request.target = {"g", "l", 0};
   request.id = 7;
@@ -47,12 +47,12 @@ class Tracker : public testing::Test {
 };
 
 TEST_F(Tracker, WhatStaysUnansweredIsSentAgainEverMoreSlowly) {
-  tracker.add(request(), kStart);
+  tracker.add(request_with(), kStart);
   EXPECT_EQ(sent_at(3'000), (std::vector<long>{0, 100, 300, 700, 1'500}));
 }
 
 TEST_F(Tracker, AnAnswerEndsIt) {
-  tracker.add(request(), kStart);
+  tracker.add(request_with(), kStart);
   tracker.due(kStart);
   const auto done = tracker.take(reply(known::pattern(20, 2), 0), kStart);
   ASSERT_TRUE(done);
@@ -65,7 +65,7 @@ TEST_F(Tracker, AnAnswerEndsIt) {
 
 TEST_F(Tracker, ALongAnswerIsFetchedInRounds) {
   const auto data = known::pattern(100'000, 2);
-  tracker.add(request(), kStart);
+  tracker.add(request_with(), kStart);
   tracker.due(kStart);
   for (std::size_t chunk = 0; chunk < 8; ++chunk) {
     EXPECT_EQ(tracker.due(kStart), nullptr);
@@ -83,7 +83,7 @@ TEST_F(Tracker, ALongAnswerIsFetchedInRounds) {
 
 TEST_F(Tracker, ChunksOutOfPlaceDoNotSpoilTheAnswer) {
   const auto data = known::pattern(20'000, 2);
-  tracker.add(request(), kStart);
+  tracker.add(request_with(), kStart);
   tracker.due(kStart);
   EXPECT_FALSE(tracker.take(reply(data, 8'192), kStart));
   EXPECT_FALSE(tracker.take(reply(data, 0), kStart));
@@ -96,7 +96,7 @@ TEST_F(Tracker, ChunksOutOfPlaceDoNotSpoilTheAnswer) {
 }
 
 TEST_F(Tracker, AnswersToOthersAreNotTaken) {
-  tracker.add(request(), kStart);
+  tracker.add(request_with(), kStart);
   v1::CommandReply other = reply({}, 0);
   other.line("m");
   EXPECT_FALSE(tracker.take(other, kStart));
@@ -110,7 +110,7 @@ TEST_F(Tracker, AnswersToOthersAreNotTaken) {
 }
 
 TEST_F(Tracker, ItTimesOut) {
-  tracker.add(request(), kStart);
+  tracker.add(request_with(), kStart);
   EXPECT_FALSE(tracker.expired(kStart + milliseconds(9'999)));
   const auto done = tracker.expired(kStart + milliseconds(10'000));
   ASSERT_TRUE(done);
@@ -119,7 +119,7 @@ TEST_F(Tracker, ItTimesOut) {
 }
 
 TEST_F(Tracker, ARequestThatLostAChunkIsSentAgain) {
-  tracker.add(request(20'000), kStart);
+  tracker.add(request_with(20'000), kStart);
   tracker.due(kStart);
   v1::CommandReply refusal = reply({}, 0);
   refusal.domain(v1::RESULT_REFUSED);
@@ -129,7 +129,7 @@ TEST_F(Tracker, ARequestThatLostAChunkIsSentAgain) {
 }
 
 TEST_F(Tracker, AShortRequestIsRefusedAtOnce) {
-  tracker.add(request(20), kStart);
+  tracker.add(request_with(20), kStart);
   v1::CommandReply refusal = reply({}, 0);
   refusal.domain(v1::RESULT_REFUSED);
   refusal.code(v1::REFUSAL_BAD_REQUEST);

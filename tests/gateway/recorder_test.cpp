@@ -277,7 +277,7 @@ class PlayedChannel final : public can_bridge::Channel {
   can_bridge::ChannelCounters counters_;
 };
 
-constexpr const char* kPlant = R"(schema: 1
+constexpr const char* kRecordedPlant = R"(schema: 1
 lines:
   - name: a
     interface: virtual:a
@@ -303,7 +303,7 @@ class RoundTripTest : public RecordFolderTest {
     return snapshot == nullptr ? std::vector<std::byte>{} : snapshot->bytes;
   }
 
-  config::Plant plant_ = make_plant(kPlant);
+  config::Plant plant_ = make_plant(kRecordedPlant);
   std::uint64_t frames_ = 0;
 };
 

@@ -26,7 +26,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kPatience = 10'000;  // ms
+constexpr int kNotifyPatience = 10'000;  // ms
 
 // --- sd_notify --------------------------------------------------------------------------------
 
@@ -138,7 +138,7 @@ class ProgressWatchTest : public testing::Test {
   void await_serving() const {
     char byte = 0;
     pollfd p{serving_[0], POLLIN, 0};
-    ASSERT_EQ(poll(&p, 1, kPatience), 1);
+    ASSERT_EQ(poll(&p, 1, kNotifyPatience), 1);
     ASSERT_EQ(read(serving_[0], &byte, 1), 1);
   }
   void let_go(std::size_t times) const {

@@ -22,7 +22,6 @@ namespace {
 using can::BusEvent;
 using can::BusState;
 using can::Frame;
-using Kind = LogEntry::Kind;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -47,7 +46,7 @@ std::string written(const Frame& frame, std::int64_t stamp = 1'436'509'052'249'7
 
 TEST(CandumpLine, DataFrame) {
   const LogEntry entry = parsed("(1436509052.249713) vcan0 044#2A366C2BBA");
-  EXPECT_EQ(entry.kind, Kind::frame);
+  EXPECT_EQ(entry.kind, LogEntry::Kind::frame);
   EXPECT_EQ(entry.stamp_ns, 1'436'509'052'249'713'000);
   EXPECT_EQ(entry.interface, "vcan0");
   EXPECT_TRUE(
@@ -74,10 +73,10 @@ TEST(CandumpLine, OtherFrames) {
 }
 
 TEST(CandumpLine, RemarksAndLosses) {
-  EXPECT_EQ(parsed("").kind, Kind::remark);
-  EXPECT_EQ(parsed("# a remark").kind, Kind::remark);
+  EXPECT_EQ(parsed("").kind, LogEntry::Kind::remark);
+  EXPECT_EQ(parsed("# a remark").kind, LogEntry::Kind::remark);
   const LogEntry lost = parsed("DROPCOUNT: dropped 3 CAN frames on 'can7' socket (total drops 5)");
-  EXPECT_EQ(lost.kind, Kind::frames_lost);
+  EXPECT_EQ(lost.kind, LogEntry::Kind::frames_lost);
   EXPECT_EQ(lost.lost, 3U);
   EXPECT_EQ(lost.interface, "can7");
   std::array<char, kLogLine> out{};
@@ -147,7 +146,7 @@ TEST(CandumpLine, WhatIsWrittenIsReadAgain) {
     ASSERT_EQ(line.back(), '\n');
     line.pop_back();
     const LogEntry entry = parsed(line);
-    ASSERT_EQ(entry.kind, Kind::frame) << line;
+    ASSERT_EQ(entry.kind, LogEntry::Kind::frame) << line;
     ASSERT_EQ(entry.stamp_ns, stamp) << line;
     ASSERT_TRUE(can::same_content(entry.frame, frame)) << line;
   }
@@ -189,7 +188,7 @@ TEST(CandumpLine, ErrorFramesTellTheSameAgain) {
     std::string line(out.data(), format_log_line(out, 0, "can0", event));
     line.pop_back();
     const LogEntry entry = parsed(line);
-    ASSERT_EQ(entry.kind, Kind::error_frame) << line;
+    ASSERT_EQ(entry.kind, LogEntry::Kind::error_frame) << line;
     BusEvents events;
     decoder.decode(entry.error, Instant{}, events);
     ASSERT_EQ(events.view().size(), 1U) << line;

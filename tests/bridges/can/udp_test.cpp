@@ -191,7 +191,7 @@ TEST(UdpUri, IsChecked) {
 
 // --- on the loopback interface ------------------------------------------------------------------
 
-Instant now() {
+Instant monotonic() {
   return Instant(std::chrono::steady_clock::now().time_since_epoch());
 }
 
@@ -207,7 +207,7 @@ class UdpChannelTest : public testing::Test {
     auto channel = open_udp(options);
     std::array<Frame, 1> none;
     events.clear();
-    EXPECT_EQ(channel->read(none, events, now()), 0U);
+    EXPECT_EQ(channel->read(none, events, monotonic()), 0U);
     EXPECT_FALSE(events.empty());
     EXPECT_EQ(events.view()[0].kind, BusEvent::Kind::interface_ready)
         << describe_failure("udp", events.view()[0].code);
@@ -216,13 +216,13 @@ class UdpChannelTest : public testing::Test {
   // Waits until the channel has given so many frames.
   std::vector<Frame> wait_for(Channel& channel, std::size_t count) {
     std::vector<Frame> out;
-    const Instant deadline = now() + 10s;
-    while (out.size() < count && now() < deadline) {
+    const Instant deadline = monotonic() + 10s;
+    while (out.size() < count && monotonic() < deadline) {
       pollfd waiting{channel.descriptor(), POLLIN, 0};
       ::poll(&waiting, 1, 100);
       std::array<Frame, 16> frames;
       events.clear();
-      const std::size_t got = channel.read(frames, events, now());
+      const std::size_t got = channel.read(frames, events, monotonic());
       out.insert(out.end(), frames.begin(), frames.begin() + static_cast<std::ptrdiff_t>(got));
     }
     return out;
@@ -255,19 +255,19 @@ TEST_F(UdpChannelTest, FramesReachAllOthersAndAreConfirmed) {
   for (std::uint8_t i = 0; i < 40; ++i) {
     sent.push_back(can::make_frame(0x180U + i, {i, 2, 3}));
   }
-  ASSERT_GE(a->room(now()), sent.size());
-  ASSERT_EQ(a->write(sent, now()), sent.size());
+  ASSERT_GE(a->room(monotonic()), sent.size());
+  ASSERT_EQ(a->write(sent, monotonic()), sent.size());
   for (Channel* other : {b.get(), c.get()}) {
     const auto got = wait_for(*other, sent.size());
     ASSERT_EQ(got.size(), sent.size());
     for (std::size_t i = 0; i < sent.size(); ++i) {
       EXPECT_TRUE(can::same_content(got[i], sent[i]));
       EXPECT_TRUE(i == 0 || got[i].time >= got[i - 1].time);
-      EXPECT_LE(got[i].time, now());
+      EXPECT_LE(got[i].time, monotonic());
     }
   }
   const std::array<Frame, 1> answer{can::make_frame(0x600, {9})};
-  EXPECT_EQ(b->write(answer, now()), 1U);
+  EXPECT_EQ(b->write(answer, monotonic()), 1U);
   EXPECT_EQ(wait_for(*a, 1).size(), 1U) << "own frames are not among them";
   EXPECT_EQ(a->counters().confirmed, sent.size());
   EXPECT_EQ(a->counters().received, 1U);
@@ -287,7 +287,7 @@ TEST_F(UdpChannelTest, FramesThatCannotExistAreRefused) {
   const auto channel = open();
   Frame wrong = can::make_frame(0x181);
   wrong.id = 0x800;
-  EXPECT_EQ(channel->write(std::array<Frame, 1>{wrong}, now()), 1U);
+  EXPECT_EQ(channel->write(std::array<Frame, 1>{wrong}, monotonic()), 1U);
   EXPECT_EQ(channel->counters().refused, 1U);
   EXPECT_EQ(channel->counters().sent, 0U);
 }
@@ -296,7 +296,7 @@ TEST_F(UdpChannelTest, ANetworkInterfaceThatIsMissingIsToldOnce) {
   options.interface = "nowhere0";
   const auto channel = open_udp(options);
   std::array<Frame, 1> none;
-  const Instant start = now();
+  const Instant start = monotonic();
   EXPECT_EQ(channel->read(none, events, start), 0U);
   ASSERT_FALSE(events.empty());
   EXPECT_EQ(events.view()[0].kind, BusEvent::Kind::interface_failed);

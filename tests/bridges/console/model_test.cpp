@@ -8,7 +8,7 @@
 namespace linegate::console {
 namespace {
 
-const LineId kPress{"plant", "press"};
+const LineId kPressId{"plant", "press"};
 
 LineView line_view(std::uint16_t network) {
   LineView view{.interface_uri = "virtual:press", .bit_rate = 500'000, .access = "all"};
@@ -45,31 +45,31 @@ image::Snapshot snapshot(std::uint64_t layout_id) {
 
 TEST(Model, ValuesNeedLayoutAndImageThatBelongTogether) {
   Model model;
-  model.on_image(kPress, snapshot(9));
-  const Area& area = model.lines().at(kPress).areas[0];
+  model.on_image(kPressId, snapshot(9));
+  const Area& area = model.lines().at(kPressId).areas[0];
   EXPECT_TRUE(area.value(0).empty());
-  model.on_layout(kPress, layout());
+  model.on_layout(kPressId, layout());
   EXPECT_EQ(area.value(0), std::vector<std::byte>{std::byte{2}}) << "bits 3 and 4";
   EXPECT_EQ(area.value(1), (std::vector<std::byte>{std::byte{0xFE}, std::byte{0xFF}}));
   EXPECT_FALSE(area.valid(0));
   EXPECT_TRUE(area.valid(1));
-  model.on_image(kPress, snapshot(10));
+  model.on_image(kPressId, snapshot(10));
   EXPECT_FALSE(area.complete());
 }
 
 TEST(Model, AnImageThatIsTooShortForItsLayoutHasNoValues) {
   Model model;
-  model.on_layout(kPress, layout());
+  model.on_layout(kPressId, layout());
   image::Snapshot image = snapshot(9);
   image.valid.clear();
-  model.on_image(kPress, image);
-  const Area& area = model.lines().at(kPress).areas[0];
+  model.on_image(kPressId, image);
+  const Area& area = model.lines().at(kPressId).areas[0];
   EXPECT_FALSE(area.complete());
   EXPECT_FALSE(area.valid(1));
   EXPECT_TRUE(area.value(1).empty());
   image = snapshot(9);
   image.changed.clear();
-  model.on_image(kPress, image);
+  model.on_image(kPressId, image);
   EXPECT_FALSE(area.complete());
 }
 
@@ -93,10 +93,10 @@ TEST(Model, IsBoundedWhateverNamesStrangersPublish) {
 
 TEST(Model, LinesAreFoundByNameAndByNetwork) {
   Model model;
-  model.on_line(kPress, line_view(3));
+  model.on_line(kPressId, line_view(3));
   model.on_line({"plant", "hall"}, line_view(4));
   ASSERT_EQ(model.find("3").size(), 1U);
-  EXPECT_EQ(model.find("3").front()->id, kPress);
+  EXPECT_EQ(model.find("3").front()->id, kPressId);
   EXPECT_EQ(model.find("hall").size(), 1U);
   EXPECT_EQ(model.find("").size(), 2U);
   EXPECT_TRUE(model.find("5").empty());
@@ -105,7 +105,7 @@ TEST(Model, LinesAreFoundByNameAndByNetwork) {
 TEST(Model, KeepsTheNewestEvents) {
   Model model;
   for (std::uint64_t i = 1; i <= Model::kKeptEvents + 10; ++i) {
-    model.on_event(kPress, {.event = {.number = i}, .text = "x"});
+    model.on_event(kPressId, {.event = {.number = i}, .text = "x"});
   }
   EXPECT_EQ(model.events().size(), Model::kKeptEvents);
   EXPECT_EQ(model.events().front().view.event.number, 11U);
@@ -114,11 +114,11 @@ TEST(Model, KeepsTheNewestEvents) {
 
 TEST(Tables, ShowValuesAndWhatIsMissing) {
   Model model;
-  model.on_line(kPress, line_view(3));
-  const Line& line = model.lines().at(kPress);
+  model.on_line(kPressId, line_view(3));
+  const Line& line = model.lines().at(kPressId);
   EXPECT_EQ(image_table(line, image::Direction::inputs).front(), "press: no inputs received yet");
-  model.on_layout(kPress, layout());
-  model.on_image(kPress, snapshot(9));
+  model.on_layout(kPressId, layout());
+  model.on_image(kPressId, snapshot(9));
   const Text text = image_table(line, image::Direction::inputs);
   ASSERT_EQ(text.size(), 3U);
   EXPECT_NE(text[1].find("(invalid)"), std::string::npos);
@@ -134,7 +134,7 @@ TEST(Tables, TimesAreUtc) {
 
 TEST(Json, BytesThatAreNoUtf8DoNotEndTheProgram) {
   Model model;
-  model.on_node(kPress, {.name = "\xFF\xFEname", .state = {.node = 5}});
+  model.on_node(kPressId, {.name = "\xFF\xFEname", .state = {.node = 5}});
   EXPECT_NE(nodes_json(model.find("")).find("\"node\":5"), std::string::npos);
 }
 

@@ -10,10 +10,10 @@
 namespace linegate::config {
 namespace {
 
-const std::string kRoot = LINEGATE_SOURCE_DIR "/";
+const std::string kRepository = LINEGATE_SOURCE_DIR "/";
 
 YAML::Node load_schema() {
-  return YAML::LoadFile(kRoot + "deploy/plant.schema.json");  // JSON is YAML
+  return YAML::LoadFile(kRepository + "deploy/plant.schema.json");  // JSON is YAML
 }
 
 // Undefined if there is no such key: a plain operator[] would add it.
@@ -93,7 +93,7 @@ TEST(Schema, KnowsEveryKeyOfTheSamplePlants) {
   const YAML::Node schema = load_schema();
   for (const char* name : {"demo.yaml", "vcan.yaml"}) {
     Walker walker(schema);
-    walker.walk(YAML::LoadFile(kRoot + "deploy/plants/" + name), schema, "");
+    walker.walk(YAML::LoadFile(kRepository + "deploy/plants/" + name), schema, "");
     EXPECT_EQ(walker.unknown, std::vector<std::string>{}) << name;
   }
 }
@@ -119,7 +119,7 @@ TEST(Schema, HasNoKeyTheLoaderDoesNotKnow) {
       "\n  - name: b\n    interface: 'simulated:'\n    outputs: {groups: [" + group +
       "]}\n    nodes:\n      - " + node +
       "\n      - {id: 5, eds: bridges/sim/eds/drive.eds, pdos: {tpdo1: " + pdo + "}}\n";
-  const auto loaded = read(text, kRoot + "plant.yaml");
+  const auto loaded = read(text, kRepository + "plant.yaml");
   EXPECT_FALSE(loaded.ok());
   EXPECT_GT(loaded.diagnostics.size(), 20U) << "every key was read";
   for (const auto& diagnostic : loaded.diagnostics) {

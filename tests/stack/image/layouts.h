@@ -8,6 +8,9 @@
 
 namespace linegate::image::test {
 
+inline constexpr auto kIn = Direction::inputs;
+inline constexpr auto kOut = Direction::outputs;
+
 struct EntryAt {
   std::uint16_t local_pdo;
   std::uint32_t bit_offset;

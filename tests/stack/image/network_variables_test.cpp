@@ -12,10 +12,9 @@ namespace {
 
 using od::Address;
 using od::DataType;
+using test::kIn;
+using test::kOut;
 using test::make_layout;
-
-constexpr auto kIn = Direction::inputs;
-constexpr auto kOut = Direction::outputs;
 
 struct Row {
   DataType type;

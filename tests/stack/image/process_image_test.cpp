@@ -7,11 +7,10 @@
 namespace linegate::image {
 namespace {
 
+using test::kIn;
+using test::kOut;
 using test::make_layout;
 using test::no_outputs;
-
-constexpr auto kIn = Direction::inputs;
-constexpr auto kOut = Direction::outputs;
 
 std::vector<unsigned> bytes_of(const ProcessImage& image, Direction direction) {
   std::vector<unsigned> out;

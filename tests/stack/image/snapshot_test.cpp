@@ -12,10 +12,9 @@
 namespace linegate::image {
 namespace {
 
+using test::kIn;
 using test::make_layout;
 using test::no_outputs;
-
-constexpr auto kIn = Direction::inputs;
 
 Instant at(int ms) {
   return Instant(std::chrono::milliseconds(ms));

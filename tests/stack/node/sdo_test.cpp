@@ -8,8 +8,8 @@ namespace {
 
 using enum od::DataType;
 
-constexpr std::uint32_t kInvalid = 0x8000'0000;
-constexpr std::uint32_t kExtended = 0x2000'0000;
+constexpr std::uint32_t kNotValid = 0x8000'0000;
+constexpr std::uint32_t kExtendedId = 0x2000'0000;
 
 od::ObjectDescription channel(std::uint16_t index, std::uint32_t request, std::uint32_t response) {
   return testing::record(
@@ -41,7 +41,7 @@ TEST_F(NodeTest, TheDefaultSdoServerShowsItsIdentifiersAndKeepsThem) {
   EXPECT_EQ(number(0x1200, 1), 0x605U);
   EXPECT_EQ(number(0x1200, 2), 0x585U);
   EXPECT_EQ(sdo_write({0x1200, 1}, 4, 0x606), 0x0601'0002U);
-  EXPECT_EQ(sdo_write({0x1200, 2}, 4, kInvalid), 0x0601'0002U);
+  EXPECT_EQ(sdo_write({0x1200, 2}, 4, kNotValid), 0x0601'0002U);
   nmt(0x82);
   boot();
   EXPECT_EQ(sdo_write({0x2000, 1}, 2, 1), 0U);
@@ -56,7 +56,7 @@ struct CobIdRow {
 class SdoCobIds : public NodeTest {
  protected:
   SdoCobIds() {
-    node = make_node({channel(0x1201, kInvalid, kInvalid), channel(0x1280, kInvalid, kInvalid)},
+    node = make_node({channel(0x1201, kNotValid, kNotValid), channel(0x1280, kNotValid, kNotValid)},
                      events);
     boot();
   }
@@ -67,9 +67,9 @@ TEST_F(SdoCobIds, WhatMayBeWritten) {
   const CobIdRow rows[] = {
       {0x6C0, 0, 0},
       {0x4000'06C0, 0, 0},  // assigned dynamically
-      {kExtended | 0x1234567, 0, 0},
-      {kInvalid | 0x000, 0, 0},  // not valid: may say anything
-      {kInvalid | 0x7FF, 0, 0},
+      {kExtendedId | 0x1234567, 0, 0},
+      {kNotValid | 0x000, 0, 0},  // not valid: may say anything
+      {kNotValid | 0x7FF, 0, 0},
       {0x000, kBad, kBad},  // restricted
       {0x07F, kBad, kBad},
       {0x101, kBad, kBad},
@@ -82,8 +82,8 @@ TEST_F(SdoCobIds, WhatMayBeWritten) {
   };
   for (const CobIdRow& row : rows) {
     SCOPED_TRACE(row.value);
-    EXPECT_EQ(sdo_write({0x1201, 1}, 4, kInvalid), 0U);
-    EXPECT_EQ(sdo_write({0x1280, 1}, 4, kInvalid), 0U);
+    EXPECT_EQ(sdo_write({0x1201, 1}, 4, kNotValid), 0U);
+    EXPECT_EQ(sdo_write({0x1280, 1}, 4, kNotValid), 0U);
     EXPECT_EQ(sdo_write({0x1201, 1}, 4, row.value), row.server);
     EXPECT_EQ(sdo_write({0x1280, 1}, 4, row.value), row.client);
   }
@@ -95,7 +95,7 @@ TEST_F(SdoCobIds, ChangeOnlyWhileNotValid) {
     EXPECT_EQ(sdo_write({index, 2}, 4, 0x6C1), 0U);
     EXPECT_EQ(sdo_write({index, 2}, 4, 0x6C2), 0x0609'0030U);
     EXPECT_EQ(sdo_write({index, 2}, 4, 0x4000'06C1), 0x0609'0030U);
-    EXPECT_EQ(sdo_write({index, 2}, 4, kInvalid | 0x6C1), 0U);
+    EXPECT_EQ(sdo_write({index, 2}, 4, kNotValid | 0x6C1), 0U);
     EXPECT_EQ(sdo_write({index, 2}, 4, 0x6C2), 0U);
     EXPECT_EQ(sdo_write({index, 3}, 1, 127), 0U);
     EXPECT_EQ(sdo_write({index, 3}, 1, 128), 0x0609'0030U);
@@ -107,13 +107,13 @@ TEST_F(NodeTest, AnIdentifierOfAnotherChannelIsRefused) {
   for (const std::uint16_t first : {std::uint16_t{0x1201}, std::uint16_t{0x1280}}) {
     const auto second = static_cast<std::uint16_t>(first + 1);
     node = make_node(
-        {channel(first, 0x206, 0x186), channel(second, kInvalid | 0x206, kInvalid | 0x186)},
+        {channel(first, 0x206, 0x186), channel(second, kNotValid | 0x206, kNotValid | 0x186)},
         events);
     boot();
     EXPECT_EQ(sdo_write({second, 1}, 4, 0x206), 0x0609'0030U);
     EXPECT_EQ(sdo_write({second, 2}, 4, 0x186), 0x0609'0030U);
-    EXPECT_EQ(sdo_write({second, 1}, 4, kExtended | 0x206), 0U);
-    EXPECT_EQ(sdo_write({first, 2}, 4, kInvalid | 0x186), 0U);
+    EXPECT_EQ(sdo_write({second, 1}, 4, kExtendedId | 0x206), 0U);
+    EXPECT_EQ(sdo_write({first, 2}, 4, kNotValid | 0x186), 0U);
     EXPECT_EQ(sdo_write({second, 2}, 4, 0x186), 0U);
   }
 }
@@ -134,8 +134,8 @@ TEST_F(NodeTest, TheFirstOfTwoChannelsDescribedWithOneIdentifierIsValid) {
 TEST_F(NodeTest, AllSdoServersAnswer) {
   std::vector<od::ObjectDescription> channels;
   for (unsigned i = 0; i < 128; ++i) {
-    channels.push_back(channel(static_cast<std::uint16_t>(0x1200 + i), kExtended | request_id(i),
-                               kExtended | response_id(i)));
+    channels.push_back(channel(static_cast<std::uint16_t>(0x1200 + i), kExtendedId | request_id(i),
+                               kExtendedId | response_id(i)));
   }
   node = make_node(channels, events);
   boot();
@@ -163,7 +163,7 @@ TEST_F(NodeTest, AnSdoServerAddedAtRunTimeAnswersAfterAReset) {
 TEST_F(NodeTest, SdoClientsMayBeKeptFromDefaultServers) {
   od::Dictionary dictionary = example_dictionary();
   ASSERT_TRUE(dictionary.add(channel(0x1280, 0x606, 0x586)).ok());
-  ASSERT_TRUE(dictionary.add(channel(0x1281, kInvalid, kInvalid)).ok());
+  ASSERT_TRUE(dictionary.add(channel(0x1281, kNotValid, kNotValid)).ok());
   ASSERT_TRUE(dictionary.add(channel(0x1282, 0x6C0, 0x6C1)).ok());
   node = std::make_unique<Node>(std::move(dictionary),
                                 Options{.node_id = kNodeId, .clients_of_default_servers = false},
@@ -193,8 +193,8 @@ class SdoClientsTest : public NodeTest {
     std::vector<od::ObjectDescription> clients;
     for (unsigned i = 0; i < 128; ++i) {
       const auto offset = static_cast<std::uint16_t>(i);
-      const std::uint32_t request = i == 0 ? 0x605 : kExtended | request_id(i);
-      const std::uint32_t response = i == 0 ? 0x585 : kExtended | response_id(i);
+      const std::uint32_t request = i == 0 ? 0x605 : kExtendedId | request_id(i);
+      const std::uint32_t response = i == 0 ? 0x585 : kExtendedId | response_id(i);
       servers.push_back(channel(static_cast<std::uint16_t>(0x1200 + offset), request, response));
       clients.push_back(channel(static_cast<std::uint16_t>(0x1280 + offset), request, response));
     }
@@ -272,9 +272,9 @@ TEST_F(SdoClientsTest, AClientThatIsNotThereOrNotValidHasNoConnection) {
   constexpr auto kNoConnection = static_cast<std::uint32_t>(AbortCode::sdo_connection);
   EXPECT_EQ(why_not(0), kNoConnection);
   EXPECT_EQ(why_not(129), kNoConnection);
-  ASSERT_TRUE(other->dictionary().set({0x1281, 2}, kInvalid));
+  ASSERT_TRUE(other->dictionary().set({0x1281, 2}, kNotValid));
   EXPECT_EQ(why_not(2), kNoConnection);
-  ASSERT_TRUE(other->dictionary().set({0x1281, 2}, kExtended | response_id(1)));
+  ASSERT_TRUE(other->dictionary().set({0x1281, 2}, kExtendedId | response_id(1)));
   EXPECT_EQ(why_not(2), 0U);
   client(2).read({0x2001, 1}, 500ms, now, other->transmit());
   EXPECT_EQ(why_not(2), kNoConnection);  // one transfer at a time
@@ -286,7 +286,7 @@ TEST_F(SdoClientsTest, AResetEndsTransfersWithoutAConnection) {
   other->command(nmt::Command::reset_communication, now);
   EXPECT_EQ(used.take()->abort, AbortCode::sdo_connection);
   used.read({0x2001, 1}, 500ms, now, other->transmit());
-  ASSERT_TRUE(other->dictionary().set({0x1281, 1}, kInvalid));
+  ASSERT_TRUE(other->dictionary().set({0x1281, 1}, kNotValid));
   other->advance(now);
   EXPECT_EQ(used.take()->abort, AbortCode::sdo_connection);
 }

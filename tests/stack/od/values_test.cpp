@@ -14,17 +14,17 @@ using test::object;
 using test::var;
 using test::variable;
 
-constexpr Address kAt{0x2000, 0};
+constexpr Address kValueAt{0x2000, 0};
 
 enum class Order { none, sign, magnitude, real };
 
-struct Row {
+struct TypeRow {
   DataType type;
   unsigned size;  // bytes, 0 = variable
   Order order;
 };
 
-constexpr Row kTypes[] = {
+constexpr TypeRow kTypes[] = {
     {DataType::boolean, 1, Order::magnitude},    {DataType::integer8, 1, Order::sign},
     {DataType::integer16, 2, Order::sign},       {DataType::integer24, 3, Order::sign},
     {DataType::integer32, 4, Order::sign},       {DataType::integer40, 5, Order::sign},
@@ -41,7 +41,7 @@ constexpr Row kTypes[] = {
 };
 
 // The number as a value of the row's type.
-std::vector<std::byte> encoded(const Row& row, int number) {
+std::vector<std::byte> encoded(const TypeRow& row, int number) {
   std::vector<std::byte> out(row.size);
   std::uint64_t raw = static_cast<std::uint64_t>(std::int64_t{number});
   if (row.type == DataType::real32) {
@@ -53,8 +53,8 @@ std::vector<std::byte> encoded(const Row& row, int number) {
   return out;
 }
 
-Dictionary limited(const Row& row, int low, int high) {
-  ObjectDescription description = var(kAt.index, row.type);
+Dictionary limited(const TypeRow& row, int low, int high) {
+  ObjectDescription description = var(kValueAt.index, row.type);
   description.variables[0].low_limit = encoded(row, low);
   description.variables[0].high_limit = encoded(row, high);
   Dictionary dictionary;
@@ -63,31 +63,31 @@ Dictionary limited(const Row& row, int low, int high) {
 }
 
 TEST(Values, OfEveryTypeTakeTheirLengthAndComeBack) {
-  for (const Row& row : kTypes) {
+  for (const TypeRow& row : kTypes) {
     SCOPED_TRACE(name(row.type));
     Dictionary dictionary;
-    ASSERT_TRUE(dictionary.add(var(kAt.index, row.type)));
-    EXPECT_EQ(dictionary.read(kAt).value().size(), row.size);
+    ASSERT_TRUE(dictionary.add(var(kValueAt.index, row.type)));
+    EXPECT_EQ(dictionary.read(kValueAt).value().size(), row.size);
     std::vector<std::byte> value(row.size == 0 ? 6 : row.size, std::byte{0xC1});
     if (row.type == DataType::boolean) {
       value = bytes({1});
     }
-    EXPECT_EQ(dictionary.write(kAt, value), AbortCode::none);
-    EXPECT_EQ(copy(*dictionary.read(kAt)), value);
+    EXPECT_EQ(dictionary.write(kValueAt, value), AbortCode::none);
+    EXPECT_EQ(copy(*dictionary.read(kValueAt)), value);
     if (row.size != 0) {
       value.push_back(std::byte{0});
-      EXPECT_EQ(dictionary.write(kAt, value), AbortCode::length_too_high);
+      EXPECT_EQ(dictionary.write(kValueAt, value), AbortCode::length_too_high);
       value.resize(row.size - 1);
-      EXPECT_EQ(dictionary.write(kAt, value), AbortCode::length_too_low);
+      EXPECT_EQ(dictionary.write(kValueAt, value), AbortCode::length_too_low);
     } else {
-      EXPECT_EQ(dictionary.write(kAt, {}), AbortCode::none);
-      EXPECT_EQ(dictionary.read(kAt).value().size(), 0U);
+      EXPECT_EQ(dictionary.write(kValueAt, {}), AbortCode::none);
+      EXPECT_EQ(dictionary.read(kValueAt).value().size(), 0U);
     }
   }
 }
 
 TEST(Values, OfTypesWithAnOrderHaveLimits) {
-  for (const Row& row : kTypes) {
+  for (const TypeRow& row : kTypes) {
     if (row.type == DataType::boolean) {
       continue;  // TRUE and FALSE: see below
     }
@@ -96,20 +96,20 @@ TEST(Values, OfTypesWithAnOrderHaveLimits) {
     const int low = negative ? -3 : 2;
     Dictionary dictionary = limited(row, low, 5);
     const bool ordered = row.order != Order::none;
-    EXPECT_EQ(dictionary.write(kAt, encoded(row, low - 1)),
+    EXPECT_EQ(dictionary.write(kValueAt, encoded(row, low - 1)),
               ordered ? AbortCode::value_too_low : AbortCode::none);
-    EXPECT_EQ(dictionary.write(kAt, encoded(row, low)), AbortCode::none);
-    EXPECT_EQ(dictionary.write(kAt, encoded(row, 5)), AbortCode::none);
-    EXPECT_EQ(dictionary.write(kAt, encoded(row, 6)),
+    EXPECT_EQ(dictionary.write(kValueAt, encoded(row, low)), AbortCode::none);
+    EXPECT_EQ(dictionary.write(kValueAt, encoded(row, 5)), AbortCode::none);
+    EXPECT_EQ(dictionary.write(kValueAt, encoded(row, 6)),
               ordered ? AbortCode::value_too_high : AbortCode::none);
   }
 }
 
 TEST(Values, NoneIsRightWhenTheHighLimitIsBelowTheLow) {
-  for (const Row& row : kTypes) {
+  for (const TypeRow& row : kTypes) {
     if (row.order != Order::none && row.type != DataType::boolean) {
       Dictionary dictionary = limited(row, 5, 3);
-      EXPECT_EQ(dictionary.write(kAt, encoded(row, 4)), AbortCode::max_less_than_min)
+      EXPECT_EQ(dictionary.write(kValueAt, encoded(row, 4)), AbortCode::max_less_than_min)
           << name(row.type);
     }
   }
@@ -117,34 +117,34 @@ TEST(Values, NoneIsRightWhenTheHighLimitIsBelowTheLow) {
 
 TEST(Values, BooleanIsTrueOrFalse) {
   Dictionary dictionary;
-  ASSERT_TRUE(dictionary.add(var(kAt.index, DataType::boolean)));
-  EXPECT_EQ(dictionary.write(kAt, bytes({1})), AbortCode::none);
-  EXPECT_EQ(dictionary.write(kAt, bytes({2})), AbortCode::invalid_value);
-  EXPECT_EQ(dictionary.number(kAt), 1U);
-  EXPECT_EQ(dictionary.write(kAt, bytes({0})), AbortCode::none);
+  ASSERT_TRUE(dictionary.add(var(kValueAt.index, DataType::boolean)));
+  EXPECT_EQ(dictionary.write(kValueAt, bytes({1})), AbortCode::none);
+  EXPECT_EQ(dictionary.write(kValueAt, bytes({2})), AbortCode::invalid_value);
+  EXPECT_EQ(dictionary.number(kValueAt), 1U);
+  EXPECT_EQ(dictionary.write(kValueAt, bytes({0})), AbortCode::none);
 }
 
 TEST(Values, OfTheDeviceItselfAreSignExtendedIntoEveryInteger) {
-  for (const Row& row : kTypes) {
+  for (const TypeRow& row : kTypes) {
     if (row.order != Order::sign) {
       continue;
     }
     SCOPED_TRACE(name(row.type));
     Dictionary dictionary;
-    ASSERT_TRUE(dictionary.add(var(kAt.index, row.type)));
-    ASSERT_TRUE(dictionary.set(kAt, -3));
-    EXPECT_EQ(copy(*dictionary.read(kAt)), encoded(row, -3));
-    EXPECT_EQ(load_le_signed(*dictionary.read(kAt)), -3);
-    ASSERT_TRUE(dictionary.set(kAt, 3));
-    EXPECT_EQ(load_le_signed(*dictionary.read(kAt)), 3);
+    ASSERT_TRUE(dictionary.add(var(kValueAt.index, row.type)));
+    ASSERT_TRUE(dictionary.set(kValueAt, -3));
+    EXPECT_EQ(copy(*dictionary.read(kValueAt)), encoded(row, -3));
+    EXPECT_EQ(load_le_signed(*dictionary.read(kValueAt)), -3);
+    ASSERT_TRUE(dictionary.set(kValueAt, 3));
+    EXPECT_EQ(load_le_signed(*dictionary.read(kValueAt)), 3);
   }
 }
 
 TEST(Values, AreRememberedAsDescribed) {
   Dictionary dictionary;
-  ASSERT_TRUE(dictionary.add(var(kAt.index, DataType::unsigned16, bytes({1, 2}))));
-  ASSERT_EQ(dictionary.write(kAt, bytes({3, 4})), AbortCode::none);
-  EXPECT_EQ(copy(dictionary.initial_value(kAt)), bytes({1, 2}));
+  ASSERT_TRUE(dictionary.add(var(kValueAt.index, DataType::unsigned16, bytes({1, 2}))));
+  ASSERT_EQ(dictionary.write(kValueAt, bytes({3, 4})), AbortCode::none);
+  EXPECT_EQ(copy(dictionary.initial_value(kValueAt)), bytes({1, 2}));
   EXPECT_TRUE(dictionary.initial_value({0x2001, 0}).empty());
 }
 

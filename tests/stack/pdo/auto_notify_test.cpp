@@ -14,8 +14,9 @@ using testing::IsEmpty;
 using Pdos = std::vector<Pdo>;
 
 // Operational, and what is sent at its beginning is gone.
-struct Running : Device {
-  explicit Running(const Pdos& tpdos, const Pdos& rpdos = {}) : Device(description(tpdos, rpdos)) {
+struct Notifying : Device {
+  explicit Notifying(const Pdos& tpdos, const Pdos& rpdos = {})
+      : Device(description(tpdos, rpdos)) {
     EXPECT_THAT(diagnostics, IsEmpty());
     engine->set_auto_notify(true);
     operational();
@@ -37,8 +38,8 @@ struct Running : Device {
 };
 
 TEST(AutoNotify, IsOffUntilItIsWanted) {
-  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}},
-                      {.number = 2, .cob_id = 0x281, .mapping = {0x20030010}}});
+  Notifying device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}},
+                        {.number = 2, .cob_id = 0x281, .mapping = {0x20030010}}});
   device.engine->set_auto_notify(false);
   device.set(0x2003, 1);
   EXPECT_FALSE(device.engine->wants_to_send(at(1)));
@@ -61,7 +62,7 @@ TEST(AutoNotify, IsOffUntilItIsWanted) {
 }
 
 TEST(AutoNotify, HearsOfAValueWhoeverChangesIt) {
-  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010, 0x20020008}}});
+  Notifying device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010, 0x20020008}}});
   const auto sent_data = [&device] {
     const std::vector<can::Frame> sent = device.sent(at(1));
     return sent.size() == 1 ? data_of(sent[0]) : std::vector<unsigned>{};
@@ -89,7 +90,7 @@ TEST(AutoNotify, HearsOfWhatAHookSets) {
     }
     od::Dictionary& dictionary;
   };
-  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010, 0x20020008}}});
+  Notifying device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010, 0x20020008}}});
   Doubles hook(device.dictionary);
   ASSERT_TRUE(device.dictionary.add_hook(0x2002, hook));
   EXPECT_EQ(device.write(0x2002, 0, 7), AbortCode::none);
@@ -104,7 +105,7 @@ TEST(AutoNotify, OfEachTransmissionType) {
     if (type > 240 && type < 252) {
       continue;  // reserved: no TPDO
     }
-    Running device(
+    Notifying device(
         Pdos{{.cob_id = 0x181, .type = static_cast<std::uint8_t>(type), .mapping = {0x20030010}}});
     device.engine->sync(0, at(1));
     (void)device.sent(at(1));
@@ -118,8 +119,8 @@ TEST(AutoNotify, OfEachTransmissionType) {
 }
 
 TEST(AutoNotify, TheSameValueOnceMoreIsNoEvent) {
-  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}},
-                      {.number = 2, .cob_id = 0x281, .type = 0, .mapping = {0x20030010}}});
+  Notifying device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}},
+                        {.number = 2, .cob_id = 0x281, .type = 0, .mapping = {0x20030010}}});
   device.engine->sync(0, at(1));
   (void)device.sent(at(1));
   device.set(0x2003, 0);
@@ -133,7 +134,7 @@ TEST(AutoNotify, TheSameValueOnceMoreIsNoEvent) {
 }
 
 TEST(AutoNotify, RespectsTheInhibitTime) {
-  Running device(Pdos{{.cob_id = 0x181, .inhibit = 100, .mapping = {0x20030010}}});
+  Notifying device(Pdos{{.cob_id = 0x181, .inhibit = 100, .mapping = {0x20030010}}});
   device.set(0x2003, 1);
   EXPECT_FALSE(device.engine->wants_to_send(at(5)));
   EXPECT_THAT(device.sent_ids(at(5)), IsEmpty());
@@ -145,9 +146,9 @@ TEST(AutoNotify, RespectsTheInhibitTime) {
 }
 
 TEST(AutoNotify, WaitsForTheEndOfAGroupOfWrites) {
-  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010, 0x20020008}},
-                      {.number = 2, .cob_id = 0x281, .type = 0, .mapping = {0x20020008}},
-                      {.number = 3, .cob_id = 0x381, .mapping = {0x20010001}}});
+  Notifying device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010, 0x20020008}},
+                        {.number = 2, .cob_id = 0x281, .type = 0, .mapping = {0x20020008}},
+                        {.number = 3, .cob_id = 0x381, .mapping = {0x20010001}}});
   device.engine->hold();
   device.set(0x2003, 1);
   EXPECT_EQ(device.write(0x2002, 0, 2), AbortCode::none);
@@ -164,15 +165,15 @@ TEST(AutoNotify, WaitsForTheEndOfAGroupOfWrites) {
 
 // It would cost every RPDO time: who wants it forwards it with od::Watch::rpdos.
 TEST(AutoNotify, AnRpdoIsNotNoticed) {
-  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}}},
-                 Pdos{{.cob_id = 0x201, .mapping = {0x20030010}}});
+  Notifying device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}}},
+                   Pdos{{.cob_id = 0x201, .mapping = {0x20030010}}});
   device.receive(frame(0x201, {7, 0}, at(1)));
   EXPECT_EQ(device.read(0x2003), 7U);
   EXPECT_THAT(device.sent_ids(at(1)), IsEmpty());
 }
 
 TEST(AutoNotify, NothingIsSentOutsideOfOperational) {
-  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}}});
+  Notifying device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}}});
   device.engine->set_operational(false, at(1));
   device.set(0x2003, 1);
   EXPECT_FALSE(device.engine->wants_to_send(at(1)));
@@ -180,7 +181,7 @@ TEST(AutoNotify, NothingIsSentOutsideOfOperational) {
 }
 
 TEST(AutoNotify, GoesWithTheMapping) {
-  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}}});
+  Notifying device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}}});
   EXPECT_EQ(device.write(0x1800, 1, 0x8000'0181), AbortCode::none);
   device.set(0x2003, 1);
   EXPECT_THAT(device.sent_ids(at(1)), IsEmpty());
@@ -201,7 +202,7 @@ TEST(AutoNotify, GoesWithTheMapping) {
 }
 
 TEST(AutoNotify, OutlivesAnObjectThatGoesAndComesBack) {
-  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}}});
+  Notifying device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}}});
   ASSERT_TRUE(device.dictionary.remove(0x2003));
   EXPECT_THAT(device.sent_ids(at(1)), IsEmpty());
   ASSERT_TRUE(device.dictionary.add(value(0x2003, DataType::unsigned16)));
@@ -223,8 +224,8 @@ TEST(AutoNotify, AValueRefreshedForATpdoRequestsTheOthersOnly) {
     }
     Device& device;
   };
-  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20020008}},
-                      {.number = 2, .cob_id = 0x281, .mapping = {0x20020008}}});
+  Notifying device(Pdos{{.cob_id = 0x181, .mapping = {0x20020008}},
+                        {.number = 2, .cob_id = 0x281, .mapping = {0x20020008}}});
   Counts counts(device);
   device.engine->set_listener(&counts);
   EXPECT_TRUE(device.engine->trigger(1, at(1)));

@@ -1,6 +1,7 @@
 // A device with an engine, on a bus that is only a function call.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -11,6 +12,8 @@
 #include "tests/stack/pdo/devices.h"
 
 namespace linegate::pdo::test {
+
+inline constexpr std::uint64_t kInvalid = 0x8000'0000;  // bit 31 of a COB-ID
 
 struct RecordingListener : Listener {
   struct WrongLength {
@@ -38,6 +41,7 @@ struct RecordingListener : Listener {
   std::vector<WrongLength> wrong_lengths;
   std::vector<Unusable> unusable;
 };
+using Unusable = RecordingListener::Unusable;
 
 // Objects 2000h BOOLEAN, 2001h BOOLEAN, 2002h U8, 2003h U16, 2004h U24, 2005h U32, 2006h U64 (all
 // rw), 2010h U16 ro, 2011h U16 wo, 2012h U16 not mappable.

@@ -12,7 +12,6 @@ namespace {
 using namespace test;
 using testing::ElementsAre;
 using testing::IsEmpty;
-using Unusable = RecordingListener::Unusable;
 
 od::DeviceDescription with_pdos() {
   od::DeviceDescription out = plain_device();
@@ -24,8 +23,8 @@ od::DeviceDescription with_pdos() {
   return out;
 }
 
-struct Running : Device {
-  Running() : Device(with_pdos()) {
+struct Changing : Device {
+  Changing() : Device(with_pdos()) {
     EXPECT_THAT(diagnostics, IsEmpty());
     operational();
     EXPECT_THAT(sent_ids(at(0)), ElementsAre(0x181, 0x281));
@@ -33,7 +32,7 @@ struct Running : Device {
 };
 
 TEST(DictionaryChanges, PdosThatMapARemovedObjectStopAndAreTold) {
-  Running device;
+  Changing device;
   ASSERT_TRUE(device.dictionary.remove(0x2003));
   EXPECT_THAT(device.listener.unusable, ElementsAre(Unusable{{0x1600, 2}, AbortCode::no_object},
                                                     Unusable{{0x1A00, 1}, AbortCode::no_object}));
@@ -47,7 +46,7 @@ TEST(DictionaryChanges, PdosThatMapARemovedObjectStopAndAreTold) {
 }
 
 TEST(DictionaryChanges, PdosComeBackWithTheirObject) {
-  Running device;
+  Changing device;
   ASSERT_TRUE(device.dictionary.remove(0x2003));
   ASSERT_TRUE(device.dictionary.add(value(0x2003, DataType::unsigned16)));
   device.receive(frame(0x201, {1, 2, 3}, at(1)));
@@ -57,7 +56,7 @@ TEST(DictionaryChanges, PdosComeBackWithTheirObject) {
 }
 
 TEST(DictionaryChanges, AnObjectOfAnotherLengthDoesNotFitTheOldMapping) {
-  Running device;
+  Changing device;
   ASSERT_TRUE(device.dictionary.remove(0x2003));
   device.listener.unusable.clear();
   ASSERT_TRUE(device.dictionary.add(value(0x2003, DataType::unsigned32)));
@@ -67,7 +66,7 @@ TEST(DictionaryChanges, AnObjectOfAnotherLengthDoesNotFitTheOldMapping) {
 }
 
 TEST(DictionaryChanges, ARemovedObjectCannotBeMapped) {
-  Running device;
+  Changing device;
   ASSERT_TRUE(device.dictionary.remove(0x2006));
   ASSERT_EQ(device.write(0x1400, 1, 0x8000'0201), AbortCode::none);
   ASSERT_EQ(device.write(0x1600, 0, 0), AbortCode::none);
@@ -77,7 +76,7 @@ TEST(DictionaryChanges, ARemovedObjectCannotBeMapped) {
 }
 
 TEST(DictionaryChanges, AnObjectThatLivesElsewhereIsFollowed) {
-  Running device;
+  Changing device;
   std::array<std::byte, 16> elsewhere{};
   ASSERT_TRUE(device.dictionary.bind({0x2003, 0}, elsewhere.data()));
   device.receive(frame(0x201, {1, 2, 3}, at(1)));
@@ -86,7 +85,7 @@ TEST(DictionaryChanges, AnObjectThatLivesElsewhereIsFollowed) {
 }
 
 TEST(DictionaryChanges, APdoWithoutItsRecordIsNone) {
-  Running device;
+  Changing device;
   ASSERT_TRUE(device.dictionary.remove(0x1801));
   device.engine->value_changed({0x2005, 0}, at(1));
   EXPECT_THAT(device.sent(at(1)), IsEmpty());
@@ -99,7 +98,7 @@ TEST(DictionaryChanges, APdoWithoutItsRecordIsNone) {
 }
 
 // Nobody wants each RPDO: the short way of a frame is open.
-struct Watching : Running {
+struct Watching : Changing {
   struct Watcher : od::Hook {
     void came_by_rpdo(od::Address address) override { heard.push_back(address); }
     void written(od::Address address) override { stored.push_back(address); }

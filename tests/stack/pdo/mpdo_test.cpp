@@ -13,7 +13,6 @@ using namespace test;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-constexpr std::uint64_t kInvalid = 0x8000'0000;
 constexpr std::uint8_t kNode = 5;
 
 struct Told {

@@ -13,8 +13,6 @@ using namespace test;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-constexpr std::uint64_t kInvalid = 0x8000'0000;
-
 struct RecordTest : testing::Test {
   RecordTest() : device(description()) { device.operational(); }
   static od::DeviceDescription description() {
@@ -271,7 +269,6 @@ TEST(Configure, TellsWhatItCannotUse) {
   EXPECT_THAT(device.diagnostics[1].text,
               testing::HasSubstr("TPDO 1 is not used: it maps 72 bits"));
   EXPECT_THAT(device.diagnostics[2].text, testing::HasSubstr("TPDO 3 is not used: its COB-ID"));
-  using Unusable = RecordingListener::Unusable;
   EXPECT_THAT(device.listener.unusable,
               ElementsAre(Unusable{{0x1600, 1}, AbortCode::not_mappable},
                           Unusable{{0x1A00, 0}, AbortCode::pdo_length_exceeded},

@@ -11,8 +11,8 @@ using namespace test;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-struct Running : Device {
-  Running(const std::vector<Pdo>& rpdos, const std::vector<Pdo>& tpdos)
+struct Requested : Device {
+  Requested(const std::vector<Pdo>& rpdos, const std::vector<Pdo>& tpdos)
       : Device(description(rpdos, tpdos)) {
     EXPECT_THAT(diagnostics, IsEmpty());
     operational();
@@ -96,7 +96,7 @@ TEST(TransmissionType, OnRequestIsNotForCanFd) {
 }
 
 TEST(InhibitTime, IsForEventDrivenTpdosAlone) {
-  Running device(
+  Requested device(
       {}, {{.cob_id = 0x181, .type = 1, .inhibit = 1000, .mapping = {0x20030010}},
            {.number = 2, .cob_id = 0x281, .type = 253, .inhibit = 1000, .mapping = {0x20030010}}});
   for (int i = 1; i < 4; ++i) {
@@ -107,7 +107,7 @@ TEST(InhibitTime, IsForEventDrivenTpdosAlone) {
 }
 
 TEST(RemoteFrame, AsksForAnRpdoOnce) {
-  Running device({{.cob_id = 0x201, .mapping = {0x20030010, 0x20020008}}}, {});
+  Requested device({{.cob_id = 0x201, .mapping = {0x20030010, 0x20020008}}}, {});
   EXPECT_FALSE(device.engine->wants_to_send(at(1)));
   EXPECT_TRUE(device.engine->request_rpdo(1));
   EXPECT_TRUE(device.engine->request_rpdo(1));
@@ -123,10 +123,10 @@ TEST(RemoteFrame, AsksForAnRpdoOnce) {
 }
 
 TEST(RemoteFrame, IsNotSentWhereItIsNotAllowed) {
-  Running device({{.cob_id = 0x4000'0201, .mapping = {0x20030010}},
-                  {.number = 2, .cob_id = 0x8000'0301, .mapping = {0x20030010}},
-                  {.number = 3, .cob_id = 0x401, .mapping = {0x20030010}}},
-                 {});
+  Requested device({{.cob_id = 0x4000'0201, .mapping = {0x20030010}},
+                    {.number = 2, .cob_id = 0x8000'0301, .mapping = {0x20030010}},
+                    {.number = 3, .cob_id = 0x401, .mapping = {0x20030010}}},
+                   {});
   EXPECT_FALSE(device.engine->request_rpdo(0));
   EXPECT_FALSE(device.engine->request_rpdo(1)) << "bit 30: no RTR";
   EXPECT_FALSE(device.engine->request_rpdo(2)) << "bit 31: not valid";
@@ -138,10 +138,10 @@ TEST(RemoteFrame, IsNotSentWhereItIsNotAllowed) {
 }
 
 TEST(RemoteFrame, GoesInTheOrderOfTheBus) {
-  Running device({{.cob_id = 0x381, .mapping = {0x20030010}},
-                  {.number = 2, .cob_id = 0x191, .mapping = {0x20030010}},
-                  {.number = 3, .cob_id = 0x2000'0181, .mapping = {0x20030010}}},
-                 {{.cob_id = 0x281, .mapping = {0x20030010}}});
+  Requested device({{.cob_id = 0x381, .mapping = {0x20030010}},
+                    {.number = 2, .cob_id = 0x191, .mapping = {0x20030010}},
+                    {.number = 3, .cob_id = 0x2000'0181, .mapping = {0x20030010}}},
+                   {{.cob_id = 0x281, .mapping = {0x20030010}}});
   device.set(0x2003, 1, at(1));
   for (std::uint16_t number = 1; number <= 3; ++number) {
     EXPECT_TRUE(device.engine->request_rpdo(number));
@@ -154,7 +154,7 @@ TEST(RemoteFrame, GoesInTheOrderOfTheBus) {
 }
 
 TEST(RemoteFrame, IsForgottenWithItsPdo) {
-  Running device({{.cob_id = 0x201, .mapping = {0x20030010}}}, {});
+  Requested device({{.cob_id = 0x201, .mapping = {0x20030010}}}, {});
   EXPECT_TRUE(device.engine->request_rpdo(1));
   EXPECT_EQ(device.write(0x1400, 1, 0x8000'0201), AbortCode::none);
   EXPECT_FALSE(device.engine->wants_to_send(at(1)));
@@ -162,9 +162,9 @@ TEST(RemoteFrame, IsForgottenWithItsPdo) {
 }
 
 TEST(Hold, AGroupOfWritesIsSentOnce) {
-  Running device({}, {{.cob_id = 0x181, .mapping = {0x20030010, 0x20020008}},
-                      {.number = 2, .cob_id = 0x281, .mapping = {0x20050020}},
-                      {.number = 3, .cob_id = 0x381, .mapping = {0x20010001}}});
+  Requested device({}, {{.cob_id = 0x181, .mapping = {0x20030010, 0x20020008}},
+                        {.number = 2, .cob_id = 0x281, .mapping = {0x20050020}},
+                        {.number = 3, .cob_id = 0x381, .mapping = {0x20010001}}});
   device.engine->hold();
   device.set(0x2003, 1, at(1));
   device.set(0x2002, 2, at(1));
@@ -182,7 +182,7 @@ TEST(Hold, AGroupOfWritesIsSentOnce) {
 }
 
 TEST(Hold, AValueThatIsAsItWasIsNotSent) {
-  Running device({}, {{.cob_id = 0x181, .mapping = {0x20030010}}});
+  Requested device({}, {{.cob_id = 0x181, .mapping = {0x20030010}}});
   device.engine->hold();
   device.set(0x2003, 1, at(1));
   device.set(0x2003, 0, at(1));
@@ -191,8 +191,8 @@ TEST(Hold, AValueThatIsAsItWasIsNotSent) {
 }
 
 TEST(Hold, SyncAndRemoteFramesGoOn) {
-  Running device({}, {{.cob_id = 0x181, .type = 1, .mapping = {0x20030010}},
-                      {.number = 2, .cob_id = 0x281, .mapping = {0x20030010}}});
+  Requested device({}, {{.cob_id = 0x181, .type = 1, .mapping = {0x20030010}},
+                        {.number = 2, .cob_id = 0x281, .mapping = {0x20030010}}});
   device.engine->hold();
   device.engine->sync(0, at(1));
   EXPECT_THAT(device.sent_ids(at(1)), ElementsAre(0x181));
@@ -201,7 +201,7 @@ TEST(Hold, SyncAndRemoteFramesGoOn) {
 }
 
 TEST(Hold, EndsWithThePdoAndWithOperational) {
-  Running device({}, {{.cob_id = 0x181, .mapping = {0x20030010}}});
+  Requested device({}, {{.cob_id = 0x181, .mapping = {0x20030010}}});
   device.engine->hold();
   device.set(0x2003, 1, at(1));
   EXPECT_EQ(device.write(0x1800, 1, 0x8000'0181), AbortCode::none);
@@ -286,7 +286,7 @@ TEST(Engine, OneObjectInEightPdosEachWay) {
     tpdos.push_back({.number = n, .cob_id = 0x180U + n, .mapping = {0x20030010}});
     ids.push_back(0x180U + n);
   }
-  Running device(rpdos, tpdos);
+  Requested device(rpdos, tpdos);
   for (std::uint8_t n = 1; n <= 8; ++n) {
     device.receive(frame(0x200U + n, {n, n}, at(1)));
     EXPECT_EQ(device.read(0x2003), 0x0101U * n);

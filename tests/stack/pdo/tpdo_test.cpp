@@ -22,8 +22,8 @@ od::DeviceDescription with(const Pdos& pdos) {
 }
 
 // Operational, and what is sent at its beginning is gone.
-struct Running : Device {
-  explicit Running(const Pdos& pdos) : Device(with(pdos)) {
+struct Transmitting : Device {
+  explicit Transmitting(const Pdos& pdos) : Device(with(pdos)) {
     EXPECT_THAT(diagnostics, IsEmpty());
     operational();
     (void)sent(at(0));
@@ -73,7 +73,7 @@ TEST(Tpdo, NothingBeforeOperationalAndEverythingOnceAtItsBeginning) {
 }
 
 TEST(Tpdo, AChangedValueIsSentAndAnUnchangedOneIsNot) {
-  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}}});
+  Transmitting device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}}});
   device.set(0x2003, 7, at(1));
   EXPECT_TRUE(device.engine->wants_to_send(at(1)));
   const std::vector<can::Frame> sent = device.sent(at(1));
@@ -88,7 +88,7 @@ TEST(Tpdo, AChangedValueIsSentAndAnUnchangedOneIsNot) {
 }
 
 TEST(Tpdo, TriggerKnowsWhatExists) {
-  Running device(Pdos{{.number = 2, .cob_id = 0x281, .mapping = {0x20030010}}});
+  Transmitting device(Pdos{{.number = 2, .cob_id = 0x281, .mapping = {0x20030010}}});
   EXPECT_FALSE(device.engine->trigger(0, at(1)));
   EXPECT_FALSE(device.engine->trigger(1, at(1)));
   EXPECT_TRUE(device.engine->trigger(2, at(1)));
@@ -96,9 +96,9 @@ TEST(Tpdo, TriggerKnowsWhatExists) {
 }
 
 TEST(Tpdo, OneObjectInSeveralTpdosRequestsThemAll) {
-  Running device(Pdos{{.cob_id = 0x481, .mapping = {0x20030010}},
-                      {.number = 2, .cob_id = 0x281, .mapping = {0x20020008, 0x20030010}},
-                      {.number = 3, .cob_id = 0x381, .mapping = {0x20020008}}});
+  Transmitting device(Pdos{{.cob_id = 0x481, .mapping = {0x20030010}},
+                           {.number = 2, .cob_id = 0x281, .mapping = {0x20020008, 0x20030010}},
+                           {.number = 3, .cob_id = 0x381, .mapping = {0x20020008}}});
   device.set(0x2003, 7, at(1));
   EXPECT_THAT(device.sent_ids(at(1)), ElementsAre(0x281, 0x481));
 }
@@ -109,7 +109,7 @@ TEST(Tpdo, TheLowestIdentifierGoesFirst) {
     pdos.push_back({.number = n, .cob_id = 0x400U - n, .mapping = {0x20030010}});
   }
   pdos.push_back({.number = 101, .cob_id = 0x2000'0001, .mapping = {0x20030010}});
-  Running device(pdos);
+  Transmitting device(pdos);
   device.set(0x2003, 1, at(1));
   std::vector<can::Frame> sent = device.sent(at(1));
   ASSERT_EQ(sent.size(), 101U);
@@ -119,7 +119,7 @@ TEST(Tpdo, TheLowestIdentifierGoesFirst) {
 }
 
 TEST(Tpdo, TheNewestSampleIsSentAndTheOthersAreCounted) {
-  Running device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}}});
+  Transmitting device(Pdos{{.cob_id = 0x181, .mapping = {0x20030010}}});
   device.set(0x2003, 1, at(1));
   device.set(0x2003, 2, at(1));
   device.set(0x2003, 2, at(1));
@@ -131,8 +131,8 @@ TEST(Tpdo, TheNewestSampleIsSentAndTheOthersAreCounted) {
 }
 
 TEST(Tpdo, InhibitTimeSeparatesThem) {
-  Running device(Pdos{{.cob_id = 0x181, .inhibit = 100, .mapping = {0x20030010}},
-                      {.number = 2, .cob_id = 0x281, .mapping = {0x20020008}}});
+  Transmitting device(Pdos{{.cob_id = 0x181, .inhibit = 100, .mapping = {0x20030010}},
+                           {.number = 2, .cob_id = 0x281, .mapping = {0x20020008}}});
   device.set(0x2003, 1, at(5));
   EXPECT_FALSE(device.engine->wants_to_send(at(5)));
   EXPECT_THAT(device.sent_ids(at(5)), IsEmpty());
@@ -148,7 +148,7 @@ TEST(Tpdo, InhibitTimeSeparatesThem) {
 }
 
 TEST(Tpdo, EventTimerSendsWhenNothingElseDid) {
-  Running device(Pdos{{.cob_id = 0x181, .event_timer = 100, .mapping = {0x20030010}}});
+  Transmitting device(Pdos{{.cob_id = 0x181, .event_timer = 100, .mapping = {0x20030010}}});
   EXPECT_EQ(device.engine->next_wake(), at(100));
   device.set(0x2003, 1, at(60));
   EXPECT_EQ(device.sent(at(60)).size(), 1U);
@@ -162,7 +162,7 @@ TEST(Tpdo, EventTimerSendsWhenNothingElseDid) {
 }
 
 TEST(Tpdo, Type0IsSentAtTheSyncAfterAnEvent) {
-  Running device(Pdos{{.cob_id = 0x181, .type = 0, .mapping = {0x20030010}}});
+  Transmitting device(Pdos{{.cob_id = 0x181, .type = 0, .mapping = {0x20030010}}});
   device.engine->sync(0, at(1));
   (void)device.sent(at(1));
   device.engine->sync(0, at(2));
@@ -182,7 +182,7 @@ class Cyclic : public testing::TestWithParam<std::uint8_t> {};
 
 TEST_P(Cyclic, IsSentWithEveryNthSync) {
   const std::uint8_t n = GetParam();
-  Running device(Pdos{{.cob_id = 0x181, .type = n, .mapping = {0x20030010}}});
+  Transmitting device(Pdos{{.cob_id = 0x181, .type = n, .mapping = {0x20030010}}});
   for (int sync = 1; sync <= 3 * n; ++sync) {
     device.engine->sync(0, at(sync));
     EXPECT_EQ(device.sent(at(sync)).size(), sync % n == 0 ? 1U : 0U) << sync;
@@ -192,7 +192,7 @@ TEST_P(Cyclic, IsSentWithEveryNthSync) {
 INSTANTIATE_TEST_SUITE_P(Types, Cyclic, testing::Values(1, 2, 7, 240));
 
 TEST(Tpdo, SyncStartValueBeginsTheCount) {
-  Running device(Pdos{{.cob_id = 0x181, .type = 2, .sync_start = 3, .mapping = {0x20030010}}});
+  Transmitting device(Pdos{{.cob_id = 0x181, .type = 2, .sync_start = 3, .mapping = {0x20030010}}});
   std::vector<int> sent_at;
   for (int sync = 1; sync <= 8; ++sync) {
     device.engine->sync(static_cast<std::uint8_t>(sync), at(sync));
@@ -204,13 +204,13 @@ TEST(Tpdo, SyncStartValueBeginsTheCount) {
 }
 
 TEST(Tpdo, WithoutASyncCounterTheStartValueMeansNothing) {
-  Running device(Pdos{{.cob_id = 0x181, .type = 1, .sync_start = 3, .mapping = {0x20030010}}});
+  Transmitting device(Pdos{{.cob_id = 0x181, .type = 1, .sync_start = 3, .mapping = {0x20030010}}});
   device.engine->sync(0, at(1));
   EXPECT_THAT(device.sent_ids(at(1)), ElementsAre(0x181));
 }
 
 TEST(Tpdo, Type253IsSampledAndSentOnRequest) {
-  Running device(Pdos{{.cob_id = 0x181, .type = 253, .mapping = {0x20030010}}});
+  Transmitting device(Pdos{{.cob_id = 0x181, .type = 253, .mapping = {0x20030010}}});
   device.set(0x2003, 5, at(1));
   device.engine->sync(0, at(1));
   EXPECT_THAT(device.sent_ids(at(1)), IsEmpty());
@@ -221,7 +221,7 @@ TEST(Tpdo, Type253IsSampledAndSentOnRequest) {
 }
 
 TEST(Tpdo, Type252IsSampledAtSyncAndSentOnRequest) {
-  Running device(Pdos{{.cob_id = 0x181, .type = 252, .mapping = {0x20030010}}});
+  Transmitting device(Pdos{{.cob_id = 0x181, .type = 252, .mapping = {0x20030010}}});
   device.set(0x2003, 5, at(1));
   device.engine->sync(0, at(1));
   EXPECT_THAT(device.sent_ids(at(1)), IsEmpty());
@@ -233,8 +233,8 @@ TEST(Tpdo, Type252IsSampledAtSyncAndSentOnRequest) {
 }
 
 TEST(Tpdo, RemoteFramesOnlyWhereTheyAreAllowed) {
-  Running device(Pdos{{.cob_id = 0x4000'0181, .mapping = {0x20030010}},
-                      {.number = 2, .cob_id = 0x281, .mapping = {0x20030010}}});
+  Transmitting device(Pdos{{.cob_id = 0x4000'0181, .mapping = {0x20030010}},
+                           {.number = 2, .cob_id = 0x281, .mapping = {0x20030010}}});
   device.receive(rtr(0x181));
   EXPECT_THAT(device.sent_ids(at(1)), IsEmpty());
   device.receive(rtr(0x281));
@@ -249,7 +249,7 @@ TEST(Tpdo, TheListenerMayRefreshValuesBeforeTheyAreSampled) {
     }
     Device& device;
   };
-  Running device(Pdos{{.number = 2, .cob_id = 0x281, .type = 1, .mapping = {0x20030010}}});
+  Transmitting device(Pdos{{.number = 2, .cob_id = 0x281, .type = 1, .mapping = {0x20030010}}});
   Refresh refresh(device);
   device.engine->set_listener(&refresh);
   device.engine->sync(0, at(1));
@@ -272,8 +272,8 @@ TEST(Tpdo, CanFdFramesAreFilledUp) {
 
 // Remapping one TPDO must not lose the request of another.
 TEST(Tpdo, RequestsOutliveTheRemappingOfOthers) {
-  Running device(Pdos{{.cob_id = 0x481, .mapping = {0x20030010}},
-                      {.number = 2, .cob_id = 0x281, .mapping = {0x20020008}}});
+  Transmitting device(Pdos{{.cob_id = 0x481, .mapping = {0x20030010}},
+                           {.number = 2, .cob_id = 0x281, .mapping = {0x20020008}}});
   device.set(0x2003, 1, at(1));
   EXPECT_EQ(device.write(0x1801, 1, 0x8000'0281), AbortCode::none);
   EXPECT_EQ(device.write(0x1801, 1, 0x581 - 0x100), AbortCode::none);

@@ -8,7 +8,7 @@
 namespace linegate::sdo::test {
 namespace {
 
-constexpr TransferOptions kBlock{.transfer = Transfer::block};
+constexpr TransferOptions kInBlocks{.transfer = Transfer::block};
 
 class ClientBlockTest : public ClientTest {
  protected:
@@ -30,11 +30,11 @@ class ClientBlockTest : public ClientTest {
   }
   // Up to the state in which segments of a value of 20 bytes are sent or expected.
   void begin_download() {
-    write({0x2100, 0}, pattern(20), kBlock);
+    write({0x2100, 0}, pattern(20), kInBlocks);
     answer_all({0xA4, 0x00, 0x21, 0, 127, 0, 0, 0});
   }
   void begin_upload() {
-    read({0x2100, 0}, kBlock);
+    read({0x2100, 0}, kInBlocks);
     answer({0xC6, 0x00, 0x21, 0, 20, 0, 0, 0});
   }
   void give(const Frames& frames) {
@@ -46,7 +46,7 @@ class ClientBlockTest : public ClientTest {
 
 TEST_F(ClientBlockTest, Download) {
   const auto value = pattern(20);
-  EXPECT_EQ(write({0x2100, 0}, value, kBlock), (Frames{{0xC6, 0x00, 0x21, 0, 20, 0, 0, 0}}));
+  EXPECT_EQ(write({0x2100, 0}, value, kInBlocks), (Frames{{0xC6, 0x00, 0x21, 0, 20, 0, 0, 0}}));
   EXPECT_EQ(answer_all({0xA4, 0x00, 0x21, 0, 127, 0, 0, 0}), segments(value, 0, 3));
   EXPECT_EQ(answer(block_ack(3, 127)), (Frames{end_request(value, crc_of(value))}));
   EXPECT_TRUE(client.busy());
@@ -55,14 +55,14 @@ TEST_F(ClientBlockTest, Download) {
 }
 
 TEST_F(ClientBlockTest, DownloadWithoutCheckSumOfTheServer) {
-  write({0x2100, 0}, pattern(14), kBlock);
+  write({0x2100, 0}, pattern(14), kInBlocks);
   answer_all({0xA0, 0x00, 0x21, 0, 127, 0, 0, 0});
   EXPECT_EQ(answer(block_ack(2, 127)), (Frames{end_request(pattern(14), 0)}));
 }
 
 TEST_F(ClientBlockTest, DownloadInSubBlocksOfTheServersSize) {
   const auto value = pattern(70);
-  write({0x2100, 0}, value, kBlock);
+  write({0x2100, 0}, value, kInBlocks);
   EXPECT_EQ(answer_all({0xA4, 0x00, 0x21, 0, 4, 0, 0, 0}), segments(value, 0, 4));
   EXPECT_EQ(answer_all(block_ack(4, 3)), segments(value, 4, 3));
   EXPECT_EQ(answer_all(block_ack(1, 127)), segments(value, 5, 5));  // two were lost
@@ -72,7 +72,7 @@ TEST_F(ClientBlockTest, DownloadInSubBlocksOfTheServersSize) {
 
 TEST_F(ClientBlockTest, Upload) {
   const auto value = pattern(20);
-  EXPECT_EQ(read({0x2100, 0}, kBlock), (Frames{{0xA4, 0x00, 0x21, 0, 127, 21, 0, 0}}));
+  EXPECT_EQ(read({0x2100, 0}, kInBlocks), (Frames{{0xA4, 0x00, 0x21, 0, 127, 21, 0, 0}}));
   EXPECT_EQ(answer({0xC6, 0x00, 0x21, 0, 20, 0, 0, 0}), (Frames{{0xA3, 0, 0, 0, 0, 0, 0, 0}}));
   give(segments(value, 0, 2));
   EXPECT_EQ(answer(segments(value, 0, 3)[2]), (Frames{block_ack(3, 127)}));
@@ -81,7 +81,7 @@ TEST_F(ClientBlockTest, Upload) {
 }
 
 TEST_F(ClientBlockTest, UploadWithoutSizeAndCheckSum) {
-  read({0x2100, 0}, kBlock);
+  read({0x2100, 0}, kInBlocks);
   EXPECT_EQ(answer({0xC0, 0x00, 0x21, 0, 0, 0, 0, 0}), (Frames{{0xA3, 0, 0, 0, 0, 0, 0, 0}}));
   EXPECT_EQ(answer({0x81, 1, 2, 0, 0, 0, 0, 0}), (Frames{block_ack(1, 127)}));
   EXPECT_EQ(answer({0xD5, 0, 0, 0, 0, 0, 0, 0}), (Frames{{0xA1, 0, 0, 0, 0, 0, 0, 0}}));
@@ -89,12 +89,12 @@ TEST_F(ClientBlockTest, UploadWithoutSizeAndCheckSum) {
 }
 
 TEST_F(ClientBlockTest, TheServerMaySwitchToSegmentsOrExpedited) {
-  read({0x2100, 0}, kBlock);
+  read({0x2100, 0}, kInBlocks);
   EXPECT_EQ(answer({0x41, 0x00, 0x21, 0, 9, 0, 0, 0}), (Frames{{0x60, 0, 0, 0, 0, 0, 0, 0}}));
   answer({0x00, 1, 2, 3, 4, 5, 6, 7});
   answer({0x1B, 8, 9, 0, 0, 0, 0, 0});
   expect_data({1, 2, 3, 4, 5, 6, 7, 8, 9});
-  read({0x2100, 0}, kBlock);
+  read({0x2100, 0}, kInBlocks);
   EXPECT_EQ(answer({0x43, 0x00, 0x21, 0, 1, 2, 3, 4}), Frames{});
   expect_data({1, 2, 3, 4});
 }
@@ -132,7 +132,7 @@ TEST_F(ClientBlockTest, AServerThatRefusesBlocksGetsSegments) {
   client.abort(AbortCode::general, now, queue);
   drain(queue, kRequestId);
   // Unless the caller insists, or the device may be another one.
-  EXPECT_EQ(write({0x2100, 0}, pattern(200), kBlock).at(0)[0], 0xC6);
+  EXPECT_EQ(write({0x2100, 0}, pattern(200), kInBlocks).at(0)[0], 0xC6);
   client.advance(now + kTimeout, queue);
   drain(queue, kRequestId);
   expect_abort(AbortCode::timeout);
@@ -140,7 +140,7 @@ TEST_F(ClientBlockTest, AServerThatRefusesBlocksGetsSegments) {
 }
 
 TEST_F(ClientBlockTest, ARefusedReadGoesOnInSegments) {
-  read({0x2100, 0}, kBlock);
+  read({0x2100, 0}, kInBlocks);
   EXPECT_EQ(answer(abort_bytes(0x2100, 0, 0x0504'0001)),
             (Frames{{0x40, 0x00, 0x21, 0, 0, 0, 0, 0}}));
   EXPECT_EQ(answer({0x41, 0x00, 0x21, 0, 200, 0, 0, 0}), (Frames{{0x60, 0, 0, 0, 0, 0, 0, 0}}));
@@ -163,7 +163,7 @@ TEST_F(ClientBlockTest, AnotherAbortOfTheInitiateEndsTheTransfer) {
 
 TEST_F(ClientBlockTest, BlockSizesThereAreNot) {
   for (const std::uint8_t wrong : Bytes{0, 128}) {
-    write({0x2100, 0}, pattern(20), kBlock);
+    write({0x2100, 0}, pattern(20), kInBlocks);
     EXPECT_EQ(answer({0xA4, 0x00, 0x21, 0, wrong, 0, 0, 0}),
               (Frames{abort_bytes(0x2100, 0, 0x0504'0002)}));
     expect_abort(AbortCode::block_size);
@@ -204,7 +204,7 @@ TEST_F(ClientBlockTest, MoreOrFewerBytesThanIndicated) {
   EXPECT_EQ(answer(end_request(pattern(7), crc_of(pattern(7)))),
             (Frames{abort_bytes(0x2100, 0, 0x0607'0013)}));
   expect_abort(AbortCode::length_too_low);
-  read({0x2100, 0}, kBlock);
+  read({0x2100, 0}, kInBlocks);
   EXPECT_EQ(answer({0xC6, 0x00, 0x21, 0, 0xFF, 0xFF, 0xFF, 0xFF}),
             (Frames{abort_bytes(0x2100, 0, 0x0504'0005)}));
   expect_abort(AbortCode::out_of_memory);
@@ -225,9 +225,9 @@ TEST_F(ClientBlockTest, WrongMultiplexerAndSpecifierOfAnInitiate) {
               AbortCode::command_specifier}}) {
       Client fresh{can::CobId{kRequestId}};
       if (writing) {
-        fresh.write({0x2100, 0}, pattern(20), kTimeout, now, queue, kBlock);
+        fresh.write({0x2100, 0}, pattern(20), kTimeout, now, queue, kInBlocks);
       } else {
-        fresh.read({0x2100, 0}, kTimeout, now, queue, kBlock);
+        fresh.read({0x2100, 0}, kTimeout, now, queue, kInBlocks);
       }
       drain(queue, kRequestId);
       EXPECT_EQ(fresh.receive(frame(kResponseId, row.answer, now), queue), Receipt::used);
@@ -239,7 +239,7 @@ TEST_F(ClientBlockTest, WrongMultiplexerAndSpecifierOfAnInitiate) {
 
 // The answer to the initiate was lost, and the server asks for segments: the time-out tells.
 TEST_F(ClientBlockTest, ALateAcknowledgementInsteadOfTheInitiateIsAStray) {
-  write({0x2100, 0}, pattern(20), kBlock);
+  write({0x2100, 0}, pattern(20), kInBlocks);
   now += 200ms;
   EXPECT_EQ(answer(block_ack(0, 127), Receipt::stray), Frames{});
   now += 300ms;
@@ -300,7 +300,7 @@ TEST_F(ClientBlockTest, AbortOfTheServerInEachState) {
 
 TEST_F(ClientBlockTest, FramesThatCameTwiceAreStrays) {
   const auto value = pattern(70);
-  write({0x2100, 0}, value, kBlock);
+  write({0x2100, 0}, value, kInBlocks);
   answer_all({0xA4, 0x00, 0x21, 0, 8, 0, 0, 0});
   EXPECT_EQ(client.receive(frame(kResponseId, block_ack(1, 9), now), queue), Receipt::used);
   EXPECT_EQ(client.receive(frame(kResponseId, block_ack(1, 9), now), queue), Receipt::stray);
@@ -354,9 +354,9 @@ TEST_F(ClientBlockTest, EachStateTimesOut) {
     EXPECT_EQ(sent, (Frames{abort_bytes(0x2100, 0, 0x0504'0000)}));
     expect_abort(AbortCode::timeout);
   };
-  write({0x2100, 0}, pattern(20), kBlock);
+  write({0x2100, 0}, pattern(20), kInBlocks);
   gives_up();
-  read({0x2100, 0}, kBlock);
+  read({0x2100, 0}, kInBlocks);
   gives_up();
   begin_download();
   gives_up();

@@ -6,7 +6,7 @@ namespace linegate::sdo::test {
 namespace {
 
 constexpr std::uint16_t kDomainIndex = 0x2100;
-constexpr od::Address kDomain{kDomainIndex, 0};
+constexpr od::Address kLateDomain{kDomainIndex, 0};
 constexpr std::size_t kSize = 5000;  // some windows
 constexpr Duration kDelay = std::chrono::milliseconds(50);
 
@@ -41,7 +41,7 @@ class LaterStreaming : public TransferPair,
     return static_cast<od::ByteSink*>(this);
   }
   void put_off(od::Address address, od::Ticket number) override {
-    EXPECT_EQ(address, kDomain);
+    EXPECT_EQ(address, kLateDomain);
     EXPECT_EQ(ticket, 0U) << "one at a time";
     ticket = number;
     ++tickets;
@@ -107,9 +107,9 @@ class LaterStreaming : public TransferPair,
     ends.clear();
     const TransferOptions options{.transfer = transfer};
     if (writing) {
-      TransferPair::write(kDomain, pattern(bytes_in_all), options);
+      TransferPair::write(kLateDomain, pattern(bytes_in_all), options);
     } else {
-      TransferPair::read(kDomain, options);
+      TransferPair::read(kLateDomain, options);
     }
   }
   void expect_right(bool writing, const Outcome& outcome) {
