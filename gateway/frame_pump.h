@@ -29,10 +29,12 @@ class FramePump {
   template <class Receive, class Event>
   Instant drain(Instant now, Receive&& receive, Event&& event) {
     Instant last = now;
+    drained_ = 0;
     for (int i = 0; i < kBatchesAtOnce; ++i) {
       events_.clear();
       const std::size_t count = channel_->read(received_, events_, now);
       hand_over(std::span<const can::Frame>(received_.data(), count), receive, event);
+      drained_ += count;
       if (count > 0) {
         last = received_[count - 1].time;
       }
@@ -43,6 +45,8 @@ class FramePump {
     more_ = last;
     return last;
   }
+  // Frames that the last drain() found.
+  std::size_t drained() const { return drained_; }
   // The last drain() left something in the channel.
   bool more() { return std::exchange(more_, kNever) != kNever; }
 
@@ -99,6 +103,7 @@ class FramePump {
   std::array<can::Frame, kBatch> received_{};
   std::array<can::Frame, kBatch> held_{};
   std::size_t held_count_ = 0;
+  std::size_t drained_ = 0;
   Instant more_ = kNever;
 };
 

@@ -2,8 +2,10 @@
 // consuming thread.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/handover.h"
@@ -16,8 +18,23 @@
 
 namespace linegate::gateway {
 
+// What waits where. Counted outside the line, which knows no queue but its own.
+struct QueueDepths {
+  // Frames: the most that one turn of the executor found in the interface since the last status.
+  std::uint32_t receive_peak = 0;
+  std::uint32_t transmit = 0;         // frames taken out of the line, not taken by the interface
+  std::uint64_t transmit_stalls = 0;  // times the interface did not take all: back-pressure
+  std::uint32_t events = 0;           // for the publisher
+
+  // An earlier one that nobody has seen: its peak counts too.
+  void merge(const QueueDepths& earlier) {
+    receive_peak = std::max(receive_peak, earlier.receive_peak);
+  }
+};
+
 struct LineStatus {
   line::LineState state;
+  QueueDepths queues;
   Instant time{};
 };
 

@@ -72,6 +72,7 @@ void LineRunner::service(Instant now) {
       },
       [&](const can::BusEvent& event) { bus_event(event, now); });
   now = std::max(now, known);  // frames came while the channel was read
+  receive_peak_ = std::max(receive_peak_, static_cast<std::uint32_t>(pump_.drained()));
   take_storage_result();
   take_requests(known);  // after what was on the bus before: time does not go back for the line
   if (started_) {
@@ -186,6 +187,13 @@ void LineRunner::hand_over_status(Instant now) {
     }
   }
   auto draft = port_.status.draft();
+  QueueDepths queues{std::exchange(receive_peak_, 0), static_cast<std::uint32_t>(pump_.held()),
+                     pump_.channel().counters().stalled,
+                     static_cast<std::uint32_t>(port_.events.capacity() - port_.events.room())};
+  if (draft.unread) {
+    queues.merge(draft.value.queues);
+  }
+  draft.value.queues = queues;
   draft.value.state = line_->state();
   draft.value.time = now;
   port_.status.publish();

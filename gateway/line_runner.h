@@ -91,6 +91,7 @@ class LineRunner final : public Runner {
   line::OutputWrite write_;
   line::Reply reply_;
   bool reply_held_ = false;
+  std::uint32_t receive_peak_ = 0;
   std::uint64_t losses_told_ = 0;
 };
 

@@ -27,6 +27,17 @@ bool same_state(const line::LineState& a, const line::LineState& b) {
          a.nodes_operational == b.nodes_operational;
 }
 
+// LineState's properties, idl/README.md.
+void set_properties(std::string_view outputs_access, const QueueDepths& queues,
+                    std::vector<dds::Property>& out) {
+  out.resize(5);
+  out[0] = {"outputs-access", std::string(outputs_access)};
+  out[1] = {"receive-queue-peak", std::to_string(queues.receive_peak)};
+  out[2] = {"transmit-queue", std::to_string(queues.transmit)};
+  out[3] = {"transmit-stalls", std::to_string(queues.transmit_stalls)};
+  out[4] = {"event-queue", std::to_string(queues.events)};
+}
+
 void wait_readable(int descriptor, Instant until, Instant now) {
   pollfd p{descriptor, POLLIN, 0};
   if (until == kNever) {
@@ -51,7 +62,6 @@ Publisher::Line::Line(LineHost& line_host, LineHistory& line_history)
       updates(line_host.plan.pdo_min_period),
       sequences{ImageSequence(line_host.plan.publish.rule),
                 ImageSequence(line_host.plan.publish.rule)} {
-  properties.push_back({"outputs-access", std::string(config::name(line_host.plan.outputs))});
   for (const auto& node : line_host.plan.config.nodes) {
     nodes[node.id].name = node.name;
   }
@@ -172,8 +182,12 @@ void Publisher::publish_events(Line& line, Instant now) {
 void Publisher::publish_states(Line& line, Instant now) {
   if (LineStatus* status = line.host->port.status.fetch()) {
     line.history->correct(status->state);
+    status->queues.merge(line.queues);
+    line.queues = status->queues;
     if (!line.state_known || !same_state(line.last_state, status->state) ||
         now - line.state_published >= kStatePeriod || stop_.raised()) {
+      set_properties(config::name(line.host->plan.outputs), std::exchange(line.queues, {}),
+                     line.properties);
       bridge_.publish(line.info, status->state, status->time, line.properties);
       line.host->shown.draft().value = status->state;
       line.host->shown.publish();

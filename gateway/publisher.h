@@ -62,6 +62,7 @@ class Publisher {
     bool layouts_known = false;
     dds::LineInfo info;
     std::vector<dds::Property> properties;
+    QueueDepths queues;  // since they were published last
     EventLogger logger;
     std::array<Node, 128> nodes;
     bool state_known = false;

@@ -16,12 +16,16 @@ class Forward final : public dds::ClientListener {
   explicit Forward(console::Listener& listener) : listener_(listener) {}
 
   void on_line(const dds::Source& source, const dds::LineInfo& info, const line::LineState& state,
-               const std::vector<dds::Property>& /*properties*/) override {
-    listener_.on_line(id_of(source), {.interface_uri = info.interface_uri,
-                                      .bit_rate = info.bit_rate,
-                                      .access = std::string(dds::name(info.access)),
-                                      .time = source.time,
-                                      .state = state});
+               const std::vector<dds::Property>& properties) override {
+    console::LineView view{.interface_uri = info.interface_uri,
+                           .bit_rate = info.bit_rate,
+                           .access = std::string(dds::name(info.access)),
+                           .time = source.time,
+                           .state = state};
+    for (const dds::Property& property : properties) {
+      view.properties.emplace_back(property.name, property.value);
+    }
+    listener_.on_line(id_of(source), view);
   }
   void on_node(const dds::Source& source, const dds::NodeInfo& info, const line::NodeState& state,
                const std::vector<dds::Property>& /*properties*/) override {

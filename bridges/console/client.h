@@ -5,6 +5,8 @@
 #include <compare>
 #include <cstdint>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "stack/base/event.h"
 #include "stack/base/time.h"
@@ -28,6 +30,7 @@ struct LineView {
   std::string access;  // off, read, all
   Instant time{};
   line::LineState state;
+  std::vector<std::pair<std::string, std::string>> properties;  // name, value
 };
 
 struct NodeView {

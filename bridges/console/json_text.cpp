@@ -92,10 +92,16 @@ Json line_json(const Line& line) {
     out["own_state"] = nmt::name(state.own_state);
     out["manager"] = line::name(state.manager);
     out["bus"] = can::name(state.bus);
+    out["transmit_errors"] = state.transmit_errors;
+    out["receive_errors"] = state.receive_errors;
     out["load_permille"] = state.load_permille;
     out["nodes_configured"] = state.nodes_configured;
     out["nodes_operational"] = state.nodes_operational;
     out["counters"] = counters_json(state.counters);
+    out["properties"] = Json::object();
+    for (const auto& [name, value] : line.view->properties) {
+      out["properties"][name] = value;
+    }
   }
   out["nodes"] = nodes_of({&line});
   return out;

@@ -52,7 +52,10 @@ lines:
 class Listener : public dds::ClientListener {
  public:
   void on_line(const dds::Source& source, const dds::LineInfo& info, const line::LineState& state,
-               const std::vector<dds::Property>&) override {
+               const std::vector<dds::Property>& properties) override {
+    for (const dds::Property& property : properties) {
+      line_properties[property.name] = property.value;
+    }
     incarnation = source.incarnation;
     lines[source.line] = state;
     infos[source.line] = info;
@@ -99,6 +102,7 @@ class Listener : public dds::ClientListener {
   std::uint64_t incarnation = 0;
   std::map<std::string, line::LineState> lines;
   std::map<std::string, dds::LineInfo> infos;
+  std::map<std::string, std::string> line_properties;
   std::map<std::string, line::NodeState> nodes;
   std::map<std::string, image::Layout> layouts;
   std::map<std::string, image::Snapshot> images;
@@ -172,6 +176,10 @@ class GatewayTest : public testing::Test {
 
 TEST_F(GatewayTest, PublishesLinesNodesImagesAndEvents) {
   EXPECT_EQ(seen_.incarnation, kIncarnation);
+  for (const char* name : {"outputs-access", "receive-queue-peak", "transmit-queue",
+                           "transmit-stalls", "event-queue"}) {
+    EXPECT_TRUE(seen_.line_properties.contains(name)) << name;
+  }
   EXPECT_TRUE(until([&] {
     return seen_.lines["open"].manager == line::ManagerState::running &&
            seen_.images.count("open/inputs") != 0 && seen_.pdos.count("open") != 0;

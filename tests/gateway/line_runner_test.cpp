@@ -219,6 +219,24 @@ TEST_F(LineRunnerTest, ReadsUntilTheChannelIsEmpty) {
   EXPECT_TRUE(channel_->coming.empty());
 }
 
+TEST_F(LineRunnerTest, TellsHowMuchWaitedWhere) {
+  make_ready();
+  serve(200ms);
+  (void)port_.status.fetch();
+  for (const int frames : {200, 3}) {  // the next status is due 100 ms after the last
+    for (int i = 0; i < frames; ++i) {
+      come(0x185, {1, 2, 3, 4});
+    }
+    serve(120ms);
+  }
+  const LineStatus* status = port_.status.fetch();
+  ASSERT_NE(status, nullptr);
+  EXPECT_EQ(status->queues.receive_peak, 200U) << "the peak of a status that nobody read counts";
+  EXPECT_GT(status->queues.events, 0U) << "nobody takes them here";
+  serve(120ms);
+  EXPECT_EQ(port_.status.fetch()->queues.receive_peak, 0U);
+}
+
 TEST_F(LineRunnerTest, ReportsNoTimeOutThatLateFramesDisprove) {
   boot();
   (void)events();

@@ -1,0 +1,34 @@
+// Whether every numbered frame is in the images of a line.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "stack/image/layout.h"
+#include "stack/image/snapshot.h"
+
+namespace linegate::bench {
+
+// The PDOs carry what load_sender.h says in numbered().
+class NumbersInImage {
+ public:
+  explicit NumbersInImage(image::Layout layout);
+
+  // The next image, in order; changes of several frames may be merged in it.
+  void take(const image::Snapshot& snapshot);
+
+  std::uint64_t frames() const { return frames_; }    // that the images stand for
+  std::uint64_t missing() const { return missing_; }  // numbers that were left out
+  std::uint64_t torn() const { return torn_; }        // PDOs with bytes of two frames
+
+ private:
+  std::uint64_t value(const image::Snapshot& snapshot, const image::PdoMark& mark) const;
+
+  image::Layout layout_;
+  std::vector<std::uint32_t> last_;  // by local PDO
+  std::uint64_t frames_ = 0;
+  std::uint64_t missing_ = 0;
+  std::uint64_t torn_ = 0;
+};
+
+}  // namespace linegate::bench
