@@ -43,6 +43,10 @@ std::unique_ptr<can_bridge::Channel> open_channel(const config::Interface& inter
   return network.open(own ? "simulated:" + interface.name : interface.name, options, faults.faults);
 }
 
+std::string name_for_people(const config::Interface& interface) {
+  return interface.scheme == config::Scheme::socketcan ? interface.name : interface.uri;
+}
+
 std::string name_in_log(const config::Interface& interface, const std::string& line) {
   return interface.scheme == config::Scheme::socketcan ? interface.name : line;
 }

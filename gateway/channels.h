@@ -27,6 +27,9 @@ std::unique_ptr<can_bridge::Channel> open_channel(const config::Interface& inter
                                                   sim::VirtualNetwork& network,
                                                   Use use = Use::transmit);
 
+// What an operator calls it: the kernel's name, as ip wants it, else what the configuration says.
+std::string name_for_people(const config::Interface& interface);
+
 // What a candump log calls the interface: the kernel's name, else that of the line.
 std::string name_in_log(const config::Interface& interface, const std::string& line);
 

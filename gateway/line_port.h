@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "bridges/can/controller_setup.h"
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/handover.h"
 #include "gateway/exchange/ring.h"
@@ -35,6 +36,7 @@ struct QueueDepths {
 struct LineStatus {
   line::LineState state;
   QueueDepths queues;
+  can_bridge::ControllerSetup controller;  // what it is set to, where that is known
   Instant time{};
 };
 

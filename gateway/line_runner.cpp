@@ -194,6 +194,7 @@ void LineRunner::hand_over_status(Instant now) {
     queues.merge(draft.value.queues);
   }
   draft.value.queues = queues;
+  draft.value.controller = pump_.channel().settings();
   draft.value.state = line_->state();
   draft.value.time = now;
   port_.status.publish();

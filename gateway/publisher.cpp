@@ -10,6 +10,8 @@
 #include <spdlog/spdlog.h>
 
 #include "gateway/access.h"
+#include "gateway/channels.h"
+#include "gateway/controller_text.h"
 #include "gateway/event_text.h"
 
 namespace linegate::gateway {
@@ -172,7 +174,8 @@ void Publisher::publish_replies(Line& line) {
 void Publisher::publish_events(Line& line, Instant now) {
   for (Event event; line.host->port.events.pop(event);) {
     line.history->correct(event);
-    const std::string text = describe(event, line.host->plan.config, line.info.interface_uri);
+    const std::string text =
+        describe(event, line.host->plan.config, name_for_people(line.host->plan.interface));
     bridge_.publish(line.info.name, event, text);
     line.logger.write(line.info.name, event, text, now);
     rounds_.add();
@@ -184,10 +187,12 @@ void Publisher::publish_states(Line& line, Instant now) {
     line.history->correct(status->state);
     status->queues.merge(line.queues);
     line.queues = status->queues;
+    look_at_controller(line, status->controller);
     if (!line.state_known || !same_state(line.last_state, status->state) ||
         now - line.state_published >= kStatePeriod || stop_.raised()) {
       set_properties(config::name(line.host->plan.outputs), std::exchange(line.queues, {}),
                      line.properties);
+      add_properties(line.controller, line.properties);
       bridge_.publish(line.info, status->state, status->time, line.properties);
       line.host->shown.draft().value = status->state;
       line.host->shown.publish();
@@ -199,6 +204,20 @@ void Publisher::publish_states(Line& line, Instant now) {
   for (NodeStatus status; line.host->port.nodes.pop(status);) {
     publish_node(line, status);
     rounds_.add();
+  }
+}
+
+// Its bit rate is that of the line, whatever the configuration says; where they differ is told
+// once.
+void Publisher::look_at_controller(Line& line, const can_bridge::ControllerSetup& controller) {
+  if (controller == line.controller) {
+    return;
+  }
+  line.controller = controller;
+  const config::LinePlan& plan = line.host->plan;
+  line.info.bit_rate = controller.bit_rate != 0 ? controller.bit_rate : plan.config.bit_rate;
+  for (const std::string& complaint : complaints(plan, controller)) {
+    spdlog::warn("{}: {}", line.info.name, complaint);
   }
 }
 

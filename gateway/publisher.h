@@ -63,6 +63,7 @@ class Publisher {
     dds::LineInfo info;
     std::vector<dds::Property> properties;
     QueueDepths queues;  // since they were published last
+    can_bridge::ControllerSetup controller;
     EventLogger logger;
     std::array<Node, 128> nodes;
     bool state_known = false;
@@ -82,6 +83,7 @@ class Publisher {
   void publish_replies(Line& line);
   void publish_events(Line& line, Instant now);
   void publish_states(Line& line, Instant now);
+  static void look_at_controller(Line& line, const can_bridge::ControllerSetup& controller);
   void publish_node(Line& line, const NodeStatus& status);
   void publish_new_layouts(Line& line);
   void publish_image(Line& line, image::Direction direction);

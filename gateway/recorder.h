@@ -95,6 +95,7 @@ class RecordingChannel final : public can_bridge::Channel {
   bool wants_writable() const override { return channel_->wants_writable(); }
   Instant next_wake() const override { return channel_->next_wake(); }
   const can_bridge::ChannelCounters& counters() const override { return channel_->counters(); }
+  can_bridge::ControllerSetup settings() const override { return channel_->settings(); }
 
  private:
   std::unique_ptr<can_bridge::Channel> channel_;

@@ -20,6 +20,7 @@
 #include <string>
 #include <string_view>
 
+#include "bridges/can/controller_setup.h"
 #include "stack/base/time.h"
 #include "stack/can/bus_state.h"
 #include "stack/can/frame.h"
@@ -100,6 +101,10 @@ class Channel {
   virtual Instant next_wake() const = 0;
 
   virtual const ChannelCounters& counters() const = 0;
+
+  // What the controller was set to when interface_ready was told last; what is 0 or absent is not
+  // known, as with a bus that has no controller.
+  virtual ControllerSetup settings() const { return {}; }
 };
 
 // The code of an interface_failed event in words, with what to do about it where there is

@@ -18,6 +18,8 @@ struct ControllerSetup {
   // Not even acknowledging what others send.
   std::optional<bool> listen_only;
 
+  friend bool operator==(const ControllerSetup&, const ControllerSetup&) = default;
+
   bool any() const {
     return bit_rate != 0 || data_bit_rate != 0 || restart_ms.has_value() ||
            listen_only.value_or(false);

@@ -51,28 +51,58 @@ can::BusState to_bus_state(std::uint32_t state) {
   }
 }
 
-can::BusState parse(Bytes answer) {
+template <class T>
+bool read_attribute(Bytes attributes, unsigned type, T& out) {
+  const Bytes content = find_attribute(attributes, type);
+  if (content.size() < sizeof out) {
+    return false;
+  }
+  std::memcpy(&out, content.data(), sizeof out);
+  return true;
+}
+
+ControllerSetup settings_in(Bytes data) {
+  ControllerSetup settings;
+  can_bittiming timing{};
+  if (read_attribute(data, IFLA_CAN_BITTIMING, timing)) {
+    settings.bit_rate = timing.bitrate;
+    settings.sample_point = timing.sample_point;
+  }
+  if (read_attribute(data, IFLA_CAN_DATA_BITTIMING, timing)) {
+    settings.data_bit_rate = timing.bitrate;
+    settings.data_sample_point = timing.sample_point;
+  }
+  std::uint32_t restart_ms = 0;
+  if (read_attribute(data, IFLA_CAN_RESTART_MS, restart_ms)) {
+    settings.restart_ms = restart_ms;
+  }
+  can_ctrlmode modes{};
+  if (read_attribute(data, IFLA_CAN_CTRLMODE, modes)) {
+    settings.listen_only = (modes.flags & CAN_CTRLMODE_LISTENONLY) != 0;
+  }
+  return settings;
+}
+
+ControllerReport parse(Bytes answer) {
   constexpr std::size_t kHeaders = NLMSG_HDRLEN + NLMSG_ALIGN(sizeof(ifinfomsg));
   nlmsghdr header;
   if (answer.size() < kHeaders) {
-    return can::BusState::error_active;
+    return {};
   }
   std::memcpy(&header, answer.data(), sizeof header);
   if (header.nlmsg_type != RTM_NEWLINK) {
-    return can::BusState::error_active;
+    return {};
   }
   const Bytes info = find_attribute(answer.subspan(kHeaders), IFLA_LINKINFO);
-  const Bytes state = find_attribute(find_attribute(info, IFLA_INFO_DATA), IFLA_CAN_STATE);
-  std::uint32_t value = CAN_STATE_ERROR_ACTIVE;
-  if (state.size() >= sizeof value) {
-    std::memcpy(&value, state.data(), sizeof value);
-  }
-  return to_bus_state(value);
+  const Bytes data = find_attribute(info, IFLA_INFO_DATA);
+  std::uint32_t state = CAN_STATE_ERROR_ACTIVE;
+  read_attribute(data, IFLA_CAN_STATE, state);
+  return {to_bus_state(state), settings_in(data)};
 }
 
 }  // namespace
 
-can::BusState controller_state(int interface_index) {
+ControllerReport controller_report(int interface_index) {
   struct {
     nlmsghdr header{};
     ifinfomsg info{};
@@ -85,7 +115,7 @@ can::BusState controller_state(int interface_index) {
   const int descriptor =
       ::socket(AF_NETLINK, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, NETLINK_ROUTE);
   if (descriptor < 0) {
-    return can::BusState::error_active;
+    return {};
   }
   alignas(nlmsghdr) std::array<std::byte, 16384> answer;
   ssize_t length = -1;
@@ -95,7 +125,7 @@ can::BusState controller_state(int interface_index) {
   }
   ::close(descriptor);
   return length > 0 ? parse(Bytes(answer).first(static_cast<std::size_t>(length)))
-                    : can::BusState::error_active;
+                    : ControllerReport{};
 }
 
 }  // namespace linegate::can_bridge

@@ -117,7 +117,9 @@ OpenedInterface open_interface(const std::string& name, int receive_buffer,
     result.error = bind_to(attempt.descriptor(), index);
   }
   if (result.error == 0) {
-    result.state = controller_state(index);
+    const ControllerReport report = controller_report(index);
+    result.state = report.state;
+    result.settings = report.settings;
     result.descriptor = attempt.release();
   }
   return result;

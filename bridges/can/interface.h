@@ -13,6 +13,7 @@ struct OpenedInterface {
   int error = 0;        // errno; EMEDIUMTYPE: the interface is no CAN interface
   bool fd = false;      // CAN FD frames can be sent (MTU 72)
   can::BusState state = can::BusState::unknown;
+  ControllerSetup settings;  // what the controller is set to
 };
 
 // A socket bound to the interface that is up: non-blocking, with time stamps, own echoes, error

@@ -62,6 +62,7 @@ void SocketChannel::open(BusEvents& events, Instant now) {
   }
   socket_.reset(opened.descriptor);
   fd_ = opened.fd;
+  settings_ = opened.settings;
   told_ready(opened.state, events, now);
 }
 

@@ -26,6 +26,7 @@ class SocketChannel final : public Channel {
   bool wants_writable() const override { return wants_writable_; }
   Instant next_wake() const override;
   const ChannelCounters& counters() const override { return counters_; }
+  ControllerSetup settings() const override { return settings_; }
 
  private:
   bool adopted() const { return interface_.empty(); }
@@ -53,6 +54,7 @@ class SocketChannel final : public Channel {
   ReceiveClock clock_;
   TransmitWindow window_;
   ChannelCounters counters_;
+  ControllerSetup settings_;
 
   bool ready_ = false;
   bool fd_ = false;

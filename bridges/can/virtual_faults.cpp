@@ -37,6 +37,14 @@ bool read_time(std::string_view text, Duration& out) {
   return out > kBusOffTime && time <= kLongest;
 }
 
+// "5@10s".
+bool read_stuck(std::string_view text, VirtualFaults& out) {
+  const std::size_t at = std::min(text.find('@'), text.size());
+  const auto read = std::from_chars(text.data(), text.data() + at, out.stuck);
+  return read.ec == std::errc{} && read.ptr == text.data() + at && out.stuck >= 1 &&
+         out.stuck <= 127 && at < text.size() && read_time(text.substr(at + 1), out.stuck_time);
+}
+
 bool read_seed(std::string_view text, std::uint32_t& out) {
   const auto read = std::from_chars(text.data(), text.data() + text.size(), out);
   return read.ec == std::errc{} && read.ptr == text.data() + text.size();
@@ -55,6 +63,9 @@ bool read_option(const UriOption& option, VirtualFaults& out) {
   if (option.key == "bus_off") {
     return read_time(option.value, out.bus_off);
   }
+  if (option.key == "stuck") {
+    return read_stuck(option.value, out);
+  }
   return option.key == "seed" && read_seed(option.value, out.seed);
 }
 
@@ -66,7 +77,9 @@ ParsedFaults virtual_faults(const InterfaceUri& uri) {
     if (!read_option(option, parsed.faults)) {
       parsed.error =
           "a virtual bus has the options lost, disturbed and doubled (0% to 100%, disturbed less), "
-          "bus_off (a time longer than 1s) and seed (a number), not \"" +
+          "bus_off (a time longer than 1s), stuck (a node and such a time, as in 5@10s) and seed "
+          "(a "
+          "number), not \"" +
           option.key + "=" + option.value + "\"";
       return parsed;
     }

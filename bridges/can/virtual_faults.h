@@ -3,10 +3,12 @@
 //   virtual:press?lost=1%                   of all frames on the bus so many reach nobody
 //   virtual:press?disturbed=0.5%&seed=7     so many are destroyed by an error frame, and sent again
 //   virtual:press?doubled=0.1%              so many arrive twice
+//   virtual:press?stuck=5@10s               node 5 is stuck after 10 s, for 10 s, and so on
 //   virtual:press?bus_off=10s               this end goes bus-off every 10 s, for a second
 //
-// The first three are about the whole bus, whichever of its ends asks for them; the same seed and
-// the same frames give the same faults.
+// All but the last are about the whole bus, whichever of its ends asks for them; the same seed and
+// the same frames give the same faults. Of a node that is stuck nothing reaches anybody that it
+// sends on the identifiers of the pre-defined connection set: EMCY, TPDO 1 to 4, SDO, heartbeat.
 #pragma once
 
 #include <chrono>
@@ -22,10 +24,12 @@ struct VirtualFaults {
   double lost = 0;       // 0 to 1, together at most 1
   double disturbed = 0;  // less than 1: a frame has to get through some day
   double doubled = 0;
-  Duration bus_off{};  // from one bus-off to the next; 0 = never
+  Duration bus_off{};      // from one bus-off to the next; 0 = never
+  std::uint8_t stuck = 0;  // node-ID, 0 = none
+  Duration stuck_time{};   // so long it works, so long it is stuck
   std::uint32_t seed = 1;
 
-  bool of_bus() const { return lost > 0 || disturbed > 0 || doubled > 0; }
+  bool of_bus() const { return lost > 0 || disturbed > 0 || doubled > 0 || stuck != 0; }
 };
 
 // How long a bus-off lasts.

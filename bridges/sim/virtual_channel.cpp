@@ -1,6 +1,7 @@
 #include "bridges/sim/virtual_channel.h"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <map>
 #include <mutex>
@@ -12,6 +13,7 @@
 #include <unistd.h>
 
 #include "bridges/can/sendable.h"
+#include "stack/can/cob_id.h"
 
 namespace linegate::sim {
 namespace {
@@ -62,6 +64,14 @@ class Timer {
   Instant armed_ = kNever;
 };
 
+// Whether that node sends it, by the pre-defined connection set of CiA 301; 0 = no node.
+bool is_from(const can::Frame& frame, std::uint8_t node) {
+  constexpr std::array<std::uint32_t, 7> kServices{
+      can::kEmcyBase, 0x180, 0x280, 0x380, 0x480, can::kSdoResponseBase, can::kErrorControlBase};
+  return node != 0 && std::any_of(kServices.begin(), kServices.end(),
+                                  [&](std::uint32_t base) { return frame.id == base + node; });
+}
+
 struct Member {
   Bus::Endpoint endpoint = 0;
   Timer timer;
@@ -81,10 +91,18 @@ struct SharedBus {
     }
   }
 
-  // What becomes of a frame, by chance.
+  void advance(Instant now) {
+    time = now;
+    bus.advance(now);
+  }
+
+  // What becomes of a frame, by chance and by the clock.
   void set_faults(const can_bridge::VirtualFaults& faults) {
-    bus.set_disturbance([this, faults, random = std::mt19937(faults.seed)](const can::Frame&,
+    bus.set_disturbance([this, faults, random = std::mt19937(faults.seed)](const can::Frame& frame,
                                                                            Bus::Endpoint) mutable {
+      if (is_from(frame, faults.stuck) && is_odd_turn(faults.stuck_time)) {
+        return Fate::lost;
+      }
       double dice = std::uniform_real_distribution<>(0, 1)(random);
       if ((dice -= faults.lost) < 0) {
         return Fate::lost;
@@ -97,8 +115,13 @@ struct SharedBus {
     });
   }
 
+  // Time goes in turns of that length since the first end was opened: 0, 1, ...
+  bool is_odd_turn(Duration length) const { return (time - opened) / length % 2 == 1; }
+
   std::mutex mutex;
   Bus bus;
+  Instant time{};           // of the last call
+  Instant opened = kNever;  // the first end of it
   std::vector<Member*> members;
   std::uint64_t disturbed = 0;  // frames, so far
 };
@@ -132,7 +155,7 @@ class VirtualChannel final : public can_bridge::Channel {
     }
     const std::scoped_lock lock(shared_->mutex);
     Bus& bus = shared_->bus;
-    bus.advance(now);
+    shared_->advance(now);
     if (descriptor() < 0 && !open(events, now)) {
       return 0;
     }
@@ -156,7 +179,7 @@ class VirtualChannel final : public can_bridge::Channel {
       return 0;
     }
     const std::scoped_lock lock(shared_->mutex);
-    shared_->bus.advance(now);
+    shared_->advance(now);
     std::size_t taken = 0;
     while (taken < frames.size() && submit(frames[taken], now)) {
       ++taken;
@@ -195,6 +218,7 @@ class VirtualChannel final : public can_bridge::Channel {
       return false;
     }
     shared_->members.push_back(&self_);
+    shared_->opened = earlier(shared_->opened, now);
     shared_->bus.set_connected(self_.endpoint, true, now);
     event.kind = BusEvent::Kind::interface_ready;
     events.push(event);

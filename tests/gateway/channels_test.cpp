@@ -31,6 +31,13 @@ TEST(Channels, AnObserverListensOnlyUnlessItIsToldOtherwise) {
   }
 }
 
+TEST(Channels, AnOperatorReadsTheNameThatIpWants) {
+  std::string error;
+  EXPECT_EQ(name_for_people(config::parse_interface("socketcan:can0?bitrate=500000", "/", error)),
+            "can0");
+  EXPECT_EQ(name_for_people(config::parse_interface("virtual:a", "/", error)), "virtual:a");
+}
+
 // It would be set up otherwise, which nobody asked for.
 TEST(Channels, AnInterfaceWithoutOptionsIsLeftAsItIs) {
   EXPECT_FALSE(setup_of("socketcan:can0", Use::observe).any());

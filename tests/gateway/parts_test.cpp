@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "gateway/access.h"
+#include "gateway/controller_text.h"
 #include "gateway/event_logger.h"
 #include "gateway/event_text.h"
 #include "gateway/foreign_text.h"
@@ -29,6 +30,48 @@ image::Snapshot snapshot_with(std::uint16_t local_pdo, std::uint32_t count) {
   mark.count = count;
   out.marks.push_back(mark);
   return out;
+}
+
+TEST(ControllerText, TellsWhereTheControllerIsSetOtherwiseThanTheLineNeeds) {
+  config::LinePlan plan;
+  plan.interface.uri = "socketcan:can0";
+  plan.interface.name = "can0";
+  can_bridge::ControllerSetup controller;
+  EXPECT_TRUE(complaints(plan, controller).empty()) << "vcan says nothing of itself";
+
+  controller.bit_rate = 250'000;
+  controller.listen_only = false;
+  EXPECT_TRUE(complaints(plan, controller).empty()) << "the configuration does not name a bit rate";
+  plan.config.bit_rate = 250'000;
+  EXPECT_TRUE(complaints(plan, controller).empty());
+  plan.config.bit_rate = 500'000;
+  ASSERT_EQ(complaints(plan, controller).size(), 1U);
+  EXPECT_EQ(complaints(plan, controller)[0],
+            "socketcan:can0 runs at 250000 bit/s, and the configuration of the line says 500000 "
+            "bit/s");
+
+  plan.config.bit_rate = 0;
+  plan.config.role = line::Role::observer;
+  ASSERT_EQ(complaints(plan, controller).size(), 1U);
+  EXPECT_NE(complaints(plan, controller)[0].find("acknowledges"), std::string::npos);
+  controller.listen_only = true;
+  EXPECT_TRUE(complaints(plan, controller).empty());
+  plan.config.role = line::Role::manager;
+  ASSERT_EQ(complaints(plan, controller).size(), 1U);
+  EXPECT_NE(complaints(plan, controller)[0].find("nothing that the line sends"), std::string::npos);
+}
+
+TEST(ControllerText, HasPropertiesOfWhatIsKnown) {
+  std::vector<dds::Property> out;
+  add_properties({}, out);
+  EXPECT_TRUE(out.empty());
+  can_bridge::ControllerSetup controller;
+  controller.listen_only = true;
+  controller.restart_ms = 100;
+  add_properties(controller, out);
+  ASSERT_EQ(out.size(), 2U);
+  EXPECT_EQ(out[0].name + "=" + out[0].value, "listen-only=on");
+  EXPECT_EQ(out[1].name + "=" + out[1].value, "restart-ms=100");
 }
 
 TEST(PdoUpdates, PassOnceInMinPeriodWithTheReceptionsTheyStandFor) {

@@ -81,9 +81,14 @@ TEST(InterfaceUri, FaultsOfAVirtualBus) {
   EXPECT_DOUBLE_EQ(all.doubled, 0.001);
   EXPECT_EQ(all.bus_off, std::chrono::seconds(10));
   EXPECT_EQ(all.seed, 7U);
+  const VirtualFaults stuck = faults("virtual:a?stuck=5@10s");
+  EXPECT_TRUE(stuck.of_bus());
+  EXPECT_EQ(stuck.stuck, 5);
+  EXPECT_EQ(stuck.stuck_time, std::chrono::seconds(10));
   EXPECT_EQ(faults("virtual:a?bus_off=1500ms").bus_off, std::chrono::milliseconds(1500));
   for (const char* text : {"lost=2", "lost=-1%", "lost=", "lost=nan", "disturbed=100%", "seed=x",
-                           "bus_off=10", "bus_off=1s", "bus_off=2d", "loss=1%"}) {
+                           "bus_off=10", "bus_off=1s", "bus_off=2d", "loss=1%", "stuck=5",
+                           "stuck=0@10s", "stuck=128@10s", "stuck=5@1s", "stuck=@10s"}) {
     EXPECT_THAT(parse_uri(std::string("virtual:a?") + text).error,
                 HasSubstr(std::string("not \"") + text + "\""));
   }

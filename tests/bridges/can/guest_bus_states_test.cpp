@@ -132,6 +132,8 @@ TEST(GuestBusStates, AnInterfaceThatIsDownIsSetUpAsItsOptionsSay) {
   Driven a("slcan6", options);
   EXPECT_TRUE(a.until([&] { return a.told(Kind::interface_ready); }));
   shell("ip -details link show slcan6 | grep -q 'bitrate 250000'");
+  EXPECT_EQ(a.channel().settings().bit_rate, 250'000U) << "read back";
+  EXPECT_EQ(a.channel().settings().listen_only, false);
   a.send_all(std::array{make_frame(0x181)});
   EXPECT_TRUE(a.until([&] { return a.channel().counters().confirmed == 1; }));
 }

@@ -275,6 +275,34 @@ TEST_F(VirtualFaultsTest, DoubledFramesComeTwice) {
   EXPECT_LT(count, 600U);
 }
 
+TEST_F(VirtualFaultsTest, OfAStuckNodeNothingIsHeardForAWhile) {
+  VirtualNetwork network;
+  can_bridge::VirtualFaults faults;
+  faults.stuck = 5;
+  faults.stuck_time = std::chrono::seconds(10);
+  const auto gateway = network.open("a", {}, faults);
+  const auto devices = network.open("a");
+  const Instant start{std::chrono::seconds(100)};
+  read(*gateway, start);
+  read(*devices, start);
+  const auto heard_at = [&](Duration after, std::uint32_t id) {
+    EXPECT_EQ(devices->write(std::array{make_frame(id)}, start + after), 1U);
+    const Instant later = start + after + std::chrono::milliseconds(5);
+    read(*devices, later);
+    return read(*gateway, later).size();
+  };
+  const auto ms = [](int n) { return std::chrono::milliseconds(n); };
+  EXPECT_EQ(heard_at(ms(9'000), 0x705), 1U);
+  int at = 15'000;
+  for (const std::uint32_t id : {0x705U, 0x085U, 0x185U, 0x485U, 0x585U}) {
+    EXPECT_EQ(heard_at(ms(at += 10), id), 0U) << id;
+  }
+  for (const std::uint32_t id : {0x706U, 0x605U, 0x205U, 0x080U}) {
+    EXPECT_EQ(heard_at(ms(at += 10), id), 1U) << id;
+  }
+  EXPECT_EQ(heard_at(ms(21'000), 0x705), 1U) << "it has come round";
+}
+
 TEST_F(VirtualFaultsTest, AnEndGoesBusOffAndComesBack) {
   VirtualNetwork network;
   can_bridge::VirtualFaults faults;

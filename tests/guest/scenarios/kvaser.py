@@ -62,9 +62,8 @@ def scenario():
     devices = plant("devices", "can1")
     Actor("devices", programs.linegate, "simulate", "--plant", devices, "--line", "devices")
     bus = Witness("can1")
-    gateway = Actor(
-        "linegated", programs.linegated, plant("hall", "can0?bitrate=250000&sample-point=0.75&restart-ms=200")
-    )
+    uri = "can0?bitrate=250000&sample-point=0.75&restart-ms=200"
+    gateway = Actor("linegated", programs.linegated, plant("hall", uri, bit_rate="500kbit"))
     subscriber = FastSubscriber(programs.linegate)
     eventually("hall: its node is operational", lambda: operational(subscriber, "hall"), 120)
     eventually("hall: its values are valid", lambda: valid(subscriber, "hall"), 60)
@@ -73,10 +72,34 @@ def scenario():
     check("can0: and its sample point", set_up["bittiming"]["sample_point"] == "0.750")
     check("can0: and restarts by itself", set_up["restart_ms"] == 200)
     check("can0: acknowledges", "LISTEN-ONLY" not in set_up.get("ctrlmode", []))
+    line = subscriber.line("hall")
+    check(f"hall: LineState has the bit rate of the controller: {line}", line["bit_rate"] == 250_000)
+    check("hall: and its restart", line["properties"]["restart-ms"] == "200")
+    check("hall: and its mode", line["properties"]["listen-only"] == "off")
+    check(
+        "hall: the log says that the configuration has another bit rate",
+        "can0?bitrate=250000&sample-point=0.75&restart-ms=200 runs at 250000 bit/s, and the configuration of the line "
+        "says 500000 bit/s" in gateway.text(),
+    )
 
-    observer = Actor("observer", programs.linegated, plant("watch", "can2?bitrate=250000", "observer"))
-    eventually("watch: observes valid values", lambda: valid(subscriber, "watch"), 120)
-    check("can2: listens only", "LISTEN-ONLY" in controller("can2")["ctrlmode"])
+    subprocess.run("ip link set can2 type can bitrate 250000".split(), check=True)
+    subprocess.run("ip link set can2 up".split(), check=True)
+    loud = Actor("observer", programs.linegated, plant("loud", "can2", "observer"))
+    eventually(
+        "loud: the log says that its controller acknowledges",
+        lambda: "can2 acknowledges what others send" in loud.text(),
+        60,
+    )
+    check("that observer ends well", loud.stop(60) == 0)
+    subprocess.run("ip link set can2 down".split(), check=True)
+
+    observer = Actor("observer", programs.linegated, plant("quiet", "can2?bitrate=250000", "observer"))
+    eventually("quiet: observes valid values", lambda: valid(subscriber, "quiet"), 120)
+    check("can2: listens only", "LISTEN-ONLY" in controller("can2").get("ctrlmode", []))
+    eventually(
+        "quiet: so says LineState", lambda: subscriber.line("quiet")["properties"].get("listen-only") == "on", 30
+    )
+    check("quiet: and nobody complains", "acknowledges" not in observer.text())
     run("cansend", "can2", "7FF#01")
     told = ask(programs.linegate, "--json", "--wait", "30", "nodes", "hall", within=90)
     check(f"hall: goes on {told}", gateway.runs() and observer.runs())

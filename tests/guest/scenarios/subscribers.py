@@ -52,21 +52,21 @@ class FastSubscriber(Subscriber):
             if image["line"] == line and image["entries"] is not None and "bytes" in image
         ]
 
-    def bus(self, line):
-        """Its bus state, the newest."""
+    def line(self, line):
+        """Its LineState and NodeStates, the newest."""
         for picture in reversed(self.received("lines")):
             for state in picture["lines"]:
                 if state["line"] == line:
-                    return state["bus"]
-        return None
+                    return state
+        return {}
+
+    def bus(self, line):
+        """Its bus state, the newest."""
+        return self.line(line).get("bus")
 
     def nodes(self, line):
         """{node-ID: NodeState}, the newest."""
-        for picture in reversed(self.received("lines")):
-            for state in picture["lines"]:
-                if state["line"] == line:
-                    return {node["node"]: node for node in state["nodes"]}
-        return {}
+        return {node["node"]: node for node in self.line(line).get("nodes", [])}
 
     def events(self, line, kind=None, node=0):
         return [
