@@ -54,7 +54,7 @@ class Decoding {
     Bus& bus = bus_of(entry.interface);
     switch (entry.kind) {
       case LogEntry::Kind::frame:
-        frame(entry, bus.frames->explain(entry.frame));
+        frame(entry, bus.frames->explain(stamped(entry)));
         return;
       case LogEntry::Kind::error_frame:
         print(entry, "error", errors_of(entry, bus));
@@ -95,6 +95,13 @@ class Decoding {
       return &*found;
     }
     return lines.size() == 1 ? &lines.front() : nullptr;
+  }
+
+  // An SDO transfer that stands still for long is over: that needs the time.
+  static can::Frame stamped(const LogEntry& entry) {
+    can::Frame out = entry.frame;
+    out.time = Instant(Duration(entry.stamp_ns));
+    return out;
   }
 
   static std::string errors_of(const LogEntry& entry, Bus& bus) {

@@ -196,6 +196,8 @@ void LineRunner::hand_over_status(Instant now) {
   draft.value.queues = queues;
   draft.value.controller = pump_.channel().settings();
   draft.value.state = line_->state();
+  // What the interface could not make a frame of never reached the line.
+  draft.value.state.counters.frames_malformed += pump_.channel().counters().malformed;
   draft.value.time = now;
   port_.status.publish();
   handed_over_ = true;

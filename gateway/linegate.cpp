@@ -159,7 +159,11 @@ class Program {
     monitor->add_option("--duration", duration_, "end by itself after so many seconds, e.g. 30s")
         ->transform(CLI::AsNumberWithUnit(
             std::map<std::string, double>{{"s", 1.0}, {"ms", 0.001}, {"min", 60.0}}));
-    monitor->add_flag("--once", once_, "one picture as text");
+    monitor->add_flag("--once", monitor_.once,
+                      "what there is now, and end; with --json one document");
+    monitor->add_option("--line", monitor_.filter.line, "only this line");
+    monitor->add_option("--node", monitor_.filter.node, "only this node-ID")
+        ->check(CLI::Range(1, 127));
     on(monitor, [this] { return run_monitor(); });
 
     CLI::App* lines = app_.add_subcommand("lines", "the lines of all gateways and their state");
@@ -344,10 +348,14 @@ class Program {
   int run_monitor() {
     return with_client(options_, {.images = true, .events = true}, [this](console::Context& c) {
       end_in_good_order();
-      const console::MonitorOptions monitor{.duration = seconds(duration_), .once = once_};
-      const bool screen = !once_ && !options_.json && isatty(STDOUT_FILENO) != 0;
-      return screen ? console::monitor_screen(c, monitor, stopped)
-                    : console::monitor_text(c, monitor, stopped);
+      monitor_.duration = seconds(duration_);
+      const bool screen = !monitor_.once && !options_.json && isatty(STDOUT_FILENO) != 0;
+      if (screen) {
+        return console::monitor_screen(c, monitor_, stopped);
+      }
+      // What is no terminal gets one picture, unless it asked for more.
+      monitor_.once = monitor_.once || (!options_.json && duration_ <= 0);
+      return console::monitor_text(c, monitor_, stopped);
     });
   }
 
@@ -356,7 +364,7 @@ class Program {
   Options options_;
   Texts texts_;
   double duration_ = 0;
-  bool once_ = false;
+  console::MonitorOptions monitor_;
   bool outputs_ = false;
   bool concise_ = false;
   std::uint64_t count_ = 0;

@@ -98,9 +98,9 @@ int lines(Context& context) {
     return kFailed;
   }
   if (context.json) {
-    context.out << lines_json(found) << '\n';
+    context.out << lines_json(model, found) << '\n';
   } else {
-    print(context.out, lines_table(model));
+    print(context.out, text_of(lines_of(model, {})));
   }
   return kDone;
 }
@@ -114,7 +114,7 @@ int nodes(Context& context, const std::string& line) {
   if (context.json) {
     context.out << nodes_json(found) << '\n';
   } else {
-    print(context.out, nodes_table(found));
+    print(context.out, text_of(nodes_of(model, {.line = line})));
   }
   return kDone;
 }

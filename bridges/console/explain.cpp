@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include "bridges/console/explain_words.h"
 #include "bridges/console/value_text.h"
@@ -83,21 +84,42 @@ std::string value_of(const od::DeviceDescription* device, od::Address address,
 // --- devices ------------------------------------------------------------------------------------
 
 void Explainer::add(const line::NodeConfig& device) {
-  const line::NodeConfig& kept = devices_[device.id] = device;
-  const auto pdos = pdo::describe_pdos(kept.device);
-  if (pdos.value) {
-    add_pdos(kept, pdos.value->tpdos, true);
-    add_pdos(kept, pdos.value->rpdos, false);
+  devices_[device.id] = device;
+  channels_.erase(device.id);
+  note_pdos(device.id, channel(device.id).pdos);
+}
+
+void Explainer::note_pdos(unsigned id, const PdoFollower& pdos) {
+  for (auto& [key, of_key] : pdos_) {
+    std::erase_if(of_key, [id](const Pdo& pdo) { return pdo.node == id; });
+  }
+  std::erase_if(pdos_, [](const auto& entry) { return entry.second.empty(); });
+  for (const bool transmitted : {true, false}) {
+    const auto kind = transmitted ? pdo::PdoKind::tpdo : pdo::PdoKind::rpdo;
+    for (const observer::KnownPdo& known : pdos.pdos()) {
+      if (known.kind == kind) {
+        const can::CobId cob_id = known.parameters.cob_id;
+        const std::uint32_t key = cob_id.id() | (cob_id.extended() ? kExtendedKey : 0);
+        pdos_[key].push_back({id, known.parameters, transmitted});
+      }
+    }
   }
 }
 
-void Explainer::add_pdos(const line::NodeConfig& device, const std::vector<pdo::Parameters>& pdos,
-                         bool transmitted) {
-  for (const pdo::Parameters& parameters : pdos) {
-    const std::uint32_t key =
-        parameters.cob_id.id() | (parameters.cob_id.extended() ? kExtendedKey : 0);
-    pdos_[key].push_back({&device, parameters, transmitted});
+Explainer::Channel& Explainer::channel(unsigned id) {
+  const auto found = channels_.find(id);
+  if (found != channels_.end()) {
+    return found->second;
   }
+  const od::DeviceDescription* known = description(id);
+  const od::DeviceDescription empty;
+  PdoFollower pdos(known == nullptr ? empty : *known, static_cast<std::uint8_t>(id));
+  return channels_.emplace(id, Channel{{}, std::move(pdos)}).first->second;
+}
+
+const od::DeviceDescription* Explainer::description(unsigned id) const {
+  const line::NodeConfig* const known = device(id);
+  return known == nullptr ? nullptr : &known->device;
 }
 
 const line::NodeConfig* Explainer::device(unsigned id) const {
@@ -161,14 +183,20 @@ std::string Explainer::emcy(const can::Frame& frame, unsigned id) const {
 }
 
 std::string Explainer::sdo(const can::Frame& frame, unsigned id, bool request) {
-  const line::NodeConfig* known = device(id);
-  return "SDO " + std::string(request ? "to " : "of ") + node(id) + ": " +
-         sdo_[id].explain(frame, known == nullptr ? nullptr : &known->device, request);
+  Channel& with = channel(id);
+  std::string out = "SDO " + std::string(request ? "to " : "of ") + node(id) + ": " +
+                    with.sdo.explain(frame, description(id), request);
+  if (const std::string news = with.pdos.follow(frame, request); !news.empty()) {
+    out += "; " + news;
+    note_pdos(id, with.pdos);
+  }
+  return out;
 }
 
 std::string Explainer::pdo(const can::Frame& frame, const Pdo& pdo) const {
   std::string out = (pdo.transmitted ? "TPDO " : "RPDO ") + std::to_string(pdo.parameters.number) +
-                    (pdo.transmitted ? " of " : " to ") + node(pdo.device->id);
+                    (pdo.transmitted ? " of " : " to ") + node(pdo.node);
+  const od::DeviceDescription* device = description(pdo.node);
   if (frame.remote()) {
     return out + " is asked for";
   }
@@ -176,20 +204,19 @@ std::string Explainer::pdo(const can::Frame& frame, const Pdo& pdo) const {
   for (const pdo::Mapping& mapping : pdo.parameters.mapping) {
     if (offset + mapping.bits > 8U * frame.length) {
       return out + ", but " + std::to_string(frame.length) + " bytes are too short for " +
-             object_text(&pdo.device->device, mapping.address);
+             object_text(device, mapping.address);
     }
     if (mapping.address.index >= 0x20) {  // what is below fills a gap
       out += offset == 0 ? ": " : "; ";
-      out += object_text(&pdo.device->device, mapping.address) + " = " +
-             value_of(&pdo.device->device, mapping.address, bits_of(frame, offset, mapping.bits));
+      out += object_text(device, mapping.address) + " = " +
+             value_of(device, mapping.address, bits_of(frame, offset, mapping.bits));
     }
     offset += mapping.bits;
   }
   return out;
 }
 
-// --- which service
-// --------------------------------------------------------------------------------
+// --- which service -------------------------------------------------------------------------------
 
 std::string Explainer::by_identifier(const can::Frame& frame) {
   const unsigned id = frame.id & 0x7FU;

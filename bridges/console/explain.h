@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bridges/console/explain_sdo.h"
+#include "bridges/console/pdo_follower.h"
 #include "stack/can/frame.h"
 #include "stack/line/config.h"
 #include "stack/pdo/parameters.h"
@@ -25,25 +26,33 @@ class Explainer {
   Explainer(const Explainer&) = delete;
   Explainer& operator=(const Explainer&) = delete;
 
-  // Names, objects and PDOs of a device as its file and the configuration have them. A PDO that is
-  // mapped anew while the line runs is not noticed.
+  // Names, objects and PDOs of a device as its file and the configuration have them.
   void add(const line::NodeConfig& device);
 
-  // One sentence, without a full stop.
+  // One sentence, without a full stop. A PDO that is mapped anew by SDO, or of which a mapping is
+  // read, is explained accordingly from then on, also of devices that were not added; the sentence
+  // about the frame that completes the transfer says so.
   std::string explain(const can::Frame& frame);
 
  private:
   struct Pdo {
-    const line::NodeConfig* device;
+    unsigned node;
     pdo::Parameters parameters;
     bool transmitted;  // by the device
+  };
+  // The SDO channel of a node, known or not, and what it makes of the PDOs.
+  struct Channel {
+    SdoConversation sdo;
+    PdoFollower pdos;
   };
 
   // "5 (inlet)", or "5".
   std::string node(unsigned id) const;
   const line::NodeConfig* device(unsigned id) const;
-  void add_pdos(const line::NodeConfig& device, const std::vector<pdo::Parameters>& pdos,
-                bool transmitted);
+  const od::DeviceDescription* description(unsigned id) const;
+  Channel& channel(unsigned id);
+  // The identifiers of its PDOs, as the follower has them now.
+  void note_pdos(unsigned id, const PdoFollower& pdos);
 
   std::string nmt(const can::Frame& frame) const;
   std::string error_control(const can::Frame& frame, unsigned id) const;
@@ -54,7 +63,7 @@ class Explainer {
 
   std::map<unsigned, line::NodeConfig> devices_;
   std::map<std::uint32_t, std::vector<Pdo>> pdos_;  // by identifier; 29 bits: with bit 31
-  std::map<unsigned, SdoConversation> sdo_;         // by node-ID of the server
+  std::map<unsigned, Channel> channels_;            // by node-ID of the server
 };
 
 // What a device calls an object: "6083:00 Profile acceleration", "2000:01".

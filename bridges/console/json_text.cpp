@@ -1,9 +1,15 @@
 #include "bridges/console/json_text.h"
 
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cmath>
+
 #include <nlohmann/json.hpp>
 
 #include "bridges/console/tables.h"
 #include "bridges/console/value_text.h"
+#include "stack/base/byte_order.h"
 
 namespace linegate::console {
 namespace {
@@ -68,18 +74,41 @@ Json node_json(const Line& line, const NodeView& node) {
           {"emcy_count", state.emcy_count}};
 }
 
-Json nodes_of(const std::vector<const Line*>& lines) {
+Json nodes_array(const std::vector<const Line*>& lines, std::uint8_t only = 0) {
   Json out = Json::array();
   for (const Line* line : lines) {
     for (const auto& [id, node] : line->nodes) {
-      out.push_back(node_json(*line, node));
+      if (only == 0 || only == id) {
+        out.push_back(node_json(*line, node));
+      }
     }
   }
   return out;
 }
 
-Json line_json(const Line& line) {
-  Json out = {{"gateway", line.id.gateway}, {"line", line.id.line}, {"gone", line.gone}};
+Json rate_json(const std::optional<double>& rate) {
+  return rate ? Json(*rate) : Json(nullptr);
+}
+
+std::string_view freshness_name(Freshness freshness) {
+  switch (freshness) {
+    case Freshness::unheard:
+      return "unheard";
+    case Freshness::live:
+      return "live";
+    case Freshness::silent:
+      return "silent";
+    case Freshness::gone:
+      return "gone";
+  }
+  return "unheard";
+}
+
+Json line_json(const Model& model, const Line& line, std::uint8_t node) {
+  Json out = {{"gateway", line.id.gateway},
+              {"line", line.id.line},
+              {"gone", line.gone},
+              {"freshness", freshness_name(model.freshness(line))}};
   if (line.view) {
     const line::LineState& state = line.view->state;
     out["interface"] = line.view->interface_uri;
@@ -95,6 +124,8 @@ Json line_json(const Line& line) {
     out["transmit_errors"] = state.transmit_errors;
     out["receive_errors"] = state.receive_errors;
     out["load_permille"] = state.load_permille;
+    out["received_per_second"] = rate_json(line.received_per_second);
+    out["sent_per_second"] = rate_json(line.sent_per_second);
     out["nodes_configured"] = state.nodes_configured;
     out["nodes_operational"] = state.nodes_operational;
     out["counters"] = counters_json(state.counters);
@@ -103,8 +134,47 @@ Json line_json(const Line& line) {
       out["properties"][name] = value;
     }
   }
-  out["nodes"] = nodes_of({&line});
+  out["nodes"] = nodes_array({&line}, node);
   return out;
+}
+
+Json real_json(double value) {
+  if (std::isnan(value)) {
+    return "nan";
+  }
+  return std::isinf(value) ? Json(value < 0 ? "-inf" : "inf") : Json(value);
+}
+
+Json value_json(od::DataType type, std::span<const std::byte> value) {
+  if (type == od::DataType::visible_string) {
+    return std::string(reinterpret_cast<const char*>(value.data()), value.size());
+  }
+  if (od::byte_size(type) != value.size() || value.empty() || value.size() > 8) {
+    return packed_hex(value);
+  }
+  const std::uint64_t raw = load_le(value);
+  if (type == od::DataType::boolean) {
+    return raw != 0;
+  }
+  if (type == od::DataType::real32) {
+    return real_json(std::bit_cast<float>(static_cast<std::uint32_t>(raw)));
+  }
+  if (type == od::DataType::real64) {
+    return real_json(std::bit_cast<double>(raw));
+  }
+  if (od::is_signed(type)) {
+    return load_le_signed(value);
+  }
+  return od::is_integer(type) ? Json(raw) : Json(packed_hex(value));
+}
+
+Json text_or_null(std::string_view text) {
+  return text.empty() ? Json(nullptr) : Json(text);
+}
+
+Json age_json(const std::optional<Duration>& age) {
+  return age ? Json(std::chrono::duration_cast<std::chrono::milliseconds>(*age).count())
+             : Json(nullptr);
 }
 
 Json entry_json(const Area& area, std::size_t i) {
@@ -120,26 +190,22 @@ Json entry_json(const Area& area, std::size_t i) {
           {"bit_length", entry.bit_length},
           {"remote_pdo", entry.remote_pdo},
           {"local_pdo", entry.local_pdo},
+          {"unit", text_or_null(unit_of(entry.name))},
+          {"age_ms", age_json(area.age(i))},
           {"valid", area.valid(i)},
-          {"value", to_text(entry.type, value)},
+          {"value", area.valid(i) ? value_json(entry.type, value) : Json(nullptr)},
           {"bytes", packed_hex(value)}};
 }
 
-}  // namespace
-
-std::string lines_json(const std::vector<const Line*>& lines) {
-  Json out = {{"lines", Json::array()}};
+Json lines_array(const Model& model, const std::vector<const Line*>& lines, std::uint8_t node = 0) {
+  Json out = Json::array();
   for (const Line* line : lines) {
-    out["lines"].push_back(line_json(*line));
+    out.push_back(line_json(model, *line, node));
   }
-  return dump(out);
+  return out;
 }
 
-std::string nodes_json(const std::vector<const Line*>& lines) {
-  return dump(nodes_of(lines));
-}
-
-std::string image_json(const Line& line, image::Direction direction) {
+Json image_object(const Line& line, image::Direction direction, std::uint8_t node = 0) {
   const Area& area = line.areas[static_cast<std::size_t>(direction)];
   Json out = {
       {"gateway", line.id.gateway}, {"line", line.id.line}, {"direction", image::name(direction)}};
@@ -155,25 +221,90 @@ std::string image_json(const Line& line, image::Direction direction) {
   if (area.complete()) {
     out["entries"] = Json::array();
     for (std::size_t i = 0; i < area.layout->entries.size(); ++i) {
-      out["entries"].push_back(entry_json(area, i));
+      if (node == 0 || area.layout->entries[i].node == node) {
+        out["entries"].push_back(entry_json(area, i));
+      }
     }
   }
+  return out;
+}
+
+Json event_object(const LineId& id, const EventView& view) {
+  const Event& event = view.event;
+  return {{"time", date_text(event.time)},
+          {"gateway", id.gateway},
+          {"line", id.line},
+          {"number", event.number},
+          {"kind", linegate::name(event.kind)},
+          {"severity", linegate::name(severity(event.kind))},
+          {"node", event.node},
+          {"code", event.code},
+          {"value", event.value},
+          {"data", packed_hex(std::span(event.data).first(event.length))},
+          {"text", view.text}};
+}
+
+Json events_array(const Model& model, const Filter& filter) {
+  const std::vector<const Line*> lines = model.find(filter.line);
+  Json out = Json::array();
+  for (const KnownEvent& event : model.events()) {
+    const bool of_line = std::any_of(lines.begin(), lines.end(),
+                                     [&](const Line* line) { return line->id == event.id; });
+    if (of_line && (filter.node == 0 || filter.node == event.view.event.node)) {
+      out.push_back(event_object(event.id, event.view));
+    }
+  }
+  return out;
+}
+
+// "type" ahead of all the rest.
+std::string typed(std::string_view type, const Json& rest) {
+  Json out = {{"type", type}};
+  out.update(rest);
   return dump(out);
 }
 
-std::string event_json(const LineId& id, const EventView& view) {
-  const Event& event = view.event;
-  return dump({{"time", date_text(event.time)},
-               {"gateway", id.gateway},
-               {"line", id.line},
-               {"number", event.number},
-               {"kind", name(event.kind)},
-               {"severity", name(severity(event.kind))},
-               {"node", event.node},
-               {"code", event.code},
-               {"value", event.value},
-               {"data", packed_hex(std::span(event.data).first(event.length))},
-               {"text", view.text}});
+}  // namespace
+
+std::string lines_json(const Model& model, const std::vector<const Line*>& lines) {
+  return dump({{"lines", lines_array(model, lines)}});
+}
+
+std::string nodes_json(const std::vector<const Line*>& lines) {
+  return dump(nodes_array(lines));
+}
+
+std::string image_json(const Line& line, image::Direction direction) {
+  return dump(image_object(line, direction));
+}
+
+std::string plant_json(const Model& model, const Filter& filter, Instant utc) {
+  Json out = {{"time", date_text(utc)}, {"lines", Json::array()}};
+  for (const Line* line : model.find(filter.line)) {
+    Json one = line_json(model, *line, filter.node);
+    one["inputs"] = image_object(*line, image::Direction::inputs, filter.node);
+    one["outputs"] = image_object(*line, image::Direction::outputs, filter.node);
+    out["lines"].push_back(std::move(one));
+  }
+  out["events"] = events_array(model, filter);
+  out["dropped"] = {{"damaged", model.unreadable()}, {"left_out", model.left_out()}};
+  return dump(out);
+}
+
+std::string stream_lines_json(const Model& model, const Filter& filter) {
+  return typed("lines", {{"lines", lines_array(model, model.find(filter.line), filter.node)}});
+}
+
+std::string stream_image_json(const Line& line, image::Direction direction, std::uint8_t node) {
+  return typed("image", image_object(line, direction, node));
+}
+
+std::string stream_event_json(const LineId& id, const EventView& event) {
+  return typed("event", event_object(id, event));
+}
+
+std::string event_json(const LineId& id, const EventView& event) {
+  return dump(event_object(id, event));
 }
 
 std::string answer_json(const Client::Answer& answer, const std::string& value) {

@@ -4,19 +4,29 @@
 #include <string>
 #include <vector>
 
+#include "bridges/console/filter.h"
 #include "bridges/console/model.h"
 
 namespace linegate::console {
 
 // {"lines":[{"gateway":..,"line":..,"role":..,"bus":..,"counters":{..},"nodes":[..]},..]}
-std::string lines_json(const std::vector<const Line*>& lines);
+std::string lines_json(const Model& model, const std::vector<const Line*>& lines);
 // [{"line":..,"node":..,"state":..,..},..]
 std::string nodes_json(const std::vector<const Line*>& lines);
 // {"line":..,"direction":..,"layout_id":..,"sequence":..,"time":..,"bytes":"hex","entries":[..]};
-// entries are null while layout and image do not belong together.
+// entries are null while layout and image do not belong together. The value of an entry is a
+// number, true or false, or text by its data type; "nan", "inf" or "-inf" for a real that is no
+// number; null if it is not valid.
 std::string image_json(const Line& line, image::Direction direction);
 // {"time":..,"gateway":..,"line":..,"number":..,"kind":..,"node":..,"code":..,"value":..,..}
 std::string event_json(const LineId& id, const EventView& event);
+// Everything at once: {"time":..,"lines":[{..,"inputs":{..},"outputs":{..}},..],"events":[..],
+// "dropped":{..}}, with only the line and node of the filter; its words have no effect.
+std::string plant_json(const Model& model, const Filter& filter, Instant utc);
+// The same piece by piece, one object a line, each with its "type": "lines", "image" or "event".
+std::string stream_lines_json(const Model& model, const Filter& filter);
+std::string stream_image_json(const Line& line, image::Direction direction, std::uint8_t node);
+std::string stream_event_json(const LineId& id, const EventView& event);
 // {"ok":true,"data":"hex","value":..} or {"ok":false,"domain":..,"code":..,"text":..}
 std::string answer_json(const Client::Answer& answer, const std::string& value);
 

@@ -35,8 +35,19 @@ bool matches(const image::Entry& entry, const std::string& text) {
 
 }  // namespace
 
+Instant steady_now() {
+  return Instant(std::chrono::duration_cast<Duration>(Clock::now().time_since_epoch()));
+}
+
+Instant utc_now() {
+  return Instant(
+      std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch()));
+}
+
 void poll(Context& context, Model& model, Duration timeout) {
+  model.at(steady_now());
   context.client.poll(timeout, model);
+  model.at(steady_now());
   for (const std::string& warning : model.take_warnings()) {
     context.err << warning << '\n';
   }

@@ -9,6 +9,10 @@
 
 namespace linegate::console {
 
+// The clock of Model::at(), and the wall clock.
+Instant steady_now();
+Instant utc_now();
+
 // What arrives goes to the model; what was dropped is said on context.err, each kind once.
 void poll(Context& context, Model& model, Duration timeout);
 

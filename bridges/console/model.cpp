@@ -21,6 +21,52 @@ std::vector<std::byte> Area::value(std::size_t entry) const {
   return out;
 }
 
+std::optional<Duration> Area::age(std::size_t entry) const {
+  if (!image || entry >= received.size() || received[entry] == Instant{} ||
+      received[entry] > image->acquired) {
+    return std::nullopt;
+  }
+  return image->acquired - received[entry];
+}
+
+void Area::take(const image::Layout& fresh) {
+  if (!layout || layout->id != fresh.id) {
+    received.assign(fresh.entries.size(), Instant{});
+  }
+  layout = fresh;
+}
+
+void Area::take(const image::Snapshot& fresh) {
+  image = fresh;
+  if (!complete()) {
+    return;
+  }
+  for (const image::PdoMark& mark : fresh.marks) {
+    for (std::size_t i = mark.first_entry;
+         i < received.size() && i - mark.first_entry < mark.entries; ++i) {
+      received[i] = mark.time;
+    }
+  }
+}
+
+namespace {
+
+std::optional<double> frames_a_second(std::uint64_t before, std::uint64_t now, Duration passed) {
+  return static_cast<double>(now - before) / std::chrono::duration<double>(passed).count();
+}
+
+}  // namespace
+
+Freshness Model::freshness(const Line& line) const {
+  if (line.gone) {
+    return Freshness::gone;
+  }
+  if (!line.view) {
+    return Freshness::unheard;
+  }
+  return silence(line) > kSilence ? Freshness::silent : Freshness::live;
+}
+
 Line* Model::line(const LineId& id) {
   if (lines_.size() >= kMaxLines && !lines_.contains(id)) {
     ++left_out_;
@@ -36,7 +82,30 @@ void Model::on_line(const LineId& id, const LineView& view) {
   if (Line* const target = line(id)) {
     target->gone = false;
     target->view = view;
+    target->heard = now_;
+    count_rates(*target);
   }
+}
+
+// States come once a second and on change; what has changed within less would make a rate jump.
+void Model::count_rates(Line& line) {
+  constexpr Duration kLeast = std::chrono::milliseconds(900);
+  const LineView& view = *line.view;
+  const line::Counters& now = view.state.counters;
+  const bool anew = !line.baseline_ || view.time < line.baseline_->time ||
+                    now.frames_received < line.baseline_->state.counters.frames_received ||
+                    now.frames_sent < line.baseline_->state.counters.frames_sent;
+  if (anew) {
+    line.received_per_second.reset();
+    line.sent_per_second.reset();
+  } else if (const Duration passed = view.time - line.baseline_->time; passed >= kLeast) {
+    const line::Counters& before = line.baseline_->state.counters;
+    line.received_per_second = frames_a_second(before.frames_received, now.frames_received, passed);
+    line.sent_per_second = frames_a_second(before.frames_sent, now.frames_sent, passed);
+  } else {
+    return;
+  }
+  line.baseline_ = view;
 }
 
 void Model::on_line_gone(const LineId& id) {
@@ -53,14 +122,14 @@ void Model::on_node(const LineId& id, const NodeView& node) {
 
 void Model::on_layout(const LineId& id, const image::Layout& layout) {
   if (Line* const target = line(id)) {
-    target->areas[static_cast<std::size_t>(layout.direction)].layout = layout;
+    target->areas[static_cast<std::size_t>(layout.direction)].take(layout);
   }
 }
 
 void Model::on_image(const LineId& id, const image::Snapshot& image) {
   if (Line* const target = line(id)) {
     ++target->images;
-    target->areas[static_cast<std::size_t>(image.direction)].image = image;
+    target->areas[static_cast<std::size_t>(image.direction)].take(image);
   }
 }
 
@@ -94,7 +163,7 @@ std::vector<const Line*> Model::find(const std::string& text) const {
   std::vector<const Line*> out;
   for (const auto& [id, line] : lines_) {
     const bool network = number && line.view && std::to_string(line.view->state.network_id) == text;
-    if (text.empty() || id.line == text || network) {
+    if (text.empty() || id.line == text || network || id.gateway + '/' + id.line == text) {
       out.push_back(&line);
     }
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -18,6 +19,7 @@ namespace linegate::console {
 struct Area {
   std::optional<image::Layout> layout;
   std::optional<image::Snapshot> image;
+  std::vector<Instant> received;  // by entry: when its PDO last came (inputs) or went; 0 = never
 
   bool complete() const {
     return layout && image && layout->id == image->layout_id &&
@@ -27,6 +29,20 @@ struct Area {
   bool valid(std::size_t entry) const { return complete() && image->is_valid(entry); }
   // The entry's bytes, shifted to bit 0; empty if the two do not belong together.
   std::vector<std::byte> value(std::size_t entry) const;
+  // Between the last PDO with the entry and the image, by the gateway's clock; nothing if there was
+  // none since this program listens.
+  std::optional<Duration> age(std::size_t entry) const;
+
+  void take(const image::Layout& layout);
+  void take(const image::Snapshot& image);
+};
+
+// What of a line can be relied on.
+enum class Freshness {
+  unheard,  // no state of it came yet
+  live,
+  silent,  // its gateway is there, but has not said anything for kSilence
+  gone,    // its gateway has left, or can no longer be reached
 };
 
 struct Line {
@@ -36,6 +52,14 @@ struct Line {
   std::map<std::uint8_t, NodeView> nodes;
   std::array<Area, 2> areas;  // by image::Direction
   std::uint64_t images = 0;   // samples received
+  Instant heard{};            // the last state, by the clock of Model::at()
+  // Frames a second, over the last second or more; nothing until two states have come.
+  std::optional<double> received_per_second;
+  std::optional<double> sent_per_second;
+
+ private:
+  friend class Model;
+  std::optional<LineView> baseline_;  // what the rates are counted from
 };
 
 struct KnownEvent {
@@ -47,6 +71,14 @@ class Model : public Listener {
  public:
   static constexpr std::size_t kKeptEvents = 1000;
   static constexpr std::size_t kMaxLines = 4096;  // a stranger may publish any number of names
+  // A gateway tells the state of a line every second.
+  static constexpr Duration kSilence = std::chrono::seconds(3);
+
+  // What time it is, by any clock that does not go back; to be told before samples are handed over.
+  void at(Instant now) { now_ = now; }
+  Freshness freshness(const Line& line) const;
+  // Since its last state.
+  Duration silence(const Line& line) const { return now_ - line.heard; }
 
   void on_line(const LineId& id, const LineView& line) override;
   void on_line_gone(const LineId& id) override;
@@ -69,14 +101,17 @@ class Model : public Listener {
   // Which of them there are, in words; each kind is told once.
   std::vector<std::string> take_warnings();
 
-  // Lines whose name is `text`, or whose network-ID it is if it is a number; all if it is empty.
+  // Lines whose name is `text` ("press", or "gateway/press" where two gateways have one), or whose
+  // network-ID it is if it is a number; all if it is empty.
   std::vector<const Line*> find(const std::string& text) const;
 
  private:
   Line* line(const LineId& id);  // nullptr: there are kMaxLines others
+  static void count_rates(Line& line);
 
   std::map<LineId, Line> lines_;
   std::deque<KnownEvent> events_;
+  Instant now_{};
   std::uint64_t revision_ = 0;
   std::uint64_t events_seen_ = 0;
   std::uint64_t unreadable_ = 0;

@@ -1,24 +1,26 @@
-// The live view: lines, nodes, changing values, events.
+// The view of a plant: lines, nodes, changing values, events.
 #pragma once
 
 #include <functional>
 
 #include "bridges/console/commands.h"
+#include "bridges/console/filter.h"
 
 namespace linegate::console {
 
 struct MonitorOptions {
   Duration duration{};  // 0 = until stopped
-  bool once = false;    // one picture as plain text, then done
+  bool once = false;    // what there is, as text or one JSON document, then done
+  Filter filter;
 };
 
-// On a terminal a screen that follows its size (80x24 is enough): q or Ctrl-C ends, Tab and the
-// arrow keys choose the line, up and down scroll its values, o switches inputs and outputs.
-// stopped() is asked several times a second.
+// On a terminal: pages of lines, nodes, values and events, a page for each node, and one that tells
+// the keys. It follows the size of the terminal; 80x24 is enough. stopped() is asked several times
+// a second. Where the terminal cannot be used: as monitor_text().
 int monitor_screen(Context& context, const MonitorOptions& options,
                    const std::function<bool()>& stopped);
 
-// The same as plain text for files and pipes: a picture every two seconds, events as they come.
+// The same for files, pipes and scripts: a picture every two seconds, events as they come.
 int monitor_text(Context& context, const MonitorOptions& options,
                  const std::function<bool()>& stopped);
 

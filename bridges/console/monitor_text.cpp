@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 #include <ostream>
 
@@ -9,43 +10,107 @@
 namespace linegate::console {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr Duration kPicture = std::chrono::seconds(2);
 constexpr Duration kPicturePoll = std::chrono::milliseconds(100);
+constexpr std::size_t kShownEvents = 20;
 
-void picture(Context& context, const Model& model) {
-  if (context.json) {
-    context.out << lines_json(model.find("")) << '\n';
-    for (const Line* line : model.find("")) {
-      context.out << image_json(*line, image::Direction::inputs) << '\n';
-    }
-    context.out.flush();
-    return;
-  }
-  context.out << "\n--- lines\n";
-  print(context.out, lines_table(model));
-  context.out << "\n--- nodes\n";
-  print(context.out, nodes_table(model.find("")));
-  for (const Line* line : model.find("")) {
-    context.out << "\n--- " << line->id.line << ": inputs, " << line->images
-                << " images received\n";
-    print(context.out, image_table(*line, image::Direction::inputs));
-  }
-  context.out << std::endl;
+void print_table(std::ostream& out, const std::string& headline, const Table& table) {
+  out << "\n--- " << headline << '\n';
+  print(out, text_of(table));
 }
 
-std::uint64_t print_new_events(Context& context, const Model& model, std::uint64_t seen) {
-  const std::uint64_t fresh =
-      std::min<std::uint64_t>(model.events_seen() - seen, model.events().size());
-  for (auto it = model.events().end() - static_cast<std::ptrdiff_t>(fresh);
-       it != model.events().end(); ++it) {
-    context.out << (context.json ? event_json(it->id, it->view)
-                                 : "event " + event_text(it->id, it->view))
-                << '\n';
+class TextMonitor {
+ public:
+  TextMonitor(Context& context, const MonitorOptions& options, const Model& model)
+      : context_(context), filter_(options.filter), model_(model) {}
+
+  // The whole, once.
+  void all() {
+    if (context_.json) {
+      context_.out << plant_json(model_, filter_, utc_now()) << std::endl;
+      return;
+    }
+    tables();
+    Table events = events_of(model_, filter_, kShownEvents);
+    sort(events, 0, false);
+    print_table(context_.out, "the newest events", events);
+    context_.out << std::flush;
   }
-  context.out.flush();
-  return model.events_seen();
+
+  // As it is at the moment, without events.
+  void picture() {
+    if (context_.json) {
+      context_.out << stream_lines_json(model_, filter_) << '\n';
+      for (const Line* line : model_.find(filter_.line)) {
+        for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
+          context_.out << stream_image_json(*line, direction, filter_.node) << '\n';
+        }
+      }
+    } else {
+      tables();
+    }
+    context_.out << std::flush;
+  }
+
+  void new_events() {
+    const std::uint64_t fresh =
+        std::min<std::uint64_t>(model_.events_seen() - seen_, model_.events().size());
+    seen_ = model_.events_seen();
+    for (auto it = model_.events().end() - static_cast<std::ptrdiff_t>(fresh);
+         it != model_.events().end(); ++it) {
+      if (is_meant(*it)) {
+        context_.out << (context_.json ? stream_event_json(it->id, it->view)
+                                       : "event " + event_text(it->id, it->view))
+                     << '\n';
+      }
+    }
+    context_.out << std::flush;
+  }
+
+ private:
+  void tables() {
+    print_table(context_.out, "lines at " + date_text(utc_now()), lines_of(model_, filter_));
+    print_table(context_.out, "nodes", nodes_of(model_, filter_));
+    print_table(context_.out, "values", values_of(model_, filter_, Directions::both));
+  }
+
+  bool is_meant(const KnownEvent& event) const {
+    const auto lines = model_.find(filter_.line);
+    return (filter_.node == 0 || filter_.node == event.view.event.node) &&
+           std::any_of(lines.begin(), lines.end(),
+                       [&](const Line* line) { return line->id == event.id; });
+  }
+
+  Context& context_;
+  const Filter& filter_;
+  const Model& model_;
+  std::uint64_t seen_ = 0;  // events that were told
+};
+
+// Everything that a line has to tell came: its state, and where it has an image, its values.
+bool is_complete(const Line& line) {
+  return line.view && std::all_of(line.areas.begin(), line.areas.end(), [](const Area& area) {
+           return area.complete() || (area.layout && area.layout->entries.empty());
+         });
+}
+
+int monitor_once(Context& context, const MonitorOptions& options, Model& model,
+                 const std::function<bool()>& stopped) {
+  const auto have_all = [&] {
+    const auto lines = model.find(options.filter.line);
+    return stopped() ||
+           (!lines.empty() && std::all_of(lines.begin(), lines.end(),
+                                          [](const Line* line) { return is_complete(*line); }));
+  };
+  wait_until(context, model, have_all);
+  if (model.find(options.filter.line).empty()) {
+    context.err << (model.lines().empty() ? "no gateway was heard of"
+                                          : "no line '" + options.filter.line + "'")
+                << '\n';
+    return kFailed;
+  }
+  TextMonitor(context, options, model).all();
+  return kDone;
 }
 
 }  // namespace
@@ -53,24 +118,25 @@ std::uint64_t print_new_events(Context& context, const Model& model, std::uint64
 int monitor_text(Context& context, const MonitorOptions& options,
                  const std::function<bool()>& stopped) {
   Model model;
-  const auto begin = Clock::now();
+  if (options.once) {
+    return monitor_once(context, options, model, stopped);
+  }
+  const Instant begin = steady_now();
   const bool heard =
       wait_until(context, model, [&] { return !model.lines().empty() || stopped(); });
   if (!heard) {
     context.err << "no gateway was heard of\n";
     return kFailed;
   }
-  std::uint64_t seen = options.once ? model.events_seen() : 0;
-  auto next_picture = Clock::now();
+  TextMonitor monitor(context, options, model);
+  Instant next_picture = begin;
   while (!stopped()) {
-    seen = print_new_events(context, model, seen);
-    if (Clock::now() >= next_picture) {
-      picture(context, model);
+    monitor.new_events();
+    if (steady_now() >= next_picture) {
+      monitor.picture();
       next_picture += kPicture;
     }
-    const bool over =
-        options.duration > Duration::zero() && Clock::now() - begin >= options.duration;
-    if (options.once || over) {
+    if (options.duration > Duration::zero() && steady_now() - begin >= options.duration) {
       break;
     }
     poll(context, model, kPicturePoll);

@@ -1,20 +1,31 @@
 #include "bridges/console/screen.h"
 
 #include <algorithm>
+#include <array>
+#include <clocale>
 #include <cstdio>
+#include <cstdlib>
 #include <string>
 
+#define NCURSES_WIDECHAR 1
 #include <ncurses.h>
+
+// Of ncurses' term.h, which makes macros of common words, "lines" and "columns" among them.
+extern "C" char* tigetstr(const char* capability);
 
 namespace linegate::console {
 namespace {
 
-attr_t attribute(Style style) {
+constexpr int kEscapeDelay = 50;  // ms in which the rest of a key's sequence has to come
+
+attr_t attribute_of(Style style) {
   switch (style) {
     case Style::plain:
       return A_NORMAL;
     case Style::headline:
       return A_REVERSE;
+    case Style::selected:
+      return A_REVERSE | A_BOLD;
     case Style::bold:
       return A_BOLD;
     case Style::good:
@@ -25,24 +36,13 @@ attr_t attribute(Style style) {
       return static_cast<attr_t>(COLOR_PAIR(3)) | A_BOLD;
     case Style::changed:
       return static_cast<attr_t>(COLOR_PAIR(4)) | A_BOLD;
+    case Style::stale:
+      return A_DIM;
   }
   return A_NORMAL;
 }
 
-}  // namespace
-
-Screen::Screen() {
-  SCREEN* const screen = newterm(nullptr, stdout, stdin);
-  if (screen == nullptr) {
-    return;
-  }
-  screen_ = screen;
-  window_ = stdscr;
-  cbreak();
-  noecho();
-  nodelay(stdscr, TRUE);
-  keypad(stdscr, TRUE);
-  curs_set(0);
+void set_up_colours() {
   if (has_colors()) {
     start_color();
     use_default_colors();
@@ -53,6 +53,82 @@ Screen::Screen() {
   }
 }
 
+bool can_place_cursor() {
+  const char* const sequence = tigetstr("cup");
+  return sequence != nullptr && sequence != reinterpret_cast<const char*>(-1);
+}
+
+Key key_of(wint_t code) {
+  switch (code) {
+    case KEY_UP:
+      return Key::up;
+    case KEY_DOWN:
+      return Key::down;
+    case KEY_LEFT:
+      return Key::left;
+    case KEY_RIGHT:
+      return Key::right;
+    case KEY_PPAGE:
+      return Key::page_up;
+    case KEY_NPAGE:
+      return Key::page_down;
+    case KEY_HOME:
+      return Key::home;
+    case KEY_END:
+      return Key::end;
+    case KEY_ENTER:
+      return Key::enter;
+    case KEY_BACKSPACE:
+      return Key::backspace;
+    case KEY_BTAB:
+      return Key::back_tab;
+    case KEY_RESIZE:
+      return Key::resize;
+    default:
+      return Key::none;
+  }
+}
+
+Input character_input(wint_t code) {
+  switch (code) {
+    case L'\r':
+    case L'\n':
+      return {Key::enter};
+    case L'\t':
+      return {Key::tab};
+    case 27:
+      return {Key::escape};
+    case 8:
+    case 127:
+      return {Key::backspace};
+    default:
+      return {Key::character, static_cast<char32_t>(code)};
+  }
+}
+
+}  // namespace
+
+Screen::Screen() {
+  std::setlocale(LC_CTYPE, "");
+  SCREEN* const screen = newterm(nullptr, stdout, stdin);
+  if (screen == nullptr) {
+    return;
+  }
+  if (!can_place_cursor()) {
+    endwin();
+    delscreen(screen);
+    return;
+  }
+  screen_ = screen;
+  cbreak();
+  noecho();
+  nodelay(stdscr, TRUE);
+  keypad(stdscr, TRUE);
+  set_escdelay(kEscapeDelay);
+  curs_set(0);
+  set_up_colours();
+}
+
 Screen::~Screen() {
   if (screen_ != nullptr) {
     endwin();
@@ -60,62 +136,49 @@ Screen::~Screen() {
   }
 }
 
-int Screen::rows() const {
-  return getmaxy(stdscr);
+std::size_t Screen::rows() const {
+  return static_cast<std::size_t>(std::max(getmaxy(stdscr), 0));
 }
-int Screen::columns() const {
-  return getmaxx(stdscr);
+std::size_t Screen::columns() const {
+  return static_cast<std::size_t>(std::max(getmaxx(stdscr), 0));
 }
 
-void Screen::begin() {
+void Screen::show(const Canvas& canvas) {
+  // What the terminal's own character set may not have.
+  const bool ascii = MB_CUR_MAX == 1;
   erase();
-}
-void Screen::end() {
+  std::wstring run;
+  for (std::size_t row = 0; row < canvas.rows(); ++row) {
+    for (std::size_t column = 0; column < canvas.columns();) {
+      const Style style = canvas.at(row, column).style;
+      const std::size_t begin = column;
+      run.clear();
+      for (; column < canvas.columns() && canvas.at(row, column).style == style; ++column) {
+        const char32_t c = canvas.at(row, column).character;
+        run += ascii && c > U'~' ? L'?' : static_cast<wchar_t>(c);
+      }
+      attrset(static_cast<int>(attribute_of(style)));
+      mvaddnwstr(static_cast<int>(row), static_cast<int>(begin), run.data(),
+                 static_cast<int>(run.size()));
+    }
+  }
+  attrset(static_cast<int>(A_NORMAL));
   refresh();
 }
 
-void Screen::put(int row, int column, std::string_view text, Style style) {
-  if (row < 0 || row >= rows() || column < 0 || column >= columns()) {
-    return;
-  }
-  const int room = columns() - column;
-  attrset(static_cast<int>(attribute(style)));
-  mvaddnstr(row, column, text.data(), std::min(room, static_cast<int>(text.size())));
-  attrset(static_cast<int>(A_NORMAL));
-}
-
-void Screen::fill(int row, std::string_view text, Style style) {
-  std::string whole(text);
-  whole.resize(static_cast<std::size_t>(std::max(columns(), 0)), ' ');
-  put(row, 0, whole, style);
-}
-
-Key Screen::key() {
-  switch (getch()) {
-    case 'q':
-    case 'Q':
-    case 3:
-      return Key::quit;
-    case '\t':
-    case KEY_RIGHT:
-      return Key::next_line;
-    case KEY_BTAB:
-    case KEY_LEFT:
-      return Key::previous_line;
-    case KEY_UP:
-    case 'k':
-      return Key::up;
-    case KEY_DOWN:
-    case 'j':
-      return Key::down;
-    case KEY_PPAGE:
-      return Key::page_up;
-    case KEY_NPAGE:
-      return Key::page_down;
-    case 'o':
-      return Key::direction;
-    default:
-      return Key::none;
+Input Screen::input() {
+  for (;;) {
+    wint_t code = 0;
+    const int kind = get_wch(&code);
+    if (kind == ERR) {
+      return {};
+    }
+    if (kind != KEY_CODE_YES) {
+      return character_input(code);
+    }
+    if (const Key key = key_of(code); key != Key::none) {
+      return {key};
+    }
   }
 }
 

@@ -2,152 +2,292 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
-#include <ctime>
-#include <ostream>
+#include <utility>
 
 #include "bridges/console/value_text.h"
 
 namespace linegate::console {
 namespace {
 
-using Row = std::vector<std::string>;
-
-// Rows with columns as wide as their widest cell, two blanks apart.
-Text align(const std::vector<Row>& rows) {
-  std::vector<std::size_t> widths;
-  for (const Row& row : rows) {
-    widths.resize(std::max(widths.size(), row.size()));
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      widths[i] = std::max(widths[i], row[i].size());
-    }
-  }
-  Text out;
-  for (const Row& row : rows) {
-    std::string line;
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      line += row[i];
-      if (i + 1 < row.size()) {
-        line.append(widths[i] - row[i].size() + 2, ' ');
-      }
-    }
-    out.push_back(std::move(line));
-  }
-  return out;
+Cell text_cell(std::string_view text) {
+  return {printable(text), std::nullopt};
 }
 
-std::string load_text(std::uint16_t permille) {
-  return std::to_string(permille / 10) + '.' + std::to_string(permille % 10) + '%';
+template <class Number>
+Cell number_cell(Number number) {
+  return {std::to_string(number), static_cast<double>(number)};
 }
 
-std::string boot_text(char boot) {
-  if (boot == manager::kBooted) {
-    return "ok";
+Cell rate_cell(const std::optional<double>& rate) {
+  return rate ? Cell{std::to_string(static_cast<std::uint64_t>(*rate + 0.5)), rate} : Cell{"-", {}};
+}
+
+Cell load_cell(const LineView& view) {
+  const unsigned permille = view.state.load_permille;
+  return {std::to_string(permille / 10) + '.' + std::to_string(permille % 10) + '%',
+          static_cast<double>(permille)};
+}
+
+// What of a line cannot be relied on; nothing if all is well.
+std::optional<Note> trouble(const Model& model, const Line& line) {
+  const std::string name = printable(line.id.line);
+  switch (model.freshness(line)) {
+    case Freshness::live:
+    case Freshness::unheard:
+      break;
+    case Freshness::silent:
+      return Note{name + ": nothing heard for " + duration_text(model.silence(line)) +
+                      "; what is shown is the last that came",
+                  Style::error};
+    case Freshness::gone:
+      return Note{name + ": the gateway is gone; what is shown is the last that came",
+                  Style::error};
   }
-  return boot == manager::kBootUnfinished ? "-" : std::string(1, boot);
+  return std::nullopt;
 }
 
-Row node_row(const Line& line, const NodeView& node) {
+std::string bus_text(const Model& model, const Line& line) {
+  switch (model.freshness(line)) {
+    case Freshness::gone:
+      return "gateway gone";
+    case Freshness::silent:
+      return "silent " + duration_text(model.silence(line));
+    case Freshness::live:
+    case Freshness::unheard:
+      break;
+  }
+  return std::string(can::name(line.view->state.bus));
+}
+
+Row line_row(const Model& model, const Line& line) {
+  Row row{{line.id}, {text_cell(line.id.line)}, style_of(model, line)};
+  if (!line.view) {
+    row.cells.resize(14);
+    row.cells[2] = text_cell(line.gone ? "gateway gone" : "(no state yet)");
+    row.cells[13] = text_cell(line.id.gateway);
+    return row;
+  }
+  const line::LineState& state = line.view->state;
+  Cell nodes{std::to_string(state.nodes_operational) + '/' + std::to_string(state.nodes_configured),
+             static_cast<double>(state.nodes_operational)};
+  for (Cell& cell : std::array{
+           number_cell(state.network_id), text_cell(bus_text(model, line)), load_cell(*line.view),
+           rate_cell(line.received_per_second), rate_cell(line.sent_per_second),
+           text_cell(line::name(state.manager)), std::move(nodes),
+           number_cell(state.counters.frames_lost), text_cell(line.view->interface_uri),
+           text_cell(line::name(state.role)), number_cell(state.counters.bus_errors),
+           number_cell(state.counters.frames_malformed), text_cell(line.id.gateway)}) {
+    row.cells.push_back(std::move(cell));
+  }
+  return row;
+}
+
+Row node_row(const Model& model, const Line& line, const NodeView& node) {
   const line::NodeState& state = node.state;
-  return {line.id.line,
-          std::to_string(state.node),
-          node.name.empty() ? "(not configured)" : node.name,
-          std::string(line::name(state.presence)),
-          std::string(nmt::name(state.state)),
-          boot_text(state.boot),
-          std::to_string(state.emcy_count),
-          state.emcy_count == 0 ? "" : hex_digits(state.last_emcy, 4) + 'h',
-          clock_text(node.since)};
+  const bool live = model.freshness(line) == Freshness::live;
+  return {{line.id, state.node},
+          {text_cell(line.id.line),
+           number_cell(state.node),
+           text_cell(node.name.empty() ? "(not configured)" : node.name),
+           text_cell(nmt::name(state.state)),
+           text_cell(line::name(state.presence)),
+           text_cell(boot_text(state.boot)),
+           number_cell(state.emcy_count),
+           text_cell(state.emcy_count == 0 ? "" : hex_digits(state.last_emcy, 4) + 'h'),
+           {clock_text(node.since), static_cast<double>(node.since.time_since_epoch().count())},
+           number_cell(state.heartbeats_lost)},
+          live ? style_of(node) : Style::stale};
+}
+
+Style style_of_value(const Model& model, const Line& line, const Area& area, std::size_t entry) {
+  if (model.freshness(line) != Freshness::live) {
+    return Style::stale;
+  }
+  if (!area.valid(entry)) {
+    return Style::warning;
+  }
+  return area.image->is_changed(entry) ? Style::changed : Style::plain;
+}
+
+Row value_row(const Model& model, const Line& line, const Area& area, std::size_t number) {
+  const image::Entry& entry = area.layout->entries[number];
+  const std::vector<std::byte> value = area.value(number);
+  const auto age = area.age(number);
+  const bool out = area.layout->direction == image::Direction::outputs;
+  Cell shown = text_cell(area.valid(number) ? to_text(entry.type, value) : "(invalid)");
+  if (area.valid(number)) {
+    shown.number = to_number(entry.type, value);
+  }
+  return {{line.id, entry.node, 2 * number + (out ? 1 : 0)},
+          {text_cell(line.id.line), number_cell(entry.node),
+           text_cell(hex_digits(entry.index, 4) + ':' + hex_digits(entry.sub, 2)),
+           text_cell(entry.name), std::move(shown), text_cell(unit_of(entry.name)),
+           text_cell(od::name(entry.type)),
+           age ? Cell{duration_text(*age), std::chrono::duration<double>(*age).count()}
+               : text_cell("-"),
+           text_cell(out ? "out" : "in"), number_cell(entry.remote_pdo), text_cell(to_hex(value))},
+          style_of_value(model, line, area, number)};
+}
+
+std::string missing_text(const Line& line, image::Direction direction) {
+  const Area& area = line.areas[static_cast<std::size_t>(direction)];
+  const std::string what = printable(line.id.line) + ": ";
+  const std::string name(image::name(direction));
+  if (!area.layout) {
+    return what + "no layout of the " + name + " received yet";
+  }
+  return what + (area.image ? "the layout of the " + name + " is not that of the values"
+                            : "no values of the " + name + " received yet");
+}
+
+void add_values(const Model& model, const Line& line, image::Direction direction, std::uint8_t node,
+                Table& out) {
+  const Area& area = line.areas[static_cast<std::size_t>(direction)];
+  if (!area.complete()) {
+    if (!area.layout || !area.layout->entries.empty()) {
+      out.notes.push_back({missing_text(line, direction), Style::warning});
+    }
+    return;
+  }
+  for (std::size_t i = 0; i < area.layout->entries.size(); ++i) {
+    if (node == 0 || area.layout->entries[i].node == node) {
+      out.rows.push_back(value_row(model, line, area, i));
+    }
+  }
+}
+
+bool is_meant(const std::vector<const Line*>& lines, const LineId& id) {
+  return std::any_of(lines.begin(), lines.end(), [&](const Line* line) { return line->id == id; });
+}
+
+// Notes about the lines first; then only what has the words of the filter.
+void finish(const Model& model, const Filter& filter, Table& table) {
+  std::vector<Note> notes;
+  for (const Line* line : model.find(filter.line)) {
+    if (auto note = trouble(model, *line)) {
+      notes.push_back(*std::move(note));
+    }
+  }
+  table.notes.insert(table.notes.begin(), notes.begin(), notes.end());
+  keep_matches(table, filter.words);
 }
 
 }  // namespace
 
-void print(std::ostream& out, const Text& text) {
-  for (const std::string& line : text) {
-    out << line << '\n';
+Table lines_of(const Model& model, const Filter& filter) {
+  Table out{{{"LINE"},
+             {"NET", true},
+             {"BUS"},
+             {"LOAD", true},
+             {"RX/s", true},
+             {"TX/s", true},
+             {"MANAGER"},
+             {"NODES"},
+             {"LOST", true},
+             {"INTERFACE", false, true},
+             {"ROLE", false, false, true},
+             {"ERRORS", true, false, true},
+             {"MALFORMED", true, false, true},
+             {"GATEWAY", false, false, true}},
+            {},
+            {}};
+  for (const Line* line : model.find(filter.line)) {
+    out.rows.push_back(line_row(model, *line));
   }
+  keep_matches(out, filter.words);
+  return out;
 }
 
-std::string date_text(Instant utc) {
-  const std::int64_t ns = utc.time_since_epoch().count();
-  const std::time_t seconds = ns / 1'000'000'000;
-  std::tm parts{};
-  gmtime_r(&seconds, &parts);
-  std::array<char, 40> text;
-  const std::size_t length = std::strftime(text.data(), text.size(), "%FT%T", &parts);
-  std::snprintf(text.data() + length, text.size() - length, ".%03dZ",
-                static_cast<int>(ns / 1'000'000 % 1000));
-  return text.data();
+Table nodes_of(const Model& model, const Filter& filter) {
+  Table out{{{"LINE"},
+             {"NODE", true},
+             {"NAME", false, true},
+             {"STATE"},
+             {"PRESENCE"},
+             {"BOOT"},
+             {"EMCY", true},
+             {"LAST"},
+             {"SINCE"},
+             {"HB LOST", true, false, true}},
+            {},
+            {}};
+  for (const Line* line : model.find(filter.line)) {
+    for (const auto& [id, node] : line->nodes) {
+      if (filter.node == 0 || filter.node == id) {
+        out.rows.push_back(node_row(model, *line, node));
+      }
+    }
+  }
+  finish(model, filter, out);
+  return out;
 }
 
-std::string clock_text(Instant utc) {
-  return utc == Instant{} ? "-" : date_text(utc).substr(11, 12);
+Table values_of(const Model& model, const Filter& filter, Directions directions) {
+  Table out{{{"LINE"},
+             {"NODE", true},
+             {"OBJECT"},
+             {"NAME", false, true},
+             {"VALUE", true},
+             {"UNIT"},
+             {"TYPE"},
+             {"AGE", true},
+             {"DIR", false, false, true},
+             {"PDO", true, false, true},
+             {"BYTES", false, false, true}},
+            {},
+            {}};
+  for (const Line* line : model.find(filter.line)) {
+    if (directions != Directions::outputs) {
+      add_values(model, *line, image::Direction::inputs, filter.node, out);
+    }
+    if (directions != Directions::inputs) {
+      add_values(model, *line, image::Direction::outputs, filter.node, out);
+    }
+  }
+  finish(model, filter, out);
+  return out;
 }
 
-Text lines_table(const Model& model) {
-  std::vector<Row> rows = {
-      {"LINE", "NET", "INTERFACE", "ROLE", "BUS", "LOAD", "MANAGER", "NODES", "RX", "TX", "LOST"}};
-  for (const auto& [id, line] : model.lines()) {
-    if (!line.view) {
-      rows.push_back({id.line, "", "(no state yet)"});
+Table events_of(const Model& model, const Filter& filter, std::size_t count) {
+  Table out{{{"TIME"}, {"LINE"}, {"NODE", true}, {"KIND"}, {"TEXT"}}, {}, {}};
+  const std::vector<const Line*> lines = model.find(filter.line);
+  for (auto it = model.events().rbegin(); it != model.events().rend(); ++it) {
+    const Event& event = it->view.event;
+    if (!is_meant(lines, it->id) || (filter.node != 0 && event.node != filter.node)) {
       continue;
     }
-    const line::LineState& state = line.view->state;
-    rows.push_back(
-        {id.line, std::to_string(state.network_id), line.view->interface_uri,
-         std::string(line::name(state.role)),
-         line.gone ? "gateway gone" : std::string(can::name(state.bus)),
-         load_text(state.load_permille), std::string(line::name(state.manager)),
-         std::to_string(state.nodes_operational) + '/' + std::to_string(state.nodes_configured),
-         std::to_string(state.counters.frames_received), std::to_string(state.counters.frames_sent),
-         std::to_string(state.counters.frames_lost)});
+    out.rows.push_back(
+        {{it->id, event.node, event.number},
+         {{clock_text(event.time), static_cast<double>(event.time.time_since_epoch().count())},
+          text_cell(it->id.line),
+          event.node == 0 ? text_cell("") : number_cell(event.node),
+          text_cell(name(event.kind)),
+          text_cell(it->view.text)},
+         style_of(severity(event.kind))});
   }
-  return align(rows);
-}
-
-Text nodes_table(const std::vector<const Line*>& lines) {
-  std::vector<Row> rows = {
-      {"LINE", "NODE", "NAME", "PRESENCE", "STATE", "BOOT", "EMCY", "LAST", "SINCE"}};
-  for (const Line* line : lines) {
-    for (const auto& [id, node] : line->nodes) {
-      rows.push_back(node_row(*line, node));
-    }
-  }
-  return align(rows);
+  keep_matches(out, filter.words);
+  out.rows.resize(std::min(out.rows.size(), count));
+  return out;
 }
 
 Text image_table(const Line& line, image::Direction direction) {
   const Area& area = line.areas[static_cast<std::size_t>(direction)];
   if (!area.complete()) {
-    return {line.id.line + ": no " + std::string(image::name(direction)) + " received yet"};
+    return {printable(line.id.line) + ": no " + std::string(image::name(direction)) +
+            " received yet"};
   }
-  std::vector<Row> rows = {{"ENTRY", "NODE", "OBJECT", "TYPE", "VALUE", "BYTES", "NAME"}};
+  Table out{{{"ENTRY"}, {"NODE"}, {"OBJECT"}, {"TYPE"}, {"VALUE"}, {"BYTES"}, {"NAME"}}, {}, {}};
   for (std::size_t i = 0; i < area.layout->entries.size(); ++i) {
     const image::Entry& entry = area.layout->entries[i];
     const std::vector<std::byte> value = area.value(i);
-    rows.push_back({std::to_string(i), std::to_string(entry.node),
-                    hex_digits(entry.index, 4) + ':' + std::to_string(entry.sub),
-                    std::string(od::name(entry.type)),
-                    area.valid(i) ? to_text(entry.type, value) : "(invalid)", to_hex(value),
-                    entry.name});
+    out.rows.push_back({{line.id, entry.node, i},
+                        {number_cell(i), number_cell(entry.node),
+                         text_cell(hex_digits(entry.index, 4) + ':' + std::to_string(entry.sub)),
+                         text_cell(od::name(entry.type)),
+                         text_cell(area.valid(i) ? to_text(entry.type, value) : "(invalid)"),
+                         text_cell(to_hex(value)), text_cell(entry.name)}});
   }
-  return align(rows);
-}
-
-std::string event_text(const LineId& id, const EventView& event) {
-  return clock_text(event.event.time) + ' ' + id.line + " #" + std::to_string(event.event.number) +
-         ' ' + std::string(name(event.event.kind)) + ": " + event.text;
-}
-
-std::string dropped_text(const Model& model) {
-  std::string out;
-  if (model.unreadable() > 0) {
-    out += "   dropped, damaged: " + std::to_string(model.unreadable());
-  }
-  if (model.left_out() > 0) {
-    out += "   dropped, too many lines: " + std::to_string(model.left_out());
-  }
-  return out;
+  return text_of(out);
 }
 
 }  // namespace linegate::console

@@ -1,25 +1,30 @@
-// What the console knows, as text for people: one line of text each, columns aligned.
+// What the console knows, as tables for people.
 #pragma once
 
 #include <iosfwd>
 #include <string>
-#include <vector>
+#include <string_view>
 
+#include "bridges/console/filter.h"
 #include "bridges/console/model.h"
+#include "bridges/console/table.h"
 
 namespace linegate::console {
 
-using Text = std::vector<std::string>;
+enum class Directions { inputs, outputs, both };
+
+// The state of each line. The filter's node has no effect: a line is not one of its nodes.
+Table lines_of(const Model& model, const Filter& filter);
+// Each node, with its state.
+Table nodes_of(const Model& model, const Filter& filter);
+// Each entry of the process image with its value. What was not received yet is told by notes.
+Table values_of(const Model& model, const Filter& filter, Directions directions);
+// What happened, the newest first; at most `count`.
+Table events_of(const Model& model, const Filter& filter, std::size_t count = Model::kKeptEvents);
 
 void print(std::ostream& out, const Text& text);
-
-// A headline and the state of each line.
-Text lines_table(const Model& model);
-// A headline and each node of these lines.
-Text nodes_table(const std::vector<const Line*>& lines);
 // A headline and each entry of one direction, with its value; says so if nothing is known yet.
 Text image_table(const Line& line, image::Direction direction);
-
 std::string event_text(const LineId& id, const EventView& event);
 // What was dropped, in a few words after three blanks; empty if nothing was.
 std::string dropped_text(const Model& model);
@@ -27,5 +32,15 @@ std::string dropped_text(const Model& model);
 std::string clock_text(Instant utc);
 // "2026-11-21T12:34:56.789Z".
 std::string date_text(Instant utc);
+// "0.2s", "12s", "5min", "3h", "4d": as exactly as people want it.
+std::string duration_text(Duration duration);
+// The unit that a name ends in, as device files have it: "rpm" of "Velocity [rpm]". Else empty.
+std::string_view unit_of(std::string_view name);
+// "ok", "-" (not finished), or the letter of CiA 302-2.
+std::string boot_text(char boot);
+
+Style style_of(const Model& model, const Line& line);
+Style style_of(const NodeView& node);
+Style style_of(EventSeverity severity);
 
 }  // namespace linegate::console

@@ -146,6 +146,26 @@ std::string to_text(od::DataType type, std::span<const std::byte> value) {
   return od::is_integer(type) ? std::to_string(raw) : to_hex(value);
 }
 
+std::optional<double> to_number(od::DataType type, std::span<const std::byte> value) {
+  if (od::byte_size(type) != value.size() || value.empty() || value.size() > 8) {
+    return std::nullopt;
+  }
+  const std::uint64_t raw = load_le(value);
+  double out = 0;
+  if (type == od::DataType::real32) {
+    out = std::bit_cast<float>(static_cast<std::uint32_t>(raw));
+  } else if (type == od::DataType::real64) {
+    out = std::bit_cast<double>(raw);
+  } else if (od::is_signed(type)) {
+    out = static_cast<double>(load_le_signed(value));
+  } else if (type == od::DataType::boolean || od::is_integer(type)) {
+    out = static_cast<double>(raw);
+  } else {
+    return std::nullopt;
+  }
+  return std::isfinite(out) ? std::optional(out) : std::nullopt;
+}
+
 std::optional<std::vector<std::byte>> from_text(od::DataType type, std::string_view text) {
   if (type == od::DataType::boolean && (text == "true" || text == "false")) {
     return little_endian(text == "true" ? 1 : 0, 1);

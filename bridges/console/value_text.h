@@ -20,6 +20,10 @@ std::string hex_digits(std::uint32_t value, int digits);
 // length does not fit the type are shown as bytes.
 std::string to_text(od::DataType type, std::span<const std::byte> value);
 
+// The number that a value is: integers, reals that are finite, booleans as 0 and 1. Nothing for all
+// others.
+std::optional<double> to_number(od::DataType type, std::span<const std::byte> value);
+
 // The bytes alone: "12 34 AB".
 std::string to_hex(std::span<const std::byte> value);
 

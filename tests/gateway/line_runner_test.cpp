@@ -60,7 +60,7 @@ class FakeChannel final : public can_bridge::Channel {
   std::size_t room(Instant) const override { return promises.value_or(accepts); }
   bool wants_writable() const override { return false; }
   Instant next_wake() const override { return kNever; }
-  const can_bridge::ChannelCounters& counters() const override { return counters_; }
+  const can_bridge::ChannelCounters& counters() const override { return counted; }
 
   std::deque<can::Frame> coming;
   std::vector<can::BusEvent> coming_events;  // before the frames
@@ -70,9 +70,7 @@ class FakeChannel final : public can_bridge::Channel {
   std::optional<std::size_t> promises;  // room() if it is not `accepts`
   int reads = 0;
   Duration reading_takes{};  // what comes meanwhile is read, too
-
- private:
-  can_bridge::ChannelCounters counters_;
+  can_bridge::ChannelCounters counted;
 };
 
 class LineRunnerTest : public testing::Test {
@@ -377,6 +375,18 @@ TEST_F(LineRunnerTest, HandsOverNodeStatesWhenTheyChange) {
   serve(1s);
   NodeStatus status;
   EXPECT_FALSE(port_.nodes.pop(status)) << "nothing changed";
+}
+
+TEST_F(LineRunnerTest, WhatTheInterfaceCouldNotReadIsCountedAsMalformed) {
+  make_ready();
+  const LineStatus* const before = port_.status.fetch();
+  ASSERT_NE(before, nullptr);
+  EXPECT_EQ(before->state.counters.frames_malformed, 0U);
+  channel_->counted.malformed = 3;
+  serve(1s);
+  const LineStatus* const after = port_.status.fetch();
+  ASSERT_NE(after, nullptr);
+  EXPECT_EQ(after->state.counters.frames_malformed, 3U);
 }
 
 TEST_F(LineRunnerTest, MakesTheLineWaitWhenTheEventRingIsFull) {

@@ -101,6 +101,50 @@ TEST_F(ExplainTest, PdosByName) {
   EXPECT_EQ(known.explain(extended), "not one of the known 29-bit identifiers");
 }
 
+TEST_F(ExplainTest, APdoThatIsMappedAnewIsExplainedAsItIsThen) {
+  const std::initializer_list<std::uint8_t> inputs{1, 2, 3, 4};
+  const auto write = [this](std::initializer_list<std::uint8_t> request) {
+    say(0x605, request);
+    const auto* at = request.begin();
+    return say(0x585, {0x60, at[1], at[2], at[3], 0, 0, 0, 0});
+  };
+  EXPECT_THAT(write({0x23, 0x00, 0x18, 1, 0x85, 0x01, 0, 0x80}),
+              EndsWith("COB-ID used by TPDO; TPDO 1 is not in use now"));
+  EXPECT_THAT(say(0x185, inputs), HasSubstr("if identifiers are the pre-defined ones"));
+  write({0x2F, 0x00, 0x1A, 0, 0, 0, 0, 0});
+  write({0x23, 0x00, 0x1A, 1, 8, 2, 0x00, 0x60});
+  write({0x23, 0x00, 0x1A, 2, 16, 0, 0x17, 0x10});
+  write({0x2F, 0x00, 0x1A, 0, 2, 0, 0, 0});
+  EXPECT_THAT(write({0x23, 0x00, 0x18, 1, 0x91, 0x01, 0, 0}),
+              EndsWith("; TPDO 1 is now on 191h: 6000:02 Read input 8-bit, Inputs 9 to 16, 1017:00 "
+                       "Producer heartbeat time"));
+  EXPECT_EQ(say(0x191, {7, 0xE8, 3}),
+            "TPDO 1 of node 5 (inlet): 6000:02 Read input 8-bit, Inputs 9 to 16 = 7; 1017:00 "
+            "Producer heartbeat time = 1000");
+  EXPECT_THAT(say(0x185, inputs), HasSubstr("if identifiers are the pre-defined ones"));
+  EXPECT_THAT(say(0x205, {9, 0, 0, 0}), HasSubstr("RPDO 1 to node 5 (inlet): 6200:01"))
+      << "the others are as they were";
+}
+
+TEST_F(ExplainTest, AMappingThatTheDeviceRefusesIsNone) {
+  say(0x605, {0x23, 0x00, 0x18, 1, 0x91, 0x01, 0, 0});
+  EXPECT_THAT(say(0x585, {0x80, 0x00, 0x18, 1, 0x30, 0, 9, 6}), HasSubstr("refused"));
+  EXPECT_THAT(say(0x185, {1, 2, 3, 255}), HasSubstr("6000:01"));
+}
+
+TEST_F(ExplainTest, PdosOfADeviceWithoutAFileAreLearntFromTheLog) {
+  const auto read = [this](std::initializer_list<std::uint8_t> answer) {
+    const auto* at = answer.begin();
+    say(0x609, {0x40, at[1], at[2], at[3], 0, 0, 0, 0});
+    return say(0x589, answer);
+  };
+  read({0x43, 0x00, 0x18, 1, 0x89, 0x01, 0, 0});
+  read({0x43, 0x00, 0x1A, 1, 16, 0, 0x41, 0x60});
+  EXPECT_THAT(read({0x4F, 0x00, 0x1A, 0, 1, 0, 0, 0}),
+              EndsWith("; TPDO 1 is now on 189h: 6041:00"));
+  EXPECT_EQ(say(0x189, {0x37, 0x06}), "TPDO 1 of node 9: 6041:00 = 37 06");
+}
+
 TEST_F(ExplainTest, ExpeditedSdo) {
   EXPECT_EQ(say(0x605, {0x2B, 0x17, 0x10, 0, 0xC8, 0, 0, 0}),
             "SDO to node 5 (inlet): write 1017:00 Producer heartbeat time = 200");

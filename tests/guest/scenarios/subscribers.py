@@ -49,7 +49,9 @@ class FastSubscriber(Subscriber):
         return [
             image
             for image in self.received("direction")
-            if image["line"] == line and image["entries"] is not None and "bytes" in image
+            if (image["line"], image["direction"]) == (line, "inputs")
+            and image["entries"] is not None
+            and "bytes" in image
         ]
 
     def line(self, line):

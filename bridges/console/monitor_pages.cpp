@@ -1,0 +1,151 @@
+#include "bridges/console/monitor_pages.h"
+
+#include <utility>
+
+#include "bridges/console/explain_words.h"
+#include "bridges/console/value_text.h"
+
+namespace linegate::console {
+namespace {
+
+void add_fact(std::vector<Note>& out, const std::string& what, const std::string& text,
+              Style style = Style::plain) {
+  out.push_back({what + std::string(what.size() < 11 ? 11 - what.size() : 1, ' ') + text, style});
+}
+
+void describe_identity(const line::NodeState& state, std::vector<Note>& out) {
+  const auto number = [](std::uint32_t value) {
+    return value == 0 ? std::string("not read") : hex_digits(value, 8) + 'h';
+  };
+  add_fact(out, "device", "type " + number(state.device_type) + ", vendor " + number(state.vendor));
+  add_fact(out, "",
+           "product " + number(state.product) + ", revision " + number(state.revision) +
+               ", serial " + number(state.serial));
+}
+
+void describe_errors(const line::NodeState& state, std::vector<Note>& out) {
+  if (state.emcy_count == 0) {
+    add_fact(out, "errors", "no EMCY came");
+    return;
+  }
+  add_fact(out, "errors",
+           std::to_string(state.emcy_count) +
+               (state.emcy_count == 1 ? " EMCY, it said " : " EMCYs, the last said ") +
+               hex_digits(state.last_emcy, 4) + "h: " + describe_error_code(state.last_emcy),
+           state.last_emcy == 0 ? Style::plain : Style::warning);
+  const std::string bits = describe_error_register(state.error_register);
+  add_fact(out, "",
+           "error register " + hex_digits(state.error_register, 2) + 'h' +
+               (bits.empty() ? "" : ": " + bits));
+}
+
+void describe_node(const NodeView& node, std::vector<Note>& out) {
+  const line::NodeState& state = node.state;
+  add_fact(out, "state",
+           std::string(nmt::name(state.state)) + ", " + std::string(line::name(state.presence)) +
+               ", since " + clock_text(node.since),
+           style_of(node));
+  add_fact(out, "boot", boot_text(state.boot) + ": " + printable(line::describe_boot(state.boot)),
+           state.boot == manager::kBooted ? Style::plain : Style::warning);
+  add_fact(out, "heartbeat",
+           std::string(state.heartbeat_monitored ? "monitored" : "not monitored") + ", lost " +
+               std::to_string(state.heartbeats_lost) + " times");
+  describe_identity(state, out);
+  describe_errors(state, out);
+}
+
+// A table of this node alone: its first two columns would say nothing new.
+void add_table(Table table, const std::string& headline, const std::string& empty,
+               std::vector<std::size_t> columns, std::size_t width, std::vector<Note>& out) {
+  out.push_back({"", Style::plain});
+  out.push_back({headline, Style::bold});
+  out.insert(out.end(), table.notes.begin(), table.notes.end());
+  if (table.rows.empty()) {
+    out.push_back({empty, Style::plain});
+    return;
+  }
+  for (const std::size_t column : columns) {
+    table.columns.erase(table.columns.begin() + static_cast<std::ptrdiff_t>(column));
+    for (Row& row : table.rows) {
+      row.cells.erase(row.cells.begin() + static_cast<std::ptrdiff_t>(column));
+    }
+  }
+  const Text text = fit(table, width, 0);
+  out.push_back({text.front(), Style::headline});
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    out.push_back({text[i + 1], table.rows[i].style});
+  }
+}
+
+}  // namespace
+
+std::string reference_to(const Model& model, const LineId& id) {
+  return model.find(id.line).size() == 1 ? id.line : id.gateway + '/' + id.line;
+}
+
+std::vector<Note> node_page(const Model& model, const LineId& line, std::uint8_t node,
+                            std::size_t width) {
+  std::vector<Note> out;
+  const auto found = model.lines().find(line);
+  const NodeView* view = nullptr;
+  if (found != model.lines().end()) {
+    const auto at = found->second.nodes.find(node);
+    view = at == found->second.nodes.end() ? nullptr : &at->second;
+  }
+  out.push_back({"node " + std::to_string(node) + " of " + printable(line.line) + " (gateway " +
+                     printable(line.gateway) + ")" +
+                     (view == nullptr || view->name.empty() ? "" : ": " + printable(view->name)),
+                 Style::bold});
+  const Filter filter{.line = reference_to(model, line), .node = node};
+  const Table state = nodes_of(model, filter);
+  out.insert(out.end(), state.notes.begin(), state.notes.end());
+  if (view == nullptr) {
+    out.push_back({"nothing was received about its state yet", Style::warning});
+  } else {
+    describe_node(*view, out);
+  }
+  Table values = values_of(model, filter, Directions::both);
+  values.notes.erase(values.notes.begin(),
+                     values.notes.begin() + static_cast<std::ptrdiff_t>(state.notes.size()));
+  add_table(std::move(values), "values", "none in the process image", {1, 0}, width, out);
+  add_table(events_of(model, filter), "events, the newest first", "none yet", {2, 1}, width, out);
+  return out;
+}
+
+std::vector<Note> help_page() {
+  constexpr std::pair<std::string_view, std::string_view> kKeys[] = {
+      {"1 2 3 4", "lines, nodes, values, events"},
+      {"Tab, Shift-Tab", "next page, previous page"},
+      {"up, down, k, j", "choose a row"},
+      {"PgUp, PgDn", "a screen up or down"},
+      {"Home, End, g, G", "first row, last row; at the first row a list stays at its begin"},
+      {"left, right", "what finds no room at the right"},
+      {"Enter", "on a line: its nodes; else: all about the node of the row"},
+      {"Esc, Backspace", "back from a node or from help; else: show everything again"},
+      {"s, S", "sort by the next column, by the one before"},
+      {"r", "the other way round"},
+      {"/", "filter: line=NAME, node=NUMBER and words, blanks in between"},
+      {"l", "only the next line, and after the last one all"},
+      {"n", "only the node of the row; again: all nodes"},
+      {"o", "inputs, outputs, or both"},
+      {"p, Space", "hold the picture; again: go on"},
+      {"?, h", "these keys"},
+      {"q, Ctrl-C", "end"},
+  };
+  std::vector<Note> out{{"keys", Style::bold}};
+  for (const auto& [keys, text] : kKeys) {
+    out.push_back(
+        {"  " + std::string(keys) + std::string(18 - keys.size(), ' ') + std::string(text),
+         Style::plain});
+  }
+  out.push_back({"", Style::plain});
+  out.push_back({"colours", Style::bold});
+  out.push_back({"  operational", Style::good});
+  out.push_back({"  needs a look: not operational, not valid, bus warning", Style::warning});
+  out.push_back({"  failed, missing, gone, bus-off", Style::error});
+  out.push_back({"  a value that changed with the last image", Style::changed});
+  out.push_back({"  the last that came, of a gateway that is silent or gone", Style::stale});
+  return out;
+}
+
+}  // namespace linegate::console

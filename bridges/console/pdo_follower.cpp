@@ -1,0 +1,131 @@
+#include "bridges/console/pdo_follower.h"
+
+#include <algorithm>
+#include <optional>
+#include <span>
+
+#include "bridges/console/explain.h"
+#include "bridges/console/value_text.h"
+#include "stack/base/byte_order.h"
+
+namespace linegate::console {
+namespace {
+
+using observer::KnownPdo;
+
+std::string pdo_name(const KnownPdo& pdo) {
+  return (pdo.kind == pdo::PdoKind::tpdo ? "TPDO " : "RPDO ") +
+         std::to_string(pdo.parameters.number);
+}
+
+const KnownPdo* find_pdo(const std::vector<KnownPdo>& pdos, const KnownPdo& wanted) {
+  const auto found = std::find_if(pdos.begin(), pdos.end(), [&](const KnownPdo& pdo) {
+    return pdo.kind == wanted.kind && pdo.parameters.number == wanted.parameters.number;
+  });
+  return found == pdos.end() ? nullptr : &*found;
+}
+
+// What decides where a PDO is, and what is in it.
+bool is_same(const KnownPdo& left, const KnownPdo& right) {
+  return left.parameters.cob_id.raw == right.parameters.cob_id.raw &&
+         std::equal(
+             left.parameters.mapping.begin(), left.parameters.mapping.end(),
+             right.parameters.mapping.begin(), right.parameters.mapping.end(),
+             [](const pdo::Mapping& a, const pdo::Mapping& b) { return a.raw() == b.raw(); });
+}
+
+std::uint32_t number_at(const od::DeviceDescription& device, od::Address address) {
+  const od::VariableDescription* const found = device.find(address);
+  return found == nullptr || found->value.size() > 4
+             ? 0
+             : static_cast<std::uint32_t>(load_le(std::span<const std::byte>(found->value)));
+}
+
+// A PDO as its records are, whether the device file knows the objects in it or not. Nothing if it
+// is not valid, or if not all of its mapping is known.
+std::optional<KnownPdo> read_record(const od::DeviceDescription& device, pdo::PdoKind kind,
+                                    std::uint16_t number) {
+  const auto communication = static_cast<std::uint16_t>(communication_base(kind) + number - 1);
+  const auto mapping = static_cast<std::uint16_t>(mapping_base(kind) + number - 1);
+  const auto* const cob_id = device.find({communication, 1});
+  KnownPdo out{.kind = kind};
+  out.parameters.number = number;
+  out.parameters.cob_id.raw = number_at(device, {communication, 1});
+  const std::uint32_t count = number_at(device, {mapping, 0});
+  if (cob_id == nullptr || cob_id->value.size() != 4 || !out.parameters.cob_id.valid() ||
+      count == 0 || count > pdo::kMaxMapped) {
+    return std::nullopt;
+  }
+  unsigned bits = 0;
+  for (std::uint8_t sub = 1; sub <= count; ++sub) {
+    const auto entry = pdo::Mapping::from_raw(number_at(device, {mapping, sub}));
+    bits += entry.bits;
+    if (entry.bits == 0 || bits > 64) {
+      return std::nullopt;
+    }
+    out.parameters.mapping.push_back(entry);
+  }
+  return out;
+}
+
+std::vector<KnownPdo> known_ones(const observer::PdoKnowledge& knowledge) {
+  std::vector<KnownPdo> out = knowledge.pdos();
+  std::erase_if(out, [](const KnownPdo& pdo) { return !pdo.complete; });
+  for (const od::ObjectDescription& object : knowledge.device().objects) {
+    for (const auto kind : {pdo::PdoKind::tpdo, pdo::PdoKind::rpdo}) {
+      const auto number = static_cast<std::uint16_t>(object.index - communication_base(kind) + 1);
+      if (object.index < communication_base(kind) || number > pdo::kMaxPdo) {
+        continue;
+      }
+      const auto read = read_record(knowledge.device(), kind, number);
+      if (read && find_pdo(out, *read) == nullptr) {
+        out.push_back(*read);
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+PdoFollower::PdoFollower(const od::DeviceDescription& device, std::uint8_t node)
+    : knowledge_(device, node), pdos_(known_ones(knowledge_)) {
+}
+
+std::string PdoFollower::follow(const can::Frame& frame, bool request) {
+  const auto transfer = request ? transfers_.request(frame) : transfers_.answer(frame);
+  if (!transfer || !transfer->complete() ||
+      !knowledge_.learn(transfer->address, transfer->kept())) {
+    return {};
+  }
+  std::vector<KnownPdo> before = known_ones(knowledge_);
+  before.swap(pdos_);
+  return changes(before);
+}
+
+std::string PdoFollower::changes(const std::vector<KnownPdo>& before) const {
+  std::string out;
+  const auto add = [&out](const std::string& text) { out += (out.empty() ? "" : "; ") + text; };
+  for (const KnownPdo& old : before) {
+    if (find_pdo(pdos_, old) == nullptr) {
+      add(pdo_name(old) + " is not in use now");
+    }
+  }
+  for (const KnownPdo& pdo : pdos_) {
+    const KnownPdo* const old = find_pdo(before, pdo);
+    if (old != nullptr && is_same(*old, pdo)) {
+      continue;
+    }
+    std::string objects;
+    for (const pdo::Mapping& mapping : pdo.parameters.mapping) {
+      objects +=
+          (objects.empty() ? " " : ", ") + object_text(&knowledge_.device(), mapping.address);
+    }
+    add(pdo_name(pdo) + " is now on " +
+        hex_digits(pdo.parameters.cob_id.id(), pdo.parameters.cob_id.extended() ? 8 : 3) +
+        "h:" + objects);
+  }
+  return out;
+}
+
+}  // namespace linegate::console

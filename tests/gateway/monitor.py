@@ -1,0 +1,283 @@
+#!/usr/bin/python3
+"""`linegate monitor` on a terminal of its own (a pty), beside a running gateway: its pages, keys and sizes; that the
+terminal is as it was before, however the program ends; and what it prints where there is no terminal to draw on.
+
+monitor.py LINEGATED LINEGATE PROFILES
+"""
+
+import fcntl
+import json
+import os
+import re
+import select
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import termios
+import time
+
+PATIENCE = 60  # seconds
+PLANT = """schema: 1
+gateway: {{name: monitored}}
+dds: {{domain: {domain}, profile: {profiles}}}
+lines:
+  - name: press
+    interface: "simulated:"
+    network_id: 1
+    heartbeat: 1s
+    nodes: [{{id: 8, name: panel, eds: {eds}, heartbeat: 500ms}}]
+    simulate: [{{node: 8, profile: digital-io}}]
+  - name: hall
+    interface: "simulated:"
+    network_id: 2
+    heartbeat: 1s
+    nodes: [{{id: 12, name: doors, eds: {eds}, heartbeat: 500ms}}]
+    simulate: [{{node: 12, profile: digital-io}}]
+"""
+# As little as a terminal can do: then this program understands all that is sent to it.
+TERMINAL = r"""lgtest|a terminal for tests,
+  cols#80, lines#24,
+  clear=\E[H\E[J, cup=\E[%i%p1%d;%p2%dH, ed=\E[J, el=\E[K, cr=\r, ind=\n, cud1=\n, cub1=\b,
+  smcup=\E[?1049h, rmcup=\E[?1049l, rev=\E[7m, bold=\E[1m, sgr0=\E[m,
+  kcud1=\E[B, kcuu1=\E[A,
+"""
+SEQUENCE = re.compile(r"\x1b\[(\??)([0-9;]*)([A-Za-z])")
+
+
+class Failure(Exception):
+    pass
+
+
+class Terminal:
+    """The master's side of a pty: what is on the screen, and what was left of it."""
+
+    def __init__(self, command, environment, rows=24, columns=80):
+        self.master, self.slave = os.openpty()
+        self.set_size(self.master, rows, columns)
+        self.modes = termios.tcgetattr(self.slave)
+        self.process = subprocess.Popen(command, env=environment, stdin=self.slave, stdout=self.slave,
+                                        stderr=self.slave, start_new_session=True,
+                                        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))
+        self.ended = os.pidfd_open(self.process.pid)
+        self.rows, self.columns = rows, columns
+        self.cells = [[" "] * columns for _ in range(rows)]
+        self.row = self.column = 0
+        self.alternate = False
+        self.pending = ""
+        self.seen = b""
+
+    @staticmethod
+    def set_size(descriptor, rows, columns):
+        fcntl.ioctl(descriptor, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
+
+    def resize(self, rows, columns):
+        self.rows, self.columns = rows, columns
+        self.cells = [[" "] * columns for _ in range(rows)]
+        self.set_size(self.master, rows, columns)
+
+    def type(self, text):
+        os.write(self.master, text.encode())
+
+    def line(self, number):
+        return "".join(self.cells[number]).rstrip()
+
+    def text(self):
+        return "\n".join(self.line(number) for number in range(self.rows))
+
+    def read(self, seconds):
+        """What comes next; False when the program has ended and nothing is left."""
+        ready = select.select([self.master, self.ended], [], [], max(seconds, 0))[0]
+        if self.master not in ready:
+            return not ready
+        news = os.read(self.master, 65536)
+        self.seen += news
+        self.pending += news.decode("ascii", "replace")
+        self.take_pending()
+        return True
+
+    def take_pending(self):
+        while self.pending:
+            if self.pending[0] == "\x1b":
+                found = SEQUENCE.match(self.pending)
+                if found is None:
+                    if len(self.pending) > 20:
+                        raise Failure(f"not understood: {self.pending[:20]!r}")
+                    return  # the rest comes
+                self.obey(*found.groups())
+                self.pending = self.pending[found.end():]
+            else:
+                self.put(self.pending[0])
+                self.pending = self.pending[1:]
+
+    def obey(self, private, arguments, kind):
+        numbers = [int(number or 0) for number in arguments.split(";")]
+        if private:
+            if numbers == [1049]:
+                self.alternate = kind == "h"
+        elif kind == "H":
+            self.row, self.column = (max(number, 1) - 1 for number in (numbers + [1])[:2])
+        elif kind in "JK":
+            self.erase(self.row, self.column)
+            for row in range(self.row + 1, self.rows if kind == "J" else 0):
+                self.erase(row, 0)
+        elif kind != "m":
+            raise Failure(f"a sequence that the terminal does not have: {kind}")
+
+    def erase(self, row, column):
+        if row < self.rows:
+            self.cells[row][column:] = [" "] * (self.columns - column)
+
+    def put(self, character):
+        if character == "\r":
+            self.column = 0
+        elif character == "\n":
+            self.row = min(self.row + 1, self.rows - 1)
+        elif character == "\b":
+            self.column = max(self.column - 1, 0)
+        elif character >= " ":
+            if self.row < self.rows and self.column < self.columns:
+                self.cells[self.row][self.column] = character
+            self.column = min(self.column + 1, self.columns - 1)
+
+    def until(self, what, condition):
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            if time.monotonic() > end or not self.read(end - time.monotonic()):
+                raise Failure(f"not seen: {what}; but\n{self.text()}")
+
+    def shows(self, *texts):
+        self.until(" and ".join(texts), lambda: all(text in self.text() for text in texts))
+
+    def end(self, how):
+        """The program ends with status 0, and leaves the terminal as it was."""
+        end = time.monotonic() + PATIENCE
+        while self.read(end - time.monotonic()):
+            if time.monotonic() > end:
+                self.process.kill()
+                raise Failure(f"{how}: it does not end")
+        check(f"{how}: the exit status is {self.process.wait()}", self.process.wait() == 0)
+        check(f"{how}: the screen is given back", not self.alternate)
+        check(f"{how}: the modes of the terminal are as before", termios.tcgetattr(self.slave) == self.modes)
+        for descriptor in (self.master, self.slave, self.ended):
+            os.close(descriptor)
+
+
+class Bench:
+    def __init__(self, linegated, linegate, profiles, folder):
+        self.domain = str(220 + os.getpid() % 10)  # below are those of tests/dds/own_domain.h
+        self.console = [linegate, "--profile", profiles, "--domain", self.domain, "--wait", str(PATIENCE)]
+        with open(os.path.join(folder, "lgtest.ti"), "w", encoding="ascii") as file:
+            file.write(TERMINAL)
+        subprocess.run(["tic", "-x", "-o", folder, file.name], check=True)
+        self.environment = {**os.environ, "TERMINFO": folder, "TERM": "lgtest", "LC_ALL": "C"}
+        eds = os.path.join(os.path.dirname(__file__), "../../bridges/sim/eds/digital-io.eds")
+        plant = os.path.join(folder, "plant.yaml")
+        with open(plant, "w", encoding="utf-8") as file:
+            file.write(PLANT.format(domain=self.domain, profiles=profiles, eds=os.path.abspath(eds)))
+        self.gateway = subprocess.Popen([linegated, plant], stderr=subprocess.DEVNULL)
+
+    def monitor(self, *options, **environment):
+        return Terminal([*self.console, "monitor", *options], {**self.environment, **environment})
+
+    def printed(self, *options):
+        done = subprocess.run([*self.console, *options], env=self.environment, capture_output=True, text=True,
+                              timeout=2 * PATIENCE, check=False)
+        if done.returncode != 0:
+            raise Failure(f"{options} ended with {done.returncode}: {done.stderr}")
+        return done.stdout
+
+    def close(self):
+        self.gateway.kill()
+        self.gateway.wait()
+
+
+def check(what, truth):
+    if not truth:
+        raise Failure(what)
+
+
+def pages_keys_and_sizes(bench):
+    screen = bench.monitor()
+    screen.shows("press", "hall", "2 lines, 2 of 2 nodes operational", "error-active", "q quit")
+    check("it draws on a screen of its own", screen.alternate)
+    screen.type("3")
+    screen.shows("OBJECT", "panel.Read", "UNSIGNED8", "6000:01")
+    screen.type("/node=12\r")
+    screen.until("only node 12", lambda: "only node=12" in screen.text() and "panel" not in screen.text())
+    screen.type("\x1b")
+    screen.shows("panel.Read")
+    screen.type("2")
+    screen.shows("PRESENCE", "doors")
+    screen.type("\x1b[B")
+    screen.until("the cursor at the second row", lambda: screen.line(4).startswith(">press"))
+    screen.type("\r")
+    screen.shows("node 8 of press (gateway monitored): panel", "operational, present", "booted", "values")
+    screen.resize(40, 120)
+    screen.until("the last of 40 rows", lambda: screen.line(39).startswith(" q quit"))
+    screen.until("the right end of 120 columns", lambda: screen.line(0).endswith("UTC") and len(screen.line(0)) == 119)
+    screen.resize(10, 50)
+    screen.until("the last of 10 rows", lambda: screen.line(9).startswith(" q quit"))
+    screen.type("?")
+    screen.until("the keys", lambda: screen.line(2).startswith(" keys"))
+    screen.type("q")
+    screen.end("q")
+
+
+def what_has_no_screen_gets_text(bench):
+    plain = bench.printed("monitor")
+    for wanted in ("--- lines at ", "--- nodes\n", "--- values\n", "--- the newest events\n", "panel.Read input 8-bit"):
+        check(f"{wanted!r} in {plain}", wanted in plain)
+    only = bench.printed("monitor", "--once", "--line", "hall", "--node", "12")
+    check(f"one line alone: {only}", "doors" in only and "panel" not in only)
+    unknown = bench.monitor(TERM="no-such-terminal")
+    unknown.end("an unknown terminal")
+    check("an unknown terminal gets text", b"--- values" in unknown.seen and b"\x1b" not in unknown.seen)
+
+
+def json_is_one_document_or_a_stream(bench):
+    end = time.monotonic() + PATIENCE
+    while True:
+        whole = json.loads(bench.printed("--json", "monitor", "--once"))
+        entry = whole["lines"][1]["inputs"]["entries"][0]
+        if entry["valid"] or time.monotonic() > end:
+            break
+    check("the lines", [line["line"] for line in whole["lines"]] == ["hall", "press"])
+    check(f"a value is a number: {entry}", isinstance(entry["value"], int) and entry["type"] == "UNSIGNED8")
+    check("the events", "line-started" in [event["kind"] for event in whole["events"]])
+    kinds = {json.loads(line)["type"] for line in bench.printed("--json", "monitor", "--duration", "1s").splitlines()}
+    check(f"a stream of all: {kinds}", kinds == {"lines", "image", "event"})
+
+
+def a_gateway_that_leaves_and_signals(bench):
+    interrupted, terminated = bench.monitor(), bench.monitor()
+    for screen in (interrupted, terminated):
+        screen.shows("2 of 2 nodes operational")
+    bench.gateway.terminate()
+    check("the gateway stops in good order", bench.gateway.wait(timeout=PATIENCE) == 0)
+    for screen in (interrupted, terminated):
+        screen.shows("gateway gone", "2 not heard")
+    interrupted.type("\x03")
+    interrupted.end("Ctrl-C")
+    terminated.process.send_signal(signal.SIGTERM)
+    terminated.end("SIGTERM")
+
+
+def main(linegated, linegate, profiles):
+    with tempfile.TemporaryDirectory() as folder:
+        bench = Bench(linegated, linegate, profiles, folder)
+        try:
+            pages_keys_and_sizes(bench)
+            what_has_no_screen_gets_text(bench)
+            json_is_one_document_or_a_stream(bench)
+            a_gateway_that_leaves_and_signals(bench)
+        except Failure as failure:
+            return str(failure)
+        finally:
+            bench.close()
+    return None
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
