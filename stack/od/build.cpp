@@ -27,14 +27,14 @@ std::uint32_t capacity_of(const VariableDescription& variable) {
   return static_cast<std::uint32_t>(std::max(least, variable.value.size()));
 }
 
-bool fits_into_slot(const VariableDescription& variable) {
+bool is_short(const VariableDescription& variable) {
   const unsigned fixed = byte_size(variable.type);
-  return variable.sub == 0 && fixed != 0 && fixed <= kLongestInSlot;
+  return variable.sub == 0 && fixed != 0 && fixed <= kLongestShort;
 }
 
 // Bytes of the value in the object's block.
 std::size_t room_of(const VariableDescription& variable) {
-  if (fits_into_slot(variable)) {
+  if (is_short(variable)) {
     return 0;
   }
   return variable.type == DataType::domain ? 0 : round_up(capacity_of(variable) + kSlack);
@@ -183,14 +183,14 @@ Result<void> Dictionary::add(const ObjectDescription& object) {
   for (const VariableDescription& described : object.variables) {
     VariableDetails& cold = details.variables[described.sub];
     cold = details_of(described);
-    std::byte* const at = fits_into_slot(described) ? slot.value.data() : next;
+    std::byte* const at = is_short(described) ? objects_->short_value(object.index) : next;
     variables[described.sub] = variable_of(described, cold, at);
     next += room_of(described);
   }
   slot.variables = variables;
   slot.highest = highest;
   slot.kind = Slot::Kind::plain;
-  objects_->insert(slot, std::move(details));
+  objects_->insert(object.index, std::move(details));
   tell_observers(object.index);
   return {};
 }
@@ -217,7 +217,7 @@ Result<void> Dictionary::bind(Address address, std::byte* data) {
     return to_error(AbortCode::unsupported_access);
   }
   variable->data = data;
-  ObjectTable::look_at(*objects_->find(address.index));
+  objects_->look_at(address.index);
   tell_observers(address.index);
   return {};
 }
@@ -232,9 +232,10 @@ Result<void> Dictionary::add_window(std::uint16_t index, DataType type, Access a
   details.structure = structure(static_cast<std::uint16_t>(type), ObjectType::array);
   details.block = make_block(2, 0);
   Slot& slot = objects_->place(index);
-  slot.value[0] = std::byte{count};
+  std::byte* const value = objects_->short_value(index);
+  *value = std::byte{count};
   auto* variables = reinterpret_cast<Variable*>(details.block.get());
-  variables[0] = Variable{.data = slot.value.data(),
+  variables[0] = Variable{.data = value,
                           .size = 1,
                           .capacity = 1,
                           .type = DataType::unsigned8,
@@ -249,7 +250,7 @@ Result<void> Dictionary::add_window(std::uint16_t index, DataType type, Access a
   slot.variables = variables;
   slot.highest = count;
   slot.kind = Slot::Kind::window;
-  objects_->insert(slot, std::move(details));
+  objects_->insert(index, std::move(details));
   tell_observers(index);
   return {};
 }

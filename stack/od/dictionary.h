@@ -4,8 +4,8 @@
 // Building it (add, remove, bind) allocates; look-up, reading and writing of values of fixed size
 // do not. Pointers to values stay valid until the object is removed or the variable is bound: PDO
 // copy plans hold them. (Those of DOMAIN move when a longer value is written.) A value in the
-// dictionary's own storage starts at a multiple of 8 and has 8 bytes of slack after its capacity,
-// so that it may be loaded and stored in words of 8 bytes.
+// dictionary's own storage may be loaded and stored in words of 8 bytes: it starts at a multiple of
+// 8, and no word holds parts of two values.
 #pragma once
 
 #include <array>

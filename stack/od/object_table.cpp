@@ -18,7 +18,8 @@ Variable* ObjectTable::window_element(const Slot& slot, std::uint8_t sub, Variab
   return &element;
 }
 
-void ObjectTable::insert(Slot& slot, ObjectDetails details) {
+void ObjectTable::insert(std::uint16_t index, ObjectDetails details) {
+  Slot& slot = slots_.place(index);
   if (free_details_.empty()) {
     free_details_.push_back(static_cast<std::uint32_t>(details_.size()));
     details_.emplace_back();
@@ -26,22 +27,22 @@ void ObjectTable::insert(Slot& slot, ObjectDetails details) {
   slot.details = free_details_.back();
   free_details_.pop_back();
   details_[slot.details] = std::make_unique<ObjectDetails>(std::move(details));
-  look_at(slot);
+  look_at(index);
 }
 
-void ObjectTable::look_at(Slot& slot) {
+void ObjectTable::look_at(std::uint16_t index) {
   constexpr std::uint32_t kLongestGlance = 4;
-  const Variable& first = slot.variables[0];
-  const bool possible = first.data == slot.value.data() && first.hook == nullptr &&
+  const Variable& first = slots_.place(index).variables[0];
+  const bool possible = first.data == slots_.value(index).data() && first.hook == nullptr &&
                         readable(first.access) && first.size <= kLongestGlance;
-  slot.glance = possible ? static_cast<std::uint8_t>(first.size) : std::uint8_t{0};
+  slots_.set_glance(index, possible ? static_cast<std::uint8_t>(first.size) : std::uint8_t{0});
 }
 
 void ObjectTable::erase(std::uint16_t index) {
-  Slot& slot = slots_.place(index);
+  const Slot& slot = slots_.place(index);
   details_[slot.details].reset();
   free_details_.push_back(slot.details);
-  slot = Slot{};
+  slots_.clear(index);
 }
 
 std::vector<std::uint16_t> ObjectTable::indices() const {

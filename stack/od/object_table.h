@@ -2,9 +2,9 @@
 //
 // Look-up touches three places: the page of 256 slots for the index, the Variable, its value. The
 // Variables of an object and their values lie in one block of cache lines. The value of sub-index 0
-// is an exception if it is a short one, as it is of most objects: it lies in the slot, beside all
-// that has to be known to read it, so that a glance touches one cache line. Names, initial values
-// and limits are kept elsewhere.
+// is an exception if it is a short one, as it is of most objects: it lies in the page, and what has
+// to be known to read it beside it, so that a glance needs no slot and no Variable. Names, initial
+// values and limits are kept elsewhere.
 #pragma once
 
 #include <array>
@@ -89,11 +89,15 @@ class ObjectTable {
   // The slot for a new object, which is filled in before it is inserted. The index must be free.
   // It stays where it is.
   Slot& place(std::uint16_t index) { return slots_.place(index); }
-  void insert(Slot& slot, ObjectDetails details);
+  // For the value of sub-index 0 of the object at that index, if it is a short one. Zero to begin
+  // with.
+  std::byte* short_value(std::uint16_t index) { return slots_.value(index).data(); }
+  void insert(std::uint16_t index, ObjectDetails details);
   void erase(std::uint16_t index);
   std::vector<std::uint16_t> indices() const;
-  // See Slot::glance. Whenever hook, access or place of sub-index 0 may be others than before.
-  static void look_at(Slot& slot);
+  // Whether a glance is enough. Whenever hook, access or place of sub-index 0 may be others than
+  // before. Precondition: there is an object.
+  void look_at(std::uint16_t index);
 
  private:
   static Variable* window_element(const Slot& slot, std::uint8_t sub, Variable& element,

@@ -16,7 +16,7 @@ void Dictionary::point_at(std::uint16_t index, Hook* hook) {
     slot.variables[i].hook = hook;
     slot.variables[i].watched = watched;
   }
-  ObjectTable::look_at(slot);
+  objects_->look_at(index);
   if (changed) {
     tell_observers(index);
   }

@@ -1,5 +1,8 @@
 #include <array>
+#include <cstdint>
+#include <set>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -68,6 +71,27 @@ TEST(Read, NumberIsZeroExtendedAndNeedsOneToEightBytes) {
   EXPECT_EQ(dictionary.number({0x2001, 0}), std::nullopt);
   EXPECT_EQ(dictionary.number({0x2002, 0}), std::nullopt);
   EXPECT_EQ(dictionary.number({0x2003, 0}), std::nullopt);
+}
+
+// The contract of dictionary.h on which those rely that copy values in words of 8 bytes.
+TEST(Read, NoWordHoldsPartsOfTwoValues) {
+  Dictionary dictionary;
+  const DataType types[] = {DataType::unsigned8, DataType::unsigned24, DataType::unsigned32,
+                            DataType::unsigned64};
+  std::vector<Address> addresses;
+  for (std::uint16_t i = 0; i < 300; ++i) {
+    const auto index = static_cast<std::uint16_t>(0x2000 + i);
+    ASSERT_TRUE(dictionary.add(object(
+        index, ObjectType::record, {variable(0, types[i % 4U]), variable(1, types[i / 4U % 4U])})));
+    addresses.push_back({index, 0});
+    addresses.push_back({index, 1});
+  }
+  std::set<std::uintptr_t> words;
+  for (const Address address : addresses) {
+    const std::byte* const data = dictionary.find(address)->data;
+    EXPECT_TRUE(words.insert(reinterpret_cast<std::uintptr_t>(data)).second);
+    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(data) % 8, 0U);
+  }
 }
 
 // What a glance sees: as many bytes as are enough for it, nothing for all others.
