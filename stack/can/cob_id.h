@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "stack/can/frame.h"
+
 namespace linegate::can {
 
 inline constexpr std::uint8_t kMinNodeId = 1;
@@ -45,6 +47,10 @@ struct CobId {
   constexpr bool valid() const { return (raw & kInvalidBit) == 0; }
   constexpr bool extended() const { return (raw & kExtendedBit) != 0; }
   constexpr std::uint32_t id() const { return raw & (extended() ? 0x1FFF'FFFFU : 0x7FFU); }
+  // Of a classical data frame.
+  constexpr Header header(std::uint8_t length) const {
+    return {id(), length, extended() ? std::uint8_t{Frame::kExtended} : std::uint8_t{0}};
+  }
 
   friend constexpr bool operator==(CobId, CobId) = default;
 };

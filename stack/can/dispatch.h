@@ -50,6 +50,11 @@ class Dispatch {
         frame.extended() ? find_extended(frame.id) : standard_[frame.id & 0x7FFU];
     return first == 0 ? nullptr : &targets_[first];
   }
+  // The same for a frame with an 11-bit identifier; nullptr for others.
+  const Target* find_standard(const Frame& frame) const {
+    const std::uint16_t first = frame.extended() ? std::uint16_t{0} : standard_[frame.id & 0x7FFU];
+    return first == 0 ? nullptr : &targets_[first];
+  }
   const Target* next(const Target& target) const {
     return target.next == 0 ? nullptr : &targets_[target.next];
   }

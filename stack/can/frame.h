@@ -34,6 +34,13 @@ struct Frame {
   std::span<const std::byte> bytes() const { return {data.data(), length}; }
 };
 
+// The first fields of a frame, ready to be copied.
+struct Header {
+  std::uint32_t id = 0;
+  std::uint8_t length = 0;
+  std::uint8_t flags = 0;
+};
+
 // A classical data frame. Precondition: data.size() <= 8, id <= 7FFh.
 Frame make_frame(std::uint32_t id, std::span<const std::byte> data = {});
 Frame make_frame(std::uint32_t id, std::initializer_list<std::uint8_t> data);

@@ -93,7 +93,7 @@ void Line::Impl::advance(Instant now) {
   while (const Outputs::Group* group = outputs.expire(now)) {
     react(*group, now);
   }
-  can::Traffic seen = sent;
+  can::Traffic seen = node.counters().sent;
   seen += node.counters().received;
   load.advance(seen, now);
 }
@@ -117,11 +117,7 @@ void Line::Impl::take_completions(Instant now) {
 }
 
 bool Line::Impl::next_frame(can::Frame& out, Instant now) {
-  if (!node.next_frame(out, now)) {
-    return false;
-  }
-  sent.add(out);
-  return true;
+  return node.next_frame(out, now);
 }
 
 void Line::Impl::bus_event(const can::BusEvent& event) {
@@ -226,7 +222,7 @@ Counters Line::Impl::count() const {
   const node::NodeCounters& of_node = node.counters();
   const pdo::EngineCounters& of_pdos = const_cast<node::Node&>(node).pdos().counters();
   out.frames_received = of_node.received.frames;
-  out.frames_sent = sent.frames;
+  out.frames_sent = of_node.sent.frames;
   out.frames_unused = of_node.unused;
   out.frames_malformed +=
       of_node.malformed + sdo.counters().malformed + of_pdos.too_short + of_pdos.too_long;

@@ -113,7 +113,6 @@ struct Line::Impl final : Line::Base,
   sdo::Arbiter sdo;
   manager::Manager manager;  // keeps the states of the nodes in every role, acts in that of manager
   Outputs outputs;
-  can::Traffic sent;
   BusLoad load;
 
   std::vector<Pending> pending;

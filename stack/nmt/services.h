@@ -9,15 +9,14 @@ namespace linegate::nmt {
 // Node control and error control are served in every state but Initialising, PDOs in Operational
 // alone, the others in Pre-operational and Operational. LSS is there in Stopped as well (CiA 305).
 constexpr bool is_served(can::Service service, State state) {
-  const bool alive =
-      state == State::stopped || state == State::pre_operational || state == State::operational;
+  const bool configurable = state == State::operational || state == State::pre_operational;
   switch (service) {
     case can::Service::none:
       return false;
     case can::Service::nmt:
     case can::Service::error_control:
     case can::Service::lss:
-      return alive;
+      return configurable || state == State::stopped;
     case can::Service::rpdo:
     case can::Service::tpdo_rtr:
       return state == State::operational;
@@ -26,7 +25,7 @@ constexpr bool is_served(can::Service service, State state) {
     case can::Service::emcy:
     case can::Service::sdo_server:
     case can::Service::sdo_client:
-      return alive && state != State::stopped;
+      return configurable;
   }
   return false;
 }

@@ -50,7 +50,8 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   // --- frames: receive.cpp ----------------------------------------------------------------------
   void receive(std::span<const can::Frame> frames);
   void receive(const can::Frame& frame);
-  bool receive_sdo_request(const can::Frame& frame);
+  void receive_others(std::span<const can::Frame> frames);
+  bool answer_sdo_request(const can::Frame& frame);
   void serve_all(const can::Target* target, const can::Frame& frame);
   void serve(can::Service service, std::uint16_t index, const can::Frame& frame);
   void remote_request(can::Target target, const can::Frame& frame);
@@ -64,6 +65,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   void take_emergency(std::uint16_t index, const can::Frame& frame);
   void hand_to_companion(can::Target target, const can::Frame& frame);
   void malformed(const can::Frame& frame, std::uint8_t node);
+  bool next_frame(can::Frame& out, Instant time);
   void synced(std::uint8_t counter, Instant time);
 
   // --- time -------------------------------------------------------------------------------------

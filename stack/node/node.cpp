@@ -81,10 +81,25 @@ Instant Node::next_wake() const {
   return impl_->next_wake();
 }
 
+// PDOs have their place between the classes of the queue.
+bool Node::Impl::next_frame(can::Frame& out, Instant time) {
+  if (!transmit.pop_urgent(out) && !pdos.next_frame(out, time) && !transmit.pop_rest(out)) {
+    return false;
+  }
+  counters.sent.add(out);
+  return true;
+}
+
 bool Node::next_frame(can::Frame& out, Instant now) {
   Impl& node = *impl_;
-  return node.transmit.pop_urgent(out) || node.pdos.next_frame(out, now) ||
-         node.transmit.pop_rest(out);
+  if (!node.pdos.quiet()) {
+    return node.next_frame(out, now);
+  }
+  if (!node.transmit.pop(out)) {
+    return false;
+  }
+  node.counters.sent.add(out);
+  return true;
 }
 bool Node::wants_to_send(Instant now) const {
   return !impl_->transmit.empty() || impl_->pdos.wants_to_send(now);

@@ -85,6 +85,7 @@ struct NodeCounters {
   std::uint64_t unused = 0;          // frames nobody wanted
   std::uint64_t starts_refused = 0;  // by the application
   can::Traffic received;
+  can::Traffic sent;  // handed out by next_frame()
 };
 
 class Node {

@@ -10,7 +10,46 @@ constexpr std::uint16_t kNodeBits = 0x7F;
 
 }  // namespace
 
-inline void Node::Impl::take_sdo(std::uint16_t index, const can::Frame& frame) {
+// The shortest way for what an SDO client asks most, of the default server. False if it is another
+// frame.
+inline bool Node::Impl::answer_sdo_request(const can::Frame& frame) {
+  const can::Target* const target = dispatch.find_standard(frame);
+  const bool for_it_alone = target != nullptr && target->service == can::Service::sdo_server &&
+                            target->index == 0 && target->next == 0;
+  if (!for_it_alone || !serves(can::Service::sdo_server) ||
+      !sdo.default_server().answer_at_once(frame, transmit)) {
+    return false;
+  }
+  counters.received.add(frame);
+  return true;
+}
+
+// What a frame sets off (a COB-ID that is written, a reset) may change the table: a target is not
+// looked at after it was served.
+void Node::Impl::receive(std::span<const can::Frame> frames) {
+  // Nothing is called in this loop, so that no register has to be saved.
+  while (!frames.empty() && answer_sdo_request(frames.front())) {
+    frames = frames.subspan(1);
+  }
+  if (!frames.empty()) {
+    receive_others(frames);
+  }
+}
+
+void Node::Impl::receive_others(std::span<const can::Frame> frames) {
+  while (!frames.empty()) {
+    frames = frames.subspan(pdos.receive_ordinary(frames, counters.received));
+    if (frames.empty()) {
+      return;
+    }
+    if (!answer_sdo_request(frames.front())) {
+      receive(frames.front());
+    }
+    frames = frames.subspan(1);
+  }
+}
+
+void Node::Impl::take_sdo(std::uint16_t index, const can::Frame& frame) {
   if (index >= kSdoServers) {
     hand_to_companion({can::Service::sdo_server, index, 0}, frame);
     return;
@@ -21,39 +60,11 @@ inline void Node::Impl::take_sdo(std::uint16_t index, const can::Frame& frame) {
   if (frame.length != can::kMaxClassicData) {
     ++counters.malformed;  // the server tells it
   }
-  sdo.receive(index, frame, transmit);
+  if (sdo::Server* const server = sdo.find(index); server != nullptr) {
+    server->receive(frame, transmit);
+  }
   if (dictionary.writes_told() != settled_writes) [[unlikely]] {
     settle(frame.time);
-  }
-}
-
-// The shortest way for a request of an SDO client that nobody else wants to hear. False if it is
-// another frame.
-inline bool Node::Impl::receive_sdo_request(const can::Frame& frame) {
-  const can::Target* const target = dispatch.find(frame);
-  if (target == nullptr || target->service != can::Service::sdo_server || target->next != 0 ||
-      frame.remote()) {
-    return false;
-  }
-  counters.received.add(frame);
-  now = frame.time;
-  take_sdo(target->index, frame);
-  return true;
-}
-
-// What a frame sets off (a COB-ID that is written, a reset) may change the table: a target is not
-// looked at after it was served.
-void Node::Impl::receive(std::span<const can::Frame> frames) {
-  while (!frames.empty()) {
-    if (receive_sdo_request(frames.front())) {
-      frames = frames.subspan(1);
-      continue;
-    }
-    frames = frames.subspan(pdos.receive_ordinary(frames, counters.received));
-    if (!frames.empty()) {
-      receive(frames.front());
-      frames = frames.subspan(1);
-    }
   }
 }
 

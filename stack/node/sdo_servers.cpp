@@ -58,7 +58,7 @@ void SdoServers::reset() {
   }
 }
 
-sdo::Server* SdoServers::find(std::uint16_t number) {
+sdo::Server* SdoServers::find_other(std::uint16_t number) {
   const auto entry = std::ranges::lower_bound(entries_, number, {}, &Entry::number);
   return entry == entries_.end() || entry->number != number ? nullptr : entry->server.get();
 }

@@ -39,15 +39,11 @@ class SdoServers final : public od::Hook {
   // Drops all transfers.
   void reset();
 
-  // number: Target::index. False if there is no such server.
-  bool receive(std::uint16_t number, const can::Frame& frame, can::TransmitQueue& queue) {
-    sdo::Server* const server = number == 0 ? default_server_ : find(number);
-    if (server == nullptr) {
-      return false;
-    }
-    server->receive(frame, queue);
-    return true;
+  // number: Target::index. nullptr if there is no such server.
+  sdo::Server* find(std::uint16_t number) {
+    return number == 0 ? default_server_ : find_other(number);
   }
+  sdo::Server& default_server() { return *default_server_; }
   void settle();
   void advance(Instant now, can::TransmitQueue& queue);
   Instant next_wake() const;
@@ -67,7 +63,7 @@ class SdoServers final : public od::Hook {
     std::unique_ptr<sdo::Server> server;
   };
 
-  sdo::Server* find(std::uint16_t number);
+  sdo::Server* find_other(std::uint16_t number);
   void configure(Entry& entry);
   void find_objects();
   void show_default_server();

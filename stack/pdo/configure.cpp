@@ -68,7 +68,6 @@ std::vector<Diagnostic> Engine::Impl::configure() {
   held_changed.reset(tpdo_count);
   held_always.reset(tpdo_count);
   asked.reset(rpdo_count);
-  asked_count = 0;
   timers.reset(rpdo_count + tpdo_count);
   scanner_list.read(dictionary);
   read_dispatcher_list();
@@ -305,10 +304,7 @@ void Engine::Impl::stop(PdoKind kind, std::uint16_t slot) {
       tell_in_order(slot);
     }
     shadows.remove(slot);
-    if (asked.test(slot)) {
-      asked.clear(slot);
-      --asked_count;
-    }
+    asked.clear(slot);
     timers.stop(slot);
   } else {
     const can::CobId cob_id = tpdos[slot].cob_id;

@@ -27,12 +27,15 @@ void Listener::rpdo_in_order(std::uint16_t /*number*/) {
 void Listener::pdo_unusable(od::Address /*place*/, AbortCode /*why*/) {
 }
 
-Engine::Impl::Impl(od::Dictionary& d, can::Dispatch& p, EventLog& e, image::ProcessImage* i)
+Engine::Impl::Impl(od::Dictionary& d, can::Dispatch& p, EventLog& e, image::ProcessImage* i,
+                   std::size_t& requests)
     : dictionary(d),
       dispatch(p),
       events(e),
       own_image(i == nullptr ? std::make_unique<image::ProcessImage>() : nullptr),
-      image(i == nullptr ? *own_image : *i) {
+      image(i == nullptr ? *own_image : *i),
+      pending(requests),
+      asked(requests) {
   inputs = &image.area(image::Direction::inputs);
   outputs = &image.area(image::Direction::outputs);
   dictionary.add_observer(*this);
@@ -49,7 +52,7 @@ Engine::Impl::~Impl() {
 
 Engine::Engine(od::Dictionary& dictionary, can::Dispatch& dispatch, EventLog& events,
                image::ProcessImage* image)
-    : impl_(std::make_unique<Impl>(dictionary, dispatch, events, image)) {
+    : impl_(std::make_unique<Impl>(dictionary, dispatch, events, image, requests_)) {
 }
 
 Engine::~Engine() = default;

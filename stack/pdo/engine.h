@@ -184,12 +184,15 @@ class Engine {
 
   // The requested TPDO with the lowest CAN-ID whose inhibit time is over. Hot.
   bool next_frame(can::Frame& out, Instant now);
+  // Nothing is requested, not even what an inhibit time holds back: next_frame() gives none. Hot.
+  bool quiet() const { return requests_ == 0; }
   bool wants_to_send(Instant now) const;
 
   const EngineCounters& counters() const;
 
  private:
   struct Impl;
+  std::size_t requests_ = 0;  // TPDOs to be sent, RPDOs to be asked for
   std::unique_ptr<Impl> impl_;
 };
 

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "stack/image/process_image.h"
+#include "stack/pdo/bitmap.h"
 #include "stack/pdo/copy_plan.h"
 #include "stack/pdo/engine.h"
 #include "stack/pdo/link.h"
@@ -95,42 +96,10 @@ struct Tpdo {
   std::vector<MpdoData> held_mpdos{};  // that wait for release_held()
 };
 
-// visit(bit) for each set bit, ascending; it may clear that bit.
-template <class Visit>
-void for_each_bit(const std::vector<std::uint64_t>& words, Visit visit) {
-  for (std::size_t word = 0; word < words.size(); ++word) {
-    for (std::uint64_t bits = words[word]; bits != 0; bits &= bits - 1) {
-      visit(64 * word + static_cast<std::size_t>(std::countr_zero(bits)));
-    }
-  }
-}
-
-class Bitmap {
- public:
-  void reset(std::size_t bits) { words_.assign((bits + 63) / 64, 0); }
-  void set(std::size_t bit) { words_[bit / 64] |= std::uint64_t{1} << (bit % 64); }
-  void clear(std::size_t bit) { words_[bit / 64] &= ~(std::uint64_t{1} << (bit % 64)); }
-  bool test(std::size_t bit) const { return (words_[bit / 64] >> (bit % 64) & 1U) != 0; }
-  void clear_all() { std::fill(words_.begin(), words_.end(), 0); }
-  const std::vector<std::uint64_t>& words() const { return words_; }
-
-  // Clears all bits, calling take(bit) for each in ascending order. Bits that take() sets stay.
-  template <class Take>
-  void take_all(Take take) {
-    for (std::size_t word = 0; word < words_.size(); ++word) {
-      for (std::uint64_t bits = std::exchange(words_[word], 0); bits != 0; bits &= bits - 1) {
-        const auto bit = static_cast<std::size_t>(std::countr_zero(bits));
-        take(static_cast<std::uint16_t>(64 * word + bit));
-      }
-    }
-  }
-
- private:
-  std::vector<std::uint64_t> words_;
-};
-
 struct Engine::Impl final : od::Hook, od::Observer {
-  Impl(od::Dictionary& d, can::Dispatch& p, EventLog& e, image::ProcessImage* i);
+  // requests: Engine::requests_.
+  Impl(od::Dictionary& d, can::Dispatch& p, EventLog& e, image::ProcessImage* i,
+       std::size_t& requests);
   ~Impl() override;
 
   // --- configuration (configure.cpp) ------------------------------------------------------------
@@ -282,15 +251,14 @@ struct Engine::Impl final : od::Hook, od::Observer {
   Instant window_end = kNever;            // of the present one
   bool window_open = false;               // its TPDOs have not been dropped yet
   std::vector<std::uint16_t> sync_tpdos;  // slots of types 0..240 and 252
-  Bitmap pending;                         // by rank: sampled, to be sent
+  CountedBitmap pending;                  // by rank: sampled, to be sent
   Bitmap inhibited;                       // by rank
   Instant next_release = kNever;          // the first inhibit time of these that ends
-  Bitmap asked;                           // by slot: RPDOs to be asked for with a remote frame
-  std::size_t asked_count = 0;
-  bool held = false;    // requests wait for release_held():
-  Bitmap held_changed;  // by slot: if the value is a new one
-  Bitmap held_always;   // by slot
-  Bitmap affected;      // by slot: scratch of outputs_written()
+  CountedBitmap asked;                    // by slot: RPDOs to be asked for with a remote frame
+  bool held = false;                      // requests wait for release_held():
+  Bitmap held_changed;                    // by slot: if the value is a new one
+  Bitmap held_always;                     // by slot
+  Bitmap affected;                        // by slot: scratch of outputs_written()
   struct Source {
     std::uint32_t begin = 0;  // bits of the output area
     std::uint32_t end = 0;

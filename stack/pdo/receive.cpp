@@ -145,7 +145,7 @@ void Engine::Impl::commit_rpdos() {
 
 // As receive_ordinary(): gives the place at which it stopped.
 std::size_t Engine::Impl::commit_ordinary(std::size_t from) {
-  if (hears_frames) {
+  if (hears_frames || from >= shadows.size()) {  // the listener may have configured anew
     return from;
   }
   const std::span<const Shadow> waiting = shadows.from(from);

@@ -159,7 +159,6 @@ void Engine::Impl::go_quiet() {
   inhibited.clear_all();
   next_release = kNever;
   asked.clear_all();
-  asked_count = 0;
   held_changed.clear_all();
   held_always.clear_all();
   shadows.clear();

@@ -119,7 +119,6 @@ bool Engine::request_rpdo(std::uint16_t number) {
   if (!pdo.active || !rtr_allowed || impl_->max_bytes > can::kMaxClassicData) {
     return false;
   }
-  impl_->asked_count += impl_->asked.test(slot) ? 0U : 1U;
   impl_->asked.set(slot);
   return true;
 }
@@ -255,11 +254,11 @@ bool Engine::Impl::next_frame(can::Frame& out, Instant now) {
     release(now);
   }
   const std::size_t rank = first_ready();
-  return (rank != kNoRank || asked_count != 0) && send_one(rank, out, now);
+  return (rank != kNoRank || asked.any()) && send_one(rank, out, now);
 }
 
 bool Engine::Impl::send_one(std::size_t rank, can::Frame& out, Instant now) {
-  if (asked_count != 0 && next_remote_frame(out, rank)) {
+  if (asked.any() && next_remote_frame(out, rank)) {
     return true;
   }
   if (rank == kNoRank) {
@@ -283,7 +282,6 @@ bool Engine::Impl::next_remote_frame(can::Frame& out, std::size_t rank) {
     return false;
   }
   asked.clear(first);
-  --asked_count;
   ++counters.asked;
   return true;
 }
@@ -321,7 +319,7 @@ void Engine::Impl::send(std::size_t rank, can::Frame& out, Instant now) {
 }
 
 bool Engine::Impl::wants_to_send(Instant now) const {
-  bool wants = asked_count != 0;
+  bool wants = asked.any();
   const bool closed = window_open && now >= window_end;  // as close_window() will find
   for_each_bit(pending.words(), [this, now, closed, &wants](std::size_t rank) {
     const Tpdo& pdo = tpdos[by_rank[rank]];

@@ -17,9 +17,12 @@ class Outbox {
   static constexpr Duration kRetry = std::chrono::milliseconds(1);
   static constexpr std::size_t kMany = 32;  // frames: more than 1 Mbit/s carry until kRetry is over
 
-  explicit Outbox(can::CobId cob_id) : cob_id_(cob_id) {}
+  explicit Outbox(can::CobId cob_id) { set_cob_id(cob_id); }
 
-  void set_cob_id(can::CobId cob_id) { cob_id_ = cob_id; }
+  void set_cob_id(can::CobId cob_id) {
+    cob_id_ = cob_id;
+    header_ = cob_id.header(kFrameSize);
+  }
   can::CobId cob_id() const { return cob_id_; }
 
   // Sends, or keeps for flush(). An SDO channel never has more than an abort and one request or
@@ -28,6 +31,14 @@ class Outbox {
     if (!empty() || !push(word, queue)) [[unlikely]] {
       send_later(word, now, queue);
     }
+  }
+  // Whether send() would send at once.
+  bool ready(const can::TransmitQueue& queue) const {
+    return empty() && queue.room(can::TransmitClass::sdo) > 0;
+  }
+  // Sends. Precondition: ready(queue).
+  void send_at_once(std::uint64_t word, can::TransmitQueue& queue) const {
+    (void)queue.push(can::TransmitClass::sdo, header_, word);
   }
   void flush(Instant now, can::TransmitQueue& queue);
 
@@ -49,11 +60,12 @@ class Outbox {
  private:
   bool push(std::uint64_t word, can::TransmitQueue& queue) const {
     return queue.room(can::TransmitClass::sdo) > 0 &&
-           queue.push(can::TransmitClass::sdo, cob_id_, word);
+           queue.push(can::TransmitClass::sdo, header_, word);
   }
   void send_later(std::uint64_t word, Instant now, can::TransmitQueue& queue);
 
   can::CobId cob_id_;
+  can::Header header_;  // of its frames
   std::array<std::uint64_t, 2> words_{};
   std::size_t count_ = 0;
   Instant retry_at_ = kNever;

@@ -136,6 +136,22 @@ constexpr std::uint8_t byte_of(std::uint64_t word, unsigned number) {
   return static_cast<std::uint8_t>(word >> (8 * number));
 }
 
+constexpr bool is_upload_initiate(std::uint64_t word) {
+  return specifier(static_cast<std::uint8_t>(word)) ==
+         static_cast<std::uint8_t>(ClientCommand::upload_initiate);
+}
+// The answer to an upload's initiate with a value of size (1..4) bytes, the first of them in the
+// lowest bits of value; what lies above them does not count.
+constexpr std::uint64_t expedited_answer(std::uint64_t request, std::uint32_t value,
+                                         std::uint32_t size) {
+  constexpr std::uint64_t kMultiplexer = 0xFFFF'FF00;
+  constexpr unsigned kCommand =
+      command_byte(ServerCommand::upload_initiate, kExpedited | kSizeIndicated);
+  const unsigned unused = unsigned{kExpeditedSize} - size;
+  const std::uint32_t data = value << 8U * unused >> 8U * unused;
+  return (request & kMultiplexer) | kCommand | unused << 2U | std::uint64_t{data} << 32U;
+}
+
 inline std::uint64_t word_of(const can::Frame& frame) {
   return load_le<std::uint64_t>(frame.data.data());
 }

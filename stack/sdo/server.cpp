@@ -22,19 +22,6 @@ std::uint32_t expedited_data(std::span<const std::byte> value) {
   }
 }
 
-bool is_upload_initiate(std::uint64_t request) {
-  return specifier(static_cast<std::uint8_t>(request)) ==
-         static_cast<std::uint8_t>(ClientCommand::upload_initiate);
-}
-
-std::uint64_t expedited_answer(std::uint64_t request, od::Glance value) {
-  constexpr std::uint64_t kMultiplexer = 0xFFFF'FF00;
-  const auto above = static_cast<unsigned>(8 * (kExpeditedSize - value.size));
-  const std::uint32_t data = value.word << above >> above;
-  return (request & kMultiplexer) | expedited_byte(ServerCommand::upload_initiate, value.size) |
-         std::uint64_t{data} << 32U;
-}
-
 // The size of a value that an expedited download does not tell.
 std::size_t untold_size(const od::Dictionary& dictionary, od::Address address) {
   const auto variable = dictionary.find(address);
@@ -102,24 +89,14 @@ inline bool Server::serve_request(std::uint64_t request, Instant now, std::uint6
 }
 
 void Server::receive(const can::Frame& frame, can::TransmitQueue& queue) {
+  if (answer_at_once(frame, queue)) {
+    return;
+  }
   if (!well_formed(frame)) [[unlikely]] {
     ++counters_.malformed;
     tell_malformed(frame, 0, events_);
     return;
   }
-  const std::uint64_t request = word_of(frame);
-  if (state_ == State::idle && is_upload_initiate(request)) {
-    const od::Glance value = dictionary_.glance(multiplexer(request));
-    if (value.size != 0) {
-      ++counters_.uploads;
-      outbox_.send(expedited_answer(request, value), frame.time, queue);
-      return;
-    }
-  }
-  serve_frame(frame, queue);
-}
-
-void Server::serve_frame(const can::Frame& frame, can::TransmitQueue& queue) {
   std::uint64_t reply = 0;
   if (serve_request(word_of(frame), frame.time, reply)) {
     outbox_.send(reply, frame.time, queue);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "stack/can/cob_id.h"
+
 namespace linegate::can {
 namespace {
 
@@ -23,6 +25,21 @@ TEST(TransmitQueue, GivesFramesInTheOrderOfTheBus) {
     EXPECT_EQ(out.id, id);
   }
   EXPECT_TRUE(queue.empty());
+}
+
+TEST(TransmitQueue, GivesFramesOfAllClassesInTheOrderOfTheBus) {
+  TransmitQueue queue(4);
+  Frame out;
+  EXPECT_FALSE(queue.pop(out));
+  EXPECT_TRUE(queue.push(TransmitClass::error_control, make_frame(0x701)));
+  EXPECT_TRUE(queue.push(TransmitClass::sdo, make_frame(0x601)));
+  EXPECT_TRUE(queue.push(TransmitClass::sdo, make_frame(0x602)));
+  EXPECT_TRUE(queue.push(TransmitClass::nmt, make_frame(0x000)));
+  for (std::uint32_t id : {0x000U, 0x601U, 0x602U, 0x701U}) {
+    ASSERT_TRUE(queue.pop(out));
+    EXPECT_EQ(out.id, id);
+  }
+  EXPECT_FALSE(queue.pop(out));
 }
 
 TEST(TransmitQueue, AFullClassRefusesAndLosesNothing) {
@@ -65,9 +82,9 @@ TEST(TransmitQueue, GivesFramesBackWhole) {
 
 TEST(TransmitQueue, TakesEightBytesAsANumber) {
   TransmitQueue queue(2);
-  ASSERT_TRUE(queue.push(TransmitClass::sdo, CobId{0x585}, 0x8877665544332211));
-  ASSERT_TRUE(queue.push(TransmitClass::sdo, CobId{CobId::kExtendedBit | 0x12345}, 0));
-  EXPECT_FALSE(queue.push(TransmitClass::sdo, CobId{0x585}, 0));
+  ASSERT_TRUE(queue.push(TransmitClass::sdo, CobId{0x585}.header(8), 0x8877665544332211));
+  ASSERT_TRUE(queue.push(TransmitClass::sdo, CobId{CobId::kExtendedBit | 0x12345}.header(8), 0));
+  EXPECT_FALSE(queue.push(TransmitClass::sdo, CobId{0x585}.header(8), 0));
   Frame out;
   ASSERT_TRUE(queue.pop_rest(out));
   EXPECT_TRUE(

@@ -86,8 +86,11 @@ struct Device {
   std::vector<can::Frame> sent(Instant now) {
     std::vector<can::Frame> frames;
     can::Frame frame;
+    bool quiet = engine->quiet();
     while (engine->next_frame(frame, now)) {
+      EXPECT_FALSE(quiet) << frame.id;
       frames.push_back(frame);
+      quiet = engine->quiet();
     }
     return frames;
   }

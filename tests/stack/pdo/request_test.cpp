@@ -42,6 +42,37 @@ can::Frame remote(std::uint32_t id) {
   return out;
 }
 
+// Of an engine that is not quiet the bus asks for a frame.
+TEST(Quiet, IsAnEngineOfWhichNothingIsRequested) {
+  Requested device({{.cob_id = 0x201, .mapping = {0x20030010}}},
+                   {{.cob_id = 0x181, .inhibit = 100, .mapping = {0x20050020}}});
+  EXPECT_TRUE(device.engine->quiet());
+  device.set(0x2005, 1, at(0));
+  EXPECT_FALSE(device.engine->quiet());  // although the inhibit time holds it back
+  EXPECT_THAT(device.sent(at(5)), IsEmpty());
+  EXPECT_FALSE(device.engine->quiet());
+  EXPECT_TRUE(device.engine->request_rpdo(1));
+  EXPECT_TRUE(device.engine->request_rpdo(1));
+  EXPECT_THAT(device.sent_ids(at(5)), ElementsAre(0x201));
+  EXPECT_THAT(device.sent_ids(at(10)), ElementsAre(0x181));
+  EXPECT_TRUE(device.engine->quiet());
+}
+
+TEST(Quiet, IsAnEngineThatLeftOperationalOrWasConfiguredAnew) {
+  Requested device({{.cob_id = 0x201, .mapping = {0x20030010}}},
+                   {{.cob_id = 0x181, .mapping = {0x20050020}}});
+  device.set(0x2005, 1, at(0));
+  EXPECT_TRUE(device.engine->request_rpdo(1));
+  device.engine->set_operational(false, at(1));
+  EXPECT_TRUE(device.engine->quiet());
+  device.engine->set_operational(true, at(2));  // requests every event-driven TPDO
+  EXPECT_FALSE(device.engine->quiet());
+  EXPECT_TRUE(device.engine->request_rpdo(1));
+  (void)device.engine->configure();
+  EXPECT_THAT(device.sent_ids(at(3)), ElementsAre(0x181));
+  EXPECT_TRUE(device.engine->quiet());
+}
+
 // Each of the 256 values, given by the device file: when a TPDO of that type is sent.
 TEST(TransmissionType, OfATpdoSaysWhatSendsIt) {
   for (unsigned type = 0; type <= 255; ++type) {
