@@ -63,6 +63,11 @@ class Text {
     for (const auto& line : plant.lines) {
       this->line(line);
     }
+    add("{}", plant.bindings.empty() ? "" : "\n");
+    for (const auto& b : plant.bindings) {
+      add("{}/{} follows {}/{}, {} when that is lost\n", b.to, b.output_name, b.from, b.input_name,
+          b.zero_when_lost ? "0" : "held");
+    }
   }
 
  private:
@@ -72,6 +77,9 @@ class Text {
   }
 
   static std::string own_node(const line::LineConfig& c) {
+    if (!c.devices.empty()) {
+      return fmt::format("with {} device{}", c.devices.size(), c.devices.size() == 1 ? "" : "s");
+    }
     if (c.role != line::Role::observer) {
       return fmt::format("with node-ID {}", c.node_id);
     }
@@ -84,9 +92,11 @@ class Text {
     add("\nline {} on {}\n", c.name, plan.interface.uri);
     add("  {} {}, network-ID {}, bit rate {}\n", name(c.role), own_node(c), c.network_id,
         c.bit_rate == 0 ? "not given" : fmt::format("{} bit/s", c.bit_rate));
-    add("  heartbeat {}, SYNC {}, TIME {}, SDO time-out {}, reset nodes {}, start nodes {}\n",
-        off_or(c.heartbeat), off_or(c.sync_period), off_or(c.time_period),
-        format_duration(c.sdo_timeout), c.reset_nodes, c.start_nodes);
+    if (c.devices.empty()) {
+      add("  heartbeat {}, SYNC {}, TIME {}, SDO time-out {}, reset nodes {}, start nodes {}\n",
+          off_or(c.heartbeat), off_or(c.sync_period), off_or(c.time_period),
+          format_duration(c.sdo_timeout), c.reset_nodes, c.start_nodes);
+    }
     add("  access: commands {}, outputs {}; published {}; PDO updates every {} at most\n",
         config::name(plan.commands), config::name(plan.outputs), publish_text(plan.publish),
         format_duration(plan.pdo_min_period));
@@ -96,6 +106,11 @@ class Text {
     }
     for (const auto& node : c.nodes) {
       this->node(node);
+    }
+    for (const auto& device : c.devices) {
+      add("  device {} {}: {} ({})\n", device.id, device.name, device.device.product_name,
+          device.device.file);
+      pdos(device.device);
     }
     for (const auto& device : plan.simulated) {
       add("  simulated: node {} as {}\n", device.node, device.profile);
@@ -126,18 +141,22 @@ class Text {
       }
       add("h\n");
     }
-    const auto pdos = pdo::describe_pdos(node.device);
-    if (pdos.value) {
-      for (const auto& p : pdos.value->tpdos) {
-        pdo("TPDO", p, node);
+    pdos(node.device);
+  }
+
+  void pdos(const od::DeviceDescription& device) {
+    const auto described = pdo::describe_pdos(device);
+    if (described.value) {
+      for (const auto& p : described.value->tpdos) {
+        pdo("TPDO", p, device);
       }
-      for (const auto& p : pdos.value->rpdos) {
-        pdo("RPDO", p, node);
+      for (const auto& p : described.value->rpdos) {
+        pdo("RPDO", p, device);
       }
     }
   }
 
-  void pdo(std::string_view kind, const pdo::Parameters& p, const line::NodeConfig& node) {
+  void pdo(std::string_view kind, const pdo::Parameters& p, const od::DeviceDescription& device) {
     add("    {}{} {:03X}h {}", kind, p.number, p.cob_id.id(), transmission(p.type));
     if (p.inhibit != Duration::zero()) {
       add(", inhibit {}", format_duration(p.inhibit));
@@ -147,7 +166,7 @@ class Text {
     }
     add(":");
     for (const auto& mapped : p.mapping) {
-      const auto* variable = node.device.find(mapped.address);
+      const auto* variable = device.find(mapped.address);
       add(" {}/{}{}", config::format_address(mapped.address), mapped.bits,
           variable == nullptr ? "" : " \"" + variable->name + "\"");
     }
@@ -223,6 +242,16 @@ class Json {
     for (const auto& line : plant.lines) {
       this->line(line);
     }
+    out_.end_array().key("bindings").begin_array();
+    for (const auto& b : plant.bindings) {
+      out_.begin_object()
+          .member("from", b.from)
+          .member("input", b.input_name)
+          .member("to", b.to)
+          .member("output", b.output_name)
+          .member("when_lost", b.zero_when_lost ? "zero" : "hold")
+          .end_object();
+    }
     out_.end_array();
   }
 
@@ -248,6 +277,16 @@ class Json {
     for (const auto& node : c.nodes) {
       this->node(node);
     }
+    out_.end_array().key("devices").begin_array();
+    for (const auto& device : c.devices) {
+      out_.begin_object()
+          .member("id", device.id)
+          .member("name", device.name)
+          .member("file", device.device.file)
+          .member("product", device.device.product_name);
+      pdos(device.device);
+      out_.end_object();
+    }
     out_.end_array();
     if (const auto made = line::Line::make(c); made.value) {
       const auto& outputs = (*made.value)->layout(image::Direction::outputs);
@@ -266,20 +305,25 @@ class Json {
         .member("product", node.device.product_name)
         .member("mandatory", node.mandatory)
         .member("heartbeat_ns", node.heartbeat.count());
-    const auto pdos = pdo::describe_pdos(node.device);
+    pdos(node.device);
+    out_.end_object();
+  }
+
+  void pdos(const od::DeviceDescription& device) {
+    const auto described = pdo::describe_pdos(device);
     out_.key("tpdos").begin_array();
-    if (pdos.value) {
-      for (const auto& p : pdos.value->tpdos) {
+    if (described.value) {
+      for (const auto& p : described.value->tpdos) {
         pdo(p);
       }
     }
     out_.end_array().key("rpdos").begin_array();
-    if (pdos.value) {
-      for (const auto& p : pdos.value->rpdos) {
+    if (described.value) {
+      for (const auto& p : described.value->rpdos) {
         pdo(p);
       }
     }
-    out_.end_array().end_object();
+    out_.end_array();
   }
 
   void pdo(const pdo::Parameters& p) {

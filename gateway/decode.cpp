@@ -78,6 +78,9 @@ class Decoding {
       for (const auto& node : line->config.nodes) {
         bus.frames->add(node);
       }
+      for (const auto& device : line->config.devices) {
+        bus.frames->add({.id = device.id, .name = device.name, .device = device.device});
+      }
     }
     return bus;
   }

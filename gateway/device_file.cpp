@@ -28,6 +28,9 @@ const line::LineConfig* find_line(const config::Plant& plant, const std::string&
 }
 
 DeviceFile own_eds(const line::LineConfig& config) {
+  if (!config.devices.empty()) {
+    return failure("line " + config.name + " has devices instead of an own node; name one of them");
+  }
   if (config.role == line::Role::observer) {
     return failure("line " + config.name + " is an observer and has no node of its own");
   }
@@ -48,6 +51,21 @@ DeviceFile own_eds(const line::LineConfig& config) {
   sheet.file.description = "Own node of line " + config.name;
   sheet.info.bit_rates.assign(std::begin(eds::kBitRates), std::end(eds::kBitRates));
   sheet.info.boot_up_master = config.role == line::Role::manager;
+  return {.ok = true, .content = eds::write_eds(sheet)};
+}
+
+// Of a device of the line itself.
+DeviceFile device_eds(const line::LineConfig& config, const std::string& name) {
+  const auto device = std::ranges::find_if(config.devices, [&](const line::DeviceConfig& d) {
+    return d.name == name || std::to_string(d.id) == name;
+  });
+  if (device == config.devices.end()) {
+    return failure("line " + config.name + " has no device " + name);
+  }
+  eds::DataSheet sheet = eds::sheet_of(device->device);
+  sheet.file.file_name = device->name + ".eds";
+  sheet.file.description = "Device " + device->name + " of line " + config.name;
+  sheet.info.bit_rates.assign(std::begin(eds::kBitRates), std::end(eds::kBitRates));
   return {.ok = true, .content = eds::write_eds(sheet)};
 }
 
@@ -107,7 +125,9 @@ DeviceFile write_device_file(const config::Plant& plant, const std::string& of,
     return failure("there is no line " + of.substr(0, colon));
   }
   if (kind == DeviceFileKind::eds) {
-    return colon == of.size() ? own_eds(*line) : failure("expected a line, got " + of);
+    return colon == of.size()      ? own_eds(*line)
+           : line->devices.empty() ? failure("expected a line, got " + of)
+                                   : device_eds(*line, of.substr(colon + 1));
   }
   return colon == of.size() ? failure("expected LINE:NODE, got " + of)
                             : node_file(*line, of.substr(colon + 1), kind);

@@ -1,6 +1,7 @@
 #include "gateway/gateway.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "gateway/channels.h"
@@ -71,6 +72,10 @@ std::vector<Gateway::NewLine> Gateway::make_lines(const config::Plant& plant,
 std::vector<Diagnostic> Gateway::take_in(std::vector<NewLine> lines, const config::Plant& plant) {
   std::vector<Diagnostic> diagnostics;
   std::vector<std::unique_ptr<LineHost>> before = std::exchange(hosts_, {});
+  for (const NewLine& made : lines) {
+    made.host->executor = &executor_for(plant, made.host->plan);
+  }
+  link_lines(plant, lines);
   for (const auto& plan : plant.lines) {
     const auto called_so = [&](const auto& host) {
       return host != nullptr && host->name() == plan.config.name;
@@ -83,7 +88,7 @@ std::vector<Diagnostic> Gateway::take_in(std::vector<NewLine> lines, const confi
     const auto made = std::find_if(lines.begin(), lines.end(),
                                    [&](const NewLine& line) { return called_so(line.host); });
     if (made != lines.end()) {
-      run_line(std::move(made->line), *made->host, plant, diagnostics);
+      run_line(std::move(made->line), *made->host, diagnostics);
       hosts_.push_back(std::move(made->host));
     }
   }
@@ -92,13 +97,42 @@ std::vector<Diagnostic> Gateway::take_in(std::vector<NewLine> lines, const confi
   return diagnostics;
 }
 
-void Gateway::run_line(std::unique_ptr<line::Line> line, LineHost& host, const config::Plant& plant,
+void Gateway::link_lines(const config::Plant& plant, const std::vector<NewLine>& lines) {
+  const auto find = [&](const std::string& name) {
+    const auto made = std::find_if(lines.begin(), lines.end(),
+                                   [&](const NewLine& line) { return line.host->name() == name; });
+    return made == lines.end() ? nullptr : made->host.get();
+  };
+  std::map<std::pair<std::string, std::string>, std::vector<config::Binding>> pairs;
+  for (const config::Binding& binding : plant.bindings) {
+    pairs[{binding.from, binding.to}].push_back(binding);
+  }
+  for (auto& [ends, bindings] : pairs) {
+    LineHost* const target = find(ends.second);
+    if (find(ends.first) != nullptr && target != nullptr) {
+      links_.push_back(std::make_unique<BoundLink>(std::move(bindings)));
+      links_.back()->taker = &target->executor->wakeup();
+    }
+  }
+}
+
+void Gateway::run_line(std::unique_ptr<line::Line> line, LineHost& host,
                        std::vector<Diagnostic>& diagnostics) {
-  host.executor = &executor_for(plant, host.plan);
   host.storage = storage_for(host, diagnostics);
   run_devices(host, diagnostics);
   auto runner = std::make_unique<LineRunner>(std::move(line), channel_for(host), host.plan,
                                              host.port, publisher_->wakeup(), host.storage);
+  std::vector<BoundSource> sources;
+  std::vector<BoundTarget> targets;
+  for (const auto& link : links_) {
+    if (link->bindings.front().from == host.name()) {
+      sources.emplace_back(*link);
+    }
+    if (link->bindings.front().to == host.name()) {
+      targets.emplace_back(*link);
+    }
+  }
+  runner->bind(std::move(sources), std::move(targets));
   host.runner = runner.get();
   host.executor->add(std::move(runner));
 }
@@ -298,6 +332,10 @@ void Gateway::forget_lines(const std::vector<std::string>& names) {
       recorder_.remove(*gone.recording);
     }
     bridge_->remove_line(name);
+    std::erase_if(links_, [&](const auto& link) {
+      const config::Binding& first = link->bindings.front();
+      return first.from == name || first.to == name;
+    });
     std::erase_if(hosts_, [&](const auto& other) { return other.get() == &gone; });
   }
   std::erase_if(executors_, [&](const NamedExecutor& named) {

@@ -8,6 +8,7 @@
 
 #include "bridges/dds/publisher.h"
 #include "bridges/sim/virtual_channel.h"
+#include "gateway/binder.h"
 #include "gateway/config/plant.h"
 #include "gateway/executor.h"
 #include "gateway/intake.h"
@@ -68,8 +69,10 @@ class Gateway {
   std::vector<Diagnostic> make_bridge(const config::Plant& plant, std::uint64_t incarnation);
   // hosts_ becomes what the plant says: of those that were there, and the new ones.
   std::vector<Diagnostic> take_in(std::vector<NewLine> lines, const config::Plant& plant);
-  void run_line(std::unique_ptr<line::Line> line, LineHost& host, const config::Plant& plant,
+  void run_line(std::unique_ptr<line::Line> line, LineHost& host,
                 std::vector<Diagnostic>& diagnostics);
+  // What is bound between new lines: lines that are bound to each other change together.
+  void link_lines(const config::Plant& plant, const std::vector<NewLine>& lines);
   Executor& executor_for(const config::Plant& plant, const config::LinePlan& line);
   // Where the line's own node stores; nullptr if nowhere.
   KeptFile* storage_for(const LineHost& host, std::vector<Diagnostic>& diagnostics);
@@ -91,6 +94,7 @@ class Gateway {
   sim::VirtualNetwork network_;
   std::unique_ptr<dds::GatewayBridge> bridge_;
   std::vector<std::unique_ptr<LineHost>> hosts_;
+  std::vector<std::unique_ptr<BoundLink>> links_;
   std::unique_ptr<Publisher> publisher_;
   ParameterKeeper keeper_;
   Recorder recorder_;

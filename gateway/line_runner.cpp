@@ -61,6 +61,11 @@ LineRunner::LineRunner(std::unique_ptr<line::Line> line,
   line_->set_medium(storage_);
 }
 
+void LineRunner::bind(std::vector<BoundSource> sources, std::vector<BoundTarget> targets) {
+  bound_sources_ = std::move(sources);
+  bound_targets_ = std::move(targets);
+}
+
 void LineRunner::service(Instant now) {
   handed_over_ = false;
   const Instant known = pump_.drain(
@@ -77,7 +82,13 @@ void LineRunner::service(Instant now) {
   take_requests(known);  // after what was on the bus before: time does not go back for the line
   if (started_) {
     line_->advance(known);
+    for (BoundTarget& target : bound_targets_) {
+      target.take(*line_, known);
+    }
     pump_.transmit(now, [&](can::Frame& frame) { return line_->next_frame(frame, now); });
+  }
+  for (BoundSource& source : bound_sources_) {
+    source.look(*line_);
   }
   hand_over(now);
   next_wake_ = pump_.more() ? now : compute_next_wake();

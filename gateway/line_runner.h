@@ -3,7 +3,9 @@
 
 #include <array>
 #include <memory>
+#include <vector>
 
+#include "gateway/binder.h"
 #include "gateway/clock.h"
 #include "gateway/config/plant.h"
 #include "gateway/exchange/wakeup.h"
@@ -44,6 +46,9 @@ class LineRunner final : public Runner {
              const config::LinePlan& plan, LinePort& port, exchange::Wakeup& consumer,
              KeptFile* storage = nullptr);
 
+  // Before it runs. Inputs of the line that others follow, and outputs that follow others.
+  void bind(std::vector<BoundSource> sources, std::vector<BoundTarget> targets);
+
   int descriptor() const override { return pump_.channel().descriptor(); }
   bool wants_writable() const override { return pump_.channel().wants_writable(); }
   void service(Instant now) override;
@@ -74,6 +79,9 @@ class LineRunner final : public Runner {
   exchange::Wakeup& consumer_;
   KeptFile* storage_;
   WallClock clock_;
+
+  std::vector<BoundSource> bound_sources_;
+  std::vector<BoundTarget> bound_targets_;
 
   bool started_ = false;
   bool stopping_ = false;

@@ -262,7 +262,8 @@ class Program {
     check->add_option("plant", plant_)->required();
     on(check, [this] { return gateway::check(plant_, options_.json); });
 
-    CLI::App* eds = app_.add_subcommand("eds", "print the EDS of a line's own node");
+    CLI::App* eds = app_.add_subcommand(
+        "eds", "print the EDS of a line's own node, or of LINE:DEVICE in the role device");
     eds->add_option("plant", plant_)->required();
     eds->add_option("line", texts_.line)->required();
     on(eds, [this] { return print_device_file(plant_, texts_.line, DeviceFileKind::eds); });

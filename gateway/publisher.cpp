@@ -67,6 +67,9 @@ Publisher::Line::Line(LineHost& line_host, LineHistory& line_history)
   for (const auto& node : line_host.plan.config.nodes) {
     nodes[node.id].name = node.name;
   }
+  for (const auto& device : line_host.plan.config.devices) {
+    nodes[device.id].name = device.name;
+  }
 }
 
 Publisher::Publisher(dds::GatewayBridge& bridge, std::span<const std::unique_ptr<LineHost>> lines)

@@ -21,10 +21,6 @@ void read_role(Section& section, line::LineConfig& config) {
   if (config.role == line::Role::observer) {
     config.node_id = 0;
   }
-  if (config.role == line::Role::device) {
-    section.findings().error(place_of(node), "the role " + std::string(name(config.role)) +
-                                                 " is not available in this version; use manager");
-  }
 }
 
 void read_access(Section& section, LinePlan& plan) {
@@ -268,6 +264,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   plan.config.stores_parameters = !plan.storage.empty();
   plan.record = read_record(section, out.record_place);
   read_nodes(section, plan.config);
+  read_devices(section, out);
   read_simulated(section, plan);
   out.outputs = read_outputs(findings, section.find("outputs"));
   section.done();

@@ -50,16 +50,18 @@ void read_guarding(Section& section, line::NodeConfig& config) {
   }
 }
 
-// The device file, from `eds` or `dcf`; true if it could be read.
-bool read_device(Section& section, line::NodeConfig& config) {
+}  // namespace
+
+bool read_device_file(Section& section, line::NodeConfig& config, std::string_view what) {
   Findings& findings = section.findings();
   const YAML::Node eds = section.find("eds");
   const YAML::Node dcf = section.find("dcf");
   if (eds.IsDefined() == dcf.IsDefined()) {
     if (section.valid()) {
-      findings.error(section.place(), eds.IsDefined()
-                                          ? "a node has either the key \"eds\" or the key \"dcf\""
-                                          : "a node needs the key \"eds\" (or \"dcf\")");
+      findings.error(
+          section.place(),
+          std::string(what) + (eds.IsDefined() ? " has either the key \"eds\" or the key \"dcf\""
+                                               : " needs the key \"eds\" (or \"dcf\")"));
     }
     return false;
   }
@@ -77,8 +79,6 @@ bool read_device(Section& section, line::NodeConfig& config) {
   config.device = *std::move(device);
   return true;
 }
-
-}  // namespace
 
 line::NodeConfig read_node(Findings& findings, const YAML::Node& node) {
   line::NodeConfig config;
@@ -102,7 +102,7 @@ line::NodeConfig read_node(Findings& findings, const YAML::Node& node) {
   section.read("boot_timeout", config.boot_timeout, milliseconds(1), std::chrono::hours(1));
   const YAML::Node objects = section.find("objects");
   const YAML::Node pdos = section.find("pdos");
-  if (read_device(section, config)) {
+  if (read_device_file(section, config, "a node")) {
     read_pdos(findings, pdos, config);
     read_objects(findings, objects, config);
   }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "gateway/config/entry_names.h"
 #include "gateway/config/sections.h"
 #include "stack/line/line.h"
 
@@ -29,63 +30,7 @@ GroupSection read_group(Findings& findings, const YAML::Node& node, std::size_t 
   return out;
 }
 
-// The outputs of one line by the names people give them.
-class Names {
- public:
-  Names(const line::LineConfig& config, const image::Layout& layout)
-      : config_(config), layout_(layout) {}
-
-  // Entry numbers; empty if there is none. several: "node.*" is allowed.
-  std::vector<std::uint32_t> find(const std::string& text, bool several) const {
-    std::vector<std::uint32_t> out;
-    for (std::uint32_t i = 0; i < layout_.entries.size(); ++i) {
-      if (layout_.entries[i].name == text) {
-        return {i};
-      }
-    }
-    const std::size_t dot = text.find('.');
-    const auto node = node_id(text.substr(0, dot));
-    if (!node || dot == std::string::npos) {
-      return out;
-    }
-    const std::string object = text.substr(dot + 1);
-    const auto address = parse_address(object);
-    for (std::uint32_t i = 0; i < layout_.entries.size(); ++i) {
-      const auto& entry = layout_.entries[i];
-      const bool matches =
-          object == "*" ? several
-                        : address && entry.index == address->index && entry.sub == address->sub;
-      if (entry.node == *node && matches) {
-        out.push_back(i);
-      }
-    }
-    return out;
-  }
-
-  std::string suggestion(const std::string& text) const {
-    std::vector<std::string> names;
-    for (const auto& entry : layout_.entries) {
-      names.push_back(entry.name);
-    }
-    const std::string guess = nearest(text, names);
-    return guess.empty() ? "" : "; did you mean \"" + guess + "\"?";
-  }
-
- private:
-  std::optional<std::uint8_t> node_id(const std::string& name) const {
-    for (const auto& node : config_.nodes) {
-      if (node.name == name) {
-        return node.id;
-      }
-    }
-    return std::nullopt;
-  }
-
-  const line::LineConfig& config_;
-  const image::Layout& layout_;
-};
-
-void resolve_groups(Findings& findings, const OutputsSection& outputs, const Names& names,
+void resolve_groups(Findings& findings, const OutputsSection& outputs, const EntryNames& names,
                     const image::Layout& layout, line::LineConfig& config) {
   std::vector<std::string> owner(layout.entries.size());
   for (const auto& section : outputs.groups) {
@@ -116,7 +61,7 @@ void resolve_groups(Findings& findings, const OutputsSection& outputs, const Nam
   }
 }
 
-void resolve_defaults(Findings& findings, const OutputsSection& outputs, const Names& names,
+void resolve_defaults(Findings& findings, const OutputsSection& outputs, const EntryNames& names,
                       const image::Layout& layout, line::LineConfig& config) {
   for (const auto& section : outputs.defaults) {
     const auto found = names.find(section.entry.text, false);
@@ -178,7 +123,7 @@ void resolve_outputs(Findings& findings, const OutputsSection& outputs, LinePlan
     return;
   }
   const auto& layout = (*made.value)->layout(image::Direction::outputs);
-  const Names names(plan.config, layout);
+  const EntryNames names(plan.config, layout);
   const std::size_t before = findings.errors();
   resolve_groups(findings, outputs, names, layout, plan.config);
   resolve_defaults(findings, outputs, names, layout, plan.config);

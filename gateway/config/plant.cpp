@@ -150,6 +150,9 @@ void read_lines(Findings& findings, const YAML::Node& node, Plant& plant) {
   if (node.IsSequence() && sections.empty()) {
     findings.error(place_of(node), "there is no line in lines");
   }
+  if (!findings.failed()) {
+    resolve_bindings(findings, sections, plant.bindings);
+  }
   for (auto& section : sections) {
     plant.lines.push_back(std::move(section.plan));
   }

@@ -87,6 +87,22 @@ struct LinePlan {
   std::string source;
 };
 
+// An output that follows an input of the same or another line: one of them belongs to a device of a
+// line in the role device.
+struct Binding {
+  struct Object {
+    std::uint8_t node = 0;
+    od::Address address;
+  };
+  std::string from;                // line
+  Object input;                    // an entry of its inputs
+  std::string to;                  // line
+  std::uint32_t output_entry = 0;  // of its outputs, among LineConfig::bound
+  bool zero_when_lost = false;     // while the input is not valid; else it keeps its value
+  std::string input_name;          // of the entries, for people
+  std::string output_name;
+};
+
 struct Plant {
   std::string file;
   std::string gateway = "linegate";  // name on the wire, 1..64 characters
@@ -97,6 +113,7 @@ struct Plant {
   Duration dds_last_words = std::chrono::milliseconds(500);
   std::vector<ExecutorPlan> executors;
   std::vector<LinePlan> lines;
+  std::vector<Binding> bindings;
 };
 
 // Reads the file, the device files it names and everything that follows from them; opens nothing

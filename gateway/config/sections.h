@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <yaml-cpp/yaml.h>
@@ -32,10 +33,22 @@ struct OutputsSection {
   std::vector<DefaultSection> defaults;
 };
 
+// One element of a device's `bind:`, which can be resolved only when all lines are known.
+struct BindingSection {
+  std::uint8_t device = 0;
+  od::Address object;
+  Place object_place;
+  std::string line;   // empty = the device's own
+  std::string entry;  // as in OutputReference
+  Place entry_place;
+  bool zero_when_lost = false;
+};
+
 // One element of `lines:`. places of what other lines may collide with.
 struct LineSection {
   LinePlan plan;
   OutputsSection outputs;
+  std::vector<BindingSection> bindings;
   Place place;
   Place interface_place;
   Place network_place;
@@ -50,6 +63,17 @@ Interface read_interface(Section& line, const YAML::Node& node);
 std::optional<Record> read_record(Section& line, Place& place);
 // One element of `nodes:`, with its device file and everything written to the node.
 line::NodeConfig read_node(Findings& findings, const YAML::Node& node);
+// Its device file, from `eds` or `dcf`; true if it could be read. what: "a node".
+bool read_device_file(Section& section, line::NodeConfig& config, std::string_view what);
+// `devices:`, for the role device; and what such a line does not have.
+void read_devices(Section& section, LineSection& line);
+// `bind:` of a device.
+void read_bindings(Findings& findings, const YAML::Node& node, std::uint8_t device,
+                   std::vector<BindingSection>& bindings);
+// Once all lines are complete: what is bound, and LineConfig::bound. Lines that are bound to each
+// other have one source, so that a reload changes them together.
+void resolve_bindings(Findings& findings, std::vector<LineSection>& lines,
+                      std::vector<Binding>& bindings);
 // The nodes of a network of a nodelist.cpj (CiA 306-3), from `node_list:`; none if it is not
 // defined.
 std::vector<line::NodeConfig> read_node_list(Findings& findings, const YAML::Node& node);

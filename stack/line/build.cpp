@@ -1,5 +1,6 @@
 #include "stack/line/build.h"
 
+#include <algorithm>
 #include <set>
 #include <string>
 #include <utility>
@@ -111,11 +112,31 @@ void check_node(const LineConfig& config, const NodeConfig& node, std::vector<Di
   }
 }
 
+void check_devices(const LineConfig& config, std::vector<Diagnostic>& out) {
+  if (config.devices.empty()) {
+    return;
+  }
+  if (config.role != Role::device || !config.nodes.empty()) {
+    out.push_back(error(config, "own devices are for the role device, which has no nodes"));
+  }
+  std::set<std::uint8_t> seen;
+  for (const DeviceConfig& device : config.devices) {
+    const std::string id = std::to_string(device.id);
+    if (!is_node_id(device.id)) {
+      out.push_back(error(config, "node-ID " + id + " of a device is not in 1..127"));
+    }
+    if (!seen.insert(device.id).second) {
+      out.push_back(error(config, "two devices have the node-ID " + id));
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<Diagnostic> check(const LineConfig& config) {
   std::vector<Diagnostic> out;
-  const bool needs_no_node_id = config.role == Role::observer && config.node_id == 0;
+  const bool needs_no_node_id =
+      (config.role == Role::observer && config.node_id == 0) || !config.devices.empty();
   if (!needs_no_node_id && !is_node_id(config.node_id)) {
     out.push_back(
         error(config, "own node-ID " + std::to_string(config.node_id) + " is not in 1..127"));
@@ -131,6 +152,7 @@ std::vector<Diagnostic> check(const LineConfig& config) {
       out.push_back(error(config, "node-ID " + std::to_string(node.id) + " is configured twice"));
     }
   }
+  check_devices(config, out);
   return out;
 }
 
@@ -200,9 +222,17 @@ std::vector<Diagnostic> check_outputs(const LineConfig& config, const image::Lay
     for (const std::uint32_t entry : group.entries) {
       if (entry >= outputs.entries.size()) {
         out.push_back(error(config, what + "there is no output entry " + std::to_string(entry)));
+      } else if (std::ranges::binary_search(config.bound, entry)) {
+        out.push_back(error(config, what + outputs.entries[entry].name + " follows an input"));
       } else if (!grouped.insert(entry).second) {
         out.push_back(error(config, what + outputs.entries[entry].name + " is in two groups"));
       }
+    }
+  }
+  for (const std::uint32_t entry : config.bound) {
+    if (entry >= outputs.entries.size()) {
+      out.push_back(error(config, "there is no output entry " + std::to_string(entry) +
+                                      " that could follow an input"));
     }
   }
   for (const OutputDefault& value : config.defaults) {

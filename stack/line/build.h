@@ -23,6 +23,13 @@ can::CobId emcy_cob_id(const NodeConfig& node);
 // Reads the PDOs of every node's device file and links them. The nodes must stay where they are.
 Loaded<pdo::LinkPlan> link_plan(const LineConfig& config);
 
+// Where the process data of the line's own devices lie. Seen from the gateway: inputs are what the
+// devices receive, outputs what they send; Entry::remote_pdo is the number of the device's RPDO
+// (inputs) or TPDO (outputs) that maps the object by its file, 0 if none does, Entry::local_pdo
+// counts all of the line. An object that can be mapped has one entry: an input if an RPDO maps it
+// or, when no PDO does, could.
+Loaded<pdo::LinkPlan> device_plan(const LineConfig& config);
+
 // Groups and defaults name entries of the output layout that exist, and groups are disjoint.
 std::vector<Diagnostic> check_outputs(const LineConfig& config, const image::Layout& outputs);
 

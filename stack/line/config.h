@@ -37,6 +37,13 @@ struct NodeConfig {
   std::vector<ObjectValue> objects;                  // written after those of the DCF
 };
 
+// A device of the line itself, in the role device: it runs here, below somebody else's master.
+struct DeviceConfig {
+  std::uint8_t id = 0;
+  std::string name;
+  od::DeviceDescription device;  // from its EDS or DCF, resolved with id
+};
+
 // Output entries that one application writes. Entries are named "node.index:sub", see gateway.
 struct OutputGroup {
   std::uint16_t number = 0;
@@ -74,12 +81,18 @@ struct LineConfig {
   Duration sync_period{};  // 0 = no SYNC producer
   Duration time_period{};  // 0 = no TIME producer
   Duration sdo_timeout = std::chrono::milliseconds(500);
-  bool reset_nodes = true;          // NMT reset communication to all at the start
-  bool start_nodes = true;          // NMT start when booted (1F80h bit 3 = 0)
-  bool stop_nodes = true;           // NMT enter pre-operational to all when the line is stopped
-  std::vector<NodeConfig> nodes;    // ascending by id
-  std::vector<OutputGroup> groups;  // empty = one group 0 with all entries
+  bool reset_nodes = true;        // NMT reset communication to all at the start
+  bool start_nodes = true;        // NMT start when booted (1F80h bit 3 = 0)
+  bool stop_nodes = true;         // NMT enter pre-operational to all when the line is stopped
+  std::vector<NodeConfig> nodes;  // ascending by id
+  // Role device: 1..127 of them, ascending by id; no nodes and no node_id then. If there are none,
+  // the line has the one own node of a manager, which obeys another master.
+  std::vector<DeviceConfig> devices;
+  std::vector<OutputGroup> groups;  // empty = one group 0 with all others
   std::vector<OutputDefault> defaults;
+  // Output entries that follow inputs of this or another line: in no group, and written by
+  // Line::write_bound() alone. Ascending.
+  std::vector<std::uint32_t> bound;
 };
 
 }  // namespace linegate::line

@@ -4,6 +4,7 @@
 
 #include "stack/can/malformed.h"
 #include "stack/line/build.h"
+#include "stack/line/devices.h"
 #include "stack/line/line_impl.h"
 #include "stack/line/observer.h"
 #include "stack/line/own_dictionary.h"
@@ -53,7 +54,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       emergencies(node.dispatch(), events, kManagerMark),
       sdo(node.dispatch(), node.transmit(), events),
       manager(node_plans(config), manager_options(config), sdo, heartbeats, events, *this),
-      outputs(image.layout(image::Direction::outputs), config.groups),
+      outputs(image.layout(image::Direction::outputs), config.groups, config.bound),
       load(config.bit_rate) {
   node.set_companion(this);
   node.pdos().link(plan);
@@ -312,6 +313,11 @@ od::Dictionary& Line::Impl::dictionary() {
   return node.dictionary();
 }
 
+Line::Input Line::Impl::input(std::uint32_t entry) const {
+  return {image.read_entry(image::Direction::inputs, entry),
+          image.is_valid(image::Direction::inputs, entry)};
+}
+
 // --- Line ---------------------------------------------------------------------------------------
 
 Loaded<std::unique_ptr<Line>> Line::make(LineConfig config) {
@@ -320,7 +326,8 @@ Loaded<std::unique_ptr<Line>> Line::make(LineConfig config) {
   if (has_errors(out.diagnostics)) {
     return out;
   }
-  Loaded<pdo::LinkPlan> plan = link_plan(config);
+  const bool has_devices = !config.devices.empty();
+  Loaded<pdo::LinkPlan> plan = has_devices ? device_plan(config) : link_plan(config);
   out.diagnostics.insert(out.diagnostics.end(), plan.diagnostics.begin(), plan.diagnostics.end());
   if (!plan.ok()) {
     return out;
@@ -331,7 +338,9 @@ Loaded<std::unique_ptr<Line>> Line::make(LineConfig config) {
     return out;
   }
   std::unique_ptr<Base> role;
-  if (config.role == Role::observer) {
+  if (has_devices) {
+    role = std::make_unique<Devices>(std::move(config), *std::move(plan.value));
+  } else if (config.role == Role::observer) {
     role = std::make_unique<Observer>(std::move(config), *std::move(plan.value));
   } else {
     role = std::make_unique<Impl>(std::move(config), *std::move(plan.value));
@@ -384,6 +393,13 @@ void Line::execute(Command command, Instant now) {
 
 OutputRefusal Line::write_outputs(const OutputWrite& write, Instant now) {
   return impl_->write_outputs(write, now);
+}
+
+void Line::write_bound(std::span<const BoundValue> values, Instant now) {
+  impl_->write_bound(values, now);
+}
+Line::Input Line::input(std::uint32_t entry) const {
+  return impl_->input(entry);
 }
 
 void Line::stop(Instant now) {

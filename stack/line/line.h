@@ -75,6 +75,9 @@ class Line {
   void execute(Command command, Instant now);
   // Applies it, or reports OutputRefusal as an event and returns it.
   OutputRefusal write_outputs(const OutputWrite& write, Instant now);
+  // All of them, before any PDO is sent. Without a watchdog; sent on change. An observer ignores
+  // it.
+  void write_bound(std::span<const BoundValue> values, Instant now);
   // Asks a device with a remote frame for the PDO that is this RPDO of the line (a local number, as
   // in image::Entry::local_pdo). False if it cannot be: see pdo::Engine::request_rpdo().
   bool request_pdo(std::uint16_t rpdo);
@@ -101,6 +104,12 @@ class Line {
   // Something changed / was received since the last snapshot of that direction.
   bool image_changed(image::Direction direction) const;
   bool image_touched(image::Direction direction) const;
+  // One entry of the inputs, as it is now. Precondition: it exists.
+  struct Input {
+    std::uint64_t value = 0;
+    bool valid = false;
+  };
+  Input input(std::uint32_t entry) const;
   // UTC (since 1970-01-01) as the last TIME message of another device tells it; nothing if none
   // came.
   std::optional<Duration> network_utc(Instant now) const;
@@ -119,8 +128,9 @@ class Line {
 
  private:
   struct Base;
-  struct Impl;      // manager and device
+  struct Impl;      // manager, and device with the one own node
   struct Observer;  // has nothing to transmit with
+  struct Devices;   // device with nodes of its own, see LineConfig::devices
   explicit Line(std::unique_ptr<Base> impl);
   std::unique_ptr<Base> impl_;
 };

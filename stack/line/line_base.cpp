@@ -16,6 +16,8 @@ bool Line::Base::next_frame(can::Frame& /*out*/, Instant /*now*/) {
 bool Line::Base::wants_to_send(Instant /*now*/) const {
   return false;
 }
+void Line::Base::write_bound(std::span<const BoundValue> /*values*/, Instant /*now*/) {
+}
 bool Line::Base::request_pdo(std::uint16_t /*rpdo*/) {
   return false;
 }

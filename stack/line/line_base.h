@@ -31,6 +31,7 @@ struct Line::Base {
                         bool merge) = 0;
   virtual bool image_changed(image::Direction direction) const = 0;
   virtual bool image_touched(image::Direction direction) const = 0;
+  virtual Input input(std::uint32_t entry) const = 0;
   virtual std::optional<Duration> network_utc(Instant now) const = 0;
   virtual LineState state() const = 0;
   virtual std::uint64_t node_revision(std::uint8_t id) const = 0;
@@ -40,6 +41,7 @@ struct Line::Base {
   // A role that has a node of its own, and transmits.
   virtual bool next_frame(can::Frame& out, Instant now);
   virtual bool wants_to_send(Instant now) const;
+  virtual void write_bound(std::span<const BoundValue> values, Instant now);
   virtual bool request_pdo(std::uint16_t rpdo);
   virtual std::uint64_t layout_revision() const;  // fixed but for an observer
   virtual void set_utc(Duration offset);

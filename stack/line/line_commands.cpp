@@ -133,6 +133,9 @@ Error Line::Impl::single_output(const Command& command, Instant now) {
   if (command.entry >= layout.entries.size()) {
     return to_error(Refusal::unknown_entry);
   }
+  if (outputs.is_bound(command.entry)) {
+    return to_error(Refusal::not_permitted);
+  }
   const image::Entry& entry = layout.entries[command.entry];
   if (command.data.size() != (entry.bit_length + 7U) / 8U) {
     return to_error(Refusal::bad_request);

@@ -43,6 +43,7 @@ struct Line::Impl final : Line::Base,
                 bool merge) override;
   bool image_changed(image::Direction direction) const override;
   bool image_touched(image::Direction direction) const override;
+  Input input(std::uint32_t entry) const override;
   void set_utc(Duration offset) override;
   std::optional<Duration> network_utc(Instant now) const override;
   void set_medium(storage::Medium* medium) override;
@@ -99,6 +100,7 @@ struct Line::Impl final : Line::Base,
 
   // --- line_outputs.cpp -------------------------------------------------------------------------
   OutputRefusal write_outputs(const OutputWrite& write, Instant now) override;
+  void write_bound(std::span<const BoundValue> values, Instant now) override;
   void apply(const OutputWrite& write, bool always, Instant now);
   void apply_defaults(Instant now);
   void react(const Outputs::Group& group, Instant now);

@@ -55,6 +55,17 @@ void Line::Impl::apply(const OutputWrite& write, bool always, Instant now) {
   }
 }
 
+void Line::Impl::write_bound(std::span<const BoundValue> values, Instant now) {
+  const image::Layout& layout = image.layout(Direction::outputs);
+  for (const BoundValue& value : values) {
+    image.write_entry(Direction::outputs, value.entry, value.value);
+  }
+  for (const BoundValue& value : values) {
+    const image::Entry& entry = layout.entries[value.entry];
+    node.pdos().outputs_written(entry.bit_offset, entry.bit_length, false, now);
+  }
+}
+
 void Line::Impl::apply_defaults(Instant now) {
   const image::Layout& layout = image.layout(Direction::outputs);
   for (const OutputDefault& value : config.defaults) {

@@ -300,6 +300,11 @@ bool Line::Observer::image_touched(Direction direction) const {
   return side(direction).image.touched(Direction::inputs);
 }
 
+Line::Input Line::Observer::input(std::uint32_t entry) const {
+  return {inputs->image.read_entry(Direction::inputs, entry),
+          inputs->image.is_valid(Direction::inputs, entry)};
+}
+
 std::optional<Duration> Line::Observer::network_utc(Instant now) const {
   if (!network_time) {
     return std::nullopt;

@@ -47,6 +47,12 @@ struct OutputWrite {
   std::vector<OutputBytes> bytes;
 };
 
+// The value of an output that follows an input somewhere else, see LineConfig::bound.
+struct BoundValue {
+  std::uint32_t entry = 0;  // of the output layout
+  std::uint64_t value = 0;
+};
+
 // Why an OutputWrite was not applied. Grows at the end only: DDS contract.
 enum class OutputRefusal : std::uint8_t {
   none,

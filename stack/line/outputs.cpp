@@ -25,14 +25,20 @@ bool valid_reactions(std::uint8_t reactions) {
          std::popcount(static_cast<unsigned>(reactions & kNmtBits)) <= 1;
 }
 
-Outputs::Outputs(const image::Layout& layout, std::vector<OutputGroup> groups)
+Outputs::Outputs(const image::Layout& layout, std::vector<OutputGroup> groups,
+                 const std::vector<std::uint32_t>& bound)
     : layout_(layout),
       group_of_(layout.entries.size(), kNoGroup),
+      bound_(layout.entries.size()),
       by_position_(layout.entries.size()) {
+  for (const std::uint32_t entry : bound) {
+    bound_[entry] = true;
+  }
   if (groups.empty()) {
     OutputGroup all{.number = 0, .name = "all"};
     all.entries.resize(layout.entries.size());
     std::iota(all.entries.begin(), all.entries.end(), 0U);
+    std::erase_if(all.entries, [this](std::uint32_t entry) { return bound_[entry]; });
     groups.push_back(std::move(all));
   }
   for (OutputGroup& group : groups) {

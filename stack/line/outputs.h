@@ -30,8 +30,9 @@ class Outputs {
   };
 
   // The layout must outlive it. Without groups in the configuration there is one, number 0, with
-  // all entries.
-  Outputs(const image::Layout& layout, std::vector<OutputGroup> groups);
+  // all entries but those that are bound, which no group has.
+  Outputs(const image::Layout& layout, std::vector<OutputGroup> groups,
+          const std::vector<std::uint32_t>& bound = {});
 
   // Everything that can be wrong with a write. Nothing is changed.
   OutputRefusal check(const OutputWrite& write) const;
@@ -42,6 +43,9 @@ class Outputs {
   // The group whose watchdog is over at `now`; it is tripped by that. nullptr if none.
   const Group* expire(Instant now);
   Instant next_wake() const;
+
+  // The entry follows an input.
+  bool is_bound(std::uint32_t entry) const { return bound_[entry]; }
 
   const Group* group(std::uint16_t number) const;
   const std::vector<Group>& groups() const { return groups_; }
@@ -56,6 +60,7 @@ class Outputs {
   const image::Layout& layout_;
   std::vector<Group> groups_;
   std::vector<std::uint16_t> group_of_;     // entry -> position in groups_, kNoGroup = in none
+  std::vector<bool> bound_;                 // by entry
   std::vector<std::uint32_t> by_position_;  // entries ascending by bit offset
 };
 

@@ -32,6 +32,7 @@ FILES = {
     "usr/share/linegate/idl/README.md",
     "usr/share/linegate/idl/linegate.idl",
     "usr/share/linegate/plant.schema.json",
+    "usr/share/linegate/plants/below-a-plc.yaml",
     "usr/share/linegate/plants/demo.yaml",
     "usr/share/linegate/plants/vcan.yaml",
     "usr/share/man/man1/linegate.1.gz",

@@ -47,6 +47,20 @@ TEST(Check, SaysTheSameAsJson) {
   EXPECT_EQ(press["groups"][0]["entries"].size(), 8U);
 }
 
+TEST(Check, SaysWhichDevicesALineIsAndWhatFollowsWhat) {
+  const auto loaded = config::load(LINEGATE_SOURCE_DIR "/deploy/plants/below-a-plc.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(text, "device with 2 devices, network-ID 2")) << text;
+  EXPECT_TRUE(contains(text, "device 10 panel: Generic I/O module (CiA 401) (profile 401)"));
+  EXPECT_TRUE(contains(text, "TPDO1 18Ah on event: 6000:01/8 \"Inputs 1\""));
+  EXPECT_TRUE(contains(text, "plc/drive.Statusword follows machine/ram.Statusword, held when"));
+  EXPECT_TRUE(contains(text, "machine/ram.Controlword follows plc/drive.Controlword, 0 when"));
+  const YAML::Node json = YAML::Load(to_json(loaded));
+  EXPECT_EQ(json["lines"][1]["devices"][0]["name"].as<std::string>(), "panel");
+  EXPECT_EQ(json["bindings"].size(), 6U);
+}
+
 TEST(Check, PutsFindingsIntoTheJson) {
   const auto loaded = config::read("schema: 1\nlines: 3\n", "x.yaml");
   const YAML::Node json = YAML::Load(to_json(loaded));

@@ -48,6 +48,25 @@ TEST(DeviceFile, TheEdsOfEachOwnNodeDescribesItsDictionary) {
   }
 }
 
+TEST(DeviceFile, TheEdsOfADeviceOfTheLineIsForItsMaster) {
+  const config::Plant plant =
+      *config::load(LINEGATE_SOURCE_DIR "/deploy/plants/below-a-plc.yaml").value;
+  const DeviceFile file = write_device_file(plant, "plc:panel", DeviceFileKind::eds);
+  ASSERT_TRUE(file.ok) << file.content;
+  const auto read = eds::load(file.content, "panel.eds", 77);
+  ASSERT_TRUE(read.ok()) << to_string(read.diagnostics.at(0));
+  EXPECT_THAT(read.diagnostics, IsEmpty());
+  const od::Dictionary device(*read.value);
+  EXPECT_EQ(device.number({0x1800, 1}), 0x180U + 77);
+  EXPECT_EQ(device.number({0x1017, 0}), 500U);
+  EXPECT_TRUE(device.has_object(0x6401));
+  EXPECT_TRUE(write_device_file(plant, "plc:11", DeviceFileKind::eds).ok);
+  EXPECT_THAT(write_device_file(plant, "plc:nobody", DeviceFileKind::eds).content,
+              HasSubstr("line plc has no device nobody"));
+  EXPECT_THAT(write_device_file(plant, "plc", DeviceFileKind::eds).content,
+              HasSubstr("has devices instead of an own node"));
+}
+
 TEST(DeviceFile, TheDcfOfANodeHasWhatIsWrittenToIt) {
   const config::Plant plant = demo();
   const DeviceFile file = write_device_file(plant, "pack:belt", DeviceFileKind::dcf);

@@ -329,6 +329,50 @@ TEST_F(GatewayTest, ReloadsOnlyTheLinesThatChanged) {
   EXPECT_EQ(seen_.images_back, 0);
 }
 
+// A manager and the devices below it, on one bus.
+TEST_F(GatewayTest, DevicesOfALineAreThoseOfAManager) {
+  const std::string more = R"(  - name: plc
+    interface: virtual:below-the-plc
+    access: all
+    nodes:
+      - {id: 7, name: lamp, eds: bridges/sim/eds/digital-io.eds, heartbeat: 100ms}
+      - {id: 8, name: ram, eds: bridges/sim/eds/drive.eds, heartbeat: 100ms}
+  - name: below
+    interface: virtual:below-the-plc
+    role: device
+    access: all
+    devices:
+      - {id: 7, name: lamp, eds: bridges/sim/eds/digital-io.eds}
+      - {id: 8, name: ram, eds: bridges/sim/eds/drive.eds}
+      - {id: 9, name: shown, profile: 401, digital_inputs: 1, bind: {"6000:1": "plc/lamp.6000:1"}}
+)";
+  ASSERT_TRUE(gateway_->reload(make_plant(plant_text() + more)).done);
+  ASSERT_TRUE(until([&] {
+    return operational("plc/lamp") && operational("plc/ram") && operational("below/lamp") &&
+           operational("below/ram") && seen_.layouts.size() == 8;
+  }));
+  EXPECT_EQ(seen_.lines["below"].role, line::Role::device);
+  const auto first_byte = [&](const std::string& image) {
+    const image::Snapshot& last = seen_.images[image];
+    return last.bytes.empty() || !last.is_valid(0) ? -1 : std::to_integer<int>(last.bytes[0]);
+  };
+  line::Command write{.kind = line::CommandKind::output_write, .data = {std::byte{0x5A}}};
+  EXPECT_TRUE(call(at("below"), write, seen_.layouts["below/outputs"].id).reply.ok());
+  EXPECT_TRUE(until([&] { return first_byte("plc/inputs") == 0x5A; }));
+  // What the manager has as an input is an object of a device.
+  EXPECT_TRUE(until([&] {
+    const auto result = call(at("below"), sdo_read(9, 0x6000, 1));
+    return result.reply.ok() && result.reply.data == std::vector{std::byte{0x5A}};
+  }));
+  line::OutputWrite outputs{.layout_id = seen_.layouts["plc/outputs"].id};
+  for (std::uint32_t i = 0; seen_.layouts["plc/outputs"].entries[i].node == 7; ++i) {
+    outputs.values.push_back({.entry = i, .length = 1, .data = {std::byte{0xA5}}});
+  }
+  EXPECT_TRUE(client_->write_outputs(at("plc"), outputs));
+  EXPECT_TRUE(until([&] { return first_byte("below/inputs") == 0xA5; }));
+  EXPECT_EQ(seen_.gaps, 0);
+}
+
 TEST_F(GatewayTest, AReloadThatIsRefusedChangesNothing) {
   std::string text = plant_text();
   text.replace(text.find("name: test"), 10, "name: else");

@@ -109,11 +109,11 @@ const Bad kBad[] = {
       "plant.yaml:14:14: error: expected on_change or on_sync, got \"on_chang\"; did you mean "
       "\"on_change\"?",
       "plant.yaml:15:12: error: nodes is a list, not \"7\""}},
-    {"roles_of_later_versions",
+    {"roles",
      "schema: 1\nlines:\n"
      "  - {name: a, interface: 'simulated:', role: device}\n"
      "  - {name: b, interface: 'simulated:', role: slave}\n",
-     {"plant.yaml:3:46: error: the role device is not available in this version; use manager",
+     {"plant.yaml:3:5: error: a line with the role device has at least one device in devices",
       "plant.yaml:4:46: error: expected manager, observer or device, got \"slave\""}},
     {"interface",
      "schema: 1\nlines:\n  - {name: a, interface: 'socketcan:'}\n  - {name: b, interface: can0}\n",
@@ -486,7 +486,7 @@ lines:
 }
 
 TEST(Plant, SamplesAreValid) {
-  for (const char* name : {"demo.yaml", "vcan.yaml"}) {
+  for (const char* name : {"below-a-plc.yaml", "demo.yaml", "vcan.yaml"}) {
     const auto loaded = load(kRoot + "deploy/plants/" + name);
     EXPECT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));
     EXPECT_TRUE(loaded.diagnostics.empty()) << testing::PrintToString(messages(loaded));

@@ -91,7 +91,7 @@ class Walker {
 
 TEST(Schema, KnowsEveryKeyOfTheSamplePlants) {
   const YAML::Node schema = load_schema();
-  for (const char* name : {"demo.yaml", "vcan.yaml"}) {
+  for (const char* name : {"below-a-plc.yaml", "demo.yaml", "vcan.yaml"}) {
     Walker walker(schema);
     walker.walk(YAML::LoadFile(kRepository + "deploy/plants/" + name), schema, "");
     EXPECT_EQ(walker.unknown, std::vector<std::string>{}) << name;
@@ -111,6 +111,8 @@ TEST(Schema, HasNoKeyTheLoaderDoesNotKnow) {
   };
   const std::string line = keys_of(member(definitions, "line"));
   const std::string node = keys_of(member(definitions, "node"));
+  const std::string device = keys_of(member(definitions, "device"));
+  const std::string binding = keys_of(member(definitions, "binding"));
   const std::string pdo = keys_of(member(definitions, "pdo"));
   const std::string group = keys_of(member(definitions, "group"));
   const std::string executor = keys_of(member(definitions, "executor"));
@@ -118,7 +120,9 @@ TEST(Schema, HasNoKeyTheLoaderDoesNotKnow) {
       "schema: 1\nexecutors: [" + executor + "]\nlines:\n  - " + line +
       "\n  - name: b\n    interface: 'simulated:'\n    outputs: {groups: [" + group +
       "]}\n    nodes:\n      - " + node +
-      "\n      - {id: 5, eds: bridges/sim/eds/drive.eds, pdos: {tpdo1: " + pdo + "}}\n";
+      "\n      - {id: 5, eds: bridges/sim/eds/drive.eds, pdos: {tpdo1: " + pdo + "}}\n" +
+      "  - name: c\n    interface: 'simulated:'\n    role: device\n    devices:\n      - " +
+      device + "\n      - {id: 5, bind: {\"6000:1\": " + binding + "}}\n";
   const auto loaded = read(text, kRepository + "plant.yaml");
   EXPECT_FALSE(loaded.ok());
   EXPECT_GT(loaded.diagnostics.size(), 20U) << "every key was read";

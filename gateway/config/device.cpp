@@ -1,0 +1,174 @@
+// `devices:` of a line in the role device: what runs on the line itself.
+#include <algorithm>
+
+#include "gateway/config/patch.h"
+#include "gateway/config/sections.h"
+#include "gateway/config/value.h"
+#include "stack/profile/io_device.h"
+
+namespace linegate::config {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr od::Address kProducerHeartbeat{0x1017, 0};
+constexpr od::Address kSerialNumber{0x1018, 4};
+
+// A value that the device has from the start, whoever may write the object.
+void preset(Findings& findings, od::DeviceDescription& device, od::Address address,
+            std::uint64_t value, Place place) {
+  const od::VariableDescription* variable = device.find(address);
+  if (variable == nullptr) {
+    findings.error(place, device.file + " has no object " + format_address(address));
+    return;
+  }
+  std::vector<std::byte> data;
+  for (unsigned byte = 0; byte < od::byte_size(variable->type); ++byte) {
+    data.push_back(static_cast<std::byte>(value >> 8U * byte));
+  }
+  set_value(device, address, data);
+}
+
+void read_presets(Section& section, od::DeviceDescription& device) {
+  Findings& findings = section.findings();
+  const YAML::Node serial = section.find("serial");
+  if (const auto number = section.number(serial, 0, 0xFFFF'FFFF)) {
+    preset(findings, device, kSerialNumber, *number, place_of(serial));
+  }
+  const YAML::Node heartbeat = section.find("heartbeat");
+  if (heartbeat.IsDefined()) {
+    Duration time{};
+    section.read_multiple("heartbeat", time, milliseconds(1), milliseconds(65'535));
+    preset(findings, device, kProducerHeartbeat, static_cast<std::uint64_t>(time / milliseconds(1)),
+           place_of(heartbeat));
+  }
+}
+
+// `profile: 401` with the numbers of blocks: a device without a file. False if there is no profile.
+bool read_io_profile(Section& section, line::NodeConfig& config) {
+  const YAML::Node node = section.find("profile");
+  const std::size_t before = section.findings().errors();
+  profile::IoBlocks blocks;
+  section.read_number("digital_inputs", blocks.digital_inputs, 0, profile::kMostIoBlocks);
+  section.read_number("digital_outputs", blocks.digital_outputs, 0, profile::kMostIoBlocks);
+  section.read_number("analogue_inputs", blocks.analogue_inputs, 0, profile::kMostIoBlocks);
+  section.read_number("analogue_outputs", blocks.analogue_outputs, 0, profile::kMostIoBlocks);
+  Findings& findings = section.findings();
+  if (!node.IsDefined()) {
+    for (const char* key :
+         {"digital_inputs", "digital_outputs", "analogue_inputs", "analogue_outputs"}) {
+      if (const YAML::Node blocks_of = section.find(key); blocks_of.IsDefined()) {
+        findings.error(place_of(blocks_of),
+                       std::string(key) + " is for a device with profile: 401");
+      }
+    }
+    return false;
+  }
+  bool known = false;
+  section.choose<bool>(node, known, {{"401", true}});
+  for (const char* key : {"eds", "dcf"}) {
+    if (const YAML::Node file = section.find(key); file.IsDefined()) {
+      findings.error(place_of(file), "a device has either a profile or a device file");
+    }
+  }
+  if (findings.errors() == before && blocks.digital_inputs + blocks.digital_outputs +
+                                             blocks.analogue_inputs + blocks.analogue_outputs ==
+                                         0) {
+    findings.error(place_of(node),
+                   "a device with profile: 401 has at least one of digital_inputs, "
+                   "digital_outputs, analogue_inputs, analogue_outputs");
+  }
+  if (config.id != 0) {
+    config.device = profile::make_io_device(blocks, config.name, config.id);
+    config.device.file = "profile 401";
+  }
+  return true;
+}
+
+// With everything the device begins with in its description.
+line::DeviceConfig read_one(Findings& findings, const YAML::Node& node,
+                            std::vector<BindingSection>& bindings) {
+  line::NodeConfig config;
+  Section section(findings, node, "a device");
+  if (const auto id = section.number(section.require("id"), 1, 127)) {
+    config.id = static_cast<std::uint8_t>(*id);
+  }
+  config.name = "device" + std::to_string(config.id);
+  const YAML::Node name = section.find("name");
+  if (auto text = section.text(name)) {
+    check_name(findings, *text, place_of(name), "name");
+    config.name = std::move(*text);
+  }
+  const YAML::Node objects = section.find("objects");
+  const YAML::Node pdos = section.find("pdos");
+  section.find("serial");
+  section.find("heartbeat");
+  const bool made = read_io_profile(section, config);
+  if (made ? config.id != 0 : read_device_file(section, config, "a device")) {
+    read_presets(section, config.device);
+    read_pdos(findings, pdos, config);
+    read_objects(findings, objects, config);
+    for (const line::ObjectValue& object : config.objects) {
+      set_value(config.device, object.address, object.data);
+    }
+  }
+  read_bindings(findings, section.find("bind"), config.id, bindings);
+  section.done();
+  return {.id = config.id, .name = std::move(config.name), .device = std::move(config.device)};
+}
+
+void check_clash(Findings& findings, const line::LineConfig& config,
+                 const line::DeviceConfig& device, Place place) {
+  for (const line::DeviceConfig& other : config.devices) {
+    if (other.id == device.id && device.id != 0) {
+      findings.error(place, "node-ID " + std::to_string(device.id) + " is that of \"" + other.name +
+                                "\" already");
+    }
+    if (other.name == device.name) {
+      findings.error(place, "another device is called \"" + device.name + "\"");
+    }
+  }
+}
+
+// Of a line that manages others, or has a node of its own.
+void tell_what_devices_do_not_have(Section& section) {
+  for (const char* key : {"node_id", "heartbeat", "sync", "time", "sdo_timeout", "reset_nodes",
+                          "start_nodes", "identity", "storage", "nodes", "node_list", "simulate"}) {
+    const YAML::Node node = section.find(key);
+    if (node.IsDefined()) {
+      section.findings().error(place_of(node), std::string(key) +
+                                                   " is not for a line with the role device, "
+                                                   "which has devices instead");
+    }
+  }
+}
+
+}  // namespace
+
+void read_devices(Section& section, LineSection& line) {
+  line::LineConfig& config = line.plan.config;
+  Findings& findings = section.findings();
+  const YAML::Node list = section.find("devices");
+  for (const YAML::Node& element : elements(findings, list, "devices")) {
+    line::DeviceConfig device = read_one(findings, element, line.bindings);
+    check_clash(findings, config, device, place_of(element));
+    config.devices.push_back(std::move(device));
+  }
+  std::stable_sort(config.devices.begin(), config.devices.end(),
+                   [](const auto& a, const auto& b) { return a.id < b.id; });
+  if (config.role != line::Role::device) {
+    if (list.IsDefined()) {
+      findings.error(place_of(list), "devices are for a line with the role device; a " +
+                                         std::string(name(config.role)) + " has nodes");
+    }
+    return;
+  }
+  config.node_id = 0;
+  tell_what_devices_do_not_have(section);
+  if (config.devices.empty() && section.valid()) {
+    findings.error(list.IsDefined() ? place_of(list) : section.place(),
+                   "a line with the role device has at least one device in devices");
+  }
+}
+
+}  // namespace linegate::config

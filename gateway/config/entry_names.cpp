@@ -1,0 +1,56 @@
+#include "gateway/config/entry_names.h"
+
+#include "gateway/config/value.h"
+
+namespace linegate::config {
+
+std::vector<std::uint32_t> EntryNames::find(const std::string& text, bool several) const {
+  std::vector<std::uint32_t> out;
+  for (std::uint32_t i = 0; i < layout_.entries.size(); ++i) {
+    if (layout_.entries[i].name == text) {
+      return {i};
+    }
+  }
+  const std::size_t dot = text.find('.');
+  const auto node = node_id(text.substr(0, dot));
+  if (!node || dot == std::string::npos) {
+    return out;
+  }
+  const std::string object = text.substr(dot + 1);
+  const auto address = parse_address(object);
+  for (std::uint32_t i = 0; i < layout_.entries.size(); ++i) {
+    const auto& entry = layout_.entries[i];
+    const bool matches =
+        object == "*" ? several
+                      : address && entry.index == address->index && entry.sub == address->sub;
+    if (entry.node == *node && matches) {
+      out.push_back(i);
+    }
+  }
+  return out;
+}
+
+std::string EntryNames::suggestion(const std::string& text) const {
+  std::vector<std::string> names;
+  for (const auto& entry : layout_.entries) {
+    names.push_back(entry.name);
+  }
+  const std::string guess = nearest(text, names);
+  return guess.empty() ? "" : "; did you mean \"" + guess + "\"?";
+}
+
+std::optional<std::uint8_t> EntryNames::node_id(const std::string& name) const {
+  for (const auto& node : config_.nodes) {
+    if (node.name == name) {
+      return node.id;
+    }
+  }
+  for (const auto& device : config_.devices) {
+    if (device.name == name) {
+      return device.id;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace linegate::config

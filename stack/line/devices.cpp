@@ -1,0 +1,226 @@
+#include "stack/line/devices.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "stack/time/service.h"
+
+namespace linegate::line {
+
+using image::Direction;
+
+Line::Devices::Devices(LineConfig line_config, pdo::LinkPlan plan)
+    : Base(std::move(line_config)),
+      image(std::move(plan.inputs), std::move(plan.outputs)),
+      outputs(image.layout(Direction::outputs), config.groups, config.bound),
+      load(config.bit_rate) {
+  for (const DeviceConfig& device : config.devices) {
+    seats.push_back(
+        {.device = std::make_unique<VirtualDevice>(device, config.error_scheme, image, events),
+         .offer = {}});
+  }
+  std::ranges::sort(seats, {}, [](const Seat& seat) { return seat.device->id(); });
+}
+
+VirtualDevice* Line::Devices::find(std::uint8_t id) const {
+  for (const Seat& seat : seats) {
+    if (seat.device->id() == id) {
+      return seat.device.get();
+    }
+  }
+  return nullptr;
+}
+
+const image::Layout& Line::Devices::layout(Direction direction) const {
+  return image.layout(direction);
+}
+
+void Line::Devices::start(Instant now) {
+  running = true;
+  emit(EventKind::line_started, now, static_cast<std::uint32_t>(config.role));
+  apply_defaults(now);
+  for (const Seat& seat : seats) {
+    seat.device->start(now);
+  }
+}
+
+bool Line::Devices::hear(const can::Frame& frame, const Seat* except) {
+  bool wanted = false;
+  for (const Seat& seat : seats) {
+    if (&seat != except) {
+      wanted |= seat.device->receive(frame);
+    }
+  }
+  return wanted;
+}
+
+void Line::Devices::receive(std::span<const can::Frame> frames) {
+  for (const can::Frame& frame : frames) {
+    received.add(frame);
+    counters.frames_unused += hear(frame, nullptr) ? 0U : 1U;
+  }
+  count_syncs();
+}
+
+// Some device may have no SYNC object, or be stopped.
+void Line::Devices::count_syncs() {
+  for (const Seat& seat : seats) {
+    syncs = std::max(syncs, static_cast<std::uint32_t>(seat.device->node().counters().syncs));
+  }
+}
+
+void Line::Devices::bus_event(const can::BusEvent& event) {
+  if (!note(event)) {
+    return;
+  }
+  for (const Seat& seat : seats) {
+    seat.device->node().bus_event(event);
+    if (!usable()) {
+      seat.device->inputs_lost();
+    }
+  }
+}
+
+void Line::Devices::advance(Instant now) {
+  events.advance(now);
+  for (const Seat& seat : seats) {
+    seat.device->advance(now);
+  }
+  count_syncs();
+  while (const Outputs::Group* group = outputs.expire(now)) {
+    react(*group, now);
+  }
+  can::Traffic seen = sent;
+  seen += received;
+  load.advance(seen, now);
+}
+
+Instant Line::Devices::next_wake() const {
+  Instant wake = earlier(events.next_wake(), outputs.next_wake());
+  for (const Seat& seat : seats) {
+    wake = earlier(wake, seat.device->node().next_wake());
+  }
+  return wake;
+}
+
+// The one that would win arbitration among the most urgent frame of each, as on a bus: the others
+// hear it, and keep theirs.
+bool Line::Devices::next_frame(can::Frame& out, Instant now) {
+  Seat* best = nullptr;
+  for (Seat& seat : seats) {
+    seat.offers = seat.offers || seat.device->next_frame(seat.offer, now);
+    if (seat.offers && (best == nullptr || can::wins_arbitration(seat.offer, best->offer))) {
+      best = &seat;
+    }
+  }
+  if (best == nullptr) {
+    return false;
+  }
+  best->offers = false;
+  out = best->offer;
+  sent.add(out);
+  if (seats.size() > 1) {
+    can::Frame heard = out;
+    heard.time = now;
+    (void)hear(heard, best);
+  }
+  return true;
+}
+
+bool Line::Devices::wants_to_send(Instant now) const {
+  return std::ranges::any_of(seats, [now](const Seat& seat) {
+    return seat.offers || seat.device->node().wants_to_send(now);
+  });
+}
+
+// A device that is switched off falls silent.
+void Line::Devices::stop(Instant now) {
+  if (!std::exchange(running, false)) {
+    return;
+  }
+  for (const Seat& seat : seats) {
+    seat.device->node().command(nmt::Command::enter_pre_operational, now);
+    seat.device->inputs_lost();
+  }
+  emit(EventKind::line_stopped, now);
+}
+
+void Line::Devices::snapshot(Direction direction, image::Snapshot& into, Instant now, bool merge) {
+  image.snapshot(direction, into, now, merge, syncs);
+}
+bool Line::Devices::image_changed(Direction direction) const {
+  return image.changed(direction);
+}
+bool Line::Devices::image_touched(Direction direction) const {
+  return image.touched(direction);
+}
+
+Line::Input Line::Devices::input(std::uint32_t entry) const {
+  return {image.read_entry(Direction::inputs, entry), image.is_valid(Direction::inputs, entry)};
+}
+
+void Line::Devices::set_utc(Duration offset) {
+  for (const Seat& seat : seats) {
+    seat.device->node().clock().set_utc(offset);
+  }
+}
+
+std::optional<Duration> Line::Devices::network_utc(Instant now) const {
+  for (const Seat& seat : seats) {
+    if (const auto told = seat.device->node().clock().network_utc(now)) {
+      return told;
+    }
+  }
+  return std::nullopt;
+}
+
+LineState Line::Devices::state() const {
+  LineState out;
+  out.role = config.role;
+  out.node_id = seats.front().device->id();
+  out.network_id = config.network_id;
+  out.own_state = seats.front().device->node().state();
+  out.bus = bus;
+  out.transmit_errors = transmit_errors;
+  out.receive_errors = receive_errors;
+  out.load_permille = load.permille();
+  out.nodes_configured = static_cast<std::uint8_t>(seats.size());
+  out.counters = counters;
+  for (const Seat& seat : seats) {
+    node::Node& node = seat.device->node();
+    const pdo::EngineCounters& pdos = node.pdos().counters();
+    if (node.state() == nmt::State::operational) {
+      ++out.nodes_operational;
+    }
+    out.counters.frames_malformed += node.counters().malformed + pdos.too_short + pdos.too_long;
+    out.counters.rpdos += pdos.received;
+    out.counters.tpdos += pdos.sent;
+    out.counters.tpdos_coalesced += pdos.coalesced;
+  }
+  out.counters.frames_received = received.frames;
+  out.counters.frames_sent = sent.frames;
+  out.counters.syncs = syncs;
+  out.counters.events = events.emitted();
+  out.counters.events_lost = events.lost();
+  return out;
+}
+
+node::Indicators Line::Devices::indicators() const {
+  return seats.front().device->node().indicators();
+}
+
+std::uint64_t Line::Devices::node_revision(std::uint8_t id) const {
+  const VirtualDevice* device = find(id);
+  return device == nullptr ? 0 : device->revision();
+}
+
+NodeState Line::Devices::node_state(std::uint8_t id) const {
+  const VirtualDevice* device = find(id);
+  return device == nullptr ? NodeState{.node = id} : device->state();
+}
+
+od::Dictionary& Line::Devices::dictionary() {
+  return seats.front().device->node().dictionary();
+}
+
+}  // namespace linegate::line

@@ -1,0 +1,91 @@
+// A line in the role device: virtual devices below somebody else's master. Private to stack/line.
+//
+// The devices are nodes like any other, on one channel: each hears what the others send. Seen from
+// the gateway, inputs of the image are what the devices receive, outputs what they send.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "stack/can/traffic.h"
+#include "stack/image/process_image.h"
+#include "stack/line/bus_load.h"
+#include "stack/line/line_base.h"
+#include "stack/line/outputs.h"
+#include "stack/line/virtual_device.h"
+#include "stack/pdo/link.h"
+
+namespace linegate::line {
+
+struct Line::Devices final : Line::Base {
+  // plan is device_plan() of the configuration; see Line::make().
+  Devices(LineConfig line_config, pdo::LinkPlan plan);
+
+  const image::Layout& layout(image::Direction direction) const override;
+  void start(Instant now) override;
+  void receive(std::span<const can::Frame> frames) override;
+  void bus_event(const can::BusEvent& event) override;
+  void advance(Instant now) override;
+  void stop(Instant now) override;
+  Instant next_wake() const override;
+  bool next_frame(can::Frame& out, Instant now) override;
+  bool wants_to_send(Instant now) const override;
+  void snapshot(image::Direction direction, image::Snapshot& into, Instant now,
+                bool merge) override;
+  bool image_changed(image::Direction direction) const override;
+  bool image_touched(image::Direction direction) const override;
+  Input input(std::uint32_t entry) const override;
+  void set_utc(Duration offset) override;
+  std::optional<Duration> network_utc(Instant now) const override;
+  LineState state() const override;
+  node::Indicators indicators() const override;
+  std::uint64_t node_revision(std::uint8_t id) const override;
+  NodeState node_state(std::uint8_t id) const override;
+  // Of the device with the lowest node-ID.
+  od::Dictionary& dictionary() override;
+
+  // --- devices_commands.cpp ---------------------------------------------------------------------
+  void execute(Command command, Instant now) override;
+  OutputRefusal write_outputs(const OutputWrite& write, Instant now) override;
+  void write_bound(std::span<const BoundValue> values, Instant now) override;
+
+ private:
+  // A device, and its frame that has not won arbitration yet.
+  struct Seat {
+    std::unique_ptr<VirtualDevice> device;
+    can::Frame offer;
+    bool offers = false;
+  };
+
+  // nullptr if there is none.
+  VirtualDevice* find(std::uint8_t id) const;
+  // What a command names with 0 is the only device.
+  VirtualDevice* named(std::uint8_t id) const;
+  // True if a device wanted it. except: who sent it, nullptr = none of them.
+  bool hear(const can::Frame& frame, const Seat* except);
+  void count_syncs();
+  void interface_lost();
+
+  // --- devices_commands.cpp ---------------------------------------------------------------------
+  Error access_dictionary(const Command& command, std::vector<std::byte>& data);
+  Error single_output(const Command& command, Instant now);
+  Error send_emcy(const Command& command, Instant now);
+  Error send_nmt(const Command& command, Instant now);
+  // Those of the image that were written, to their devices.
+  void hand_out(bool always, Instant now);
+  void apply_defaults(Instant now);
+  void react(const Outputs::Group& group, Instant now);
+  void collect(std::uint32_t entry) { written.push_back(entry); }
+  void collect(const OutputBytes& run);
+
+  image::ProcessImage image;
+  std::vector<Seat> seats;  // ascending by node-ID, never empty
+  Outputs outputs;
+  can::Traffic received;
+  can::Traffic sent;
+  BusLoad load;
+  std::vector<std::uint32_t> written;  // output entries, for hand_out()
+};
+
+}  // namespace linegate::line

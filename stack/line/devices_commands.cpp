@@ -1,0 +1,223 @@
+// What is asked of a line in the role device: its output values and commands.
+#include <algorithm>
+#include <array>
+
+#include "stack/can/cob_id.h"
+#include "stack/line/devices.h"
+
+namespace linegate::line {
+namespace {
+
+using image::Direction;
+
+// IXXAT CANopen Manager API manual 5.17, as in line_outputs.cpp.
+constexpr std::uint16_t kSilentWriterEmcy = 0x6200;
+constexpr std::uint8_t kSilentWriterRegister = 0x81;
+constexpr std::uint16_t kProducerTime = 0x1017;
+constexpr std::size_t kMostInfo = 5;
+
+}  // namespace
+
+VirtualDevice* Line::Devices::named(std::uint8_t id) const {
+  return id == 0 && seats.size() == 1 ? seats.front().device.get() : find(id);
+}
+
+void Line::Devices::execute(Command command, Instant now) {
+  ++counters.commands;
+  std::vector<std::byte> data;
+  Error error = to_error(Refusal::bad_request);
+  switch (command.kind) {
+    case CommandKind::sdo_read:
+    case CommandKind::sdo_write:
+      // With a device of the line itself there is no bus between the two; to others it is no
+      // master.
+      error = find(command.node) == nullptr ? to_error(Refusal::wrong_role)
+                                            : access_dictionary(command, data);
+      break;
+    case CommandKind::local_read:
+    case CommandKind::local_write:
+      error = access_dictionary(command, data);
+      break;
+    case CommandKind::output_write:
+      error = single_output(command, now);
+      break;
+    case CommandKind::emcy_send:
+      error = send_emcy(command, now);
+      break;
+    case CommandKind::nmt:
+      error = send_nmt(command, now);
+      break;
+    case CommandKind::versions:
+      break;
+  }
+  if (error.domain == Domain::command) {
+    refuse(command, static_cast<Refusal>(error.code), now);
+  } else {
+    reply(command.tag, error, std::move(data));
+  }
+}
+
+Error Line::Devices::access_dictionary(const Command& command, std::vector<std::byte>& data) {
+  VirtualDevice* device = named(command.node);
+  if (device == nullptr) {
+    return to_error(Refusal::bad_request);
+  }
+  od::Dictionary& dictionary = device->node().dictionary();
+  const od::Address address{command.index, command.sub};
+  if (command.kind == CommandKind::local_write || command.kind == CommandKind::sdo_write) {
+    const AbortCode code = dictionary.write(address, command.data);
+    return code == AbortCode::none ? Error{} : to_error(code);
+  }
+  const Result<std::span<const std::byte>> value = dictionary.read(address);
+  if (!value) {
+    return value.error();
+  }
+  data.assign(value->begin(), value->end());
+  return {};
+}
+
+Error Line::Devices::single_output(const Command& command, Instant now) {
+  const image::Layout& out = image.layout(Direction::outputs);
+  if (command.entry >= out.entries.size()) {
+    return to_error(Refusal::unknown_entry);
+  }
+  if (outputs.is_bound(command.entry)) {
+    return to_error(Refusal::not_permitted);
+  }
+  if (command.data.size() != (out.entries[command.entry].bit_length + 7U) / 8U) {
+    return to_error(Refusal::bad_request);
+  }
+  image.write_entry(Direction::outputs, command.entry, command.data);
+  collect(command.entry);
+  hand_out(true, now);
+  return {};
+}
+
+Error Line::Devices::send_emcy(const Command& command, Instant now) {
+  VirtualDevice* device = named(command.node);
+  if (device == nullptr || command.data.size() > kMostInfo) {
+    return to_error(Refusal::bad_request);
+  }
+  const nmt::State state = device->node().state();
+  if (state == nmt::State::stopped || state == nmt::State::initialising) {
+    return to_error(Refusal::wrong_state);
+  }
+  switch (device->send_emcy(command.code, command.error_register, command.data, now)) {
+    case emcy::SendResult::sent:
+    case emcy::SendResult::queued:
+      return {};
+    case emcy::SendResult::inhibited:
+      return to_error(Refusal::inhibited);
+    case emcy::SendResult::disabled:
+      return to_error(Refusal::wrong_state);
+  }
+  return to_error(Refusal::busy);
+}
+
+// The devices themselves; others are not theirs to command.
+Error Line::Devices::send_nmt(const Command& command, Instant now) {
+  if (command.node > can::kMaxNodeId || !nmt::is_command(static_cast<std::uint8_t>(command.nmt))) {
+    return to_error(Refusal::bad_request);
+  }
+  if (command.node != 0 && find(command.node) == nullptr) {
+    return to_error(Refusal::wrong_role);
+  }
+  for (const Seat& seat : seats) {
+    if (command.node == 0 || seat.device->id() == command.node) {
+      seat.device->node().command(command.nmt, now);
+    }
+  }
+  return {};
+}
+
+OutputRefusal Line::Devices::write_outputs(const OutputWrite& write, Instant now) {
+  if (const OutputRefusal refusal = outputs.check(write); refusal != OutputRefusal::none) {
+    return refuse(write, refusal, now);
+  }
+  ++counters.output_writes;
+  if (outputs.accept(write, now)) {
+    const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(write.watchdog).count();
+    emit(EventKind::output_armed, now, static_cast<std::uint32_t>(ms), write.group);
+  }
+  for (const OutputValue& value : write.values) {
+    image.write_entry(Direction::outputs, value.entry, std::span(value.data).first(value.length));
+    collect(value.entry);
+  }
+  for (const OutputBytes& run : write.bytes) {
+    image.write_bytes(Direction::outputs, run.offset, run.data);
+    collect(run);
+  }
+  hand_out(outputs.group(write.group)->config.send_always, now);
+  return OutputRefusal::none;
+}
+
+void Line::Devices::write_bound(std::span<const BoundValue> values, Instant now) {
+  for (const BoundValue& value : values) {
+    image.write_entry(Direction::outputs, value.entry, value.value);
+    collect(value.entry);
+  }
+  hand_out(false, now);
+}
+
+// Entries lie in the image in the order of their numbers.
+void Line::Devices::collect(const OutputBytes& run) {
+  const std::vector<image::Entry>& entries = image.layout(Direction::outputs).entries;
+  const std::uint64_t begin = std::uint64_t{run.offset} * 8U;
+  const std::uint64_t end = begin + run.data.size() * 8U;
+  auto it = std::ranges::lower_bound(entries, begin, {}, &image::Entry::bit_offset);
+  for (; it != entries.end() && it->bit_offset < end; ++it) {
+    collect(static_cast<std::uint32_t>(it - entries.begin()));
+  }
+}
+
+// In the order of entries, those of one device lie together.
+void Line::Devices::hand_out(bool always, Instant now) {
+  const std::vector<image::Entry>& entries = image.layout(Direction::outputs).entries;
+  std::ranges::sort(written);
+  for (std::size_t first = 0; first < written.size();) {
+    const std::uint8_t id = entries[written[first]].node;
+    std::size_t last = first;
+    while (last < written.size() && entries[written[last]].node == id) {
+      ++last;
+    }
+    find(id)->take_outputs(std::span(written).subspan(first, last - first), always, now);
+    first = last;
+  }
+  written.clear();
+}
+
+void Line::Devices::apply_defaults(Instant now) {
+  for (const OutputDefault& value : config.defaults) {
+    image.write_entry(Direction::outputs, value.entry, value.value);
+    collect(value.entry);
+  }
+  hand_out(false, now);
+}
+
+// Reactions that do not belong to the role are ignored; the event tells those that were taken.
+void Line::Devices::react(const Outputs::Group& group, Instant now) {
+  std::uint8_t taken = kHoldOutputs;
+  if ((group.reactions & kZeroOutputs) != 0) {
+    for (const std::uint32_t entry : group.config.entries) {
+      if (image.is_valid(Direction::outputs, entry)) {
+        image.write_entry(Direction::outputs, entry, std::uint64_t{0});
+        collect(entry);
+      }
+    }
+    hand_out(true, now);
+    taken |= kZeroOutputs;
+  }
+  for (const Seat& seat : seats) {
+    if ((group.reactions & kSendEmcy) != 0) {
+      seat.device->send_emcy(kSilentWriterEmcy, kSilentWriterRegister, {}, now);
+      taken |= kSendEmcy;
+    }
+    if ((group.reactions & kHeartbeatOff) != 0) {
+      seat.device->node().dictionary().set({kProducerTime, 0}, std::uint16_t{0});
+      taken |= kHeartbeatOff;
+    }
+  }
+  emit(EventKind::output_watchdog, now, taken, group.config.number);
+}
+
+}  // namespace linegate::line

@@ -1,0 +1,214 @@
+#include "stack/line/virtual_device.h"
+
+#include <map>
+#include <utility>
+
+#include "stack/profile/io_device.h"
+
+namespace linegate::line {
+namespace {
+
+using image::Direction;
+
+constexpr std::uint16_t kErrorRegister = 0x1001;
+constexpr std::uint16_t kDeviceType = 0x1000;
+constexpr std::uint16_t kIdentityObject = 0x1018;
+constexpr std::uint64_t kProfileOf1000h = 0xFFFF;
+
+}  // namespace
+
+void VirtualDevice::Mirror::add(std::uint8_t sub, std::uint32_t entry) {
+  if (sub >= entries_.size()) {
+    entries_.resize(sub + std::size_t{1}, kNoEntry);
+  }
+  entries_[sub] = entry;
+}
+
+void VirtualDevice::Mirror::written(od::Address address) {
+  if (address.sub < entries_.size() && entries_[address.sub] != kNoEntry) {
+    device_.copy_to_image(direction_, entries_[address.sub], address);
+  }
+}
+
+void VirtualDevice::Mirror::came_by_rpdo(od::Address address) {
+  written(address);
+}
+
+VirtualDevice::VirtualDevice(const DeviceConfig& config, node::ErrorScheme scheme,
+                             image::ProcessImage& image, EventLog& events)
+    : id_(config.id), image_(image) {
+  const node::Options options{.node_id = config.id, .error_scheme = scheme};
+  node_ = std::make_unique<node::Node>(od::Dictionary(config.device), options, events, nullptr);
+  node_->set_application(this);
+  const std::uint64_t type = node_->dictionary().number({kDeviceType, 0}).value_or(0);
+  if ((type & kProfileOf1000h) == profile::kIoProfile) {
+    io_.emplace(node_->dictionary());
+  }
+  mirror(Direction::inputs);
+  mirror(Direction::outputs);
+}
+
+// One hook an object, which hears of RPDOs where it may be received.
+void VirtualDevice::mirror(Direction direction) {
+  const auto side = static_cast<std::size_t>(direction);
+  const std::vector<image::Entry>& entries = image_.layout(direction).entries;
+  std::map<std::uint16_t, Mirror*> by_index;
+  for (std::uint32_t i = 0; i < entries.size(); ++i) {
+    if (entries[i].node != id_) {
+      continue;
+    }
+    entries_[side].push_back(i);
+    if (entries[i].remote_pdo != 0) {
+      numbers_[side][entries[i].remote_pdo] = entries[i].local_pdo;
+    }
+    Mirror*& mirror = by_index[entries[i].index];
+    if (mirror == nullptr) {
+      mirror = mirrors_.emplace_back(std::make_unique<Mirror>(*this, direction)).get();
+      const od::Watch watch = direction == Direction::inputs ? od::Watch::rpdos : od::Watch::writes;
+      (void)node_->dictionary().add_hook(entries[i].index, *mirror, watch).ok();
+    }
+    mirror->add(entries[i].sub, i);
+  }
+}
+
+void VirtualDevice::copy_to_image(Direction direction, std::uint32_t entry, od::Address address) {
+  if (const auto value = node_->dictionary().number(address)) {
+    image_.write_entry(direction, entry, *value);
+  }
+}
+
+void VirtualDevice::start(Instant now) {
+  now_ = now;
+  node_->start(now);
+}
+
+bool VirtualDevice::receive(const can::Frame& frame) {
+  now_ = frame.time;
+  const std::uint64_t unused = node_->counters().unused;
+  node_->receive({&frame, 1});
+  return node_->counters().unused == unused;
+}
+
+void VirtualDevice::advance(Instant now) {
+  now_ = now;
+  node_->advance(now);
+}
+
+bool VirtualDevice::next_frame(can::Frame& out, Instant now) {
+  now_ = now;
+  return node_->next_frame(out, now);
+}
+
+void VirtualDevice::take_outputs(std::span<const std::uint32_t> entries, bool always, Instant now) {
+  now_ = now;
+  changed_.clear();
+  for (const std::uint32_t i : entries) {
+    const image::Entry& entry = image_.layout(Direction::outputs).entries[i];
+    const od::Address address{entry.index, entry.sub};
+    const std::uint64_t value = image_.read_entry(Direction::outputs, i);
+    const auto before = node_->dictionary().number(address);
+    const bool same = before == value;
+    if (!same) {
+      node_->dictionary().set(address, value);
+    }
+    if (always || (!same && (!io_ || io_->tells(address, before.value_or(0), value)))) {
+      changed_.push_back(address);
+    }
+  }
+  for (const od::Address address : changed_) {
+    node_->pdos().value_changed(address, now);
+  }
+}
+
+void VirtualDevice::inputs_lost() {
+  image_.set_node_valid(id_, false);
+}
+
+emcy::SendResult VirtualDevice::send_emcy(std::uint16_t code, std::uint8_t error_register,
+                                          std::span<const std::byte> info, Instant now) {
+  now_ = now;
+  const emcy::SendResult result = node_->emcy().send(code, error_register, info, now);
+  note_emcy(code);
+  return result;
+}
+
+NodeState VirtualDevice::state() const {
+  const od::Dictionary& dictionary = const_cast<node::Node&>(*node_).dictionary();
+  const auto u32 = [&](std::uint16_t index, std::uint8_t sub) {
+    return static_cast<std::uint32_t>(dictionary.number({index, sub}).value_or(0));
+  };
+  NodeState out;
+  out.node = id_;
+  out.configured = true;
+  out.state = node_->state();
+  out.presence = Presence::present;
+  out.device_type = u32(kDeviceType, 0);
+  out.vendor = u32(kIdentityObject, 1);
+  out.product = u32(kIdentityObject, 2);
+  out.revision = u32(kIdentityObject, 3);
+  out.serial = u32(kIdentityObject, 4);
+  out.error_register = static_cast<std::uint8_t>(u32(kErrorRegister, 0));
+  out.last_emcy = last_emcy_;
+  out.emcy_count = emcys_;
+  return out;
+}
+
+void VirtualDevice::note_emcy(std::uint16_t code) {
+  last_emcy_ = code;
+  ++emcys_;
+  ++revision_;
+}
+
+void VirtualDevice::touch(Direction direction, std::uint16_t pdo, Instant now) {
+  const Numbers& numbers = numbers_[static_cast<std::size_t>(direction)];
+  if (pdo < numbers.size() && numbers[pdo] != 0) {
+    image_.area(direction).touch(numbers[pdo] - 1U, now);
+  }
+}
+
+void VirtualDevice::rpdo_received(std::uint16_t number, Instant now) {
+  touch(Direction::inputs, number, now);
+}
+
+void VirtualDevice::before_tpdo(std::uint16_t number) {
+  touch(Direction::outputs, number, now_);
+}
+
+void VirtualDevice::state_changed(nmt::State state, Instant now) {
+  now_ = now;
+  ++revision_;
+  const nmt::State before = std::exchange(last_state_, state);
+  if (state == nmt::State::operational) {
+    return;
+  }
+  const bool failed = state == nmt::State::stopped || !node_->error_free();
+  if (io_ && before == nmt::State::operational && failed) {
+    io_->take_error_values();
+  }
+  inputs_lost();
+}
+
+bool VirtualDevice::may_send_emcy(std::uint16_t code, std::span<std::byte, 5> /*info*/) {
+  note_emcy(code);
+  return true;
+}
+
+// What the application said is as true as before; what the master said is gone.
+void VirtualDevice::reset(bool whole_node, Instant now) {
+  now_ = now;
+  if (!whole_node) {
+    return;
+  }
+  for (const std::uint32_t i : entries_[static_cast<std::size_t>(Direction::outputs)]) {
+    if (image_.is_valid(Direction::outputs, i)) {
+      const image::Entry& entry = image_.layout(Direction::outputs).entries[i];
+      node_->dictionary().set({entry.index, entry.sub}, image_.read_entry(Direction::outputs, i));
+    }
+  }
+  for (const std::uint32_t i : entries_[static_cast<std::size_t>(Direction::inputs)]) {
+    const image::Entry& entry = image_.layout(Direction::inputs).entries[i];
+    copy_to_image(Direction::inputs, i, {entry.index, entry.sub});
+  }
+}
+
+}  // namespace linegate::line

@@ -1,0 +1,102 @@
+// One device of a line in the role device: a node with the dictionary of its file, whose process
+// data are in the line's image. Private to stack/line.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "stack/base/event_log.h"
+#include "stack/emcy/producer.h"
+#include "stack/image/process_image.h"
+#include "stack/line/config.h"
+#include "stack/line/state.h"
+#include "stack/node/node.h"
+#include "stack/od/hook.h"
+#include "stack/pdo/parameters.h"
+#include "stack/profile/io_behaviour.h"
+
+namespace linegate::line {
+
+// The dictionary is what counts: what an RPDO, an SDO or the application puts there appears in the
+// image at once, whatever PDOs the master has made of it.
+class VirtualDevice final : node::Application {
+ public:
+  // image: of the whole line, laid out by device_plan(). All must outlive the device.
+  VirtualDevice(const DeviceConfig& config, node::ErrorScheme scheme, image::ProcessImage& image,
+                EventLog& events);
+
+  void start(Instant now);
+  // At frame.time. True if a service wanted it.
+  bool receive(const can::Frame& frame);
+  void advance(Instant now);
+  bool next_frame(can::Frame& out, Instant now);
+  // What outputs of the image are now becomes what the device has; entries: of this device. All
+  // values are there before the first TPDO is requested: of those that became other ones (as far as
+  // the profile tells them), or of all.
+  void take_outputs(std::span<const std::uint32_t> entries, bool always, Instant now);
+  // Nothing that is heard is in the inputs any more.
+  void inputs_lost();
+  // Sends an EMCY on behalf of the application.
+  emcy::SendResult send_emcy(std::uint16_t code, std::uint8_t error_register,
+                             std::span<const std::byte> info, Instant now);
+
+  std::uint8_t id() const { return id_; }
+  node::Node& node() { return *node_; }
+  const node::Node& node() const { return *node_; }
+  NodeState state() const;
+  // Grows with every change of state().
+  std::uint64_t revision() const { return revision_; }
+
+ private:
+  // An object of the image: its value goes there whoever writes it.
+  class Mirror final : public od::Hook {
+   public:
+    Mirror(VirtualDevice& device, image::Direction direction)
+        : device_(device), direction_(direction) {}
+    void add(std::uint8_t sub, std::uint32_t entry);
+    void written(od::Address address) override;
+    void came_by_rpdo(od::Address address) override;
+
+   private:
+    static constexpr std::uint32_t kNoEntry = 0xFFFF'FFFF;
+
+    VirtualDevice& device_;
+    image::Direction direction_;
+    std::vector<std::uint32_t> entries_;  // by sub-index
+  };
+  // Local PDO numbers of the image, by the device's own: 0 = not in the image.
+  using Numbers = std::array<std::uint16_t, pdo::kMaxPdo + 1>;
+
+  void mirror(image::Direction direction);
+  void copy_to_image(image::Direction direction, std::uint32_t entry, od::Address address);
+  void touch(image::Direction direction, std::uint16_t pdo, Instant now);
+
+  void note_emcy(std::uint16_t code);
+
+  // node::Application
+  void rpdo_received(std::uint16_t number, Instant now) override;
+  void before_tpdo(std::uint16_t number) override;
+  void state_changed(nmt::State state, Instant now) override;
+  bool may_send_emcy(std::uint16_t code, std::span<std::byte, 5> info) override;
+  void reset(bool whole_node, Instant now) override;
+
+  const std::uint8_t id_;
+  image::ProcessImage& image_;
+  std::vector<std::unique_ptr<Mirror>> mirrors_;
+  std::array<Numbers, 2> numbers_{};                   // by image::Direction
+  std::array<std::vector<std::uint32_t>, 2> entries_;  // of this device, by image::Direction
+  std::vector<od::Address> changed_;                   // by take_outputs()
+  std::unique_ptr<node::Node> node_;
+  std::optional<profile::IoBehaviour> io_;  // of a device of CiA 401
+  nmt::State last_state_ = nmt::State::initialising;
+  std::uint64_t revision_ = 1;
+  std::uint16_t last_emcy_ = 0;
+  std::uint32_t emcys_ = 0;
+  Instant now_{};  // of what is being done, for what is told without a time
+};
+
+}  // namespace linegate::line
