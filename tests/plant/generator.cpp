@@ -22,7 +22,7 @@ struct Device {
 
 class Generator {
  public:
-  explicit Generator(unsigned long seed) : random_(seed) {}
+  explicit Generator(unsigned long seed) : random_(seed), random_of_ours_(seed + 0x0475) {}
 
   std::string plant() {
     network();
@@ -33,6 +33,7 @@ class Generator {
       time += 1 + below(400);
       out_ << "at " << time << "ms ";
       action(i);
+      ours_speaks(time);
     }
     quiet(time);
     return out_.str();
@@ -74,6 +75,37 @@ class Generator {
       }
       out_ << '\n';
       devices_.push_back(std::move(device));
+    }
+    network_of_ours();
+  }
+
+  unsigned below_ours(unsigned limit) { return static_cast<unsigned>(random_of_ours_() % limit); }
+
+  // Beside them, in one plant of three, devices of a line of our own. They have their own dice: the
+  // rest of the plant is as it would be without.
+  void network_of_ours() {
+    const unsigned count = below_ours(3) == 0 ? 1 + below_ours(4) : 0;
+    for (unsigned i = 0; i < count; ++i) {
+      constexpr unsigned kFirst = 110;
+      Device device{.id = kFirst + i * 4 + below_ours(4), .profile = "digital-io"};
+      device.heartbeat = 50 + below_ours(200);
+      out_ << "device " << device.id << ' ' << device.profile << " heartbeat " << device.heartbeat
+           << "ms ours\n";
+      ours_.push_back(std::move(device));
+    }
+  }
+
+  void ours_speaks(unsigned time) {
+    if (ours_.empty() || below_ours(3) == 0) {
+      return;
+    }
+    const Device& device = ours_[below_ours(static_cast<unsigned>(ours_.size()))];
+    constexpr const char* kCommands[] = {"reset-node", "reset-communication", "start"};
+    out_ << "at " << time << "ms ";
+    if (below_ours(4) == 0) {
+      out_ << "nmt " << kCommands[below_ours(3)] << ' ' << device.id << '\n';
+    } else {
+      out_ << "ours output " << device.id << ".6000:1 = " << 10 + below_ours(90) << '\n';
     }
   }
 
@@ -170,6 +202,11 @@ class Generator {
     for (const Device& device : devices_) {
       out_ << "at " << time + 300 << "ms nmt reset-node " << device.id << '\n';
     }
+    for (const Device& device : ours_) {
+      out_ << "at " << time + 300 << "ms ours output " << device.id
+           << ".6000:1 = " << 10 + below_ours(90) << "\nat " << time + 300 << "ms nmt reset-node "
+           << device.id << '\n';
+    }
     out_ << "at " << time + 12'000 << "ms\n";
     // On a slower bus with many devices, transfers keep heartbeats waiting for too long.
     for (const Device& device : devices_) {
@@ -186,14 +223,21 @@ class Generator {
       }
       may_start = may_start && device.alive;
     }
+    for (const Device& device : ours_) {
+      out_ << "expect node " << device.id << " operational within 15s\nexpect ours node "
+           << device.id << " operational within 1s\nexpect input " << device.id
+           << ".6000:1 valid within 1s\n";
+    }
     if (may_start) {
       out_ << "expect own operational within 1s\nexpect manager running within 1s\n";
     }
   }
 
   std::mt19937_64 random_;
+  std::mt19937_64 random_of_ours_;
   std::ostringstream out_;
   std::vector<Device> devices_;
+  std::vector<Device> ours_;
   unsigned bit_rate_ = 0;
 };
 

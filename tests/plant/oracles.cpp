@@ -73,6 +73,9 @@ std::string check_always(LineSeat& seat, Instant now) {
   if (std::string text = check_observer(seat); !text.empty()) {
     return "observer: " + text;
   }
+  if (std::string text = check_event_numbers(seat.ours_told); !text.empty()) {
+    return "our devices: " + text;
+  }
   if (std::string text = check_counters(seat); !text.empty()) {
     return text;
   }

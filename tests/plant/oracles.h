@@ -13,6 +13,7 @@ namespace linegate::plant {
 //   counters add up: frames the line sent and received are frames that were on the bus
 //   no command got two replies
 //   the observer of the line has sent nothing, has the same layouts, and numbers its events as well
+//   a line of our devices below numbers its events as well
 //   a long value that was read by SDO is one that was written, and whole
 std::string check_always(LineSeat& seat, Instant now);
 

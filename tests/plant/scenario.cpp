@@ -29,12 +29,14 @@ void Scenario::statement(Words words) {
     (void)seat();
     event_cursor_ = 0;
     observed_cursor_ = 0;
+    ours_cursor_ = 0;
     frame_cursor_ = 0;
   } else if (verb == "at") {
     build();
     world_.run(kStart + words.duration());
     event_cursor_ = seat().events.size();
     observed_cursor_ = seat().observed.size();
+    ours_cursor_ = seat().ours_told.size();
     frame_cursor_ = seat().frames.size();
     act(words);
     world_.settle();

@@ -22,10 +22,12 @@ void Scenario::act(Words& words) {
   } else if (verb == "output") {
     line::Command request{.kind = line::CommandKind::output_write};
     const std::string name = words.peek();
-    request.entry = output_entry(words.take());
+    request.entry = output_entry(*seat().line, words.take());
     words.expect("=");
     request.data = words.hex();
     command(std::move(request), name);
+  } else if (verb == "ours") {
+    ours_action(words);
   } else if (verb == "write") {
     group_write(words);
   } else if (verb == "frame") {
@@ -130,7 +132,7 @@ void Scenario::group_write(Words& words) {
     const std::string name = words.take();
     words.expect("=");
     const std::vector<std::byte> data = words.hex();
-    line::OutputValue value{.entry = output_entry(name),
+    line::OutputValue value{.entry = output_entry(*seat().line, name),
                             .length = static_cast<std::uint8_t>(data.size())};
     std::copy_n(data.begin(), std::min(data.size(), value.data.size()), value.data.begin());
     write.values.push_back(value);
@@ -163,12 +165,33 @@ void Scenario::set_disturbance() {
       });
 }
 
+// ours output NODE.INDEX:SUB = HEX
+void Scenario::ours_action(Words& words) {
+  words.expect("output");
+  line::Command request{.kind = line::CommandKind::output_write};
+  request.entry = output_entry(ours(), words.take());
+  words.expect("=");
+  request.data = words.hex();
+  ours().execute(std::move(request), world_.now());
+  line::Reply reply;
+  if (!ours().take_reply(reply) || !reply.ok()) {
+    throw BadStatement("our device refuses the value");
+  }
+}
+
+line::Line& Scenario::ours() {
+  if (seat().ours == nullptr) {
+    throw BadStatement("there are no devices of ours");
+  }
+  return *seat().ours;
+}
+
 // NODE.INDEX:SUB -> entry of the output layout.
-std::uint32_t Scenario::output_entry(const std::string& text) {
+std::uint32_t Scenario::output_entry(const line::Line& line, const std::string& text) {
   const std::size_t dot = text.find('.');
   const auto node = to_number(text.substr(0, dot));
   const od::Address address = parse_address(text.substr(dot + 1));
-  const image::Layout& layout = seat().line->layout(Direction::outputs);
+  const image::Layout& layout = line.layout(Direction::outputs);
   for (std::uint32_t i = 0; i < layout.entries.size(); ++i) {
     const image::Entry& entry = layout.entries[i];
     if (entry.node == node && od::Address{entry.index, entry.sub} == address) {

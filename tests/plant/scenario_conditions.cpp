@@ -12,18 +12,18 @@ namespace linegate::plant {
 using image::Direction;
 
 // Nothing while the entry is not valid.
-std::optional<std::uint64_t> Scenario::input_value(const std::string& text) {
+std::optional<std::uint64_t> Scenario::input_value(line::Line& line, const std::string& text) {
   const std::size_t dot = text.find('.');
   const auto node = to_number(text.substr(0, dot));
   const od::Address address = parse_address(text.substr(dot + 1));
-  const image::Layout& layout = seat().line->layout(Direction::inputs);
+  const image::Layout& layout = line.layout(Direction::inputs);
   for (std::size_t i = 0; i < layout.entries.size(); ++i) {
     const image::Entry& entry = layout.entries[i];
     if (entry.node != node || od::Address{entry.index, entry.sub} != address) {
       continue;
     }
     image::Snapshot snapshot;
-    seat().line->snapshot(Direction::inputs, snapshot, world_.now(), false);
+    line.snapshot(Direction::inputs, snapshot, world_.now(), false);
     if (!snapshot.is_valid(i)) {
       return std::nullopt;
     }
@@ -106,15 +106,10 @@ std::function<bool()> Scenario::condition(Words& words) {
         [this, state = words.take()] { return nmt::name(seat().line->state().own_state) == state; };
   }
   if (words.accept("input")) {
-    const std::string name = words.take();
-    if (words.accept("invalid")) {
-      return [this, name] { return !input_value(name).has_value(); };
-    }
-    if (words.accept("valid")) {
-      return [this, name] { return input_value(name).has_value(); };
-    }
-    words.expect("=");
-    return [this, name, value = words.number()] { return input_value(name) == value; };
+    return input_condition(words, *seat().line);
+  }
+  if (words.accept("ours")) {
+    return ours_condition(words);
   }
   if (words.accept("device")) {
     const std::uint8_t id = words.node();
@@ -143,6 +138,33 @@ std::function<bool()> Scenario::condition(Words& words) {
     return observer_condition(words);
   }
   return event_condition(words, &LineSeat::events);
+}
+
+std::function<bool()> Scenario::input_condition(Words& words, line::Line& line) {
+  const std::string name = words.take();
+  if (words.accept("invalid")) {
+    return [this, name, &line] { return !input_value(line, name).has_value(); };
+  }
+  if (words.accept("valid")) {
+    return [this, name, &line] { return input_value(line, name).has_value(); };
+  }
+  words.expect("=");
+  return [this, name, &line, value = words.number()] { return input_value(line, name) == value; };
+}
+
+// expect ours input ... | node N STATE | heard EVENT-NAME node=N
+std::function<bool()> Scenario::ours_condition(Words& words) {
+  line::Line& line = ours();
+  if (words.accept("input")) {
+    return input_condition(words, line);
+  }
+  if (words.accept("node")) {
+    const std::uint8_t id = words.node();
+    return
+        [&line, id, state = words.take()] { return nmt::name(line.node_state(id).state) == state; };
+  }
+  words.expect("heard");
+  return event_condition(words, &LineSeat::ours_told);
 }
 
 // expect reply NAME ok [HEX | pattern SIZE] | abort CODE | refused
@@ -210,7 +232,9 @@ std::function<bool()> Scenario::event_condition(Words& words, std::vector<Event>
       throw BadStatement("an event has node, code and value, not '" + key + "'");
     }
   }
-  const std::size_t from = told == &LineSeat::events ? event_cursor_ : observed_cursor_;
+  const std::size_t from = told == &LineSeat::events     ? event_cursor_
+                           : told == &LineSeat::observed ? observed_cursor_
+                                                         : ours_cursor_;
   return [this, told, from, wanted, node, code, value] {
     const std::vector<Event>& events = seat().*told;
     return std::any_of(events.begin() + static_cast<long>(from), events.end(),

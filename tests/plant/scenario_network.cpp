@@ -61,6 +61,7 @@ void Scenario::describe_device(Words& words) {
   bool listed = true;
   bool present = true;
   bool domain = false;
+  bool ours = false;
   while (!words.done()) {
     const std::string key = words.take();
     if (key == "heartbeat") {
@@ -81,6 +82,8 @@ void Scenario::describe_device(Words& words) {
       domain = true;
     } else if (key == "unlisted") {
       listed = false;
+    } else if (key == "ours") {
+      ours = true;
     } else if (key == "absent") {
       present = false;
     } else {
@@ -95,13 +98,16 @@ void Scenario::describe_device(Words& words) {
       throw BadStatement("no device profile '" + device.profile + "'");
     }
     node.device = *file.value;
+    if (ours) {
+      plan.ours.push_back({.id = node.id, .name = node.name, .device = node.device});
+    }
     plan.config.nodes.push_back(std::move(node));
     std::ranges::sort(plan.config.nodes, {}, &line::NodeConfig::id);
   }
   if (domain) {
     plan.domains.insert(device.node_id);
   }
-  if (present) {
+  if (present && !ours) {
     plan.devices.push_back(std::move(device));
   }
 }
@@ -111,6 +117,8 @@ void Scenario::build() {
     return;
   }
   for (NetworkPlan& plan : plans_) {
+    line::LineConfig below{.name = plan.config.name + "-ours", .role = line::Role::device};
+    below.devices = std::move(plan.ours);
     auto made = line::Line::make(std::move(plan.config));
     if (!made.ok()) {
       throw BadStatement(to_string(made.diagnostics.front()));
@@ -125,6 +133,14 @@ void Scenario::build() {
         (void)(*device.value)->dictionary().add(domain_object()).ok();
       }
       world_.add_device(seat, *std::move(device.value));
+    }
+    if (!below.devices.empty()) {
+      std::ranges::sort(below.devices, {}, &line::DeviceConfig::id);
+      auto devices = line::Line::make(std::move(below));
+      if (!devices.ok()) {
+        throw BadStatement(to_string(devices.diagnostics.front()));
+      }
+      world_.add_ours(seat, *std::move(devices.value));
     }
     current_ = current_ == nullptr ? &seat : current_;
   }

@@ -20,7 +20,8 @@ struct NetworkPlan {
   line::LineConfig config;
   sim::BusOptions bus;
   std::vector<sim::DeviceOptions> devices;
-  std::set<std::uint8_t> domains;  // nodes that have one
+  std::vector<line::DeviceConfig> ours;  // those of a line in the role device
+  std::set<std::uint8_t> domains;        // nodes that have one
 };
 
 class Scenario {
@@ -42,14 +43,18 @@ class Scenario {
   void sdo_action(Words& words);
   void nmt_action(Words& words);
   void group_write(Words& words);
+  void ours_action(Words& words);
   void inject(Words& words);
   void set_disturbance();
   std::function<bool()> condition(Words& words);
   std::function<bool()> event_condition(Words& words, std::vector<Event> LineSeat::*told);
   std::function<bool()> reply_condition(Words& words);
   std::function<bool()> observer_condition(Words& words);
-  std::uint32_t output_entry(const std::string& text);
-  std::optional<std::uint64_t> input_value(const std::string& text);
+  std::function<bool()> input_condition(Words& words, line::Line& line);
+  std::function<bool()> ours_condition(Words& words);
+  std::uint32_t output_entry(const line::Line& line, const std::string& text);
+  std::optional<std::uint64_t> input_value(line::Line& line, const std::string& text);
+  line::Line& ours();
   void command(line::Command request, const std::string& name);
   void check_always_all();
   LineSeat& seat();
@@ -62,6 +67,7 @@ class Scenario {
   LineSeat* current_ = nullptr;
   std::size_t event_cursor_ = 0;  // what happened before the last `at` does not count
   std::size_t observed_cursor_ = 0;
+  std::size_t ours_cursor_ = 0;
   std::size_t frame_cursor_ = 0;
   std::map<std::string, std::uint64_t> tags_;
   std::map<LineSeat*, std::uint64_t> commands_;

@@ -46,6 +46,11 @@ void World::add_device(LineSeat& seat, std::unique_ptr<sim::Device> device) {
   seat.devices.push_back({.device = std::move(device), .end = seat.bus.attach()});
 }
 
+void World::add_ours(LineSeat& seat, std::unique_ptr<line::Line> devices) {
+  seat.ours = std::move(devices);
+  seat.ours_end = seat.bus.attach();
+}
+
 LineSeat* World::find(const std::string& name) {
   for (const auto& seat : lines_) {
     if (seat->line->config().name == name) {
@@ -59,6 +64,9 @@ void World::start() {
   for (const auto& seat : lines_) {
     for (DeviceSeat& device : seat->devices) {
       device.device->start(now_);
+    }
+    if (seat->ours != nullptr) {
+      seat->ours->start(now_);
     }
     seat->line->start(now_);
     seat->observer->start(now_);
@@ -98,6 +106,9 @@ std::string World::busy_participants() const {
     if (seat->line->next_wake() <= now_) {
       out += " the line " + name;
     }
+    if (seat->ours != nullptr && seat->ours->next_wake() <= now_) {
+      out += " our devices of " + name;
+    }
     if (seat->observer->next_wake() <= now_) {
       out += " the observer of " + name;
     }
@@ -121,6 +132,7 @@ Instant World::next_wake() const {
   for (const auto& seat : lines_) {
     wake = earlier(wake, earlier(seat->bus.next_wake(), seat->line->next_wake()));
     wake = earlier(wake, seat->observer->next_wake());
+    wake = earlier(wake, seat->ours != nullptr ? seat->ours->next_wake() : kNever);
     for (const DeviceSeat& device : seat->devices) {
       if (device.device->alive()) {
         wake = earlier(wake, device.device->next_wake());
@@ -135,6 +147,7 @@ void World::turn(LineSeat& seat) {
   for (DeviceSeat& device : seat.devices) {
     turn_device(seat, device);
   }
+  turn_ours(seat);
   turn_line(seat);
   turn_observer(seat);
   collect(seat);
@@ -170,6 +183,22 @@ void World::turn_line(LineSeat& seat) {
   }
 }
 
+void World::turn_ours(LineSeat& seat) {
+  if (seat.ours == nullptr) {
+    return;
+  }
+  line::Line& line = *seat.ours;
+  std::array<can::Frame, 16> batch;
+  while (const std::size_t count = seat.bus.take(seat.ours_end, batch)) {
+    line.receive(std::span(batch).first(count), now_);
+  }
+  line.advance(now_);
+  can::Frame frame;
+  while (seat.bus.room(seat.ours_end) > 0 && line.next_frame(frame, now_)) {
+    seat.bus.submit(seat.ours_end, frame, now_);
+  }
+}
+
 // It is asked for frames like any other: that it has none is for it to see to.
 void World::turn_observer(LineSeat& seat) {
   line::Line& line = *seat.observer;
@@ -200,6 +229,14 @@ void World::collect(LineSeat& seat) {
   while (const std::size_t count = seat.observer->take_events(events)) {
     seat.observed.insert(seat.observed.end(), events.begin(),
                          events.begin() + static_cast<long>(count));
+  }
+  while (seat.ours != nullptr) {
+    const std::size_t count = seat.ours->take_events(events);
+    if (count == 0) {
+      break;
+    }
+    seat.ours_told.insert(seat.ours_told.end(), events.begin(),
+                          events.begin() + static_cast<long>(count));
   }
   line::Reply reply;
   while (seat.line->take_reply(reply)) {

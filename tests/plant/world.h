@@ -39,6 +39,9 @@ struct LineSeat {
   sim::Bus::Endpoint observer_end = 0;
   std::vector<Event> observed;  // all the observer told, in order
   std::vector<DeviceSeat> devices;
+  std::unique_ptr<line::Line> ours;  // a line of devices below, if there is one
+  sim::Bus::Endpoint ours_end = 0;
+  std::vector<Event> ours_told;  // all it told, in order
   ImageModel model;
   std::vector<Event> events;                     // all the line told, in order
   std::map<std::uint64_t, line::Reply> replies;  // by tag
@@ -54,6 +57,7 @@ class World {
 
   LineSeat& add_line(std::unique_ptr<line::Line> line, const sim::BusOptions& options);
   void add_device(LineSeat& seat, std::unique_ptr<sim::Device> device);
+  void add_ours(LineSeat& seat, std::unique_ptr<line::Line> devices);
   std::vector<std::unique_ptr<LineSeat>>& lines() { return lines_; }
   LineSeat* find(const std::string& name);
 
@@ -73,6 +77,7 @@ class World {
   void turn(LineSeat& seat);
   void turn_device(LineSeat& seat, DeviceSeat& device);
   void turn_line(LineSeat& seat);
+  void turn_ours(LineSeat& seat);
   void turn_observer(LineSeat& seat);
   void collect(LineSeat& seat);
 
