@@ -86,6 +86,8 @@ function(linegate_program name)
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT gateway)
 endfunction()
 
+option(LINEGATE_UNITY_TESTS "Compile each test program as one file" OFF)
+
 # GoogleTest's headers, precompiled once for all test programs that are not optimised.
 function(linegate_precompile_gtest name)
   if(NOT LINEGATE_PRECOMPILE_HEADERS)
@@ -118,6 +120,9 @@ function(linegate_test name)
   target_link_libraries(${name} PRIVATE linegate_flags linegate_warnings ${ARG_DEPENDS}
                         GTest::gmock GTest::gtest_main)
   set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF)
+  if(LINEGATE_UNITY_TESTS)
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)
+  endif()
   if(NOT ARG_OPTIMISED)
     target_compile_options(${name} PRIVATE -O0 -g1)
     linegate_precompile_gtest(${name})

@@ -22,12 +22,12 @@ using testing::IsEmpty;
 using testing::Not;
 
 TEST(Format, IsReadAsTheSameValue) {
-  struct Row {
+  struct Written {
     DataType type;
     std::vector<std::byte> value;
     std::string_view text;
   };
-  const Row table[] = {
+  const Written table[] = {
       {DataType::boolean, bytes({1}), "1"},
       {DataType::unsigned8, bytes({9}), "9"},
       {DataType::unsigned8, bytes({10}), "0xA"},
@@ -49,7 +49,7 @@ TEST(Format, IsReadAsTheSameValue) {
       {DataType::time_of_day, bytes({1, 0, 0, 0, 0, 1}), "0x10000000001"},
       {static_cast<DataType>(0x40), bytes({1, 2}), "0102"},
   };
-  for (const Row& row : table) {
+  for (const Written& row : table) {
     EXPECT_EQ(format_value(row.type, row.value), row.text);
     EXPECT_EQ(parse_value(row.type, row.text, 0).bytes, row.value) << row.text;
   }
