@@ -19,11 +19,13 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
     case line::CommandKind::versions:
       return true;
     case line::CommandKind::sdo_read:
+    case line::CommandKind::network_read:
     case line::CommandKind::local_read:
       return commands != config::Access::off;
     case line::CommandKind::output_write:
       return commands == config::Access::all && outputs == config::Access::all;
     case line::CommandKind::sdo_write:
+    case line::CommandKind::network_write:
     case line::CommandKind::local_write:
     case line::CommandKind::emcy_send:
     case line::CommandKind::nmt:

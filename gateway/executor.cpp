@@ -93,6 +93,31 @@ std::vector<std::unique_ptr<Runner>> Executor::send_away(const std::vector<Runne
   return out;
 }
 
+void Executor::visit(const std::function<void()>& work) {
+  if (!thread_.joinable()) {
+    work();
+    return;
+  }
+  visits_.push(&work);
+  wakeup_.signal();
+  for (Visit over = nullptr;;) {
+    visit_over_.clear();
+    if (visited_.pop(over)) {
+      return;
+    }
+    pollfd waiting{visit_over_.descriptor(), POLLIN, 0};
+    poll(&waiting, 1, -1);
+  }
+}
+
+void Executor::receive_visits() {
+  for (Visit work = nullptr; visits_.pop(work);) {
+    (*work)();
+    visited_.push(work);
+    visit_over_.signal();
+  }
+}
+
 void Executor::start() {
   if (!thread_.joinable()) {
     thread_ = std::thread([this] { run(); });
@@ -118,6 +143,7 @@ void Executor::run() {
     const Instant now = monotonic_now();
     if (std::exchange(woken_, false)) {
       take_changes(now);
+      receive_visits();
     }
     if (stop_.raised() && !stopping) {
       stopping = true;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
@@ -31,6 +32,9 @@ class Executor {
   // While it runs, from the same thread. Stops them in good order and gives them back; waits until
   // all have stopped.
   std::vector<std::unique_ptr<Runner>> send_away(const std::vector<Runner*>& runners);
+  // From the same thread: does `work` on the executor's thread, between two rounds, and waits until
+  // it is done. At once while it does not run.
+  void visit(const std::function<void()>& work);
 
   // To be signalled after something was put into a ring one of its runners reads.
   exchange::Wakeup& wakeup() { return wakeup_; }
@@ -67,6 +71,7 @@ class Executor {
   bool all_stopped(Instant now) const;
   void place(std::unique_ptr<Runner> runner);
   void take_changes(Instant now);
+  void receive_visits();
   void let_go(Instant now);
 
   config::ExecutorPlan plan_;
@@ -78,6 +83,10 @@ class Executor {
   exchange::Ring<Runner*> departures_{kMostChanges};
   exchange::Ring<std::unique_ptr<Runner>> departed_{kMostChanges};
   exchange::Wakeup someone_departed_;
+  using Visit = const std::function<void()>*;
+  exchange::Ring<Visit> visits_{2};  // one at a time
+  exchange::Ring<Visit> visited_{2};
+  exchange::Wakeup visit_over_;
   bool woken_ = true;
   std::size_t leaving_ = 0;
   int epoll_ = -1;

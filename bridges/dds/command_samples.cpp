@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <system_error>
+#include <utility>
 
 #include "bridges/dds/bytes.h"
 #include "bridges/dds/values.h"
@@ -9,20 +10,28 @@
 
 namespace linegate::dds {
 
+namespace {
+
+bool in_network(line::CommandKind kind) {
+  return kind == line::CommandKind::network_read || kind == line::CommandKind::network_write;
+}
+
+}  // namespace
+
 void to_wire(const line::Command& from, v1::CommandRequest& to) {
   to.kind(static_cast<std::uint8_t>(from.kind));
   to.node(from.node);
   to.index(from.index);
   to.sub(from.sub);
   to.nmt(static_cast<std::uint8_t>(from.nmt));
-  to.code(from.code);
+  to.code(in_network(from.kind) ? from.network : from.code);
   to.error_register(from.error_register);
   to.entry(from.entry);
   to.timeout_ns(from.timeout.count());
 }
 
 const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
-  if (from.kind() > v1::COMMAND_VERSIONS)
+  if (from.kind() > v1::COMMAND_NETWORK_WRITE)
     return "kind is not a CommandKind";
   if (from.timeout_ns() < 0)
     return "timeout_ns is negative";
@@ -35,6 +44,12 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
   to.entry = from.entry();
   to.timeout = Duration{from.timeout_ns()};
   switch (to.kind) {
+    case line::CommandKind::network_read:
+    case line::CommandKind::network_write:
+      to.network = std::exchange(to.code, std::uint16_t{0});
+      if (to.network == 0)
+        return "code is no network-ID";
+      [[fallthrough]];
     case line::CommandKind::sdo_read:
     case line::CommandKind::sdo_write:
       return from.node() < 1 || from.node() > 127 ? "node is not 1..127" : nullptr;
@@ -59,6 +74,7 @@ const char* check_data(const line::Command& command) {
   const std::size_t size = command.data.size();
   switch (command.kind) {
     case line::CommandKind::sdo_write:
+    case line::CommandKind::network_write:
     case line::CommandKind::local_write:
       return size == 0 ? "there are no data to write" : nullptr;
     case line::CommandKind::output_write:
@@ -66,6 +82,7 @@ const char* check_data(const line::Command& command) {
     case line::CommandKind::emcy_send:
       return size > 5 ? "data is more than 5 manufacturer bytes" : nullptr;
     case line::CommandKind::sdo_read:
+    case line::CommandKind::network_read:
     case line::CommandKind::local_read:
     case line::CommandKind::nmt:
     case line::CommandKind::versions:

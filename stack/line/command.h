@@ -14,14 +14,17 @@ namespace linegate::line {
 
 // Grows at the end only: the numbers are those of the DDS contract.
 enum class CommandKind : std::uint8_t {
-  sdo_read,      // node, index, sub -> data
-  sdo_write,     // node, index, sub, data
-  local_read,    // index, sub of the line's own dictionary -> data
-  local_write,   // index, sub, data
-  output_write,  // entry (of the output layout), data: one output value, by a person
-  emcy_send,     // code (emergency error code), error_register, data: 5 manufacturer bytes
-  nmt,           // node (0 = all), nmt
-  versions,      // -> text; answered by the gateway, never reaches a line
+  sdo_read,       // node, index, sub -> data
+  sdo_write,      // node, index, sub, data
+  local_read,     // index, sub of the line's own dictionary -> data
+  local_write,    // index, sub, data
+  output_write,   // entry (of the output layout), data: one output value, by a person
+  emcy_send,      // code (emergency error code), error_register, data: 5 manufacturer bytes
+  nmt,            // node (0 = all), nmt
+  versions,       // -> text; answered by the gateway, never reaches a line
+  network_read,   // network, node, index, sub -> data: sdo_read in another network (CiA 302-7), by
+                  // the cheapest route of 1F2Ch; in the line's own network sdo_read
+  network_write,  // network, node, index, sub, data
 };
 std::string_view name(CommandKind kind);
 
@@ -53,13 +56,14 @@ struct Command {
   std::uint64_t tag = 0;  // chosen by the caller, returned in the Reply
   CommandKind kind = CommandKind::versions;
   std::uint8_t node = 0;
+  std::uint16_t network = 0;  // network-ID
   std::uint16_t index = 0;
   std::uint8_t sub = 0;
   nmt::Command nmt = nmt::Command::start;
   std::uint16_t code = 0;
   std::uint8_t error_register = 0;
   std::uint32_t entry = 0;
-  // sdo_read and sdo_write: from the command to its reply, all repetitions included. 0 = no limit
+  // sdo_... and network_...: from the command to its reply, all repetitions included. 0 = no limit
   // but the line's for each answer of the device (LineConfig::sdo_timeout).
   Duration timeout{};
   // sdo_read and sdo_write: how often the transfer is begun anew when it ended because a frame was

@@ -47,6 +47,10 @@ void Line::Devices::execute(Command command, Instant now) {
     case CommandKind::nmt:
       error = send_nmt(command, now);
       break;
+    case CommandKind::network_read:
+    case CommandKind::network_write:
+      error = to_error(Refusal::wrong_role);
+      break;
     case CommandKind::versions:
       break;
   }

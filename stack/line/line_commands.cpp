@@ -29,6 +29,10 @@ void Line::Impl::execute(Command command, Instant now) {
     case CommandKind::sdo_write:
       start_sdo(std::move(command), true, now);
       return;
+    case CommandKind::network_read:
+    case CommandKind::network_write:
+      start_in_network(std::move(command), now);
+      return;
     case CommandKind::local_read:
     case CommandKind::local_write:
       access_own(command);
@@ -51,6 +55,15 @@ void Line::Impl::execute(Command command, Instant now) {
   } else {
     reply(command.tag, error, std::move(data));
   }
+}
+
+void Line::Impl::start_in_network(Command command, Instant now) {
+  if (command.network == config.network_id) {
+    const bool write = command.kind == CommandKind::network_write;
+    start_sdo(std::move(command), write, now);
+    return;
+  }
+  reply(command.tag, to_error(AbortCode::invalid_value));  // there is no route
 }
 
 // A transfer with the own node is a local access: there is no bus between the two.

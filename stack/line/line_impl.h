@@ -82,6 +82,7 @@ struct Line::Impl final : Line::Base,
   };
   void execute(Command command, Instant now) override;
   void start_sdo(Command command, bool write, Instant now);
+  void start_in_network(Command command, Instant now);
   // An access to the own dictionary that waits for its answer.
   struct LocalWrite {
     od::Ticket ticket = 0;

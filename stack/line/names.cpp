@@ -37,6 +37,10 @@ std::string_view name(CommandKind kind) {
       return "nmt";
     case CommandKind::versions:
       return "versions";
+    case CommandKind::network_read:
+      return "network-read";
+    case CommandKind::network_write:
+      return "network-write";
   }
   return "unknown";
 }

@@ -169,6 +169,24 @@ TEST_F(Desk, WhatIsOutOfRangeIsRefusedWithTheReason) {
   EXPECT_TRUE(take(spoilt([](auto& s) { s.incarnation(77); })).command);
 }
 
+TEST_F(Desk, ANetworkIsNamedByTheCode) {
+  v1::CommandRequest sample = request(10, v1::COMMAND_NETWORK_READ);
+  EXPECT_EQ(take(sample).answer->text, "code is no network-ID");
+  sample.id(11);
+  sample.code(0x0203);
+  const auto outcome = take(sample);
+  ASSERT_TRUE(outcome.command);
+  EXPECT_EQ(outcome.command->command.kind, line::CommandKind::network_read);
+  EXPECT_EQ(outcome.command->command.network, 0x0203);
+  EXPECT_EQ(outcome.command->command.code, 0);
+  v1::CommandRequest back;
+  to_wire(outcome.command->command, back);
+  EXPECT_EQ(back.code(), 0x0203);
+  sample.id(12);
+  sample.kind(v1::COMMAND_NETWORK_WRITE);
+  EXPECT_EQ(take(sample).answer->text, "there are no data to write");
+}
+
 TEST_F(Desk, VersionsNeedNoLine) {
   v1::CommandRequest sample = request(10, v1::COMMAND_VERSIONS);
   sample.line("");

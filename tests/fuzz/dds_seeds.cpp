@@ -155,6 +155,7 @@ v1::CommandRequest request(std::uint64_t id, line::CommandKind kind, std::size_t
   line::Command command;
   command.kind = kind;
   command.node = 5;
+  command.network = 3;
   command.index = 0x1018;
   command.sub = 1;
   command.nmt = nmt::Command::start;
@@ -220,11 +221,11 @@ Seed commands() {
   v1::CommandRequest rest = request(1, line::CommandKind::sdo_write, 0);
   rest.reply_offset(10);
   seed.add(Topic::command_request, rest);
-  for (unsigned kind = 0; kind <= v1::COMMAND_VERSIONS; ++kind) {
+  for (unsigned kind = 0; kind <= v1::COMMAND_NETWORK_WRITE; ++kind) {
     const auto as = static_cast<line::CommandKind>(kind);
-    const bool writes = as == line::CommandKind::sdo_write ||
-                        as == line::CommandKind::local_write ||
-                        as == line::CommandKind::output_write;
+    const bool writes =
+        as == line::CommandKind::sdo_write || as == line::CommandKind::local_write ||
+        as == line::CommandKind::network_write || as == line::CommandKind::output_write;
     seed.add(Topic::command_request, request(2 + kind, as, writes ? 2 : 0));
   }
   return seed;

@@ -210,6 +210,23 @@ TEST_F(ExecutorTest, TakesAndGivesBackRunnersWhileAnotherGoesOn) {
   EXPECT_TRUE(wires[0].expect(0x605));
 }
 
+TEST_F(ExecutorTest, AVisitIsOnItsThreadAndOverWhenItReturns) {
+  Executor executor({});
+  std::thread::id where;
+  executor.visit([&] { where = std::this_thread::get_id(); });
+  EXPECT_EQ(where, std::this_thread::get_id()) << "it does not run yet";
+  executor.start();
+  int visits = 0;
+  for (int i = 1; i <= 100; ++i) {
+    executor.visit([&] {
+      where = std::this_thread::get_id();
+      ++visits;
+    });
+    ASSERT_EQ(visits, i);
+    ASSERT_NE(where, std::this_thread::get_id());
+  }
+}
+
 TEST_F(ExecutorTest, RunsWithThePriorityOnTheProcessorThatThePlanNames) {
   struct Told {
     int policy = -1;

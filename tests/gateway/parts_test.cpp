@@ -247,8 +247,10 @@ TEST(Access, ReadAllowsWhatChangesNothing) {
   EXPECT_FALSE(permitted(CommandKind::sdo_read, Access::off, Access::all));
   EXPECT_TRUE(permitted(CommandKind::sdo_read, Access::read, Access::off));
   EXPECT_TRUE(permitted(CommandKind::local_read, Access::read, Access::off));
-  for (const auto kind : {CommandKind::sdo_write, CommandKind::local_write, CommandKind::nmt,
-                          CommandKind::emcy_send, CommandKind::output_write}) {
+  EXPECT_TRUE(permitted(CommandKind::network_read, Access::read, Access::off));
+  for (const auto kind :
+       {CommandKind::sdo_write, CommandKind::network_write, CommandKind::local_write,
+        CommandKind::nmt, CommandKind::emcy_send, CommandKind::output_write}) {
     EXPECT_FALSE(permitted(kind, Access::read, Access::all)) << name(kind);
     EXPECT_TRUE(permitted(kind, Access::all, Access::all)) << name(kind);
   }

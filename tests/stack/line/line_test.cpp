@@ -232,6 +232,24 @@ TEST_F(LineTest, CommandsAreAnsweredOnceEach) {
   EXPECT_FALSE(line_->take_reply(none));
 }
 
+TEST_F(LineTest, ANetworkIsThatOfTheLineOrThereIsNoRouteToIt) {
+  LineConfig config = config_with_axis();
+  config.network_id = 3;
+  make(config);
+  boot();
+  sent();
+  Command read{.tag = 1, .kind = CommandKind::network_read, .node = 5, .network = 3};
+  read.index = 0x2000;
+  line_->execute(read, now_);
+  EXPECT_THAT(sent(), ElementsAre("605#4000200000000000"));
+  hear(0x585, {0x4B, 0x00, 0x20, 0x00, 0xCD, 0xAB, 0, 0});
+  EXPECT_THAT(answer().data, ElementsAre(std::byte{0xCD}, std::byte{0xAB}));
+  read.network = 4;
+  line_->execute(read, now_);
+  EXPECT_EQ(answer().error, to_error(AbortCode::invalid_value));
+  EXPECT_TRUE(sent().empty());
+}
+
 TEST_F(LineTest, ACommandsOwnTimeOutEndsIt) {
   make(config_with_axis());
   boot();
