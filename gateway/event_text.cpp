@@ -98,6 +98,15 @@ std::string boot_text(const Event& event) {
                      event.value);
 }
 
+std::string routing_text(const Event& e) {
+  constexpr std::array<std::string_view, 3> kServices{"SDO", "EMCY", "PDO"};
+  const auto from = number(e, 0, 2);
+  return fmt::format("{} from {} to node {} of network {} refused: {}",
+                     kServices[std::min<std::size_t>(number(e, 5, 1), kServices.size() - 1)],
+                     from == 0 ? std::string("this gateway") : fmt::format("network {}", from),
+                     number(e, 4, 1), number(e, 2, 2), abort_text(e.code));
+}
+
 std::string line_text(const Event& e, std::string_view interface) {
   switch (e.kind) {
     case EventKind::line_started:
@@ -130,6 +139,8 @@ std::string line_text(const Event& e, std::string_view interface) {
       return fmt::format("events {} to {} could not be kept", number(e, 0, 8), number(e, 8, 8));
     case EventKind::clock_step:
       return fmt::format("the wall clock was stepped by {} ms", e.value);
+    case EventKind::routing_refused:
+      return routing_text(e);
     case EventKind::queue_full:
       return fmt::format("a queue of the gateway was full, {} requests lost", e.value);
     default:

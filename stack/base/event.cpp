@@ -46,6 +46,7 @@ constexpr std::array<KindInfo, kEventKinds> kInfo{{
     {"sdo-transfer", EventSeverity::info},
     {"pdo-mapping", EventSeverity::info},
     {"layout-changed", EventSeverity::info},
+    {"routing-refused", EventSeverity::warning},
 }};
 
 }  // namespace

@@ -69,8 +69,11 @@ enum class EventKind : std::uint8_t {
   pdo_mapping,     // what is known of a PDO of node has changed. code: PDO number, value: 0 TPDO, 1
                    // RPDO; data: 1 if its mapping is known completely, else 0
   layout_changed,  // the process image has a new layout. data: layout_id of inputs, outputs (8, LE)
+  routing_refused,  // a request of or to another network was refused. code: SDO abort code; data:
+                    // network it came from (2, LE; 0 = this process), target network (2, LE),
+                    // target node, service (0 SDO, 1 EMCY, 2 PDO)
 };
-inline constexpr std::size_t kEventKinds = 37;
+inline constexpr std::size_t kEventKinds = 38;
 
 // Lower-case name with hyphens, e.g. "heartbeat-lost".
 std::string_view name(EventKind kind);

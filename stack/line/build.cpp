@@ -131,6 +131,44 @@ void check_devices(const LineConfig& config, std::vector<Diagnostic>& out) {
   }
 }
 
+bool same_interface(const routing::Config& routing, const LineConfig& config) {
+  return std::any_of(routing.interfaces.begin(), routing.interfaces.end(),
+                     [&](const routing::Interface& line) {
+                       return line.number == routing.interface && line.network == config.network_id;
+                     });
+}
+
+void check_routing(const LineConfig& config, std::vector<Diagnostic>& out) {
+  const routing::Config& routing = config.routing;
+  if (routing.interface == 0) {
+    if (!routing.routes.empty()) {
+      out.push_back(error(config, "routes, but the line has no interface number"));
+    }
+    return;
+  }
+  if (!same_interface(routing, config)) {
+    out.push_back(error(
+        config, "interface " + std::to_string(routing.interface) + " is not that of this network"));
+  }
+  if (routing.routes.size() > routing::kMaxRoutes) {
+    out.push_back(error(config, "more than 254 routes"));
+  }
+  for (const routing::RouteFinding& found : routing::check(routing.routes, routing.interfaces)) {
+    std::string text = "routing table, entry " + std::to_string(found.entry + 1) + ": " +
+                       std::string(routing::describe(found.fault));
+    if (found.fault == routing::RouteFault::overlap) {
+      text += " (entry " + std::to_string(found.other + 1) + ')';
+    }
+    out.push_back(error(config, std::move(text)));
+  }
+  for (const routing::AccessRule& rule : routing.access) {
+    if (rule.first == 0 || rule.last < rule.first) {
+      out.push_back(error(config, "routing access: networks " + std::to_string(rule.first) +
+                                      " to " + std::to_string(rule.last) + " are none"));
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<Diagnostic> check(const LineConfig& config) {
@@ -153,6 +191,7 @@ std::vector<Diagnostic> check(const LineConfig& config) {
     }
   }
   check_devices(config, out);
+  check_routing(config, out);
   return out;
 }
 

@@ -11,6 +11,7 @@
 #include "stack/line/state.h"
 #include "stack/node/error_scheme.h"
 #include "stack/od/description.h"
+#include "stack/routing/config.h"
 
 namespace linegate::line {
 
@@ -93,6 +94,8 @@ struct LineConfig {
   // Output entries that follow inputs of this or another line: in no group, and written by
   // Line::write_bound() alone. Ascending.
   std::vector<std::uint32_t> bound;
+  // Routing between this line and others.
+  routing::Config routing;
 };
 
 }  // namespace linegate::line

@@ -402,6 +402,13 @@ Line::Input Line::input(std::uint32_t entry) const {
   return impl_->input(entry);
 }
 
+void Line::deliver(const routing::Message& message, Instant now) {
+  impl_->deliver(message, now);
+}
+bool Line::take_message(routing::Message& out) {
+  return impl_->messages.pop(out);
+}
+
 void Line::stop(Instant now) {
   impl_->stop(now);
 }
@@ -455,7 +462,9 @@ std::uint32_t Line::sync_count() const {
 }
 
 LineState Line::state() const {
-  return impl_->state();
+  LineState out = impl_->state();
+  out.routing = impl_->routed;
+  return out;
 }
 std::uint64_t Line::node_revision(std::uint8_t node) const {
   return node < 128 ? impl_->node_revision(node) : 0;

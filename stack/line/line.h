@@ -22,6 +22,7 @@
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
 #include "stack/node/indicators.h"
+#include "stack/routing/message.h"
 
 namespace linegate::od {
 class Dictionary;
@@ -81,6 +82,8 @@ class Line {
   // Asks a device with a remote frame for the PDO that is this RPDO of the line (a local number, as
   // in image::Entry::local_pdo). False if it cannot be: see pdo::Engine::request_rpdo().
   bool request_pdo(std::uint16_t rpdo);
+  // What another line of this process has for this one. message.to is this line's interface.
+  void deliver(const routing::Message& message, Instant now);
   // Stops in good order: commands under way are answered, nodes are sent to Pre-operational if so
   // configured, the own node leaves Operational. Frames and events remain to be taken.
   void stop(Instant now);
@@ -97,6 +100,11 @@ class Line {
   // Oldest events first; gives how many.
   std::size_t take_events(std::span<Event> out);
   bool take_reply(Reply& out);
+
+  // The oldest message for another line of this process (message.to is its interface); false if
+  // there is none. Look after each receive(), deliver(), execute() and advance(). What cannot be
+  // handed on: see routing::undeliverable().
+  bool take_message(routing::Message& out);
 
   // Copies what is stale in `into` (a snapshot of this line and direction, or an empty one) and
   // clears the marks. With merge, the marks already in `into`, which nobody has read, are kept too.

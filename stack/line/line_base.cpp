@@ -6,7 +6,17 @@
 
 namespace linegate::line {
 
-Line::Base::Base(LineConfig line_config) : config(std::move(line_config)) {
+namespace {
+
+// Messages that may wait until somebody takes them: more than a batch of frames can give.
+constexpr std::size_t kMessages = 4096;
+constexpr std::size_t kFewMessages = 64;  // of a line that only refuses
+
+}  // namespace
+
+Line::Base::Base(LineConfig line_config)
+    : config(std::move(line_config)),
+      messages(config.routing.interface != 0 ? kMessages : kFewMessages) {
   events.limit_repeats();
 }
 
@@ -32,6 +42,14 @@ void Line::Base::medium_done(bool /*good*/) {
 }
 node::Indicators Line::Base::indicators() const {
   return {};
+}
+
+// Of a role or configuration that takes no part in routing: nobody is left waiting.
+void Line::Base::deliver(const routing::Message& message, Instant /*now*/) {
+  ++routed.unexpected;
+  if (const auto answer = routing::undeliverable(message)) {
+    (void)messages.push(*answer);
+  }
 }
 
 void Line::Base::emit(EventKind kind, Instant time, std::uint32_t code, std::uint32_t value) {

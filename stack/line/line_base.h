@@ -48,6 +48,7 @@ struct Line::Base {
   virtual void set_medium(storage::Medium* medium);
   virtual void medium_done(bool good);
   virtual node::Indicators indicators() const;
+  virtual void deliver(const routing::Message& message, Instant now);
 
   void emit(EventKind kind, Instant time, std::uint32_t code = 0, std::uint32_t value = 0);
   // Takes up and tells what a bridge noticed; false if it is nothing new.
@@ -67,6 +68,8 @@ struct Line::Base {
   Counters counters;
   std::uint32_t syncs = 0;
   std::deque<Reply> replies;
+  routing::MessageQueue messages;  // for other lines
+  routing::Counters routed;
 };
 
 }  // namespace linegate::line

@@ -8,6 +8,7 @@
 #include "stack/can/bus_state.h"
 #include "stack/manager/state.h"
 #include "stack/nmt/state.h"
+#include "stack/routing/config.h"
 
 namespace linegate::line {
 
@@ -61,6 +62,7 @@ struct LineState {
   std::uint8_t nodes_configured = 0;
   std::uint8_t nodes_operational = 0;
   Counters counters;
+  routing::Counters routing;
 };
 
 }  // namespace linegate::line

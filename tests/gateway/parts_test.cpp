@@ -232,6 +232,12 @@ TEST(EventText, SaysHowManyMalformedFramesWereHeldBack) {
             "node 5 (ram): frame 585h of 1 bytes not understood: 43 (265 more held back)");
 }
 
+TEST(EventText, NamesTheTwoNetworksOfARefusedRequest) {
+  EXPECT_EQ(words(EventKind::routing_refused, 0, 0x0609'0030, 0, {1, 0, 3, 0, 12, 0}),
+            "SDO from network 1 to node 12 of network 3 refused: invalid value for parameter "
+            "(06090030)");
+}
+
 TEST(EventText, HasWordsForEveryKind) {
   for (std::size_t i = 0; i < kEventKinds; ++i) {
     const std::string text = words(static_cast<EventKind>(i), 5, 0, 0);

@@ -1,0 +1,102 @@
+// What the lines of one process hand each other: a plain value, small enough for a ring between two
+// threads. Line::take_message() gives what a line has for others, Line::deliver() takes what others
+// have for it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "stack/base/abort_code.h"
+#include "stack/base/byte_order.h"
+
+namespace linegate::routing {
+
+enum class MessageKind : std::uint8_t {
+  // An SDO connection, opened by the line on which the client asked. data as said, else 0.
+  sdo_open,     // network, node, gateway, hops, source: reserve a client channel for the connection
+  sdo_opened,   // the way is free
+  sdo_refused,  // data: abort code (U32, LE) in bytes 0..3. The connection is over
+  sdo_request,  // data: 8 bytes from client to server
+  sdo_response,  // data: 8 bytes from server to client
+  sdo_close,     // the connection is over; data: abort code of what ended it, 0 = all is well
+  emcy,          // data: a forwarded EMCY, see README.md
+  pdo,           // a forwarded object of the process data
+};
+
+struct Message {
+  std::uint8_t from = 0;  // interfaces: the numbers of the two lines, 1..255
+  std::uint8_t to = 0;
+  MessageKind kind = MessageKind::sdo_open;
+  std::uint8_t hops = 0;         // gateways on the way so far, this one included
+  std::uint32_t connection = 0;  // chosen by the line that opens, unique among its open ones
+  std::uint16_t network = 0;     // the target
+  std::uint16_t source = 0;      // network it comes from; 0 = this process itself
+  std::uint8_t node = 0;         // the target, 0 = the gateway itself
+  std::uint8_t gateway = 0;  // next gateway on the interface `to`, 0 = the target is attached to it
+  std::array<std::byte, 8> data{};
+};
+static_assert(sizeof(Message) <= 32);
+
+inline Message refusal(const Message& open, AbortCode why) {
+  Message out{.from = open.to,
+              .to = open.from,
+              .kind = MessageKind::sdo_refused,
+              .connection = open.connection};
+  store_le(out.data.data(), static_cast<std::uint32_t>(why));
+  return out;
+}
+
+inline AbortCode abort_of(const Message& message) {
+  return static_cast<AbortCode>(load_le<std::uint32_t>(message.data.data()));
+}
+
+// For whoever carries messages: what to deliver to the sender (`from`) of one that cannot be
+// delivered, because there is no such line or no room on the way to it. Nothing if the sender does
+// not wait for anything.
+inline std::optional<Message> undeliverable(const Message& message) {
+  switch (message.kind) {
+    case MessageKind::sdo_open:
+    case MessageKind::sdo_request:
+    case MessageKind::sdo_response:
+      return refusal(message, AbortCode::device_state);
+    default:
+      return std::nullopt;
+  }
+}
+
+// Messages that wait to be taken, in their order. Nothing is allocated after the construction.
+class MessageQueue {
+ public:
+  explicit MessageQueue(std::size_t capacity) : ring_(capacity) {}
+
+  // False if it is full: the message was not taken.
+  bool push(const Message& message) {
+    if (count_ == ring_.size()) {
+      return false;
+    }
+    ring_[(first_ + count_++) % ring_.size()] = message;
+    return true;
+  }
+  // The oldest one; false if there is none.
+  bool pop(Message& out) {
+    if (count_ == 0) {
+      return false;
+    }
+    out = ring_[first_];
+    first_ = (first_ + 1) % ring_.size();
+    --count_;
+    return true;
+  }
+  std::size_t room() const { return ring_.size() - count_; }
+  bool empty() const { return count_ == 0; }
+
+ private:
+  std::vector<Message> ring_;
+  std::size_t first_ = 0;
+  std::size_t count_ = 0;
+};
+
+}  // namespace linegate::routing

@@ -1,0 +1,91 @@
+// Routes between networks: object 1F2Ch, which says over which interface a network is reached
+// (CiA 302-7). The public texts do not tell its layout; this one is OWN definition B, see
+// README.md.
+//
+//   1F2Ch:0       U8   rw  number of routes that count, 0..254
+//   1F2Ch:1..254  U64  rw  bits  0..15  first network-ID
+//                          bits 16..31  last network-ID
+//                          bits 32..39  interface, 1..255; 0 = the entry is not used
+//                          bits 40..47  node-ID of the next gateway on that interface; 0 = the
+//                                       network is the interface's own
+//                          bits 48..63  cost
+//
+// The route with the lowest cost counts; of equal ones that with the lowest sub-index.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "stack/base/abort_code.h"
+
+namespace linegate::routing {
+
+inline constexpr std::uint16_t kRoutingTable = 0x1F2C;
+inline constexpr std::size_t kMaxRoutes = 254;
+
+struct Route {
+  std::uint16_t first = 0;  // networks, 1..65535
+  std::uint16_t last = 0;
+  std::uint8_t interface = 0;  // 1..255; 0 = not used
+  std::uint8_t gateway = 0;    // node-ID on that interface; 0 = it is the network itself
+  std::uint16_t cost = 0;
+
+  bool used() const { return interface != 0; }
+  bool reaches(std::uint16_t network) const { return network >= first && network <= last; }
+  friend bool operator==(const Route&, const Route&) = default;
+};
+
+std::uint64_t encode(const Route& route);
+Route decode(std::uint64_t entry);
+
+// A line of this process, as the others know it.
+struct Interface {
+  std::uint8_t number = 0;    // 1..255
+  std::uint16_t network = 0;  // its network-ID
+  std::uint8_t node = 0;      // node-ID of the own node on it, 0 = it has none
+};
+
+// What is wrong with a route.
+enum class RouteFault : std::uint8_t {
+  none,
+  bad_range,          // network 0, or the last one is below the first
+  unknown_interface,  // no line of this process has the number
+  bad_gateway,        // not a node-ID
+  not_attached,       // no gateway named, but it is not the network of that interface
+  loop,  // the way leads back: the next gateway is the own node, or it is to reach no network but
+         // the one it is on
+  overlap,  // two routes of equal cost to one network
+};
+std::string_view describe(RouteFault fault);
+// What a write that would bring it about is refused with.
+AbortCode abort_of(RouteFault fault);
+
+// Of the route by itself. Routes that are not used are in order.
+RouteFault check(const Route& route, std::span<const Interface> interfaces);
+
+struct RouteFinding {
+  RouteFault fault = RouteFault::none;
+  std::size_t entry = 0;  // place in routes, from 0
+  std::size_t other = 0;  // overlap: the one before
+};
+// Of all of them, each and together.
+std::vector<RouteFinding> check(std::span<const Route> routes,
+                                std::span<const Interface> interfaces);
+
+class Table {
+ public:
+  Table() = default;
+  explicit Table(std::span<const Route> routes);
+
+  // The best route to the network that is not over the interface the request came from (0: any);
+  // after that `skip` ones failed, the next. nullptr if there is no more.
+  const Route* find(std::uint16_t network, std::uint8_t not_over, std::size_t skip = 0) const;
+
+ private:
+  std::vector<Route> routes_;  // used ones, the best first
+};
+
+}  // namespace linegate::routing
