@@ -15,6 +15,7 @@
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
 #include "bridges/dds/received_type.h"
+#include "bridges/dds/written_type.h"
 #include "stack/base/diagnostic.h"
 
 namespace linegate::dds {
@@ -49,7 +50,8 @@ class Endpoints {
   // EXCLUSIVE.
   template <class PubSubType>
   eprosima::fastdds::dds::DataWriter* writer(const std::string& topic, std::uint32_t strength = 0) {
-    return make_writer(topic, eprosima::fastdds::dds::TypeSupport(new PubSubType()), strength);
+    return make_writer(topic, eprosima::fastdds::dds::TypeSupport(new WrittenType<PubSubType>()),
+                       strength);
   }
   template <class PubSubType>
   eprosima::fastdds::dds::DataReader* reader(const std::string& topic) {

@@ -15,6 +15,8 @@
 
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
+#include "bridges/dds/payload_handover.h"
+
 namespace linegate::dds {
 
 // Samples of any type that could not be read.
@@ -55,6 +57,7 @@ class ReceivedType : public PubSubType {
 
   bool deserialize(eprosima::fastrtps::rtps::SerializedPayload_t* payload, void* data) override {
     const bool read = try_deserialize(payload, data);
+    payload_was_read(payload->data);
     if (!read)
       unreadable_->note(data);
     return read;

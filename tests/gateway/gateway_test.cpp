@@ -255,13 +255,20 @@ TEST_F(GatewayTest, WritesOutputsThroughToTheDevice) {
   EXPECT_TRUE(until([&] { return seen_.happened("closed", EventKind::output_refused); }));
 }
 
-TEST_F(GatewayTest, TellsOfOutputsForALineThatDoesNotExist) {
-  LogKeeper log;
+// The log is kept before any thread runs that may write it, until none does.
+class LoggedGatewayTest : public GatewayTest {
+ protected:
+  void TearDown() override { gateway_.reset(); }
+
+  LogKeeper log_;
+};
+
+TEST_F(LoggedGatewayTest, TellsOfOutputsForALineThatDoesNotExist) {
   line::OutputWrite write;
   write.group = 3;
   ASSERT_TRUE(client_->write_outputs(at("no\nbody"), write));
   EXPECT_TRUE(until([&] {
-    return std::ranges::count(log.lines(),
+    return std::ranges::count(log_.lines(),
                               "warning 1 outputs for a line that does not exist were received and "
                               "dropped, last 'no.body'") == 1;
   }));

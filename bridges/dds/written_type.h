@@ -1,0 +1,19 @@
+// A type as a writer has it.
+#pragma once
+
+#include <fastdds/dds/topic/TypeSupport.hpp>
+
+#include "bridges/dds/payload_handover.h"
+
+namespace linegate::dds {
+
+template <class PubSubType>
+class WrittenType : public PubSubType {
+ public:
+  bool serialize(void* sample, eprosima::fastrtps::rtps::SerializedPayload_t* payload) override {
+    payload_is_free(payload->data);
+    return PubSubType::serialize(sample, payload);
+  }
+};
+
+}  // namespace linegate::dds
