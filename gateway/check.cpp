@@ -1,5 +1,6 @@
 #include "gateway/check.h"
 
+#include <algorithm>
 #include <iostream>
 #include <iterator>
 #include <memory>
@@ -10,6 +11,7 @@
 #include "gateway/exit_code.h"
 #include "gateway/json_writer.h"
 #include "gateway/log.h"
+#include "gateway/routing_text.h"
 #include "stack/line/line.h"
 #include "stack/pdo/parameters.h"
 
@@ -48,6 +50,24 @@ std::string off_or(Duration duration) {
   return duration == Duration::zero() ? "off" : format_duration(duration);
 }
 
+InterfaceNames interface_names(const config::Plant& plant) {
+  InterfaceNames out;
+  for (const auto& line : plant.lines) {
+    out.emplace_back(line.config.routing.interface, line.config.name);
+  }
+  return out;
+}
+
+// They are the same of every line that routes.
+std::vector<routing::Route> routes_of(const config::Plant& plant) {
+  for (const auto& line : plant.lines) {
+    if (line.config.routing.interface != 0) {
+      return line.config.routing.routes;
+    }
+  }
+  return {};
+}
+
 class Text {
  public:
   std::string take() { return std::move(out_); }
@@ -60,6 +80,7 @@ class Text {
           e.processor ? std::to_string(*e.processor) : "any",
           e.lock_memory ? "locked" : "not locked");
     }
+    routes(plant);
     for (const auto& line : plant.lines) {
       this->line(line);
     }
@@ -74,6 +95,27 @@ class Text {
   template <class... T>
   void add(fmt::format_string<T...> format, T&&... arguments) {
     fmt::format_to(std::back_inserter(out_), format, std::forward<T>(arguments)...);
+  }
+
+  // They are the same of every line.
+  void routes(const config::Plant& plant) {
+    const InterfaceNames names = interface_names(plant);
+    for (const auto& route : routes_of(plant)) {
+      const std::string via = route_text(route, names);
+      add("network {}, cost {}\n",
+          via.substr(0, via.rfind(' ')).replace(via.find(' '), 1, " over line "), route.cost);
+    }
+  }
+
+  void entered(const routing::Config& routing) {
+    if (routing.interface == 0) {
+      return;
+    }
+    for (const auto& rule : routing.access) {
+      add("  entered from networks {}: {}\n", networks_text(rule.first, rule.last),
+          services_text(rule));
+    }
+    add("{}", routing.access.empty() ? "  entered from no other network\n" : "");
   }
 
   static std::string own_node(const line::LineConfig& c) {
@@ -100,6 +142,7 @@ class Text {
     add("  access: commands {}, outputs {}; published {}; PDO updates every {} at most\n",
         config::name(plan.commands), config::name(plan.outputs), publish_text(plan.publish),
         format_duration(plan.pdo_min_period));
+    entered(c.routing);
     add("  executor {}\n", plan.executor.empty() ? "of its own" : plan.executor);
     if (!plan.storage.empty()) {
       add("  stored parameters in {}\n", plan.storage);
@@ -238,6 +281,21 @@ class Json {
         .member("dds_domain", plant.dds_domain)
         .member("dds_profile", plant.dds_profile)
         .member("log", config::name(plant.log));
+    const InterfaceNames names = interface_names(plant);
+    out_.key("routes").begin_array();
+    for (const auto& route : routes_of(plant)) {
+      const auto line = std::find_if(names.begin(), names.end(), [&](const auto& name) {
+        return name.first == route.interface;
+      });
+      out_.begin_object()
+          .member("first", route.first)
+          .member("last", route.last)
+          .member("line", line == names.end() ? std::string() : line->second)
+          .member("node", route.gateway)
+          .member("cost", route.cost)
+          .end_object();
+    }
+    out_.end_array();
     out_.key("lines").begin_array();
     for (const auto& line : plant.lines) {
       this->line(line);
@@ -273,6 +331,15 @@ class Json {
         .member("pdo_min_period_ns", plan.pdo_min_period.count())
         .member("executor", plan.executor)
         .member("storage", plan.storage);
+    out_.key("enter").begin_array();
+    for (const auto& rule : c.routing.access) {
+      out_.begin_object()
+          .member("first", rule.first)
+          .member("last", rule.last)
+          .member("services", services_text(rule))
+          .end_object();
+    }
+    out_.end_array();
     out_.key("nodes").begin_array();
     for (const auto& node : c.nodes) {
       this->node(node);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "gateway/channels.h"
+#include "gateway/clock.h"
 #include "gateway/device_runner.h"
 #include "gateway/line_runner.h"
 
@@ -89,6 +90,7 @@ std::vector<Diagnostic> Gateway::take_in(std::vector<NewLine> lines, const confi
                                    [&](const NewLine& line) { return called_so(line.host); });
     if (made != lines.end()) {
       run_line(std::move(made->line), *made->host, diagnostics);
+      join_routes(*made->host, hosts_);
       hosts_.push_back(std::move(made->host));
     }
   }
@@ -116,6 +118,40 @@ void Gateway::link_lines(const config::Plant& plant, const std::vector<NewLine>&
   }
 }
 
+void Gateway::join_routes(LineHost& line, const std::vector<std::unique_ptr<LineHost>>& others) {
+  for (const auto& other : others) {
+    if (line.interface() != 0 && other->interface() != 0) {
+      add_route_link(line, *other);
+      add_route_link(*other, line);
+    }
+  }
+}
+
+void Gateway::add_route_link(LineHost& from, LineHost& to) {
+  RouteLink& link =
+      *route_links_.emplace_back(std::make_unique<RouteLink>(from.interface(), to.interface()));
+  link.taker = from.executor == to.executor ? nullptr : &to.executor->wakeup();
+  from.executor->visit([&] { from.runner->routes()->add_out(link); });
+  to.executor->visit([&] { to.runner->routes()->add_in(link); });
+}
+
+void Gateway::leave_routes(const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    const std::uint8_t gone = host(name).interface();
+    if (gone == 0) {
+      continue;
+    }
+    for (const auto& other : hosts_) {
+      const bool goes = std::find(names.begin(), names.end(), other->name()) != names.end();
+      if (!goes && other->interface() != 0) {
+        other->executor->visit([&] { other->runner->leave(gone, monotonic_now()); });
+      }
+    }
+    std::erase_if(route_links_,
+                  [&](const auto& link) { return link->from == gone || link->to == gone; });
+  }
+}
+
 void Gateway::run_line(std::unique_ptr<line::Line> line, LineHost& host,
                        std::vector<Diagnostic>& diagnostics) {
   host.storage = storage_for(host, diagnostics);
@@ -133,6 +169,9 @@ void Gateway::run_line(std::unique_ptr<line::Line> line, LineHost& host,
     }
   }
   runner->bind(std::move(sources), std::move(targets));
+  if (host.interface() != 0) {
+    runner->route(std::make_unique<RouteEnd>());
+  }
   host.runner = runner.get();
   host.executor->add(std::move(runner));
 }
@@ -317,6 +356,7 @@ void Gateway::stop_lines(const std::vector<std::string>& names) {
       devices.push_back(runner);
     }
   }
+  leave_routes(names);
   if (!devices.empty()) {
     devices_->send_away(devices);
   }

@@ -18,6 +18,7 @@
 #include "gateway/progress_watch.h"
 #include "gateway/publisher.h"
 #include "gateway/recorder.h"
+#include "gateway/route_links.h"
 #include "gateway/status_text.h"
 #include "stack/base/diagnostic.h"
 #include "stack/line/line.h"
@@ -73,6 +74,11 @@ class Gateway {
                 std::vector<Diagnostic>& diagnostics);
   // What is bound between new lines: lines that are bound to each other change together.
   void link_lines(const config::Plant& plant, const std::vector<NewLine>& lines);
+  // Links between a line that has just been put into its executor and the others that route.
+  void join_routes(LineHost& line, const std::vector<std::unique_ptr<LineHost>>& others);
+  void add_route_link(LineHost& from, LineHost& to);
+  // Those that stay learn that those lines have gone.
+  void leave_routes(const std::vector<std::string>& names);
   Executor& executor_for(const config::Plant& plant, const config::LinePlan& line);
   // Where the line's own node stores; nullptr if nowhere.
   KeptFile* storage_for(const LineHost& host, std::vector<Diagnostic>& diagnostics);
@@ -95,6 +101,7 @@ class Gateway {
   std::unique_ptr<dds::GatewayBridge> bridge_;
   std::vector<std::unique_ptr<LineHost>> hosts_;
   std::vector<std::unique_ptr<BoundLink>> links_;
+  std::vector<std::unique_ptr<RouteLink>> route_links_;
   std::unique_ptr<Publisher> publisher_;
   ParameterKeeper keeper_;
   Recorder recorder_;

@@ -21,6 +21,12 @@ constexpr std::array kCounters{&Counters::frames_received, &Counters::frames_sen
                                &Counters::events,          &Counters::events_lost};
 static_assert(sizeof(Counters) == kCounters.size() * sizeof(std::uint64_t));
 
+// Those that never go back.
+constexpr std::array kRouted{&routing::Counters::opened,    &routing::Counters::finished,
+                             &routing::Counters::aborted,   &routing::Counters::timed_out,
+                             &routing::Counters::refused,   &routing::Counters::not_permitted,
+                             &routing::Counters::forwarded, &routing::Counters::unexpected};
+
 // Little-endian, as in the data of EventKind::events_lost.
 std::uint64_t read_number(const Event& event, std::size_t offset) {
   std::uint64_t value = 0;
@@ -52,11 +58,16 @@ void LineHistory::correct(line::LineState& state) {
     state.counters.*counter += before_.*counter;
   }
   now_ = state.counters;
+  for (const auto counter : kRouted) {
+    state.routing.*counter += routed_before_.*counter;
+  }
+  routed_now_ = state.routing;
 }
 
 void LineHistory::restart() {
   first_event_ = last_event_;
   before_ = now_;
+  routed_before_ = routed_now_;
 }
 
 }  // namespace linegate::gateway

@@ -21,6 +21,8 @@ class LineHistory {
   std::uint64_t last_event_ = 0;
   line::Counters before_;  // of all lives before this one
   line::Counters now_;     // with those of this one
+  routing::Counters routed_before_;
+  routing::Counters routed_now_;
 };
 
 }  // namespace linegate::gateway

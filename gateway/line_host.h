@@ -13,6 +13,8 @@
 
 namespace linegate::gateway {
 
+class LineRunner;
+
 struct LineHost {
   LineHost(config::LinePlan line_plan, image::Layout input_layout, image::Layout output_layout)
       : plan(std::move(line_plan)), layouts{std::move(input_layout), std::move(output_layout)} {}
@@ -23,12 +25,14 @@ struct LineHost {
   exchange::Handover<line::LineState> shown;  // publisher to main thread: as it was published
   Executor* executor = nullptr;               // set before the line runs
   // Of the gateway, to stop the line: its runner, that of its simulated devices, its files.
-  Runner* runner = nullptr;
+  LineRunner* runner = nullptr;
   Runner* devices = nullptr;
   KeptFile* storage = nullptr;
   Recording* recording = nullptr;
   std::optional<line::LineState> last_shown;  // of `shown`, by the thread that fetches
 
+  // Among the lines that route; 0 if it does not.
+  std::uint8_t interface() const { return plan.config.routing.interface; }
   const std::string& name() const { return plan.config.name; }
   const image::Layout& layout(image::Direction direction) const {
     return layouts[static_cast<std::size_t>(direction)];

@@ -26,6 +26,7 @@ struct QueueDepths {
   std::uint32_t transmit = 0;         // frames taken out of the line, not taken by the interface
   std::uint64_t transmit_stalls = 0;  // times the interface did not take all: back-pressure
   std::uint32_t events = 0;           // for the publisher
+  std::uint64_t route_stalls = 0;     // times that a link to another line was full
 
   // An earlier one that nobody has seen: its peak counts too.
   void merge(const QueueDepths& earlier) {

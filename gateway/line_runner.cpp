@@ -10,6 +10,8 @@ namespace {
 constexpr Duration kStatusPeriod = std::chrono::milliseconds(100);
 // The last frames of a line that stops, and its last events, get this long.
 constexpr Duration kStopTime = std::chrono::milliseconds(500);
+// Until a full link to another line is tried again.
+constexpr Duration kLinkFull = std::chrono::milliseconds(1);
 constexpr Duration kLong = std::chrono::hours(24 * 365);
 
 // EventKind::queue_full: code.
@@ -80,18 +82,24 @@ void LineRunner::service(Instant now) {
   receive_peak_ = std::max(receive_peak_, static_cast<std::uint32_t>(pump_.drained()));
   take_storage_result();
   take_requests(known);  // after what was on the bus before: time does not go back for the line
+  take_messages(known);
   if (started_) {
     line_->advance(known);
     for (BoundTarget& target : bound_targets_) {
       target.take(*line_, known);
     }
+    give_messages(known);  // before frames are sent: others wait for it
     pump_.transmit(now, [&](can::Frame& frame) { return line_->next_frame(frame, now); });
   }
+  give_messages(now);
   for (BoundSource& source : bound_sources_) {
     source.look(*line_);
   }
   hand_over(now);
   next_wake_ = pump_.more() ? now : compute_next_wake();
+  if (routes_ != nullptr && routes_->held()) {
+    next_wake_ = earlier(next_wake_, now + kLinkFull);
+  }
   if (handed_over_) {
     consumer_.signal();
   }
@@ -136,6 +144,25 @@ void LineRunner::take_requests(Instant now) {
       (void)line_->write_outputs(write_, now);  // the line tells of a refusal itself
     }
   }
+}
+
+void LineRunner::take_messages(Instant now) {
+  if (routes_ != nullptr) {
+    routes_->take([&](const routing::Message& message) { line_->deliver(message, now); });
+  }
+}
+
+void LineRunner::give_messages(Instant now) {
+  if (routes_ != nullptr) {
+    routes_->give([&](routing::Message& message) { return line_->take_message(message); },
+                  [&](const routing::Message& message) { line_->deliver(message, now); });
+  }
+}
+
+void LineRunner::leave(std::uint8_t interface, Instant now) {
+  take_messages(now);
+  routes_->remove(interface);
+  give_messages(now);
 }
 
 void LineRunner::reply(std::uint64_t tag, line::Refusal refusal) {
@@ -200,7 +227,8 @@ void LineRunner::hand_over_status(Instant now) {
   auto draft = port_.status.draft();
   QueueDepths queues{std::exchange(receive_peak_, 0), static_cast<std::uint32_t>(pump_.held()),
                      pump_.channel().counters().stalled,
-                     static_cast<std::uint32_t>(port_.events.capacity() - port_.events.room())};
+                     static_cast<std::uint32_t>(port_.events.capacity() - port_.events.room()),
+                     routes_ != nullptr ? routes_->stalls() : 0};
   if (draft.unread) {
     queues.merge(draft.value.queues);
   }
@@ -295,7 +323,8 @@ bool LineRunner::stopped(Instant now) const {
   if (!stopping_ || now >= stop_deadline_) {
     return stopping_;
   }
-  return !reply_held_ && pump_.held() == 0 && (!started_ || !line_->wants_to_send(now));
+  return !reply_held_ && pump_.held() == 0 && (routes_ == nullptr || !routes_->held()) &&
+         (!started_ || !line_->wants_to_send(now));
 }
 
 }  // namespace linegate::gateway

@@ -12,6 +12,7 @@
 #include "gateway/frame_pump.h"
 #include "gateway/line_port.h"
 #include "gateway/parameter_keeper.h"
+#include "gateway/route_links.h"
 #include "gateway/runner.h"
 #include "stack/line/line.h"
 
@@ -49,10 +50,18 @@ class LineRunner final : public Runner {
   // Before it runs. Inputs of the line that others follow, and outputs that follow others.
   void bind(std::vector<BoundSource> sources, std::vector<BoundTarget> targets);
 
+  // Before it runs, if the line routes: its links to other lines.
+  void route(std::unique_ptr<RouteEnd> routes) { routes_ = std::move(routes); }
+  RouteEnd* routes() { return routes_.get(); }
+  // On its thread: the line with that interface is gone, what it said last is taken first.
+  void leave(std::uint8_t interface, Instant now);
+
   int descriptor() const override { return pump_.channel().descriptor(); }
   bool wants_writable() const override { return pump_.channel().wants_writable(); }
   void service(Instant now) override;
-  Instant next_wake() const override { return next_wake_; }
+  Instant next_wake() const override {
+    return routes_ != nullptr && routes_->arrived() ? Instant{} : next_wake_;
+  }
   void stop(Instant now) override;
   bool stopped(Instant now) const override;
 
@@ -62,6 +71,8 @@ class LineRunner final : public Runner {
   void bus_event(const can::BusEvent& event, Instant now);
   void take_storage_result();
   void take_requests(Instant now);
+  void take_messages(Instant now);
+  void give_messages(Instant now);
   void hand_over(Instant now);
   void hand_over_events();
   void hand_over_replies();
@@ -82,6 +93,8 @@ class LineRunner final : public Runner {
 
   std::vector<BoundSource> bound_sources_;
   std::vector<BoundTarget> bound_targets_;
+
+  std::unique_ptr<RouteEnd> routes_;  // nullptr if the line does not route
 
   bool started_ = false;
   bool stopping_ = false;

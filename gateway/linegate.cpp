@@ -169,6 +169,10 @@ class Program {
     CLI::App* lines = app_.add_subcommand("lines", "the lines of all gateways and their state");
     on(lines, [this] { return with_client(options_, {}, console::lines); });
 
+    CLI::App* routes =
+        app_.add_subcommand("routes", "how other networks are reached, and what is routed");
+    on(routes, [this] { return with_client(options_, {}, console::routes); });
+
     CLI::App* nodes = app_.add_subcommand("nodes", "the nodes of a line, or of all");
     nodes->add_option("line", texts_.line);
     on(nodes, [this] {

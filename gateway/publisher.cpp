@@ -13,6 +13,7 @@
 #include "gateway/channels.h"
 #include "gateway/controller_text.h"
 #include "gateway/event_text.h"
+#include "gateway/routing_text.h"
 
 namespace linegate::gateway {
 namespace {
@@ -90,6 +91,13 @@ void Publisher::set_lines(std::span<const std::unique_ptr<LineHost>> lines) {
     LineHistory& history = histories_[host->name()];
     history.restart();
     lines_.push_back(std::make_unique<Line>(*host, history));
+  }
+  InterfaceNames names;
+  for (const auto& host : lines) {
+    names.emplace_back(host->interface(), host->name());
+  }
+  for (const auto& line : lines_) {
+    line->routes = route_properties(line->host->plan.config.routing.routes, names);
   }
 }
 
@@ -193,9 +201,13 @@ void Publisher::publish_states(Line& line, Instant now) {
     look_at_controller(line, status->controller);
     if (!line.state_known || !same_state(line.last_state, status->state) ||
         now - line.state_published >= kStatePeriod || stop_.raised()) {
-      set_properties(config::name(line.host->plan.outputs), std::exchange(line.queues, {}),
-                     line.properties);
+      const QueueDepths queues = std::exchange(line.queues, {});
+      set_properties(config::name(line.host->plan.outputs), queues, line.properties);
       add_properties(line.controller, line.properties);
+      if (line.host->interface() != 0) {
+        add_properties(status->state.routing, queues.route_stalls, line.properties);
+        line.properties.insert(line.properties.end(), line.routes.begin(), line.routes.end());
+      }
       bridge_.publish(line.info, status->state, status->time, line.properties);
       line.host->shown.draft().value = status->state;
       line.host->shown.publish();

@@ -62,7 +62,8 @@ class Publisher {
     bool layouts_known = false;
     dds::LineInfo info;
     std::vector<dds::Property> properties;
-    QueueDepths queues;  // since they were published last
+    std::vector<dds::Property> routes;  // if it routes
+    QueueDepths queues;                 // since they were published last
     can_bridge::ControllerSetup controller;
     EventLogger logger;
     std::array<Node, 128> nodes;

@@ -8,6 +8,7 @@
 
 #include "bridges/console/json_text.h"
 #include "bridges/console/lookup.h"
+#include "bridges/console/routes.h"
 #include "bridges/console/tables.h"
 #include "bridges/console/value_text.h"
 #include "stack/base/byte_order.h"
@@ -65,6 +66,36 @@ struct SdoTarget {
   line::Command command;
 };
 
+// A network-ID that is no line's: the number.
+std::optional<std::uint16_t> remote_network(const Model& model, const std::string& line) {
+  const auto number = parse_number(line, 0xFFFF, false);
+  const bool remote = number && *number != 0 && model.find(line).empty();
+  return remote ? std::optional(static_cast<std::uint16_t>(*number)) : std::nullopt;
+}
+
+// The line that has the node; or the one over which its network is reached, by routes that gateways
+// tell of. nullptr: there is neither, which has been said.
+const Line* find_target(Context& context, Model& model, SdoTarget& target) {
+  const std::string& line = target.node.line;
+  const auto way = [&]() -> const Line* {
+    const auto network = remote_network(model, line);
+    return network ? find_way(model, *network) : nullptr;
+  };
+  const auto known = [&] {
+    return way() != nullptr ||
+           std::ranges::any_of(model.find(line), [](const Line* l) { return l->view.has_value(); });
+  };
+  if (!target.node.own && wait_until(context, model, known)) {
+    if (const Line* found = way()) {
+      using enum line::CommandKind;
+      target.command.kind = target.command.kind == sdo_write ? network_write : network_read;
+      target.command.network = *remote_network(model, line);
+      return found;
+    }
+  }
+  return find_line(context, model, line);
+}
+
 std::optional<SdoTarget> sdo_target(Context& context, const std::string& node,
                                     const std::string& index, const std::string& sub, bool write) {
   const auto ref = parse_node(node);
@@ -116,6 +147,26 @@ int nodes(Context& context, const std::string& line) {
   } else {
     print(context.out, text_of(nodes_of(model, {.line = line})));
   }
+  return kDone;
+}
+
+int routes(Context& context) {
+  Model model;
+  if (find_lines(context, model, "").empty()) {
+    return kFailed;
+  }
+  if (context.json) {
+    context.out << routes_json(model) << '\n';
+    return kDone;
+  }
+  const Table table = routes_table(model);
+  if (table.rows.empty()) {
+    context.out << "nothing is routed\n";
+    return kDone;
+  }
+  print(context.out, text_of(table));
+  context.out << '\n';
+  print(context.out, text_of(routing_table(model)));
   return kDone;
 }
 
@@ -201,7 +252,7 @@ int write(Context& context, const std::string& line, const std::string& entry,
 
 int sdo_read(Context& context, const std::string& node, const std::string& index,
              const std::string& sub, const std::string& type) {
-  const auto target = sdo_target(context, node, index, sub, false);
+  auto target = sdo_target(context, node, index, sub, false);
   const auto data_type = type_from_name(type);
   if (!type.empty() && !data_type) {
     return usage(context, "unknown data type '" + type + "'");
@@ -210,7 +261,7 @@ int sdo_read(Context& context, const std::string& node, const std::string& index
     return kUsage;
   }
   Model model;
-  const Line* line = find_line(context, model, target->node.line);
+  const Line* line = find_target(context, model, *target);
   if (line == nullptr) {
     return kFailed;
   }
@@ -235,7 +286,7 @@ int sdo_write(Context& context, const std::string& node, const std::string& inde
   }
   target->command.data = *std::move(data);
   Model model;
-  const Line* line = find_line(context, model, target->node.line);
+  const Line* line = find_target(context, model, *target);
   if (line == nullptr) {
     return kFailed;
   }

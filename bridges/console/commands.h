@@ -35,6 +35,8 @@ struct NodeRef {
 
 int lines(Context& context);
 int nodes(Context& context, const std::string& line);
+// How networks are reached, and what is routed.
+int routes(Context& context);
 int image(Context& context, const std::string& line, image::Direction direction);
 // Events as they come, after those kept by the gateway; count = 0: until stopped() says so.
 int events(Context& context, const std::string& line, std::uint64_t count,

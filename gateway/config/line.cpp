@@ -247,6 +247,9 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   read_own_node(section, plan.config);
   tell_what_an_observer_ignores(section, plan.config);
   read_access(section, plan);
+  const YAML::Node enter = section.find("enter");
+  out.enter_place = place_of(enter);
+  out.enter = read_enter(findings, enter);
   read_publish(section, plan.publish);
   const YAML::Node update = section.find("pdo_update");
   if (update.IsDefined()) {

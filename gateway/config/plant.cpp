@@ -129,7 +129,8 @@ void check_collisions(Findings& findings, const LineSection& line,
   }
 }
 
-void read_lines(Findings& findings, const YAML::Node& node, Plant& plant) {
+void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection& routing,
+                Plant& plant) {
   std::vector<LineSection> sections;
   for (const YAML::Node& element : elements(findings, node, "lines")) {
     const std::size_t before = findings.errors();
@@ -150,6 +151,7 @@ void read_lines(Findings& findings, const YAML::Node& node, Plant& plant) {
   if (node.IsSequence() && sections.empty()) {
     findings.error(place_of(node), "there is no line in lines");
   }
+  resolve_routing(findings, routing, sections);
   if (!findings.failed()) {
     resolve_bindings(findings, sections, plant.bindings);
   }
@@ -164,7 +166,9 @@ void read_document(Findings& findings, const YAML::Node& root, Plant& plant) {
   read_gateway(findings, section.find("gateway"), plant);
   read_dds(findings, section.find("dds"), plant);
   read_executors(findings, section.find("executors"), plant);
-  read_lines(findings, section.require("lines"), plant);
+  const RoutingSection routing =
+      read_routing(findings, section.find("routing"), section.find("routes"));
+  read_lines(findings, section.require("lines"), routing, plant);
   section.done();
 }
 

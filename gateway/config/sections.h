@@ -44,16 +44,47 @@ struct BindingSection {
   bool zero_when_lost = false;
 };
 
+// Networks as they are written: "3", "10..19"; in `enter:` also the name of a line, or "all".
+struct WrittenNetworks {
+  std::string text;
+  Place place;
+};
+// One element of a line's `enter:`.
+struct EnterSection {
+  std::vector<WrittenNetworks> from;
+  bool sdo = false;
+  bool write = false;  // sdo: not only reading
+  bool emcy = false;
+  bool pdo = false;
+};
+// One element of `routes:`.
+struct RouteSection {
+  WrittenNetworks to;
+  std::string line;
+  std::uint8_t gateway = 0;  // node-ID; 0 = the network is the line's own
+  std::uint16_t cost = 0;
+  Place place;
+  Place via_place;
+};
+// `routing:` and `routes:`.
+struct RoutingSection {
+  routing::Config common;  // of all lines
+  std::vector<RouteSection> routes;
+  std::string source;  // what common was read from
+};
+
 // One element of `lines:`. places of what other lines may collide with.
 struct LineSection {
   LinePlan plan;
   OutputsSection outputs;
   std::vector<BindingSection> bindings;
+  std::vector<EnterSection> enter;
   Place place;
   Place interface_place;
   Place network_place;
   Place executor_place;
   Place record_place;
+  Place enter_place;
 };
 
 LineSection read_line(Findings& findings, const YAML::Node& node);
@@ -74,6 +105,13 @@ void read_bindings(Findings& findings, const YAML::Node& node, std::uint8_t devi
 // other have one source, so that a reload changes them together.
 void resolve_bindings(Findings& findings, std::vector<LineSection>& lines,
                       std::vector<Binding>& bindings);
+std::vector<EnterSection> read_enter(Findings& findings, const YAML::Node& node);
+RoutingSection read_routing(Findings& findings, const YAML::Node& routing,
+                            const YAML::Node& routes);
+// Once all lines are known: LineConfig::routing of those that take part, which are all managers'
+// lines if there is a route or a line may be entered.
+void resolve_routing(Findings& findings, const RoutingSection& routing,
+                     std::vector<LineSection>& lines);
 // The nodes of a network of a nodelist.cpj (CiA 306-3), from `node_list:`; none if it is not
 // defined.
 std::vector<line::NodeConfig> read_node_list(Findings& findings, const YAML::Node& node);

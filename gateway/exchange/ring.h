@@ -57,6 +57,14 @@ class Ring {
 
   // --- consumer -------------------------------------------------------------------------------
 
+  // pop() would give nothing.
+  bool empty() {
+    if (head_.load(std::memory_order_relaxed) == tail_cache_) {
+      tail_cache_ = tail_.load(std::memory_order_acquire);
+    }
+    return head_.load(std::memory_order_relaxed) == tail_cache_;
+  }
+
   // False when empty: out is untouched.
   bool pop(T& out) {
     const std::size_t head = head_.load(std::memory_order_relaxed);

@@ -61,6 +61,26 @@ TEST(Check, SaysWhichDevicesALineIsAndWhatFollowsWhat) {
   EXPECT_EQ(json["bindings"].size(), 6U);
 }
 
+TEST(Check, SaysHowNetworksAreReachedAndWhoMayEnter) {
+  const auto loaded = config::read(R"(schema: 1
+routes: [{to: 10..19, via: hall:5}]
+lines:
+  - {name: press, interface: virtual:press, enter: [{from: hall, access: all}]}
+  - {name: hall, interface: virtual:hall}
+)",
+                                   "x.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(text, "network 1 over line press, cost 0\n")) << text;
+  EXPECT_TRUE(contains(text, "network 10..19 over line hall:5, cost 10\n"));
+  EXPECT_TRUE(contains(text, "entered from networks 2: SDO\n"));
+  EXPECT_TRUE(contains(text, "entered from no other network"));
+  const YAML::Node json = YAML::Load(to_json(loaded));
+  EXPECT_EQ(json["routes"][2]["line"].as<std::string>(), "hall");
+  EXPECT_EQ(json["routes"][2]["node"].as<int>(), 5);
+  EXPECT_EQ(json["lines"][0]["enter"][0]["services"].as<std::string>(), "SDO");
+}
+
 TEST(Check, PutsFindingsIntoTheJson) {
   const auto loaded = config::read("schema: 1\nlines: 3\n", "x.yaml");
   const YAML::Node json = YAML::Load(to_json(loaded));

@@ -67,6 +67,8 @@ TEST(LineHistory, NumbersAndCountersGoOnAfterARestart) {
   line::LineState state;
   state.counters.frames_received = 10;
   state.counters.events_lost = 1;
+  state.routing.opened = 3;
+  state.routing.open = 1;
   history.correct(state);
   EXPECT_EQ(state.counters.frames_received, 10U);
 
@@ -87,9 +89,12 @@ TEST(LineHistory, NumbersAndCountersGoOnAfterARestart) {
   for (const std::uint64_t frames : {2U, 5U}) {
     line::LineState again;
     again.counters.frames_received = frames;
+    again.routing.opened = 1;
     history.correct(again);
     EXPECT_EQ(again.counters.frames_received, 10U + frames);
     EXPECT_EQ(again.counters.events_lost, 1U);
+    EXPECT_EQ(again.routing.opened, 4U);
+    EXPECT_EQ(again.routing.open, 0U) << "what was open has ended with its line";
   }
 
   history.restart();

@@ -24,6 +24,10 @@ class FakeGateway : public Client {
       LineView view{.interface_uri = "virtual:press", .access = "all"};
       view.state.network_id = 3;
       view.state.node_id = 127;
+      view.properties = {{"routes-1", "3 press 0, 10..19 press:6 10"},
+                         {"routes-2", "12 hall:7 1, 12 press:8 5, nonsense"},
+                         {"routing-open", "1"},
+                         {"routing-timed-out", "4"}};
       listener.on_line(kPress, view);
       image::Layout layout{.direction = image::Direction::outputs, .id = 77, .byte_size = 2};
       layout.entries.push_back({.bit_length = 16,
@@ -90,6 +94,32 @@ TEST_F(Commands, SdoWriteEncodesTheValue) {
   EXPECT_EQ(sdo_write(context_, "press:5", "6040", "0", "word", "3"), kUsage);
   EXPECT_EQ(sdo_write(context_, "press:200", "6040", "0", "u8", "3"), kUsage);
   EXPECT_EQ(sdo_write(context_, "press:5", "16040", "0", "u8", "3"), kUsage);
+}
+
+TEST_F(Commands, AnotherNetworkIsReachedOverTheCheapestLineThatIsKnown) {
+  EXPECT_EQ(sdo_read(context_, "12:5", "1018", "1", ""), kDone) << err_.str();
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::network_read);
+  EXPECT_EQ(gateway_.last.network, 12);
+  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(sdo_write(context_, "19:6", "6040", "0", "u8", "1"), kDone);
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::network_write);
+  EXPECT_EQ(gateway_.last.network, 19);
+  EXPECT_EQ(sdo_read(context_, "20:5", "1018", "1", ""), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("no line '20'"));
+}
+
+TEST_F(Commands, RoutesAsTextAndAsJson) {
+  EXPECT_EQ(routes(context_), kDone);
+  EXPECT_THAT(out_.str(), HasSubstr("NETWORKS"));
+  EXPECT_THAT(out_.str(), HasSubstr("10..19"));
+  EXPECT_THAT(out_.str(), HasSubstr("TIMED OUT"));
+  EXPECT_THAT(out_.str(), Not(HasSubstr("nonsense")));
+  out_.str("");
+  context_.json = true;
+  EXPECT_EQ(routes(context_), kDone);
+  EXPECT_THAT(out_.str(), HasSubstr(R"({"gateway":"plant","first":10,"last":19,"line":"press",)"
+                                    R"("node":6,"cost":10})"));
+  EXPECT_THAT(out_.str(), HasSubstr(R"("network_id":3,"open":1,"timed_out":4})"));
 }
 
 TEST_F(Commands, TheOwnNodeIsReadLocally) {

@@ -116,10 +116,13 @@ TEST(Schema, HasNoKeyTheLoaderDoesNotKnow) {
   const std::string pdo = keys_of(member(definitions, "pdo"));
   const std::string group = keys_of(member(definitions, "group"));
   const std::string executor = keys_of(member(definitions, "executor"));
+  const std::string routing = keys_of(member(definitions, "routing"));
+  const std::string route = keys_of(member(definitions, "route"));
+  const std::string enter = keys_of(member(definitions, "enter"));
   const std::string text =
-      "schema: 1\nexecutors: [" + executor + "]\nlines:\n  - " + line +
-      "\n  - name: b\n    interface: 'simulated:'\n    outputs: {groups: [" + group +
-      "]}\n    nodes:\n      - " + node +
+      "schema: 1\nexecutors: [" + executor + "]\nrouting: " + routing + "\nroutes: [" + route +
+      "]\nlines:\n  - " + line + "\n  - name: b\n    interface: 'simulated:'\n    enter: [" +
+      enter + "]\n    outputs: {groups: [" + group + "]}\n    nodes:\n      - " + node +
       "\n      - {id: 5, eds: bridges/sim/eds/drive.eds, pdos: {tpdo1: " + pdo + "}}\n" +
       "  - name: c\n    interface: 'simulated:'\n    role: device\n    devices:\n      - " +
       device + "\n      - {id: 5, bind: {\"6000:1\": " + binding + "}}\n";

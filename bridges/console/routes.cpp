@@ -1,0 +1,196 @@
+#include "bridges/console/routes.h"
+
+#include <algorithm>
+#include <array>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "bridges/console/lookup.h"
+#include "bridges/console/tables.h"
+
+namespace linegate::console {
+namespace {
+
+constexpr std::string_view kRoutes = "routes-";
+constexpr std::string_view kRouting = "routing-";
+constexpr std::array<std::string_view, 9> kCounts{
+    "open",    "opened",        "finished", "aborted",   "timed-out",
+    "refused", "not-permitted", "channels", "forwarded",
+};
+
+std::string value_of(const LineView& view, std::string_view name) {
+  const auto found = std::ranges::find_if(
+      view.properties, [&](const auto& property) { return property.first == name; });
+  return found == view.properties.end() ? std::string() : found->second;
+}
+
+std::optional<std::uint16_t> network(const std::string& text) {
+  const auto number = parse_number(text, 0xFFFF, false);
+  return number ? std::optional(static_cast<std::uint16_t>(*number)) : std::nullopt;
+}
+
+// "10..19 hall:5 10".
+std::optional<KnownRoute> parse_route(const std::string& text) {
+  std::istringstream in(text);
+  std::string networks;
+  std::string via;
+  std::string cost;
+  in >> networks >> via >> cost;
+  const std::size_t dots = networks.find("..");
+  const auto first = network(networks.substr(0, dots));
+  const auto last = dots == std::string::npos ? first : network(networks.substr(dots + 2));
+  const std::size_t colon = via.find(':');
+  const auto next = colon == std::string::npos ? std::optional<std::uint64_t>(0)
+                                               : parse_number(via.substr(colon + 1), 127, false);
+  const auto price = network(cost);
+  if (!first || !last || !next || !price || via.empty()) {
+    return std::nullopt;
+  }
+  return KnownRoute{{},    *first, *last, via.substr(0, colon), static_cast<std::uint8_t>(*next),
+                    *price};
+}
+
+std::string networks_text(const KnownRoute& route) {
+  const std::string first = std::to_string(route.first);
+  return route.first == route.last ? first : first + ".." + std::to_string(route.last);
+}
+
+Cell count_cell(const LineView& view, std::string_view name) {
+  const std::string text = value_of(view, std::string(kRouting) + std::string(name));
+  const auto number = parse_number(text, ~std::uint64_t{0}, false);
+  return {number ? text : "-", number ? std::optional(static_cast<double>(*number)) : std::nullopt};
+}
+
+bool routes(const Line& line) {
+  return line.view && !value_of(*line.view, "routing-open").empty();
+}
+
+}  // namespace
+
+std::vector<KnownRoute> routes_of(const LineId& id, const LineView& view) {
+  std::vector<KnownRoute> out;
+  for (const auto& [name, value] : view.properties) {
+    if (!name.starts_with(kRoutes)) {
+      continue;
+    }
+    std::istringstream in(value);
+    for (std::string one; std::getline(in, one, ',');) {
+      if (auto route = parse_route(one)) {
+        route->gateway = id.gateway;
+        out.push_back(*std::move(route));
+      }
+    }
+  }
+  return out;
+}
+
+std::vector<KnownRoute> routes_of(const Model& model) {
+  std::vector<KnownRoute> out;
+  std::string gateway;
+  for (const auto& [id, line] : model.lines()) {
+    if (line.gone || !line.view || (!out.empty() && id.gateway == gateway)) {
+      continue;
+    }
+    auto more = routes_of(id, *line.view);
+    if (!more.empty()) {
+      gateway = id.gateway;
+      out.insert(out.end(), more.begin(), more.end());
+    }
+  }
+  return out;
+}
+
+const Line* find_way(const Model& model, std::uint16_t wanted) {
+  const Line* best = nullptr;
+  std::uint32_t cost = ~std::uint32_t{0};
+  for (const KnownRoute& route : routes_of(model)) {
+    const auto line = model.lines().find({route.gateway, route.line});
+    if (wanted >= route.first && wanted <= route.last && route.cost < cost &&
+        line != model.lines().end() && line->second.view) {
+      best = &line->second;
+      cost = route.cost;
+    }
+  }
+  return best;
+}
+
+Table routes_table(const Model& model) {
+  Table out{{{"NETWORKS"}, {"LINE"}, {"NEXT", true}, {"COST", true}, {"GATEWAY"}}, {}, {}};
+  for (const KnownRoute& route : routes_of(model)) {
+    const LineId id{route.gateway, route.line};
+    out.rows.push_back({{id},
+                        {{networks_text(route), route.first},
+                         {printable(route.line), {}},
+                         {route.next == 0 ? "-" : std::to_string(route.next), route.next},
+                         {std::to_string(route.cost), route.cost},
+                         {printable(route.gateway), {}}}});
+  }
+  return out;
+}
+
+Table routing_table(const Model& model) {
+  Table out{{{"LINE"},
+             {"NETWORK", true},
+             {"OPEN", true},
+             {"OPENED", true},
+             {"FINISHED", true},
+             {"ABORTED", true},
+             {"TIMED OUT", true},
+             {"REFUSED", true},
+             {"NOT PERMITTED", true},
+             {"CHANNELS", true},
+             {"FORWARDED", true},
+             {"GATEWAY"}},
+            {},
+            {}};
+  for (const auto& [id, line] : model.lines()) {
+    if (!routes(line)) {
+      continue;
+    }
+    const std::uint16_t own = line.view->state.network_id;
+    Row row{{id}, {{printable(id.line), {}}, {std::to_string(own), own}}, style_of(model, line)};
+    for (const std::string_view name : kCounts) {
+      row.cells.push_back(count_cell(*line.view, name));
+    }
+    row.cells.push_back({printable(id.gateway), {}});
+    out.rows.push_back(std::move(row));
+  }
+  return out;
+}
+
+std::string routes_json(const Model& model) {
+  using Json = nlohmann::ordered_json;
+  Json routes_list = Json::array();
+  for (const KnownRoute& route : routes_of(model)) {
+    routes_list.push_back({{"gateway", route.gateway},
+                           {"first", route.first},
+                           {"last", route.last},
+                           {"line", route.line},
+                           {"node", route.next},
+                           {"cost", route.cost}});
+  }
+  Json lines_list = Json::array();
+  for (const auto& [id, line] : model.lines()) {
+    if (!routes(line)) {
+      continue;
+    }
+    Json one{
+        {"gateway", id.gateway}, {"line", id.line}, {"network_id", line.view->state.network_id}};
+    for (const auto& [name, value] : line.view->properties) {
+      const auto number = parse_number(value, ~std::uint64_t{0}, false);
+      if (name.starts_with(kRouting) && number) {
+        std::string key = name.substr(kRouting.size());
+        std::ranges::replace(key, '-', '_');
+        one[key] = *number;
+      }
+    }
+    lines_list.push_back(std::move(one));
+  }
+  return Json{{"routes", routes_list}, {"lines", lines_list}}.dump(-1, ' ', false,
+                                                                   Json::error_handler_t::replace);
+}
+
+}  // namespace linegate::console

@@ -1,0 +1,385 @@
+// `routing:`, `routes:` and a line's `enter:`: how other networks are reached, and who may come in.
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "gateway/config/sections.h"
+#include "gateway/config/source.h"
+
+namespace linegate::config {
+namespace {
+
+constexpr std::uint16_t kHighestNetwork = 0xFFFF;
+constexpr std::uint16_t kUsualCost = 10;
+constexpr std::size_t kMostInterfaces = 255;
+constexpr Duration kLongestWait = std::chrono::minutes(10);
+
+using Range = std::pair<std::uint16_t, std::uint16_t>;
+
+// "3", "10..19".
+std::optional<Range> parse_networks(const std::string& text) {
+  const std::size_t dots = text.find("..");
+  const auto first = parse_unsigned(text.substr(0, dots));
+  const auto last = dots == std::string::npos ? first : parse_unsigned(text.substr(dots + 2));
+  if (!first || !last || *first == 0 || *last < *first || *last > kHighestNetwork) {
+    return std::nullopt;
+  }
+  return Range{static_cast<std::uint16_t>(*first), static_cast<std::uint16_t>(*last)};
+}
+
+// A list of scalars, or one.
+std::vector<YAML::Node> one_or_more(Findings& findings, const YAML::Node& node,
+                                    std::string_view what) {
+  if (node.IsDefined() && node.IsScalar()) {
+    return {node};
+  }
+  return elements(findings, node, what);
+}
+
+void read_services(Section& rule, EnterSection& out) {
+  const YAML::Node node = rule.find("services");
+  if (!node.IsDefined()) {
+    out.sdo = true;
+    return;
+  }
+  enum class Service : std::uint8_t { none, sdo, emcy, pdo };
+  for (const YAML::Node& element : one_or_more(rule.findings(), node, "services")) {
+    Service service = Service::none;
+    rule.choose<Service>(element, service,
+                         {{"sdo", Service::sdo}, {"emcy", Service::emcy}, {"pdo", Service::pdo}});
+    out.sdo = out.sdo || service == Service::sdo;
+    out.emcy = out.emcy || service == Service::emcy;
+    out.pdo = out.pdo || service == Service::pdo;
+  }
+}
+
+void read_from(Findings& findings, const YAML::Node& node, EnterSection& out) {
+  for (const YAML::Node& element : one_or_more(findings, node, "from")) {
+    if (!element.IsScalar() || element.Scalar().empty()) {
+      findings.error(place_of(element),
+                     "expected a network-ID, a range such as 10..19, the name of a line, or all");
+      continue;
+    }
+    out.from.push_back({element.Scalar(), place_of(element)});
+  }
+}
+
+EnterSection read_rule(Findings& findings, const YAML::Node& node) {
+  EnterSection out;
+  if (!node.IsMap()) {
+    out.sdo = true;
+    read_from(findings, node, out);
+    return out;
+  }
+  Section rule(findings, node, "a rule of enter");
+  read_from(findings, rule.require("from"), out);
+  read_services(rule, out);
+  const YAML::Node access = rule.find("access");
+  rule.choose<bool>(access, out.write, {{"read", false}, {"all", true}});
+  if (access.IsDefined() && !out.sdo) {
+    findings.error(place_of(access), "access is about sdo, which is not among the services");
+  }
+  rule.done();
+  return out;
+}
+
+// "hall:5", "hall".
+void read_via(Section& section, const YAML::Node& node, RouteSection& out) {
+  const auto text = section.text(node);
+  if (!text) {
+    return;
+  }
+  const std::size_t colon = text->find(':');
+  out.line = text->substr(0, colon);
+  if (colon == std::string::npos) {
+    return;
+  }
+  const auto gateway = parse_unsigned(text->substr(colon + 1));
+  if (!gateway || *gateway < 1 || *gateway > 127) {
+    section.findings().error(place_of(node),
+                             "expected LINE:NODE with the node-ID 1..127 of the "
+                             "next gateway, got \"" +
+                                 *text + "\"");
+    return;
+  }
+  out.gateway = static_cast<std::uint8_t>(*gateway);
+}
+
+class RoutingResolver {
+ public:
+  RoutingResolver(Findings& findings, const RoutingSection& section,
+                  std::vector<LineSection>& lines)
+      : findings_(findings), section_(section), lines_(lines) {}
+
+  void run() {
+    if (section_.routes.empty() &&
+        std::all_of(lines_.begin(), lines_.end(),
+                    [](const LineSection& line) { return line.enter.empty(); })) {
+      return;
+    }
+    number_lines();
+    make_routes();
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      take_part(i);
+    }
+  }
+
+ private:
+  static bool routes(const LineSection& line) {
+    return line.plan.config.role == line::Role::manager;
+  }
+
+  // The place in `lines:`.
+  void number_lines() {
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      const line::LineConfig& config = lines_[i].plan.config;
+      if (!routes(lines_[i])) {
+        continue;
+      }
+      if (i >= kMostInterfaces) {
+        findings_.error(lines_[i].place, "more than 255 lines cannot route");
+        return;
+      }
+      interfaces_.push_back({static_cast<std::uint8_t>(i + 1), config.network_id, config.node_id});
+    }
+  }
+
+  // Each line's own network first, which costs nothing.
+  void make_routes() {
+    for (const routing::Interface& line : interfaces_) {
+      routes_.push_back({line.network, line.network, line.number, 0, 0});
+    }
+    const std::size_t own = routes_.size();
+    std::vector<const RouteSection*> written;
+    for (const RouteSection& section : section_.routes) {
+      if (const auto route = resolve(section)) {
+        routes_.push_back(*route);
+        written.push_back(&section);
+      }
+    }
+    for (const routing::RouteFinding& found : routing::check(routes_, interfaces_)) {
+      if (found.entry < own) {
+        continue;  // two lines with one network_id, which has been told
+      }
+      const RouteSection* const other = found.other >= own ? written[found.other - own] : nullptr;
+      tell(found.fault, *written[found.entry - own], other);
+    }
+    if (routes_.size() > routing::kMaxRoutes) {
+      findings_.error(section_.routes.back().place,
+                      "more than 254 routes, those to the lines' own networks among them");
+    }
+  }
+
+  void tell(routing::RouteFault fault, const RouteSection& route, const RouteSection* other) {
+    const std::string network = "network " + route.to.text;
+    const std::string line = "line \"" + route.line + "\"";
+    switch (fault) {
+      case routing::RouteFault::not_attached:
+        findings_.error(route.via_place, network + " is not that of " + line +
+                                             ": name the next gateway, " + route.line + ":NODE");
+        return;
+      case routing::RouteFault::loop:
+        findings_.error(route.via_place,
+                        "a loop: " + (route.to.text == own_network(route.line)
+                                          ? network + " is that of " + line
+                                          : "node " + std::to_string(route.gateway) +
+                                                " is this gateway itself on " + line));
+        return;
+      case routing::RouteFault::overlap:
+        findings_.error(
+            route.to.place,
+            "another route of cost " + std::to_string(route.cost) + " leads to the same network" +
+                (other == nullptr ? "" : ", that in line " + std::to_string(other->place.line)));
+        return;
+      default:
+        findings_.error(route.place,
+                        "the route leads nowhere: " + std::string(routing::describe(fault)));
+    }
+  }
+
+  std::string own_network(const std::string& name) const {
+    for (const LineSection& line : lines_) {
+      if (line.plan.config.name == name) {
+        return std::to_string(line.plan.config.network_id);
+      }
+    }
+    return {};
+  }
+
+  std::optional<routing::Route> resolve(const RouteSection& section) {
+    const auto networks = parse_networks(section.to.text);
+    if (!networks) {
+      findings_.error(section.to.place,
+                      "expected a network-ID 1..65535 or a range such as 10..19, "
+                      "got \"" +
+                          section.to.text + "\"");
+    }
+    const auto line = find_line(section.line, section.via_place);
+    if (!networks || !line) {
+      return std::nullopt;
+    }
+    if (!routes(lines_[*line])) {
+      findings_.error(section.via_place, "line \"" + section.line +
+                                             "\" is no manager: nothing is "
+                                             "routed over it");
+      return std::nullopt;
+    }
+    return routing::Route{networks->first, networks->second, static_cast<std::uint8_t>(*line + 1),
+                          section.gateway, section.cost};
+  }
+
+  std::optional<std::size_t> find_line(const std::string& name, Place place) {
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      names.push_back(lines_[i].plan.config.name);
+      if (names.back() == name) {
+        return i;
+      }
+    }
+    const std::string guess = nearest(name, names);
+    findings_.error(place, "there is no line \"" + name + "\"" +
+                               (guess.empty() ? "" : "; did you mean \"" + guess + "\"?"));
+    return std::nullopt;
+  }
+
+  void take_part(std::size_t i) {
+    LineSection& line = lines_[i];
+    if (!routes(line)) {
+      if (!line.enter.empty()) {
+        findings_.error(line.enter_place,
+                        "only a manager's line can be entered from other "
+                        "networks");
+      }
+      return;
+    }
+    routing::Config& config = line.plan.config.routing;
+    config = section_.common;
+    config.interface = static_cast<std::uint8_t>(i + 1);
+    config.interfaces = interfaces_;
+    config.routes = routes_;
+    for (const EnterSection& rule : line.enter) {
+      for (const WrittenNetworks& from : rule.from) {
+        if (const auto networks = from_networks(from)) {
+          config.access.push_back({networks->first, networks->second, rule.sdo,
+                                   rule.sdo && rule.write, rule.emcy, rule.pdo});
+        }
+      }
+    }
+    line.plan.source += text_of(config);
+  }
+
+  std::optional<Range> from_networks(const WrittenNetworks& from) {
+    if (from.text == "all") {
+      return Range{1, kHighestNetwork};
+    }
+    if (const auto networks = parse_networks(from.text)) {
+      return networks;
+    }
+    if (from.text.find_first_not_of("0123456789.") == std::string::npos) {
+      findings_.error(from.place,
+                      "expected a network-ID 1..65535 or a range such as 10..19, got "
+                      "\"" +
+                          from.text + "\"");
+      return std::nullopt;
+    }
+    const auto line = find_line(from.text, from.place);
+    if (!line) {
+      return std::nullopt;
+    }
+    const std::uint16_t network = lines_[*line].plan.config.network_id;
+    return Range{network, network};
+  }
+
+  // For LinePlan::source. Times and the like come from `routing:`, as they are written there.
+  std::string text_of(const routing::Config& config) const {
+    std::string out = "routing " + std::to_string(config.interface) + section_.source;
+    for (const routing::Interface& line : config.interfaces) {
+      out += ',' + std::to_string(line.number) + ':' + std::to_string(line.network) + ':' +
+             std::to_string(line.node);
+    }
+    for (const routing::Route& route : config.routes) {
+      out += ';' + std::to_string(routing::encode(route));
+    }
+    for (const routing::AccessRule& rule : config.access) {
+      out += '|' + std::to_string(rule.first) + '-' + std::to_string(rule.last);
+    }
+    return out;
+  }
+
+  Findings& findings_;
+  const RoutingSection& section_;
+  std::vector<LineSection>& lines_;
+  std::vector<routing::Interface> interfaces_;
+  std::vector<routing::Route> routes_;
+};
+
+void read_definitions(Section& section, routing::Config& config) {
+  // One each so far; another vendor's is put beside it.
+  section.read_choice<routing::Definition>("network_indication", config.network_indication,
+                                           {{"own", routing::Definition::own}});
+  section.read_choice<routing::Definition>("routing_table", config.routing_table,
+                                           {{"own", routing::Definition::own}});
+}
+
+}  // namespace
+
+std::vector<EnterSection> read_enter(Findings& findings, const YAML::Node& node) {
+  std::vector<EnterSection> out;
+  if (node.IsDefined() && !node.IsSequence()) {
+    out.push_back(read_rule(findings, node));
+    return out;
+  }
+  for (const YAML::Node& element : elements(findings, node, "enter")) {
+    out.push_back(read_rule(findings, element));
+  }
+  return out;
+}
+
+RoutingSection read_routing(Findings& findings, const YAML::Node& routing,
+                            const YAML::Node& routes) {
+  RoutingSection out;
+  if (routing.IsDefined()) {
+    const std::size_t before = findings.errors();
+    Section section(findings, routing, "routing");
+    read_definitions(section, out.common);
+    section.read_choice<routing::ChannelRule>("channels", out.common.channels,
+                                              {{"client_1", routing::ChannelRule::client_1},
+                                               {"per_node", routing::ChannelRule::per_node}});
+    section.read("arm_timeout", out.common.arm_timeout, std::chrono::milliseconds(1), kLongestWait);
+    section.read("frame_timeout", out.common.frame_timeout, std::chrono::milliseconds(1),
+                 kLongestWait);
+    section.read("gateway_timeout", out.common.gateway_timeout, std::chrono::milliseconds(1),
+                 kLongestWait);
+    section.read("channel_wait", out.common.channel_wait, std::chrono::milliseconds(1),
+                 kLongestWait);
+    section.read_number("additional_servers", out.common.additional_servers, 0, 127);
+    section.done();
+    out.source = findings.errors() == before ? canonical(routing) : std::string();
+  }
+  for (const YAML::Node& element : elements(findings, routes, "routes")) {
+    RouteSection route{.cost = kUsualCost};
+    const std::size_t before = findings.errors();
+    Section section(findings, element, "a route");
+    route.place = section.place();
+    const YAML::Node to = section.require("to");
+    route.to.place = place_of(to);
+    const auto networks = section.text(to);
+    const YAML::Node via = section.require("via");
+    route.via_place = place_of(via);
+    read_via(section, via, route);
+    section.read_number("cost", route.cost, 1, 0xFFFF);
+    section.done();
+    if (networks && findings.errors() == before) {
+      route.to.text = *networks;
+      out.routes.push_back(std::move(route));
+    }
+  }
+  return out;
+}
+
+void resolve_routing(Findings& findings, const RoutingSection& routing,
+                     std::vector<LineSection>& lines) {
+  RoutingResolver(findings, routing, lines).run();
+}
+
+}  // namespace linegate::config

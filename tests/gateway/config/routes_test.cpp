@@ -1,0 +1,161 @@
+// Networks, routes and who may enter, in plant.yaml.
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "gateway/config/plant.h"
+#include "stack/routing/config.h"
+
+namespace linegate::config {
+namespace {
+
+using namespace std::chrono_literals;
+
+const std::string kTwoLines = R"(  - name: press
+    interface: virtual:press
+    node_id: 100
+    enter: [{from: [hall, 10..19], services: [sdo, emcy], access: all}, 7]
+  - {name: hall, interface: virtual:hall, enter: {from: all, services: pdo}}
+)";
+
+Loaded<Plant> read_routes(const std::string& top, const std::string& lines = kTwoLines) {
+  return read("schema: 1\n" + top + "lines:\n" + lines, "plant.yaml");
+}
+
+std::vector<std::string> told(const Loaded<Plant>& loaded) {
+  std::vector<std::string> out;
+  for (const Diagnostic& diagnostic : loaded.diagnostics) {
+    out.push_back(to_string(diagnostic));
+  }
+  return out;
+}
+
+TEST(Routes, AreTheSameOfEveryLineAndStartWithTheLinesThemselves) {
+  const auto loaded = read_routes(
+      "routes:\n"
+      "  - {to: 10..19, via: hall:5}\n"
+      "  - {to: 1, via: hall:6, cost: 0x20}\n");
+  ASSERT_TRUE(loaded.ok()) << told(loaded).front();
+  const std::vector<routing::Route> expected{
+      {1, 1, 1, 0, 0}, {2, 2, 2, 0, 0}, {10, 19, 2, 5, 10}, {1, 1, 2, 6, 32}};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const routing::Config& config = loaded.value->lines[i].config.routing;
+    EXPECT_EQ(config.interface, i + 1);
+    EXPECT_EQ(config.routes, expected);
+    ASSERT_EQ(config.interfaces.size(), 2U);
+    EXPECT_EQ(config.interfaces[0].node, 100);
+    EXPECT_EQ(config.interfaces[1].network, 2);
+  }
+}
+
+TEST(Routes, NobodyEntersUnlessItIsSaid) {
+  const auto loaded = read_routes("");
+  ASSERT_TRUE(loaded.ok()) << told(loaded).front();
+  const auto& press = loaded.value->lines[0].config.routing.access;
+  ASSERT_EQ(press.size(), 3U);
+  EXPECT_EQ(press[0].first, 2) << "that of hall";
+  EXPECT_EQ(press[0].last, 2);
+  EXPECT_TRUE(press[0].sdo_read && press[0].sdo_write && press[0].emcy && !press[0].pdo);
+  EXPECT_EQ(press[1].first, 10);
+  EXPECT_EQ(press[1].last, 19);
+  EXPECT_EQ(press[2].first, 7);
+  EXPECT_TRUE(press[2].sdo_read && !press[2].sdo_write && !press[2].emcy && !press[2].pdo);
+  const auto& hall = loaded.value->lines[1].config.routing.access;
+  ASSERT_EQ(hall.size(), 1U);
+  EXPECT_EQ(hall[0].first, 1);
+  EXPECT_EQ(hall[0].last, 65535);
+  EXPECT_TRUE(!hall[0].sdo_read && hall[0].pdo);
+
+  const auto closed = read_routes("routes: [{to: 9, via: hall:5}]\n",
+                                  "  - {name: hall, interface: virtual:hall}\n");
+  ASSERT_TRUE(closed.ok());
+  EXPECT_EQ(closed.value->lines[0].config.routing.interface, 1);
+  EXPECT_TRUE(closed.value->lines[0].config.routing.access.empty());
+  const auto none = read_routes("", "  - {name: hall, interface: virtual:hall}\n");
+  EXPECT_EQ(none.value->lines[0].config.routing.interface, 0) << "nothing is routed";
+}
+
+TEST(Routes, TimesAndDefinitionsCount) {
+  const auto loaded = read_routes(
+      "routing: {network_indication: own, routing_table: own, channels: per_node, arm_timeout: 1s, "
+      "frame_timeout: 2s, gateway_timeout: 3s, channel_wait: 4s, additional_servers: 2}\n");
+  ASSERT_TRUE(loaded.ok()) << told(loaded).front();
+  const routing::Config& config = loaded.value->lines[1].config.routing;
+  EXPECT_EQ(config.channels, routing::ChannelRule::per_node);
+  EXPECT_EQ(config.arm_timeout, 1s);
+  EXPECT_EQ(config.frame_timeout, 2s);
+  EXPECT_EQ(config.gateway_timeout, 3s);
+  EXPECT_EQ(config.channel_wait, 4s);
+  EXPECT_EQ(config.additional_servers, 2);
+}
+
+TEST(Routes, WhatIsWrongIsToldWithItsPlace) {
+  EXPECT_EQ(told(read_routes("routes:\n"
+                             "  - {to: 10..9, via: hall:5}\n"
+                             "  - {to: 10, via: hal:5}\n"
+                             "  - {to: 11, via: hall:128}\n"
+                             "  - {to: 12, via: hall}\n"
+                             "  - {to: 2, via: hall:5}\n"
+                             "  - {to: 14, via: press:100}\n"
+                             "  - {to: 20..30, via: hall:5}\n"
+                             "  - {to: 25, via: press:6}\n"
+                             "  - {to: 25, via: press:6, cost: 0}\n"
+                             "  - {via: press:6}\n")),
+            (std::vector<std::string>{
+                "plant.yaml:3:10: error: expected a network-ID 1..65535 or a range such as "
+                "10..19, got \"10..9\"",
+                "plant.yaml:4:19: error: there is no line \"hal\"; did you mean \"hall\"?",
+                "plant.yaml:5:19: error: expected LINE:NODE with the node-ID 1..127 of the next "
+                "gateway, got \"hall:128\"",
+                "plant.yaml:6:19: error: network 12 is not that of line \"hall\": name the next "
+                "gateway, hall:NODE",
+                "plant.yaml:7:18: error: a loop: network 2 is that of line \"hall\"",
+                "plant.yaml:8:19: error: a loop: node 100 is this gateway itself on line "
+                "\"press\"",
+                "plant.yaml:10:10: error: another route of cost 10 leads to the same network, that "
+                "in line 9",
+                "plant.yaml:11:34: error: expected a number from 1 to 65535, got \"0\"",
+                "plant.yaml:12:5: error: a route needs the key \"to\""}));
+}
+
+TEST(Routes, RulesOfEnteringThatMakeNoSenseAreTold) {
+  EXPECT_EQ(told(read_routes("", R"(  - name: press
+    interface: virtual:press
+    enter:
+      - {from: hal}
+      - {from: 0}
+      - {from: [7..x, []], services: emcy, access: all}
+      - {from: 3, services: [sdo, nmt]}
+      - {services: sdo}
+  - {name: hall, interface: virtual:hall, role: observer, enter: all}
+)")),
+            (std::vector<std::string>{
+                "plant.yaml:6:16: error: there is no line \"hal\"; did you mean \"hall\"?",
+                "plant.yaml:7:16: error: expected a network-ID 1..65535 or a range such as "
+                "10..19, got \"0\"",
+                "plant.yaml:8:17: error: there is no line \"7..x\"",
+                "plant.yaml:8:23: error: expected a network-ID, a range such as 10..19, the name "
+                "of a line, or all",
+                "plant.yaml:8:52: error: access is about sdo, which is not among the services",
+                "plant.yaml:9:35: error: expected sdo, emcy or pdo, got \"nmt\"",
+                "plant.yaml:10:9: error: a rule of enter needs the key \"from\"",
+                "plant.yaml:11:66: error: only a manager's line can be entered from other "
+                "networks"}));
+}
+
+// A reload changes the lines whose routes changed, and no others.
+TEST(Routes, CountAmongTheSourcesOfALine) {
+  const auto source = [](const std::string& top) {
+    const auto loaded = read_routes(top);
+    return loaded.ok() ? loaded.value->lines[0].source : std::string();
+  };
+  const std::string same = source("routes: [{to: 9, via: hall:5}]\n");
+  EXPECT_FALSE(same.empty());
+  EXPECT_EQ(source("routes:\n - via: hall:5\n   to: 9..9\n   cost: 10\n"), same);
+  EXPECT_NE(source("routes: [{to: 9, via: hall:6}]\n"), same);
+  EXPECT_NE(source("routing: {arm_timeout: 1s}\nroutes: [{to: 9, via: hall:5}]\n"), same);
+}
+
+}  // namespace
+}  // namespace linegate::config
