@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "gateway/line_runner.h"
+
 namespace linegate::gateway {
 
 BoundLink::BoundLink(std::vector<config::Binding> bindings_of_two_lines)
@@ -30,24 +32,32 @@ void BoundSource::find_entries(const line::Line& line) {
   }
 }
 
-void BoundSource::look(const line::Line& line) {
+void BoundSource::look(const line::Line& line, Instant now) {
   if (std::exchange(revision_, line.layout_revision()) != line.layout_revision() ||
       std::exchange(first_, false)) {
     find_entries(line);
   }
   bool changed = false;
   for (std::size_t i = 0; i < entries_.size(); ++i) {
-    line::Line::Input now{last_[i].value, false};
+    line::Line::Input next = last_[i];
+    next.valid = false;
     if (entries_[i] != kNone) {
-      now = line.input(entries_[i]);
+      next = line.input(entries_[i]);
     }
-    changed = changed || now.value != last_[i].value || now.valid != last_[i].valid;
-    last_[i] = now;
+    changed = changed || next.value != last_[i].value || next.valid != last_[i].valid ||
+              (link_->bindings[i].forwarded &&
+               (next.received != last_[i].received || next.late != last_[i].late));
+    last_[i] = next;
   }
-  if (changed) {
-    auto draft = link_->values.draft();
-    std::copy(last_.begin(), last_.end(), draft.value.begin());
-    link_->values.publish();
+  if (!changed) {
+    return;
+  }
+  auto draft = link_->values.draft();
+  std::copy(last_.begin(), last_.end(), draft.value.begin());
+  link_->values.publish();
+  if (link_->runner != nullptr) {
+    link_->runner->take_bound(*link_, now);
+  } else {
     link_->taker->signal();
   }
 }
@@ -56,28 +66,39 @@ BoundTarget::BoundTarget(BoundLink& link) : link_(&link), written_(link.bindings
   changed_.reserve(link.bindings.size());
 }
 
-void BoundTarget::take(line::Line& line, Instant now) {
+bool BoundTarget::take(line::Line& line, Instant now) {
   const std::vector<line::Line::Input>* inputs = link_->values.fetch();
   if (inputs == nullptr) {
-    return;
+    return false;
   }
   changed_.clear();
   for (std::size_t i = 0; i < inputs->size(); ++i) {
-    const config::Binding& binding = link_->bindings[i];
-    const line::Line::Input& input = (*inputs)[i];
-    Written& written = written_[i];
-    if (!input.valid && !written.any) {
-      continue;
-    }
-    const std::uint64_t value = !input.valid && binding.zero_when_lost ? 0 : input.value;
-    if (!std::exchange(written.any, true) || written.value != value) {
-      written.value = value;
-      changed_.push_back({binding.output_entry, value});
-    }
+    consider(link_->bindings[i], (*inputs)[i], written_[i]);
   }
   if (!changed_.empty()) {
     line.write_bound(changed_, now);
   }
+  return !changed_.empty();
+}
+
+void BoundTarget::consider(const config::Binding& binding, const line::Line::Input& input,
+                           Written& written) {
+  const bool lost = !input.valid || (binding.forwarded && input.late);
+  if (lost && !written.any) {
+    return;
+  }
+  const bool again = binding.forwarded && !lost && input.received != written.received;
+  const bool valid = !lost || binding.when_lost != config::WhenLost::stop;
+  const bool zero = lost && binding.when_lost == config::WhenLost::zero;
+  const std::uint64_t value = zero ? 0 : lost && binding.forwarded ? written.value : input.value;
+  if (written.any && !again && written.value == value && written.valid == valid) {
+    return;
+  }
+  written = {.value = value,
+             .received = lost ? written.received : input.received,
+             .any = true,
+             .valid = valid};
+  changed_.push_back({binding.output_entry, value, again, valid});
 }
 
 }  // namespace linegate::gateway

@@ -86,8 +86,15 @@ class Text {
     }
     add("{}", plant.bindings.empty() ? "" : "\n");
     for (const auto& b : plant.bindings) {
-      add("{}/{} follows {}/{}, {} when that is lost\n", b.to, b.output_name, b.from, b.input_name,
-          b.zero_when_lost ? "0" : "held");
+      constexpr std::array<const char*, 3> kWhenLost{"held", "0", "not sent"};
+      const auto lost = kWhenLost[static_cast<std::size_t>(b.when_lost)];
+      if (b.forwarded) {
+        add("forward {}/{} -> {}/{}, {} when that is lost\n", b.from, b.input_name, b.to,
+            b.output_name, lost);
+      } else {
+        add("{}/{} follows {}/{}, {} when that is lost\n", b.to, b.output_name, b.from,
+            b.input_name, lost);
+      }
     }
   }
 
@@ -173,6 +180,9 @@ class Text {
                                                     : format_duration(node.heartbeat_consumer),
         format_duration(node.boot_timeout), node.check_identity ? "checked" : "not checked",
         node.serial ? fmt::format(", serial number {}", *node.serial) : "");
+    if (node.pdo_deadline != Duration::zero()) {
+      add("    its PDOs are late after {}\n", format_duration(node.pdo_deadline));
+    }
     if (node.guard_time != Duration::zero()) {
       add("    guarding every {}, life time factor {}\n", format_duration(node.guard_time),
           node.life_time_factor);
@@ -307,7 +317,8 @@ class Json {
           .member("input", b.input_name)
           .member("to", b.to)
           .member("output", b.output_name)
-          .member("when_lost", b.zero_when_lost ? "zero" : "hold")
+          .member("when_lost", config::name(b.when_lost))
+          .member("forwarded", b.forwarded)
           .end_object();
     }
     out_.end_array();

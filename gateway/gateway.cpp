@@ -7,7 +7,6 @@
 #include "gateway/channels.h"
 #include "gateway/clock.h"
 #include "gateway/device_runner.h"
-#include "gateway/line_runner.h"
 
 namespace linegate::gateway {
 namespace {
@@ -65,7 +64,7 @@ std::vector<Gateway::NewLine> Gateway::make_lines(const config::Plant& plant,
     const line::Line& line = **made.value;
     auto host = std::make_unique<LineHost>(plan, line.layout(image::Direction::inputs),
                                            line.layout(image::Direction::outputs));
-    out.push_back({std::move(*made.value), std::move(host)});
+    out.push_back({std::move(*made.value), std::move(host), nullptr});
   }
   return out;
 }
@@ -77,6 +76,9 @@ std::vector<Diagnostic> Gateway::take_in(std::vector<NewLine> lines, const confi
     made.host->executor = &executor_for(plant, made.host->plan);
   }
   link_lines(plant, lines);
+  for (NewLine& made : lines) {
+    make_runner(made, diagnostics);
+  }
   for (const auto& plan : plant.lines) {
     const auto called_so = [&](const auto& host) {
       return host != nullptr && host->name() == plan.config.name;
@@ -89,7 +91,7 @@ std::vector<Diagnostic> Gateway::take_in(std::vector<NewLine> lines, const confi
     const auto made = std::find_if(lines.begin(), lines.end(),
                                    [&](const NewLine& line) { return called_so(line.host); });
     if (made != lines.end()) {
-      run_line(std::move(made->line), *made->host, diagnostics);
+      made->host->executor->add(std::move(made->runner));
       join_routes(*made->host, hosts_);
       hosts_.push_back(std::move(made->host));
     }
@@ -110,10 +112,12 @@ void Gateway::link_lines(const config::Plant& plant, const std::vector<NewLine>&
     pairs[{binding.from, binding.to}].push_back(binding);
   }
   for (auto& [ends, bindings] : pairs) {
-    LineHost* const target = find(ends.second);
-    if (find(ends.first) != nullptr && target != nullptr) {
+    const LineHost* const source = find(ends.first);
+    const LineHost* const target = find(ends.second);
+    if (source != nullptr && target != nullptr) {
       links_.push_back(std::make_unique<BoundLink>(std::move(bindings)));
-      links_.back()->taker = &target->executor->wakeup();
+      const bool together = source->executor == target->executor;
+      links_.back()->taker = together ? nullptr : &target->executor->wakeup();
     }
   }
 }
@@ -152,11 +156,11 @@ void Gateway::leave_routes(const std::vector<std::string>& names) {
   }
 }
 
-void Gateway::run_line(std::unique_ptr<line::Line> line, LineHost& host,
-                       std::vector<Diagnostic>& diagnostics) {
+void Gateway::make_runner(NewLine& made, std::vector<Diagnostic>& diagnostics) {
+  LineHost& host = *made.host;
   host.storage = storage_for(host, diagnostics);
   run_devices(host, diagnostics);
-  auto runner = std::make_unique<LineRunner>(std::move(line), channel_for(host), host.plan,
+  made.runner = std::make_unique<LineRunner>(std::move(made.line), channel_for(host), host.plan,
                                              host.port, publisher_->wakeup(), host.storage);
   std::vector<BoundSource> sources;
   std::vector<BoundTarget> targets;
@@ -166,14 +170,14 @@ void Gateway::run_line(std::unique_ptr<line::Line> line, LineHost& host,
     }
     if (link->bindings.front().to == host.name()) {
       targets.emplace_back(*link);
+      link->runner = link->taker == nullptr ? made.runner.get() : nullptr;
     }
   }
-  runner->bind(std::move(sources), std::move(targets));
+  made.runner->bind(std::move(sources), std::move(targets));
   if (host.interface() != 0) {
-    runner->route(std::make_unique<RouteEnd>());
+    made.runner->route(std::make_unique<RouteEnd>());
   }
-  host.runner = runner.get();
-  host.executor->add(std::move(runner));
+  host.runner = made.runner.get();
 }
 
 std::vector<Diagnostic> Gateway::make_bridge(const config::Plant& plant,
@@ -208,7 +212,7 @@ Executor& Gateway::executor_for(const config::Plant& plant, const config::LinePl
   if (!name.empty() && planned != plant.executors.end()) {
     plan = *planned;
   } else {
-    plan.name = line.config.name;
+    plan.name = name.empty() ? line.config.name : name;
   }
   executors_.push_back({name, std::make_unique<Executor>(std::move(plan))});
   return *executors_.back().executor;

@@ -13,6 +13,7 @@
 #include "gateway/executor.h"
 #include "gateway/intake.h"
 #include "gateway/line_host.h"
+#include "gateway/line_runner.h"
 #include "gateway/parameter_keeper.h"
 #include "gateway/plan_difference.h"
 #include "gateway/progress_watch.h"
@@ -61,6 +62,7 @@ class Gateway {
   struct NewLine {
     std::unique_ptr<line::Line> line;
     std::unique_ptr<LineHost> host;
+    std::unique_ptr<LineRunner> runner;  // once there is one, it has the line
   };
 
   Gateway() = default;
@@ -70,8 +72,8 @@ class Gateway {
   std::vector<Diagnostic> make_bridge(const config::Plant& plant, std::uint64_t incarnation);
   // hosts_ becomes what the plant says: of those that were there, and the new ones.
   std::vector<Diagnostic> take_in(std::vector<NewLine> lines, const config::Plant& plant);
-  void run_line(std::unique_ptr<line::Line> line, LineHost& host,
-                std::vector<Diagnostic>& diagnostics);
+  // On its executor once all are there: they may call each other.
+  void make_runner(NewLine& made, std::vector<Diagnostic>& diagnostics);
   // What is bound between new lines: lines that are bound to each other change together.
   void link_lines(const config::Plant& plant, const std::vector<NewLine>& lines);
   // Links between a line that has just been put into its executor and the others that route.

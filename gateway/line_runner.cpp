@@ -89,12 +89,12 @@ void LineRunner::service(Instant now) {
       target.take(*line_, known);
     }
     give_messages(known);  // before frames are sent: others wait for it
-    pump_.transmit(now, [&](can::Frame& frame) { return line_->next_frame(frame, now); });
   }
-  give_messages(now);
   for (BoundSource& source : bound_sources_) {
-    source.look(*line_);
+    source.look(*line_, now);
   }
+  transmit(now);
+  give_messages(now);
   hand_over(now);
   next_wake_ = pump_.more() ? now : compute_next_wake();
   if (routes_ != nullptr && routes_->held()) {
@@ -102,6 +102,28 @@ void LineRunner::service(Instant now) {
   }
   if (handed_over_) {
     consumer_.signal();
+  }
+}
+
+void LineRunner::transmit(Instant now) {
+  if (started_) {
+    known_ = std::max(known_, now);
+    pump_.transmit(now, [&](can::Frame& frame) { return line_->next_frame(frame, now); });
+  }
+}
+
+void LineRunner::take_bound(const BoundLink& link, Instant now) {
+  if (!started_ || stopping_) {
+    return;  // a line that starts looks for itself
+  }
+  now = std::max(now, known_);  // may have been further than the line that calls
+  for (BoundTarget& target : bound_targets_) {
+    if (&target.link() != &link || !target.take(*line_, now)) {
+      continue;
+    }
+    const bool waited = wants_writable();
+    transmit(now);
+    next_wake_ = wants_writable() == waited ? earlier(next_wake_, compute_next_wake()) : now;
   }
 }
 

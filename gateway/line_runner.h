@@ -49,6 +49,8 @@ class LineRunner final : public Runner {
 
   // Before it runs. Inputs of the line that others follow, and outputs that follow others.
   void bind(std::vector<BoundSource> sources, std::vector<BoundTarget> targets);
+  // Values of another line of the same executor: takes them and sends what follows from them.
+  void take_bound(const BoundLink& link, Instant now);
 
   // Before it runs, if the line routes: its links to other lines.
   void route(std::unique_ptr<RouteEnd> routes) { routes_ = std::move(routes); }
@@ -82,6 +84,7 @@ class LineRunner final : public Runner {
   void look_at_clock();
   void look_at_losses();
   void reply(std::uint64_t tag, line::Refusal refusal);
+  void transmit(Instant now);
   Instant compute_next_wake() const;
 
   std::unique_ptr<line::Line> line_;
@@ -100,6 +103,7 @@ class LineRunner final : public Runner {
   bool stopping_ = false;
   Instant stop_deadline_ = kNever;
   Instant next_wake_{};
+  Instant known_{};  // what the line has been told of time
   Instant status_due_{};
   bool status_wanted_ = true;
   bool handed_over_ = false;

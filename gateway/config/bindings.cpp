@@ -1,11 +1,9 @@
 // `bind:` of a device: its objects follow entries of an image, or entries follow them.
-#include <algorithm>
-#include <memory>
-#include <numeric>
+#include <optional>
+#include <string>
 
-#include "gateway/config/entry_names.h"
+#include "gateway/config/joined_lines.h"
 #include "gateway/config/sections.h"
-#include "stack/line/line.h"
 
 namespace linegate::config {
 namespace {
@@ -46,46 +44,15 @@ void read_binding(Findings& findings, const YAML::Node& key, const YAML::Node& v
   bindings.push_back(std::move(out));
 }
 
-class Resolver {
+class BindingResolver {
  public:
-  Resolver(Findings& findings, std::vector<LineSection>& lines, std::vector<Binding>& bindings)
-      : findings_(findings), lines_(lines), bindings_(bindings), made_(lines.size()) {}
-
-  void run() {
-    for (std::size_t line = 0; line < lines_.size(); ++line) {
-      for (const BindingSection& section : lines_[line].bindings) {
-        resolve(line, section);
-      }
-    }
-    for (LineSection& line : lines_) {
-      std::sort(line.plan.config.bound.begin(), line.plan.config.bound.end());
-    }
-    unite_sources();
-  }
-
- private:
-  // An entry, by its number in the layout of its line and direction.
-  struct End {
-    std::size_t line = 0;
-    std::uint32_t entry = 0;
-    Place place;
-  };
-
-  const line::Line& made(std::size_t line) {
-    if (made_[line] == nullptr) {
-      made_[line] = *line::Line::make(lines_[line].plan.config).value;  // has been made before
-    }
-    return *made_[line];
-  }
-
-  const image::Entry& entry(const End& end, Direction direction) {
-    return made(end.line).layout(direction).entries[end.entry];
-  }
+  BindingResolver(Findings& findings, JoinedLines& lines) : findings_(findings), lines_(lines) {}
 
   void resolve(std::size_t line, const BindingSection& section) {
     Direction side = Direction::outputs;
     const auto own = find_object(line, section, side);
-    const auto other_line = find_line(line, section);
+    const auto other_line =
+        section.line.empty() ? line : lines_.find_line(section.line, section.entry_place);
     if (!own || !other_line) {
       return;
     }
@@ -96,12 +63,19 @@ class Resolver {
       return;
     }
     const bool sends = side == Direction::outputs;
-    add(sends ? *other : *own, sends ? *own : *other, section);
+    Binding* const made =
+        lines_.join(sends ? *other : *own, sends ? *own : *other, section.entry_place);
+    if (made != nullptr) {
+      made->when_lost = section.zero_when_lost ? WhenLost::zero : WhenLost::hold;
+    }
   }
+
+ private:
+  using End = JoinedLines::End;
 
   std::optional<End> find_object(std::size_t line, const BindingSection& section, Direction& side) {
     for (const Direction direction : {Direction::inputs, Direction::outputs}) {
-      const auto& entries = made(line).layout(direction).entries;
+      const auto& entries = lines_.entries(line, direction);
       for (std::uint32_t i = 0; i < entries.size(); ++i) {
         if (entries[i].node == section.device && entries[i].index == section.object.index &&
             entries[i].sub == section.object.sub) {
@@ -116,47 +90,25 @@ class Resolver {
     return std::nullopt;
   }
 
-  std::optional<std::size_t> find_line(std::size_t own, const BindingSection& section) {
-    if (section.line.empty()) {
-      return own;
-    }
-    std::vector<std::string> names;
-    for (std::size_t i = 0; i < lines_.size(); ++i) {
-      if (lines_[i].plan.config.name == section.line) {
-        return i;
-      }
-      names.push_back(lines_[i].plan.config.name);
-    }
-    const std::string guess = nearest(section.line, names);
-    findings_.error(section.entry_place,
-                    "there is no line \"" + section.line + "\"" +
-                        (guess.empty() ? "" : "; did you mean \"" + guess + "\"?"));
-    return std::nullopt;
-  }
-
   std::optional<End> find_entry(std::size_t line, const BindingSection& section,
                                 Direction direction) {
-    const LinePlan& plan = lines_[line].plan;
+    const LinePlan& plan = lines_.line(line).plan;
     if (direction == Direction::outputs && plan.config.role == line::Role::observer) {
       findings_.error(section.entry_place,
                       "line \"" + plan.config.name + "\" is an observer, which writes no outputs");
       return std::nullopt;
     }
-    const EntryNames names(plan.config, made(line).layout(direction));
-    const auto found = names.find(section.entry, false);
-    if (!found.empty()) {
-      return End{line, found.front(), section.entry_place};
+    if (const auto found = lines_.find_entry(line, direction, section.entry)) {
+      return End{line, *found, section.entry_place};
     }
     const Direction opposite =
         direction == Direction::inputs ? Direction::outputs : Direction::inputs;
-    const bool turned =
-        !EntryNames(plan.config, made(line).layout(opposite)).find(section.entry, false).empty();
     const std::string object = format_address(section.object);
-    if (!turned) {
+    if (!lines_.find_entry(line, opposite, section.entry)) {
       findings_.error(section.entry_place,
                       "line \"" + plan.config.name + "\" has no " +
                           (direction == Direction::inputs ? "input" : "output") + " \"" +
-                          section.entry + "\"" + names.suggestion(section.entry));
+                          section.entry + "\"" + lines_.suggestion(line, direction, section.entry));
     } else if (direction == Direction::inputs) {
       findings_.error(section.entry_place, "\"" + section.entry + "\" is an output; " + object +
                                                ", which the device sends, follows an input");
@@ -168,74 +120,8 @@ class Resolver {
     return std::nullopt;
   }
 
-  void add(const End& input, const End& output, const BindingSection& section) {
-    const image::Entry& from = entry(input, Direction::inputs);
-    const image::Entry& to = entry(output, Direction::outputs);
-    if (from.type != to.type || from.bit_length != to.bit_length) {
-      findings_.error(section.entry_place, "\"" + from.name + "\" is " +
-                                               std::string(od::name(from.type)) + ", \"" + to.name +
-                                               "\" is " + std::string(od::name(to.type)));
-      return;
-    }
-    line::LineConfig& target = lines_[output.line].plan.config;
-    if (std::find(target.bound.begin(), target.bound.end(), output.entry) != target.bound.end()) {
-      findings_.error(output.place, "\"" + to.name + "\" follows another input already");
-      return;
-    }
-    for (const auto& group : target.groups) {
-      if (std::find(group.entries.begin(), group.entries.end(), output.entry) !=
-          group.entries.end()) {
-        findings_.error(output.place,
-                        "\"" + to.name + "\" is in the output group \"" + group.name + "\"");
-        return;
-      }
-    }
-    target.bound.push_back(output.entry);
-    bindings_.push_back({.from = lines_[input.line].plan.config.name,
-                         .input = {from.node, {from.index, from.sub}},
-                         .to = target.name,
-                         .output_entry = output.entry,
-                         .zero_when_lost = section.zero_when_lost,
-                         .input_name = from.name,
-                         .output_name = to.name});
-  }
-
-  std::size_t line_called(const std::string& name) const {
-    const auto found = std::find_if(lines_.begin(), lines_.end(), [&](const LineSection& line) {
-      return line.plan.config.name == name;
-    });
-    return static_cast<std::size_t>(found - lines_.begin());
-  }
-
-  // Every line gets the lowest number among those it is bound to.
-  std::vector<std::size_t> clusters() const {
-    std::vector<std::size_t> out(lines_.size());
-    std::iota(out.begin(), out.end(), std::size_t{0});
-    for (std::size_t round = 0; round < lines_.size(); ++round) {
-      for (const Binding& binding : bindings_) {
-        std::size_t& a = out[line_called(binding.from)];
-        std::size_t& b = out[line_called(binding.to)];
-        a = b = std::min(a, b);
-      }
-    }
-    return out;
-  }
-
-  void unite_sources() {
-    const std::vector<std::size_t> cluster = clusters();
-    std::vector<std::string> united(lines_.size());
-    for (std::size_t i = 0; i < lines_.size(); ++i) {
-      united[cluster[i]] += lines_[i].plan.source;
-    }
-    for (std::size_t i = 0; i < lines_.size(); ++i) {
-      lines_[i].plan.source = united[cluster[i]];
-    }
-  }
-
   Findings& findings_;
-  std::vector<LineSection>& lines_;
-  std::vector<Binding>& bindings_;
-  std::vector<std::unique_ptr<line::Line>> made_;
+  JoinedLines& lines_;
 };
 
 }  // namespace
@@ -255,9 +141,13 @@ void read_bindings(Findings& findings, const YAML::Node& node, std::uint8_t devi
   }
 }
 
-void resolve_bindings(Findings& findings, std::vector<LineSection>& lines,
-                      std::vector<Binding>& bindings) {
-  Resolver(findings, lines, bindings).run();
+void resolve_bindings(Findings& findings, JoinedLines& lines) {
+  BindingResolver resolver(findings, lines);
+  for (std::size_t line = 0; line < lines.size(); ++line) {
+    for (const BindingSection& section : lines.line(line).bindings) {
+      resolver.resolve(line, section);
+    }
+  }
 }
 
 }  // namespace linegate::config

@@ -99,6 +99,7 @@ line::NodeConfig read_node(Findings& findings, const YAML::Node& node) {
   }
   read_heartbeat(section, config);
   read_guarding(section, config);
+  section.read_multiple("pdo_deadline", config.pdo_deadline, milliseconds(1), milliseconds(0xFFFF));
   section.read("boot_timeout", config.boot_timeout, milliseconds(1), std::chrono::hours(1));
   const YAML::Node objects = section.find("objects");
   const YAML::Node pdos = section.find("pdos");

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <system_error>
 
+#include "gateway/config/joined_lines.h"
 #include "gateway/config/reader.h"
 #include "gateway/config/sections.h"
 #include "gateway/config/source.h"
@@ -130,7 +131,7 @@ void check_collisions(Findings& findings, const LineSection& line,
 }
 
 void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection& routing,
-                Plant& plant) {
+                const std::vector<ForwardSection>& forwards, Plant& plant) {
   std::vector<LineSection> sections;
   for (const YAML::Node& element : elements(findings, node, "lines")) {
     const std::size_t before = findings.errors();
@@ -153,7 +154,10 @@ void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection
   }
   resolve_routing(findings, routing, sections);
   if (!findings.failed()) {
-    resolve_bindings(findings, sections, plant.bindings);
+    JoinedLines joined(findings, sections, plant.bindings);
+    resolve_bindings(findings, joined);
+    resolve_forwards(findings, forwards, joined);
+    joined.finish();
   }
   for (auto& section : sections) {
     plant.lines.push_back(std::move(section.plan));
@@ -166,9 +170,10 @@ void read_document(Findings& findings, const YAML::Node& root, Plant& plant) {
   read_gateway(findings, section.find("gateway"), plant);
   read_dds(findings, section.find("dds"), plant);
   read_executors(findings, section.find("executors"), plant);
+  const auto forwards = read_forwards(findings, section.find("forward"));
   const RoutingSection routing =
       read_routing(findings, section.find("routing"), section.find("routes"));
-  read_lines(findings, section.require("lines"), routing, plant);
+  read_lines(findings, section.require("lines"), routing, forwards, plant);
   section.done();
 }
 
@@ -224,6 +229,18 @@ std::string_view name(Publish::Rule rule) {
       break;
   }
   return "period";
+}
+
+std::string_view name(WhenLost when_lost) {
+  switch (when_lost) {
+    case WhenLost::hold:
+      return "hold";
+    case WhenLost::zero:
+      return "zero";
+    case WhenLost::stop:
+      break;
+  }
+  return "stop";
 }
 
 bool is_name(const std::string& name) {

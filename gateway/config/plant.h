@@ -87,8 +87,17 @@ struct LinePlan {
   std::string source;
 };
 
+// What becomes of an output when the input it follows is lost: not valid any more or, if it is
+// forwarded, late.
+enum class WhenLost : std::uint8_t {
+  hold,  // keeps its value
+  zero,  // becomes 0
+  stop,  // is not valid any more, so that its PDO is not sent; forwarded ones only
+};
+std::string_view name(WhenLost when_lost);
+
 // An output that follows an input of the same or another line: one of them belongs to a device of a
-// line in the role device.
+// line in the role device (`bind:`), or the values of a PDO are forwarded (`forward:`).
 struct Binding {
   struct Object {
     std::uint8_t node = 0;
@@ -98,8 +107,10 @@ struct Binding {
   Object input;                    // an entry of its inputs
   std::string to;                  // line
   std::uint32_t output_entry = 0;  // of its outputs, among LineConfig::bound
-  bool zero_when_lost = false;     // while the input is not valid; else it keeps its value
-  std::string input_name;          // of the entries, for people
+  WhenLost when_lost = WhenLost::hold;
+  // Every PDO with the input is an event for the PDO with the output; else only a new value.
+  bool forwarded = false;
+  std::string input_name;  // of the entries, for people
   std::string output_name;
 };
 

@@ -73,6 +73,21 @@ struct RoutingSection {
   std::string source;  // what common was read from
 };
 
+// One element of `forward:`, as "press.axis.Position -> hall.display.Value".
+struct ForwardSection {
+  struct End {
+    std::string line;
+    std::string entry;  // as in OutputReference
+    Place place;
+  };
+  End from;
+  End to;
+  WhenLost when_lost = WhenLost::hold;
+  std::string source;  // see LinePlan::source
+};
+
+class JoinedLines;
+
 // One element of `lines:`. places of what other lines may collide with.
 struct LineSection {
   LinePlan plan;
@@ -101,10 +116,12 @@ void read_devices(Section& section, LineSection& line);
 // `bind:` of a device.
 void read_bindings(Findings& findings, const YAML::Node& node, std::uint8_t device,
                    std::vector<BindingSection>& bindings);
-// Once all lines are complete: what is bound, and LineConfig::bound. Lines that are bound to each
-// other have one source, so that a reload changes them together.
-void resolve_bindings(Findings& findings, std::vector<LineSection>& lines,
-                      std::vector<Binding>& bindings);
+// `forward:`, the rules of PDO forwarding between lines.
+std::vector<ForwardSection> read_forwards(Findings& findings, const YAML::Node& node);
+// Once all lines are complete: what is bound, what is forwarded.
+void resolve_bindings(Findings& findings, JoinedLines& lines);
+void resolve_forwards(Findings& findings, const std::vector<ForwardSection>& rules,
+                      JoinedLines& lines);
 std::vector<EnterSection> read_enter(Findings& findings, const YAML::Node& node);
 RoutingSection read_routing(Findings& findings, const YAML::Node& routing,
                             const YAML::Node& routes);

@@ -156,7 +156,8 @@ bool Line::Devices::image_touched(Direction direction) const {
 }
 
 Line::Input Line::Devices::input(std::uint32_t entry) const {
-  return {image.read_entry(Direction::inputs, entry), image.is_valid(Direction::inputs, entry)};
+  return {.value = image.read_entry(Direction::inputs, entry),
+          .valid = image.is_valid(Direction::inputs, entry)};
 }
 
 void Line::Devices::set_utc(Duration offset) {

@@ -156,11 +156,17 @@ OutputRefusal Line::Devices::write_outputs(const OutputWrite& write, Instant now
 }
 
 void Line::Devices::write_bound(std::span<const BoundValue> values, Instant now) {
+  bool always = false;
   for (const BoundValue& value : values) {
-    image.write_entry(Direction::outputs, value.entry, value.value);
-    collect(value.entry);
+    if (value.valid) {
+      image.write_entry(Direction::outputs, value.entry, value.value);
+      collect(value.entry);
+      always = always || value.always;
+    } else {
+      image.set_entry_valid(Direction::outputs, value.entry, false);
+    }
   }
-  hand_out(false, now);
+  hand_out(always, now);
 }
 
 // Entries lie in the image in the order of their numbers.

@@ -314,8 +314,12 @@ od::Dictionary& Line::Impl::dictionary() {
 }
 
 Line::Input Line::Impl::input(std::uint32_t entry) const {
-  return {image.read_entry(image::Direction::inputs, entry),
-          image.is_valid(image::Direction::inputs, entry)};
+  using image::Direction;
+  const std::uint16_t rpdo = image.layout(Direction::inputs).entries[entry].local_pdo;
+  return {.value = image.read_entry(Direction::inputs, entry),
+          .valid = image.is_valid(Direction::inputs, entry),
+          .late = const_cast<node::Node&>(node).pdos().timed_out(rpdo),
+          .received = image.area(Direction::inputs).pdo(rpdo - 1U).last};
 }
 
 // --- Line ---------------------------------------------------------------------------------------

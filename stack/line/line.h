@@ -76,8 +76,7 @@ class Line {
   void execute(Command command, Instant now);
   // Applies it, or reports OutputRefusal as an event and returns it.
   OutputRefusal write_outputs(const OutputWrite& write, Instant now);
-  // All of them, before any PDO is sent. Without a watchdog; sent on change. An observer ignores
-  // it.
+  // All of them, before any PDO is sent. Without a watchdog. An observer ignores it.
   void write_bound(std::span<const BoundValue> values, Instant now);
   // Asks a device with a remote frame for the PDO that is this RPDO of the line (a local number, as
   // in image::Entry::local_pdo). False if it cannot be: see pdo::Engine::request_rpdo().
@@ -116,6 +115,8 @@ class Line {
   struct Input {
     std::uint64_t value = 0;
     bool valid = false;
+    bool late = false;   // its PDO has not come within its deadline
+    Instant received{};  // of the PDO it came with; role device: always 0
   };
   Input input(std::uint32_t entry) const;
   // UTC (since 1970-01-01) as the last TIME message of another device tells it; nothing if none

@@ -58,11 +58,15 @@ void Line::Impl::apply(const OutputWrite& write, bool always, Instant now) {
 void Line::Impl::write_bound(std::span<const BoundValue> values, Instant now) {
   const image::Layout& layout = image.layout(Direction::outputs);
   for (const BoundValue& value : values) {
-    image.write_entry(Direction::outputs, value.entry, value.value);
+    if (value.valid) {
+      image.write_entry(Direction::outputs, value.entry, value.value);
+    } else {
+      image.set_entry_valid(Direction::outputs, value.entry, false);
+    }
   }
   for (const BoundValue& value : values) {
     const image::Entry& entry = layout.entries[value.entry];
-    node.pdos().outputs_written(entry.bit_offset, entry.bit_length, false, now);
+    node.pdos().outputs_written(entry.bit_offset, entry.bit_length, value.always, now);
   }
 }
 

@@ -301,8 +301,12 @@ bool Line::Observer::image_touched(Direction direction) const {
 }
 
 Line::Input Line::Observer::input(std::uint32_t entry) const {
-  return {inputs->image.read_entry(Direction::inputs, entry),
-          inputs->image.is_valid(Direction::inputs, entry)};
+  const image::ProcessImage& seen = inputs->image;
+  const std::uint16_t rpdo = seen.layout(Direction::inputs).entries[entry].local_pdo;
+  return {.value = seen.read_entry(Direction::inputs, entry),
+          .valid = seen.is_valid(Direction::inputs, entry),
+          .late = inputs->engine.timed_out(rpdo),
+          .received = seen.area(Direction::inputs).pdo(rpdo - 1U).last};
 }
 
 std::optional<Duration> Line::Observer::network_utc(Instant now) const {

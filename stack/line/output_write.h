@@ -51,6 +51,8 @@ struct OutputWrite {
 struct BoundValue {
   std::uint32_t entry = 0;  // of the output layout
   std::uint64_t value = 0;
+  bool always = false;  // its PDO is requested even if nothing became another value
+  bool valid = true;    // else the entry is not valid any more: its PDO is held back
 };
 
 // Why an OutputWrite was not applied. Grows at the end only: DDS contract.

@@ -147,6 +147,9 @@ class Engine {
   // The same for bytes [offset, offset + length) of the image's output area; always: even TPDOs
   // whose bytes are as they were last sent.
   void outputs_written(std::uint32_t bit_offset, std::uint32_t bits, bool always, Instant now);
+  // The RPDO has not come within its deadline. number: 1..
+  bool timed_out(std::uint16_t rpdo) const;
+
   // Requests one TPDO by number, unchanged or not: an event-driven one at once, one of type 0 at
   // the next SYNC; others keep their own pace. False if there is no such valid TPDO or the node is
   // not Operational.

@@ -225,6 +225,11 @@ void Engine::Impl::check_deadline(std::uint16_t slot, Instant now) {
   }
 }
 
+bool Engine::timed_out(std::uint16_t rpdo) const {
+  const image::Area& inputs = *impl_->inputs;
+  return rpdo != 0 && rpdo <= inputs.pdos() && (inputs.pdo(rpdo - 1U).attention & kTimedOut) != 0;
+}
+
 // Once until a frame of the right length comes: a device that is configured wrongly sends for ever.
 void Engine::Impl::tell_length(std::uint16_t slot, const can::Frame& frame) {
   std::uint32_t& attention = inputs->pdo(slot).attention;

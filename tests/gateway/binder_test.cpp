@@ -91,21 +91,21 @@ class BinderTest : public testing::Test {
 TEST_F(BinderTest, AnInputIsSentByTheDeviceThatFollowsIt) {
   BoundSource source(*there_);
   BoundTarget target(*there_);
-  source.look(field());
+  source.look(field(), kBinderNow);
   target.take(plc(), kBinderNow);
   EXPECT_EQ(sent(plc()), Frames{}) << "nobody has said anything yet";
   hear(field(), 0x205, {0x12, 0x34});
-  source.look(field());
+  source.look(field(), kBinderNow);
   target.take(plc(), kBinderNow);
   EXPECT_EQ(sent(plc()), (Frames{{0x189, 0x1234}}));
-  source.look(field());
+  source.look(field(), kBinderNow);
   target.take(plc(), kBinderNow);
   EXPECT_EQ(sent(plc()), Frames{});
   // Values that nobody took in between are not missed: the newest counts.
   hear(field(), 0x205, {0x13, 0x34});
-  source.look(field());
+  source.look(field(), kBinderNow);
   hear(field(), 0x205, {0x14, 0x35});
-  source.look(field());
+  source.look(field(), kBinderNow);
   target.take(plc(), kBinderNow);
   EXPECT_EQ(sent(plc()), (Frames{{0x189, 0x1435}}));
 }
@@ -114,16 +114,16 @@ TEST_F(BinderTest, AnInputThatIsLostKeepsItsValueUnlessItShallBeZero) {
   BoundSource source(*there_);
   BoundTarget target(*there_);
   hear(field(), 0x205, {0x12, 0x34});
-  source.look(field());
+  source.look(field(), kBinderNow);
   target.take(plc(), kBinderNow);
   (void)sent(plc());
   hear(field(), 0x000, {0x80, 0x00});
-  source.look(field());
+  source.look(field(), kBinderNow);
   target.take(plc(), kBinderNow);
   EXPECT_EQ(sent(plc()), (Frames{{0x189, 0x1200}}));
   hear(field(), 0x000, {0x01, 0x00});
   hear(field(), 0x205, {0x12, 0x34});
-  source.look(field());
+  source.look(field(), kBinderNow);
   target.take(plc(), kBinderNow);
   EXPECT_EQ(sent(plc()), (Frames{{0x189, 0x1234}}));
 }
@@ -132,7 +132,7 @@ TEST_F(BinderTest, WhatTheMasterSendsIsFollowedByAnOutput) {
   BoundSource source(*back_);
   BoundTarget target(*back_);
   hear(plc(), 0x209, {0x77, 0x00});
-  source.look(plc());
+  source.look(plc(), kBinderNow);
   target.take(field(), kBinderNow);
   EXPECT_EQ(sent(field()), (Frames{{0x185, 0x7700}}));
 }

@@ -1,15 +1,14 @@
 // One line on a channel that the test plays, in virtual time.
 #include "gateway/line_runner.h"
 
-#include <deque>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "stack/can/cob_id.h"
 
+#include "tests/gateway/fake_channel.h"
 #include "tests/gateway/plans.h"
 
 namespace linegate::gateway {
@@ -28,50 +27,6 @@ lines:
     nodes:
       - {id: 5, name: io, eds: bridges/sim/eds/digital-io.eds, check_identity: false}
 )";
-
-class FakeChannel final : public can_bridge::Channel {
- public:
-  int descriptor() const override { return -1; }
-  std::size_t read(std::span<can::Frame> out, can_bridge::BusEvents& events, Instant now) override {
-    ++reads;
-    for (const auto& event : coming_events) {
-      events.push(event);
-    }
-    coming_events.clear();
-    std::size_t n = 0;
-    while (n < out.size() && !coming.empty() && coming.front().time <= now + reading_takes) {
-      out[n++] = coming.front();
-      coming.pop_front();
-    }
-    events.frames_given(n);
-    for (const auto& event : std::exchange(coming_later, {})) {
-      events.push(event);
-    }
-    return n;
-  }
-  std::size_t write(std::span<const can::Frame> frames, Instant) override {
-    std::size_t n = 0;
-    while (n < frames.size() && accepts > 0) {
-      sent.push_back(frames[n++]);
-      --accepts;
-    }
-    return n;
-  }
-  std::size_t room(Instant) const override { return promises.value_or(accepts); }
-  bool wants_writable() const override { return false; }
-  Instant next_wake() const override { return kNever; }
-  const can_bridge::ChannelCounters& counters() const override { return counted; }
-
-  std::deque<can::Frame> coming;
-  std::vector<can::BusEvent> coming_events;  // before the frames
-  std::vector<can::BusEvent> coming_later;   // after them
-  std::vector<can::Frame> sent;
-  std::size_t accepts = 1000;
-  std::optional<std::size_t> promises;  // room() if it is not `accepts`
-  int reads = 0;
-  Duration reading_takes{};  // what comes meanwhile is read, too
-  can_bridge::ChannelCounters counted;
-};
 
 class LineRunnerTest : public testing::Test {
  protected:

@@ -171,11 +171,11 @@ TEST(Devices, AreBoundToEntriesOfOtherLinesAndTheirOwn) {
   const Binding& status = loaded.value->bindings[0];
   EXPECT_EQ(status.from + "/" + status.input_name, "press/axis.Statusword");
   EXPECT_EQ(status.to + "/" + status.output_name, "below/ram.Statusword");
-  EXPECT_FALSE(status.zero_when_lost);
+  EXPECT_EQ(status.when_lost, WhenLost::hold);
   const Binding& control = loaded.value->bindings[1];
   EXPECT_EQ(control.from + "/" + control.input_name, "below/ram.Controlword");
   EXPECT_EQ(control.to + "/" + control.output_name, "press/axis.Controlword");
-  EXPECT_TRUE(control.zero_when_lost);
+  EXPECT_EQ(control.when_lost, WhenLost::zero);
   EXPECT_THAT(loaded.value->lines.at(0).config.bound, ElementsAre(control.output_entry));
   EXPECT_THAT(loaded.value->lines.at(2).config.bound, ElementsAre(status.output_entry));
   EXPECT_EQ(loaded.value->lines.at(0).source, loaded.value->lines.at(2).source);

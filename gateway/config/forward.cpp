@@ -1,0 +1,234 @@
+// `forward:`, the rules by which values of one line become values of another.
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "gateway/config/joined_lines.h"
+#include "gateway/config/sections.h"
+#include "gateway/config/source.h"
+
+namespace linegate::config {
+namespace {
+
+using image::Direction;
+
+constexpr std::string_view kArrow = "->";
+
+// "press.axis1.Position" or "press/axis1.Position". A line's name has neither dot nor slash.
+std::optional<ForwardSection::End> parse_end(std::string_view text, Place place) {
+  const std::size_t split = text.find_first_of("./");
+  if (split == std::string_view::npos || split == 0 || split + 1 == text.size()) {
+    return std::nullopt;
+  }
+  return ForwardSection::End{std::string(text.substr(0, split)),
+                             std::string(text.substr(split + 1)), place};
+}
+
+std::optional<ForwardSection::End> read_end(Findings& findings, std::string_view text,
+                                            Place place) {
+  auto end = parse_end(text, place);
+  if (!end) {
+    findings.error(place, "expected LINE.NODE.OBJECT, such as press.axis.Position");
+  }
+  return end;
+}
+
+// A quoted scalar begins with its quote.
+Place place_within(const YAML::Node& scalar, std::size_t offset) {
+  Place place = place_of(scalar);
+  place.column += static_cast<std::uint32_t>(offset + (scalar.Tag() == "!" ? 1 : 0));
+  return place;
+}
+
+bool read_arrow(Findings& findings, const YAML::Node& node, ForwardSection& out) {
+  constexpr std::string_view kBlanks = " \t";
+  const std::string& text = node.Scalar();
+  const std::size_t arrow = text.find(kArrow);
+  const std::size_t last =
+      arrow == std::string::npos ? arrow : text.find_last_not_of(kBlanks, arrow - 1);
+  const std::size_t next =
+      arrow == std::string::npos ? arrow : text.find_first_not_of(kBlanks, arrow + kArrow.size());
+  if (arrow == 0 || last == std::string::npos || next == std::string::npos) {
+    findings.error(place_of(node), "expected LINE.NODE.OBJECT -> LINE.NODE.OBJECT");
+    return false;
+  }
+  const auto from = read_end(findings, std::string_view(text).substr(0, last + 1), place_of(node));
+  const auto to = read_end(findings, std::string_view(text).substr(next), place_within(node, next));
+  if (!from || !to) {
+    return false;
+  }
+  out.from = *from;
+  out.to = *to;
+  return true;
+}
+
+bool read_members(Findings& findings, const YAML::Node& node, ForwardSection& out) {
+  Section section(findings, node, "a forwarding rule");
+  section.read_choice<WhenLost>(
+      "when_lost", out.when_lost,
+      {{"hold", WhenLost::hold}, {"zero", WhenLost::zero}, {"stop", WhenLost::stop}});
+  bool good = section.valid();
+  for (const auto& [key, end] : {std::pair("from", &out.from), std::pair("to", &out.to)}) {
+    const YAML::Node named = section.require(key);
+    const auto text = section.text(named);
+    const auto read = text ? read_end(findings, *text, place_of(named)) : std::nullopt;
+    good = good && read;
+    *end = read.value_or(ForwardSection::End{});
+  }
+  section.done();
+  return good;
+}
+
+class ForwardResolver {
+ public:
+  ForwardResolver(Findings& findings, const std::vector<ForwardSection>& rules, JoinedLines& lines)
+      : findings_(findings), rules_(rules), lines_(lines) {}
+
+  void run() {
+    for (const ForwardSection& rule : rules_) {
+      resolve(rule);
+    }
+  }
+
+ private:
+  using End = JoinedLines::End;
+
+  void resolve(const ForwardSection& rule) {
+    const auto from = lines_.find_line(rule.from.line, rule.from.place);
+    const auto to = lines_.find_line(rule.to.line, rule.to.place);
+    if (!from || !to) {
+      return;
+    }
+    const auto input = find_input(*from, rule);
+    const auto output = find_output(*to, rule);
+    if (!input || !output) {
+      return;
+    }
+    if (*from == *to) {
+      findings_.error(rule.to.place, "source and target are on the same line \"" + rule.to.line +
+                                         "\": forwarding is between lines");
+      return;
+    }
+    if (!feeds_one(*input, *output)) {
+      return;
+    }
+    if (Binding* const made = lines_.join(*input, *output, rule.to.place)) {
+      made->forwarded = true;
+      made->when_lost = rule.when_lost;
+      lines_.line(*from).plan.source += rule.source;
+      lines_.line(*to).plan.source += rule.source;
+    }
+  }
+
+  std::optional<End> find_input(std::size_t line, const ForwardSection& rule) {
+    const std::string& text = rule.from.entry;
+    if (const auto found = lines_.find_entry(line, Direction::inputs, text)) {
+      return End{line, *found, rule.from.place};
+    }
+    if (!lines_.find_entry(line, Direction::outputs, text)) {
+      findings_.error(rule.from.place, "line \"" + rule.from.line + "\" has no input \"" + text +
+                                           "\"" + lines_.suggestion(line, Direction::inputs, text));
+    } else if (!feeder_of(rule.from)) {
+      findings_.error(rule.from.place,
+                      "\"" + text + "\" is an output; what is forwarded is an input");
+    } else {
+      findings_.error(rule.from.place,
+                      "\"" + text + "\" is what another rule writes" +
+                          (is_in_circle(rule) ? ", and the rules make a circle" : "") +
+                          ": forwarded values are not forwarded again");
+    }
+    return std::nullopt;
+  }
+
+  std::optional<End> find_output(std::size_t line, const ForwardSection& rule) {
+    const std::string& text = rule.to.entry;
+    if (lines_.line(line).plan.config.role == line::Role::observer) {
+      findings_.error(rule.to.place,
+                      "line \"" + rule.to.line + "\" is an observer, which writes no outputs");
+      return std::nullopt;
+    }
+    if (const auto found = lines_.find_entry(line, Direction::outputs, text)) {
+      return End{line, *found, rule.to.place};
+    }
+    if (lines_.find_entry(line, Direction::inputs, text)) {
+      findings_.error(rule.to.place,
+                      "\"" + text + "\" is an input; the target of a rule is an output");
+    } else {
+      findings_.error(rule.to.place, "line \"" + rule.to.line + "\" has no output \"" + text +
+                                         "\"" + lines_.suggestion(line, Direction::outputs, text));
+    }
+    return std::nullopt;
+  }
+
+  // The rule whose target that is. nullptr if there is none.
+  const ForwardSection* feeder_of(const ForwardSection::End& end) {
+    const auto found = std::find_if(rules_.begin(), rules_.end(), [&](const ForwardSection& other) {
+      return other.to.line == end.line && other.to.entry == end.entry;
+    });
+    return found == rules_.end() ? nullptr : &*found;
+  }
+
+  bool is_in_circle(const ForwardSection& rule) {
+    const ForwardSection* feeder = feeder_of(rule.from);
+    for (std::size_t i = 0; feeder != nullptr && i < rules_.size(); ++i) {
+      if (feeder == &rule) {
+        return true;
+      }
+      feeder = feeder_of(feeder->from);
+    }
+    return false;
+  }
+
+  // CiA 302-7 as the manuals tell it: the list of what is forwarded hangs on the received PDO.
+  bool feeds_one(const End& input, const End& output) {
+    const image::Entry& from = lines_.entry(input, Direction::inputs);
+    const image::Entry& to = lines_.entry(output, Direction::outputs);
+    const std::tuple key(input.line, from.local_pdo, output.line);
+    const auto [fed, first] = fed_.try_emplace(key, output);
+    const image::Entry& before = lines_.entry(fed->second, Direction::outputs);
+    if (before.local_pdo == to.local_pdo) {
+      return true;
+    }
+    findings_.error(output.place, "the PDO that brings \"" + from.name +
+                                      "\" feeds the one with \"" + before.name +
+                                      "\" already: one received PDO feeds at most "
+                                      "one PDO of another line");
+    return false;
+  }
+
+  Findings& findings_;
+  const std::vector<ForwardSection>& rules_;
+  JoinedLines& lines_;
+  std::map<std::tuple<std::size_t, std::uint16_t, std::size_t>, End> fed_;
+};
+
+}  // namespace
+
+std::vector<ForwardSection> read_forwards(Findings& findings, const YAML::Node& node) {
+  std::vector<ForwardSection> out;
+  if (!node.IsDefined()) {
+    return out;
+  }
+  for (const YAML::Node& element : elements(findings, node, "forward")) {
+    ForwardSection rule;
+    const bool good = element.IsScalar() ? read_arrow(findings, element, rule)
+                                         : read_members(findings, element, rule);
+    if (good) {
+      rule.source = canonical(element);
+      out.push_back(std::move(rule));
+    }
+  }
+  return out;
+}
+
+void resolve_forwards(Findings& findings, const std::vector<ForwardSection>& rules,
+                      JoinedLines& lines) {
+  ForwardResolver(findings, rules, lines).run();
+}
+
+}  // namespace linegate::config

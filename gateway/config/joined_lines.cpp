@@ -1,0 +1,150 @@
+#include "gateway/config/joined_lines.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "gateway/config/entry_names.h"
+
+namespace linegate::config {
+
+using image::Direction;
+
+const line::Line& JoinedLines::made(std::size_t line) {
+  if (made_[line] == nullptr) {
+    made_[line] = *line::Line::make(lines_[line].plan.config).value;  // has been made before
+  }
+  return *made_[line];
+}
+
+const std::vector<image::Entry>& JoinedLines::entries(std::size_t line, Direction direction) {
+  return made(line).layout(direction).entries;
+}
+
+const image::Entry& JoinedLines::entry(const End& end, Direction direction) {
+  return entries(end.line, direction)[end.entry];
+}
+
+std::optional<std::uint32_t> JoinedLines::find_entry(std::size_t line, Direction direction,
+                                                     const std::string& text) {
+  const EntryNames names(lines_[line].plan.config, made(line).layout(direction));
+  const std::vector<std::uint32_t> found = names.find(text, false);
+  return found.empty() ? std::nullopt : std::optional(found.front());
+}
+
+std::string JoinedLines::suggestion(std::size_t line, Direction direction,
+                                    const std::string& text) {
+  return EntryNames(lines_[line].plan.config, made(line).layout(direction)).suggestion(text);
+}
+
+std::optional<std::size_t> JoinedLines::find_line(const std::string& name, Place place) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    if (lines_[i].plan.config.name == name) {
+      return i;
+    }
+    names.push_back(lines_[i].plan.config.name);
+  }
+  const std::string guess = nearest(name, names);
+  findings_.error(place, "there is no line \"" + name + "\"" +
+                             (guess.empty() ? "" : "; did you mean \"" + guess + "\"?"));
+  return std::nullopt;
+}
+
+Binding* JoinedLines::join(const End& input, const End& output, Place place) {
+  const image::Entry& from = entry(input, Direction::inputs);
+  const image::Entry& to = entry(output, Direction::outputs);
+  if (from.type != to.type || from.bit_length != to.bit_length) {
+    findings_.error(place, "\"" + from.name + "\" is " + std::string(od::name(from.type)) + ", \"" +
+                               to.name + "\" is " + std::string(od::name(to.type)));
+    return nullptr;
+  }
+  line::LineConfig& target = lines_[output.line].plan.config;
+  if (std::find(target.bound.begin(), target.bound.end(), output.entry) != target.bound.end()) {
+    findings_.error(output.place, "\"" + to.name + "\" follows another input already");
+    return nullptr;
+  }
+  for (const auto& group : target.groups) {
+    if (std::find(group.entries.begin(), group.entries.end(), output.entry) !=
+        group.entries.end()) {
+      findings_.error(output.place,
+                      "\"" + to.name + "\" is in the output group \"" + group.name + "\"");
+      return nullptr;
+    }
+  }
+  target.bound.push_back(output.entry);
+  Binding binding;
+  binding.from = name(input.line);
+  binding.input = {from.node, {from.index, from.sub}};
+  binding.to = target.name;
+  binding.output_entry = output.entry;
+  binding.input_name = from.name;
+  binding.output_name = to.name;
+  return &bindings_.emplace_back(std::move(binding));
+}
+
+void JoinedLines::finish() {
+  for (LineSection& line : lines_) {
+    std::sort(line.plan.config.bound.begin(), line.plan.config.bound.end());
+  }
+  share_executors();
+  unite_sources();
+}
+
+std::size_t JoinedLines::line_called(const std::string& name) const {
+  const auto found = std::find_if(lines_.begin(), lines_.end(), [&](const LineSection& line) {
+    return line.plan.config.name == name;
+  });
+  return static_cast<std::size_t>(found - lines_.begin());
+}
+
+// Every line gets the lowest number among those it is joined with.
+std::vector<std::size_t> JoinedLines::clusters(bool forwarding_alone) const {
+  std::vector<std::size_t> out(lines_.size());
+  std::iota(out.begin(), out.end(), std::size_t{0});
+  for (std::size_t round = 0; round < lines_.size(); ++round) {
+    for (const Binding& binding : bindings_) {
+      if (binding.forwarded || !forwarding_alone) {
+        std::size_t& a = out[line_called(binding.from)];
+        std::size_t& b = out[line_called(binding.to)];
+        a = b = std::min(a, b);
+      }
+    }
+  }
+  return out;
+}
+
+void JoinedLines::unite_sources() {
+  const std::vector<std::size_t> cluster = clusters(false);
+  std::vector<std::string> united(lines_.size());
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    united[cluster[i]] += lines_[i].plan.source;
+  }
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    lines_[i].plan.source = united[cluster[i]];
+  }
+}
+
+// That of the first line that names one, else one of their own, with a name that none in the
+// configuration can have.
+void JoinedLines::share_executors() {
+  const std::vector<std::size_t> cluster = clusters(true);
+  std::vector<std::string> named(lines_.size());
+  std::vector<std::string> all(lines_.size());
+  std::vector<std::size_t> count(lines_.size());
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    const LinePlan& plan = lines_[i].plan;
+    std::string& name = named[cluster[i]];
+    name = name.empty() ? plan.executor : name;
+    std::string& names = all[cluster[i]];
+    names += (names.empty() ? "" : "+") + plan.config.name;
+    ++count[cluster[i]];
+  }
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    std::string& executor = lines_[i].plan.executor;
+    if (executor.empty() && count[cluster[i]] > 1) {
+      executor = named[cluster[i]].empty() ? all[cluster[i]] : named[cluster[i]];
+    }
+  }
+}
+
+}  // namespace linegate::config
