@@ -108,7 +108,7 @@ int with_client(const Options& options, const Topics& topics,
 
 // The texts of one command; CLI11 fills them when it parses.
 struct Texts {
-  std::string line, entry, value, node, index, sub, type, command, code, reg = "0", bytes;
+  std::string line, entry, value, node, index, sub, type, command, code, reg = "0", bytes, via;
 };
 
 class Program {
@@ -173,6 +173,15 @@ class Program {
         app_.add_subcommand("routes", "how other networks are reached, and what is routed");
     on(routes, [this] { return with_client(options_, {}, console::routes); });
 
+    CLI::App* trace = app_.add_subcommand("trace", "what is routed between networks, live");
+    trace->add_option("-n,--count", count_, "end after so many");
+    on(trace, [this] {
+      return with_client(options_, {.events = true}, [&](auto& c) {
+        end_in_good_order();
+        return console::trace(c, count_, stopped);
+      });
+    });
+
     CLI::App* nodes = app_.add_subcommand("nodes", "the nodes of a line, or of all");
     nodes->add_option("line", texts_.line);
     on(nodes, [this] {
@@ -217,7 +226,7 @@ class Program {
     read->add_option("type", texts_.type, "data type: u8, i16, r32, vs, ...");
     on(read, [this] {
       return with_client(options_, {.commands = true}, [&](auto& c) {
-        return console::sdo_read(c, texts_.node, texts_.index, texts_.sub, texts_.type);
+        return console::sdo_read(c, texts_.node, texts_.index, texts_.sub, texts_.type, texts_.via);
       });
     });
     CLI::App* sdo_write = sdo->add_subcommand("write", "give an object a value");
@@ -227,7 +236,7 @@ class Program {
     on(sdo_write, [this] {
       return with_client(options_, {.commands = true}, [&](auto& c) {
         return console::sdo_write(c, texts_.node, texts_.index, texts_.sub, texts_.type,
-                                  texts_.value);
+                                  texts_.value, texts_.via);
       });
     });
 
@@ -348,6 +357,8 @@ class Program {
     command->add_option("node", texts_.node, "LINE:NODE")->required();
     command->add_option("index", texts_.index, "hexadecimal")->required();
     command->add_option("sub", texts_.sub, "sub-index")->required();
+    command->add_option("--via", texts_.via,
+                        "ask through the gateway, as a client on this line would");
   }
 
   int run_monitor() {

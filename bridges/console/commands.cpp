@@ -73,9 +73,41 @@ std::optional<std::uint16_t> remote_network(const Model& model, const std::strin
   return remote ? std::optional(static_cast<std::uint16_t>(*number)) : std::nullopt;
 }
 
+void ask_in_network(SdoTarget& target, std::uint16_t network) {
+  using enum line::CommandKind;
+  const bool write = target.command.kind == sdo_write;
+  target.command.kind = write ? network_write : network_read;
+  target.command.network = network;
+}
+
+// The line that `via` names; the network is a number, or that of a line.
+const Line* find_via(Context& context, Model& model, SdoTarget& target, const std::string& via) {
+  if (target.node.own) {
+    context.err << "the own node of a line is not asked through another one\n";
+    return nullptr;
+  }
+  const Line* const line = find_line(context, model, via);
+  if (line == nullptr) {
+    return nullptr;
+  }
+  const auto number = parse_number(target.node.line, 0xFFFF, false);
+  if (number) {
+    ask_in_network(target, static_cast<std::uint16_t>(*number));
+    return line;
+  }
+  const Line* const other = find_line(context, model, target.node.line);
+  if (other != nullptr) {
+    ask_in_network(target, other->view->state.network_id);
+  }
+  return other == nullptr ? nullptr : line;
+}
+
 // The line that has the node; or the one over which its network is reached, by routes that gateways
 // tell of. nullptr: there is neither, which has been said.
-const Line* find_target(Context& context, Model& model, SdoTarget& target) {
+const Line* find_target(Context& context, Model& model, SdoTarget& target, const std::string& via) {
+  if (!via.empty()) {
+    return find_via(context, model, target, via);
+  }
   const std::string& line = target.node.line;
   const auto way = [&]() -> const Line* {
     const auto network = remote_network(model, line);
@@ -87,9 +119,7 @@ const Line* find_target(Context& context, Model& model, SdoTarget& target) {
   };
   if (!target.node.own && wait_until(context, model, known)) {
     if (const Line* found = way()) {
-      using enum line::CommandKind;
-      target.command.kind = target.command.kind == sdo_write ? network_write : network_read;
-      target.command.network = *remote_network(model, line);
+      ask_in_network(target, *remote_network(model, line));
       return found;
     }
   }
@@ -251,7 +281,7 @@ int write(Context& context, const std::string& line, const std::string& entry,
 }
 
 int sdo_read(Context& context, const std::string& node, const std::string& index,
-             const std::string& sub, const std::string& type) {
+             const std::string& sub, const std::string& type, const std::string& via) {
   auto target = sdo_target(context, node, index, sub, false);
   const auto data_type = type_from_name(type);
   if (!type.empty() && !data_type) {
@@ -261,7 +291,7 @@ int sdo_read(Context& context, const std::string& node, const std::string& index
     return kUsage;
   }
   Model model;
-  const Line* line = find_target(context, model, *target);
+  const Line* line = find_target(context, model, *target, via);
   if (line == nullptr) {
     return kFailed;
   }
@@ -271,7 +301,8 @@ int sdo_read(Context& context, const std::string& node, const std::string& index
 }
 
 int sdo_write(Context& context, const std::string& node, const std::string& index,
-              const std::string& sub, const std::string& type, const std::string& value) {
+              const std::string& sub, const std::string& type, const std::string& value,
+              const std::string& via) {
   auto target = sdo_target(context, node, index, sub, true);
   const auto data_type = type_from_name(type);
   if (!data_type) {
@@ -286,7 +317,7 @@ int sdo_write(Context& context, const std::string& node, const std::string& inde
   }
   target->command.data = *std::move(data);
   Model model;
-  const Line* line = find_target(context, model, *target);
+  const Line* line = find_target(context, model, *target, via);
   if (line == nullptr) {
     return kFailed;
   }

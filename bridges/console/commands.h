@@ -42,14 +42,20 @@ int image(Context& context, const std::string& line, image::Direction direction)
 int events(Context& context, const std::string& line, std::uint64_t count,
            const std::function<bool()>& stopped);
 
+// What is routed between networks, as it happens; those events of it that gateways kept come first.
+// count: so many lines printed; 0: until stopped() says so.
+int trace(Context& context, std::uint64_t count, const std::function<bool()>& stopped);
+
 // entry: number, name ("drive1.Controlword") or "NODE.INDEX:SUB" (hexadecimal index).
 int write(Context& context, const std::string& line, const std::string& entry,
           const std::string& value);
-// type empty: bytes, and the number they make.
+// type empty: bytes, and the number they make. via: asked as a client on this line would, through
+// the gateway, even if the node's own line is known; empty: the shortest way.
 int sdo_read(Context& context, const std::string& node, const std::string& index,
-             const std::string& sub, const std::string& type);
+             const std::string& sub, const std::string& type, const std::string& via = "");
 int sdo_write(Context& context, const std::string& node, const std::string& index,
-              const std::string& sub, const std::string& type, const std::string& value);
+              const std::string& sub, const std::string& type, const std::string& value,
+              const std::string& via = "");
 int nmt(Context& context, const std::string& command, const std::string& node);
 // code hexadecimal or decimal; bytes: up to 5, hexadecimal.
 int emcy(Context& context, const std::string& line, const std::string& code,

@@ -59,9 +59,8 @@ std::string networks_text(const KnownRoute& route) {
 }
 
 Cell count_cell(const LineView& view, std::string_view name) {
-  const std::string text = value_of(view, std::string(kRouting) + std::string(name));
-  const auto number = parse_number(text, ~std::uint64_t{0}, false);
-  return {number ? text : "-", number ? std::optional(static_cast<double>(*number)) : std::nullopt};
+  const auto number = routing_count(view, name);
+  return number ? Cell{std::to_string(*number), static_cast<double>(*number)} : Cell{"-", {}};
 }
 
 bool routes(const Line& line) {
@@ -69,6 +68,11 @@ bool routes(const Line& line) {
 }
 
 }  // namespace
+
+std::optional<std::uint64_t> routing_count(const LineView& view, std::string_view name) {
+  return parse_number(value_of(view, std::string(kRouting) + std::string(name)), ~std::uint64_t{0},
+                      false);
+}
 
 std::vector<KnownRoute> routes_of(const LineId& id, const LineView& view) {
   std::vector<KnownRoute> out;

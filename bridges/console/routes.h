@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bridges/console/model.h"
@@ -24,6 +25,9 @@ struct KnownRoute {
 std::vector<KnownRoute> routes_of(const LineId& id, const LineView& view);
 // All gateways', each once: every line of one gateway tells the same.
 std::vector<KnownRoute> routes_of(const Model& model);
+
+// One of the numbers that a line which routes tells of: "open", "timed-out".
+std::optional<std::uint64_t> routing_count(const LineView& view, std::string_view name);
 
 // The line over which that network is reached at the lowest cost; nullptr if no gateway knows it.
 const Line* find_way(const Model& model, std::uint16_t network);

@@ -2,6 +2,8 @@
 #include "bridges/console/commands.h"
 
 #include <sstream>
+#include <string>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,8 +29,15 @@ class FakeGateway : public Client {
       view.properties = {{"routes-1", "3 press 0, 10..19 press:6 10"},
                          {"routes-2", "12 hall:7 1, 12 press:8 5, nonsense"},
                          {"routing-open", "1"},
+                         {"routing-opened", std::to_string(opened)},
                          {"routing-timed-out", "4"}};
+      opened += opens;
       listener.on_line(kPress, view);
+      if (std::exchange(refuses, false)) {
+        listener.on_event(kPress,
+                          {{.number = 7, .kind = EventKind::routing_refused}, "SDO refused"});
+        listener.on_event(kPress, {{.number = 8, .kind = EventKind::boot_up}, "boot-up"});
+      }
       image::Layout layout{.direction = image::Direction::outputs, .id = 77, .byte_size = 2};
       layout.entries.push_back({.bit_length = 16,
                                 .type = od::DataType::integer16,
@@ -47,6 +56,9 @@ class FakeGateway : public Client {
   }
 
   bool silent = false;
+  std::uint64_t opened = 5;
+  std::uint64_t opens = 0;  // connections in each poll
+  bool refuses = false;
   std::uint64_t unreadable = 0;  // samples in each poll
   Answer answer;
   line::Command last;
@@ -108,6 +120,17 @@ TEST_F(Commands, AnotherNetworkIsReachedOverTheCheapestLineThatIsKnown) {
   EXPECT_THAT(err_.str(), HasSubstr("no line '20'"));
 }
 
+TEST_F(Commands, ALineCanBeTheWayToAnother) {
+  EXPECT_EQ(sdo_read(context_, "12:5", "1018", "1", "", "press"), kDone) << err_.str();
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::network_read);
+  EXPECT_EQ(gateway_.last.network, 12);
+  EXPECT_EQ(sdo_write(context_, "press:5", "6040", "0", "u8", "1", "press"), kDone);
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::network_write);
+  EXPECT_EQ(gateway_.last.network, 3) << "that of press";
+  EXPECT_EQ(sdo_read(context_, "press:own", "1018", "1", "", "press"), kFailed);
+  EXPECT_EQ(sdo_read(context_, "hall:5", "1018", "1", "", "press"), kFailed);
+}
+
 TEST_F(Commands, RoutesAsTextAndAsJson) {
   EXPECT_EQ(routes(context_), kDone);
   EXPECT_THAT(out_.str(), HasSubstr("NETWORKS"));
@@ -119,7 +142,22 @@ TEST_F(Commands, RoutesAsTextAndAsJson) {
   EXPECT_EQ(routes(context_), kDone);
   EXPECT_THAT(out_.str(), HasSubstr(R"({"gateway":"plant","first":10,"last":19,"line":"press",)"
                                     R"("node":6,"cost":10})"));
-  EXPECT_THAT(out_.str(), HasSubstr(R"("network_id":3,"open":1,"timed_out":4})"));
+  EXPECT_THAT(out_.str(), HasSubstr(R"("network_id":3,"open":1,"opened":5,"timed_out":4})"));
+}
+
+TEST_F(Commands, ATraceTellsWhatMovedAndWhatWasRefused) {
+  gateway_.opens = 2;
+  gateway_.refuses = true;
+  EXPECT_EQ(trace(context_, 3, [] { return false; }), kDone);
+  EXPECT_THAT(out_.str(), HasSubstr("press (network 3): 2 opened; open 1\n"));
+  EXPECT_THAT(out_.str(), HasSubstr("SDO refused\n"));
+  EXPECT_THAT(out_.str(), Not(HasSubstr("boot-up")));
+  out_.str("");
+  context_.json = true;
+  EXPECT_EQ(trace(context_, 1, [] { return false; }), kDone);
+  EXPECT_THAT(out_.str(), HasSubstr(R"("line":"press","network_id":3,"opened":2,"finished":0)"));
+  gateway_.silent = true;
+  EXPECT_EQ(trace(context_, 1, [] { return false; }), kFailed);
 }
 
 TEST_F(Commands, TheOwnNodeIsReadLocally) {
