@@ -29,6 +29,7 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
     case line::CommandKind::local_write:
     case line::CommandKind::emcy_send:
     case line::CommandKind::nmt:
+    case line::CommandKind::bus_restart:
       break;
   }
   return commands == config::Access::all;

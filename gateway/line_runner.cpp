@@ -1,6 +1,7 @@
 #include "gateway/line_runner.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
 #include <utility>
 
@@ -149,9 +150,11 @@ void LineRunner::take_storage_result() {
 void LineRunner::take_requests(Instant now) {
   while (!reply_held_ && port_.commands.pop(command_)) {
     if (stopping_) {
-      reply(command_.tag, line::Refusal::cancelled);
+      reply(command_.tag, line::to_error(line::Refusal::cancelled));
     } else if (!started_) {
-      reply(command_.tag, line::Refusal::line_down);
+      reply(command_.tag, line::to_error(line::Refusal::line_down));
+    } else if (command_.kind == line::CommandKind::bus_restart) {
+      restart_bus(now);
     } else {
       line_->execute(std::move(command_), now);
       command_ = {};
@@ -187,10 +190,20 @@ void LineRunner::leave(std::uint8_t interface, Instant now) {
   give_messages(now);
 }
 
-void LineRunner::reply(std::uint64_t tag, line::Refusal refusal) {
+void LineRunner::restart_bus(Instant now) {
+  const int error = pump_.channel().restart(now);
+  if (error == EBUSY) {
+    reply(command_.tag, line::to_error(line::Refusal::wrong_state));
+  } else {
+    reply(command_.tag,
+          error == 0 ? Error{} : Error{Domain::can, static_cast<std::uint32_t>(error)});
+  }
+}
+
+void LineRunner::reply(std::uint64_t tag, Error error) {
   reply_ = {};
   reply_.tag = tag;
-  reply_.error = line::to_error(refusal);
+  reply_.error = error;
   reply_held_ = true;
   hand_over_replies();
 }

@@ -75,6 +75,7 @@ class LineRunner final : public Runner {
   void take_requests(Instant now);
   void take_messages(Instant now);
   void give_messages(Instant now);
+  void restart_bus(Instant now);
   void hand_over(Instant now);
   void hand_over_events();
   void hand_over_replies();
@@ -83,8 +84,8 @@ class LineRunner final : public Runner {
   void hand_over_status(Instant now);
   void look_at_clock();
   void look_at_losses();
-  void reply(std::uint64_t tag, line::Refusal refusal);
   void transmit(Instant now);
+  void reply(std::uint64_t tag, Error error);
   Instant compute_next_wake() const;
 
   std::unique_ptr<line::Line> line_;

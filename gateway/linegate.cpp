@@ -261,6 +261,14 @@ class Program {
       });
     });
 
+    CLI::App* restart = app_.add_subcommand(
+        "bus-restart", "bring a line's controller back to the bus after bus-off");
+    restart->add_option("line", texts_.line)->required();
+    on(restart, [this] {
+      return with_client(options_, {.commands = true},
+                         [&](auto& c) { return console::bus_restart(c, texts_.line); });
+    });
+
     CLI::App* versions = app_.add_subcommand("versions", "versions of a running gateway");
     versions->add_option("line", texts_.line);
     on(versions, [this] {

@@ -96,6 +96,7 @@ class RecordingChannel final : public can_bridge::Channel {
   Instant next_wake() const override { return channel_->next_wake(); }
   const can_bridge::ChannelCounters& counters() const override { return channel_->counters(); }
   can_bridge::ControllerSetup settings() const override { return channel_->settings(); }
+  int restart(Instant now) override { return channel_->restart(now); }
 
  private:
   std::unique_ptr<can_bridge::Channel> channel_;

@@ -31,6 +31,10 @@ void BusEvents::push(const can::BusEvent& event) {
   }
 }
 
+int Channel::restart(Instant /*now*/) {
+  return EOPNOTSUPP;
+}
+
 std::string describe_failure(std::string_view interface, std::uint32_t code) {
   const std::string name(interface);
   switch (static_cast<int>(code)) {

@@ -102,6 +102,11 @@ class Channel {
 
   virtual const ChannelCounters& counters() const = 0;
 
+  // Brings a controller that is off the bus back; what comes of it is told by the next read()s.
+  // 0, or errno: EBUSY: it is not off the bus; EOPNOTSUPP: there is no controller; EPERM: not
+  // permitted (CAP_NET_ADMIN).
+  virtual int restart(Instant now);
+
   // What the controller was set to when interface_ready was told last; what is 0 or absent is not
   // known, as with a bus that has no controller.
   virtual ControllerSetup settings() const { return {}; }

@@ -19,13 +19,15 @@ namespace {
 // A request that changes one interface: a header, and attributes that may hold attributes.
 class Request {
  public:
-  Request(int interface_index, bool up) {
+  enum class Change { none, up, down };
+
+  Request(int interface_index, Change change) {
     header_.nlmsg_type = RTM_NEWLINK;
     header_.nlmsg_flags = NLM_F_REQUEST | NLM_F_ACK;
     info_.ifi_family = AF_UNSPEC;
     info_.ifi_index = interface_index;
-    info_.ifi_flags = up ? unsigned{IFF_UP} : 0U;
-    info_.ifi_change = up ? unsigned{IFF_UP} : 0U;
+    info_.ifi_flags = change == Change::up ? unsigned{IFF_UP} : 0U;
+    info_.ifi_change = change != Change::none ? unsigned{IFF_UP} : 0U;
     size_ = NLMSG_HDRLEN + NLMSG_ALIGN(sizeof info_);
   }
 
@@ -116,7 +118,7 @@ void add_modes(Request& request, const ControllerSetup& setup) {
 
 int set_up_controller(int interface_index, const ControllerSetup& setup) {
   constexpr std::string_view kKind = "can";
-  Request settings(interface_index, false);
+  Request settings(interface_index, Request::Change::none);
   const std::size_t info = settings.begin(IFLA_LINKINFO);
   settings.add(IFLA_INFO_KIND, kKind.data(), kKind.size());
   const std::size_t data = settings.begin(IFLA_INFO_DATA);
@@ -131,7 +133,12 @@ int set_up_controller(int interface_index, const ControllerSetup& setup) {
   if (const int error = settings.send(); error != 0) {
     return error;
   }
-  return Request(interface_index, true).send();
+  return Request(interface_index, Request::Change::up).send();
+}
+
+int restart_controller(int interface_index) {
+  const int error = Request(interface_index, Request::Change::down).send();
+  return error != 0 ? error : Request(interface_index, Request::Change::up).send();
 }
 
 }  // namespace linegate::can_bridge

@@ -30,4 +30,9 @@ struct ControllerSetup {
 // CAP_NET_ADMIN, EOPNOTSUPP or EINVAL for what the driver cannot do.
 int set_up_controller(int interface_index, const ControllerSetup& setup);
 
+// Takes the interface down and up, which every driver understands and which brings a controller
+// back that is off the bus. (The kernel's own restart is not what every driver has, and Linux
+// before 6.17 does not ask first.) 0, or errno: EPERM without CAP_NET_ADMIN.
+int restart_controller(int interface_index);
+
 }  // namespace linegate::can_bridge

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <linux/can/error.h>
+#include <net/if.h>
 
 #include "bridges/can/frame_codec.h"
 #include "bridges/can/interface.h"
@@ -45,6 +46,14 @@ SocketChannel::SocketChannel(std::string interface, const SocketOptions& options
 SocketChannel::SocketChannel(int descriptor) : window_(TransmitWindow::kMaxDepth) {
   fd_ = true;
   socket_.reset(descriptor);
+}
+
+int SocketChannel::restart(Instant /*now*/) {
+  if (adopted()) {
+    return EOPNOTSUPP;
+  }
+  return bus_off() ? restart_controller(static_cast<int>(::if_nametoindex(interface_.c_str())))
+                   : EBUSY;
 }
 
 // --- opening and failing ------------------------------------------------------------------------

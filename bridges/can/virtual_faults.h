@@ -5,6 +5,7 @@
 //   virtual:press?doubled=0.1%              so many arrive twice
 //   virtual:press?stuck=5@10s               node 5 is stuck after 10 s, for 10 s, and so on
 //   virtual:press?bus_off=10s               this end goes bus-off every 10 s, for a second
+//   virtual:press?bus_off=10s&restart=never and stays there until it is told to restart
 //
 // All but the last are about the whole bus, whichever of its ends asks for them; the same seed and
 // the same frames give the same faults. Of a node that is stuck nothing reaches anybody that it
@@ -24,16 +25,14 @@ struct VirtualFaults {
   double lost = 0;       // 0 to 1, together at most 1
   double disturbed = 0;  // less than 1: a frame has to get through some day
   double doubled = 0;
-  Duration bus_off{};      // from one bus-off to the next; 0 = never
-  std::uint8_t stuck = 0;  // node-ID, 0 = none
-  Duration stuck_time{};   // so long it works, so long it is stuck
+  Duration bus_off{};                          // from one bus-off to the next; 0 = never
+  Duration restart = std::chrono::seconds(1);  // how long a bus-off lasts; 0 = until it is told to
+  std::uint8_t stuck = 0;                      // node-ID, 0 = none
+  Duration stuck_time{};                       // so long it works, so long it is stuck
   std::uint32_t seed = 1;
 
   bool of_bus() const { return lost > 0 || disturbed > 0 || doubled > 0 || stuck != 0; }
 };
-
-// How long a bus-off lasts.
-inline constexpr Duration kBusOffTime = std::chrono::seconds(1);
 
 struct ParsedFaults {
   VirtualFaults faults;

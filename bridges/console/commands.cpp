@@ -372,6 +372,16 @@ int emcy(Context& context, const std::string& line, const std::string& code,
   return print_answer(context, ask(context, model, *target, request), "");
 }
 
+int bus_restart(Context& context, const std::string& line) {
+  Model model;
+  const Line* target = find_line(context, model, line);
+  if (target == nullptr) {
+    return kFailed;
+  }
+  return print_answer(context,
+                      ask(context, model, *target, {.kind = line::CommandKind::bus_restart}), "");
+}
+
 int versions(Context& context, const std::string& line) {
   Model model;
   const auto found = find_lines(context, model, line);

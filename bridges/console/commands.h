@@ -60,6 +60,8 @@ int nmt(Context& context, const std::string& command, const std::string& node);
 // code hexadecimal or decimal; bytes: up to 5, hexadecimal.
 int emcy(Context& context, const std::string& line, const std::string& code,
          const std::string& error_register, const std::string& bytes);
+// The line's controller goes back to the bus after bus-off.
+int bus_restart(Context& context, const std::string& line);
 int versions(Context& context, const std::string& line);
 
 }  // namespace linegate::console

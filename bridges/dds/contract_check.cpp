@@ -108,6 +108,7 @@ static_assert(same(v1::COMMAND_NMT, line::CommandKind::nmt));
 static_assert(same(v1::COMMAND_VERSIONS, line::CommandKind::versions));
 static_assert(same(v1::COMMAND_NETWORK_READ, line::CommandKind::network_read));
 static_assert(same(v1::COMMAND_NETWORK_WRITE, line::CommandKind::network_write));
+static_assert(same(v1::COMMAND_BUS_RESTART, line::CommandKind::bus_restart));
 
 static_assert(same(v1::RESULT_DONE, Domain::none));
 static_assert(same(v1::RESULT_SDO, Domain::sdo));

@@ -129,7 +129,7 @@ struct SharedBus {
 class VirtualChannel final : public can_bridge::Channel {
  public:
   VirtualChannel(std::shared_ptr<SharedBus> shared, const can_bridge::VirtualFaults& faults)
-      : shared_(std::move(shared)), bus_off_(faults.bus_off) {
+      : shared_(std::move(shared)), bus_off_(faults.bus_off), restart_(faults.restart) {
     const std::scoped_lock lock(shared_->mutex);
     if (faults.of_bus()) {
       shared_->set_faults(faults);
@@ -200,6 +200,14 @@ class VirtualChannel final : public can_bridge::Channel {
   bool wants_writable() const override { return false; }
   Instant next_wake() const override { return descriptor() < 0 ? retry_at_ : kNever; }
   const can_bridge::ChannelCounters& counters() const override { return counters_; }
+  int restart(Instant now) override {
+    if (!is_bus_off_) {
+      return EBUSY;
+    }
+    change_at_ = now;
+    self_.timer.arm(now);
+    return 0;
+  }
 
  private:
   bool open(can_bridge::BusEvents& events, Instant now) {
@@ -230,6 +238,13 @@ class VirtualChannel final : public can_bridge::Channel {
     return true;
   }
 
+  Instant next_change(Instant now) const {
+    if (is_bus_off_) {
+      return restart_ > Duration{} ? now + restart_ : kNever;
+    }
+    return now + bus_off_ - restart_;
+  }
+
   // Bus-off, and back.
   void change_state(can_bridge::BusEvents& events, Instant now) {
     if (now < change_at_) {
@@ -237,7 +252,7 @@ class VirtualChannel final : public can_bridge::Channel {
     }
     is_bus_off_ = !is_bus_off_;
     shared_->bus.set_connected(self_.endpoint, !is_bus_off_, now);
-    change_at_ = now + (is_bus_off_ ? can_bridge::kBusOffTime : bus_off_ - can_bridge::kBusOffTime);
+    change_at_ = next_change(now);
     BusEvent event;
     event.kind = BusEvent::Kind::state;
     event.state = is_bus_off_ ? BusState::bus_off : BusState::error_active;
@@ -289,6 +304,7 @@ class VirtualChannel final : public can_bridge::Channel {
   Instant retry_at_{};
   bool failed_ = false;
   const Duration bus_off_;      // from one to the next; 0 = never
+  const Duration restart_;      // after so long it is over; 0 = when restart() is called
   Instant change_at_ = kNever;  // into bus-off, or back
   bool is_bus_off_ = false;
   std::uint64_t disturbed_ = 0;  // told so far

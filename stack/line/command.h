@@ -25,6 +25,8 @@ enum class CommandKind : std::uint8_t {
   network_read,   // network, node, index, sub -> data: sdo_read in another network (CiA 302-7), by
                   // the cheapest route of 1F2Ch; in the line's own network sdo_read
   network_write,  // network, node, index, sub, data
+  bus_restart,    // the CAN controller goes back to the bus after bus-off; carried out by the owner
+                  // of the line, never reaches it
 };
 std::string_view name(CommandKind kind);
 
@@ -39,7 +41,7 @@ enum class Refusal : std::uint8_t {
   unknown_entry,      // no such output entry
   wrong_incarnation,  // meant for another start of the gateway
   wrong_role,         // not possible in the line's role
-  wrong_state,        // not possible in the present NMT state
+  wrong_state,        // not possible in the present state (of NMT, or of the bus)
   inhibited,          // EMCY inhibit time is running
   timed_out,          // the command's own time-out passed
   line_down,          // the interface is not usable

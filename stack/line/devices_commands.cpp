@@ -52,6 +52,7 @@ void Line::Devices::execute(Command command, Instant now) {
       error = to_error(Refusal::wrong_role);
       break;
     case CommandKind::versions:
+    case CommandKind::bus_restart:
       break;
   }
   if (error.domain == Domain::command) {

@@ -47,6 +47,7 @@ void Line::Impl::execute(Command command, Instant now) {
       error = send_nmt(command, now);
       break;
     case CommandKind::versions:
+    case CommandKind::bus_restart:
       error = to_error(Refusal::bad_request);
       break;
   }

@@ -41,6 +41,8 @@ std::string_view name(CommandKind kind) {
       return "network-read";
     case CommandKind::network_write:
       return "network-write";
+    case CommandKind::bus_restart:
+      return "bus-restart";
   }
   return "unknown";
 }
@@ -64,7 +66,7 @@ std::string_view describe(Refusal refusal) {
     case Refusal::wrong_role:
       return "not possible in the line's role";
     case Refusal::wrong_state:
-      return "not possible in the present NMT state";
+      return "not possible in the present state";
     case Refusal::inhibited:
       return "the inhibit time is running";
     case Refusal::timed_out:

@@ -45,6 +45,10 @@ class FakeChannel final : public can_bridge::Channel {
   bool wants_writable() const override { return false; }
   Instant next_wake() const override { return kNever; }
   const can_bridge::ChannelCounters& counters() const override { return counted; }
+  int restart(Instant) override {
+    ++restarts;
+    return restart_gives;
+  }
 
   std::deque<can::Frame> coming;
   std::vector<can::BusEvent> coming_events;  // before the frames
@@ -53,6 +57,8 @@ class FakeChannel final : public can_bridge::Channel {
   std::size_t accepts = 1000;
   std::optional<std::size_t> promises;  // room() if it is not `accepts`
   int reads = 0;
+  int restarts = 0;
+  int restart_gives = 0;
   Duration reading_takes{};  // what comes meanwhile is read, too
   can_bridge::ChannelCounters counted;
 };

@@ -1,7 +1,9 @@
 // One line on a channel that the test plays, in virtual time.
 #include "gateway/line_runner.h"
 
+#include <cerrno>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -134,6 +136,25 @@ TEST_F(LineRunnerTest, RefusesCommandsBeforeTheInterfaceIsReady) {
   ASSERT_TRUE(port_.replies.pop(reply));
   EXPECT_EQ(reply.tag, 7U);
   EXPECT_EQ(reply.error, line::to_error(line::Refusal::line_down));
+}
+
+TEST_F(LineRunnerTest, RestartsTheBusOnCommandAndSaysWhatCameOfIt) {
+  make_ready();
+  const std::pair<int, Error> answers[] = {
+      {0, Error{}},
+      {EBUSY, line::to_error(line::Refusal::wrong_state)},
+      {EPERM, Error{Domain::can, EPERM}},
+  };
+  for (const auto& [given, error] : answers) {
+    channel_->restart_gives = given;
+    send_command(7, line::CommandKind::bus_restart);
+    serve();
+    line::Reply reply;
+    ASSERT_TRUE(port_.replies.pop(reply));
+    EXPECT_EQ(reply.tag, 7U);
+    EXPECT_EQ(reply.error, error) << given;
+  }
+  EXPECT_EQ(channel_->restarts, 3);
 }
 
 TEST_F(LineRunnerTest, SendsTheFrameThatDidNotFitFirst) {

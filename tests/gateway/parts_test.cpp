@@ -254,9 +254,9 @@ TEST(Access, ReadAllowsWhatChangesNothing) {
   EXPECT_TRUE(permitted(CommandKind::sdo_read, Access::read, Access::off));
   EXPECT_TRUE(permitted(CommandKind::local_read, Access::read, Access::off));
   EXPECT_TRUE(permitted(CommandKind::network_read, Access::read, Access::off));
-  for (const auto kind :
-       {CommandKind::sdo_write, CommandKind::network_write, CommandKind::local_write,
-        CommandKind::nmt, CommandKind::emcy_send, CommandKind::output_write}) {
+  for (const auto kind : {CommandKind::sdo_write, CommandKind::network_write,
+                          CommandKind::local_write, CommandKind::nmt, CommandKind::emcy_send,
+                          CommandKind::output_write, CommandKind::bus_restart}) {
     EXPECT_FALSE(permitted(kind, Access::read, Access::all)) << name(kind);
     EXPECT_TRUE(permitted(kind, Access::all, Access::all)) << name(kind);
   }

@@ -86,13 +86,18 @@ TEST(InterfaceUri, FaultsOfAVirtualBus) {
   EXPECT_EQ(stuck.stuck, 5);
   EXPECT_EQ(stuck.stuck_time, std::chrono::seconds(10));
   EXPECT_EQ(faults("virtual:a?bus_off=1500ms").bus_off, std::chrono::milliseconds(1500));
+  EXPECT_EQ(faults("virtual:a?bus_off=2s").restart, std::chrono::seconds(1));
+  EXPECT_EQ(faults("virtual:a?bus_off=2s&restart=0.5s").restart, std::chrono::milliseconds(500));
+  EXPECT_EQ(faults("virtual:a?restart=never&bus_off=2s").restart, Duration{});
   for (const char* text : {"lost=2", "lost=-1%", "lost=", "lost=nan", "disturbed=100%", "seed=x",
-                           "bus_off=10", "bus_off=1s", "bus_off=2d", "loss=1%", "stuck=5",
-                           "stuck=0@10s", "stuck=128@10s", "stuck=5@1s", "stuck=@10s"}) {
+                           "bus_off=10", "bus_off=1s", "restart=0s", "bus_off=2d", "loss=1%",
+                           "stuck=5", "stuck=0@10s", "stuck=128@10s", "stuck=5@1s", "stuck=@10s"}) {
     EXPECT_THAT(parse_uri(std::string("virtual:a?") + text).error,
                 HasSubstr(std::string("not \"") + text + "\""));
   }
   EXPECT_THAT(parse_uri("virtual:a?lost=60%&doubled=60%").error, HasSubstr("more than 100%"));
+  EXPECT_EQ(parse_uri("virtual:a?bus_off=2s&restart=2s").error,
+            "restart is not shorter than bus_off");
 }
 
 TEST(DescribeFailure, SaysWhatToDo) {

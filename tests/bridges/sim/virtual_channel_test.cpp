@@ -1,6 +1,7 @@
 #include "bridges/sim/virtual_channel.h"
 
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <thread>
 #include <vector>
@@ -328,6 +329,29 @@ TEST_F(VirtualFaultsTest, AnEndGoesBusOffAndComesBack) {
       << "what was sent meanwhile was not heard";
   EXPECT_EQ(channel->write(frame, start + std::chrono::seconds(12)), 1U);
   EXPECT_EQ(state_at(std::chrono::seconds(20)), BusState::bus_off) << "every ten seconds";
+}
+
+TEST_F(VirtualFaultsTest, AnEndStaysBusOffUntilItIsToldToRestart) {
+  VirtualNetwork network;
+  can_bridge::VirtualFaults faults;
+  faults.bus_off = std::chrono::seconds(10);
+  faults.restart = Duration{};
+  const auto channel = network.open("a", {}, faults);
+  const Instant start{std::chrono::seconds(100)};
+  const auto states_at = [&](Duration after) {
+    read(*channel, start + after);
+    return told.view().size();
+  };
+  EXPECT_EQ(states_at({}), 2U) << "ready, and error-active";
+  EXPECT_EQ(channel->restart(start), EBUSY) << "it is on the bus";
+  EXPECT_EQ(states_at(std::chrono::seconds(10)), 1U);
+  EXPECT_EQ(told.view()[0].state, BusState::bus_off);
+  EXPECT_EQ(states_at(std::chrono::hours(1)), 0U) << "it stays there";
+  EXPECT_EQ(channel->restart(start + std::chrono::hours(1)), 0);
+  EXPECT_EQ(states_at(std::chrono::hours(1)), 1U);
+  EXPECT_EQ(told.view()[0].state, BusState::error_active);
+  EXPECT_EQ(states_at(std::chrono::hours(1) + std::chrono::seconds(10)), 1U) << "and so on";
+  EXPECT_EQ(told.view()[0].state, BusState::bus_off);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@ import re
 import plant as plant_module
 from actors import FOLDER, Actor, Witness, check, eventually, play, read, run, send
 from plant import Plant, all_valid
-from slcan import OFF, PASSIVE, WARNING, SerialController, restart
+from slcan import OFF, PASSIVE, WARNING, SerialController
 
 BIT_RATE = 1_000_000
 NO_ACKNOWLEDGE = "bus error: protocol, no acknowledge"
@@ -51,6 +51,8 @@ def is_told(plant, state):
 
 def up_to_bus_off_and_back(plant, controller):
     before = plant.gateway.process.pid
+    said = plant.refused("bus-restart", "press")
+    check(f"a controller that is on the bus is not restarted: {said}", "present state" in said)
     controller.disturb("a", WARNING - 8)
     for subscriber in plant.subscribers:
         eventually(
@@ -71,7 +73,8 @@ def up_to_bus_off_and_back(plant, controller):
             30,
         )
     controller.repair()
-    restart(controller)
+    plant.command("bus-restart", "press")
+    eventually("can7 is open again", lambda: controller.commands[-1] == "O", 10)
     is_told(plant, "error-active")
     eventually("press: all nodes are operational again", lambda: plant.is_up("press"), 90)
     for subscriber in plant.subscribers:
