@@ -8,6 +8,7 @@
 #include "stack/line/line_impl.h"
 #include "stack/line/observer.h"
 #include "stack/line/own_dictionary.h"
+#include "stack/nmt/services.h"
 #include "stack/time/service.h"
 
 namespace linegate::line {
@@ -66,6 +67,9 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
   for (const NodeConfig& device : config.nodes) {
     emergencies.listen(device.id, emcy_cob_id(device));
   }
+  if (config.routing.interface != 0) {
+    routing = std::make_unique<Routing>(config, node, sdo, events, messages, routed);
+  }
 }
 
 void Line::Impl::start(Instant now) {
@@ -89,6 +93,10 @@ void Line::Impl::advance(Instant now) {
   sdo.advance(now);
   take_completions(now);
   manager.advance(now);
+  if (routing != nullptr) {
+    routing->advance(may_send_sdo(), now);
+    take_completions(now);
+  }
   expire_commands(now);
   finish_local_writes();
   while (const Outputs::Group* group = outputs.expire(now)) {
@@ -103,6 +111,7 @@ Instant Line::Impl::next_wake() const {
   Instant wake = earlier(node.next_wake(), heartbeats.next_wake());
   wake = earlier(wake, events.next_wake());
   wake = earlier(wake, earlier(sdo.next_wake(), manager.next_wake()));
+  wake = earlier(wake, routing != nullptr ? routing->next_wake() : kNever);
   return earlier(wake, earlier(outputs.next_wake(), next_command_deadline()));
 }
 
@@ -115,6 +124,22 @@ void Line::Impl::take_completions(Instant now) {
       command_completed(completion);
     }
   }
+  while (routing != nullptr && routing->take(completion)) {
+    command_completed(completion);
+  }
+}
+
+bool Line::Impl::may_send_sdo() const {
+  return usable() && nmt::is_served(can::Service::sdo_client, node.state());
+}
+
+void Line::Impl::deliver(const routing::Message& message, Instant now) {
+  if (routing == nullptr) {
+    Base::deliver(message, now);
+    return;
+  }
+  routing->deliver(message, may_send_sdo(), now);
+  take_completions(now);
 }
 
 bool Line::Impl::next_frame(can::Frame& out, Instant now) {
@@ -249,6 +274,10 @@ void Line::Impl::stop(Instant now) {
     return;
   }
   manager.stop(now);
+  if (routing != nullptr) {
+    routing->stop(now);
+    take_completions(now);
+  }
   for (Pending& command : pending) {
     sdo.cancel(command.token);
     reply(command.tag, to_error(Refusal::cancelled));
@@ -268,6 +297,10 @@ void Line::Impl::stop(Instant now) {
 
 void Line::Impl::receive(std::span<const can::Frame> frames) {
   node.receive(frames);
+  if (routing != nullptr && !frames.empty()) {
+    routing->settle(may_send_sdo(), frames.back().time);
+    take_completions(frames.back().time);
+  }
 }
 bool Line::Impl::wants_to_send(Instant now) const {
   return node.wants_to_send(now);

@@ -10,6 +10,10 @@ namespace {
 
 constexpr std::size_t kMaxPending = 1024;  // SDO commands under way, over all nodes of a line
 
+// An answer from another network may take so many SDO time-outs: the gateways on the way give up
+// before, and say why.
+constexpr int kRemotePatience = 3;
+
 constexpr Error kDone{};
 
 bool is_node(std::uint8_t id) {
@@ -64,7 +68,35 @@ void Line::Impl::start_in_network(Command command, Instant now) {
     start_sdo(std::move(command), write, now);
     return;
   }
-  reply(command.tag, to_error(AbortCode::invalid_value));  // there is no route
+  if (command.node > can::kMaxNodeId) {
+    refuse(command, Refusal::bad_request, now);
+    return;
+  }
+  if (routing == nullptr) {
+    reply(command.tag, to_error(AbortCode::invalid_value));  // there is no route
+    return;
+  }
+  if (pending.size() >= kMaxPending) {
+    refuse(command, Refusal::busy, now);
+    return;
+  }
+  const Duration timeout = std::max(command.timeout, Duration::zero());
+  const Duration share = timeout / (1 + command.repeats);
+  const Duration patience = kRemotePatience * config.sdo_timeout;
+  const std::uint64_t token = next_token++;
+  pending.push_back({.token = token,
+                     .tag = command.tag,
+                     .deadline = timeout > Duration::zero() ? deadline(now, timeout) : kNever});
+  routing->start({.token = token,
+                  .network = command.network,
+                  .node = command.node,
+                  .address = {command.index, command.sub},
+                  .write = command.kind == CommandKind::network_write,
+                  .data = std::move(command.data),
+                  .timeout = share > Duration::zero() ? std::min(share, patience) : patience,
+                  .repeats = command.repeats},
+                 may_send_sdo(), now);
+  take_completions(now);
 }
 
 // A transfer with the own node is a local access: there is no bus between the two.
@@ -216,6 +248,9 @@ void Line::Impl::expire_commands(Instant now) {
       continue;
     }
     sdo.cancel(pending[i].token);
+    if (routing != nullptr) {
+      routing->cancel(pending[i].token, now);
+    }
     reply(pending[i].tag, to_error(Refusal::timed_out));
     pending[i] = pending.back();
     pending.pop_back();

@@ -11,6 +11,7 @@
 #include "stack/line/bus_load.h"
 #include "stack/line/line_base.h"
 #include "stack/line/outputs.h"
+#include "stack/line/routing.h"
 #include "stack/manager/manager.h"
 #include "stack/nmt/heartbeat_consumer.h"
 #include "stack/nmt/master.h"
@@ -52,6 +53,9 @@ struct Line::Impl final : Line::Base,
   node::Indicators indicators() const override;
   std::uint64_t node_revision(std::uint8_t id) const override;
   NodeState node_state(std::uint8_t id) const override;
+  void deliver(const routing::Message& message, Instant now) override;
+  // SDOs can be sent: the interface is usable, the own node not stopped.
+  bool may_send_sdo() const;
   od::Dictionary& dictionary() override;
   Counters count() const;
   bool manages() const { return config.role == Role::manager; }
@@ -117,6 +121,7 @@ struct Line::Impl final : Line::Base,
   manager::Manager manager;  // keeps the states of the nodes in every role, acts in that of manager
   Outputs outputs;
   BusLoad load;
+  std::unique_ptr<Routing> routing;  // if the line takes part in it
 
   std::vector<Pending> pending;
   std::vector<LocalWrite> local_writes;

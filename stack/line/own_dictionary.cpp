@@ -1,5 +1,6 @@
 #include "stack/line/own_dictionary.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +17,7 @@ using od::Access;
 using od::DataType;
 using od::ObjectType;
 
+constexpr std::uint16_t kNetworkIds = 0x5F20;
 constexpr std::uint8_t kErrorHistory = 16;       // entries of 1003h
 constexpr std::uint8_t kHeartbeatEntries = 127;  // entries of 1016h
 
@@ -94,6 +96,46 @@ void add_storage(std::vector<od::ObjectDescription>& objects) {
                           Access::constant, 2));
 }
 
+// The servers beside the default one: whoever wants one writes its COB-IDs.
+od::ObjectDescription another_sdo_server(unsigned number) {
+  od::ObjectDescription out{.index = static_cast<std::uint16_t>(0x1200 + number),
+                            .name = "SDO server parameter",
+                            .type = ObjectType::record};
+  out.variables = {
+      variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant, 3),
+      variable(1, "COB-ID client to server", DataType::unsigned32, Access::rw,
+               can::CobId::kInvalidBit),
+      variable(2, "COB-ID server to client", DataType::unsigned32, Access::rw,
+               can::CobId::kInvalidBit),
+      variable(3, "Node-ID of the SDO client", DataType::unsigned8, Access::rw, 0),
+  };
+  return out;
+}
+
+// 1F2Ch, and the networks of the lines in an object of our own, sub-index = interface: CiA 302-7's
+// public texts name none.
+void add_routing(const routing::Config& routing, std::vector<od::ObjectDescription>& objects) {
+  for (unsigned number = 1; number <= routing.additional_servers; ++number) {
+    objects.push_back(another_sdo_server(number));
+  }
+  objects.push_back(array(routing::kRoutingTable, "Routing table", DataType::unsigned64, Access::rw,
+                          routing::kMaxRoutes, Access::rw,
+                          static_cast<std::uint8_t>(routing.routes.size())));
+  for (std::size_t entry = 0; entry < routing.routes.size(); ++entry) {
+    store_le(std::span(objects.back().variables[entry + 1].value),
+             routing::encode(routing.routes[entry]));
+  }
+  std::uint8_t highest = 0;
+  for (const routing::Interface& line : routing.interfaces) {
+    highest = std::max(highest, line.number);
+  }
+  objects.push_back(array(kNetworkIds, "Network-IDs of the lines", DataType::unsigned16, Access::ro,
+                          highest, Access::constant, highest));
+  for (const routing::Interface& line : routing.interfaces) {
+    store_le(std::span(objects.back().variables[line.number].value), std::uint64_t{line.network});
+  }
+}
+
 template <class Unit>
 std::uint64_t in(Duration duration) {
   return static_cast<std::uint64_t>(std::chrono::duration_cast<Unit>(duration).count());
@@ -133,6 +175,9 @@ od::Dictionary make_own_dictionary(const LineConfig& config) {
       error_behaviour(config.role),
       sdo_server(config.node_id),
   };
+  if (config.routing.interface != 0) {
+    add_routing(config.routing, device.objects);
+  }
   if (config.stores_parameters) {
     add_storage(device.objects);
     storage::mark_parameters(device);

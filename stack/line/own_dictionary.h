@@ -6,7 +6,9 @@
 
 namespace linegate::line {
 
-// 1000h to 1019h, 1200h with the values of the configuration. Never fails: the objects are ours.
+// 1000h to 1019h, 1200h with the values of the configuration; with routing also 1201h and
+// following, 1F2Ch and 5F20h (sub-index = interface: the network-ID of that line, 0 = none). Never
+// fails: the objects are ours.
 od::Dictionary make_own_dictionary(const LineConfig& config);
 
 }  // namespace linegate::line

@@ -123,6 +123,9 @@ emcy::Producer& Node::emcy() {
 SdoClients& Node::sdo_clients() {
   return impl_->sdo_clients;
 }
+void Node::set_sdo_detour(sdo::Detour* detour) {
+  impl_->sdo.set_detour(detour);
+}
 time::Service& Node::clock() {
   return impl_->clock;
 }

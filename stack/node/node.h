@@ -25,6 +25,9 @@ namespace linegate::emcy {
 class Producer;
 enum class SendResult : std::uint8_t;
 }  // namespace linegate::emcy
+namespace linegate::sdo {
+class Detour;
+}
 namespace linegate::storage {
 class Medium;
 }
@@ -148,6 +151,8 @@ class Node {
   emcy::Producer& emcy();
   // The clients of 1280h to 12FFh. Their frames go into transmit().
   SdoClients& sdo_clients();
+  // Where the SDO servers send what is for other networks; must outlive the node.
+  void set_sdo_detour(sdo::Detour* detour);
   time::Service& clock();
   can::Dispatch& dispatch();
   can::TransmitQueue& transmit();

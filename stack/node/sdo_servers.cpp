@@ -29,9 +29,11 @@ void SdoServers::find_objects() {
     (void)dictionary_.set_hook(index, this).ok();
     const auto place = std::ranges::lower_bound(entries_, number, {}, &Entry::number);
     if (place == entries_.end() || place->number != number) {
-      entries_.insert(place, Entry{number, can::CobId{},
-                                   std::make_unique<sdo::Server>(dictionary_, can::CobId{},
-                                                                 can::CobId{}, events_)});
+      entries_
+          .insert(place, Entry{number, can::CobId{},
+                               std::make_unique<sdo::Server>(dictionary_, can::CobId{},
+                                                             can::CobId{}, events_)})
+          ->server->set_detour(detour_);
     }
   }
 }
@@ -49,6 +51,13 @@ void SdoServers::configure() {
 void SdoServers::show_default_server() {
   for (const std::uint8_t sub : {kRequestSub, kResponseSub}) {
     (void)dictionary_.set({kSdoServerObject, sub}, cob_id(0, sub).raw);
+  }
+}
+
+void SdoServers::set_detour(sdo::Detour* detour) {
+  detour_ = detour;
+  for (Entry& entry : entries_) {
+    entry.server->set_detour(detour);
   }
 }
 

@@ -38,6 +38,8 @@ class SdoServers final : public od::Hook {
   void configure();
   // Drops all transfers.
   void reset();
+  // Of all servers, those made later too; see sdo::Server::set_detour().
+  void set_detour(sdo::Detour* detour);
 
   // number: Target::index. nullptr if there is no such server.
   sdo::Server* find(std::uint16_t number) {
@@ -76,6 +78,7 @@ class SdoServers final : public od::Hook {
   std::uint8_t node_id_;
   std::vector<Entry> entries_;  // ascending by number, the default server first
   sdo::Server* default_server_ = nullptr;
+  sdo::Detour* detour_ = nullptr;
   bool changed_ = false;
   std::size_t first_ = 0;  // in advance()
 };

@@ -18,10 +18,11 @@ enum class MessageKind : std::uint8_t {
   // An SDO connection, opened by the line on which the client asked. data as said, else 0.
   sdo_open,     // network, node, gateway, hops, source: reserve a client channel for the connection
   sdo_opened,   // the way is free
-  sdo_refused,  // data: abort code (U32, LE) in bytes 0..3. The connection is over
+  sdo_refused,  // the connection is over: refused, or ended on the target's side. data: abort code
+                // (U32, LE) in bytes 0..3
   sdo_request,  // data: 8 bytes from client to server
   sdo_response,  // data: 8 bytes from server to client
-  sdo_close,     // the connection is over; data: abort code of what ended it, 0 = all is well
+  sdo_close,     // the connection is over: ended on the client's side. data: abort code as above
   emcy,          // data: a forwarded EMCY, see README.md
   pdo,           // a forwarded object of the process data
 };
@@ -40,11 +41,13 @@ struct Message {
 };
 static_assert(sizeof(Message) <= 32);
 
-inline Message refusal(const Message& open, AbortCode why) {
-  Message out{.from = open.to,
-              .to = open.from,
-              .kind = MessageKind::sdo_refused,
-              .connection = open.connection};
+// The answer to a message of a connection, by which it is over.
+inline Message refusal(const Message& message, AbortCode why) {
+  const bool to_target = message.kind == MessageKind::sdo_response;
+  Message out{.from = message.to,
+              .to = message.from,
+              .kind = to_target ? MessageKind::sdo_close : MessageKind::sdo_refused,
+              .connection = message.connection};
   store_le(out.data.data(), static_cast<std::uint32_t>(why));
   return out;
 }

@@ -142,22 +142,36 @@ void Arbiter::serve(Channel& channel, Instant now) {
   }
   Request next;
   if (!channel.current && channel.queue.pop(next)) {
-    if (next.write && next.source != nullptr) {
-      channel.client.write(next.address, *next.source, next.timeout, now, transmit_, next.options);
-    } else if (!next.write && next.sink != nullptr) {
-      channel.client.read(next.address, *next.sink, next.timeout, now, transmit_, next.options);
-    } else if (next.write) {
-      channel.client.write(next.address, std::move(next.data), next.timeout, now, transmit_,
-                           next.options);
-    } else {
-      channel.client.read(next.address, next.timeout, now, transmit_, next.options);
-    }
     channel.current = std::move(next);
+    begin(channel, now);
   }
   wake_ = earlier(wake_, channel.client.next_wake());
 }
 
+// What became the current request. A user may be done with the channel before granted() returns.
+void Arbiter::begin(Channel& channel, Instant now) {
+  Request& request = *channel.current;
+  if (request.user != nullptr) {
+    request.user->granted(request.token, now);
+  } else if (request.write && request.source != nullptr) {
+    channel.client.write(request.address, *request.source, request.timeout, now, transmit_,
+                         request.options);
+  } else if (!request.write && request.sink != nullptr) {
+    channel.client.read(request.address, *request.sink, request.timeout, now, transmit_,
+                        request.options);
+  } else if (request.write) {
+    channel.client.write(request.address, std::move(request.data), request.timeout, now, transmit_,
+                         request.options);
+  } else {
+    channel.client.read(request.address, request.timeout, now, transmit_, request.options);
+  }
+}
+
 void Arbiter::response(Channel& channel, const can::Frame& frame) {
+  if (channel.current && channel.current->user != nullptr && well_formed(frame)) {
+    channel.current->user->response(channel.current->token, frame);
+    return;
+  }
   switch (channel.client.receive(frame, transmit_)) {
     case Receipt::used:
       serve(channel, frame.time);
@@ -190,12 +204,47 @@ void Arbiter::foreign(Channel& channel, const can::Frame& frame) {
   }
 }
 
-void Arbiter::complete(const Request& request, AbortCode abort, std::vector<std::byte> data) {
+void Arbiter::release(std::uint8_t node, std::uint64_t token, od::Address address,
+                      AbortCode outcome) {
+  if (node > can::kMaxNodeId || channels_[node] == nullptr) {
+    return;
+  }
+  Channel& each = *channels_[node];
+  Request waiting;
+  if (each.queue.remove(token, waiting)) {
+    count(outcome);
+    return;
+  }
+  if (!each.current || each.current->token != token || each.current->user == nullptr) {
+    return;
+  }
+  each.current->address = address;
+  if (outcome != AbortCode::none) {
+    each.client.expect_stray();  // the answer that was waited for
+    each.client.expect_stray();  // the server's own abort, if it gives up as well
+    if (address != od::Address{}) {
+      tell_abort(*each.current, outcome, now_);
+    }
+  }
+  count(outcome);
+  each.current.reset();
+  wake_ = earlier(wake_, now_);
+}
+
+void Arbiter::count(AbortCode abort) {
   if (abort == AbortCode::none) {
     ++counters_.transfers;
   } else {
     ++counters_.aborts;
     counters_.timeouts += abort == AbortCode::timeout ? 1 : 0;
+  }
+}
+
+void Arbiter::complete(const Request& request, AbortCode abort, std::vector<std::byte> data) {
+  count(abort);
+  if (request.user != nullptr) {
+    request.user->withdrawn(request.token, abort);
+    return;
   }
   completions_.push_back({.token = request.token,
                           .node = request.node,
@@ -210,8 +259,8 @@ void Arbiter::complete(const Request& request, AbortCode abort, std::vector<std:
 void Arbiter::cancel_running(Channel& channel, AbortCode code) {
   channel.client.abort(code, now_, transmit_);
   channel.client.take();
-  complete(*channel.current, code);
-  channel.current.reset();
+  const Request ended = *std::exchange(channel.current, std::nullopt);
+  complete(ended, code);
   wake_ = earlier(wake_, now_);
 }
 

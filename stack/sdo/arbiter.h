@@ -54,7 +54,7 @@ class Arbiter {
   Arbiter& operator=(const Arbiter&) = delete;
 
   // False if the node's queue is full or node or timeout is out of range: there will be no
-  // Completion then. Otherwise there will be exactly one.
+  // Completion then. Otherwise there will be exactly one, but none for a ChannelUser.
   bool submit(Request request, Instant now);
 
   // A frame dispatched to Service::sdo_client; frame.time is now.
@@ -69,6 +69,10 @@ class Arbiter {
   // Ends the request with abort 0800 0000h, waiting or under way (then the server is told). No
   // effect if there is none with this token.
   void cancel(std::uint64_t token);
+  // A ChannelUser needs the channel no more, or does not wait for it any longer. address and
+  // outcome (none: all went well) are those of its transfer, 0000h:00 if there was none. Who waits
+  // behind it is served by advance(), which is due at once. No effect if the token is not known.
+  void release(std::uint8_t node, std::uint64_t token, od::Address address, AbortCode outcome);
   // Ends all requests for the node with why.
   void cancel_node(std::uint8_t node, AbortCode why);
 
@@ -81,8 +85,10 @@ class Arbiter {
 
   Channel& channel(std::uint8_t node);
   void serve(Channel& channel, Instant now);
+  void begin(Channel& channel, Instant now);
   void response(Channel& channel, const can::Frame& frame);
   void foreign(Channel& channel, const can::Frame& frame);
+  void count(AbortCode abort);
   void complete(const Request& request, AbortCode abort, std::vector<std::byte> data = {});
   void cancel_running(Channel& channel, AbortCode code);
   void tell_abort(const Request& request, AbortCode code, Instant now);

@@ -17,6 +17,19 @@ namespace linegate::sdo {
 enum class Priority : std::uint8_t { command, boot, routing, background };
 inline constexpr std::size_t kPriorities = 4;
 
+// Somebody who uses a channel of the arbiter frame by frame: it sends what it wants to 600h +
+// node-ID itself, and gets what comes on 580h + node-ID, until it releases the channel.
+class ChannelUser {
+ public:
+  virtual ~ChannelUser() = default;
+  // The channel is its own; may be called within Arbiter::submit().
+  virtual void granted(std::uint64_t token, Instant now) = 0;
+  // An answer of the server, of 8 bytes.
+  virtual void response(std::uint64_t token, const can::Frame& frame) = 0;
+  // The arbiter took the channel away, or the request out of its queue.
+  virtual void withdrawn(std::uint64_t token, AbortCode why) = 0;
+};
+
 struct Request {
   std::uint64_t token = 0;  // chosen by the caller, unique among its requests; bits 63..48 name the
                             // owner, for fairness
@@ -29,6 +42,7 @@ struct Request {
   Duration timeout = std::chrono::milliseconds(500);  // for each answer of the server, positive
   Priority priority = Priority::command;
   TransferOptions options{};
+  ChannelUser* user = nullptr;  // instead of a transfer: token, node and priority count
 };
 
 struct Completion {

@@ -84,7 +84,30 @@ inline bool Server::serve_request(std::uint64_t request, Instant now, std::uint6
     case ClientCommand::block_download:
       return initiate_block(request, now, reply);
   }
-  reply = refuse(address_, AbortCode::command_specifier);
+  return serve_unknown(request, now, reply);
+}
+
+// Command specifier 7.
+bool Server::serve_unknown(std::uint64_t request, Instant now, std::uint64_t& reply) {
+  if (detour_ == nullptr) {
+    reply = refuse(address_, AbortCode::command_specifier);
+    return true;
+  }
+  drop();
+  detour_->network_request(*this, request, now);
+  return false;
+}
+
+void Server::divert(bool diverted) {
+  drop();
+  state_ = diverted ? State::diverted : State::idle;
+}
+
+bool Server::respond(std::uint64_t word, can::TransmitQueue& queue) const {
+  if (!outbox_.ready(queue)) {
+    return false;
+  }
+  outbox_.send_at_once(word, queue);
   return true;
 }
 
@@ -138,6 +161,10 @@ bool Server::answer(const can::Frame& in, can::Frame& out) {
 }
 
 void Server::reset() {
+  if (state_ == State::diverted) {
+    state_ = State::idle;
+    detour_->diverted_reset(*this);
+  }
   const bool sub_block = state_ == State::block_download;
   const Instant heard = deadline_ - options_.timeout;
   drop();

@@ -42,6 +42,22 @@ struct ServerOptions {
                                                        // ones: abort 0504 0005h
 };
 
+class Server;
+
+// Where what a server cannot serve itself goes: the network indication of a gateway (CiA 302-7),
+// and after it, as long as the server is diverted, all its client sends. Answers go out through
+// Server::respond().
+class Detour {
+ public:
+  virtual ~Detour() = default;
+  // A request with command specifier 7. What the server had under way is dropped.
+  virtual void network_request(Server& server, std::uint64_t request, Instant now) = 0;
+  // Any frame of the client of a diverted server.
+  virtual void diverted_request(Server& server, std::uint64_t request, Instant now) = 0;
+  // A diverted server was reset, and serves itself again.
+  virtual void diverted_reset(Server& server) = 0;
+};
+
 struct ServerCounters {
   std::uint64_t uploads = 0;    // ended well
   std::uint64_t downloads = 0;  // ended well
@@ -76,6 +92,14 @@ class Server {
   // a block upload come from advance() alone.
   bool answer(const can::Frame& in, can::Frame& out);
 
+  // detour gets what is not for this server; nullptr: that is refused. It must outlive the server.
+  void set_detour(Detour* detour) { detour_ = detour; }
+  // From now on the detour gets all requests, or (false) none but those for it.
+  void divert(bool diverted);
+  bool diverted() const { return state_ == State::diverted; }
+  // Sends eight bytes on the server's identifier; false if there is no room in the queue.
+  bool respond(std::uint64_t word, can::TransmitQueue& queue) const;
+
   // Forgets the transfer and unsent frames without a word (NMT reset, NMT stop).
   void reset();
   // reset(), then other identifiers (the 12xxh object was written).
@@ -83,7 +107,9 @@ class Server {
 
   can::CobId request_id() const { return request_; }
   can::CobId response_id() const { return outbox_.cob_id(); }
-  bool busy() const { return state_ != State::idle && state_ != State::late_segments; }
+  bool busy() const {
+    return state_ != State::idle && state_ != State::late_segments && state_ != State::diverted;
+  }
   const ServerCounters& counters() const { return counters_; }
 
  private:
@@ -98,6 +124,7 @@ class Server {
     block_upload,           // sending a sub-block, or waiting for its acknowledgement
     block_upload_end,       // waiting for the answer to the end request
     waiting,                // for a hook, see Awaited
+    diverted,               // see Detour
   };
 
   // What a hook's late answer is about.
@@ -152,6 +179,7 @@ class Server {
   // --- server_block.cpp -------------------------------------------------------------------------
   bool in_block() const { return state_ >= State::late_segments; }
   bool serve_block(std::uint64_t request, Instant now, std::uint64_t& reply);
+  bool serve_unknown(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool serve_other(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool initiate_block(std::uint64_t request, Instant now, std::uint64_t& reply);
   bool initiate_block_download(std::uint64_t request, Instant now, std::uint64_t& reply);
@@ -196,6 +224,7 @@ class Server {
 
   Outbox outbox_;
   ServerCounters counters_;
+  Detour* detour_ = nullptr;
 };
 
 inline bool Server::answer_at_once(const can::Frame& frame, can::TransmitQueue& queue) {

@@ -5,6 +5,7 @@ namespace linegate::sdo {
 namespace {
 
 constexpr std::uint8_t kAbort = command_byte(ClientCommand::abort);
+constexpr std::uint8_t kNetworkSpecifier = 7;  // of the network indication
 
 // Whether the request begins a transfer: allowed at any time but within a sub-block.
 bool initiates(std::uint8_t command) {
@@ -135,6 +136,9 @@ bool Server::serve_block(std::uint64_t request, Instant now, std::uint64_t& repl
         return false;  // twice on the wire
       }
       break;
+    case State::diverted:
+      detour_->diverted_request(*this, request, now);
+      return false;
     default:
       break;
   }
@@ -144,7 +148,8 @@ bool Server::serve_block(std::uint64_t request, Instant now, std::uint64_t& repl
 // A request that is not for the state of the block transfer.
 bool Server::serve_other(std::uint64_t request, Instant now, std::uint64_t& reply) {
   const auto command = static_cast<std::uint8_t>(request);
-  if (!busy() || command == kAbort || initiates(command)) {
+  const bool for_detour = detour_ != nullptr && specifier(command) == kNetworkSpecifier;
+  if (!busy() || command == kAbort || initiates(command) || for_detour) {
     drop();
     state_ = State::idle;
     return serve(request, now, reply);

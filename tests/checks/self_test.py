@@ -151,6 +151,19 @@ class Services(TreeCase):
     def test_an_empty_table(self):
         self.assertEqual(len(self.found_in("")), 1)
 
+    def test_sentences_of_routing(self):
+        row = "| SYNC | `sync/producer.h` | `Sync.IsSent` |\n"
+        head = "## Each public sentence, and its test\n\n| sentence | where | test |\n|---|---|---|\n"
+        for sentence, count in (
+            ("| SDOs are routed | `sync/producer.h` | `Sync.IsSent` |\n", 0),
+            ("| SDOs are routed | `sync/producer.h` | `Sync.IsGone` |\n", 1),
+            ("| SDOs are routed | `sync/producer.h` | |\n", 1),
+            ("", 1),
+        ):
+            with self.subTest(sentence=sentence):
+                self.write("stack/routing/README.md", head + sentence)
+                self.assertEqual(len(self.found_in(row)), count)
+
     def test_faults(self):
         row = "| SYNC | `sync/producer.h` | `Sync.IsSent` |\n"
         for fault in (

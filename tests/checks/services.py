@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The table of services and objects in stack/README.md, and that of faults in deploy/OPERATING.md: every place and
-every test they name exists, and the test is built. The guide's table of events has each kind with its severity. (That none is switched off is what words.py looks after.) What is
+"""The table of services and objects in stack/README.md, that of sentences in stack/routing/README.md, and that of faults
+in deploy/OPERATING.md: every place and every test they name exists, and the test is built. The guide's table of events has each kind with its severity. (That none is switched off is what words.py looks after.) What is
 no test of GoogleTest is named by its path below tests/."""
 
 import os
@@ -11,6 +11,9 @@ import tree
 TABLE = "stack/README.md"
 HEADING = "## Services and objects"
 FIRST_CELL = "service or object"
+ROUTING = "stack/routing/README.md"
+ROUTING_HEADING = "## Each public sentence, and its test"
+ROUTING_FIRST_CELL = "sentence"
 FAULTS = "deploy/OPERATING.md"
 FAULTS_HEADING = "## When something fails"
 FAULTS_FIRST_CELL = "what is seen"
@@ -104,6 +107,8 @@ def check(root):
         return
     tests = tests_of(root)
     yield from check_table(root, tests, TABLE, HEADING, FIRST_CELL, wrong_in)
+    if os.path.exists(os.path.join(root, "stack/routing")):
+        yield from check_table(root, tests, ROUTING, ROUTING_HEADING, ROUTING_FIRST_CELL, wrong_in)
     yield from check_table(root, tests, FAULTS, FAULTS_HEADING, FAULTS_FIRST_CELL, wrong_in_fault)
     yield from check_events(root)
 

@@ -23,6 +23,10 @@ void Scenario::statement(Words words) {
     describe_line(words);
   } else if (verb == "device") {
     describe_device(words);
+  } else if (verb == "route") {
+    describe_route(words);
+  } else if (verb == "admit") {
+    describe_access(words);
   } else if (verb == "on") {
     build();
     current_ = world_.find(words.take());

@@ -89,6 +89,10 @@ void Scenario::sdo_action(Words& words) {
   if (write) {
     request.data = words.accept("pattern") ? pattern(words.number()) : words.hex();
   }
+  if (words.accept("network")) {
+    request.kind = write ? line::CommandKind::network_write : line::CommandKind::network_read;
+    request.network = static_cast<std::uint16_t>(words.number());
+  }
   if (words.accept("timeout")) {
     request.timeout = words.duration();
   }

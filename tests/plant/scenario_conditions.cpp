@@ -111,6 +111,9 @@ std::function<bool()> Scenario::condition(Words& words) {
   if (words.accept("ours")) {
     return ours_condition(words);
   }
+  if (words.accept("routing")) {
+    return routing_condition(words);
+  }
   if (words.accept("device")) {
     const std::uint8_t id = words.node();
     const od::Address address = words.address();
@@ -200,6 +203,29 @@ std::function<bool()> Scenario::reply_condition(Words& words) {
     return [find] { return find() != nullptr; };
   }
   throw BadStatement("a reply is ok, abort CODE, refused CODE or any");
+}
+
+// expect routing COUNTER = N
+std::function<bool()> Scenario::routing_condition(Words& words) {
+  using routing::Counters;
+  constexpr std::pair<std::string_view, std::uint64_t Counters::*> kTotals[] = {
+      {"opened", &Counters::opened},        {"finished", &Counters::finished},
+      {"aborted", &Counters::aborted},      {"timed-out", &Counters::timed_out},
+      {"refused", &Counters::refused},      {"not-permitted", &Counters::not_permitted},
+      {"unexpected", &Counters::unexpected}};
+  const std::string which = words.take();
+  words.expect("=");
+  const std::uint64_t wanted = words.number();
+  if (which == "open" || which == "channels") {
+    const auto member = which == "open" ? &Counters::open : &Counters::channels;
+    return [this, member, wanted] { return seat().line->state().routing.*member == wanted; };
+  }
+  const auto* it = std::ranges::find(kTotals, which, [](const auto& each) { return each.first; });
+  if (it == std::end(kTotals)) {
+    throw BadStatement("routing counts no '" + which + "'");
+  }
+  const auto member = it->second;
+  return [this, member, wanted] { return seat().line->state().routing.*member == wanted; };
 }
 
 // expect EVENT-NAME [node=N] [code=N] [value=N]

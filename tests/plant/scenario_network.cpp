@@ -38,6 +38,13 @@ void Scenario::describe_line(Words& words) {
       plan.config.sync_period = words.duration();
     } else if (key == "buffers") {
       plan.bus.buffers = words.number();
+    } else if (key == "network") {
+      plan.config.network_id = static_cast<std::uint16_t>(words.number());
+    } else if (key == "interface") {
+      plan.config.routing.interface = static_cast<std::uint8_t>(words.number());
+    } else if (key == "channels") {
+      words.expect("per-node");
+      plan.config.routing.channels = routing::ChannelRule::per_node;
     } else if (key == "own") {
       plan.config.node_id = words.node();
     } else {
@@ -112,9 +119,44 @@ void Scenario::describe_device(Words& words) {
   }
 }
 
+// route FIRST LAST over INTERFACE [via NODE] [cost N]
+void Scenario::describe_route(Words& words) {
+  routing::Route route{.first = static_cast<std::uint16_t>(words.number()),
+                       .last = static_cast<std::uint16_t>(words.number())};
+  words.expect("over");
+  route.interface = static_cast<std::uint8_t>(words.number());
+  if (words.accept("via")) {
+    route.gateway = words.node();
+  }
+  if (words.accept("cost")) {
+    route.cost = static_cast<std::uint16_t>(words.number());
+  }
+  plans_.back().config.routing.routes.push_back(route);
+}
+
+// admit FIRST LAST read|write|all
+void Scenario::describe_access(Words& words) {
+  routing::AccessRule rule{.first = static_cast<std::uint16_t>(words.number()),
+                           .last = static_cast<std::uint16_t>(words.number())};
+  const std::string what = words.take();
+  rule.sdo_read = what != "write";
+  rule.sdo_write = what != "read";
+  plans_.back().config.routing.access.push_back(rule);
+}
+
 void Scenario::build() {
   if (std::exchange(built_, true)) {
     return;
+  }
+  std::vector<routing::Interface> interfaces;
+  for (const NetworkPlan& plan : plans_) {
+    if (plan.config.routing.interface != 0) {
+      interfaces.push_back(
+          {plan.config.routing.interface, plan.config.network_id, plan.config.node_id});
+    }
+  }
+  for (NetworkPlan& plan : plans_) {
+    plan.config.routing.interfaces = interfaces;
   }
   for (NetworkPlan& plan : plans_) {
     line::LineConfig below{.name = plan.config.name + "-ours", .role = line::Role::device};

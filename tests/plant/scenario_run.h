@@ -36,6 +36,8 @@ class Scenario {
  private:
   void describe_line(Words& words);
   void describe_device(Words& words);
+  void describe_route(Words& words);
+  void describe_access(Words& words);
   void build();
   void act(Words& words);
   void expect(Words& words);
@@ -52,6 +54,7 @@ class Scenario {
   std::function<bool()> observer_condition(Words& words);
   std::function<bool()> input_condition(Words& words, line::Line& line);
   std::function<bool()> ours_condition(Words& words);
+  std::function<bool()> routing_condition(Words& words);
   std::uint32_t output_entry(const line::Line& line, const std::string& text);
   std::optional<std::uint64_t> input_value(line::Line& line, const std::string& text);
   line::Line& ours();

@@ -1,5 +1,6 @@
 #include "tests/plant/world.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -124,6 +125,27 @@ std::string World::busy_participants() const {
 void World::settle() {
   for (const auto& seat : lines_) {
     turn(*seat);
+  }
+  carry();
+}
+
+void World::carry() {
+  routing::Message message;
+  for (bool any = true; std::exchange(any, false);) {
+    for (const auto& from : lines_) {
+      while (from->line->take_message(message)) {
+        any = true;
+        const auto to = std::find_if(lines_.begin(), lines_.end(), [&](const auto& seat) {
+          return seat->line->config().routing.interface == message.to;
+        });
+        if (to != lines_.end()) {
+          (*to)->line->deliver(message, now_);
+          turn_line(**to);
+        } else if (const auto back = routing::undeliverable(message)) {
+          from->line->deliver(*back, now_);
+        }
+      }
+    }
   }
 }
 

@@ -80,6 +80,8 @@ class World {
   void turn_ours(LineSeat& seat);
   void turn_observer(LineSeat& seat);
   void collect(LineSeat& seat);
+  // Hands on what the lines have for each other.
+  void carry();
 
   std::vector<std::unique_ptr<LineSeat>> lines_;
   Instant now_{std::chrono::seconds(1)};

@@ -1,0 +1,117 @@
+#include "stack/line/routing.h"
+
+namespace linegate::line {
+
+class Routing::ServerSide final : public routing::ClientSide {
+ public:
+  ServerSide(sdo::Server& server, can::TransmitQueue& transmit)
+      : server_(server), transmit_(transmit) {}
+
+  bool is(const sdo::Server& server) const { return &server_ == &server; }
+  bool response(std::uint64_t word, Instant /*now*/) override {
+    return server_.respond(word, transmit_);
+  }
+  void released(Instant /*now*/) override { server_.divert(false); }
+  bool on_bus() const override { return true; }
+
+ private:
+  sdo::Server& server_;
+  can::TransmitQueue& transmit_;
+};
+
+Routing::Routing(const LineConfig& config, node::Node& node, sdo::Arbiter& arbiter,
+                 EventLog& events, routing::MessageQueue& messages, routing::Counters& counters)
+    : node_(node),
+      post_(config.routing.interface, messages),
+      table_(node.dictionary(), config.routing.interfaces),
+      entrance_(config.routing, {config.network_id, config.node_id, config.sdo_timeout},
+                node.dictionary(), post_, events, counters),
+      exit_(config.routing, {config.network_id, config.node_id, config.sdo_timeout},
+            node.dictionary(), arbiter, node.transmit(), post_, events, counters),
+      clients_(entrance_) {
+  (void)node.dictionary().set_hook(routing::kRoutingTable, &table_).ok();  // own_dictionary.h
+  node.set_sdo_detour(this);
+}
+
+Routing::~Routing() = default;
+
+void Routing::deliver(const routing::Message& message, bool usable, Instant now) {
+  exit_.set_usable(usable);
+  take_in(message, now);
+  settle(usable, now);
+}
+
+void Routing::take_in(const routing::Message& message, Instant now) {
+  switch (message.kind) {
+    case routing::MessageKind::sdo_open:
+    case routing::MessageKind::sdo_request:
+    case routing::MessageKind::sdo_close:
+      exit_.deliver(message, now);
+      return;
+    default:
+      entrance_.deliver(message, now);
+      return;
+  }
+}
+
+void Routing::start(routing::RemoteRequest request, bool usable, Instant now) {
+  clients_.start(std::move(request), now);
+  settle(usable, now);
+}
+
+void Routing::cancel(std::uint64_t token, Instant now) {
+  clients_.cancel(token, now);
+}
+
+void Routing::settle(bool usable, Instant now) {
+  exit_.set_usable(usable);
+  routing::Message message;
+  do {
+    while (post_.take(message)) {
+      take_in(message, now);
+    }
+  } while (clients_.pump(now));
+}
+
+void Routing::advance(bool usable, Instant now) {
+  exit_.set_usable(usable);
+  entrance_.advance(now);
+  exit_.advance(now);
+  clients_.advance(now);
+  settle(usable, now);
+}
+
+Instant Routing::next_wake() const {
+  return earlier(clients_.next_wake(), earlier(entrance_.next_wake(), exit_.next_wake()));
+}
+
+void Routing::stop(Instant now) {
+  entrance_.stop(now);
+  exit_.stop(now);
+  settle(false, now);
+}
+
+Routing::ServerSide& Routing::side_of(sdo::Server& server) {
+  for (const auto& side : sides_) {
+    if (side->is(server)) {
+      return *side;
+    }
+  }
+  sides_.push_back(std::make_unique<ServerSide>(server, node_.transmit()));
+  return *sides_.back();
+}
+
+void Routing::network_request(sdo::Server& server, std::uint64_t request, Instant now) {
+  server.divert(true);
+  entrance_.request(side_of(server), request, now);
+}
+
+void Routing::diverted_request(sdo::Server& server, std::uint64_t request, Instant now) {
+  entrance_.request(side_of(server), request, now);
+}
+
+void Routing::diverted_reset(sdo::Server& server) {
+  entrance_.gone(side_of(server));
+}
+
+}  // namespace linegate::line

@@ -1,0 +1,57 @@
+// Routing as a part of a line that has a node of its own: its SDO servers as ways in, its client
+// SDOs as ways out, its commands as clients. Private to stack/line.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "stack/line/config.h"
+#include "stack/node/node.h"
+#include "stack/routing/remote_client.h"
+#include "stack/routing/sdo_entrance.h"
+#include "stack/routing/sdo_exit.h"
+#include "stack/routing/table_object.h"
+#include "stack/sdo/arbiter.h"
+#include "stack/sdo/server.h"
+
+namespace linegate::line {
+
+class Routing final : sdo::Detour {
+ public:
+  // Of a node whose dictionary has 1F2Ch, see own_dictionary.h. All must outlive it.
+  Routing(const LineConfig& config, node::Node& node, sdo::Arbiter& arbiter, EventLog& events,
+          routing::MessageQueue& messages, routing::Counters& counters);
+  ~Routing() override;
+
+  // usable: SDOs can be sent on the bus of this line.
+  void deliver(const routing::Message& message, bool usable, Instant now);
+  void start(routing::RemoteRequest request, bool usable, Instant now);
+  void cancel(std::uint64_t token, Instant now);
+  // How a transfer that start() began has ended; false if there is none to take.
+  bool take(sdo::Completion& out) { return clients_.take(out); }
+  // After anything came in: hands on what parts of the line have for each other.
+  void settle(bool usable, Instant now);
+  void advance(bool usable, Instant now);
+  Instant next_wake() const;
+  void stop(Instant now);
+
+ private:
+  // A server of the own node as the way in of a client on the bus.
+  class ServerSide;
+
+  ServerSide& side_of(sdo::Server& server);
+  void network_request(sdo::Server& server, std::uint64_t request, Instant now) override;
+  void diverted_request(sdo::Server& server, std::uint64_t request, Instant now) override;
+  void diverted_reset(sdo::Server& server) override;
+  void take_in(const routing::Message& message, Instant now);
+
+  node::Node& node_;
+  routing::Post post_;
+  routing::TableObject table_;
+  routing::SdoEntrance entrance_;
+  routing::SdoExit exit_;
+  routing::RemoteClient clients_;
+  std::vector<std::unique_ptr<ServerSide>> sides_;
+};
+
+}  // namespace linegate::line

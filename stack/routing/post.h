@@ -1,0 +1,88 @@
+// What the parts of routing in one line share: the way out to other lines, and what a refusal says.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "stack/base/event_log.h"
+#include "stack/routing/config.h"
+#include "stack/routing/message.h"
+#include "stack/routing/sdo_indication.h"
+
+namespace linegate::routing {
+
+// Messages to other lines, and to the line itself, whose client may be on the way to its own bus.
+class Post {
+ public:
+  Post(std::uint8_t interface, MessageQueue& out) : interface_(interface), out_(out) {}
+
+  // False if there is no room: not taken.
+  bool send(Message message) {
+    message.from = interface_;
+    return message.to == interface_ ? loop_.push(message) : out_.push(message);
+  }
+  // The oldest to the line itself.
+  bool take(Message& out) { return loop_.pop(out); }
+
+ private:
+  std::uint8_t interface_;
+  MessageQueue& out_;
+  MessageQueue loop_{512};
+};
+
+inline Message to_connection(MessageKind kind, std::uint8_t to, std::uint32_t connection,
+                             std::uint64_t word) {
+  Message out{.to = to, .kind = kind, .connection = connection};
+  store_le(out.data.data(), word);
+  return out;
+}
+inline std::uint64_t word_of(const Message& message) {
+  return load_le<std::uint64_t>(message.data.data());
+}
+
+enum class RoutedService : std::uint8_t { sdo, emcy, pdo };
+
+inline void tell_refused(EventLog& events, RoutedService service, std::uint16_t source,
+                         const Indication& target, AbortCode why, Instant now) {
+  Event event{.time = now,
+              .kind = EventKind::routing_refused,
+              .length = 6,
+              .code = static_cast<std::uint32_t>(why)};
+  store_le(event.data.data(), source);
+  store_le(event.data.data() + 2, target.network);
+  event.data[4] = std::byte{target.node};
+  event.data[5] = static_cast<std::byte>(service);
+  events.emit(event);
+}
+
+// Frames that wait for a bus: those of one sub-block, which come as fast as the other bus carries
+// them.
+class WordQueue {
+ public:
+  static constexpr std::size_t kCapacity = 127;
+  static constexpr Duration kRetry = std::chrono::milliseconds(1);
+
+  bool push(std::uint64_t word) {
+    if (count_ == kCapacity) {
+      return false;
+    }
+    words_[(first_ + count_++) % kCapacity] = word;
+    return true;
+  }
+  bool empty() const { return count_ == 0; }
+  std::uint64_t front() const { return words_[first_]; }
+  void pop() {
+    first_ = (first_ + 1) % kCapacity;
+    --count_;
+  }
+  void clear() { count_ = 0; }
+
+ private:
+  std::array<std::uint64_t, kCapacity> words_;
+  std::size_t first_ = 0;
+  std::size_t count_ = 0;
+};
+
+}  // namespace linegate::routing

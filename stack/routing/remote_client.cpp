@@ -1,0 +1,212 @@
+#include "stack/routing/remote_client.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "stack/sdo/client.h"
+#include "stack/sdo/protocol.h"
+
+namespace linegate::routing {
+namespace {
+
+constexpr std::uint32_t kPlacesOfAClient = 16;  // more than it sends at once
+
+}  // namespace
+
+class RemoteClient::Transfer final : public ClientSide {
+ public:
+  explicit Transfer(SdoEntrance& entrance) : entrance_(entrance) {}
+
+  bool busy() const { return busy_; }
+  std::uint64_t token() const { return request_.token; }
+  Instant next_wake() const { return client_.next_wake(); }
+
+  void start(RemoteRequest request) {
+    request_ = std::move(request);
+    busy_ = true;
+    begun_ = false;
+    refusal_.reset();
+    wants_connection_ = true;
+  }
+
+  // True if it did anything.
+  bool pump(Instant now) {
+    bool active = false;
+    can::Frame frame;
+    while (connected_ && queue_.pop(frame)) {
+      entrance_.request(*this, sdo::word_of(frame), now);
+      active = true;
+    }
+    const bool waits = !connected_ && !opening_ && client_.busy() && !queue_.empty();
+    if (std::exchange(wants_connection_, false) || waits) {
+      opening_ = true;
+      entrance_.request(
+          *this, encode({.network = request_.network, .node = request_.node, .hops = 0}), now);
+      active = true;
+    }
+    return active;
+  }
+
+  void advance(Instant now) { client_.advance(now, queue_); }
+
+  // How it ended, once.
+  std::optional<sdo::Outcome> take() {
+    std::optional<sdo::Outcome> outcome = client_.take();
+    if (!outcome && refusal_) {
+      outcome = sdo::Outcome{.abort = *refusal_, .data = {}};
+    }
+    if (outcome) {
+      finish();
+    }
+    return outcome;
+  }
+
+  void cancel(Instant now) {
+    client_.abort(AbortCode::general, now, queue_);
+    (void)pump(now);
+    (void)client_.take();
+    finish();
+  }
+
+  sdo::Completion completion(sdo::Outcome&& outcome) const {
+    return {.token = request_.token,
+            .node = request_.node,
+            .address = request_.address,
+            .write = request_.write,
+            .abort = outcome.abort,
+            .data = std::move(outcome.data)};
+  }
+
+  // --- ClientSide
+  bool response(std::uint64_t word, Instant now) override {
+    if (opening_) {
+      opening_ = false;
+      connected_ = is_indication(word);
+      connected_ ? begin(now) : refused(static_cast<AbortCode>(sdo::long_word(word)), now);
+      return true;
+    }
+    can::Frame frame;
+    frame.length = sdo::kFrameSize;
+    frame.time = now;
+    store_le(frame.data.data(), word);
+    (void)client_.receive(frame, queue_);
+    return true;
+  }
+  void released(Instant /*now*/) override {
+    connected_ = false;
+    opening_ = false;
+  }
+  bool on_bus() const override { return false; }
+
+ private:
+  void begin(Instant now) {
+    if (std::exchange(begun_, true)) {
+      return;
+    }
+    const sdo::TransferOptions options{.repeats = request_.repeats};
+    if (request_.write) {
+      client_.write(request_.address, std::move(request_.data), request_.timeout, now, queue_,
+                    options);
+    } else {
+      client_.read(request_.address, request_.timeout, now, queue_, options);
+    }
+  }
+
+  void refused(AbortCode why, Instant now) {
+    if (begun_) {
+      client_.abort(why, now, queue_);
+      (void)client_.take();
+    } else if (why == AbortCode::timeout && request_.repeats > 0) {
+      --request_.repeats;
+      wants_connection_ = true;
+      return;
+    }
+    refusal_ = why;
+  }
+
+  void finish() {
+    entrance_.gone(*this);
+    connected_ = false;
+    opening_ = false;
+    wants_connection_ = false;
+    busy_ = false;
+    queue_.clear();
+  }
+
+  SdoEntrance& entrance_;
+  RemoteRequest request_;
+  sdo::Client client_{can::CobId{0}};
+  can::TransmitQueue queue_{kPlacesOfAClient};
+  bool busy_ = false;
+  bool wants_connection_ = false;
+  bool opening_ = false;
+  bool connected_ = false;
+  bool begun_ = false;
+  std::optional<AbortCode> refusal_;
+};
+
+RemoteClient::RemoteClient(SdoEntrance& entrance) : entrance_(entrance) {
+}
+
+RemoteClient::~RemoteClient() = default;
+
+void RemoteClient::start(RemoteRequest request, Instant now) {
+  auto place = std::find_if(transfers_.begin(), transfers_.end(),
+                            [](const auto& each) { return !each->busy(); });
+  if (place == transfers_.end()) {
+    transfers_.push_back(std::make_unique<Transfer>(entrance_));
+    place = transfers_.end() - 1;
+  }
+  (*place)->start(std::move(request));
+  (void)pump(now);
+}
+
+void RemoteClient::cancel(std::uint64_t token, Instant now) {
+  for (const auto& each : transfers_) {
+    if (each->busy() && each->token() == token) {
+      each->cancel(now);
+    }
+  }
+}
+
+bool RemoteClient::take(sdo::Completion& out) {
+  if (completions_.empty()) {
+    return false;
+  }
+  out = std::move(completions_.front());
+  completions_.pop_front();
+  return true;
+}
+
+bool RemoteClient::pump(Instant now) {
+  bool active = false;
+  for (const auto& each : transfers_) {
+    if (!each->busy()) {
+      continue;
+    }
+    active = each->pump(now) || active;
+    if (std::optional<sdo::Outcome> outcome = each->take()) {
+      completions_.push_back(each->completion(*std::move(outcome)));
+    }
+  }
+  return active;
+}
+
+void RemoteClient::advance(Instant now) {
+  for (const auto& each : transfers_) {
+    if (each->busy() && now >= each->next_wake()) {
+      each->advance(now);
+    }
+  }
+}
+
+Instant RemoteClient::next_wake() const {
+  Instant wake = kNever;
+  for (const auto& each : transfers_) {
+    wake = each->busy() ? earlier(wake, each->next_wake()) : wake;
+  }
+  return wake;
+}
+
+}  // namespace linegate::routing

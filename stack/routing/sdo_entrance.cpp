@@ -1,0 +1,451 @@
+#include "stack/routing/sdo_entrance.h"
+
+#include <algorithm>
+
+#include "stack/can/cob_id.h"
+#include "stack/routing/table_object.h"
+#include "stack/sdo/protocol.h"
+
+namespace linegate::routing {
+namespace {
+
+constexpr std::uint32_t kIndexBits = 0xFFFF;
+constexpr Duration kMargin = std::chrono::milliseconds(50);  // for the way between two lines
+
+bool is_sdo_abort(std::uint64_t word) {
+  return static_cast<std::uint8_t>(word) == sdo::command_byte(sdo::ClientCommand::abort);
+}
+
+}  // namespace
+
+Duration gateway_timeout(const Config& config, Duration sdo_timeout, unsigned hops) {
+  const Duration whole =
+      config.gateway_timeout > Duration::zero() ? config.gateway_timeout : 2 * sdo_timeout;
+  const unsigned left = hops > kMaxHops ? 1U : kMaxHops + 1U - std::max(hops, 1U);
+  return whole * left / kMaxHops;
+}
+
+Duration channel_wait(const Config& config, Duration sdo_timeout) {
+  return config.channel_wait > Duration::zero() ? config.channel_wait : sdo_timeout / 2;
+}
+
+struct SdoEntrance::Connection {
+  enum class State : std::uint8_t { free, opening, armed, forward, draining };
+
+  State state = State::free;
+  std::uint8_t to = 0;       // interface of the route that is tried, or taken
+  std::uint32_t number = 0;  // as in messages
+  ClientSide* side = nullptr;
+  std::uint64_t word = 0;  // the indication
+  std::size_t tried = 0;   // routes that failed
+  AbortCode first_failure = AbortCode::none;
+  SdoPhase phase;
+  Instant deadline = kNever;
+  WordQueue waiting;  // for room on the way to the client
+};
+
+SdoEntrance::SdoEntrance(const Config& config, Line line, const od::Dictionary& dictionary,
+                         Post& post, EventLog& events, Counters& counters)
+    : config_(config),
+      line_(line),
+      dictionary_(dictionary),
+      post_(post),
+      events_(events),
+      counters_(counters) {
+}
+
+SdoEntrance::~SdoEntrance() = default;
+
+SdoEntrance::Connection* SdoEntrance::of(const ClientSide& side) const {
+  return find(side.connection_);
+}
+
+SdoEntrance::Connection* SdoEntrance::find(std::uint32_t number) const {
+  const std::uint32_t index = number & kIndexBits;
+  if (index >= connections_.size()) {
+    return nullptr;
+  }
+  Connection& found = *connections_[index];
+  return found.number == number && found.state != Connection::State::free ? &found : nullptr;
+}
+
+// Numbers are index and generation, and never 0.
+SdoEntrance::Connection* SdoEntrance::make(ClientSide& side) {
+  const auto place = std::find_if(connections_.begin(), connections_.end(), [](const auto& each) {
+    return each->state == Connection::State::free;
+  });
+  Connection* made = place == connections_.end() ? nullptr : place->get();
+  if (made == nullptr) {
+    if (connections_.size() == kMaxConnections) {
+      return nullptr;
+    }
+    connections_.push_back(std::make_unique<Connection>());
+    made = connections_.back().get();
+    made->number = static_cast<std::uint32_t>(connections_.size() - 1);
+  }
+  made->state = Connection::State::opening;
+  made->side = &side;
+  renumber(*made);
+  made->tried = 0;
+  made->first_failure = AbortCode::none;
+  made->phase.reset();
+  made->deadline = kNever;
+  made->waiting.clear();
+  return made;
+}
+
+// What is said of an earlier attempt is not taken for that of this one.
+void SdoEntrance::renumber(Connection& connection) {
+  const std::uint32_t index = connection.number & kIndexBits;
+  const std::uint32_t generation = (connection.number >> 16U) % kIndexBits + 1;
+  connection.number = generation << 16U | index;
+  connection.side->connection_ = connection.number;
+}
+
+// --- from the client ----------------------------------------------------------------------------
+
+void SdoEntrance::request(ClientSide& side, std::uint64_t word, Instant now) {
+  Connection* const connection = of(side);
+  const bool segment = connection != nullptr && connection->phase.in_sub_block();
+  if (has_network_specifier(word) && !segment) {
+    indication(side, word, now);
+    return;
+  }
+  if (connection == nullptr) {
+    return;
+  }
+  switch (connection->state) {
+    case Connection::State::armed:
+      armed(*connection, word, now);
+      return;
+    case Connection::State::forward:
+      forward(*connection, word, now);
+      return;
+    case Connection::State::opening:
+      if (is_sdo_abort(word)) {
+        tell_exit(*connection, AbortCode::general);
+        release(*connection, now);
+      } else {
+        give(*connection, sdo::abort_word(sdo::multiplexer(word), AbortCode::device_state), now);
+      }
+      return;
+    default:
+      return;
+  }
+}
+
+void SdoEntrance::indication(ClientSide& side, std::uint64_t word, Instant now) {
+  if (Connection* const old = of(side)) {
+    if (old->state == Connection::State::opening && old->word == word) {
+      return;  // said twice; it is being answered
+    }
+    if (old->state != Connection::State::draining) {
+      count_end(*old, SdoPhase::End::aborted, AbortCode::general);
+      tell_exit(*old, AbortCode::general);
+    }
+    free(*old);
+  }
+  Connection* const made = make(side);
+  if (made == nullptr) {
+    (void)side.response(sdo::abort_word({}, AbortCode::sdo_connection), now);
+    side.released(now);
+    return;
+  }
+  made->word = word;
+  const Indication wanted = decode_indication(word);
+  if (const AbortCode why = refusal_of(side, word); why != AbortCode::none) {
+    refuse(*made, why, now);
+  } else if (is_this_gateway(wanted)) {
+    give(*made, word, now);
+    release(*made, now);
+  } else {
+    try_route(*made, now);
+  }
+}
+
+AbortCode SdoEntrance::refusal_of(const ClientSide& side, std::uint64_t word) const {
+  const Indication wanted = decode_indication(word);
+  if (!is_indication(word)) {
+    return AbortCode::command_specifier;
+  }
+  if (wanted.node > can::kMaxNodeId || wanted.hops > kMaxHops) {
+    return AbortCode::invalid_value;
+  }
+  const bool here = wanted.network == 0 || wanted.network == line_.network;
+  // A node of this line: the way would go back where it came from.
+  return here && side.on_bus() && !is_this_gateway(wanted) ? AbortCode::invalid_value
+                                                           : AbortCode::none;
+}
+
+bool SdoEntrance::is_this_gateway(const Indication& wanted) const {
+  return (wanted.network == 0 || wanted.network == line_.network) &&
+         (wanted.node == 0 || wanted.node == line_.node);
+}
+
+void SdoEntrance::try_route(Connection& connection, Instant now) {
+  const Indication wanted = decode_indication(connection.word);
+  const std::uint8_t not_over = connection.side->on_bus() ? config_.interface : std::uint8_t { 0 };
+  const Table table = read_table(dictionary_);
+  const Route* const route = table.find(wanted.network, not_over, connection.tried);
+  if (route == nullptr) {
+    refuse(connection, connection.tried == 0 ? AbortCode::invalid_value : connection.first_failure,
+           now);
+    return;
+  }
+  connection.to = route->interface;
+  wait_until(connection, now + opening_timeout(wanted.hops + 1U));
+  const Message open{
+      .to = route->interface,
+      .kind = MessageKind::sdo_open,
+      .hops = wanted.hops,
+      .connection = connection.number,
+      .network = wanted.network,
+      .source = connection.side->on_bus() ? line_.network : std::uint16_t{0},
+      .node = wanted.node,
+      .gateway = route->gateway,
+  };
+  if (!post_.send(open)) {
+    refuse(connection, AbortCode::out_of_memory, now);
+  }
+}
+
+void SdoEntrance::route_failed(Connection& connection, AbortCode why, Instant now) {
+  if (connection.tried++ == 0) {
+    connection.first_failure = why;
+  }
+  renumber(connection);
+  try_route(connection, now);
+}
+
+void SdoEntrance::refuse(Connection& connection, AbortCode why, Instant now) {
+  ++counters_.refused;
+  tell_refused(events_, RoutedService::sdo,
+               connection.side->on_bus() ? line_.network : std::uint16_t{0},
+               decode_indication(connection.word), why, now);
+  give(connection, sdo::abort_word({}, why), now);
+  release(connection, now);
+}
+
+void SdoEntrance::armed(Connection& connection, std::uint64_t word, Instant now) {
+  if (is_sdo_abort(word)) {
+    count_end(connection, SdoPhase::End::aborted, AbortCode::general);
+    tell_exit(connection, AbortCode::general);
+    release(connection, now);
+  } else if (SdoPhase::initiates(word)) {
+    connection.state = Connection::State::forward;
+    forward(connection, word, now);
+  } else {
+    give(connection, sdo::abort_word(sdo::multiplexer(word), AbortCode::command_specifier), now);
+  }
+}
+
+void SdoEntrance::forward(Connection& connection, std::uint64_t word, Instant now) {
+  const SdoPhase::End end = connection.phase.request(word);
+  if (!post_.send(
+          to_connection(MessageKind::sdo_request, connection.to, connection.number, word))) {
+    break_down(connection, AbortCode::out_of_memory, now);
+    return;
+  }
+  wait_until(connection, now + frame_timeout());
+  if (end != SdoPhase::End::none) {
+    count_end(connection, end, AbortCode::general);
+    release(connection, now);
+  }
+}
+
+void SdoEntrance::gone(ClientSide& side) {
+  if (Connection* const connection = of(side)) {
+    if (connection->state != Connection::State::draining) {
+      count_end(*connection, SdoPhase::End::aborted, AbortCode::general);
+      tell_exit(*connection, AbortCode::general);
+    }
+    free(*connection);
+  }
+}
+
+// --- from the other line ------------------------------------------------------------------------
+
+void SdoEntrance::deliver(const Message& message, Instant now) {
+  Connection* const connection = find(message.connection);
+  if (connection == nullptr || connection->to != message.from ||
+      connection->state == Connection::State::draining) {
+    ++counters_.unexpected;
+    return;
+  }
+  const bool opening = connection->state == Connection::State::opening;
+  switch (message.kind) {
+    case MessageKind::sdo_opened:
+      if (opening) {
+        connection->state = Connection::State::armed;
+        ++counters_.opened;
+        ++counters_.open;
+        wait_until(*connection, now + config_.arm_timeout);
+        give(*connection, connection->word, now);
+      }
+      return;
+    case MessageKind::sdo_refused:
+      if (opening) {
+        route_failed(*connection, abort_of(message), now);
+      } else {
+        count_end(*connection, SdoPhase::End::aborted, abort_of(message));
+        if (connection->state == Connection::State::forward) {
+          give(*connection, sdo::abort_word(connection->phase.address(), abort_of(message)), now);
+        }
+        release(*connection, now);
+      }
+      return;
+    default:
+      response(*connection, message, now);
+      return;
+  }
+}
+
+void SdoEntrance::response(Connection& connection, const Message& message, Instant now) {
+  if (message.kind != MessageKind::sdo_response || connection.state != Connection::State::forward) {
+    ++counters_.unexpected;
+    return;
+  }
+  const std::uint64_t word = word_of(message);
+  const SdoPhase::End end = connection.phase.response(word);
+  wait_until(connection, now + frame_timeout());
+  give(connection, word, now);
+  if (end != SdoPhase::End::none && connection.state == Connection::State::forward) {
+    count_end(connection, end, AbortCode::general);
+    release(connection, now);
+  }
+}
+
+// --- to the client ------------------------------------------------------------------------------
+
+void SdoEntrance::give(Connection& connection, std::uint64_t word, Instant now) {
+  if (connection.waiting.empty() && connection.side->response(word, now)) {
+    counters_.forwarded += connection.side->on_bus() ? 1U : 0U;
+    return;
+  }
+  if (!connection.waiting.push(word)) {
+    break_down(connection, AbortCode::out_of_memory, now);
+    return;
+  }
+  wake_ = earlier(wake_, now + WordQueue::kRetry);
+}
+
+void SdoEntrance::flush(Connection& connection, Instant now) {
+  while (!connection.waiting.empty()) {
+    if (!connection.side->response(connection.waiting.front(), now)) {
+      wake_ = earlier(wake_, now + WordQueue::kRetry);
+      return;
+    }
+    counters_.forwarded += connection.side->on_bus() ? 1U : 0U;
+    connection.waiting.pop();
+  }
+  if (connection.state == Connection::State::draining) {
+    ClientSide& side = *connection.side;
+    free(connection);
+    side.released(now);
+  }
+}
+
+void SdoEntrance::release(Connection& connection, Instant now) {
+  connection.state = Connection::State::draining;
+  connection.deadline = kNever;
+  flush(connection, now);
+}
+
+void SdoEntrance::free(Connection& connection) {
+  connection.state = Connection::State::free;
+  connection.deadline = kNever;
+  connection.side->connection_ = 0;
+  connection.side = nullptr;
+}
+
+// What waits is of no use to a client that gets an abort.
+void SdoEntrance::break_down(Connection& connection, AbortCode why, Instant now) {
+  count_end(connection, SdoPhase::End::aborted, why);
+  tell_exit(connection, why);
+  connection.waiting.clear();
+  give(connection, sdo::abort_word(connection.phase.address(), why), now);
+  release(connection, now);
+}
+
+void SdoEntrance::tell_exit(const Connection& connection, AbortCode why) {
+  (void)post_.send(to_connection(MessageKind::sdo_close, connection.to, connection.number,
+                                 static_cast<std::uint32_t>(why)));
+}
+
+void SdoEntrance::count_end(Connection& connection, SdoPhase::End how, AbortCode why) {
+  if (connection.state != Connection::State::armed &&
+      connection.state != Connection::State::forward) {
+    return;
+  }
+  --counters_.open;
+  if (how == SdoPhase::End::finished) {
+    ++counters_.finished;
+  } else {
+    ++(why == AbortCode::timeout ? counters_.timed_out : counters_.aborted);
+  }
+}
+
+// --- time ---------------------------------------------------------------------------------------
+
+void SdoEntrance::wait_until(Connection& connection, Instant deadline) {
+  connection.deadline = deadline;
+  wake_ = earlier(wake_, deadline);
+}
+
+Duration SdoEntrance::frame_timeout() const {
+  return config_.frame_timeout > Duration::zero() ? config_.frame_timeout : 2 * line_.sdo_timeout;
+}
+
+Duration SdoEntrance::opening_timeout(unsigned hops) const {
+  return channel_wait(config_, line_.sdo_timeout) +
+         gateway_timeout(config_, line_.sdo_timeout, hops) + kMargin;
+}
+
+void SdoEntrance::advance(Instant now) {
+  if (now < wake_) {
+    return;
+  }
+  wake_ = kNever;
+  // A client that hears of the end may begin anew, which adds connections.
+  for (std::size_t i = 0; i < connections_.size(); ++i) {
+    Connection& connection = *connections_[i];
+    if (connection.state == Connection::State::free) {
+      continue;
+    }
+    flush(connection, now);
+    if (now >= connection.deadline) {
+      expire(connection, now);
+    }
+    wake_ = earlier(wake_, connection.deadline);
+  }
+}
+
+void SdoEntrance::expire(Connection& connection, Instant now) {
+  connection.deadline = kNever;
+  switch (connection.state) {
+    case Connection::State::opening:
+      tell_exit(connection, AbortCode::timeout);
+      route_failed(connection, AbortCode::timeout, now);
+      return;
+    case Connection::State::armed:
+      count_end(connection, SdoPhase::End::aborted, AbortCode::timeout);
+      tell_exit(connection, AbortCode::timeout);
+      release(connection, now);
+      return;
+    default:
+      break_down(connection, AbortCode::timeout, now);
+      return;
+  }
+}
+
+void SdoEntrance::stop(Instant now) {
+  for (std::size_t i = 0; i < connections_.size(); ++i) {
+    Connection& connection = *connections_[i];
+    if (connection.state != Connection::State::free &&
+        connection.state != Connection::State::draining) {
+      break_down(connection, AbortCode::device_state, now);
+    }
+  }
+}
+
+}  // namespace linegate::routing

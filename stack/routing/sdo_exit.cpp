@@ -1,0 +1,480 @@
+#include "stack/routing/sdo_exit.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "stack/can/cob_id.h"
+#include "stack/routing/sdo_entrance.h"
+#include "stack/sdo/protocol.h"
+#include "stack/sdo/server.h"
+
+namespace linegate::routing {
+namespace {
+
+constexpr std::uint64_t kIndexOfToken = 0xFFFF;
+constexpr std::uint64_t kWhatIsEchoed = 0xFF'FFFF'FFFF;  // bytes 0 to 4
+constexpr std::uint32_t kPlaces = 48;  // of a server of the own node, more than it sends at once
+
+// The own dictionary as the target: a server without a bus.
+struct OwnServer {
+  OwnServer(od::Dictionary& dictionary, EventLog& events)
+      : server(dictionary, can::CobId{0}, can::CobId{0}, events) {}
+
+  sdo::Server server;
+  can::TransmitQueue queue{kPlaces};
+};
+
+}  // namespace
+
+struct SdoExit::Passage {
+  enum class State : std::uint8_t { free, waiting, asking, open };
+
+  State state = State::free;
+  std::uint8_t from = 0;     // interface
+  std::uint8_t node = 0;     // whose server is used: the target's or the next gateway's
+  std::uint8_t channel = 0;  // number of the client SDO
+  bool to_gateway = false;
+  bool own = false;  // the target is the own node
+  bool may_read = false;
+  bool may_write = false;
+  std::uint16_t source = 0;
+  std::uint32_t connection = 0;
+  std::uint64_t token = 0;
+  Indication target;  // as the next gateway is told
+  SdoPhase phase;
+  Instant deadline = kNever;
+  WordQueue waiting;                  // for room on the bus
+  std::unique_ptr<OwnServer> server;  // kept for the next one
+};
+
+SdoExit::SdoExit(const Config& config, Line line, od::Dictionary& own, sdo::Arbiter& arbiter,
+                 can::TransmitQueue& transmit, Post& post, EventLog& events, Counters& counters)
+    : config_(config),
+      line_(line),
+      own_(own),
+      arbiter_(arbiter),
+      transmit_(transmit),
+      post_(post),
+      events_(events),
+      counters_(counters) {
+}
+
+SdoExit::~SdoExit() = default;
+
+SdoExit::Passage* SdoExit::find(std::uint8_t from, std::uint32_t connection) const {
+  for (const auto& each : passages_) {
+    if (each->connection == connection && each->from == from &&
+        each->state != Passage::State::free) {
+      return each.get();
+    }
+  }
+  return nullptr;
+}
+
+SdoExit::Passage* SdoExit::find(std::uint64_t token) const {
+  const std::uint64_t index = token & kIndexOfToken;
+  if (index >= passages_.size()) {
+    return nullptr;
+  }
+  Passage& found = *passages_[index];
+  return found.token == token && found.state != Passage::State::free ? &found : nullptr;
+}
+
+SdoExit::Passage& SdoExit::make(const Message& open) {
+  auto place = std::find_if(passages_.begin(), passages_.end(),
+                            [](const auto& each) { return each->state == Passage::State::free; });
+  if (place == passages_.end()) {
+    passages_.push_back(std::make_unique<Passage>());
+    place = passages_.end() - 1;
+  }
+  Passage& made = **place;
+  const std::uint64_t generation = ((made.token >> 16U) + 1) & 0xFFFF'FFFFU;
+  made.token = kRoutingToken | std::uint64_t{open.from} << 48U | generation << 16U |
+               static_cast<std::uint64_t>(place - passages_.begin());
+  made.from = open.from;
+  made.connection = open.connection;
+  made.source = open.source;
+  made.target = {
+      .network = open.network, .node = open.node, .hops = static_cast<std::uint8_t>(open.hops + 1)};
+  made.to_gateway = open.gateway != 0;
+  made.own = !made.to_gateway && (open.node == 0 || open.node == line_.node);
+  made.node = made.to_gateway ? open.gateway : open.node;
+  made.channel = 0;
+  made.phase.reset();
+  made.waiting.clear();
+  made.deadline = kNever;
+  return made;
+}
+
+// --- opening ------------------------------------------------------------------------------------
+
+void SdoExit::deliver(const Message& message, Instant now) {
+  if (message.kind == MessageKind::sdo_open) {
+    open(message, now);
+    return;
+  }
+  Passage* const passage = find(message.from, message.connection);
+  if (passage == nullptr) {
+    ++counters_.unexpected;
+  } else if (message.kind == MessageKind::sdo_request) {
+    request(*passage, word_of(message), now);
+  } else {
+    abort_server(*passage, abort_of(message), now);
+    release(*passage, abort_of(message));
+  }
+}
+
+// What the rules of access say of it. None: it may enter.
+AbortCode SdoExit::admit(const Message& message) {
+  if (message.source == 0) {
+    return AbortCode::none;
+  }
+  const bool may = std::any_of(config_.access.begin(), config_.access.end(), [&](const auto& rule) {
+    return message.source >= rule.first && message.source <= rule.last &&
+           (rule.sdo_read || rule.sdo_write);
+  });
+  return may ? AbortCode::none : AbortCode::local_control;
+}
+
+void SdoExit::open(const Message& message, Instant now) {
+  if (find(message.from, message.connection) != nullptr) {
+    ++counters_.unexpected;
+    return;
+  }
+  if (const AbortCode why = admit(message); why != AbortCode::none) {
+    ++counters_.not_permitted;
+    tell_refused(events_, RoutedService::sdo, message.source,
+                 {.network = message.network, .node = message.node}, why, now);
+    (void)post_.send(refusal(message, why));
+    return;
+  }
+  if (!usable_) {
+    (void)post_.send(refusal(message, AbortCode::device_state));
+    return;
+  }
+  Passage& made = make(message);
+  made.may_read = made.may_write = message.source == 0;
+  for (const AccessRule& rule : config_.access) {
+    if (message.source >= rule.first && message.source <= rule.last) {
+      made.may_read = made.may_read || rule.sdo_read;
+      made.may_write = made.may_write || rule.sdo_write;
+    }
+  }
+  if (const AbortCode why = reserve(made, now); why != AbortCode::none) {
+    (void)post_.send(refusal(message, why));
+  }
+}
+
+// Of client SDO 1 there is one, whose COB-IDs become those of the target; the rule or the hook may
+// have more of them.
+AbortCode SdoExit::reserve(Passage& passage, Instant now) {
+  if (passage.own) {
+    if (passage.server == nullptr) {
+      passage.server = std::make_unique<OwnServer>(own_, events_);
+    }
+    ++counters_.channels;
+    passage.state = Passage::State::waiting;
+    opened(passage, now);
+    return AbortCode::none;
+  }
+  const bool shared =
+      config_.choose_channel == nullptr && config_.channels == ChannelRule::per_node;
+  const std::uint8_t channel = config_.choose_channel != nullptr
+                                   ? config_.choose_channel(passage.target.network, passage.node)
+                                   : (shared ? passage.node : std::uint8_t{1});
+  if (channel == 0 || (!shared && channels_taken_[channel])) {
+    return AbortCode::sdo_connection;
+  }
+  passage.channel = shared ? std::uint8_t{0} : channel;
+  channels_taken_[passage.channel] = passage.channel != 0;
+  ++counters_.channels;
+  passage.state = Passage::State::waiting;
+  wait_until(passage, now + channel_wait(config_, line_.sdo_timeout));
+  const bool taken = arbiter_.submit({.token = passage.token,
+                                      .node = passage.node,
+                                      .priority = sdo::Priority::routing,
+                                      .user = this},
+                                     now);
+  if (!taken) {
+    channels_taken_[std::exchange(passage.channel, std::uint8_t{0})] = false;
+    --counters_.channels;
+    passage.state = Passage::State::free;
+    passage.deadline = kNever;
+    return AbortCode::sdo_connection;
+  }
+  return AbortCode::none;
+}
+
+void SdoExit::granted(std::uint64_t token, Instant now) {
+  Passage* const passage = find(token);
+  if (passage == nullptr) {
+    return;
+  }
+  if (!passage->to_gateway) {
+    opened(*passage, now);
+    return;
+  }
+  passage->state = Passage::State::asking;
+  wait_until(*passage, now + gateway_timeout(config_, line_.sdo_timeout, passage->target.hops));
+  give(*passage, encode(passage->target), now);
+}
+
+void SdoExit::opened(Passage& passage, Instant now) {
+  passage.state = Passage::State::open;
+  // The entrance has the arm timer: this is for the case that it is gone.
+  wait_until(passage, now + config_.arm_timeout + frame_timeout());
+  (void)post_.send(to_connection(MessageKind::sdo_opened, passage.from, passage.connection, 0));
+}
+
+void SdoExit::refuse(Passage& passage, AbortCode why) {
+  (void)post_.send(to_connection(MessageKind::sdo_refused, passage.from, passage.connection,
+                                 static_cast<std::uint32_t>(why)));
+  release(passage, why);
+}
+
+void SdoExit::answered_by_gateway(Passage& passage, std::uint64_t word, Instant now) {
+  if (((word ^ encode(passage.target)) & kWhatIsEchoed) == 0) {
+    opened(passage, now);
+  } else if (static_cast<std::uint8_t>(word) == sdo::command_byte(sdo::ServerCommand::abort)) {
+    refuse(passage, static_cast<AbortCode>(sdo::long_word(word)));
+  }  // else it answers an earlier transfer
+}
+
+// --- frames -------------------------------------------------------------------------------------
+
+void SdoExit::request(Passage& passage, std::uint64_t word, Instant now) {
+  if (passage.state != Passage::State::open) {
+    ++counters_.unexpected;
+    return;
+  }
+  if (const AbortCode why = not_permitted(passage, word); why != AbortCode::none) {
+    ++counters_.not_permitted;
+    tell_refused(events_, RoutedService::sdo, passage.source, passage.target, why, now);
+    (void)answer(passage, sdo::abort_word(sdo::multiplexer(word), why));
+    abort_server(passage, AbortCode::general, now);
+    release(passage, why);
+    return;
+  }
+  wait_until(passage, now + frame_timeout());
+  const SdoPhase::End end = passage.phase.request(word);
+  passage.own ? serve_own(passage, word, now) : give(passage, word, now);
+  if (end != SdoPhase::End::none && passage.state == Passage::State::open) {
+    release(passage, end == SdoPhase::End::finished ? AbortCode::none : AbortCode::general);
+  }
+}
+
+AbortCode SdoExit::not_permitted(const Passage& passage, std::uint64_t word) const {
+  if (passage.phase.in_sub_block() || !SdoPhase::initiates(word)) {
+    return AbortCode::none;
+  }
+  if (SdoPhase::writes(word)) {
+    return passage.may_write ? AbortCode::none : AbortCode::read_only;
+  }
+  return passage.may_read ? AbortCode::none : AbortCode::write_only;
+}
+
+void SdoExit::response(std::uint64_t token, const can::Frame& frame) {
+  Passage* const passage = find(token);
+  if (passage == nullptr) {
+    return;
+  }
+  const std::uint64_t word = sdo::word_of(frame);
+  if (passage->state == Passage::State::asking) {
+    answered_by_gateway(*passage, word, frame.time);
+    return;
+  }
+  const bool stray = !passage->phase.under_way() || (passage->phase.awaits_first_answer() &&
+                                                     !passage->phase.is_first_answer(word));
+  if (stray) {
+    return;  // answers what was asked before
+  }
+  wait_until(*passage, frame.time + frame_timeout());
+  if (!answer(*passage, word)) {
+    abort_server(*passage, AbortCode::out_of_memory, frame.time);
+    release(*passage, AbortCode::out_of_memory);
+  }
+}
+
+// False: there is no room on the way back.
+bool SdoExit::answer(Passage& passage, std::uint64_t word) {
+  const SdoPhase::End end = passage.phase.response(word);
+  if (!post_.send(
+          to_connection(MessageKind::sdo_response, passage.from, passage.connection, word))) {
+    return false;
+  }
+  if (end != SdoPhase::End::none) {
+    const auto code = static_cast<AbortCode>(sdo::long_word(word));
+    release(passage, end == SdoPhase::End::finished ? AbortCode::none : code);
+  }
+  return true;
+}
+
+void SdoExit::serve_own(Passage& passage, std::uint64_t word, Instant now) {
+  can::Frame frame;
+  frame.length = sdo::kFrameSize;
+  frame.time = now;
+  store_le(frame.data.data(), word);
+  passage.server->server.receive(frame, passage.server->queue);
+  pump_own(passage, now);
+}
+
+void SdoExit::pump_own(Passage& passage, Instant now) {
+  can::Frame frame;
+  while (passage.state == Passage::State::open && passage.server->queue.pop(frame)) {
+    wait_until(passage, now + frame_timeout());
+    if (!answer(passage, sdo::word_of(frame))) {
+      break_down(passage, AbortCode::out_of_memory, now);
+    }
+  }
+  if (passage.state == Passage::State::open) {
+    wake_ = earlier(wake_, passage.server->server.next_wake());
+  }
+}
+
+void SdoExit::give(Passage& passage, std::uint64_t word, Instant now) {
+  if (passage.waiting.empty() && put_on_bus(passage, word)) {
+    return;
+  }
+  if (!passage.waiting.push(word)) {
+    break_down(passage, AbortCode::out_of_memory, now);
+    return;
+  }
+  wake_ = earlier(wake_, now + WordQueue::kRetry);
+}
+
+// Not more than a few frames wait for the bus, because others want to get their requests through.
+bool SdoExit::put_on_bus(const Passage& passage, std::uint64_t word) {
+  constexpr auto kSdo = can::TransmitClass::sdo;
+  if (transmit_.queued(kSdo) >= sdo::Outbox::kMany || transmit_.room(kSdo) == 0) {
+    return false;
+  }
+  const can::CobId request{can::kSdoRequestBase + passage.node};
+  ++counters_.forwarded;
+  return transmit_.push(kSdo, request.header(sdo::kFrameSize), word);
+}
+
+void SdoExit::flush(Passage& passage, Instant now) {
+  while (!passage.waiting.empty()) {
+    if (!put_on_bus(passage, passage.waiting.front())) {
+      wake_ = earlier(wake_, now + WordQueue::kRetry);
+      return;
+    }
+    passage.waiting.pop();
+  }
+}
+
+// --- the end ------------------------------------------------------------------------------------
+
+void SdoExit::break_down(Passage& passage, AbortCode why, Instant now) {
+  (void)post_.send(to_connection(MessageKind::sdo_refused, passage.from, passage.connection,
+                                 static_cast<std::uint32_t>(why)));
+  abort_server(passage, why, now);
+  release(passage, why);
+}
+
+// Whatever waits is of no use any more. A next gateway is told in any state: it has reserved what
+// lies beyond it.
+void SdoExit::abort_server(Passage& passage, AbortCode why, Instant /*now*/) {
+  const bool asked = passage.state == Passage::State::asking ||
+                     (passage.state == Passage::State::open && passage.to_gateway);
+  if (passage.own || (!asked && !passage.phase.under_way())) {
+    return;
+  }
+  passage.waiting.clear();
+  const std::uint64_t word = sdo::abort_word(passage.phase.address(), why);
+  if (!put_on_bus(passage, word)) {
+    (void)passage.waiting.push(word);
+  }
+}
+
+void SdoExit::release(Passage& passage, AbortCode outcome) {
+  if (passage.state == Passage::State::free) {
+    return;
+  }
+  passage.state = Passage::State::free;
+  passage.deadline = kNever;
+  --counters_.channels;
+  if (passage.own) {
+    passage.server->server.reset();
+    passage.server->queue.clear();
+    return;
+  }
+  // The last frames, an abort among them, find room: what was queued is far below the queue.
+  while (!passage.waiting.empty()) {
+    const can::CobId request{can::kSdoRequestBase + passage.node};
+    if (transmit_.push(can::TransmitClass::sdo, request.header(sdo::kFrameSize),
+                       passage.waiting.front())) {
+      ++counters_.forwarded;
+    }
+    passage.waiting.pop();
+  }
+  channels_taken_[std::exchange(passage.channel, std::uint8_t{0})] = false;
+  arbiter_.release(passage.node, passage.token, passage.phase.address(), outcome);
+}
+
+void SdoExit::withdrawn(std::uint64_t token, AbortCode why) {
+  if (Passage* const passage = find(token)) {
+    refuse(*passage, why);
+  }
+}
+
+// --- time ---------------------------------------------------------------------------------------
+
+void SdoExit::wait_until(Passage& passage, Instant deadline) {
+  passage.deadline = deadline;
+  wake_ = earlier(wake_, deadline);
+}
+
+Duration SdoExit::frame_timeout() const {
+  return config_.frame_timeout > Duration::zero() ? config_.frame_timeout : 2 * line_.sdo_timeout;
+}
+
+void SdoExit::advance(Instant now) {
+  if (now < wake_) {
+    return;
+  }
+  wake_ = kNever;
+  for (const auto& each : passages_) {
+    Passage& passage = *each;
+    if (passage.state == Passage::State::free) {
+      continue;
+    }
+    flush(passage, now);
+    if (passage.own && now >= passage.server->server.next_wake()) {
+      passage.server->server.advance(now, passage.server->queue);
+      pump_own(passage, now);
+    }
+    if (now >= passage.deadline) {
+      expire(passage, now);
+    }
+    wake_ = earlier(wake_, passage.deadline);
+    if (passage.own && passage.state == Passage::State::open) {
+      wake_ = earlier(wake_, passage.server->server.next_wake());
+    }
+  }
+}
+
+void SdoExit::expire(Passage& passage, Instant now) {
+  switch (passage.state) {
+    case Passage::State::waiting:
+      refuse(passage, AbortCode::sdo_connection);
+      return;
+    case Passage::State::asking:
+      abort_server(passage, AbortCode::timeout, now);
+      refuse(passage, AbortCode::timeout);
+      return;
+    default:
+      break_down(passage, AbortCode::timeout, now);
+      return;
+  }
+}
+
+void SdoExit::stop(Instant now) {
+  for (const auto& each : passages_) {
+    if (each->state != Passage::State::free) {
+      break_down(*each, AbortCode::device_state, now);
+    }
+  }
+}
+
+}  // namespace linegate::routing

@@ -1,0 +1,101 @@
+// SDO connections that use a client SDO of this line: towards the target, or towards the next
+// gateway. The other half, on the line where the client is, is SdoEntrance.
+//
+// Each goes through the arbiter of the line, so that nobody else of this process talks to the same
+// server meanwhile. A connection to the own node has its dictionary at once.
+//
+//   waiting -- channel is free --> asking (next gateway) -- E0h --> open -- last frame --> (gone)
+//                             \--> open (target)
+//
+// Nothing is allocated while frames are forwarded, but by the server of the own node.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "stack/can/transmit_queue.h"
+#include "stack/od/dictionary.h"
+#include "stack/routing/config.h"
+#include "stack/routing/post.h"
+#include "stack/routing/sdo_phase.h"
+#include "stack/sdo/arbiter.h"
+
+namespace linegate::routing {
+
+// Marks the tokens of the arbiter that are a connection's.
+inline constexpr std::uint64_t kRoutingToken = std::uint64_t{1} << 62U;
+
+class SdoExit final : public sdo::ChannelUser {
+ public:
+  struct Line {
+    std::uint16_t network = 0;
+    std::uint8_t node = 0;  // the own one
+    Duration sdo_timeout{};
+  };
+
+  // All must outlive it. own: the dictionary of the own node.
+  SdoExit(const Config& config, Line line, od::Dictionary& own, sdo::Arbiter& arbiter,
+          can::TransmitQueue& transmit, Post& post, EventLog& events, Counters& counters);
+  ~SdoExit() override;
+
+  // Whether SDOs can be sent on the line: its interface is usable, the own node not stopped.
+  void set_usable(bool usable) { usable_ = usable; }
+
+  // sdo_open, sdo_request, sdo_close.
+  void deliver(const Message& message, Instant now);
+  void advance(Instant now);
+  Instant next_wake() const { return wake_; }
+  // Ends all connections.
+  void stop(Instant now);
+
+  // sdo::ChannelUser
+  void granted(std::uint64_t token, Instant now) override;
+  void response(std::uint64_t token, const can::Frame& frame) override;
+  void withdrawn(std::uint64_t token, AbortCode why) override;
+
+ private:
+  struct Passage;
+
+  Passage* find(std::uint8_t from, std::uint32_t connection) const;
+  Passage* find(std::uint64_t token) const;
+  Passage& make(const Message& open);
+  void open(const Message& message, Instant now);
+  AbortCode admit(const Message& message);
+  AbortCode reserve(Passage& passage, Instant now);
+  void opened(Passage& passage, Instant now);
+  void refuse(Passage& passage, AbortCode why);
+  void request(Passage& passage, std::uint64_t word, Instant now);
+  AbortCode not_permitted(const Passage& passage, std::uint64_t word) const;
+  void answered_by_gateway(Passage& passage, std::uint64_t word, Instant now);
+  bool answer(Passage& passage, std::uint64_t word);
+  void serve_own(Passage& passage, std::uint64_t word, Instant now);
+  void pump_own(Passage& passage, Instant now);
+  void give(Passage& passage, std::uint64_t word, Instant now);
+  void flush(Passage& passage, Instant now);
+  bool put_on_bus(const Passage& passage, std::uint64_t word);
+  // Ends it: the server is told by an abort if it has to forget something, the entrance by
+  // sdo_refused.
+  void break_down(Passage& passage, AbortCode why, Instant now);
+  void abort_server(Passage& passage, AbortCode why, Instant now);
+  void release(Passage& passage, AbortCode outcome);
+  void expire(Passage& passage, Instant now);
+  void wait_until(Passage& passage, Instant deadline);
+  Duration frame_timeout() const;
+
+  const Config& config_;
+  const Line line_;
+  od::Dictionary& own_;
+  sdo::Arbiter& arbiter_;
+  can::TransmitQueue& transmit_;
+  Post& post_;
+  EventLog& events_;
+  Counters& counters_;
+  bool usable_ = true;
+  std::vector<std::unique_ptr<Passage>> passages_;
+  std::array<bool, 256> channels_taken_{};  // by number of the client SDO
+  Instant wake_ = kNever;
+};
+
+}  // namespace linegate::routing

@@ -1,0 +1,46 @@
+// The network indication: how an SDO client tells a gateway which node of which network the next
+// transfer is for (CiA 302-7). The public texts tell the command specifier 7 and the contents; the
+// bytes are OWN definition A, see README.md.
+//
+//   byte 0     E0h, request and response
+//   byte 1, 2  target network-ID (LE); 0 = the network on which it is said
+//   byte 3     target node-ID; 0 = the gateway itself
+//   byte 4     gateways on the way, 1 from the client, one more at each
+//   byte 5..7  0
+//
+// The response has the same bytes. A refusal is an abort of object 0000h:00.
+#pragma once
+
+#include <cstdint>
+
+namespace linegate::routing {
+
+inline constexpr std::uint8_t kNetworkIndication = 0xE0;
+
+struct Indication {
+  std::uint16_t network = 0;
+  std::uint8_t node = 0;
+  std::uint8_t hops = 1;
+
+  friend bool operator==(const Indication&, const Indication&) = default;
+};
+
+// The eight bytes as one number, byte 0 in the lowest bits, as everywhere in stack/sdo.
+constexpr std::uint64_t encode(const Indication& indication) {
+  return std::uint64_t{kNetworkIndication} | std::uint64_t{indication.network} << 8U |
+         std::uint64_t{indication.node} << 24U | std::uint64_t{indication.hops} << 32U;
+}
+constexpr Indication decode_indication(std::uint64_t word) {
+  return {.network = static_cast<std::uint16_t>(word >> 8U),
+          .node = static_cast<std::uint8_t>(word >> 24U),
+          .hops = static_cast<std::uint8_t>(word >> 32U)};
+}
+constexpr bool is_indication(std::uint64_t word) {
+  return static_cast<std::uint8_t>(word) == kNetworkIndication;
+}
+// Command specifier 7, whatever its flags.
+constexpr bool has_network_specifier(std::uint64_t word) {
+  return (word & kNetworkIndication) == kNetworkIndication;
+}
+
+}  // namespace linegate::routing

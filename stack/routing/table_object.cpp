@@ -1,0 +1,51 @@
+#include "stack/routing/table_object.h"
+
+#include <algorithm>
+
+#include "stack/base/byte_order.h"
+
+namespace linegate::routing {
+namespace {
+
+Route route_at(const od::Dictionary& dictionary, std::size_t entry) {
+  return decode(
+      dictionary.number({kRoutingTable, static_cast<std::uint8_t>(entry + 1)}).value_or(0));
+}
+
+std::vector<Route> first_routes(const od::Dictionary& dictionary, std::size_t count) {
+  std::vector<Route> out;
+  for (std::size_t entry = 0; entry < std::min(count, kMaxRoutes); ++entry) {
+    out.push_back(route_at(dictionary, entry));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<Route> routes_of(const od::Dictionary& dictionary) {
+  return first_routes(dictionary, dictionary.number({kRoutingTable, 0}).value_or(0));
+}
+
+Table read_table(const od::Dictionary& dictionary) {
+  return Table(routes_of(dictionary));
+}
+
+AbortCode TableObject::check_write(od::Address address, std::span<const std::byte> value) {
+  std::vector<Route> routes;
+  if (address.sub == 0) {
+    if (load_le(value) > kMaxRoutes) {
+      return AbortCode::value_too_high;
+    }
+    routes = first_routes(dictionary_, load_le(value));
+  } else {
+    routes = routes_of(dictionary_);
+    if (address.sub > routes.size()) {
+      return AbortCode::none;  // checked when it is to count
+    }
+    routes[address.sub - 1U] = decode(load_le(value));
+  }
+  const std::vector<RouteFinding> found = check(routes, interfaces_);
+  return found.empty() ? AbortCode::none : abort_of(found.front().fault);
+}
+
+}  // namespace linegate::routing

@@ -1,0 +1,335 @@
+// Ten thousand SDO transfers over random systems of networks, with deaths midway: in the end every
+// transfer has the right bytes or an abort, every channel is free, every counter adds up.
+#include <algorithm>
+#include <cstdlib>
+#include <iostream>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/plant/routed_world.h"
+
+namespace linegate::plant {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr std::size_t kTransfers = 10'000;
+constexpr std::size_t kWorlds = 10;
+constexpr std::size_t kAtOnce = 10;
+
+struct Tally {
+  std::size_t done = 0;
+  std::size_t right = 0;
+  std::size_t aborted = 0;
+  std::size_t died = 0;  // clients, whose transfers nobody sees the end of
+  std::size_t wrong = 0;
+  std::size_t blocks = 0;
+  std::size_t far = 0;  // over three gateways and more
+  std::size_t on_one_node = 0;
+  std::size_t kills = 0;  // clients and servers, each in the middle of a transfer
+  std::map<std::uint32_t, std::size_t> codes;
+};
+
+struct Transfer {
+  std::uint32_t id = 0;
+  std::size_t from = 0;     // network
+  std::size_t process = 0;  // whose server, or whose command
+  std::size_t to = 0;       // network
+  std::size_t last = 0;     // process there
+  bool command = false;
+  bool write = false;
+  od::Address address;
+  std::vector<std::byte> expected;
+  Instant dies = kNever;
+  bool client_dies = false;
+};
+
+class RoutedRun {
+ public:
+  RoutedRun(std::uint64_t seed, std::size_t count, std::uint32_t first_id, Tally& tally)
+      : chance_(seed),
+        topology_(Topology::random(5 + seed % 4, chance_)),
+        world_(topology_, seed),
+        left_(count),
+        next_id_(first_id),
+        tally_(tally) {
+    const std::size_t hot = chance_() % topology_.networks;
+    hot_ = {hot, topology_.processes_on(hot).front()};
+  }
+
+  void transfers() {
+    world_.run(world_.now() + milliseconds(100));
+    const Instant limit = world_.now() + seconds(600);
+    while (left_ > 0 || !active_.empty()) {
+      ASSERT_LT(world_.now(), limit)
+          << left_ << " left, " << active_.size() << " under way, one to " << active_.front().to
+          << " by " << active_.front().process
+          << (active_.front().command ? " command" : " client");
+      while (left_ > 0 && active_.size() < kAtOnce && begin()) {
+      }
+      world_.run(world_.now() + microseconds(500));
+      kill_some();
+      finish_some();
+    }
+    world_.run(world_.now() + seconds(10));
+  }
+
+  // Nothing is held, and every client still gets through to every device.
+  void check() {
+    for (line::Line* const line : world_.lines()) {
+      const routing::Counters now = line->state().routing;
+      const std::string& name = line->config().name;
+      EXPECT_EQ(now.open, 0U) << name;
+      EXPECT_EQ(now.channels, 0U) << name;
+      EXPECT_EQ(now.opened, now.finished + now.aborted + now.timed_out) << name;
+      line::Reply reply;
+      EXPECT_FALSE(line->take_reply(reply)) << name << ": a second reply";
+    }
+    const std::size_t before = tally_.right;
+    std::size_t asked = 0;
+    for (std::size_t from = 0; from < topology_.networks; ++from) {
+      for (std::size_t to = 0; to < topology_.networks; ++to) {
+        if (from != to) {
+          Transfer last{.id = next_id_++, .from = from, .to = to};
+          last.process = topology_.way(from, to).first;
+          last.last = topology_.way(from, to).last;
+          choose_object(last, 0);
+          last.write = false;
+          last.address = {kShortRead, 1};
+          last.expected = short_value(last);
+          start(last);
+          world_.run(world_.now() + milliseconds(50));
+          finish_some();
+          ++asked;
+        }
+      }
+    }
+    EXPECT_TRUE(active_.empty());
+    EXPECT_EQ(tally_.right - before, asked) << "something is stuck";
+    tally_.right = before;
+    tally_.done -= asked;
+    for (const auto& [network, process] : targets()) {
+      tally_.wrong += world_.device(network, process).wrong();
+    }
+  }
+
+ private:
+  std::uint64_t below(std::uint64_t limit) { return chance_() % limit; }
+
+  std::vector<std::pair<std::size_t, std::size_t>> targets() {
+    std::vector<std::pair<std::size_t, std::size_t>> out;
+    for (std::size_t network = 0; network < topology_.networks; ++network) {
+      for (const std::size_t process : topology_.processes_on(network)) {
+        out.emplace_back(network, process);
+      }
+    }
+    return out;
+  }
+
+  // One of the ways to be asked for, if its client is not busy. False: try again later.
+  bool begin() {
+    const std::size_t number = left_;
+    const bool block = number % 3 == 0;
+    const bool far = number % 4 == 0;
+    const bool one_node = !far && number % 4 == 1;
+    for (int attempt = 0; attempt < 200; ++attempt) {
+      Transfer made{.id = next_id_};
+      made.from = below(topology_.networks);
+      made.to = one_node ? hot_.first : below(topology_.networks);
+      const Topology::Way& way = topology_.way(made.from, made.to);
+      const std::size_t gateways = way.gateways;
+      if (gateways == 0 || (far && gateways < 3)) {
+        continue;
+      }
+      made.process = way.first;
+      made.last = way.last;
+      if (one_node && made.last != hot_.second) {
+        continue;
+      }
+      made.command = !far && below(2) == 0;
+      const bool busy = made.command ? false : world_.client(made.from, made.process).busy();
+      if (busy || !world_.device(made.to, made.last).alive()) {
+        continue;
+      }
+      choose_object(made, block ? 2 : below(2));
+      if (number % 18 == 0 || owed_kills_ > 0) {
+        made.client_dies = !made.command && below(2) == 0;
+        made.dies = world_.now() + microseconds(300 + 200 * gateways + below(block ? 6000 : 1500));
+        owed_kills_ += number % 18 == 0 ? 1 : 0;
+        --owed_kills_;
+      }
+      tally_.blocks += block ? 1U : 0U;
+      tally_.far += gateways >= 3 ? 1U : 0U;
+      tally_.on_one_node += std::pair(made.to, made.last) == hot_ ? 1U : 0U;
+      ++next_id_;
+      --left_;
+      start(made);
+      return true;
+    }
+    return false;
+  }
+
+  // kind: 0 expedited, 1 segments, 2 blocks.
+  void choose_object(Transfer& transfer, std::uint64_t kind) {
+    const std::uint8_t node = RoutedWorld::node_of(transfer.last);
+    transfer.write = below(2) == 0;
+    if (kind == 0) {
+      transfer.address = {transfer.write ? kShortWrite : kShortRead, 1};
+      transfer.expected = transfer.write ? routed_pattern(transfer.id, 4) : short_value(transfer);
+    } else if (transfer.write) {
+      transfer.address = {kLongWrite, 0};
+      transfer.expected =
+          routed_pattern(transfer.id, kind == 1 ? 5 + below(120) : 130 + below(1800));
+    } else {
+      const std::size_t which = kind == 1 ? below(3) : 3 + below(3);
+      transfer.address = {static_cast<std::uint16_t>(kLongRead + which), 0};
+      transfer.expected = RoutedDevice::long_value(transfer.to, node, kLongSizes[which]);
+    }
+  }
+
+  std::vector<std::byte> short_value(const Transfer& transfer) {
+    std::vector<std::byte> out(4);
+    store_le(out.data(),
+             RoutedDevice::short_value(transfer.to, RoutedWorld::node_of(transfer.last)));
+    return out;
+  }
+
+  void start(const Transfer& transfer) {
+    const auto network = static_cast<std::uint16_t>(transfer.to + 1);
+    const std::uint8_t node = RoutedWorld::node_of(transfer.last);
+    if (transfer.command) {
+      world_.line(transfer.process, transfer.from)
+          .execute({.tag = transfer.id,
+                    .kind = transfer.write ? line::CommandKind::network_write
+                                           : line::CommandKind::network_read,
+                    .node = node,
+                    .network = network,
+                    .index = transfer.address.index,
+                    .sub = transfer.address.sub,
+                    .data = transfer.write ? transfer.expected : std::vector<std::byte>{}},
+                   world_.now());
+    } else {
+      ForeignClient::Job job{
+          .network = network, .node = node, .address = transfer.address, .write = transfer.write};
+      job.transfer =
+          transfer.expected.size() >= 130 ? sdo::Transfer::block : sdo::Transfer::segmented;
+      job.data = transfer.write ? transfer.expected : std::vector<std::byte>{};
+      world_.client(transfer.from, transfer.process).start(std::move(job), world_.now());
+    }
+    world_.touch(transfer.from);
+    active_.push_back(transfer);
+  }
+
+  void kill_some() {
+    std::erase_if(active_, [&](Transfer& transfer) {
+      if (transfer.dies > world_.now()) {
+        return false;
+      }
+      transfer.dies = kNever;
+      if (!transfer.client_dies && !world_.device(transfer.to, transfer.last).alive()) {
+        ++owed_kills_;
+        return false;
+      }
+      ++tally_.kills;
+      if (!transfer.client_dies) {
+        world_.kill(transfer.to, transfer.last, world_.now() + milliseconds(100 + below(900)));
+        return false;
+      }
+      world_.client(transfer.from, transfer.process).die();
+      ++tally_.died;
+      ++tally_.done;
+      return true;
+    });
+  }
+
+  void finish_some() {
+    for (line::Line* const line : world_.lines()) {
+      line::Reply reply;
+      while (line->take_reply(reply)) {
+        const auto it = std::ranges::find_if(
+            active_, [&](const Transfer& t) { return t.command && t.id == reply.tag; });
+        ASSERT_NE(it, active_.end());
+        EXPECT_NE(reply.error.domain, Domain::command);
+        judge(*it, {.abort = static_cast<AbortCode>(reply.error.code), .data = reply.data});
+        active_.erase(it);
+      }
+    }
+    std::erase_if(active_, [&](const Transfer& transfer) {
+      sdo::Outcome outcome;
+      if (transfer.command || !world_.client(transfer.from, transfer.process).take(outcome)) {
+        return false;
+      }
+      judge(transfer, outcome);
+      return true;
+    });
+  }
+
+  void judge(const Transfer& transfer, const sdo::Outcome& outcome) {
+    ++tally_.done;
+    owed_kills_ += transfer.dies != kNever ? 1 : 0;  // over before it could be killed
+    if (outcome.abort != AbortCode::none) {
+      ++tally_.aborted;
+      ++tally_.codes[static_cast<std::uint32_t>(outcome.abort)];
+      return;
+    }
+    const bool right = transfer.write
+                           ? world_.device(transfer.to, transfer.last).has_stored(transfer.id)
+                           : outcome.data == transfer.expected;
+    ++(right ? tally_.right : tally_.wrong);
+  }
+
+  std::mt19937_64 chance_;
+  Topology topology_;
+  RoutedWorld world_;
+  std::size_t left_;
+  std::uint32_t next_id_;
+  std::pair<std::size_t, std::size_t> hot_;  // network and process of the node
+  std::vector<Transfer> active_;
+  int owed_kills_ = 0;
+  Tally& tally_;
+};
+
+std::uint64_t seed_of_run() {
+  const char* const wanted = std::getenv("LINEGATE_PLANT_SEED");
+  return wanted != nullptr ? std::strtoull(wanted, nullptr, 0) : 1;
+}
+
+TEST(RoutedPlant, TenThousandTransfersEndRightOrWithAnAbortAndNothingLeaks) {
+  const std::uint64_t seed = seed_of_run();
+  std::cout << "seed " << seed << std::endl;
+  Tally tally;
+  for (std::size_t world = 0; world < kWorlds; ++world) {
+    SCOPED_TRACE("LINEGATE_PLANT_SEED=" + std::to_string(seed) + ", world " +
+                 std::to_string(world));
+    RoutedRun run(seed * kWorlds + world, kTransfers / kWorlds,
+                  static_cast<std::uint32_t>(1 + world * 100'000), tally);
+    run.transfers();
+    if (HasFatalFailure()) {
+      return;
+    }
+    run.check();
+  }
+  std::cout << tally.right << " right, " << tally.aborted << " aborted, " << tally.died
+            << " without a client; " << tally.blocks << " in blocks, " << tally.far
+            << " over three gateways and more, " << tally.on_one_node << " on one node, "
+            << tally.kills << " killed\n";
+  for (const auto& [code, count] : tally.codes) {
+    std::cout << count << " x " << describe(static_cast<AbortCode>(code)) << '\n';
+  }
+  EXPECT_EQ(tally.wrong, 0U);
+  EXPECT_EQ(tally.done, kTransfers);
+  EXPECT_EQ(tally.right + tally.aborted + tally.died, kTransfers);
+  EXPECT_GE(tally.right, kTransfers / 2);
+  EXPECT_GE(tally.blocks, kTransfers / 3 - kWorlds);
+  EXPECT_GE(tally.far, kTransfers / 4);
+  EXPECT_GE(tally.on_one_node, kTransfers / 5);
+  EXPECT_GE(tally.kills, 500U);
+}
+
+}  // namespace
+}  // namespace linegate::plant

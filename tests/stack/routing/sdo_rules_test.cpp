@@ -1,0 +1,263 @@
+// SDO routing: who may use which channel and enter which line, the table, and the process itself as
+// a client.
+#include <initializer_list>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/stack/routing/routed_lines.h"
+
+namespace linegate::routing::test {
+namespace {
+
+// --- many at once, and who may use which channel ------------------------------------------------
+
+TEST_F(SdoRouting, OneConnectionAServerSdoAndANode) {
+  of_line(1).additional_servers = 2;
+  of_line(2).channels = ChannelRule::per_node;
+  start();
+  for (const std::uint8_t server_number : std::initializer_list<std::uint8_t>{1, 2}) {
+    const auto step = static_cast<std::uint8_t>(server_number * 16);
+    hear(1, 0x67F, {0x23, server_number, 0x12, 1, step, 0x02, 0, 0});
+    hear(1, 0x67F, {0x23, server_number, 0x12, 2, static_cast<std::uint8_t>(step + 1), 2, 0, 0});
+  }
+  (void)sent(1);
+  open();
+  hear(1, 0x210, {0xE0, 2, 0, 6, 1, 0, 0, 0});
+  hear(1, 0x220, {0xE0, 2, 0, 6, 1, 0, 0, 0});  // waits for node 6
+  EXPECT_EQ(counters(1).open, 2U);
+  EXPECT_EQ(counters(2).channels, 3U);
+  hear(1, 0x210, {0x40, 0, 0x10, 0, 0, 0, 0, 0});
+  client({0x40, 1, 0x10, 0, 0, 0, 0, 0});
+  EXPECT_EQ(sent(2), (Frames{"606 4000100000000000", "605 4001100000000000"}));
+  hear(2, 0x586, {0x43, 0, 0x10, 0, 1, 2, 3, 4});
+  pass(milliseconds(1));
+  EXPECT_EQ(counters(1).open, 2U);  // the one that waited has its turn
+  EXPECT_EQ(counters(1).finished, 1U);
+  pass(seconds(6));
+  expect_nothing_left();
+}
+
+TEST_F(SdoRouting, WhoWaitsTooLongForANodeIsRefused) {
+  of_line(1).additional_servers = 1;
+  of_line(2).channels = ChannelRule::per_node;
+  start();
+  hear(1, 0x67F, {0x23, 0x01, 0x12, 1, 0x10, 0x02, 0, 0});
+  hear(1, 0x67F, {0x23, 0x01, 0x12, 2, 0x11, 0x02, 0, 0});
+  (void)sent(1);
+  open();
+  hear(1, 0x210, {0xE0, 2, 0, 5, 1, 0, 0, 0});
+  pass(milliseconds(240));
+  EXPECT_EQ(counters(1).refused, 0U);
+  pass(milliseconds(20));  // half of the SDO time-out
+  EXPECT_TRUE(told(1, EventKind::routing_refused, AbortCode::sdo_connection));
+  EXPECT_EQ(counters(2).channels, 1U);
+}
+
+TEST_F(SdoRouting, AHookMayChooseTheClientSdo) {
+  std::vector<unsigned> asked;
+  std::uint8_t answer = 3;
+  of_line(2).choose_channel = [&](std::uint16_t network, std::uint8_t node) {
+    asked.push_back(network * 1000U + node);
+    return answer;
+  };
+  start();
+  open();
+  EXPECT_EQ(asked, std::vector<unsigned>{2005});
+  answer = 0;
+  client({0xE0, 2, 0, 6, 1, 0, 0, 0});
+  EXPECT_EQ(sent(1), Frames{"5FF 8000000023000A06"});
+}
+
+TEST_F(SdoRouting, ATransferGoesThroughTheArbiterOfTheTargetLine) {
+  start();
+  open();
+  line(2).execute({.tag = 1, .kind = line::CommandKind::sdo_read, .node = 5, .index = 0x1008},
+                  now_);
+  EXPECT_EQ(sent(2), Frames{});  // waits until the connection is over
+  client({0x40, 0, 0x10, 0, 0, 0, 0, 0});
+  server({0x43, 0, 0x10, 0, 0x91, 1, 2, 3});
+  pass(milliseconds(1));
+  EXPECT_EQ(sent(2), (Frames{"605 4000100000000000", "605 4008100000000000"}));
+  EXPECT_EQ(line(2).state().counters.sdo_transfers, 1U);
+}
+
+// --- access -------------------------------------------------------------------------------------
+
+TEST_F(SdoRouting, AccessIsClosedUnlessARuleOpensIt) {
+  of_line(2).access = {{.first = 2, .last = 9, .sdo_read = true}};
+  start();
+  client({0xE0, 2, 0, 5, 1, 0, 0, 0});
+  EXPECT_EQ(sent(1), Frames{"5FF 8000000021000008"});
+  EXPECT_TRUE(told(2, EventKind::routing_refused, AbortCode::local_control));
+  EXPECT_EQ(counters(2).not_permitted, 1U);
+  EXPECT_EQ(counters(2).channels, 0U);
+}
+
+TEST_F(SdoRouting, AReaderMayNotWrite) {
+  of_line(2).access = {{.first = 1, .last = 1, .sdo_read = true}};
+  start();
+  for (const std::uint8_t initiate : std::initializer_list<std::uint8_t>{0x23, 0x21, 0xC6}) {
+    open_again();
+    client({initiate, 0, 0x20, 1, 9, 0, 0, 0});
+    EXPECT_EQ(sent(1), Frames{"5FF 8000200102000106"});
+    EXPECT_TRUE(told(2, EventKind::routing_refused, AbortCode::read_only));
+  }
+  EXPECT_EQ(sent(2), Frames{});
+  expect_nothing_left();
+}
+
+TEST_F(SdoRouting, AWriterMayNotRead) {
+  of_line(2).access = {{.first = 1, .last = 1, .sdo_write = true}};
+  start();
+  for (const std::uint8_t initiate : std::initializer_list<std::uint8_t>{0x40, 0xA4}) {
+    open_again();
+    client({initiate, 0, 0x20, 1, 9, 0, 0, 0});
+    EXPECT_EQ(sent(1), Frames{"5FF 8000200101000106"});
+  }
+  EXPECT_EQ(counters(2).not_permitted, 2U);
+  expect_nothing_left();
+}
+
+// --- 1F2Ch --------------------------------------------------------------------------------------
+
+TEST_F(SdoRouting, TheTableIsReadAndWrittenBySdoAndTakesEffect) {
+  start();
+  client({0x40, 0x2C, 0x1F, 0, 0, 0, 0, 0});
+  EXPECT_EQ(sent(1), Frames{"5FF 4F2C1F0001000000"});
+  client({0x40, 0x2C, 0x1F, 1, 0, 0, 0, 0});
+  client({0x60, 0, 0, 0, 0, 0, 0, 0});
+  client({0x70, 0, 0, 0, 0, 0, 0, 0});
+  EXPECT_EQ(sent(1),
+            (Frames{"5FF 412C1F0108000000", "5FF 0002000200020000", "5FF 1D00000000000000"}));
+  // Entry 2: networks 3 to 4 over interface 2, next gateway 9, cost 1.
+  client({0x21, 0x2C, 0x1F, 2, 8, 0, 0, 0});
+  client({0x00, 3, 0, 4, 0, 2, 9, 1});
+  client({0x1D, 0, 0, 0, 0, 0, 0, 0});
+  client({0x2F, 0x2C, 0x1F, 0, 2, 0, 0, 0});
+  EXPECT_EQ(sent(1).back(), "5FF 602C1F0000000000");
+  client({0xE0, 4, 0, 7, 1, 0, 0, 0});
+  EXPECT_EQ(sent(2), Frames{"609 E004000702000000"});
+}
+
+TEST_F(SdoRouting, ABadWriteToTheTableIsRefused) {
+  start();
+  const auto write = [&](std::initializer_list<std::uint8_t> first, std::uint8_t last) {
+    client({0x21, 0x2C, 0x1F, 1, 8, 0, 0, 0});
+    client(first);
+    client({0x1D, last, 0, 0, 0, 0, 0, 0});
+    return sent(1).back();
+  };
+  EXPECT_EQ(write({0x00, 2, 0, 2, 0, 7, 0, 0}, 0), "5FF 802C1F0130000906");    // no interface 7
+  EXPECT_EQ(write({0x00, 3, 0, 3, 0, 2, 126, 0}, 0), "5FF 802C1F0130000906");  // the own node
+  EXPECT_EQ(write({0x00, 4, 0, 3, 0, 2, 9, 0}, 0), "5FF 802C1F0130000906");    // 4 to 3
+  client({0x2F, 0x2C, 0x1F, 0, 255, 0, 0, 0});
+  EXPECT_EQ(sent(1).back(), "5FF 802C1F0031000906");
+  // A second route of equal cost: refused when it is to count.
+  client({0x21, 0x2C, 0x1F, 2, 8, 0, 0, 0});
+  client({0x00, 2, 0, 2, 0, 2, 0, 0});
+  client({0x1D, 0, 0, 0, 0, 0, 0, 0});
+  EXPECT_EQ(sent(1).back(), "5FF 3000000000000000");
+  client({0x2F, 0x2C, 0x1F, 0, 2, 0, 0, 0});
+  EXPECT_EQ(sent(1).back(), "5FF 802C1F0043000406");
+}
+
+TEST_F(SdoRouting, TheNetworkIdsOfTheLinesAreReadable) {
+  start();
+  client({0x40, 0x20, 0x5F, 2, 0, 0, 0, 0});
+  EXPECT_EQ(sent(1), Frames{"5FF 4B205F0202000000"});
+  client({0x2B, 0x20, 0x5F, 2, 7, 0, 0, 0});
+  EXPECT_EQ(sent(1), Frames{"5FF 80205F0202000106"});
+}
+
+// --- as client ----------------------------------------------------------------------------------
+
+class RemoteSdo : public SdoRouting {
+ protected:
+  void read(std::uint16_t network, std::uint8_t node) {
+    line(1).execute({.tag = 7,
+                     .kind = line::CommandKind::network_read,
+                     .node = node,
+                     .network = network,
+                     .index = 0x1000},
+                    now_);
+    carry();
+  }
+  line::Reply reply() {
+    line::Reply out;
+    EXPECT_TRUE(line(1).take_reply(out));
+    return out;
+  }
+};
+
+TEST_F(RemoteSdo, AnotherLineOfTheProcessIsReachedDirectly) {
+  start();
+  read(2, 5);
+  EXPECT_EQ(sent(2), Frames{"605 4000100000000000"});
+  server({0x43, 0, 0x10, 0, 0x91, 1, 2, 3});
+  const line::Reply got = reply();
+  EXPECT_TRUE(got.ok());
+  EXPECT_EQ(got.data,
+            (std::vector<std::byte>{std::byte{0x91}, std::byte{1}, std::byte{2}, std::byte{3}}));
+  EXPECT_EQ(sent(1), Frames{});
+  expect_nothing_left();
+}
+
+TEST_F(RemoteSdo, AGatewayOnTheOwnLineIsToldTheNetworkFirst) {
+  of_line(1).routes.push_back({.first = 5, .last = 5, .interface = 1, .gateway = 9});
+  start();
+  for (int i = 0; i < 2; ++i) {  // each transfer needs an indication of its own
+    read(5, 33);
+    EXPECT_EQ(sent(1), Frames{"609 E005002101000000"});
+    hear(1, 0x589, {0xE0, 5, 0, 33, 1, 0, 0, 0});
+    EXPECT_EQ(sent(1), Frames{"609 4000100000000000"});
+    hear(1, 0x589, {0x4F, 0, 0x10, 0, 5, 0, 0, 0});
+    EXPECT_EQ(reply().data, std::vector<std::byte>{std::byte{5}});
+  }
+  expect_nothing_left();
+}
+
+TEST_F(RemoteSdo, EachWayToFailHasItsCode) {
+  of_line(1).routes.push_back({.first = 5, .last = 5, .interface = 1, .gateway = 9});
+  start();
+  read(8, 1);
+  EXPECT_EQ(reply().error, to_error(AbortCode::invalid_value));  // no route
+  read(5, 33);
+  hear(1, 0x589, {0x80, 0, 0, 0, 1, 0, 4, 5});
+  EXPECT_EQ(reply().error, to_error(AbortCode::command_specifier));  // no gateway
+  read(5, 33);
+  pass(milliseconds(1100));
+  EXPECT_EQ(reply().error, to_error(AbortCode::timeout));  // it does not answer
+  read(2, 5);
+  pass(milliseconds(1100));
+  EXPECT_EQ(reply().error, to_error(AbortCode::timeout));  // nor does the target
+  read(2, 200);
+  EXPECT_EQ(reply().error, to_error(line::Refusal::bad_request));
+  expect_nothing_left();
+}
+
+TEST_F(RemoteSdo, ACommandsOwnTimeoutFreesTheWay) {
+  start();
+  line(1).execute({.tag = 7,
+                   .kind = line::CommandKind::network_read,
+                   .node = 5,
+                   .network = 2,
+                   .index = 0x1000,
+                   .timeout = milliseconds(100)},
+                  now_);
+  carry();
+  pass(milliseconds(110));
+  EXPECT_FALSE(reply().ok());
+  EXPECT_EQ(sent(2), (Frames{"605 4000100000000000", "605 8000100000000405"}));
+  expect_nothing_left();
+}
+
+TEST_F(RemoteSdo, CommandsOfTheProcessAreNotSubjectToTheRulesOfAccess) {
+  of_line(2).access.clear();
+  start();
+  read(2, 5);
+  EXPECT_EQ(sent(2), Frames{"605 4000100000000000"});
+}
+
+}  // namespace
+}  // namespace linegate::routing::test
