@@ -1,5 +1,6 @@
 #include "gateway/intake.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <pthread.h>
@@ -69,9 +70,27 @@ LineHost* Intake::find(std::string_view line) const {
   return nullptr;
 }
 
+bool Intake::crosses(const LineHost& host, const line::Command& command) const {
+  if (command.kind != line::CommandKind::network_read &&
+      command.kind != line::CommandKind::network_write) {
+    return true;
+  }
+  const auto& routes = host.plan.config.routing.routes;
+  return std::none_of(routes.begin(), routes.end(), [&](const routing::Route& route) {
+    return route.reaches(command.network) &&
+           std::any_of(lines_.begin(), lines_.end(), [&](const auto& other) {
+             return other->interface() == route.interface &&
+                    !permitted(command.kind, other->plan.commands, other->plan.outputs);
+           });
+  });
+}
+
 line::Refusal Intake::judge(const LineHost& host, const dds::CommandMessage& message) const {
   const line::Command& command = message.command;
   if (!permitted(command.kind, host.plan.commands, host.plan.outputs)) {
+    return line::Refusal::not_permitted;
+  }
+  if (!crosses(host, command)) {
     return line::Refusal::not_permitted;
   }
   const std::uint64_t layout = host.layout(image::Direction::outputs).id;

@@ -186,7 +186,8 @@ void LineRunner::give_messages(Instant now) {
 
 void LineRunner::leave(std::uint8_t interface, Instant now) {
   take_messages(now);
-  routes_->remove(interface);
+  routes_->remove(interface,
+                  [&](const routing::Message& message) { line_->deliver(message, now); });
   give_messages(now);
 }
 

@@ -4,7 +4,7 @@
 
 namespace linegate::gateway {
 
-void RouteEnd::remove(std::uint8_t interface) {
+void RouteEnd::forget(std::uint8_t interface) {
   out_[interface] = nullptr;
   std::erase_if(in_, [&](const RouteLink* link) { return link->from == interface; });
 }

@@ -36,9 +36,18 @@ class RouteEnd {
     touched_.reserve(touched_.capacity() + 1);
   }
   void add_in(RouteLink& link) { in_.push_back(&link); }
-  // The line with that interface is gone: nothing is given to it or taken from it any more. What is
-  // in its link has been taken before.
-  void remove(std::uint8_t interface);
+  // The line with that interface is gone, and nobody else looks at its links: nothing is given to
+  // it or taken from it any more. What it said last has been taken before; what it did not take
+  // itself goes back, as in give().
+  template <class ReturnTo>
+  void remove(std::uint8_t interface, ReturnTo&& return_to) {
+    if (RouteLink* const link = out_[interface]) {
+      for (routing::Message message; link->messages.pop(message);) {
+        bring_back(message, return_to);
+      }
+    }
+    forget(interface);
+  }
 
   // deliver(message) for what has arrived.
   template <class Deliver>
@@ -63,10 +72,7 @@ class RouteEnd {
       RouteLink* const link = out_[message_.to];
       held_ = false;
       if (link == nullptr) {
-        if (const auto answer = routing::undeliverable(message_)) {
-          return_to(*answer);
-        }
-        ++lost_;
+        bring_back(message_, return_to);
       } else if (!put(*link)) {
         held_ = true;
         ++stalls_;
@@ -83,6 +89,14 @@ class RouteEnd {
   std::uint64_t lost() const { return lost_; }
 
  private:
+  template <class ReturnTo>
+  void bring_back(const routing::Message& message, ReturnTo& return_to) {
+    ++lost_;
+    if (const auto answer = routing::undeliverable(message)) {
+      return_to(*answer);
+    }
+  }
+  void forget(std::uint8_t interface);
   // False if it is full: the message is held.
   bool put(RouteLink& link);
   void wake_takers();

@@ -119,7 +119,7 @@ class GatewayTest : public testing::Test {
   static constexpr std::uint64_t kIncarnation = 0x1234'5678'9ABC'DEF0;
 
   void SetUp() override {
-    auto made = Gateway::make(make_plant(plant_text()), kIncarnation);
+    auto made = Gateway::make(make_plant(text()), kIncarnation);
     for (const auto& diagnostic : made.diagnostics) {
       EXPECT_EQ(diagnostic.severity, Severity::note) << to_string(diagnostic);
     }
@@ -139,6 +139,8 @@ class GatewayTest : public testing::Test {
              seen_.layouts.size() == 4;
     }));
   }
+
+  virtual std::string text() const { return plant_text(); }
 
   bool operational(const std::string& node) {
     return seen_.nodes[node].state == nmt::State::operational;
@@ -272,6 +274,28 @@ TEST_F(LoggedGatewayTest, TellsOfOutputsForALineThatDoesNotExist) {
                               "warning 1 outputs for a line that does not exist were received and "
                               "dropped, last 'no.body'") == 1;
   }));
+}
+
+class RoutingGatewayTest : public GatewayTest {
+ protected:
+  std::string text() const override {
+    std::string out = plant_text();
+    return out.insert(out.find("    access: read\n"), "    enter: open\n");
+  }
+};
+
+TEST_F(RoutingGatewayTest, AnSdoCrossesTwoLinesIfBothPermitIt) {
+  line::Command crossing = sdo_read(6, 0x1000, 0);
+  crossing.kind = line::CommandKind::network_read;
+  crossing.network = 2;
+  const auto crossed = call(at("open"), crossing);
+  EXPECT_TRUE(crossed.reply.ok()) << crossed.text;
+  EXPECT_EQ(crossed.reply.data, call(at("closed"), sdo_read(6, 0x1000, 0)).reply.data);
+  crossing.kind = line::CommandKind::network_write;
+  crossing.data = {std::byte{1}};
+  EXPECT_EQ(call(at("open"), crossing).reply.error, line::to_error(line::Refusal::not_permitted));
+  EXPECT_TRUE(seen_.line_properties.contains("routing-opened"));
+  EXPECT_EQ(seen_.line_properties["routes-1"], "1 open 0, 2 closed 0");
 }
 
 TEST_F(GatewayTest, WritesOneOutputForAPersonAndChecksTheLayout) {

@@ -103,18 +103,23 @@ TEST(RouteLinks, WhoAsksALineThatIsGoneGetsAnAbort) {
   first.add_out(there);
   first.add_in(back);
   back.messages.push(to(1, 5));
-  first.remove(2);
+  std::vector<Message> returned;
+  const auto bring_back = [&](const Message& message) { returned.push_back(message); };
+  there.messages.push(to(2, 6, MessageKind::sdo_open));
+  first.remove(2, bring_back);
+  ASSERT_EQ(returned.size(), 1U) << "what it did not take any more";
+  EXPECT_EQ(returned[0].connection, 6U);
+  returned.clear();
   EXPECT_FALSE(first.arrived());
   Waiting line({to(2, 7, MessageKind::sdo_open), to(2, 8, MessageKind::sdo_close), to(9, 9)});
-  std::vector<Message> returned;
-  first.give(line, [&](const Message& message) { returned.push_back(message); });
+  first.give(line, bring_back);
   ASSERT_EQ(returned.size(), 2U);
   EXPECT_EQ(returned[0].kind, MessageKind::sdo_refused);
   EXPECT_EQ(returned[0].connection, 7U);
   EXPECT_EQ(returned[0].to, 1);
   EXPECT_EQ(routing::abort_of(returned[0]), AbortCode::device_state);
   EXPECT_EQ(returned[1].connection, 9U);
-  EXPECT_EQ(first.lost(), 3U);
+  EXPECT_EQ(first.lost(), 4U);
   EXPECT_TRUE(there.messages.empty());
 }
 
