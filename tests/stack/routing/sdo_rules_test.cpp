@@ -10,6 +10,30 @@
 namespace linegate::routing::test {
 namespace {
 
+// --- what does not cross ------------------------------------------------------------------------
+
+TEST_F(SdoRouting, NmtSyncTimeAndErrorControlStayOnTheirLine) {
+  start();
+  const std::vector<can::Frame> frames = {
+      can::make_frame(0x000, {0x01, 0x00}),                // NMT: start all
+      can::make_frame(0x080),                              // SYNC
+      can::make_frame(0x100, {0, 0, 0, 0, 0, 0}),          // TIME
+      can::make_frame(0x705, {0x00}),                      // boot-up
+      can::make_frame(0x705, {0x05}),                      // heartbeat
+      can::make_frame(0x7E5, {0x04, 1, 0, 0, 0, 0, 0, 0})  // LSS
+  };
+  for (can::Frame frame : frames) {
+    frame.time = now_;
+    line(1).receive(std::span(&frame, 1), now_);
+    line(1).advance(now_);
+  }
+  Message message;
+  EXPECT_FALSE(line(1).take_message(message));
+  pass(milliseconds(10));
+  can::Frame frame;
+  EXPECT_FALSE(line(2).next_frame(frame, now_)) << frame.id;
+}
+
 // --- many at once, and who may use which channel ------------------------------------------------
 
 TEST_F(SdoRouting, OneConnectionAServerSdoAndANode) {
