@@ -72,6 +72,7 @@ std::vector<Gateway::NewLine> Gateway::make_lines(const config::Plant& plant,
 std::vector<Diagnostic> Gateway::take_in(std::vector<NewLine> lines, const config::Plant& plant) {
   std::vector<Diagnostic> diagnostics;
   std::vector<std::unique_ptr<LineHost>> before = std::exchange(hosts_, {});
+  std::vector<LineHost*> started;
   for (const NewLine& made : lines) {
     made.host->executor = &executor_for(plant, made.host->plan);
   }
@@ -92,10 +93,11 @@ std::vector<Diagnostic> Gateway::take_in(std::vector<NewLine> lines, const confi
                                    [&](const NewLine& line) { return called_so(line.host); });
     if (made != lines.end()) {
       made->host->executor->add(std::move(made->runner));
-      join_routes(*made->host, hosts_);
+      started.push_back(made->host.get());
       hosts_.push_back(std::move(made->host));
     }
   }
+  join_routes(started);
   publisher_->set_lines(hosts_);
   intake_->set_lines(hosts_);
   return diagnostics;
@@ -122,11 +124,17 @@ void Gateway::link_lines(const config::Plant& plant, const std::vector<NewLine>&
   }
 }
 
-void Gateway::join_routes(LineHost& line, const std::vector<std::unique_ptr<LineHost>>& others) {
-  for (const auto& other : others) {
-    if (line.interface() != 0 && other->interface() != 0) {
-      add_route_link(line, *other);
-      add_route_link(*other, line);
+void Gateway::join_routes(const std::vector<LineHost*>& started) {
+  for (std::size_t i = 0; i < hosts_.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      LineHost& one = *hosts_[i];
+      LineHost& other = *hosts_[k];
+      const bool joined = std::find(started.begin(), started.end(), &one) == started.end() &&
+                          std::find(started.begin(), started.end(), &other) == started.end();
+      if (!joined && one.interface() != 0 && other.interface() != 0) {
+        add_route_link(one, other);
+        add_route_link(other, one);
+      }
     }
   }
 }

@@ -76,8 +76,9 @@ class Gateway {
   void make_runner(NewLine& made, std::vector<Diagnostic>& diagnostics);
   // What is bound between new lines: lines that are bound to each other change together.
   void link_lines(const config::Plant& plant, const std::vector<NewLine>& lines);
-  // Links between a line that has just been put into its executor and the others that route.
-  void join_routes(LineHost& line, const std::vector<std::unique_ptr<LineHost>>& others);
+  // Links between the lines that route, as far as one of the two has just been put into its
+  // executor.
+  void join_routes(const std::vector<LineHost*>& started);
   void add_route_link(LineHost& from, LineHost& to);
   // Those that stay learn that those lines have gone.
   void leave_routes(const std::vector<std::string>& names);

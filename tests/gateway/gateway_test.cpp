@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -296,6 +297,24 @@ TEST_F(RoutingGatewayTest, AnSdoCrossesTwoLinesIfBothPermitIt) {
   EXPECT_EQ(call(at("open"), crossing).reply.error, line::to_error(line::Refusal::not_permitted));
   EXPECT_TRUE(seen_.line_properties.contains("routing-opened"));
   EXPECT_EQ(seen_.line_properties["routes-1"], "1 open 0, 2 closed 0");
+}
+
+// Whichever of the two is made anew, and the other stays.
+TEST_F(RoutingGatewayTest, AReloadJoinsWhatIsNewWithWhatStays) {
+  line::Command crossing = sdo_read(6, 0x1000, 0);
+  crossing.kind = line::CommandKind::network_read;
+  crossing.network = 2;
+  const std::pair<const char*, const char*> changes[] = {
+      {"sdo_timeout: 500ms", "sdo_timeout: 600ms"}, {"name: drive", "name: motor"}};
+  std::string plant = text();
+  for (const auto& [was, is] : changes) {
+    plant.replace(plant.find(was), std::string_view(was).size(), is);
+    const auto result = gateway_->reload(make_plant(plant));
+    EXPECT_TRUE(result.done);
+    EXPECT_EQ(result.difference.changed.size(), 1U);
+    EXPECT_EQ(result.difference.unchanged.size(), 1U);
+    EXPECT_TRUE(until([&] { return call(at("open"), crossing).reply.ok(); })) << was;
+  }
 }
 
 TEST_F(GatewayTest, WritesOneOutputForAPersonAndChecksTheLayout) {
