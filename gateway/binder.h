@@ -1,13 +1,12 @@
-// Values that one line passes on to another: outputs that follow inputs, across executors.
+// Values that one line passes on to another, across executors: outputs that follow inputs.
 #pragma once
 
-#include <cstdint>
-#include <string>
 #include <vector>
 
 #include "gateway/config/plant.h"
 #include "gateway/exchange/handover.h"
 #include "gateway/exchange/wakeup.h"
+#include "stack/line/following.h"
 #include "stack/line/line.h"
 
 namespace linegate::gateway {
@@ -21,6 +20,7 @@ struct BoundLink {
   explicit BoundLink(std::vector<config::Binding> bindings_of_two_lines);
 
   const std::vector<config::Binding> bindings;
+  const std::vector<line::Following> followings;  // of these
   exchange::Handover<std::vector<line::Line::Input>> values;
   // Who is to take them, set before either line runs. On the executor of the giving line its
   // runner, which is called; else the executor to be woken.
@@ -33,20 +33,12 @@ class BoundSource {
  public:
   explicit BoundSource(BoundLink& link);
 
-  // Hands over what has become another value, or (not) valid, or of what is forwarded: what came
-  // once more. now: for the runner that is called.
+  // Hands over what line::FollowedInputs finds. now: for the runner that is called.
   void look(const line::Line& line, Instant now);
 
  private:
-  void find_entries(const line::Line& line);
-
-  static constexpr std::uint32_t kNone = 0xFFFF'FFFF;
-
   BoundLink* link_;
-  std::vector<std::uint32_t> entries_;  // by binding; an observer's layout changes
-  std::vector<line::Line::Input> last_;
-  std::uint64_t revision_ = 0;
-  bool first_ = true;
+  line::FollowedInputs inputs_;
 };
 
 // The end where the outputs are.
@@ -54,25 +46,14 @@ class BoundTarget {
  public:
   explicit BoundTarget(BoundLink& link);
 
-  // Writes what was handed over and is another value than before or, forwarded, came once more.
-  // Nothing is written before an input was valid for the first time; when it is lost after that,
-  // its binding says what becomes of the output. True if anything was written.
+  // Gives line::FollowingOutputs what was handed over. True if anything was written.
   bool take(line::Line& line, Instant now);
 
   const BoundLink& link() const { return *link_; }
 
  private:
-  struct Written {
-    std::uint64_t value = 0;
-    Instant received{};
-    bool any = false;
-    bool valid = false;
-  };
-  void consider(const config::Binding& binding, const line::Line::Input& input, Written& written);
-
   BoundLink* link_;
-  std::vector<Written> written_;
-  std::vector<line::BoundValue> changed_;
+  line::FollowingOutputs outputs_;
 };
 
 }  // namespace linegate::gateway

@@ -89,8 +89,8 @@ class Text {
       constexpr std::array<const char*, 3> kWhenLost{"held", "0", "not sent"};
       const auto lost = kWhenLost[static_cast<std::size_t>(b.when_lost)];
       if (b.forwarded) {
-        add("forward {}/{} -> {}/{}, {} when that is lost\n", b.from, b.input_name, b.to,
-            b.output_name, lost);
+        add("forward {}/{} -> {}/{}{}, {} when that is lost\n", b.from, b.input_name, b.to,
+            b.output_name, b.object ? " as " + config::format_address(*b.object) : "", lost);
       } else {
         add("{}/{} follows {}/{}, {} when that is lost\n", b.to, b.output_name, b.from,
             b.input_name, lost);
@@ -317,8 +317,9 @@ class Json {
           .member("input", b.input_name)
           .member("to", b.to)
           .member("output", b.output_name)
-          .member("when_lost", config::name(b.when_lost))
+          .member("when_lost", line::name(b.when_lost))
           .member("forwarded", b.forwarded)
+          .member("object", b.object ? config::format_address(*b.object) : "")
           .end_object();
     }
     out_.end_array();

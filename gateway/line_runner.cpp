@@ -71,6 +71,7 @@ void LineRunner::bind(std::vector<BoundSource> sources, std::vector<BoundTarget>
 
 void LineRunner::service(Instant now) {
   handed_over_ = false;
+  now = std::max(now, known_);  // values of another line may have been sent later
   const Instant known = pump_.drain(
       now,
       [&](std::span<const can::Frame> frames) {

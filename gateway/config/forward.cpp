@@ -120,9 +120,27 @@ class ForwardResolver {
     if (Binding* const made = lines_.join(*input, *output, rule.to.place)) {
       made->forwarded = true;
       made->when_lost = rule.when_lost;
+      made->object = make_object(*input, *output);
       lines_.line(*from).plan.source += rule.source;
       lines_.line(*to).plan.source += rule.source;
     }
+  }
+
+  // One that both lines show where the value lies in their images.
+  std::optional<od::Address> make_object(const End& input, const End& output) {
+    const image::Entry& value = lines_.entry(input, Direction::inputs);
+    const auto object = lines_.free_object(value.type, value.bit_length);
+    const std::string name = lines_.name(input.line) + "." + value.name;
+    const auto show = [&](const End& end, Direction direction) {
+      line::LineConfig& config = lines_.line(end.line).plan.config;
+      if (object && config.role == line::Role::manager) {
+        config.forwarding.objects.push_back(
+            {*object, name, routing::ForwardedObject::Entry{direction, end.entry}});
+      }
+    };
+    show(input, Direction::inputs);
+    show(output, Direction::outputs);
+    return object;
   }
 
   std::optional<End> find_input(std::size_t line, const ForwardSection& rule) {

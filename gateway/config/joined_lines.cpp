@@ -82,6 +82,22 @@ Binding* JoinedLines::join(const End& input, const End& output, Place place) {
   return &bindings_.emplace_back(std::move(binding));
 }
 
+std::optional<od::Address> JoinedLines::free_object(od::DataType type, std::uint32_t bits) {
+  const auto taken = [this](od::Address address) {
+    return std::any_of(lines_.begin(), lines_.end(), [&](const LineSection& line) {
+      const auto& objects = line.plan.config.forwarding.objects;
+      return std::any_of(objects.begin(), objects.end(),
+                         [&](const auto& object) { return object.address == address; });
+    });
+  };
+  for (std::uint32_t element = 0;; ++element) {
+    const auto address = routing::forward_address(type, bits, element);
+    if (!address || !taken(*address)) {
+      return address;
+    }
+  }
+}
+
 void JoinedLines::finish() {
   for (LineSection& line : lines_) {
     std::sort(line.plan.config.bound.begin(), line.plan.config.bound.end());

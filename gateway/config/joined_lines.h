@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gateway/config/sections.h"
@@ -43,6 +44,11 @@ class JoinedLines {
   // The output follows the input from now on. nullptr if it cannot, which is told; place: of that
   // end which was named last.
   Binding* join(const End& input, const End& output, Place place);
+
+  // The same for what is no entry of an image.
+  void add(Binding binding) { bindings_.push_back(std::move(binding)); }
+  // An object B000h.. for a value of that type that no line has yet; nothing if there is none.
+  std::optional<od::Address> free_object(od::DataType type, std::uint32_t bits);
 
   // When all is joined: puts LineConfig::bound in order. Lines that are joined have one source, so
   // that a reload changes them together; those joined by forwarding share an executor unless they

@@ -269,6 +269,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   read_nodes(section, plan.config);
   read_devices(section, out);
   read_simulated(section, plan);
+  out.own_pdos = read_own_pdos(findings, section.find("own_pdos"));
   out.outputs = read_outputs(findings, section.find("outputs"));
   section.done();
   return out;

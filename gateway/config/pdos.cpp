@@ -15,30 +15,6 @@ using std::chrono::milliseconds;
 constexpr unsigned kMaxBits = 64;             // of a classical frame
 constexpr std::uint16_t kLastDummy = 0x0007;  // CiA 301 7.4.1: data types as dummy entries
 
-struct PdoName {
-  bool transmit = false;  // the device's TPDO
-  std::uint16_t number = 0;
-
-  std::uint16_t communication() const {
-    return static_cast<std::uint16_t>((transmit ? 0x1800 : 0x1400) + number - 1);
-  }
-  std::uint16_t mapping() const { return static_cast<std::uint16_t>(communication() + 0x200); }
-};
-
-// "tpdo1" .. "tpdo512", "rpdo1" .. "rpdo512".
-std::optional<PdoName> parse_pdo_name(const std::string& text) {
-  PdoName name;
-  name.transmit = text.starts_with("tpdo");
-  if (!name.transmit && !text.starts_with("rpdo")) {
-    return std::nullopt;
-  }
-  const char* end = text.data() + text.size();
-  const auto parsed = std::from_chars(text.data() + 4, end, name.number);
-  const bool good = parsed.ec == std::errc{} && parsed.ptr == end && name.number >= 1 &&
-                    name.number <= pdo::kMaxPdo;
-  return good ? std::optional(name) : std::nullopt;
-}
-
 // One `tpdoN:` or `rpdoN:`. Objects are written in the order CiA 301 (7.5.2.36, 7.5.2.38) wants:
 // the PDO is taken away, its parameters and mapping are changed, and it is put back.
 class Override {
@@ -117,20 +93,9 @@ class Override {
     if (!node.IsDefined()) {
       return;
     }
-    std::uint64_t type = 0;
-    if (node.IsScalar() && parse_unsigned(node.Scalar())) {
-      const auto number = section_.number(node, 0, 255);
-      if (!number || (*number > 240 && *number < 252)) {
-        findings_.error(place_of(node), "transmission types 241 to 251 are reserved (CiA 301)");
-        return;
-      }
-      type = *number;
-    } else {
-      section_.choose<std::uint64_t>(
-          node, type,
-          {{"sync", 1}, {"sync_acyclic", pdo::kSyncAcyclic}, {"event", pdo::kEventProfile}});
+    if (const auto type = read_transmission_type(section_, node)) {
+      write({pdo_.communication(), 2}, *type, place_of(node));
     }
-    write({pdo_.communication(), 2}, type, place_of(node));
   }
 
   void read_times() {
@@ -215,6 +180,38 @@ class Override {
 };
 
 }  // namespace
+
+// "tpdo1" .. "tpdo512", "rpdo1" .. "rpdo512".
+std::optional<PdoName> parse_pdo_name(const std::string& text) {
+  PdoName name;
+  name.transmit = text.starts_with("tpdo");
+  if (!name.transmit && !text.starts_with("rpdo")) {
+    return std::nullopt;
+  }
+  const char* end = text.data() + text.size();
+  const auto parsed = std::from_chars(text.data() + 4, end, name.number);
+  const bool good = parsed.ec == std::errc{} && parsed.ptr == end && name.number >= 1 &&
+                    name.number <= pdo::kMaxPdo;
+  return good ? std::optional(name) : std::nullopt;
+}
+
+std::optional<std::uint8_t> read_transmission_type(Section& section, const YAML::Node& node) {
+  std::uint8_t type = 0;
+  if (!node.IsScalar() || !parse_unsigned(node.Scalar())) {
+    const std::size_t before = section.findings().errors();
+    section.choose<std::uint8_t>(
+        node, type,
+        {{"sync", 1}, {"sync_acyclic", pdo::kSyncAcyclic}, {"event", pdo::kEventProfile}});
+    return section.findings().errors() == before ? std::optional(type) : std::nullopt;
+  }
+  const auto number = section.number(node, 0, 255);
+  if (!number || (*number > 240 && *number < 252)) {
+    section.findings().error(place_of(node),
+                             "transmission types 241 to 251 are reserved (CiA 301)");
+    return std::nullopt;
+  }
+  return static_cast<std::uint8_t>(*number);
+}
 
 void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config) {
   if (!node.IsDefined()) {

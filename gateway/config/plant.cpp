@@ -131,7 +131,8 @@ void check_collisions(Findings& findings, const LineSection& line,
 }
 
 void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection& routing,
-                const std::vector<ForwardSection>& forwards, Plant& plant) {
+                const std::vector<ForwardSection>& forwards,
+                const std::vector<SharedObjectSection>& shared, Plant& plant) {
   std::vector<LineSection> sections;
   for (const YAML::Node& element : elements(findings, node, "lines")) {
     const std::size_t before = findings.errors();
@@ -156,6 +157,7 @@ void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection
   if (!findings.failed()) {
     JoinedLines joined(findings, sections, plant.bindings);
     resolve_bindings(findings, joined);
+    resolve_shared_objects(findings, shared, joined);
     resolve_forwards(findings, forwards, joined);
     joined.finish();
   }
@@ -171,9 +173,10 @@ void read_document(Findings& findings, const YAML::Node& root, Plant& plant) {
   read_dds(findings, section.find("dds"), plant);
   read_executors(findings, section.find("executors"), plant);
   const auto forwards = read_forwards(findings, section.find("forward"));
+  const auto shared = read_shared_objects(findings, section.find("shared_objects"));
   const RoutingSection routing =
       read_routing(findings, section.find("routing"), section.find("routes"));
-  read_lines(findings, section.require("lines"), routing, forwards, plant);
+  read_lines(findings, section.require("lines"), routing, forwards, shared, plant);
   section.done();
 }
 
@@ -229,18 +232,6 @@ std::string_view name(Publish::Rule rule) {
       break;
   }
   return "period";
-}
-
-std::string_view name(WhenLost when_lost) {
-  switch (when_lost) {
-    case WhenLost::hold:
-      return "hold";
-    case WhenLost::zero:
-      return "zero";
-    case WhenLost::stop:
-      break;
-  }
-  return "stop";
 }
 
 bool is_name(const std::string& name) {

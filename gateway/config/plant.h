@@ -11,6 +11,7 @@
 #include "stack/base/diagnostic.h"
 #include "stack/base/time.h"
 #include "stack/line/config.h"
+#include "stack/line/following.h"
 
 namespace linegate::config {
 
@@ -87,31 +88,16 @@ struct LinePlan {
   std::string source;
 };
 
-// What becomes of an output when the input it follows is lost: not valid any more or, if it is
-// forwarded, late.
-enum class WhenLost : std::uint8_t {
-  hold,  // keeps its value
-  zero,  // becomes 0
-  stop,  // is not valid any more, so that its PDO is not sent; forwarded ones only
-};
-std::string_view name(WhenLost when_lost);
+using line::WhenLost;
 
 // An output that follows an input of the same or another line: one of them belongs to a device of a
 // line in the role device (`bind:`), or the values of a PDO are forwarded (`forward:`).
-struct Binding {
-  struct Object {
-    std::uint8_t node = 0;
-    od::Address address;
-  };
-  std::string from;                // line
-  Object input;                    // an entry of its inputs
-  std::string to;                  // line
-  std::uint32_t output_entry = 0;  // of its outputs, among LineConfig::bound
-  WhenLost when_lost = WhenLost::hold;
-  // Every PDO with the input is an event for the PDO with the output; else only a new value.
-  bool forwarded = false;
+struct Binding : line::Following {
+  std::string from;        // line
+  std::string to;          // line
   std::string input_name;  // of the entries, for people
   std::string output_name;
+  std::optional<od::Address> object;  // B000h.. in both lines, if it is forwarded and has one
 };
 
 struct Plant {

@@ -10,6 +10,7 @@
 
 #include "gateway/config/plant.h"
 #include "gateway/config/reader.h"
+#include "stack/pdo/parameters.h"
 
 namespace linegate::config {
 
@@ -86,6 +87,20 @@ struct ForwardSection {
   std::string source;  // see LinePlan::source
 };
 
+// One element of `shared_objects:`: B000h.., which PDOs of the own nodes of all lines may map.
+struct SharedObjectSection {
+  od::Address object;
+  std::string name;
+  Place place;
+};
+// One element of a line's `own_pdos:`.
+struct OwnPdoSection {
+  bool transmit = false;
+  pdo::Parameters parameters;  // without lengths in the mapping
+  std::vector<Place> mapped;   // of each object of the mapping
+  Place place;
+};
+
 class JoinedLines;
 
 // One element of `lines:`. places of what other lines may collide with.
@@ -94,6 +109,7 @@ struct LineSection {
   OutputsSection outputs;
   std::vector<BindingSection> bindings;
   std::vector<EnterSection> enter;
+  std::vector<OwnPdoSection> own_pdos;
   Place place;
   Place interface_place;
   Place network_place;
@@ -138,6 +154,27 @@ std::optional<od::DeviceDescription> load_device(Findings& findings, const std::
                                                  std::uint8_t node_id, Place place);
 // The content, which counts among the sources of the findings; nothing if there is no such file.
 std::optional<std::string> read_file(Findings& findings, const std::string& path);
+// A key of `pdos:` or `own_pdos:`.
+struct PdoName {
+  bool transmit = false;  // TPDO
+  std::uint16_t number = 0;
+
+  std::uint16_t communication() const {
+    return static_cast<std::uint16_t>((transmit ? 0x1800 : 0x1400) + number - 1);
+  }
+  std::uint16_t mapping() const { return static_cast<std::uint16_t>(communication() + 0x200); }
+};
+std::optional<PdoName> parse_pdo_name(const std::string& text);
+// Its `type:`; what is none is told.
+std::optional<std::uint8_t> read_transmission_type(Section& section, const YAML::Node& node);
+// `own_pdos:` of a line.
+std::vector<OwnPdoSection> read_own_pdos(Findings& findings, const YAML::Node& node);
+// `shared_objects:`, with their places.
+std::vector<SharedObjectSection> read_shared_objects(Findings& findings, const YAML::Node& node);
+// Once all lines are complete: LineConfig::forwarding, and what is forwarded so. Before the rules,
+// which take the objects that are left.
+void resolve_shared_objects(Findings& findings, const std::vector<SharedObjectSection>& objects,
+                            JoinedLines& lines);
 // `objects:` and `pdos:` of a node whose device file has been read.
 void read_objects(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
 void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config);

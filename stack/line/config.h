@@ -12,6 +12,7 @@
 #include "stack/node/error_scheme.h"
 #include "stack/od/description.h"
 #include "stack/routing/config.h"
+#include "stack/routing/forward.h"
 
 namespace linegate::line {
 
@@ -96,6 +97,8 @@ struct LineConfig {
   std::vector<std::uint32_t> bound;
   // Routing between this line and others.
   routing::Config routing;
+  // Objects B000h.. that lines share, manager and device with the one own node.
+  routing::Forwarding forwarding;
 };
 
 }  // namespace linegate::line

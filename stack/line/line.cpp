@@ -36,10 +36,11 @@ manager::Options manager_options(const LineConfig& config) {
 }
 
 od::Dictionary dictionary_of(const LineConfig& config, image::ProcessImage& image,
-                             const pdo::LinkPlan& plan) {
+                             const pdo::LinkPlan& plan, routing::ForwardObjects& forwarded) {
   od::Dictionary dictionary = make_own_dictionary(config);
   // Cannot fail: the own dictionary has none of these objects yet.
   (void)pdo::add_linked_objects(dictionary, image, plan).ok();
+  (void)forwarded.add_to(dictionary).ok();
   return dictionary;
 }
 
@@ -49,7 +50,8 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
     : Base(std::move(line_config)),
       plan(std::move(link_plan)),
       image(plan.inputs, plan.outputs),
-      node(dictionary_of(config, image, plan), node_options(config), events, &image),
+      forwarded(config.forwarding, image),
+      node(dictionary_of(config, image, plan, forwarded), node_options(config), events, &image),
       nmt(node.transmit()),
       heartbeats(node.dispatch(), events, kManagerMark, &node.transmit()),
       emergencies(node.dispatch(), events, kManagerMark),
@@ -348,11 +350,15 @@ od::Dictionary& Line::Impl::dictionary() {
 
 Line::Input Line::Impl::input(std::uint32_t entry) const {
   using image::Direction;
+  if ((entry & kForwarded) != 0) {
+    return forwarded_input(entry & ~kForwarded);
+  }
   const std::uint16_t rpdo = image.layout(Direction::inputs).entries[entry].local_pdo;
   return {.value = image.read_entry(Direction::inputs, entry),
           .valid = image.is_valid(Direction::inputs, entry),
           .late = const_cast<node::Node&>(node).pdos().timed_out(rpdo),
-          .received = image.area(Direction::inputs).pdo(rpdo - 1U).last};
+          .received = image.area(Direction::inputs).pdo(rpdo - 1U).last,
+          .pdo = rpdo};
 }
 
 // --- Line ---------------------------------------------------------------------------------------
@@ -373,6 +379,16 @@ Loaded<std::unique_ptr<Line>> Line::make(LineConfig config) {
   out.diagnostics.insert(out.diagnostics.end(), wrong.begin(), wrong.end());
   if (has_errors(out.diagnostics)) {
     return out;
+  }
+  if (has_devices || config.role == Role::observer) {
+    config.forwarding = {};  // they have no dictionary for it
+  } else {
+    const auto faults = routing::check(config.forwarding, *plan.value, config.name);
+    out.diagnostics.insert(out.diagnostics.end(), faults.begin(), faults.end());
+    if (has_errors(faults)) {
+      return out;
+    }
+    routing::show_in_records(config.forwarding, *plan.value);
   }
   std::unique_ptr<Base> role;
   if (has_devices) {

@@ -111,12 +111,15 @@ class Line {
   // Something changed / was received since the last snapshot of that direction.
   bool image_changed(image::Direction direction) const;
   bool image_touched(image::Direction direction) const;
-  // One entry of the inputs, as it is now. Precondition: it exists.
+  // One entry of the inputs, as it is now, or kForwarded | place in LineConfig::forwarding: what
+  // RPDOs that map the object brought. Precondition: it exists.
+  static constexpr std::uint32_t kForwarded = 0x8000'0000;
   struct Input {
     std::uint64_t value = 0;
     bool valid = false;
-    bool late = false;   // its PDO has not come within its deadline
-    Instant received{};  // of the PDO it came with; role device: always 0
+    bool late = false;      // its PDO has not come within its deadline
+    Instant received{};     // of the PDO it came with; role device: always 0
+    std::uint16_t pdo = 0;  // number of that PDO
   };
   Input input(std::uint32_t entry) const;
   // UTC (since 1970-01-01) as the last TIME message of another device tells it; nothing if none

@@ -17,6 +17,7 @@
 #include "stack/nmt/master.h"
 #include "stack/node/node.h"
 #include "stack/pdo/link.h"
+#include "stack/routing/forward_objects.h"
 #include "stack/sdo/arbiter.h"
 
 namespace linegate::line {
@@ -106,6 +107,8 @@ struct Line::Impl final : Line::Base,
   // --- line_outputs.cpp -------------------------------------------------------------------------
   OutputRefusal write_outputs(const OutputWrite& write, Instant now) override;
   void write_bound(std::span<const BoundValue> values, Instant now) override;
+  Input forwarded_input(std::size_t object) const;
+  void request_forwarded(std::span<const BoundValue> values, Instant now);
   void apply(const OutputWrite& write, bool always, Instant now);
   void apply_defaults(Instant now);
   void react(const Outputs::Group& group, Instant now);
@@ -113,6 +116,7 @@ struct Line::Impl final : Line::Base,
 
   pdo::LinkPlan plan;
   image::ProcessImage image;
+  mutable routing::ForwardObjects forwarded;  // its list is brought up to date by who asks
   node::Node node;
   nmt::Master nmt;
   nmt::HeartbeatConsumer heartbeats;

@@ -1,4 +1,6 @@
 // Output values: applied whole, and the watchdog when they stop coming.
+#include <algorithm>
+
 #include "stack/line/line_impl.h"
 
 namespace linegate::line {
@@ -57,17 +59,76 @@ void Line::Impl::apply(const OutputWrite& write, bool always, Instant now) {
 
 void Line::Impl::write_bound(std::span<const BoundValue> values, Instant now) {
   const image::Layout& layout = image.layout(Direction::outputs);
+  bool any_forwarded = false;
   for (const BoundValue& value : values) {
-    if (value.valid) {
+    if ((value.entry & kForwarded) != 0) {
+      const std::size_t object = value.entry & ~kForwarded;
+      any_forwarded = true;
+      node.dictionary().set(config.forwarding.objects[object].address, value.value);
+    } else if (value.valid) {
       image.write_entry(Direction::outputs, value.entry, value.value);
     } else {
       image.set_entry_valid(Direction::outputs, value.entry, false);
     }
   }
   for (const BoundValue& value : values) {
-    const image::Entry& entry = layout.entries[value.entry];
-    node.pdos().outputs_written(entry.bit_offset, entry.bit_length, value.always, now);
+    if ((value.entry & kForwarded) == 0) {
+      const image::Entry& entry = layout.entries[value.entry];
+      node.pdos().outputs_written(entry.bit_offset, entry.bit_length, value.always, now);
+    }
   }
+  if (any_forwarded) {
+    request_forwarded(values, now);
+  }
+}
+
+// For each PDO that was received elsewhere, see Forwarding::feeds_every_tpdo.
+void Line::Impl::request_forwarded(std::span<const BoundValue> values, Instant now) {
+  forwarded.follow(node.dictionary(), node.pdos().revision());
+  const auto of_same_pdo = [](const BoundValue& a, const BoundValue& b) {
+    return (b.entry & kForwarded) != 0 && b.always && a.source == b.source;
+  };
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const BoundValue& value = values[i];
+    const auto told = [&](const BoundValue& before) { return of_same_pdo(value, before); };
+    if (!of_same_pdo(value, value) || std::ranges::any_of(values.first(i), told)) {
+      continue;
+    }
+    std::uint16_t first = 0;
+    for (const BoundValue& other : values.subspan(i)) {
+      if (!of_same_pdo(value, other)) {
+        continue;
+      }
+      for (const std::uint16_t tpdo : forwarded.tpdos(other.entry & ~kForwarded)) {
+        first = first == 0 ? tpdo : std::min(first, tpdo);
+        if (config.forwarding.feeds_every_tpdo) {
+          node.pdos().trigger(tpdo, now);
+        }
+      }
+    }
+    if (!config.forwarding.feeds_every_tpdo && first != 0) {
+      node.pdos().trigger(first, now);
+    }
+  }
+}
+
+// The newest of the RPDOs that map it counts.
+Line::Input Line::Impl::forwarded_input(std::size_t object) const {
+  auto& own = const_cast<node::Node&>(node);
+  forwarded.follow(own.dictionary(), own.pdos().revision());
+  Input out;
+  out.value = own.dictionary().number(config.forwarding.objects[object].address).value_or(0);
+  const image::Area& inputs = image.area(Direction::inputs);
+  for (const std::uint16_t number : forwarded.rpdos(object)) {
+    const Instant last = inputs.pdo(number - 1U).last;
+    if (last > out.received) {
+      out.valid = true;
+      out.late = own.pdos().timed_out(number);
+      out.received = last;
+      out.pdo = number;
+    }
+  }
+  return out;
 }
 
 void Line::Impl::apply_defaults(Instant now) {

@@ -306,7 +306,8 @@ Line::Input Line::Observer::input(std::uint32_t entry) const {
   return {.value = seen.read_entry(Direction::inputs, entry),
           .valid = seen.is_valid(Direction::inputs, entry),
           .late = inputs->engine.timed_out(rpdo),
-          .received = seen.area(Direction::inputs).pdo(rpdo - 1U).last};
+          .received = seen.area(Direction::inputs).pdo(rpdo - 1U).last,
+          .pdo = rpdo};
 }
 
 std::optional<Duration> Line::Observer::network_utc(Instant now) const {

@@ -49,10 +49,12 @@ struct OutputWrite {
 
 // The value of an output that follows an input somewhere else, see LineConfig::bound.
 struct BoundValue {
-  std::uint32_t entry = 0;  // of the output layout
+  std::uint32_t entry = 0;  // of the output layout; or Line::kForwarded | place in
+                            // LineConfig::forwarding
   std::uint64_t value = 0;
-  bool always = false;  // its PDO is requested even if nothing became another value
-  bool valid = true;    // else the entry is not valid any more: its PDO is held back
+  bool always = false;       // its PDO is requested even if nothing became another value
+  bool valid = true;         // else the entry is not valid any more: its PDO is held back
+  std::uint16_t source = 0;  // the PDO that brought it, where it was received
 };
 
 // Why an OutputWrite was not applied. Grows at the end only: DDS contract.

@@ -265,6 +265,9 @@ void Engine::Impl::start_rpdo(const Parameters& parameters, CopyPlan plan) {
     pdo.long_shadow = long_shadows.size();
     long_shadows.emplace_back();
   }
+  if (linked(PdoKind::rpdo, parameters.number) == nullptr) {
+    inputs->pdo(slot).last = {};  // what it maps now has not been received
+  }
   dispatch.add(pdo.cob_id.id(), pdo.cob_id.extended(), can::Service::rpdo, slot);
 }
 

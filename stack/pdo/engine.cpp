@@ -147,6 +147,10 @@ bool Engine::wants_to_send(Instant now) const {
   return impl_->wants_to_send(now);
 }
 
+std::uint64_t Engine::revision() const {
+  return impl_->revision;
+}
+
 const EngineCounters& Engine::counters() const {
   return impl_->counters;
 }

@@ -147,6 +147,9 @@ class Engine {
   // The same for bytes [offset, offset + length) of the image's output area; always: even TPDOs
   // whose bytes are as they were last sent.
   void outputs_written(std::uint32_t bit_offset, std::uint32_t bits, bool always, Instant now);
+  // Grows whenever a PDO comes, goes or maps something else.
+  std::uint64_t revision() const;
+
   // The RPDO has not come within its deadline. number: 1..
   bool timed_out(std::uint16_t rpdo) const;
 

@@ -223,6 +223,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   std::vector<Rpdo> rpdos;
   image::Area* inputs = nullptr;
   Listener* listener = nullptr;
+  std::uint64_t revision = 0;
   EngineCounters counters;
   Shadows shadows;            // of the synchronous ones
   bool hears_frames = false;  // the listener wants rpdo_received()

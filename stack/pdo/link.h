@@ -83,4 +83,8 @@ Loaded<LinkPlan> plan_links(std::span<const RemoteNode> nodes);
 Result<void> add_linked_objects(od::Dictionary& dictionary, image::ProcessImage& image,
                                 const LinkPlan& plan);
 
+// Adds the records of a PDO that no device is configured for. They may be written: COB-ID, mapping
+// and all else. Its number must be free.
+Result<void> add_own_pdo(od::Dictionary& dictionary, PdoKind kind, const Parameters& pdo);
+
 }  // namespace linegate::pdo

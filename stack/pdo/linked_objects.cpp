@@ -35,7 +35,8 @@ od::ObjectDescription record(std::uint16_t base, PdoKind kind, std::string_view 
   return out;
 }
 
-od::ObjectDescription communication_record(PdoKind kind, const Parameters& pdo) {
+od::ObjectDescription communication_record(PdoKind kind, const Parameters& pdo,
+                                           Access fixed = Access::ro) {
   using std::chrono::duration_cast;
   od::ObjectDescription out = record(communication_base(kind), kind, "communication", pdo.number);
   const bool tpdo = kind == PdoKind::tpdo;
@@ -44,7 +45,7 @@ od::ObjectDescription communication_record(PdoKind kind, const Parameters& pdo) 
   out.variables = {
       variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant,
                tpdo ? 6 : 5),
-      variable(1, "COB-ID", DataType::unsigned32, Access::ro, pdo.cob_id.raw),
+      variable(1, "COB-ID", DataType::unsigned32, fixed, pdo.cob_id.raw),
       variable(2, "Transmission type", DataType::unsigned8, Access::rw, pdo.type),
       variable(3, "Inhibit time", DataType::unsigned16, Access::rw,
                static_cast<std::uint64_t>(inhibit)),
@@ -88,7 +89,28 @@ Result<void> add_records(od::Dictionary& dictionary, PdoKind kind,
   return {};
 }
 
+// With room for entries to come.
+od::ObjectDescription own_mapping_record(PdoKind kind, const Parameters& pdo) {
+  od::ObjectDescription out = mapping_record(kind, pdo);
+  out.variables.front().access = Access::rw;
+  for (std::size_t i = 1; i <= kMaxMapped; ++i) {
+    const auto sub = static_cast<std::uint8_t>(i);
+    if (i < out.variables.size()) {
+      out.variables[i].access = Access::rw;
+    } else {
+      out.variables.push_back(variable(sub, "Mapped object " + std::to_string(sub),
+                                       DataType::unsigned32, Access::rw, 0));
+    }
+  }
+  return out;
+}
+
 }  // namespace
+
+Result<void> add_own_pdo(od::Dictionary& dictionary, PdoKind kind, const Parameters& pdo) {
+  Result<void> added = dictionary.add(communication_record(kind, pdo, Access::rw));
+  return added.ok() ? dictionary.add(own_mapping_record(kind, pdo)) : added;
+}
 
 Result<void> add_linked_objects(od::Dictionary& dictionary, image::ProcessImage& image,
                                 const LinkPlan& plan) {

@@ -6,6 +6,7 @@
 namespace linegate::pdo {
 
 void Engine::Impl::lay_out() {
+  ++revision;
   lay_out_rpdos();
   rank_tpdos();
   index_sources();

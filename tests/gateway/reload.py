@@ -26,6 +26,13 @@ gateway: {{name: reload}}
 dds: {{domain: {domain}, profile: {profiles}}}
 lines:
 """
+JOINED = """  - name: {name}
+    interface: "simulated:"
+    network_id: {network}
+    nodes: [{{id: 8, name: io, eds: {eds}, heartbeat: 100ms}}]
+    simulate: [{{node: 8, profile: digital-io}}]
+"""
+EDS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "bridges", "sim", "eds", "digital-io.eds")
 
 
 class Failure(Exception):
@@ -74,6 +81,21 @@ class Gateway:
         told = subprocess.run([*self.console, "lines"], capture_output=True, text=True, timeout=2 * PATIENCE, check=True)
         return {line["line"]: line for line in json.loads(told.stdout)["lines"]}
 
+    def await_input(self, line, address):
+        """Until that input is not 0."""
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            told = subprocess.run([*self.console, "image", line], capture_output=True, text=True, timeout=2 * PATIENCE)
+            if told.returncode == 0 and self.value(told.stdout.splitlines()[0], *address):
+                return
+        raise Failure(f"nothing is forwarded to {line}\n" + "\n".join(self.log))
+
+    @staticmethod
+    def value(image, index, sub):
+        """Of an image as the console prints it, inputs first."""
+        entries = json.loads(image)["entries"]
+        return next((entry["value"] for entry in entries if (entry["index"], entry["sub"]) == (index, sub)), 0)
+
     def await_lines(self, names):
         end = time.monotonic() + PATIENCE
         while set(lines := self.lines()) != names:
@@ -105,9 +127,31 @@ def run(gateway):
         gateway.await_log(part)
     gateway.write({"stays": 1, "changes": 2, "comes": 4}, heartbeat="200ms", extra="executors: [{name: unused}]\n")
     gateway.reload("reloaded: lines changed: none; started: none; stopped: none; unchanged: 3")
+    forwarding(gateway)
     gateway.process.send_signal(signal.SIGTERM)
     if gateway.process.wait(timeout=PATIENCE) != 0:
         raise Failure(f"it ended with {gateway.process.returncode}")
+
+
+def joined(rules):
+    lines = "".join(JOINED.format(name=name, network=network, eds=EDS) for name, network in (("from", 5), ("to", 6)))
+    return f"{lines}forward:\n{rules}  - from.io.6000:1 -> to.io.6200:2\n" if rules else lines
+
+
+def forwarding(gateway):
+    """Lines that are joined change together. The running light is never 0; byte 2 of the inputs mirrors it."""
+    others = {"stays": 1, "changes": 2, "comes": 4}
+    gateway.write(others, heartbeat="200ms", extra=joined(""))
+    gateway.reload("reloaded: lines changed: none; started: from, to; stopped: none; unchanged: 3")
+    gateway.write(others, heartbeat="200ms", extra=joined("  - from.io.6000:4 -> to.io.6200:1\n"))
+    gateway.reload("reloaded: lines changed: from, to; started: none; stopped: none; unchanged: 3")
+    gateway.await_input("to", (0x6000, 2))
+    rule = "  - {from: 'from.io.6000:4', to: 'to.io.6200:1', when_lost: zero}\n"
+    gateway.write(others, heartbeat="200ms", extra=joined(rule))
+    gateway.reload("reloaded: lines changed: from, to; started: none; stopped: none; unchanged: 3", 2)
+    gateway.await_input("to", (0x6000, 2))
+    gateway.write(others, heartbeat="200ms")
+    gateway.reload("reloaded: lines changed: none; started: none; stopped: from, to; unchanged: 3")
 
 
 def main(linegated, linegate, profiles):

@@ -27,6 +27,8 @@ void Scenario::statement(Words words) {
     describe_route(words);
   } else if (verb == "admit") {
     describe_access(words);
+  } else if (verb == "forward") {
+    describe_forward(words);
   } else if (verb == "on") {
     build();
     current_ = world_.find(words.take());

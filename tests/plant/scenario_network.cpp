@@ -85,6 +85,8 @@ void Scenario::describe_device(Words& words) {
       node.serial = static_cast<std::uint32_t>(words.number());
     } else if (key == "boot-timeout") {
       node.boot_timeout = words.duration();
+    } else if (key == "deadline") {
+      node.pdo_deadline = words.duration();
     } else if (key == "domain") {
       domain = true;
     } else if (key == "unlisted") {
@@ -158,6 +160,7 @@ void Scenario::build() {
   for (NetworkPlan& plan : plans_) {
     plan.config.routing.interfaces = interfaces;
   }
+  plan_forwards();
   for (NetworkPlan& plan : plans_) {
     line::LineConfig below{.name = plan.config.name + "-ours", .role = line::Role::device};
     below.devices = std::move(plan.ours);
@@ -185,6 +188,9 @@ void Scenario::build() {
       world_.add_ours(seat, *std::move(devices.value));
     }
     current_ = current_ == nullptr ? &seat : current_;
+  }
+  for (const auto& [ends, what] : followings_) {
+    world_.join(*world_.find(ends.first), *world_.find(ends.second), what);
   }
   world_.start();
 }

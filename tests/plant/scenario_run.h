@@ -8,6 +8,7 @@
 #include <random>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/plant/words.h"
@@ -24,6 +25,15 @@ struct NetworkPlan {
   std::set<std::uint8_t> domains;        // nodes that have one
 };
 
+// `forward`.
+struct ForwardRule {
+  std::string from;
+  std::string to;
+  line::Following::Object input;
+  line::Following::Object output;
+  line::WhenLost when_lost = line::WhenLost::hold;
+};
+
 class Scenario {
  public:
   explicit Scenario(unsigned long seed) : seed_(seed), chance_(seed) {}
@@ -38,6 +48,9 @@ class Scenario {
   void describe_device(Words& words);
   void describe_route(Words& words);
   void describe_access(Words& words);
+  void describe_forward(Words& words);
+  void plan_forwards();
+  NetworkPlan& plan_of(const std::string& line);
   void build();
   void act(Words& words);
   void expect(Words& words);
@@ -66,6 +79,8 @@ class Scenario {
   std::mt19937_64 chance_;
   World world_;
   std::vector<NetworkPlan> plans_;
+  std::vector<ForwardRule> forwards_;
+  std::map<std::pair<std::string, std::string>, std::vector<line::Following>> followings_;
   bool built_ = false;
   LineSeat* current_ = nullptr;
   std::size_t event_cursor_ = 0;  // what happened before the last `at` does not count

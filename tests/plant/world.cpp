@@ -127,6 +127,7 @@ void World::settle() {
     turn(*seat);
   }
   carry();
+  hand_over();
 }
 
 void World::carry() {
@@ -149,8 +150,32 @@ void World::carry() {
   }
 }
 
+void World::join(LineSeat& from, LineSeat& to, std::span<const line::Following> what) {
+  joints_.push_back({&from, &to, line::FollowedInputs(what), line::FollowingOutputs(what), {}});
+}
+
+// The newest values count, however many came until then.
+void World::hand_over() {
+  for (Joint& joint : joints_) {
+    if (joint.inputs.look(*joint.from->line)) {
+      joint.waiting = joint.inputs.values();
+      joint.due = earlier(joint.due, now_ + std::chrono::microseconds(delays_() % 300));
+    }
+    if (joint.due > now_) {
+      continue;
+    }
+    joint.due = kNever;
+    if (joint.outputs.take(*joint.to->line, joint.waiting, now_)) {
+      turn(*joint.to);
+    }
+  }
+}
+
 Instant World::next_wake() const {
   Instant wake = kNever;
+  for (const Joint& joint : joints_) {
+    wake = earlier(wake, joint.due);
+  }
   for (const auto& seat : lines_) {
     wake = earlier(wake, earlier(seat->bus.next_wake(), seat->line->next_wake()));
     wake = earlier(wake, seat->observer->next_wake());

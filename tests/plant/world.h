@@ -7,11 +7,14 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <random>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "bridges/sim/bus.h"
 #include "bridges/sim/device.h"
+#include "stack/line/following.h"
 #include "stack/line/line.h"
 
 #include "tests/plant/image_model.h"
@@ -49,6 +52,16 @@ struct LineSeat {
   std::vector<can::Frame> frames;  // all that was on the bus, in order
 };
 
+// Values of one line that another follows; handed over some time after they came.
+struct Joint {
+  LineSeat* from = nullptr;
+  LineSeat* to = nullptr;
+  line::FollowedInputs inputs;
+  line::FollowingOutputs outputs;
+  std::vector<line::Line::Input> waiting;
+  Instant due = kNever;
+};
+
 class World {
  public:
   // The first failure of a check that the world makes by itself; empty if there was none.
@@ -58,6 +71,7 @@ class World {
   LineSeat& add_line(std::unique_ptr<line::Line> line, const sim::BusOptions& options);
   void add_device(LineSeat& seat, std::unique_ptr<sim::Device> device);
   void add_ours(LineSeat& seat, std::unique_ptr<line::Line> devices);
+  void join(LineSeat& from, LineSeat& to, std::span<const line::Following> what);
   std::vector<std::unique_ptr<LineSeat>>& lines() { return lines_; }
   LineSeat* find(const std::string& name);
 
@@ -74,6 +88,7 @@ class World {
  private:
   Instant next_wake() const;
   std::string busy_participants() const;
+  void hand_over();
   void turn(LineSeat& seat);
   void turn_device(LineSeat& seat, DeviceSeat& device);
   void turn_line(LineSeat& seat);
@@ -84,6 +99,8 @@ class World {
   void carry();
 
   std::vector<std::unique_ptr<LineSeat>> lines_;
+  std::vector<Joint> joints_;
+  std::minstd_rand delays_{1};  // of the hand-over, in us
   Instant now_{std::chrono::seconds(1)};
   unsigned steps_at_now_ = 0;
   std::string failure_;

@@ -194,5 +194,108 @@ TEST(Forward, WhatIsNoRuleIsToldWithItsPlace) {
                           "plant.yaml:19:5: error: expected LINE.NODE.OBJECT -> LINE.NODE.OBJECT"));
 }
 
+TEST(Forward, ARuleMakesAnObjectThatBothLinesShow) {
+  const auto loaded = read_forwarding(R"(  - press.axis.6041:0 -> hall.axis.6040:0
+  - press.axis.6061:0 -> hall.axis.6060:0
+  - ear.axis.6064:0 -> hall.axis.607A:0
+)");
+  ASSERT_THAT(forward_messages(loaded), IsEmpty());
+  EXPECT_EQ(loaded.value->bindings[0].object, (od::Address{0xB100, 1}));
+  EXPECT_EQ(loaded.value->bindings[1].object, (od::Address{0xB000, 1}));
+  EXPECT_EQ(loaded.value->bindings[2].object, (od::Address{0xB1C0, 1}));
+  const auto& press = loaded.value->lines[0].config.forwarding.objects;
+  const auto& hall = loaded.value->lines[1].config.forwarding.objects;
+  ASSERT_EQ(press.size(), 2U);
+  ASSERT_EQ(hall.size(), 3U);
+  EXPECT_EQ(press[0].address, hall[0].address);
+  EXPECT_EQ(press[0].name, "press.axis.Statusword");
+  EXPECT_EQ(press[0].entry->direction, image::Direction::inputs);
+  EXPECT_EQ(hall[0].entry->direction, image::Direction::outputs);
+}
+
+Loaded<Plant> read_shared(const std::string& objects, const std::string& press,
+                          const std::string& hall) {
+  return read("schema: 1\nshared_objects: " + objects + R"(
+lines:
+  - name: press
+    interface: virtual:press
+    nodes: [{id: 5, name: axis, eds: bridges/sim/eds/drive.eds}]
+    own_pdos: )" + press +
+                  R"(
+  - name: hall
+    interface: virtual:hall
+    own_pdos: )" + hall +
+                  "\n",
+              kForwardRoot + "plant.yaml");
+}
+
+TEST(SharedObjects, AreForEveryLineThatHasPdosOfItsOwn) {
+  const auto loaded = read_shared(
+      R"({"B100:1": level, "B040:1": mode})",
+      R"({rpdo10: {cob_id: 0x1C1, event_timer: 50ms, map: ["B100:1", "B040:1"]}})",
+      R"({tpdo1: {cob_id: 0x1C2, type: sync, inhibit: 5ms, map: ["B580:1"]}, tpdo2: {cob_id: 0x1C3, enabled: false}})");
+  EXPECT_THAT(forward_messages(loaded),
+              ElementsAre("plant.yaml:10:16: warning: PDOs of line \"press\" may not enter line "
+                          "\"hall\": nothing is forwarded to its own PDOs"))
+      << "access is closed unless it is opened";
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_THAT(loaded.value->bindings, IsEmpty());
+  const routing::Forwarding& press = loaded.value->lines[0].config.forwarding;
+  ASSERT_EQ(press.objects.size(), 2U);
+  EXPECT_EQ(press.objects[0].name, "level");
+  ASSERT_EQ(press.rpdos.size(), 1U);
+  EXPECT_EQ(press.rpdos[0].number, 10);
+  EXPECT_EQ(press.rpdos[0].event_timer, std::chrono::milliseconds(50));
+  EXPECT_EQ(press.rpdos[0].mapping[0].raw(), 0xB100'0110U);
+  EXPECT_EQ(press.rpdos[0].mapping[1].raw(), 0xB040'0108U);
+  const routing::Forwarding& hall = loaded.value->lines[1].config.forwarding;
+  ASSERT_EQ(hall.tpdos.size(), 2U);
+  EXPECT_EQ(hall.tpdos[0].type, 1);
+  EXPECT_EQ(hall.tpdos[0].mapping[0].raw(), 0xB580'0110U);
+  EXPECT_TRUE(hall.tpdos[0].cob_id.valid());
+  EXPECT_FALSE(hall.tpdos[1].cob_id.valid());
+}
+
+TEST(SharedObjects, GoWhereAccessLetsPdosIn) {
+  const auto loaded = read_shared(R"({"B100:1": level, "B040:1": mode})",
+                                  R"({rpdo10: {cob_id: 0x1C1, map: ["B100:1"]}})",
+                                  R"({tpdo1: {cob_id: 0x1C2, map: ["B100:1"]}}
+    enter: [{from: press, services: [pdo]}])");
+  ASSERT_THAT(forward_messages(loaded), IsEmpty());
+  ASSERT_EQ(loaded.value->bindings.size(), 2U) << "each object: mappings may change";
+  const Binding& level = loaded.value->bindings[0];
+  EXPECT_EQ(level.from, "press");
+  EXPECT_EQ(level.to, "hall");
+  EXPECT_TRUE(level.forwarded);
+  EXPECT_EQ(level.object, (od::Address{0xB100, 1}));
+  EXPECT_EQ(level.output_entry, line::Line::kForwarded | 0U);
+  EXPECT_EQ(loaded.value->lines[0].executor, "press+hall");
+}
+
+TEST(SharedObjects, WhatIsWrongIsToldWithItsPlace) {
+  EXPECT_THAT(
+      forward_messages(read_shared(R"({"B480:1": a, "A100:1": b, "B100:1": c, "B100:01": d})",
+                                   "{rpdo2: {cob_id: 0x1C1}}", "{tpdo0: {cob_id: 0x601}}")),
+      ElementsAre("plant.yaml:2:18: error: expected an object B000h..B47Fh such as B100:1, got "
+                  "\"B480:1\"",
+                  "plant.yaml:2:31: error: expected an object B000h..B47Fh such as B100:1, got "
+                  "\"A100:1\"",
+                  "plant.yaml:2:57: error: B100:01 is there twice",
+                  "plant.yaml:10:16: error: expected tpdo1 to tpdo512 or rpdo1 to rpdo512, got "
+                  "\"tpdo0\""));
+  EXPECT_THAT(
+      forward_messages(read_shared(
+          R"({"B100:1": a, "B440:1": b})", R"({rpdo2: {cob_id: 0x1C1, map: ["B580:1"]}})",
+          R"({tpdo1: {cob_id: 0x1C2, map: ["B100:2"]}, tpdo2: {cob_id: 0x1C2, map: ["B440:1", "B100:1"]}})")),
+      ElementsAre("plant.yaml:7:16: error: 1 to 2 are linked to devices of the line: take a higher "
+                  "number",
+                  "plant.yaml:7:45: error: there is no B580:01 in shared_objects that an RPDO may "
+                  "write",
+                  "plant.yaml:10:16: warning: PDOs of line \"press\" may not enter line "
+                  "\"hall\": nothing is forwarded to its own PDOs",
+                  "plant.yaml:10:45: error: there is no B100:02 in shared_objects",
+                  "plant.yaml:10:57: error: the objects have 80 bits; a PDO has room for 64"));
+}
+
 }  // namespace
 }  // namespace linegate::config

@@ -120,11 +120,13 @@ TEST(Schema, HasNoKeyTheLoaderDoesNotKnow) {
   const std::string route = keys_of(member(definitions, "route"));
   const std::string enter = keys_of(member(definitions, "enter"));
   const std::string forwarding = keys_of(member(definitions, "forwarding"));
+  const std::string own_pdo = keys_of(member(definitions, "own_pdo"));
   const std::string text =
       "schema: 1\nexecutors: [" + executor + "]\nforward: [" + forwarding +
       "]\nrouting: " + routing + "\nroutes: [" + route + "]\nlines:\n  - " + line +
       "\n  - name: b\n    interface: 'simulated:'\n    enter: [" + enter +
-      "]\n    outputs: {groups: [" + group + "]}\n    nodes:\n      - " + node +
+      "]\n    own_pdos: {tpdo9: " + own_pdo + "}\n    outputs: {groups: [" + group +
+      "]}\n    nodes:\n      - " + node +
       "\n      - {id: 5, eds: bridges/sim/eds/drive.eds, pdos: {tpdo1: " + pdo + "}}\n" +
       "  - name: c\n    interface: 'simulated:'\n    role: device\n    devices:\n      - " +
       device + "\n      - {id: 5, bind: {\"6000:1\": " + binding + "}}\n";

@@ -1,0 +1,262 @@
+// `shared_objects:`, B000h.. of all lines, and `own_pdos:` of a line, which map them.
+#include <algorithm>
+#include <chrono>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gateway/config/joined_lines.h"
+#include "gateway/config/sections.h"
+#include "gateway/config/value.h"
+#include "stack/can/cob_id.h"
+#include "stack/routing/forward.h"
+
+namespace linegate::config {
+namespace {
+
+constexpr unsigned kMaxPdoBits = 64;
+
+void read_own_map(Findings& findings, Section& section, OwnPdoSection& out) {
+  for (const YAML::Node& element : elements(findings, section.find("map"), "map")) {
+    const auto text = section.text(element);
+    const auto address = text ? parse_address(*text) : std::nullopt;
+    if (address) {
+      out.parameters.mapping.push_back({*address, 0});
+      out.mapped.push_back(place_of(element));
+    } else if (text) {
+      findings.error(place_of(element), "expected an object such as B100:1, got \"" + *text + "\"");
+    }
+  }
+}
+
+OwnPdoSection read_own_pdo(Findings& findings, const YAML::Node& key, const YAML::Node& value,
+                           PdoName name) {
+  OwnPdoSection out;
+  out.transmit = name.transmit;
+  out.parameters.number = name.number;
+  out.place = place_of(key);
+  Section section(findings, value, key.Scalar());
+  const YAML::Node id = section.require("cob_id");
+  if (const auto number = section.number(id, 1, 0x7FF)) {
+    if (can::is_restricted(static_cast<std::uint32_t>(*number))) {
+      findings.error(place_of(id), "the identifier " + id.Scalar() +
+                                       " is reserved for another service (CiA 301, 7.3.5)");
+    }
+    out.parameters.cob_id = {static_cast<std::uint32_t>(*number) | can::CobId::kNoRtrBit};
+  }
+  bool enabled = true;
+  section.read("enabled", enabled);
+  if (!enabled) {
+    out.parameters.cob_id.raw |= can::CobId::kInvalidBit;
+  }
+  const YAML::Node type = section.find("type");
+  if (type.IsDefined()) {
+    out.parameters.type = read_transmission_type(section, type).value_or(out.parameters.type);
+  }
+  section.read_multiple("inhibit", out.parameters.inhibit, std::chrono::microseconds(100),
+                        65'535 * std::chrono::microseconds(100));
+  section.read_multiple("event_timer", out.parameters.event_timer, std::chrono::milliseconds(1),
+                        std::chrono::milliseconds(65'535));
+  read_own_map(findings, section, out);
+  section.done();
+  return out;
+}
+
+class SharedObjects {
+ public:
+  SharedObjects(Findings& findings, const std::vector<SharedObjectSection>& objects,
+                JoinedLines& lines)
+      : findings_(findings), objects_(objects), lines_(lines) {}
+
+  void run() {
+    for (std::size_t line = 0; line < lines_.size(); ++line) {
+      take_pdos(line);
+    }
+    for (std::size_t from = 0; from < lines_.size(); ++from) {
+      for (std::size_t to = 0; to < lines_.size(); ++to) {
+        if (from != to) {
+          forward(from, to);
+        }
+      }
+    }
+  }
+
+ private:
+  routing::Forwarding& forwarding(std::size_t line) {
+    return lines_.line(line).plan.config.forwarding;
+  }
+
+  void take_pdos(std::size_t line) {
+    LineSection& section = lines_.line(line);
+    if (section.own_pdos.empty()) {
+      return;
+    }
+    if (section.plan.config.role != line::Role::manager) {
+      findings_.error(section.own_pdos.front().place,
+                      "own_pdos are for a line with the role "
+                      "manager");
+      return;
+    }
+    for (const SharedObjectSection& object : objects_) {
+      forwarding(line).objects.push_back({object.object, object.name, {}});
+    }
+    for (OwnPdoSection& pdo : section.own_pdos) {
+      check_number(line, pdo);
+      measure(pdo);
+      auto& list = pdo.transmit ? forwarding(line).tpdos : forwarding(line).rpdos;
+      list.push_back(pdo.parameters);
+    }
+  }
+
+  // Those of the line's devices come first.
+  void check_number(std::size_t line, const OwnPdoSection& pdo) {
+    const auto direction = pdo.transmit ? image::Direction::outputs : image::Direction::inputs;
+    std::uint16_t linked = 0;
+    for (const image::Entry& entry : lines_.entries(line, direction)) {
+      linked = std::max(linked, entry.local_pdo);
+    }
+    if (pdo.parameters.number <= linked) {
+      findings_.error(pdo.place, "1 to " + std::to_string(linked) +
+                                     " are linked to devices of the line: take a higher number");
+    }
+  }
+
+  void measure(OwnPdoSection& pdo) {
+    unsigned bits = 0;
+    for (std::size_t i = 0; i < pdo.parameters.mapping.size(); ++i) {
+      pdo::Mapping& mapping = pdo.parameters.mapping[i];
+      const auto found =
+          std::find_if(objects_.begin(), objects_.end(), [&](const SharedObjectSection& object) {
+            return object.object == mapping.address ||
+                   (pdo.transmit && routing::shown_address(object.object) == mapping.address);
+          });
+      if (found == objects_.end()) {
+        findings_.error(pdo.mapped[i], "there is no " + format_address(mapping.address) +
+                                           " in shared_objects" +
+                                           (pdo.transmit ? "" : " that an RPDO may write"));
+        continue;
+      }
+      const auto type = *routing::forward_type(found->object);
+      mapping.bits = static_cast<std::uint8_t>(od::bit_size(type));
+      bits += mapping.bits;
+    }
+    if (bits > kMaxPdoBits) {
+      findings_.error(pdo.place,
+                      "the objects have " + std::to_string(bits) + " bits; a PDO has room for 64");
+    }
+  }
+
+  // Whatever is mapped now: it may be mapped later.
+  void forward(std::size_t from, std::size_t to) {
+    if (forwarding(from).rpdos.empty() || forwarding(to).tpdos.empty()) {
+      return;
+    }
+    if (!may_enter(from, to)) {
+      findings_.warning(first_tpdo(to), "PDOs of line \"" + lines_.name(from) +
+                                            "\" may not enter line \"" + lines_.name(to) +
+                                            "\": nothing is forwarded to its own PDOs");
+      return;
+    }
+    for (std::uint32_t i = 0; i < objects_.size(); ++i) {
+      Binding binding;
+      binding.input = {0, objects_[i].object};
+      binding.output_entry = line::Line::kForwarded | i;
+      binding.forwarded = true;
+      binding.from = lines_.name(from);
+      binding.to = lines_.name(to);
+      binding.input_name = binding.output_name = objects_[i].name;
+      binding.object = objects_[i].object;
+      lines_.add(std::move(binding));
+    }
+    for (const std::size_t line : {from, to}) {
+      std::string& source = lines_.line(line).plan.source;
+      for (const SharedObjectSection& object : objects_) {
+        source += format_address(object.object) + object.name + ';';
+      }
+    }
+  }
+
+  Place first_tpdo(std::size_t line) {
+    const auto& pdos = lines_.line(line).own_pdos;
+    return std::find_if(pdos.begin(), pdos.end(), [](const auto& pdo) { return pdo.transmit; })
+        ->place;
+  }
+
+  bool may_enter(std::size_t from, std::size_t to) {
+    const std::uint16_t network = lines_.line(from).plan.config.network_id;
+    const auto& rules = lines_.line(to).plan.config.routing.access;
+    return std::any_of(rules.begin(), rules.end(), [&](const routing::AccessRule& rule) {
+      return rule.pdo && rule.first <= network && network <= rule.last;
+    });
+  }
+
+  Findings& findings_;
+  const std::vector<SharedObjectSection>& objects_;
+  JoinedLines& lines_;
+};
+
+}  // namespace
+
+std::vector<OwnPdoSection> read_own_pdos(Findings& findings, const YAML::Node& node) {
+  std::vector<OwnPdoSection> out;
+  if (!node.IsDefined()) {
+    return out;
+  }
+  Section section(findings, node, "own_pdos");
+  if (!section.valid()) {
+    return out;
+  }
+  for (const auto& pair : node) {
+    if (!pair.first.IsScalar()) {
+      continue;  // the section has said so
+    }
+    section.find(pair.first.Scalar());
+    if (const auto name = parse_pdo_name(pair.first.Scalar())) {
+      out.push_back(read_own_pdo(findings, pair.first, pair.second, *name));
+    } else {
+      findings.error(place_of(pair.first), "expected tpdo1 to tpdo512 or rpdo1 to rpdo512, got \"" +
+                                               pair.first.Scalar() + "\"");
+    }
+  }
+  section.done();
+  return out;
+}
+
+std::vector<SharedObjectSection> read_shared_objects(Findings& findings, const YAML::Node& node) {
+  std::vector<SharedObjectSection> out;
+  if (!node.IsDefined()) {
+    return out;
+  }
+  Section section(findings, node, "shared_objects");
+  if (!section.valid()) {
+    return out;
+  }
+  std::set<od::Address> seen;
+  for (const auto& pair : node) {
+    if (!pair.first.IsScalar()) {
+      continue;
+    }
+    section.find(pair.first.Scalar());
+    const auto address = parse_address(pair.first.Scalar());
+    const auto name = section.text(pair.second);
+    if (!address || !routing::forward_type(*address)) {
+      findings.error(
+          place_of(pair.first),
+          "expected an object B000h..B47Fh such as B100:1, got \"" + pair.first.Scalar() + "\"");
+    } else if (!seen.insert(*address).second) {
+      findings.error(place_of(pair.first), format_address(*address) + " is there twice");
+    } else if (name) {
+      out.push_back({*address, *name, place_of(pair.first)});
+    }
+  }
+  section.done();
+  return out;
+}
+
+void resolve_shared_objects(Findings& findings, const std::vector<SharedObjectSection>& objects,
+                            JoinedLines& lines) {
+  SharedObjects(findings, objects, lines).run();
+}
+
+}  // namespace linegate::config

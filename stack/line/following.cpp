@@ -1,0 +1,109 @@
+#include "stack/line/following.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace linegate::line {
+namespace {
+
+// Objects are the same in every layout, their entries are not.
+template <class Elements, class Same>
+std::uint32_t place_of_object(const Elements& elements, std::uint32_t none, Same same) {
+  const auto found = std::ranges::find_if(elements, same);
+  return found == elements.end() ? none : static_cast<std::uint32_t>(found - elements.begin());
+}
+
+}  // namespace
+
+std::string_view name(WhenLost when_lost) {
+  switch (when_lost) {
+    case WhenLost::hold:
+      return "hold";
+    case WhenLost::zero:
+      return "zero";
+    case WhenLost::stop:
+      break;
+  }
+  return "stop";
+}
+
+FollowedInputs::FollowedInputs(std::span<const Following> what)
+    : what_(what.begin(), what.end()), entries_(what.size(), kNone), values_(what.size()) {
+}
+
+void FollowedInputs::find_entries(const Line& line) {
+  const auto& entries = line.layout(image::Direction::inputs).entries;
+  const auto& objects = line.config().forwarding.objects;
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    const Following::Object& wanted = what_[i].input;
+    if (wanted.node == 0) {
+      entries_[i] = place_of_object(objects, kNone, [&](const routing::ForwardedObject& object) {
+        return object.address == wanted.address;
+      });
+      entries_[i] |= Line::kForwarded;
+    } else {
+      entries_[i] = place_of_object(entries, kNone, [&](const image::Entry& entry) {
+        return entry.node == wanted.node && entry.index == wanted.address.index &&
+               entry.sub == wanted.address.sub;
+      });
+    }
+  }
+}
+
+bool FollowedInputs::look(const Line& line) {
+  if (std::exchange(revision_, line.layout_revision()) != line.layout_revision() ||
+      std::exchange(first_, false)) {
+    find_entries(line);
+  }
+  bool changed = false;
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    Line::Input next = values_[i];
+    next.valid = false;
+    if (entries_[i] != kNone) {
+      next = line.input(entries_[i]);
+    }
+    changed = changed || next.value != values_[i].value || next.valid != values_[i].valid ||
+              (what_[i].forwarded &&
+               (next.received != values_[i].received || next.late != values_[i].late));
+    values_[i] = next;
+  }
+  return changed;
+}
+
+FollowingOutputs::FollowingOutputs(std::span<const Following> what)
+    : what_(what.begin(), what.end()), written_(what.size()) {
+  changed_.reserve(what.size());
+}
+
+bool FollowingOutputs::take(Line& line, std::span<const Line::Input> values, Instant now) {
+  changed_.clear();
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    consider(what_[i], values[i], written_[i]);
+  }
+  if (!changed_.empty()) {
+    line.write_bound(changed_, now);
+  }
+  return !changed_.empty();
+}
+
+void FollowingOutputs::consider(const Following& following, const Line::Input& input,
+                                Written& written) {
+  const bool lost = !input.valid || (following.forwarded && input.late);
+  if (lost && !written.any) {
+    return;
+  }
+  const bool again = following.forwarded && !lost && input.received != written.received;
+  const bool valid = !lost || following.when_lost != WhenLost::stop;
+  const bool zero = lost && following.when_lost == WhenLost::zero;
+  const std::uint64_t value = zero ? 0 : lost && following.forwarded ? written.value : input.value;
+  if (written.any && !again && written.value == value && written.valid == valid) {
+    return;
+  }
+  written = {.value = value,
+             .received = lost ? written.received : input.received,
+             .any = true,
+             .valid = valid};
+  changed_.push_back({following.output_entry, value, again, valid, input.pdo});
+}
+
+}  // namespace linegate::line
