@@ -123,6 +123,15 @@ class Text {
           services_text(rule));
     }
     add("{}", routing.access.empty() ? "  entered from no other network\n" : "");
+    std::string networks;
+    for (unsigned network = 1; network <= 32; ++network) {
+      if ((routing.emcy_networks[1] >> (network - 1) & 1U) != 0) {
+        networks += (networks.empty() ? "" : ", ") + std::to_string(network);
+      }
+    }
+    if (!networks.empty()) {
+      add("  EMCYs go on to networks {}\n", networks);
+    }
   }
 
   static std::string own_node(const line::LineConfig& c) {

@@ -99,6 +99,10 @@ std::string boot_text(const Event& event) {
 }
 
 std::string routing_text(const Event& e) {
+  if (e.kind == EventKind::emcy_routed) {
+    return fmt::format("EMCY {:04X}h of node {} in network {}, error register {:02X}h, {} hops",
+                       e.code, number(e, 3, 1), number(e, 1, 2), number(e, 0, 1), number(e, 4, 1));
+  }
   constexpr std::array<std::string_view, 3> kServices{"SDO", "EMCY", "PDO"};
   const auto from = number(e, 0, 2);
   return fmt::format("{} from {} to node {} of network {} refused: {}",
@@ -140,6 +144,7 @@ std::string line_text(const Event& e, std::string_view interface) {
     case EventKind::clock_step:
       return fmt::format("the wall clock was stepped by {} ms", e.value);
     case EventKind::routing_refused:
+    case EventKind::emcy_routed:
       return routing_text(e);
     case EventKind::queue_full:
       return fmt::format("a queue of the gateway was full, {} requests lost", e.value);

@@ -96,7 +96,8 @@ static_assert(same(v1::EVENT_SDO_TRANSFER, EventKind::sdo_transfer));
 static_assert(same(v1::EVENT_PDO_MAPPING, EventKind::pdo_mapping));
 static_assert(same(v1::EVENT_LAYOUT_CHANGED, EventKind::layout_changed));
 static_assert(same(v1::EVENT_ROUTING_REFUSED, EventKind::routing_refused));
-static_assert(v1::EVENT_ROUTING_REFUSED + 1U == kEventKinds);
+static_assert(same(v1::EVENT_EMCY_ROUTED, EventKind::emcy_routed));
+static_assert(v1::EVENT_EMCY_ROUTED + 1U == kEventKinds);
 
 static_assert(same(v1::COMMAND_SDO_READ, line::CommandKind::sdo_read));
 static_assert(same(v1::COMMAND_SDO_WRITE, line::CommandKind::sdo_write));

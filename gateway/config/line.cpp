@@ -250,6 +250,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   const YAML::Node enter = section.find("enter");
   out.enter_place = place_of(enter);
   out.enter = read_enter(findings, enter);
+  read_emcy_routing(section, out);
   read_publish(section, plan.publish);
   const YAML::Node update = section.find("pdo_update");
   if (update.IsDefined()) {

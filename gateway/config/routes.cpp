@@ -10,6 +10,7 @@ namespace linegate::config {
 namespace {
 
 constexpr std::uint16_t kHighestNetwork = 0xFFFF;
+constexpr std::uint16_t kHighestEmcyNetwork = 32;  // bits of an element of 1F2Fh
 constexpr std::uint16_t kUsualCost = 10;
 constexpr std::size_t kMostInterfaces = 255;
 constexpr Duration kLongestWait = std::chrono::minutes(10);
@@ -53,14 +54,15 @@ void read_services(Section& rule, EnterSection& out) {
   }
 }
 
-void read_from(Findings& findings, const YAML::Node& node, EnterSection& out) {
-  for (const YAML::Node& element : one_or_more(findings, node, "from")) {
+void read_networks(Findings& findings, const YAML::Node& node, std::string_view what,
+                   std::vector<WrittenNetworks>& out) {
+  for (const YAML::Node& element : one_or_more(findings, node, what)) {
     if (!element.IsScalar() || element.Scalar().empty()) {
       findings.error(place_of(element),
                      "expected a network-ID, a range such as 10..19, the name of a line, or all");
       continue;
     }
-    out.from.push_back({element.Scalar(), place_of(element)});
+    out.push_back({element.Scalar(), place_of(element)});
   }
 }
 
@@ -68,11 +70,11 @@ EnterSection read_rule(Findings& findings, const YAML::Node& node) {
   EnterSection out;
   if (!node.IsMap()) {
     out.sdo = true;
-    read_from(findings, node, out);
+    read_networks(findings, node, "enter", out.from);
     return out;
   }
   Section rule(findings, node, "a rule of enter");
-  read_from(findings, rule.require("from"), out);
+  read_networks(findings, rule.require("from"), "from", out.from);
   read_services(rule, out);
   const YAML::Node access = rule.find("access");
   rule.choose<bool>(access, out.write, {{"read", false}, {"all", true}});
@@ -113,8 +115,9 @@ class RoutingResolver {
 
   void run() {
     if (section_.routes.empty() &&
-        std::all_of(lines_.begin(), lines_.end(),
-                    [](const LineSection& line) { return line.enter.empty(); })) {
+        std::all_of(lines_.begin(), lines_.end(), [](const LineSection& line) {
+          return line.enter.empty() && line.emcy_to.empty();
+        })) {
       return;
     }
     number_lines();
@@ -250,6 +253,9 @@ class RoutingResolver {
                         "only a manager's line can be entered from other "
                         "networks");
       }
+      if (!line.emcy_to.empty()) {
+        findings_.error(line.emcy_place, "only a manager's line forwards EMCYs to other networks");
+      }
       return;
     }
     routing::Config& config = line.plan.config.routing;
@@ -265,7 +271,35 @@ class RoutingResolver {
         }
       }
     }
+    config.gateways = line.gateways;
+    config.emcy_networks.fill(emcy_networks(line));
     line.plan.source += text_of(config);
+  }
+
+  // Bits of 1F2Fh. The line's own network is left out of `all` and of ranges.
+  std::uint32_t emcy_networks(const LineSection& line) {
+    std::uint32_t bits = 0;
+    const routing::Table table(routes_);
+    for (const WrittenNetworks& to : line.emcy_to) {
+      const bool all = to.text == "all";
+      const auto networks = all ? Range{1, kHighestEmcyNetwork} : from_networks(to);
+      if (!networks) {
+        continue;
+      }
+      if (networks->second > kHighestEmcyNetwork) {
+        findings_.error(to.place, "EMCYs are forwarded to the networks 1..32 (object 1F2Fh)");
+        continue;
+      }
+      for (std::uint32_t n = networks->first; n <= networks->second; ++n) {
+        const auto network = static_cast<std::uint16_t>(n);
+        const bool reached = table.find(network, 0) != nullptr;
+        if (!reached && !all) {
+          findings_.error(to.place, "no route leads to network " + std::to_string(n));
+        }
+        bits |= reached && network != line.plan.config.network_id ? 1U << (n - 1) : 0U;
+      }
+    }
+    return bits;
   }
 
   std::optional<Range> from_networks(const WrittenNetworks& from) {
@@ -303,6 +337,10 @@ class RoutingResolver {
     for (const routing::AccessRule& rule : config.access) {
       out += '|' + std::to_string(rule.first) + '-' + std::to_string(rule.last);
     }
+    out += '!' + std::to_string(config.emcy_networks[1]);
+    for (const std::uint8_t gateway : config.gateways) {
+      out += ',' + std::to_string(gateway);
+    }
     return out;
   }
 
@@ -319,6 +357,8 @@ void read_definitions(Section& section, routing::Config& config) {
                                            {{"own", routing::Definition::own}});
   section.read_choice<routing::Definition>("routing_table", config.routing_table,
                                            {{"own", routing::Definition::own}});
+  section.read_choice<routing::Definition>("forwarded_emcy", config.forwarded_emcy,
+                                           {{"own", routing::Definition::own}});
 }
 
 }  // namespace
@@ -333,6 +373,25 @@ std::vector<EnterSection> read_enter(Findings& findings, const YAML::Node& node)
     out.push_back(read_rule(findings, element));
   }
   return out;
+}
+
+void read_emcy_routing(Section& section, LineSection& line) {
+  const YAML::Node to = section.find("emcy_to");
+  line.emcy_place = place_of(to);
+  if (to.IsDefined()) {
+    read_networks(section.findings(), to, "emcy_to", line.emcy_to);
+  }
+  const YAML::Node gateways = section.find("gateways");
+  for (const YAML::Node& element : gateways.IsDefined()
+                                       ? one_or_more(section.findings(), gateways, "gateways")
+                                       : std::vector<YAML::Node>{}) {
+    const auto node = element.IsScalar() ? parse_unsigned(element.Scalar()) : std::nullopt;
+    if (!node || *node < 1 || *node > 127) {
+      section.findings().error(place_of(element), "expected a node-ID 1..127");
+      continue;
+    }
+    line.gateways.push_back(static_cast<std::uint8_t>(*node));
+  }
 }
 
 RoutingSection read_routing(Findings& findings, const YAML::Node& routing,

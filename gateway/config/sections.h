@@ -110,12 +110,15 @@ struct LineSection {
   std::vector<BindingSection> bindings;
   std::vector<EnterSection> enter;
   std::vector<OwnPdoSection> own_pdos;
+  std::vector<WrittenNetworks> emcy_to;
+  std::vector<std::uint8_t> gateways;  // node-IDs
   Place place;
   Place interface_place;
   Place network_place;
   Place executor_place;
   Place record_place;
   Place enter_place;
+  Place emcy_place;
 };
 
 LineSection read_line(Findings& findings, const YAML::Node& node);
@@ -139,6 +142,8 @@ void resolve_bindings(Findings& findings, JoinedLines& lines);
 void resolve_forwards(Findings& findings, const std::vector<ForwardSection>& rules,
                       JoinedLines& lines);
 std::vector<EnterSection> read_enter(Findings& findings, const YAML::Node& node);
+// `emcy_to:` and `gateways:` of a line.
+void read_emcy_routing(Section& section, LineSection& line);
 RoutingSection read_routing(Findings& findings, const YAML::Node& routing,
                             const YAML::Node& routes);
 // Once all lines are known: LineConfig::routing of those that take part, which are all managers'

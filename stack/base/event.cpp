@@ -47,6 +47,7 @@ constexpr std::array<KindInfo, kEventKinds> kInfo{{
     {"pdo-mapping", EventSeverity::info},
     {"layout-changed", EventSeverity::info},
     {"routing-refused", EventSeverity::warning},
+    {"emcy-routed", EventSeverity::warning},
 }};
 
 }  // namespace

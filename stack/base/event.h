@@ -72,8 +72,11 @@ enum class EventKind : std::uint8_t {
   routing_refused,  // a request of or to another network was refused. code: SDO abort code; data:
                     // network it came from (2, LE; 0 = this process), target network (2, LE),
                     // target node, service (0 SDO, 1 EMCY, 2 PDO)
+  emcy_routed,  // an EMCY of another network. node: which sent it here, 0 = this line's own node;
+                // code: emergency error code; data: error register, network (2, LE) and node-ID of
+                // its source, hops, number
 };
-inline constexpr std::size_t kEventKinds = 38;
+inline constexpr std::size_t kEventKinds = 39;
 
 // Lower-case name with hyphens, e.g. "heartbeat-lost".
 std::string_view name(EventKind kind);

@@ -34,6 +34,10 @@ SendResult Producer::send(std::uint16_t code, std::uint8_t error_register,
   if (code != kErrorReset) {
     history_.add(message);
   }
+  return relay(message, now);
+}
+
+SendResult Producer::relay(const Message& message, Instant now) {
   if (!active_ || !can::is_usable(cob_id())) {
     return SendResult::disabled;
   }

@@ -52,6 +52,10 @@ class Producer final : public od::Hook {
   SendResult send(std::uint16_t code, std::uint8_t error_register, std::span<const std::byte> info,
                   Instant now);
 
+  // Sends one that is not of the own node, in its name (CiA 302-7): 1001h and 1003h stay as they
+  // are.
+  SendResult relay(const Message& message, Instant now);
+
   // Object 1001h.
   std::uint8_t error_register() const;
   // Sets it without a message: some of several errors have gone.

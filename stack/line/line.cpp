@@ -226,6 +226,9 @@ void Line::Impl::heartbeat_recovered(std::uint8_t id, Instant now) {
 
 void Line::Impl::emergency(std::uint8_t id, const emcy::Message& message, Instant now) {
   manager.emergency(id, message.code, message.error_register, now);
+  if (routing != nullptr) {
+    routing->emergency(id, message, now);
+  }
 }
 
 LineState Line::Impl::state() const {

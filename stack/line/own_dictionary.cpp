@@ -7,6 +7,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
+#include "stack/routing/emcy_router.h"
 #include "stack/storage/parameters.h"
 #include "stack/time/service.h"
 
@@ -124,6 +125,12 @@ void add_routing(const routing::Config& routing, std::vector<od::ObjectDescripti
   for (std::size_t entry = 0; entry < routing.routes.size(); ++entry) {
     store_le(std::span(objects.back().variables[entry + 1].value),
              routing::encode(routing.routes[entry]));
+  }
+  objects.push_back(array(routing::kEmcyRouting, "EMCY routing", DataType::unsigned32, Access::rw,
+                          can::kMaxNodeId, Access::constant, can::kMaxNodeId));
+  for (std::size_t node = 1; node <= can::kMaxNodeId; ++node) {
+    store_le(std::span(objects.back().variables[node].value),
+             std::uint64_t{routing.emcy_networks[node]});
   }
   std::uint8_t highest = 0;
   for (const routing::Interface& line : routing.interfaces) {

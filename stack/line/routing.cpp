@@ -28,7 +28,9 @@ Routing::Routing(const LineConfig& config, node::Node& node, sdo::Arbiter& arbit
                 node.dictionary(), post_, events, counters),
       exit_(config.routing, {config.network_id, config.node_id, config.sdo_timeout},
             node.dictionary(), arbiter, node.transmit(), post_, events, counters),
-      clients_(entrance_) {
+      clients_(entrance_),
+      emcys_(config.routing, config.network_id, node.dictionary(), node.emcy(), post_, events,
+             counters) {
   (void)node.dictionary().set_hook(routing::kRoutingTable, &table_).ok();  // own_dictionary.h
   node.set_sdo_detour(this);
 }
@@ -47,6 +49,9 @@ void Routing::take_in(const routing::Message& message, Instant now) {
     case routing::MessageKind::sdo_request:
     case routing::MessageKind::sdo_close:
       exit_.deliver(message, now);
+      return;
+    case routing::MessageKind::emcy:
+      emcys_.deliver(message, now);
       return;
     default:
       entrance_.deliver(message, now);

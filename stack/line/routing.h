@@ -7,6 +7,7 @@
 
 #include "stack/line/config.h"
 #include "stack/node/node.h"
+#include "stack/routing/emcy_router.h"
 #include "stack/routing/remote_client.h"
 #include "stack/routing/sdo_entrance.h"
 #include "stack/routing/sdo_exit.h"
@@ -23,6 +24,10 @@ class Routing final : sdo::Detour {
           routing::MessageQueue& messages, routing::Counters& counters);
   ~Routing() override;
 
+  // An EMCY of a node of this line.
+  void emergency(std::uint8_t node, const emcy::Message& message, Instant now) {
+    emcys_.heard(node, message, now);
+  }
   // usable: SDOs can be sent on the bus of this line.
   void deliver(const routing::Message& message, bool usable, Instant now);
   void start(routing::RemoteRequest request, bool usable, Instant now);
@@ -51,6 +56,7 @@ class Routing final : sdo::Detour {
   routing::SdoEntrance entrance_;
   routing::SdoExit exit_;
   routing::RemoteClient clients_;
+  routing::EmcyRouter emcys_;
   std::vector<std::unique_ptr<ServerSide>> sides_;
 };
 

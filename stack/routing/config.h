@@ -1,6 +1,7 @@
 // What a line needs to know to take part in routing (CiA 302-7), and what it counts.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -36,10 +37,15 @@ struct Config {
   std::uint8_t interface = 0;         // of this line; 0 = it takes no part
   std::vector<Interface> interfaces;  // all lines of the process, this one included
   std::vector<Route> routes;          // 1F2Ch:1 and following, at most 254
-  std::vector<AccessRule> access;     // of requests that enter this line; none = closed
+  // Nodes of this line whose EMCYs are forwarded ones, beside the next gateways of its routes.
+  std::vector<std::uint8_t> gateways;
+  // 1F2Fh, by node-ID: to which networks EMCYs of a node go on, bit k-1 = network k.
+  std::array<std::uint32_t, 128> emcy_networks{};
+  std::vector<AccessRule> access;  // of requests that enter this line; none = closed
 
   Definition network_indication = Definition::own;  // OWN A
   Definition routing_table = Definition::own;       // OWN B
+  Definition forwarded_emcy = Definition::own;      // OWN C
 
   ChannelRule channels = ChannelRule::client_1;
   // Asked for each connection instead of the rule: which client SDO (1..127) is to be used for that
@@ -72,6 +78,10 @@ struct Counters {
   std::uint64_t not_permitted = 0;  // refused by the rules of access
   // Frames of connections that left on this line's bus.
   std::uint64_t forwarded = 0;
+  // EMCYs handed to other lines, and those that were not, or went no further here: repeats, back at
+  // their source, too many hops, no route, no room in queue or inhibit time.
+  std::uint64_t emcy_forwarded = 0;
+  std::uint64_t emcy_dropped = 0;
   // Messages of other lines that nobody here waited for: late, or for a role that cannot.
   std::uint64_t unexpected = 0;
 };

@@ -238,6 +238,11 @@ TEST(EventText, NamesTheTwoNetworksOfARefusedRequest) {
             "(06090030)");
 }
 
+TEST(EventText, NamesTheSourceOfAForwardedEmcy) {
+  EXPECT_EQ(words(EventKind::emcy_routed, 5, 0x8130, 0, {0x11, 3, 0, 12, 2, 9}),
+            "node 5 (ram): EMCY 8130h of node 12 in network 3, error register 11h, 2 hops");
+}
+
 TEST(EventText, HasWordsForEveryKind) {
   for (std::size_t i = 0; i < kEventKinds; ++i) {
     const std::string text = words(static_cast<EventKind>(i), 5, 0, 0);

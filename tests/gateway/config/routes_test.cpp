@@ -76,9 +76,38 @@ TEST(Routes, NobodyEntersUnlessItIsSaid) {
   EXPECT_EQ(none.value->lines[0].config.routing.interface, 0) << "nothing is routed";
 }
 
+TEST(Routes, EmcysGoOnToTheNetworksThatAreNamed) {
+  const std::string lines =
+      R"(  - {name: press, interface: virtual:press, emcy_to: [hall, 3..4], gateways: [9]}
+  - {name: hall, interface: virtual:hall, emcy_to: all}
+  - {name: pack, interface: virtual:pack}
+)";
+  const auto loaded = read_routes("routes: [{to: 4, via: hall:5}]\n", lines);
+  ASSERT_TRUE(loaded.ok()) << told(loaded).front();
+  const auto of_line = [&](std::size_t i) { return loaded.value->lines[i].config.routing; };
+  EXPECT_EQ(of_line(0).emcy_networks[1], 0b1110U);
+  EXPECT_EQ(of_line(0).emcy_networks[127], 0b1110U);
+  EXPECT_EQ(of_line(0).gateways, std::vector<std::uint8_t>{9});
+  EXPECT_EQ(of_line(1).emcy_networks[1], 0b1101U) << "all but its own";
+  EXPECT_EQ(of_line(2).emcy_networks[1], 0U);
+
+  EXPECT_EQ(
+      told(read_routes("", R"(  - {name: press, interface: virtual:press, emcy_to: [33, 7, halle]}
+  - {name: hall, interface: virtual:hall, gateways: [0]}
+  - {name: seen, interface: virtual:seen, role: observer, emcy_to: hall}
+)")),
+      (std::vector<std::string>{
+          "plant.yaml:3:55: error: EMCYs are forwarded to the networks 1..32 (object 1F2Fh)",
+          "plant.yaml:3:59: error: no route leads to network 7",
+          "plant.yaml:3:62: error: there is no line \"halle\"; did you mean \"hall\"?",
+          "plant.yaml:4:54: error: expected a node-ID 1..127",
+          "plant.yaml:5:68: error: only a manager's line forwards EMCYs to other networks"}));
+}
+
 TEST(Routes, TimesAndDefinitionsCount) {
   const auto loaded = read_routes(
-      "routing: {network_indication: own, routing_table: own, channels: per_node, arm_timeout: 1s, "
+      "routing: {network_indication: own, routing_table: own, forwarded_emcy: own, channels: "
+      "per_node, arm_timeout: 1s, "
       "frame_timeout: 2s, gateway_timeout: 3s, channel_wait: 4s, additional_servers: 2}\n");
   ASSERT_TRUE(loaded.ok()) << told(loaded).front();
   const routing::Config& config = loaded.value->lines[1].config.routing;

@@ -1,0 +1,159 @@
+#include "stack/routing/emcy_router.h"
+
+#include <algorithm>
+
+#include "stack/routing/table_object.h"
+
+namespace linegate::routing {
+namespace {
+
+constexpr unsigned kNetworks = 32;  // that an element of 1F2Fh can name
+
+// Bytes of the EMCY, as a message between lines carries them.
+std::array<std::byte, 8> bytes_of(const ForwardedEmcy& emcy) {
+  const emcy::Message message = encode(emcy);
+  std::array<std::byte, 8> out;
+  store_le(out.data(), message.code);
+  out[2] = std::byte{message.error_register};
+  std::ranges::copy(message.info, out.begin() + 3);
+  return out;
+}
+
+std::optional<ForwardedEmcy> emcy_of(const Message& message) {
+  emcy::Message out{.code = load_le<std::uint16_t>(message.data.data()),
+                    .error_register = std::to_integer<std::uint8_t>(message.data[2])};
+  std::copy_n(message.data.begin() + 3, out.info.size(), out.info.begin());
+  return decode(out);
+}
+
+}  // namespace
+
+EmcyRouter::EmcyRouter(const Config& config, std::uint16_t network,
+                       const od::Dictionary& dictionary, emcy::Producer& producer, Post& post,
+                       EventLog& events, Counters& counters)
+    : config_(config),
+      network_(network),
+      dictionary_(dictionary),
+      producer_(producer),
+      post_(post),
+      events_(events),
+      counters_(counters) {
+  for (const std::uint8_t node : config.gateways) {
+    gateways_.set(node & can::kMaxNodeId);
+  }
+  for (const Route& route : config.routes) {
+    if (route.interface == config.interface) {
+      gateways_.set(route.gateway & can::kMaxNodeId);
+    }
+  }
+  gateways_.reset(0);
+}
+
+void EmcyRouter::heard(std::uint8_t node, const emcy::Message& message, Instant now) {
+  ForwardedEmcy emcy{.code = message.code,
+                     .error_register = message.error_register,
+                     .network = network_,
+                     .node = node};
+  if (const auto forwarded = is_gateway(node) ? decode(message) : std::nullopt) {
+    emcy = *forwarded;
+    if (!is_new(emcy)) {
+      ++counters_.emcy_dropped;
+      return;
+    }
+    tell(emcy, node, now);
+    if (emcy.network == network_ || emcy.hops >= kMaxHops) {
+      ++counters_.emcy_dropped;
+      return;
+    }
+    ++emcy.hops;
+  } else {
+    emcy.number = number_++;
+    (void)is_new(emcy);
+  }
+  forward(emcy, static_cast<std::uint32_t>(dictionary_.number({kEmcyRouting, node}).value_or(0)),
+          now);
+}
+
+// Networks that are reached over the same line share one message.
+void EmcyRouter::forward(const ForwardedEmcy& emcy, std::uint32_t networks, Instant now) {
+  std::bitset<256> interfaces;
+  const Table table = networks != 0 ? read_table(dictionary_) : Table{};
+  for (unsigned network = 1; network <= kNetworks; ++network) {
+    if ((networks >> (network - 1) & 1U) == 0 || network == emcy.network || network == network_) {
+      continue;
+    }
+    const Route* const route = table.find(static_cast<std::uint16_t>(network), config_.interface);
+    if (route == nullptr) {
+      ++counters_.emcy_dropped;
+      tell_refused(events_, RoutedService::emcy, emcy.network,
+                   {.network = static_cast<std::uint16_t>(network), .node = 0},
+                   AbortCode::invalid_value, now);
+      continue;
+    }
+    if (interfaces.test(route->interface)) {
+      continue;
+    }
+    interfaces.set(route->interface);
+    const bool sent = post_.send({.to = route->interface,
+                                  .kind = MessageKind::emcy,
+                                  .hops = emcy.hops,
+                                  .network = static_cast<std::uint16_t>(network),
+                                  .source = network_,
+                                  .node = emcy.node,
+                                  .gateway = route->gateway,
+                                  .data = bytes_of(emcy)});
+    ++(sent ? counters_.emcy_forwarded : counters_.emcy_dropped);
+  }
+}
+
+void EmcyRouter::deliver(const Message& message, Instant now) {
+  const auto emcy = emcy_of(message);
+  if (!emcy) {
+    ++counters_.unexpected;
+    return;
+  }
+  if (!may_enter(message.source)) {
+    ++counters_.not_permitted;
+    tell_refused(events_, RoutedService::emcy, message.source,
+                 {.network = message.network, .node = 0}, AbortCode::local_control, now);
+    return;
+  }
+  if (emcy->network == network_ || !is_new(*emcy)) {
+    ++counters_.emcy_dropped;
+    return;
+  }
+  tell(*emcy, 0, now);
+  const auto result = producer_.relay(encode(*emcy), now);
+  if (result == emcy::SendResult::inhibited || result == emcy::SendResult::disabled) {
+    ++counters_.emcy_dropped;
+  }
+}
+
+bool EmcyRouter::is_new(const ForwardedEmcy& emcy) {
+  const auto same = [&](const ForwardedEmcy& seen) { return seen.same(emcy); };
+  if (std::ranges::any_of(seen_, same)) {
+    return false;
+  }
+  seen_[next_seen_] = emcy;
+  next_seen_ = (next_seen_ + 1) % seen_.size();
+  return true;
+}
+
+bool EmcyRouter::may_enter(std::uint16_t network) const {
+  return std::ranges::any_of(config_.access, [&](const AccessRule& rule) {
+    return network >= rule.first && network <= rule.last && rule.emcy;
+  });
+}
+
+void EmcyRouter::tell(const ForwardedEmcy& emcy, std::uint8_t from, Instant now) {
+  Event event{
+      .time = now, .kind = EventKind::emcy_routed, .node = from, .length = 6, .code = emcy.code};
+  event.data[0] = std::byte{emcy.error_register};
+  store_le(event.data.data() + 1, emcy.network);
+  event.data[3] = std::byte{emcy.node};
+  event.data[4] = std::byte{emcy.hops};
+  event.data[5] = std::byte{emcy.number};
+  events_.emit(event);
+}
+
+}  // namespace linegate::routing
