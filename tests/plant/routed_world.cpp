@@ -7,6 +7,8 @@
 #include "stack/routing/sdo_indication.h"
 #include "stack/sdo/protocol.h"
 
+#include "tests/plant/routed_wire.h"
+
 namespace linegate::plant {
 namespace {
 
@@ -25,72 +27,6 @@ std::uint8_t gateway_node(std::size_t process) {
 std::uint16_t network_id(std::size_t network) {
   return static_cast<std::uint16_t>(network + 1);
 }
-
-// A bus whose frames all take the same time, which is quick to compute: the lowest identifier among
-// the first frames of all ends goes next.
-class Wire {
- public:
-  static constexpr Duration kFrameTime = microseconds(128);
-  static constexpr std::size_t kDepth = 8;
-
-  std::size_t attach() {
-    ends_.emplace_back();
-    return ends_.size() - 1;
-  }
-  std::size_t room(std::size_t end) const { return kDepth - ends_[end].out.size(); }
-  void submit(std::size_t end, const can::Frame& frame, Instant now) {
-    ends_[end].out.push_back(frame);
-    begin(now);
-  }
-  void advance(Instant now) {
-    while (busy_ && until_ <= now) {
-      busy_ = false;
-      can::Frame frame = ends_[sender_].out.front();
-      ends_[sender_].out.pop_front();
-      frame.time = until_;
-      for (std::size_t end = 0; end < ends_.size(); ++end) {
-        if (end != sender_) {
-          ends_[end].in.push_back(frame);
-        }
-      }
-      begin(until_);
-    }
-  }
-  Instant next_wake() const { return busy_ ? until_ : kNever; }
-  bool take(std::size_t end, can::Frame& out) {
-    if (ends_[end].in.empty()) {
-      return false;
-    }
-    out = ends_[end].in.front();
-    ends_[end].in.pop_front();
-    return true;
-  }
-
- private:
-  struct End {
-    std::deque<can::Frame> out;
-    std::deque<can::Frame> in;
-  };
-
-  void begin(Instant now) {
-    if (busy_) {
-      return;
-    }
-    for (std::size_t end = 0; end < ends_.size(); ++end) {
-      if (!ends_[end].out.empty() &&
-          (!busy_ || ends_[end].out.front().id < ends_[sender_].out.front().id)) {
-        sender_ = end;
-        busy_ = true;
-      }
-    }
-    until_ = now + kFrameTime;
-  }
-
-  std::vector<End> ends_;
-  std::size_t sender_ = 0;
-  bool busy_ = false;
-  Instant until_{};
-};
 
 od::ObjectDescription object(std::uint16_t index, std::uint8_t sub, od::DataType type,
                              od::Access access, std::vector<std::byte> value) {
@@ -160,6 +96,16 @@ Topology Topology::random(std::size_t networks, std::mt19937_64& chance) {
   }
   if (ends.size() >= 2 && out.distances(ends.front())[ends.back()] > 5) {
     out.processes.push_back({ends.front(), ends.back()});
+  }
+  out.find_ways();
+  return out;
+}
+
+Topology Topology::ring(std::size_t networks) {
+  Topology out;
+  out.networks = networks;
+  for (std::size_t network = 0; network < networks; ++network) {
+    out.processes.push_back({network, (network + 1) % networks});
   }
   out.find_ways();
   return out;
@@ -380,7 +326,8 @@ void RoutedWorld::add_process(std::size_t process) {
   common.channels = routing::ChannelRule::per_node;
   common.channel_wait = kSdoTimeout;
   common.gateway_timeout = 4 * kSdoTimeout;
-  common.access = {{.first = 1, .last = 100, .sdo_read = true, .sdo_write = true}};
+  common.access = {{.first = 1, .last = 100, .sdo_read = true, .sdo_write = true, .emcy = true}};
+  common.emcy_networks.fill(0xFFFF'FFFF);
   common.additional_servers = 1;
   for (std::size_t i = 0; i < own.size(); ++i) {
     common.interfaces.push_back(
@@ -411,6 +358,9 @@ void RoutedWorld::add_process(std::size_t process) {
     config.reset_nodes = false;
     config.routing = common;
     config.routing.interface = static_cast<std::uint8_t>(i + 1);
+    for (const std::size_t other : topology_.processes_on(own[i])) {
+      config.routing.gateways.push_back(gateway_node(other));
+    }
     auto made = std::make_unique<Seat>();
     Network& network = *networks_[own[i]];
     made->line = *line::Line::make(std::move(config)).value;
@@ -459,6 +409,21 @@ void RoutedWorld::kill(std::size_t network, std::size_t process, Instant revived
     device.kill();
     revivals_.emplace(revived, std::pair(network, process));
   }
+}
+
+void RoutedWorld::lose(std::uint32_t of_a_million) {
+  for (const auto& network : networks_) {
+    network->bus.lose(of_a_million, chance_());
+  }
+}
+
+std::uint64_t RoutedWorld::frames(std::size_t network, std::uint32_t id, std::uint32_t mask) const {
+  return networks_[network]->bus.carried(id, mask);
+}
+
+void RoutedWorld::send(std::size_t network, std::size_t process, const can::Frame& frame) {
+  networks_[network]->bus.submit(seat(process, network).device_end, frame, now_);
+  turn(*networks_[network]);
 }
 
 void RoutedWorld::touch(std::size_t network) {

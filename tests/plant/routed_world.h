@@ -25,6 +25,8 @@ struct Topology {
   std::vector<std::vector<std::size_t>> processes;  // the networks of each
 
   static Topology random(std::size_t networks, std::mt19937_64& chance);
+  // Network n and the next one are joined by process n; the last with the first.
+  static Topology ring(std::size_t networks);
   std::vector<std::size_t> processes_on(std::size_t network) const;
 
   // The best way from one network to another.
@@ -133,6 +135,12 @@ class RoutedWorld {
     return static_cast<std::uint8_t>(process + 1);
   }
   ForeignClient& client(std::size_t network, std::size_t process);
+  // From now on so many of a million frames reach nobody, on every bus.
+  void lose(std::uint32_t of_a_million);
+  // Frames that were on the bus of the network, an identifier and a mask away from it.
+  std::uint64_t frames(std::size_t network, std::uint32_t id, std::uint32_t mask) const;
+  // A frame of the device there.
+  void send(std::size_t network, std::size_t process, const can::Frame& frame);
   // Kills the device now, and revives it at that time.
   void kill(std::size_t network, std::size_t process, Instant revived);
 

@@ -64,6 +64,7 @@ class RoutedRun {
 
   void transfers() {
     world_.run(world_.now() + milliseconds(100));
+    world_.lose(chance_() % 3 == 0 ? 300 : 0);
     const Instant limit = world_.now() + seconds(600);
     while (left_ > 0 || !active_.empty()) {
       ASSERT_LT(world_.now(), limit)
@@ -90,6 +91,7 @@ class RoutedRun {
       line::Reply reply;
       EXPECT_FALSE(line->take_reply(reply)) << name << ": a second reply";
     }
+    world_.lose(0);
     const std::size_t before = tally_.right;
     std::size_t asked = 0;
     for (std::size_t from = 0; from < topology_.networks; ++from) {
@@ -329,6 +331,38 @@ TEST(RoutedPlant, TenThousandTransfersEndRightOrWithAnAbortAndNothingLeaks) {
   EXPECT_GE(tally.far, kTransfers / 4);
   EXPECT_GE(tally.on_one_node, kTransfers / 5);
   EXPECT_GE(tally.kills, 500U);
+}
+
+// Every network hears of it, nobody more than once from each gateway, and then it is quiet.
+TEST(RoutedPlant, AnEmcyInALoopOfGatewaysReachesEveryNetworkAndSettles) {
+  for (std::size_t networks = 3; networks <= 8; ++networks) {
+    SCOPED_TRACE(networks);
+    const Topology topology = Topology::ring(networks);
+    RoutedWorld world(topology, networks);
+    world.run(world.now() + milliseconds(100));
+    constexpr unsigned kEmcys = 20;
+    constexpr std::uint32_t kEmcyId = 0x080;
+    const auto emcys = [&](std::size_t network) {
+      return world.frames(network, kEmcyId, 0x780) - world.frames(network, kEmcyId, 0x7FF);
+    };
+    for (unsigned i = 0; i < kEmcys; ++i) {
+      const auto number = static_cast<std::uint8_t>(i);
+      world.send(0, 0, can::make_frame(kEmcyId + 1, {0x10, number, 1, 2, 3, 4, 5, 6}));
+      world.run(world.now() + milliseconds(20));
+    }
+    world.run(world.now() + seconds(1));
+    std::vector<std::uint64_t> heard;
+    EXPECT_EQ(emcys(0), kEmcys) << "nothing comes back";
+    for (std::size_t network = 1; network < networks; ++network) {
+      heard.push_back(emcys(network));
+      EXPECT_GE(heard.back(), kEmcys) << network;
+      EXPECT_LE(heard.back(), 2 * kEmcys) << network << ": one from each gateway at most";
+    }
+    world.run(world.now() + seconds(60));
+    for (std::size_t network = 1; network < networks; ++network) {
+      EXPECT_EQ(emcys(network), heard[network - 1]) << network << ": it does not end";
+    }
+  }
 }
 
 }  // namespace
