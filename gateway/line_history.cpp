@@ -22,10 +22,11 @@ constexpr std::array kCounters{&Counters::frames_received, &Counters::frames_sen
 static_assert(sizeof(Counters) == kCounters.size() * sizeof(std::uint64_t));
 
 // Those that never go back.
-constexpr std::array kRouted{&routing::Counters::opened,    &routing::Counters::finished,
-                             &routing::Counters::aborted,   &routing::Counters::timed_out,
-                             &routing::Counters::refused,   &routing::Counters::not_permitted,
-                             &routing::Counters::forwarded, &routing::Counters::unexpected};
+constexpr std::array kRouted{&routing::Counters::opened,         &routing::Counters::finished,
+                             &routing::Counters::aborted,        &routing::Counters::timed_out,
+                             &routing::Counters::refused,        &routing::Counters::not_permitted,
+                             &routing::Counters::forwarded,      &routing::Counters::unexpected,
+                             &routing::Counters::emcy_forwarded, &routing::Counters::emcy_dropped};
 
 // Little-endian, as in the data of EventKind::events_lost.
 std::uint64_t read_number(const Event& event, std::size_t offset) {

@@ -75,6 +75,8 @@ void add_properties(const routing::Counters& counters, std::uint64_t stalls,
   add("routing-not-permitted", counters.not_permitted);
   add("routing-channels", counters.channels);
   add("routing-forwarded", counters.forwarded);
+  add("routing-emcys", counters.emcy_forwarded);
+  add("routing-emcys-dropped", counters.emcy_dropped);
   add("routing-unexpected", counters.unexpected);
   add("routing-stalls", stalls);
 }

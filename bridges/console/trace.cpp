@@ -106,7 +106,8 @@ class Tracer {
     seen_ = model.events_seen();
     for (auto it = model.events().end() - static_cast<std::ptrdiff_t>(fresh);
          it != model.events().end(); ++it) {
-      if (name(it->view.event.kind).starts_with("routing-")) {
+      const EventKind kind = it->view.event.kind;
+      if (kind == EventKind::routing_refused || kind == EventKind::emcy_routed) {
         ++printed_;
         context_.out << (context_.json ? event_json(it->id, it->view)
                                        : event_text(it->id, it->view))

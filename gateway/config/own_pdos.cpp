@@ -100,6 +100,7 @@ class SharedObjects {
     }
     for (const SharedObjectSection& object : objects_) {
       forwarding(line).objects.push_back({object.object, object.name, {}});
+      section.plan.source += format_address(object.object) + object.name + ';';
     }
     for (OwnPdoSection& pdo : section.own_pdos) {
       check_number(line, pdo);
@@ -168,12 +169,6 @@ class SharedObjects {
       binding.input_name = binding.output_name = objects_[i].name;
       binding.object = objects_[i].object;
       lines_.add(std::move(binding));
-    }
-    for (const std::size_t line : {from, to}) {
-      std::string& source = lines_.line(line).plan.source;
-      for (const SharedObjectSection& object : objects_) {
-        source += format_address(object.object) + object.name + ';';
-      }
     }
   }
 

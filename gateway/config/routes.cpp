@@ -116,7 +116,7 @@ class RoutingResolver {
   void run() {
     if (section_.routes.empty() &&
         std::all_of(lines_.begin(), lines_.end(), [](const LineSection& line) {
-          return line.enter.empty() && line.emcy_to.empty();
+          return line.enter.empty() && line.emcy_to.empty() && line.gateways.empty();
         })) {
       return;
     }
@@ -256,6 +256,9 @@ class RoutingResolver {
       if (!line.emcy_to.empty()) {
         findings_.error(line.emcy_place, "only a manager's line forwards EMCYs to other networks");
       }
+      if (!line.gateways.empty()) {
+        findings_.error(line.gateways_place, "only a manager's line has gateways");
+      }
       return;
     }
     routing::Config& config = line.plan.config.routing;
@@ -382,6 +385,7 @@ void read_emcy_routing(Section& section, LineSection& line) {
     read_networks(section.findings(), to, "emcy_to", line.emcy_to);
   }
   const YAML::Node gateways = section.find("gateways");
+  line.gateways_place = place_of(gateways);
   for (const YAML::Node& element : gateways.IsDefined()
                                        ? one_or_more(section.findings(), gateways, "gateways")
                                        : std::vector<YAML::Node>{}) {

@@ -119,6 +119,7 @@ struct LineSection {
   Place record_place;
   Place enter_place;
   Place emcy_place;
+  Place gateways_place;
 };
 
 LineSection read_line(Findings& findings, const YAML::Node& node);

@@ -132,7 +132,7 @@ void Line::Impl::take_completions(Instant now) {
 }
 
 bool Line::Impl::may_send_sdo() const {
-  return usable() && nmt::is_served(can::Service::sdo_client, node.state());
+  return running && usable() && nmt::is_served(can::Service::sdo_client, node.state());
 }
 
 void Line::Impl::deliver(const routing::Message& message, Instant now) {

@@ -249,7 +249,7 @@ void Line::Impl::expire_commands(Instant now) {
     }
     sdo.cancel(pending[i].token);
     if (routing != nullptr) {
-      routing->cancel(pending[i].token, now);
+      routing->cancel(pending[i].token, may_send_sdo(), now);
     }
     reply(pending[i].tag, to_error(Refusal::timed_out));
     pending[i] = pending.back();

@@ -64,8 +64,9 @@ void Routing::start(routing::RemoteRequest request, bool usable, Instant now) {
   settle(usable, now);
 }
 
-void Routing::cancel(std::uint64_t token, Instant now) {
+void Routing::cancel(std::uint64_t token, bool usable, Instant now) {
   clients_.cancel(token, now);
+  settle(usable, now);
 }
 
 void Routing::settle(bool usable, Instant now) {

@@ -28,7 +28,8 @@ struct ForwardedEmcy {
 
   // The same EMCY on another way.
   bool same(const ForwardedEmcy& other) const {
-    return network == other.network && node == other.node && number == other.number;
+    return network == other.network && node == other.node && number == other.number &&
+           code == other.code && error_register == other.error_register;
   }
 };
 

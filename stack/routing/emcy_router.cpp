@@ -56,7 +56,7 @@ void EmcyRouter::heard(std::uint8_t node, const emcy::Message& message, Instant 
                      .node = node};
   if (const auto forwarded = is_gateway(node) ? decode(message) : std::nullopt) {
     emcy = *forwarded;
-    if (!is_new(emcy)) {
+    if (!is_new(emcy, now)) {
       ++counters_.emcy_dropped;
       return;
     }
@@ -68,7 +68,7 @@ void EmcyRouter::heard(std::uint8_t node, const emcy::Message& message, Instant 
     ++emcy.hops;
   } else {
     emcy.number = number_++;
-    (void)is_new(emcy);
+    (void)is_new(emcy, now);
   }
   forward(emcy, static_cast<std::uint32_t>(dictionary_.number({kEmcyRouting, node}).value_or(0)),
           now);
@@ -118,7 +118,7 @@ void EmcyRouter::deliver(const Message& message, Instant now) {
                  {.network = message.network, .node = 0}, AbortCode::local_control, now);
     return;
   }
-  if (emcy->network == network_ || !is_new(*emcy)) {
+  if (emcy->network == network_ || !is_new(*emcy, now)) {
     ++counters_.emcy_dropped;
     return;
   }
@@ -129,12 +129,14 @@ void EmcyRouter::deliver(const Message& message, Instant now) {
   }
 }
 
-bool EmcyRouter::is_new(const ForwardedEmcy& emcy) {
-  const auto same = [&](const ForwardedEmcy& seen) { return seen.same(emcy); };
+bool EmcyRouter::is_new(const ForwardedEmcy& emcy, Instant now) {
+  const auto same = [&](const Seen& seen) {
+    return seen.emcy.same(emcy) && now < seen.time + kRememberedFor;
+  };
   if (std::ranges::any_of(seen_, same)) {
     return false;
   }
-  seen_[next_seen_] = emcy;
+  seen_[next_seen_] = {emcy, now};
   next_seen_ = (next_seen_ + 1) % seen_.size();
   return true;
 }

@@ -38,11 +38,18 @@ class EmcyRouter {
   void deliver(const Message& message, Instant now);
 
  private:
-  // The last ones that were on this line.
+  // The last ones that were on this line, for as long as they may come again on another way: a
+  // gateway that was started again, and numbers from 0, is heard.
   static constexpr std::size_t kRemembered = 128;
+  static constexpr Duration kRememberedFor = std::chrono::seconds(2);
+
+  struct Seen {
+    ForwardedEmcy emcy;  // network 0: none
+    Instant time{};
+  };
 
   bool is_gateway(std::uint8_t node) const { return gateways_.test(node); }
-  bool is_new(const ForwardedEmcy& emcy);
+  bool is_new(const ForwardedEmcy& emcy, Instant now);
   bool may_enter(std::uint16_t network) const;
   void forward(const ForwardedEmcy& emcy, std::uint32_t networks, Instant now);
   void tell(const ForwardedEmcy& emcy, std::uint8_t from, Instant now);
@@ -56,7 +63,7 @@ class EmcyRouter {
   Counters& counters_;
   std::bitset<can::kMaxNodeId + 1> gateways_;
   std::uint8_t number_ = 0;
-  std::array<ForwardedEmcy, kRemembered> seen_{};  // network 0: none
+  std::array<Seen, kRemembered> seen_{};
   std::size_t next_seen_ = 0;
 };
 

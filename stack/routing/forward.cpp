@@ -11,8 +11,8 @@
 namespace linegate::routing {
 namespace {
 
-// From A000h to B000h, and from one half to the other (canopen-facts: CiA 302-4, input and output
-// network variables).
+// From A000h to B000h, and from one half to the other (CiA 302-4, input and output network
+// variables).
 constexpr std::uint16_t kFromVariables = 0x1000;
 constexpr std::uint16_t kHalf = 0x0480;
 

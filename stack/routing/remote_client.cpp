@@ -42,7 +42,8 @@ class RemoteClient::Transfer final : public ClientSide {
     if (std::exchange(wants_connection_, false) || waits) {
       opening_ = true;
       entrance_.request(
-          *this, encode({.network = request_.network, .node = request_.node, .hops = 0}), now);
+          *this, encode(Indication{.network = request_.network, .node = request_.node, .hops = 0}),
+          now);
       active = true;
     }
     return active;

@@ -289,6 +289,7 @@ void SdoEntrance::deliver(const Message& message, Instant now) {
       } else {
         count_end(*connection, SdoPhase::End::aborted, abort_of(message));
         if (connection->state == Connection::State::forward) {
+          connection->waiting.clear();  // of no use any more
           give(*connection, sdo::abort_word(connection->phase.address(), abort_of(message)), now);
         }
         release(*connection, now);

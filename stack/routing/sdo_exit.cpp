@@ -232,10 +232,18 @@ void SdoExit::refuse(Passage& passage, AbortCode why) {
   release(passage, why);
 }
 
+// An abort of no object; or of any by a server that knows no indications and says so of the
+// transfer it has. Other aborts end an earlier transfer.
+static bool refuses_indication(std::uint64_t word) {
+  return static_cast<std::uint8_t>(word) == sdo::command_byte(sdo::ServerCommand::abort) &&
+         (sdo::multiplexer(word) == od::Address{} ||
+          static_cast<AbortCode>(sdo::long_word(word)) == AbortCode::command_specifier);
+}
+
 void SdoExit::answered_by_gateway(Passage& passage, std::uint64_t word, Instant now) {
   if (((word ^ encode(passage.target)) & kWhatIsEchoed) == 0) {
     opened(passage, now);
-  } else if (static_cast<std::uint8_t>(word) == sdo::command_byte(sdo::ServerCommand::abort)) {
+  } else if (refuses_indication(word)) {
     refuse(passage, static_cast<AbortCode>(sdo::long_word(word)));
   }  // else it answers an earlier transfer
 }
@@ -250,8 +258,8 @@ void SdoExit::request(Passage& passage, std::uint64_t word, Instant now) {
   if (const AbortCode why = not_permitted(passage, word); why != AbortCode::none) {
     ++counters_.not_permitted;
     tell_refused(events_, RoutedService::sdo, passage.source, passage.target, why, now);
-    (void)answer(passage, sdo::abort_word(sdo::multiplexer(word), why));
     abort_server(passage, AbortCode::general, now);
+    (void)answer(passage, sdo::abort_word(sdo::multiplexer(word), why));
     release(passage, why);
     return;
   }
@@ -429,8 +437,20 @@ Duration SdoExit::frame_timeout() const {
   return config_.frame_timeout > Duration::zero() ? config_.frame_timeout : 2 * line_.sdo_timeout;
 }
 
+// A server of the own dictionary may have to wait for somebody else, who is ready before its
+// deadline.
+Instant SdoExit::next_wake() const {
+  Instant wake = wake_;
+  for (const auto& passage : passages_) {
+    if (passage->own && passage->state == Passage::State::open) {
+      wake = earlier(wake, passage->server->server.next_wake());
+    }
+  }
+  return wake;
+}
+
 void SdoExit::advance(Instant now) {
-  if (now < wake_) {
+  if (now < next_wake()) {
     return;
   }
   wake_ = kNever;

@@ -46,7 +46,7 @@ class SdoExit final : public sdo::ChannelUser {
   // sdo_open, sdo_request, sdo_close.
   void deliver(const Message& message, Instant now);
   void advance(Instant now);
-  Instant next_wake() const { return wake_; }
+  Instant next_wake() const;
   // Ends all connections.
   void stop(Instant now);
 

@@ -140,7 +140,7 @@ class Package(unittest.TestCase):
             text, told = self.manual(page), self.help(program)
             for option in re.findall(r"--[a-z-]+", told):
                 self.assertIn(option, text, page)
-            for command in re.findall(r"^  (\w+) ", told.partition("Subcommands:")[2], re.MULTILINE):
+            for command in re.findall(r"^  ([\w-]+) ", told.partition("Subcommands:")[2], re.MULTILINE):
                 self.assertIn(f"\n.B {command}\n", text, page)
         self.assertIn("\n.B lock_memory\n", self.manual("plant.yaml.5"))
 
@@ -153,7 +153,7 @@ class Package(unittest.TestCase):
 
     def test_completes_commands_and_options(self):
         linegate = self.path("usr/bin/linegate")
-        commands = set(re.findall(r"^  (\w+) ", self.help("linegate").partition("Subcommands:")[2], re.MULTILINE))
+        commands = set(re.findall(r"^  ([\w-]+) ", self.help("linegate").partition("Subcommands:")[2], re.MULTILINE))
         self.assertEqual(self.complete(linegate, ""), commands)
         self.assertEqual(self.complete(linegate, "--json", "sdo", ""), {"read", "write"})
         self.assertEqual(self.complete(linegate, "eve"), {"events"})

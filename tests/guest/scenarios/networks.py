@@ -95,14 +95,25 @@ class Networks:
 
     def indicate(self, network, node):
         """By hand: what the gateway answers, 8 bytes."""
-        so_far = len(self.bus[PRESS].frames(0x580 + OWN))
         data = indication(network, node)
+        so_far = len(self.since_indications(data))
         self.stranger.bus.send(FRAME.pack(0x600 + OWN, 8, data))
         return eventually(
             f"an answer to the indication of node {node} in network {network}",
-            lambda: self.bus[PRESS].frames(0x580 + OWN)[so_far:],
+            lambda: (self.since_indications(data)[so_far:] or [[]])[0],
             15,
-        )[0][2]
+        )[0]
+
+    def since_indications(self, data):
+        """Of each such indication on the bus: what the gateway has sent since. (An earlier answer may be late here.)"""
+        answers = []
+        for _, identifier, seen in self.bus[PRESS].frames():
+            if (identifier, seen) == (0x600 + OWN, data):
+                answers.append([])
+            elif identifier == 0x580 + OWN:
+                for each in answers:
+                    each.append(seen)
+        return answers
 
     def enter(self, network, node):
         check(f"node {node} in network {network} is reached", self.indicate(network, node) == indication(network, node))

@@ -200,6 +200,18 @@ TEST_F(EmcyRouting, OnOtherWaysIsDroppedSoThatALoopSettles) {
   EXPECT_EQ(emcys(1), Frames{"0FF 30811103000C0207"}) << "once";
 }
 
+TEST_F(EmcyRouting, OfAGatewayThatWasStartedAgainIsHeard) {
+  with_a_gateway_on_line_2();
+  start();
+  hear(2, 0x089, {0x30, 0x81, 0x11, 3, 0, 12, 1, 0});
+  EXPECT_EQ(emcys(1), Frames{"0FF 30811103000C0200"});
+  hear(2, 0x089, {0x10, 0x50, 0x01, 3, 0, 12, 1, 0});
+  EXPECT_EQ(emcys(1), Frames{"0FF 10500103000C0200"}) << "another error with the same number";
+  pass(test::seconds(2));
+  hear(2, 0x089, {0x30, 0x81, 0x11, 3, 0, 12, 1, 0});
+  EXPECT_EQ(emcys(1), Frames{"0FF 30811103000C0200"}) << "the same one later";
+}
+
 TEST_F(EmcyRouting, EndsAfterEightHops) {
   with_a_gateway_on_line_2();
   start();

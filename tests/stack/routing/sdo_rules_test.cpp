@@ -143,6 +143,40 @@ TEST_F(SdoRouting, AWriterMayNotRead) {
   expect_nothing_left();
 }
 
+// The next gateway has reserved what lies beyond it.
+TEST_F(SdoRouting, TheNextGatewayIsToldOfATransferThatIsNotPermitted) {
+  with_next_gateway();
+  of_line(2).access = {{.first = 1, .last = 1, .sdo_read = true}};
+  start();
+  client({0xE0, 3, 0, 5, 1, 0, 0, 0});
+  ASSERT_EQ(sent(2), Frames{"609 E003000502000000"});
+  hear(2, 0x589, {0xE0, 3, 0, 5, 2, 0, 0, 0});
+  ASSERT_EQ(sent(1), Frames{"5FF E003000501000000"});
+  client({0x23, 0, 0x20, 1, 9, 0, 0, 0});
+  EXPECT_EQ(sent(1), Frames{"5FF 8000200102000106"});
+  EXPECT_EQ(sent(2), Frames{"609 8000000000000008"});
+  expect_nothing_left();
+}
+
+TEST_F(SdoRouting, ALateAbortOfAnotherTransferDoesNotRefuseAnIndication) {
+  with_next_gateway();
+  start();
+  client({0xE0, 3, 0, 5, 1, 0, 0, 0});
+  ASSERT_EQ(sent(2), Frames{"609 E003000502000000"});
+  hear(2, 0x589, {0x80, 0, 0x20, 1, 0, 0, 4, 5});
+  EXPECT_EQ(sent(1), Frames{});
+  hear(2, 0x589, {0xE0, 3, 0, 5, 2, 0, 0, 0});
+  EXPECT_EQ(sent(1), Frames{"5FF E003000501000000"});
+}
+
+TEST_F(SdoRouting, ALineThatStopsIsEnteredNoMore) {
+  start();
+  line(2).stop(now_);
+  client({0xE0, 2, 0, 5, 1, 0, 0, 0});
+  EXPECT_EQ(sent(1), Frames{"5FF 8000000022000008"});
+  EXPECT_EQ(counters(2).channels, 0U);
+}
+
 // --- 1F2Ch --------------------------------------------------------------------------------------
 
 TEST_F(SdoRouting, TheTableIsReadAndWrittenBySdoAndTakesEffect) {
