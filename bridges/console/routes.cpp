@@ -166,8 +166,7 @@ Table routing_table(const Model& model) {
 }
 
 std::string routes_json(const Model& model) {
-  using Json = nlohmann::ordered_json;
-  Json routes_list = Json::array();
+  nlohmann::ordered_json routes_list = nlohmann::ordered_json::array();
   for (const KnownRoute& route : routes_of(model)) {
     routes_list.push_back({{"gateway", route.gateway},
                            {"first", route.first},
@@ -176,12 +175,12 @@ std::string routes_json(const Model& model) {
                            {"node", route.next},
                            {"cost", route.cost}});
   }
-  Json lines_list = Json::array();
+  nlohmann::ordered_json lines_list = nlohmann::ordered_json::array();
   for (const auto& [id, line] : model.lines()) {
     if (!routes(line)) {
       continue;
     }
-    Json one{
+    nlohmann::ordered_json one{
         {"gateway", id.gateway}, {"line", id.line}, {"network_id", line.view->state.network_id}};
     for (const auto& [name, value] : line.view->properties) {
       const auto number = parse_number(value, ~std::uint64_t{0}, false);
@@ -193,8 +192,8 @@ std::string routes_json(const Model& model) {
     }
     lines_list.push_back(std::move(one));
   }
-  return Json{{"routes", routes_list}, {"lines", lines_list}}.dump(-1, ' ', false,
-                                                                   Json::error_handler_t::replace);
+  return nlohmann::ordered_json{{"routes", routes_list}, {"lines", lines_list}}.dump(
+      -1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 }  // namespace linegate::console
