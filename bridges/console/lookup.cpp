@@ -55,8 +55,9 @@ void poll(Context& context, Model& model, Duration timeout) {
 
 bool wait_until(Context& context, Model& model, const std::function<bool()>& condition) {
   const auto end = Clock::now() + context.wait;
-  while (!condition()) {
-    if (Clock::now() >= end) {
+  // At least once, however short the wait and busy the machine.
+  for (bool looked = false; !condition(); looked = true) {
+    if (looked && Clock::now() >= end) {
       return false;
     }
     poll(context, model, kPoll);

@@ -89,6 +89,11 @@ TEST_F(Commands, SdoReadPrintsTheValueByType) {
   EXPECT_EQ(out_.str(), "4660\n");
 }
 
+TEST_F(Commands, LookForTheirLineOnceHoweverShortTheWait) {
+  context_.wait = std::chrono::milliseconds(0);
+  EXPECT_EQ(sdo_read(context_, "press:5", "6041", "0", ""), kDone) << err_.str();
+}
+
 TEST_F(Commands, AnAbortIsToldInWordsAndByTheExitCode) {
   gateway_.answer.reply.error = to_error(AbortCode::no_object);
   gateway_.answer.text = "SDO abort 06020000h: object does not exist in the object dictionary";
