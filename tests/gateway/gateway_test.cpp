@@ -295,7 +295,7 @@ TEST_F(RoutingGatewayTest, AnSdoCrossesTwoLinesIfBothPermitIt) {
   crossing.kind = line::CommandKind::network_write;
   crossing.data = {std::byte{1}};
   EXPECT_EQ(call(at("open"), crossing).reply.error, line::to_error(line::Refusal::not_permitted));
-  EXPECT_TRUE(seen_.line_properties.contains("routing-opened"));
+  EXPECT_TRUE(until([&] { return seen_.line_properties.contains("routing-opened"); }));
   EXPECT_EQ(seen_.line_properties["routes-1"], "1 open 0, 2 closed 0");
 }
 
