@@ -1,0 +1,111 @@
+#include "stack/lss/fastscan.h"
+
+namespace linegate::lss {
+namespace {
+
+constexpr std::uint8_t kHighestScanBit = 31;
+constexpr unsigned kFirstRepeats = 2;   // of the question whether there is anybody
+constexpr unsigned kVerifyRepeats = 1;  // whoever moved on with the first does not answer again
+constexpr unsigned kMostFailures = 8;
+constexpr unsigned kMostFailuresOfKnown = 2;  // as a rule it is some other device that is there
+
+std::uint8_t part_after(std::uint8_t part) {
+  return static_cast<std::uint8_t>((part + 1U) % kParts);
+}
+
+}  // namespace
+
+Fastscan::Fastscan(const Known& known, unsigned repeats) : known_(known), repeats_(repeats) {
+}
+
+Message Fastscan::question() const {
+  Message out{.command = Command::fastscan};
+  switch (step_) {
+    case Step::begin:
+      out.rest = {kScanBegins, 0, 0};
+      break;
+    case Step::bit:
+      out.number = address_[part_];
+      out.rest = {bit_, part_, part_};
+      break;
+    case Step::verify:
+      out.number = address_[part_];
+      out.rest = {0, part_, part_after(part_)};
+      break;
+  }
+  return out;
+}
+
+void Fastscan::answered(bool yes) {
+  const unsigned repeats = step_ == Step::begin    ? kFirstRepeats
+                           : step_ == Step::verify ? kVerifyRepeats
+                                                   : repeats_;
+  if (!yes && asked_ < repeats) {
+    ++asked_;
+    return;
+  }
+  asked_ = 0;
+  switch (step_) {
+    case Step::begin:
+      if (!yes) {
+        state_ = State::nobody;
+        return;
+      }
+      part_ = 0;
+      address_ = {};
+      begin_part();
+      return;
+    case Step::bit:
+      if (!yes) {
+        address_[part_] |= std::uint32_t{1} << bit_;
+      }
+      if (bit_ == 0) {
+        step_ = Step::verify;
+      } else {
+        --bit_;
+      }
+      return;
+    case Step::verify:
+      if (yes) {
+        part_verified();
+      } else {
+        verification_failed();
+      }
+      return;
+  }
+}
+
+void Fastscan::begin_part() {
+  bit_ = kHighestScanBit;
+  step_ = known_[part_] ? Step::verify : Step::bit;
+  address_[part_] = known_[part_].value_or(0);
+}
+
+void Fastscan::part_verified() {
+  if (part_ == kSerial) {
+    state_ = State::found;
+    return;
+  }
+  ++part_;
+  begin_part();
+}
+
+void Fastscan::verification_failed() {
+  if (part_ == kSerial && !known_[kSerial]) {
+    state_ = State::unsure;
+    return;
+  }
+  ++failures_;
+  if (failures_ >= (known_[part_] ? kMostFailuresOfKnown : kMostFailures)) {
+    state_ = known_[part_] ? State::nobody : State::failed;
+    return;
+  }
+  restart();
+}
+
+void Fastscan::restart() {
+  ++repeats_;
+  step_ = Step::begin;
+}
+
+}  // namespace linegate::lss
