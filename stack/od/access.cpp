@@ -263,8 +263,9 @@ void Dictionary::reset_values(std::uint16_t first, std::uint16_t last) {
     }
     for (unsigned sub = 0; sub <= slot.highest; ++sub) {
       const Address address{index, static_cast<std::uint8_t>(sub)};
-      if (slot.variables[sub].type != DataType::none) {
-        (void)store(*objects_, address, slot.variables[sub], objects_->details(address).initial);
+      const VariableDetails& details = objects_->details(address);
+      if (slot.variables[sub].type != DataType::none && !details.kept) {
+        (void)store(*objects_, address, slot.variables[sub], details.initial);
       }
     }
   }

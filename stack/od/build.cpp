@@ -205,7 +205,7 @@ Result<void> Dictionary::remove(std::uint16_t index) {
   return {};
 }
 
-Result<void> Dictionary::bind(Address address, std::byte* data) {
+Result<void> Dictionary::bind(Address address, std::byte* data, bool kept) {
   Variable element;
   AbortCode why = AbortCode::none;
   Variable* variable = objects_->find(address, element, why);
@@ -217,6 +217,7 @@ Result<void> Dictionary::bind(Address address, std::byte* data) {
     return to_error(AbortCode::unsupported_access);
   }
   variable->data = data;
+  objects_->details(address).kept = kept;
   objects_->look_at(address.index);
   tell_observers(address.index);
   return {};

@@ -78,9 +78,10 @@ class Dictionary {
   Result<void> remove(std::uint16_t index);
 
   // Values of the variable live at `data` from now on (for example in a process image); the bytes
-  // there become the value. data must have room for the variable's capacity. no_object or
+  // there become the value. data must have room for the variable's capacity. kept: it shows what
+  // belongs to others, so that reset_values() leaves it alone, as it does windows. no_object or
   // no_sub_index; unsupported_access for elements of a window and for DOMAIN.
-  Result<void> bind(Address address, std::byte* data);
+  Result<void> bind(Address address, std::byte* data, bool kept = false);
 
   // An object whose sub-indices 1..count are equal elements that lie one after the other at data:
   // the windows that CiA 302-4 network variables open on a process image. Sub-index 0 reads count.
@@ -221,8 +222,8 @@ class Dictionary {
 
   // Gives all variables of first..last their initial values again, as described (NMT reset node:
   // everything; reset communication: 1000h to 1FFFh). Bound variables are written where they live;
-  // windows, which show what belongs to others, are left alone. Hooks are not called: whoever
-  // resets lets the services read their parameters anew.
+  // those that are kept, and windows, show what belongs to others and are left alone. Hooks are not
+  // called: whoever resets lets the services read their parameters anew.
   void reset_values(std::uint16_t first, std::uint16_t last);
 
   // Gives the variable a stored value in place of the one that reset_values() gave it: as set(),

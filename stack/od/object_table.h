@@ -30,6 +30,7 @@ struct VariableDetails {
   std::vector<std::byte> low;
   std::vector<std::byte> high;
   std::vector<std::byte> domain;  // the value of a DOMAIN, which may grow
+  bool kept = false;              // resets leave the value alone
 };
 
 struct alignas(64) CacheLine {

@@ -91,7 +91,7 @@ Result<void> ForwardObjects::add_index(od::Dictionary& dictionary,
       data = dictionary.find(object.address)->data;
     }
     if (data != nullptr && done.ok()) {
-      done = dictionary.bind(address_of(object), data);
+      done = dictionary.bind(address_of(object), data, object.entry.has_value());
     }
   }
   return done.ok() ? dictionary.set_hook(array.index, this) : done;

@@ -340,6 +340,10 @@ TEST(ForwardedEntry, IsAnObjectOfTheDictionaryAndOfTheMappingRecord) {
   line.write_bound(std::vector<line::BoundValue>{{.entry = 0, .value = 77, .always = true}}, now);
   EXPECT_EQ(line.dictionary().number({0xB1C0, 1}), 77U);
   EXPECT_EQ(line.dictionary().check({0xB1C0, 1}, std::array<std::byte, 4>{}), AbortCode::read_only);
+  hear(0x000, {0x81, 0x00});  // reset node: the values are those of the devices, and of the writers
+  EXPECT_EQ(line.input(0).value, 0x1234U);
+  EXPECT_EQ(line.dictionary().number(kFirst), 0x1234U);
+  EXPECT_EQ(line.dictionary().number({0xB1C0, 1}), 77U);
 }
 
 }  // namespace
