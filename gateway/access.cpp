@@ -21,6 +21,7 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
     case line::CommandKind::sdo_read:
     case line::CommandKind::network_read:
     case line::CommandKind::local_read:
+    case line::CommandKind::routing_trace:
       return commands != config::Access::off;
     case line::CommandKind::output_write:
       return commands == config::Access::all && outputs == config::Access::all;

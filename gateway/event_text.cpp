@@ -98,6 +98,33 @@ std::string boot_text(const Event& event) {
                      event.value);
 }
 
+// Of routing_opened and routing_ended.
+std::string connection_text(const Event& e, const line::LineConfig& line) {
+  const auto from = number(e, 0, 2);
+  const auto out = number(e, 5, 1);
+  const auto& lines = line.routing.interfaces;
+  const auto left_by = std::find_if(lines.begin(), lines.end(),
+                                    [&](const auto& known) { return known.number == out; });
+  std::string way =
+      fmt::format("{} to node {} of network {} over {}",
+                  from == 0 ? std::string("this gateway") : fmt::format("network {}", from),
+                  number(e, 4, 1), number(e, 2, 2),
+                  left_by == lines.end() || left_by->name.empty() ? fmt::format("interface {}", out)
+                                                                  : left_by->name);
+  way += number(e, 6, 1) == 0 ? "" : fmt::format(":{}", number(e, 6, 1));
+  if (e.kind == EventKind::routing_opened) {
+    return fmt::format("connection {:08X} from {} opened{}", e.code, way,
+                       e.value == 0 ? "" : fmt::format(" ({} more were not told)", e.value));
+  }
+  constexpr std::array<std::string_view, 3> kServices{"no transfer", "upload", "download"};
+  const auto service = std::min<std::uint64_t>(number(e, 7, 1), kServices.size() - 1);
+  const std::string object =
+      service == 0 ? "" : fmt::format(" of {:04X}:{:02X}", number(e, 8, 2), number(e, 10, 1));
+  return fmt::format("connection {:08X} from {} ended, {}{}, {} bytes: {}", number(e, 11, 4), way,
+                     kServices[service], object, e.value,
+                     e.code == 0 ? "done" : abort_text(e.code));
+}
+
 std::string routing_text(const Event& e) {
   if (e.kind == EventKind::emcy_routed) {
     return fmt::format("EMCY {:04X}h of node {} in network {}, error register {:02X}h, {} hops",
@@ -256,7 +283,10 @@ std::string who(const Event& event, const line::LineConfig& line) {
 }  // namespace
 
 std::string describe(const Event& event, const line::LineConfig& line, std::string_view interface) {
-  std::string out = who(event, line) + text(event, interface);
+  const bool connection =
+      event.kind == EventKind::routing_opened || event.kind == EventKind::routing_ended;
+  std::string out =
+      who(event, line) + (connection ? connection_text(event, line) : text(event, interface));
   if (out.size() > kLongestText) {
     out.resize(kLongestText);
   }

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "bridges/can/controller_setup.h"
 #include "gateway/exchange/cell.h"
@@ -16,6 +17,7 @@
 #include "stack/line/command.h"
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
+#include "stack/routing/table.h"
 
 namespace linegate::gateway {
 
@@ -53,6 +55,8 @@ struct LinePort {
   exchange::Ring<NodeStatus> nodes{256};
   exchange::Handover<LineStatus> status;
   std::array<exchange::Handover<image::Snapshot>, 2> images;  // by image::Direction
+  // Those in force, and only when they have become other ones.
+  exchange::Handover<std::vector<routing::Route>> routes;
   // Both, and only when they have become other ones; handed over before the first of their images.
   exchange::Handover<std::array<image::Layout, 2>> layouts;
 

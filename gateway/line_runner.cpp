@@ -217,6 +217,7 @@ void LineRunner::hand_over(Instant now) {
     look_at_clock();
     look_at_losses();
     hand_over_events();
+    hand_over_routes();
     status_wanted_ = true;
   }
   if (status_wanted_) {
@@ -288,6 +289,21 @@ void LineRunner::hand_over_layouts() {
   auto draft = port_.layouts.draft();
   draft.value = {line_->layout(image::Direction::inputs), line_->layout(image::Direction::outputs)};
   port_.layouts.publish();
+  handed_over_ = true;
+}
+
+// Somebody may write to 1F2Ch. Nothing is allocated while nobody does.
+void LineRunner::hand_over_routes() {
+  if (routes_ == nullptr) {
+    return;
+  }
+  line_->routes(routes_now_);
+  if (routes_now_ == routes_shown_) {
+    return;
+  }
+  routes_shown_ = routes_now_;
+  port_.routes.draft().value = routes_now_;
+  port_.routes.publish();
   handed_over_ = true;
 }
 

@@ -80,6 +80,7 @@ class LineRunner final : public Runner {
   void hand_over_events();
   void hand_over_replies();
   void hand_over_layouts();
+  void hand_over_routes();
   void hand_over_image(image::Direction direction, Instant now);
   void hand_over_status(Instant now);
   void look_at_clock();
@@ -99,6 +100,8 @@ class LineRunner final : public Runner {
   std::vector<BoundTarget> bound_targets_;
 
   std::unique_ptr<RouteEnd> routes_;  // nullptr if the line does not route
+  std::vector<routing::Route> routes_shown_;
+  std::vector<routing::Route> routes_now_;
 
   bool started_ = false;
   bool stopping_ = false;

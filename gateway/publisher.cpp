@@ -92,12 +92,9 @@ void Publisher::set_lines(std::span<const std::unique_ptr<LineHost>> lines) {
     history.restart();
     lines_.push_back(std::make_unique<Line>(*host, history));
   }
-  InterfaceNames names;
+  interfaces_.clear();
   for (const auto& host : lines) {
-    names.emplace_back(host->interface(), host->name());
-  }
-  for (const auto& line : lines_) {
-    line->routes = route_properties(line->host->plan.config.routing.routes, names);
+    interfaces_.emplace_back(host->interface(), host->name());
   }
 }
 
@@ -199,11 +196,12 @@ void Publisher::publish_states(Line& line, Instant now) {
     status->queues.merge(line.queues);
     line.queues = status->queues;
     look_at_controller(line, status->controller);
-    if (!line.state_known || !same_state(line.last_state, status->state) ||
+    if (look_at_routes(line) || !line.state_known || !same_state(line.last_state, status->state) ||
         now - line.state_published >= kStatePeriod || stop_.raised()) {
       const QueueDepths queues = std::exchange(line.queues, {});
       set_properties(config::name(line.host->plan.outputs), queues, line.properties);
       add_properties(line.controller, line.properties);
+      add_forwarding(status->state.routing, line.properties);
       if (line.host->interface() != 0) {
         add_properties(status->state.routing, queues.route_stalls, line.properties);
         line.properties.insert(line.properties.end(), line.routes.begin(), line.routes.end());
@@ -220,6 +218,15 @@ void Publisher::publish_states(Line& line, Instant now) {
     publish_node(line, status);
     rounds_.add();
   }
+}
+
+// True if they are others.
+bool Publisher::look_at_routes(Line& line) const {
+  const auto* const fresh = line.host->port.routes.fetch();
+  if (fresh != nullptr) {
+    line.routes = route_properties(*fresh, interfaces_);
+  }
+  return fresh != nullptr;
 }
 
 // Its bit rate is that of the line, whatever the configuration says; where they differ is told

@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "bridges/dds/publisher.h"
@@ -62,7 +63,7 @@ class Publisher {
     bool layouts_known = false;
     dds::LineInfo info;
     std::vector<dds::Property> properties;
-    std::vector<dds::Property> routes;  // if it routes
+    std::vector<dds::Property> routes;  // in force, if it routes
     QueueDepths queues;                 // since they were published last
     can_bridge::ControllerSetup controller;
     EventLogger logger;
@@ -84,6 +85,7 @@ class Publisher {
   void publish_replies(Line& line);
   void publish_events(Line& line, Instant now);
   void publish_states(Line& line, Instant now);
+  bool look_at_routes(Line& line) const;
   static void look_at_controller(Line& line, const can_bridge::ControllerSetup& controller);
   void publish_node(Line& line, const NodeStatus& status);
   void publish_new_layouts(Line& line);
@@ -94,6 +96,7 @@ class Publisher {
   dds::GatewayBridge& bridge_;
   std::map<std::string, LineHistory, std::less<>> histories_;  // of all lines there ever were
   std::vector<std::unique_ptr<Line>> lines_;
+  std::vector<std::pair<std::uint8_t, std::string>> interfaces_;  // the lines' names
   exchange::Wakeup wakeup_;
   exchange::Flag stop_;
   exchange::Counter rounds_;

@@ -6,8 +6,8 @@
 namespace linegate::gateway {
 namespace {
 
-constexpr std::size_t kRouteProperties = 10;  // of the 32 of a sample
-constexpr std::size_t kPropertyValue = 256;   // bytes
+constexpr std::size_t kRouteProperties = 9;  // of the 32 of a sample
+constexpr std::size_t kPropertyValue = 256;  // bytes
 
 }  // namespace
 
@@ -61,6 +61,12 @@ std::vector<dds::Property> route_properties(std::span<const routing::Route> rout
   return out;
 }
 
+void add_forwarding(const routing::Counters& counters, std::vector<dds::Property>& out) {
+  if (counters.values != 0) {
+    out.push_back({"routing-values", std::to_string(counters.values)});
+  }
+}
+
 void add_properties(const routing::Counters& counters, std::uint64_t stalls,
                     std::vector<dds::Property>& out) {
   const auto add = [&](const char* name, std::uint64_t value) {
@@ -75,6 +81,7 @@ void add_properties(const routing::Counters& counters, std::uint64_t stalls,
   add("routing-not-permitted", counters.not_permitted);
   add("routing-channels", counters.channels);
   add("routing-forwarded", counters.forwarded);
+  add("routing-lost", counters.lost);
   add("routing-emcys", counters.emcy_forwarded);
   add("routing-emcys-dropped", counters.emcy_dropped);
   add("routing-unexpected", counters.unexpected);

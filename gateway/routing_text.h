@@ -28,6 +28,8 @@ std::string services_text(const routing::AccessRule& rule);
 // found none.
 std::vector<dds::Property> route_properties(std::span<const routing::Route> routes,
                                             const InterfaceNames& names);
+// routing-values, if there are any.
+void add_forwarding(const routing::Counters& counters, std::vector<dds::Property>& out);
 // routing-...; stalls: times that a link to another line was full.
 void add_properties(const routing::Counters& counters, std::uint64_t stalls,
                     std::vector<dds::Property>& out);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <sstream>
 #include <string_view>
 #include <utility>
@@ -49,13 +50,32 @@ std::optional<KnownRoute> parse_route(const std::string& text) {
   if (!first || !last || !next || !price || via.empty()) {
     return std::nullopt;
   }
-  return KnownRoute{{},    *first, *last, via.substr(0, colon), static_cast<std::uint8_t>(*next),
-                    *price};
+  return KnownRoute{.first = *first,
+                    .last = *last,
+                    .line = via.substr(0, colon),
+                    .next = static_cast<std::uint8_t>(*next),
+                    .cost = *price};
 }
 
 std::string networks_text(const KnownRoute& route) {
   const std::string first = std::to_string(route.first);
   return route.first == route.last ? first : first + ".." + std::to_string(route.last);
+}
+
+bool same_way(const KnownRoute& a, const KnownRoute& b) {
+  return a.gateway == b.gateway && a.first == b.first && a.last == b.last && a.line == b.line &&
+         a.next == b.next && a.cost == b.cost;
+}
+
+std::string known_to_text(const KnownRoute& route) {
+  if (route.known_to_all) {
+    return "all";
+  }
+  std::string out;
+  for (const std::string& line : route.known_to) {
+    out += (out.empty() ? "" : ", ") + printable(line);
+  }
+  return out;
 }
 
 Cell count_cell(const LineView& view, std::string_view name) {
@@ -84,6 +104,7 @@ std::vector<KnownRoute> routes_of(const LineId& id, const LineView& view) {
     for (std::string one; std::getline(in, one, ',');) {
       if (auto route = parse_route(one)) {
         route->gateway = id.gateway;
+        route->known_to = {id.line};
         out.push_back(*std::move(route));
       }
     }
@@ -93,16 +114,24 @@ std::vector<KnownRoute> routes_of(const LineId& id, const LineView& view) {
 
 std::vector<KnownRoute> routes_of(const Model& model) {
   std::vector<KnownRoute> out;
-  std::string gateway;
+  std::map<std::string, std::size_t> routing_lines;  // by gateway
   for (const auto& [id, line] : model.lines()) {
-    if (line.gone || !line.view || (!out.empty() && id.gateway == gateway)) {
+    if (line.gone || !line.view) {
       continue;
     }
-    auto more = routes_of(id, *line.view);
-    if (!more.empty()) {
-      gateway = id.gateway;
-      out.insert(out.end(), more.begin(), more.end());
+    routing_lines[id.gateway] += routes(line) ? 1U : 0U;
+    for (KnownRoute& route : routes_of(id, *line.view)) {
+      const auto known = std::ranges::find_if(
+          out, [&](const KnownRoute& other) { return same_way(route, other); });
+      if (known == out.end()) {
+        out.push_back(std::move(route));
+      } else {
+        known->known_to.push_back(id.line);
+      }
     }
+  }
+  for (KnownRoute& route : out) {
+    route.known_to_all = route.known_to.size() >= routing_lines[route.gateway];
   }
   return out;
 }
@@ -111,9 +140,13 @@ const Line* find_way(const Model& model, std::uint16_t wanted) {
   const Line* best = nullptr;
   std::uint32_t cost = ~std::uint32_t{0};
   for (const KnownRoute& route : routes_of(model)) {
-    const auto line = model.lines().find({route.gateway, route.line});
-    if (wanted >= route.first && wanted <= route.last && route.cost < cost &&
-        line != model.lines().end() && line->second.view) {
+    if (wanted < route.first || wanted > route.last || route.cost >= cost) {
+      continue;
+    }
+    const bool over_itself = std::ranges::find(route.known_to, route.line) != route.known_to.end();
+    const auto line =
+        model.lines().find({route.gateway, over_itself ? route.line : route.known_to.front()});
+    if (line != model.lines().end() && line->second.view) {
       best = &line->second;
       cost = route.cost;
     }
@@ -122,7 +155,8 @@ const Line* find_way(const Model& model, std::uint16_t wanted) {
 }
 
 Table routes_table(const Model& model) {
-  Table out{{{"NETWORKS"}, {"LINE"}, {"NEXT", true}, {"COST", true}, {"GATEWAY"}}, {}, {}};
+  Table out{
+      {{"NETWORKS"}, {"LINE"}, {"NEXT", true}, {"COST", true}, {"FROM"}, {"GATEWAY"}}, {}, {}};
   for (const KnownRoute& route : routes_of(model)) {
     const LineId id{route.gateway, route.line};
     out.rows.push_back({{id},
@@ -130,6 +164,7 @@ Table routes_table(const Model& model) {
                          {printable(route.line), {}},
                          {route.next == 0 ? "-" : std::to_string(route.next), route.next},
                          {std::to_string(route.cost), route.cost},
+                         {known_to_text(route), {}},
                          {printable(route.gateway), {}}}});
   }
   return out;
@@ -174,6 +209,9 @@ std::string routes_json(const Model& model) {
                            {"line", route.line},
                            {"node", route.next},
                            {"cost", route.cost}});
+    if (!route.known_to_all) {
+      routes_list.back()["known_to"] = route.known_to;
+    }
   }
   nlohmann::ordered_json lines_list = nlohmann::ordered_json::array();
   for (const auto& [id, line] : model.lines()) {

@@ -19,23 +19,29 @@ struct KnownRoute {
   std::string line;       // it is reached over
   std::uint8_t next = 0;  // node-ID of the next gateway there; 0 = the network is the line's own
   std::uint16_t cost = 0;
+  // The lines of the gateway whose table it is in: a route that is written to 1F2Ch of one line is
+  // in that of no other.
+  std::vector<std::string> known_to;
+  bool known_to_all = false;  // that route
 };
 
 // Those that this line tells of; what cannot be read is left out.
 std::vector<KnownRoute> routes_of(const LineId& id, const LineView& view);
-// All gateways', each once: every line of one gateway tells the same.
+// All gateways', each once.
 std::vector<KnownRoute> routes_of(const Model& model);
 
 // One of the numbers that a line which routes tells of: "open", "timed-out".
 std::optional<std::uint64_t> routing_count(const LineView& view, std::string_view name);
 
-// The line over which that network is reached at the lowest cost; nullptr if no gateway knows it.
+// The line to ask for that network: the one whose table has the route of the lowest cost, and of
+// several the one that it leads over; nullptr if no gateway knows a route.
 const Line* find_way(const Model& model, std::uint16_t network);
 
 Table routes_table(const Model& model);
 // Of each line that routes: connections and frames.
 Table routing_table(const Model& model);
 // {"routes":[{"gateway":..,"first":..,"last":..,"line":..,"node":..,"cost":..},..],
+//  with "known_to":["LINE",..] in a route that not all lines have,
 //  "lines":[{"gateway":..,"line":..,"network_id":..,"open":..,..},..]}
 std::string routes_json(const Model& model);
 

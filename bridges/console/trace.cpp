@@ -1,11 +1,15 @@
 // What is routed, as it happens: events of routing, and what the counters of each line have moved.
+// Lines tell of single connections only while somebody asks them to.
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <deque>
 #include <map>
 #include <ostream>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -23,13 +27,16 @@ struct Counted {
   std::string_view property;
   std::string_view words;
 };
-constexpr std::array<Counted, 7> kCounted{{{"opened", "opened"},
-                                           {"finished", "finished"},
-                                           {"aborted", "aborted"},
-                                           {"timed-out", "timed out"},
-                                           {"refused", "refused"},
-                                           {"not-permitted", "not let in"},
-                                           {"forwarded", "frames sent here for others"}}};
+constexpr std::array<Counted, 9> kCounted{
+    {{"opened", "opened"},
+     {"finished", "finished"},
+     {"aborted", "aborted"},
+     {"timed-out", "timed out"},
+     {"refused", "refused"},
+     {"not-permitted", "not let in"},
+     {"forwarded", "frames sent here for others"},
+     {"emcys", "EMCYs handed to other lines"},
+     {"values", "values taken over from PDOs of other lines"}}};
 using Counts = std::array<std::uint64_t, kCounted.size()>;
 
 Counts counts_of(const LineView& view) {
@@ -40,6 +47,16 @@ Counts counts_of(const LineView& view) {
   return out;
 }
 
+// As long as a line goes on by itself when nobody asks it again.
+constexpr std::uint16_t kLeaseSeconds = 30;
+constexpr Duration kAskAgain = std::chrono::seconds(10);
+constexpr std::size_t kMostEarly = 1000;
+
+bool is_of_routing(EventKind kind) {
+  return kind == EventKind::routing_refused || kind == EventKind::emcy_routed ||
+         kind == EventKind::routing_opened || kind == EventKind::routing_ended;
+}
+
 class Tracer {
  public:
   explicit Tracer(Context& context) : context_(context) {}
@@ -48,23 +65,68 @@ class Tracer {
   std::uint64_t look(const Model& model) {
     const std::uint64_t before = printed_;
     for (const auto& [id, line] : model.lines()) {
-      if (line.view && !line.gone) {
+      if (line.gone) {
+        traced_.erase(id);
+      } else if (line.view) {
         look(id, *line.view);
       }
     }
     events(model);
     return printed_ - before;
   }
+  // Asks each line that routes to tell of its connections, now and then.
+  void ask(Model& model) {
+    const auto now = std::chrono::steady_clock::now();
+    std::vector<LineId> due;
+    for (auto& [id, traced] : traced_) {
+      if (traced.routes && !traced.refuses && now >= traced.ask_at) {
+        traced.ask_at = now + kAskAgain;
+        due.push_back(id);
+      }
+    }
+    for (const LineId& id : due) {
+      ask(model, id);
+    }
+  }
 
  private:
+  struct Traced {
+    Counts last{};
+    bool routes = false;
+    bool refuses = false;
+    std::chrono::steady_clock::time_point ask_at{};
+    std::uint64_t events = 0;  // as its last state tells
+    std::uint64_t kept = 0;    // events with these numbers happened before
+  };
+
   void look(const LineId& id, const LineView& view) {
     const Counts now = counts_of(view);
-    const auto [known, first] = counts_.try_emplace(id, now);
-    Counts& last = known->second;
-    if (!first && now != last) {
-      tell(id, view, last, now);
+    const std::uint64_t events = view.state.counters.events;
+    const auto [known, first] =
+        traced_.try_emplace(id, Traced{.last = now, .events = events, .kept = events});
+    Traced& traced = known->second;
+    traced.routes = routing_count(view, "open").has_value();
+    if (events < traced.events) {
+      traced.kept = 0;  // its gateway was started anew
     }
-    last = now;
+    traced.events = events;
+    if (!first && now != traced.last) {
+      tell(id, view, traced.last, now);
+    }
+    traced.last = now;
+  }
+
+  void ask(Model& model, const LineId& id) {
+    line::Command command;
+    command.kind = line::CommandKind::routing_trace;
+    command.code = kLeaseSeconds;
+    const Client::Answer answer = context_.client.call(id, command, context_.timeout, 0, model);
+    const bool silent = answer.reply.error == line::to_error(line::Refusal::timed_out);
+    if (!answer.reply.ok() && !silent) {
+      traced_[id].refuses = true;
+      context_.err << printable(id.line) << " does not tell of single connections: " << answer.text
+                   << '\n';
+    }
   }
 
   // A gateway that was started anew counts from 0.
@@ -100,24 +162,36 @@ class Tracer {
                  << routing_count(view, "open").value_or(0) << std::endl;
   }
 
+  // Those that are kept from before are not shown: which they are is known when the line has told
+  // its state.
   void events(const Model& model) {
-    const std::uint64_t fresh =
-        std::min<std::uint64_t>(model.events_seen() - seen_, model.events().size());
+    std::deque<KnownEvent> fresh = std::exchange(early_, {});
+    const auto more = static_cast<std::ptrdiff_t>(
+        std::min<std::uint64_t>(model.events_seen() - seen_, model.events().size()));
     seen_ = model.events_seen();
-    for (auto it = model.events().end() - static_cast<std::ptrdiff_t>(fresh);
-         it != model.events().end(); ++it) {
-      const EventKind kind = it->view.event.kind;
-      if (kind == EventKind::routing_refused || kind == EventKind::emcy_routed) {
+    fresh.insert(fresh.end(), model.events().end() - more, model.events().end());
+    for (const KnownEvent& one : fresh) {
+      if (!is_of_routing(one.view.event.kind)) {
+        continue;
+      }
+      const auto traced = traced_.find(one.id);
+      if (traced == traced_.end()) {
+        early_.push_back(one);
+      } else if (one.view.event.number > traced->second.kept) {
         ++printed_;
-        context_.out << (context_.json ? event_json(it->id, it->view)
-                                       : event_text(it->id, it->view))
+        context_.out << (context_.json ? event_json(one.id, one.view)
+                                       : event_text(one.id, one.view))
                      << std::endl;
       }
+    }
+    if (early_.size() > kMostEarly) {
+      early_.erase(early_.begin(), early_.end() - kMostEarly);
     }
   }
 
   Context& context_;
-  std::map<LineId, Counts> counts_;
+  std::map<LineId, Traced> traced_;
+  std::deque<KnownEvent> early_;  // of lines that have not told their state
   std::uint64_t seen_ = 0;
   std::uint64_t printed_ = 0;
 };
@@ -132,6 +206,7 @@ int trace(Context& context, std::uint64_t count, const std::function<bool()>& st
   while (!stopped() && (count == 0 || printed < count)) {
     poll(context, model, std::chrono::milliseconds(100));
     printed += tracer.look(model);
+    tracer.ask(model);
     if (model.lines().empty() && std::chrono::steady_clock::now() >= end) {
       context.err << "no gateway was heard of\n";
       return kFailed;

@@ -31,7 +31,7 @@ void to_wire(const line::Command& from, v1::CommandRequest& to) {
 }
 
 const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
-  if (from.kind() > v1::COMMAND_BUS_RESTART)
+  if (from.kind() > v1::COMMAND_ROUTING_TRACE)
     return "kind is not a CommandKind";
   if (from.timeout_ns() < 0)
     return "timeout_ns is negative";
@@ -66,6 +66,7 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
     case line::CommandKind::emcy_send:
     case line::CommandKind::versions:
     case line::CommandKind::bus_restart:
+    case line::CommandKind::routing_trace:
       break;
   }
   return nullptr;
@@ -88,6 +89,7 @@ const char* check_data(const line::Command& command) {
     case line::CommandKind::nmt:
     case line::CommandKind::versions:
     case line::CommandKind::bus_restart:
+    case line::CommandKind::routing_trace:
       break;
   }
   return size != 0 ? "this kind of command takes no data" : nullptr;

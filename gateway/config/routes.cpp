@@ -143,7 +143,8 @@ class RoutingResolver {
         findings_.error(lines_[i].place, "more than 255 lines cannot route");
         return;
       }
-      interfaces_.push_back({static_cast<std::uint8_t>(i + 1), config.network_id, config.node_id});
+      interfaces_.push_back(
+          {static_cast<std::uint8_t>(i + 1), config.network_id, config.node_id, config.name});
     }
   }
 
@@ -274,6 +275,8 @@ class RoutingResolver {
         }
       }
     }
+    config.process_reads = line.plan.commands != Access::off;
+    config.process_writes = line.plan.commands == Access::all;
     config.gateways = line.gateways;
     config.emcy_networks.fill(emcy_networks(line));
     line.plan.source += text_of(config);
@@ -408,6 +411,7 @@ RoutingSection read_routing(Findings& findings, const YAML::Node& routing,
     section.read_choice<routing::ChannelRule>("channels", out.common.channels,
                                               {{"client_1", routing::ChannelRule::client_1},
                                                {"per_node", routing::ChannelRule::per_node}});
+    section.read_number("hop_limit", out.common.hop_limit, 1, routing::kMaxHops);
     section.read("arm_timeout", out.common.arm_timeout, std::chrono::milliseconds(1), kLongestWait);
     section.read("frame_timeout", out.common.frame_timeout, std::chrono::milliseconds(1),
                  kLongestWait);

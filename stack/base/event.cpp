@@ -48,6 +48,8 @@ constexpr std::array<KindInfo, kEventKinds> kInfo{{
     {"layout-changed", EventSeverity::info},
     {"routing-refused", EventSeverity::warning},
     {"emcy-routed", EventSeverity::warning},
+    {"routing-opened", EventSeverity::info},
+    {"routing-ended", EventSeverity::info},
 }};
 
 }  // namespace

@@ -75,8 +75,17 @@ enum class EventKind : std::uint8_t {
   emcy_routed,  // an EMCY of another network. node: which sent it here, 0 = this line's own node;
                 // code: emergency error code; data: error register, network (2, LE) and node-ID of
                 // its source, hops, number
+  // Of connections to other networks that a client on the line, or this process through it, has;
+  // only while somebody asked for it (CommandKind::routing_trace), and of 50 a second.
+  routing_opened,  // code: number of the connection, value: how many before were not told; data:
+                   // network it comes from (2, LE; 0 = this process), target network (2, LE) and
+                   // node, interface that it leaves by, node-ID of the next gateway there or 0,
+                   // hops
+  routing_ended,   // code: SDO abort code, 0 = it ended well; value: bytes transferred; data: as
+                  // routing_opened up to the gateway, service (0 none, 1 upload, 2 download), index
+                  // (2, LE), sub-index, number of the connection (4, LE)
 };
-inline constexpr std::size_t kEventKinds = 39;
+inline constexpr std::size_t kEventKinds = 41;
 
 // Lower-case name with hyphens, e.g. "heartbeat-lost".
 std::string_view name(EventKind kind);

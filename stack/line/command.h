@@ -27,6 +27,8 @@ enum class CommandKind : std::uint8_t {
   network_write,  // network, node, index, sub, data
   bus_restart,    // the CAN controller goes back to the bus after bus-off; carried out by the owner
                   // of the line, never reaches it
+  routing_trace,  // code: for so many seconds (1..routing::Trace::kLongest) the line emits
+                  // EventKind::routing_opened and routing_ended
 };
 std::string_view name(CommandKind kind);
 

@@ -49,6 +49,7 @@ void Line::Devices::execute(Command command, Instant now) {
       break;
     case CommandKind::network_read:
     case CommandKind::network_write:
+    case CommandKind::routing_trace:
       error = to_error(Refusal::wrong_role);
       break;
     case CommandKind::versions:
@@ -159,6 +160,7 @@ OutputRefusal Line::Devices::write_outputs(const OutputWrite& write, Instant now
 void Line::Devices::write_bound(std::span<const BoundValue> values, Instant now) {
   bool always = false;
   for (const BoundValue& value : values) {
+    routed.values += value.always ? 1U : 0U;
     if (value.valid) {
       image.write_entry(Direction::outputs, value.entry, value.value);
       collect(value.entry);

@@ -144,6 +144,13 @@ void Line::Impl::deliver(const routing::Message& message, Instant now) {
   take_completions(now);
 }
 
+void Line::Impl::routes(std::vector<routing::Route>& out) const {
+  out.clear();
+  if (routing != nullptr) {
+    routing->routes(out);
+  }
+}
+
 bool Line::Impl::next_frame(can::Frame& out, Instant now) {
   return node.next_frame(out, now);
 }
@@ -515,6 +522,10 @@ std::optional<Duration> Line::network_utc(Instant now) const {
 }
 std::uint32_t Line::sync_count() const {
   return impl_->syncs;
+}
+
+void Line::routes(std::vector<routing::Route>& out) const {
+  impl_->routes(out);
 }
 
 LineState Line::state() const {

@@ -129,6 +129,9 @@ class Line {
   std::uint32_t sync_count() const;
 
   LineState state() const;
+  // The routes that 1F2Ch has now, whoever wrote them; none if the line does not route. What was in
+  // `out` is gone.
+  void routes(std::vector<routing::Route>& out) const;
   // RUN and ERROR of the own node (CiA 303-3).
   node::Indicators indicators() const;
   // Grows by one with every change that NodeState shows; for cheap polling.

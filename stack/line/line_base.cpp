@@ -52,6 +52,10 @@ void Line::Base::deliver(const routing::Message& message, Instant /*now*/) {
   }
 }
 
+void Line::Base::routes(std::vector<routing::Route>& out) const {
+  out.clear();
+}
+
 void Line::Base::emit(EventKind kind, Instant time, std::uint32_t code, std::uint32_t value) {
   events.emit({.time = time, .kind = kind, .code = code, .value = value});
 }

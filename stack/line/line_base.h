@@ -49,6 +49,7 @@ struct Line::Base {
   virtual void medium_done(bool good);
   virtual node::Indicators indicators() const;
   virtual void deliver(const routing::Message& message, Instant now);
+  virtual void routes(std::vector<routing::Route>& out) const;
 
   void emit(EventKind kind, Instant time, std::uint32_t code = 0, std::uint32_t value = 0);
   // Takes up and tells what a bridge noticed; false if it is nothing new.

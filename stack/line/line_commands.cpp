@@ -50,6 +50,9 @@ void Line::Impl::execute(Command command, Instant now) {
     case CommandKind::nmt:
       error = send_nmt(command, now);
       break;
+    case CommandKind::routing_trace:
+      error = trace_routing(command, now);
+      break;
     case CommandKind::versions:
     case CommandKind::bus_restart:
       error = to_error(Refusal::bad_request);
@@ -227,6 +230,17 @@ Error Line::Impl::send_nmt(const Command& command, Instant now) {
     return to_error(Refusal::busy);
   }
   manager.commanded(command.nmt, command.node, now);
+  return kDone;
+}
+
+Error Line::Impl::trace_routing(const Command& command, Instant now) {
+  if (routing == nullptr) {
+    return to_error(Refusal::wrong_role);
+  }
+  if (command.code < 1 || command.code > routing::Trace::kLongest) {
+    return to_error(Refusal::bad_request);
+  }
+  routing->trace_until(now + std::chrono::seconds(command.code));
   return kDone;
 }
 

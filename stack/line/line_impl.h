@@ -55,6 +55,7 @@ struct Line::Impl final : Line::Base,
   std::uint64_t node_revision(std::uint8_t id) const override;
   NodeState node_state(std::uint8_t id) const override;
   void deliver(const routing::Message& message, Instant now) override;
+  void routes(std::vector<routing::Route>& out) const override;
   // SDOs can be sent: the interface is usable, the own node not stopped.
   bool may_send_sdo() const;
   od::Dictionary& dictionary() override;
@@ -100,6 +101,7 @@ struct Line::Impl final : Line::Base,
   Error single_output(const Command& command, Instant now);
   Error send_emcy(const Command& command, Instant now);
   Error send_nmt(const Command& command, Instant now);
+  Error trace_routing(const Command& command, Instant now);
   void command_completed(sdo::Completion& completion);
   void expire_commands(Instant now);
   Instant next_command_deadline() const;

@@ -61,6 +61,7 @@ void Line::Impl::write_bound(std::span<const BoundValue> values, Instant now) {
   const image::Layout& layout = image.layout(Direction::outputs);
   bool any_forwarded = false;
   for (const BoundValue& value : values) {
+    routed.values += value.always ? 1U : 0U;
     if ((value.entry & kForwarded) != 0) {
       const std::size_t object = value.entry & ~kForwarded;
       any_forwarded = true;

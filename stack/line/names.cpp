@@ -43,6 +43,8 @@ std::string_view name(CommandKind kind) {
       return "network-write";
     case CommandKind::bus_restart:
       return "bus-restart";
+    case CommandKind::routing_trace:
+      return "routing-trace";
   }
   return "unknown";
 }

@@ -97,6 +97,10 @@ void Routing::stop(Instant now) {
   settle(false, now);
 }
 
+void Routing::routes(std::vector<routing::Route>& out) const {
+  routing::append_routes(node_.dictionary(), out);
+}
+
 Routing::ServerSide& Routing::side_of(sdo::Server& server) {
   for (const auto& side : sides_) {
     if (side->is(server)) {

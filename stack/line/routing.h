@@ -39,6 +39,10 @@ class Routing final : sdo::Detour {
   void advance(bool usable, Instant now);
   Instant next_wake() const;
   void stop(Instant now);
+  // Connections that open before are events, see routing::Trace.
+  void trace_until(Instant end) { entrance_.trace_until(end); }
+  // Those of 1F2Ch, added to `out`.
+  void routes(std::vector<routing::Route>& out) const;
 
  private:
   // A server of the own node as the way in of a client on the bus.

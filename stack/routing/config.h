@@ -42,6 +42,10 @@ struct Config {
   // 1F2Fh, by node-ID: to which networks EMCYs of a node go on, bit k-1 = network k.
   std::array<std::uint32_t, 128> emcy_networks{};
   std::vector<AccessRule> access;  // of requests that enter this line; none = closed
+  // Whether clients of this process itself, whichever line they asked, may enter it, too. What a
+  // line's own commands do in its own network is not looked at here.
+  bool process_reads = true;
+  bool process_writes = true;
 
   Definition network_indication = Definition::own;  // OWN A
   Definition routing_table = Definition::own;       // OWN B
@@ -51,6 +55,9 @@ struct Config {
   // Asked for each connection instead of the rule: which client SDO (1..127) is to be used for that
   // node of this line, 0 = none is free. Called from the line.
   std::function<std::uint8_t(std::uint16_t network, std::uint8_t node)> choose_channel;
+
+  // A request, or an EMCY, that has come through more gateways goes no further; 1..kMaxHops.
+  std::uint8_t hop_limit = kMaxHops;
 
   // Time-outs; 0 = as said.
   Duration arm_timeout = std::chrono::seconds(5);  // from the network indication to the transfer
@@ -78,10 +85,14 @@ struct Counters {
   std::uint64_t not_permitted = 0;  // refused by the rules of access
   // Frames of connections that left on this line's bus.
   std::uint64_t forwarded = 0;
+  // Last frames of connections that had ended, which the bus did not take in time.
+  std::uint64_t lost = 0;
   // EMCYs handed to other lines, and those that were not, or went no further here: repeats, back at
   // their source, too many hops, no route, no room in queue or inhibit time.
   std::uint64_t emcy_forwarded = 0;
   std::uint64_t emcy_dropped = 0;
+  // PDO forwarding: values that PDOs of other lines brought here.
+  std::uint64_t values = 0;
   // Messages of other lines that nobody here waited for: late, or for a role that cannot.
   std::uint64_t unexpected = 0;
 };

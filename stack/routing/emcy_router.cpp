@@ -61,7 +61,7 @@ void EmcyRouter::heard(std::uint8_t node, const emcy::Message& message, Instant 
       return;
     }
     tell(emcy, node, now);
-    if (emcy.network == network_ || emcy.hops >= kMaxHops) {
+    if (emcy.network == network_ || emcy.hops >= config_.hop_limit) {
       ++counters_.emcy_dropped;
       return;
     }

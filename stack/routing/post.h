@@ -77,6 +77,7 @@ class WordQueue {
     first_ = (first_ + 1) % kCapacity;
     --count_;
   }
+  std::size_t size() const { return count_; }
   void clear() { count_ = 0; }
 
  private:

@@ -16,6 +16,10 @@ bool is_sdo_abort(std::uint64_t word) {
   return static_cast<std::uint8_t>(word) == sdo::command_byte(sdo::ClientCommand::abort);
 }
 
+AbortCode abort_in(std::uint64_t word) {
+  return static_cast<AbortCode>(sdo::long_word(word));
+}
+
 }  // namespace
 
 Duration gateway_timeout(const Config& config, Duration sdo_timeout, unsigned hops) {
@@ -34,11 +38,14 @@ struct SdoEntrance::Connection {
 
   State state = State::free;
   std::uint8_t to = 0;       // interface of the route that is tried, or taken
+  std::uint8_t gateway = 0;  // on that interface
+  bool traced = false;       // its opening was told
   std::uint32_t number = 0;  // as in messages
   ClientSide* side = nullptr;
   std::uint64_t word = 0;  // the indication
   std::size_t tried = 0;   // routes that failed
   AbortCode first_failure = AbortCode::none;
+  AbortCode said = AbortCode::none;  // by the frame that ended it
   SdoPhase phase;
   Instant deadline = kNever;
   WordQueue waiting;  // for room on the way to the client
@@ -89,6 +96,8 @@ SdoEntrance::Connection* SdoEntrance::make(ClientSide& side) {
   made->tried = 0;
   made->first_failure = AbortCode::none;
   made->phase.reset();
+  made->traced = false;
+  made->said = AbortCode::none;
   made->deadline = kNever;
   made->waiting.clear();
   return made;
@@ -105,6 +114,7 @@ void SdoEntrance::renumber(Connection& connection) {
 // --- from the client ----------------------------------------------------------------------------
 
 void SdoEntrance::request(ClientSide& side, std::uint64_t word, Instant now) {
+  now_ = now;
   Connection* const connection = of(side);
   const bool segment = connection != nullptr && connection->phase.in_sub_block();
   if (has_network_specifier(word) && !segment) {
@@ -140,7 +150,7 @@ void SdoEntrance::indication(ClientSide& side, std::uint64_t word, Instant now) 
       return;  // said twice; it is being answered
     }
     if (old->state != Connection::State::draining) {
-      count_end(*old, SdoPhase::End::aborted, AbortCode::general);
+      count_end(*old, SdoPhase::End::aborted, AbortCode::general, now);
       tell_exit(*old, AbortCode::general);
     }
     free(*old);
@@ -168,7 +178,7 @@ AbortCode SdoEntrance::refusal_of(const ClientSide& side, std::uint64_t word) co
   if (!is_indication(word)) {
     return AbortCode::command_specifier;
   }
-  if (wanted.node > can::kMaxNodeId || wanted.hops > kMaxHops) {
+  if (wanted.node > can::kMaxNodeId || wanted.hops > config_.hop_limit) {
     return AbortCode::invalid_value;
   }
   const bool here = wanted.network == 0 || wanted.network == line_.network;
@@ -193,6 +203,7 @@ void SdoEntrance::try_route(Connection& connection, Instant now) {
     return;
   }
   connection.to = route->interface;
+  connection.gateway = route->gateway;
   wait_until(connection, now + opening_timeout(wanted.hops + 1U));
   const Message open{
       .to = route->interface,
@@ -228,7 +239,7 @@ void SdoEntrance::refuse(Connection& connection, AbortCode why, Instant now) {
 
 void SdoEntrance::armed(Connection& connection, std::uint64_t word, Instant now) {
   if (is_sdo_abort(word)) {
-    count_end(connection, SdoPhase::End::aborted, AbortCode::general);
+    count_end(connection, SdoPhase::End::aborted, AbortCode::general, now);
     tell_exit(connection, AbortCode::general);
     release(connection, now);
   } else if (SdoPhase::initiates(word)) {
@@ -248,7 +259,8 @@ void SdoEntrance::forward(Connection& connection, std::uint64_t word, Instant no
   }
   wait_until(connection, now + frame_timeout());
   if (end != SdoPhase::End::none) {
-    count_end(connection, end, AbortCode::general);
+    connection.said = end == SdoPhase::End::aborted ? abort_in(word) : AbortCode::none;
+    count_end(connection, end, AbortCode::general, now);
     release(connection, now);
   }
 }
@@ -256,7 +268,7 @@ void SdoEntrance::forward(Connection& connection, std::uint64_t word, Instant no
 void SdoEntrance::gone(ClientSide& side) {
   if (Connection* const connection = of(side)) {
     if (connection->state != Connection::State::draining) {
-      count_end(*connection, SdoPhase::End::aborted, AbortCode::general);
+      count_end(*connection, SdoPhase::End::aborted, AbortCode::general, now_);
       tell_exit(*connection, AbortCode::general);
     }
     free(*connection);
@@ -266,6 +278,7 @@ void SdoEntrance::gone(ClientSide& side) {
 // --- from the other line ------------------------------------------------------------------------
 
 void SdoEntrance::deliver(const Message& message, Instant now) {
+  now_ = now;
   Connection* const connection = find(message.connection);
   if (connection == nullptr || connection->to != message.from ||
       connection->state == Connection::State::draining) {
@@ -279,6 +292,8 @@ void SdoEntrance::deliver(const Message& message, Instant now) {
         connection->state = Connection::State::armed;
         ++counters_.opened;
         ++counters_.open;
+        connection->traced = trace_.admit(now);
+        tell(*connection, EventKind::routing_opened, AbortCode::none, now);
         wait_until(*connection, now + config_.arm_timeout);
         give(*connection, connection->word, now);
       }
@@ -287,7 +302,7 @@ void SdoEntrance::deliver(const Message& message, Instant now) {
       if (opening) {
         route_failed(*connection, abort_of(message), now);
       } else {
-        count_end(*connection, SdoPhase::End::aborted, abort_of(message));
+        count_end(*connection, SdoPhase::End::aborted, abort_of(message), now);
         if (connection->state == Connection::State::forward) {
           connection->waiting.clear();  // of no use any more
           give(*connection, sdo::abort_word(connection->phase.address(), abort_of(message)), now);
@@ -311,7 +326,8 @@ void SdoEntrance::response(Connection& connection, const Message& message, Insta
   wait_until(connection, now + frame_timeout());
   give(connection, word, now);
   if (end != SdoPhase::End::none && connection.state == Connection::State::forward) {
-    count_end(connection, end, AbortCode::general);
+    connection.said = end == SdoPhase::End::aborted ? abort_in(word) : AbortCode::none;
+    count_end(connection, end, AbortCode::general, now);
     release(connection, now);
   }
 }
@@ -361,7 +377,7 @@ void SdoEntrance::free(Connection& connection) {
 
 // What waits is of no use to a client that gets an abort.
 void SdoEntrance::break_down(Connection& connection, AbortCode why, Instant now) {
-  count_end(connection, SdoPhase::End::aborted, why);
+  count_end(connection, SdoPhase::End::aborted, why, now);
   tell_exit(connection, why);
   connection.waiting.clear();
   give(connection, sdo::abort_word(connection.phase.address(), why), now);
@@ -373,7 +389,7 @@ void SdoEntrance::tell_exit(const Connection& connection, AbortCode why) {
                                  static_cast<std::uint32_t>(why)));
 }
 
-void SdoEntrance::count_end(Connection& connection, SdoPhase::End how, AbortCode why) {
+void SdoEntrance::count_end(Connection& connection, SdoPhase::End how, AbortCode why, Instant now) {
   if (connection.state != Connection::State::armed &&
       connection.state != Connection::State::forward) {
     return;
@@ -384,6 +400,37 @@ void SdoEntrance::count_end(Connection& connection, SdoPhase::End how, AbortCode
   } else {
     ++(why == AbortCode::timeout ? counters_.timed_out : counters_.aborted);
   }
+  const AbortCode code = connection.said != AbortCode::none ? connection.said : why;
+  tell(connection, EventKind::routing_ended,
+       how == SdoPhase::End::finished ? AbortCode::none : code, now);
+}
+
+void SdoEntrance::tell(const Connection& connection, EventKind kind, AbortCode why, Instant now) {
+  if (!connection.traced) {
+    return;
+  }
+  const Indication wanted = decode_indication(connection.word);
+  Event event{.time = now, .kind = kind};
+  store_le(event.data.data(), connection.side->on_bus() ? line_.network : std::uint16_t{0});
+  store_le(event.data.data() + 2, wanted.network);
+  event.data[4] = std::byte{wanted.node};
+  event.data[5] = std::byte{connection.to};
+  event.data[6] = std::byte{connection.gateway};
+  if (kind == EventKind::routing_opened) {
+    event.length = 8;
+    event.code = connection.number;
+    event.value = trace_.take_withheld();
+    event.data[7] = std::byte{wanted.hops};
+  } else {
+    event.length = 15;
+    event.code = static_cast<std::uint32_t>(why);
+    event.value = connection.phase.bytes();
+    event.data[7] = static_cast<std::byte>(connection.phase.service());
+    store_le(event.data.data() + 8, connection.phase.address().index);
+    event.data[10] = std::byte{connection.phase.address().sub};
+    store_le(event.data.data() + 11, connection.number);
+  }
+  events_.emit(event);
 }
 
 // --- time ---------------------------------------------------------------------------------------
@@ -398,11 +445,13 @@ Duration SdoEntrance::frame_timeout() const {
 }
 
 Duration SdoEntrance::opening_timeout(unsigned hops) const {
-  return channel_wait(config_, line_.sdo_timeout) +
-         gateway_timeout(config_, line_.sdo_timeout, hops) + kMargin;
+  return std::max(channel_wait(config_, line_.sdo_timeout),
+                  gateway_timeout(config_, line_.sdo_timeout, hops)) +
+         kMargin;
 }
 
 void SdoEntrance::advance(Instant now) {
+  now_ = now;
   if (now < wake_) {
     return;
   }
@@ -429,7 +478,7 @@ void SdoEntrance::expire(Connection& connection, Instant now) {
       route_failed(connection, AbortCode::timeout, now);
       return;
     case Connection::State::armed:
-      count_end(connection, SdoPhase::End::aborted, AbortCode::timeout);
+      count_end(connection, SdoPhase::End::aborted, AbortCode::timeout, now);
       tell_exit(connection, AbortCode::timeout);
       release(connection, now);
       return;

@@ -16,6 +16,7 @@
 #include "stack/routing/config.h"
 #include "stack/routing/post.h"
 #include "stack/routing/sdo_phase.h"
+#include "stack/routing/trace.h"
 
 namespace linegate::routing {
 
@@ -63,6 +64,8 @@ class SdoEntrance {
   Instant next_wake() const { return wake_; }
   // Ends all connections.
   void stop(Instant now);
+  // Connections that open before are events.
+  void trace_until(Instant end) { trace_.ask(end); }
 
  private:
   struct Connection;
@@ -85,7 +88,8 @@ class SdoEntrance {
   void expire(Connection& connection, Instant now);
   // Ends it with an abort to both sides.
   void break_down(Connection& connection, AbortCode why, Instant now);
-  void count_end(Connection& connection, SdoPhase::End how, AbortCode why);
+  void count_end(Connection& connection, SdoPhase::End how, AbortCode why, Instant now);
+  void tell(const Connection& connection, EventKind kind, AbortCode why, Instant now);
   void tell_exit(const Connection& connection, AbortCode why);
   // The frames that wait are still given, then the client's side is released.
   void release(Connection& connection, Instant now);
@@ -101,11 +105,14 @@ class SdoEntrance {
   EventLog& events_;
   Counters& counters_;
   std::vector<std::unique_ptr<Connection>> connections_;
+  Trace trace_;
+  Instant now_{};  // newest time heard of
   Instant wake_ = kNever;
 };
 
-// How long a gateway waits for the next one's answer: less with each hop, so that the one that is
-// nearest to what failed finds out first. hops: as it sends them, 1..kMaxHops.
+// How long a gateway waits for the next one's answer, the time until it could ask among it: less
+// with each hop, so that the one that is nearest to what failed finds out first. hops: as it sends
+// them, 1..kMaxHops.
 Duration gateway_timeout(const Config& config, Duration sdo_timeout, unsigned hops);
 Duration channel_wait(const Config& config, Duration sdo_timeout);
 

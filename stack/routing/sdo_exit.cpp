@@ -24,10 +24,38 @@ struct OwnServer {
   can::TransmitQueue queue{kPlaces};
 };
 
+// An abort of no object; or of any by a server that knows no indications and says so of the
+// transfer it has. Other aborts end an earlier transfer.
+bool refuses_indication(std::uint64_t word) {
+  return static_cast<std::uint8_t>(word) == sdo::command_byte(sdo::ServerCommand::abort) &&
+         (sdo::multiplexer(word) == od::Address{} ||
+          static_cast<AbortCode>(sdo::long_word(word)) == AbortCode::command_specifier);
+}
+
+struct Permissions {
+  bool read = false;
+  bool write = false;
+};
+
+// source: the network it comes from, 0 = this process.
+Permissions permissions(const Config& config, std::uint16_t source) {
+  if (source == 0) {
+    return {config.process_reads, config.process_writes};
+  }
+  Permissions out;
+  for (const AccessRule& rule : config.access) {
+    if (source >= rule.first && source <= rule.last) {
+      out.read = out.read || rule.sdo_read;
+      out.write = out.write || rule.sdo_write;
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 struct SdoExit::Passage {
-  enum class State : std::uint8_t { free, waiting, asking, open };
+  enum class State : std::uint8_t { free, waiting, asking, open, draining };
 
   State state = State::free;
   std::uint8_t from = 0;     // interface
@@ -42,7 +70,9 @@ struct SdoExit::Passage {
   std::uint64_t token = 0;
   Indication target;  // as the next gateway is told
   SdoPhase phase;
+  AbortCode outcome = AbortCode::none;
   Instant deadline = kNever;
+  Instant budget = kNever;            // who asked does not wait for the way to be free any longer
   WordQueue waiting;                  // for room on the bus
   std::unique_ptr<OwnServer> server;  // kept for the next one
 };
@@ -64,7 +94,7 @@ SdoExit::~SdoExit() = default;
 SdoExit::Passage* SdoExit::find(std::uint8_t from, std::uint32_t connection) const {
   for (const auto& each : passages_) {
     if (each->connection == connection && each->from == from &&
-        each->state != Passage::State::free) {
+        each->state != Passage::State::free && each->state != Passage::State::draining) {
       return each.get();
     }
   }
@@ -124,24 +154,14 @@ void SdoExit::deliver(const Message& message, Instant now) {
   }
 }
 
-// What the rules of access say of it. None: it may enter.
-AbortCode SdoExit::admit(const Message& message) {
-  if (message.source == 0) {
-    return AbortCode::none;
-  }
-  const bool may = std::any_of(config_.access.begin(), config_.access.end(), [&](const auto& rule) {
-    return message.source >= rule.first && message.source <= rule.last &&
-           (rule.sdo_read || rule.sdo_write);
-  });
-  return may ? AbortCode::none : AbortCode::local_control;
-}
-
 void SdoExit::open(const Message& message, Instant now) {
   if (find(message.from, message.connection) != nullptr) {
     ++counters_.unexpected;
     return;
   }
-  if (const AbortCode why = admit(message); why != AbortCode::none) {
+  const auto [may_read, may_write] = permissions(config_, message.source);
+  if (!may_read && !may_write) {
+    const AbortCode why = AbortCode::local_control;
     ++counters_.not_permitted;
     tell_refused(events_, RoutedService::sdo, message.source,
                  {.network = message.network, .node = message.node}, why, now);
@@ -153,13 +173,9 @@ void SdoExit::open(const Message& message, Instant now) {
     return;
   }
   Passage& made = make(message);
-  made.may_read = made.may_write = message.source == 0;
-  for (const AccessRule& rule : config_.access) {
-    if (message.source >= rule.first && message.source <= rule.last) {
-      made.may_read = made.may_read || rule.sdo_read;
-      made.may_write = made.may_write || rule.sdo_write;
-    }
-  }
+  made.may_read = may_read;
+  made.may_write = may_write;
+  made.budget = budget(made, message.hops, now);
   if (const AbortCode why = reserve(made, now); why != AbortCode::none) {
     (void)post_.send(refusal(message, why));
   }
@@ -189,7 +205,7 @@ AbortCode SdoExit::reserve(Passage& passage, Instant now) {
   channels_taken_[passage.channel] = passage.channel != 0;
   ++counters_.channels;
   passage.state = Passage::State::waiting;
-  wait_until(passage, now + channel_wait(config_, line_.sdo_timeout));
+  wait_until(passage, earlier(now + channel_wait(config_, line_.sdo_timeout), passage.budget));
   const bool taken = arbiter_.submit({.token = passage.token,
                                       .node = passage.node,
                                       .priority = sdo::Priority::routing,
@@ -205,6 +221,13 @@ AbortCode SdoExit::reserve(Passage& passage, Instant now) {
   return AbortCode::none;
 }
 
+// Of the target nobody but the client itself waits for the channel, if no gateway has asked.
+Instant SdoExit::budget(const Passage& passage, unsigned hops, Instant now) const {
+  return passage.to_gateway || hops > 1
+             ? now + gateway_timeout(config_, line_.sdo_timeout, passage.target.hops)
+             : kNever;
+}
+
 void SdoExit::granted(std::uint64_t token, Instant now) {
   Passage* const passage = find(token);
   if (passage == nullptr) {
@@ -215,7 +238,7 @@ void SdoExit::granted(std::uint64_t token, Instant now) {
     return;
   }
   passage->state = Passage::State::asking;
-  wait_until(*passage, now + gateway_timeout(config_, line_.sdo_timeout, passage->target.hops));
+  wait_until(*passage, passage->budget);
   give(*passage, encode(passage->target), now);
 }
 
@@ -230,14 +253,6 @@ void SdoExit::refuse(Passage& passage, AbortCode why) {
   (void)post_.send(to_connection(MessageKind::sdo_refused, passage.from, passage.connection,
                                  static_cast<std::uint32_t>(why)));
   release(passage, why);
-}
-
-// An abort of no object; or of any by a server that knows no indications and says so of the
-// transfer it has. Other aborts end an earlier transfer.
-static bool refuses_indication(std::uint64_t word) {
-  return static_cast<std::uint8_t>(word) == sdo::command_byte(sdo::ServerCommand::abort) &&
-         (sdo::multiplexer(word) == od::Address{} ||
-          static_cast<AbortCode>(sdo::long_word(word)) == AbortCode::command_specifier);
 }
 
 void SdoExit::answered_by_gateway(Passage& passage, std::uint64_t word, Instant now) {
@@ -283,7 +298,7 @@ AbortCode SdoExit::not_permitted(const Passage& passage, std::uint64_t word) con
 
 void SdoExit::response(std::uint64_t token, const can::Frame& frame) {
   Passage* const passage = find(token);
-  if (passage == nullptr) {
+  if (passage == nullptr || passage->state == Passage::State::draining) {
     return;
   }
   const std::uint64_t word = sdo::word_of(frame);
@@ -353,7 +368,12 @@ void SdoExit::give(Passage& passage, std::uint64_t word, Instant now) {
 // Not more than a few frames wait for the bus, because others want to get their requests through.
 bool SdoExit::put_on_bus(const Passage& passage, std::uint64_t word) {
   constexpr auto kSdo = can::TransmitClass::sdo;
-  if (transmit_.queued(kSdo) >= sdo::Outbox::kMany || transmit_.room(kSdo) == 0) {
+  return transmit_.queued(kSdo) < sdo::Outbox::kMany && push(passage, word);
+}
+
+bool SdoExit::push(const Passage& passage, std::uint64_t word) {
+  constexpr auto kSdo = can::TransmitClass::sdo;
+  if (transmit_.room(kSdo) == 0) {
     return false;
   }
   const can::CobId request{can::kSdoRequestBase + passage.node};
@@ -396,32 +416,64 @@ void SdoExit::abort_server(Passage& passage, AbortCode why, Instant /*now*/) {
 }
 
 void SdoExit::release(Passage& passage, AbortCode outcome) {
-  if (passage.state == Passage::State::free) {
+  if (passage.state == Passage::State::free || passage.state == Passage::State::draining) {
     return;
   }
-  passage.state = Passage::State::free;
   passage.deadline = kNever;
-  --counters_.channels;
   if (passage.own) {
+    passage.state = Passage::State::free;
+    --counters_.channels;
     passage.server->server.reset();
     passage.server->queue.clear();
     return;
   }
-  // The last frames, an abort among them, find room: what was queued is far below the queue.
-  while (!passage.waiting.empty()) {
-    const can::CobId request{can::kSdoRequestBase + passage.node};
-    if (transmit_.push(can::TransmitClass::sdo, request.header(sdo::kFrameSize),
-                       passage.waiting.front())) {
-      ++counters_.forwarded;
-    }
+  passage.state = Passage::State::draining;
+  passage.outcome = outcome;
+  while (!passage.waiting.empty() && push(passage, passage.waiting.front())) {
     passage.waiting.pop();
   }
+  if (passage.waiting.empty()) {
+    finish(passage);
+  } else {
+    wake_ = Instant{};  // advance() is due: it knows the time
+  }
+}
+
+// What the bus does not take for as long as a server waits for a frame is lost.
+void SdoExit::drain(Passage& passage, Instant now) {
+  while (!passage.waiting.empty() && push(passage, passage.waiting.front())) {
+    passage.waiting.pop();
+  }
+  if (passage.waiting.empty()) {
+    finish(passage);
+  } else if (passage.deadline == kNever) {
+    wait_until(passage, now + frame_timeout());
+  } else if (now >= passage.deadline) {
+    finish(passage);
+  }
+  if (passage.state == Passage::State::draining) {
+    wake_ = earlier(wake_, now + WordQueue::kRetry);
+  }
+}
+
+void SdoExit::finish(Passage& passage) {
+  counters_.lost += passage.waiting.size();
+  passage.waiting.clear();
+  passage.state = Passage::State::free;
+  passage.deadline = kNever;
+  --counters_.channels;
   channels_taken_[std::exchange(passage.channel, std::uint8_t{0})] = false;
-  arbiter_.release(passage.node, passage.token, passage.phase.address(), outcome);
+  arbiter_.release(passage.node, passage.token, passage.phase.address(), passage.outcome);
 }
 
 void SdoExit::withdrawn(std::uint64_t token, AbortCode why) {
-  if (Passage* const passage = find(token)) {
+  Passage* const passage = find(token);
+  if (passage == nullptr) {
+    return;
+  }
+  if (passage->state == Passage::State::draining) {
+    finish(*passage);
+  } else {
     refuse(*passage, why);
   }
 }
@@ -459,6 +511,11 @@ void SdoExit::advance(Instant now) {
     if (passage.state == Passage::State::free) {
       continue;
     }
+    if (passage.state == Passage::State::draining) {
+      drain(passage, now);
+      wake_ = earlier(wake_, passage.deadline);
+      continue;
+    }
     flush(passage, now);
     if (passage.own && now >= passage.server->server.next_wake()) {
       passage.server->server.advance(now, passage.server->queue);
@@ -491,7 +548,7 @@ void SdoExit::expire(Passage& passage, Instant now) {
 
 void SdoExit::stop(Instant now) {
   for (const auto& each : passages_) {
-    if (each->state != Passage::State::free) {
+    if (each->state != Passage::State::free && each->state != Passage::State::draining) {
       break_down(*each, AbortCode::device_state, now);
     }
   }

@@ -7,6 +7,8 @@
 //   waiting -- channel is free --> asking (next gateway) -- E0h --> open -- last frame --> (gone)
 //                             \--> open (target)
 //
+// Frames that the bus has not taken when a connection ends keep the client SDO until it has.
+//
 // Nothing is allocated while frames are forwarded, but by the server of the own node.
 #pragma once
 
@@ -62,7 +64,6 @@ class SdoExit final : public sdo::ChannelUser {
   Passage* find(std::uint64_t token) const;
   Passage& make(const Message& open);
   void open(const Message& message, Instant now);
-  AbortCode admit(const Message& message);
   AbortCode reserve(Passage& passage, Instant now);
   void opened(Passage& passage, Instant now);
   void refuse(Passage& passage, AbortCode why);
@@ -75,11 +76,15 @@ class SdoExit final : public sdo::ChannelUser {
   void give(Passage& passage, std::uint64_t word, Instant now);
   void flush(Passage& passage, Instant now);
   bool put_on_bus(const Passage& passage, std::uint64_t word);
+  bool push(const Passage& passage, std::uint64_t word);
   // Ends it: the server is told by an abort if it has to forget something, the entrance by
   // sdo_refused.
   void break_down(Passage& passage, AbortCode why, Instant now);
   void abort_server(Passage& passage, AbortCode why, Instant now);
   void release(Passage& passage, AbortCode outcome);
+  void drain(Passage& passage, Instant now);
+  void finish(Passage& passage);
+  Instant budget(const Passage& passage, unsigned hops, Instant now) const;
   void expire(Passage& passage, Instant now);
   void wait_until(Passage& passage, Instant deadline);
   Duration frame_timeout() const;

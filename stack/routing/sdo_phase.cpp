@@ -1,5 +1,7 @@
 #include "stack/routing/sdo_phase.h"
 
+#include <algorithm>
+
 #include "stack/sdo/protocol.h"
 
 namespace linegate::routing {
@@ -47,6 +49,11 @@ SdoPhase::End SdoPhase::request(std::uint64_t word) {
     begin(word);
   } else if (state_ == State::download && is(command, ClientCommand::download_segment)) {
     last_ = (command & sdo::kLastSegment) != 0;
+    bytes_ += static_cast<std::uint32_t>(sdo::segment_size(command));
+  } else if (state_ == State::block_download_end) {
+    block_ends(command);
+  } else if (state_ == State::block_upload && command == sdo::kBlockAck) {
+    acknowledged(sdo::byte_of(word, 1));
   } else if (state_ == State::block_upload && command == sdo::kBlockTakeEnd) {
     return end(End::finished);
   }
@@ -56,6 +63,9 @@ SdoPhase::End SdoPhase::request(std::uint64_t word) {
 void SdoPhase::begin(std::uint64_t word) {
   const auto command = static_cast<std::uint8_t>(word);
   address_ = sdo::multiplexer(word);
+  service_ = writes(word) ? Service::download : Service::upload;
+  bytes_ = 0;
+  unused_ = 0;
   last_segment_ = 0;
   last_ = false;
   if (is(command, ClientCommand::upload_initiate)) {
@@ -63,6 +73,7 @@ void SdoPhase::begin(std::uint64_t word) {
   } else if (is(command, ClientCommand::download_initiate)) {
     state_ = State::download_initiate;
     last_ = (command & sdo::kExpedited) != 0;
+    bytes_ = last_ ? static_cast<std::uint32_t>(sdo::expedited_size(command)) : 0;
   } else {
     state_ =
         sdo::is_block_send(command) ? State::block_download_initiate : State::block_upload_initiate;
@@ -76,16 +87,22 @@ SdoPhase::End SdoPhase::response(std::uint64_t word) {
   }
   switch (state_) {
     case State::upload:
-      return is(command, ServerCommand::upload_segment) && (command & sdo::kLastSegment) != 0
-                 ? end(End::finished)
-                 : End::none;
+      if (!is(command, ServerCommand::upload_segment)) {
+        return End::none;
+      }
+      bytes_ += static_cast<std::uint32_t>(sdo::segment_size(command));
+      return (command & sdo::kLastSegment) != 0 ? end(End::finished) : End::none;
+    case State::block_upload:
+      block_ends(command);  // or a segment that looks like it, which is not the last
+      return End::none;
     case State::download:
       return is(command, ServerCommand::download_segment) && last_ ? end(End::finished) : End::none;
     case State::block_segments:
       if (command == sdo::kBlockAck) {
-        const unsigned acknowledged = sdo::byte_of(word, 1);
-        const bool all = last_segment_ != 0 && acknowledged != 0 &&
-                         acknowledged == (sdo::byte_of(last_segment_, 0) & 0x7FU);
+        const unsigned number = sdo::byte_of(word, 1);
+        const bool all =
+            last_segment_ != 0 && number != 0 && number == (sdo::byte_of(last_segment_, 0) & 0x7FU);
+        acknowledged(number);
         state_ = all ? State::block_download_end : state_;
         last_segment_ = all ? last_segment_ : 0;
       }
@@ -101,6 +118,7 @@ SdoPhase::End SdoPhase::answered_initiate(std::uint8_t command) {
   const bool upload = state_ == State::upload_initiate || state_ == State::block_upload_initiate;
   if (upload && is(command, ServerCommand::upload_initiate)) {
     if ((command & sdo::kExpedited) != 0) {
+      bytes_ = static_cast<std::uint32_t>(sdo::expedited_size(command));
       return end(End::finished);
     }
     state_ = State::upload;
@@ -137,7 +155,19 @@ bool SdoPhase::is_first_answer(std::uint64_t word) const {
   return fits && address == address_;
 }
 
+void SdoPhase::acknowledged(unsigned segments) {
+  bytes_ += static_cast<std::uint32_t>(segments * sdo::kSegmentSize);
+}
+
+// May be said twice; only of a transfer that ends with it something is taken off.
+void SdoPhase::block_ends(std::uint8_t command) {
+  if (sdo::is_block_send_end(command)) {
+    unused_ = (command >> 2U) & 7U;
+  }
+}
+
 SdoPhase::End SdoPhase::end(End how) {
+  bytes_ -= how == End::finished ? std::min<std::uint32_t>(unused_, bytes_) : 0U;
   const End told = state_ == State::idle && how == End::finished ? End::none : how;
   state_ = State::idle;
   return told;

@@ -35,7 +35,11 @@ class SdoPhase {
   bool awaits_first_answer() const;
   bool is_first_answer(std::uint64_t word) const;
   // Of the transfer begun last.
+  enum class Service : std::uint8_t { none, upload, download };  // numbers as in EventKind
   od::Address address() const { return address_; }
+  Service service() const { return service_; }
+  // Of its value: those that were sent, in a block those that were acknowledged.
+  std::uint32_t bytes() const { return bytes_; }
 
  private:
   enum class State : std::uint8_t {
@@ -53,12 +57,17 @@ class SdoPhase {
 
   void begin(std::uint64_t word);
   End answered_initiate(std::uint8_t command);
+  void acknowledged(unsigned segments);
+  void block_ends(std::uint8_t command);
   End end(End how);
 
   State state_ = State::idle;
   bool last_ = false;               // download: expedited, or the last segment was sent
   std::uint64_t last_segment_ = 0;  // block download: the frame with the flag of the last one
   od::Address address_;
+  Service service_ = Service::none;
+  std::uint32_t bytes_ = 0;
+  std::uint8_t unused_ = 0;  // bytes of the last segment of a block transfer
 };
 
 }  // namespace linegate::routing

@@ -16,6 +16,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -46,6 +47,7 @@ struct Interface {
   std::uint8_t number = 0;    // 1..255
   std::uint16_t network = 0;  // its network-ID
   std::uint8_t node = 0;      // node-ID of the own node on it, 0 = it has none
+  std::string name{};         // of the line, for people
 };
 
 // What is wrong with a route.

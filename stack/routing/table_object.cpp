@@ -12,18 +12,28 @@ Route route_at(const od::Dictionary& dictionary, std::size_t entry) {
       dictionary.number({kRoutingTable, static_cast<std::uint8_t>(entry + 1)}).value_or(0));
 }
 
-std::vector<Route> first_routes(const od::Dictionary& dictionary, std::size_t count) {
-  std::vector<Route> out;
+void append_first(const od::Dictionary& dictionary, std::size_t count, std::vector<Route>& out) {
   for (std::size_t entry = 0; entry < std::min(count, kMaxRoutes); ++entry) {
     out.push_back(route_at(dictionary, entry));
   }
+}
+
+std::vector<Route> first_routes(const od::Dictionary& dictionary, std::size_t count) {
+  std::vector<Route> out;
+  append_first(dictionary, count, out);
   return out;
 }
 
 }  // namespace
 
 std::vector<Route> routes_of(const od::Dictionary& dictionary) {
-  return first_routes(dictionary, dictionary.number({kRoutingTable, 0}).value_or(0));
+  std::vector<Route> out;
+  append_routes(dictionary, out);
+  return out;
+}
+
+void append_routes(const od::Dictionary& dictionary, std::vector<Route>& out) {
+  append_first(dictionary, dictionary.number({kRoutingTable, 0}).value_or(0), out);
 }
 
 Table read_table(const od::Dictionary& dictionary) {

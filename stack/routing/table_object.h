@@ -11,6 +11,7 @@ namespace linegate::routing {
 
 // The routes that count, in the order of their sub-indices; unused ones among them.
 std::vector<Route> routes_of(const od::Dictionary& dictionary);
+void append_routes(const od::Dictionary& dictionary, std::vector<Route>& out);
 Table read_table(const od::Dictionary& dictionary);
 
 // Refuses what would bring a fault into the table, with abort_of(RouteFault): a route that counts,

@@ -56,6 +56,9 @@ class Listener : public dds::ClientListener {
                const std::vector<dds::Property>& properties) override {
     for (const dds::Property& property : properties) {
       line_properties[property.name] = property.value;
+      if (property.name == "routes-1") {
+        routes[source.line] = property.value;
+      }
     }
     incarnation = source.incarnation;
     lines[source.line] = state;
@@ -104,6 +107,7 @@ class Listener : public dds::ClientListener {
   std::map<std::string, line::LineState> lines;
   std::map<std::string, dds::LineInfo> infos;
   std::map<std::string, std::string> line_properties;
+  std::map<std::string, std::string> routes;
   std::map<std::string, line::NodeState> nodes;
   std::map<std::string, image::Layout> layouts;
   std::map<std::string, image::Snapshot> images;
@@ -297,6 +301,37 @@ TEST_F(RoutingGatewayTest, AnSdoCrossesTwoLinesIfBothPermitIt) {
   EXPECT_EQ(call(at("open"), crossing).reply.error, line::to_error(line::Refusal::not_permitted));
   EXPECT_TRUE(until([&] { return seen_.line_properties.contains("routing-opened"); }));
   EXPECT_EQ(seen_.line_properties["routes-1"], "1 open 0, 2 closed 0");
+}
+
+class ClosedRoutingGatewayTest : public RoutingGatewayTest {
+ protected:
+  std::string text() const override {
+    std::string out = RoutingGatewayTest::text();
+    return out.replace(out.find("access: read\n"), 13, "access: off\n");
+  }
+  line::Command own_write(std::uint8_t sub, std::uint64_t value, std::size_t size) const {
+    line::Command command;
+    command.kind = line::CommandKind::local_write;
+    command.index = 0x1F2C;
+    command.sub = sub;
+    for (std::size_t i = 0; i < size; ++i) {
+      command.data.push_back(static_cast<std::byte>(value >> (8 * i)));
+    }
+    return command;
+  }
+};
+
+TEST_F(ClosedRoutingGatewayTest, ARouteWrittenAtRunTimeIsShownAndOpensNoLine) {
+  // Network 9 over the line that is closed, next gateway 6, cost 1.
+  EXPECT_TRUE(call(at("open"), own_write(3, 0x0001'0602'0009'0009, 8)).reply.ok());
+  EXPECT_TRUE(call(at("open"), own_write(0, 3, 1)).reply.ok());
+  EXPECT_TRUE(until([&] { return seen_.routes["open"] == "1 open 0, 2 closed 0, 9 closed:6 1"; }));
+  EXPECT_EQ(seen_.routes["closed"], "1 open 0, 2 closed 0");
+  line::Command crossing = sdo_read(5, 0x1000, 0);
+  crossing.kind = line::CommandKind::network_read;
+  crossing.network = 9;
+  EXPECT_EQ(call(at("open"), crossing).reply.error, to_error(AbortCode::local_control));
+  EXPECT_TRUE(until([&] { return seen_.happened("closed", EventKind::routing_refused); }));
 }
 
 // Whichever of the two is made anew, and the other stays.

@@ -243,6 +243,22 @@ TEST(EventText, NamesTheSourceOfAForwardedEmcy) {
             "node 5 (ram): EMCY 8130h of node 12 in network 3, error register 11h, 2 hops");
 }
 
+TEST(EventText, TellsOfAConnectionWhoseItIsAndHowItEnded) {
+  EXPECT_EQ(words(EventKind::routing_opened, 0, 0x0001'0003, 0, {1, 0, 12, 0, 5, 2, 9, 1}),
+            "connection 00010003 from network 1 to node 5 of network 12 over interface 2:9 opened");
+  EXPECT_EQ(words(EventKind::routing_opened, 0, 3, 40, {0, 0, 2, 0, 5, 2, 0, 0}),
+            "connection 00000003 from this gateway to node 5 of network 2 over interface 2 opened "
+            "(40 more were not told)");
+  EXPECT_EQ(words(EventKind::routing_ended, 0, 0, 4,
+                  {1, 0, 12, 0, 5, 2, 9, 1, 0x18, 0x10, 1, 3, 0, 1, 0}),
+            "connection 00010003 from network 1 to node 5 of network 12 over interface 2:9 ended, "
+            "upload of 1018:01, 4 bytes: done");
+  EXPECT_EQ(words(EventKind::routing_ended, 0, 0x0504'0000, 0,
+                  {1, 0, 2, 0, 5, 2, 0, 0, 0, 0, 0, 3, 0, 1, 0}),
+            "connection 00010003 from network 1 to node 5 of network 2 over interface 2 ended, no "
+            "transfer, 0 bytes: SDO protocol timed out (05040000)");
+}
+
 TEST(EventText, HasWordsForEveryKind) {
   for (std::size_t i = 0; i < kEventKinds; ++i) {
     const std::string text = words(static_cast<EventKind>(i), 5, 0, 0);
@@ -259,6 +275,8 @@ TEST(Access, ReadAllowsWhatChangesNothing) {
   EXPECT_TRUE(permitted(CommandKind::sdo_read, Access::read, Access::off));
   EXPECT_TRUE(permitted(CommandKind::local_read, Access::read, Access::off));
   EXPECT_TRUE(permitted(CommandKind::network_read, Access::read, Access::off));
+  EXPECT_TRUE(permitted(CommandKind::routing_trace, Access::read, Access::off));
+  EXPECT_FALSE(permitted(CommandKind::routing_trace, Access::off, Access::off));
   for (const auto kind : {CommandKind::sdo_write, CommandKind::network_write,
                           CommandKind::local_write, CommandKind::nmt, CommandKind::emcy_send,
                           CommandKind::output_write, CommandKind::bus_restart}) {

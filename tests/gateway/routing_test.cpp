@@ -43,6 +43,7 @@ lines:
     interface: "simulated:"
     network_id: 2
     reset_nodes: false
+    access: all
     enter: press
     simulate: [{node: 20, profile: digital-io}]
 )")) {

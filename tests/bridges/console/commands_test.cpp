@@ -32,7 +32,20 @@ class FakeGateway : public Client {
                          {"routing-opened", std::to_string(opened)},
                          {"routing-timed-out", "4"}};
       opened += opens;
+      view.state.counters.events = events;
       listener.on_line(kPress, view);
+      if (written_route) {
+        view.state.network_id = 4;
+        view.properties = {{"routes-1", "3 press 0, 10..19 press:6 10, 77 press:9 1"},
+                           {"routing-open", "0"}};
+        listener.on_line({"plant", "saw"}, view);
+      }
+      if (std::exchange(connects, false)) {
+        listener.on_event(kPress,
+                          {{.number = 9, .kind = EventKind::routing_opened}, "connection opened"});
+        listener.on_event(kPress,
+                          {{.number = 10, .kind = EventKind::routing_ended}, "connection ended"});
+      }
       if (std::exchange(refuses, false)) {
         listener.on_event(kPress,
                           {{.number = 7, .kind = EventKind::routing_refused}, "SDO refused"});
@@ -49,7 +62,8 @@ class FakeGateway : public Client {
   }
   Answer call(const LineId& id, const line::Command& command, Duration /*timeout*/,
               std::uint64_t layout_id, Listener& /*listener*/) override {
-    EXPECT_EQ(id, kPress);
+    EXPECT_TRUE(id == kPress || written_route);
+    asked = id;
     last = command;
     last_layout = layout_id;
     return answer;
@@ -59,9 +73,13 @@ class FakeGateway : public Client {
   std::uint64_t opened = 5;
   std::uint64_t opens = 0;  // connections in each poll
   bool refuses = false;
+  bool connects = false;
+  std::uint64_t events = 0;      // that happened so far
+  bool written_route = false;    // another line has one
   std::uint64_t unreadable = 0;  // samples in each poll
   Answer answer;
   line::Command last;
+  LineId asked;
   std::uint64_t last_layout = 0;
 };
 
@@ -150,6 +168,19 @@ TEST_F(Commands, RoutesAsTextAndAsJson) {
   EXPECT_THAT(out_.str(), HasSubstr(R"("network_id":3,"open":1,"opened":5,"timed_out":4})"));
 }
 
+TEST_F(Commands, ARouteOfOneLineIsShownAsThatAndUsedByIt) {
+  gateway_.written_route = true;
+  context_.json = true;
+  EXPECT_EQ(routes(context_), kDone);
+  EXPECT_THAT(out_.str(), HasSubstr(R"("line":"press","node":6,"cost":10})"));
+  EXPECT_THAT(out_.str(), HasSubstr(R"("first":77,"last":77,"line":"press","node":9,"cost":1,)"
+                                    R"("known_to":["saw"]})"));
+  EXPECT_EQ(sdo_read(context_, "77:5", "1018", "1", ""), kDone) << err_.str();
+  EXPECT_EQ(gateway_.asked.line, "saw") << "press has no such route";
+  EXPECT_EQ(sdo_read(context_, "19:5", "1018", "1", ""), kDone) << err_.str();
+  EXPECT_EQ(gateway_.asked.line, "press");
+}
+
 TEST_F(Commands, ATraceTellsWhatMovedAndWhatWasRefused) {
   gateway_.opens = 2;
   gateway_.refuses = true;
@@ -163,6 +194,33 @@ TEST_F(Commands, ATraceTellsWhatMovedAndWhatWasRefused) {
   EXPECT_THAT(out_.str(), HasSubstr(R"("line":"press","network_id":3,"opened":2,"finished":0)"));
   gateway_.silent = true;
   EXPECT_EQ(trace(context_, 1, [] { return false; }), kFailed);
+}
+
+TEST_F(Commands, ATraceAsksForConnectionsAndShowsThem) {
+  gateway_.connects = true;
+  EXPECT_EQ(trace(context_, 2, [] { return false; }), kDone);
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::routing_trace);
+  EXPECT_EQ(gateway_.last.code, 30);
+  EXPECT_THAT(out_.str(), HasSubstr("connection opened\n"));
+  EXPECT_THAT(out_.str(), HasSubstr("connection ended\n"));
+  EXPECT_THAT(err_.str(), Not(HasSubstr("does not tell")));
+}
+
+TEST_F(Commands, ATraceShowsNothingThatHappenedBefore) {
+  gateway_.events = 7;
+  gateway_.refuses = true;
+  gateway_.opens = 1;
+  EXPECT_EQ(trace(context_, 2, [] { return false; }), kDone);
+  EXPECT_THAT(out_.str(), Not(HasSubstr("SDO refused")));
+}
+
+TEST_F(Commands, ATraceGoesOnWithCountersWhereItMayNotAsk) {
+  gateway_.answer.reply.error = line::to_error(line::Refusal::not_permitted);
+  gateway_.answer.text = "not permitted";
+  gateway_.opens = 1;
+  EXPECT_EQ(trace(context_, 2, [] { return false; }), kDone);
+  EXPECT_THAT(out_.str(), HasSubstr("1 opened"));
+  EXPECT_EQ(err_.str(), "press does not tell of single connections: not permitted\n");
 }
 
 TEST_F(Commands, TheOwnNodeIsReadLocally) {

@@ -108,10 +108,12 @@ TEST(Routes, TimesAndDefinitionsCount) {
   const auto loaded = read_routes(
       "routing: {network_indication: own, routing_table: own, forwarded_emcy: own, channels: "
       "per_node, arm_timeout: 1s, "
-      "frame_timeout: 2s, gateway_timeout: 3s, channel_wait: 4s, additional_servers: 2}\n");
+      "hop_limit: 3, frame_timeout: 2s, gateway_timeout: 3s, channel_wait: 4s, additional_servers: "
+      "2}\n");
   ASSERT_TRUE(loaded.ok()) << told(loaded).front();
   const routing::Config& config = loaded.value->lines[1].config.routing;
   EXPECT_EQ(config.channels, routing::ChannelRule::per_node);
+  EXPECT_EQ(config.hop_limit, 3);
   EXPECT_EQ(config.arm_timeout, 1s);
   EXPECT_EQ(config.frame_timeout, 2s);
   EXPECT_EQ(config.gateway_timeout, 3s);

@@ -104,6 +104,18 @@ class RoutedLines : public testing::Test {
     }
     return found;
   }
+  std::vector<Event> events(unsigned number, EventKind first, EventKind second) {
+    std::vector<Event> out;
+    std::array<Event, 64> events;
+    while (const std::size_t count = line(number).take_events(events)) {
+      for (const Event& event : std::span(events).first(count)) {
+        if (event.kind == first || event.kind == second) {
+          out.push_back(event);
+        }
+      }
+    }
+    return out;
+  }
   void expect_nothing_left() {
     for (unsigned number : {1U, 2U}) {
       const Counters now = counters(number);

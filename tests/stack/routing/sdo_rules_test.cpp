@@ -1,9 +1,12 @@
-// SDO routing: who may use which channel and enter which line, the table, and the process itself as
-// a client.
+// SDO routing: who may use which channel and enter which line, the table, what a trace tells, and
+// the process itself as a client.
 #include <initializer_list>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "stack/routing/sdo_phase.h"
+#include "stack/routing/trace.h"
 
 #include "tests/stack/routing/routed_lines.h"
 
@@ -228,6 +231,168 @@ TEST_F(SdoRouting, TheNetworkIdsOfTheLinesAreReadable) {
   EXPECT_EQ(sent(1), Frames{"5FF 80205F0202000106"});
 }
 
+// --- trace --------------------------------------------------------------------------------------
+
+class TracedRouting : public SdoRouting {
+ protected:
+  void trace(std::uint16_t seconds_long) {
+    line(1).execute({.tag = 1, .kind = line::CommandKind::routing_trace, .code = seconds_long},
+                    now_);
+  }
+  std::vector<Event> told() {
+    return events(1, EventKind::routing_opened, EventKind::routing_ended);
+  }
+  static std::vector<unsigned> data(const Event& event) {
+    std::vector<unsigned> out;
+    for (const std::byte b : std::span(event.data).first(event.length)) {
+      out.push_back(std::to_integer<unsigned>(b));
+    }
+    return out;
+  }
+  void transfer() {
+    open_again();
+    client({0x40, 0x18, 0x10, 1, 0, 0, 0, 0});
+    server({0x4B, 0x18, 0x10, 1, 0x91, 1, 0, 0});
+    (void)sent(1);
+  }
+};
+
+TEST_F(TracedRouting, ConnectionsAreEventsWhileSomebodyAskedForThem) {
+  start();
+  transfer();
+  EXPECT_TRUE(told().empty());
+  trace(10);
+  transfer();
+  const std::vector<Event> one = told();
+  ASSERT_EQ(one.size(), 2U);
+  EXPECT_EQ(one[0].kind, EventKind::routing_opened);
+  EXPECT_EQ(one[0].value, 0U);
+  EXPECT_EQ(data(one[0]), (std::vector<unsigned>{1, 0, 2, 0, 5, 2, 0, 1}));
+  EXPECT_EQ(one[1].kind, EventKind::routing_ended);
+  EXPECT_EQ(one[1].code, 0U);
+  EXPECT_EQ(one[1].value, 2U) << "bytes";
+  std::vector<unsigned> expected{1, 0, 2, 0, 5, 2, 0, 1, 0x18, 0x10, 1};
+  for (unsigned shift = 0; shift < 32; shift += 8) {
+    expected.push_back(one[0].code >> shift & 0xFFU);
+  }
+  EXPECT_EQ(data(one[1]), expected);
+  trace(5);  // somebody else, who listens for less
+  pass(seconds(9));
+  transfer();
+  EXPECT_EQ(told().size(), 2U);
+  pass(seconds(1));
+  transfer();
+  EXPECT_TRUE(told().empty());
+}
+
+TEST_F(TracedRouting, AnEndTellsWhyAndOfWhichTransfer) {
+  start();
+  trace(100);
+  open();
+  client({0x23, 0, 0x20, 1, 9, 0, 0, 0});
+  server({0x80, 0, 0x20, 1, 0, 0, 2, 6});  // there is no such object
+  (void)sent(1);
+  std::vector<Event> seen = told();
+  ASSERT_EQ(seen.size(), 2U);
+  EXPECT_EQ(seen[1].code, static_cast<std::uint32_t>(AbortCode::no_object));
+  EXPECT_EQ(seen[1].data[7], std::byte{2}) << "a download";
+  open_again();
+  pass(seconds(6));
+  seen = told();
+  ASSERT_EQ(seen.size(), 2U);
+  EXPECT_EQ(seen[1].code, static_cast<std::uint32_t>(AbortCode::timeout));
+  EXPECT_EQ(seen[1].data[7], std::byte{0}) << "none began";
+}
+
+TEST_F(TracedRouting, AToolThatDoesManyTransfersDoesNotDrownOtherEvents) {
+  start();
+  trace(100);
+  for (int i = 0; i < 70; ++i) {
+    transfer();
+  }
+  EXPECT_EQ(told().size(), 2U * Trace::kMostASecond);
+  pass(seconds(1));
+  transfer();
+  const std::vector<Event> later = told();
+  ASSERT_EQ(later.size(), 2U);
+  EXPECT_EQ(later[0].value, 20U);
+}
+
+TEST_F(TracedRouting, ATraceOfNoTimeOrOfALineWithoutRoutesIsRefused) {
+  start();
+  line::Reply reply;
+  for (const std::uint16_t wrong : std::initializer_list<std::uint16_t>{0, 3601}) {
+    trace(wrong);
+    ASSERT_TRUE(line(1).take_reply(reply));
+    EXPECT_EQ(reply.error, to_error(line::Refusal::bad_request));
+  }
+  line::LineConfig alone;
+  alone.name = "alone";
+  alone.node_id = 127;
+  auto made = line::Line::make(alone);
+  ASSERT_TRUE(made.ok());
+  (*made.value)->start(now_);
+  (*made.value)->execute({.tag = 1, .kind = line::CommandKind::routing_trace, .code = 5}, now_);
+  ASSERT_TRUE((*made.value)->take_reply(reply));
+  EXPECT_EQ(reply.error, to_error(line::Refusal::wrong_role));
+}
+
+std::uint64_t word(std::initializer_list<unsigned> bytes) {
+  std::uint64_t out = 0;
+  unsigned shift = 0;
+  for (const unsigned byte : bytes) {
+    out |= std::uint64_t{byte} << shift;
+    shift += 8;
+  }
+  return out;
+}
+
+TEST(BytesOfATransfer, AreCountedInSegments) {
+  SdoPhase phase;
+  EXPECT_EQ(phase.service(), SdoPhase::Service::none);
+  phase.request(word({0x40, 8, 0x10, 0}));
+  phase.response(word({0x41, 8, 0x10, 0, 10}));
+  phase.request(word({0x60}));
+  phase.response(word({0x00}));
+  phase.request(word({0x70}));
+  EXPECT_EQ(phase.response(word({0x19})), SdoPhase::End::finished);
+  EXPECT_EQ(phase.bytes(), 10U);
+  EXPECT_EQ(phase.service(), SdoPhase::Service::upload);
+  phase.request(word({0x21, 0, 0x20, 0, 8}));
+  phase.response(word({0x60, 0, 0x20, 0}));
+  phase.request(word({0x00}));
+  phase.response(word({0x20}));
+  phase.request(word({0x1D}));
+  EXPECT_EQ(phase.response(word({0x30})), SdoPhase::End::finished);
+  EXPECT_EQ(phase.bytes(), 8U);
+  EXPECT_EQ(phase.service(), SdoPhase::Service::download);
+}
+
+TEST(BytesOfATransfer, AreCountedInBlocksAsTheyAreAcknowledged) {
+  SdoPhase phase;
+  phase.request(word({0xC6, 0, 0x20, 0, 10}));
+  phase.response(word({0xA4, 0, 0x20, 0, 127}));
+  phase.request(word({0x01}));
+  phase.request(word({0x82}));
+  phase.response(word({0xA2, 1, 127}));  // the second one was lost
+  phase.request(word({0x81}));
+  phase.response(word({0xA2, 1, 127}));
+  phase.request(word({0xD1}));  // 4 bytes are unused
+  EXPECT_EQ(phase.response(word({0xA1})), SdoPhase::End::finished);
+  EXPECT_EQ(phase.bytes(), 10U);
+  phase.request(word({0xA4, 0, 0x20, 0, 127}));
+  phase.response(word({0xC6, 0, 0x20, 0, 0xC5, 1}));
+  phase.request(word({0xA3}));
+  for (unsigned number = 1; number < 65; ++number) {
+    phase.response(word({number}));
+  }
+  phase.response(word({0xC1}));  // segment 65, which looks like an end
+  phase.request(word({0xA2, 65, 127}));
+  phase.response(word({0xC9}));  // 2 bytes are unused
+  EXPECT_EQ(phase.request(word({0xA1})), SdoPhase::End::finished);
+  EXPECT_EQ(phase.bytes(), 453U);
+}
+
 // --- as client ----------------------------------------------------------------------------------
 
 class RemoteSdo : public SdoRouting {
@@ -308,6 +473,73 @@ TEST_F(RemoteSdo, ACommandsOwnTimeoutFreesTheWay) {
   EXPECT_FALSE(reply().ok());
   EXPECT_EQ(sent(2), (Frames{"605 4000100000000000", "605 8000100000000405"}));
   expect_nothing_left();
+}
+
+// A route that the gateway's configuration knows nothing of.
+class RemoteSdoByWrittenRoute : public RemoteSdo {
+ protected:
+  void start_with_route() {
+    start();
+    client({0x21, 0x2C, 0x1F, 2, 8, 0, 0, 0});
+    client({0x00, 4, 0, 4, 0, 2, 9, 1});  // network 4 over interface 2, next gateway 9
+    client({0x1D, 0, 0, 0, 0, 0, 0, 0});
+    client({0x2F, 0x2C, 0x1F, 0, 2, 0, 0, 0});
+    ASSERT_EQ(sent(1).back(), "5FF 602C1F0000000000");
+  }
+};
+
+TEST_F(RemoteSdoByWrittenRoute, DoesNotEnterALineThatIsClosedToTheProcess) {
+  of_line(2).process_reads = of_line(2).process_writes = false;
+  start_with_route();
+  read(4, 7);
+  EXPECT_EQ(reply().error, to_error(AbortCode::local_control));
+  EXPECT_EQ(sent(2), Frames{});
+  EXPECT_TRUE(told(2, EventKind::routing_refused, AbortCode::local_control));
+  EXPECT_EQ(counters(2).not_permitted, 1U);
+  client({0xE0, 4, 0, 7, 1, 0, 0, 0});  // the rules for the bus are others
+  EXPECT_EQ(sent(2), Frames{"609 E004000702000000"});
+}
+
+TEST_F(RemoteSdoByWrittenRoute, OnlyReadsInALineThatMayBeRead) {
+  of_line(2).process_writes = false;
+  start_with_route();
+  read(4, 7);
+  EXPECT_EQ(sent(2), Frames{"609 E004000701000000"});
+  hear(2, 0x589, {0xE0, 4, 0, 7, 1, 0, 0, 0});
+  EXPECT_EQ(sent(2), Frames{"609 4000100000000000"});
+  hear(2, 0x589, {0x4F, 0, 0x10, 0, 5, 0, 0, 0});
+  EXPECT_EQ(reply().data, std::vector<std::byte>{std::byte{5}});
+  line(1).execute({.tag = 8,
+                   .kind = line::CommandKind::network_write,
+                   .node = 7,
+                   .network = 4,
+                   .index = 0x2000,
+                   .data = {std::byte{1}}},
+                  now_);
+  carry();
+  EXPECT_EQ(sent(2), Frames{"609 E004000701000000"});
+  hear(2, 0x589, {0xE0, 4, 0, 7, 1, 0, 0, 0});
+  EXPECT_EQ(reply().error, to_error(AbortCode::read_only));
+  EXPECT_EQ(sent(2), Frames{"609 8000000000000008"});
+  expect_nothing_left();
+}
+
+TEST_F(RemoteSdo, TheRoutesInForceAreKnown) {
+  start();
+  std::vector<Route> routes;
+  line(1).routes(routes);
+  EXPECT_EQ(routes, of_line(1).routes);
+  client({0x2F, 0x2C, 0x1F, 0, 0, 0, 0, 0});
+  line(1).routes(routes);
+  EXPECT_EQ(routes, std::vector<Route>{});
+  line(1).execute({.tag = 9,
+                   .kind = line::CommandKind::nmt,
+                   .node = 127,
+                   .nmt = nmt::Command::reset_communication},
+                  now_);
+  pass(milliseconds(10));
+  line(1).routes(routes);
+  EXPECT_EQ(routes, of_line(1).routes);
 }
 
 TEST_F(RemoteSdo, CommandsOfTheProcessAreNotSubjectToTheRulesOfAccess) {

@@ -206,6 +206,70 @@ TEST_F(SdoRouting, ALineThatIsNotThereIsADeadRoute) {
 
 // --- armed --------------------------------------------------------------------------------------
 
+// The gateway before waits 875 ms for it, and 500 ms are no time for the next route.
+TEST_F(SdoRouting, TheTimeUntilAClientSdoIsFreeIsPartOfTheGatewaysTime) {
+  with_next_gateway();
+  of_line(1).routes.push_back({.first = 3, .last = 4, .interface = 2, .gateway = 8, .cost = 20});
+  start();
+  line(2).execute({.tag = 1, .kind = line::CommandKind::sdo_read, .node = 9, .index = 0x1008},
+                  now_);
+  ASSERT_EQ(sent(2), Frames{"609 4008100000000000"});
+  client({0xE0, 3, 0, 5, 2, 0, 0, 0});  // a gateway asks
+  EXPECT_EQ(sent(2), Frames{});
+  pass(milliseconds(240));
+  hear(2, 0x589, {0x80, 0x08, 0x10, 0, 0, 0, 2, 6});
+  pass(milliseconds(1));
+  ASSERT_EQ(sent(2), Frames{"609 E003000503000000"});
+  pass(milliseconds(559));  // 800 in all
+  EXPECT_EQ(sent(2), (Frames{"609 8000000000000405", "608 E003000503000000"}));
+  hear(2, 0x588, {0xE0, 3, 0, 5, 3, 0, 0, 0});
+  EXPECT_EQ(sent(1), Frames{"5FF E003000502000000"});
+}
+
+TEST_F(SdoRouting, WhatTheBusHasNotTakenKeepsTheClientSdo) {
+  start();
+  open();
+  client({0x40, 0, 0x10, 0, 0, 0, 0, 0});
+  ASSERT_EQ(sent(2), Frames{"605 4000100000000000"});
+  for (int i = 0; i < 300; ++i) {  // more answers than the queue has places
+    hear(2, 0x67E, {0x40, 0, 0x10, 0, 0, 0, 0, 0});
+  }
+  client({0x80, 0, 0x10, 0, 0, 0, 0, 8});
+  EXPECT_EQ(counters(1).open, 0U);
+  EXPECT_EQ(counters(2).channels, 1U);
+  pass(milliseconds(5));
+  EXPECT_EQ(counters(2).channels, 1U);
+  EXPECT_NE(sent(2).back(), "605 8000100000000008");
+  pass(milliseconds(2));
+  EXPECT_EQ(sent(2).back(), "605 8000100000000008");
+  expect_nothing_left();
+  EXPECT_EQ(counters(2).lost, 0U);
+}
+
+TEST_F(SdoRouting, WhatTheBusDoesNotTakeInTimeIsCounted) {
+  start();
+  open();
+  client({0x40, 0, 0x10, 0, 0, 0, 0, 0});
+  ASSERT_EQ(sent(2), Frames{"605 4000100000000000"});
+  for (int i = 0; i < 300; ++i) {
+    hear(2, 0x67E, {0x40, 0, 0x10, 0, 0, 0, 0, 0});
+  }
+  client({0x80, 0, 0x10, 0, 0, 0, 0, 8});
+  pass(milliseconds(1100));
+  EXPECT_EQ(counters(2).lost, 1U);
+  expect_nothing_left();
+}
+
+TEST_F(SdoRouting, TheHopLimitIsConfigured) {
+  of_line(1).hop_limit = 2;
+  with_next_gateway();
+  start();
+  client({0xE0, 3, 0, 5, 3, 0, 0, 0});
+  EXPECT_EQ(sent(1), Frames{"5FF 8000000030000906"});
+  client({0xE0, 3, 0, 5, 2, 0, 0, 0});
+  EXPECT_EQ(sent(2), Frames{"609 E003000503000000"});
+}
+
 TEST_F(SdoRouting, ArmedForFiveSecondsThenReleasedWithoutAFrame) {
   start();
   open();
