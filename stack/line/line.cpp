@@ -307,9 +307,18 @@ void Line::Impl::stop(Instant now) {
   emit(EventKind::line_stopped, now);
 }
 
+// Lines without routing pay for the question alone: nothing is kept for afterwards.
 void Line::Impl::receive(std::span<const can::Frame> frames) {
+  if (routing == nullptr) {
+    node.receive(frames);
+    return;
+  }
+  receive_and_route(frames);
+}
+
+void Line::Impl::receive_and_route(std::span<const can::Frame> frames) {
   node.receive(frames);
-  if (routing != nullptr && !frames.empty()) {
+  if (!frames.empty()) {
     routing->settle(may_send_sdo(), frames.back().time);
     take_completions(frames.back().time);
   }

@@ -34,6 +34,7 @@ struct Line::Impl final : Line::Base,
   const image::Layout& layout(image::Direction direction) const override;
   void start(Instant now) override;
   void receive(std::span<const can::Frame> frames) override;
+  void receive_and_route(std::span<const can::Frame> frames);
   void stop(Instant now) override;
   void advance(Instant now) override;
   Instant next_wake() const override;
