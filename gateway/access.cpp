@@ -22,6 +22,7 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
     case line::CommandKind::network_read:
     case line::CommandKind::local_read:
     case line::CommandKind::routing_trace:
+    case line::CommandKind::scan:  // it writes nothing
       return commands != config::Access::off;
     case line::CommandKind::output_write:
       return commands == config::Access::all && outputs == config::Access::all;

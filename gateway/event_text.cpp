@@ -260,6 +260,10 @@ std::string text(const Event& e, std::string_view interface) {
     case EventKind::command_refused:
       return fmt::format("command {} refused: {}", as<line::CommandKind>(e.value),
                          line::describe(static_cast<line::Refusal>(e.code)));
+    case EventKind::node_scanned:
+      return e.code == 0 ? fmt::format("scanned, {} objects read", e.value)
+                         : fmt::format("scanned, {} objects read until it ended: {}", e.value,
+                                       abort_text(e.code));
     case EventKind::nmt_command:
     case EventKind::sdo_transfer:
     case EventKind::pdo_mapping:

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -13,6 +14,7 @@
 
 #include "bridges/console/commands.h"
 #include "bridges/console/monitor.h"
+#include "bridges/console/scan.h"
 #include "bridges/dds/library_log.h"
 #include "gateway/check.h"
 #include "gateway/decode.h"
@@ -22,6 +24,7 @@
 #include "gateway/record.h"
 #include "gateway/remote_client.h"
 #include "gateway/replay.h"
+#include "gateway/scan_files.h"
 #include "gateway/signals.h"
 #include "gateway/simulate.h"
 
@@ -269,6 +272,16 @@ class Program {
                          [&](auto& c) { return console::bus_restart(c, texts_.line); });
     });
 
+    CLI::App* scan = app_.add_subcommand("scan", "find out what is on a line; writes to no device");
+    scan->add_option("line", texts_.line, "LINE, or LINE:NODE for one node")->required();
+    scan->add_option("--write", scan_folder_, "folder to put a plant.yaml and DCF files into");
+    scan->add_option("--eds", eds_folder_, "folder of EDS files, for names and exact types")
+        ->check(CLI::ExistingDirectory);
+    on(scan, [this] {
+      return with_client(options_, {.events = true, .commands = true},
+                         [&](auto& c) { return run_scan(c); });
+    });
+
     CLI::App* versions = app_.add_subcommand("versions", "versions of a running gateway");
     versions->add_option("line", texts_.line);
     on(versions, [this] {
@@ -369,6 +382,32 @@ class Program {
                         "ask through the gateway, as a client on this line would");
   }
 
+  int run_scan(console::Context& context) {
+    console::ScanResult result;
+    const int code = console::scan(context, texts_.line, result);
+    if (code != console::kDone || scan_folder_.empty()) {
+      return code;
+    }
+    const ScanFiles files = write_scan({.gateway = result.id.gateway,
+                                        .name = result.id.line,
+                                        .interface_uri = result.line.interface_uri,
+                                        .bit_rate = result.line.bit_rate,
+                                        .network_id = result.line.state.network_id,
+                                        .node_id = result.line.state.node_id,
+                                        .nodes = std::move(result.nodes)},
+                                       scan_folder_, eds_folder_);
+    for (const std::string& note : files.notes) {
+      std::cerr << printable(note) << '\n';
+    }
+    for (const std::string& path : files.written) {
+      std::cerr << "written: " << path << '\n';
+    }
+    if (!files.ok) {
+      std::cerr << "error: " << printable(files.error) << '\n';
+    }
+    return files.ok ? console::kDone : console::kFailed;
+  }
+
   int run_monitor() {
     return with_client(options_, {.images = true, .events = true}, [this](console::Context& c) {
       end_in_good_order();
@@ -393,6 +432,8 @@ class Program {
   bool concise_ = false;
   std::uint64_t count_ = 0;
   std::string plant_;
+  std::string scan_folder_;
+  std::string eds_folder_;
   SimulateOptions simulation_;
   RecordOptions recording_;
   ReplayCommand replay_;

@@ -31,7 +31,7 @@ void to_wire(const line::Command& from, v1::CommandRequest& to) {
 }
 
 const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
-  if (from.kind() > v1::COMMAND_ROUTING_TRACE)
+  if (from.kind() > v1::COMMAND_SCAN)
     return "kind is not a CommandKind";
   if (from.timeout_ns() < 0)
     return "timeout_ns is negative";
@@ -53,6 +53,8 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
     case line::CommandKind::sdo_read:
     case line::CommandKind::sdo_write:
       return from.node() < 1 || from.node() > 127 ? "node is not 1..127" : nullptr;
+    case line::CommandKind::scan:
+      return from.node() > 127 ? "node is not 0..127" : nullptr;
     case line::CommandKind::nmt:
       if (from.node() > 127)
         return "node is not 0..127";
@@ -90,6 +92,7 @@ const char* check_data(const line::Command& command) {
     case line::CommandKind::versions:
     case line::CommandKind::bus_restart:
     case line::CommandKind::routing_trace:
+    case line::CommandKind::scan:
       break;
   }
   return size != 0 ? "this kind of command takes no data" : nullptr;

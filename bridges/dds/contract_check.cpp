@@ -99,7 +99,8 @@ static_assert(same(v1::EVENT_ROUTING_REFUSED, EventKind::routing_refused));
 static_assert(same(v1::EVENT_EMCY_ROUTED, EventKind::emcy_routed));
 static_assert(same(v1::EVENT_ROUTING_OPENED, EventKind::routing_opened));
 static_assert(same(v1::EVENT_ROUTING_ENDED, EventKind::routing_ended));
-static_assert(v1::EVENT_ROUTING_ENDED + 1U == kEventKinds);
+static_assert(same(v1::EVENT_NODE_SCANNED, EventKind::node_scanned));
+static_assert(v1::EVENT_NODE_SCANNED + 1U == kEventKinds);
 
 static_assert(same(v1::COMMAND_SDO_READ, line::CommandKind::sdo_read));
 static_assert(same(v1::COMMAND_SDO_WRITE, line::CommandKind::sdo_write));
@@ -113,6 +114,7 @@ static_assert(same(v1::COMMAND_NETWORK_READ, line::CommandKind::network_read));
 static_assert(same(v1::COMMAND_NETWORK_WRITE, line::CommandKind::network_write));
 static_assert(same(v1::COMMAND_BUS_RESTART, line::CommandKind::bus_restart));
 static_assert(same(v1::COMMAND_ROUTING_TRACE, line::CommandKind::routing_trace));
+static_assert(same(v1::COMMAND_SCAN, line::CommandKind::scan));
 
 static_assert(same(v1::RESULT_DONE, Domain::none));
 static_assert(same(v1::RESULT_SDO, Domain::sdo));

@@ -50,6 +50,7 @@ constexpr std::array<KindInfo, kEventKinds> kInfo{{
     {"emcy-routed", EventSeverity::warning},
     {"routing-opened", EventSeverity::info},
     {"routing-ended", EventSeverity::info},
+    {"node-scanned", EventSeverity::info},
 }};
 
 }  // namespace

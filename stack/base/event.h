@@ -84,8 +84,10 @@ enum class EventKind : std::uint8_t {
   routing_ended,   // code: SDO abort code, 0 = it ended well; value: bytes transferred; data: as
                   // routing_opened up to the gateway, service (0 none, 1 upload, 2 download), index
                   // (2, LE), sub-index, number of the connection (4, LE)
+  node_scanned,  // a scan has read what node says of itself. code: 0, or the SDO abort code that
+                 // ended it early; value: how many objects were read
 };
-inline constexpr std::size_t kEventKinds = 41;
+inline constexpr std::size_t kEventKinds = 42;
 
 // Lower-case name with hyphens, e.g. "heartbeat-lost".
 std::string_view name(EventKind kind);

@@ -29,6 +29,9 @@ enum class CommandKind : std::uint8_t {
                   // of the line, never reaches it
   routing_trace,  // code: for so many seconds (1..routing::Trace::kLongest) the line emits
                   // EventKind::routing_opened and routing_ended
+  scan,  // node (0 = all but the own) -> data: what the devices say of themselves and their
+         // PDOs (stack/scan/report.h). Nothing is written to them. Role manager, one at a
+         // time; each node is an event meanwhile
 };
 std::string_view name(CommandKind kind);
 

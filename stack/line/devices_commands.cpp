@@ -50,6 +50,7 @@ void Line::Devices::execute(Command command, Instant now) {
     case CommandKind::network_read:
     case CommandKind::network_write:
     case CommandKind::routing_trace:
+    case CommandKind::scan:
       error = to_error(Refusal::wrong_role);
       break;
     case CommandKind::versions:

@@ -58,7 +58,8 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       sdo(node.dispatch(), node.transmit(), events),
       manager(node_plans(config), manager_options(config), sdo, heartbeats, events, *this),
       outputs(image.layout(image::Direction::outputs), config.groups, config.bound),
-      load(config.bit_rate) {
+      load(config.bit_rate),
+      scanner(sdo, events) {
   node.set_companion(this);
   node.pdos().link(plan);
   node.clock().produce_every(config.time_period);
@@ -122,6 +123,9 @@ void Line::Impl::take_completions(Instant now) {
   while (sdo.take(completion)) {
     if ((completion.token & manager::kManagerToken) != 0) {
       manager.completed(completion, now);
+    } else if ((completion.token & scan::kScanToken) != 0) {
+      scanner.completed(completion, now);
+      finish_scan();
     } else {
       command_completed(completion);
     }
@@ -286,6 +290,7 @@ void Line::Impl::stop(Instant now) {
     return;
   }
   manager.stop(now);
+  end_scan(Refusal::cancelled, now);
   if (routing != nullptr) {
     routing->stop(now);
     take_completions(now);

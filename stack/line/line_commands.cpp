@@ -53,6 +53,9 @@ void Line::Impl::execute(Command command, Instant now) {
     case CommandKind::routing_trace:
       error = trace_routing(command, now);
       break;
+    case CommandKind::scan:
+      start_scan(command, now);
+      return;
     case CommandKind::versions:
     case CommandKind::bus_restart:
       error = to_error(Refusal::bad_request);
@@ -256,6 +259,7 @@ void Line::Impl::command_completed(sdo::Completion& completion) {
 }
 
 void Line::Impl::expire_commands(Instant now) {
+  expire_scan(now);
   for (std::size_t i = 0; i < pending.size();) {
     if (pending[i].deadline > now) {
       ++i;
@@ -272,7 +276,7 @@ void Line::Impl::expire_commands(Instant now) {
 }
 
 Instant Line::Impl::next_command_deadline() const {
-  Instant wake = kNever;
+  Instant wake = scan_deadline;
   for (const Pending& command : pending) {
     wake = earlier(wake, command.deadline);
   }

@@ -18,6 +18,7 @@
 #include "stack/node/node.h"
 #include "stack/pdo/link.h"
 #include "stack/routing/forward_objects.h"
+#include "stack/scan/scanner.h"
 #include "stack/sdo/arbiter.h"
 
 namespace linegate::line {
@@ -107,6 +108,12 @@ struct Line::Impl final : Line::Base,
   void expire_commands(Instant now);
   Instant next_command_deadline() const;
 
+  // --- line_scan.cpp ----------------------------------------------------------------------------
+  void start_scan(const Command& command, Instant now);
+  void finish_scan();
+  void expire_scan(Instant now);
+  void end_scan(Refusal why, Instant now);
+
   // --- line_outputs.cpp -------------------------------------------------------------------------
   OutputRefusal write_outputs(const OutputWrite& write, Instant now) override;
   void write_bound(std::span<const BoundValue> values, Instant now) override;
@@ -129,6 +136,10 @@ struct Line::Impl final : Line::Base,
   Outputs outputs;
   BusLoad load;
   std::unique_ptr<Routing> routing;  // if the line takes part in it
+
+  scan::Scanner scanner;
+  std::uint64_t scan_tag = 0;  // of the command that wants to know what it finds
+  Instant scan_deadline = kNever;
 
   std::vector<Pending> pending;
   std::vector<LocalWrite> local_writes;

@@ -45,6 +45,8 @@ std::string_view name(CommandKind kind) {
       return "bus-restart";
     case CommandKind::routing_trace:
       return "routing-trace";
+    case CommandKind::scan:
+      return "scan";
   }
   return "unknown";
 }

@@ -277,6 +277,8 @@ TEST(Access, ReadAllowsWhatChangesNothing) {
   EXPECT_TRUE(permitted(CommandKind::network_read, Access::read, Access::off));
   EXPECT_TRUE(permitted(CommandKind::routing_trace, Access::read, Access::off));
   EXPECT_FALSE(permitted(CommandKind::routing_trace, Access::off, Access::off));
+  EXPECT_TRUE(permitted(CommandKind::scan, Access::read, Access::off));
+  EXPECT_FALSE(permitted(CommandKind::scan, Access::off, Access::all));
   for (const auto kind : {CommandKind::sdo_write, CommandKind::network_write,
                           CommandKind::local_write, CommandKind::nmt, CommandKind::emcy_send,
                           CommandKind::output_write, CommandKind::bus_restart}) {

@@ -1,0 +1,28 @@
+// What a scan found, for people and programs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bridges/console/commands.h"
+#include "bridges/console/table.h"
+#include "stack/scan/scanned_node.h"
+
+namespace linegate::console {
+
+struct ScanResult {
+  LineId id;
+  LineView line;
+  std::vector<scan::ScannedNode> nodes;  // ascending by node-ID
+};
+
+// what: a line, or LINE:NODE for one node alone. Tells on context.err which nodes have been read
+// meanwhile, and prints what was found. `result` has it too when kDone comes back.
+int scan(Context& context, const std::string& what, ScanResult& result);
+
+// A row for each node; the notes say what will not work as it is: identifiers that two devices send
+// on, devices without error control, analogue inputs that are never sent, nodes that fell silent.
+Table scan_table(const ScanResult& result);
+std::string scan_json(const ScanResult& result);
+
+}  // namespace linegate::console

@@ -1,0 +1,49 @@
+#include "stack/scan/conflicts.h"
+
+#include <map>
+
+namespace linegate::scan {
+namespace {
+
+constexpr od::Address kSync{0x1005, 0};
+constexpr od::Address kEmcy{0x1014, 0};
+
+bool is_tpdo(od::Address address) {
+  return address.index >= 0x1800 && address.index < 0x1A00 && address.sub == 1;
+}
+
+bool produces(od::Address address, can::CobId cob_id) {
+  if (address == kSync) {
+    return (cob_id.raw & can::CobId::kProducerBit) != 0;
+  }
+  return (address == kEmcy || is_tpdo(address)) && cob_id.valid();
+}
+
+// An identifier together with its frame format.
+std::uint32_t key(can::CobId cob_id) {
+  return cob_id.id() | (cob_id.extended() ? can::CobId::kExtendedBit : 0U);
+}
+
+}  // namespace
+
+std::vector<Conflict> conflicts(std::span<const ScannedNode> nodes) {
+  std::vector<Conflict> out;
+  std::map<std::uint32_t, Producer> producers;
+  for (const ScannedNode& node : nodes) {
+    for (const manager::ObjectWrite& value : node.values) {
+      const auto number = node.number(value.address);
+      const can::CobId cob_id{static_cast<std::uint32_t>(number.value_or(0))};
+      if (!number || !produces(value.address, cob_id)) {
+        continue;
+      }
+      const Producer self{node.id, value.address};
+      const auto [known, is_first] = producers.try_emplace(key(cob_id), self);
+      if (!is_first) {
+        out.push_back({cob_id, known->second, self});
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace linegate::scan

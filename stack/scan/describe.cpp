@@ -1,0 +1,223 @@
+#include "stack/scan/describe.h"
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "stack/base/byte_order.h"
+
+namespace linegate::scan {
+namespace {
+
+using od::Access;
+using od::DataType;
+
+constexpr std::uint16_t kFirstMapping = 0x1600;
+constexpr std::uint16_t kFirstTpdo = 0x1800;
+constexpr std::uint16_t kFirstTpdoMapping = 0x1A00;
+constexpr std::uint16_t kEnd = 0x1C00;
+constexpr std::uint16_t kFirstObject = 0x1000;  // below are data types: fillers of an RPDO
+
+struct Known {
+  od::Address address;
+  std::string_view name;
+  DataType type;
+};
+
+constexpr Known kKnown[] = {
+    {{0x1000, 0}, "Device type", DataType::unsigned32},
+    {{0x1005, 0}, "COB-ID SYNC message", DataType::unsigned32},
+    {{0x1006, 0}, "Communication cycle period", DataType::unsigned32},
+    {{0x1008, 0}, "Manufacturer device name", DataType::visible_string},
+    {{0x1009, 0}, "Manufacturer hardware version", DataType::visible_string},
+    {{0x100A, 0}, "Manufacturer software version", DataType::visible_string},
+    {{0x100C, 0}, "Guard time", DataType::unsigned16},
+    {{0x100D, 0}, "Life time factor", DataType::unsigned8},
+    {{0x1014, 0}, "COB-ID EMCY", DataType::unsigned32},
+    {{0x1017, 0}, "Producer heartbeat time", DataType::unsigned16},
+    {{0x1018, 0}, "Highest sub-index supported", DataType::unsigned8},
+    {{0x1018, 1}, "Vendor-ID", DataType::unsigned32},
+    {{0x1018, 2}, "Product code", DataType::unsigned32},
+    {{0x1018, 3}, "Revision number", DataType::unsigned32},
+    {{0x1018, 4}, "Serial number", DataType::unsigned32},
+    {{0x6423, 0}, "Analogue input global interrupt enable", DataType::boolean},
+};
+
+constexpr std::string_view kCommunication[] = {"Highest sub-index supported",
+                                               "COB-ID",
+                                               "Transmission type",
+                                               "Inhibit time",
+                                               "Reserved",
+                                               "Event timer",
+                                               "SYNC start value"};
+
+DataType unsigned_of(std::size_t bytes) {
+  constexpr DataType kTypes[] = {DataType::none,       DataType::unsigned8,  DataType::unsigned16,
+                                 DataType::unsigned24, DataType::unsigned32, DataType::unsigned40,
+                                 DataType::unsigned48, DataType::unsigned56, DataType::unsigned64};
+  return bytes < std::size(kTypes) ? kTypes[bytes] : DataType::octet_string;
+}
+
+DataType type_of_bits(unsigned bits) {
+  if (bits == 1) {
+    return DataType::boolean;
+  }
+  return bits % 8 == 0 && bits <= 64 ? unsigned_of(bits / 8) : DataType::octet_string;
+}
+
+bool is_communication(std::uint16_t index) {
+  return (index >= 0x1400 && index < kFirstMapping) ||
+         (index >= kFirstTpdo && index < kFirstTpdoMapping);
+}
+bool is_mapping(std::uint16_t index) {
+  return (index >= kFirstMapping && index < kFirstTpdo) ||
+         (index >= kFirstTpdoMapping && index < kEnd);
+}
+
+std::string hex(std::uint32_t number, int digits) {
+  std::string out;
+  for (int shift = 4 * (digits - 1); shift >= 0; shift -= 4) {
+    out += "0123456789ABCDEF"[number >> static_cast<unsigned>(shift) & 0xFU];
+  }
+  return out;
+}
+
+std::string name_of_record(std::uint16_t index) {
+  const bool sent = index >= kFirstTpdo;
+  const unsigned number = (index & 0x1FFU) + 1U;
+  return std::string(sent ? "TPDO " : "RPDO ") + std::to_string(number) +
+         (is_mapping(index) ? " mapping" : " communication");
+}
+
+class Describer {
+ public:
+  explicit Describer(const ScannedNode& node) : node_(node) {
+    out_.node_id = node.id;
+    const auto id = [&](std::uint8_t sub) {
+      return static_cast<std::uint32_t>(node.number({0x1018, sub}).value_or(0));
+    };
+    out_.vendor_number = id(1);
+    out_.product_number = id(2);
+    out_.revision_number = id(3);
+    if (const auto* name = node.find({0x1008, 0})) {
+      for (const std::byte character : *name) {
+        out_.product_name += static_cast<char>(character);
+      }
+    }
+  }
+
+  od::DeviceDescription run() && {
+    for (const manager::ObjectWrite& value : node_.values) {
+      add_read(value);
+    }
+    for (const manager::ObjectWrite& value : node_.values) {
+      if (is_mapping(value.address.index) && value.address.sub != 0) {
+        add_mapped(value);
+      }
+    }
+    finish();
+    return std::move(out_);
+  }
+
+ private:
+  void add_read(const manager::ObjectWrite& value) {
+    const auto known = std::ranges::find(kKnown, value.address, &Known::address);
+    const std::uint16_t index = value.address.index;
+    od::VariableDescription variable{.sub = value.address.sub, .value = value.data};
+    if (known != std::end(kKnown)) {
+      variable.name = known->name;
+      variable.type = known->type;
+      const bool settable = index == 0x1005 || index == 0x1006 || index == 0x100C ||
+                            index == 0x100D || index == 0x1014 || index == 0x1017 ||
+                            index == 0x6423;
+      variable.access = settable ? Access::rw : Access::ro;
+    } else {
+      variable.type = unsigned_of(value.data.size());
+      variable.access = variable.sub == 0 && !is_mapping(index) ? Access::ro : Access::rw;
+      variable.name = is_communication(index) ? std::string(kCommunication[variable.sub])
+                      : variable.sub == 0     ? "Number of mapped objects"
+                                              : "Mapped object " + std::to_string(variable.sub);
+    }
+    od::ObjectDescription& object = object_at(index);
+    object.type = index == 0x1018 || known == std::end(kKnown) ? od::ObjectType::record
+                                                               : od::ObjectType::variable;
+    object.name = index == 0x1018             ? "Identity object"
+                  : known == std::end(kKnown) ? name_of_record(index)
+                                              : variable.name;
+    object.variables.push_back(std::move(variable));
+  }
+
+  void add_mapped(const manager::ObjectWrite& value) {
+    const auto mapped = static_cast<std::uint32_t>(load_le(
+        std::span<const std::byte>(value.data).first(std::min<std::size_t>(value.data.size(), 4))));
+    const od::Address address{static_cast<std::uint16_t>(mapped >> 16U),
+                              static_cast<std::uint8_t>(mapped >> 8U)};
+    const unsigned bits = mapped & 0xFFU;
+    const bool sent = value.address.index >= kFirstTpdoMapping;
+    if (bits == 0) {
+      return;
+    }
+    if (address.index < kFirstObject) {
+      out_.dummy_types |= address.index < 32 ? 1U << address.index : 0U;
+      return;
+    }
+    od::ObjectDescription& object = object_at(address.index);
+    const auto there =
+        std::ranges::find(object.variables, address.sub, &od::VariableDescription::sub);
+    if (there != object.variables.end()) {
+      if (!sent) {  // both sent and received
+        there->access = there->access == Access::ro ? Access::rw : there->access;
+      }
+      there->mappable = true;
+      return;
+    }
+    od::VariableDescription variable{.sub = address.sub,
+                                     .name = hex(address.index, 4) + ":" + hex(address.sub, 2),
+                                     .type = type_of_bits(bits),
+                                     .access = sent ? Access::ro : Access::rww,
+                                     .mappable = true};
+    variable.value.resize((bits + 7) / 8);
+    object.name = object.name.empty() ? hex(address.index, 4) : object.name;
+    object.variables.push_back(std::move(variable));
+  }
+
+  // Objects have a sub-index 0 that says how many there are, unless that is all they have.
+  void finish() {
+    for (od::ObjectDescription& object : out_.objects) {
+      std::ranges::sort(object.variables, {}, &od::VariableDescription::sub);
+      if (object.variables.size() == 1 && object.variables.front().sub == 0) {
+        continue;
+      }
+      object.type = od::ObjectType::record;
+      if (object.variables.front().sub != 0) {
+        object.variables.insert(object.variables.begin(),
+                                {.sub = 0,
+                                 .name = "Highest sub-index supported",
+                                 .type = DataType::unsigned8,
+                                 .access = Access::ro,
+                                 .value = {std::byte{object.variables.back().sub}}});
+      }
+    }
+  }
+
+  od::ObjectDescription& object_at(std::uint16_t index) {
+    const auto at =
+        std::ranges::lower_bound(out_.objects, index, {}, &od::ObjectDescription::index);
+    if (at != out_.objects.end() && at->index == index) {
+      return *at;
+    }
+    return *out_.objects.insert(at, {.index = index});
+  }
+
+  const ScannedNode& node_;
+  od::DeviceDescription out_;
+};
+
+}  // namespace
+
+od::DeviceDescription describe(const ScannedNode& node) {
+  return Describer(node).run();
+}
+
+}  // namespace linegate::scan

@@ -1,0 +1,225 @@
+// Scans of a line that knows nothing of its devices, in virtual time.
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "stack/eds/reader.h"
+#include "stack/scan/describe.h"
+#include "stack/scan/merge.h"
+#include "stack/scan/report.h"
+
+#include "tests/plant/world.h"
+
+namespace linegate::plant {
+namespace {
+
+using namespace std::chrono_literals;
+using image::Direction;
+
+struct Seat {
+  std::uint8_t node;
+  const char* profile;
+};
+constexpr Seat kDevices[] = {
+    {5, "drive"}, {7, "encoder"}, {8, "digital-io"}, {10, "analog-io"}, {126, "drive"}};
+
+line::NodeConfig node_of(const Seat& seat, od::DeviceDescription device) {
+  line::NodeConfig node;
+  node.id = seat.node;
+  node.name = seat.profile + std::to_string(seat.node);
+  node.device = std::move(device);
+  return node;
+}
+
+od::DeviceDescription file_of(const Seat& seat) {
+  return *eds::load(sim::eds_text(seat.profile), sim::eds_name(seat.profile), seat.node).value;
+}
+
+class ScanTest : public testing::Test {
+ protected:
+  // A line with those devices on its bus, which knows what `nodes` says of them.
+  LineSeat& run(std::vector<line::NodeConfig> nodes) {
+    line::LineConfig config;
+    config.name = "press";
+    config.heartbeat = 500ms;
+    config.nodes = std::move(nodes);
+    auto made = line::Line::make(std::move(config));
+    EXPECT_TRUE(made.ok());
+    world = std::make_unique<World>();
+    LineSeat& seat = world->add_line(*std::move(made.value), {});
+    for (const Seat& device : kDevices) {
+      sim::DeviceOptions options;
+      options.node_id = device.node;
+      options.profile = device.profile;
+      options.seed = device.node;
+      world->add_device(seat, *std::move(sim::Device::make(options).value));
+    }
+    world->start();
+    world->run(world->now() + 2s);
+    return seat;
+  }
+
+  void scan(LineSeat& seat, std::uint64_t tag, std::uint8_t node = 0, Duration timeout = 0s) {
+    line::Command command;
+    command.tag = tag;
+    command.kind = line::CommandKind::scan;
+    command.node = node;
+    command.timeout = timeout;
+    seat.line->execute(std::move(command), world->now());
+    world->settle();
+  }
+
+  const line::Reply* wait(const LineSeat& seat, std::uint64_t tag) {
+    for (int i = 0; i < 600 && !seat.replies.contains(tag); ++i) {
+      world->run(world->now() + 100ms);
+    }
+    EXPECT_EQ(world->failure(), "");
+    const auto found = seat.replies.find(tag);
+    return found == seat.replies.end() ? nullptr : &found->second;
+  }
+
+  std::vector<scan::ScannedNode> found(const LineSeat& seat, std::uint64_t tag) {
+    const line::Reply* const reply = wait(seat, tag);
+    EXPECT_NE(reply, nullptr);
+    EXPECT_TRUE(reply != nullptr && reply->ok());
+    auto read = scan::read_report(reply == nullptr ? std::vector<std::byte>{} : reply->data);
+    EXPECT_TRUE(read.ok());
+    return read.ok() ? *std::move(read) : std::vector<scan::ScannedNode>{};
+  }
+
+  std::unique_ptr<World> world;
+};
+
+// A download, expedited, segmented or as block.
+bool writes(const can::Frame& frame) {
+  const auto command = std::to_integer<unsigned>(frame.data[0]) >> 5U;
+  return frame.id > 0x600 && frame.id <= 0x67F && (command == 1 || command == 6);
+}
+
+TEST_F(ScanTest, FindsEveryDeviceAndWritesToNone) {
+  LineSeat& seat = run({});
+  scan(seat, 1);
+  const auto nodes = found(seat, 1);
+  ASSERT_EQ(nodes.size(), std::size(kDevices));
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    EXPECT_EQ(nodes[i].id, kDevices[i].node);
+    EXPECT_EQ(nodes[i].end, AbortCode::none);
+    EXPECT_TRUE(scan::matches(file_of(kDevices[i]), nodes[i])) << kDevices[i].profile;
+  }
+  EXPECT_TRUE(std::ranges::none_of(seat.frames, writes));
+  EXPECT_EQ(std::ranges::count(seat.events, EventKind::node_scanned, &Event::kind), 5);
+  EXPECT_EQ(std::ranges::count(seat.events, EventKind::sdo_abort, &Event::kind), 0)
+      << "a scan expects aborts";
+}
+
+TEST_F(ScanTest, WithTheirFilesTheImageIsThatOfAConfiguredPlant) {
+  std::vector<line::NodeConfig> configured;
+  for (const Seat& device : kDevices) {
+    configured.push_back(node_of(device, file_of(device)));
+  }
+  const LineSeat& known = run(configured);
+  const image::Layout inputs = known.line->layout(Direction::inputs);
+  const image::Layout outputs = known.line->layout(Direction::outputs);
+  ASSERT_FALSE(inputs.entries.empty());
+
+  LineSeat& unknown = run({});
+  scan(unknown, 1);
+  std::vector<line::NodeConfig> learnt;
+  for (const scan::ScannedNode& node : found(unknown, 1)) {
+    const Seat& device = *std::ranges::find(kDevices, node.id, &Seat::node);
+    learnt.push_back(node_of(device, scan::merge(file_of(device), node)));
+  }
+  const LineSeat& again = run(learnt);
+  EXPECT_EQ(again.line->layout(Direction::inputs).id, inputs.id);
+  EXPECT_EQ(again.line->layout(Direction::outputs).id, outputs.id);
+}
+
+TEST_F(ScanTest, WithoutFilesTheSameBytesStandAtTheSamePlaces) {
+  std::vector<line::NodeConfig> configured;
+  for (const Seat& device : kDevices) {
+    configured.push_back(node_of(device, file_of(device)));
+  }
+  const LineSeat& known = run(configured);
+  std::array<image::Layout, 2> wanted{known.line->layout(Direction::inputs),
+                                      known.line->layout(Direction::outputs)};
+
+  LineSeat& unknown = run({});
+  scan(unknown, 1);
+  std::vector<line::NodeConfig> learnt;
+  for (const scan::ScannedNode& node : found(unknown, 1)) {
+    const Seat& device = *std::ranges::find(kDevices, node.id, &Seat::node);
+    learnt.push_back(node_of(device, scan::describe(node)));
+  }
+  LineSeat& again = run(learnt);
+  for (const Direction direction : {Direction::inputs, Direction::outputs}) {
+    const auto& layout = again.line->layout(direction);
+    const auto& expected = wanted[static_cast<std::size_t>(direction)];
+    ASSERT_EQ(layout.entries.size(), expected.entries.size());
+    for (std::size_t i = 0; i < layout.entries.size(); ++i) {
+      EXPECT_EQ(layout.entries[i].bit_offset, expected.entries[i].bit_offset) << i;
+      EXPECT_EQ(layout.entries[i].bit_length, expected.entries[i].bit_length) << i;
+      EXPECT_EQ(layout.entries[i].node, expected.entries[i].node) << i;
+    }
+  }
+  EXPECT_EQ(again.line->state().nodes_operational, std::size(kDevices));
+  EXPECT_TRUE(std::ranges::none_of(again.frames, writes)) << "there is nothing to configure";
+}
+
+TEST_F(ScanTest, ADeviceThatDiesMeanwhileIsToldWithWhatItSaid) {
+  LineSeat& seat = run({});
+  scan(seat, 1);
+  world->run(world->now() + 100ms);
+  seat.find(7)->device->kill();
+  const auto nodes = found(seat, 1);
+  ASSERT_EQ(nodes.size(), std::size(kDevices));
+  EXPECT_EQ(nodes[1].id, 7);
+  EXPECT_EQ(nodes[1].end, AbortCode::timeout);
+  EXPECT_NE(nodes[1].number({0x1000, 0}), std::nullopt);
+  EXPECT_EQ(nodes[2].end, AbortCode::none);
+}
+
+TEST_F(ScanTest, OneNodeCanBeReadAgain) {
+  LineSeat& seat = run({});
+  scan(seat, 1, 8);
+  const auto nodes = found(seat, 1);
+  ASSERT_EQ(nodes.size(), 1U);
+  EXPECT_EQ(nodes[0].id, 8);
+  scan(seat, 2, 9);
+  EXPECT_TRUE(found(seat, 2).empty()) << "nobody there";
+}
+
+TEST_F(ScanTest, ThereIsOneAtATimeAndItsTimeOutEndsIt) {
+  LineSeat& seat = run({});
+  scan(seat, 1, 0, 50ms);
+  scan(seat, 2);
+  ASSERT_NE(wait(seat, 2), nullptr);
+  EXPECT_EQ(seat.replies[2].error, to_error(line::Refusal::busy));
+  ASSERT_NE(wait(seat, 1), nullptr);
+  EXPECT_EQ(seat.replies[1].error, to_error(line::Refusal::timed_out));
+  scan(seat, 3);
+  EXPECT_EQ(found(seat, 3).size(), std::size(kDevices));
+  EXPECT_EQ(seat.duplicate_replies, 0U);
+}
+
+TEST_F(ScanTest, IsRefusedForTheOwnNodeAndNodesThatCannotBe) {
+  LineSeat& seat = run({});
+  scan(seat, 1, 127);
+  scan(seat, 2, 128);
+  ASSERT_NE(wait(seat, 1), nullptr);
+  ASSERT_NE(wait(seat, 2), nullptr);
+  EXPECT_EQ(seat.replies[1].error, to_error(line::Refusal::bad_request));
+  EXPECT_EQ(seat.replies[2].error, to_error(line::Refusal::bad_request));
+}
+
+TEST_F(ScanTest, IsCancelledWhenTheLineStops) {
+  LineSeat& seat = run({});
+  scan(seat, 1);
+  world->run(world->now() + 10ms);
+  seat.line->stop(world->now());
+  world->settle();
+  ASSERT_NE(wait(seat, 1), nullptr);
+  EXPECT_EQ(seat.replies[1].error, to_error(line::Refusal::cancelled));
+}
+
+}  // namespace
+}  // namespace linegate::plant
