@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include "gateway/config/value.h"
+#include "bridges/sim/device.h"
 #include "stack/eds/reader.h"
 #include "stack/eds/writer.h"
 #include "stack/scan/describe.h"
@@ -93,6 +93,34 @@ struct NodeFile {
   std::string content;
 };
 
+std::string bit_rate_text(std::uint32_t rate) {
+  return rate % 1000 == 0 ? fmt::format("{}kbit", rate / 1000) : fmt::format("{}bit", rate);
+}
+
+// The profile of a simulated device, by its identity.
+std::optional<std::string> profile_of(const scan::ScannedNode& node) {
+  for (const std::string_view profile : sim::profiles()) {
+    const auto file = eds::load(sim::eds_text(profile), sim::eds_name(profile), node.id);
+    if (file.value && scan::matches(*file.value, node)) {
+      return std::string(profile);
+    }
+  }
+  return std::nullopt;
+}
+
+// Devices of a line "simulated:" are there because its configuration says so.
+void emit_simulated(YAML::Emitter& out, const std::vector<NodeFile>& files) {
+  out << YAML::Key << "simulate" << YAML::Value << YAML::BeginSeq;
+  for (const NodeFile& file : files) {
+    if (const auto profile = profile_of(*file.node)) {
+      out << YAML::Flow << YAML::BeginMap << YAML::Key << "node" << YAML::Value
+          << int{file.node->id} << YAML::Key << "profile" << YAML::Value << *profile
+          << YAML::EndMap;
+    }
+  }
+  out << YAML::EndSeq;
+}
+
 std::string plant_text(const ScannedLine& line, const std::vector<NodeFile>& files) {
   YAML::Emitter out;
   out << YAML::BeginMap << YAML::Key << "schema" << YAML::Value << 1;
@@ -102,7 +130,7 @@ std::string plant_text(const ScannedLine& line, const std::vector<NodeFile>& fil
   out << YAML::Key << "name" << YAML::Value << line.name;
   out << YAML::Key << "interface" << YAML::Value << YAML::DoubleQuoted << line.interface_uri;
   if (line.bit_rate != 0) {
-    out << YAML::Key << "bit_rate" << YAML::Value << fmt::format("{}bit", line.bit_rate);
+    out << YAML::Key << "bit_rate" << YAML::Value << bit_rate_text(line.bit_rate);
   }
   out << YAML::Key << "network_id" << YAML::Value << line.network_id;
   out << YAML::Key << "node_id" << YAML::Value << int{line.node_id};
@@ -113,7 +141,11 @@ std::string plant_text(const ScannedLine& line, const std::vector<NodeFile>& fil
     emit_error_control(out, *file.node);
     out << YAML::EndMap;
   }
-  out << YAML::EndSeq << YAML::EndMap << YAML::EndSeq << YAML::EndMap;
+  out << YAML::EndSeq;
+  if (line.interface_uri.starts_with("simulated:")) {
+    emit_simulated(out, files);
+  }
+  out << YAML::EndMap << YAML::EndSeq << YAML::EndMap;
   return std::string(out.c_str()) + "\n";
 }
 

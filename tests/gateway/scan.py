@@ -100,12 +100,25 @@ def run(plant, folder):
         raise Failure(f"layouts {found} of what was found, {wanted} of what was configured")
 
 
+def run_simulated(plant, folder):
+    """Devices that the gateway simulates itself are part of what is written."""
+    simulated = "".join(f"      - {{node: {node}, profile: {profile}}}\n" for node, profile in DEVICES.items())
+    line = LINE.replace(URI, "simulated:")
+    process = plant.gateway(write(f"{folder}/simulated.yaml", HEAD + line + "    simulate:\n" + simulated))
+    try:
+        plant.command("scan", "press", "--write", f"{folder}/embedded")
+    finally:
+        end(process)
+    plant.layouts(f"{folder}/embedded/plant.yaml")
+
+
 def main(linegated, linegate, profiles):
     devices = [word for node, profile in DEVICES.items() for word in ("--device", f"{profile}:{node}")]
     with tempfile.TemporaryDirectory() as folder:
         simulated = subprocess.Popen([linegate, "simulate", URI, *devices])
         try:
             run(Plant(linegated, linegate, profiles), folder)
+            run_simulated(Plant(linegated, linegate, profiles), folder)
         except Failure as failure:
             return str(failure)
         finally:
