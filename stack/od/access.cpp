@@ -46,6 +46,27 @@ AbortCode check_variable(const ObjectTable& objects, Address address, const Vari
              : variable.hook->check_write(address, value);
 }
 
+// After the checks: what the write orders to be done.
+AbortCode execute(Address address, const Variable& variable, std::span<const std::byte> value) {
+  return variable.hook == nullptr ? AbortCode::none
+                                  : never_later(variable.hook->execute_write(address, value));
+}
+
+// What a phase of a group's writes says; refused: which of them, if wanted.
+template <class Phase>
+AbortCode first_refusal(std::span<const Assignment> values, std::size_t* refused, Phase phase) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const AbortCode why = phase(values[i]);
+    if (why != AbortCode::none) {
+      if (refused != nullptr) {
+        *refused = i;
+      }
+      return why;
+    }
+  }
+  return AbortCode::none;
+}
+
 // Why an address without variable cannot be written: sub-index FFh exists, and is const.
 AbortCode unwritable(Address address, AbortCode why) {
   return address.sub == kStructureSub && why == AbortCode::no_sub_index ? AbortCode::read_only
@@ -103,6 +124,16 @@ void Dictionary::store_and_tell(Address address, Variable& variable,
   }
 }
 
+// What follows when nobody has refused.
+AbortCode Dictionary::execute_and_store(Address address, Variable& variable,
+                                        std::span<const std::byte> value) {
+  const AbortCode why = execute(address, variable, value);
+  if (why == AbortCode::none) {
+    store_and_tell(address, variable, value);
+  }
+  return why;
+}
+
 template <class Refuse>
 [[gnu::always_inline]] inline Result<std::span<const std::byte>> Dictionary::access(
     Address address, Refuse refuse) const {
@@ -142,11 +173,14 @@ AbortCode Dictionary::check(Address address, std::span<const std::byte> value) c
 }
 
 AbortCode Dictionary::write(Address address, std::span<const std::byte> value) {
-  const AbortCode why = check(address, value);
-  if (why == AbortCode::none) {
-    (void)set(address, value);
+  Variable element;
+  AbortCode why = AbortCode::none;
+  Variable* variable = objects_->find(address, element, why);
+  if (variable == nullptr) {
+    return unwritable(address, why);
   }
-  return why;
+  why = never_later(check_variable(*objects_, address, *variable, value));
+  return why == AbortCode::none ? execute_and_store(address, *variable, value) : why;
 }
 
 AbortCode Dictionary::write(Address address, std::span<const std::byte> value, Ticket& ticket) {
@@ -158,25 +192,27 @@ AbortCode Dictionary::write(Address address, std::span<const std::byte> value, T
   }
   why = check_variable(*objects_, address, *variable, value);
   if (why == AbortCode::none) {
-    store_and_tell(address, *variable, value);
-  } else if (why == kLater) {
+    return execute_and_store(address, *variable, value);
+  }
+  if (why == kLater) {
     ticket = put_off(address);
   }
   return why;
 }
 
 AbortCode Dictionary::write_all(std::span<const Assignment> values, std::size_t* refused) {
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const AbortCode why = check(values[i].address, values[i].value);
-    if (why != AbortCode::none) {
-      if (refused != nullptr) {
-        *refused = i;
-      }
-      return why;
-    }
-  }
   Variable element;
   AbortCode why = AbortCode::none;
+  why = first_refusal(values, refused,
+                      [this](const Assignment& one) { return check(one.address, one.value); });
+  if (why == AbortCode::none) {
+    why = first_refusal(values, refused, [&](const Assignment& one) {
+      return execute(one.address, *objects_->find(one.address, element, why), one.value);
+    });
+  }
+  if (why != AbortCode::none) {
+    return why;
+  }
   std::vector<Address> changed;
   for (const auto& [address, value] : values) {
     if (store(*objects_, address, *objects_->find(address, element, why), value)) {
@@ -207,10 +243,7 @@ AbortCode Dictionary::finish_write(Ticket ticket, std::span<const std::byte> val
     return why;
   }
   why = check_value(*objects_, waiting->address, *variable, value);
-  if (why == AbortCode::none) {
-    store_and_tell(waiting->address, *variable, value);
-  }
-  return why;
+  return why == AbortCode::none ? execute_and_store(waiting->address, *variable, value) : why;
 }
 
 bool Dictionary::set(Address address, std::span<const std::byte> value) {

@@ -164,8 +164,9 @@ class Dictionary {
   Result<ByteSink*> open_sink(Address address, std::optional<std::uint32_t> size) const;
 
   // All of them or none: everything is checked as check() does, against the values that are there,
-  // before the first value is stored, and all are stored before the first hook is told. Gives why
-  // not, and which one was refused (if wanted).
+  // before the first hook executes what a write orders, all have before the first value is stored,
+  // and all are stored before the first hook is told. Gives why not, and which one was refused (if
+  // wanted).
   AbortCode write_all(std::span<const Assignment> values, std::size_t* refused = nullptr);
 
   // --- accesses that may wait (split indication) ------------------------------------------------
@@ -243,6 +244,8 @@ class Dictionary {
   Result<std::span<const std::byte>> access(Address address, Refuse refuse) const;
   bool set_number(Address address, std::uint64_t value, bool negative);
   void tell(Address address, const Variable& variable);
+  AbortCode execute_and_store(Address address, Variable& variable,
+                              std::span<const std::byte> value);
   void store_and_tell(Address address, Variable& variable, std::span<const std::byte> value);
   void point_at(std::uint16_t index, Hook* hook);
   Ticket put_off(Address address);

@@ -34,8 +34,8 @@ constexpr AbortCode never_later(AbortCode answer) {
 // or be removed first. Every function has a default that does nothing.
 //
 // Accesses are done in two phases: first all checks (of the dictionary, then of all hooks, which
-// change nothing yet), and if there is no refusal the effect: the value is stored, all hooks are
-// told. No function may remove its own object or hooks of it.
+// change nothing yet), and if there is no refusal the effect: hooks do what a write orders, the
+// value is stored, all hooks are told. No function may remove its own object or hooks of it.
 class Hook {
  public:
   virtual ~Hook() = default;
@@ -46,6 +46,11 @@ class Hook {
   // May refuse a value that passed type, access and limit checks, or answer kLater. value has a
   // length the variable takes; it is not kept for the hook.
   virtual AbortCode check_write(Address address, std::span<const std::byte> value);
+  // All checks of the write, in a group of all its values, passed, and nothing is stored yet: for
+  // work that the write orders and that may fail. A refusal (never kLater) ends the access, and
+  // hooks that come later are not asked; what those before did stays done. Must not add or remove
+  // objects. Not called for values that the device itself sets.
+  virtual AbortCode execute_write(Address address, std::span<const std::byte> value);
   // The value has been written.
   virtual void written(Address address);
 

@@ -10,6 +10,9 @@ AbortCode Hook::before_read(Address /*address*/, const Variable& /*variable*/) {
 AbortCode Hook::check_write(Address /*address*/, std::span<const std::byte> /*value*/) {
   return AbortCode::none;
 }
+AbortCode Hook::execute_write(Address /*address*/, std::span<const std::byte> /*value*/) {
+  return AbortCode::none;
+}
 void Hook::written(Address /*address*/) {
 }
 void Observer::changed(Address /*address*/) {
@@ -81,6 +84,14 @@ AbortCode HookChain::before_read(Address address, const Variable& variable) {
 
 AbortCode HookChain::check_write(Address address, std::span<const std::byte> value) {
   return ask_all([&](Hook& hook) { return hook.check_write(address, value); });
+}
+
+AbortCode HookChain::execute_write(Address address, std::span<const std::byte> value) {
+  AbortCode why = first_ == nullptr ? AbortCode::none : first_->execute_write(address, value);
+  for (std::size_t i = 0; i < others_.size() && why == AbortCode::none; ++i) {
+    why = others_[i].hook->execute_write(address, value);
+  }
+  return why;
 }
 
 void HookChain::written(Address address) {

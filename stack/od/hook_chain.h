@@ -24,6 +24,8 @@ class HookChain final : public Hook {
   // device_incompatible if there are two, for there is one ticket.
   AbortCode before_read(Address address, const Variable& variable) override;
   AbortCode check_write(Address address, std::span<const std::byte> value) override;
+  // In order, until one refuses.
+  AbortCode execute_write(Address address, std::span<const std::byte> value) override;
   void written(Address address) override;
   void came_by_rpdo(Address address) override;
   // The first stream that one of them gives, or its refusal, or kLater.

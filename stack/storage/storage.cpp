@@ -75,8 +75,6 @@ AbortCode Storage::before_read(od::Address address, const od::Variable& variable
   return AbortCode::none;
 }
 
-// A medium that is not slow does its work here and not in written(): it may fail, and the write is
-// refused then.
 AbortCode Storage::check_write(od::Address address, std::span<const std::byte> value) {
   const std::uint32_t signature = address.index == kStoreParameters ? kSave : kLoad;
   if (medium_ == nullptr || !is_group(address.sub) || value.size() != sizeof signature ||
@@ -86,8 +84,17 @@ AbortCode Storage::check_write(od::Address address, std::span<const std::byte> v
   if (pending_) {
     return AbortCode::device_state;
   }
+  return medium_->slow() ? od::kLater : AbortCode::none;
+}
+
+// Not in written(): the medium may fail, and the write is refused then. A slow one did its work
+// before.
+AbortCode Storage::execute_write(od::Address address, std::span<const std::byte> /*value*/) {
+  if (medium_ == nullptr) {
+    return AbortCode::cannot_transfer;
+  }
   if (medium_->slow()) {
-    return od::kLater;
+    return AbortCode::none;
   }
   std::vector<StoredValue> values = wanted(address);
   if (!medium_->keep(encode(owner(), values))) {

@@ -60,6 +60,7 @@ class Storage final : public od::Hook {
 
   AbortCode before_read(od::Address address, const od::Variable& variable) override;
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
+  AbortCode execute_write(od::Address address, std::span<const std::byte> value) override;
   void put_off(od::Address address, od::Ticket ticket) override;
   void cancelled(od::Ticket ticket) override;
 

@@ -94,6 +94,40 @@ TEST(Hook, IsAskedLastAndToldAfterwards) {
   EXPECT_EQ(hook.calls, "check 2=50;check 2=50;written 2;");
 }
 
+// Does what a write orders, and may fail.
+class Worker final : public Recorder {
+ public:
+  AbortCode execute_write(Address address, std::span<const std::byte> value) override {
+    calls += "execute " + std::to_string(address.sub) + '=' + std::to_string(load_le(value)) + ';';
+    return failure;
+  }
+  AbortCode failure = AbortCode::none;
+};
+
+TEST(Hook, ExecutesWhenAllChecksHavePassed) {
+  Worker hook;
+  Recorder other;
+  Dictionary dictionary = array_with(hook);
+  ASSERT_TRUE(dictionary.add_hook(0x2000, other));
+  EXPECT_EQ(dictionary.check({0x2000, 2}, bytes({9})), AbortCode::none);
+  other.refusal = AbortCode::device_state;
+  EXPECT_EQ(dictionary.write({0x2000, 2}, bytes({9})), AbortCode::device_state);
+  EXPECT_EQ(std::exchange(hook.calls, ""), "check 2=9;check 2=9;");
+
+  other.refusal = AbortCode::none;
+  EXPECT_EQ(dictionary.write({0x2000, 2}, bytes({9})), AbortCode::none);
+  EXPECT_EQ(std::exchange(hook.calls, ""), "check 2=9;execute 2=9;written 2;");
+  EXPECT_TRUE(dictionary.set({0x2000, 2}, 7));
+  EXPECT_EQ(std::exchange(hook.calls, ""), "written 2;");
+
+  hook.failure = AbortCode::hardware;
+  Ticket ticket = 0;
+  EXPECT_EQ(dictionary.write({0x2000, 2}, bytes({8})), AbortCode::hardware);
+  EXPECT_EQ(dictionary.write({0x2000, 2}, bytes({8}), ticket), AbortCode::hardware);
+  EXPECT_EQ(std::exchange(hook.calls, ""), "check 2=8;execute 2=8;check 2=8;execute 2=8;");
+  EXPECT_EQ(dictionary.number({0x2000, 2}), 7U);
+}
+
 TEST(Hook, ARefusedWriteChangesNothing) {
   Recorder hook;
   Dictionary dictionary = array_with(hook);

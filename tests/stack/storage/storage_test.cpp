@@ -273,6 +273,52 @@ TEST_F(StorageTest, AMediumThatFailsIsAHardwareError) {
   EXPECT_EQ(storage->kept(), 1U);
 }
 
+// The check of a write changes nothing, whoever refuses it afterwards.
+struct Refusing final : od::Hook {
+  AbortCode check_write(od::Address /*address*/, std::span<const std::byte> /*value*/) override {
+    return AbortCode::local_control;
+  }
+};
+
+TEST_F(StorageTest, NothingIsKeptUntilNobodyRefuses) {
+  constexpr std::array<std::byte, 4> kSaveBytes{std::byte{'s'}, std::byte{'a'}, std::byte{'v'},
+                                                std::byte{'e'}};
+  change_all();
+  EXPECT_EQ(dictionary.check({kStoreParameters, kAll}, kSaveBytes), AbortCode::none);
+  EXPECT_TRUE(medium.kept.empty());
+
+  const std::array<od::Assignment, 2> group{
+      od::Assignment{{kStoreParameters, kAll}, kSaveBytes},
+      od::Assignment{{0x1018, 1}, kSaveBytes},  // is read-only
+  };
+  EXPECT_EQ(dictionary.write_all(group), AbortCode::read_only);
+  EXPECT_TRUE(medium.kept.empty());
+
+  Refusing application;
+  ASSERT_TRUE(dictionary.add_hook(kStoreParameters, application).ok());
+  EXPECT_EQ(save(kAll), AbortCode::local_control);
+  EXPECT_TRUE(medium.kept.empty());
+  EXPECT_EQ(storage->kept(), 0U);
+  dictionary.remove_hook(kStoreParameters, application);
+  EXPECT_EQ(dictionary.write_all(std::span(group).first(1)), AbortCode::none);
+  EXPECT_EQ(storage->kept(), 1U);
+}
+
+TEST_F(StorageTest, AGroupThatFailsOnTheWayTellsWhichOneDid) {
+  constexpr std::array<std::byte, 4> kSaveBytes{std::byte{'s'}, std::byte{'a'}, std::byte{'v'},
+                                                std::byte{'e'}};
+  constexpr std::array<std::byte, 2> kNumber{std::byte{101}, std::byte{0}};
+  const std::array<od::Assignment, 2> group{
+      od::Assignment{{0x1017, 0}, kNumber},
+      od::Assignment{{kStoreParameters, kAll}, kSaveBytes},
+  };
+  medium.writable = false;
+  std::size_t refused = 9;
+  EXPECT_EQ(dictionary.write_all(group, &refused), AbortCode::hardware);
+  EXPECT_EQ(refused, 1U);
+  EXPECT_EQ(read({0x1017, 0}), 100U) << "none of them is written";
+}
+
 TEST_F(StorageTest, WhatCannotBeUsedLeavesAllDefaults) {
   const Values defaults = {100, 200, 600, 620};
   change_all();
