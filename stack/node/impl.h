@@ -140,6 +140,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   Companion* companion = nullptr;
   Application* application = nullptr;
   NodeCounters counters;
+  std::uint64_t emergency_told = 0;  // frames received when one was told to be malformed last
   CommunicationFaults faults;
   emcy::ErrorState errors;                         // these and the device's own
   std::array<std::uint16_t, 256> device_errors{};  // by class: high byte of the code

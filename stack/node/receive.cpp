@@ -1,4 +1,6 @@
 // The way of a received frame to the service that wants it.
+#include <utility>
+
 #include "stack/can/malformed.h"
 #include "stack/nmt/node_control.h"
 #include "stack/node/impl.h"
@@ -253,7 +255,11 @@ void Node::Impl::take_emergency(std::uint16_t index, const can::Frame& frame) {
     return;
   }
   const auto node = static_cast<std::uint8_t>(index & kNodeBits);
-  if (serves(can::Service::emcy) && !emergencies.receive(node, frame)) {
+  if (!serves(can::Service::emcy) || emergencies.receive(node, frame)) {
+    return;
+  }
+  // One frame, however many sub-indices of 1028h have its COB-ID.
+  if (std::exchange(emergency_told, counters.received.frames) != counters.received.frames) {
     malformed(frame, node);
   }
 }

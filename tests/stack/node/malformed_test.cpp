@@ -1,4 +1,5 @@
 // Frames that a service wants and cannot understand: counted, told, harmless.
+#include <array>
 #include <random>
 
 #include "tests/stack/node/node_fixture.h"
@@ -104,6 +105,16 @@ TEST_F(MalformedFrameTest, Emcy) {
   boot();
   sdo_write({0x1028, 7}, 4, 0x87);
   expect_told(0x087, {0x00, 0x10, 0x01});
+}
+
+TEST_F(MalformedFrameTest, EmcyOnTheCobIdOfSeveralEntriesIsOneFrame) {
+  boot();
+  for (const std::uint8_t id : std::array<std::uint8_t, 3>{7, 3, 8}) {
+    ASSERT_EQ(sdo_write({0x1028, id}, 4, 0x87), 0U);
+  }
+  for (int i = 0; i < 3; ++i) {
+    expect_told(0x087, {0x00, 0x10, 0x01});
+  }
 }
 
 // Identifiers around everything the node serves, any length, any data: it goes on working.
