@@ -80,7 +80,7 @@ void BlockReceiver::start(std::optional<std::uint32_t> announced, bool crc,
   with_crc_ = crc;
   begin_sub_block();
   block_size_ = block_size.value_or(block_size_);
-  may_ask_ = !block_size;
+  begun_ = !block_size;
 }
 
 std::uint8_t BlockReceiver::best_block_size(std::optional<std::size_t> bytes_left) {
@@ -101,7 +101,7 @@ AbortCode BlockReceiver::take(std::uint64_t segment, Sink& sink) {
   }
   newest_ = number;
   vain_ = 0;
-  may_ask_ = true;
+  begun_ = true;
   AbortCode why = AbortCode::none;
   const bool last = (command & kBlockLastSegment) != 0;
   if (number == in_order_ + 1 && !last_taken_) {
@@ -136,7 +136,7 @@ bool BlockReceiver::may_acknowledge() const {
     return true;
   }
   const std::optional<std::size_t> left = bytes_left();
-  return may_ask_ && left && *left <= kFewBytes && vain_ < kMaxVain;
+  return left && *left <= kFewBytes && vain_ < kMaxVain;
 }
 
 AbortCode BlockReceiver::finish(std::uint64_t end_request, Sink& sink) {

@@ -53,7 +53,7 @@ class BlockSender {
 class BlockReceiver {
  public:
   // announced: the bytes in all, if told. block_size: of the first sub-block, if that was agreed on
-  // before the other side was told to start; this may be what is lost then.
+  // before the other side was told to start; this may be what is lost then, see unheard().
   void start(std::optional<std::uint32_t> announced, bool crc,
              std::optional<std::uint8_t> block_size = std::nullopt);
   // Segments the next sub-block should have if so many bytes are left (nothing: unknown).
@@ -79,6 +79,10 @@ class BlockReceiver {
   // that is lost, the sender takes it for that one, and repeats the sub-block before: these are
   // more segments than are left, which ends the transfer with sequence_number.
   bool may_acknowledge() const;
+  // An acknowledgement was in vain.
+  bool in_doubt() const { return in_doubt_; }
+  // So was that of a sub-block which the other side may not know that it is to begin.
+  bool unheard() const { return in_doubt_ && !begun_; }
   // Everything came and was acknowledged: finish() comes next.
   bool complete() const { return complete_; }
 
@@ -109,7 +113,7 @@ class BlockReceiver {
   unsigned vain_ = 0;       // acknowledgements since a segment came
   unsigned fruitless_ = 0;  // sub-blocks that ended since a segment came in order
   bool in_doubt_ = false;   // one was in vain: the sender may be a sub-block behind
-  bool may_ask_ = false;    // the sender has begun for certain, or need not be told to
+  bool begun_ = false;      // the sender has begun for certain, or need not be told to
   bool with_crc_ = false;
   bool holds_ = false;
   bool last_taken_ = false;

@@ -343,7 +343,11 @@ Receipt Client::aborted_by_server(std::uint64_t word, Instant now, can::Transmit
     return Receipt::stray;
   }
   last_used_ = word;
-  const auto code = static_cast<AbortCode>(long_word(word));
+  auto code = static_cast<AbortCode>(long_word(word));
+  if (state_ == State::block_upload && code == AbortCode::command_specifier &&
+      receiver_.unheard()) {
+    code = AbortCode::timeout;  // the server waits for the start: it was lost
+  }
   if (!fall_back(code, now, queue)) {
     finish_or_repeat(is_abort_code(code) ? code : AbortCode::general, now, queue);
   }

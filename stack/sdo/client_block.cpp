@@ -75,8 +75,8 @@ AbortCode Client::block_initiated(std::uint64_t word, Instant now, can::Transmit
   return AbortCode::none;
 }
 
-// A frame that came twice: an acknowledgement that cannot be that of the present sub-block, or the
-// last segment.
+// A frame that came twice: an acknowledgement that cannot be that of the present sub-block, the
+// last segment, or any if all of them were asked for once more while they were under way.
 bool Client::is_repetition(std::uint64_t word) const {
   switch (state_) {
     case State::block_download:
@@ -84,7 +84,8 @@ bool Client::is_repetition(std::uint64_t word) const {
     case State::block_download_end:
       return word == last_used_;
     case State::block_upload_end:
-      return word == receiver_.last_segment();
+      return word == receiver_.last_segment() ||
+             (receiver_.in_doubt() && !is_block_send_end(static_cast<std::uint8_t>(word)));
     default:
       return false;
   }

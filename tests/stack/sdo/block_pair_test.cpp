@@ -98,6 +98,28 @@ TEST_F(BlockPair, AnyOneLostSegmentIsRepeated) {
   }
 }
 
+// All segments of a value that has few of them, once or twice. Shorter ones are not read in blocks:
+// the server switches to segments.
+TEST_F(BlockPair, AllSegmentsOfAShortValueAreRepeated) {
+  for (const bool writing : {true, false}) {
+    for (std::size_t count = writing ? 1 : 4; count <= 8; ++count) {
+      for (const std::size_t times : {1U, 2U}) {
+        SCOPED_TRACE(testing::Message() << writing << ' ' << count << ' ' << times);
+        begin(writing, 7 * count, kBlock);
+        std::size_t seen = 0;
+        const Outcome outcome =
+            run([&, is_segment = SegmentFilter(writing ? kRequestId : kResponseId)](
+                    const can::Frame& frame, int) mutable {
+              return is_segment(frame) && seen++ < times * count ? Fault::lose : Fault::none;
+            });
+        EXPECT_EQ(seen, (times + 1) * count);
+        expect_right(writing, outcome, 7 * count);
+        settle();
+      }
+    }
+  }
+}
+
 // 1 % to 30 % of the segments, anywhere: the value arrives.
 TEST_F(BlockPair, ManyLostSegmentsAreRepeated) {
   std::mt19937 random(4711);

@@ -248,15 +248,88 @@ TEST_F(ClientBlockTest, ALateAcknowledgementInsteadOfTheInitiateIsAStray) {
   expect_abort(AbortCode::timeout);
 }
 
-// The server may not have heard that it shall start.
+// So many segments are not lost at once: the server has not heard that it shall start.
 TEST_F(ClientBlockTest, AnUploadThatDoesNotBeginIsNotAcknowledged) {
-  begin_upload();
-  while (client.busy()) {
-    now = client.next_wake();
-    client.advance(now, queue);
-    EXPECT_LE(drain(queue, kRequestId).size(), client.busy() ? 0U : 1U);
+  for (const std::uint8_t size : {std::uint8_t{57}, std::uint8_t{0}}) {  // 0: is not told
+    read({0x2100, 0}, kInBlocks);
+    answer({static_cast<std::uint8_t>(size != 0 ? 0xC6 : 0xC4), 0x00, 0x21, 0, size, 0, 0, 0});
+    while (client.busy()) {
+      now = client.next_wake();
+      client.advance(now, queue);
+      EXPECT_LE(drain(queue, kRequestId).size(), client.busy() ? 0U : 1U);
+    }
+    expect_abort(AbortCode::timeout);
   }
+}
+
+// Of a few segments all may be lost: ackseq 0 asks for them again, and not for ever.
+TEST_F(ClientBlockTest, AllSegmentsOfAShortUploadAreAskedForAgain) {
+  const auto stall = [this] {
+    EXPECT_EQ(client.next_wake(), now + kTimeout * 2 / 5);
+    now += kTimeout * 2 / 5;
+    client.advance(now, queue);
+    return drain(queue, kRequestId);
+  };
+  begin_upload();
+  EXPECT_EQ(stall(), (Frames{block_ack(0, 127)}));
+  give(segments(pattern(20), 0, 2));
+  EXPECT_EQ(answer(segments(pattern(20), 0, 3)[2]), (Frames{block_ack(3, 127)}));
+  answer(end_request(pattern(20), crc_of(pattern(20))));
+  expect_data(numbers(pattern(20)));
+
+  begin_upload();
+  EXPECT_EQ(stall(), (Frames{block_ack(0, 127)}));
+  EXPECT_EQ(stall(), (Frames{block_ack(0, 127)}));
+  EXPECT_EQ(stall(), Frames{});
+  now = client.next_wake();
+  client.advance(now, queue);
+  EXPECT_EQ(drain(queue, kRequestId), (Frames{abort_bytes(0x2100, 0, 0x0504'0000)}));
   expect_abort(AbortCode::timeout);
+}
+
+// A server that did not hear the start cannot know what ackseq 0 means.
+TEST_F(ClientBlockTest, AStartThatWasLostIsATimeOutAndRepeated) {
+  const Bytes refusal = abort_bytes(0x2100, 0, 0x0504'0001);
+  const auto stall = [this] {
+    now += kTimeout * 2 / 5;
+    client.advance(now, queue);
+    EXPECT_EQ(drain(queue, kRequestId), (Frames{block_ack(0, 127)}));
+  };
+  begin_upload();
+  stall();
+  EXPECT_EQ(answer(refusal), Frames{});
+  expect_abort(AbortCode::timeout);
+
+  begin_upload();
+  stall();
+  answer(segments(pattern(20), 0, 1)[0]);
+  EXPECT_EQ(answer(refusal), Frames{});
+  expect_abort(AbortCode::command_specifier);
+
+  read({0x2100, 0}, {.transfer = Transfer::block, .repeats = 1});
+  answer({0xC6, 0x00, 0x21, 0, 20, 0, 0, 0});
+  stall();
+  EXPECT_EQ(answer(refusal), (Frames{{0xA4, 0x00, 0x21, 0, 127, 21, 0, 0}}));
+  answer({0xC6, 0x00, 0x21, 0, 20, 0, 0, 0});
+  give(segments(pattern(20), 0, 2));
+  answer(segments(pattern(20), 0, 3)[2]);
+  answer(end_request(pattern(20), crc_of(pattern(20))));
+  expect_data(numbers(pattern(20)));
+}
+
+// They were only late, and come twice.
+TEST_F(ClientBlockTest, SegmentsThatWereAskedForWhileUnderWayAreTakenOnce) {
+  begin_upload();
+  now += kTimeout * 2 / 5;
+  client.advance(now, queue);
+  drain(queue, kRequestId);
+  give(segments(pattern(20), 0, 2));
+  answer(segments(pattern(20), 0, 3)[2]);
+  for (const Bytes& again : segments(pattern(20), 0, 3)) {
+    EXPECT_EQ(client.receive(frame(kResponseId, again, now), queue), Receipt::stray);
+  }
+  answer(end_request(pattern(20), crc_of(pattern(20))));
+  expect_data(numbers(pattern(20)));
 }
 
 TEST_F(ClientBlockTest, WrongFramesInEachState) {
