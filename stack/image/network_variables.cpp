@@ -146,6 +146,20 @@ std::optional<VariablePlace> variable_place(od::Address address) {
   return place;
 }
 
+std::vector<od::Address> variables_showing(Direction direction, std::uint32_t begin,
+                                           std::uint32_t end) {
+  std::vector<od::Address> out;
+  for (std::uint32_t array = 0; array < kTypes.size() && begin < end; ++array) {
+    const std::uint32_t bits_of_index = od::bit_size(kTypes[array]) * kSubsPerIndex;
+    const std::uint32_t last = (end - 1) / bits_of_index;
+    for (std::uint32_t i = begin / bits_of_index; i <= last && i < kIndicesPerType; ++i) {
+      out.push_back(
+          {static_cast<std::uint16_t>(base_of(direction) + array * kIndicesPerType + i), 1});
+    }
+  }
+  return out;
+}
+
 Result<void> add_network_variables(od::Dictionary& dictionary, ProcessImage& image) {
   image.keep(std::make_unique<Variables>(image));
   for (const Direction direction : {Direction::outputs, Direction::inputs}) {

@@ -14,6 +14,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "stack/base/result.h"
 #include "stack/image/layout.h"
@@ -36,6 +37,11 @@ struct VariablePlace {
   std::uint32_t bit_length = 0;
 };
 std::optional<VariablePlace> variable_place(od::Address address);
+
+// Sub-index 1 of every object, whether it is in a dictionary or not, that has elements which show
+// some of the bits [begin, end).
+std::vector<od::Address> variables_showing(Direction direction, std::uint32_t begin,
+                                           std::uint32_t end);
 
 // Adds A000h..A8FFh to the dictionary, as many elements as lie in the areas. The image must outlive
 // the dictionary. Fails as Dictionary::add_window does.

@@ -1,4 +1,5 @@
 // Objects that come, go or move at run time, and RPDOs whose values somebody wants to hear of.
+#include "stack/image/network_variables.h"
 #include "stack/pdo/engine_impl.h"
 
 namespace linegate::pdo {
@@ -45,6 +46,13 @@ void Engine::Impl::follow_sources() {
   for (const ObjectSource& source : object_sources) {
     if (auto_notify[source.slot]) {
       followed.push_back(source.address);
+    }
+  }
+  for (const Source& source : sources) {
+    if (auto_notify[source.slot]) {
+      const auto shown =
+          image::variables_showing(image::Direction::outputs, source.begin, source.end);
+      followed.insert(followed.end(), shown.begin(), shown.end());
     }
   }
   if (source_tpdo && auto_notify[*source_tpdo]) {

@@ -133,11 +133,12 @@ class Engine {
 
   // Auto-notify, off for every TPDO to begin with: whether a mapped value that becomes another one
   // requests the TPDO by itself, if it is event-driven, or of type 0 at the next SYNC; of an MPDO
-  // in source address mode the objects of the scanner list. It does not matter who changes the
-  // value: SDO, MPDO, or the device through the dictionary. Not noticed are the same value once
-  // more, a value that an RPDO brings, and what is written past the dictionary, into an image or a
-  // variable's memory. Linked TPDOs go by outputs_written() alone. number: 1..512, of TPDOs that do
-  // not exist, too: it is kept over every configure(). The second form is for all of them.
+  // in source address mode the objects of the scanner list, of a linked TPDO the network variables
+  // (A000h..A47Fh) that show its bytes, of whatever type. It does not matter who changes the value:
+  // SDO, MPDO, or the device through the dictionary. Not noticed are the same value once more, a
+  // value that an RPDO brings, and what is written past the dictionary, into a variable's memory or
+  // an image, see outputs_written(). number: 1..512, of TPDOs that do not exist, too: it is kept
+  // over every configure(). The second form is for all of them.
   void set_auto_notify(std::uint16_t number, bool wanted);
   void set_auto_notify(bool wanted);
 

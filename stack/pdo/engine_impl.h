@@ -194,6 +194,9 @@ struct Engine::Impl final : od::Hook, od::Observer {
   // Samples and requests; without always only if the sample is a new one.
   void request(std::uint16_t slot, bool always);
   void source_changed(std::uint16_t slot, bool always);
+  // Marks in `affected` the TPDOs that send some of these bits of the output area.
+  void mark_affected(std::uint32_t bit_offset, std::uint32_t bits);
+  void output_variable_changed(od::Address address);
   // Tells the listener, which may change values; nothing is told within.
   void ask(std::uint16_t slot);
   template <class Take>
@@ -259,7 +262,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   bool held = false;                      // requests wait for release_held():
   Bitmap held_changed;                    // by slot: if the value is a new one
   Bitmap held_always;                     // by slot
-  Bitmap affected;                        // by slot: scratch of outputs_written()
+  Bitmap affected;                        // by slot: scratch of mark_affected()
   struct Source {
     std::uint32_t begin = 0;  // bits of the output area
     std::uint32_t end = 0;

@@ -2,6 +2,7 @@
 //
 // A TPDO is sampled when it is requested, into its one frame: what is sent is always the newest
 // sample. rank is its place in the order of the bus, so the lowest set bit goes first.
+#include "stack/image/network_variables.h"
 #include "stack/pdo/engine_impl.h"
 
 namespace linegate::pdo {
@@ -38,6 +39,9 @@ void Engine::Impl::changed(od::Address address) {
       source_changed(slot, false);
     }
   });
+  if (!sources.empty()) {
+    output_variable_changed(address);
+  }
   if (source_tpdo && auto_notify[*source_tpdo] && scanner_list.contains(address)) {
     (void)queue_mpdo(*source_tpdo, {.mode = MpdoMode::source, .node = node_id, .address = address},
                      address);
@@ -55,20 +59,37 @@ void Engine::value_changed(od::Address address, Instant /*now*/) {
   }
 }
 
+void Engine::Impl::mark_affected(std::uint32_t bit_offset, std::uint32_t bits) {
+  constexpr std::uint32_t kLongest = 64;
+  const std::uint32_t from = bit_offset < kLongest ? 0 : bit_offset - kLongest;
+  auto it = std::ranges::lower_bound(sources, from, {}, &Source::begin);
+  for (; it != sources.end() && it->begin < bit_offset + bits; ++it) {
+    if (it->end > bit_offset) {
+      affected.set(it->slot);
+    }
+  }
+}
+
+// A network variable of CiA 302-4, which shows bytes of the output area.
+void Engine::Impl::output_variable_changed(od::Address address) {
+  const std::optional<image::VariablePlace> place = image::variable_place(address);
+  if (!place || place->direction != image::Direction::outputs) {
+    return;
+  }
+  mark_affected(place->bit_offset, place->bit_length);
+  affected.take_all([this](std::uint16_t slot) {
+    if (auto_notify[slot] && !tpdos[slot].asking) {
+      source_changed(slot, false);
+    }
+  });
+}
+
 void Engine::outputs_written(std::uint32_t bit_offset, std::uint32_t bits, bool always,
                              Instant /*now*/) {
   if (!impl_->operational) {
     return;
   }
-  constexpr std::uint32_t kLongest = 64;
-  const auto& sources = impl_->sources;
-  const std::uint32_t from = bit_offset < kLongest ? 0 : bit_offset - kLongest;
-  auto it = std::ranges::lower_bound(sources, from, {}, &Impl::Source::begin);
-  for (; it != sources.end() && it->begin < bit_offset + bits; ++it) {
-    if (it->end > bit_offset) {
-      impl_->affected.set(it->slot);
-    }
-  }
+  impl_->mark_affected(bit_offset, bits);
   impl_->affected.take_all(
       [this, always](std::uint16_t slot) { impl_->source_changed(slot, always); });
 }

@@ -1,8 +1,13 @@
 // TPDOs that are requested by whoever changes a value they map.
+#include <algorithm>
+#include <array>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/stack/pdo/device_fixture.h"
+#include "stack/image/network_variables.h"
+
+#include "tests/stack/pdo/linked_fixture.h"
 
 namespace linegate::pdo {
 namespace {
@@ -211,6 +216,96 @@ TEST(AutoNotify, OutlivesAnObjectThatGoesAndComesBack) {
   EXPECT_THAT(device.sent_ids(at(2)), ElementsAre(0x181));
   device.engine.reset();
   EXPECT_FALSE(device.dictionary.find({0x2003, 0})->followed);
+}
+
+// A manager's TPDOs to two devices, 16 + 8 + 1 bits and 32 bits, all outputs valid.
+struct Outputs : Manager {
+  explicit Outputs(const od::DeviceDescription& device)
+      : Manager({remote(device, 5, {remote_pdo(1, 0x205, {0x20030010, 0x20020008, 0x20000001})}),
+                 remote(device, 6, {remote_pdo(1, 0x206, {0x20050020}, 0)})}) {
+    for (std::uint32_t entry = 0; entry < plan.outputs.entries.size(); ++entry) {
+      image->write_entry(image::Direction::outputs, entry, std::uint64_t{0});
+    }
+    engine->set_operational(false, at(0));
+    engine->set_operational(true, at(0));
+    engine->sync(0, at(0));
+    (void)sent(at(0));
+  }
+  static RemoteNode remote(const od::DeviceDescription& device, std::uint8_t id,
+                           std::vector<Parameters> rpdos) {
+    RemoteNode out;
+    out.id = id;
+    out.device = &device;
+    out.pdos = {{}, std::move(rpdos)};
+    return out;
+  }
+  std::vector<std::uint32_t> sent(Instant now) {
+    std::vector<std::uint32_t> ids;
+    for (can::Frame frame; engine->next_frame(frame, now);) {
+      ids.push_back(frame.id);
+    }
+    return ids;
+  }
+  // The network variable of an entry.
+  od::Address variable(std::uint32_t entry) const {
+    const image::Entry& place = plan.outputs.entries[entry];
+    return {place.variable_index, place.variable_sub};
+  }
+};
+
+TEST(AutoNotify, OfLinkedTpdosNoticesTheNetworkVariables) {
+  const od::DeviceDescription device = plain_device();
+  Outputs manager(device);
+  ASSERT_EQ(manager.plan.outputs.entries.size(), 4U);
+  ASSERT_TRUE(manager.dictionary.set(manager.variable(0), 8));
+  EXPECT_THAT(manager.sent(at(1)), IsEmpty()) << "nobody wants it";
+  manager.engine->set_auto_notify(true);
+  const std::vector<std::uint32_t> first{0x205};
+  for (const std::uint32_t entry : {0U, 1U, 2U}) {
+    const std::uint64_t other = manager.image->read_entry(image::Direction::outputs, entry) ^ 1U;
+    ASSERT_TRUE(manager.dictionary.set(manager.variable(entry), other));
+    EXPECT_EQ(manager.sent(at(1)), first) << entry;
+    ASSERT_TRUE(manager.dictionary.set(manager.variable(entry), other));
+    EXPECT_THAT(manager.sent(at(1)), IsEmpty()) << "the same value once more";
+  }
+  ASSERT_TRUE(manager.dictionary.set(manager.variable(3), 7));
+  EXPECT_THAT(manager.sent(at(1)), IsEmpty()) << "type 0 waits for SYNC";
+  manager.engine->sync(0, at(2));
+  EXPECT_EQ(manager.sent(at(2)), (std::vector<std::uint32_t>{0x206}));
+  manager.engine->set_auto_notify(1, false);
+  ASSERT_TRUE(manager.dictionary.set(manager.variable(0), 99));
+  EXPECT_THAT(manager.sent(at(3)), IsEmpty()) << "each TPDO has its own choice";
+}
+
+// The same byte as a part of values of several types.
+TEST(AutoNotify, OfLinkedTpdosNoticesVariablesOfEachType) {
+  const od::DeviceDescription device = plain_device();
+  Outputs manager(device);
+  manager.engine->set_auto_notify(true);
+  const std::uint32_t byte = manager.plan.outputs.entries[0].bit_offset / 8;
+  std::uint8_t number = 0;
+  constexpr std::array<std::uint16_t, 7> kBases{0xA000, 0xA040, 0xA0C0, 0xA100,
+                                                0xA1C0, 0xA200, 0xA240};
+  for (const std::uint16_t base : kBases) {
+    const auto place = image::variable_place({base, 1});
+    ASSERT_TRUE(place);
+    const auto sub = static_cast<std::uint8_t>(1 + 8 * byte / place->bit_length);
+    const std::vector<std::byte> value(place->bit_length / 8, std::byte{++number});
+    ASSERT_TRUE(manager.dictionary.set({base, sub}, std::span<const std::byte>(value)))
+        << std::hex << base;
+    const std::vector<std::uint32_t> ids = manager.sent(at(1));
+    EXPECT_NE(std::ranges::find(ids, 0x205U), ids.end()) << std::hex << base;
+  }
+}
+
+// What was never written is not sent, whoever asks for it.
+TEST(AutoNotify, OfLinkedTpdosHoldsThemBackAsEver) {
+  const od::DeviceDescription device = plain_device();
+  Manager manager({Outputs::remote(device, 5, {remote_pdo(1, 0x205, {0x20030010})})});
+  manager.engine->set_auto_notify(true);
+  const image::Entry& entry = manager.plan.outputs.entries[0];
+  ASSERT_TRUE(manager.dictionary.set({entry.variable_index, entry.variable_sub}, 1));
+  EXPECT_FALSE(manager.engine->wants_to_send(at(1)));
 }
 
 // The listener counts how often it was asked, in a value that TPDO 1 sends.
