@@ -40,7 +40,9 @@ class IniParser {
     const std::string_view name =
         trim(content.substr(1, end == std::string_view::npos ? end : end - 1));
     const auto [known, is_new] = ini_.by_name_.try_emplace(comparable(name), ini_.sections_.size());
-    keys_.clear();
+    if (!keys_.empty()) {
+      keys_ = {};  // clear() would go through the room of the longest section, every time
+    }
     current_.reset();
     if (is_new) {
       current_ = ini_.sections_.size();
@@ -68,19 +70,32 @@ class IniParser {
       return;
     }
     Section& section = ini_.sections_[*current_];
-    const auto [known, is_new] = keys_.try_emplace(lower(key), section.entries.size());
-    if (is_new) {
+    const Entry* const known = given(section, key);
+    if (known == nullptr) {
       const std::string_view value = content.substr(equals + 1);
       const std::string_view trimmed = trim(value);
       section.entries.push_back(
           {key, trimmed, place(content), place(trimmed.empty() ? value : trimmed)});
     } else {
-      report_.warning(place(content),
-                      "key " + quote(key) + " was already given in line " +
-                          std::to_string(section.entries[known->second].key_place.line) +
-                          "; ignored");
+      report_.warning(place(content), "key " + quote(key) + " was already given in line " +
+                                          std::to_string(known->key_place.line) + "; ignored");
     }
   }
+
+  // The entry of the section with this key; if there is none, it comes next.
+  const Entry* given(const Section& section, std::string_view key) {
+    const std::vector<Entry>& entries = section.entries;
+    if (entries.size() < kFew) {
+      return section.find(key);
+    }
+    for (std::size_t i = keys_.size(); i < entries.size(); ++i) {
+      keys_.try_emplace(lower(entries[i].key), i);
+    }
+    const auto at = keys_.find(lower(key));
+    return at == keys_.end() ? nullptr : &entries[at->second];
+  }
+
+  static constexpr std::size_t kFew = 32;
 
   Ini& ini_;
   Report& report_;
@@ -88,7 +103,7 @@ class IniParser {
   std::uint32_t number_ = 0;
   bool before_first_section_ = true;
   std::optional<std::size_t> current_;                 // none: in a section that is ignored
-  std::unordered_map<std::string, std::size_t> keys_;  // of the current section, in lower case
+  std::unordered_map<std::string, std::size_t> keys_;  // of a section with many, in lower case
 };
 
 namespace {
@@ -152,7 +167,9 @@ Ini Ini::parse(std::string_view text, Report& report) {
   }
   IniParser parser(ini, report);
   for (std::uint32_t number = 1; !text.empty(); ++number) {
-    const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
+    const auto is_end = [](char c) { return c == '\r' || c == '\n'; };
+    const auto end =
+        static_cast<std::size_t>(std::find_if(text.begin(), text.end(), is_end) - text.begin());
     parser.line(text.substr(0, end), number);
     text.remove_prefix(end);
     text.remove_prefix(text.starts_with("\r\n") ? 2 : text.empty() ? 0 : 1);

@@ -68,6 +68,22 @@ TEST(Ini, OfDuplicatesTheFirstCounts) {
   EXPECT_EQ(file.ini.find("b")->find("k")->value, "3");
 }
 
+// However many keys there are, and whatever the section before had.
+TEST(Ini, KeysGivenTwiceAmongMany) {
+  std::string text = "[A]\n";
+  for (int i = 1; i <= 200; ++i) {
+    text += "k" + std::to_string(i) + "=" + std::to_string(i) + "\n";
+  }
+  text += "K7=x\nK190=x\n[B]\nk7=1\nk190=2\nK7=3\n";
+  const Parsed parsed(text);
+  EXPECT_THAT(parsed.said,
+              ElementsAre("f:202:1: warning: key 'K7' was already given in line 8; ignored",
+                          "f:203:1: warning: key 'K190' was already given in line 191; ignored",
+                          "f:207:1: warning: key 'K7' was already given in line 205; ignored"));
+  EXPECT_EQ(parsed.ini.find("A")->entries.size(), 200U);
+  EXPECT_EQ(parsed.ini.find("B")->find("K190")->value, "2");
+}
+
 TEST(Ini, LinesThatAreNeitherAreToldAndSkipped) {
   const Parsed file("lost=1\n[a]\nnonsense\nk=1\n[b] junk\n");
   EXPECT_THAT(file.said,
