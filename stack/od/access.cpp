@@ -73,18 +73,53 @@ AbortCode unwritable(Address address, AbortCode why) {
                                                                         : why;
 }
 
+// Values are short: a call for a few bytes takes longer than they do.
+bool same_bytes(std::span<const std::byte> a, std::span<const std::byte> b) {
+  if (a.size() != b.size()) {
+    return false;
+  }
+  switch (a.size()) {
+    case 1:
+      return a[0] == b[0];
+    case 2:
+      return load_le<std::uint16_t>(a.data()) == load_le<std::uint16_t>(b.data());
+    case 4:
+      return load_le<std::uint32_t>(a.data()) == load_le<std::uint32_t>(b.data());
+    default:
+      return std::equal(a.begin(), a.end(), b.begin());
+  }
+}
+
+void copy_bytes(std::byte* to, std::span<const std::byte> from) {
+  switch (from.size()) {
+    case 0:
+      break;
+    case 1:
+      *to = from[0];
+      break;
+    case 2:
+      store_le(to, load_le<std::uint16_t>(from.data()));
+      break;
+    case 4:
+      store_le(to, load_le<std::uint32_t>(from.data()));
+      break;
+    default:
+      std::memmove(to, from.data(), from.size());
+      break;
+  }
+}
+
 // value has an allowed length. It may overlap the variable's own bytes. True if observers have to
 // hear of it.
 bool store(const ObjectTable& objects, Address address, Variable& variable,
            std::span<const std::byte> value) {
   const std::span<const std::byte> before = variable.bytes();
-  const bool news =
-      variable.followed && !std::equal(before.begin(), before.end(), value.begin(), value.end());
+  const bool news = variable.followed && !same_bytes(before, value);
   if (variable.type == DataType::domain) {
     objects.details(address).domain = std::vector<std::byte>(value.begin(), value.end());
     variable.data = objects.details(address).domain.data();
-  } else if (!value.empty()) {
-    std::memmove(variable.data, value.data(), value.size());
+  } else {
+    copy_bytes(variable.data, value);
   }
   variable.size = static_cast<std::uint32_t>(value.size());
   return news;
@@ -269,8 +304,10 @@ bool Dictionary::restore(Address address, std::span<const std::byte> value) {
 }
 
 bool Dictionary::set_number(Address address, std::uint64_t value, bool negative) {
-  const std::optional<Variable> variable = find(address);
-  if (!variable || byte_size(variable->type) == 0) {
+  Variable element;
+  AbortCode why = AbortCode::none;
+  Variable* const variable = objects_->find(address, element, why);
+  if (variable == nullptr || byte_size(variable->type) == 0) {
     return false;
   }
   std::array<std::byte, 8> raw{};
@@ -285,7 +322,8 @@ bool Dictionary::set_number(Address address, std::uint64_t value, bool negative)
       return false;
     }
   }
-  return set(address, std::span<const std::byte>(bytes));
+  store_and_tell(address, *variable, bytes);
+  return true;
 }
 
 void Dictionary::reset_values(std::uint16_t first, std::uint16_t last) {

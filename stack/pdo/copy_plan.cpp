@@ -67,9 +67,9 @@ void ObjectRun::to_object(const std::byte* frame) const {
   }
 }
 
-void ObjectRun::to_frame(std::byte* frame) const {
+// `to` has its first bit.
+void ObjectRun::merge_into(std::byte* to) const {
   const unsigned shift = frame_bit % 8U;
-  std::byte* to = frame + frame_bit / 8U;
   if (bits < 8) {
     *to |= (*data & std::byte{1}) << shift;
     return;

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 #include "stack/base/byte_order.h"
@@ -35,7 +36,18 @@ struct ObjectRun {
   std::uint16_t bits = 0;
 
   void to_object(const std::byte* frame) const;
-  void to_frame(std::byte* frame) const;
+  // Its bits of the frame are 0 before.
+  void to_frame(std::byte* frame) const {
+    std::byte* const to = frame + frame_bit / 8U;
+    if (frame_bit % 8U == 0 && bits == 16) {
+      std::memcpy(to, data, 2);
+    } else if (frame_bit % 8U == 0 && bits == 32) {
+      std::memcpy(to, data, 4);
+    } else {
+      merge_into(to);
+    }
+  }
+  void merge_into(std::byte* to) const;
 };
 
 struct CopyPlan {

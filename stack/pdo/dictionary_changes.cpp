@@ -43,7 +43,7 @@ void Engine::Impl::follow_sources() {
   if (auto_notify.none()) {
     return;
   }
-  for (const ObjectSource& source : object_sources) {
+  for (const ObjectSource& source : object_sources.all()) {
     if (auto_notify[source.slot]) {
       followed.push_back(source.address);
     }

@@ -21,6 +21,7 @@
 #include "stack/pdo/copy_plan.h"
 #include "stack/pdo/engine.h"
 #include "stack/pdo/link.h"
+#include "stack/pdo/object_sources.h"
 #include "stack/pdo/record.h"
 #include "stack/pdo/shadows.h"
 #include "stack/pdo/timers.h"
@@ -199,8 +200,6 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void output_variable_changed(od::Address address);
   // Tells the listener, which may change values; nothing is told within.
   void ask(std::uint16_t slot);
-  template <class Take>
-  void for_each_source(od::Address address, Take take);
   void on_event_timer(std::uint16_t slot, Instant now);
   void release(Instant now);
   bool next_frame(can::Frame& out, Instant now);
@@ -269,13 +268,9 @@ struct Engine::Impl final : od::Hook, od::Observer {
     std::uint16_t slot = 0;
   };
   std::vector<Source> sources;  // ascending by begin; none is longer than 64 bits
-  struct ObjectSource {
-    od::Address address;
-    std::uint16_t slot = 0;
-  };
-  std::vector<ObjectSource> object_sources;  // ascending by address
-  std::bitset<kMaxPdo> auto_notify;          // by slot
-  std::vector<od::Address> followed;         // in the dictionary
+  ObjectSources object_sources;
+  std::bitset<kMaxPdo> auto_notify;   // by slot
+  std::vector<od::Address> followed;  // in the dictionary
   ScannerList scanner_list;
   DispatcherList dispatcher_list;
   std::vector<od::Address> mpdo_places;      // scratch

@@ -69,7 +69,7 @@ void Engine::Impl::rank_tpdos() {
 
 void Engine::Impl::index_sources() {
   sources.clear();
-  object_sources.clear();
+  std::vector<ObjectSource> of_objects;
   for (std::uint16_t slot = 0; slot < tpdos.size(); ++slot) {
     if (!tpdos[slot].active || tpdos[slot].mpdo != MpdoMode::none) {
       continue;
@@ -82,19 +82,12 @@ void Engine::Impl::index_sources() {
     const auto number = static_cast<std::uint16_t>(slot + 1);
     if (linked(PdoKind::tpdo, number) == nullptr) {
       for (const Mapping& mapping : read_mapping(dictionary, PdoKind::tpdo, number)) {
-        object_sources.push_back({mapping.address, slot});
+        of_objects.push_back({mapping.address, slot});
       }
     }
   }
   std::ranges::sort(sources, {}, &Source::begin);
-  std::ranges::sort(object_sources, [](const ObjectSource& a, const ObjectSource& b) {
-    return a.address != b.address ? a.address < b.address : a.slot < b.slot;
-  });
-  const auto same = [](const ObjectSource& a, const ObjectSource& b) {
-    return a.address == b.address && a.slot == b.slot;
-  };
-  object_sources.erase(std::unique(object_sources.begin(), object_sources.end(), same),
-                       object_sources.end());
+  object_sources.assign(std::move(of_objects));
   follow_sources();
 }
 

@@ -6,16 +6,16 @@
 #include "stack/pdo/engine_impl.h"
 
 namespace linegate::pdo {
+namespace {
 
-// The listener may change PDOs meanwhile.
-template <class Take>
-void Engine::Impl::for_each_source(od::Address address, Take take) {
-  const auto first = std::ranges::lower_bound(object_sources, address, {}, &ObjectSource::address);
-  for (auto i = static_cast<std::size_t>(first - object_sources.begin());
-       i < object_sources.size() && object_sources[i].address == address; ++i) {
-    take(object_sources[i].slot);
-  }
+// What is beyond the length of a frame is 0.
+bool has_data(const can::Frame& frame, const std::array<std::byte, can::kMaxFdData>& data) {
+  return frame.length <= can::kMaxClassicData
+             ? load_le<std::uint64_t>(frame.data.data()) == load_le<std::uint64_t>(data.data())
+             : frame.data == data;
 }
+
+}  // namespace
 
 void Engine::set_auto_notify(std::uint16_t number, bool wanted) {
   if (number != 0 && number <= kMaxPdo) {
@@ -34,7 +34,7 @@ void Engine::Impl::changed(od::Address address) {
   if (!operational) {
     return;
   }
-  for_each_source(address, [this](std::uint16_t slot) {
+  object_sources.for_each(address, [this](std::uint16_t slot) {
     if (auto_notify[slot] && !tpdos[slot].asking) {
       source_changed(slot, false);
     }
@@ -52,8 +52,8 @@ void Engine::value_changed(od::Address address, Instant /*now*/) {
   if (!impl_->operational) {
     return;
   }
-  impl_->for_each_source(address,
-                         [this](std::uint16_t slot) { impl_->source_changed(slot, false); });
+  impl_->object_sources.for_each(
+      address, [this](std::uint16_t slot) { impl_->source_changed(slot, false); });
   if (impl_->source_tpdo) {
     (void)send_mpdo(address);  // a full queue has older news of other objects
   }
@@ -202,10 +202,9 @@ bool Engine::Impl::sample(std::uint16_t slot) {
     object.to_frame(data.data());
   }
   const bool fresh = !std::exchange(pdo.sampled, true);
-  const bool different =
-      fresh || std::memcmp(data.data(), pdo.frame.data.data(), pdo.frame.length) != 0;
+  const bool different = fresh || !has_data(pdo.frame, data);
   if (different) {
-    std::memcpy(pdo.frame.data.data(), data.data(), pdo.frame.length);
+    pdo.frame.data = data;
     counters.coalesced += pending.test(pdo.rank) ? 1U : 0U;
   }
   return different;
