@@ -1,8 +1,13 @@
 // Statements that describe the network, and how it is built.
 #include <algorithm>
+#include <span>
 #include <utility>
+#include <vector>
 
+#include "stack/base/byte_order.h"
 #include "stack/eds/reader.h"
+#include "stack/pdo/mpdo.h"
+#include "stack/pdo/parameters.h"
 
 #include "tests/plant/scenario_run.h"
 
@@ -22,6 +27,65 @@ od::ObjectDescription domain_object() {
   out.name = "Program";
   out.variables.push_back(std::move(domain));
   return out;
+}
+
+od::VariableDescription variable(std::uint8_t sub, od::DataType type, std::uint64_t value) {
+  od::VariableDescription out{
+      .sub = sub, .name = "Value", .type = type, .access = od::Access::rw, .mappable = true};
+  out.value.resize(od::byte_size(type));
+  store_le(std::span(out.value), value);
+  return out;
+}
+
+od::ObjectDescription object(std::uint16_t index, std::vector<od::VariableDescription> variables) {
+  od::ObjectDescription out;
+  out.index = index;
+  out.name = "MPDO";
+  out.type = variables.size() == 1 ? od::ObjectType::variable : od::ObjectType::record;
+  out.variables = std::move(variables);
+  return out;
+}
+
+// An RPDO or TPDO whose communication record is at that index.
+void add_mpdo(od::Dictionary& dictionary, std::uint16_t index, std::uint32_t cob_id,
+              pdo::MpdoMode mode) {
+  using enum od::DataType;
+  (void)dictionary
+      .add(object(index, {variable(0, unsigned8, 2), variable(1, unsigned32, cob_id),
+                          variable(2, unsigned8, pdo::kEventProfile)}))
+      .ok();
+  (void)dictionary
+      .add(object(static_cast<std::uint16_t>(index + 0x200),
+                  {variable(0, unsigned8, mode == pdo::MpdoMode::source ? 254 : 255),
+                   variable(1, unsigned32, 0)}))
+      .ok();
+}
+
+// 2F01h comes by MPDO in destination address mode on kToAll, and goes out in source address mode
+// whenever it becomes another value; 2F02h is what 2F01h of node `from` was last.
+void give_mpdos(sim::Device& device, std::uint8_t from) {
+  using enum od::DataType;
+  constexpr std::uint32_t kToAll = 0x57F;
+  constexpr std::uint32_t kOfNode = 0x480;
+  constexpr std::uint16_t kRpdo = 0x1407;
+  constexpr std::uint16_t kTpdo = 0x1807;
+  od::Dictionary& dictionary = device.dictionary();
+  for (const std::uint16_t index : {std::uint16_t{0x2F01}, std::uint16_t{0x2F02}}) {
+    (void)dictionary.add(object(index, {variable(0, unsigned32, 0)})).ok();
+  }
+  add_mpdo(dictionary, kRpdo, kToAll, pdo::MpdoMode::destination);
+  add_mpdo(dictionary, kTpdo, kOfNode + device.options().node_id, pdo::MpdoMode::source);
+  (void)dictionary
+      .add(object(0x1FA0, {variable(0, unsigned8, 1), variable(1, unsigned32, 0x01'2F01'00)}))
+      .ok();
+  if (from != 0) {
+    add_mpdo(dictionary, kRpdo + 1, kOfNode + from, pdo::MpdoMode::source);
+    (void)dictionary
+        .add(object(0x1FD0, {variable(0, unsigned8, 1),
+                             variable(1, unsigned64, 0x01'2F02'00'2F01'00'00ULL | from)}))
+        .ok();
+  }
+  device.node().pdos().set_auto_notify(kTpdo - 0x1800 + 1, true);
 }
 
 }  // namespace
@@ -65,6 +129,7 @@ void Scenario::describe_device(Words& words) {
   line::NodeConfig node{.id = device.node_id};
   node.name = device.profile + std::to_string(device.node_id);
   node.heartbeat = std::chrono::milliseconds(100);
+  NetworkPlan& plan = plans_.back();
   bool listed = true;
   bool present = true;
   bool domain = false;
@@ -89,6 +154,10 @@ void Scenario::describe_device(Words& words) {
       node.pdo_deadline = words.duration();
     } else if (key == "domain") {
       domain = true;
+    } else if (key == "mpdo") {
+      plan.mpdos.try_emplace(device.node_id);
+    } else if (key == "mpdo-of") {
+      plan.mpdos[device.node_id] = words.node();
     } else if (key == "unlisted") {
       listed = false;
     } else if (key == "ours") {
@@ -99,7 +168,6 @@ void Scenario::describe_device(Words& words) {
       throw BadStatement("unknown property of a device '" + key + "'");
     }
   }
-  NetworkPlan& plan = plans_.back();
   if (listed) {
     const auto file =
         eds::load(sim::eds_text(device.profile), sim::eds_name(device.profile), node.id);
@@ -176,6 +244,9 @@ void Scenario::build() {
       }
       if (plan.domains.contains(options.node_id)) {
         (void)(*device.value)->dictionary().add(domain_object()).ok();
+      }
+      if (const auto mpdos = plan.mpdos.find(options.node_id); mpdos != plan.mpdos.end()) {
+        give_mpdos(**device.value, mpdos->second);
       }
       world_.add_device(seat, *std::move(device.value));
     }
