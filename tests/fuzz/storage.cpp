@@ -100,9 +100,10 @@ void check_device(const Bytes& image) {
   LINEGATE_EXPECT(dictionary.find({0x2003, 0})->size <= 64);
   // What it stores itself it finds again.
   const std::uint32_t save = storage::kSave;
-  const AbortCode why =
-      stored.check_write({storage::kStoreParameters, 1}, std::as_bytes(std::span(&save, 1)));
-  LINEGATE_EXPECT(why == AbortCode::none && stored.kept() == 1);
+  constexpr od::Address kAll{storage::kStoreParameters, 1};
+  const auto signature = std::as_bytes(std::span(&save, 1));
+  LINEGATE_EXPECT(stored.check_write(kAll, signature) == AbortCode::none && stored.kept() == 0);
+  LINEGATE_EXPECT(stored.execute_write(kAll, signature) == AbortCode::none && stored.kept() == 1);
   LINEGATE_EXPECT(stored.load() == Damage::none);
 }
 
