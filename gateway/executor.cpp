@@ -69,7 +69,7 @@ void Executor::place(std::unique_ptr<Runner> runner) {
   const auto free = std::find_if(places_.begin(), places_.end(),
                                  [](const Place& place) { return place.runner == nullptr; });
   Place& place = free != places_.end() ? *free : places_.emplace_back();
-  place = Place{std::move(runner), {}, true, false};
+  place = Place{.runner = std::move(runner), .registered = {}};
 }
 
 std::vector<std::unique_ptr<Runner>> Executor::send_away(const std::vector<Runner*>& runners) {
@@ -156,6 +156,7 @@ void Executor::run() {
     for (std::size_t i = 0; i < places_.size(); ++i) {
       serve(i, now);
     }
+    announce();
     if (leaving_ > 0) {
       let_go(now);
     }
@@ -210,7 +211,16 @@ void Executor::serve(std::size_t i, Instant now) {
   }
   place.ready = false;
   place.runner->service(now);
+  place.served = true;
   update_interest(i);
+}
+
+void Executor::announce() {
+  for (Place& place : places_) {
+    if (std::exchange(place.served, false)) {
+      place.runner->announce();
+    }
+  }
 }
 
 void Executor::update_interest(std::size_t i) {

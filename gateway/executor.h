@@ -59,12 +59,14 @@ class Executor {
     std::unique_ptr<Runner> runner;
     Registered registered;
     bool ready = true;
+    bool served = false;  // in this round
     bool leaving = false;
   };
   static constexpr std::size_t kMostChanges = 64;  // under way at a time
 
   void run();
   void serve(std::size_t i, Instant now);
+  void announce();
   void update_interest(std::size_t i);
   // Sets ready of those whose descriptor is; of all if the executor was woken.
   void wait(Instant until);

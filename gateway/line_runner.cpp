@@ -70,7 +70,6 @@ void LineRunner::bind(std::vector<BoundSource> sources, std::vector<BoundTarget>
 }
 
 void LineRunner::service(Instant now) {
-  handed_over_ = false;
   now = std::max(now, known_);  // values of another line may have been sent later
   const Instant known = pump_.drain(
       now,
@@ -82,6 +81,9 @@ void LineRunner::service(Instant now) {
       [&](const can::BusEvent& event) { bus_event(event, now); });
   now = std::max(now, known);  // frames came while the channel was read
   receive_peak_ = std::max(receive_peak_, static_cast<std::uint32_t>(pump_.drained()));
+  if (pump_.drained() > 0) {
+    look_at_sources(now);  // first of all: another line's bus waits for it
+  }
   take_storage_result();
   take_requests(known);  // after what was on the bus before: time does not go back for the line
   take_messages(known);
@@ -92,9 +94,7 @@ void LineRunner::service(Instant now) {
     }
     give_messages(known);  // before frames are sent: others wait for it
   }
-  for (BoundSource& source : bound_sources_) {
-    source.look(*line_, now);
-  }
+  look_at_sources(now);  // time-outs and requests change values, too
   transmit(now);
   give_messages(now);
   hand_over(now);
@@ -102,8 +102,17 @@ void LineRunner::service(Instant now) {
   if (routes_ != nullptr && routes_->held()) {
     next_wake_ = earlier(next_wake_, now + kLinkFull);
   }
-  if (handed_over_) {
+}
+
+void LineRunner::announce() {
+  if (std::exchange(handed_over_, false)) {
     consumer_.signal();
+  }
+}
+
+void LineRunner::look_at_sources(Instant now) {
+  for (BoundSource& source : bound_sources_) {
+    source.look(*line_, now);
   }
 }
 

@@ -61,6 +61,7 @@ class LineRunner final : public Runner {
   int descriptor() const override { return pump_.channel().descriptor(); }
   bool wants_writable() const override { return pump_.channel().wants_writable(); }
   void service(Instant now) override;
+  void announce() override;
   Instant next_wake() const override {
     return routes_ != nullptr && routes_->arrived() ? Instant{} : next_wake_;
   }
@@ -74,6 +75,7 @@ class LineRunner final : public Runner {
   void take_storage_result();
   void take_requests(Instant now);
   void take_messages(Instant now);
+  void look_at_sources(Instant now);
   void give_messages(Instant now);
   void restart_bus(Instant now);
   void hand_over(Instant now);

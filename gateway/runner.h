@@ -16,6 +16,9 @@ class Runner {
   // Does everything there is to do. Called when the descriptor is ready, next_wake() has come, or
   // the executor was woken.
   virtual void service(Instant now) = 0;
+  // After service(), when every runner of the round had its turn: wakes the threads for which
+  // something was left. Before that they would take the processor from runners that wait.
+  virtual void announce() {}
   virtual Instant next_wake() const = 0;
 
   // Begins to stop in good order; service() goes on until stopped() is true.

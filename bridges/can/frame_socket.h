@@ -46,6 +46,7 @@ class FrameSocket {
  private:
   struct Buffers;
   int descriptor_ = -1;
+  std::size_t used_ = kBatch;  // headers that the kernel may have written to since they were set
   std::unique_ptr<Buffers> buffers_;
 };
 

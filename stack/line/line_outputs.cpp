@@ -72,11 +72,21 @@ void Line::Impl::write_bound(std::span<const BoundValue> values, Instant now) {
       image.set_entry_valid(Direction::outputs, value.entry, false);
     }
   }
-  for (const BoundValue& value : values) {
-    if ((value.entry & kForwarded) == 0) {
-      const image::Entry& entry = layout.entries[value.entry];
-      node.pdos().outputs_written(entry.bit_offset, entry.bit_length, value.always, now);
+  // What lies side by side is told together: mostly it is the values of one PDO, which is then
+  // sampled once.
+  for (std::size_t i = 0; i < values.size();) {
+    const BoundValue& first = values[i++];
+    if ((first.entry & kForwarded) != 0) {
+      continue;
     }
+    const std::uint32_t begin = layout.entries[first.entry].bit_offset;
+    std::uint32_t end = begin + layout.entries[first.entry].bit_length;
+    for (; i < values.size() && values[i].always == first.always &&
+           (values[i].entry & kForwarded) == 0 && layout.entries[values[i].entry].bit_offset == end;
+         ++i) {
+      end += layout.entries[values[i].entry].bit_length;
+    }
+    node.pdos().outputs_written(begin, end - begin, first.always, now);
   }
   if (any_forwarded) {
     request_forwarded(values, now);

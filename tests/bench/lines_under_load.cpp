@@ -92,6 +92,7 @@ class Watched final : public gateway::Runner {
     }
     runner_->service(now);
   }
+  void announce() override { runner_->announce(); }
   Instant next_wake() const override { return runner_->next_wake(); }
   void stop(Instant now) override { runner_->stop(now); }
   bool stopped(Instant now) const override { return runner_->stopped(now); }

@@ -63,6 +63,9 @@ extern "C" {
 int recvmmsg(int fd, mmsghdr* messages, unsigned count, int flags, timespec* timeout) {
   return static_cast<int>(call(SYS_recvmmsg, fd, messages, count, flags, timeout));
 }
+ssize_t send(int fd, const void* data, std::size_t size, int flags) {
+  return call(SYS_sendto, fd, data, size, flags, static_cast<void*>(nullptr), 0);
+}
 int sendmmsg(int fd, mmsghdr* messages, unsigned count, int flags) {
   return static_cast<int>(call(SYS_sendmmsg, fd, messages, count, flags));
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <optional>
 #include <span>
 #include <utility>
@@ -34,6 +35,9 @@ class FakeChannel final : public can_bridge::Channel {
     return n;
   }
   std::size_t write(std::span<const can::Frame> frames, Instant) override {
+    if (on_write) {
+      on_write();
+    }
     std::size_t n = 0;
     while (n < frames.size() && accepts > 0) {
       sent.push_back(frames[n++]);
@@ -54,6 +58,7 @@ class FakeChannel final : public can_bridge::Channel {
   std::vector<can::BusEvent> coming_events;  // before the frames
   std::vector<can::BusEvent> coming_later;   // after them
   std::vector<can::Frame> sent;
+  std::function<void()> on_write;  // before it takes anything
   std::size_t accepts = 1000;
   std::optional<std::size_t> promises;  // room() if it is not `accepts`
   int reads = 0;

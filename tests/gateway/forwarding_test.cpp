@@ -51,6 +51,11 @@ const std::string kStatusRules = R"(  - press.axis.6041:0 -> hall.axis.6040:0
   - press.axis.6061:0 -> hall.axis.6060:0
 )";
 
+const std::string kZeroRules =
+    R"(  - {from: press.axis.6041:0, to: hall.axis.6040:0, when_lost: zero}
+  - press.axis.6061:0 -> hall.axis.6060:0
+)";
+
 struct Sent {
   std::uint32_t id = 0;
   std::vector<unsigned> data;
@@ -164,9 +169,7 @@ TEST_F(ForwardingTest, TheTargetKeepsItsInhibitTime) {
 }
 
 TEST_F(ForwardingTest, ASourceThatIsLateIsHeldZeroOrStopsTheTarget) {
-  make(R"(  - {from: press.axis.6041:0, to: hall.axis.6040:0, when_lost: zero}
-  - press.axis.6061:0 -> hall.axis.6060:0
-)");
+  make(kZeroRules);
   hear(press(), 0x185, {0x37, 0x12, 0x08});
   hand_over();
   (void)sent(hall());
@@ -233,7 +236,7 @@ TEST_F(ForwardingTest, AcrossExecutorsNoPdoIsTorn) {
 
 class ForwardingCallTest : public testing::Test {
  protected:
-  ForwardingCallTest() : plant_(obeying_plant(kStatusRules)) {
+  ForwardingCallTest() : plant_(obeying_plant(kZeroRules)) {
     link_ = std::make_unique<BoundLink>(plant_.bindings);
     for (std::size_t i = 0; i < 2; ++i) {
       auto channel = std::make_unique<FakeChannel>();
@@ -281,6 +284,43 @@ TEST_F(ForwardingCallTest, OnOneExecutorTheHandOverIsACallThatSends) {
   ASSERT_EQ(channels_[1]->sent.size(), 1U);
   EXPECT_EQ(channels_[1]->sent[0].id, 0x205U);
   EXPECT_EQ(channels_[1]->sent[0].data[2], std::byte{0x08});
+}
+
+TEST_F(ForwardingCallTest, WhatCameIsSentOnBeforeAnythingElseIsDone) {
+  begin(0);
+  begin(1);
+  const std::size_t all = ports_[0].commands.room();
+  line::Command command;
+  command.kind = line::CommandKind::bus_restart;
+  ports_[0].commands.push(command);
+  come(0, 0x185, {0x37, 0x12, 0x08});
+  std::size_t room_then = 0;
+  channels_[1]->on_write = [&] { room_then = ports_[0].commands.room(); };
+  runners_[0]->service(now_);
+  EXPECT_EQ(channels_[1]->sent.size(), 1U);
+  EXPECT_EQ(room_then, all - 1) << "the request was taken before";
+  EXPECT_EQ(channels_[0]->restarts, 1);
+}
+
+// What comes of time goes on in the same round, after what came of frames.
+TEST_F(ForwardingCallTest, WhatATimeOutChangesIsSentOnToo) {
+  begin(0);
+  begin(1);
+  come(0, 0x185, {0x37, 0x12, 0x08});
+  runners_[0]->service(now_);
+  channels_[1]->sent.clear();
+  now_ += 60ms;  // its deadline is 50 ms
+  runners_[0]->service(now_);
+  ASSERT_EQ(channels_[1]->sent.size(), 1U);
+  EXPECT_EQ(channels_[1]->sent[0].data[0], std::byte{0});
+  EXPECT_EQ(channels_[1]->sent[0].data[2], std::byte{0x08}) << "held";
+
+  come(0, 0x185, {0x38, 0x12, 0x08});
+  now_ += 60ms;  // and the thread was late
+  runners_[0]->service(now_);
+  ASSERT_EQ(channels_[1]->sent.size(), 3U);
+  EXPECT_EQ(channels_[1]->sent[1].data[0], std::byte{0x38});
+  EXPECT_EQ(channels_[1]->sent[2].data[0], std::byte{0});
 }
 
 TEST_F(ForwardingCallTest, ALineThatBeginsLaterTakesTheNewestValues) {

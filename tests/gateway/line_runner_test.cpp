@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <poll.h>
 
 #include "stack/can/cob_id.h"
 
@@ -286,6 +287,20 @@ TEST_F(LineRunnerTest, HandsOverImagesOnChangeWithTheirSeparation) {
   const image::Snapshot* second = slot.fetch();
   ASSERT_NE(second, nullptr);
   EXPECT_EQ(std::to_integer<int>(second->bytes[0]), 5);
+}
+
+TEST_F(LineRunnerTest, WakesItsConsumerOnceWhenItIsAskedTo) {
+  const auto woken = [&] {
+    pollfd p{consumer_.descriptor(), POLLIN, 0};
+    return poll(&p, 1, 0) == 1;
+  };
+  make_ready();
+  EXPECT_FALSE(woken()) << "other lines of the round wait";
+  runner_->announce();
+  ASSERT_TRUE(woken());
+  consumer_.clear();
+  runner_->announce();
+  EXPECT_FALSE(woken()) << "nothing new";
 }
 
 TEST_F(LineRunnerTest, FramesFromBeforeAFailureDoNotOutliveIt) {

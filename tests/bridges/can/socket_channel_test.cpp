@@ -3,6 +3,7 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <span>
 #include <vector>
 
 #include <fcntl.h>
@@ -14,6 +15,7 @@
 #include <unistd.h>
 
 #include "bridges/can/frame_codec.h"
+#include "bridges/can/frame_socket.h"
 
 namespace linegate::can_bridge {
 namespace {
@@ -141,6 +143,33 @@ TEST_F(SocketChannelTest, AFrameThatCameAfterTheCallersNowKeepsItsTime) {
   ASSERT_EQ(channel->read(out, events, sent - std::chrono::seconds(1)), 1U);
   EXPECT_GT(out[0].time, sent - std::chrono::milliseconds(5));
   EXPECT_LE(out[0].time, now());
+}
+
+// Whatever the batch before was: what the kernel wrote to its headers must not count.
+TEST(FrameSocketTest, EachFrameOfABatchHasItsStamp) {
+  std::array<int, 2> ends{-1, -1};
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends.data()), 0);
+  const int on = 1;
+  ASSERT_EQ(::setsockopt(ends[0], SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on), 0);
+  FrameSocket receiver;
+  receiver.reset(ends[0]);
+  FrameSocket sender;
+  sender.reset(ends[1]);
+  const std::array<Frame, 5> frames{make_frame(0x181, {1}), make_frame(0x182, {2}),
+                                    make_frame(0x183, {3}), make_frame(0x184, {4}),
+                                    make_frame(0x185, {5})};
+  for (const int count : {3, 1, 0, 5, 2, 5}) {
+    for (int i = 0; i < count; ++i) {
+      ASSERT_EQ(sender.send(std::span(frames).subspan(static_cast<std::size_t>(i), 1)), 1);
+    }
+    ASSERT_EQ(receiver.receive(FrameSocket::kBatch), count == 0 ? -EAGAIN : count);
+    for (int i = 0; i < count; ++i) {
+      const FrameSocket::Received got = receiver.received(static_cast<std::size_t>(i));
+      EXPECT_NE(got.stamp_ns, 0) << i << " of " << count;
+      EXPECT_EQ(got.raw->can_id, frames[static_cast<std::size_t>(i)].id);
+      EXPECT_EQ(got.bytes, std::size_t{CAN_MTU});
+    }
+  }
 }
 
 TEST_F(SocketChannelTest, NeverGivesMoreThanThereIsRoomFor) {

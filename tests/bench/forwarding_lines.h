@@ -1,0 +1,46 @@
+// Two lines that forward a PDO of one to the other, as the gateway runs them.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "bridges/can/channel.h"
+#include "gateway/binder.h"
+#include "gateway/config/plant.h"
+#include "gateway/executor.h"
+#include "gateway/line_port.h"
+
+#include "tests/bench/forwarding_course.h"
+
+namespace linegate::bench {
+
+class ForwardingLines {
+ public:
+  // Frames come in on the first channel. together: on one executor, else on one each.
+  ForwardingLines(std::array<std::unique_ptr<can_bridge::Channel>, 2> channels, bool together);
+  ~ForwardingLines();
+  ForwardingLines(const ForwardingLines&) = delete;
+  ForwardingLines& operator=(const ForwardingLines&) = delete;
+
+  std::size_t threads() const { return executors_.size(); }
+  const ThreadClock& clock(std::size_t thread) const { return clocks_[thread]; }
+
+ private:
+  std::size_t thread_of(std::size_t line) const { return std::min(line, executors_.size() - 1); }
+  void take();
+
+  config::Plant plant_;
+  gateway::BoundLink link_;
+  std::array<gateway::LinePort, 2> ports_;
+  exchange::Wakeup wakeup_;
+  std::array<ThreadClock, 2> clocks_;
+  std::vector<std::unique_ptr<gateway::Executor>> executors_;
+  std::atomic<bool> stop_{false};
+  std::thread taker_;  // stands for the publisher
+};
+
+}  // namespace linegate::bench
