@@ -14,101 +14,26 @@
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/od/dictionary.h"
-#include "stack/od/stream.h"
 #include "stack/sdo/client.h"
 #include "stack/sdo/server.h"
 
 #include "tests/bench/measure.h"
+#include "tests/bench/transfer_device.h"
 
 namespace {
 
 using namespace linegate;
+using bench::kDomain;
+using bench::kValue;
+using bench::PatternDomain;
+using bench::PatternSink;
+using bench::PatternSource;
 
 constexpr std::uint32_t kBytes = 1'000'000;
 constexpr std::uint8_t kNode = 5;
-constexpr od::Address kValue{0x2000, 0};
-constexpr od::Address kDomain{0x2001, 0};
 constexpr Duration kTimeout = std::chrono::milliseconds(500);
 constexpr double kMinUse = 0.95;    // of the limit
 constexpr std::size_t kPlaces = 3;  // frames a controller holds
-
-std::byte pattern(std::uint32_t at) {
-  return static_cast<std::byte>(at * 2'654'435'761U >> 24U);
-}
-
-class PatternSource final : public od::ByteSource {
- public:
-  std::optional<std::uint32_t> size() const override { return kBytes; }
-  Result<std::size_t> read(std::span<std::byte> out) override {
-    std::size_t given = 0;
-    while (given < out.size() && at_ < kBytes)
-      out[given++] = pattern(at_++);
-    return given;
-  }
-  bool rewind() override {
-    at_ = 0;
-    return true;
-  }
-
- private:
-  std::uint32_t at_ = 0;
-};
-
-class PatternSink final : public od::ByteSink {
- public:
-  AbortCode write(std::span<const std::byte> piece) override {
-    for (const std::byte byte : piece)
-      right_ = right_ && at_ < kBytes && byte == pattern(at_++);
-    return AbortCode::none;
-  }
-  AbortCode finish() override {
-    complete = right_ && at_ == kBytes;
-    return AbortCode::none;
-  }
-  bool rewind() override {
-    at_ = 0;
-    right_ = true;
-    return true;
-  }
-  bool complete = false;
-
- private:
-  std::uint32_t at_ = 0;
-  bool right_ = true;
-};
-
-// The server's DOMAIN: a stream of its own for each transfer.
-class Domain final : public od::Hook {
- public:
-  Result<od::ByteSource*> open_source(od::Address /*address*/) override {
-    source_.emplace();
-    return &*source_;
-  }
-  Result<od::ByteSink*> open_sink(od::Address /*address*/,
-                                  std::optional<std::uint32_t> /*size*/) override {
-    sink_.emplace();
-    return &*sink_;
-  }
-  bool complete() const { return sink_ && sink_->complete; }
-
- private:
-  std::optional<PatternSource> source_;
-  std::optional<PatternSink> sink_;
-};
-
-od::DeviceDescription device() {
-  od::DeviceDescription out;
-  od::ObjectDescription value{
-      .index = kValue.index, .name = "Value", .type = od::ObjectType::variable};
-  value.variables.push_back(
-      {.sub = 0, .name = "Value", .type = od::DataType::unsigned32, .access = od::Access::rw});
-  od::ObjectDescription domain{
-      .index = kDomain.index, .name = "Domain", .type = od::ObjectType::domain};
-  domain.variables.push_back(
-      {.sub = 0, .name = "Domain", .type = od::DataType::domain, .access = od::Access::rw});
-  out.objects = {value, domain};
-  return out;
-}
 
 enum class Kind {
   expedited_upload,
@@ -162,13 +87,13 @@ class Network {
         break;
       case Kind::segmented_upload:
       case Kind::block_upload:
-        sink_.emplace();
+        sink_.emplace(kBytes);
         client_.read(kDomain, *sink_, kTimeout, now_, from_client_,
                      kind == Kind::block_upload ? blocks : segments);
         break;
       case Kind::segmented_download:
       case Kind::block_download:
-        source_.emplace();
+        source_.emplace(kBytes);
         client_.write(kDomain, *source_, kTimeout, now_, from_client_,
                       kind == Kind::block_download ? blocks : segments);
         break;
@@ -181,7 +106,7 @@ class Network {
       step();
     bench::require(outcome->abort == AbortCode::none, "a transfer was aborted");
     if (row.kind == Kind::segmented_upload || row.kind == Kind::block_upload)
-      bench::require(sink_->complete, "not the bytes that were sent");
+      bench::require(sink_->complete(), "not the bytes that were sent");
     if (row.kind == Kind::segmented_download || row.kind == Kind::block_download)
       bench::require(domain_.complete(), "not the bytes that were sent");
   }
@@ -219,8 +144,8 @@ class Network {
   sim::Bus bus_{{.bit_rate = 1'000'000, .queue_depth = kPlaces}};
   sim::Bus::Endpoint client_end_ = 0;
   sim::Bus::Endpoint server_end_ = 0;
-  Domain domain_;
-  od::Dictionary dictionary_{device()};
+  PatternDomain domain_{kBytes};
+  od::Dictionary dictionary_{bench::transfer_device()};
   EventLog events_;
   can::TransmitQueue from_client_{16};
   can::TransmitQueue from_server_{16};

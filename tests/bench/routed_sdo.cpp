@@ -1,0 +1,422 @@
+// SDO transfers through one gateway and through three, beside the same transfer to a device on the
+// client's own bus. Buses of 1 Mbit/s in virtual time, one for each network; the two lines of a
+// gateway hand each other their messages at once. The client says the network indication before
+// each transfer.
+//
+// Bus time: how long a transfer takes in virtual time, beside the time that its frames occupy one
+// wire after the other: nothing else is to be waited for. CPU: of everything that runs here, and,
+// measured in transfers of its own, of the gateways' lines.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <time.h>
+
+#include "bridges/sim/bus.h"
+#include "stack/can/cob_id.h"
+#include "stack/can/transmit_queue.h"
+#include "stack/line/line.h"
+#include "stack/od/dictionary.h"
+#include "stack/routing/sdo_indication.h"
+#include "stack/sdo/client.h"
+#include "stack/sdo/protocol.h"
+#include "stack/sdo/server.h"
+
+#include "tests/bench/measure.h"
+#include "tests/bench/transfer_device.h"
+
+namespace {
+
+using namespace linegate;
+using bench::kDomain;
+using bench::kValue;
+using bench::PatternDomain;
+using bench::PatternSink;
+using bench::PatternSource;
+using bench::require;
+
+// CPU time of this thread, ns.
+std::int64_t cpu_time() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+}
+
+constexpr std::uint8_t kNode = 5;
+constexpr std::uint8_t kFirstGateway = 100;  // node-ID of gateway 0, on both its networks
+constexpr Duration kTimeout = std::chrono::milliseconds(500);
+constexpr std::size_t kPlaces = 3;  // frames a controller holds
+
+enum class Kind : std::uint8_t {
+  expedited_upload,
+  segmented_upload,
+  segmented_download,
+  block_upload,
+  block_download
+};
+
+struct Row {
+  Kind kind;
+  const char* name;
+  std::uint32_t bytes;  // of a transfer
+  unsigned times;       // in one repetition
+
+  bool upload() const { return kind == Kind::segmented_upload || kind == Kind::block_upload; }
+  bool block() const { return kind == Kind::block_upload || kind == Kind::block_download; }
+};
+
+constexpr Row kRows[] = {{Kind::expedited_upload, "expedited upload", 4, 500},
+                         {Kind::segmented_upload, "segmented upload, 5 kB", 5'000, 2},
+                         {Kind::segmented_download, "segmented download, 5 kB", 5'000, 2},
+                         {Kind::block_upload, "block upload, 20 kB", 20'000, 1},
+                         {Kind::block_download, "block download, 20 kB", 20'000, 1}};
+
+// Network n and the next one are joined by gateway n. The client is in the first, the device in the
+// last.
+class Chain {
+ public:
+  Chain(std::size_t gateways, std::uint32_t bytes)
+      : bytes_(bytes), domain_(bytes), client_(request_id(gateways)) {
+    require(dictionary_.set_hook(kDomain.index, &domain_).ok(), "no hook");
+    for (std::size_t i = 0; i <= gateways; ++i) {
+      buses_.push_back(std::make_unique<sim::Bus>(
+          sim::BusOptions{.bit_rate = 1'000'000, .queue_depth = kPlaces}));
+    }
+    client_end_ = buses_.front()->attach();
+    server_end_ = buses_.back()->attach();
+    for (std::size_t i = 0; i < gateways; ++i) {
+      add_gateway(i);
+    }
+    settle();
+  }
+
+  void transfer(const Row& row) {
+    if (!lines_.empty()) {
+      indicate();
+    }
+    start(row);
+    std::optional<sdo::Outcome> outcome;
+    while (!(outcome = client_.take())) {
+      step();
+    }
+    require(outcome->abort == AbortCode::none, "a transfer was aborted");
+    require(!row.upload() || sink_->complete(), "not the bytes that were sent");
+    require(row.upload() || row.bytes == 4 || domain_.complete(), "not the bytes that were sent");
+  }
+
+  Instant now() const { return now_; }
+  Duration busy() const {
+    Duration out{};
+    for (const auto& bus : buses_) {
+      out += bus->busy();
+    }
+    return out;
+  }
+  std::uint64_t frames() const {
+    std::uint64_t out = 0;
+    for (const auto& bus : buses_) {
+      out += bus->frames();
+    }
+    return out;
+  }
+  // CPU time in the lines since then, ns, with that of reading the clock `readings()` times.
+  // Reading it costs more than many a step, so it is done only when asked for.
+  void time_lines(bool wanted) {
+    timed_ = wanted && !lines_.empty();
+    in_lines_ = 0;
+    readings_ = 0;
+  }
+  std::int64_t in_lines() const { return in_lines_; }
+  std::int64_t readings() const { return readings_; }
+
+ private:
+  struct Seat {
+    std::unique_ptr<line::Line> line;
+    std::size_t network = 0;
+    sim::Bus::Endpoint end = 0;
+  };
+
+  static std::uint8_t gateway_node(std::size_t gateway) {
+    return static_cast<std::uint8_t>(kFirstGateway + gateway);
+  }
+  static std::uint16_t network_id(std::size_t network) {
+    return static_cast<std::uint16_t>(network + 1);
+  }
+  // The device itself, or the default server of the first gateway.
+  static can::CobId request_id(std::size_t gateways) {
+    return can::CobId{can::kSdoRequestBase + (gateways == 0 ? kNode : kFirstGateway)};
+  }
+
+  // Its interface 1 is towards the client, interface 2 towards the device.
+  void add_gateway(std::size_t gateway) {
+    routing::Config common;
+    common.channels = routing::ChannelRule::per_node;
+    common.access = {{.first = 1, .last = 100, .sdo_read = true, .sdo_write = true}};
+    common.interfaces = {{1, network_id(gateway), gateway_node(gateway)},
+                         {2, network_id(gateway + 1), gateway_node(gateway)}};
+    for (std::size_t target = 0; target < buses_.size(); ++target) {
+      routing::Route route{.first = network_id(target), .last = network_id(target)};
+      const bool back = target <= gateway;
+      route.interface = back ? std::uint8_t{1} : std::uint8_t{2};
+      const bool here = target == gateway || target == gateway + 1;
+      route.gateway = here ? std::uint8_t{0} : gateway_node(back ? gateway - 1 : gateway + 1);
+      common.routes.push_back(route);
+    }
+    for (const std::size_t side : {std::size_t{0}, std::size_t{1}}) {
+      line::LineConfig config;
+      config.name = "gateway " + std::to_string(gateway) + ", side " + std::to_string(side);
+      config.network_id = network_id(gateway + side);
+      config.node_id = gateway_node(gateway);
+      config.role = side == 0 ? line::Role::device : line::Role::manager;
+      config.reset_nodes = false;
+      config.routing = common;
+      config.routing.interface = static_cast<std::uint8_t>(side + 1);
+      auto made = line::Line::make(std::move(config));
+      require(made.ok(), "no line");
+      Seat& seat = lines_.emplace_back();
+      seat.line = *std::move(made.value);
+      seat.network = gateway + side;
+      seat.end = buses_[seat.network]->attach();
+      seat.line->start(now_);
+    }
+  }
+
+  // What lines say when they start.
+  void settle() {
+    const Instant until = now_ + std::chrono::milliseconds(100);
+    while (next_wake() <= until) {
+      step();
+    }
+    now_ = until;
+  }
+
+  void indicate() {
+    const std::uint64_t said =
+        routing::encode({.network = network_id(buses_.size() - 1), .node = kNode});
+    from_client_.push(can::TransmitClass::sdo, request_id(lines_.size()).header(8), said);
+    answer_.reset();
+    while (!answer_) {
+      step();
+    }
+    require(*answer_ == said, "the network indication was refused");
+  }
+
+  void start(const Row& row) {
+    const sdo::TransferOptions options{.transfer = row.block() ? sdo::Transfer::block
+                                                               : sdo::Transfer::segmented};
+    if (row.kind == Kind::expedited_upload) {
+      client_.read(kValue, kTimeout, now_, from_client_);
+    } else if (row.upload()) {
+      sink_.emplace(bytes_);
+      client_.read(kDomain, *sink_, kTimeout, now_, from_client_, options);
+    } else {
+      source_.emplace(bytes_);
+      client_.write(kDomain, *source_, kTimeout, now_, from_client_, options);
+    }
+  }
+
+  Instant next_wake() {
+    Instant wake = earlier(client_.next_wake(), server_.next_wake());
+    submit(from_client_, *buses_.front(), client_end_);
+    submit(from_server_, *buses_.back(), server_end_);
+    for (const auto& bus : buses_) {
+      wake = earlier(wake, bus->next_wake());
+    }
+    for (const Seat& seat : lines_) {
+      wake = earlier(wake, seat.line->next_wake());
+    }
+    return wake;
+  }
+
+  void step() {
+    const Instant wake = next_wake();
+    require(wake != kNever, "everybody waits for ever");
+    now_ = std::max(now_, wake);
+    for (const auto& bus : buses_) {
+      bus->advance(now_);
+    }
+    run_server();
+    const std::int64_t begin = timed_ ? cpu_time() : 0;
+    run_lines();
+    if (timed_) {
+      in_lines_ += cpu_time() - begin;
+      ++readings_;
+    }
+    run_client();
+  }
+
+  void run_lines() {
+    for (Seat& seat : lines_) {
+      std::array<can::Frame, 8> frames;
+      const std::size_t count = buses_[seat.network]->take(seat.end, frames, now_);
+      if (count > 0) {
+        seat.line->receive(std::span(frames).first(count), now_);
+      }
+      if (count > 0 || seat.line->next_wake() <= now_) {
+        seat.line->advance(now_);
+      }
+    }
+    carry();
+    for (Seat& seat : lines_) {
+      sim::Bus& bus = *buses_[seat.network];
+      for (can::Frame frame; bus.room(seat.end) > 0 && seat.line->next_frame(frame, now_);) {
+        bus.submit(seat.end, frame, now_);
+      }
+    }
+  }
+
+  // Between the lines of each gateway.
+  void carry() {
+    routing::Message message;
+    for (bool any = true; std::exchange(any, false);) {
+      for (std::size_t i = 0; i < lines_.size(); ++i) {
+        while (lines_[i].line->take_message(message)) {
+          lines_[i ^ 1U].line->deliver(message, now_);
+          any = true;
+        }
+      }
+    }
+  }
+
+  void run_server() {
+    std::array<can::Frame, 8> frames;
+    const std::size_t count = buses_.back()->take(server_end_, frames, now_);
+    for (const can::Frame& frame : std::span(frames).first(count)) {
+      if (frame.id == can::kSdoRequestBase + kNode) {
+        server_.receive(frame, from_server_);
+      }
+    }
+    server_.advance(now_, from_server_);
+  }
+
+  void run_client() {
+    const std::uint32_t response =
+        request_id(lines_.size()).id() - can::kSdoRequestBase + can::kSdoResponseBase;
+    std::array<can::Frame, 8> frames;
+    const std::size_t count = buses_.front()->take(client_end_, frames, now_);
+    for (const can::Frame& frame : std::span(frames).first(count)) {
+      if (frame.id == response) {
+        answer_ = sdo::word_of(frame);
+        client_.receive(frame, from_client_);
+      }
+    }
+    client_.advance(now_, from_client_);
+  }
+
+  void submit(can::TransmitQueue& queue, sim::Bus& bus, sim::Bus::Endpoint end) const {
+    for (can::Frame frame; bus.room(end) > 0 && queue.pop_rest(frame);) {
+      bus.submit(end, frame, now_);
+    }
+  }
+
+  std::uint32_t bytes_;
+  Instant now_{std::chrono::seconds(1)};
+  std::vector<std::unique_ptr<sim::Bus>> buses_;
+  std::vector<Seat> lines_;  // two for each gateway
+  PatternDomain domain_;
+  od::Dictionary dictionary_{bench::transfer_device()};
+  EventLog events_;
+  can::TransmitQueue from_client_{16};
+  can::TransmitQueue from_server_{16};
+  sdo::Server server_{dictionary_, can::CobId{can::kSdoRequestBase + kNode},
+                      can::CobId{can::kSdoResponseBase + kNode}, events_};
+  sdo::Client client_;
+  sim::Bus::Endpoint client_end_ = 0;
+  sim::Bus::Endpoint server_end_ = 0;
+  std::optional<std::uint64_t> answer_;  // what the server said last
+  std::optional<PatternSource> source_;
+  std::optional<PatternSink> sink_;
+  bool timed_ = false;
+  std::int64_t in_lines_ = 0;
+  std::int64_t readings_ = 0;
+};
+
+// One way to the device. Virtual times are the same in each repetition.
+struct Course {
+  Course(const char* what, std::size_t gateways, const Row& row)
+      : name(what), chain(gateways, row.bytes), kind(row) {}
+
+  // CPU time of a transfer, in us.
+  double once() {
+    const Instant before = chain.now();
+    const Duration busy = chain.busy();
+    const std::uint64_t sent = chain.frames();
+    const std::int64_t begin = cpu_time();
+    transfers();
+    const std::int64_t all = cpu_time() - begin;
+    time = std::chrono::duration<double, std::milli>(chain.now() - before).count() / kind.times;
+    wire = std::chrono::duration<double, std::milli>(chain.busy() - busy).count() / kind.times;
+    frames = static_cast<double>(chain.frames() - sent) / kind.times;
+    chain.time_lines(true);
+    transfers();
+    const double reading = static_cast<double>(chain.readings()) * clock_cost();
+    in_lines.push_back((static_cast<double>(chain.in_lines()) - reading) / 1000 / kind.times);
+    chain.time_lines(false);
+    return static_cast<double>(all) / 1000 / kind.times;
+  }
+  void transfers() {
+    for (unsigned i = 0; i < kind.times; ++i) {
+      chain.transfer(kind);
+    }
+  }
+  // What lies between two readings with nothing in between, ns.
+  static double clock_cost() {
+    constexpr int kReadings = 1000;
+    const std::int64_t begin = cpu_time();
+    for (int i = 1; i < kReadings; ++i) {
+      (void)cpu_time();
+    }
+    return static_cast<double>(cpu_time() - begin) / kReadings;
+  }
+
+  const char* name;
+  Chain chain;
+  const Row& kind;
+  std::vector<double> in_lines;  // us a transfer
+  double time = 0;               // ms a transfer, virtual
+  double wire = 0;               // ms of all wires together
+  double frames = 0;
+};
+
+void compare(const Row& row) {
+  std::vector<std::unique_ptr<Course>> courses;
+  courses.push_back(std::make_unique<Course>("direct", 0, row));
+  courses.push_back(std::make_unique<Course>("through one gateway", 1, row));
+  courses.push_back(std::make_unique<Course>("through three gateways", 3, row));
+  std::vector<bench::Contestant> contestants;
+  for (const auto& course : courses) {
+    contestants.push_back({course->name, [&course] { return course->once(); }, {}});
+  }
+  bench::interleave(contestants);
+  bench::print_heading(std::string("routed SDO: ") + row.name);
+  for (std::size_t i = 0; i < courses.size(); ++i) {
+    const Course& course = *courses[i];
+    std::printf(
+        "    %-24s %8.3f ms (%.2f x direct; wires %.3f ms), %7.0f frames, "
+        "CPU %8.2f us (%.2f x direct), %8.2f us of it in the gateways\n",
+        course.name, course.time, course.time / courses[0]->time, course.wire, course.frames,
+        bench::median(contestants[i].figures), bench::median_ratio(contestants[i], contestants[0]),
+        bench::median(course.in_lines));
+    // Of what goes to and fro, one frame at a time, nothing waits but for the wires.
+    if (!row.block()) {
+      require(course.time <= 1.02 * course.wire, "a routed transfer waits for more than the wires");
+    }
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main() {
+  for (const Row& row : kRows) {
+    compare(row);
+  }
+}
