@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <array>
 
-#include "stack/can/cob_id.h"
+#include "stack/line/command_checks.h"
 #include "stack/line/devices.h"
 
 namespace linegate::line {
@@ -14,7 +14,6 @@ using image::Direction;
 constexpr std::uint16_t kSilentWriterEmcy = 0x6200;
 constexpr std::uint8_t kSilentWriterRegister = 0x81;
 constexpr std::uint16_t kProducerTime = 0x1017;
-constexpr std::size_t kMostInfo = 5;
 
 }  // namespace
 
@@ -57,11 +56,7 @@ void Line::Devices::execute(Command command, Instant now) {
     case CommandKind::bus_restart:
       break;
   }
-  if (error.domain == Domain::command) {
-    refuse(command, static_cast<Refusal>(error.code), now);
-  } else {
-    reply(command.tag, error, std::move(data));
-  }
+  answer(command, error, std::move(data), now);
 }
 
 Error Line::Devices::access_dictionary(const Command& command, std::vector<std::byte>& data) {
@@ -75,24 +70,13 @@ Error Line::Devices::access_dictionary(const Command& command, std::vector<std::
     const AbortCode code = dictionary.write(address, command.data);
     return code == AbortCode::none ? Error{} : to_error(code);
   }
-  const Result<std::span<const std::byte>> value = dictionary.read(address);
-  if (!value) {
-    return value.error();
-  }
-  data.assign(value->begin(), value->end());
-  return {};
+  return read_object(dictionary, command, data);
 }
 
 Error Line::Devices::single_output(const Command& command, Instant now) {
-  const image::Layout& out = image.layout(Direction::outputs);
-  if (command.entry >= out.entries.size()) {
-    return to_error(Refusal::unknown_entry);
-  }
-  if (outputs.is_bound(command.entry)) {
-    return to_error(Refusal::not_permitted);
-  }
-  if (command.data.size() != (out.entries[command.entry].bit_length + 7U) / 8U) {
-    return to_error(Refusal::bad_request);
+  const image::Layout& layout = image.layout(Direction::outputs);
+  if (const Error why = check_single_output(command, layout, outputs); why != Error{}) {
+    return why;
   }
   image.write_entry(Direction::outputs, command.entry, command.data);
   collect(command.entry);
@@ -102,29 +86,19 @@ Error Line::Devices::single_output(const Command& command, Instant now) {
 
 Error Line::Devices::send_emcy(const Command& command, Instant now) {
   VirtualDevice* device = named(command.node);
-  if (device == nullptr || command.data.size() > kMostInfo) {
+  if (device == nullptr) {
     return to_error(Refusal::bad_request);
   }
-  const nmt::State state = device->node().state();
-  if (state == nmt::State::stopped || state == nmt::State::initialising) {
-    return to_error(Refusal::wrong_state);
+  if (const Error why = check_emcy(command, device->node().state()); why != Error{}) {
+    return why;
   }
-  switch (device->send_emcy(command.code, command.error_register, command.data, now)) {
-    case emcy::SendResult::sent:
-    case emcy::SendResult::queued:
-      return {};
-    case emcy::SendResult::inhibited:
-      return to_error(Refusal::inhibited);
-    case emcy::SendResult::disabled:
-      return to_error(Refusal::wrong_state);
-  }
-  return to_error(Refusal::busy);
+  return to_error(device->send_emcy(command.code, command.error_register, command.data, now));
 }
 
 // The devices themselves; others are not theirs to command.
 Error Line::Devices::send_nmt(const Command& command, Instant now) {
-  if (command.node > can::kMaxNodeId || !nmt::is_command(static_cast<std::uint8_t>(command.nmt))) {
-    return to_error(Refusal::bad_request);
+  if (const Error why = check_nmt(command); why != Error{}) {
+    return why;
   }
   if (command.node != 0 && find(command.node) == nullptr) {
     return to_error(Refusal::wrong_role);

@@ -119,6 +119,15 @@ void Line::Base::refuse(const Command& command, Refusal refusal, Instant now) {
   reply(command.tag, to_error(refusal));
 }
 
+void Line::Base::answer(const Command& command, Error error, std::vector<std::byte> data,
+                        Instant now) {
+  if (error.domain == Domain::command) {
+    refuse(command, static_cast<Refusal>(error.code), now);
+  } else {
+    reply(command.tag, error, std::move(data));
+  }
+}
+
 OutputRefusal Line::Base::refuse(const OutputWrite& write, OutputRefusal refusal, Instant now) {
   ++counters.output_writes_refused;
   emit(EventKind::output_refused, now, static_cast<std::uint32_t>(refusal), write.group);

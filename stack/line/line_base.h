@@ -58,6 +58,8 @@ struct Line::Base {
   bool usable() const;
   void reply(std::uint64_t tag, Error error, std::vector<std::byte> data = {});
   void refuse(const Command& command, Refusal refusal, Instant now);
+  // The reply that the command ends with; a Refusal is an event, too.
+  void answer(const Command& command, Error error, std::vector<std::byte> data, Instant now);
   OutputRefusal refuse(const OutputWrite& write, OutputRefusal refusal, Instant now);
 
   LineConfig config;

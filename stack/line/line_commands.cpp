@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "stack/base/deadline.h"
+#include "stack/line/command_checks.h"
 #include "stack/line/line_impl.h"
 
 namespace linegate::line {
@@ -61,11 +62,7 @@ void Line::Impl::execute(Command command, Instant now) {
       error = to_error(Refusal::bad_request);
       break;
   }
-  if (error.domain == Domain::command) {
-    refuse(command, static_cast<Refusal>(error.code), now);
-  } else {
-    reply(command.tag, error, std::move(data));
-  }
+  answer(command, error, std::move(data), now);
 }
 
 void Line::Impl::start_in_network(Command command, Instant now) {
@@ -144,7 +141,7 @@ void Line::Impl::start_sdo(Command command, bool write, Instant now) {
 void Line::Impl::access_own(const Command& command) {
   if (command.kind == CommandKind::local_read) {
     std::vector<std::byte> data;
-    const Error error = read_own(command, data);
+    const Error error = read_object(node.dictionary(), command, data);
     reply(command.tag, error, std::move(data));
     return;
   }
@@ -158,16 +155,6 @@ void Line::Impl::access_own(const Command& command) {
   reply(command.tag, code == AbortCode::none ? kDone : to_error(code));
 }
 
-Error Line::Impl::read_own(const Command& command, std::vector<std::byte>& data) {
-  const Result<std::span<const std::byte>> value =
-      node.dictionary().read({command.index, command.sub});
-  if (!value) {
-    return value.error();
-  }
-  data.assign(value->begin(), value->end());
-  return kDone;
-}
-
 void Line::Impl::finish_local_writes() {
   std::erase_if(local_writes, [this](const LocalWrite& write) {
     if (!node.dictionary().outcome(write.ticket)) {
@@ -179,48 +166,30 @@ void Line::Impl::finish_local_writes() {
   });
 }
 
-// By a person: it feeds no watchdog and takes no group over, and is applied after a reaction too.
+// Applied after a watchdog's reaction too.
 Error Line::Impl::single_output(const Command& command, Instant now) {
   const image::Layout& layout = image.layout(image::Direction::outputs);
-  if (command.entry >= layout.entries.size()) {
-    return to_error(Refusal::unknown_entry);
-  }
-  if (outputs.is_bound(command.entry)) {
-    return to_error(Refusal::not_permitted);
+  if (const Error why = check_single_output(command, layout, outputs); why != kDone) {
+    return why;
   }
   const image::Entry& entry = layout.entries[command.entry];
-  if (command.data.size() != (entry.bit_length + 7U) / 8U) {
-    return to_error(Refusal::bad_request);
-  }
   image.write_entry(image::Direction::outputs, command.entry, command.data);
   node.pdos().outputs_written(entry.bit_offset, entry.bit_length, true, now);
   return kDone;
 }
 
 Error Line::Impl::send_emcy(const Command& command, Instant now) {
-  if (command.data.size() > 5) {
-    return to_error(Refusal::bad_request);
-  }
-  if (node.state() == nmt::State::stopped || node.state() == nmt::State::initialising) {
-    return to_error(Refusal::wrong_state);
+  if (const Error why = check_emcy(command, node.state()); why != kDone) {
+    return why;
   }
   std::array<std::byte, 5> manufacturer{};
   std::ranges::copy(command.data, manufacturer.begin());
-  switch (node.emcy().send(command.code, command.error_register, manufacturer, now)) {
-    case emcy::SendResult::sent:
-    case emcy::SendResult::queued:
-      return kDone;
-    case emcy::SendResult::inhibited:
-      return to_error(Refusal::inhibited);
-    case emcy::SendResult::disabled:
-      return to_error(Refusal::wrong_state);
-  }
-  return to_error(Refusal::busy);
+  return to_error(node.emcy().send(command.code, command.error_register, manufacturer, now));
 }
 
 Error Line::Impl::send_nmt(const Command& command, Instant now) {
-  if (command.node > can::kMaxNodeId || !nmt::is_command(static_cast<std::uint8_t>(command.nmt))) {
-    return to_error(Refusal::bad_request);
+  if (const Error why = check_nmt(command); why != kDone) {
+    return why;
   }
   if (command.node == config.node_id) {
     node.command(command.nmt, now);

@@ -98,7 +98,6 @@ struct Line::Impl final : Line::Base,
     std::vector<std::byte> data;
   };
   void access_own(const Command& command);
-  Error read_own(const Command& command, std::vector<std::byte>& data);
   void finish_local_writes();
   Error single_output(const Command& command, Instant now);
   Error send_emcy(const Command& command, Instant now);

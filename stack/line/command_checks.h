@@ -1,0 +1,31 @@
+// What is refused of a command whatever the role of the line, and in which words. Private to
+// stack/line.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "stack/base/result.h"
+#include "stack/emcy/producer.h"
+#include "stack/image/layout.h"
+#include "stack/line/command.h"
+#include "stack/line/outputs.h"
+#include "stack/nmt/state.h"
+#include "stack/od/dictionary.h"
+
+namespace linegate::line {
+
+// Each gives what speaks against it; Domain::none if nothing does.
+
+// CommandKind::output_write, by a person: it feeds no watchdog and takes no group over.
+Error check_single_output(const Command& command, const image::Layout& layout,
+                          const Outputs& outputs);
+// CommandKind::emcy_send of a node in that state.
+Error check_emcy(const Command& command, nmt::State state);
+Error to_error(emcy::SendResult result);
+Error check_nmt(const Command& command);
+
+// CommandKind::local_read and the like.
+Error read_object(od::Dictionary& dictionary, const Command& command, std::vector<std::byte>& data);
+
+}  // namespace linegate::line
