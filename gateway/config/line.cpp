@@ -271,6 +271,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   read_devices(section, out);
   read_simulated(section, plan);
   out.own_pdos = read_own_pdos(findings, section.find("own_pdos"));
+  read_feeds_every_tpdo(section, out);
   out.outputs = read_outputs(findings, section.find("outputs"));
   section.done();
   return out;

@@ -193,6 +193,15 @@ class SharedObjects {
 
 }  // namespace
 
+void read_feeds_every_tpdo(Section& section, LineSection& line) {
+  const YAML::Node node = section.find("feeds_every_tpdo");
+  section.read("feeds_every_tpdo", line.plan.config.forwarding.feeds_every_tpdo);
+  if (node.IsDefined() && line.own_pdos.empty()) {
+    section.findings().error(place_of(node),
+                             "feeds_every_tpdo is about own_pdos, of which there are none");
+  }
+}
+
 std::vector<OwnPdoSection> read_own_pdos(Findings& findings, const YAML::Node& node) {
   std::vector<OwnPdoSection> out;
   if (!node.IsDefined()) {

@@ -13,6 +13,7 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
 constexpr unsigned kMaxBits = 64;             // of a classical frame
+constexpr std::uint8_t kInhibitTime = 3;      // sub-index
 constexpr std::uint16_t kLastDummy = 0x0007;  // CiA 301 7.4.1: data types as dummy entries
 
 // One `tpdoN:` or `rpdoN:`. Objects are written in the order CiA 301 (7.5.2.36, 7.5.2.38) wants:
@@ -98,16 +99,21 @@ class Override {
     }
   }
 
+  // The inhibit time of what the device receives is kept by who sends it, the line.
   void read_times() {
     const auto read = [&](const char* key, std::uint8_t sub, Duration unit) {
       const YAML::Node node = section_.find(key);
       if (node.IsDefined()) {
         Duration time{};
         section_.read_multiple(key, time, unit, 65'535 * unit);
+        if (sub == kInhibitTime && !pdo_.transmit) {
+          config_.rpdo_inhibit[pdo_.number] = time;
+          return;
+        }
         write({pdo_.communication(), sub}, static_cast<std::uint64_t>(time / unit), place_of(node));
       }
     };
-    read("inhibit", 3, microseconds(100));
+    read("inhibit", kInhibitTime, microseconds(100));
     read("event_timer", 5, milliseconds(1));
   }
 

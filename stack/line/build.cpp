@@ -227,6 +227,14 @@ can::CobId emcy_cob_id(const NodeConfig& node) {
   return cob_id;
 }
 
+// An RPDO has no inhibit time of its own (CiA 301): what its device file says of it is not meant.
+void set_inhibit_times(const NodeConfig& node, pdo::DevicePdos& pdos) {
+  for (pdo::Parameters& rpdo : pdos.rpdos) {
+    const auto known = node.rpdo_inhibit.find(rpdo.number);
+    rpdo.inhibit = known == node.rpdo_inhibit.end() ? Duration{} : known->second;
+  }
+}
+
 Loaded<pdo::LinkPlan> link_plan(const LineConfig& config) {
   std::vector<Diagnostic> diagnostics;
   std::vector<pdo::RemoteNode> remotes;
@@ -234,6 +242,7 @@ Loaded<pdo::LinkPlan> link_plan(const LineConfig& config) {
     Loaded<pdo::DevicePdos> pdos = pdo::describe_pdos(node.device);
     diagnostics.insert(diagnostics.end(), pdos.diagnostics.begin(), pdos.diagnostics.end());
     if (pdos.ok()) {
+      set_inhibit_times(node, *pdos.value);
       remotes.push_back({.id = node.id,
                          .name = node.name,
                          .pdos = *std::move(pdos.value),

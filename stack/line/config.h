@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,6 +36,9 @@ struct NodeConfig {
   Duration guard_time{};  // 0 = off; whole ms
   std::uint8_t life_time_factor = 0;
   Duration pdo_deadline{};  // longest time between two of its TPDOs, whole ms; 0 = any
+  // Of its RPDOs, by number: event-driven ones are sent to it no more often than that; multiples of
+  // 100 us. Those that are not named: at will.
+  std::map<std::uint16_t, Duration> rpdo_inhibit;
   Duration boot_timeout = std::chrono::seconds(10);  // until presence is `missing`
   std::vector<ObjectValue> objects;                  // written after those of the DCF
 };

@@ -196,6 +196,7 @@ class Linker {
     local.cob_id = {key(remote.cob_id) | can::CobId::kNoRtrBit};
     local.type = is_synchronous(remote.type) ? remote.type : kEventProfile;
     local.event_timer = is_synchronous(remote.type) ? Duration{} : half(remote.event_timer);
+    local.inhibit = is_synchronous(remote.type) ? Duration{} : remote.inhibit;
     plan_.tpdos.push_back(
         link(node, remote, local, plan_.tpdos.size() + 1, plan_.outputs, outputs_));
   }

@@ -70,7 +70,8 @@ struct LinkPlan {
 // Transmission type: that of the device's PDO if it is synchronous or event-driven; RPDOs of
 // devices that answer to remote frames (252, 253) are event-driven, and may be asked for where
 // bit 30 of the device's COB-ID allows it. A TPDO whose receiver monitors
-// it (RPDO event timer) gets half that time as its event timer.
+// it (RPDO event timer) gets half that time as its event timer; an event-driven one the inhibit
+// time that is given with the RPDO.
 //
 // Left out, with a note: RPDOs whose COB-ID is a TPDO of a node (they are linked to each other),
 // and with a warning: RPDOs with the COB-ID of one already linked; they get the same frame. Errors:

@@ -229,6 +229,21 @@ lines:
               kForwardRoot + "plant.yaml");
 }
 
+TEST(SharedObjects, APdoOfAnotherLineMayFeedEveryPdoThatMapsIt) {
+  const std::string tpdos = R"({tpdo1: {cob_id: 0x1C2, map: ["B100:1"]}})";
+  const std::string rpdos = R"({rpdo10: {cob_id: 0x1C1, map: ["B100:1"]}})";
+  const auto loaded = read_shared(R"({"B100:1": level})", rpdos,
+                                  tpdos +
+                                      "\n    feeds_every_tpdo: true\n    enter: "
+                                      "[{from: press, services: [pdo]}]");
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_FALSE(loaded.value->lines[0].config.forwarding.feeds_every_tpdo);
+  EXPECT_TRUE(loaded.value->lines[1].config.forwarding.feeds_every_tpdo);
+  EXPECT_THAT(forward_messages(read_shared("{}", "{}", "{}\n    feeds_every_tpdo: true")),
+              ElementsAre("plant.yaml:11:23: error: feeds_every_tpdo is about own_pdos, of which "
+                          "there are none"));
+}
+
 TEST(SharedObjects, AreForEveryLineThatHasPdosOfItsOwn) {
   const auto loaded = read_shared(
       R"({"B100:1": level, "B040:1": mode})",

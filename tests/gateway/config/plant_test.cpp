@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "stack/line/line.h"
+#include "stack/od/dictionary.h"
 
 namespace linegate::config {
 namespace {
@@ -483,6 +484,27 @@ lines:
   EXPECT_TRUE(std::any_of(entries.begin(), entries.end(), [](const auto& e) {
     return e.index == 0x6064 && e.remote_pdo == 1;
   })) << "the line links what the device will send";
+}
+
+TEST(Plant, AnRpdoOfADeviceIsSentToItNoMoreOftenThanItsInhibitTime) {
+  const auto loaded = read_text(R"(schema: 1
+lines:
+  - name: a
+    interface: "simulated:"
+    nodes:
+      - id: 5
+        eds: bridges/sim/eds/drive.eds
+        pdos: {rpdo1: {type: event, inhibit: 10ms}, rpdo2: {type: sync, inhibit: 10ms}}
+)");
+  ASSERT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));
+  const auto& config = loaded.value->lines.at(0).config;
+  for (const auto& object : config.nodes.at(0).objects) {
+    EXPECT_NE(object.address.sub, 3) << "the device has no part in it";
+  }
+  const auto made = line::Line::make(config);
+  ASSERT_TRUE(made.ok());
+  EXPECT_EQ((*made.value)->dictionary().number({0x1800, 3}), 100U);
+  EXPECT_EQ((*made.value)->dictionary().number({0x1801, 3}), 0U) << "it goes with the SYNC";
 }
 
 TEST(Plant, SamplesAreValid) {
