@@ -111,6 +111,9 @@ class Run {
       case Step::stop:
         subject_.stop();
         break;
+      case Step::message:
+        message();
+        break;
     }
   }
 
@@ -157,14 +160,33 @@ class Run {
     subject_.hear(std::span(frames).first(count));
   }
 
+  // A connection below 128 is one of those that the line opened last.
+  void message() {
+    routing::Message out;
+    out.kind = static_cast<routing::MessageKind>(input_.byte());
+    out.from = input_.byte();
+    out.to = input_.flag() ? input_.byte() : LineSubject::kInterface;
+    const std::uint8_t connection = input_.byte();
+    out.connection = connection < 128 ? subject_.opened(connection) : connection;
+    out.network = input_.byte();
+    out.source = input_.byte();
+    out.node = input_.byte();
+    out.gateway = input_.byte();
+    out.hops = input_.byte();
+    const auto bytes = input_.bytes(out.data.size());
+    std::ranges::copy(bytes, out.data.begin());
+    subject_.deliver(out);
+  }
+
   line::Command command() {
-    constexpr unsigned kKinds = static_cast<unsigned>(line::CommandKind::versions) + 1;
+    constexpr unsigned kKinds = static_cast<unsigned>(line::CommandKind::routing_trace) + 1;
     line::Command out;
     out.kind = static_cast<line::CommandKind>(input_.byte() % kKinds);
     out.node = input_.byte();
     out.index = input_.word();
     out.sub = input_.byte();
     out.nmt = static_cast<nmt::Command>(input_.byte());
+    out.network = out.sub;
     out.code = out.index;
     out.error_register = out.sub;
     out.entry = out.node;

@@ -26,8 +26,9 @@ enum class Step : std::uint8_t {
   replies,   //
   snapshot,  // direction, merge
   stop,      // only once
+  message,   // from another line; see message() in line.cpp
 };
-inline constexpr unsigned kSteps = 17;
+inline constexpr unsigned kSteps = 18;
 
 // The setup's byte.
 constexpr Setup setup(std::uint8_t bits) {

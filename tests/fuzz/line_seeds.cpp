@@ -85,6 +85,28 @@ class Recording {
     subject_.execute(std::move(command));
   }
 
+  // From line 2; connection: as Step::message says.
+  void message(routing::MessageKind kind, std::uint8_t connection, std::uint16_t network,
+               std::uint8_t node, std::uint64_t word = 0, std::uint8_t gateway = 0) {
+    routing::Message out{.from = 2,
+                         .to = fuzz::LineSubject::kInterface,
+                         .kind = kind,
+                         .hops = 1,
+                         .connection = connection < 128 ? subject_.opened(connection) : connection,
+                         .network = network,
+                         .source = 2,
+                         .node = node,
+                         .gateway = gateway};
+    store_le(out.data.data(), word);
+    catch_up();
+    put({code(Step::message), static_cast<std::uint8_t>(kind), 2, 0, connection, low(network), 2,
+         node, gateway, 1});
+    for (const std::byte byte : out.data) {
+      put({std::to_integer<std::uint8_t>(byte)});
+    }
+    subject_.deliver(out);
+  }
+
   // 2 bytes for an entry of a group, no reactions; what the devices make of it is in their frames.
   void write_outputs(std::uint8_t group, std::uint8_t arming, std::uint8_t watchdog_ms,
                      std::uint8_t entry, std::uint16_t value) {
@@ -232,6 +254,41 @@ void save_time(const std::filesystem::path& folder) {
   time.save(folder / "time-and-storage");
 }
 
+// As the way into line 2 for clients here, and as the way of clients of line 2 to devices here.
+void save_routing(const std::filesystem::path& folder) {
+  using routing::MessageKind;
+  Recording routed = plant(0);
+  routed.run(60);
+  routed.hear(0x60A, {0xE0, 2, 0, 5, 1, 0, 0, 0});
+  routed.message(MessageKind::sdo_opened, 0, 0, 0);
+  routed.hear(0x60A, {0x40, 0x18, 0x10, 1, 0, 0, 0, 0});
+  routed.message(MessageKind::sdo_response, 0, 0, 0, 0x0000'0191'0110'1843);
+  routed.hear(0x60A,
+              {0xE0, 3, 0, 7, 1, 0, 0, 0});  // the first gateway refuses, the second is silent
+  routed.message(MessageKind::sdo_refused, 0, 0, 0, 0x0504'0000);
+  routed.message(MessageKind::sdo_opened, 0, 0, 0);
+  routed.hear(0x60A, {0xC6, 0x00, 0x20, 1, 20, 0, 0, 0});
+  routed.message(MessageKind::sdo_response, 0, 0, 0, 0x0000'007F'0120'00A4);
+  for (const std::uint8_t segment : std::initializer_list<std::uint8_t>{0x01, 0x02, 0x83}) {
+    routed.hear(0x60A, {segment, 1, 2, 3, 4, 5, 6, 7});
+  }
+  routed.hear(0x60A, {0x80, 0x00, 0x20, 1, 0, 0, 0, 8});
+  routed.message(MessageKind::sdo_open, 200, 1, 5);
+  routed.run(2);
+  routed.message(MessageKind::sdo_request, 200, 0, 0, 0x0000'0000'0110'1840);
+  routed.run(5);
+  routed.message(MessageKind::sdo_open, 201, 4, 7, 0, 5);  // node 5 is to be the next gateway
+  routed.run(20);
+  routed.message(MessageKind::sdo_open, 202, 1, 10);  // the own node
+  routed.message(MessageKind::sdo_request, 202, 0, 0, 0x0000'0000'001F'2C40);
+  routed.message(MessageKind::sdo_close, 202, 0, 0, 0x0800'0000);
+  routed.message(MessageKind::emcy, 0, 1, 5, 0x0101'0500'0211'8130);
+  routed.device(5).node().emcy().send(0x2310, 0x03, {}, routed.now());
+  routed.device(6).node().emcy().send(0x2310, 0x03, {}, routed.now());
+  routed.run(20);
+  routed.save(folder / "routing");
+}
+
 // The own node, 10, as a device: its master is written down here by hand.
 void save_device(const std::filesystem::path& folder) {
   Recording device(kDeviceRole | kHeartbeat);
@@ -274,6 +331,7 @@ int main(int argc, char** argv) {
   save_faults(folder);
   save_guarding(folder);
   save_time(folder);
+  save_routing(folder);
   save_device(folder);
   return 0;
 }

@@ -51,6 +51,26 @@ void divide_outputs(line::LineConfig& config) {
   config.defaults = {{.entry = 1, .value = 7}};
 }
 
+// The line is network 1; network 2 is that of another line, 3 and 4 lie behind gateways on either.
+void route(line::LineConfig& config) {
+  config.network_id = 1;
+  routing::Config& routing = config.routing;
+  routing.interface = LineSubject::kInterface;
+  routing.interfaces = {{.number = 1, .network = 1, .node = kOwnNode},
+                        {.number = 2, .network = 2, .node = 100}};
+  routing.routes = {{.first = 2, .last = 2, .interface = 2},
+                    {.first = 3, .last = 3, .interface = 2, .gateway = 9, .cost = 10},
+                    {.first = 3, .last = 3, .interface = 2, .gateway = 8, .cost = 20},
+                    {.first = 4, .last = 4, .interface = 1, .gateway = 5, .cost = 10}};
+  routing.gateways = {6};
+  routing.emcy_networks.fill(0xF);
+  routing.access = {
+      {.first = 2, .last = 99, .sdo_read = true, .sdo_write = true, .emcy = true, .pdo = true},
+      {.first = 100, .last = 199, .sdo_read = true}};
+  routing.channels = routing::ChannelRule::per_node;
+  routing.additional_servers = 1;
+}
+
 line::LineConfig config_for(const Setup& setup) {
   line::LineConfig config;
   config.name = "fuzz";
@@ -76,6 +96,7 @@ line::LineConfig config_for(const Setup& setup) {
   if (setup.groups) {
     divide_outputs(config);
   }
+  route(config);
   return config;
 }
 
@@ -110,6 +131,7 @@ LineSubject::LineSubject(const Setup& setup) {
 
 void LineSubject::hear(std::span<const can::Frame> frames) {
   line_->receive(frames, now_);
+  take_messages();
   heard_ += frames.size();
 }
 
@@ -120,6 +142,39 @@ void LineSubject::execute(line::Command command) {
   command.tag = next_tag_++;
   open_.insert(command.tag);
   line_->execute(std::move(command), now_);
+  take_messages();
+}
+
+void LineSubject::deliver(const routing::Message& message) {
+  line_->deliver(message, now_);
+  take_messages();
+}
+
+// What the others have to do with it is up to the input.
+void LineSubject::take_messages() {
+  routing::Message message;
+  while (line_->take_message(message)) {
+    LINEGATE_EXPECT(message.from == kInterface && message.to != kInterface);
+    LINEGATE_EXPECT(message.kind <= routing::MessageKind::pdo);
+    if (message.kind == routing::MessageKind::sdo_open) {
+      LINEGATE_EXPECT(message.connection != 0 && message.node < 128 && message.gateway < 128);
+      std::shift_right(opened_.begin(), opened_.end(), 1);
+      opened_[0] = message.connection;
+    }
+  }
+}
+
+// Nobody says anything any more: no connection is kept for longer than its time-outs.
+void LineSubject::expect_no_connection() {
+  for (int i = 0; i < 3; ++i) {
+    sleep(std::chrono::seconds(10));
+    advance();
+    lose(~0U);
+    take_messages();
+  }
+  const routing::Counters counters = line_->state().routing;
+  LINEGATE_EXPECT(counters.open == 0 && counters.channels == 0);
+  LINEGATE_EXPECT(counters.opened == counters.finished + counters.aborted + counters.timed_out);
 }
 
 void LineSubject::stop() {
@@ -131,6 +186,7 @@ void LineSubject::advance() {
   for (unsigned turns = 0; turns == 0 || line_->next_wake() <= now_; ++turns) {
     LINEGATE_EXPECT(turns < kMostTurns);
     line_->advance(now_);
+    take_messages();
   }
 }
 
@@ -256,6 +312,7 @@ void LineSubject::finish() {
   take_replies();
   LINEGATE_EXPECT(open_.empty());
   lose(~0U);
+  expect_no_connection();
   const line::LineState state = line_->state();
   LINEGATE_EXPECT(state.counters.frames_received == heard_);
   LINEGATE_EXPECT(state.counters.frames_sent == sent_);

@@ -2,6 +2,7 @@
 // stack/line/line.h, checked with every call.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <set>
@@ -27,6 +28,8 @@ struct Setup {
 
 class LineSubject {
  public:
+  static constexpr std::uint8_t kInterface = 1;  // of the line, among those of the process
+
   explicit LineSubject(const Setup& setup);
 
   Instant now() const { return now_; }
@@ -36,6 +39,10 @@ class LineSubject {
   // Frames from nowhere.
   void hear(std::span<const can::Frame> frames);
   void execute(line::Command command);  // gives it a tag; nothing once the line was stopped
+  // What another line has for it.
+  void deliver(const routing::Message& message);
+  // A connection that the line has opened: the last one, the one before, ...
+  std::uint32_t opened(std::size_t back) const { return opened_[back % opened_.size()]; }
   void stop();
   void advance();
   // Time passes, and what is due is done on time.
@@ -61,11 +68,14 @@ class LineSubject {
   bool next(can::Frame& frame);
   void turn_devices();
   void check_event(const Event& event);
+  void take_messages();
+  void expect_no_connection();
 
   std::unique_ptr<line::Line> line_;
   std::vector<std::unique_ptr<Device>> devices_;
   image::Snapshot snapshots_[2];
   std::set<std::uint64_t> open_;  // tags of commands that were not answered yet
+  std::array<std::uint32_t, 4> opened_{};
   Instant now_{std::chrono::seconds(1)};
   std::uint64_t next_tag_ = 1;
   std::uint64_t next_event_ = 1;
