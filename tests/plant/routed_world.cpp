@@ -1,8 +1,6 @@
 #include "tests/plant/routed_world.h"
 
 #include <algorithm>
-#include <deque>
-#include <numeric>
 
 #include "stack/routing/sdo_indication.h"
 #include "stack/sdo/protocol.h"
@@ -63,106 +61,6 @@ std::vector<std::byte> routed_pattern(std::uint32_t id, std::size_t size) {
     out[i] = i < 4 ? static_cast<std::byte>(id >> (8 * i)) : static_cast<std::byte>(state >> 24U);
   }
   return out;
-}
-
-// --- topology -----------------------------------------------------------------------------------
-
-// A chain first, so that there is a way over three gateways; then branches, then perhaps a ring.
-Topology Topology::random(std::size_t networks, std::mt19937_64& chance) {
-  Topology out;
-  out.networks = networks;
-  std::size_t made = 1;
-  while (made < networks) {
-    std::vector<std::size_t> open;
-    for (std::size_t network = 0; network < made; ++network) {
-      if (out.processes_on(network).size() < 2) {
-        open.push_back(network);
-      }
-    }
-    const bool chain = out.processes.size() < 4;
-    const std::size_t from = chain ? made - 1 : open[chance() % open.size()];
-    const std::size_t more = chain ? 1 : 1 + chance() % 3;
-    std::vector<std::size_t> joined = {from};
-    while (joined.size() <= more && made < networks) {
-      joined.push_back(made++);
-    }
-    out.processes.push_back(joined);
-  }
-  std::vector<std::size_t> ends;
-  for (std::size_t network = 0; network < networks; ++network) {
-    if (out.processes_on(network).size() < 2) {
-      ends.push_back(network);
-    }
-  }
-  if (ends.size() >= 2 && out.distances(ends.front())[ends.back()] > 5) {
-    out.processes.push_back({ends.front(), ends.back()});
-  }
-  out.find_ways();
-  return out;
-}
-
-Topology Topology::ring(std::size_t networks) {
-  Topology out;
-  out.networks = networks;
-  for (std::size_t network = 0; network < networks; ++network) {
-    out.processes.push_back({network, (network + 1) % networks});
-  }
-  out.find_ways();
-  return out;
-}
-
-std::vector<std::size_t> Topology::processes_on(std::size_t network) const {
-  std::vector<std::size_t> out;
-  for (std::size_t process = 0; process < processes.size(); ++process) {
-    if (std::ranges::find(processes[process], network) != processes[process].end()) {
-      out.push_back(process);
-    }
-  }
-  return out;
-}
-
-std::vector<std::size_t> Topology::distances(std::size_t to) const {
-  std::vector<std::size_t> distance(networks, networks + 1);
-  std::deque<std::size_t> next = {to};
-  distance[to] = 0;
-  while (!next.empty()) {
-    const std::size_t at = next.front();
-    next.pop_front();
-    for (const std::size_t process : processes_on(at)) {
-      for (const std::size_t beyond : processes[process]) {
-        if (distance[beyond] > distance[at] + 1) {
-          distance[beyond] = distance[at] + 1;
-          next.push_back(beyond);
-        }
-      }
-    }
-  }
-  return distance;
-}
-
-void Topology::find_ways() {
-  ways.assign(networks, std::vector<Way>(networks));
-  for (std::size_t to = 0; to < networks; ++to) {
-    const std::vector<std::size_t> distance = distances(to);
-    std::vector<std::size_t> nearest_first(networks);
-    std::iota(nearest_first.begin(), nearest_first.end(), std::size_t{0});
-    std::ranges::sort(nearest_first, {}, [&](std::size_t from) { return distance[from]; });
-    for (const std::size_t from : nearest_first) {
-      Way& way = ways[from][to];
-      way.gateways = distance[from];
-      bool found = false;
-      for (const std::size_t process : processes_on(from)) {
-        for (const std::size_t beyond : processes[process]) {
-          // The first of equal ones, as the routes are made.
-          if (distance[beyond] + 1 == distance[from] && !found) {
-            found = true;
-            way.first = process;
-            way.last = beyond == to ? process : ways[beyond][to].last;
-          }
-        }
-      }
-    }
-  }
 }
 
 // --- a device -----------------------------------------------------------------------------------
@@ -320,7 +218,8 @@ RoutedWorld::RoutedWorld(const Topology& topology, std::uint64_t seed)
 
 RoutedWorld::~RoutedWorld() = default;
 
-void RoutedWorld::add_process(std::size_t process) {
+// The best way to each network first, then those of equal length over other gateways there.
+routing::Config RoutedWorld::routing_of(std::size_t process) const {
   const std::vector<std::size_t>& own = topology_.processes[process];
   routing::Config common;
   common.channels = routing::ChannelRule::per_node;
@@ -335,51 +234,72 @@ void RoutedWorld::add_process(std::size_t process) {
   }
   for (std::size_t target = 0; target < topology_.networks; ++target) {
     std::size_t best = topology_.networks + 1;
-    routing::Route route{.first = network_id(target), .last = network_id(target)};
+    std::size_t over = 0;  // place in `own`
     for (std::size_t i = 0; i < own.size(); ++i) {
       const Topology::Way& way = topology_.way(own[i], target);
       if ((own[i] == target || way.first != process) && way.gateways < best) {
         best = way.gateways;
-        route.interface = static_cast<std::uint8_t>(i + 1);
-        route.gateway = own[i] == target ? std::uint8_t{0} : gateway_node(way.first);
-        route.cost = static_cast<std::uint16_t>(best * 10);
+        over = i;
       }
     }
-    common.routes.push_back(route);
-  }
-  for (std::size_t i = 0; i < own.size(); ++i) {
-    line::LineConfig config;
-    config.name = "p" + std::to_string(process) + "n" + std::to_string(own[i]);
-    config.network_id = network_id(own[i]);
-    config.node_id = gateway_node(process);
-    config.sdo_timeout = kSdoTimeout;
-    config.role = topology_.processes_on(own[i]).front() == process ? line::Role::manager
-                                                                    : line::Role::device;
-    config.reset_nodes = false;
-    config.routing = common;
-    config.routing.interface = static_cast<std::uint8_t>(i + 1);
-    for (const std::size_t other : topology_.processes_on(own[i])) {
-      config.routing.gateways.push_back(gateway_node(other));
+    routing::Route route{.first = network_id(target),
+                         .last = network_id(target),
+                         .interface = static_cast<std::uint8_t>(over + 1),
+                         .cost = static_cast<std::uint16_t>(best * 10)};
+    if (own[over] == target) {
+      common.routes.push_back(route);
+      continue;
     }
+    for (const std::size_t next : topology_.next_gateways(own[over], target, process)) {
+      route.gateway = gateway_node(next);
+      common.routes.push_back(route);
+      ++route.cost;
+    }
+  }
+  return common;
+}
+
+void RoutedWorld::add_process(std::size_t process) {
+  for (const std::size_t own : topology_.processes[process]) {
     auto made = std::make_unique<Seat>();
-    Network& network = *networks_[own[i]];
-    made->line = *line::Line::make(std::move(config)).value;
+    Network& network = *networks_[own];
     made->process = process;
-    made->network = own[i];
+    made->network = own;
     made->end = network.bus.attach();
     made->client_end = network.bus.attach();
     made->device_end = network.bus.attach();
-    const auto request = static_cast<std::uint32_t>(kForeignRequest + process);
-    const auto response = static_cast<std::uint32_t>(kForeignResponse + process);
-    made->client = std::make_unique<ForeignClient>(request, response);
-    made->device = std::make_unique<RoutedDevice>(own[i], node_of(process));
+    made->client =
+        std::make_unique<ForeignClient>(static_cast<std::uint32_t>(kForeignRequest + process),
+                                        static_cast<std::uint32_t>(kForeignResponse + process));
+    made->device = std::make_unique<RoutedDevice>(own, node_of(process));
     made->device->start(now_);
-    made->line->start(now_);
-    made->line->dictionary().set({0x1201, 1}, request);
-    made->line->dictionary().set({0x1201, 2}, response);
+    make_line(*made);
     network.seats.push_back(made.get());
-    seats_[{process, own[i]}] = std::move(made);
+    seats_[{process, own}] = std::move(made);
   }
+}
+
+void RoutedWorld::make_line(Seat& seat) {
+  const std::size_t process = seat.process;
+  const std::vector<std::size_t>& own = topology_.processes[process];
+  line::LineConfig config;
+  config.name = "p" + std::to_string(process) + "n" + std::to_string(seat.network);
+  config.network_id = network_id(seat.network);
+  config.node_id = gateway_node(process);
+  config.sdo_timeout = kSdoTimeout;
+  config.role = topology_.processes_on(seat.network).front() == process ? line::Role::manager
+                                                                        : line::Role::device;
+  config.reset_nodes = false;
+  config.routing = routing_of(process);
+  config.routing.interface =
+      static_cast<std::uint8_t>(std::ranges::find(own, seat.network) - own.begin() + 1);
+  for (const std::size_t other : topology_.processes_on(seat.network)) {
+    config.routing.gateways.push_back(gateway_node(other));
+  }
+  seat.line = *line::Line::make(std::move(config)).value;
+  seat.line->start(now_);
+  seat.line->dictionary().set({0x1201, 1}, static_cast<std::uint32_t>(kForeignRequest + process));
+  seat.line->dictionary().set({0x1201, 2}, static_cast<std::uint32_t>(kForeignResponse + process));
 }
 
 RoutedWorld::Seat& RoutedWorld::seat(std::size_t process, std::size_t network) {
@@ -398,9 +318,25 @@ ForeignClient& RoutedWorld::client(std::size_t network, std::size_t process) {
 std::vector<line::Line*> RoutedWorld::lines() {
   std::vector<line::Line*> out;
   for (const auto& [place, each] : seats_) {
-    out.push_back(each->line.get());
+    if (each->line != nullptr) {
+      out.push_back(each->line.get());
+    }
   }
   return out;
+}
+
+void RoutedWorld::kill_process(std::size_t process, Instant revived) {
+  if (!runs(process)) {
+    return;
+  }
+  for (const std::size_t network : topology_.processes[process]) {
+    seat(process, network).line.reset();
+  }
+  dead_[process] = revived;
+}
+
+bool RoutedWorld::runs(std::size_t process) const {
+  return !dead_.contains(process);
 }
 
 void RoutedWorld::kill(std::size_t network, std::size_t process, Instant revived) {
@@ -434,6 +370,9 @@ void RoutedWorld::run(Instant until) {
   for (;;) {
     Instant next = letters_.empty() ? kNever : letters_.top().due;
     next = earlier(next, revivals_.empty() ? kNever : revivals_.begin()->first);
+    for (const auto& [process, revived] : dead_) {
+      next = earlier(next, revived);
+    }
     for (const auto& network : networks_) {
       next = earlier(next, network->wake);
     }
@@ -442,12 +381,7 @@ void RoutedWorld::run(Instant until) {
       return;
     }
     now_ = std::max(now_, next);
-    while (!revivals_.empty() && revivals_.begin()->first <= now_) {
-      const auto [network, process] = revivals_.begin()->second;
-      revivals_.erase(revivals_.begin());
-      seat(process, network).device->start(now_);
-      turn(*networks_[network]);
-    }
+    revive_some();
     while (!letters_.empty() && letters_.top().due <= now_) {
       const Letter letter = letters_.top();
       letters_.pop();
@@ -461,10 +395,35 @@ void RoutedWorld::run(Instant until) {
   }
 }
 
+void RoutedWorld::revive_some() {
+  while (!revivals_.empty() && revivals_.begin()->first <= now_) {
+    const auto [network, process] = revivals_.begin()->second;
+    revivals_.erase(revivals_.begin());
+    seat(process, network).device->start(now_);
+    turn(*networks_[network]);
+  }
+  std::vector<std::size_t> revived;
+  std::erase_if(dead_, [&](const auto& each) {
+    if (each.second <= now_) {
+      revived.push_back(each.first);
+    }
+    return each.second <= now_;
+  });
+  for (const std::size_t process : revived) {
+    for (const std::size_t network : topology_.processes[process]) {
+      make_line(seat(process, network));
+      turn(*networks_[network]);
+    }
+  }
+}
+
+// What was on its way to a process that has died is gone with it.
 void RoutedWorld::deliver(const Letter& letter) {
   const std::size_t network = topology_.processes[letter.process].at(letter.message.to - 1U);
-  seat(letter.process, network).line->deliver(letter.message, now_);
-  turn(*networks_[network]);
+  if (line::Line* const line = seat(letter.process, network).line.get()) {
+    line->deliver(letter.message, now_);
+    turn(*networks_[network]);
+  }
 }
 
 void RoutedWorld::turn(Network& network) {
@@ -472,14 +431,7 @@ void RoutedWorld::turn(Network& network) {
   network.wake = kNever;
   can::Frame frame;
   for (Seat* const each : network.seats) {
-    while (network.bus.take(each->end, frame)) {
-      each->line->receive(std::span(&frame, 1), now_);
-    }
-    each->line->advance(now_);
-    while (network.bus.room(each->end) > 0 && each->line->next_frame(frame, now_)) {
-      network.bus.submit(each->end, frame, now_);
-    }
-    collect(*each);
+    turn_line(network, *each);
     RoutedDevice& device = *each->device;
     while (network.bus.take(each->device_end, frame)) {
       if (device.alive()) {
@@ -500,10 +452,27 @@ void RoutedWorld::turn(Network& network) {
     while (network.bus.room(each->client_end) > 0 && each->client->next_frame(frame)) {
       network.bus.submit(each->client_end, frame, now_);
     }
-    network.wake =
-        earlier(network.wake, earlier(each->line->next_wake(), each->client->next_wake()));
+    network.wake = earlier(network.wake, each->client->next_wake());
   }
   network.wake = earlier(network.wake, network.bus.next_wake());
+}
+
+void RoutedWorld::turn_line(Network& network, Seat& seat) {
+  can::Frame frame;
+  while (network.bus.take(seat.end, frame)) {
+    if (seat.line != nullptr) {
+      seat.line->receive(std::span(&frame, 1), now_);
+    }
+  }
+  if (seat.line == nullptr) {
+    return;
+  }
+  seat.line->advance(now_);
+  while (network.bus.room(seat.end) > 0 && seat.line->next_frame(frame, now_)) {
+    network.bus.submit(seat.end, frame, now_);
+  }
+  collect(seat);
+  network.wake = earlier(network.wake, seat.line->next_wake());
 }
 
 void RoutedWorld::collect(Seat& seat) {

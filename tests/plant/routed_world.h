@@ -19,7 +19,8 @@
 namespace linegate::plant {
 
 // Networks are numbered from 0, their network-IDs from 1. At most two processes have a line on one,
-// so that nobody shares an SDO server that has but one client.
+// so that nobody shares an SDO server that has but one client; but for redundant ones, where there
+// is to be but one transfer at a time.
 struct Topology {
   std::size_t networks = 0;
   std::vector<std::vector<std::size_t>> processes;  // the networks of each
@@ -27,7 +28,16 @@ struct Topology {
   static Topology random(std::size_t networks, std::mt19937_64& chance);
   // Network n and the next one are joined by process n; the last with the first.
   static Topology ring(std::size_t networks);
+  // A chain in which every other pair of networks is joined by two processes, or three.
+  static Topology redundant(std::size_t networks, std::mt19937_64& chance);
   std::vector<std::size_t> processes_on(std::size_t network) const;
+  // Processes that join the same networks, this one not among them.
+  std::vector<std::size_t> twins_of(std::size_t process) const;
+  // Other processes on a network that lie on the ways of least gateways from there.
+  std::vector<std::size_t> next_gateways(std::size_t network, std::size_t to,
+                                         std::size_t process) const;
+  // All processes on the best way.
+  std::vector<std::size_t> processes_on_way(std::size_t from, std::size_t to) const;
 
   // The best way from one network to another.
   struct Way {
@@ -143,6 +153,9 @@ class RoutedWorld {
   void send(std::size_t network, std::size_t process, const can::Frame& frame);
   // Kills the device now, and revives it at that time.
   void kill(std::size_t network, std::size_t process, Instant revived);
+  // A process dies with all its lines, and is started anew at that time.
+  void kill_process(std::size_t process, Instant revived);
+  bool runs(std::size_t process) const;
 
  private:
   struct Seat;
@@ -158,8 +171,12 @@ class RoutedWorld {
   };
 
   void add_process(std::size_t process);
+  void make_line(Seat& seat);
+  void revive_some();
+  routing::Config routing_of(std::size_t process) const;
   void add_devices(std::size_t network);
   void turn(Network& network);
+  void turn_line(Network& network, Seat& seat);
   void collect(Seat& seat);
   void deliver(const Letter& letter);
   Seat& seat(std::size_t process, std::size_t network);
@@ -173,6 +190,7 @@ class RoutedWorld {
   std::uint64_t letters_sent_ = 0;
   std::map<std::pair<std::size_t, unsigned>, Instant> last_due_;  // by process, both interfaces
   std::multimap<Instant, std::pair<std::size_t, std::size_t>> revivals_;
+  std::map<std::size_t, Instant> dead_;  // processes, until when
 };
 
 }  // namespace linegate::plant

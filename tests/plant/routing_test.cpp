@@ -32,6 +32,9 @@ struct Tally {
   std::size_t far = 0;  // over three gateways and more
   std::size_t on_one_node = 0;
   std::size_t kills = 0;  // clients and servers, each in the middle of a transfer
+  std::size_t gateways_died = 0;
+  std::size_t detours = 0;      // right, with a gateway of the best way dead all the time
+  std::size_t undisturbed = 0;  // with no death or start of a gateway around it
   std::map<std::uint32_t, std::size_t> codes;
 };
 
@@ -47,6 +50,11 @@ struct Transfer {
   std::vector<std::byte> expected;
   Instant dies = kNever;
   bool client_dies = false;
+  bool gateway_dies = false;
+  std::size_t gateway = 0;  // process
+  std::size_t dead = 0;     // gateways of the best way
+  bool quiet = false;       // none has died or started for a while
+  std::size_t changes = 0;  // of gateways, at the beginning
 };
 
 class RoutedRun {
@@ -58,24 +66,40 @@ class RoutedRun {
         left_(count),
         next_id_(first_id),
         tally_(tally) {
-    const std::size_t hot = chance_() % topology_.networks;
-    hot_ = {hot, topology_.processes_on(hot).front()};
+    choose_hot();
+  }
+  // With gateways that stand in for each other, and die.
+  RoutedRun(const Topology& topology, std::uint64_t seed, std::size_t count, Tally& tally)
+      : chance_(seed),
+        topology_(topology),
+        world_(topology_, seed),
+        left_(count),
+        next_id_(1),
+        redundant_(true),
+        tally_(tally) {
+    choose_hot();
   }
 
   void transfers() {
     world_.run(world_.now() + milliseconds(100));
-    world_.lose(chance_() % 3 == 0 ? 300 : 0);
-    const Instant limit = world_.now() + seconds(600);
+    world_.lose(chance_() % 3 == 0 && !redundant_ ? 300 : 0);
+    const Instant limit = world_.now() + seconds(redundant_ ? 6000 : 600);
+    const std::size_t at_once = redundant_ ? 1 : kAtOnce;  // they share servers
     while (left_ > 0 || !active_.empty()) {
       ASSERT_LT(world_.now(), limit)
           << left_ << " left, " << active_.size() << " under way, one to " << active_.front().to
           << " by " << active_.front().process
           << (active_.front().command ? " command" : " client");
-      while (left_ > 0 && active_.size() < kAtOnce && begin()) {
+      while (left_ > 0 && active_.size() < at_once && begin()) {
       }
       world_.run(world_.now() + microseconds(500));
       kill_some();
       finish_some();
+      if (std::size_t running = count_running(); running != running_) {
+        running_ = running;
+        ++changes_;
+        changed_ = world_.now();
+      }
     }
     world_.run(world_.now() + seconds(10));
   }
@@ -123,6 +147,40 @@ class RoutedRun {
  private:
   std::uint64_t below(std::uint64_t limit) { return chance_() % limit; }
 
+  void choose_hot() {
+    const std::size_t hot = chance_() % topology_.networks;
+    hot_ = {hot, topology_.processes_on(hot).front()};
+    running_ = count_running();
+  }
+  std::size_t count_running() {
+    std::size_t out = 0;
+    for (std::size_t process = 0; process < topology_.processes.size(); ++process) {
+      out += world_.runs(process) ? 1U : 0U;
+    }
+    return out;
+  }
+
+  // One of the gateways on the way may die that another stands in for.
+  void look_at_gateways(Transfer& made) {
+    made.changes = changes_;
+    made.quiet = changed_ == Instant{} || world_.now() > changed_ + seconds(2);
+    std::vector<std::size_t> mortal;
+    for (const std::size_t process : topology_.processes_on_way(made.from, made.to)) {
+      made.dead += world_.runs(process) ? 0U : 1U;
+      const auto twins = topology_.twins_of(process);
+      const bool last_one =
+          std::ranges::none_of(twins, [&](std::size_t twin) { return world_.runs(twin); });
+      if (process != made.process && world_.runs(process) && !last_one) {
+        mortal.push_back(process);
+      }
+    }
+    if (!mortal.empty() && below(4) == 0) {
+      made.gateway_dies = true;
+      made.gateway = mortal[below(mortal.size())];
+      made.dies = world_.now() + microseconds(300 + below(8000));
+    }
+  }
+
   std::vector<std::pair<std::size_t, std::size_t>> targets() {
     std::vector<std::pair<std::size_t, std::size_t>> out;
     for (std::size_t network = 0; network < topology_.networks; ++network) {
@@ -155,11 +213,13 @@ class RoutedRun {
       }
       made.command = !far && below(2) == 0;
       const bool busy = made.command ? false : world_.client(made.from, made.process).busy();
-      if (busy || !world_.device(made.to, made.last).alive()) {
+      if (busy || !world_.device(made.to, made.last).alive() || !world_.runs(made.process)) {
         continue;
       }
       choose_object(made, block ? 2 : below(2));
-      if (number % 18 == 0 || owed_kills_ > 0) {
+      if (redundant_) {
+        look_at_gateways(made);
+      } else if (number % 18 == 0 || owed_kills_ > 0) {
         made.client_dies = !made.command && below(2) == 0;
         made.dies = world_.now() + microseconds(300 + 200 * gateways + below(block ? 6000 : 1500));
         owed_kills_ += number % 18 == 0 ? 1 : 0;
@@ -233,6 +293,11 @@ class RoutedRun {
         return false;
       }
       transfer.dies = kNever;
+      if (transfer.gateway_dies) {
+        ++tally_.gateways_died;
+        world_.kill_process(transfer.gateway, world_.now() + milliseconds(4000 + below(4000)));
+        return false;
+      }
       if (!transfer.client_dies && !world_.device(transfer.to, transfer.last).alive()) {
         ++owed_kills_;
         return false;
@@ -274,6 +339,15 @@ class RoutedRun {
   void judge(const Transfer& transfer, const sdo::Outcome& outcome) {
     ++tally_.done;
     owed_kills_ += transfer.dies != kNever ? 1 : 0;  // over before it could be killed
+    // While one waits for a dead gateway those before it wait, too: of two on one way there may be
+    // no time left for who stands in for the second.
+    if (redundant_ && transfer.quiet && transfer.changes == changes_ &&
+        count_running() == running_ && transfer.dead < 2) {
+      ++tally_.undisturbed;
+      EXPECT_EQ(outcome.abort, AbortCode::none)
+          << "from " << transfer.from << " to " << transfer.to << ", dead: " << transfer.dead;
+      tally_.detours += transfer.dead != 0 && outcome.abort == AbortCode::none ? 1U : 0U;
+    }
     if (outcome.abort != AbortCode::none) {
       ++tally_.aborted;
       ++tally_.codes[static_cast<std::uint32_t>(outcome.abort)];
@@ -293,6 +367,10 @@ class RoutedRun {
   std::pair<std::size_t, std::size_t> hot_;  // network and process of the node
   std::vector<Transfer> active_;
   int owed_kills_ = 0;
+  bool redundant_ = false;
+  std::size_t running_ = 0;  // processes
+  std::size_t changes_ = 0;  // deaths and starts of processes
+  Instant changed_{};        // the last one
   Tally& tally_;
 };
 
@@ -331,6 +409,35 @@ TEST(RoutedPlant, TenThousandTransfersEndRightOrWithAnAbortAndNothingLeaks) {
   EXPECT_GE(tally.far, kTransfers / 4);
   EXPECT_GE(tally.on_one_node, kTransfers / 5);
   EXPECT_GE(tally.kills, 500U);
+}
+
+// Gateways die, some in the middle of a transfer; the routes over them fail, and the next ones are
+// taken.
+TEST(RoutedPlant, AnotherGatewayStandsInForOneThatHasDied) {
+  const std::uint64_t seed = seed_of_run();
+  constexpr std::size_t kSystems = 3;
+  constexpr std::size_t kOfEach = 200;
+  Tally tally;
+  for (std::size_t number = 0; number < kSystems; ++number) {
+    SCOPED_TRACE("LINEGATE_PLANT_SEED=" + std::to_string(seed) + ", plant " +
+                 std::to_string(number));
+    std::mt19937_64 chance(seed * kSystems + number);
+    RoutedRun run(Topology::redundant(5 + number, chance), seed * kSystems + number, kOfEach,
+                  tally);
+    run.transfers();
+    if (HasFatalFailure()) {
+      return;
+    }
+    run.check();
+  }
+  std::cout << tally.right << " right, " << tally.aborted << " aborted; " << tally.gateways_died
+            << " gateways died, " << tally.detours << " right by another one, " << tally.undisturbed
+            << " undisturbed\n";
+  EXPECT_EQ(tally.wrong, 0U);
+  EXPECT_EQ(tally.done, kSystems * kOfEach);
+  EXPECT_EQ(tally.right + tally.aborted, tally.done);
+  EXPECT_GE(tally.gateways_died, 25U);
+  EXPECT_GE(tally.detours, 40U);
 }
 
 // Every network hears of it, nobody more than once from each gateway, and then it is quiet.
