@@ -303,6 +303,24 @@ TEST_F(RoutingGatewayTest, AnSdoCrossesTwoLinesIfBothPermitIt) {
   EXPECT_EQ(seen_.line_properties["routes-1"], "1 open 0, 2 closed 0");
 }
 
+TEST_F(RoutingGatewayTest, TellsOfConnectionsWhileSomebodyTraces) {
+  line::Command trace;
+  trace.kind = line::CommandKind::routing_trace;
+  trace.code = 30;
+  EXPECT_TRUE(call(at("open"), trace).reply.ok());
+  line::Command crossing = sdo_read(6, 0x1000, 0);
+  crossing.kind = line::CommandKind::network_read;
+  crossing.network = 2;
+  EXPECT_TRUE(call(at("open"), crossing).reply.ok());
+  EXPECT_TRUE(until([&] { return seen_.happened("open", EventKind::routing_ended); }));
+  EXPECT_TRUE(seen_.happened("open", EventKind::routing_opened));
+  EXPECT_TRUE(std::ranges::any_of(seen_.texts, [](const std::string& text) {
+    return text.find(
+               "from this gateway to node 6 of network 2 over closed ended, upload of "
+               "1000:00, 4 bytes: done") != std::string::npos;
+  }));
+}
+
 class ClosedRoutingGatewayTest : public RoutingGatewayTest {
  protected:
   std::string text() const override {
