@@ -32,6 +32,7 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
     case line::CommandKind::emcy_send:
     case line::CommandKind::nmt:
     case line::CommandKind::bus_restart:
+    case line::CommandKind::bus_fault:
       break;
   }
   return commands == config::Access::all;

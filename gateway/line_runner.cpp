@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
+#include <string>
+#include <string_view>
 #include <utility>
 
 namespace linegate::gateway {
@@ -165,6 +167,8 @@ void LineRunner::take_requests(Instant now) {
       reply(command_.tag, line::to_error(line::Refusal::line_down));
     } else if (command_.kind == line::CommandKind::bus_restart) {
       restart_bus(now);
+    } else if (command_.kind == line::CommandKind::bus_fault) {
+      change_faults(now);
     } else {
       line_->execute(std::move(command_), now);
       command_ = {};
@@ -211,10 +215,28 @@ void LineRunner::restart_bus(Instant now) {
   }
 }
 
-void LineRunner::reply(std::uint64_t tag, Error error) {
+void LineRunner::change_faults(Instant now) {
+  const std::string_view change(reinterpret_cast<const char*>(command_.data.data()),
+                                command_.data.size());
+  std::string said;
+  switch (const int error = pump_.channel().fault(change, said, now)) {
+    case 0:
+      return reply(command_.tag, Error{}, said);
+    case EINVAL:
+      return reply(command_.tag, line::to_error(line::Refusal::bad_request), said);
+    case EOPNOTSUPP:
+      return reply(command_.tag, line::to_error(line::Refusal::wrong_interface));
+    default:
+      return reply(command_.tag, Error{Domain::can, static_cast<std::uint32_t>(error)});
+  }
+}
+
+void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
   reply_ = {};
   reply_.tag = tag;
   reply_.error = error;
+  const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
+  reply_.data.assign(bytes, bytes + text.size());
   reply_held_ = true;
   hand_over_replies();
 }

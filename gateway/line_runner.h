@@ -78,6 +78,7 @@ class LineRunner final : public Runner {
   void look_at_sources(Instant now);
   void give_messages(Instant now);
   void restart_bus(Instant now);
+  void change_faults(Instant now);
   void hand_over(Instant now);
   void hand_over_events();
   void hand_over_replies();
@@ -88,7 +89,7 @@ class LineRunner final : public Runner {
   void look_at_clock();
   void look_at_losses();
   void transmit(Instant now);
-  void reply(std::uint64_t tag, Error error);
+  void reply(std::uint64_t tag, Error error, std::string_view text = {});
   Instant compute_next_wake() const;
 
   std::unique_ptr<line::Line> line_;

@@ -282,6 +282,17 @@ class Program {
                          [&](auto& c) { return run_scan(c); });
     });
 
+    CLI::App* fault = app_.add_subcommand(
+        "fault", "faults of a bus without wires, on and off; without any: those it has");
+    fault->add_option("line", texts_.line)->required();
+    fault->add_option(
+        "faults", faults_,
+        "lost=1%, disturbed=1%, doubled=1%, stuck=5@always, bus_off=now, ...=off; off");
+    on(fault, [this] {
+      return with_client(options_, {.commands = true},
+                         [&](auto& c) { return console::fault(c, texts_.line, faults_); });
+    });
+
     CLI::App* versions = app_.add_subcommand("versions", "versions of a running gateway");
     versions->add_option("line", texts_.line);
     on(versions, [this] {
@@ -429,6 +440,7 @@ class Program {
   double duration_ = 0;
   console::MonitorOptions monitor_;
   bool outputs_ = false;
+  std::vector<std::string> faults_;
   bool concise_ = false;
   std::uint64_t count_ = 0;
   std::string plant_;

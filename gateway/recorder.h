@@ -97,6 +97,9 @@ class RecordingChannel final : public can_bridge::Channel {
   const can_bridge::ChannelCounters& counters() const override { return channel_->counters(); }
   can_bridge::ControllerSetup settings() const override { return channel_->settings(); }
   int restart(Instant now) override { return channel_->restart(now); }
+  int fault(std::string_view change, std::string& said, Instant now) override {
+    return channel_->fault(change, said, now);
+  }
 
  private:
   std::unique_ptr<can_bridge::Channel> channel_;

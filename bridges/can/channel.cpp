@@ -35,6 +35,10 @@ int Channel::restart(Instant /*now*/) {
   return EOPNOTSUPP;
 }
 
+int Channel::fault(std::string_view /*change*/, std::string& /*said*/, Instant /*now*/) {
+  return EOPNOTSUPP;
+}
+
 std::string describe_failure(std::string_view interface, std::uint32_t code) {
   const std::string name(interface);
   switch (static_cast<int>(code)) {

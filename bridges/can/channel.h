@@ -107,6 +107,11 @@ class Channel {
   // permitted (CAP_NET_ADMIN).
   virtual int restart(Instant now);
 
+  // Changes the faults of a bus that has none of its own, as change_faults() (virtual_faults.h)
+  // reads it; an empty text changes nothing. 0, and all its faults in `said`; EINVAL, and a
+  // sentence about what is wrong; EOPNOTSUPP: this bus has its own.
+  virtual int fault(std::string_view change, std::string& said, Instant now);
+
   // What the controller was set to when interface_ready was told last; what is 0 or absent is not
   // known, as with a bus that has no controller.
   virtual ControllerSetup settings() const { return {}; }

@@ -85,7 +85,8 @@ std::string known_schemes() {
   return out;
 }
 
-// "speed=max&interface=can0". A sentence if it is not that.
+}  // namespace
+
 std::string split_options(std::string_view text, std::vector<UriOption>& out) {
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('&'), text.size());
@@ -103,8 +104,6 @@ std::string split_options(std::string_view text, std::vector<UriOption>& out) {
   }
   return {};
 }
-
-}  // namespace
 
 std::optional<std::string_view> InterfaceUri::option(std::string_view key) const {
   const auto found = std::find_if(options.begin(), options.end(),

@@ -35,4 +35,7 @@ struct ParsedUri {
 // unknown scheme. What the options mean is told where a channel of the scheme is opened.
 ParsedUri parse_uri(std::string_view text);
 
+// "speed=max&interface=can0", as it follows the question mark. A sentence if it is not that.
+std::string split_options(std::string_view text, std::vector<UriOption>& out);
+
 }  // namespace linegate::can_bridge

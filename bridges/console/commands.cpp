@@ -45,6 +45,10 @@ int print_answer(Context& context, const Client::Answer& answer, const std::stri
   return answer.reply.ok() ? kDone : kFailed;
 }
 
+std::string text_of(const Client::Answer& answer) {
+  return {reinterpret_cast<const char*>(answer.reply.data.data()), answer.reply.data.size()};
+}
+
 Client::Answer ask(Context& context, Model& model, const Line& line, const line::Command& command,
                    std::uint64_t layout_id = 0) {
   return context.client.call(line.id, command, context.timeout, layout_id, model);
@@ -382,6 +386,25 @@ int bus_restart(Context& context, const std::string& line) {
                       ask(context, model, *target, {.kind = line::CommandKind::bus_restart}), "");
 }
 
+int fault(Context& context, const std::string& line, const std::vector<std::string>& faults) {
+  line::Command request{.kind = line::CommandKind::bus_fault};
+  for (const std::string& text : faults) {
+    const std::string part = (&text == &faults.front() ? "" : "&") + text;
+    const auto* const bytes = reinterpret_cast<const std::byte*>(part.data());
+    request.data.insert(request.data.end(), bytes, bytes + part.size());
+  }
+  Model model;
+  const Line* target = find_line(context, model, line);
+  if (target == nullptr) {
+    return kFailed;
+  }
+  const Client::Answer answer = ask(context, model, *target, request);
+  if (!answer.reply.ok() && !answer.reply.data.empty() && !context.json) {
+    context.err << text_of(answer) << '\n';
+  }
+  return print_answer(context, answer, text_of(answer));
+}
+
 int versions(Context& context, const std::string& line) {
   Model model;
   const auto found = find_lines(context, model, line);
@@ -390,9 +413,7 @@ int versions(Context& context, const std::string& line) {
   }
   const Client::Answer answer =
       ask(context, model, *found.front(), {.kind = line::CommandKind::versions});
-  const std::string text(reinterpret_cast<const char*>(answer.reply.data.data()),
-                         answer.reply.data.size());
-  return print_answer(context, answer, text);
+  return print_answer(context, answer, text_of(answer));
 }
 
 }  // namespace linegate::console

@@ -5,6 +5,7 @@
 #include <functional>
 #include <iosfwd>
 #include <string>
+#include <vector>
 
 #include "bridges/console/client.h"
 #include "bridges/console/model.h"
@@ -62,6 +63,9 @@ int emcy(Context& context, const std::string& line, const std::string& code,
          const std::string& error_register, const std::string& bytes);
 // The line's controller goes back to the bus after bus-off.
 int bus_restart(Context& context, const std::string& line);
+// Changes the faults of a bus without wires, and prints them: each as the options of virtual: are
+// written. None: only prints.
+int fault(Context& context, const std::string& line, const std::vector<std::string>& faults);
 int versions(Context& context, const std::string& line);
 
 }  // namespace linegate::console

@@ -31,7 +31,7 @@ void to_wire(const line::Command& from, v1::CommandRequest& to) {
 }
 
 const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
-  if (from.kind() > v1::COMMAND_SCAN)
+  if (from.kind() > v1::COMMAND_BUS_FAULT)
     return "kind is not a CommandKind";
   if (from.timeout_ns() < 0)
     return "timeout_ns is negative";
@@ -69,6 +69,7 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
     case line::CommandKind::versions:
     case line::CommandKind::bus_restart:
     case line::CommandKind::routing_trace:
+    case line::CommandKind::bus_fault:
       break;
   }
   return nullptr;
@@ -85,6 +86,8 @@ const char* check_data(const line::Command& command) {
       return size < 1 || size > 8 ? "data is not 1 to 8 bytes" : nullptr;
     case line::CommandKind::emcy_send:
       return size > 5 ? "data is more than 5 manufacturer bytes" : nullptr;
+    case line::CommandKind::bus_fault:
+      return size > 256 ? "data is more than 256 bytes of text" : nullptr;
     case line::CommandKind::sdo_read:
     case line::CommandKind::network_read:
     case line::CommandKind::local_read:

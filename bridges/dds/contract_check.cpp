@@ -115,6 +115,7 @@ static_assert(same(v1::COMMAND_NETWORK_WRITE, line::CommandKind::network_write))
 static_assert(same(v1::COMMAND_BUS_RESTART, line::CommandKind::bus_restart));
 static_assert(same(v1::COMMAND_ROUTING_TRACE, line::CommandKind::routing_trace));
 static_assert(same(v1::COMMAND_SCAN, line::CommandKind::scan));
+static_assert(same(v1::COMMAND_BUS_FAULT, line::CommandKind::bus_fault));
 
 static_assert(same(v1::RESULT_DONE, Domain::none));
 static_assert(same(v1::RESULT_SDO, Domain::sdo));
@@ -135,6 +136,7 @@ static_assert(same(v1::REFUSAL_TIMED_OUT, line::Refusal::timed_out));
 static_assert(same(v1::REFUSAL_LINE_DOWN, line::Refusal::line_down));
 static_assert(same(v1::REFUSAL_STALE_LAYOUT, line::Refusal::stale_layout));
 static_assert(same(v1::REFUSAL_CANCELLED, line::Refusal::cancelled));
+static_assert(same(v1::REFUSAL_WRONG_INTERFACE, line::Refusal::wrong_interface));
 
 static_assert(same(v1::OUTPUT_REFUSAL_NONE, line::OutputRefusal::none));
 static_assert(same(v1::OUTPUT_REFUSAL_NOT_PERMITTED, line::OutputRefusal::not_permitted));

@@ -97,31 +97,35 @@ struct SharedBus {
   }
 
   // What becomes of a frame, by chance and by the clock.
-  void set_faults(const can_bridge::VirtualFaults& faults) {
-    bus.set_disturbance([this, faults, random = std::mt19937(faults.seed)](const can::Frame& frame,
-                                                                           Bus::Endpoint) mutable {
-      if (is_from(frame, faults.stuck) && is_odd_turn(faults.stuck_time)) {
-        return Fate::lost;
-      }
-      double dice = std::uniform_real_distribution<>(0, 1)(random);
-      if ((dice -= faults.lost) < 0) {
-        return Fate::lost;
-      }
-      if ((dice -= faults.disturbed) < 0) {
-        ++disturbed;
-        return Fate::disturbed;
-      }
-      return dice < faults.doubled ? Fate::doubled : Fate::delivered;
-    });
+  void set_faults(const can_bridge::VirtualFaults& wanted) {
+    faults = wanted;
+    bus.set_disturbance(
+        [this, random = std::mt19937(faults.seed)](const can::Frame& frame, Bus::Endpoint) mutable {
+          if (is_from(frame, faults.stuck) && is_stuck()) {
+            return Fate::lost;
+          }
+          double dice = std::uniform_real_distribution<>(0, 1)(random);
+          if ((dice -= faults.lost) < 0) {
+            return Fate::lost;
+          }
+          if ((dice -= faults.disturbed) < 0) {
+            ++disturbed;
+            return Fate::disturbed;
+          }
+          return dice < faults.doubled ? Fate::doubled : Fate::delivered;
+        });
   }
 
-  // Time goes in turns of that length since the first end was opened: 0, 1, ...
-  bool is_odd_turn(Duration length) const { return (time - opened) / length % 2 == 1; }
+  // In turns of stuck_time since the first end was opened: it works in the first one.
+  bool is_stuck() const {
+    return faults.stuck_time <= Duration{} || (time - opened) / faults.stuck_time % 2 == 1;
+  }
 
   std::mutex mutex;
   Bus bus;
-  Instant time{};           // of the last call
-  Instant opened = kNever;  // the first end of it
+  can_bridge::VirtualFaults faults;  // those of the bus, not those of its ends
+  Instant time{};                    // of the last call
+  Instant opened = kNever;           // the first end of it
   std::vector<Member*> members;
   std::uint64_t disturbed = 0;  // frames, so far
 };
@@ -129,7 +133,7 @@ struct SharedBus {
 class VirtualChannel final : public can_bridge::Channel {
  public:
   VirtualChannel(std::shared_ptr<SharedBus> shared, const can_bridge::VirtualFaults& faults)
-      : shared_(std::move(shared)), bus_off_(faults.bus_off), restart_(faults.restart) {
+      : shared_(std::move(shared)), faults_(faults) {
     const std::scoped_lock lock(shared_->mutex);
     if (faults.of_bus()) {
       shared_->set_faults(faults);
@@ -204,8 +208,21 @@ class VirtualChannel final : public can_bridge::Channel {
     if (!is_bus_off_) {
       return EBUSY;
     }
-    change_at_ = now;
-    self_.timer.arm(now);
+    set_change(now);
+    return 0;
+  }
+  int fault(std::string_view change, std::string& said, Instant now) override {
+    const std::scoped_lock lock(shared_->mutex);
+    shared_->advance(now);
+    const can_bridge::FaultChange wanted = can_bridge::change_faults(faults(), change);
+    if (!wanted.error.empty()) {
+      said = wanted.error;
+      return EINVAL;
+    }
+    said = can_bridge::to_string(wanted.faults);
+    if (!change.empty()) {
+      apply(wanted, now);
+    }
     return 0;
   }
 
@@ -234,15 +251,40 @@ class VirtualChannel final : public can_bridge::Channel {
     event.state = BusState::error_active;
     events.push(event);
     disturbed_ = shared_->disturbed;
-    change_at_ = bus_off_ > Duration{} ? now + bus_off_ : kNever;
+    change_at_ = after(now, faults_.bus_off);
     return true;
   }
 
+  static Instant after(Instant now, Duration time) {
+    return time > Duration{} ? now + time : kNever;
+  }
   Instant next_change(Instant now) const {
-    if (is_bus_off_) {
-      return restart_ > Duration{} ? now + restart_ : kNever;
+    return is_bus_off_ ? after(now, faults_.restart)
+                       : after(now, std::max(faults_.bus_off - faults_.restart, Duration{}));
+  }
+  void set_change(Instant at) {
+    change_at_ = at;
+    self_.timer.arm(earlier(self_.timer.armed(), at));
+  }
+
+  // Those of the bus, whoever asked for them, and those of this end.
+  can_bridge::VirtualFaults faults() const {
+    can_bridge::VirtualFaults all = shared_->faults;
+    all.bus_off = faults_.bus_off;
+    all.restart = faults_.restart;
+    return all;
+  }
+  void apply(const can_bridge::FaultChange& wanted, Instant now) {
+    const bool other_times =
+        wanted.faults.bus_off != faults_.bus_off || wanted.faults.restart != faults_.restart;
+    faults_ = wanted.faults;
+    shared_->set_faults(wanted.faults);
+    if (wanted.bus_off_now || wanted.bus_off_ends) {
+      const bool changes = is_bus_off_ != wanted.bus_off_now;
+      set_change(changes ? now : next_change(now));
+    } else if (other_times) {
+      set_change(is_bus_off_ ? next_change(now) : after(now, faults_.bus_off));
     }
-    return now + bus_off_ - restart_;
   }
 
   // Bus-off, and back.
@@ -303,9 +345,8 @@ class VirtualChannel final : public can_bridge::Channel {
   Member self_;
   Instant retry_at_{};
   bool failed_ = false;
-  const Duration bus_off_;      // from one to the next; 0 = never
-  const Duration restart_;      // after so long it is over; 0 = when restart() is called
-  Instant change_at_ = kNever;  // into bus-off, or back
+  can_bridge::VirtualFaults faults_;  // of this end: bus_off and restart
+  Instant change_at_ = kNever;        // into bus-off, or back
   bool is_bus_off_ = false;
   std::uint64_t disturbed_ = 0;  // told so far
   can_bridge::ChannelCounters counters_;

@@ -54,6 +54,7 @@ void Line::Devices::execute(Command command, Instant now) {
       break;
     case CommandKind::versions:
     case CommandKind::bus_restart:
+    case CommandKind::bus_fault:
       break;
   }
   answer(command, error, std::move(data), now);

@@ -59,6 +59,7 @@ void Line::Impl::execute(Command command, Instant now) {
       return;
     case CommandKind::versions:
     case CommandKind::bus_restart:
+    case CommandKind::bus_fault:
       error = to_error(Refusal::bad_request);
       break;
   }

@@ -47,6 +47,8 @@ std::string_view name(CommandKind kind) {
       return "routing-trace";
     case CommandKind::scan:
       return "scan";
+    case CommandKind::bus_fault:
+      return "bus-fault";
   }
   return "unknown";
 }
@@ -81,6 +83,8 @@ std::string_view describe(Refusal refusal) {
       return "made for another image layout";
     case Refusal::cancelled:
       return "the gateway is stopping";
+    case Refusal::wrong_interface:
+      return "not possible with the line's interface";
   }
   return "unknown refusal";
 }

@@ -161,6 +161,10 @@ TEST_F(Desk, WhatIsOutOfRangeIsRefusedWithTheReason) {
   EXPECT_EQ(refusal(spoilt([](auto&) {}, v1::COMMAND_SDO_WRITE)), Refusal::bad_request);
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.data().resize(9); }, v1::COMMAND_OUTPUT_WRITE)),
             Refusal::bad_request);
+  EXPECT_EQ(refusal(spoilt([](auto& s) { s.data().resize(257); }, v1::COMMAND_BUS_FAULT)),
+            Refusal::bad_request);
+  EXPECT_EQ(refusal(spoilt([](auto& s) { s.kind(v1::COMMAND_BUS_FAULT + 1); })),
+            Refusal::bad_request);
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.data().resize(6); }, v1::COMMAND_EMCY_SEND)),
             Refusal::bad_request);
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.line("line3"); })), Refusal::unknown_line);

@@ -1,10 +1,13 @@
 // A channel that a test plays: what comes is put in, what was sent can be looked at.
 #pragma once
 
+#include <cerrno>
 #include <deque>
 #include <functional>
 #include <optional>
 #include <span>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -54,6 +57,14 @@ class FakeChannel final : public can_bridge::Channel {
     return restart_gives;
   }
 
+  int fault(std::string_view change, std::string& said, Instant now) override {
+    if (fault_gives == EOPNOTSUPP) {
+      return Channel::fault(change, said, now);
+    }
+    said = "said of " + std::string(change);
+    return fault_gives;
+  }
+
   std::deque<can::Frame> coming;
   std::vector<can::BusEvent> coming_events;  // before the frames
   std::vector<can::BusEvent> coming_later;   // after them
@@ -64,6 +75,7 @@ class FakeChannel final : public can_bridge::Channel {
   int reads = 0;
   int restarts = 0;
   int restart_gives = 0;
+  int fault_gives = EOPNOTSUPP;
   Duration reading_takes{};  // what comes meanwhile is read, too
   can_bridge::ChannelCounters counted;
 };

@@ -233,6 +233,30 @@ TEST_F(GatewayTest, CarriesOutCommandsAsFarAsTheLineAllows) {
             line::to_error(line::Refusal::wrong_incarnation));
 }
 
+TEST_F(GatewayTest, SwitchesTheFaultsOfASimulatedBus) {
+  line::Command fault;
+  fault.kind = line::CommandKind::bus_fault;
+  const auto said = [&](const std::string& change) {
+    const auto* const bytes = reinterpret_cast<const std::byte*>(change.data());
+    fault.data.assign(bytes, bytes + change.size());
+    const line::Reply reply = call(at("open"), fault).reply;
+    EXPECT_TRUE(reply.ok()) << reply.error.code;
+    return std::string(reinterpret_cast<const char*>(reply.data.data()), reply.data.size());
+  };
+  EXPECT_EQ(said("stuck=5@always"), "stuck=5@always");
+  EXPECT_TRUE(until([&] {
+    return seen_.happened("open", EventKind::heartbeat_lost) &&
+           seen_.nodes["open/io"].presence != line::Presence::present;
+  }));
+  EXPECT_EQ(said("off"), "off");
+  EXPECT_TRUE(until([&] {
+    return seen_.nodes["open/io"].presence == line::Presence::present && operational("open/io");
+  }));
+  EXPECT_EQ(said("bus_off=now&restart=1ms"), "restart=0.001s");
+  EXPECT_TRUE(until([&] { return seen_.happened("open", EventKind::bus_state); }));
+  EXPECT_EQ(call(at("closed"), fault).reply.error, line::to_error(line::Refusal::not_permitted));
+}
+
 TEST_F(GatewayTest, WritesOutputsThroughToTheDevice) {
   const auto& outputs = seen_.layouts["open/outputs"];
   line::OutputWrite write;

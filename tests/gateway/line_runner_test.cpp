@@ -3,6 +3,7 @@
 
 #include <cerrno>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -156,6 +157,29 @@ TEST_F(LineRunnerTest, RestartsTheBusOnCommandAndSaysWhatCameOfIt) {
     EXPECT_EQ(reply.error, error) << given;
   }
   EXPECT_EQ(channel_->restarts, 3);
+}
+
+TEST_F(LineRunnerTest, ChangesTheFaultsOfABusThatHasNoneOfItsOwn) {
+  make_ready();
+  const auto ask = [&](int channel_gives) {
+    channel_->fault_gives = channel_gives;
+    line::Command command;
+    command.tag = 7;
+    command.kind = line::CommandKind::bus_fault;
+    command.data = {std::byte{'o'}, std::byte{'f'}, std::byte{'f'}};
+    port_.commands.push(command);
+    serve();
+    line::Reply reply;
+    EXPECT_TRUE(port_.replies.pop(reply));
+    const auto* const text = reinterpret_cast<const char*>(reply.data.data());
+    return std::pair(reply.error, std::string(text, reply.data.size()));
+  };
+  EXPECT_EQ(ask(0), std::pair(Error{}, std::string("said of off")));
+  EXPECT_EQ(ask(EINVAL),
+            std::pair(line::to_error(line::Refusal::bad_request), std::string("said of off")));
+  EXPECT_EQ(ask(EOPNOTSUPP),
+            std::pair(line::to_error(line::Refusal::wrong_interface), std::string()));
+  EXPECT_EQ(ask(EIO).first, (Error{Domain::can, EIO}));
 }
 
 TEST_F(LineRunnerTest, SendsTheFrameThatDidNotFitFirst) {

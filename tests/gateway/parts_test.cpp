@@ -279,9 +279,10 @@ TEST(Access, ReadAllowsWhatChangesNothing) {
   EXPECT_FALSE(permitted(CommandKind::routing_trace, Access::off, Access::off));
   EXPECT_TRUE(permitted(CommandKind::scan, Access::read, Access::off));
   EXPECT_FALSE(permitted(CommandKind::scan, Access::off, Access::all));
-  for (const auto kind : {CommandKind::sdo_write, CommandKind::network_write,
-                          CommandKind::local_write, CommandKind::nmt, CommandKind::emcy_send,
-                          CommandKind::output_write, CommandKind::bus_restart}) {
+  for (const auto kind :
+       {CommandKind::sdo_write, CommandKind::network_write, CommandKind::local_write,
+        CommandKind::nmt, CommandKind::emcy_send, CommandKind::output_write,
+        CommandKind::bus_restart, CommandKind::bus_fault}) {
     EXPECT_FALSE(permitted(kind, Access::read, Access::all)) << name(kind);
     EXPECT_TRUE(permitted(kind, Access::all, Access::all)) << name(kind);
   }

@@ -100,6 +100,51 @@ TEST(InterfaceUri, FaultsOfAVirtualBus) {
             "restart is not shorter than bus_off");
 }
 
+TEST(InterfaceUri, ANodeOfAVirtualBusMayBeStuckFromTheStart) {
+  const ParsedUri parsed = parse_uri("virtual:a?stuck=5@always");
+  ASSERT_TRUE(parsed.ok()) << parsed.error;
+  EXPECT_EQ(virtual_faults(parsed.uri).faults.stuck, 5);
+  EXPECT_EQ(virtual_faults(parsed.uri).faults.stuck_time, Duration{});
+}
+
+TEST(VirtualFaults, ChangeWhileTheBusRuns) {
+  VirtualFaults faults;
+  const auto after = [&](const char* text) {
+    const FaultChange change = change_faults(faults, text);
+    EXPECT_EQ(change.error, "") << text;
+    faults = change.faults;
+    return to_string(faults);
+  };
+  EXPECT_EQ(after(""), "off");
+  EXPECT_EQ(after("stuck=5@10s&lost=1%"), "lost=1%&stuck=5@10s");
+  EXPECT_EQ(after("disturbed=0.5%&doubled=12.5%"),
+            "lost=1%&disturbed=0.5%&doubled=12.5%&stuck=5@10s");
+  EXPECT_EQ(after("lost=off&doubled=off&stuck=6@always"), "disturbed=0.5%&stuck=6@always");
+  EXPECT_EQ(after("disturbed=off&stuck=off&bus_off=2500ms&restart=never&seed=7"),
+            "bus_off=2.5s&restart=never&seed=7");
+  EXPECT_EQ(after("bus_off=now"), "bus_off=2.5s&restart=never&seed=7");
+  EXPECT_EQ(parse_uri("virtual:a?" + to_string(faults)).error, "") << "as the interface says it";
+  EXPECT_TRUE(change_faults(faults, "bus_off=now").bus_off_now);
+  EXPECT_TRUE(change_faults(faults, "bus_off=off").bus_off_ends);
+  EXPECT_TRUE(change_faults(faults, "off").bus_off_ends);
+  EXPECT_EQ(after("off"), "off");
+}
+
+TEST(VirtualFaults, AChangeThatIsWrongIsToldAndChangesNothing) {
+  const auto error = [](const char* text) { return change_faults({}, text).error; };
+  EXPECT_THAT(error("lost=200%"), HasSubstr("not \"lost=200%\""));
+  EXPECT_THAT(error("lost=1%&stuck=5"), HasSubstr("not \"stuck=5\""));
+  EXPECT_THAT(error("seed=off"), HasSubstr("not \"seed=off\""));
+  EXPECT_THAT(error("speed=off"), HasSubstr("not \"speed=off\""));
+  EXPECT_THAT(error("lost=now"), HasSubstr("not \"lost=now\""));
+  EXPECT_THAT(error("lost"), HasSubstr("not written key=value"));
+  EXPECT_THAT(error("lost=1%&lost=off"), HasSubstr("there twice"));
+  EXPECT_THAT(error("lost=60%&doubled=60%"), HasSubstr("more than 100%"));
+  VirtualFaults faults;
+  faults.bus_off = std::chrono::seconds(2);
+  EXPECT_EQ(change_faults(faults, "restart=3s").error, "restart is not shorter than bus_off");
+}
+
 TEST(DescribeFailure, SaysWhatToDo) {
   EXPECT_EQ(describe_failure("can9", ENODEV), "no such interface: can9");
   EXPECT_THAT(describe_failure("can0", ENETDOWN), HasSubstr("ip link set can0 up"));

@@ -154,6 +154,29 @@ TEST_F(Commands, ALineCanBeTheWayToAnother) {
   EXPECT_EQ(sdo_read(context_, "hall:5", "1018", "1", "", "press"), kFailed);
 }
 
+TEST_F(Commands, FaultSendsThemAllAtOnceAndPrintsThoseThereAre) {
+  const auto sent = [&] {
+    const auto* const text = reinterpret_cast<const char*>(gateway_.last.data.data());
+    return std::string(text, gateway_.last.data.size());
+  };
+  gateway_.answer.reply.data = {std::byte{'o'}, std::byte{'f'}, std::byte{'f'}};
+  EXPECT_EQ(fault(context_, "press", {}), kDone);
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::bus_fault);
+  EXPECT_EQ(sent(), "");
+  EXPECT_EQ(out_.str(), "off\n");
+  EXPECT_EQ(fault(context_, "press", {"lost=1%", "stuck=off"}), kDone);
+  EXPECT_EQ(sent(), "lost=1%&stuck=off");
+  EXPECT_EQ(fault(context_, "nosuch", {}), kFailed);
+}
+
+TEST_F(Commands, FaultSaysWhatIsWrong) {
+  gateway_.answer.reply.error = line::to_error(line::Refusal::bad_request);
+  gateway_.answer.reply.data = {std::byte{'n'}, std::byte{'o'}};
+  gateway_.answer.text = "a field is out of range";
+  EXPECT_EQ(fault(context_, "press", {"lost=2"}), kFailed);
+  EXPECT_EQ(err_.str(), "no\na field is out of range\n");
+}
+
 TEST_F(Commands, RoutesAsTextAndAsJson) {
   EXPECT_EQ(routes(context_), kDone);
   EXPECT_THAT(out_.str(), HasSubstr("NETWORKS"));

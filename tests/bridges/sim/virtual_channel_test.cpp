@@ -3,7 +3,9 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -352,6 +354,73 @@ TEST_F(VirtualFaultsTest, AnEndStaysBusOffUntilItIsToldToRestart) {
   EXPECT_EQ(told.view()[0].state, BusState::error_active);
   EXPECT_EQ(states_at(std::chrono::hours(1) + std::chrono::seconds(10)), 1U) << "and so on";
   EXPECT_EQ(told.view()[0].state, BusState::bus_off);
+}
+
+TEST_F(VirtualFaultsTest, AreSwitchedOnAndOffWhileTheBusRuns) {
+  VirtualNetwork network;
+  const auto gateway = network.open("a");
+  const auto devices = network.open("a");
+  Instant at{std::chrono::seconds(100)};
+  read(*gateway, at);
+  read(*devices, at);
+  const auto heard_after = [&](Channel& channel, const char* change) {
+    std::string said;
+    EXPECT_EQ(channel.fault(change, said, at), 0) << said;
+    EXPECT_EQ(devices->write(std::array{make_frame(0x705)}, at), 1U);
+    at += std::chrono::milliseconds(5);
+    read(*devices, at);
+    return std::pair(read(*gateway, at).size(), said);
+  };
+  using Heard = std::pair<std::size_t, std::string>;
+  EXPECT_EQ(heard_after(*gateway, ""), Heard(1, "off"));
+  EXPECT_EQ(heard_after(*gateway, "stuck=5@always"), Heard(0, "stuck=5@always"));
+  EXPECT_EQ(heard_after(*devices, ""), Heard(0, "stuck=5@always")) << "it is the whole bus";
+  EXPECT_EQ(heard_after(*gateway, "stuck=off&lost=100%"), Heard(0, "lost=100%"));
+  EXPECT_EQ(heard_after(*devices, "lost=off"), Heard(1, "off"));
+  EXPECT_EQ(heard_after(*devices, "lost=100%"), Heard(0, "lost=100%"));
+  std::string said;
+  EXPECT_EQ(gateway->fault("disturbed=100%", said, at), EINVAL);
+  EXPECT_NE(said.find("not \"disturbed=100%\""), std::string::npos) << said;
+  EXPECT_EQ(heard_after(*gateway, ""), Heard(0, "lost=100%")) << "nothing changed";
+  EXPECT_EQ(heard_after(*gateway, "disturbed=99%&lost=off").second, "disturbed=99%");
+  for (int i = 0; i < 10; ++i) {
+    heard_after(*gateway, "");
+  }
+  EXPECT_GT(errors, 0U);
+  heard_after(*gateway, "off");
+  at += std::chrono::seconds(1);
+  read(*gateway, at);
+  EXPECT_EQ(heard_after(*gateway, ""), Heard(1, "off"));
+}
+
+TEST_F(VirtualFaultsTest, AnEndGoesBusOffOnCommand) {
+  VirtualNetwork network;
+  const auto channel = network.open("a");
+  const Instant start{std::chrono::seconds(100)};
+  read(*channel, start);
+  const auto state_after = [&](int ms, const char* change = "") {
+    const Instant at = start + std::chrono::milliseconds(ms);
+    std::string said;
+    EXPECT_EQ(channel->fault(change, said, at), 0) << said;
+    read(*channel, at);
+    return told.empty() ? BusState::unknown : told.view()[0].state;
+  };
+  EXPECT_EQ(state_after(10, "bus_off=now"), BusState::bus_off);
+  EXPECT_TRUE(readable(*channel, 1000)) << "its time to come back is long ago";
+  EXPECT_EQ(state_after(1'009), BusState::unknown);
+  EXPECT_EQ(state_after(1'010), BusState::error_active) << "after a second";
+  EXPECT_EQ(state_after(100'000), BusState::unknown) << "once";
+  EXPECT_EQ(state_after(100'000, "bus_off=now&restart=never"), BusState::bus_off);
+  EXPECT_EQ(state_after(200'000), BusState::unknown);
+  EXPECT_EQ(state_after(200'000, "lost=1%"), BusState::unknown) << "it stays there";
+  EXPECT_EQ(state_after(200'001, "bus_off=off"), BusState::error_active);
+  EXPECT_EQ(state_after(200'002, "bus_off=10s&restart=4s"), BusState::unknown);
+  EXPECT_EQ(state_after(210'002), BusState::bus_off);
+  EXPECT_EQ(state_after(214'002), BusState::error_active);
+  EXPECT_EQ(state_after(220'001), BusState::unknown);
+  EXPECT_EQ(state_after(220'002), BusState::bus_off);
+  EXPECT_EQ(state_after(220'003, "off"), BusState::error_active);
+  EXPECT_EQ(state_after(900'000), BusState::unknown);
 }
 
 }  // namespace
