@@ -143,6 +143,10 @@ void LineRunner::take_bound(const BoundLink& link, Instant now) {
 void LineRunner::bus_event(const can::BusEvent& event, Instant now) {
   line_->bus_event(event);
   status_wanted_ = true;
+  if (event.kind == can::BusEvent::Kind::interface_ready) {
+    const can_bridge::ControllerSetup settings = pump_.channel().settings();
+    line_->set_bit_rates(settings.bit_rate, settings.data_bit_rate);
+  }
   // Without an interface there is nothing to manage; a line begins when it can be heard.
   if (event.kind == can::BusEvent::Kind::interface_ready && !started_ && !stopping_) {
     started_ = true;

@@ -7,12 +7,38 @@ namespace linegate::line {
 namespace {
 
 constexpr Duration kWindow = std::chrono::seconds(1);
+// Of the data that can be stuffed.
+constexpr double kStuffing = 1.1;
+
+// An FD frame from start of frame to BRS, and from the CRC delimiter to the intermission.
+constexpr std::uint64_t kFdArbitrationBits = 30;
+// ESI, DLC, stuff count and CRC-17 or CRC-21 with their fixed stuff bits (ISO 11898-1).
+constexpr std::uint64_t kShortFdBits = 1 + 4 + 4 + 17 + 6;
+constexpr std::uint64_t kLongFdBits = 1 + 4 + 4 + 21 + 7;
+constexpr std::uint8_t kShortFdLength = 16;
 
 }  // namespace
 
 std::uint64_t BusLoad::bits(const can::Traffic& traffic) {
   const std::uint64_t standard = traffic.frames - traffic.extended;
   return standard * kStandardBits + traffic.extended * kExtendedBits + traffic.bytes * 8U;
+}
+
+void BusLoad::set_bit_rates(std::uint32_t bit_rate, std::uint32_t data_bit_rate) {
+  bit_rate_ = bit_rate;
+  data_bit_rate_ = bit_rate != 0 ? data_bit_rate : 0;
+}
+
+// The rest of the identifier is at the nominal bit rate in an extended frame, too.
+void BusLoad::count_fast(std::span<const can::Frame> frames) {
+  for (const can::Frame& frame : frames) {
+    if ((frame.flags & can::Frame::kBitRateSwitch) == 0) {
+      continue;
+    }
+    const std::uint64_t data = frame.length * 8U;
+    not_nominal_ += kStandardBits - kFdArbitrationBits + data;
+    fast_bits_ += data + (frame.length <= kShortFdLength ? kShortFdBits : kLongFdBits);
+  }
 }
 
 void BusLoad::advance(const can::Traffic& seen, Instant now) {
@@ -22,13 +48,17 @@ void BusLoad::advance(const can::Traffic& seen, Instant now) {
   }
   window_start_ = now;
   const std::uint64_t all = bits(seen);
-  const std::uint64_t unstuffed = all - std::exchange(bits_before_, all);
+  std::uint64_t unstuffed = all - std::exchange(bits_before_, all);
+  unstuffed -= std::min(unstuffed, std::exchange(not_nominal_, 0));
+  const auto fast = static_cast<double>(std::exchange(fast_bits_, 0));
   if (bit_rate_ == 0) {
     return;
   }
-  const double seconds = std::chrono::duration<double>(elapsed).count();
-  const double bits = static_cast<double>(unstuffed) * 1.1;
-  const double share = bits / (seconds * bit_rate_);
+  double on_wire = static_cast<double>(unstuffed) * kStuffing / bit_rate_;
+  if (data_bit_rate_ != 0) {
+    on_wire += fast * kStuffing / data_bit_rate_;
+  }
+  const double share = on_wire / std::chrono::duration<double>(elapsed).count();
   permille_ = static_cast<std::uint16_t>(std::clamp(share * 1000.0, 0.0, 1000.0));
 }
 

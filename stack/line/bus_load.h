@@ -2,19 +2,31 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "stack/base/time.h"
+#include "stack/can/frame.h"
 #include "stack/can/traffic.h"
 
 namespace linegate::line {
 
 // Estimated, not counted bit by bit: a frame's stuff bits are taken as a tenth of the bits that can
 // be stuffed, which is close to the mean of random data. CAN FD frames count as if sent at the
-// nominal bit rate throughout, so the load of an FD line is an upper bound.
+// nominal bit rate throughout, so the load of an FD line is an upper bound, unless the bit rate of
+// the data phase is known.
 class BusLoad {
  public:
   // bit_rate in bit/s; 0 = unknown, the load is 0 then.
   explicit BusLoad(std::uint32_t bit_rate) : bit_rate_(bit_rate) {}
+
+  // bit/s, from now on. data_bit_rate: of the data phase of FD frames with bit rate switch; 0 = not
+  // known.
+  void set_bit_rates(std::uint32_t bit_rate, std::uint32_t data_bit_rate);
+
+  // Whether frames are to be shown to count_fast(), besides counting them as traffic.
+  bool wants_fast() const { return data_bit_rate_ != 0; }
+  // What frames with bit rate switch have in their data phase, and not at the nominal bit rate.
+  void count_fast(std::span<const can::Frame> frames);
 
   // Closes the window of one second when it is over. seen: everything that went over the line so
   // far, in both directions.
@@ -31,6 +43,9 @@ class BusLoad {
   static std::uint64_t bits(const can::Traffic& traffic);
 
   std::uint32_t bit_rate_;
+  std::uint32_t data_bit_rate_ = 0;
+  std::uint64_t not_nominal_ = 0;  // bits in this window that are not sent at the nominal bit rate
+  std::uint64_t fast_bits_ = 0;    // but so many at that of the data phase, without stuff bits
   std::uint64_t bits_before_ = 0;  // up to the begin of this window, without stuff bits
   Instant window_start_{};
   std::uint16_t permille_ = 0;

@@ -12,8 +12,7 @@ using image::Direction;
 Line::Devices::Devices(LineConfig line_config, pdo::LinkPlan plan)
     : Base(std::move(line_config)),
       image(std::move(plan.inputs), std::move(plan.outputs)),
-      outputs(image.layout(Direction::outputs), config.groups, config.bound),
-      load(config.bit_rate) {
+      outputs(image.layout(Direction::outputs), config.groups, config.bound) {
   for (const DeviceConfig& device : config.devices) {
     seats.push_back(
         {.device = std::make_unique<VirtualDevice>(device, config.error_scheme, image, events),

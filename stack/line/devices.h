@@ -10,7 +10,6 @@
 
 #include "stack/can/traffic.h"
 #include "stack/image/process_image.h"
-#include "stack/line/bus_load.h"
 #include "stack/line/line_base.h"
 #include "stack/line/outputs.h"
 #include "stack/line/virtual_device.h"
@@ -84,7 +83,6 @@ struct Line::Devices final : Line::Base {
   Outputs outputs;
   can::Traffic received;
   can::Traffic sent;
-  BusLoad load;
   std::vector<std::uint32_t> written;  // output entries, for hand_out()
 };
 

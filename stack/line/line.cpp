@@ -58,7 +58,6 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       sdo(node.dispatch(), node.transmit(), events),
       manager(node_plans(config), manager_options(config), sdo, heartbeats, events, *this),
       outputs(image.layout(image::Direction::outputs), config.groups, config.bound),
-      load(config.bit_rate),
       scanner(sdo, events) {
   node.set_companion(this);
   node.pdos().link(plan);
@@ -446,7 +445,15 @@ void Line::start(Instant now) {
 }
 
 void Line::receive(std::span<const can::Frame> frames, Instant /*now*/) {
+  if (impl_->load.wants_fast()) [[unlikely]] {
+    impl_->load.count_fast(frames);
+  }
   impl_->receive(frames);
+}
+
+void Line::set_bit_rates(std::uint32_t bit_rate, std::uint32_t data_bit_rate) {
+  const std::uint32_t configured = impl_->config.bit_rate;
+  impl_->load.set_bit_rates(configured != 0 ? configured : bit_rate, data_bit_rate);
 }
 
 void Line::bus_event(const can::BusEvent& event) {
@@ -494,7 +501,11 @@ Instant Line::next_wake() const {
   return impl_->next_wake();
 }
 bool Line::next_frame(can::Frame& out, Instant now) {
-  return impl_->next_frame(out, now);
+  const bool given = impl_->next_frame(out, now);
+  if (given && impl_->load.wants_fast()) {
+    impl_->load.count_fast(std::span(&out, 1));
+  }
+  return given;
 }
 bool Line::wants_to_send(Instant now) const {
   return impl_->wants_to_send(now);

@@ -63,6 +63,9 @@ class Line {
   // Frames in the order of reception, each processed at its own frame.time (<= now). No time-out
   // runs in here. Never allocates for PDO, SYNC, heartbeat.
   void receive(std::span<const can::Frame> frames, Instant now);
+  // The bit rates at which the bus runs, in bit/s, for its load: where the configuration gives
+  // none, and for the data phase of FD frames (0 = not known).
+  void set_bit_rates(std::uint32_t bit_rate, std::uint32_t data_bit_rate);
   void bus_event(const can::BusEvent& event);
   // Something the owner of the line noticed about it (queue_full, clock_step, ...): it gets its
   // number here, in the one sequence of the line. event.number is ignored.

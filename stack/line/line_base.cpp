@@ -16,6 +16,7 @@ constexpr std::size_t kFewMessages = 64;  // of a line that only refuses
 
 Line::Base::Base(LineConfig line_config)
     : config(std::move(line_config)),
+      load(config.bit_rate),
       messages(config.routing.interface != 0 ? kMessages : kFewMessages) {
   events.limit_repeats();
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "stack/base/event_log.h"
+#include "stack/line/bus_load.h"
 #include "stack/line/line.h"
 
 namespace linegate::line {
@@ -64,6 +65,7 @@ struct Line::Base {
 
   LineConfig config;
   EventLog events;
+  BusLoad load;
   can::BusState bus = can::BusState::unknown;
   std::uint8_t transmit_errors = 0;
   std::uint8_t receive_errors = 0;

@@ -8,7 +8,6 @@
 #include "stack/emcy/consumer.h"
 #include "stack/emcy/producer.h"
 #include "stack/image/process_image.h"
-#include "stack/line/bus_load.h"
 #include "stack/line/line_base.h"
 #include "stack/line/outputs.h"
 #include "stack/line/routing.h"
@@ -133,7 +132,6 @@ struct Line::Impl final : Line::Base,
   sdo::Arbiter sdo;
   manager::Manager manager;  // keeps the states of the nodes in every role, acts in that of manager
   Outputs outputs;
-  BusLoad load;
   std::unique_ptr<Routing> routing;  // if the line takes part in it
 
   scan::Scanner scanner;

@@ -86,8 +86,7 @@ Line::Observer::Observer(LineConfig line_config, pdo::LinkPlan plan)
       outputs(std::make_unique<Overheard>(events, output_dispatch, std::move(plan.outputs),
                                           as_received(std::move(plan.tpdos)))),
       nodes(node_plans(config), config.node_id, dispatch, events, *this),
-      sync(dispatch, events),
-      load(config.bit_rate) {
+      sync(dispatch, events) {
   for (const NodeConfig& device : config.nodes) {
     nodes.listen_emcy(device.id, emcy_cob_id(device));
     Device& known =

@@ -6,7 +6,6 @@
 
 #include "stack/can/traffic.h"
 #include "stack/image/process_image.h"
-#include "stack/line/bus_load.h"
 #include "stack/line/line_base.h"
 #include "stack/observer/nodes.h"
 #include "stack/observer/pdo_knowledge.h"
@@ -129,7 +128,6 @@ struct Line::Observer final : Line::Base, observer::NodeListener {
   std::optional<time::TimeOfDay> network_time;
   Instant network_time_at{};
   can::Traffic received;
-  BusLoad load;
 };
 
 }  // namespace linegate::line

@@ -52,6 +52,7 @@ class FakeChannel final : public can_bridge::Channel {
   bool wants_writable() const override { return false; }
   Instant next_wake() const override { return kNever; }
   const can_bridge::ChannelCounters& counters() const override { return counted; }
+  can_bridge::ControllerSetup settings() const override { return set_to; }
   int restart(Instant) override {
     ++restarts;
     return restart_gives;
@@ -78,6 +79,7 @@ class FakeChannel final : public can_bridge::Channel {
   int fault_gives = EOPNOTSUPP;
   Duration reading_takes{};  // what comes meanwhile is read, too
   can_bridge::ChannelCounters counted;
+  can_bridge::ControllerSetup set_to;
 };
 
 }  // namespace linegate::gateway

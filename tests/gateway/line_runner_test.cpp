@@ -182,6 +182,25 @@ TEST_F(LineRunnerTest, ChangesTheFaultsOfABusThatHasNoneOfItsOwn) {
   EXPECT_EQ(ask(EIO).first, (Error{Domain::can, EIO}));
 }
 
+TEST_F(LineRunnerTest, ReckonsTheLoadWithTheBitRateOfTheController) {
+  const auto load_with = [&](std::uint32_t bit_rate) {
+    channel_->set_to.bit_rate = bit_rate;
+    make_ready();
+    serve(2s);
+    for (int i = 0; i < 500; ++i) {  // at 111 bits and a tenth of stuffing: 61,050 bits
+      come(0x385, {1, 2, 3, 4, 5, 6, 7, 8});
+      serve(2ms);
+    }
+    serve(200ms);
+    const LineStatus* const status = port_.status.fetch();
+    EXPECT_NE(status, nullptr);
+    return status == nullptr ? 0U : status->state.load_permille;
+  };
+  EXPECT_EQ(load_with(0), 0U) << "not known";
+  EXPECT_NEAR(load_with(500'000), 122, 4);
+  EXPECT_NEAR(load_with(125'000), 488, 16) << "it came back with another one";
+}
+
 TEST_F(LineRunnerTest, SendsTheFrameThatDidNotFitFirst) {
   channel_->promises = 5;  // says there is room, and takes one
   channel_->accepts = 1;
