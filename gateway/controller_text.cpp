@@ -40,6 +40,9 @@ void add_properties(const can_bridge::ControllerSetup& controller,
   if (controller.restart_ms) {
     out.push_back({"restart-ms", std::to_string(*controller.restart_ms)});
   }
+  if (controller.hardware_stamps) {
+    out.push_back({"time-stamps", "hardware"});
+  }
 }
 
 }  // namespace linegate::gateway

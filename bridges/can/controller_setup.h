@@ -17,6 +17,8 @@ struct ControllerSetup {
   std::optional<std::uint32_t> restart_ms;
   // Not even acknowledging what others send.
   std::optional<bool> listen_only;
+  // Cannot be set: it stamps what it receives with a clock of its own.
+  bool hardware_stamps = false;
 
   friend bool operator==(const ControllerSetup&, const ControllerSetup&) = default;
 

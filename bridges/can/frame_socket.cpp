@@ -14,6 +14,16 @@
 #include "bridges/can/socket_parts.h"
 
 namespace linegate::can_bridge {
+namespace {
+
+// The time at that place in the content of a control message; 0 = none.
+std::int64_t nanoseconds_in(const cmsghdr* message, std::size_t place) {
+  timespec stamp;
+  std::memcpy(&stamp, CMSG_DATA(message) + place * sizeof stamp, sizeof stamp);
+  return std::int64_t{stamp.tv_sec} * 1'000'000'000 + stamp.tv_nsec;
+}
+
+}  // namespace
 
 struct FrameSocket::Buffers {
   std::array<mmsghdr, kBatch> receive_headers{};
@@ -70,22 +80,26 @@ FrameSocket::Received FrameSocket::received(std::size_t index) const {
   result.raw = &b.receive_frames[index];
   result.bytes = header.msg_len;
   result.own = (header.msg_hdr.msg_flags & MSG_CONFIRM) != 0;
-  // CMSG_NXTHDR wants a header that is not const.
-  msghdr walk = header.msg_hdr;
+  read_control(header.msg_hdr, result);
+  return result;
+}
+
+void FrameSocket::read_control(const msghdr& header, Received& out) {
+  msghdr walk = header;  // CMSG_NXTHDR wants one that is not const
   for (cmsghdr* c = CMSG_FIRSTHDR(&walk); c != nullptr; c = CMSG_NXTHDR(&walk, c)) {
     if (c->cmsg_level != SOL_SOCKET) {
       continue;
     }
     if (c->cmsg_type == SCM_TIMESTAMPNS) {
-      timespec stamp;
-      std::memcpy(&stamp, CMSG_DATA(c), sizeof stamp);
-      result.stamp_ns = std::int64_t{stamp.tv_sec} * 1'000'000'000 + stamp.tv_nsec;
+      out.stamp_ns = nanoseconds_in(c, 0);
+    } else if (c->cmsg_type == SCM_TIMESTAMPING) {
+      out.stamp_ns = nanoseconds_in(c, 0);
+      out.hardware_ns = nanoseconds_in(c, 2);  // [1] is not used any more
     } else if (c->cmsg_type == SO_RXQ_OVFL) {
-      std::memcpy(&result.dropped, CMSG_DATA(c), sizeof result.dropped);
-      result.has_dropped = true;
+      std::memcpy(&out.dropped, CMSG_DATA(c), sizeof out.dropped);
+      out.has_dropped = true;
     }
   }
-  return result;
 }
 
 int FrameSocket::send(std::span<const can::Frame> frames) {

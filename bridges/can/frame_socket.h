@@ -7,6 +7,7 @@
 #include <span>
 
 #include <linux/can.h>
+#include <sys/socket.h>
 
 #include "stack/can/frame.h"
 
@@ -20,11 +21,14 @@ class FrameSocket {
   struct Received {
     const canfd_frame* raw = nullptr;
     std::size_t bytes = 0;
-    bool own = false;           // sent by this very socket (MSG_CONFIRM)
-    std::int64_t stamp_ns = 0;  // wall clock, ns since 1970; 0 = none
-    std::uint32_t dropped = 0;  // datagrams lost so far; only with has_dropped
+    bool own = false;              // sent by this very socket (MSG_CONFIRM)
+    std::int64_t stamp_ns = 0;     // wall clock, ns since 1970; 0 = none
+    std::int64_t hardware_ns = 0;  // the controller's own clock; 0 = none
+    std::uint32_t dropped = 0;     // datagrams lost so far; only with has_dropped
     bool has_dropped = false;
   };
+  // What the control messages of a datagram say.
+  static void read_control(const msghdr& header, Received& out);
 
   FrameSocket();
   ~FrameSocket();

@@ -6,6 +6,9 @@
 #include <linux/can.h>
 #include <linux/can/error.h>
 #include <linux/can/raw.h>
+#include <linux/ethtool.h>
+#include <linux/net_tstamp.h>
+#include <linux/sockios.h>
 #include <net/if.h>
 #include <net/if_arp.h>
 #include <sys/ioctl.h>
@@ -13,6 +16,7 @@
 #include <unistd.h>
 
 #include "bridges/can/controller_state.h"
+#include "bridges/can/hardware_clock.h"
 #include "bridges/can/socket_parts.h"
 
 namespace linegate::can_bridge {
@@ -68,14 +72,31 @@ int examine(int descriptor, const std::string& name, int& index, bool& fd) {
   return 0;
 }
 
+// Whether the controller stamps what it receives; not if the driver does not say so.
+bool has_hardware_stamps(int descriptor, const std::string& name) {
+  ethtool_ts_info info{};
+  info.cmd = ETHTOOL_GET_TS_INFO;
+  ifreq request{};
+  std::strncpy(request.ifr_name, name.c_str(), IFNAMSIZ - 1);
+  request.ifr_data = reinterpret_cast<char*>(&info);
+  return ::ioctl(descriptor, SIOCETHTOOL, &request) == 0 && offers_hardware_stamps(info);
+}
+
+// The kernel's stamps, and those of the controller where it is said to make them.
+bool stamp(int descriptor, bool& hardware) {
+  const int both = SOF_TIMESTAMPING_RX_HARDWARE | SOF_TIMESTAMPING_RAW_HARDWARE |
+                   SOF_TIMESTAMPING_RX_SOFTWARE | SOF_TIMESTAMPING_SOFTWARE;
+  hardware = hardware && set_option(descriptor, SOL_SOCKET, SO_TIMESTAMPING, both);
+  return hardware || set_option(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, kOn);
+}
+
 bool configure(int descriptor, bool fd, int receive_buffer) {
   const can_err_mask_t errors = CAN_ERR_MASK;
   // A larger buffer than the system's limit needs a privilege; what is granted has to do.
   if (!set_option(descriptor, SOL_SOCKET, SO_RCVBUFFORCE, receive_buffer)) {
     set_option(descriptor, SOL_SOCKET, SO_RCVBUF, receive_buffer);
   }
-  return set_option(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, kOn) &&
-         set_option(descriptor, SOL_SOCKET, SO_RXQ_OVFL, kOn) &&
+  return set_option(descriptor, SOL_SOCKET, SO_RXQ_OVFL, kOn) &&
          set_option(descriptor, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, errors) &&
          set_option(descriptor, SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, kOn) &&
          (!fd || set_option(descriptor, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, kOn));
@@ -110,7 +131,9 @@ OpenedInterface open_interface(const std::string& name, int receive_buffer,
       result.error = ENETDOWN;
     }
   }
-  if (result.error == 0 && !configure(attempt.descriptor(), result.fd, receive_buffer)) {
+  bool hardware = result.error == 0 && has_hardware_stamps(attempt.descriptor(), name);
+  if (result.error == 0 && (!configure(attempt.descriptor(), result.fd, receive_buffer) ||
+                            !stamp(attempt.descriptor(), hardware))) {
     result.error = errno;
   }
   if (result.error == 0) {
@@ -120,6 +143,7 @@ OpenedInterface open_interface(const std::string& name, int receive_buffer,
     const ControllerReport report = controller_report(index);
     result.state = report.state;
     result.settings = report.settings;
+    result.settings.hardware_stamps = hardware;
     result.descriptor = attempt.release();
   }
   return result;

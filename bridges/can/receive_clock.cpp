@@ -39,7 +39,7 @@ bool ReceiveClock::plausible(Instant time) const {
 
 // After a step only one of the two differences is right for a stamp. The wrong one puts it into the
 // future, or further into the past than the right one.
-Instant ReceiveClock::instant(std::int64_t stamp_ns) {
+Instant ReceiveClock::of_wall_clock(std::int64_t stamp_ns) const {
   Instant time = Instant::min();
   if (stamp_ns != 0) {
     for (const std::int64_t difference : {difference_, before_step_}) {
@@ -49,8 +49,15 @@ Instant ReceiveClock::instant(std::int64_t stamp_ns) {
       }
     }
   }
+  return time;
+}
+
+Instant ReceiveClock::instant(std::int64_t stamp_ns, std::int64_t hardware_ns) {
+  Instant time = of_wall_clock(stamp_ns);
   if (time == Instant::min()) {
     time = sampled_;
+  } else if (hardware_ns != 0) {
+    time = hardware_.instant(hardware_ns, std::min(time, sampled_));
   }
   latest_ = std::max(latest_, std::min(time, sampled_));
   return latest_;

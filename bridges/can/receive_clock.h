@@ -3,11 +3,14 @@
 // Both clocks are sampled after each batch was read; a stamp's age by the wall clock is its age. A
 // step of the wall clock between reception and sampling would give wrong ages: it shows as a change
 // of the difference between the clocks, and in that batch the difference before counts too.
-// Whatever comes out is never later than the sampling and never before an earlier frame.
+// Whatever comes out is never later than the sampling and never before an earlier frame. Where the
+// controller stamped the frame itself, that counts as far as the kernel's stamp tells what it
+// means.
 #pragma once
 
 #include <cstdint>
 
+#include "bridges/can/hardware_clock.h"
 #include "stack/base/time.h"
 
 namespace linegate::can_bridge {
@@ -20,17 +23,21 @@ class ReceiveClock {
   void begin_batch();
 
   // The instant of a stamp, ns since 1970. 0 = the frame has none: it came before the sampling, no
-  // more is known; so no time-out that begins with it ends too early.
-  Instant instant(std::int64_t stamp_ns);
+  // more is known; so no time-out that begins with it ends too early. hardware_ns: of the
+  // controller's own clock, 0 = none.
+  Instant instant(std::int64_t stamp_ns, std::int64_t hardware_ns = 0);
 
   // What instant() gave last.
   Instant latest() const { return latest_; }
 
  private:
   bool plausible(Instant time) const;
+  // Instant::min() if the stamp tells nothing.
+  Instant of_wall_clock(std::int64_t stamp_ns) const;
 
   std::int64_t difference_ = 0;  // wall - monotonic, ns
   std::int64_t before_step_ = 0;
+  HardwareClock hardware_;
   bool started_ = false;
   Instant sampled_{};
   Instant latest_ = Instant::min();

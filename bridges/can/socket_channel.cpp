@@ -173,7 +173,7 @@ std::size_t SocketChannel::take_batch(std::span<can::Frame> out, BusEvents& even
 // True if it is a frame for the caller.
 bool SocketChannel::take(const FrameSocket::Received& received, can::Frame& out, BusEvents& events,
                          Instant now) {
-  const Instant time = clock_.instant(received.stamp_ns);
+  const Instant time = clock_.instant(received.stamp_ns, received.hardware_ns);
   if (received.has_dropped && received.dropped != dropped_) {
     count_dropped(received.dropped, events, time);
   }

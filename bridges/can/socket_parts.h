@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <linux/errqueue.h>
 #include <sys/socket.h>
 #include <time.h>
 
@@ -18,9 +19,10 @@ bool set_option(int descriptor, int level, int option, const T& value) {
   return ::setsockopt(descriptor, level, option, &value, sizeof value) == 0;
 }
 
-// What the kernel adds to each datagram: its time and how many were lost.
+// What the kernel adds to each datagram: its time (SCM_TIMESTAMPNS, or the three of
+// SCM_TIMESTAMPING) and how many were lost.
 inline constexpr std::size_t kControl =
-    CMSG_SPACE(sizeof(timespec)) + CMSG_SPACE(sizeof(std::uint32_t));
+    CMSG_SPACE(sizeof(scm_timestamping)) + CMSG_SPACE(sizeof(std::uint32_t));
 
 struct alignas(cmsghdr) Control {
   std::array<std::byte, kControl> bytes;

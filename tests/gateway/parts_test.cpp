@@ -68,10 +68,12 @@ TEST(ControllerText, HasPropertiesOfWhatIsKnown) {
   can_bridge::ControllerSetup controller;
   controller.listen_only = true;
   controller.restart_ms = 100;
+  controller.hardware_stamps = true;
   add_properties(controller, out);
-  ASSERT_EQ(out.size(), 2U);
+  ASSERT_EQ(out.size(), 3U);
   EXPECT_EQ(out[0].name + "=" + out[0].value, "listen-only=on");
   EXPECT_EQ(out[1].name + "=" + out[1].value, "restart-ms=100");
+  EXPECT_EQ(out[2].name + "=" + out[2].value, "time-stamps=hardware");
 }
 
 TEST(PdoUpdates, PassOnceInMinPeriodWithTheReceptionsTheyStandFor) {
