@@ -4,6 +4,7 @@
 #include <tuple>
 #include <utility>
 
+#include "stack/base/byte_order.h"
 #include "stack/can/malformed.h"
 #include "stack/line/build.h"
 #include "stack/nmt/node_control.h"
@@ -86,12 +87,19 @@ Line::Observer::Observer(LineConfig line_config, pdo::LinkPlan plan)
       outputs(std::make_unique<Overheard>(events, output_dispatch, std::move(plan.outputs),
                                           as_received(std::move(plan.tpdos)))),
       nodes(node_plans(config), config.node_id, dispatch, events, *this),
+      channels(dispatch),
       sync(dispatch, events) {
   for (const NodeConfig& device : config.nodes) {
     nodes.listen_emcy(device.id, emcy_cob_id(device));
     Device& known =
         devices.emplace_back(Device{observer::PdoKnowledge(device.device, device.id), {}});
     known.used = known.pdos.pdos();
+    channels.add(device.id, device.device);
+    for (const ObjectValue& object : device.objects) {
+      if (object.data.size() == sizeof(std::uint32_t)) {
+        channels.learn(device.id, object.address, load_le<std::uint32_t>(object.data.data()));
+      }
+    }
   }
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
     dispatch.add(can::kSdoRequestBase + id, false, can::Service::sdo_client,

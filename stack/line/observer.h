@@ -9,6 +9,7 @@
 #include "stack/line/line_base.h"
 #include "stack/observer/nodes.h"
 #include "stack/observer/pdo_knowledge.h"
+#include "stack/observer/sdo_channels.h"
 #include "stack/observer/sdo_follower.h"
 #include "stack/pdo/engine.h"
 #include "stack/pdo/link.h"
@@ -48,7 +49,8 @@ std::vector<pdo::LinkedPdo> as_received(std::vector<pdo::LinkedPdo> sent);
 // Those of them that an observer counts.
 void add(pdo::EngineCounters& sum, const pdo::EngineCounters& more);
 
-// Target::index of SDO frames: node-ID, with this flag those of the client.
+// Target::index of SDO frames on default channels: node-ID, with this flag those of the client. On
+// others: see observer::SdoChannels.
 inline constexpr std::uint16_t kSdoRequest = 0x80;
 
 struct Line::Observer final : Line::Base, observer::NodeListener {
@@ -101,6 +103,7 @@ struct Line::Observer final : Line::Base, observer::NodeListener {
 
   // --- observer_sdo.cpp -------------------------------------------------------------------------
   void take_sdo(std::uint16_t index, const can::Frame& frame);
+  std::optional<observer::Transfer> follow(std::uint16_t index, const can::Frame& frame);
   void tell(std::uint8_t id, const observer::Transfer& transfer, Instant now);
   void learn(std::uint8_t id, const observer::Transfer& transfer, Instant now);
   // The image as it is known by now.
@@ -121,6 +124,7 @@ struct Line::Observer final : Line::Base, observer::NodeListener {
   pdo::EngineCounters outputs_before;
   observer::Nodes nodes;
   std::array<observer::SdoFollower, can::kMaxNodeId + 1> transfers;
+  observer::SdoChannels channels;
   std::vector<Device> devices;  // as config.nodes
   std::uint64_t revision = 0;
   Instant relink_at = kNever;

@@ -64,18 +64,25 @@ Line::Observer::Device* Line::Observer::find(std::uint8_t id) {
 }
 
 void Line::Observer::take_sdo(std::uint16_t index, const can::Frame& frame) {
-  const auto id = static_cast<std::uint8_t>(index & ~kSdoRequest);
+  const bool further = (index & observer::SdoChannels::kFurther) != 0;
+  const auto id =
+      further ? channels.node_of(index) : static_cast<std::uint8_t>(index & ~kSdoRequest);
   if (frame.length != can::kMaxClassicData || frame.remote()) {
-    malformed(frame, id);
+    if (further || !channels.hears(frame)) {  // once, though it be on two channels
+      malformed(frame, id);
+    }
     return;
   }
-  observer::SdoFollower& follower = transfers[id];
-  const std::optional<observer::Transfer> ended =
-      (index & kSdoRequest) != 0 ? follower.request(frame) : follower.answer(frame);
-  if (ended) {
+  if (const auto ended = further ? channels.receive(index, frame) : follow(index, frame)) {
     tell(id, *ended, frame.time);
     learn(id, *ended, frame.time);
   }
+}
+
+std::optional<observer::Transfer> Line::Observer::follow(std::uint16_t index,
+                                                         const can::Frame& frame) {
+  observer::SdoFollower& follower = transfers[index & (kSdoRequest - 1U)];
+  return (index & kSdoRequest) != 0 ? follower.request(frame) : follower.answer(frame);
 }
 
 void Line::Observer::tell(std::uint8_t id, const observer::Transfer& transfer, Instant now) {
@@ -108,6 +115,9 @@ void Line::Observer::learn(std::uint8_t id, const observer::Transfer& transfer, 
   }
   if (transfer.address == od::Address{0x1014, 0} && transfer.size == sizeof number) {
     nodes.listen_emcy(id, {number});
+  }
+  if (transfer.size == sizeof number) {
+    channels.learn(id, transfer.address, number);
   }
   Device* device = find(id);
   if (device != nullptr && device->pdos.learn(transfer.address, transfer.kept())) {

@@ -1,5 +1,5 @@
-// SDO transfers of others on the default channel of one node (600h and 580h + node-ID; CiA 301,
-// 7.2.4.3), put together from the frames on the bus: expedited, in segments and in blocks.
+// SDO transfers of others on one channel (the default one of a node is 600h and 580h + node-ID; CiA
+// 301, 7.2.4.3), put together from the frames on the bus: expedited, in segments and in blocks.
 //
 // Both sides are needed: a transfer is told when the server has answered the last frame of it, or
 // either side has aborted it. What begins before one listens, or of which a frame was not heard, is

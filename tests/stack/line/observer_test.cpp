@@ -388,6 +388,68 @@ TEST_F(OverheardSdoTest, TransfersAndAbortsAreTold) {
   EXPECT_EQ(aborted[0].code, 0x0609'0011U);
 }
 
+TEST_F(OverheardSdoTest, ChannelsThatAMasterConfiguresAreFollowedFromThenOn) {
+  observe(config_with_axis());
+  const auto transfers_on = [&](std::uint32_t request, std::uint32_t response) {
+    events();
+    hear(request, {0x40, 0x18, 0x10, 0x04, 0, 0, 0, 0});
+    hear(response, {0x43, 0x18, 0x10, 0x04, 0x4D, 0, 0, 0});
+    return of(EventKind::sdo_transfer);
+  };
+  EXPECT_TRUE(transfers_on(0x6E5, 0x5E5).empty());
+  write({0x1201, 1}, 0x6E5, 4);
+  EXPECT_TRUE(transfers_on(0x6E5, 0x5E5).empty()) << "one half of it";
+  write({0x1201, 2}, 0x5E5, 4);
+  const std::vector<Event> told = transfers_on(0x6E5, 0x5E5);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].node, 5);
+  EXPECT_EQ(load_le<std::uint16_t>(told[0].data.data()), 0x1018U);
+  EXPECT_EQ(line_->node_state(5).serial, 77U) << "and it tells as much as the default one";
+  EXPECT_EQ(transfers_on(0x605, 0x585).size(), 1U);
+  hear(0x5E5, {1, 2, 3});
+  EXPECT_EQ(of(EventKind::malformed_frame).size(), 1U);
+  write({0x1202, 1}, 0x2000'0000 | 0x1234567, 4);
+  write({0x1202, 2}, 0x6E6, 4);
+  EXPECT_EQ(transfers_on(0x6E5, 0x5E5).size(), 1U) << "there may be several";
+  write({0x1201, 1}, 0x8000'06E5, 4);
+  EXPECT_TRUE(transfers_on(0x6E5, 0x5E5).empty()) << "switched off";
+}
+
+TEST_F(OverheardSdoTest, ChannelsOfTheDeviceFileAreFollowedFromTheBegin) {
+  LineConfig config = config_with_axis();
+  const auto cob_id = [](std::uint8_t sub, std::uint32_t value) {
+    od::VariableDescription out{.sub = sub, .type = od::DataType::unsigned32};
+    out.value.resize(4);
+    store_le(std::span(out.value), std::uint64_t{value});
+    return out;
+  };
+  od::ObjectDescription server{.index = 0x1202};
+  server.variables = {cob_id(1, 0x6E5), cob_id(2, 0x5E5)};
+  auto& objects = config.nodes[0].device.objects;
+  objects.insert(std::ranges::find_if(objects, [](const auto& o) { return o.index > 0x1202; }),
+                 server);
+  observe(config);
+  const auto mapped_over = [&](std::uint32_t request, std::uint32_t response) {
+    hear(request, {0x2B, 0x17, 0x10, 0x00, 0xFA, 0, 0, 0});
+    hear(response, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
+    return of(EventKind::sdo_transfer).size();
+  };
+  EXPECT_EQ(mapped_over(0x6E5, 0x5E5), 1U);
+  config.nodes[0].objects = {{{0x1202, 2}, {std::byte{0xE7}, std::byte{5}, {}, {}}}};
+  observe(config);
+  EXPECT_EQ(mapped_over(0x6E5, 0x5E5), 0U) << "the configuration says otherwise";
+  EXPECT_EQ(mapped_over(0x6E5, 0x5E7), 1U);
+}
+
+TEST_F(OverheardSdoTest, AChannelThatIsTheDefaultOneIsFollowedOnce) {
+  observe(config_with_axis());
+  write({0x1201, 1}, 0x605, 4);
+  write({0x1201, 2}, 0x585, 4);
+  events();
+  write({0x1017, 0}, 250, 2);
+  EXPECT_EQ(of(EventKind::sdo_transfer).size(), 1U);
+}
+
 TEST_F(OverheardSdoTest, WhatIsReadOfTheIdentityIsShown) {
   observe(config_with_axis());
   hear(0x605, {0x40, 0x18, 0x10, 0x04, 0, 0, 0, 0});

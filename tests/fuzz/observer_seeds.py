@@ -1,0 +1,106 @@
+#!/usr/bin/python3
+"""Writes the inputs of the target `observer` that are kept with names: what a master and its devices say.
+
+observer_seeds.py FOLDER
+"""
+
+import pathlib
+import struct
+import sys
+
+FRAME, STRANGE, WRITE, READ, CHANNEL, PASS, SLEEP, SNAPSHOT, EVENTS, BUS, COMMAND, OUTPUTS, STOP = range(13)
+
+
+def frame(identifier, *data):
+    return struct.pack("<BHB", FRAME, identifier, len(data)) + bytes(data)
+
+
+def strange(identifier, flags, *data):
+    return struct.pack("<BIBB", STRANGE, identifier, flags, len(data)) + bytes(data)
+
+
+def access(step, node, index, sub, size, value):
+    return struct.pack("<BBHBBI", step, node, index, sub, size - 1, value)
+
+
+def write(node, index, sub, size, value):
+    return access(WRITE, node, index, sub, size, value)
+
+
+def channel(request, response, said, answered):
+    return struct.pack("<BHH", CHANNEL, request, response) + bytes(said) + bytes(answered)
+
+
+def steps(step, *values):
+    return bytes([step, *values])
+
+
+LOOK = steps(SNAPSHOT, 0, 0) + steps(SNAPSHOT, 1, 1) + steps(EVENTS, 64)
+
+
+def remap(node, number, cob_id, *objects):
+    """TPDO `number` of the node, as CiA 301 wants it written."""
+    record, mapping = 0x1800 + number - 1, 0x1A00 + number - 1
+    out = write(node, record, 1, 4, 0x80000000 | cob_id) + write(node, mapping, 0, 1, 0)
+    for place, value in enumerate(objects, 1):
+        out += write(node, mapping, place, 4, value)
+    return out + write(node, mapping, 0, 1, len(objects)) + write(node, record, 1, 4, cob_id)
+
+
+SEEDS = {
+    "boot": frame(0x705, 0)
+    + write(5, 0x1017, 0, 2, 100)
+    + access(READ, 5, 0x1018, 1, 4, 0x1234)
+    + frame(0x000, 1, 0)
+    + frame(0x705, 5)
+    + frame(0x185, 1, 2, 3, 4, 5, 6)
+    + frame(0x205, 6, 0)
+    + LOOK
+    + steps(PASS, 200),
+    "remap": remap(5, 1, 0x185, 0x60640020, 0x60410010)
+    + frame(0x000, 1, 5)
+    + frame(0x185, 1, 2, 3, 4, 5, 6)
+    + LOOK
+    + remap(6, 1, 0x1C6, 0x60000108)
+    + steps(SLEEP, 20)
+    + steps(PASS, 1)
+    + frame(0x1C6, 7)
+    + LOOK,
+    "conflict": remap(5, 1, 0x186, 0x60410010) + steps(PASS, 250) * 5 + LOOK,
+    "unknown-pdos": frame(0x485, 1, 2, 3) * 3 + steps(PASS, 1) + LOOK + frame(0x485, 1, 2, 3, 4) + LOOK,
+    "further-channel": write(5, 0x1201, 1, 4, 0x6E5)
+    + write(5, 0x1201, 2, 4, 0x5E5)
+    + channel(0x6E5, 0x5E5, [0x40, 0x18, 0x10, 4, 0, 0, 0, 0], [0x43, 0x18, 0x10, 4, 77, 0, 0, 0])
+    + channel(0x6E5, 0x5E5, [0x2B, 1, 0x12, 1, 0, 0, 0, 0x80], [0x60, 1, 0x12, 1, 0, 0, 0, 0])
+    + LOOK,
+    "segments": channel(0x605, 0x585, [0x40, 8, 0x10, 0, 0, 0, 0, 0], [0x41, 8, 0x10, 0, 9, 0, 0, 0])
+    + channel(0x605, 0x585, [0x60] + [0] * 7, [0x00] + [65] * 7)
+    + channel(0x605, 0x585, [0x70] + [0] * 7, [0x1B] + [66] * 7)
+    + LOOK,
+    "block": channel(0x605, 0x585, [0xC2, 0, 0x20, 1, 9, 0, 0, 0], [0xA0, 0, 0x20, 1, 4, 0, 0, 0])
+    + frame(0x605, 1, 1, 2, 3, 4, 5, 6, 7)
+    + channel(0x605, 0x585, [0x82, 8, 9, 0, 0, 0, 0, 0], [0xA2, 2, 4, 0, 0, 0, 0, 0])
+    + channel(0x605, 0x585, [0xD5, 0, 0, 0, 0, 0, 0, 0], [0xA1] + [0] * 7)
+    + LOOK,
+    "emcy-and-guarding": frame(0x085, 0x30, 0x81, 0x11, 0, 0, 0, 0, 0)
+    + write(5, 0x1014, 0, 4, 0x99)
+    + frame(0x099, 0, 0, 0, 0, 0, 0, 0, 0)
+    + strange(0x705, 2)
+    + frame(0x705, 0x85)
+    + LOOK,
+    "sync-time-strange": frame(0x080) + frame(0x100, 1, 2, 3, 4, 5, 6) + strange(0x1ABCDEF0, 1, 1, 2)
+    + strange(0x185, 0x0C, *range(12)) + LOOK,
+    "bus": frame(0x185, 1, 2, 3, 4, 5, 6) + steps(BUS, 2, 4, 0) + LOOK + steps(BUS, 2, 1, 0) + steps(BUS, 4, 0, 9) + LOOK,
+    "asked-to-send": b"".join(steps(COMMAND, kind, 5) for kind in range(12)) + steps(OUTPUTS, 0, 0) + steps(STOP) + LOOK,
+}
+
+
+def main():
+    folder = pathlib.Path(sys.argv[1])
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, content in SEEDS.items():
+        (folder / name).write_bytes(content)
+
+
+if __name__ == "__main__":
+    main()
