@@ -34,6 +34,10 @@ void VirtualDevice::Mirror::came_by_rpdo(od::Address address) {
   written(address);
 }
 
+void VirtualDevice::Conversion::written(od::Address address) {
+  device_.convert({profile::IoBehaviour::converted_by(address.index), address.sub});
+}
+
 VirtualDevice::VirtualDevice(const DeviceConfig& config, node::ErrorScheme scheme,
                              image::ProcessImage& image, EventLog& events)
     : id_(config.id), image_(image) {
@@ -43,6 +47,11 @@ VirtualDevice::VirtualDevice(const DeviceConfig& config, node::ErrorScheme schem
   const std::uint64_t type = node_->dictionary().number({kDeviceType, 0}).value_or(0);
   if ((type & kProfileOf1000h) == profile::kIoProfile) {
     io_.emplace(node_->dictionary());
+    for (const std::uint16_t index : node_->dictionary().indices()) {
+      if (profile::IoBehaviour::converted_by(index) != 0) {
+        (void)node_->dictionary().add_hook(index, conversion_).ok();
+      }
+    }
   }
   mirror(Direction::inputs);
   mirror(Direction::outputs);
@@ -72,8 +81,43 @@ void VirtualDevice::mirror(Direction direction) {
 }
 
 void VirtualDevice::copy_to_image(Direction direction, std::uint32_t entry, od::Address address) {
-  if (const auto value = node_->dictionary().number(address)) {
-    image_.write_entry(direction, entry, *value);
+  auto value = node_->dictionary().number(address);
+  if (!value || (direction == Direction::outputs && from_image_)) {
+    return;
+  }
+  if (io_ && direction == Direction::inputs) {
+    value = io_->terminal_value(address, *value, image_.read_entry(direction, entry));
+  }
+  image_.write_entry(direction, entry, *value);
+}
+
+std::uint64_t VirtualDevice::value_of(std::uint32_t output) const {
+  const image::Entry& entry = image_.layout(Direction::outputs).entries[output];
+  const std::uint64_t value = image_.read_entry(Direction::outputs, output);
+  return io_ ? io_->input_value({entry.index, entry.sub}, value) : value;
+}
+
+void VirtualDevice::take_from_image(std::uint32_t output) {
+  const image::Entry& entry = image_.layout(Direction::outputs).entries[output];
+  from_image_ = true;
+  node_->dictionary().set({entry.index, entry.sub}, value_of(output));
+  from_image_ = false;
+}
+
+// What is in the image, and what the device has, are as before: one of them looks different now.
+void VirtualDevice::convert(od::Address process) {
+  for (const auto direction : {Direction::inputs, Direction::outputs}) {
+    for (const std::uint32_t i : entries_[static_cast<std::size_t>(direction)]) {
+      const image::Entry& entry = image_.layout(direction).entries[i];
+      if (od::Address{entry.index, entry.sub} != process) {
+        continue;
+      }
+      if (direction == Direction::inputs) {
+        copy_to_image(direction, i, process);
+      } else if (image_.is_valid(direction, i)) {
+        take_outputs(std::span(&i, 1), false, now_);
+      }
+    }
   }
 }
 
@@ -105,11 +149,11 @@ void VirtualDevice::take_outputs(std::span<const std::uint32_t> entries, bool al
   for (const std::uint32_t i : entries) {
     const image::Entry& entry = image_.layout(Direction::outputs).entries[i];
     const od::Address address{entry.index, entry.sub};
-    const std::uint64_t value = image_.read_entry(Direction::outputs, i);
+    const std::uint64_t value = value_of(i);
     const auto before = node_->dictionary().number(address);
     const bool same = before == value;
     if (!same) {
-      node_->dictionary().set(address, value);
+      take_from_image(i);
     }
     if (always || (!same && (!io_ || io_->tells(address, before.value_or(0), value)))) {
       changed_.push_back(address);
@@ -201,8 +245,7 @@ void VirtualDevice::reset(bool whole_node, Instant now) {
   }
   for (const std::uint32_t i : entries_[static_cast<std::size_t>(Direction::outputs)]) {
     if (image_.is_valid(Direction::outputs, i)) {
-      const image::Entry& entry = image_.layout(Direction::outputs).entries[i];
-      node_->dictionary().set({entry.index, entry.sub}, image_.read_entry(Direction::outputs, i));
+      take_from_image(i);
     }
   }
   for (const std::uint32_t i : entries_[static_cast<std::size_t>(Direction::inputs)]) {

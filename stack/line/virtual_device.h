@@ -68,10 +68,22 @@ class VirtualDevice final : node::Application {
     image::Direction direction_;
     std::vector<std::uint32_t> entries_;  // by sub-index
   };
+  // What stands between the values of an object and those of the image (CiA 401) has changed.
+  class Conversion final : public od::Hook {
+   public:
+    explicit Conversion(VirtualDevice& device) : device_(device) {}
+    void written(od::Address address) override;
+
+   private:
+    VirtualDevice& device_;
+  };
   // Local PDO numbers of the image, by the device's own: 0 = not in the image.
   using Numbers = std::array<std::uint16_t, pdo::kMaxPdo + 1>;
 
   void mirror(image::Direction direction);
+  void convert(od::Address process);
+  void take_from_image(std::uint32_t output);
+  std::uint64_t value_of(std::uint32_t output) const;
   void copy_to_image(image::Direction direction, std::uint32_t entry, od::Address address);
   void touch(image::Direction direction, std::uint16_t pdo, Instant now);
 
@@ -87,9 +99,11 @@ class VirtualDevice final : node::Application {
   const std::uint8_t id_;
   image::ProcessImage& image_;
   std::vector<std::unique_ptr<Mirror>> mirrors_;
+  Conversion conversion_{*this};
   std::array<Numbers, 2> numbers_{};                   // by image::Direction
   std::array<std::vector<std::uint32_t>, 2> entries_;  // of this device, by image::Direction
   std::vector<od::Address> changed_;                   // by take_outputs()
+  bool from_image_ = false;  // the value that is set comes from there, and need not go back
   std::unique_ptr<node::Node> node_;
   std::optional<profile::IoBehaviour> io_;  // of a device of CiA 401
   nmt::State last_state_ = nmt::State::initialising;

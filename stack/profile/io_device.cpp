@@ -73,11 +73,14 @@ void make_mappable(ObjectDescription& object) {
 
 class IoDevice {
  public:
-  IoDevice(const IoBlocks& blocks, std::string name, std::uint8_t node_id)
-      : blocks_(blocks), name_(std::move(name)), node_id_(node_id) {}
+  IoDevice(const IoBlocks& blocks, std::string name, std::uint8_t node_id, bool stores)
+      : blocks_(blocks), name_(std::move(name)), node_id_(node_id), stores_(stores) {}
 
   od::DeviceDescription make() {
     add_communication();
+    if (stores_) {
+      add_storage();
+    }
     add_pdos(false);
     add_pdos(true);
     add_digital();
@@ -134,6 +137,16 @@ class IoDevice {
     add(std::move(identity));
     add(io_array(0x1029, "Error behaviour", "Communication error", DataType::unsigned8, Access::rw,
                  1));
+  }
+
+  // By group, as stack/storage has them: all, communication, application, manufacturer.
+  void add_storage() {
+    constexpr unsigned kGroups = 4;
+    add(io_array(0x1010, "Store parameters", "Group", DataType::unsigned32, Access::rw, kGroups));
+    add(io_array(0x1011, "Restore default parameters", "Group", DataType::unsigned32, Access::rw,
+                 kGroups));
+    add(io_array(0x1020, "Verify configuration", "Configuration date and time",
+                 DataType::unsigned32, Access::rw, 2));
   }
 
   // What the profile maps into a PDO, as raw mapping entries.
@@ -202,6 +215,7 @@ class IoDevice {
           io_array(0x6000, "Read input 8-bit", "Inputs", kByte, Access::ro, n);
       make_mappable(inputs);
       add(std::move(inputs));
+      add(io_array(0x6002, "Polarity input 8-bit", "Polarity", kByte, Access::rw, n));
       add(io_single(0x6005, "Global interrupt enable digital", DataType::boolean, Access::rw, 1));
       add(io_array(0x6006, "Interrupt mask any change 8-bit", "Any change", kByte, Access::rw, n,
                    0xFF));
@@ -215,9 +229,11 @@ class IoDevice {
           io_array(0x6200, "Write output 8-bit", "Outputs", kByte, Access::rww, n);
       make_mappable(outputs);
       add(std::move(outputs));
+      add(io_array(0x6202, "Change polarity output 8-bit", "Polarity", kByte, Access::rw, n));
       add(io_array(0x6206, "Error mode output 8-bit", "Error mode", kByte, Access::rw, n,
                    kErrorModes));
       add(io_array(0x6207, "Error value output 8-bit", "Error value", kByte, Access::rw, n));
+      add(io_array(0x6208, "Filter mask output 8-bit", "Filter mask", kByte, Access::rw, n, 0xFF));
     }
   }
 
@@ -227,10 +243,22 @@ class IoDevice {
                                           DataType::integer16, Access::ro, n);
       make_mappable(inputs);
       add(std::move(inputs));
+      add(io_array(0x6421, "Analogue input interrupt trigger selection", "Trigger",
+                   DataType::unsigned8, Access::rw, n, 4));
       add(io_single(0x6423, "Analogue input global interrupt enable", DataType::boolean,
                     Access::rw));
-      add(io_array(0x6426, "Analogue input interrupt delta unsigned", "Delta", DataType::unsigned32,
-                   Access::rw, n));
+      const auto channels = [&](std::uint16_t index, const std::string& name,
+                                const std::string& element, DataType type,
+                                std::uint64_t value = 0) {
+        add(io_array(index, "Analogue input " + name, element, type, Access::rw, n, value));
+      };
+      channels(0x6424, "interrupt upper limit integer", "Upper limit", DataType::integer32);
+      channels(0x6425, "interrupt lower limit integer", "Lower limit", DataType::integer32);
+      channels(0x6426, "interrupt delta unsigned", "Delta", DataType::unsigned32);
+      channels(0x6427, "interrupt negative delta unsigned", "Negative delta", DataType::unsigned32);
+      channels(0x6428, "interrupt positive delta unsigned", "Positive delta", DataType::unsigned32);
+      channels(0x6431, "offset integer", "Offset", DataType::integer32);
+      channels(0x6432, "scaling integer", "Scaling", DataType::integer32, 1);
     }
     if (const unsigned n = blocks_.analogue_outputs; n != 0) {
       ObjectDescription outputs = io_array(0x6411, "Write analogue output 16-bit",
@@ -241,20 +269,25 @@ class IoDevice {
                    Access::rw, n, 1));
       add(io_array(0x6444, "Analogue output error value integer", "Error value",
                    DataType::integer32, Access::rw, n));
+      add(io_array(0x6446, "Analogue output offset integer", "Offset", DataType::integer32,
+                   Access::rw, n));
+      add(io_array(0x6447, "Analogue output scaling integer", "Scaling", DataType::integer32,
+                   Access::rw, n, 1));
     }
   }
 
   const IoBlocks blocks_;
   const std::string name_;
   const std::uint8_t node_id_;
+  const bool stores_;
   od::DeviceDescription device_;
 };
 
 }  // namespace
 
 od::DeviceDescription make_io_device(const IoBlocks& blocks, const std::string& name,
-                                     std::uint8_t node_id) {
-  return IoDevice(blocks, name, node_id).make();
+                                     std::uint8_t node_id, bool stores) {
+  return IoDevice(blocks, name, node_id, stores).make();
 }
 
 }  // namespace linegate::profile

@@ -23,8 +23,8 @@ inline constexpr std::uint16_t kIoProfile = 401;
 // With the default PDO mapping of CiA 401: TPDO 1 has the first 8 digital inputs, TPDO 2 to 4 have
 // analogue inputs 1 to 4, 5 to 8 and 9 to 12; RPDO 1 to 4 the outputs likewise. PDOs without
 // anything to map are invalid (bit 31 of the COB-ID). All are event-driven; the master may map them
-// anew. name: 1008h. node_id: 1..127.
+// anew. name: 1008h. node_id: 1..127. stores: with 1010h, 1011h and 1020h.
 od::DeviceDescription make_io_device(const IoBlocks& blocks, const std::string& name,
-                                     std::uint8_t node_id);
+                                     std::uint8_t node_id, bool stores = false);
 
 }  // namespace linegate::profile

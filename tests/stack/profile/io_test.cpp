@@ -135,6 +135,68 @@ TEST_F(IoBehaviourTest, AnalogueInputsAreToldOnceTheMasterWantsThem) {
   EXPECT_TRUE(analogue(32767));
 }
 
+TEST_F(IoBehaviourTest, AnalogueInputsAreToldBeyondLimitsAndByDirection) {
+  set(0x6423, 0, 1);
+  set(0x6424, 1, 1000);
+  set(0x6425, 1, static_cast<std::uint32_t>(-1000));
+  EXPECT_TRUE(analogue(1)) << "limits do not count unless they are selected";
+  set(0x6421, 1, 0x03);
+  EXPECT_FALSE(analogue(1000));
+  EXPECT_TRUE(analogue(1001));
+  EXPECT_TRUE(analogue(1001)) << "no difference is selected";
+  EXPECT_FALSE(analogue(0));
+  EXPECT_FALSE(analogue(-1000));
+  EXPECT_TRUE(analogue(-1001));
+  set(0x6421, 1, 0x01);
+  EXPECT_FALSE(analogue(-1002));
+  set(0x6421, 1, 0x18);
+  set(0x6427, 1, 10);
+  set(0x6428, 1, 20);
+  EXPECT_FALSE(analogue(-1011));
+  EXPECT_TRUE(analogue(-1012)) << "less by 11 than -1001";
+  EXPECT_FALSE(analogue(-992));
+  EXPECT_TRUE(analogue(-991));
+  set(0x6421, 1, 0x05);
+  EXPECT_FALSE(analogue(500)) << "both are needed";
+  EXPECT_TRUE(analogue(1500));
+  EXPECT_FALSE(analogue(1500));
+}
+
+TEST_F(IoBehaviourTest, PolarityAndScalingStandBetweenValuesAndTerminals) {
+  const auto u16 = [](int value) { return static_cast<std::uint16_t>(value); };
+  EXPECT_EQ(io_.input_value({0x6000, 1}, 0x0F), 0x0FU);
+  set(0x6002, 1, 0x81);
+  EXPECT_EQ(io_.input_value({0x6000, 1}, 0x0F), 0x8EU);
+  EXPECT_EQ(io_.input_value({0x6000, 2}, 0x0F), 0x0FU);
+  set(0x6202, 2, 0xF0);
+  EXPECT_EQ(io_.terminal_value({0x6200, 2}, 0x3C, 0), 0xCCU);
+  set(0x6208, 2, 0x0F);
+  EXPECT_EQ(io_.terminal_value({0x6200, 2}, 0x3C, 0x55), 0x5CU) << "the others stay";
+  set(0x6432, 1, 10);
+  set(0x6431, 1, static_cast<std::uint32_t>(-5));
+  EXPECT_EQ(io_.input_value({0x6401, 1}, 7), 65U);
+  EXPECT_EQ(io_.input_value({0x6401, 1}, u16(-7)), u16(-75));
+  EXPECT_EQ(io_.input_value({0x6401, 1}, 10'000), 32'767U) << "no more bits";
+  set(0x6447, 1, 0xFFFF'FFFF);
+  set(0x6446, 1, 3);
+  EXPECT_EQ(io_.terminal_value({0x6411, 1}, 7, 0), u16(-4));
+  EXPECT_EQ(io_.terminal_value({0x6411, 1}, u16(-32'768), 0), 32'767U);
+  EXPECT_EQ(io_.input_value({0x2000, 1}, 7), 7U);
+  EXPECT_EQ(IoBehaviour::converted_by(0x6002), 0x6000);
+  EXPECT_EQ(IoBehaviour::converted_by(0x6208), 0x6200);
+  EXPECT_EQ(IoBehaviour::converted_by(0x6431), 0x6401);
+  EXPECT_EQ(IoBehaviour::converted_by(0x6447), 0x6411);
+  EXPECT_EQ(IoBehaviour::converted_by(0x6000), 0);
+}
+
+TEST(IoDevice, StoresParametersOnRequest) {
+  EXPECT_EQ(make_io_device({.digital_inputs = 1}, "io", 5).find(0x1010), nullptr);
+  const auto device = make_io_device({.digital_inputs = 1}, "io", 5, true);
+  EXPECT_NE(device.find(0x1010), nullptr);
+  EXPECT_NE(device.find(0x1011), nullptr);
+  EXPECT_NE(device.find(0x1020), nullptr);
+}
+
 TEST_F(IoBehaviourTest, OutputsTakeTheirErrorValues) {
   set(0x6200, 1, 0xFF);
   set(0x6200, 2, 0xFF);
