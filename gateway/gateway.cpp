@@ -11,6 +11,8 @@
 namespace linegate::gateway {
 namespace {
 
+constexpr std::uint16_t kStoreObject = 0x1010;
+
 void append(std::vector<Diagnostic>& to, std::vector<Diagnostic> from) {
   to.insert(to.end(), from.begin(), from.end());
 }
@@ -226,16 +228,30 @@ Executor& Gateway::executor_for(const config::Plant& plant, const config::LinePl
   return *executors_.back().executor;
 }
 
-KeptFile* Gateway::storage_for(const LineHost& host, std::vector<Diagnostic>& diagnostics) {
+std::vector<NodeStorage> Gateway::storage_for(const LineHost& host,
+                                              std::vector<Diagnostic>& diagnostics) {
   const std::string& folder = host.plan.storage;
+  const line::LineConfig& config = host.plan.config;
+  std::vector<NodeStorage> out;
   if (folder.empty()) {
-    return nullptr;
+    return out;
   }
   if (const auto problem = make_parameter_folder(folder)) {
     diagnostics.push_back(*problem);
   }
-  return &keeper_.add(parameter_path(folder, host.name(), host.plan.config.node_id),
-                      host.executor->wakeup());
+  const auto add = [&](std::uint8_t device, std::uint8_t id) {
+    out.push_back(
+        {device, &keeper_.add(parameter_path(folder, host.name(), id), host.executor->wakeup())});
+  };
+  if (config.devices.empty()) {
+    add(0, config.node_id);
+  }
+  for (const line::DeviceConfig& device : config.devices) {
+    if (device.device.find(kStoreObject) != nullptr) {
+      add(device.id, device.id);
+    }
+  }
+  return out;
 }
 
 void Gateway::run_devices(LineHost& host, std::vector<Diagnostic>& diagnostics) {
@@ -377,8 +393,8 @@ void Gateway::stop_lines(const std::vector<std::string>& names) {
 void Gateway::forget_lines(const std::vector<std::string>& names) {
   for (const std::string& name : names) {
     const LineHost& gone = host(name);
-    if (gone.storage != nullptr) {
-      keeper_.remove(*gone.storage);
+    for (const NodeStorage& storage : gone.storage) {
+      keeper_.remove(*storage.file);
     }
     if (gone.recording != nullptr) {
       recorder_.remove(*gone.recording);

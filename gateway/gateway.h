@@ -84,7 +84,7 @@ class Gateway {
   void leave_routes(const std::vector<std::string>& names);
   Executor& executor_for(const config::Plant& plant, const config::LinePlan& line);
   // Where the line's own node stores; nullptr if nowhere.
-  KeptFile* storage_for(const LineHost& host, std::vector<Diagnostic>& diagnostics);
+  std::vector<NodeStorage> storage_for(const LineHost& host, std::vector<Diagnostic>& diagnostics);
   void run_devices(LineHost& host, std::vector<Diagnostic>& diagnostics);
   // Stops those lines in good order. What they said last is there to be published.
   void stop_lines(const std::vector<std::string>& names);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "gateway/config/plant.h"
 #include "gateway/executor.h"
@@ -27,7 +28,7 @@ struct LineHost {
   // Of the gateway, to stop the line: its runner, that of its simulated devices, its files.
   LineRunner* runner = nullptr;
   Runner* devices = nullptr;
-  KeptFile* storage = nullptr;
+  std::vector<NodeStorage> storage;
   Recording* recording = nullptr;
   std::optional<line::LineState> last_shown;  // of `shown`, by the thread that fetches
 

@@ -55,15 +55,17 @@ void Publication::taken(const line::Line& line, Instant now) {
 
 LineRunner::LineRunner(std::unique_ptr<line::Line> line,
                        std::unique_ptr<can_bridge::Channel> channel, const config::LinePlan& plan,
-                       LinePort& port, exchange::Wakeup& consumer, KeptFile* storage)
+                       LinePort& port, exchange::Wakeup& consumer, std::vector<NodeStorage> storage)
     : line_(std::move(line)),
       pump_(std::move(channel)),
       port_(port),
       consumer_(consumer),
-      storage_(storage),
+      storage_(std::move(storage)),
       publications_{Publication(plan.publish, plan.pdo_min_period),
                     Publication(plan.publish, kLong)} {
-  line_->set_medium(storage_);
+  for (const NodeStorage& storage_of : storage_) {
+    line_->set_medium(storage_of.file, storage_of.device);
+  }
 }
 
 void LineRunner::bind(std::vector<BoundSource> sources, std::vector<BoundTarget> targets) {
@@ -86,7 +88,7 @@ void LineRunner::service(Instant now) {
   if (pump_.drained() > 0) {
     look_at_sources(now);  // first of all: another line's bus waits for it
   }
-  take_storage_result();
+  take_storage_results();
   take_requests(known);  // after what was on the bus before: time does not go back for the line
   take_messages(known);
   if (started_) {
@@ -154,12 +156,11 @@ void LineRunner::bus_event(const can::BusEvent& event, Instant now) {
   }
 }
 
-void LineRunner::take_storage_result() {
-  if (storage_ == nullptr) {
-    return;
-  }
-  if (const auto good = storage_->take_result()) {
-    line_->medium_done(*good);
+void LineRunner::take_storage_results() {
+  for (const NodeStorage& storage : storage_) {
+    if (const auto good = storage.file->take_result()) {
+      line_->medium_done(*good, storage.device);
+    }
   }
 }
 

@@ -42,10 +42,10 @@ class Publication {
 class LineRunner final : public Runner {
  public:
   // The port's consumer is woken through `consumer`. Both must outlive the runner, and so must the
-  // file that keeps what the own node stores, if there is one.
+  // files that keep what its nodes store.
   LineRunner(std::unique_ptr<line::Line> line, std::unique_ptr<can_bridge::Channel> channel,
              const config::LinePlan& plan, LinePort& port, exchange::Wakeup& consumer,
-             KeptFile* storage = nullptr);
+             std::vector<NodeStorage> storage = {});
 
   // Before it runs. Inputs of the line that others follow, and outputs that follow others.
   void bind(std::vector<BoundSource> sources, std::vector<BoundTarget> targets);
@@ -72,7 +72,7 @@ class LineRunner final : public Runner {
 
  private:
   void bus_event(const can::BusEvent& event, Instant now);
-  void take_storage_result();
+  void take_storage_results();
   void take_requests(Instant now);
   void take_messages(Instant now);
   void look_at_sources(Instant now);
@@ -96,7 +96,7 @@ class LineRunner final : public Runner {
   FramePump pump_;
   LinePort& port_;
   exchange::Wakeup& consumer_;
-  KeptFile* storage_;
+  const std::vector<NodeStorage> storage_;
   WallClock clock_;
 
   std::vector<BoundSource> bound_sources_;

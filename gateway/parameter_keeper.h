@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -41,6 +42,12 @@ class KeptFile final : public storage::Medium {
   exchange::Ring<std::vector<std::byte>> images_{2};
   exchange::Ring<char> results_{2};  // 1 = kept
   bool busy_ = false;                // the line's view
+};
+
+// The file of one node of a line; see line::Line::set_medium().
+struct NodeStorage {
+  std::uint8_t device = 0;  // node-ID of a device of the role device; 0 = the line's own node
+  KeptFile* file = nullptr;
 };
 
 class ParameterKeeper {

@@ -5,6 +5,7 @@
 #include "gateway/config/sections.h"
 #include "gateway/config/value.h"
 #include "stack/profile/io_device.h"
+#include "stack/storage/parameters.h"
 
 namespace linegate::config {
 namespace {
@@ -45,7 +46,7 @@ void read_presets(Section& section, od::DeviceDescription& device) {
 }
 
 // `profile: 401` with the numbers of blocks: a device without a file. False if there is no profile.
-bool read_io_profile(Section& section, line::NodeConfig& config) {
+bool read_io_profile(Section& section, bool stores, line::NodeConfig& config) {
   const YAML::Node node = section.find("profile");
   const std::size_t before = section.findings().errors();
   profile::IoBlocks blocks;
@@ -79,14 +80,14 @@ bool read_io_profile(Section& section, line::NodeConfig& config) {
                    "digital_outputs, analogue_inputs, analogue_outputs");
   }
   if (config.id != 0) {
-    config.device = profile::make_io_device(blocks, config.name, config.id);
+    config.device = profile::make_io_device(blocks, config.name, config.id, stores);
     config.device.file = "profile 401";
   }
   return true;
 }
 
 // With everything the device begins with in its description.
-line::DeviceConfig read_one(Findings& findings, const YAML::Node& node,
+line::DeviceConfig read_one(Findings& findings, const YAML::Node& node, bool stores,
                             std::vector<BindingSection>& bindings) {
   line::NodeConfig config;
   Section section(findings, node, "a device");
@@ -103,7 +104,7 @@ line::DeviceConfig read_one(Findings& findings, const YAML::Node& node,
   const YAML::Node pdos = section.find("pdos");
   section.find("serial");
   section.find("heartbeat");
-  const bool made = read_io_profile(section, config);
+  const bool made = read_io_profile(section, stores, config);
   if (made ? config.id != 0 : read_device_file(section, config, "a device")) {
     read_presets(section, config.device);
     read_pdos(findings, pdos, config);
@@ -133,7 +134,7 @@ void check_clash(Findings& findings, const line::LineConfig& config,
 // Of a line that manages others, or has a node of its own.
 void tell_what_devices_do_not_have(Section& section) {
   for (const char* key : {"node_id", "heartbeat", "sync", "time", "sdo_timeout", "reset_nodes",
-                          "start_nodes", "identity", "storage", "nodes", "node_list", "simulate"}) {
+                          "start_nodes", "identity", "nodes", "node_list", "simulate"}) {
     const YAML::Node node = section.find(key);
     if (node.IsDefined()) {
       section.findings().error(place_of(node), std::string(key) +
@@ -150,7 +151,11 @@ void read_devices(Section& section, LineSection& line) {
   Findings& findings = section.findings();
   const YAML::Node list = section.find("devices");
   for (const YAML::Node& element : elements(findings, list, "devices")) {
-    line::DeviceConfig device = read_one(findings, element, line.bindings);
+    line::DeviceConfig device =
+        read_one(findings, element, config.stores_parameters, line.bindings);
+    if (config.stores_parameters) {
+      storage::mark_parameters(device.device);
+    }
     check_clash(findings, config, device, place_of(element));
     config.devices.push_back(std::move(device));
   }

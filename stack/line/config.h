@@ -79,8 +79,9 @@ struct LineConfig {
   std::uint8_t node_id = 127;  // own
   std::uint32_t bit_rate = 0;  // bit/s, for the bus load; 0 = unknown
   Identity identity;
-  bool stores_parameters =
-      false;  // the own node has 1010h, 1011h and 1020h, see Line::set_medium()
+  // The own node has 1010h, 1011h and 1020h; of devices of the role device those that have 1010h
+  // store by it. See Line::set_medium().
+  bool stores_parameters = false;
   // Of EMCYs that the own node sends by itself.
   node::ErrorScheme error_scheme = node::ErrorScheme::number;
   Duration heartbeat{};    // own producer time, 0 = off

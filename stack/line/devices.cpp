@@ -68,6 +68,18 @@ void Line::Devices::count_syncs() {
   }
 }
 
+void Line::Devices::set_medium(storage::Medium* medium, std::uint8_t device) {
+  if (VirtualDevice* found = find(device)) {
+    found->node().set_medium(medium);
+  }
+}
+
+void Line::Devices::medium_done(bool good, std::uint8_t device) {
+  if (VirtualDevice* found = find(device)) {
+    found->node().medium_done(good);
+  }
+}
+
 void Line::Devices::bus_event(const can::BusEvent& event) {
   if (!note(event)) {
     return;

@@ -25,6 +25,8 @@ struct Line::Devices final : Line::Base {
   void start(Instant now) override;
   void receive(std::span<const can::Frame> frames) override;
   void bus_event(const can::BusEvent& event) override;
+  void set_medium(storage::Medium* medium, std::uint8_t device) override;
+  void medium_done(bool good, std::uint8_t device) override;
   void advance(Instant now) override;
   void stop(Instant now) override;
   Instant next_wake() const override;

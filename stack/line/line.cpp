@@ -352,10 +352,10 @@ void Line::Impl::set_utc(Duration offset) {
 std::optional<Duration> Line::Impl::network_utc(Instant now) const {
   return const_cast<node::Node&>(node).clock().network_utc(now);
 }
-void Line::Impl::set_medium(storage::Medium* medium) {
+void Line::Impl::set_medium(storage::Medium* medium, std::uint8_t /*device*/) {
   node.set_medium(medium);
 }
-void Line::Impl::medium_done(bool good) {
+void Line::Impl::medium_done(bool good, std::uint8_t /*device*/) {
   node.medium_done(good);
 }
 node::Indicators Line::Impl::indicators() const {
@@ -462,11 +462,11 @@ void Line::bus_event(const can::BusEvent& event) {
 void Line::report(const Event& event) {
   impl_->events.emit(event);
 }
-void Line::set_medium(storage::Medium* medium) {
-  impl_->set_medium(medium);
+void Line::set_medium(storage::Medium* medium, std::uint8_t device) {
+  impl_->set_medium(medium, device);
 }
-void Line::medium_done(bool good) {
-  impl_->medium_done(good);
+void Line::medium_done(bool good, std::uint8_t device) {
+  impl_->medium_done(good, device);
 }
 void Line::advance(Instant now) {
   impl_->advance(now);

@@ -49,8 +49,9 @@ class Line {
   std::uint64_t layout_revision() const;
 
   // Where the own node stores its parameters (1010h), before start(); must outlive the line. What
-  // is stored takes the place of what the configuration says.
-  void set_medium(storage::Medium* medium);
+  // is stored takes the place of what the configuration says. device: node-ID of the one of
+  // LineConfig::devices that it is for; 0 = the own node.
+  void set_medium(storage::Medium* medium, std::uint8_t device = 0);
 
   // --- input ----------------------------------------------------------------------------------
 
@@ -71,7 +72,7 @@ class Line {
   // number here, in the one sequence of the line. event.number is ignored.
   void report(const Event& event);
   // A slow medium ended what it was given: call advance() soon.
-  void medium_done(bool good);
+  void medium_done(bool good, std::uint8_t device = 0);
   // Runs what is due. Call it after the socket has been drained, so that a late thread reports no
   // loss that did not happen.
   void advance(Instant now);

@@ -37,9 +37,9 @@ std::uint64_t Line::Base::layout_revision() const {
 }
 void Line::Base::set_utc(Duration /*offset*/) {
 }
-void Line::Base::set_medium(storage::Medium* /*medium*/) {
+void Line::Base::set_medium(storage::Medium* /*medium*/, std::uint8_t /*device*/) {
 }
-void Line::Base::medium_done(bool /*good*/) {
+void Line::Base::medium_done(bool /*good*/, std::uint8_t /*device*/) {
 }
 node::Indicators Line::Base::indicators() const {
   return {};

@@ -46,8 +46,8 @@ struct Line::Base {
   virtual bool request_pdo(std::uint16_t rpdo);
   virtual std::uint64_t layout_revision() const;  // fixed but for an observer
   virtual void set_utc(Duration offset);
-  virtual void set_medium(storage::Medium* medium);
-  virtual void medium_done(bool good);
+  virtual void set_medium(storage::Medium* medium, std::uint8_t device);
+  virtual void medium_done(bool good, std::uint8_t device);
   virtual node::Indicators indicators() const;
   virtual void deliver(const routing::Message& message, Instant now);
   virtual void routes(std::vector<routing::Route>& out) const;

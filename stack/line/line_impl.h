@@ -49,8 +49,8 @@ struct Line::Impl final : Line::Base,
   Input input(std::uint32_t entry) const override;
   void set_utc(Duration offset) override;
   std::optional<Duration> network_utc(Instant now) const override;
-  void set_medium(storage::Medium* medium) override;
-  void medium_done(bool good) override;
+  void set_medium(storage::Medium* medium, std::uint8_t device) override;
+  void medium_done(bool good, std::uint8_t device) override;
   LineState state() const override;
   node::Indicators indicators() const override;
   std::uint64_t node_revision(std::uint8_t id) const override;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -498,6 +499,42 @@ TEST_F(GatewayTest, DevicesOfALineAreThoseOfAManager) {
   EXPECT_TRUE(client_->write_outputs(at("plc"), outputs));
   EXPECT_TRUE(until([&] { return first_byte("below/inputs") == 0xA5; }));
   EXPECT_EQ(seen_.gaps, 0);
+}
+
+TEST_F(GatewayTest, DevicesOfALineStoreTheirParameters) {
+  const std::string folder =
+      testing::TempDir() + "linegate-stored-" + std::to_string(test::own_domain());
+  std::filesystem::remove_all(folder);
+  const auto plant = [&](const std::string& more) {
+    return make_plant(plant_text() + R"(  - {name: plc, interface: "virtual:plc", access: all}
+  - name: below
+    interface: virtual:plc
+    role: device
+    access: all
+    storage: )" + folder +
+                      R"(
+    devices: [{id: 9, name: io, profile: 401, digital_inputs: 1}]
+)" + more);
+  };
+  ASSERT_TRUE(gateway_->reload(plant("")).done);
+  ASSERT_TRUE(until([&] { return seen_.happened("below", EventKind::line_started); }));
+  const auto write = [&](std::uint16_t index, std::uint8_t sub, std::vector<std::byte> data) {
+    return call(at("plc"), {.kind = line::CommandKind::sdo_write,
+                            .node = 9,
+                            .index = index,
+                            .sub = sub,
+                            .data = std::move(data)})
+        .reply.ok();
+  };
+  EXPECT_TRUE(until([&] { return write(0x6002, 1, {std::byte{0x81}}); }));
+  EXPECT_TRUE(write(0x1010, 1, {std::byte{'s'}, std::byte{'a'}, std::byte{'v'}, std::byte{'e'}}));
+  EXPECT_TRUE(std::filesystem::exists(folder + "/below-9.parameters"));
+  ASSERT_TRUE(gateway_->reload(plant("    publish: {period: 50ms}\n")).done);
+  EXPECT_TRUE(until([&] {
+    const auto result = call(at("below"), sdo_read(9, 0x6002, 1));
+    return result.reply.ok() && result.reply.data == std::vector{std::byte{0x81}};
+  }));
+  std::filesystem::remove_all(folder);
 }
 
 TEST_F(GatewayTest, AReloadThatIsRefusedChangesNothing) {

@@ -142,6 +142,31 @@ lines:
                           "401"));
 }
 
+TEST(Devices, StoreInTheFolderOfTheLine) {
+  const auto with = [](const std::string& storage) {
+    return read_devices(R"(schema: 1
+lines:
+  - name: below
+    interface: virtual:plc
+    role: device
+)" + storage + R"(    devices:
+      - {id: 9, name: io, profile: 401, digital_inputs: 2}
+)");
+  };
+  const auto stores = with("    storage: var/parameters\n");
+  ASSERT_THAT(device_messages(stores), IsEmpty());
+  const config::LinePlan& line = stores.value->lines.at(0);
+  EXPECT_THAT(line.storage, testing::EndsWith("var/parameters"));
+  EXPECT_TRUE(line.config.stores_parameters);
+  const od::DeviceDescription& device = line.config.devices.at(0).device;
+  EXPECT_NE(device.find(0x1010), nullptr);
+  EXPECT_TRUE(device.find({0x1017, 0})->store);
+  EXPECT_FALSE(device.find({0x6000, 1})->store);
+  const auto forgets = with("");
+  ASSERT_THAT(device_messages(forgets), IsEmpty());
+  EXPECT_EQ(forgets.value->lines.at(0).config.devices.at(0).device.find(0x1010), nullptr);
+}
+
 std::string bound_plant(const std::string& bindings) {
   return R"(schema: 1
 lines:

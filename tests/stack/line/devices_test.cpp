@@ -1,5 +1,8 @@
 // A line in the role device: its devices below a master, which the test plays.
 #include <algorithm>
+#include <cstdint>
+#include <initializer_list>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -7,8 +10,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "stack/base/byte_order.h"
 #include "stack/eds/reader.h"
 #include "stack/line/line.h"
+#include "stack/profile/io_device.h"
+#include "stack/storage/medium.h"
+#include "stack/storage/parameters.h"
 
 #include "tests/stack/line/device_file.h"
 #include "tests/stack/line/line_fixture.h"
@@ -358,6 +365,92 @@ TEST(DevicesMake, ObjectsThatNoPdoMapsAreInTheImageToo) {
   EXPECT_EQ(outputs.entries[2].remote_pdo, 0);
   EXPECT_EQ(outputs.entries[2].local_pdo, 2);
   EXPECT_EQ((*made.value)->layout(Direction::inputs).entries.size(), 2U);
+}
+
+class IoDevicesTest : public DevicesTest {
+ protected:
+  static LineConfig io_config() {
+    LineConfig config = devices_config({});
+    config.stores_parameters = true;
+    config.devices.push_back({.id = 5,
+                              .name = "io",
+                              .device = profile::make_io_device(
+                                  {.digital_inputs = 1, .digital_outputs = 1}, "io", 5, true)});
+    storage::mark_parameters(config.devices[0].device);
+    return config;
+  }
+  void power_on(storage::Medium* medium) {
+    make(io_config());
+    line_->set_medium(medium, 5);
+    line_->start(now_);
+    hear(0x000, {0x01, 0x00});
+    sent();
+    events();
+  }
+  // What the device answers to an expedited transfer of the master.
+  std::string ask(std::initializer_list<std::uint8_t> request) {
+    hear(0x605, request);
+    pass(Duration{});
+    const auto frames = sent();
+    const auto answer = std::ranges::find_if(
+        frames, [](const std::string& frame) { return frame.starts_with("585#"); });
+    return answer == frames.end() ? "" : *answer;
+  }
+  std::uint64_t number(std::uint16_t index, std::uint8_t sub) {
+    const Reply reply =
+        command({.kind = CommandKind::local_read, .node = 5, .index = index, .sub = sub});
+    EXPECT_TRUE(reply.ok());
+    return load_le(std::span<const std::byte>(reply.data));
+  }
+};
+
+TEST_F(IoDevicesTest, PolarityStandsBetweenTheImageAndTheBus) {
+  power_on(nullptr);
+  const std::string in = "io.Read input 8-bit.Inputs 1";
+  const std::string out = "io.Write output 8-bit.Outputs 1";
+  write(in, 0x0F, 1);
+  pass(Duration{});
+  EXPECT_THAT(sent(), Contains("185#0F"));
+  EXPECT_EQ(ask({0x2F, 0x02, 0x60, 0x01, 0x81, 0, 0, 0}), "585#6002600100000000");
+  EXPECT_EQ(number(0x6000, 1), 0x8EU) << "what is there looks different at once";
+  write(in, 0x0E, 1);
+  pass(Duration{});
+  EXPECT_THAT(sent(), Contains("185#8F"));
+  const image::Snapshot outputs = snapshot(Direction::outputs);
+  EXPECT_EQ(std::to_integer<int>(outputs.bytes[0]), 0x0E) << "what the application wrote";
+  hear(0x205, {0x3C});
+  EXPECT_EQ(input(out), 0x3CU);
+  ask({0x2F, 0x02, 0x62, 0x01, 0xF0, 0, 0, 0});
+  EXPECT_EQ(input(out), 0xCCU);
+  hear(0x205, {0x3F});
+  EXPECT_EQ(input(out), 0xCFU);
+  EXPECT_EQ(number(0x6200, 1), 0x3FU);
+}
+
+TEST_F(IoDevicesTest, StoreTheirParametersWhereTheLineKeepsThem) {
+  storage::MemoryMedium medium;
+  power_on(&medium);
+  ask({0x2B, 0x17, 0x10, 0x00, 0xFA, 0, 0, 0});
+  ask({0x2F, 0x02, 0x60, 0x01, 0x81, 0, 0, 0});
+  EXPECT_EQ(ask({0x23, 0x10, 0x10, 0x01, 's', 'a', 'v', 'e'}), "585#6010100100000000");
+  ask({0x2B, 0x17, 0x10, 0x00, 0x64, 0, 0, 0});
+
+  power_on(&medium);
+  EXPECT_EQ(number(0x1017, 0), 250U);
+  EXPECT_EQ(number(0x6002, 1), 0x81U);
+  write("io.Read input 8-bit.Inputs 1", 0, 1);
+  pass(Duration{});
+  EXPECT_THAT(sent(), Contains("185#81"));
+  EXPECT_EQ(ask({0x23, 0x11, 0x10, 0x01, 'l', 'o', 'a', 'd'}), "585#6011100100000000");
+
+  power_on(&medium);
+  EXPECT_EQ(number(0x1017, 0), 0U) << "the defaults again";
+  EXPECT_EQ(number(0x6002, 1), 0U);
+}
+
+TEST_F(IoDevicesTest, WithoutAPlaceToKeepItNothingIsStored) {
+  power_on(nullptr);
+  EXPECT_THAT(ask({0x23, 0x10, 0x10, 0x01, 's', 'a', 'v', 'e'}), HasSubstr("585#80101001"));
 }
 
 }  // namespace
