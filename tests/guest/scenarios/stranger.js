@@ -1,11 +1,15 @@
 // A foreign CANopen stack (npm's `canopen`) as SDO client and as a device with an SDO server.
 //
-//   node stranger.js FOLDER-OF-node_modules NODE-ID EDS-FILE
+//   node stranger.js FOLDER-OF-node_modules NODE-ID EDS-FILE [plc]
 //
 // Standard input and output carry one JSON value a line. Both ways: {"id": 1413, "data": "60..."}, a frame.
 // In: {"ask": "upload" | "download", "server": 5, "index": 4104, "sub": 0, "data": "..."}; out: its
 // {"answer": "..."} or {"refused": "..."}; {"ready": true} comes once. Its own EDS, as the foreign stack writes
 // it, goes to EDS-FILE. It sends no boot-up message, and a reset would take its SDO server away.
+//
+// With `plc` it is the master of node 5, and does what it is asked: {"ask": "nmt", "command": "startNode", "server": 5}
+// by its name in the package (without a server: itself), {"ask": "pdo", "data": "3c"}: RPDO 1 of the node. It tells
+// what it hears of the node: {"heard": "state", "value": 127}, "silence", "pdo" or "emcy".
 const Module = require('module');
 const path = require('path');
 const readline = require('readline');
@@ -28,6 +32,9 @@ const [folder, id, file] = [process.argv[2], Number(process.argv[3]), process.ar
 const { Device, Eds, DataType, AccessType } = require(path.join(folder, 'canopen'));
 
 const SERVERS = [5, 127];
+const PLC = process.argv[5] === 'plc';
+const SLAVE = 5;
+const PATIENCE = 2000; // ms without a heartbeat of the slave
 
 function makeEds() {
   const eds = new Eds({ vendorName: 'A stranger', vendorNumber: 0x51, productName: 'node-canopen',
@@ -47,7 +54,20 @@ function makeEds() {
   for (const server of SERVERS) {
     eds.addSdoClientParameter(server, 0x600 + server, 0x580 + server);
   }
+  if (PLC) {
+    addMaster(eds);
+  }
   return eds;
+}
+
+function addMaster(eds) {
+  const byte = { dataType: DataType.UNSIGNED8, accessType: AccessType.READ_WRITE, defaultValue: 0 };
+  const received = eds.addEntry(0x2010, { parameterName: 'Received', ...byte });
+  const commanded = eds.addEntry(0x2011, { parameterName: 'Commanded', ...byte });
+  eds.addReceivePdo({ cobId: 0x180 + SLAVE, transmissionType: 255, dataObjects: [received] });
+  eds.addTransmitPdo({ cobId: 0x200 + SLAVE, transmissionType: 255, dataObjects: [commanded] });
+  eds.addHeartbeatConsumer(SLAVE, PATIENCE);
+  eds.addEmcyConsumer(0x80 + SLAVE);
 }
 
 function tell(value) {
@@ -60,6 +80,13 @@ async function answer(ask) {
     if (ask.ask === 'upload') {
       const data = await device.sdo.upload(transfer);
       tell({ answer: data.toString('hex') });
+    } else if (ask.ask === 'nmt') {
+      device.nmt[ask.command](ask.server ?? undefined);
+      tell({ answer: '' });
+    } else if (ask.ask === 'pdo') {
+      eds.getEntry(0x2011).value = Buffer.from(ask.data, 'hex')[0];
+      device.pdo.write(0x200 + SLAVE);
+      tell({ answer: '' });
     } else {
       await device.sdo.download({ ...transfer, data: Buffer.from(ask.data, 'hex') });
       tell({ answer: '' });
@@ -69,7 +96,15 @@ async function answer(ask) {
   }
 }
 
-const device = new Device({ id, eds: makeEds() });
+const eds = makeEds();
+const device = new Device({ id, eds });
+if (PLC) {
+  const heard = (what, value) => tell({ heard: what, value });
+  device.nmt.addListener('heartbeat', ({ deviceId, state }) => deviceId === SLAVE && heard('state', state));
+  device.nmt.addListener('timeout', () => heard('silence', 0));
+  device.pdo.addListener('pdo', ({ dataObjects }) => heard('pdo', dataObjects[0].value));
+  device.emcy.addListener('emergency', ({ em }) => heard('emcy', em.code));
+}
 device.addListener('message', ({ id: identifier, data }) =>
   tell({ id: identifier, data: Buffer.from(data).toString('hex') }));
 readline.createInterface({ input: process.stdin }).on('line', (line) => {

@@ -15,15 +15,16 @@ FRAME = struct.Struct("<IB3x8s")  # struct can_frame
 
 
 class Stranger:
-    def __init__(self, interface, node, modules):
+    def __init__(self, interface, node, modules, *options):
         self.node = node
+        self.heard = []  # as a master: (what, value)
         self.eds = os.path.join(FOLDER, f"stranger-{node}.eds")
         self.bus = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
         self.bus.bind((interface,))
         self.answers = queue.Queue()
         self.writing = threading.Lock()
         self.process = subprocess.Popen(
-            ["node", PROGRAM, modules, str(node), self.eds],
+            ["node", PROGRAM, modules, str(node), self.eds, *options],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -54,8 +55,22 @@ class Stranger:
             if "id" in value:
                 data = bytes.fromhex(value["data"])
                 self.bus.send(FRAME.pack(value["id"], len(data), data))
+            elif "heard" in value:
+                self.heard.append((value["heard"], value["value"]))
             else:
                 self.answers.put(value)
+
+    def last(self, what):
+        """The value of what was heard last of that; None if nothing was."""
+        return next((value for name, value in reversed(self.heard) if name == what), None)
+
+    def nmt(self, command, server=None):
+        self.tell({"ask": "nmt", "command": command, "server": server})
+        return self.next_answer()
+
+    def send_pdo(self, data):
+        self.tell({"ask": "pdo", "data": data.hex()})
+        return self.next_answer()
 
     def ask(self, what, server, index, sub, data=""):
         self.tell({"ask": what, "server": server, "index": index, "sub": sub, "data": data})
