@@ -25,9 +25,14 @@ constexpr Duration kFailurePeriod = std::chrono::seconds(10);
 // Equal in everything that is published at once; counters and load follow every second.
 bool same_state(const line::LineState& a, const line::LineState& b) {
   return a.role == b.role && a.node_id == b.node_id && a.own_state == b.own_state &&
-         a.manager == b.manager && a.bus == b.bus && a.transmit_errors == b.transmit_errors &&
-         a.receive_errors == b.receive_errors && a.nodes_configured == b.nodes_configured &&
-         a.nodes_operational == b.nodes_operational;
+         a.indicators == b.indicators && a.manager == b.manager && a.bus == b.bus &&
+         a.transmit_errors == b.transmit_errors && a.receive_errors == b.receive_errors &&
+         a.nodes_configured == b.nodes_configured && a.nodes_operational == b.nodes_operational;
+}
+
+std::string indicators_text(const node::Indicators& shown) {
+  return "run " + std::string(node::name(shown.run)) + ", error " +
+         std::string(node::name(shown.error));
 }
 
 // LineState's properties, idl/README.md.
@@ -200,6 +205,9 @@ void Publisher::publish_states(Line& line, Instant now) {
         now - line.state_published >= kStatePeriod || stop_.raised()) {
       const QueueDepths queues = std::exchange(line.queues, {});
       set_properties(config::name(line.host->plan.outputs), queues, line.properties);
+      if (status->state.role != line::Role::observer) {
+        line.properties.push_back({"indicators", indicators_text(status->state.indicators)});
+      }
       add_properties(line.controller, line.properties);
       add_forwarding(status->state.routing, line.properties);
       if (line.host->interface() != 0) {

@@ -192,6 +192,7 @@ LineState Line::Devices::state() const {
   out.node_id = seats.front().device->id();
   out.network_id = config.network_id;
   out.own_state = seats.front().device->node().state();
+  out.indicators = indicators();
   out.bus = bus;
   out.transmit_errors = transmit_errors;
   out.receive_errors = receive_errors;

@@ -247,6 +247,7 @@ LineState Line::Impl::state() const {
   out.node_id = config.node_id;
   out.network_id = config.network_id;
   out.own_state = node.state();
+  out.indicators = node.indicators();
   out.manager = manager.state();
   out.bus = bus;
   out.transmit_errors = transmit_errors;

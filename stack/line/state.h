@@ -8,6 +8,7 @@
 #include "stack/can/bus_state.h"
 #include "stack/manager/state.h"
 #include "stack/nmt/state.h"
+#include "stack/node/indicators.h"
 #include "stack/routing/config.h"
 
 namespace linegate::line {
@@ -54,6 +55,7 @@ struct LineState {
   std::uint8_t node_id = 0;  // own, 0 = none
   std::uint16_t network_id = 0;
   nmt::State own_state = nmt::State::initialising;
+  node::Indicators indicators;  // RUN and ERROR of the own node (CiA 303-3)
   ManagerState manager = ManagerState::inactive;
   can::BusState bus = can::BusState::unknown;
   std::uint8_t transmit_errors = 0;

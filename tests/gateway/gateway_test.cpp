@@ -192,6 +192,7 @@ TEST_F(GatewayTest, PublishesLinesNodesImagesAndEvents) {
     return seen_.lines["open"].manager == line::ManagerState::running &&
            seen_.images.count("open/inputs") != 0 && seen_.pdos.count("open") != 0;
   }));
+  EXPECT_TRUE(until([&] { return seen_.line_properties["indicators"] == "run on, error off"; }));
   EXPECT_EQ(seen_.infos["open"].interface_uri, "simulated:");
   EXPECT_EQ(seen_.infos["open"].access, dds::Access::all);
   EXPECT_EQ(seen_.infos["closed"].access, dds::Access::read);

@@ -149,6 +149,7 @@ TEST_F(LineTest, BusStatesReachTheOwnNode) {
   bus(can::BusState::error_passive);
   EXPECT_THAT(sent(), testing::Contains("0FF#2081110000000000"));
   EXPECT_EQ(line_->indicators().error, node::Pattern::single_flash);
+  EXPECT_EQ(line_->state().indicators, line_->indicators());
   bus(can::BusState::bus_off);
   EXPECT_EQ(line_->indicators().error, node::Pattern::on);
   EXPECT_EQ(line_->state().own_state, nmt::State::operational);
