@@ -155,6 +155,9 @@ class Text {
           off_or(c.heartbeat), off_or(c.sync_period), off_or(c.time_period),
           format_duration(c.sdo_timeout), c.reset_nodes, c.start_nodes);
     }
+    if (c.role != line::Role::observer) {
+      add("  EMCY bytes: {}\n", node::name(c.error_scheme));
+    }
     add("  access: commands {}, outputs {}; published {}; PDO updates every {} at most\n",
         config::name(plan.commands), config::name(plan.outputs), publish_text(plan.publish),
         format_duration(plan.pdo_min_period));
@@ -345,6 +348,7 @@ class Json {
         .member("bit_rate", c.bit_rate)
         .member("heartbeat_ns", c.heartbeat.count())
         .member("sync_ns", c.sync_period.count())
+        .member("emcy_bytes", node::name(c.error_scheme))
         .member("commands", config::name(plan.commands))
         .member("outputs", config::name(plan.outputs))
         .member("publish", config::name(plan.publish.rule))

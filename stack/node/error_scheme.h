@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 
 namespace linegate::node {
 
@@ -17,5 +18,9 @@ enum class ErrorScheme : std::uint8_t {
   // each error that has gone.
   temporary_and_sticky,
 };
+
+constexpr std::string_view name(ErrorScheme scheme) {
+  return scheme == ErrorScheme::number ? "number" : "temporary_and_sticky";
+}
 
 }  // namespace linegate::node

@@ -81,6 +81,25 @@ lines:
   EXPECT_EQ(json["lines"][0]["enter"][0]["services"].as<std::string>(), "SDO");
 }
 
+TEST(Check, SaysWhatTheOwnNodesEmcysCarry) {
+  const auto loaded = config::read(R"(schema: 1
+lines:
+  - {name: press, interface: virtual:press, emcy_bytes: temporary_and_sticky}
+  - {name: hall, interface: virtual:hall}
+  - {name: seen, interface: virtual:seen, role: observer}
+)",
+                                   "x.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(text, "  EMCY bytes: temporary_and_sticky\n")) << text;
+  EXPECT_TRUE(contains(text, "  EMCY bytes: number\n")) << text;
+  EXPECT_EQ(text.find("EMCY bytes", text.find("line seen")), std::string::npos)
+      << "an observer sends none";
+  const YAML::Node json = YAML::Load(to_json(loaded));
+  EXPECT_EQ(json["lines"][0]["emcy_bytes"].as<std::string>(), "temporary_and_sticky");
+  EXPECT_EQ(json["lines"][1]["emcy_bytes"].as<std::string>(), "number");
+}
+
 TEST(Check, PutsFindingsIntoTheJson) {
   const auto loaded = config::read("schema: 1\nlines: 3\n", "x.yaml");
   const YAML::Node json = YAML::Load(to_json(loaded));
