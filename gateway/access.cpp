@@ -33,6 +33,16 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
     case line::CommandKind::nmt:
     case line::CommandKind::bus_restart:
     case line::CommandKind::bus_fault:
+    case line::CommandKind::boot:
+    case line::CommandKind::configure:
+    case line::CommandKind::program:
+    case line::CommandKind::lss:
+    case line::CommandKind::object_write:
+    case line::CommandKind::pdo_trigger:
+    case line::CommandKind::can_send:
+    case line::CommandKind::can_listen:
+    case line::CommandKind::object_create:
+    case line::CommandKind::scan_apply:
       break;
   }
   return commands == config::Access::all;

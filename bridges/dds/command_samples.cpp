@@ -31,7 +31,7 @@ void to_wire(const line::Command& from, v1::CommandRequest& to) {
 }
 
 const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
-  if (from.kind() > v1::COMMAND_BUS_FAULT)
+  if (from.kind() > v1::COMMAND_SCAN_APPLY)
     return "kind is not a CommandKind";
   if (from.timeout_ns() < 0)
     return "timeout_ns is negative";
@@ -70,6 +70,16 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
     case line::CommandKind::bus_restart:
     case line::CommandKind::routing_trace:
     case line::CommandKind::bus_fault:
+    case line::CommandKind::boot:
+    case line::CommandKind::configure:
+    case line::CommandKind::program:
+    case line::CommandKind::lss:
+    case line::CommandKind::object_write:
+    case line::CommandKind::pdo_trigger:
+    case line::CommandKind::can_send:
+    case line::CommandKind::can_listen:
+    case line::CommandKind::object_create:
+    case line::CommandKind::scan_apply:
       break;
   }
   return nullptr;
@@ -96,6 +106,16 @@ const char* check_data(const line::Command& command) {
     case line::CommandKind::bus_restart:
     case line::CommandKind::routing_trace:
     case line::CommandKind::scan:
+    case line::CommandKind::boot:
+    case line::CommandKind::configure:
+    case line::CommandKind::program:
+    case line::CommandKind::lss:
+    case line::CommandKind::object_write:
+    case line::CommandKind::pdo_trigger:
+    case line::CommandKind::can_send:
+    case line::CommandKind::can_listen:
+    case line::CommandKind::object_create:
+    case line::CommandKind::scan_apply:
       break;
   }
   return size != 0 ? "this kind of command takes no data" : nullptr;

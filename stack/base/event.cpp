@@ -51,6 +51,10 @@ constexpr std::array<KindInfo, kEventKinds> kInfo{{
     {"routing-opened", EventSeverity::info},
     {"routing-ended", EventSeverity::info},
     {"node-scanned", EventSeverity::info},
+    {"command-progress", EventSeverity::info},
+    {"lss-result", EventSeverity::info},
+    {"foreign-manager", EventSeverity::warning},
+    {"can-frame", EventSeverity::info},
 }};
 
 }  // namespace

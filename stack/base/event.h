@@ -86,8 +86,16 @@ enum class EventKind : std::uint8_t {
                   // (2, LE), sub-index, number of the connection (4, LE)
   node_scanned,  // a scan has read what node says of itself. code: 0, or the SDO abort code that
                  // ended it early; value: how many objects were read
+  command_progress,  // what a command that takes long has done. code: CommandKind, value: how much;
+                     // data: of how much (4, LE; 0 = not known)
+  lss_result,        // a device without a node-ID was given one by LSS: node. code: 0, or why not;
+                     // data: its LSS address, 1018h:1 to 4 (4 each, LE)
+  foreign_manager,   // another NMT master is on the line. code: how it showed itself
+  can_frame,         // a frame that no service wanted, while somebody asked for such (CommandKind::
+              // can_listen). code: identifier, bit 31: of 29 bits; value: length; data: its first
+              // 16 bytes
 };
-inline constexpr std::size_t kEventKinds = 42;
+inline constexpr std::size_t kEventKinds = 46;
 
 // Lower-case name with hyphens, e.g. "heartbeat-lost".
 std::string_view name(EventKind kind);

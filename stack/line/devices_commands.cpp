@@ -50,6 +50,16 @@ void Line::Devices::execute(Command command, Instant now) {
     case CommandKind::network_write:
     case CommandKind::routing_trace:
     case CommandKind::scan:
+    case CommandKind::boot:
+    case CommandKind::configure:
+    case CommandKind::program:
+    case CommandKind::lss:
+    case CommandKind::object_write:
+    case CommandKind::pdo_trigger:
+    case CommandKind::can_send:
+    case CommandKind::can_listen:
+    case CommandKind::object_create:
+    case CommandKind::scan_apply:
       error = to_error(Refusal::wrong_role);
       break;
     case CommandKind::versions:

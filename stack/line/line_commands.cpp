@@ -60,6 +60,16 @@ void Line::Impl::execute(Command command, Instant now) {
     case CommandKind::versions:
     case CommandKind::bus_restart:
     case CommandKind::bus_fault:
+    case CommandKind::boot:
+    case CommandKind::configure:
+    case CommandKind::program:
+    case CommandKind::lss:
+    case CommandKind::object_write:
+    case CommandKind::pdo_trigger:
+    case CommandKind::can_send:
+    case CommandKind::can_listen:
+    case CommandKind::object_create:
+    case CommandKind::scan_apply:
       error = to_error(Refusal::bad_request);
       break;
   }

@@ -49,6 +49,26 @@ std::string_view name(CommandKind kind) {
       return "scan";
     case CommandKind::bus_fault:
       return "bus-fault";
+    case CommandKind::boot:
+      return "boot";
+    case CommandKind::configure:
+      return "configure";
+    case CommandKind::program:
+      return "program";
+    case CommandKind::lss:
+      return "lss";
+    case CommandKind::object_write:
+      return "object-write";
+    case CommandKind::pdo_trigger:
+      return "pdo-trigger";
+    case CommandKind::can_send:
+      return "can-send";
+    case CommandKind::can_listen:
+      return "can-listen";
+    case CommandKind::object_create:
+      return "object-create";
+    case CommandKind::scan_apply:
+      return "scan-apply";
   }
   return "unknown";
 }
