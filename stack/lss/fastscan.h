@@ -37,6 +37,8 @@ class Fastscan {
   State state() const { return state_; }
   // What was found; when unsure what it would be.
   const Address& address() const { return address_; }
+  // Which part of the address the question is about, kVendor..kSerial.
+  std::uint8_t part() const { return part_; }
   // Of each question now.
   unsigned repeats() const { return repeats_; }
 

@@ -55,6 +55,7 @@ Command answer_to(const Request& request) {
     case Service::question:
       return Command::identified;
     case Service::identify_unconfigured:
+    case Service::anybody:
       return Command::unconfigured;
   }
   return Command::switch_global;
@@ -73,6 +74,7 @@ bool Master::start(const Request& request) {
   busy_ = true;
   service_ = request.service;
   expected_ = answer_to(request);
+  patience_ = request.timeout > Duration::zero() ? request.timeout : timeout_;
   answer_.reset();
   switch (request.service) {
     case Service::switch_global:
@@ -114,6 +116,13 @@ bool Master::start(const Request& request) {
     case Service::question:
       frames_.push_back(encode(kMasterId, request.message));
       break;
+    case Service::anybody:
+      // In this order: nobody takes a late answer to the other for one to the next fastscan
+      // question.
+      frames_.push_back(
+          encode(kMasterId, {.command = Command::fastscan, .rest = {kScanBegins, 0, 0}}));
+      push(Command::identify_unconfigured);
+      break;
   }
   return true;
 }
@@ -137,7 +146,7 @@ bool Master::next_frame(can::Frame& out, Instant now) {
   if (expected_ == Command::switch_global) {
     finish({.service = service_});
   } else {
-    deadline_ = deadline(now, timeout_);
+    deadline_ = deadline(now, patience_);
   }
   return true;
 }
@@ -149,7 +158,7 @@ bool Master::receive(const can::Frame& frame) {
     return false;
   }
   // Before its last frame is out nobody can have answered it.
-  if (busy_ && frames_.empty() && message->command == expected_) {
+  if (busy_ && frames_.empty() && is_awaited(message->command)) {
     answered(*message);
     return true;
   }
@@ -158,6 +167,10 @@ bool Master::receive(const can::Frame& frame) {
     ++doubled_;
   }
   return true;
+}
+
+bool Master::is_awaited(Command command) const {
+  return command == expected_ || (service_ == Service::anybody && command == Command::identified);
 }
 
 void Master::answered(const Message& message) {

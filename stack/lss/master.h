@@ -23,6 +23,7 @@ enum class Service : std::uint8_t {
   identify,         // address (lowest revision and serial), highest_...
   identify_unconfigured,
   question,  // message: of a Fastscan
+  anybody,   // without a node-ID; both kinds of question, of devices that know either
 };
 
 struct Request {
@@ -36,7 +37,8 @@ struct Request {
   std::uint8_t table = 0;
   std::uint8_t index = 0;
   std::uint16_t delay_ms = 0;
-  Message message;
+  Message message{};
+  Duration timeout{};  // for the answer; 0 = the master's
 };
 
 enum class Outcome : std::uint8_t { done, no_answer, refused };
@@ -50,6 +52,8 @@ struct Answer {
 };
 
 inline constexpr Duration kDefaultTimeout = std::chrono::milliseconds(100);
+// For the answer to `store`: into a flash.
+inline constexpr Duration kStoreTime = std::chrono::seconds(2);
 
 class Master {
  public:
@@ -81,8 +85,10 @@ class Master {
   void push(Command command, std::uint32_t number = 0);
   void finish(const Answer& answer);
   void answered(const Message& message);
+  bool is_awaited(Command command) const;
 
   Duration timeout_;
+  Duration patience_{};  // of the service under way
   bool busy_ = false;
   Service service_ = Service::switch_global;
   Command expected_ = Command::switch_global;  // as it: none
