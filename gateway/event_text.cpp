@@ -12,6 +12,7 @@
 #include "stack/line/command.h"
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
+#include "stack/lss/assigner.h"
 #include "stack/nmt/heartbeat_consumer.h"
 #include "stack/nmt/state.h"
 
@@ -210,6 +211,19 @@ std::string overheard_text(const Event& e) {
   }
 }
 
+std::string lss_text(const Event& e) {
+  const auto verdict = static_cast<lss::Verdict>(e.code);
+  if (verdict == lss::Verdict::nobody_found) {
+    return fmt::format("LSS: {}", lss::describe(verdict));
+  }
+  const bool refused = e.value != 0;
+  return fmt::format(
+      "LSS: {}{} (vendor {:08X}h, product {:08X}h, revision {:08X}h, serial {:08X}h)",
+      lss::describe(verdict),
+      refused ? fmt::format(", error {}/{}", e.value & 0xFFU, e.value >> 8U) : "", number(e, 0, 4),
+      number(e, 4, 4), number(e, 8, 4), number(e, 12, 4));
+}
+
 std::string text(const Event& e, std::string_view interface) {
   switch (e.kind) {
     case EventKind::boot_up:
@@ -264,6 +278,8 @@ std::string text(const Event& e, std::string_view interface) {
       return e.code == 0 ? fmt::format("scanned, {} objects read", e.value)
                          : fmt::format("scanned, {} objects read until it ended: {}", e.value,
                                        abort_text(e.code));
+    case EventKind::lss_result:
+      return lss_text(e);
     case EventKind::nmt_command:
     case EventKind::sdo_transfer:
     case EventKind::pdo_mapping:

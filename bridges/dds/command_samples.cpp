@@ -7,6 +7,7 @@
 #include "bridges/dds/bytes.h"
 #include "bridges/dds/values.h"
 #include "stack/base/abort_code.h"
+#include "stack/lss/procedure.h"
 
 namespace linegate::dds {
 
@@ -73,7 +74,6 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
     case line::CommandKind::boot:
     case line::CommandKind::configure:
     case line::CommandKind::program:
-    case line::CommandKind::lss:
     case line::CommandKind::object_write:
     case line::CommandKind::pdo_trigger:
     case line::CommandKind::can_send:
@@ -81,6 +81,8 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
     case line::CommandKind::object_create:
     case line::CommandKind::scan_apply:
       break;
+    case line::CommandKind::lss:
+      return from.code() >= lss::kProcedures ? "code is no LSS service" : nullptr;
   }
   return nullptr;
 }
@@ -96,6 +98,8 @@ const char* check_data(const line::Command& command) {
       return size < 1 || size > 8 ? "data is not 1 to 8 bytes" : nullptr;
     case line::CommandKind::emcy_send:
       return size > 5 ? "data is more than 5 manufacturer bytes" : nullptr;
+    case line::CommandKind::lss:
+      return size > 24 ? "data is more than the arguments of an LSS service" : nullptr;
     case line::CommandKind::bus_fault:
       return size > 256 ? "data is more than 256 bytes of text" : nullptr;
     case line::CommandKind::sdo_read:
@@ -109,7 +113,6 @@ const char* check_data(const line::Command& command) {
     case line::CommandKind::boot:
     case line::CommandKind::configure:
     case line::CommandKind::program:
-    case line::CommandKind::lss:
     case line::CommandKind::object_write:
     case line::CommandKind::pdo_trigger:
     case line::CommandKind::can_send:

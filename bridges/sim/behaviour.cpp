@@ -31,6 +31,7 @@ void Behaviour::written(od::Address /*address*/) {
 
 void Behaviour::reset(bool whole_node, Instant now) {
   now_ = now;
+  reset_ = whole_node || reset_.value_or(false);
   if (whole_node) {
     power_on();
     touched_ = false;

@@ -6,8 +6,10 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 
 #include "stack/node/node.h"
 #include "stack/od/dictionary.h"
@@ -23,6 +25,8 @@ class Behaviour : public node::Application, public od::Hook {
   void run(Instant now);
   // When run() wants to be called next though nothing was received; kNever if never.
   virtual Instant next_step() const { return kNever; }
+  // Once after each NMT reset of the node: whether it was of the whole node.
+  std::optional<bool> take_reset() { return std::exchange(reset_, std::nullopt); }
   // The time of what the node is about to be given.
   void set_time(Instant now) { now_ = now; }
 
@@ -75,6 +79,7 @@ class Behaviour : public node::Application, public od::Hook {
   std::uint64_t seed_ = 0;
   Instant now_{};
   bool touched_ = false;
+  std::optional<bool> reset_;
   bool writing_ = false;  // by the device itself: not to be taken for an SDO
 };
 

@@ -9,6 +9,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/eds/reader.h"
+#include "stack/lss/slave.h"
 #include "stack/storage/parameters.h"
 
 namespace linegate::sim {
@@ -35,6 +36,9 @@ constexpr std::uint16_t kHeartbeatTime = 0x1017;
 constexpr std::int64_t kMostHeartbeatMs = 65535;
 // Nobody reads a simulated device's own events unless a test does.
 constexpr std::size_t kEvents = 64;
+constexpr std::uint16_t kIdentity = 0x1018;
+constexpr std::uint8_t kSerialNumber = 4;
+constexpr std::size_t kLssAnswers = 8;
 
 const Profile* find(std::string_view name) {
   const auto* found =
@@ -69,7 +73,61 @@ void set_heartbeat(od::DeviceDescription& device, Duration heartbeat) {
   }
 }
 
+void set_serial(od::DeviceDescription& device, std::uint32_t serial) {
+  for (od::ObjectDescription& object : device.objects) {
+    for (od::VariableDescription& variable : object.variables) {
+      if (object.index == kIdentity && variable.sub == kSerialNumber) {
+        store_le(std::span(variable.value), std::uint64_t{serial});
+      }
+    }
+  }
+}
+
+// The device as it is with that node-ID, which is valid. Precondition: the profile is known.
+Loaded<od::DeviceDescription> describe(const DeviceOptions& options, std::uint8_t node_id) {
+  const Profile& profile = *find(options.profile);
+  auto out = eds::load(profile.text, profile.file, node_id);
+  if (!out.ok()) {
+    return out;
+  }
+  storage::mark_parameters(*out.value);
+  if (options.heartbeat) {
+    set_heartbeat(*out.value, *options.heartbeat);
+  }
+  if (options.serial) {
+    set_serial(*out.value, *options.serial);
+  }
+  return out;
+}
+
+lss::Address lss_address(od::Dictionary& dictionary) {
+  lss::Address out{};
+  for (std::uint8_t part = 0; part < lss::kParts; ++part) {
+    out[part] = static_cast<std::uint32_t>(
+        dictionary.number({kIdentity, static_cast<std::uint8_t>(part + 1)}).value_or(0));
+  }
+  return out;
+}
+
 }  // namespace
+
+// It stores what it is given where it outlives power-off, as long as the Device.
+struct Device::Lss final : lss::SlaveHost {
+  explicit Lss(const lss::Address& address) : slave(address, this) {}
+
+  lss::StoreResult store(const lss::Settings& settings) override {
+    kept = settings;
+    return lss::StoreResult::stored;
+  }
+  // The bus decides; what is configured is kept.
+  bool has_bit_timing(std::uint8_t index) const override {
+    return lss::bit_rate(index).has_value();
+  }
+
+  lss::Settings kept;
+  lss::Slave slave;
+  can::TransmitQueue answers{kLssAnswers};
+};
 
 std::span<const std::string_view> profiles() {
   return kNames;
@@ -87,8 +145,7 @@ std::string_view eds_text(std::string_view profile) {
 
 Loaded<std::unique_ptr<Device>> Device::make(const DeviceOptions& options) {
   Loaded<std::unique_ptr<Device>> result;
-  const Profile* profile = find(options.profile);
-  if (profile == nullptr) {
+  if (find(options.profile) == nullptr) {
     result.diagnostics.push_back(
         refusal("unknown profile \"" + options.profile + "\": known are " + known_profiles()));
   }
@@ -99,45 +156,77 @@ Loaded<std::unique_ptr<Device>> Device::make(const DeviceOptions& options) {
   if (!result.diagnostics.empty()) {
     return result;
   }
-  auto description = eds::load(profile->text, profile->file, options.node_id);
+  auto description = describe(options, options.node_id);
   result.diagnostics = std::move(description.diagnostics);
   if (!description.ok()) {
     return result;
   }
-  storage::mark_parameters(*description.value);
-  if (options.heartbeat) {
-    set_heartbeat(*description.value, *options.heartbeat);
-  }
-  result.value.emplace(new Device(options, profile->make(), od::Dictionary(*description.value)));
+  std::unique_ptr<Device> device(new Device(options));
+  device->build(*description.value);
+  device->be_lss_slave();
+  result.value.emplace(std::move(device));
   return result;
 }
 
-Device::Device(DeviceOptions options, std::unique_ptr<Behaviour> behaviour,
-               od::Dictionary dictionary)
-    : options_(std::move(options)), events_(kEvents), behaviour_(std::move(behaviour)) {
-  node::Options node_options;
-  node_options.node_id = options_.node_id;
-  node_options.self_starting = options_.self_starting;
-  node_ = std::make_unique<node::Node>(std::move(dictionary), node_options, events_, nullptr);
+Device::Device(DeviceOptions options) : options_(std::move(options)), events_(kEvents) {
   if (options_.medium == nullptr) {
     options_.medium = std::make_shared<storage::MemoryMedium>();
   }
+}
+
+Device::~Device() = default;
+
+void Device::build(const od::DeviceDescription& description) {
+  node::Options node_options;
+  node_options.node_id = description.node_id;
+  node_options.self_starting = options_.self_starting;
+  node_ = std::make_unique<node::Node>(od::Dictionary(description), node_options, events_, nullptr);
+  behaviour_ = find(options_.profile)->make();
   node_->set_medium(options_.medium.get());
   node_->set_application(behaviour_.get());
   behaviour_->attach(*node_, mix_seed());
 }
 
-Device::~Device() = default;
+// Its address stays what it is, whatever node-ID the device is given.
+void Device::be_lss_slave() {
+  const lss::Address address = lss_address(node_->dictionary());
+  options_.serial = address[lss::kSerial];
+  lss_ = std::make_unique<Lss>(address);
+  lss_->kept.node_id = options_.unconfigured ? lss::kNoNodeId : options_.node_id;
+  lss_->slave.power_on(lss_->kept);
+}
+
+// What depends on the node-ID is in the description.
+void Device::rebuild(std::uint8_t node_id) {
+  if (node_->node_id() != node_id) {
+    build(*describe(options_, node_id).value);
+  }
+}
 
 // Two devices of a plant with one seed shall not move alike.
 std::uint64_t Device::mix_seed() const {
   return options_.seed * 128 + options_.node_id;
 }
 
+bool Device::has_node_id() const {
+  return lss_->slave.active_node_id() != lss::kNoNodeId;
+}
+
+std::uint8_t Device::node_id() const {
+  return has_node_id() ? node_->node_id() : std::uint8_t{0};
+}
+
 void Device::start(Instant now) {
   alive_ = true;
+  lss_->slave.power_on(lss_->kept);
+  lss_->answers.clear();
+  if (!has_node_id()) {
+    return;
+  }
+  rebuild(lss_->slave.active_node_id());
   behaviour_->set_time(now);
   node_->start(now);
+  (void)behaviour_->take_reset();  // power-on, which the slave has seen already
 }
 
 void Device::kill() {
@@ -150,38 +239,76 @@ void Device::revive(Instant now) {
   }
 }
 
+// NMT resets, and leaving configuration with the first node-ID, make the pending one the active
+// one.
+void Device::follow_lss(Instant now) {
+  const std::optional<bool> reset = behaviour_->take_reset();
+  const bool first = lss_->slave.take_reset();
+  if (!first && !reset) {
+    return;
+  }
+  const std::uint8_t before = lss_->slave.active_node_id();
+  const std::uint8_t active = lss_->slave.reset(reset.value_or(false));
+  if (active != before && active != lss::kNoNodeId) {
+    rebuild(active);
+    behaviour_->set_time(now);
+    node_->start(now);
+    (void)behaviour_->take_reset();
+  }
+}
+
 void Device::receive(std::span<const can::Frame> frames) {
   if (!alive_) {
     return;
   }
   for (const can::Frame& frame : frames) {
-    behaviour_->set_time(frame.time);
-    node_->receive({&frame, 1});
-    behaviour_->run(frame.time);
+    if (frame.id == lss::kMasterId && !frame.extended()) {
+      (void)lss_->slave.receive(frame, lss_->answers);
+    } else if (has_node_id()) {
+      behaviour_->set_time(frame.time);
+      node_->receive({&frame, 1});
+      behaviour_->run(frame.time);
+    }
+    follow_lss(frame.time);
   }
 }
 
 void Device::advance(Instant now) {
-  if (alive_) {
+  if (!alive_) {
+    return;
+  }
+  lss_->slave.advance(now);
+  if (has_node_id()) {
     behaviour_->run(now);
     node_->advance(now);
   }
+  follow_lss(now);
 }
 
 Instant Device::next_wake() const {
-  return alive_ ? earlier(node_->next_wake(), behaviour_->next_step()) : kNever;
+  if (!alive_) {
+    return kNever;
+  }
+  const Instant wake = lss_->slave.next_wake();
+  return has_node_id() ? earlier(wake, earlier(node_->next_wake(), behaviour_->next_step())) : wake;
 }
 
 bool Device::next_frame(can::Frame& out, Instant now) {
-  if (!alive_) {
+  if (!wants_to_send(now)) {
     return false;
   }
   behaviour_->set_time(now);
-  return node_->next_frame(out, now);
+  if (has_node_id() && node_->next_frame(out, now)) {
+    return true;
+  }
+  return lss_->answers.pop(out);
 }
 
 bool Device::wants_to_send(Instant now) const {
-  return alive_ && node_->wants_to_send(now);
+  if (!alive_ || lss_->slave.silent()) {
+    return false;
+  }
+  return (has_node_id() && node_->wants_to_send(now)) || !lss_->answers.empty();
 }
 
 std::size_t Device::take_events(std::span<Event> out) {

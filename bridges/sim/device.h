@@ -24,10 +24,12 @@ namespace linegate::sim {
 
 struct DeviceOptions {
   std::string profile;                      // one of profiles()
-  std::uint8_t node_id = 1;                 // 1..127
+  std::uint8_t node_id = 1;                 // 1..127; what it is called by even if it has another
   std::uint64_t seed = 0;                   // same seed, same values
   std::optional<Duration> heartbeat;        // 1017h, 0..65535 ms; nothing = what the EDS says
   bool self_starting = false;               // goes Operational without being told
+  bool unconfigured = false;                // it begins without a node-ID, for LSS to give it one
+  std::optional<std::uint32_t> serial;      // 1018h:4; nothing = what the EDS says
   std::shared_ptr<storage::Medium> medium;  // keeps stored parameters; nothing = the device's own
                                             // memory, which outlives kill() but not the Device
 };
@@ -54,7 +56,8 @@ class Device {
   void start(Instant now);
   // Power off: hears and says nothing until it is revived.
   void kill();
-  // Power on again: values as in the EDS or as stored (1010h), boot-up message.
+  // Power on again: values as in the EDS or as stored (1010h), boot-up message; the node-ID as
+  // stored by LSS.
   void revive(Instant now);
   bool alive() const { return alive_; }
 
@@ -67,22 +70,34 @@ class Device {
   bool next_frame(can::Frame& out, Instant now);
   bool wants_to_send(Instant now) const;
 
+  // The node-ID it has on the bus; 0 = none, and nothing but LSS is heard.
+  std::uint8_t node_id() const;
+
   // What happened to the node itself, oldest first; gives how many.
   std::size_t take_events(std::span<Event> out);
 
   const DeviceOptions& options() const { return options_; }
+  // Another one when it gets another node-ID.
   node::Node& node() { return *node_; }
   const node::Node& node() const { return *node_; }
   od::Dictionary& dictionary() { return node_->dictionary(); }
 
  private:
-  Device(DeviceOptions options, std::unique_ptr<Behaviour> behaviour, od::Dictionary dictionary);
+  struct Lss;
+
+  explicit Device(DeviceOptions options);
   std::uint64_t mix_seed() const;
+  void build(const od::DeviceDescription& description);
+  void be_lss_slave();
+  void rebuild(std::uint8_t node_id);
+  void follow_lss(Instant now);
+  bool has_node_id() const;
 
   DeviceOptions options_;
   EventLog events_;
   std::unique_ptr<Behaviour> behaviour_;
   std::unique_ptr<node::Node> node_;
+  std::unique_ptr<Lss> lss_;
   bool alive_ = false;
 };
 

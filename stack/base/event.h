@@ -88,8 +88,8 @@ enum class EventKind : std::uint8_t {
                  // ended it early; value: how many objects were read
   command_progress,  // what a command that takes long has done. code: CommandKind, value: how much;
                      // data: of how much (4, LE; 0 = not known)
-  lss_result,        // a device without a node-ID was given one by LSS: node. code: 0, or why not;
-                     // data: its LSS address, 1018h:1 to 4 (4 each, LE)
+  lss_result,        // what LSS did with a device without a node-ID. code: lss::Verdict; value: its
+                     // error, specific error (1 each); data: its LSS address (4 x 4, LE)
   foreign_manager,   // another NMT master is on the line. code: how it showed itself
   can_frame,         // a frame that no service wanted, while somebody asked for such (CommandKind::
               // can_listen). code: identifier, bit 31: of 29 bits; value: length; data: its first

@@ -37,7 +37,7 @@ enum class CommandKind : std::uint8_t {
   boot,          // node (0 = all): its boot process anew (CiA 302-2)
   configure,     // node (0 = all), code: 0 verify, 1 apply its configuration (CiA 302-3)
   program,       // node, sub: number of the program (1F50h), data: the program
-  lss,           // code: the service (CiA 305), data: its arguments -> data
+  lss,           // code: lss::Procedure, data: its arguments -> data (stack/lss/procedure.h)
   object_write,  // node, index, sub, data: by PDO if the object is mapped, else by SDO
   pdo_trigger,   // code: number of a TPDO, which is sent now
   can_send,      // entry: identifier, data: a frame

@@ -57,6 +57,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       emergencies(node.dispatch(), events, kManagerMark),
       sdo(node.dispatch(), node.transmit(), events),
       manager(node_plans(config), manager_options(config), sdo, heartbeats, events, *this),
+      lss(config, manager, events),
       outputs(image.layout(image::Direction::outputs), config.groups, config.bound),
       scanner(sdo, events) {
   node.set_companion(this);
@@ -80,7 +81,7 @@ void Line::Impl::start(Instant now) {
   node.start(now);
   apply_defaults(now);
   if (manages()) {
-    manager.start(now);
+    start_lss(now);
     return;
   }
   for (const manager::NodePlan& device : node_plans(config)) {
@@ -95,6 +96,8 @@ void Line::Impl::advance(Instant now) {
   sdo.advance(now);
   take_completions(now);
   manager.advance(now);
+  lss.advance(usable(), now);
+  settle_lss(now);
   if (routing != nullptr) {
     routing->advance(may_send_sdo(), now);
     take_completions(now);
@@ -106,6 +109,7 @@ void Line::Impl::advance(Instant now) {
   }
   can::Traffic seen = node.counters().sent;
   seen += node.counters().received;
+  seen += lss.sent();
   load.advance(seen, now);
 }
 
@@ -113,6 +117,7 @@ Instant Line::Impl::next_wake() const {
   Instant wake = earlier(node.next_wake(), heartbeats.next_wake());
   wake = earlier(wake, events.next_wake());
   wake = earlier(wake, earlier(sdo.next_wake(), manager.next_wake()));
+  wake = earlier(wake, lss.next_wake());
   wake = earlier(wake, routing != nullptr ? routing->next_wake() : kNever);
   return earlier(wake, earlier(outputs.next_wake(), next_command_deadline()));
 }
@@ -155,7 +160,7 @@ void Line::Impl::routes(std::vector<routing::Route>& out) const {
 }
 
 bool Line::Impl::next_frame(can::Frame& out, Instant now) {
-  return node.next_frame(out, now);
+  return node.next_frame(out, now) || next_lss_frame(out, now);
 }
 
 void Line::Impl::bus_event(const can::BusEvent& event) {
@@ -195,6 +200,12 @@ void Line::Impl::receive(const can::Target& target, const can::Frame& frame) {
     case can::Service::sdo_client:
       sdo.receive(target, frame);
       take_completions(frame.time);
+      return;
+    case can::Service::lss:
+      if (!lss.receive(frame)) {
+        malformed(target, frame);
+      }
+      settle_lss(frame.time);
       return;
     default:
       return;
@@ -264,7 +275,7 @@ Counters Line::Impl::count() const {
   const node::NodeCounters& of_node = node.counters();
   const pdo::EngineCounters& of_pdos = const_cast<node::Node&>(node).pdos().counters();
   out.frames_received = of_node.received.frames;
-  out.frames_sent = of_node.sent.frames;
+  out.frames_sent = of_node.sent.frames + lss.sent().frames;
   out.frames_unused = of_node.unused;
   out.frames_malformed +=
       of_node.malformed + sdo.counters().malformed + of_pdos.too_short + of_pdos.too_long;
@@ -290,6 +301,8 @@ void Line::Impl::stop(Instant now) {
     return;
   }
   manager.stop(now);
+  lss.stop();
+  settle_lss(now);
   end_scan(Refusal::cancelled, now);
   if (routing != nullptr) {
     routing->stop(now);
@@ -329,7 +342,7 @@ void Line::Impl::receive_and_route(std::span<const can::Frame> frames) {
   }
 }
 bool Line::Impl::wants_to_send(Instant now) const {
-  return node.wants_to_send(now);
+  return node.wants_to_send(now) || lss.wants_to_send();
 }
 const image::Layout& Line::Impl::layout(image::Direction direction) const {
   return image.layout(direction);

@@ -54,6 +54,9 @@ void Line::Impl::execute(Command command, Instant now) {
     case CommandKind::routing_trace:
       error = trace_routing(command, now);
       break;
+    case CommandKind::lss:
+      execute_lss(std::move(command), now);
+      return;
     case CommandKind::scan:
       start_scan(command, now);
       return;
@@ -63,7 +66,6 @@ void Line::Impl::execute(Command command, Instant now) {
     case CommandKind::boot:
     case CommandKind::configure:
     case CommandKind::program:
-    case CommandKind::lss:
     case CommandKind::object_write:
     case CommandKind::pdo_trigger:
     case CommandKind::can_send:

@@ -9,6 +9,7 @@
 #include "stack/emcy/producer.h"
 #include "stack/image/process_image.h"
 #include "stack/line/line_base.h"
+#include "stack/line/lss.h"
 #include "stack/line/outputs.h"
 #include "stack/line/routing.h"
 #include "stack/manager/manager.h"
@@ -112,6 +113,12 @@ struct Line::Impl final : Line::Base,
   void expire_scan(Instant now);
   void end_scan(Refusal why, Instant now);
 
+  // --- line_lss.cpp -----------------------------------------------------------------------------
+  void start_lss(Instant now);
+  void settle_lss(Instant now);
+  void execute_lss(Command command, Instant now);
+  bool next_lss_frame(can::Frame& out, Instant now);
+
   // --- line_outputs.cpp -------------------------------------------------------------------------
   OutputRefusal write_outputs(const OutputWrite& write, Instant now) override;
   void write_bound(std::span<const BoundValue> values, Instant now) override;
@@ -131,6 +138,8 @@ struct Line::Impl final : Line::Base,
   emcy::Consumer emergencies;
   sdo::Arbiter sdo;
   manager::Manager manager;  // keeps the states of the nodes in every role, acts in that of manager
+  Lss lss;                   // idle but in the role manager
+  bool boot_begun = false;   // of the nodes: it waits for the first round of LSS
   Outputs outputs;
   std::unique_ptr<Routing> routing;  // if the line takes part in it
 

@@ -163,6 +163,9 @@ TEST_F(Desk, WhatIsOutOfRangeIsRefusedWithTheReason) {
             Refusal::bad_request);
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.data().resize(257); }, v1::COMMAND_BUS_FAULT)),
             Refusal::bad_request);
+  EXPECT_EQ(refusal(spoilt([](auto& s) { s.code(12); }, v1::COMMAND_LSS)), Refusal::bad_request);
+  EXPECT_EQ(refusal(spoilt([](auto& s) { s.data().resize(25); }, v1::COMMAND_LSS)),
+            Refusal::bad_request);
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.kind(v1::COMMAND_SCAN_APPLY + 1); })),
             Refusal::bad_request);
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.data().resize(6); }, v1::COMMAND_EMCY_SEND)),

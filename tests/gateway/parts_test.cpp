@@ -261,6 +261,19 @@ TEST(EventText, TellsOfAConnectionWhoseItIsAndHowItEnded) {
             "transfer, 0 bytes: SDO protocol timed out (05040000)");
 }
 
+TEST(EventText, SaysWhatLssDidWithADevice) {
+  const std::initializer_list<int> address{0x47, 0x4C, 0, 0, 0x20, 0x40, 0, 0,
+                                           0,    0,    1, 0, 0xF5, 1,    0, 0};
+  EXPECT_EQ(words(EventKind::lss_result, 5, 0, 0, address),
+            "node 5 (ram): LSS: was given its node-ID (vendor 00004C47h, product 00004020h, "
+            "revision 00010000h, serial 000001F5h)");
+  EXPECT_EQ(words(EventKind::lss_result, 5, 4, 0x07FF, address),
+            "node 5 (ram): LSS: refuses its node-ID, error 255/7 (vendor 00004C47h, product "
+            "00004020h, revision 00010000h, serial 000001F5h)");
+  EXPECT_EQ(words(EventKind::lss_result, 0, 8, 0),
+            "LSS: a device has no node-ID, and neither a known address nor fastscan finds it");
+}
+
 TEST(EventText, HasWordsForEveryKind) {
   for (std::size_t i = 0; i < kEventKinds; ++i) {
     const std::string text = words(static_cast<EventKind>(i), 5, 0, 0);
@@ -284,7 +297,7 @@ TEST(Access, ReadAllowsWhatChangesNothing) {
   for (const auto kind :
        {CommandKind::sdo_write, CommandKind::network_write, CommandKind::local_write,
         CommandKind::nmt, CommandKind::emcy_send, CommandKind::output_write,
-        CommandKind::bus_restart, CommandKind::bus_fault}) {
+        CommandKind::bus_restart, CommandKind::bus_fault, CommandKind::lss}) {
     EXPECT_FALSE(permitted(kind, Access::read, Access::all)) << name(kind);
     EXPECT_TRUE(permitted(kind, Access::all, Access::all)) << name(kind);
   }

@@ -28,6 +28,12 @@ void Scenario::act(Words& words) {
     command(std::move(request), name);
   } else if (verb == "ours") {
     ours_action(words);
+  } else if (verb == "lss") {
+    line::Command request{.kind = line::CommandKind::lss};
+    const std::string name = words.take();
+    request.code = static_cast<std::uint16_t>(words.number());
+    request.data = words.done() ? std::vector<std::byte>{} : words.hex();
+    command(std::move(request), name);
   } else if (verb == "write") {
     group_write(words);
   } else if (verb == "frame") {

@@ -46,6 +46,16 @@ od::ObjectDescription object(std::uint16_t index, std::vector<od::VariableDescri
   return out;
 }
 
+void set_serial(od::DeviceDescription& device, std::uint32_t serial) {
+  for (od::ObjectDescription& object : device.objects) {
+    for (od::VariableDescription& variable : object.variables) {
+      if (object.index == 0x1018 && variable.sub == 4) {
+        store_le(std::span(variable.value), std::uint64_t{serial});
+      }
+    }
+  }
+}
+
 // An RPDO or TPDO whose communication record is at that index.
 void add_mpdo(od::Dictionary& dictionary, std::uint16_t index, std::uint32_t cob_id,
               pdo::MpdoMode mode) {
@@ -109,6 +119,12 @@ void Scenario::describe_line(Words& words) {
     } else if (key == "channels") {
       words.expect("per-node");
       plan.config.routing.channels = routing::ChannelRule::per_node;
+    } else if (key == "lss") {
+      plan.config.lss.assign = true;
+    } else if (key == "lss-period") {
+      plan.config.lss.period = words.duration();
+    } else if (key == "lss-store") {
+      plan.config.lss.store = true;
     } else if (key == "own") {
       plan.config.node_id = words.node();
     } else {
@@ -158,6 +174,10 @@ void Scenario::describe_device(Words& words) {
       plan.mpdos.try_emplace(device.node_id);
     } else if (key == "mpdo-of") {
       plan.mpdos[device.node_id] = words.node();
+    } else if (key == "unconfigured") {
+      device.unconfigured = true;
+    } else if (key == "has-serial") {
+      device.serial = static_cast<std::uint32_t>(words.number());
     } else if (key == "unlisted") {
       listed = false;
     } else if (key == "ours") {
@@ -176,7 +196,11 @@ void Scenario::describe_device(Words& words) {
     }
     node.device = *file.value;
     if (ours) {
-      plan.ours.push_back({.id = node.id, .name = node.name, .device = node.device});
+      plan.ours.push_back(
+          {.id = node.id, .name = node.name, .device = node.device, .lss = device.unconfigured});
+      if (device.serial) {
+        set_serial(plan.ours.back().device, *device.serial);
+      }
     }
     plan.config.nodes.push_back(std::move(node));
     std::ranges::sort(plan.config.nodes, {}, &line::NodeConfig::id);

@@ -1,0 +1,85 @@
+// The LSS master of a line in the role manager: node-IDs for devices that have none before the
+// network boots and for late comers, and CommandKind::lss. Private to stack/line.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "stack/base/event_log.h"
+#include "stack/can/traffic.h"
+#include "stack/line/command.h"
+#include "stack/line/config.h"
+#include "stack/lss/assigner.h"
+#include "stack/lss/procedure.h"
+#include "stack/manager/manager.h"
+
+namespace linegate::line {
+
+class Lss final : lss::AssignerHost {
+ public:
+  // All must outlive it.
+  Lss(const LineConfig& config, const manager::Manager& manager, EventLog& events);
+
+  // usable: the bus can be used. The first round begins at once, if there is to be one.
+  void start(bool usable, Instant now);
+  // The line stops: commands under way are answered.
+  void stop();
+  // Nodes of the configuration are being given their node-IDs: their boot waits for that.
+  bool holds_boot() const { return holding_; }
+
+  // False if a queue is full. reply() has its answer sooner or later.
+  bool execute(Command command, Instant now);
+  std::optional<Reply> take_reply();
+
+  // A frame on 7E4h. False if it is malformed.
+  bool receive(const can::Frame& frame);
+  // usable: false puts off what is to begin.
+  void advance(bool usable, Instant now);
+  Instant next_wake() const;
+  // Less urgent than all that the own node sends.
+  bool next_frame(can::Frame& out, Instant now);
+  bool wants_to_send() const { return master_.wants_to_send(); }
+  const can::Traffic& sent() const { return sent_; }
+
+ private:
+  struct Asked {
+    std::uint64_t tag = 0;
+    lss::Procedure procedure = lss::Procedure::assign;
+    std::optional<lss::Course> course;  // but for assign
+    Instant deadline = kNever;
+  };
+
+  bool is_present(std::uint8_t node) const override;
+  bool is_watched(std::uint8_t node) const override;
+  void pump(Instant now);
+  bool begin_next(Instant now);
+  void take_answer(const lss::Answer& answer, Instant now);
+  void note_configuration(const lss::Answer& answer, Instant now);
+  void finish_command(Error error, std::vector<std::byte> data);
+  void finish_round(Instant now);
+  void tell(const lss::Finding& finding, Instant now);
+  void tell_progress(unsigned parts, Instant now);
+  void expire(Instant now);
+  void release_if_stuck(Instant now);
+  bool course_runs() const { return !asked_.empty() && asked_.front().course && running_; }
+
+  const LineConfig& config_;
+  const manager::Manager& manager_;
+  EventLog& events_;
+  lss::Master master_;
+  lss::Assigner assigner_;
+  std::deque<Asked> asked_;  // the first is carried out if running_
+  bool running_ = false;
+  bool usable_ = false;
+  bool started_ = false;
+  bool holding_ = false;
+  unsigned told_parts_ = 0;
+  Instant next_round_ = kNever;
+  Instant hands_off_until_{};  // a person has devices in configuration
+  Instant stuck_at_ = kNever;  // while holding: a frame that waits then cannot be sent
+  std::deque<Reply> replies_;
+  can::Traffic sent_;
+};
+
+}  // namespace linegate::line
