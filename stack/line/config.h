@@ -48,6 +48,9 @@ struct DeviceConfig {
   std::uint8_t id = 0;
   std::string name;
   od::DeviceDescription device;  // from its EDS or DCF, resolved with id
+  // It is an LSS slave that has no node-ID until it is given one, or the one it stored. id is what
+  // it is called by here, whatever node-ID it has.
+  bool lss = false;
 };
 
 // Output entries that one application writes. Entries are named "node.index:sub", see gateway.
@@ -72,6 +75,19 @@ struct Identity {
   std::uint32_t serial = 0;
 };
 
+// The line's LSS master (CiA 305), role manager.
+struct LssConfig {
+  // Nodes that have no node-ID are given it before the network boots, by their identity: 1018h of
+  // the device file, and the serial number.
+  bool assign = false;
+  Duration timeout = std::chrono::milliseconds(100);  // for each answer
+  Duration period = std::chrono::seconds(5);          // of the search for late comers; 0 = none
+  bool store = false;                                 // they keep it
+  // Bit rate given besides, in bit/s; they have it when they are switched on the next time. One of
+  // the table of CiA 305, and stored; 0 = as it is.
+  std::uint32_t bit_rate = 0;
+};
+
 struct LineConfig {
   std::string name;
   std::uint16_t network_id = 1;  // 1..127
@@ -88,6 +104,7 @@ struct LineConfig {
   Duration sync_period{};  // 0 = no SYNC producer
   Duration time_period{};  // 0 = no TIME producer
   Duration sdo_timeout = std::chrono::milliseconds(500);
+  LssConfig lss;
   bool reset_nodes = true;        // NMT reset communication to all at the start
   bool start_nodes = true;        // NMT start when booted (1F80h bit 3 = 0)
   bool stop_nodes = true;         // NMT enter pre-operational to all when the line is stopped

@@ -15,11 +15,19 @@ Line::Devices::Devices(LineConfig line_config, pdo::LinkPlan plan)
       outputs(image.layout(Direction::outputs), config.groups, config.bound) {
   for (const DeviceConfig& device : config.devices) {
     seats.push_back(
-        {.device = std::make_unique<VirtualDevice>(device, config.error_scheme, image, events),
-         .offer = {}});
+        {.device = std::make_unique<VirtualDevice>(device, config, image, events), .offer = {}});
   }
   std::ranges::sort(seats, {}, [](const Seat& seat) { return seat.device->id(); });
 }
+
+namespace {
+
+// Which device a medium with kLssMedium is for.
+std::uint8_t lss_slave_of(std::uint8_t medium) {
+  return static_cast<std::uint8_t>(medium & ~Line::kLssMedium);
+}
+
+}  // namespace
 
 VirtualDevice* Line::Devices::find(std::uint8_t id) const {
   for (const Seat& seat : seats) {
@@ -64,19 +72,23 @@ void Line::Devices::receive(std::span<const can::Frame> frames) {
 // Some device may have no SYNC object, or be stopped.
 void Line::Devices::count_syncs() {
   for (const Seat& seat : seats) {
-    syncs = std::max(syncs, static_cast<std::uint32_t>(seat.device->node().counters().syncs));
+    syncs = std::max(syncs, static_cast<std::uint32_t>(seat.device->counts().syncs));
   }
 }
 
 void Line::Devices::set_medium(storage::Medium* medium, std::uint8_t device) {
   if (VirtualDevice* found = find(device)) {
-    found->node().set_medium(medium);
+    found->set_medium(medium);
+  } else if (VirtualDevice* slave = find(lss_slave_of(device))) {
+    slave->set_lss_medium(medium);
   }
 }
 
 void Line::Devices::medium_done(bool good, std::uint8_t device) {
   if (VirtualDevice* found = find(device)) {
     found->node().medium_done(good);
+  } else if (VirtualDevice* slave = find(lss_slave_of(device))) {
+    slave->lss_medium_done(good);
   }
 }
 
@@ -109,7 +121,7 @@ void Line::Devices::advance(Instant now) {
 Instant Line::Devices::next_wake() const {
   Instant wake = earlier(events.next_wake(), outputs.next_wake());
   for (const Seat& seat : seats) {
-    wake = earlier(wake, seat.device->node().next_wake());
+    wake = earlier(wake, seat.device->next_wake());
   }
   return wake;
 }
@@ -139,9 +151,8 @@ bool Line::Devices::next_frame(can::Frame& out, Instant now) {
 }
 
 bool Line::Devices::wants_to_send(Instant now) const {
-  return std::ranges::any_of(seats, [now](const Seat& seat) {
-    return seat.offers || seat.device->node().wants_to_send(now);
-  });
+  return std::ranges::any_of(
+      seats, [now](const Seat& seat) { return seat.offers || seat.device->wants_to_send(now); });
 }
 
 // A device that is switched off falls silent.
@@ -150,7 +161,7 @@ void Line::Devices::stop(Instant now) {
     return;
   }
   for (const Seat& seat : seats) {
-    seat.device->node().command(nmt::Command::enter_pre_operational, now);
+    seat.device->command(nmt::Command::enter_pre_operational, now);
     seat.device->inputs_lost();
   }
   emit(EventKind::line_stopped, now);
@@ -173,7 +184,7 @@ Line::Input Line::Devices::input(std::uint32_t entry) const {
 
 void Line::Devices::set_utc(Duration offset) {
   for (const Seat& seat : seats) {
-    seat.device->node().clock().set_utc(offset);
+    seat.device->set_utc(offset);
   }
 }
 
@@ -200,15 +211,14 @@ LineState Line::Devices::state() const {
   out.nodes_configured = static_cast<std::uint8_t>(seats.size());
   out.counters = counters;
   for (const Seat& seat : seats) {
-    node::Node& node = seat.device->node();
-    const pdo::EngineCounters& pdos = node.pdos().counters();
-    if (node.state() == nmt::State::operational) {
+    if (seat.device->node().state() == nmt::State::operational) {
       ++out.nodes_operational;
     }
-    out.counters.frames_malformed += node.counters().malformed + pdos.too_short + pdos.too_long;
-    out.counters.rpdos += pdos.received;
-    out.counters.tpdos += pdos.sent;
-    out.counters.tpdos_coalesced += pdos.coalesced;
+    const VirtualDevice::Counts counts = seat.device->counts();
+    out.counters.frames_malformed += counts.malformed;
+    out.counters.rpdos += counts.received;
+    out.counters.tpdos += counts.sent;
+    out.counters.tpdos_coalesced += counts.coalesced;
   }
   out.counters.frames_received = received.frames;
   out.counters.frames_sent = sent.frames;

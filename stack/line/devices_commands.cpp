@@ -116,7 +116,7 @@ Error Line::Devices::send_nmt(const Command& command, Instant now) {
   }
   for (const Seat& seat : seats) {
     if (command.node == 0 || seat.device->id() == command.node) {
-      seat.device->node().command(command.nmt, now);
+      seat.device->command(command.nmt, now);
     }
   }
   return {};

@@ -50,7 +50,9 @@ class Line {
 
   // Where the own node stores its parameters (1010h), before start(); must outlive the line. What
   // is stored takes the place of what the configuration says. device: node-ID of the one of
-  // LineConfig::devices that it is for; 0 = the own node.
+  // LineConfig::devices that it is for; 0 = the own node. With kLssMedium: for its node-ID, which
+  // LSS stores.
+  static constexpr std::uint8_t kLssMedium = 0x80;
   void set_medium(storage::Medium* medium, std::uint8_t device = 0);
 
   // --- input ----------------------------------------------------------------------------------

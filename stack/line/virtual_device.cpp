@@ -3,7 +3,9 @@
 #include <map>
 #include <utility>
 
+#include "stack/od/node_id.h"
 #include "stack/profile/io_device.h"
+#include "stack/time/service.h"
 
 namespace linegate::line {
 namespace {
@@ -14,6 +16,26 @@ constexpr std::uint16_t kErrorRegister = 0x1001;
 constexpr std::uint16_t kDeviceType = 0x1000;
 constexpr std::uint16_t kIdentityObject = 0x1018;
 constexpr std::uint64_t kProfileOf1000h = 0xFFFF;
+
+// The address of a device stays what it is, whatever node-ID it has.
+void keep_identity(od::DeviceDescription& device) {
+  for (od::ObjectDescription& object : device.objects) {
+    for (od::VariableDescription& variable : object.variables) {
+      if (object.index == kIdentityObject) {
+        variable.notes.value_formula = false;
+      }
+    }
+  }
+}
+
+lss::Address lss_address(od::Dictionary& dictionary) {
+  lss::Address out{};
+  for (std::uint8_t part = 0; part < lss::kParts; ++part) {
+    out[part] = static_cast<std::uint32_t>(
+        dictionary.number({kIdentityObject, static_cast<std::uint8_t>(part + 1)}).value_or(0));
+  }
+  return out;
+}
 
 }  // namespace
 
@@ -38,12 +60,28 @@ void VirtualDevice::Conversion::written(od::Address address) {
   device_.convert({profile::IoBehaviour::converted_by(address.index), address.sub});
 }
 
-VirtualDevice::VirtualDevice(const DeviceConfig& config, node::ErrorScheme scheme,
+VirtualDevice::VirtualDevice(const DeviceConfig& config, const LineConfig& line,
                              image::ProcessImage& image, EventLog& events)
-    : id_(config.id), image_(image) {
-  const node::Options options{.node_id = config.id, .error_scheme = scheme};
-  node_ = std::make_unique<node::Node>(od::Dictionary(config.device), options, events, nullptr);
+    : id_(config.id), scheme_(line.error_scheme), image_(image), events_(events) {
+  build(config.device);
+  if (config.lss) {
+    description_ = config.device;
+    keep_identity(description_);
+    lss_ = std::make_unique<DeviceLss>(lss_address(node_->dictionary()), line.bit_rate);
+  }
+}
+
+void VirtualDevice::build(const od::DeviceDescription& description) {
+  const node::Options options{.node_id = description.node_id, .error_scheme = scheme_};
+  io_.reset();
+  node_.reset();
+  mirrors_.clear();
+  node_ = std::make_unique<node::Node>(od::Dictionary(description), options, events_, nullptr);
   node_->set_application(this);
+  node_->set_medium(medium_);
+  if (utc_) {
+    node_->clock().set_utc(*utc_);
+  }
   const std::uint64_t type = node_->dictionary().number({kDeviceType, 0}).value_or(0);
   if ((type & kProfileOf1000h) == profile::kIoProfile) {
     io_.emplace(node_->dictionary());
@@ -57,11 +95,22 @@ VirtualDevice::VirtualDevice(const DeviceConfig& config, node::ErrorScheme schem
   mirror(Direction::outputs);
 }
 
+// What depends on the node-ID is another; what the application said is as true as before.
+void VirtualDevice::rebuild(std::uint8_t node_id) {
+  if (node_->node_id() == node_id) {
+    return;
+  }
+  before_ = counts();
+  build(od::with_node_id(description_, node_id));
+  reset(true, now_);
+}
+
 // One hook an object, which hears of RPDOs where it may be received.
 void VirtualDevice::mirror(Direction direction) {
   const auto side = static_cast<std::size_t>(direction);
   const std::vector<image::Entry>& entries = image_.layout(direction).entries;
   std::map<std::uint16_t, Mirror*> by_index;
+  entries_[side].clear();
   for (std::uint32_t i = 0; i < entries.size(); ++i) {
     if (entries[i].node != id_) {
       continue;
@@ -123,24 +172,130 @@ void VirtualDevice::convert(od::Address process) {
 
 void VirtualDevice::start(Instant now) {
   now_ = now;
+  if (lss_ != nullptr) {
+    lss_->power_on();
+    if (!lss_->has_node_id()) {
+      return;
+    }
+    rebuild(lss_->slave().active_node_id());
+  }
   node_->start(now);
+  reset_.reset();  // power-on, which the slave has seen already
 }
 
 bool VirtualDevice::receive(const can::Frame& frame) {
   now_ = frame.time;
+  if (lss_ != nullptr && frame.id == lss::kMasterId && !frame.extended()) {
+    (void)lss_->slave().receive(frame, lss_->answers());
+    follow_lss(frame.time);
+    return true;
+  }
+  if (!has_node_id()) {
+    return false;
+  }
   const std::uint64_t unused = node_->counters().unused;
   node_->receive({&frame, 1});
-  return node_->counters().unused == unused;
+  const bool wanted = node_->counters().unused == unused;
+  follow_lss(frame.time);
+  return wanted;
+}
+
+// NMT resets, and leaving configuration with the first node-ID, make the pending one the active
+// one.
+void VirtualDevice::follow_lss(Instant now) {
+  if (lss_ == nullptr) {
+    return;
+  }
+  const bool first = lss_->slave().take_reset();
+  const std::optional<bool> reset = std::exchange(reset_, std::nullopt);
+  if (!first && !reset) {
+    return;
+  }
+  const std::uint8_t before = lss_->slave().active_node_id();
+  const std::uint8_t active = lss_->slave().reset(reset.value_or(false));
+  if (active == before) {
+    return;
+  }
+  ++revision_;
+  inputs_lost();
+  if (active != lss::kNoNodeId) {
+    rebuild(active);
+    node_->start(now);
+    reset_.reset();
+  }
 }
 
 void VirtualDevice::advance(Instant now) {
   now_ = now;
-  node_->advance(now);
+  if (lss_ != nullptr) {
+    lss_->slave().advance(now);
+  }
+  if (has_node_id()) {
+    node_->advance(now);
+  }
+  follow_lss(now);
+}
+
+Instant VirtualDevice::next_wake() const {
+  const Instant wake = lss_ != nullptr ? lss_->slave().next_wake() : kNever;
+  return has_node_id() ? earlier(wake, node_->next_wake()) : wake;
 }
 
 bool VirtualDevice::next_frame(can::Frame& out, Instant now) {
   now_ = now;
-  return node_->next_frame(out, now);
+  if (lss_ != nullptr && lss_->slave().silent()) {
+    return false;
+  }
+  return (has_node_id() && node_->next_frame(out, now)) ||
+         (lss_ != nullptr && lss_->answers().pop(out));
+}
+
+bool VirtualDevice::wants_to_send(Instant now) const {
+  if (lss_ != nullptr && lss_->slave().silent()) {
+    return false;
+  }
+  return (has_node_id() && node_->wants_to_send(now)) ||
+         (lss_ != nullptr && !lss_->answers().empty());
+}
+
+void VirtualDevice::set_utc(Duration offset) {
+  utc_ = offset;
+  node_->clock().set_utc(offset);
+}
+
+void VirtualDevice::set_medium(storage::Medium* medium) {
+  medium_ = medium;
+  node_->set_medium(medium);
+}
+
+void VirtualDevice::set_lss_medium(storage::Medium* medium) {
+  if (lss_ != nullptr) {
+    lss_->set_medium(medium);
+  }
+}
+
+void VirtualDevice::lss_medium_done(bool good) {
+  if (lss_ != nullptr) {
+    lss_->medium_done(good);
+  }
+}
+
+void VirtualDevice::command(nmt::Command command, Instant now) {
+  now_ = now;
+  if (has_node_id()) {
+    node_->command(command, now);
+    follow_lss(now);
+  }
+}
+
+VirtualDevice::Counts VirtualDevice::counts() const {
+  const pdo::EngineCounters& pdos = node_->pdos().counters();
+  return {
+      .malformed = before_.malformed + node_->counters().malformed + pdos.too_short + pdos.too_long,
+      .received = before_.received + pdos.received,
+      .sent = before_.sent + pdos.sent,
+      .coalesced = before_.coalesced + pdos.coalesced,
+      .syncs = before_.syncs + node_->counters().syncs};
 }
 
 void VirtualDevice::take_outputs(std::span<const std::uint32_t> entries, bool always, Instant now) {
@@ -184,8 +339,8 @@ NodeState VirtualDevice::state() const {
   NodeState out;
   out.node = id_;
   out.configured = true;
-  out.state = node_->state();
-  out.presence = Presence::present;
+  out.state = has_node_id() ? node_->state() : nmt::State::initialising;
+  out.presence = has_node_id() ? Presence::present : Presence::missing;
   out.device_type = u32(kDeviceType, 0);
   out.vendor = u32(kIdentityObject, 1);
   out.product = u32(kIdentityObject, 2);
@@ -240,6 +395,7 @@ bool VirtualDevice::may_send_emcy(std::uint16_t code, std::span<std::byte, 5> /*
 // What the application said is as true as before; what the master said is gone.
 void VirtualDevice::reset(bool whole_node, Instant now) {
   now_ = now;
+  reset_ = whole_node || reset_.value_or(false);
   if (!whole_node) {
     return;
   }

@@ -13,6 +13,7 @@
 #include "stack/emcy/producer.h"
 #include "stack/image/process_image.h"
 #include "stack/line/config.h"
+#include "stack/line/device_lss.h"
 #include "stack/line/state.h"
 #include "stack/node/node.h"
 #include "stack/od/hook.h"
@@ -26,14 +27,23 @@ namespace linegate::line {
 class VirtualDevice final : node::Application {
  public:
   // image: of the whole line, laid out by device_plan(). All must outlive the device.
-  VirtualDevice(const DeviceConfig& config, node::ErrorScheme scheme, image::ProcessImage& image,
+  VirtualDevice(const DeviceConfig& config, const LineConfig& line, image::ProcessImage& image,
                 EventLog& events);
 
   void start(Instant now);
   // At frame.time. True if a service wanted it.
   bool receive(const can::Frame& frame);
   void advance(Instant now);
+  Instant next_wake() const;
   bool next_frame(can::Frame& out, Instant now);
+  bool wants_to_send(Instant now) const;
+  void set_utc(Duration offset);
+  void set_medium(storage::Medium* medium);
+  // Of its LSS slave; nothing happens without one.
+  void set_lss_medium(storage::Medium* medium);
+  void lss_medium_done(bool good);
+  // An NMT command as if received. Ignored without a node-ID.
+  void command(nmt::Command command, Instant now);
   // What outputs of the image are now becomes what the device has; entries: of this device. All
   // values are there before the first TPDO is requested: of those that became other ones (as far as
   // the profile tells them), or of all.
@@ -45,9 +55,21 @@ class VirtualDevice final : node::Application {
                              std::span<const std::byte> info, Instant now);
 
   std::uint8_t id() const { return id_; }
+  // Without one nothing but LSS is heard and said.
+  bool has_node_id() const { return lss_ == nullptr || lss_->has_node_id(); }
+  // Another one when it gets another node-ID.
   node::Node& node() { return *node_; }
   const node::Node& node() const { return *node_; }
   NodeState state() const;
+  // Of all nodes it has been.
+  struct Counts {
+    std::uint64_t malformed = 0;
+    std::uint64_t received = 0;
+    std::uint64_t sent = 0;
+    std::uint64_t coalesced = 0;
+    std::uint64_t syncs = 0;
+  };
+  Counts counts() const;
   // Grows with every change of state().
   std::uint64_t revision() const { return revision_; }
 
@@ -80,6 +102,9 @@ class VirtualDevice final : node::Application {
   // Local PDO numbers of the image, by the device's own: 0 = not in the image.
   using Numbers = std::array<std::uint16_t, pdo::kMaxPdo + 1>;
 
+  void build(const od::DeviceDescription& description);
+  void rebuild(std::uint8_t node_id);
+  void follow_lss(Instant now);
   void mirror(image::Direction direction);
   void convert(od::Address process);
   void take_from_image(std::uint32_t output);
@@ -97,7 +122,15 @@ class VirtualDevice final : node::Application {
   void reset(bool whole_node, Instant now) override;
 
   const std::uint8_t id_;
+  const node::ErrorScheme scheme_;
   image::ProcessImage& image_;
+  EventLog& events_;
+  std::unique_ptr<DeviceLss> lss_;     // if it is an LSS slave
+  od::DeviceDescription description_;  // the same: to become another node of
+  storage::Medium* medium_ = nullptr;
+  std::optional<Duration> utc_;
+  Counts before_;              // of nodes it is no more
+  std::optional<bool> reset_;  // its node was reset: whether the whole of it
   std::vector<std::unique_ptr<Mirror>> mirrors_;
   Conversion conversion_{*this};
   std::array<Numbers, 2> numbers_{};                   // by image::Direction

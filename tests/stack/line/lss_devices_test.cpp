@@ -1,0 +1,141 @@
+// A device of the line's own that is an LSS slave: its node-ID comes over the bus.
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "stack/storage/medium.h"
+
+#include "tests/stack/line/device_file.h"
+#include "tests/stack/line/line_fixture.h"
+
+namespace linegate::line {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+class LssDeviceTest : public LineTest {
+ protected:
+  void start() {
+    LineConfig config;
+    config.name = "below";
+    config.role = Role::device;
+    config.node_id = 0;
+    config.bit_rate = 250'000;
+    config.devices.push_back({.id = 5,
+                              .name = "axis",
+                              .device = *eds::load(kDeviceFile, "axis.eds", 5).value,
+                              .lss = true});
+    make(std::move(config));
+    if (keeps) {
+      line_->set_medium(&medium, Line::kLssMedium | 5);
+    }
+    line_->start(now_);
+  }
+  // What the device says to that.
+  std::vector<std::string> lss(std::initializer_list<std::uint8_t> data) {
+    hear(0x7E5, data);
+    pass(Duration{});
+    return sent();
+  }
+  void configuration() { lss({0x04, 1, 0, 0, 0, 0, 0, 0}); }
+  std::vector<std::string> waiting() { return lss({0x04, 0, 0, 0, 0, 0, 0, 0}); }
+  void give(std::uint8_t node) {
+    configuration();
+    EXPECT_THAT(lss({0x11, node, 0, 0, 0, 0, 0, 0}), ElementsAre("7E4#1100000000000000"));
+  }
+
+  storage::MemoryMedium medium;
+  bool keeps = true;
+};
+
+TEST_F(LssDeviceTest, SaysAndHearsNothingWithoutANodeId) {
+  start();
+  EXPECT_THAT(sent(), IsEmpty());
+  hear(0x000, {0x01, 0x00});
+  hear(0x605, {0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0});
+  EXPECT_THAT(sent(), IsEmpty());
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::initialising);
+  EXPECT_EQ(line_->node_state(5).presence, Presence::missing);
+  EXPECT_THAT(lss({0x4C, 0, 0, 0, 0, 0, 0, 0}), ElementsAre("7E4#5000000000000000"));
+}
+
+TEST_F(LssDeviceTest, BootsWithTheNodeIdItIsGivenWhateverItIsCalledByHere) {
+  start();
+  give(9);
+  EXPECT_THAT(waiting(), ElementsAre("709#00"));
+  EXPECT_EQ(line_->node_state(5).presence, Presence::present);
+  hear(0x609, {0x40, 0x00, 0x18, 0x01, 0, 0, 0, 0});
+  pass(Duration{});
+  EXPECT_THAT(sent(), ElementsAre("589#4300180189010000")) << "COB-IDs follow the node-ID";
+  hear(0x605, {0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0});
+  EXPECT_THAT(sent(), IsEmpty());
+}
+
+TEST_F(LssDeviceTest, ResetNodeTakesTheNodeIdThatIsNotStored) {
+  start();
+  give(9);
+  waiting();
+  hear(0x000, {0x81, 0x09});
+  pass(Duration{});
+  EXPECT_THAT(sent(), IsEmpty());
+  EXPECT_THAT(lss({0x4C, 0, 0, 0, 0, 0, 0, 0}), ElementsAre("7E4#5000000000000000"));
+  give(9);
+  EXPECT_THAT(waiting(), ElementsAre("709#00"));
+}
+
+TEST_F(LssDeviceTest, AnotherNodeIdIsUsedAfterResetCommunication) {
+  start();
+  give(9);
+  waiting();
+  give(10);
+  EXPECT_THAT(waiting(), IsEmpty());
+  hear(0x000, {0x82, 0x09});
+  pass(Duration{});
+  EXPECT_THAT(sent(), ElementsAre("70A#00"));
+}
+
+TEST_F(LssDeviceTest, WhatItStoresIsItsNodeIdTheNextTime) {
+  start();
+  give(9);
+  EXPECT_THAT(lss({0x17, 0, 0, 0, 0, 0, 0, 0}), ElementsAre("7E4#1700000000000000"));
+  start();
+  EXPECT_THAT(sent(), ElementsAre("709#00"));
+}
+
+TEST_F(LssDeviceTest, StoreIsNotSupportedWithoutAPlaceForIt) {
+  keeps = false;
+  start();
+  give(9);
+  EXPECT_THAT(lss({0x17, 0, 0, 0, 0, 0, 0, 0}), ElementsAre("7E4#1701000000000000"));
+}
+
+TEST_F(LssDeviceTest, HasTheBitRateOfItsLineAlone) {
+  start();
+  configuration();
+  EXPECT_THAT(lss({0x13, 0, 3, 0, 0, 0, 0, 0}), ElementsAre("7E4#1300000000000000"));
+  EXPECT_THAT(lss({0x13, 0, 2, 0, 0, 0, 0, 0}), ElementsAre("7E4#1301000000000000"));
+}
+
+TEST_F(LssDeviceTest, WhatTheApplicationSaidIsThereUnderTheNewNodeId) {
+  start();
+  const auto& entries = line_->layout(Direction::outputs).entries;
+  ASSERT_FALSE(entries.empty());
+  line_->execute({.kind = CommandKind::output_write,
+                  .entry = 0,
+                  .data = std::vector<std::byte>(entries[0].bit_length / 8U, std::byte{0x2A})},
+                 now_);
+  EXPECT_TRUE(answer().ok());
+  give(9);
+  waiting();
+  line_->execute(
+      {.kind = CommandKind::sdo_read, .node = 5, .index = entries[0].index, .sub = entries[0].sub},
+      now_);
+  EXPECT_EQ(answer().data.at(0), std::byte{0x2A});
+}
+
+}  // namespace
+}  // namespace linegate::line
