@@ -175,7 +175,8 @@ class Text {
       pdos(device.device);
     }
     for (const auto& device : plan.simulated) {
-      add("  simulated: node {} as {}\n", device.node, device.profile);
+      add("  simulated: node {} as {}{}\n", device.node, device.profile,
+          device.unconfigured ? ", without a node-ID" : "");
     }
     if (const auto made = line::Line::make(c); made.value) {
       layout((*made.value)->layout(image::Direction::inputs));

@@ -21,6 +21,8 @@ Loaded<sim::DeviceGroup> make_devices(std::span<const config::SimulatedDevice> d
     options.profile = wanted.profile;
     options.node_id = wanted.node;
     options.seed = wanted.node;
+    options.unconfigured = wanted.unconfigured;
+    options.serial = wanted.serial;
     if (!storage.empty()) {
       options.medium = std::make_shared<ParameterFile>(parameter_path(storage, name, wanted.node));
     }

@@ -239,16 +239,18 @@ std::vector<NodeStorage> Gateway::storage_for(const LineHost& host,
   if (const auto problem = make_parameter_folder(folder)) {
     diagnostics.push_back(*problem);
   }
-  const auto add = [&](std::uint8_t device, std::uint8_t id) {
-    out.push_back(
-        {device, &keeper_.add(parameter_path(folder, host.name(), id), host.executor->wakeup())});
+  const auto add = [&](std::uint8_t device, const std::string& path) {
+    out.push_back({device, &keeper_.add(path, host.executor->wakeup())});
   };
   if (config.devices.empty()) {
-    add(0, config.node_id);
+    add(0, parameter_path(folder, host.name(), config.node_id));
   }
   for (const line::DeviceConfig& device : config.devices) {
     if (device.device.find(kStoreObject) != nullptr) {
-      add(device.id, device.id);
+      add(device.id, parameter_path(folder, host.name(), device.id));
+    }
+    if (device.lss) {
+      add(device.id | line::Line::kLssMedium, lss_path(folder, host.name(), device.id));
     }
   }
   return out;

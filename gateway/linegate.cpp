@@ -21,6 +21,7 @@
 #include "gateway/device_file.h"
 #include "gateway/exit_code.h"
 #include "gateway/foreign_text.h"
+#include "gateway/lss_options.h"
 #include "gateway/record.h"
 #include "gateway/remote_client.h"
 #include "gateway/replay.h"
@@ -282,6 +283,13 @@ class Program {
                          [&](auto& c) { return run_scan(c); });
     });
 
+    add_lss(app_, lss_, [this](CLI::App& command) {
+      on(&command, [this] {
+        return with_client(options_, {.events = true, .commands = true},
+                           [&](auto& c) { return console::lss(c, lss_); });
+      });
+    });
+
     CLI::App* fault = app_.add_subcommand(
         "fault", "faults of a bus without wires, on and off; without any: those it has");
     fault->add_option("line", texts_.line)->required();
@@ -325,7 +333,10 @@ class Program {
 
     CLI::App* simulate = app_.add_subcommand("simulate", "put simulated devices on an interface");
     simulate->add_option("interface", simulation_.uri, "e.g. socketcan:vcan0");
-    simulate->add_option("--device", simulation_.devices, "PROFILE:NODE, e.g. drive:5; repeatable");
+    simulate->add_option(
+        "--device", simulation_.devices,
+        "PROFILE:NODE, e.g. drive:5; drive:5:unconfigured is without a node-ID until LSS "
+        "gives it one; repeatable");
     simulate->add_option("--plant", simulation_.plant, "all nodes of a line of this plant.yaml");
     simulate->add_option("--line", simulation_.line, "which line of the plant");
     simulate->add_option("--store", simulation_.storage,
@@ -446,6 +457,7 @@ class Program {
   std::string plant_;
   std::string scan_folder_;
   std::string eds_folder_;
+  console::LssRequest lss_;
   SimulateOptions simulation_;
   RecordOptions recording_;
   ReplayCommand replay_;

@@ -145,10 +145,23 @@ bool ParameterFile::sync_folder() {
   return calls_.close(descriptor) == 0 && good;
 }
 
-std::string parameter_path(const std::string& folder, const std::string& name, std::uint8_t node) {
+namespace {
+
+std::string path_of(const std::string& folder, const std::string& name, std::uint8_t node,
+                    const char* suffix) {
   const std::string file =
-      (name.empty() ? std::string("node") : name) + '-' + std::to_string(node) + ".parameters";
+      (name.empty() ? std::string("node") : name) + '-' + std::to_string(node) + suffix;
   return (std::filesystem::path(folder) / file).string();
+}
+
+}  // namespace
+
+std::string parameter_path(const std::string& folder, const std::string& name, std::uint8_t node) {
+  return path_of(folder, name, node, ".parameters");
+}
+
+std::string lss_path(const std::string& folder, const std::string& name, std::uint8_t node) {
+  return path_of(folder, name, node, ".lss");
 }
 
 std::optional<Diagnostic> make_parameter_folder(const std::string& folder) {

@@ -62,6 +62,8 @@ class ParameterFile final : public storage::Medium {
 
 // FOLDER/NAME-5.parameters; FOLDER/node-5.parameters without a name.
 std::string parameter_path(const std::string& folder, const std::string& name, std::uint8_t node);
+// The file with the node-ID that LSS gave it: the same, "NAME-NODE.lss".
+std::string lss_path(const std::string& folder, const std::string& name, std::uint8_t node);
 
 // Makes the folder, and those above it, if it is not there. What is wrong if it cannot be; nothing
 // for an empty name.

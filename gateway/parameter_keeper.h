@@ -46,7 +46,7 @@ class KeptFile final : public storage::Medium {
 
 // The file of one node of a line; see line::Line::set_medium().
 struct NodeStorage {
-  std::uint8_t device = 0;  // node-ID of a device of the role device; 0 = the line's own node
+  std::uint8_t device = 0;  // as of line::Line::set_medium()
   KeptFile* file = nullptr;
 };
 

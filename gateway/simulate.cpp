@@ -38,7 +38,13 @@ bool read_uri(const std::string& text, Simulation& out) {
   return error.empty();
 }
 
-bool read_device(const std::string& text, Simulation& out) {
+// PROFILE:NODE-ID, or PROFILE:NODE-ID:unconfigured.
+bool read_device(std::string text, Simulation& out) {
+  constexpr std::string_view kUnconfigured = ":unconfigured";
+  const bool unconfigured = text.ends_with(kUnconfigured);
+  if (unconfigured) {
+    text.resize(text.size() - kUnconfigured.size());
+  }
   const std::size_t colon = text.rfind(':');
   const auto node =
       colon == std::string::npos ? std::nullopt : config::parse_unsigned(text.substr(colon + 1));
@@ -47,7 +53,10 @@ bool read_device(const std::string& text, Simulation& out) {
              text);
     return false;
   }
-  out.devices.push_back({static_cast<std::uint8_t>(*node), text.substr(0, colon)});
+  out.devices.push_back({.node = static_cast<std::uint8_t>(*node),
+                         .profile = text.substr(0, colon),
+                         .unconfigured = unconfigured,
+                         .serial = {}});
   return true;
 }
 
@@ -97,7 +106,8 @@ bool read_plant(const SimulateOptions& options, Simulation& out) {
   }
   for (const auto& node : line->config.nodes) {
     if (const auto profile = profile_of(node)) {
-      out.devices.push_back({node.id, *profile});
+      out.devices.push_back(
+          {.node = node.id, .profile = *profile, .unconfigured = false, .serial = node.serial});
     } else {
       spdlog::warn("node {} ({}) is left out: {} is none of the simulated devices", node.id,
                    node.name, node.device.file);
@@ -145,7 +155,8 @@ int simulate(const SimulateOptions& options) {
       simulation->interface.uri, true));
   executor.start();
   for (const auto& device : simulation->devices) {
-    spdlog::info("{} with node-ID {} on {}", device.profile, device.node,
+    spdlog::info("{} {} node-ID {} on {}", device.profile,
+                 device.unconfigured ? "without a node-ID, else" : "with", device.node,
                  simulation->interface.uri);
   }
   wait_for_stop_signal();

@@ -86,6 +86,18 @@ bool read_io_profile(Section& section, bool stores, line::NodeConfig& config) {
   return true;
 }
 
+// What was configured is not what the file makes of the node-ID any more.
+void forget_formulas(od::DeviceDescription& device, const od::DeviceDescription& before) {
+  for (od::ObjectDescription& object : device.objects) {
+    for (od::VariableDescription& variable : object.variables) {
+      const od::VariableDescription* was = before.find({object.index, variable.sub});
+      if (was != nullptr && was->value != variable.value) {
+        variable.notes.value_formula = false;
+      }
+    }
+  }
+}
+
 // With everything the device begins with in its description.
 line::DeviceConfig read_one(Findings& findings, const YAML::Node& node, bool stores,
                             std::vector<BindingSection>& bindings) {
@@ -100,22 +112,31 @@ line::DeviceConfig read_one(Findings& findings, const YAML::Node& node, bool sto
     check_name(findings, *text, place_of(name), "name");
     config.name = std::move(*text);
   }
+  bool lss = false;
+  section.read("lss", lss);
   const YAML::Node objects = section.find("objects");
   const YAML::Node pdos = section.find("pdos");
   section.find("serial");
   section.find("heartbeat");
   const bool made = read_io_profile(section, stores, config);
   if (made ? config.id != 0 : read_device_file(section, config, "a device")) {
+    const od::DeviceDescription before = config.device;
     read_presets(section, config.device);
     read_pdos(findings, pdos, config);
     read_objects(findings, objects, config);
     for (const line::ObjectValue& object : config.objects) {
       set_value(config.device, object.address, object.data);
     }
+    if (lss) {
+      forget_formulas(config.device, before);
+    }
   }
   read_bindings(findings, section.find("bind"), config.id, bindings);
   section.done();
-  return {.id = config.id, .name = std::move(config.name), .device = std::move(config.device)};
+  return {.id = config.id,
+          .name = std::move(config.name),
+          .device = std::move(config.device),
+          .lss = lss};
 }
 
 void check_clash(Findings& findings, const line::LineConfig& config,

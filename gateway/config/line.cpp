@@ -109,6 +109,10 @@ void read_simulated(Section& section, LinePlan& plan) {
         from.not_one_of(profile, *text, profiles);
       }
     }
+    from.read("unconfigured", device.unconfigured);
+    if (const auto serial = from.number(from.find("serial"), 0, 0xFFFF'FFFF)) {
+      device.serial = static_cast<std::uint32_t>(*serial);
+    }
     from.done();
     const bool twice = std::any_of(
         plan.simulated.begin(), plan.simulated.end(),
@@ -200,7 +204,7 @@ void tell_what_an_observer_ignores(Section& section, const line::LineConfig& con
     return;
   }
   for (const char* key : {"heartbeat", "time", "sdo_timeout", "emcy_bytes", "reset_nodes",
-                          "start_nodes", "identity", "storage", "outputs"}) {
+                          "start_nodes", "identity", "storage", "outputs", "lss"}) {
     const YAML::Node node = section.find(key);
     if (node.IsDefined()) {
       section.findings().warning(place_of(node), std::string(key) +
@@ -246,6 +250,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   read_role(section, plan.config);
   read_own_node(section, plan.config);
   tell_what_an_observer_ignores(section, plan.config);
+  read_lss(section, plan.config);
   read_access(section, plan);
   const YAML::Node enter = section.find("enter");
   out.enter_place = place_of(enter);

@@ -61,7 +61,9 @@ std::string_view name(Publish::Rule rule);
 
 struct SimulatedDevice {
   std::uint8_t node = 0;
-  std::string profile;  // one of sim::profiles()
+  std::string profile;                  // one of sim::profiles()
+  bool unconfigured = false;            // without a node-ID, until LSS gives it one
+  std::optional<std::uint32_t> serial;  // 1018h:4
 };
 
 // A thread that runs lines. Lines that name none have one each.

@@ -122,6 +122,8 @@ struct LineSection {
   Place gateways_place;
 };
 
+// `lss:`. The role is known.
+void read_lss(Section& line, line::LineConfig& config);
 LineSection read_line(Findings& findings, const YAML::Node& node);
 // `interface:`, with the log of a replay looked through.
 Interface read_interface(Section& line, const YAML::Node& node);

@@ -320,6 +320,7 @@ TEST_F(ParameterFolder, AFailureLeavesWhatWasThere) {
 TEST_F(ParameterFolder, NamesOfFilesAndFolders) {
   EXPECT_EQ(parameter_path("a/b", "press", 127), "a/b/press-127.parameters");
   EXPECT_EQ(parameter_path("a", "", 5), "a/node-5.parameters");
+  EXPECT_EQ(lss_path("a/b", "press", 5), "a/b/press-5.lss");
   EXPECT_FALSE(make_parameter_folder("").has_value());
   EXPECT_FALSE(make_parameter_folder(folder + "/new/er").has_value());
   EXPECT_TRUE(std::filesystem::is_directory(folder + "/new/er"));

@@ -1,0 +1,390 @@
+#include "bridges/console/lss.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <ostream>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "bridges/console/lookup.h"
+#include "bridges/console/model.h"
+#include "bridges/console/table.h"
+#include "stack/lss/assigner.h"
+#include "stack/lss/procedure.h"
+
+namespace linegate::console {
+namespace {
+
+using lss::Address;
+using lss::Outcome;
+using lss::Procedure;
+using Bytes = std::vector<std::byte>;
+using Json = nlohmann::ordered_json;
+
+// A fastscan of 128 bits at 100 ms each, begun anew several times on a bad bus.
+constexpr Duration kLongestService = std::chrono::minutes(3);
+constexpr std::size_t kAddressSize = 16;
+constexpr std::size_t kRecordSize = 4 + kAddressSize;  // of `assign`
+constexpr std::size_t kMostDevices = 127;
+
+std::string hex_part(std::uint32_t number) {
+  std::array<char, 8> text{};
+  const auto end = std::to_chars(text.begin(), text.end(), number, 16).ptr;
+  std::string out(text.begin(), end);
+  std::ranges::transform(out, out.begin(),
+                         [](char c) { return c >= 'a' ? static_cast<char>(c - 'a' + 'A') : c; });
+  return out;
+}
+
+Json address_json(const Address& address) {
+  return {{"vendor", address[lss::kVendor]},
+          {"product", address[lss::kProduct]},
+          {"revision", address[lss::kRevision]},
+          {"serial", address[lss::kSerial]}};
+}
+
+// Tells how far a fastscan is.
+class ScanProgress final : public Listener {
+ public:
+  ScanProgress(Model& model, const LineId& id, std::ostream& err)
+      : model_(model), id_(id), err_(err), since_(utc_now()) {}
+
+  void on_line(const LineId& id, const LineView& line) override { model_.on_line(id, line); }
+  void on_line_gone(const LineId& id) override { model_.on_line_gone(id); }
+  void on_node(const LineId& id, const NodeView& node) override { model_.on_node(id, node); }
+  void on_layout(const LineId& id, const image::Layout& layout) override {
+    model_.on_layout(id, layout);
+  }
+  void on_image(const LineId& id, const image::Snapshot& image) override {
+    model_.on_image(id, image);
+  }
+  void on_event(const LineId& id, const EventView& view) override {
+    model_.on_event(id, view);
+    const Event& event = view.event;
+    if (id != id_ || event.time < since_) {
+      return;
+    }
+    if (event.kind == EventKind::lss_result) {
+      err_ << printable(view.text) << std::endl;
+    } else if (event.kind == EventKind::command_progress &&
+               event.code == static_cast<std::uint32_t>(line::CommandKind::lss)) {
+      err_ << "fastscan: " << event.value << " of 4 parts of an address" << std::endl;
+    }
+  }
+  void on_unreadable(std::uint64_t samples) override { model_.on_unreadable(samples); }
+  void on_left_out(std::uint64_t samples) override { model_.on_left_out(samples); }
+
+ private:
+  Model& model_;
+  const LineId& id_;
+  std::ostream& err_;
+  Instant since_;
+};
+
+struct LssAnswer {
+  Outcome outcome = Outcome::done;
+  unsigned error = 0;
+  unsigned specific = 0;
+  Bytes data;
+};
+
+class Session {
+ public:
+  Session(Context& context, const LssRequest& request) : context_(context), request_(request) {}
+
+  int run() {
+    const Line* const line = find_line(context_, model_, request_.line);
+    if (line == nullptr) {
+      return kFailed;
+    }
+    id_ = line->id;
+    const int code = carry_out();
+    if (in_configuration_) {
+      (void)ask(Procedure::switch_global, {std::byte{0}});
+    }
+    return code;
+  }
+
+ private:
+  int carry_out() {
+    if (request_.what == "scan") {
+      return scan_all();
+    }
+    if (request_.what == "assign") {
+      return assign();
+    }
+    if (request_.what == "identify") {
+      return identify();
+    }
+    if (request_.what == "activate") {
+      return activate();
+    }
+    return with_one_device();
+  }
+
+  // Nothing: it was refused, which has been said.
+  std::optional<LssAnswer> ask(Procedure procedure, Bytes arguments) {
+    line::Command command{.kind = line::CommandKind::lss};
+    command.code = static_cast<std::uint16_t>(procedure);
+    command.data = std::move(arguments);
+    command.timeout = std::max(context_.timeout, kLongestService);
+    ScanProgress progress(model_, id_, context_.err);
+    const Client::Answer answer = context_.client.call(id_, command, command.timeout, 0, progress);
+    const Bytes& data = answer.reply.data;
+    if (!answer.reply.ok() || data.size() < lss::kReplyHead) {
+      context_.err << (answer.reply.ok() ? "the gateway's answer cannot be read" : answer.text)
+                   << '\n';
+      return std::nullopt;
+    }
+    return LssAnswer{.outcome = static_cast<Outcome>(data[0]),
+                     .error = std::to_integer<unsigned>(data[1]),
+                     .specific = std::to_integer<unsigned>(data[2]),
+                     .data = Bytes(data.begin() + lss::kReplyHead, data.end())};
+  }
+
+  // The same, done or said why not.
+  std::optional<LssAnswer> must(Procedure procedure, Bytes arguments, const char* what) {
+    auto answer = ask(procedure, std::move(arguments));
+    if (answer && answer->outcome == Outcome::refused) {
+      context_.err << what << ": the device refuses it, error " << answer->error << "/"
+                   << answer->specific << '\n';
+      return std::nullopt;
+    }
+    if (answer && answer->outcome != Outcome::done) {
+      context_.err << what << ": no device answered\n";
+      return std::nullopt;
+    }
+    return answer;
+  }
+
+  int scan_all() {
+    std::vector<Address> found;
+    while (found.size() < kMostDevices) {
+      const auto answer = ask(Procedure::fastscan, {});
+      if (!answer) {
+        return kFailed;
+      }
+      if (answer->outcome != Outcome::done || answer->data.size() != kAddressSize) {
+        break;
+      }
+      in_configuration_ = true;
+      found.push_back(lss::read_address(answer->data));
+      if (!context_.json) {
+        context_.out << lss_address_text(found.back()) << std::endl;
+      }
+    }
+    if (context_.json) {
+      Json devices = Json::array();
+      for (const Address& address : found) {
+        devices.push_back(address_json(address));
+      }
+      print({{"line", id_.line}, {"devices", std::move(devices)}});
+    } else if (found.empty()) {
+      context_.out << "no device without a node-ID\n";
+    }
+    return kDone;
+  }
+
+  int assign() {
+    const auto answer = must(Procedure::assign, {}, "assign");
+    if (!answer) {
+      return kFailed;
+    }
+    Json devices = Json::array();
+    bool all = true;
+    for (std::size_t at = 0; at + kRecordSize <= answer->data.size(); at += kRecordSize) {
+      const std::span<const std::byte> record = std::span(answer->data).subspan(at, kRecordSize);
+      const auto verdict = static_cast<lss::Verdict>(record[0]);
+      const auto node = std::to_integer<unsigned>(record[1]);
+      const Address address = lss::read_address(record.subspan(4));
+      all = all && verdict == lss::Verdict::given;
+      Json one = address_json(address);
+      one["node"] = node;
+      one["result"] = static_cast<unsigned>(verdict);
+      one["text"] = lss::describe(verdict);
+      devices.push_back(std::move(one));
+      if (!context_.json) {
+        context_.out << lss_address_text(address)
+                     << (node == 0 ? std::string() : " node " + std::to_string(node)) << ": "
+                     << lss::describe(verdict) << '\n';
+      }
+    }
+    if (context_.json) {
+      print({{"line", id_.line}, {"devices", std::move(devices)}});
+    } else if (answer->data.empty()) {
+      context_.out << "no device without a node-ID\n";
+    }
+    return all ? kDone : kFailed;
+  }
+
+  int identify() {
+    const auto answer = ask(Procedure::identify_unconfigured, {});
+    if (!answer) {
+      return kFailed;
+    }
+    const bool any = answer->outcome == Outcome::done;
+    if (context_.json) {
+      print({{"line", id_.line}, {"unconfigured", any}});
+    } else {
+      context_.out << (any ? "there is a device without a node-ID\n"
+                           : "no device without a node-ID\n");
+    }
+    return kDone;
+  }
+
+  int activate() {
+    const auto delay = parse_number(request_.value, 0xFFFF, false);
+    if (!delay) {
+      context_.err << "'" << request_.value << "' is not a delay in ms, 0..65535\n";
+      return kUsage;
+    }
+    if (!select_all()) {
+      return kFailed;
+    }
+    const Bytes data{static_cast<std::byte>(*delay), static_cast<std::byte>(*delay >> 8U)};
+    return must(Procedure::activate_bit_timing, data, "activate") ? kDone : kFailed;
+  }
+
+  bool select_all() {
+    in_configuration_ = ask(Procedure::switch_global, {std::byte{1}}).has_value();
+    return in_configuration_;
+  }
+
+  int with_one_device() {
+    const auto address = parse_lss_address(request_.address);
+    if (!address && !request_.only) {
+      context_.err << "which device? VENDOR:PRODUCT:REVISION:SERIAL, hexadecimal, or --only if it "
+                      "is the only one on the line\n";
+      return kUsage;
+    }
+    const auto arguments = arguments_of();
+    if (!arguments) {
+      return kUsage;
+    }
+    if (address) {
+      Bytes data;
+      lss::put(*address, data);
+      in_configuration_ = true;  // an answer may have been lost
+      if (!must(Procedure::switch_selective, data, request_.address.c_str())) {
+        return kFailed;
+      }
+    } else if (!select_all()) {
+      return kFailed;
+    }
+    return tell_device(*arguments);
+  }
+
+  // What --value means; nothing: nonsense, which has been said.
+  std::optional<Bytes> arguments_of() {
+    if (request_.what == "set-node-id") {
+      const auto id = request_.value == "none" ? std::optional<std::uint64_t>(lss::kNoNodeId)
+                                               : parse_number(request_.value, 127, false);
+      if (id && *id != 0) {
+        return Bytes{static_cast<std::byte>(*id)};
+      }
+      context_.err << "'" << request_.value << "' is not a node-ID 1..127, nor none\n";
+      return std::nullopt;
+    }
+    if (request_.what == "bit-timing") {
+      const auto rate = parse_number(request_.value, 1000, false);
+      const auto index =
+          rate ? lss::bit_timing_index(static_cast<std::uint32_t>(*rate * 1000)) : std::nullopt;
+      if (index) {
+        return Bytes{std::byte{0}, std::byte{*index}};
+      }
+      context_.err << "'" << request_.value
+                   << "' is none of 10, 20, 50, 125, 250, 500, 800, 1000 kbit/s\n";
+      return std::nullopt;
+    }
+    return Bytes{};
+  }
+
+  int tell_device(const Bytes& arguments) {
+    if (request_.what == "inquire") {
+      return inquire();
+    }
+    if (request_.what == "set-node-id" &&
+        !must(Procedure::configure_node_id, arguments, "node-ID")) {
+      return kFailed;
+    }
+    if (request_.what == "bit-timing" &&
+        !must(Procedure::configure_bit_timing, arguments, "bit timing")) {
+      return kFailed;
+    }
+    const bool store = request_.store || request_.what == "store";
+    if (store && !must(Procedure::store, {}, "store")) {
+      return kFailed;
+    }
+    if (context_.json) {
+      print({{"line", id_.line}, {"ok", true}});
+    }
+    return kDone;
+  }
+
+  int inquire() {
+    const auto address = must(Procedure::inquire_address, {}, "inquire");
+    const auto node = must(Procedure::inquire_node_id, {}, "inquire");
+    if (!address || !node || address->data.size() != kAddressSize || node->data.size() != 1) {
+      return kFailed;
+    }
+    const Address is = lss::read_address(address->data);
+    const auto id = std::to_integer<unsigned>(node->data[0]);
+    if (context_.json) {
+      Json out = address_json(is);
+      out["line"] = id_.line;
+      out["node"] = id == lss::kNoNodeId ? Json(nullptr) : Json(id);
+      print(out);
+    } else {
+      context_.out << lss_address_text(is) << ' '
+                   << (id == lss::kNoNodeId ? "without a node-ID" : "node " + std::to_string(id))
+                   << '\n';
+    }
+    return kDone;
+  }
+
+  void print(const Json& json) { context_.out << json.dump() << '\n'; }
+
+  Context& context_;
+  const LssRequest& request_;
+  Model model_;
+  LineId id_;
+  bool in_configuration_ = false;
+};
+
+}  // namespace
+
+std::optional<lss::Address> parse_lss_address(const std::string& text) {
+  Address out{};
+  std::size_t begin = 0;
+  for (std::size_t part = 0; part < out.size(); ++part) {
+    const std::size_t colon = text.find(':', begin);
+    if ((colon == std::string::npos) != (part + 1 == out.size())) {
+      return std::nullopt;
+    }
+    const auto number = parse_number(text.substr(begin, colon - begin), 0xFFFF'FFFF, true);
+    if (!number) {
+      return std::nullopt;
+    }
+    out[part] = static_cast<std::uint32_t>(*number);
+    begin = colon + 1;
+  }
+  return out;
+}
+
+std::string lss_address_text(const lss::Address& address) {
+  std::string out;
+  for (const std::uint32_t part : address) {
+    out += (out.empty() ? "" : ":") + hex_part(part);
+  }
+  return out;
+}
+
+int lss(Context& context, const LssRequest& request) {
+  return Session(context, request).run();
+}
+
+}  // namespace linegate::console
