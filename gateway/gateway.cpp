@@ -250,7 +250,8 @@ std::vector<NodeStorage> Gateway::storage_for(const LineHost& host,
       add(device.id, parameter_path(folder, host.name(), device.id));
     }
     if (device.lss) {
-      add(device.id | line::Line::kLssMedium, lss_path(folder, host.name(), device.id));
+      add(static_cast<std::uint8_t>(device.id | line::Line::kLssMedium),
+          lss_path(folder, host.name(), device.id));
     }
   }
   return out;

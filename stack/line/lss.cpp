@@ -15,10 +15,10 @@ constexpr std::size_t kMostAsked = 32;
 constexpr Duration kHandsOff = std::chrono::minutes(1);
 // A bus on which nothing can be sent has nobody to be given a node-ID.
 constexpr Duration kStuck = std::chrono::seconds(1);
-constexpr std::uint16_t kIdentityObject = 0x1018;
+constexpr std::uint16_t kLssIdentity = 0x1018;
 
 std::optional<std::uint32_t> described(const NodeConfig& node, std::uint8_t sub) {
-  const od::VariableDescription* variable = node.device.find({kIdentityObject, sub});
+  const od::VariableDescription* variable = node.device.find({kLssIdentity, sub});
   if (variable == nullptr || variable->value.size() != sizeof(std::uint32_t)) {
     return std::nullopt;
   }

@@ -16,7 +16,7 @@ using lss::Procedure;
 const lss::Address kDevice{0x4C47, 0x4020, 0x10000, 0x1F5};
 const std::string kDeviceText = "4C47:4020:10000:1F5";
 
-std::vector<std::byte> bytes(std::initializer_list<int> numbers) {
+std::vector<std::byte> raw(std::initializer_list<int> numbers) {
   std::vector<std::byte> out;
   for (const int number : numbers) {
     out.push_back(static_cast<std::byte>(number));
@@ -25,7 +25,7 @@ std::vector<std::byte> bytes(std::initializer_list<int> numbers) {
 }
 
 std::vector<std::byte> with_address(std::initializer_list<int> head) {
-  std::vector<std::byte> out = bytes(head);
+  std::vector<std::byte> out = raw(head);
   lss::put(kDevice, out);
   return out;
 }
@@ -41,7 +41,7 @@ class LssLine : public Client {
     EXPECT_EQ(command.kind, line::CommandKind::lss);
     asked.emplace_back(static_cast<Procedure>(command.code), command.data);
     Answer out;
-    out.reply.data = bytes({0, 0, 0});
+    out.reply.data = raw({0, 0, 0});
     if (!answers.empty()) {
       out = answers.front();
       answers.pop_front();
@@ -82,17 +82,17 @@ using Procedures = std::vector<Procedure>;
 
 TEST_F(LssCommand, ScanFindsOneAfterTheOtherAndLeavesThemAsTheyWere) {
   line.will_answer(with_address({0, 0, 0}));
-  line.will_answer(bytes({1, 0, 0}));
+  line.will_answer(raw({1, 0, 0}));
   EXPECT_EQ(run({.what = "scan"}), kDone);
   EXPECT_EQ(out.str(), kDeviceText + "\n");
   EXPECT_EQ(procedures(),
             (Procedures{Procedure::fastscan, Procedure::fastscan, Procedure::switch_global}));
-  EXPECT_EQ(line.asked.back().second, bytes({0})) << "waiting";
+  EXPECT_EQ(line.asked.back().second, raw({0})) << "waiting";
 }
 
 TEST_F(LssCommand, ScanAsJson) {
   line.will_answer(with_address({0, 0, 0}));
-  line.will_answer(bytes({1, 0, 0}));
+  line.will_answer(raw({1, 0, 0}));
   EXPECT_EQ(run({.what = "scan"}, true), kDone);
   const auto json = nlohmann::json::parse(out.str());
   EXPECT_EQ(json["devices"][0]["serial"], 0x1F5);
@@ -105,30 +105,30 @@ TEST_F(LssCommand, ANodeIdIsGivenToTheDeviceOfThatAddress) {
   EXPECT_EQ(procedures(), (Procedures{Procedure::switch_selective, Procedure::configure_node_id,
                                       Procedure::store, Procedure::switch_global}));
   EXPECT_EQ(line.asked[0].second, with_address({}));
-  EXPECT_EQ(line.asked[1].second, bytes({9}));
+  EXPECT_EQ(line.asked[1].second, raw({9}));
 }
 
 TEST_F(LssCommand, ARefusalEndsItAndTheDeviceDoesNotStayInConfiguration) {
-  line.will_answer(bytes({0, 0, 0}));
-  line.will_answer(bytes({2, 255, 7}));
+  line.will_answer(raw({0, 0, 0}));
+  line.will_answer(raw({2, 255, 7}));
   EXPECT_EQ(run({.what = "bit-timing", .address = kDeviceText, .value = "250", .store = true}),
             kFailed);
   EXPECT_NE(err.str().find("error 255/7"), std::string::npos) << err.str();
   EXPECT_EQ(procedures(), (Procedures{Procedure::switch_selective, Procedure::configure_bit_timing,
                                       Procedure::switch_global}));
-  EXPECT_EQ(line.asked[1].second, bytes({0, 3}));
+  EXPECT_EQ(line.asked[1].second, raw({0, 3}));
 }
 
 TEST_F(LssCommand, InquiresTheOnlyDevice) {
-  line.will_answer(bytes({0, 0, 0}));
+  line.will_answer(raw({0, 0, 0}));
   line.will_answer(with_address({0, 0, 0}));
-  line.will_answer(bytes({0, 0, 0, 255}));
+  line.will_answer(raw({0, 0, 0, 255}));
   EXPECT_EQ(run({.what = "inquire", .only = true}), kDone) << err.str();
   EXPECT_EQ(out.str(), kDeviceText + " without a node-ID\n");
 }
 
 TEST_F(LssCommand, NobodyThereIsSaid) {
-  line.will_answer(bytes({1, 0, 0}));
+  line.will_answer(raw({1, 0, 0}));
   EXPECT_EQ(run({.what = "inquire", .address = kDeviceText}), kFailed);
   EXPECT_NE(err.str().find("no device answered"), std::string::npos) << err.str();
 }
@@ -143,8 +143,8 @@ TEST_F(LssCommand, AssignSaysWhatCameOfEachDevice) {
 
 TEST_F(LssCommand, AllThatWereGivenABitRateActivateIt) {
   EXPECT_EQ(run({.what = "activate", .value = "1000"}), kDone);
-  EXPECT_EQ(line.asked[0], (std::pair{Procedure::switch_global, bytes({1})}));
-  EXPECT_EQ(line.asked[1], (std::pair{Procedure::activate_bit_timing, bytes({0xE8, 3})}));
+  EXPECT_EQ(line.asked[0], (std::pair{Procedure::switch_global, raw({1})}));
+  EXPECT_EQ(line.asked[1], (std::pair{Procedure::activate_bit_timing, raw({0xE8, 3})}));
 }
 
 TEST_F(LssCommand, NonsenseReachesNoDevice) {

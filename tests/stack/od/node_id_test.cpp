@@ -5,7 +5,7 @@
 namespace linegate::od {
 namespace {
 
-VariableDescription value(std::initializer_list<int> bytes, bool formula) {
+VariableDescription formula_value(std::initializer_list<int> bytes, bool formula) {
   VariableDescription out;
   for (const int byte : bytes) {
     out.value.push_back(static_cast<std::byte>(byte));
@@ -15,7 +15,7 @@ VariableDescription value(std::initializer_list<int> bytes, bool formula) {
   return out;
 }
 
-std::vector<std::byte> bytes_of(std::initializer_list<int> numbers) {
+std::vector<std::byte> raw(std::initializer_list<int> numbers) {
   std::vector<std::byte> out;
   for (const int number : numbers) {
     out.push_back(static_cast<std::byte>(number));
@@ -26,17 +26,17 @@ std::vector<std::byte> bytes_of(std::initializer_list<int> numbers) {
 TEST(NodeId, FormulasFollowItAndNothingElseDoes) {
   DeviceDescription device;
   device.node_id = 5;
-  device.objects.push_back(
-      {.index = 0x1800,
-       .variables = {value({0x85, 1, 0, 0x40}, true), value({0x85, 1, 0, 0x40}, false)}});
+  device.objects.push_back({.index = 0x1800,
+                            .variables = {formula_value({0x85, 1, 0, 0x40}, true),
+                                          formula_value({0x85, 1, 0, 0x40}, false)}});
   device.objects[0].variables[0].notes.high_formula = true;
   const DeviceDescription other = with_node_id(device, 127);
   EXPECT_EQ(other.node_id, 127);
   const auto& variables = other.objects[0].variables;
-  EXPECT_EQ(variables[0].value, bytes_of({0xFF, 1, 0, 0x40}));
-  EXPECT_EQ(variables[0].high_limit, bytes_of({0xFF, 1, 0, 0x40}));
-  EXPECT_EQ(variables[0].low_limit, bytes_of({0x85, 1, 0, 0x40}));
-  EXPECT_EQ(variables[1].value, bytes_of({0x85, 1, 0, 0x40}));
+  EXPECT_EQ(variables[0].value, raw({0xFF, 1, 0, 0x40}));
+  EXPECT_EQ(variables[0].high_limit, raw({0xFF, 1, 0, 0x40}));
+  EXPECT_EQ(variables[0].low_limit, raw({0x85, 1, 0, 0x40}));
+  EXPECT_EQ(variables[1].value, raw({0x85, 1, 0, 0x40}));
   EXPECT_EQ(with_node_id(other, 5), device) << "and back";
 }
 
