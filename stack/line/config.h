@@ -10,6 +10,7 @@
 
 #include "stack/base/time.h"
 #include "stack/line/state.h"
+#include "stack/manager/plan.h"
 #include "stack/node/error_scheme.h"
 #include "stack/od/description.h"
 #include "stack/routing/config.h"
@@ -27,7 +28,9 @@ struct NodeConfig {
   std::uint8_t id = 0;
   std::string name;
   od::DeviceDescription device;  // from its EDS or DCF, resolved with id
+  bool boot = true;              // 1F81h bit 2; else only its error control is started
   bool mandatory = false;        // 1F81h bit 3
+  bool keep_alive = false;       // 1F81h bit 4: not reset as long as it is Operational
   bool check_identity = true;    // compare 1000h and 1018h:1..3 with the device file where not 0
   std::optional<std::uint32_t> serial;  // expected 1018h:4
   Duration heartbeat{};                 // producer time written to 1017h; 0 = leave it alone
@@ -40,7 +43,9 @@ struct NodeConfig {
   // 100 us. Those that are not named: at will.
   std::map<std::uint16_t, Duration> rpdo_inhibit;
   Duration boot_timeout = std::chrono::seconds(10);  // until presence is `missing`
-  std::vector<ObjectValue> objects;                  // written after those of the DCF
+  Duration reset_time = std::chrono::seconds(1);     // from a reset to its boot-up message, at most
+  Duration sdo_timeout{};            // of each answer while it boots; 0 = LineConfig::sdo_timeout
+  std::vector<ObjectValue> objects;  // written after those of the DCF
 };
 
 // A device of the line itself, in the role device: it runs here, below somebody else's master.
@@ -88,8 +93,13 @@ struct LineConfig {
   Duration sync_period{};  // 0 = no SYNC producer
   Duration time_period{};  // 0 = no TIME producer
   Duration sdo_timeout = std::chrono::milliseconds(500);
-  bool reset_nodes = true;        // NMT reset communication to all at the start
-  bool start_nodes = true;        // NMT start when booted (1F80h bit 3 = 0)
+  bool reset_nodes = true;  // NMT reset communication to all at the start
+  bool start_nodes = true;  // NMT start when booted (1F80h bit 3 = 0)
+  bool start_all = false;   // with one command, when all are booted (1F80h bit 1)
+  bool own_start = true;    // the own node starts by itself (1F80h bit 2 = 0)
+  manager::ErrorReaction on_error = manager::ErrorReaction::node;  // 1F80h bits 4 and 6
+  Duration boot_time{};           // of mandatory nodes (1F89h), whole ms; 0 = as long as it takes
+  Duration nmt_inhibit{};         // between two NMT commands (102Ah), whole 100 us
   bool stop_nodes = true;         // NMT enter pre-operational to all when the line is stopped
   std::vector<NodeConfig> nodes;  // ascending by id
   // Role device: 1..127 of them, ascending by id; no nodes and no node_id then. If there are none,

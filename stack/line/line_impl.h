@@ -12,6 +12,7 @@
 #include "stack/line/outputs.h"
 #include "stack/line/routing.h"
 #include "stack/manager/manager.h"
+#include "stack/manager/startup_objects.h"
 #include "stack/nmt/heartbeat_consumer.h"
 #include "stack/nmt/master.h"
 #include "stack/node/node.h"
@@ -61,7 +62,9 @@ struct Line::Impl final : Line::Base,
   bool may_send_sdo() const;
   od::Dictionary& dictionary() override;
   Counters count() const;
-  bool manages() const { return config.role == Role::manager; }
+  // As 1F80h bit 0 says; that of the configuration at first.
+  bool manages() const { return manages_; }
+  Role role() const { return manages_ ? Role::manager : Role::device; }
   void interface_lost();
   void malformed(const can::Target& target, const can::Frame& frame);
   void take_completions(Instant now);
@@ -72,7 +75,9 @@ struct Line::Impl final : Line::Base,
   // manager::Host
   void node_data_invalid(std::uint8_t node) override;
   void may_operate(Instant now) override;
-  void send_nmt(nmt::Command command, std::uint8_t node) override;
+  void send_nmt(nmt::Command command, std::uint8_t node, Instant now) override;
+  void command_own(nmt::Command command, Instant now) override;
+  nmt::State own_state() const override;
   // nmt::HeartbeatListener
   void boot_up(std::uint8_t node, Instant now) override;
   void heartbeat(std::uint8_t node, nmt::State state, Instant now) override;
@@ -106,6 +111,19 @@ struct Line::Impl final : Line::Base,
   void expire_commands(Instant now);
   Instant next_command_deadline() const;
 
+  // --- line_boot.cpp ----------------------------------------------------------------------------
+  // A command that waits for the boot processes of nodes.
+  struct Boot {
+    std::uint64_t tag = 0;  // of the command
+    std::vector<std::uint8_t> nodes;
+    Instant deadline = kNever;
+  };
+  void take_role(Instant now);
+  void change_role(Instant now);
+  void start_boot(const Command& command, Instant now);
+  void finish_boots(Instant now);
+  void end_boots(Refusal why);
+
   // --- line_scan.cpp ----------------------------------------------------------------------------
   void start_scan(const Command& command, Instant now);
   void finish_scan();
@@ -131,6 +149,8 @@ struct Line::Impl final : Line::Base,
   emcy::Consumer emergencies;
   sdo::Arbiter sdo;
   manager::Manager manager;  // keeps the states of the nodes in every role, acts in that of manager
+  manager::StartupObjects startup;
+  bool manages_ = config.role == Role::manager;
   Outputs outputs;
   std::unique_ptr<Routing> routing;  // if the line takes part in it
 
@@ -138,6 +158,7 @@ struct Line::Impl final : Line::Base,
   std::uint64_t scan_tag = 0;  // of the command that wants to know what it finds
   Instant scan_deadline = kNever;
 
+  std::vector<Boot> boots;
   std::vector<Pending> pending;
   std::vector<LocalWrite> local_writes;
   std::uint64_t next_token = 1;

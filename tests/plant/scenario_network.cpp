@@ -111,7 +111,7 @@ void Scenario::describe_line(Words& words) {
       plan.config.routing.channels = routing::ChannelRule::per_node;
     } else if (key == "own") {
       plan.config.node_id = words.node();
-    } else {
+    } else if (!startup_property(words, key, plan.config)) {
       throw BadStatement("unknown property of a line '" + key + "'");
     }
   }
@@ -134,6 +134,7 @@ void Scenario::describe_device(Words& words) {
   bool present = true;
   bool domain = false;
   bool ours = false;
+  std::vector<std::pair<od::Address, std::uint64_t>> expected;
   while (!words.done()) {
     const std::string key = words.take();
     if (key == "heartbeat") {
@@ -164,7 +165,10 @@ void Scenario::describe_device(Words& words) {
       ours = true;
     } else if (key == "absent") {
       present = false;
-    } else {
+    } else if (key == "expected") {
+      const od::Address address = words.address();
+      expected.emplace_back(address, words.number());
+    } else if (!boot_property(words, key, node)) {
       throw BadStatement("unknown property of a device '" + key + "'");
     }
   }
@@ -175,6 +179,9 @@ void Scenario::describe_device(Words& words) {
       throw BadStatement("no device profile '" + device.profile + "'");
     }
     node.device = *file.value;
+    for (const auto& [address, value] : expected) {
+      expect_value(node.device, address, value);
+    }
     if (ours) {
       plan.ours.push_back({.id = node.id, .name = node.name, .device = node.device});
     }
