@@ -129,6 +129,10 @@ Interface read_interface(Section& line, const YAML::Node& node);
 std::optional<Record> read_record(Section& line, Place& place);
 // One element of `nodes:`, with its device file and everything written to the node.
 line::NodeConfig read_node(Findings& findings, const YAML::Node& node);
+// What of a node concerns its boot process.
+void read_boot(Section& section, line::NodeConfig& config);
+// `startup:`, after the nodes.
+void read_startup(Section& section, line::LineConfig& config);
 // Its device file, from `eds` or `dcf`; true if it could be read. what: "a node".
 bool read_device_file(Section& section, line::NodeConfig& config, std::string_view what);
 // `devices:`, for the role device; and what such a line does not have.
