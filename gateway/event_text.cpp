@@ -12,6 +12,7 @@
 #include "stack/line/command.h"
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
+#include "stack/manager/boot_event.h"
 #include "stack/nmt/heartbeat_consumer.h"
 #include "stack/nmt/state.h"
 
@@ -94,8 +95,8 @@ std::string boot_text(const Event& event) {
     return "booted";
   }
   const char letter = static_cast<char>(event.code);
-  return fmt::format("boot failed ({}): {}, {:08X}h", letter, line::describe_boot(letter),
-                     event.value);
+  return fmt::format("{} ({}): {}", manager::is_booted(letter) ? "booted" : "boot failed", letter,
+                     manager::describe_boot(letter, manager::finding_of(event)));
 }
 
 // Of routing_opened and routing_ended.

@@ -12,6 +12,7 @@
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
+#include "bridges/console/boot.h"
 #include "bridges/console/commands.h"
 #include "bridges/console/monitor.h"
 #include "bridges/console/scan.h"
@@ -280,6 +281,14 @@ class Program {
     on(scan, [this] {
       return with_client(options_, {.events = true, .commands = true},
                          [&](auto& c) { return run_scan(c); });
+    });
+
+    CLI::App* boot = app_.add_subcommand(
+        "boot", "check, configure and start the nodes of a line anew; fails if one is not booted");
+    boot->add_option("line", texts_.line, "LINE, or LINE:NODE for one node")->required();
+    on(boot, [this] {
+      return with_client(options_, {.events = true, .commands = true},
+                         [&](auto& c) { return console::boot(c, texts_.line); });
     });
 
     CLI::App* fault = app_.add_subcommand(

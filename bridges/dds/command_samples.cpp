@@ -54,6 +54,7 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
     case line::CommandKind::sdo_write:
       return from.node() < 1 || from.node() > 127 ? "node is not 1..127" : nullptr;
     case line::CommandKind::scan:
+    case line::CommandKind::boot:
       return from.node() > 127 ? "node is not 0..127" : nullptr;
     case line::CommandKind::nmt:
       if (from.node() > 127)
@@ -70,7 +71,6 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
     case line::CommandKind::bus_restart:
     case line::CommandKind::routing_trace:
     case line::CommandKind::bus_fault:
-    case line::CommandKind::boot:
     case line::CommandKind::configure:
     case line::CommandKind::program:
     case line::CommandKind::lss:
