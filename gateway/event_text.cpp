@@ -139,6 +139,16 @@ std::string routing_text(const Event& e) {
                      number(e, 4, 1), number(e, 2, 2), abort_text(e.code));
 }
 
+std::string progress_text(const Event& e) {
+  const auto kind = static_cast<line::CommandKind>(e.code);
+  const auto total = number(e, 0, 4);
+  const std::string_view unit = kind == line::CommandKind::configure ? " objects"
+                                : kind == line::CommandKind::program ? " bytes"
+                                                                     : "";
+  return total == 0 ? fmt::format("{}: {}{}", name(kind), e.value, unit)
+                    : fmt::format("{}: {} of {}{}", name(kind), e.value, total, unit);
+}
+
 std::string line_text(const Event& e, std::string_view interface) {
   switch (e.kind) {
     case EventKind::line_started:
@@ -265,6 +275,8 @@ std::string text(const Event& e, std::string_view interface) {
       return e.code == 0 ? fmt::format("scanned, {} objects read", e.value)
                          : fmt::format("scanned, {} objects read until it ended: {}", e.value,
                                        abort_text(e.code));
+    case EventKind::command_progress:
+      return progress_text(e);
     case EventKind::nmt_command:
     case EventKind::sdo_transfer:
     case EventKind::pdo_mapping:

@@ -6,6 +6,7 @@
 
 #include "bridges/sim/behaviour.h"
 #include "bridges/sim/eds_files.h"
+#include "bridges/sim/program_memory.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/eds/reader.h"
@@ -125,6 +126,7 @@ Device::Device(DeviceOptions options, std::unique_ptr<Behaviour> behaviour,
   node_->set_medium(options_.medium.get());
   node_->set_application(behaviour_.get());
   behaviour_->attach(*node_, mix_seed());
+  program_ = std::make_unique<ProgramMemory>(node_->dictionary());
 }
 
 Device::~Device() = default;
@@ -134,9 +136,21 @@ std::uint64_t Device::mix_seed() const {
   return options_.seed * 128 + options_.node_id;
 }
 
+void Device::set_time(Instant now) {
+  behaviour_->set_time(now);
+  program_->set_time(now);
+}
+
+// Its program was stopped or started.
+void Device::restart_if_due(Instant now) {
+  if (program_->take_restart(now)) {
+    node_->command(nmt::Command::reset_node, now);
+  }
+}
+
 void Device::start(Instant now) {
   alive_ = true;
-  behaviour_->set_time(now);
+  set_time(now);
   node_->start(now);
 }
 
@@ -155,7 +169,7 @@ void Device::receive(std::span<const can::Frame> frames) {
     return;
   }
   for (const can::Frame& frame : frames) {
-    behaviour_->set_time(frame.time);
+    set_time(frame.time);
     node_->receive({&frame, 1});
     behaviour_->run(frame.time);
   }
@@ -163,20 +177,24 @@ void Device::receive(std::span<const can::Frame> frames) {
 
 void Device::advance(Instant now) {
   if (alive_) {
+    program_->set_time(now);
+    restart_if_due(now);
     behaviour_->run(now);
     node_->advance(now);
   }
 }
 
 Instant Device::next_wake() const {
-  return alive_ ? earlier(node_->next_wake(), behaviour_->next_step()) : kNever;
+  return alive_
+             ? earlier(earlier(node_->next_wake(), behaviour_->next_step()), program_->restart_at())
+             : kNever;
 }
 
 bool Device::next_frame(can::Frame& out, Instant now) {
   if (!alive_) {
     return false;
   }
-  behaviour_->set_time(now);
+  set_time(now);
   return node_->next_frame(out, now);
 }
 

@@ -41,6 +41,7 @@ std::string_view eds_name(std::string_view profile);
 std::string_view eds_text(std::string_view profile);
 
 class Behaviour;
+class ProgramMemory;
 
 class Device {
  public:
@@ -78,11 +79,14 @@ class Device {
  private:
   Device(DeviceOptions options, std::unique_ptr<Behaviour> behaviour, od::Dictionary dictionary);
   std::uint64_t mix_seed() const;
+  void set_time(Instant now);
+  void restart_if_due(Instant now);
 
   DeviceOptions options_;
   EventLog events_;
   std::unique_ptr<Behaviour> behaviour_;
   std::unique_ptr<node::Node> node_;
+  std::unique_ptr<ProgramMemory> program_;  // on the node's dictionary
   bool alive_ = false;
 };
 

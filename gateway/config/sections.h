@@ -187,6 +187,9 @@ std::vector<SharedObjectSection> read_shared_objects(Findings& findings, const Y
 // which take the objects that are left.
 void resolve_shared_objects(Findings& findings, const std::vector<SharedObjectSection>& objects,
                             JoinedLines& lines);
+// `restore:`, `store:`, `concise_dcf:` and `program:` of a node; has_device: its device file has
+// been read.
+void read_configuration(Section& section, bool has_device, line::NodeConfig& config);
 // `objects:` and `pdos:` of a node whose device file has been read.
 void read_objects(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
 void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config);

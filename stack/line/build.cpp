@@ -93,6 +93,16 @@ manager::NodePlan node_plan(const NodeConfig& node) {
     plan.writes.push_back({{0x1017, 0}, milliseconds_u16(node.heartbeat)});
   }
   guard(node, plan);
+  manager::date_last(plan.writes);
+  plan.restore = node.restore;
+  plan.store = node.store;
+  plan.software = node.software;
+  plan.update_software = node.update_software;
+  plan.program = node.program;
+  plan.expected = manager::date_of(plan.writes);
+  if (plan.store != 0 && !plan.expected.known()) {
+    plan.expected = manager::fingerprint_of(plan.writes);
+  }
   return plan;
 }
 

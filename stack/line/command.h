@@ -38,8 +38,12 @@ enum class CommandKind : std::uint8_t {
               // NMT reset communication unless it is to be kept alive, ended
               // (stack/manager/boot_report.h). Role manager; each result is an event meanwhile. An
               // absent node ends with B when its boot time-out is over
-  configure,  // node (0 = all), code: 0 verify, 1 apply its configuration (CiA 302-3)
-  program,    // node, sub: number of the program (1F50h), data: the program
+  configure,  // node (0 = all) -> data: stack/manager/configuration_report.h. code 0: compares what
+              // it has with its configuration (CiA 302-3); 1: boots it anew and configures it.
+              // Role manager, one at a time; EventKind::command_progress each second
+  program,    // node, sub: number of the program (1F50h), data: the program, at most
+              // manager::kLongestProgram -> data: see stack/line/program_command.h. Role manager;
+              // EventKind::command_progress each second
   lss,        // code: the service (CiA 305), data: its arguments -> data
   object_write,   // node, index, sub, data: by PDO if the object is mapped, else by SDO
   pdo_trigger,    // code: number of a TPDO, which is sent now

@@ -46,6 +46,12 @@ struct NodeConfig {
   Duration reset_time = std::chrono::seconds(1);     // from a reset to its boot-up message, at most
   Duration sdo_timeout{};            // of each answer while it boots; 0 = LineConfig::sdo_timeout
   std::vector<ObjectValue> objects;  // written after those of the DCF
+  std::uint8_t restore = 0;  // sub-index of 1011h: defaults before the node is configured; 0 = none
+  std::uint8_t store = 0;    // sub-index of 1010h, saved when it is configured; 0 = none. With a
+                             // date in 1020h, so that it need not be configured the next time
+  std::uint32_t software = 0;      // 1F55h: software identification it is to have; 0 = any
+  bool update_software = false;    // 1F81h bit 6: program is loaded if it has another
+  manager::SharedBytes program{};  // 1F58h; nullptr = none
 };
 
 // A device of the line itself, in the role device: it runs here, below somebody else's master.

@@ -50,12 +50,20 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       heartbeats(node.dispatch(), events, kManagerMark, &node.transmit()),
       emergencies(node.dispatch(), events, kManagerMark),
       sdo(node.dispatch(), node.transmit(), events),
+      configurator(node.dictionary(), node_plans(config), sdo, events, config.sdo_timeout),
+      loader(node.dictionary(), node_plans(config), sdo, events, config.sdo_timeout,
+             static_cast<std::uint32_t>(CommandKind::program)),
       manager(node_plans(config), manager_options(config), node.dictionary(), sdo, heartbeats,
               events, *this),
       startup(node.dictionary(), config.node_id, manager, *this),
+      configuring(manager, configurator, events),
+      programming(manager, loader),
       outputs(image.layout(image::Direction::outputs), config.groups, config.bound),
       scanner(sdo, events) {
   node.set_companion(this);
+  manager.set_program_step([this](std::uint8_t id) { return loader.make_step(id); });
+  manager.set_configuration_step([this](std::uint8_t id) { return configurator.make_step(id); });
+  configurator.objects().set_may_configure([this](std::uint8_t id) { return may_configure(id); });
   node.pdos().link(plan);
   node.clock().produce_every(config.time_period);
   heartbeats.set_listener(this);
@@ -94,6 +102,8 @@ void Line::Impl::advance(Instant now) {
   }
   expire_commands(now);
   finish_boots(now);
+  advance_configure(now);
+  advance_program(now);
   finish_local_writes();
   while (const Outputs::Group* group = outputs.expire(now)) {
     react(*group, now);
@@ -111,6 +121,8 @@ Instant Line::Impl::next_wake() const {
   wake = earlier(wake, events.next_wake());
   wake = earlier(wake, earlier(sdo.next_wake(), manager.next_wake()));
   wake = earlier(wake, earlier(startup.next_wake(), nmt.next_wake()));
+  wake = earlier(wake, earlier(configurator.next_wake(), configuring.next_wake()));
+  wake = earlier(wake, earlier(loader.next_wake(), programming.next_wake()));
   wake = earlier(wake, routing != nullptr ? routing->next_wake() : kNever);
   return earlier(wake, earlier(outputs.next_wake(), next_command_deadline()));
 }
@@ -123,12 +135,22 @@ void Line::Impl::take_completions(Instant now) {
     } else if ((completion.token & scan::kScanToken) != 0) {
       scanner.completed(completion, now);
       finish_scan();
+    } else if ((completion.token & manager::kTaskToken) != 0) {
+      if (!configurator.completed(completion, now)) {
+        (void)loader.completed(completion, now);
+      }
     } else {
       command_completed(completion);
     }
   }
   while (routing != nullptr && routing->take(completion)) {
     command_completed(completion);
+  }
+  if (configuring.active()) {
+    advance_configure(now);
+  }
+  if (programming.active()) {
+    advance_program(now);
   }
 }
 
@@ -282,6 +304,8 @@ void Line::Impl::stop(Instant now) {
   manager.stop(now);
   end_scan(Refusal::cancelled, now);
   end_boots(Refusal::cancelled);
+  end_configure(Refusal::cancelled);
+  end_program(Refusal::cancelled, now);
   if (routing != nullptr) {
     routing->stop(now);
     take_completions(now);

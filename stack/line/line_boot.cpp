@@ -32,6 +32,8 @@ void Line::Impl::change_role(Instant now) {
   if (manages_) {
     end_scan(Refusal::wrong_role, now);
     end_boots(Refusal::wrong_role);
+    end_configure(Refusal::wrong_role);
+    end_program(Refusal::wrong_role, now);
     manager.hand_over(now);
   } else {
     for (const NodeConfig& device : config.nodes) {

@@ -60,11 +60,15 @@ void Line::Impl::execute(Command command, Instant now) {
     case CommandKind::boot:
       start_boot(command, now);
       return;
+    case CommandKind::configure:
+      start_configure(command, now);
+      return;
+    case CommandKind::program:
+      start_program(std::move(command), now);
+      return;
     case CommandKind::versions:
     case CommandKind::bus_restart:
     case CommandKind::bus_fault:
-    case CommandKind::configure:
-    case CommandKind::program:
     case CommandKind::lss:
     case CommandKind::object_write:
     case CommandKind::pdo_trigger:

@@ -8,10 +8,14 @@
 #include "stack/emcy/consumer.h"
 #include "stack/emcy/producer.h"
 #include "stack/image/process_image.h"
+#include "stack/line/configure_command.h"
 #include "stack/line/line_base.h"
 #include "stack/line/outputs.h"
+#include "stack/line/program_command.h"
 #include "stack/line/routing.h"
+#include "stack/manager/configurator.h"
 #include "stack/manager/manager.h"
+#include "stack/manager/program_loader.h"
 #include "stack/manager/startup_objects.h"
 #include "stack/nmt/heartbeat_consumer.h"
 #include "stack/nmt/master.h"
@@ -124,6 +128,19 @@ struct Line::Impl final : Line::Base,
   void finish_boots(Instant now);
   void end_boots(Refusal why);
 
+  // --- line_configure.cpp -----------------------------------------------------------------------
+  void start_configure(const Command& command, Instant now);
+  void advance_configure(Instant now);
+  void end_configure(Refusal why);
+  void finish_configure();
+  AbortCode may_configure(std::uint8_t id) const;
+
+  // --- line_program.cpp -------------------------------------------------------------------------
+  void start_program(Command command, Instant now);
+  void advance_program(Instant now);
+  void end_program(Refusal why, Instant now);
+  void finish_program();
+
   // --- line_scan.cpp ----------------------------------------------------------------------------
   void start_scan(const Command& command, Instant now);
   void finish_scan();
@@ -148,8 +165,12 @@ struct Line::Impl final : Line::Base,
   nmt::HeartbeatConsumer heartbeats;
   emcy::Consumer emergencies;
   sdo::Arbiter sdo;
+  manager::Configurator configurator;
+  manager::ProgramLoader loader;
   manager::Manager manager;  // keeps the states of the nodes in every role, acts in that of manager
   manager::StartupObjects startup;
+  ConfigureCommand configuring;
+  ProgramCommand programming;
   bool manages_ = config.role == Role::manager;
   Outputs outputs;
   std::unique_ptr<Routing> routing;  // if the line takes part in it

@@ -6,7 +6,6 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/manager/boot_event.h"
-#include "stack/manager/write_step.h"
 
 namespace linegate::manager {
 namespace {
@@ -58,10 +57,7 @@ BootFinding aborted(const sdo::Completion& completion) {
 }  // namespace
 
 BootSlave::BootSlave(const NodePlan& plan, const BootServices& services, NodeState& node)
-    : plan_(plan),
-      services_(services),
-      node_(node),
-      configuration_(std::make_unique<WriteStep>(services.events)) {
+    : plan_(plan), services_(services), node_(node) {
 }
 
 void BootSlave::begin(Reason reason, Instant now) {
@@ -98,7 +94,7 @@ void BootSlave::cancel() {
 void BootSlave::boot_up(Instant now) {
   if (step_ == Step::wait_reset) {
     after_reset(now);
-  } else {
+  } else if (step_ != Step::program) {  // a device restarts when its program is stopped or started
     begin(Reason::boots_up, now);
   }
 }
@@ -264,7 +260,10 @@ void BootSlave::check_keep_alive(Instant now) {
 
 void BootSlave::reset(Instant now) {
   reset_by_ = step_;
-  services_.host.send_nmt(nmt::Command::reset_communication, plan_.id, now);
+  // Values that were restored are those of the application, too.
+  services_.host.send_nmt(
+      step_ == Step::configuration ? nmt::Command::reset_node : nmt::Command::reset_communication,
+      plan_.id, now);
   set_step(Step::wait_reset, now + plan_.reset_time);
 }
 
@@ -292,7 +291,11 @@ void BootSlave::check_program(Instant now) {
 }
 
 void BootSlave::configure(Instant now) {
-  run(*configuration_, Step::configuration, now);
+  if (configuration_ == nullptr) {
+    start_error_control(now);
+  } else {
+    run(*configuration_, Step::configuration, now);
+  }
 }
 
 void BootSlave::run(BootStep& step, Step which, Instant now) {

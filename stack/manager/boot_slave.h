@@ -44,7 +44,7 @@ class BootSlave final : private StepContext {
   BootSlave(const NodePlan& plan, const BootServices& services, NodeState& node);
 
   // The step that checks and updates the program (bit 5 of 1F81h); without one such a node ends
-  // with G. The step that configures, in the place of the plan's writes. Before begin().
+  // with G. The step that configures; without one nothing is written. Before begin().
   void set_program(std::unique_ptr<BootStep> step) { program_ = std::move(step); }
   void set_configuration(std::unique_ptr<BootStep> step) { configuration_ = std::move(step); }
 

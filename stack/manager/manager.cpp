@@ -47,7 +47,9 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
   touch(node);
   Slot* slot = find(node);
   if (slot == nullptr) {
-    events_.emit({.time = now, .kind = EventKind::unexpected_node, .node = node, .code = 0});
+    if (!held_[node]) {
+      events_.emit({.time = now, .kind = EventKind::unexpected_node, .node = node, .code = 0});
+    }
     return;
   }
   host_.node_data_invalid(node);
@@ -164,6 +166,27 @@ void Manager::commanded(nmt::Command command, std::uint8_t node, Instant now) {
   update_state(now);
 }
 
+void Manager::hold(std::uint8_t node) {
+  if (Slot* slot = find(node)) {
+    slot->boot->cancel();
+    slot->concluded = false;
+    slot->started = false;
+    heartbeats_.stop(node);
+    nodes_[node].heartbeat_monitored = false;
+    nodes_[node].boot = kBootUnfinished;
+    host_.node_data_invalid(node);
+    touch(node);
+  }
+  held_.set(node);
+}
+
+void Manager::release(std::uint8_t node, Instant now) {
+  held_.reset(node);
+  if (active() && find(node) != nullptr) {
+    boot(node, now);
+  }
+}
+
 void Manager::list_changed(std::uint8_t node) {
   const bool listed = list_.listed(node);
   if (nodes_[node].configured == listed) {
@@ -224,9 +247,9 @@ std::uint8_t Manager::operational() const {
   }));
 }
 
-// nullptr for a node that is not listed.
+// nullptr for a node that is not listed, or held.
 Manager::Slot* Manager::find(std::uint8_t node) const {
-  if (!nodes_[node].configured) {
+  if (!nodes_[node].configured || held_[node]) {
     return nullptr;
   }
   const auto slot =

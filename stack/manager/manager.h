@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -50,6 +51,10 @@ class Manager {
   // Boots the node, or all with 0, anew; resets it before unless it is to be kept alive. One that
   // is not listed gets boot status A at once.
   void boot(std::uint8_t node, Instant now);
+  // Whoever loads a program into the node has it alone: it is neither watched nor booted until it
+  // is released, which boots it anew. No effect on nodes that are not listed.
+  void hold(std::uint8_t node);
+  void release(std::uint8_t node, Instant now);
   // The network list (1F81h) was written: node is in it now, or not any more.
   void list_changed(std::uint8_t node);
   // Its error control can be watched: a consumer time or guarding is configured.
@@ -137,6 +142,7 @@ class Manager {
   std::vector<std::unique_ptr<Slot>> slots_;  // ascending by id
   std::array<NodeState, 128> nodes_;
   std::array<std::uint64_t, 128> revisions_{};
+  std::bitset<128> held_;
 };
 
 }  // namespace linegate::manager

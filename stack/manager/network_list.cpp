@@ -59,6 +59,8 @@ std::uint32_t assignment_of(const NodePlan& plan) {
   add(plan.mandatory, kMandatory);
   add(plan.keep_alive, kKeepAlive);
   add(plan.restore != 0, kRestore);
+  add(plan.software != 0, kVerifySoftware);
+  add(plan.update_software, kUpdateSoftware);
   const auto guard_time = std::chrono::duration_cast<std::chrono::milliseconds>(plan.guard_time);
   return out | std::uint32_t{plan.life_time_factor} << 8U |
          static_cast<std::uint32_t>(guard_time.count()) << 16U;

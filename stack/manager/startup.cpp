@@ -140,6 +140,9 @@ Instant Manager::next_wake() const {
 }
 
 void Manager::begin(Slot& slot, BootSlave::Reason reason, Instant now) {
+  if (held_[slot.plan.id]) {
+    return;
+  }
   nodes_[slot.plan.id].heartbeat_monitored = false;
   slot.started = false;
   slot.boot->begin(reason, now);
