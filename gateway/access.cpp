@@ -48,4 +48,11 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
   return commands == config::Access::all;
 }
 
+bool permitted(const line::Command& command, config::Access commands, config::Access outputs) {
+  if (command.kind == line::CommandKind::configure && command.code == 0) {
+    return commands != config::Access::off;
+  }
+  return permitted(command.kind, commands, outputs);
+}
+
 }  // namespace linegate::gateway

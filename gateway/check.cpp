@@ -50,6 +50,18 @@ std::string off_or(Duration duration) {
   return duration == Duration::zero() ? "off" : format_duration(duration);
 }
 
+std::string_view lost_text(manager::ErrorReaction reaction) {
+  switch (reaction) {
+    case manager::ErrorReaction::reset_all:
+      return "all reset when a mandatory node is lost";
+    case manager::ErrorReaction::stop_all:
+      return "all stopped when a mandatory node is lost";
+    case manager::ErrorReaction::node:
+      break;
+  }
+  return "a lost node is reset";
+}
+
 InterfaceNames interface_names(const config::Plant& plant) {
   InterfaceNames out;
   for (const auto& line : plant.lines) {
@@ -154,6 +166,7 @@ class Text {
       add("  heartbeat {}, SYNC {}, TIME {}, SDO time-out {}, reset nodes {}, start nodes {}\n",
           off_or(c.heartbeat), off_or(c.sync_period), off_or(c.time_period),
           format_duration(c.sdo_timeout), c.reset_nodes, c.start_nodes);
+      startup(c);
     }
     if (c.role != line::Role::observer) {
       add("  EMCY bytes: {}\n", node::name(c.error_scheme));
@@ -185,6 +198,19 @@ class Text {
     }
   }
 
+  void startup(const line::LineConfig& c) {
+    if (c.role == line::Role::manager) {
+      add("  start-up: nodes started {}, own node {}, {}; mandatory nodes within {}, NMT commands "
+          "every {}\n",
+          !c.start_nodes ? "by the application"
+          : c.start_all  ? "all together"
+                         : "one by one",
+          c.own_start ? "by itself" : "by the application", lost_text(c.on_error),
+          c.boot_time == Duration::zero() ? "any time" : format_duration(c.boot_time),
+          c.nmt_inhibit == Duration::zero() ? "0" : format_duration(c.nmt_inhibit));
+    }
+  }
+
   void node(const line::NodeConfig& node) {
     add("  node {} {}: {} ({}){}\n", node.id, node.name, node.device.product_name, node.device.file,
         node.mandatory ? ", mandatory" : "");
@@ -193,6 +219,11 @@ class Text {
                                                     : format_duration(node.heartbeat_consumer),
         format_duration(node.boot_timeout), node.check_identity ? "checked" : "not checked",
         node.serial ? fmt::format(", serial number {}", *node.serial) : "");
+    add("    {}{}, reset within {}, SDO time-out {}\n",
+        node.boot ? "booted" : "only its error control is started",
+        node.keep_alive ? ", kept alive" : "", format_duration(node.reset_time),
+        node.sdo_timeout == Duration::zero() ? "that of the line"
+                                             : format_duration(node.sdo_timeout));
     if (node.pdo_deadline != Duration::zero()) {
       add("    its PDOs are late after {}\n", format_duration(node.pdo_deadline));
     }
@@ -355,6 +386,12 @@ class Json {
         .member("publish", config::name(plan.publish.rule))
         .member("publish_ns", plan.publish.time.count())
         .member("pdo_min_period_ns", plan.pdo_min_period.count())
+        .member("start_nodes", c.start_nodes)
+        .member("start_all", c.start_all)
+        .member("own_start", c.own_start)
+        .member("on_error", lost_text(c.on_error))
+        .member("boot_time_ns", c.boot_time.count())
+        .member("nmt_inhibit_ns", c.nmt_inhibit.count())
         .member("executor", plan.executor)
         .member("storage", plan.storage);
     out_.key("enter").begin_array();
@@ -397,6 +434,11 @@ class Json {
         .member("file", node.device.file)
         .member("product", node.device.product_name)
         .member("mandatory", node.mandatory)
+        .member("boot", node.boot)
+        .member("keep_alive", node.keep_alive)
+        .member("boot_timeout_ns", node.boot_timeout.count())
+        .member("reset_time_ns", node.reset_time.count())
+        .member("sdo_timeout_ns", node.sdo_timeout.count())
         .member("heartbeat_ns", node.heartbeat.count());
     pdos(node.device);
     out_.end_object();

@@ -13,6 +13,7 @@
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
 #include "stack/lss/assigner.h"
+#include "stack/manager/boot_event.h"
 #include "stack/nmt/heartbeat_consumer.h"
 #include "stack/nmt/state.h"
 
@@ -95,8 +96,8 @@ std::string boot_text(const Event& event) {
     return "booted";
   }
   const char letter = static_cast<char>(event.code);
-  return fmt::format("boot failed ({}): {}, {:08X}h", letter, line::describe_boot(letter),
-                     event.value);
+  return fmt::format("{} ({}): {}", manager::is_booted(letter) ? "booted" : "boot failed", letter,
+                     manager::describe_boot(letter, manager::finding_of(event)));
 }
 
 // Of routing_opened and routing_ended.
@@ -137,6 +138,16 @@ std::string routing_text(const Event& e) {
                      kServices[std::min<std::size_t>(number(e, 5, 1), kServices.size() - 1)],
                      from == 0 ? std::string("this gateway") : fmt::format("network {}", from),
                      number(e, 4, 1), number(e, 2, 2), abort_text(e.code));
+}
+
+std::string progress_text(const Event& e) {
+  const auto kind = static_cast<line::CommandKind>(e.code);
+  const auto total = number(e, 0, 4);
+  const std::string_view unit = kind == line::CommandKind::configure ? " objects"
+                                : kind == line::CommandKind::program ? " bytes"
+                                                                     : "";
+  return total == 0 ? fmt::format("{}: {}{}", name(kind), e.value, unit)
+                    : fmt::format("{}: {} of {}{}", name(kind), e.value, total, unit);
 }
 
 std::string line_text(const Event& e, std::string_view interface) {
@@ -280,6 +291,8 @@ std::string text(const Event& e, std::string_view interface) {
                                        abort_text(e.code));
     case EventKind::lss_result:
       return lss_text(e);
+    case EventKind::command_progress:
+      return progress_text(e);
     case EventKind::nmt_command:
     case EventKind::sdo_transfer:
     case EventKind::pdo_mapping:

@@ -87,7 +87,7 @@ bool Intake::crosses(const LineHost& host, const line::Command& command) const {
 
 line::Refusal Intake::judge(const LineHost& host, const dds::CommandMessage& message) const {
   const line::Command& command = message.command;
-  if (!permitted(command.kind, host.plan.commands, host.plan.outputs)) {
+  if (!permitted(command, host.plan.commands, host.plan.outputs)) {
     return line::Refusal::not_permitted;
   }
   if (!crosses(host, command)) {

@@ -1,10 +1,13 @@
 // linegate: the console. See what gateways publish, ask their lines, check a configuration, put
 // simulated devices on an interface.
 #include <csignal>
+#include <fstream>
 #include <functional>
 #include <iostream>
+#include <iterator>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,8 +15,11 @@
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
+#include "bridges/console/boot.h"
 #include "bridges/console/commands.h"
+#include "bridges/console/configuration.h"
 #include "bridges/console/monitor.h"
+#include "bridges/console/program.h"
 #include "bridges/console/scan.h"
 #include "bridges/dds/library_log.h"
 #include "gateway/check.h"
@@ -73,6 +79,11 @@ void set_up_library_log(bool verbose) {
 
 Duration seconds(double value) {
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(value));
+}
+
+std::string content_of(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
 // Which topics a command needs.
@@ -135,6 +146,8 @@ class Program {
         "3:12, press:own. Indices are hexadecimal.");
     add_views();
     add_commands();
+    add_configuration();
+    add_program();
     add_tools();
     add_recording();
     add_replay();
@@ -290,6 +303,14 @@ class Program {
       });
     });
 
+    CLI::App* boot = app_.add_subcommand(
+        "boot", "check, configure and start the nodes of a line anew; fails if one is not booted");
+    boot->add_option("line", texts_.line, "LINE, or LINE:NODE for one node")->required();
+    on(boot, [this] {
+      return with_client(options_, {.events = true, .commands = true},
+                         [&](auto& c) { return console::boot(c, texts_.line); });
+    });
+
     CLI::App* fault = app_.add_subcommand(
         "fault", "faults of a bus without wires, on and off; without any: those it has");
     fault->add_option("line", texts_.line)->required();
@@ -306,6 +327,51 @@ class Program {
     on(versions, [this] {
       return with_client(options_, {.commands = true},
                          [&](auto& c) { return console::versions(c, texts_.line); });
+    });
+  }
+
+  void add_configuration() {
+    CLI::App* config = app_.add_subcommand("config", "configurations of devices (CiA 302-3)");
+    config->require_subcommand(1);
+    const auto add = [&](const char* name, const char* about, console::ConfigAction action) {
+      CLI::App* command = config->add_subcommand(name, about);
+      command->add_option("line", texts_.line, "LINE, or LINE:NODE for one node")->required();
+      on(command, [this, action] {
+        return with_client(options_, {.events = true, .commands = true},
+                           [&](auto& c) { return console::configure(c, action, texts_.line); });
+      });
+    };
+    add("verify", "compare what devices have with their configuration; writes nothing",
+        console::ConfigAction::verify);
+    add("apply", "boot devices anew and write their configuration to them",
+        console::ConfigAction::apply);
+    CLI::App* import = config->add_subcommand(
+        "import", "give a concise DCF to the manager: a node's, or its own objects");
+    import->add_option("line", texts_.line, "LINE:NODE, or LINE for the manager itself")
+        ->required();
+    import->add_option("file", file_)->required()->check(CLI::ExistingFile);
+    on(import, [this] {
+      return with_client(options_, {.commands = true}, [&](auto& c) {
+        const std::string content = content_of(file_);
+        return console::import_configuration(c, texts_.line, std::as_bytes(std::span(content)));
+      });
+    });
+  }
+
+  void add_program() {
+    CLI::App* program =
+        app_.add_subcommand("program", "load a program into a device: stop, clear, load, start");
+    program->add_option("node", texts_.node, "LINE:NODE")->required();
+    program->add_option("file", file_)->required()->check(CLI::ExistingFile);
+    program->add_option("--number", number_, "of the program: sub-index of 1F50h, 1F51h, 1F57h")
+        ->check(CLI::Range(1, 255));
+    on(program, [this] {
+      return with_client(options_, {.events = true, .commands = true}, [&](auto& c) {
+        const std::string content = content_of(file_);
+        const auto bytes = std::as_bytes(std::span(content));
+        return console::load_program(c, texts_.node, static_cast<std::uint8_t>(number_),
+                                     {bytes.begin(), bytes.end()});
+      });
     });
   }
 
@@ -455,6 +521,8 @@ class Program {
   bool concise_ = false;
   std::uint64_t count_ = 0;
   std::string plant_;
+  std::string file_;
+  unsigned number_ = 1;
   std::string scan_folder_;
   std::string eds_folder_;
   console::LssRequest lss_;

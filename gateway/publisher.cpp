@@ -10,6 +10,7 @@
 #include <spdlog/spdlog.h>
 
 #include "gateway/access.h"
+#include "gateway/boot_text.h"
 #include "gateway/channels.h"
 #include "gateway/controller_text.h"
 #include "gateway/event_text.h"
@@ -262,7 +263,8 @@ void Publisher::publish_node(Line& line, const NodeStatus& status) {
   }
   node.known = true;
   node.last = state;
-  bridge_.publish(line.info.name, dds::NodeInfo{node.name, node.since}, state, status.time);
+  bridge_.publish(line.info.name, dds::NodeInfo{node.name, node.since}, state, status.time,
+                  boot_properties(state));
 }
 
 // What waits of the PDOs of the old layout means nothing in the new one.

@@ -28,8 +28,12 @@ class Forward final : public dds::ClientListener {
     listener_.on_line(id_of(source), view);
   }
   void on_node(const dds::Source& source, const dds::NodeInfo& info, const line::NodeState& state,
-               const std::vector<dds::Property>& /*properties*/) override {
-    listener_.on_node(id_of(source), {.name = info.name, .since = info.since, .state = state});
+               const std::vector<dds::Property>& properties) override {
+    console::NodeView view{.name = info.name, .since = info.since, .state = state};
+    for (const dds::Property& property : properties) {
+      view.properties.emplace_back(property.name, property.value);
+    }
+    listener_.on_node(id_of(source), view);
   }
   void on_layout(const dds::Source& source, const image::Layout& layout) override {
     listener_.on_layout(id_of(source), layout);

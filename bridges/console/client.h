@@ -37,6 +37,7 @@ struct NodeView {
   std::string name;
   Instant since{};  // when its state or presence last changed
   line::NodeState state;
+  std::vector<std::pair<std::string, std::string>> properties{};  // name, value
 };
 
 struct EventView {

@@ -52,6 +52,10 @@ Json counters_json(const line::Counters& c) {
 
 Json node_json(const Line& line, const NodeView& node) {
   const line::NodeState& state = node.state;
+  Json properties = Json::object();
+  for (const auto& [name, value] : node.properties) {
+    properties[name] = value;
+  }
   return {{"gateway", line.id.gateway},
           {"line", line.id.line},
           {"node", state.node},
@@ -60,7 +64,7 @@ Json node_json(const Line& line, const NodeView& node) {
           {"presence", line::name(state.presence)},
           {"state", nmt::name(state.state)},
           {"boot", state.boot == manager::kBooted ? "" : std::string(1, state.boot)},
-          {"boot_text", line::describe_boot(state.boot)},
+          {"boot_text", boot_words(node)},
           {"since", date_text(node.since)},
           {"heartbeat_monitored", state.heartbeat_monitored},
           {"heartbeats_lost", state.heartbeats_lost},
@@ -71,7 +75,8 @@ Json node_json(const Line& line, const NodeView& node) {
           {"serial", state.serial},
           {"error_register", state.error_register},
           {"last_emcy", state.last_emcy},
-          {"emcy_count", state.emcy_count}};
+          {"emcy_count", state.emcy_count},
+          {"properties", properties}};
 }
 
 Json nodes_array(const std::vector<const Line*>& lines, std::uint8_t only = 0) {

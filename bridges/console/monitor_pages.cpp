@@ -45,8 +45,8 @@ void describe_node(const NodeView& node, std::vector<Note>& out) {
            std::string(nmt::name(state.state)) + ", " + std::string(line::name(state.presence)) +
                ", since " + clock_text(node.since),
            style_of(node));
-  add_fact(out, "boot", boot_text(state.boot) + ": " + printable(line::describe_boot(state.boot)),
-           state.boot == manager::kBooted ? Style::plain : Style::warning);
+  add_fact(out, "boot", boot_text(state.boot) + ": " + boot_words(node),
+           manager::is_booted(state.boot) ? Style::plain : Style::warning);
   add_fact(out, "heartbeat",
            std::string(state.heartbeat_monitored ? "monitored" : "not monitored") + ", lost " +
                std::to_string(state.heartbeats_lost) + " times");

@@ -38,6 +38,8 @@ std::string duration_text(Duration duration);
 std::string_view unit_of(std::string_view name);
 // "ok", "-" (not finished), or the letter of CiA 302-2.
 std::string boot_text(char boot);
+// With what was found: the node's property boot-text, or the words of its letter.
+std::string boot_words(const NodeView& node);
 
 Style style_of(const Model& model, const Line& line);
 Style style_of(const NodeView& node);

@@ -56,6 +56,15 @@ std::string boot_text(char boot) {
   return boot == manager::kBootUnfinished ? "-" : printable(std::string(1, boot));
 }
 
+std::string boot_words(const NodeView& node) {
+  for (const auto& [name, value] : node.properties) {
+    if (name == "boot-text") {
+      return printable(value);
+    }
+  }
+  return printable(line::describe_boot(node.state.boot));
+}
+
 void print(std::ostream& out, const Text& text) {
   for (const std::string& line : text) {
     out << line << '\n';

@@ -55,6 +55,15 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
     case line::CommandKind::sdo_write:
       return from.node() < 1 || from.node() > 127 ? "node is not 1..127" : nullptr;
     case line::CommandKind::scan:
+    case line::CommandKind::boot:
+      return from.node() > 127 ? "node is not 0..127" : nullptr;
+    case line::CommandKind::program:
+      if (from.sub() == 0)
+        return "sub is not 1..255";
+      return from.node() < 1 || from.node() > 127 ? "node is not 1..127" : nullptr;
+    case line::CommandKind::configure:
+      if (from.code() > 1)
+        return "code is not 0 or 1";
       return from.node() > 127 ? "node is not 0..127" : nullptr;
     case line::CommandKind::nmt:
       if (from.node() > 127)
@@ -71,9 +80,6 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
     case line::CommandKind::bus_restart:
     case line::CommandKind::routing_trace:
     case line::CommandKind::bus_fault:
-    case line::CommandKind::boot:
-    case line::CommandKind::configure:
-    case line::CommandKind::program:
     case line::CommandKind::object_write:
     case line::CommandKind::pdo_trigger:
     case line::CommandKind::can_send:
@@ -93,6 +99,7 @@ const char* check_data(const line::Command& command) {
     case line::CommandKind::sdo_write:
     case line::CommandKind::network_write:
     case line::CommandKind::local_write:
+    case line::CommandKind::program:
       return size == 0 ? "there are no data to write" : nullptr;
     case line::CommandKind::output_write:
       return size < 1 || size > 8 ? "data is not 1 to 8 bytes" : nullptr;
@@ -112,7 +119,6 @@ const char* check_data(const line::Command& command) {
     case line::CommandKind::scan:
     case line::CommandKind::boot:
     case line::CommandKind::configure:
-    case line::CommandKind::program:
     case line::CommandKind::object_write:
     case line::CommandKind::pdo_trigger:
     case line::CommandKind::can_send:

@@ -41,6 +41,7 @@ static_assert(same(v1::MANAGER_BOOTING, line::ManagerState::booting));
 static_assert(same(v1::MANAGER_MISSING_MANDATORY, line::ManagerState::missing_mandatory));
 static_assert(same(v1::MANAGER_RUNNING, line::ManagerState::running));
 static_assert(same(v1::MANAGER_STOPPED, line::ManagerState::stopped));
+static_assert(same(v1::MANAGER_HALTED, line::ManagerState::halted));
 
 static_assert(same(v1::BUS_UNKNOWN, can::BusState::unknown));
 static_assert(same(v1::BUS_ERROR_ACTIVE, can::BusState::error_active));

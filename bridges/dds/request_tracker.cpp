@@ -9,6 +9,7 @@ namespace linegate::dds {
 namespace {
 
 constexpr unsigned kMostSlowing = 4;                 // 2^4 times the first pause
+constexpr unsigned kMostSlowingLong = 8;             // of what has many chunks to be sent again
 constexpr unsigned kMostRestarts = 3;                // of a request that lost a chunk on the way
 constexpr std::size_t kMostReplyBytes = 64U << 20U;  // what a client is ready to take
 
@@ -67,7 +68,8 @@ const Request* RequestTracker::due(Instant now) {
   for (auto& [id, waiting] : waiting_) {
     if (waiting.send_at > now)
       continue;
-    const unsigned slowing = std::min(waiting.sent, kMostSlowing);
+    const bool is_long = waiting.request.command.data.size() > kChunkBytes;
+    const unsigned slowing = std::min(waiting.sent, is_long ? kMostSlowingLong : kMostSlowing);
     const bool answering = !waiting.result.reply.data.empty();
     waiting.send_at = now + retry_ * (answering ? 1 : 1LL << slowing);
     waiting.chunks = 0;

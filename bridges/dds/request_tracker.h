@@ -24,7 +24,8 @@ struct Request {
 
 class RequestTracker {
  public:
-  // retry: pause before the first repetition; each further one is twice as long, up to 16 times.
+  // retry: pause before the first repetition; each further one is twice as long, up to 16 times, of
+  // requests in several chunks up to 256 times: all of it is sent again each time.
   explicit RequestTracker(Duration retry) : retry_(retry) {}
 
   void add(Request request, Instant now);

@@ -70,6 +70,8 @@ void each_member(Wire& wire, Stack& stack,
   pair(wire.heartbeats_lost(), stack.heartbeats_lost);
 }
 
+constexpr std::size_t kMaxBootText = 128;
+
 constexpr auto kToWire = [](auto& wire, const auto& stack) {
   wire = static_cast<std::remove_reference_t<decltype(wire)>>(stack);
 };
@@ -114,7 +116,9 @@ void to_wire(const NodeInfo& info, const line::NodeState& state, const ClockMap&
   to.name(info.name);
   to.since(clock.utc(info.since));
   to.last_heard(clock.utc(state.last_heard));
-  to.boot_text(std::string(line::describe_boot(state.boot)));
+  std::string boot = manager::describe_boot(state.boot, state.finding);
+  boot.resize(std::min(boot.size(), kMaxBootText));
+  to.boot_text(boot);
   each_member(to, state, kToWire);
 }
 

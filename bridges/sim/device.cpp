@@ -6,6 +6,7 @@
 
 #include "bridges/sim/behaviour.h"
 #include "bridges/sim/eds_files.h"
+#include "bridges/sim/program_memory.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/eds/reader.h"
@@ -185,6 +186,7 @@ void Device::build(const od::DeviceDescription& description) {
   node_->set_medium(options_.medium.get());
   node_->set_application(behaviour_.get());
   behaviour_->attach(*node_, mix_seed());
+  program_ = std::make_unique<ProgramMemory>(node_->dictionary());
 }
 
 // Its address stays what it is, whatever node-ID the device is given.
@@ -216,6 +218,18 @@ std::uint8_t Device::node_id() const {
   return has_node_id() ? node_->node_id() : std::uint8_t{0};
 }
 
+void Device::set_time(Instant now) {
+  behaviour_->set_time(now);
+  program_->set_time(now);
+}
+
+// Its program was stopped or started.
+void Device::restart_if_due(Instant now) {
+  if (program_->take_restart(now)) {
+    node_->command(nmt::Command::reset_node, now);
+  }
+}
+
 void Device::start(Instant now) {
   alive_ = true;
   lss_->slave.power_on(lss_->kept);
@@ -224,7 +238,7 @@ void Device::start(Instant now) {
     return;
   }
   rebuild(lss_->slave.active_node_id());
-  behaviour_->set_time(now);
+  set_time(now);
   node_->start(now);
   (void)behaviour_->take_reset();  // power-on, which the slave has seen already
 }
@@ -265,7 +279,7 @@ void Device::receive(std::span<const can::Frame> frames) {
     if (frame.id == lss::kMasterId && !frame.extended()) {
       (void)lss_->slave.receive(frame, lss_->answers);
     } else if (has_node_id()) {
-      behaviour_->set_time(frame.time);
+      set_time(frame.time);
       node_->receive({&frame, 1});
       behaviour_->run(frame.time);
     }
@@ -279,6 +293,8 @@ void Device::advance(Instant now) {
   }
   lss_->slave.advance(now);
   if (has_node_id()) {
+    program_->set_time(now);
+    restart_if_due(now);
     behaviour_->run(now);
     node_->advance(now);
   }
@@ -290,14 +306,17 @@ Instant Device::next_wake() const {
     return kNever;
   }
   const Instant wake = lss_->slave.next_wake();
-  return has_node_id() ? earlier(wake, earlier(node_->next_wake(), behaviour_->next_step())) : wake;
+  return has_node_id()
+             ? earlier(wake, earlier(earlier(node_->next_wake(), behaviour_->next_step())),
+                       program_->restart_at())
+             : wake;
 }
 
 bool Device::next_frame(can::Frame& out, Instant now) {
   if (!wants_to_send(now)) {
     return false;
   }
-  behaviour_->set_time(now);
+  set_time(now);
   if (has_node_id() && node_->next_frame(out, now)) {
     return true;
   }

@@ -43,6 +43,7 @@ std::string_view eds_name(std::string_view profile);
 std::string_view eds_text(std::string_view profile);
 
 class Behaviour;
+class ProgramMemory;
 
 class Device {
  public:
@@ -92,12 +93,15 @@ class Device {
   void rebuild(std::uint8_t node_id);
   void follow_lss(Instant now);
   bool has_node_id() const;
+  void set_time(Instant now);
+  void restart_if_due(Instant now);
 
   DeviceOptions options_;
   EventLog events_;
   std::unique_ptr<Behaviour> behaviour_;
   std::unique_ptr<node::Node> node_;
   std::unique_ptr<Lss> lss_;
+  std::unique_ptr<ProgramMemory> program_;  // on the node's dictionary
   bool alive_ = false;
 };
 

@@ -204,7 +204,7 @@ void tell_what_an_observer_ignores(Section& section, const line::LineConfig& con
     return;
   }
   for (const char* key : {"heartbeat", "time", "sdo_timeout", "emcy_bytes", "reset_nodes",
-                          "start_nodes", "identity", "storage", "outputs", "lss"}) {
+                          "start_nodes", "startup", "identity", "storage", "outputs", "lss"}) {
     const YAML::Node node = section.find(key);
     if (node.IsDefined()) {
       section.findings().warning(place_of(node), std::string(key) +
@@ -273,6 +273,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   plan.config.stores_parameters = !plan.storage.empty();
   plan.record = read_record(section, out.record_place);
   read_nodes(section, plan.config);
+  read_startup(section, plan.config);
   read_devices(section, out);
   read_simulated(section, plan);
   out.own_pdos = read_own_pdos(findings, section.find("own_pdos"));

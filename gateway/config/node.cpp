@@ -92,7 +92,7 @@ line::NodeConfig read_node(Findings& findings, const YAML::Node& node) {
     check_name(findings, *text, place_of(name), "name");
     config.name = std::move(*text);
   }
-  section.read("mandatory", config.mandatory);
+  read_boot(section, config);
   section.read("check_identity", config.check_identity);
   if (const auto serial = section.number(section.find("serial"), 0, 0xFFFF'FFFF)) {
     config.serial = static_cast<std::uint32_t>(*serial);
@@ -100,13 +100,14 @@ line::NodeConfig read_node(Findings& findings, const YAML::Node& node) {
   read_heartbeat(section, config);
   read_guarding(section, config);
   section.read_multiple("pdo_deadline", config.pdo_deadline, milliseconds(1), milliseconds(0xFFFF));
-  section.read("boot_timeout", config.boot_timeout, milliseconds(1), std::chrono::hours(1));
   const YAML::Node objects = section.find("objects");
   const YAML::Node pdos = section.find("pdos");
-  if (read_device_file(section, config, "a node")) {
+  const bool has_device = read_device_file(section, config, "a node");
+  if (has_device) {
     read_pdos(findings, pdos, config);
     read_objects(findings, objects, config);
   }
+  read_configuration(section, has_device, config);
   section.done();
   return config;
 }

@@ -131,6 +131,10 @@ Interface read_interface(Section& line, const YAML::Node& node);
 std::optional<Record> read_record(Section& line, Place& place);
 // One element of `nodes:`, with its device file and everything written to the node.
 line::NodeConfig read_node(Findings& findings, const YAML::Node& node);
+// What of a node concerns its boot process.
+void read_boot(Section& section, line::NodeConfig& config);
+// `startup:`, after the nodes.
+void read_startup(Section& section, line::LineConfig& config);
 // Its device file, from `eds` or `dcf`; true if it could be read. what: "a node".
 bool read_device_file(Section& section, line::NodeConfig& config, std::string_view what);
 // `devices:`, for the role device; and what such a line does not have.
@@ -185,6 +189,9 @@ std::vector<SharedObjectSection> read_shared_objects(Findings& findings, const Y
 // which take the objects that are left.
 void resolve_shared_objects(Findings& findings, const std::vector<SharedObjectSection>& objects,
                             JoinedLines& lines);
+// `restore:`, `store:`, `concise_dcf:` and `program:` of a node; has_device: its device file has
+// been read.
+void read_configuration(Section& section, bool has_device, line::NodeConfig& config);
 // `objects:` and `pdos:` of a node whose device file has been read.
 void read_objects(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
 void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config);

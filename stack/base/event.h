@@ -34,7 +34,9 @@ enum class EventKind : std::uint8_t {
                      // guarding of node, 2 life guarding: the own node is not guarded any more
   heartbeat_recovered,  // the first heartbeat after a loss. code: NMT state
   boot_result,          // a node's boot ended. code: NodeState::boot (0 = booted, or a letter);
-                        // value: SDO abort code or offending value
+                        // value: SDO abort code or offending value; data, where there is one: index
+                        // (2, LE) and sub-index of the object, 1 = value is an abort code, 2 = it
+                        // was found there, and what was expected (4, LE)
   emcy,                 // code: emergency error code, value: error register; data: 5 manufacturer
                         // bytes
   emcy_sent,            // the own node's EMCY, fields as emcy

@@ -46,12 +46,16 @@ void expect_identity(const NodeConfig& node, manager::NodePlan& plan) {
   plan.revision = described(node.device, {0x1018, 3});
 }
 
+}  // namespace
+
 // The consumer waits half a period longer than two, so that one lost heartbeat is no loss of the
 // node.
 Duration consumer_time(const NodeConfig& node) {
   return node.heartbeat_consumer != Duration::zero() ? node.heartbeat_consumer
                                                      : node.heartbeat * 5 / 2;
 }
+
+namespace {
 
 // A heartbeat would win over guarding, so a device that has one by default gets it switched off.
 void guard(const NodeConfig& node, manager::NodePlan& plan) {
@@ -68,13 +72,19 @@ void guard(const NodeConfig& node, manager::NodePlan& plan) {
 }
 
 manager::NodePlan node_plan(const NodeConfig& node) {
-  manager::NodePlan plan{.id = node.id, .mandatory = node.mandatory};
+  manager::NodePlan plan;
+  plan.id = node.id;
+  plan.boot = node.boot;
+  plan.mandatory = node.mandatory;
+  plan.keep_alive = node.keep_alive;
   if (node.check_identity) {
     expect_identity(node, plan);
   }
   plan.serial = node.serial.value_or(0);
   plan.heartbeat_consumer = consumer_time(node);
   plan.boot_timeout = node.boot_timeout;
+  plan.reset_time = node.reset_time;
+  plan.sdo_timeout = node.sdo_timeout;
   plan.writes = manager::configuration_writes(node.device);
   for (const ObjectValue& object : node.objects) {
     plan.writes.push_back({object.address, object.data});
@@ -83,6 +93,16 @@ manager::NodePlan node_plan(const NodeConfig& node) {
     plan.writes.push_back({{0x1017, 0}, milliseconds_u16(node.heartbeat)});
   }
   guard(node, plan);
+  manager::date_last(plan.writes);
+  plan.restore = node.restore;
+  plan.store = node.store;
+  plan.software = node.software;
+  plan.update_software = node.update_software;
+  plan.program = node.program;
+  plan.expected = manager::date_of(plan.writes);
+  if (plan.store != 0 && !plan.expected.known()) {
+    plan.expected = manager::fingerprint_of(plan.writes);
+  }
   return plan;
 }
 
@@ -193,6 +213,20 @@ std::vector<Diagnostic> check(const LineConfig& config) {
   check_devices(config, out);
   check_routing(config, out);
   return out;
+}
+
+// A device with one own node waits for its master to start it (1F80h bit 2).
+manager::Options manager_options(const LineConfig& config) {
+  const bool manages = config.role == Role::manager;
+  return {.reset_nodes = config.reset_nodes,
+          .sdo_timeout = config.sdo_timeout,
+          .master = manages,
+          .start_all = config.start_all,
+          .own_start = manages && config.own_start,
+          .start_nodes = config.start_nodes,
+          .on_error = config.on_error,
+          .boot_time = config.boot_time,
+          .nmt_inhibit = config.nmt_inhibit};
 }
 
 std::vector<manager::NodePlan> node_plans(const LineConfig& config) {

@@ -17,6 +17,12 @@ std::vector<Diagnostic> check(const LineConfig& config);
 // Precondition: check() found no error. The consumer time is 2.5 producer times unless configured.
 std::vector<manager::NodePlan> node_plans(const LineConfig& config);
 
+// Without a heartbeat of the node for so long it is lost; 0 = its heartbeat is not monitored.
+Duration consumer_time(const NodeConfig& node);
+
+// What the manager does by itself, in the line's role.
+manager::Options manager_options(const LineConfig& config);
+
 // On which the node sends its EMCYs: 1014h as its file says, or as it is written after that.
 can::CobId emcy_cob_id(const NodeConfig& node);
 

@@ -29,19 +29,26 @@ enum class CommandKind : std::uint8_t {
                   // of the line, never reaches it
   routing_trace,  // code: for so many seconds (1..routing::Trace::kLongest) the line emits
                   // EventKind::routing_opened and routing_ended
-  scan,          // node (0 = all but the own) -> data: what the devices say of themselves and their
-                 // PDOs (stack/scan/report.h). Nothing is written to them. Role manager, one at a
-                 // time; each node is an event meanwhile
-  bus_fault,     // data: how the faults of a bus change that has none of its own, as text -> text;
-                 // carried out by the owner of the line, never reaches it
-  boot,          // node (0 = all): its boot process anew (CiA 302-2)
-  configure,     // node (0 = all), code: 0 verify, 1 apply its configuration (CiA 302-3)
-  program,       // node, sub: number of the program (1F50h), data: the program
-  lss,           // code: lss::Procedure, data: its arguments -> data (stack/lss/procedure.h)
-  object_write,  // node, index, sub, data: by PDO if the object is mapped, else by SDO
-  pdo_trigger,   // code: number of a TPDO, which is sent now
-  can_send,      // entry: identifier, data: a frame
-  can_listen,    // entry: identifier, code: for so many seconds frames of it are events
+  scan,       // node (0 = all but the own) -> data: what the devices say of themselves and their
+              // PDOs (stack/scan/report.h). Nothing is written to them. Role manager, one at a
+              // time; each node is an event meanwhile
+  bus_fault,  // data: how the faults of a bus change that has none of its own, as text -> text;
+              // carried out by the owner of the line, never reaches it
+  boot,       // node (0 = all of the network list) -> data: how its boot process, made anew after
+              // NMT reset communication unless it is to be kept alive, ended
+              // (stack/manager/boot_report.h). Role manager; each result is an event meanwhile. An
+              // absent node ends with B when its boot time-out is over
+  configure,  // node (0 = all) -> data: stack/manager/configuration_report.h. code 0: compares what
+              // it has with its configuration (CiA 302-3); 1: boots it anew and configures it.
+              // Role manager, one at a time; EventKind::command_progress each second
+  program,    // node, sub: number of the program (1F50h), data: the program, at most
+              // manager::kLongestProgram -> data: see stack/line/program_command.h. Role manager;
+              // EventKind::command_progress each second
+  lss,        // code: lss::Procedure, data: its arguments -> data (stack/lss/procedure.h)
+  object_write,   // node, index, sub, data: by PDO if the object is mapped, else by SDO
+  pdo_trigger,    // code: number of a TPDO, which is sent now
+  can_send,       // entry: identifier, data: a frame
+  can_listen,     // entry: identifier, code: for so many seconds frames of it are events
   object_create,  // index, sub, data: an object of the line's own dictionary
   scan_apply,     // node (0 = all), code: what is done with the result of a scan
 };

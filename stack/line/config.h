@@ -10,6 +10,7 @@
 
 #include "stack/base/time.h"
 #include "stack/line/state.h"
+#include "stack/manager/plan.h"
 #include "stack/node/error_scheme.h"
 #include "stack/od/description.h"
 #include "stack/routing/config.h"
@@ -27,7 +28,9 @@ struct NodeConfig {
   std::uint8_t id = 0;
   std::string name;
   od::DeviceDescription device;  // from its EDS or DCF, resolved with id
+  bool boot = true;              // 1F81h bit 2; else only its error control is started
   bool mandatory = false;        // 1F81h bit 3
+  bool keep_alive = false;       // 1F81h bit 4: not reset as long as it is Operational
   bool check_identity = true;    // compare 1000h and 1018h:1..3 with the device file where not 0
   std::optional<std::uint32_t> serial;  // expected 1018h:4
   Duration heartbeat{};                 // producer time written to 1017h; 0 = leave it alone
@@ -40,7 +43,15 @@ struct NodeConfig {
   // 100 us. Those that are not named: at will.
   std::map<std::uint16_t, Duration> rpdo_inhibit;
   Duration boot_timeout = std::chrono::seconds(10);  // until presence is `missing`
-  std::vector<ObjectValue> objects;                  // written after those of the DCF
+  Duration reset_time = std::chrono::seconds(1);     // from a reset to its boot-up message, at most
+  Duration sdo_timeout{};            // of each answer while it boots; 0 = LineConfig::sdo_timeout
+  std::vector<ObjectValue> objects;  // written after those of the DCF
+  std::uint8_t restore = 0;  // sub-index of 1011h: defaults before the node is configured; 0 = none
+  std::uint8_t store = 0;    // sub-index of 1010h, saved when it is configured; 0 = none. With a
+                             // date in 1020h, so that it need not be configured the next time
+  std::uint32_t software = 0;      // 1F55h: software identification it is to have; 0 = any
+  bool update_software = false;    // 1F81h bit 6: program is loaded if it has another
+  manager::SharedBytes program{};  // 1F58h; nullptr = none
 };
 
 // A device of the line itself, in the role device: it runs here, below somebody else's master.
@@ -105,8 +116,13 @@ struct LineConfig {
   Duration time_period{};  // 0 = no TIME producer
   Duration sdo_timeout = std::chrono::milliseconds(500);
   LssConfig lss;
-  bool reset_nodes = true;        // NMT reset communication to all at the start
-  bool start_nodes = true;        // NMT start when booted (1F80h bit 3 = 0)
+  bool reset_nodes = true;  // NMT reset communication to all at the start
+  bool start_nodes = true;  // NMT start when booted (1F80h bit 3 = 0)
+  bool start_all = false;   // with one command, when all are booted (1F80h bit 1)
+  bool own_start = true;    // the own node starts by itself (1F80h bit 2 = 0)
+  manager::ErrorReaction on_error = manager::ErrorReaction::node;  // 1F80h bits 4 and 6
+  Duration boot_time{};           // of mandatory nodes (1F89h), whole ms; 0 = as long as it takes
+  Duration nmt_inhibit{};         // between two NMT commands (102Ah), whole 100 us
   bool stop_nodes = true;         // NMT enter pre-operational to all when the line is stopped
   std::vector<NodeConfig> nodes;  // ascending by id
   // Role device: 1..127 of them, ascending by id; no nodes and no node_id then. If there are none,

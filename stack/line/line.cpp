@@ -29,12 +29,6 @@ node::Options node_options(const LineConfig& config) {
           .error_scheme = config.error_scheme};
 }
 
-manager::Options manager_options(const LineConfig& config) {
-  return {.reset_nodes = config.reset_nodes,
-          .start_nodes = config.start_nodes,
-          .sdo_timeout = config.sdo_timeout};
-}
-
 od::Dictionary dictionary_of(const LineConfig& config, image::ProcessImage& image,
                              const pdo::LinkPlan& plan, routing::ForwardObjects& forwarded) {
   od::Dictionary dictionary = make_own_dictionary(config);
@@ -52,15 +46,25 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       image(plan.inputs, plan.outputs),
       forwarded(config.forwarding, image),
       node(dictionary_of(config, image, plan, forwarded), node_options(config), events, &image),
-      nmt(node.transmit()),
+      nmt(node.transmit(), &node.dictionary()),
       heartbeats(node.dispatch(), events, kManagerMark, &node.transmit()),
       emergencies(node.dispatch(), events, kManagerMark),
       sdo(node.dispatch(), node.transmit(), events),
-      manager(node_plans(config), manager_options(config), sdo, heartbeats, events, *this),
+      configurator(node.dictionary(), node_plans(config), sdo, events, config.sdo_timeout),
+      loader(node.dictionary(), node_plans(config), sdo, events, config.sdo_timeout,
+             static_cast<std::uint32_t>(CommandKind::program)),
+      manager(node_plans(config), manager_options(config), node.dictionary(), sdo, heartbeats,
+              events, *this),
       lss(config, manager, events),
+      startup(node.dictionary(), config.node_id, manager, *this),
+      configuring(manager, configurator, events),
+      programming(manager, loader),
       outputs(image.layout(image::Direction::outputs), config.groups, config.bound),
       scanner(sdo, events) {
   node.set_companion(this);
+  manager.set_program_step([this](std::uint8_t id) { return loader.make_step(id); });
+  manager.set_configuration_step([this](std::uint8_t id) { return configurator.make_step(id); });
+  configurator.objects().set_may_configure([this](std::uint8_t id) { return may_configure(id); });
   node.pdos().link(plan);
   node.clock().produce_every(config.time_period);
   heartbeats.set_listener(this);
@@ -80,13 +84,7 @@ void Line::Impl::start(Instant now) {
   emit(EventKind::line_started, now, static_cast<std::uint32_t>(config.role));
   node.start(now);
   apply_defaults(now);
-  if (manages()) {
-    start_lss(now);
-    return;
-  }
-  for (const manager::NodePlan& device : node_plans(config)) {
-    heartbeats.monitor(device.id, device.heartbeat_consumer);
-  }
+  take_role(now);
 }
 
 void Line::Impl::advance(Instant now) {
@@ -95,14 +93,20 @@ void Line::Impl::advance(Instant now) {
   heartbeats.advance(now);
   sdo.advance(now);
   take_completions(now);
+  startup.advance(now);
+  change_role(now);
   manager.advance(now);
   lss.advance(usable(), now);
   settle_lss(now);
+  nmt.advance(now);
   if (routing != nullptr) {
     routing->advance(may_send_sdo(), now);
     take_completions(now);
   }
   expire_commands(now);
+  finish_boots(now);
+  advance_configure(now);
+  advance_program(now);
   finish_local_writes();
   while (const Outputs::Group* group = outputs.expire(now)) {
     react(*group, now);
@@ -114,10 +118,16 @@ void Line::Impl::advance(Instant now) {
 }
 
 Instant Line::Impl::next_wake() const {
+  if (running && startup.wants_manager() != manages_) {
+    return Instant{};
+  }
   Instant wake = earlier(node.next_wake(), heartbeats.next_wake());
   wake = earlier(wake, events.next_wake());
   wake = earlier(wake, earlier(sdo.next_wake(), manager.next_wake()));
   wake = earlier(wake, lss.next_wake());
+  wake = earlier(wake, earlier(startup.next_wake(), nmt.next_wake()));
+  wake = earlier(wake, earlier(configurator.next_wake(), configuring.next_wake()));
+  wake = earlier(wake, earlier(loader.next_wake(), programming.next_wake()));
   wake = earlier(wake, routing != nullptr ? routing->next_wake() : kNever);
   return earlier(wake, earlier(outputs.next_wake(), next_command_deadline()));
 }
@@ -130,12 +140,22 @@ void Line::Impl::take_completions(Instant now) {
     } else if ((completion.token & scan::kScanToken) != 0) {
       scanner.completed(completion, now);
       finish_scan();
+    } else if ((completion.token & manager::kTaskToken) != 0) {
+      if (!configurator.completed(completion, now)) {
+        (void)loader.completed(completion, now);
+      }
     } else {
       command_completed(completion);
     }
   }
   while (routing != nullptr && routing->take(completion)) {
     command_completed(completion);
+  }
+  if (configuring.active()) {
+    advance_configure(now);
+  }
+  if (programming.active()) {
+    advance_program(now);
   }
 }
 
@@ -221,14 +241,6 @@ void Line::Impl::node_data_invalid(std::uint8_t id) {
   node.pdos().drop_waiting(id);
 }
 
-void Line::Impl::may_operate(Instant now) {
-  node.command(nmt::Command::start, now);
-}
-
-void Line::Impl::send_nmt(nmt::Command command, std::uint8_t id) {
-  nmt.send(command, id);
-}
-
 void Line::Impl::boot_up(std::uint8_t id, Instant now) {
   manager.boot_up(id, now);
 }
@@ -254,7 +266,7 @@ void Line::Impl::emergency(std::uint8_t id, const emcy::Message& message, Instan
 
 LineState Line::Impl::state() const {
   LineState out;
-  out.role = config.role;
+  out.role = role();
   out.node_id = config.node_id;
   out.network_id = config.network_id;
   out.own_state = node.state();
@@ -304,6 +316,9 @@ void Line::Impl::stop(Instant now) {
   lss.stop();
   settle_lss(now);
   end_scan(Refusal::cancelled, now);
+  end_boots(Refusal::cancelled);
+  end_configure(Refusal::cancelled);
+  end_program(Refusal::cancelled, now);
   if (routing != nullptr) {
     routing->stop(now);
     take_completions(now);
@@ -319,7 +334,7 @@ void Line::Impl::stop(Instant now) {
   }
   local_writes.clear();
   if (manages() && config.stop_nodes) {
-    nmt.send(nmt::Command::enter_pre_operational, 0);
+    nmt.send(nmt::Command::enter_pre_operational, 0, now);
   }
   node.command(nmt::Command::enter_pre_operational, now);
   emit(EventKind::line_stopped, now);

@@ -60,12 +60,18 @@ void Line::Impl::execute(Command command, Instant now) {
     case CommandKind::scan:
       start_scan(command, now);
       return;
+    case CommandKind::boot:
+      start_boot(command, now);
+      return;
+    case CommandKind::configure:
+      start_configure(command, now);
+      return;
+    case CommandKind::program:
+      start_program(std::move(command), now);
+      return;
     case CommandKind::versions:
     case CommandKind::bus_restart:
     case CommandKind::bus_fault:
-    case CommandKind::boot:
-    case CommandKind::configure:
-    case CommandKind::program:
     case CommandKind::object_write:
     case CommandKind::pdo_trigger:
     case CommandKind::can_send:
@@ -205,13 +211,16 @@ Error Line::Impl::send_nmt(const Command& command, Instant now) {
     return why;
   }
   if (command.node == config.node_id) {
-    node.command(command.nmt, now);
+    command_own(command.nmt, now);
+    if (manager::is_reset(command.nmt)) {
+      manager.own_reset();
+    }
     return kDone;
   }
   if (!manages()) {
     return to_error(Refusal::wrong_role);
   }
-  if (!nmt.send(command.nmt, command.node)) {
+  if (!nmt.send(command.nmt, command.node, now)) {
     return to_error(Refusal::busy);
   }
   manager.commanded(command.nmt, command.node, now);
@@ -261,6 +270,9 @@ Instant Line::Impl::next_command_deadline() const {
   Instant wake = scan_deadline;
   for (const Pending& command : pending) {
     wake = earlier(wake, command.deadline);
+  }
+  for (const Boot& boot : boots) {
+    wake = earlier(wake, boot.deadline);
   }
   return wake;
 }

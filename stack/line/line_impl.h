@@ -8,11 +8,16 @@
 #include "stack/emcy/consumer.h"
 #include "stack/emcy/producer.h"
 #include "stack/image/process_image.h"
+#include "stack/line/configure_command.h"
 #include "stack/line/line_base.h"
 #include "stack/line/lss.h"
 #include "stack/line/outputs.h"
+#include "stack/line/program_command.h"
 #include "stack/line/routing.h"
+#include "stack/manager/configurator.h"
 #include "stack/manager/manager.h"
+#include "stack/manager/program_loader.h"
+#include "stack/manager/startup_objects.h"
 #include "stack/nmt/heartbeat_consumer.h"
 #include "stack/nmt/master.h"
 #include "stack/node/node.h"
@@ -62,7 +67,9 @@ struct Line::Impl final : Line::Base,
   bool may_send_sdo() const;
   od::Dictionary& dictionary() override;
   Counters count() const;
-  bool manages() const { return config.role == Role::manager; }
+  // As 1F80h bit 0 says; that of the configuration at first.
+  bool manages() const { return manages_; }
+  Role role() const { return manages_ ? Role::manager : Role::device; }
   void interface_lost();
   void malformed(const can::Target& target, const can::Frame& frame);
   void take_completions(Instant now);
@@ -73,7 +80,9 @@ struct Line::Impl final : Line::Base,
   // manager::Host
   void node_data_invalid(std::uint8_t node) override;
   void may_operate(Instant now) override;
-  void send_nmt(nmt::Command command, std::uint8_t node) override;
+  void send_nmt(nmt::Command command, std::uint8_t node, Instant now) override;
+  void command_own(nmt::Command command, Instant now) override;
+  nmt::State own_state() const override;
   // nmt::HeartbeatListener
   void boot_up(std::uint8_t node, Instant now) override;
   void heartbeat(std::uint8_t node, nmt::State state, Instant now) override;
@@ -107,6 +116,32 @@ struct Line::Impl final : Line::Base,
   void expire_commands(Instant now);
   Instant next_command_deadline() const;
 
+  // --- line_boot.cpp ----------------------------------------------------------------------------
+  // A command that waits for the boot processes of nodes.
+  struct Boot {
+    std::uint64_t tag = 0;  // of the command
+    std::vector<std::uint8_t> nodes;
+    Instant deadline = kNever;
+  };
+  void take_role(Instant now);
+  void change_role(Instant now);
+  void start_boot(const Command& command, Instant now);
+  void finish_boots(Instant now);
+  void end_boots(Refusal why);
+
+  // --- line_configure.cpp -----------------------------------------------------------------------
+  void start_configure(const Command& command, Instant now);
+  void advance_configure(Instant now);
+  void end_configure(Refusal why);
+  void finish_configure();
+  AbortCode may_configure(std::uint8_t id) const;
+
+  // --- line_program.cpp -------------------------------------------------------------------------
+  void start_program(Command command, Instant now);
+  void advance_program(Instant now);
+  void end_program(Refusal why, Instant now);
+  void finish_program();
+
   // --- line_scan.cpp ----------------------------------------------------------------------------
   void start_scan(const Command& command, Instant now);
   void finish_scan();
@@ -137,9 +172,15 @@ struct Line::Impl final : Line::Base,
   nmt::HeartbeatConsumer heartbeats;
   emcy::Consumer emergencies;
   sdo::Arbiter sdo;
+  manager::Configurator configurator;
+  manager::ProgramLoader loader;
   manager::Manager manager;  // keeps the states of the nodes in every role, acts in that of manager
   Lss lss;                   // idle but in the role manager
   bool boot_begun = false;   // of the nodes: it waits for the first round of LSS
+  manager::StartupObjects startup;
+  ConfigureCommand configuring;
+  ProgramCommand programming;
+  bool manages_ = config.role == Role::manager;
   Outputs outputs;
   std::unique_ptr<Routing> routing;  // if the line takes part in it
 
@@ -147,6 +188,7 @@ struct Line::Impl final : Line::Base,
   std::uint64_t scan_tag = 0;  // of the command that wants to know what it finds
   Instant scan_deadline = kNever;
 
+  std::vector<Boot> boots;
   std::vector<Pending> pending;
   std::vector<LocalWrite> local_writes;
   std::uint64_t next_token = 1;

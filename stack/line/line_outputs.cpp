@@ -162,7 +162,7 @@ void Line::Impl::react(const Outputs::Group& group, Instant now) {
     taken |= kZeroOutputs;
   }
   for (const NmtReaction& reaction : kNmtReactions) {
-    if ((group.reactions & reaction.bit) != 0 && manages() && nmt.send(reaction.command)) {
+    if ((group.reactions & reaction.bit) != 0 && manages() && nmt.send(reaction.command, 0, now)) {
       manager.commanded(reaction.command, 0, now);
       taken |= reaction.bit;
     }
@@ -171,7 +171,7 @@ void Line::Impl::react(const Outputs::Group& group, Instant now) {
     node.emcy().send(kWatchdogEmcy, kWatchdogRegister, {}, now);
     taken |= kSendEmcy;
   }
-  if ((group.reactions & kHeartbeatOff) != 0 && config.role == Role::device) {
+  if ((group.reactions & kHeartbeatOff) != 0 && !manages()) {
     node.dictionary().set({0x1017, 0}, std::uint16_t{0});
     taken |= kHeartbeatOff;
   }

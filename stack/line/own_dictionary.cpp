@@ -1,12 +1,17 @@
 #include "stack/line/own_dictionary.h"
 
 #include <algorithm>
+#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
+#include "stack/line/build.h"
+#include "stack/manager/configuration_objects.h"
+#include "stack/manager/network_list.h"
+#include "stack/manager/program_objects.h"
 #include "stack/routing/emcy_router.h"
 #include "stack/storage/parameters.h"
 #include "stack/time/service.h"
@@ -182,6 +187,12 @@ od::Dictionary make_own_dictionary(const LineConfig& config) {
       error_behaviour(config.role),
       sdo_server(config.node_id),
   };
+  std::ranges::move(manager::network_objects(node_plans(config), manager_options(config)),
+                    std::back_inserter(device.objects));
+  std::ranges::move(manager::configuration_objects(node_plans(config)),
+                    std::back_inserter(device.objects));
+  std::ranges::move(manager::program_objects(node_plans(config)),
+                    std::back_inserter(device.objects));
   if (config.routing.interface != 0) {
     add_routing(config.routing, device.objects);
   }

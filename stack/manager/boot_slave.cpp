@@ -1,29 +1,33 @@
 #include "stack/manager/boot_slave.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/manager/boot_event.h"
 
 namespace linegate::manager {
 namespace {
 
 constexpr Duration kRetryDelay = std::chrono::seconds(1);  // between two questions for 1000h
+// For the answer to one node guarding request of a node that is to be kept alive.
+constexpr Duration kGuardWait = std::chrono::milliseconds(100);
 
-constexpr std::uint16_t kDeviceType = 0x1000;
+constexpr od::Address kDeviceType{0x1000, 0};
 constexpr std::uint16_t kIdentity = 0x1018;
 
 struct IdentityField {
-  std::uint32_t NodePlan::*expected;
+  std::uint16_t expected;
   std::uint32_t NodeState::*seen;
   char letter;
 };
 // By sub-index of 1018h, from 1.
 constexpr std::array<IdentityField, 4> kIdentityFields{{
-    {&NodePlan::vendor, &NodeState::vendor, 'D'},
-    {&NodePlan::product, &NodeState::product, 'M'},
-    {&NodePlan::revision, &NodeState::revision, 'N'},
-    {&NodePlan::serial, &NodeState::serial, 'O'},
+    {kExpectedVendor, &NodeState::vendor, 'D'},
+    {kExpectedProduct, &NodeState::product, 'M'},
+    {kExpectedRevision, &NodeState::revision, 'N'},
+    {kExpectedSerial, &NodeState::serial, 'O'},
 }};
 
 std::uint32_t number(const std::vector<std::byte>& data) {
@@ -31,25 +35,45 @@ std::uint32_t number(const std::vector<std::byte>& data) {
       load_le(std::span(data).first(std::min<std::size_t>(data.size(), 4))));
 }
 
-}  // namespace
-
-BootSlave::BootSlave(const NodePlan& plan, Duration sdo_timeout, sdo::Arbiter& sdo,
-                     nmt::HeartbeatConsumer& heartbeats, EventLog& events, NodeState& node)
-    : plan_(plan),
-      sdo_timeout_(sdo_timeout),
-      sdo_(sdo),
-      heartbeats_(heartbeats),
-      events_(events),
-      node_(node) {
+// The transfer ended because a frame was lost, or the node itself was.
+bool is_loss(AbortCode abort) {
+  return abort == AbortCode::timeout || abort == AbortCode::toggle_bit ||
+         abort == AbortCode::sequence_number || abort == AbortCode::crc;
 }
 
-void BootSlave::begin(Instant now, bool expect_boot_up) {
+BootFinding differs(od::Address object, std::uint32_t expected, std::uint32_t found) {
+  return {.kind = BootFinding::Kind::value,
+          .object = object,
+          .abort = AbortCode::none,
+          .expected = expected,
+          .found = found};
+}
+
+BootFinding aborted(const sdo::Completion& completion) {
+  return {
+      .kind = BootFinding::Kind::abort, .object = completion.address, .abort = completion.abort};
+}
+
+}  // namespace
+
+BootSlave::BootSlave(const NodePlan& plan, const BootServices& services, NodeState& node)
+    : plan_(plan), services_(services), node_(node) {
+}
+
+void BootSlave::begin(Reason reason, Instant now) {
   cancel();
   node_.boot = kBootUnfinished;
-  b_told_ = false;
+  node_.finding = {};
+  assignment_ = services_.list.assignment(plan_.id);
+  booted_up_ = reason != Reason::present;
+  was_operational_ = false;
   give_up_ = now + plan_.boot_timeout;
-  if (expect_boot_up) {
-    set_step(Step::wait_boot_up, earlier(now + kResetWait, give_up_));
+  if (!has(assignment::kListed)) {
+    finish('A', {}, now);
+  } else if (reason == Reason::reset) {
+    set_step(Step::wait_boot_up, earlier(now + plan_.reset_time, give_up_));
+  } else if (!has(assignment::kBoot)) {
+    start_error_control(now);
   } else {
     read_device_type(now);
   }
@@ -57,55 +81,64 @@ void BootSlave::begin(Instant now, bool expect_boot_up) {
 
 void BootSlave::cancel() {
   if (token_ != 0) {
-    sdo_.cancel(std::exchange(token_, 0));
+    services_.sdo.cancel(std::exchange(token_, 0));
+  }
+  if (step_ == Step::program || step_ == Step::configuration) {
+    running().cancel();
   }
   result_.reset();
+  told_ = false;
   set_step(Step::idle, kNever);
 }
 
-void BootSlave::heartbeat(Instant now) {
-  if (step_ == Step::wait_heartbeat) {
-    finish(kBooted, 0, now);
+void BootSlave::boot_up(Instant now) {
+  if (step_ == Step::wait_reset) {
+    after_reset(now);
+  } else if (step_ != Step::program) {  // a device restarts when its program is stopped or started
+    begin(Reason::boots_up, now);
   }
+}
+
+void BootSlave::heartbeat(nmt::State state, Instant now) {
+  if (step_ == Step::error_control) {
+    finish(was_operational_ ? kWasOperational : kBooted, {}, now);
+  } else if (step_ == Step::keep_alive) {
+    if (state == nmt::State::operational) {
+      was_operational_ = true;
+      start_error_control(now);
+    } else {
+      reset(now);
+    }
+  }
+}
+
+bool BootSlave::heartbeat_lost(Instant now) {
+  if (step_ != Step::error_control || wake_ == kNever) {
+    return false;
+  }
+  no_error_control(now);
+  return true;
 }
 
 void BootSlave::completed(const sdo::Completion& completion, Instant now) {
   token_ = 0;
   switch (step_) {
     case Step::device_type:
-      if (completion.abort != AbortCode::none) {
-        no_answer(completion, now);
-        return;
-      }
-      node_.presence = Presence::present;
-      node_.device_type = number(completion.data);
-      if (plan_.device_type != 0 && plan_.device_type != node_.device_type) {
-        finish('C', node_.device_type, now);
-        return;
-      }
-      identity_sub_ = 0;
-      next_identity(now);
+      check_device_type(completion, now);
       return;
     case Step::identity:
       check_identity(completion, now);
       return;
-    case Step::configure:
-      if (completion.abort != AbortCode::none) {
-        Event event{
-            .time = now, .kind = EventKind::configuration_error, .node = plan_.id, .length = 3};
-        event.code = static_cast<std::uint32_t>(completion.abort);
-        store_le(event.data.data(), completion.address.index);
-        event.data[2] = std::byte{completion.address.sub};
-        events_.emit(event);
-        finish('J', event.code, now);
-        return;
-      }
-      ++write_;
-      next_write(now);
+    case Step::program:
+    case Step::configuration:
+      running().completed(completion, now);
+      settle(now);
       return;
     case Step::idle:
     case Step::wait_boot_up:
-    case Step::wait_heartbeat:
+    case Step::keep_alive:
+    case Step::wait_reset:
+    case Step::error_control:
     case Step::retry:
     case Step::done:
       return;
@@ -118,16 +151,32 @@ void BootSlave::advance(Instant now) {
   }
   switch (step_) {
     case Step::wait_boot_up:
+      if (!has(assignment::kBoot)) {
+        start_error_control(now);
+        return;
+      }
+      read_device_type(now);
+      return;
     case Step::retry:
       read_device_type(now);
       return;
-    case Step::wait_heartbeat:
-      finish('K', 0, now);
+    case Step::keep_alive:
+      search(plan_.heartbeat_consumer > Duration::zero() ? 'E' : 'F', {}, now);
+      return;
+    case Step::wait_reset:
+      after_reset(now);
+      return;
+    case Step::error_control:
+      no_error_control(now);
+      return;
+    case Step::program:
+    case Step::configuration:
+      running().advance(now);
+      settle(now);
       return;
     case Step::idle:
     case Step::device_type:
     case Step::identity:
-    case Step::configure:
     case Step::done:
       wake_ = kNever;
       return;
@@ -138,98 +187,241 @@ std::optional<char> BootSlave::take_result() {
   return std::exchange(result_, std::nullopt);
 }
 
+// --- identity -----------------------------------------------------------------------------------
+
 void BootSlave::read_device_type(Instant now) {
   set_step(Step::device_type, kNever);
-  upload({kDeviceType, 0}, now);
+  upload(kDeviceType, now);
 }
 
-void BootSlave::no_answer(const sdo::Completion& completion, Instant now) {
-  if (now >= give_up_ && !b_told_) {
-    b_told_ = true;
-    node_.presence = Presence::missing;
-    finish('B', static_cast<std::uint32_t>(completion.abort), now);
+void BootSlave::check_device_type(const sdo::Completion& completion, Instant now) {
+  if (completion.abort != AbortCode::none) {
+    if (now >= give_up_) {
+      search('B', aborted(completion), now);
+    } else {
+      set_step(Step::retry, now + kRetryDelay);
+    }
+    return;
   }
-  set_step(Step::retry, now + kRetryDelay);
+  node_.presence = Presence::present;
+  node_.device_type = number(completion.data);
+  const std::uint32_t expected = services_.list.expected(kExpectedDeviceType, plan_.id);
+  if (expected != 0 && expected != node_.device_type) {
+    finish('C', differs(kDeviceType, expected, node_.device_type), now);
+    return;
+  }
+  identity_sub_ = 0;
+  next_identity(now);
 }
 
 // Asks only for what is expected; the serial number also to show it, where a device has one.
 void BootSlave::next_identity(Instant now) {
   while (++identity_sub_ <= kIdentityFields.size()) {
-    const bool wanted = plan_.*kIdentityFields[identity_sub_ - 1U].expected != 0;
+    const IdentityField& field = kIdentityFields[identity_sub_ - 1U];
+    const bool wanted = services_.list.expected(field.expected, plan_.id) != 0;
     if (wanted || identity_sub_ == kIdentityFields.size()) {
       set_step(Step::identity, kNever);
       upload({kIdentity, identity_sub_}, now);
       return;
     }
   }
-  write_ = 0;
-  next_write(now);
+  check_keep_alive(now);
 }
 
 void BootSlave::check_identity(const sdo::Completion& completion, Instant now) {
   const IdentityField& field = kIdentityFields[identity_sub_ - 1U];
-  const std::uint32_t expected = plan_.*field.expected;
+  const std::uint32_t expected = services_.list.expected(field.expected, plan_.id);
   if (completion.abort == AbortCode::none) {
     node_.*field.seen = number(completion.data);
-  }
-  if (expected != 0 && (completion.abort != AbortCode::none || node_.*field.seen != expected)) {
-    const bool read = completion.abort == AbortCode::none;
-    finish(field.letter, read ? node_.*field.seen : static_cast<std::uint32_t>(completion.abort),
-           now);
+    if (expected != 0 && node_.*field.seen != expected) {
+      finish(field.letter, differs(completion.address, expected, node_.*field.seen), now);
+      return;
+    }
+  } else if (expected != 0) {
+    fail(field.letter, completion, now);
     return;
   }
   next_identity(now);
 }
 
-void BootSlave::next_write(Instant now) {
-  if (write_ >= plan_.writes.size()) {
-    start_error_control(now);
+// --- keep alive ---------------------------------------------------------------------------------
+
+// A node that has just booted up cannot be Operational, whatever its assignment.
+void BootSlave::check_keep_alive(Instant now) {
+  if (!has(assignment::kKeepAlive) || booted_up_) {
+    check_program(now);
+  } else if (plan_.heartbeat_consumer > Duration::zero()) {
+    set_step(Step::keep_alive, now + plan_.heartbeat_consumer);
+  } else {
+    set_step(Step::keep_alive, now + kGuardWait);
+    services_.heartbeats.ask(plan_.id);
+  }
+}
+
+void BootSlave::reset(Instant now) {
+  reset_by_ = step_;
+  // Values that were restored are those of the application, too.
+  services_.host.send_nmt(
+      step_ == Step::configuration ? nmt::Command::reset_node : nmt::Command::reset_communication,
+      plan_.id, now);
+  set_step(Step::wait_reset, now + plan_.reset_time);
+}
+
+void BootSlave::after_reset(Instant now) {
+  booted_up_ = true;
+  if (reset_by_ == Step::keep_alive) {
+    check_program(now);
     return;
   }
-  set_step(Step::configure, kNever);
-  const ObjectWrite& write = plan_.writes[write_];
-  submit({.node = plan_.id, .address = write.address, .write = true, .data = write.data}, now);
+  set_step(reset_by_, kNever);
+  running().resumed(now);
+  settle(now);
 }
+
+// --- program and configuration ------------------------------------------------------------------
+
+void BootSlave::check_program(Instant now) {
+  if (!has(assignment::kVerifySoftware)) {
+    configure(now);
+  } else if (program_ == nullptr) {
+    finish('G', {}, now);
+  } else {
+    run(*program_, Step::program, now);
+  }
+}
+
+void BootSlave::configure(Instant now) {
+  if (configuration_ == nullptr) {
+    start_error_control(now);
+  } else {
+    run(*configuration_, Step::configuration, now);
+  }
+}
+
+void BootSlave::run(BootStep& step, Step which, Instant now) {
+  set_step(which, kNever);
+  step.begin(*this, now);
+  settle(now);
+}
+
+BootStep& BootSlave::running() {
+  return step_ == Step::program ? *program_ : *configuration_;
+}
+
+// Takes up what the step that runs has come to.
+void BootSlave::settle(Instant now) {
+  if (step_ != Step::program && step_ != Step::configuration) {
+    return;  // the queue of the node is full, see submit()
+  }
+  const auto end = running().take_end();
+  if (!end) {
+    wake_ = running().next_wake();
+    return;
+  }
+  switch (end->kind) {
+    case StepEnd::Kind::done:
+      if (step_ == Step::program) {
+        configure(now);
+      } else {
+        start_error_control(now);
+      }
+      return;
+    case StepEnd::Kind::failed:
+      if (is_loss(end->finding.abort)) {
+        search(end->letter, end->finding, now);
+      } else {
+        finish(end->letter, end->finding, now);
+      }
+      return;
+    case StepEnd::Kind::reset:
+      reset(now);
+      return;
+    case StepEnd::Kind::anew:
+      booted_up_ = true;  // what runs there is new
+      read_device_type(now);
+      return;
+  }
+}
+
+// --- error control ------------------------------------------------------------------------------
 
 void BootSlave::start_error_control(Instant now) {
-  const Duration life_time = plan_.guard_time * plan_.life_time_factor;
-  if (plan_.heartbeat_consumer == Duration::zero() && life_time > Duration::zero()) {
-    heartbeats_.guard(plan_.id, plan_.guard_time, plan_.life_time_factor, now);
+  const Duration guard_time = services_.list.guard_time(plan_.id);
+  const std::uint8_t factor = services_.list.life_time_factor(plan_.id);
+  if (plan_.heartbeat_consumer > Duration::zero()) {
+    services_.heartbeats.monitor(plan_.id, plan_.heartbeat_consumer);
     node_.heartbeat_monitored = true;
-    set_step(Step::wait_heartbeat, now + life_time);
-    return;
+    set_step(Step::error_control, now + plan_.heartbeat_consumer);
+  } else if (guard_time * factor > Duration::zero()) {
+    services_.heartbeats.guard(plan_.id, guard_time, factor, now);
+    node_.heartbeat_monitored = true;
+    set_step(Step::error_control, now + guard_time * factor);
+  } else {
+    finish(was_operational_ ? kWasOperational : kBooted, {}, now);
   }
-  if (plan_.heartbeat_consumer == Duration::zero()) {
-    finish(kBooted, 0, now);
-    return;
-  }
-  heartbeats_.monitor(plan_.id, plan_.heartbeat_consumer);
-  node_.heartbeat_monitored = true;
-  set_step(Step::wait_heartbeat, now + plan_.heartbeat_consumer);
 }
 
-void BootSlave::finish(char letter, std::uint32_t value, Instant now) {
-  node_.boot = letter;
-  result_ = letter;
+// The node is configured, so that a heartbeat that comes yet makes it whole.
+void BootSlave::no_error_control(Instant now) {
+  wake_ = kNever;
+  tell('K', {}, now);
+}
+
+// --- results ------------------------------------------------------------------------------------
+
+// The transfer that the step needs ended with an abort.
+void BootSlave::fail(char letter, const sdo::Completion& completion, Instant now) {
+  if (is_loss(completion.abort)) {
+    search(letter, aborted(completion), now);
+  } else {
+    finish(letter, aborted(completion), now);
+  }
+}
+
+void BootSlave::finish(char letter, const BootFinding& finding, Instant now) {
+  told_ = false;
   set_step(Step::done, kNever);
-  Event event{.time = now, .kind = EventKind::boot_result, .node = plan_.id};
-  event.code = static_cast<std::uint8_t>(letter);
-  event.value = value;
-  events_.emit(event);
+  tell(letter, finding, now);
+}
+
+// The node does not answer (any more), or not to all it is asked. The same is not told twice.
+void BootSlave::search(char letter, const BootFinding& finding, Instant now) {
+  if (finding.kind != BootFinding::Kind::none) {
+    node_.presence = Presence::missing;
+  }
+  set_step(Step::retry, now + kRetryDelay);
+  if (!told_ || node_.boot != letter || node_.finding != finding) {
+    told_ = true;
+    tell(letter, finding, now);
+  }
+}
+
+void BootSlave::tell(char letter, const BootFinding& finding, Instant now) {
+  node_.boot = letter;
+  node_.finding = finding;
+  result_ = letter;
+  services_.events.emit(boot_result(plan_.id, letter, finding, now));
 }
 
 void BootSlave::upload(od::Address address, Instant now) {
-  submit({.node = plan_.id, .address = address, .write = false}, now);
+  submit({.address = address, .write = false, .timeout = sdo_timeout()}, now);
+}
+
+Duration BootSlave::sdo_timeout() const {
+  return plan_.sdo_timeout > Duration::zero() ? plan_.sdo_timeout : services_.sdo_timeout;
 }
 
 void BootSlave::submit(sdo::Request request, Instant now) {
   token_ = kManagerToken | std::uint64_t{plan_.id} << 32U | ++sequence_;
   request.token = token_;
-  request.timeout = sdo_timeout_;
+  request.node = plan_.id;
   request.priority = sdo::Priority::boot;
-  if (!sdo_.submit(std::move(request), now)) {
+  if (!services_.sdo.submit(std::move(request), now)) {
     // The queue of this node is full of commands: ask again when some of them are done.
     token_ = 0;
+    if (step_ == Step::program || step_ == Step::configuration) {
+      running().cancel();
+    }
     set_step(Step::retry, now + kRetryDelay);
   }
 }

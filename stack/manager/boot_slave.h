@@ -1,16 +1,20 @@
-// The boot slave process of CiA 302-2 for one node, in its simple form: device type, identity,
-// configuration, error control. Software update (steps 7, 8) and keep-alive (6) are not part of it.
+// The boot slave process of CiA 302-2 for one node, from the question whether it is listed (A) to
+// its error control (K). Program and configuration are steps of their own, see boot_step.h.
 //
 // Each transfer is made once (sdo::TransferOptions::repeats is 0): 1000h is read again every second
 // anyway, and from then on a lost frame ends the process with the letter of its step, as any abort.
-// A node that came back for a moment is better booted as a whole than asked for the rest.
+// A node that fell silent on the way is searched for as one that never answered: without end.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 
 #include "stack/base/event_log.h"
 #include "stack/base/time.h"
+#include "stack/manager/boot_step.h"
+#include "stack/manager/host.h"
+#include "stack/manager/network_list.h"
 #include "stack/manager/plan.h"
 #include "stack/manager/state.h"
 #include "stack/nmt/heartbeat_consumer.h"
@@ -18,23 +22,43 @@
 
 namespace linegate::manager {
 
-// How long a node that was told to reset may take until its boot-up message.
-inline constexpr Duration kResetWait = std::chrono::seconds(1);
+// What all boot processes of a line share. All must outlive them.
+struct BootServices {
+  const NetworkList& list;
+  Duration sdo_timeout{};
+  sdo::Arbiter& sdo;
+  nmt::HeartbeatConsumer& heartbeats;
+  EventLog& events;
+  Host& host;
+};
 
-class BootSlave {
+class BootSlave final : private StepContext {
  public:
-  // All references must outlive it. node is updated with what is read and heard.
-  BootSlave(const NodePlan& plan, Duration sdo_timeout, sdo::Arbiter& sdo,
-            nmt::HeartbeatConsumer& heartbeats, EventLog& events, NodeState& node);
+  enum class Reason : std::uint8_t {
+    present,   // it may be running: asked at once
+    reset,     // it was told to reset: asked after its boot-up message, or NodePlan::reset_time
+    boots_up,  // its boot-up message has come
+  };
 
-  // Starts anew: with reading 1000h at once, or, after a reset, when kResetWait is over. The node's
-  // boot-up message is the reason to call it again before that.
-  void begin(Instant now, bool expect_boot_up);
+  // plan and node must outlive it; node is updated with what is read and heard.
+  BootSlave(const NodePlan& plan, const BootServices& services, NodeState& node);
+
+  // The step that checks and updates the program (bit 5 of 1F81h); without one such a node ends
+  // with G. The step that configures; without one nothing is written. Before begin().
+  void set_program(std::unique_ptr<BootStep> step) { program_ = std::move(step); }
+  void set_configuration(std::unique_ptr<BootStep> step) { configuration_ = std::move(step); }
+
+  void begin(Reason reason, Instant now);
   // Ends it without a result.
   void cancel();
 
-  // The node was heard with a heartbeat.
-  void heartbeat(Instant now);
+  // The node's boot-up message: begins anew, unless the process itself reset the node.
+  void boot_up(Instant now);
+  // The node was heard with a heartbeat, or an answer to node guarding.
+  void heartbeat(nmt::State state, Instant now);
+  // Its error control was lost. True if that is the result of the process (K): nobody has heard it
+  // since it was configured.
+  bool heartbeat_lost(Instant now);
   // The end of a transfer that owns(token).
   void completed(const sdo::Completion& completion, Instant now);
   bool owns(std::uint64_t token) const { return token == token_ && token != 0; }
@@ -42,8 +66,11 @@ class BootSlave {
   void advance(Instant now);
   Instant next_wake() const { return wake_; }
 
-  // Once when the process has ended: kBooted or the letter, also for B, after which it goes on
-  // trying every second.
+  // It has told that the node does not answer, and goes on asking every second.
+  bool searching() const { return told_; }
+
+  // Once when the process has ended, see NodeState::boot; also when a node does not answer, after
+  // which it goes on trying every second.
   std::optional<char> take_result();
 
  private:
@@ -52,36 +79,56 @@ class BootSlave {
     wait_boot_up,
     device_type,
     identity,
-    configure,
-    wait_heartbeat,
+    keep_alive,
+    wait_reset,
+    program,
+    configuration,
+    error_control,
     retry,
     done,
   };
 
+  const NodePlan& plan() const override { return plan_; }
+  Duration sdo_timeout() const override;
+  void submit(sdo::Request request, Instant now) override;
+
+  bool has(std::uint32_t bits) const { return (assignment_ & bits) == bits; }
   void read_device_type(Instant now);
+  void check_device_type(const sdo::Completion& completion, Instant now);
   void next_identity(Instant now);
   void check_identity(const sdo::Completion& completion, Instant now);
-  void next_write(Instant now);
+  void check_keep_alive(Instant now);
+  void reset(Instant now);
+  void after_reset(Instant now);
+  void check_program(Instant now);
+  void configure(Instant now);
+  void run(BootStep& step, Step which, Instant now);
+  BootStep& running();
+  void settle(Instant now);
   void start_error_control(Instant now);
-  void no_answer(const sdo::Completion& completion, Instant now);
-  void finish(char letter, std::uint32_t value, Instant now);
+  void no_error_control(Instant now);
+  void fail(char letter, const sdo::Completion& completion, Instant now);
+  void finish(char letter, const BootFinding& finding, Instant now);
+  void search(char letter, const BootFinding& finding, Instant now);
+  void tell(char letter, const BootFinding& finding, Instant now);
   void upload(od::Address address, Instant now);
-  void submit(sdo::Request request, Instant now);
   void set_step(Step step, Instant wake);
 
   const NodePlan& plan_;
-  Duration sdo_timeout_;
-  sdo::Arbiter& sdo_;
-  nmt::HeartbeatConsumer& heartbeats_;
-  EventLog& events_;
+  const BootServices& services_;
   NodeState& node_;
+  std::unique_ptr<BootStep> program_;
+  std::unique_ptr<BootStep> configuration_;
 
   Step step_ = Step::idle;
+  Step reset_by_ = Step::idle;  // which step goes on when the node has been reset
   Instant wake_ = kNever;
-  Instant give_up_ = kNever;  // when no answer becomes boot status B
-  bool b_told_ = false;
+  Instant give_up_ = kNever;      // when no answer becomes boot status B
+  bool told_ = false;             // what keeps the node from answering
+  bool booted_up_ = false;        // a boot-up message came: it cannot be Operational
+  bool was_operational_ = false;  // boot status L
+  std::uint32_t assignment_ = 0;  // 1F81h when the process began
   std::uint8_t identity_sub_ = 0;
-  std::size_t write_ = 0;
   std::uint64_t token_ = 0;
   std::uint32_t sequence_ = 0;
   std::optional<char> result_;

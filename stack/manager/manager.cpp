@@ -1,3 +1,4 @@
+// What is heard of the nodes and asked about them; startup.cpp does what follows from it.
 #include "stack/manager/manager.h"
 
 #include <algorithm>
@@ -5,46 +6,37 @@
 
 namespace linegate::manager {
 
-Manager::Manager(std::vector<NodePlan> plans, Options options, sdo::Arbiter& sdo,
-                 nmt::HeartbeatConsumer& heartbeats, EventLog& events, Host& host)
-    : options_(options), sdo_(sdo), heartbeats_(heartbeats), events_(events), host_(host) {
+Manager::Manager(std::vector<NodePlan> plans, Options options, const od::Dictionary& dictionary,
+                 sdo::Arbiter& sdo, nmt::HeartbeatConsumer& heartbeats, EventLog& events,
+                 Host& host)
+    : options_(options),
+      list_(dictionary),
+      heartbeats_(heartbeats),
+      events_(events),
+      host_(host),
+      services_{list_, options.sdo_timeout, sdo, heartbeats, events, host} {
   for (std::size_t id = 0; id < nodes_.size(); ++id) {
     nodes_[id].node = static_cast<std::uint8_t>(id);
   }
-  slots_.reserve(plans.size());  // the boot processes refer to the plans in place
+  slots_.reserve(plans.size());
   for (NodePlan& plan : plans) {
-    Slot& slot = slots_.emplace_back(Slot{.plan = std::move(plan)});
-    NodeState& node = nodes_[slot.plan.id];
-    node.configured = true;
-    slot.boot = std::make_unique<BootSlave>(slot.plan, options_.sdo_timeout, sdo_, heartbeats_,
-                                            events_, node);
+    slot_of(std::move(plan));
+  }
+  refresh_list();
+}
+
+void Manager::set_program_step(MakeStep make) {
+  make_program_ = std::move(make);
+  for (const auto& slot : slots_) {
+    equip(*slot);
   }
 }
 
-void Manager::start(Instant now) {
-  if (options_.reset_nodes) {
-    host_.send_nmt(nmt::Command::reset_communication, 0);
-    set_state(ManagerState::resetting, now);
-  } else {
-    set_state(ManagerState::booting, now);
+void Manager::set_configuration_step(MakeStep make) {
+  make_configuration_ = std::move(make);
+  for (const auto& slot : slots_) {
+    equip(*slot);
   }
-  for (Slot& slot : slots_) {
-    slot.reset_at = now;
-    begin(slot, now, options_.reset_nodes);
-  }
-  if (slots_.empty()) {
-    update_state(now);
-  }
-  release_own_node(now);
-}
-
-void Manager::stop(Instant now) {
-  for (Slot& slot : slots_) {
-    slot.boot->cancel();
-    heartbeats_.stop(slot.plan.id);
-    host_.node_data_invalid(slot.plan.id);
-  }
-  set_state(ManagerState::stopped, now);
 }
 
 void Manager::boot_up(std::uint8_t node, Instant now) {
@@ -55,15 +47,20 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
   touch(node);
   Slot* slot = find(node);
   if (slot == nullptr) {
-    events_.emit({.time = now, .kind = EventKind::unexpected_node, .node = node, .code = 0});
+    if (!held_[node]) {
+      events_.emit({.time = now, .kind = EventKind::unexpected_node, .node = node, .code = 0});
+    }
     return;
   }
   host_.node_data_invalid(node);
-  if (!active()) {
+  if (!active() || nodes_stopped_) {
     return;
   }
   heartbeats_.stop(node);
-  begin(*slot, now, false);
+  seen.heartbeat_monitored = false;
+  slot->started = false;
+  slot->boot->boot_up(now);
+  settle(*slot, now);
   update_state(now);
 }
 
@@ -86,7 +83,7 @@ void Manager::heartbeat(std::uint8_t node, nmt::State state, Instant now) {
     }
   }
   if (slot != nullptr) {
-    slot->boot->heartbeat(now);
+    slot->boot->heartbeat(state, now);
     settle(*slot, now);
   }
 }
@@ -97,8 +94,22 @@ void Manager::heartbeat_lost(std::uint8_t node, Instant now) {
   ++seen.heartbeats_lost;
   touch(node);
   host_.node_data_invalid(node);
-  // Error event of a slave (CiA 302-2): reset it and boot it again, as soon as it answers.
-  if (Slot* slot = find(node); slot != nullptr && active()) {
+  Slot* slot = find(node);
+  if (slot == nullptr || !active() || nodes_stopped_) {
+    return;
+  }
+  if (slot->boot->heartbeat_lost(now)) {
+    settle(*slot, now);
+    return;
+  }
+  // Error event of a slave (CiA 302-2): unless all are concerned, it is reset and booted again, as
+  // soon as it answers.
+  const std::uint32_t startup = list_.startup();
+  if (list_.mandatory(node) && (startup & startup::kStopAll) != 0) {
+    reaction_ = Reaction::stop_all;
+  } else if (list_.mandatory(node) && (startup & startup::kResetAll) != 0) {
+    reaction_ = std::max(reaction_, Reaction::reset_all);
+  } else {
     reset(*slot, nmt::Command::reset_node, now);
     update_state(now);
   }
@@ -108,7 +119,8 @@ void Manager::heartbeat_lost(std::uint8_t node, Instant now) {
 // the loss did not reach it, so it is sent again. One that was only late has it on its way.
 void Manager::heartbeat_recovered(std::uint8_t node, Instant now) {
   Slot* slot = find(node);
-  if (slot != nullptr && active() && now - slot->reset_at >= kResetWait) {
+  if (slot != nullptr && active() && !nodes_stopped_ &&
+      now - slot->reset_at >= slot->plan.reset_time) {
     reset(*slot, nmt::Command::reset_communication, now);
   }
 }
@@ -134,84 +146,144 @@ void Manager::completed(const sdo::Completion& completion, Instant now) {
 }
 
 void Manager::commanded(nmt::Command command, std::uint8_t node, Instant now) {
-  const bool reset =
-      command == nmt::Command::reset_node || command == nmt::Command::reset_communication;
-  for (Slot& slot : slots_) {
-    if (node != 0 && slot.plan.id != node) {
+  if (node == 0 && command != nmt::Command::stop) {
+    leave_stop(now);
+  }
+  for (const auto& slot : slots_) {
+    const std::uint8_t id = slot->plan.id;
+    if ((node != 0 && id != node) || !nodes_[id].configured) {
       continue;
     }
-    if (reset) {
-      host_.node_data_invalid(slot.plan.id);
-      heartbeats_.stop(slot.plan.id);
-      slot.reset_at = now;
-      begin(slot, now, true);
+    if (is_reset(command)) {
+      host_.node_data_invalid(id);
+      heartbeats_.stop(id);
+      slot->reset_at = now;
+      begin(*slot, BootSlave::Reason::reset, now);
     } else {
-      assume_state(slot.plan.id, command);
+      assume_state(id, command);
     }
   }
   update_state(now);
 }
 
-void Manager::advance(Instant now) {
-  for (Slot& slot : slots_) {
-    if (slot.boot->next_wake() <= now) {
-      slot.boot->advance(now);
-      settle(slot, now);
-      update_state(now);
+void Manager::hold(std::uint8_t node) {
+  if (Slot* slot = find(node)) {
+    slot->boot->cancel();
+    slot->concluded = false;
+    slot->started = false;
+    heartbeats_.stop(node);
+    nodes_[node].heartbeat_monitored = false;
+    nodes_[node].boot = kBootUnfinished;
+    host_.node_data_invalid(node);
+    touch(node);
+  }
+  held_.set(node);
+}
+
+void Manager::release(std::uint8_t node, Instant now) {
+  held_.reset(node);
+  if (active() && find(node) != nullptr) {
+    boot(node, now);
+  }
+}
+
+void Manager::list_changed(std::uint8_t node) {
+  const bool listed = list_.listed(node);
+  if (nodes_[node].configured == listed) {
+    return;
+  }
+  nodes_[node].configured = listed;
+  touch(node);
+  if (listed) {
+    slot_of({.id = node});
+    return;
+  }
+  for (const auto& slot : slots_) {
+    if (slot->plan.id == node) {
+      slot->boot->cancel();
+      slot->concluded = false;
+      heartbeats_.stop(node);
+      nodes_[node].heartbeat_monitored = false;
     }
   }
 }
 
-Instant Manager::next_wake() const {
-  Instant wake = kNever;
-  for (const Slot& slot : slots_) {
-    wake = earlier(wake, slot.boot->next_wake());
+bool Manager::has_error_control(std::uint8_t node) const {
+  const Slot* slot = find(node);
+  return slot != nullptr &&
+         (slot->plan.heartbeat_consumer > Duration::zero() ||
+          list_.guard_time(node) * list_.life_time_factor(node) != Duration::zero());
+}
+
+void Manager::watch(std::uint8_t node, bool wanted, Instant now) {
+  const Slot* slot = find(node);
+  if (slot == nullptr) {
+    return;
   }
-  return wake;
+  if (!wanted) {
+    heartbeats_.stop(node);
+  } else if (slot->plan.heartbeat_consumer > Duration::zero()) {
+    heartbeats_.monitor(node, slot->plan.heartbeat_consumer);
+  } else {
+    heartbeats_.guard(node, list_.guard_time(node), list_.life_time_factor(node), now);
+  }
+  nodes_[node].heartbeat_monitored = heartbeats_.monitored(node);
+  touch(node);
+}
+
+bool Manager::concluded(std::uint8_t id) const {
+  return !nodes_[id].configured || nodes_[id].boot != kBootUnfinished;
+}
+
+std::uint8_t Manager::configured() const {
+  return static_cast<std::uint8_t>(
+      std::ranges::count_if(nodes_, [](const NodeState& node) { return node.configured; }));
 }
 
 std::uint8_t Manager::operational() const {
-  return static_cast<std::uint8_t>(std::ranges::count_if(slots_, [this](const Slot& slot) {
-    const NodeState& node = nodes_[slot.plan.id];
-    return node.presence == Presence::present && node.state == nmt::State::operational;
+  return static_cast<std::uint8_t>(std::ranges::count_if(nodes_, [](const NodeState& node) {
+    return node.configured && node.presence == Presence::present &&
+           node.state == nmt::State::operational;
   }));
 }
 
-Manager::Slot* Manager::find(std::uint8_t node) {
-  const auto it =
-      std::ranges::lower_bound(slots_, node, {}, [](const Slot& s) { return s.plan.id; });
-  return it != slots_.end() && it->plan.id == node ? &*it : nullptr;
-}
-
-void Manager::begin(Slot& slot, Instant now, bool expect_boot_up) {
-  nodes_[slot.plan.id].heartbeat_monitored = false;
-  slot.boot->begin(now, expect_boot_up);
-  touch(slot.plan.id);
-}
-
-void Manager::reset(Slot& slot, nmt::Command command, Instant now) {
-  host_.send_nmt(command, slot.plan.id);
-  slot.reset_at = now;
-  begin(slot, now, true);
-}
-
-// Takes up what the boot process of a node has come to.
-void Manager::settle(Slot& slot, Instant now) {
-  const std::optional<char> result = slot.boot->take_result();
-  if (!result) {
-    return;
+// nullptr for a node that is not listed, or held.
+Manager::Slot* Manager::find(std::uint8_t node) const {
+  if (!nodes_[node].configured || held_[node]) {
+    return nullptr;
   }
-  slot.concluded = true;
-  touch(slot.plan.id);
-  if (*result == kBooted && options_.start_nodes) {
-    start_node(slot.plan.id);
-  }
-  update_state(now);
+  const auto slot =
+      std::ranges::lower_bound(slots_, node, {}, [](const auto& each) { return each->plan.id; });
+  return slot != slots_.end() && (*slot)->plan.id == node ? slot->get() : nullptr;
 }
 
-void Manager::start_node(std::uint8_t node) {
-  host_.send_nmt(nmt::Command::start, node);
-  assume_state(node, nmt::Command::start);
+// The slot of that node; plan is only for one that there is not yet.
+Manager::Slot& Manager::slot_of(NodePlan plan) {
+  const auto place =
+      std::ranges::lower_bound(slots_, plan.id, {}, [](const auto& each) { return each->plan.id; });
+  if (place != slots_.end() && (*place)->plan.id == plan.id) {
+    return **place;
+  }
+  auto slot = std::make_unique<Slot>();
+  slot->plan = std::move(plan);  // the boot process refers to it in place
+  slot->boot = std::make_unique<BootSlave>(slot->plan, services_, nodes_[slot->plan.id]);
+  equip(*slot);
+  return **slots_.insert(place, std::move(slot));
+}
+
+void Manager::equip(Slot& slot) {
+  if (make_program_) {
+    slot.boot->set_program(make_program_(slot.plan.id));
+  }
+  if (make_configuration_) {
+    slot.boot->set_configuration(make_configuration_(slot.plan.id));
+  }
+}
+
+void Manager::refresh_list() {
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    list_changed(id);
+  }
 }
 
 // Without error control nobody will tell the state, so the command has to stand for it.
@@ -237,40 +309,6 @@ void Manager::assume_state(std::uint8_t node, nmt::Command command) {
       break;
   }
   touch(node);
-}
-
-void Manager::release_own_node(Instant now) {
-  const bool booted = std::ranges::all_of(slots_, [this](const Slot& slot) {
-    return !slot.plan.mandatory || nodes_[slot.plan.id].boot == kBooted;
-  });
-  if (booted && !std::exchange(released_, true)) {
-    host_.may_operate(now);
-  }
-}
-
-void Manager::update_state(Instant now) {
-  if (!active()) {
-    return;
-  }
-  release_own_node(now);
-  const bool missing = std::ranges::any_of(slots_, [this](const Slot& slot) {
-    return slot.plan.mandatory && slot.concluded && nodes_[slot.plan.id].boot != kBooted;
-  });
-  const bool all_concluded = std::ranges::all_of(slots_, &Slot::concluded);
-  set_state(missing         ? ManagerState::missing_mandatory
-            : all_concluded ? ManagerState::running
-                            : ManagerState::booting,
-            now);
-}
-
-void Manager::set_state(ManagerState state, Instant now) {
-  const ManagerState before = std::exchange(state_, state);
-  if (before != state) {
-    events_.emit({.time = now,
-                  .kind = EventKind::manager_state,
-                  .code = static_cast<std::uint8_t>(state),
-                  .value = static_cast<std::uint8_t>(before)});
-  }
 }
 
 }  // namespace linegate::manager

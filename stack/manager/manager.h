@@ -1,16 +1,20 @@
-// The CANopen manager of one line in its simple form (CiA 302-2): resets, checks, configures and
-// starts the configured nodes, watches their heartbeats, and boots them again when they come back.
+// The CANopen manager of one line (CiA 302-2): resets, checks, configures and starts the nodes of
+// the network list, watches their error control, and boots them again when they come back. What it
+// is to do is read from the objects 1F80h to 1F8Ah, see network_list.h.
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
 #include "stack/base/event_log.h"
 #include "stack/base/time.h"
-#include "stack/can/transmit_queue.h"
 #include "stack/manager/boot_slave.h"
+#include "stack/manager/host.h"
+#include "stack/manager/network_list.h"
 #include "stack/manager/plan.h"
 #include "stack/manager/state.h"
 #include "stack/nmt/heartbeat_consumer.h"
@@ -19,26 +23,18 @@
 
 namespace linegate::manager {
 
-// What the manager asks of the line it belongs to.
-class Host {
- public:
-  virtual ~Host() = default;
-  // The process data of the node can no longer be trusted: lost, reset or starting anew.
-  virtual void node_data_invalid(std::uint8_t node) = 0;
-  // Every mandatory node is booted: the own node may become Operational.
-  virtual void may_operate(Instant now) = 0;
-  // Sends an NMT command to one node, or to all with 0.
-  virtual void send_nmt(nmt::Command command, std::uint8_t node) = 0;
-};
-
 class Manager {
  public:
-  // References must outlive it. Plans are ascending by id, ids are unique.
-  Manager(std::vector<NodePlan> plans, Options options, sdo::Arbiter& sdo,
-          nmt::HeartbeatConsumer& heartbeats, EventLog& events, Host& host);
+  // dictionary: the own one, with network_objects(). References must outlive it. Plans are
+  // ascending by id, ids are unique.
+  Manager(std::vector<NodePlan> plans, Options options, const od::Dictionary& dictionary,
+          sdo::Arbiter& sdo, nmt::HeartbeatConsumer& heartbeats, EventLog& events, Host& host);
 
+  // The start-up of the network: resets the nodes that are not to be kept alive, boots all.
   void start(Instant now);
   void stop(Instant now);
+  // The own node is the NMT master no more (1F80h bit 0): the nodes are watched on, not acted upon.
+  void hand_over(Instant now);
 
   // What was heard of a node, 1..127, configured or not.
   void boot_up(std::uint8_t node, Instant now);
@@ -50,50 +46,103 @@ class Manager {
   void completed(const sdo::Completion& completion, Instant now);
   // Somebody asked for this NMT command by a Command; it has been sent. node 0 = all.
   void commanded(nmt::Command command, std::uint8_t node, Instant now);
+  // Somebody has reset the own node: the network is started as after power-on.
+  void own_reset();
+  // Boots the node, or all with 0, anew; resets it before unless it is to be kept alive. One that
+  // is not listed gets boot status A at once.
+  void boot(std::uint8_t node, Instant now);
+  // Whoever loads a program into the node has it alone: it is neither watched nor booted until it
+  // is released, which boots it anew. No effect on nodes that are not listed.
+  void hold(std::uint8_t node);
+  void release(std::uint8_t node, Instant now);
+  // The network list (1F81h) was written: node is in it now, or not any more.
+  void list_changed(std::uint8_t node);
+  // Its error control can be watched: a consumer time or guarding is configured.
+  bool has_error_control(std::uint8_t node) const;
+  // 1F83h: it is watched from now on, or no more.
+  void watch(std::uint8_t node, bool wanted, Instant now);
 
   void advance(Instant now);
   Instant next_wake() const;
+
+  // The steps of every boot process, in the place of those it has; before start(). See
+  // BootSlave::set_program() and set_configuration().
+  using MakeStep = std::function<std::unique_ptr<BootStep>(std::uint8_t node)>;
+  void set_program_step(MakeStep make);
+  void set_configuration_step(MakeStep make);
 
   ManagerState state() const { return state_; }
   // 1..127; nodes never heard of and not configured are unknown.
   const NodeState& node(std::uint8_t id) const { return nodes_[id]; }
   // Grows with every change of that NodeState.
   std::uint64_t revision(std::uint8_t id) const { return revisions_[id]; }
-  std::uint8_t configured() const { return static_cast<std::uint8_t>(slots_.size()); }
+  // The last boot process that began has told its result.
+  bool concluded(std::uint8_t id) const;
+  std::uint8_t configured() const;
   std::uint8_t operational() const;
+  // The manager acts: it was started, and neither stopped nor handed over.
+  bool active() const {
+    return state_ != ManagerState::inactive && state_ != ManagerState::stopped;
+  }
 
  private:
   struct Slot {
     NodePlan plan;
     std::unique_ptr<BootSlave> boot;
     bool concluded = false;  // its boot process ended, well or not, at least once
+    bool started = false;    // told to start, or found Operational, since it was booted
     Instant reset_at{};      // when it was last told to reset
   };
+  // What the loss of a mandatory node, or a reset of the own node, makes the manager do as soon as
+  // it has its turn.
+  enum class Reaction : std::uint8_t { none, restart, reset_all, stop_all };
 
-  Slot* find(std::uint8_t node);
+  // --- manager.cpp ----------------------------------------------------------------------------
+  Slot* find(std::uint8_t node) const;
+  Slot& slot_of(NodePlan plan);
+  void equip(Slot& slot);
+  void assume_state(std::uint8_t node, nmt::Command command);
+  void touch(std::uint8_t node) { ++revisions_[node]; }
+  void refresh_list();
+
+  // --- startup.cpp ----------------------------------------------------------------------------
+  void end();
+  void boot_all(Instant now);
+  void reset_nodes(Instant now);
+  void begin(Slot& slot, BootSlave::Reason reason, Instant now);
+  void reset(Slot& slot, nmt::Command command, Instant now);
   void settle(Slot& slot, Instant now);
-  void start_node(std::uint8_t node);
-  void release_own_node(Instant now);
+  void start_nodes(Instant now);
+  void start_node(Slot& slot, Instant now);
+  bool may_start(const Slot& slot) const;
+  void react(Instant now);
+  void stop_all(Instant now);
+  void leave_stop(Instant now);
+  bool failed_for_good(const Slot& slot) const;
+  bool mandatory_booted() const;
+  void release(Instant now);
   void update_state(Instant now);
   void set_state(ManagerState state, Instant now);
-  void assume_state(std::uint8_t node, nmt::Command command);
-  void begin(Slot& slot, Instant now, bool expect_boot_up);
-  void reset(Slot& slot, nmt::Command command, Instant now);
-  bool active() const {
-    return state_ != ManagerState::inactive && state_ != ManagerState::stopped;
-  }
-  void touch(std::uint8_t node) { ++revisions_[node]; }
 
   Options options_;
-  sdo::Arbiter& sdo_;
+  NetworkList list_;
   nmt::HeartbeatConsumer& heartbeats_;
   EventLog& events_;
   Host& host_;
+  BootServices services_;
+  MakeStep make_program_;
+  MakeStep make_configuration_;
   ManagerState state_ = ManagerState::inactive;
-  bool released_ = false;  // may_operate() was told
-  std::vector<Slot> slots_;
+  bool released_ = false;       // may_operate() was told
+  bool all_started_ = false;    // the nodes were started together (1F80h bit 1)
+  bool time_is_over_ = false;   // 1F89h
+  bool nodes_stopped_ = false;  // by an error event (1F80h bit 6)
+  Reaction reaction_ = Reaction::none;
+  Instant boot_deadline_ = kNever;
+  std::vector<std::unique_ptr<Slot>> slots_;  // ascending by id
   std::array<NodeState, 128> nodes_;
   std::array<std::uint64_t, 128> revisions_{};
+  std::bitset<128> held_;
 };
 
 }  // namespace linegate::manager

@@ -5,10 +5,13 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
+#include "stack/manager/concise_dcf.h"
 
 namespace linegate::manager {
 namespace {
 
+constexpr std::uint16_t kStoreIndex = 0x1010;
+constexpr std::uint16_t kVerifyConfigurationIndex = 0x1020;
 constexpr std::uint16_t kMappingOffset = 0x200;  // 1400h -> 1600h, 1800h -> 1A00h
 
 bool is_pdo_communication(std::uint16_t index) {
@@ -104,6 +107,37 @@ std::vector<ObjectWrite> configuration_writes(const od::DeviceDescription& devic
     }
   }
   return out;
+}
+
+void date_last(std::vector<ObjectWrite>& writes) {
+  for (const std::uint16_t index : {kVerifyConfigurationIndex, kStoreIndex}) {
+    std::ranges::stable_partition(
+        writes, [index](const ObjectWrite& write) { return write.address.index != index; });
+  }
+}
+
+ConfigurationDate date_of(std::span<const ObjectWrite> writes) {
+  ConfigurationDate out;
+  for (const ObjectWrite& write : writes) {
+    if (write.address.index == kVerifyConfigurationIndex && write.data.size() == 4) {
+      const auto value = load_le<std::uint32_t>(write.data.data());
+      (write.address.sub == 1 ? out.date : out.time) = value;
+    }
+  }
+  return out;
+}
+
+// FNV-1a. Dates of the next hundred years, whole milliseconds of a day, neither of them 0.
+ConfigurationDate fingerprint_of(std::span<const ObjectWrite> writes) {
+  constexpr std::uint32_t kDays = 36'500;
+  constexpr std::uint32_t kMilliseconds = 86'399'999;
+  std::uint64_t hash = 0xCBF2'9CE4'8422'2325;
+  for (const std::byte byte : write_concise_dcf(writes)) {
+    hash = (hash ^ std::to_integer<std::uint64_t>(byte)) * 0x0000'0100'0000'01B3;
+  }
+  const auto low = static_cast<std::uint32_t>(hash);
+  const auto high = static_cast<std::uint32_t>(hash >> 32U);
+  return {.date = 1 + high % kDays, .time = 1 + low % kMilliseconds};
 }
 
 }  // namespace linegate::manager

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "stack/base/time.h"
+#include "stack/manager/shared_source.h"
 #include "stack/od/description.h"
 
 namespace linegate::manager {
@@ -15,10 +17,24 @@ struct ObjectWrite {
   std::vector<std::byte> data;  // little-endian
 };
 
-// CiA 302-2: 1F81h, 1F84h..1F88h of one node. Expected values of 0 are not compared.
+// When a node got its configuration (CiA 301: 1020h; CiA 302-3: 1F26h and 1F27h).
+struct ConfigurationDate {
+  std::uint32_t date = 0;  // days since 1984-01-01
+  std::uint32_t time = 0;  // ms since midnight
+
+  // 0 means: always to be configured.
+  bool known() const { return date != 0 && time != 0; }
+  friend bool operator==(const ConfigurationDate&, const ConfigurationDate&) = default;
+};
+
+// CiA 302-2: what 1F81h, 1F84h..1F88h and 1F8Ah of one node begin with, and what no object says.
+// Expected values of 0 are not compared.
 struct NodePlan {
   std::uint8_t id = 0;
+  bool boot = true;  // else only its error control is started
   bool mandatory = false;
+  bool keep_alive = false;   // not reset as long as it is Operational
+  std::uint8_t restore = 0;  // sub-index of 1011h, 0 = none
   std::uint32_t device_type = 0;
   std::uint32_t vendor = 0;
   std::uint32_t product = 0;
@@ -28,13 +44,34 @@ struct NodePlan {
   Duration guard_time{};          // 0 = the node is not guarded
   std::uint8_t life_time_factor = 0;
   Duration boot_timeout = std::chrono::seconds(10);  // without an answer: boot status B
-  std::vector<ObjectWrite> writes;                   // in this order
+  Duration reset_time = std::chrono::seconds(1);     // from a reset to its boot-up message, at most
+  Duration sdo_timeout{};                            // 0 = Options::sdo_timeout
+  std::vector<ObjectWrite> writes{};                 // in this order
+  ConfigurationDate expected{};                      // 1F26h and 1F27h
+  std::uint8_t store = 0;        // sub-index of 1010h, after them; 0 = none. Needs `expected`
+  std::uint32_t software = 0;    // 1F55h; 0 = its software is not verified (1F81h bit 5)
+  bool update_software = false;  // 1F81h bit 6
+  SharedBytes program{};         // 1F58h; nullptr = none
+};
+
+// What happens when a mandatory node is lost (1F80h bits 4 and 6).
+enum class ErrorReaction : std::uint8_t {
+  node,       // it is reset and booted again, as any other
+  reset_all,  // the network is started anew
+  stop_all,   // all nodes are stopped, the own one too
 };
 
 struct Options {
-  bool reset_nodes = true;  // NMT reset communication to all at the start
-  bool start_nodes = true;  // 1F80h bit 3 = 0: the manager starts the nodes
+  bool reset_nodes = true;  // NMT reset communication at the start
   Duration sdo_timeout = std::chrono::milliseconds(500);
+  // What 1F80h, 1F89h and 102Ah begin with.
+  bool master = true;       // bit 0
+  bool start_all = false;   // bit 1: with one command, when the boot is complete
+  bool own_start = true;    // bit 2 = 0: the own node becomes Operational by itself
+  bool start_nodes = true;  // bit 3 = 0: the manager starts the nodes
+  ErrorReaction on_error = ErrorReaction::node;
+  Duration boot_time{};    // of mandatory nodes; 0 = as long as it takes
+  Duration nmt_inhibit{};  // between two NMT commands, whole 100 us
 };
 
 // The downloads that bring a device from what its file describes as default to what it describes as
@@ -43,5 +80,14 @@ struct Options {
 // each PDO record as CiA 301 7.5.2.36 wants it: COB-ID invalid, mapping count 0, entries, count,
 // other parameters, COB-ID valid.
 std::vector<ObjectWrite> configuration_writes(const od::DeviceDescription& device);
+
+// Moves what is written to 1020h to the end, for every later write of a parameter would make the
+// device clear it; behind that what is written to 1010h.
+void date_last(std::vector<ObjectWrite>& writes);
+// What the last writes of 1020h:1 and :2 say; not known if there are none.
+ConfigurationDate date_of(std::span<const ObjectWrite> writes);
+// A date for a configuration whose files name none: the same for the same writes, after a restart
+// too; another one for others. Always known(); as a calendar it means nothing. OWN.
+ConfigurationDate fingerprint_of(std::span<const ObjectWrite> writes);
 
 }  // namespace linegate::manager

@@ -1,6 +1,22 @@
 #include "stack/manager/state.h"
 
 namespace linegate::manager {
+namespace {
+
+std::string hex(std::uint32_t number, int digits) {
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  std::string out;
+  for (int digit = digits - 1; digit >= 0; --digit) {
+    out += kDigits[number >> (4 * digit) & 0xFU];
+  }
+  return out;
+}
+
+std::string object_text(od::Address object) {
+  return hex(object.index, 4) + ':' + hex(object.sub, 2);
+}
+
+}  // namespace
 
 std::string_view name(ManagerState state) {
   switch (state) {
@@ -16,6 +32,8 @@ std::string_view name(ManagerState state) {
       return "running";
     case ManagerState::stopped:
       return "stopped";
+    case ManagerState::halted:
+      return "halted";
   }
   return "unknown";
 }
@@ -71,6 +89,24 @@ std::string_view describe_boot(char letter) {
     default:
       return "unknown boot status";
   }
+}
+
+std::string describe_boot(char letter, const BootFinding& finding) {
+  std::string out(describe_boot(letter));
+  switch (finding.kind) {
+    case BootFinding::Kind::none:
+      break;
+    case BootFinding::Kind::abort:
+      out += ": " + object_text(finding.object) + " ended with " +
+             hex(static_cast<std::uint32_t>(finding.abort), 8) + "h, " +
+             std::string(describe(finding.abort));
+      break;
+    case BootFinding::Kind::value:
+      out += ": " + object_text(finding.object) + " is " + hex(finding.found, 8) + "h, not " +
+             hex(finding.expected, 8) + 'h';
+      break;
+  }
+  return out;
 }
 
 }  // namespace linegate::manager

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 
+#include "stack/base/abort_code.h"
 #include "stack/base/time.h"
 #include "stack/nmt/state.h"
+#include "stack/od/description.h"
 
 namespace linegate::manager {
 
@@ -17,6 +20,9 @@ enum class ManagerState : std::uint8_t {
   missing_mandatory,  // a mandatory node did not boot
   running,            // every listed node that answered has been booted
   stopped,            // stopped by command
+  halted,  // the start-up of the network does not go on: a mandatory node is another one than
+           // expected, could not be configured, or did not boot within 1F89h; or all nodes were
+           // stopped because of an error of one (1F80h bit 6)
 };
 std::string_view name(ManagerState state);
 
@@ -29,6 +35,28 @@ std::string_view name(Presence presence);
 
 inline constexpr char kBooted = '\0';
 inline constexpr char kBootUnfinished = '-';
+inline constexpr char kWasOperational = 'L';
+
+// The boot process came to its good end: nothing was wrong, or the node was running already.
+constexpr bool is_booted(char letter) {
+  return letter == kBooted || letter == kWasOperational;
+}
+
+// What a boot slave process found wrong, besides the letter.
+struct BootFinding {
+  enum class Kind : std::uint8_t {
+    none,   // nothing but the letter
+    abort,  // the transfer of `object` ended with `abort`
+    value,  // `object` is `found`, which is not `expected`
+  };
+  Kind kind = Kind::none;
+  od::Address object{};
+  AbortCode abort = AbortCode::none;
+  std::uint32_t expected = 0;
+  std::uint32_t found = 0;
+
+  friend bool operator==(const BootFinding&, const BootFinding&) = default;
+};
 
 struct NodeState {
   std::uint8_t node = 0;
@@ -39,6 +67,7 @@ struct NodeState {
   // Error status of the last boot slave process (CiA 302-2): kBooted, kBootUnfinished, or a letter
   // A..O, see describe_boot().
   char boot = kBootUnfinished;
+  BootFinding finding;            // why, with a letter
   std::uint32_t device_type = 0;  // 1000h as read, 0 = not read
   std::uint32_t vendor = 0;       // 1018h:1..4 as read
   std::uint32_t product = 0;
@@ -54,5 +83,8 @@ struct NodeState {
 // The boot status in words, e.g. "no answer to the SDO upload of 1000h" for 'B'; "booted" for
 // kBooted.
 std::string_view describe_boot(char letter);
+// With what was found: "vendor-ID differs from the expected one: 1018:01 is 00000005h, not
+// 00000007h"; the letter's words alone for BootFinding::Kind::none.
+std::string describe_boot(char letter, const BootFinding& finding);
 
 }  // namespace linegate::manager

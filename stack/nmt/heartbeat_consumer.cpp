@@ -117,6 +117,13 @@ void HeartbeatConsumer::overhear_guarding(std::uint8_t node, Duration life_time)
   nodes_[node].guard.by_others = true;
 }
 
+void HeartbeatConsumer::ask(std::uint8_t node) {
+  if (exists(node) && transmit_ != nullptr) {
+    listen(node);
+    nodes_[node].asked = transmit_->push(can::TransmitClass::error_control, guard_request(node));
+  }
+}
+
 void HeartbeatConsumer::stop(std::uint8_t node) {
   if (exists(node)) {
     nodes_[node].time = Duration::zero();
@@ -131,6 +138,11 @@ bool HeartbeatConsumer::receive(std::uint8_t node, const can::Frame& frame) {
   if (exists(node) && nodes_[node].guard.active()) {
     can::Frame answer = frame;
     return nodes_[node].guard.take_toggle(answer) && take(node, answer);
+  }
+  if (exists(node) && std::exchange(nodes_[node].asked, false)) {
+    can::Frame answer = frame;
+    answer.data[0] &= ~kToggleBit;
+    return take(node, answer);
   }
   return take(node, frame);
 }

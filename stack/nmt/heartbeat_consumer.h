@@ -72,6 +72,9 @@ class HeartbeatConsumer {
   // right answer for life_time after the one before it is lost; 0 = never. No effect if it is
   // guarded so already.
   void overhear_guarding(std::uint8_t node, Duration life_time);
+  // Asks the node for its state once, guarded or not; the answer is taken as a heartbeat, whatever
+  // its toggle bit. Without a transmit queue nobody is asked.
+  void ask(std::uint8_t node);
   // Ends monitoring and guarding; goes on listening.
   void stop(std::uint8_t node);
 
@@ -97,6 +100,7 @@ class HeartbeatConsumer {
     State state = State::unknown;
     bool listening = false;
     bool lost = false;
+    bool asked = false;  // by ask(), and has not answered
     Guard guard;
   };
 

@@ -1,16 +1,58 @@
 #include "stack/nmt/master.h"
 
 #include "stack/can/cob_id.h"
-#include "stack/nmt/node_control.h"
+#include "stack/od/dictionary.h"
 
 namespace linegate::nmt {
+namespace {
 
-Master::Master(can::TransmitQueue& transmit) : transmit_(transmit) {
+constexpr od::Address kInhibitTime{0x102A, 0};
+constexpr Duration kTick = std::chrono::microseconds(100);
+constexpr std::size_t kMaxWaiting = 1024;
+
+}  // namespace
+
+Master::Master(can::TransmitQueue& transmit, const od::Dictionary* dictionary)
+    : transmit_(transmit), dictionary_(dictionary) {
 }
 
-bool Master::send(Command command, std::uint8_t node) {
-  return node <= can::kMaxNodeId &&
-         transmit_.push(can::TransmitClass::nmt, encode({command, node}));
+bool Master::send(Command command, std::uint8_t node, Instant now) {
+  if (node > can::kMaxNodeId) {
+    return false;
+  }
+  const NodeControl control{command, node};
+  if (waiting_.empty() && free_at_ <= now) {
+    return push(control, now);
+  }
+  if (waiting_.size() >= kMaxWaiting) {
+    return false;
+  }
+  waiting_.push_back(control);
+  return true;
+}
+
+// A command that finds no room waits for the next inhibit time.
+void Master::advance(Instant now) {
+  while (!waiting_.empty() && free_at_ <= now) {
+    if (!push(waiting_.front(), now)) {
+      free_at_ = now + kTick;
+      return;
+    }
+    waiting_.pop_front();
+  }
+}
+
+Duration Master::inhibit_time() const {
+  const auto ticks = dictionary_ == nullptr ? std::nullopt : dictionary_->number(kInhibitTime);
+  return kTick * static_cast<Duration::rep>(ticks.value_or(0));
+}
+
+bool Master::push(const NodeControl& control, Instant now) {
+  if (!transmit_.push(can::TransmitClass::nmt, encode(control))) {
+    return false;
+  }
+  free_at_ = now + inhibit_time();
+  return true;
 }
 
 }  // namespace linegate::nmt

@@ -1,24 +1,44 @@
-// The NMT master's half of node control (CiA 301, 7.2.8.2.1): commands become frames.
+// The NMT master's half of node control (CiA 301, 7.2.8.2.1): commands become frames, with the
+// inhibit time of 102Ah (CiA 302-2) between them.
 #pragma once
 
 #include <cstdint>
+#include <deque>
 
+#include "stack/base/time.h"
 #include "stack/can/transmit_queue.h"
+#include "stack/nmt/node_control.h"
 #include "stack/nmt/state.h"
+
+namespace linegate::od {
+class Dictionary;
+}
 
 namespace linegate::nmt {
 
 class Master {
  public:
-  // transmit must outlive the master.
-  explicit Master(can::TransmitQueue& transmit);
+  // transmit must outlive the master; so must dictionary, whose 102Ah (UNSIGNED16, 100 us) is read
+  // before each command. Without one, or without the object, commands follow each other at once.
+  explicit Master(can::TransmitQueue& transmit, const od::Dictionary* dictionary = nullptr);
 
-  // Queues the command for a node, 1..127, or 0 = all nodes but the master itself. False if node is
-  // above 127 or the queue has no room: nothing was queued then.
-  bool send(Command command, std::uint8_t node = 0);
+  // Queues the command for a node, 1..127, or 0 = all nodes but the master itself. It is sent when
+  // the inhibit time of the one before is over, in the order of the calls. False if node is above
+  // 127 or there is no room: nothing was queued then.
+  bool send(Command command, std::uint8_t node = 0, Instant now = Instant{});
+
+  void advance(Instant now);
+  // Of the next command that waits; kNever if none does.
+  Instant next_wake() const { return waiting_.empty() ? kNever : free_at_; }
 
  private:
+  Duration inhibit_time() const;
+  bool push(const NodeControl& control, Instant now);
+
   can::TransmitQueue& transmit_;
+  const od::Dictionary* dictionary_;
+  std::deque<NodeControl> waiting_;
+  Instant free_at_{};  // of the inhibit time
 };
 
 }  // namespace linegate::nmt

@@ -123,6 +123,10 @@ emcy::Producer& Node::emcy() {
 SdoClients& Node::sdo_clients() {
   return impl_->sdo_clients;
 }
+void Node::set_nmt_slave(bool slave) {
+  impl_->options.nmt_slave = slave;
+}
+
 void Node::set_sdo_detour(sdo::Detour* detour) {
   impl_->sdo.set_detour(detour);
 }

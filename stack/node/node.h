@@ -151,6 +151,8 @@ class Node {
   emcy::Producer& emcy();
   // The clients of 1280h to 12FFh. Their frames go into transmit().
   SdoClients& sdo_clients();
+  // Whether it obeys node control from now on, see Options::nmt_slave.
+  void set_nmt_slave(bool slave);
   // Where the SDO servers send what is for other networks; must outlive the node.
   void set_sdo_detour(sdo::Detour* detour);
   time::Service& clock();

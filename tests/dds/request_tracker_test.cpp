@@ -51,6 +51,12 @@ TEST_F(Tracker, WhatStaysUnansweredIsSentAgainEverMoreSlowly) {
   EXPECT_EQ(sent_at(3'000), (std::vector<long>{0, 100, 300, 700, 1'500}));
 }
 
+// All of it goes over the network each time.
+TEST_F(Tracker, ALongRequestIsSentAgainMoreAndMoreSeldom) {
+  tracker.add(request_with(20'000), kStart);
+  EXPECT_EQ(sent_at(9'000), (std::vector<long>{0, 100, 300, 700, 1'500, 3'100, 6'300}));
+}
+
 TEST_F(Tracker, AnAnswerEndsIt) {
   tracker.add(request_with(), kStart);
   tracker.due(kStart);

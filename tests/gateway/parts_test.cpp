@@ -293,6 +293,14 @@ TEST(Access, ReadAllowsWhatChangesNothing) {
   EXPECT_TRUE(permitted(CommandKind::routing_trace, Access::read, Access::off));
   EXPECT_FALSE(permitted(CommandKind::routing_trace, Access::off, Access::off));
   EXPECT_TRUE(permitted(CommandKind::scan, Access::read, Access::off));
+  line::Command verify{.kind = CommandKind::configure};
+  EXPECT_TRUE(permitted(verify, Access::read, Access::off));
+  EXPECT_FALSE(permitted(verify, Access::off, Access::off));
+  line::Command apply{.kind = CommandKind::configure};
+  apply.code = 1;
+  EXPECT_FALSE(permitted(apply, Access::read, Access::off));
+  EXPECT_TRUE(permitted(apply, Access::all, Access::off));
+  EXPECT_FALSE(permitted(CommandKind::program, Access::read, Access::off));
   EXPECT_FALSE(permitted(CommandKind::scan, Access::off, Access::all));
   for (const auto kind :
        {CommandKind::sdo_write, CommandKind::network_write, CommandKind::local_write,

@@ -19,6 +19,8 @@ void Scenario::act(Words& words) {
     sdo_action(words);
   } else if (verb == "nmt") {
     nmt_action(words);
+  } else if (verb == "boot") {
+    boot_action(words);
   } else if (verb == "output") {
     line::Command request{.kind = line::CommandKind::output_write};
     const std::string name = words.peek();

@@ -114,6 +114,9 @@ std::function<bool()> Scenario::condition(Words& words) {
   if (words.accept("routing")) {
     return routing_condition(words);
   }
+  if (words.accept("boot")) {
+    return boot_condition(words);
+  }
   if (words.accept("device")) {
     const std::uint8_t id = words.node();
     const od::Address address = words.address();

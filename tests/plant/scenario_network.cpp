@@ -127,7 +127,7 @@ void Scenario::describe_line(Words& words) {
       plan.config.lss.store = true;
     } else if (key == "own") {
       plan.config.node_id = words.node();
-    } else {
+    } else if (!startup_property(words, key, plan.config)) {
       throw BadStatement("unknown property of a line '" + key + "'");
     }
   }
@@ -150,6 +150,7 @@ void Scenario::describe_device(Words& words) {
   bool present = true;
   bool domain = false;
   bool ours = false;
+  std::vector<std::pair<od::Address, std::uint64_t>> expected;
   while (!words.done()) {
     const std::string key = words.take();
     if (key == "heartbeat") {
@@ -184,7 +185,10 @@ void Scenario::describe_device(Words& words) {
       ours = true;
     } else if (key == "absent") {
       present = false;
-    } else {
+    } else if (key == "expected") {
+      const od::Address address = words.address();
+      expected.emplace_back(address, words.number());
+    } else if (!boot_property(words, key, node)) {
       throw BadStatement("unknown property of a device '" + key + "'");
     }
   }
@@ -195,6 +199,9 @@ void Scenario::describe_device(Words& words) {
       throw BadStatement("no device profile '" + device.profile + "'");
     }
     node.device = *file.value;
+    for (const auto& [address, value] : expected) {
+      expect_value(node.device, address, value);
+    }
     if (ours) {
       plan.ours.push_back(
           {.id = node.id, .name = node.name, .device = node.device, .lss = device.unconfigured});

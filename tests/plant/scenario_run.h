@@ -69,6 +69,11 @@ class Scenario {
   std::function<bool()> input_condition(Words& words, line::Line& line);
   std::function<bool()> ours_condition(Words& words);
   std::function<bool()> routing_condition(Words& words);
+  std::function<bool()> boot_condition(Words& words);
+  void boot_action(Words& words);
+  static bool startup_property(Words& words, const std::string& key, line::LineConfig& config);
+  static bool boot_property(Words& words, const std::string& key, line::NodeConfig& node);
+  static void expect_value(od::DeviceDescription& device, od::Address address, std::uint64_t value);
   std::uint32_t output_entry(const line::Line& line, const std::string& text);
   std::optional<std::uint64_t> input_value(line::Line& line, const std::string& text);
   line::Line& ours();

@@ -360,6 +360,7 @@ lines:
     emcy_bytes: temporary_and_sticky
     reset_nodes: false
     start_nodes: false
+    startup: {start_all: true, own_start: false, on_error: stop_all, boot_time: 30s, nmt_inhibit: 2ms}
     identity: {vendor: 0x1234, serial: 7}
     access: {commands: all, outputs: off}
     publish: {period: 20ms}
@@ -376,6 +377,9 @@ lines:
         serial: 77
         heartbeat: {producer: 200ms, consumer: 700ms}
         boot_timeout: 3s
+        keep_alive: true
+        reset_time: 4s
+        sdo_timeout: 2s
         objects: {6083: 1000}
       - {id: 6, eds: bridges/sim/eds/drive.eds, guarding: {time: 100ms, factor: 3}}
     outputs:
@@ -403,6 +407,11 @@ lines:
   EXPECT_EQ(line.config.error_scheme, node::ErrorScheme::temporary_and_sticky);
   EXPECT_FALSE(line.config.reset_nodes);
   EXPECT_FALSE(line.config.start_nodes);
+  EXPECT_TRUE(line.config.start_all);
+  EXPECT_FALSE(line.config.own_start);
+  EXPECT_EQ(line.config.on_error, manager::ErrorReaction::stop_all);
+  EXPECT_EQ(line.config.boot_time, 30s);
+  EXPECT_EQ(line.config.nmt_inhibit, 2ms);
   EXPECT_EQ(line.config.identity.vendor, 0x1234U);
   EXPECT_EQ(line.config.identity.serial, 7U);
   EXPECT_EQ(line.commands, Access::all);
@@ -423,6 +432,9 @@ lines:
   EXPECT_EQ(node.heartbeat, 200ms);
   EXPECT_EQ(node.heartbeat_consumer, 700ms);
   EXPECT_EQ(node.boot_timeout, 3s);
+  EXPECT_TRUE(node.keep_alive);
+  EXPECT_EQ(node.reset_time, 4s);
+  EXPECT_EQ(node.sdo_timeout, 2s);
   EXPECT_EQ(line.config.nodes.at(1).guard_time, 100ms);
   EXPECT_EQ(line.config.nodes.at(1).life_time_factor, 3);
   ASSERT_EQ(node.objects.size(), 1U);

@@ -225,6 +225,16 @@ TEST_F(GuardingMasterTest, AfterABootUpTheFirstAnswerHasZero) {
   EXPECT_EQ(heard.words, (Words{"5 pre-operational", "5 boot-up", "5 pre-operational"}));
 }
 
+TEST_F(GuardingMasterTest, ANodeThatIsNotGuardedCanBeAskedOnce) {
+  consumer.ask(kNode);
+  EXPECT_EQ(asked(), (std::vector<int>{5}));
+  EXPECT_FALSE(consumer.guarded(kNode));
+  EXPECT_EQ(consumer.next_wake(), kNever) << "nothing is lost if it does not answer";
+  EXPECT_TRUE(answer(0x85, 1ms)) << "whatever the toggle bit";
+  EXPECT_FALSE(answer(0x85, 2ms)) << "nobody asked";
+  EXPECT_EQ(heard.words, (Words{"5 operational"}));
+}
+
 TEST_F(GuardingMasterTest, WhatIsNoAnswerIsRefused) {
   consumer.guard(kNode, 100ms, 3, at(0ms));
   EXPECT_FALSE(consumer.receive(kNode, frame_at(at(1ms), 0x705, {})));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "stack/nmt/master.h"
+#include "stack/od/dictionary.h"
 
 #include "tests/stack/node/objects.h"
 
@@ -61,6 +62,44 @@ TEST(Master, RefusesWhatCannotBeSent) {
   EXPECT_FALSE(master.send(Command::start, 128));
   EXPECT_TRUE(master.send(Command::start, 127));
   EXPECT_FALSE(master.send(Command::start, 1));
+}
+
+od::Dictionary with_inhibit_time(std::uint16_t ticks) {
+  od::VariableDescription variable;
+  variable.type = od::DataType::unsigned16;
+  variable.value = {static_cast<std::byte>(ticks), static_cast<std::byte>(ticks >> 8U)};
+  od::ObjectDescription object;
+  object.index = 0x102A;
+  object.variables.push_back(variable);
+  od::Dictionary out;
+  EXPECT_TRUE(out.add(object).ok());
+  return out;
+}
+
+TEST(Master, CommandsKeepTheInhibitTimeAndTheirOrder) {
+  using std::chrono::milliseconds;
+  can::TransmitQueue queue(4);
+  od::Dictionary dictionary = with_inhibit_time(100);
+  Master master(queue, &dictionary);
+  const Instant start{std::chrono::seconds(1)};
+  EXPECT_TRUE(master.send(Command::stop, 5, start));
+  EXPECT_TRUE(master.send(Command::stop, 6, start));
+  EXPECT_TRUE(master.send(Command::start, 5, start + milliseconds(1)));
+  EXPECT_EQ(data_of(take_frames(queue).at(0)), (std::vector<int>{0x02, 5}));
+  EXPECT_EQ(master.next_wake(), start + milliseconds(10));
+  master.advance(start + milliseconds(9));
+  EXPECT_TRUE(queue.empty());
+  master.advance(start + milliseconds(10));
+  EXPECT_EQ(data_of(take_frames(queue).at(0)), (std::vector<int>{0x02, 6}));
+  EXPECT_EQ(master.next_wake(), start + milliseconds(20));
+  ASSERT_TRUE(dictionary.set({0x102A, 0}, std::uint16_t{0}));
+  master.advance(start + milliseconds(20));
+  EXPECT_EQ(data_of(take_frames(queue).at(0)), (std::vector<int>{0x01, 5}));
+  EXPECT_EQ(master.next_wake(), kNever);
+  EXPECT_TRUE(master.send(Command::stop, 6, start + milliseconds(20)))
+      << "no inhibit time any more";
+  EXPECT_TRUE(master.send(Command::stop, 7, start + milliseconds(20)));
+  EXPECT_EQ(take_frames(queue).size(), 2U);
 }
 
 }  // namespace

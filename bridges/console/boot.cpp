@@ -1,0 +1,130 @@
+#include "bridges/console/boot.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <ostream>
+
+#include <nlohmann/json.hpp>
+
+#include "bridges/console/event_progress.h"
+#include "bridges/console/lookup.h"
+#include "bridges/console/model.h"
+
+namespace linegate::console {
+namespace {
+
+// Absent nodes take their boot time-out, which may be an hour.
+constexpr Duration kLongestBoot = std::chrono::minutes(65);
+
+std::string letter_text(char letter) {
+  return letter == manager::kBooted ? "" : std::string(1, letter);
+}
+
+std::string hex_text(std::uint32_t number) {
+  std::array<char, 12> text{};
+  std::snprintf(text.data(), text.size(), "%08X", number);
+  return text.data();
+}
+
+std::string object_text_of(od::Address object) {
+  std::array<char, 12> text{};
+  std::snprintf(text.data(), text.size(), "%04X:%02X", unsigned{object.index},
+                unsigned{object.sub});
+  return text.data();
+}
+
+nlohmann::ordered_json outcome_json(const manager::BootOutcome& outcome) {
+  using Kind = manager::BootFinding::Kind;
+  const manager::BootFinding& finding = outcome.finding;
+  nlohmann::ordered_json out{{"node", outcome.node},
+                             {"booted", manager::is_booted(outcome.letter)},
+                             {"letter", letter_text(outcome.letter)},
+                             {"text", manager::describe_boot(outcome.letter, finding)}};
+  if (finding.kind != Kind::none) {
+    out["object"] = object_text_of(finding.object);
+  }
+  if (finding.kind == Kind::abort) {
+    out["abort"] = hex_text(static_cast<std::uint32_t>(finding.abort));
+  }
+  if (finding.kind == Kind::value) {
+    out["expected"] = finding.expected;
+    out["found"] = finding.found;
+  }
+  return out;
+}
+
+bool all_booted(const std::vector<manager::BootOutcome>& outcomes) {
+  return std::ranges::all_of(
+      outcomes, [](const auto& outcome) { return manager::is_booted(outcome.letter); });
+}
+
+}  // namespace
+
+int boot(Context& context, const std::string& what) {
+  std::string name = what;
+  line::Command command{.kind = line::CommandKind::boot};
+  if (what.find(':') != std::string::npos) {
+    const auto ref = parse_node(what);
+    if (!ref || ref->own) {
+      context.err << "'" << what << "' is not LINE or LINE:NODE, with a node-ID 1..127\n";
+      return kUsage;
+    }
+    name = ref->line;
+    command.node = ref->all ? std::uint8_t{0} : ref->node;
+  }
+  Model model;
+  const Line* const line = find_line(context, model, name);
+  if (line == nullptr) {
+    return kFailed;
+  }
+  const LineId id = line->id;
+  command.timeout = std::max(context.timeout, kLongestBoot);
+  EventProgress progress(model, id, context.err,
+                         {EventKind::boot_result, EventKind::configuration_error});
+  const Client::Answer answer = context.client.call(id, command, command.timeout, 0, progress);
+  if (!answer.reply.ok()) {
+    context.err << answer.text << '\n';
+    return kFailed;
+  }
+  const auto outcomes = manager::read_boot_report(answer.reply.data);
+  if (!outcomes.ok()) {
+    context.err << "the gateway's answer cannot be read\n";
+    return kFailed;
+  }
+  if (context.json) {
+    context.out << boot_json(id, *outcomes) << '\n';
+  } else {
+    for (const std::string& text : text_of(boot_table(id, *outcomes))) {
+      context.out << text << '\n';
+    }
+  }
+  return all_booted(*outcomes) ? kDone : kFailed;
+}
+
+Table boot_table(const LineId& id, const std::vector<manager::BootOutcome>& outcomes) {
+  Table out{{{"NODE", true}, {"BOOT"}, {"WHAT"}}, {}, {}};
+  for (const manager::BootOutcome& outcome : outcomes) {
+    const std::string letter = letter_text(outcome.letter);
+    out.rows.push_back(
+        {{id, outcome.node},
+         {{std::to_string(outcome.node), outcome.node},
+          {letter.empty() ? "ok" : printable(letter), {}},
+          {printable(manager::describe_boot(outcome.letter, outcome.finding)), {}}}});
+  }
+  if (outcomes.empty()) {
+    out.notes.push_back({"the network list of the line is empty", Style::warning});
+  }
+  return out;
+}
+
+std::string boot_json(const LineId& id, const std::vector<manager::BootOutcome>& outcomes) {
+  nlohmann::ordered_json nodes = nlohmann::ordered_json::array();
+  for (const manager::BootOutcome& outcome : outcomes) {
+    nodes.push_back(outcome_json(outcome));
+  }
+  return nlohmann::ordered_json{{"gateway", id.gateway}, {"line", id.line}, {"nodes", nodes}}.dump(
+      -1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+}  // namespace linegate::console

@@ -1,0 +1,122 @@
+#include "bridges/console/configuration.h"
+
+#include <algorithm>
+#include <ostream>
+
+#include "bridges/console/event_progress.h"
+#include "bridges/console/lookup.h"
+#include "bridges/console/object_text.h"
+#include "stack/manager/concise_dcf.h"
+#include "stack/manager/configuration_objects.h"
+
+namespace linegate::console {
+namespace {
+
+// 126 nodes of 1000 objects each, read one after the other at 50 kbit/s, take minutes.
+constexpr Duration kLongestConfiguring = std::chrono::minutes(15);
+
+// "LINE" or "LINE:NODE"; node 0 = all.
+struct ConfigTarget {
+  std::string line;
+  std::uint8_t node = 0;
+};
+
+std::optional<ConfigTarget> line_or_node(Context& context, const std::string& what) {
+  if (what.find(':') == std::string::npos) {
+    return ConfigTarget{what, 0};
+  }
+  const auto ref = parse_node(what);
+  if (!ref || ref->own) {
+    context.err << "'" << what << "' is not LINE or LINE:NODE, with a node-ID 1..127\n";
+    return std::nullopt;
+  }
+  return ConfigTarget{ref->line, ref->all ? std::uint8_t{0} : ref->node};
+}
+
+bool write_own(Context& context, Model& model, const LineId& id,
+               const manager::ObjectWrite& write) {
+  line::Command command{.kind = line::CommandKind::local_write};
+  command.index = write.address.index;
+  command.sub = write.address.sub;
+  command.data = write.data;
+  const Client::Answer answer = context.client.call(id, command, context.timeout, 0, model);
+  if (!answer.reply.ok()) {
+    context.err << format_object(write.address) << ": " << answer.text;
+    if (answer.reply.error.domain == Domain::sdo) {
+      context.err << " (" << format_hex(answer.reply.error.code, 8) << ')';
+    }
+    context.err << '\n';
+  }
+  return answer.reply.ok();
+}
+
+}  // namespace
+
+int configure(Context& context, ConfigAction action, const std::string& what) {
+  const auto target = line_or_node(context, what);
+  if (!target) {
+    return kUsage;
+  }
+  Model model;
+  const Line* const line = find_line(context, model, target->line);
+  if (line == nullptr) {
+    return kFailed;
+  }
+  const LineId id = line->id;
+  line::Command command{.kind = line::CommandKind::configure};
+  command.node = target->node;
+  command.code = static_cast<std::uint16_t>(action);
+  command.timeout = std::max(context.timeout, kLongestConfiguring);
+  EventProgress progress(model, id, context.err, {EventKind::command_progress});
+  const Client::Answer answer = context.client.call(id, command, command.timeout, 0, progress);
+  if (!answer.reply.ok()) {
+    context.err << answer.text << '\n';
+    return kFailed;
+  }
+  const auto nodes = manager::read_configuration_report(answer.reply.data);
+  if (!nodes.ok()) {
+    context.err << "the gateway's answer cannot be read\n";
+    return kFailed;
+  }
+  if (context.json) {
+    context.out << configuration_json(id, action, *nodes) << '\n';
+  } else {
+    for (const std::string& text : text_of(configuration_table(id, action, *nodes))) {
+      context.out << text << '\n';
+    }
+  }
+  return std::ranges::all_of(*nodes, &manager::NodeReport::good) ? kDone : kFailed;
+}
+
+int import_configuration(Context& context, const std::string& what,
+                         std::span<const std::byte> concise_dcf) {
+  const auto target = line_or_node(context, what);
+  auto writes = manager::read_concise_dcf(concise_dcf);
+  if (!writes.ok()) {
+    context.err << "this is no concise DCF: its " << concise_dcf.size()
+                << " bytes are not what its count and sizes say\n";
+  }
+  if (!target || !writes.ok()) {
+    return kUsage;
+  }
+  if (target->node != 0) {
+    *writes = {{{manager::kConciseDcf, target->node}, {concise_dcf.begin(), concise_dcf.end()}}};
+  }
+  Model model;
+  const Line* const line = find_line(context, model, target->line);
+  if (line == nullptr) {
+    return kFailed;
+  }
+  const LineId id = line->id;
+  for (const manager::ObjectWrite& write : *writes) {
+    if (!write_own(context, model, id, write)) {
+      return kFailed;
+    }
+  }
+  context.out << (context.json ? "{\"written\":" + std::to_string(writes->size()) + "}"
+                               : std::to_string(writes->size()) + " objects written")
+              << '\n';
+  return kDone;
+}
+
+}  // namespace linegate::console

@@ -1,0 +1,40 @@
+// What a long command tells while it runs: events of its line, as they come.
+#pragma once
+
+#include <initializer_list>
+#include <ostream>
+#include <vector>
+
+#include "bridges/console/client.h"
+#include "bridges/console/model.h"
+#include "stack/base/event.h"
+
+namespace linegate::console {
+
+// Hands all on to the model, and prints the events of these kinds that happen from now on.
+class EventProgress final : public Listener {
+ public:
+  EventProgress(Model& model, LineId id, std::ostream& err, std::initializer_list<EventKind> kinds);
+
+  void on_line(const LineId& id, const LineView& line) override { model_.on_line(id, line); }
+  void on_line_gone(const LineId& id) override { model_.on_line_gone(id); }
+  void on_node(const LineId& id, const NodeView& node) override { model_.on_node(id, node); }
+  void on_layout(const LineId& id, const image::Layout& layout) override {
+    model_.on_layout(id, layout);
+  }
+  void on_image(const LineId& id, const image::Snapshot& image) override {
+    model_.on_image(id, image);
+  }
+  void on_event(const LineId& id, const EventView& event) override;
+  void on_unreadable(std::uint64_t samples) override { model_.on_unreadable(samples); }
+  void on_left_out(std::uint64_t samples) override { model_.on_left_out(samples); }
+
+ private:
+  Model& model_;
+  LineId id_;
+  std::ostream& err_;
+  std::vector<EventKind> kinds_;
+  Instant since_;
+};
+
+}  // namespace linegate::console

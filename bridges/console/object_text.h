@@ -1,0 +1,27 @@
+// Objects and numbers as people write them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+
+#include "stack/od/description.h"
+
+namespace linegate::console {
+
+// At least so many hexadecimal digits.
+inline std::string format_hex(std::uint64_t number, std::size_t digits) {
+  std::array<char, 24> text{};
+  std::snprintf(text.data(), text.size(), "%0*llX", static_cast<int>(digits),
+                static_cast<unsigned long long>(number));
+  return text.data();
+}
+
+// "6083:1": index hexadecimal, sub-index decimal.
+inline std::string format_object(od::Address address) {
+  return format_hex(address.index, 4) + ":" + std::to_string(address.sub);
+}
+
+}  // namespace linegate::console

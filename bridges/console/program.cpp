@@ -1,0 +1,89 @@
+#include "bridges/console/program.h"
+
+#include <algorithm>
+#include <ostream>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "bridges/console/event_progress.h"
+#include "bridges/console/lookup.h"
+#include "bridges/console/object_text.h"
+#include "stack/base/byte_order.h"
+#include "stack/manager/program_run.h"
+
+namespace linegate::console {
+namespace {
+
+// 16 MB at 50 kbit/s take hours.
+constexpr Duration kLongestProgramming = std::chrono::hours(4);
+
+// What the device told of itself when the program could not be loaded: object and value.
+std::string finding_text(const line::Reply& reply) {
+  if (reply.data.size() != 7) {
+    return {};
+  }
+  const std::span<const std::byte> data(reply.data);
+  const od::Address object{load_le<std::uint16_t>(data.data()),
+                           std::to_integer<std::uint8_t>(data[2])};
+  const auto value = static_cast<std::uint32_t>(load_le(data.last(4)));
+  std::string out = format_object(object);
+  if (reply.error != to_error(AbortCode::hardware)) {
+    return out;
+  }
+  out += " is " + format_hex(value, 8) + "h";
+  if (object.index == manager::kFlashStatus) {
+    out += ", " + std::string(manager::describe_flash_status(value));
+  }
+  return out;
+}
+
+std::string program_json(const LineId& id, std::uint8_t node, const Client::Answer& answer) {
+  nlohmann::ordered_json out{
+      {"gateway", id.gateway}, {"line", id.line}, {"node", node}, {"ok", answer.reply.ok()}};
+  if (!answer.reply.ok()) {
+    out["code"] = answer.reply.error.code;
+    out["text"] = answer.text;
+    out["finding"] = finding_text(answer.reply);
+  }
+  return out.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+}  // namespace
+
+int load_program(Context& context, const std::string& node, std::uint8_t number,
+                 std::vector<std::byte> program) {
+  const auto ref = parse_node(node);
+  if (!ref || ref->own || ref->all || ref->node == 0) {
+    context.err << "'" << node << "' is not LINE:NODE, with a node-ID 1..127\n";
+    return kUsage;
+  }
+  if (program.empty()) {
+    context.err << "the program has no bytes\n";
+    return kUsage;
+  }
+  Model model;
+  const Line* const line = find_line(context, model, ref->line);
+  if (line == nullptr) {
+    return kFailed;
+  }
+  const LineId id = line->id;
+  line::Command command{.kind = line::CommandKind::program};
+  command.node = ref->node;
+  command.sub = number;
+  command.data = std::move(program);
+  command.timeout = std::max(context.timeout, kLongestProgramming);
+  EventProgress progress(model, id, context.err, {EventKind::command_progress});
+  const Client::Answer answer = context.client.call(id, command, command.timeout, 0, progress);
+  if (context.json) {
+    context.out << program_json(id, ref->node, answer) << '\n';
+  } else if (answer.reply.ok()) {
+    context.out << command.data.size() << " bytes loaded, the program runs\n";
+  } else {
+    const std::string finding = finding_text(answer.reply);
+    context.err << answer.text << (finding.empty() ? "" : ": " + finding) << '\n';
+  }
+  return answer.reply.ok() ? kDone : kFailed;
+}
+
+}  // namespace linegate::console

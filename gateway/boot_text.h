@@ -1,0 +1,15 @@
+// Why a boot process ended as it did, as subscribers read it: properties of NodeState.
+#pragma once
+
+#include <vector>
+
+#include "bridges/dds/values.h"
+#include "stack/line/state.h"
+
+namespace linegate::gateway {
+
+// boot-letter, boot-text, boot-object, boot-abort, boot-expected, boot-found: idl/README.md. None
+// if the node is booted or its boot process has not ended.
+std::vector<dds::Property> boot_properties(const line::NodeState& state);
+
+}  // namespace linegate::gateway

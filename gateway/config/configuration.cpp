@@ -1,0 +1,139 @@
+// What a node is configured with besides its device file: `restore:`, `store:`, `concise_dcf:`,
+// `program:`.
+#include <filesystem>
+#include <span>
+
+#include "gateway/config/patch.h"
+#include "gateway/config/sections.h"
+#include "stack/manager/concise_dcf.h"
+#include "stack/manager/program_objects.h"
+
+namespace linegate::config {
+namespace {
+
+constexpr std::uint64_t kHighestGroup = 127;  // sub-indices of 1010h and 1011h
+
+// `all`, or a sub-index of 1010h and 1011h.
+void read_group(Section& section, const char* key, std::uint8_t& target) {
+  constexpr std::pair<const char*, std::uint8_t> kGroups[] = {
+      {"all", 1}, {"communication", 2}, {"application", 3}, {"manufacturer", 4}};
+  const YAML::Node node = section.find(key);
+  if (!node.IsDefined()) {
+    return;
+  }
+  for (const auto& [name, group] : kGroups) {
+    if (node.IsScalar() && node.Scalar() == name) {
+      target = group;
+      return;
+    }
+  }
+  const auto number = node.IsScalar() ? parse_unsigned(node.Scalar()) : std::nullopt;
+  if (!number || *number < 1 || *number > kHighestGroup) {
+    section.findings().error(place_of(node),
+                             "expected all, communication, application, manufacturer or a "
+                             "sub-index 1..127");
+    return;
+  }
+  target = static_cast<std::uint8_t>(*number);
+}
+
+bool is_pdo_record(std::uint16_t index) {
+  return index >= 0x1400 && index <= 0x1BFF;
+}
+
+// What the file writes is all that is written: nothing of the device file, and PDOs as they are
+// then.
+void take_writes(Findings& findings, Place place, std::vector<manager::ObjectWrite> writes,
+                 line::NodeConfig& config) {
+  for (od::ObjectDescription& object : config.device.objects) {
+    for (od::VariableDescription& variable : object.variables) {
+      variable.configured = false;
+    }
+  }
+  for (manager::ObjectWrite& write : writes) {
+    const auto* variable = config.device.find(write.address);
+    if (variable == nullptr) {
+      findings.warning(place, "the concise DCF writes to " + format_address(write.address) +
+                                  ", which " + config.device.file + " does not have");
+    } else if (is_pdo_record(write.address.index)) {
+      set_value(config.device, write.address, write.data);
+    }
+    config.objects.push_back({write.address, std::move(write.data)});
+  }
+}
+
+void read_concise(Section& section, const YAML::Node& node, line::NodeConfig& config) {
+  Findings& findings = section.findings();
+  const auto text = section.text(node);
+  if (!text) {
+    return;
+  }
+  for (const char* other : {"objects", "pdos"}) {
+    if (section.find(other).IsDefined()) {
+      findings.error(place_of(node), std::string("a node has either the key \"concise_dcf\" or "
+                                                 "the key \"") +
+                                         other + "\"");
+      return;
+    }
+  }
+  const auto path =
+      (std::filesystem::path(findings.file()).parent_path() / *text).lexically_normal().string();
+  const auto content = read_file(findings, path);
+  if (!content) {
+    findings.error(place_of(node), "there is no file " + path);
+    return;
+  }
+  auto writes = manager::read_concise_dcf(std::as_bytes(std::span(*content)));
+  if (!writes.ok()) {
+    findings.error(place_of(node), path + " is no concise DCF: its " +
+                                       std::to_string(content->size()) +
+                                       " bytes are not what its count and sizes say");
+    return;
+  }
+  take_writes(findings, place_of(node), *std::move(writes), config);
+}
+
+void read_program(Section& section, line::NodeConfig& config) {
+  Findings& findings = section.findings();
+  const YAML::Node node = section.find("program");
+  if (!node.IsDefined()) {
+    return;
+  }
+  Section from(findings, node, "a program");
+  if (const auto number = from.number(from.require("identification"), 1, 0xFFFF'FFFF)) {
+    config.software = static_cast<std::uint32_t>(*number);
+  }
+  from.read("update", config.update_software);
+  const YAML::Node file = from.find("file");
+  if (const auto text = from.text(file)) {
+    const auto path =
+        (std::filesystem::path(findings.file()).parent_path() / *text).lexically_normal().string();
+    const auto content = read_file(findings, path);
+    if (!content) {
+      findings.error(place_of(file), "there is no file " + path);
+    } else if (content->empty() || content->size() > manager::kLongestProgram) {
+      findings.error(place_of(file), path + " has " + std::to_string(content->size()) +
+                                         " bytes; a program has 1 to 16777216");
+    } else {
+      const auto bytes = std::as_bytes(std::span(*content));
+      config.program = std::make_shared<const std::vector<std::byte>>(bytes.begin(), bytes.end());
+    }
+  } else if (config.update_software && !file.IsDefined()) {
+    findings.error(place_of(node), "a program that may be updated needs the key \"file\"");
+  }
+  from.done();
+}
+
+}  // namespace
+
+void read_configuration(Section& section, bool has_device, line::NodeConfig& config) {
+  read_group(section, "restore", config.restore);
+  read_group(section, "store", config.store);
+  read_program(section, config);
+  const YAML::Node concise = section.find("concise_dcf");
+  if (concise.IsDefined() && has_device) {
+    read_concise(section, concise, config);
+  }
+}
+
+}  // namespace linegate::config

@@ -1,0 +1,47 @@
+#include "stack/manager/boot_event.h"
+
+#include "stack/base/byte_order.h"
+
+namespace linegate::manager {
+namespace {
+
+constexpr std::uint8_t kLength = 8;
+
+}  // namespace
+
+Event boot_result(std::uint8_t node, char letter, const BootFinding& finding, Instant now) {
+  Event event{.time = now, .kind = EventKind::boot_result, .node = node};
+  event.code = static_cast<std::uint8_t>(letter);
+  if (finding.kind == BootFinding::Kind::none) {
+    return event;
+  }
+  event.length = kLength;
+  event.value = finding.kind == BootFinding::Kind::abort ? static_cast<std::uint32_t>(finding.abort)
+                                                         : finding.found;
+  store_le(event.data.data(), finding.object.index);
+  event.data[2] = std::byte{finding.object.sub};
+  event.data[3] = static_cast<std::byte>(finding.kind);
+  store_le(event.data.data() + 4, finding.expected);
+  return event;
+}
+
+BootFinding finding_of(const Event& event) {
+  BootFinding out;
+  const auto kind = static_cast<BootFinding::Kind>(event.data[3]);
+  if (event.length < kLength ||
+      (kind != BootFinding::Kind::abort && kind != BootFinding::Kind::value)) {
+    return out;
+  }
+  out.kind = kind;
+  out.object = {load_le<std::uint16_t>(event.data.data()),
+                std::to_integer<std::uint8_t>(event.data[2])};
+  if (kind == BootFinding::Kind::abort) {
+    out.abort = static_cast<AbortCode>(event.value);
+  } else {
+    out.expected = load_le<std::uint32_t>(event.data.data() + 4);
+    out.found = event.value;
+  }
+  return out;
+}
+
+}  // namespace linegate::manager

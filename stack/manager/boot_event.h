@@ -1,0 +1,21 @@
+// EventKind::boot_result: how a boot slave process ended, as an event.
+//
+//   code   0 = booted, else the letter
+//   value  SDO abort code, or the value that was found
+//   data   if something was found: index (2, LE) and sub-index of the object, BootFinding::Kind,
+//          expected value (4, LE)
+#pragma once
+
+#include <cstdint>
+
+#include "stack/base/event.h"
+#include "stack/manager/state.h"
+
+namespace linegate::manager {
+
+Event boot_result(std::uint8_t node, char letter, const BootFinding& finding, Instant now);
+
+// What boot_result() put into it.
+BootFinding finding_of(const Event& event);
+
+}  // namespace linegate::manager

@@ -1,0 +1,46 @@
+// What a node has compared with what its configuration says: each object that the configuration
+// writes is read, and its last value in there compared. Nothing is written.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "stack/base/abort_code.h"
+#include "stack/manager/difference.h"
+#include "stack/manager/node_tasks.h"
+#include "stack/manager/plan.h"
+
+namespace linegate::manager {
+
+class Comparison {
+ public:
+  static constexpr sdo::Priority kPriority = sdo::Priority::background;
+  static constexpr unsigned kRepeats = 1;
+
+  // Commands (1010h, 1011h) are left out: what they read is not what was written. So are objects
+  // that turn out to be write-only.
+  Comparison(std::uint8_t node, std::span<const ObjectWrite> writes);
+
+  std::uint8_t node() const { return node_; }
+  std::optional<TaskStep> wanted();
+  void take(AbortCode abort, std::span<const std::byte> data);
+
+  // none: all was read. timeout: the node did not answer (any more); what follows was not read.
+  AbortCode end() const { return end_; }
+  void give_up(AbortCode why) { end_ = why; }
+  std::vector<Difference> take_differences() { return std::move(differences_); }
+  // How many of how many objects were read.
+  std::size_t done() const { return next_; }
+  std::size_t total() const { return expected_.size(); }
+
+ private:
+  std::uint8_t node_;
+  std::vector<ObjectWrite> expected_;  // ascending, each object once
+  std::size_t next_ = 0;
+  AbortCode end_ = AbortCode::none;
+  std::vector<Difference> differences_;
+};
+
+}  // namespace linegate::manager

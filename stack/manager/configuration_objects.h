@@ -1,0 +1,80 @@
+// The configurations of all nodes where CiA 302-3 has them: in the manager's own object dictionary.
+// What stands there is what counts; plant.yaml and files give the first values.
+//
+//   1F22h:n  DOMAIN  concise DCF of node n; written whole or not at all, refused with 0607 0010h if
+//                    its count and sizes do not agree with its length
+//   1F25h:n  U32 wo  request to configure node n, 128 = all: "conf". What can be refused is said at
+//                    MayConfigure; another value: 0800 0021h
+//   1F26h:n  U32     expected date of the configuration, days since 1984-01-01
+//   1F27h:n  U32     expected time, ms since midnight. 0: the node is always configured
+//
+// A new concise DCF gives 1F26h and 1F27h what it writes to 1020h of the device, and 0 if it does
+// not write there: what is expected never belongs to an older configuration.
+#pragma once
+
+#include <array>
+#include <bitset>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "stack/manager/configuration_run.h"
+#include "stack/manager/node_array.h"
+#include "stack/manager/plan.h"
+#include "stack/od/dictionary.h"
+
+namespace linegate::manager {
+
+inline constexpr std::uint16_t kConciseDcf = 0x1F22;
+inline constexpr std::uint16_t kConfigureSlave = 0x1F25;
+inline constexpr std::uint16_t kExpectedDate = 0x1F26;
+inline constexpr std::uint16_t kExpectedTime = 0x1F27;
+inline constexpr std::uint32_t kConf = 0x666E'6F63;  // "conf"
+
+// These objects, with what the plans say.
+std::vector<od::ObjectDescription> configuration_objects(std::span<const NodePlan> plans);
+
+class ConfigurationObjects final : public od::Hook {
+ public:
+  // Whether a request to configure this node (1..127) can be carried out: none, or what it is
+  // refused with. A request for all nodes is refused only if it is for each of them.
+  using MayConfigure = std::function<AbortCode(std::uint8_t node)>;
+
+  // dictionary has configuration_objects() or none of them (then no node has a configuration), and
+  // must outlive it. plans: what the nodes are to store, and to restore if there is no 1F81h.
+  ConfigurationObjects(od::Dictionary& dictionary, std::span<const NodePlan> plans);
+  ~ConfigurationObjects() override;
+
+  void set_may_configure(MayConfigure ask) { may_configure_ = std::move(ask); }
+
+  // As it stands there now.
+  ConfigurationOrder order(std::uint8_t node) const;
+  bool has_configuration(std::uint8_t node) const;
+
+  // Nodes that somebody asked for with 1F25h since the last time.
+  bool requested() const { return requests_.any(); }
+  std::bitset<128> take_requests() { return std::exchange(requests_, {}); }
+
+  // od::Hook
+  AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
+  void written(od::Address address) override;
+
+ private:
+  struct Extent {
+    std::uint8_t restore = 0;
+    std::uint8_t store = 0;
+  };
+  AbortCode check_request(std::uint8_t sub, std::span<const std::byte> value) const;
+  AbortCode may_configure(std::uint8_t node) const;
+  std::vector<ObjectWrite> writes(std::uint8_t node) const;
+  std::uint8_t restore(std::uint8_t node) const;
+
+  od::Dictionary& dictionary_;
+  std::array<Extent, 128> extents_{};  // by node-ID
+  std::bitset<128> requests_;
+  MayConfigure may_configure_;
+};
+
+}  // namespace linegate::manager

@@ -1,0 +1,40 @@
+// What a verification or an application of configurations found, and as bytes: the reply to
+// line::CommandKind::configure.
+//
+//   per node, ascending: U8 node-ID, U8 boot (0, or a letter), U32 end (0, or an SDO abort code),
+//   U32 number of differences, then each: U16 index, U8 sub-index, U32 SDO abort code or 0,
+//   U32 size and bytes of the expected value, U32 size and bytes of the value that was found
+//
+// little-endian, without gaps. OWN: there is no public format.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "stack/base/abort_code.h"
+#include "stack/base/result.h"
+#include "stack/manager/difference.h"
+#include "stack/manager/state.h"
+
+namespace linegate::manager {
+
+struct NodeReport {
+  std::uint8_t node = 0;
+  // Applied: error status of the boot slave process that did it. Verified: kBooted.
+  char boot = kBooted;
+  // Verified: why not all was read. Applied: the abort code that ended it, of the object in
+  // `differences` if there is one.
+  AbortCode end = AbortCode::none;
+  std::vector<Difference> differences;
+
+  bool good() const { return boot == kBooted && end == AbortCode::none && differences.empty(); }
+  friend bool operator==(const NodeReport&, const NodeReport&) = default;
+};
+
+std::vector<std::byte> write_configuration_report(std::span<const NodeReport> nodes);
+// Fails with length_mismatch if sizes and number of bytes do not agree or a node-ID is none.
+Result<std::vector<NodeReport>> read_configuration_report(std::span<const std::byte> data);
+
+}  // namespace linegate::manager

@@ -1,0 +1,146 @@
+#include "stack/manager/configurator.h"
+
+#include <utility>
+
+#include "stack/base/byte_order.h"
+#include "stack/manager/task_boot_step.h"
+
+namespace linegate::manager {
+namespace {
+
+constexpr std::uint8_t kComparing = 1;  // owner of tasks
+
+}  // namespace
+
+class Configurator::Step final : public TaskBootStep<ConfigurationRun> {
+ public:
+  explicit Step(Configurator& owner, std::uint8_t node) : owner_(owner), node_(node) {}
+  ~Step() override { owner_.runs_[node_] = nullptr; }
+
+  void cancel() override {
+    TaskBootStep::cancel();
+    owner_.runs_[node_] = nullptr;
+  }
+
+  void completed(const sdo::Completion& completion, Instant now) override {
+    TaskBootStep::completed(completion, now);
+    owner_.runs_[node_] = task();
+  }
+
+ private:
+  ConfigurationRun first(const StepContext& /*context*/) override {
+    return ConfigurationRun(owner_.begin(node_));
+  }
+  ConfigurationRun again(const StepContext& /*context*/) override {
+    ConfigurationOrder order = owner_.begin(node_);
+    order.restore = 0;
+    order.check = false;
+    return ConfigurationRun(std::move(order));
+  }
+  StepEnd judge(const ConfigurationRun& run, Instant now) override {
+    owner_.ended(run, now);
+    switch (run.result()) {
+      case ConfigurationRun::Result::restored:
+        return {.kind = StepEnd::Kind::reset};
+      case ConfigurationRun::Result::failed:
+        return {
+            .kind = StepEnd::Kind::failed,
+            .letter = 'J',
+            .finding = {
+                .kind = BootFinding::Kind::abort, .object = run.object(), .abort = run.abort()}};
+      case ConfigurationRun::Result::applied:
+      case ConfigurationRun::Result::unchanged:
+        break;
+    }
+    return {};
+  }
+
+  Configurator& owner_;
+  std::uint8_t node_;
+};
+
+Configurator::Configurator(od::Dictionary& dictionary, std::span<const NodePlan> plans,
+                           sdo::Arbiter& sdo, EventLog& events, Duration sdo_timeout)
+    : events_(events), objects_(dictionary, plans), comparisons_(sdo, kComparing, sdo_timeout) {
+}
+
+std::unique_ptr<BootStep> Configurator::make_step(std::uint8_t node) {
+  return std::make_unique<Step>(*this, node);
+}
+
+ConfigurationOrder Configurator::begin(std::uint8_t node) {
+  if (auto comparison = comparisons_.cancel(node)) {
+    comparison->give_up(AbortCode::device_state);
+    reports_.push_back(
+        {.node = node, .end = comparison->end(), .differences = comparison->take_differences()});
+  }
+  ConfigurationOrder order = objects_.order(node);
+  order.check = !forced_[node];
+  return order;
+}
+
+void Configurator::ended(const ConfigurationRun& run, Instant now) {
+  const std::uint8_t node = run.node();
+  if (run.result() != ConfigurationRun::Result::restored) {
+    forced_.reset(node);
+  }
+  faults_[node].reset();
+  if (run.abort() == AbortCode::none) {
+    return;
+  }
+  faults_[node] = run.fault();
+  Event event{.time = now, .kind = EventKind::configuration_error, .node = node, .length = 3};
+  event.code = static_cast<std::uint32_t>(run.abort());
+  store_le(event.data.data(), run.object().index);
+  event.data[2] = std::byte{run.object().sub};
+  events_.emit(event);
+}
+
+bool Configurator::verify(std::uint8_t node, Instant now) {
+  if (runs_[node] != nullptr || comparisons_.busy(node)) {
+    return false;
+  }
+  comparisons_.begin(std::make_unique<Comparison>(node, objects_.order(node).writes), now);
+  settle();
+  return true;
+}
+
+bool Configurator::completed(const sdo::Completion& completion, Instant now) {
+  const bool owned = comparisons_.completed(completion, now);
+  settle();
+  return owned;
+}
+
+void Configurator::advance(Instant now) {
+  comparisons_.advance(now);
+  settle();
+}
+
+void Configurator::settle() {
+  while (const auto comparison = comparisons_.take_ended()) {
+    reports_.push_back({.node = comparison->node(),
+                        .end = comparison->end(),
+                        .differences = comparison->take_differences()});
+  }
+}
+
+std::optional<NodeReport> Configurator::take_report() {
+  if (reports_.empty()) {
+    return std::nullopt;
+  }
+  NodeReport out = std::move(reports_.front());
+  reports_.pop_front();
+  return out;
+}
+
+Configurator::Progress Configurator::progress(std::uint8_t node) const {
+  if (const ConfigurationRun* run = runs_[node]) {
+    return {run->done(), run->total()};
+  }
+  if (const Comparison* comparison = comparisons_.find(node)) {
+    return {comparison->done(), comparison->total()};
+  }
+  return {};
+}
+
+}  // namespace linegate::manager

@@ -1,0 +1,87 @@
+// The configuration manager of a line (CiA 302-3): brings nodes to what the concise DCFs in the own
+// object dictionary say, as a step of their boot slave processes, several at once; and compares
+// what nodes have with it, at any time.
+//
+// What cannot be written is told as EventKind::configuration_error.
+#pragma once
+
+#include <array>
+#include <bitset>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "stack/base/event_log.h"
+#include "stack/base/time.h"
+#include "stack/manager/boot_step.h"
+#include "stack/manager/comparison.h"
+#include "stack/manager/configuration_objects.h"
+#include "stack/manager/configuration_report.h"
+#include "stack/manager/configuration_run.h"
+#include "stack/manager/node_tasks.h"
+#include "stack/od/dictionary.h"
+#include "stack/sdo/arbiter.h"
+
+namespace linegate::manager {
+
+class Configurator {
+ public:
+  // All references must outlive it. See ConfigurationObjects for the dictionary and the plans.
+  // sdo_timeout: for each answer of a node that is compared.
+  Configurator(od::Dictionary& dictionary, std::span<const NodePlan> plans, sdo::Arbiter& sdo,
+               EventLog& events, Duration sdo_timeout);
+
+  ConfigurationObjects& objects() { return objects_; }
+  const ConfigurationObjects& objects() const { return objects_; }
+
+  // --- applying ---------------------------------------------------------------------------------
+
+  // The configuration step of the node's boot slave process; this must outlive it. Ends with J if
+  // the node does not take an object.
+  std::unique_ptr<BootStep> make_step(std::uint8_t node);
+  // The node's next configuration does not ask whether it has it already.
+  void force(std::uint8_t node) { forced_.set(node); }
+  // What the node's last configuration failed with; nothing if it went well or there was none.
+  const std::optional<Difference>& fault(std::uint8_t node) const { return faults_[node]; }
+
+  // --- comparing --------------------------------------------------------------------------------
+
+  // Ends with one NodeReport. False: the node is just being configured or compared.
+  bool verify(std::uint8_t node, Instant now);
+  // Ends it without a report.
+  void cancel_verify(std::uint8_t node) { (void)comparisons_.cancel(node); }
+  std::optional<NodeReport> take_report();
+
+  // --- both -------------------------------------------------------------------------------------
+
+  struct Progress {
+    std::size_t done = 0;  // objects
+    std::size_t total = 0;
+  };
+  // Of what is under way with that node; nothing if that is nothing.
+  Progress progress(std::uint8_t node) const;
+
+  // The end of a transfer with kTaskToken. False if it is not one of these.
+  bool completed(const sdo::Completion& completion, Instant now);
+  void advance(Instant now);
+  Instant next_wake() const { return comparisons_.next_wake(); }
+
+ private:
+  class Step;
+
+  ConfigurationOrder begin(std::uint8_t node);
+  void ended(const ConfigurationRun& run, Instant now);
+  void settle();
+
+  EventLog& events_;
+  ConfigurationObjects objects_;
+  NodeTasks<Comparison> comparisons_;
+  std::array<const ConfigurationRun*, 128> runs_{};  // under way, by node-ID
+  std::bitset<128> forced_;
+  std::array<std::optional<Difference>, 128> faults_;
+  std::deque<NodeReport> reports_;
+};
+
+}  // namespace linegate::manager

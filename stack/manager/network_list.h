@@ -1,0 +1,97 @@
+// What the objects 1F80h to 1F8Ah of the own dictionary say (CiA 302-2): the network list, what is
+// expected of each node, and how the network is started. The dictionary is the one place where they
+// are: each question reads it, so that what is written counts from the next boot process on.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "stack/base/time.h"
+#include "stack/can/cob_id.h"
+#include "stack/manager/plan.h"
+#include "stack/od/dictionary.h"
+
+namespace linegate::manager {
+
+inline constexpr std::uint16_t kNmtInhibitTime = 0x102A;
+inline constexpr std::uint16_t kNmtStartup = 0x1F80;
+inline constexpr std::uint16_t kSlaveAssignment = 0x1F81;
+inline constexpr std::uint16_t kRequestNmt = 0x1F82;
+inline constexpr std::uint16_t kRequestGuarding = 0x1F83;
+inline constexpr std::uint16_t kExpectedDeviceType = 0x1F84;
+inline constexpr std::uint16_t kExpectedVendor = 0x1F85;
+inline constexpr std::uint16_t kExpectedProduct = 0x1F86;
+inline constexpr std::uint16_t kExpectedRevision = 0x1F87;
+inline constexpr std::uint16_t kExpectedSerial = 0x1F88;
+inline constexpr std::uint16_t kBootTime = 0x1F89;
+inline constexpr std::uint16_t kRestoreConfiguration = 0x1F8A;
+
+// Bits of 1F80h.
+namespace startup {
+inline constexpr std::uint32_t kMaster = 1U << 0U;             // the own node is the NMT master
+inline constexpr std::uint32_t kStartAll = 1U << 1U;           // with one command, at the end
+inline constexpr std::uint32_t kApplicationStarts = 1U << 2U;  // not Operational by itself
+inline constexpr std::uint32_t kSlavesNotStarted = 1U << 3U;   // the application starts them
+inline constexpr std::uint32_t kResetAll = 1U << 4U;  // on an error event of a mandatory node
+inline constexpr std::uint32_t kFlyingMaster = 1U << 5U;
+inline constexpr std::uint32_t kStopAll = 1U << 6U;  // on such an event; wins over kResetAll
+inline constexpr std::uint32_t kSupported =
+    kMaster | kStartAll | kApplicationStarts | kSlavesNotStarted | kResetAll | kStopAll;
+}  // namespace startup
+
+// Bits of 1F81h. Bits 8 to 15: life time factor, 16 to 31: guard time in ms.
+namespace assignment {
+inline constexpr std::uint32_t kListed = 1U << 0U;
+inline constexpr std::uint32_t kBoot = 1U << 2U;  // else only its error control is started
+inline constexpr std::uint32_t kMandatory = 1U << 3U;
+inline constexpr std::uint32_t kKeepAlive = 1U << 4U;
+inline constexpr std::uint32_t kVerifySoftware = 1U << 5U;
+inline constexpr std::uint32_t kUpdateSoftware = 1U << 6U;
+inline constexpr std::uint32_t kRestore = 1U << 7U;
+}  // namespace assignment
+
+class NetworkList {
+ public:
+  // dictionary must outlive it. Objects that are not there read as 0.
+  explicit NetworkList(const od::Dictionary& dictionary) : dictionary_(dictionary) {}
+
+  std::uint32_t startup() const { return number({kNmtStartup, 0}); }
+  std::uint32_t assignment(std::uint8_t node) const { return number({kSlaveAssignment, node}); }
+  bool has(std::uint8_t node, std::uint32_t bits) const {
+    return (assignment(node) & bits) == bits;
+  }
+  bool listed(std::uint8_t node) const { return has(node, assignment::kListed); }
+  bool mandatory(std::uint8_t node) const {
+    return has(node, assignment::kListed | assignment::kMandatory);
+  }
+  // 1F84h to 1F88h; 0 = not compared.
+  std::uint32_t expected(std::uint16_t index, std::uint8_t node) const {
+    return number({index, node});
+  }
+  Duration guard_time(std::uint8_t node) const {
+    return std::chrono::milliseconds(assignment(node) >> 16U);
+  }
+  std::uint8_t life_time_factor(std::uint8_t node) const {
+    return static_cast<std::uint8_t>(assignment(node) >> 8U);
+  }
+  // For mandatory nodes, from the start on; 0 = as long as it takes.
+  Duration boot_time() const { return std::chrono::milliseconds(number({kBootTime, 0})); }
+  // Sub-index of 1011h that is written before the node is configured; 0 = none.
+  std::uint8_t restore(std::uint8_t node) const {
+    return static_cast<std::uint8_t>(number({kRestoreConfiguration, node}));
+  }
+
+ private:
+  std::uint32_t number(od::Address address) const {
+    return static_cast<std::uint32_t>(dictionary_.number(address).value_or(0));
+  }
+
+  const od::Dictionary& dictionary_;
+};
+
+// 102Ah and 1F80h to 1F8Ah with what is configured: for a dictionary that is still to be made.
+std::vector<od::ObjectDescription> network_objects(const std::vector<NodePlan>& plans,
+                                                   const Options& options);
+
+}  // namespace linegate::manager

@@ -1,0 +1,26 @@
+#include "stack/manager/node_array.h"
+
+#include <string>
+
+namespace linegate::manager {
+
+od::ObjectDescription node_array(std::uint16_t index, const char* name, od::DataType type,
+                                 od::Access access, std::uint8_t last) {
+  od::ObjectDescription out{.index = index, .name = name, .type = od::ObjectType::array};
+  out.variables.push_back({.sub = 0,
+                           .name = "Highest sub-index supported",
+                           .type = od::DataType::unsigned8,
+                           .access = od::Access::constant,
+                           .value = {std::byte{last}}});
+  for (unsigned sub = 1; sub <= last; ++sub) {
+    const std::string of = sub == kAllNodes ? "all nodes" : "node " + std::to_string(sub);
+    out.variables.push_back({.sub = static_cast<std::uint8_t>(sub),
+                             .name = out.name + ", " + of,
+                             .type = type,
+                             .access = access,
+                             .value = std::vector<std::byte>(od::byte_size(type))});
+  }
+  return out;
+}
+
+}  // namespace linegate::manager

@@ -1,0 +1,183 @@
+// Work that consists of SDO transfers with one node, one after the other: at most one task for each
+// node, those of several nodes at the same time.
+//
+// A task says what it wants next and is told what came of it; here is everything that has to do
+// with the arbiter and with time.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "stack/base/abort_code.h"
+#include "stack/base/time.h"
+#include "stack/od/stream.h"
+#include "stack/sdo/arbiter.h"
+
+namespace linegate::manager {
+
+// One transfer of a task.
+struct TaskStep {
+  od::Address address;
+  bool write = false;
+  std::vector<std::byte> data{};     // to be written
+  od::ByteSource* source = nullptr;  // instead of data
+  Duration timeout{};                // for each answer of the node; 0 = that of the tasks
+  Duration after{};                  // so long after the end of the step before
+};
+
+// Tokens of tasks have this bit set and bits 63 and 62 not; others' must not.
+inline constexpr std::uint64_t kTaskToken = std::uint64_t{1} << 61U;
+
+// Task has
+//   std::uint8_t node() const;
+//   std::optional<TaskStep> wanted();  asked once for each step; nothing: the task has ended
+//   void take(AbortCode, std::span<const std::byte> data);  of the step
+//   static constexpr sdo::Priority kPriority; static constexpr unsigned kRepeats;
+template <class Task>
+class NodeTasks {
+ public:
+  // owner: 0..255, another one for each kind of tasks. timeout: for each answer. sdo must outlive
+  // it.
+  NodeTasks(sdo::Arbiter& sdo, std::uint8_t owner, Duration timeout)
+      : sdo_(sdo), prefix_(kTaskToken | std::uint64_t{owner} << 48U), timeout_(timeout) {}
+
+  // Precondition: !busy(task->node()).
+  void begin(std::unique_ptr<Task> task, Instant now) {
+    std::unique_ptr<Running>& running = running_[task->node()];
+    running = std::make_unique<Running>();
+    running->task = std::move(task);
+    ++count_;
+    next(running, now);
+  }
+  bool busy(std::uint8_t node) const { return running_[node] != nullptr; }
+  bool idle() const { return count_ == 0; }
+  // nullptr if there is none.
+  const Task* find(std::uint8_t node) const {
+    return running_[node] != nullptr ? running_[node]->task.get() : nullptr;
+  }
+
+  // Gives the task back as far as it came; nullptr if there is none.
+  std::unique_ptr<Task> cancel(std::uint8_t node) {
+    std::unique_ptr<Running> running = std::move(running_[node]);
+    if (running == nullptr) {
+      return nullptr;
+    }
+    --count_;
+    if (running->token != 0) {
+      sdo_.cancel(running->token);
+    }
+    return std::move(running->task);
+  }
+
+  // The end of a transfer. False: it is none of these tasks'.
+  bool completed(const sdo::Completion& completion, Instant now) {
+    std::unique_ptr<Running>& running = running_[completion.node];
+    if ((completion.token & ~kSequence) != prefix_) {
+      return false;
+    }
+    if (running != nullptr && running->token == completion.token) {
+      running->token = 0;
+      running->task->take(completion.abort, completion.data);
+      next(running, now);
+    }
+    return true;
+  }
+
+  void advance(Instant now) {
+    if (now < wake_) {
+      return;
+    }
+    wake_ = kNever;
+    for (std::unique_ptr<Running>& running : running_) {
+      if (running == nullptr || running->wake == kNever) {
+        continue;
+      }
+      if (running->wake <= now) {
+        running->wake = kNever;
+        submit(*running, now);
+      } else {
+        wake_ = earlier(wake_, running->wake);
+      }
+    }
+  }
+  // Never later than what is due; may be earlier.
+  Instant next_wake() const { return wake_; }
+
+  // The oldest task that has ended and was not yet taken; nullptr if there is none.
+  std::unique_ptr<Task> take_ended() {
+    if (ended_.empty()) {
+      return nullptr;
+    }
+    std::unique_ptr<Task> out = std::move(ended_.front());
+    ended_.pop_front();
+    return out;
+  }
+
+ private:
+  // A node whose queue is full of commands is asked again when some of them are done.
+  static constexpr Duration kQueueFull = std::chrono::seconds(1);
+  static constexpr std::uint64_t kSequence = (std::uint64_t{1} << 48U) - 1;
+
+  struct Running {
+    std::unique_ptr<Task> task;
+    TaskStep step;
+    std::uint64_t token = 0;  // of the transfer under way
+    Instant wake = kNever;    // when the step is to begin
+  };
+
+  void next(std::unique_ptr<Running>& running, Instant now) {
+    std::optional<TaskStep> step = running->task->wanted();
+    if (!step) {
+      ended_.push_back(std::move(running->task));
+      running.reset();
+      --count_;
+      return;
+    }
+    running->step = *std::move(step);
+    if (running->step.after > Duration::zero()) {
+      wait(*running, now + running->step.after);
+    } else {
+      submit(*running, now);
+    }
+  }
+
+  void submit(Running& running, Instant now) {
+    const TaskStep& step = running.step;
+    running.token = prefix_ | (++sequence_ & kSequence);
+    sdo::Request request{.token = running.token,
+                         .node = running.task->node(),
+                         .address = step.address,
+                         .write = step.write,
+                         .data = step.data,
+                         .source = step.source,
+                         .timeout = step.timeout > Duration::zero() ? step.timeout : timeout_,
+                         .priority = Task::kPriority,
+                         .options = {.repeats = Task::kRepeats}};
+    if (!sdo_.submit(std::move(request), now)) {
+      running.token = 0;
+      wait(running, now + kQueueFull);
+    }
+  }
+
+  void wait(Running& running, Instant until) {
+    running.wake = until;
+    wake_ = earlier(wake_, until);
+  }
+
+  sdo::Arbiter& sdo_;
+  std::uint64_t prefix_;
+  Duration timeout_;
+  std::array<std::unique_ptr<Running>, 128> running_;  // by node-ID
+  std::size_t count_ = 0;
+  std::deque<std::unique_ptr<Task>> ended_;
+  std::uint64_t sequence_ = 0;
+  Instant wake_ = kNever;
+};
+
+}  // namespace linegate::manager

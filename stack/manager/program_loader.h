@@ -1,0 +1,65 @@
+// Programs of the nodes of a line (CiA 302-2, 1F50h to 1F58h): checks them as a step of the boot
+// slave processes and loads those that are another software, where that is allowed; and loads a
+// program on command. Several nodes at once.
+//
+// Each second of a download is told as EventKind::command_progress, in bytes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "stack/base/event_log.h"
+#include "stack/base/time.h"
+#include "stack/manager/boot_step.h"
+#include "stack/manager/node_tasks.h"
+#include "stack/manager/program_objects.h"
+#include "stack/manager/program_run.h"
+#include "stack/od/dictionary.h"
+#include "stack/sdo/arbiter.h"
+
+namespace linegate::manager {
+
+class ProgramLoader {
+ public:
+  // progress_code: Event::code of the progress. All references must outlive it. See ProgramObjects
+  // for the dictionary and the plans. sdo_timeout: for most answers of a node.
+  ProgramLoader(od::Dictionary& dictionary, std::span<const NodePlan> plans, sdo::Arbiter& sdo,
+                EventLog& events, Duration sdo_timeout, std::uint32_t progress_code);
+
+  // The program step of the node's boot slave process; this must outlive it. Ends with G, H or I.
+  std::unique_ptr<BootStep> make_step(std::uint8_t node);
+
+  // On command, whatever the node runs. Precondition: !loading(order.node), and the node's boot
+  // process does not run.
+  void load(ProgramOrder order, Instant now);
+  bool loading(std::uint8_t node) const { return tasks_.busy(node); }
+  void cancel(std::uint8_t node) { (void)tasks_.cancel(node); }
+  // The oldest that ended and was not yet taken; nullptr if there is none.
+  std::unique_ptr<ProgramRun> take_ended() { return tasks_.take_ended(); }
+
+  // The end of a transfer with kTaskToken. False if it is not one of these.
+  bool completed(const sdo::Completion& completion, Instant now) {
+    return tasks_.completed(completion, now);
+  }
+  void advance(Instant now);
+  Instant next_wake() const { return earlier(tasks_.next_wake(), tell_at_); }
+
+ private:
+  class Step;
+
+  ProgramOrder order(std::uint8_t node) const;
+  void runs(std::uint8_t node, const ProgramRun* run, Instant now);
+  const ProgramRun* running(std::uint8_t node) const;
+
+  const od::Dictionary& dictionary_;
+  EventLog& events_;
+  std::uint32_t progress_code_;
+  ProgramObjects objects_;
+  NodeTasks<ProgramRun> tasks_;
+  std::array<const ProgramRun*, 128> steps_{};  // of boot processes, by node-ID
+  Instant tell_at_ = kNever;
+};
+
+}  // namespace linegate::manager

@@ -1,0 +1,95 @@
+#include "stack/manager/program_objects.h"
+
+#include <utility>
+
+#include "stack/base/byte_order.h"
+#include "stack/manager/node_array.h"
+#include "stack/od/stream.h"
+
+namespace linegate::manager {
+
+// Becomes the program when all of it has come.
+class ProgramObjects::Sink final : public od::ByteSink {
+ public:
+  explicit Sink(SharedBytes& target) : target_(target) {}
+
+  AbortCode write(std::span<const std::byte> piece) override {
+    if (piece.size() > kLongestProgram - bytes_.size()) {
+      return AbortCode::out_of_memory;
+    }
+    bytes_.insert(bytes_.end(), piece.begin(), piece.end());
+    return AbortCode::none;
+  }
+  AbortCode finish() override {
+    target_ = std::make_shared<const std::vector<std::byte>>(std::exchange(bytes_, {}));
+    return AbortCode::none;
+  }
+  void cancelled(AbortCode /*why*/) override { bytes_ = {}; }
+  bool rewind() override {
+    bytes_.clear();
+    return true;
+  }
+
+ private:
+  SharedBytes& target_;
+  std::vector<std::byte> bytes_;
+};
+
+std::vector<od::ObjectDescription> program_objects(std::span<const NodePlan> plans) {
+  std::vector<od::ObjectDescription> out{
+      node_array(kExpectedIdentification, "Expected software identification",
+                 od::DataType::unsigned32, od::Access::rw),
+      node_array(kNodeProgram, "Program data", od::DataType::domain, od::Access::rw),
+  };
+  for (const NodePlan& plan : plans) {
+    store_le(std::span(out[0].variables[plan.id].value), plan.software);
+  }
+  return out;
+}
+
+ProgramObjects::ProgramObjects(od::Dictionary& dictionary, std::span<const NodePlan> plans)
+    : dictionary_(dictionary) {
+  for (const NodePlan& plan : plans) {
+    programs_[plan.id] = plan.program;
+  }
+  (void)dictionary_.set_hook(kNodeProgram, this).ok();
+}
+
+ProgramObjects::~ProgramObjects() {
+  (void)dictionary_.set_hook(kNodeProgram, nullptr).ok();
+}
+
+std::uint32_t ProgramObjects::expected(std::uint8_t node) const {
+  return static_cast<std::uint32_t>(
+      dictionary_.number({kExpectedIdentification, node}).value_or(0));
+}
+
+Result<od::ByteSource*> ProgramObjects::open_source(od::Address address) {
+  if (programs_[address.sub] == nullptr) {
+    return to_error(AbortCode::no_data);
+  }
+  sources_[address.sub] = std::make_unique<SharedSource>(programs_[address.sub]);
+  return sources_[address.sub].get();
+}
+
+Result<od::ByteSink*> ProgramObjects::open_sink(od::Address address,
+                                                std::optional<std::uint32_t> size) {
+  if (size.value_or(0) > kLongestProgram) {
+    return to_error(AbortCode::out_of_memory);
+  }
+  sinks_[address.sub] = std::make_unique<Sink>(programs_[address.sub]);
+  return sinks_[address.sub].get();
+}
+
+// As a whole, by the owner of the dictionary: it is kept here alone.
+void ProgramObjects::written(od::Address address) {
+  const auto domain = dictionary_.find(address);
+  if (domain && domain->size != 0) {
+    const auto bytes = domain->bytes();
+    programs_[address.sub] =
+        std::make_shared<const std::vector<std::byte>>(bytes.begin(), bytes.end());
+    dictionary_.set(address, std::span<const std::byte>{});
+  }
+}
+
+}  // namespace linegate::manager

@@ -1,0 +1,43 @@
+// Bytes that several hold, as the source of a transfer.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "stack/od/stream.h"
+
+namespace linegate::manager {
+
+using SharedBytes = std::shared_ptr<const std::vector<std::byte>>;
+
+class SharedSource final : public od::ByteSource {
+ public:
+  // bytes: not nullptr.
+  explicit SharedSource(SharedBytes bytes) : bytes_(std::move(bytes)) {}
+
+  std::size_t position() const { return position_; }
+
+  std::optional<std::uint32_t> size() const override {
+    return static_cast<std::uint32_t>(bytes_->size());
+  }
+  Result<std::size_t> read(std::span<std::byte> out) override {
+    const std::size_t count = std::min(out.size(), bytes_->size() - position_);
+    std::copy_n(bytes_->begin() + static_cast<std::ptrdiff_t>(position_), count, out.begin());
+    position_ += count;
+    return count;
+  }
+  bool rewind() override {
+    position_ = 0;
+    return true;
+  }
+
+ private:
+  SharedBytes bytes_;
+  std::size_t position_ = 0;
+};
+
+}  // namespace linegate::manager

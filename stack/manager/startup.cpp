@@ -1,0 +1,339 @@
+// The start-up of the network (CiA 302-2): who is reset, booted and started when, and what the loss
+// of a mandatory node does to all.
+#include <algorithm>
+#include <utility>
+
+#include "stack/manager/boot_event.h"
+#include "stack/manager/manager.h"
+
+namespace linegate::manager {
+
+void Manager::start(Instant now) {
+  const bool reset = options_.reset_nodes;
+  leave_stop(now);
+  refresh_list();
+  set_state(reset ? ManagerState::resetting : ManagerState::booting, now);
+  if (reset) {
+    reset_nodes(now);
+  }
+  boot_all(now);
+}
+
+// Without a node to be kept alive all are reset with one command, else the others one by one.
+void Manager::reset_nodes(Instant now) {
+  constexpr auto kCommand = nmt::Command::reset_communication;
+  const auto kept = [this](const auto& slot) {
+    return list_.has(slot->plan.id, assignment::kListed | assignment::kKeepAlive);
+  };
+  if (std::ranges::none_of(slots_, kept)) {
+    host_.send_nmt(kCommand, 0, now);
+    return;
+  }
+  for (const auto& slot : slots_) {
+    if (nodes_[slot->plan.id].configured && !kept(slot)) {
+      host_.send_nmt(kCommand, slot->plan.id, now);
+    }
+  }
+}
+
+// Those that are not to be kept alive have just been reset.
+void Manager::boot_all(Instant now) {
+  released_ = false;
+  all_started_ = false;
+  time_is_over_ = false;
+  reaction_ = Reaction::none;
+  const Duration boot_time = list_.boot_time();
+  boot_deadline_ = boot_time > Duration::zero() ? now + boot_time : kNever;
+  for (const auto& slot : slots_) {
+    slot->concluded = false;
+    nodes_[slot->plan.id].boot = kBootUnfinished;
+  }
+  for (const auto& slot : slots_) {
+    if (!nodes_[slot->plan.id].configured) {
+      continue;
+    }
+    slot->reset_at = now;
+    const bool was_reset =
+        options_.reset_nodes && !list_.has(slot->plan.id, assignment::kKeepAlive);
+    begin(*slot, was_reset ? BootSlave::Reason::reset : BootSlave::Reason::present, now);
+  }
+  if (configured() == 0) {
+    update_state(now);
+  }
+  release(now);
+}
+
+void Manager::stop(Instant now) {
+  end();
+  set_state(ManagerState::stopped, now);
+}
+
+void Manager::hand_over(Instant now) {
+  end();
+  set_state(ManagerState::inactive, now);
+}
+
+void Manager::end() {
+  for (const auto& slot : slots_) {
+    slot->boot->cancel();
+    heartbeats_.stop(slot->plan.id);
+    host_.node_data_invalid(slot->plan.id);
+    nodes_[slot->plan.id].heartbeat_monitored = false;
+    touch(slot->plan.id);
+  }
+  boot_deadline_ = kNever;
+  reaction_ = Reaction::none;
+  nodes_stopped_ = false;
+}
+
+void Manager::boot(std::uint8_t node, Instant now) {
+  if (node == 0) {
+    start(now);
+    return;
+  }
+  Slot* slot = find(node);
+  if (slot == nullptr) {
+    nodes_[node].boot = 'A';
+    nodes_[node].finding = {};
+    touch(node);
+    events_.emit(boot_result(node, 'A', {}, now));
+    return;
+  }
+  leave_stop(now);
+  heartbeats_.stop(node);
+  if (list_.has(node, assignment::kKeepAlive)) {
+    begin(*slot, BootSlave::Reason::present, now);
+  } else {
+    host_.node_data_invalid(node);
+    reset(*slot, nmt::Command::reset_communication, now);
+  }
+  update_state(now);
+}
+
+void Manager::advance(Instant now) {
+  if (reaction_ != Reaction::none) {
+    react(now);
+  }
+  if (boot_deadline_ <= now) {
+    boot_deadline_ = kNever;
+    time_is_over_ = !mandatory_booted();
+    update_state(now);
+  }
+  for (const auto& slot : slots_) {
+    if (slot->boot->next_wake() <= now) {
+      slot->boot->advance(now);
+      settle(*slot, now);
+      update_state(now);
+    }
+  }
+}
+
+Instant Manager::next_wake() const {
+  if (reaction_ != Reaction::none) {
+    return Instant{};
+  }
+  Instant wake = boot_deadline_;
+  for (const auto& slot : slots_) {
+    wake = earlier(wake, slot->boot->next_wake());
+  }
+  return wake;
+}
+
+void Manager::begin(Slot& slot, BootSlave::Reason reason, Instant now) {
+  if (held_[slot.plan.id]) {
+    return;
+  }
+  nodes_[slot.plan.id].heartbeat_monitored = false;
+  slot.started = false;
+  slot.boot->begin(reason, now);
+  touch(slot.plan.id);
+  settle(slot, now);
+}
+
+void Manager::reset(Slot& slot, nmt::Command command, Instant now) {
+  host_.send_nmt(command, slot.plan.id, now);
+  slot.reset_at = now;
+  begin(slot, BootSlave::Reason::reset, now);
+}
+
+// Takes up what the boot process of a node has come to.
+void Manager::settle(Slot& slot, Instant now) {
+  const std::optional<char> result = slot.boot->take_result();
+  if (!result) {
+    return;
+  }
+  slot.concluded = true;
+  slot.started = *result == kWasOperational;
+  touch(slot.plan.id);
+  update_state(now);
+}
+
+// --- starting nodes -----------------------------------------------------------------------------
+
+// As 1F80h says: each at the end of its boot process, or all together when the last of them has
+// come to an end, and each of the others when it is booted later.
+void Manager::start_nodes(Instant now) {
+  const std::uint32_t startup = list_.startup();
+  if ((startup & startup::kSlavesNotStarted) != 0) {
+    return;
+  }
+  if ((startup & startup::kStartAll) != 0 && !all_started_) {
+    const auto is = [this](bool Slot::*what) {
+      return std::ranges::all_of(slots_, [&](const auto& slot) {
+        return !nodes_[slot->plan.id].configured || (*slot).*what;
+      });
+    };
+    if (!released_ || !is(&Slot::concluded)) {
+      return;
+    }
+    all_started_ = true;
+    const bool all = std::ranges::all_of(slots_, [this](const auto& slot) {
+      return !nodes_[slot->plan.id].configured || may_start(*slot);
+    });
+    if (all && !slots_.empty()) {
+      host_.send_nmt(nmt::Command::start, 0, now);
+      for (const auto& slot : slots_) {
+        slot->started = true;
+        assume_state(slot->plan.id, nmt::Command::start);
+      }
+    }
+  }
+  for (const auto& slot : slots_) {
+    if (!slot->started && may_start(*slot)) {
+      start_node(*slot, now);
+    }
+  }
+}
+
+bool Manager::may_start(const Slot& slot) const {
+  const std::uint8_t id = slot.plan.id;
+  return nodes_[id].configured && is_booted(nodes_[id].boot) && list_.has(id, assignment::kBoot);
+}
+
+void Manager::start_node(Slot& slot, Instant now) {
+  slot.started = true;
+  host_.send_nmt(nmt::Command::start, slot.plan.id, now);
+  assume_state(slot.plan.id, nmt::Command::start);
+}
+
+// --- error events -------------------------------------------------------------------------------
+
+void Manager::own_reset() {
+  if (active()) {
+    reaction_ = std::max(reaction_, Reaction::restart);
+  }
+}
+
+void Manager::react(Instant now) {
+  const Reaction reaction = std::exchange(reaction_, Reaction::none);
+  if (reaction == Reaction::stop_all) {
+    stop_all(now);
+    return;
+  }
+  if (reaction == Reaction::restart) {
+    start(now);
+    return;
+  }
+  for (const auto& slot : slots_) {
+    heartbeats_.stop(slot->plan.id);
+    host_.node_data_invalid(slot->plan.id);
+  }
+  host_.send_nmt(nmt::Command::reset_node, 0, now);
+  host_.command_own(nmt::Command::reset_communication, now);
+  refresh_list();
+  set_state(ManagerState::resetting, now);
+  boot_all(now);
+}
+
+// Somebody took the matter in hand: the own node serves SDOs again.
+void Manager::leave_stop(Instant now) {
+  if (std::exchange(nodes_stopped_, false)) {
+    released_ = false;
+    host_.command_own(nmt::Command::enter_pre_operational, now);
+  }
+}
+
+void Manager::stop_all(Instant now) {
+  nodes_stopped_ = true;
+  host_.send_nmt(nmt::Command::stop, 0, now);
+  host_.command_own(nmt::Command::stop, now);
+  for (const auto& slot : slots_) {
+    slot->boot->cancel();
+    host_.node_data_invalid(slot->plan.id);
+    if (nodes_[slot->plan.id].configured) {
+      assume_state(slot->plan.id, nmt::Command::stop);
+    }
+  }
+  update_state(now);
+}
+
+// --- the state of the whole ---------------------------------------------------------------------
+
+bool Manager::mandatory_booted() const {
+  return std::ranges::all_of(slots_, [this](const auto& slot) {
+    return !list_.mandatory(slot->plan.id) || is_booted(nodes_[slot->plan.id].boot);
+  });
+}
+
+// Another device than the expected one, or one that cannot be made what it has to be: waiting does
+// not help.
+bool Manager::failed_for_good(const Slot& slot) const {
+  const char letter = nodes_[slot.plan.id].boot;
+  return list_.mandatory(slot.plan.id) && slot.concluded && !is_booted(letter) &&
+         letter != kBootUnfinished && letter != 'K' && !slot.boot->searching();
+}
+
+// Once all mandatory nodes are booted, the own node may become Operational.
+void Manager::release(Instant now) {
+  if (released_ || !mandatory_booted()) {
+    return;
+  }
+  released_ = true;
+  boot_deadline_ = kNever;
+  time_is_over_ = false;
+  if ((list_.startup() & startup::kApplicationStarts) == 0) {
+    host_.may_operate(now);
+  }
+}
+
+void Manager::update_state(Instant now) {
+  if (!active()) {
+    return;
+  }
+  if (!nodes_stopped_) {
+    release(now);
+  }
+  const bool halted =
+      nodes_stopped_ ||
+      (!released_ && (time_is_over_ || std::ranges::any_of(slots_, [this](const auto& slot) {
+                        return failed_for_good(*slot);
+                      })));
+  if (halted) {
+    set_state(ManagerState::halted, now);
+    return;
+  }
+  bool missing = false;
+  bool all_concluded = true;
+  for (const auto& slot : slots_) {
+    const std::uint8_t id = slot->plan.id;
+    missing |= list_.mandatory(id) && slot->concluded && !is_booted(nodes_[id].boot);
+    all_concluded &= slot->concluded || !nodes_[id].configured;
+  }
+  set_state(missing         ? ManagerState::missing_mandatory
+            : all_concluded ? ManagerState::running
+                            : ManagerState::booting,
+            now);
+  start_nodes(now);
+}
+
+void Manager::set_state(ManagerState state, Instant now) {
+  const ManagerState before = std::exchange(state_, state);
+  if (before != state) {
+    events_.emit({.time = now,
+                  .kind = EventKind::manager_state,
+                  .code = static_cast<std::uint8_t>(state),
+                  .value = static_cast<std::uint8_t>(before)});
+  }
+}
+
+}  // namespace linegate::manager

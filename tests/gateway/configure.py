@@ -1,0 +1,112 @@
+#!/usr/bin/python3
+"""linegate config: a device that somebody changed is found and set right, object by object; a concise DCF is given to
+the manager while it runs.
+
+configure.py LINEGATED LINEGATE PROFILES. The line is simulated inside the gateway.
+"""
+
+import json
+import struct
+import sys
+import tempfile
+
+import scan
+
+EDS = scan.EDS
+PLANT = f"""schema: 1
+gateway: {{name: configure}}
+lines:
+  - name: press
+    interface: "simulated:"
+    bit_rate: 1Mbit
+    access: ACCESS
+    nodes:
+      - {{id: 5, eds: {EDS}/drive.eds, objects: {{6081: 1000, 6083: 2000}}}}
+      - {{id: 7, eds: {EDS}/encoder.eds}}
+    simulate:
+      - {{node: 5, profile: drive}}
+      - {{node: 7, profile: encoder}}
+"""
+
+
+def concise(*writes):
+    return struct.pack("<I", len(writes)) + b"".join(
+        struct.pack("<HBI", index, sub, len(data)) + data for index, sub, data in writes)
+
+
+class Configured(scan.Plant):
+    def verify(self, *what, code=0):
+        return json.loads(self.command("--json", "config", *what, code=code).stdout)["nodes"]
+
+    def booted(self):
+        lines = json.loads(self.command("--json", "lines").stdout)["lines"]
+        return bool(lines) and lines[0]["nodes_operational"] == 2
+
+
+def expect(what, found, wanted):
+    if found != wanted:
+        raise scan.Failure(f"{what}: {found}, not {wanted}")
+
+
+def run(plant, folder):
+    process = plant.gateway(scan.write(f"{folder}/plant.yaml", PLANT.replace("ACCESS", "all")))
+    try:
+        plant.until("all nodes operational", plant.booted)
+        expect("a configured plant", [node["ok"] for node in plant.verify("verify", "press")], [True, True])
+        plant.command("sdo", "write", "press:5", "6083", "0", "u32", "77")
+        found = plant.verify("verify", "press", code=1)
+        expect("the difference", found[0]["differences"],
+               [{"object": "6083:0", "expected": "D0070000", "found": "4D000000"}])
+        told = plant.command("config", "verify", "press:5", code=1).stdout
+        if "6083:0" not in told or "000007D0h" not in told or "0000004Dh" not in told:
+            raise scan.Failure("in words:\n" + told)
+        expect("applied", plant.verify("apply", "press:5"),
+               [{"node": 5, "ok": True, "boot": "", "abort": 0, "differences": []}])
+        expect("verified again", [node["ok"] for node in plant.verify("verify", "press")], [True, True])
+
+        good, bad, own = (f"{folder}/{name}.cdc" for name in ("good", "bad", "own"))
+        for path, data in ((good, concise((0x6081, 0, struct.pack("<I", 3000)))),
+                           (bad, concise((0x6081, 0, struct.pack("<I", 0)))),
+                           (own, concise((0x1F22, 7, concise()), (0x1F26, 7, struct.pack("<I", 5)),
+                                         (0x1000, 0, bytes(4))))):
+            with open(path, "wb") as file:
+                file.write(data)
+        plant.command("config", "import", "press:5", good)
+        expect("imported", [node["ok"] for node in plant.verify("apply", "press:5")], [True])
+        expect("the value", json.loads(plant.command("--json", "sdo", "read", "press:5", "6081", "0").stdout)["value"],
+               3000)
+        plant.command("config", "import", "press:5", bad)
+        refused = plant.verify("apply", "press:5", code=1)[0]
+        expect("refused", (refused["boot"], refused["differences"]),
+               ("J", [{"object": "6081:0", "expected": "00000000", "abort": 0x06090032}]))
+        told = plant.command("config", "import", "press", own, code=1).stderr
+        if "1000:0" not in told or "06010002" not in told:
+            raise scan.Failure("an entry the manager itself refuses: " + told)
+        expect("what came before it", json.loads(
+            plant.command("--json", "sdo", "read", "press:own", "1F26", "7", "u32").stdout)["value"], 5)
+        plant.command("config", "import", "press:5", sys.argv[0], code=2)
+        plant.command("config", "verify", "press:0", code=2)
+    finally:
+        scan.end(process)
+    process = plant.gateway(scan.write(f"{folder}/reading.yaml", PLANT.replace("ACCESS", "read")))
+    try:
+        plant.until("all nodes operational", plant.booted)
+        plant.command("config", "verify", "press")
+        plant.command("config", "apply", "press", code=1)
+    finally:
+        scan.end(process)
+
+
+def main(linegated, linegate, profiles):
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            run(Configured(linegated, linegate, profiles), folder)
+        except scan.Failure as failure:
+            return str(failure)
+    return None
+
+
+if __name__ == "__main__":
+    if sys.argv[-1] != "--inside":
+        scan.in_a_network_of_its_own(sys.argv)
+    sys.exit(main(*sys.argv[1:-1]))

@@ -1,0 +1,213 @@
+// The configuration manager of a line with simulated devices, in virtual time.
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "stack/eds/reader.h"
+#include "stack/manager/concise_dcf.h"
+#include "stack/manager/configuration_objects.h"
+#include "stack/manager/configuration_report.h"
+
+#include "tests/plant/manager_fixture.h"
+
+namespace linegate::plant {
+namespace {
+
+using manager::Difference;
+using manager::NodeReport;
+
+constexpr od::Address kVelocity{0x6081, 0};
+constexpr od::Address kAcceleration{0x6083, 0};
+// These the simulated drive stores: they cannot be mapped.
+constexpr od::Address kAbortOption{0x6007, 0};
+constexpr od::Address kQuickStopOption{0x605A, 0};
+
+class ConfigurationTest : public ManagerFixture {
+ protected:
+  // Two drives and an encoder; of the drives two objects are configured.
+  LineSeat& run(std::uint8_t restore = 0, std::uint8_t store = 0) {
+    for (const std::uint8_t id : {std::uint8_t{5}, std::uint8_t{6}}) {
+      line::NodeConfig node = node_of(id, "drive");
+      node.objects = {{kVelocity, number(1'000)}, {kAcceleration, number(2'000)}};
+      if (store != 0) {
+        node.objects = {{kAbortOption, number(3, 2)}};
+      }
+      node.restore = restore;
+      node.store = store;
+      add(std::move(node), "drive");
+    }
+    add(node_of(7, "encoder"), "encoder");
+    return start();
+  }
+
+  std::uint64_t value(std::uint8_t node, od::Address address) {
+    return seat().find(node)->device->dictionary().number(address).value_or(0);
+  }
+  void change(std::uint8_t node, od::Address address, std::uint32_t to) {
+    ASSERT_EQ(seat().find(node)->device->dictionary().write(address, number(to)), AbortCode::none);
+  }
+
+  void power_cycle(std::uint8_t node) {
+    sim::Device& device = *seat().find(node)->device;
+    device.kill();
+    pass(1s);
+    seat().frames.clear();
+    device.revive(world().now());
+    pass(2s);
+  }
+
+  std::uint64_t configure(std::uint16_t code, std::uint8_t node = 0, Duration timeout = 0s) {
+    line::Command command{.kind = line::CommandKind::configure};
+    command.code = code;
+    command.node = node;
+    command.timeout = timeout;
+    return execute(std::move(command));
+  }
+  std::uint64_t verify(std::uint8_t node = 0) { return configure(0, node); }
+  std::uint64_t apply(std::uint8_t node = 0) { return configure(1, node); }
+
+  std::vector<NodeReport> report(std::uint64_t tag) {
+    const line::Reply reply = wait(tag);
+    EXPECT_TRUE(reply.ok());
+    auto read = manager::read_configuration_report(reply.data);
+    EXPECT_TRUE(read.ok());
+    return read.ok() ? *std::move(read) : std::vector<NodeReport>{};
+  }
+};
+
+TEST_F(ConfigurationTest, WhatWasConfiguredIsFoundAndVerifyingWritesNothing) {
+  run();
+  EXPECT_EQ(value(5, kVelocity), 1'000U);
+  seat().frames.clear();
+  EXPECT_EQ(report(verify()), (std::vector<NodeReport>{{.node = 5}, {.node = 6}, {.node = 7}}));
+  EXPECT_TRUE(std::ranges::none_of(seat().frames, is_download));
+  EXPECT_TRUE(std::ranges::any_of(seat().frames, [](const can::Frame& frame) {
+    return frame.id == 0x605;
+  })) << "it was asked";
+}
+
+TEST_F(ConfigurationTest, ADifferenceNamesObjectExpectedAndFoundAndApplyingRemovesIt) {
+  run();
+  change(6, kAcceleration, 77);
+  const std::vector<NodeReport> found = report(verify());
+  ASSERT_EQ(found.size(), 3U);
+  EXPECT_TRUE(found[0].good());
+  EXPECT_EQ(found[1].differences,
+            (std::vector<Difference>{
+                {.object = kAcceleration, .expected = number(2'000), .found = number(77)}}));
+  EXPECT_EQ(report(apply(6)), (std::vector<NodeReport>{{.node = 6}}));
+  EXPECT_EQ(value(6, kAcceleration), 2'000U);
+  EXPECT_EQ(report(verify(6)), (std::vector<NodeReport>{{.node = 6}}));
+  pass(1s);
+  EXPECT_EQ(seat().line->node_state(6).state, nmt::State::operational) << "it runs again";
+}
+
+TEST_F(ConfigurationTest, ANodeThatIsSilentEndsItsOwnReportAlone) {
+  run();
+  seat().find(6)->device->kill();
+  const std::vector<NodeReport> found = report(verify());
+  ASSERT_EQ(found.size(), 3U);
+  EXPECT_TRUE(found[0].good());
+  EXPECT_EQ(found[1].end, AbortCode::timeout);
+  EXPECT_TRUE(found[2].good());
+}
+
+TEST_F(ConfigurationTest, WhatANodeStoredIsNotSentAgain) {
+  run(0, 1);
+  EXPECT_NE(value(5, {0x1020, 1}), 0U) << "dated";
+  power_cycle(5);
+  EXPECT_EQ(seat().line->node_state(5).state, nmt::State::operational);
+  EXPECT_TRUE(std::ranges::none_of(seat().frames, is_download));
+  EXPECT_EQ(value(5, kAbortOption), 3U);
+  // Another configuration has another date.
+  const std::vector<manager::ObjectWrite> other = {{kAbortOption, number(2, 2)}};
+  ASSERT_EQ(write_own({0x1F22, 5}, manager::write_concise_dcf(other)), Error{});
+  power_cycle(5);
+  EXPECT_EQ(value(5, kAbortOption), 2U);
+  power_cycle(5);
+  EXPECT_TRUE(std::ranges::none_of(seat().frames, is_download));
+}
+
+TEST_F(ConfigurationTest, ApplyingAsksNoDate) {
+  run(0, 1);
+  seat().frames.clear();
+  EXPECT_EQ(report(apply(5)), (std::vector<NodeReport>{{.node = 5}}));
+  EXPECT_TRUE(std::ranges::any_of(seat().frames, is_download));
+}
+
+TEST_F(ConfigurationTest, RestoringBringsBackTheDefaultsOfWhatIsNotConfigured) {
+  run(1, 0);
+  const std::uint64_t before = value(5, kQuickStopOption);
+  od::Dictionary& device = seat().find(5)->device->dictionary();
+  ASSERT_EQ(device.write(kQuickStopOption, number(1, 2)), AbortCode::none);
+  ASSERT_EQ(device.write({0x1010, 1}, number(0x6576'6173)), AbortCode::none);
+  EXPECT_EQ(report(apply(5)), (std::vector<NodeReport>{{.node = 5}}));
+  EXPECT_EQ(value(5, kQuickStopOption), before);
+  EXPECT_EQ(value(5, kVelocity), 1'000U);
+  EXPECT_NE(before, 1U);
+}
+
+TEST_F(ConfigurationTest, AnEntryThatIsRefusedIsNamedEverywhere) {
+  run();
+  const std::vector<manager::ObjectWrite> bad = {{kVelocity, number(5'000)},
+                                                 {kAcceleration, number(0)}};
+  ASSERT_EQ(write_own({0x1F22, 5}, manager::write_concise_dcf(bad)), Error{});
+  const std::vector<NodeReport> found = report(apply(5));
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].boot, 'J');
+  EXPECT_EQ(found[0].end, AbortCode::value_too_low);
+  EXPECT_EQ(found[0].differences, (std::vector<Difference>{{.object = kAcceleration,
+                                                            .expected = number(0),
+                                                            .abort = AbortCode::value_too_low}}));
+  const auto event = std::ranges::find(seat().events, EventKind::configuration_error, &Event::kind);
+  ASSERT_NE(event, seat().events.end());
+  EXPECT_EQ(event->node, 5);
+  EXPECT_EQ(event->code, static_cast<std::uint32_t>(AbortCode::value_too_low));
+  EXPECT_EQ(load_le<std::uint16_t>(event->data.data()), 0x6083);
+  EXPECT_EQ(seat().line->node_state(5).boot, 'J');
+}
+
+TEST_F(ConfigurationTest, RequestsOverTheOwnDictionaryConfigureToo) {
+  run();
+  change(5, kVelocity, 7);
+  change(6, kVelocity, 8);
+  EXPECT_EQ(write_own({0x1F25, 5}, number(1)), to_error(AbortCode::local_control));
+  EXPECT_EQ(write_own({0x1F25, 9}, number(manager::kConf)), to_error(AbortCode::invalid_value));
+  EXPECT_EQ(write_own({0x1F25, 5}, number(manager::kConf)), Error{});
+  EXPECT_EQ(write_own({0x1F25, 5}, number(manager::kConf)), to_error(AbortCode::device_state))
+      << "it is booting";
+  pass(2s);
+  EXPECT_EQ(value(5, kVelocity), 1'000U);
+  EXPECT_EQ(value(6, kVelocity), 8U);
+  EXPECT_EQ(write_own({0x1F25, 128}, number(manager::kConf)), Error{});
+  pass(2s);
+  EXPECT_EQ(value(6, kVelocity), 1'000U);
+}
+
+TEST_F(ConfigurationTest, LongOnesTellTheirProgressAndThereIsOneAtATime) {
+  run();
+  seat().find(6)->device->kill();
+  const std::uint64_t first = verify();
+  EXPECT_EQ(wait(verify()).error, to_error(line::Refusal::busy));
+  EXPECT_TRUE(wait(first).ok());
+  const auto event = std::ranges::find(seat().events, EventKind::command_progress, &Event::kind);
+  ASSERT_NE(event, seat().events.end());
+  EXPECT_EQ(event->code, static_cast<std::uint32_t>(line::CommandKind::configure));
+  EXPECT_LT(event->value, load_le<std::uint32_t>(event->data.data()));
+}
+
+TEST_F(ConfigurationTest, IsRefusedWhereItMakesNoSenseAndEndsWithItsTimeOutAndTheLine) {
+  run();
+  EXPECT_EQ(wait(configure(2)).error, to_error(line::Refusal::bad_request));
+  EXPECT_EQ(wait(verify(9)).error, to_error(line::Refusal::bad_request));
+  seat().find(6)->device->kill();
+  EXPECT_EQ(wait(configure(0, 6, 300ms)).error, to_error(line::Refusal::timed_out));
+  const std::uint64_t last = verify();
+  seat().line->stop(world().now());
+  world().settle();
+  EXPECT_EQ(wait(last).error, to_error(line::Refusal::cancelled));
+  EXPECT_EQ(seat().duplicate_replies, 0U);
+}
+
+}  // namespace
+}  // namespace linegate::plant

@@ -1,0 +1,106 @@
+// A manager's line with simulated devices, and commands to it.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "stack/base/byte_order.h"
+#include "stack/eds/reader.h"
+
+#include "tests/plant/world.h"
+
+namespace linegate::plant {
+
+using namespace std::chrono_literals;
+
+inline std::vector<std::byte> number(std::uint32_t value, std::size_t size = 4) {
+  std::vector<std::byte> out(size);
+  store_le(std::span(out), value);
+  return out;
+}
+
+// Of an SDO, to a device: expedited, segmented or as block.
+inline bool is_download(const can::Frame& frame) {
+  const auto command = std::to_integer<unsigned>(frame.data[0]) >> 5U;
+  return frame.id > 0x600 && frame.id <= 0x67F && (command == 1 || command == 6);
+}
+
+class ManagerFixture : public testing::Test {
+ protected:
+  static line::NodeConfig node_of(std::uint8_t id, const std::string& profile) {
+    line::NodeConfig node;
+    node.id = id;
+    node.name = profile + std::to_string(id);
+    node.device = *eds::load(sim::eds_text(profile), sim::eds_name(profile), id).value;
+    node.heartbeat = 100ms;
+    return node;
+  }
+
+  // Before start(); ascending by id.
+  void add(line::NodeConfig node, const std::string& profile) {
+    devices_.emplace_back(node.id, profile);
+    config_.nodes.push_back(std::move(node));
+  }
+
+  // Runs for 2 s; all nodes are Operational then unless something is wrong with them.
+  LineSeat& start() {
+    config_.name = "press";
+    config_.heartbeat = 500ms;
+    auto made = line::Line::make(std::move(config_));
+    EXPECT_TRUE(made.ok());
+    seat_ = &world_.add_line(*std::move(made.value), {});
+    for (const auto& [id, profile] : devices_) {
+      sim::DeviceOptions options;
+      options.node_id = id;
+      options.profile = profile;
+      options.seed = id;
+      world_.add_device(*seat_, *std::move(sim::Device::make(options).value));
+    }
+    world_.start();
+    pass(2s);
+    return *seat_;
+  }
+
+  LineSeat& seat() { return *seat_; }
+  World& world() { return world_; }
+  void pass(Duration time) { world_.run(world_.now() + time); }
+
+  // Gives the tag.
+  std::uint64_t execute(line::Command command) {
+    const std::uint64_t tag = ++tags_;
+    command.tag = tag;
+    seat_->line->execute(std::move(command), world_.now());
+    world_.settle();
+    return tag;
+  }
+  line::Reply wait(std::uint64_t tag, Duration longest = 60s) {
+    const Instant end = world_.now() + longest;
+    while (!seat_->replies.contains(tag) && world_.now() < end) {
+      pass(100ms);
+    }
+    EXPECT_EQ(world_.failure(), "");
+    EXPECT_TRUE(seat_->replies.contains(tag));
+    return seat_->replies[tag];
+  }
+  // Of the line's own dictionary.
+  Error write_own(od::Address address, std::vector<std::byte> data) {
+    line::Command command{.kind = line::CommandKind::local_write};
+    command.index = address.index;
+    command.sub = address.sub;
+    command.data = std::move(data);
+    return wait(execute(std::move(command))).error;
+  }
+
+ private:
+  World world_;
+  line::LineConfig config_;
+  std::vector<std::pair<std::uint8_t, std::string>> devices_;
+  LineSeat* seat_ = nullptr;
+  std::uint64_t tags_ = 0;
+};
+
+}  // namespace linegate::plant

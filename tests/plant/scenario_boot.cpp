@@ -1,0 +1,111 @@
+// What scenarios say of the start-up of the network and of boot processes.
+#include <algorithm>
+
+#include "stack/base/byte_order.h"
+
+#include "tests/plant/scenario_run.h"
+
+namespace linegate::plant {
+
+// Properties of a line.
+bool Scenario::startup_property(Words& words, const std::string& key, line::LineConfig& config) {
+  if (key == "start-all") {
+    config.start_all = true;
+  } else if (key == "no-own-start") {
+    config.own_start = false;
+  } else if (key == "no-start") {
+    config.start_nodes = false;
+  } else if (key == "no-reset") {
+    config.reset_nodes = false;
+  } else if (key == "on-error") {
+    const std::string what = words.take();
+    if (what != "reset-all" && what != "stop-all") {
+      throw BadStatement("on-error is reset-all or stop-all");
+    }
+    config.on_error =
+        what == "reset-all" ? manager::ErrorReaction::reset_all : manager::ErrorReaction::stop_all;
+  } else if (key == "boot-time") {
+    config.boot_time = words.duration();
+  } else if (key == "nmt-inhibit") {
+    config.nmt_inhibit = words.duration();
+  } else {
+    return false;
+  }
+  return true;
+}
+
+// Properties of a device.
+bool Scenario::boot_property(Words& words, const std::string& key, line::NodeConfig& node) {
+  if (key == "keep-alive") {
+    node.keep_alive = true;
+  } else if (key == "no-boot") {
+    node.boot = false;
+  } else if (key == "reset-time") {
+    node.reset_time = words.duration();
+  } else if (key == "sdo-timeout") {
+    node.sdo_timeout = words.duration();
+  } else if (key == "write") {
+    const od::Address address = words.address();
+    node.objects.push_back({address, words.hex()});
+  } else {
+    return false;
+  }
+  return true;
+}
+
+// The device file says so, whatever the device is.
+void Scenario::expect_value(od::DeviceDescription& device, od::Address address,
+                            std::uint64_t value) {
+  for (od::ObjectDescription& object : device.objects) {
+    for (od::VariableDescription& variable : object.variables) {
+      if (od::Address{object.index, variable.sub} == address) {
+        store_le(std::span(variable.value), value);
+        return;
+      }
+    }
+  }
+  throw BadStatement("the device file has no such object");
+}
+
+// at TIME boot NAME NODE|all
+void Scenario::boot_action(Words& words) {
+  line::Command request{.kind = line::CommandKind::boot};
+  const std::string name = words.take();
+  request.node = words.node();
+  if (words.accept("timeout")) {
+    request.timeout = words.duration();
+  }
+  command(std::move(request), name);
+}
+
+// expect boot NODE LETTER|booted|unfinished [object INDEX:SUB] [abort CODE] [expected N] [found N]
+std::function<bool()> Scenario::boot_condition(Words& words) {
+  const std::uint8_t id = words.node();
+  const std::string how = words.take();
+  const char letter = how == "booted"       ? manager::kBooted
+                      : how == "unfinished" ? manager::kBootUnfinished
+                                            : how.front();
+  if (how.size() != 1 && manager::describe_boot(letter) == "unknown boot status") {
+    throw BadStatement("a boot process ends with a letter, booted or unfinished");
+  }
+  manager::BootFinding wanted;
+  if (words.accept("object")) {
+    wanted.object = words.address();
+  }
+  if (words.accept("abort")) {
+    wanted.kind = manager::BootFinding::Kind::abort;
+    wanted.abort = static_cast<AbortCode>(words.number());
+  }
+  if (words.accept("expected")) {
+    wanted.kind = manager::BootFinding::Kind::value;
+    wanted.expected = static_cast<std::uint32_t>(words.number());
+    words.expect("found");
+    wanted.found = static_cast<std::uint32_t>(words.number());
+  }
+  return [this, id, letter, wanted] {
+    const line::NodeState node = seat().line->node_state(id);
+    return node.boot == letter && node.finding == wanted;
+  };
+}
+
+}  // namespace linegate::plant

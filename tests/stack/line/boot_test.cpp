@@ -1,0 +1,125 @@
+// The command `boot`, byte by byte: the test plays the device.
+#include "stack/manager/boot_report.h"
+
+#include "tests/stack/line/line_fixture.h"
+
+namespace linegate::line {
+namespace {
+
+using testing::ElementsAre;
+
+class BootCommandTest : public LineTest {
+ protected:
+  void ask(std::uint8_t node, Duration timeout = {}) {
+    Command command{.tag = 7, .kind = CommandKind::boot};
+    command.node = node;
+    command.timeout = timeout;
+    line_->execute(std::move(command), now_);
+  }
+
+  bool answered() { return line_->take_reply(reply_); }
+
+  void answer_identity() {
+    hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
+    hear(0x585, {0x43, 0x18, 0x10, 0x01, 0x23, 0x01, 0x00, 0x00});
+    hear(0x585, {0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
+    hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
+  }
+
+  Reply reply_;
+};
+
+TEST_F(BootCommandTest, ResetsTheNodeAndAnswersWhenItIsBooted) {
+  make(config_with_axis());
+  boot();
+  ask(5);
+  EXPECT_THAT(sent(), ElementsAre("000#8205"));
+  hear(0x705, {0x00});
+  EXPECT_THAT(sent(), ElementsAre("605#4000100000000000"));
+  answer_identity();
+  hear(0x585, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
+  line_->advance(now_);
+  EXPECT_FALSE(answered()) << "its heartbeat has not come";
+  hear(0x705, {0x7F});
+  line_->advance(now_);
+  ASSERT_TRUE(answered());
+  EXPECT_TRUE(reply_.ok());
+  EXPECT_EQ(reply_.tag, 7U);
+  const auto outcomes = manager::read_boot_report(reply_.data);
+  ASSERT_EQ(outcomes->size(), 1U);
+  EXPECT_EQ(outcomes->at(0), (manager::BootOutcome{.node = 5, .letter = manager::kBooted}));
+}
+
+TEST_F(BootCommandTest, OfAllAsksEveryListedNode) {
+  make(config_with_axis());
+  boot();
+  ask(0);
+  EXPECT_THAT(sent(), ElementsAre("000#8200"));
+  hear(0x705, {0x00});
+  hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x91, 0x01, 0x0F, 0x00});
+  line_->advance(now_);
+  ASSERT_TRUE(answered());
+  EXPECT_TRUE(reply_.ok()) << "the command was carried out; its result says what came of it";
+  const auto outcomes = manager::read_boot_report(reply_.data);
+  ASSERT_EQ(outcomes->size(), 1U);
+  EXPECT_EQ(outcomes->at(0).letter, 'C');
+  EXPECT_EQ(outcomes->at(0).finding.object, (od::Address{0x1000, 0}));
+  EXPECT_EQ(outcomes->at(0).finding.expected, 0x20192U);
+  EXPECT_EQ(outcomes->at(0).finding.found, 0xF0191U);
+}
+
+TEST_F(BootCommandTest, IsRefusedForTheOwnNodeAndWhatIsNone) {
+  make(config_with_axis());
+  boot();
+  ask(127);
+  ASSERT_TRUE(answered());
+  EXPECT_EQ(reply_.error, to_error(Refusal::bad_request));
+  ask(128);
+  ASSERT_TRUE(answered());
+  EXPECT_EQ(reply_.error, to_error(Refusal::bad_request));
+}
+
+TEST_F(BootCommandTest, IsTheManagersAlone) {
+  LineConfig config = config_with_axis();
+  config.role = Role::device;
+  make(config);
+  line_->start(now_);
+  ask(5);
+  ASSERT_TRUE(answered());
+  EXPECT_EQ(reply_.error, to_error(Refusal::wrong_role));
+}
+
+TEST_F(BootCommandTest, EndsWithItsOwnTimeOutAndWithTheLine) {
+  make(config_with_axis());
+  boot();
+  ask(5, seconds(2));
+  pass(milliseconds(1999));
+  EXPECT_FALSE(answered());
+  pass(milliseconds(2));
+  ASSERT_TRUE(answered());
+  EXPECT_EQ(reply_.error, to_error(Refusal::timed_out));
+  ask(5);
+  line_->stop(now_);
+  ASSERT_TRUE(answered());
+  EXPECT_EQ(reply_.error, to_error(Refusal::cancelled));
+  EXPECT_FALSE(answered());
+}
+
+TEST_F(BootCommandTest, AnAbsentNodeIsAnsweredWhenItsBootTimeOutIsOver) {
+  LineConfig config = config_with_axis();
+  config.nodes[0].boot_timeout = seconds(3);
+  make(config);
+  line_->start(now_);
+  ask(5);
+  pass(milliseconds(2900));
+  EXPECT_FALSE(answered());
+  pass(seconds(2));
+  ASSERT_TRUE(answered());
+  const auto outcomes = manager::read_boot_report(reply_.data);
+  ASSERT_EQ(outcomes->size(), 1U);
+  EXPECT_EQ(outcomes->at(0).letter, 'B');
+  EXPECT_EQ(outcomes->at(0).finding.abort, AbortCode::timeout);
+}
+
+}  // namespace
+}  // namespace linegate::line

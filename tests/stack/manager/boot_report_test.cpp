@@ -1,0 +1,82 @@
+#include "stack/manager/boot_report.h"
+
+#include <gtest/gtest.h>
+
+#include "stack/manager/boot_event.h"
+
+namespace linegate::manager {
+namespace {
+
+BootFinding aborted() {
+  return {.kind = BootFinding::Kind::abort,
+          .object = {0x1017, 0},
+          .abort = AbortCode::no_object,
+          .expected = 0,
+          .found = 0};
+}
+
+BootFinding differs() {
+  return {.kind = BootFinding::Kind::value,
+          .object = {0x1018, 2},
+          .abort = AbortCode::none,
+          .expected = 7,
+          .found = 0x1234'5678};
+}
+
+TEST(BootReport, IsEighteenBytesANode) {
+  const std::vector<BootOutcome> outcomes = {{.node = 5, .letter = 'M', .finding = differs()}};
+  const std::vector<std::byte> bytes = write_boot_report(outcomes);
+  const unsigned expected[] = {5, 'M', 0x18, 0x10, 2, 2,    0,    0,    0,
+                               0, 7,   0,    0,    0, 0x78, 0x56, 0x34, 0x12};
+  ASSERT_EQ(bytes.size(), std::size(expected));
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    EXPECT_EQ(std::to_integer<unsigned>(bytes[i]), expected[i]) << i;
+  }
+}
+
+TEST(BootReport, IsReadAsItWasWritten) {
+  const std::vector<BootOutcome> outcomes = {{.node = 1, .letter = kBooted, .finding = {}},
+                                             {.node = 2, .letter = 'J', .finding = aborted()},
+                                             {.node = 127, .letter = 'M', .finding = differs()}};
+  const auto read = read_boot_report(write_boot_report(outcomes));
+  ASSERT_TRUE(read.ok());
+  EXPECT_EQ(*read, outcomes);
+  EXPECT_TRUE(read_boot_report({})->empty());
+}
+
+TEST(BootReport, OfHalfANodeIsRefused) {
+  const std::vector<BootOutcome> outcomes = {{.node = 1, .letter = 'B', .finding = aborted()}};
+  std::vector<std::byte> bytes = write_boot_report(outcomes);
+  bytes.pop_back();
+  EXPECT_EQ(read_boot_report(bytes).error(), to_error(AbortCode::length_mismatch));
+}
+
+TEST(BootEvent, SaysTheObjectAndWhatWasFound) {
+  const Event event = boot_result(5, 'M', differs(), Instant{});
+  EXPECT_EQ(event.kind, EventKind::boot_result);
+  EXPECT_EQ(event.node, 5);
+  EXPECT_EQ(event.code, std::uint32_t{'M'});
+  EXPECT_EQ(event.value, 0x1234'5678U);
+  EXPECT_EQ(event.length, 8);
+  EXPECT_EQ(finding_of(event), differs());
+  EXPECT_EQ(finding_of(boot_result(5, 'J', aborted(), Instant{})), aborted());
+  EXPECT_EQ(boot_result(5, 'J', aborted(), Instant{}).value, 0x0602'0000U);
+}
+
+TEST(BootEvent, OfALetterAloneHasNoData) {
+  const Event event = boot_result(5, 'K', {}, Instant{});
+  EXPECT_EQ(event.length, 0);
+  EXPECT_EQ(event.value, 0U);
+  EXPECT_EQ(finding_of(event), BootFinding{});
+}
+
+TEST(BootStatus, TheFindingIsSaidInWords) {
+  EXPECT_EQ(describe_boot('M', differs()),
+            "product code differs from the expected one: 1018:02 is 12345678h, not 00000007h");
+  EXPECT_EQ(describe_boot('J', aborted()), "configuration failed: 1017:00 ended with 06020000h, " +
+                                               std::string(describe(AbortCode::no_object)));
+  EXPECT_EQ(describe_boot('K', {}), std::string(describe_boot('K')));
+}
+
+}  // namespace
+}  // namespace linegate::manager

@@ -1,0 +1,239 @@
+#include "stack/manager/program_run.h"
+
+#include <gtest/gtest.h>
+
+#include "stack/manager/program_objects.h"
+
+#include "tests/stack/manager/numbers.h"
+
+namespace linegate::manager {
+namespace {
+
+using Result = ProgramRun::Result;
+
+ProgramOrder program_order() {
+  return {.node = 5,
+          .number = 2,
+          .program = std::make_shared<const std::vector<std::byte>>(std::size_t{20})};
+}
+
+// What is wanted next: "?1F51", "1F51=3", "1F50<20".
+std::string wanted(ProgramRun& run) {
+  const auto step = run.wanted();
+  if (!step) {
+    return "end";
+  }
+  EXPECT_EQ(step->address.sub, 2);
+  char out[48];
+  if (step->source != nullptr) {
+    std::snprintf(out, sizeof out, "%04X<%u", unsigned{step->address.index},
+                  unsigned{*step->source->size()});
+  } else if (step->write) {
+    std::snprintf(out, sizeof out, "%04X=%u", unsigned{step->address.index},
+                  std::to_integer<unsigned>(step->data.at(0)));
+  } else {
+    std::snprintf(out, sizeof out, "?%04X", unsigned{step->address.index});
+  }
+  return out;
+}
+
+void take(ProgramRun& run, std::uint32_t value) {
+  run.take(AbortCode::none, number(value));
+}
+void take(ProgramRun& run, AbortCode abort) {
+  run.take(abort, {});
+}
+
+void up_to_flash(ProgramRun& run) {
+  EXPECT_EQ(wanted(run), "?1F51");
+  take(run, 0);
+  EXPECT_EQ(wanted(run), "1F51=3") << "it stands already";
+  take(run, AbortCode::none);
+  EXPECT_EQ(wanted(run), "1F50<20");
+  take(run, AbortCode::none);
+  EXPECT_EQ(wanted(run), "?1F57");
+}
+
+TEST(ProgramRun, StopsClearsLoadsAndStarts) {
+  ProgramRun run(program_order());
+  EXPECT_EQ(wanted(run), "?1F51");
+  take(run, 1);
+  EXPECT_EQ(wanted(run), "1F51=0");
+  take(run, AbortCode::none);
+  EXPECT_EQ(wanted(run), "?1F51");
+  take(run, 0);
+  EXPECT_EQ(wanted(run), "1F51=3");
+  take(run, AbortCode::none);
+  EXPECT_EQ(wanted(run), "1F50<20");
+  take(run, AbortCode::none);
+  EXPECT_EQ(wanted(run), "?1F57");
+  take(run, 1);
+  EXPECT_EQ(wanted(run), "?1F57") << "it was busy";
+  take(run, 0);
+  EXPECT_EQ(wanted(run), "1F51=1");
+  take(run, AbortCode::none);
+  EXPECT_EQ(wanted(run), "?1F51");
+  take(run, 1);
+  EXPECT_EQ(wanted(run), "end");
+  EXPECT_EQ(run.result(), Result::loaded);
+  EXPECT_EQ(run.total(), 20U);
+}
+
+TEST(ProgramRun, ADeviceThatRestartsIsGivenTimeToAnswer) {
+  ProgramRun run(program_order());
+  (void)run.wanted();
+  take(run, AbortCode::write_only);
+  EXPECT_EQ(wanted(run), "1F51=0");
+  take(run, AbortCode::timeout);
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_EQ(wanted(run), "?1F51");
+    take(run, AbortCode::timeout);
+  }
+  EXPECT_EQ(wanted(run), "?1F51");
+  take(run, AbortCode::write_only);
+  EXPECT_EQ(wanted(run), "1F51=3") << "it does not tell whether it stopped";
+}
+
+TEST(ProgramRun, ADeviceThatStaysSilentOrDoesNotStopEndsIt) {
+  for (const bool silent : {true, false}) {
+    ProgramRun run(program_order());
+    (void)run.wanted();
+    take(run, 1);
+    (void)run.wanted();
+    take(run, AbortCode::none);
+    int asked = 0;
+    for (; wanted(run) != "end" && asked < 1'000; ++asked) {
+      silent ? take(run, AbortCode::timeout) : take(run, 1);
+    }
+    EXPECT_EQ(asked, 50);
+    EXPECT_EQ(run.result(), Result::failed);
+    EXPECT_EQ(run.finding().object, (od::Address{0x1F51, 2}));
+    EXPECT_EQ(run.finding().abort, silent ? AbortCode::timeout : AbortCode::none);
+    EXPECT_EQ(run.finding().found, silent ? 0U : 1U);
+  }
+}
+
+TEST(ProgramRun, TheFlashStatusEndsItWithItsError) {
+  ProgramRun run(program_order());
+  up_to_flash(run);
+  take(run, 0x0001'0006);
+  EXPECT_EQ(wanted(run), "end");
+  EXPECT_EQ(run.result(), Result::failed);
+  EXPECT_EQ(run.finding().kind, BootFinding::Kind::value);
+  EXPECT_EQ(run.finding().object, (od::Address{0x1F57, 2}));
+  EXPECT_EQ(run.finding().found, 0x0001'0006U);
+  EXPECT_EQ(describe_flash_status(0x0001'0006), "format or CRC error in the program");
+  EXPECT_EQ(describe_flash_status(2U * 7), "secured");
+  EXPECT_EQ(describe_flash_status(2U * 63), "unspecified error");
+  EXPECT_EQ(describe_flash_status(2U * 64), "error of the manufacturer's own");
+}
+
+TEST(ProgramRun, ADeviceWithoutFlashStatusIsStarted) {
+  ProgramRun run(program_order());
+  up_to_flash(run);
+  take(run, AbortCode::no_object);
+  EXPECT_EQ(wanted(run), "1F51=1");
+  take(run, AbortCode::timeout);
+  EXPECT_EQ(wanted(run), "?1F51");
+  take(run, AbortCode::no_object);
+  EXPECT_EQ(wanted(run), "end") << "the program has no program control";
+  EXPECT_EQ(run.result(), Result::loaded);
+}
+
+TEST(ProgramRun, ARefusalEndsItWithObjectAndCode) {
+  ProgramRun run(program_order());
+  (void)run.wanted();
+  take(run, 0);
+  (void)run.wanted();
+  take(run, AbortCode::device_state);
+  EXPECT_EQ(wanted(run), "end");
+  EXPECT_EQ(run.result(), Result::failed);
+  EXPECT_EQ(run.finding().abort, AbortCode::device_state);
+  EXPECT_EQ(run.finding().object, (od::Address{0x1F51, 2}));
+}
+
+TEST(ProgramRun, WhatANodeHasIsNotLoaded) {
+  auto order = program_order();
+  order.check = true;
+  order.expected = 0x10002;
+  ProgramRun same(order);
+  EXPECT_EQ(wanted(same), "?1F56");
+  take(same, 0x10002);
+  EXPECT_EQ(wanted(same), "end");
+  EXPECT_EQ(same.result(), Result::unchanged);
+}
+
+TEST(ProgramRun, AnotherSoftwareIsLoadedIfItMayBeAndComparedAgain) {
+  auto order = program_order();
+  order.check = true;
+  order.expected = 0x10002;
+  for (const std::uint32_t after : {0x10002U, 0x10003U}) {
+    ProgramRun run(order);
+    (void)run.wanted();
+    take(run, 0x10001);
+    up_to_flash(run);
+    take(run, 0);
+    EXPECT_EQ(wanted(run), "?1F56");
+    take(run, after);
+    EXPECT_EQ(wanted(run), after == 0x10002 ? "1F51=1" : "end");
+  }
+  order.update = false;
+  ProgramRun forbidden(order);
+  (void)forbidden.wanted();
+  take(forbidden, 0x10001);
+  EXPECT_EQ(wanted(forbidden), "end");
+  EXPECT_EQ(forbidden.result(), Result::forbidden);
+  EXPECT_EQ(forbidden.finding().expected, 0x10002U);
+  EXPECT_EQ(forbidden.finding().found, 0x10001U);
+  order.update = true;
+  order.program = nullptr;
+  ProgramRun none(order);
+  (void)none.wanted();
+  take(none, 0x10001);
+  EXPECT_EQ(none.result(), Result::forbidden) << "there is no program";
+}
+
+TEST(ProgramRun, WithoutAnExpectationOrAnAnswerNothingCanBeVerified) {
+  auto order = program_order();
+  order.check = true;
+  ProgramRun nothing(order);
+  EXPECT_EQ(wanted(nothing), "end");
+  EXPECT_EQ(nothing.result(), Result::unverifiable);
+  EXPECT_EQ(nothing.finding().object, (od::Address{0x1F55, 5}));
+  order.expected = 1;
+  ProgramRun silent(order);
+  (void)silent.wanted();
+  take(silent, AbortCode::no_object);
+  EXPECT_EQ(silent.result(), Result::unverifiable);
+}
+
+TEST(ProgramObjects, ProgramsComeFromPlansAndAreReplacedOverSdo) {
+  NodePlan plan{.id = 5};
+  plan.software = 0x10002;
+  plan.program = std::make_shared<const std::vector<std::byte>>(std::size_t{20});
+  const std::vector<NodePlan> plans{plan};
+  od::DeviceDescription device;
+  device.objects = program_objects(plans);
+  od::Dictionary dictionary(device);
+  ProgramObjects objects(dictionary, plans);
+  EXPECT_EQ(objects.expected(5), 0x10002U);
+  EXPECT_EQ(objects.expected(6), 0U);
+  const auto source = dictionary.open_source({0x1F58, 5});
+  ASSERT_TRUE(source.ok());
+  EXPECT_EQ((*source)->size(), 20U);
+  EXPECT_FALSE(dictionary.open_source({0x1F58, 6}).ok());
+  const auto sink = dictionary.open_sink({0x1F58, 6}, 3);
+  ASSERT_TRUE(sink.ok());
+  const std::vector<std::byte> bytes(3);
+  EXPECT_EQ((*sink)->write(bytes), AbortCode::none);
+  EXPECT_EQ(objects.program(6), nullptr) << "not all of it has come";
+  EXPECT_EQ((*sink)->finish(), AbortCode::none);
+  ASSERT_NE(objects.program(6), nullptr);
+  EXPECT_EQ(objects.program(6)->size(), 3U);
+  EXPECT_EQ(dictionary.write({0x1F58, 7}, bytes), AbortCode::none);
+  EXPECT_EQ(objects.program(7)->size(), 3U);
+  EXPECT_FALSE(dictionary.open_sink({0x1F58, 6}, 17U << 20U).ok()) << "too long";
+}
+
+}  // namespace
+}  // namespace linegate::manager
