@@ -7,6 +7,7 @@
 #include "bridges/dds/bytes.h"
 #include "bridges/dds/values.h"
 #include "stack/base/abort_code.h"
+#include "stack/can/frame.h"
 
 namespace linegate::dds {
 
@@ -52,8 +53,10 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
       [[fallthrough]];
     case line::CommandKind::sdo_read:
     case line::CommandKind::sdo_write:
+    case line::CommandKind::object_write:
       return from.node() < 1 || from.node() > 127 ? "node is not 1..127" : nullptr;
     case line::CommandKind::scan:
+    case line::CommandKind::pdo_trigger:
       return from.node() > 127 ? "node is not 0..127" : nullptr;
     case line::CommandKind::nmt:
       if (from.node() > 127)
@@ -74,8 +77,6 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
     case line::CommandKind::configure:
     case line::CommandKind::program:
     case line::CommandKind::lss:
-    case line::CommandKind::object_write:
-    case line::CommandKind::pdo_trigger:
     case line::CommandKind::can_send:
     case line::CommandKind::can_listen:
     case line::CommandKind::object_create:
@@ -91,11 +92,18 @@ const char* check_data(const line::Command& command) {
     case line::CommandKind::sdo_write:
     case line::CommandKind::network_write:
     case line::CommandKind::local_write:
+    case line::CommandKind::object_write:
       return size == 0 ? "there are no data to write" : nullptr;
     case line::CommandKind::output_write:
       return size < 1 || size > 8 ? "data is not 1 to 8 bytes" : nullptr;
     case line::CommandKind::emcy_send:
       return size > 5 ? "data is more than 5 manufacturer bytes" : nullptr;
+    case line::CommandKind::can_send:
+      return size > can::kMaxFdData ? "data is more than 64 bytes" : nullptr;
+    case line::CommandKind::can_listen:
+      return size != 0 && size != 4 ? "data is no mask of 4 bytes" : nullptr;
+    case line::CommandKind::object_create:
+      return size > 4 * 0xFF + 9 ? "data is no description of an object" : nullptr;
     case line::CommandKind::bus_fault:
       return size > 256 ? "data is more than 256 bytes of text" : nullptr;
     case line::CommandKind::sdo_read:
@@ -110,11 +118,7 @@ const char* check_data(const line::Command& command) {
     case line::CommandKind::configure:
     case line::CommandKind::program:
     case line::CommandKind::lss:
-    case line::CommandKind::object_write:
     case line::CommandKind::pdo_trigger:
-    case line::CommandKind::can_send:
-    case line::CommandKind::can_listen:
-    case line::CommandKind::object_create:
     case line::CommandKind::scan_apply:
       break;
   }
