@@ -22,9 +22,12 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
     case line::CommandKind::network_read:
     case line::CommandKind::local_read:
     case line::CommandKind::routing_trace:
+    case line::CommandKind::can_listen:
     case line::CommandKind::scan:  // it writes nothing
       return commands != config::Access::off;
     case line::CommandKind::output_write:
+    case line::CommandKind::object_write:
+    case line::CommandKind::pdo_trigger:
       return commands == config::Access::all && outputs == config::Access::all;
     case line::CommandKind::sdo_write:
     case line::CommandKind::network_write:
@@ -37,10 +40,7 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
     case line::CommandKind::configure:
     case line::CommandKind::program:
     case line::CommandKind::lss:
-    case line::CommandKind::object_write:
-    case line::CommandKind::pdo_trigger:
     case line::CommandKind::can_send:
-    case line::CommandKind::can_listen:
     case line::CommandKind::object_create:
     case line::CommandKind::scan_apply:
       break;

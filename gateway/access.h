@@ -10,8 +10,8 @@ namespace linegate::gateway {
 // As LineState shows it.
 dds::Access published_access(config::Access access);
 
-// Versions are told to everybody; read allows what changes nothing; a single output value needs
-// both: commands and outputs.
+// Versions are told to everybody; read allows what changes nothing; a single output value, an
+// object that may go by PDO and the trigger of a PDO need both: commands and outputs.
 bool permitted(line::CommandKind kind, config::Access commands, config::Access outputs);
 // The same with what the command is about: to verify configurations reads alone.
 bool permitted(const line::Command& command, config::Access commands, config::Access outputs);

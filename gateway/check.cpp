@@ -167,9 +167,18 @@ class Text {
           off_or(c.heartbeat), off_or(c.sync_period), off_or(c.time_period),
           format_duration(c.sdo_timeout), c.reset_nodes, c.start_nodes);
       startup(c);
+      if (c.pdo_update_time != Duration::zero()) {
+        add("  objects that go by PDO wait {} for others of it\n",
+            format_duration(c.pdo_update_time));
+      }
     }
     if (c.role != line::Role::observer) {
       add("  EMCY bytes: {}\n", node::name(c.error_scheme));
+    }
+    for (const line::OwnObject& own : c.own_objects) {
+      add("  own object {} {}: {}{}{}{}\n", config::format_address({own.index, own.variable.sub}),
+          own.variable.name, od::name(own.variable.type), own.variable.mappable ? ", for PDOs" : "",
+          own.variable.store ? ", stored" : "", own.in_image ? ", in the image" : "");
     }
     add("  access: commands {}, outputs {}; published {}; PDO updates every {} at most\n",
         config::name(plan.commands), config::name(plan.outputs), publish_text(plan.publish),

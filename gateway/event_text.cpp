@@ -150,6 +150,26 @@ std::string progress_text(const Event& e) {
                     : fmt::format("{}: {} of {}{}", name(kind), e.value, total, unit);
 }
 
+// As candump writes it.
+std::string frame_text(const Event& e) {
+  constexpr std::uint32_t kExtended = 0x8000'0000;
+  const std::uint32_t length = e.value & 0xFFU;
+  const std::uint32_t piece = e.value >> 10U & 3U;
+  const std::uint32_t before = e.value >> 16U;
+  std::string out = (e.code & kExtended) != 0 ? fmt::format("frame {:08X}", e.code & ~kExtended)
+                                              : fmt::format("frame {:03X}", e.code);
+  if ((e.value & 0x100U) != 0) {
+    out += length == 0 ? "#R" : fmt::format("#R{}", length);
+  } else {
+    out += (e.value & 0x200U) != 0 ? "##4" : "#";
+    std::string data = hex(std::span(e.data).first(std::min<std::size_t>(e.length, 16)));
+    std::erase(data, ' ');
+    out += data;
+  }
+  out += length > 16 ? fmt::format(" (bytes from {} of {})", 16 * piece, length) : "";
+  return before == 0 ? out : out + fmt::format(" ({} more were not told)", before);
+}
+
 std::string line_text(const Event& e, std::string_view interface) {
   switch (e.kind) {
     case EventKind::line_started:
@@ -185,6 +205,8 @@ std::string line_text(const Event& e, std::string_view interface) {
     case EventKind::routing_refused:
     case EventKind::emcy_routed:
       return routing_text(e);
+    case EventKind::can_frame:
+      return frame_text(e);
     case EventKind::queue_full:
       return fmt::format("a queue of the gateway was full, {} requests lost", e.value);
     default:

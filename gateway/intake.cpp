@@ -94,8 +94,9 @@ line::Refusal Intake::judge(const LineHost& host, const dds::CommandMessage& mes
     return line::Refusal::not_permitted;
   }
   const std::uint64_t layout = host.layout(image::Direction::outputs).id;
-  if (command.kind == line::CommandKind::output_write && message.layout_id != 0 &&
-      message.layout_id != layout) {
+  const bool of_layout = command.kind == line::CommandKind::output_write ||
+                         command.kind == line::CommandKind::pdo_trigger;
+  if (of_layout && message.layout_id != 0 && message.layout_id != layout) {
     return line::Refusal::stale_layout;
   }
   return line::Refusal::none;

@@ -20,6 +20,10 @@ constexpr Duration kLong = std::chrono::hours(24 * 365);
 // EventKind::queue_full: code.
 constexpr std::uint32_t kQueueRequests = 1;
 
+bool wants_fd(const line::Command& command) {
+  return command.kind == line::CommandKind::can_send && command.sub != 0;
+}
+
 }  // namespace
 
 bool Publication::due(const line::Line& line, image::Direction direction, Instant now) const {
@@ -174,6 +178,8 @@ void LineRunner::take_requests(Instant now) {
       restart_bus(now);
     } else if (command_.kind == line::CommandKind::bus_fault) {
       change_faults(now);
+    } else if (wants_fd(command_) && !pump_.channel().carries_fd()) {
+      reply(command_.tag, line::to_error(line::Refusal::wrong_interface));
     } else {
       line_->execute(std::move(command_), now);
       command_ = {};

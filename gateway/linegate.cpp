@@ -23,6 +23,7 @@
 #include "bridges/console/scan.h"
 #include "bridges/dds/library_log.h"
 #include "gateway/check.h"
+#include "gateway/data_commands.h"
 #include "gateway/decode.h"
 #include "gateway/device_file.h"
 #include "gateway/exit_code.h"
@@ -148,6 +149,19 @@ class Program {
     add_commands();
     add_configuration();
     add_program();
+    data_.add(
+        app_,
+        [this](CLI::App* command, bool live, DataCommands::Action action) {
+          on(command, [this, live, action = std::move(action)] {
+            return with_client(options_, {.events = live, .commands = true}, [&](auto& c) {
+              if (live) {
+                end_in_good_order();
+              }
+              return action(c);
+            });
+          });
+        },
+        stopped);
     add_tools();
     add_recording();
     add_replay();
@@ -241,8 +255,14 @@ class Program {
     CLI::App* read = sdo->add_subcommand("read", "print an object's value");
     add_object(read);
     read->add_option("type", texts_.type, "data type: u8, i16, r32, vs, ...");
+    read->add_flag("--from-image", from_image_,
+                   "the value of the process image will do, if it is valid")
+        ->excludes("--via");
     on(read, [this] {
       return with_client(options_, {.commands = true}, [&](auto& c) {
+        if (from_image_) {
+          return console::image_read(c, texts_.node, texts_.index, texts_.sub, texts_.type);
+        }
         return console::sdo_read(c, texts_.node, texts_.index, texts_.sub, texts_.type, texts_.via);
       });
     });
@@ -250,8 +270,18 @@ class Program {
     add_object(sdo_write);
     sdo_write->add_option("type", texts_.type, "data type: u8, i16, r32, vs, ...")->required();
     sdo_write->add_option("value", texts_.value)->required();
+    sdo_write
+        ->add_flag("--by-pdo", by_pdo_,
+                   "by PDO if a PDO carries the object; says which way it went")
+        ->excludes("--via");
+    sdo_write->add_flag("--keep", keep_, "the PDO is not sent before linegate trigger asks for it")
+        ->needs("--by-pdo");
     on(sdo_write, [this] {
       return with_client(options_, {.commands = true}, [&](auto& c) {
+        if (by_pdo_) {
+          return console::object_write(c, texts_.node, texts_.index, texts_.sub, texts_.type,
+                                       texts_.value, keep_);
+        }
         return console::sdo_write(c, texts_.node, texts_.index, texts_.sub, texts_.type,
                                   texts_.value, texts_.via);
       });
@@ -516,7 +546,11 @@ class Program {
   Texts texts_;
   double duration_ = 0;
   console::MonitorOptions monitor_;
+  DataCommands data_;
   bool outputs_ = false;
+  bool from_image_ = false;
+  bool by_pdo_ = false;
+  bool keep_ = false;
   std::vector<std::string> faults_;
   bool concise_ = false;
   std::uint64_t count_ = 0;

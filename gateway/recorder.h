@@ -96,6 +96,7 @@ class RecordingChannel final : public can_bridge::Channel {
   Instant next_wake() const override { return channel_->next_wake(); }
   const can_bridge::ChannelCounters& counters() const override { return channel_->counters(); }
   can_bridge::ControllerSetup settings() const override { return channel_->settings(); }
+  bool carries_fd() const override { return channel_->carries_fd(); }
   int restart(Instant now) override { return channel_->restart(now); }
   int fault(std::string_view change, std::string& said, Instant now) override {
     return channel_->fault(change, said, now);

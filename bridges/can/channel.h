@@ -115,6 +115,9 @@ class Channel {
   // What the controller was set to when interface_ready was told last; what is 0 or absent is not
   // known, as with a bus that has no controller.
   virtual ControllerSetup settings() const { return {}; }
+
+  // Whether it can send CAN FD frames, as far as is known.
+  virtual bool carries_fd() const { return true; }
 };
 
 // The code of an interface_failed event in words, with what to do about it where there is

@@ -27,6 +27,7 @@ class SocketChannel final : public Channel {
   Instant next_wake() const override;
   const ChannelCounters& counters() const override { return counters_; }
   ControllerSetup settings() const override { return settings_; }
+  bool carries_fd() const override { return fd_; }
   int restart(Instant now) override;
 
  private:

@@ -1,6 +1,7 @@
 #include "bridges/console/commands.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <optional>
 #include <ostream>
@@ -128,6 +129,49 @@ const Line* find_target(Context& context, Model& model, SdoTarget& target, const
     }
   }
   return find_line(context, model, line);
+}
+
+// What an object_write answers.
+struct ObjectAnswer {
+  bool by_pdo = false;
+  std::uint16_t pdo = 0;
+  line::PdoWait wait = line::PdoWait::none;
+};
+
+ObjectAnswer object_answer(const std::vector<std::byte>& data) {
+  constexpr std::size_t kLength = 4;
+  ObjectAnswer out;
+  out.by_pdo = data.size() == kLength && data[0] == std::byte{line::kByPdo};
+  if (out.by_pdo) {
+    out.pdo = load_le<std::uint16_t>(data.data() + 1);
+    out.wait = static_cast<line::PdoWait>(data[3]);
+  }
+  return out;
+}
+
+std::string_view wait_name(line::PdoWait wait) {
+  constexpr std::array<std::string_view, line::kPdoWaits> kNames{
+      "", "update time", "values that were never written", "own node operational", "trigger"};
+  const auto place = static_cast<std::size_t>(wait);
+  return place < kNames.size() ? kNames[place] : "unknown";
+}
+
+std::string way_text(const std::vector<std::byte>& data) {
+  const ObjectAnswer answer = object_answer(data);
+  if (!answer.by_pdo) {
+    return data.empty() ? "own node" : "by SDO";
+  }
+  const std::string_view wait = wait_name(answer.wait);
+  return "by PDO " + std::to_string(answer.pdo) +
+         (wait.empty() ? "" : ", which waits for: " + std::string(wait));
+}
+
+std::string numbers_text(const std::vector<std::byte>& data) {
+  std::string out;
+  for (std::size_t i = 0; i + 2 <= data.size(); i += 2) {
+    out += (out.empty() ? "PDO " : ", ") + std::to_string(load_le<std::uint16_t>(data.data() + i));
+  }
+  return out;
 }
 
 std::optional<SdoTarget> sdo_target(Context& context, const std::string& node,
@@ -326,6 +370,79 @@ int sdo_write(Context& context, const std::string& node, const std::string& inde
     return kFailed;
   }
   return print_answer(context, ask(context, model, *line, target->command), "");
+}
+
+int image_read(Context& context, const std::string& node, const std::string& index,
+               const std::string& sub, const std::string& type) {
+  auto target = sdo_target(context, node, index, sub, false);
+  const auto data_type = type_from_name(type);
+  if (!type.empty() && !data_type) {
+    return usage(context, "unknown data type '" + type + "'");
+  }
+  if (!target) {
+    return kUsage;
+  }
+  Model model;
+  const Line* line = find_line(context, model, target->node.line);
+  if (line == nullptr) {
+    return kFailed;
+  }
+  target->command.code = line::kFromImage;
+  const Client::Answer answer = ask(context, model, *line, target->command);
+  return print_answer(context, answer,
+                      answer.reply.ok() ? read_text(data_type, answer.reply.data) : "");
+}
+
+int object_write(Context& context, const std::string& node, const std::string& index,
+                 const std::string& sub, const std::string& type, const std::string& value,
+                 bool keep) {
+  auto target = sdo_target(context, node, index, sub, true);
+  const auto data_type = type_from_name(type);
+  if (!data_type) {
+    return usage(context, "unknown data type '" + type + "'");
+  }
+  auto data = from_text(*data_type, value);
+  if (!data) {
+    return usage(context, "'" + value + "' is not a value of " + type);
+  }
+  if (!target) {
+    return kUsage;
+  }
+  Model model;
+  const Line* line = find_line(context, model, target->node.line);
+  if (line == nullptr) {
+    return kFailed;
+  }
+  target->command.kind = line::CommandKind::object_write;
+  target->command.node = target->node.own ? line->view->state.node_id : target->command.node;
+  target->command.code = keep ? line::kKeepPdo : std::uint16_t{0};
+  target->command.data = *std::move(data);
+  const Client::Answer answer = ask(context, model, *line, target->command);
+  return print_answer(context, answer, answer.reply.ok() ? way_text(answer.reply.data) : "");
+}
+
+int pdo_trigger(Context& context, const std::string& what, const std::string& number,
+                bool by_offset) {
+  const bool of_node = what.find(':') != std::string::npos;
+  const auto ref = of_node ? parse_node(what) : std::optional(NodeRef{.line = what});
+  const auto value = parse_number(number, by_offset ? image::kMaxAreaBytes - 1 : 512, false);
+  if (!ref || ref->all || ref->own || (of_node && by_offset)) {
+    return usage(context, "'" + what + "' is not LINE or LINE:NODE, with a node-ID 1..127");
+  }
+  if (!value || (*value == 0 && !by_offset)) {
+    return usage(context, "'" + number + "' is no number of a PDO, 1..512, or offset in bytes");
+  }
+  Model model;
+  const Line* line = find_line(context, model, ref->line);
+  if (line == nullptr) {
+    return kFailed;
+  }
+  line::Command command{.kind = line::CommandKind::pdo_trigger};
+  command.node = ref->node;
+  command.code = by_offset ? std::uint16_t{0} : static_cast<std::uint16_t>(*value);
+  command.entry = by_offset ? static_cast<std::uint32_t>(*value) : 0;
+  const Client::Answer answer = ask(context, model, *line, command);
+  return print_answer(context, answer, answer.reply.ok() ? numbers_text(answer.reply.data) : "");
 }
 
 int nmt(Context& context, const std::string& command, const std::string& node) {

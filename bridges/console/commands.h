@@ -57,6 +57,18 @@ int sdo_read(Context& context, const std::string& node, const std::string& index
 int sdo_write(Context& context, const std::string& node, const std::string& index,
               const std::string& sub, const std::string& type, const std::string& value,
               const std::string& via = "");
+// The same from the image of the inputs if the value is there, valid and in time.
+int image_read(Context& context, const std::string& node, const std::string& index,
+               const std::string& sub, const std::string& type);
+// By PDO if a PDO carries the object, else by SDO; says which. keep: the PDO is not sent before it
+// is triggered.
+int object_write(Context& context, const std::string& node, const std::string& index,
+                 const std::string& sub, const std::string& type, const std::string& value,
+                 bool keep);
+// PDOs that are sent although nothing changed. what: LINE:NODE, number: of the node's RPDO; LINE,
+// number: of the line's TPDO, or by_offset: of a byte of the outputs, which all of them carry.
+int pdo_trigger(Context& context, const std::string& what, const std::string& number,
+                bool by_offset);
 int nmt(Context& context, const std::string& command, const std::string& node);
 // code hexadecimal or decimal; bytes: up to 5, hexadecimal.
 int emcy(Context& context, const std::string& line, const std::string& code,

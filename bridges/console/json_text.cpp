@@ -210,6 +210,19 @@ Json lines_array(const Model& model, const std::vector<const Line*>& lines, std:
   return out;
 }
 
+// The PDOs that came, or were sent, since the sample before.
+Json marks_json(const image::Snapshot& image) {
+  Json out = Json::array();
+  for (const image::PdoMark& mark : image.marks) {
+    out.push_back({{"local_pdo", mark.local_pdo},
+                   {"node", mark.node},
+                   {"remote_pdo", mark.remote_pdo},
+                   {"count", mark.count},
+                   {"time", date_text(mark.time)}});
+  }
+  return out;
+}
+
 Json image_object(const Line& line, image::Direction direction, std::uint8_t node = 0) {
   const Area& area = line.areas[static_cast<std::size_t>(direction)];
   Json out = {
@@ -221,6 +234,7 @@ Json image_object(const Line& line, image::Direction direction, std::uint8_t nod
     out["sequence"] = area.image->sequence;
     out["time"] = date_text(area.image->acquired);
     out["bytes"] = packed_hex(area.image->bytes);
+    out["pdos"] = marks_json(*area.image);
   }
   out["entries"] = nullptr;
   if (area.complete()) {

@@ -13,7 +13,8 @@ namespace linegate::console {
 std::string lines_json(const Model& model, const std::vector<const Line*>& lines);
 // [{"line":..,"node":..,"state":..,..},..]
 std::string nodes_json(const std::vector<const Line*>& lines);
-// {"line":..,"direction":..,"layout_id":..,"sequence":..,"time":..,"bytes":"hex","entries":[..]};
+// {"line":..,"direction":..,"layout_id":..,"sequence":..,"time":..,"bytes":"hex","pdos":[..],
+// "entries":[..]}; pdos are those received or sent since the sample before, with the last time;
 // entries are null while layout and image do not belong together. The value of an entry is a
 // number, true or false, or text by its data type; "nan", "inf" or "-inf" for a real that is no
 // number; null if it is not valid.

@@ -7,6 +7,7 @@
 #include "bridges/dds/bytes.h"
 #include "bridges/dds/values.h"
 #include "stack/base/abort_code.h"
+#include "stack/can/frame.h"
 #include "stack/lss/procedure.h"
 
 namespace linegate::dds {
@@ -53,6 +54,7 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
       [[fallthrough]];
     case line::CommandKind::sdo_read:
     case line::CommandKind::sdo_write:
+    case line::CommandKind::object_write:
       return from.node() < 1 || from.node() > 127 ? "node is not 1..127" : nullptr;
     case line::CommandKind::scan:
     case line::CommandKind::boot:
@@ -64,6 +66,7 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
     case line::CommandKind::configure:
       if (from.code() > 1)
         return "code is not 0 or 1";
+    case line::CommandKind::pdo_trigger:
       return from.node() > 127 ? "node is not 0..127" : nullptr;
     case line::CommandKind::nmt:
       if (from.node() > 127)
@@ -80,8 +83,6 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
     case line::CommandKind::bus_restart:
     case line::CommandKind::routing_trace:
     case line::CommandKind::bus_fault:
-    case line::CommandKind::object_write:
-    case line::CommandKind::pdo_trigger:
     case line::CommandKind::can_send:
     case line::CommandKind::can_listen:
     case line::CommandKind::object_create:
@@ -100,6 +101,7 @@ const char* check_data(const line::Command& command) {
     case line::CommandKind::network_write:
     case line::CommandKind::local_write:
     case line::CommandKind::program:
+    case line::CommandKind::object_write:
       return size == 0 ? "there are no data to write" : nullptr;
     case line::CommandKind::output_write:
       return size < 1 || size > 8 ? "data is not 1 to 8 bytes" : nullptr;
@@ -107,6 +109,12 @@ const char* check_data(const line::Command& command) {
       return size > 5 ? "data is more than 5 manufacturer bytes" : nullptr;
     case line::CommandKind::lss:
       return size > 24 ? "data is more than the arguments of an LSS service" : nullptr;
+    case line::CommandKind::can_send:
+      return size > can::kMaxFdData ? "data is more than 64 bytes" : nullptr;
+    case line::CommandKind::can_listen:
+      return size != 0 && size != 4 ? "data is no mask of 4 bytes" : nullptr;
+    case line::CommandKind::object_create:
+      return size > 4 * 0xFF + 9 ? "data is no description of an object" : nullptr;
     case line::CommandKind::bus_fault:
       return size > 256 ? "data is more than 256 bytes of text" : nullptr;
     case line::CommandKind::sdo_read:
@@ -119,11 +127,7 @@ const char* check_data(const line::Command& command) {
     case line::CommandKind::scan:
     case line::CommandKind::boot:
     case line::CommandKind::configure:
-    case line::CommandKind::object_write:
     case line::CommandKind::pdo_trigger:
-    case line::CommandKind::can_send:
-    case line::CommandKind::can_listen:
-    case line::CommandKind::object_create:
     case line::CommandKind::scan_apply:
       break;
   }

@@ -152,6 +152,7 @@ static_assert(same(v1::REFUSAL_LINE_DOWN, line::Refusal::line_down));
 static_assert(same(v1::REFUSAL_STALE_LAYOUT, line::Refusal::stale_layout));
 static_assert(same(v1::REFUSAL_CANCELLED, line::Refusal::cancelled));
 static_assert(same(v1::REFUSAL_WRONG_INTERFACE, line::Refusal::wrong_interface));
+static_assert(same(v1::REFUSAL_IDENTIFIER_IN_USE, line::Refusal::identifier_in_use));
 
 static_assert(same(v1::OUTPUT_REFUSAL_NONE, line::OutputRefusal::none));
 static_assert(same(v1::OUTPUT_REFUSAL_NOT_PERMITTED, line::OutputRefusal::not_permitted));

@@ -189,6 +189,8 @@ void read_own_node(Section& section, line::LineConfig& config) {
                         std::chrono::seconds(60));
   section.read_multiple("time", config.time_period, milliseconds(10), std::chrono::hours(24));
   section.read("sdo_timeout", config.sdo_timeout, milliseconds(1), std::chrono::minutes(10));
+  section.read("pdo_update_time", config.pdo_update_time, Duration::zero(),
+               std::chrono::minutes(1));
   section.read_choice<node::ErrorScheme>(
       "emcy_bytes", config.error_scheme,
       {{"number", node::ErrorScheme::number},
@@ -203,8 +205,9 @@ void tell_what_an_observer_ignores(Section& section, const line::LineConfig& con
   if (config.role != line::Role::observer) {
     return;
   }
-  for (const char* key : {"heartbeat", "time", "sdo_timeout", "emcy_bytes", "reset_nodes",
-                          "start_nodes", "startup", "identity", "storage", "outputs", "lss"}) {
+  for (const char* key :
+       {"heartbeat", "time", "sdo_timeout", "pdo_update_time", "emcy_bytes", "reset_nodes",
+        "start_nodes", "startup", "identity", "own_objects", "storage", "outputs", "lss"}) {
     const YAML::Node node = section.find(key);
     if (node.IsDefined()) {
       section.findings().warning(place_of(node), std::string(key) +
@@ -271,6 +274,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
     plan.storage.clear();
   }
   plan.config.stores_parameters = !plan.storage.empty();
+  read_own_objects(section, plan.config);
   plan.record = read_record(section, out.record_place);
   read_nodes(section, plan.config);
   read_startup(section, plan.config);

@@ -1,6 +1,8 @@
-// `shared_objects:`, B000h.. of all lines, and `own_pdos:` of a line, which map them.
+// `shared_objects:`, B000h.. of all lines, and `own_pdos:` of a line, which map them and the line's
+// `own_objects:`.
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -104,7 +106,7 @@ class SharedObjects {
     }
     for (OwnPdoSection& pdo : section.own_pdos) {
       check_number(line, pdo);
-      measure(pdo);
+      measure(line, pdo);
       auto& list = pdo.transmit ? forwarding(line).tpdos : forwarding(line).rpdos;
       list.push_back(pdo.parameters);
     }
@@ -123,10 +125,28 @@ class SharedObjects {
     }
   }
 
-  void measure(OwnPdoSection& pdo) {
+  // Of an application object of the line that the PDO may map.
+  std::optional<od::DataType> own_type(std::size_t line, bool transmit, od::Address address) {
+    for (const line::OwnObject& object : lines_.line(line).plan.config.own_objects) {
+      const od::VariableDescription& variable = object.variable;
+      const bool allowed = variable.mappable && (transmit ? od::tpdo_mappable(variable.access)
+                                                          : od::rpdo_mappable(variable.access));
+      if (allowed && od::Address{object.index, variable.sub} == address) {
+        return variable.type;
+      }
+    }
+    return std::nullopt;
+  }
+
+  void measure(std::size_t line, OwnPdoSection& pdo) {
     unsigned bits = 0;
     for (std::size_t i = 0; i < pdo.parameters.mapping.size(); ++i) {
       pdo::Mapping& mapping = pdo.parameters.mapping[i];
+      if (const auto own = own_type(line, pdo.transmit, mapping.address)) {
+        mapping.bits = static_cast<std::uint8_t>(od::bit_size(*own));
+        bits += mapping.bits;
+        continue;
+      }
       const auto found =
           std::find_if(objects_.begin(), objects_.end(), [&](const SharedObjectSection& object) {
             return object.object == mapping.address ||
@@ -134,7 +154,7 @@ class SharedObjects {
           });
       if (found == objects_.end()) {
         findings_.error(pdo.mapped[i], "there is no " + format_address(mapping.address) +
-                                           " in shared_objects" +
+                                           " in shared_objects or own_objects" +
                                            (pdo.transmit ? "" : " that an RPDO may write"));
         continue;
       }

@@ -181,6 +181,8 @@ std::optional<PdoName> parse_pdo_name(const std::string& text);
 std::optional<std::uint8_t> read_transmission_type(Section& section, const YAML::Node& node);
 // `feeds_every_tpdo:` of a line.
 void read_feeds_every_tpdo(Section& section, LineSection& line);
+// `own_objects:` of a line, once its role and storage are known.
+void read_own_objects(Section& section, line::LineConfig& config);
 // `own_pdos:` of a line.
 std::vector<OwnPdoSection> read_own_pdos(Findings& findings, const YAML::Node& node);
 // `shared_objects:`, with their places.

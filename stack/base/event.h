@@ -94,8 +94,10 @@ enum class EventKind : std::uint8_t {
                      // error, specific error (1 each); data: its LSS address (4 x 4, LE)
   foreign_manager,   // another NMT master is on the line. code: how it showed itself
   can_frame,         // a frame that no service wanted, while somebody asked for such (CommandKind::
-              // can_listen). code: identifier, bit 31: of 29 bits; value: length; data: its first
-              // 16 bytes
+                     // can_listen). code: identifier, bit 31: of 29 bits; value: bits 0-7 length,
+                     // 8 remote frame, 9 CAN FD, 10-11 piece, 16-31 how many before were not told
+                     // (65535: or more); data: from byte 16 x piece on. Longer frames are several
+                     // events
 };
 inline constexpr std::size_t kEventKinds = 46;
 

@@ -29,7 +29,8 @@ struct Entry {
   std::uint8_t sub = 0;
   std::uint16_t remote_pdo = 0;      // 1..512: the device's TPDO (inputs) or RPDO (outputs)
   std::uint16_t local_pdo = 0;       // 1..512: RPDO (inputs) or TPDO (outputs) in the manager's own
-                                     // dictionary; above 512: consumed without an object of its own
+                                     // dictionary; above 512: consumed without an object of its
+                                     // own; 0: an object of the own node, of no linked PDO
   std::uint16_t variable_index = 0;  // CiA 302-4 network variable A000h..A8FFh that shows the same
   std::uint8_t variable_sub = 0;     // bytes; 0 = beyond that area, in the image only
   std::uint16_t profile = 0;         // CiA device profile of the node, 1000h bits 0-15
@@ -43,7 +44,7 @@ struct Layout {
   // manager of the same line. Never 0.
   std::uint64_t id = 0;
   std::uint32_t byte_size = 0;
-  std::vector<Entry> entries;  // ascending by local PDO and position in it
+  std::vector<Entry> entries;  // ascending by local PDO and position in it, those of none last
 };
 
 // The hash for Layout::id: FNV-1a (64 bit) over direction, size and entries without their names.

@@ -53,6 +53,9 @@ ProcessImage::Side ProcessImage::make_side(Layout layout) {
   std::vector<Pdo>& pdos = side.pdos;
   for (std::uint32_t i = 0; i < layout.entries.size(); ++i) {
     const Entry& entry = layout.entries[i];
+    if (entry.local_pdo == 0) {
+      continue;
+    }
     pdos.resize(std::max<std::size_t>(pdos.size(), entry.local_pdo));
     Pdo& pdo = pdos[entry.local_pdo - 1U];
     if (pdo.entries.count++ == 0) {

@@ -8,6 +8,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/can/cob_id_rule.h"
+#include "stack/line/own_objects.h"
 
 namespace linegate::line {
 namespace {
@@ -211,6 +212,8 @@ std::vector<Diagnostic> check(const LineConfig& config) {
     }
   }
   check_devices(config, out);
+  const std::vector<Diagnostic> objects = check_own_objects(config);
+  out.insert(out.end(), objects.begin(), objects.end());
   check_routing(config, out);
   return out;
 }

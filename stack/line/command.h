@@ -14,9 +14,9 @@ namespace linegate::line {
 
 // Grows at the end only: the numbers are those of the DDS contract.
 enum class CommandKind : std::uint8_t {
-  sdo_read,       // node, index, sub -> data
+  sdo_read,       // node, index, sub -> data. code: 0, or kFromImage
   sdo_write,      // node, index, sub, data
-  local_read,     // index, sub of the line's own dictionary -> data
+  local_read,     // index, sub of the line's own dictionary -> data. code: 0, or kListObjects
   local_write,    // index, sub, data
   output_write,   // entry (of the output layout), data: one output value, by a person
   emcy_send,      // code (emergency error code), error_register, data: 5 manufacturer bytes
@@ -45,11 +45,25 @@ enum class CommandKind : std::uint8_t {
               // manager::kLongestProgram -> data: see stack/line/program_command.h. Role manager;
               // EventKind::command_progress each second
   lss,        // code: lss::Procedure, data: its arguments -> data (stack/lss/procedure.h)
-  object_write,   // node, index, sub, data: by PDO if the object is mapped, else by SDO
-  pdo_trigger,    // code: number of a TPDO, which is sent now
-  can_send,       // entry: identifier, data: a frame
-  can_listen,     // entry: identifier, code: for so many seconds frames of it are events
-  object_create,  // index, sub, data: an object of the line's own dictionary
+  object_write,  // node, index, sub, data: by PDO if a PDO of the line carries the object, else by
+                 // SDO as sdo_write. code: kForceSdo, kKeepPdo -> data: see ObjectWay
+  pdo_trigger,   // PDOs that are sent although nothing changed, as soon as they may: of the number
+                 // `code`, with a node of that RPDO of it; code 0: all that carry the byte `entry`
+                 // of the outputs -> data: their numbers (2 each, LE). Role device with devices:
+                 // the TPDO `code` of the device `node`
+  can_send,      // entry: identifier (bit 31: of 29 bits, bit 30: remote frame), data: 0..8 bytes.
+                 // sub: 0, or for CAN FD candump's digit of flags: 4, with bit rate switch 5. code:
+                 // the length a remote frame asks for. Not for identifiers that services of the
+                 // line use (Refusal::identifier_in_use)
+  can_listen,    // for so many seconds (code, 0..Listening::kLongest, 0 = not any more) frames that
+                 // no service wants are EventKind::can_frame, those whose identifier (bit 31: of 29
+                 // bits) is `entry` in all bits of the mask that data has (4, LE; none = all of
+                 // them). At most Listening::kMostASecond a second are told
+  object_create,  // index, sub: an object of an application in the own dictionary, until the line
+                  // is stopped. code: kCreateObject, kRemoveObject. data (LE): data type (2),
+                  // access (1, as od::Access), flags (1: bit 0 mappable, bit 2 in the image at byte
+                  // `entry`), length (1) and name, length (1) and default, the same for lower and
+                  // upper limit (0 = none)
   scan_apply,     // node (0 = all), code: what is done with the result of a scan
 };
 std::string_view name(CommandKind kind);
@@ -72,12 +86,38 @@ enum class Refusal : std::uint8_t {
   stale_layout,       // layout_id is not the current one
   cancelled,          // the gateway is stopping
   wrong_interface,    // not possible with the line's interface
+  identifier_in_use,  // a service of the line uses this CAN identifier
 };
 std::string_view describe(Refusal refusal);
 
 constexpr Error to_error(Refusal refusal) {
   return Error{Domain::command, static_cast<std::uint32_t>(refusal)};
 }
+
+// Command::code of sdo_read: a value that the image of the inputs has, valid and in time, will do.
+inline constexpr std::uint16_t kFromImage = 1;
+// Command::code of local_read: no value, but a list of the objects `index` to `entry` (0 = FFFFh),
+// see list_objects().
+inline constexpr std::uint16_t kListObjects = 2;
+// Command::code of object_create.
+inline constexpr std::uint16_t kCreateObject = 0;
+inline constexpr std::uint16_t kRemoveObject = 1;  // all sub-indices that were created
+// Command::code of object_write, or-ed.
+inline constexpr std::uint16_t kForceSdo = 1;  // by SDO whatever is mapped
+inline constexpr std::uint16_t kKeepPdo = 2;   // the PDO is not asked for: pdo_trigger does
+
+// What an object_write answers in byte 0. By PDO also its number here (2, LE; the first of several)
+// and a PdoWait; the own node's objects are written without a way: no data.
+enum ObjectWay : std::uint8_t { kBySdo, kByPdo };
+// What the PDO waits for.
+enum class PdoWait : std::uint8_t {
+  none,         // it is sent in its turn: after its inhibit time, with its SYNC
+  update_time,  // LineConfig::pdo_update_time
+  values,       // values of it that were never written and have no default
+  operational,  // the own node is not Operational
+  trigger,      // kKeepPdo
+};
+inline constexpr std::size_t kPdoWaits = 5;
 
 struct Command {
   std::uint64_t tag = 0;  // chosen by the caller, returned in the Reply

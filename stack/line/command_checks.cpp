@@ -4,6 +4,7 @@
 #include <span>
 
 #include "stack/can/cob_id.h"
+#include "stack/line/own_objects.h"
 
 namespace linegate::line {
 namespace {
@@ -53,6 +54,12 @@ Error check_nmt(const Command& command) {
 
 Error read_object(od::Dictionary& dictionary, const Command& command,
                   std::vector<std::byte>& data) {
+  if ((command.code & kListObjects) != 0) {
+    const bool to_end = command.entry == 0 || command.entry > 0xFFFF;
+    data = list_objects(dictionary, command.index,
+                        to_end ? std::uint16_t{0xFFFF} : static_cast<std::uint16_t>(command.entry));
+    return {};
+  }
   const Result<std::span<const std::byte>> value = dictionary.read({command.index, command.sub});
   if (!value) {
     return value.error();

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "stack/base/time.h"
@@ -77,6 +78,18 @@ struct OutputDefault {
   std::uint64_t value = 0;
 };
 
+// An application object of the own node, 2000h..5EFFh or 6000h..9FFFh: one sub-index. Where no
+// sub-index 0 is given it says which is the highest.
+struct OwnObject {
+  std::uint16_t index = 0;
+  od::VariableDescription variable;  // value: the default
+  // Its bytes are in the image: of the inputs if others may write it, else of the outputs.
+  bool in_image = false;
+  std::uint32_t offset = 0;  // there, in bytes: of those that are created at run time
+};
+// What is wrong with one by itself, as the end of a sentence about it; empty if nothing is.
+std::string_view fault_of(const OwnObject& object);
+
 // The line's own identity in its dictionary (1000h, 1018h).
 struct Identity {
   std::uint32_t device_type = 0x0000'0195;  // CiA 405 programmable device
@@ -116,6 +129,9 @@ struct LineConfig {
   Duration time_period{};  // 0 = no TIME producer
   Duration sdo_timeout = std::chrono::milliseconds(500);
   LssConfig lss;
+  // From the last CommandKind::object_write of a PDO without event timer until it is asked for,
+  // unless all its values were written before; 0 = at once.
+  Duration pdo_update_time{};
   bool reset_nodes = true;  // NMT reset communication to all at the start
   bool start_nodes = true;  // NMT start when booted (1F80h bit 3 = 0)
   bool start_all = false;   // with one command, when all are booted (1F80h bit 1)
@@ -133,6 +149,8 @@ struct LineConfig {
   // Output entries that follow inputs of this or another line: in no group, and written by
   // Line::write_bound() alone. Ascending.
   std::vector<std::uint32_t> bound;
+  // Of the one own node; not for an observer.
+  std::vector<OwnObject> own_objects;
   // Routing between this line and others.
   routing::Config routing;
   // Objects B000h.. that lines share, manager and device with the one own node.

@@ -64,7 +64,10 @@ bool Line::Devices::hear(const can::Frame& frame, const Seat* except) {
 void Line::Devices::receive(std::span<const can::Frame> frames) {
   for (const can::Frame& frame : frames) {
     received.add(frame);
-    counters.frames_unused += hear(frame, nullptr) ? 0U : 1U;
+    if (!hear(frame, nullptr)) {
+      ++counters.frames_unused;
+      listening.hear(frame, events);
+    }
   }
   count_syncs();
 }

@@ -73,6 +73,8 @@ struct Line::Devices final : Line::Base {
   Error single_output(const Command& command, Instant now);
   Error send_emcy(const Command& command, Instant now);
   Error send_nmt(const Command& command, Instant now);
+  Error trigger_pdo(const Command& command, std::vector<std::byte>& triggered, Instant now);
+  Error send_frame(const Command& command);
   // Those of the image that were written, to their devices.
   void hand_out(bool always, Instant now);
   void apply_defaults(Instant now);

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 
+#include "stack/base/byte_order.h"
 #include "stack/line/command_checks.h"
 #include "stack/line/devices.h"
 
@@ -46,6 +47,15 @@ void Line::Devices::execute(Command command, Instant now) {
     case CommandKind::nmt:
       error = send_nmt(command, now);
       break;
+    case CommandKind::pdo_trigger:
+      error = trigger_pdo(command, data, now);
+      break;
+    case CommandKind::can_send:
+      error = send_frame(command);
+      break;
+    case CommandKind::can_listen:
+      error = listening.ask(command, now);
+      break;
     case CommandKind::network_read:
     case CommandKind::network_write:
     case CommandKind::routing_trace:
@@ -55,9 +65,6 @@ void Line::Devices::execute(Command command, Instant now) {
     case CommandKind::program:
     case CommandKind::lss:
     case CommandKind::object_write:
-    case CommandKind::pdo_trigger:
-    case CommandKind::can_send:
-    case CommandKind::can_listen:
     case CommandKind::object_create:
     case CommandKind::scan_apply:
       error = to_error(Refusal::wrong_role);
@@ -120,6 +127,39 @@ Error Line::Devices::send_nmt(const Command& command, Instant now) {
     }
   }
   return {};
+}
+
+// Of the device: its own TPDO.
+Error Line::Devices::trigger_pdo(const Command& command, std::vector<std::byte>& triggered,
+                                 Instant now) {
+  VirtualDevice* device = named(command.node);
+  if (device == nullptr || command.code == 0) {
+    return to_error(Refusal::bad_request);
+  }
+  if (device->node().state() != nmt::State::operational) {
+    return to_error(Refusal::wrong_state);
+  }
+  if (!device->node().pdos().trigger(command.code, now)) {
+    return to_error(Refusal::unknown_entry);
+  }
+  triggered.resize(sizeof command.code);
+  store_le(triggered.data(), command.code);
+  return {};
+}
+
+// The others hear it as a frame of the bus.
+Error Line::Devices::send_frame(const Command& command) {
+  can::Frame frame;
+  if (const Error why = generic_frame(command, frame); why != Error{}) {
+    return why;
+  }
+  for (const Seat& seat : seats) {
+    if (uses_identifier(seat.device->node(), {}, frame)) {
+      return to_error(Refusal::identifier_in_use);
+    }
+  }
+  return usable() ? send_generic(seats.front().device->node(), frame)
+                  : to_error(Refusal::line_down);
 }
 
 OutputRefusal Line::Devices::write_outputs(const OutputWrite& write, Instant now) {

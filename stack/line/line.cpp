@@ -30,8 +30,10 @@ node::Options node_options(const LineConfig& config) {
 }
 
 od::Dictionary dictionary_of(const LineConfig& config, image::ProcessImage& image,
-                             const pdo::LinkPlan& plan, routing::ForwardObjects& forwarded) {
+                             const pdo::LinkPlan& plan, OwnObjects& own,
+                             routing::ForwardObjects& forwarded) {
   od::Dictionary dictionary = make_own_dictionary(config);
+  (void)own.add_to(dictionary).ok();  // they were checked
   // Cannot fail: the own dictionary has none of these objects yet.
   (void)pdo::add_linked_objects(dictionary, image, plan).ok();
   (void)forwarded.add_to(dictionary).ok();
@@ -44,8 +46,10 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
     : Base(std::move(line_config)),
       plan(std::move(link_plan)),
       image(plan.inputs, plan.outputs),
+      own_objects(config.own_objects, image),
       forwarded(config.forwarding, image),
-      node(dictionary_of(config, image, plan, forwarded), node_options(config), events, &image),
+      node(dictionary_of(config, image, plan, own_objects, forwarded), node_options(config), events,
+           &image),
       nmt(node.transmit(), &node.dictionary()),
       heartbeats(node.dispatch(), events, kManagerMark, &node.transmit()),
       emergencies(node.dispatch(), events, kManagerMark),
@@ -60,6 +64,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       configuring(manager, configurator, events),
       programming(manager, loader),
       outputs(image.layout(image::Direction::outputs), config.groups, config.bound),
+      updates(config.pdo_update_time),
       scanner(sdo, events) {
   node.set_companion(this);
   manager.set_program_step([this](std::uint8_t id) { return loader.make_step(id); });
@@ -107,6 +112,8 @@ void Line::Impl::advance(Instant now) {
   finish_boots(now);
   advance_configure(now);
   advance_program(now);
+  ask_for_updated(now);
+  follow_resets();
   finish_local_writes();
   while (const Outputs::Group* group = outputs.expire(now)) {
     react(*group, now);
@@ -129,6 +136,7 @@ Instant Line::Impl::next_wake() const {
   wake = earlier(wake, earlier(configurator.next_wake(), configuring.next_wake()));
   wake = earlier(wake, earlier(loader.next_wake(), programming.next_wake()));
   wake = earlier(wake, routing != nullptr ? routing->next_wake() : kNever);
+  wake = earlier(wake, updates.next_wake());
   return earlier(wake, earlier(outputs.next_wake(), next_command_deadline()));
 }
 
@@ -234,6 +242,17 @@ void Line::Impl::receive(const can::Target& target, const can::Frame& frame) {
 
 void Line::Impl::synced(Instant /*now*/) {
   ++syncs;
+}
+
+// Their values became the defaults.
+void Line::Impl::follow_resets() {
+  if (std::exchange(resets, node.counters().resets) != node.counters().resets) {
+    own_objects.values_reset();
+  }
+}
+
+void Line::Impl::unwanted(const can::Frame& frame) {
+  listening.hear(frame, events);
 }
 
 void Line::Impl::node_data_invalid(std::uint8_t id) {
@@ -408,8 +427,8 @@ Line::Input Line::Impl::input(std::uint32_t entry) const {
   const std::uint16_t rpdo = image.layout(Direction::inputs).entries[entry].local_pdo;
   return {.value = image.read_entry(Direction::inputs, entry),
           .valid = image.is_valid(Direction::inputs, entry),
-          .late = const_cast<node::Node&>(node).pdos().timed_out(rpdo),
-          .received = image.area(Direction::inputs).pdo(rpdo - 1U).last,
+          .late = rpdo != 0 && const_cast<node::Node&>(node).pdos().timed_out(rpdo),
+          .received = rpdo == 0 ? Instant{} : image.area(Direction::inputs).pdo(rpdo - 1U).last,
           .pdo = rpdo};
 }
 
@@ -425,6 +444,14 @@ Loaded<std::unique_ptr<Line>> Line::make(LineConfig config) {
   Loaded<pdo::LinkPlan> plan = has_devices ? device_plan(config) : link_plan(config);
   out.diagnostics.insert(out.diagnostics.end(), plan.diagnostics.begin(), plan.diagnostics.end());
   if (!plan.ok()) {
+    return out;
+  }
+  if (has_devices || config.role == Role::observer) {
+    config.own_objects.clear();  // they have no such dictionary
+  } else if (!place_own_objects(config, *plan.value)) {
+    out.diagnostics.push_back({Severity::error, config.name, 0, 0,
+                               "own objects in the image: an area would have more than " +
+                                   std::to_string(image::kMaxAreaBytes) + " bytes"});
     return out;
   }
   const std::vector<Diagnostic> wrong = check_outputs(config, plan.value->outputs);

@@ -8,6 +8,7 @@
 
 #include "stack/base/event_log.h"
 #include "stack/line/bus_load.h"
+#include "stack/line/generic_can.h"
 #include "stack/line/line.h"
 
 namespace linegate::line {
@@ -66,6 +67,7 @@ struct Line::Base {
   LineConfig config;
   EventLog events;
   BusLoad load;
+  Listening listening;
   can::BusState bus = can::BusState::unknown;
   std::uint8_t transmit_errors = 0;
   std::uint8_t receive_errors = 0;

@@ -29,6 +29,9 @@ void Line::Impl::execute(Command command, Instant now) {
   Error error = kDone;
   switch (command.kind) {
     case CommandKind::sdo_read:
+      if ((command.code & kFromImage) != 0 && answer_from_image(command)) {
+        return;
+      }
       start_sdo(std::move(command), false, now);
       return;
     case CommandKind::sdo_write:
@@ -57,6 +60,21 @@ void Line::Impl::execute(Command command, Instant now) {
     case CommandKind::lss:
       execute_lss(std::move(command), now);
       return;
+    case CommandKind::object_write:
+      write_object(std::move(command), now);
+      return;
+    case CommandKind::object_create:
+      error = create_object(command);
+      break;
+    case CommandKind::pdo_trigger:
+      error = trigger_pdos(command, data, now);
+      break;
+    case CommandKind::can_send:
+      error = send_frame(command);
+      break;
+    case CommandKind::can_listen:
+      error = listening.ask(command, now);
+      break;
     case CommandKind::scan:
       start_scan(command, now);
       return;
@@ -72,11 +90,6 @@ void Line::Impl::execute(Command command, Instant now) {
     case CommandKind::versions:
     case CommandKind::bus_restart:
     case CommandKind::bus_fault:
-    case CommandKind::object_write:
-    case CommandKind::pdo_trigger:
-    case CommandKind::can_send:
-    case CommandKind::can_listen:
-    case CommandKind::object_create:
     case CommandKind::scan_apply:
       error = to_error(Refusal::bad_request);
       break;
@@ -154,7 +167,8 @@ void Line::Impl::start_sdo(Command command, bool write, Instant now) {
   }
   pending.push_back({.token = token,
                      .tag = command.tag,
-                     .deadline = timeout > Duration::zero() ? deadline(now, timeout) : kNever});
+                     .deadline = timeout > Duration::zero() ? deadline(now, timeout) : kNever,
+                     .tells_way = command.kind == CommandKind::object_write});
 }
 
 void Line::Impl::access_own(const Command& command) {
@@ -238,10 +252,24 @@ Error Line::Impl::trace_routing(const Command& command, Instant now) {
   return kDone;
 }
 
+Error Line::Impl::send_frame(const Command& command) {
+  can::Frame frame;
+  if (const Error why = generic_frame(command, frame); why != kDone) {
+    return why;
+  }
+  if (uses_identifier(node, plan.tpdos, frame)) {
+    return to_error(Refusal::identifier_in_use);
+  }
+  return usable() ? send_generic(node, frame) : to_error(Refusal::line_down);
+}
+
 void Line::Impl::command_completed(sdo::Completion& completion) {
   const auto it = std::ranges::find(pending, completion.token, &Pending::token);
   if (it == pending.end()) {
     return;  // its command was answered when its own time-out passed
+  }
+  if (it->tells_way && completion.abort == AbortCode::none) {
+    completion.data.assign(1, std::byte{kBySdo});
   }
   reply(it->tag, completion.abort == AbortCode::none ? kDone : to_error(completion.abort),
         std::move(completion.data));

@@ -12,6 +12,8 @@
 #include "stack/line/line_base.h"
 #include "stack/line/lss.h"
 #include "stack/line/outputs.h"
+#include "stack/line/own_objects.h"
+#include "stack/line/pdo_updates.h"
 #include "stack/line/program_command.h"
 #include "stack/line/routing.h"
 #include "stack/manager/configurator.h"
@@ -73,10 +75,12 @@ struct Line::Impl final : Line::Base,
   void interface_lost();
   void malformed(const can::Target& target, const can::Frame& frame);
   void take_completions(Instant now);
+  void follow_resets();
 
   // node::Companion
   void receive(const can::Target& target, const can::Frame& frame) override;
   void synced(Instant now) override;
+  void unwanted(const can::Frame& frame) override;
   // manager::Host
   void node_data_invalid(std::uint8_t node) override;
   void may_operate(Instant now) override;
@@ -96,6 +100,7 @@ struct Line::Impl final : Line::Base,
     std::uint64_t token = 0;  // of the SDO transfer
     std::uint64_t tag = 0;    // of the command
     Instant deadline = kNever;
+    bool tells_way = false;  // of an object_write
   };
   void execute(Command command, Instant now) override;
   void start_sdo(Command command, bool write, Instant now);
@@ -112,6 +117,7 @@ struct Line::Impl final : Line::Base,
   Error send_emcy(const Command& command, Instant now);
   Error send_nmt(const Command& command, Instant now);
   Error trace_routing(const Command& command, Instant now);
+  Error send_frame(const Command& command);
   void command_completed(sdo::Completion& completion);
   void expire_commands(Instant now);
   Instant next_command_deadline() const;
@@ -154,6 +160,18 @@ struct Line::Impl final : Line::Base,
   void execute_lss(Command command, Instant now);
   bool next_lss_frame(can::Frame& out, Instant now);
 
+  // --- line_objects.cpp -------------------------------------------------------------------------
+  void write_object(Command command, Instant now);
+  Error write_by_pdo(const Command& command, std::span<const std::uint32_t> entries,
+                     std::vector<std::byte>& way, Instant now);
+  bool asks_at_once(std::uint16_t tpdo);
+  PdoWait wait_of(std::uint16_t tpdo) const;
+  void ask_for_updated(Instant now);
+  Error create_object(const Command& command);
+  bool answer_from_image(const Command& command);
+  std::vector<std::uint16_t> named_tpdos(const Command& command) const;
+  Error trigger_pdos(const Command& command, std::vector<std::byte>& triggered, Instant now);
+
   // --- line_outputs.cpp -------------------------------------------------------------------------
   OutputRefusal write_outputs(const OutputWrite& write, Instant now) override;
   void write_bound(std::span<const BoundValue> values, Instant now) override;
@@ -166,6 +184,7 @@ struct Line::Impl final : Line::Base,
 
   pdo::LinkPlan plan;
   image::ProcessImage image;
+  OwnObjects own_objects;
   mutable routing::ForwardObjects forwarded;  // its list is brought up to date by who asks
   node::Node node;
   nmt::Master nmt;
@@ -182,6 +201,8 @@ struct Line::Impl final : Line::Base,
   ProgramCommand programming;
   bool manages_ = config.role == Role::manager;
   Outputs outputs;
+  PdoUpdates updates;
+  std::uint64_t resets = 0;          // of the own node that were followed
   std::unique_ptr<Routing> routing;  // if the line takes part in it
 
   scan::Scanner scanner;

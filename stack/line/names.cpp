@@ -105,6 +105,8 @@ std::string_view describe(Refusal refusal) {
       return "the gateway is stopping";
     case Refusal::wrong_interface:
       return "not possible with the line's interface";
+    case Refusal::identifier_in_use:
+      return "a service of the line uses this CAN identifier";
   }
   return "unknown refusal";
 }

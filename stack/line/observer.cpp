@@ -145,6 +145,7 @@ void Line::Observer::receive(const can::Frame& frame) {
     }
   }
   ++counters.frames_unused;
+  listening.hear(frame, events);
 }
 
 // Of a PDO that was configured a moment ago, or of whose mapping nothing is known.
@@ -275,9 +276,13 @@ Instant Line::Observer::next_wake() const {
   return earlier(earlier(wake, relink_at), earlier(nodes.next_wake(), sync.next_wake()));
 }
 
-// Each command would transmit, or concerns an own node that is not there.
+// Each but listening would transmit, or concerns an own node that is not there.
 void Line::Observer::execute(Command command, Instant now) {
   ++counters.commands;
+  if (command.kind == CommandKind::can_listen) {
+    answer(command, listening.ask(command, now), {}, now);
+    return;
+  }
   refuse(command,
          command.kind == CommandKind::versions ? Refusal::bad_request : Refusal::wrong_role, now);
 }

@@ -65,6 +65,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   void take_emergency(std::uint16_t index, const can::Frame& frame);
   void hand_to_companion(can::Target target, const can::Frame& frame);
   void malformed(const can::Frame& frame, std::uint8_t node);
+  void unwanted(const can::Frame& frame);
   bool next_frame(can::Frame& out, Instant time);
   void synced(std::uint8_t counter, Instant time);
 

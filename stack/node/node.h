@@ -50,6 +50,8 @@ class Companion {
   virtual ~Companion() = default;
   virtual void receive(const can::Target& target, const can::Frame& frame) = 0;
   virtual void synced(Instant now) = 0;  // after RPDOs were committed and TPDOs sampled
+  // A frame that nobody wants. Does nothing unless it is overridden.
+  virtual void unwanted(const can::Frame& frame);
 };
 
 // The application or profile of the node. Every function has a default that does nothing.
@@ -87,6 +89,7 @@ struct NodeCounters {
   std::uint64_t malformed = 0;       // frames a service wanted but could not understand
   std::uint64_t unused = 0;          // frames nobody wanted
   std::uint64_t starts_refused = 0;  // by the application
+  std::uint64_t resets = 0;          // of the node or its communication
   can::Traffic received;
   can::Traffic sent;  // handed out by next_frame()
 };

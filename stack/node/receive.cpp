@@ -74,7 +74,7 @@ void Node::Impl::receive(const can::Frame& frame) {
   counters.received.add(frame);
   const can::Target* found = dispatch.find(frame);
   if (found == nullptr) {
-    ++counters.unused;
+    unwanted(frame);
     return;
   }
   now = frame.time;
@@ -154,7 +154,7 @@ void Node::Impl::remote_request(can::Target target, const can::Frame& frame) {
     target = *dispatch.next(target);
   }
   if (!wanted) {
-    ++counters.unused;
+    unwanted(frame);
   }
 }
 
@@ -275,6 +275,13 @@ void Node::Impl::hand_to_companion(can::Target target, const can::Frame& frame) 
 void Node::Impl::malformed(const can::Frame& frame, std::uint8_t node) {
   ++counters.malformed;
   events.emit(can::malformed_event(frame, node));
+}
+
+void Node::Impl::unwanted(const can::Frame& frame) {
+  ++counters.unused;
+  if (companion != nullptr) {
+    companion->unwanted(frame);
+  }
 }
 
 void Node::Impl::synced(std::uint8_t counter, Instant time) {

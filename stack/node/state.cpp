@@ -110,6 +110,7 @@ void Node::Impl::command(nmt::Command command, Instant time) {
 }
 
 void Node::Impl::reset(bool whole_node, Instant time) {
+  ++counters.resets;
   pdos.set_operational(false, time);
   sync.set_active(false);
   clock.set_active(false);

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """The table of services and objects in stack/README.md, that of sentences in stack/routing/README.md, that of services in
-stack/lss/README.md, those in stack/manager/README.md, and that of faults in deploy/OPERATING.md: every place and every test they name exists, and the test is built. The guide's table of events has each kind with its severity. (That none is switched off is what words.py looks after.) What is
+stack/lss/README.md, those in stack/manager/README.md, that of features in stack/line/README.md, and that of faults in deploy/OPERATING.md: every place and every test they name exists, and the test is built. The guide's table of events has each kind with its severity. (That none is switched off is what words.py looks after.) What is
 no test of GoogleTest is named by its path below tests/."""
 
 import os
@@ -22,6 +22,9 @@ MANAGER_HEADING = "## Each sentence of the start-up, and its test"
 MANAGER_FIRST_CELL = "sentence"
 CONFIGURATION_HEADING = "## Configuration manager and program download"
 CONFIGURATION_FIRST_CELL = "feature"
+LINE = "stack/line/README.md"
+LINE_HEADING = "## Data by object, own objects and generic CAN, and their tests"
+LINE_FIRST_CELL = "feature"
 FAULTS = "deploy/OPERATING.md"
 FAULTS_HEADING = "## When something fails"
 FAULTS_FIRST_CELL = "what is seen"
@@ -122,6 +125,8 @@ def check(root):
     if os.path.exists(os.path.join(root, "stack/manager")):
         yield from check_table(root, tests, MANAGER, MANAGER_HEADING, MANAGER_FIRST_CELL, wrong_in)
         yield from check_table(root, tests, MANAGER, CONFIGURATION_HEADING, CONFIGURATION_FIRST_CELL, wrong_in)
+    if os.path.exists(os.path.join(root, "stack/line")):
+        yield from check_table(root, tests, LINE, LINE_HEADING, LINE_FIRST_CELL, wrong_in)
     yield from check_table(root, tests, FAULTS, FAULTS_HEADING, FAULTS_FIRST_CELL, wrong_in_fault)
     yield from check_events(root)
 

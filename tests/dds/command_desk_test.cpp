@@ -166,6 +166,15 @@ TEST_F(Desk, WhatIsOutOfRangeIsRefusedWithTheReason) {
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.code(12); }, v1::COMMAND_LSS)), Refusal::bad_request);
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.data().resize(25); }, v1::COMMAND_LSS)),
             Refusal::bad_request);
+  EXPECT_EQ(refusal(spoilt([](auto& s) { s.data().resize(65); }, v1::COMMAND_CAN_SEND)),
+            Refusal::bad_request);
+  EXPECT_EQ(refusal(spoilt([](auto& s) { s.data().resize(3); }, v1::COMMAND_CAN_LISTEN)),
+            Refusal::bad_request);
+  EXPECT_EQ(refusal(spoilt([](auto&) {}, v1::COMMAND_OBJECT_WRITE)), Refusal::bad_request);
+  EXPECT_EQ(refusal(spoilt([](auto& s) { s.node(128); }, v1::COMMAND_PDO_TRIGGER)),
+            Refusal::bad_request);
+  EXPECT_EQ(refusal(spoilt([](auto& s) { s.data().resize(1030); }, v1::COMMAND_OBJECT_CREATE)),
+            Refusal::bad_request);
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.kind(v1::COMMAND_SCAN_APPLY + 1); })),
             Refusal::bad_request);
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.data().resize(6); }, v1::COMMAND_EMCY_SEND)),

@@ -100,6 +100,25 @@ lines:
   EXPECT_EQ(json["lines"][1]["emcy_bytes"].as<std::string>(), "number");
 }
 
+TEST(Check, TellsOwnObjectsAndTheirPlaces) {
+  const auto loaded = config::read(R"(schema: 1
+lines:
+  - name: press
+    interface: virtual:press
+    own_objects:
+      2100:1: {name: Recipe, type: u16, access: rww, map: true, image: true}
+      2100:2: {name: Note, type: vs}
+    own_pdos: {rpdo40: {cob_id: 0x3AA, map: ["2100:1"]}}
+)",
+                                   "x.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(text, "  own object 2100:1 Recipe: UNSIGNED16, for PDOs, in the image\n"))
+      << text;
+  EXPECT_TRUE(contains(text, "  own object 2100:2 Note: VISIBLE_STRING\n")) << text;
+  EXPECT_TRUE(contains(text, "own.Recipe")) << text;
+}
+
 TEST(Check, PutsFindingsIntoTheJson) {
   const auto loaded = config::read("schema: 1\nlines: 3\n", "x.yaml");
   const YAML::Node json = YAML::Load(to_json(loaded));

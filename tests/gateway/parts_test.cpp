@@ -274,6 +274,15 @@ TEST(EventText, SaysWhatLssDidWithADevice) {
             "LSS: a device has no node-ID, and neither a known address nor fastscan finds it");
 }
 
+TEST(EventText, ShowsAFrameOfNoServiceAsCandumpDoes) {
+  EXPECT_EQ(words(EventKind::can_frame, 0, 0x150, 2, {0x11, 0x22}), "frame 150#1122");
+  EXPECT_EQ(words(EventKind::can_frame, 0, 0x8000'0150, 7U << 16U, {}),
+            "frame 00000150# (7 more were not told)");
+  EXPECT_EQ(words(EventKind::can_frame, 0, 0x150, 0x103, {}), "frame 150#R3");
+  EXPECT_EQ(words(EventKind::can_frame, 0, 0x150, 0x614, {1, 2, 3, 4}),
+            "frame 150##401020304 (bytes from 16 of 20)");
+}
+
 TEST(EventText, HasWordsForEveryKind) {
   for (std::size_t i = 0; i < kEventKinds; ++i) {
     const std::string text = words(static_cast<EventKind>(i), 5, 0, 0);
@@ -292,6 +301,8 @@ TEST(Access, ReadAllowsWhatChangesNothing) {
   EXPECT_TRUE(permitted(CommandKind::network_read, Access::read, Access::off));
   EXPECT_TRUE(permitted(CommandKind::routing_trace, Access::read, Access::off));
   EXPECT_FALSE(permitted(CommandKind::routing_trace, Access::off, Access::off));
+  EXPECT_TRUE(permitted(CommandKind::can_listen, Access::read, Access::off));
+  EXPECT_FALSE(permitted(CommandKind::can_listen, Access::off, Access::all));
   EXPECT_TRUE(permitted(CommandKind::scan, Access::read, Access::off));
   line::Command verify{.kind = CommandKind::configure};
   EXPECT_TRUE(permitted(verify, Access::read, Access::off));
@@ -305,11 +316,15 @@ TEST(Access, ReadAllowsWhatChangesNothing) {
   for (const auto kind :
        {CommandKind::sdo_write, CommandKind::network_write, CommandKind::local_write,
         CommandKind::nmt, CommandKind::emcy_send, CommandKind::output_write,
-        CommandKind::bus_restart, CommandKind::bus_fault, CommandKind::lss}) {
+        CommandKind::bus_restart, CommandKind::bus_fault, CommandKind::lss, CommandKind::can_send,
+        CommandKind::object_write, CommandKind::pdo_trigger, CommandKind::object_create}) {
     EXPECT_FALSE(permitted(kind, Access::read, Access::all)) << name(kind);
     EXPECT_TRUE(permitted(kind, Access::all, Access::all)) << name(kind);
   }
-  EXPECT_FALSE(permitted(CommandKind::output_write, Access::all, Access::read));
+  for (const auto kind :
+       {CommandKind::output_write, CommandKind::object_write, CommandKind::pdo_trigger}) {
+    EXPECT_FALSE(permitted(kind, Access::all, Access::read)) << name(kind);
+  }
 }
 
 TEST(JsonWriter, WritesCommasAndEscapes) {

@@ -17,6 +17,8 @@ void Scenario::act(Words& words) {
     node_action(words);
   } else if (verb == "sdo") {
     sdo_action(words);
+  } else if (verb == "object" || verb == "trigger" || verb == "send" || verb == "listen") {
+    data_action(verb, words);
   } else if (verb == "nmt") {
     nmt_action(words);
   } else if (verb == "boot") {
@@ -80,6 +82,32 @@ void Scenario::command(line::Command request, const std::string& name) {
   tags_[name] = request.tag;
   ++commands_[&seat()];
   seat().line->execute(std::move(request), world_.now());
+}
+
+// object NAME NODE INDEX:SUB HEX; trigger NAME NODE PDO; send NAME ID HEX; listen NAME ID
+void Scenario::data_action(const std::string& verb, Words& words) {
+  line::Command request;
+  const std::string name = words.take();
+  if (verb == "object") {
+    request.kind = line::CommandKind::object_write;
+    request.node = words.node();
+    const od::Address address = words.address();
+    request.index = address.index;
+    request.sub = address.sub;
+    request.data = words.hex();
+  } else if (verb == "trigger") {
+    request.kind = line::CommandKind::pdo_trigger;
+    request.node = words.node();
+    request.code = static_cast<std::uint16_t>(words.number());
+  } else {
+    constexpr std::uint16_t kSeconds = 60;
+    const bool send = verb == "send";
+    request.kind = send ? line::CommandKind::can_send : line::CommandKind::can_listen;
+    request.entry = static_cast<std::uint32_t>(words.number());
+    request.code = send ? std::uint16_t{0} : kSeconds;
+    request.data = send ? words.hex() : std::vector<std::byte>();
+  }
+  command(std::move(request), name);
 }
 
 void Scenario::sdo_action(Words& words) {

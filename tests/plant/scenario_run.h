@@ -57,6 +57,7 @@ class Scenario {
   void expect(Words& words);
   void node_action(Words& words);
   void sdo_action(Words& words);
+  void data_action(const std::string& verb, Words& words);
   void nmt_action(Words& words);
   void group_write(Words& words);
   void ours_action(Words& words);

@@ -131,6 +131,53 @@ TEST_F(Commands, SdoWriteEncodesTheValue) {
   EXPECT_EQ(sdo_write(context_, "press:5", "16040", "0", "u8", "3"), kUsage);
 }
 
+TEST_F(Commands, AnObjectIsWrittenByPdoOrSdoAndSaysWhich) {
+  gateway_.answer.reply.data = {std::byte{1}, std::byte{3}, std::byte{0}, std::byte{0}};
+  EXPECT_EQ(object_write(context_, "press:5", "6040", "0", "u16", "0x0F", false), kDone);
+  EXPECT_EQ(out_.str(), "by PDO 3\n");
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::object_write);
+  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(gateway_.last.code, 0);
+  EXPECT_EQ(gateway_.last.data, (std::vector<std::byte>{std::byte{0x0F}, std::byte{0}}));
+  out_.str("");
+  gateway_.answer.reply.data[3] = std::byte{2};
+  EXPECT_EQ(object_write(context_, "press:5", "6040", "0", "u16", "1", true), kDone);
+  EXPECT_EQ(out_.str(), "by PDO 3, which waits for: values that were never written\n");
+  EXPECT_EQ(gateway_.last.code, line::kKeepPdo);
+  out_.str("");
+  gateway_.answer.reply.data = {std::byte{0}};
+  EXPECT_EQ(object_write(context_, "press:5", "6083", "0", "u32", "1", false), kDone);
+  EXPECT_EQ(out_.str(), "by SDO\n");
+  EXPECT_EQ(object_write(context_, "press:5", "6083", "0", "u8", "300", false), kUsage);
+  gateway_.answer.reply.data.clear();
+  EXPECT_EQ(object_write(context_, "press:own", "2000", "0", "u8", "3", false), kDone);
+  EXPECT_EQ(gateway_.last.node, 127);
+}
+
+TEST_F(Commands, AReadSaysThatTheImageWillDo) {
+  gateway_.answer.reply.data = {std::byte{7}};
+  EXPECT_EQ(image_read(context_, "press:5", "6041", "0", "u8"), kDone);
+  EXPECT_EQ(out_.str(), "7\n");
+  EXPECT_EQ(gateway_.last.code, line::kFromImage);
+}
+
+TEST_F(Commands, APdoIsTriggeredInThreeWays) {
+  gateway_.answer.reply.data = {std::byte{3}, std::byte{0}, std::byte{4}, std::byte{0}};
+  EXPECT_EQ(pdo_trigger(context_, "press:5", "1", false), kDone);
+  EXPECT_EQ(out_.str(), "PDO 3, 4\n");
+  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(gateway_.last.code, 1);
+  EXPECT_EQ(pdo_trigger(context_, "press", "3", false), kDone);
+  EXPECT_EQ(gateway_.last.node, 0);
+  EXPECT_EQ(gateway_.last.code, 3);
+  EXPECT_EQ(pdo_trigger(context_, "press", "10", true), kDone);
+  EXPECT_EQ(gateway_.last.code, 0);
+  EXPECT_EQ(gateway_.last.entry, 10U);
+  EXPECT_EQ(pdo_trigger(context_, "press:5", "10", true), kUsage);
+  EXPECT_EQ(pdo_trigger(context_, "press", "0", false), kUsage);
+  EXPECT_EQ(pdo_trigger(context_, "press:own", "1", false), kUsage);
+}
+
 TEST_F(Commands, AnotherNetworkIsReachedOverTheCheapestLineThatIsKnown) {
   EXPECT_EQ(sdo_read(context_, "12:5", "1018", "1", ""), kDone) << err_.str();
   EXPECT_EQ(gateway_.last.kind, line::CommandKind::network_read);

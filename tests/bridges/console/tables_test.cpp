@@ -231,6 +231,12 @@ TEST(Json, RealsThatAreNoNumberAreWords) {
   EXPECT_EQ(text.find(R"({"type":"image","gateway":"plant","line":"press","direction":"inputs")"),
             0U);
   EXPECT_THAT(text, HasSubstr(R"("value":"nan")"));
+  image.marks.push_back(
+      {.local_pdo = 3, .remote_pdo = 1, .node = 5, .count = 2, .time = Instant{kSecond}});
+  model.on_image(test::kPress, image);
+  EXPECT_THAT(
+      image_json(model.lines().at(test::kPress), image::Direction::inputs),
+      HasSubstr(R"("pdos":[{"local_pdo":3,"node":5,"remote_pdo":1,"count":2,"time":"1970)"));
   EXPECT_THAT(text, HasSubstr(R"("value":"-inf")"));
   EXPECT_THAT(text, HasSubstr(R"("value":1.5)"));
 }

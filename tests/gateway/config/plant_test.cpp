@@ -92,6 +92,7 @@ const Bad kBad[] = {
      "    heartbeat: 100\n"
      "    sync: soon\n"
      "    sdo_timeout: 1h\n"
+     "    pdo_update_time: 61s\n"
      "    reset_nodes: maybe\n"
      "    access: {commands: write}\n"
      "    publish: on_chang\n"
@@ -105,11 +106,12 @@ const Bad kBad[] = {
       "\"min\"",
       "plant.yaml:10:11: error: expected a time such as 100ms, got \"soon\"",
       "plant.yaml:11:18: error: expected a time from 1ms to 600s, got \"1h\"",
-      "plant.yaml:12:18: error: expected true or false, got \"maybe\"",
-      "plant.yaml:13:24: error: expected off, read or all, got \"write\"",
-      "plant.yaml:14:14: error: expected on_change or on_sync, got \"on_chang\"; did you mean "
+      "plant.yaml:12:22: error: expected a time from 0ms to 60s, got \"61s\"",
+      "plant.yaml:13:18: error: expected true or false, got \"maybe\"",
+      "plant.yaml:14:24: error: expected off, read or all, got \"write\"",
+      "plant.yaml:15:14: error: expected on_change or on_sync, got \"on_chang\"; did you mean "
       "\"on_change\"?",
-      "plant.yaml:15:12: error: nodes is a list, not \"7\""}},
+      "plant.yaml:16:12: error: nodes is a list, not \"7\""}},
     {"roles",
      "schema: 1\nlines:\n"
      "  - {name: a, interface: 'simulated:', role: device}\n"
@@ -122,6 +124,34 @@ const Bad kBad[] = {
       "the colon, as in \"socketcan:can0\"; there is also simulated:",
       "plant.yaml:4:26: error: interface \"can0\" has no scheme: write \"socketcan:can0\" or "
       "\"virtual:can0\"; there is also simulated:"}},
+    {"own_objects",
+     "schema: 1\nlines:\n"
+     "  - name: a\n"
+     "    interface: socketcan:can0\n"
+     "    own_objects:\n"
+     "      5F00: {type: u8}\n"
+     "      recipe: {type: u8}\n"
+     "      2100:1: {name: x}\n"
+     "      2100:2: {type: word}\n"
+     "      2100:3: {type: u8, default: 256, access: r}\n"
+     "      2100:4: {type: b, image: true}\n"
+     "      2100:5: {type: u8, store: true}\n"
+     "      2100:6: {type: u8, limit: 3}\n"
+     "      2100:07: {type: u8}\n"
+     "      2100:7: {type: u8}\n",
+     {"plant.yaml:6:7: error: 5F00:0 is not in 2000h..5EFFh or 6000h..9FFFh",
+      "plant.yaml:7:7: error: expected an object such as 2100:1 (index and sub-index hexadecimal), "
+      "got \"recipe\"",
+      "plant.yaml:8:15: error: 2100:1 needs the key \"type\"",
+      "plant.yaml:9:22: error: expected b, i8, i16, i24, i32, i40, i48, i56, i64, u8, u16, u24, "
+      "u32, "
+      "u40, u48, u56, u64, r32, r64, vs or os, got \"word\"",
+      "plant.yaml:10:35: error: \"256\" is no UNSIGNED8",
+      "plant.yaml:10:48: error: expected ro, wo, rw, rwr, rww or const, got \"r\"",
+      "plant.yaml:11:7: error: 2100:4 is a BOOLEAN, of which the image has bits: take UNSIGNED8",
+      "plant.yaml:12:7: error: 2100:5 is to be stored, but the line has no storage",
+      "plant.yaml:13:26: error: unknown key \"limit\" in 2100:6",
+      "plant.yaml:15:7: error: 2100:7 is there twice"}},
     {"storage",
      "schema: 1\nlines:\n"
      "  - {name: a, interface: socketcan:can0, storage: deploy/demo}\n"
@@ -357,11 +387,15 @@ lines:
     sync: 2.5ms
     time: 1s
     sdo_timeout: 300ms
+    pdo_update_time: 20ms
     emcy_bytes: temporary_and_sticky
     reset_nodes: false
     start_nodes: false
     startup: {start_all: true, own_start: false, on_error: stop_all, boot_time: 30s, nmt_inhibit: 2ms}
     identity: {vendor: 0x1234, serial: 7}
+    own_objects:
+      2100:1: {name: Recipe, type: u16, access: rww, default: 5, low: 1, high: 100, map: true, store: true, image: true}
+      6100: {type: r32, access: ro}
     access: {commands: all, outputs: off}
     publish: {period: 20ms}
     pdo_update: {min_period: 1s}
@@ -404,6 +438,7 @@ lines:
   EXPECT_EQ(line.config.sync_period, 2500us);
   EXPECT_EQ(line.config.time_period, 1s);
   EXPECT_EQ(line.config.sdo_timeout, 300ms);
+  EXPECT_EQ(line.config.pdo_update_time, 20ms);
   EXPECT_EQ(line.config.error_scheme, node::ErrorScheme::temporary_and_sticky);
   EXPECT_FALSE(line.config.reset_nodes);
   EXPECT_FALSE(line.config.start_nodes);
@@ -414,6 +449,21 @@ lines:
   EXPECT_EQ(line.config.nmt_inhibit, 2ms);
   EXPECT_EQ(line.config.identity.vendor, 0x1234U);
   EXPECT_EQ(line.config.identity.serial, 7U);
+  ASSERT_EQ(line.config.own_objects.size(), 2U);
+  const line::OwnObject& recipe = line.config.own_objects[0];
+  EXPECT_EQ(recipe.index, 0x2100);
+  EXPECT_EQ(recipe.variable.sub, 1);
+  EXPECT_EQ(recipe.variable.name, "Recipe");
+  EXPECT_EQ(recipe.variable.type, od::DataType::unsigned16);
+  EXPECT_EQ(recipe.variable.access, od::Access::rww);
+  EXPECT_EQ(recipe.variable.value, (std::vector<std::byte>{std::byte{5}, std::byte{0}}));
+  EXPECT_EQ(recipe.variable.low_limit.size(), 2U);
+  EXPECT_EQ(recipe.variable.high_limit.front(), std::byte{100});
+  EXPECT_TRUE(recipe.variable.mappable);
+  EXPECT_TRUE(recipe.variable.store);
+  EXPECT_TRUE(recipe.in_image);
+  EXPECT_EQ(line.config.own_objects[1].variable.name, "Object 6100:0");
+  EXPECT_FALSE(line.config.own_objects[1].in_image);
   EXPECT_EQ(line.commands, Access::all);
   EXPECT_EQ(line.outputs, Access::off);
   EXPECT_EQ(line.publish.rule, Publish::Rule::period);

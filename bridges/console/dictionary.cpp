@@ -1,0 +1,328 @@
+#include "bridges/console/dictionary.h"
+
+#include <algorithm>
+#include <array>
+#include <ostream>
+#include <string_view>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "bridges/console/json_text.h"
+#include "bridges/console/lookup.h"
+#include "bridges/console/table.h"
+#include "bridges/console/tables.h"
+#include "bridges/console/value_text.h"
+#include "stack/base/byte_order.h"
+
+namespace linegate::console {
+namespace {
+
+constexpr std::array<std::string_view, 6> kAccessNames{"ro", "wo", "rw", "rwr", "rww", "const"};
+
+std::string_view access_name(od::Access access) {
+  const auto place = static_cast<std::size_t>(access);
+  return place < kAccessNames.size() ? kAccessNames[place] : "unknown";
+}
+
+// Takes from the front of a list; false once there is too little.
+class ListReader {
+ public:
+  explicit ListReader(std::span<const std::byte> data) : rest_(data) {}
+  std::uint64_t number(std::size_t size) { return load_le(take(size)); }
+  std::span<const std::byte> bytes() { return take(static_cast<std::size_t>(number(1))); }
+  bool good() const { return good_; }
+  bool empty() const { return rest_.empty(); }
+
+ private:
+  std::span<const std::byte> take(std::size_t size) {
+    good_ = good_ && size <= rest_.size();
+    const auto out = good_ ? rest_.first(size) : std::span<const std::byte>();
+    rest_ = rest_.subspan(out.size());
+    return out;
+  }
+
+  std::span<const std::byte> rest_;
+  bool good_ = true;
+};
+
+void append_number(std::vector<std::byte>& out, std::uint64_t value, std::size_t size) {
+  out.resize(out.size() + size);
+  store_le(std::span(out).last(size), value);
+}
+
+void append_sized(std::vector<std::byte>& out, std::span<const std::byte> value) {
+  append_number(out, value.size(), 1);
+  out.insert(out.end(), value.begin(), value.end());
+}
+
+std::string place_text(od::Address address) {
+  return hex_digits(address.index, 4) + ':' + hex_digits(address.sub, 2);
+}
+
+std::string listed_value(const ListedVariable& variable) {
+  return variable.value.empty() ? std::string() : to_text(variable.type, variable.value);
+}
+
+Client::Answer ask_line(Context& context, Model& model, const Line& line,
+                        const line::Command& command) {
+  return context.client.call(line.id, command, context.timeout, 0, model);
+}
+
+int print_outcome(Context& context, const Client::Answer& answer) {
+  if (context.json) {
+    context.out << answer_json(answer, "") << '\n';
+  } else if (!answer.reply.ok()) {
+    context.err << answer.text << '\n';
+  }
+  return answer.reply.ok() ? kDone : kFailed;
+}
+
+std::optional<od::Address> object_address(Context& context, const std::string& index,
+                                          const std::string& sub) {
+  const auto number = parse_number(index, 0xFFFF, true);
+  const auto sub_index = parse_number(sub, 0xFF, false);
+  if (!number || !sub_index) {
+    context.err << "'" << index << ' ' << sub
+                << "' is not an index (hexadecimal, 0..FFFF) and a sub-index (0..255)\n";
+    return std::nullopt;
+  }
+  return od::Address{static_cast<std::uint16_t>(*number), static_cast<std::uint8_t>(*sub_index)};
+}
+
+// Nothing if the line says no, which has been told.
+std::optional<std::vector<ListedVariable>> listed(Context& context, Model& model, const Line& line,
+                                                  std::uint16_t first, std::uint16_t last) {
+  line::Command command{.kind = line::CommandKind::local_read};
+  command.index = first;
+  command.entry = last;
+  command.code = line::kListObjects;
+  const Client::Answer answer = ask_line(context, model, line, command);
+  if (!answer.reply.ok()) {
+    print_outcome(context, answer);
+    return std::nullopt;
+  }
+  auto variables = decode_list(answer.reply.data);
+  if (!variables) {
+    context.err << "the list of objects is damaged\n";
+  }
+  return variables;
+}
+
+std::string list_json(const std::vector<ListedVariable>& variables) {
+  auto out = nlohmann::ordered_json::array();
+  for (const ListedVariable& one : variables) {
+    std::string data = to_hex(one.value);
+    std::erase(data, ' ');
+    out.push_back({{"index", one.address.index},
+                   {"sub", one.address.sub},
+                   {"name", one.name},
+                   {"type", od::name(one.type)},
+                   {"access", access_name(one.access)},
+                   {"mappable", one.mappable},
+                   {"stored", one.stored},
+                   {"application", one.application},
+                   {"data", data},
+                   {"value", listed_value(one)}});
+  }
+  return out.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+Table list_table(const std::vector<ListedVariable>& variables) {
+  Table out{{{"OBJECT"}, {"TYPE"}, {"ACCESS"}, {"PDO"}, {"STORED"}, {"NAME"}, {"VALUE"}}, {}, {}};
+  for (const ListedVariable& one : variables) {
+    out.rows.push_back({{},
+                        {{place_text(one.address), {}},
+                         {std::string(od::name(one.type)), {}},
+                         {std::string(access_name(one.access)), {}},
+                         {one.mappable ? "yes" : "-", {}},
+                         {one.stored ? "yes" : "-", {}},
+                         {printable(one.name), {}},
+                         {printable(listed_value(one)), {}}}});
+  }
+  return out;
+}
+
+// Data of an object_create; nothing if a text does not fit, which has been told.
+std::optional<std::vector<std::byte>> created_data(Context& context, const NewObject& object) {
+  constexpr unsigned kMappable = 1;
+  constexpr unsigned kPlaced = 4;
+  const auto type = type_from_name(object.type);
+  const auto* const access = std::ranges::find(kAccessNames, object.access);
+  if (!type || access == kAccessNames.end() || object.name.size() > 0xFF) {
+    context.err << "'" << object.type << "' is no data type, '" << object.access
+                << "' no access (ro, wo, rw, rwr, rww, const), or the name is too long\n";
+    return std::nullopt;
+  }
+  std::vector<std::byte> out;
+  append_number(out, static_cast<std::uint16_t>(*type), 2);
+  append_number(out, static_cast<std::uint64_t>(access - kAccessNames.begin()), 1);
+  append_number(out, (object.mappable ? kMappable : 0U) | (object.offset.empty() ? 0U : kPlaced),
+                1);
+  append_sized(out, std::as_bytes(std::span(object.name)));
+  for (const std::string* text : {&object.value, &object.low, &object.high}) {
+    const auto value = text->empty() ? std::vector<std::byte>() : from_text(*type, *text);
+    if (!value || value->size() > 0xFF) {
+      context.err << "'" << *text << "' is not a value of " << object.type << '\n';
+      return std::nullopt;
+    }
+    append_sized(out, *value);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::optional<std::vector<ListedVariable>> decode_list(std::span<const std::byte> data) {
+  std::vector<ListedVariable> out;
+  for (ListReader from(data); !from.empty();) {
+    ListedVariable one;
+    one.address.index = static_cast<std::uint16_t>(from.number(2));
+    one.address.sub = static_cast<std::uint8_t>(from.number(1));
+    one.type = static_cast<od::DataType>(from.number(2));
+    one.access = static_cast<od::Access>(from.number(1));
+    const auto flags = from.number(1);
+    one.mappable = (flags & 1U) != 0;
+    one.stored = (flags & 2U) != 0;
+    one.application = (flags & 4U) != 0;
+    const auto name = from.bytes();
+    one.name.assign(reinterpret_cast<const char*>(name.data()), name.size());
+    const auto value = from.bytes();
+    one.value.assign(value.begin(), value.end());
+    if (!from.good()) {
+      return std::nullopt;
+    }
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
+int od_list(Context& context, const std::string& line, const std::string& index) {
+  const auto address = object_address(context, index.empty() ? "0" : index, "0");
+  if (!address) {
+    return kUsage;
+  }
+  Model model;
+  const Line* const target = find_line(context, model, line);
+  if (target == nullptr) {
+    return kFailed;
+  }
+  const std::uint16_t last = index.empty() ? std::uint16_t{0xFFFF} : address->index;
+  const auto variables = listed(context, model, *target, address->index, last);
+  if (!variables) {
+    return kFailed;
+  }
+  if (context.json) {
+    context.out << list_json(*variables) << '\n';
+  } else if (variables->empty()) {
+    context.out << "there is no such object\n";
+  } else {
+    for (const std::string& row : text_of(list_table(*variables))) {
+      context.out << row << '\n';
+    }
+  }
+  return kDone;
+}
+
+int od_read(Context& context, const std::string& line, const std::string& index,
+            const std::string& sub) {
+  const auto address = object_address(context, index, sub);
+  if (!address) {
+    return kUsage;
+  }
+  Model model;
+  const Line* const target = find_line(context, model, line);
+  if (target == nullptr) {
+    return kFailed;
+  }
+  line::Command command{.kind = line::CommandKind::local_read};
+  command.index = address->index;
+  command.sub = address->sub;
+  const Client::Answer answer = ask_line(context, model, *target, command);
+  if (!answer.reply.ok()) {
+    return print_outcome(context, answer);
+  }
+  const auto variables = listed(context, model, *target, address->index, address->index);
+  if (!variables) {
+    return kFailed;
+  }
+  const auto known = std::ranges::find(*variables, *address, &ListedVariable::address);
+  const od::DataType type = known == variables->end() ? od::DataType::none : known->type;
+  const std::string value = to_text(type, answer.reply.data);
+  context.out << (context.json ? answer_json(answer, value) : printable(value)) << '\n';
+  return kDone;
+}
+
+int od_write(Context& context, const std::string& line, const std::string& index,
+             const std::string& sub, const std::string& value) {
+  const auto address = object_address(context, index, sub);
+  if (!address) {
+    return kUsage;
+  }
+  Model model;
+  const Line* const target = find_line(context, model, line);
+  if (target == nullptr) {
+    return kFailed;
+  }
+  const auto variables = listed(context, model, *target, address->index, address->index);
+  if (!variables) {
+    return kFailed;
+  }
+  const auto known = std::ranges::find(*variables, *address, &ListedVariable::address);
+  if (known == variables->end()) {
+    context.err << "there is no object " << place_text(*address) << '\n';
+    return kFailed;
+  }
+  auto data = from_text(known->type, value);
+  if (!data) {
+    context.err << "'" << value << "' is not a value of " << od::name(known->type) << '\n';
+    return kUsage;
+  }
+  line::Command command{.kind = line::CommandKind::local_write};
+  command.index = address->index;
+  command.sub = address->sub;
+  command.data = *std::move(data);
+  return print_outcome(context, ask_line(context, model, *target, command));
+}
+
+int od_create(Context& context, const std::string& line, const NewObject& object) {
+  const auto address = object_address(context, object.index, object.sub);
+  const auto offset =
+      parse_number(object.offset.empty() ? "0" : object.offset, image::kMaxAreaBytes - 1, false);
+  if (!offset) {
+    context.err << "'" << object.offset << "' is no offset in the image, in bytes\n";
+  }
+  auto data = address && offset ? created_data(context, object) : std::nullopt;
+  if (!data) {
+    return kUsage;
+  }
+  Model model;
+  const Line* const target = find_line(context, model, line);
+  if (target == nullptr) {
+    return kFailed;
+  }
+  line::Command command{.kind = line::CommandKind::object_create};
+  command.index = address->index;
+  command.sub = address->sub;
+  command.entry = static_cast<std::uint32_t>(*offset);
+  command.data = *std::move(data);
+  return print_outcome(context, ask_line(context, model, *target, command));
+}
+
+int od_remove(Context& context, const std::string& line, const std::string& index) {
+  const auto address = object_address(context, index, "0");
+  if (!address) {
+    return kUsage;
+  }
+  Model model;
+  const Line* const target = find_line(context, model, line);
+  if (target == nullptr) {
+    return kFailed;
+  }
+  line::Command command{.kind = line::CommandKind::object_create};
+  command.index = address->index;
+  command.code = line::kRemoveObject;
+  return print_outcome(context, ask_line(context, model, *target, command));
+}
+
+}  // namespace linegate::console

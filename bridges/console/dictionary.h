@@ -1,0 +1,54 @@
+// `linegate od`: the object dictionary of a line's own node.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bridges/console/commands.h"
+#include "stack/od/data_type.h"
+#include "stack/od/description.h"
+
+namespace linegate::console {
+
+// A variable as the line lists it.
+struct ListedVariable {
+  od::Address address;
+  od::DataType type = od::DataType::none;
+  od::Access access = od::Access::ro;
+  bool mappable = false;
+  bool stored = false;
+  bool application = false;
+  std::string name;
+  std::vector<std::byte> value;  // empty also if it cannot be read
+};
+// As line::list_objects() writes them. Nothing if it is damaged.
+std::optional<std::vector<ListedVariable>> decode_list(std::span<const std::byte> data);
+
+// As it was typed.
+struct NewObject {
+  std::string index;  // hexadecimal
+  std::string sub = "0";
+  std::string type;
+  std::string name;
+  std::string access = "rw";
+  std::string value;  // default; empty = 0
+  std::string low;    // empty = none
+  std::string high;
+  std::string offset;  // in the image, bytes; empty = not there
+  bool mappable = false;
+};
+
+// index empty: all objects but the network variables.
+int od_list(Context& context, const std::string& line, const std::string& index);
+int od_read(Context& context, const std::string& line, const std::string& index,
+            const std::string& sub);
+// By the type that the dictionary has.
+int od_write(Context& context, const std::string& line, const std::string& index,
+             const std::string& sub, const std::string& value);
+int od_create(Context& context, const std::string& line, const NewObject& object);
+int od_remove(Context& context, const std::string& line, const std::string& index);
+
+}  // namespace linegate::console

@@ -1,0 +1,267 @@
+#include "bridges/console/generic_can.h"
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <ostream>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "bridges/console/json_text.h"
+#include "bridges/console/lookup.h"
+#include "bridges/console/table.h"
+#include "bridges/console/tables.h"
+#include "bridges/console/value_text.h"
+
+namespace linegate::console {
+namespace {
+
+constexpr std::uint32_t kExtendedId = 0x8000'0000;
+constexpr std::uint32_t kRemoteId = 0x4000'0000;
+constexpr std::size_t kDigits = 3;          // of an identifier of 11 bits
+constexpr std::size_t kExtendedDigits = 8;  // of 29 bits
+
+// As long as a line goes on by itself when nobody asks it again.
+constexpr std::uint16_t kListenSeconds = 15;
+constexpr Duration kListenAgain = std::chrono::seconds(5);
+
+std::optional<std::uint32_t> digits_value(std::string_view text) {
+  std::uint32_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, 16);
+  const bool whole = error == std::errc() && end == text.data() + text.size();
+  return whole ? std::optional(value) : std::nullopt;
+}
+
+// With bit 31 for those of 29 bits.
+std::optional<std::uint32_t> marked_id_of(std::string_view text) {
+  const auto value = digits_value(text);
+  if (value && text.size() == kDigits && *value <= 0x7FF) {
+    return value;
+  }
+  if (value && text.size() == kExtendedDigits && *value <= 0x1FFF'FFFF) {
+    return *value | kExtendedId;
+  }
+  return std::nullopt;
+}
+
+bool remote_length(std::string_view text, line::Command& out) {
+  const auto length = text.empty() ? 0 : digits_value(text);
+  if (!length || *length > can::kMaxClassicData) {
+    return false;
+  }
+  out.entry |= kRemoteId;
+  out.code = static_cast<std::uint16_t>(*length);
+  return true;
+}
+
+// Two digits a byte, with or without dots between them.
+bool frame_data(std::string_view text, std::size_t most, line::Command& out) {
+  while (!text.empty()) {
+    const auto byte = text.size() < 2 ? std::nullopt : digits_value(text.substr(0, 2));
+    if (!byte || out.data.size() == most) {
+      return false;
+    }
+    out.data.push_back(static_cast<std::byte>(*byte));
+    text.remove_prefix(2);
+    text.remove_prefix(text.starts_with('.') ? 1 : 0);
+  }
+  return true;
+}
+
+// Puts the pieces of an event's frame together.
+class Assembly {
+ public:
+  // Whether the frame is complete.
+  bool add(const Event& event) {
+    const std::size_t piece = event.value >> 10U & 3U;
+    if (piece == 0) {
+      frame_ = {};
+      frame_.id = event.code & ~kExtendedId;
+      frame_.length = static_cast<std::uint8_t>(std::min<std::uint32_t>(event.value & 0xFFU, 64));
+      frame_.flags =
+          static_cast<std::uint8_t>(((event.code & kExtendedId) != 0 ? can::Frame::kExtended : 0) |
+                                    ((event.value & 0x100U) != 0 ? can::Frame::kRemote : 0) |
+                                    ((event.value & 0x200U) != 0 ? can::Frame::kFd : 0));
+      held_back_ = event.value >> 16U;
+      have_ = 0;
+    }
+    const std::size_t bytes = std::min<std::size_t>(event.length, event.data.size());
+    const bool next = event.code == marked_ || piece == 0;
+    if (!next || piece * event.data.size() != have_ || have_ + bytes > frame_.data.size()) {
+      return false;
+    }
+    marked_ = event.code;
+    std::copy_n(event.data.begin(), bytes,
+                frame_.data.begin() + static_cast<std::ptrdiff_t>(have_));
+    have_ += bytes;
+    return frame_.remote() || have_ >= frame_.length;
+  }
+  const can::Frame& frame() const { return frame_; }
+  std::uint32_t held_back() const { return held_back_; }
+
+ private:
+  can::Frame frame_;
+  std::uint32_t marked_ = 0;
+  std::uint32_t held_back_ = 0;
+  std::size_t have_ = 0;
+};
+
+std::string packed_data(std::span<const std::byte> bytes) {
+  std::string out = to_hex(bytes);
+  std::erase(out, ' ');
+  return out;
+}
+
+void print_frame(Context& context, const LineId& id, const Assembly& heard, Instant time) {
+  const can::Frame& frame = heard.frame();
+  if (context.json) {
+    const nlohmann::ordered_json out{
+        {"time", date_text(time)},
+        {"gateway", id.gateway},
+        {"line", id.line},
+        {"id", frame.id},
+        {"extended", frame.extended()},
+        {"remote", frame.remote()},
+        {"fd", frame.fd()},
+        {"length", frame.length},
+        {"data", frame.remote() ? std::string() : packed_data(frame.bytes())},
+        {"held_back", heard.held_back()}};
+    context.out << out.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << std::endl;
+    return;
+  }
+  context.out << clock_text(time) << ' ' << printable(id.line) << ' ' << frame_text(frame);
+  if (heard.held_back() != 0) {
+    context.out << "  (" << heard.held_back() << " more were not told)";
+  }
+  context.out << std::endl;
+}
+
+}  // namespace
+
+std::optional<line::Command> parse_frame(std::string_view text) {
+  const std::size_t sign = text.find('#');
+  if (sign == std::string_view::npos) {
+    return std::nullopt;
+  }
+  const auto id = marked_id_of(text.substr(0, sign));
+  line::Command out{.kind = line::CommandKind::can_send, .data = {}};
+  out.entry = id.value_or(0);
+  std::string_view rest = text.substr(sign + 1);
+  bool good = id.has_value();
+  if (rest.starts_with('#')) {
+    const auto flags = rest.size() < 2 ? std::nullopt : digits_value(rest.substr(1, 1));
+    out.sub = static_cast<std::uint8_t>(4U | (flags.value_or(0) & 1U));
+    good = good && flags && frame_data(rest.substr(2), can::kMaxFdData, out) &&
+           can::fd_length(out.data.size()) == out.data.size();
+  } else if (rest.starts_with('R')) {
+    good = good && remote_length(rest.substr(1), out);
+  } else {
+    good = good && frame_data(rest, can::kMaxClassicData, out);
+  }
+  return good ? std::optional(std::move(out)) : std::nullopt;
+}
+
+std::string frame_text(const can::Frame& frame) {
+  std::string out =
+      hex_digits(frame.id, static_cast<int>(frame.extended() ? kExtendedDigits : kDigits));
+  if (frame.remote()) {
+    return out + "#R" + (frame.length == 0 ? "" : std::to_string(frame.length));
+  }
+  out += frame.fd() ? "##4" : "#";
+  return out + packed_data(frame.bytes());
+}
+
+// The format counts always but for all frames.
+std::optional<line::Command> parse_identifiers(std::string_view text) {
+  line::Command out{.kind = line::CommandKind::can_listen, .data = {}};
+  const std::size_t slash = text.find('/');
+  const auto id = marked_id_of(text.substr(0, slash));
+  if (!text.empty() && !id) {
+    return std::nullopt;
+  }
+  out.entry = id.value_or(0);
+  std::uint32_t mask = text.empty() ? 0 : 0x9FFF'FFFF;
+  if (slash != std::string_view::npos) {
+    const auto bits = marked_id_of(text.substr(slash + 1));
+    if (!bits) {
+      return std::nullopt;
+    }
+    mask = *bits | kExtendedId;
+  }
+  for (unsigned shift = 0; shift < 32; shift += 8) {
+    out.data.push_back(static_cast<std::byte>(mask >> shift & 0xFFU));
+  }
+  return out;
+}
+
+int send(Context& context, const std::string& line, const std::string& frame) {
+  const auto command = parse_frame(frame);
+  if (!command) {
+    context.err << "'" << frame
+                << "' is no frame such as 123#1122, 00000123#11, 123#R or 123##4112233\n";
+    return kUsage;
+  }
+  Model model;
+  const Line* const target = find_line(context, model, line);
+  if (target == nullptr) {
+    return kFailed;
+  }
+  const Client::Answer answer =
+      context.client.call(target->id, *command, context.timeout, 0, model);
+  if (context.json) {
+    context.out << answer_json(answer, "") << '\n';
+  } else if (!answer.reply.ok()) {
+    context.err << answer.text << '\n';
+  }
+  return answer.reply.ok() ? kDone : kFailed;
+}
+
+int listen(Context& context, const std::string& line, const std::string& filter,
+           std::uint64_t count, const std::function<bool()>& stopped) {
+  auto command = parse_identifiers(filter);
+  if (!command) {
+    context.err << "'" << filter << "' is no identifier such as 123, 00000123 or 100/700\n";
+    return kUsage;
+  }
+  Model model;
+  const Line* const target = find_line(context, model, line);
+  if (target == nullptr) {
+    return kFailed;
+  }
+  const LineId id = target->id;
+  command->code = kListenSeconds;
+  const std::uint64_t kept = target->view->state.counters.events;
+  std::uint64_t seen = model.events_seen() - model.events().size();
+  std::uint64_t printed = 0;
+  Assembly heard;
+  auto ask_at = std::chrono::steady_clock::now();
+  while (!stopped() && (count == 0 || printed < count)) {
+    if (std::chrono::steady_clock::now() >= ask_at) {
+      ask_at = std::chrono::steady_clock::now() + kListenAgain;
+      const Client::Answer answer = context.client.call(id, *command, context.timeout, 0, model);
+      if (!answer.reply.ok()) {
+        context.err << answer.text << '\n';
+        return kFailed;
+      }
+    }
+    poll(context, model, std::chrono::milliseconds(100));
+    const std::uint64_t fresh =
+        std::min<std::uint64_t>(model.events_seen() - seen, model.events().size());
+    seen = model.events_seen();
+    for (auto it = model.events().end() - static_cast<std::ptrdiff_t>(fresh);
+         it != model.events().end() && (count == 0 || printed < count); ++it) {
+      const Event& event = it->view.event;
+      if (it->id == id && event.kind == EventKind::can_frame && event.number > kept &&
+          heard.add(event)) {
+        print_frame(context, id, heard, event.time);
+        ++printed;
+      }
+    }
+  }
+  return kDone;
+}
+
+}  // namespace linegate::console

@@ -1,0 +1,34 @@
+// Frames of no CANopen service, in the notation of candump and cansend: `linegate send` and
+// `linegate listen`.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "bridges/console/commands.h"
+#include "stack/can/frame.h"
+#include "stack/line/command.h"
+
+namespace linegate::console {
+
+// "123#1122.33", "00000123#" (29 bits: eight digits), "123#R", "123#R8", "123##5112233" (CAN FD: a
+// digit of flags, of which 1 is the bit rate switch). Nothing if it is no frame.
+std::optional<line::Command> parse_frame(std::string_view text);
+// The same, "" for no data.
+std::string frame_text(const can::Frame& frame);
+
+// "123", "00000123", "100/700": identifier, and which of its bits count. Empty: all frames. Nothing
+// if it is neither.
+std::optional<line::Command> parse_identifiers(std::string_view text);
+
+// The frame is given to the bus.
+int send(Context& context, const std::string& line, const std::string& frame);
+// Frames that no service of the line wants, as they come. count: so many; 0: until stopped() says
+// so.
+int listen(Context& context, const std::string& line, const std::string& filter,
+           std::uint64_t count, const std::function<bool()>& stopped);
+
+}  // namespace linegate::console

@@ -1,0 +1,37 @@
+// The subcommands of linegate about data beyond outputs and SDO: trigger, od, send and listen.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "bridges/console/commands.h"
+#include "bridges/console/dictionary.h"
+
+namespace CLI {
+class App;
+}
+
+namespace linegate::gateway {
+
+// Keeps what was typed: must outlive the program's parsing and the action.
+class DataCommands {
+ public:
+  using Action = std::function<int(console::Context&)>;
+  // To do the action when that command was typed. live: with events, until a signal ends it.
+  using On = std::function<void(CLI::App* command, bool live, Action action)>;
+
+  void add(CLI::App& app, const On& on, const std::function<bool()>& stopped);
+
+ private:
+  void add_trigger(CLI::App& app, const On& on);
+  void add_frames(CLI::App& app, const On& on, const std::function<bool()>& stopped);
+  void add_dictionary(CLI::App& app, const On& on);
+
+  std::string line_, value_;
+  console::NewObject object_;
+  bool by_offset_ = false;
+  std::uint64_t count_ = 0;
+};
+
+}  // namespace linegate::gateway

@@ -1,0 +1,95 @@
+// Application objects of the own node's dictionary: 2000h..5EFFh and 6000h..9FFFh, created by the
+// configuration and by command (IXXAT CANopen Manager API manual 5.15). Private to stack/line.
+//
+// With a place in the image an object and bytes of the image are one: objects that others may write
+// are in the inputs, the others, which the application gives values, in the outputs.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "stack/base/diagnostic.h"
+#include "stack/base/result.h"
+#include "stack/image/process_image.h"
+#include "stack/line/command.h"
+#include "stack/line/config.h"
+#include "stack/od/dictionary.h"
+#include "stack/od/hook.h"
+#include "stack/pdo/link.h"
+
+namespace linegate::line {
+
+// Those that an application may have; 5F00h..5FFFh and all others belong to services.
+constexpr bool is_own_index(std::uint16_t index) {
+  return (index >= 0x2000 && index <= 0x5EFF) || (index >= 0x6000 && index <= 0x9FFF);
+}
+
+constexpr image::Direction direction_of(od::Access access) {
+  return od::rpdo_mappable(access) ? image::Direction::inputs : image::Direction::outputs;
+}
+
+// Everything wrong with LineConfig::own_objects; file is the line's name.
+std::vector<Diagnostic> check_own_objects(const LineConfig& config);
+
+// Entries for those that want a place, behind those of PDOs, in the order of their addresses: node
+// is the own one, PDO numbers are 0. Precondition: check_own_objects() found nothing. False if an
+// area becomes larger than image::kMaxAreaBytes.
+bool place_own_objects(const LineConfig& config, pdo::LinkPlan& plan);
+
+// CommandKind::object_create. Nothing if the data is none, see command.h.
+std::optional<OwnObject> decode_own_object(const Command& command);
+
+class OwnObjects final : public od::Hook {
+ public:
+  // All must outlive it; the image has the entries of place_own_objects().
+  OwnObjects(const std::vector<OwnObject>& objects, image::ProcessImage& image);
+
+  // Those of the configuration. Fails as Dictionary::add does.
+  Result<void> add_to(od::Dictionary& dictionary);
+
+  // At run time: one more sub-index; the others of its index keep their values. offset: in bytes,
+  // of the area that direction_of() its access names; the bytes there become the value.
+  // bad_request: not an object that an application may have, of no type, beyond the area, or marked
+  // to be stored: what the next start does not have cannot be restored. wrong_state: it exists, or
+  // its index is not of this class.
+  Error create(od::Dictionary& dictionary, OwnObject object);
+  // The whole index, with all that was created of it. unknown_entry if there is none such;
+  // wrong_state if the configuration has some of it.
+  Error remove(od::Dictionary& dictionary, std::uint16_t index);
+
+  // The node was reset: values in the image became the defaults without a word.
+  void values_reset();
+
+  void written(od::Address address) override;
+
+ private:
+  struct Place {
+    image::Direction direction = image::Direction::inputs;
+    std::uint32_t offset = 0;  // bytes
+    std::uint32_t size = 0;
+  };
+  std::optional<Place> configured_place(od::Address address) const;
+  Result<void> add_index(od::Dictionary& dictionary, std::uint16_t index);
+  void mark(const Place& place);
+
+  image::ProcessImage& image_;
+  std::map<od::Address, OwnObject> objects_;
+  std::map<od::Address, Place> places_;
+  std::set<std::uint16_t> configured_;
+};
+
+// CommandKind::local_read with kListObjects: the variables of index .. last, those of A000h..AFFFh
+// only if index is one of them. Per variable, little-endian: index (2), sub-index (1), data type
+// (2), access (1, as od::Access), flags (1: bit 0 mappable, 1 stored by 1010h, 2 an application's),
+// length of the name (1) and the name, length of the value (1) and the value; no value if it cannot
+// be read or is longer than 255 bytes.
+std::vector<std::byte> list_objects(const od::Dictionary& dictionary, std::uint16_t first,
+                                    std::uint16_t last);
+
+}  // namespace linegate::line

@@ -1,0 +1,47 @@
+// PDOs whose values are written object by object: when such a PDO is asked for (CANopenIA manual
+// 5.1: the update timer). Private to stack/line.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "stack/base/time.h"
+#include "stack/image/layout.h"
+
+namespace linegate::line {
+
+class PdoUpdates {
+ public:
+  // update_time: from the last write until the PDO is asked for, so that several objects of it can
+  // be written; 0 = at once.
+  explicit PdoUpdates(Duration update_time) : update_time_(update_time) {}
+
+  // An output entry was written, of the PDO that has so many in all: its time begins anew. If all
+  // of them were written since the PDO was due last, or at_once, it is due now.
+  void written(const image::Entry& entry, std::uint32_t of_pdo, bool at_once, Instant now);
+  struct Due {
+    std::uint16_t pdo = 0;  // local number, 0 = none
+    std::uint32_t bit_offset = 0;
+    std::uint32_t bits = 0;  // from the first that was written to the last
+  };
+  // One PDO that is due at `now`: it is to be asked for.
+  Due expire(Instant now);
+  // The PDO was asked for in another way.
+  void forget(std::uint16_t pdo);
+  bool waits(std::uint16_t pdo) const;
+  Instant next_wake() const;
+
+ private:
+  struct Waiting {
+    std::uint16_t pdo = 0;
+    Instant deadline{};
+    std::uint32_t begin = 0;  // bits of the area
+    std::uint32_t end = 0;
+    std::vector<std::uint32_t> offsets;  // of the entries that were written
+  };
+
+  Duration update_time_;
+  std::vector<Waiting> waiting_;
+};
+
+}  // namespace linegate::line

@@ -1,0 +1,125 @@
+// `linegate od` against a gateway that exists in this test only.
+#include "bridges/console/dictionary.h"
+
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "stack/base/abort_code.h"
+
+namespace linegate::console {
+namespace {
+
+using testing::HasSubstr;
+
+const LineId kMill{"plant", "mill"};
+
+std::vector<std::byte> raw(std::initializer_list<unsigned> values) {
+  std::vector<std::byte> out;
+  for (const unsigned value : values) {
+    out.push_back(static_cast<std::byte>(value));
+  }
+  return out;
+}
+
+// 2100:1, UNSIGNED16, rww, mappable, of an application, "Rec", 5.
+const std::vector<std::byte> kList = raw({0x00, 0x21, 1, 6, 0, 4, 5, 3, 'R', 'e', 'c', 2, 5, 0});
+
+// Has a list of one variable.
+class Mill : public Client {
+ public:
+  void poll(Duration /*timeout*/, Listener& listener) override {
+    listener.on_line(kMill, {.interface_uri = "virtual:mill", .access = "all"});
+  }
+  Answer call(const LineId& /*id*/, const line::Command& command, Duration /*timeout*/,
+              std::uint64_t /*layout_id*/, Listener& /*listener*/) override {
+    if (command.kind == line::CommandKind::local_read && command.code == line::kListObjects) {
+      listed = command;
+      Answer out;
+      out.reply.data = list;
+      return out;
+    }
+    last = command;
+    return answer;
+  }
+
+  std::vector<std::byte> list = kList;
+  Answer answer;
+  line::Command last;
+  line::Command listed;
+};
+
+class OwnDictionary : public testing::Test {
+ protected:
+  Mill gateway_;
+  std::ostringstream out_;
+  std::ostringstream err_;
+  Context context_{.client = gateway_,
+                   .out = out_,
+                   .err = err_,
+                   .wait = std::chrono::milliseconds(1),
+                   .timeout = std::chrono::seconds(1)};
+};
+
+TEST_F(OwnDictionary, IsListed) {
+  EXPECT_EQ(od_list(context_, "mill", ""), kDone) << err_.str();
+  EXPECT_EQ(gateway_.listed.index, 0);
+  EXPECT_EQ(gateway_.listed.entry, 0xFFFFU);
+  EXPECT_THAT(out_.str(), HasSubstr("2100:01"));
+  EXPECT_THAT(out_.str(), HasSubstr("UNSIGNED16"));
+  EXPECT_THAT(out_.str(), HasSubstr("rww"));
+  out_.str("");
+  context_.json = true;
+  EXPECT_EQ(od_list(context_, "mill", "2100"), kDone);
+  EXPECT_EQ(gateway_.listed.index, 0x2100);
+  EXPECT_EQ(gateway_.listed.entry, 0x2100U);
+  EXPECT_EQ(out_.str(),
+            R"([{"index":8448,"sub":1,"name":"Rec","type":"UNSIGNED16","access":"rww",)"
+            R"("mappable":true,"stored":false,"application":true,"data":"0500","value":"5"}])"
+            "\n");
+  gateway_.list.pop_back();
+  EXPECT_EQ(od_list(context_, "mill", ""), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("the list of objects is damaged"));
+  EXPECT_EQ(od_list(context_, "mill", "xyz"), kUsage);
+}
+
+TEST_F(OwnDictionary, IsReadAndWrittenByItsTypes) {
+  gateway_.answer.reply.data = raw({7, 0});
+  EXPECT_EQ(od_read(context_, "mill", "2100", "1"), kDone);
+  EXPECT_EQ(out_.str(), "7\n");
+  EXPECT_EQ(od_write(context_, "mill", "2100", "1", "300"), kDone);
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::local_write);
+  EXPECT_EQ(gateway_.last.data, raw({0x2C, 1}));
+  EXPECT_EQ(od_write(context_, "mill", "2100", "1", "70000"), kUsage);
+  EXPECT_EQ(od_write(context_, "mill", "2100", "2", "1"), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("there is no object 2100:02"));
+}
+
+TEST_F(OwnDictionary, ObjectsAreCreatedAndRemoved) {
+  NewObject object{.index = "2200", .sub = "1", .type = "i16", .name = "Up", .value = "-2"};
+  object.high = "9";
+  object.offset = "6";
+  object.mappable = true;
+  EXPECT_EQ(od_create(context_, "mill", object), kDone) << err_.str();
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::object_create);
+  EXPECT_EQ(gateway_.last.index, 0x2200);
+  EXPECT_EQ(gateway_.last.sub, 1);
+  EXPECT_EQ(gateway_.last.entry, 6U);
+  EXPECT_EQ(gateway_.last.data, raw({3, 0, 2, 5, 2, 'U', 'p', 2, 0xFE, 0xFF, 0, 2, 9, 0}));
+  object.value = "40000";
+  EXPECT_EQ(od_create(context_, "mill", object), kUsage);
+  object.value = "";
+  object.access = "all";
+  EXPECT_EQ(od_create(context_, "mill", object), kUsage);
+  EXPECT_EQ(od_remove(context_, "mill", "2200"), kDone);
+  EXPECT_EQ(gateway_.last.code, line::kRemoveObject);
+  gateway_.answer.reply.error = line::to_error(line::Refusal::unknown_entry);
+  gateway_.answer.text = "no such output entry";
+  EXPECT_EQ(od_remove(context_, "mill", "2200"), kFailed);
+}
+
+}  // namespace
+}  // namespace linegate::console

@@ -1,0 +1,144 @@
+// `linegate send` and `linegate listen` against a gateway that exists in this test only.
+#include "bridges/console/generic_can.h"
+
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace linegate::console {
+namespace {
+
+using testing::HasSubstr;
+
+const LineId kCell{"plant", "cell"};
+
+std::vector<std::byte> data_of(std::initializer_list<unsigned> values) {
+  std::vector<std::byte> out;
+  for (const unsigned value : values) {
+    out.push_back(static_cast<std::byte>(value));
+  }
+  return out;
+}
+
+// Tells of its frames as soon as somebody listens.
+class Listener150 : public Client {
+ public:
+  void poll(Duration /*timeout*/, Listener& listener) override {
+    LineView view{.interface_uri = "virtual:cell", .access = "all"};
+    view.state.counters.events = 4;
+    listener.on_line(kCell, view);
+    for (const EventView& event : std::exchange(early, {})) {
+      listener.on_event(kCell, event);
+    }
+    if (asked.code != 0) {
+      for (const EventView& event : std::exchange(events, {})) {
+        listener.on_event(kCell, event);
+      }
+    }
+  }
+  Answer call(const LineId& /*id*/, const line::Command& command, Duration /*timeout*/,
+              std::uint64_t /*layout_id*/, Listener& /*listener*/) override {
+    asked = command;
+    return answer;
+  }
+
+  std::vector<EventView> early;
+  std::vector<EventView> events;
+  Answer answer;
+  line::Command asked;
+};
+
+EventView frame_event(std::uint64_t number, std::uint32_t code, std::uint32_t value,
+                      std::initializer_list<unsigned> bytes) {
+  EventView out;
+  out.event.number = number;
+  out.event.kind = EventKind::can_frame;
+  out.event.code = code;
+  out.event.value = value;
+  for (const unsigned byte : bytes) {
+    out.event.data[out.event.length++] = static_cast<std::byte>(byte);
+  }
+  return out;
+}
+
+class GenericFrames : public testing::Test {
+ protected:
+  Listener150 gateway_;
+  std::ostringstream out_;
+  std::ostringstream err_;
+  Context context_{.client = gateway_,
+                   .out = out_,
+                   .err = err_,
+                   .wait = std::chrono::milliseconds(1),
+                   .timeout = std::chrono::seconds(1)};
+};
+
+TEST_F(GenericFrames, AreWrittenAsCansendHasThem) {
+  EXPECT_EQ(send(context_, "cell", "150#11.22"), kDone) << err_.str();
+  EXPECT_EQ(gateway_.asked.kind, line::CommandKind::can_send);
+  EXPECT_EQ(gateway_.asked.entry, 0x150U);
+  EXPECT_EQ(gateway_.asked.data, data_of({0x11, 0x22}));
+  EXPECT_EQ(send(context_, "cell", "00000150#"), kDone);
+  EXPECT_EQ(gateway_.asked.entry, 0x8000'0150U);
+  EXPECT_EQ(send(context_, "cell", "150#R8"), kDone);
+  EXPECT_EQ(gateway_.asked.entry, 0x4000'0150U);
+  EXPECT_EQ(gateway_.asked.code, 8);
+  EXPECT_EQ(send(context_, "cell", "150##1112233"), kDone);
+  EXPECT_EQ(gateway_.asked.sub, 5);
+  EXPECT_EQ(gateway_.asked.data, data_of({0x11, 0x22, 0x33}));
+}
+
+TEST_F(GenericFrames, WhatIsNoneIsSaid) {
+  for (const char* const wrong :
+       {"150", "15#", "900#", "0000150#", "150#1", "150#112233445566778899", "150#R9", "150#xx",
+        "150##", "150##0112233445566778899", "20000000#"}) {
+    EXPECT_EQ(send(context_, "cell", wrong), kUsage) << wrong;
+  }
+  EXPECT_THAT(err_.str(), HasSubstr("'150' is no frame such as 123#1122"));
+  EXPECT_EQ(listen(context_, "cell", "15", 1, [] { return false; }), kUsage);
+  EXPECT_EQ(listen(context_, "cell", "150/9", 1, [] { return false; }), kUsage);
+}
+
+TEST_F(GenericFrames, ARefusalIsToldInWords) {
+  gateway_.answer.reply.error = line::to_error(line::Refusal::identifier_in_use);
+  gateway_.answer.text = "a service of the line uses this CAN identifier";
+  EXPECT_EQ(send(context_, "cell", "605#"), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("a service of the line uses this CAN identifier\n"));
+  EXPECT_EQ(listen(context_, "cell", "150", 1, [] { return false; }), kFailed);
+  context_.json = true;
+  EXPECT_EQ(send(context_, "cell", "605#"), kFailed);
+  EXPECT_THAT(out_.str(), HasSubstr(R"("ok":false)"));
+}
+
+TEST_F(GenericFrames, AreShownAsTheyCome) {
+  gateway_.early = {frame_event(4, 0x150, 1, {0xEE})};
+  gateway_.events = {frame_event(5, 0x150, 2, {0x11, 0x22}),
+                     frame_event(6, 0x8000'0150, 0x0003'0000, {}),
+                     frame_event(7, 0x151, 0x104, {})};
+  EXPECT_EQ(listen(context_, "cell", "100/700", 3, [] { return false; }), kDone) << err_.str();
+  EXPECT_EQ(gateway_.asked.entry, 0x100U);
+  EXPECT_EQ(gateway_.asked.data, data_of({0x00, 0x07, 0x00, 0x80}));
+  EXPECT_THAT(out_.str(), HasSubstr(" cell 150#1122\n"));
+  EXPECT_THAT(out_.str(), HasSubstr(" cell 00000150#  (3 more were not told)\n"));
+  EXPECT_THAT(out_.str(), HasSubstr(" cell 151#R4\n"));
+  EXPECT_THAT(out_.str(), testing::Not(HasSubstr("EE"))) << "that was before";
+}
+
+TEST_F(GenericFrames, LongOnesAreOneLineAndJsonHasAllOfIt) {
+  gateway_.events = {
+      frame_event(5, 0x150, 0x200 | 20, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16}),
+      frame_event(6, 0x150, 0x600 | 20, {17, 18, 19, 20})};
+  context_.json = true;
+  EXPECT_EQ(listen(context_, "cell", "", 1, [] { return false; }), kDone) << err_.str();
+  EXPECT_EQ(gateway_.asked.data, data_of({0, 0, 0, 0})) << "all identifiers";
+  EXPECT_THAT(out_.str(), HasSubstr(R"("id":336,"extended":false,"remote":false,"fd":true,)"
+                                    R"("length":20,"data":"0102030405060708090A0B0C0D0E0F10)"
+                                    R"(11121314","held_back":0)"));
+}
+
+}  // namespace
+}  // namespace linegate::console

@@ -1,0 +1,239 @@
+#!/usr/bin/python3
+"""Data of devices by object and frames of no CANopen service, with the real programs over DDS: what a PDO carries goes
+by PDO and the rest by SDO, PDOs are triggered by hand, reads are answered from the image, and frames of other
+protocols are sent and listened to.
+
+data.py LINEGATED LINEGATE PROFILES. The line is a multicast group in a network of its own; a second gateway observes.
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+PATIENCE = 60  # seconds
+EDS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "bridges", "sim", "eds")
+URI = "udp:239.74.163.9:43121"
+DEVICES = {5: "drive", 8: "digital-io"}
+PDO = "3"  # that of the outputs of node 8: the drive has two
+PLANT = """schema: 1
+gateway: {{name: {gateway}}}
+lines:
+  - name: {line}
+    interface: "{uri}"
+    bit_rate: 1Mbit
+    role: {role}
+    access: {access}{objects}
+    nodes:
+"""
+OBJECTS = """
+    own_objects:
+      2100:1: {name: Recipe, type: u16, access: rww, default: 5, high: 100, map: true, image: true}
+      6100: {name: Result, type: u32, access: ro, map: true, image: true}
+    own_pdos:
+      tpdo40: {cob_id: 0x3AA, map: [6100]}"""
+
+
+class Failure(Exception):
+    pass
+
+
+class Plant:
+    def __init__(self, linegated, linegate, profiles, folder):
+        self.linegated, self.profiles, self.domain, self.folder = linegated, profiles, "198", folder
+        self.console = [linegate, "--profile", profiles, "--domain", self.domain, "--wait", str(PATIENCE)]
+
+    def command(self, *words, code=0):
+        told = subprocess.run([*self.console, *words], capture_output=True, text=True, timeout=4 * PATIENCE)
+        if told.returncode != code:
+            raise Failure(f"{words} ended with {told.returncode}, not {code}\n{told.stdout}{told.stderr}")
+        return told.stderr.strip() if code else told.stdout.strip()
+
+    def expect(self, wanted, *words, code=0):
+        told = self.command(*words, code=code)
+        if told != wanted:
+            raise Failure(f"{words} said '{told}', not '{wanted}'")
+
+    def gateway(self, line, role, access):
+        path = f"{self.folder}/{line}.yaml"
+        nodes = "".join(f"      - {{id: {node}, eds: {EDS}/{profile}.eds}}\n" for node, profile in DEVICES.items())
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(PLANT.format(gateway="of-" + line, line=line, uri=URI, role=role, access=access, objects=OBJECTS if role == "manager" else "") + nodes)
+        return subprocess.Popen([self.linegated, path, "--dds-domain", self.domain, "--dds-profile", self.profiles])
+
+    def until(self, what, condition):
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            if time.monotonic() > end:
+                raise Failure(f"not within {PATIENCE} s: {what}")
+            time.sleep(0.2)
+
+    def operational(self):
+        lines = json.loads(self.command("--json", "lines"))["lines"]
+        return len(lines) == 2 and all(line.get("nodes_operational") == len(DEVICES) for line in lines)
+
+    def transfers(self):
+        """SDO transfers of the line when its state tells of no more."""
+        def told():
+            lines = json.loads(self.command("--json", "lines"))["lines"]
+            return next(line["counters"]["sdo_transfers"] for line in lines if line["line"] == "press")
+        last = -1
+        while (now := told()) != last:
+            last = now
+            time.sleep(2)
+        return now
+
+    def reads(self, value, *words):
+        self.until(f"{words} read {value}", lambda: self.command("sdo", "read", *words) == value)
+
+
+def check_objects(plant):
+    """Two outputs of node 8 share a PDO; 6083h of the drive is in none."""
+    first, second = ("press:8", "6200", "1", "u8"), ("press:8", "6200", "2", "u8")
+    waits = ", which waits for: "
+    plant.expect(f"by PDO {PDO}" + waits + "values that were never written", "sdo", "write", *first, "0x55", "--by-pdo")
+    plant.expect(f"by PDO {PDO}", "sdo", "write", *second, "0x66", "--by-pdo")
+    plant.reads("85", *first)
+    plant.reads("102", *second)
+    plant.expect("by SDO", "sdo", "write", "press:5", "6083", "0", "u32", "1234", "--by-pdo")
+    plant.reads("1234", "press:5", "6083", "0", "u32")
+    plant.expect(f"by PDO {PDO}" + waits + "trigger", "sdo", "write", *first, "3", "--by-pdo", "--keep")
+    plant.expect("85", "sdo", "read", *first)
+    plant.expect(f"PDO {PDO}", "trigger", "press:8", "1")
+    plant.reads("3", *first)
+    plant.expect(f"PDO {PDO}", "trigger", "press", PDO)
+    offset = next(entry["bit_offset"] // 8 for entry in json.loads(plant.command("--json", "image", "press", "-o"))["entries"]
+                  if entry["node"] == 8)
+    plant.expect(f"PDO {PDO}", "trigger", "press", str(offset), "--offset")
+    told = json.loads(plant.command("--json", "sdo", "write", *second, "9", "--by-pdo"))
+    if told["data"] != "01020000" or told["value"] != f"by PDO {PDO}":
+        raise Failure(f"as JSON: {told}")
+    before = plant.transfers()
+    for _ in range(20):
+        plant.command("sdo", "read", "press:8", "6000", "1", "u8", "--from-image")
+    if plant.transfers() != before:
+        raise Failure("a read from the image was an SDO")
+
+
+def check_pdo_numbers(plant):
+    """Which PDOs an image contains, and when they were sent: IXXAT's queue of RPDO numbers."""
+    def told():
+        plant.command("trigger", "press", PDO)
+        pdos = json.loads(plant.command("--json", "image", "press", "-o")).get("pdos", [])
+        return any(pdo["local_pdo"] == int(PDO) and pdo["node"] == 8 and pdo["remote_pdo"] == 1 and pdo["count"] >= 1
+                   and "T" in pdo["time"] for pdo in pdos)
+    plant.until("the image tells its PDO", told)
+
+
+def check_frames(plant):
+    refused = "a service of the line uses this CAN identifier"
+    listener = subprocess.Popen([*plant.console, "--json", "listen", "watch", "350/7F0", "-n", "2"],
+                                stdout=subprocess.PIPE, text=True)
+    try:
+        plant.expect(refused, "send", "press", "608#00", code=1)
+        plant.expect("not possible in the line's role", "send", "watch", "351#00", code=1)
+        end = time.monotonic() + PATIENCE
+        while listener.poll() is None and time.monotonic() < end:
+            plant.command("send", "press", "361#FF")  # not what is listened to
+            plant.command("send", "press", "351#1122")
+        heard = [json.loads(line) for line in listener.communicate(timeout=PATIENCE)[0].splitlines()]
+    finally:
+        listener.kill()
+    if len(heard) != 2 or any((frame["id"], frame["data"], frame["line"]) != (0x351, "1122", "watch") for frame in heard):
+        raise Failure(f"heard: {heard}")
+
+
+def check_dictionary(plant):
+    """Objects of applications: of the configuration, in image and PDO, and created while it runs."""
+    plant.expect("5", "od", "press", "read", "2100", "1")
+    plant.command("od", "press", "write", "2100", "1", "42")
+    told = plant.command("od", "press", "write", "2100", "1", "101", code=1)
+    if "too high" not in told:
+        raise Failure("above its limit: " + told)
+
+    def recipe():
+        entries = json.loads(plant.command("--json", "image", "press"))["entries"]
+        return [entry["value"] for entry in entries if entry["name"] == "own.Recipe" and entry["valid"]] == [42]
+    plant.until("the recipe is in the image", recipe)
+    listener = subprocess.Popen([*plant.console, "--json", "listen", "watch", "3AA", "-n", "1"],
+                                stdout=subprocess.PIPE, text=True)
+    value = 0x01020300
+    end = time.monotonic() + PATIENCE
+    while listener.poll() is None and time.monotonic() < end:
+        value += 1
+        plant.command("write", "press", "own.Result", str(value))
+    heard = json.loads(listener.communicate(timeout=PATIENCE)[0])
+    if not heard["data"].endswith("030201"):
+        raise Failure(f"the PDO of the result: {heard}")
+    plant.expect(str(value), "od", "press", "read", "6100", "0")
+    plant.command("od", "press", "create", "2200", "1", "i16", "Offset", "--default", "-7")
+    plant.expect("-7", "od", "press", "read", "2200", "1")
+    names = [one["name"] for one in json.loads(plant.command("--json", "od", "press", "list"))]
+    if not {"Recipe", "Result", "Offset", "Device type"} <= set(names):
+        raise Failure(f"the dictionary has {names}")
+    if "2200:01" not in plant.command("od", "press", "list", "2200"):
+        raise Failure("the object that was created is not listed")
+    plant.command("od", "press", "remove", "2200")
+    plant.command("od", "press", "read", "2200", "1", code=1)
+
+
+def check_access(plant):
+    not_permitted = "not permitted by the line's access configuration"
+    plant.expect(not_permitted, "send", "press", "351#00", code=1)
+    plant.expect(not_permitted, "sdo", "write", "press:8", "6200", "1", "u8", "1", "--by-pdo", code=1)
+    plant.expect(not_permitted, "trigger", "press", "1", code=1)
+    plant.expect(not_permitted, "od", "press", "create", "2200", "1", "i16", "Offset", code=1)
+    plant.expect("5", "od", "press", "read", "2100", "1")
+
+
+def end(process):
+    process.send_signal(signal.SIGTERM)
+    if process.wait(timeout=PATIENCE) != 0:
+        raise Failure(f"a program ended with {process.returncode}")
+
+
+def run(plant):
+    press, watch = plant.gateway("press", "manager", "all"), plant.gateway("watch", "observer", "all")
+    try:
+        plant.until("all nodes operational", plant.operational)
+        check_objects(plant)
+        check_pdo_numbers(plant)
+        check_frames(plant)
+        check_dictionary(plant)
+        end(press)
+        press = plant.gateway("press", "manager", "read")
+        plant.until("all nodes operational again", plant.operational)
+        check_access(plant)
+    finally:
+        for process in (press, watch):
+            if process.poll() is None:
+                end(process)
+
+
+def main(linegated, linegate, profiles):
+    devices = [word for node, profile in DEVICES.items() for word in ("--device", f"{profile}:{node}")]
+    with tempfile.TemporaryDirectory() as folder:
+        simulated = subprocess.Popen([linegate, "simulate", URI, *devices])
+        try:
+            run(Plant(linegated, linegate, profiles, folder))
+        except Failure as failure:
+            return str(failure)
+        finally:
+            simulated.terminate()
+    return None
+
+
+def in_a_network_of_its_own(arguments):
+    commands = "ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo && exec \"$@\""
+    as_root = [] if os.getuid() == 0 else ["--map-root-user"]
+    os.execvp("unshare", ["unshare", "--net", *as_root, "sh", "-c", commands, "sh", sys.executable, "-B",
+                          *arguments, "--inside"])
+
+
+if __name__ == "__main__":
+    if sys.argv[-1] != "--inside":
+        in_a_network_of_its_own(sys.argv)
+    sys.exit(main(*sys.argv[1:-1]))

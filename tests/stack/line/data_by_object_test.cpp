@@ -1,0 +1,259 @@
+// Data of devices by object (CANopenIA manual 5.1) and PDOs triggered by hand (IXXAT CANopen
+// Manager API manual 6.1.6).
+#include <algorithm>
+
+#include "stack/base/abort_code.h"
+#include "stack/base/byte_order.h"
+#include "stack/od/dictionary.h"
+
+#include "tests/stack/line/line_fixture.h"
+
+namespace linegate::line {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr std::uint16_t kSetpoint = 0x2002;  // 32 bits, in RPDO 1 of node 5
+constexpr std::uint16_t kMode = 0x2003;      // 8 bits, in the same
+
+class DataByObject : public LineTest {
+ protected:
+  void run(LineConfig config) {
+    make(std::move(config));
+    boot();
+    pass(milliseconds(1));
+    sent();
+    events();
+  }
+  void run_with_update_time(Duration time) {
+    LineConfig config = config_with_axis();
+    config.pdo_update_time = time;
+    run(std::move(config));
+  }
+
+  Reply ask(Command command) {
+    line_->execute(std::move(command), now_);
+    return answer();
+  }
+  static Command write(std::uint16_t index, std::vector<std::byte> data, std::uint16_t code = 0) {
+    return {.kind = CommandKind::object_write,
+            .node = 5,
+            .index = index,
+            .code = code,
+            .data = std::move(data)};
+  }
+  static std::vector<std::byte> setpoint(std::uint32_t value) {
+    std::vector<std::byte> out(4);
+    store_le(std::span(out), value);
+    return out;
+  }
+  static std::vector<std::byte> mode(unsigned value) { return {static_cast<std::byte>(value)}; }
+  static Command trigger(std::uint8_t node, std::uint16_t code, std::uint32_t entry = 0) {
+    Command command{.kind = CommandKind::pdo_trigger, .node = node, .code = code, .data = {}};
+    command.entry = entry;
+    return command;
+  }
+  // By PDO 1, which waits for that.
+  static std::vector<std::byte> by_pdo(PdoWait wait) {
+    return {std::byte{kByPdo}, std::byte{1}, std::byte{0}, static_cast<std::byte>(wait)};
+  }
+  std::vector<std::string> pdos() {
+    std::vector<std::string> out = sent();
+    std::erase_if(out, [](const std::string& frame) { return !frame.starts_with("205#"); });
+    return out;
+  }
+  void set_event_timer(std::uint16_t ms) { ASSERT_TRUE(line_->dictionary().set({0x1800, 5}, ms)); }
+};
+
+TEST_F(DataByObject, APdoIsSentOnlyWhenAllItsValuesWereWritten) {
+  run(config_with_axis());
+  EXPECT_EQ(ask(write(kSetpoint, setpoint(0x11223344))).data, by_pdo(PdoWait::values));
+  pass(seconds(1));
+  EXPECT_THAT(pdos(), IsEmpty());
+  EXPECT_EQ(ask(write(kMode, mode(7))).data, by_pdo(PdoWait::none));
+  EXPECT_THAT(pdos(), ElementsAre("205#4433221107"));
+  EXPECT_EQ(ask(write(kMode, mode(7))).data, by_pdo(PdoWait::none));
+  EXPECT_THAT(pdos(), ElementsAre("205#4433221107")) << "each write is told, also of what is";
+}
+
+TEST_F(DataByObject, ADefaultIsAValue) {
+  LineConfig config = config_with_axis();
+  config.defaults.push_back({.entry = 1, .value = 3});
+  run(std::move(config));
+  EXPECT_EQ(ask(write(kSetpoint, setpoint(1))).data, by_pdo(PdoWait::none));
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000003"));
+}
+
+TEST_F(DataByObject, WhatNoPdoCarriesGoesBySdo) {
+  run(config_with_axis());
+  line_->execute(write(0x2F00, setpoint(5)), now_);
+  EXPECT_THAT(sent(), ElementsAre("605#23002F0005000000"));
+  hear(0x585, {0x60, 0x00, 0x2F, 0, 0, 0, 0, 0});
+  EXPECT_EQ(answer().data, std::vector<std::byte>{std::byte{kBySdo}});
+  line_->execute(write(0x2F00, setpoint(5)), now_);
+  sent();
+  hear(0x585, {0x80, 0x00, 0x2F, 0, 0x02, 0, 0x01, 0x06});
+  const Reply refused = answer();
+  EXPECT_EQ(refused.error, to_error(AbortCode::read_only));
+  EXPECT_THAT(refused.data, IsEmpty());
+}
+
+TEST_F(DataByObject, SdoCanBeEnforced) {
+  run(config_with_axis());
+  line_->execute(write(kMode, mode(7), kForceSdo), now_);
+  EXPECT_THAT(sent(), ElementsAre("605#2F03200007000000"));
+  hear(0x585, {0x60, 0x03, 0x20, 0, 0, 0, 0, 0});
+  EXPECT_EQ(answer().data, std::vector<std::byte>{std::byte{kBySdo}});
+  EXPECT_EQ(snapshot(Direction::outputs).valid.at(0), 0U) << "and the image has nothing of it";
+}
+
+TEST_F(DataByObject, TheUpdateTimeCollectsTheValuesOfAPdo) {
+  run_with_update_time(milliseconds(20));
+  ask(write(kSetpoint, setpoint(1)));
+  ask(write(kMode, mode(1)));
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000001")) << "all were written: at once";
+  EXPECT_EQ(ask(write(kSetpoint, setpoint(2))).data, by_pdo(PdoWait::update_time));
+  pass(milliseconds(15));
+  EXPECT_THAT(pdos(), IsEmpty());
+  ask(write(kSetpoint, setpoint(3)));
+  pass(milliseconds(19));
+  EXPECT_THAT(pdos(), IsEmpty()) << "each write begins it anew";
+  pass(milliseconds(1));
+  EXPECT_THAT(pdos(), ElementsAre("205#0300000001"));
+  pass(seconds(1));
+  EXPECT_THAT(pdos(), IsEmpty());
+}
+
+TEST_F(DataByObject, WithAnEventTimerThereIsNoUpdateTime) {
+  run_with_update_time(milliseconds(20));
+  set_event_timer(100);
+  ask(write(kSetpoint, setpoint(1)));
+  ask(write(kMode, mode(1)));
+  pdos();
+  EXPECT_EQ(ask(write(kMode, mode(2))).data, by_pdo(PdoWait::none));
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000002"));
+  pass(milliseconds(100));
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000002")) << "cyclically, written or not";
+}
+
+TEST_F(DataByObject, TheInhibitTimeIsKept) {
+  LineConfig config = config_with_axis();
+  config.nodes[0].rpdo_inhibit[1] = milliseconds(50);
+  run(std::move(config));
+  ask(write(kSetpoint, setpoint(1)));
+  ask(write(kMode, mode(1)));
+  EXPECT_EQ(pdos().size(), 1U);
+  ask(write(kMode, mode(2)));
+  ask(write(kMode, mode(3)));
+  pass(milliseconds(49));
+  EXPECT_THAT(pdos(), IsEmpty());
+  pass(milliseconds(1));
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000003"));
+}
+
+TEST_F(DataByObject, AKeptPdoIsSentWhenItIsTriggered) {
+  run(config_with_axis());
+  EXPECT_EQ(ask(write(kSetpoint, setpoint(1), kKeepPdo)).data, by_pdo(PdoWait::trigger));
+  EXPECT_EQ(ask(trigger(5, 1)).error, to_error(Refusal::wrong_state)) << "a value is missing";
+  ask(write(kMode, mode(1), kKeepPdo));
+  EXPECT_THAT(pdos(), IsEmpty());
+  const std::vector<std::byte> first = {std::byte{1}, std::byte{0}};
+  EXPECT_EQ(ask(trigger(5, 1)).data, first) << "by node and number of its RPDO";
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000001"));
+  EXPECT_EQ(ask(trigger(0, 1)).data, first) << "by its number here";
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000001"));
+  EXPECT_EQ(ask(trigger(0, 0, 4)).data, first) << "by a byte of the image";
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000001"));
+}
+
+TEST_F(DataByObject, WhatIsNotThereCannotBeTriggered) {
+  run(config_with_axis());
+  EXPECT_EQ(ask(trigger(5, 2)).error, to_error(Refusal::unknown_entry));
+  EXPECT_EQ(ask(trigger(6, 1)).error, to_error(Refusal::unknown_entry));
+  EXPECT_EQ(ask(trigger(0, 2)).error, to_error(Refusal::unknown_entry));
+  EXPECT_EQ(ask(trigger(0, 0, 5)).error, to_error(Refusal::unknown_entry)) << "beyond the image";
+  make(config_with_axis());
+  line_->start(now_);
+  EXPECT_EQ(ask(trigger(5, 1)).error, to_error(Refusal::wrong_state)) << "not Operational";
+}
+
+TEST_F(DataByObject, ATriggerTakesTheUpdateTimeAway) {
+  run_with_update_time(milliseconds(20));
+  ask(write(kSetpoint, setpoint(1)));
+  ask(write(kMode, mode(1)));
+  pdos();
+  ask(write(kMode, mode(2)));
+  ask(trigger(5, 1));
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000002"));
+  pass(seconds(1));
+  EXPECT_THAT(pdos(), IsEmpty());
+}
+
+TEST_F(DataByObject, BeforeOperationalTheValueWaits) {
+  make(config_with_axis());
+  line_->start(now_);
+  EXPECT_EQ(ask(write(kSetpoint, setpoint(1))).data, by_pdo(PdoWait::values));
+  EXPECT_EQ(ask(write(kMode, mode(1))).data, by_pdo(PdoWait::operational));
+}
+
+TEST_F(DataByObject, WhatDoesNotFitIsRefused) {
+  run(config_with_axis());
+  EXPECT_EQ(ask(write(kMode, setpoint(1))).error, to_error(Refusal::bad_request)) << "4 bytes";
+  EXPECT_EQ(ask(write(kMode, mode(1), 4)).error, to_error(Refusal::bad_request));
+  Command nobody = write(kMode, mode(1));
+  nobody.node = 0;
+  EXPECT_EQ(ask(nobody).error, to_error(Refusal::bad_request));
+  LineConfig config = config_with_axis();
+  config.bound = {1};
+  run(std::move(config));
+  EXPECT_EQ(ask(write(kMode, mode(1))).error, to_error(Refusal::not_permitted))
+      << "it follows an input";
+  EXPECT_THAT(pdos(), IsEmpty());
+}
+
+TEST_F(DataByObject, TheOwnNodeIsWrittenWithoutABus) {
+  run(config_with_axis());
+  Command command = write(0x1005, setpoint(0x80));
+  command.node = 127;
+  const Reply reply = ask(command);
+  EXPECT_TRUE(reply.ok());
+  EXPECT_THAT(reply.data, IsEmpty());
+}
+
+TEST_F(DataByObject, AReadMayBeAnsweredFromTheImage) {
+  run(config_with_axis());
+  const Command read{
+      .kind = CommandKind::sdo_read, .node = 5, .index = 0x2000, .code = kFromImage, .data = {}};
+  line_->execute(read, now_);
+  EXPECT_THAT(sent(), ElementsAre("605#4000200000000000")) << "nothing was received yet";
+  hear(0x585, {0x4B, 0x00, 0x20, 0, 0x01, 0, 0, 0});
+  EXPECT_EQ(answer().data.size(), 2U);
+  hear(0x185, {0x34, 0x12, 0, 0, 0, 0});
+  EXPECT_EQ(ask(read).data, (std::vector<std::byte>{std::byte{0x34}, std::byte{0x12}}));
+  EXPECT_THAT(sent(), IsEmpty());
+  Command fresh = read;
+  fresh.code = 0;
+  line_->execute(fresh, now_);
+  EXPECT_EQ(sent().size(), 1U) << "but only if that is enough";
+}
+
+TEST_F(DataByObject, ADeviceOfTheLineTriggersItsOwnPdo) {
+  LineConfig config;
+  config.name = "cell";
+  config.role = Role::device;
+  config.devices.push_back({9, "one", *eds::load(kDeviceFile, "axis.eds", 9).value});
+  make(std::move(config));
+  line_->start(now_);
+  EXPECT_EQ(ask(trigger(9, 1)).error, to_error(Refusal::wrong_state));
+  hear(0x000, {1, 9});
+  sent();
+  EXPECT_EQ(ask(trigger(9, 1)).error, Error{});
+  EXPECT_EQ(sent().size(), 1U);
+  EXPECT_EQ(ask(trigger(9, 2)).error, to_error(Refusal::unknown_entry));
+  EXPECT_EQ(ask(trigger(8, 1)).error, to_error(Refusal::bad_request));
+  EXPECT_EQ(ask(write(kMode, mode(1))).error, to_error(Refusal::wrong_role));
+}
+
+}  // namespace
+}  // namespace linegate::line

@@ -1,0 +1,239 @@
+// Frames of no CANopen service (CANopenIA manual 6.2, 5F01h:0Bh): sent and listened to.
+#include "stack/line/generic_can.h"
+
+#include "tests/stack/line/line_fixture.h"
+
+namespace linegate::line {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+class GenericCan : public LineTest {
+ protected:
+  void SetUp() override {
+    make(config_with_axis());
+    boot();
+    pass(milliseconds(1));
+    sent();
+    events();
+  }
+
+  Error ask(Command command) {
+    line_->execute(std::move(command), now_);
+    return answer().error;
+  }
+  static std::vector<std::byte> bytes(std::initializer_list<unsigned> values) {
+    std::vector<std::byte> out;
+    for (const unsigned value : values) {
+      out.push_back(static_cast<std::byte>(value));
+    }
+    return out;
+  }
+  Error send(std::uint32_t id, std::vector<std::byte> data = {}) {
+    Command command{.kind = CommandKind::can_send, .data = std::move(data)};
+    command.entry = id;
+    return ask(std::move(command));
+  }
+  Error listen(std::uint32_t id, std::uint16_t seconds, std::vector<std::byte> mask = {}) {
+    Command command{.kind = CommandKind::can_listen, .data = std::move(mask)};
+    command.entry = id;
+    command.code = seconds;
+    return ask(std::move(command));
+  }
+  std::vector<Event> frames() {
+    std::vector<Event> out = events();
+    std::erase_if(out, [](const Event& e) { return e.kind != EventKind::can_frame; });
+    return out;
+  }
+};
+
+TEST_F(GenericCan, AFrameOfAnyOtherIdentifierIsSentBehindAllElse) {
+  EXPECT_EQ(send(0x150, bytes({0x11, 0x22, 0x33, 0x44})), Error{});
+  EXPECT_EQ(send(0x8000'0150), Error{});
+  can::Frame frame;
+  ASSERT_TRUE(line_->next_frame(frame, now_));
+  EXPECT_EQ(text(frame), "150#11223344");
+  EXPECT_FALSE(frame.extended());
+  ASSERT_TRUE(line_->next_frame(frame, now_));
+  EXPECT_EQ(frame.id, 0x150U);
+  EXPECT_TRUE(frame.extended());
+  EXPECT_EQ(frame.length, 0);
+}
+
+TEST_F(GenericCan, RemoteFramesAndCanFd) {
+  Command command{.kind = CommandKind::can_send, .code = 3, .entry = 0x4000'0150, .data = {}};
+  EXPECT_EQ(ask(command), Error{});
+  can::Frame frame;
+  ASSERT_TRUE(line_->next_frame(frame, now_));
+  EXPECT_TRUE(frame.remote());
+  EXPECT_EQ(frame.length, 3);
+  command = {.kind = CommandKind::can_send, .sub = 5, .entry = 0x150, .data = bytes({})};
+  command.data.resize(64);
+  EXPECT_EQ(ask(command), Error{});
+  ASSERT_TRUE(line_->next_frame(frame, now_));
+  EXPECT_EQ(frame.flags, can::Frame::kFd | can::Frame::kBitRateSwitch);
+  EXPECT_EQ(frame.length, 64);
+}
+
+TEST_F(GenericCan, WhatIsNoFrameIsRefused) {
+  const Error bad = to_error(Refusal::bad_request);
+  EXPECT_EQ(send(0x800), bad) << "more than 11 bits";
+  EXPECT_EQ(send(0x2000'0150), bad) << "a bit without meaning";
+  EXPECT_EQ(send(0x150, std::vector<std::byte>(9)), bad);
+  EXPECT_EQ(send(0x4000'0150, bytes({1})), bad) << "a remote frame has no data";
+  Command command{.kind = CommandKind::can_send, .sub = 4, .entry = 0x150, .data = {}};
+  command.data.resize(9);
+  EXPECT_EQ(ask(command), bad) << "CAN FD has no such length";
+  command = {.kind = CommandKind::can_send, .sub = 1, .entry = 0x150, .data = {}};
+  EXPECT_EQ(ask(command), bad);
+  EXPECT_THAT(sent(), IsEmpty());
+}
+
+TEST_F(GenericCan, IdentifiersThatServicesUseAreRefused) {
+  for (const std::uint32_t id : {
+           0x000U, 0x080U, 0x100U,         // NMT, SYNC, TIME
+           0x0FFU, 0x085U,                 // EMCY of the own node and of others
+           0x585U, 0x605U, 0x67FU,         // SDO
+           0x701U, 0x77FU, 0x7E4U, 0x7E5U  // error control, LSS
+       }) {
+    EXPECT_EQ(send(id), to_error(Refusal::identifier_in_use)) << std::hex << id;
+  }
+  const auto linked = [this](Direction direction) {
+    const auto base = static_cast<std::uint16_t>(direction == Direction::inputs ? 0x1400 : 0x1800);
+    return static_cast<std::uint32_t>(line_->dictionary().number({base, 1}).value()) & 0x7FFU;
+  };
+  EXPECT_EQ(send(linked(Direction::inputs)), to_error(Refusal::identifier_in_use));
+  EXPECT_EQ(send(linked(Direction::outputs)), to_error(Refusal::identifier_in_use));
+  EXPECT_EQ(send(0x8000'0000 | linked(Direction::outputs)), Error{}) << "29 bits are others";
+}
+
+TEST_F(GenericCan, NothingIsSentWithoutABusOrByAnObserver) {
+  line_->bus_event({.kind = can::BusEvent::Kind::interface_failed, .time = now_});
+  EXPECT_EQ(send(0x150), to_error(Refusal::line_down));
+  LineConfig config = config_with_axis();
+  config.role = Role::observer;
+  make(config);
+  line_->start(now_);
+  EXPECT_EQ(send(0x150), to_error(Refusal::wrong_role));
+  EXPECT_EQ(listen(0x150, 5), Error{}) << "but it may listen";
+  hear(0x150, {7});
+  EXPECT_EQ(frames().size(), 1U);
+}
+
+TEST_F(GenericCan, OnlyFramesThatNoServiceWantsAreTold) {
+  hear(0x150, {1});
+  EXPECT_THAT(frames(), IsEmpty()) << "nobody asked";
+  EXPECT_EQ(listen(0, 5, bytes({0, 0, 0, 0})), Error{}) << "all frames";
+  hear(0x150, {1, 2, 3});
+  hear(0x705, {5});
+  const std::vector<Event> told = frames();
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].code, 0x150U);
+  EXPECT_EQ(told[0].value, 3U);
+  EXPECT_EQ(told[0].length, 3);
+  EXPECT_EQ(told[0].data[2], std::byte{3});
+}
+
+TEST_F(GenericCan, TheMaskSaysWhichBitsCount) {
+  EXPECT_EQ(listen(0x100, 5, bytes({0x00, 0x07, 0x00, 0x80})), Error{});
+  EXPECT_EQ(listen(0x333, 5), Error{}) << "without a mask all do";
+  hear(0x150, {});
+  hear(0x250, {});
+  hear(0x333, {});
+  hear(0x332, {});
+  can::Frame frame = can::make_frame(0x150, {});
+  frame.flags = can::Frame::kExtended;
+  frame.time = now_;
+  line_->receive(std::span(&frame, 1), now_);
+  std::vector<std::uint32_t> ids;
+  for (const Event& event : frames()) {
+    ids.push_back(event.code);
+  }
+  EXPECT_THAT(ids, ElementsAre(0x150, 0x333)) << "and 29 bits are others";
+}
+
+TEST_F(GenericCan, ListeningEndsByItselfOrWhenItIsToldTo) {
+  EXPECT_EQ(listen(0x150, 2), Error{});
+  EXPECT_EQ(listen(0x151, 2), Error{});
+  EXPECT_EQ(listen(0x151, 0), Error{});
+  hear(0x151, {});
+  EXPECT_THAT(frames(), IsEmpty());
+  hear(0x150, {});
+  EXPECT_EQ(frames().size(), 1U);
+  pass(seconds(1));
+  EXPECT_EQ(listen(0x150, 2), Error{}) << "once more moves the end";
+  pass(milliseconds(1500));
+  hear(0x150, {});
+  EXPECT_EQ(frames().size(), 1U);
+  pass(milliseconds(500));
+  hear(0x150, {});
+  EXPECT_THAT(frames(), IsEmpty());
+}
+
+TEST_F(GenericCan, MoreFramesThanAreToldAreCounted) {
+  EXPECT_EQ(listen(0x150, 5), Error{});
+  for (unsigned i = 0; i < Listening::kMostASecond + 7; ++i) {
+    hear(0x150, {});
+  }
+  EXPECT_EQ(frames().size(), Listening::kMostASecond);
+  pass(seconds(1));
+  hear(0x150, {1});
+  hear(0x150, {2});
+  const std::vector<Event> told = frames();
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[0].value, 7U << 16U | 1U);
+  EXPECT_EQ(told[1].value, 1U);
+}
+
+TEST_F(GenericCan, LongFramesAreToldInPieces) {
+  EXPECT_EQ(listen(0x150, 5), Error{});
+  can::Frame frame;
+  frame.id = 0x150;
+  frame.flags = can::Frame::kFd;
+  frame.length = 20;
+  frame.time = now_;
+  frame.data[0] = std::byte{1};
+  frame.data[19] = std::byte{9};
+  line_->receive(std::span(&frame, 1), now_);
+  const std::vector<Event> told = frames();
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[0].value, 0x200U | 20U);
+  EXPECT_EQ(told[0].length, 16);
+  EXPECT_EQ(told[0].data[0], std::byte{1});
+  EXPECT_EQ(told[1].value, 0x600U | 20U);
+  EXPECT_EQ(told[1].length, 4);
+  EXPECT_EQ(told[1].data[3], std::byte{9});
+}
+
+TEST_F(GenericCan, ThereAreOnlySoManyListeners) {
+  for (std::uint32_t i = 0; i < Listening::kFilters; ++i) {
+    EXPECT_EQ(listen(0x300 + i, 5), Error{});
+  }
+  EXPECT_EQ(listen(0x150, 5), to_error(Refusal::busy));
+  EXPECT_EQ(listen(0x300, 5), Error{}) << "one of them again";
+  EXPECT_EQ(listen(0x150, Listening::kLongest + 1), to_error(Refusal::bad_request));
+  EXPECT_EQ(listen(0x150, 5, bytes({1, 2})), to_error(Refusal::bad_request));
+  pass(seconds(5));
+  EXPECT_EQ(listen(0x150, 5), Error{});
+}
+
+TEST_F(GenericCan, DevicesOfTheLineSendAndListenToo) {
+  LineConfig config;
+  config.name = "cell";
+  config.role = Role::device;
+  config.devices.push_back({9, "one", *eds::load(kDeviceFile, "axis.eds", 9).value});
+  config.devices.push_back({10, "two", *eds::load(kDeviceFile, "axis.eds", 10).value});
+  make(config);
+  line_->start(now_);
+  sent();
+  EXPECT_EQ(send(0x58A), to_error(Refusal::identifier_in_use));
+  EXPECT_EQ(send(0x150, bytes({9})), Error{});
+  EXPECT_THAT(sent(), ElementsAre("150#09"));
+  EXPECT_EQ(listen(0x151, 5), Error{});
+  hear(0x151, {});
+  EXPECT_EQ(frames().size(), 1U);
+}
+
+}  // namespace
+}  // namespace linegate::line

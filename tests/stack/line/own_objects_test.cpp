@@ -1,0 +1,287 @@
+// Application objects of the own node (IXXAT CANopen Manager API manual 5.15).
+#include "stack/line/own_objects.h"
+
+#include <algorithm>
+
+#include "stack/base/abort_code.h"
+#include "stack/base/byte_order.h"
+#include "stack/od/dictionary.h"
+
+#include "tests/stack/line/line_fixture.h"
+
+namespace linegate::line {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::vector<std::byte> bytes_le(std::uint64_t value, std::size_t size) {
+  std::vector<std::byte> out(size);
+  store_le(std::span(out), value);
+  return out;
+}
+
+OwnObject own(std::uint16_t index, std::uint8_t sub, od::DataType type, od::Access access) {
+  OwnObject out{.index = index, .variable = {}};
+  out.variable.sub = sub;
+  out.variable.name = "Value " + std::to_string(sub);
+  out.variable.type = type;
+  out.variable.access = access;
+  return out;
+}
+
+// A recipe that others write, and a result that the application gives.
+LineConfig config_with_objects() {
+  LineConfig config = config_with_axis();
+  OwnObject recipe = own(0x2100, 1, od::DataType::unsigned16, od::Access::rww);
+  recipe.variable.name = "Recipe";
+  recipe.variable.value = bytes_le(5, 2);
+  recipe.variable.high_limit = bytes_le(100, 2);
+  recipe.variable.mappable = true;
+  recipe.in_image = true;
+  OwnObject result = own(0x6100, 0, od::DataType::unsigned32, od::Access::ro);
+  result.variable.mappable = true;
+  result.in_image = true;
+  config.own_objects = {result, recipe,
+                        own(0x2100, 2, od::DataType::visible_string, od::Access::rw)};
+  return config;
+}
+
+class OwnObjectsTest : public LineTest {
+ protected:
+  void run(LineConfig config) {
+    make(std::move(config));
+    boot();
+    sent();
+    events();
+  }
+  Reply ask(Command command) {
+    line_->execute(std::move(command), now_);
+    return answer();
+  }
+  Reply read(std::uint16_t index, std::uint8_t sub) {
+    return ask({.kind = CommandKind::local_read, .index = index, .sub = sub, .data = {}});
+  }
+  Reply write(std::uint16_t index, std::uint8_t sub, std::vector<std::byte> data) {
+    return ask(
+        {.kind = CommandKind::local_write, .index = index, .sub = sub, .data = std::move(data)});
+  }
+  const image::Entry& last_entry(Direction direction) {
+    return line_->layout(direction).entries.back();
+  }
+  std::uint64_t image_value(Direction direction) {
+    const image::Snapshot now = snapshot(direction);
+    const image::Entry& entry = last_entry(direction);
+    EXPECT_TRUE(now.is_valid(line_->layout(direction).entries.size() - 1));
+    return load_le(
+        std::span<const std::byte>(now.bytes).subspan(entry.bit_offset / 8, entry.bit_length / 8));
+  }
+  void set_result(std::uint32_t value) {
+    Command command{.kind = CommandKind::output_write, .data = bytes_le(value, 4)};
+    command.entry =
+        static_cast<std::uint32_t>(line_->layout(Direction::outputs).entries.size() - 1);
+    EXPECT_TRUE(ask(command).ok());
+  }
+  // What an object_create has as data.
+  static Command create(std::uint16_t index, std::uint8_t sub, od::DataType type,
+                        std::uint64_t value = 0, unsigned flags = 0, std::uint32_t offset = 0) {
+    Command out{.kind = CommandKind::object_create, .index = index, .sub = sub, .data = {}};
+    out.entry = offset;
+    out.data = bytes_le(static_cast<std::uint16_t>(type), 2);
+    out.data.push_back(static_cast<std::byte>(od::Access::rw));
+    out.data.push_back(static_cast<std::byte>(flags));
+    out.data.push_back(std::byte{3});
+    for (const char letter : {'n', 'e', 'w'}) {
+      out.data.push_back(static_cast<std::byte>(letter));
+    }
+    const std::size_t size = od::byte_size(type);
+    out.data.push_back(static_cast<std::byte>(size));
+    const std::vector<std::byte> initial = bytes_le(value, size);
+    out.data.insert(out.data.end(), initial.begin(), initial.end());
+    out.data.push_back(std::byte{0});
+    out.data.push_back(std::byte{0});
+    return out;
+  }
+  static Command remove(std::uint16_t index) {
+    return {.kind = CommandKind::object_create, .index = index, .code = kRemoveObject, .data = {}};
+  }
+};
+
+TEST_F(OwnObjectsTest, ThoseOfTheConfigurationAreInTheDictionary) {
+  run(config_with_objects());
+  EXPECT_EQ(read(0x2100, 0).data, bytes_le(2, 1)) << "the highest sub-index";
+  EXPECT_EQ(read(0x2100, 1).data, bytes_le(5, 2));
+  EXPECT_EQ(write(0x2100, 1, bytes_le(101, 2)).error, to_error(AbortCode::value_too_high));
+  EXPECT_TRUE(write(0x2100, 1, bytes_le(7, 2)).ok());
+  EXPECT_TRUE(write(0x2100, 2, bytes_le('x', 1)).ok());
+  EXPECT_EQ(write(0x6100, 0, bytes_le(1, 4)).error, to_error(AbortCode::read_only));
+  hear(0x67F, {0x40, 0x00, 0x21, 0x01, 0, 0, 0, 0});
+  EXPECT_THAT(sent(), ElementsAre("5FF#4B00210107000000")) << "over the bus, too";
+}
+
+TEST_F(OwnObjectsTest, WhatOthersWriteIsInTheInputs) {
+  run(config_with_objects());
+  const image::Entry& entry = last_entry(Direction::inputs);
+  EXPECT_EQ(entry.node, 127);
+  EXPECT_EQ(entry.index, 0x2100);
+  EXPECT_EQ(entry.local_pdo, 0);
+  EXPECT_EQ(entry.name, "own.Recipe");
+  EXPECT_EQ(image_value(Direction::inputs), 5U) << "the default";
+  hear(0x67F, {0x2B, 0x00, 0x21, 0x01, 9, 0, 0, 0});
+  EXPECT_TRUE(line_->image_changed(Direction::inputs));
+  EXPECT_EQ(image_value(Direction::inputs), 9U);
+  const auto input =
+      line_->input(static_cast<std::uint32_t>(line_->layout(Direction::inputs).entries.size() - 1));
+  EXPECT_EQ(input.value, 9U);
+  EXPECT_TRUE(input.valid);
+  EXPECT_FALSE(input.late);
+}
+
+TEST_F(OwnObjectsTest, WhatTheApplicationGivesIsInTheOutputs) {
+  run(config_with_objects());
+  set_result(0x11223344);
+  EXPECT_EQ(read(0x6100, 0).data, bytes_le(0x11223344, 4));
+  EXPECT_EQ(image_value(Direction::outputs), 0x11223344U);
+}
+
+TEST_F(OwnObjectsTest, AResetGivesThemTheirDefaults) {
+  run(config_with_objects());
+  write(0x2100, 1, bytes_le(7, 2));
+  snapshot(Direction::inputs);
+  Command reset{.kind = CommandKind::nmt, .node = 127, .data = {}};
+  reset.nmt = nmt::Command::reset_node;
+  ask(reset);
+  pass(milliseconds(1));
+  EXPECT_TRUE(line_->image_changed(Direction::inputs));
+  EXPECT_EQ(image_value(Direction::inputs), 5U);
+  EXPECT_EQ(read(0x2100, 1).data, bytes_le(5, 2));
+}
+
+TEST_F(OwnObjectsTest, PdosMapThem) {
+  LineConfig config = config_with_objects();
+  pdo::Parameters tpdo;
+  tpdo.number = 10;
+  tpdo.cob_id = {0x3AA | can::CobId::kNoRtrBit};
+  tpdo.mapping = {{{0x6100, 0}, 32}};
+  config.forwarding.tpdos = {tpdo};
+  pdo::Parameters rpdo;
+  rpdo.number = 10;
+  rpdo.cob_id = {0x3BB};
+  rpdo.mapping = {{{0x2100, 1}, 16}};
+  config.forwarding.rpdos = {rpdo};
+  run(std::move(config));
+  set_result(4);
+  EXPECT_THAT(sent(), ElementsAre("3AA#04000000"));
+  hear(0x3BB, {0x21, 0});
+  EXPECT_EQ(image_value(Direction::inputs), 0x21U);
+  EXPECT_EQ(read(0x2100, 1).data, bytes_le(0x21, 2));
+}
+
+TEST_F(OwnObjectsTest, ThoseThatAreMarkedAreStored) {
+  LineConfig config = config_with_objects();
+  config.stores_parameters = true;
+  config.own_objects[2].variable.store = true;
+  run(std::move(config));
+  EXPECT_THAT(line_->dictionary().stored(0x2000, 0x5FFF), ElementsAre(od::Address{0x2100, 2}));
+}
+
+TEST_F(OwnObjectsTest, WhatMakesNoSenseIsTold) {
+  LineConfig config = config_with_axis();
+  OwnObject long_value = own(0x2100, 1, od::DataType::unsigned16, od::Access::rw);
+  long_value.variable.value = bytes_le(5, 4);
+  OwnObject bit = own(0x2101, 0, od::DataType::boolean, od::Access::rw);
+  bit.in_image = true;
+  OwnObject text = own(0x2102, 0, od::DataType::visible_string, od::Access::rw);
+  text.variable.mappable = true;
+  config.own_objects = {own(0x5F00, 0, od::DataType::unsigned8, od::Access::rw),
+                        own(0x1F00, 0, od::DataType::unsigned8, od::Access::rw),
+                        own(0x2103, 0, od::DataType::domain, od::Access::rw),
+                        long_value,
+                        bit,
+                        text,
+                        own(0x2104, 0, od::DataType::unsigned8, od::Access::rw),
+                        own(0x2104, 0, od::DataType::unsigned8, od::Access::rw)};
+  const auto made = Line::make(config);
+  ASSERT_FALSE(made.ok());
+  EXPECT_EQ(made.diagnostics.size(), 7U);
+  EXPECT_THAT(made.diagnostics.front().text,
+              HasSubstr("own object 5F00:00 is not in 2000h..5EFFh or 6000h..9FFFh"));
+  EXPECT_THAT(made.diagnostics.back().text, HasSubstr("own object 2104:00 is there twice"));
+}
+
+TEST_F(OwnObjectsTest, ACommandCreatesAndRemovesThem) {
+  run(config_with_axis());
+  EXPECT_TRUE(ask(create(0x2200, 1, od::DataType::unsigned16, 3)).ok());
+  EXPECT_EQ(read(0x2200, 1).data, bytes_le(3, 2));
+  write(0x2200, 1, bytes_le(4, 2));
+  EXPECT_TRUE(ask(create(0x2200, 2, od::DataType::unsigned8, 8)).ok());
+  EXPECT_EQ(read(0x2200, 1).data, bytes_le(4, 2)) << "the others keep their values";
+  EXPECT_EQ(read(0x2200, 2).data, bytes_le(8, 1));
+  EXPECT_EQ(read(0x2200, 0).data, bytes_le(2, 1));
+  EXPECT_TRUE(ask(remove(0x2200)).ok());
+  EXPECT_EQ(read(0x2200, 1).error, to_error(AbortCode::no_object));
+  EXPECT_EQ(ask(remove(0x2200)).error, to_error(Refusal::unknown_entry));
+}
+
+TEST_F(OwnObjectsTest, ACreatedObjectMayLieOverTheImage) {
+  run(config_with_objects());
+  const std::uint32_t offset = last_entry(Direction::inputs).bit_offset / 8;
+  EXPECT_TRUE(ask(create(0x2200, 0, od::DataType::unsigned8, 0, 4, offset)).ok());
+  EXPECT_EQ(read(0x2200, 0).data, bytes_le(5, 1)) << "the bytes there are its value";
+  snapshot(Direction::inputs);
+  write(0x2200, 0, bytes_le(6, 1));
+  EXPECT_TRUE(line_->image_changed(Direction::inputs));
+  EXPECT_EQ(image_value(Direction::inputs), 6U);
+  EXPECT_EQ(read(0x2100, 1).data, bytes_le(6, 2));
+}
+
+TEST_F(OwnObjectsTest, CreatingHasItsLimits) {
+  run(config_with_objects());
+  const Error bad = to_error(Refusal::bad_request);
+  const Error state = to_error(Refusal::wrong_state);
+  EXPECT_EQ(ask(create(0x2100, 1, od::DataType::unsigned8)).error, state) << "it exists";
+  EXPECT_EQ(ask(remove(0x2100)).error, state) << "it is the configuration's";
+  EXPECT_EQ(ask(create(0x1008, 0, od::DataType::unsigned8)).error, bad);
+  EXPECT_EQ(ask(create(0x2200, 0, od::DataType::domain)).error, bad);
+  EXPECT_EQ(ask(create(0x2200, 0, od::DataType::unsigned8, 0, 2)).error, bad) << "stored";
+  EXPECT_EQ(ask(create(0x2200, 0, od::DataType::unsigned8, 0, 4, 0x1000)).error, bad)
+      << "beyond the image";
+  Command damaged = create(0x2200, 0, od::DataType::unsigned8);
+  damaged.data.pop_back();
+  EXPECT_EQ(ask(damaged).error, bad);
+  EXPECT_EQ(read(0x2200, 0).error, to_error(AbortCode::no_object));
+}
+
+TEST_F(OwnObjectsTest, TheDictionaryCanBeListed) {
+  run(config_with_objects());
+  Command list{.kind = CommandKind::local_read, .index = 0x2100, .code = kListObjects, .data = {}};
+  list.entry = 0x2100;
+  const std::vector<std::byte> told = ask(list).data;
+  // Sub-index 0, then "Recipe": 7 bytes of header, its name with length, its value with length.
+  const std::size_t first = 7 + 1 + std::string("Highest sub-index supported").size() + 1 + 1;
+  ASSERT_GT(told.size(), first + 7 + 7 + 3);
+  const auto recipe = std::span<const std::byte>(told).subspan(first);
+  EXPECT_EQ(load_le(recipe.first(2)), 0x2100U);
+  EXPECT_EQ(recipe[2], std::byte{1});
+  EXPECT_EQ(load_le(recipe.subspan(3, 2)), static_cast<unsigned>(od::DataType::unsigned16));
+  EXPECT_EQ(recipe[5], static_cast<std::byte>(od::Access::rww));
+  EXPECT_EQ(recipe[6], std::byte{5}) << "mappable, of an application";
+  EXPECT_EQ(recipe[7], std::byte{6});
+  EXPECT_EQ(recipe[14], std::byte{2});
+  EXPECT_EQ(load_le(recipe.subspan(15, 2)), 5U);
+  list.index = 0;
+  list.entry = 0;
+  EXPECT_GT(ask(list).data.size(), 1000U) << "all of it";
+}
+
+TEST_F(OwnObjectsTest, AnObserverHasNone) {
+  LineConfig config = config_with_objects();
+  config.role = Role::observer;
+  make(config);
+  EXPECT_EQ(line_->layout(Direction::inputs).entries.size(), 2U);
+  EXPECT_THAT(line_->config().own_objects, IsEmpty());
+}
+
+}  // namespace
+}  // namespace linegate::line
