@@ -185,6 +185,8 @@ void read_own_node(Section& section, line::LineConfig& config) {
                         std::chrono::seconds(60));
   section.read_multiple("time", config.time_period, milliseconds(10), std::chrono::hours(24));
   section.read("sdo_timeout", config.sdo_timeout, milliseconds(1), std::chrono::minutes(10));
+  section.read("save_timeout", config.save_timeout, milliseconds(1), std::chrono::minutes(10));
+  section.read("load_timeout", config.load_timeout, milliseconds(1), std::chrono::minutes(10));
   section.read_choice<node::ErrorScheme>(
       "emcy_bytes", config.error_scheme,
       {{"number", node::ErrorScheme::number},
@@ -199,8 +201,9 @@ void tell_what_an_observer_ignores(Section& section, const line::LineConfig& con
   if (config.role != line::Role::observer) {
     return;
   }
-  for (const char* key : {"heartbeat", "time", "sdo_timeout", "emcy_bytes", "reset_nodes",
-                          "start_nodes", "identity", "storage", "outputs"}) {
+  for (const char* key :
+       {"heartbeat", "time", "sdo_timeout", "save_timeout", "load_timeout", "emcy_bytes",
+        "reset_nodes", "start_nodes", "identity", "storage", "outputs"}) {
     const YAML::Node node = section.find(key);
     if (node.IsDefined()) {
       section.findings().warning(place_of(node), std::string(key) +

@@ -88,6 +88,10 @@ struct LineConfig {
   Duration sync_period{};  // 0 = no SYNC producer
   Duration time_period{};  // 0 = no TIME producer
   Duration sdo_timeout = std::chrono::milliseconds(500);
+  // For the answer of a device to `save` and `load`, writes of its 1010h and 1011h, if they are
+  // longer than sdo_timeout.
+  Duration save_timeout = std::chrono::seconds(15);
+  Duration load_timeout = std::chrono::seconds(3);
   bool reset_nodes = true;        // NMT reset communication to all at the start
   bool start_nodes = true;        // NMT start when booted (1F80h bit 3 = 0)
   bool stop_nodes = true;         // NMT enter pre-operational to all when the line is stopped

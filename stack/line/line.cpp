@@ -62,6 +62,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
   node.set_companion(this);
   node.pdos().link(plan);
   node.clock().produce_every(config.time_period);
+  sdo.set_slow_writes(config.save_timeout, config.load_timeout);
   heartbeats.set_listener(this);
   heartbeats.listen_all(config.node_id);
   emergencies.set_listener(this);

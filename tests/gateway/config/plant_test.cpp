@@ -357,6 +357,8 @@ lines:
     sync: 2.5ms
     time: 1s
     sdo_timeout: 300ms
+    save_timeout: 20s
+    load_timeout: 5s
     emcy_bytes: temporary_and_sticky
     reset_nodes: false
     start_nodes: false
@@ -400,6 +402,8 @@ lines:
   EXPECT_EQ(line.config.sync_period, 2500us);
   EXPECT_EQ(line.config.time_period, 1s);
   EXPECT_EQ(line.config.sdo_timeout, 300ms);
+  EXPECT_EQ(line.config.save_timeout, 20s);
+  EXPECT_EQ(line.config.load_timeout, 5s);
   EXPECT_EQ(line.config.error_scheme, node::ErrorScheme::temporary_and_sticky);
   EXPECT_FALSE(line.config.reset_nodes);
   EXPECT_FALSE(line.config.start_nodes);
