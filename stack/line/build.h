@@ -5,6 +5,7 @@
 
 #include "stack/base/diagnostic.h"
 #include "stack/can/cob_id.h"
+#include "stack/diagnosis/diagnosis.h"
 #include "stack/line/config.h"
 #include "stack/manager/plan.h"
 #include "stack/pdo/link.h"
@@ -16,6 +17,8 @@ std::vector<Diagnostic> check(const LineConfig& config);
 
 // Precondition: check() found no error. The consumer time is 2.5 producer times unless configured.
 std::vector<manager::NodePlan> node_plans(const LineConfig& config);
+
+diagnosis::Options diagnosis_options(const LineConfig& config);
 
 // On which the node sends its EMCYs: 1014h as its file says, or as it is written after that.
 can::CobId emcy_cob_id(const NodeConfig& node);

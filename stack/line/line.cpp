@@ -41,6 +41,7 @@ od::Dictionary dictionary_of(const LineConfig& config, image::ProcessImage& imag
   // Cannot fail: the own dictionary has none of these objects yet.
   (void)pdo::add_linked_objects(dictionary, image, plan).ok();
   (void)forwarded.add_to(dictionary).ok();
+  (void)diagnosis::add_objects(dictionary).ok();
   return dictionary;
 }
 
@@ -57,8 +58,11 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       emergencies(node.dispatch(), events, kManagerMark),
       sdo(node.dispatch(), node.transmit(), events),
       manager(node_plans(config), manager_options(config), sdo, heartbeats, events, *this),
+      diagnosis(diagnosis_options(config), node.dictionary(), *this),
+      diagnosis_objects(node.dictionary(), diagnosis, config.node_id),
       outputs(image.layout(image::Direction::outputs), config.groups, config.bound),
       scanner(sdo, events) {
+  events.set_listener(&diagnosis);
   node.set_companion(this);
   node.pdos().link(plan);
   node.clock().produce_every(config.time_period);
@@ -105,6 +109,7 @@ void Line::Impl::advance(Instant now) {
   while (const Outputs::Group* group = outputs.expire(now)) {
     react(*group, now);
   }
+  diagnosis.update(now);
   can::Traffic seen = node.counters().sent;
   seen += node.counters().received;
   load.advance(seen, now);
@@ -217,6 +222,7 @@ void Line::Impl::may_operate(Instant now) {
 
 void Line::Impl::send_nmt(nmt::Command command, std::uint8_t id) {
   nmt.send(command, id);
+  diagnosis.commanded(command, id);
 }
 
 void Line::Impl::boot_up(std::uint8_t id, Instant now) {
@@ -224,6 +230,7 @@ void Line::Impl::boot_up(std::uint8_t id, Instant now) {
 }
 
 void Line::Impl::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
+  diagnosis.heard(id, state, now);
   manager.heartbeat(id, state, now);
 }
 
@@ -236,6 +243,7 @@ void Line::Impl::heartbeat_recovered(std::uint8_t id, Instant now) {
 }
 
 void Line::Impl::emergency(std::uint8_t id, const emcy::Message& message, Instant now) {
+  diagnosis.emergency(id, message);
   manager.emergency(id, message.code, message.error_register, now);
   if (routing != nullptr) {
     routing->emergency(id, message, now);
@@ -250,6 +258,7 @@ LineState Line::Impl::state() const {
   out.own_state = node.state();
   out.indicators = node.indicators();
   out.manager = manager.state();
+  out.network = diagnosis.network_state();
   out.bus = bus;
   out.transmit_errors = transmit_errors;
   out.receive_errors = receive_errors;

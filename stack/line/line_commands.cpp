@@ -212,6 +212,7 @@ Error Line::Impl::send_nmt(const Command& command, Instant now) {
   if (!nmt.send(command.nmt, command.node)) {
     return to_error(Refusal::busy);
   }
+  diagnosis.commanded(command.nmt, command.node);
   manager.commanded(command.nmt, command.node, now);
   return kDone;
 }

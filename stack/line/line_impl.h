@@ -5,6 +5,8 @@
 #include <memory>
 #include <vector>
 
+#include "stack/diagnosis/diagnosis.h"
+#include "stack/diagnosis/objects.h"
 #include "stack/emcy/consumer.h"
 #include "stack/emcy/producer.h"
 #include "stack/image/process_image.h"
@@ -26,9 +28,11 @@ struct Line::Impl final : Line::Base,
                           node::Companion,
                           manager::Host,
                           nmt::HeartbeatListener,
-                          emcy::Listener {
+                          emcy::Listener,
+                          diagnosis::Source {
   // plan is that of the configuration; see Line::make().
   Impl(LineConfig line_config, pdo::LinkPlan link_plan);
+  ~Impl() override { events.set_listener(nullptr); }
 
   // --- line.cpp -------------------------------------------------------------------------------
   const image::Layout& layout(image::Direction direction) const override;
@@ -78,6 +82,9 @@ struct Line::Impl final : Line::Base,
   void heartbeat(std::uint8_t node, nmt::State state, Instant now) override;
   void heartbeat_lost(std::uint8_t node, Instant deadline) override;
   void heartbeat_recovered(std::uint8_t node, Instant now) override;
+  // diagnosis::Source
+  diagnosis::NetworkFacts network() const override;
+  const NodeState& node_seen(std::uint8_t node) const override;
   // emcy::Listener
   void emergency(std::uint8_t node, const emcy::Message& message, Instant now) override;
 
@@ -131,11 +138,14 @@ struct Line::Impl final : Line::Base,
   emcy::Consumer emergencies;
   sdo::Arbiter sdo;
   manager::Manager manager;  // keeps the states of the nodes in every role, acts in that of manager
+  diagnosis::Diagnosis diagnosis;
+  diagnosis::Objects diagnosis_objects;
   Outputs outputs;
   std::unique_ptr<Routing> routing;  // if the line takes part in it
 
   scan::Scanner scanner;
   std::uint64_t scan_tag = 0;  // of the command that wants to know what it finds
+  bool scan_of_all = false;
   Instant scan_deadline = kNever;
 
   std::vector<Pending> pending;

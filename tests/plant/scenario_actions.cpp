@@ -19,6 +19,9 @@ void Scenario::act(Words& words) {
     sdo_action(words);
   } else if (verb == "nmt") {
     nmt_action(words);
+  } else if (verb == "scan") {
+    const std::string name = words.take();
+    command({.kind = line::CommandKind::scan, .node = words.node()}, name);
   } else if (verb == "output") {
     line::Command request{.kind = line::CommandKind::output_write};
     const std::string name = words.peek();

@@ -109,6 +109,10 @@ void Scenario::describe_line(Words& words) {
     } else if (key == "channels") {
       words.expect("per-node");
       plan.config.routing.channels = routing::ChannelRule::per_node;
+    } else if (key == "slave") {
+      plan.config.role = line::Role::device;
+    } else if (key == "started-by-application") {
+      plan.config.start_nodes = false;
     } else if (key == "own") {
       plan.config.node_id = words.node();
     } else {
