@@ -90,7 +90,9 @@ enum class EventKind : std::uint8_t {
                      // data: of how much (4, LE; 0 = not known)
   lss_result,        // a device without a node-ID was given one by LSS: node. code: 0, or why not;
                      // data: its LSS address, 1018h:1 to 4 (4 each, LE)
-  foreign_manager,   // another NMT master is on the line. code: how it showed itself
+  foreign_manager,   // another NMT master is on the line; told every 10 s as long as it goes on.
+                     // code: 1 an NMT command (value: its command specifier, data: to which node, 0
+                     // = all), 2 a message of flying masters (CiA 302-2; value: its identifier)
   can_frame,         // a frame that no service wanted, while somebody asked for such (CommandKind::
               // can_listen). code: identifier, bit 31: of 29 bits; value: length; data: its first
               // 16 bytes

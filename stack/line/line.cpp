@@ -59,6 +59,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       sdo(node.dispatch(), node.transmit(), events),
       manager(node_plans(config), manager_options(config), sdo, heartbeats, events, *this),
       diagnosis(diagnosis_options(config), node.dictionary(), *this),
+      foreign_manager(node.dispatch(), events),
       diagnosis_objects(node.dictionary(), diagnosis, config.node_id),
       outputs(image.layout(image::Direction::outputs), config.groups, config.bound),
       scanner(sdo, events) {
@@ -197,6 +198,9 @@ void Line::Impl::receive(const can::Target& target, const can::Frame& frame) {
       if (!emergencies.receive(node_of(target), frame)) {
         malformed(target, frame);
       }
+      return;
+    case can::Service::nmt:
+      foreign_manager.receive(target.index, frame);
       return;
     case can::Service::sdo_client:
       sdo.receive(target, frame);

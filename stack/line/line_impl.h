@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "stack/diagnosis/diagnosis.h"
+#include "stack/diagnosis/foreign_manager.h"
 #include "stack/diagnosis/objects.h"
 #include "stack/emcy/consumer.h"
 #include "stack/emcy/producer.h"
@@ -139,6 +140,7 @@ struct Line::Impl final : Line::Base,
   sdo::Arbiter sdo;
   manager::Manager manager;  // keeps the states of the nodes in every role, acts in that of manager
   diagnosis::Diagnosis diagnosis;
+  diagnosis::ForeignManager foreign_manager;
   diagnosis::Objects diagnosis_objects;
   Outputs outputs;
   std::unique_ptr<Routing> routing;  // if the line takes part in it
