@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """The table of services and objects in stack/README.md, that of sentences in stack/routing/README.md, that of services in
-stack/lss/README.md, those of manuals in stack/diagnosis/README.md, and that of faults in deploy/OPERATING.md: every place and every test they name exists, and the test is built. The guide's table of events has each kind with its severity. (That none is switched off is what words.py looks after.) What is
+stack/lss/README.md, those of manuals in stack/diagnosis/README.md and stack/node/README.md, and that of faults in deploy/OPERATING.md: every place and every test they name exists, and the test is built. The guide's table of events has each kind with its severity. (That none is switched off is what words.py looks after.) What is
 no test of GoogleTest is named by its path below tests/."""
 
 import os
@@ -18,8 +18,11 @@ LSS = "stack/lss/README.md"
 LSS_HEADING = "## Each service, and its test"
 LSS_FIRST_CELL = "service"
 DIAGNOSIS = "stack/diagnosis/README.md"
-DIAGNOSIS_HEADINGS = ["## IXXAT manual, chapters 7 to 9"]
+DIAGNOSIS_HEADINGS = ["## IXXAT manual, chapters 7 to 9", "## CANopenIA manual, chapters 5 and 6"]
 DIAGNOSIS_FIRST_CELL = "feature"
+INDICATIONS = "stack/node/README.md"
+INDICATIONS_HEADING = "## What the indications of the emotas stack tell"
+INDICATIONS_FIRST_CELL = "indication"
 FAULTS = "deploy/OPERATING.md"
 FAULTS_HEADING = "## When something fails"
 FAULTS_FIRST_CELL = "what is seen"
@@ -120,6 +123,8 @@ def check(root):
     if os.path.exists(os.path.join(root, "stack/diagnosis")):
         for heading in DIAGNOSIS_HEADINGS:
             yield from check_table(root, tests, DIAGNOSIS, heading, DIAGNOSIS_FIRST_CELL, wrong_in)
+    if os.path.exists(os.path.join(root, "stack/node")):
+        yield from check_table(root, tests, INDICATIONS, INDICATIONS_HEADING, INDICATIONS_FIRST_CELL, wrong_in)
     yield from check_table(root, tests, FAULTS, FAULTS_HEADING, FAULTS_FIRST_CELL, wrong_in_fault)
     yield from check_events(root)
 
