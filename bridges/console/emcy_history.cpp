@@ -8,6 +8,7 @@
 
 #include "bridges/console/explain_words.h"
 #include "bridges/console/lookup.h"
+#include "bridges/console/table.h"
 #include "bridges/console/value_text.h"
 
 namespace linegate::console {

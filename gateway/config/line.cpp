@@ -201,9 +201,9 @@ void tell_what_an_observer_ignores(Section& section, const line::LineConfig& con
   if (config.role != line::Role::observer) {
     return;
   }
-  for (const char* key :
-       {"heartbeat", "time", "sdo_timeout", "save_timeout", "load_timeout", "emcy_bytes",
-        "reset_nodes", "start_nodes", "identity", "storage", "outputs"}) {
+  for (const char* key : {"heartbeat", "time", "sdo_timeout", "save_timeout", "load_timeout",
+                          "emcy_bytes", "reset_nodes", "start_nodes", "identity", "strict_ixxat",
+                          "keep_operational", "canopenia_base", "storage", "outputs"}) {
     const YAML::Node node = section.find(key);
     if (node.IsDefined()) {
       section.findings().warning(place_of(node), std::string(key) +
@@ -249,6 +249,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   read_role(section, plan.config);
   read_own_node(section, plan.config);
   tell_what_an_observer_ignores(section, plan.config);
+  read_diagnosis(section, plan.config);
   read_access(section, plan);
   const YAML::Node enter = section.find("enter");
   out.enter_place = place_of(enter);

@@ -42,6 +42,18 @@ void each_node(Action action) {
   }
 }
 
+// Of a manager: the network is initialised from now on.
+bool begins(const Event& event) {
+  const auto is = [](std::uint32_t code, manager::ManagerState state) {
+    return code == static_cast<std::uint32_t>(state);
+  };
+  const bool rested = is(event.value, manager::ManagerState::inactive) ||
+                      is(event.value, manager::ManagerState::stopped);
+  return is(event.code, manager::ManagerState::resetting) ||
+         (rested && !is(event.code, manager::ManagerState::inactive) &&
+          !is(event.code, manager::ManagerState::stopped));
+}
+
 // In the one of the three lists that its state is.
 void list_state(NodeLists& lists, std::uint8_t node, nmt::State state) {
   lists.operational.set(node, state == nmt::State::operational);
@@ -59,9 +71,8 @@ void Diagnosis::told(const Event& event) {
   latest_ = event.time;
   changed_ = true;
   communication_.note(event);
-  if (event.kind == EventKind::manager_state &&
-      (event.code == static_cast<std::uint32_t>(manager::ManagerState::resetting) ||
-       event.value == static_cast<std::uint32_t>(manager::ManagerState::inactive))) {
+  node_status_.note(event);
+  if (event.kind == EventKind::manager_state && begins(event)) {
     begin();
   }
   if (event.kind == EventKind::boot_up) {
@@ -71,9 +82,14 @@ void Diagnosis::told(const Event& event) {
   const NetworkFacts now = source_.network();
   if (now.manages) {
     const bool of_node = event.node >= can::kMinNodeId && event.node <= can::kMaxNodeId;
-    events_ |= global_events(event, {.own_node = options_.own_node,
-                                     .mandatory = of_node && mandatory(event.node),
-                                     .scanning = now.scanning});
+    const std::uint16_t news = global_events(event, {.own_node = options_.own_node,
+                                                     .mandatory = of_node && mandatory(event.node),
+                                                     .scanning = now.scanning});
+    events_ |= news;
+    if ((news & options_.fatal_events) != 0 && !state_.fatal()) {
+      state_.fail();
+      failed_ = true;
+    }
   }
 }
 
@@ -94,6 +110,7 @@ void Diagnosis::heard(std::uint8_t node, nmt::State state, Instant now) {
 
 void Diagnosis::commanded(nmt::Command command, std::uint8_t node) {
   changed_ = true;
+  node_status_.commanded(command, node);
   each_node([&](std::uint8_t each) {
     if (node == 0 || node == each) {
       expected_[each] = {state_after(command), latest_};
@@ -110,12 +127,18 @@ void Diagnosis::commanded(nmt::Command command, std::uint8_t node) {
   }
 }
 
+bool Diagnosis::strayed(std::uint8_t node) const {
+  return disobedient_.has(node) && expected_[node].state == nmt::State::operational &&
+         assigned_to_master(node) && booted(source_.node_seen(node));
+}
+
 void Diagnosis::requested(std::uint8_t node) {
   events_ |= node == 0 ? kNetworkRequested : kNodeRequested;
 }
 
 void Diagnosis::begin() {
   state_.begin();
+  failed_ = false;
   events_ = 0;
   communication_.begin();
   began_ = latest_;

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 
 #include "stack/base/event_log.h"
 #include "stack/base/time.h"
@@ -13,6 +14,7 @@
 #include "stack/diagnosis/global_events.h"
 #include "stack/diagnosis/network_state.h"
 #include "stack/diagnosis/node_list.h"
+#include "stack/diagnosis/node_status.h"
 #include "stack/manager/state.h"
 #include "stack/nmt/state.h"
 #include "stack/od/dictionary.h"
@@ -34,6 +36,7 @@ struct Options {
   // Nodes of the configuration. Where the dictionary has 1F81h its bits 0 and 3 count.
   NodeList assigned;
   NodeList mandatory;
+  std::uint16_t fatal_events = kFatalEvents;  // of global_events.h
 };
 
 class Diagnosis final : public EventListener {
@@ -47,6 +50,8 @@ class Diagnosis final : public EventListener {
   void heard(std::uint8_t node, nmt::State state, Instant now);
   // An NMT command was sent to a node, or to all with 0.
   void commanded(nmt::Command command, std::uint8_t node);
+  // A node is being scanned, or all with 0.
+  void scan_begins(std::uint8_t node) { node_status_.scan_begins(node); }
   // 1F82h was written: of one node, or of all with 0.
   void requested(std::uint8_t node);
   // Does nothing as long as nothing has changed.
@@ -56,7 +61,17 @@ class Diagnosis final : public EventListener {
   std::uint16_t events() const { return events_; }
   std::uint8_t communication() const { return communication_.value(); }
   NodeLists lists() const;
+  const CommunicationState& communication_state() const { return communication_; }
   const EmcyRecord& emcys() const { return emcys_; }
+  const NodeStatus& node_status() const { return node_status_; }
+  nmt::State own_state() const { return source_.network().own; }
+  // A node, 1..127, that was booted and told to start shows another state than Operational.
+  bool strayed(std::uint8_t node) const;
+  // True once when the network has come into the state fatal error: what begin() of the network
+  // ends, and nothing else.
+  bool take_failure() { return std::exchange(failed_, false); }
+  bool failed() const { return failed_; }
+  bool fatal() const { return state_.fatal(); }
 
  private:
   void begin();
@@ -76,6 +91,7 @@ class Diagnosis final : public EventListener {
   std::uint16_t events_ = 0;
   CommunicationState communication_;
   EmcyRecord emcys_;
+  NodeStatus node_status_;
   NodeLists last_lists_;
   // The state that the last NMT command asks of a node, and since when; unknown: none.
   struct Expectation {
@@ -89,6 +105,7 @@ class Diagnosis final : public EventListener {
   Instant boot_time_ends_ = kNever;
   bool boot_time_over_ = false;
   bool changed_ = false;
+  bool failed_ = false;
 };
 
 }  // namespace linegate::diagnosis

@@ -73,7 +73,11 @@ void CommunicationState::note(const Event& event) {
     case EventKind::queue_full:
       kept_ |= kReceiveOverrun;
       return;
+    case EventKind::bus_error:
+      errors_ = true;
+      return;
     case EventKind::bus_state:
+      bus_ = static_cast<can::BusState>(event.code);
       if (is_error_state(event.value) && !is_error_state(event.code) && !is_bus_off(event.code)) {
         kept_ |= kErrorStateLeft;
       }

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "stack/base/event.h"
+#include "stack/can/bus_state.h"
 
 namespace linegate::diagnosis {
 
@@ -62,11 +63,19 @@ inline constexpr std::uint8_t kReceiveOverrun = 1U << 6U;     // a queue of the 
 
 class CommunicationState {
  public:
-  void begin() { kept_ = 0; }
+  void begin() {
+    kept_ = 0;
+    errors_ = false;
+  }
   void note(const Event& event);
   std::uint8_t value() const { return static_cast<std::uint8_t>(kept_ | now_); }
+  can::BusState bus() const { return bus_; }
+  // An error frame was seen.
+  bool errors() const { return errors_; }
 
  private:
+  can::BusState bus_ = can::BusState::unknown;
+  bool errors_ = false;
   std::uint8_t now_ = 0;
   std::uint8_t kept_ = 0;
 };

@@ -190,6 +190,9 @@ std::vector<Diagnostic> check(const LineConfig& config) {
       out.push_back(error(config, "node-ID " + std::to_string(node.id) + " is configured twice"));
     }
   }
+  if (!diagnosis::is_free_for_records(config.canopen_ia_base)) {
+    out.push_back(error(config, "the CANopenIA records have no room at their base"));
+  }
   check_devices(config, out);
   check_routing(config, out);
   return out;

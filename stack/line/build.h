@@ -5,6 +5,7 @@
 
 #include "stack/base/diagnostic.h"
 #include "stack/can/cob_id.h"
+#include "stack/diagnosis/canopen_ia.h"
 #include "stack/diagnosis/diagnosis.h"
 #include "stack/line/config.h"
 #include "stack/manager/plan.h"
@@ -19,6 +20,7 @@ std::vector<Diagnostic> check(const LineConfig& config);
 std::vector<manager::NodePlan> node_plans(const LineConfig& config);
 
 diagnosis::Options diagnosis_options(const LineConfig& config);
+diagnosis::CanopenIaOptions canopen_ia_options(const LineConfig& config);
 
 // On which the node sends its EMCYs: 1014h as its file says, or as it is written after that.
 can::CobId emcy_cob_id(const NodeConfig& node);

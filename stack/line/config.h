@@ -92,6 +92,13 @@ struct LineConfig {
   // longer than sdo_timeout.
   Duration save_timeout = std::chrono::seconds(15);
   Duration load_timeout = std::chrono::seconds(3);
+  // Fatal to the network, which is stopped then, is what the IXXAT manual calls so, and not only
+  // another device with the own node-ID and a mandatory node of a wrong identity or configuration.
+  bool strict_ixxat = false;
+  // A node that was started and shows another state is started again.
+  bool keep_operational = false;
+  // Index of the first of the CANopenIA records, see diagnosis/canopen_ia.h.
+  std::uint16_t canopen_ia_base = 0x5F40;
   bool reset_nodes = true;        // NMT reset communication to all at the start
   bool start_nodes = true;        // NMT start when booted (1F80h bit 3 = 0)
   bool stop_nodes = true;         // NMT enter pre-operational to all when the line is stopped

@@ -42,6 +42,7 @@ od::Dictionary dictionary_of(const LineConfig& config, image::ProcessImage& imag
   (void)pdo::add_linked_objects(dictionary, image, plan).ok();
   (void)forwarded.add_to(dictionary).ok();
   (void)diagnosis::add_objects(dictionary).ok();
+  (void)diagnosis::add_canopen_ia(dictionary, config.canopen_ia_base).ok();
   return dictionary;
 }
 
@@ -60,6 +61,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       manager(node_plans(config), manager_options(config), sdo, heartbeats, events, *this),
       diagnosis(diagnosis_options(config), node.dictionary(), *this),
       foreign_manager(node.dispatch(), events),
+      canopen_ia(node.dictionary(), diagnosis, canopen_ia_options(config)),
       diagnosis_objects(node.dictionary(), diagnosis, config.node_id),
       outputs(image.layout(image::Direction::outputs), config.groups, config.bound),
       scanner(sdo, events) {
@@ -110,13 +112,16 @@ void Line::Impl::advance(Instant now) {
   while (const Outputs::Group* group = outputs.expire(now)) {
     react(*group, now);
   }
-  diagnosis.update(now);
+  follow_diagnosis(now);
   can::Traffic seen = node.counters().sent;
   seen += node.counters().received;
   load.advance(seen, now);
 }
 
 Instant Line::Impl::next_wake() const {
+  if (canopen_ia.waits() || diagnosis.failed()) {
+    return Instant{};
+  }
   Instant wake = earlier(node.next_wake(), heartbeats.next_wake());
   wake = earlier(wake, events.next_wake());
   wake = earlier(wake, earlier(sdo.next_wake(), manager.next_wake()));
@@ -236,6 +241,7 @@ void Line::Impl::boot_up(std::uint8_t id, Instant now) {
 void Line::Impl::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
   diagnosis.heard(id, state, now);
   manager.heartbeat(id, state, now);
+  keep_operational(id);
 }
 
 void Line::Impl::heartbeat_lost(std::uint8_t id, Instant deadline) {

@@ -202,7 +202,12 @@ Error Line::Impl::send_nmt(const Command& command, Instant now) {
   if (const Error why = check_nmt(command); why != kDone) {
     return why;
   }
-  if (command.node == config.node_id) {
+  const bool own = command.node == config.node_id;
+  if (diagnosis.fatal() && nmt::is_reset(command.nmt) && (own || command.node == 0)) {
+    begin_anew(command.nmt, now);
+    return kDone;
+  }
+  if (own) {
     node.command(command.nmt, now);
     return kDone;
   }

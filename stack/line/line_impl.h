@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "stack/diagnosis/canopen_ia.h"
 #include "stack/diagnosis/diagnosis.h"
 #include "stack/diagnosis/foreign_manager.h"
 #include "stack/diagnosis/objects.h"
@@ -86,6 +87,10 @@ struct Line::Impl final : Line::Base,
   // diagnosis::Source
   diagnosis::NetworkFacts network() const override;
   const NodeState& node_seen(std::uint8_t node) const override;
+  void follow_diagnosis(Instant now);
+  void stop_network(Instant now);
+  void begin_anew(nmt::Command command, Instant now);
+  void keep_operational(std::uint8_t id);
   // emcy::Listener
   void emergency(std::uint8_t node, const emcy::Message& message, Instant now) override;
 
@@ -141,6 +146,7 @@ struct Line::Impl final : Line::Base,
   manager::Manager manager;  // keeps the states of the nodes in every role, acts in that of manager
   diagnosis::Diagnosis diagnosis;
   diagnosis::ForeignManager foreign_manager;
+  diagnosis::CanopenIa canopen_ia;
   diagnosis::Objects diagnosis_objects;
   Outputs outputs;
   std::unique_ptr<Routing> routing;  // if the line takes part in it
