@@ -9,6 +9,7 @@
 #include "stack/base/abort_code.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/bus_state.h"
+#include "stack/diagnosis/foreign_manager.h"
 #include "stack/line/command.h"
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
@@ -225,6 +226,15 @@ std::string_view lost_error_control(std::uint32_t code) {
   }
 }
 
+std::string foreign_manager_text(const Event& e) {
+  if (e.code != diagnosis::kForeignCommand) {
+    return fmt::format("another NMT master: flying-master message {:03X}h", e.value);
+  }
+  const std::uint64_t node = number(e, 0, 1);
+  return fmt::format("another NMT master: {} to {}", as<nmt::Command>(e.value),
+                     node == 0 ? std::string("all nodes") : fmt::format("node {}", node));
+}
+
 // What an observer hears.
 std::string overheard_text(const Event& e) {
   switch (e.kind) {
@@ -307,6 +317,8 @@ std::string text(const Event& e, std::string_view interface) {
     case EventKind::command_refused:
       return fmt::format("command {} refused: {}", as<line::CommandKind>(e.value),
                          line::describe(static_cast<line::Refusal>(e.code)));
+    case EventKind::foreign_manager:
+      return foreign_manager_text(e);
     case EventKind::node_scanned:
       return e.code == 0 ? fmt::format("scanned, {} objects read", e.value)
                          : fmt::format("scanned, {} objects read until it ended: {}", e.value,

@@ -18,6 +18,7 @@
 #include "bridges/console/boot.h"
 #include "bridges/console/commands.h"
 #include "bridges/console/configuration.h"
+#include "bridges/console/emcy_history.h"
 #include "bridges/console/monitor.h"
 #include "bridges/console/program.h"
 #include "bridges/console/scan.h"
@@ -297,13 +298,17 @@ class Program {
                          [&](auto& c) { return console::nmt(c, texts_.command, texts_.node); });
     });
 
-    CLI::App* emcy = app_.add_subcommand("emcy", "send an EMCY from a line's own node");
-    emcy->add_option("line", texts_.line)->required();
-    emcy->add_option("code", texts_.code, "emergency error code, hexadecimal")->required();
+    CLI::App* emcy = app_.add_subcommand(
+        "emcy", "the last EMCYs of each node; with a code: send one from a line's own node");
+    emcy->add_option("line", texts_.line, "LINE, or LINE:NODE for one node")->required();
+    emcy->add_option("code", texts_.code, "emergency error code to send, hexadecimal");
     emcy->add_option("register", texts_.reg, "error register, hexadecimal");
     emcy->add_option("bytes", texts_.bytes, "up to 5 manufacturer bytes, hexadecimal");
     on(emcy, [this] {
       return with_client(options_, {.commands = true}, [&](auto& c) {
+        if (texts_.code.empty()) {
+          return console::emcy_history(c, texts_.line);
+        }
         return console::emcy(c, texts_.line, texts_.code, texts_.reg, texts_.bytes);
       });
     });

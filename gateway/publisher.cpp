@@ -5,6 +5,7 @@
 #include <ctime>
 #include <utility>
 
+#include <fmt/format.h>
 #include <poll.h>
 #include <pthread.h>
 #include <spdlog/spdlog.h>
@@ -15,6 +16,7 @@
 #include "gateway/controller_text.h"
 #include "gateway/event_text.h"
 #include "gateway/routing_text.h"
+#include "stack/diagnosis/network_state.h"
 
 namespace linegate::gateway {
 namespace {
@@ -26,14 +28,20 @@ constexpr Duration kFailurePeriod = std::chrono::seconds(10);
 // Equal in everything that is published at once; counters and load follow every second.
 bool same_state(const line::LineState& a, const line::LineState& b) {
   return a.role == b.role && a.node_id == b.node_id && a.own_state == b.own_state &&
-         a.indicators == b.indicators && a.manager == b.manager && a.bus == b.bus &&
-         a.transmit_errors == b.transmit_errors && a.receive_errors == b.receive_errors &&
-         a.nodes_configured == b.nodes_configured && a.nodes_operational == b.nodes_operational;
+         a.indicators == b.indicators && a.manager == b.manager && a.network == b.network &&
+         a.bus == b.bus && a.transmit_errors == b.transmit_errors &&
+         a.receive_errors == b.receive_errors && a.nodes_configured == b.nodes_configured &&
+         a.nodes_operational == b.nodes_operational;
 }
 
 std::string indicators_text(const node::Indicators& shown) {
   return "run " + std::string(node::name(shown.run)) + ", error " +
          std::string(node::name(shown.error));
+}
+
+void add_network(std::uint8_t state, std::vector<dds::Property>& out) {
+  out.push_back(
+      {"ixxat_state", fmt::format("0x{:02X} {}", state, diagnosis::name_of_network_state(state))});
 }
 
 // LineState's properties, idl/README.md.
@@ -208,6 +216,7 @@ void Publisher::publish_states(Line& line, Instant now) {
       set_properties(config::name(line.host->plan.outputs), queues, line.properties);
       if (status->state.role != line::Role::observer) {
         line.properties.push_back({"indicators", indicators_text(status->state.indicators)});
+        add_network(status->state.network, line.properties);
       }
       add_properties(line.controller, line.properties);
       add_forwarding(status->state.routing, line.properties);

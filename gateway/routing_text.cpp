@@ -6,7 +6,7 @@
 namespace linegate::gateway {
 namespace {
 
-constexpr std::size_t kRouteProperties = 9;  // of the 32 of a sample
+constexpr std::size_t kRouteProperties = 6;  // of the 32 of a sample
 constexpr std::size_t kPropertyValue = 256;  // bytes
 
 }  // namespace

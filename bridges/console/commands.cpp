@@ -174,6 +174,13 @@ std::string numbers_text(const std::vector<std::byte>& data) {
   return out;
 }
 
+// A device that stores its parameters, or restores them, answers when it has done so.
+Duration least_patience(std::uint16_t index) {
+  constexpr std::uint16_t kStore = 0x1010;
+  constexpr std::uint16_t kRestore = 0x1011;
+  return index == kStore || index == kRestore ? std::chrono::seconds(16) : Duration::zero();
+}
+
 std::optional<SdoTarget> sdo_target(Context& context, const std::string& node,
                                     const std::string& index, const std::string& sub, bool write) {
   const auto ref = parse_node(node);
@@ -364,6 +371,8 @@ int sdo_write(Context& context, const std::string& node, const std::string& inde
     return kUsage;
   }
   target->command.data = *std::move(data);
+  context.timeout = std::max(context.timeout, least_patience(target->command.index));
+  target->command.timeout = context.timeout;
   Model model;
   const Line* line = find_target(context, model, *target, via);
   if (line == nullptr) {

@@ -54,6 +54,7 @@ int write(Context& context, const std::string& line, const std::string& entry,
 // the gateway, even if the node's own line is known; empty: the shortest way.
 int sdo_read(Context& context, const std::string& node, const std::string& index,
              const std::string& sub, const std::string& type, const std::string& via = "");
+// 1010h and 1011h: waits 16 s at least, for a device that stores before it answers.
 int sdo_write(Context& context, const std::string& node, const std::string& index,
               const std::string& sub, const std::string& type, const std::string& value,
               const std::string& via = "");

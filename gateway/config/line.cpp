@@ -191,6 +191,8 @@ void read_own_node(Section& section, line::LineConfig& config) {
   section.read("sdo_timeout", config.sdo_timeout, milliseconds(1), std::chrono::minutes(10));
   section.read("pdo_update_time", config.pdo_update_time, Duration::zero(),
                std::chrono::minutes(1));
+  section.read("save_timeout", config.save_timeout, milliseconds(1), std::chrono::minutes(10));
+  section.read("load_timeout", config.load_timeout, milliseconds(1), std::chrono::minutes(10));
   section.read_choice<node::ErrorScheme>(
       "emcy_bytes", config.error_scheme,
       {{"number", node::ErrorScheme::number},
@@ -206,8 +208,9 @@ void tell_what_an_observer_ignores(Section& section, const line::LineConfig& con
     return;
   }
   for (const char* key :
-       {"heartbeat", "time", "sdo_timeout", "pdo_update_time", "emcy_bytes", "reset_nodes",
-        "start_nodes", "startup", "identity", "own_objects", "storage", "outputs", "lss"}) {
+       {"heartbeat", "time", "sdo_timeout", "save_timeout", "load_timeout", "pdo_update_time",
+        "emcy_bytes", "reset_nodes", "start_nodes", "startup", "identity", "strict_ixxat",
+        "keep_operational", "canopenia_base", "own_objects", "storage", "outputs", "lss"}) {
     const YAML::Node node = section.find(key);
     if (node.IsDefined()) {
       section.findings().warning(place_of(node), std::string(key) +
@@ -254,6 +257,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   read_own_node(section, plan.config);
   tell_what_an_observer_ignores(section, plan.config);
   read_lss(section, plan.config);
+  read_diagnosis(section, plan.config);
   read_access(section, plan);
   const YAML::Node enter = section.find("enter");
   out.enter_place = place_of(enter);

@@ -128,6 +128,8 @@ LineSection read_line(Findings& findings, const YAML::Node& node);
 // `interface:`, with the log of a replay looked through.
 Interface read_interface(Section& line, const YAML::Node& node);
 // `record:`; place: of the file's name.
+// strict_ixxat, keep_operational and canopenia_base of a line.
+void read_diagnosis(Section& section, line::LineConfig& config);
 std::optional<Record> read_record(Section& line, Place& place);
 // One element of `nodes:`, with its device file and everything written to the node.
 line::NodeConfig read_node(Findings& findings, const YAML::Node& node);

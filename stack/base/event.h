@@ -92,7 +92,9 @@ enum class EventKind : std::uint8_t {
                      // data: of how much (4, LE; 0 = not known)
   lss_result,        // what LSS did with a device without a node-ID. code: lss::Verdict; value: its
                      // error, specific error (1 each); data: its LSS address (4 x 4, LE)
-  foreign_manager,   // another NMT master is on the line. code: how it showed itself
+  foreign_manager,   // another NMT master is on the line; told every 10 s as long as it goes on.
+                     // code: 1 an NMT command (value: its command specifier, data: to which node, 0
+                     // = all), 2 a message of flying masters (CiA 302-2; value: its identifier)
   can_frame,         // a frame that no service wanted, while somebody asked for such (CommandKind::
                      // can_listen). code: identifier, bit 31: of 29 bits; value: bits 0-7 length,
                      // 8 remote frame, 9 CAN FD, 10-11 piece, 16-31 how many before were not told

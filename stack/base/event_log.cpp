@@ -38,6 +38,9 @@ std::optional<RepeatLimit>& EventLog::limit_of(EventKind kind) {
 
 void EventLog::number(Event event) {
   event.number = next_number_++;
+  if (listener_ != nullptr) {
+    listener_->told(event);
+  }
   // The marker needs a place of its own, so after a loss two places must be free.
   const std::size_t needed = lost_first_ == 0 ? 1 : 2;
   if (ring_.size() - count_ < needed) {

@@ -15,6 +15,13 @@
 
 namespace linegate {
 
+// Told each event as it gets its number, before it is taken. Must not emit any.
+class EventListener {
+ public:
+  virtual ~EventListener() = default;
+  virtual void told(const Event& event) = 0;
+};
+
 class EventLog {
  public:
   explicit EventLog(std::size_t capacity = 1024);
@@ -25,6 +32,8 @@ class EventLog {
     malformed_.emplace();
     bus_errors_.emplace();
   }
+  // listener must outlive the log, or nullptr be set before it goes.
+  void set_listener(EventListener* listener) { listener_ = listener; }
   // Emits what was held back and nothing has told of meanwhile.
   void advance(Instant now);
   Instant next_wake() const;
@@ -45,6 +54,7 @@ class EventLog {
   void append(const Event& event);
   void append_loss_marker();
 
+  EventListener* listener_ = nullptr;
   std::optional<RepeatLimit> malformed_;
   std::optional<RepeatLimit> bus_errors_;
   std::optional<RepeatLimit> none_;

@@ -211,6 +211,9 @@ std::vector<Diagnostic> check(const LineConfig& config) {
       out.push_back(error(config, "node-ID " + std::to_string(node.id) + " is configured twice"));
     }
   }
+  if (!diagnosis::is_free_for_records(config.canopen_ia_base)) {
+    out.push_back(error(config, "the CANopenIA records have no room at their base"));
+  }
   check_devices(config, out);
   const std::vector<Diagnostic> objects = check_own_objects(config);
   out.insert(out.end(), objects.begin(), objects.end());

@@ -5,6 +5,8 @@
 
 #include "stack/base/diagnostic.h"
 #include "stack/can/cob_id.h"
+#include "stack/diagnosis/canopen_ia.h"
+#include "stack/diagnosis/diagnosis.h"
 #include "stack/line/config.h"
 #include "stack/manager/plan.h"
 #include "stack/pdo/link.h"
@@ -22,6 +24,9 @@ Duration consumer_time(const NodeConfig& node);
 
 // What the manager does by itself, in the line's role.
 manager::Options manager_options(const LineConfig& config);
+
+diagnosis::Options diagnosis_options(const LineConfig& config);
+diagnosis::CanopenIaOptions canopen_ia_options(const LineConfig& config);
 
 // On which the node sends its EMCYs: 1014h as its file says, or as it is written after that.
 can::CobId emcy_cob_id(const NodeConfig& node);

@@ -132,6 +132,17 @@ struct LineConfig {
   // From the last CommandKind::object_write of a PDO without event timer until it is asked for,
   // unless all its values were written before; 0 = at once.
   Duration pdo_update_time{};
+  // For the answer of a device to `save` and `load`, writes of its 1010h and 1011h, if they are
+  // longer than sdo_timeout.
+  Duration save_timeout = std::chrono::seconds(15);
+  Duration load_timeout = std::chrono::seconds(3);
+  // Fatal to the network, which is stopped then, is what the IXXAT manual calls so, and not only
+  // another device with the own node-ID and a mandatory node of a wrong identity or configuration.
+  bool strict_ixxat = false;
+  // A node that was started and shows another state is started again.
+  bool keep_operational = false;
+  // Index of the first of the CANopenIA records, see diagnosis/canopen_ia.h.
+  std::uint16_t canopen_ia_base = 0x5F40;
   bool reset_nodes = true;  // NMT reset communication to all at the start
   bool start_nodes = true;  // NMT start when booted (1F80h bit 3 = 0)
   bool start_all = false;   // with one command, when all are booted (1F80h bit 1)

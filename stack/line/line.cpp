@@ -37,6 +37,8 @@ od::Dictionary dictionary_of(const LineConfig& config, image::ProcessImage& imag
   // Cannot fail: the own dictionary has none of these objects yet.
   (void)pdo::add_linked_objects(dictionary, image, plan).ok();
   (void)forwarded.add_to(dictionary).ok();
+  (void)diagnosis::add_objects(dictionary).ok();
+  (void)diagnosis::add_canopen_ia(dictionary, config.canopen_ia_base).ok();
   return dictionary;
 }
 
@@ -63,15 +65,21 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       startup(node.dictionary(), config.node_id, manager, *this),
       configuring(manager, configurator, events),
       programming(manager, loader),
+      diagnosis(diagnosis_options(config), node.dictionary(), *this),
+      foreign_manager(node.dispatch(), events),
+      canopen_ia(node.dictionary(), diagnosis, canopen_ia_options(config)),
+      diagnosis_objects(node.dictionary(), diagnosis, config.node_id),
       outputs(image.layout(image::Direction::outputs), config.groups, config.bound),
       updates(config.pdo_update_time),
       scanner(sdo, events) {
+  events.set_listener(&diagnosis);
   node.set_companion(this);
   manager.set_program_step([this](std::uint8_t id) { return loader.make_step(id); });
   manager.set_configuration_step([this](std::uint8_t id) { return configurator.make_step(id); });
   configurator.objects().set_may_configure([this](std::uint8_t id) { return may_configure(id); });
   node.pdos().link(plan);
   node.clock().produce_every(config.time_period);
+  sdo.set_slow_writes(config.save_timeout, config.load_timeout);
   heartbeats.set_listener(this);
   heartbeats.listen_all(config.node_id);
   emergencies.set_listener(this);
@@ -118,6 +126,7 @@ void Line::Impl::advance(Instant now) {
   while (const Outputs::Group* group = outputs.expire(now)) {
     react(*group, now);
   }
+  follow_diagnosis(now);
   can::Traffic seen = node.counters().sent;
   seen += node.counters().received;
   seen += lss.sent();
@@ -126,6 +135,9 @@ void Line::Impl::advance(Instant now) {
 
 Instant Line::Impl::next_wake() const {
   if (running && startup.wants_manager() != manages_) {
+    return Instant{};
+  }
+  if (canopen_ia.waits() || diagnosis.failed()) {
     return Instant{};
   }
   Instant wake = earlier(node.next_wake(), heartbeats.next_wake());
@@ -225,6 +237,9 @@ void Line::Impl::receive(const can::Target& target, const can::Frame& frame) {
         malformed(target, frame);
       }
       return;
+    case can::Service::nmt:
+      foreign_manager.receive(target.index, frame);
+      return;
     case can::Service::sdo_client:
       sdo.receive(target, frame);
       take_completions(frame.time);
@@ -265,7 +280,9 @@ void Line::Impl::boot_up(std::uint8_t id, Instant now) {
 }
 
 void Line::Impl::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
+  diagnosis.heard(id, state, now);
   manager.heartbeat(id, state, now);
+  keep_operational(id);
 }
 
 void Line::Impl::heartbeat_lost(std::uint8_t id, Instant deadline) {
@@ -277,6 +294,7 @@ void Line::Impl::heartbeat_recovered(std::uint8_t id, Instant now) {
 }
 
 void Line::Impl::emergency(std::uint8_t id, const emcy::Message& message, Instant now) {
+  diagnosis.emergency(id, message);
   manager.emergency(id, message.code, message.error_register, now);
   if (routing != nullptr) {
     routing->emergency(id, message, now);
@@ -291,6 +309,7 @@ LineState Line::Impl::state() const {
   out.own_state = node.state();
   out.indicators = node.indicators();
   out.manager = manager.state();
+  out.network = diagnosis.network_state();
   out.bus = bus;
   out.transmit_errors = transmit_errors;
   out.receive_errors = receive_errors;

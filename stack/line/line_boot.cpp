@@ -53,6 +53,7 @@ void Line::Impl::may_operate(Instant now) {
 
 void Line::Impl::send_nmt(nmt::Command command, std::uint8_t id, Instant now) {
   nmt.send(command, id, now);
+  diagnosis.commanded(command, id);
 }
 
 void Line::Impl::command_own(nmt::Command command, Instant now) {

@@ -224,7 +224,12 @@ Error Line::Impl::send_nmt(const Command& command, Instant now) {
   if (const Error why = check_nmt(command); why != kDone) {
     return why;
   }
-  if (command.node == config.node_id) {
+  const bool own = command.node == config.node_id;
+  if (diagnosis.fatal() && nmt::is_reset(command.nmt) && (own || command.node == 0)) {
+    begin_anew(command.nmt, now);
+    return kDone;
+  }
+  if (own) {
     command_own(command.nmt, now);
     if (manager::is_reset(command.nmt)) {
       manager.own_reset();
@@ -237,6 +242,7 @@ Error Line::Impl::send_nmt(const Command& command, Instant now) {
   if (!nmt.send(command.nmt, command.node, now)) {
     return to_error(Refusal::busy);
   }
+  diagnosis.commanded(command.nmt, command.node);
   manager.commanded(command.nmt, command.node, now);
   return kDone;
 }

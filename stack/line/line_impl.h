@@ -5,6 +5,10 @@
 #include <memory>
 #include <vector>
 
+#include "stack/diagnosis/canopen_ia.h"
+#include "stack/diagnosis/diagnosis.h"
+#include "stack/diagnosis/foreign_manager.h"
+#include "stack/diagnosis/objects.h"
 #include "stack/emcy/consumer.h"
 #include "stack/emcy/producer.h"
 #include "stack/image/process_image.h"
@@ -34,9 +38,11 @@ struct Line::Impl final : Line::Base,
                           node::Companion,
                           manager::Host,
                           nmt::HeartbeatListener,
-                          emcy::Listener {
+                          emcy::Listener,
+                          diagnosis::Source {
   // plan is that of the configuration; see Line::make().
   Impl(LineConfig line_config, pdo::LinkPlan link_plan);
+  ~Impl() override { events.set_listener(nullptr); }
 
   // --- line.cpp -------------------------------------------------------------------------------
   const image::Layout& layout(image::Direction direction) const override;
@@ -92,6 +98,13 @@ struct Line::Impl final : Line::Base,
   void heartbeat(std::uint8_t node, nmt::State state, Instant now) override;
   void heartbeat_lost(std::uint8_t node, Instant deadline) override;
   void heartbeat_recovered(std::uint8_t node, Instant now) override;
+  // diagnosis::Source
+  diagnosis::NetworkFacts network() const override;
+  const NodeState& node_seen(std::uint8_t node) const override;
+  void follow_diagnosis(Instant now);
+  void stop_network(Instant now);
+  void begin_anew(nmt::Command command, Instant now);
+  void keep_operational(std::uint8_t id);
   // emcy::Listener
   void emergency(std::uint8_t node, const emcy::Message& message, Instant now) override;
 
@@ -200,6 +213,10 @@ struct Line::Impl final : Line::Base,
   ConfigureCommand configuring;
   ProgramCommand programming;
   bool manages_ = config.role == Role::manager;
+  diagnosis::Diagnosis diagnosis;
+  diagnosis::ForeignManager foreign_manager;
+  diagnosis::CanopenIa canopen_ia;
+  diagnosis::Objects diagnosis_objects;
   Outputs outputs;
   PdoUpdates updates;
   std::uint64_t resets = 0;          // of the own node that were followed
@@ -207,6 +224,7 @@ struct Line::Impl final : Line::Base,
 
   scan::Scanner scanner;
   std::uint64_t scan_tag = 0;  // of the command that wants to know what it finds
+  bool scan_of_all = false;
   Instant scan_deadline = kNever;
 
   std::vector<Boot> boots;

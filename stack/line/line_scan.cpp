@@ -19,6 +19,8 @@ void Line::Impl::start_scan(const Command& command, Instant now) {
     refuse(command, Refusal::busy, now);
   } else {
     scan_tag = command.tag;
+    scan_of_all = !one;
+    diagnosis.scan_begins(command.node);
     scan_deadline = command.timeout > Duration::zero() ? deadline(now, command.timeout) : kNever;
     take_completions(now);
     finish_scan();

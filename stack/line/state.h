@@ -57,6 +57,9 @@ struct LineState {
   nmt::State own_state = nmt::State::initialising;
   node::Indicators indicators;  // RUN and ERROR of the own node (CiA 303-3)
   ManagerState manager = ManagerState::inactive;
+  // The state of the network as diagnosis/network_state.h numbers it; 0 in the role observer and
+  // of several own devices.
+  std::uint8_t network = 0;
   can::BusState bus = can::BusState::unknown;
   std::uint8_t transmit_errors = 0;
   std::uint8_t receive_errors = 0;

@@ -28,6 +28,10 @@ constexpr bool is_command(std::uint8_t cs) {
   return cs == 0x01 || cs == 0x02 || (cs >= 0x80 && cs <= 0x82);
 }
 
+constexpr bool is_reset(Command command) {
+  return command == Command::reset_node || command == Command::reset_communication;
+}
+
 constexpr std::string_view name(State state) {
   switch (state) {
     case State::initialising:

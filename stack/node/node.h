@@ -41,10 +41,11 @@ namespace linegate::node {
 class SdoClients;
 
 // Gets the frames of services the node does not serve itself (sdo_client, error_control, emcy,
-// sdo_server of other nodes, lss), registered with dispatch() by whoever serves them, and
-// hears of SYNC. The node's own targets have an index of 100h and more for error_control, emcy
-// (its consumers by 1016h and 1028h) and sdo_client (its clients by 1280h), and below 80h for
-// sdo_server: other indices are free.
+// sdo_server of other nodes, lss, nmt but index 0), registered with dispatch() by whoever serves
+// them, node control that a node which is no NMT slave does not obey, and hears of SYNC. The node's
+// own targets have an index of 100h and more for error_control, emcy (its consumers by 1016h and
+// 1028h) and sdo_client (its clients by 1280h), and below 80h for sdo_server: other indices are
+// free.
 class Companion {
  public:
   virtual ~Companion() = default;

@@ -104,7 +104,11 @@ void Node::Impl::serve_all(const can::Target* target, const can::Frame& frame) {
 void Node::Impl::serve(can::Service service, std::uint16_t index, const can::Frame& frame) {
   switch (service) {
     case can::Service::nmt:
-      take_node_control(frame);
+      if (index == 0) {
+        take_node_control(frame);
+      } else {
+        hand_to_companion({service, index, 0}, frame);
+      }
       return;
     case can::Service::sync:
       take_sync(frame);
@@ -163,7 +167,7 @@ void Node::Impl::take_node_control(const can::Frame& frame) {
   if (!control) {
     malformed(frame, 0);
   } else if (!options.nmt_slave) {
-    ++counters.unused;
+    hand_to_companion({can::Service::nmt, 0, 0}, frame);
   } else if (control->addresses(options.node_id)) {
     command(control->command, frame.time);
   }

@@ -30,12 +30,29 @@ Arbiter::Arbiter(can::Dispatch& dispatch, can::TransmitQueue& transmit, EventLog
 
 Arbiter::~Arbiter() = default;
 
+Duration Arbiter::timeout_of(const Request& request) const {
+  constexpr std::uint16_t kStore = 0x1010;
+  constexpr std::uint16_t kRestore = 0x1011;
+  if (!request.write || request.user != nullptr) {
+    return request.timeout;
+  }
+  switch (request.address.index) {
+    case kStore:
+      return std::max(request.timeout, save_timeout_);
+    case kRestore:
+      return std::max(request.timeout, load_timeout_);
+    default:
+      return request.timeout;
+  }
+}
+
 bool Arbiter::submit(Request request, Instant now) {
   if (request.node < can::kMinNodeId || request.node > can::kMaxNodeId ||
       request.timeout <= Duration::zero()) {
     return false;
   }
   now_ = std::max(now_, now);
+  request.timeout = timeout_of(request);
   Channel& target = channel(request.node);
   if (!target.queue.push(std::move(request))) {
     return false;

@@ -53,6 +53,13 @@ class Arbiter {
   Arbiter(const Arbiter&) = delete;
   Arbiter& operator=(const Arbiter&) = delete;
 
+  // Devices store their parameters, and restore them, before they answer: a write of 1010h or 1011h
+  // waits for its answer at least that long, whatever Request::timeout says.
+  void set_slow_writes(Duration save, Duration load) {
+    save_timeout_ = save;
+    load_timeout_ = load;
+  }
+
   // False if the node's queue is full or node or timeout is out of range: there will be no
   // Completion then. Otherwise there will be exactly one, but none for a ChannelUser.
   bool submit(Request request, Instant now);
@@ -83,6 +90,7 @@ class Arbiter {
  private:
   struct Channel;
 
+  Duration timeout_of(const Request& request) const;
   Channel& channel(std::uint8_t node);
   void serve(Channel& channel, Instant now);
   void begin(Channel& channel, Instant now);
@@ -99,6 +107,8 @@ class Arbiter {
   std::array<std::unique_ptr<Channel>, 128> channels_;  // by node-ID
   std::vector<std::uint8_t> used_;                      // node-IDs that have a channel
   std::deque<Completion> completions_;
+  Duration save_timeout_{};
+  Duration load_timeout_{};
   Instant wake_ = kNever;
   Instant now_{};  // newest time heard of
   ArbiterCounters counters_;

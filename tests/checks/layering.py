@@ -8,7 +8,7 @@ from pathlib import PurePosixPath
 import tree
 
 # A part may use those before it.
-STACK_PARTS = "base can od eds sdo nmt sync time emcy lss image pdo storage node profile manager scan observer routing line".split()
+STACK_PARTS = "base can od eds sdo nmt sync time emcy lss image pdo storage node profile manager diagnosis scan observer routing line".split()
 
 STACK_FORBIDDEN = {
     "atomic", "barrier", "condition_variable", "csignal", "cstdio", "ctime", "filesystem", "fstream",

@@ -234,6 +234,14 @@ TEST(EventText, SaysHowManyMalformedFramesWereHeldBack) {
             "node 5 (ram): frame 585h of 1 bytes not understood: 43 (265 more held back)");
 }
 
+TEST(EventText, SaysHowAnotherManagerShowedItself) {
+  EXPECT_EQ(words(EventKind::foreign_manager, 0, 1, 0x82, {0}),
+            "another NMT master: reset-communication to all nodes");
+  EXPECT_EQ(words(EventKind::foreign_manager, 0, 1, 2, {5}), "another NMT master: stop to node 5");
+  EXPECT_EQ(words(EventKind::foreign_manager, 0, 2, 0x76),
+            "another NMT master: flying-master message 076h");
+}
+
 TEST(EventText, NamesTheTwoNetworksOfARefusedRequest) {
   EXPECT_EQ(words(EventKind::routing_refused, 0, 0x0609'0030, 0, {1, 0, 3, 0, 12, 0}),
             "SDO from network 1 to node 12 of network 3 refused: invalid value for parameter "

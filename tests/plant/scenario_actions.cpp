@@ -23,6 +23,9 @@ void Scenario::act(Words& words) {
     nmt_action(words);
   } else if (verb == "boot") {
     boot_action(words);
+  } else if (verb == "scan") {
+    const std::string name = words.take();
+    command({.kind = line::CommandKind::scan, .node = words.node()}, name);
   } else if (verb == "output") {
     line::Command request{.kind = line::CommandKind::output_write};
     const std::string name = words.peek();

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "stack/base/byte_order.h"
+#include "stack/diagnosis/network_state.h"
 #include "stack/od/dictionary.h"
 
 #include "tests/plant/scenario_run.h"
@@ -100,6 +101,13 @@ std::function<bool()> Scenario::condition(Words& words) {
   if (words.accept("manager")) {
     return
         [this, state = words.take()] { return line::name(seat().line->state().manager) == state; };
+  }
+  if (words.accept("network")) {
+    return [this, state = words.take()] {
+      const std::uint8_t value = seat().line->state().network;
+      return diagnosis::name_of_network_state(value) == state ||
+             (state.starts_with("0x") && to_number(state) == value);
+    };
   }
   if (words.accept("own")) {
     return

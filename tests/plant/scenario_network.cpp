@@ -125,6 +125,10 @@ void Scenario::describe_line(Words& words) {
       plan.config.lss.period = words.duration();
     } else if (key == "lss-store") {
       plan.config.lss.store = true;
+    } else if (key == "slave") {
+      plan.config.role = line::Role::device;
+    } else if (key == "started-by-application") {
+      plan.config.start_nodes = false;
     } else if (key == "own") {
       plan.config.node_id = words.node();
     } else if (!startup_property(words, key, plan.config)) {

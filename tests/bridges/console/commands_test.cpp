@@ -107,6 +107,14 @@ TEST_F(Commands, SdoReadPrintsTheValueByType) {
   EXPECT_EQ(out_.str(), "4660\n");
 }
 
+TEST_F(Commands, WaitForADeviceThatStoresItsParameters) {
+  EXPECT_EQ(sdo_write(context_, "press:5", "1010", "1", "u32", "0x65766173"), kDone);
+  EXPECT_EQ(gateway_.last.timeout, std::chrono::seconds(16));
+  context_.timeout = std::chrono::seconds(60);
+  EXPECT_EQ(sdo_write(context_, "press:5", "1011", "1", "u32", "0x64616F6C"), kDone);
+  EXPECT_EQ(gateway_.last.timeout, std::chrono::seconds(60));
+}
+
 TEST_F(Commands, LookForTheirLineOnceHoweverShortTheWait) {
   context_.wait = std::chrono::milliseconds(0);
   EXPECT_EQ(sdo_read(context_, "press:5", "6041", "0", ""), kDone) << err_.str();

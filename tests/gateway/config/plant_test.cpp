@@ -388,6 +388,11 @@ lines:
     time: 1s
     sdo_timeout: 300ms
     pdo_update_time: 20ms
+    save_timeout: 20s
+    load_timeout: 5s
+    strict_ixxat: true
+    keep_operational: true
+    canopenia_base: 0x5F60
     emcy_bytes: temporary_and_sticky
     reset_nodes: false
     start_nodes: false
@@ -439,6 +444,11 @@ lines:
   EXPECT_EQ(line.config.time_period, 1s);
   EXPECT_EQ(line.config.sdo_timeout, 300ms);
   EXPECT_EQ(line.config.pdo_update_time, 20ms);
+  EXPECT_EQ(line.config.save_timeout, 20s);
+  EXPECT_EQ(line.config.load_timeout, 5s);
+  EXPECT_TRUE(line.config.strict_ixxat);
+  EXPECT_TRUE(line.config.keep_operational);
+  EXPECT_EQ(line.config.canopen_ia_base, 0x5F60);
   EXPECT_EQ(line.config.error_scheme, node::ErrorScheme::temporary_and_sticky);
   EXPECT_FALSE(line.config.reset_nodes);
   EXPECT_FALSE(line.config.start_nodes);

@@ -414,5 +414,27 @@ TEST_F(ArbiterTest, WithoutRoomInTheQueueNothingIsLost) {
   }
 }
 
+TEST_F(ArbiterTest, SaveAndLoadHaveTimesOfTheirOwn) {
+  arbiter.set_slow_writes(15s, 3s);
+  const auto ends = [&](std::uint16_t index, bool write) {
+    Request request{.token = 1, .node = 5, .address = {index, 1}, .write = write};
+    request.data.resize(4);
+    request.timeout = kTimeout;
+    const Instant begin = now;
+    EXPECT_TRUE(arbiter.submit(std::move(request), now));
+    while (arbiter.next_wake() != kNever && completions().empty()) {
+      now = arbiter.next_wake();
+      arbiter.advance(now);
+    }
+    return now - begin;
+  };
+  EXPECT_EQ(ends(0x1010, true), 15s);
+  EXPECT_EQ(ends(0x1011, true), 3s);
+  EXPECT_EQ(ends(0x1012, true), kTimeout);
+  EXPECT_EQ(ends(0x1010, false), kTimeout) << "to ask is not to store";
+  arbiter.set_slow_writes(10ms, 10ms);
+  EXPECT_EQ(ends(0x1010, true), kTimeout) << "never shorter than for any other object";
+}
+
 }  // namespace
 }  // namespace linegate::sdo::test

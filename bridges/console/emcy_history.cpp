@@ -1,0 +1,162 @@
+#include "bridges/console/emcy_history.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <ostream>
+
+#include <nlohmann/json.hpp>
+
+#include "bridges/console/explain_words.h"
+#include "bridges/console/lookup.h"
+#include "bridges/console/table.h"
+#include "bridges/console/value_text.h"
+
+namespace linegate::console {
+namespace {
+
+constexpr std::uint16_t kHistoryObject = 0x5F18;
+constexpr std::size_t kMessageSize = 8;
+
+std::string digits_of(std::uint32_t value, int digits) {
+  char out[9];
+  std::snprintf(out, sizeof out, "%0*X", digits, value);
+  return out;
+}
+
+std::vector<std::byte> bytes_of(const emcy::ManufacturerInfo& info) {
+  return {info.begin(), info.end()};
+}
+
+std::string headline_of(const std::string& line, const NodeHistory& node) {
+  std::string out = printable(line) + ':' + std::to_string(node.node);
+  if (!node.name.empty()) {
+    out += ' ' + printable(node.name);
+  }
+  return out + ", " + std::to_string(node.received) +
+         (node.received == 1 ? " EMCY received\n" : " EMCYs received\n");
+}
+
+std::string message_text(const emcy::Message& message) {
+  const std::string bits = describe_error_register(message.error_register);
+  return "  " + digits_of(message.code, 4) + "  " + describe_error_code(message.code) +
+         ", error register " + digits_of(message.error_register, 2) +
+         (bits.empty() ? "" : " (" + bits + ')') + ", data " + to_hex(bytes_of(message.info)) +
+         '\n';
+}
+
+// The nodes that are meant, with what NodeState says of them.
+std::vector<NodeHistory> nodes_meant(const Line& line, std::uint8_t only) {
+  std::vector<NodeHistory> out;
+  for (const auto& [id, view] : line.nodes) {
+    if (only == id || (only == 0 && view.state.emcy_count != 0)) {
+      out.push_back(
+          {.node = id, .name = view.name, .received = view.state.emcy_count, .messages = {}});
+    }
+  }
+  if (only != 0 && out.empty()) {
+    out.push_back({.node = only, .name = {}, .received = 0, .messages = {}});
+  }
+  return out;
+}
+
+// LINE or LINE:NODE; node 0 = all.
+std::optional<NodeRef> parse_what(Context& context, const std::string& what) {
+  if (what.find(':') == std::string::npos) {
+    return NodeRef{.line = what, .all = true};
+  }
+  const auto ref = parse_node(what);
+  if (!ref || ref->own) {
+    context.err << "'" << printable(what) << "' is not LINE or LINE:NODE, with a node-ID 1..127\n";
+    return std::nullopt;
+  }
+  return ref;
+}
+
+}  // namespace
+
+std::vector<emcy::Message> parse_history(std::span<const std::byte> data) {
+  const std::size_t count = data.empty() ? 0 : (data.size() - 1) / kMessageSize;
+  const std::size_t last = data.empty() ? 0 : std::to_integer<std::size_t>(data[0]);
+  if (count == 0 || last == 0 || last > count || data.size() != 1 + count * kMessageSize) {
+    return {};
+  }
+  std::vector<emcy::Message> out;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t place = (last - 1 + count - i) % count;
+    const auto bytes = data.subspan(1 + place * kMessageSize, kMessageSize);
+    emcy::Message message;
+    message.code = static_cast<std::uint16_t>(std::to_integer<unsigned>(bytes[0]) |
+                                              std::to_integer<unsigned>(bytes[1]) << 8U);
+    message.error_register = std::to_integer<std::uint8_t>(bytes[2]);
+    std::ranges::copy(bytes.subspan(3), message.info.begin());
+    out.push_back(message);
+  }
+  return out;
+}
+
+std::string history_text(const std::string& line, const std::vector<NodeHistory>& nodes) {
+  std::string out;
+  for (const NodeHistory& node : nodes) {
+    out += headline_of(line, node);
+    for (const emcy::Message& message : node.messages) {
+      out += message_text(message);
+    }
+  }
+  return out.empty() ? "no node has sent an EMCY\n" : out;
+}
+
+std::string history_json(const LineId& line, const std::vector<NodeHistory>& nodes) {
+  using Json = nlohmann::ordered_json;
+  Json out = {{"gateway", line.gateway}, {"line", line.line}, {"nodes", Json::array()}};
+  for (const NodeHistory& node : nodes) {
+    Json emcys = Json::array();
+    for (const emcy::Message& message : node.messages) {
+      emcys.push_back({{"code", message.code},
+                       {"text", describe_error_code(message.code)},
+                       {"error_register", message.error_register},
+                       {"bytes", to_hex(bytes_of(message.info))}});
+    }
+    out["nodes"].push_back({{"node", node.node},
+                            {"name", node.name},
+                            {"received", node.received},
+                            {"emcys", std::move(emcys)}});
+  }
+  return out.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+int emcy_history(Context& context, const std::string& what) {
+  const auto meant = parse_what(context, what);
+  if (!meant) {
+    return kUsage;
+  }
+  Model model;
+  const Line* const line = find_line(context, model, meant->line);
+  if (line == nullptr) {
+    return kFailed;
+  }
+  // States of nodes come after that of their line.
+  (void)wait_until(context, model, [&] {
+    return meant->all ? line->nodes.size() >= line->view->state.nodes_configured
+                      : line->nodes.contains(meant->node);
+  });
+  std::vector<NodeHistory> nodes = nodes_meant(*line, meant->all ? std::uint8_t{0} : meant->node);
+  for (NodeHistory& node : nodes) {
+    line::Command command{.kind = line::CommandKind::local_read};
+    command.index = kHistoryObject;
+    command.sub = node.node;
+    const Client::Answer answer = context.client.call(line->id, command, context.timeout, 0, model);
+    if (!answer.reply.ok()) {
+      context.err << answer.text << '\n';
+      return kFailed;
+    }
+    node.messages = parse_history(answer.reply.data);
+  }
+  if (context.json) {
+    context.out << history_json(line->id, nodes) << '\n';
+  } else {
+    context.out << history_text(line->id.line, nodes);
+  }
+  return kDone;
+}
+
+}  // namespace linegate::console

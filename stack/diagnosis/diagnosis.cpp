@@ -1,0 +1,268 @@
+#include "stack/diagnosis/diagnosis.h"
+
+namespace linegate::diagnosis {
+namespace {
+
+using manager::NodeState;
+using manager::Presence;
+
+constexpr std::uint16_t kConsumerHeartbeat = 0x1016;
+constexpr std::uint16_t kSlaveAssignment = 0x1F81;
+constexpr od::Address kBootTime{0x1F89, 0};
+constexpr std::uint64_t kIsSlave = 1U << 0U;
+constexpr std::uint64_t kIsMandatory = 1U << 3U;
+
+// A node may take so long to do what an NMT command says.
+constexpr Duration kObedience = std::chrono::milliseconds(100);
+
+bool booted(const NodeState& node) {
+  constexpr char kKeptAlive = 'L';
+  return node.boot == manager::kBooted || node.boot == kKeptAlive;
+}
+
+nmt::State state_after(nmt::Command command) {
+  switch (command) {
+    case nmt::Command::start:
+      return nmt::State::operational;
+    case nmt::Command::stop:
+      return nmt::State::stopped;
+    case nmt::Command::enter_pre_operational:
+      return nmt::State::pre_operational;
+    case nmt::Command::reset_node:
+    case nmt::Command::reset_communication:
+      break;
+  }
+  return nmt::State::unknown;
+}
+
+template <class Action>
+void each_node(Action action) {
+  for (std::uint8_t node = can::kMinNodeId; node <= can::kMaxNodeId; ++node) {
+    action(node);
+  }
+}
+
+// Of a manager: the network is initialised from now on.
+bool begins(const Event& event) {
+  const auto is = [](std::uint32_t code, manager::ManagerState state) {
+    return code == static_cast<std::uint32_t>(state);
+  };
+  const bool rested = is(event.value, manager::ManagerState::inactive) ||
+                      is(event.value, manager::ManagerState::stopped);
+  return is(event.code, manager::ManagerState::resetting) ||
+         (rested && !is(event.code, manager::ManagerState::inactive) &&
+          !is(event.code, manager::ManagerState::stopped));
+}
+
+// In the one of the three lists that its state is.
+void list_state(NodeLists& lists, std::uint8_t node, nmt::State state) {
+  lists.operational.set(node, state == nmt::State::operational);
+  lists.stopped.set(node, state == nmt::State::stopped);
+  lists.pre_operational.set(node, state == nmt::State::pre_operational);
+}
+
+}  // namespace
+
+Diagnosis::Diagnosis(const Options& options, const od::Dictionary& dictionary, const Source& source)
+    : options_(options), dictionary_(dictionary), source_(source) {
+}
+
+void Diagnosis::told(const Event& event) {
+  latest_ = event.time;
+  changed_ = true;
+  communication_.note(event);
+  node_status_.note(event);
+  if (event.kind == EventKind::manager_state && begins(event)) {
+    begin();
+  }
+  if (event.kind == EventKind::boot_up) {
+    expected_[event.node] = {};
+    disobedient_.set(event.node, false);
+  }
+  const NetworkFacts now = source_.network();
+  if (now.manages) {
+    const bool of_node = event.node >= can::kMinNodeId && event.node <= can::kMaxNodeId;
+    const std::uint16_t news = global_events(event, {.own_node = options_.own_node,
+                                                     .mandatory = of_node && mandatory(event.node),
+                                                     .scanning = now.scanning});
+    events_ |= news;
+    if ((news & options_.fatal_events) != 0 && !state_.fatal()) {
+      state_.fail();
+      failed_ = true;
+    }
+  }
+}
+
+void Diagnosis::emergency(std::uint8_t node, const emcy::Message& message) {
+  emcys_.note(node, message);
+}
+
+void Diagnosis::heard(std::uint8_t node, nmt::State state, Instant now) {
+  latest_ = now;
+  const Expectation& wanted = expected_[node];
+  const bool known = wanted.state != nmt::State::unknown && now - wanted.since > kObedience;
+  const bool disobeys = known && state != wanted.state;
+  if (disobedient_.has(node) != disobeys) {
+    disobedient_.set(node, disobeys);
+    changed_ = true;
+  }
+}
+
+void Diagnosis::commanded(nmt::Command command, std::uint8_t node) {
+  changed_ = true;
+  node_status_.commanded(command, node);
+  each_node([&](std::uint8_t each) {
+    if (node == 0 || node == each) {
+      expected_[each] = {state_after(command), latest_};
+      disobedient_.set(each, false);
+    }
+  });
+  if (node != 0) {
+    return;
+  }
+  if (state_after(command) == nmt::State::unknown) {
+    begin();
+  } else {
+    state_.commanded(command, facts(lists()));
+  }
+}
+
+bool Diagnosis::strayed(std::uint8_t node) const {
+  return disobedient_.has(node) && expected_[node].state == nmt::State::operational &&
+         assigned_to_master(node) && booted(source_.node_seen(node));
+}
+
+void Diagnosis::requested(std::uint8_t node) {
+  events_ |= node == 0 ? kNetworkRequested : kNodeRequested;
+}
+
+void Diagnosis::begin() {
+  state_.begin();
+  failed_ = false;
+  events_ = 0;
+  communication_.begin();
+  began_ = latest_;
+  boot_time_over_ = false;
+  changed_ = true;
+}
+
+// Another value of 1F89h ends or prolongs the time that runs.
+void Diagnosis::look_at_boot_time(Instant now) {
+  const std::uint64_t milliseconds = dictionary_.number(kBootTime).value_or(0);
+  boot_time_ends_ =
+      milliseconds == 0
+          ? kNever
+          : began_ + std::chrono::milliseconds(static_cast<std::int64_t>(milliseconds));
+  boot_time_over_ = boot_time_over_ || now >= boot_time_ends_;
+}
+
+void Diagnosis::update(Instant now) {
+  latest_ = now;
+  if (!changed_ && (boot_time_over_ || now < boot_time_ends_)) {
+    return;
+  }
+  changed_ = false;
+  look_at_boot_time(now);
+  const NodeLists fresh = lists();
+  if (fresh != last_lists_) {
+    last_lists_ = fresh;
+    events_ |= kListChanged;
+  }
+  const std::uint8_t before = network_state();
+  state_.update(facts(fresh));
+  changed_ = network_state() != before;
+}
+
+std::uint8_t Diagnosis::network_state() const {
+  return state_.value(facts(lists()));
+}
+
+bool Diagnosis::assigned_to_master(std::uint8_t node) const {
+  const auto entry = dictionary_.number({kSlaveAssignment, node});
+  return entry ? (*entry & kIsSlave) != 0 : options_.assigned.has(node);
+}
+
+bool Diagnosis::mandatory(std::uint8_t node) const {
+  const auto entry = dictionary_.number({kSlaveAssignment, node});
+  return entry ? (*entry & (kIsSlave | kIsMandatory)) == (kIsSlave | kIsMandatory)
+               : options_.mandatory.has(node);
+}
+
+// Those whose heartbeat the own node is to hear: of the configuration, or by 1016h.
+NodeList Diagnosis::monitored() const {
+  NodeList out = options_.assigned;
+  const std::uint64_t entries = dictionary_.number({kConsumerHeartbeat, 0}).value_or(0);
+  for (unsigned sub = 1; sub <= entries; ++sub) {
+    const auto entry =
+        dictionary_.number({kConsumerHeartbeat, static_cast<std::uint8_t>(sub)}).value_or(0);
+    const auto node = static_cast<std::uint8_t>(entry >> 16U & 0xFFU);
+    if ((entry & 0xFFFFU) != 0 && node >= can::kMinNodeId && node <= can::kMaxNodeId) {
+      out.set(node);
+    }
+  }
+  return out;
+}
+
+bool Diagnosis::wrong(std::uint8_t node) const {
+  const NodeState& seen = source_.node_seen(node);
+  if (!assigned_to_master(node)) {
+    return seen.presence == Presence::present;
+  }
+  return !booted(seen) || seen.presence == Presence::missing || disobedient_.has(node);
+}
+
+NodeLists Diagnosis::lists() const {
+  NodeLists out;
+  const NetworkFacts network = source_.network();
+  if (!network.running) {
+    return out;
+  }
+  const bool of_master = network.manages && network.manager != manager::ManagerState::inactive;
+  const NodeList heard = of_master ? NodeList{} : monitored();
+  each_node([&](std::uint8_t node) {
+    if (node == options_.own_node) {
+      list_state(out, node, network.own);
+      return;
+    }
+    const NodeState& seen = source_.node_seen(node);
+    out.assigned.set(node, of_master ? assigned_to_master(node) : heard.has(node));
+    if (!of_master && !heard.has(node)) {
+      return;
+    }
+    if (seen.presence == Presence::present) {
+      list_state(out, node, seen.state);
+    }
+    out.configured.set(node, of_master && out.assigned.has(node) && booted(seen) &&
+                                 seen.presence == Presence::present);
+    out.fault.set(node, of_master ? wrong(node) : seen.presence == Presence::missing);
+    out.emergency.set(node, of_master && emcys_.erroneous(node));
+  });
+  return out;
+}
+
+bool Diagnosis::first_boot_runs() const {
+  bool out = false;
+  each_node([&](std::uint8_t node) {
+    out = out || (node != options_.own_node && assigned_to_master(node) &&
+                  source_.node_seen(node).boot == manager::kBootUnfinished);
+  });
+  return out;
+}
+
+NetworkFacts Diagnosis::facts(const NodeLists& lists) const {
+  NetworkFacts out = source_.network();
+  out.boot_time_over = boot_time_over_;
+  out.booting = first_boot_runs();
+  each_node([&](std::uint8_t node) {
+    if (node == options_.own_node) {
+      return;
+    }
+    const bool faulty = lists.fault.has(node);
+    bool& where = mandatory(node) ? out.mandatory_wrong : out.optional_wrong;
+    where = where || faulty;
+    out.some_operational = out.some_operational || lists.operational.has(node);
+  });
+  return out;
+}
+
+}  // namespace linegate::diagnosis

@@ -1,0 +1,165 @@
+#include "stack/diagnosis/objects.h"
+
+#include <span>
+#include <string>
+#include <utility>
+
+#include "stack/base/byte_order.h"
+
+namespace linegate::diagnosis {
+namespace {
+
+using od::Access;
+using od::DataType;
+using od::ObjectType;
+
+constexpr std::uint8_t kLists = 7;
+constexpr std::uint8_t kClasses = static_cast<std::uint8_t>(kEmcyClasses.size());
+
+od::VariableDescription read_only(std::uint8_t sub, std::string name, DataType type,
+                                  std::uint64_t value = 0) {
+  od::VariableDescription out;
+  out.sub = sub;
+  out.name = std::move(name);
+  out.type = type;
+  out.access = Access::ro;
+  out.value.resize(od::byte_size(type));
+  store_le(std::span(out.value), value);
+  return out;
+}
+
+od::ObjectDescription count_of(std::uint16_t index, std::string name) {
+  od::ObjectDescription out{.index = index, .name = name, .type = ObjectType::variable};
+  out.variables.push_back(read_only(0, std::move(name), DataType::unsigned8));
+  return out;
+}
+
+od::ObjectDescription entries(std::uint16_t index, const std::string& name, DataType type,
+                              std::uint8_t count) {
+  od::ObjectDescription out{.index = index, .name = name, .type = ObjectType::array};
+  out.variables.push_back(read_only(0, "Number of entries", DataType::unsigned8, count));
+  for (unsigned sub = 1; sub <= count; ++sub) {
+    out.variables.push_back(
+        read_only(static_cast<std::uint8_t>(sub), name + ' ' + std::to_string(sub), type));
+  }
+  return out;
+}
+
+od::ObjectDescription status() {
+  od::ObjectDescription out{
+      .index = kStatus, .name = "Status of the CANopen manager", .type = ObjectType::record};
+  out.variables = {read_only(0, "Number of entries", DataType::unsigned8, 3),
+                   read_only(1, "Event indication", DataType::unsigned16),
+                   read_only(2, "State", DataType::unsigned16),
+                   read_only(3, "Communication state", DataType::unsigned8)};
+  return out;
+}
+
+od::ObjectDescription task_times() {
+  od::ObjectDescription out{
+      .index = kTaskTimes, .name = "Task time configuration", .type = ObjectType::record};
+  out.variables = {read_only(0, "Number of entries", DataType::unsigned8, 3),
+                   read_only(1, "Cycle of the main task in ms", DataType::unsigned8, 0),
+                   read_only(2, "Longest time for a receive queue in ms", DataType::unsigned8, 0),
+                   read_only(3, "Processor time in percent", DataType::unsigned8, 100)};
+  return out;
+}
+
+constexpr const char* kListNames[kLists] = {
+    "Assigned slaves", "Configured slaves",      "Fault slaves",    "Operational slaves",
+    "Stopped slaves",  "Pre-operational slaves", "Emergency slaves"};
+constexpr const char* kClassNames[kClasses] = {
+    "Generic error count",        "Device hardware error count", "Device software error count",
+    "Communication error count",  "Protocol error count",        "External error count",
+    "Device-specific error count"};
+
+const NodeList& list(const NodeLists& lists, std::size_t number) {
+  const NodeList* const all[kLists] = {
+      &lists.assigned, &lists.configured,      &lists.fault,    &lists.operational,
+      &lists.stopped,  &lists.pre_operational, &lists.emergency};
+  return *all[number];
+}
+
+}  // namespace
+
+Result<void> add_objects(od::Dictionary& dictionary) {
+  std::vector<od::ObjectDescription> all{
+      status(), task_times(),
+      entries(kNodeErrorCount, "Node error count", DataType::unsigned8, can::kMaxNodeId),
+      entries(kHistory, "Emergency history", DataType::domain, can::kMaxNodeId)};
+  for (std::uint8_t i = 0; i < kLists; ++i) {
+    all.push_back(entries(static_cast<std::uint16_t>(kFirstList + i), kListNames[i],
+                          DataType::unsigned32, NodeList::kWords));
+  }
+  for (std::uint8_t i = 0; i < kClasses; ++i) {
+    all.push_back(count_of(static_cast<std::uint16_t>(kFirstClass + i), kClassNames[i]));
+  }
+  for (const od::ObjectDescription& object : all) {
+    if (const auto added = dictionary.add(object); !added) {
+      return added;
+    }
+  }
+  return {};
+}
+
+Objects::Objects(od::Dictionary& dictionary, const Diagnosis& diagnosis, std::uint8_t own_node)
+    : dictionary_(dictionary), diagnosis_(diagnosis), own_node_(own_node) {
+  set_hooks(this);
+}
+
+Objects::~Objects() {
+  set_hooks(nullptr);
+}
+
+void Objects::set_hooks(od::Hook* hook) {
+  const auto set = [&](std::uint16_t first, unsigned count) {
+    for (unsigned i = 0; i < count; ++i) {
+      (void)dictionary_.set_hook(static_cast<std::uint16_t>(first + i), hook).ok();
+    }
+  };
+  set(kStatus, 1);
+  set(kFirstList, kLists);
+  set(kNodeErrorCount, 1);
+  set(kFirstClass, kClasses);
+  set(kHistory, 1);
+}
+
+AbortCode Objects::before_read(od::Address address, const od::Variable& variable) {
+  const bool counts_entries =
+      address.sub == 0 && (address.index < kFirstClass || address.index == kHistory);
+  if (counts_entries) {
+    return AbortCode::none;
+  }
+  if (address.index == kHistory) {
+    if (address.sub == own_node_) {
+      return AbortCode::local_control;
+    }
+    (void)dictionary_.restore(address, diagnosis_.emcys().history(address.sub));
+    return AbortCode::none;
+  }
+  store_le(std::span(variable.data, variable.size), number(address));
+  return AbortCode::none;
+}
+
+std::uint64_t Objects::number(od::Address address) const {
+  if (address.index == kStatus) {
+    const std::uint8_t communication = diagnosis_.communication();
+    switch (address.sub) {
+      case 1:
+        return diagnosis_.events();
+      case 2:
+        return diagnosis_.network_state() | static_cast<std::uint64_t>(communication) << 8U;
+      default:
+        return communication;
+    }
+  }
+  if (address.index == kNodeErrorCount) {
+    return diagnosis_.emcys().count(address.sub);
+  }
+  if (address.index >= kFirstClass) {
+    return diagnosis_.emcys().of_class(address.index - kFirstClass);
+  }
+  return list(diagnosis_.lists(), address.index - kFirstList).word(address.sub - 1U);
+}
+
+}  // namespace linegate::diagnosis

@@ -1,0 +1,73 @@
+// What the diagnosis of a line is told of it.
+#include "stack/line/build.h"
+#include "stack/line/line_impl.h"
+
+namespace linegate::line {
+
+diagnosis::Options diagnosis_options(const LineConfig& config) {
+  diagnosis::Options out{.own_node = config.node_id};
+  for (const NodeConfig& node : config.nodes) {
+    out.assigned.set(node.id);
+    out.mandatory.set(node.id, node.mandatory);
+  }
+  out.fatal_events =
+      config.strict_ixxat ? diagnosis::kStrictlyFatalEvents : diagnosis::kFatalEvents;
+  return out;
+}
+
+diagnosis::CanopenIaOptions canopen_ia_options(const LineConfig& config) {
+  return {.base = config.canopen_ia_base,
+          .own_node = config.node_id,
+          .manager = config.role == Role::manager,
+          .revision = config.identity.revision,
+          .serial = config.identity.serial,
+          .keep_operational = config.keep_operational};
+}
+
+diagnosis::NetworkFacts Line::Impl::network() const {
+  return {.running = running,
+          .manages = manages(),
+          .own = node.state(),
+          .manager = manager.state(),
+          .starts_nodes = config.start_nodes,
+          .scanning = scan_of_all && scanner.active()};
+}
+
+// What cannot be run with is not run: all nodes are stopped, the own one too.
+void Line::Impl::stop_network(Instant now) {
+  manager.stop(now);
+  nmt.send(nmt::Command::stop, 0);
+  diagnosis.commanded(nmt::Command::stop, 0);
+  node.command(nmt::Command::stop, now);
+}
+
+// Out of the state fatal error there is but this way.
+void Line::Impl::begin_anew(nmt::Command command, Instant now) {
+  node.command(command, now);
+  manager.start(now);
+}
+
+void Line::Impl::keep_operational(std::uint8_t id) {
+  if (canopen_ia.keep_operational() && manages() && diagnosis.strayed(id)) {
+    nmt.send(nmt::Command::start, id);
+    diagnosis.commanded(nmt::Command::start, id);
+  }
+}
+
+void Line::Impl::follow_diagnosis(Instant now) {
+  for (diagnosis::CanopenIa::Order order; canopen_ia.take(order);) {
+    Command command{.kind = CommandKind::nmt, .node = order.node};
+    command.nmt = order.command;
+    (void)send_nmt(command, now);
+  }
+  if (diagnosis.take_failure()) {
+    stop_network(now);
+  }
+  diagnosis.update(now);
+}
+
+const NodeState& Line::Impl::node_seen(std::uint8_t id) const {
+  return manager.node(id);
+}
+
+}  // namespace linegate::line

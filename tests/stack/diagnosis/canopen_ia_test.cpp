@@ -1,0 +1,140 @@
+#include "stack/diagnosis/canopen_ia.h"
+
+#include <gtest/gtest.h>
+
+#include "stack/base/byte_order.h"
+#include "stack/can/bus_state.h"
+
+namespace linegate::diagnosis {
+namespace {
+
+using manager::NodeState;
+
+constexpr std::uint8_t kOwn = 127;
+
+class CanopenIaTest : public testing::Test, public Source {
+ protected:
+  NetworkFacts network() const override { return facts_; }
+  const NodeState& node_seen(std::uint8_t node) const override { return nodes_[node]; }
+
+  void make(CanopenIaOptions options) {
+    options.own_node = kOwn;
+    ASSERT_TRUE(add_canopen_ia(dictionary_, options.base).ok());
+    records_.emplace(dictionary_, diagnosis_, options);
+    facts_.running = true;
+    facts_.own = nmt::State::operational;
+  }
+  std::uint64_t read(std::uint16_t index, std::uint8_t sub) {
+    const auto value = dictionary_.read({index, sub});
+    EXPECT_TRUE(value) << index << ':' << unsigned{sub};
+    return value ? load_le(*value) : 0;
+  }
+  AbortCode write(std::uint16_t index, std::uint8_t sub, std::uint64_t value, std::size_t size) {
+    std::array<std::byte, 8> bytes{};
+    store_le(bytes.data(), value);
+    return dictionary_.write({index, sub}, std::span(bytes).first(size));
+  }
+  void bus(can::BusState state) {
+    diagnosis_.told({.kind = EventKind::bus_state, .code = static_cast<std::uint32_t>(state)});
+  }
+
+  NetworkFacts facts_;
+  std::array<NodeState, 128> nodes_{};
+  od::Dictionary dictionary_;
+  Diagnosis diagnosis_{{.own_node = kOwn}, dictionary_, *this};
+  std::optional<CanopenIa> records_;
+};
+
+TEST_F(CanopenIaTest, TheStatusOfTheDevice) {
+  make({.revision = 0x0003'0007, .serial = 0x1234'5678});
+  EXPECT_EQ(read(0x5F40, 0), 5U);
+  EXPECT_EQ(read(0x5F40, 1), 127U);
+  EXPECT_EQ(read(0x5F40, 2), 5U);
+  EXPECT_EQ(read(0x5F40, 4), 0x0703'0200U) << "a manager, version 3.7";
+  const auto serial = dictionary_.read({0x5F40, 5});
+  ASSERT_TRUE(serial);
+  ASSERT_EQ(serial->size(), 16U);
+  EXPECT_EQ(load_le(serial->first(8)), 0x1234'5678U);
+  EXPECT_EQ(write(0x5F40, 1, 5, 1), AbortCode::read_only);
+}
+
+TEST_F(CanopenIaTest, BitsOfTheHardwareState) {
+  make({});
+  EXPECT_EQ(read(0x5F40, 3), 0x01U);
+  bus(can::BusState::error_passive);
+  EXPECT_EQ(read(0x5F40, 3), 0x05U);
+  bus(can::BusState::bus_off);
+  EXPECT_EQ(read(0x5F40, 3), 0x81U);
+  bus(can::BusState::error_active);
+  diagnosis_.told({.kind = EventKind::bus_error});
+  diagnosis_.told({.kind = EventKind::frames_lost});
+  EXPECT_EQ(read(0x5F40, 3), 0x0BU);
+  facts_.own = nmt::State::initialising;
+  EXPECT_EQ(read(0x5F40, 3), 0x0AU);
+}
+
+TEST_F(CanopenIaTest, TheLastStateOfEachNode) {
+  make({});
+  EXPECT_EQ(dictionary_.read({0x5F44, 5}).error(), to_error(AbortCode::no_data));
+  diagnosis_.told({.kind = EventKind::emcy, .node = 5, .code = 0x8110});
+  EXPECT_EQ(read(0x5F44, 5), 0x80U);
+  EXPECT_EQ(read(0x5F44, 0), 127U);
+}
+
+TEST_F(CanopenIaTest, KeepOperationalIsWrittenTheRestIsAsItIs) {
+  make({});
+  EXPECT_EQ(read(0x5F41, 4), kFixedControl);
+  EXPECT_FALSE(records_->keep_operational());
+  EXPECT_EQ(write(0x5F41, 4, kFixedControl | kKeepOperational, 4), AbortCode::none);
+  EXPECT_TRUE(records_->keep_operational());
+  EXPECT_EQ(read(0x5F41, 4), kFixedControl | 1U);
+  EXPECT_EQ(write(0x5F41, 4, 0, 4), AbortCode::invalid_value);
+  EXPECT_TRUE(records_->keep_operational());
+}
+
+TEST_F(CanopenIaTest, CommandsWaitUntilTheAccessIsOver) {
+  make({});
+  EXPECT_EQ(write(0x5F4A, 1, 0x0502, 2), AbortCode::none);
+  EXPECT_EQ(write(0x5F4A, 1, 0x0001, 2), AbortCode::none);
+  EXPECT_EQ(write(0x5F41, 1, 129, 1), AbortCode::none);
+  EXPECT_EQ(write(0x5F41, 1, 130, 1), AbortCode::none);
+  std::vector<std::pair<nmt::Command, unsigned>> orders;
+  for (CanopenIa::Order order; records_->take(order);) {
+    orders.emplace_back(order.command, order.node);
+  }
+  const std::vector<std::pair<nmt::Command, unsigned>> wanted{
+      {nmt::Command::stop, 5},
+      {nmt::Command::start, 0},
+      {nmt::Command::reset_communication, kOwn},
+      {nmt::Command::reset_node, kOwn}};
+  EXPECT_EQ(orders, wanted);
+}
+
+TEST_F(CanopenIaTest, WhatIsNoCommandIsRefused) {
+  make({});
+  EXPECT_EQ(write(0x5F41, 1, 131, 1), AbortCode::invalid_value);
+  EXPECT_EQ(write(0x5F4A, 1, 0x0503, 2), AbortCode::invalid_value);
+  EXPECT_EQ(write(0x5F4A, 1, 0x8001, 2), AbortCode::invalid_value) << "there is no node 128";
+  EXPECT_EQ(dictionary_.read({0x5F4A, 1}).error(), to_error(AbortCode::write_only));
+  for (std::size_t i = 0; i < CanopenIa::kOrders; ++i) {
+    EXPECT_EQ(write(0x5F4A, 1, 0x0501, 2), AbortCode::none);
+  }
+  EXPECT_EQ(write(0x5F4A, 1, 0x0501, 2), AbortCode::device_state);
+}
+
+TEST_F(CanopenIaTest, WhatIsNotThereIsNoSubIndex) {
+  make({});
+  EXPECT_EQ(dictionary_.read({0x5F41, 2}).error(), to_error(AbortCode::no_sub_index));
+  EXPECT_EQ(write(0x5F41, 3, 0, 4), AbortCode::no_sub_index);
+}
+
+TEST_F(CanopenIaTest, OfASlaveAtAnotherBase) {
+  make({.base = 0x5F60, .manager = false});
+  EXPECT_FALSE(dictionary_.has_object(0x5F40));
+  EXPECT_EQ(read(0x5F60, 4), 0x0000'0100U) << "a device";
+  EXPECT_EQ(write(0x5F6A, 1, 0x0501, 2), AbortCode::local_control);
+  EXPECT_EQ(write(0x5F61, 1, 130, 1), AbortCode::none) << "itself it may reset";
+}
+
+}  // namespace
+}  // namespace linegate::diagnosis

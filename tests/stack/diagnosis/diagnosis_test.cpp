@@ -1,0 +1,231 @@
+#include "stack/diagnosis/diagnosis.h"
+
+#include <gtest/gtest.h>
+
+#include "stack/base/byte_order.h"
+#include "stack/diagnosis/objects.h"
+
+namespace linegate::diagnosis {
+namespace {
+
+using manager::ManagerState;
+using manager::NodeState;
+using manager::Presence;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr std::uint8_t kOwn = 127;
+constexpr std::uint8_t kMandatory = 5;
+constexpr std::uint8_t kOptional = 33;
+constexpr std::uint8_t kStranger = 64;
+
+od::ObjectDescription numbers(std::uint16_t index, std::size_t count, std::uint8_t sub,
+                              std::uint32_t value) {
+  od::ObjectDescription out{.index = index, .name = "Test", .type = od::ObjectType::array};
+  for (std::size_t i = 0; i <= count; ++i) {
+    od::VariableDescription variable;
+    variable.sub = static_cast<std::uint8_t>(i);
+    variable.type = i == 0 ? od::DataType::unsigned8 : od::DataType::unsigned32;
+    variable.value.resize(od::byte_size(variable.type));
+    store_le(std::span(variable.value), std::uint64_t{i == 0 ? count : i == sub ? value : 0});
+    out.variables.push_back(std::move(variable));
+  }
+  return out;
+}
+
+class DiagnosisTest : public testing::Test, public Source {
+ protected:
+  DiagnosisTest() {
+    EXPECT_TRUE(add_objects(dictionary_).ok());
+    log_.set_listener(&diagnosis_);
+    facts_.running = true;
+    facts_.manages = true;
+    facts_.own = nmt::State::operational;
+    facts_.starts_nodes = true;
+    facts_.manager = ManagerState::running;
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      nodes_[i].node = static_cast<std::uint8_t>(i);
+    }
+  }
+
+  NetworkFacts network() const override { return facts_; }
+  const NodeState& node_seen(std::uint8_t node) const override { return nodes_[node]; }
+
+  static Options options() {
+    Options out{.own_node = kOwn};
+    out.assigned.set(kMandatory);
+    out.assigned.set(kOptional);
+    out.mandatory.set(kMandatory);
+    return out;
+  }
+
+  void set(std::uint8_t node, nmt::State state, char boot = manager::kBooted) {
+    nodes_[node].presence = Presence::present;
+    nodes_[node].state = state;
+    nodes_[node].boot = boot;
+  }
+  void all_operational() {
+    set(kMandatory, nmt::State::operational);
+    set(kOptional, nmt::State::operational);
+  }
+  void tell(EventKind kind, std::uint8_t node, std::uint32_t code = 0, std::uint32_t value = 0) {
+    log_.emit({.time = now_, .kind = kind, .node = node, .code = code, .value = value});
+    diagnosis_.update(now_);
+  }
+  std::uint64_t read(std::uint16_t index, std::uint8_t sub) {
+    const auto value = dictionary_.read({index, sub});
+    EXPECT_TRUE(value) << index << ':' << unsigned{sub};
+    return value ? load_le(*value) : 0;
+  }
+
+  Instant now_{seconds(10)};
+  NetworkFacts facts_;
+  std::array<NodeState, 128> nodes_{};
+  od::Dictionary dictionary_;
+  EventLog log_;
+  Diagnosis diagnosis_{options(), dictionary_, *this};
+  Objects objects_{dictionary_, diagnosis_, kOwn};
+};
+
+TEST_F(DiagnosisTest, ListsOfNodesInOrder) {
+  all_operational();
+  EXPECT_EQ(read(0x5F01, 1), 1U << 4U);
+  EXPECT_EQ(read(0x5F01, 2), 1U << 0U);
+  EXPECT_EQ(read(0x5F01, 4), 0U) << "the own node is not assigned";
+  EXPECT_EQ(read(0x5F02, 1), 1U << 4U);
+  EXPECT_EQ(read(0x5F03, 1), 0U);
+  EXPECT_EQ(read(0x5F04, 1), 1U << 4U);
+  EXPECT_EQ(read(0x5F04, 2), 1U << 0U);
+  EXPECT_EQ(read(0x5F04, 4), 1U << 30U) << "the own node";
+  EXPECT_EQ(read(0x5F07, 1), 0U);
+  EXPECT_EQ(read(0x5F00, 2), 0xA0U | 0x0CU);
+}
+
+TEST_F(DiagnosisTest, NodesThatAreNotAsExpectedAreFaulty) {
+  all_operational();
+  set(kStranger, nmt::State::pre_operational, manager::kBootUnfinished);
+  EXPECT_EQ(read(0x5F03, 2), 1U << 31U) << "it is not assigned";
+  EXPECT_EQ(read(0x5F06, 2), 1U << 31U);
+  nodes_[kStranger].presence = Presence::missing;
+  EXPECT_EQ(read(0x5F03, 2), 0U);
+  set(kOptional, nmt::State::pre_operational, 'J');
+  EXPECT_EQ(read(0x5F03, 2), 1U << 0U);
+  EXPECT_EQ(read(0x5F02, 2), 0U) << "not configured";
+  set(kMandatory, nmt::State::operational);
+  nodes_[kMandatory].presence = Presence::missing;
+  EXPECT_EQ(read(0x5F03, 1), 1U << 4U);
+  EXPECT_EQ(read(0x5F04, 1), 0U) << "nobody knows the state of a node that is missing";
+}
+
+TEST_F(DiagnosisTest, ANodeThatDoesNotObeyIsFaulty) {
+  all_operational();
+  diagnosis_.update(now_);
+  diagnosis_.commanded(nmt::Command::stop, kOptional);
+  diagnosis_.heard(kOptional, nmt::State::operational, now_ + milliseconds(10));
+  EXPECT_EQ(read(0x5F03, 2), 0U) << "it may not have got it";
+  diagnosis_.heard(kOptional, nmt::State::operational, now_ + milliseconds(500));
+  EXPECT_EQ(read(0x5F03, 2), 1U);
+  diagnosis_.heard(kOptional, nmt::State::stopped, now_ + milliseconds(600));
+  EXPECT_EQ(read(0x5F03, 2), 0U);
+  diagnosis_.heard(kOptional, nmt::State::operational, now_ + milliseconds(700));
+  EXPECT_EQ(read(0x5F03, 2), 1U);
+  tell(EventKind::boot_up, kOptional);
+  EXPECT_EQ(read(0x5F03, 2), 0U) << "after its boot-up nothing is asked of it";
+}
+
+TEST_F(DiagnosisTest, EmergenciesAreCountedAndListed) {
+  const emcy::Message fault{.code = 0x8110, .error_register = 0x11, .info = {}};
+  diagnosis_.emergency(kOptional, fault);
+  EXPECT_EQ(read(0x5F07, 2), 1U);
+  EXPECT_EQ(read(0x5F10, kOptional), 1U);
+  EXPECT_EQ(read(0x5F10, kMandatory), 0U);
+  EXPECT_EQ(read(0x5F14, 0), 1U);
+  const auto history = dictionary_.read({0x5F18, kOptional});
+  ASSERT_TRUE(history);
+  EXPECT_EQ(history->size(), 9U);
+  EXPECT_EQ((*history)[2], std::byte{0x81});
+  diagnosis_.emergency(kOptional, {});
+  EXPECT_EQ(read(0x5F07, 2), 0U);
+  EXPECT_EQ(dictionary_.read({0x5F18, kOptional})->size(), 17U);
+  EXPECT_EQ(dictionary_.read({0x5F18, kMandatory})->size(), 1U);
+  EXPECT_EQ(dictionary_.read({0x5F18, kOwn}).error(), to_error(AbortCode::local_control));
+}
+
+TEST_F(DiagnosisTest, EventsAreKeptUntilTheNetworkIsInitialisedAnew) {
+  all_operational();
+  tell(EventKind::boot_up, kOptional);
+  EXPECT_EQ(read(0x5F00, 1), kListChanged);
+  tell(EventKind::heartbeat_lost, kOptional);
+  EXPECT_EQ(read(0x5F00, 1), kListChanged);
+  tell(EventKind::heartbeat_lost, kMandatory);
+  EXPECT_EQ(read(0x5F00, 1), kListChanged | kMandatoryLost);
+  diagnosis_.requested(0);
+  diagnosis_.requested(kOptional);
+  EXPECT_EQ(read(0x5F00, 1), 0xC000U | kListChanged | kMandatoryLost);
+  log_.emit({.time = now_,
+             .kind = EventKind::manager_state,
+             .code = static_cast<std::uint32_t>(ManagerState::resetting)});
+  EXPECT_EQ(read(0x5F00, 1), 0U);
+}
+
+TEST_F(DiagnosisTest, TheCommunicationStateIsThereTwice) {
+  tell(EventKind::frames_lost, 0);
+  EXPECT_EQ(read(0x5F00, 2) >> 8U, kControllerOverrun);
+  EXPECT_EQ(read(0x5F00, 3), kControllerOverrun);
+}
+
+TEST_F(DiagnosisTest, TheBootTimeEndsTheWaitForAMandatoryNode) {
+  od::ObjectDescription boot_time{.index = 0x1F89, .name = "Boot time"};
+  od::VariableDescription value;
+  value.type = od::DataType::unsigned32;
+  value.value.resize(4);
+  store_le(std::span(value.value), std::uint64_t{2000});
+  boot_time.variables.push_back(std::move(value));
+  ASSERT_TRUE(dictionary_.add(boot_time).ok());
+  facts_.own = nmt::State::pre_operational;
+  facts_.manager = ManagerState::missing_mandatory;
+  set(kOptional, nmt::State::operational);
+  nodes_[kMandatory].boot = 'B';
+  tell(EventKind::manager_state, 0, static_cast<std::uint32_t>(ManagerState::resetting));
+  EXPECT_EQ(read(0x5F00, 2), 0x70U);
+  diagnosis_.update(now_ + milliseconds(1999));
+  EXPECT_EQ(read(0x5F00, 2), 0x70U);
+  diagnosis_.update(now_ + milliseconds(2000));
+  EXPECT_EQ(read(0x5F00, 2), 0x86U);
+}
+
+TEST_F(DiagnosisTest, TheSlaveAssignmentOfTheDictionaryCounts) {
+  ASSERT_TRUE(dictionary_.add(numbers(0x1F81, 127, kStranger, 0x9)).ok());
+  EXPECT_EQ(read(0x5F01, 1), 0U);
+  EXPECT_EQ(read(0x5F01, 2), 1U << 31U);
+  set(kStranger, nmt::State::operational, 'M');
+  tell(EventKind::boot_result, kStranger, 'M');
+  EXPECT_EQ(read(0x5F00, 1) & kMandatoryWrongNode, kMandatoryWrongNode);
+}
+
+TEST_F(DiagnosisTest, ASlaveListsTheNodesItListensTo) {
+  facts_.manages = false;
+  facts_.manager = ManagerState::inactive;
+  ASSERT_TRUE(dictionary_.add(numbers(0x1016, 3, 2, kStranger << 16U | 500U)).ok());
+  set(kStranger, nmt::State::stopped);
+  set(1, nmt::State::operational);
+  EXPECT_EQ(read(0x5F01, 2), 1U << 31U | 1U << 0U);
+  EXPECT_EQ(read(0x5F05, 2), 1U << 31U);
+  EXPECT_EQ(read(0x5F04, 1), 0U) << "not listened to";
+  EXPECT_EQ(read(0x5F02, 2), 0U);
+  EXPECT_EQ(read(0x5F00, 2), 0x43U);
+  tell(EventKind::heartbeat_lost, kMandatory);
+  EXPECT_EQ(read(0x5F00, 1), kListChanged) << "a slave's are of nobody's concern";
+}
+
+TEST_F(DiagnosisTest, TaskTimesSayThatThereIsNoTask) {
+  EXPECT_EQ(read(0x5F80, 0), 3U);
+  EXPECT_EQ(read(0x5F80, 1), 0U);
+  EXPECT_EQ(read(0x5F80, 2), 0U);
+  EXPECT_EQ(read(0x5F80, 3), 100U);
+  const std::byte value{5};
+  EXPECT_EQ(dictionary_.write({0x5F80, 1}, std::span(&value, 1)), AbortCode::read_only);
+}
+
+}  // namespace
+}  // namespace linegate::diagnosis
