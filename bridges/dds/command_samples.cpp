@@ -53,6 +53,10 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
     case line::CommandKind::sdo_read:
     case line::CommandKind::sdo_write:
       return from.node() < 1 || from.node() > 127 ? "node is not 1..127" : nullptr;
+    case line::CommandKind::scan_apply:
+      if (from.code() > (v1::SCAN_SET_UP | v1::SCAN_RESTORE))
+        return "code has other bits than SCAN_SET_UP and SCAN_RESTORE";
+      [[fallthrough]];
     case line::CommandKind::scan:
       return from.node() > 127 ? "node is not 0..127" : nullptr;
     case line::CommandKind::nmt:
@@ -79,7 +83,6 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
     case line::CommandKind::can_send:
     case line::CommandKind::can_listen:
     case line::CommandKind::object_create:
-    case line::CommandKind::scan_apply:
       break;
   }
   return nullptr;

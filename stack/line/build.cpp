@@ -75,6 +75,11 @@ manager::NodePlan node_plan(const NodeConfig& node) {
   plan.serial = node.serial.value_or(0);
   plan.heartbeat_consumer = consumer_time(node);
   plan.boot_timeout = node.boot_timeout;
+  if (node.as_found) {
+    plan.guard_time = node.guard_time;
+    plan.life_time_factor = node.life_time_factor;
+    return plan;
+  }
   plan.writes = manager::configuration_writes(node.device);
   for (const ObjectValue& object : node.objects) {
     plan.writes.push_back({object.address, object.data});

@@ -14,6 +14,7 @@
 #include "stack/od/description.h"
 #include "stack/routing/config.h"
 #include "stack/routing/forward.h"
+#include "stack/scan/scanned_node.h"
 
 namespace linegate::line {
 
@@ -41,6 +42,9 @@ struct NodeConfig {
   std::map<std::uint16_t, Duration> rpdo_inhibit;
   Duration boot_timeout = std::chrono::seconds(10);  // until presence is `missing`
   std::vector<ObjectValue> objects;                  // written after those of the DCF
+  // Nothing is written to it: it is what a scan found of it, and shall stay so. A line that has
+  // such a node does not reset its nodes at the start.
+  bool as_found = false;
 };
 
 // A device of the line itself, in the role device: it runs here, below somebody else's master.
@@ -92,6 +96,11 @@ struct LineConfig {
   bool start_nodes = true;        // NMT start when booted (1F80h bit 3 = 0)
   bool stop_nodes = true;         // NMT enter pre-operational to all when the line is stopped
   std::vector<NodeConfig> nodes;  // ascending by id
+  // What a scan read, ascending by id, where the nodes are made of that: the next scan that is
+  // applied may make others of them. Answers reads from the scan's cache, too.
+  std::vector<scan::ScannedNode> scanned;
+  // Set up by a scan that is applied, at nodes without error control; whole ms, 1..65535.
+  Duration found_heartbeat = std::chrono::milliseconds(500);
   // Role device: 1..127 of them, ascending by id; no nodes and no node_id then. If there are none,
   // the line has the one own node of a manager, which obeys another master.
   std::vector<DeviceConfig> devices;

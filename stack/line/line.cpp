@@ -1,5 +1,6 @@
 #include "stack/line/line.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "stack/can/malformed.h"
@@ -30,7 +31,8 @@ node::Options node_options(const LineConfig& config) {
 }
 
 manager::Options manager_options(const LineConfig& config) {
-  return {.reset_nodes = config.reset_nodes,
+  const bool as_found = std::ranges::any_of(config.nodes, &NodeConfig::as_found);
+  return {.reset_nodes = config.reset_nodes && !as_found,
           .start_nodes = config.start_nodes,
           .sdo_timeout = config.sdo_timeout};
 }
@@ -58,13 +60,14 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       sdo(node.dispatch(), node.transmit(), events),
       manager(node_plans(config), manager_options(config), sdo, heartbeats, events, *this),
       outputs(image.layout(image::Direction::outputs), config.groups, config.bound),
-      scanner(sdo, events) {
+      scanner(sdo, events, *this) {
   node.set_companion(this);
   node.pdos().link(plan);
   node.clock().produce_every(config.time_period);
   heartbeats.set_listener(this);
   heartbeats.listen_all(config.node_id);
   emergencies.set_listener(this);
+  scan_cache = config.scanned;
   emergencies.listen_all(config.node_id);
   for (const NodeConfig& device : config.nodes) {
     emergencies.listen(device.id, emcy_cob_id(device));
@@ -77,6 +80,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
 void Line::Impl::start(Instant now) {
   running = true;
   emit(EventKind::line_started, now, static_cast<std::uint32_t>(config.role));
+  tell_found_layout(now);
   node.start(now);
   apply_defaults(now);
   if (manages()) {
@@ -95,6 +99,7 @@ void Line::Impl::advance(Instant now) {
   sdo.advance(now);
   take_completions(now);
   manager.advance(now);
+  scanner.advance(now);
   if (routing != nullptr) {
     routing->advance(may_send_sdo(), now);
     take_completions(now);
@@ -113,6 +118,7 @@ Instant Line::Impl::next_wake() const {
   Instant wake = earlier(node.next_wake(), heartbeats.next_wake());
   wake = earlier(wake, events.next_wake());
   wake = earlier(wake, earlier(sdo.next_wake(), manager.next_wake()));
+  wake = earlier(wake, scanner.next_wake());
   wake = earlier(wake, routing != nullptr ? routing->next_wake() : kNever);
   return earlier(wake, earlier(outputs.next_wake(), next_command_deadline()));
 }
@@ -220,6 +226,7 @@ void Line::Impl::send_nmt(nmt::Command command, std::uint8_t id) {
 
 void Line::Impl::boot_up(std::uint8_t id, Instant now) {
   manager.boot_up(id, now);
+  scanner.boot_up(id, now);
 }
 
 void Line::Impl::heartbeat(std::uint8_t id, nmt::State state, Instant now) {

@@ -55,6 +55,7 @@ void Line::Impl::execute(Command command, Instant now) {
       error = trace_routing(command, now);
       break;
     case CommandKind::scan:
+    case CommandKind::scan_apply:
       start_scan(command, now);
       return;
     case CommandKind::versions:
@@ -69,7 +70,6 @@ void Line::Impl::execute(Command command, Instant now) {
     case CommandKind::can_send:
     case CommandKind::can_listen:
     case CommandKind::object_create:
-    case CommandKind::scan_apply:
       error = to_error(Refusal::bad_request);
       break;
   }
@@ -123,6 +123,15 @@ void Line::Impl::start_sdo(Command command, bool write, Instant now) {
     command.kind = write ? CommandKind::local_write : CommandKind::local_read;
     access_own(command);
     return;
+  }
+  const od::Address address{command.index, command.sub};
+  if (write) {
+    forget_cached(command.node, address);
+  } else if ((command.code & kFromCache) != 0) {
+    if (const auto* const known = cached(command.node, address)) {
+      reply(command.tag, kDone, *known);
+      return;
+    }
   }
   if (!usable()) {
     refuse(command, Refusal::line_down, now);

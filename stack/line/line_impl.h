@@ -25,6 +25,7 @@ namespace linegate::line {
 struct Line::Impl final : Line::Base,
                           node::Companion,
                           manager::Host,
+                          scan::Host,
                           nmt::HeartbeatListener,
                           emcy::Listener {
   // plan is that of the configuration; see Line::make().
@@ -73,6 +74,8 @@ struct Line::Impl final : Line::Base,
   void node_data_invalid(std::uint8_t node) override;
   void may_operate(Instant now) override;
   void send_nmt(nmt::Command command, std::uint8_t node) override;
+  // scan::Host
+  void reset_node(std::uint8_t node) override;
   // nmt::HeartbeatListener
   void boot_up(std::uint8_t node, Instant now) override;
   void heartbeat(std::uint8_t node, nmt::State state, Instant now) override;
@@ -109,8 +112,12 @@ struct Line::Impl final : Line::Base,
   // --- line_scan.cpp ----------------------------------------------------------------------------
   void start_scan(const Command& command, Instant now);
   void finish_scan();
+  void tell_found_layout(Instant now);
   void expire_scan(Instant now);
   void end_scan(Refusal why, Instant now);
+  // What a scan read of the object, if it did; nullptr otherwise.
+  const std::vector<std::byte>* cached(std::uint8_t id, od::Address address) const;
+  void forget_cached(std::uint8_t id, od::Address address);
 
   // --- line_outputs.cpp -------------------------------------------------------------------------
   OutputRefusal write_outputs(const OutputWrite& write, Instant now) override;
@@ -135,7 +142,9 @@ struct Line::Impl final : Line::Base,
   std::unique_ptr<Routing> routing;  // if the line takes part in it
 
   scan::Scanner scanner;
-  std::uint64_t scan_tag = 0;  // of the command that wants to know what it finds
+  std::uint64_t scan_tag = 0;                 // of the command that wants to know what it finds
+  std::uint16_t scan_code = 0;                // of scan_apply
+  std::vector<scan::ScannedNode> scan_cache;  // what scans read, ascending by id
   Instant scan_deadline = kNever;
 
   std::vector<Pending> pending;
