@@ -227,9 +227,11 @@ class Program {
     CLI::App* read = sdo->add_subcommand("read", "print an object's value");
     add_object(read);
     read->add_option("type", texts_.type, "data type: u8, i16, r32, vs, ...");
+    read->add_flag("--cached", cached_, "what a scan read is good enough");
     on(read, [this] {
       return with_client(options_, {.commands = true}, [&](auto& c) {
-        return console::sdo_read(c, texts_.node, texts_.index, texts_.sub, texts_.type, texts_.via);
+        return console::sdo_read(c, texts_.node, texts_.index, texts_.sub, texts_.type, texts_.via,
+                                 cached_);
       });
     });
     CLI::App* sdo_write = sdo->add_subcommand("write", "give an object a value");
@@ -272,8 +274,12 @@ class Program {
                          [&](auto& c) { return console::bus_restart(c, texts_.line); });
     });
 
-    CLI::App* scan = app_.add_subcommand("scan", "find out what is on a line; writes to no device");
-    scan->add_option("line", texts_.line, "LINE, or LINE:NODE for one node")->required();
+    CLI::App* scan = app_.add_subcommand("scan", "find out what is on a line");
+    scan->add_option("line", scan_.what, "LINE, or LINE:NODE for one node")->required();
+    scan->add_flag("--apply", scan_.apply,
+                   "set up heartbeats where there are none, and run the line with what is found");
+    scan->add_flag("--restore-defaults", scan_.restore_defaults,
+                   "the devices restore their defaults first; run the line with what is found");
     scan->add_option("--write", scan_folder_, "folder to put a plant.yaml and DCF files into");
     scan->add_option("--eds", eds_folder_, "folder of EDS files, for names and exact types")
         ->check(CLI::ExistingDirectory);
@@ -395,7 +401,7 @@ class Program {
 
   int run_scan(console::Context& context) {
     console::ScanResult result;
-    const int code = console::scan(context, texts_.line, result);
+    const int code = console::scan(context, scan_, result);
     if (code != console::kDone || scan_folder_.empty()) {
       return code;
     }
@@ -444,6 +450,8 @@ class Program {
   bool concise_ = false;
   std::uint64_t count_ = 0;
   std::string plant_;
+  console::ScanRequest scan_;
+  bool cached_ = false;
   std::string scan_folder_;
   std::string eds_folder_;
   SimulateOptions simulation_;

@@ -269,6 +269,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   plan.record = read_record(section, out.record_place);
   read_nodes(section, plan.config);
   read_devices(section, out);
+  read_auto(section, plan);
   read_simulated(section, plan);
   out.own_pdos = read_own_pdos(findings, section.find("own_pdos"));
   read_feeds_every_tpdo(section, out);

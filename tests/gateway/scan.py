@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """linegate scan: a gateway that knows nothing of the devices on its line finds all of them and writes to none; the
-plant that is written out boots on the next start, with the image that the configured plant has.
+plant that is written out boots on the next start, with the image that the configured plant has. With --apply, or by
+`auto:`, the line that runs takes over what was found: that is the image of the plant that was written out, too.
 
 scan.py LINEGATED LINEGATE PROFILES. The line is a multicast group in a network of its own.
 """
@@ -58,11 +59,18 @@ class Plant:
         """The layouts of both directions when all nodes of that plant are Operational."""
         process = self.gateway(plant)
         try:
-            self.until(f"all nodes of {plant} operational", self.operational)
-            return [json.loads(self.command("--json", "image", "press", *which).stdout)["layout_id"]
-                    for which in ((), ("--outputs",))]
+            return self.layouts_now(plant)
         finally:
             end(process)
+
+    def layouts_now(self, what):
+        self.until(f"all nodes of {what} operational", self.operational)
+        self.until(f"inputs of {what} are valid",
+                   lambda: any(entry["valid"] for entry in self.image()["entries"]))
+        return [self.image(*which)["layout_id"] for which in ((), ("--outputs",))]
+
+    def image(self, *which):
+        return json.loads(self.command("--json", "image", "press", *which).stdout.splitlines()[0])
 
 
 def end(process):
@@ -98,6 +106,36 @@ def run(plant, folder):
     found = plant.layouts(f"{folder}/found/plant.yaml")
     if found != wanted:
         raise Failure(f"layouts {found} of what was found, {wanted} of what was configured")
+    return wanted
+
+
+def run_applied(plant, folder):
+    """The line takes over what was found, without device files; what was written of it is the same line."""
+    process = plant.gateway(write(f"{folder}/applied.yaml", HEAD + LINE + "    access: all\n"))
+    try:
+        plant.command("sdo", "read", "press:5", "1018", "1", "--cached")  # nothing is: the device answers
+        plant.command("scan", "press", "--restore-defaults", "--apply", "--write", f"{folder}/applied")
+        live = plant.layouts_now("what was applied")
+        plant.command("sdo", "read", "press:5", "1018", "1", "--cached")
+        nodes = json.loads(plant.command("--json", "scan", "press").stdout)["nodes"]
+        if any(node.get("heartbeat_ms", 0) == 0 for node in nodes):
+            raise Failure(f"a device without a heartbeat: {nodes}")
+        plant.command("scan", "press:8", "--apply")  # one node again, the others stay
+        again = plant.layouts_now("what one node was read again of")
+    finally:
+        end(process)
+    written = plant.layouts(f"{folder}/applied/plant.yaml")
+    if not live == again == written:
+        raise Failure(f"layouts {live} of what was applied, {again} after one node, {written} of what was written")
+
+
+def run_auto(plant, folder, wanted):
+    """A line that is configured by what is on it, with device files for names and types."""
+    for set_up in ("false", "true"):
+        auto = f"    auto: {{eds: {EDS}, set_up: {set_up}}}\n"
+        found = plant.layouts(write(f"{folder}/auto-{set_up}.yaml", HEAD + LINE + auto))
+        if found != wanted:
+            raise Failure(f"layouts {found} of what was found at the start, {wanted} of what was configured")
 
 
 def run_simulated(plant, folder):
@@ -117,7 +155,10 @@ def main(linegated, linegate, profiles):
     with tempfile.TemporaryDirectory() as folder:
         simulated = subprocess.Popen([linegate, "simulate", URI, *devices])
         try:
-            run(Plant(linegated, linegate, profiles), folder)
+            plant = Plant(linegated, linegate, profiles)
+            wanted = run(plant, folder)
+            run_applied(plant, folder)
+            run_auto(plant, folder, wanted)
             run_simulated(Plant(linegated, linegate, profiles), folder)
         except Failure as failure:
             return str(failure)

@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bridges/console/scan.h"
 #include "stack/base/abort_code.h"
 
 namespace linegate::console {
@@ -105,6 +106,26 @@ TEST_F(Commands, SdoReadPrintsTheValueByType) {
   out_.str("");
   EXPECT_EQ(sdo_read(context_, "3:5", "0x6041", "0", "i16"), kDone) << "by network-ID";
   EXPECT_EQ(out_.str(), "4660\n");
+}
+
+TEST_F(Commands, SdoReadTakesWhatAScanReadOnlyWhenAsked) {
+  EXPECT_EQ(sdo_read(context_, "press:5", "1018", "1", ""), kDone);
+  EXPECT_EQ(gateway_.last.code, 0);
+  EXPECT_EQ(sdo_read(context_, "press:5", "1018", "1", "", "", true), kDone);
+  EXPECT_EQ(gateway_.last.code, line::kFromCache);
+}
+
+TEST_F(Commands, AScanWritesOnlyWhenAsked) {
+  ScanResult result;
+  EXPECT_EQ(scan(context_, {.what = "press:5"}, result), kDone) << err_.str();
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::scan);
+  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(scan(context_, {.what = "press", .apply = true}, result), kDone);
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::scan_apply);
+  EXPECT_EQ(gateway_.last.code, line::kScanSetUp);
+  EXPECT_EQ(scan(context_, {.what = "press", .restore_defaults = true}, result), kDone);
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::scan_apply);
+  EXPECT_EQ(gateway_.last.code, line::kScanRestore);
 }
 
 TEST_F(Commands, LookForTheirLineOnceHoweverShortTheWait) {
