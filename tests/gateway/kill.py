@@ -25,8 +25,10 @@ EDS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "brid
 OWN = 127
 BESIDE = {5: "drive", 7: "encoder", 8: "digital-io", 10: "analog-io"}  # in the other program
 INSIDE = {20: "drive", 21: "drive"}                                   # devices of the gateway
-# Node: two objects that are stored together, (index, bytes).
-STORED = {OWN: ((0x1007, 4), (0x1015, 2)), 20: ((0x6081, 4), (0x6083, 4)), 21: ((0x6081, 4), (0x6083, 4))}
+# Two objects of a node that are stored together, (index, sub-index, bytes), and may have any small number: the inhibit
+# time of EMCYs, and a consumer heartbeat time of no node.
+PAIR = ((0x1015, 0, 2), (0x1016, 1, 4))
+STORING = (OWN, *INSIDE)
 
 PLANT = """schema: 1
 gateway: {{name: kill, log: warning}}
@@ -38,6 +40,7 @@ lines:
     network_id: 1
     node_id: {own}
     heartbeat: 20ms
+    sync: 20ms
     storage: {folder}/stored
     access: all
     nodes:
@@ -62,7 +65,7 @@ class Plant:
         self.program = linegated
         self.console = [linegate, "--profile", profiles, "--domain", "198", "--wait", str(PATIENCE), "--json"]
         self.file = os.path.join(folder, "plant.yaml")
-        nodes = "".join(f"      - {{id: {node}, eds: {EDS}/{profile}.eds, mandatory: true, heartbeat: 20ms}}\n"
+        nodes = "".join(f"      - {{id: {node}, eds: {EDS}/{profile}.eds, heartbeat: 20ms}}\n"
                         for node, profile in {**BESIDE, **INSIDE}.items())
         devices = "".join(f"      - {{id: {node}, name: d{node}, eds: {EDS}/{profile}.eds}}\n"
                           for node, profile in INSIDE.items())
@@ -72,7 +75,7 @@ class Plant:
         self.bus = Bus(GROUP, PORT)
         self.process = None
         # By node: the generations of values that may be stored, the last one known to be first.
-        self.stored = {node: None for node in STORED}
+        self.stored = {node: None for node in STORING}
 
     def start(self):
         self.bus.forget()
@@ -91,7 +94,7 @@ class Plant:
 
     def generation(self, node):
         """The generation of values that the node has; both of its objects belong to the same."""
-        values = [self.bus.read(node, index, 0) for index, _ in STORED[node]]
+        values = [self.bus.read(node, index, sub) for index, sub, _ in PAIR]
         if values[0] is None or values[0] != values[1]:
             raise Failure(f"node {node} has {values}: neither what was stored nor what was to be")
         return values[0]
@@ -107,16 +110,16 @@ class Plant:
 
     def store(self, node, generation):
         """Up to the moment when it is told to store."""
-        for index, size in STORED[node]:
-            if not self.bus.write(node, index, 0, generation, size):
+        for index, sub, size in PAIR:
+            if not self.bus.write(node, index, sub, generation, size):
                 raise Failure(f"node {node} does not take {index:04X}h")
         self.bus.begin_save(node)
         self.stored[node] = (self.stored[node] or set()) | {generation}
 
     def store_for_certain(self, generation):
-        for node, objects in STORED.items():
-            for index, size in objects:
-                self.bus.write(node, index, 0, generation, size)
+        for node in STORING:
+            for index, sub, size in PAIR:
+                self.bus.write(node, index, sub, generation, size)
             if not self.bus.write(node, 0x1010, 1, int.from_bytes(b"save", "little"), 4):
                 raise Failure(f"node {node} does not store")
             self.stored[node] = {generation}
@@ -154,7 +157,7 @@ def run(plant, chance):
             raise Failure("the image is another one")
         if number % 3 != 2:
             generation += 1
-            for node in chance.sample(list(STORED), chance.randint(1, len(STORED))):
+            for node in chance.sample(STORING, chance.randint(1, len(STORING))):
                 plant.store(node, generation)
             # A store takes some milliseconds: more often than not the kill comes within one.
             pause(chance.choice((0, chance.uniform(0, 0.004), chance.uniform(0, 0.05))))

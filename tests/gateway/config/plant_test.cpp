@@ -267,7 +267,7 @@ const Bad kBad[] = {
      "    nodes: [{id: 5, eds: bridges/sim/eds/drive.eds}]\n"
      "  - {name: c, interface: 'simulated:', role: observer, auto: true}\n",
      {"plant.yaml:5:17: error: there is no folder nowhere",
-      "plant.yaml:5:37: error: heartbeat: expected a multiple of 1ms, got 500us",
+      "plant.yaml:5:37: error: expected a multiple of 1ms, got \"0.5ms\"",
       "plant.yaml:5:44: error: unknown key \"setup\" in auto; did you mean \"set_up\"?",
       "plant.yaml:8:11: error: auto is for a line in the role manager without nodes: a scan finds "
       "them",
