@@ -8,6 +8,7 @@ scan.py LINEGATED LINEGATE PROFILES. The line is a multicast group in a network 
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -16,6 +17,7 @@ import time
 
 PATIENCE = 60  # seconds
 EDS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "bridges", "sim", "eds")
+DEMO = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "deploy", "plants", "demo.yaml")
 URI = "udp:239.74.163.9:43119"
 DEVICES = {5: "drive", 7: "encoder", 8: "digital-io", 10: "analog-io"}
 HEAD = "schema: 1\ngateway: {name: scan}\n"
@@ -51,26 +53,26 @@ class Plant:
                 raise Failure(f"not within {PATIENCE} s: {what}")
             time.sleep(0.2)
 
-    def operational(self):
+    def operational(self, line="press", count=len(DEVICES)):
         lines = json.loads(self.command("--json", "lines").stdout)["lines"]
-        return bool(lines) and lines[0]["nodes_operational"] == len(DEVICES)
+        return any(one["line"] == line and one["nodes_operational"] == count for one in lines)
 
-    def layouts(self, plant):
+    def layouts(self, plant, line="press", count=len(DEVICES)):
         """The layouts of both directions when all nodes of that plant are Operational."""
         process = self.gateway(plant)
         try:
-            return self.layouts_now(plant)
+            return self.layouts_now(plant, line, count)
         finally:
             end(process)
 
-    def layouts_now(self, what):
-        self.until(f"all nodes of {what} operational", self.operational)
+    def layouts_now(self, what, line="press", count=len(DEVICES)):
+        self.until(f"all nodes of {what} operational", lambda: self.operational(line, count))
         self.until(f"inputs of {what} are valid",
-                   lambda: any(entry["valid"] for entry in self.image()["entries"]))
-        return [self.image(*which)["layout_id"] for which in ((), ("--outputs",))]
+                   lambda: any(entry["valid"] for entry in self.image(line)["entries"]))
+        return [self.image(line, *which)["layout_id"] for which in ((), ("--outputs",))]
 
-    def image(self, *which):
-        return json.loads(self.command("--json", "image", "press", *which).stdout.splitlines()[0])
+    def image(self, line, *which):
+        return json.loads(self.command("--json", "image", line, *which).stdout.splitlines()[0])
 
 
 def end(process):
@@ -150,6 +152,37 @@ def run_simulated(plant, folder):
     plant.layouts(f"{folder}/embedded/plant.yaml")
 
 
+def without_configuration(plant):
+    """Of a plant with simulated lines: the lines and their devices, and nothing that is known of these. And how many
+    devices each line has."""
+    text, counts = HEAD + "lines:\n", {}
+    for line in re.split(r"^  - (?=name: )", open(plant, encoding="utf-8").read(), flags=re.MULTILINE)[1:]:
+        name = re.match(r"name: (\S+)", line)[1]
+        devices = re.findall(r"^      - (\{node: .*\})$", line, re.MULTILINE)
+        network = re.search(r"network_id: (\d+)", line)[1]
+        text += (f"  - name: {name}\n    interface: 'simulated:'\n    network_id: {network}\n    access: all\n"
+                 f"    simulate: [{', '.join(devices)}]\n")
+        counts[name] = len(devices)
+    return text, counts
+
+
+def run_demo(plant, folder):
+    """The demo plant with no configuration: every device is found, and what was written boots with the same image."""
+    text, counts = without_configuration(DEMO)
+    process = plant.gateway(write(f"{folder}/demo.yaml", text))
+    live = {}
+    try:
+        for line, count in counts.items():
+            plant.command("scan", line, "--apply", "--write", f"{folder}/demo-{line}")
+            live[line] = plant.layouts_now(f"line {line} of the demo", line, count)
+    finally:
+        end(process)
+    for line, count in counts.items():
+        written = plant.layouts(f"{folder}/demo-{line}/plant.yaml", line, count)
+        if written != live[line]:
+            raise Failure(f"layouts {written} of what was written of {line}, {live[line]} of what was applied")
+
+
 def main(linegated, linegate, profiles):
     devices = [word for node, profile in DEVICES.items() for word in ("--device", f"{profile}:{node}")]
     with tempfile.TemporaryDirectory() as folder:
@@ -159,6 +192,7 @@ def main(linegated, linegate, profiles):
             wanted = run(plant, folder)
             run_applied(plant, folder)
             run_auto(plant, folder, wanted)
+            run_demo(plant, folder)
             run_simulated(Plant(linegated, linegate, profiles), folder)
         except Failure as failure:
             return str(failure)
