@@ -188,6 +188,13 @@ class Text {
     if (!plan.storage.empty()) {
       add("  stored parameters in {}\n", plan.storage);
     }
+    if (plan.auto_scan) {
+      add("  nodes: what a scan finds{}{}{}\n", plan.auto_scan->at_start ? " at the start" : "",
+          plan.auto_scan->set_up
+              ? "; what is missing is set up, heartbeat " + format_duration(c.found_heartbeat)
+              : "; nothing is written to them",
+          plan.auto_scan->eds.empty() ? "" : "; device files in " + plan.auto_scan->eds);
+    }
     for (const auto& node : c.nodes) {
       this->node(node);
     }

@@ -7,6 +7,7 @@
 #include "gateway/channels.h"
 #include "gateway/clock.h"
 #include "gateway/device_runner.h"
+#include "gateway/scan_plan.h"
 
 namespace linegate::gateway {
 namespace {
@@ -28,6 +29,7 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
   Loaded<std::unique_ptr<Gateway>> loaded;
   std::unique_ptr<Gateway> gateway(new Gateway());
   gateway->identity_ = identity_of(plant);
+  gateway->executor_plans_ = plant.executors;
   auto lines = make_lines(plant, difference({}, plant).started, loaded.diagnostics);
   if (!has_errors(loaded.diagnostics)) {
     append(loaded.diagnostics, gateway->make_bridge(plant, incarnation));
@@ -347,7 +349,16 @@ Gateway::Reload Gateway::reload(const config::Plant& wanted) {
   if (out.difference.empty()) {
     return out;
   }
-  // The lines that stay fill their rings meanwhile, which hold what they say in a second.
+  change(go, come, std::move(lines), wanted, out.diagnostics);
+  identity_ = identity_of(wanted);
+  executor_plans_ = wanted.executors;
+  return out;
+}
+
+// The lines that stay fill their rings meanwhile, which hold what they say in a second.
+void Gateway::change(const std::vector<std::string>& go, const std::vector<std::string>& come,
+                     std::vector<NewLine> lines, const config::Plant& wanted,
+                     std::vector<Diagnostic>& diagnostics) {
   intake_->stop();
   stop_lines(go);
   publisher_->stop();
@@ -356,14 +367,60 @@ Gateway::Reload Gateway::reload(const config::Plant& wanted) {
   forget_lines(go);
   for (const std::string& name : come) {
     if (!bridge_->add_line(name)) {
-      out.diagnostics.push_back({Severity::warning, wanted.file, 0, 0,
-                                 "line " + name + " cannot be published: DDS has no writers"});
+      diagnostics.push_back({Severity::warning, wanted.file, 0, 0,
+                             "line " + name + " cannot be published: DDS has no writers"});
     }
   }
-  append(out.diagnostics, take_in(std::move(lines), wanted));
-  identity_ = identity_of(wanted);
+  append(diagnostics, take_in(std::move(lines), wanted));
   start();
-  return out;
+}
+
+std::optional<std::vector<Diagnostic>> Gateway::take_scans() {
+  std::vector<std::pair<std::string, TakenScan>> taken;
+  for (const auto& host : hosts_) {
+    for (TakenScan scan; host->port.scans.pop(scan);) {
+      taken.emplace_back(host->name(), std::move(scan));
+    }
+  }
+  if (taken.empty()) {
+    return std::nullopt;
+  }
+  std::vector<Diagnostic> diagnostics;
+  for (const auto& [name, scan] : taken) {
+    take_scan(name, scan, diagnostics);
+  }
+  return diagnostics;
+}
+
+// A line whose result cannot be used goes on with what it had; anew, if its nodes were reset.
+void Gateway::take_scan(const std::string& name, const TakenScan& scan,
+                        std::vector<Diagnostic>& diagnostics) {
+  const config::LinePlan& present = host(name).plan;
+  Loaded<config::LinePlan> wanted = plan_of(present, scan);
+  append(diagnostics, std::move(wanted.diagnostics));
+  if (!wanted.value && (scan.code & line::kScanRestore) == 0) {
+    return;
+  }
+  config::Plant plant = plant_with(wanted.value ? *std::move(wanted.value) : present);
+  auto lines = make_lines(plant, {name}, diagnostics);
+  if (lines.empty()) {
+    plant = plant_with(present);
+    lines = make_lines(plant, {name}, diagnostics);
+  }
+  change({name}, {name}, std::move(lines), plant, diagnostics);
+}
+
+config::Plant Gateway::plant_with(config::LinePlan line) const {
+  config::Plant plant;
+  plant.executors = executor_plans_;
+  for (const auto& host : hosts_) {
+    config::LinePlan& plan = plant.lines.emplace_back();
+    plan.config.name = host->name();
+    if (plan.config.name == line.config.name) {
+      plan = line;
+    }
+  }
+  return plant;
 }
 
 LineHost& Gateway::host(const std::string& name) {

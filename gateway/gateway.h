@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,10 @@ class Gateway {
   };
   Reload reload(const config::Plant& wanted);
 
+  // Lines of which a scan was applied are made anew with what it found. What there is to say of
+  // that; nothing if there was none. By the thread that started it, while it runs: soon after.
+  std::optional<std::vector<Diagnostic>> take_scans();
+
   // Those that must go round for the gateway to do its work. Not the one that waits for disks.
   std::vector<WatchedThread> threads();
   // All lines as they were published last, in the order of the configuration. By one thread.
@@ -91,6 +96,14 @@ class Gateway {
   // Of lines that have stopped, while nothing is published.
   void forget_lines(const std::vector<std::string>& names);
   LineHost& host(const std::string& name);
+  // Those lines go, and come as what has been made of them, while the others run on.
+  void change(const std::vector<std::string>& go, const std::vector<std::string>& come,
+              std::vector<NewLine> lines, const config::Plant& wanted,
+              std::vector<Diagnostic>& diagnostics);
+  void take_scan(const std::string& name, const TakenScan& scan,
+                 std::vector<Diagnostic>& diagnostics);
+  // The lines that run, by their names alone, but for this one.
+  config::Plant plant_with(config::LinePlan line) const;
   // The line's interface, recorded if the line is.
   std::unique_ptr<can_bridge::Channel> channel_for(LineHost& host);
 
@@ -111,7 +124,8 @@ class Gateway {
   std::vector<NamedExecutor> executors_;
   std::unique_ptr<Executor> devices_;
   std::unique_ptr<Intake> intake_;
-  PlantIdentity identity_;  // of the configuration that runs
+  PlantIdentity identity_;                            // of the configuration that runs
+  std::vector<config::ExecutorPlan> executor_plans_;  // likewise
 };
 
 }  // namespace linegate::gateway

@@ -12,6 +12,7 @@
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/handover.h"
 #include "gateway/exchange/ring.h"
+#include "gateway/scan_taker.h"
 #include "stack/base/event.h"
 #include "stack/image/snapshot.h"
 #include "stack/line/command.h"
@@ -59,6 +60,9 @@ struct LinePort {
   exchange::Handover<std::vector<routing::Route>> routes;
   // Both, and only when they have become other ones; handed over before the first of their images.
   exchange::Handover<std::array<image::Layout, 2>> layouts;
+
+  // Executor to main thread.
+  exchange::Ring<TakenScan> scans{4};
 
   // Intake to executor. A full ring is answered with Refusal::busy, or counted.
   exchange::Ring<line::Command> commands{256};

@@ -65,6 +65,7 @@ LineRunner::LineRunner(std::unique_ptr<line::Line> line,
       port_(port),
       consumer_(consumer),
       storage_(std::move(storage)),
+      scans_(plan, port.scans),
       publications_{Publication(plan.publish, plan.pdo_min_period),
                     Publication(plan.publish, kLong)} {
   for (const NodeStorage& storage_of : storage_) {
@@ -157,6 +158,7 @@ void LineRunner::bus_event(const can::BusEvent& event, Instant now) {
   if (event.kind == can::BusEvent::Kind::interface_ready && !started_ && !stopping_) {
     started_ = true;
     line_->start(now);
+    scans_.started(now);
   }
 }
 
@@ -170,20 +172,15 @@ void LineRunner::take_storage_results() {
 
 void LineRunner::take_requests(Instant now) {
   while (!reply_held_ && port_.commands.pop(command_)) {
-    if (stopping_) {
-      reply(command_.tag, line::to_error(line::Refusal::cancelled));
-    } else if (!started_) {
-      reply(command_.tag, line::to_error(line::Refusal::line_down));
-    } else if (command_.kind == line::CommandKind::bus_restart) {
-      restart_bus(now);
-    } else if (command_.kind == line::CommandKind::bus_fault) {
-      change_faults(now);
-    } else if (wants_fd(command_) && !pump_.channel().carries_fd()) {
-      reply(command_.tag, line::to_error(line::Refusal::wrong_interface));
-    } else {
-      line_->execute(std::move(command_), now);
-      command_ = {};
-    }
+    take_command(now);
+  }
+  if (started_ && !stopping_) {
+    if (auto scan = scans_.due(now))
+      if (wants_fd(command_) && !pump_.channel().carries_fd()) {
+        reply(command_.tag, line::to_error(line::Refusal::wrong_interface));
+      } else {
+        line_->execute(*std::move(scan), now);
+      }
   }
   for (Event notice; port_.notices.pop(notice);) {
     notice.time = now;
@@ -193,6 +190,26 @@ void LineRunner::take_requests(Instant now) {
     if (!stopping_) {
       (void)line_->write_outputs(write_, now);  // the line tells of a refusal itself
     }
+  }
+}
+
+void LineRunner::take_command(Instant now) {
+  const bool bound = !bound_sources_.empty() || !bound_targets_.empty();
+  if (stopping_) {
+    reply(command_.tag, line::to_error(line::Refusal::cancelled));
+  } else if (!started_) {
+    reply(command_.tag, line::to_error(line::Refusal::line_down));
+  } else if (command_.kind == line::CommandKind::bus_restart) {
+    restart_bus(now);
+  } else if (command_.kind == line::CommandKind::bus_fault) {
+    change_faults(now);
+  } else if (command_.kind == line::CommandKind::scan_apply && bound) {
+    reply(command_.tag,
+          line::to_error(line::Refusal::wrong_state));  // it cannot be made anew alone
+  } else {
+    scans_.asked(command_);
+    line_->execute(std::move(command_), now);
+    command_ = {};
   }
 }
 
@@ -288,6 +305,9 @@ void LineRunner::hand_over_events() {
 
 void LineRunner::hand_over_replies() {
   while (reply_held_ || line_->take_reply(reply_)) {
+    if (!reply_held_ && scans_.answered(reply_)) {
+      continue;
+    }
     reply_held_ = !port_.replies.push(reply_);
     if (reply_held_) {
       return;
@@ -393,7 +413,7 @@ void LineRunner::look_at_losses() {
 Instant LineRunner::compute_next_wake() const {
   Instant next = earlier(pump_.channel().next_wake(), status_due_);
   if (started_) {
-    next = earlier(next, line_->next_wake());
+    next = earlier(next, earlier(line_->next_wake(), scans_.next_wake()));
   }
   for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
     next =

@@ -74,6 +74,7 @@ class LineRunner final : public Runner {
   void bus_event(const can::BusEvent& event, Instant now);
   void take_storage_results();
   void take_requests(Instant now);
+  void take_command(Instant now);
   void take_messages(Instant now);
   void look_at_sources(Instant now);
   void give_messages(Instant now);
@@ -97,6 +98,7 @@ class LineRunner final : public Runner {
   LinePort& port_;
   exchange::Wakeup& consumer_;
   const std::vector<NodeStorage> storage_;
+  ScanTaker scans_;
   WallClock clock_;
 
   std::vector<BoundSource> bound_sources_;

@@ -259,12 +259,14 @@ class Program {
     read->add_flag("--from-image", from_image_,
                    "the value of the process image will do, if it is valid")
         ->excludes("--via");
+    read->add_flag("--cached", cached_, "what a scan read is good enough");
     on(read, [this] {
       return with_client(options_, {.commands = true}, [&](auto& c) {
         if (from_image_) {
           return console::image_read(c, texts_.node, texts_.index, texts_.sub, texts_.type);
         }
-        return console::sdo_read(c, texts_.node, texts_.index, texts_.sub, texts_.type, texts_.via);
+        return console::sdo_read(c, texts_.node, texts_.index, texts_.sub, texts_.type, texts_.via,
+                                 cached_);
       });
     });
     CLI::App* sdo_write = sdo->add_subcommand("write", "give an object a value");
@@ -321,8 +323,12 @@ class Program {
                          [&](auto& c) { return console::bus_restart(c, texts_.line); });
     });
 
-    CLI::App* scan = app_.add_subcommand("scan", "find out what is on a line; writes to no device");
-    scan->add_option("line", texts_.line, "LINE, or LINE:NODE for one node")->required();
+    CLI::App* scan = app_.add_subcommand("scan", "find out what is on a line");
+    scan->add_option("line", scan_.what, "LINE, or LINE:NODE for one node")->required();
+    scan->add_flag("--apply", scan_.apply,
+                   "set up heartbeats where there are none, and run the line with what is found");
+    scan->add_flag("--restore-defaults", scan_.restore_defaults,
+                   "the devices restore their defaults first; run the line with what is found");
     scan->add_option("--write", scan_folder_, "folder to put a plant.yaml and DCF files into");
     scan->add_option("--eds", eds_folder_, "folder of EDS files, for names and exact types")
         ->check(CLI::ExistingDirectory);
@@ -507,7 +513,7 @@ class Program {
 
   int run_scan(console::Context& context) {
     console::ScanResult result;
-    const int code = console::scan(context, texts_.line, result);
+    const int code = console::scan(context, scan_, result);
     if (code != console::kDone || scan_folder_.empty()) {
       return code;
     }
@@ -562,6 +568,8 @@ class Program {
   std::string plant_;
   std::string file_;
   unsigned number_ = 1;
+  console::ScanRequest scan_;
+  bool cached_ = false;
   std::string scan_folder_;
   std::string eds_folder_;
   console::LssRequest lss_;

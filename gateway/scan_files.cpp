@@ -1,10 +1,10 @@
 #include "gateway/scan_files.h"
 
-#include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <optional>
-#include <sstream>
+#include <span>
 #include <system_error>
 #include <utility>
 
@@ -12,83 +12,45 @@
 #include <yaml-cpp/yaml.h>
 
 #include "bridges/sim/device.h"
+#include "gateway/config/value.h"
+#include "gateway/found_nodes.h"
+#include "stack/base/byte_order.h"
 #include "stack/eds/reader.h"
 #include "stack/eds/writer.h"
-#include "stack/scan/describe.h"
-#include "stack/scan/merge.h"
 
 namespace linegate::gateway {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string read_file(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-struct Sheet {
-  std::string name;
-  std::string text;
-};
-
-std::vector<Sheet> sheets_in(const std::string& folder, std::string& error) {
-  std::vector<Sheet> out;
-  if (folder.empty()) {
-    return out;
-  }
-  std::error_code failed;
-  for (fs::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed)) {
-    std::string extension = at->path().extension().string();
-    std::ranges::transform(extension, extension.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (extension == ".eds") {
-      out.push_back({at->path().filename().string(), read_file(at->path())});
-    }
-  }
-  if (failed) {
-    error = fmt::format("{}: {}", folder, failed.message());
-  }
-  std::ranges::sort(out, {}, &Sheet::name);
-  return out;
-}
-
-struct Described {
-  od::DeviceDescription device;
-  std::string sheet;  // the EDS it was made with, empty = none
-};
-
-Described describe_node(const scan::ScannedNode& node, const std::vector<Sheet>& sheets,
-                        std::vector<std::string>& notes) {
-  for (const Sheet& sheet : sheets) {
-    auto loaded = eds::load(sheet.text, sheet.name, node.id);
-    if (loaded.value && scan::matches(*loaded.value, node)) {
-      notes.push_back(fmt::format("node {}: names and types of {}", node.id, sheet.name));
-      return {scan::merge(*std::move(loaded.value), node), sheet.name};
-    }
-  }
-  if (!sheets.empty()) {
-    notes.push_back(
-        fmt::format("node {}: no EDS of its identity, types are known by length alone", node.id));
-  }
-  return {scan::describe(node), {}};
-}
-
-void emit_error_control(YAML::Emitter& out, const scan::ScannedNode& node) {
-  const auto heartbeat = node.number({0x1017, 0}).value_or(0);
-  const auto guard = node.number({0x100C, 0}).value_or(0);
-  const auto factor = node.number({0x100D, 0}).value_or(0);
-  if (heartbeat != 0) {
-    out << YAML::Key << "heartbeat" << YAML::Value << fmt::format("{}ms", heartbeat);
-  } else if (guard != 0 && factor != 0) {
+// As it is written to the node when it boots.
+void emit_error_control(YAML::Emitter& out, const line::NodeConfig& node) {
+  const auto text = [](Duration time) {
+    return fmt::format("{}ms", std::chrono::duration_cast<std::chrono::milliseconds>(time).count());
+  };
+  if (node.heartbeat != Duration::zero()) {
+    out << YAML::Key << "heartbeat" << YAML::Value << text(node.heartbeat);
+  } else if (node.guard_time != Duration::zero()) {
     out << YAML::Key << "guarding" << YAML::Value << YAML::Flow << YAML::BeginMap << YAML::Key
-        << "time" << YAML::Value << fmt::format("{}ms", guard) << YAML::Key << "factor"
-        << YAML::Value << factor << YAML::EndMap;
+        << "time" << YAML::Value << text(node.guard_time) << YAML::Key << "factor" << YAML::Value
+        << int{node.life_time_factor} << YAML::EndMap;
   }
+}
+
+void emit_objects(YAML::Emitter& out, const line::NodeConfig& node) {
+  if (node.objects.empty()) {
+    return;
+  }
+  out << YAML::Key << "objects" << YAML::Value << YAML::BeginMap;
+  for (const line::ObjectValue& object : node.objects) {
+    out << YAML::Key << config::format_address(object.address) << YAML::Value
+        << load_le(std::span<const std::byte>(object.data));
+  }
+  out << YAML::EndMap;
 }
 
 struct NodeFile {
-  const scan::ScannedNode* node;
+  const line::NodeConfig* node;
   std::string file;
   std::string content;
 };
@@ -98,10 +60,15 @@ std::string bit_rate_text(std::uint32_t rate) {
 }
 
 // The profile of a simulated device, by its identity.
-std::optional<std::string> profile_of(const scan::ScannedNode& node) {
+std::optional<std::string> profile_of(const line::NodeConfig& node) {
+  const auto number = [](const od::DeviceDescription& device, std::uint8_t sub) {
+    const od::VariableDescription* const known = device.find(od::Address{0x1018, sub});
+    return known == nullptr ? 0 : load_le(std::span<const std::byte>(known->value));
+  };
   for (const std::string_view profile : sim::profiles()) {
     const auto file = eds::load(sim::eds_text(profile), sim::eds_name(profile), node.id);
-    if (file.value && scan::matches(*file.value, node)) {
+    if (file.value && number(*file.value, 1) == number(node.device, 1) &&
+        number(*file.value, 2) == number(node.device, 2)) {
       return std::string(profile);
     }
   }
@@ -139,6 +106,7 @@ std::string plant_text(const ScannedLine& line, const std::vector<NodeFile>& fil
     out << YAML::BeginMap << YAML::Key << "id" << YAML::Value << int{file.node->id};
     out << YAML::Key << "dcf" << YAML::Value << file.file;
     emit_error_control(out, *file.node);
+    emit_objects(out, *file.node);
     out << YAML::EndMap;
   }
   out << YAML::EndSeq;
@@ -149,13 +117,13 @@ std::string plant_text(const ScannedLine& line, const std::vector<NodeFile>& fil
   return std::string(out.c_str()) + "\n";
 }
 
-NodeFile file_of(const ScannedLine& line, const scan::ScannedNode& node, Described described) {
-  eds::DataSheet sheet = eds::sheet_of(std::move(described.device), true);
-  sheet.file.last_eds = described.sheet;
-  sheet.file.file_name = fmt::format("{}-{}.dcf", line.name, node.id);
+NodeFile file_of(const ScannedLine& line, const FoundNode& node) {
+  eds::DataSheet sheet = eds::sheet_of(node.config.device, true);
+  sheet.file.last_eds = node.sheet;
+  sheet.file.file_name = fmt::format("{}-{}.dcf", line.name, node.config.id);
   sheet.file.description =
-      fmt::format("Node {} of line {}, as a scan found it", node.id, line.name);
-  return {&node, sheet.file.file_name, eds::write_dcf(sheet)};
+      fmt::format("Node {} of line {}, as a scan found it", node.config.id, line.name);
+  return {&node.config, sheet.file.file_name, eds::write_dcf(sheet)};
 }
 
 bool write_file(const fs::path& path, const std::string& content, ScanFiles& out) {
@@ -179,17 +147,15 @@ bool write_file(const fs::path& path, const std::string& content, ScanFiles& out
 ScanFiles write_scan(const ScannedLine& line, const std::string& folder,
                      const std::string& eds_folder) {
   ScanFiles out;
-  const std::vector<Sheet> sheets = sheets_in(eds_folder, out.error);
+  FoundNodes found = found_nodes(line.nodes, eds_folder);
+  out.notes = std::move(found.notes);
+  out.error = std::move(found.error);
   if (!out.error.empty()) {
     return out;
   }
   std::vector<NodeFile> files;
-  for (const scan::ScannedNode& node : line.nodes) {
-    if (node.end == AbortCode::none) {
-      files.push_back(file_of(line, node, describe_node(node, sheets, out.notes)));
-    } else {
-      out.notes.push_back(fmt::format("node {} is left out: it was not read to the end", node.id));
-    }
+  for (const FoundNode& node : found.nodes) {
+    files.push_back(file_of(line, node));
   }
   std::error_code failed;
   fs::create_directories(folder, failed);

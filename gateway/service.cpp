@@ -7,6 +7,7 @@
 #include <spdlog/spdlog.h>
 
 #include "gateway/clock.h"
+#include "gateway/log.h"
 #include "gateway/signals.h"
 #include "gateway/status_text.h"
 
@@ -67,6 +68,7 @@ void Service::work(Instant now) {
     manager_.ready();
     spdlog::info("ready");
   }
+  take_scans();
   if (now >= look_due_) {
     look_due_ = now + look_period_;
     look();
@@ -75,6 +77,16 @@ void Service::work(Instant now) {
     status_due_ = now + kStatusTextPeriod;
     show_status();
   }
+}
+
+void Service::take_scans() {
+  const auto said = gateway_.take_scans();
+  if (!said) {
+    return;
+  }
+  log(*said);
+  watch_ = ProgressWatch(gateway_.threads());
+  ready_ = false;
 }
 
 void Service::look() {

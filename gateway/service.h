@@ -26,6 +26,7 @@ class Service {
   // Until the next thing is due, or a signal comes. Gives the one that ends the service, 0 = none.
   int wait();
   void work(Instant now);
+  void take_scans();
   void look();
   void show_status();
 

@@ -336,7 +336,7 @@ int write(Context& context, const std::string& line, const std::string& entry,
 }
 
 int sdo_read(Context& context, const std::string& node, const std::string& index,
-             const std::string& sub, const std::string& type, const std::string& via) {
+             const std::string& sub, const std::string& type, const std::string& via, bool cached) {
   auto target = sdo_target(context, node, index, sub, false);
   const auto data_type = type_from_name(type);
   if (!type.empty() && !data_type) {
@@ -349,6 +349,9 @@ int sdo_read(Context& context, const std::string& node, const std::string& index
   const Line* line = find_target(context, model, *target, via);
   if (line == nullptr) {
     return kFailed;
+  }
+  if (target->command.kind == line::CommandKind::sdo_read && cached) {
+    target->command.code = line::kFromCache;
   }
   const Client::Answer answer = ask(context, model, *line, target->command);
   return print_answer(context, answer,

@@ -51,9 +51,11 @@ int trace(Context& context, std::uint64_t count, const std::function<bool()>& st
 int write(Context& context, const std::string& line, const std::string& entry,
           const std::string& value);
 // type empty: bytes, and the number they make. via: asked as a client on this line would, through
-// the gateway, even if the node's own line is known; empty: the shortest way.
+// the gateway, even if the node's own line is known; empty: the shortest way. cached: what a scan
+// read is good enough.
 int sdo_read(Context& context, const std::string& node, const std::string& index,
-             const std::string& sub, const std::string& type, const std::string& via = "");
+             const std::string& sub, const std::string& type, const std::string& via = "",
+             bool cached = false);
 // 1010h and 1011h: waits 16 s at least, for a device that stores before it answers.
 int sdo_write(Context& context, const std::string& node, const std::string& index,
               const std::string& sub, const std::string& type, const std::string& value,

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <ostream>
+#include <span>
 
 #include "bridges/console/lookup.h"
 #include "bridges/console/model.h"
 #include "stack/base/abort_code.h"
+#include "stack/base/byte_order.h"
 #include "stack/scan/report.h"
 
 namespace linegate::console {
@@ -31,7 +33,7 @@ class Progress final : public Listener {
   }
   void on_event(const LineId& id, const EventView& event) override {
     model_.on_event(id, event);
-    if (id == id_ && event.event.kind == EventKind::node_scanned && event.event.time >= since_) {
+    if (id == id_ && tells(event.event) && event.event.time >= since_) {
       err_ << printable(event.text) << std::endl;
     }
   }
@@ -39,6 +41,14 @@ class Progress final : public Listener {
   void on_left_out(std::uint64_t samples) override { model_.on_left_out(samples); }
 
  private:
+  // A node that was read, or one whose defaults could not be restored.
+  static bool tells(const Event& event) {
+    constexpr std::uint64_t kRestore = 0x1011;
+    return event.kind == EventKind::node_scanned ||
+           (event.kind == EventKind::sdo_abort && event.length >= 2 &&
+            load_le(std::span<const std::byte>(event.data).first(2)) == kRestore);
+  }
+
   Model& model_;
   const LineId& id_;
   std::ostream& err_;
@@ -62,10 +72,20 @@ std::optional<Target> target_of(Context& context, const std::string& what) {
   return Target{ref->line, ref->all ? std::uint8_t{0} : ref->node};
 }
 
+line::Command command_of(const Context& context, const ScanRequest& request, std::uint8_t node) {
+  const bool applies = request.apply || request.restore_defaults;
+  line::Command command{.kind = applies ? line::CommandKind::scan_apply : line::CommandKind::scan};
+  command.node = node;
+  command.code = static_cast<std::uint16_t>((request.apply ? line::kScanSetUp : 0U) |
+                                            (request.restore_defaults ? line::kScanRestore : 0U));
+  command.timeout = std::max(context.timeout, kLongest);
+  return command;
+}
+
 }  // namespace
 
-int scan(Context& context, const std::string& what, ScanResult& result) {
-  const auto target = target_of(context, what);
+int scan(Context& context, const ScanRequest& request, ScanResult& result) {
+  const auto target = target_of(context, request.what);
   if (!target) {
     return kUsage;
   }
@@ -76,9 +96,7 @@ int scan(Context& context, const std::string& what, ScanResult& result) {
   }
   result.id = line->id;
   result.line = *line->view;
-  line::Command command{.kind = line::CommandKind::scan};
-  command.node = target->node;
-  command.timeout = std::max(context.timeout, kLongest);
+  const line::Command command = command_of(context, request, target->node);
   Progress progress(model, result.id, context.err);
   const Client::Answer answer =
       context.client.call(result.id, command, command.timeout, 0, progress);

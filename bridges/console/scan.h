@@ -16,9 +16,15 @@ struct ScanResult {
   std::vector<scan::ScannedNode> nodes;  // ascending by node-ID
 };
 
-// what: a line, or LINE:NODE for one node alone. Tells on context.err which nodes have been read
-// meanwhile, and prints what was found. `result` has it too when kDone comes back.
-int scan(Context& context, const std::string& what, ScanResult& result);
+struct ScanRequest {
+  std::string what;               // a line, or LINE:NODE for one node alone
+  bool apply = false;             // what is missing is set up, and the line takes the result over
+  bool restore_defaults = false;  // 1011h first; the line takes the result over
+};
+
+// Tells on context.err which nodes have been read meanwhile, and prints what was found. `result`
+// has it too when kDone comes back.
+int scan(Context& context, const ScanRequest& request, ScanResult& result);
 
 // A row for each node; the notes say what will not work as it is: identifiers that two devices send
 // on, devices without error control, analogue inputs that are never sent, nodes that fell silent.

@@ -10,6 +10,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/scan/conflicts.h"
+#include "stack/scan/left_out.h"
 
 namespace linegate::console {
 namespace {
@@ -83,6 +84,14 @@ std::string conflict_text(const scan::Conflict& conflict) {
          std::to_string(conflict.first.node) + " (" + object_text(conflict.first.object) +
          ") and by node " + std::to_string(conflict.second.node) + " (" +
          object_text(conflict.second.object) + ")";
+}
+
+// TPDOs are among the conflicts.
+std::string rpdo_text(const scan::LeftOut& pdo) {
+  return "node " + std::to_string(pdo.node) + ": RPDO " +
+         std::to_string(pdo.record - kKinds[0].first + 1) + " is never sent to, its identifier " +
+         hex_number(pdo.cob_id.id(), 3) + "h is sent by node " + std::to_string(pdo.other.node) +
+         " (" + object_text(pdo.other.object) + ")";
 }
 
 void add_notes(const ScannedNode& node, std::vector<Note>& notes) {
@@ -195,6 +204,11 @@ Table scan_table(const ScanResult& result) {
   }
   for (const scan::Conflict& conflict : scan::conflicts(result.nodes)) {
     out.notes.push_back({conflict_text(conflict), Style::error});
+  }
+  for (const scan::LeftOut& pdo : scan::left_out(result.nodes)) {
+    if (pdo.record < kKinds[1].first) {
+      out.notes.push_back({rpdo_text(pdo), Style::warning});
+    }
   }
   if (result.nodes.empty()) {
     out.notes.push_back({"no device answered", Style::warning});

@@ -56,6 +56,10 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
     case line::CommandKind::sdo_write:
     case line::CommandKind::object_write:
       return from.node() < 1 || from.node() > 127 ? "node is not 1..127" : nullptr;
+    case line::CommandKind::scan_apply:
+      if (from.code() > (v1::SCAN_SET_UP | v1::SCAN_RESTORE))
+        return "code has other bits than SCAN_SET_UP and SCAN_RESTORE";
+      [[fallthrough]];
     case line::CommandKind::scan:
     case line::CommandKind::boot:
       return from.node() > 127 ? "node is not 0..127" : nullptr;
@@ -86,7 +90,6 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
     case line::CommandKind::can_send:
     case line::CommandKind::can_listen:
     case line::CommandKind::object_create:
-    case line::CommandKind::scan_apply:
       break;
     case line::CommandKind::lss:
       return from.code() >= lss::kProcedures ? "code is no LSS service" : nullptr;

@@ -183,6 +183,8 @@ static_assert(same(v1::WATCHDOG_NMT_RESET_COMMUNICATION, line::kNmtResetCommunic
 static_assert(same(v1::WATCHDOG_NMT_RESET_NODE, line::kNmtResetNode));
 static_assert(same(v1::WATCHDOG_SEND_EMCY, line::kSendEmcy));
 static_assert(same(v1::WATCHDOG_HEARTBEAT_OFF, line::kHeartbeatOff));
+static_assert(same(v1::SCAN_SET_UP, line::kScanSetUp));
+static_assert(same(v1::SCAN_RESTORE, line::kScanRestore));
 
 }  // namespace
 }  // namespace linegate::dds

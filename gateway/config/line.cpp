@@ -283,6 +283,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   read_nodes(section, plan.config);
   read_startup(section, plan.config);
   read_devices(section, out);
+  read_auto(section, plan);
   read_simulated(section, plan);
   out.own_pdos = read_own_pdos(findings, section.find("own_pdos"));
   read_feeds_every_tpdo(section, out);

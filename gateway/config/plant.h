@@ -66,6 +66,13 @@ struct SimulatedDevice {
   std::optional<std::uint32_t> serial;  // 1018h:4
 };
 
+// A line that is configured by what is on it.
+struct AutoScan {
+  bool at_start = true;  // it scans by itself until it finds something
+  bool set_up = false;   // line::kScanSetUp
+  std::string eds;       // folder of device files that give names and types; empty = none
+};
+
 // A thread that runs lines. Lines that name none have one each.
 struct ExecutorPlan {
   std::string name;
@@ -82,6 +89,7 @@ struct LinePlan {
   Publish publish;
   Duration pdo_min_period = std::chrono::milliseconds(100);  // of one PdoUpdate instance
   std::string executor;                                      // empty = one of its own
+  std::optional<AutoScan> auto_scan;                         // only where no nodes are configured
   std::vector<SimulatedDevice> simulated;                    // on the bus of a simulated: line
   std::string storage;  // folder that keeps what 1010h stores; empty = none
   std::optional<Record> record;

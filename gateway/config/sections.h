@@ -168,6 +168,8 @@ std::optional<od::DeviceDescription> load_device(Findings& findings, const std::
                                                  std::uint8_t node_id, Place place);
 // The content, which counts among the sources of the findings; nothing if there is no such file.
 std::optional<std::string> read_file(Findings& findings, const std::string& path);
+// `auto:` of a line whose nodes have been read.
+void read_auto(Section& section, LinePlan& plan);
 // A key of `pdos:` or `own_pdos:`.
 struct PdoName {
   bool transmit = false;  // TPDO

@@ -86,6 +86,11 @@ manager::NodePlan node_plan(const NodeConfig& node) {
   plan.boot_timeout = node.boot_timeout;
   plan.reset_time = node.reset_time;
   plan.sdo_timeout = node.sdo_timeout;
+  if (node.as_found) {
+    plan.guard_time = node.guard_time;
+    plan.life_time_factor = node.life_time_factor;
+    return plan;
+  }
   plan.writes = manager::configuration_writes(node.device);
   for (const ObjectValue& object : node.objects) {
     plan.writes.push_back({object.address, object.data});
@@ -224,7 +229,8 @@ std::vector<Diagnostic> check(const LineConfig& config) {
 // A device with one own node waits for its master to start it (1F80h bit 2).
 manager::Options manager_options(const LineConfig& config) {
   const bool manages = config.role == Role::manager;
-  return {.reset_nodes = config.reset_nodes,
+  const bool as_found = std::ranges::any_of(config.nodes, &NodeConfig::as_found);
+  return {.reset_nodes = config.reset_nodes && !as_found,
           .sdo_timeout = config.sdo_timeout,
           .master = manages,
           .start_all = config.start_all,

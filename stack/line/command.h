@@ -14,7 +14,7 @@ namespace linegate::line {
 
 // Grows at the end only: the numbers are those of the DDS contract.
 enum class CommandKind : std::uint8_t {
-  sdo_read,       // node, index, sub -> data. code: 0, or kFromImage
+  sdo_read,       // node, index, sub, code: 0, or kFromImage and kFromCache -> data
   sdo_write,      // node, index, sub, data
   local_read,     // index, sub of the line's own dictionary -> data. code: 0, or kListObjects
   local_write,    // index, sub, data
@@ -64,9 +64,20 @@ enum class CommandKind : std::uint8_t {
                   // access (1, as od::Access), flags (1: bit 0 mappable, bit 2 in the image at byte
                   // `entry`), length (1) and name, length (1) and default, the same for lower and
                   // upper limit (0 = none)
-  scan_apply,     // node (0 = all), code: what is done with the result of a scan
+  scan_apply,     // node (0 = all), code: 0 or kScan... bits -> data: like scan, but what it finds
+                  // becomes the configuration of the line, which is made anew with it. Only where
+                  // no nodes are configured, or such that a scan found
 };
 std::string_view name(CommandKind kind);
+
+// Command::code of scan_apply.
+// Error control and the analogue inputs of CiA 401 are set up where they are not (scan/set_up.h).
+// Without it nothing is written to a device, not when it boots either.
+inline constexpr std::uint16_t kScanSetUp = 1;
+// Devices restore their defaults (1011h:1) and are reset before they are read.
+inline constexpr std::uint16_t kScanRestore = 2;
+// Command::code of sdo_read: what a scan read of the object is the answer, if it did.
+inline constexpr std::uint16_t kFromCache = 2;
 
 // Why a command was not carried out. Error::code with Domain::command.
 // Grows at the end only: the numbers are those of the DDS contract.

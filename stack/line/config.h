@@ -16,6 +16,7 @@
 #include "stack/od/description.h"
 #include "stack/routing/config.h"
 #include "stack/routing/forward.h"
+#include "stack/scan/scanned_node.h"
 
 namespace linegate::line {
 
@@ -53,6 +54,9 @@ struct NodeConfig {
   std::uint32_t software = 0;      // 1F55h: software identification it is to have; 0 = any
   bool update_software = false;    // 1F81h bit 6: program is loaded if it has another
   manager::SharedBytes program{};  // 1F58h; nullptr = none
+  // Nothing is written to it: it is what a scan found of it, and shall stay so. A line that has
+  // such a node does not reset its nodes at the start.
+  bool as_found = false;
 };
 
 // A device of the line itself, in the role device: it runs here, below somebody else's master.
@@ -152,6 +156,11 @@ struct LineConfig {
   Duration nmt_inhibit{};         // between two NMT commands (102Ah), whole 100 us
   bool stop_nodes = true;         // NMT enter pre-operational to all when the line is stopped
   std::vector<NodeConfig> nodes;  // ascending by id
+  // What a scan read, ascending by id, where the nodes are made of that: the next scan that is
+  // applied may make others of them. Answers reads from the scan's cache, too.
+  std::vector<scan::ScannedNode> scanned;
+  // Set up by a scan that is applied, at nodes without error control; whole ms, 1..65535.
+  Duration found_heartbeat = std::chrono::milliseconds(500);
   // Role device: 1..127 of them, ascending by id; no nodes and no node_id then. If there are none,
   // the line has the one own node of a manager, which obeys another master.
   std::vector<DeviceConfig> devices;

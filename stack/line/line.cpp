@@ -1,5 +1,6 @@
 #include "stack/line/line.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "stack/can/malformed.h"
@@ -71,7 +72,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       diagnosis_objects(node.dictionary(), diagnosis, config.node_id),
       outputs(image.layout(image::Direction::outputs), config.groups, config.bound),
       updates(config.pdo_update_time),
-      scanner(sdo, events) {
+      scanner(sdo, events, *this) {
   events.set_listener(&diagnosis);
   node.set_companion(this);
   manager.set_program_step([this](std::uint8_t id) { return loader.make_step(id); });
@@ -83,6 +84,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
   heartbeats.set_listener(this);
   heartbeats.listen_all(config.node_id);
   emergencies.set_listener(this);
+  scan_cache = config.scanned;
   emergencies.listen_all(config.node_id);
   for (const NodeConfig& device : config.nodes) {
     emergencies.listen(device.id, emcy_cob_id(device));
@@ -95,6 +97,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
 void Line::Impl::start(Instant now) {
   running = true;
   emit(EventKind::line_started, now, static_cast<std::uint32_t>(config.role));
+  tell_found_layout(now);
   node.start(now);
   apply_defaults(now);
   take_role(now);
@@ -112,6 +115,7 @@ void Line::Impl::advance(Instant now) {
   lss.advance(usable(), now);
   settle_lss(now);
   nmt.advance(now);
+  scanner.advance(now);
   if (routing != nullptr) {
     routing->advance(may_send_sdo(), now);
     take_completions(now);
@@ -147,6 +151,7 @@ Instant Line::Impl::next_wake() const {
   wake = earlier(wake, earlier(startup.next_wake(), nmt.next_wake()));
   wake = earlier(wake, earlier(configurator.next_wake(), configuring.next_wake()));
   wake = earlier(wake, earlier(loader.next_wake(), programming.next_wake()));
+  wake = earlier(wake, scanner.next_wake());
   wake = earlier(wake, routing != nullptr ? routing->next_wake() : kNever);
   wake = earlier(wake, updates.next_wake());
   return earlier(wake, earlier(outputs.next_wake(), next_command_deadline()));
@@ -277,6 +282,7 @@ void Line::Impl::node_data_invalid(std::uint8_t id) {
 
 void Line::Impl::boot_up(std::uint8_t id, Instant now) {
   manager.boot_up(id, now);
+  scanner.boot_up(id, now);
 }
 
 void Line::Impl::heartbeat(std::uint8_t id, nmt::State state, Instant now) {

@@ -76,6 +76,7 @@ void Line::Impl::execute(Command command, Instant now) {
       error = listening.ask(command, now);
       break;
     case CommandKind::scan:
+    case CommandKind::scan_apply:
       start_scan(command, now);
       return;
     case CommandKind::boot:
@@ -90,7 +91,6 @@ void Line::Impl::execute(Command command, Instant now) {
     case CommandKind::versions:
     case CommandKind::bus_restart:
     case CommandKind::bus_fault:
-    case CommandKind::scan_apply:
       error = to_error(Refusal::bad_request);
       break;
   }
@@ -142,8 +142,18 @@ void Line::Impl::start_sdo(Command command, bool write, Instant now) {
   }
   if (command.node == config.node_id) {
     command.kind = write ? CommandKind::local_write : CommandKind::local_read;
+    command.code = 0;
     access_own(command);
     return;
+  }
+  const od::Address address{command.index, command.sub};
+  if (write) {
+    forget_cached(command.node, address);
+  } else if ((command.code & kFromCache) != 0) {
+    if (const auto* const known = cached(command.node, address)) {
+      reply(command.tag, kDone, *known);
+      return;
+    }
   }
   if (!usable()) {
     refuse(command, Refusal::line_down, now);

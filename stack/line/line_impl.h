@@ -37,6 +37,7 @@ namespace linegate::line {
 struct Line::Impl final : Line::Base,
                           node::Companion,
                           manager::Host,
+                          scan::Host,
                           nmt::HeartbeatListener,
                           emcy::Listener,
                           diagnosis::Source {
@@ -93,6 +94,8 @@ struct Line::Impl final : Line::Base,
   void send_nmt(nmt::Command command, std::uint8_t node, Instant now) override;
   void command_own(nmt::Command command, Instant now) override;
   nmt::State own_state() const override;
+  // scan::Host
+  void reset_node(std::uint8_t node) override;
   // nmt::HeartbeatListener
   void boot_up(std::uint8_t node, Instant now) override;
   void heartbeat(std::uint8_t node, nmt::State state, Instant now) override;
@@ -164,8 +167,12 @@ struct Line::Impl final : Line::Base,
   // --- line_scan.cpp ----------------------------------------------------------------------------
   void start_scan(const Command& command, Instant now);
   void finish_scan();
+  void tell_found_layout(Instant now);
   void expire_scan(Instant now);
   void end_scan(Refusal why, Instant now);
+  // What a scan read of the object, if it did; nullptr otherwise.
+  const std::vector<std::byte>* cached(std::uint8_t id, od::Address address) const;
+  void forget_cached(std::uint8_t id, od::Address address);
 
   // --- line_lss.cpp -----------------------------------------------------------------------------
   void start_lss(Instant now);
@@ -225,6 +232,8 @@ struct Line::Impl final : Line::Base,
   scan::Scanner scanner;
   std::uint64_t scan_tag = 0;  // of the command that wants to know what it finds
   bool scan_of_all = false;
+  std::uint16_t scan_code = 0;                // of scan_apply
+  std::vector<scan::ScannedNode> scan_cache;  // what scans read, ascending by id
   Instant scan_deadline = kNever;
 
   std::vector<Boot> boots;

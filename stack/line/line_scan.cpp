@@ -1,26 +1,42 @@
 // The scan of a line: who is there, and what they say of themselves.
+#include <algorithm>
+
+#include "stack/base/byte_order.h"
 #include "stack/base/deadline.h"
 #include "stack/line/line_impl.h"
 #include "stack/scan/report.h"
+#include "stack/scan/set_up.h"
 
 namespace linegate::line {
 
 void Line::Impl::start_scan(const Command& command, Instant now) {
   const bool one = command.node != 0;
-  if (command.node > can::kMaxNodeId || (one && command.node == config.node_id)) {
+  const bool apply = command.kind == CommandKind::scan_apply;
+  if (command.node > can::kMaxNodeId || (one && command.node == config.node_id) ||
+      (apply && command.code > (kScanSetUp | kScanRestore))) {
     refuse(command, Refusal::bad_request, now);
   } else if (!manages()) {
     refuse(command, Refusal::wrong_role, now);
+  } else if (apply && !config.nodes.empty() && config.scanned.empty()) {
+    refuse(command, Refusal::wrong_state, now);
   } else if (!usable()) {
     refuse(command, Refusal::line_down, now);
-  } else if (!scanner.begin(one ? command.node : can::kMinNodeId,
-                            one ? command.node : can::kMaxNodeId, config.node_id,
-                            config.sdo_timeout, now)) {
+  } else if (const std::uint16_t code = apply ? command.code : std::uint16_t{0};
+             !scanner.begin({.first = one ? command.node : can::kMinNodeId,
+                             .last = one ? command.node : can::kMaxNodeId,
+                             .except = config.node_id,
+                             .timeout = config.sdo_timeout,
+                             .restore_defaults = (code & kScanRestore) != 0},
+                            now)) {
     refuse(command, Refusal::busy, now);
   } else {
+    if ((code & kScanRestore) != 0) {
+      manager.stop(now);  // it would configure the nodes that come back
+    }
     scan_tag = command.tag;
     scan_of_all = !one;
     diagnosis.scan_begins(command.node);
+    scan_code = code;
     scan_deadline = command.timeout > Duration::zero() ? deadline(now, command.timeout) : kNever;
     take_completions(now);
     finish_scan();
@@ -28,15 +44,31 @@ void Line::Impl::start_scan(const Command& command, Instant now) {
 }
 
 void Line::Impl::finish_scan() {
-  if (const auto found = scanner.take_result()) {
-    scan_deadline = kNever;
-    reply(scan_tag, Error{}, scan::write_report(*found));
+  auto found = scanner.take_result();
+  if (!found) {
+    return;
+  }
+  scan_deadline = kNever;
+  if ((scan_code & kScanSetUp) != 0) {
+    scan::set_up(*found, config.found_heartbeat);
+  }
+  reply(scan_tag, Error{}, scan::write_report(*found));
+  for (scan::ScannedNode& fresh : *found) {
+    const auto known = std::ranges::lower_bound(scan_cache, fresh.id, {}, &scan::ScannedNode::id);
+    if (known != scan_cache.end() && known->id == fresh.id) {
+      *known = std::move(fresh);
+    } else {
+      scan_cache.insert(known, std::move(fresh));
+    }
   }
 }
 
 void Line::Impl::expire_scan(Instant now) {
   if (scan_deadline <= now) {
     end_scan(Refusal::timed_out, now);
+    if (manager.state() == ManagerState::stopped) {
+      manager.start(now);
+    }
   }
 }
 
@@ -48,6 +80,33 @@ void Line::Impl::end_scan(Refusal why, Instant now) {
   (void)scanner.take_result();
   scan_deadline = kNever;
   reply(scan_tag, to_error(why));
+}
+
+void Line::Impl::reset_node(std::uint8_t id) {
+  nmt.send(nmt::Command::reset_node, id);
+}
+
+// The image is made of what a scan found: whoever knew the line before knows another one.
+void Line::Impl::tell_found_layout(Instant now) {
+  if (config.scanned.empty()) {
+    return;
+  }
+  Event event{.time = now, .kind = EventKind::layout_changed, .length = 16};
+  store_le(event.data.data(), layout(image::Direction::inputs).id);
+  store_le(event.data.data() + 8, layout(image::Direction::outputs).id);
+  events.emit(event);
+}
+
+const std::vector<std::byte>* Line::Impl::cached(std::uint8_t id, od::Address address) const {
+  const auto known = std::ranges::find(scan_cache, id, &scan::ScannedNode::id);
+  return known == scan_cache.end() ? nullptr : known->find(address);
+}
+
+void Line::Impl::forget_cached(std::uint8_t id, od::Address address) {
+  const auto known = std::ranges::find(scan_cache, id, &scan::ScannedNode::id);
+  if (known != scan_cache.end()) {
+    std::erase_if(known->values, [&](const auto& value) { return value.address == address; });
+  }
 }
 
 }  // namespace linegate::line

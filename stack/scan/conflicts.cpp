@@ -26,20 +26,28 @@ std::uint32_t key(can::CobId cob_id) {
 
 }  // namespace
 
+std::optional<can::CobId> produced(const ScannedNode& node, od::Address object) {
+  if (object != kSync && object != kEmcy && !is_tpdo(object)) {
+    return std::nullopt;
+  }
+  const auto number = node.number(object);
+  const can::CobId cob_id{static_cast<std::uint32_t>(number.value_or(0))};
+  return number && produces(object, cob_id) ? std::optional(cob_id) : std::nullopt;
+}
+
 std::vector<Conflict> conflicts(std::span<const ScannedNode> nodes) {
   std::vector<Conflict> out;
   std::map<std::uint32_t, Producer> producers;
   for (const ScannedNode& node : nodes) {
     for (const manager::ObjectWrite& value : node.values) {
-      const auto number = node.number(value.address);
-      const can::CobId cob_id{static_cast<std::uint32_t>(number.value_or(0))};
-      if (!number || !produces(value.address, cob_id)) {
+      const auto cob_id = produced(node, value.address);
+      if (!cob_id) {
         continue;
       }
       const Producer self{node.id, value.address};
-      const auto [known, is_first] = producers.try_emplace(key(cob_id), self);
+      const auto [known, is_first] = producers.try_emplace(key(*cob_id), self);
       if (!is_first) {
-        out.push_back({cob_id, known->second, self});
+        out.push_back({*cob_id, known->second, self});
       }
     }
   }

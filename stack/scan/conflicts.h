@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,6 +21,10 @@ struct Conflict {
   Producer first;
   Producer second;
 };
+
+// The identifier that the node produces by that object; nothing if the object is no COB-ID, was not
+// read or says that nothing is produced.
+std::optional<can::CobId> produced(const ScannedNode& node, od::Address object);
 
 // Each identifier that more than one of them produces, as pairs with the first who does.
 std::vector<Conflict> conflicts(std::span<const ScannedNode> nodes);

@@ -1,19 +1,27 @@
 #include "stack/scan/scanner.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
-namespace linegate::scan {
+#include "stack/base/byte_order.h"
+#include "stack/base/deadline.h"
 
-bool Scanner::begin(std::uint8_t first, std::uint8_t last, std::uint8_t except, Duration timeout,
-                    Instant now) {
+namespace linegate::scan {
+namespace {
+
+constexpr od::Address kRestoreDefaults{0x1011, 1};
+constexpr std::array kLoad{std::byte{'l'}, std::byte{'o'}, std::byte{'a'}, std::byte{'d'}};
+
+}  // namespace
+
+bool Scanner::begin(const Options& options, Instant now) {
   if (active() || done_) {
     return false;
   }
-  next_ = first;
-  last_ = last;
-  except_ = except;
-  timeout_ = timeout;
+  options_ = options;
+  next_ = options.first;
+  last_ = options.last;
   found_.clear();
   fill(now);
   return true;
@@ -23,8 +31,8 @@ bool Scanner::begin(std::uint8_t first, std::uint8_t last, std::uint8_t except, 
 void Scanner::fill(Instant now) {
   while (running_.size() < kTogether && next_ <= last_) {
     const std::uint8_t node = next_++;
-    if (node != except_) {
-      running_.push_back({Survey(node), 0});
+    if (node != options_.except) {
+      running_.push_back({.survey = Survey(node)});
       read_next(running_.back(), now);
     }
   }
@@ -34,14 +42,58 @@ void Scanner::fill(Instant now) {
   }
 }
 
+void Scanner::go_on(Running& running, Instant now) {
+  if (!running.survey.wanted()) {
+    finish(running, now);
+  } else if (options_.restore_defaults && running.survey.present() && !running.restored) {
+    restore(running, now);
+  } else {
+    read_next(running, now);
+  }
+}
+
 void Scanner::read_next(Running& running, Instant now) {
+  submit(running,
+         {.address = *running.survey.wanted(),
+          .timeout = options_.timeout,
+          .options = {.repeats = running.survey.present() ? 1U : 0U}},
+         now);
+}
+
+void Scanner::restore(Running& running, Instant now) {
+  running.restored = true;
+  submit(running,
+         {.address = kRestoreDefaults,
+          .write = true,
+          .data = {kLoad.begin(), kLoad.end()},
+          .timeout = std::max(options_.timeout, kRestoreTime)},
+         now);
+}
+
+void Scanner::restored(Running& running, AbortCode outcome, Instant now) {
+  const std::uint8_t node = running.survey.result().id;
+  running.token = 0;
+  if (outcome == AbortCode::none) {
+    running.wake = deadline(now, kResetTime);
+    host_.reset_node(node);
+    return;
+  }
+  Event refused{.time = now,
+                .kind = EventKind::sdo_abort,
+                .node = node,
+                .length = 3,
+                .code = static_cast<std::uint32_t>(outcome)};
+  store_le(refused.data.data(), kRestoreDefaults.index);
+  refused.data[2] = std::byte{kRestoreDefaults.sub};
+  events_.emit(refused);
+  go_on(running, now);
+}
+
+void Scanner::submit(Running& running, sdo::Request request, Instant now) {
   running.token = kScanToken | ++tokens_;
-  sdo::Request request{.token = running.token,
-                       .node = running.survey.result().id,
-                       .address = *running.survey.wanted(),
-                       .timeout = timeout_,
-                       .priority = sdo::Priority::background,
-                       .options = {.repeats = running.survey.present() ? 1U : 0U}};
+  request.token = running.token;
+  request.node = running.survey.result().id;
+  request.priority = sdo::Priority::background;
   if (!sdo_.submit(std::move(request), now)) {
     running.survey.give_up(AbortCode::out_of_memory);
     finish(running, now);
@@ -53,12 +105,39 @@ void Scanner::completed(const sdo::Completion& completion, Instant now) {
   if (at == running_.end()) {
     return;  // it was cancelled
   }
-  at->survey.take(completion.abort, completion.data);
-  if (at->survey.wanted()) {
-    read_next(*at, now);
-  } else {
-    finish(*at, now);
+  if (completion.write) {
+    restored(*at, completion.abort, now);
+    return;
   }
+  at->survey.take(completion.abort, completion.data);
+  go_on(*at, now);
+}
+
+void Scanner::boot_up(std::uint8_t node, Instant now) {
+  const auto at = std::ranges::find_if(running_, [node](const Running& running) {
+    return running.wake != kNever && running.survey.result().id == node;
+  });
+  if (at != running_.end()) {
+    at->wake = kNever;
+    go_on(*at, now);
+  }
+}
+
+void Scanner::advance(Instant now) {
+  for (std::size_t i = 0; i < running_.size(); ++i) {
+    if (running_[i].wake <= now) {
+      running_[i].wake = kNever;
+      go_on(running_[i], now);
+    }
+  }
+}
+
+Instant Scanner::next_wake() const {
+  Instant wake = kNever;
+  for (const Running& running : running_) {
+    wake = earlier(wake, running.wake);
+  }
+  return wake;
 }
 
 void Scanner::finish(Running& running, Instant now) {

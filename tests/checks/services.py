@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """The table of services and objects in stack/README.md, that of sentences in stack/routing/README.md, that of services in
-stack/lss/README.md, those in stack/manager/README.md, that of features in stack/line/README.md, those of manuals in stack/diagnosis/README.md and stack/node/README.md, and that of faults in deploy/OPERATING.md: every place and every test they name exists, and the test is built. The guide's table of events has each kind with its severity. (That none is switched off is what words.py looks after.) What is
+stack/lss/README.md, those in stack/manager/README.md, that of features in stack/line/README.md, those of manuals in stack/diagnosis/README.md and stack/node/README.md, those of manuals in stack/scan/README.md, and that of faults in deploy/OPERATING.md: every place and every test they name exists, and the test is built. The guide's table of events has each kind with its severity. (That none is switched off is what words.py looks after.) What is
 no test of GoogleTest is named by its path below tests/."""
 
 import os
@@ -31,6 +31,9 @@ DIAGNOSIS_FIRST_CELL = "feature"
 INDICATIONS = "stack/node/README.md"
 INDICATIONS_HEADING = "## What the indications of the emotas stack tell"
 INDICATIONS_FIRST_CELL = "indication"
+SCAN = "stack/scan/README.md"
+SCAN_HEADINGS = ("## IXXAT manual, 5.9 and 8.1.4", "## CANopenIA manual, 6.5")
+SCAN_FIRST_CELL = "feature"
 FAULTS = "deploy/OPERATING.md"
 FAULTS_HEADING = "## When something fails"
 FAULTS_FIRST_CELL = "what is seen"
@@ -138,6 +141,9 @@ def check(root):
             yield from check_table(root, tests, DIAGNOSIS, heading, DIAGNOSIS_FIRST_CELL, wrong_in)
     if os.path.exists(os.path.join(root, "stack/node")):
         yield from check_table(root, tests, INDICATIONS, INDICATIONS_HEADING, INDICATIONS_FIRST_CELL, wrong_in)
+    if os.path.exists(os.path.join(root, "stack/scan")):
+        for heading in SCAN_HEADINGS:
+            yield from check_table(root, tests, SCAN, heading, SCAN_FIRST_CELL, wrong_in)
     yield from check_table(root, tests, FAULTS, FAULTS_HEADING, FAULTS_FIRST_CELL, wrong_in_fault)
     yield from check_events(root)
 

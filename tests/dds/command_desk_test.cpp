@@ -179,6 +179,10 @@ TEST_F(Desk, WhatIsOutOfRangeIsRefusedWithTheReason) {
             Refusal::bad_request);
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.data().resize(6); }, v1::COMMAND_EMCY_SEND)),
             Refusal::bad_request);
+  EXPECT_EQ(refusal(spoilt([](auto& s) { s.code(4); }, v1::COMMAND_SCAN_APPLY)),
+            Refusal::bad_request);
+  EXPECT_EQ(refusal(spoilt([](auto& s) { s.node(128); }, v1::COMMAND_SCAN_APPLY)),
+            Refusal::bad_request);
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.line("line3"); })), Refusal::unknown_line);
   EXPECT_EQ(refusal(spoilt([](auto& s) { s.incarnation(76); })), Refusal::wrong_incarnation);
   EXPECT_EQ(take(spoilt([](auto& s) { s.node(0); })).answer->text, "node is not 1..127");

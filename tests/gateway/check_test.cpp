@@ -119,6 +119,20 @@ lines:
   EXPECT_TRUE(contains(text, "own.Recipe")) << text;
 }
 
+TEST(Check, SaysThatALineTakesItsNodesFromAScan) {
+  const std::string head = "schema: 1\nlines:\n  - {name: a, interface: 'simulated:', auto: ";
+  const auto bare = config::read(head + "true}\n", LINEGATE_SOURCE_DIR "/plant.yaml");
+  ASSERT_TRUE(bare.ok());
+  EXPECT_TRUE(contains(describe(*bare.value),
+                       "nodes: what a scan finds at the start; nothing is written to them\n"));
+  const auto more = config::read(head + "{at_start: false, set_up: true, eds: bridges/sim/eds}}\n",
+                                 LINEGATE_SOURCE_DIR "/plant.yaml");
+  ASSERT_TRUE(more.ok());
+  EXPECT_TRUE(contains(describe(*more.value),
+                       "nodes: what a scan finds; what is missing is set up, heartbeat 500ms; "
+                       "device files in " LINEGATE_SOURCE_DIR "/bridges/sim/eds\n"));
+}
+
 TEST(Check, PutsFindingsIntoTheJson) {
   const auto loaded = config::read("schema: 1\nlines: 3\n", "x.yaml");
   const YAML::Node json = YAML::Load(to_json(loaded));

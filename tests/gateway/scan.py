@@ -1,12 +1,14 @@
 #!/usr/bin/python3
 """linegate scan: a gateway that knows nothing of the devices on its line finds all of them and writes to none; the
-plant that is written out boots on the next start, with the image that the configured plant has.
+plant that is written out boots on the next start, with the image that the configured plant has. With --apply, or by
+`auto:`, the line that runs takes over what was found: that is the image of the plant that was written out, too.
 
 scan.py LINEGATED LINEGATE PROFILES. The line is a multicast group in a network of its own.
 """
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -15,6 +17,7 @@ import time
 
 PATIENCE = 60  # seconds
 EDS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "bridges", "sim", "eds")
+DEMO = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "deploy", "plants", "demo.yaml")
 URI = "udp:239.74.163.9:43119"
 DEVICES = {5: "drive", 7: "encoder", 8: "digital-io", 10: "analog-io"}
 HEAD = "schema: 1\ngateway: {name: scan}\n"
@@ -50,19 +53,26 @@ class Plant:
                 raise Failure(f"not within {PATIENCE} s: {what}")
             time.sleep(0.2)
 
-    def operational(self):
+    def operational(self, line="press", count=len(DEVICES)):
         lines = json.loads(self.command("--json", "lines").stdout)["lines"]
-        return bool(lines) and lines[0]["nodes_operational"] == len(DEVICES)
+        return any(one["line"] == line and one["nodes_operational"] == count for one in lines)
 
-    def layouts(self, plant):
+    def layouts(self, plant, line="press", count=len(DEVICES)):
         """The layouts of both directions when all nodes of that plant are Operational."""
         process = self.gateway(plant)
         try:
-            self.until(f"all nodes of {plant} operational", self.operational)
-            return [json.loads(self.command("--json", "image", "press", *which).stdout)["layout_id"]
-                    for which in ((), ("--outputs",))]
+            return self.layouts_now(plant, line, count)
         finally:
             end(process)
+
+    def layouts_now(self, what, line="press", count=len(DEVICES)):
+        self.until(f"all nodes of {what} operational", lambda: self.operational(line, count))
+        self.until(f"inputs of {what} are valid",
+                   lambda: any(entry["valid"] for entry in self.image(line)["entries"]))
+        return [self.image(line, *which)["layout_id"] for which in ((), ("--outputs",))]
+
+    def image(self, line, *which):
+        return json.loads(self.command("--json", "image", line, *which).stdout.splitlines()[0])
 
 
 def end(process):
@@ -98,6 +108,36 @@ def run(plant, folder):
     found = plant.layouts(f"{folder}/found/plant.yaml")
     if found != wanted:
         raise Failure(f"layouts {found} of what was found, {wanted} of what was configured")
+    return wanted
+
+
+def run_applied(plant, folder):
+    """The line takes over what was found, without device files; what was written of it is the same line."""
+    process = plant.gateway(write(f"{folder}/applied.yaml", HEAD + LINE + "    access: all\n"))
+    try:
+        plant.command("sdo", "read", "press:5", "1018", "1", "--cached")  # nothing is: the device answers
+        plant.command("scan", "press", "--restore-defaults", "--apply", "--write", f"{folder}/applied")
+        live = plant.layouts_now("what was applied")
+        plant.command("sdo", "read", "press:5", "1018", "1", "--cached")
+        nodes = json.loads(plant.command("--json", "scan", "press").stdout)["nodes"]
+        if any(node.get("heartbeat_ms", 0) == 0 for node in nodes):
+            raise Failure(f"a device without a heartbeat: {nodes}")
+        plant.command("scan", "press:8", "--apply")  # one node again, the others stay
+        again = plant.layouts_now("what one node was read again of")
+    finally:
+        end(process)
+    written = plant.layouts(f"{folder}/applied/plant.yaml")
+    if not live == again == written:
+        raise Failure(f"layouts {live} of what was applied, {again} after one node, {written} of what was written")
+
+
+def run_auto(plant, folder, wanted):
+    """A line that is configured by what is on it, with device files for names and types."""
+    for set_up in ("false", "true"):
+        auto = f"    auto: {{eds: {EDS}, set_up: {set_up}}}\n"
+        found = plant.layouts(write(f"{folder}/auto-{set_up}.yaml", HEAD + LINE + auto))
+        if found != wanted:
+            raise Failure(f"layouts {found} of what was found at the start, {wanted} of what was configured")
 
 
 def run_simulated(plant, folder):
@@ -112,12 +152,47 @@ def run_simulated(plant, folder):
     plant.layouts(f"{folder}/embedded/plant.yaml")
 
 
+def without_configuration(plant):
+    """Of a plant with simulated lines: the lines and their devices, and nothing that is known of these. And how many
+    devices each line has."""
+    text, counts = HEAD + "lines:\n", {}
+    for line in re.split(r"^  - (?=name: )", open(plant, encoding="utf-8").read(), flags=re.MULTILINE)[1:]:
+        name = re.match(r"name: (\S+)", line)[1]
+        devices = re.findall(r"^      - (\{node: .*\})$", line, re.MULTILINE)
+        network = re.search(r"network_id: (\d+)", line)[1]
+        text += (f"  - name: {name}\n    interface: 'simulated:'\n    network_id: {network}\n    access: all\n"
+                 f"    simulate: [{', '.join(devices)}]\n")
+        counts[name] = len(devices)
+    return text, counts
+
+
+def run_demo(plant, folder):
+    """The demo plant with no configuration: every device is found, and what was written boots with the same image."""
+    text, counts = without_configuration(DEMO)
+    process = plant.gateway(write(f"{folder}/demo.yaml", text))
+    live = {}
+    try:
+        for line, count in counts.items():
+            plant.command("scan", line, "--apply", "--write", f"{folder}/demo-{line}")
+            live[line] = plant.layouts_now(f"line {line} of the demo", line, count)
+    finally:
+        end(process)
+    for line, count in counts.items():
+        written = plant.layouts(f"{folder}/demo-{line}/plant.yaml", line, count)
+        if written != live[line]:
+            raise Failure(f"layouts {written} of what was written of {line}, {live[line]} of what was applied")
+
+
 def main(linegated, linegate, profiles):
     devices = [word for node, profile in DEVICES.items() for word in ("--device", f"{profile}:{node}")]
     with tempfile.TemporaryDirectory() as folder:
         simulated = subprocess.Popen([linegate, "simulate", URI, *devices])
         try:
-            run(Plant(linegated, linegate, profiles), folder)
+            plant = Plant(linegated, linegate, profiles)
+            wanted = run(plant, folder)
+            run_applied(plant, folder)
+            run_auto(plant, folder, wanted)
+            run_demo(plant, folder)
             run_simulated(Plant(linegated, linegate, profiles), folder)
         except Failure as failure:
             return str(failure)

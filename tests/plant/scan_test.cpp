@@ -59,6 +59,32 @@ class ScanTest : public testing::Test {
     return seat;
   }
 
+  void apply(LineSeat& seat, std::uint64_t tag, std::uint16_t code, Duration timeout = 0s) {
+    line::Command command;
+    command.tag = tag;
+    command.kind = line::CommandKind::scan_apply;
+    command.code = code;
+    command.timeout = timeout;
+    seat.line->execute(std::move(command), world->now());
+    world->settle();
+  }
+
+  // The reply to reading or writing an object of a node.
+  const line::Reply* sdo(LineSeat& seat, std::uint64_t tag, std::uint8_t node, od::Address object,
+                         std::vector<std::byte> data = {}, std::uint16_t code = 0) {
+    line::Command command;
+    command.tag = tag;
+    command.kind = data.empty() ? line::CommandKind::sdo_read : line::CommandKind::sdo_write;
+    command.node = node;
+    command.index = object.index;
+    command.sub = object.sub;
+    command.code = code;
+    command.data = std::move(data);
+    seat.line->execute(std::move(command), world->now());
+    world->settle();
+    return wait(seat, tag);
+  }
+
   void scan(LineSeat& seat, std::uint64_t tag, std::uint8_t node = 0, Duration timeout = 0s) {
     line::Command command;
     command.tag = tag;
@@ -219,6 +245,98 @@ TEST_F(ScanTest, IsCancelledWhenTheLineStops) {
   world->settle();
   ASSERT_NE(wait(seat, 1), nullptr);
   EXPECT_EQ(seat.replies[1].error, to_error(line::Refusal::cancelled));
+}
+
+constexpr od::Address kHeartbeat{0x1017, 0};
+
+bool resets_communication(const can::Frame& frame) {
+  return frame.id == can::kNmtId && frame.data[0] == std::byte{0x82};
+}
+
+TEST_F(ScanTest, AppliedItSaysWhatIsToBeSetUpAndWritesNothingYet) {
+  LineSeat& seat = run({});
+  ASSERT_TRUE(sdo(seat, 1, 5, kHeartbeat, {std::byte{0}, std::byte{0}})->ok());
+  seat.frames.clear();
+  apply(seat, 2, line::kScanSetUp);
+  const auto nodes = found(seat, 2);
+  ASSERT_EQ(nodes.size(), std::size(kDevices));
+  for (const scan::ScannedNode& node : nodes) {
+    EXPECT_NE(node.number(kHeartbeat).value_or(0), 0U) << int{node.id};
+  }
+  EXPECT_EQ(nodes[0].number(kHeartbeat), 500U);
+  EXPECT_TRUE(std::ranges::none_of(seat.frames, writes)) << "the line that is made of it writes";
+}
+
+TEST_F(ScanTest, DefaultsAreRestoredBeforeADeviceIsRead) {
+  LineSeat& seat = run({});
+  const auto delivered = sdo(seat, 1, 5, kHeartbeat)->data;
+  ASSERT_TRUE(sdo(seat, 2, 5, kHeartbeat, {std::byte{77}, std::byte{0}})->ok());
+  const std::vector<std::byte> save{std::byte{'s'}, std::byte{'a'}, std::byte{'v'}, std::byte{'e'}};
+  ASSERT_TRUE(sdo(seat, 3, 5, {0x1010, 1}, save)->ok());
+  apply(seat, 4, 0);
+  EXPECT_EQ(found(seat, 4)[0].number(kHeartbeat), 77U);
+  apply(seat, 5, line::kScanRestore);
+  const auto nodes = found(seat, 5);
+  ASSERT_EQ(nodes.size(), std::size(kDevices));
+  EXPECT_EQ(*nodes[0].find(kHeartbeat), delivered);
+  EXPECT_EQ(std::ranges::count(seat.events, EventKind::sdo_abort, &Event::kind), 0);
+}
+
+TEST_F(ScanTest, ADeviceThatDoesNotComeBackFromItsResetIsTold) {
+  LineSeat& seat = run({});
+  apply(seat, 1, line::kScanRestore);
+  world->run(world->now() + 20ms);
+  seat.find(7)->device->kill();
+  const auto nodes = found(seat, 1);
+  EXPECT_EQ(std::ranges::count(nodes, AbortCode::none, &scan::ScannedNode::end), 4);
+}
+
+TEST_F(ScanTest, IsNotAppliedWhereNodesAreConfigured) {
+  LineSeat& seat = run({node_of(kDevices[0], file_of(kDevices[0]))});
+  apply(seat, 1, 0);
+  ASSERT_NE(wait(seat, 1), nullptr);
+  EXPECT_EQ(seat.replies[1].error, to_error(line::Refusal::wrong_state));
+  apply(seat, 2, 4);
+  ASSERT_NE(wait(seat, 2), nullptr);
+  EXPECT_EQ(seat.replies[2].error, to_error(line::Refusal::bad_request));
+}
+
+TEST_F(ScanTest, WhatIsTakenAsFoundIsRunWithoutAWriteOrAReset) {
+  std::vector<line::NodeConfig> learnt;
+  for (const Seat& device : kDevices) {
+    od::DeviceDescription file = file_of(device);
+    const_cast<od::VariableDescription*>(file.find(kHeartbeat))->configured = true;
+    learnt.push_back(node_of(device, std::move(file)));
+    learnt.back().as_found = true;
+    learnt.back().objects.push_back({kHeartbeat, {std::byte{99}, std::byte{0}}});
+  }
+  const LineSeat& again = run(learnt);
+  EXPECT_EQ(again.line->state().nodes_operational, std::size(kDevices));
+  EXPECT_TRUE(std::ranges::none_of(again.frames, writes));
+  EXPECT_TRUE(std::ranges::none_of(again.frames, resets_communication));
+}
+
+TEST_F(ScanTest, WhatItReadAnswersLaterReadsOnRequest) {
+  LineSeat& seat = run({});
+  scan(seat, 1);
+  (void)found(seat, 1);
+  const auto transfers = [&] { return seat.line->state().counters.sdo_transfers; };
+  const std::uint64_t before = transfers();
+  const line::Reply* vendor = sdo(seat, 2, 5, {0x1018, 1}, {}, line::kFromCache);
+  ASSERT_TRUE(vendor->ok());
+  EXPECT_EQ(transfers(), before) << "the device was not asked";
+  EXPECT_EQ(sdo(seat, 3, 5, {0x1018, 1})->data, vendor->data);
+  EXPECT_EQ(transfers(), before + 1) << "without the request it is";
+  EXPECT_TRUE(sdo(seat, 4, 5, {0x6041, 0}, {}, line::kFromCache)->ok());
+  EXPECT_EQ(transfers(), before + 2) << "a scan does not read 6041h";
+
+  seat.find(5)->device->kill();
+  EXPECT_TRUE(sdo(seat, 5, 5, {0x1018, 1}, {}, line::kFromCache)->ok());
+  seat.find(5)->device->revive(world->now());
+  world->run(world->now() + 1s);
+  ASSERT_TRUE(sdo(seat, 6, 5, kHeartbeat, {std::byte{44}, std::byte{0}})->ok());
+  EXPECT_EQ(sdo(seat, 7, 5, kHeartbeat, {}, line::kFromCache)->data[0], std::byte{44})
+      << "what was written since is not from the cache";
 }
 
 }  // namespace

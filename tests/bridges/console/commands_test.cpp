@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bridges/console/scan.h"
 #include "stack/base/abort_code.h"
 
 namespace linegate::console {
@@ -113,6 +114,26 @@ TEST_F(Commands, WaitForADeviceThatStoresItsParameters) {
   context_.timeout = std::chrono::seconds(60);
   EXPECT_EQ(sdo_write(context_, "press:5", "1011", "1", "u32", "0x64616F6C"), kDone);
   EXPECT_EQ(gateway_.last.timeout, std::chrono::seconds(60));
+}
+
+TEST_F(Commands, SdoReadTakesWhatAScanReadOnlyWhenAsked) {
+  EXPECT_EQ(sdo_read(context_, "press:5", "1018", "1", ""), kDone);
+  EXPECT_EQ(gateway_.last.code, 0);
+  EXPECT_EQ(sdo_read(context_, "press:5", "1018", "1", "", "", true), kDone);
+  EXPECT_EQ(gateway_.last.code, line::kFromCache);
+}
+
+TEST_F(Commands, AScanWritesOnlyWhenAsked) {
+  ScanResult result;
+  EXPECT_EQ(scan(context_, {.what = "press:5"}, result), kDone) << err_.str();
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::scan);
+  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(scan(context_, {.what = "press", .apply = true}, result), kDone);
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::scan_apply);
+  EXPECT_EQ(gateway_.last.code, line::kScanSetUp);
+  EXPECT_EQ(scan(context_, {.what = "press", .restore_defaults = true}, result), kDone);
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::scan_apply);
+  EXPECT_EQ(gateway_.last.code, line::kScanRestore);
 }
 
 TEST_F(Commands, LookForTheirLineOnceHoweverShortTheWait) {

@@ -35,6 +35,7 @@ ScanResult troubled() {
   set(first, {0x6423, 0}, 0, 1);
   scan::ScannedNode second{.id = 4, .end = AbortCode::timeout};
   set(second, {0x1000, 0}, 0x0004'0191, 4);
+  set(second, {0x1401, 1}, 0x183, 4);
   set(second, {0x1800, 0}, 2, 1);
   set(second, {0x1800, 1}, 0x4000'0183, 4);
   out.nodes = {first, second};
@@ -59,6 +60,8 @@ TEST(ScanTable, ShowsIdentityPdosAndErrorControlOfEachNode) {
 TEST(ScanTable, SaysWhatWillNotWorkAsItIs) {
   const Table table = scan_table(troubled());
   EXPECT_TRUE(any_note(table, "183h is sent by node 3 (1800:1) and by node 4 (1800:1)"));
+  EXPECT_TRUE(
+      any_note(table, "node 4: RPDO 2 is never sent to, its identifier 183h is sent by node 3"));
   EXPECT_TRUE(any_note(table, "node 3: 6423h is false"));
   EXPECT_TRUE(any_note(table, "node 4: read until it ended with 05040000h"));
   EXPECT_TRUE(any_note(table, "node 4: no heartbeat and no guarding"));

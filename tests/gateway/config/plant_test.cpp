@@ -285,6 +285,24 @@ const Bad kBad[] = {
       "plant.yaml:10:61: error: there is no output \"ram.6041\"",
       "plant.yaml:12:19: error: \"300\" is no INTEGER8 for \"ram.Modes of operation\"",
       "plant.yaml:13:9: error: there is no output \"ram.9999\""}},
+    {"auto",
+     "schema: 1\n"
+     "lines:\n"
+     "  - name: a\n"
+     "    interface: 'simulated:'\n"
+     "    auto: {eds: nowhere, heartbeat: 0.5ms, setup: true}\n"
+     "  - name: b\n"
+     "    interface: 'simulated:'\n"
+     "    auto: true\n"
+     "    nodes: [{id: 5, eds: bridges/sim/eds/drive.eds}]\n"
+     "  - {name: c, interface: 'simulated:', role: observer, auto: true}\n",
+     {"plant.yaml:5:17: error: there is no folder nowhere",
+      "plant.yaml:5:37: error: expected a multiple of 1ms, got \"0.5ms\"",
+      "plant.yaml:5:44: error: unknown key \"setup\" in auto; did you mean \"set_up\"?",
+      "plant.yaml:8:11: error: auto is for a line in the role manager without nodes: a scan finds "
+      "them",
+      "plant.yaml:10:62: error: auto is for a line in the role manager without nodes: a scan finds "
+      "them"}},
 };
 
 INSTANTIATE_TEST_SUITE_P(Config, BadPlant, testing::ValuesIn(kBad),
@@ -369,6 +387,29 @@ lines:
   EXPECT_EQ(plant.lines.at(0).config.node_id, 0);
   EXPECT_TRUE(plant.lines.at(0).storage.empty());
   EXPECT_EQ(plant.lines.at(1).config.node_id, 126) << "of the master";
+}
+
+TEST(Plant, ALineMayBeConfiguredByWhatIsOnIt) {
+  const auto loaded = read_text(R"(schema: 1
+lines:
+  - {name: a, interface: "simulated:", auto: true}
+  - name: b
+    interface: "simulated:"
+    auto: {at_start: false, set_up: true, heartbeat: 250ms, eds: bridges/sim/eds}
+  - {name: c, interface: "simulated:", auto: false}
+)");
+  ASSERT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));
+  const std::vector<LinePlan>& lines = loaded.value->lines;
+  ASSERT_TRUE(lines[0].auto_scan);
+  EXPECT_TRUE(lines[0].auto_scan->at_start);
+  EXPECT_FALSE(lines[0].auto_scan->set_up) << "nothing is written unless it is asked for";
+  EXPECT_EQ(lines[0].config.found_heartbeat, 500ms);
+  ASSERT_TRUE(lines[1].auto_scan);
+  EXPECT_FALSE(lines[1].auto_scan->at_start);
+  EXPECT_TRUE(lines[1].auto_scan->set_up);
+  EXPECT_EQ(lines[1].auto_scan->eds, kRoot + "bridges/sim/eds");
+  EXPECT_EQ(lines[1].config.found_heartbeat, 250ms);
+  EXPECT_FALSE(lines[2].auto_scan);
 }
 
 TEST(Plant, ReadsEveryKeyOfALine) {

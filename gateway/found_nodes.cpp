@@ -1,0 +1,115 @@
+#include "gateway/found_nodes.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "stack/eds/reader.h"
+#include "stack/scan/describe.h"
+#include "stack/scan/left_out.h"
+#include "stack/scan/merge.h"
+
+namespace linegate::gateway {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::milliseconds;
+
+constexpr od::Address kInputsSent{0x6423, 0};  // CiA 401: analogue input global interrupt enable
+
+struct Sheet {
+  std::string name;
+  std::string text;
+};
+
+std::string content_of(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::vector<Sheet> sheets_in(const std::string& folder, std::string& error) {
+  std::vector<Sheet> out;
+  if (folder.empty()) {
+    return out;
+  }
+  std::error_code failed;
+  for (fs::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed)) {
+    std::string extension = at->path().extension().string();
+    std::ranges::transform(extension, extension.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (extension == ".eds") {
+      out.push_back({at->path().filename().string(), content_of(at->path())});
+    }
+  }
+  if (failed) {
+    error = fmt::format("{}: {}", folder, failed.message());
+  }
+  std::ranges::sort(out, {}, &Sheet::name);
+  return out;
+}
+
+FoundNode describe_node(const scan::ScannedNode& node, const std::vector<Sheet>& sheets,
+                        std::vector<std::string>& notes) {
+  FoundNode out;
+  for (const Sheet& sheet : sheets) {
+    auto loaded = eds::load(sheet.text, sheet.name, node.id);
+    if (loaded.value && scan::matches(*loaded.value, node)) {
+      notes.push_back(fmt::format("node {}: names and types of {}", node.id, sheet.name));
+      out.config.device = scan::merge(*std::move(loaded.value), node);
+      out.sheet = sheet.name;
+      return out;
+    }
+  }
+  if (!sheets.empty()) {
+    notes.push_back(
+        fmt::format("node {}: no EDS of its identity, types are known by length alone", node.id));
+  }
+  out.config.device = scan::describe(node);
+  return out;
+}
+
+void take_error_control(const scan::ScannedNode& node, line::NodeConfig& config) {
+  const auto heartbeat = node.number({0x1017, 0}).value_or(0);
+  const auto guard = node.number({0x100C, 0}).value_or(0);
+  const auto factor = node.number({0x100D, 0}).value_or(0);
+  if (heartbeat != 0) {
+    config.heartbeat = milliseconds(heartbeat);
+  } else if (guard != 0 && factor != 0) {
+    config.guard_time = milliseconds(guard);
+    config.life_time_factor = static_cast<std::uint8_t>(factor);
+  }
+}
+
+}  // namespace
+
+FoundNodes found_nodes(std::span<const scan::ScannedNode> nodes, const std::string& eds_folder) {
+  FoundNodes out;
+  const std::vector<Sheet> sheets = sheets_in(eds_folder, out.error);
+  const std::vector<scan::LeftOut> pdos = scan::left_out(nodes);
+  for (const scan::ScannedNode& node : nodes) {
+    if (node.end != AbortCode::none) {
+      out.notes.push_back(fmt::format("node {} is left out: it was not read to the end", node.id));
+      continue;
+    }
+    FoundNode found = describe_node(node, sheets, out.notes);
+    found.config.id = node.id;
+    found.config.name = fmt::format("node{}", node.id);
+    for (const std::string& note : scan::leave_out(found.config.device, node.id, pdos)) {
+      out.notes.push_back(fmt::format("node {}: {}", node.id, note));
+    }
+    take_error_control(node, found.config);
+    if (node.number(kInputsSent) == 1U) {
+      found.config.objects.push_back({kInputsSent, {std::byte{1}}});
+    }
+    out.nodes.push_back(std::move(found));
+  }
+  return out;
+}
+
+}  // namespace linegate::gateway

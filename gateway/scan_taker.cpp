@@ -1,0 +1,60 @@
+#include "gateway/scan_taker.h"
+
+#include <algorithm>
+
+#include "stack/base/deadline.h"
+
+namespace linegate::gateway {
+namespace {
+
+constexpr std::uint64_t kOwnTag = ~std::uint64_t{0};  // the bridge counts from 1
+constexpr Duration kLongest = std::chrono::minutes(15);
+
+}  // namespace
+
+ScanTaker::ScanTaker(const config::LinePlan& plan, exchange::Ring<TakenScan>& taken)
+    : wanted_(plan.auto_scan && plan.auto_scan->at_start && plan.config.nodes.empty()),
+      code_(plan.auto_scan && plan.auto_scan->set_up ? line::kScanSetUp : std::uint16_t{0}),
+      taken_(taken) {
+}
+
+void ScanTaker::started(Instant now) {
+  due_ = wanted_ ? deadline(now, kSettle) : kNever;
+}
+
+std::optional<line::Command> ScanTaker::due(Instant now) {
+  if (now < due_) {
+    return std::nullopt;
+  }
+  due_ = deadline(now, kAgain);
+  line::Command command;
+  command.tag = kOwnTag;
+  command.kind = line::CommandKind::scan_apply;
+  command.code = code_;
+  command.timeout = kLongest;
+  asked(command);
+  return command;
+}
+
+void ScanTaker::asked(const line::Command& command) {
+  if (command.kind == line::CommandKind::scan_apply) {
+    asked_.push_back({command.tag, command.node, command.code});
+  }
+}
+
+bool ScanTaker::answered(const line::Reply& reply) {
+  const auto known = std::ranges::find(asked_, reply.tag, &Asked::tag);
+  if (known == asked_.end()) {
+    return false;
+  }
+  const bool own = reply.tag == kOwnTag;
+  if (reply.ok() && !(own && reply.data.empty())) {
+    // Where the ring is full, others wait already.
+    (void)taken_.push({known->node, known->code, reply.data});
+    due_ = kNever;
+  }
+  asked_.erase(known);
+  return own;
+}
+
+}  // namespace linegate::gateway

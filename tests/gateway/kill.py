@@ -1,0 +1,205 @@
+#!/usr/bin/python3
+"""A gateway that is killed at any moment, while it boots its nodes, while its own node and its devices store their
+parameters and while all is well, ends in the right state when it is started again: all nodes Operational, stored
+parameters the old or the new ones, the image the same.
+
+kill.py LINEGATED LINEGATE PROFILES [SEED]. The bus is a multicast group in a network of its own; the simulated
+devices on it are another program and live on.
+"""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+from udp_bus import Bus, pause
+
+PATIENCE = 60  # seconds
+ROUNDS = 51    # of two kills each
+GROUP, PORT = "239.74.163.11", 43121
+EDS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "bridges", "sim", "eds")
+OWN = 127
+BESIDE = {5: "drive", 7: "encoder", 8: "digital-io", 10: "analog-io"}  # in the other program
+INSIDE = {20: "drive", 21: "drive"}                                   # devices of the gateway
+# Two objects of a node that are stored together, (index, sub-index, bytes), and may have any small number: the inhibit
+# time of EMCYs, and a consumer heartbeat time of no node.
+PAIR = ((0x1015, 0, 2), (0x1016, 1, 4))
+STORING = (OWN, *INSIDE)
+
+PLANT = """schema: 1
+gateway: {{name: kill, log: warning}}
+dds: {{domain: 198, profile: {profiles}}}
+lines:
+  - name: press
+    interface: "udp:{group}:{port}"
+    bit_rate: 1Mbit
+    network_id: 1
+    node_id: {own}
+    heartbeat: 20ms
+    sync: 20ms
+    storage: {folder}/stored
+    access: all
+    nodes:
+{nodes}
+  - name: below
+    interface: "udp:{group}:{port}"
+    network_id: 2
+    role: device
+    storage: {folder}/stored
+    access: all
+    devices:
+{devices}
+"""
+
+
+class Failure(Exception):
+    pass
+
+
+class Plant:
+    def __init__(self, linegated, linegate, profiles, folder):
+        self.program = linegated
+        self.console = [linegate, "--profile", profiles, "--domain", "198", "--wait", str(PATIENCE), "--json"]
+        self.file = os.path.join(folder, "plant.yaml")
+        nodes = "".join(f"      - {{id: {node}, eds: {EDS}/{profile}.eds, heartbeat: 20ms}}\n"
+                        for node, profile in {**BESIDE, **INSIDE}.items())
+        devices = "".join(f"      - {{id: {node}, name: d{node}, eds: {EDS}/{profile}.eds}}\n"
+                          for node, profile in INSIDE.items())
+        with open(self.file, "w", encoding="utf-8") as file:
+            file.write(PLANT.format(profiles=profiles, group=GROUP, port=PORT, own=OWN, folder=folder, nodes=nodes,
+                                    devices=devices))
+        self.bus = Bus(GROUP, PORT)
+        self.process = None
+        # By node: the generations of values that may be stored, the last one known to be first.
+        self.stored = {node: None for node in STORING}
+
+    def start(self):
+        self.bus.forget()
+        self.process = subprocess.Popen([self.program, self.file, "--last-words", "0"])
+
+    def kill(self):
+        if self.process.poll() is not None:
+            raise Failure(f"the gateway ended by itself, with {self.process.returncode}")
+        self.process.kill()
+        self.process.wait()
+
+    def await_operational(self):
+        nodes = [OWN, *BESIDE, *INSIDE]
+        if not self.bus.operational(nodes, PATIENCE):
+            raise Failure(f"not all nodes are Operational: {self.bus.states}, booted {self.bus.booted}")
+
+    def generation(self, node):
+        """The generation of values that the node has; both of its objects belong to the same."""
+        values = [self.bus.read(node, index, sub) for index, sub, _ in PAIR]
+        if values[0] is None or values[0] != values[1]:
+            raise Failure(f"node {node} has {values}: neither what was stored nor what was to be")
+        return values[0]
+
+    def check_stored(self):
+        for node, known in self.stored.items():
+            if known is None:
+                continue
+            found = self.generation(node)
+            if found not in known:
+                raise Failure(f"node {node} has generation {found}, not one of {known}")
+            self.stored[node] = {found}
+
+    def store(self, node, generation):
+        """Up to the moment when it is told to store."""
+        for index, sub, size in PAIR:
+            if not self.bus.write(node, index, sub, generation, size):
+                raise Failure(f"node {node} does not take {index:04X}h")
+        self.bus.begin_save(node)
+        self.stored[node] = (self.stored[node] or set()) | {generation}
+
+    def store_for_certain(self, generation):
+        for node in STORING:
+            for index, sub, size in PAIR:
+                self.bus.write(node, index, sub, generation, size)
+            if not self.bus.write(node, 0x1010, 1, int.from_bytes(b"save", "little"), 4):
+                raise Failure(f"node {node} does not store")
+            self.stored[node] = {generation}
+
+    def image(self):
+        """The identity of both images of the manager, once all of the inputs are valid."""
+        end = time.monotonic() + PATIENCE
+        while True:
+            told = [subprocess.run([*self.console, "image", "press", *which], capture_output=True, text=True,
+                                   timeout=2 * PATIENCE) for which in ((), ("--outputs",))]
+            if all(one.returncode == 0 for one in told):
+                images = [json.loads(one.stdout.splitlines()[0]) for one in told]
+                if all(entry["valid"] for entry in images[0]["entries"]):
+                    return [image["layout_id"] for image in images]
+            if time.monotonic() > end:
+                raise Failure(f"inputs are not valid: {told[0].stdout}{told[0].stderr}")
+            time.sleep(0.2)
+
+
+def run(plant, chance):
+    plant.start()
+    plant.await_operational()
+    wanted = plant.image()
+    generation = 1
+    plant.store_for_certain(generation)
+    plant.kill()
+    for number in range(ROUNDS):
+        plant.start()
+        pause(chance.uniform(0, 1.2))  # while it starts, opens its lines, boots its nodes
+        plant.kill()
+        plant.start()
+        plant.await_operational()
+        plant.check_stored()
+        if number % 10 == 0 and plant.image() != wanted:
+            raise Failure("the image is another one")
+        if number % 3 != 2:
+            generation += 1
+            for node in chance.sample(STORING, chance.randint(1, len(STORING))):
+                plant.store(node, generation)
+            # A store takes some milliseconds: more often than not the kill comes within one.
+            pause(chance.choice((0, chance.uniform(0, 0.004), chance.uniform(0, 0.05))))
+        else:
+            pause(chance.uniform(0, 0.3))
+        plant.kill()
+    plant.start()
+    plant.await_operational()
+    plant.check_stored()
+    if plant.image() != wanted:
+        raise Failure("the image is another one at the end")
+    plant.process.send_signal(signal.SIGTERM)
+    if plant.process.wait(timeout=PATIENCE) != 0:
+        raise Failure(f"the gateway ended with {plant.process.returncode}")
+
+
+def main(linegated, linegate, profiles, seed=None):
+    seed = int(seed) if seed is not None else random.SystemRandom().randrange(1 << 32)
+    print(f"seed {seed}: {2 * ROUNDS + 1} kills", flush=True)
+    devices = [word for node, profile in BESIDE.items() for word in ("--device", f"{profile}:{node}")]
+    with tempfile.TemporaryDirectory() as folder:
+        simulated = subprocess.Popen([linegate, "simulate", f"udp:{GROUP}:{PORT}", *devices])
+        plant = Plant(linegated, linegate, profiles, folder)
+        try:
+            run(plant, random.Random(seed))
+        except Failure as failure:
+            return f"seed {seed}: {failure}"
+        finally:
+            simulated.terminate()
+            if plant.process is not None and plant.process.poll() is None:
+                plant.process.kill()
+    return None
+
+
+def in_a_network_of_its_own(arguments):
+    commands = "ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo && exec \"$@\""
+    as_root = [] if os.getuid() == 0 else ["--map-root-user"]
+    os.execvp("unshare", ["unshare", "--net", *as_root, "sh", "-c", commands, "sh", sys.executable, "-B",
+                          *arguments, "--inside"])
+
+
+if __name__ == "__main__":
+    if sys.argv[-1] != "--inside":
+        in_a_network_of_its_own(sys.argv)
+    sys.exit(main(*sys.argv[1:-1]))

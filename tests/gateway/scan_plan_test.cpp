@@ -1,0 +1,184 @@
+// A scan that is applied, and the line that is made of it.
+#include "gateway/scan_plan.h"
+
+#include <algorithm>
+#include <array>
+
+#include <gtest/gtest.h>
+
+#include "gateway/scan_taker.h"
+#include "stack/base/byte_order.h"
+#include "stack/line/line.h"
+#include "stack/scan/report.h"
+
+#include "tests/gateway/plans.h"
+
+namespace linegate::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+
+const std::string kBare = "  - {name: press, interface: 'virtual:p', network_id: 1}\n";
+const std::string kAuto = "  - {name: press, interface: 'virtual:p', network_id: 1, auto: true}\n";
+
+config::LinePlan line_of(const std::string& text) {
+  return make_plant("schema: 1\nlines:\n" + text).lines.front();
+}
+
+// An analogue module with a TPDO, as a scan reads it.
+scan::ScannedNode node_of(std::uint8_t id, AbortCode end = AbortCode::none) {
+  scan::ScannedNode node{.id = id, .end = end, .values = {}};
+  const auto set = [&](std::uint16_t index, std::uint8_t sub, std::uint64_t value,
+                       std::size_t size) {
+    std::vector<std::byte> data(size);
+    store_le(std::span(data), value);
+    node.values.push_back({{index, sub}, data});
+  };
+  set(0x1000, 0, 0x0004'0191, 4);
+  set(0x1017, 0, 200, 2);
+  set(0x1800, 0, 2, 1);
+  set(0x1800, 1, 0x4000'0180U + id, 4);
+  set(0x1800, 2, 255, 1);
+  set(0x1A00, 0, 1, 1);
+  set(0x1A00, 1, 0x6401'0110, 4);
+  set(0x6423, 0, 1, 1);
+  return node;
+}
+
+TakenScan taken(const std::vector<scan::ScannedNode>& nodes, std::uint16_t code,
+                std::uint8_t node = 0) {
+  return {node, code, scan::write_report(nodes)};
+}
+
+std::vector<std::uint8_t> ids(const config::LinePlan& plan) {
+  std::vector<std::uint8_t> out;
+  for (const auto& node : plan.config.nodes) {
+    out.push_back(node.id);
+  }
+  return out;
+}
+
+using Ids = std::vector<std::uint8_t>;
+
+TEST(ScanPlan, TheLineHasTheNodesThatWereFound) {
+  const auto plan = plan_of(line_of(kBare), taken({node_of(5), node_of(8)}, line::kScanSetUp));
+  ASSERT_TRUE(plan.ok());
+  EXPECT_EQ(ids(*plan.value), (Ids{5, 8}));
+  const line::NodeConfig& node = plan.value->config.nodes[0];
+  EXPECT_EQ(node.name, "node5");
+  EXPECT_FALSE(node.as_found);
+  EXPECT_EQ(node.heartbeat, 200ms);
+  ASSERT_EQ(node.objects.size(), 1U);
+  EXPECT_EQ(node.objects[0].address, (od::Address{0x6423, 0}));
+  const auto line = line::Line::make(plan.value->config);
+  ASSERT_TRUE(line.ok());
+  EXPECT_EQ((*line.value)->layout(image::Direction::inputs).entries.size(), 2U);
+}
+
+TEST(ScanPlan, WhatIsNotSetUpIsLeftAlone) {
+  const auto plan = plan_of(line_of(kBare), taken({node_of(5)}, 0));
+  ASSERT_TRUE(plan.ok());
+  const line::NodeConfig& node = plan.value->config.nodes[0];
+  EXPECT_TRUE(node.as_found);
+  EXPECT_EQ(node.heartbeat, 0ms) << "1017h is not written";
+  EXPECT_EQ(node.heartbeat_consumer, 500ms) << "but watched";
+  EXPECT_TRUE(node.objects.empty());
+}
+
+TEST(ScanPlan, AScanOfOneNodeLeavesTheOthersAsTheyAre) {
+  const auto first = plan_of(line_of(kBare), taken({node_of(5), node_of(8)}, line::kScanSetUp));
+  const auto second = plan_of(*first.value, taken({node_of(9)}, 0, 9));
+  ASSERT_TRUE(second.ok());
+  EXPECT_EQ(ids(*second.value), (Ids{5, 8, 9}));
+  EXPECT_FALSE(second.value->config.nodes[0].as_found);
+  EXPECT_TRUE(second.value->config.nodes[2].as_found);
+  const auto all = plan_of(*second.value, taken({node_of(8)}, line::kScanSetUp));
+  EXPECT_EQ(ids(*all.value), Ids{8}) << "who does not answer any more is gone";
+}
+
+TEST(ScanPlan, ANodeThatFellSilentStaysWhatItWas) {
+  const auto first = plan_of(line_of(kBare), taken({node_of(5)}, line::kScanSetUp));
+  scan::ScannedNode silent = node_of(5, AbortCode::timeout);
+  silent.values.resize(1);
+  const auto again =
+      plan_of(*first.value, taken({silent, node_of(6, AbortCode::timeout)}, line::kScanSetUp));
+  ASSERT_TRUE(again.ok());
+  EXPECT_EQ(ids(*again.value), Ids{5});
+  EXPECT_EQ(again.value->config.nodes[0].heartbeat, 200ms);
+}
+
+TEST(ScanPlan, NobodyFoundChangesNothing) {
+  const auto plan = plan_of(line_of(kBare), taken({}, line::kScanSetUp));
+  EXPECT_FALSE(plan.value.has_value());
+  ASSERT_EQ(plan.diagnostics.size(), 1U);
+  EXPECT_EQ(plan.diagnostics[0].file, "press");
+  EXPECT_FALSE(plan_of(line_of(kBare), {0, 0, {std::byte{1}}}).value.has_value());
+}
+
+TEST(ScanPlan, ConflictsDoNotKeepTheLineFromRunning) {
+  scan::ScannedNode other = node_of(6);
+  store_le(std::span(other.values[3].data), 0x185);
+  const auto plan = plan_of(line_of(kBare), taken({node_of(5), other}, line::kScanSetUp));
+  ASSERT_TRUE(plan.ok());
+  EXPECT_TRUE(std::ranges::any_of(plan.diagnostics, [](const Diagnostic& note) {
+    return note.text == "node 5: TPDO 1 is left out: on its identifier 185h node 6 sends (1800h:1)";
+  }));
+  EXPECT_TRUE(line::Line::make(plan.value->config).ok());
+}
+
+struct Taker {
+  explicit Taker(const std::string& text) : scans(line_of(text), results) {}
+
+  line::Reply reply(std::uint64_t tag, bool found) {
+    line::Reply out;
+    out.tag = tag;
+    out.data = found ? scan::write_report(std::array{node_of(5)}) : std::vector<std::byte>{};
+    return out;
+  }
+
+  exchange::Ring<TakenScan> results{4};
+  ScanTaker scans;
+};
+
+TEST(ScanTaker, ALineThatIsToScansUntilItFindsSomething) {
+  Taker taker(kAuto);
+  taker.scans.started(Instant{1s});
+  EXPECT_FALSE(taker.scans.due(Instant{2900ms}));
+  const auto first = taker.scans.due(Instant{3s});
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->kind, line::CommandKind::scan_apply);
+  EXPECT_EQ(first->code, 0U);
+  EXPECT_TRUE(taker.scans.answered(taker.reply(first->tag, false))) << "nobody else asked";
+  TakenScan result;
+  EXPECT_FALSE(taker.results.pop(result)) << "there was nothing";
+  const auto second = taker.scans.due(Instant{13s});
+  ASSERT_TRUE(second);
+  EXPECT_TRUE(taker.scans.answered(taker.reply(second->tag, true)));
+  ASSERT_TRUE(taker.results.pop(result));
+  EXPECT_FALSE(result.report.empty());
+  EXPECT_EQ(taker.scans.next_wake(), kNever);
+}
+
+TEST(ScanTaker, OthersDoSoOnlyWhenAsked) {
+  Taker taker(kBare);
+  taker.scans.started(Instant{1s});
+  EXPECT_EQ(taker.scans.next_wake(), kNever);
+  line::Command command;
+  command.tag = 7;
+  command.kind = line::CommandKind::scan;
+  taker.scans.asked(command);
+  EXPECT_FALSE(taker.scans.answered(taker.reply(7, true)));
+  TakenScan result;
+  EXPECT_FALSE(taker.results.pop(result)) << "a scan that only looks";
+  command.kind = line::CommandKind::scan_apply;
+  command.node = 5;
+  command.code = line::kScanSetUp;
+  taker.scans.asked(command);
+  EXPECT_FALSE(taker.scans.answered(taker.reply(7, true))) << "the reply is for who asked";
+  ASSERT_TRUE(taker.results.pop(result));
+  EXPECT_EQ(result.node, 5);
+  EXPECT_EQ(result.code, line::kScanSetUp);
+}
+
+}  // namespace
+}  // namespace linegate::gateway
