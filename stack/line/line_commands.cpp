@@ -241,7 +241,7 @@ Error Line::Impl::send_nmt(const Command& command, Instant now) {
   }
   if (own) {
     command_own(command.nmt, now);
-    if (manager::is_reset(command.nmt)) {
+    if (nmt::is_reset(command.nmt)) {
       manager.own_reset();
     }
     return kDone;

@@ -8,10 +8,6 @@
 
 namespace linegate::manager {
 
-constexpr bool is_reset(nmt::Command command) {
-  return command == nmt::Command::reset_node || command == nmt::Command::reset_communication;
-}
-
 class Host {
  public:
   virtual ~Host() = default;

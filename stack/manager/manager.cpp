@@ -154,7 +154,7 @@ void Manager::commanded(nmt::Command command, std::uint8_t node, Instant now) {
     if ((node != 0 && id != node) || !nodes_[id].configured) {
       continue;
     }
-    if (is_reset(command)) {
+    if (nmt::is_reset(command)) {
       host_.node_data_invalid(id);
       heartbeats_.stop(id);
       slot->reset_at = now;

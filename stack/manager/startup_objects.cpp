@@ -141,7 +141,7 @@ void StartupObjects::send(const Request& request, Instant now) {
   }
   if (request.address.sub == own_) {
     host_.command_own(*command, now);
-    if (is_reset(*command)) {
+    if (nmt::is_reset(*command)) {
       manager_.own_reset();
     }
     return;
