@@ -175,12 +175,9 @@ void LineRunner::take_requests(Instant now) {
     take_command(now);
   }
   if (started_ && !stopping_) {
-    if (auto scan = scans_.due(now))
-      if (wants_fd(command_) && !pump_.channel().carries_fd()) {
-        reply(command_.tag, line::to_error(line::Refusal::wrong_interface));
-      } else {
-        line_->execute(*std::move(scan), now);
-      }
+    if (auto scan = scans_.due(now)) {
+      line_->execute(*std::move(scan), now);
+    }
   }
   for (Event notice; port_.notices.pop(notice);) {
     notice.time = now;
@@ -206,6 +203,8 @@ void LineRunner::take_command(Instant now) {
   } else if (command_.kind == line::CommandKind::scan_apply && bound) {
     reply(command_.tag,
           line::to_error(line::Refusal::wrong_state));  // it cannot be made anew alone
+  } else if (wants_fd(command_) && !pump_.channel().carries_fd()) {
+    reply(command_.tag, line::to_error(line::Refusal::wrong_interface));
   } else {
     scans_.asked(command_);
     line_->execute(std::move(command_), now);
