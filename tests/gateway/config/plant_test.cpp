@@ -558,68 +558,6 @@ lines:
 
 // CiA 301 7.5.2.38: the PDO is taken away, its mapping set to 0 entries, filled, enabled, and the
 // PDO put back.
-TEST(Plant, WritesAPdoInTheOrderOfCia301) {
-  const auto loaded = read_text(R"(schema: 1
-lines:
-  - name: a
-    interface: "simulated:"
-    nodes:
-      - id: 5
-        eds: bridges/sim/eds/drive.eds
-        pdos:
-          tpdo1: {type: event, inhibit: 10ms, event_timer: 1s, cob_id: 0x1C5, map: [6041, 6064]}
-)");
-  ASSERT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));
-  const auto& node = loaded.value->lines.at(0).config.nodes.at(0);
-  struct Write {
-    od::Address address;
-    std::uint64_t value;
-    bool operator==(const Write&) const = default;
-  };
-  std::vector<Write> written;
-  for (const auto& object : node.objects) {
-    std::uint64_t value = 0;
-    for (auto it = object.data.rbegin(); it != object.data.rend(); ++it) {
-      value = value << 8U | std::to_integer<std::uint64_t>(*it);
-    }
-    written.push_back({object.address, value});
-  }
-  const std::vector<Write> expected{
-      {{0x1800, 1}, 0xC000'01C5}, {{0x1800, 2}, 255}, {{0x1800, 3}, 100},
-      {{0x1800, 5}, 1000},        {{0x1A00, 0}, 0},   {{0x1A00, 1}, 0x6041'0010},
-      {{0x1A00, 2}, 0x6064'0020}, {{0x1A00, 0}, 2},   {{0x1800, 1}, 0x4000'01C5},
-  };
-  EXPECT_TRUE(written == expected);
-
-  const auto made = line::Line::make(loaded.value->lines.at(0).config);
-  ASSERT_TRUE(made.ok());
-  const auto& entries = (*made.value)->layout(image::Direction::inputs).entries;
-  EXPECT_TRUE(std::any_of(entries.begin(), entries.end(), [](const auto& e) {
-    return e.index == 0x6064 && e.remote_pdo == 1;
-  })) << "the line links what the device will send";
-}
-
-TEST(Plant, AnRpdoOfADeviceIsSentToItNoMoreOftenThanItsInhibitTime) {
-  const auto loaded = read_text(R"(schema: 1
-lines:
-  - name: a
-    interface: "simulated:"
-    nodes:
-      - id: 5
-        eds: bridges/sim/eds/drive.eds
-        pdos: {rpdo1: {type: event, inhibit: 10ms}, rpdo2: {type: sync, inhibit: 10ms}}
-)");
-  ASSERT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));
-  const auto& config = loaded.value->lines.at(0).config;
-  for (const auto& object : config.nodes.at(0).objects) {
-    EXPECT_NE(object.address.sub, 3) << "the device has no part in it";
-  }
-  const auto made = line::Line::make(config);
-  ASSERT_TRUE(made.ok());
-  EXPECT_EQ((*made.value)->dictionary().number({0x1800, 3}), 100U);
-  EXPECT_EQ((*made.value)->dictionary().number({0x1801, 3}), 0U) << "it goes with the SYNC";
-}
-
 TEST(Plant, SamplesAreValid) {
   for (const char* name : {"below-a-plc.yaml", "demo.yaml", "vcan.yaml"}) {
     const auto loaded = load(kRoot + "deploy/plants/" + name);

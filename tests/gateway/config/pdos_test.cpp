@@ -1,0 +1,90 @@
+// `pdos:` of a node: what becomes of them in the configuration of the device.
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "gateway/config/plant.h"
+#include "stack/line/line.h"
+#include "stack/od/dictionary.h"
+
+namespace linegate::config {
+namespace {
+
+using namespace std::chrono_literals;
+
+std::string told(const Loaded<Plant>& loaded) {
+  std::string out;
+  for (const auto& diagnostic : loaded.diagnostics) {
+    out += to_string(diagnostic) + '\n';
+  }
+  return out;
+}
+
+Loaded<Plant> read_text(const std::string& text) {
+  return read(text, LINEGATE_SOURCE_DIR "/plant.yaml");
+}
+
+TEST(Plant, WritesAPdoInTheOrderOfCia301) {
+  const auto loaded = read_text(R"(schema: 1
+lines:
+  - name: a
+    interface: "simulated:"
+    nodes:
+      - id: 5
+        eds: bridges/sim/eds/drive.eds
+        pdos:
+          tpdo1: {type: event, inhibit: 10ms, event_timer: 1s, cob_id: 0x1C5, map: [6041, 6064]}
+)");
+  ASSERT_TRUE(loaded.ok()) << told(loaded);
+  const auto& node = loaded.value->lines.at(0).config.nodes.at(0);
+  struct Write {
+    od::Address address;
+    std::uint64_t value;
+    bool operator==(const Write&) const = default;
+  };
+  std::vector<Write> written;
+  for (const auto& object : node.objects) {
+    std::uint64_t value = 0;
+    for (auto it = object.data.rbegin(); it != object.data.rend(); ++it) {
+      value = value << 8U | std::to_integer<std::uint64_t>(*it);
+    }
+    written.push_back({object.address, value});
+  }
+  const std::vector<Write> expected{
+      {{0x1800, 1}, 0xC000'01C5}, {{0x1800, 2}, 255}, {{0x1800, 3}, 100},
+      {{0x1800, 5}, 1000},        {{0x1A00, 0}, 0},   {{0x1A00, 1}, 0x6041'0010},
+      {{0x1A00, 2}, 0x6064'0020}, {{0x1A00, 0}, 2},   {{0x1800, 1}, 0x4000'01C5},
+  };
+  EXPECT_TRUE(written == expected);
+
+  const auto made = line::Line::make(loaded.value->lines.at(0).config);
+  ASSERT_TRUE(made.ok());
+  const auto& entries = (*made.value)->layout(image::Direction::inputs).entries;
+  EXPECT_TRUE(std::any_of(entries.begin(), entries.end(), [](const auto& e) {
+    return e.index == 0x6064 && e.remote_pdo == 1;
+  })) << "the line links what the device will send";
+}
+
+TEST(Plant, AnRpdoOfADeviceIsSentToItNoMoreOftenThanItsInhibitTime) {
+  const auto loaded = read_text(R"(schema: 1
+lines:
+  - name: a
+    interface: "simulated:"
+    nodes:
+      - id: 5
+        eds: bridges/sim/eds/drive.eds
+        pdos: {rpdo1: {type: event, inhibit: 10ms}, rpdo2: {type: sync, inhibit: 10ms}}
+)");
+  ASSERT_TRUE(loaded.ok()) << told(loaded);
+  const auto& config = loaded.value->lines.at(0).config;
+  for (const auto& object : config.nodes.at(0).objects) {
+    EXPECT_NE(object.address.sub, 3) << "the device has no part in it";
+  }
+  const auto made = line::Line::make(config);
+  ASSERT_TRUE(made.ok());
+  EXPECT_EQ((*made.value)->dictionary().number({0x1800, 3}), 100U);
+  EXPECT_EQ((*made.value)->dictionary().number({0x1801, 3}), 0U) << "it goes with the SYNC";
+}
+
+}  // namespace
+}  // namespace linegate::config
