@@ -181,6 +181,7 @@ void Device::build(const od::DeviceDescription& description) {
   node::Options node_options;
   node_options.node_id = description.node_id;
   node_options.self_starting = options_.self_starting;
+  program_.reset();  // it refers to the node before
   node_ = std::make_unique<node::Node>(od::Dictionary(description), node_options, events_, nullptr);
   behaviour_ = find(options_.profile)->make();
   node_->set_medium(options_.medium.get());
@@ -306,10 +307,9 @@ Instant Device::next_wake() const {
     return kNever;
   }
   const Instant wake = lss_->slave.next_wake();
-  return has_node_id()
-             ? earlier(wake, earlier(earlier(node_->next_wake(), behaviour_->next_step())),
-                       program_->restart_at())
-             : wake;
+  const Instant restart = earlier(wake, program_->restart_at());
+  return has_node_id() ? earlier(restart, earlier(node_->next_wake(), behaviour_->next_step()))
+                       : wake;
 }
 
 bool Device::next_frame(can::Frame& out, Instant now) {
