@@ -174,6 +174,7 @@ TEST_F(ConfigurationTest, RequestsOverTheOwnDictionaryConfigureToo) {
   EXPECT_EQ(write_own({0x1F25, 5}, number(1)), to_error(AbortCode::local_control));
   EXPECT_EQ(write_own({0x1F25, 9}, number(manager::kConf)), to_error(AbortCode::invalid_value));
   EXPECT_EQ(write_own({0x1F25, 5}, number(manager::kConf)), Error{});
+  pass(1ms);
   EXPECT_EQ(write_own({0x1F25, 5}, number(manager::kConf)), to_error(AbortCode::device_state))
       << "it is booting";
   pass(2s);
@@ -185,6 +186,7 @@ TEST_F(ConfigurationTest, RequestsOverTheOwnDictionaryConfigureToo) {
 }
 
 TEST_F(ConfigurationTest, LongOnesTellTheirProgressAndThereIsOneAtATime) {
+  config().sdo_timeout = 800ms;
   run();
   seat().find(6)->device->kill();
   const std::uint64_t first = verify();

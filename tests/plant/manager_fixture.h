@@ -40,6 +40,8 @@ class ManagerFixture : public testing::Test {
     return node;
   }
 
+  // What the line is made of; before start().
+  line::LineConfig& config() { return config_; }
   // Before start(); ascending by id.
   void add(line::NodeConfig node, const std::string& profile) {
     devices_.emplace_back(node.id, profile);

@@ -105,7 +105,7 @@ TEST_F(ProgramTest, AnUpdateThatTheDeviceCannotUseIsBootStatusI) {
 
 TEST_F(ProgramTest, OnCommandAProgramIsLoadedWithProgressAndTheNodeBootedAnew) {
   run();
-  const std::uint64_t tag = load(program_of(kNew, 100'000));
+  const std::uint64_t tag = load(program_of(kNew, 200'000));
   pass(500ms);
   EXPECT_EQ(node_state().boot, manager::kBootUnfinished);
   EXPECT_TRUE(wait(tag).ok());
@@ -120,7 +120,7 @@ TEST_F(ProgramTest, OnCommandAProgramIsLoadedWithProgressAndTheNodeBootedAnew) {
     if (event.kind == EventKind::command_progress) {
       EXPECT_EQ(event.node, 5);
       EXPECT_EQ(event.code, static_cast<std::uint32_t>(line::CommandKind::program));
-      EXPECT_EQ(load_le<std::uint32_t>(event.data.data()), 100'010U);
+      EXPECT_EQ(load_le<std::uint32_t>(event.data.data()), 200'010U);
       told.push_back(event.value);
     }
   }
@@ -149,7 +149,7 @@ TEST_F(ProgramTest, IsRefusedWhereItMakesNoSenseAndEndsWithItsTimeOutAndTheLine)
   EXPECT_EQ(wait(load({})).error, to_error(line::Refusal::bad_request));
   EXPECT_EQ(wait(load(program_of(kNew, 10), 127)).error, to_error(line::Refusal::bad_request));
   EXPECT_EQ(wait(load(program_of(kNew, 10), 5, 0)).error, to_error(line::Refusal::bad_request));
-  const std::uint64_t first = load(program_of(kNew, 100'000), 5, 1, 1s);
+  const std::uint64_t first = load(program_of(kNew, 200'000), 5, 1, 1s);
   EXPECT_EQ(wait(load(program_of(kNew, 10))).error, to_error(line::Refusal::busy));
   EXPECT_EQ(wait(first).error, to_error(line::Refusal::timed_out));
   pass(2s);
@@ -163,7 +163,7 @@ TEST_F(ProgramTest, IsRefusedWhereItMakesNoSenseAndEndsWithItsTimeOutAndTheLine)
 
 TEST_F(ProgramTest, ADeviceWhoseLoadingWasCutOffIsLoadedAgain) {
   run();
-  const std::uint64_t first = load(program_of(kNew, 50'000));
+  const std::uint64_t first = load(program_of(kNew, 200'000));
   pass(1500ms);
   sim::Device& device = *seat().find(5)->device;
   device.kill();
