@@ -1,5 +1,7 @@
 #include "stack/lss/procedure.h"
 
+#include <algorithm>
+
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 
@@ -167,9 +169,11 @@ void Course::scanned(bool yes) {
 }
 
 std::vector<std::byte> Course::reply() const {
-  std::vector<std::byte> out{static_cast<std::byte>(last_.outcome), std::byte{last_.error},
-                             std::byte{last_.specific}};
-  out.insert(out.end(), data_.begin(), data_.end());
+  std::vector<std::byte> out(3 + data_.size());
+  out[0] = static_cast<std::byte>(last_.outcome);
+  out[1] = std::byte{last_.error};
+  out[2] = std::byte{last_.specific};
+  std::ranges::copy(data_, out.begin() + 3);
   return out;
 }
 
