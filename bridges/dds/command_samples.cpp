@@ -70,6 +70,7 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
     case line::CommandKind::configure:
       if (from.code() > 1)
         return "code is not 0 or 1";
+      [[fallthrough]];
     case line::CommandKind::pdo_trigger:
       return from.node() > 127 ? "node is not 0..127" : nullptr;
     case line::CommandKind::nmt:
