@@ -216,7 +216,9 @@ void Publisher::publish_states(Line& line, Instant now) {
       set_properties(config::name(line.host->plan.outputs), queues, line.properties);
       if (status->state.role != line::Role::observer) {
         line.properties.push_back({"indicators", indicators_text(status->state.indicators)});
-        add_network(status->state.network, line.properties);
+        if (line.host->plan.config.devices.empty()) {
+          add_network(status->state.network, line.properties);
+        }
       }
       add_properties(line.controller, line.properties);
       add_forwarding(status->state.routing, line.properties);

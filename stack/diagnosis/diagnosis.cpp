@@ -42,13 +42,14 @@ void each_node(Action action) {
   }
 }
 
-// Of a manager: the network is initialised from now on.
-bool begins(const Event& event) {
+// Of a manager: the network is initialised from now on, or (after a fatal error) goes on.
+bool begins(const Event& event, bool fatal) {
   const auto is = [](std::uint32_t code, manager::ManagerState state) {
     return code == static_cast<std::uint32_t>(state);
   };
   const bool rested = is(event.value, manager::ManagerState::inactive) ||
-                      is(event.value, manager::ManagerState::stopped);
+                      is(event.value, manager::ManagerState::stopped) ||
+                      (fatal && is(event.value, manager::ManagerState::halted));
   return is(event.code, manager::ManagerState::resetting) ||
          (rested && !is(event.code, manager::ManagerState::inactive) &&
           !is(event.code, manager::ManagerState::stopped));
@@ -72,7 +73,7 @@ void Diagnosis::told(const Event& event) {
   changed_ = true;
   communication_.note(event);
   node_status_.note(event);
-  if (event.kind == EventKind::manager_state && begins(event)) {
+  if (event.kind == EventKind::manager_state && begins(event, state_.fatal())) {
     begin();
   }
   if (event.kind == EventKind::boot_up) {

@@ -124,11 +124,11 @@ std::uint8_t NetworkState::of_master(const NetworkFacts& facts) const {
   if (fatal_) {
     return kFatal;
   }
-  if (facts.manager == ManagerState::inactive || facts.manager == ManagerState::stopped) {
-    return kReset;
-  }
   if (facts.scanning) {
     return kBootAuto;
+  }
+  if (facts.manager == ManagerState::inactive || facts.manager == ManagerState::stopped) {
+    return kReset;
   }
   switch (phase_) {
     case Phase::reset:

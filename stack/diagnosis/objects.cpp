@@ -13,6 +13,8 @@ using od::Access;
 using od::DataType;
 using od::ObjectType;
 
+constexpr std::uint16_t kRequestNmt = 0x1F82;
+constexpr std::uint8_t kAllNodes = 128;  // sub-index of 1F82h
 constexpr std::uint8_t kLists = 7;
 constexpr std::uint8_t kClasses = static_cast<std::uint8_t>(kEmcyClasses.size());
 
@@ -102,13 +104,15 @@ Result<void> add_objects(od::Dictionary& dictionary) {
   return {};
 }
 
-Objects::Objects(od::Dictionary& dictionary, const Diagnosis& diagnosis, std::uint8_t own_node)
+Objects::Objects(od::Dictionary& dictionary, Diagnosis& diagnosis, std::uint8_t own_node)
     : dictionary_(dictionary), diagnosis_(diagnosis), own_node_(own_node) {
   set_hooks(this);
+  (void)dictionary_.add_hook(kRequestNmt, *this).ok();  // a device has none
 }
 
 Objects::~Objects() {
   set_hooks(nullptr);
+  dictionary_.remove_hook(kRequestNmt, *this);
 }
 
 void Objects::set_hooks(od::Hook* hook) {
@@ -124,7 +128,16 @@ void Objects::set_hooks(od::Hook* hook) {
   set(kHistory, 1);
 }
 
+void Objects::written(od::Address address) {
+  if (address.index == kRequestNmt) {
+    diagnosis_.requested(address.sub == kAllNodes ? std::uint8_t{0} : address.sub);
+  }
+}
+
 AbortCode Objects::before_read(od::Address address, const od::Variable& variable) {
+  if (address.index == kRequestNmt) {
+    return AbortCode::none;
+  }
   const bool counts_entries =
       address.sub == 0 && (address.index < kFirstClass || address.index == kHistory);
   if (counts_entries) {

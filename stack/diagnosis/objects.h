@@ -28,23 +28,24 @@ inline constexpr std::uint16_t kTaskTimes = 0x5F80;
 // Before the node that has the dictionary is made. Fails if one of them exists.
 Result<void> add_objects(od::Dictionary& dictionary);
 
-// Gives the objects their values when they are read.
+// Gives the objects their values when they are read; hears of what is ordered by 1F82h.
 class Objects final : public od::Hook {
  public:
   // All must outlive it.
-  Objects(od::Dictionary& dictionary, const Diagnosis& diagnosis, std::uint8_t own_node);
+  Objects(od::Dictionary& dictionary, Diagnosis& diagnosis, std::uint8_t own_node);
   ~Objects() override;
   Objects(const Objects&) = delete;
   Objects& operator=(const Objects&) = delete;
 
   AbortCode before_read(od::Address address, const od::Variable& variable) override;
+  void written(od::Address address) override;
 
  private:
   void set_hooks(od::Hook* hook);
   std::uint64_t number(od::Address address) const;
 
   od::Dictionary& dictionary_;
-  const Diagnosis& diagnosis_;
+  Diagnosis& diagnosis_;
   std::uint8_t own_node_;
 };
 

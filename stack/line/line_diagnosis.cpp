@@ -25,20 +25,21 @@ diagnosis::CanopenIaOptions canopen_ia_options(const LineConfig& config) {
 }
 
 diagnosis::NetworkFacts Line::Impl::network() const {
+  constexpr od::Address kNmtStartup{0x1F80, 0};
+  constexpr std::uint64_t kSlavesNotStarted = 1U << 3U;
+  const std::uint64_t bits =
+      const_cast<node::Node&>(node).dictionary().number(kNmtStartup).value_or(0);
   return {.running = running,
           .manages = manages(),
           .own = node.state(),
           .manager = manager.state(),
-          .starts_nodes = config.start_nodes,
+          .starts_nodes = (bits & kSlavesNotStarted) == 0,
           .scanning = scan_of_all && scanner.active()};
 }
 
 // What cannot be run with is not run: all nodes are stopped, the own one too.
 void Line::Impl::stop_network(Instant now) {
-  manager.stop(now);
-  nmt.send(nmt::Command::stop, 0);
-  diagnosis.commanded(nmt::Command::stop, 0);
-  node.command(nmt::Command::stop, now);
+  manager.halt(now);
 }
 
 // Out of the state fatal error there is but this way.

@@ -33,6 +33,8 @@ class Manager {
   // The start-up of the network: resets the nodes that are not to be kept alive, boots all.
   void start(Instant now);
   void stop(Instant now);
+  // All nodes are stopped, the own one too, until start() or boot().
+  void halt(Instant now) { stop_all(now); }
   // The own node is the NMT master no more (1F80h bit 0): the nodes are watched on, not acted upon.
   void hand_over(Instant now);
 

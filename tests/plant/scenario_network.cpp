@@ -127,6 +127,8 @@ void Scenario::describe_line(Words& words) {
       plan.config.lss.store = true;
     } else if (key == "slave") {
       plan.config.role = line::Role::device;
+    } else if (key == "strict-ixxat") {
+      plan.config.strict_ixxat = true;
     } else if (key == "started-by-application") {
       plan.config.start_nodes = false;
     } else if (key == "own") {

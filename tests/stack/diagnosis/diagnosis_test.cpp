@@ -1,5 +1,7 @@
 #include "stack/diagnosis/diagnosis.h"
 
+#include <optional>
+
 #include <gtest/gtest.h>
 
 #include "stack/base/byte_order.h"
@@ -33,10 +35,24 @@ od::ObjectDescription numbers(std::uint16_t index, std::size_t count, std::uint8
   return out;
 }
 
+od::ObjectDescription request_nmt() {
+  od::ObjectDescription out{.index = 0x1F82, .name = "Request NMT", .type = od::ObjectType::array};
+  for (unsigned sub = 0; sub <= 128; ++sub) {
+    od::VariableDescription variable;
+    variable.sub = static_cast<std::uint8_t>(sub);
+    variable.type = od::DataType::unsigned8;
+    variable.value = {std::byte{128}};
+    out.variables.push_back(std::move(variable));
+  }
+  return out;
+}
+
 class DiagnosisTest : public testing::Test, public Source {
  protected:
   DiagnosisTest() {
     EXPECT_TRUE(add_objects(dictionary_).ok());
+    EXPECT_TRUE(dictionary_.add(request_nmt()).ok());
+    objects_.emplace(dictionary_, diagnosis_, kOwn);
     log_.set_listener(&diagnosis_);
     facts_.running = true;
     facts_.manages = true;
@@ -84,7 +100,7 @@ class DiagnosisTest : public testing::Test, public Source {
   od::Dictionary dictionary_;
   EventLog log_;
   Diagnosis diagnosis_{options(), dictionary_, *this};
-  Objects objects_{dictionary_, diagnosis_, kOwn};
+  std::optional<Objects> objects_;
 };
 
 TEST_F(DiagnosisTest, ListsOfNodesInOrder) {
@@ -159,8 +175,11 @@ TEST_F(DiagnosisTest, EventsAreKeptUntilTheNetworkIsInitialisedAnew) {
   EXPECT_EQ(read(0x5F00, 1), kListChanged);
   tell(EventKind::heartbeat_lost, kMandatory);
   EXPECT_EQ(read(0x5F00, 1), kListChanged | kMandatoryLost);
-  diagnosis_.requested(0);
-  diagnosis_.requested(kOptional);
+  const std::byte stop{4};
+  EXPECT_EQ(dictionary_.write({0x1F82, kOptional}, std::span(&stop, 1)), AbortCode::none);
+  EXPECT_EQ(read(0x5F00, 1), 0x8000U | kListChanged | kMandatoryLost);
+  EXPECT_EQ(dictionary_.write({0x1F82, 128}, std::span(&stop, 1)), AbortCode::none);
+  EXPECT_EQ(read(0x1F82, 128), 4U) << "it is another service's object";
   EXPECT_EQ(read(0x5F00, 1), 0xC000U | kListChanged | kMandatoryLost);
   log_.emit({.time = now_,
              .kind = EventKind::manager_state,
