@@ -17,21 +17,21 @@ using manager::BootOutcome;
 using testing::HasSubstr;
 using testing::Not;
 
-const LineId kHall{"plant", "hall"};
+const LineId kBootLine{"plant", "hall"};
 
 class BootingGateway : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {
     LineView view{.interface_uri = "virtual:hall", .access = "all"};
     view.state.network_id = 3;
-    listener.on_line(kHall, view);
+    listener.on_line(kBootLine, view);
   }
   Answer call(const LineId& /*id*/, const line::Command& command, Duration /*timeout*/,
               std::uint64_t /*layout_id*/, Listener& listener) override {
     last = command;
     const Instant now = utc_now() + std::chrono::seconds(1);
-    listener.on_event(kHall, {{.time = now, .kind = EventKind::boot_result}, "node 5: booted"});
-    listener.on_event(kHall, {{.time = now, .kind = EventKind::boot_up}, "node 6: boot-up"});
+    listener.on_event(kBootLine, {{.time = now, .kind = EventKind::boot_result}, "node 5: booted"});
+    listener.on_event(kBootLine, {{.time = now, .kind = EventKind::boot_up}, "node 6: boot-up"});
     Answer answer;
     answer.reply.data = manager::write_boot_report(outcomes);
     return answer;

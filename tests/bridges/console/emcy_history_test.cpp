@@ -11,7 +11,7 @@ namespace {
 
 using testing::HasSubstr;
 
-const LineId kHall{"plant", "hall"};
+const LineId kEmcyLine{"plant", "hall"};
 
 std::vector<std::byte> bytes(std::initializer_list<unsigned> values) {
   std::vector<std::byte> out;
@@ -27,14 +27,14 @@ class Hall : public Client {
   void poll(Duration /*timeout*/, Listener& listener) override {
     LineView line{.interface_uri = "virtual:hall", .access = "read"};
     line.state.nodes_configured = 2;
-    listener.on_line(kHall, line);
+    listener.on_line(kEmcyLine, line);
     NodeView silent{.name = "belt"};
     silent.state.node = 4;
-    listener.on_node(kHall, silent);
+    listener.on_node(kEmcyLine, silent);
     NodeView loud{.name = "axis"};
     loud.state.node = 5;
     loud.state.emcy_count = 2;
-    listener.on_node(kHall, loud);
+    listener.on_node(kEmcyLine, loud);
   }
   Answer call(const LineId& /*id*/, const line::Command& command, Duration /*timeout*/,
               std::uint64_t /*layout_id*/, Listener& /*listener*/) override {

@@ -10,7 +10,7 @@ namespace {
 
 using manager::NodeState;
 
-constexpr std::uint8_t kOwn = 127;
+constexpr std::uint8_t kOwnNode = 127;
 
 class CanopenIaTest : public testing::Test, public Source {
  protected:
@@ -18,7 +18,7 @@ class CanopenIaTest : public testing::Test, public Source {
   const NodeState& node_seen(std::uint8_t node) const override { return nodes_[node]; }
 
   void make(CanopenIaOptions options) {
-    options.own_node = kOwn;
+    options.own_node = kOwnNode;
     ASSERT_TRUE(add_canopen_ia(dictionary_, options.base).ok());
     records_.emplace(dictionary_, diagnosis_, options);
     facts_.running = true;
@@ -41,7 +41,7 @@ class CanopenIaTest : public testing::Test, public Source {
   NetworkFacts facts_;
   std::array<NodeState, 128> nodes_{};
   od::Dictionary dictionary_;
-  Diagnosis diagnosis_{{.own_node = kOwn}, dictionary_, *this};
+  Diagnosis diagnosis_{{.own_node = kOwnNode}, dictionary_, *this};
   std::optional<CanopenIa> records_;
 };
 
@@ -105,8 +105,8 @@ TEST_F(CanopenIaTest, CommandsWaitUntilTheAccessIsOver) {
   const std::vector<std::pair<nmt::Command, unsigned>> wanted{
       {nmt::Command::stop, 5},
       {nmt::Command::start, 0},
-      {nmt::Command::reset_communication, kOwn},
-      {nmt::Command::reset_node, kOwn}};
+      {nmt::Command::reset_communication, kOwnNode},
+      {nmt::Command::reset_node, kOwnNode}};
   EXPECT_EQ(orders, wanted);
 }
 

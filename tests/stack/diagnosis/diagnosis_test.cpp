@@ -16,9 +16,9 @@ using manager::Presence;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr std::uint8_t kOwn = 127;
-constexpr std::uint8_t kMandatory = 5;
-constexpr std::uint8_t kOptional = 33;
+constexpr std::uint8_t kManager = 127;
+constexpr std::uint8_t kPress = 5;
+constexpr std::uint8_t kLamp = 33;
 constexpr std::uint8_t kStranger = 64;
 
 od::ObjectDescription numbers(std::uint16_t index, std::size_t count, std::uint8_t sub,
@@ -52,7 +52,7 @@ class DiagnosisTest : public testing::Test, public Source {
   DiagnosisTest() {
     EXPECT_TRUE(add_objects(dictionary_).ok());
     EXPECT_TRUE(dictionary_.add(request_nmt()).ok());
-    objects_.emplace(dictionary_, diagnosis_, kOwn);
+    objects_.emplace(dictionary_, diagnosis_, kManager);
     log_.set_listener(&diagnosis_);
     facts_.running = true;
     facts_.manages = true;
@@ -68,10 +68,10 @@ class DiagnosisTest : public testing::Test, public Source {
   const NodeState& node_seen(std::uint8_t node) const override { return nodes_[node]; }
 
   static Options options() {
-    Options out{.own_node = kOwn};
-    out.assigned.set(kMandatory);
-    out.assigned.set(kOptional);
-    out.mandatory.set(kMandatory);
+    Options out{.own_node = kManager};
+    out.assigned.set(kPress);
+    out.assigned.set(kLamp);
+    out.mandatory.set(kPress);
     return out;
   }
 
@@ -81,8 +81,8 @@ class DiagnosisTest : public testing::Test, public Source {
     nodes_[node].boot = boot;
   }
   void all_operational() {
-    set(kMandatory, nmt::State::operational);
-    set(kOptional, nmt::State::operational);
+    set(kPress, nmt::State::operational);
+    set(kLamp, nmt::State::operational);
   }
   void tell(EventKind kind, std::uint8_t node, std::uint32_t code = 0, std::uint32_t value = 0) {
     log_.emit({.time = now_, .kind = kind, .node = node, .code = code, .value = value});
@@ -124,11 +124,11 @@ TEST_F(DiagnosisTest, NodesThatAreNotAsExpectedAreFaulty) {
   EXPECT_EQ(read(0x5F06, 2), 1U << 31U);
   nodes_[kStranger].presence = Presence::missing;
   EXPECT_EQ(read(0x5F03, 2), 0U);
-  set(kOptional, nmt::State::pre_operational, 'J');
+  set(kLamp, nmt::State::pre_operational, 'J');
   EXPECT_EQ(read(0x5F03, 2), 1U << 0U);
   EXPECT_EQ(read(0x5F02, 2), 0U) << "not configured";
-  set(kMandatory, nmt::State::operational);
-  nodes_[kMandatory].presence = Presence::missing;
+  set(kPress, nmt::State::operational);
+  nodes_[kPress].presence = Presence::missing;
   EXPECT_EQ(read(0x5F03, 1), 1U << 4U);
   EXPECT_EQ(read(0x5F04, 1), 0U) << "nobody knows the state of a node that is missing";
 }
@@ -136,47 +136,47 @@ TEST_F(DiagnosisTest, NodesThatAreNotAsExpectedAreFaulty) {
 TEST_F(DiagnosisTest, ANodeThatDoesNotObeyIsFaulty) {
   all_operational();
   diagnosis_.update(now_);
-  diagnosis_.commanded(nmt::Command::stop, kOptional);
-  diagnosis_.heard(kOptional, nmt::State::operational, now_ + milliseconds(10));
+  diagnosis_.commanded(nmt::Command::stop, kLamp);
+  diagnosis_.heard(kLamp, nmt::State::operational, now_ + milliseconds(10));
   EXPECT_EQ(read(0x5F03, 2), 0U) << "it may not have got it";
-  diagnosis_.heard(kOptional, nmt::State::operational, now_ + milliseconds(500));
+  diagnosis_.heard(kLamp, nmt::State::operational, now_ + milliseconds(500));
   EXPECT_EQ(read(0x5F03, 2), 1U);
-  diagnosis_.heard(kOptional, nmt::State::stopped, now_ + milliseconds(600));
+  diagnosis_.heard(kLamp, nmt::State::stopped, now_ + milliseconds(600));
   EXPECT_EQ(read(0x5F03, 2), 0U);
-  diagnosis_.heard(kOptional, nmt::State::operational, now_ + milliseconds(700));
+  diagnosis_.heard(kLamp, nmt::State::operational, now_ + milliseconds(700));
   EXPECT_EQ(read(0x5F03, 2), 1U);
-  tell(EventKind::boot_up, kOptional);
+  tell(EventKind::boot_up, kLamp);
   EXPECT_EQ(read(0x5F03, 2), 0U) << "after its boot-up nothing is asked of it";
 }
 
 TEST_F(DiagnosisTest, EmergenciesAreCountedAndListed) {
   const emcy::Message fault{.code = 0x8110, .error_register = 0x11, .info = {}};
-  diagnosis_.emergency(kOptional, fault);
+  diagnosis_.emergency(kLamp, fault);
   EXPECT_EQ(read(0x5F07, 2), 1U);
-  EXPECT_EQ(read(0x5F10, kOptional), 1U);
-  EXPECT_EQ(read(0x5F10, kMandatory), 0U);
+  EXPECT_EQ(read(0x5F10, kLamp), 1U);
+  EXPECT_EQ(read(0x5F10, kPress), 0U);
   EXPECT_EQ(read(0x5F14, 0), 1U);
-  const auto history = dictionary_.read({0x5F18, kOptional});
+  const auto history = dictionary_.read({0x5F18, kLamp});
   ASSERT_TRUE(history);
   EXPECT_EQ(history->size(), 9U);
   EXPECT_EQ((*history)[2], std::byte{0x81});
-  diagnosis_.emergency(kOptional, {});
+  diagnosis_.emergency(kLamp, {});
   EXPECT_EQ(read(0x5F07, 2), 0U);
-  EXPECT_EQ(dictionary_.read({0x5F18, kOptional})->size(), 17U);
-  EXPECT_EQ(dictionary_.read({0x5F18, kMandatory})->size(), 1U);
-  EXPECT_EQ(dictionary_.read({0x5F18, kOwn}).error(), to_error(AbortCode::local_control));
+  EXPECT_EQ(dictionary_.read({0x5F18, kLamp})->size(), 17U);
+  EXPECT_EQ(dictionary_.read({0x5F18, kPress})->size(), 1U);
+  EXPECT_EQ(dictionary_.read({0x5F18, kManager}).error(), to_error(AbortCode::local_control));
 }
 
 TEST_F(DiagnosisTest, EventsAreKeptUntilTheNetworkIsInitialisedAnew) {
   all_operational();
-  tell(EventKind::boot_up, kOptional);
+  tell(EventKind::boot_up, kLamp);
   EXPECT_EQ(read(0x5F00, 1), kListChanged);
-  tell(EventKind::heartbeat_lost, kOptional);
+  tell(EventKind::heartbeat_lost, kLamp);
   EXPECT_EQ(read(0x5F00, 1), kListChanged);
-  tell(EventKind::heartbeat_lost, kMandatory);
+  tell(EventKind::heartbeat_lost, kPress);
   EXPECT_EQ(read(0x5F00, 1), kListChanged | kMandatoryLost);
   const std::byte stop{4};
-  EXPECT_EQ(dictionary_.write({0x1F82, kOptional}, std::span(&stop, 1)), AbortCode::none);
+  EXPECT_EQ(dictionary_.write({0x1F82, kLamp}, std::span(&stop, 1)), AbortCode::none);
   EXPECT_EQ(read(0x5F00, 1), 0x8000U | kListChanged | kMandatoryLost);
   EXPECT_EQ(dictionary_.write({0x1F82, 128}, std::span(&stop, 1)), AbortCode::none);
   EXPECT_EQ(read(0x1F82, 128), 4U) << "it is another service's object";
@@ -203,8 +203,8 @@ TEST_F(DiagnosisTest, TheBootTimeEndsTheWaitForAMandatoryNode) {
   ASSERT_TRUE(dictionary_.add(boot_time).ok());
   facts_.own = nmt::State::pre_operational;
   facts_.manager = ManagerState::missing_mandatory;
-  set(kOptional, nmt::State::operational);
-  nodes_[kMandatory].boot = 'B';
+  set(kLamp, nmt::State::operational);
+  nodes_[kPress].boot = 'B';
   tell(EventKind::manager_state, 0, static_cast<std::uint32_t>(ManagerState::resetting));
   EXPECT_EQ(read(0x5F00, 2), 0x70U);
   diagnosis_.update(now_ + milliseconds(1999));
@@ -233,7 +233,7 @@ TEST_F(DiagnosisTest, ASlaveListsTheNodesItListensTo) {
   EXPECT_EQ(read(0x5F04, 1), 0U) << "not listened to";
   EXPECT_EQ(read(0x5F02, 2), 0U);
   EXPECT_EQ(read(0x5F00, 2), 0x43U);
-  tell(EventKind::heartbeat_lost, kMandatory);
+  tell(EventKind::heartbeat_lost, kPress);
   EXPECT_EQ(read(0x5F00, 1), kListChanged) << "a slave's are of nobody's concern";
 }
 

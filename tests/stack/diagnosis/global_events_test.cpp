@@ -9,7 +9,7 @@ namespace {
 
 using can::BusState;
 
-constexpr std::uint8_t kOwn = 127;
+constexpr std::uint8_t kSelf = 127;
 
 struct Row {
   const char* what;
@@ -30,16 +30,16 @@ Event bus(BusState now, BusState before) {
                static_cast<std::uint32_t>(before));
 }
 
-constexpr EventContext kOptional{.own_node = kOwn};
-constexpr EventContext kMandatory{.own_node = kOwn, .mandatory = true};
-constexpr EventContext kScanning{.own_node = kOwn, .scanning = true};
+constexpr EventContext kOptional{.own_node = kSelf};
+constexpr EventContext kMandatory{.own_node = kSelf, .mandatory = true};
+constexpr EventContext kScanning{.own_node = kSelf, .scanning = true};
 
 TEST(GlobalEvents, EachHasItsBit) {
   const Row rows[] = {
       {"bus-off", bus(BusState::bus_off, BusState::error_passive), kOptional, 1U << 0U},
       {"error passive", bus(BusState::error_passive, BusState::error_active), kOptional, 0},
       {"frames lost", event(EventKind::frames_lost, 0), kOptional, 1U << 0U},
-      {"own ID taken", event(EventKind::duplicate_node_id, kOwn), kOptional, 1U << 1U},
+      {"own ID taken", event(EventKind::duplicate_node_id, kSelf), kOptional, 1U << 1U},
       {"mandatory lost", event(EventKind::heartbeat_lost, 5), kMandatory, 1U << 2U},
       {"optional lost", event(EventKind::heartbeat_lost, 5), kOptional, 0},
       {"life guarding", event(EventKind::heartbeat_lost, 5, 2), kMandatory, 0},
@@ -50,7 +50,7 @@ TEST(GlobalEvents, EachHasItsBit) {
       {"configuration", event(EventKind::boot_result, 5, 'J'), kMandatory, 1U << 3U | 1U << 10U},
       {"configuration", event(EventKind::boot_result, 5, 'J'), kOptional, 1U << 10U},
       {"an entry refused", event(EventKind::configuration_error, 5), kOptional, 1U << 10U},
-      {"an own PDO", event(EventKind::configuration_error, kOwn), kOptional, 1U << 5U},
+      {"an own PDO", event(EventKind::configuration_error, kSelf), kOptional, 1U << 5U},
       {"lost in a scan", event(EventKind::heartbeat_lost, 5), kScanning, 1U << 6U},
       {"came in a scan", event(EventKind::boot_up, 5), kScanning, 1U << 6U},
       {"boot-up", event(EventKind::boot_up, 5), kOptional, 0},

@@ -9,7 +9,7 @@
 namespace linegate::manager {
 namespace {
 
-using Result = ConfigurationRun::Result;
+using Outcome = ConfigurationRun::Result;
 
 ConfigurationOrder order() {
   return {.node = 5, .writes = {{{0x2000, 1}, number(7, 1)}, {{0x1017, 0}, number(100, 2)}}};
@@ -38,11 +38,11 @@ std::string run(ConfigurationRun& run, ConfigurationDate has = {}) {
 TEST(ConfigurationRun, WritesTheConciseDcfInItsOrder) {
   ConfigurationRun plain(order());
   EXPECT_EQ(run(plain), "2000:1=7 1017:0=64 ");
-  EXPECT_EQ(plain.result(), Result::applied);
+  EXPECT_EQ(plain.result(), Outcome::applied);
   EXPECT_EQ(plain.abort(), AbortCode::none);
   ConfigurationRun nothing({.node = 5});
   EXPECT_EQ(run(nothing), "");
-  EXPECT_EQ(nothing.result(), Result::applied);
+  EXPECT_EQ(nothing.result(), Outcome::applied);
 }
 
 TEST(ConfigurationRun, ANodeThatHasItsConfigurationIsSentNothing) {
@@ -52,7 +52,7 @@ TEST(ConfigurationRun, ANodeThatHasItsConfigurationIsSentNothing) {
   dated.store = 1;
   ConfigurationRun same(dated);
   EXPECT_EQ(run(same, dated.expected), "?1020:1=0 ?1020:2=0 ");
-  EXPECT_EQ(same.result(), Result::unchanged);
+  EXPECT_EQ(same.result(), Outcome::unchanged);
 }
 
 TEST(ConfigurationRun, AnotherDateOrTimeOrNoneIsConfiguredAndDated) {
@@ -82,12 +82,12 @@ TEST(ConfigurationRun, RestoringComesBeforeEverythingAndWantsAReset) {
   EXPECT_EQ(step->timeout, kLoadTimeout);
   restored.take(AbortCode::none, {});
   EXPECT_FALSE(restored.wanted());
-  EXPECT_EQ(restored.result(), Result::restored);
+  EXPECT_EQ(restored.result(), Outcome::restored);
   ConfigurationRun refused(restoring);
   (void)refused.wanted();
   refused.take(AbortCode::no_sub_index, {});
   EXPECT_FALSE(refused.wanted());
-  EXPECT_EQ(refused.result(), Result::failed);
+  EXPECT_EQ(refused.result(), Outcome::failed);
   EXPECT_EQ(refused.object(), (od::Address{0x1011, 4}));
 }
 
@@ -117,7 +117,7 @@ TEST(ConfigurationRun, ADeviceThatTakesNoDateStoresNothing) {
     run.take(answer, {});
   }
   EXPECT_FALSE(run.wanted());
-  EXPECT_EQ(run.result(), Result::applied) << "it is configured, at every boot";
+  EXPECT_EQ(run.result(), Outcome::applied) << "it is configured, at every boot";
   EXPECT_EQ(run.abort(), AbortCode::no_object);
   EXPECT_EQ(run.object(), (od::Address{0x1020, 1}));
 }
@@ -130,7 +130,7 @@ TEST(ConfigurationRun, TheFirstRefusalEndsItWithItsObjectAndValue) {
   (void)run.wanted();
   run.take(AbortCode::value_too_high, {});
   EXPECT_FALSE(run.wanted());
-  EXPECT_EQ(run.result(), Result::failed);
+  EXPECT_EQ(run.result(), Outcome::failed);
   EXPECT_EQ(run.fault(), (Difference{.object = {0x1017, 0},
                                      .expected = number(100, 2),
                                      .abort = AbortCode::value_too_high}));

@@ -9,7 +9,7 @@
 namespace linegate::manager {
 namespace {
 
-using Result = ProgramRun::Result;
+using Loading = ProgramRun::Result;
 
 ProgramOrder program_order() {
   return {.node = 5,
@@ -75,7 +75,7 @@ TEST(ProgramRun, StopsClearsLoadsAndStarts) {
   EXPECT_EQ(wanted(run), "?1F51");
   take(run, 1);
   EXPECT_EQ(wanted(run), "end");
-  EXPECT_EQ(run.result(), Result::loaded);
+  EXPECT_EQ(run.result(), Loading::loaded);
   EXPECT_EQ(run.total(), 20U);
 }
 
@@ -106,7 +106,7 @@ TEST(ProgramRun, ADeviceThatStaysSilentOrDoesNotStopEndsIt) {
       silent ? take(run, AbortCode::timeout) : take(run, 1);
     }
     EXPECT_EQ(asked, 50);
-    EXPECT_EQ(run.result(), Result::failed);
+    EXPECT_EQ(run.result(), Loading::failed);
     EXPECT_EQ(run.finding().object, (od::Address{0x1F51, 2}));
     EXPECT_EQ(run.finding().abort, silent ? AbortCode::timeout : AbortCode::none);
     EXPECT_EQ(run.finding().found, silent ? 0U : 1U);
@@ -118,7 +118,7 @@ TEST(ProgramRun, TheFlashStatusEndsItWithItsError) {
   up_to_flash(run);
   take(run, 0x0001'0006);
   EXPECT_EQ(wanted(run), "end");
-  EXPECT_EQ(run.result(), Result::failed);
+  EXPECT_EQ(run.result(), Loading::failed);
   EXPECT_EQ(run.finding().kind, BootFinding::Kind::value);
   EXPECT_EQ(run.finding().object, (od::Address{0x1F57, 2}));
   EXPECT_EQ(run.finding().found, 0x0001'0006U);
@@ -137,7 +137,7 @@ TEST(ProgramRun, ADeviceWithoutFlashStatusIsStarted) {
   EXPECT_EQ(wanted(run), "?1F51");
   take(run, AbortCode::no_object);
   EXPECT_EQ(wanted(run), "end") << "the program has no program control";
-  EXPECT_EQ(run.result(), Result::loaded);
+  EXPECT_EQ(run.result(), Loading::loaded);
 }
 
 TEST(ProgramRun, ARefusalEndsItWithObjectAndCode) {
@@ -147,7 +147,7 @@ TEST(ProgramRun, ARefusalEndsItWithObjectAndCode) {
   (void)run.wanted();
   take(run, AbortCode::device_state);
   EXPECT_EQ(wanted(run), "end");
-  EXPECT_EQ(run.result(), Result::failed);
+  EXPECT_EQ(run.result(), Loading::failed);
   EXPECT_EQ(run.finding().abort, AbortCode::device_state);
   EXPECT_EQ(run.finding().object, (od::Address{0x1F51, 2}));
 }
@@ -160,7 +160,7 @@ TEST(ProgramRun, WhatANodeHasIsNotLoaded) {
   EXPECT_EQ(wanted(same), "?1F56");
   take(same, 0x10002);
   EXPECT_EQ(wanted(same), "end");
-  EXPECT_EQ(same.result(), Result::unchanged);
+  EXPECT_EQ(same.result(), Loading::unchanged);
 }
 
 TEST(ProgramRun, AnotherSoftwareIsLoadedIfItMayBeAndComparedAgain) {
@@ -182,7 +182,7 @@ TEST(ProgramRun, AnotherSoftwareIsLoadedIfItMayBeAndComparedAgain) {
   (void)forbidden.wanted();
   take(forbidden, 0x10001);
   EXPECT_EQ(wanted(forbidden), "end");
-  EXPECT_EQ(forbidden.result(), Result::forbidden);
+  EXPECT_EQ(forbidden.result(), Loading::forbidden);
   EXPECT_EQ(forbidden.finding().expected, 0x10002U);
   EXPECT_EQ(forbidden.finding().found, 0x10001U);
   order.update = true;
@@ -190,7 +190,7 @@ TEST(ProgramRun, AnotherSoftwareIsLoadedIfItMayBeAndComparedAgain) {
   ProgramRun none(order);
   (void)none.wanted();
   take(none, 0x10001);
-  EXPECT_EQ(none.result(), Result::forbidden) << "there is no program";
+  EXPECT_EQ(none.result(), Loading::forbidden) << "there is no program";
 }
 
 TEST(ProgramRun, WithoutAnExpectationOrAnAnswerNothingCanBeVerified) {
@@ -198,13 +198,13 @@ TEST(ProgramRun, WithoutAnExpectationOrAnAnswerNothingCanBeVerified) {
   order.check = true;
   ProgramRun nothing(order);
   EXPECT_EQ(wanted(nothing), "end");
-  EXPECT_EQ(nothing.result(), Result::unverifiable);
+  EXPECT_EQ(nothing.result(), Loading::unverifiable);
   EXPECT_EQ(nothing.finding().object, (od::Address{0x1F55, 5}));
   order.expected = 1;
   ProgramRun silent(order);
   (void)silent.wanted();
   take(silent, AbortCode::no_object);
-  EXPECT_EQ(silent.result(), Result::unverifiable);
+  EXPECT_EQ(silent.result(), Loading::unverifiable);
 }
 
 TEST(ProgramObjects, ProgramsComeFromPlansAndAreReplacedOverSdo) {
