@@ -12,7 +12,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-std::string told(const Loaded<Plant>& loaded) {
+std::string pdo_findings(const Loaded<Plant>& loaded) {
   std::string out;
   for (const auto& diagnostic : loaded.diagnostics) {
     out += to_string(diagnostic) + '\n';
@@ -20,12 +20,12 @@ std::string told(const Loaded<Plant>& loaded) {
   return out;
 }
 
-Loaded<Plant> read_text(const std::string& text) {
+Loaded<Plant> read_pdo_plant(const std::string& text) {
   return read(text, LINEGATE_SOURCE_DIR "/plant.yaml");
 }
 
 TEST(Plant, WritesAPdoInTheOrderOfCia301) {
-  const auto loaded = read_text(R"(schema: 1
+  const auto loaded = read_pdo_plant(R"(schema: 1
 lines:
   - name: a
     interface: "simulated:"
@@ -35,7 +35,7 @@ lines:
         pdos:
           tpdo1: {type: event, inhibit: 10ms, event_timer: 1s, cob_id: 0x1C5, map: [6041, 6064]}
 )");
-  ASSERT_TRUE(loaded.ok()) << told(loaded);
+  ASSERT_TRUE(loaded.ok()) << pdo_findings(loaded);
   const auto& node = loaded.value->lines.at(0).config.nodes.at(0);
   struct Write {
     od::Address address;
@@ -66,7 +66,7 @@ lines:
 }
 
 TEST(Plant, AnRpdoOfADeviceIsSentToItNoMoreOftenThanItsInhibitTime) {
-  const auto loaded = read_text(R"(schema: 1
+  const auto loaded = read_pdo_plant(R"(schema: 1
 lines:
   - name: a
     interface: "simulated:"
@@ -75,7 +75,7 @@ lines:
         eds: bridges/sim/eds/drive.eds
         pdos: {rpdo1: {type: event, inhibit: 10ms}, rpdo2: {type: sync, inhibit: 10ms}}
 )");
-  ASSERT_TRUE(loaded.ok()) << told(loaded);
+  ASSERT_TRUE(loaded.ok()) << pdo_findings(loaded);
   const auto& config = loaded.value->lines.at(0).config;
   for (const auto& object : config.nodes.at(0).objects) {
     EXPECT_NE(object.address.sub, 3) << "the device has no part in it";
