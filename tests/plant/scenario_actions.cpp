@@ -25,6 +25,7 @@ void Scenario::act(Words& words) {
     boot_action(words);
   } else if (verb == "scan") {
     const std::string name = words.take();
+    seat().reports.insert(next_tag_);
     command({.kind = line::CommandKind::scan, .node = words.node()}, name);
   } else if (verb == "output") {
     line::Command request{.kind = line::CommandKind::output_write};
@@ -50,6 +51,9 @@ void Scenario::act(Words& words) {
     set_disturbance();
   } else if (verb == "doubles") {
     doubles_ = words.number();
+    set_disturbance();
+  } else if (verb == "swallow") {
+    swallowed_.insert(static_cast<std::uint32_t>(words.number()));
     set_disturbance();
   } else if (verb == "stop") {
     seat().line->stop(world_.now());
@@ -196,7 +200,10 @@ void Scenario::inject(Words& words) {
 // doubles N: so many arrive twice.
 void Scenario::set_disturbance() {
   seat().bus.set_disturbance(
-      [this, losses = losses_, doubles = doubles_](const can::Frame&, sim::Bus::Endpoint) {
+      [this, losses = losses_, doubles = doubles_](const can::Frame& frame, sim::Bus::Endpoint) {
+        if (swallowed_.contains(frame.id)) {
+          return sim::Fate::lost;
+        }
         const std::uint64_t dice = chance_() % 1000;
         if (dice < losses) {
           return sim::Fate::lost;

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <random>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -48,6 +49,7 @@ struct LineSeat {
   ImageModel model;
   std::vector<Event> events;                     // all the line told, in order
   std::map<std::uint64_t, line::Reply> replies;  // by tag
+  std::set<std::uint64_t> reports;  // tags of commands whose replies are no object's value
   std::uint64_t duplicate_replies = 0;
   std::vector<can::Frame> frames;  // all that was on the bus, in order
 };

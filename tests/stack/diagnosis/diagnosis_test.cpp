@@ -114,6 +114,7 @@ TEST_F(DiagnosisTest, ListsOfNodesInOrder) {
   EXPECT_EQ(read(0x5F04, 2), 1U << 0U);
   EXPECT_EQ(read(0x5F04, 4), 1U << 30U) << "the own node";
   EXPECT_EQ(read(0x5F07, 1), 0U);
+  diagnosis_.update(now_);
   EXPECT_EQ(read(0x5F00, 2), 0xA0U | 0x0CU);
 }
 
