@@ -38,9 +38,9 @@ lines:
 """
 # Letter and words of NodeState; event, and what its text has to say.
 WRONG = {
-    5: ("B", "no answer to the SDO upload of 1000h", "boot-result", r"node 5 \(gate\): boot failed \(B\): no answer"),
+    5: ("B", "no answer to the SDO upload of 1000h", "boot-result", r"node 5 \(gate\): boot failed \(B\): no answer.*1000:00.*05040000h"),
     6: ("O", "serial number differs from the expected one", "boot-result",
-        r"node 6 \(spindle\): boot failed \(O\): serial number .*0*1006h"),
+        r"node 6 \(spindle\): boot failed \(O\): serial number .*1018:04 is 00001006h, not 00001267h"),
     7: ("J", "configuration failed", "configuration-error", r"node 7 \(axis\): .*6083.*too (high|great).*06090031"),
     8: ("K", "no heartbeat after the node was configured", "boot-result",
         r"node 8 \(valves\): boot failed \(K\): no heartbeat"),
