@@ -139,7 +139,7 @@ TEST_F(Configuration, WhatIsNoConciseDcfIsToldWithItsPlace) {
               ElementsAre("9: a node has either the key \"concise_dcf\" or the key \"objects\""));
   const auto unknown = plant("        concise_dcf: other.cdc\n");
   EXPECT_TRUE(unknown.ok());
-  EXPECT_THAT(messages(unknown), ElementsAre(HasSubstr("the concise DCF writes to 7FFF:1")));
+  EXPECT_THAT(messages(unknown), ElementsAre(HasSubstr("the concise DCF writes to 7FFF:01")));
 }
 
 }  // namespace
