@@ -77,13 +77,12 @@ class Plant:
 
     def transfers(self):
         """SDO transfers of the line when its state tells of no more."""
-        def told():
-            lines = json.loads(self.command("--json", "lines"))["lines"]
-            return next(line["counters"]["sdo_transfers"] for line in lines if line["line"] == "press")
-        last = -1
-        while (now := told()) != last:
+        last, now = -2, -1
+        while now != last or now < 0:
             last = now
             time.sleep(2)
+            lines = json.loads(self.command("--json", "lines"))["lines"]
+            now = next((line["counters"]["sdo_transfers"] for line in lines if line["line"] == "press"), -1)
         return now
 
     def reads(self, value, *words):
@@ -109,7 +108,7 @@ def check_objects(plant):
                   if entry["node"] == 8)
     plant.expect(f"PDO {PDO}", "trigger", "press", str(offset), "--offset")
     told = json.loads(plant.command("--json", "sdo", "write", *second, "9", "--by-pdo"))
-    if told["data"] != "01020000" or told["value"] != f"by PDO {PDO}":
+    if told["data"] != "01030000" or told["value"] != f"by PDO {PDO}":
         raise Failure(f"as JSON: {told}")
     before = plant.transfers()
     for _ in range(20):
