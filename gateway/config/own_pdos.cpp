@@ -18,6 +18,7 @@ namespace linegate::config {
 namespace {
 
 constexpr unsigned kMaxPdoBits = 64;
+constexpr std::uint16_t kFirstShared = 0xB000;
 
 void read_own_map(Findings& findings, Section& section, OwnPdoSection& out) {
   for (const YAML::Node& element : elements(findings, section.find("map"), "map")) {
@@ -153,8 +154,9 @@ class SharedObjects {
                    (pdo.transmit && routing::shown_address(object.object) == mapping.address);
           });
       if (found == objects_.end()) {
-        findings_.error(pdo.mapped[i], "there is no " + format_address(mapping.address) +
-                                           " in shared_objects or own_objects" +
+        const bool shared = mapping.address.index >= kFirstShared;
+        findings_.error(pdo.mapped[i], "there is no " + format_address(mapping.address) + " in " +
+                                           (shared ? "shared_objects" : "own_objects") +
                                            (pdo.transmit ? "" : " that an RPDO may write"));
         continue;
       }

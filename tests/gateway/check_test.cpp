@@ -113,9 +113,9 @@ lines:
                                    "x.yaml");
   ASSERT_TRUE(loaded.ok());
   const std::string text = describe(*loaded.value);
-  EXPECT_TRUE(contains(text, "  own object 2100:1 Recipe: UNSIGNED16, for PDOs, in the image\n"))
+  EXPECT_TRUE(contains(text, "  own object 2100:01 Recipe: UNSIGNED16, for PDOs, in the image\n"))
       << text;
-  EXPECT_TRUE(contains(text, "  own object 2100:2 Note: VISIBLE_STRING\n")) << text;
+  EXPECT_TRUE(contains(text, "  own object 2100:02 Note: VISIBLE_STRING\n")) << text;
   EXPECT_TRUE(contains(text, "own.Recipe")) << text;
 }
 

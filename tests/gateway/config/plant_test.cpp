@@ -106,7 +106,7 @@ const Bad kBad[] = {
       "\"min\"",
       "plant.yaml:10:11: error: expected a time such as 100ms, got \"soon\"",
       "plant.yaml:11:18: error: expected a time from 1ms to 600s, got \"1h\"",
-      "plant.yaml:12:22: error: expected a time from 0ms to 60s, got \"61s\"",
+      "plant.yaml:12:22: error: expected a time from 0 to 60s, got \"61s\"",
       "plant.yaml:13:18: error: expected true or false, got \"maybe\"",
       "plant.yaml:14:24: error: expected off, read or all, got \"write\"",
       "plant.yaml:15:14: error: expected on_change or on_sync, got \"on_chang\"; did you mean "
@@ -139,19 +139,20 @@ const Bad kBad[] = {
      "      2100:6: {type: u8, limit: 3}\n"
      "      2100:07: {type: u8}\n"
      "      2100:7: {type: u8}\n",
-     {"plant.yaml:6:7: error: 5F00:0 is not in 2000h..5EFFh or 6000h..9FFFh",
+     {"plant.yaml:6:7: error: 5F00:00 is not in 2000h..5EFFh or 6000h..9FFFh",
       "plant.yaml:7:7: error: expected an object such as 2100:1 (index and sub-index hexadecimal), "
       "got \"recipe\"",
-      "plant.yaml:8:15: error: 2100:1 needs the key \"type\"",
+      "plant.yaml:8:15: error: 2100:01 needs the key \"type\"",
       "plant.yaml:9:22: error: expected b, i8, i16, i24, i32, i40, i48, i56, i64, u8, u16, u24, "
       "u32, "
       "u40, u48, u56, u64, r32, r64, vs or os, got \"word\"",
       "plant.yaml:10:35: error: \"256\" is no UNSIGNED8",
-      "plant.yaml:10:48: error: expected ro, wo, rw, rwr, rww or const, got \"r\"",
-      "plant.yaml:11:7: error: 2100:4 is a BOOLEAN, of which the image has bits: take UNSIGNED8",
-      "plant.yaml:12:7: error: 2100:5 is to be stored, but the line has no storage",
-      "plant.yaml:13:26: error: unknown key \"limit\" in 2100:6",
-      "plant.yaml:15:7: error: 2100:7 is there twice"}},
+      "plant.yaml:10:48: error: expected ro, wo, rw, rwr, rww or const, got \"r\"; did you "
+      "mean \"ro\"?",
+      "plant.yaml:11:7: error: 2100:04 is a BOOLEAN, of which the image has bits: take UNSIGNED8",
+      "plant.yaml:12:7: error: 2100:05 is to be stored, but the line has no storage",
+      "plant.yaml:13:26: error: unknown key \"limit\" in 2100:06",
+      "plant.yaml:15:7: error: 2100:07 is there twice"}},
     {"storage",
      "schema: 1\nlines:\n"
      "  - {name: a, interface: socketcan:can0, storage: deploy/demo}\n"
@@ -513,7 +514,7 @@ lines:
   EXPECT_TRUE(recipe.variable.mappable);
   EXPECT_TRUE(recipe.variable.store);
   EXPECT_TRUE(recipe.in_image);
-  EXPECT_EQ(line.config.own_objects[1].variable.name, "Object 6100:0");
+  EXPECT_EQ(line.config.own_objects[1].variable.name, "Object 6100:00");
   EXPECT_FALSE(line.config.own_objects[1].in_image);
   EXPECT_EQ(line.commands, Access::all);
   EXPECT_EQ(line.outputs, Access::off);

@@ -63,6 +63,11 @@ class DataByObject : public LineTest {
     std::erase_if(out, [](const std::string& frame) { return !frame.starts_with("205#"); });
     return out;
   }
+  void leave_operational() {
+    Command command{.kind = CommandKind::nmt, .node = 127, .data = {}};
+    command.nmt = nmt::Command::enter_pre_operational;
+    ASSERT_TRUE(ask(command).ok());
+  }
   void set_event_timer(std::uint16_t ms) { ASSERT_TRUE(line_->dictionary().set({0x1800, 5}, ms)); }
 };
 
@@ -173,9 +178,8 @@ TEST_F(DataByObject, WhatIsNotThereCannotBeTriggered) {
   EXPECT_EQ(ask(trigger(6, 1)).error, to_error(Refusal::unknown_entry));
   EXPECT_EQ(ask(trigger(0, 2)).error, to_error(Refusal::unknown_entry));
   EXPECT_EQ(ask(trigger(0, 0, 5)).error, to_error(Refusal::unknown_entry)) << "beyond the image";
-  make(config_with_axis());
-  line_->start(now_);
-  EXPECT_EQ(ask(trigger(5, 1)).error, to_error(Refusal::wrong_state)) << "not Operational";
+  leave_operational();
+  EXPECT_EQ(ask(trigger(0, 2)).error, to_error(Refusal::wrong_state)) << "not Operational";
 }
 
 TEST_F(DataByObject, ATriggerTakesTheUpdateTimeAway) {
@@ -191,10 +195,14 @@ TEST_F(DataByObject, ATriggerTakesTheUpdateTimeAway) {
 }
 
 TEST_F(DataByObject, BeforeOperationalTheValueWaits) {
-  make(config_with_axis());
-  line_->start(now_);
-  EXPECT_EQ(ask(write(kSetpoint, setpoint(1))).data, by_pdo(PdoWait::values));
-  EXPECT_EQ(ask(write(kMode, mode(1))).data, by_pdo(PdoWait::operational));
+  run(config_with_axis());
+  ask(write(kSetpoint, setpoint(1)));
+  ask(write(kMode, mode(1)));
+  pdos();
+  leave_operational();
+  EXPECT_EQ(ask(write(kMode, mode(2))).data, by_pdo(PdoWait::operational));
+  EXPECT_EQ(ask(trigger(5, 1)).error, to_error(Refusal::wrong_state));
+  EXPECT_THAT(pdos(), IsEmpty());
 }
 
 TEST_F(DataByObject, WhatDoesNotFitIsRefused) {
