@@ -2,6 +2,7 @@
 
 #include <string_view>
 
+#include "stack/base/abort_code.h"
 #include "stack/base/result.h"
 #include "stack/can/bus_state.h"
 
@@ -13,6 +14,19 @@ constexpr std::uint32_t kLifeGuarding = 2;  // code of heartbeat_lost: nobody's 
 
 constexpr std::uint16_t when(bool condition, std::uint16_t bits) {
   return condition ? bits : std::uint16_t{0};
+}
+
+// A node that fell silent in the middle of its boot process is no wrong one: the manager goes on
+// asking it. See manager/boot_event.h.
+bool fell_silent(const Event& event) {
+  constexpr std::size_t kFinding = 3;
+  constexpr std::byte kAborted{1};
+  if (event.length <= kFinding || event.data[kFinding] != kAborted) {
+    return false;
+  }
+  const auto abort = static_cast<AbortCode>(event.value);
+  return abort == AbortCode::timeout || abort == AbortCode::toggle_bit ||
+         abort == AbortCode::sequence_number || abort == AbortCode::crc;
 }
 
 std::uint16_t of_boot(char letter, bool mandatory) {
@@ -52,7 +66,8 @@ std::uint16_t global_events(const Event& event, const EventContext& context) {
     case EventKind::boot_up:
       return disturbed;
     case EventKind::boot_result:
-      return of_boot(static_cast<char>(event.code), context.mandatory);
+      return fell_silent(event) ? std::uint16_t{0}
+                                : of_boot(static_cast<char>(event.code), context.mandatory);
     case EventKind::configuration_error:
       return event.node == 0 || event.node == context.own_node ? kOwnPdoUnusable
                                                                : kConfigurationFailed;

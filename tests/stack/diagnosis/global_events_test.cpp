@@ -25,6 +25,14 @@ Event event(EventKind kind, std::uint8_t node, std::uint32_t code = 0, std::uint
   return out;
 }
 
+// A boot result whose reason is that a transfer timed out.
+Event silent(Event out) {
+  out.value = 0x0504'0000;
+  out.length = 8;
+  out.data[3] = std::byte{1};
+  return out;
+}
+
 Event bus(BusState now, BusState before) {
   return event(EventKind::bus_state, 0, static_cast<std::uint32_t>(now),
                static_cast<std::uint32_t>(before));
@@ -47,6 +55,7 @@ TEST(GlobalEvents, EachHasItsBit) {
       {"wrong serial", event(EventKind::boot_result, 5, 'O'), kOptional, 1U << 4U},
       {"booted", event(EventKind::boot_result, 5, 0), kMandatory, 0},
       {"no answer", event(EventKind::boot_result, 5, 'B'), kMandatory, 0},
+      {"fell silent", silent(event(EventKind::boot_result, 5, 'N')), kMandatory, 0},
       {"configuration", event(EventKind::boot_result, 5, 'J'), kMandatory, 1U << 3U | 1U << 10U},
       {"configuration", event(EventKind::boot_result, 5, 'J'), kOptional, 1U << 10U},
       {"an entry refused", event(EventKind::configuration_error, 5), kOptional, 1U << 10U},
