@@ -104,7 +104,7 @@ class Diagnosis final : public EventListener {
   Instant began_{};
   Instant boot_time_ends_ = kNever;
   bool boot_time_over_ = false;
-  bool changed_ = false;
+  bool changed_ = true;
   bool failed_ = false;
 };
 
