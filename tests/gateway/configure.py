@@ -38,6 +38,9 @@ class Configured(scan.Plant):
     def verify(self, *what, code=0):
         return json.loads(self.command("--json", "config", *what, code=code).stdout)["nodes"]
 
+    def value(self, *where):
+        return int(json.loads(self.command("--json", "sdo", "read", *where, "u32").stdout)["value"])
+
     def booted(self):
         lines = json.loads(self.command("--json", "lines").stdout)["lines"]
         return bool(lines) and lines[0]["nodes_operational"] == 2
@@ -73,8 +76,7 @@ def run(plant, folder):
                 file.write(data)
         plant.command("config", "import", "press:5", good)
         expect("imported", [node["ok"] for node in plant.verify("apply", "press:5")], [True])
-        expect("the value", json.loads(plant.command("--json", "sdo", "read", "press:5", "6081", "0").stdout)["value"],
-               3000)
+        expect("the value", plant.value("press:5", "6081", "0"), 3000)
         plant.command("config", "import", "press:5", bad)
         refused = plant.verify("apply", "press:5", code=1)[0]
         expect("refused", (refused["boot"], refused["differences"]),
@@ -82,8 +84,7 @@ def run(plant, folder):
         told = plant.command("config", "import", "press", own, code=1).stderr
         if "1000:0" not in told or "06010002" not in told:
             raise scan.Failure("an entry the manager itself refuses: " + told)
-        expect("what came before it", json.loads(
-            plant.command("--json", "sdo", "read", "press:own", "1F26", "7", "u32").stdout)["value"], 5)
+        expect("what came before it", plant.value("press:own", "1F26", "7"), 5)
         plant.command("config", "import", "press:5", sys.argv[0], code=2)
         plant.command("config", "verify", "press:0", code=2)
     finally:

@@ -48,7 +48,7 @@ class Loaded(scan.Plant):
         return bool(lines) and lines[0]["nodes_operational"] == 1
 
     def software(self):
-        return json.loads(self.command("--json", "sdo", "read", "press:5", "1F56", "1", "u32").stdout)["value"]
+        return int(json.loads(self.command("--json", "sdo", "read", "press:5", "1F56", "1", "u32").stdout)["value"])
 
     def run(self, folder, name, key):
         return self.gateway(scan.write(f"{folder}/{name}.yaml", PLANT.replace("PROGRAM", key)))

@@ -115,7 +115,9 @@ TEST_F(ProgramTest, OnCommandAProgramIsLoadedWithProgressAndTheNodeBootedAnew) {
   EXPECT_EQ(node_state().state, nmt::State::operational);
   std::vector<std::uint32_t> told;
   for (const Event& event : seat().events) {
-    EXPECT_NE(event.kind, EventKind::heartbeat_lost);
+    // Of others heartbeats may be late: a simulated device acknowledges a block at once, so that
+    // the segments of the next, which are more urgent, leave the bus no gap.
+    EXPECT_FALSE(event.kind == EventKind::heartbeat_lost && event.node == 5);
     EXPECT_NE(event.kind, EventKind::unexpected_node);
     if (event.kind == EventKind::command_progress) {
       EXPECT_EQ(event.node, 5);
