@@ -16,16 +16,16 @@ constexpr std::uint16_t when(bool condition, std::uint16_t bits) {
   return condition ? bits : std::uint16_t{0};
 }
 
-// A node that fell silent in the middle of its boot process is no wrong one: the manager goes on
-// asking it. See manager/boot_event.h.
-bool fell_silent(const Event& event) {
+// A node that fell silent in the middle of its boot process, or whose identity could not be read,
+// is not known to be a wrong one. See manager/boot_event.h.
+bool is_unproved(const Event& event) {
   constexpr std::size_t kFinding = 3;
   constexpr std::byte kAborted{1};
   if (event.length <= kFinding || event.data[kFinding] != kAborted) {
     return false;
   }
   const auto abort = static_cast<AbortCode>(event.value);
-  return abort == AbortCode::timeout || abort == AbortCode::toggle_bit ||
+  return event.code != 'J' || abort == AbortCode::timeout || abort == AbortCode::toggle_bit ||
          abort == AbortCode::sequence_number || abort == AbortCode::crc;
 }
 
@@ -66,7 +66,7 @@ std::uint16_t global_events(const Event& event, const EventContext& context) {
     case EventKind::boot_up:
       return disturbed;
     case EventKind::boot_result:
-      return fell_silent(event) ? std::uint16_t{0}
+      return is_unproved(event) ? std::uint16_t{0}
                                 : of_boot(static_cast<char>(event.code), context.mandatory);
     case EventKind::configuration_error:
       return event.node == 0 || event.node == context.own_node ? kOwnPdoUnusable

@@ -1,6 +1,7 @@
 // The start-up of the network (CiA 302-2): who is reset, booted and started when, and what the loss
 // of a mandatory node does to all.
 #include <algorithm>
+#include <string_view>
 #include <utility>
 
 #include "stack/manager/boot_event.h"
@@ -279,6 +280,10 @@ bool Manager::mandatory_booted() const {
 // not help.
 bool Manager::failed_for_good(const Slot& slot) const {
   const char letter = nodes_[slot.plan.id].boot;
+  const bool identity = std::string_view("CDMNO").find(letter) != std::string_view::npos;
+  if (identity && nodes_[slot.plan.id].finding.kind != BootFinding::Kind::value) {
+    return false;  // it could not be read
+  }
   return list_.mandatory(slot.plan.id) && slot.concluded && !is_booted(letter) &&
          letter != kBootUnfinished && letter != 'K' && !slot.boot->searching();
 }
