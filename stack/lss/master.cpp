@@ -131,6 +131,7 @@ void Master::cancel() {
   busy_ = false;
   frames_.clear();
   deadline_ = kNever;
+  held_.reset();
   answer_.reset();
 }
 
@@ -159,7 +160,7 @@ bool Master::receive(const can::Frame& frame) {
   }
   // Before its last frame is out nobody can have answered it.
   if (busy_ && frames_.empty() && is_awaited(message->command)) {
-    answered(*message);
+    answered(*message, frame.time);
     return true;
   }
   ++unexpected_;
@@ -173,7 +174,7 @@ bool Master::is_awaited(Command command) const {
   return command == expected_ || (service_ == Service::anybody && command == Command::identified);
 }
 
-void Master::answered(const Message& message) {
+void Master::answered(const Message& message, Instant now) {
   last_ = message.command;
   Answer answer{.service = service_};
   if (has_error(service_)) {
@@ -185,18 +186,24 @@ void Master::answered(const Message& message) {
   } else if (service_ == Service::inquire_node_id) {
     answer.value = message.byte1();
   }
-  finish(answer);
+  if (!may_be_of_many(message.command)) {
+    finish(answer);
+  } else if (!held_) {
+    held_ = answer;
+    deadline_ = deadline(now, patience_ / kSettleShare);
+  }
 }
 
 void Master::advance(Instant now) {
   if (now >= deadline_) {
-    finish({.service = service_, .outcome = Outcome::no_answer});
+    finish(held_.value_or(Answer{.service = service_, .outcome = Outcome::no_answer}));
   }
 }
 
 void Master::finish(const Answer& answer) {
   busy_ = false;
   deadline_ = kNever;
+  held_.reset();
   answer_ = answer;
 }
 

@@ -52,6 +52,9 @@ struct Answer {
 };
 
 inline constexpr Duration kDefaultTimeout = std::chrono::milliseconds(100);
+// To what several devices may answer, the answer is there this part of the time-out after the first
+// of them: those that are slower do not answer the next question.
+inline constexpr int kSettleShare = 10;
 // For the answer to `store`: into a flash.
 inline constexpr Duration kStoreTime = std::chrono::seconds(2);
 
@@ -84,7 +87,7 @@ class Master {
  private:
   void push(Command command, std::uint32_t number = 0);
   void finish(const Answer& answer);
-  void answered(const Message& message);
+  void answered(const Message& message, Instant now);
   bool is_awaited(Command command) const;
 
   Duration timeout_;
@@ -95,6 +98,7 @@ class Master {
   std::deque<can::Frame> frames_;
   Instant deadline_ = kNever;
   std::optional<Answer> answer_;
+  std::optional<Answer> held_;             // of several who may answer the first: the others settle
   Command last_ = Command::switch_global;  // the answer one device gave last
   std::uint64_t doubled_ = 0;
   std::uint64_t malformed_ = 0;

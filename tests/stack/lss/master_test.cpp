@@ -27,9 +27,10 @@ class LssMaster : public ::testing::Test {
     return out;
   }
   bool hear(const Bytes& bytes) { return master.receive(testing::frame_of(kSlaveId, bytes)); }
-  // The outcome after that answer.
+  // The outcome after that answer, when all who may give it had their time.
   Answer answered(const Bytes& bytes) {
     EXPECT_TRUE(hear(bytes));
+    master.advance(Instant{kDefaultTimeout / kSettleShare});
     const auto answer = master.take();
     EXPECT_TRUE(answer);
     return answer.value_or(Answer{});
@@ -150,6 +151,23 @@ TEST_F(LssMaster, TwoAnswersToWhatOneDeviceAnswersAreCounted) {
   answered({0x50, 0, 0, 0, 0, 0, 0, 0});
   EXPECT_TRUE(hear({0x50, 0, 0, 0, 0, 0, 0, 0}));
   EXPECT_EQ(master.doubled(), 2U) << "any number may be without a node-ID";
+}
+
+TEST_F(LssMaster, ASlowerDeviceDoesNotAnswerTheNextQuestion) {
+  const Bytes here{0x4F, 0, 0, 0, 0, 0, 0, 0};
+  send({.service = Service::question, .message = {.command = Command::fastscan}});
+  EXPECT_TRUE(hear(here));
+  EXPECT_FALSE(master.take()) << "others may answer, too";
+  EXPECT_EQ(master.next_wake(), Instant{10ms});
+  EXPECT_TRUE(hear(here));
+  master.advance(Instant{9ms});
+  EXPECT_TRUE(master.busy());
+  master.advance(Instant{10ms});
+  EXPECT_EQ(master.take()->outcome, Outcome::done);
+  EXPECT_EQ(master.unexpected(), 0U);
+  send({.service = Service::question, .message = {.command = Command::fastscan}}, 10ms);
+  master.advance(Instant{110ms});
+  EXPECT_EQ(master.take()->outcome, Outcome::no_answer);
 }
 
 TEST_F(LssMaster, MalformedFramesAreCountedAndHarmless) {
