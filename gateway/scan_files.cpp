@@ -60,7 +60,7 @@ std::string bit_rate_text(std::uint32_t rate) {
 }
 
 // The profile of a simulated device, by its identity.
-std::optional<std::string> profile_of(const line::NodeConfig& node) {
+std::optional<std::string> profile_by_identity(const line::NodeConfig& node) {
   const auto number = [](const od::DeviceDescription& device, std::uint8_t sub) {
     const od::VariableDescription* const known = device.find(od::Address{0x1018, sub});
     return known == nullptr ? 0 : load_le(std::span<const std::byte>(known->value));
@@ -79,7 +79,7 @@ std::optional<std::string> profile_of(const line::NodeConfig& node) {
 void emit_simulated(YAML::Emitter& out, const std::vector<NodeFile>& files) {
   out << YAML::Key << "simulate" << YAML::Value << YAML::BeginSeq;
   for (const NodeFile& file : files) {
-    if (const auto profile = profile_of(*file.node)) {
+    if (const auto profile = profile_by_identity(*file.node)) {
       out << YAML::Flow << YAML::BeginMap << YAML::Key << "node" << YAML::Value
           << int{file.node->id} << YAML::Key << "profile" << YAML::Value << *profile
           << YAML::EndMap;

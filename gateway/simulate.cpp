@@ -61,7 +61,7 @@ bool read_device(std::string text, Simulation& out) {
 }
 
 // The profile whose device file a node has, by the name of the file.
-std::optional<std::string> profile_of(const line::NodeConfig& node) {
+std::optional<std::string> profile_by_file(const line::NodeConfig& node) {
   const std::string file = std::filesystem::path(node.device.file).filename().string();
   for (const auto profile : sim::profiles()) {
     if (sim::eds_name(profile) == file) {
@@ -105,7 +105,7 @@ bool read_plant(const SimulateOptions& options, Simulation& out) {
     out.interface = line->interface;
   }
   for (const auto& node : line->config.nodes) {
-    if (const auto profile = profile_of(node)) {
+    if (const auto profile = profile_by_file(node)) {
       out.devices.push_back(
           {.node = node.id, .profile = *profile, .unconfigured = false, .serial = node.serial});
     } else {

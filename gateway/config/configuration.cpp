@@ -37,10 +37,6 @@ void read_group(Section& section, const char* key, std::uint8_t& target) {
   target = static_cast<std::uint8_t>(*number);
 }
 
-bool is_pdo_record(std::uint16_t index) {
-  return index >= 0x1400 && index <= 0x1BFF;
-}
-
 // What the file writes is all that is written: nothing of the device file, and PDOs as they are
 // then.
 void take_writes(Findings& findings, Place place, std::vector<manager::ObjectWrite> writes,

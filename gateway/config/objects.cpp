@@ -6,11 +6,6 @@
 namespace linegate::config {
 namespace {
 
-// Where PDOs are described: what is written there changes how the line links them.
-bool is_pdo_record(std::uint16_t index) {
-  return index >= 0x1400 && index <= 0x1BFF;
-}
-
 void read_object(Section& section, const YAML::Node& key, const YAML::Node& value,
                  line::NodeConfig& config) {
   Findings& findings = section.findings();

@@ -9,7 +9,6 @@
 namespace linegate::config {
 namespace {
 
-using od::Access;
 using od::DataType;
 
 DataType read_type(Section& section) {
@@ -52,13 +51,13 @@ line::OwnObject read_own_object(Findings& findings, const YAML::Node& node, od::
   Section section(findings, node, format_address(address));
   section.read("name", variable.name);
   variable.type = read_type(section);
-  section.read_choice<Access>("access", variable.access,
-                              {{"ro", Access::ro},
-                               {"wo", Access::wo},
-                               {"rw", Access::rw},
-                               {"rwr", Access::rwr},
-                               {"rww", Access::rww},
-                               {"const", Access::constant}});
+  section.read_choice<od::Access>("access", variable.access,
+                                  {{"ro", od::Access::ro},
+                                   {"wo", od::Access::wo},
+                                   {"rw", od::Access::rw},
+                                   {"rwr", od::Access::rwr},
+                                   {"rww", od::Access::rww},
+                                   {"const", od::Access::constant}});
   variable.value = read_typed(section, "default", variable.type);
   variable.low_limit = read_typed(section, "low", variable.type);
   variable.high_limit = read_typed(section, "high", variable.type);

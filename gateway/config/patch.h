@@ -2,11 +2,17 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "stack/od/description.h"
 
 namespace linegate::config {
+
+// Where PDOs are described: what is written there changes how the line links them.
+constexpr bool is_pdo_record(std::uint16_t index) {
+  return index >= 0x1400 && index <= 0x1BFF;
+}
 
 // nullptr if there is no such object or sub-index.
 od::VariableDescription* find_variable(od::DeviceDescription& device, od::Address address);

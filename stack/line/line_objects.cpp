@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/line/entry_bytes.h"
 #include "stack/line/line_impl.h"
 
 namespace linegate::line {
@@ -13,10 +14,6 @@ namespace {
 using image::Direction;
 
 constexpr Error kGood{};
-
-std::size_t bytes_of(const image::Entry& entry) {
-  return (entry.bit_length + 7U) / 8U;
-}
 
 // Positions of the entries that are the object, ascending.
 std::vector<std::uint32_t> entries_of(const image::Layout& layout, const Command& command) {
@@ -55,7 +52,7 @@ Error Line::Impl::write_by_pdo(const Command& command, std::span<const std::uint
     if (outputs.is_bound(entry)) {
       return to_error(Refusal::not_permitted);
     }
-    if (command.data.size() != bytes_of(layout.entries[entry])) {
+    if (command.data.size() != byte_length(layout.entries[entry])) {
       return to_error(Refusal::bad_request);
     }
   }
@@ -124,7 +121,7 @@ bool Line::Impl::answer_from_image(const Command& command) {
   const image::Layout& layout = image.layout(Direction::inputs);
   for (const std::uint32_t position : entries_of(layout, command)) {
     const image::Entry& entry = layout.entries[position];
-    const std::size_t size = bytes_of(entry);
+    const std::size_t size = byte_length(entry);
     if (size > sizeof(std::uint64_t) || !image.is_valid(Direction::inputs, position) ||
         node.pdos().timed_out(entry.local_pdo)) {
       continue;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "stack/base/deadline.h"
+#include "stack/line/entry_bytes.h"
 
 namespace linegate::line {
 namespace {
@@ -13,10 +14,6 @@ namespace {
 constexpr std::uint8_t kNmtBits =
     kNmtPreOperational | kNmtStop | kNmtResetCommunication | kNmtResetNode;
 constexpr std::uint8_t kKnownReactions = kZeroOutputs | kNmtBits | kSendEmcy | kHeartbeatOff;
-
-std::uint32_t bytes_of(const image::Entry& entry) {
-  return (entry.bit_length + 7U) / 8U;
-}
 
 }  // namespace
 
@@ -72,7 +69,7 @@ OutputRefusal Outputs::check(const OutputWrite& write) const {
     if (!in_group(value.entry, position)) {
       return OutputRefusal::unknown_entry;
     }
-    if (value.length != bytes_of(layout_.entries[value.entry])) {
+    if (value.length != byte_length(layout_.entries[value.entry])) {
       return OutputRefusal::bad_length;
     }
   }

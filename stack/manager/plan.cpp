@@ -111,8 +111,9 @@ std::vector<ObjectWrite> configuration_writes(const od::DeviceDescription& devic
 
 void date_last(std::vector<ObjectWrite>& writes) {
   for (const std::uint16_t index : {kVerifyConfigurationIndex, kStoreIndex}) {
-    std::ranges::stable_partition(
-        writes, [index](const ObjectWrite& write) { return write.address.index != index; });
+    std::stable_partition(writes.begin(), writes.end(), [index](const ObjectWrite& write) {
+      return write.address.index != index;
+    });
   }
 }
 
