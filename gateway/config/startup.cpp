@@ -5,7 +5,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr Duration kLongestWait = std::chrono::hours(1);
+constexpr Duration kLongestOfStart = std::chrono::hours(1);
 
 }  // namespace
 
@@ -22,7 +22,7 @@ void read_startup(Section& section, line::LineConfig& config) {
                                             {"reset_all", manager::ErrorReaction::reset_all},
                                             {"stop_all", manager::ErrorReaction::stop_all}});
   const YAML::Node time = from.find("boot_time");
-  from.read_multiple("boot_time", config.boot_time, milliseconds(1), kLongestWait);
+  from.read_multiple("boot_time", config.boot_time, milliseconds(1), kLongestOfStart);
   from.read_multiple("nmt_inhibit", config.nmt_inhibit, std::chrono::microseconds(100),
                      milliseconds(6'553));
   from.done();
@@ -41,8 +41,8 @@ void read_boot(Section& section, line::NodeConfig& config) {
   section.read("mandatory", config.mandatory);
   const YAML::Node keep = section.find("keep_alive");
   section.read("keep_alive", config.keep_alive);
-  section.read("boot_timeout", config.boot_timeout, milliseconds(1), kLongestWait);
-  section.read("reset_time", config.reset_time, milliseconds(1), kLongestWait);
+  section.read("boot_timeout", config.boot_timeout, milliseconds(1), kLongestOfStart);
+  section.read("reset_time", config.reset_time, milliseconds(1), kLongestOfStart);
   section.read("sdo_timeout", config.sdo_timeout, milliseconds(1), std::chrono::minutes(10));
   if (config.keep_alive && !config.boot) {
     section.findings().error(place_of(keep),
