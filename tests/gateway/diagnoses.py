@@ -120,7 +120,7 @@ def check_line(run):
 
 
 def main(linegated, linegate, profiles):
-    domain = "198"
+    domain = "231"  # nobody else's of tests/gateway
     with tempfile.TemporaryDirectory() as folder:
         plant = os.path.join(folder, "plant.yaml")
         with open(plant, "w", encoding="utf-8") as file:
