@@ -7,14 +7,10 @@ boot.py LINEGATED LINEGATE PROFILES. The line is simulated inside the gateway, i
 
 import json
 import os
-import signal
-import subprocess
-import sys
-import tempfile
 import time
 
-PATIENCE = 60  # seconds
-EDS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "bridges", "sim", "eds")
+from plant_process import EDS, Failure, Plant, expect, run_test, stop, write
+
 PLANT = f"""schema: 1
 gateway: {{name: boot}}
 lines:
@@ -42,83 +38,46 @@ WANTED = {
     7: ("J", "1005:00 ended with 06090030h"),
     8: ("K", "no heartbeat"),
 }
-
-
-class Failure(Exception):
-    pass
-
-
-class Plant:
-    def __init__(self, linegate, profiles):
-        self.console = [linegate, "--profile", profiles, "--domain", "198", "--wait", str(PATIENCE)]
-
-    def command(self, *words, code=0):
-        told = subprocess.run([*self.console, *words], capture_output=True, text=True, timeout=2 * PATIENCE)
-        if told.returncode != code:
-            raise Failure(f"{words} ended with {told.returncode}, not {code}\n{told.stdout}{told.stderr}")
-        return told
-
 LAST = 5  # is waited for longest
-
-
-def expect(found, wanted, what):
-    if found != wanted:
-        raise Failure(f"{what}: {found}, not {wanted}")
 
 
 def run(plant):
     told = plant.command("--json", "boot", "press", code=1)
     nodes = {node["node"]: node for node in json.loads(told.stdout)["nodes"]}
-    expect(set(nodes), set(WANTED), "nodes")
+    expect("nodes", set(nodes), set(WANTED))
     for node, (letter, words) in WANTED.items():
-        expect(nodes[node]["letter"], letter, f"letter of node {node}")
+        expect(f"letter of node {node}", nodes[node]["letter"], letter)
         if words not in nodes[node]["text"]:
             raise Failure(f"node {node}: {nodes[node]['text']}")
         # That of the last comes together with the reply, on another topic.
         if node != LAST and f"node {node} (" not in told.stderr:
             raise Failure(f"the result of node {node} was not told when it came:\n{told.stderr}")
-    expect(nodes[6]["expected"], 4711, "expected serial number")
-    expect(nodes[6]["found"], 0x1006, "serial number found")
-    expect(nodes[5]["abort"], "05040000", "abort code")
+    expect("expected serial number", nodes[6]["expected"], 4711)
+    expect("serial number found", nodes[6]["found"], 0x1006)
+    expect("abort code", nodes[5]["abort"], "05040000")
 
     plant.command("boot", "press:4")  # is booted: no failure
     if "4711" in plant.command("boot", "press:6", code=1).stdout:
         raise Failure("values are hexadecimal in words")
     plant.command("boot", "press:own", code=2)
 
-    seen = {node["node"]: node for node in json.loads(plant.command("--json", "nodes", "press").stdout)}
-    expect(seen[6]["properties"]["boot-object"], "1018:04", "property of NodeState")
-    expect(seen[6]["properties"]["boot-expected"], "00001267", "property of NodeState")
-    expect(seen[5]["presence"], "missing", "presence of node 5")
-    line = json.loads(plant.command("--json", "lines").stdout)["lines"][0]
-    expect(line["manager"], "missing-mandatory", "state of the manager")
+    seen = {node["node"]: node for node in plant.json("nodes", "press")}
+    expect("property of NodeState", seen[6]["properties"]["boot-object"], "1018:04")
+    expect("property of NodeState", seen[6]["properties"]["boot-expected"], "00001267")
+    expect("presence of node 5", seen[5]["presence"], "missing")
+    line = plant.lines()[0]
+    expect("state of the manager", line["manager"], "missing-mandatory")
 
 
-def main(linegated, linegate, profiles):
-    with tempfile.TemporaryDirectory() as folder:
-        path = os.path.join(folder, "plant.yaml")
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(PLANT)
-        gateway = subprocess.Popen([linegated, path, "--dds-domain", "198", "--dds-profile", profiles])
-        try:
-            time.sleep(0.1)
-            run(Plant(linegate, profiles))
-        except Failure as failure:
-            return str(failure)
-        finally:
-            gateway.send_signal(signal.SIGTERM)
-            gateway.wait(timeout=PATIENCE)
-    return None
-
-
-def in_a_network_of_its_own(arguments):
-    commands = "ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo && exec \"$@\""
-    as_root = [] if os.getuid() == 0 else ["--map-root-user"]
-    os.execvp("unshare", ["unshare", "--net", *as_root, "sh", "-c", commands, "sh", sys.executable, "-B",
-                          *arguments, "--inside"])
+def test(folder, linegated, linegate, profiles):
+    plant = Plant(linegated, linegate, profiles, "198")
+    gateway = plant.gateway(write(os.path.join(folder, "plant.yaml"), PLANT))
+    try:
+        time.sleep(0.1)
+        run(plant)
+    finally:
+        stop(gateway)
 
 
 if __name__ == "__main__":
-    if sys.argv[-1] != "--inside":
-        in_a_network_of_its_own(sys.argv)
-    sys.exit(main(*sys.argv[1:-1]))
+    run_test(test, own_network=True)

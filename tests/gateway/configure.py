@@ -5,14 +5,11 @@ the manager while it runs.
 configure.py LINEGATED LINEGATE PROFILES. The line is simulated inside the gateway.
 """
 
-import json
 import struct
 import sys
-import tempfile
 
-import scan
+from plant_process import EDS, Failure, Plant, expect, run_test, write
 
-EDS = scan.EDS
 PLANT = f"""schema: 1
 gateway: {{name: configure}}
 lines:
@@ -34,27 +31,17 @@ def concise(*writes):
         struct.pack("<HBI", index, sub, len(data)) + data for index, sub, data in writes)
 
 
-class Configured(scan.Plant):
+class Configured(Plant):
     def verify(self, *what, code=0):
-        return json.loads(self.command("--json", "config", *what, code=code).stdout)["nodes"]
+        return self.json("config", *what, code=code)["nodes"]
 
     def value(self, *where):
-        return int(json.loads(self.command("--json", "sdo", "read", *where, "u32").stdout)["value"])
-
-    def booted(self):
-        lines = json.loads(self.command("--json", "lines").stdout)["lines"]
-        return bool(lines) and lines[0]["nodes_operational"] == 2
-
-
-def expect(what, found, wanted):
-    if found != wanted:
-        raise scan.Failure(f"{what}: {found}, not {wanted}")
+        return int(self.json("sdo", "read", *where, "u32")["value"])
 
 
 def run(plant, folder):
-    process = plant.gateway(scan.write(f"{folder}/plant.yaml", PLANT.replace("ACCESS", "all")))
-    try:
-        plant.until("all nodes operational", plant.booted)
+    with plant.running(write(f"{folder}/plant.yaml", PLANT.replace("ACCESS", "all"))):
+        plant.await_operational("press", 2)
         expect("a configured plant", [node["ok"] for node in plant.verify("verify", "press")], [True, True])
         plant.command("sdo", "write", "press:5", "6083", "0", "u32", "77")
         found = plant.verify("verify", "press", code=1)
@@ -62,7 +49,7 @@ def run(plant, folder):
                [{"object": "6083:0", "expected": "D0070000", "found": "4D000000"}])
         told = plant.command("config", "verify", "press:5", code=1).stdout
         if "6083:0" not in told or "000007D0h" not in told or "0000004Dh" not in told:
-            raise scan.Failure("in words:\n" + told)
+            raise Failure("in words:\n" + told)
         expect("applied", plant.verify("apply", "press:5"),
                [{"node": 5, "ok": True, "boot": "", "abort": 0, "differences": []}])
         expect("verified again", [node["ok"] for node in plant.verify("verify", "press")], [True, True])
@@ -83,31 +70,19 @@ def run(plant, folder):
                ("J", [{"object": "6081:0", "expected": "00000000", "abort": 0x06090032}]))
         told = plant.command("config", "import", "press", own, code=1).stderr
         if "1000:0" not in told or "06010002" not in told:
-            raise scan.Failure("an entry the manager itself refuses: " + told)
+            raise Failure("an entry the manager itself refuses: " + told)
         expect("what came before it", plant.value("press:own", "1F26", "7"), 5)
         plant.command("config", "import", "press:5", sys.argv[0], code=2)
         plant.command("config", "verify", "press:0", code=2)
-    finally:
-        scan.end(process)
-    process = plant.gateway(scan.write(f"{folder}/reading.yaml", PLANT.replace("ACCESS", "read")))
-    try:
-        plant.until("all nodes operational", plant.booted)
+    with plant.running(write(f"{folder}/reading.yaml", PLANT.replace("ACCESS", "read"))):
+        plant.await_operational("press", 2)
         plant.command("config", "verify", "press")
         plant.command("config", "apply", "press", code=1)
-    finally:
-        scan.end(process)
 
 
-def main(linegated, linegate, profiles):
-    with tempfile.TemporaryDirectory() as folder:
-        try:
-            run(Configured(linegated, linegate, profiles), folder)
-        except scan.Failure as failure:
-            return str(failure)
-    return None
+def test(folder, linegated, linegate, profiles):
+    run(Configured(linegated, linegate, profiles, "199"), folder)
 
 
 if __name__ == "__main__":
-    if sys.argv[-1] != "--inside":
-        scan.in_a_network_of_its_own(sys.argv)
-    sys.exit(main(*sys.argv[1:-1]))
+    run_test(test, own_network=True)

@@ -7,15 +7,12 @@ data.py LINEGATED LINEGATE PROFILES. The line is a multicast group in a network 
 """
 
 import json
-import os
-import signal
 import subprocess
-import sys
-import tempfile
 import time
 
-PATIENCE = 60  # seconds
-EDS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "bridges", "sim", "eds")
+import plant_process
+from plant_process import EDS, Failure, PATIENCE, end, run_test, simulated, until, write
+
 URI = "udp:239.74.163.9:43121"
 DEVICES = {5: "drive", 8: "digital-io"}
 PDO = "3"  # that of the outputs of node 8: the drive has two
@@ -37,42 +34,30 @@ OBJECTS = """
       tpdo40: {cob_id: 0x3AA, map: [6100]}"""
 
 
-class Failure(Exception):
-    pass
-
-
-class Plant:
+class Plant(plant_process.Plant):
     def __init__(self, linegated, linegate, profiles, folder):
-        self.linegated, self.profiles, self.domain, self.folder = linegated, profiles, "198", folder
-        self.console = [linegate, "--profile", profiles, "--domain", self.domain, "--wait", str(PATIENCE)]
+        super().__init__(linegated, linegate, profiles, "198")
+        self.folder = folder
 
-    def command(self, *words, code=0):
-        told = subprocess.run([*self.console, *words], capture_output=True, text=True, timeout=4 * PATIENCE)
-        if told.returncode != code:
-            raise Failure(f"{words} ended with {told.returncode}, not {code}\n{told.stdout}{told.stderr}")
-        return told.stderr.strip() if code else told.stdout.strip()
+    def said(self, *words, code=0):
+        """What it answered, or why it did not do what it was told."""
+        told = self.command(*words, code=code)
+        return (told.stderr if code else told.stdout).strip()
 
     def expect(self, wanted, *words, code=0):
-        told = self.command(*words, code=code)
+        told = self.said(*words, code=code)
         if told != wanted:
             raise Failure(f"{words} said '{told}', not '{wanted}'")
 
-    def gateway(self, line, role, access):
-        path = f"{self.folder}/{line}.yaml"
+    def starts(self, line, role, access):
+        """A gateway with the line in that role."""
         nodes = "".join(f"      - {{id: {node}, eds: {EDS}/{profile}.eds}}\n" for node, profile in DEVICES.items())
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(PLANT.format(gateway="of-" + line, line=line, uri=URI, role=role, access=access, objects=OBJECTS if role == "manager" else "") + nodes)
-        return subprocess.Popen([self.linegated, path, "--dds-domain", self.domain, "--dds-profile", self.profiles])
-
-    def until(self, what, condition):
-        end = time.monotonic() + PATIENCE
-        while not condition():
-            if time.monotonic() > end:
-                raise Failure(f"not within {PATIENCE} s: {what}")
-            time.sleep(0.2)
+        text = PLANT.format(gateway="of-" + line, line=line, uri=URI, role=role, access=access,
+                            objects=OBJECTS if role == "manager" else "")
+        return self.gateway(write(f"{self.folder}/{line}.yaml", text + nodes))
 
     def operational(self):
-        lines = json.loads(self.command("--json", "lines"))["lines"]
+        lines = self.lines()
         return len(lines) == 2 and all(line.get("nodes_operational") == len(DEVICES) for line in lines)
 
     def transfers(self):
@@ -81,12 +66,12 @@ class Plant:
         while now != last or now < 0:
             last = now
             time.sleep(2)
-            lines = json.loads(self.command("--json", "lines"))["lines"]
+            lines = self.lines()
             now = next((line["counters"]["sdo_transfers"] for line in lines if line["line"] == "press"), -1)
         return now
 
     def reads(self, value, *words):
-        self.until(f"{words} read {value}", lambda: self.command("sdo", "read", *words) == value)
+        until(f"{words} read {value}", lambda: self.said("sdo", "read", *words) == value)
 
 
 def check_objects(plant):
@@ -104,10 +89,10 @@ def check_objects(plant):
     plant.expect(f"PDO {PDO}", "trigger", "press:8", "1")
     plant.reads("3", *first)
     plant.expect(f"PDO {PDO}", "trigger", "press", PDO)
-    offset = next(entry["bit_offset"] // 8 for entry in json.loads(plant.command("--json", "image", "press", "-o"))["entries"]
+    offset = next(entry["bit_offset"] // 8 for entry in plant.json("image", "press", "-o")["entries"]
                   if entry["node"] == 8)
     plant.expect(f"PDO {PDO}", "trigger", "press", str(offset), "--offset")
-    told = json.loads(plant.command("--json", "sdo", "write", *second, "9", "--by-pdo"))
+    told = plant.json("sdo", "write", *second, "9", "--by-pdo")
     if told["data"] != "01030000" or told["value"] != f"by PDO {PDO}":
         raise Failure(f"as JSON: {told}")
     before = plant.transfers()
@@ -121,10 +106,10 @@ def check_pdo_numbers(plant):
     """Which PDOs an image contains, and when they were sent: IXXAT's queue of RPDO numbers."""
     def told():
         plant.command("trigger", "press", PDO)
-        pdos = json.loads(plant.command("--json", "image", "press", "-o")).get("pdos", [])
+        pdos = plant.json("image", "press", "-o").get("pdos", [])
         return any(pdo["local_pdo"] == int(PDO) and pdo["node"] == 8 and pdo["remote_pdo"] == 1 and pdo["count"] >= 1
                    and "T" in pdo["time"] for pdo in pdos)
-    plant.until("the image tells its PDO", told)
+    until("the image tells its PDO", told)
 
 
 def check_frames(plant):
@@ -149,14 +134,14 @@ def check_dictionary(plant):
     """Objects of applications: of the configuration, in image and PDO, and created while it runs."""
     plant.expect("5", "od", "press", "read", "2100", "1")
     plant.command("od", "press", "write", "2100", "1", "42")
-    told = plant.command("od", "press", "write", "2100", "1", "101", code=1)
+    told = plant.said("od", "press", "write", "2100", "1", "101", code=1)
     if "too high" not in told:
         raise Failure("above its limit: " + told)
 
     def recipe():
-        entries = json.loads(plant.command("--json", "image", "press"))["entries"]
+        entries = plant.json("image", "press")["entries"]
         return [entry["value"] for entry in entries if entry["name"] == "own.Recipe" and entry["valid"]] == [42]
-    plant.until("the recipe is in the image", recipe)
+    until("the recipe is in the image", recipe)
     listener = subprocess.Popen([*plant.console, "--json", "listen", "watch", "3AA", "-n", "1"],
                                 stdout=subprocess.PIPE, text=True)
     value = 0x01020300
@@ -170,10 +155,10 @@ def check_dictionary(plant):
     plant.expect(str(value), "od", "press", "read", "6100", "0")
     plant.command("od", "press", "create", "2200", "1", "i16", "Offset", "--default", "-7")
     plant.expect("-7", "od", "press", "read", "2200", "1")
-    names = [one["name"] for one in json.loads(plant.command("--json", "od", "press", "list"))]
+    names = [one["name"] for one in plant.json("od", "press", "list")]
     if not {"Recipe", "Result", "Offset", "Device type"} <= set(names):
         raise Failure(f"the dictionary has {names}")
-    if "2200:01" not in plant.command("od", "press", "list", "2200"):
+    if "2200:01" not in plant.said("od", "press", "list", "2200"):
         raise Failure("the object that was created is not listed")
     plant.command("od", "press", "remove", "2200")
     plant.command("od", "press", "read", "2200", "1", code=1)
@@ -188,23 +173,17 @@ def check_access(plant):
     plant.expect("5", "od", "press", "read", "2100", "1")
 
 
-def end(process):
-    process.send_signal(signal.SIGTERM)
-    if process.wait(timeout=PATIENCE) != 0:
-        raise Failure(f"a program ended with {process.returncode}")
-
-
 def run(plant):
-    press, watch = plant.gateway("press", "manager", "all"), plant.gateway("watch", "observer", "all")
+    press, watch = plant.starts("press", "manager", "all"), plant.starts("watch", "observer", "all")
     try:
-        plant.until("all nodes operational", plant.operational)
+        until("all nodes operational", plant.operational)
         check_objects(plant)
         check_pdo_numbers(plant)
         check_frames(plant)
         check_dictionary(plant)
         end(press)
-        press = plant.gateway("press", "manager", "read")
-        plant.until("all nodes operational again", plant.operational)
+        press = plant.starts("press", "manager", "read")
+        until("all nodes operational again", plant.operational)
         check_access(plant)
     finally:
         for process in (press, watch):
@@ -212,27 +191,10 @@ def run(plant):
                 end(process)
 
 
-def main(linegated, linegate, profiles):
-    devices = [word for node, profile in DEVICES.items() for word in ("--device", f"{profile}:{node}")]
-    with tempfile.TemporaryDirectory() as folder:
-        simulated = subprocess.Popen([linegate, "simulate", URI, *devices])
-        try:
-            run(Plant(linegated, linegate, profiles, folder))
-        except Failure as failure:
-            return str(failure)
-        finally:
-            simulated.terminate()
-    return None
-
-
-def in_a_network_of_its_own(arguments):
-    commands = "ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo && exec \"$@\""
-    as_root = [] if os.getuid() == 0 else ["--map-root-user"]
-    os.execvp("unshare", ["unshare", "--net", *as_root, "sh", "-c", commands, "sh", sys.executable, "-B",
-                          *arguments, "--inside"])
+def test(folder, linegated, linegate, profiles):
+    with simulated(linegate, URI, DEVICES):
+        run(Plant(linegated, linegate, profiles, folder))
 
 
 if __name__ == "__main__":
-    if sys.argv[-1] != "--inside":
-        in_a_network_of_its_own(sys.argv)
-    sys.exit(main(*sys.argv[1:-1]))
+    run_test(test, own_network=True)

@@ -6,17 +6,12 @@ one that refuses an entry of its configuration, one whose heartbeat is silent. E
 diagnoses.py LINEGATED LINEGATE PROFILES
 """
 
-import json
 import os
 import re
-import signal
-import subprocess
-import sys
-import tempfile
-import time
 
-PATIENCE = 60  # seconds
-EDS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "bridges", "sim", "eds")
+from plant_process import EDS, Failure, Plant, run_test, stop, until, write
+
+DOMAIN = "231"  # nobody else's of tests/gateway
 PLANT = f"""schema: 1
 gateway: {{name: diagnosed}}
 lines:
@@ -48,57 +43,31 @@ WRONG = {
 OPTIONAL_IDENTITY, LIST_CHANGED, CONFIGURATION = 1 << 4, 1 << 7, 1 << 10  # 5F00h:1
 
 
-class Failure(Exception):
-    pass
-
-
-def console(program, domain, profiles):
-    def run(*words):
-        told = subprocess.run([program, "--profile", profiles, "--domain", domain, "--wait", str(PATIENCE), *words],
-                              capture_output=True, text=True, timeout=4 * PATIENCE)
-        if told.returncode != 0:
-            raise Failure(f"{words} ended with {told.returncode}\n{told.stdout}{told.stderr}")
-        return told.stdout
-    return run
-
-
-def until(what, condition):
-    end = time.monotonic() + PATIENCE
-    while True:
-        found = condition()
-        if found:
-            return found
-        if time.monotonic() > end:
-            raise Failure(f"not within {PATIENCE} s: {what}")
-        time.sleep(0.2)
-
-
-def diagnosed(run):
+def diagnosed(plant):
     """NodeState by node-ID, when all boots have come to an end."""
-    nodes = {node["node"]: node for node in json.loads(run("--json", "nodes", "press"))}
+    nodes = {node["node"]: node for node in plant.json("nodes", "press")}
     done = all(nodes.get(node, {}).get("boot") == wrong[0] for node, wrong in WRONG.items())
     return nodes if done and nodes.get(9, {}).get("boot_text") == "booted" else None
 
 
-def check_nodes(run):
-    nodes = until("four letters", lambda: diagnosed(run))
+def check_nodes(plant):
+    nodes = until("four letters", lambda: diagnosed(plant))
     for node, (letter, words, _, _) in WRONG.items():
         if not nodes[node]["boot_text"].startswith(words):
             raise Failure(f"node {node}: {nodes[node]['boot_text']}, not {words}")
         if nodes[node]["state"] == "operational":
             raise Failure(f"node {node} is operational")
-    table = run("nodes", "press").splitlines()
+    table = plant.text("nodes", "press").splitlines()
     for node, (letter, *_) in WRONG.items():
         row = [line.split() for line in table if nodes[node]["name"] in line.split()]
         if len(row) != 1 or letter not in row[0]:
             raise Failure(f"no letter {letter} for node {node} in\n" + "\n".join(table))
 
 
-def check_events(run):
-    lines = json.loads(run("--json", "lines"))["lines"]
-    count = lines[0]["counters"]["events"]
-    kept = [json.loads(line) for line in run("--json", "events", "press", "-n", str(count)).splitlines()]
-    printed = run("events", "press", "-n", str(count))
+def check_events(plant):
+    count = plant.lines()[0]["counters"]["events"]
+    kept = plant.stream("events", "press", "-n", str(count))
+    printed = plant.text("events", "press", "-n", str(count))
     for node, (_, _, kind, words) in WRONG.items():
         texts = [event["text"] for event in kept if event["kind"] == kind and event["node"] == node]
         if not any(re.search(words, text) for text in texts):
@@ -107,37 +76,28 @@ def check_events(run):
             raise Failure(f"the console does not print {words}:\n{printed}")
 
 
-def check_line(run):
-    line = json.loads(run("--json", "lines"))["lines"][0]
+def check_line(plant):
+    line = plant.lines()[0]
     if line["manager"] != "missing-mandatory" or line["properties"]["ixxat_state"] != "0x70 missing-mandatory":
         raise Failure(f"the line says {line['manager']}, {line['properties']}")
-    faulty = int(run("sdo", "read", "press:own", "5F03", "1", "u32"))
+    faulty = int(plant.text("sdo", "read", "press:own", "5F03", "1", "u32"))
     if faulty != sum(1 << (node - 1) for node in WRONG):
         raise Failure(f"5F03h:1 is {faulty:08X}h")
-    happened = int(run("sdo", "read", "press:own", "5F00", "1", "u16"))
+    happened = int(plant.text("sdo", "read", "press:own", "5F00", "1", "u16"))
     if happened != OPTIONAL_IDENTITY | LIST_CHANGED | CONFIGURATION:
         raise Failure(f"5F00h:1 is {happened:04X}h")
 
 
-def main(linegated, linegate, profiles):
-    domain = "231"  # nobody else's of tests/gateway
-    with tempfile.TemporaryDirectory() as folder:
-        plant = os.path.join(folder, "plant.yaml")
-        with open(plant, "w", encoding="utf-8") as file:
-            file.write(PLANT)
-        gateway = subprocess.Popen([linegated, plant, "--dds-domain", domain, "--dds-profile", profiles])
-        try:
-            run = console(linegate, domain, profiles)
-            check_nodes(run)
-            check_events(run)
-            check_line(run)
-        except Failure as failure:
-            return str(failure)
-        finally:
-            gateway.send_signal(signal.SIGTERM)
-            gateway.wait(timeout=PATIENCE)
-    return None
+def test(folder, linegated, linegate, profiles):
+    plant = Plant(linegated, linegate, profiles, DOMAIN)
+    gateway = plant.gateway(write(os.path.join(folder, "plant.yaml"), PLANT))
+    try:
+        check_nodes(plant)
+        check_events(plant)
+        check_line(plant)
+    finally:
+        stop(gateway)
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    run_test(test)

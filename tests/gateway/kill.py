@@ -10,18 +10,14 @@ devices on it are another program and live on.
 import json
 import os
 import random
-import signal
 import subprocess
-import sys
-import tempfile
 import time
 
+from plant_process import EDS, Console, Failure, PATIENCE, end, run_test, simulated, write
 from udp_bus import Bus, pause
 
-PATIENCE = 60  # seconds
 ROUNDS = 51    # of two kills each
 GROUP, PORT = "239.74.163.11", 43121
-EDS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "bridges", "sim", "eds")
 OWN = 127
 BESIDE = {5: "drive", 7: "encoder", 8: "digital-io", 10: "analog-io"}  # in the other program
 INSIDE = {20: "drive", 21: "drive"}                                   # devices of the gateway
@@ -56,22 +52,17 @@ lines:
 """
 
 
-class Failure(Exception):
-    pass
-
-
-class Plant:
+class Plant(Console):
     def __init__(self, linegated, linegate, profiles, folder):
+        super().__init__(linegate, profiles, "198")
         self.program = linegated
-        self.console = [linegate, "--profile", profiles, "--domain", "198", "--wait", str(PATIENCE), "--json"]
-        self.file = os.path.join(folder, "plant.yaml")
         nodes = "".join(f"      - {{id: {node}, eds: {EDS}/{profile}.eds, heartbeat: 20ms}}\n"
                         for node, profile in {**BESIDE, **INSIDE}.items())
         devices = "".join(f"      - {{id: {node}, name: d{node}, eds: {EDS}/{profile}.eds}}\n"
                           for node, profile in INSIDE.items())
-        with open(self.file, "w", encoding="utf-8") as file:
-            file.write(PLANT.format(profiles=profiles, group=GROUP, port=PORT, own=OWN, folder=folder, nodes=nodes,
-                                    devices=devices))
+        self.file = write(os.path.join(folder, "plant.yaml"),
+                          PLANT.format(profiles=profiles, group=GROUP, port=PORT, own=OWN, folder=folder, nodes=nodes,
+                                       devices=devices))
         self.bus = Bus(GROUP, PORT)
         self.process = None
         # By node: the generations of values that may be stored, the last one known to be first.
@@ -126,15 +117,14 @@ class Plant:
 
     def image(self):
         """The identity of both images of the manager, once all of the inputs are valid."""
-        end = time.monotonic() + PATIENCE
+        last = time.monotonic() + PATIENCE
         while True:
-            told = [subprocess.run([*self.console, "image", "press", *which], capture_output=True, text=True,
-                                   timeout=2 * PATIENCE) for which in ((), ("--outputs",))]
+            told = [self.ask("--json", "image", "press", *which) for which in ((), ("--outputs",))]
             if all(one.returncode == 0 for one in told):
                 images = [json.loads(one.stdout.splitlines()[0]) for one in told]
                 if all(entry["valid"] for entry in images[0]["entries"]):
                     return [image["layout_id"] for image in images]
-            if time.monotonic() > end:
+            if time.monotonic() > last:
                 raise Failure(f"inputs are not valid: {told[0].stdout}{told[0].stderr}")
             time.sleep(0.2)
 
@@ -169,37 +159,22 @@ def run(plant, chance):
     plant.check_stored()
     if plant.image() != wanted:
         raise Failure("the image is another one at the end")
-    plant.process.send_signal(signal.SIGTERM)
-    if plant.process.wait(timeout=PATIENCE) != 0:
-        raise Failure(f"the gateway ended with {plant.process.returncode}")
+    end(plant.process)
 
 
-def main(linegated, linegate, profiles, seed=None):
+def test(folder, linegated, linegate, profiles, seed=None):
     seed = int(seed) if seed is not None else random.SystemRandom().randrange(1 << 32)
     print(f"seed {seed}: {2 * ROUNDS + 1} kills", flush=True)
-    devices = [word for node, profile in BESIDE.items() for word in ("--device", f"{profile}:{node}")]
-    with tempfile.TemporaryDirectory() as folder:
-        simulated = subprocess.Popen([linegate, "simulate", f"udp:{GROUP}:{PORT}", *devices])
+    with simulated(linegate, f"udp:{GROUP}:{PORT}", BESIDE):
         plant = Plant(linegated, linegate, profiles, folder)
         try:
             run(plant, random.Random(seed))
         except Failure as failure:
-            return f"seed {seed}: {failure}"
+            raise Failure(f"seed {seed}: {failure}") from failure
         finally:
-            simulated.terminate()
             if plant.process is not None and plant.process.poll() is None:
                 plant.process.kill()
-    return None
-
-
-def in_a_network_of_its_own(arguments):
-    commands = "ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo && exec \"$@\""
-    as_root = [] if os.getuid() == 0 else ["--map-root-user"]
-    os.execvp("unshare", ["unshare", "--net", *as_root, "sh", "-c", commands, "sh", sys.executable, "-B",
-                          *arguments, "--inside"])
 
 
 if __name__ == "__main__":
-    if sys.argv[-1] != "--inside":
-        in_a_network_of_its_own(sys.argv)
-    sys.exit(main(*sys.argv[1:-1]))
+    run_test(test, own_network=True)

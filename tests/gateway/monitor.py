@@ -6,19 +6,17 @@ monitor.py LINEGATED LINEGATE PROFILES
 """
 
 import fcntl
-import json
 import os
 import re
 import select
 import signal
 import struct
 import subprocess
-import sys
-import tempfile
 import termios
 import time
 
-PATIENCE = 60  # seconds
+from plant_process import Console, EDS, Failure, PATIENCE, run_test, write
+
 PLANT = """schema: 1
 gateway: {{name: monitored}}
 dds: {{domain: {domain}, profile: {profiles}}}
@@ -44,10 +42,6 @@ TERMINAL = r"""lgtest|a terminal for tests,
   kcud1=\E[B, kcuu1=\E[A,
 """
 SEQUENCE = re.compile(r"\x1b\[(\??)([0-9;]*)([A-Za-z])")
-
-
-class Failure(Exception):
-    pass
 
 
 class Terminal:
@@ -164,29 +158,18 @@ class Terminal:
             os.close(descriptor)
 
 
-class Bench:
+class Bench(Console):
     def __init__(self, linegated, linegate, profiles, folder):
-        self.domain = str(220 + os.getpid() % 10)  # below are those of tests/dds/own_domain.h
-        self.console = [linegate, "--profile", profiles, "--domain", self.domain, "--wait", str(PATIENCE)]
-        with open(os.path.join(folder, "lgtest.ti"), "w", encoding="ascii") as file:
-            file.write(TERMINAL)
-        subprocess.run(["tic", "-x", "-o", folder, file.name], check=True)
-        self.environment = {**os.environ, "TERMINFO": folder, "TERM": "lgtest", "LC_ALL": "C"}
-        eds = os.path.join(os.path.dirname(__file__), "../../bridges/sim/eds/digital-io.eds")
-        plant = os.path.join(folder, "plant.yaml")
-        with open(plant, "w", encoding="utf-8") as file:
-            file.write(PLANT.format(domain=self.domain, profiles=profiles, eds=os.path.abspath(eds)))
+        domain = str(220 + os.getpid() % 10)  # below are those of tests/dds/own_domain.h
+        super().__init__(linegate, profiles, domain,
+                         {**os.environ, "TERMINFO": folder, "TERM": "lgtest", "LC_ALL": "C"})
+        subprocess.run(["tic", "-x", "-o", folder, write(os.path.join(folder, "lgtest.ti"), TERMINAL)], check=True)
+        plant = write(os.path.join(folder, "plant.yaml"),
+                      PLANT.format(domain=domain, profiles=profiles, eds=os.path.join(EDS, "digital-io.eds")))
         self.gateway = subprocess.Popen([linegated, plant], stderr=subprocess.DEVNULL)
 
     def monitor(self, *options, **environment):
         return Terminal([*self.console, "monitor", *options], {**self.environment, **environment})
-
-    def printed(self, *options):
-        done = subprocess.run([*self.console, *options], env=self.environment, capture_output=True, text=True,
-                              timeout=2 * PATIENCE, check=False)
-        if done.returncode != 0:
-            raise Failure(f"{options} ended with {done.returncode}: {done.stderr}")
-        return done.stdout
 
     def close(self):
         self.gateway.kill()
@@ -226,10 +209,10 @@ def pages_keys_and_sizes(bench):
 
 
 def what_has_no_screen_gets_text(bench):
-    plain = bench.printed("monitor")
+    plain = bench.text("monitor")
     for wanted in ("--- lines at ", "--- nodes\n", "--- values\n", "--- the newest events\n", "panel.Read input 8-bit"):
         check(f"{wanted!r} in {plain}", wanted in plain)
-    only = bench.printed("monitor", "--once", "--line", "hall", "--node", "12")
+    only = bench.text("monitor", "--once", "--line", "hall", "--node", "12")
     check(f"one line alone: {only}", "doors" in only and "panel" not in only)
     unknown = bench.monitor(TERM="no-such-terminal")
     unknown.end("an unknown terminal")
@@ -239,14 +222,14 @@ def what_has_no_screen_gets_text(bench):
 def json_is_one_document_or_a_stream(bench):
     end = time.monotonic() + PATIENCE
     while True:
-        whole = json.loads(bench.printed("--json", "monitor", "--once"))
+        whole = bench.json("monitor", "--once")
         entry = whole["lines"][1]["inputs"]["entries"][0]
         if entry["valid"] or time.monotonic() > end:
             break
     check("the lines", [line["line"] for line in whole["lines"]] == ["hall", "press"])
     check(f"a value is a number: {entry}", isinstance(entry["value"], int) and entry["type"] == "UNSIGNED8")
     check("the events", "line-started" in [event["kind"] for event in whole["events"]])
-    kinds = {json.loads(line)["type"] for line in bench.printed("--json", "monitor", "--duration", "1s").splitlines()}
+    kinds = {document["type"] for document in bench.stream("monitor", "--duration", "1s")}
     check(f"a stream of all: {kinds}", kinds == {"lines", "image", "event"})
 
 
@@ -264,20 +247,16 @@ def a_gateway_that_leaves_and_signals(bench):
     terminated.end("SIGTERM")
 
 
-def main(linegated, linegate, profiles):
-    with tempfile.TemporaryDirectory() as folder:
-        bench = Bench(linegated, linegate, profiles, folder)
-        try:
-            pages_keys_and_sizes(bench)
-            what_has_no_screen_gets_text(bench)
-            json_is_one_document_or_a_stream(bench)
-            a_gateway_that_leaves_and_signals(bench)
-        except Failure as failure:
-            return str(failure)
-        finally:
-            bench.close()
-    return None
+def test(folder, linegated, linegate, profiles):
+    bench = Bench(linegated, linegate, profiles, folder)
+    try:
+        pages_keys_and_sizes(bench)
+        what_has_no_screen_gets_text(bench)
+        json_is_one_document_or_a_stream(bench)
+        a_gateway_that_leaves_and_signals(bench)
+    finally:
+        bench.close()
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    run_test(test)

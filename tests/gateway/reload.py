@@ -9,12 +9,12 @@ import json
 import os
 import signal
 import subprocess
-import sys
-import tempfile
 import threading
 import time
 
-PATIENCE = 60  # seconds
+import plant_process
+from plant_process import Console, Failure, PATIENCE, end, run_test
+
 LINE = """  - name: {name}
     interface: "simulated:"
     network_id: {network}
@@ -32,18 +32,14 @@ JOINED = """  - name: {name}
     nodes: [{{id: 8, name: io, eds: {eds}, heartbeat: 100ms}}]
     simulate: [{{node: 8, profile: digital-io}}]
 """
-EDS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "bridges", "sim", "eds", "digital-io.eds")
+EDS = os.path.join(plant_process.EDS, "digital-io.eds")
 
 
-class Failure(Exception):
-    pass
-
-
-class Gateway:
+class Gateway(Console):
     def __init__(self, linegated, linegate, profiles, folder):
-        self.domain = str(210 + os.getpid() % 10)  # below are those of tests/dds/own_domain.h
-        self.console = [linegate, "--profile", profiles, "--domain", self.domain, "--wait", str(PATIENCE), "--json"]
-        self.head = HEAD.format(domain=self.domain, profiles=profiles)
+        domain = str(210 + os.getpid() % 10)  # below are those of tests/dds/own_domain.h
+        super().__init__(linegate, profiles, domain)
+        self.head = HEAD.format(domain=domain, profiles=profiles)
         self.plant = os.path.join(folder, "plant.yaml")
         self.write({"stays": 1, "changes": 2, "goes": 3})
         self.process = subprocess.Popen([linegated, self.plant], stderr=subprocess.PIPE, text=True)
@@ -76,16 +72,11 @@ class Gateway:
         self.process.send_signal(signal.SIGHUP)
         self.await_log(answer, times)
 
-    def lines(self):
-        """By name, as a new subscriber sees them."""
-        told = subprocess.run([*self.console, "lines"], capture_output=True, text=True, timeout=2 * PATIENCE, check=True)
-        return {line["line"]: line for line in json.loads(told.stdout)["lines"]}
-
     def await_input(self, line, address):
         """Until that input is not 0."""
-        end = time.monotonic() + PATIENCE
-        while time.monotonic() < end:
-            told = subprocess.run([*self.console, "image", line], capture_output=True, text=True, timeout=2 * PATIENCE)
+        last = time.monotonic() + PATIENCE
+        while time.monotonic() < last:
+            told = self.ask("--json", "image", line)
             if told.returncode == 0 and self.value(told.stdout.splitlines()[0], *address):
                 return
         raise Failure(f"nothing is forwarded to {line}\n" + "\n".join(self.log))
@@ -97,9 +88,10 @@ class Gateway:
         return next((entry["value"] for entry in entries if (entry["index"], entry["sub"]) == (index, sub)), 0)
 
     def await_lines(self, names):
-        end = time.monotonic() + PATIENCE
-        while set(lines := self.lines()) != names:
-            if time.monotonic() > end:
+        """By name, as a new subscriber sees them, as soon as these are all."""
+        last = time.monotonic() + PATIENCE
+        while set(lines := {line["line"]: line for line in self.lines()}) != names:
+            if time.monotonic() > last:
                 raise Failure(f"lines {set(lines)} instead of {names}")
         return lines
 
@@ -128,9 +120,7 @@ def run(gateway):
     gateway.write({"stays": 1, "changes": 2, "comes": 4}, heartbeat="200ms", extra="executors: [{name: unused}]\n")
     gateway.reload("reloaded: lines changed: none; started: none; stopped: none; unchanged: 3")
     forwarding(gateway)
-    gateway.process.send_signal(signal.SIGTERM)
-    if gateway.process.wait(timeout=PATIENCE) != 0:
-        raise Failure(f"it ended with {gateway.process.returncode}")
+    end(gateway.process)
 
 
 def joined(rules):
@@ -154,17 +144,13 @@ def forwarding(gateway):
     gateway.reload("reloaded: lines changed: none; started: none; stopped: from, to; unchanged: 3")
 
 
-def main(linegated, linegate, profiles):
-    with tempfile.TemporaryDirectory() as folder:
-        gateway = Gateway(linegated, linegate, profiles, folder)
-        try:
-            run(gateway)
-        except Failure as failure:
-            return str(failure)
-        finally:
-            gateway.process.kill()
-    return None
+def test(folder, linegated, linegate, profiles):
+    gateway = Gateway(linegated, linegate, profiles, folder)
+    try:
+        run(gateway)
+    finally:
+        gateway.process.kill()
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    run_test(test)

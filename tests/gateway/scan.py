@@ -9,15 +9,11 @@ scan.py LINEGATED LINEGATE PROFILES. The line is a multicast group in a network 
 import json
 import os
 import re
-import signal
-import subprocess
-import sys
-import tempfile
-import time
 
-PATIENCE = 60  # seconds
-EDS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "bridges", "sim", "eds")
-DEMO = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "deploy", "plants", "demo.yaml")
+import plant_process
+from plant_process import EDS, Failure, SOURCES, run_test, simulated, until, write
+
+DEMO = os.path.join(SOURCES, "deploy", "plants", "demo.yaml")
 URI = "udp:239.74.163.9:43119"
 DEVICES = {5: "drive", 7: "encoder", 8: "digital-io", 10: "analog-io"}
 HEAD = "schema: 1\ngateway: {name: scan}\n"
@@ -28,71 +24,27 @@ LINE = f"""lines:
 """
 
 
-class Failure(Exception):
-    pass
-
-
-class Plant:
-    def __init__(self, linegated, linegate, profiles):
-        self.linegated, self.profiles, self.domain = linegated, profiles, "199"
-        self.console = [linegate, "--profile", profiles, "--domain", self.domain, "--wait", str(PATIENCE)]
-
-    def command(self, *words, code=0):
-        told = subprocess.run([*self.console, *words], capture_output=True, text=True, timeout=4 * PATIENCE)
-        if told.returncode != code:
-            raise Failure(f"{words} ended with {told.returncode}, not {code}\n{told.stdout}{told.stderr}")
-        return told
-
-    def gateway(self, plant):
-        return subprocess.Popen([self.linegated, plant, "--dds-domain", self.domain, "--dds-profile", self.profiles])
-
-    def until(self, what, condition):
-        end = time.monotonic() + PATIENCE
-        while not condition():
-            if time.monotonic() > end:
-                raise Failure(f"not within {PATIENCE} s: {what}")
-            time.sleep(0.2)
-
-    def operational(self, line="press", count=len(DEVICES)):
-        lines = json.loads(self.command("--json", "lines").stdout)["lines"]
-        return any(one["line"] == line and one["nodes_operational"] == count for one in lines)
-
+class Plant(plant_process.Plant):
     def layouts(self, plant, line="press", count=len(DEVICES)):
         """The layouts of both directions when all nodes of that plant are Operational."""
-        process = self.gateway(plant)
-        try:
+        with self.running(plant):
             return self.layouts_now(plant, line, count)
-        finally:
-            end(process)
 
     def layouts_now(self, what, line="press", count=len(DEVICES)):
-        self.until(f"all nodes of {what} operational", lambda: self.operational(line, count))
-        self.until(f"inputs of {what} are valid",
-                   lambda: any(entry["valid"] for entry in self.image(line)["entries"]))
+        self.await_operational(line, count, what)
+        until(f"inputs of {what} are valid",
+              lambda: any(entry["valid"] for entry in self.image(line)["entries"]))
         return [self.image(line, *which)["layout_id"] for which in ((), ("--outputs",))]
 
     def image(self, line, *which):
-        return json.loads(self.command("--json", "image", line, *which).stdout.splitlines()[0])
-
-
-def end(process):
-    process.send_signal(signal.SIGTERM)
-    if process.wait(timeout=PATIENCE) != 0:
-        raise Failure(f"a program ended with {process.returncode}")
-
-
-def write(path, text):
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(text)
-    return path
+        return self.stream("image", line, *which)[0]
 
 
 def run(plant, folder):
     configured = "".join(f"      - {{id: {node}, eds: {EDS}/{profile}.eds}}\n" for node, profile in DEVICES.items())
     wanted = plant.layouts(write(f"{folder}/configured.yaml", HEAD + LINE + "    nodes:\n" + configured))
 
-    process = plant.gateway(write(f"{folder}/bare.yaml", HEAD + LINE))
-    try:
+    with plant.running(write(f"{folder}/bare.yaml", HEAD + LINE)):
         scanned = plant.command("--json", "scan", "press", "--write", f"{folder}/found", "--eds", EDS)
         nodes = json.loads(scanned.stdout)["nodes"]
         if {node["node"] for node in nodes} != set(DEVICES) or not all(node["complete"] for node in nodes):
@@ -103,8 +55,6 @@ def run(plant, folder):
         if "heartbeat" not in one and "none" not in one:
             raise Failure("one node alone:\n" + one)
         plant.command("scan", "press", "--write", f"{folder}/found", code=1)  # nothing is overwritten
-    finally:
-        end(process)
     found = plant.layouts(f"{folder}/found/plant.yaml")
     if found != wanted:
         raise Failure(f"layouts {found} of what was found, {wanted} of what was configured")
@@ -113,19 +63,16 @@ def run(plant, folder):
 
 def run_applied(plant, folder):
     """The line takes over what was found, without device files; what was written of it is the same line."""
-    process = plant.gateway(write(f"{folder}/applied.yaml", HEAD + LINE + "    access: all\n"))
-    try:
+    with plant.running(write(f"{folder}/applied.yaml", HEAD + LINE + "    access: all\n")):
         plant.command("sdo", "read", "press:5", "1018", "1", "--cached")  # nothing is: the device answers
         plant.command("scan", "press", "--restore-defaults", "--apply", "--write", f"{folder}/applied")
         live = plant.layouts_now("what was applied")
         plant.command("sdo", "read", "press:5", "1018", "1", "--cached")
-        nodes = json.loads(plant.command("--json", "scan", "press").stdout)["nodes"]
+        nodes = plant.json("scan", "press")["nodes"]
         if any(node.get("heartbeat_ms", 0) == 0 for node in nodes):
             raise Failure(f"a device without a heartbeat: {nodes}")
         plant.command("scan", "press:8", "--apply")  # one node again, the others stay
         again = plant.layouts_now("what one node was read again of")
-    finally:
-        end(process)
     written = plant.layouts(f"{folder}/applied/plant.yaml")
     if not live == again == written:
         raise Failure(f"layouts {live} of what was applied, {again} after one node, {written} of what was written")
@@ -142,13 +89,10 @@ def run_auto(plant, folder, wanted):
 
 def run_simulated(plant, folder):
     """Devices that the gateway simulates itself are part of what is written."""
-    simulated = "".join(f"      - {{node: {node}, profile: {profile}}}\n" for node, profile in DEVICES.items())
+    devices = "".join(f"      - {{node: {node}, profile: {profile}}}\n" for node, profile in DEVICES.items())
     line = LINE.replace(URI, "simulated:")
-    process = plant.gateway(write(f"{folder}/simulated.yaml", HEAD + line + "    simulate:\n" + simulated))
-    try:
+    with plant.running(write(f"{folder}/simulated.yaml", HEAD + line + "    simulate:\n" + devices)):
         plant.command("scan", "press", "--write", f"{folder}/embedded")
-    finally:
-        end(process)
     plant.layouts(f"{folder}/embedded/plant.yaml")
 
 
@@ -169,46 +113,26 @@ def without_configuration(plant):
 def run_demo(plant, folder):
     """The demo plant with no configuration: every device is found, and what was written boots with the same image."""
     text, counts = without_configuration(DEMO)
-    process = plant.gateway(write(f"{folder}/demo.yaml", text))
     live = {}
-    try:
+    with plant.running(write(f"{folder}/demo.yaml", text)):
         for line, count in counts.items():
             plant.command("scan", line, "--apply", "--write", f"{folder}/demo-{line}")
             live[line] = plant.layouts_now(f"line {line} of the demo", line, count)
-    finally:
-        end(process)
     for line, count in counts.items():
         written = plant.layouts(f"{folder}/demo-{line}/plant.yaml", line, count)
         if written != live[line]:
             raise Failure(f"layouts {written} of what was written of {line}, {live[line]} of what was applied")
 
 
-def main(linegated, linegate, profiles):
-    devices = [word for node, profile in DEVICES.items() for word in ("--device", f"{profile}:{node}")]
-    with tempfile.TemporaryDirectory() as folder:
-        simulated = subprocess.Popen([linegate, "simulate", URI, *devices])
-        try:
-            plant = Plant(linegated, linegate, profiles)
-            wanted = run(plant, folder)
-            run_applied(plant, folder)
-            run_auto(plant, folder, wanted)
-            run_demo(plant, folder)
-            run_simulated(Plant(linegated, linegate, profiles), folder)
-        except Failure as failure:
-            return str(failure)
-        finally:
-            simulated.terminate()
-    return None
-
-
-def in_a_network_of_its_own(arguments):
-    commands = "ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo && exec \"$@\""
-    as_root = [] if os.getuid() == 0 else ["--map-root-user"]
-    os.execvp("unshare", ["unshare", "--net", *as_root, "sh", "-c", commands, "sh", sys.executable, "-B",
-                          *arguments, "--inside"])
+def test(folder, linegated, linegate, profiles):
+    with simulated(linegate, URI, DEVICES):
+        plant = Plant(linegated, linegate, profiles, "199")
+        wanted = run(plant, folder)
+        run_applied(plant, folder)
+        run_auto(plant, folder, wanted)
+        run_demo(plant, folder)
+        run_simulated(plant, folder)
 
 
 if __name__ == "__main__":
-    if sys.argv[-1] != "--inside":
-        in_a_network_of_its_own(sys.argv)
-    sys.exit(main(*sys.argv[1:-1]))
+    run_test(test, own_network=True)

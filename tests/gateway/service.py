@@ -10,11 +10,11 @@ import os
 import signal
 import socket
 import subprocess
-import sys
 import tempfile
 import time
 
-PATIENCE = 60  # seconds
+from plant_process import Failure, PATIENCE, run_test, write
+
 WATCHDOG = 1.0  # seconds
 PLANT = """schema: 1
 gateway: {{name: service}}
@@ -28,10 +28,6 @@ lines:
 
 PTRACE_DETACH, PTRACE_SEIZE, PTRACE_INTERRUPT = 17, 0x4206, 0x4207
 WALL = 0x4000_0000  # __WALL: threads, too
-
-
-class Failure(Exception):
-    pass
 
 
 class Manager:
@@ -123,28 +119,24 @@ def run(manager, process):
         raise Failure(f"it ended with {process.returncode}")
 
 
-def main(linegated, profiles):
-    with tempfile.TemporaryDirectory() as folder:
-        manager = Manager(folder)
-        plant = os.path.join(folder, "plant.yaml")
-        with open(plant, "w", encoding="utf-8") as file:
-            # Below are the domains of tests/dds/own_domain.h.
-            file.write(PLANT.format(domain=200 + os.getpid() % 10, profile=profiles))
-        journal = tempfile.TemporaryFile(dir=folder)
-        stream = os.fstat(journal.fileno())
-        environment = dict(os.environ, NOTIFY_SOCKET=manager.path, WATCHDOG_USEC=str(int(WATCHDOG * 1e6)),
-                           JOURNAL_STREAM=f"{stream.st_dev}:{stream.st_ino}")
-        with journal, subprocess.Popen([linegated, plant], env=environment, stderr=journal) as process:
-            try:
-                run(manager, process)
-                check_journal(journal)
-            except Failure as failure:
-                journal.seek(0)
-                return f"{failure}\n{journal.read().decode()}"
-            finally:
-                process.kill()
-    return None
+def test(folder, linegated, profiles):
+    manager = Manager(folder)
+    domain = 200 + os.getpid() % 10  # below are those of tests/dds/own_domain.h
+    plant = write(os.path.join(folder, "plant.yaml"), PLANT.format(domain=domain, profile=profiles))
+    journal = tempfile.TemporaryFile(dir=folder)
+    stream = os.fstat(journal.fileno())
+    environment = dict(os.environ, NOTIFY_SOCKET=manager.path, WATCHDOG_USEC=str(int(WATCHDOG * 1e6)),
+                       JOURNAL_STREAM=f"{stream.st_dev}:{stream.st_ino}")
+    with journal, subprocess.Popen([linegated, plant], env=environment, stderr=journal) as process:
+        try:
+            run(manager, process)
+            check_journal(journal)
+        except Failure as failure:
+            journal.seek(0)
+            raise Failure(f"{failure}\n{journal.read().decode()}") from failure
+        finally:
+            process.kill()
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    run_test(test)
