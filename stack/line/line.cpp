@@ -205,7 +205,7 @@ void Line::Impl::routes(std::vector<routing::Route>& out) const {
 }
 
 bool Line::Impl::next_frame(can::Frame& out, Instant now) {
-  return node.next_frame(out, now) || next_lss_frame(out, now);
+  return node.next_frame(out, now) || (lss.wants_to_send() && next_lss_frame(out, now));
 }
 
 void Line::Impl::bus_event(const can::BusEvent& event) {
