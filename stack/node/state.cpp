@@ -176,6 +176,7 @@ void Node::Impl::state_changed(nmt::State before, Instant time) {
     sdo_clients.reset();
   }
   pdos.set_operational(state == nmt::State::operational, time);
+  pdos.keep_early(!options.nmt_slave && state == nmt::State::pre_operational);
   settle(time);
   tell_state(before, time);
   if (application != nullptr) {

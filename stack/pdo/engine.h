@@ -110,9 +110,17 @@ class Engine {
   // A valid PDO cannot be used, see Listener::pdo_unusable().
   bool any_unusable() const;
 
-  // Entering or leaving Operational: only then are PDOs received, sampled and sent. Entering
-  // requests every event-driven TPDO once, so that consumers get first values.
+  // Entering or leaving Operational: only then are PDOs received (but see keep_early()),
+  // sampled and sent. Entering requests every event-driven TPDO once, so that consumers get first
+  // values.
   void set_operational(bool operational, Instant now);
+
+  // Whether the newest frame of each RPDO that is given to receive() outside of Operational is
+  // kept, and taken on entering it: an event-driven one then, a synchronous one with the SYNC
+  // after. For an NMT master in Pre-operational, which waits for nodes while others are started and
+  // send what they will not repeat (CiA 302-2). With false, what is kept is forgotten unless the
+  // engine is Operational.
+  void keep_early(bool keep);
 
   // Hot. Takes frames from the front as long as each is wanted by one RPDO alone and needs nothing
   // but being copied (or kept for SYNC); gives how many, and adds them to traffic. The frame it

@@ -159,6 +159,11 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void take(std::uint16_t slot, const std::byte* data, Instant time, std::uint32_t frames);
   void copy_rest(std::uint16_t slot, const std::byte* data);
   void defer(std::uint16_t slot, const can::Frame& frame);
+  void keep(std::uint16_t slot, const can::Frame& frame);
+  // early.cpp
+  void receive_early(std::uint16_t slot, const can::Frame& frame);
+  void take_early();
+  // receive.cpp
   void receive_wrong_length(std::uint16_t slot, const can::Frame& frame);
   // multiplexed.cpp
   void receive_mpdo(std::uint16_t slot, const can::Frame& frame);
@@ -227,7 +232,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   Listener* listener = nullptr;
   std::uint64_t revision = 0;
   EngineCounters counters;
-  Shadows shadows;            // of the synchronous ones
+  Shadows shadows;            // of the synchronous ones, and of those that came early
   bool hears_frames = false;  // the listener wants rpdo_received()
 
   od::Dictionary& dictionary;
@@ -238,6 +243,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   image::Area* outputs = nullptr;
   std::size_t max_bytes = can::kMaxClassicData;
   bool operational = false;
+  bool keeps_early = false;
   std::uint8_t node_id = 0;
   Instant latest{};  // time of the last call: records are written without one
 

@@ -45,7 +45,11 @@ std::size_t Engine::receive_ordinary(std::span<const can::Frame> frames, can::Tr
 void Engine::receive(std::uint16_t slot, const can::Frame& frame) {
   Impl& engine = *impl_;
   const RpdoDetails& pdo = engine.details[slot];
-  if (!engine.operational || !pdo.active || frame.remote()) {
+  if (!pdo.active || frame.remote()) {
+    return;
+  }
+  if (!engine.operational) {
+    engine.receive_early(slot, frame);
     return;
   }
   if (pdo.mpdo != MpdoMode::none) {
@@ -101,11 +105,15 @@ void Engine::Impl::defer(std::uint16_t slot, const can::Frame& frame) {
     ++counters.after_window;
     return;
   }
-  const auto word = load_le<std::uint64_t>(frame.data.data());
-  Shadows::Series(shadows).keep(slot, word, frame.time);
+  keep(slot, frame);
   if (inputs->pdo(slot).attention > image::PdoState::kNotValid) {
     attend_reception(slot, frame.time);
   }
+}
+
+void Engine::Impl::keep(std::uint16_t slot, const can::Frame& frame) {
+  const auto word = load_le<std::uint64_t>(frame.data.data());
+  Shadows::Series(shadows).keep(slot, word, frame.time);
   if ((rpdos[slot].flags & Rpdo::kLong) != 0) {
     long_shadows[details[slot].long_shadow] = frame.data;
   }

@@ -105,6 +105,11 @@ void Engine::Impl::set_operational(bool on, Instant now) {
   for (std::uint16_t slot = 0; on && slot < tpdos.size(); ++slot) {
     begin(PdoKind::tpdo, slot);
   }
+  if (on) {
+    take_early();
+  } else {
+    shadows.clear();
+  }
 }
 
 // What receive_ordinary() takes.
@@ -155,7 +160,6 @@ void Engine::Impl::go_quiet() {
   asked.clear_all();
   held_changed.clear_all();
   held_always.clear_all();
-  shadows.clear();
   timers.reset(rpdos.size() + tpdos.size());
   for (std::size_t slot = 0; slot < rpdos.size(); ++slot) {
     inputs->pdo(slot).attention &= ~std::uint32_t{kFirst};  // errors last

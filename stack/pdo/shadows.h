@@ -1,4 +1,5 @@
-// The newest frame of each synchronous RPDO, until the next SYNC.
+// The newest frame of each synchronous RPDO, until the next SYNC; and of any RPDO that came before
+// Operational, until then.
 #pragma once
 
 #include <cstddef>

@@ -49,12 +49,18 @@ void ImageModel::add_node(const line::NodeConfig& node, const image::Layout& lay
 
 void ImageModel::before_receive(const can::Frame& frame) {
   const auto it = pdos_.find(key(frame.id, frame.extended()));
-  if (it == pdos_.end() || frame.remote() || frame.length < it->second.bytes ||
-      line_.state().own_state != nmt::State::operational) {
+  if (it == pdos_.end() || frame.remote() || frame.length < it->second.bytes) {
     return;
   }
   Pdo& pdo = it->second;
-  if (pdo.synchronous) {
+  const nmt::State own = line_.state().own_state;
+  if (own == nmt::State::pre_operational && line_.config().role == line::Role::manager &&
+      frame.length == pdo.bytes) {
+    pdo.pending = true;
+    pdo.shadow = frame;
+  } else if (own != nmt::State::operational) {
+    return;
+  } else if (pdo.synchronous) {
     pdo.pending = true;
     pdo.shadow = frame;
   } else {
@@ -64,12 +70,13 @@ void ImageModel::before_receive(const can::Frame& frame) {
 }
 
 void ImageModel::after_call() {
-  if (line_.sync_count() == syncs_) {
-    return;
-  }
+  const bool synced = line_.sync_count() != syncs_;
   syncs_ = line_.sync_count();
+  const nmt::State own = line_.state().own_state;
   for (auto& [id, pdo] : pdos_) {
-    if (pdo.pending) {
+    if (own != nmt::State::operational) {
+      pdo.pending = pdo.pending && own == nmt::State::pre_operational;
+    } else if (pdo.pending && (synced || !pdo.synchronous)) {
       pdo.pending = false;
       pdo.has_value = true;
       pdo.value = pdo.shadow;

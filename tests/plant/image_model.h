@@ -18,7 +18,7 @@ class ImageModel {
 
   // The line is about to be given this frame.
   void before_receive(const can::Frame& frame);
-  // The line was called: it may have passed a SYNC.
+  // The line was called: it may have passed a SYNC, or have become Operational.
   void after_call();
 
   // Compares every valid entry of a fresh snapshot with the model; a sentence about the first

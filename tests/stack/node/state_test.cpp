@@ -84,6 +84,32 @@ TEST_F(NodeTest, RpdosAreTakenInOperationalOnly) {
   EXPECT_EQ(number(0x2000, 1), 2U);
 }
 
+// What a node sends once when it is started, while the master still waits for others (CiA 302-2).
+TEST_F(NodeTest, AnNmtMasterTakesOnEnteringOperationalWhatCameInPreOperational) {
+  boot();
+  node->set_nmt_slave(false);
+  node->command(nmt::Command::stop, at(1ms));
+  hear(2ms, 0x205, {0x01, 0x00});
+  node->command(nmt::Command::enter_pre_operational, at(3ms));
+  node->command(nmt::Command::start, at(4ms));
+  EXPECT_EQ(number(0x2000, 1), 0x1111U) << "nothing is kept in Stopped";
+  node->command(nmt::Command::enter_pre_operational, at(5ms));
+  hear(6ms, 0x205, {0x02, 0x00});
+  hear(6ms, 0x305, {0x03, 0x00});
+  EXPECT_EQ(number(0x2000, 1), 0x1111U);
+  node->command(nmt::Command::start, at(7ms));
+  EXPECT_EQ(number(0x2000, 1), 2U);
+  EXPECT_EQ(number(0x2000, 2), 0x2222U) << "a synchronous one waits for SYNC";
+  hear(8ms, 0x080, {});
+  EXPECT_EQ(number(0x2000, 2), 3U);
+  node->command(nmt::Command::enter_pre_operational, at(9ms));
+  hear(10ms, 0x205, {0x04, 0x00});
+  node->command(nmt::Command::stop, at(11ms));
+  node->command(nmt::Command::enter_pre_operational, at(12ms));
+  node->command(nmt::Command::start, at(13ms));
+  EXPECT_EQ(number(0x2000, 1), 2U) << "forgotten with Pre-operational";
+}
+
 TEST_F(NodeTest, TpdosAreSentInOperationalOnly) {
   boot();
   hear(1ms, 0x080, {});

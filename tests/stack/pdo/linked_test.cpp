@@ -76,6 +76,21 @@ TEST_F(LinkedTest, AnInvalidNodeIsValidAgainWithItsNextFrame) {
   EXPECT_EQ(manager.snapshot().valid[0], 0b11U);
 }
 
+TEST_F(LinkedTest, WhatCameEarlyIsForgottenWithItsNode) {
+  Manager manager({node(5, {remote_pdo(1, 0x185, {0x20030010})}),
+                   node(6, {remote_pdo(1, 0x186, {0x20030010})})});
+  manager.engine->set_operational(false, at(1));
+  manager.engine->keep_early(true);
+  manager.receive(frame(0x185, {1, 0}, at(2)));
+  manager.receive(frame(0x186, {2, 0}, at(2)));
+  manager.engine->drop_waiting(5);
+  manager.engine->set_operational(true, at(3));
+  EXPECT_EQ(manager.snapshot().valid[0], 0b10U);
+  EXPECT_EQ(manager.image->read_entry(kIn, 1), 2U);
+  ASSERT_EQ(manager.inputs.marks.size(), 1U);
+  EXPECT_EQ(manager.inputs.marks[0].time, at(2)) << "reception, not Operational";
+}
+
 TEST_F(LinkedTest, SynchronousRpdosAreCommittedWholeAtSync) {
   Manager manager({node(5, {remote_pdo(1, 0x185, {0x20030010, 0x20050020}, 1)})});
   manager.receive(frame(0x185, {1, 0, 1, 0, 0, 0}, at(1)));

@@ -50,6 +50,48 @@ TEST(Rpdo, OnlyInOperational) {
   EXPECT_EQ(device.engine->counters().received, 1U);
 }
 
+TEST(Rpdo, TheNewestThatCameEarlyIsTakenInOperational) {
+  Device device(Made::with({{.cob_id = 0x201, .mapping = {0x20030010}},
+                            {.number = 2, .cob_id = 0x301, .type = 1, .mapping = {0x20020008}}}));
+  device.engine->keep_early(true);
+  device.receive(frame(0x201, {1, 0}, at(1)));
+  device.receive(frame(0x201, {2, 0}, at(2)));
+  device.receive(frame(0x201, {9}, at(2)));
+  device.receive(frame(0x201, {9, 9, 9}, at(2)));
+  device.receive(frame(0x301, {7}, at(3)));
+  device.engine->sync(0, at(3));
+  EXPECT_EQ(device.read(0x2003), 0U);
+  EXPECT_EQ(device.engine->counters().received, 0U);
+  EXPECT_THAT(device.emitted(), IsEmpty()) << "nobody waits for the right length yet";
+  device.operational(at(4));
+  EXPECT_EQ(device.read(0x2003), 2U);
+  EXPECT_EQ(device.read(0x2002), 0U) << "not before SYNC";
+  device.engine->sync(0, at(5));
+  EXPECT_EQ(device.read(0x2002), 7U);
+  EXPECT_EQ(device.engine->counters().received, 3U);
+  EXPECT_THAT(device.listener.received, ElementsAre(1, 2));
+  device.engine->set_operational(false, at(6));
+  device.receive(frame(0x201, {3, 0}, at(7)));
+  device.engine->keep_early(false);
+  device.receive(frame(0x201, {4, 0}, at(8)));
+  device.operational(at(9));
+  EXPECT_EQ(device.read(0x2003), 2U) << "given up, and then not kept";
+}
+
+TEST(Rpdo, TheDeadlineOfWhatCameEarlyBeginsWithOperational) {
+  Device device(Made::with({{.cob_id = 0x201, .event_timer = 10, .mapping = {0x20030010}}}));
+  device.engine->keep_early(true);
+  device.receive(frame(0x201, {1, 0}, at(1)));
+  device.operational(at(100));
+  device.engine->advance(at(109));
+  EXPECT_THAT(device.emitted(), IsEmpty());
+  device.receive(frame(0x201, {2, 0}, at(109)));
+  device.engine->advance(at(110));
+  EXPECT_THAT(device.emitted(), IsEmpty());
+  device.engine->advance(at(119));
+  EXPECT_EQ(device.emitted().size(), 1U);
+}
+
 TEST(Rpdo, RemoteFramesAreIgnored) {
   Device device(Made::with({{.cob_id = 0x201, .mapping = {0x20030010}}}));
   device.operational();
