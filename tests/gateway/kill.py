@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """A gateway that is killed at any moment, while it boots its nodes, while its own node and its devices store their
-parameters and while all is well, ends in the right state when it is started again: all nodes Operational, stored
-parameters the old or the new ones, the image the same.
+parameters and while all is well, ends in the right state when it is started again, after each of the kills: all nodes
+Operational, stored parameters the old or the new ones, the image the same.
 
 kill.py LINEGATED LINEGATE PROFILES [SEED]. The bus is a multicast group in a network of its own; the simulated
 devices on it are another program and live on.
@@ -78,6 +78,12 @@ class Plant(Console):
         self.process.kill()
         self.process.wait()
 
+    def look(self):
+        """A start that comes to its end: all nodes run, and have what was stored."""
+        self.start()
+        self.await_operational()
+        self.check_stored()
+
     def await_operational(self):
         nodes = [OWN, *BESIDE, *INSIDE]
         if not self.bus.operational(nodes, PATIENCE):
@@ -130,19 +136,15 @@ class Plant(Console):
 
 
 def run(plant, chance):
-    plant.start()
-    plant.await_operational()
+    began = time.monotonic()
+    plant.look()
+    boot_time = time.monotonic() - began
     wanted = plant.image()
     generation = 1
     plant.store_for_certain(generation)
     plant.kill()
     for number in range(ROUNDS):
-        plant.start()
-        pause(chance.uniform(0, 1.2))  # while it starts, opens its lines, boots its nodes
-        plant.kill()
-        plant.start()
-        plant.await_operational()
-        plant.check_stored()
+        plant.look()
         if number % 10 == 0 and plant.image() != wanted:
             raise Failure("the image is another one")
         if number % 3 != 2:
@@ -154,9 +156,12 @@ def run(plant, chance):
         else:
             pause(chance.uniform(0, 0.3))
         plant.kill()
-    plant.start()
-    plant.await_operational()
-    plant.check_stored()
+        plant.look()
+        end(plant.process)
+        plant.start()
+        pause(chance.uniform(0, 1.2 * boot_time))  # while it starts, opens its lines, boots its nodes
+        plant.kill()
+    plant.look()
     if plant.image() != wanted:
         raise Failure("the image is another one at the end")
     end(plant.process)
