@@ -1,8 +1,10 @@
 #include "tests/plant/generator.h"
 
+#include <algorithm>
 #include <array>
 #include <random>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 #include "tests/plant/scenario.h"
@@ -18,11 +20,16 @@ struct Device {
   bool domain = false;
   bool alive = true;
   bool plugged = true;
+  unsigned guard_time = 0;  // ms
+  unsigned life_time_factor = 0;
+  bool mpdo = false;
+  unsigned mpdo_of = 0;  // whose MPDOs it takes, 0 = nobody's
 };
 
 class Generator {
  public:
-  explicit Generator(unsigned long seed) : random_(seed), random_of_ours_(seed + 0x0475) {}
+  explicit Generator(unsigned long seed)
+      : random_(seed), random_of_ours_(seed + 0x0475), random_of_more_(seed + 0x4D50) {}
 
   std::string plant() {
     network();
@@ -34,6 +41,7 @@ class Generator {
       out_ << "at " << time << "ms ";
       action(i);
       ours_speaks(time);
+      command_or_mpdo(time);
     }
     quiet(time);
     return out_.str();
@@ -63,7 +71,9 @@ class Generator {
       device.domain = below(3) == 0;
       out_ << "device " << device.id << ' ' << device.profile;
       if (device.guarded) {
-        out_ << " guarding " << 50 + below(100) << "ms " << 3 + below(3);
+        device.guard_time = 50 + below(100);
+        device.life_time_factor = 3 + below(3);
+        out_ << " guarding " << device.guard_time << "ms " << device.life_time_factor;
       } else {
         out_ << " heartbeat " << device.heartbeat << "ms";
       }
@@ -73,10 +83,55 @@ class Generator {
       if (below(4) == 0) {
         out_ << " mandatory";
       }
+      give_mpdos(device);
       out_ << '\n';
       devices_.push_back(std::move(device));
     }
     network_of_ours();
+  }
+
+  unsigned below_more(unsigned limit) { return static_cast<unsigned>(random_of_more_() % limit); }
+
+  // Profiles that have no TPDO 4 of their own. Each follows the one before it, if there is one.
+  void give_mpdos(Device& device) {
+    device.mpdo = (device.profile == "encoder" || device.profile == "drive") && below_more(2) == 0;
+    if (!device.mpdo) {
+      return;
+    }
+    device.mpdo_of = std::exchange(last_with_mpdos_, device.id);
+    out_ << " mpdo";
+    if (device.mpdo_of != 0) {
+      out_ << " mpdo-of " << device.mpdo_of;
+    }
+  }
+
+  // Besides: NMT commands of all kinds, to one node or all, and values by MPDO. With dice of their
+  // own, as those of ours.
+  void command_or_mpdo(unsigned time) {
+    const Device& device = devices_[below_more(static_cast<unsigned>(devices_.size()))];
+    switch (below_more(4)) {
+      case 0: {
+        constexpr const char* kCommands[] = {"start", "stop", "pre-operational", "reset-node",
+                                             "reset-communication"};
+        out_ << "at " << time << "ms nmt " << kCommands[below_more(5)] << ' ';
+        below_more(4) == 0 ? out_ << "all\n" : out_ << device.id << '\n';
+        break;
+      }
+      case 1:
+        give_by_mpdo(below_more(3) == 0 ? 0 : device.id, time);
+        break;
+      default:
+        break;
+    }
+  }
+
+  // To 2F01h of that device, 0 = of all; gives the value.
+  unsigned give_by_mpdo(unsigned node, unsigned time) {
+    const unsigned value = 0x10 + below_more(0xF0);
+    out_ << "at " << time << "ms frame 0x57F " << std::hex << std::uppercase << (0x80 | node)
+         << "012F00" << value << "000000\n"
+         << std::dec;
+    return value;
   }
 
   unsigned below_ours(unsigned limit) { return static_cast<unsigned>(random_of_ours_() % limit); }
@@ -214,14 +269,13 @@ class Generator {
         there_and_back(device, time + 12'000);
       }
     }
-    bool may_start = true;
+    bool may_start = std::ranges::all_of(devices_, &Device::alive);
     for (const Device& device : devices_) {
       if (device.alive) {
         out_ << "expect node " << device.id << " operational within 15s\n";
       } else if (device.heartbeat != 0 || device.guarded) {
         out_ << "expect node " << device.id << " missing within 15s\n";
       }
-      may_start = may_start && device.alive;
     }
     for (const Device& device : ours_) {
       out_ << "expect node " << device.id << " operational within 15s\nexpect ours node "
@@ -231,14 +285,71 @@ class Generator {
     if (may_start) {
       out_ << "expect own operational within 1s\nexpect manager running within 1s\n";
     }
+    command_and_return(time + 12'000);
+    bring_by_mpdo(time + 12'000);
+    lose_guarding(time + 12'000);
+  }
+
+  // Nothing disturbs the network any more: what is commanded is done, and shown.
+  void command_and_return(unsigned time) {
+    std::ostringstream shown;
+    std::ostringstream back;
+    for (const Device& device : devices_) {
+      if (!device.alive) {
+        continue;
+      }
+      const bool stop = below_more(2) == 0;
+      out_ << "at " << time << "ms nmt " << (stop ? "stop " : "pre-operational ") << device.id
+           << '\n';
+      shown << "expect node " << device.id << (stop ? " stopped" : " pre-operational")
+            << " within 1s\n";
+      back << "at " << time << "ms nmt start " << device.id << "\nexpect node " << device.id
+           << " operational within 1s\n";
+    }
+    out_ << shown.str() << back.str();
+  }
+
+  // From each to the one that follows it, and so on.
+  void bring_by_mpdo(unsigned time) {
+    for (const Device& device : devices_) {
+      if (!device.mpdo || !device.alive) {
+        continue;
+      }
+      const unsigned value = give_by_mpdo(device.id, time);
+      out_ << "expect device " << device.id << " 2F01:0 = " << value << " within 100ms\n";
+      for (const Device& follower : devices_) {
+        if (follower.mpdo_of == device.id && follower.alive) {
+          out_ << "expect device " << follower.id << " 2F02:0 = " << value << " within 100ms\n";
+        }
+      }
+    }
+  }
+
+  // Whoever is asked no more says so when it can, and the master has noticed, too.
+  void lose_guarding(unsigned time) {
+    for (const Device& device : devices_) {
+      if (!device.guarded || !device.alive) {
+        continue;
+      }
+      const unsigned life_time = device.guard_time * device.life_time_factor;
+      const unsigned within = life_time + 2 * device.guard_time;
+      out_ << "at " << time << "ms node " << device.id
+           << " unplugged\nexpect heartbeat-lost node=" << device.id
+           << " code=1 value=" << life_time << " within " << within << "ms\nexpect device "
+           << device.id << " 1001:0 = 17 within " << within << "ms\nat " << time << "ms node "
+           << device.id << " plugged\nexpect emcy node=" << device.id
+           << " code=0x8130 within 500ms\nexpect node " << device.id << " operational within 15s\n";
+    }
   }
 
   std::mt19937_64 random_;
   std::mt19937_64 random_of_ours_;
+  std::mt19937_64 random_of_more_;
   std::ostringstream out_;
   std::vector<Device> devices_;
   std::vector<Device> ours_;
   unsigned bit_rate_ = 0;
+  unsigned last_with_mpdos_ = 0;
 };
 
 std::vector<std::string> lines_of(const std::string& text) {

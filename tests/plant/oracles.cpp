@@ -83,6 +83,12 @@ std::string check_always(LineSeat& seat, Instant now) {
   if (std::string text = check_values(seat); !text.empty()) {
     return text;
   }
+  for (const DeviceSeat& device : seat.devices) {
+    if (std::string text = device.model ? device.model->compare(*device.device) : std::string();
+        !text.empty()) {
+      return text;
+    }
+  }
   if (seat.duplicate_replies != 0) {
     return "a command got two replies";
   }

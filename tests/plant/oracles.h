@@ -14,6 +14,8 @@ namespace linegate::plant {
 //   no command got two replies
 //   the observer of the line has sent nothing, has the same layouts, and numbers its events as well
 //   a line of our devices below numbers its events as well
+//   a guarded device told that its life guarding was lost exactly when no request came in time
+//   2F01h and 2F02h of a device with MPDOs are what MPDOs brought
 //   a long value that was read by SDO is one that was written, and whole
 std::string check_always(LineSeat& seat, Instant now);
 

@@ -71,6 +71,9 @@ void Scenario::node_action(Words& words) {
   const std::string what = words.take();
   if (what == "dies") {
     device->device->kill();
+    if (device->model) {
+      device->model->power_off();
+    }
   } else if (what == "returns") {
     if (!device->device->alive()) {
       device->device->revive(world_.now());

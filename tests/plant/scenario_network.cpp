@@ -71,31 +71,37 @@ void add_mpdo(od::Dictionary& dictionary, std::uint16_t index, std::uint32_t cob
       .ok();
 }
 
-// 2F01h comes by MPDO in destination address mode on kToAll, and goes out in source address mode
-// whenever it becomes another value; 2F02h is what 2F01h of node `from` was last.
+// 2F01h comes by MPDO in destination address mode on kMpdoToAll, and goes out in source address
+// mode whenever it becomes another value; 2F02h is what 2F01h of node `from` was last.
 void give_mpdos(sim::Device& device, std::uint8_t from) {
   using enum od::DataType;
-  constexpr std::uint32_t kToAll = 0x57F;
-  constexpr std::uint32_t kOfNode = 0x480;
+  constexpr std::uint32_t kExtended = 0x2000'0000;  // in a COB-ID
   constexpr std::uint16_t kRpdo = 0x1407;
   constexpr std::uint16_t kTpdo = 0x1807;
   od::Dictionary& dictionary = device.dictionary();
   for (const std::uint16_t index : {std::uint16_t{0x2F01}, std::uint16_t{0x2F02}}) {
     (void)dictionary.add(object(index, {variable(0, unsigned32, 0)})).ok();
   }
-  add_mpdo(dictionary, kRpdo, kToAll, pdo::MpdoMode::destination);
-  add_mpdo(dictionary, kTpdo, kOfNode + device.options().node_id, pdo::MpdoMode::source);
+  add_mpdo(dictionary, kRpdo, kMpdoToAll, pdo::MpdoMode::destination);
+  add_mpdo(dictionary, kTpdo, kExtended | (kMpdoOfNode + device.options().node_id),
+           pdo::MpdoMode::source);
   (void)dictionary
       .add(object(0x1FA0, {variable(0, unsigned8, 1), variable(1, unsigned32, 0x01'2F01'00)}))
       .ok();
   if (from != 0) {
-    add_mpdo(dictionary, kRpdo + 1, kOfNode + from, pdo::MpdoMode::source);
+    add_mpdo(dictionary, kRpdo + 1, kExtended | (kMpdoOfNode + from), pdo::MpdoMode::source);
     (void)dictionary
         .add(object(0x1FD0, {variable(0, unsigned8, 1),
                              variable(1, unsigned64, 0x01'2F02'00'2F01'00'00ULL | from)}))
         .ok();
   }
   device.node().pdos().set_auto_notify(kTpdo - 0x1800 + 1, true);
+}
+
+bool is_guarded(const line::LineConfig& config, std::uint8_t node) {
+  return std::ranges::any_of(config.nodes, [node](const line::NodeConfig& each) {
+    return each.id == node && each.guard_time != Duration::zero();
+  });
 }
 
 }  // namespace
@@ -282,10 +288,14 @@ void Scenario::build() {
       if (plan.domains.contains(options.node_id)) {
         (void)(*device.value)->dictionary().add(domain_object()).ok();
       }
-      if (const auto mpdos = plan.mpdos.find(options.node_id); mpdos != plan.mpdos.end()) {
-        give_mpdos(**device.value, mpdos->second);
+      DeviceSeat& added = world_.add_device(seat, *std::move(device.value));
+      const auto mpdos = plan.mpdos.find(options.node_id);
+      if (mpdos != plan.mpdos.end()) {
+        give_mpdos(*added.device, mpdos->second);
+        added.model.emplace(true, mpdos->second);
+      } else if (is_guarded(seat.line->config(), options.node_id)) {
+        added.model.emplace(false, std::uint8_t{0});
       }
-      world_.add_device(seat, *std::move(device.value));
     }
     if (!below.devices.empty()) {
       std::ranges::sort(below.devices, {}, &line::DeviceConfig::id);

@@ -43,8 +43,9 @@ LineSeat& World::add_line(std::unique_ptr<line::Line> line, const sim::BusOption
   return *lines_.emplace_back(std::make_unique<LineSeat>(std::move(line), options));
 }
 
-void World::add_device(LineSeat& seat, std::unique_ptr<sim::Device> device) {
-  seat.devices.push_back({.device = std::move(device), .end = seat.bus.attach()});
+DeviceSeat& World::add_device(LineSeat& seat, std::unique_ptr<sim::Device> device) {
+  return seat.devices.emplace_back(
+      DeviceSeat{.device = std::move(device), .end = seat.bus.attach()});
 }
 
 void World::add_ours(LineSeat& seat, std::unique_ptr<line::Line> devices) {
@@ -203,9 +204,19 @@ void World::turn(LineSeat& seat) {
 void World::turn_device(LineSeat& seat, DeviceSeat& device) {
   std::array<can::Frame, 16> batch;
   while (const std::size_t count = seat.bus.take(device.end, batch)) {
-    device.device->receive(std::span(batch).first(count));
+    if (!device.model) {
+      device.device->receive(std::span(batch).first(count));
+      continue;
+    }
+    for (const can::Frame& frame : std::span(batch).first(count)) {
+      device.model->before_receive(*device.device, frame);
+      device.device->receive(std::span(&frame, 1));
+    }
   }
   device.device->advance(now_);
+  if (device.model) {
+    device.model->after_advance(*device.device, now_);
+  }
   can::Frame frame;
   while (seat.bus.room(device.end) > 0 && device.device->next_frame(frame, now_)) {
     seat.bus.submit(device.end, frame, now_);

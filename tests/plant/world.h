@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <random>
 #include <set>
 #include <span>
@@ -18,6 +19,7 @@
 #include "stack/line/following.h"
 #include "stack/line/line.h"
 
+#include "tests/plant/device_model.h"
 #include "tests/plant/image_model.h"
 
 namespace linegate::plant {
@@ -26,6 +28,7 @@ namespace linegate::plant {
 struct DeviceSeat {
   std::unique_ptr<sim::Device> device;
   sim::Bus::Endpoint end = 0;
+  std::optional<DeviceModel> model{};  // of those whose guarding or MPDOs are judged
 };
 
 // A line and all that hangs on its bus, where an observing line with the same configuration
@@ -71,7 +74,7 @@ class World {
   void fail(const std::string& text);
 
   LineSeat& add_line(std::unique_ptr<line::Line> line, const sim::BusOptions& options);
-  void add_device(LineSeat& seat, std::unique_ptr<sim::Device> device);
+  DeviceSeat& add_device(LineSeat& seat, std::unique_ptr<sim::Device> device);
   void add_ours(LineSeat& seat, std::unique_ptr<line::Line> devices);
   void join(LineSeat& from, LineSeat& to, std::span<const line::Following> what);
   std::vector<std::unique_ptr<LineSeat>>& lines() { return lines_; }
