@@ -87,6 +87,12 @@ function(linegate_program name)
 endfunction()
 
 option(LINEGATE_UNITY_TESTS "Compile each test program as one file" OFF)
+# A process of a program with a sanitizer takes longer to start than most cases take.
+set(_group OFF)
+if(LINEGATE_SANITIZE OR LINEGATE_BUILD_FUZZ)
+  set(_group ON)
+endif()
+option(LINEGATE_GROUP_CASES "Start a program of unit tests once and not once for each case" ${_group})
 
 # GoogleTest's headers, precompiled once for all test programs that are not optimised.
 function(linegate_precompile_gtest name)
@@ -105,14 +111,15 @@ function(linegate_precompile_gtest name)
   target_precompile_headers(${name} REUSE_FROM linegate_gtest_header)
 endfunction()
 
-# linegate_test(NAME TIER unit [OPTIMISED] SOURCES ... DEPENDS ...) makes a GoogleTest program whose
-# cases carry the tier as their CTest label. Its own sources are not optimised, which halves the time
-# they take to compile; OPTIMISED is for those that work for seconds.
+# linegate_test(NAME TIER unit [OPTIMISED] [LONGEST pattern] SOURCES ... DEPENDS ...) makes a GoogleTest
+# program whose cases carry the tier as their CTest label. Its own sources are not optimised, which
+# halves the time they take to compile; OPTIMISED is for those that work for seconds. LONGEST: a filter
+# of GoogleTest for the case that has to start first, or all wait for its end.
 function(linegate_test name)
   if(NOT LINEGATE_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "OPTIMISED" "TIER;TIMEOUT" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "OPTIMISED" "TIER;TIMEOUT;LONGEST" "SOURCES;DEPENDS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
@@ -127,12 +134,35 @@ function(linegate_test name)
     target_compile_options(${name} PRIVATE -O0 -g1)
     linegate_precompile_gtest(${name})
   endif()
-  set(lock)
-  if(ARG_TIER STREQUAL "dds")
-    set(lock RESOURCE_LOCK dds)  # a test of four processes has the machine for itself
+  if(LINEGATE_GROUP_CASES AND ARG_TIER STREQUAL "unit")
+    linegate_group_cases(${name} ${ARG_TIER} ${ARG_TIMEOUT})
+    return()
   endif()
-  gtest_discover_tests(${name} TEST_PREFIX "${ARG_TIER}." DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
-                       PROPERTIES LABELS ${ARG_TIER} TIMEOUT ${ARG_TIMEOUT} ${lock})
+  set(properties LABELS ${ARG_TIER} TIMEOUT ${ARG_TIMEOUT})
+  set(cost 0)  # of cases of equal cost CTest knows, from the run before, which one takes longer
+  if(ARG_TIER STREQUAL "dds")
+    list(APPEND properties RESOURCE_LOCK dds)  # a test of four processes has the machine for itself
+    set(cost 500)                              # one after the other, so the first of them soon
+  elseif(ARG_OPTIMISED)
+    set(cost 100)
+  endif()
+  set(discovery DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})
+  set(rest)
+  if(ARG_LONGEST)
+    gtest_discover_tests(${name} TEST_PREFIX "${ARG_TIER}." TEST_FILTER ${ARG_LONGEST} ${discovery} COST 1000)
+    set(rest TEST_FILTER -${ARG_LONGEST})
+  endif()
+  gtest_discover_tests(${name} TEST_PREFIX "${ARG_TIER}." ${rest} ${discovery} COST ${cost})
+endfunction()
+
+# linegate_group_cases(NAME TIER TIMEOUT) makes one test of all cases of the program NAME; TIMEOUT is that of each
+# case, in seconds. What came of each case is in results/cases/TIER.NAME.xml, where tests/run looks for it.
+function(linegate_group_cases name tier timeout)
+  set(test ${tier}.${name})
+  add_test(NAME ${test} COMMAND /usr/bin/python3 -B ${PROJECT_SOURCE_DIR}/tests/cases.py run
+           ${PROJECT_BINARY_DIR}/results/cases/${test}.xml ${timeout} ${tier}. $<TARGET_FILE:${name}>)
+  math(EXPR most "10 * ${timeout}")
+  set_tests_properties(${test} PROPERTIES LABELS ${tier} TIMEOUT ${most})
 endfunction()
 
 # linegate_readme_example(NAME README file LANGUAGE cpp DEPENDS ...) makes an executable of the first

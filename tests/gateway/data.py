@@ -6,6 +6,7 @@ protocols are sent and listened to.
 data.py LINEGATED LINEGATE PROFILES. The line is a multicast group in a network of its own; a second gateway observes.
 """
 
+import concurrent.futures
 import json
 import subprocess
 import time
@@ -62,12 +63,14 @@ class Plant(plant_process.Plant):
 
     def transfers(self):
         """SDO transfers of the line when its state tells of no more."""
-        last, now = -2, -1
+        def count():
+            return next((line["counters"]["sdo_transfers"] for line in self.lines() if line["line"] == "press"), -1)
+
+        last, now = -2, count()
         while now != last or now < 0:
             last = now
             time.sleep(2)
-            lines = self.lines()
-            now = next((line["counters"]["sdo_transfers"] for line in lines if line["line"] == "press"), -1)
+            now = count()
         return now
 
     def reads(self, value, *words):
@@ -96,8 +99,8 @@ def check_objects(plant):
     if told["data"] != "01030000" or told["value"] != f"by PDO {PDO}":
         raise Failure(f"as JSON: {told}")
     before = plant.transfers()
-    for _ in range(20):
-        plant.command("sdo", "read", "press:8", "6000", "1", "u8", "--from-image")
+    with concurrent.futures.ThreadPoolExecutor(5) as clients:
+        list(clients.map(lambda _: plant.command("sdo", "read", "press:8", "6000", "1", "u8", "--from-image"), range(20)))
     if plant.transfers() != before:
         raise Failure("a read from the image was an SDO")
 

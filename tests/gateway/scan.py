@@ -3,7 +3,8 @@
 plant that is written out boots on the next start, with the image that the configured plant has. With --apply, or by
 `auto:`, the line that runs takes over what was found: that is the image of the plant that was written out, too.
 
-scan.py LINEGATED LINEGATE PROFILES. The line is a multicast group in a network of its own.
+scan.py LINEGATED LINEGATE PROFILES [PART]. PART `beside`: devices of another program, on a line that is a multicast
+group in a network of its own. PART `inside`: those that the gateway simulates itself. Without it: both.
 """
 
 import json
@@ -32,9 +33,13 @@ class Plant(plant_process.Plant):
 
     def layouts_now(self, what, line="press", count=len(DEVICES)):
         self.await_operational(line, count, what)
-        until(f"inputs of {what} are valid",
-              lambda: any(entry["valid"] for entry in self.image(line)["entries"]))
-        return [self.image(line, *which)["layout_id"] for which in ((), ("--outputs",))]
+
+        def valid():
+            image = self.image(line)
+            return image if any(entry["valid"] for entry in image["entries"]) else None
+
+        inputs = until(f"inputs of {what} are valid", valid)
+        return [inputs["layout_id"], self.image(line, "--outputs")["layout_id"]]
 
     def image(self, line, *which):
         return self.stream("image", line, *which)[0]
@@ -124,12 +129,14 @@ def run_demo(plant, folder):
             raise Failure(f"layouts {written} of what was written of {line}, {live[line]} of what was applied")
 
 
-def test(folder, linegated, linegate, profiles):
-    with simulated(linegate, URI, DEVICES):
-        plant = Plant(linegated, linegate, profiles, "199")
-        wanted = run(plant, folder)
-        run_applied(plant, folder)
-        run_auto(plant, folder, wanted)
+def test(folder, linegated, linegate, profiles, part=None):
+    plant = Plant(linegated, linegate, profiles, "199")
+    if part in (None, "beside"):
+        with simulated(linegate, URI, DEVICES):
+            wanted = run(plant, folder)
+            run_applied(plant, folder)
+            run_auto(plant, folder, wanted)
+    if part in (None, "inside"):
         run_demo(plant, folder)
         run_simulated(plant, folder)
 
