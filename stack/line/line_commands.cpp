@@ -103,7 +103,7 @@ void Line::Impl::start_in_network(Command command, Instant now) {
     start_sdo(std::move(command), write, now);
     return;
   }
-  if (command.node > can::kMaxNodeId) {
+  if (command.network == 0 || command.node > can::kMaxNodeId) {
     refuse(command, Refusal::bad_request, now);
     return;
   }

@@ -456,6 +456,10 @@ TEST_F(RemoteSdo, EachWayToFailHasItsCode) {
   EXPECT_EQ(reply().error, to_error(AbortCode::timeout));  // nor does the target
   read(2, 200);
   EXPECT_EQ(reply().error, to_error(line::Refusal::bad_request));
+  for (const std::uint8_t node : std::initializer_list<std::uint8_t>{0, 5, 127}) {
+    read(0, node);  // no network-ID
+    EXPECT_EQ(reply().error, to_error(line::Refusal::bad_request));
+  }
   expect_nothing_left();
 }
 
