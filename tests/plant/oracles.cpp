@@ -65,6 +65,26 @@ std::string check_observer(const LineSeat& seat) {
   return check_event_numbers(seat.observed);
 }
 
+nmt::State real_state(LineSeat& seat, std::uint8_t node) {
+  if (const DeviceSeat* device = seat.find(node)) {
+    return device->device->node().state();
+  }
+  return seat.ours != nullptr ? seat.ours->node_state(node).state : nmt::State::unknown;
+}
+
+std::string check_states(LineSeat& seat) {
+  for (const line::NodeConfig& node : seat.line->config().nodes) {
+    const line::NodeState said = seat.line->node_state(node.id);
+    const bool heard = node.heartbeat != Duration::zero() || node.guard_time != Duration::zero();
+    const nmt::State real = real_state(seat, node.id);
+    if (heard && said.presence == manager::Presence::present && said.state != real) {
+      return "node " + std::to_string(node.id) + " is " + std::string(nmt::name(real)) +
+             ", the line says " + std::string(nmt::name(said.state));
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 std::string check_always(LineSeat& seat, Instant now) {
@@ -100,7 +120,7 @@ std::string check_settled(LineSeat& seat, std::uint64_t commands) {
     return std::to_string(commands) + " commands, " + std::to_string(seat.replies.size()) +
            " replies";
   }
-  return {};
+  return check_states(seat);
 }
 
 }  // namespace linegate::plant

@@ -19,8 +19,8 @@ namespace linegate::plant {
 //   a long value that was read by SDO is one that was written, and whole
 std::string check_always(LineSeat& seat, Instant now);
 
-// Besides, when nothing has been asked for a while: every command was answered, and no SDO transfer
-// is left.
+// Besides, when nothing has been asked or disturbed for some seconds: every command was answered,
+// and a node whose error control is heard is in the state that the line says.
 std::string check_settled(LineSeat& seat, std::uint64_t commands);
 
 }  // namespace linegate::plant
