@@ -76,13 +76,13 @@ void Diagnosis::told(const Event& event) {
   if (event.kind == EventKind::manager_state && begins(event, state_.fatal())) {
     begin();
   }
-  if (event.kind == EventKind::boot_up) {
+  const bool of_node = event.node >= can::kMinNodeId && event.node <= can::kMaxNodeId;
+  if (event.kind == EventKind::boot_up && of_node) {
     expected_[event.node] = {};
     disobedient_.set(event.node, false);
   }
   const NetworkFacts now = source_.network();
   if (now.manages) {
-    const bool of_node = event.node >= can::kMinNodeId && event.node <= can::kMaxNodeId;
     const std::uint16_t news = global_events(event, {.own_node = options_.own_node,
                                                      .mandatory = of_node && mandatory(event.node),
                                                      .scanning = now.scanning});

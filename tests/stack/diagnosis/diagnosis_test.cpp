@@ -150,6 +150,19 @@ TEST_F(DiagnosisTest, ANodeThatDoesNotObeyIsFaulty) {
   EXPECT_EQ(read(0x5F03, 2), 0U) << "after its boot-up nothing is asked of it";
 }
 
+TEST_F(DiagnosisTest, AnEventThatTheOwnerOfTheLineReportsNeedNotBeOfANode) {
+  all_operational();
+  diagnosis_.commanded(nmt::Command::stop, kLamp);
+  diagnosis_.heard(kLamp, nmt::State::operational, now_ + milliseconds(500));
+  for (const std::uint8_t node : {std::uint8_t{0}, std::uint8_t{128}, std::uint8_t{255}}) {
+    tell(EventKind::boot_up, node);
+    EXPECT_EQ(read(0x5F03, 1), 0U);
+    EXPECT_EQ(read(0x5F03, 2), 1U);
+    EXPECT_EQ(read(0x5F03, 3), 0U);
+    EXPECT_EQ(read(0x5F03, 4), 0U);
+  }
+}
+
 TEST_F(DiagnosisTest, EmergenciesAreCountedAndListed) {
   const emcy::Message fault{.code = 0x8110, .error_register = 0x11, .info = {}};
   diagnosis_.emergency(kLamp, fault);
