@@ -4,9 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "tests/fuzz/input.h"
@@ -24,22 +22,6 @@ using std::chrono::milliseconds;
 
 constexpr unsigned kMostSteps = 2000;
 constexpr Duration kMostTime = std::chrono::seconds(60);
-
-Duration time_out(std::uint8_t byte) {
-  return byte == 0xFF ? Duration::max() : Duration(milliseconds(byte));
-}
-
-// Four bytes are enough to say what matters of longer data.
-std::vector<std::byte> data(Input& input) {
-  const std::size_t size = input.byte();
-  if (size <= 8) {
-    return input.bytes(size);
-  }
-  std::vector<std::byte> out(size * 8);
-  const auto start = input.bytes(4);
-  std::ranges::copy(start, out.begin());
-  return out;
-}
 
 class Run {
  public:
@@ -85,13 +67,13 @@ class Run {
         subject_.lose(input_.byte());
         break;
       case Step::command:
-        subject_.execute(command());
+        subject_.execute(fuzz::read_command(input_));
         break;
       case Step::write:
         write();
         break;
       case Step::bus:
-        bus();
+        subject_.line().bus_event(fuzz::read_bus_event(input_, subject_.now()));
         break;
       case Step::report:
         report();
@@ -114,41 +96,29 @@ class Run {
       case Step::message:
         message();
         break;
+      case Step::wait:
+        subject_.pass(milliseconds(100) * input_.byte());
+        break;
+      case Step::cable:
+        subject_.plug(input_.flag());
+        break;
     }
   }
 
   void hear(Step step) {
     can::Frame frame;
-    frame.id = input_.word() & 0x7FFU;
     if (step == Step::strange) {
-      make_strange(frame);
+      frame = fuzz::read_strange_head(input_);
+    } else {
+      frame.id = input_.word() & 0x7FFU;
     }
     frame.time = subject_.now() - late_;
     if (step == Step::burst) {
       burst(frame);
       return;
     }
-    const std::uint8_t wish = input_.byte();
-    frame.length = frame.fd() ? can::fd_length(wish % (can::kMaxFdData + 1))
-                              : static_cast<std::uint8_t>(wish % (can::kMaxClassicData + 1));
-    if (!frame.remote()) {
-      const auto bytes = input_.bytes(frame.length);
-      std::ranges::copy(bytes, frame.data.begin());
-    }
+    fuzz::read_rest(input_, frame);
     subject_.hear(std::span(&frame, 1));
-  }
-
-  void make_strange(can::Frame& frame) {
-    const std::uint32_t high = input_.word();
-    frame.flags = input_.byte() & 0x1FU;
-    if (frame.extended()) {
-      frame.id |= (high & 0x1FFFU) << 16U;
-    }
-    if (frame.fd()) {
-      frame.flags &= static_cast<std::uint8_t>(~can::Frame::kRemote);
-    } else {
-      frame.flags &= can::Frame::kExtended | can::Frame::kRemote;
-    }
   }
 
   void burst(can::Frame frame) {
@@ -178,28 +148,11 @@ class Run {
     subject_.deliver(out);
   }
 
-  line::Command command() {
-    constexpr unsigned kKinds = static_cast<unsigned>(line::CommandKind::routing_trace) + 1;
-    line::Command out;
-    out.kind = static_cast<line::CommandKind>(input_.byte() % kKinds);
-    out.node = input_.byte();
-    out.index = input_.word();
-    out.sub = input_.byte();
-    out.nmt = static_cast<nmt::Command>(input_.byte());
-    out.network = out.sub;
-    out.code = out.index;
-    out.error_register = out.sub;
-    out.entry = out.node;
-    out.timeout = time_out(input_.byte());
-    out.data = data(input_);
-    return out;
-  }
-
   void write() {
     line::OutputWrite out;
     out.group = input_.byte();
     out.arming = input_.byte();
-    out.watchdog = time_out(input_.byte());
+    out.watchdog = fuzz::time_out(input_.byte());
     out.reactions = input_.byte();
     out.layout_id = subject_.line().layout(image::Direction::outputs).id;
     const unsigned shape = input_.byte();
@@ -214,24 +167,11 @@ class Run {
     out.bytes.resize(shape / 8 % 4);
     for (line::OutputBytes& run : out.bytes) {
       run.offset = input_.byte();
-      run.data = data(input_);
+      run.data = fuzz::read_data(input_);
     }
     if (!subject_.stopped()) {
       (void)subject_.line().write_outputs(out, subject_.now());
     }
-  }
-
-  void bus() {
-    can::BusEvent event;
-    event.kind = static_cast<can::BusEvent::Kind>(input_.byte() % 5);
-    const std::uint8_t what = input_.byte();
-    event.state = static_cast<can::BusState>(what % 7);
-    event.errors = what;
-    event.code = what;
-    event.count = input_.byte();
-    event.transmit_errors = what;
-    event.time = subject_.now();
-    subject_.line().bus_event(event);
   }
 
   void report() {
@@ -250,7 +190,10 @@ class Run {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   Input input({data, size});
-  const fuzz::Setup chosen = fuzz::setup(input.byte());
-  Run(chosen, input).all();
+  fuzz::SetupBytes chosen;
+  for (std::uint8_t& byte : chosen) {
+    byte = input.byte();
+  }
+  Run(fuzz::setup(chosen), input).all();
   return 0;
 }

@@ -1,6 +1,8 @@
-// The form of an input of the target `line`: one byte for the setup, then steps.
+// The form of an input of the target `line`: three bytes for the setup, then steps.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "tests/fuzz/line_subject.h"
@@ -15,10 +17,10 @@ enum class Step : std::uint8_t {
   late,      // microseconds: that old are the frames that follow until `advance`
   advance,   //
   pass,      // milliseconds
-  sleep,     // tenths of a second
+  sleep,     // tenths of a second, and nobody looks
   send,      // frames
   lose,      // frames
-  command,   // see command() in line.cpp
+  command,   // see read_command() in watched_line.h
   write,     // see write() in line.cpp
   bus,       // kind, state or class, counter
   report,    // kind
@@ -27,20 +29,66 @@ enum class Step : std::uint8_t {
   snapshot,  // direction, merge
   stop,      // only once
   message,   // from another line; see message() in line.cpp
+  wait,      // tenths of a second
+  cable,     // bit 0: the devices' is plugged in
 };
-inline constexpr unsigned kSteps = 18;
+inline constexpr unsigned kSteps = 20;
 
-// The setup's byte.
-constexpr Setup setup(std::uint8_t bits) {
-  const auto bit = [bits](unsigned number) { return (bits >> number & 1U) != 0; };
-  return {.device_role = bit(0),
-          .sync = bit(1),
-          .heartbeat = bit(2),
-          .groups = bit(3),
-          .reset_nodes = bit(4),
-          .answering = bit(5),
-          .guarding = bit(6),
-          .time = bit(7)};
+// The setup's bytes; the first two bits are the role.
+inline constexpr std::size_t kSetupBytes = 3;
+using SetupBytes = std::array<std::uint8_t, kSetupBytes>;
+enum SetupBit : std::uint8_t {
+  kSync = 2,
+  kHeartbeat,
+  kGroups,
+  kResetNodes,
+  kAnswering,
+  kGuarding,
+  kTime,
+  kLss,
+  kUnknownNodes,
+  kStrict,
+  kKeepOperational,
+  kStartAll,
+  kStartsNobody,
+  kMandatory,
+  kOwnObjects,
+  kStopAll,
+  kResetAll,
+  kBootTime,
+  kUpdateTime,
+  kProgram,
+  kStore,
+  kKeepAlive,
+};
+
+constexpr Setup setup(const SetupBytes& bytes) {
+  const auto bit = [&bytes](unsigned number) {
+    return (bytes[number / 8] >> number % 8 & 1U) != 0;
+  };
+  return {.role = static_cast<Role>(bytes[0] % 4U),
+          .sync = bit(kSync),
+          .heartbeat = bit(kHeartbeat),
+          .groups = bit(kGroups),
+          .reset_nodes = bit(kResetNodes),
+          .answering = bit(kAnswering),
+          .guarding = bit(kGuarding),
+          .time = bit(kTime),
+          .lss = bit(kLss),
+          .unknown_nodes = bit(kUnknownNodes),
+          .strict_ixxat = bit(kStrict),
+          .keep_operational = bit(kKeepOperational),
+          .start_all = bit(kStartAll),
+          .starts_nobody = bit(kStartsNobody),
+          .all_mandatory = bit(kMandatory),
+          .own_objects = bit(kOwnObjects),
+          .stop_all = bit(kStopAll),
+          .reset_all = bit(kResetAll),
+          .boot_time = bit(kBootTime),
+          .update_time = bit(kUpdateTime),
+          .program = bit(kProgram),
+          .store = bit(kStore),
+          .keep_alive = bit(kKeepAlive)};
 }
 
 }  // namespace linegate::fuzz

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <initializer_list>
 #include <span>
 #include <string>
@@ -17,28 +16,23 @@
 #include "bridges/sim/device_group.h"
 #include "stack/emcy/producer.h"
 
-#include "tests/fuzz/line_input.h"
+#include "tests/fuzz/line_command_seeds.h"
+#include "tests/fuzz/line_steps.h"
 #include "tests/fuzz/line_subject.h"
 
 namespace {
 
 using namespace linegate;
+using fuzz::Role;
+using fuzz::SetupBit;
 using fuzz::Step;
+using fuzz::Steps;
 using line::CommandKind;
 using std::chrono::milliseconds;
 
-// Bits of the first byte, see fuzz::setup().
-constexpr std::uint8_t kDeviceRole = 0x01;
-constexpr std::uint8_t kSync = 0x02;
-constexpr std::uint8_t kHeartbeat = 0x04;
-constexpr std::uint8_t kGroups = 0x08;
-constexpr std::uint8_t kResetNodes = 0x10;
-constexpr std::uint8_t kGuarding = 0x40;
-constexpr std::uint8_t kTime = 0x80;
-
 class Recording {
  public:
-  explicit Recording(std::uint8_t setup) : subject_(fuzz::setup(setup)) { put({setup}); }
+  explicit Recording(const fuzz::SetupBytes& setup) : subject_(fuzz::setup(setup)), steps_(setup) {}
 
   void add_device(std::uint8_t node, std::string profile) {
     sim::DeviceOptions options;
@@ -78,10 +72,7 @@ class Recording {
       command.data.push_back(std::byte{byte});
     }
     catch_up();
-    put({code(Step::command), static_cast<std::uint8_t>(kind), node, low(address.index),
-         high(address.index), address.sub, static_cast<std::uint8_t>(nmt), 0,
-         static_cast<std::uint8_t>(data.size())});
-    put(data);
+    steps_.command(command);
     subject_.execute(std::move(command));
   }
 
@@ -99,11 +90,9 @@ class Recording {
                          .gateway = gateway};
     store_le(out.data.data(), word);
     catch_up();
-    put({code(Step::message), static_cast<std::uint8_t>(kind), 2, 0, connection, low(network), 2,
-         node, gateway, 1});
-    for (const std::byte byte : out.data) {
-      put({std::to_integer<std::uint8_t>(byte)});
-    }
+    steps_.step(Step::message, {static_cast<std::uint8_t>(kind), 2, 0, connection,
+                                Steps::byte_of(network, 0), 2, node, gateway, 1});
+    steps_.put_data(out.data);
     subject_.deliver(out);
   }
 
@@ -111,38 +100,28 @@ class Recording {
   void write_outputs(std::uint8_t group, std::uint8_t arming, std::uint8_t watchdog_ms,
                      std::uint8_t entry, std::uint16_t value) {
     catch_up();
-    put({code(Step::write), group, arming, watchdog_ms, 0, 1, entry, 2, low(value), high(value)});
+    steps_.step(Step::write, {group, arming, watchdog_ms, 0, 1, entry, 2, Steps::byte_of(value, 0),
+                              Steps::byte_of(value, 1)});
   }
 
   void save(const std::filesystem::path& file) {
     catch_up();
-    put({code(Step::advance), code(Step::replies), code(Step::snapshot), 0, 0});
-    std::ofstream(file, std::ios::binary) << octets_;
+    steps_.step(Step::advance);
+    steps_.step(Step::replies);
+    steps_.step(Step::snapshot, {0, 0});
+    steps_.save(file);
   }
 
  private:
-  static std::uint8_t code(Step step) { return static_cast<std::uint8_t>(step); }
-  static std::uint8_t low(std::uint32_t word) { return static_cast<std::uint8_t>(word); }
-  static std::uint8_t high(std::uint32_t word) { return static_cast<std::uint8_t>(word >> 8U); }
-
-  void put(std::initializer_list<std::uint8_t> bytes) {
-    for (const std::uint8_t byte : bytes) {
-      octets_ += static_cast<char>(byte);
-    }
-  }
-
   void catch_up() {
     for (; passed_ > 0; passed_ -= std::min(passed_, 255)) {
-      put({code(Step::pass), static_cast<std::uint8_t>(std::min(passed_, 255))});
+      steps_.step(Step::pass, {static_cast<std::uint8_t>(std::min(passed_, 255))});
     }
   }
 
   void hear(const can::Frame& frame) {
     catch_up();
-    put({code(Step::frame), low(frame.id), high(frame.id), frame.length});
-    for (const std::byte byte : frame.bytes()) {
-      put({std::to_integer<std::uint8_t>(byte)});
-    }
+    steps_.frame(frame);
     subject_.hear(std::span(&frame, 1));
   }
 
@@ -167,12 +146,12 @@ class Recording {
 
   fuzz::LineSubject subject_;
   sim::DeviceGroup devices_;
-  std::string octets_;
+  Steps steps_;
   int passed_ = 0;  // milliseconds that are not written down yet
 };
 
-Recording plant(std::uint8_t setup) {
-  Recording out(setup);
+Recording plant(std::initializer_list<SetupBit> bits) {
+  Recording out(fuzz::setup_bytes(Role::manager, bits));
   out.add_device(5, "drive");
   out.add_device(6, "digital-io");
   out.add_device(7, "encoder");
@@ -180,13 +159,13 @@ Recording plant(std::uint8_t setup) {
 }
 
 void save_boot(const std::filesystem::path& folder) {
-  Recording boot = plant(kHeartbeat | kResetNodes);
+  Recording boot = plant({fuzz::kHeartbeat, fuzz::kResetNodes});
   boot.run(400);
   boot.save(folder / "boot");
 }
 
 void save_outputs(const std::filesystem::path& folder) {
-  Recording outputs = plant(kSync | kGroups);
+  Recording outputs = plant({fuzz::kSync, fuzz::kGroups});
   outputs.run(60);
   outputs.write_outputs(1, 1, 50, 0, 6);
   outputs.write_outputs(2, 1, 0, 2, 0x55);
@@ -199,7 +178,7 @@ void save_outputs(const std::filesystem::path& folder) {
 }
 
 void save_transfers(const std::filesystem::path& folder) {
-  Recording transfers = plant(0);
+  Recording transfers = plant({});
   transfers.run(40);
   transfers.command(CommandKind::sdo_read, 5, {0x1018, 1});
   transfers.command(CommandKind::sdo_read, 6, {0x1008, 0});  // segmented
@@ -215,7 +194,7 @@ void save_transfers(const std::filesystem::path& folder) {
 }
 
 void save_faults(const std::filesystem::path& folder) {
-  Recording faults = plant(kHeartbeat);
+  Recording faults = plant({fuzz::kHeartbeat});
   faults.run(40);
   faults.device(5).node().emcy().send(0x2310, 0x03, {}, faults.now());
   faults.run(10);
@@ -233,7 +212,7 @@ void save_faults(const std::filesystem::path& folder) {
 }
 
 void save_guarding(const std::filesystem::path& folder) {
-  Recording guarding = plant(kGuarding);
+  Recording guarding = plant({fuzz::kGuarding});
   guarding.run(300);
   guarding.device(6).kill();
   guarding.run(500);
@@ -244,7 +223,7 @@ void save_guarding(const std::filesystem::path& folder) {
 
 // Its own node produces TIME and stores its parameters.
 void save_time(const std::filesystem::path& folder) {
-  Recording time = plant(kTime);
+  Recording time = plant({fuzz::kTime});
   time.run(120);
   time.hear(0x60A, {0x2B, 0x15, 0x10, 0, 0x0A, 0x00, 0, 0});
   time.hear(0x60A, {0x23, 0x10, 0x10, 1, 's', 'a', 'v', 'e'});
@@ -257,7 +236,7 @@ void save_time(const std::filesystem::path& folder) {
 // As the way into line 2 for clients here, and as the way of clients of line 2 to devices here.
 void save_routing(const std::filesystem::path& folder) {
   using routing::MessageKind;
-  Recording routed = plant(0);
+  Recording routed = plant({});
   routed.run(60);
   routed.hear(0x60A, {0xE0, 2, 0, 5, 1, 0, 0, 0});
   routed.message(MessageKind::sdo_opened, 0, 0, 0);
@@ -291,7 +270,7 @@ void save_routing(const std::filesystem::path& folder) {
 
 // The own node, 10, as a device: its master is written down here by hand.
 void save_device(const std::filesystem::path& folder) {
-  Recording device(kDeviceRole | kHeartbeat);
+  Recording device(fuzz::setup_bytes(Role::device, {fuzz::kHeartbeat}));
   device.run(5);
   device.hear(0x60A, {0x40, 0x18, 0x10, 1, 0, 0, 0, 0});
   device.hear(0x60A, {0x40, 0x08, 0x10, 0, 0, 0, 0, 0});
@@ -333,5 +312,6 @@ int main(int argc, char** argv) {
   save_time(folder);
   save_routing(folder);
   save_device(folder);
+  fuzz::save_command_seeds(folder);
   return 0;
 }

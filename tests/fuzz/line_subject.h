@@ -1,29 +1,49 @@
-// What the target `line` drives: a line, devices on an ideal bus with it, and the promises of
-// stack/line/line.h, checked with every call.
+// What the target `line` drives: a line, devices on an ideal bus with it, and promises that hold
+// whatever happens to them.
 #pragma once
 
 #include <array>
 #include <cstdint>
-#include <memory>
-#include <set>
+#include <optional>
 #include <span>
-#include <vector>
 
-#include "stack/line/line.h"
-#include "stack/node/node.h"
+#include "tests/fuzz/watched_line.h"
 
 namespace linegate::fuzz {
 
+enum class Role : std::uint8_t {
+  manager,
+  device,   // with the one own node
+  devices,  // with nodes of its own
+  observer,
+};
+
 // What an input chooses about its line.
 struct Setup {
-  bool device_role = false;  // otherwise a manager
-  bool sync = false;         // produces SYNC, 10 ms
-  bool heartbeat = false;    // produces a heartbeat, 100 ms
-  bool groups = false;       // two output groups and a default instead of one group of all
+  Role role = Role::manager;
+  bool sync = false;       // produces SYNC, 10 ms
+  bool heartbeat = false;  // produces a heartbeat, 100 ms
+  bool groups = false;     // two output groups and a default instead of one group of all
   bool reset_nodes = false;
   bool answering = false;  // there are devices that answer, and not the input's frames alone
   bool guarding = false;   // of the node without a heartbeat, every 100 ms
   bool time = false;       // produces TIME, 50 ms, and stores parameters; otherwise consumes it
+  bool lss = false;  // node-IDs are assigned, and one of the devices that answer has none. Devices:
+                     // the last is an LSS slave
+  bool unknown_nodes = false;  // no nodes are configured: a scan is to find them
+  bool strict_ixxat = false;
+  bool keep_operational = false;
+  bool start_all = false;      // with one command
+  bool starts_nobody = false;  // not even itself
+  bool all_mandatory = false;  // and not the first alone
+  bool own_objects = false;    // of an application, in the image
+  bool stop_all = false;       // when a mandatory node fails
+  bool reset_all = false;      // the same, and it wins
+  bool boot_time = false;      // of mandatory nodes, 1 s
+  bool update_time = false;    // of data by object, 50 ms
+  bool program = false;        // the first node is to have a program
+  bool store = false;          // nodes restore their defaults first and store at the end
+  bool keep_alive = false;     // of the first two nodes
 };
 
 class LineSubject {
@@ -34,7 +54,7 @@ class LineSubject {
 
   Instant now() const { return now_; }
   bool stopped() const { return stopped_; }
-  line::Line& line() { return *line_; }
+  line::Line& line() { return subject_.line(); }
 
   // Frames from nowhere.
   void hear(std::span<const can::Frame> frames);
@@ -52,35 +72,29 @@ class LineSubject {
   // At most that many frames, and what devices say to them.
   void send(unsigned frames);
   void lose(unsigned frames);
-  void take_events(std::size_t count);
-  void take_replies();
-  void snapshot(image::Direction direction, bool merge);
-  // Stops the line and takes all there is: every command was answered, no event is missing.
+  // Frames of the devices and to them are lost while their cable is unplugged.
+  void plug(bool in) { plugged_ = in; }
+  void take_events(std::size_t count) { subject_.take_events(count); }
+  void take_replies() { subject_.take_replies(); }
+  void snapshot(image::Direction direction, bool merge) {
+    subject_.snapshot(direction, merge, now_);
+  }
+  // Stops the line and takes all there is.
   void finish();
 
  private:
-  struct Device {
-    explicit Device(const od::DeviceDescription& description, std::uint8_t id);
-    EventLog events;
-    std::unique_ptr<node::Node> node;
-  };
-
   bool next(can::Frame& frame);
   void turn_devices();
-  void check_event(const Event& event);
   void take_messages();
   void expect_no_connection();
+  void run_what_was_found();
 
-  std::unique_ptr<line::Line> line_;
-  std::vector<std::unique_ptr<Device>> devices_;
-  image::Snapshot snapshots_[2];
-  std::set<std::uint64_t> open_;  // tags of commands that were not answered yet
+  Setup setup_;
+  WatchedLine subject_;
+  std::optional<WatchedLine> devices_;  // those that answer
+  bool plugged_ = true;
   std::array<std::uint32_t, 4> opened_{};
   Instant now_{std::chrono::seconds(1)};
-  std::uint64_t next_tag_ = 1;
-  std::uint64_t next_event_ = 1;
-  std::uint64_t heard_ = 0;
-  std::uint64_t sent_ = 0;
   bool stopped_ = false;
 };
 

@@ -27,6 +27,11 @@ def write(node, index, sub, size, value):
     return access(WRITE, node, index, sub, size, value)
 
 
+def command(kind, node):
+    """Of all other fields only the code is not 0: so many seconds for COMMAND_CAN_LISTEN."""
+    return struct.pack("<BBBHBBHIBBBB", COMMAND, kind, node, 0, 0, 0, 9, 0, 0, 0, 0, 0)
+
+
 def channel(request, response, said, answered):
     return struct.pack("<BHH", CHANNEL, request, response) + bytes(said) + bytes(answered)
 
@@ -91,7 +96,11 @@ SEEDS = {
     "sync-time-strange": frame(0x080) + frame(0x100, 1, 2, 3, 4, 5, 6) + strange(0x1ABCDEF0, 1, 1, 2)
     + strange(0x185, 0x0C, *range(12)) + LOOK,
     "bus": frame(0x185, 1, 2, 3, 4, 5, 6) + steps(BUS, 2, 4, 0) + LOOK + steps(BUS, 2, 1, 0) + steps(BUS, 4, 0, 9) + LOOK,
-    "asked-to-send": b"".join(steps(COMMAND, kind, 5) for kind in range(12)) + steps(OUTPUTS, 0, 0) + steps(STOP) + LOOK,
+    "asked-to-send": b"".join(command(kind, 5) for kind in range(24))
+    + strange(0x1ABCDEF0, 1, 1, 2)
+    + steps(OUTPUTS, 0, 0)
+    + steps(STOP)
+    + LOOK,
 }
 
 

@@ -1,0 +1,311 @@
+#include "tests/fuzz/watched_line.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "bridges/sim/device.h"
+#include "stack/base/byte_order.h"
+#include "stack/base/deadline.h"
+#include "stack/eds/reader.h"
+#include "stack/lss/procedure.h"
+#include "stack/manager/boot_report.h"
+#include "stack/manager/configuration_report.h"
+#include "stack/scan/report.h"
+
+#include "tests/fuzz/expect.h"
+
+namespace linegate::fuzz {
+namespace {
+
+using line::CommandKind;
+using std::chrono::milliseconds;
+
+// More work at one instant than any of it is worth: time stands still.
+constexpr unsigned kMostTurns = 1000;
+constexpr unsigned kCommandKinds = static_cast<unsigned>(CommandKind::scan_apply) + 1;
+
+void check_error(const Error& error) {
+  switch (error.domain) {
+    case Domain::none:
+      return;
+    case Domain::sdo:
+      LINEGATE_EXPECT(error.code != 0);
+      return;
+    case Domain::command:
+      LINEGATE_EXPECT(error.code > 0);
+      LINEGATE_EXPECT(error.code <= static_cast<std::uint32_t>(line::Refusal::identifier_in_use));
+      return;
+    default:
+      LINEGATE_EXPECT(false);
+  }
+}
+
+void check_way(std::span<const std::byte> data) {
+  if (data.empty()) {
+    return;  // an object of the own node
+  }
+  if (data[0] == std::byte{line::kBySdo}) {
+    LINEGATE_EXPECT(data.size() == 1);
+    return;
+  }
+  LINEGATE_EXPECT(data[0] == std::byte{line::kByPdo} && data.size() == 4);
+  LINEGATE_EXPECT(std::to_integer<std::size_t>(data[3]) < line::kPdoWaits);
+}
+
+// What is answered can be read as its header says.
+void check_data(CommandKind kind, std::span<const std::byte> data) {
+  switch (kind) {
+    case CommandKind::scan:
+    case CommandKind::scan_apply:
+      LINEGATE_EXPECT(scan::read_report(data).ok());
+      break;
+    case CommandKind::boot:
+      LINEGATE_EXPECT(manager::read_boot_report(data).ok());
+      break;
+    case CommandKind::configure:
+      LINEGATE_EXPECT(manager::read_configuration_report(data).ok());
+      break;
+    case CommandKind::lss:
+      LINEGATE_EXPECT(data.size() >= lss::kReplyHead);
+      break;
+    case CommandKind::object_write:
+      check_way(data);
+      break;
+    case CommandKind::pdo_trigger:
+      LINEGATE_EXPECT(data.size() % 2 == 0);
+      break;
+    default:
+      break;
+  }
+}
+
+}  // namespace
+
+const od::DeviceDescription& description(std::size_t member) {
+  static const auto kDescriptions = [] {
+    std::array<od::DeviceDescription, kMembers.size()> out;
+    for (std::size_t i = 0; i < kMembers.size(); ++i) {
+      const Member& m = kMembers[i];
+      auto loaded = eds::load(sim::eds_text(m.profile), sim::eds_name(m.profile), m.id);
+      LINEGATE_EXPECT(loaded.ok());
+      out[i] = *std::move(loaded.value);
+    }
+    return out;
+  }();
+  return kDescriptions[member];
+}
+
+line::NodeConfig member_node(std::size_t member) {
+  line::NodeConfig node;
+  node.id = kMembers[member].id;
+  node.device = description(member);
+  node.heartbeat = milliseconds(member == 1 ? 0 : 100);
+  node.pdo_deadline = milliseconds(member == 2 ? 50 : 0);
+  return node;
+}
+
+// --- forms of the input
+// ---------------------------------------------------------------------------
+
+void read_rest(Input& input, can::Frame& frame) {
+  const std::uint8_t wish = input.byte();
+  frame.length = frame.fd() ? can::fd_length(wish % (can::kMaxFdData + 1))
+                            : static_cast<std::uint8_t>(wish % (can::kMaxClassicData + 1));
+  if (!frame.remote()) {
+    std::ranges::copy(input.bytes(frame.length), frame.data.begin());
+  }
+}
+
+can::Frame read_strange_head(Input& input) {
+  can::Frame frame;
+  const std::uint32_t low = input.word();
+  const std::uint32_t high = input.word();
+  frame.flags = input.byte() & 0x1FU;
+  frame.id = frame.extended() ? (low | high << 16U) & 0x1FFF'FFFFU : low & 0x7FFU;
+  frame.flags &= frame.fd()
+                     ? static_cast<std::uint8_t>(~can::Frame::kRemote)
+                     : static_cast<std::uint8_t>(can::Frame::kExtended | can::Frame::kRemote);
+  return frame;
+}
+
+can::BusEvent read_bus_event(Input& input, Instant now) {
+  can::BusEvent event;
+  event.kind = static_cast<can::BusEvent::Kind>(input.byte() % 5);
+  const std::uint8_t what = input.byte();
+  event.state = static_cast<can::BusState>(what % 7);
+  event.errors = what;
+  event.code = what;
+  event.count = input.byte();
+  event.transmit_errors = what;
+  event.time = now;
+  return event;
+}
+
+Duration time_out(std::uint8_t byte) {
+  if (byte == 0xFF) {
+    return Duration::max();
+  }
+  if (byte == 0xFE) {
+    return milliseconds(-1);
+  }
+  return byte < 0x80 ? milliseconds(byte) : milliseconds(100) * (byte - 0x80);
+}
+
+std::vector<std::byte> read_data(Input& input) {
+  constexpr std::size_t kMostTold = 64;
+  const std::size_t size = input.byte();
+  if (size < kMostTold) {
+    return input.bytes(size);
+  }
+  std::vector<std::byte> out(size * 8);
+  std::ranges::copy(input.bytes(4), out.begin());
+  return out;
+}
+
+line::Command read_command(Input& input) {
+  line::Command out;
+  out.kind = static_cast<CommandKind>(input.byte() % kCommandKinds);
+  out.node = input.byte();
+  out.index = input.word();
+  out.sub = input.byte();
+  out.error_register = out.sub;
+  out.nmt = static_cast<nmt::Command>(input.byte());
+  out.code = input.word();
+  out.entry = input.word();
+  out.entry |= static_cast<std::uint32_t>(input.word()) << 16U;
+  out.network = input.byte();
+  out.timeout = time_out(input.byte());
+  out.repeats = input.byte();
+  out.data = read_data(input);
+  return out;
+}
+
+// --- the line
+// -------------------------------------------------------------------------------------
+
+WatchedLine::WatchedLine(line::LineConfig config) {
+  auto made = line::Line::make(std::move(config));
+  LINEGATE_EXPECT(made.ok());
+  line_ = *std::move(made.value);
+}
+
+void WatchedLine::hear(std::span<const can::Frame> frames, Instant now) {
+  line_->receive(frames, now);
+  heard_ += frames.size();
+}
+
+void WatchedLine::execute(line::Command command, Instant now) {
+  command.tag = next_tag_++;
+  const bool limited = command.timeout > Duration::zero();
+  open_[command.tag] = {command.kind, limited ? deadline(now, command.timeout) : kNever};
+  line_->execute(std::move(command), now);
+}
+
+void WatchedLine::advance(Instant now) {
+  for (unsigned turns = 0; turns == 0 || line_->next_wake() <= now; ++turns) {
+    LINEGATE_EXPECT(turns < kMostTurns);
+    line_->advance(now);
+  }
+  check_overdue(now);
+}
+
+void WatchedLine::check_overdue(Instant now) {
+  const auto overdue = [now](const auto& asked) { return asked.second.deadline <= now; };
+  if (std::ranges::any_of(open_, overdue)) {
+    take_replies();
+    LINEGATE_EXPECT(std::ranges::none_of(open_, overdue));
+  }
+}
+
+bool WatchedLine::next_frame(can::Frame& out, Instant now) {
+  const bool wanted = line_->wants_to_send(now);
+  const bool given = line_->next_frame(out, now);
+  LINEGATE_EXPECT(wanted == given);
+  if (given) {
+    LINEGATE_EXPECT(out.fd() || out.length <= can::kMaxClassicData);
+    LINEGATE_EXPECT(out.id <= (out.extended() ? 0x1FFF'FFFFU : 0x7FFU));
+    ++sent_;
+  }
+  return given;
+}
+
+void WatchedLine::take_events(std::size_t count) {
+  std::array<Event, 64> events;
+  const std::size_t taken =
+      line_->take_events(std::span(events).first(std::min(count, events.size())));
+  LINEGATE_EXPECT(taken <= count);
+  std::for_each_n(events.begin(), taken, [this](const Event& event) { check_event(event); });
+}
+
+void WatchedLine::check_event(const Event& event) {
+  LINEGATE_EXPECT(static_cast<std::size_t>(event.kind) < kEventKinds);
+  LINEGATE_EXPECT(event.length <= event.data.size() && event.node < 128);
+  if (event.kind == EventKind::events_lost && event.length == 16) {
+    LINEGATE_EXPECT(load_le<std::uint64_t>(event.data.data()) == next_event_);
+    LINEGATE_EXPECT(load_le<std::uint64_t>(event.data.data() + 8) == event.number);
+    LINEGATE_EXPECT(event.number >= next_event_);
+    next_event_ = event.number;
+  }
+  LINEGATE_EXPECT(event.number == next_event_);
+  ++next_event_;
+}
+
+void WatchedLine::take_replies() {
+  line::Reply reply;
+  while (line_->take_reply(reply)) {
+    const auto asked = open_.find(reply.tag);
+    LINEGATE_EXPECT(asked != open_.end());
+    check_reply(asked->second, reply);
+    open_.erase(asked);
+  }
+}
+
+void WatchedLine::check_reply(const Asked& asked, const line::Reply& reply) {
+  check_error(reply.error);
+  if (!reply.ok()) {
+    return;
+  }
+  LINEGATE_EXPECT(line_->config().role != line::Role::observer ||
+                  asked.kind == CommandKind::can_listen);
+  check_data(asked.kind, reply.data);
+  if (asked.kind == CommandKind::scan || asked.kind == CommandKind::scan_apply) {
+    found_ = reply.data;
+  }
+}
+
+void WatchedLine::snapshot(image::Direction direction, bool merge, Instant now) {
+  const image::Layout& layout = line_->layout(direction);
+  image::Snapshot& into = snapshots_[static_cast<std::size_t>(direction)];
+  const std::uint64_t before = into.sequence;
+  line_->snapshot(direction, into, now, merge);
+  LINEGATE_EXPECT(into.sequence == before + 1 || line_->layout_revision() != 0);
+  LINEGATE_EXPECT(into.layout_id == layout.id && into.acquired == now);
+  LINEGATE_EXPECT(into.bytes.size() == layout.byte_size);
+  LINEGATE_EXPECT(into.changed.size() * 64 >= layout.entries.size());
+  LINEGATE_EXPECT(into.valid.size() * 64 >= layout.entries.size());
+  for (const image::PdoMark& mark : into.marks) {
+    LINEGATE_EXPECT(mark.count > 0 && mark.time <= now);
+    LINEGATE_EXPECT(mark.first_entry + mark.entries <= layout.entries.size());
+  }
+  LINEGATE_EXPECT(!line_->image_changed(direction) && !line_->image_touched(direction));
+}
+
+void WatchedLine::expect_end() {
+  take_replies();
+  LINEGATE_EXPECT(open_.empty());
+  const line::LineState state = line_->state();
+  LINEGATE_EXPECT(state.counters.frames_received == heard_);
+  LINEGATE_EXPECT(state.counters.frames_sent == sent_);
+  LINEGATE_EXPECT(state.nodes_operational <= state.nodes_configured);
+  while (next_event_ <= state.counters.events) {
+    const std::uint64_t before = next_event_;
+    take_events(64);
+    LINEGATE_EXPECT(next_event_ > before);
+  }
+  LINEGATE_EXPECT(next_event_ == state.counters.events + 1);
+  for (std::uint8_t id = 1; id < 128; ++id) {
+    (void)line_->node_state(id);
+  }
+}
+
+}  // namespace linegate::fuzz

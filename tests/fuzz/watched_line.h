@@ -1,0 +1,95 @@
+// What the targets `line` and `observer` have in common: a line whose promises (stack/line/line.h)
+// are checked with every call, the devices it is configured with, and how an input says frames,
+// bus events and commands.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "stack/line/line.h"
+#include "stack/od/description.h"
+
+#include "tests/fuzz/input.h"
+
+namespace linegate::fuzz {
+
+// The nodes of the lines: 5, 6 and 7.
+struct Member {
+  std::uint8_t id;
+  std::string_view profile;
+};
+inline constexpr std::array<Member, 3> kMembers{{{5, "drive"}, {6, "digital-io"}, {7, "encoder"}}};
+// Read once: thousands of inputs have the same device files.
+const od::DeviceDescription& description(std::size_t member);
+// The second has no heartbeat, the TPDOs of the third have a deadline.
+line::NodeConfig member_node(std::size_t member);
+
+// --- forms of the input
+// ---------------------------------------------------------------------------
+
+// Length and data (none of a remote frame); id and flags are there.
+void read_rest(Input& input, can::Frame& frame);
+// Identifier (4, LE) and flags: extended, remote, FD.
+can::Frame read_strange_head(Input& input);
+// Kind, state or class, counter.
+can::BusEvent read_bus_event(Input& input, Instant now);
+// Milliseconds; from 80h on tenths of a second, from 0 again; FEh is -1 ms, FFh without end.
+Duration time_out(std::uint8_t byte);
+// Size, and so many bytes; from 64 on eight times as many, of which only the first four are told.
+std::vector<std::byte> read_data(Input& input);
+// Kind, node, index (2), sub-index, NMT command, code (2), entry (4), network, time-out, repeats,
+// data. No tag.
+line::Command read_command(Input& input);
+
+// --- the line
+// -------------------------------------------------------------------------------------
+
+class WatchedLine {
+ public:
+  explicit WatchedLine(line::LineConfig config);
+
+  line::Line& line() { return *line_; }
+  const line::Line& line() const { return *line_; }
+
+  void hear(std::span<const can::Frame> frames, Instant now);
+  // Gives it a tag.
+  void execute(line::Command command, Instant now);
+  // All that is due. Commands whose own time is over have their replies.
+  void advance(Instant now);
+  bool next_frame(can::Frame& out, Instant now);
+  void take_events(std::size_t count);
+  void take_replies();
+  void snapshot(image::Direction direction, bool merge, Instant now);
+  // It was stopped: every command was answered, no event is missing, and all frames were counted.
+  void expect_end();
+
+  // What the last scan found, as scan::write_report() wrote it; empty if there was none.
+  const std::vector<std::byte>& found() const { return found_; }
+
+ private:
+  struct Asked {
+    line::CommandKind kind;
+    Instant deadline;
+  };
+
+  void check_event(const Event& event);
+  void check_reply(const Asked& asked, const line::Reply& reply);
+  void check_overdue(Instant now);
+
+  std::unique_ptr<line::Line> line_;
+  std::map<std::uint64_t, Asked> open_;  // by tag: those that were not answered yet
+  std::array<image::Snapshot, 2> snapshots_;
+  std::vector<std::byte> found_;
+  std::uint64_t next_tag_ = 1;
+  std::uint64_t next_event_ = 1;
+  std::uint64_t heard_ = 0;
+  std::uint64_t sent_ = 0;
+};
+
+}  // namespace linegate::fuzz
