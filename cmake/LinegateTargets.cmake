@@ -111,6 +111,12 @@ function(linegate_precompile_gtest name)
   target_precompile_headers(${name} REUSE_FROM linegate_gtest_header)
 endfunction()
 
+# What the names of tests begin with: tests/run runs those of both sanitizers together.
+set(LINEGATE_TEST_PREFIX "")
+if("thread" IN_LIST LINEGATE_SANITIZE)
+  set(LINEGATE_TEST_PREFIX tsan.)
+endif()
+
 # linegate_test(NAME TIER unit [OPTIMISED] [LONGEST pattern] SOURCES ... DEPENDS ...) makes a GoogleTest
 # program whose cases carry the tier as their CTest label. Its own sources are not optimised, which
 # halves the time they take to compile; OPTIMISED is for those that work for seconds. LONGEST: a filter
@@ -146,23 +152,30 @@ function(linegate_test name)
   elseif(ARG_OPTIMISED)
     set(cost 100)
   endif()
+  set(prefix ${LINEGATE_TEST_PREFIX}${ARG_TIER}.)
   set(discovery DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})
   set(rest)
   if(ARG_LONGEST)
-    gtest_discover_tests(${name} TEST_PREFIX "${ARG_TIER}." TEST_FILTER ${ARG_LONGEST} ${discovery} COST 1000)
+    gtest_discover_tests(${name} TEST_PREFIX "${prefix}" TEST_FILTER ${ARG_LONGEST} ${discovery} COST 1000)
     set(rest TEST_FILTER -${ARG_LONGEST})
   endif()
-  gtest_discover_tests(${name} TEST_PREFIX "${ARG_TIER}." ${rest} ${discovery} COST ${cost})
+  gtest_discover_tests(${name} TEST_PREFIX "${prefix}" ${rest} ${discovery} COST ${cost})
 endfunction()
 
-# linegate_group_cases(NAME TIER TIMEOUT) makes one test of all cases of the program NAME; TIMEOUT is that of each
-# case, in seconds. What came of each case is in results/cases/TIER.NAME.xml, where tests/run looks for it.
+# linegate_group_cases(NAME TIER TIMEOUT) makes one test of all cases of the program NAME, if that is built; TIMEOUT is
+# that of each case, in seconds. What came of each case is in results/cases/TEST.xml, where tests/run looks for it.
 function(linegate_group_cases name tier timeout)
-  set(test ${tier}.${name})
-  add_test(NAME ${test} COMMAND /usr/bin/python3 -B ${PROJECT_SOURCE_DIR}/tests/cases.py run
-           ${PROJECT_BINARY_DIR}/results/cases/${test}.xml ${timeout} ${tier}. $<TARGET_FILE:${name}>)
+  set(prefix ${LINEGATE_TEST_PREFIX}${tier}.)
+  set(test ${prefix}${name})
   math(EXPR most "10 * ${timeout}")
+  set(file ${CMAKE_CURRENT_BINARY_DIR}/${name}_cases.cmake)
+  file(GENERATE OUTPUT ${file} CONTENT "if(EXISTS \"$<TARGET_FILE:${name}>\")
+  add_test(${test} /usr/bin/python3 -B \"${PROJECT_SOURCE_DIR}/tests/cases.py\" run
+           \"${PROJECT_BINARY_DIR}/results/cases/${test}.xml\" ${timeout} ${prefix} \"$<TARGET_FILE:${name}>\")
   set_tests_properties(${test} PROPERTIES LABELS ${tier} TIMEOUT ${most})
+endif()
+")
+  set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${file})
 endfunction()
 
 # linegate_readme_example(NAME README file LANGUAGE cpp DEPENDS ...) makes an executable of the first

@@ -5,8 +5,9 @@ testing (under sanitizers).
 cases.py run RESULTS.xml PATIENCE PREFIX PROGRAM   runs every case of a program, in one process. A case that ends this
     process, or does not end within PATIENCE seconds, has failed; another process then runs those after it. Writes
     RESULTS.xml (JUnit) and prints what failing cases printed. Ends with 0 when all passed.
-cases.py merge CTEST.xml FOLDER [verbose]   puts FOLDER/NAME.xml in the place of the test NAME of CTest's own results,
-    and prints how many passed and how many did not. A test that CTest saw failing stays, if each of its cases passed.
+cases.py merge CTEST.xml RESULTS.xml FIRST FOLDER [verbose]   writes those of CTest's own results whose names begin with
+    FIRST (!FIRST: do not) to RESULTS.xml, with what FOLDER/NAME.xml has in the place of the test NAME, and prints how many passed and how
+    many did not. A test that CTest saw failing stays, if each of its cases passed.
 """
 
 import os
@@ -137,15 +138,17 @@ def run(results, patience, prefix, program):
     return 1 if bad else 0
 
 
-def merge(results, folder, verbose=None):
-    tree = ElementTree.parse(results)
+def merge(of_ctest, results, first, folder, verbose=None):
+    tree = ElementTree.parse(of_ctest)
     suite, cases = tree.getroot(), []
     for test in suite.findall("testcase"):
+        suite.remove(test)
+        if test.get("name").startswith(first.lstrip("!")) == first.startswith("!"):
+            continue
         parts = os.path.join(folder, test.get("name") + ".xml")
         inside = list(ElementTree.parse(parts).getroot()) if os.path.exists(parts) else []
         explained = test.get("status") == PASSED or any(one.get("status") != PASSED for one in inside)
         cases += inside if inside and explained else [*inside, test]
-        suite.remove(test)
     suite.extend(cases)
     count = {status: sum(one.get("status") == status for one in cases) for status in (PASSED, FAILED, SKIPPED)}
     suite.set("tests", str(len(cases)))
