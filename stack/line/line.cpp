@@ -288,7 +288,7 @@ void Line::Impl::boot_up(std::uint8_t id, Instant now) {
 void Line::Impl::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
   diagnosis.heard(id, state, now);
   manager.heartbeat(id, state, now);
-  keep_operational(id);
+  keep_operational(id, now);
 }
 
 void Line::Impl::heartbeat_lost(std::uint8_t id, Instant deadline) {

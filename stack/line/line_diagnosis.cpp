@@ -48,9 +48,9 @@ void Line::Impl::begin_anew(nmt::Command command, Instant now) {
   manager.start(now);
 }
 
-void Line::Impl::keep_operational(std::uint8_t id) {
+void Line::Impl::keep_operational(std::uint8_t id, Instant now) {
   if (canopen_ia.keep_operational() && manages() && diagnosis.strayed(id)) {
-    nmt.send(nmt::Command::start, id);
+    nmt.send(nmt::Command::start, id, now);
     diagnosis.commanded(nmt::Command::start, id);
   }
 }

@@ -95,7 +95,7 @@ struct Line::Impl final : Line::Base,
   void command_own(nmt::Command command, Instant now) override;
   nmt::State own_state() const override;
   // scan::Host
-  void reset_node(std::uint8_t node) override;
+  void reset_node(std::uint8_t node, Instant now) override;
   // nmt::HeartbeatListener
   void boot_up(std::uint8_t node, Instant now) override;
   void heartbeat(std::uint8_t node, nmt::State state, Instant now) override;
@@ -107,7 +107,7 @@ struct Line::Impl final : Line::Base,
   void follow_diagnosis(Instant now);
   void stop_network(Instant now);
   void begin_anew(nmt::Command command, Instant now);
-  void keep_operational(std::uint8_t id);
+  void keep_operational(std::uint8_t id, Instant now);
   // emcy::Listener
   void emergency(std::uint8_t node, const emcy::Message& message, Instant now) override;
 

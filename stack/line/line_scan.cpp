@@ -82,8 +82,8 @@ void Line::Impl::end_scan(Refusal why, Instant now) {
   reply(scan_tag, to_error(why));
 }
 
-void Line::Impl::reset_node(std::uint8_t id) {
-  nmt.send(nmt::Command::reset_node, id);
+void Line::Impl::reset_node(std::uint8_t id, Instant now) {
+  nmt.send(nmt::Command::reset_node, id, now);
 }
 
 // The image is made of what a scan found: whoever knew the line before knows another one.

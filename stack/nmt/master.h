@@ -25,7 +25,7 @@ class Master {
   // Queues the command for a node, 1..127, or 0 = all nodes but the master itself. It is sent when
   // the inhibit time of the one before is over, in the order of the calls. False if node is above
   // 127 or there is no room: nothing was queued then.
-  bool send(Command command, std::uint8_t node = 0, Instant now = Instant{});
+  bool send(Command command, std::uint8_t node, Instant now);
 
   void advance(Instant now);
   // Of the next command that waits; kNever if none does.

@@ -75,7 +75,7 @@ void Scanner::restored(Running& running, AbortCode outcome, Instant now) {
   running.token = 0;
   if (outcome == AbortCode::none) {
     running.wake = deadline(now, kResetTime);
-    host_.reset_node(node);
+    host_.reset_node(node, now);
     return;
   }
   Event refused{.time = now,

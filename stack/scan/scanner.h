@@ -24,7 +24,7 @@ class Host {
  public:
   virtual ~Host() = default;
   // Sends NMT reset node, so that restored defaults come into force (CiA 301, 1011h).
-  virtual void reset_node(std::uint8_t node) = 0;
+  virtual void reset_node(std::uint8_t node, Instant now) = 0;
 };
 
 struct Options {

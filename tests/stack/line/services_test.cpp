@@ -394,5 +394,36 @@ TEST_F(LineTest, AnSdoClientObjectCannotHaveTheIdentifiersOfADefaultServer) {
   EXPECT_TRUE(answer().ok());
 }
 
+// NMT commands that nobody ordered are sent in the same breath, too.
+TEST_F(LineTest, TheResetBehindRestoredDefaultsWaitsForNothing) {
+  LineConfig config = config_with_axis();
+  config.nodes.clear();
+  make(config);
+  line_->start(now_);
+  pass(seconds(1));
+  sent();
+  Command command{.tag = 7, .kind = CommandKind::scan_apply, .node = 5, .code = kScanRestore};
+  line_->execute(std::move(command), now_);
+  EXPECT_THAT(sent(), ElementsAre("605#4000100000000000"));
+  hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
+  EXPECT_THAT(sent(), ElementsAre("605#231110016C6F6164"));
+  hear(0x585, {0x60, 0x11, 0x10, 0x01, 0, 0, 0, 0});
+  EXPECT_THAT(sent(), ElementsAre("000#8105"));
+}
+
+TEST_F(LineTest, ANodeThatStrayedIsStartedAtOnce) {
+  LineConfig config = config_with_axis();
+  config.keep_operational = true;
+  make(config);
+  boot();
+  for (int i = 0; i < 2; ++i) {  // until it has had the time to obey
+    pass(milliseconds(60));
+    hear(0x705, {0x05});
+  }
+  sent();
+  hear(0x705, {0x7F});
+  EXPECT_THAT(sent(), ElementsAre("000#0105"));
+}
+
 }  // namespace
 }  // namespace linegate::line

@@ -48,7 +48,7 @@ TEST(NodeControl, MalformedFramesAreNotDecoded) {
 TEST(Master, QueuesTheCommand) {
   can::TransmitQueue queue(2);
   Master master(queue);
-  EXPECT_TRUE(master.send(Command::reset_communication));
+  EXPECT_TRUE(master.send(Command::reset_communication, 0, Instant{}));
   EXPECT_EQ(queue.queued(can::TransmitClass::nmt), 1U);
   const auto frames = take_frames(queue);
   ASSERT_EQ(frames.size(), 1U);
@@ -59,9 +59,9 @@ TEST(Master, QueuesTheCommand) {
 TEST(Master, RefusesWhatCannotBeSent) {
   can::TransmitQueue queue(1);
   Master master(queue);
-  EXPECT_FALSE(master.send(Command::start, 128));
-  EXPECT_TRUE(master.send(Command::start, 127));
-  EXPECT_FALSE(master.send(Command::start, 1));
+  EXPECT_FALSE(master.send(Command::start, 128, Instant{}));
+  EXPECT_TRUE(master.send(Command::start, 127, Instant{}));
+  EXPECT_FALSE(master.send(Command::start, 1, Instant{}));
 }
 
 od::Dictionary with_inhibit_time(std::uint16_t ticks) {
