@@ -2,9 +2,9 @@
 
 #include <string_view>
 
-#include "stack/base/abort_code.h"
 #include "stack/base/result.h"
 #include "stack/can/bus_state.h"
+#include "stack/manager/boot_event.h"
 
 namespace linegate::diagnosis {
 namespace {
@@ -17,16 +17,11 @@ constexpr std::uint16_t when(bool condition, std::uint16_t bits) {
 }
 
 // A node that fell silent in the middle of its boot process, or whose identity could not be read,
-// is not known to be a wrong one. See manager/boot_event.h.
+// is not known to be a wrong one.
 bool is_unproved(const Event& event) {
-  constexpr std::size_t kFinding = 3;
-  constexpr std::byte kAborted{1};
-  if (event.length <= kFinding || event.data[kFinding] != kAborted) {
-    return false;
-  }
-  const auto abort = static_cast<AbortCode>(event.value);
-  return event.code != 'J' || abort == AbortCode::timeout || abort == AbortCode::toggle_bit ||
-         abort == AbortCode::sequence_number || abort == AbortCode::crc;
+  const manager::BootFinding finding = manager::finding_of(event);
+  return finding.kind == manager::BootFinding::Kind::abort &&
+         (event.code != 'J' || manager::is_communication_error(finding.abort));
 }
 
 std::uint16_t of_boot(char letter, bool mandatory) {

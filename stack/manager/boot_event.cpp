@@ -44,4 +44,10 @@ BootFinding finding_of(const Event& event) {
   return out;
 }
 
+bool is_communication_error(AbortCode abort) {
+  return abort == AbortCode::timeout || abort == AbortCode::toggle_bit ||
+         abort == AbortCode::command_specifier || abort == AbortCode::block_size ||
+         abort == AbortCode::sequence_number || abort == AbortCode::crc;
+}
+
 }  // namespace linegate::manager

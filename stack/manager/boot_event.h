@@ -18,4 +18,9 @@ Event boot_result(std::uint8_t node, char letter, const BootFinding& finding, In
 // What boot_result() put into it.
 BootFinding finding_of(const Event& event);
 
+// The abort code is one of those with which either side says that it lost the thread of a transfer
+// (0503 0000h, 0504 0000h to 0504 0004h): the node refused nothing, and may not once it is asked
+// again.
+bool is_communication_error(AbortCode abort);
+
 }  // namespace linegate::manager

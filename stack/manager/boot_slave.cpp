@@ -35,10 +35,13 @@ std::uint32_t number(const std::vector<std::byte>& data) {
       load_le(std::span(data).first(std::min<std::size_t>(data.size(), 4))));
 }
 
-// The transfer ended because a frame was lost, or the node itself was.
-bool is_loss(AbortCode abort) {
-  return abort == AbortCode::timeout || abort == AbortCode::toggle_bit ||
-         abort == AbortCode::sequence_number || abort == AbortCode::crc;
+// An answer that is none to the question, or an abort nobody can read, refuses nothing.
+sdo::Completion understood(sdo::Completion completion) {
+  if (completion.abort != AbortCode::none && !completion.refused &&
+      !is_communication_error(completion.abort)) {
+    completion.abort = AbortCode::command_specifier;
+  }
+  return completion;
 }
 
 BootFinding differs(od::Address object, std::uint32_t expected, std::uint32_t found) {
@@ -120,7 +123,8 @@ bool BootSlave::heartbeat_lost(Instant now) {
   return true;
 }
 
-void BootSlave::completed(const sdo::Completion& completion, Instant now) {
+void BootSlave::completed(const sdo::Completion& answer, Instant now) {
+  const sdo::Completion completion = understood(answer);
   token_ = 0;
   switch (step_) {
     case Step::device_type:
@@ -327,7 +331,7 @@ void BootSlave::settle(Instant now) {
       }
       return;
     case StepEnd::Kind::failed:
-      if (is_loss(end->finding.abort)) {
+      if (is_communication_error(end->finding.abort)) {
         search(end->letter, end->finding, now);
       } else {
         finish(end->letter, end->finding, now);
@@ -371,7 +375,7 @@ void BootSlave::no_error_control(Instant now) {
 
 // The transfer that the step needs ended with an abort.
 void BootSlave::fail(char letter, const sdo::Completion& completion, Instant now) {
-  if (is_loss(completion.abort)) {
+  if (is_communication_error(completion.abort)) {
     search(letter, aborted(completion), now);
   } else {
     finish(letter, aborted(completion), now);
@@ -384,9 +388,10 @@ void BootSlave::finish(char letter, const BootFinding& finding, Instant now) {
   tell(letter, finding, now);
 }
 
-// The node does not answer (any more), or not to all it is asked. The same is not told twice.
+// The node does not answer (any more), or not to all it is asked, or not so that it can be
+// understood. The same is not told twice.
 void BootSlave::search(char letter, const BootFinding& finding, Instant now) {
-  if (finding.kind != BootFinding::Kind::none) {
+  if (finding.abort == AbortCode::timeout) {
     node_.presence = Presence::missing;
   }
   set_step(Step::retry, now + kRetryDelay);

@@ -3,7 +3,8 @@
 //
 // Each transfer is made once (sdo::TransferOptions::repeats is 0): 1000h is read again every second
 // anyway, and from then on a lost frame ends the process with the letter of its step, as any abort.
-// A node that fell silent on the way is searched for as one that never answered: without end.
+// A node that fell silent on the way, or answered what is none to the question, is searched for as
+// one that never answered: without end. Only what it refuses, and what it is, end the process.
 #pragma once
 
 #include <cstdint>
@@ -60,7 +61,7 @@ class BootSlave final : private StepContext {
   // since it was configured.
   bool heartbeat_lost(Instant now);
   // The end of a transfer that owns(token).
-  void completed(const sdo::Completion& completion, Instant now);
+  void completed(const sdo::Completion& answer, Instant now);
   bool owns(std::uint64_t token) const { return token == token_ && token != 0; }
 
   void advance(Instant now);

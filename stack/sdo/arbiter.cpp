@@ -154,7 +154,7 @@ void Arbiter::serve(Channel& channel, Instant now) {
     if (outcome->abort != AbortCode::none) {
       tell_abort(*channel.current, outcome->abort, now);
     }
-    complete(*channel.current, outcome->abort, std::move(outcome->data));
+    complete(*channel.current, outcome->abort, std::move(outcome->data), outcome->refused);
     channel.current.reset();
   }
   Request next;
@@ -257,7 +257,8 @@ void Arbiter::count(AbortCode abort) {
   }
 }
 
-void Arbiter::complete(const Request& request, AbortCode abort, std::vector<std::byte> data) {
+void Arbiter::complete(const Request& request, AbortCode abort, std::vector<std::byte> data,
+                       bool refused) {
   count(abort);
   if (request.user != nullptr) {
     request.user->withdrawn(request.token, abort);
@@ -268,7 +269,8 @@ void Arbiter::complete(const Request& request, AbortCode abort, std::vector<std:
                           .address = request.address,
                           .write = request.write,
                           .abort = abort,
-                          .data = std::move(data)});
+                          .data = std::move(data),
+                          .refused = refused});
 }
 
 // What waits behind it begins with the next advance(), which is due at once: only there is the time

@@ -97,7 +97,8 @@ class Arbiter {
   void response(Channel& channel, const can::Frame& frame);
   void foreign(Channel& channel, const can::Frame& frame);
   void count(AbortCode abort);
-  void complete(const Request& request, AbortCode abort, std::vector<std::byte> data = {});
+  void complete(const Request& request, AbortCode abort, std::vector<std::byte> data = {},
+                bool refused = false);
   void cancel_running(Channel& channel, AbortCode code);
   void tell_abort(const Request& request, AbortCode code, Instant now);
 

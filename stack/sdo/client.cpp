@@ -223,7 +223,7 @@ Receipt Client::initiate_answered(std::uint64_t word, Instant now, can::Transmit
   } else if (multiplexer(word) != address_) {
     why = AbortCode::parameter_incompatible;
   }
-  if (why != AbortCode::none && take_stray(word, now)) {
+  if (why != AbortCode::none && (word == last_used_ || take_stray(word, now))) {
     return Receipt::stray;
   }
   last_used_ = word;
@@ -339,7 +339,7 @@ AbortCode Client::download_segment_taken(Instant now, can::TransmitQueue& queue)
 Receipt Client::aborted_by_server(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
   const od::Address address = multiplexer(word);
   const bool ours = address == address_ || address == od::Address{};
-  if (!ours && waits_for_initiate() && take_stray(word, now)) {
+  if (!ours && waits_for_initiate() && (word == last_used_ || take_stray(word, now))) {
     return Receipt::stray;
   }
   last_used_ = word;
@@ -350,6 +350,9 @@ Receipt Client::aborted_by_server(std::uint64_t word, Instant now, can::Transmit
   }
   if (!fall_back(code, now, queue)) {
     finish_or_repeat(is_abort_code(code) ? code : AbortCode::general, now, queue);
+    if (outcome_) {
+      outcome_->refused = ours && is_abort_code(code);
+    }
   }
   return Receipt::used;
 }

@@ -41,6 +41,8 @@ struct Outcome {
                                       // client aborted with
   std::vector<std::byte> data{};  // what an upload brought; empty after a download or abort, and
                                   // of an upload into a stream
+  bool refused = false;  // abort is what the server said to this transfer. Else a frame was lost,
+                         // or what came is no answer to it
 };
 
 // What a frame with the response identifier was.

@@ -52,6 +52,7 @@ struct Completion {
   bool write = false;
   AbortCode abort = AbortCode::none;  // none: done
   std::vector<std::byte> data{};      // what was read
+  bool refused = false;               // see Outcome
 };
 
 }  // namespace linegate::sdo

@@ -121,5 +121,82 @@ TEST_F(BootCommandTest, AnAbsentNodeIsAnsweredWhenItsBootTimeOutIsOver) {
   EXPECT_EQ(outcomes->at(0).finding.abort, AbortCode::timeout);
 }
 
+// --- what the node answers while it is configured ---
+
+class MandatoryNodeTest : public BootCommandTest {
+ protected:
+  // Up to the first write of its configuration, the heartbeat.
+  void SetUp() override {
+    LineConfig config = config_with_axis();
+    config.nodes[0].mandatory = true;
+    make(config);
+    line_->start(now_);
+    hear(0x705, {0x00});
+    answer_identity();
+    ASSERT_THAT(sent(), testing::Contains("605#2B17100064000000"));
+  }
+
+  void expect_it_is_asked_again() {
+    EXPECT_EQ(line_->node_state(5).boot, 'J');
+    EXPECT_EQ(line_->state().manager, ManagerState::missing_mandatory);
+    sent();
+    pass(seconds(1));
+    EXPECT_THAT(sent(), testing::Contains("605#4000100000000000"));
+    answer_identity();
+    hear(0x585, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
+    hear(0x705, {0x7F});
+    EXPECT_EQ(line_->state().manager, ManagerState::running);
+  }
+};
+
+TEST_F(MandatoryNodeTest, ARefusedEntryHaltsTheNetwork) {
+  hear(0x585, {0x80, 0x17, 0x10, 0x00, 0x30, 0x00, 0x09, 0x06});
+  EXPECT_EQ(line_->state().manager, ManagerState::halted);
+  sent();
+  pass(seconds(3));
+  EXPECT_THAT(sent(), testing::Each(testing::Not(testing::StartsWith("605#"))))
+      << "it would be refused again";
+}
+
+TEST_F(MandatoryNodeTest, ALostAnswerDoesNot) {
+  pass(milliseconds(600));
+  expect_it_is_asked_again();
+}
+
+TEST_F(MandatoryNodeTest, AShortAnswerDoesNot) {
+  hear(0x585, {0x80, 0x17, 0x10, 0x00, 0x30});
+  pass(milliseconds(600));
+  expect_it_is_asked_again();
+}
+
+TEST_F(MandatoryNodeTest, AnAbortWithoutACodeDoesNot) {
+  hear(0x585, {0x80, 0x17, 0x10, 0x00, 0, 0, 0, 0});
+  expect_it_is_asked_again();
+}
+
+TEST_F(MandatoryNodeTest, AnAbortOfSomethingElseDoesNot) {
+  hear(0x585, {0x80, 0x00, 0x18, 0x01, 0x30, 0x00, 0x09, 0x06});
+  expect_it_is_asked_again();
+}
+
+TEST_F(MandatoryNodeTest, AnAnswerToSomethingElseDoesNot) {
+  hear(0x585, {0x60, 0x00, 0x18, 0x01, 0, 0, 0, 0});
+  expect_it_is_asked_again();
+}
+
+TEST_F(MandatoryNodeTest, AServerThatLostTheThreadDoesNot) {
+  hear(0x585, {0x80, 0x17, 0x10, 0x00, 0x01, 0x00, 0x04, 0x05});
+  expect_it_is_asked_again();
+}
+
+// The answer before, an abort, comes a second time.
+TEST_F(MandatoryNodeTest, AnAnswerThatComesTwiceIsHeardOnce) {
+  hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
+  EXPECT_EQ(line_->state().manager, ManagerState::booting);
+  hear(0x585, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
+  hear(0x705, {0x7F});
+  EXPECT_EQ(line_->state().manager, ManagerState::running);
+}
+
 }  // namespace
 }  // namespace linegate::line

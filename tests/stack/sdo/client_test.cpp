@@ -141,6 +141,38 @@ TEST_F(ClientTest, WrongMultiplexer) {
   expect_abort(AbortCode::parameter_incompatible);
 }
 
+// A controller that misses the end of a frame gets it again (ISO 11898-1): the answer to what was
+// asked before says nothing of what is asked now.
+TEST_F(ClientTest, AnAnswerThatComesTwiceIsNoneToTheNextQuestion) {
+  const Bytes taken = {0x60, 0x00, 0x20, 5, 0, 0, 0, 0};
+  const Bytes refused = abort_bytes(0x2000, 6, 0x0609'0030);
+  write({0x2000, 5}, pattern(1));
+  answer(taken);
+  expect_data({});
+  write({0x2000, 6}, pattern(1));
+  EXPECT_EQ(answer(taken, Receipt::stray), Frames{});
+  answer(refused);
+  expect_abort(AbortCode::invalid_value);
+  write({0x2000, 7}, pattern(1));
+  EXPECT_EQ(answer(refused, Receipt::stray), Frames{});
+  answer({0x60, 0x00, 0x20, 7, 0, 0, 0, 0});
+  expect_data({});
+}
+
+TEST_F(ClientTest, SaysWhetherTheServerRefusedOrOneCannotKnow) {
+  const auto refused = [this](const Bytes& bytes) {
+    write({0x2000, 5}, pattern(1));
+    answer(bytes);
+    const std::optional<Outcome> outcome = client.take();
+    return outcome.has_value() && outcome->refused;
+  };
+  EXPECT_TRUE(refused(abort_bytes(0x2000, 5, 0x0609'0030)));
+  EXPECT_TRUE(refused(abort_bytes(0, 0, 0x0609'0030))) << "some servers do not say what it is";
+  EXPECT_FALSE(refused(abort_bytes(0x2000, 6, 0x0609'0030)));
+  EXPECT_FALSE(refused(abort_bytes(0x2000, 5, 0)));
+  EXPECT_FALSE(refused({0x60, 0x00, 0x20, 7, 0, 0, 0, 0}));
+}
+
 TEST_F(ClientTest, AnAnswerToTheSameQuestionAskedBeforeLeavesTheSecondAnswerAsAStray) {
   read({0x1000, 0});
   client.abort(AbortCode::general, now, queue);
