@@ -8,6 +8,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/can/bus_state.h"
+#include "stack/diagnosis/record_description.h"
 
 namespace linegate::diagnosis {
 namespace {
@@ -19,33 +20,13 @@ constexpr std::uint16_t kStatusRecord = 0x00;
 constexpr std::uint16_t kControlRecord = 0x01;
 constexpr std::uint16_t kNodeStates = 0x04;
 constexpr std::uint16_t kNmtRecord = 0x0A;
+constexpr std::uint16_t kFrameRecord = 0x0C;
 
-constexpr std::uint8_t kResetSub = 1;
-constexpr std::uint8_t kManagerControl = 4;
 constexpr std::uint8_t kSoftReset = 129;
 constexpr std::uint8_t kHardReset = 130;
 
-od::VariableDescription member(std::uint8_t sub, std::string name, DataType type, Access access,
-                               std::uint64_t value = 0) {
-  od::VariableDescription out;
-  out.sub = sub;
-  out.name = std::move(name);
-  out.type = type;
-  out.access = access;
-  out.value.resize(od::byte_size(type));
-  store_le(std::span(out.value), value);
-  return out;
-}
-
-od::ObjectDescription record(std::uint16_t index, std::string name,
-                             std::vector<od::VariableDescription> members) {
-  od::ObjectDescription out{
-      .index = index, .name = std::move(name), .type = od::ObjectType::record};
-  out.variables = std::move(members);
-  const std::uint8_t highest = out.variables.back().sub;
-  out.variables.insert(out.variables.begin(), member(0, "Highest sub-index", DataType::unsigned8,
-                                                     Access::constant, highest));
-  return out;
+bool is_node(std::uint8_t id) {
+  return id >= can::kMinNodeId && id <= can::kMaxNodeId;
 }
 
 od::ObjectDescription node_states(std::uint16_t index) {
@@ -60,7 +41,7 @@ od::ObjectDescription node_states(std::uint16_t index) {
   return out;
 }
 
-// What a write of the two objects that order something says; nothing if it is no command.
+// What a write that orders something says; nothing if it is no command.
 std::optional<CanopenIa::Order> order_of_reset(std::uint64_t value, std::uint8_t own) {
   switch (value) {
     case kSoftReset:
@@ -81,6 +62,23 @@ std::optional<CanopenIa::Order> order_of_nmt(std::uint64_t value) {
   return CanopenIa::Order{static_cast<nmt::Command>(command), node};
 }
 
+std::optional<CanopenIa::Order> order_of_scan(std::uint64_t value) {
+  const auto node = static_cast<std::uint8_t>(value);
+  if (!is_node(node)) {
+    return std::nullopt;
+  }
+  return CanopenIa::Order{.node = node, .kind = CanopenIa::OrderKind::scan};
+}
+
+std::optional<CanopenIa::Order> order_of_trigger(std::uint64_t value) {
+  const auto number = static_cast<std::uint8_t>(value & 0xFFU);
+  const auto node = static_cast<std::uint8_t>(value >> 8U & 0xFFU);
+  if (number == 0 || !is_node(node)) {
+    return std::nullopt;
+  }
+  return CanopenIa::Order{.node = node, .kind = CanopenIa::OrderKind::trigger, .rpdo = number};
+}
+
 }  // namespace
 
 Result<void> add_canopen_ia(od::Dictionary& dictionary, std::uint16_t base) {
@@ -94,12 +92,11 @@ Result<void> add_canopen_ia(od::Dictionary& dictionary, std::uint16_t base) {
               member(3, "Own hardware state", DataType::unsigned8, Access::ro),
               member(4, "Own hardware and firmware", DataType::unsigned32, Access::ro),
               member(5, "Serial number", DataType::domain, Access::ro)}),
-      record(at(kControlRecord), "Device control",
-             {member(kResetSub, "Reset", DataType::unsigned8, Access::wo),
-              member(kManagerControl, "Manager control", DataType::unsigned32, Access::rw)}),
+      control_record(at(kControlRecord)),
       node_states(at(kNodeStates)),
       record(at(kNmtRecord), "NMT master message",
              {member(1, "Transmit NMT", DataType::unsigned16, Access::wo)}),
+      frame_record(at(kFrameRecord)),
   };
   for (const od::ObjectDescription& object : all) {
     if (const auto added = dictionary.add(object); !added) {
@@ -109,12 +106,9 @@ Result<void> add_canopen_ia(od::Dictionary& dictionary, std::uint16_t base) {
   return {};
 }
 
-CanopenIa::CanopenIa(od::Dictionary& dictionary, const Diagnosis& diagnosis,
+CanopenIa::CanopenIa(od::Dictionary& dictionary, const Diagnosis& diagnosis, RecordHost& host,
                      const CanopenIaOptions& options)
-    : dictionary_(dictionary),
-      diagnosis_(diagnosis),
-      options_(options),
-      keep_operational_(options.keep_operational) {
+    : dictionary_(dictionary), diagnosis_(diagnosis), host_(host), options_(options) {
   set_hooks(this);
 }
 
@@ -123,7 +117,8 @@ CanopenIa::~CanopenIa() {
 }
 
 void CanopenIa::set_hooks(od::Hook* hook) {
-  for (const std::uint16_t each : {kStatusRecord, kControlRecord, kNodeStates, kNmtRecord}) {
+  for (const std::uint16_t each :
+       {kStatusRecord, kControlRecord, kNodeStates, kNmtRecord, kFrameRecord}) {
     (void)dictionary_.set_hook(static_cast<std::uint16_t>(options_.base + each), hook).ok();
   }
 }
@@ -142,6 +137,9 @@ AbortCode CanopenIa::before_read(od::Address address, const od::Variable& variab
     store_le(std::span(variable.data, variable.size), value);
     return AbortCode::none;
   };
+  if (offset(address) == kFrameRecord) {
+    return read_frame(address);
+  }
   if (address.sub == 0) {
     return AbortCode::none;
   }
@@ -150,8 +148,16 @@ AbortCode CanopenIa::before_read(od::Address address, const od::Variable& variab
     return status ? give(*status) : AbortCode::no_data;
   }
   if (offset(address) == kControlRecord) {
-    return give(control());
+    return give(read_setting(options_.settings, address.sub));
   }
+  return read_status(address, variable);
+}
+
+AbortCode CanopenIa::read_status(od::Address address, const od::Variable& variable) {
+  const auto give = [&variable](std::uint64_t value) {
+    store_le(std::span(variable.data, variable.size), value);
+    return AbortCode::none;
+  };
   switch (address.sub) {
     case 1:
       return give(options_.own_node);
@@ -170,6 +176,17 @@ AbortCode CanopenIa::before_read(od::Address address, const od::Variable& variab
   return AbortCode::none;
 }
 
+AbortCode CanopenIa::read_frame(od::Address address) {
+  constexpr std::byte kHighest{can::kMaxClassicData};
+  const std::span<const std::byte> value =
+      address.sub == 0 ? std::span(&kHighest, 1) : heard_.last(address.sub);
+  if (value.empty()) {
+    return AbortCode::no_data;
+  }
+  (void)dictionary_.restore(address, value);
+  return AbortCode::none;
+}
+
 std::uint8_t CanopenIa::hardware() const {
   const CommunicationState& bus = diagnosis_.communication_state();
   unsigned out = diagnosis_.own_state() == nmt::State::initialising ? 0U : kHardwareInitialised;
@@ -177,6 +194,10 @@ std::uint8_t CanopenIa::hardware() const {
   out |= bus.bus() == can::BusState::error_passive ? kHardwarePassive : 0U;
   out |= bus.bus() == can::BusState::bus_off ? kHardwareBusOff : 0U;
   out |= (bus.value() & (kControllerOverrun | kReceiveOverrun)) != 0 ? kHardwareOverrun : 0U;
+  const RecordHost::Transmission transmission = host_.transmission();
+  out |= transmission.overrun ? kHardwareTransmitOverrun : 0U;
+  out |= transmission.fd ? kHardwareFd : 0U;
+  out |= transmission.waiting ? kHardwareTransmits : 0U;
   return static_cast<std::uint8_t>(out);
 }
 
@@ -188,37 +209,73 @@ std::uint32_t CanopenIa::kind_and_version() const {
   return (options_.manager ? kManagerKind : kDeviceKind) << 8U | major << 16U | minor << 24U;
 }
 
-std::uint32_t CanopenIa::control() const {
-  return kFixedControl | (keep_operational_ ? kKeepOperational : 0U);
+bool CanopenIa::is_setting(od::Address address) const {
+  return offset(address) == kControlRecord && address.sub != kResetSub && address.sub != kScanSub &&
+         address.sub != kTriggerSub;
+}
+
+std::optional<CanopenIa::Order> CanopenIa::order_of(od::Address address,
+                                                    std::uint64_t value) const {
+  if (offset(address) == kNmtRecord) {
+    return order_of_nmt(value);
+  }
+  switch (address.sub) {
+    case kScanSub:
+      return order_of_scan(value);
+    case kTriggerSub:
+      return order_of_trigger(value);
+    default:
+      return order_of_reset(value, options_.own_node);
+  }
 }
 
 AbortCode CanopenIa::check_order(const Order& order) const {
-  if (!options_.manager && order.node != options_.own_node) {
-    return AbortCode::local_control;
+  AbortCode why = AbortCode::none;
+  if (order.kind == OrderKind::scan) {
+    why = host_.may_scan(order.node);
+  } else if (order.kind == OrderKind::trigger) {
+    why = host_.may_trigger(order.node, order.rpdo);
+  } else if (!options_.manager && order.node != options_.own_node) {
+    why = AbortCode::local_control;
+  }
+  if (why != AbortCode::none) {
+    return why;
   }
   return orders_.size() < kOrders ? AbortCode::none : AbortCode::device_state;
 }
 
-AbortCode CanopenIa::check_write(od::Address address, std::span<const std::byte> value) {
-  const std::uint64_t number = load_le(value);
-  if (offset(address) == kControlRecord && address.sub == kManagerControl) {
-    return (number | kKeepOperational) == (control() | kKeepOperational) ? AbortCode::none
-                                                                         : AbortCode::invalid_value;
+AbortCode CanopenIa::check_frame(od::Address address, std::span<const std::byte> value) const {
+  if (!options_.settings.sends_frames) {
+    return AbortCode::device_state;
   }
-  const auto order = offset(address) == kControlRecord ? order_of_reset(number, options_.own_node)
-                                                       : order_of_nmt(number);
+  const auto frame = frame_of(address.sub, value);
+  return frame ? AbortCode::none : static_cast<AbortCode>(frame.error().code);
+}
+
+AbortCode CanopenIa::check_write(od::Address address, std::span<const std::byte> value) {
+  if (offset(address) == kFrameRecord) {
+    return check_frame(address, value);
+  }
+  const std::uint64_t number = load_le(value);
+  if (is_setting(address)) {
+    return check_setting(options_.settings, address.sub, number);
+  }
+  const auto order = order_of(address, number);
   return order ? check_order(*order) : AbortCode::invalid_value;
 }
 
 AbortCode CanopenIa::execute_write(od::Address address, std::span<const std::byte> value) {
+  if (offset(address) == kFrameRecord) {
+    const auto frame = frame_of(address.sub, value);
+    return frame ? host_.transmit(*frame) : static_cast<AbortCode>(frame.error().code);
+  }
   const std::uint64_t number = load_le(value);
-  if (offset(address) == kControlRecord && address.sub == kManagerControl) {
-    keep_operational_ = (number & kKeepOperational) != 0;
+  if (is_setting(address)) {
+    write_setting(options_.settings, address.sub, number);
+    pdo_times_written_ |= address.sub == kEventTimeSub || address.sub == kInhibitTimeSub;
     return AbortCode::none;
   }
-  const auto order = offset(address) == kControlRecord ? order_of_reset(number, options_.own_node)
-                                                       : order_of_nmt(number);
-  if (order) {
+  if (const auto order = order_of(address, number)) {
     orders_.push_back(*order);
   }
   return AbortCode::none;

@@ -52,6 +52,7 @@ class Diagnosis final : public EventListener {
   void commanded(nmt::Command command, std::uint8_t node);
   // A node is being scanned, or all with 0.
   void scan_begins(std::uint8_t node) { node_status_.scan_begins(node); }
+  void scan_ends() { node_status_.scan_ends(); }
   // 1F82h was written: of one node, or of all with 0.
   void requested(std::uint8_t node);
   // Does nothing as long as nothing has changed.

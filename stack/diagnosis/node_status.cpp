@@ -53,4 +53,10 @@ void NodeStatus::scan_begins(std::uint8_t node) {
   set(node, kStatusScanStarted);
 }
 
+void NodeStatus::scan_ends() {
+  for (std::optional<std::uint8_t>& last : last_) {
+    last = last == kStatusScanStarted ? std::optional(kStatusScanAborted) : last;
+  }
+}
+
 }  // namespace linegate::diagnosis

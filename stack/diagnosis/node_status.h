@@ -32,6 +32,8 @@ class NodeStatus {
   void commanded(nmt::Command command, std::uint8_t node);
   // A node is being scanned, or all with 0.
   void scan_begins(std::uint8_t node);
+  // Nothing is being scanned any more: nodes that were not heard of since are not there.
+  void scan_ends();
 
   // node: 1..127. Nothing if nothing is known.
   std::optional<std::uint8_t> of(std::uint8_t node) const { return last_[node]; }

@@ -142,11 +142,11 @@ Error Listening::ask(const Command& command, Instant now) {
   return {};
 }
 
-void Listening::match(const can::Frame& frame, EventLog& events) {
+void Listening::match(const can::Frame& frame, bool all, EventLog& events) {
   const std::uint32_t id = marked_id(frame);
-  const bool wanted = std::ranges::any_of(filters_, [&](const Filter& filter) {
-    return frame.time < filter.end && (id & filter.mask) == filter.id;
-  });
+  const bool wanted = all || std::ranges::any_of(filters_, [&](const Filter& filter) {
+                        return frame.time < filter.end && (id & filter.mask) == filter.id;
+                      });
   if (wanted && admit(frame.time)) {
     tell(frame, events);
   }

@@ -42,10 +42,10 @@ class Listening {
   // A CommandKind::can_listen. bad_request, or busy: there are kFilters.
   Error ask(const Command& command, Instant now);
 
-  // A frame that no service wanted.
-  void hear(const can::Frame& frame, EventLog& events) {
-    if (frame.time < end_) [[unlikely]] {
-      match(frame, events);
+  // A frame that no service wanted. all: it is told although nobody asked for it.
+  void hear(const can::Frame& frame, EventLog& events, bool all = false) {
+    if (all || frame.time < end_) [[unlikely]] {
+      match(frame, all, events);
     }
   }
 
@@ -56,7 +56,7 @@ class Listening {
     std::uint32_t mask = 0;
     Instant end{};
   };
-  void match(const can::Frame& frame, EventLog& events);
+  void match(const can::Frame& frame, bool all, EventLog& events);
   bool admit(Instant now);
   void tell(const can::Frame& frame, EventLog& events);
 

@@ -68,7 +68,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       programming(manager, loader),
       diagnosis(diagnosis_options(config), node.dictionary(), *this),
       foreign_manager(node.dispatch(), events),
-      canopen_ia(node.dictionary(), diagnosis, canopen_ia_options(config)),
+      canopen_ia(node.dictionary(), diagnosis, *this, canopen_ia_options(config)),
       diagnosis_objects(node.dictionary(), diagnosis, config.node_id),
       outputs(image.layout(image::Direction::outputs), config.groups, config.bound),
       updates(config.pdo_update_time),
@@ -264,15 +264,8 @@ void Line::Impl::synced(Instant /*now*/) {
   ++syncs;
 }
 
-// Their values became the defaults.
-void Line::Impl::follow_resets() {
-  if (std::exchange(resets, node.counters().resets) != node.counters().resets) {
-    own_objects.values_reset();
-  }
-}
-
 void Line::Impl::unwanted(const can::Frame& frame) {
-  listening.hear(frame, events);
+  listening.hear(frame, events, canopen_ia.hear(frame));
 }
 
 void Line::Impl::node_data_invalid(std::uint8_t id) {

@@ -149,7 +149,7 @@ void Line::Impl::start_sdo(Command command, bool write, Instant now) {
   const od::Address address{command.index, command.sub};
   if (write) {
     forget_cached(command.node, address);
-  } else if ((command.code & kFromCache) != 0) {
+  } else if ((command.code & kFromCache) != 0 || canopen_ia.settings().use_scanned_entries) {
     if (const auto* const known = cached(command.node, address)) {
       reply(command.tag, kDone, *known);
       return;

@@ -21,7 +21,9 @@ diagnosis::CanopenIaOptions canopen_ia_options(const LineConfig& config) {
           .manager = config.role == Role::manager,
           .revision = config.identity.revision,
           .serial = config.identity.serial,
-          .keep_operational = config.keep_operational};
+          .settings = {.keep_operational = config.keep_operational,
+                       .heartbeat = config.found_heartbeat,
+                       .update_time = config.pdo_update_time}};
 }
 
 diagnosis::NetworkFacts Line::Impl::network() const {
@@ -56,11 +58,7 @@ void Line::Impl::keep_operational(std::uint8_t id, Instant now) {
 }
 
 void Line::Impl::follow_diagnosis(Instant now) {
-  for (diagnosis::CanopenIa::Order order; canopen_ia.take(order);) {
-    Command command{.kind = CommandKind::nmt, .node = order.node};
-    command.nmt = order.command;
-    (void)send_nmt(command, now);
-  }
+  follow_records(now);
   if (diagnosis.take_failure()) {
     stop_network(now);
   }

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "stack/diagnosis/canopen_ia.h"
 #include "stack/diagnosis/diagnosis.h"
 #include "stack/diagnosis/foreign_manager.h"
 #include "stack/diagnosis/objects.h"
+#include "stack/diagnosis/record_host.h"
 #include "stack/emcy/consumer.h"
 #include "stack/emcy/producer.h"
 #include "stack/image/process_image.h"
@@ -40,7 +42,8 @@ struct Line::Impl final : Line::Base,
                           scan::Host,
                           nmt::HeartbeatListener,
                           emcy::Listener,
-                          diagnosis::Source {
+                          diagnosis::Source,
+                          diagnosis::RecordHost {
   // plan is that of the configuration; see Line::make().
   Impl(LineConfig line_config, pdo::LinkPlan link_plan);
   ~Impl() override { events.set_listener(nullptr); }
@@ -108,6 +111,13 @@ struct Line::Impl final : Line::Base,
   void stop_network(Instant now);
   void begin_anew(nmt::Command command, Instant now);
   void keep_operational(std::uint8_t id, Instant now);
+  // --- line_records.cpp: diagnosis::RecordHost --------------------------------------------------
+  Transmission transmission() const override;
+  AbortCode may_scan(std::uint8_t node) const override;
+  AbortCode may_trigger(std::uint8_t node, std::uint8_t number) const override;
+  AbortCode transmit(const can::Frame& frame) override;
+  void follow_records(Instant now);
+  void set_pdo_times();
   // emcy::Listener
   void emergency(std::uint8_t node, const emcy::Message& message, Instant now) override;
 
@@ -166,6 +176,7 @@ struct Line::Impl final : Line::Base,
 
   // --- line_scan.cpp ----------------------------------------------------------------------------
   void start_scan(const Command& command, Instant now);
+  bool begin_scan(std::uint8_t id, std::uint16_t code, Instant now);
   void finish_scan();
   void tell_found_layout(Instant now);
   void expire_scan(Instant now);
@@ -230,7 +241,7 @@ struct Line::Impl final : Line::Base,
   std::unique_ptr<Routing> routing;  // if the line takes part in it
 
   scan::Scanner scanner;
-  std::uint64_t scan_tag = 0;  // of the command that wants to know what it finds
+  std::optional<std::uint64_t> scan_tag;  // of the command that wants to know what it finds
   bool scan_of_all = false;
   std::uint16_t scan_code = 0;                // of scan_apply
   std::vector<scan::ScannedNode> scan_cache;  // what scans read, ascending by id

@@ -35,7 +35,8 @@ void Line::Impl::write_object(Command command, Instant now) {
     return;
   }
   const std::vector<std::uint32_t> entries = entries_of(image.layout(Direction::outputs), command);
-  if (entries.empty() || (command.code & kForceSdo) != 0) {
+  const bool by_sdo = (command.code & kForceSdo) != 0 || canopen_ia.settings().enforce_sdo;
+  if (entries.empty() || by_sdo) {
     start_sdo(std::move(command), true, now);
     return;
   }
@@ -59,7 +60,8 @@ Error Line::Impl::write_by_pdo(const Command& command, std::span<const std::uint
   for (const std::uint32_t entry : entries) {
     image.write_entry(Direction::outputs, entry, command.data);
   }
-  const bool keep = (command.code & kKeepPdo) != 0;
+  const bool keep = (command.code & kKeepPdo) != 0 || canopen_ia.settings().manual_trigger;
+  updates.set_update_time(canopen_ia.settings().update_time);
   for (const std::uint32_t position : entries) {
     const image::Entry& entry = layout.entries[position];
     if (!keep) {
@@ -80,7 +82,7 @@ Error Line::Impl::write_by_pdo(const Command& command, std::span<const std::uint
 bool Line::Impl::asks_at_once(std::uint16_t tpdo) {
   constexpr std::uint16_t kFirstRecord = 0x1800;
   constexpr std::uint8_t kEventTimer = 5;
-  if (config.pdo_update_time == Duration::zero()) {
+  if (canopen_ia.settings().update_time == Duration::zero()) {
     return true;
   }
   if (tpdo > pdo::kMaxPdo) {

@@ -21,26 +21,36 @@ void Line::Impl::start_scan(const Command& command, Instant now) {
     refuse(command, Refusal::wrong_state, now);
   } else if (!usable()) {
     refuse(command, Refusal::line_down, now);
-  } else if (const std::uint16_t code = apply ? command.code : std::uint16_t{0};
-             !scanner.begin({.first = one ? command.node : can::kMinNodeId,
-                             .last = one ? command.node : can::kMaxNodeId,
-                             .except = config.node_id,
-                             .timeout = config.sdo_timeout,
-                             .restore_defaults = (code & kScanRestore) != 0},
-                            now)) {
+  } else if (!begin_scan(command.node, apply ? command.code : std::uint16_t{0}, now)) {
     refuse(command, Refusal::busy, now);
   } else {
-    if ((code & kScanRestore) != 0) {
-      manager.stop(now);  // it would configure the nodes that come back
-    }
     scan_tag = command.tag;
-    scan_of_all = !one;
-    diagnosis.scan_begins(command.node);
-    scan_code = code;
     scan_deadline = command.timeout > Duration::zero() ? deadline(now, command.timeout) : kNever;
     take_completions(now);
     finish_scan();
   }
+}
+
+// Nobody waits for what it finds. False if another one runs.
+bool Line::Impl::begin_scan(std::uint8_t id, std::uint16_t code, Instant now) {
+  const bool one = id != 0;
+  if (!scanner.begin({.first = one ? id : can::kMinNodeId,
+                      .last = one ? id : can::kMaxNodeId,
+                      .except = config.node_id,
+                      .timeout = config.sdo_timeout,
+                      .restore_defaults = (code & kScanRestore) != 0},
+                     now)) {
+    return false;
+  }
+  if ((code & kScanRestore) != 0) {
+    manager.stop(now);  // it would configure the nodes that come back
+  }
+  scan_tag.reset();
+  scan_deadline = kNever;
+  scan_of_all = !one;
+  scan_code = code;
+  diagnosis.scan_begins(id);
+  return true;
 }
 
 void Line::Impl::finish_scan() {
@@ -49,10 +59,13 @@ void Line::Impl::finish_scan() {
     return;
   }
   scan_deadline = kNever;
+  diagnosis.scan_ends();
   if ((scan_code & kScanSetUp) != 0) {
-    scan::set_up(*found, config.found_heartbeat);
+    scan::set_up(*found, canopen_ia.settings().heartbeat);
   }
-  reply(scan_tag, Error{}, scan::write_report(*found));
+  if (scan_tag) {
+    reply(*scan_tag, Error{}, scan::write_report(*found));
+  }
   for (scan::ScannedNode& fresh : *found) {
     const auto known = std::ranges::lower_bound(scan_cache, fresh.id, {}, &scan::ScannedNode::id);
     if (known != scan_cache.end() && known->id == fresh.id) {
@@ -79,7 +92,10 @@ void Line::Impl::end_scan(Refusal why, Instant now) {
   scanner.cancel(now);
   (void)scanner.take_result();
   scan_deadline = kNever;
-  reply(scan_tag, to_error(why));
+  diagnosis.scan_ends();
+  if (scan_tag) {
+    reply(*scan_tag, to_error(why));
+  }
 }
 
 void Line::Impl::reset_node(std::uint8_t id, Instant now) {

@@ -15,6 +15,8 @@ class PdoUpdates {
   // update_time: from the last write until the PDO is asked for, so that several objects of it can
   // be written; 0 = at once.
   explicit PdoUpdates(Duration update_time) : update_time_(update_time) {}
+  // From now on.
+  void set_update_time(Duration update_time) { update_time_ = update_time; }
 
   // An output entry was written, of the PDO that has so many in all: its time begins anew. If all
   // of them were written since the PDO was due last, or at_once, it is due now.

@@ -267,6 +267,18 @@ TEST_F(ScanTest, AppliedItSaysWhatIsToBeSetUpAndWritesNothingYet) {
   EXPECT_TRUE(std::ranges::none_of(seat.frames, writes)) << "the line that is made of it writes";
 }
 
+// 5F41h:5 of the own dictionary.
+TEST_F(ScanTest, TheHeartbeatThatIsSetUpCanBeWritten) {
+  constexpr std::uint8_t kOwn = 127;
+  LineSeat& seat = run({});
+  ASSERT_TRUE(sdo(seat, 1, 5, kHeartbeat, {std::byte{0}, std::byte{0}})->ok());
+  ASSERT_TRUE(sdo(seat, 2, kOwn, {0x5F41, 5}, {std::byte{0xFA}, std::byte{0}})->ok());
+  apply(seat, 3, line::kScanSetUp);
+  const auto nodes = found(seat, 3);
+  ASSERT_EQ(nodes.size(), std::size(kDevices));
+  EXPECT_EQ(nodes[0].number(kHeartbeat), 250U);
+}
+
 TEST_F(ScanTest, DefaultsAreRestoredBeforeADeviceIsRead) {
   LineSeat& seat = run({});
   const auto delivered = sdo(seat, 1, 5, kHeartbeat)->data;

@@ -1,49 +1,9 @@
-#include "stack/diagnosis/canopen_ia.h"
-
-#include <gtest/gtest.h>
-
-#include "stack/base/byte_order.h"
 #include "stack/can/bus_state.h"
+
+#include "tests/stack/diagnosis/canopen_ia_fixture.h"
 
 namespace linegate::diagnosis {
 namespace {
-
-using manager::NodeState;
-
-constexpr std::uint8_t kOwnNode = 127;
-
-class CanopenIaTest : public testing::Test, public Source {
- protected:
-  NetworkFacts network() const override { return facts_; }
-  const NodeState& node_seen(std::uint8_t node) const override { return nodes_[node]; }
-
-  void make(CanopenIaOptions options) {
-    options.own_node = kOwnNode;
-    ASSERT_TRUE(add_canopen_ia(dictionary_, options.base).ok());
-    records_.emplace(dictionary_, diagnosis_, options);
-    facts_.running = true;
-    facts_.own = nmt::State::operational;
-  }
-  std::uint64_t read(std::uint16_t index, std::uint8_t sub) {
-    const auto value = dictionary_.read({index, sub});
-    EXPECT_TRUE(value) << index << ':' << unsigned{sub};
-    return value ? load_le(*value) : 0;
-  }
-  AbortCode write(std::uint16_t index, std::uint8_t sub, std::uint64_t value, std::size_t size) {
-    std::array<std::byte, 8> bytes{};
-    store_le(bytes.data(), value);
-    return dictionary_.write({index, sub}, std::span(bytes).first(size));
-  }
-  void bus(can::BusState state) {
-    diagnosis_.told({.kind = EventKind::bus_state, .code = static_cast<std::uint32_t>(state)});
-  }
-
-  NetworkFacts facts_;
-  std::array<NodeState, 128> nodes_{};
-  od::Dictionary dictionary_;
-  Diagnosis diagnosis_{{.own_node = kOwnNode}, dictionary_, *this};
-  std::optional<CanopenIa> records_;
-};
 
 TEST_F(CanopenIaTest, TheStatusOfTheDevice) {
   make({.revision = 0x0003'0007, .serial = 0x1234'5678});
@@ -71,6 +31,16 @@ TEST_F(CanopenIaTest, BitsOfTheHardwareState) {
   EXPECT_EQ(read(0x5F40, 3), 0x0BU);
   facts_.own = nmt::State::initialising;
   EXPECT_EQ(read(0x5F40, 3), 0x0AU);
+}
+
+TEST_F(CanopenIaTest, TheHardwareStateHasWhatTheInterfaceSends) {
+  make({});
+  transmission_.waiting = true;
+  EXPECT_EQ(read(0x5F40, 3), 0x41U);
+  transmission_ = {.overrun = true};
+  EXPECT_EQ(read(0x5F40, 3), 0x11U);
+  transmission_ = {.fd = true};
+  EXPECT_EQ(read(0x5F40, 3), 0x21U);
 }
 
 TEST_F(CanopenIaTest, TheLastStateOfEachNode) {
@@ -126,6 +96,15 @@ TEST_F(CanopenIaTest, WhatIsNotThereIsNoSubIndex) {
   make({});
   EXPECT_EQ(dictionary_.read({0x5F41, 2}).error(), to_error(AbortCode::no_sub_index));
   EXPECT_EQ(write(0x5F41, 3, 0, 4), AbortCode::no_sub_index);
+}
+
+TEST_F(CanopenIaTest, TheRecordsHaveRoomBesideTheOthers) {
+  EXPECT_TRUE(is_free_for_records(0x5F40));
+  EXPECT_FALSE(is_free_for_records(0x5F20));
+  EXPECT_TRUE(is_free_for_records(0x5F73));
+  EXPECT_FALSE(is_free_for_records(0x5F74)) << "the last would be 5F80h";
+  EXPECT_TRUE(is_free_for_records(0x5FF3));
+  EXPECT_FALSE(is_free_for_records(0x5FF4)) << "the last would be 6000h";
 }
 
 TEST_F(CanopenIaTest, OfASlaveAtAnotherBase) {

@@ -31,6 +31,18 @@ TEST(NodeStatus, IsTheLastThatBecameKnown) {
   EXPECT_EQ(status.of(5), 0xB0) << "its error control will tell";
 }
 
+TEST(NodeStatus, WhoIsNotThereWhenAScanEndsWasNotScanned) {
+  NodeStatus status;
+  status.note({.kind = EventKind::boot_up, .node = 5});
+  status.note({.kind = EventKind::boot_up, .node = 6});
+  status.scan_begins(0);
+  status.note({.kind = EventKind::node_scanned, .node = 5});
+  status.scan_ends();
+  EXPECT_EQ(status.of(5), 0xA0);
+  EXPECT_EQ(status.of(6), 0xA8);
+  EXPECT_FALSE(status.of(7));
+}
+
 TEST(NodeStatus, CommandsToAllAreForThoseThatAreKnown) {
   NodeStatus status;
   status.note({.kind = EventKind::boot_up, .node = 5});
