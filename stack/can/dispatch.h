@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -15,7 +16,7 @@
 
 namespace linegate::can {
 
-enum class Service : std::uint8_t {
+enum class Service : std::uint16_t {
   none,
   nmt,  // node control, 000h
   sync,
@@ -32,7 +33,22 @@ enum class Service : std::uint8_t {
 struct Target {
   Service service = Service::none;
   std::uint16_t index = 0;
-  std::uint16_t next = 0;  // position in Dispatch::targets() of the next target, 0 = none
+  std::uint16_t next = 0;    // position in Dispatch::targets() of the next target, 0 = none
+  std::uint16_t unused = 0;  // makes one word of it, which is compared as a whole
+
+  // Whether it is of this service and the only target of its identifier.
+  bool alone_of(Service wanted) const {
+    constexpr auto kAllButIndex =
+        std::bit_cast<std::uint64_t>(std::array<std::uint16_t, 4>{0xFFFF, 0, 0xFFFF, 0xFFFF});
+    return (word() & kAllButIndex) == Target{wanted}.word();
+  }
+  // And of this index.
+  bool alone_is(Service wanted, std::uint16_t wanted_index) const {
+    return word() == Target{wanted, wanted_index}.word();
+  }
+
+ private:
+  constexpr std::uint64_t word() const { return std::bit_cast<std::uint64_t>(*this); }
 };
 
 class Dispatch {
@@ -50,9 +66,9 @@ class Dispatch {
         frame.extended() ? find_extended(frame.id) : standard_[frame.id & 0x7FFU];
     return first == 0 ? nullptr : &targets_[first];
   }
-  // The same for a frame with an 11-bit identifier; nullptr for others.
-  const Target* find_standard(const Frame& frame) const {
-    const std::uint16_t first = frame.extended() ? std::uint16_t{0} : standard_[frame.id & 0x7FFU];
+  // The same by an 11-bit identifier.
+  const Target* find_standard(std::uint32_t id) const {
+    const std::uint16_t first = standard_[id & 0x7FFU];
     return first == 0 ? nullptr : &targets_[first];
   }
   const Target* next(const Target& target) const {

@@ -32,6 +32,11 @@ struct Frame {
   bool remote() const { return (flags & kRemote) != 0; }
   bool fd() const { return (flags & kFd) != 0; }
   std::span<const std::byte> bytes() const { return {data.data(), length}; }
+  // A classical data frame with an 11-bit identifier and so many bytes.
+  bool standard_of(std::uint8_t size) const {
+    constexpr unsigned kOther = kExtended | kRemote | kFd;
+    return ((unsigned{flags} << 8U | length) & (kOther << 8U | 0xFFU)) == size;
+  }
 };
 
 // The first fields of a frame, ready to be copied.

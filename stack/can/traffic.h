@@ -12,10 +12,17 @@ struct Traffic {
   std::uint64_t extended = 0;  // of these, with 29-bit identifiers
   std::uint64_t bytes = 0;     // of data
 
-  void add(const Frame& frame) {
+  void add(const Frame& frame) { add(frame.flags, frame.length); }
+  // A frame of which these are known.
+  void add(std::uint8_t flags, std::uint8_t length) {
     ++frames;
-    extended += frame.flags & Frame::kExtended;
-    bytes += frame.length;
+    extended += flags & Frame::kExtended;
+    bytes += length;
+  }
+  // A frame with an 11-bit identifier.
+  void add_standard(std::uint8_t length) {
+    ++frames;
+    bytes += length;
   }
   Traffic& operator+=(const Traffic& other) {
     frames += other.frames;

@@ -3,20 +3,23 @@
 namespace linegate::can {
 
 TransmitQueue::TransmitQueue(std::uint32_t capacity)
-    : capacity_(capacity), frames_(kTransmitClasses * capacity) {
+    : capacity_(capacity),
+      mask_(std::bit_ceil(capacity) - 1),
+      frames_(kTransmitClasses * (std::size_t{mask_} + 1)) {
   Frame* first = frames_.data();
   for (Ring& places : rings_) {
     places.frames = first;
-    first += capacity;
+    first += mask_ + 1;
   }
 }
 
 bool TransmitQueue::push(TransmitClass cls, const Frame& frame) {
-  Frame* const place = take_place(cls);
-  if (place != nullptr) {
-    copy(frame, *place);
+  if (room(cls) == 0) {
+    ++refused_;
+    return false;
   }
-  return place != nullptr;
+  copy(frame, take_place(cls));
+  return true;
 }
 
 void TransmitQueue::clear() {

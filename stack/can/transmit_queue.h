@@ -14,6 +14,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/can/frame.h"
+#include "stack/can/traffic.h"
 
 namespace linegate::can {
 
@@ -32,12 +33,16 @@ class TransmitQueue {
   bool push(TransmitClass cls, const Frame& frame);
   // The same for a frame of 8 bytes, which are given as one little-endian number.
   bool push(TransmitClass cls, Header header, std::uint64_t data);
+  // As push(). Precondition: there is room.
+  void push_into_room(TransmitClass cls, Header header, std::uint64_t data);
   std::size_t room(TransmitClass cls) const { return capacity_ - ring(cls).count; }
   // Frames of the class that wait for the bus.
   std::size_t queued(TransmitClass cls) const { return ring(cls).count; }
 
   // The most urgent frame. False if there is none.
   bool pop(Frame& out) { return pop(waiting_, out); }
+  // And adds it to sent.
+  bool pop(Frame& out, Traffic& sent) { return pop(waiting_, out, &sent); }
   // NMT, SYNC, EMCY, TIME: what goes before PDOs. False if there is none.
   bool pop_urgent(Frame& out) { return pop(waiting_ & kUrgent, out); }
   // SDO and error control: what goes after PDOs. False if there is none.
@@ -51,85 +56,92 @@ class TransmitQueue {
   static constexpr unsigned kUrgent = (1U << static_cast<unsigned>(TransmitClass::sdo)) - 1U;
 
   struct Ring {
-    Frame* frames = nullptr;  // capacity_ of frames_
+    Frame* frames = nullptr;  // mask_ + 1 of frames_
     std::uint32_t head = 0;
     std::uint32_t count = 0;
   };
   Ring& ring(TransmitClass cls) { return rings_[static_cast<std::size_t>(cls)]; }
   const Ring& ring(TransmitClass cls) const { return rings_[static_cast<std::size_t>(cls)]; }
 
-  static void copy(const Frame& from, Frame& to);
-  // The place of one more frame, which counts from now on; nullptr if the class is full.
-  Frame* take_place(TransmitClass cls);
-  // The first frame of the most urgent of these classes, each of which has frames.
-  bool pop(unsigned classes, Frame& out);
+  // Gives the header.
+  static Header copy(const Frame& from, Frame& to);
+  // The place of one more frame, which counts from now on. Precondition: there is room.
+  Frame& take_place(TransmitClass cls);
+  // The first frame of the most urgent of these classes, each of which has frames. sent may be
+  // nullptr.
+  bool pop(unsigned classes, Frame& out, Traffic* sent = nullptr);
 
   std::array<Ring, kTransmitClasses> rings_;
   std::uint32_t capacity_;
+  std::uint32_t mask_;    // of places in a ring, of which there are a power of two
   unsigned waiting_ = 0;  // bit n: class n has frames
   std::uint64_t refused_ = 0;
   std::vector<Frame> frames_;  // of all rings
 };
 
 // Field by field: one load over fields that were just stored apart would wait for them. Data that
-// the frame does not have is left alone.
-inline void TransmitQueue::copy(const Frame& from, Frame& to) {
+// the frame does not have, and the time, are left alone.
+inline Header TransmitQueue::copy(const Frame& from, Frame& to) {
   const std::uint32_t id = from.id;
   const std::uint8_t length = from.length;
   const std::uint8_t flags = from.flags;
-  const Instant time = from.time;
   to.id = id;
   to.length = length;
   to.flags = flags;
-  to.time = time;
   std::memcpy(to.data.data(), from.data.data(), kMaxClassicData);
   if (length > kMaxClassicData) [[unlikely]] {
     to.data = from.data;
   }
+  return {id, length, flags};
 }
 
-inline Frame* TransmitQueue::take_place(TransmitClass cls) {
+inline Frame& TransmitQueue::take_place(TransmitClass cls) {
   Ring& places = ring(cls);
-  if (places.count == capacity_) [[unlikely]] {
-    ++refused_;
-    return nullptr;
-  }
-  std::uint32_t place = places.head + places.count++;
-  if (place >= capacity_) {
-    place -= capacity_;
-  }
+  const std::uint32_t place = (places.head + places.count++) & mask_;
   waiting_ |= 1U << static_cast<unsigned>(cls);
-  return &places.frames[place];
+  return places.frames[place];
 }
 
 // All of the header is copied although its length is known: pop() loads in one what is side by
 // side, and would wait for fields that were stored apart.
+inline void TransmitQueue::push_into_room(TransmitClass cls, Header header, std::uint64_t data) {
+  Frame& place = take_place(cls);
+  place.id = header.id;
+  place.length = header.length;
+  place.flags = header.flags;
+  store_le(place.data.data(), data);
+}
+
 inline bool TransmitQueue::push(TransmitClass cls, Header header, std::uint64_t data) {
-  Frame* const place = take_place(cls);
-  if (place == nullptr) {
+  if (room(cls) == 0) [[unlikely]] {
+    ++refused_;
     return false;
   }
-  place->id = header.id;
-  place->length = header.length;
-  place->flags = header.flags;
-  place->time = Instant{};
-  store_le(place->data.data(), data);
+  push_into_room(cls, header, data);
   return true;
 }
 
-inline bool TransmitQueue::pop(unsigned classes, Frame& out) {
+inline bool TransmitQueue::pop(unsigned classes, Frame& out, Traffic* sent) {
   if (classes == 0) {
     return false;
   }
   const auto first = static_cast<unsigned>(std::countr_zero(classes));
   Ring& places = rings_[first];
   const std::uint32_t head = places.head;
-  copy(places.frames[head], out);
+  const Header header = copy(places.frames[head], out);
   if (--places.count == 0) {
     places.head = 0;  // the next frame finds its place in the cache
     waiting_ &= ~(1U << first);
   } else {
-    places.head = head + 1 == capacity_ ? 0 : head + 1;
+    places.head = (head + 1) & mask_;
+  }
+  if (sent == nullptr) {
+    return true;
+  }
+  if ((header.flags & Frame::kExtended) == 0) [[likely]] {
+    sent->add_standard(header.length);
+  } else {
+    sent->add(header.flags, header.length);
   }
   return true;
 }

@@ -106,6 +106,19 @@ bool Line::Base::usable() const {
          bus != can::BusState::bus_off;
 }
 
+void Line::Base::receive_counted(std::span<const can::Frame> frames) {
+  load.count_fast(frames);
+  receive(frames);
+}
+
+bool Line::Base::next_counted(can::Frame& out, Instant now) {
+  if (!next_frame(out, now)) {
+    return false;
+  }
+  load.count_fast(std::span(&out, 1));
+  return true;
+}
+
 void Line::Base::reply(std::uint64_t tag, Error error, std::vector<std::byte> data) {
   replies.push_back({.tag = tag, .error = error, .data = std::move(data)});
 }

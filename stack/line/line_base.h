@@ -53,6 +53,9 @@ struct Line::Base {
   virtual void deliver(const routing::Message& message, Instant now);
   virtual void routes(std::vector<routing::Route>& out) const;
 
+  // receive() and next_frame() where load wants to see the frames.
+  void receive_counted(std::span<const can::Frame> frames);
+  bool next_counted(can::Frame& out, Instant now);
   void emit(EventKind kind, Instant time, std::uint32_t code = 0, std::uint32_t value = 0);
   // Takes up and tells what a bridge noticed; false if it is nothing new.
   bool note(const can::BusEvent& event);
@@ -72,6 +75,7 @@ struct Line::Base {
   std::uint8_t transmit_errors = 0;
   std::uint8_t receive_errors = 0;
   bool running = false;
+  bool stirred = true;  // something other than process data and time came, see Impl::is_stirred()
   Counters counters;
   std::uint32_t syncs = 0;
   std::deque<Reply> replies;

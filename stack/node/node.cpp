@@ -98,11 +98,7 @@ bool Node::next_frame(can::Frame& out, Instant now) {
   if (!node.pdos.quiet()) {
     return node.next_frame(out, now);
   }
-  if (!node.transmit.pop(out)) {
-    return false;
-  }
-  node.counters.sent.add(out);
-  return true;
+  return node.transmit.pop(out, node.counters.sent);
 }
 bool Node::wants_to_send(Instant now) const {
   return !impl_->transmit.empty() || impl_->pdos.wants_to_send(now);

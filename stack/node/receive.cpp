@@ -15,14 +15,16 @@ constexpr std::uint16_t kNodeBits = 0x7F;
 // The shortest way for what an SDO client asks most, of the default server. False if it is another
 // frame.
 inline bool Node::Impl::answer_sdo_request(const can::Frame& frame) {
-  const can::Target* const target = dispatch.find_standard(frame);
-  const bool for_it_alone = target != nullptr && target->service == can::Service::sdo_server &&
-                            target->index == 0 && target->next == 0;
-  if (!for_it_alone || !serves(can::Service::sdo_server) ||
-      !sdo.default_server().answer_at_once(frame, transmit)) {
+  if (!frame.standard_of(sdo::kFrameSize)) {
     return false;
   }
-  counters.received.add(frame);
+  const can::Target* const target = dispatch.find_standard(frame.id);
+  if (target == nullptr || !target->alone_is(can::Service::sdo_server, 0) ||
+      !serves(can::Service::sdo_server) ||
+      !sdo.default_server().answer_at_once(sdo::word_of(frame), transmit)) {
+    return false;
+  }
+  counters.received.add_standard(sdo::kFrameSize);
   return true;
 }
 

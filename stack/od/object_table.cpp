@@ -1,5 +1,6 @@
 #include "stack/od/object_table.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace linegate::od {
@@ -35,6 +36,9 @@ void ObjectTable::look_at(std::uint16_t index) {
   const Variable& first = slots_.place(index).variables[0];
   const bool possible = first.data == slots_.value(index).data() && first.hook == nullptr &&
                         readable(first.access) && first.size <= kLongestGlance;
+  if (possible) {
+    std::fill(slots_.value(index).begin() + first.size, slots_.value(index).end(), std::byte{0});
+  }
   slots_.set_glance(index, possible ? static_cast<std::uint8_t>(first.size) : std::uint8_t{0});
 }
 

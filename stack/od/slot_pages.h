@@ -17,8 +17,7 @@ struct Variable;
 
 // What reading takes where no more than a glance is needed.
 struct Glance {
-  std::uint32_t word =
-      0;  // the bytes of the value, little-endian; what lies above them is undefined
+  std::uint32_t word = 0;  // the bytes of the value, little-endian
   std::uint32_t size = 0;  // bytes, 1 to 4; 0: a glance is not enough, use read()
 };
 
@@ -35,7 +34,7 @@ struct Slot {
 
 inline constexpr std::size_t kLongestShort = 8;
 
-// The value of sub-index 0, if its type is of fixed size and has no more than 8 bytes.
+// The value of sub-index 0, if its type is of fixed size and has no more than 8 bytes; 0 above.
 using ShortValue = std::array<std::byte, kLongestShort>;
 
 class SlotPages {

@@ -19,7 +19,7 @@ std::size_t Engine::receive_ordinary(std::span<const can::Frame> frames, can::Tr
   can::Traffic taken;
   for (const can::Frame& frame : frames) {
     const can::Target* const target = dispatch.find(frame);
-    if (target == nullptr || target->service != can::Service::rpdo || target->next != 0) {
+    if (target == nullptr || !target->alone_of(can::Service::rpdo)) {
       break;
     }
     const std::uint16_t slot = target->index;

@@ -38,7 +38,7 @@ class Outbox {
   }
   // Sends. Precondition: ready(queue).
   void send_at_once(std::uint64_t word, can::TransmitQueue& queue) const {
-    (void)queue.push(can::TransmitClass::sdo, header_, word);
+    queue.push_into_room(can::TransmitClass::sdo, header_, word);
   }
   void flush(Instant now, can::TransmitQueue& queue);
 

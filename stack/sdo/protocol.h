@@ -140,16 +140,14 @@ constexpr bool is_upload_initiate(std::uint64_t word) {
   return specifier(static_cast<std::uint8_t>(word)) ==
          static_cast<std::uint8_t>(ClientCommand::upload_initiate);
 }
-// The answer to an upload's initiate with a value of size (1..4) bytes, the first of them in the
-// lowest bits of value; what lies above them does not count.
+// The answer to an upload's initiate with a value of size (1..4) bytes; value is 0 above them.
 constexpr std::uint64_t expedited_answer(std::uint64_t request, std::uint32_t value,
                                          std::uint32_t size) {
   constexpr std::uint64_t kMultiplexer = 0xFFFF'FF00;
-  constexpr unsigned kCommand =
-      command_byte(ServerCommand::upload_initiate, kExpedited | kSizeIndicated);
-  const unsigned unused = unsigned{kExpeditedSize} - size;
-  const std::uint32_t data = value << 8U * unused >> 8U * unused;
-  return (request & kMultiplexer) | kCommand | unused << 2U | std::uint64_t{data} << 32U;
+  constexpr std::uint32_t kWithoutData =
+      command_byte(ServerCommand::upload_initiate, kExpedited | kSizeIndicated) +
+      (kExpeditedSize << 2U);
+  return (request & kMultiplexer) | (kWithoutData - (size << 2U)) | std::uint64_t{value} << 32U;
 }
 
 inline std::uint64_t word_of(const can::Frame& frame) {

@@ -112,12 +112,12 @@ bool Server::respond(std::uint64_t word, can::TransmitQueue& queue) const {
 }
 
 void Server::receive(const can::Frame& frame, can::TransmitQueue& queue) {
-  if (answer_at_once(frame, queue)) {
-    return;
-  }
   if (!well_formed(frame)) [[unlikely]] {
     ++counters_.malformed;
     tell_malformed(frame, 0, events_);
+    return;
+  }
+  if (answer_at_once(word_of(frame), queue)) {
     return;
   }
   std::uint64_t reply = 0;

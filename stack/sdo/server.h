@@ -81,7 +81,7 @@ class Server {
   // The short way of receive() for what is asked most: an upload of up to four bytes that a glance
   // at the dictionary gives. False, and nothing is done, for any other frame, or if the answer
   // would have to wait. Hot.
-  bool answer_at_once(const can::Frame& frame, can::TransmitQueue& queue);
+  [[gnu::always_inline]] bool answer_at_once(std::uint64_t request, can::TransmitQueue& queue);
 
   // Aborts a stalled transfer, sends what did not fit into the queue and the segments of a block.
   void advance(Instant now, can::TransmitQueue& queue);
@@ -227,12 +227,8 @@ class Server {
   Detour* detour_ = nullptr;
 };
 
-inline bool Server::answer_at_once(const can::Frame& frame, can::TransmitQueue& queue) {
-  if (state_ != State::idle || !well_formed(frame) || !outbox_.ready(queue)) {
-    return false;
-  }
-  const std::uint64_t request = word_of(frame);
-  if (!is_upload_initiate(request)) {
+inline bool Server::answer_at_once(std::uint64_t request, can::TransmitQueue& queue) {
+  if (state_ != State::idle || !outbox_.ready(queue) || !is_upload_initiate(request)) {
     return false;
   }
   const od::Glance value = dictionary_.glance(multiplexer(request));

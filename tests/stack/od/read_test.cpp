@@ -97,6 +97,8 @@ TEST(Read, NoWordHoldsPartsOfTwoValues) {
 // What a glance sees: as many bytes as are enough for it, nothing for all others.
 std::vector<std::byte> glance(const Dictionary& dictionary, Address address) {
   const Glance seen = dictionary.glance(address);
+  EXPECT_TRUE(seen.size == 0 || std::uint64_t{seen.word} >> 8U * seen.size == 0)
+      << "above the value";
   std::vector<std::byte> out(seen.size);
   store_le(std::span<std::byte>(out), std::uint64_t{seen.word});
   return out;
@@ -118,6 +120,14 @@ TEST(Glance, SeesReadableValuesOfOneToFourBytes) {
                 std::vector(eight.begin(), eight.begin() + expected));
     }
   }
+}
+
+TEST(Glance, SeesNothingOfAnObjectThatWasThereBefore) {
+  Dictionary dictionary;
+  ASSERT_TRUE(dictionary.add(var(0x2000, DataType::unsigned32, bytes({1, 2, 3, 4}))));
+  ASSERT_TRUE(dictionary.remove(0x2000));
+  ASSERT_TRUE(dictionary.add(var(0x2000, DataType::unsigned8, bytes({9}))));
+  EXPECT_EQ(glance(dictionary, {0x2000, 0}), bytes({9}));
 }
 
 TEST(Glance, SeesSubIndexZeroAlone) {
