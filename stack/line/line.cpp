@@ -103,60 +103,6 @@ void Line::Impl::start(Instant now) {
   take_role(now);
 }
 
-void Line::Impl::advance(Instant now) {
-  events.advance(now);
-  node.advance(now);
-  heartbeats.advance(now);
-  sdo.advance(now);
-  take_completions(now);
-  startup.advance(now);
-  change_role(now);
-  manager.advance(now);
-  lss.advance(usable(), now);
-  settle_lss(now);
-  nmt.advance(now);
-  scanner.advance(now);
-  if (routing != nullptr) {
-    routing->advance(may_send_sdo(), now);
-    take_completions(now);
-  }
-  expire_commands(now);
-  finish_boots(now);
-  advance_configure(now);
-  advance_program(now);
-  ask_for_updated(now);
-  follow_resets();
-  finish_local_writes();
-  while (const Outputs::Group* group = outputs.expire(now)) {
-    react(*group, now);
-  }
-  follow_diagnosis(now);
-  can::Traffic seen = node.counters().sent;
-  seen += node.counters().received;
-  seen += lss.sent();
-  load.advance(seen, now);
-}
-
-Instant Line::Impl::next_wake() const {
-  if (running && startup.wants_manager() != manages_) {
-    return Instant{};
-  }
-  if (canopen_ia.waits() || diagnosis.failed()) {
-    return Instant{};
-  }
-  Instant wake = earlier(node.next_wake(), heartbeats.next_wake());
-  wake = earlier(wake, events.next_wake());
-  wake = earlier(wake, earlier(sdo.next_wake(), manager.next_wake()));
-  wake = earlier(wake, lss.next_wake());
-  wake = earlier(wake, earlier(startup.next_wake(), nmt.next_wake()));
-  wake = earlier(wake, earlier(configurator.next_wake(), configuring.next_wake()));
-  wake = earlier(wake, earlier(loader.next_wake(), programming.next_wake()));
-  wake = earlier(wake, scanner.next_wake());
-  wake = earlier(wake, routing != nullptr ? routing->next_wake() : kNever);
-  wake = earlier(wake, updates.next_wake());
-  return earlier(wake, earlier(outputs.next_wake(), next_command_deadline()));
-}
-
 void Line::Impl::take_completions(Instant now) {
   sdo::Completion completion;
   while (sdo.take(completion)) {
@@ -205,7 +151,11 @@ void Line::Impl::routes(std::vector<routing::Route>& out) const {
 }
 
 bool Line::Impl::next_frame(can::Frame& out, Instant now) {
-  return node.next_frame(out, now) || (lss.wants_to_send() && next_lss_frame(out, now));
+  if (lss.wants_to_send()) [[unlikely]] {
+    stirred = true;
+    return node.next_frame(out, now) || next_lss_frame(out, now);
+  }
+  return node.next_frame(out, now);
 }
 
 void Line::Impl::bus_event(const can::BusEvent& event) {
@@ -231,6 +181,7 @@ void Line::Impl::malformed(const can::Target& target, const can::Frame& frame) {
 }
 
 void Line::Impl::receive(const can::Target& target, const can::Frame& frame) {
+  stirred = true;
   switch (target.service) {
     case can::Service::error_control:
       if (!frame.remote() && !heartbeats.receive(node_of(target), frame)) {
@@ -265,6 +216,7 @@ void Line::Impl::synced(Instant /*now*/) {
 }
 
 void Line::Impl::unwanted(const can::Frame& frame) {
+  stirred = true;
   listening.hear(frame, events, canopen_ia.hear(frame));
 }
 
@@ -344,6 +296,7 @@ void Line::Impl::receive(std::span<const can::Frame> frames) {
 }
 
 void Line::Impl::receive_and_route(std::span<const can::Frame> frames) {
+  stirred = true;
   node.receive(frames);
   if (!frames.empty()) {
     routing->settle(may_send_sdo(), frames.back().time);
@@ -463,14 +416,16 @@ std::uint64_t Line::layout_revision() const {
 }
 
 void Line::start(Instant now) {
+  impl_->stirred = true;
   impl_->start(now);
 }
 
 void Line::receive(std::span<const can::Frame> frames, Instant /*now*/) {
   if (impl_->load.wants_fast()) [[unlikely]] {
-    impl_->load.count_fast(frames);
+    impl_->receive_counted(frames);
+  } else {
+    impl_->receive(frames);
   }
-  impl_->receive(frames);
 }
 
 void Line::set_bit_rates(std::uint32_t bit_rate, std::uint32_t data_bit_rate) {
@@ -479,25 +434,30 @@ void Line::set_bit_rates(std::uint32_t bit_rate, std::uint32_t data_bit_rate) {
 }
 
 void Line::bus_event(const can::BusEvent& event) {
+  impl_->stirred = true;
   impl_->bus_event(event);
 }
 void Line::report(const Event& event) {
   impl_->events.emit(event);
 }
 void Line::set_medium(storage::Medium* medium, std::uint8_t device) {
+  impl_->stirred = true;
   impl_->set_medium(medium, device);
 }
 void Line::medium_done(bool good, std::uint8_t device) {
+  impl_->stirred = true;
   impl_->medium_done(good, device);
 }
 void Line::advance(Instant now) {
   impl_->advance(now);
 }
 void Line::execute(Command command, Instant now) {
+  impl_->stirred = true;
   impl_->execute(std::move(command), now);
 }
 
 OutputRefusal Line::write_outputs(const OutputWrite& write, Instant now) {
+  impl_->stirred = true;
   return impl_->write_outputs(write, now);
 }
 
@@ -509,6 +469,7 @@ Line::Input Line::input(std::uint32_t entry) const {
 }
 
 void Line::deliver(const routing::Message& message, Instant now) {
+  impl_->stirred = true;
   impl_->deliver(message, now);
 }
 bool Line::take_message(routing::Message& out) {
@@ -516,6 +477,7 @@ bool Line::take_message(routing::Message& out) {
 }
 
 void Line::stop(Instant now) {
+  impl_->stirred = true;
   impl_->stop(now);
 }
 
@@ -523,11 +485,7 @@ Instant Line::next_wake() const {
   return impl_->next_wake();
 }
 bool Line::next_frame(can::Frame& out, Instant now) {
-  const bool given = impl_->next_frame(out, now);
-  if (given && impl_->load.wants_fast()) {
-    impl_->load.count_fast(std::span(&out, 1));
-  }
-  return given;
+  return impl_->load.wants_fast() ? impl_->next_counted(out, now) : impl_->next_frame(out, now);
 }
 bool Line::wants_to_send(Instant now) const {
   return impl_->wants_to_send(now);
@@ -550,6 +508,7 @@ void Line::snapshot(image::Direction direction, image::Snapshot& into, Instant n
 }
 
 bool Line::request_pdo(std::uint16_t rpdo) {
+  impl_->stirred = true;
   return impl_->request_pdo(rpdo);
 }
 bool Line::image_changed(image::Direction direction) const {
@@ -562,6 +521,7 @@ node::Indicators Line::indicators() const {
   return impl_->indicators();
 }
 void Line::set_utc(Duration offset) {
+  impl_->stirred = true;
   impl_->set_utc(offset);
 }
 std::optional<Duration> Line::network_utc(Instant now) const {
@@ -587,6 +547,7 @@ NodeState Line::node_state(std::uint8_t node) const {
   return node < 128 ? impl_->node_state(node) : NodeState{};
 }
 od::Dictionary& Line::dictionary() {
+  impl_->stirred = true;  // whoever asks may write
   return impl_->dictionary();
 }
 

@@ -83,6 +83,11 @@ struct Line::Impl final : Line::Base,
   bool manages() const { return manages_; }
   Role role() const { return manages_ ? Role::manager : Role::device; }
   void interface_lost();
+  // line_advance.cpp: the services that serve other nodes and the operator, from advance() and for
+  // next_wake(). Not looked at while nothing came that may concern them and none of them is due.
+  void advance_services(Instant now);
+  Instant services_wake() const;
+  bool is_stirred() const;
   void malformed(const can::Target& target, const can::Frame& frame);
   void take_completions(Instant now);
   void follow_resets();
@@ -251,6 +256,11 @@ struct Line::Impl final : Line::Base,
   std::vector<Pending> pending;
   std::vector<LocalWrite> local_writes;
   std::uint64_t next_token = 1;
+
+  // When the services were advanced last.
+  Instant services_due{};
+  std::uint64_t events_seen = 0;
+  std::uint64_t writes_seen = 0;
 };
 
 }  // namespace linegate::line

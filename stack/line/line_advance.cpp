@@ -1,0 +1,79 @@
+// What time does to a line with a node of its own.
+#include "stack/line/line_impl.h"
+
+namespace linegate::line {
+
+void Line::Impl::advance(Instant now) {
+  events.advance(now);
+  node.advance(now);
+  while (const Outputs::Group* group = outputs.expire(now)) {
+    react(*group, now);
+  }
+  if (is_stirred() || now >= services_due) {
+    advance_services(now);
+  }
+  can::Traffic seen = node.counters().sent;
+  seen += node.counters().received;
+  seen += lss.sent();
+  load.advance(seen, now);
+}
+
+Instant Line::Impl::next_wake() const {
+  Instant wake = earlier(node.next_wake(), earlier(events.next_wake(), outputs.next_wake()));
+  return earlier(wake, is_stirred() ? services_wake() : services_due);
+}
+
+// Whatever the services go by comes in one of these ways: from outside, as an event of the own
+// node or of a PDO, or written to the dictionary.
+bool Line::Impl::is_stirred() const {
+  return stirred || events.emitted() != events_seen ||
+         const_cast<node::Node&>(node).dictionary().writes_told() != writes_seen;
+}
+
+// What they tell each other in here is followed up in the next round at the latest.
+void Line::Impl::advance_services(Instant now) {
+  stirred = false;
+  events_seen = events.emitted();
+  writes_seen = node.dictionary().writes_told();
+  heartbeats.advance(now);
+  sdo.advance(now);
+  take_completions(now);
+  startup.advance(now);
+  change_role(now);
+  manager.advance(now);
+  lss.advance(usable(), now);
+  settle_lss(now);
+  nmt.advance(now);
+  scanner.advance(now);
+  if (routing != nullptr) {
+    routing->advance(may_send_sdo(), now);
+    take_completions(now);
+  }
+  expire_commands(now);
+  finish_boots(now);
+  advance_configure(now);
+  advance_program(now);
+  ask_for_updated(now);
+  follow_resets();
+  finish_local_writes();
+  follow_diagnosis(now);
+  services_due = services_wake();
+}
+
+Instant Line::Impl::services_wake() const {
+  if (running && startup.wants_manager() != manages_) {
+    return Instant{};
+  }
+  if (canopen_ia.waits() || diagnosis.failed()) {
+    return Instant{};
+  }
+  Instant wake = earlier(heartbeats.next_wake(), earlier(sdo.next_wake(), manager.next_wake()));
+  wake = earlier(wake, earlier(lss.next_wake(), scanner.next_wake()));
+  wake = earlier(wake, earlier(startup.next_wake(), nmt.next_wake()));
+  wake = earlier(wake, earlier(configurator.next_wake(), configuring.next_wake()));
+  wake = earlier(wake, earlier(loader.next_wake(), programming.next_wake()));
+  wake = earlier(wake, routing != nullptr ? routing->next_wake() : kNever);
+  return earlier(wake, earlier(updates.next_wake(), next_command_deadline()));
+}
+
+}  // namespace linegate::line
