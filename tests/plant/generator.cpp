@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iomanip>
 #include <random>
 #include <sstream>
 #include <utility>
@@ -109,7 +110,7 @@ class Generator {
   // own, as those of ours.
   void command_or_mpdo(unsigned time) {
     const Device& device = devices_[below_more(static_cast<unsigned>(devices_.size()))];
-    switch (below_more(4)) {
+    switch (below_more(5)) {
       case 0: {
         constexpr const char* kCommands[] = {"start", "stop", "pre-operational", "reset-node",
                                              "reset-communication"};
@@ -120,9 +121,19 @@ class Generator {
       case 1:
         give_by_mpdo(below_more(3) == 0 ? 0 : device.id, time);
         break;
+      case 2:
+        foreign_command(below_more(4) == 0 ? 0 : device.id, time);
+        break;
       default:
         break;
     }
+  }
+
+  // Of a second master. 0 = to all.
+  void foreign_command(unsigned node, unsigned time) {
+    constexpr const char* kSpecifiers[] = {"01", "02", "80", "81", "82"};
+    out_ << "at " << time << "ms frame 0x000 " << kSpecifiers[below_more(5)] << std::hex
+         << std::setfill('0') << std::setw(2) << node << std::dec << '\n';
   }
 
   // To 2F01h of that device, 0 = of all; gives the value.
@@ -234,8 +245,8 @@ class Generator {
     }
   }
 
-  // Any identifier, any length: malformed for most services that listen there. NMT commands are
-  // left out, since the manager cannot know what a second master did.
+  // Any identifier but that of NMT commands, any length: malformed for most services that listen
+  // there.
   void stranger() {
     out_ << "frame " << 1 + below(0x7FF) << ' ';
     const unsigned length = below(9);
