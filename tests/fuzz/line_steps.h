@@ -1,11 +1,13 @@
 // An input of the target `line` while it is written, step by step.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <initializer_list>
+#include <span>
 #include <string>
 
 #include "stack/can/frame.h"
