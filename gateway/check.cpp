@@ -180,6 +180,10 @@ class Text {
           own.variable.name, od::name(own.variable.type), own.variable.mappable ? ", for PDOs" : "",
           own.variable.store ? ", stored" : "", own.in_image ? ", in the image" : "");
     }
+    for (const line::ObjectValue& own : c.own_values) {
+      add("  own node: {} is written, {} bytes\n", config::format_address(own.address),
+          own.data.size());
+    }
     add("  access: commands {}, outputs {}; published {}; PDO updates every {} at most\n",
         config::name(plan.commands), config::name(plan.outputs), publish_text(plan.publish),
         format_duration(plan.pdo_min_period));

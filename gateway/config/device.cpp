@@ -154,10 +154,12 @@ void check_clash(Findings& findings, const line::LineConfig& config,
 
 // Of a line that manages others, or has a node of its own.
 void tell_what_devices_do_not_have(Section& section) {
-  for (const char* key :
-       {"node_id", "heartbeat", "sync", "time", "sdo_timeout", "save_timeout", "load_timeout",
-        "pdo_update_time", "reset_nodes", "start_nodes", "startup", "identity", "strict_ixxat",
-        "keep_operational", "canopenia_base", "own_objects", "nodes", "node_list", "simulate"}) {
+  for (const char* key : {"node_id",      "heartbeat",        "sync",           "time",
+                          "sdo_timeout",  "save_timeout",     "load_timeout",   "pdo_update_time",
+                          "reset_nodes",  "start_nodes",      "startup",        "identity",
+                          "strict_ixxat", "keep_operational", "canopenia_base", "own_objects",
+                          "own_values",   "own_concise_dcf",  "nodes",          "node_list",
+                          "simulate"}) {
     const YAML::Node node = section.find(key);
     if (node.IsDefined()) {
       section.findings().error(place_of(node), std::string(key) +

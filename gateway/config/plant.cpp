@@ -160,6 +160,7 @@ void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection
     resolve_shared_objects(findings, shared, joined);
     resolve_forwards(findings, forwards, joined);
     joined.finish();
+    resolve_own_values(findings, sections);
   }
   for (auto& section : sections) {
     plant.lines.push_back(std::move(section.plan));

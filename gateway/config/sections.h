@@ -101,6 +101,15 @@ struct OwnPdoSection {
   Place place;
 };
 
+// One element of a line's `own_values:`, or of the concise DCF that `own_concise_dcf:` names.
+struct OwnValueSection {
+  od::Address object;
+  std::optional<std::string> text{};  // of the file: data
+  std::vector<std::byte> data{};
+  Place place;
+  Place value_place;
+};
+
 class JoinedLines;
 
 // One element of `lines:`. places of what other lines may collide with.
@@ -110,6 +119,7 @@ struct LineSection {
   std::vector<BindingSection> bindings;
   std::vector<EnterSection> enter;
   std::vector<OwnPdoSection> own_pdos;
+  std::vector<OwnValueSection> own_values;
   std::vector<WrittenNetworks> emcy_to;
   std::vector<std::uint8_t> gateways;  // node-IDs
   Place place;
@@ -187,6 +197,10 @@ std::optional<std::uint8_t> read_transmission_type(Section& section, const YAML:
 void read_feeds_every_tpdo(Section& section, LineSection& line);
 // `own_objects:` of a line, once its role and storage are known.
 void read_own_objects(Section& section, line::LineConfig& config);
+// `own_values:` and `own_concise_dcf:` of a line, once its role is known.
+std::vector<OwnValueSection> read_own_values(Section& section, const line::LineConfig& config);
+// Once all lines are complete: LineConfig::own_values.
+void resolve_own_values(Findings& findings, std::vector<LineSection>& lines);
 // `own_pdos:` of a line.
 std::vector<OwnPdoSection> read_own_pdos(Findings& findings, const YAML::Node& node);
 // `shared_objects:`, with their places.

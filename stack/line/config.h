@@ -171,6 +171,9 @@ struct LineConfig {
   std::vector<std::uint32_t> bound;
   // Of the one own node; not for an observer.
   std::vector<OwnObject> own_objects;
+  // Written to objects of that node as over SDO, in this order, when the line starts and after each
+  // reset of the node, after what was stored. What is refused is EventKind::configuration_error.
+  std::vector<ObjectValue> own_values;
   // Routing between this line and others.
   routing::Config routing;
   // Objects B000h.. that lines share, manager and device with the one own node.

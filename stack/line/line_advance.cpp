@@ -54,7 +54,7 @@ void Line::Impl::advance_services(Instant now) {
   advance_configure(now);
   advance_program(now);
   ask_for_updated(now);
-  follow_resets();
+  follow_resets(now);
   finish_local_writes();
   follow_diagnosis(now);
   services_due = services_wake();

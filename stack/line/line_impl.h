@@ -90,7 +90,7 @@ struct Line::Impl final : Line::Base,
   bool is_stirred() const;
   void malformed(const can::Target& target, const can::Frame& frame);
   void take_completions(Instant now);
-  void follow_resets();
+  void follow_resets(Instant now);
 
   // node::Companion
   void receive(const can::Target& target, const can::Frame& frame) override;
@@ -123,6 +123,7 @@ struct Line::Impl final : Line::Base,
   AbortCode transmit(const can::Frame& frame) override;
   void follow_records(Instant now);
   void set_pdo_times();
+  void write_own_values(Instant now);
   // emcy::Listener
   void emergency(std::uint8_t node, const emcy::Message& message, Instant now) override;
 

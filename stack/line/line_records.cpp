@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "stack/base/byte_order.h"
 #include "stack/line/line_impl.h"
 #include "stack/pdo/parameters.h"
 
@@ -68,11 +69,29 @@ void Line::Impl::follow_records(Instant now) {
   }
 }
 
-// A reset gives the records what was configured: their values, and those of own objects.
-void Line::Impl::follow_resets() {
+// A reset gives the dictionary its defaults and what was stored.
+void Line::Impl::follow_resets(Instant now) {
   if (std::exchange(resets, node.counters().resets) != node.counters().resets) {
     own_objects.values_reset();
+    write_own_values(now);
     set_pdo_times();
+  }
+}
+
+void Line::Impl::write_own_values(Instant now) {
+  for (const ObjectValue& value : config.own_values) {
+    const AbortCode why = node.dictionary().write(value.address, value.data);
+    if (why == AbortCode::none) {
+      continue;
+    }
+    Event event{.time = now,
+                .kind = EventKind::configuration_error,
+                .node = config.node_id,
+                .length = 3,
+                .code = static_cast<std::uint32_t>(why)};
+    store_le(event.data.data(), value.address.index);
+    event.data[2] = std::byte{value.address.sub};
+    events.emit(event);
   }
 }
 

@@ -443,6 +443,7 @@ lines:
     own_objects:
       2100:1: {name: Recipe, type: u16, access: rww, default: 5, low: 1, high: 100, map: true, store: true, image: true}
       6100: {type: r32, access: ro}
+    own_values: {1007: 2000}
     access: {commands: all, outputs: off}
     publish: {period: 20ms}
     pdo_update: {min_period: 1s}
@@ -516,6 +517,8 @@ lines:
   EXPECT_TRUE(recipe.in_image);
   EXPECT_EQ(line.config.own_objects[1].variable.name, "Object 6100:00");
   EXPECT_FALSE(line.config.own_objects[1].in_image);
+  ASSERT_EQ(line.config.own_values.size(), 1U);
+  EXPECT_EQ(line.config.own_values[0].address, (od::Address{0x1007, 0}));
   EXPECT_EQ(line.commands, Access::all);
   EXPECT_EQ(line.outputs, Access::off);
   EXPECT_EQ(line.publish.rule, Publish::Rule::period);

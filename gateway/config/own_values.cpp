@@ -1,0 +1,153 @@
+// `own_values:` and `own_concise_dcf:` of a line: what is written to objects of its own node.
+#include <algorithm>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "gateway/config/sections.h"
+#include "gateway/config/value.h"
+#include "stack/base/abort_code.h"
+#include "stack/manager/concise_dcf.h"
+#include "stack/od/dictionary.h"
+
+namespace linegate::config {
+namespace {
+
+void read_concise(Section& section, std::vector<OwnValueSection>& out) {
+  Findings& findings = section.findings();
+  const YAML::Node node = section.find("own_concise_dcf");
+  const auto text = section.text(node);
+  if (!text) {
+    return;
+  }
+  const auto path =
+      (std::filesystem::path(findings.file()).parent_path() / *text).lexically_normal().string();
+  const auto content = read_file(findings, path);
+  if (!content) {
+    findings.error(place_of(node), "there is no file " + path);
+    return;
+  }
+  auto writes = manager::read_concise_dcf(std::as_bytes(std::span(*content)));
+  if (!writes.ok()) {
+    findings.error(place_of(node), path + " is no concise DCF: its " +
+                                       std::to_string(content->size()) +
+                                       " bytes are not what its count and sizes say");
+    return;
+  }
+  for (manager::ObjectWrite& write : *writes) {
+    out.push_back({.object = write.address,
+                   .data = std::move(write.data),
+                   .place = place_of(node),
+                   .value_place = place_of(node)});
+  }
+}
+
+void read_value(Section& list, const YAML::Node& key, const YAML::Node& value,
+                std::vector<OwnValueSection>& out) {
+  Findings& findings = list.findings();
+  const auto address = parse_address(key.Scalar());
+  if (!address) {
+    findings.error(place_of(key),
+                   "expected an object such as 1007:0 (index and sub-index hexadecimal), got \"" +
+                       key.Scalar() + "\"");
+    return;
+  }
+  const auto same = [&](const OwnValueSection& other) {
+    return other.text && other.object == *address;
+  };
+  if (std::ranges::any_of(out, same)) {
+    findings.error(place_of(key), "object " + format_address(*address) + " is there twice");
+    return;
+  }
+  if (auto text = list.text(value)) {
+    out.push_back({.object = *address,
+                   .text = std::move(text),
+                   .place = place_of(key),
+                   .value_place = place_of(value)});
+  }
+}
+
+// What the dictionary has under the address, as "5F41:08 (Default PDO event time)".
+std::string called(const od::Dictionary& dictionary, od::Address address) {
+  return format_address(address) + " (" + std::string(dictionary.name(address)) + ")";
+}
+
+// The bytes, by the type of the object; nothing if it cannot have them, which is told.
+std::optional<std::vector<std::byte>> bytes_of(Findings& findings, const OwnValueSection& section,
+                                               const od::Dictionary& dictionary) {
+  const auto variable = dictionary.find(section.object);
+  if (!variable) {
+    findings.error(section.place, "the own node has no object " + format_address(section.object));
+    return std::nullopt;
+  }
+  if (variable->access == od::Access::wo || !od::writable(variable->access)) {
+    findings.error(section.place, "object " + called(dictionary, section.object) +
+                                      " cannot have a value: its access is " +
+                                      (od::writable(variable->access) ? "write" : "read") +
+                                      "-only");
+    return std::nullopt;
+  }
+  auto data = section.text ? parse_value(*section.text, variable->type) : section.data;
+  if (!data) {
+    findings.error(section.value_place, "\"" + *section.text + "\" is no " +
+                                            std::string(od::name(variable->type)) + " for object " +
+                                            called(dictionary, section.object));
+  }
+  return data;
+}
+
+}  // namespace
+
+std::vector<OwnValueSection> read_own_values(Section& section, const line::LineConfig& config) {
+  std::vector<OwnValueSection> out;
+  const YAML::Node node = section.find("own_values");
+  if (config.role != line::Role::manager) {
+    section.find("own_concise_dcf");
+    return out;  // that has been said
+  }
+  read_concise(section, out);
+  if (!node.IsDefined()) {
+    return out;
+  }
+  Section list(section.findings(), node, "own_values");
+  if (!list.valid()) {
+    return out;
+  }
+  for (const auto& pair : node) {
+    if (pair.first.IsScalar()) {
+      list.find(pair.first.Scalar());
+      read_value(list, pair.first, pair.second, out);
+    }
+  }
+  return out;
+}
+
+// The line is made once, and is written what it will be written when it starts.
+void resolve_own_values(Findings& findings, std::vector<LineSection>& lines) {
+  for (LineSection& section : lines) {
+    if (section.own_values.empty()) {
+      continue;
+    }
+    auto made = line::Line::make(section.plan.config);
+    if (!made.value) {
+      continue;  // that has been said
+    }
+    od::Dictionary& dictionary = (*made.value)->dictionary();
+    for (const OwnValueSection& value : section.own_values) {
+      auto data = bytes_of(findings, value, dictionary);
+      if (!data) {
+        continue;
+      }
+      const AbortCode why = dictionary.write(value.object, *data);
+      if (why != AbortCode::none) {
+        findings.error(value.value_place, "the own node refuses the value of object " +
+                                              called(dictionary, value.object) + ": " +
+                                              std::string(describe(why)));
+      }
+      section.plan.config.own_values.push_back({value.object, *std::move(data)});
+    }
+  }
+}
+
+}  // namespace linegate::config
