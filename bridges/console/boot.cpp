@@ -62,23 +62,18 @@ bool all_booted(const std::vector<manager::BootOutcome>& outcomes) {
 }  // namespace
 
 int boot(Context& context, const std::string& what) {
-  std::string name = what;
-  line::Command command{.kind = line::CommandKind::boot};
-  if (what.find(':') != std::string::npos) {
-    const auto ref = parse_node(what);
-    if (!ref || ref->own) {
-      context.err << "'" << what << "' is not LINE or LINE:NODE, with a node-ID 1..127\n";
-      return kUsage;
-    }
-    name = ref->line;
-    command.node = ref->all ? std::uint8_t{0} : ref->node;
+  const auto target = line_or_node(context, what);
+  if (!target) {
+    return kUsage;
   }
   Model model;
-  const Line* const line = find_line(context, model, name);
+  const Line* const line = find_line(context, model, target->line);
   if (line == nullptr) {
     return kFailed;
   }
   const LineId id = line->id;
+  line::Command command{.kind = line::CommandKind::boot};
+  command.node = target->node;
   command.timeout = std::max(context.timeout, kLongestBoot);
   EventProgress progress(model, id, context.err,
                          {EventKind::boot_result, EventKind::configuration_error});

@@ -7,6 +7,7 @@
 #include <ostream>
 #include <utility>
 
+#include "bridges/console/answer.h"
 #include "bridges/console/json_text.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/routes.h"
@@ -35,24 +36,8 @@ std::vector<const Line*> find_lines(Context& context, Model& model, const std::s
   return model.find(line);
 }
 
-int print_answer(Context& context, const Client::Answer& answer, const std::string& value) {
-  if (context.json) {
-    context.out << answer_json(answer, value) << '\n';
-  } else if (!answer.reply.ok()) {
-    context.err << answer.text << '\n';
-  } else if (!value.empty()) {
-    context.out << value << '\n';
-  }
-  return answer.reply.ok() ? kDone : kFailed;
-}
-
 std::string text_of(const Client::Answer& answer) {
   return {reinterpret_cast<const char*>(answer.reply.data.data()), answer.reply.data.size()};
-}
-
-Client::Answer ask(Context& context, Model& model, const Line& line, const line::Command& command,
-                   std::uint64_t layout_id = 0) {
-  return context.client.call(line.id, command, context.timeout, layout_id, model);
 }
 
 std::string read_text(const std::optional<od::DataType>& type, const std::vector<std::byte>& data) {
@@ -64,6 +49,35 @@ std::string read_text(const std::optional<od::DataType>& type, const std::vector
     out += "  (" + std::to_string(load_le(std::span<const std::byte>(data))) + ')';
   }
   return out;
+}
+
+// Of a type that is known, or of none; otherwise says on context.err that it is neither.
+bool is_type(Context& context, const std::string& type) {
+  const bool good = type.empty() || type_from_name(type).has_value();
+  if (!good) {
+    usage(context, "unknown data type '" + type + "'");
+  }
+  return good;
+}
+
+int print_value(Context& context, const Client::Answer& answer, const std::string& type) {
+  return print_answer(context, answer,
+                      answer.reply.ok() ? read_text(type_from_name(type), answer.reply.data) : "");
+}
+
+// Of that type; otherwise says on context.err that there is no such type, or no such value of it.
+std::optional<std::vector<std::byte>> value_of(Context& context, const std::string& type,
+                                               const std::string& value) {
+  const auto data_type = type_from_name(type);
+  if (!data_type) {
+    usage(context, "unknown data type '" + type + "'");
+    return std::nullopt;
+  }
+  auto data = from_text(*data_type, value);
+  if (!data) {
+    usage(context, "'" + value + "' is not a value of " + type);
+  }
+  return data;
 }
 
 struct SdoTarget {
@@ -332,45 +346,32 @@ int write(Context& context, const std::string& line, const std::string& entry,
   line::Command command{.kind = line::CommandKind::output_write};
   command.entry = *number;
   command.data = *std::move(data);
-  return print_answer(context, ask(context, model, *target, command, outputs.layout->id), "");
+  return print_answer(context, ask_line(context, model, *target, command, outputs.layout->id));
 }
 
 int sdo_read(Context& context, const std::string& node, const std::string& index,
              const std::string& sub, const std::string& type, const std::string& via, bool cached) {
   auto target = sdo_target(context, node, index, sub, false);
-  const auto data_type = type_from_name(type);
-  if (!type.empty() && !data_type) {
-    return usage(context, "unknown data type '" + type + "'");
-  }
-  if (!target) {
+  if (!is_type(context, type) || !target) {
     return kUsage;
+  }
+  if (target->command.kind == line::CommandKind::sdo_read && cached) {
+    target->command.code = line::kFromCache;
   }
   Model model;
   const Line* line = find_target(context, model, *target, via);
   if (line == nullptr) {
     return kFailed;
   }
-  if (target->command.kind == line::CommandKind::sdo_read && cached) {
-    target->command.code = line::kFromCache;
-  }
-  const Client::Answer answer = ask(context, model, *line, target->command);
-  return print_answer(context, answer,
-                      answer.reply.ok() ? read_text(data_type, answer.reply.data) : "");
+  return print_value(context, ask_line(context, model, *line, target->command), type);
 }
 
 int sdo_write(Context& context, const std::string& node, const std::string& index,
               const std::string& sub, const std::string& type, const std::string& value,
               const std::string& via) {
   auto target = sdo_target(context, node, index, sub, true);
-  const auto data_type = type_from_name(type);
-  if (!data_type) {
-    return usage(context, "unknown data type '" + type + "'");
-  }
-  auto data = from_text(*data_type, value);
-  if (!data) {
-    return usage(context, "'" + value + "' is not a value of " + type);
-  }
-  if (!target) {
+  auto data = value_of(context, type, value);
+  if (!target || !data) {
     return kUsage;
   }
   target->command.data = *std::move(data);
@@ -381,56 +382,38 @@ int sdo_write(Context& context, const std::string& node, const std::string& inde
   if (line == nullptr) {
     return kFailed;
   }
-  return print_answer(context, ask(context, model, *line, target->command), "");
+  return print_answer(context, ask_line(context, model, *line, target->command));
 }
 
 int image_read(Context& context, const std::string& node, const std::string& index,
                const std::string& sub, const std::string& type) {
   auto target = sdo_target(context, node, index, sub, false);
-  const auto data_type = type_from_name(type);
-  if (!type.empty() && !data_type) {
-    return usage(context, "unknown data type '" + type + "'");
-  }
-  if (!target) {
+  if (!is_type(context, type) || !target) {
     return kUsage;
   }
-  Model model;
-  const Line* line = find_line(context, model, target->node.line);
-  if (line == nullptr) {
-    return kFailed;
-  }
   target->command.code = line::kFromImage;
-  const Client::Answer answer = ask(context, model, *line, target->command);
-  return print_answer(context, answer,
-                      answer.reply.ok() ? read_text(data_type, answer.reply.data) : "");
+  return on_line(context, target->node.line, [&](Model& model, const Line& line) {
+    return print_value(context, ask_line(context, model, line, target->command), type);
+  });
 }
 
 int object_write(Context& context, const std::string& node, const std::string& index,
                  const std::string& sub, const std::string& type, const std::string& value,
                  bool keep) {
   auto target = sdo_target(context, node, index, sub, true);
-  const auto data_type = type_from_name(type);
-  if (!data_type) {
-    return usage(context, "unknown data type '" + type + "'");
-  }
-  auto data = from_text(*data_type, value);
-  if (!data) {
-    return usage(context, "'" + value + "' is not a value of " + type);
-  }
-  if (!target) {
+  auto data = value_of(context, type, value);
+  if (!target || !data) {
     return kUsage;
   }
-  Model model;
-  const Line* line = find_line(context, model, target->node.line);
-  if (line == nullptr) {
-    return kFailed;
-  }
-  target->command.kind = line::CommandKind::object_write;
-  target->command.node = target->node.own ? line->view->state.node_id : target->command.node;
-  target->command.code = keep ? line::kKeepPdo : std::uint16_t{0};
-  target->command.data = *std::move(data);
-  const Client::Answer answer = ask(context, model, *line, target->command);
-  return print_answer(context, answer, answer.reply.ok() ? way_text(answer.reply.data) : "");
+  line::Command& command = target->command;
+  command.kind = line::CommandKind::object_write;
+  command.code = keep ? line::kKeepPdo : std::uint16_t{0};
+  command.data = *std::move(data);
+  return on_line(context, target->node.line, [&](Model& model, const Line& line) {
+    command.node = target->node.own ? line.view->state.node_id : command.node;
+    const Client::Answer answer = ask_line(context, model, line, command);
+    return print_answer(context, answer, answer.reply.ok() ? way_text(answer.reply.data) : "");
+  });
 }
 
 int pdo_trigger(Context& context, const std::string& what, const std::string& number,
@@ -453,7 +436,7 @@ int pdo_trigger(Context& context, const std::string& what, const std::string& nu
   command.node = ref->node;
   command.code = by_offset ? std::uint16_t{0} : static_cast<std::uint16_t>(*value);
   command.entry = by_offset ? static_cast<std::uint32_t>(*value) : 0;
-  const Client::Answer answer = ask(context, model, *line, command);
+  const Client::Answer answer = ask_line(context, model, *line, command);
   return print_answer(context, answer, answer.reply.ok() ? numbers_text(answer.reply.data) : "");
 }
 
@@ -482,7 +465,7 @@ int nmt(Context& context, const std::string& command, const std::string& node) {
   line::Command request{.kind = line::CommandKind::nmt};
   request.nmt = it->second;
   request.node = ref->own ? line->view->state.node_id : ref->node;
-  return print_answer(context, ask(context, model, *line, request), "");
+  return print_answer(context, ask_line(context, model, *line, request));
 }
 
 int emcy(Context& context, const std::string& line, const std::string& code,
@@ -502,7 +485,7 @@ int emcy(Context& context, const std::string& line, const std::string& code,
   request.code = static_cast<std::uint16_t>(*number);
   request.error_register = static_cast<std::uint8_t>(*reg);
   request.data = *std::move(data);
-  return print_answer(context, ask(context, model, *target, request), "");
+  return print_answer(context, ask_line(context, model, *target, request));
 }
 
 int bus_restart(Context& context, const std::string& line) {
@@ -512,7 +495,7 @@ int bus_restart(Context& context, const std::string& line) {
     return kFailed;
   }
   return print_answer(context,
-                      ask(context, model, *target, {.kind = line::CommandKind::bus_restart}), "");
+                      ask_line(context, model, *target, {.kind = line::CommandKind::bus_restart}));
 }
 
 int fault(Context& context, const std::string& line, const std::vector<std::string>& faults) {
@@ -527,7 +510,7 @@ int fault(Context& context, const std::string& line, const std::vector<std::stri
   if (target == nullptr) {
     return kFailed;
   }
-  const Client::Answer answer = ask(context, model, *target, request);
+  const Client::Answer answer = ask_line(context, model, *target, request);
   if (!answer.reply.ok() && !answer.reply.data.empty() && !context.json) {
     context.err << text_of(answer) << '\n';
   }
@@ -541,7 +524,7 @@ int versions(Context& context, const std::string& line) {
     return kFailed;
   }
   const Client::Answer answer =
-      ask(context, model, *found.front(), {.kind = line::CommandKind::versions});
+      ask_line(context, model, *found.front(), {.kind = line::CommandKind::versions});
   return print_answer(context, answer, text_of(answer));
 }
 

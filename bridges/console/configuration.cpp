@@ -15,24 +15,6 @@ namespace {
 // 126 nodes of 1000 objects each, read one after the other at 50 kbit/s, take minutes.
 constexpr Duration kLongestConfiguring = std::chrono::minutes(15);
 
-// "LINE" or "LINE:NODE"; node 0 = all.
-struct ConfigTarget {
-  std::string line;
-  std::uint8_t node = 0;
-};
-
-std::optional<ConfigTarget> line_or_node(Context& context, const std::string& what) {
-  if (what.find(':') == std::string::npos) {
-    return ConfigTarget{what, 0};
-  }
-  const auto ref = parse_node(what);
-  if (!ref || ref->own) {
-    context.err << "'" << what << "' is not LINE or LINE:NODE, with a node-ID 1..127\n";
-    return std::nullopt;
-  }
-  return ConfigTarget{ref->line, ref->all ? std::uint8_t{0} : ref->node};
-}
-
 bool write_own(Context& context, Model& model, const LineId& id,
                const manager::ObjectWrite& write) {
   line::Command command{.kind = line::CommandKind::local_write};

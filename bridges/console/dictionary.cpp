@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bridges/console/answer.h"
 #include "bridges/console/json_text.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/table.h"
@@ -64,20 +65,6 @@ std::string listed_value(const ListedVariable& variable) {
   return variable.value.empty() ? std::string() : to_text(variable.type, variable.value);
 }
 
-Client::Answer ask_line(Context& context, Model& model, const Line& line,
-                        const line::Command& command) {
-  return context.client.call(line.id, command, context.timeout, 0, model);
-}
-
-int print_outcome(Context& context, const Client::Answer& answer) {
-  if (context.json) {
-    context.out << answer_json(answer, "") << '\n';
-  } else if (!answer.reply.ok()) {
-    context.err << answer.text << '\n';
-  }
-  return answer.reply.ok() ? kDone : kFailed;
-}
-
 std::optional<od::Address> object_address(Context& context, const std::string& index,
                                           const std::string& sub) {
   const auto number = parse_number(index, 0xFFFF, true);
@@ -90,6 +77,13 @@ std::optional<od::Address> object_address(Context& context, const std::string& i
   return od::Address{static_cast<std::uint16_t>(*number), static_cast<std::uint8_t>(*sub_index)};
 }
 
+line::Command command_for(line::CommandKind kind, od::Address address) {
+  line::Command command{.kind = kind};
+  command.index = address.index;
+  command.sub = address.sub;
+  return command;
+}
+
 // Nothing if the line says no, which has been told.
 std::optional<std::vector<ListedVariable>> listed(Context& context, Model& model, const Line& line,
                                                   std::uint16_t first, std::uint16_t last) {
@@ -99,7 +93,7 @@ std::optional<std::vector<ListedVariable>> listed(Context& context, Model& model
   command.code = line::kListObjects;
   const Client::Answer answer = ask_line(context, model, line, command);
   if (!answer.reply.ok()) {
-    print_outcome(context, answer);
+    print_answer(context, answer);
     return std::nullopt;
   }
   auto variables = decode_list(answer.reply.data);
@@ -202,26 +196,23 @@ int od_list(Context& context, const std::string& line, const std::string& index)
   if (!address) {
     return kUsage;
   }
-  Model model;
-  const Line* const target = find_line(context, model, line);
-  if (target == nullptr) {
-    return kFailed;
-  }
-  const std::uint16_t last = index.empty() ? std::uint16_t{0xFFFF} : address->index;
-  const auto variables = listed(context, model, *target, address->index, last);
-  if (!variables) {
-    return kFailed;
-  }
-  if (context.json) {
-    context.out << list_json(*variables) << '\n';
-  } else if (variables->empty()) {
-    context.out << "there is no such object\n";
-  } else {
-    for (const std::string& row : text_of(list_table(*variables))) {
-      context.out << row << '\n';
+  return on_line(context, line, [&](Model& model, const Line& target) {
+    const std::uint16_t last = index.empty() ? std::uint16_t{0xFFFF} : address->index;
+    const auto variables = listed(context, model, target, address->index, last);
+    if (!variables) {
+      return kFailed;
     }
-  }
-  return kDone;
+    if (context.json) {
+      context.out << list_json(*variables) << '\n';
+    } else if (variables->empty()) {
+      context.out << "there is no such object\n";
+    } else {
+      for (const std::string& row : text_of(list_table(*variables))) {
+        context.out << row << '\n';
+      }
+    }
+    return kDone;
+  });
 }
 
 int od_read(Context& context, const std::string& line, const std::string& index,
@@ -230,27 +221,22 @@ int od_read(Context& context, const std::string& line, const std::string& index,
   if (!address) {
     return kUsage;
   }
-  Model model;
-  const Line* const target = find_line(context, model, line);
-  if (target == nullptr) {
-    return kFailed;
-  }
-  line::Command command{.kind = line::CommandKind::local_read};
-  command.index = address->index;
-  command.sub = address->sub;
-  const Client::Answer answer = ask_line(context, model, *target, command);
-  if (!answer.reply.ok()) {
-    return print_outcome(context, answer);
-  }
-  const auto variables = listed(context, model, *target, address->index, address->index);
-  if (!variables) {
-    return kFailed;
-  }
-  const auto known = std::ranges::find(*variables, *address, &ListedVariable::address);
-  const od::DataType type = known == variables->end() ? od::DataType::none : known->type;
-  const std::string value = to_text(type, answer.reply.data);
-  context.out << (context.json ? answer_json(answer, value) : printable(value)) << '\n';
-  return kDone;
+  return on_line(context, line, [&](Model& model, const Line& target) {
+    const Client::Answer answer =
+        ask_line(context, model, target, command_for(line::CommandKind::local_read, *address));
+    if (!answer.reply.ok()) {
+      return print_answer(context, answer);
+    }
+    const auto variables = listed(context, model, target, address->index, address->index);
+    if (!variables) {
+      return kFailed;
+    }
+    const auto known = std::ranges::find(*variables, *address, &ListedVariable::address);
+    const od::DataType type = known == variables->end() ? od::DataType::none : known->type;
+    const std::string value = to_text(type, answer.reply.data);
+    context.out << (context.json ? answer_json(answer, value) : printable(value)) << '\n';
+    return kDone;
+  });
 }
 
 int od_write(Context& context, const std::string& line, const std::string& index,
@@ -259,30 +245,25 @@ int od_write(Context& context, const std::string& line, const std::string& index
   if (!address) {
     return kUsage;
   }
-  Model model;
-  const Line* const target = find_line(context, model, line);
-  if (target == nullptr) {
-    return kFailed;
-  }
-  const auto variables = listed(context, model, *target, address->index, address->index);
-  if (!variables) {
-    return kFailed;
-  }
-  const auto known = std::ranges::find(*variables, *address, &ListedVariable::address);
-  if (known == variables->end()) {
-    context.err << "there is no object " << place_text(*address) << '\n';
-    return kFailed;
-  }
-  auto data = from_text(known->type, value);
-  if (!data) {
-    context.err << "'" << value << "' is not a value of " << od::name(known->type) << '\n';
-    return kUsage;
-  }
-  line::Command command{.kind = line::CommandKind::local_write};
-  command.index = address->index;
-  command.sub = address->sub;
-  command.data = *std::move(data);
-  return print_outcome(context, ask_line(context, model, *target, command));
+  return on_line(context, line, [&](Model& model, const Line& target) {
+    const auto variables = listed(context, model, target, address->index, address->index);
+    if (!variables) {
+      return kFailed;
+    }
+    const auto known = std::ranges::find(*variables, *address, &ListedVariable::address);
+    if (known == variables->end()) {
+      context.err << "there is no object " << place_text(*address) << '\n';
+      return kFailed;
+    }
+    auto data = from_text(known->type, value);
+    if (!data) {
+      context.err << "'" << value << "' is not a value of " << od::name(known->type) << '\n';
+      return kUsage;
+    }
+    line::Command command = command_for(line::CommandKind::local_write, *address);
+    command.data = *std::move(data);
+    return print_answer(context, ask_line(context, model, target, command));
+  });
 }
 
 int od_create(Context& context, const std::string& line, const NewObject& object) {
@@ -296,17 +277,12 @@ int od_create(Context& context, const std::string& line, const NewObject& object
   if (!data) {
     return kUsage;
   }
-  Model model;
-  const Line* const target = find_line(context, model, line);
-  if (target == nullptr) {
-    return kFailed;
-  }
-  line::Command command{.kind = line::CommandKind::object_create};
-  command.index = address->index;
-  command.sub = address->sub;
+  line::Command command = command_for(line::CommandKind::object_create, *address);
   command.entry = static_cast<std::uint32_t>(*offset);
   command.data = *std::move(data);
-  return print_outcome(context, ask_line(context, model, *target, command));
+  return on_line(context, line, [&](Model& model, const Line& target) {
+    return print_answer(context, ask_line(context, model, target, command));
+  });
 }
 
 int od_remove(Context& context, const std::string& line, const std::string& index) {
@@ -314,15 +290,11 @@ int od_remove(Context& context, const std::string& line, const std::string& inde
   if (!address) {
     return kUsage;
   }
-  Model model;
-  const Line* const target = find_line(context, model, line);
-  if (target == nullptr) {
-    return kFailed;
-  }
-  line::Command command{.kind = line::CommandKind::object_create};
-  command.index = address->index;
+  line::Command command = command_for(line::CommandKind::object_create, *address);
   command.code = line::kRemoveObject;
-  return print_outcome(context, ask_line(context, model, *target, command));
+  return on_line(context, line, [&](Model& model, const Line& target) {
+    return print_answer(context, ask_line(context, model, target, command));
+  });
 }
 
 }  // namespace linegate::console

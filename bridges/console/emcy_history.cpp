@@ -59,19 +59,6 @@ std::vector<NodeHistory> nodes_meant(const Line& line, std::uint8_t only) {
   return out;
 }
 
-// LINE or LINE:NODE; node 0 = all.
-std::optional<NodeRef> parse_what(Context& context, const std::string& what) {
-  if (what.find(':') == std::string::npos) {
-    return NodeRef{.line = what, .all = true};
-  }
-  const auto ref = parse_node(what);
-  if (!ref || ref->own) {
-    context.err << "'" << printable(what) << "' is not LINE or LINE:NODE, with a node-ID 1..127\n";
-    return std::nullopt;
-  }
-  return ref;
-}
-
 }  // namespace
 
 std::vector<emcy::Message> parse_history(std::span<const std::byte> data) {
@@ -125,7 +112,7 @@ std::string history_json(const LineId& line, const std::vector<NodeHistory>& nod
 }
 
 int emcy_history(Context& context, const std::string& what) {
-  const auto meant = parse_what(context, what);
+  const auto meant = line_or_node(context, what);
   if (!meant) {
     return kUsage;
   }

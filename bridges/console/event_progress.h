@@ -1,9 +1,10 @@
 // What a long command tells while it runs: events of its line, as they come.
 #pragma once
 
+#include <functional>
 #include <initializer_list>
 #include <ostream>
-#include <vector>
+#include <string>
 
 #include "bridges/console/client.h"
 #include "bridges/console/model.h"
@@ -11,9 +12,13 @@
 
 namespace linegate::console {
 
-// Hands all on to the model, and prints the events of these kinds that happen from now on.
+// Hands all on to the model, and prints what is to be told of the events that happen from now on.
 class EventProgress final : public Listener {
  public:
+  // What is to be told of an event of the line; nothing of most.
+  using Words = std::function<std::string(const EventView&)>;
+  EventProgress(Model& model, LineId id, std::ostream& err, Words words);
+  // The texts of events of these kinds.
   EventProgress(Model& model, LineId id, std::ostream& err, std::initializer_list<EventKind> kinds);
 
   void on_line(const LineId& id, const LineView& line) override { model_.on_line(id, line); }
@@ -33,7 +38,7 @@ class EventProgress final : public Listener {
   Model& model_;
   LineId id_;
   std::ostream& err_;
-  std::vector<EventKind> kinds_;
+  Words words_;
   Instant since_;
 };
 

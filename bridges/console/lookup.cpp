@@ -4,6 +4,8 @@
 #include <chrono>
 #include <ostream>
 
+#include "bridges/console/table.h"
+
 namespace linegate::console {
 namespace {
 
@@ -116,6 +118,18 @@ std::optional<NodeRef> parse_node(const std::string& text) {
   }
   out.node = static_cast<std::uint8_t>(*id);
   return out;
+}
+
+std::optional<NodeRef> line_or_node(Context& context, const std::string& what) {
+  if (what.find(':') == std::string::npos) {
+    return NodeRef{.line = what, .all = true};
+  }
+  const auto ref = parse_node(what);
+  if (!ref || ref->own) {
+    context.err << "'" << printable(what) << "' is not LINE or LINE:NODE, with a node-ID 1..127\n";
+    return std::nullopt;
+  }
+  return ref;
 }
 
 std::optional<std::uint32_t> find_entry(Context& context, const image::Layout& layout,

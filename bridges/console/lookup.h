@@ -23,6 +23,9 @@ bool wait_until(Context& context, Model& model, const std::function<bool()>& con
 const Line* find_line(Context& context, Model& model, const std::string& line);
 
 std::optional<NodeRef> parse_node(const std::string& text);
+// "LINE", which is all of its nodes, or "LINE:NODE" with a node-ID or all (node is 0 then);
+// otherwise says on context.err that it is none of them.
+std::optional<NodeRef> line_or_node(Context& context, const std::string& what);
 // Decimal or 0x; `hex`: hexadecimal without 0x too. Nothing beyond `limit`.
 std::optional<std::uint64_t> parse_number(const std::string& text, std::uint64_t limit, bool hex);
 

@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bridges/console/event_progress.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/model.h"
 #include "bridges/console/table.h"
@@ -47,43 +48,16 @@ Json address_json(const Address& address) {
           {"serial", address[lss::kSerial]}};
 }
 
-// Tells how far a fastscan is.
-class ScanProgress final : public Listener {
- public:
-  ScanProgress(Model& model, const LineId& id, std::ostream& err)
-      : model_(model), id_(id), err_(err), since_(utc_now()) {}
-
-  void on_line(const LineId& id, const LineView& line) override { model_.on_line(id, line); }
-  void on_line_gone(const LineId& id) override { model_.on_line_gone(id); }
-  void on_node(const LineId& id, const NodeView& node) override { model_.on_node(id, node); }
-  void on_layout(const LineId& id, const image::Layout& layout) override {
-    model_.on_layout(id, layout);
+// How far a fastscan is, and what came of it.
+std::string fastscan_words(const EventView& view) {
+  const Event& event = view.event;
+  if (event.kind == EventKind::lss_result) {
+    return view.text;
   }
-  void on_image(const LineId& id, const image::Snapshot& image) override {
-    model_.on_image(id, image);
-  }
-  void on_event(const LineId& id, const EventView& view) override {
-    model_.on_event(id, view);
-    const Event& event = view.event;
-    if (id != id_ || event.time < since_) {
-      return;
-    }
-    if (event.kind == EventKind::lss_result) {
-      err_ << printable(view.text) << std::endl;
-    } else if (event.kind == EventKind::command_progress &&
-               event.code == static_cast<std::uint32_t>(line::CommandKind::lss)) {
-      err_ << "fastscan: " << event.value << " of 4 parts of an address" << std::endl;
-    }
-  }
-  void on_unreadable(std::uint64_t samples) override { model_.on_unreadable(samples); }
-  void on_left_out(std::uint64_t samples) override { model_.on_left_out(samples); }
-
- private:
-  Model& model_;
-  const LineId& id_;
-  std::ostream& err_;
-  Instant since_;
-};
+  const bool tells = event.kind == EventKind::command_progress &&
+                     event.code == static_cast<std::uint32_t>(line::CommandKind::lss);
+  return tells ? "fastscan: " + std::to_string(event.value) + " of 4 parts of an address" : "";
+}
 
 struct LssAnswer {
   Outcome outcome = Outcome::done;
@@ -132,7 +106,7 @@ class Session {
     command.code = static_cast<std::uint16_t>(procedure);
     command.data = std::move(arguments);
     command.timeout = std::max(context_.timeout, kLongestService);
-    ScanProgress progress(model_, id_, context_.err);
+    EventProgress progress(model_, id_, context_.err, fastscan_words);
     const Client::Answer answer = context_.client.call(id_, command, command.timeout, 0, progress);
     const Bytes& data = answer.reply.data;
     if (!answer.reply.ok() || data.size() < lss::kReplyHead) {

@@ -1,13 +1,13 @@
 // `linegate boot` against a gateway that exists in this test only.
 #include "bridges/console/boot.h"
 
-#include <sstream>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "bridges/console/lookup.h"
+
+#include "tests/bridges/console/command_test.h"
 
 namespace linegate::console {
 namespace {
@@ -51,17 +51,7 @@ BootOutcome wrong_vendor() {
                       .found = 8}};
 }
 
-class Boot : public testing::Test {
- protected:
-  BootingGateway gateway_;
-  std::ostringstream out_;
-  std::ostringstream err_;
-  Context context_{.client = gateway_,
-                   .out = out_,
-                   .err = err_,
-                   .wait = std::chrono::milliseconds(1),
-                   .timeout = std::chrono::seconds(1)};
-};
+using Boot = test::CommandTest<BootingGateway>;
 
 TEST_F(Boot, OfAWholeLineSaysHowEachNodeEnded) {
   gateway_.outcomes = {{.node = 5, .letter = manager::kBooted, .finding = {}}};

@@ -1,7 +1,6 @@
 // The commands against a gateway that exists in this test only.
 #include "bridges/console/commands.h"
 
-#include <sstream>
 #include <string>
 #include <utility>
 
@@ -10,6 +9,8 @@
 
 #include "bridges/console/scan.h"
 #include "stack/base/abort_code.h"
+
+#include "tests/bridges/console/command_test.h"
 
 namespace linegate::console {
 namespace {
@@ -84,17 +85,7 @@ class FakeGateway : public Client {
   std::uint64_t last_layout = 0;
 };
 
-class Commands : public testing::Test {
- protected:
-  FakeGateway gateway_;
-  std::ostringstream out_;
-  std::ostringstream err_;
-  Context context_{.client = gateway_,
-                   .out = out_,
-                   .err = err_,
-                   .wait = std::chrono::milliseconds(1),
-                   .timeout = std::chrono::seconds(1)};
-};
+using Commands = test::CommandTest<FakeGateway>;
 
 TEST_F(Commands, SdoReadPrintsTheValueByType) {
   gateway_.answer.reply.data = {std::byte{0x34}, std::byte{0x12}};

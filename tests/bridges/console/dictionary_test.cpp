@@ -1,7 +1,6 @@
 // `linegate od` against a gateway that exists in this test only.
 #include "bridges/console/dictionary.h"
 
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -10,20 +9,15 @@
 
 #include "stack/base/abort_code.h"
 
+#include "tests/bridges/console/command_test.h"
+
 namespace linegate::console {
 namespace {
 
+using test::raw;
 using testing::HasSubstr;
 
 const LineId kMill{"plant", "mill"};
-
-std::vector<std::byte> raw(std::initializer_list<unsigned> values) {
-  std::vector<std::byte> out;
-  for (const unsigned value : values) {
-    out.push_back(static_cast<std::byte>(value));
-  }
-  return out;
-}
 
 // 2100:1, UNSIGNED16, rww, mappable, of an application, "Rec", 5.
 const std::vector<std::byte> kList = raw({0x00, 0x21, 1, 6, 0, 4, 5, 3, 'R', 'e', 'c', 2, 5, 0});
@@ -52,17 +46,7 @@ class Mill : public Client {
   line::Command listed;
 };
 
-class OwnDictionary : public testing::Test {
- protected:
-  Mill gateway_;
-  std::ostringstream out_;
-  std::ostringstream err_;
-  Context context_{.client = gateway_,
-                   .out = out_,
-                   .err = err_,
-                   .wait = std::chrono::milliseconds(1),
-                   .timeout = std::chrono::seconds(1)};
-};
+using OwnDictionary = test::CommandTest<Mill>;
 
 TEST_F(OwnDictionary, IsListed) {
   EXPECT_EQ(od_list(context_, "mill", ""), kDone) << err_.str();

@@ -1,25 +1,18 @@
 #include "bridges/console/emcy_history.h"
 
-#include <sstream>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "tests/bridges/console/command_test.h"
+
 namespace linegate::console {
 namespace {
 
+using test::raw;
 using testing::HasSubstr;
 
 const LineId kEmcyLine{"plant", "hall"};
-
-std::vector<std::byte> bytes(std::initializer_list<unsigned> values) {
-  std::vector<std::byte> out;
-  for (const unsigned value : values) {
-    out.push_back(static_cast<std::byte>(value));
-  }
-  return out;
-}
 
 // Two nodes; 5 has sent two EMCYs.
 class Hall : public Client {
@@ -46,26 +39,17 @@ class Hall : public Client {
   Answer answer;
 };
 
-class EmcyHistory : public testing::Test {
+class EmcyHistory : public test::CommandTest<Hall> {
  protected:
   EmcyHistory() {
     gateway_.answer.reply.data =
-        bytes({2, 0x10, 0x81, 0x11, 0x2A, 0, 0, 0, 0, 0x00, 0x00, 0x00, 0, 0, 0, 0, 0});
+        raw({2, 0x10, 0x81, 0x11, 0x2A, 0, 0, 0, 0, 0x00, 0x00, 0x00, 0, 0, 0, 0, 0});
   }
-
-  Hall gateway_;
-  std::ostringstream out_;
-  std::ostringstream err_;
-  Context context_{.client = gateway_,
-                   .out = out_,
-                   .err = err_,
-                   .wait = std::chrono::milliseconds(1),
-                   .timeout = std::chrono::seconds(1)};
 };
 
 TEST(EmcyHistoryObject, TheNewestIsFirst) {
-  const auto two = parse_history(
-      bytes({2, 0x10, 0x81, 0x11, 0x2A, 0, 0, 0, 0, 0x30, 0x81, 0x10, 0, 0, 0, 0, 7}));
+  const auto two =
+      parse_history(raw({2, 0x10, 0x81, 0x11, 0x2A, 0, 0, 0, 0, 0x30, 0x81, 0x10, 0, 0, 0, 0, 7}));
   ASSERT_EQ(two.size(), 2U);
   EXPECT_EQ(two[0].code, 0x8130);
   EXPECT_EQ(two[0].info[4], std::byte{7});
@@ -85,9 +69,9 @@ TEST(EmcyHistoryObject, TheNewestIsFirst) {
 
 TEST(EmcyHistoryObject, WhatMakesNoSenseIsNothing) {
   EXPECT_TRUE(parse_history({}).empty());
-  EXPECT_TRUE(parse_history(bytes({0})).empty());
-  EXPECT_TRUE(parse_history(bytes({1, 2, 3})).empty());
-  EXPECT_TRUE(parse_history(bytes({2, 0, 0, 0, 0, 0, 0, 0, 0})).empty());
+  EXPECT_TRUE(parse_history(raw({0})).empty());
+  EXPECT_TRUE(parse_history(raw({1, 2, 3})).empty());
+  EXPECT_TRUE(parse_history(raw({2, 0, 0, 0, 0, 0, 0, 0, 0})).empty());
 }
 
 TEST_F(EmcyHistory, OfALineAreThoseOfNodesThatSentSome) {
@@ -102,7 +86,7 @@ TEST_F(EmcyHistory, OfALineAreThoseOfNodesThatSentSome) {
 }
 
 TEST_F(EmcyHistory, OfOneNodeIsAskedWhateverIsKnownOfIt) {
-  gateway_.answer.reply.data = bytes({0});
+  gateway_.answer.reply.data = raw({0});
   EXPECT_EQ(emcy_history(context_, "hall:4"), kDone);
   EXPECT_EQ(gateway_.asked.at(0).sub, 4);
   EXPECT_EQ(out_.str(), "hall:4 belt, 0 EMCYs received\n");

@@ -1,7 +1,6 @@
 // `linegate send` and `linegate listen` against a gateway that exists in this test only.
 #include "bridges/console/generic_can.h"
 
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,20 +8,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/bridges/console/command_test.h"
+
 namespace linegate::console {
 namespace {
 
+using test::raw;
 using testing::HasSubstr;
 
 const LineId kCell{"plant", "cell"};
-
-std::vector<std::byte> data_of(std::initializer_list<unsigned> values) {
-  std::vector<std::byte> out;
-  for (const unsigned value : values) {
-    out.push_back(static_cast<std::byte>(value));
-  }
-  return out;
-}
 
 // Tells of its frames as soon as somebody listens.
 class Listener150 : public Client {
@@ -65,23 +59,13 @@ EventView frame_event(std::uint64_t number, std::uint32_t code, std::uint32_t va
   return out;
 }
 
-class GenericFrames : public testing::Test {
- protected:
-  Listener150 gateway_;
-  std::ostringstream out_;
-  std::ostringstream err_;
-  Context context_{.client = gateway_,
-                   .out = out_,
-                   .err = err_,
-                   .wait = std::chrono::milliseconds(1),
-                   .timeout = std::chrono::seconds(1)};
-};
+using GenericFrames = test::CommandTest<Listener150>;
 
 TEST_F(GenericFrames, AreWrittenAsCansendHasThem) {
   EXPECT_EQ(send(context_, "cell", "150#11.22"), kDone) << err_.str();
   EXPECT_EQ(gateway_.asked.kind, line::CommandKind::can_send);
   EXPECT_EQ(gateway_.asked.entry, 0x150U);
-  EXPECT_EQ(gateway_.asked.data, data_of({0x11, 0x22}));
+  EXPECT_EQ(gateway_.asked.data, raw({0x11, 0x22}));
   EXPECT_EQ(send(context_, "cell", "00000150#"), kDone);
   EXPECT_EQ(gateway_.asked.entry, 0x8000'0150U);
   EXPECT_EQ(send(context_, "cell", "150#R8"), kDone);
@@ -89,7 +73,7 @@ TEST_F(GenericFrames, AreWrittenAsCansendHasThem) {
   EXPECT_EQ(gateway_.asked.code, 8);
   EXPECT_EQ(send(context_, "cell", "150##1112233"), kDone);
   EXPECT_EQ(gateway_.asked.sub, 5);
-  EXPECT_EQ(gateway_.asked.data, data_of({0x11, 0x22, 0x33}));
+  EXPECT_EQ(gateway_.asked.data, raw({0x11, 0x22, 0x33}));
 }
 
 TEST_F(GenericFrames, WhatIsNoneIsSaid) {
@@ -121,7 +105,7 @@ TEST_F(GenericFrames, AreShownAsTheyCome) {
                      frame_event(7, 0x151, 0x104, {})};
   EXPECT_EQ(listen(context_, "cell", "100/700", 3, [] { return false; }), kDone) << err_.str();
   EXPECT_EQ(gateway_.asked.entry, 0x100U);
-  EXPECT_EQ(gateway_.asked.data, data_of({0x00, 0x07, 0x00, 0x80}));
+  EXPECT_EQ(gateway_.asked.data, raw({0x00, 0x07, 0x00, 0x80}));
   EXPECT_THAT(out_.str(), HasSubstr(" cell 150#1122\n"));
   EXPECT_THAT(out_.str(), HasSubstr(" cell 00000150#  (3 more were not told)\n"));
   EXPECT_THAT(out_.str(), HasSubstr(" cell 151#R4\n"));
@@ -134,7 +118,7 @@ TEST_F(GenericFrames, LongOnesAreOneLineAndJsonHasAllOfIt) {
       frame_event(6, 0x150, 0x600 | 20, {17, 18, 19, 20})};
   context_.json = true;
   EXPECT_EQ(listen(context_, "cell", "", 1, [] { return false; }), kDone) << err_.str();
-  EXPECT_EQ(gateway_.asked.data, data_of({0, 0, 0, 0})) << "all identifiers";
+  EXPECT_EQ(gateway_.asked.data, raw({0, 0, 0, 0})) << "all identifiers";
   EXPECT_THAT(out_.str(), HasSubstr(R"("id":336,"extended":false,"remote":false,"fd":true,)"
                                     R"("length":20,"data":"0102030405060708090A0B0C0D0E0F10)"
                                     R"(11121314","held_back":0)"));
