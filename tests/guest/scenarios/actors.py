@@ -1,5 +1,6 @@
 """What the scenarios are written with: programs that run meanwhile, witnesses on the bus, and waiting."""
 
+import argparse
 import json
 import os
 import re
@@ -9,13 +10,14 @@ import sys
 import time
 
 FOLDER = os.environ["TMPDIR"]
+PATIENCE = 60  # seconds, of which a guest on a machine that has nothing else to do needs few
 
 
 class Failed(Exception):
     """Something was not as it must be."""
 
 
-def eventually(what, condition, within):
+def eventually(what, condition, within=PATIENCE):
     """Asks condition() until it gives something true, and returns that; Failed after `within` seconds."""
     end = time.monotonic() + within
     while True:
@@ -64,7 +66,7 @@ class Actor:
         self.process.kill()
         self.process.wait()
 
-    def stop(self, within=10):
+    def stop(self, within=PATIENCE):
         """Asks it to end and returns its status."""
         self.process.send_signal(signal.SIGTERM)
         try:
@@ -76,14 +78,13 @@ class Actor:
 class Witness(Actor):
     """candump on one interface: what was really on the bus."""
 
+    LAST = 0x7FF  # of no service
     LINE = re.compile(r"\(([0-9.]+)\) \S+ ([0-9A-F]+)#([0-9A-F]*)$")
 
     def __init__(self, interface, filters=None):
         super().__init__(f"candump-{interface}", "candump", "-L", filters or interface)
         listening = re.compile(rf"^ *{interface} ", re.MULTILINE)
-        eventually(
-            f"a witness on {interface}", lambda: listening.search(read("/proc/net/can/rcvlist_all")), 5
-        )
+        eventually(f"a witness on {interface}", lambda: listening.search(read("/proc/net/can/rcvlist_all")))
 
     def frames(self, identifier=None):
         """[(time, identifier, data)] so far, of one identifier or all."""
@@ -93,6 +94,59 @@ class Witness(Actor):
             if match and identifier in (None, int(match[2], 16)):
                 found.append((float(match[1]), int(match[2], 16), bytes.fromhex(match[3])))
         return found
+
+    def boot_ups(self, node):
+        """How many there were of that node. A heartbeat that is written down late is none of them."""
+        return [data for _, _, data in self.frames(0x700 + node)].count(b"\0")
+
+    def await_frame(self, identifier, data):
+        """It is written down somewhat later than others hear it."""
+        eventually(
+            f"the witness saw {identifier:X}#{data.hex()}",
+            lambda: data in [seen for _, _, seen in self.frames(identifier)],
+        )
+
+    def catch_up(self, interface):
+        """Has it write down all that was on the bus until now: what comes behind it is there, too."""
+        so_far = len(self.frames(self.LAST))
+        send(interface, f"{self.LAST:03X}#")
+        eventually("the witness has written everything down", lambda: len(self.frames(self.LAST)) > so_far)
+
+
+class Site:
+    """What a scenario runs on: the programs that its command line names, and the console that asks its gateways."""
+
+    def __init__(self, *others):
+        parser = argparse.ArgumentParser()
+        for program in ("linegated", "linegate", *others):
+            parser.add_argument(f"--{program}", required=True)
+        self.programs = parser.parse_args()
+
+    def console(self, *arguments):
+        return (self.programs.linegate, "--wait", "60", "--timeout", "20", *arguments)
+
+    def command(self, *arguments):
+        """A console command that must be carried out: the JSON it printed."""
+        return ask(*self.console("--json", *arguments), within=2 * PATIENCE)
+
+    def refused(self, *arguments):
+        """A console command that must be refused: what it said."""
+        status, text = run(*self.console(*arguments), within=2 * PATIENCE)
+        if status != 1:
+            raise Failed(f"{arguments} ended with {status}, not 1: {text}")
+        return text
+
+    def gateway(self, name, plant):
+        """One with that plant."""
+        return Actor(name, self.programs.linegated, write_file(f"{name}.yaml", plant))
+
+
+def write_file(name, text):
+    """A file of the scenario; its path."""
+    path = os.path.join(FOLDER, name)
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text)
+    return path
 
 
 def read(path):
@@ -104,7 +158,7 @@ def send(interface, frame):
     subprocess.run(["cansend", interface, frame], check=True)
 
 
-def run(*command, within=20):
+def run(*command, within=PATIENCE):
     """Runs a program to its end: (status, what it printed)."""
     done = subprocess.run(
         command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=within, check=False
@@ -112,7 +166,7 @@ def run(*command, within=20):
     return done.returncode, done.stdout + done.stderr
 
 
-def ask(*command, within=20):
+def ask(*command, within=PATIENCE):
     """Runs a program that must end well and print JSON."""
     status, text = run(*command, within=within)
     if status != 0:
@@ -125,9 +179,9 @@ def play(scenario):
     status = 0
     try:
         scenario()
-    except (Failed, subprocess.SubprocessError, json.JSONDecodeError) as failure:
+    except (Failed, ValueError, LookupError, OSError, subprocess.SubprocessError) as failure:
         status = 1
-        print(f"FAILED: {failure}")
+        print(f"FAILED: {failure!r}")
         for actor in Actor.everyone:
             print(f"--- {actor.name}, last lines:")
             print("\n".join(line[:160] for line in actor.text().splitlines()[-40:]))

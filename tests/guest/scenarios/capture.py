@@ -4,7 +4,7 @@ import os
 import re
 import struct
 
-from actors import FOLDER, Failed, run
+from actors import FOLDER, Failed, check, run
 
 LINKTYPE_CAN_SOCKETCAN = 227
 SHORT_EMCY = (0.0, 0x085, bytes.fromhex("00630104000000"))  # seven bytes
@@ -19,6 +19,12 @@ def write_pcap(path, frames):
             packet = struct.pack(">IB3x", identifier, len(data)) + data
             file.write(struct.pack("<IIII", int(seconds), int(seconds % 1 * 1e6), len(packet), len(packet)))
             file.write(packet)
+
+
+def nothing_is_malformed(frames):
+    """Checks it with all that a witness saw."""
+    wrong = malformed_frames(frames)
+    check(f"tshark finds nothing malformed in {len(frames)} frames: {wrong[:5]}", wrong == [])
 
 
 def malformed_frames(frames):

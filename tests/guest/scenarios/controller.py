@@ -7,7 +7,7 @@ import os
 import re
 
 import plant as plant_module
-from actors import FOLDER, Actor, Witness, check, eventually, play, read, run, send
+from actors import Witness, check, eventually, play, read, run, send, write_file
 from plant import Plant, all_valid
 from slcan import OFF, PASSIVE, WARNING, SerialController
 
@@ -21,13 +21,6 @@ def plant_on(interface):
     folder = os.path.dirname(plant_module.PLANT)
     text = re.sub(r"eds: ([^ ,]+)", lambda eds: f"eds: {os.path.normpath(os.path.join(folder, eds[1]))}", text)
     return write_file("controller.yaml", text)
-
-
-def write_file(name, text):
-    path = os.path.join(FOLDER, name)
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(text)
-    return path
 
 
 def bus_events(subscriber):
@@ -44,13 +37,11 @@ def bus_events(subscriber):
 
 def is_told(plant, state):
     for subscriber in plant.subscribers:
-        eventually(
-            f"press: LineState of {subscriber.name} says {state}", lambda: subscriber.bus("press") == state, 30
-        )
+        eventually(f"press: LineState of {subscriber.name} says {state}", lambda: subscriber.bus("press") == state)
 
 
 def up_to_bus_off_and_back(plant, controller):
-    before = plant.gateway.process.pid
+    before = plant.running.process.pid
     said = plant.refused("bus-restart", "press")
     check(f"a controller that is on the bus is not restarted: {said}", "present state" in said)
     controller.disturb("a", WARNING - 8)
@@ -58,7 +49,6 @@ def up_to_bus_off_and_back(plant, controller):
         eventually(
             f"press: {subscriber.name} is told that nobody acknowledges",
             lambda: NO_ACKNOWLEDGE in bus_events(subscriber),
-            30,
         )
         check("press: and the controller is error-active yet", subscriber.bus("press") == "error-active")
     for highest, state in ((WARNING, "error-warning"), (PASSIVE, "error-passive")):
@@ -70,18 +60,15 @@ def up_to_bus_off_and_back(plant, controller):
         eventually(
             f"press: {subscriber.name} has no valid value of it",
             lambda: not any(entry["valid"] for entry in subscriber.images("press")[-1]["entries"]),
-            30,
         )
     controller.repair()
     plant.command("bus-restart", "press")
-    eventually("can7 is open again", lambda: controller.commands[-1] == "O", 10)
+    eventually("can7 is open again", lambda: controller.commands[-1] == "O")
     is_told(plant, "error-active")
     eventually("press: all nodes are operational again", lambda: plant.is_up("press"), 90)
     for subscriber in plant.subscribers:
-        eventually(
-            f"press: PDOs flow again to {subscriber.name}", lambda: all_valid(subscriber.image("press")), 60
-        )
-    check("the gateway is still the same process", plant.gateway.runs() and plant.gateway.process.pid == before)
+        eventually(f"press: PDOs flow again to {subscriber.name}", lambda: all_valid(subscriber.image("press")))
+    check("the gateway is still the same process", plant.running.runs() and plant.running.process.pid == before)
 
 
 def was_told_in_order(plant):
@@ -130,22 +117,21 @@ def an_observer_acknowledges_nothing(plant):
     run("ip", "link", "set", "can8", "up")
     witness = Witness("can8", "can8,0:0,#FFFFFFFF")
     eds = os.path.join(os.path.dirname(plant_module.PLANT), "../../../bridges/sim/eds/digital-io.eds")
-    path = write_file("observer.yaml", OBSERVER.replace("EDS", os.path.normpath(eds)))
-    observer = Actor("observer", plant.linegated, path)
-    eventually("can9: the driver tells the controller to listen only", lambda: "L" in listener.commands, 30)
+    observer = plant.gateway("observer", OBSERVER.replace("EDS", os.path.normpath(eds)))
+    eventually("can9: the driver tells the controller to listen only", lambda: "L" in listener.commands)
     check("can9: and its bit rate", "S6" in listener.commands)
     check("can9: it was never told otherwise", "O" not in listener.commands)
     send("can8", "185#0102")
-    eventually("can8: candump shows that nobody acknowledged", lambda: unacknowledged(witness), 10)
+    eventually("can8: candump shows that nobody acknowledged", lambda: unacknowledged(witness))
     check("the observer is stopped", observer.stop() == 0)
     run("ip", "link", "set", "can9", "down")
     run("ip", "link", "set", "can9", "type", "can", "listen-only", "off")
     run("ip", "link", "set", "can9", "up")
-    eventually("can9: takes part in the bus", lambda: listener.commands[-1] == "O", 10)
+    eventually("can9: takes part in the bus", lambda: listener.commands[-1] == "O")
     before = len(unacknowledged(witness))
     beside = Witness("can9")
     send("can8", "185#0304")
-    eventually("can9: receives a frame", lambda: beside.frames(0x185), 10)
+    eventually("can9: receives a frame", lambda: beside.frames(0x185))
     check("can8: candump shows no error this time", len(unacknowledged(witness)) == before)
 
 
@@ -158,7 +144,7 @@ def scenario():
     controller = SerialController("can7", "vcan0", BIT_RATE)
     run("ip", "link", "set", "can7", "up")
     plant = Plant(plant_on("can7"))
-    eventually("can7 is on the bus", lambda: controller.commands[-1] == "O", 10)
+    eventually("can7 is on the bus", lambda: controller.commands[-1] == "O")
     up_to_bus_off_and_back(plant, controller)
     was_told_in_order(plant)
     an_observer_acknowledges_nothing(plant)

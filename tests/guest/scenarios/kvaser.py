@@ -3,12 +3,11 @@
 its URI says, devices are on another, and an observer listens on the third, which sends nothing, not even what is asked of
 it by somebody else on this machine."""
 
-import argparse
 import json
 import os
 import subprocess
 
-from actors import FOLDER, Actor, Witness, ask, check, eventually, play, run
+from actors import Actor, Site, Witness, check, eventually, play, run, write_file
 from subscribers import FastSubscriber
 
 EDS = os.path.abspath(os.path.join(os.path.dirname(__file__), "../../../bridges/sim/eds/digital-io.eds"))
@@ -30,10 +29,7 @@ lines:
 
 
 def plant(name, interface, role="manager", bit_rate="250kbit"):
-    path = os.path.join(FOLDER, f"{name}.yaml")
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(PLANT.format(name=name, interface=interface, role=role, bit_rate=bit_rate, eds=EDS))
-    return path
+    return PLANT.format(name=name, interface=interface, role=role, bit_rate=bit_rate, eds=EDS)
 
 
 def controller(interface):
@@ -52,21 +48,17 @@ def valid(subscriber, line):
 
 
 def scenario():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--linegated", required=True)
-    parser.add_argument("--linegate", required=True)
-    programs = parser.parse_args()
-
+    site = Site()
     subprocess.run("ip link set can1 type can bitrate 250000".split(), check=True)
     subprocess.run("ip link set can1 up".split(), check=True)
-    devices = plant("devices", "can1")
-    Actor("devices", programs.linegate, "simulate", "--plant", devices, "--line", "devices")
+    devices = write_file("devices.yaml", plant("devices", "can1"))
+    Actor("devices", site.programs.linegate, "simulate", "--plant", devices, "--line", "devices")
     bus = Witness("can1")
     uri = "can0?bitrate=250000&sample-point=0.75&restart-ms=200"
-    gateway = Actor("linegated", programs.linegated, plant("hall", uri, bit_rate="500kbit"))
-    subscriber = FastSubscriber(programs.linegate)
+    gateway = site.gateway("hall", plant("hall", uri, bit_rate="500kbit"))
+    subscriber = FastSubscriber(site.programs.linegate)
     eventually("hall: its node is operational", lambda: operational(subscriber, "hall"), 120)
-    eventually("hall: its values are valid", lambda: valid(subscriber, "hall"), 60)
+    eventually("hall: its values are valid", lambda: valid(subscriber, "hall"))
     set_up = controller("can0")
     check(f"can0: has its bit rate: {set_up}", set_up["bittiming"]["bitrate"] == 250_000)
     check("can0: and its sample point", set_up["bittiming"]["sample_point"] == "0.750")
@@ -84,28 +76,27 @@ def scenario():
 
     subprocess.run("ip link set can2 type can bitrate 250000".split(), check=True)
     subprocess.run("ip link set can2 up".split(), check=True)
-    loud = Actor("observer", programs.linegated, plant("loud", "can2", "observer"))
+    loud = site.gateway("loud", plant("loud", "can2", "observer"))
     eventually(
         "loud: the log says that its controller acknowledges",
         lambda: "can2 acknowledges what others send" in loud.text(),
-        60,
     )
-    check("that observer ends well", loud.stop(60) == 0)
+    check("that observer ends well", loud.stop() == 0)
     subprocess.run("ip link set can2 down".split(), check=True)
 
-    observer = Actor("observer", programs.linegated, plant("quiet", "can2?bitrate=250000", "observer"))
+    observer = site.gateway("quiet", plant("quiet", "can2?bitrate=250000", "observer"))
     eventually("quiet: observes valid values", lambda: valid(subscriber, "quiet"), 120)
     check("can2: listens only", "LISTEN-ONLY" in controller("can2").get("ctrlmode", []))
     eventually(
-        "quiet: so says LineState", lambda: subscriber.line("quiet")["properties"].get("listen-only") == "on", 30
+        "quiet: so says LineState", lambda: subscriber.line("quiet").get("properties", {}).get("listen-only") == "on"
     )
     check("quiet: and nobody complains", "acknowledges" not in observer.text())
     run("cansend", "can2", "7FF#01")
-    told = ask(programs.linegate, "--json", "--wait", "30", "nodes", "hall", within=90)
+    told = site.command("nodes", "hall")
     check(f"hall: goes on {told}", gateway.runs() and observer.runs())
     check("can1: nothing came from can2", bus.frames(0x7FF) == [])
-    check("the observer ends well", observer.stop(60) == 0)
-    check("the gateway ends well", gateway.stop(60) == 0)
+    check("the observer ends well", observer.stop() == 0)
+    check("the gateway ends well", gateway.stop() == 0)
 
 
 play(scenario)

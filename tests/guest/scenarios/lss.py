@@ -3,10 +3,9 @@
 then boots the network; another comes late. Then a device of the gateway's own, on a line in the role device, is given its
 node-ID by the manager of another gateway, stores it, and has it after both were killed."""
 
-import argparse
 import os
 
-from actors import FOLDER, Actor, Witness, ask, check, eventually, play
+from actors import FOLDER, Actor, Site, Witness, check, eventually, play
 
 EDS = os.path.abspath(os.path.join(os.path.dirname(__file__), "../../../bridges/sim/eds"))
 MASTER, SLAVE = 0x7E5, 0x7E4
@@ -41,31 +40,17 @@ lines:
 """
 
 
-def write_file(name, text):
-    path = os.path.join(FOLDER, name)
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(text)
-    return path
-
-
-class Scenario:
+class Scenario(Site):
     def __init__(self):
-        parser = argparse.ArgumentParser()
-        parser.add_argument("--linegated", required=True)
-        parser.add_argument("--linegate", required=True)
-        self.programs = parser.parse_args()
+        super().__init__()
         self.bus = Witness("vcan0")
 
     def simulate(self, *devices):
         options = [word for device in devices for word in ("--device", device)]
         return Actor("devices", self.programs.linegate, "simulate", "socketcan:vcan0", *options)
 
-    def gateway(self, name, text):
-        return Actor(name, self.programs.linegated, write_file(f"{name}.yaml", text))
-
     def operational(self, node):
-        nodes = ask(self.programs.linegate, "--json", "--wait", "30", "nodes", "hall", within=60)
-        return any(one["node"] == node and one["state"] == "operational" for one in nodes)
+        return any(one["node"] == node and one["state"] == "operational" for one in self.command("nodes", "hall"))
 
     def first(self, identifier, *data):
         """When a frame that begins so was on the bus first."""
@@ -73,16 +58,16 @@ class Scenario:
         return times[0] if times else None
 
     def booted(self, node):
-        eventually(f"node {node} is operational", lambda: self.operational(node), 60)
+        eventually(f"node {node} is operational", lambda: self.operational(node))
         given, boot_up = self.first(MASTER, GIVE, node), self.first(0x700 + node, 0)
         check(f"node {node} has its node-ID by LSS", given is not None and boot_up is not None and given < boot_up)
 
     def run(self):
         self.simulate("digital-io:12:unconfigured", "encoder:20")
-        eventually("the configured device is there", lambda: self.first(0x700 + 20, 0), 30)
+        eventually("the configured device is there", lambda: self.first(0x700 + 20, 0))
         manager = self.gateway("manager", MANAGER)
         self.booted(12)
-        eventually("node 20 is operational", lambda: self.operational(20), 60)
+        eventually("node 20 is operational", lambda: self.operational(20))
         reset = self.first(0x000, 0x82, 0x00)
         check("the network boots when node-IDs are given", reset > self.first(MASTER, GIVE, 12))
         check("a device that has a node-ID is given none", self.first(MASTER, GIVE, 20) is None)
@@ -93,10 +78,10 @@ class Scenario:
         check("it said that it stored its node-ID", self.first(SLAVE, STORE, 0) is not None)
         manager.kill()
         below.kill()
-        asked = len(self.bus.frames(MASTER))
+        self.bus.catch_up("vcan0")
+        asked, ups = len(self.bus.frames(MASTER)), self.bus.boot_ups(40)
         self.gateway("below-again", BELOW)
-        ups = len(self.bus.frames(0x728))
-        eventually("it has it after power-off", lambda: len(self.bus.frames(0x728)) > ups, 30)
+        eventually("it has it after power-off", lambda: self.bus.boot_ups(40) > ups)
         check("without being asked", len(self.bus.frames(MASTER)) == asked)
 
 

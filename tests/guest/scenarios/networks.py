@@ -3,11 +3,9 @@
 others through a gateway, the network indication sent by hand. Witnesses tell that each frame was on the lines where it
 belongs and on no other. Then the same through two gateways, two processes that share the line in the middle."""
 
-import argparse
-import os
 import struct
 
-from actors import FOLDER, Actor, Witness, ask, check, eventually, play, run
+from actors import Actor, Site, Witness, check, eventually, play
 from stranger import FRAME, Stranger
 
 PRESS, HALL, PACK = 1, 2, 3  # networks
@@ -60,38 +58,27 @@ def indication(network, node):
     return struct.pack("<BHBB3x", 0xE0, network, node, 1)
 
 
-class Networks:
+class Networks(Site):
     def __init__(self):
-        parser = argparse.ArgumentParser()
-        parser.add_argument("--linegated", required=True)
-        parser.add_argument("--linegate", required=True)
-        parser.add_argument("--modules", required=True)
-        self.programs = parser.parse_args()
+        super().__init__("modules")
         self.bus = {network: Witness(f"vcan{network - 1}") for network in (PRESS, HALL, PACK)}
         self.stranger = Stranger("vcan0", STRANGER, self.programs.modules)
         check("the stranger is ready", self.stranger.next_answer() == {"ready": True})
         for interface, device in (("vcan1", f"analog-io:{CLIMATE}"), ("vcan2", f"digital-io:{BELT}")):
             Actor(f"device-{device}", self.programs.linegate, "simulate", f"socketcan:{interface}", "--device", device)
         for network, node in ((HALL, CLIMATE), (PACK, BELT)):
-            eventually(f"node {node} booted", lambda: self.bus[network].frames(0x700 + node), 20)
+            eventually(f"node {node} booted", lambda: self.bus[network].frames(0x700 + node))
 
     def start(self, name, plant, boot_ups):
         """A gateway; waits for the boot-up messages of its own nodes: (network, node-ID)."""
-        so_far = {own: len(self.bus[own[0]].frames(0x700 + own[1])) for own in boot_ups}
-        path = os.path.join(FOLDER, f"{name}.yaml")
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(plant)
-        gateway = Actor(name, self.programs.linegated, path)
+        so_far = {(network, node): self.bus[network].boot_ups(node) for network, node in boot_ups}
+        gateway = self.gateway(name, plant)
         for network, node in boot_ups:
             eventually(
                 f"{name} is on network {network}",
-                lambda: len(self.bus[network].frames(0x700 + node)) > so_far[(network, node)],
-                30,
+                lambda: self.bus[network].boot_ups(node) > so_far[(network, node)],
             )
         return gateway
-
-    def command(self, *arguments):
-        return ask(self.programs.linegate, "--json", "--wait", "30", "--timeout", "20", *arguments, within=60)
 
     def indicate(self, network, node):
         """By hand: what the gateway answers, 8 bytes."""
@@ -101,7 +88,6 @@ class Networks:
         return eventually(
             f"an answer to the indication of node {node} in network {network}",
             lambda: (self.since_indications(data)[so_far:] or [[]])[0],
-            15,
         )[0]
 
     def since_indications(self, data):
@@ -133,9 +119,7 @@ def reads_and_writes(networks):
     direct = networks.command("sdo", "read", f"pack:{BELT}", "1008", "0")["data"]
     vendor = networks.upload(PACK, BELT, 0x1018, 1)
     check(f"the stranger reads 1018h:1 of another network: {vendor}", vendor == struct.pack("<I", 0x4C47))
-    eventually(
-        "the request is on the other line", lambda: networks.sent_on(PACK, 0x600 + BELT, "4018100100000000"), 10
-    )
+    eventually("the request is on the other line", lambda: networks.sent_on(PACK, 0x600 + BELT, "4018100100000000"))
     check("and on no third", networks.bus[HALL].frames(0x600 + BELT) == [])
     name = networks.upload(PACK, BELT, 0x1008, 0)
     check(f"a name in segments: {name}", name == bytes.fromhex(direct))
@@ -161,14 +145,21 @@ def is_refused_where_it_has_no_business(networks):
         events = networks.command("monitor", "--once")["events"]
         return {event["line"] for event in events if event["kind"] == "routing-refused"}
 
-    eventually("both are events of the lines that refused", lambda: told() == {"press", "hall"}, 60)
+    eventually("both are events of the lines that refused", lambda: told() == {"press", "hall"})
 
 
 def everything_is_free_again(networks):
-    press, pack = networks.counters("press"), networks.counters("pack")
-    ended = press["finished"] + press["aborted"] + press["timed_out"]
-    check(f"all that was opened has ended: {press}", press["open"] == 0 and press["opened"] == ended > 0)
-    check(f"no client SDO is left taken: {pack}", pack["channels"] == 0 and pack["forwarded"] > 0)
+    def all_ended():
+        press = networks.counters("press")
+        ended = press["finished"] + press["aborted"] + press["timed_out"]
+        return press["open"] == 0 and press["opened"] == ended > 0
+
+    def none_taken():
+        pack = networks.counters("pack")
+        return pack["channels"] == 0 and pack["forwarded"] > 0
+
+    eventually("all that was opened has ended", all_ended)
+    eventually("no client SDO is left taken", none_taken)
 
 
 def through_two_gateways(networks):
@@ -177,20 +168,16 @@ def through_two_gateways(networks):
     vendor = networks.upload(PACK, BELT, 0x1018, 1)
     check(f"the stranger reads through two processes: {vendor}", vendor == struct.pack("<I", 0x4C47))
     passed_on = struct.pack("<BHBB3x", 0xE0, PACK, BELT, 2)
-    check("the second indication counts a hop", networks.sent_on(HALL, 0x600 + 102, passed_on.hex()))
+    networks.bus[HALL].await_frame(0x600 + 102, passed_on)  # it counts a hop
     name = networks.upload(PACK, BELT, 0x1008, 0)
     direct = networks.command("sdo", "read", f"pack:{BELT}", "1008", "0")["data"]
     check(f"and a name in segments: {name}", name == bytes.fromhex(direct))
     answer = networks.command("sdo", "read", "--via", "west/hall", f"3:{BELT}", "1018", "1")
     check("the console does, too", bytes.fromhex(answer["data"]) == struct.pack("<I", 0x4C47))
     east.kill()
-    status, text = run(
-        networks.programs.linegate, "--wait", "30", "--timeout", "20", "sdo", "read", "--via", "west/hall",
-        f"3:{BELT}", "1018", "1", within=60,
-    )  # fmt: skip
-    check(f"a gateway that is gone ends with an abort: {text}", status == 1 and "timed out" in text)
-    press = networks.counters("press")
-    check(f"nothing is left open: {press}", press["open"] == 0)
+    said = networks.refused("sdo", "read", "--via", "west/hall", f"3:{BELT}", "1018", "1")
+    check(f"a gateway that is gone ends with an abort: {said}", "timed out" in said)
+    eventually("nothing is left open", lambda: networks.counters("press")["open"] == 0)
     check("the gateway ends well", west.stop() == 0)
 
 

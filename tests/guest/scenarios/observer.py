@@ -4,11 +4,10 @@ one only its EDS and overhears how the master maps the PDOs. Both publish the im
 hears the bus through a wire of its own (vxcan and can-gw), on which nothing can be seen but what the observer sends: a
 witness there sees nothing."""
 
-import argparse
 import os
 import subprocess
 
-from actors import FOLDER, Actor, Witness, ask, check, eventually, play, run, send
+from actors import FOLDER, Actor, Site, Witness, check, eventually, play, run, send, write_file
 
 NODE = 12
 EDS = os.path.abspath(os.path.join(os.path.dirname(__file__), "../../../bridges/sim/eds/digital-io.eds"))
@@ -53,13 +52,6 @@ lines:
 """
 
 
-def write_file(name, text):
-    path = os.path.join(FOLDER, name)
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(text)
-    return path
-
-
 def make_wire(end, wire):
     """What is on vcan0 comes out at `end`; what is sent there is seen at `wire`, and goes to vcan0."""
     for command in (
@@ -73,21 +65,16 @@ def make_wire(end, wire):
     return Witness(wire)
 
 
-class Bus:
+class Bus(Site):
     def __init__(self):
-        parser = argparse.ArgumentParser()
-        parser.add_argument("--linegated", required=True)
-        parser.add_argument("--linegate", required=True)
-        self.programs = parser.parse_args()
+        super().__init__()
         self.bus = Witness("vcan0")
         self.wires = {line: make_wire(*ends) for line, ends in WIRES.items()}
         self.write_dcf()
         self.device = self.simulate()
-        observer = write_file("observer.yaml", OBSERVER.replace("EDS", EDS))
-        self.observer = Actor("observer", self.programs.linegated, observer)
-        eventually("the observers listen", lambda: self.observer.text().count("started as observer") == 2, 30)
-        master = write_file("master.yaml", MASTER.format(file="dcf: doors.dcf", pdos=""))
-        self.master = Actor("master", self.programs.linegated, master)
+        self.observer = self.gateway("observer", OBSERVER.replace("EDS", EDS))
+        eventually("the observers listen", lambda: self.observer.text().count("started as observer") == 2)
+        self.master = self.gateway("master", MASTER.format(file="dcf: doors.dcf", pdos=""))
 
     def simulate(self):
         return Actor("device", self.programs.linegate, "simulate", "socketcan:vcan0", "--device", f"digital-io:{NODE}")
@@ -97,13 +84,6 @@ class Bus:
         status, text = run(self.programs.linegate, "dcf", plant, "hall:doors")
         check("the mapping is written into a DCF", status == 0)
         write_file("doors.dcf", text)
-
-    def command(self, *arguments):
-        return ask(self.programs.linegate, "--json", "--wait", "30", "--timeout", "20", *arguments, within=60)
-
-    def refused(self, *arguments):
-        status, text = run(self.programs.linegate, "--wait", "30", "--timeout", "20", *arguments, within=60)
-        check(f"refused: {' '.join(arguments)}: {text.strip()}", status == 1 and "role" in text)
 
     def node(self, line):
         return next((node for node in self.command("nodes", line) if node["node"] == NODE), {})
@@ -147,32 +127,37 @@ def the_image_is_that_of_the_master(bus):
     bus.command("write", "hall", OUTPUTS + "9 to 16", "0x5A")
     _, octets, valid = eventually("the outputs are the same", lambda: bus.all_same("--outputs"), 120)
     check(f"{octets}: they are those written, as mapped", bytes.fromhex(octets) == b"\x5a\xa5" and all(valid))
-    check("as they went over the bus", bus.bus.frames(0x2AC)[-1][2] == b"\x5a\xa5")
+    bus.bus.await_frame(0x2AC, b"\x5a\xa5")
 
 
 def the_values_of_a_dead_node_are_the_same(bus):
     """While it lives they move, and three images taken one after the other differ."""
     bus.device.kill()
     eventually("the dead node is missing for all", lambda: bus.everywhere("presence", "missing"), 90)
-    _, octets, valid = eventually("the inputs are the same", bus.all_same, 60)
+    _, octets, valid = eventually("the inputs are the same", bus.all_same)
+    bus.bus.catch_up("vcan0")
     last = bus.bus.frames(0x1AC)[-1][2] + bus.bus.frames(0x28C)[-1][2]
     check(f"{octets}: those of its last PDOs, and not valid", bytes.fromhex(octets) == last and not any(valid))
     send("vcan0", "1AC#A1B2")
-    eventually("a frame in its name is in all", lambda: (bus.all_same() or ("", ""))[1].startswith("A1B2"), 60)
+    eventually("a frame in its name is in all", lambda: (bus.all_same() or ("", ""))[1].startswith("A1B2"))
     bus.device = bus.simulate()
     eventually("the node is back for all", lambda: bus.everywhere("state", "operational"), 90)
     eventually("with values", bus.all_valid, 120)
 
 
 def the_observer_sends_nothing(bus):
-    bus.refused("nmt", "stop", f"heard:{NODE}")
-    bus.refused("sdo", "read", f"files:{NODE}", "1000", "0", "u32")
-    bus.refused("write", "files", OUTPUTS + "1 to 8", "1")
+    for words in (
+        ("nmt", "stop", f"heard:{NODE}"),
+        ("sdo", "read", f"files:{NODE}", "1000", "0", "u32"),
+        ("write", "files", OUTPUTS + "1 to 8", "1"),
+    ):
+        said = bus.refused(*words)
+        check(f"refused: {' '.join(words)}: {said.strip()}", "role" in said)
     check("the observer ends well", bus.observer.stop() == 0)
     check(f"no frame of it among {len(bus.bus.frames())}", bus.silent())
     for line, (end, _) in WIRES.items():
         send(end, "7DF#01")
-        eventually(f"{line}: the witness would have seen one", lambda: len(bus.wires[line].frames(0x7DF)) == 1, 10)
+        eventually(f"{line}: the witness would have seen one", lambda: len(bus.wires[line].frames(0x7DF)) == 1)
     check("the master ends well", bus.master.stop() == 0)
 
 

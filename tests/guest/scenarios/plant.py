@@ -1,11 +1,10 @@
 """plant.yaml on three vcan interfaces: the gateway, the simulated devices of each line and two subscribers, each a
 process of its own."""
 
-import argparse
 import os
 from datetime import datetime
 
-from actors import Actor, Failed, Witness, ask, check, eventually, run
+from actors import Actor, Site, Witness, check, eventually
 from subscribers import CycloneSubscriber, FastSubscriber
 
 PLANT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "plant.yaml")
@@ -13,45 +12,29 @@ INTERFACES = {"press": "vcan0", "hall": "vcan1", "pack": "vcan2"}
 NODES = {"press": {5, 7}, "hall": {10, 12}, "pack": {20, 22}}
 
 
-class Plant:
+class Plant(Site):
     def __init__(self, configuration=PLANT):
-        parser = argparse.ArgumentParser()
-        parser.add_argument("--linegated", required=True)
-        parser.add_argument("--linegate", required=True)
-        parser.add_argument("--cyclone-images", required=True)
-        programs = parser.parse_args()
-        self.linegate = programs.linegate
-        self.linegated = programs.linegated
+        super().__init__("cyclone-images")
+        programs = self.programs
         self.bus = {line: Witness(interface) for line, interface in INTERFACES.items()}
         self.devices = {line: self.simulate(line) for line in INTERFACES}
         # --last-words: the guest is slow, and the last events are looked for.
-        self.gateway = Actor("linegated", programs.linegated, "--last-words", "8", configuration)
+        self.running = Actor("linegated", programs.linegated, "--last-words", "8", configuration)
         self.subscriber = FastSubscriber(programs.linegate)
         self.stranger = CycloneSubscriber(programs.cyclone_images)
         self.subscribers = (self.subscriber, self.stranger)
         for line in INTERFACES:
-            eventually(f"{line}: all nodes are operational", lambda: self.is_up(line), 60)
+            eventually(f"{line}: all nodes are operational", lambda: self.is_up(line))
 
     def simulate(self, line):
-        return Actor(f"devices-{line}", self.linegate, "simulate", "--plant", PLANT, "--line", line)
+        return Actor(f"devices-{line}", self.programs.linegate, "simulate", "--plant", PLANT, "--line", line)
 
     def is_up(self, line):
         """For both subscribers."""
         return all(is_up(line, subscriber.nodes(line)) for subscriber in self.subscribers)
 
-    def command(self, *arguments):
-        """A console command that must be carried out: the JSON it printed."""
-        return ask(self.linegate, "--json", "--wait", "30", "--timeout", "20", *arguments, within=60)
-
-    def refused(self, *arguments):
-        """A console command that must be refused: what it said."""
-        status, text = run(self.linegate, "--wait", "30", "--timeout", "20", *arguments, within=60)
-        if status != 1:
-            raise Failed(f"{arguments} ended with {status}, not 1: {text}")
-        return text
-
     def stop(self):
-        check("the gateway ends well on SIGTERM", self.gateway.stop() == 0)
+        check("the gateway ends well on SIGTERM", self.running.stop() == 0)
 
 
 def is_up(line, nodes):

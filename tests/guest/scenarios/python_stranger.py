@@ -8,7 +8,7 @@ import time
 
 import can
 
-from actors import FOLDER, Actor, Failed
+from actors import FOLDER, PATIENCE, Actor, Failed
 from stranger_sdo import SdoClient, SdoServer, aborted
 
 PRE_OPERATIONAL, OPERATIONAL, STOPPED = 0x7F, 0x05, 0x04
@@ -79,8 +79,8 @@ class PythonStranger:
     def power_on(self):
         values = {(row[0], row[1] or 0): self.value(row) for row in EDS_OBJECTS}
         self.server = SdoServer(values, {(0x1017, 0), NUMBER, TEXT, COMMANDED})
+        self.alive = True  # it is asked as soon as its boot-up message is heard
         self.boot()
-        self.alive = True
 
     def value(self, row):
         if row[3] == STRING:
@@ -153,7 +153,7 @@ class PythonStranger:
                 self.send(0x600 + server, frame)
             while answered:
                 try:
-                    sender, stamp, data = self.answers.get(timeout=20)
+                    sender, stamp, data = self.answers.get(timeout=PATIENCE)
                 except queue.Empty:
                     self.send(0x600 + server, aborted(b"\0\0\0", 0x05040000))
                     raise Failed(f"{server} does not answer to the stranger in Python") from None

@@ -75,7 +75,7 @@ function tell(value) {
 }
 
 async function answer(ask) {
-  const transfer = { serverId: ask.server, index: ask.index, subIndex: ask.sub, timeout: 5000 };
+  const transfer = { serverId: ask.server, index: ask.index, subIndex: ask.sub, timeout: 20000 };
   try {
     if (ask.ask === 'upload') {
       const data = await device.sdo.upload(transfer);

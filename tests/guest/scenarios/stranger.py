@@ -8,7 +8,7 @@ import struct
 import subprocess
 import threading
 
-from actors import FOLDER, Actor, Failed
+from actors import FOLDER, PATIENCE, Actor, Failed
 
 PROGRAM = os.path.join(os.path.dirname(os.path.abspath(__file__)), "stranger.js")
 FRAME = struct.Struct("<IB3x8s")  # struct can_frame
@@ -60,6 +60,10 @@ class Stranger:
             else:
                 self.answers.put(value)
 
+    def forget(self):
+        """What was heard so far."""
+        self.heard.clear()
+
     def last(self, what):
         """The value of what was heard last of that; None if nothing was."""
         return next((value for name, value in reversed(self.heard) if name == what), None)
@@ -78,7 +82,7 @@ class Stranger:
 
     def next_answer(self):
         try:
-            return self.answers.get(timeout=20)
+            return self.answers.get(timeout=PATIENCE)
         except queue.Empty:
             raise Failed("the stranger does not answer") from None
 

@@ -34,7 +34,7 @@ class Subscriber(Actor):
     def image(self, line):
         """One that was received from now on."""
         so_far = len(self.images(line))
-        eventually(f"{line}: {self.name} has a new image", lambda: len(self.images(line)) > so_far, 30)
+        eventually(f"{line}: {self.name} has a new image", lambda: len(self.images(line)) > so_far)
         return self.images(line)[-1]
 
 
@@ -177,7 +177,7 @@ def same_images(line, one, other):
         images = {image["sequence"]: image for image in other.images(line)}
         return [(i, images[i["sequence"]]) for i in one.images(line) if i["sequence"] in images]
 
-    both = eventually(f"{line}: three images reached both subscribers", lambda: pairs()[2:] and pairs(), 60)
+    both = eventually(f"{line}: three images reached both subscribers", lambda: pairs()[2:] and pairs())
     for image, twin in both:
         if in_short(image) != in_short(twin):
             check(f"{line}: {in_short(image)} and {in_short(twin)} are the same", False)
@@ -196,7 +196,6 @@ def same_events(line, one, other):
             f"{line}: {one.name} and {other.name} have the same events, number 1 to the last",
             lambda: told(one) == told(other)
             and [number for number, *_ in told(one)] == list(range(1, len(told(one)) + 1)),
-            30,
         )
     except Failed:
         for subscriber, twin in ((one, other), (other, one)):
