@@ -237,6 +237,7 @@ void Slave::activate(std::uint16_t delay_ms, Instant now) {
   if (pending_.bit_timing == kNoBitTiming) {
     return;  // none was configured
   }
+  activated_ = pending_.bit_timing;
   delay_ = std::chrono::milliseconds(delay_ms);
   phase_ = Phase::before_switch;
   wake_ = deadline(now, delay_);
@@ -248,7 +249,7 @@ void Slave::advance(Instant now) {
   }
   if (phase_ == Phase::before_switch) {
     phase_ = Phase::after_switch;
-    host_->use_bit_timing(pending_.bit_timing, now);
+    host_->use_bit_timing(activated_, now);
     wake_ = deadline(now, delay_);
     return;
   }

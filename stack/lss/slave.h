@@ -98,6 +98,7 @@ class Slave {
   Settings to_store_;
   Phase phase_ = Phase::none;
   Duration delay_{};
+  std::uint8_t activated_ = kNoBitTiming;  // what all devices switch to, whoever is reset
   Instant wake_ = kNever;
   std::uint64_t malformed_ = 0;
 };

@@ -114,6 +114,17 @@ TEST(LssSlave, ActivateBitTimingIsSilentForTheDelayBeforeAndAfterTheSwitch) {
   EXPECT_EQ(subject.say({0x5E, 0, 0, 0, 0, 0, 0, 0}, 1700ms).size(), 1U);
 }
 
+TEST(LssSlave, AResetWhileItWaitsForTheSwitchDoesNotChangeTheBitTiming) {
+  Subject subject;
+  subject.configuration();
+  subject.say({0x13, 0, 2, 0, 0, 0, 0, 0});
+  subject.say({0x15, 0x2C, 0x01, 0, 0, 0, 0, 0}, 1s);
+  subject.slave.reset(true);
+  EXPECT_EQ(subject.slave.pending().bit_timing, kNoBitTiming);
+  subject.slave.advance(Instant{1300ms});
+  EXPECT_EQ(subject.host.used, 2) << "the others switch, too";
+}
+
 TEST(LssSlave, Store) {
   Subject subject;
   subject.configuration();
