@@ -265,6 +265,7 @@ void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
   const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
   reply_.data.assign(bytes, bytes + text.size());
   reply_held_ = true;
+  hand_over_events();  // of other answers of the line, which go along
   hand_over_replies();
 }
 

@@ -160,8 +160,9 @@ Instant Publisher::step(Instant now) {
     bridge_.reply(reply);
   }
   for (const auto& line : lines_) {
-    publish_replies(*line);
+    take_replies(*line);
     publish_events(*line, now);
+    publish_replies();
   }
   for (const auto& line : lines_) {
     publish_states(*line, now);
@@ -186,11 +187,19 @@ void Publisher::refresh_clock(Instant now) {
   }
 }
 
-void Publisher::publish_replies(Line& line) {
+// What happened before a reply was given is in the ring of the events when it is taken.
+void Publisher::take_replies(Line& line) {
   for (line::Reply reply; line.host->port.replies.pop(reply);) {
+    replies_.push_back(std::move(reply));
+  }
+}
+
+void Publisher::publish_replies() {
+  for (const line::Reply& reply : replies_) {
     bridge_.reply(reply);
     rounds_.add();
   }
+  replies_.clear();
 }
 
 void Publisher::publish_events(Line& line, Instant now) {

@@ -82,7 +82,8 @@ class Publisher {
   Instant step(Instant now);
   void refresh_clock(Instant now);
   void publish_layouts();
-  void publish_replies(Line& line);
+  void take_replies(Line& line);
+  void publish_replies();
   void publish_events(Line& line, Instant now);
   void publish_states(Line& line, Instant now);
   bool look_at_routes(Line& line) const;
@@ -101,6 +102,7 @@ class Publisher {
   exchange::Flag stop_;
   exchange::Counter rounds_;
   exchange::Ring<line::Reply> refusals_{1024};
+  std::vector<line::Reply> replies_;  // of a line, behind its events
   WallClock clock_;
   Instant clock_due_{};
   std::uint64_t failures_told_ = 0;

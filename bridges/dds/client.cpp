@@ -378,6 +378,7 @@ CommandResult Client::call(const Target& target, const line::Command& command, D
   }
   while (!impl_->call_result)
     poll(timeout, listener);
+  poll(Duration::zero(), listener);  // an event that came just before the reply
   impl_->called = 0;
   return std::move(*impl_->call_result);
 }

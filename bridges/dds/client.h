@@ -103,7 +103,8 @@ class Client {
   // without commands. command.tag is ignored. layout_id as in the contract.
   std::uint64_t send(const Target& target, const line::Command& command, Duration timeout,
                      std::uint64_t layout_id = 0);
-  // The same, and waits for the answer. Other samples go to the listener meanwhile.
+  // The same, and waits for the answer. Other samples go to the listener meanwhile: the events that
+  // the gateway told before it answered, too.
   CommandResult call(const Target& target, const line::Command& command, Duration timeout,
                      ClientListener& listener, std::uint64_t layout_id = 0);
 
