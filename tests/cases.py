@@ -53,7 +53,7 @@ class Run:
         self.current, self.output, self.began = None, [], time.monotonic()
         filtered = {**os.environ, "GTEST_FILTER": ":".join(names), "GTEST_COLOR": "no"}
         with subprocess.Popen([program], env=filtered, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, start_new_session=True) as process:
+                              stderr=subprocess.STDOUT, process_group=0) as process:
             in_time = self.read(process.stdout.fileno())
             if not in_time:
                 os.killpg(process.pid, 9)
