@@ -3,9 +3,9 @@
 #include <filesystem>
 #include <span>
 
+#include "gateway/config/concise_file.h"
 #include "gateway/config/patch.h"
 #include "gateway/config/sections.h"
-#include "stack/manager/concise_dcf.h"
 #include "stack/manager/program_objects.h"
 
 namespace linegate::config {
@@ -72,21 +72,7 @@ void read_concise(Section& section, const YAML::Node& node, line::NodeConfig& co
       return;
     }
   }
-  const auto path =
-      (std::filesystem::path(findings.file()).parent_path() / *text).lexically_normal().string();
-  const auto content = read_file(findings, path);
-  if (!content) {
-    findings.error(place_of(node), "there is no file " + path);
-    return;
-  }
-  auto writes = manager::read_concise_dcf(std::as_bytes(std::span(*content)));
-  if (!writes.ok()) {
-    findings.error(place_of(node), path + " is no concise DCF: its " +
-                                       std::to_string(content->size()) +
-                                       " bytes are not what its count and sizes say");
-    return;
-  }
-  take_writes(findings, place_of(node), *std::move(writes), config);
+  take_writes(findings, place_of(node), read_concise_file(findings, place_of(node), *text), config);
 }
 
 void read_program(Section& section, line::NodeConfig& config) {

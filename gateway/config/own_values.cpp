@@ -1,41 +1,24 @@
 // `own_values:` and `own_concise_dcf:` of a line: what is written to objects of its own node.
 #include <algorithm>
-#include <filesystem>
-#include <span>
 #include <string>
 #include <utility>
 
+#include "gateway/config/concise_file.h"
 #include "gateway/config/sections.h"
 #include "gateway/config/value.h"
 #include "stack/base/abort_code.h"
-#include "stack/manager/concise_dcf.h"
 #include "stack/od/dictionary.h"
 
 namespace linegate::config {
 namespace {
 
 void read_concise(Section& section, std::vector<OwnValueSection>& out) {
-  Findings& findings = section.findings();
   const YAML::Node node = section.find("own_concise_dcf");
   const auto text = section.text(node);
   if (!text) {
     return;
   }
-  const auto path =
-      (std::filesystem::path(findings.file()).parent_path() / *text).lexically_normal().string();
-  const auto content = read_file(findings, path);
-  if (!content) {
-    findings.error(place_of(node), "there is no file " + path);
-    return;
-  }
-  auto writes = manager::read_concise_dcf(std::as_bytes(std::span(*content)));
-  if (!writes.ok()) {
-    findings.error(place_of(node), path + " is no concise DCF: its " +
-                                       std::to_string(content->size()) +
-                                       " bytes are not what its count and sizes say");
-    return;
-  }
-  for (manager::ObjectWrite& write : *writes) {
+  for (manager::ObjectWrite& write : read_concise_file(section.findings(), place_of(node), *text)) {
     out.push_back({.object = write.address,
                    .data = std::move(write.data),
                    .place = place_of(node),

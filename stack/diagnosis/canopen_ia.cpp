@@ -32,9 +32,9 @@ bool is_node(std::uint8_t id) {
 od::ObjectDescription node_states(std::uint16_t index) {
   std::vector<od::VariableDescription> nodes;
   for (unsigned node = can::kMinNodeId; node <= can::kMaxNodeId; ++node) {
-    nodes.push_back(member(static_cast<std::uint8_t>(node),
-                           "Last known state of node " + std::to_string(node), DataType::unsigned8,
-                           Access::ro));
+    nodes.push_back(od::number_variable(static_cast<std::uint8_t>(node),
+                                        "Last known state of node " + std::to_string(node),
+                                        DataType::unsigned8, Access::ro));
   }
   od::ObjectDescription out = record(index, "Status of all nodes", std::move(nodes));
   out.type = od::ObjectType::array;
@@ -87,15 +87,15 @@ Result<void> add_canopen_ia(od::Dictionary& dictionary, std::uint16_t base) {
   };
   const od::ObjectDescription all[] = {
       record(at(kStatusRecord), "Device status",
-             {member(1, "Own node-ID", DataType::unsigned8, Access::ro),
-              member(2, "Own NMT state", DataType::unsigned8, Access::ro),
-              member(3, "Own hardware state", DataType::unsigned8, Access::ro),
-              member(4, "Own hardware and firmware", DataType::unsigned32, Access::ro),
-              member(5, "Serial number", DataType::domain, Access::ro)}),
+             {od::number_variable(1, "Own node-ID", DataType::unsigned8, Access::ro),
+              od::number_variable(2, "Own NMT state", DataType::unsigned8, Access::ro),
+              od::number_variable(3, "Own hardware state", DataType::unsigned8, Access::ro),
+              od::number_variable(4, "Own hardware and firmware", DataType::unsigned32, Access::ro),
+              od::number_variable(5, "Serial number", DataType::domain, Access::ro)}),
       control_record(at(kControlRecord)),
       node_states(at(kNodeStates)),
       record(at(kNmtRecord), "NMT master message",
-             {member(1, "Transmit NMT", DataType::unsigned16, Access::wo)}),
+             {od::number_variable(1, "Transmit NMT", DataType::unsigned16, Access::wo)}),
       frame_record(at(kFrameRecord)),
   };
   for (const od::ObjectDescription& object : all) {

@@ -38,22 +38,26 @@ od::ObjectDescription control_record(std::uint16_t index) {
   using od::Access;
   using od::DataType;
   constexpr std::uint8_t kShortest = 1;  // heartbeat, ms
-  od::VariableDescription heartbeat =
-      member(kHeartbeatSub, "Default heartbeat producer time", DataType::unsigned16, Access::rw);
+  od::VariableDescription heartbeat = od::number_variable(
+      kHeartbeatSub, "Default heartbeat producer time", DataType::unsigned16, Access::rw);
   heartbeat.low_limit.resize(heartbeat.value.size());
   store_le(std::span(heartbeat.low_limit), std::uint64_t{kShortest});
   return record(
       index, "Device control",
-      {member(kResetSub, "Reset", DataType::unsigned8, Access::wo),
-       member(kManagerControlSub, "Manager control", DataType::unsigned32, Access::rw), heartbeat,
-       member(kHeartbeatConsumerSub, "Default heartbeat consumer time", DataType::unsigned16,
-              Access::ro),
-       member(kUpdateTimeSub, "Default PDO update time", DataType::unsigned8, Access::rw),
-       member(kEventTimeSub, "Default PDO event time", DataType::unsigned16, Access::rw),
-       member(kInhibitTimeSub, "Default PDO inhibit time", DataType::unsigned16, Access::rw),
-       member(kScanSub, "Scan of a node", DataType::unsigned8, Access::wo),
-       member(kGenericCanSub, "Generic CAN", DataType::unsigned8, Access::rw),
-       member(kTriggerSub, "PDO trigger", DataType::unsigned16, Access::wo)});
+      {od::number_variable(kResetSub, "Reset", DataType::unsigned8, Access::wo),
+       od::number_variable(kManagerControlSub, "Manager control", DataType::unsigned32, Access::rw),
+       heartbeat,
+       od::number_variable(kHeartbeatConsumerSub, "Default heartbeat consumer time",
+                           DataType::unsigned16, Access::ro),
+       od::number_variable(kUpdateTimeSub, "Default PDO update time", DataType::unsigned8,
+                           Access::rw),
+       od::number_variable(kEventTimeSub, "Default PDO event time", DataType::unsigned16,
+                           Access::rw),
+       od::number_variable(kInhibitTimeSub, "Default PDO inhibit time", DataType::unsigned16,
+                           Access::rw),
+       od::number_variable(kScanSub, "Scan of a node", DataType::unsigned8, Access::wo),
+       od::number_variable(kGenericCanSub, "Generic CAN", DataType::unsigned8, Access::rw),
+       od::number_variable(kTriggerSub, "PDO trigger", DataType::unsigned16, Access::wo)});
 }
 
 std::uint64_t read_setting(const ControlSettings& settings, std::uint8_t sub) {

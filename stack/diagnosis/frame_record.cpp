@@ -20,9 +20,9 @@ od::ObjectDescription frame_record(std::uint16_t index) {
   od::ObjectDescription out{
       .index = index, .name = "Generic CAN frames", .type = od::ObjectType::record};
   for (unsigned bytes = 0; bytes <= can::kMaxClassicData; ++bytes) {
-    out.variables.push_back(member(static_cast<std::uint8_t>(bytes),
-                                   "Frame of " + std::to_string(bytes) + " bytes",
-                                   od::DataType::octet_string, od::Access::rw));
+    out.variables.push_back(od::number_variable(static_cast<std::uint8_t>(bytes),
+                                                "Frame of " + std::to_string(bytes) + " bytes",
+                                                od::DataType::octet_string, od::Access::rw));
   }
   return out;
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/number_variable.h"
 
 namespace linegate::diagnosis {
 namespace {
@@ -20,14 +21,7 @@ constexpr std::uint8_t kClasses = static_cast<std::uint8_t>(kEmcyClasses.size())
 
 od::VariableDescription read_only(std::uint8_t sub, std::string name, DataType type,
                                   std::uint64_t value = 0) {
-  od::VariableDescription out;
-  out.sub = sub;
-  out.name = std::move(name);
-  out.type = type;
-  out.access = Access::ro;
-  out.value.resize(od::byte_size(type));
-  store_le(std::span(out.value), value);
-  return out;
+  return od::number_variable(sub, std::move(name), type, Access::ro, value);
 }
 
 od::ObjectDescription count_of(std::uint16_t index, std::string name) {

@@ -12,6 +12,7 @@
 #include "stack/manager/configuration_objects.h"
 #include "stack/manager/network_list.h"
 #include "stack/manager/program_objects.h"
+#include "stack/od/number_variable.h"
 #include "stack/routing/emcy_router.h"
 #include "stack/storage/parameters.h"
 #include "stack/time/service.h"
@@ -27,22 +28,10 @@ constexpr std::uint16_t kNetworkIds = 0x5F20;
 constexpr std::uint8_t kErrorHistory = 16;       // entries of 1003h
 constexpr std::uint8_t kHeartbeatEntries = 127;  // entries of 1016h
 
-od::VariableDescription variable(std::uint8_t sub, std::string name, DataType type, Access access,
-                                 std::uint64_t value) {
-  od::VariableDescription out;
-  out.sub = sub;
-  out.name = std::move(name);
-  out.type = type;
-  out.access = access;
-  out.value.resize(od::byte_size(type));
-  store_le(std::span(out.value), value);
-  return out;
-}
-
 od::ObjectDescription object(std::uint16_t index, std::string name, DataType type, Access access,
                              std::uint64_t value) {
   od::ObjectDescription out{.index = index, .name = name, .type = ObjectType::variable};
-  out.variables.push_back(variable(0, std::move(name), type, access, value));
+  out.variables.push_back(od::number_variable(0, std::move(name), type, access, value));
   return out;
 }
 
@@ -50,10 +39,10 @@ od::ObjectDescription array(std::uint16_t index, std::string name, DataType type
                             std::uint8_t count, Access count_access, std::uint8_t count_value) {
   od::ObjectDescription out{.index = index, .name = std::move(name), .type = ObjectType::array};
   out.variables.push_back(
-      variable(0, "Number of entries", DataType::unsigned8, count_access, count_value));
+      od::number_variable(0, "Number of entries", DataType::unsigned8, count_access, count_value));
   for (unsigned sub = 1; sub <= count; ++sub) {
-    out.variables.push_back(variable(static_cast<std::uint8_t>(sub),
-                                     out.name + ' ' + std::to_string(sub), type, access, 0));
+    out.variables.push_back(od::number_variable(
+        static_cast<std::uint8_t>(sub), out.name + ' ' + std::to_string(sub), type, access, 0));
   }
   return out;
 }
@@ -61,11 +50,12 @@ od::ObjectDescription array(std::uint16_t index, std::string name, DataType type
 od::ObjectDescription identity(const Identity& id) {
   od::ObjectDescription out{.index = 0x1018, .name = "Identity object", .type = ObjectType::record};
   out.variables = {
-      variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant, 4),
-      variable(1, "Vendor-ID", DataType::unsigned32, Access::ro, id.vendor),
-      variable(2, "Product code", DataType::unsigned32, Access::ro, id.product),
-      variable(3, "Revision number", DataType::unsigned32, Access::ro, id.revision),
-      variable(4, "Serial number", DataType::unsigned32, Access::ro, id.serial),
+      od::number_variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant,
+                          4),
+      od::number_variable(1, "Vendor-ID", DataType::unsigned32, Access::ro, id.vendor),
+      od::number_variable(2, "Product code", DataType::unsigned32, Access::ro, id.product),
+      od::number_variable(3, "Revision number", DataType::unsigned32, Access::ro, id.revision),
+      od::number_variable(4, "Serial number", DataType::unsigned32, Access::ro, id.serial),
   };
   return out;
 }
@@ -74,11 +64,12 @@ od::ObjectDescription sdo_server(std::uint8_t node) {
   od::ObjectDescription out{
       .index = 0x1200, .name = "SDO server parameter", .type = ObjectType::record};
   out.variables = {
-      variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant, 2),
-      variable(1, "COB-ID client to server", DataType::unsigned32, Access::ro,
-               can::kSdoRequestBase + node),
-      variable(2, "COB-ID server to client", DataType::unsigned32, Access::ro,
-               can::kSdoResponseBase + node),
+      od::number_variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant,
+                          2),
+      od::number_variable(1, "COB-ID client to server", DataType::unsigned32, Access::ro,
+                          can::kSdoRequestBase + node),
+      od::number_variable(2, "COB-ID server to client", DataType::unsigned32, Access::ro,
+                          can::kSdoResponseBase + node),
   };
   return out;
 }
@@ -108,12 +99,13 @@ od::ObjectDescription another_sdo_server(unsigned number) {
                             .name = "SDO server parameter",
                             .type = ObjectType::record};
   out.variables = {
-      variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant, 3),
-      variable(1, "COB-ID client to server", DataType::unsigned32, Access::rw,
-               can::CobId::kInvalidBit),
-      variable(2, "COB-ID server to client", DataType::unsigned32, Access::rw,
-               can::CobId::kInvalidBit),
-      variable(3, "Node-ID of the SDO client", DataType::unsigned8, Access::rw, 0),
+      od::number_variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant,
+                          3),
+      od::number_variable(1, "COB-ID client to server", DataType::unsigned32, Access::rw,
+                          can::CobId::kInvalidBit),
+      od::number_variable(2, "COB-ID server to client", DataType::unsigned32, Access::rw,
+                          can::CobId::kInvalidBit),
+      od::number_variable(3, "Node-ID of the SDO client", DataType::unsigned8, Access::rw, 0),
   };
   return out;
 }

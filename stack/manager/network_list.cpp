@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/number_variable.h"
 
 namespace linegate::manager {
 namespace {
@@ -14,22 +15,10 @@ using od::DataType;
 constexpr std::uint8_t kNodes = 127;
 constexpr std::uint8_t kNodesAndAll = 128;  // 1F82h, 1F83h: the last is all of them
 
-od::VariableDescription variable(std::uint8_t sub, std::string name, DataType type, Access access,
-                                 std::uint64_t value) {
-  od::VariableDescription out;
-  out.sub = sub;
-  out.name = std::move(name);
-  out.type = type;
-  out.access = access;
-  out.value.resize(od::byte_size(type));
-  store_le(std::span(out.value), value);
-  return out;
-}
-
 od::ObjectDescription object(std::uint16_t index, std::string name, DataType type,
                              std::uint64_t value) {
   od::ObjectDescription out{.index = index, .name = name, .type = od::ObjectType::variable};
-  out.variables.push_back(variable(0, std::move(name), type, Access::rw, value));
+  out.variables.push_back(od::number_variable(0, std::move(name), type, Access::rw, value));
   return out;
 }
 
@@ -38,11 +27,11 @@ od::ObjectDescription per_node(std::uint16_t index, std::string name, DataType t
                                std::uint8_t count = kNodes) {
   od::ObjectDescription out{.index = index, .name = std::move(name), .type = od::ObjectType::array};
   out.variables.reserve(count + 1U);
-  out.variables.push_back(
-      variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant, count));
+  out.variables.push_back(od::number_variable(0, "Highest sub-index supported", DataType::unsigned8,
+                                              Access::constant, count));
   for (unsigned sub = 1; sub <= count; ++sub) {
-    out.variables.push_back(variable(static_cast<std::uint8_t>(sub),
-                                     out.name + ' ' + std::to_string(sub), type, Access::rw, 0));
+    out.variables.push_back(od::number_variable(
+        static_cast<std::uint8_t>(sub), out.name + ' ' + std::to_string(sub), type, Access::rw, 0));
   }
   return out;
 }

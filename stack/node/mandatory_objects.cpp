@@ -3,30 +3,18 @@
 #include <string>
 #include <utility>
 
-#include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
+#include "stack/od/number_variable.h"
 
 namespace linegate::node {
 namespace {
-
-od::VariableDescription variable(std::uint8_t sub, std::string name, od::DataType type,
-                                 od::Access access, std::uint64_t value) {
-  od::VariableDescription out;
-  out.sub = sub;
-  out.name = std::move(name);
-  out.type = type;
-  out.access = access;
-  out.value.resize(od::byte_size(type));
-  store_le(std::span<std::byte>(out.value), value);
-  return out;
-}
 
 od::ObjectDescription object(std::uint16_t index, std::string name, od::DataType type,
                              od::Access access, std::uint64_t value) {
   od::ObjectDescription out;
   out.index = index;
   out.name = name;
-  out.variables.push_back(variable(0, std::move(name), type, access, value));
+  out.variables.push_back(od::number_variable(0, std::move(name), type, access, value));
   return out;
 }
 
@@ -37,11 +25,11 @@ od::ObjectDescription identity() {
   out.name = "Identity object";
   out.type = od::ObjectType::record;
   out.variables = {
-      variable(0, "Highest sub-index supported", unsigned8, od::Access::constant, 4),
-      variable(1, "Vendor-ID", unsigned32, od::Access::ro, 0),
-      variable(2, "Product code", unsigned32, od::Access::ro, 0),
-      variable(3, "Revision number", unsigned32, od::Access::ro, 0),
-      variable(4, "Serial number", unsigned32, od::Access::ro, 0),
+      od::number_variable(0, "Highest sub-index supported", unsigned8, od::Access::constant, 4),
+      od::number_variable(1, "Vendor-ID", unsigned32, od::Access::ro, 0),
+      od::number_variable(2, "Product code", unsigned32, od::Access::ro, 0),
+      od::number_variable(3, "Revision number", unsigned32, od::Access::ro, 0),
+      od::number_variable(4, "Serial number", unsigned32, od::Access::ro, 0),
   };
   return out;
 }

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <chrono>
 
-#include "stack/base/byte_order.h"
 #include "stack/image/network_variables.h"
+#include "stack/od/number_variable.h"
 #include "stack/pdo/link.h"
 #include "stack/pdo/mapping.h"
 
@@ -12,18 +12,6 @@ namespace {
 
 using od::Access;
 using od::DataType;
-
-od::VariableDescription variable(std::uint8_t sub, std::string name, DataType type, Access access,
-                                 std::uint64_t value) {
-  od::VariableDescription out;
-  out.sub = sub;
-  out.name = std::move(name);
-  out.type = type;
-  out.access = access;
-  out.value.resize(od::byte_size(type));
-  store_le(std::span(out.value), value);
-  return out;
-}
 
 od::ObjectDescription record(std::uint16_t base, PdoKind kind, std::string_view what,
                              std::uint16_t number) {
@@ -43,18 +31,18 @@ od::ObjectDescription communication_record(PdoKind kind, const Parameters& pdo,
   const auto inhibit = pdo.inhibit / std::chrono::microseconds(100);
   const auto timer = duration_cast<std::chrono::milliseconds>(pdo.event_timer).count();
   out.variables = {
-      variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant,
-               tpdo ? 6 : 5),
-      variable(1, "COB-ID", DataType::unsigned32, fixed, pdo.cob_id.raw),
-      variable(2, "Transmission type", DataType::unsigned8, Access::rw, pdo.type),
-      variable(3, "Inhibit time", DataType::unsigned16, Access::rw,
-               static_cast<std::uint64_t>(inhibit)),
-      variable(5, "Event timer", DataType::unsigned16, Access::rw,
-               static_cast<std::uint64_t>(timer)),
+      od::number_variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant,
+                          tpdo ? 6 : 5),
+      od::number_variable(1, "COB-ID", DataType::unsigned32, fixed, pdo.cob_id.raw),
+      od::number_variable(2, "Transmission type", DataType::unsigned8, Access::rw, pdo.type),
+      od::number_variable(3, "Inhibit time", DataType::unsigned16, Access::rw,
+                          static_cast<std::uint64_t>(inhibit)),
+      od::number_variable(5, "Event timer", DataType::unsigned16, Access::rw,
+                          static_cast<std::uint64_t>(timer)),
   };
   if (tpdo) {
-    out.variables.push_back(
-        variable(6, "SYNC start value", DataType::unsigned8, Access::rw, pdo.sync_start));
+    out.variables.push_back(od::number_variable(6, "SYNC start value", DataType::unsigned8,
+                                                Access::rw, pdo.sync_start));
   }
   return out;
 }
@@ -63,11 +51,12 @@ od::ObjectDescription mapping_record(PdoKind kind, const Parameters& pdo) {
   od::ObjectDescription out = record(mapping_base(kind), kind, "mapping", pdo.number);
   const std::size_t count = std::min<std::size_t>(pdo.mapping.size(), kMaxMapped);
   out.variables.push_back(
-      variable(0, "Number of mapped objects", DataType::unsigned8, Access::ro, count));
+      od::number_variable(0, "Number of mapped objects", DataType::unsigned8, Access::ro, count));
   for (std::size_t i = 0; i < count; ++i) {
     const auto sub = static_cast<std::uint8_t>(i + 1);
-    out.variables.push_back(variable(sub, "Mapped object " + std::to_string(sub),
-                                     DataType::unsigned32, Access::ro, pdo.mapping[i].raw()));
+    out.variables.push_back(od::number_variable(sub, "Mapped object " + std::to_string(sub),
+                                                DataType::unsigned32, Access::ro,
+                                                pdo.mapping[i].raw()));
   }
   return out;
 }
@@ -98,8 +87,8 @@ od::ObjectDescription own_mapping_record(PdoKind kind, const Parameters& pdo) {
     if (i < out.variables.size()) {
       out.variables[i].access = Access::rw;
     } else {
-      out.variables.push_back(variable(sub, "Mapped object " + std::to_string(sub),
-                                       DataType::unsigned32, Access::rw, 0));
+      out.variables.push_back(od::number_variable(sub, "Mapped object " + std::to_string(sub),
+                                                  DataType::unsigned32, Access::rw, 0));
     }
   }
   return out;

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
+#include "stack/od/number_variable.h"
 
 namespace linegate::profile {
 namespace {
@@ -25,33 +25,21 @@ constexpr std::uint8_t kErrorHistory = 8;  // entries of 1003h
 constexpr std::uint8_t kConsumers = 4;     // entries of 1016h
 constexpr std::uint32_t kErrorModes = 0xFF;
 
-VariableDescription io_variable(std::uint8_t sub, std::string name, DataType type, Access access,
-                                std::uint64_t value = 0) {
-  VariableDescription out;
-  out.sub = sub;
-  out.name = std::move(name);
-  out.type = type;
-  out.access = access;
-  out.value.resize(od::byte_size(type));
-  store_le(std::span(out.value), value);
-  return out;
-}
-
 ObjectDescription io_single(std::uint16_t index, const std::string& name, DataType type,
                             Access access, std::uint64_t value = 0) {
   ObjectDescription out{.index = index, .name = name};
-  out.variables.push_back(io_variable(0, name, type, access, value));
+  out.variables.push_back(od::number_variable(0, name, type, access, value));
   return out;
 }
 
 ObjectDescription io_array(std::uint16_t index, const std::string& name, const std::string& element,
                            DataType type, Access access, unsigned count, std::uint64_t value = 0) {
   ObjectDescription out{.index = index, .name = name, .type = ObjectType::array};
-  out.variables.push_back(
-      io_variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant, count));
+  out.variables.push_back(od::number_variable(0, "Highest sub-index supported", DataType::unsigned8,
+                                              Access::constant, count));
   for (unsigned i = 1; i <= count; ++i) {
-    out.variables.push_back(io_variable(static_cast<std::uint8_t>(i),
-                                        element + ' ' + std::to_string(i), type, access, value));
+    out.variables.push_back(od::number_variable(
+        static_cast<std::uint8_t>(i), element + ' ' + std::to_string(i), type, access, value));
   }
   return out;
 }
@@ -111,7 +99,8 @@ class IoDevice {
     add(io_single(0x1001, "Error register", DataType::unsigned8, Access::ro));
     ObjectDescription history = io_array(0x1003, "Pre-defined error field", "Standard error field",
                                          DataType::unsigned32, Access::ro, kErrorHistory);
-    history.variables[0] = io_variable(0, "Number of errors", DataType::unsigned8, Access::rw);
+    history.variables[0] =
+        od::number_variable(0, "Number of errors", DataType::unsigned8, Access::rw);
     add(std::move(history));
     add(io_single(0x1005, "COB-ID SYNC message", DataType::unsigned32, Access::rw, can::kSyncId));
     add(io_text(0x1008, "Manufacturer device name", name_));
@@ -128,11 +117,12 @@ class IoDevice {
     ObjectDescription identity{
         .index = 0x1018, .name = "Identity object", .type = ObjectType::record};
     identity.variables = {
-        io_variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant, 4),
-        io_variable(1, "Vendor-ID", DataType::unsigned32, Access::ro),
-        io_variable(2, "Product code", DataType::unsigned32, Access::ro),
-        io_variable(3, "Revision number", DataType::unsigned32, Access::ro),
-        io_variable(4, "Serial number", DataType::unsigned32, Access::ro),
+        od::number_variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant,
+                            4),
+        od::number_variable(1, "Vendor-ID", DataType::unsigned32, Access::ro),
+        od::number_variable(2, "Product code", DataType::unsigned32, Access::ro),
+        od::number_variable(3, "Revision number", DataType::unsigned32, Access::ro),
+        od::number_variable(4, "Serial number", DataType::unsigned32, Access::ro),
     };
     add(std::move(identity));
     add(io_array(0x1029, "Error behaviour", "Communication error", DataType::unsigned8, Access::rw,
@@ -181,12 +171,12 @@ class IoDevice {
       ObjectDescription record{.index = static_cast<std::uint16_t>(0x1600U + offset),
                                .name = kind + " mapping parameter " + std::to_string(number),
                                .type = ObjectType::record};
-      record.variables.push_back(io_variable(0, "Number of mapped objects", DataType::unsigned8,
-                                             Access::rw, mapping.size()));
+      record.variables.push_back(od::number_variable(
+          0, "Number of mapped objects", DataType::unsigned8, Access::rw, mapping.size()));
       for (unsigned i = 0; i < kMapped; ++i) {
-        record.variables.push_back(
-            io_variable(static_cast<std::uint8_t>(i + 1), "Mapped object " + std::to_string(i + 1),
-                        DataType::unsigned32, Access::rw, i < mapping.size() ? mapping[i] : 0U));
+        record.variables.push_back(od::number_variable(
+            static_cast<std::uint8_t>(i + 1), "Mapped object " + std::to_string(i + 1),
+            DataType::unsigned32, Access::rw, i < mapping.size() ? mapping[i] : 0U));
       }
       add(std::move(record));
     }
@@ -196,15 +186,18 @@ class IoDevice {
                                          std::uint32_t cob_id, bool transmit) {
     ObjectDescription out{.index = index, .name = std::move(name), .type = ObjectType::record};
     out.variables = {
-        io_variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant, 5),
-        io_variable(1, "COB-ID", DataType::unsigned32, Access::rw, cob_id),
-        io_variable(2, "Transmission type", DataType::unsigned8, Access::rw, 255),
+        od::number_variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant,
+                            5),
+        od::number_variable(1, "COB-ID", DataType::unsigned32, Access::rw, cob_id),
+        od::number_variable(2, "Transmission type", DataType::unsigned8, Access::rw, 255),
     };
     out.variables[1].notes.value_formula = true;
     if (transmit) {
-      out.variables.push_back(io_variable(3, "Inhibit time", DataType::unsigned16, Access::rw));
+      out.variables.push_back(
+          od::number_variable(3, "Inhibit time", DataType::unsigned16, Access::rw));
     }
-    out.variables.push_back(io_variable(5, "Event timer", DataType::unsigned16, Access::rw));
+    out.variables.push_back(
+        od::number_variable(5, "Event timer", DataType::unsigned16, Access::rw));
     return out;
   }
 
