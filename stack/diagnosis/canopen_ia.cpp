@@ -177,9 +177,10 @@ AbortCode CanopenIa::read_status(od::Address address, const od::Variable& variab
 }
 
 AbortCode CanopenIa::read_frame(od::Address address) {
-  constexpr std::byte kHighest{can::kMaxClassicData};
-  const std::span<const std::byte> value =
-      address.sub == 0 ? std::span(&kHighest, 1) : heard_.last(address.sub);
+  if (address.sub == 0) {
+    return AbortCode::none;
+  }
+  const std::span<const std::byte> value = heard_.last(address.sub);
   if (value.empty()) {
     return AbortCode::no_data;
   }

@@ -17,9 +17,8 @@
 //   base + 4   1..127 U8: the last that became known of the node, node_status.h; 0800 0024h if
 //              nothing did
 //   base + Ah  1 NMT U16 wo: high byte node-ID, 0 = all; low byte command specifier
-//   base + Ch  1..8 rw: generic CAN frames of so many bytes, 0 of none, see frame_record.h.
-//   Written:
-//              sent. Read: the last that came, 0800 0024h if none did
+//   base + Ch  1..8 rw: generic CAN frames of so many bytes, see frame_record.h. Written: sent.
+//              Read: the last that came, 0800 0024h if none did
 // What is set lasts until the line is made anew, whatever is reset.
 #pragma once
 

@@ -1,6 +1,7 @@
 #include "stack/diagnosis/control_record.h"
 
 #include <algorithm>
+#include <chrono>
 #include <span>
 
 #include "stack/diagnosis/record_description.h"
@@ -38,8 +39,11 @@ od::ObjectDescription control_record(std::uint16_t index) {
   using od::Access;
   using od::DataType;
   constexpr std::uint8_t kShortest = 1;  // heartbeat, ms
-  od::VariableDescription heartbeat = od::number_variable(
-      kHeartbeatSub, "Default heartbeat producer time", DataType::unsigned16, Access::rw);
+  const auto usual =
+      std::chrono::duration_cast<std::chrono::milliseconds>(ControlSettings{}.heartbeat);
+  od::VariableDescription heartbeat =
+      od::number_variable(kHeartbeatSub, "Default heartbeat producer time", DataType::unsigned16,
+                          Access::rw, static_cast<std::uint64_t>(usual.count()));
   heartbeat.low_limit.resize(heartbeat.value.size());
   store_le(std::span(heartbeat.low_limit), std::uint64_t{kShortest});
   return record(

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "stack/base/abort_code.h"
 #include "stack/base/byte_order.h"
@@ -17,14 +18,13 @@ constexpr std::uint16_t kHighestId = 0x7FF;
 }  // namespace
 
 od::ObjectDescription frame_record(std::uint16_t index) {
-  od::ObjectDescription out{
-      .index = index, .name = "Generic CAN frames", .type = od::ObjectType::record};
-  for (unsigned bytes = 0; bytes <= can::kMaxClassicData; ++bytes) {
-    out.variables.push_back(od::number_variable(static_cast<std::uint8_t>(bytes),
-                                                "Frame of " + std::to_string(bytes) + " bytes",
-                                                od::DataType::octet_string, od::Access::rw));
+  std::vector<od::VariableDescription> members;
+  for (unsigned bytes = 1; bytes <= can::kMaxClassicData; ++bytes) {
+    members.push_back(od::number_variable(static_cast<std::uint8_t>(bytes),
+                                          "Frame of " + std::to_string(bytes) + " bytes",
+                                          od::DataType::octet_string, od::Access::rw));
   }
-  return out;
+  return record(index, "Generic CAN frames", std::move(members));
 }
 
 Result<can::Frame> frame_of(std::uint8_t sub, std::span<const std::byte> value) {

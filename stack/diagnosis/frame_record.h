@@ -1,5 +1,5 @@
 // CAN frames of no CANopen service as values of an object (CANopenIA manual 6.2, 5F0Ch): the
-// sub-index is the number of data bytes, 0..8; the value U16 identifier of 11 bits, then the data.
+// sub-index is the number of data bytes, 1..8; the value U16 identifier of 11 bits, then the data.
 #pragma once
 
 #include <array>
@@ -13,7 +13,8 @@
 
 namespace linegate::diagnosis {
 
-// OCTET_STRINGs. Sub-index 0 reads as the highest one, 08h, as in every record.
+// OCTET_STRINGs. Sub-index 0 is the highest one, as in every record (CiA 301, 7.4.5.2), so that a
+// frame without data has no place.
 od::ObjectDescription frame_record(std::uint16_t index);
 
 // The frame that is written. length_too_high, length_too_low; invalid_value for an identifier of
@@ -25,7 +26,7 @@ class HeardFrames {
  public:
   // Frames that the record cannot hold (29 bits, remote, CAN FD) are left out.
   void note(const can::Frame& frame);
-  // As the record holds it; empty if none came. length: 0..8.
+  // As the record holds it; empty if none came. length: 1..8.
   std::span<const std::byte> last(std::uint8_t length) const;
 
  private:

@@ -114,14 +114,14 @@ TEST_F(CanopenIaControl, FramesAreSentWhenThatIsEnabled) {
   EXPECT_EQ(write(0x5F41, 0x0B, 0x01, 1), AbortCode::none);
   EXPECT_EQ(read(0x5F41, 0x0B), 0x01U);
   EXPECT_EQ(frame(4, {0x50, 0x01, 0x11, 0x22, 0x33, 0x44}), AbortCode::none);
-  EXPECT_EQ(frame(0, {0x51, 0x01}), AbortCode::none);
+  EXPECT_EQ(frame(1, {0x51, 0x01, 0x99}), AbortCode::none);
   EXPECT_EQ(frame(8, {0xFF, 0x07, 1, 2, 3, 4, 5, 6, 7, 8}), AbortCode::none);
   ASSERT_EQ(sent_.size(), 3U);
   EXPECT_TRUE(can::same_content(sent_[0], can::make_frame(0x150, {0x11, 0x22, 0x33, 0x44})));
-  EXPECT_TRUE(can::same_content(sent_[1], can::make_frame(0x151, {})));
+  EXPECT_TRUE(can::same_content(sent_[1], can::make_frame(0x151, {0x99})));
   EXPECT_TRUE(can::same_content(sent_[2], can::make_frame(0x7FF, {1, 2, 3, 4, 5, 6, 7, 8})));
   EXPECT_EQ(write(0x5F41, 0x0B, 0x10, 1), AbortCode::none);
-  EXPECT_EQ(frame(0, {0x51, 0x01}), AbortCode::device_state) << "receive alone";
+  EXPECT_EQ(frame(1, {0x51, 0x01, 0x99}), AbortCode::device_state) << "receive alone";
   EXPECT_EQ(write(0x5F41, 0x0B, 0x02, 1), AbortCode::invalid_value);
   EXPECT_EQ(write(0x5F41, 0x0B, 0x21, 1), AbortCode::invalid_value);
 }
@@ -132,7 +132,8 @@ TEST_F(CanopenIaControl, WhatIsNoFrameIsRefused) {
   EXPECT_EQ(frame(2, {0x50, 0x01, 1, 2, 3}), AbortCode::length_too_high);
   EXPECT_EQ(frame(1, {0x00, 0x08, 1}), AbortCode::invalid_value) << "more than 11 bits";
   EXPECT_EQ(frame(9, {0x50, 0x01}), AbortCode::no_sub_index);
-  EXPECT_EQ(frame(0, {0x80, 0x00}), AbortCode::local_control) << "a service has it";
+  EXPECT_EQ(frame(1, {0x80, 0x00, 1}), AbortCode::local_control) << "a service has it";
+  EXPECT_EQ(frame(0, {0x50, 0x01}), AbortCode::read_only) << "the highest sub-index";
   EXPECT_THAT(sent_, IsEmpty());
 }
 
