@@ -21,7 +21,7 @@ constexpr std::uint16_t when(bool condition, std::uint16_t bits) {
 bool is_unproved(const Event& event) {
   const manager::BootFinding finding = manager::finding_of(event);
   return finding.kind == manager::BootFinding::Kind::abort &&
-         (event.code != 'J' || manager::is_communication_error(finding.abort));
+         (event.code != 'J' || !manager::is_refusal(finding));
 }
 
 std::uint16_t of_boot(char letter, bool mandatory) {

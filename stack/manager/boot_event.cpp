@@ -33,12 +33,12 @@ BootFinding finding_of(const Event& event) {
     return out;
   }
   out.kind = kind;
+  out.expected = load_le<std::uint32_t>(event.data.data() + 4);
   out.object = {load_le<std::uint16_t>(event.data.data()),
                 std::to_integer<std::uint8_t>(event.data[2])};
   if (kind == BootFinding::Kind::abort) {
     out.abort = static_cast<AbortCode>(event.value);
   } else {
-    out.expected = load_le<std::uint32_t>(event.data.data() + 4);
     out.found = event.value;
   }
   return out;
@@ -48,6 +48,11 @@ bool is_communication_error(AbortCode abort) {
   return abort == AbortCode::timeout || abort == AbortCode::toggle_bit ||
          abort == AbortCode::command_specifier || abort == AbortCode::block_size ||
          abort == AbortCode::sequence_number || abort == AbortCode::crc;
+}
+
+bool is_refusal(const BootFinding& finding) {
+  return finding.kind == BootFinding::Kind::abort &&
+         (!is_communication_error(finding.abort) || finding.expected != 0);
 }
 
 }  // namespace linegate::manager

@@ -3,7 +3,8 @@
 //   code   0 = booted, else the letter
 //   value  SDO abort code, or the value that was found
 //   data   if something was found: index (2, LE) and sub-index of the object, BootFinding::Kind,
-//          expected value (4, LE)
+//          expected value (4, LE); of an abort of the protocol that the node said until it counted
+//          as a refusal, how often it did
 #pragma once
 
 #include <cstdint>
@@ -22,5 +23,9 @@ BootFinding finding_of(const Event& event);
 // (0503 0000h, 0504 0000h to 0504 0004h): the node refused nothing, and may not once it is asked
 // again.
 bool is_communication_error(AbortCode abort);
+
+// The node refused what the boot process needs. Not so if it fell silent, or lost the thread of a
+// transfer and did not say so again and again.
+bool is_refusal(const BootFinding& finding);
 
 }  // namespace linegate::manager

@@ -11,6 +11,9 @@ namespace linegate::manager {
 namespace {
 
 constexpr Duration kRetryDelay = std::chrono::seconds(1);  // between two questions for 1000h
+// A server that says so often in a row, at the same place, that it lost the thread does not take
+// what it is asked: devices without segmented transfer say 0504 0001h to every longer value.
+constexpr std::uint32_t kRefusals = 3;
 // For the answer to one node guarding request of a node that is to be kept alive.
 constexpr Duration kGuardWait = std::chrono::milliseconds(100);
 
@@ -125,6 +128,7 @@ bool BootSlave::heartbeat_lost(Instant now) {
 
 void BootSlave::completed(const sdo::Completion& answer, Instant now) {
   const sdo::Completion completion = understood(answer);
+  said_ = answer.refused;
   token_ = 0;
   switch (step_) {
     case Step::device_type:
@@ -200,6 +204,9 @@ void BootSlave::read_device_type(Instant now) {
 
 void BootSlave::check_device_type(const sdo::Completion& completion, Instant now) {
   if (completion.abort != AbortCode::none) {
+    if (said_) {
+      node_.presence = Presence::present;
+    }
     if (now >= give_up_) {
       search('B', aborted(completion), now);
     } else {
@@ -242,7 +249,7 @@ void BootSlave::check_identity(const sdo::Completion& completion, Instant now) {
       return;
     }
   } else if (expected != 0) {
-    fail(field.letter, completion, now);
+    fail(field.letter, aborted(completion), now);
     return;
   }
   next_identity(now);
@@ -331,11 +338,7 @@ void BootSlave::settle(Instant now) {
       }
       return;
     case StepEnd::Kind::failed:
-      if (is_communication_error(end->finding.abort)) {
-        search(end->letter, end->finding, now);
-      } else {
-        finish(end->letter, end->finding, now);
-      }
+      fail(end->letter, end->finding, now);
       return;
     case StepEnd::Kind::reset:
       reset(now);
@@ -373,12 +376,19 @@ void BootSlave::no_error_control(Instant now) {
 
 // --- results ------------------------------------------------------------------------------------
 
-// The transfer that the step needs ended with an abort.
-void BootSlave::fail(char letter, const sdo::Completion& completion, Instant now) {
-  if (is_communication_error(completion.abort)) {
-    search(letter, aborted(completion), now);
+// What the step needs cannot be had.
+void BootSlave::fail(char letter, BootFinding finding, Instant now) {
+  if (!is_communication_error(finding.abort)) {
+    finish(letter, finding, now);
+    return;
+  }
+  const bool again = told_ && said_ && node_.boot == letter && node_.finding == finding;
+  refusals_ = again ? refusals_ + 1 : std::uint32_t{said_};
+  if (refusals_ < kRefusals) {
+    search(letter, finding, now);
   } else {
-    finish(letter, aborted(completion), now);
+    finding.expected = refusals_;
+    finish(letter, finding, now);
   }
 }
 
@@ -391,7 +401,7 @@ void BootSlave::finish(char letter, const BootFinding& finding, Instant now) {
 // The node does not answer (any more), or not to all it is asked, or not so that it can be
 // understood. The same is not told twice.
 void BootSlave::search(char letter, const BootFinding& finding, Instant now) {
-  if (finding.abort == AbortCode::timeout) {
+  if (finding.abort == AbortCode::timeout && !said_) {
     node_.presence = Presence::missing;
   }
   set_step(Step::retry, now + kRetryDelay);
@@ -421,6 +431,7 @@ void BootSlave::submit(sdo::Request request, Instant now) {
   request.token = token_;
   request.node = plan_.id;
   request.priority = sdo::Priority::boot;
+  said_ = false;
   if (!services_.sdo.submit(std::move(request), now)) {
     // The queue of this node is full of commands: ask again when some of them are done.
     token_ = 0;

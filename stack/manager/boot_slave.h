@@ -4,7 +4,9 @@
 // Each transfer is made once (sdo::TransferOptions::repeats is 0): 1000h is read again every second
 // anyway, and from then on a lost frame ends the process with the letter of its step, as any abort.
 // A node that fell silent on the way, or answered what is none to the question, is searched for as
-// one that never answered: without end. Only what it refuses, and what it is, end the process.
+// one that never answered: without end. So is one that aborts the upload of 1000h, which is boot
+// status B. Only what it refuses, and what it is, end the process; an abort of the protocol, such
+// as 0504 0001h, is a refusal when it comes three times in a row.
 #pragma once
 
 #include <cstdint>
@@ -108,7 +110,7 @@ class BootSlave final : private StepContext {
   void settle(Instant now);
   void start_error_control(Instant now);
   void no_error_control(Instant now);
-  void fail(char letter, const sdo::Completion& completion, Instant now);
+  void fail(char letter, BootFinding finding, Instant now);
   void finish(char letter, const BootFinding& finding, Instant now);
   void search(char letter, const BootFinding& finding, Instant now);
   void tell(char letter, const BootFinding& finding, Instant now);
@@ -128,6 +130,8 @@ class BootSlave final : private StepContext {
   bool told_ = false;             // what keeps the node from answering
   bool booted_up_ = false;        // a boot-up message came: it cannot be Operational
   bool was_operational_ = false;  // boot status L
+  bool said_ = false;             // the last transfer was ended by an abort of the node itself
+  std::uint32_t refusals_ = 0;    // so often in a row the same one
   std::uint32_t assignment_ = 0;  // 1F81h when the process began
   std::uint8_t identity_sub_ = 0;
   std::uint64_t token_ = 0;

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/manager/boot_event.h"
 #include "stack/manager/task_boot_step.h"
 
 namespace linegate::manager {
@@ -84,11 +85,14 @@ void Configurator::ended(const ConfigurationRun& run, Instant now) {
   if (run.result() != ConfigurationRun::Result::restored) {
     forced_.reset(node);
   }
-  faults_[node].reset();
+  const auto before = std::exchange(faults_[node], std::nullopt);
   if (run.abort() == AbortCode::none) {
     return;
   }
   faults_[node] = run.fault();
+  if (is_communication_error(run.abort()) && before == faults_[node]) {
+    return;  // the node is searched for: the same is not told every second
+  }
   Event event{.time = now, .kind = EventKind::configuration_error, .node = node, .length = 3};
   event.code = static_cast<std::uint32_t>(run.abort());
   store_le(event.data.data(), run.object().index);

@@ -1,5 +1,7 @@
 #include "stack/manager/state.h"
 
+#include "stack/manager/boot_event.h"
+
 namespace linegate::manager {
 namespace {
 
@@ -14,6 +16,33 @@ std::string hex(std::uint32_t number, int digits) {
 
 std::string object_text(od::Address object) {
   return hex(object.index, 4) + ':' + hex(object.sub, 2);
+}
+
+// The letter's words where the object that it stands for could not even be read.
+std::string_view unread(char letter, const BootFinding& finding) {
+  switch (letter) {
+    case 'B':
+      return finding.abort == AbortCode::timeout ? describe_boot(letter) : "1000h cannot be read";
+    case 'D':
+      return "vendor-ID cannot be read";
+    case 'M':
+      return "product code cannot be read";
+    case 'N':
+      return "revision number cannot be read";
+    case 'O':
+      return "serial number cannot be read";
+    default:
+      return describe_boot(letter);
+  }
+}
+
+// Whether the manager goes on asking such a node, see boot_slave.h.
+std::string again(char letter, const BootFinding& finding) {
+  if (letter != 'B' && is_refusal(finding)) {
+    const bool repeated = finding.expected != 0;
+    return repeated ? ", " + std::to_string(finding.expected) + " times in a row" : "";
+  }
+  return "; asked again every second";
 }
 
 }  // namespace
@@ -92,14 +121,15 @@ std::string_view describe_boot(char letter) {
 }
 
 std::string describe_boot(char letter, const BootFinding& finding) {
-  std::string out(describe_boot(letter));
+  std::string out(finding.kind == BootFinding::Kind::abort ? unread(letter, finding)
+                                                           : describe_boot(letter));
   switch (finding.kind) {
     case BootFinding::Kind::none:
       break;
     case BootFinding::Kind::abort:
       out += ": " + object_text(finding.object) + " ended with " +
              hex(static_cast<std::uint32_t>(finding.abort), 8) + "h, " +
-             std::string(describe(finding.abort));
+             std::string(describe(finding.abort)) + again(letter, finding);
       break;
     case BootFinding::Kind::value:
       out += ": " + object_text(finding.object) + " is " + hex(finding.found, 8) + "h, not " +

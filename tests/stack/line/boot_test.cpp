@@ -1,4 +1,6 @@
 // The command `boot`, byte by byte: the test plays the device.
+#include <algorithm>
+
 #include "stack/manager/boot_report.h"
 
 #include "tests/stack/line/line_fixture.h"
@@ -187,6 +189,64 @@ TEST_F(MandatoryNodeTest, AnAnswerToSomethingElseDoesNot) {
 TEST_F(MandatoryNodeTest, AServerThatLostTheThreadDoesNot) {
   hear(0x585, {0x80, 0x17, 0x10, 0x00, 0x01, 0x00, 0x04, 0x05});
   expect_it_is_asked_again();
+}
+
+// A device without segmented transfer says 0504 0001h to every value that is longer than four
+// bytes.
+TEST_F(MandatoryNodeTest, AServerThatSaysSoThreeTimesRefuses) {
+  constexpr auto kHeartbeat = "605#2B17100064000000";
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NE(line_->state().manager, ManagerState::halted) << i;
+    hear(0x585, {0x80, 0x17, 0x10, 0x00, 0x01, 0x00, 0x04, 0x05});
+    if (i < 2) {
+      EXPECT_THAT(manager::describe_boot('J', line_->node_state(5).finding),
+                  testing::EndsWith("; asked again every second"));
+      sent();
+      pass(seconds(1));
+      answer_identity();
+      ASSERT_THAT(sent(), testing::Contains(kHeartbeat));
+    }
+  }
+  EXPECT_EQ(line_->state().manager, ManagerState::halted);
+  EXPECT_EQ(manager::describe_boot('J', line_->node_state(5).finding),
+            "configuration failed: 1017:00 ended with 05040001h, command specifier not valid or "
+            "unknown, 3 times in a row");
+  const std::vector<Event> told = events();
+  EXPECT_EQ(std::ranges::count(told, EventKind::boot_result, &Event::kind), 2);
+  EXPECT_EQ(std::ranges::count(told, EventKind::configuration_error, &Event::kind), 1);
+  sent();
+  pass(seconds(3));
+  EXPECT_THAT(sent(), testing::Each(testing::Not(testing::StartsWith("605#"))));
+}
+
+TEST_F(MandatoryNodeTest, ALostFrameBetweenThemBeginsTheCountAnew) {
+  for (int i = 0; i < 4; ++i) {
+    if (i == 2) {
+      pass(milliseconds(600));
+    } else {
+      hear(0x585, {0x80, 0x17, 0x10, 0x00, 0x01, 0x00, 0x04, 0x05});
+    }
+    pass(seconds(1));
+    answer_identity();
+  }
+  EXPECT_EQ(line_->state().manager, ManagerState::missing_mandatory);
+}
+
+TEST_F(MandatoryNodeTest, A1000hThatIsRefusedIsToldAndAskedForWithoutEnd) {
+  ask(5);
+  hear(0x705, {0x00});
+  for (int i = 0; i < 12; ++i) {
+    hear(0x585, {0x80, 0x00, 0x10, 0x00, 0x00, 0x00, 0x02, 0x06});
+    EXPECT_EQ(line_->node_state(5).presence, Presence::present) << "it answers";
+    sent();
+    pass(seconds(1));
+    EXPECT_THAT(sent(), testing::Contains("605#4000100000000000"));
+  }
+  EXPECT_EQ(line_->state().manager, ManagerState::missing_mandatory);
+  EXPECT_EQ(
+      manager::describe_boot(line_->node_state(5).boot, line_->node_state(5).finding),
+      "1000h cannot be read: 1000:00 ended with 06020000h, object does not exist in the object "
+      "dictionary; asked again every second");
 }
 
 // The answer before, an abort, comes a second time.
