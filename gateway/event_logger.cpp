@@ -4,6 +4,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include "stack/line/event_severity.h"
+
 namespace linegate::gateway {
 namespace {
 
@@ -32,10 +34,10 @@ void EventLogger::write(std::string_view line, const Event& event, std::string_v
     return;
   }
   if (left_out > 0) {
-    spdlog::log(level(severity(event.kind)), "{}: {} (#{}; {} more events of kind {} left out)",
+    spdlog::log(level(line::severity_of(event)), "{}: {} (#{}; {} more events of kind {} left out)",
                 line, text, event.number, left_out, name(event.kind));
   } else {
-    spdlog::log(level(severity(event.kind)), "{}: {} (#{})", line, text, event.number);
+    spdlog::log(level(line::severity_of(event)), "{}: {} (#{})", line, text, event.number);
   }
 }
 

@@ -10,6 +10,7 @@
 #include "bridges/console/tables.h"
 #include "bridges/console/value_text.h"
 #include "stack/base/byte_order.h"
+#include "stack/line/event_severity.h"
 
 namespace linegate::console {
 namespace {
@@ -255,7 +256,7 @@ Json event_object(const LineId& id, const EventView& view) {
           {"line", id.line},
           {"number", event.number},
           {"kind", linegate::name(event.kind)},
-          {"severity", linegate::name(severity(event.kind))},
+          {"severity", linegate::name(line::severity_of(event))},
           {"node", event.node},
           {"code", event.code},
           {"value", event.value},

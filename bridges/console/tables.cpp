@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bridges/console/value_text.h"
+#include "stack/line/event_severity.h"
 
 namespace linegate::console {
 namespace {
@@ -156,10 +157,6 @@ void add_values(const Model& model, const Line& line, image::Direction direction
   }
 }
 
-bool is_meant(const std::vector<const Line*>& lines, const LineId& id) {
-  return std::any_of(lines.begin(), lines.end(), [&](const Line* line) { return line->id == id; });
-}
-
 // Notes about the lines first; then only what has the words of the filter.
 void finish(const Model& model, const Filter& filter, Table& table) {
   std::vector<Note> notes;
@@ -173,6 +170,10 @@ void finish(const Model& model, const Filter& filter, Table& table) {
 }
 
 }  // namespace
+
+bool is_meant(const std::vector<const Line*>& lines, const LineId& id) {
+  return std::any_of(lines.begin(), lines.end(), [&](const Line* line) { return line->id == id; });
+}
 
 Table lines_of(const Model& model, const Filter& filter) {
   Table out{{{"LINE"},
@@ -263,7 +264,7 @@ Table events_of(const Model& model, const Filter& filter, std::size_t count) {
           event.node == 0 ? text_cell("") : number_cell(event.node),
           text_cell(name(event.kind)),
           text_cell(it->view.text)},
-         style_of(severity(event.kind))});
+         style_of(line::severity_of(event))});
   }
   keep_matches(out, filter.words);
   out.rows.resize(std::min(out.rows.size(), count));

@@ -22,6 +22,9 @@ Table values_of(const Model& model, const Filter& filter, Directions directions)
 // What happened, the newest first; at most `count`.
 Table events_of(const Model& model, const Filter& filter, std::size_t count = Model::kKeptEvents);
 
+// Whether that line is one of them, see Model::find().
+bool is_meant(const std::vector<const Line*>& lines, const LineId& id);
+
 void print(std::ostream& out, const Text& text);
 // A headline and each entry of one direction, with its value; says so if nothing is known yet.
 Text image_table(const Line& line, image::Direction direction);

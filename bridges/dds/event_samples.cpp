@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "stack/line/event_severity.h"
+
 namespace linegate::dds {
 
 void to_wire(const linegate::Event& from, std::string_view text, const ClockMap& clock,
@@ -11,7 +13,7 @@ void to_wire(const linegate::Event& from, std::string_view text, const ClockMap&
   to.time(clock.utc(from.time));
   to.clock(static_cast<std::uint8_t>(clock.quality));
   to.kind(static_cast<std::uint8_t>(from.kind));
-  to.severity(static_cast<std::uint8_t>(severity(from.kind)));
+  to.severity(static_cast<std::uint8_t>(line::severity_of(from)));
   to.node(from.node);
   to.code(from.code);
   to.value(from.value);
