@@ -297,6 +297,9 @@ int image(Context& context, const std::string& line, image::Direction direction)
 int events(Context& context, const std::string& line, std::uint64_t count,
            const std::function<bool()>& stopped) {
   Model model;
+  if (!line.empty() && find_lines(context, model, line).empty()) {
+    return kFailed;
+  }
   std::uint64_t printed = 0;
   std::uint64_t seen = 0;
   const auto end = std::chrono::steady_clock::now() + context.wait;
@@ -305,9 +308,10 @@ int events(Context& context, const std::string& line, std::uint64_t count,
     const std::uint64_t fresh =
         std::min<std::uint64_t>(model.events_seen() - seen, model.events().size());
     seen = model.events_seen();
+    const auto meant = model.find(line);
     for (auto it = model.events().end() - static_cast<std::ptrdiff_t>(fresh);
          it != model.events().end() && (count == 0 || printed < count); ++it) {
-      if (!line.empty() && it->id.line != line) {
+      if (!line.empty() && !is_meant(meant, it->id)) {
         continue;
       }
       context.out << (context.json ? event_json(it->id, it->view) : event_text(it->id, it->view))
@@ -324,29 +328,27 @@ int events(Context& context, const std::string& line, std::uint64_t count,
 
 int write(Context& context, const std::string& line, const std::string& entry,
           const std::string& value) {
-  Model model;
-  const Line* target = find_line(context, model, line);
-  if (target == nullptr) {
-    return kFailed;
-  }
-  const Area& outputs = target->areas[static_cast<std::size_t>(image::Direction::outputs)];
-  if (!wait_until(context, model, [&] { return outputs.layout.has_value(); })) {
-    context.err << "the output layout of " << target->id.line << " was not received\n";
-    return kFailed;
-  }
-  const auto number = find_entry(context, *outputs.layout, entry);
-  if (!number) {
-    return kUsage;
-  }
-  const image::Entry& place = outputs.layout->entries[*number];
-  auto data = from_text(place.type, value);
-  if (!data) {
-    return usage(context, "'" + value + "' is not a value of " + std::string(od::name(place.type)));
-  }
-  line::Command command{.kind = line::CommandKind::output_write};
-  command.entry = *number;
-  command.data = *std::move(data);
-  return print_answer(context, ask_line(context, model, *target, command, outputs.layout->id));
+  return on_line(context, line, [&](Model& model, const Line& target) {
+    const Area& outputs = target.areas[static_cast<std::size_t>(image::Direction::outputs)];
+    if (!wait_until(context, model, [&] { return outputs.layout.has_value(); })) {
+      context.err << "the output layout of " << target.id.line << " was not received\n";
+      return kFailed;
+    }
+    const auto number = find_entry(context, *outputs.layout, entry);
+    if (!number) {
+      return kUsage;
+    }
+    const image::Entry& place = outputs.layout->entries[*number];
+    auto data = from_text(place.type, value);
+    if (!data) {
+      return usage(context,
+                   "'" + value + "' is not a value of " + std::string(od::name(place.type)));
+    }
+    line::Command command{.kind = line::CommandKind::output_write};
+    command.entry = *number;
+    command.data = *std::move(data);
+    return print_answer(context, ask_line(context, model, target, command, outputs.layout->id));
+  });
 }
 
 int sdo_read(Context& context, const std::string& node, const std::string& index,
@@ -427,17 +429,14 @@ int pdo_trigger(Context& context, const std::string& what, const std::string& nu
   if (!value || (*value == 0 && !by_offset)) {
     return usage(context, "'" + number + "' is no number of a PDO, 1..512, or offset in bytes");
   }
-  Model model;
-  const Line* line = find_line(context, model, ref->line);
-  if (line == nullptr) {
-    return kFailed;
-  }
   line::Command command{.kind = line::CommandKind::pdo_trigger};
   command.node = ref->node;
   command.code = by_offset ? std::uint16_t{0} : static_cast<std::uint16_t>(*value);
   command.entry = by_offset ? static_cast<std::uint32_t>(*value) : 0;
-  const Client::Answer answer = ask_line(context, model, *line, command);
-  return print_answer(context, answer, answer.reply.ok() ? numbers_text(answer.reply.data) : "");
+  return on_line(context, ref->line, [&](Model& model, const Line& line) {
+    const Client::Answer answer = ask_line(context, model, line, command);
+    return print_answer(context, answer, answer.reply.ok() ? numbers_text(answer.reply.data) : "");
+  });
 }
 
 int nmt(Context& context, const std::string& command, const std::string& node) {
@@ -457,15 +456,12 @@ int nmt(Context& context, const std::string& command, const std::string& node) {
   if (!ref) {
     return usage(context, "'" + node + "' is not LINE:NODE, with a node-ID 1..127, own or all");
   }
-  Model model;
-  const Line* line = find_line(context, model, ref->line);
-  if (line == nullptr) {
-    return kFailed;
-  }
-  line::Command request{.kind = line::CommandKind::nmt};
-  request.nmt = it->second;
-  request.node = ref->own ? line->view->state.node_id : ref->node;
-  return print_answer(context, ask_line(context, model, *line, request));
+  return on_line(context, ref->line, [&](Model& model, const Line& line) {
+    line::Command request{.kind = line::CommandKind::nmt};
+    request.nmt = it->second;
+    request.node = ref->own ? line.view->state.node_id : ref->node;
+    return print_answer(context, ask_line(context, model, line, request));
+  });
 }
 
 int emcy(Context& context, const std::string& line, const std::string& code,
@@ -476,26 +472,20 @@ int emcy(Context& context, const std::string& line, const std::string& code,
   if (!number || !reg || !data || data->size() > 5) {
     return usage(context, "an EMCY has a code 0..FFFF, an error register 0..FF and up to 5 bytes");
   }
-  Model model;
-  const Line* target = find_line(context, model, line);
-  if (target == nullptr) {
-    return kFailed;
-  }
   line::Command request{.kind = line::CommandKind::emcy_send};
   request.code = static_cast<std::uint16_t>(*number);
   request.error_register = static_cast<std::uint8_t>(*reg);
   request.data = *std::move(data);
-  return print_answer(context, ask_line(context, model, *target, request));
+  return on_line(context, line, [&](Model& model, const Line& target) {
+    return print_answer(context, ask_line(context, model, target, request));
+  });
 }
 
 int bus_restart(Context& context, const std::string& line) {
-  Model model;
-  const Line* target = find_line(context, model, line);
-  if (target == nullptr) {
-    return kFailed;
-  }
-  return print_answer(context,
-                      ask_line(context, model, *target, {.kind = line::CommandKind::bus_restart}));
+  return on_line(context, line, [&](Model& model, const Line& target) {
+    return print_answer(context,
+                        ask_line(context, model, target, {.kind = line::CommandKind::bus_restart}));
+  });
 }
 
 int fault(Context& context, const std::string& line, const std::vector<std::string>& faults) {
@@ -505,16 +495,13 @@ int fault(Context& context, const std::string& line, const std::vector<std::stri
     const auto* const bytes = reinterpret_cast<const std::byte*>(part.data());
     request.data.insert(request.data.end(), bytes, bytes + part.size());
   }
-  Model model;
-  const Line* target = find_line(context, model, line);
-  if (target == nullptr) {
-    return kFailed;
-  }
-  const Client::Answer answer = ask_line(context, model, *target, request);
-  if (!answer.reply.ok() && !answer.reply.data.empty() && !context.json) {
-    context.err << text_of(answer) << '\n';
-  }
-  return print_answer(context, answer, text_of(answer));
+  return on_line(context, line, [&](Model& model, const Line& target) {
+    const Client::Answer answer = ask_line(context, model, target, request);
+    if (!answer.reply.ok() && !answer.reply.data.empty() && !context.json) {
+      context.err << text_of(answer) << '\n';
+    }
+    return print_answer(context, answer, text_of(answer));
+  });
 }
 
 int versions(Context& context, const std::string& line) {

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bridges/console/answer.h"
 #include "bridges/console/explain_words.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/table.h"
@@ -57,6 +58,31 @@ std::vector<NodeHistory> nodes_meant(const Line& line, std::uint8_t only) {
     out.push_back({.node = only, .name = {}, .received = 0, .messages = {}});
   }
   return out;
+}
+
+int print_history(Context& context, Model& model, const Line& line, const NodeRef& meant) {
+  // States of nodes come after that of their line.
+  (void)wait_until(context, model, [&] {
+    return meant.all ? line.nodes.size() >= line.view->state.nodes_configured
+                     : line.nodes.contains(meant.node);
+  });
+  std::vector<NodeHistory> nodes = nodes_meant(line, meant.all ? std::uint8_t{0} : meant.node);
+  for (NodeHistory& node : nodes) {
+    line::Command command{.kind = line::CommandKind::local_read};
+    command.index = kHistoryObject;
+    command.sub = node.node;
+    const Client::Answer answer = ask_line(context, model, line, command);
+    if (!answer.reply.ok()) {
+      return print_answer(context, answer);
+    }
+    node.messages = parse_history(answer.reply.data);
+  }
+  if (context.json) {
+    context.out << history_json(line.id, nodes) << '\n';
+  } else {
+    context.out << history_text(line.id.line, nodes);
+  }
+  return kDone;
 }
 
 }  // namespace
@@ -116,34 +142,9 @@ int emcy_history(Context& context, const std::string& what) {
   if (!meant) {
     return kUsage;
   }
-  Model model;
-  const Line* const line = find_line(context, model, meant->line);
-  if (line == nullptr) {
-    return kFailed;
-  }
-  // States of nodes come after that of their line.
-  (void)wait_until(context, model, [&] {
-    return meant->all ? line->nodes.size() >= line->view->state.nodes_configured
-                      : line->nodes.contains(meant->node);
+  return on_line(context, meant->line, [&](Model& model, const Line& line) {
+    return print_history(context, model, line, *meant);
   });
-  std::vector<NodeHistory> nodes = nodes_meant(*line, meant->all ? std::uint8_t{0} : meant->node);
-  for (NodeHistory& node : nodes) {
-    line::Command command{.kind = line::CommandKind::local_read};
-    command.index = kHistoryObject;
-    command.sub = node.node;
-    const Client::Answer answer = context.client.call(line->id, command, context.timeout, 0, model);
-    if (!answer.reply.ok()) {
-      context.err << answer.text << '\n';
-      return kFailed;
-    }
-    node.messages = parse_history(answer.reply.data);
-  }
-  if (context.json) {
-    context.out << history_json(line->id, nodes) << '\n';
-  } else {
-    context.out << history_text(line->id.line, nodes);
-  }
-  return kDone;
 }
 
 }  // namespace linegate::console

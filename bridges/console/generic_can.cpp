@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bridges/console/answer.h"
 #include "bridges/console/json_text.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/table.h"
@@ -139,6 +140,38 @@ void print_frame(Context& context, const LineId& id, const Assembly& heard, Inst
   context.out << std::endl;
 }
 
+int print_frames(Context& context, Model& model, const Line& line, const line::Command& command,
+                 std::uint64_t count, const std::function<bool()>& stopped) {
+  const std::uint64_t kept = line.view->state.counters.events;
+  std::uint64_t seen = model.events_seen() - model.events().size();
+  std::uint64_t printed = 0;
+  Assembly heard;
+  auto ask_at = std::chrono::steady_clock::now();
+  while (!stopped() && (count == 0 || printed < count)) {
+    if (std::chrono::steady_clock::now() >= ask_at) {
+      ask_at = std::chrono::steady_clock::now() + kListenAgain;
+      const Client::Answer answer = ask_line(context, model, line, command);
+      if (!answer.reply.ok()) {
+        return print_answer(context, answer);
+      }
+    }
+    poll(context, model, std::chrono::milliseconds(100));
+    const std::uint64_t fresh =
+        std::min<std::uint64_t>(model.events_seen() - seen, model.events().size());
+    seen = model.events_seen();
+    for (auto it = model.events().end() - static_cast<std::ptrdiff_t>(fresh);
+         it != model.events().end() && (count == 0 || printed < count); ++it) {
+      const Event& event = it->view.event;
+      if (it->id == line.id && event.kind == EventKind::can_frame && event.number > kept &&
+          heard.add(event)) {
+        print_frame(context, line.id, heard, event.time);
+        ++printed;
+      }
+    }
+  }
+  return kDone;
+}
+
 }  // namespace
 
 std::optional<line::Command> parse_frame(std::string_view text) {
@@ -204,19 +237,9 @@ int send(Context& context, const std::string& line, const std::string& frame) {
                 << "' is no frame such as 123#1122, 00000123#11, 123#R or 123##4112233\n";
     return kUsage;
   }
-  Model model;
-  const Line* const target = find_line(context, model, line);
-  if (target == nullptr) {
-    return kFailed;
-  }
-  const Client::Answer answer =
-      context.client.call(target->id, *command, context.timeout, 0, model);
-  if (context.json) {
-    context.out << answer_json(answer, "") << '\n';
-  } else if (!answer.reply.ok()) {
-    context.err << answer.text << '\n';
-  }
-  return answer.reply.ok() ? kDone : kFailed;
+  return on_line(context, line, [&](Model& model, const Line& target) {
+    return print_answer(context, ask_line(context, model, target, *command));
+  });
 }
 
 int listen(Context& context, const std::string& line, const std::string& filter,
@@ -226,42 +249,10 @@ int listen(Context& context, const std::string& line, const std::string& filter,
     context.err << "'" << filter << "' is no identifier such as 123, 00000123 or 100/700\n";
     return kUsage;
   }
-  Model model;
-  const Line* const target = find_line(context, model, line);
-  if (target == nullptr) {
-    return kFailed;
-  }
-  const LineId id = target->id;
   command->code = kListenSeconds;
-  const std::uint64_t kept = target->view->state.counters.events;
-  std::uint64_t seen = model.events_seen() - model.events().size();
-  std::uint64_t printed = 0;
-  Assembly heard;
-  auto ask_at = std::chrono::steady_clock::now();
-  while (!stopped() && (count == 0 || printed < count)) {
-    if (std::chrono::steady_clock::now() >= ask_at) {
-      ask_at = std::chrono::steady_clock::now() + kListenAgain;
-      const Client::Answer answer = context.client.call(id, *command, context.timeout, 0, model);
-      if (!answer.reply.ok()) {
-        context.err << answer.text << '\n';
-        return kFailed;
-      }
-    }
-    poll(context, model, std::chrono::milliseconds(100));
-    const std::uint64_t fresh =
-        std::min<std::uint64_t>(model.events_seen() - seen, model.events().size());
-    seen = model.events_seen();
-    for (auto it = model.events().end() - static_cast<std::ptrdiff_t>(fresh);
-         it != model.events().end() && (count == 0 || printed < count); ++it) {
-      const Event& event = it->view.event;
-      if (it->id == id && event.kind == EventKind::can_frame && event.number > kept &&
-          heard.add(event)) {
-        print_frame(context, id, heard, event.time);
-        ++printed;
-      }
-    }
-  }
-  return kDone;
+  return on_line(context, line, [&](Model& model, const Line& target) {
+    return print_frames(context, model, target, *command, count, stopped);
+  });
 }
 
 }  // namespace linegate::console

@@ -353,6 +353,18 @@ TEST_F(Commands, SilenceIsAFailureWithAReason) {
   EXPECT_THAT(err_.str(), HasSubstr("no gateway was heard of"));
 }
 
+TEST_F(Commands, EventsAreThoseOfALineByNameOrNetworkId) {
+  for (const char* line : {"press", "3", "plant/press", ""}) {
+    gateway_.connects = true;
+    out_.str("");
+    EXPECT_EQ(events(context_, line, 2, [] { return false; }), kDone) << line;
+    EXPECT_THAT(out_.str(), HasSubstr("connection ended")) << line;
+  }
+  EXPECT_EQ(events(context_, "hall", 1, [] { return false; }), kFailed)
+      << "nobody waits for a line that is not there";
+  EXPECT_THAT(err_.str(), HasSubstr("no line 'hall'"));
+}
+
 TEST_F(Commands, DamagedSamplesAreToldOnceAndNotAmongTheResults) {
   gateway_.unreadable = 2;
   EXPECT_EQ(lines(context_), kDone);
