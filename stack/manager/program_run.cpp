@@ -14,6 +14,7 @@ constexpr std::uint8_t kClear = 3;
 
 constexpr Duration kFlashTimeout = std::chrono::seconds(15);  // while the flash is being written
 constexpr Duration kPollEvery = std::chrono::milliseconds(100);
+constexpr unsigned kMostSilent = 3;       // questions to a device before anything was done to it
 constexpr unsigned kMostRestarting = 50;  // questions to a device that may be restarting
 constexpr unsigned kMostBusy = 1'200;     // questions for 1F57h: 2 minutes
 
@@ -113,6 +114,10 @@ void ProgramRun::take(AbortCode abort, std::span<const std::byte> data) {
       identified(abort, data);
       return;
     case Step::control:
+      if (abort == AbortCode::timeout) {
+        silent();
+        return;
+      }
       to(abort == AbortCode::none && number_of(data) == kStop ? Step::clear : Step::stop);
       return;
     case Step::stop:
@@ -150,6 +155,13 @@ void ProgramRun::take(AbortCode abort, std::span<const std::byte> data) {
       return;
     case Step::end:
       return;
+  }
+}
+
+// Nothing was stopped yet: who does not answer is not there.
+void ProgramRun::silent() {
+  if (attempts_ >= kMostSilent) {
+    fail(Result::failed, AbortCode::timeout);
   }
 }
 

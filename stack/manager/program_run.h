@@ -90,6 +90,7 @@ class ProgramRun {
     end,
   };
 
+  void silent();
   void identified(AbortCode abort, std::span<const std::byte> data);
   void to_update();
   void polled(bool stopped, AbortCode abort, std::span<const std::byte> data);

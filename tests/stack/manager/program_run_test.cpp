@@ -113,6 +113,24 @@ TEST(ProgramRun, ADeviceThatStaysSilentOrDoesNotStopEndsIt) {
   }
 }
 
+TEST(ProgramRun, ADeviceThatIsNotThereIsAskedThreeTimesAndNothingElse) {
+  ProgramRun run(program_order());
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(wanted(run), "?1F51") << i;
+    take(run, AbortCode::timeout);
+  }
+  EXPECT_EQ(wanted(run), "end");
+  EXPECT_EQ(run.result(), Loading::failed);
+  EXPECT_EQ(run.finding().abort, AbortCode::timeout);
+}
+
+TEST(ProgramRun, OneLostAnswerIsAskedForAgain) {
+  ProgramRun run(program_order());
+  EXPECT_EQ(wanted(run), "?1F51");
+  take(run, AbortCode::timeout);
+  up_to_flash(run);
+}
+
 TEST(ProgramRun, TheFlashStatusEndsItWithItsError) {
   ProgramRun run(program_order());
   up_to_flash(run);
