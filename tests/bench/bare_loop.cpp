@@ -1,5 +1,6 @@
 #include "tests/bench/bare_loop.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include <sys/epoll.h>
@@ -23,10 +24,11 @@ BareLoop::~BareLoop() {
   close(epoll_);
 }
 
-void BareLoop::wait() {
+void BareLoop::wait(std::int64_t at_most) {
   std::array<epoll_event, 16> events{};
-  const timespec second{1, 0};
-  epoll_pwait2(epoll_, events.data(), static_cast<int>(events.size()), &second, nullptr);
+  const std::int64_t left = std::max<std::int64_t>(at_most, 0);
+  const timespec time{left / 1'000'000'000, static_cast<long>(left % 1'000'000'000)};
+  epoll_pwait2(epoll_, events.data(), static_cast<int>(events.size()), &time, nullptr);
 }
 
 std::size_t BareLoop::read() {

@@ -20,8 +20,8 @@ class BareLoop {
   BareLoop(const BareLoop&) = delete;
   BareLoop& operator=(const BareLoop&) = delete;
 
-  // Waits until something can be read, at most a second.
-  void wait();
+  // Waits until something can be read, at most so many ns; less than 0 is 0.
+  void wait(std::int64_t at_most = 1'000'000'000);
 
   // Reads until there is nothing more: take(frame, stamp in ns of the wall clock) for each.
   template <class Take>

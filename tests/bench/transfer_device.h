@@ -36,9 +36,13 @@ inline std::byte pattern(std::uint32_t at) {
 
 class PatternSource final : public od::ByteSource {
  public:
-  explicit PatternSource(std::uint32_t bytes) : bytes_(bytes) {}
+  // Of unknown size unless it tells it: such an upload stays in segments.
+  explicit PatternSource(std::uint32_t bytes, bool tells_size = true)
+      : bytes_(bytes), tells_size_(tells_size) {}
 
-  std::optional<std::uint32_t> size() const override { return bytes_; }
+  std::optional<std::uint32_t> size() const override {
+    return tells_size_ ? std::optional(bytes_) : std::nullopt;
+  }
   Result<std::size_t> read(std::span<std::byte> out) override {
     std::size_t given = 0;
     while (given < out.size() && at_ < bytes_) {
@@ -53,6 +57,7 @@ class PatternSource final : public od::ByteSource {
 
  private:
   std::uint32_t bytes_;
+  bool tells_size_;
   std::uint32_t at_ = 0;
 };
 
@@ -88,10 +93,11 @@ class PatternSink final : public od::ByteSink {
 // The server's end: a stream of its own for each transfer.
 class PatternDomain final : public od::Hook {
  public:
-  explicit PatternDomain(std::uint32_t bytes) : bytes_(bytes) {}
+  explicit PatternDomain(std::uint32_t bytes, bool tells_size = true)
+      : bytes_(bytes), tells_size_(tells_size) {}
 
   Result<od::ByteSource*> open_source(od::Address /*address*/) override {
-    source_.emplace(bytes_);
+    source_.emplace(bytes_, tells_size_);
     return &*source_;
   }
   Result<od::ByteSink*> open_sink(od::Address /*address*/,
@@ -103,6 +109,7 @@ class PatternDomain final : public od::Hook {
 
  private:
   std::uint32_t bytes_;
+  bool tells_size_;
   std::optional<PatternSource> source_;
   std::optional<PatternSink> sink_;
 };

@@ -1,0 +1,57 @@
+// The client's side of SDO uploads with next to nothing: for every frame of a server the frame that
+// goes on with it, if there is one. No time-outs, no checks, no bytes kept.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include <linux/can.h>
+
+namespace linegate::bench {
+
+class BareUploads {
+ public:
+  // Until stop(), each that ends is begun again.
+  template <class Send>
+  void begin(std::uint8_t node, Send send) {
+    ++under_way_;
+    states_[node] = State::initiated;
+    send(initiate(node));
+  }
+  void stop() { go_on_ = false; }
+
+  // A frame from a server.
+  template <class Send>
+  void answer(const can_frame& frame, Send send) {
+    can_frame out{};
+    if (proceed(frame, out)) {
+      send(out);
+    }
+    const auto node = static_cast<std::uint8_t>(frame.can_id & 0x7FU);
+    if (states_[node] == State::over) {
+      --under_way_;
+      ++ended_;
+      states_[node] = State::idle;
+      if (go_on_) {
+        begin(node, send);
+      }
+    }
+  }
+
+  unsigned under_way() const { return under_way_; }
+  unsigned ended() const { return ended_; }
+
+ private:
+  enum class State : std::uint8_t { idle, initiated, segments, block, block_end, over };
+
+  static can_frame initiate(std::uint8_t node);
+  // Whether there is an answer, then in out.
+  bool proceed(const can_frame& frame, can_frame& out);
+
+  std::array<State, 128> states_{};
+  unsigned under_way_ = 0;
+  unsigned ended_ = 0;
+  bool go_on_ = true;
+};
+
+}  // namespace linegate::bench

@@ -1,0 +1,163 @@
+#include "tests/bench/upload_line.h"
+
+#include <chrono>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <poll.h>
+
+#include "bridges/can/socketcan.h"
+#include "gateway/line_runner.h"
+#include "stack/base/byte_order.h"
+#include "stack/can/cob_id.h"
+
+#include "tests/bench/measure.h"
+#include "tests/bench/pdo_line.h"
+#include "tests/bench/transfer_device.h"
+
+namespace linegate::bench {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::size_t kPdosOfDevice = 8;
+constexpr int kBootTime = 500;            // ms
+constexpr std::uint64_t kSyncTag = 1000;  // those of uploads are their nodes
+constexpr int kLooks = 3000;
+
+constexpr std::uint16_t kSyncCobId = 0x1005;
+constexpr std::uint16_t kSyncPeriod = 0x1006;
+constexpr std::uint16_t kSyncOverflowObject = 0x1019;
+
+template <class Condition>
+void wait_until(Condition condition, const char* otherwise) {
+  for (int looks = 0; !condition(); ++looks) {
+    require(looks < kLooks, otherwise);
+    std::this_thread::sleep_for(10ms);
+  }
+}
+
+std::vector<std::byte> in_microseconds(Duration time) {
+  std::vector<std::byte> out(4);
+  store_le(out.data(), static_cast<std::uint32_t>(
+                           std::chrono::duration_cast<std::chrono::microseconds>(time).count()));
+  return out;
+}
+
+bool all_bytes(std::span<const std::byte> bytes) {
+  bool right = bytes.size() == kUploadBytes;
+  for (std::uint32_t at = 0; at < bytes.size(); ++at) {
+    right = right && bytes[at] == pattern(at);
+  }
+  return right;
+}
+
+}  // namespace
+
+UploadLine::UploadLine(SdoBus& bus, Duration sync_period)
+    : bus_(bus), executor_({}), taker_([this] { run(); }) {
+  config::LinePlan plan;
+  plan.config = pdo_line(Mapping::event_driven, pdo_identifiers(kUploadNodes * kPdosOfDevice));
+  plan.config.sdo_timeout = kSdoPatience;
+  // The counter tells a SYNC that was lost from one that was left out because it was late.
+  plan.config.own_values = {{{kSyncOverflowObject, 0}, {std::byte{kSyncOverflow}}},
+                            {{kSyncPeriod, 0}, in_microseconds(sync_period)}};
+  auto made = line::Line::make(plan.config);
+  require(made.ok(), "no line");
+  executor_.add(std::make_unique<gateway::LineRunner>(
+      *std::move(made.value), can_bridge::open_on_descriptor(bus.wire.far()), plan, port_,
+      wakeup_));
+  executor_.start();
+  bus.wire.play_devices(kUploadNodes, kBootTime);
+  wait_until([this] { return manager_runs_.load(); }, "the line's manager does not run");
+  bus.start();
+}
+
+UploadLine::~UploadLine() {
+  bus_.stop();
+  executor_.request_stop();
+  executor_.join();
+  stop_ = true;
+  wakeup_.signal();
+  taker_.join();
+}
+
+void UploadLine::start() {
+  wanted_ = true;
+  wakeup_.signal();
+}
+
+void UploadLine::stop() {
+  wanted_ = false;
+  wakeup_.signal();
+  wait_until([this] { return asked_.load() == 0; }, "an upload does not end");
+}
+
+void UploadLine::run() {
+  while (!stop_) {
+    pollfd readable{wakeup_.descriptor(), POLLIN, 0};
+    poll(&readable, 1, -1);
+    wakeup_.clear();
+    if (const bool wanted = wanted_; wanted != on_) {
+      turn(wanted);
+    }
+    for (line::Reply reply; port_.replies.pop(reply);) {
+      take(reply);
+    }
+    take_what_else();
+  }
+}
+
+void UploadLine::turn(bool on) {
+  on_ = on;
+  line::Command command{.tag = kSyncTag, .kind = line::CommandKind::local_write};
+  command.index = kSyncCobId;
+  command.data.resize(4);
+  store_le(command.data.data(), can::kSyncId | (on ? can::CobId::kProducerBit : 0U));
+  ask(std::move(command));
+  for (std::uint8_t node = 1; on && node <= kUploadNodes; ++node) {
+    read(node);
+  }
+}
+
+void UploadLine::read(std::uint8_t node) {
+  line::Command command{.tag = node, .kind = line::CommandKind::sdo_read, .node = node};
+  command.index = kDomain.index;
+  command.sub = kDomain.sub;
+  ask(std::move(command));
+}
+
+void UploadLine::ask(line::Command command) {
+  ++asked_;
+  require(port_.commands.push(std::move(command)), "the line takes no command");
+  executor_.wakeup().signal();
+}
+
+void UploadLine::take(const line::Reply& reply) {
+  require(reply.ok(), "the line refuses a command, or a transfer was aborted");
+  if (reply.tag != kSyncTag) {
+    require(all_bytes(reply.data), "not the bytes that the device has");
+    ++ended_;
+    if (on_) {
+      read(static_cast<std::uint8_t>(reply.tag));
+    }
+  }
+  --asked_;
+}
+
+void UploadLine::take_what_else() {
+  for (Event event; port_.events.pop(event);) {
+  }
+  for (gateway::NodeStatus node; port_.nodes.pop(node);) {
+  }
+  if (const gateway::LineStatus* status = port_.status.fetch()) {
+    manager_runs_ = status->state.manager == line::ManagerState::running;
+  }
+  for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
+    (void)port_.image(direction).fetch();
+  }
+}
+
+}  // namespace linegate::bench

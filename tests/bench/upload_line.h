@@ -1,0 +1,54 @@
+// A manager's line that the gateway's executor runs: it produces SYNC, and reads the DOMAINs of all
+// devices of an SdoBus by commands.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <thread>
+
+#include "gateway/executor.h"
+#include "gateway/line_port.h"
+
+#include "tests/bench/sdo_bus.h"
+
+namespace linegate::bench {
+
+class UploadLine {
+ public:
+  // On the wire of that bus, which it starts.
+  UploadLine(SdoBus& bus, Duration sync_period);
+  // Stops the bus, too.
+  ~UploadLine();
+  UploadLine(const UploadLine&) = delete;
+  UploadLine& operator=(const UploadLine&) = delete;
+
+  // SYNCs and uploads, each of which is begun again when it has ended; until stop(), after which
+  // there is nothing of either on the bus.
+  void start();
+  void stop();
+
+  // Uploads that have ended, with all the bytes there are.
+  std::uint64_t ended() const { return ended_.load(); }
+
+ private:
+  void run();
+  void take(const line::Reply& reply);
+  void take_what_else();
+  void turn(bool on);
+  void read(std::uint8_t node);
+  void ask(line::Command command);
+
+  SdoBus& bus_;
+  gateway::LinePort port_;
+  exchange::Wakeup wakeup_;
+  gateway::Executor executor_;
+  std::atomic<bool> manager_runs_{false};
+  std::atomic<bool> wanted_{false};  // SYNCs and uploads
+  std::atomic<unsigned> asked_{0};   // commands without their replies yet
+  std::atomic<std::uint64_t> ended_{0};
+  std::atomic<bool> stop_{false};
+  bool on_ = false;    // of the taker alone
+  std::thread taker_;  // stands for the publisher and for those who give commands
+};
+
+}  // namespace linegate::bench
