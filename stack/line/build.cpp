@@ -9,6 +9,7 @@
 #include "stack/can/cob_id.h"
 #include "stack/can/cob_id_rule.h"
 #include "stack/line/own_objects.h"
+#include "stack/line/pdo_checks.h"
 
 namespace linegate::line {
 namespace {
@@ -296,6 +297,8 @@ Loaded<pdo::LinkPlan> link_plan(const LineConfig& config) {
                          .deadline = node.pdo_deadline});
     }
   }
+  const std::vector<Diagnostic> wrong = check_pdos(config, remotes);
+  diagnostics.insert(diagnostics.end(), wrong.begin(), wrong.end());
   Loaded<pdo::LinkPlan> plan = pdo::plan_links(remotes);
   plan.diagnostics.insert(plan.diagnostics.begin(), diagnostics.begin(), diagnostics.end());
   if (has_errors(plan.diagnostics)) {

@@ -1,0 +1,137 @@
+#include "stack/line/pdo_checks.h"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "stack/base/byte_order.h"
+#include "stack/can/cob_id.h"
+#include "stack/line/build.h"
+
+namespace linegate::line {
+namespace {
+
+constexpr std::uint16_t kSyncCobId = 0x1005;
+constexpr std::uint16_t kSyncPeriod = 0x1006;
+
+// Identifiers, with the bit of 29-bit ones, and whose they are.
+using Services = std::map<std::uint32_t, std::string>;
+
+std::uint32_t identifier(can::CobId cob_id) {
+  return cob_id.id() | (cob_id.extended() ? can::CobId::kExtendedBit : 0U);
+}
+
+bool has_own_value(const LineConfig& config, std::uint16_t index) {
+  return std::ranges::any_of(config.own_values, [index](const ObjectValue& value) {
+    return value.address.index == index;
+  });
+}
+
+std::string name_of(std::uint8_t id, const std::string& name) {
+  return name.empty() ? "node" + std::to_string(id) : name;
+}
+
+Services services_of(const LineConfig& config) {
+  Services out;
+  for (const NodeConfig& node : config.nodes) {
+    if (const can::CobId emcy = emcy_cob_id(node); emcy.valid()) {
+      out.emplace(identifier(emcy), "the EMCY of " + name_of(node.id, node.name));
+    }
+  }
+  if (config.node_id != 0) {
+    out.emplace(can::kEmcyBase + config.node_id, "the EMCY of the own node");
+  }
+  if (!has_own_value(config, kSyncCobId)) {
+    out.emplace(can::kSyncId, "SYNC");
+  }
+  if (config.time_period > Duration::zero()) {
+    out.emplace(can::kTimeId, "TIME");
+  }
+  return out;
+}
+
+bool as_found(const LineConfig& config, std::uint8_t id) {
+  const auto node = std::ranges::find(config.nodes, id, &NodeConfig::id);
+  return node != config.nodes.end() && node->as_found;
+}
+
+std::string text_of(const pdo::RemoteNode& node, std::string_view kind,
+                    const pdo::Parameters& each) {
+  return std::string(kind) + ' ' + std::to_string(each.number) + " of " +
+         name_of(node.id, node.name);
+}
+
+// work(remote node, "TPDO" or "RPDO", parameters) with each PDO.
+template <class Work>
+void for_each_pdo(std::span<const pdo::RemoteNode> remotes, const Work& work) {
+  for (const pdo::RemoteNode& node : remotes) {
+    for (const pdo::Parameters& each : node.pdos.tpdos) {
+      work(node, pdo::name(pdo::PdoKind::tpdo), each);
+    }
+    for (const pdo::Parameters& each : node.pdos.rpdos) {
+      work(node, pdo::name(pdo::PdoKind::rpdo), each);
+    }
+  }
+}
+
+bool says_producer(std::span<const std::byte> cob_id) {
+  return cob_id.size() == sizeof(std::uint32_t) &&
+         (load_le<std::uint32_t>(cob_id.data()) & can::CobId::kProducerBit) != 0;
+}
+
+bool produces_sync(const NodeConfig& node) {
+  const od::VariableDescription* const described = node.device.find(od::Address{kSyncCobId, 0});
+  return (described != nullptr && says_producer(described->value)) ||
+         std::ranges::any_of(node.objects, [](const ObjectValue& object) {
+           return object.address.index == kSyncCobId && says_producer(object.data);
+         });
+}
+
+bool has_sync(const LineConfig& config) {
+  return config.sync_period > Duration::zero() || has_own_value(config, kSyncPeriod) ||
+         std::ranges::any_of(config.nodes, produces_sync);
+}
+
+void tell_waiting(const LineConfig& config, std::span<const pdo::RemoteNode> remotes,
+                  std::vector<Diagnostic>& out) {
+  constexpr std::size_t kMostNamed = 6;
+  std::size_t waiting = 0;
+  std::string names;
+  for_each_pdo(remotes, [&](const pdo::RemoteNode& node, std::string_view kind,
+                            const pdo::Parameters& each) {
+    if (pdo::is_synchronous(each.type) && ++waiting <= kMostNamed) {
+      names += (names.empty() ? "" : ", ") + text_of(node, kind, each);
+    }
+  });
+  if (waiting > kMostNamed) {
+    names += " and " + std::to_string(waiting - kMostNamed) + " more";
+  }
+  if (waiting != 0) {
+    out.push_back({.severity = Severity::warning,
+                   .file = config.name,
+                   .text = "nobody produces SYNC (sync of the line), for which wait " + names});
+  }
+}
+
+}  // namespace
+
+std::vector<Diagnostic> check_pdos(const LineConfig& config,
+                                   std::span<const pdo::RemoteNode> remotes) {
+  std::vector<Diagnostic> out;
+  const Services services = services_of(config);
+  for_each_pdo(remotes, [&](const pdo::RemoteNode& node, std::string_view kind,
+                            const pdo::Parameters& each) {
+    if (const auto taken = services.find(identifier(each.cob_id)); taken != services.end()) {
+      out.push_back({.severity = as_found(config, node.id) ? Severity::warning : Severity::error,
+                     .file = node.device->file,
+                     .text = text_of(node, kind, each) + " has the COB-ID of " + taken->second});
+    }
+  });
+  if (config.role == Role::manager && !has_sync(config)) {
+    tell_waiting(config, remotes, out);
+  }
+  return out;
+}
+
+}  // namespace linegate::line

@@ -1,0 +1,76 @@
+// What is told of PDOs that do not go together with the other services of their line.
+#include "stack/line/pdo_checks.h"
+
+#include <algorithm>
+
+#include "stack/base/byte_order.h"
+
+#include "tests/stack/line/line_fixture.h"
+
+namespace linegate::line {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+void set(NodeConfig& node, od::Address address, std::uint32_t number) {
+  for (od::ObjectDescription& object : node.device.objects) {
+    for (od::VariableDescription& variable : object.variables) {
+      if (object.index == address.index && variable.sub == address.sub) {
+        store_le(std::span(variable.value), number);
+      }
+    }
+  }
+}
+
+std::vector<std::string> told(const LineConfig& config) {
+  std::vector<std::string> out;
+  for (const Diagnostic& each : Line::make(config).diagnostics) {
+    out.push_back((each.severity == Severity::error ? "error: " : "warning: ") + each.text);
+  }
+  return out;
+}
+
+TEST(PdoChecks, APdoIsNotOnTheIdentifierOfAnotherService) {
+  LineConfig config = config_with_axis();
+  EXPECT_THAT(told(config), IsEmpty());
+  set(config.nodes[0], {0x1800, 1}, 0x80);
+  set(config.nodes[0], {0x1400, 1}, 0x85);
+  EXPECT_THAT(told(config),
+              ElementsAre("error: TPDO 1 of axis has the COB-ID of SYNC",
+                          "error: RPDO 1 of axis has the COB-ID of the EMCY of axis"));
+  set(config.nodes[0], {0x1800, 1}, 0xFF);
+  set(config.nodes[0], {0x1400, 1}, 0x100);
+  EXPECT_THAT(told(config), ElementsAre("error: TPDO 1 of axis has the COB-ID of the EMCY of the "
+                                        "own node"))
+      << "100h is nobody's: the line sends no TIME";
+  config.time_period = seconds(1);
+  EXPECT_EQ(told(config).size(), 2U);
+}
+
+TEST(PdoChecks, ANodeThatIsTakenAsItWasFoundRunsNevertheless) {
+  LineConfig config = config_with_axis();
+  config.nodes[0].as_found = true;
+  set(config.nodes[0], {0x1800, 1}, 0x80);
+  EXPECT_THAT(told(config), ElementsAre("warning: TPDO 1 of axis has the COB-ID of SYNC"));
+  EXPECT_TRUE(Line::make(config).ok());
+}
+
+TEST(PdoChecks, PdosThatWaitForASyncOfNobodyAreNamed) {
+  LineConfig config = config_with_axis();
+  set(config.nodes[0], {0x1800, 2}, 1);
+  set(config.nodes[0], {0x1400, 2}, 0);
+  EXPECT_THAT(told(config), ElementsAre("warning: nobody produces SYNC (sync of the line), for "
+                                        "which wait TPDO 1 of axis, RPDO 1 of axis"));
+  LineConfig with_sync = config;
+  with_sync.sync_period = milliseconds(10);
+  EXPECT_THAT(told(with_sync), IsEmpty());
+  LineConfig producer = config;
+  producer.nodes[0].objects.push_back({{0x1005, 0}, {std::byte{0x80}, {}, {}, std::byte{0x40}}});
+  EXPECT_THAT(told(producer), IsEmpty());
+  config.role = Role::observer;
+  EXPECT_THAT(told(config), IsEmpty()) << "the master is somebody else";
+}
+
+}  // namespace
+}  // namespace linegate::line
