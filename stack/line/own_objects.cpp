@@ -5,6 +5,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/image/network_variables.h"
+#include "stack/od/limits.h"
 
 namespace linegate::line {
 namespace {
@@ -84,6 +85,15 @@ class Fields {
   bool good_ = true;
 };
 
+// Without a default the object begins as 0, which its limits need not allow.
+AbortCode limits_of(const od::VariableDescription& variable) {
+  const bool given = !variable.value.empty();
+  const auto& any = given ? variable.value : variable.low_limit;
+  return any.empty()
+             ? AbortCode::none
+             : od::check_limits(variable.type, any, variable.low_limit, variable.high_limit);
+}
+
 }  // namespace
 
 std::string_view fault_of(const OwnObject& object) {
@@ -110,6 +120,14 @@ std::string_view fault_of(const OwnObject& object) {
   if (size != 0 &&
       (!fits(variable.value) || !fits(variable.low_limit) || !fits(variable.high_limit))) {
     return "has a value or limit of another length than its data type";
+  }
+  switch (limits_of(variable)) {
+    case AbortCode::none:
+      break;
+    case AbortCode::max_less_than_min:
+      return "has a lower limit above the upper one";
+    default:
+      return "has a default beyond its limits";
   }
   return {};
 }

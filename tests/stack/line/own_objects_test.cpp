@@ -210,6 +210,22 @@ TEST_F(OwnObjectsTest, WhatMakesNoSenseIsTold) {
   EXPECT_THAT(made.diagnostics.back().text, HasSubstr("own object 2104:00 is there twice"));
 }
 
+TEST_F(OwnObjectsTest, LimitsAndDefaultGoTogether) {
+  const auto fault = [](unsigned low, unsigned high, std::optional<unsigned> value) {
+    OwnObject object = own(0x2100, 1, od::DataType::unsigned8, od::Access::rw);
+    object.variable.low_limit = bytes_le(low, 1);
+    object.variable.high_limit = bytes_le(high, 1);
+    object.variable.value = value ? bytes_le(*value, 1) : std::vector<std::byte>();
+    return std::string(fault_of(object));
+  };
+  EXPECT_EQ(fault(5, 7, 6), "");
+  EXPECT_EQ(fault(5, 7, std::nullopt), "");
+  EXPECT_EQ(fault(5, 7, 9), "has a default beyond its limits");
+  EXPECT_EQ(fault(5, 7, 4), "has a default beyond its limits");
+  EXPECT_EQ(fault(7, 5, 6), "has a lower limit above the upper one");
+  EXPECT_EQ(fault(7, 5, std::nullopt), "has a lower limit above the upper one");
+}
+
 TEST_F(OwnObjectsTest, ACommandCreatesAndRemovesThem) {
   run(config_with_axis());
   EXPECT_TRUE(ask(create(0x2200, 1, od::DataType::unsigned16, 3)).ok());
