@@ -264,7 +264,11 @@ class Session {
       return std::nullopt;
     }
     if (request_.what == "bit-timing") {
-      const auto rate = parse_number(request_.value, 1000, false);
+      const std::string_view unit = "kbit";
+      const std::string number = request_.value.ends_with(unit)
+                                     ? request_.value.substr(0, request_.value.size() - unit.size())
+                                     : request_.value;
+      const auto rate = parse_number(number, 1000, false);
       const auto index =
           rate ? lss::bit_timing_index(static_cast<std::uint32_t>(*rate * 1000)) : std::nullopt;
       if (index) {
@@ -282,7 +286,8 @@ class Session {
       return inquire();
     }
     if (request_.what == "set-node-id" &&
-        !must(Procedure::configure_node_id, arguments, "node-ID")) {
+        (is_anothers(std::to_integer<std::uint8_t>(arguments.front())) ||
+         !must(Procedure::configure_node_id, arguments, "node-ID"))) {
       return kFailed;
     }
     if (request_.what == "bit-timing" &&
@@ -297,6 +302,41 @@ class Session {
       print({{"line", id_.line}, {"ok", true}});
     }
     return kDone;
+  }
+
+  // Whose it is, if it is on the line; empty: nobody's.
+  std::string owner_of(std::uint8_t node) {
+    const auto found = model_.lines().find(id_);
+    if (found == model_.lines().end()) {
+      return {};
+    }
+    const Line& line = found->second;
+    // States of nodes come after that of their line.
+    (void)wait_until(context_, model_, [&] {
+      return line.nodes.contains(node) || line.nodes.size() >= line.view->state.nodes_configured;
+    });
+    if (line.view->state.node_id == node) {
+      return "the gateway's own node";
+    }
+    const auto known = line.nodes.find(node);
+    const bool there =
+        known != line.nodes.end() && known->second.state.presence == manager::Presence::present;
+    return !there ? "" : known->second.name.empty() ? "a node" : known->second.name;
+  }
+
+  // Two devices with one node-ID understand nobody. Only who has it may be given it, to store it.
+  bool is_anothers(std::uint8_t node) {
+    const std::string owner = node == lss::kNoNodeId ? "" : owner_of(node);
+    if (owner.empty()) {
+      return false;
+    }
+    const auto now = ask(Procedure::inquire_node_id, {});
+    if (now && now->data == Bytes{std::byte{node}}) {
+      return false;
+    }
+    context_.err << "node-ID " << unsigned{node} << " is that of " << printable(owner)
+                 << ", which is on the line\n";
+    return true;
   }
 
   int inquire() {

@@ -34,7 +34,13 @@ std::vector<std::byte> with_address(std::initializer_list<int> head) {
 class LssLine : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {
-    listener.on_line({"plant", "press"}, LineView{.interface_uri = "virtual:press"});
+    LineView view{.interface_uri = "virtual:press"};
+    view.state.node_id = 127;
+    listener.on_line({"plant", "press"}, view);
+    NodeView node{.name = "ram"};
+    node.state.node = 5;
+    node.state.presence = present;
+    listener.on_node({"plant", "press"}, node);
   }
   Answer call(const LineId& /*id*/, const line::Command& command, Duration /*timeout*/,
               std::uint64_t /*layout_id*/, Listener& /*listener*/) override {
@@ -54,6 +60,7 @@ class LssLine : public Client {
     answers.push_back(std::move(answer));
   }
 
+  manager::Presence present = manager::Presence::present;
   std::deque<Answer> answers;
   std::vector<std::pair<Procedure, std::vector<std::byte>>> asked;
 };
@@ -108,6 +115,30 @@ TEST_F(LssCommand, ANodeIdIsGivenToTheDeviceOfThatAddress) {
   EXPECT_EQ(line.asked[1].second, raw({9}));
 }
 
+TEST_F(LssCommand, ANodeIdThatAnotherHasIsGivenToNobody) {
+  line.will_answer(raw({0, 0, 0}));
+  line.will_answer(raw({0, 0, 0, 255}));
+  EXPECT_EQ(run({.what = "set-node-id", .address = kDeviceText, .value = "5"}), kFailed);
+  EXPECT_EQ(err.str(), "node-ID 5 is that of ram, which is on the line\n");
+  EXPECT_EQ(procedures(), (Procedures{Procedure::switch_selective, Procedure::inquire_node_id,
+                                      Procedure::switch_global}));
+  line.will_answer(raw({0, 0, 0}));
+  line.will_answer(raw({0, 0, 0, 9}));
+  EXPECT_EQ(run({.what = "set-node-id", .address = kDeviceText, .value = "127"}), kFailed);
+  EXPECT_NE(err.str().find("127 is that of the gateway's own node"), std::string::npos);
+}
+
+TEST_F(LssCommand, ANodeIdOfWhoHasItOrIsNotThereMayBeGiven) {
+  line.will_answer(raw({0, 0, 0}));
+  line.will_answer(raw({0, 0, 0, 5}));
+  EXPECT_EQ(run({.what = "set-node-id", .address = kDeviceText, .value = "5"}), kDone);
+  line.asked.clear();
+  line.present = manager::Presence::missing;
+  EXPECT_EQ(run({.what = "set-node-id", .address = kDeviceText, .value = "5"}), kDone);
+  EXPECT_EQ(procedures(), (Procedures{Procedure::switch_selective, Procedure::configure_node_id,
+                                      Procedure::switch_global}));
+}
+
 TEST_F(LssCommand, ARefusalEndsItAndTheDeviceDoesNotStayInConfiguration) {
   line.will_answer(raw({0, 0, 0}));
   line.will_answer(raw({2, 255, 7}));
@@ -117,6 +148,9 @@ TEST_F(LssCommand, ARefusalEndsItAndTheDeviceDoesNotStayInConfiguration) {
   EXPECT_EQ(procedures(), (Procedures{Procedure::switch_selective, Procedure::configure_bit_timing,
                                       Procedure::switch_global}));
   EXPECT_EQ(line.asked[1].second, raw({0, 3}));
+  line.asked.clear();
+  EXPECT_EQ(run({.what = "bit-timing", .address = kDeviceText, .value = "250kbit"}), kDone);
+  EXPECT_EQ(line.asked[1].second, raw({0, 3})) << "as plant.yaml has it";
 }
 
 TEST_F(LssCommand, InquiresTheOnlyDevice) {
