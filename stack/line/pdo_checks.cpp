@@ -110,7 +110,7 @@ void tell_waiting(const LineConfig& config, std::span<const pdo::RemoteNode> rem
   if (waiting != 0) {
     out.push_back({.severity = Severity::warning,
                    .file = config.name,
-                   .text = "nobody produces SYNC (sync of the line), for which wait " + names});
+                   .text = names + ": on SYNC, which nobody produces (sync of the line)"});
   }
 }
 

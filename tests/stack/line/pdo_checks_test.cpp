@@ -60,8 +60,8 @@ TEST(PdoChecks, PdosThatWaitForASyncOfNobodyAreNamed) {
   LineConfig config = config_with_axis();
   set(config.nodes[0], {0x1800, 2}, 1);
   set(config.nodes[0], {0x1400, 2}, 0);
-  EXPECT_THAT(told(config), ElementsAre("warning: nobody produces SYNC (sync of the line), for "
-                                        "which wait TPDO 1 of axis, RPDO 1 of axis"));
+  EXPECT_THAT(told(config), ElementsAre("warning: TPDO 1 of axis, RPDO 1 of axis: on SYNC, which "
+                                        "nobody produces (sync of the line)"));
   LineConfig with_sync = config;
   with_sync.sync_period = milliseconds(10);
   EXPECT_THAT(told(with_sync), IsEmpty());
