@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bridges/console/answer.h"
 #include "bridges/console/event_progress.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/model.h"
@@ -79,8 +80,7 @@ int boot(Context& context, const std::string& what) {
                          {EventKind::boot_result, EventKind::configuration_error});
   const Client::Answer answer = context.client.call(id, command, command.timeout, 0, progress);
   if (!answer.reply.ok()) {
-    context.err << answer.text << '\n';
-    return kFailed;
+    return print_answer(context, answer);
   }
   const auto outcomes = manager::read_boot_report(answer.reply.data);
   if (!outcomes.ok()) {

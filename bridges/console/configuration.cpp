@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <ostream>
 
+#include "bridges/console/answer.h"
 #include "bridges/console/event_progress.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/object_text.h"
@@ -15,13 +16,13 @@ namespace {
 // 126 nodes of 1000 objects each, read one after the other at 50 kbit/s, take minutes.
 constexpr Duration kLongestConfiguring = std::chrono::minutes(15);
 
-bool write_own(Context& context, Model& model, const LineId& id,
+bool write_own(Context& context, Model& model, const Line& line,
                const manager::ObjectWrite& write) {
   line::Command command{.kind = line::CommandKind::local_write};
   command.index = write.address.index;
   command.sub = write.address.sub;
   command.data = write.data;
-  const Client::Answer answer = context.client.call(id, command, context.timeout, 0, model);
+  const Client::Answer answer = ask_line(context, model, line, command);
   if (!answer.reply.ok()) {
     context.err << format_object(write.address) << ": " << answer.text;
     if (answer.reply.error.domain == Domain::sdo) {
@@ -30,6 +31,14 @@ bool write_own(Context& context, Model& model, const LineId& id,
     context.err << '\n';
   }
   return answer.reply.ok();
+}
+
+// A concise DCF of a node goes to the manager, which writes it when it boots the node.
+std::string import_text(std::uint8_t node, std::size_t count) {
+  const std::string objects = std::to_string(count) + (count == 1 ? " object" : " objects");
+  return node == 0 ? objects + " written"
+                   : objects + " for node " + std::to_string(node) +
+                         ", written to it when it boots the next time";
 }
 
 }  // namespace
@@ -52,8 +61,7 @@ int configure(Context& context, ConfigAction action, const std::string& what) {
   EventProgress progress(model, id, context.err, {EventKind::command_progress});
   const Client::Answer answer = context.client.call(id, command, command.timeout, 0, progress);
   if (!answer.reply.ok()) {
-    context.err << answer.text << '\n';
-    return kFailed;
+    return print_answer(context, answer);
   }
   const auto nodes = manager::read_configuration_report(answer.reply.data);
   if (!nodes.ok()) {
@@ -81,24 +89,22 @@ int import_configuration(Context& context, const std::string& what,
   if (!target || !writes.ok()) {
     return kUsage;
   }
+  const std::size_t count = writes->size();
   if (target->node != 0) {
     *writes = {{{manager::kConciseDcf, target->node}, {concise_dcf.begin(), concise_dcf.end()}}};
   }
-  Model model;
-  const Line* const line = find_line(context, model, target->line);
-  if (line == nullptr) {
-    return kFailed;
-  }
-  const LineId id = line->id;
-  for (const manager::ObjectWrite& write : *writes) {
-    if (!write_own(context, model, id, write)) {
+  return on_line(context, target->line, [&](Model& model, const Line& line) {
+    const auto taken = [&](const manager::ObjectWrite& write) {
+      return write_own(context, model, line, write);
+    };
+    if (!std::ranges::all_of(*writes, taken)) {
       return kFailed;
     }
-  }
-  context.out << (context.json ? "{\"written\":" + std::to_string(writes->size()) + "}"
-                               : std::to_string(writes->size()) + " objects written")
-              << '\n';
-  return kDone;
+    context.out << (context.json ? "{\"written\":" + std::to_string(count) + "}"
+                                 : import_text(target->node, count))
+                << '\n';
+    return kDone;
+  });
 }
 
 }  // namespace linegate::console

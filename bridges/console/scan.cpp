@@ -4,6 +4,7 @@
 #include <ostream>
 #include <span>
 
+#include "bridges/console/answer.h"
 #include "bridges/console/event_progress.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/model.h"
@@ -56,8 +57,7 @@ int scan(Context& context, const ScanRequest& request, ScanResult& result) {
   const Client::Answer answer =
       context.client.call(result.id, command, command.timeout, 0, progress);
   if (!answer.reply.ok()) {
-    context.err << answer.text << '\n';
-    return kFailed;
+    return print_answer(context, answer);
   }
   auto nodes = scan::read_report(answer.reply.data);
   if (!nodes.ok()) {

@@ -7,6 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bridges/console/boot.h"
+#include "bridges/console/configuration.h"
 #include "bridges/console/scan.h"
 #include "stack/base/abort_code.h"
 
@@ -363,6 +365,35 @@ TEST_F(Commands, EventsAreThoseOfALineByNameOrNetworkId) {
   EXPECT_EQ(events(context_, "hall", 1, [] { return false; }), kFailed)
       << "nobody waits for a line that is not there";
   EXPECT_THAT(err_.str(), HasSubstr("no line 'hall'"));
+}
+
+TEST_F(Commands, WhatIsRefusedIsSaidAsJsonWhereThatIsWanted) {
+  context_.json = true;
+  gateway_.answer = {.reply = {.error = line::to_error(line::Refusal::wrong_role), .data = {}},
+                     .text = "not possible in the line's role"};
+  ScanResult found;
+  EXPECT_EQ(boot(context_, "press"), kFailed);
+  EXPECT_EQ(configure(context_, ConfigAction::verify, "press"), kFailed);
+  EXPECT_EQ(scan(context_, {.what = "press"}, found), kFailed);
+  const std::string once = R"({"ok":false,"domain":"command","code":)" +
+                           std::to_string(static_cast<unsigned>(line::Refusal::wrong_role)) +
+                           R"(,"text":"not possible in the line's role"})"
+                           "\n";
+  EXPECT_EQ(out_.str(), once + once + once);
+  EXPECT_EQ(err_.str(), "");
+}
+
+TEST_F(Commands, AnImportSaysWhenItReachesTheNode) {
+  // 1017h = 300
+  const auto one = test::raw({1, 0, 0, 0, 0x17, 0x10, 0, 2, 0, 0, 0, 0x2C, 1});
+  EXPECT_EQ(import_configuration(context_, "press:5", one), kDone);
+  EXPECT_EQ(out_.str(), "1 object for node 5, written to it when it boots the next time\n");
+  EXPECT_EQ(gateway_.last.index, 0x1F22);
+  EXPECT_EQ(gateway_.last.sub, 5);
+  out_.str("");
+  EXPECT_EQ(import_configuration(context_, "press", one), kDone);
+  EXPECT_EQ(out_.str(), "1 object written\n");
+  EXPECT_EQ(gateway_.last.index, 0x1017);
 }
 
 TEST_F(Commands, DamagedSamplesAreToldOnceAndNotAmongTheResults) {
