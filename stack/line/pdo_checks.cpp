@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
@@ -51,9 +52,11 @@ Services services_of(const LineConfig& config) {
   return out;
 }
 
-bool as_found(const LineConfig& config, std::uint8_t id) {
-  const auto node = std::ranges::find(config.nodes, id, &NodeConfig::id);
-  return node != config.nodes.end() && node->as_found;
+// What a scan found runs as it is; what somebody wrote can be mended.
+Severity severity_in(const LineConfig& config) {
+  const bool found =
+      !config.scanned.empty() || std::ranges::any_of(config.nodes, &NodeConfig::as_found);
+  return found ? Severity::warning : Severity::error;
 }
 
 std::string text_of(const pdo::RemoteNode& node, std::string_view kind,
@@ -88,30 +91,22 @@ bool produces_sync(const NodeConfig& node) {
          });
 }
 
+std::vector<pdo::RemoteNode> remotes_of(const LineConfig& config) {
+  std::vector<pdo::RemoteNode> out;
+  for (const NodeConfig& node : config.nodes) {
+    if (auto pdos = pdo::describe_pdos(node.device); pdos.ok()) {
+      out.push_back({.id = node.id,
+                     .name = node.name,
+                     .pdos = *std::move(pdos.value),
+                     .device = &node.device});
+    }
+  }
+  return out;
+}
+
 bool has_sync(const LineConfig& config) {
   return config.sync_period > Duration::zero() || has_own_value(config, kSyncPeriod) ||
          std::ranges::any_of(config.nodes, produces_sync);
-}
-
-void tell_waiting(const LineConfig& config, std::span<const pdo::RemoteNode> remotes,
-                  std::vector<Diagnostic>& out) {
-  constexpr std::size_t kMostNamed = 6;
-  std::size_t waiting = 0;
-  std::string names;
-  for_each_pdo(remotes, [&](const pdo::RemoteNode& node, std::string_view kind,
-                            const pdo::Parameters& each) {
-    if (pdo::is_synchronous(each.type) && ++waiting <= kMostNamed) {
-      names += (names.empty() ? "" : ", ") + text_of(node, kind, each);
-    }
-  });
-  if (waiting > kMostNamed) {
-    names += " and " + std::to_string(waiting - kMostNamed) + " more";
-  }
-  if (waiting != 0) {
-    out.push_back({.severity = Severity::warning,
-                   .file = config.name,
-                   .text = names + ": on SYNC, which nobody produces (sync of the line)"});
-  }
 }
 
 }  // namespace
@@ -123,15 +118,36 @@ std::vector<Diagnostic> check_pdos(const LineConfig& config,
   for_each_pdo(remotes, [&](const pdo::RemoteNode& node, std::string_view kind,
                             const pdo::Parameters& each) {
     if (const auto taken = services.find(identifier(each.cob_id)); taken != services.end()) {
-      out.push_back({.severity = as_found(config, node.id) ? Severity::warning : Severity::error,
+      out.push_back({.severity = severity_in(config),
                      .file = node.device->file,
                      .text = text_of(node, kind, each) + " has the COB-ID of " + taken->second});
     }
   });
-  if (config.role == Role::manager && !has_sync(config)) {
-    tell_waiting(config, remotes, out);
-  }
   return out;
+}
+
+std::optional<Diagnostic> unsynchronised_pdos(const LineConfig& config) {
+  if (config.role != Role::manager || has_sync(config)) {
+    return std::nullopt;
+  }
+  constexpr std::size_t kMostNamed = 6;
+  std::size_t waiting = 0;
+  std::string names;
+  for_each_pdo(remotes_of(config), [&](const pdo::RemoteNode& node, std::string_view kind,
+                                       const pdo::Parameters& each) {
+    if (pdo::is_synchronous(each.type) && ++waiting <= kMostNamed) {
+      names += (names.empty() ? "" : ", ") + text_of(node, kind, each);
+    }
+  });
+  if (waiting == 0) {
+    return std::nullopt;
+  }
+  if (waiting > kMostNamed) {
+    names += " and " + std::to_string(waiting - kMostNamed) + " more";
+  }
+  return Diagnostic{.severity = Severity::warning,
+                    .file = config.name,
+                    .text = names + ": on SYNC, which nobody produces (sync of the line)"};
 }
 
 }  // namespace linegate::line

@@ -2,6 +2,7 @@
 // which identifiers these are, and who produces SYNC.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -12,10 +13,12 @@
 namespace linegate::line {
 
 // Errors: a PDO on the identifier of SYNC, of TIME if the line sends it, or of an EMCY, of a node
-// or the own one; warnings for a node that is taken as it was found. A warning if PDOs of a
-// manager's line wait for SYNC that nobody in the configuration produces. remotes are nodes of
-// config.
+// or the own one; warnings in a line that is what a scan found. remotes are nodes of config.
 std::vector<Diagnostic> check_pdos(const LineConfig& config,
                                    std::span<const pdo::RemoteNode> remotes);
+
+// A warning that names the PDOs of a manager's line that wait for SYNC, if nobody in the
+// configuration produces it; somebody else on the bus may. file is the line's name.
+std::optional<Diagnostic> unsynchronised_pdos(const LineConfig& config);
 
 }  // namespace linegate::line
