@@ -1,6 +1,7 @@
 #include "stack/manager/state.h"
 
 #include "stack/manager/boot_event.h"
+#include "stack/manager/program_run.h"
 
 namespace linegate::manager {
 namespace {
@@ -25,6 +26,8 @@ std::string_view unread(char letter, const BootFinding& finding) {
       return finding.abort == AbortCode::timeout ? describe_boot(letter) : "1000h cannot be read";
     case 'D':
       return "vendor-ID cannot be read";
+    case 'G':
+      return "software version cannot be read";
     case 'M':
       return "product code cannot be read";
     case 'N':
@@ -134,6 +137,9 @@ std::string describe_boot(char letter, const BootFinding& finding) {
     case BootFinding::Kind::value:
       out += ": " + object_text(finding.object) + " is " + hex(finding.found, 8) + "h, not " +
              hex(finding.expected, 8) + 'h';
+      if (finding.object.index == kFlashStatus) {
+        out += ", " + std::string(describe_flash_status(finding.found));
+      }
       break;
   }
   return out;

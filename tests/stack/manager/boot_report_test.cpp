@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "stack/manager/boot_event.h"
+#include "stack/manager/program_run.h"
 
 namespace linegate::manager {
 namespace {
@@ -68,6 +69,30 @@ TEST(BootEvent, OfALetterAloneHasNoData) {
   EXPECT_EQ(event.length, 0);
   EXPECT_EQ(event.value, 0U);
   EXPECT_EQ(finding_of(event), BootFinding{});
+}
+
+TEST(BootStatus, WhatCouldNotBeReadIsNotCalledAnother) {
+  const auto ended = [](char letter, AbortCode abort) {
+    const std::string words = describe_boot(
+        letter, {.kind = BootFinding::Kind::abort, .object = {0x1018, 1}, .abort = abort});
+    return words.substr(0, words.find(": 1018:01 ended with "));
+  };
+  EXPECT_EQ(ended('B', AbortCode::timeout), "no answer to the SDO upload of 1000h");
+  EXPECT_EQ(ended('B', AbortCode::no_object), "1000h cannot be read");
+  EXPECT_EQ(ended('D', AbortCode::no_object), "vendor-ID cannot be read");
+  EXPECT_EQ(ended('M', AbortCode::no_object), "product code cannot be read");
+  EXPECT_EQ(ended('N', AbortCode::no_object), "revision number cannot be read");
+  EXPECT_EQ(ended('O', AbortCode::no_object), "serial number cannot be read");
+  EXPECT_EQ(ended('G', AbortCode::no_object), "software version cannot be read");
+}
+
+TEST(BootStatus, AFlashStatusHasItsWords) {
+  EXPECT_EQ(describe_boot('I', {.kind = BootFinding::Kind::value,
+                                .object = {kFlashStatus, 1},
+                                .expected = 0,
+                                .found = 4}),
+            "software update failed: 1F57:01 is 00000004h, not 00000000h, format of the program is "
+            "unknown");
 }
 
 TEST(BootStatus, TheFindingIsSaidInWords) {
