@@ -102,7 +102,7 @@ std::string_view describe(Refusal refusal) {
     case Refusal::stale_layout:
       return "made for another image layout";
     case Refusal::cancelled:
-      return "the gateway is stopping";
+      return "the line was stopped or started anew meanwhile";
     case Refusal::wrong_interface:
       return "not possible with the line's interface";
     case Refusal::identifier_in_use:
