@@ -9,6 +9,7 @@
 
 #include "gateway/config/value.h"
 #include "gateway/exit_code.h"
+#include "gateway/hints.h"
 #include "gateway/json_writer.h"
 #include "gateway/log.h"
 #include "gateway/routing_text.h"
@@ -555,7 +556,8 @@ std::string to_json(const Loaded<config::Plant>& loaded) {
 }
 
 int check(const std::string& path, bool json) {
-  const auto loaded = config::load(path);
+  auto loaded = config::load(path);
+  add_hints(loaded);
   if (json) {
     std::cout << to_json(loaded) << '\n';
   } else {

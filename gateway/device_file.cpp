@@ -36,7 +36,8 @@ DeviceFile own_eds(const line::LineConfig& config) {
   }
   const auto made = line::Line::make(config);
   if (!made.value) {
-    return failure(to_string(made.diagnostics.front()));
+    const auto error = std::ranges::find(made.diagnostics, Severity::error, &Diagnostic::severity);
+    return failure(to_string(*error));
   }
   od::DeviceDescription device;
   device.objects = (*made.value)->dictionary().describe();

@@ -12,6 +12,7 @@
 #include "gateway/check.h"
 #include "gateway/exit_code.h"
 #include "gateway/gateway.h"
+#include "gateway/hints.h"
 #include "gateway/library_logger.h"
 #include "gateway/log.h"
 #include "gateway/service.h"
@@ -53,6 +54,7 @@ Loaded<config::Plant> load(const Arguments& arguments) {
   plant.dds_last_words =
       std::chrono::duration_cast<Duration>(std::chrono::duration<double>(arguments.last_words));
   plant.log = config::parse_log_level(arguments.log_level).value_or(plant.log);
+  add_hints(loaded);
   return loaded;
 }
 

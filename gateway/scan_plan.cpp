@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "gateway/found_nodes.h"
+#include "stack/line/pdo_checks.h"
 #include "stack/scan/report.h"
 
 namespace linegate::gateway {
@@ -76,6 +77,9 @@ Loaded<config::LinePlan> plan_of(const config::LinePlan& present, const TakenSca
   }
   tell(Severity::note, "a scan is taken over: " + std::to_string(plan.config.nodes.size()) +
                            (plan.config.nodes.size() == 1 ? " node" : " nodes"));
+  if (auto waiting = line::unsynchronised_pdos(plan.config)) {
+    tell(Severity::warning, std::move(waiting->text));
+  }
   out.value = std::move(plan);
   return out;
 }

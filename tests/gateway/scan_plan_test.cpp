@@ -126,6 +126,23 @@ TEST(ScanPlan, ConflictsDoNotKeepTheLineFromRunning) {
   EXPECT_TRUE(line::Line::make(plan.value->config).ok());
 }
 
+TEST(ScanPlan, PdosOnASyncThatNobodyProducesAreNamed) {
+  scan::ScannedNode node = node_of(5);
+  const auto before = plan_of(line_of(kBare), taken({node}, line::kScanSetUp));
+  EXPECT_TRUE(std::ranges::none_of(before.diagnostics, [](const Diagnostic& each) {
+    return each.severity == Severity::warning;
+  }));
+  const auto type =
+      std::ranges::find(node.values, od::Address{0x1800, 2}, &manager::ObjectWrite::address);
+  ASSERT_NE(type, node.values.end());
+  type->data = {std::byte{1}};
+  const auto plan = plan_of(line_of(kBare), taken({node}, line::kScanSetUp));
+  EXPECT_TRUE(std::ranges::any_of(plan.diagnostics, [](const Diagnostic& each) {
+    return each.severity == Severity::warning &&
+           each.text == "TPDO 1 of node5: on SYNC, which nobody produces (sync of the line)";
+  }));
+}
+
 struct Taker {
   explicit Taker(const std::string& text) : scans(line_of(text), results) {}
 

@@ -1,0 +1,13 @@
+// What a configuration says that is no mistake in itself, and hardly meant so.
+#pragma once
+
+#include "gateway/config/plant.h"
+
+namespace linegate::gateway {
+
+// Adds them to the diagnostics, as warnings: PDOs that wait for a SYNC which nobody produces; error
+// control that is written to an object which the device file does not have. Nothing for a
+// configuration that is not good.
+void add_hints(Loaded<config::Plant>& loaded);
+
+}  // namespace linegate::gateway
