@@ -523,6 +523,8 @@ class Program {
                                         .bit_rate = result.line.bit_rate,
                                         .network_id = result.line.state.network_id,
                                         .node_id = result.line.state.node_id,
+                                        .access = result.line.access,
+                                        .dds_domain = options_.domain,
                                         .nodes = std::move(result.nodes)},
                                        scan_folder_, eds_folder_);
     for (const std::string& note : files.notes) {

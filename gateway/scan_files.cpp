@@ -93,6 +93,10 @@ std::string plant_text(const ScannedLine& line, const std::vector<NodeFile>& fil
   out << YAML::BeginMap << YAML::Key << "schema" << YAML::Value << 1;
   out << YAML::Key << "gateway" << YAML::Value << YAML::BeginMap << YAML::Key << "name"
       << YAML::Value << line.gateway << YAML::EndMap;
+  if (line.dds_domain != 0) {
+    out << YAML::Key << "dds" << YAML::Value << YAML::BeginMap << YAML::Key << "domain"
+        << YAML::Value << line.dds_domain << YAML::EndMap;
+  }
   out << YAML::Key << "lines" << YAML::Value << YAML::BeginSeq << YAML::BeginMap;
   out << YAML::Key << "name" << YAML::Value << line.name;
   out << YAML::Key << "interface" << YAML::Value << YAML::DoubleQuoted << line.interface_uri;
@@ -101,6 +105,10 @@ std::string plant_text(const ScannedLine& line, const std::vector<NodeFile>& fil
   }
   out << YAML::Key << "network_id" << YAML::Value << line.network_id;
   out << YAML::Key << "node_id" << YAML::Value << int{line.node_id};
+  if (!line.access.empty()) {
+    out << YAML::Key << "access" << YAML::Value << YAML::BeginMap << YAML::Key << "commands"
+        << YAML::Value << line.access << YAML::EndMap;
+  }
   out << YAML::Key << "nodes" << YAML::Value << YAML::BeginSeq;
   for (const NodeFile& file : files) {
     out << YAML::BeginMap << YAML::Key << "id" << YAML::Value << int{file.node->id};

@@ -19,6 +19,8 @@ struct ScannedLine {
   std::uint32_t bit_rate = 0;    // bit/s, 0 = not known
   std::uint16_t network_id = 1;  // 1..127
   std::uint8_t node_id = 127;    // own
+  std::string access{};          // for commands: off, read or all; empty = not known
+  unsigned dds_domain = 0;
   std::vector<scan::ScannedNode> nodes;
 };
 
