@@ -204,9 +204,9 @@ NodeList Diagnosis::monitored() const {
   return out;
 }
 
-bool Diagnosis::wrong(std::uint8_t node) const {
+bool Diagnosis::wrong(std::uint8_t node, bool assigned) const {
   const NodeState& seen = source_.node_seen(node);
-  if (!assigned_to_master(node)) {
+  if (!assigned) {
     return seen.presence == Presence::present;
   }
   return !booted(seen) || seen.presence == Presence::missing || disobedient_.has(node);
@@ -235,7 +235,8 @@ NodeLists Diagnosis::lists() const {
     }
     out.configured.set(node, of_master && out.assigned.has(node) && booted(seen) &&
                                  seen.presence == Presence::present);
-    out.fault.set(node, of_master ? wrong(node) : seen.presence == Presence::missing);
+    out.fault.set(
+        node, of_master ? wrong(node, out.assigned.has(node)) : seen.presence == Presence::missing);
     out.emergency.set(node, of_master && emcys_.erroneous(node));
   });
   return out;
@@ -244,8 +245,9 @@ NodeLists Diagnosis::lists() const {
 bool Diagnosis::first_boot_runs() const {
   bool out = false;
   each_node([&](std::uint8_t node) {
-    out = out || (node != options_.own_node && assigned_to_master(node) &&
-                  source_.node_seen(node).boot == manager::kBootUnfinished);
+    out = out ||
+          (node != options_.own_node && source_.node_seen(node).boot == manager::kBootUnfinished &&
+           assigned_to_master(node));
   });
   return out;
 }
@@ -258,9 +260,9 @@ NetworkFacts Diagnosis::facts(const NodeLists& lists) const {
     if (node == options_.own_node) {
       return;
     }
-    const bool faulty = lists.fault.has(node);
-    bool& where = mandatory(node) ? out.mandatory_wrong : out.optional_wrong;
-    where = where || faulty;
+    if (lists.fault.has(node)) {
+      (mandatory(node) ? out.mandatory_wrong : out.optional_wrong) = true;
+    }
     out.some_operational = out.some_operational || lists.operational.has(node);
   });
   return out;

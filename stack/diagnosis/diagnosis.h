@@ -76,11 +76,10 @@ class Diagnosis final : public EventListener {
 
  private:
   void begin();
-  bool assigned(std::uint8_t node) const;
   bool mandatory(std::uint8_t node) const;
   bool assigned_to_master(std::uint8_t node) const;
   NodeList monitored() const;
-  bool wrong(std::uint8_t node) const;
+  bool wrong(std::uint8_t node, bool assigned) const;
   NetworkFacts facts(const NodeLists& lists) const;
   bool first_boot_runs() const;
   void look_at_boot_time(Instant now);

@@ -11,6 +11,15 @@ std::uint32_t key(std::uint32_t id, bool extended) {
   return id | (extended ? 0x8000'0000U : 0U);
 }
 
+// What the RUN indicator shows of the own state (CiA 303-3). Line::state() says it too, but looks
+// at every node for the rest of what it says, and this is asked after every call of a line.
+bool is_operational(const line::Line& line) {
+  return line.indicators().run == node::Pattern::on;
+}
+bool is_pre_operational(const line::Line& line) {
+  return line.indicators().run == node::Pattern::blinking;
+}
+
 bool bit(std::span<const std::byte> bytes, unsigned position) {
   return (std::to_integer<unsigned>(bytes[position / 8]) >> (position % 8) & 1U) != 0;
 }
@@ -53,12 +62,11 @@ void ImageModel::before_receive(const can::Frame& frame) {
     return;
   }
   Pdo& pdo = it->second;
-  const nmt::State own = line_.state().own_state;
-  if (own == nmt::State::pre_operational && line_.config().role == line::Role::manager &&
+  if (is_pre_operational(line_) && line_.config().role == line::Role::manager &&
       frame.length == pdo.bytes) {
     pdo.pending = true;
     pdo.shadow = frame;
-  } else if (own != nmt::State::operational) {
+  } else if (!is_operational(line_)) {
     return;
   } else if (pdo.synchronous) {
     pdo.pending = true;
@@ -72,10 +80,11 @@ void ImageModel::before_receive(const can::Frame& frame) {
 void ImageModel::after_call() {
   const bool synced = line_.sync_count() != syncs_;
   syncs_ = line_.sync_count();
-  const nmt::State own = line_.state().own_state;
+  const bool operational = is_operational(line_);
+  const bool pre_operational = is_pre_operational(line_);
   for (auto& [id, pdo] : pdos_) {
-    if (own != nmt::State::operational) {
-      pdo.pending = pdo.pending && own == nmt::State::pre_operational;
+    if (!operational) {
+      pdo.pending = pdo.pending && pre_operational;
     } else if (pdo.pending && (synced || !pdo.synchronous)) {
       pdo.pending = false;
       pdo.has_value = true;
