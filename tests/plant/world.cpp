@@ -202,13 +202,12 @@ void World::turn(LineSeat& seat) {
 }
 
 void World::turn_device(LineSeat& seat, DeviceSeat& device) {
-  std::array<can::Frame, 16> batch;
-  while (const std::size_t count = seat.bus.take(device.end, batch)) {
+  while (const std::size_t count = seat.bus.take(device.end, batch_)) {
     if (!device.model) {
-      device.device->receive(std::span(batch).first(count));
+      device.device->receive(std::span(batch_).first(count));
       continue;
     }
-    for (const can::Frame& frame : std::span(batch).first(count)) {
+    for (const can::Frame& frame : std::span(batch_).first(count)) {
       device.model->before_receive(*device.device, frame);
       device.device->receive(std::span(&frame, 1));
     }
@@ -225,9 +224,8 @@ void World::turn_device(LineSeat& seat, DeviceSeat& device) {
 
 void World::turn_line(LineSeat& seat) {
   line::Line& line = *seat.line;
-  std::array<can::Frame, 16> batch;
-  while (const std::size_t count = seat.bus.take(seat.end, batch)) {
-    for (const can::Frame& frame : std::span(batch).first(count)) {
+  while (const std::size_t count = seat.bus.take(seat.end, batch_)) {
+    for (const can::Frame& frame : std::span(batch_).first(count)) {
       seat.model.before_receive(frame);
       line.receive(std::span(&frame, 1), now_);
       seat.model.after_call();
@@ -246,9 +244,8 @@ void World::turn_ours(LineSeat& seat) {
     return;
   }
   line::Line& line = *seat.ours;
-  std::array<can::Frame, 16> batch;
-  while (const std::size_t count = seat.bus.take(seat.ours_end, batch)) {
-    line.receive(std::span(batch).first(count), now_);
+  while (const std::size_t count = seat.bus.take(seat.ours_end, batch_)) {
+    line.receive(std::span(batch_).first(count), now_);
   }
   line.advance(now_);
   can::Frame frame;
@@ -260,9 +257,8 @@ void World::turn_ours(LineSeat& seat) {
 // It is asked for frames like any other: that it has none is for it to see to.
 void World::turn_observer(LineSeat& seat) {
   line::Line& line = *seat.observer;
-  std::array<can::Frame, 16> batch;
-  while (const std::size_t count = seat.bus.take(seat.observer_end, batch)) {
-    line.receive(std::span(batch).first(count), now_);
+  while (const std::size_t count = seat.bus.take(seat.observer_end, batch_)) {
+    line.receive(std::span(batch_).first(count), now_);
   }
   line.advance(now_);
   can::Frame frame;
@@ -274,27 +270,24 @@ void World::turn_observer(LineSeat& seat) {
 }
 
 void World::collect(LineSeat& seat) {
-  std::array<can::Frame, 16> frames;
-  while (const std::size_t count = seat.bus.take(seat.witness_end, frames)) {
-    seat.frames.insert(seat.frames.end(), frames.begin(),
-                       frames.begin() + static_cast<long>(count));
+  while (const std::size_t count = seat.bus.take(seat.witness_end, batch_)) {
+    seat.frames.insert(seat.frames.end(), batch_.begin(),
+                       batch_.begin() + static_cast<long>(count));
   }
-  std::array<Event, 16> events;
-  while (const std::size_t count = seat.line->take_events(events)) {
-    seat.events.insert(seat.events.end(), events.begin(),
-                       events.begin() + static_cast<long>(count));
+  while (const std::size_t count = seat.line->take_events(told_)) {
+    seat.events.insert(seat.events.end(), told_.begin(), told_.begin() + static_cast<long>(count));
   }
-  while (const std::size_t count = seat.observer->take_events(events)) {
-    seat.observed.insert(seat.observed.end(), events.begin(),
-                         events.begin() + static_cast<long>(count));
+  while (const std::size_t count = seat.observer->take_events(told_)) {
+    seat.observed.insert(seat.observed.end(), told_.begin(),
+                         told_.begin() + static_cast<long>(count));
   }
   while (seat.ours != nullptr) {
-    const std::size_t count = seat.ours->take_events(events);
+    const std::size_t count = seat.ours->take_events(told_);
     if (count == 0) {
       break;
     }
-    seat.ours_told.insert(seat.ours_told.end(), events.begin(),
-                          events.begin() + static_cast<long>(count));
+    seat.ours_told.insert(seat.ours_told.end(), told_.begin(),
+                          told_.begin() + static_cast<long>(count));
   }
   line::Reply reply;
   while (seat.line->take_reply(reply)) {

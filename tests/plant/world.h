@@ -4,6 +4,7 @@
 // frames at the same instants.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -108,6 +109,10 @@ class World {
   std::minstd_rand delays_{1};  // of the hand-over, in us
   Instant now_{std::chrono::seconds(1)};
   unsigned steps_at_now_ = 0;
+  // What is being taken out of a bus or a line, here because a step should not make it anew for
+  // every device.
+  std::array<can::Frame, 16> batch_;
+  std::array<Event, 16> told_;
   std::string failure_;
 };
 
