@@ -54,6 +54,10 @@ if(LINEGATE_SANITIZE OR LINEGATE_BUILD_FUZZ)
   set(LINEGATE_UNOPTIMISED -O0)
 endif()
 
+# Headers take most of the time that a file of ours takes to compile. Eight and not all: a change of one file shall
+# not wait for its whole library, and a large library shall occupy more than one processor.
+option(LINEGATE_UNITY_LIBRARIES "Compile the sources of a library eight at a time" OFF)
+
 # linegate_library(NAME SOURCES a.cpp ... [DEPENDS linegate::x ...] [PRIVATE_DEPENDS ...])
 # makes static library linegate_NAME with alias linegate::NAME and installs it.
 function(linegate_library name)
@@ -63,6 +67,11 @@ function(linegate_library name)
     target_link_libraries(linegate_${name} PUBLIC linegate_flags ${ARG_DEPENDS}
                           PRIVATE $<BUILD_INTERFACE:linegate_warnings> ${ARG_PRIVATE_DEPENDS})
     set_target_properties(linegate_${name} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
+    if(LINEGATE_UNITY_LIBRARIES)
+      set_target_properties(linegate_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+      # GCC warns of a type in a header, and takes each file that is included for one.
+      target_compile_options(linegate_${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+    endif()
     if(LINEGATE_BUILD_FUZZ)
       # Counts the branches that inputs of a fuzzer reach; tests/fuzz links the fuzzer itself.
       target_compile_options(linegate_${name} PRIVATE -fsanitize=fuzzer-no-link)
