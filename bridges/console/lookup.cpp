@@ -23,6 +23,15 @@ std::string known_lines(const Model& model) {
   return out.empty() ? "none" : out;
 }
 
+// As each of them is named where the name alone is not enough, see Model::find().
+std::string full_names(const std::vector<const Line*>& lines) {
+  std::string out;
+  for (const Line* line : lines) {
+    out += (out.empty() ? "" : " or ") + line->id.gateway + '/' + line->id.line;
+  }
+  return out;
+}
+
 bool matches(const image::Entry& entry, const std::string& text) {
   const std::size_t dot = text.find('.');
   const std::size_t colon = text.find(':');
@@ -84,7 +93,7 @@ const Line* find_line(Context& context, Model& model, const std::string& line) {
   }
   const std::vector<const Line*> found = model.find(line);
   if (found.size() > 1) {
-    context.err << "more than one line is meant: " << known_lines(model) << '\n';
+    context.err << "more than one line is meant: " << full_names(found) << '\n';
     return nullptr;
   }
   return found.front();

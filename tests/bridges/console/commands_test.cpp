@@ -44,6 +44,9 @@ class FakeGateway : public Client {
                            {"routing-open", "0"}};
         listener.on_line({"plant", "saw"}, view);
       }
+      if (twin) {
+        listener.on_line({"other", "press"}, view);
+      }
       if (std::exchange(connects, false)) {
         listener.on_event(kPress,
                           {{.number = 9, .kind = EventKind::routing_opened}, "connection opened"});
@@ -80,6 +83,7 @@ class FakeGateway : public Client {
   bool connects = false;
   std::uint64_t events = 0;      // that happened so far
   bool written_route = false;    // another line has one
+  bool twin = false;             // another gateway has a line of that name
   std::uint64_t unreadable = 0;  // samples in each poll
   Answer answer;
   line::Command last;
@@ -346,6 +350,15 @@ TEST_F(Commands, NmtToOneToAllAndToTheOwnNode) {
 TEST_F(Commands, AnUnknownLineIsNamedWithThoseThatThereAre) {
   EXPECT_EQ(sdo_read(context_, "hall:5", "1000", "0", ""), kFailed);
   EXPECT_THAT(err_.str(), HasSubstr("no line 'hall'; lines heard of: press (gateway plant)"));
+}
+
+TEST_F(Commands, ALineOfTwoGatewaysIsNamedWithItsGateway) {
+  gateway_.written_route = true;
+  gateway_.twin = true;
+  EXPECT_EQ(sdo_read(context_, "press:5", "1000", "0", ""), kFailed);
+  EXPECT_EQ(err_.str(), "more than one line is meant: other/press or plant/press\n")
+      << "and not the third one";
+  EXPECT_EQ(sdo_read(context_, "plant/press:5", "1000", "0", ""), kDone);
 }
 
 TEST_F(Commands, SilenceIsAFailureWithAReason) {
