@@ -17,7 +17,7 @@ BoundLink::BoundLink(std::vector<config::Binding> bindings_of_two_lines)
 BoundSource::BoundSource(BoundLink& link) : link_(&link), inputs_(link.followings) {
 }
 
-void BoundSource::look(const line::Line& line, Instant now) {
+[[gnu::hot]] void BoundSource::look(const line::Line& line, Instant now) {
   if (!inputs_.look(line)) {
     return;
   }
@@ -34,7 +34,7 @@ void BoundSource::look(const line::Line& line, Instant now) {
 BoundTarget::BoundTarget(BoundLink& link) : link_(&link), outputs_(link.followings) {
 }
 
-bool BoundTarget::take(line::Line& line, Instant now) {
+[[gnu::hot]] bool BoundTarget::take(line::Line& line, Instant now) {
   const std::vector<line::Line::Input>* inputs = link_->values.fetch();
   return inputs != nullptr && outputs_.take(line, *inputs, now);
 }

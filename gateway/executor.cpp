@@ -22,7 +22,7 @@ constexpr std::uint64_t kWakeup = ~std::uint64_t{0};
 constexpr int kEventsAtOnce = 16;
 
 // epoll_wait in nanoseconds; in milliseconds where the kernel is older than 5.11.
-int wait_for(int epoll, epoll_event* events, Duration timeout) {
+[[gnu::hot]] int wait_for(int epoll, epoll_event* events, Duration timeout) {
   const auto seconds = std::chrono::floor<std::chrono::seconds>(timeout);
   const timespec ts{static_cast<std::time_t>(seconds.count()),
                     static_cast<long>((timeout - seconds).count())};
@@ -135,7 +135,7 @@ void Executor::join() {
   }
 }
 
-void Executor::run() {
+[[gnu::hot]] void Executor::run() {
   pthread_setname_np(pthread_self(), ("exec " + plan_.name).substr(0, 15).c_str());
   apply_scheduling(plan_);
   bool stopping = false;
@@ -204,18 +204,21 @@ void Executor::let_go(Instant now) {
   }
 }
 
-void Executor::serve(std::size_t i, Instant now) {
+[[gnu::hot]] void Executor::serve(std::size_t i, Instant now) {
   Place& place = places_[i];
   if (place.runner == nullptr || (!place.ready && place.runner->next_wake() > now)) {
     return;
   }
   place.ready = false;
+  if (std::exchange(place.called, false)) {
+    place.runner->called();
+  }
   place.runner->service(now);
   place.served = true;
   update_interest(i);
 }
 
-void Executor::announce() {
+[[gnu::hot]] void Executor::announce() {
   for (Place& place : places_) {
     if (std::exchange(place.served, false)) {
       place.runner->announce();
@@ -223,7 +226,7 @@ void Executor::announce() {
   }
 }
 
-void Executor::update_interest(std::size_t i) {
+[[gnu::hot]] void Executor::update_interest(std::size_t i) {
   Registered& was = places_[i].registered;
   const Runner& runner = *places_[i].runner;
   const Registered is{runner.descriptor(), runner.wants_writable()};
@@ -241,7 +244,7 @@ void Executor::update_interest(std::size_t i) {
   was = is;
 }
 
-void Executor::wait(Instant until) {
+[[gnu::hot]] void Executor::wait(Instant until) {
   constexpr Duration kLongest = std::chrono::seconds(10);
   const Instant now = monotonic_now();
   const Duration left = until <= now      ? Duration::zero()
@@ -256,6 +259,7 @@ void Executor::wait(Instant until) {
       woken_ = true;
       for (Place& place : places_) {
         place.ready = true;
+        place.called = true;
       }
     } else {
       places_[what].ready = true;

@@ -59,6 +59,7 @@ class Executor {
     std::unique_ptr<Runner> runner;
     Registered registered;
     bool ready = true;
+    bool called = true;
     bool served = false;  // in this round
     bool leaving = false;
   };
@@ -68,7 +69,7 @@ class Executor {
   void serve(std::size_t i, Instant now);
   void announce();
   void update_interest(std::size_t i);
-  // Sets ready of those whose descriptor is; of all if the executor was woken.
+  // Sets ready of those whose descriptor is; ready and called of all if the executor was woken.
   void wait(Instant until);
   bool all_stopped(Instant now) const;
   void place(std::unique_ptr<Runner> runner);

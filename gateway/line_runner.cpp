@@ -30,7 +30,7 @@ bool Publication::due(const line::Line& line, image::Direction direction, Instan
   return next(line, direction) <= now;
 }
 
-Instant Publication::next(const line::Line& line, image::Direction direction) const {
+[[gnu::hot]] Instant Publication::next(const line::Line& line, image::Direction direction) const {
   if (first_) {
     return last_;
   }
@@ -78,7 +78,7 @@ void LineRunner::bind(std::vector<BoundSource> sources, std::vector<BoundTarget>
   bound_targets_ = std::move(targets);
 }
 
-void LineRunner::service(Instant now) {
+[[gnu::hot]] void LineRunner::service(Instant now) {
   now = std::max(now, known_);  // values of another line may have been sent later
   const Instant known = pump_.drain(
       now,
@@ -93,8 +93,12 @@ void LineRunner::service(Instant now) {
   if (pump_.drained() > 0) {
     look_at_sources(now);  // first of all: another line's bus waits for it
   }
-  take_storage_results();
-  take_requests(known);  // after what was on the bus before: time does not go back for the line
+  if (called_) {
+    take_calls(known);  // after what was on the bus before: time does not go back for the line
+  }
+  if (scans_.next_wake() <= now) {
+    start_scan(known);
+  }
   take_messages(known);
   if (started_) {
     line_->advance(known);
@@ -113,26 +117,26 @@ void LineRunner::service(Instant now) {
   }
 }
 
-void LineRunner::announce() {
+[[gnu::hot]] void LineRunner::announce() {
   if (std::exchange(handed_over_, false)) {
     consumer_.signal();
   }
 }
 
-void LineRunner::look_at_sources(Instant now) {
+[[gnu::hot]] void LineRunner::look_at_sources(Instant now) {
   for (BoundSource& source : bound_sources_) {
     source.look(*line_, now);
   }
 }
 
-void LineRunner::transmit(Instant now) {
+[[gnu::hot]] void LineRunner::transmit(Instant now) {
   if (started_) {
     known_ = std::max(known_, now);
     pump_.transmit(now, [&](can::Frame& frame) { return line_->next_frame(frame, now); });
   }
 }
 
-void LineRunner::take_bound(const BoundLink& link, Instant now) {
+[[gnu::hot]] void LineRunner::take_bound(const BoundLink& link, Instant now) {
   if (!started_ || stopping_) {
     return;  // a line that starts looks for itself
   }
@@ -170,14 +174,25 @@ void LineRunner::take_storage_results() {
   }
 }
 
+// What a reply that found no room holds back stays where it is.
+void LineRunner::take_calls(Instant now) {
+  take_storage_results();
+  take_requests(now);
+  called_ = reply_held_;
+}
+
+void LineRunner::start_scan(Instant now) {
+  if (!started_ || stopping_) {
+    return;
+  }
+  if (auto scan = scans_.due(now)) {
+    line_->execute(*std::move(scan), now);
+  }
+}
+
 void LineRunner::take_requests(Instant now) {
   while (!reply_held_ && port_.commands.pop(command_)) {
     take_command(now);
-  }
-  if (started_ && !stopping_) {
-    if (auto scan = scans_.due(now)) {
-      line_->execute(*std::move(scan), now);
-    }
   }
   for (Event notice; port_.notices.pop(notice);) {
     notice.time = now;
@@ -212,13 +227,13 @@ void LineRunner::take_command(Instant now) {
   }
 }
 
-void LineRunner::take_messages(Instant now) {
+[[gnu::hot]] void LineRunner::take_messages(Instant now) {
   if (routes_ != nullptr) {
     routes_->take([&](const routing::Message& message) { line_->deliver(message, now); });
   }
 }
 
-void LineRunner::give_messages(Instant now) {
+[[gnu::hot]] void LineRunner::give_messages(Instant now) {
   if (routes_ != nullptr) {
     routes_->give([&](routing::Message& message) { return line_->take_message(message); },
                   [&](const routing::Message& message) { line_->deliver(message, now); });
@@ -269,22 +284,25 @@ void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
   hand_over_replies();
 }
 
-void LineRunner::hand_over(Instant now) {
-  hand_over_events();
-  hand_over_replies();
+[[gnu::hot]] void LineRunner::hand_over(Instant now) {
+  if (reply_held_ || line_->has_news()) {
+    hand_over_events();
+    hand_over_replies();
+  }
   if (now >= status_due_) {
     look_at_clock();
     look_at_losses();
     hand_over_events();
     hand_over_routes();
+    hand_over_layouts();
     status_wanted_ = true;
   }
   if (status_wanted_) {
     hand_over_status(now);
   }
-  hand_over_layouts();
-  for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
-    hand_over_image(direction, now);
+  if (next_image() <= now) {
+    hand_over_layouts();
+    hand_over_images(now);
   }
 }
 
@@ -369,6 +387,12 @@ void LineRunner::hand_over_routes() {
   handed_over_ = true;
 }
 
+void LineRunner::hand_over_images(Instant now) {
+  for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
+    hand_over_image(direction, now);
+  }
+}
+
 void LineRunner::hand_over_image(image::Direction direction, Instant now) {
   auto& publication = publications_[static_cast<std::size_t>(direction)];
   if (!publication.due(*line_, direction, now)) {
@@ -410,16 +434,18 @@ void LineRunner::look_at_losses() {
   line_->report(event);
 }
 
-Instant LineRunner::compute_next_wake() const {
+[[gnu::hot]] Instant LineRunner::compute_next_wake() const {
   Instant next = earlier(pump_.channel().next_wake(), status_due_);
   if (started_) {
     next = earlier(next, earlier(line_->next_wake(), scans_.next_wake()));
   }
-  for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
-    next =
-        earlier(next, publications_[static_cast<std::size_t>(direction)].next(*line_, direction));
-  }
+  next = earlier(next, next_image());
   return stopping_ ? earlier(next, stop_deadline_) : next;
+}
+
+[[gnu::hot]] Instant LineRunner::next_image() const {
+  return earlier(publications_[0].next(*line_, image::Direction::inputs),
+                 publications_[1].next(*line_, image::Direction::outputs));
 }
 
 void LineRunner::stop(Instant now) {

@@ -61,6 +61,7 @@ class LineRunner final : public Runner {
   int descriptor() const override { return pump_.channel().descriptor(); }
   bool wants_writable() const override { return pump_.channel().wants_writable(); }
   void service(Instant now) override;
+  void called() override { called_ = true; }
   void announce() override;
   Instant next_wake() const override {
     return routes_ != nullptr && routes_->arrived() ? Instant{} : next_wake_;
@@ -73,6 +74,8 @@ class LineRunner final : public Runner {
  private:
   void bus_event(const can::BusEvent& event, Instant now);
   void take_storage_results();
+  void take_calls(Instant now);
+  void start_scan(Instant now);
   void take_requests(Instant now);
   void take_command(Instant now);
   void take_messages(Instant now);
@@ -85,6 +88,7 @@ class LineRunner final : public Runner {
   void hand_over_replies();
   void hand_over_layouts();
   void hand_over_routes();
+  void hand_over_images(Instant now);
   void hand_over_image(image::Direction direction, Instant now);
   void hand_over_status(Instant now);
   void look_at_clock();
@@ -92,6 +96,7 @@ class LineRunner final : public Runner {
   void transmit(Instant now);
   void reply(std::uint64_t tag, Error error, std::string_view text = {});
   Instant compute_next_wake() const;
+  Instant next_image() const;
 
   std::unique_ptr<line::Line> line_;
   FramePump pump_;
@@ -116,6 +121,7 @@ class LineRunner final : public Runner {
   Instant status_due_{};
   bool status_wanted_ = true;
   bool handed_over_ = false;
+  bool called_ = true;  // other threads may have left something
 
   std::array<Publication, 2> publications_;  // by image::Direction
   std::uint64_t layout_revision_ = 0;

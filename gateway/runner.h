@@ -16,6 +16,9 @@ class Runner {
   // Does everything there is to do. Called when the descriptor is ready, next_wake() has come, or
   // the executor was woken.
   virtual void service(Instant now) = 0;
+  // The executor was woken: another thread may have left something for this runner. Before
+  // service(), which need not look into what other threads write as long as nobody calls.
+  virtual void called() {}
   // After service(), when every runner of the round had its turn: wakes the threads for which
   // something was left. Before that they would take the processor from runners that wait.
   virtual void announce() {}

@@ -6,7 +6,7 @@ namespace linegate::can_bridge {
 
 using can::Frame;
 
-std::size_t encode(const Frame& frame, canfd_frame& raw) {
+[[gnu::hot]] std::size_t encode(const Frame& frame, canfd_frame& raw) {
   raw.can_id = frame.id;
   if (frame.extended()) {
     raw.can_id |= CAN_EFF_FLAG;
@@ -32,7 +32,7 @@ std::size_t encode(const Frame& frame, canfd_frame& raw) {
   return CANFD_MTU;
 }
 
-bool decode(const canfd_frame& raw, std::size_t bytes, Frame& out) {
+[[gnu::hot]] bool decode(const canfd_frame& raw, std::size_t bytes, Frame& out) {
   const bool extended = (raw.can_id & CAN_EFF_FLAG) != 0;
   out.id = raw.can_id & (extended ? CAN_EFF_MASK : CAN_SFF_MASK);
   out.flags = extended ? Frame::kExtended : 0;

@@ -59,7 +59,7 @@ void FrameSocket::reset(int descriptor) {
   descriptor_ = descriptor;
 }
 
-int FrameSocket::receive(std::size_t count) {
+[[gnu::hot]] int FrameSocket::receive(std::size_t count) {
   Buffers& b = *buffers_;
   count = std::min(count, kBatch);
   // Those of a whole batch are 4 KiB, which a loop that gets a frame at a time need not touch.
@@ -73,7 +73,7 @@ int FrameSocket::receive(std::size_t count) {
   return got >= 0 ? got : -errno;
 }
 
-FrameSocket::Received FrameSocket::received(std::size_t index) const {
+[[gnu::hot]] FrameSocket::Received FrameSocket::received(std::size_t index) const {
   const Buffers& b = *buffers_;
   const mmsghdr& header = b.receive_headers[index];
   Received result;
@@ -84,7 +84,7 @@ FrameSocket::Received FrameSocket::received(std::size_t index) const {
   return result;
 }
 
-void FrameSocket::read_control(const msghdr& header, Received& out) {
+[[gnu::hot]] void FrameSocket::read_control(const msghdr& header, Received& out) {
   msghdr walk = header;  // CMSG_NXTHDR wants one that is not const
   for (cmsghdr* c = CMSG_FIRSTHDR(&walk); c != nullptr; c = CMSG_NXTHDR(&walk, c)) {
     if (c->cmsg_level != SOL_SOCKET) {
@@ -102,7 +102,7 @@ void FrameSocket::read_control(const msghdr& header, Received& out) {
   }
 }
 
-int FrameSocket::send(std::span<const can::Frame> frames) {
+[[gnu::hot]] int FrameSocket::send(std::span<const can::Frame> frames) {
   Buffers& b = *buffers_;
   const std::size_t count = std::min(frames.size(), kBatch);
   for (std::size_t i = 0; i < count; ++i) {

@@ -17,14 +17,14 @@ constexpr Duration kSlack = std::chrono::milliseconds(1);
 
 }  // namespace
 
-void ReceiveClock::begin_batch() {
+[[gnu::hot]] void ReceiveClock::begin_batch() {
   using std::chrono::duration_cast;
   const auto wall = std::chrono::system_clock::now().time_since_epoch();
   const auto monotonic = std::chrono::steady_clock::now().time_since_epoch();
   begin_batch(Instant(duration_cast<Duration>(monotonic)), duration_cast<Duration>(wall).count());
 }
 
-void ReceiveClock::begin_batch(Instant monotonic, std::int64_t wall_ns) {
+[[gnu::hot]] void ReceiveClock::begin_batch(Instant monotonic, std::int64_t wall_ns) {
   const std::int64_t difference = wall_ns - monotonic.time_since_epoch().count();
   const bool stepped = started_ && std::abs(difference - difference_) > kStep;
   before_step_ = stepped ? difference_ : difference;
@@ -33,13 +33,13 @@ void ReceiveClock::begin_batch(Instant monotonic, std::int64_t wall_ns) {
   sampled_ = monotonic;
 }
 
-bool ReceiveClock::plausible(Instant time) const {
+[[gnu::hot]] bool ReceiveClock::plausible(Instant time) const {
   return time <= sampled_ + kSlack && time >= sampled_ - kOldest;
 }
 
 // After a step only one of the two differences is right for a stamp. The wrong one puts it into the
 // future, or further into the past than the right one.
-Instant ReceiveClock::of_wall_clock(std::int64_t stamp_ns) const {
+[[gnu::hot]] Instant ReceiveClock::of_wall_clock(std::int64_t stamp_ns) const {
   Instant time = Instant::min();
   if (stamp_ns != 0) {
     for (const std::int64_t difference : {difference_, before_step_}) {
@@ -52,7 +52,7 @@ Instant ReceiveClock::of_wall_clock(std::int64_t stamp_ns) const {
   return time;
 }
 
-Instant ReceiveClock::instant(std::int64_t stamp_ns, std::int64_t hardware_ns) {
+[[gnu::hot]] Instant ReceiveClock::instant(std::int64_t stamp_ns, std::int64_t hardware_ns) {
   Instant time = of_wall_clock(stamp_ns);
   if (time == Instant::min()) {
     time = sampled_;

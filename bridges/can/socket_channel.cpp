@@ -111,7 +111,8 @@ void SocketChannel::fail(int error, BusEvents& events, Instant now) {
 
 // --- receiving ----------------------------------------------------------------------------------
 
-std::size_t SocketChannel::read(std::span<can::Frame> out, BusEvents& events, Instant now) {
+[[gnu::hot]] std::size_t SocketChannel::read(std::span<can::Frame> out, BusEvents& events,
+                                             Instant now) {
   wants_writable_ = false;
   if (now >= write_again_) {
     write_again_ = Instant{};
@@ -140,7 +141,7 @@ std::size_t SocketChannel::read(std::span<can::Frame> out, BusEvents& events, In
 
 // Reads the next batch. False if there is nothing (more) to read. A failure of the interface stands
 // before the frames that were received until then: they are read first, and then it is reported.
-bool SocketChannel::refill(std::size_t room) {
+[[gnu::hot]] bool SocketChannel::refill(std::size_t room) {
   if (drained_) {
     return false;
   }
@@ -160,7 +161,8 @@ bool SocketChannel::refill(std::size_t room) {
   return true;
 }
 
-std::size_t SocketChannel::take_batch(std::span<can::Frame> out, BusEvents& events, Instant now) {
+[[gnu::hot]] std::size_t SocketChannel::take_batch(std::span<can::Frame> out, BusEvents& events,
+                                                   Instant now) {
   std::size_t count = 0;
   while (batch_next_ < batch_end_ && count < out.size() && events.room() >= BusEvents::kPerFrame) {
     const bool given = take(socket_.received(batch_next_++), out[count], events, now);
@@ -171,8 +173,8 @@ std::size_t SocketChannel::take_batch(std::span<can::Frame> out, BusEvents& even
 }
 
 // True if it is a frame for the caller.
-bool SocketChannel::take(const FrameSocket::Received& received, can::Frame& out, BusEvents& events,
-                         Instant now) {
+[[gnu::hot]] bool SocketChannel::take(const FrameSocket::Received& received, can::Frame& out,
+                                      BusEvents& events, Instant now) {
   const Instant time = clock_.instant(received.stamp_ns, received.hardware_ns);
   if (received.has_dropped && received.dropped != dropped_) {
     count_dropped(received.dropped, events, time);
@@ -221,7 +223,7 @@ void SocketChannel::take_error_frame(const canfd_frame& raw, BusEvents& events, 
 
 // --- sending ------------------------------------------------------------------------------------
 
-std::size_t SocketChannel::room(Instant now) const {
+[[gnu::hot]] std::size_t SocketChannel::room(Instant now) const {
   if (!usable() || bus_off() || wants_writable_ || now < write_again_) {
     return 0;
   }
@@ -234,7 +236,7 @@ std::size_t SocketChannel::sendable_prefix(std::span<const can::Frame> frames) c
   return static_cast<std::size_t>(end - frames.begin());
 }
 
-std::size_t SocketChannel::write(std::span<const can::Frame> frames, Instant now) {
+[[gnu::hot]] std::size_t SocketChannel::write(std::span<const can::Frame> frames, Instant now) {
   std::size_t taken = 0;
   while (taken < frames.size()) {
     const std::size_t good = sendable_prefix(frames.subspan(taken));
@@ -252,7 +254,7 @@ std::size_t SocketChannel::write(std::span<const can::Frame> frames, Instant now
   return taken;
 }
 
-std::size_t SocketChannel::send(std::span<const can::Frame> frames, Instant now) {
+[[gnu::hot]] std::size_t SocketChannel::send(std::span<const can::Frame> frames, Instant now) {
   const int result = socket_.send(frames);
   if (result < 0) {
     told_back_pressure(-result, now);
@@ -279,7 +281,7 @@ void SocketChannel::told_back_pressure(int error, Instant now) {
   }
 }
 
-Instant SocketChannel::next_wake() const {
+[[gnu::hot]] Instant SocketChannel::next_wake() const {
   if (!ready_) {
     return retry_at_;
   }

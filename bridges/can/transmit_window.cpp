@@ -22,14 +22,14 @@ TransmitWindow::Mark TransmitWindow::mark(const can::Frame& frame) {
   return mark;
 }
 
-std::size_t TransmitWindow::room(Instant now) const {
+[[gnu::hot]] std::size_t TransmitWindow::room(Instant now) const {
   if (count_ < depth_) {
     return depth_ - count_;
   }
   return now >= next_try() ? 1 : 0;
 }
 
-Instant TransmitWindow::next_try() const {
+[[gnu::hot]] Instant TransmitWindow::next_try() const {
   return count_ < depth_ ? kNever : progress_ + kStall;
 }
 

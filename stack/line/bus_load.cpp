@@ -6,7 +6,6 @@
 namespace linegate::line {
 namespace {
 
-constexpr Duration kWindow = std::chrono::seconds(1);
 // Of the data that can be stuffed.
 constexpr double kStuffing = 1.1;
 
@@ -43,7 +42,7 @@ void BusLoad::count_fast(std::span<const can::Frame> frames) {
 
 void BusLoad::advance(const can::Traffic& seen, Instant now) {
   const Duration elapsed = now - window_start_;
-  if (elapsed < kWindow) {
+  if (!is_due(now)) {
     return;
   }
   window_start_ = now;

@@ -28,7 +28,9 @@ class BusLoad {
   // What frames with bit rate switch have in their data phase, and not at the nominal bit rate.
   void count_fast(std::span<const can::Frame> frames);
 
-  // Closes the window of one second when it is over. seen: everything that went over the line so
+  // The window of one second is over.
+  bool is_due(Instant now) const { return now - window_start_ >= kWindow; }
+  // Closes it if so. seen: everything that went over the line so
   // far, in both directions.
   void advance(const can::Traffic& seen, Instant now);
 
@@ -36,6 +38,7 @@ class BusLoad {
   std::uint16_t permille() const { return permille_; }
 
  private:
+  static constexpr Duration kWindow = std::chrono::seconds(1);
   // Start to end of frame and intermission (ISO 11898-1), without data and stuff bits.
   static constexpr std::uint64_t kStandardBits = 47;
   static constexpr std::uint64_t kExtendedBits = 67;

@@ -50,7 +50,7 @@ void FollowedInputs::find_entries(const Line& line) {
   }
 }
 
-bool FollowedInputs::look(const Line& line) {
+[[gnu::hot]] bool FollowedInputs::look(const Line& line) {
   if (std::exchange(revision_, line.layout_revision()) != line.layout_revision() ||
       std::exchange(first_, false)) {
     find_entries(line);
@@ -75,7 +75,8 @@ FollowingOutputs::FollowingOutputs(std::span<const Following> what)
   changed_.reserve(what.size());
 }
 
-bool FollowingOutputs::take(Line& line, std::span<const Line::Input> values, Instant now) {
+[[gnu::hot]] bool FollowingOutputs::take(Line& line, std::span<const Line::Input> values,
+                                         Instant now) {
   changed_.clear();
   for (std::size_t i = 0; i < values.size(); ++i) {
     consider(what_[i], values[i], written_[i]);

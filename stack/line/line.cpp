@@ -151,7 +151,7 @@ void Line::Impl::routes(std::vector<routing::Route>& out) const {
   }
 }
 
-bool Line::Impl::next_frame(can::Frame& out, Instant now) {
+[[gnu::hot]] bool Line::Impl::next_frame(can::Frame& out, Instant now) {
   if (lss.wants_to_send()) [[unlikely]] {
     stirred = true;
     return node.next_frame(out, now) || next_lss_frame(out, now);
@@ -288,7 +288,7 @@ void Line::Impl::stop(Instant now) {
 }
 
 // Lines without routing pay for the question alone: nothing is kept for afterwards.
-void Line::Impl::receive(std::span<const can::Frame> frames) {
+[[gnu::hot]] void Line::Impl::receive(std::span<const can::Frame> frames) {
   if (routing == nullptr) {
     node.receive(frames);
     return;
@@ -314,10 +314,10 @@ void Line::Impl::snapshot(image::Direction direction, image::Snapshot& into, Ins
                           bool merge) {
   image.snapshot(direction, into, now, merge, syncs);
 }
-bool Line::Impl::image_changed(image::Direction direction) const {
+[[gnu::hot]] bool Line::Impl::image_changed(image::Direction direction) const {
   return image.changed(direction);
 }
-bool Line::Impl::image_touched(image::Direction direction) const {
+[[gnu::hot]] bool Line::Impl::image_touched(image::Direction direction) const {
   return image.touched(direction);
 }
 bool Line::Impl::request_pdo(std::uint16_t rpdo) {
@@ -417,11 +417,11 @@ std::uint64_t Line::layout_revision() const {
 }
 
 void Line::start(Instant now) {
-  impl_->stirred = true;
+  impl_->stir();
   impl_->start(now);
 }
 
-void Line::receive(std::span<const can::Frame> frames, Instant /*now*/) {
+[[gnu::hot]] void Line::receive(std::span<const can::Frame> frames, Instant /*now*/) {
   if (impl_->load.wants_fast()) [[unlikely]] {
     impl_->receive_counted(frames);
   } else {
@@ -435,42 +435,42 @@ void Line::set_bit_rates(std::uint32_t bit_rate, std::uint32_t data_bit_rate) {
 }
 
 void Line::bus_event(const can::BusEvent& event) {
-  impl_->stirred = true;
+  impl_->stir();
   impl_->bus_event(event);
 }
 void Line::report(const Event& event) {
   impl_->events.emit(event);
 }
 void Line::set_medium(storage::Medium* medium, std::uint8_t device) {
-  impl_->stirred = true;
+  impl_->stir();
   impl_->set_medium(medium, device);
 }
 void Line::medium_done(bool good, std::uint8_t device) {
-  impl_->stirred = true;
+  impl_->stir();
   impl_->medium_done(good, device);
 }
-void Line::advance(Instant now) {
+[[gnu::hot]] void Line::advance(Instant now) {
   impl_->advance(now);
 }
 void Line::execute(Command command, Instant now) {
-  impl_->stirred = true;
+  impl_->stir();
   impl_->execute(std::move(command), now);
 }
 
 OutputRefusal Line::write_outputs(const OutputWrite& write, Instant now) {
-  impl_->stirred = true;
+  impl_->stir();
   return impl_->write_outputs(write, now);
 }
 
-void Line::write_bound(std::span<const BoundValue> values, Instant now) {
+[[gnu::hot]] void Line::write_bound(std::span<const BoundValue> values, Instant now) {
   impl_->write_bound(values, now);
 }
-Line::Input Line::input(std::uint32_t entry) const {
+[[gnu::hot]] Line::Input Line::input(std::uint32_t entry) const {
   return impl_->input(entry);
 }
 
 void Line::deliver(const routing::Message& message, Instant now) {
-  impl_->stirred = true;
+  impl_->stir();
   impl_->deliver(message, now);
 }
 bool Line::take_message(routing::Message& out) {
@@ -478,18 +478,21 @@ bool Line::take_message(routing::Message& out) {
 }
 
 void Line::stop(Instant now) {
-  impl_->stirred = true;
+  impl_->stir();
   impl_->stop(now);
 }
 
-Instant Line::next_wake() const {
+[[gnu::hot]] Instant Line::next_wake() const {
   return impl_->next_wake();
 }
-bool Line::next_frame(can::Frame& out, Instant now) {
+[[gnu::hot]] bool Line::next_frame(can::Frame& out, Instant now) {
   return impl_->load.wants_fast() ? impl_->next_counted(out, now) : impl_->next_frame(out, now);
 }
 bool Line::wants_to_send(Instant now) const {
   return impl_->wants_to_send(now);
+}
+[[gnu::hot]] bool Line::has_news() const {
+  return !impl_->events.empty() || !impl_->replies.empty();
 }
 std::size_t Line::take_events(std::span<Event> out) {
   return impl_->events.take(out);
@@ -509,20 +512,20 @@ void Line::snapshot(image::Direction direction, image::Snapshot& into, Instant n
 }
 
 bool Line::request_pdo(std::uint16_t rpdo) {
-  impl_->stirred = true;
+  impl_->stir();
   return impl_->request_pdo(rpdo);
 }
-bool Line::image_changed(image::Direction direction) const {
+[[gnu::hot]] bool Line::image_changed(image::Direction direction) const {
   return impl_->image_changed(direction);
 }
-bool Line::image_touched(image::Direction direction) const {
+[[gnu::hot]] bool Line::image_touched(image::Direction direction) const {
   return impl_->image_touched(direction);
 }
 node::Indicators Line::indicators() const {
   return impl_->indicators();
 }
 void Line::set_utc(Duration offset) {
-  impl_->stirred = true;
+  impl_->stir();
   impl_->set_utc(offset);
 }
 std::optional<Duration> Line::network_utc(Instant now) const {
@@ -548,7 +551,7 @@ NodeState Line::node_state(std::uint8_t node) const {
   return node < 128 ? impl_->node_state(node) : NodeState{};
 }
 od::Dictionary& Line::dictionary() {
-  impl_->stirred = true;  // whoever asks may write
+  impl_->stir();  // whoever asks may write
   return impl_->dictionary();
 }
 

@@ -102,6 +102,8 @@ class Line {
   bool next_frame(can::Frame& out, Instant now);
   // Whether next_frame() would give one.
   bool wants_to_send(Instant now) const;
+  // take_events() or take_reply() would give something.
+  bool has_news() const;
   // Oldest events first; gives how many.
   std::size_t take_events(std::span<Event> out);
   bool take_reply(Reply& out);

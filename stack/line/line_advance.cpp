@@ -3,7 +3,21 @@
 
 namespace linegate::line {
 
-void Line::Impl::advance(Instant now) {
+[[gnu::hot]] void Line::Impl::advance(Instant now) {
+  advanced_to = now;
+  if (!rests(now)) {
+    advance_all(now);
+    rest_until = {};
+  }
+  if (load.is_due(now)) {
+    can::Traffic seen = node.counters().sent;
+    seen += node.counters().received;
+    seen += lss.sent();
+    load.advance(seen, now);
+  }
+}
+
+void Line::Impl::advance_all(Instant now) {
   events.advance(now);
   node.advance(now);
   while (const Outputs::Group* group = outputs.expire(now)) {
@@ -12,20 +26,33 @@ void Line::Impl::advance(Instant now) {
   if (is_stirred() || now >= services_due) {
     advance_services(now);
   }
-  can::Traffic seen = node.counters().sent;
-  seen += node.counters().received;
-  seen += lss.sent();
-  load.advance(seen, now);
 }
 
-Instant Line::Impl::next_wake() const {
-  Instant wake = earlier(node.next_wake(), earlier(events.next_wake(), outputs.next_wake()));
-  return earlier(wake, is_stirred() ? services_wake() : services_due);
+[[gnu::hot]] bool Line::Impl::rests(Instant now) const {
+  return now < rest_until && !is_stirred() && node.served() == rest_served &&
+         now < const_cast<node::Node&>(node).pdos().next_wake() && now < outputs.next_wake();
+}
+
+[[gnu::hot]] Instant Line::Impl::next_wake() const {
+  const bool known = rest_until != Instant{} && !is_stirred() && node.served() == rest_served;
+  if (!known) {
+    rest_until = earlier(earlier(node.next_service(), events.next_wake()),
+                         is_stirred() ? services_wake() : services_due);
+    rest_served = node.served();
+  }
+  return earlier(rest_until,
+                 earlier(const_cast<node::Node&>(node).pdos().next_wake(), outputs.next_wake()));
+}
+
+// While the line rests the node is not told of time.
+void Line::Impl::stir() {
+  stirred = true;
+  node.pass_time(advanced_to);
 }
 
 // Whatever the services go by comes in one of these ways: from outside, as an event of the own
 // node or of a PDO, or written to the dictionary.
-bool Line::Impl::is_stirred() const {
+[[gnu::hot]] bool Line::Impl::is_stirred() const {
   return stirred || events.emitted() != events_seen ||
          const_cast<node::Node&>(node).dictionary().writes_told() != writes_seen;
 }

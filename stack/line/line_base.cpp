@@ -21,6 +21,8 @@ Line::Base::Base(LineConfig line_config)
   events.limit_repeats();
 }
 
+void Line::Base::stir() {
+}
 bool Line::Base::next_frame(can::Frame& /*out*/, Instant /*now*/) {
   return false;
 }

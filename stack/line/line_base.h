@@ -52,6 +52,8 @@ struct Line::Base {
   virtual node::Indicators indicators() const;
   virtual void deliver(const routing::Message& message, Instant now);
   virtual void routes(std::vector<routing::Route>& out) const;
+  // Something other than process data and time comes.
+  virtual void stir();
 
   // receive() and next_frame() where load wants to see the frames.
   void receive_counted(std::span<const can::Frame> frames);
@@ -75,7 +77,6 @@ struct Line::Base {
   std::uint8_t transmit_errors = 0;
   std::uint8_t receive_errors = 0;
   bool running = false;
-  bool stirred = true;  // something other than process data and time came, see Impl::is_stirred()
   Counters counters;
   std::uint32_t syncs = 0;
   std::deque<Reply> replies;

@@ -83,8 +83,14 @@ struct Line::Impl final : Line::Base,
   bool manages() const { return manages_; }
   Role role() const { return manages_ ? Role::manager : Role::device; }
   void interface_lost();
-  // line_advance.cpp: the services that serve other nodes and the operator, from advance() and for
-  // next_wake(). Not looked at while nothing came that may concern them and none of them is due.
+  // --- line_advance.cpp -------------------------------------------------------------------------
+  void stir() override;
+  // Nothing came but process data since next_wake() was asked, and nothing is due: a round has
+  // nothing to do.
+  bool rests(Instant now) const;
+  void advance_all(Instant now);
+  // The services that serve other nodes and the operator. Not looked at while nothing came that may
+  // concern them and none of them is due.
   void advance_services(Instant now);
   Instant services_wake() const;
   bool is_stirred() const;
@@ -258,6 +264,12 @@ struct Line::Impl final : Line::Base,
   std::vector<LocalWrite> local_writes;
   std::uint64_t next_token = 1;
 
+  Instant advanced_to{};
+  // What next_wake() found last, without PDOs and outputs, which may have become due since.
+  mutable Instant rest_until{};
+  mutable std::uint64_t rest_served = 0;  // Node::served() then
+
+  bool stirred = true;  // something other than process data and time came, see is_stirred()
   // When the services were advanced last.
   Instant services_due{};
   std::uint64_t events_seen = 0;

@@ -57,7 +57,7 @@ void Line::Impl::apply(const OutputWrite& write, bool always, Instant now) {
   }
 }
 
-void Line::Impl::write_bound(std::span<const BoundValue> values, Instant now) {
+[[gnu::hot]] void Line::Impl::write_bound(std::span<const BoundValue> values, Instant now) {
   const image::Layout& layout = image.layout(Direction::outputs);
   bool any_forwarded = false;
   for (const BoundValue& value : values) {

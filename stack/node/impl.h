@@ -72,6 +72,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   // --- time -------------------------------------------------------------------------------------
   void advance(Instant time);
   Instant next_wake() const;
+  Instant next_service() const;
   void stamp(Instant time);
   // Starts what was written since: clocks, COB-IDs. Runs no time-out.
   void settle(Instant time);
@@ -141,6 +142,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   Companion* companion = nullptr;
   Application* application = nullptr;
   NodeCounters counters;
+  std::uint64_t attended = 0;        // frames received that were not ordinary PDOs
   std::uint64_t emergency_told = 0;  // frames received when one was told to be malformed last
   CommunicationFaults faults;
   emcy::ErrorState errors;                         // these and the device's own

@@ -1,5 +1,6 @@
 #include "stack/node/node.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "stack/node/impl.h"
@@ -74,7 +75,7 @@ void Node::device_error(std::uint8_t error_class, Instant now) {
   impl_->now = now;
   impl_->obey_error_behaviour(error_class);
 }
-void Node::receive(std::span<const can::Frame> frames) {
+[[gnu::hot]] void Node::receive(std::span<const can::Frame> frames) {
   impl_->receive(frames);
 }
 void Node::advance(Instant now) {
@@ -84,8 +85,19 @@ Instant Node::next_wake() const {
   return impl_->next_wake();
 }
 
+[[gnu::hot]] std::uint64_t Node::served() const {
+  return impl_->attended + impl_->counters.sent.frames - impl_->pdos.counters().sent;
+}
+Instant Node::next_service() const {
+  return impl_->next_service();
+}
+void Node::pass_time(Instant now) {
+  impl_->now = std::max(impl_->now, now);
+  impl_->pdos.pass_time(now);
+}
+
 // PDOs have their place between the classes of the queue.
-bool Node::Impl::next_frame(can::Frame& out, Instant time) {
+[[gnu::hot]] bool Node::Impl::next_frame(can::Frame& out, Instant time) {
   if (!transmit.pop_urgent(out) && !pdos.next_frame(out, time) && !transmit.pop_rest(out)) {
     return false;
   }
@@ -93,7 +105,7 @@ bool Node::Impl::next_frame(can::Frame& out, Instant time) {
   return true;
 }
 
-bool Node::next_frame(can::Frame& out, Instant now) {
+[[gnu::hot]] bool Node::next_frame(can::Frame& out, Instant now) {
   Impl& node = *impl_;
   if (!node.pdos.quiet()) {
     return node.next_frame(out, now);
@@ -110,10 +122,10 @@ nmt::State Node::state() const {
 std::uint8_t Node::node_id() const {
   return impl_->options.node_id;
 }
-od::Dictionary& Node::dictionary() {
+[[gnu::hot]] od::Dictionary& Node::dictionary() {
   return impl_->dictionary;
 }
-pdo::Engine& Node::pdos() {
+[[gnu::hot]] pdo::Engine& Node::pdos() {
   return impl_->pdos;
 }
 emcy::Producer& Node::emcy() {
@@ -138,7 +150,7 @@ can::Dispatch& Node::dispatch() {
 can::TransmitQueue& Node::transmit() {
   return impl_->transmit;
 }
-const NodeCounters& Node::counters() const {
+[[gnu::hot]] const NodeCounters& Node::counters() const {
   return impl_->counters;
 }
 

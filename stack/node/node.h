@@ -144,6 +144,14 @@ class Node {
   void receive(std::span<const can::Frame> frames);
   void advance(Instant now);
   Instant next_wake() const;
+
+  // For who wants to spare the node rounds in which it would find nothing to do: as long as these
+  // stay as they are, dictionary().writes_told() too, and nothing else is called, only the PDOs can
+  // have something to do before next_service(). Whoever leaves out advance() says pass_time()
+  // before he calls anything else.
+  std::uint64_t served() const;  // grows with frames to and from the services that are not PDO
+  Instant next_service() const;  // next_wake() but for pdos()
+  void pass_time(Instant now);   // nothing was due until then
   // Most urgent first: NMT, SYNC, EMCY, TIME, PDO, SDO, error control.
   bool next_frame(can::Frame& out, Instant now);
   bool wants_to_send(Instant now) const;

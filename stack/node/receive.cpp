@@ -30,7 +30,7 @@ inline bool Node::Impl::answer_sdo_request(const can::Frame& frame) {
 
 // What a frame sets off (a COB-ID that is written, a reset) may change the table: a target is not
 // looked at after it was served.
-void Node::Impl::receive(std::span<const can::Frame> frames) {
+[[gnu::hot]] void Node::Impl::receive(std::span<const can::Frame> frames) {
   // Nothing is called in this loop, so that no register has to be saved.
   while (!frames.empty() && answer_sdo_request(frames.front())) {
     frames = frames.subspan(1);
@@ -40,7 +40,7 @@ void Node::Impl::receive(std::span<const can::Frame> frames) {
   }
 }
 
-void Node::Impl::receive_others(std::span<const can::Frame> frames) {
+[[gnu::hot]] void Node::Impl::receive_others(std::span<const can::Frame> frames) {
   while (!frames.empty()) {
     frames = frames.subspan(pdos.receive_ordinary(frames, counters.received));
     if (frames.empty()) {
@@ -64,6 +64,7 @@ void Node::Impl::take_sdo(std::uint16_t index, const can::Frame& frame) {
   if (frame.length != can::kMaxClassicData) {
     ++counters.malformed;  // the server tells it
   }
+  pdos.pass_time(frame.time);
   if (sdo::Server* const server = sdo.find(index); server != nullptr) {
     server->receive(frame, transmit);
   }
@@ -72,8 +73,9 @@ void Node::Impl::take_sdo(std::uint16_t index, const can::Frame& frame) {
   }
 }
 
-void Node::Impl::receive(const can::Frame& frame) {
+[[gnu::hot]] void Node::Impl::receive(const can::Frame& frame) {
   counters.received.add(frame);
+  ++attended;
   const can::Target* found = dispatch.find(frame);
   if (found == nullptr) {
     unwanted(frame);
@@ -88,7 +90,7 @@ void Node::Impl::receive(const can::Frame& frame) {
 }
 
 // Each that wanted the frame when it came, and still does when it is its turn.
-void Node::Impl::serve_all(const can::Target* target, const can::Frame& frame) {
+[[gnu::hot]] void Node::Impl::serve_all(const can::Target* target, const can::Frame& frame) {
   const std::uint64_t arrival = dispatch.changes();
   while (target != nullptr) {
     const can::Target served = *target;
@@ -175,7 +177,7 @@ void Node::Impl::take_node_control(const can::Frame& frame) {
   }
 }
 
-void Node::Impl::take_sync(const can::Frame& frame) {
+[[gnu::hot]] void Node::Impl::take_sync(const can::Frame& frame) {
   if (!serves(can::Service::sync)) {
     return;
   }
@@ -290,7 +292,7 @@ void Node::Impl::unwanted(const can::Frame& frame) {
   }
 }
 
-void Node::Impl::synced(std::uint8_t counter, Instant time) {
+[[gnu::hot]] void Node::Impl::synced(std::uint8_t counter, Instant time) {
   ++counters.syncs;
   pdos.sync(counter, time);
   if (companion != nullptr) {

@@ -218,13 +218,16 @@ void Node::Impl::stamp(Instant time) {
 }
 
 Instant Node::Impl::next_wake() const {
+  return earlier(next_service(), pdos.next_wake());
+}
+
+Instant Node::Impl::next_service() const {
   Instant next = earlier(heartbeats.next_wake(), heartbeat.next_wake());
   next = earlier(next, guarding.next_wake());
   next = earlier(next, sync.next_wake());
   next = earlier(next, clock.next_wake());
   next = earlier(next, emcy.next_wake());
-  next = earlier(next, earlier(sdo.next_wake(), sdo_clients.next_wake()));
-  return earlier(next, pdos.next_wake());
+  return earlier(next, earlier(sdo.next_wake(), sdo_clients.next_wake()));
 }
 
 void Node::Impl::settle(Instant time) {

@@ -83,7 +83,7 @@ void Engine::set_operational(bool operational, Instant now) {
   impl_->set_operational(operational, now);
 }
 
-void Engine::sync(std::uint8_t counter, Instant now) {
+[[gnu::hot]] void Engine::sync(std::uint8_t counter, Instant now) {
   impl_->latest = now;
   if (impl_->operational) {
     impl_->commit_rpdos();
@@ -118,6 +118,10 @@ void Engine::drop_waiting(std::uint8_t node) {
   }
 }
 
+void Engine::pass_time(Instant now) {
+  impl_->latest = std::max(impl_->latest, now);
+}
+
 void Engine::advance(Instant now) {
   impl_->latest = now;
   impl_->close_window(now);
@@ -134,12 +138,12 @@ void Engine::advance(Instant now) {
   }
 }
 
-Instant Engine::next_wake() const {
+[[gnu::hot]] Instant Engine::next_wake() const {
   const Instant next = earlier(impl_->timers.next(), impl_->next_sending());
   return impl_->window_open ? earlier(next, impl_->window_end) : next;
 }
 
-bool Engine::next_frame(can::Frame& out, Instant now) {
+[[gnu::hot]] bool Engine::next_frame(can::Frame& out, Instant now) {
   return impl_->next_frame(out, now);
 }
 
@@ -151,7 +155,7 @@ std::uint64_t Engine::revision() const {
   return impl_->revision;
 }
 
-const EngineCounters& Engine::counters() const {
+[[gnu::hot]] const EngineCounters& Engine::counters() const {
   return impl_->counters;
 }
 

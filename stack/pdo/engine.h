@@ -99,6 +99,9 @@ class Engine {
   // Largest PDO in bytes: 8, or 64 on a CAN FD line. Precondition: before configure().
   void set_max_length(std::size_t bytes);
 
+  // What is written now is written at that time. advance() says so, too.
+  void pass_time(Instant now);
+
   // Object 1007h: for how long after a SYNC synchronous PDOs are received and sent; 0 = until the
   // next one. What is later is dropped. Before the first SYNC there is no window.
   void set_sync_window(Duration window);

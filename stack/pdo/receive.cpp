@@ -7,7 +7,8 @@ namespace linegate::pdo {
 
 // Nothing is called in here and nothing but marks and values changes, so that all else is in
 // registers; whatever needs more is left to receive().
-std::size_t Engine::receive_ordinary(std::span<const can::Frame> frames, can::Traffic& traffic) {
+[[gnu::hot]] std::size_t Engine::receive_ordinary(std::span<const can::Frame> frames,
+                                                  can::Traffic& traffic) {
   Impl& engine = *impl_;
   if (engine.hears_frames) {
     return 0;
@@ -143,7 +144,7 @@ void Engine::Impl::receive_wrong_length(std::uint16_t slot, const can::Frame& fr
   }
 }
 
-void Engine::Impl::commit_rpdos() {
+[[gnu::hot]] void Engine::Impl::commit_rpdos() {
   for (std::size_t next = commit_ordinary(0); next < shadows.size();
        next = commit_ordinary(next + 1)) {
     commit(Shadow(shadows[next]));  // a copy: the listener may change PDOs
@@ -152,7 +153,7 @@ void Engine::Impl::commit_rpdos() {
 }
 
 // As receive_ordinary(): gives the place at which it stopped.
-std::size_t Engine::Impl::commit_ordinary(std::size_t from) {
+[[gnu::hot]] std::size_t Engine::Impl::commit_ordinary(std::size_t from) {
   if (hears_frames || from >= shadows.size()) {  // the listener may have configured anew
     return from;
   }

@@ -59,7 +59,7 @@ void Engine::value_changed(od::Address address, Instant /*now*/) {
   }
 }
 
-void Engine::Impl::mark_affected(std::uint32_t bit_offset, std::uint32_t bits) {
+[[gnu::hot]] void Engine::Impl::mark_affected(std::uint32_t bit_offset, std::uint32_t bits) {
   constexpr std::uint32_t kLongest = 64;
   const std::uint32_t from = bit_offset < kLongest ? 0 : bit_offset - kLongest;
   auto it = std::ranges::lower_bound(sources, from, {}, &Source::begin);
@@ -84,8 +84,8 @@ void Engine::Impl::output_variable_changed(od::Address address) {
   });
 }
 
-void Engine::outputs_written(std::uint32_t bit_offset, std::uint32_t bits, bool always,
-                             Instant /*now*/) {
+[[gnu::hot]] void Engine::outputs_written(std::uint32_t bit_offset, std::uint32_t bits, bool always,
+                                          Instant /*now*/) {
   if (!impl_->operational) {
     return;
   }
@@ -161,7 +161,7 @@ void Engine::Impl::release_held() {
   take(held_changed, false);
 }
 
-void Engine::Impl::source_changed(std::uint16_t slot, bool always) {
+[[gnu::hot]] void Engine::Impl::source_changed(std::uint16_t slot, bool always) {
   Tpdo& pdo = tpdos[slot];
   if (pdo.mpdo != MpdoMode::none) {
     return;  // has an event for each of its values
@@ -189,7 +189,7 @@ void Engine::Impl::ask(std::uint16_t slot) {
   }
 }
 
-bool Engine::Impl::sample(std::uint16_t slot) {
+[[gnu::hot]] bool Engine::Impl::sample(std::uint16_t slot) {
   ask(slot);
   Tpdo& pdo = tpdos[slot];
   std::array<std::byte, can::kMaxFdData> data{};
@@ -210,7 +210,7 @@ bool Engine::Impl::sample(std::uint16_t slot) {
   return different;
 }
 
-void Engine::Impl::request(std::uint16_t slot, bool always) {
+[[gnu::hot]] void Engine::Impl::request(std::uint16_t slot, bool always) {
   if (!held_back(slot) && (sample(slot) || always)) {
     pending.set(tpdos[slot].rank);
   }
@@ -268,7 +268,7 @@ inline std::size_t Engine::Impl::first_ready() const {
   return kNoRank;
 }
 
-bool Engine::Impl::next_frame(can::Frame& out, Instant now) {
+[[gnu::hot]] bool Engine::Impl::next_frame(can::Frame& out, Instant now) {
   if (now >= next_release || (window_open && now >= window_end)) [[unlikely]] {
     close_window(now);
     release(now);
@@ -277,7 +277,7 @@ bool Engine::Impl::next_frame(can::Frame& out, Instant now) {
   return (rank != kNoRank || asked.any()) && send_one(rank, out, now);
 }
 
-bool Engine::Impl::send_one(std::size_t rank, can::Frame& out, Instant now) {
+[[gnu::hot]] bool Engine::Impl::send_one(std::size_t rank, can::Frame& out, Instant now) {
   if (asked.any() && next_remote_frame(out, rank)) {
     return true;
   }
@@ -318,7 +318,7 @@ can::Frame Engine::Impl::remote_frame(std::uint16_t slot) const {
   return frame;
 }
 
-void Engine::Impl::send(std::size_t rank, can::Frame& out, Instant now) {
+[[gnu::hot]] void Engine::Impl::send(std::size_t rank, can::Frame& out, Instant now) {
   const std::uint16_t slot = by_rank[rank];
   Tpdo& pdo = tpdos[slot];
   out = pdo.frame;
@@ -350,7 +350,7 @@ bool Engine::Impl::wants_to_send(Instant now) const {
 }
 
 // The end of the first inhibit time that holds up a request.
-Instant Engine::Impl::next_sending() const {
+[[gnu::hot]] Instant Engine::Impl::next_sending() const {
   Instant first = kNever;
   for_each_bit(pending.words(), [this, &first](std::size_t rank) {
     if (inhibited.test(rank)) {

@@ -30,6 +30,7 @@ class Clocked final : public gateway::Runner {
 
   int descriptor() const override { return runner_->descriptor(); }
   bool wants_writable() const override { return runner_->wants_writable(); }
+  void called() override { runner_->called(); }
   void service(Instant now) override {
     if (!std::exchange(begun_, true)) {
       clock_.begin();

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <linux/can.h>
 #include <linux/capability.h>
@@ -224,6 +225,57 @@ TEST_F(ExecutorTest, AVisitIsOnItsThreadAndOverWhenItReturns) {
     });
     ASSERT_EQ(visits, i);
     ASSERT_NE(where, std::this_thread::get_id());
+  }
+}
+
+TEST_F(ExecutorTest, ARunnerIsCalledWhenSomebodyWakesTheExecutorAndForFramesItIsNot) {
+  // Tells what its thread said since it was served last.
+  class Telling final : public Runner {
+   public:
+    Telling(int frames, int told) : frames_(frames), told_(told) {}
+    int descriptor() const override { return frames_; }
+    bool wants_writable() const override { return false; }
+    void service(Instant /*now*/) override {
+      char frame = 0;
+      const bool received = read(frames_, &frame, 1) == 1;
+      const std::string said = std::exchange(called_, false) ? "called" : received ? "frame" : "";
+      EXPECT_EQ(write(told_, said.data(), said.size()), static_cast<ssize_t>(said.size()));
+    }
+    void called() override { called_ = true; }
+    Instant next_wake() const override { return kNever; }
+    void stop(Instant /*now*/) override {}
+    bool stopped(Instant /*now*/) const override { return true; }
+
+   private:
+    int frames_;
+    int told_;
+    bool called_ = false;
+  };
+  int frames[2] = {-1, -1};
+  int told[2] = {-1, -1};
+  ASSERT_EQ(pipe2(frames, O_NONBLOCK), 0);
+  ASSERT_EQ(pipe(told), 0);
+  const auto next = [&] {
+    std::array<char, 16> said{};
+    pollfd p{told[0], POLLIN, 0};
+    EXPECT_EQ(poll(&p, 1, kPatience), 1);
+    const ssize_t n = read(told[0], said.data(), said.size());
+    return std::string(said.data(), static_cast<std::size_t>(std::max<ssize_t>(n, 0)));
+  };
+  {
+    Executor executor({});
+    executor.add(std::make_unique<Telling>(frames[0], told[1]));
+    executor.start();
+    EXPECT_EQ(next(), "called") << "what was left before it ran";
+    ASSERT_EQ(write(frames[1], "x", 1), 1);
+    EXPECT_EQ(next(), "frame");
+    executor.wakeup().signal();
+    EXPECT_EQ(next(), "called");
+    ASSERT_EQ(write(frames[1], "x", 1), 1);
+    EXPECT_EQ(next(), "frame");
+  }
+  for (const int descriptor : {frames[0], frames[1], told[0], told[1]}) {
+    close(descriptor);
   }
 }
 

@@ -296,6 +296,7 @@ TEST_F(ForwardingCallTest, WhatCameIsSentOnBeforeAnythingElseIsDone) {
   come(0, 0x185, {0x37, 0x12, 0x08});
   std::size_t room_then = 0;
   channels_[1]->on_write = [&] { room_then = ports_[0].commands.room(); };
+  runners_[0]->called();
   runners_[0]->service(now_);
   EXPECT_EQ(channels_[1]->sent.size(), 1U);
   EXPECT_EQ(room_then, all - 1) << "the request was taken before";

@@ -45,6 +45,7 @@ class LineRunnerTest : public testing::Test {
 
   void serve(Duration later = 0ns) {
     now_ += later;
+    runner_->called();
     runner_->service(now_);
   }
   void make_ready() {

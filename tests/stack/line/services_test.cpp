@@ -46,6 +46,24 @@ TEST_F(LineTest, AGuardedNodeIsAskedAndMissed) {
   EXPECT_THAT(sent(), testing::Contains("000#8105"));
 }
 
+// A line that rests does not tell its node what time it is.
+TEST_F(LineTest, WhatIsWrittenAfterALongRestIsToldWithTheTimeAtWhichItIsWritten) {
+  LineConfig config = config_with_axis();
+  config.nodes[0].heartbeat = Duration::zero();
+  make(config);
+  boot();
+  for (const Duration time : {milliseconds(1), milliseconds(1), milliseconds(3000)}) {
+    sent();
+    events();
+    pass(time);
+  }
+  ASSERT_TRUE(line_->dictionary().set({0x1800, 1}, std::uint32_t{0x101}));
+  const std::vector<Event> all = events();
+  const auto error = std::ranges::find(all, EventKind::configuration_error, &Event::kind);
+  ASSERT_NE(error, all.end());
+  EXPECT_EQ(error->time, now_);
+}
+
 // What is written to the device counts more than its file, and a file that says 0 says nothing.
 TEST_F(LineTest, EmcysComeOnTheIdentifierTheDeviceIsGiven) {
   const auto told_on = [this](std::uint32_t cob_id) {
