@@ -156,6 +156,13 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void go_quiet();
 
   // --- reception (receive.cpp) ------------------------------------------------------------------
+  // See Engine::receive_ordinary().
+  bool is_for_rpdo(const can::Frame& frame) const {
+    const can::Target* const target = dispatch.find(frame);
+    return target != nullptr && target->alone_of(can::Service::rpdo);
+  }
+  std::size_t receive_one(const can::Frame& frame, can::Traffic& traffic);
+  std::size_t receive_series(std::span<const can::Frame> frames, can::Traffic& traffic);
   void take(std::uint16_t slot, const std::byte* data, Instant time, std::uint32_t frames);
   void copy_rest(std::uint16_t slot, const std::byte* data);
   void defer(std::uint16_t slot, const can::Frame& frame);
@@ -176,6 +183,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void attend(std::uint16_t slot, Instant time);
   void attend_reception(std::uint16_t slot, Instant time);
   void commit_rpdos();
+  bool commit_one(const Shadow& shadow);
   std::size_t commit_ordinary(std::size_t from);
   void commit(const Shadow& shadow);
   can::Frame remote_frame(std::uint16_t slot) const;

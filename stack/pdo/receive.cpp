@@ -5,18 +5,47 @@
 
 namespace linegate::pdo {
 
-// Nothing is called in here and nothing but marks and values changes, so that all else is in
-// registers; whatever needs more is left to receive().
+// As receive_series(): its beginning and its end cost more than a frame.
+inline std::size_t Engine::Impl::receive_one(const can::Frame& frame, can::Traffic& traffic) {
+  const can::Target* const target = dispatch.find(frame);
+  if (target == nullptr || !target->alone_of(can::Service::rpdo)) {
+    return 0;
+  }
+  const std::uint16_t slot = target->index;
+  const Rpdo& pdo = rpdos[slot];
+  const std::uint8_t form = Rpdo::form(frame);
+  const std::uint32_t attention = inputs->pdo(slot).attention;
+  const auto word = load_le<std::uint64_t>(frame.data.data());
+  if (form == pdo.at_once && attention == 0) {
+    inputs->merge(pdo.offset, pdo.to_image(word), pdo.mask);
+    inputs->touch(slot, frame.time);
+    ++counters.received;
+  } else if (form == pdo.deferred && attention <= image::PdoState::kNotValid) {
+    Shadows::Series(shadows).keep(slot, word, frame.time);
+  } else {
+    return 0;
+  }
+  traffic.add(frame);
+  return 1;
+}
+
 [[gnu::hot]] std::size_t Engine::receive_ordinary(std::span<const can::Frame> frames,
                                                   can::Traffic& traffic) {
   Impl& engine = *impl_;
   if (engine.hears_frames) {
     return 0;
   }
-  const can::Dispatch& dispatch = engine.dispatch;
-  const Rpdo* const rpdos = engine.rpdos.data();
-  Shadows::Series shadows(engine.shadows);
-  image::Area::Series inputs(*engine.inputs);
+  const bool alone = frames.size() == 1 || !engine.is_for_rpdo(frames[1]);
+  return alone ? engine.receive_one(frames.front(), traffic)
+               : engine.receive_series(frames, traffic);
+}
+
+// Nothing is called in here and nothing but marks and values changes, so that all else is in
+// registers; whatever needs more is left to receive().
+[[gnu::hot, gnu::noinline]] std::size_t Engine::Impl::receive_series(
+    std::span<const can::Frame> frames, can::Traffic& traffic) {
+  Shadows::Series waiting(shadows);
+  image::Area::Series series(*inputs);
   can::Traffic taken;
   for (const can::Frame& frame : frames) {
     const can::Target* const target = dispatch.find(frame);
@@ -26,20 +55,20 @@ namespace linegate::pdo {
     const std::uint16_t slot = target->index;
     const Rpdo& pdo = rpdos[slot];
     const std::uint8_t form = Rpdo::form(frame);
-    const std::uint32_t attention = inputs.pdo(slot).attention;
+    const std::uint32_t attention = series.pdo(slot).attention;
     const auto word = load_le<std::uint64_t>(frame.data.data());
     if (form == pdo.at_once && attention == 0) {
-      inputs.merge(pdo.offset, pdo.to_image(word), pdo.mask);
-      inputs.touch(slot, frame.time);
+      series.merge(pdo.offset, pdo.to_image(word), pdo.mask);
+      series.touch(slot, frame.time);
     } else if (form == pdo.deferred && attention <= image::PdoState::kNotValid) {
-      shadows.keep(slot, word, frame.time);
+      waiting.keep(slot, word, frame.time);
     } else {
       break;
     }
     taken.add(frame);
   }
   traffic += taken;
-  engine.counters.received += inputs.touches();
+  counters.received += series.touches();
   return taken.frames;
 }
 
@@ -144,7 +173,24 @@ void Engine::Impl::receive_wrong_length(std::uint16_t slot, const can::Frame& fr
   }
 }
 
+// As commit_ordinary(), see receive_one().
+inline bool Engine::Impl::commit_one(const Shadow& shadow) {
+  const Rpdo& pdo = rpdos[shadow.slot];
+  if (shadow.frames == 0 || pdo.flags != 0 || hears_frames ||
+      inputs->pdo(shadow.slot).attention != 0) {
+    return false;
+  }
+  inputs->merge(pdo.offset, pdo.to_image(shadow.word), pdo.mask);
+  inputs->touch(shadow.slot, shadow.time, shadow.frames);
+  counters.received += shadow.frames;
+  return true;
+}
+
 [[gnu::hot]] void Engine::Impl::commit_rpdos() {
+  if (shadows.size() == 1 && commit_one(shadows[0])) {
+    shadows.clear();
+    return;
+  }
   for (std::size_t next = commit_ordinary(0); next < shadows.size();
        next = commit_ordinary(next + 1)) {
     commit(Shadow(shadows[next]));  // a copy: the listener may change PDOs
@@ -152,7 +198,7 @@ void Engine::Impl::receive_wrong_length(std::uint16_t slot, const can::Frame& fr
   shadows.clear();
 }
 
-// As receive_ordinary(): gives the place at which it stopped.
+// As receive_series(): gives the place at which it stopped.
 [[gnu::hot]] std::size_t Engine::Impl::commit_ordinary(std::size_t from) {
   if (hears_frames || from >= shadows.size()) {  // the listener may have configured anew
     return from;

@@ -27,32 +27,6 @@ void Consumer::set_active(bool active) {
   lost_ = false;
 }
 
-Reception Consumer::receive(const can::Frame& frame) {
-  if (!active_ || !consumes()) {
-    return {};
-  }
-  Reception out;
-  out.wrong_length = frame.length != parameters_.length();
-  out.error_begins = !std::exchange(length_was_wrong_, out.wrong_length) && out.wrong_length;
-  out.is_sync = frame.length <= 1;
-  if (!out.is_sync) {
-    return out;
-  }
-  if (!out.wrong_length && frame.length == 1) {
-    const auto counter = std::to_integer<std::uint8_t>(frame.data[0]);
-    out.wrong_counter = counter == 0 || counter > parameters_.overflow;
-    out.counter = out.wrong_counter ? std::uint8_t{0} : counter;
-  }
-  if (frame.time > deadline_) {
-    lose();
-  }
-  lost_ = false;
-  if (parameters_.period > Duration::zero()) {
-    deadline_ = frame.time + parameters_.period + parameters_.period / 2;
-  }
-  return out;
-}
-
 void Consumer::advance(Instant now) {
   if (deadline_ <= now) {
     lose();

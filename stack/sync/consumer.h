@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 
 #include "stack/base/event_log.h"
 #include "stack/base/time.h"
@@ -57,5 +58,32 @@ class Consumer {
   bool lost_ = false;
   Instant deadline_ = kNever;
 };
+
+// Here, so that nobody waits for a result that was put together byte by byte in memory.
+inline Reception Consumer::receive(const can::Frame& frame) {
+  if (!active_ || !consumes()) {
+    return {};
+  }
+  Reception out;
+  out.wrong_length = frame.length != parameters_.length();
+  out.error_begins = !std::exchange(length_was_wrong_, out.wrong_length) && out.wrong_length;
+  out.is_sync = frame.length <= 1;
+  if (!out.is_sync) {
+    return out;
+  }
+  if (!out.wrong_length && frame.length == 1) {
+    const auto counter = std::to_integer<std::uint8_t>(frame.data[0]);
+    out.wrong_counter = counter == 0 || counter > parameters_.overflow;
+    out.counter = out.wrong_counter ? std::uint8_t{0} : counter;
+  }
+  if (frame.time > deadline_) {
+    lose();
+  }
+  lost_ = false;
+  if (parameters_.period > Duration::zero()) {
+    deadline_ = frame.time + parameters_.period + parameters_.period / 2;
+  }
+  return out;
+}
 
 }  // namespace linegate::sync
