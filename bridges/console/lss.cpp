@@ -319,8 +319,9 @@ class Session {
       return "the gateway's own node";
     }
     const auto known = line.nodes.find(node);
-    const bool there =
-        known != line.nodes.end() && known->second.state.presence == manager::Presence::present;
+    // Of a node that nobody watches it is not known whether it is still there.
+    const bool there = known != line.nodes.end() && known->second.state.heartbeat_monitored &&
+                       known->second.state.presence == manager::Presence::present;
     return !there ? "" : known->second.name.empty() ? "a node" : known->second.name;
   }
 

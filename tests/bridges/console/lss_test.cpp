@@ -40,6 +40,7 @@ class LssLine : public Client {
     NodeView node{.name = "ram"};
     node.state.node = 5;
     node.state.presence = present;
+    node.state.heartbeat_monitored = watched;
     listener.on_node({"plant", "press"}, node);
   }
   Answer call(const LineId& /*id*/, const line::Command& command, Duration /*timeout*/,
@@ -61,6 +62,7 @@ class LssLine : public Client {
   }
 
   manager::Presence present = manager::Presence::present;
+  bool watched = true;
   std::deque<Answer> answers;
   std::vector<std::pair<Procedure, std::vector<std::byte>>> asked;
 };
@@ -133,6 +135,10 @@ TEST_F(LssCommand, ANodeIdOfWhoHasItOrIsNotThereMayBeGiven) {
   line.will_answer(raw({0, 0, 0, 5}));
   EXPECT_EQ(run({.what = "set-node-id", .address = kDeviceText, .value = "5"}), kDone);
   line.asked.clear();
+  line.watched = false;  // it was there once
+  EXPECT_EQ(run({.what = "set-node-id", .address = kDeviceText, .value = "5"}), kDone);
+  line.asked.clear();
+  line.watched = true;
   line.present = manager::Presence::missing;
   EXPECT_EQ(run({.what = "set-node-id", .address = kDeviceText, .value = "5"}), kDone);
   EXPECT_EQ(procedures(), (Procedures{Procedure::switch_selective, Procedure::configure_node_id,
