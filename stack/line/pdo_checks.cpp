@@ -16,8 +16,12 @@ namespace {
 constexpr std::uint16_t kSyncCobId = 0x1005;
 constexpr std::uint16_t kSyncPeriod = 0x1006;
 
-// Identifiers, with the bit of 29-bit ones, and whose they are.
-using Services = std::map<std::uint32_t, std::string>;
+struct Service {
+  std::string name;
+  bool certain = true;
+};
+// By identifier, with the bit of 29-bit ones.
+using Services = std::map<std::uint32_t, Service>;
 
 std::uint32_t identifier(can::CobId cob_id) {
   return cob_id.id() | (cob_id.extended() ? can::CobId::kExtendedBit : 0U);
@@ -33,29 +37,38 @@ std::string name_of(std::uint8_t id, const std::string& name) {
   return name.empty() ? "node" + std::to_string(id) : name;
 }
 
+// 1014h is there if the device sends EMCY (CiA 301), but files leave out much.
+bool says_emcy(const NodeConfig& node) {
+  constexpr od::Address kEmcyCobId{0x1014, 0};
+  return node.device.find(kEmcyCobId) != nullptr ||
+         std::ranges::find(node.objects, kEmcyCobId, &ObjectValue::address) != node.objects.end();
+}
+
 Services services_of(const LineConfig& config) {
   Services out;
   for (const NodeConfig& node : config.nodes) {
     if (const can::CobId emcy = emcy_cob_id(node); emcy.valid()) {
-      out.emplace(identifier(emcy), "the EMCY of " + name_of(node.id, node.name));
+      out.emplace(identifier(emcy),
+                  Service{"the EMCY of " + name_of(node.id, node.name), says_emcy(node)});
     }
   }
   if (config.node_id != 0) {
-    out.emplace(can::kEmcyBase + config.node_id, "the EMCY of the own node");
+    out.emplace(can::kEmcyBase + config.node_id, Service{"the EMCY of the own node"});
   }
   if (!has_own_value(config, kSyncCobId)) {
-    out.emplace(can::kSyncId, "SYNC");
+    out.emplace(can::kSyncId, Service{"SYNC"});
   }
   if (config.time_period > Duration::zero()) {
-    out.emplace(can::kTimeId, "TIME");
+    out.emplace(can::kTimeId, Service{"TIME"});
   }
   return out;
 }
 
-// What a scan found runs as it is; what somebody wrote can be mended.
+// What a scan found runs as it is, and what is observed is somebody else's; what was written for
+// this line can be mended.
 Severity severity_in(const LineConfig& config) {
-  const bool found =
-      !config.scanned.empty() || std::ranges::any_of(config.nodes, &NodeConfig::as_found);
+  const bool found = config.role == Role::observer || !config.scanned.empty() ||
+                     std::ranges::any_of(config.nodes, &NodeConfig::as_found);
   return found ? Severity::warning : Severity::error;
 }
 
@@ -118,9 +131,11 @@ std::vector<Diagnostic> check_pdos(const LineConfig& config,
   for_each_pdo(remotes, [&](const pdo::RemoteNode& node, std::string_view kind,
                             const pdo::Parameters& each) {
     if (const auto taken = services.find(identifier(each.cob_id)); taken != services.end()) {
-      out.push_back({.severity = severity_in(config),
+      const Service& service = taken->second;
+      out.push_back({.severity = service.certain ? severity_in(config) : Severity::warning,
                      .file = node.device->file,
-                     .text = text_of(node, kind, each) + " has the COB-ID of " + taken->second});
+                     .text = text_of(node, kind, each) + " has the COB-ID of " + service.name +
+                             (service.certain ? "" : ", if it sends any")});
     }
   });
   return out;

@@ -34,6 +34,7 @@ std::vector<std::string> told(const LineConfig& config) {
 TEST(PdoChecks, APdoIsNotOnTheIdentifierOfAnotherService) {
   LineConfig config = config_with_axis();
   EXPECT_THAT(told(config), IsEmpty());
+  config.nodes[0].objects.push_back({{0x1014, 0}, {std::byte{0x85}, {}, {}, {}}});
   set(config.nodes[0], {0x1800, 1}, 0x80);
   set(config.nodes[0], {0x1400, 1}, 0x85);
   EXPECT_THAT(told(config),
@@ -53,6 +54,22 @@ TEST(PdoChecks, ANodeThatIsTakenAsItWasFoundRunsNevertheless) {
   config.nodes[0].as_found = true;
   set(config.nodes[0], {0x1800, 1}, 0x80);
   EXPECT_THAT(told(config), ElementsAre("warning: TPDO 1 of axis has the COB-ID of SYNC"));
+  EXPECT_TRUE(Line::make(config).ok());
+}
+
+TEST(PdoChecks, AnObserverListensToWhatThereIs) {
+  LineConfig config = config_with_axis();
+  config.role = Role::observer;
+  set(config.nodes[0], {0x1800, 1}, 0x80);
+  EXPECT_THAT(told(config), ElementsAre("warning: TPDO 1 of axis has the COB-ID of SYNC"));
+}
+
+// 1014h need not be there where no EMCY is sent, and 85h is then as good as any.
+TEST(PdoChecks, TheEmcyOfADeviceWhoseFileHasNoneIsAWarning) {
+  LineConfig config = config_with_axis();
+  set(config.nodes[0], {0x1400, 1}, 0x85);
+  EXPECT_THAT(told(config), ElementsAre("warning: RPDO 1 of axis has the COB-ID of the EMCY of "
+                                        "axis, if it sends any"));
   EXPECT_TRUE(Line::make(config).ok());
 }
 
