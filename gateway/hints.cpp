@@ -29,6 +29,9 @@ void add_hints(Loaded<config::Plant>& loaded) {
     if (auto waiting = line::unsynchronised_pdos(line.config)) {
       loaded.diagnostics.push_back(*std::move(waiting));
     }
+    if (line.config.role != line::Role::manager) {
+      continue;  // nothing is written to its nodes
+    }
     for (const line::NodeConfig& node : line.config.nodes) {
       if (const std::uint16_t missing = missing_error_control(node); missing != 0) {
         loaded.diagnostics.push_back({Severity::warning, line.config.name, 0, 0,

@@ -36,6 +36,10 @@ TEST(Hints, ErrorControlThatTheDeviceFileDoesNotKnow) {
               ElementsAre("press: warning: node 5 (n): its file has no object 100C:00, which its "
                           "error control is written to"));
   EXPECT_THAT(hints_of(node + "digital-io" + guarding), IsEmpty());
+  EXPECT_THAT(
+      hints_of("role: observer, nodes: [{id: 5, name: n, eds: bridges/sim/eds/drive" + guarding),
+      IsEmpty())
+      << "which writes nothing";
   EXPECT_THAT(hints_of(node + "drive.eds, heartbeat: 200ms}]"), IsEmpty());
 }
 
