@@ -90,7 +90,8 @@ void Configurator::ended(const ConfigurationRun& run, Instant now) {
     return;
   }
   faults_[node] = run.fault();
-  if (is_communication_error(run.abort()) && before == faults_[node]) {
+  const bool failed = run.result() == ConfigurationRun::Result::failed;
+  if (failed && is_communication_error(run.abort()) && before == faults_[node]) {
     return;  // the node is searched for: the same is not told every second
   }
   Event event{.time = now, .kind = EventKind::configuration_error, .node = node, .length = 3};

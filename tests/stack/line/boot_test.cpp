@@ -219,6 +219,30 @@ TEST_F(MandatoryNodeTest, AServerThatSaysSoThreeTimesRefuses) {
   EXPECT_THAT(sent(), testing::Each(testing::Not(testing::StartsWith("605#"))));
 }
 
+// It is configured all the same, each time anew.
+TEST_F(BootCommandTest, ADateThatANodeDoesNotTakeIsToldAtEachBoot) {
+  LineConfig config = config_with_axis();
+  config.nodes[0].store = 1;  // and a date in 1020h
+  make(config);
+  line_->start(now_);
+  sent();
+  for (int i = 0; i < 2; ++i) {
+    events();
+    hear(0x705, {0x00});
+    answer_identity();
+    EXPECT_THAT(sent(), testing::Contains("605#4020100100000000"));
+    hear(0x585, {0x43, 0x20, 0x10, 0x01, 0, 0, 0, 0});
+    EXPECT_THAT(sent(), testing::Contains("605#2B17100064000000"));
+    hear(0x585, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
+    EXPECT_THAT(sent(), testing::Contains(testing::StartsWith("605#23201001")));
+    hear(0x585, {0x80, 0x20, 0x10, 0x01, 0x01, 0x00, 0x04, 0x05});
+    hear(0x705, {0x7F});
+    const std::vector<Event> told = events();
+    EXPECT_EQ(std::ranges::count(told, EventKind::configuration_error, &Event::kind), 1) << i;
+    EXPECT_EQ(line_->node_state(5).boot, manager::kBooted);
+  }
+}
+
 TEST_F(MandatoryNodeTest, ALostFrameBetweenThemBeginsTheCountAnew) {
   for (int i = 0; i < 4; ++i) {
     if (i == 2) {
