@@ -177,8 +177,11 @@ def check_access(plant):
 
 
 def run(plant):
-    press, watch = plant.starts("press", "manager", "all"), plant.starts("watch", "observer", "all")
+    # Who observes from the beginning hears the nodes being started: they have no heartbeat.
+    watch, press = plant.starts("watch", "observer", "all"), None
     try:
+        until("somebody observes", lambda: [line["line"] for line in plant.lines()] == ["watch"])
+        press = plant.starts("press", "manager", "all")
         until("all nodes operational", plant.operational)
         check_objects(plant)
         check_pdo_numbers(plant)
@@ -190,7 +193,7 @@ def run(plant):
         check_access(plant)
     finally:
         for process in (press, watch):
-            if process.poll() is None:
+            if process is not None and process.poll() is None:
                 end(process)
 
 
