@@ -296,10 +296,12 @@ void Line::Impl::stop(Instant now) {
   receive_and_route(frames);
 }
 
+// PDOs concern no route.
 void Line::Impl::receive_and_route(std::span<const can::Frame> frames) {
-  stirred = true;
+  const std::uint64_t served = node.served();
   node.receive(frames);
-  if (!frames.empty()) {
+  if (node.served() != served) {
+    stirred = true;
     routing->settle(may_send_sdo(), frames.back().time);
     take_completions(frames.back().time);
   }
@@ -417,7 +419,7 @@ std::uint64_t Line::layout_revision() const {
 }
 
 void Line::start(Instant now) {
-  impl_->stir();
+  impl_->stir(now);
   impl_->start(now);
 }
 
@@ -453,12 +455,12 @@ void Line::medium_done(bool good, std::uint8_t device) {
   impl_->advance(now);
 }
 void Line::execute(Command command, Instant now) {
-  impl_->stir();
+  impl_->stir(now);
   impl_->execute(std::move(command), now);
 }
 
 OutputRefusal Line::write_outputs(const OutputWrite& write, Instant now) {
-  impl_->stir();
+  impl_->stir(now);
   return impl_->write_outputs(write, now);
 }
 
@@ -470,7 +472,7 @@ OutputRefusal Line::write_outputs(const OutputWrite& write, Instant now) {
 }
 
 void Line::deliver(const routing::Message& message, Instant now) {
-  impl_->stir();
+  impl_->stir(now);
   impl_->deliver(message, now);
 }
 bool Line::take_message(routing::Message& out) {
@@ -478,7 +480,7 @@ bool Line::take_message(routing::Message& out) {
 }
 
 void Line::stop(Instant now) {
-  impl_->stir();
+  impl_->stir(now);
   impl_->stop(now);
 }
 

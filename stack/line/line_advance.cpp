@@ -1,4 +1,6 @@
 // What time does to a line with a node of its own.
+#include <algorithm>
+
 #include "stack/line/line_impl.h"
 
 namespace linegate::line {
@@ -45,9 +47,9 @@ void Line::Impl::advance_all(Instant now) {
 }
 
 // While the line rests the node is not told of time.
-void Line::Impl::stir() {
+void Line::Impl::stir(Instant now) {
   stirred = true;
-  node.pass_time(advanced_to);
+  node.pass_time(std::max(now, advanced_to));
 }
 
 // Whatever the services go by comes in one of these ways: from outside, as an event of the own

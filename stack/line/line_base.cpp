@@ -21,7 +21,7 @@ Line::Base::Base(LineConfig line_config)
   events.limit_repeats();
 }
 
-void Line::Base::stir() {
+void Line::Base::stir(Instant /*now*/) {
 }
 bool Line::Base::next_frame(can::Frame& /*out*/, Instant /*now*/) {
   return false;

@@ -52,8 +52,8 @@ struct Line::Base {
   virtual node::Indicators indicators() const;
   virtual void deliver(const routing::Message& message, Instant now);
   virtual void routes(std::vector<routing::Route>& out) const;
-  // Something other than process data and time comes.
-  virtual void stir();
+  // Something other than process data and time comes; now: where it is known.
+  virtual void stir(Instant now = {});
 
   // receive() and next_frame() where load wants to see the frames.
   void receive_counted(std::span<const can::Frame> frames);

@@ -84,7 +84,7 @@ struct Line::Impl final : Line::Base,
   Role role() const { return manages_ ? Role::manager : Role::device; }
   void interface_lost();
   // --- line_advance.cpp -------------------------------------------------------------------------
-  void stir() override;
+  void stir(Instant now) override;
   // Nothing came but process data since next_wake() was asked, and nothing is due: a round has
   // nothing to do.
   bool rests(Instant now) const;

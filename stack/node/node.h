@@ -149,7 +149,9 @@ class Node {
   // stay as they are, dictionary().writes_told() too, and nothing else is called, only the PDOs can
   // have something to do before next_service(). Whoever leaves out advance() says pass_time()
   // before he calls anything else.
-  std::uint64_t served() const;  // grows with frames to and from the services that are not PDO
+  // Grows with each frame that was not simply copied into the image or an answer from the
+  // dictionary, which leave no time-out behind, and with each one sent that was no PDO.
+  std::uint64_t served() const;
   Instant next_service() const;  // next_wake() but for pdos()
   void pass_time(Instant now);   // nothing was due until then
   // Most urgent first: NMT, SYNC, EMCY, TIME, PDO, SDO, error control.

@@ -109,6 +109,20 @@ class LineRunnerTest : public testing::Test {
   Instant now_{1s};
 };
 
+TEST_F(LineRunnerTest, WhatOthersLeaveIsLookedAtWhenItIsCalled) {
+  make_ready();
+  send_command(7, line::CommandKind::bus_restart);
+  runner_->service(now_);
+  line::Reply reply;
+  EXPECT_FALSE(port_.replies.pop(reply));
+  runner_->called();
+  runner_->service(now_);
+  EXPECT_TRUE(port_.replies.pop(reply));
+  send_command(8, line::CommandKind::bus_restart);
+  runner_->service(now_);
+  EXPECT_FALSE(port_.replies.pop(reply)) << "each call counts once";
+}
+
 TEST_F(LineRunnerTest, StartsWhenTheInterfaceIsReady) {
   serve();
   serve(1s);

@@ -282,6 +282,22 @@ TEST_F(NodeTest, FramesLeaveInTheOrderOfTheBus) {
   EXPECT_FALSE(node->wants_to_send(at(10ms)));
 }
 
+// Whoever leaves out rounds goes by it.
+TEST_F(NodeTest, FramesOfServicesAreCountedAsServedAndPdosThatAreSentAreNot) {
+  boot_and_start();
+  std::uint64_t served = node->served();
+  const auto grows = [&] { return std::exchange(served, node->served()) != served; };
+  hear(3ms, 0x080, {});
+  EXPECT_TRUE(grows()) << "SYNC";
+  ASSERT_FALSE(drain(at(3ms)).empty());
+  EXPECT_FALSE(grows()) << "the TPDO of that";
+  hear(4ms, 0x605, {0x40, 0x00, 0x20, 0x01, 0, 0, 0, 0});
+  ASSERT_EQ(drain(at(4ms)).size(), 1U);
+  EXPECT_TRUE(grows()) << "SDO";
+  hear(5ms, 0x123, {});
+  EXPECT_TRUE(grows()) << "of nobody";
+}
+
 struct Witness : Companion {
   void receive(const can::Target& target, const can::Frame& frame) override {
     got.push_back({target.service, frame.id});
