@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <ctime>
 #include <system_error>
 #include <utility>
 
@@ -19,19 +18,14 @@ namespace linegate::gateway {
 namespace {
 
 constexpr std::uint64_t kWakeup = ~std::uint64_t{0};
+constexpr std::uint64_t kTimer = kWakeup - 1;
 constexpr int kEventsAtOnce = 16;
 
-// epoll_wait in nanoseconds; in milliseconds where the kernel is older than 5.11.
-[[gnu::hot]] int wait_for(int epoll, epoll_event* events, Duration timeout) {
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(timeout);
-  const timespec ts{static_cast<std::time_t>(seconds.count()),
-                    static_cast<long>((timeout - seconds).count())};
-  const int n = epoll_pwait2(epoll, events, kEventsAtOnce, &ts, nullptr);
-  if (n >= 0 || errno != ENOSYS) {
-    return n;
-  }
-  const auto ms = std::chrono::ceil<std::chrono::milliseconds>(timeout).count();
-  return epoll_wait(epoll, events, kEventsAtOnce, static_cast<int>(std::min<long>(ms, 1000)));
+void watch(int epoll, int descriptor, std::uint64_t what) {
+  epoll_event event{};
+  event.events = EPOLLIN;
+  event.data.u64 = what;
+  epoll_ctl(epoll, EPOLL_CTL_ADD, descriptor, &event);
 }
 
 }  // namespace
@@ -41,10 +35,8 @@ Executor::Executor(config::ExecutorPlan plan)
   if (epoll_ < 0) {
     throw std::system_error(errno, std::generic_category(), "epoll_create1");
   }
-  epoll_event event{};
-  event.events = EPOLLIN;
-  event.data.u64 = kWakeup;
-  epoll_ctl(epoll_, EPOLL_CTL_ADD, wakeup_.descriptor(), &event);
+  watch(epoll_, wakeup_.descriptor(), kWakeup);
+  watch(epoll_, timer_.descriptor(), kTimer);
   places_.reserve(kMostChanges);
 }
 
@@ -247,11 +239,11 @@ void Executor::let_go(Instant now) {
 [[gnu::hot]] void Executor::wait(Instant until) {
   constexpr Duration kLongest = std::chrono::seconds(10);
   const Instant now = monotonic_now();
-  const Duration left = until <= now      ? Duration::zero()
-                        : until == kNever ? kLongest
-                                          : std::min(kLongest, until - now);
+  if (until > now) {
+    timer_.wake_at(std::min(until, now + kLongest), now);
+  }
   std::array<epoll_event, kEventsAtOnce> events{};
-  const int count = wait_for(epoll_, events.data(), left);
+  const int count = epoll_wait(epoll_, events.data(), kEventsAtOnce, until > now ? -1 : 0);
   for (int k = 0; k < count; ++k) {
     const std::uint64_t what = events[static_cast<std::size_t>(k)].data.u64;
     if (what == kWakeup) {
@@ -261,7 +253,7 @@ void Executor::let_go(Instant now) {
         place.ready = true;
         place.called = true;
       }
-    } else {
+    } else if (what != kTimer) {
       places_[what].ready = true;
     }
   }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "gateway/config/plant.h"
+#include "gateway/deadline_timer.h"
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/ring.h"
 #include "gateway/exchange/wakeup.h"
@@ -92,6 +93,7 @@ class Executor {
   exchange::Wakeup visit_over_;
   bool woken_ = true;
   std::size_t leaving_ = 0;
+  DeadlineTimer timer_;
   int epoll_ = -1;
   std::thread thread_;
 };

@@ -7,6 +7,7 @@
 #include <sys/epoll.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
+#include <sys/timerfd.h>
 #include <unistd.h>
 
 namespace {
@@ -78,6 +79,9 @@ int epoll_pwait2(int fd, epoll_event* events, int count, const timespec* timeout
                  const sigset_t* signals) {
   ++counts.waits;
   return static_cast<int>(call(SYS_epoll_pwait2, fd, events, count, timeout, signals, kSignalSet));
+}
+int timerfd_settime(int fd, int flags, const itimerspec* value, itimerspec* before) {
+  return static_cast<int>(call(SYS_timerfd_settime, fd, flags, value, before));
 }
 ssize_t read(int fd, void* data, std::size_t size) {
   return call(SYS_read, fd, data, size);
