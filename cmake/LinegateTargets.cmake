@@ -58,16 +58,17 @@ endif()
 # not wait for its whole library, and a large library shall occupy more than one processor.
 option(LINEGATE_UNITY_LIBRARIES "Compile the sources of a library eight at a time" OFF)
 
-# linegate_library(NAME SOURCES a.cpp ... [DEPENDS linegate::x ...] [PRIVATE_DEPENDS ...])
-# makes static library linegate_NAME with alias linegate::NAME and installs it.
+# linegate_library(NAME SOURCES a.cpp ... [HOT] [DEPENDS linegate::x ...] [PRIVATE_DEPENDS ...])
+# makes static library linegate_NAME with alias linegate::NAME and installs it. HOT: its sources are compiled one by
+# one, because what is inlined across files makes the way of a frame longer.
 function(linegate_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "HOT" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
   if(ARG_SOURCES)
     add_library(linegate_${name} STATIC ${ARG_SOURCES})
     target_link_libraries(linegate_${name} PUBLIC linegate_flags ${ARG_DEPENDS}
                           PRIVATE $<BUILD_INTERFACE:linegate_warnings> ${ARG_PRIVATE_DEPENDS})
     set_target_properties(linegate_${name} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
-    if(LINEGATE_UNITY_LIBRARIES)
+    if(LINEGATE_UNITY_LIBRARIES AND NOT ARG_HOT)
       set_target_properties(linegate_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
       # GCC warns of a type in a header, and takes each file that is included for one.
       target_compile_options(linegate_${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
