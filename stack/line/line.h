@@ -87,7 +87,8 @@ class Line {
   // Asks a device with a remote frame for the PDO that is this RPDO of the line (a local number, as
   // in image::Entry::local_pdo). False if it cannot be: see pdo::Engine::request_rpdo().
   bool request_pdo(std::uint16_t rpdo);
-  // What another line of this process has for this one. message.to is this line's interface.
+  // What another line of this process has for this one. message.to is this line's interface; one
+  // that takes no part in routing refuses as whom it was addressed.
   void deliver(const routing::Message& message, Instant now);
   // Stops in good order: commands under way are answered, nodes are sent to Pre-operational if so
   // configured, the own node leaves Operational. Frames and events remain to be taken.

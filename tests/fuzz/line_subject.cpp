@@ -102,6 +102,10 @@ line::LineConfig devices_config(const Setup& setup) {
   return config;
 }
 
+bool may_route(Role role) {
+  return role == Role::manager || role == Role::device;
+}
+
 line::Role role_of(Role role) {
   switch (role) {
     case Role::manager:
@@ -142,7 +146,7 @@ line::LineConfig config_for(const Setup& setup) {
   config.sync_period = setup.sync ? milliseconds(10) : Duration::zero();
   config.time_period = setup.time ? milliseconds(50) : Duration::zero();
   config.stores_parameters = setup.time;
-  if (setup.role == Role::manager || setup.role == Role::device) {
+  if (may_route(setup.role)) {
     set_manager(setup, config);
     route(config);
     if (setup.own_objects) {
@@ -163,7 +167,8 @@ line::LineConfig answering_devices(const Setup& setup) {
 
 }  // namespace
 
-LineSubject::LineSubject(const Setup& setup) : setup_(setup), subject_(config_for(setup)) {
+LineSubject::LineSubject(const Setup& setup)
+    : setup_(setup), routes_(may_route(setup.role)), subject_(config_for(setup)) {
   if (setup.time) {
     line().set_utc(std::chrono::hours(24 * 365 * 20));
   }
@@ -188,14 +193,28 @@ void LineSubject::execute(line::Command command) {
 
 void LineSubject::deliver(const routing::Message& message) {
   line().deliver(message, now_);
+  if (!routes_) {
+    take_refusal(message);
+  }
   take_messages();
+}
+
+// It is known by no number but the one under which it was reached.
+void LineSubject::take_refusal(const routing::Message& message) {
+  const auto refusal = routing::undeliverable(message);
+  routing::Message out;
+  LINEGATE_EXPECT(line().take_message(out) == refusal.has_value());
+  if (refusal) {
+    LINEGATE_EXPECT(out.from == message.to && out.to == message.from);
+    LINEGATE_EXPECT(out.kind == refusal->kind && out.connection == message.connection);
+  }
 }
 
 // What the others have to do with it is up to the input.
 void LineSubject::take_messages() {
   routing::Message message;
   while (line().take_message(message)) {
-    LINEGATE_EXPECT(message.from == kInterface && message.to != kInterface);
+    LINEGATE_EXPECT(routes_ && message.from == kInterface && message.to != kInterface);
     LINEGATE_EXPECT(message.kind <= routing::MessageKind::pdo);
     if (message.kind == routing::MessageKind::sdo_open) {
       LINEGATE_EXPECT(message.connection != 0 && message.node < 128 && message.gateway < 128);

@@ -86,10 +86,12 @@ class LineSubject {
   bool next(can::Frame& frame);
   void turn_devices();
   void take_messages();
+  void take_refusal(const routing::Message& message);
   void expect_no_connection();
   void run_what_was_found();
 
   Setup setup_;
+  bool routes_;  // takes part in routing
   WatchedLine subject_;
   std::optional<WatchedLine> devices_;  // those that answer
   bool plugged_ = true;

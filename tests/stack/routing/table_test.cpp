@@ -183,6 +183,7 @@ TEST(RoutingOfALine, ARoleThatCannotRefusesAndCounts) {
   line->deliver({.from = 1, .to = 2, .kind = MessageKind::sdo_open, .connection = 5}, Instant{});
   Message out;
   ASSERT_TRUE(line->take_message(out));
+  EXPECT_EQ(out.from, 2);  // as it was addressed: it has no number of its own
   EXPECT_EQ(out.to, 1);
   EXPECT_EQ(out.kind, MessageKind::sdo_refused);
   EXPECT_EQ(abort_of(out), AbortCode::device_state);
