@@ -83,6 +83,12 @@ std::string hex(std::uint32_t number, int digits) {
   return out;
 }
 
+// A report may name sub-indices that CiA 301 does not.
+std::string name_of_parameter(std::uint8_t sub) {
+  return sub < std::size(kCommunication) ? std::string(kCommunication[sub])
+                                         : "Parameter " + std::to_string(sub);
+}
+
 std::string name_of_record(std::uint16_t index) {
   const bool sent = index >= kFirstTpdo;
   const unsigned number = (index & 0x1FFU) + 1U;
@@ -135,7 +141,7 @@ class Describer {
     } else {
       variable.type = unsigned_of(value.data.size());
       variable.access = variable.sub == 0 && !is_mapping(index) ? Access::ro : Access::rw;
-      variable.name = is_communication(index) ? std::string(kCommunication[variable.sub])
+      variable.name = is_communication(index) ? name_of_parameter(variable.sub)
                       : variable.sub == 0     ? "Number of mapped objects"
                                               : "Mapped object " + std::to_string(variable.sub);
     }

@@ -42,6 +42,19 @@ TEST(Describe, GivesTheIdentityAndCiAsNamesAndTypes) {
   EXPECT_EQ(value(device, {0x1017, 0}), 100U);
 }
 
+// A report comes over the network, from whoever says that it is a gateway.
+TEST(Describe, NamesParametersThatCiA301DoesNotKnow) {
+  Answers answers = drive();
+  ScannedNode node = answers.survey(5);
+  for (const std::uint8_t sub : {std::uint8_t{6}, std::uint8_t{7}, std::uint8_t{255}}) {
+    node.values.push_back({{0x1800, sub}, {std::byte{1}}});
+  }
+  const od::DeviceDescription device = describe(node);
+  EXPECT_EQ(device.find({0x1800, 6})->name, "SYNC start value");
+  EXPECT_EQ(device.find({0x1800, 7})->name, "Parameter 7");
+  EXPECT_EQ(device.find({0x1800, 255})->name, "Parameter 255");
+}
+
 TEST(Describe, MakesAnObjectOfWhatIsMappedByItsLengthAndDirection) {
   const od::DeviceDescription device = describe(drive().survey(5));
   const auto* status = device.find({0x6041, 0});
