@@ -101,20 +101,27 @@ void add_timing(Request& request, unsigned short type, std::uint32_t bit_rate,
 }
 
 void add_modes(Request& request, const ControllerSetup& setup) {
-  can_ctrlmode modes{};
-  if (setup.data_bit_rate != 0) {
-    modes.mask |= CAN_CTRLMODE_FD;
-  }
-  if (setup.listen_only.value_or(false)) {
-    modes.mask |= CAN_CTRLMODE_LISTENONLY;
-  }
-  modes.flags = modes.mask;
+  const ControllerModes wanted = modes_of(setup);
+  const can_ctrlmode modes{.mask = wanted.mask, .flags = wanted.flags};
   if (modes.mask != 0) {
     request.add(IFLA_CAN_CTRLMODE, &modes, sizeof modes);
   }
 }
 
 }  // namespace
+
+ControllerModes modes_of(const ControllerSetup& setup) {
+  ControllerModes out;
+  if (setup.data_bit_rate != 0) {
+    out.mask |= CAN_CTRLMODE_FD;
+    out.flags |= CAN_CTRLMODE_FD;
+  }
+  if (setup.listen_only) {  // off is said too: the controller may have it on from before
+    out.mask |= CAN_CTRLMODE_LISTENONLY;
+    out.flags |= *setup.listen_only ? CAN_CTRLMODE_LISTENONLY : 0U;
+  }
+  return out;
+}
 
 int set_up_controller(int interface_index, const ControllerSetup& setup) {
   constexpr std::string_view kKind = "can";

@@ -28,6 +28,14 @@ struct ControllerSetup {
   }
 };
 
+// Bits of CAN_CTRLMODE_* (linux/can/netlink.h) that are to be set, in `mask`, and to what, in
+// `flags`. CAN FD is never taken off.
+struct ControllerModes {
+  std::uint32_t mask = 0;
+  std::uint32_t flags = 0;
+};
+ControllerModes modes_of(const ControllerSetup& setup);
+
 // Sets it, and the interface up. The interface must be down. 0, or errno: EPERM without
 // CAP_NET_ADMIN, EOPNOTSUPP or EINVAL for what the driver cannot do.
 int set_up_controller(int interface_index, const ControllerSetup& setup);

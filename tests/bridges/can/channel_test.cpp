@@ -6,6 +6,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <linux/can/netlink.h>
 
 #include "bridges/can/interface_uri.h"
 #include "bridges/can/socketcan.h"
@@ -64,6 +65,29 @@ TEST(InterfaceUri, SetsAControllerUp) {
   }
   EXPECT_THAT(parse_uri("socketcan:can0?sample-point=0.8").error, HasSubstr("needs its bit rate"));
   EXPECT_THAT(parse_uri("socketcan:can0?dbitrate=2000000").error, HasSubstr("needs bitrate"));
+}
+
+// A controller keeps its modes while it is down: one that only listened goes on until it is told.
+TEST(InterfaceUri, TellsAControllerWhichModesToTakeAndWhichToLeave) {
+  struct Row {
+    ControllerSetup setup;
+    std::uint32_t mask;
+    std::uint32_t flags;
+  } const rows[] = {
+      {{.bit_rate = 500'000}, 0, 0},
+      {{.bit_rate = 500'000, .listen_only = true},
+       CAN_CTRLMODE_LISTENONLY,
+       CAN_CTRLMODE_LISTENONLY},
+      {{.bit_rate = 500'000, .listen_only = false}, CAN_CTRLMODE_LISTENONLY, 0},
+      {{.bit_rate = 500'000, .data_bit_rate = 2'000'000, .listen_only = false},
+       CAN_CTRLMODE_LISTENONLY | CAN_CTRLMODE_FD,
+       CAN_CTRLMODE_FD},
+  };
+  for (const Row& row : rows) {
+    const ControllerModes modes = modes_of(row.setup);
+    EXPECT_EQ(modes.mask, row.mask);
+    EXPECT_EQ(modes.flags, row.flags);
+  }
 }
 
 TEST(InterfaceUri, FaultsOfAVirtualBus) {
