@@ -43,7 +43,8 @@ std::vector<Sheet> sheets_in(const std::string& folder, std::string& error) {
     std::string extension = at->path().extension().string();
     std::ranges::transform(extension, extension.begin(),
                            [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (extension == ".eds") {
+    std::error_code ignored;
+    if (extension == ".eds" && at->is_regular_file(ignored)) {
       out.push_back({at->path().filename().string(), content_of(at->path())});
     }
   }

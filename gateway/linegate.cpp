@@ -1,6 +1,7 @@
 // linegate: the console. See what gateways publish, ask their lines, check a configuration, put
 // simulated devices on an interface.
 #include <csignal>
+#include <exception>
 #include <fstream>
 #include <functional>
 #include <iostream>
@@ -178,7 +179,12 @@ class Program {
       app_.exit(problem);
       return kExitUsage;
     }
-    return action_();
+    try {
+      return action_();
+    } catch (const std::exception& error) {  // of a library, such as a file that cannot be read
+      std::cerr << "error: " << error.what() << '\n';
+      return kExitFailed;
+    }
   }
 
  private:

@@ -58,10 +58,21 @@ Loaded<config::Plant> load(const Arguments& arguments) {
   return loaded;
 }
 
+// The same while lines run: a disk that fails while the files are read does not end them.
+Loaded<config::Plant> load_again(const Arguments& arguments) {
+  try {
+    return load(arguments);
+  } catch (const std::exception& error) {
+    Loaded<config::Plant> failed;
+    failed.diagnostics.push_back({Severity::error, arguments.plant, 0, 0, error.what()});
+    return failed;
+  }
+}
+
 // What SIGHUP does.
 void reload(Gateway& gateway, const Arguments& arguments) {
   spdlog::info("SIGHUP: {} is read again", arguments.plant);
-  const auto loaded = load(arguments);
+  const auto loaded = load_again(arguments);
   log(loaded.diagnostics);
   if (loaded.value) {
     const auto result = gateway.reload(*loaded.value);

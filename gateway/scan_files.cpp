@@ -135,7 +135,8 @@ NodeFile file_of(const ScannedLine& line, const FoundNode& node) {
 }
 
 bool write_file(const fs::path& path, const std::string& content, ScanFiles& out) {
-  if (fs::exists(path)) {
+  std::error_code ignored;  // then it cannot be written either
+  if (fs::exists(path, ignored)) {
     out.error = fmt::format("{} exists, it is not overwritten", path.string());
     return false;
   }

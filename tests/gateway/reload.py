@@ -117,6 +117,13 @@ def run(gateway):
     gateway.reload("not reloaded: everything runs as before")
     for part in ("interfce", "nonsense"):
         gateway.await_log(part)
+    os.remove(gateway.plant)
+    os.mkdir(gateway.plant)  # opens, but cannot be read: as on a disk that fails
+    gateway.reload("not reloaded: everything runs as before", 2)
+    told = gateway.ask("check", gateway.plant)
+    if told.returncode < 0 or "error" not in told.stderr:
+        raise Failure(f"linegate check of a folder: {told}")
+    os.rmdir(gateway.plant)
     gateway.write({"stays": 1, "changes": 2, "comes": 4}, heartbeat="200ms", extra="executors: [{name: unused}]\n")
     gateway.reload("reloaded: lines changed: none; started: none; stopped: none; unchanged: 3")
     forwarding(gateway)

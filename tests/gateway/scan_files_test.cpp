@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "gateway/config/plant.h"
+#include "gateway/found_nodes.h"
 #include "stack/base/byte_order.h"
 
 namespace linegate::gateway {
@@ -43,6 +44,19 @@ TEST(ScanFiles, TheConfigurationHasDomainAndAccessOfTheLine) {
   EXPECT_FALSE(
       write_scan({.gateway = "lab", .name = "press", .interface_uri = "virtual:p"}, folder, "").ok)
       << "nothing is overwritten";
+  std::filesystem::remove_all(folder);
+}
+
+// It was made by somebody who keeps the files of each device in a folder of its name.
+TEST(ScanFiles, AFolderNamedAsAnEdsIsNone) {
+  const std::string folder = testing::TempDir() + "/scan-folder-of-eds";
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder + "/encoder.eds");
+  const std::vector<scan::ScannedNode> nodes{encoder_5()};
+  const FoundNodes found = found_nodes(nodes, folder);
+  EXPECT_EQ(found.error, "");
+  ASSERT_EQ(found.nodes.size(), 1U);
+  EXPECT_EQ(found.nodes[0].sheet, "");
   std::filesystem::remove_all(folder);
 }
 
