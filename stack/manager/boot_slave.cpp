@@ -12,7 +12,8 @@ namespace {
 
 constexpr Duration kRetryDelay = std::chrono::seconds(1);  // between two questions for 1000h
 // A server that says so often in a row, at the same place, that it lost the thread does not take
-// what it is asked: devices without segmented transfer say 0504 0001h to every longer value.
+// what it is asked: devices without segmented transfer say 0504 0001h to every longer value. One
+// that is still starting may say so, too, which is why its boot time-out has to be over besides.
 constexpr std::uint32_t kRefusals = 3;
 // For the answer to one node guarding request of a node that is to be kept alive.
 constexpr Duration kGuardWait = std::chrono::milliseconds(100);
@@ -384,7 +385,7 @@ void BootSlave::fail(char letter, BootFinding finding, Instant now) {
   }
   const bool again = told_ && said_ && node_.boot == letter && node_.finding == finding;
   refusals_ = again ? refusals_ + 1 : std::uint32_t{said_};
-  if (refusals_ < kRefusals) {
+  if (refusals_ < kRefusals || now < give_up_) {
     search(letter, finding, now);
   } else {
     finding.expected = refusals_;

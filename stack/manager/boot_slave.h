@@ -6,7 +6,8 @@
 // A node that fell silent on the way, or answered what is none to the question, is searched for as
 // one that never answered: without end. So is one that aborts the upload of 1000h, which is boot
 // status B. Only what it refuses, and what it is, end the process; an abort of the protocol, such
-// as 0504 0001h, is a refusal when it comes three times in a row.
+// as 0504 0001h, is a refusal when it comes three times in a row and the boot time-out is over, as
+// for an abort of 1000h: a device that is still starting may answer so.
 #pragma once
 
 #include <cstdint>
@@ -126,7 +127,7 @@ class BootSlave final : private StepContext {
   Step step_ = Step::idle;
   Step reset_by_ = Step::idle;  // which step goes on when the node has been reset
   Instant wake_ = kNever;
-  Instant give_up_ = kNever;      // when no answer becomes boot status B
+  Instant give_up_ = kNever;      // when no answer becomes boot status B, and aborts a refusal
   bool told_ = false;             // what keeps the node from answering
   bool booted_up_ = false;        // a boot-up message came: it cannot be Operational
   bool was_operational_ = false;  // boot status L

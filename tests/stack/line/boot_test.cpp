@@ -1,6 +1,7 @@
 // The command `boot`, byte by byte: the test plays the device.
 #include <algorithm>
 
+#include "stack/manager/boot_event.h"
 #include "stack/manager/boot_report.h"
 
 #include "tests/stack/line/line_fixture.h"
@@ -131,12 +132,15 @@ class MandatoryNodeTest : public BootCommandTest {
   void SetUp() override {
     LineConfig config = config_with_axis();
     config.nodes[0].mandatory = true;
+    config.nodes[0].boot_timeout = seconds(2);
     make(config);
     line_->start(now_);
     hear(0x705, {0x00});
     answer_identity();
     ASSERT_THAT(sent(), testing::Contains("605#2B17100064000000"));
   }
+
+  void abort_the_heartbeat() { hear(0x585, {0x80, 0x17, 0x10, 0x00, 0x01, 0x00, 0x04, 0x05}); }
 
   void expect_it_is_asked_again() {
     EXPECT_EQ(line_->node_state(5).boot, 'J');
@@ -217,6 +221,33 @@ TEST_F(MandatoryNodeTest, AServerThatSaysSoThreeTimesRefuses) {
   sent();
   pass(seconds(3));
   EXPECT_THAT(sent(), testing::Each(testing::Not(testing::StartsWith("605#"))));
+}
+
+TEST_F(MandatoryNodeTest, AServerThatSaysSoMayStillBeStartingUntilItsBootTimeOutIsOver) {
+  LineConfig config = config_with_axis();
+  config.nodes[0].mandatory = true;
+  config.nodes[0].boot_timeout = seconds(6);
+  make(config);
+  line_->start(now_);
+  const auto abort_for = [this](int times) {
+    hear(0x705, {0x00});
+    answer_identity();
+    for (int i = 0; i < times; ++i) {
+      abort_the_heartbeat();
+      pass(seconds(1));
+      answer_identity();
+    }
+  };
+  abort_for(5);
+  EXPECT_EQ(line_->state().manager, ManagerState::missing_mandatory);
+  hear(0x585, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
+  hear(0x705, {0x7F});
+  EXPECT_EQ(line_->state().manager, ManagerState::running);
+
+  abort_for(6);
+  EXPECT_FALSE(manager::is_refusal(line_->node_state(5).finding)) << "anew with each boot-up";
+  abort_the_heartbeat();
+  EXPECT_TRUE(manager::is_refusal(line_->node_state(5).finding));
 }
 
 // It is configured all the same, each time anew.
