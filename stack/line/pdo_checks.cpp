@@ -15,6 +15,8 @@ namespace {
 
 constexpr std::uint16_t kSyncCobId = 0x1005;
 constexpr std::uint16_t kSyncPeriod = 0x1006;
+constexpr std::uint16_t kTimeCobId = 0x1012;
+constexpr std::uint16_t kEmcyCobId = 0x1014;
 
 struct Service {
   std::string name;
@@ -33,15 +35,26 @@ bool has_own_value(const LineConfig& config, std::uint16_t index) {
   });
 }
 
+// Of an object of the own node: the last that is written to it, else the default.
+can::CobId own_cob_id(const LineConfig& config, std::uint16_t index, std::uint32_t by_default) {
+  can::CobId out{by_default};
+  for (const ObjectValue& value : config.own_values) {
+    if (value.address == od::Address{index, 0} && value.data.size() == sizeof out.raw) {
+      out.raw = load_le<std::uint32_t>(value.data.data());
+    }
+  }
+  return out;
+}
+
 std::string name_of(std::uint8_t id, const std::string& name) {
   return name.empty() ? "node" + std::to_string(id) : name;
 }
 
 // 1014h is there if the device sends EMCY (CiA 301), but files leave out much.
 bool says_emcy(const NodeConfig& node) {
-  constexpr od::Address kEmcyCobId{0x1014, 0};
-  return node.device.find(kEmcyCobId) != nullptr ||
-         std::ranges::find(node.objects, kEmcyCobId, &ObjectValue::address) != node.objects.end();
+  constexpr od::Address kObject{kEmcyCobId, 0};
+  return node.device.find(kObject) != nullptr ||
+         std::ranges::find(node.objects, kObject, &ObjectValue::address) != node.objects.end();
 }
 
 Services services_of(const LineConfig& config) {
@@ -53,13 +66,14 @@ Services services_of(const LineConfig& config) {
     }
   }
   if (config.node_id != 0) {
-    out.emplace(can::kEmcyBase + config.node_id, Service{"the EMCY of the own node"});
+    const can::CobId emcy = own_cob_id(config, kEmcyCobId, can::kEmcyBase + config.node_id);
+    if (emcy.valid()) {
+      out.emplace(identifier(emcy), Service{"the EMCY of the own node"});
+    }
   }
-  if (!has_own_value(config, kSyncCobId)) {
-    out.emplace(can::kSyncId, Service{"SYNC"});
-  }
+  out.emplace(identifier(own_cob_id(config, kSyncCobId, can::kSyncId)), Service{"SYNC"});
   if (config.time_period > Duration::zero()) {
-    out.emplace(can::kTimeId, Service{"TIME"});
+    out.emplace(identifier(own_cob_id(config, kTimeCobId, can::kTimeId)), Service{"TIME"});
   }
   return out;
 }

@@ -13,7 +13,8 @@
 namespace linegate::line {
 
 // Errors: a PDO on the identifier of SYNC, of TIME if the line sends it, or of an EMCY, of a node
-// or the own one; warnings in a line that is what a scan found. remotes are nodes of config.
+// or the own one; warnings in a line that is what a scan found. Those of the own node are where its
+// own_values put 1005h, 1012h and 1014h. remotes are nodes of config.
 std::vector<Diagnostic> check_pdos(const LineConfig& config,
                                    std::span<const pdo::RemoteNode> remotes);
 

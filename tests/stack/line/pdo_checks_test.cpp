@@ -49,6 +49,31 @@ TEST(PdoChecks, APdoIsNotOnTheIdentifierOfAnotherService) {
   EXPECT_EQ(told(config).size(), 2U);
 }
 
+ObjectValue own_value(std::uint16_t index, std::uint32_t number) {
+  ObjectValue out{{index, 0}, std::vector<std::byte>(sizeof number)};
+  store_le(std::span(out.data), number);
+  return out;
+}
+
+TEST(PdoChecks, TheServicesOfTheOwnNodeAreWhereItsOwnValuesPutThem) {
+  LineConfig config = config_with_axis();
+  config.time_period = seconds(1);
+  config.own_values = {own_value(0x1014, 0x8000'00FF), own_value(0x1014, 0xF1),
+                       own_value(0x1005, 0x4000'00F2), own_value(0x1012, 0x4000'00F3)};
+  const auto told_of = [&](std::uint32_t tpdo, std::uint32_t rpdo) {
+    set(config.nodes[0], {0x1800, 1}, tpdo);
+    set(config.nodes[0], {0x1400, 1}, rpdo);
+    return told(config);
+  };
+  EXPECT_THAT(told_of(0xF1, 0xF2),
+              ElementsAre("error: TPDO 1 of axis has the COB-ID of the EMCY of the own node",
+                          "error: RPDO 1 of axis has the COB-ID of SYNC"));
+  EXPECT_THAT(told_of(0xF3, 0x205), ElementsAre("error: TPDO 1 of axis has the COB-ID of TIME"));
+  EXPECT_THAT(told_of(0xFF, 0x80), IsEmpty()) << "where they are by default nothing is any more";
+  config.own_values = {own_value(0x1014, 0x8000'00F1)};
+  EXPECT_THAT(told_of(0xF1, 0xFF), IsEmpty()) << "it sends no EMCY";
+}
+
 TEST(PdoChecks, ANodeThatIsTakenAsItWasFoundRunsNevertheless) {
   LineConfig config = config_with_axis();
   config.nodes[0].as_found = true;
