@@ -21,7 +21,14 @@ Producer::Producer(od::Dictionary& dictionary, can::TransmitQueue& transmit, Eve
       history_(dictionary) {
 }
 
+void Producer::listen_for_others(can::Dispatch& dispatch, std::uint16_t index) {
+  dispatch_ = &dispatch;
+  index_ = index;
+  follow_cob_id();
+}
+
 void Producer::configure() {
+  follow_cob_id();
   waiting_ = 0;
   inhibited_until_ = Instant{};
 }
@@ -78,8 +85,26 @@ AbortCode Producer::check_write(od::Address address, std::span<const std::byte> 
 }
 
 void Producer::written(od::Address address) {
-  if (address.index == kProducerCobId && !can::is_usable(cob_id())) {
+  if (address.index != kProducerCobId) {
+    return;
+  }
+  follow_cob_id();
+  if (!can::is_usable(cob_id())) {
     waiting_ = 0;
+  }
+}
+
+void Producer::follow_cob_id() {
+  const can::CobId wanted = can::is_usable(cob_id()) ? cob_id() : can::CobId{};
+  if (dispatch_ == nullptr || wanted == listened_) {
+    return;
+  }
+  if (listened_.valid()) {
+    dispatch_->remove(listened_.id(), listened_.extended(), can::Service::emcy, index_);
+  }
+  listened_ = wanted;
+  if (listened_.valid()) {
+    dispatch_->add(listened_.id(), listened_.extended(), can::Service::emcy, index_);
   }
 }
 

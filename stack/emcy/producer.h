@@ -12,6 +12,8 @@
 
 #include "stack/base/event_log.h"
 #include "stack/base/time.h"
+#include "stack/can/cob_id.h"
+#include "stack/can/dispatch.h"
 #include "stack/can/transmit_queue.h"
 #include "stack/emcy/error_history.h"
 #include "stack/emcy/message.h"
@@ -40,6 +42,10 @@ class Producer final : public od::Hook {
   // itself, and history() for 1003h.
   Producer(od::Dictionary& dictionary, can::TransmitQueue& transmit, EventLog& events,
            std::uint8_t node_id);
+
+  // From now on what others send on 1014h, while that is valid, is for the target {emcy, index}.
+  // dispatch must outlive the producer.
+  void listen_for_others(can::Dispatch& dispatch, std::uint16_t index);
 
   // After a reset: forgets what waits.
   void configure();
@@ -72,11 +78,15 @@ class Producer final : public od::Hook {
  private:
   can::CobId cob_id() const;
   bool transmit(const Message& message, Instant now);
+  void follow_cob_id();
 
   od::Dictionary& dictionary_;
   can::TransmitQueue& transmit_;
   EventLog& events_;
   std::uint8_t node_id_;
+  can::Dispatch* dispatch_ = nullptr;
+  std::uint16_t index_ = 0;  // in it
+  can::CobId listened_{};    // the one that is in it
   ErrorHistory history_;
   bool active_ = false;
   Instant inhibited_until_{};

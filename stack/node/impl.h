@@ -30,7 +30,7 @@ namespace linegate::node {
 // Index bit of the error_control and emcy targets that the node's own consumers (1016h, 1028h)
 // registered; the companion's have it clear.
 inline constexpr std::uint16_t kOwnMark = 0x100;
-// And of the target for the own node-ID: guarding requests, and whoever else has that node-ID.
+// And of the targets for the own node-ID: guarding requests, and whoever else has that node-ID.
 inline constexpr std::uint16_t kOwnIdMark = 0x300;
 
 struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardingListener {
@@ -62,6 +62,8 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   void take_sdo_answer(std::uint16_t index, const can::Frame& frame);
   void take_error_control(std::uint16_t index, const can::Frame& frame);
   void take_own_id(const can::Frame& frame);
+  void take_own_emergency(const can::Frame& frame);
+  void tell_duplicate(nmt::State shown, Instant time);
   void take_emergency(std::uint16_t index, const can::Frame& frame);
   void hand_to_companion(can::Target target, const can::Frame& frame);
   void malformed(const can::Frame& frame, std::uint8_t node);

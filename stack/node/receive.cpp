@@ -236,8 +236,7 @@ void Node::Impl::take_error_control(std::uint16_t index, const can::Frame& frame
   }
 }
 
-// An error control message that another device sends with this node's node-ID: each boot-up is
-// told, of the others the first.
+// An error control message that another device sends with this node's node-ID.
 void Node::Impl::take_own_id(const can::Frame& frame) {
   if (!serves(can::Service::error_control)) {
     return;
@@ -247,12 +246,30 @@ void Node::Impl::take_own_id(const can::Frame& frame) {
     malformed(frame, options.node_id);
     return;
   }
-  if (content == nmt::State::initialising || !duplicate_told) {
+  tell_duplicate(content, frame.time);
+}
+
+// On 1014h. Where a PDO or the EMCY of another node was put there, too, it is no proof.
+void Node::Impl::take_own_emergency(const can::Frame& frame) {
+  const can::Target* const target = dispatch.find(frame);
+  if (!serves(can::Service::emcy) || target == nullptr || !target->alone_of(can::Service::emcy)) {
+    return;
+  }
+  if (emcy::decode(frame)) {
+    tell_duplicate(nmt::State::unknown, frame.time);
+  } else {
+    malformed(frame, options.node_id);
+  }
+}
+
+// Each boot-up is told, of the others the first.
+void Node::Impl::tell_duplicate(nmt::State shown, Instant time) {
+  if (shown == nmt::State::initialising || !duplicate_told) {
     duplicate_told = true;
-    events.emit({.time = frame.time,
+    events.emit({.time = time,
                  .kind = EventKind::duplicate_node_id,
                  .node = options.node_id,
-                 .code = static_cast<std::uint8_t>(content)});
+                 .code = static_cast<std::uint8_t>(shown)});
   }
   begin(Fault::node_id, 0);
 }
@@ -260,6 +277,10 @@ void Node::Impl::take_own_id(const can::Frame& frame) {
 void Node::Impl::take_emergency(std::uint16_t index, const can::Frame& frame) {
   if ((index & kOwnMark) == 0) {
     hand_to_companion({can::Service::emcy, index, 0}, frame);
+    return;
+  }
+  if ((index & kOwnIdMark) == kOwnIdMark) {
+    take_own_emergency(frame);
     return;
   }
   const auto node = static_cast<std::uint8_t>(index & kNodeBits);

@@ -66,6 +66,7 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
   pdos.set_auto_notify(options.auto_notify);
   dispatch.add(can::kErrorControlBase + options.node_id, false, can::Service::error_control,
                static_cast<std::uint16_t>(kOwnIdMark | options.node_id));
+  emcy.listen_for_others(dispatch, static_cast<std::uint16_t>(kOwnIdMark | options.node_id));
   dispatch.add(can::kNmtId, false, can::Service::nmt, 0);
 }
 

@@ -98,6 +98,43 @@ TEST_F(ErrorControlTest, OfItsHeartbeatsTheFirstIsTold) {
   EXPECT_EQ(kinds().front(), EventKind::duplicate_node_id) << "anew after a reset";
 }
 
+// Two managers, of which one has no heartbeat: the other's EMCY is all it hears of it.
+TEST_F(ErrorControlTest, AnEmcyOfAnotherWithTheOwnNodeIdIsToldOnce) {
+  boot_and_start();
+  hear(1ms, 0x085, {0x10, 0x10, 0x01, 0, 0, 0, 0, 0});
+  const auto told = testing::take_events(events);
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[0].kind, EventKind::duplicate_node_id);
+  EXPECT_EQ(told[0].node, kNodeId);
+  EXPECT_EQ(told[0].code, static_cast<std::uint32_t>(nmt::State::unknown));
+  EXPECT_EQ(drain(at(1ms)), (Frames{{at(1ms), 0x085, {0x50, 0x81, 0x11, 0, 0, 0, 0, 0}}}));
+  hear(2ms, 0x085, {0x50, 0x81, 0x11, 0, 0, 0, 0, 0});
+  hear(3ms, 0x705, {0x05});
+  EXPECT_TRUE(kinds().empty());
+  EXPECT_TRUE(drain(at(3ms)).empty()) << "two that hear each other do not go on for ever";
+  hear(4ms, 0x705, {0x00});
+  EXPECT_EQ(kinds(), (std::vector<EventKind>{EventKind::duplicate_node_id}));
+}
+
+TEST_F(ErrorControlTest, TheOwnEmcyIsWhere1014hSays) {
+  boot_and_start();
+  const auto emcy_on = [this](Duration when, std::uint32_t id) {
+    hear(when, id, {0x10, 0x10, 0x01, 0, 0, 0, 0, 0});
+    return kinds();
+  };
+  EXPECT_EQ(sdo_write({0x1014, 0}, 4, 0x8000'0085), 0U);
+  EXPECT_TRUE(emcy_on(1ms, 0x085).empty()) << "it sends none: anybody may";
+  EXPECT_EQ(sdo_write({0x1014, 0}, 4, 0x0F1), 0U);
+  EXPECT_TRUE(emcy_on(2ms, 0x085).empty());
+  EXPECT_EQ(sdo_write({0x1028, 7}, 4, 0x0F1), 0U);
+  EXPECT_EQ(emcy_on(3ms, 0x0F1), (std::vector<EventKind>{EventKind::emcy}))
+      << "that of another was put there, which is no proof";
+  EXPECT_EQ(sdo_write({0x1028, 7}, 4, 0x8000'00F1), 0U);
+  hear(4ms, 0x0F1, {0x10, 0x10});
+  EXPECT_EQ(kinds(), (std::vector<EventKind>{EventKind::malformed_frame}));
+  EXPECT_EQ(emcy_on(5ms, 0x0F1).front(), EventKind::duplicate_node_id);
+}
+
 TEST_F(ErrorControlTest, ErrorBehaviourKnowsThreeValues) {
   boot();
   for (const std::uint32_t value : {0U, 1U, 2U}) {
