@@ -55,4 +55,8 @@ bool permitted(const line::Command& command, config::Access commands, config::Ac
   return permitted(command.kind, commands, outputs);
 }
 
+bool is_of_outputs(line::CommandKind kind) {
+  return kind == line::CommandKind::output_write || kind == line::CommandKind::pdo_trigger;
+}
+
 }  // namespace linegate::gateway

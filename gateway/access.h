@@ -16,4 +16,7 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
 // The same with what the command is about: to verify configurations reads alone.
 bool permitted(const line::Command& command, config::Access commands, config::Access outputs);
 
+// It means entries, bytes or PDOs of the line's outputs by their places: of one layout.
+bool is_of_outputs(line::CommandKind kind);
+
 }  // namespace linegate::gateway

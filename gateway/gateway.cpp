@@ -4,6 +4,7 @@
 #include <map>
 #include <utility>
 
+#include "gateway/access.h"
 #include "gateway/channels.h"
 #include "gateway/clock.h"
 #include "gateway/device_runner.h"
@@ -408,6 +409,8 @@ void Gateway::take_scan(const std::string& name, const TakenScan& scan,
   Loaded<config::LinePlan> wanted = plan_of(present, scan);
   append(diagnostics, std::move(wanted.diagnostics));
   if (!wanted.value && (scan.code & line::kScanRestore) == 0) {
+    LineHost& kept = host(name);
+    kept.executor->visit([&] { kept.runner->scan_kept(); });
     return;
   }
   config::Plant plant = plant_with(wanted.value ? *std::move(wanted.value) : present);
@@ -416,7 +419,26 @@ void Gateway::take_scan(const std::string& name, const TakenScan& scan,
     plant = plant_with(present);
     lines = make_lines(plant, {name}, diagnostics);
   }
+  intake_->stop();
+  for (const NewLine& made : lines) {
+    hand_on_commands(host(name), *made.host);
+  }
   change({name}, {name}, std::move(lines), plant, diagnostics);
+}
+
+// What means a place in the outputs meant it in those that the line had.
+void Gateway::hand_on_commands(LineHost& from, LineHost& to) {
+  constexpr auto kOutputs = image::Direction::outputs;
+  const bool same_outputs = from.layout(kOutputs).id == to.layout(kOutputs).id;
+  from.executor->visit([&] {
+    for (line::Command command; from.port.commands.pop(command);) {
+      if (!same_outputs && is_of_outputs(command.kind)) {
+        intake_->refuse(command.tag, line::Refusal::stale_layout);
+      } else {
+        to.port.commands.push(command);
+      }
+    }
+  });
 }
 
 config::Plant Gateway::plant_with(config::LinePlan line) const {

@@ -102,6 +102,9 @@ class Gateway {
               std::vector<Diagnostic>& diagnostics);
   void take_scan(const std::string& name, const TakenScan& scan,
                  std::vector<Diagnostic>& diagnostics);
+  // Commands that wait for a line go to the one that takes its place and does not run yet. While
+  // nobody takes any from DDS.
+  void hand_on_commands(LineHost& from, LineHost& to);
   // The lines that run, by their names alone, but for this one.
   config::Plant plant_with(config::LinePlan line) const;
   // The line's interface, recorded if the line is.

@@ -94,9 +94,7 @@ line::Refusal Intake::judge(const LineHost& host, const dds::CommandMessage& mes
     return line::Refusal::not_permitted;
   }
   const std::uint64_t layout = host.layout(image::Direction::outputs).id;
-  const bool of_layout = command.kind == line::CommandKind::output_write ||
-                         command.kind == line::CommandKind::pdo_trigger;
-  if (of_layout && message.layout_id != 0 && message.layout_id != layout) {
+  if (is_of_outputs(command.kind) && message.layout_id != 0 && message.layout_id != layout) {
     return line::Refusal::stale_layout;
   }
   return line::Refusal::none;
@@ -217,6 +215,13 @@ void Intake::notice(LineHost& host, EventKind kind, std::uint32_t code, std::uin
     host.port.requests_lost.add();
   }
   host.executor->wakeup().signal();
+}
+
+void Intake::refuse(std::uint64_t tag, line::Refusal refusal) {
+  line::Reply reply;
+  reply.tag = tag;
+  reply.error = line::to_error(refusal);
+  answer(std::move(reply));
 }
 
 void Intake::answer(line::Reply reply) {

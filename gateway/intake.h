@@ -49,6 +49,9 @@ class Intake final : public dds::GatewayHandler {
   void on_misfit(std::string_view topic, std::string_view policy) override;
   // Replies that found their ring full are put in again.
   void flush();
+  // The answer to a command that was given to a line and is not carried out by any. While it is
+  // stopped.
+  void refuse(std::uint64_t tag, line::Refusal refusal);
 
  private:
   LineHost* find(std::string_view line) const;

@@ -163,6 +163,7 @@ void LineRunner::bus_event(const can::BusEvent& event, Instant now) {
     started_ = true;
     line_->start(now);
     scans_.started(now);
+    called_ = true;  // commands may wait from now on
   }
 }
 
@@ -174,11 +175,11 @@ void LineRunner::take_storage_results() {
   }
 }
 
-// What a reply that found no room holds back stays where it is.
+// What a reply that found no room holds back stays where it is, and so does what waits for a scan.
 void LineRunner::take_calls(Instant now) {
   take_storage_results();
   take_requests(now);
-  called_ = reply_held_;
+  called_ = reply_held_ || scans_.holds(now);
 }
 
 void LineRunner::start_scan(Instant now) {
@@ -191,7 +192,7 @@ void LineRunner::start_scan(Instant now) {
 }
 
 void LineRunner::take_requests(Instant now) {
-  while (!reply_held_ && port_.commands.pop(command_)) {
+  while (!reply_held_ && (stopping_ || !scans_.holds(now)) && port_.commands.pop(command_)) {
     take_command(now);
   }
   for (Event notice; port_.notices.pop(notice);) {

@@ -58,6 +58,9 @@ class LineRunner final : public Runner {
   // On its thread: the line with that interface is gone, what it said last is taken first.
   void leave(std::uint8_t interface, Instant now);
 
+  // On its thread: nothing became of a scan that was to be applied, see ScanTaker::kept().
+  void scan_kept() { scans_.kept(); }
+
   int descriptor() const override { return pump_.channel().descriptor(); }
   bool wants_writable() const override { return pump_.channel().wants_writable(); }
   void service(Instant now) override;

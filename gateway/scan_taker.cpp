@@ -15,11 +15,22 @@ constexpr Duration kLongest = std::chrono::minutes(15);
 ScanTaker::ScanTaker(const config::LinePlan& plan, exchange::Ring<TakenScan>& taken)
     : wanted_(plan.auto_scan && plan.auto_scan->at_start && plan.config.nodes.empty()),
       code_(plan.auto_scan && plan.auto_scan->set_up ? line::kScanSetUp : std::uint16_t{0}),
-      taken_(taken) {
+      taken_(taken),
+      made_of_scan_(!plan.config.scanned.empty()) {
 }
 
 void ScanTaker::started(Instant now) {
   due_ = wanted_ ? deadline(now, kSettle) : kNever;
+  if (made_of_scan_) {
+    held_until_ = deadline(now, kSettle);
+  }
+}
+
+bool ScanTaker::holds(Instant now) {
+  if (held_until_ && *held_until_ <= now) {
+    held_until_.reset();
+  }
+  return held_until_.has_value();
 }
 
 std::optional<line::Command> ScanTaker::due(Instant now) {
@@ -52,6 +63,7 @@ bool ScanTaker::answered(const line::Reply& reply) {
     // Where the ring is full, others wait already.
     (void)taken_.push({known->node, known->code, reply.data});
     due_ = kNever;
+    held_until_ = kNever;
   }
   asked_.erase(known);
   return own;

@@ -35,7 +35,14 @@ class ScanTaker {
   void started(Instant now);
   // The scan that the line makes by itself, when it is due.
   std::optional<line::Command> due(Instant now);
-  Instant next_wake() const { return due_; }
+  // Of due(), or of holds().
+  Instant next_wake() const { return earlier(due_, held_until_.value_or(kNever)); }
+
+  // Commands wait, which the restart of the line would cut off: of a result that was handed on the
+  // line is made anew; and one that was made so has its devices come back first.
+  bool holds(Instant now);
+  // Nothing became of the result, the line goes on as it is.
+  void kept() { held_until_.reset(); }
 
   // The command goes to the line.
   void asked(const line::Command& command);
@@ -53,7 +60,9 @@ class ScanTaker {
   bool wanted_;  // the line scans by itself
   std::uint16_t code_;
   exchange::Ring<TakenScan>& taken_;
+  bool made_of_scan_;  // the line
   Instant due_ = kNever;
+  std::optional<Instant> held_until_;  // kNever: until somebody has taken the result
   std::vector<Asked> asked_;
 };
 

@@ -88,6 +88,9 @@ class Listener : public dds::ClientListener {
     texts.emplace_back(text);
   }
 
+  void on_reply(const dds::Target&, const dds::CommandResult& result) override {
+    replies.push_back(result.reply.error);
+  }
   void on_line_gone(std::string_view /*gateway*/, std::string_view line) override {
     lines_gone.emplace_back(line);
   }
@@ -116,6 +119,7 @@ class Listener : public dds::ClientListener {
   std::map<std::string, std::map<std::uint64_t, Event>> events;
   std::vector<std::string> texts;
   std::vector<std::string> lines_gone;
+  std::vector<Error> replies;
   int gaps = 0;
   int images_back = 0;  // of line open: a sample with an older number
 };
@@ -536,6 +540,30 @@ TEST_F(GatewayTest, DevicesOfALineStoreTheirParameters) {
     return result.reply.ok() && result.reply.data == std::vector{std::byte{0x81}};
   }));
   std::filesystem::remove_all(folder);
+}
+
+// The line is made anew with what was found; what was asked of it meanwhile is not cut off by that.
+TEST_F(GatewayTest, AScanBehindOneThatIsAppliedWaitsForTheLine) {
+  ASSERT_TRUE(gateway_
+                  ->reload(make_plant(plant_text() + R"(  - name: bare
+    interface: "simulated:"
+    access: all
+    sdo_timeout: 500ms
+    simulate: [{node: 9, profile: digital-io}]
+)"))
+                  .done);
+  line::Command scan{.kind = line::CommandKind::scan_apply};
+  ASSERT_TRUE(until([&] { return call(at("bare"), scan).reply.ok(); }));
+  scan.kind = line::CommandKind::scan;
+  scan.node = 9;
+  ASSERT_NE(client_->send(at("bare"), scan, kPatience), 0U);
+  const Instant taken = monotonic_now() + 300ms;  // the other thread looks once a second
+  ASSERT_TRUE(until([&] { return monotonic_now() > taken; }));
+  EXPECT_TRUE(seen_.replies.empty());
+  ASSERT_TRUE(gateway_->take_scans());
+  ASSERT_TRUE(until([&] { return !seen_.replies.empty(); }));
+  EXPECT_EQ(seen_.replies, std::vector{Error{}});
+  EXPECT_EQ(seen_.lines["bare"].nodes_configured, 1U);
 }
 
 TEST_F(GatewayTest, AReloadThatIsRefusedChangesNothing) {

@@ -197,5 +197,34 @@ TEST(ScanTaker, OthersDoSoOnlyWhenAsked) {
   EXPECT_EQ(result.code, line::kScanSetUp);
 }
 
+TEST(ScanTaker, CommandsWaitFromAResultThatIsToBeAppliedUntilSomebodyHasTakenIt) {
+  Taker taker(kBare);
+  taker.scans.started(Instant{1s});
+  line::Command command;
+  command.tag = 7;
+  command.kind = line::CommandKind::scan_apply;
+  taker.scans.asked(command);
+  EXPECT_FALSE(taker.scans.holds(Instant{2s})) << "it runs";
+  taker.scans.answered(taker.reply(7, true));
+  EXPECT_TRUE(taker.scans.holds(Instant{2s}));
+  EXPECT_TRUE(taker.scans.holds(Instant{1h})) << "the line is made anew, whenever that is";
+  EXPECT_EQ(taker.scans.next_wake(), kNever);
+  taker.scans.kept();
+  EXPECT_FALSE(taker.scans.holds(Instant{2s}));
+}
+
+TEST(ScanTaker, CommandsForALineThatWasMadeOfAScanWaitForItsDevices) {
+  exchange::Ring<TakenScan> results{4};
+  const auto plan = plan_of(line_of(kBare), taken({node_of(5)}, 0));
+  ASSERT_TRUE(plan.value);
+  ScanTaker scans(*plan.value, results);
+  EXPECT_FALSE(scans.holds(Instant{1s})) << "without its interface it refuses them";
+  scans.started(Instant{1s});
+  EXPECT_TRUE(scans.holds(Instant{2900ms}));
+  EXPECT_EQ(scans.next_wake(), Instant{3s});
+  EXPECT_FALSE(scans.holds(Instant{3s}));
+  EXPECT_EQ(scans.next_wake(), kNever);
+}
+
 }  // namespace
 }  // namespace linegate::gateway
