@@ -1,5 +1,6 @@
 #include "bridges/console/lookup.h"
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <ostream>
@@ -97,6 +98,14 @@ const Line* find_line(Context& context, Model& model, const std::string& line) {
     return nullptr;
   }
   return found.front();
+}
+
+bool know_nodes(Context& context, Model& model, const Line& line) {
+  return wait_until(context, model, [&] {
+    return std::ranges::count_if(line.nodes, [](const auto& node) {
+             return node.second.state.configured;
+           }) >= line.view->state.nodes_configured;
+  });
 }
 
 std::optional<std::uint64_t> parse_number(const std::string& text, std::uint64_t limit, bool hex) {

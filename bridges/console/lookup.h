@@ -22,6 +22,10 @@ bool wait_until(Context& context, Model& model, const std::function<bool()>& con
 // The one line that is meant; otherwise says on context.err what there is instead.
 const Line* find_line(Context& context, Model& model, const std::string& line);
 
+// Waits until the line has told of all nodes that it is configured with, of others or not; false
+// if context.wait was not enough. line.view is there.
+bool know_nodes(Context& context, Model& model, const Line& line);
+
 std::optional<NodeRef> parse_node(const std::string& text);
 // "LINE", which is all of its nodes, or "LINE:NODE" with a node-ID or all (node is 0 then);
 // otherwise says on context.err that it is none of them.

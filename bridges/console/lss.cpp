@@ -312,9 +312,9 @@ class Session {
     }
     const Line& line = found->second;
     // States of nodes come after that of their line.
-    (void)wait_until(context_, model_, [&] {
-      return line.nodes.contains(node) || line.nodes.size() >= line.view->state.nodes_configured;
-    });
+    if (!line.nodes.contains(node)) {
+      (void)know_nodes(context_, model_, line);
+    }
     if (line.view->state.node_id == node) {
       return "the gateway's own node";
     }

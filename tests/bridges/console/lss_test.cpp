@@ -2,6 +2,7 @@
 
 #include <deque>
 #include <sstream>
+#include <thread>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -33,11 +34,26 @@ std::vector<std::byte> with_address(std::initializer_list<int> head) {
 // A line that answers as the test says; done to whatever it says nothing about.
 class LssLine : public Client {
  public:
-  void poll(Duration /*timeout*/, Listener& listener) override {
+  void poll(Duration timeout, Listener& listener) override {
     LineView view{.interface_uri = "virtual:press"};
     view.state.node_id = 127;
     listener.on_line({"plant", "press"}, view);
+    if (late > 0) {  // others are there already, one of which is not configured
+      view.state.nodes_configured = 2;
+      listener.on_line({"plant", "press"}, view);
+      NodeView other{.name = "saw"};
+      other.state.node = 8;
+      other.state.configured = true;
+      listener.on_node({"plant", "press"}, other);
+      other.state.node = 9;
+      other.state.configured = false;
+      listener.on_node({"plant", "press"}, other);
+      std::this_thread::sleep_for(timeout);
+      --late;
+      return;
+    }
     NodeView node{.name = "ram"};
+    node.state.configured = true;
     node.state.node = 5;
     node.state.presence = present;
     node.state.heartbeat_monitored = watched;
@@ -63,6 +79,7 @@ class LssLine : public Client {
 
   manager::Presence present = manager::Presence::present;
   bool watched = true;
+  int late = 0;  // polls without the node
   std::deque<Answer> answers;
   std::vector<std::pair<Procedure, std::vector<std::byte>>> asked;
 };
@@ -71,7 +88,7 @@ class LssCommand : public ::testing::Test {
  protected:
   int run(LssRequest request, bool json = false) {
     request.line = "press";
-    Context context{.client = line, .out = out, .err = err, .json = json, .wait = Duration::zero()};
+    Context context{.client = line, .out = out, .err = err, .json = json, .wait = wait};
     return lss(context, request);
   }
   std::vector<Procedure> procedures() const {
@@ -83,6 +100,7 @@ class LssCommand : public ::testing::Test {
   }
 
   LssLine line;
+  Duration wait = Duration::zero();
   std::ostringstream out;
   std::ostringstream err;
 };
@@ -128,6 +146,16 @@ TEST_F(LssCommand, ANodeIdThatAnotherHasIsGivenToNobody) {
   line.will_answer(raw({0, 0, 0, 9}));
   EXPECT_EQ(run({.what = "set-node-id", .address = kDeviceText, .value = "127"}), kFailed);
   EXPECT_NE(err.str().find("127 is that of the gateway's own node"), std::string::npos);
+}
+
+// Of how many nodes it has heard says nothing: strangers are among them.
+TEST_F(LssCommand, ANodeIdIsNotGivenAwayBeforeAllNodesOfTheLineAreKnown) {
+  wait = std::chrono::seconds(20);
+  line.late = 20;
+  line.will_answer(raw({0, 0, 0}));
+  line.will_answer(raw({0, 0, 0, 255}));
+  EXPECT_EQ(run({.what = "set-node-id", .address = kDeviceText, .value = "5"}), kFailed);
+  EXPECT_EQ(err.str(), "node-ID 5 is that of ram, which is on the line\n");
 }
 
 TEST_F(LssCommand, ANodeIdOfWhoHasItOrIsNotThereMayBeGiven) {
