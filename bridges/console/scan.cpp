@@ -38,6 +38,12 @@ line::Command command_of(const Context& context, const ScanRequest& request, std
   return command;
 }
 
+// The one node that was asked for; whoever asks for a line takes what there is.
+bool was_found(const ScanResult& result, std::uint8_t node) {
+  return node == 0 ||
+         std::ranges::find(result.nodes, node, &scan::ScannedNode::id) != result.nodes.end();
+}
+
 }  // namespace
 
 int scan(Context& context, const ScanRequest& request, ScanResult& result) {
@@ -67,10 +73,15 @@ int scan(Context& context, const ScanRequest& request, ScanResult& result) {
   result.nodes = *std::move(nodes);
   if (context.json) {
     context.out << scan_json(result) << '\n';
-    return kDone;
+  } else {
+    for (const std::string& text : text_of(scan_table(result))) {
+      context.out << text << '\n';
+    }
   }
-  for (const std::string& text : text_of(scan_table(result))) {
-    context.out << text << '\n';
+  if (!was_found(result, target->node)) {
+    context.err << "node " << unsigned{target->node} << " of " << printable(result.id.line)
+                << " did not answer\n";
+    return kFailed;
   }
   return kDone;
 }

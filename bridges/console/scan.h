@@ -23,7 +23,8 @@ struct ScanRequest {
 };
 
 // Tells on context.err which nodes have been read meanwhile, and prints what was found. `result`
-// has it too when kDone comes back.
+// has it too when kDone comes back. kFailed also if the one node that was asked for is not there; a
+// line may be without any.
 int scan(Context& context, const ScanRequest& request, ScanResult& result);
 
 // A row for each node; the notes say what will not work as it is: identifiers that two devices send

@@ -1,6 +1,7 @@
 // The commands against a gateway that exists in this test only.
 #include "bridges/console/commands.h"
 
+#include <array>
 #include <string>
 #include <utility>
 
@@ -11,6 +12,7 @@
 #include "bridges/console/configuration.h"
 #include "bridges/console/scan.h"
 #include "stack/base/abort_code.h"
+#include "stack/scan/report.h"
 
 #include "tests/bridges/console/command_test.h"
 
@@ -122,6 +124,7 @@ TEST_F(Commands, SdoReadTakesWhatAScanReadOnlyWhenAsked) {
 
 TEST_F(Commands, AScanWritesOnlyWhenAsked) {
   ScanResult result;
+  gateway_.answer.reply.data = scan::write_report(std::array{scan::ScannedNode{.id = 5}});
   EXPECT_EQ(scan(context_, {.what = "press:5"}, result), kDone) << err_.str();
   EXPECT_EQ(gateway_.last.kind, line::CommandKind::scan);
   EXPECT_EQ(gateway_.last.node, 5);
@@ -131,6 +134,18 @@ TEST_F(Commands, AScanWritesOnlyWhenAsked) {
   EXPECT_EQ(scan(context_, {.what = "press", .restore_defaults = true}, result), kDone);
   EXPECT_EQ(gateway_.last.kind, line::CommandKind::scan_apply);
   EXPECT_EQ(gateway_.last.code, line::kScanRestore);
+}
+
+TEST_F(Commands, AScanOfOneNodeThatIsNotThereIsAFailure) {
+  ScanResult result;
+  EXPECT_EQ(scan(context_, {.what = "press"}, result), kDone) << "a line may be empty";
+  EXPECT_EQ(err_.str(), "");
+  EXPECT_EQ(scan(context_, {.what = "press:5"}, result), kFailed);
+  EXPECT_EQ(err_.str(), "node 5 of press did not answer\n");
+  context_.json = true;
+  out_.str("");
+  EXPECT_EQ(scan(context_, {.what = "press:5"}, result), kFailed);
+  EXPECT_THAT(out_.str(), HasSubstr(R"("nodes":[])")) << "it is JSON all the same";
 }
 
 TEST_F(Commands, LookForTheirLineOnceHoweverShortTheWait) {
