@@ -164,17 +164,20 @@ void check_clashes(Findings& findings, const line::LineConfig& config, const lin
 }
 
 // `nodes:`, and those of `node_list:` that are not there too.
-void read_nodes(Section& section, line::LineConfig& config) {
+void read_nodes(Section& section, LineSection& line) {
   Findings& findings = section.findings();
+  line::LineConfig& config = line.plan.config;
   for (const YAML::Node& element : elements(findings, section.find("nodes"), "nodes")) {
     line::NodeConfig node = read_node(findings, element);
     check_clashes(findings, config, node, place_of(element));
+    line.node_places.push_back({node.id, place_of(element)});
     config.nodes.push_back(std::move(node));
   }
   const YAML::Node list = section.find("node_list");
   for (line::NodeConfig& node : read_node_list(findings, list)) {
     if (std::ranges::find(config.nodes, node.id, &line::NodeConfig::id) == config.nodes.end()) {
       check_clashes(findings, config, node, place_of(list));
+      line.node_places.push_back({node.id, place_of(list)});
       config.nodes.push_back(std::move(node));
     }
   }
@@ -287,7 +290,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   read_own_objects(section, plan.config);
   out.own_values = read_own_values(section, plan.config);
   plan.record = read_record(section, out.record_place);
-  read_nodes(section, plan.config);
+  read_nodes(section, out);
   read_startup(section, plan.config);
   read_devices(section, out);
   read_auto(section, plan);

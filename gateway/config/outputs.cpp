@@ -116,21 +116,21 @@ OutputsSection read_outputs(Findings& findings, const YAML::Node& node) {
   return out;
 }
 
-void resolve_outputs(Findings& findings, const OutputsSection& outputs, LinePlan& plan) {
-  auto made = line::Line::make(plan.config);
-  findings.add(std::move(made.diagnostics));
-  if (!made.value) {
+void resolve_outputs(Findings& findings, LineSection& section) {
+  const auto made = make_line(findings, section);
+  if (made == nullptr) {
     return;
   }
-  const auto& layout = (*made.value)->layout(image::Direction::outputs);
+  LinePlan& plan = section.plan;
+  const auto& layout = made->layout(image::Direction::outputs);
   const EntryNames names(plan.config, layout);
   const std::size_t before = findings.errors();
-  resolve_groups(findings, outputs, names, layout, plan.config);
-  resolve_defaults(findings, outputs, names, layout, plan.config);
+  resolve_groups(findings, section.outputs, names, layout, plan.config);
+  resolve_defaults(findings, section.outputs, names, layout, plan.config);
   if (findings.errors() == before &&
       !(plan.config.groups.empty() && plan.config.defaults.empty())) {
     // What the line itself has to say about its groups.
-    findings.add(line::Line::make(plan.config).diagnostics);
+    (void)make_line(findings, section);
   }
 }
 

@@ -80,22 +80,13 @@ std::optional<std::vector<std::byte>> bytes_of(Findings& findings, const OwnValu
   return data;
 }
 
-}  // namespace
-
-std::vector<OwnValueSection> read_own_values(Section& section, const line::LineConfig& config) {
-  std::vector<OwnValueSection> out;
-  const YAML::Node node = section.find("own_values");
-  if (config.role != line::Role::manager) {
-    section.find("own_concise_dcf");
-    return out;  // that has been said
-  }
-  read_concise(section, out);
+void read_values(Section& section, const YAML::Node& node, std::vector<OwnValueSection>& out) {
   if (!node.IsDefined()) {
-    return out;
+    return;
   }
   Section list(section.findings(), node, "own_values");
   if (!list.valid()) {
-    return out;
+    return;
   }
   for (const auto& pair : node) {
     if (pair.first.IsScalar()) {
@@ -103,6 +94,33 @@ std::vector<OwnValueSection> read_own_values(Section& section, const line::LineC
       read_value(list, pair.first, pair.second, out);
     }
   }
+}
+
+// COB-IDs of SYNC, TIME and EMCY: the PDOs are checked against them.
+void place_services(const std::vector<OwnValueSection>& values, line::LineConfig& config) {
+  for (const OwnValueSection& value : values) {
+    const std::uint16_t index = value.object.index;
+    if (index != 0x1005 && index != 0x1012 && index != 0x1014) {
+      continue;
+    }
+    if (auto data = value.text ? parse_value(*value.text, od::DataType::unsigned32) : value.data) {
+      config.own_values.push_back({value.object, *std::move(data)});
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<OwnValueSection> read_own_values(Section& section, line::LineConfig& config) {
+  std::vector<OwnValueSection> out;
+  const YAML::Node node = section.find("own_values");
+  if (config.role != line::Role::manager) {
+    section.find("own_concise_dcf");
+    return out;  // that has been said
+  }
+  read_concise(section, out);
+  read_values(section, node, out);
+  place_services(out, config);
   return out;
 }
 
@@ -116,6 +134,7 @@ void resolve_own_values(Findings& findings, std::vector<LineSection>& lines) {
     if (!made.value) {
       continue;  // that has been said
     }
+    section.plan.config.own_values.clear();
     od::Dictionary& dictionary = (*made.value)->dictionary();
     for (const OwnValueSection& value : section.own_values) {
       auto data = bytes_of(findings, value, dictionary);

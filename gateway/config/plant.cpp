@@ -144,7 +144,7 @@ void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection
     const std::string files = findings.take_sources();
     check_collisions(findings, section, sections);
     if (findings.errors() == before) {
-      resolve_outputs(findings, section.outputs, section.plan);
+      resolve_outputs(findings, section);
       // What is not understood may be anything: aliases in aliases, without end when written out.
       section.plan.source = source_of(element, section.plan, plant, files);
     }

@@ -1,6 +1,7 @@
 // The parts of plant.yaml, each read into its value. Internal to this folder.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -10,6 +11,7 @@
 
 #include "gateway/config/plant.h"
 #include "gateway/config/reader.h"
+#include "stack/line/line.h"
 #include "stack/pdo/parameters.h"
 
 namespace linegate::config {
@@ -110,6 +112,12 @@ struct OwnValueSection {
   Place value_place;
 };
 
+// Where a node is configured: its element of `nodes:`, or `node_list:`.
+struct NodePlace {
+  std::uint8_t node = 0;
+  Place place;
+};
+
 class JoinedLines;
 
 // One element of `lines:`. places of what other lines may collide with.
@@ -120,6 +128,7 @@ struct LineSection {
   std::vector<EnterSection> enter;
   std::vector<OwnPdoSection> own_pdos;
   std::vector<OwnValueSection> own_values;
+  std::vector<NodePlace> node_places;
   std::vector<WrittenNetworks> emcy_to;
   std::vector<std::uint8_t> gateways;  // node-IDs
   Place place;
@@ -197,8 +206,10 @@ std::optional<std::uint8_t> read_transmission_type(Section& section, const YAML:
 void read_feeds_every_tpdo(Section& section, LineSection& line);
 // `own_objects:` of a line, once its role and storage are known.
 void read_own_objects(Section& section, line::LineConfig& config);
-// `own_values:` and `own_concise_dcf:` of a line, once its role is known.
-std::vector<OwnValueSection> read_own_values(Section& section, const line::LineConfig& config);
+// `own_values:` and `own_concise_dcf:` of a line, once its role is known. Those that put SYNC, TIME
+// and EMCY on other identifiers are in config at once, for the line is made before the others are
+// resolved.
+std::vector<OwnValueSection> read_own_values(Section& section, line::LineConfig& config);
 // Once all lines are complete: LineConfig::own_values.
 void resolve_own_values(Findings& findings, std::vector<LineSection>& lines);
 // `own_pdos:` of a line.
@@ -217,8 +228,12 @@ void read_objects(Findings& findings, const YAML::Node& node, line::NodeConfig& 
 void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
 OutputsSection read_outputs(Findings& findings, const YAML::Node& node);
 
-// Makes the line once to learn its layout; fills groups and defaults of plan.config.
-void resolve_outputs(Findings& findings, const OutputsSection& outputs, LinePlan& plan);
+// Makes the line, and tells what is to be said of it; nullptr if it cannot be made. What concerns
+// the device file of a node as a whole, such as a PDO on the COB-ID of something else, is told at
+// the node, with the name of the file.
+std::unique_ptr<line::Line> make_line(Findings& findings, const LineSection& section);
+// Makes the line once to learn its layout; fills groups and defaults of its plan.
+void resolve_outputs(Findings& findings, LineSection& section);
 
 // 1 to 64 letters, digits, '-' and '_'.
 bool is_name(const std::string& name);

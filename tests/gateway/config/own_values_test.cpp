@@ -61,6 +61,16 @@ TEST_F(OwnValues, AreOfTheTypeThatTheObjectHas) {
   EXPECT_EQ(values[2].data, bytes({100, 0}));
 }
 
+TEST_F(OwnValues, PutServicesWhereNoPdoMayBe) {
+  const std::string nodes = "    nodes: [{id: 5, eds: " LINEGATE_SOURCE_DIR
+                            "/bridges/sim/eds/drive.eds, pdos: {tpdo1: {cob_id: 0x80}}}]\n";
+  EXPECT_FALSE(plant(nodes).ok());
+  const auto moved = plant("    own_values: {1005: 0xF2}\n" + nodes);
+  ASSERT_TRUE(moved.ok()) << to_string(moved.diagnostics.at(0));
+  EXPECT_EQ(moved.value->lines.at(0).config.own_values.size(), 1U);
+  EXPECT_FALSE(plant("    own_values: {1005: 0x80, 1012: 0xF2}\n" + nodes).ok());
+}
+
 TEST_F(OwnValues, OfAConciseDcfComeFirst) {
   const std::vector<manager::ObjectWrite> writes{{{0x1007, 0}, bytes({1, 0, 0, 0})},
                                                  {{0x5F41, 7}, bytes({20})}};

@@ -86,5 +86,25 @@ lines:
   EXPECT_EQ((*made.value)->dictionary().number({0x1801, 3}), 0U) << "it goes with the SYNC";
 }
 
+// Both nodes have one device file, so that its name says too little.
+TEST(Plant, APdoOnTheCobIdOfAnotherIsToldAtItsNode) {
+  const auto loaded = read_pdo_plant(R"(schema: 1
+lines:
+  - name: a
+    interface: "simulated:"
+    nodes:
+      - {id: 5, eds: bridges/sim/eds/drive.eds}
+      - id: 6
+        eds: bridges/sim/eds/drive.eds
+        pdos: {tpdo1: {cob_id: 0x185}, rpdo1: {cob_id: 0x80}}
+)");
+  EXPECT_FALSE(loaded.ok());
+  const std::string root = LINEGATE_SOURCE_DIR;
+  const std::string where = root + "/plant.yaml:7:9: error: ";
+  const std::string file = " (" + root + "/bridges/sim/eds/drive.eds)\n";
+  EXPECT_EQ(pdo_findings(loaded), where + "RPDO 1 of node6 has the COB-ID of SYNC" + file + where +
+                                      "TPDO 1 of node6 has the COB-ID of TPDO 1 of node5" + file);
+}
+
 }  // namespace
 }  // namespace linegate::config

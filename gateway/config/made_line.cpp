@@ -1,0 +1,50 @@
+// A line as it is made once when the configuration is read: what it says belongs to the document.
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "gateway/config/sections.h"
+#include "stack/line/line.h"
+
+namespace linegate::config {
+namespace {
+
+// The findings of a line name a device file, which several nodes may have: while it is made, each
+// node has a file of its own.
+std::string name_of_file(const line::NodeConfig& node) {
+  return "device file of node " + std::to_string(node.id);
+}
+
+void put_in_place(const LineSection& section, const std::string& document, Diagnostic& told) {
+  const auto& nodes = section.plan.config.nodes;
+  const auto node = std::ranges::find(nodes, told.file, name_of_file);
+  if (node == nodes.end()) {
+    return;
+  }
+  told.file = node->device.file;
+  const auto place = std::ranges::find(section.node_places, node->id, &NodePlace::node);
+  if (told.line != 0 || place == section.node_places.end()) {
+    return;  // it has a place in the device file
+  }
+  told.text += " (" + told.file + ")";
+  told.file = document;
+  told.line = place->place.line;
+  told.column = place->place.column;
+}
+
+}  // namespace
+
+std::unique_ptr<line::Line> make_line(Findings& findings, const LineSection& section) {
+  line::LineConfig config = section.plan.config;
+  for (line::NodeConfig& node : config.nodes) {
+    node.device.file = name_of_file(node);
+  }
+  auto made = line::Line::make(std::move(config));
+  for (Diagnostic& told : made.diagnostics) {
+    put_in_place(section, findings.file(), told);
+  }
+  findings.add(std::move(made.diagnostics));
+  return made.value ? *std::move(made.value) : nullptr;
+}
+
+}  // namespace linegate::config
