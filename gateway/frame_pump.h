@@ -38,7 +38,7 @@ class FramePump {
       if (count > 0) {
         last = received_[count - 1].time;
       }
-      if (count < kBatch && events_.room() >= can_bridge::BusEvents::kPerFrame) {
+      if ((count < kBatch && events_.room() >= can_bridge::BusEvents::kPerFrame) || failed()) {
         return std::max(now, last);
       }
     }
@@ -79,6 +79,15 @@ class FramePump {
  private:
   // Then it is time for something else, however fast frames come.
   static constexpr int kBatchesAtOnce = 16;
+
+  // The next read() may open the interface anew, on a descriptor of the same number: whoever waits
+  // for it must have seen that it was gone.
+  bool failed() const {
+    const std::span<const can::BusEvent> events = events_.view();
+    return std::any_of(events.begin(), events.end(), [](const can::BusEvent& event) {
+      return event.kind == can::BusEvent::Kind::interface_failed;
+    });
+  }
 
   // Each event between the frames where it was: a frame from before a failure must not make valid
   // again what the failure made invalid.

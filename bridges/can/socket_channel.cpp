@@ -125,14 +125,16 @@ void SocketChannel::fail(int error, BusEvents& events, Instant now) {
     open(events, now);
   }
   std::size_t count = 0;
+  bool empty = false;
   drained_ = false;
   while (ready_ && count < out.size() && events.room() >= BusEvents::kPerFrame) {
-    if (batch_next_ == batch_end_ && !refill(out.size() - count)) {
+    empty = batch_next_ == batch_end_ && !refill(out.size() - count);
+    if (empty) {
       break;
     }
     count += take_batch(out.subspan(count), events, now);
   }
-  if (failure_ != 0 && batch_next_ == batch_end_ && events.room() >= BusEvents::kPerFrame) {
+  if (failure_ != 0 && empty) {
     fail(failure_, events, std::max(now, clock_.latest()));
   }
   counters_.received += count;

@@ -13,7 +13,8 @@ namespace {
 
 using can::BusEvent;
 
-// Gives what the test put into it: 'f' is a frame, every other letter an event with it as code.
+// Gives what the test put into it: 'f' is a frame, every other letter an event with it as code;
+// '!' is a failure of the interface.
 class ScriptedChannel final : public can_bridge::Channel {
  public:
   explicit ScriptedChannel(std::deque<std::string> reads) : reads_(std::move(reads)) {}
@@ -32,6 +33,7 @@ class ScriptedChannel final : public can_bridge::Channel {
       } else {
         BusEvent event;
         event.code = static_cast<std::uint32_t>(letter);
+        event.kind = letter == '!' ? BusEvent::Kind::interface_failed : event.kind;
         events.push(event);
       }
     }
@@ -72,6 +74,14 @@ TEST(FramePump, HandsOverFramesAndEventsInTheOrderOfTheBus) {
 TEST(FramePump, CountsTheFramesOfEachReadApart) {
   const std::string full(FramePump::kBatch, 'f');
   EXPECT_EQ(drained({full, "ffXf"}), full + "|ff|Xf|");
+}
+
+// Whoever waits for the descriptor would take the one that comes next, of the same number, for it.
+TEST(FramePump, DoesNotReadOnWhenTheInterfaceHasFailed) {
+  const std::string storm(can_bridge::BusEvents::kCapacity - 3, 'X');
+  EXPECT_EQ(drained({storm + "!X", "Rf"}), storm + "!X");
+  const std::string full(FramePump::kBatch, 'f');
+  EXPECT_EQ(drained({full + "!", "Rf"}), full + "|!");
 }
 
 TEST(FramePump, ReadsOnWhereItWasTheEventsThatLeftNoRoom) {

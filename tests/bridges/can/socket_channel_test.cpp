@@ -318,6 +318,26 @@ TEST_F(SocketChannelTest, AFailureComesAfterTheFramesThatWereReceivedUntilThen) 
   EXPECT_EQ(events.frames_before(1), 3U);
 }
 
+TEST_F(ManyFramesTest, AFailureWaitsForAllFramesHoweverManyThereAre) {
+  for (std::uint8_t i = 0; i < 3; ++i) {
+    inject(make_frame(0x181, {i}));
+  }
+  ::close(peer);
+  peer = -1;
+  channel->write(std::array{make_frame(0x201)}, now());
+  channel->write(std::array{make_frame(0x202)}, now());  // is told what became of the first
+  ASSERT_EQ(channel->room(now()), 0U);
+  EXPECT_EQ(read(2).size(), 2U);
+  EXPECT_TRUE(events.empty()) << "there may be more";
+  EXPECT_LE(channel->next_wake(), now());
+  const auto last = read(2);
+  ASSERT_EQ(last.size(), 1U);
+  EXPECT_EQ(last[0].data[0], std::byte{2});
+  ASSERT_EQ(events.view().size(), 2U);
+  EXPECT_EQ(events.view()[0].kind, Kind::interface_failed);
+  EXPECT_EQ(events.frames_before(0), 1U);
+}
+
 // On a kernel with CAN the code is ENODEV, on one without it EAFNOSUPPORT; the rest is the same.
 TEST(SocketcanInterface, MissingInterfaceIsToldOnceAndTriedAgain) {
   SocketOptions options;
