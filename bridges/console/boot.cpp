@@ -11,6 +11,7 @@
 #include "bridges/console/event_progress.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/model.h"
+#include "bridges/console/refusal_text.h"
 
 namespace linegate::console {
 namespace {
@@ -55,6 +56,17 @@ nlohmann::ordered_json outcome_json(const manager::BootOutcome& outcome) {
   return out;
 }
 
+// Behind what the gateway says of a node that the line does not boot.
+void tell_stranger(Context& context, Model& model, const Line& line, std::uint8_t node) {
+  if (node == 0 || !know_nodes(context, model, line)) {
+    return;
+  }
+  const std::string text = no_such_node(line, node);
+  if (!text.empty()) {
+    context.err << text << '\n';
+  }
+}
+
 bool all_booted(const std::vector<manager::BootOutcome>& outcomes) {
   return std::ranges::all_of(
       outcomes, [](const auto& outcome) { return manager::is_booted(outcome.letter); });
@@ -80,7 +92,11 @@ int boot(Context& context, const std::string& what) {
                          {EventKind::boot_result, EventKind::configuration_error});
   const Client::Answer answer = context.client.call(id, command, command.timeout, 0, progress);
   if (!answer.reply.ok()) {
-    return print_answer(context, answer);
+    const int code = print_answer(context, answer);
+    if (answer.reply.error == line::to_error(line::Refusal::bad_request)) {
+      tell_stranger(context, model, *line, target->node);
+    }
+    return code;
   }
   const auto outcomes = manager::read_boot_report(answer.reply.data);
   if (!outcomes.ok()) {
@@ -94,7 +110,11 @@ int boot(Context& context, const std::string& what) {
       context.out << text << '\n';
     }
   }
-  return all_booted(*outcomes) ? kDone : kFailed;
+  if (all_booted(*outcomes)) {
+    return kDone;
+  }
+  tell_stranger(context, model, *line, target->node);
+  return kFailed;
 }
 
 Table boot_table(const LineId& id, const std::vector<manager::BootOutcome>& outcomes) {

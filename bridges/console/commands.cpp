@@ -10,6 +10,7 @@
 #include "bridges/console/answer.h"
 #include "bridges/console/json_text.h"
 #include "bridges/console/lookup.h"
+#include "bridges/console/refusal_text.h"
 #include "bridges/console/routes.h"
 #include "bridges/console/tables.h"
 #include "bridges/console/value_text.h"
@@ -434,7 +435,12 @@ int pdo_trigger(Context& context, const std::string& what, const std::string& nu
   command.code = by_offset ? std::uint16_t{0} : static_cast<std::uint16_t>(*value);
   command.entry = by_offset ? static_cast<std::uint32_t>(*value) : 0;
   return on_line(context, ref->line, [&](Model& model, const Line& line) {
-    const Client::Answer answer = ask_line(context, model, line, command);
+    Client::Answer answer = ask_line(context, model, line, command);
+    if (answer.reply.error.domain == Domain::command) {
+      const auto refusal = static_cast<line::Refusal>(answer.reply.error.code);
+      const std::string why = trigger_refusal(context, model, line, command, refusal);
+      answer.text += why.empty() ? "" : ": " + why;
+    }
     return print_answer(context, answer, answer.reply.ok() ? numbers_text(answer.reply.data) : "");
   });
 }

@@ -1,0 +1,20 @@
+// What was wrong with a command that was refused, and what there is instead: as far as the line
+// tells of itself.
+#pragma once
+
+#include <string>
+
+#include "bridges/console/commands.h"
+#include "bridges/console/model.h"
+#include "stack/line/command.h"
+
+namespace linegate::console {
+
+// "node 99 is none of press; its nodes: 5 (ram), 8". Empty if it is one.
+std::string no_such_node(const Line& line, std::uint8_t node);
+
+// Of a CommandKind::pdo_trigger, behind the words of the refusal. Empty if there is no more to say.
+std::string trigger_refusal(Context& context, Model& model, const Line& line,
+                            const line::Command& command, line::Refusal refusal);
+
+}  // namespace linegate::console
