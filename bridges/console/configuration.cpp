@@ -7,6 +7,7 @@
 #include "bridges/console/event_progress.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/object_text.h"
+#include "stack/manager/boot_event.h"
 #include "stack/manager/concise_dcf.h"
 #include "stack/manager/configuration_objects.h"
 
@@ -31,6 +32,19 @@ bool write_own(Context& context, Model& model, const Line& line,
     context.err << '\n';
   }
   return answer.reply.ok();
+}
+
+// What the gateway told of boot processes since there were that many events of the line, the last
+// of each node. Those events come before the answer.
+BootFindings findings_since(const Model& model, const LineId& id, std::uint64_t events) {
+  BootFindings out;
+  for (const KnownEvent& known : model.events()) {
+    const Event& event = known.view.event;
+    if (known.id == id && event.kind == EventKind::boot_result && event.number > events) {
+      out[event.node] = manager::finding_of(event);
+    }
+  }
+  return out;
 }
 
 // A concise DCF of a node goes to the manager, which writes it when it boots the node.
@@ -58,6 +72,7 @@ int configure(Context& context, ConfigAction action, const std::string& what) {
   command.node = target->node;
   command.code = static_cast<std::uint16_t>(action);
   command.timeout = std::max(context.timeout, kLongestConfiguring);
+  const std::uint64_t events = line->view->state.counters.events;
   EventProgress progress(model, id, context.err, {EventKind::command_progress});
   const Client::Answer answer = context.client.call(id, command, command.timeout, 0, progress);
   if (!answer.reply.ok()) {
@@ -68,10 +83,11 @@ int configure(Context& context, ConfigAction action, const std::string& what) {
     context.err << "the gateway's answer cannot be read\n";
     return kFailed;
   }
+  const BootFindings findings = findings_since(model, id, events);
   if (context.json) {
-    context.out << configuration_json(id, action, *nodes) << '\n';
+    context.out << configuration_json(id, action, *nodes, findings) << '\n';
   } else {
-    for (const std::string& text : text_of(configuration_table(id, action, *nodes))) {
+    for (const std::string& text : text_of(configuration_table(id, action, *nodes, findings))) {
       context.out << text << '\n';
     }
   }

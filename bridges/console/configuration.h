@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "bridges/console/commands.h"
 #include "bridges/console/table.h"
 #include "stack/manager/configuration_report.h"
+#include "stack/manager/state.h"
 
 namespace linegate::console {
 
@@ -24,11 +26,16 @@ int configure(Context& context, ConfigAction action, const std::string& what);
 int import_configuration(Context& context, const std::string& what,
                          std::span<const std::byte> concise_dcf);
 
+// By node-ID: why its boot process, which was to configure it, ended before it did.
+using BootFindings = std::map<std::uint8_t, manager::BootFinding>;
+
 // A row for each object that differs; the notes say which nodes are as they should be, and which
 // are not and why.
 Table configuration_table(const LineId& id, ConfigAction action,
-                          const std::vector<manager::NodeReport>& nodes);
+                          const std::vector<manager::NodeReport>& nodes,
+                          const BootFindings& findings = {});
 std::string configuration_json(const LineId& id, ConfigAction action,
-                               const std::vector<manager::NodeReport>& nodes);
+                               const std::vector<manager::NodeReport>& nodes,
+                               const BootFindings& findings = {});
 
 }  // namespace linegate::console

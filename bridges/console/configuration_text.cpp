@@ -43,15 +43,31 @@ std::string found_of(const Difference& difference) {
                                              : abort_of(difference.abort);
 }
 
-Note note_of(ConfigAction action, const NodeReport& node) {
+// How the boot process ended that was to configure it: with what it found, as `linegate boot`.
+std::string words_of_boot(const NodeReport& node, const BootFindings& findings) {
+  const auto found = findings.find(node.node);
+  return manager::describe_boot(node.boot,
+                                found == findings.end() ? manager::BootFinding{} : found->second);
+}
+
+void add_boot(const NodeReport& node, const BootFindings& findings, nlohmann::ordered_json& to) {
+  to["boot_text"] = words_of_boot(node, findings);
+  const auto found = findings.find(node.node);
+  if (found != findings.end() && found->second.kind == manager::BootFinding::Kind::value) {
+    to["boot_object"] = format_object(found->second.object);
+    to["boot_expected"] = found->second.expected;
+    to["boot_found"] = found->second.found;
+  }
+}
+
+Note note_of(ConfigAction action, const NodeReport& node, const BootFindings& findings) {
   const std::string who = "node " + std::to_string(node.node) + ": ";
   if (node.good()) {
     return {who + (action == ConfigAction::verify ? "has its configuration" : "configured"),
             Style::good};
   }
   if (node.boot != manager::kBooted) {
-    return {who + std::string(manager::describe_boot(node.boot)) + " (" + node.boot + ')',
-            Style::error};
+    return {who + words_of_boot(node, findings) + " (" + node.boot + ')', Style::error};
   }
   if (node.end != AbortCode::none && node.differences.empty()) {
     return {who + "not read to its end: " + abort_of(node.end), Style::error};
@@ -65,7 +81,7 @@ Note note_of(ConfigAction action, const NodeReport& node) {
 }  // namespace
 
 Table configuration_table(const LineId& id, ConfigAction action,
-                          const std::vector<NodeReport>& nodes) {
+                          const std::vector<NodeReport>& nodes, const BootFindings& findings) {
   Table out{{{"NODE", true}, {"OBJECT"}, {"EXPECTED", true}, {"FOUND"}}, {}, {}};
   for (const NodeReport& node : nodes) {
     for (const Difference& difference : node.differences) {
@@ -76,7 +92,7 @@ Table configuration_table(const LineId& id, ConfigAction action,
                            {found_of(difference), {}}},
                           Style::error});
     }
-    out.notes.push_back(note_of(action, node));
+    out.notes.push_back(note_of(action, node, findings));
   }
   if (nodes.empty()) {
     out.notes.push_back({"no node is configured on this line", Style::warning});
@@ -85,7 +101,7 @@ Table configuration_table(const LineId& id, ConfigAction action,
 }
 
 std::string configuration_json(const LineId& id, ConfigAction action,
-                               const std::vector<NodeReport>& nodes) {
+                               const std::vector<NodeReport>& nodes, const BootFindings& findings) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const NodeReport& node : nodes) {
     nlohmann::ordered_json differences = nlohmann::ordered_json::array();
@@ -101,6 +117,9 @@ std::string configuration_json(const LineId& id, ConfigAction action,
     }
     nlohmann::ordered_json one{{"node", node.node}, {"ok", node.good()}};
     one["boot"] = node.boot == manager::kBooted ? std::string() : std::string(1, node.boot);
+    if (node.boot != manager::kBooted) {
+      add_boot(node, findings, one);
+    }
     one["abort"] = static_cast<std::uint32_t>(node.end);
     one["differences"] = std::move(differences);
     list.push_back(std::move(one));
