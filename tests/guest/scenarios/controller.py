@@ -133,6 +133,14 @@ def an_observer_acknowledges_nothing(plant):
     send("can8", "185#0304")
     eventually("can9: receives a frame", lambda: beside.frames(0x185))
     check("can8: candump shows no error this time", len(unacknowledged(witness)) == before)
+    run("ip", "link", "set", "can9", "down")
+    run("ip", "link", "set", "can9", "type", "can", "listen-only", "on")
+    taking_part = OBSERVER.replace("bitrate=500000", "bitrate=500000&listen-only=off")
+    listener.commands.clear()
+    observer = plant.gateway("taking-part", taking_part.replace("EDS", os.path.normpath(eds)))
+    eventually("can9: listen-only=off takes it out of listen-only", lambda: "O" in listener.commands)
+    check("can9: it was not told to listen only", "L" not in listener.commands)
+    check("the observer that takes part is stopped", observer.stop() == 0)
 
 
 def unacknowledged(witness):
