@@ -57,6 +57,7 @@ void Intake::run() {
   while (!stop_.raised()) {
     bridge_.poll(waiting_.empty() ? kPoll : kPollWhileWaiting, *this);
     flush();
+    look_for_namesakes();
     rounds_.add();
   }
 }
@@ -191,6 +192,21 @@ void Intake::tell_unknown_line(std::string_view line) {
   unknown_lines_told_ = now;
   spdlog::warn("{} outputs for a line that does not exist were received and dropped, last '{}'",
                std::exchange(unknown_lines_, 0), printable(line));
+}
+
+void Intake::look_for_namesakes() {
+  const std::size_t others = bridge_.namesakes();
+  if (others == std::exchange(namesakes_, others)) {
+    return;
+  }
+  if (others == 0) {
+    spdlog::info("no other gateway of this name is in the DDS domain any more");
+  } else {
+    spdlog::warn(
+        "{} of the same name as this one in its DDS domain: subscribers mix them up, and each "
+        "takes what is asked of another; give one another name (gateway: {{name: ...}}) or domain",
+        others == 1 ? std::string("another gateway is") : std::to_string(others) + " gateways are");
+  }
 }
 
 void Intake::refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal) {

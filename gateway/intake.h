@@ -61,6 +61,7 @@ class Intake final : public dds::GatewayHandler {
   void answer(line::Reply reply);
   void refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal);
   void tell_unknown_line(std::string_view line);
+  void look_for_namesakes();
   void notice(LineHost& host, EventKind kind, std::uint32_t code, std::uint32_t value);
   void run();
 
@@ -77,6 +78,7 @@ class Intake final : public dds::GatewayHandler {
   Instant misfit_told_{};
   std::uint64_t unknown_lines_ = 0;  // outputs since they were told last
   Instant unknown_lines_told_{};
+  std::size_t namesakes_ = 0;  // other gateways of this name, as they were told
   exchange::Flag stop_;
   exchange::Counter rounds_;
   std::thread thread_;

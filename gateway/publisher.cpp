@@ -223,6 +223,9 @@ void Publisher::publish_states(Line& line, Instant now) {
         now - line.state_published >= kStatePeriod || stop_.raised()) {
       const QueueDepths queues = std::exchange(line.queues, {});
       set_properties(config::name(line.host->plan.outputs), queues, line.properties);
+      if (const std::size_t others = bridge_.namesakes(); others > 0) {
+        line.properties.push_back({"namesakes", std::to_string(others)});
+      }
       if (status->state.role != line::Role::observer) {
         line.properties.push_back({"indicators", indicators_text(status->state.indicators)});
         if (line.host->plan.config.devices.empty()) {

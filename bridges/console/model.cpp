@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "bridges/console/table.h"
+
 namespace linegate::console {
 
 std::vector<std::byte> Area::value(std::size_t entry) const {
@@ -84,6 +86,10 @@ void Model::on_line(const LineId& id, const LineView& view) {
     target->view = view;
     target->heard = now_;
     count_rates(*target);
+    if (std::ranges::find(view.properties, "namesakes",
+                          &std::pair<std::string, std::string>::first) != view.properties.end()) {
+      namesakes_.try_emplace(id.gateway, false);
+    }
   }
 }
 
@@ -152,6 +158,12 @@ std::vector<std::string> Model::take_warnings() {
   if (left_out_ > 0 && !std::exchange(left_out_told_, true)) {
     out.push_back("more than " + std::to_string(kMaxLines) +
                   " lines are published: the others are left out");
+  }
+  for (auto& [gateway, told] : namesakes_) {
+    if (!std::exchange(told, true)) {
+      out.push_back("more than one gateway is called '" + printable(gateway) +
+                    "': what is shown is of all of them, and commands reach all");
+    }
   }
   return out;
 }

@@ -118,6 +118,7 @@ class Model : public Listener {
   std::uint64_t left_out_ = 0;
   bool unreadable_told_ = false;
   bool left_out_told_ = false;
+  std::map<std::string, bool> namesakes_;  // gateways that have some: told
 };
 
 }  // namespace linegate::console

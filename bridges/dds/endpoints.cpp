@@ -27,7 +27,7 @@ void clear(fast::DataWriter& writer) {
 
 Endpoints::Endpoints(const std::string& name, std::uint32_t domain, const std::string& profile_file,
                      std::vector<Diagnostic>& diagnostics)
-    : diagnostics_(&diagnostics) {
+    : diagnostics_(&diagnostics), names_(name) {
   const auto origin = load_profiles(profile_file, diagnostics);
   if (!origin) {
     ok_ = false;
@@ -47,7 +47,7 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
     return fail("there is no participant profile \"" + std::string(kParticipantProfile) + "\"");
   }
   qos.name(name);
-  participant_ = factory->create_participant(domain, qos);
+  participant_ = factory->create_participant(domain, qos, &names_, fast::StatusMask::none());
   if (participant_ == nullptr) {
     return fail("no DDS participant in domain " + std::to_string(domain) +
                 ": the network or the participant profile does not allow it");

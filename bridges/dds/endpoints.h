@@ -14,6 +14,7 @@
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
+#include "bridges/dds/name_watch.h"
 #include "bridges/dds/received_type.h"
 #include "bridges/dds/written_type.h"
 #include "stack/base/diagnostic.h"
@@ -36,6 +37,9 @@ class Endpoints {
   // From now on failures are told by nullptr alone: the diagnostics may go. No more topics are
   // created, and writers and readers may be from any thread.
   void seal() { diagnostics_ = nullptr; }
+
+  // Other participants of the domain that have its name, see namesakes.h. From any thread.
+  std::size_t namesakes() const { return names_.namesakes(); }
 
   // Received samples that could not be read, since the last call.
   std::uint64_t take_unreadable() { return unreadable_->take(); }
@@ -72,6 +76,7 @@ class Endpoints {
 
   std::vector<Diagnostic>* diagnostics_;  // nullptr once it has been set up
   std::shared_ptr<UnreadableCount> unreadable_ = std::make_shared<UnreadableCount>();
+  NameWatch names_;     // outlives the participant, which it listens to
   std::string origin_;  // of the profiles
   bool ok_ = true;
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;

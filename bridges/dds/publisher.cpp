@@ -174,6 +174,10 @@ const LineWriters& GatewayBridge::Impl::writers_of(std::string_view line) const 
   return found == lines.end() ? none : found->second;
 }
 
+std::size_t GatewayBridge::namesakes() const {
+  return impl_->endpoints.namesakes();
+}
+
 // --- lines ---------------------------------------------------------------------------------------
 
 bool GatewayBridge::add_line(const std::string& line) {

@@ -125,6 +125,11 @@ class GatewayBridge {
 
   const PublishCounters& counters() const;
 
+  // Other gateways of this name that are in the domain: subscribers cannot tell them from this one,
+  // and requests for one reach all. Known some seconds after the other has come (the lease of its
+  // participant). From any thread.
+  std::size_t namesakes() const;
+
   // --- in ---------------------------------------------------------------------------------------
 
   // Waits until something was received and handled, wake() was called, or the timeout passed

@@ -16,6 +16,7 @@
 #include <gtest/gtest.h>
 
 #include "bridges/dds/client.h"
+#include "bridges/dds/publisher.h"
 #include "gateway/clock.h"
 
 #include "tests/dds/own_domain.h"
@@ -311,6 +312,16 @@ TEST_F(LoggedGatewayTest, TellsOfOutputsForALineThatDoesNotExist) {
   }));
 }
 
+TEST_F(LoggedGatewayTest, TellsOfAnotherGatewayOfItsName) {
+  const auto other = dds::GatewayBridge::make(
+      {.gateway = "test", .domain = test::own_domain(), .profile_file = LOOPBACK_PROFILES});
+  EXPECT_TRUE(until([&] { return seen_.line_properties["namesakes"] == "1"; }));
+  const std::string told = "warning another gateway is of the same name as this one";
+  EXPECT_TRUE(until([&] {
+    return std::ranges::any_of(log_.lines(), [&](const auto& l) { return l.starts_with(told); });
+  }));
+}
+
 class RoutingGatewayTest : public GatewayTest {
  protected:
   std::string text() const override {
@@ -554,8 +565,7 @@ TEST_F(GatewayTest, AScanBehindOneThatIsAppliedWaitsForTheLine) {
                   .done);
   line::Command scan{.kind = line::CommandKind::scan_apply};
   ASSERT_TRUE(until([&] { return call(at("bare"), scan).reply.ok(); }));
-  scan.kind = line::CommandKind::scan;
-  scan.node = 9;
+  scan = {.kind = line::CommandKind::scan, .node = 9};
   ASSERT_NE(client_->send(at("bare"), scan, kPatience), 0U);
   const Instant taken = monotonic_now() + 300ms;  // the other thread looks once a second
   ASSERT_TRUE(until([&] { return monotonic_now() > taken; }));

@@ -112,6 +112,23 @@ TEST(Model, KeepsTheNewestEvents) {
   EXPECT_EQ(model.events_seen(), Model::kKeptEvents + 10);
 }
 
+TEST(Model, AGatewayWhoseNameAnotherHasIsToldOnce) {
+  Model model;
+  model.on_line(kPressId, line_view(3));
+  EXPECT_TRUE(model.take_warnings().empty());
+  LineView view = line_view(3);
+  view.properties = {{"outputs-access", "all"}, {"namesakes", "1"}};
+  model.on_line(kPressId, view);
+  model.on_line({"plant", "hall"}, view);
+  const std::vector<std::string> told{
+      "more than one gateway is called 'plant': what is shown is of all of them, and commands "
+      "reach "
+      "all"};
+  EXPECT_EQ(model.take_warnings(), told);
+  model.on_line(kPressId, view);
+  EXPECT_TRUE(model.take_warnings().empty());
+}
+
 TEST(Tables, ShowValuesAndWhatIsMissing) {
   Model model;
   model.on_line(kPressId, line_view(3));
