@@ -19,7 +19,7 @@ void DataCommands::add_trigger(CLI::App& app, const On& on) {
   trigger->add_option("line", line_, "LINE:NODE, or LINE")->required();
   trigger->add_option("number", value_, "of the node's RPDO, or of the line's TPDO")->required();
   trigger->add_flag("--offset", by_offset_, "all that carry this byte of the outputs");
-  on(trigger, false,
+  on(trigger, Needs::layouts,
      [this](Context& c) { return console::pdo_trigger(c, line_, value_, by_offset_); });
 }
 
@@ -28,14 +28,14 @@ void DataCommands::add_frames(CLI::App& app, const On& on, const std::function<b
       app.add_subcommand("send", "give a frame of no CANopen service to the bus of a line");
   send->add_option("line", line_)->required();
   send->add_option("frame", value_, "ID#DATA as cansend has it: 123#1122, 00000123#R8")->required();
-  on(send, false, [this](Context& c) { return console::send(c, line_, value_); });
+  on(send, Needs::nothing, [this](Context& c) { return console::send(c, line_, value_); });
 
   CLI::App* listen =
       app.add_subcommand("listen", "frames that no CANopen service of a line wants, live");
   listen->add_option("line", line_)->required();
   listen->add_option("filter", value_, "ID or ID/MASK, hexadecimal: 123, 100/700");
   listen->add_option("-n,--count", count_, "end after so many");
-  on(listen, true,
+  on(listen, Needs::events,
      [this, stopped](Context& c) { return console::listen(c, line_, value_, count_, stopped); });
 }
 
@@ -54,12 +54,13 @@ void DataCommands::add_dictionary(CLI::App& app, const On& on) {
   };
   CLI::App* list = od->add_subcommand("list", "all objects, or the variables of one");
   list->add_option("index", object_.index, "hexadecimal");
-  on(list, false, [this](Context& c) { return console::od_list(c, line_, object_.index); });
-  on(add("read", "print a value", true), false,
+  on(list, Needs::nothing,
+     [this](Context& c) { return console::od_list(c, line_, object_.index); });
+  on(add("read", "print a value", true), Needs::nothing,
      [this](Context& c) { return console::od_read(c, line_, object_.index, object_.sub); });
   CLI::App* write = add("write", "give a value, by the type that the object has", true);
   write->add_option("value", value_)->required();
-  on(write, false, [this](Context& c) {
+  on(write, Needs::nothing, [this](Context& c) {
     return console::od_write(c, line_, object_.index, object_.sub, value_);
   });
   CLI::App* create = add("create", "an object of an application, until the line is stopped", true);
@@ -71,8 +72,8 @@ void DataCommands::add_dictionary(CLI::App& app, const On& on) {
   create->add_option("--high", object_.high, "highest value that may be written");
   create->add_option("--offset", object_.offset, "over the image, from this byte on");
   create->add_flag("--map", object_.mappable, "PDOs may map it");
-  on(create, false, [this](Context& c) { return console::od_create(c, line_, object_); });
-  on(add("remove", "an object that was created, with all its sub-indices", false), false,
+  on(create, Needs::nothing, [this](Context& c) { return console::od_create(c, line_, object_); });
+  on(add("remove", "an object that was created, with all its sub-indices", false), Needs::nothing,
      [this](Context& c) { return console::od_remove(c, line_, object_.index); });
 }
 

@@ -18,8 +18,10 @@ namespace linegate::gateway {
 class DataCommands {
  public:
   using Action = std::function<int(console::Context&)>;
-  // To do the action when that command was typed. live: with events, until a signal ends it.
-  using On = std::function<void(CLI::App* command, bool live, Action action)>;
+  // What an action needs besides replies; with events it is live, until a signal ends it.
+  enum class Needs { nothing, layouts, events };
+  // To do the action when that command was typed.
+  using On = std::function<void(CLI::App* command, Needs needs, Action action)>;
 
   void add(CLI::App& app, const On& on, const std::function<bool()>& stopped);
 

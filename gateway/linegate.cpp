@@ -92,6 +92,7 @@ std::string content_of(const std::string& path) {
 // Which topics a command needs.
 struct Topics {
   bool images = false;
+  bool layouts = images;
   bool events = false;
   bool commands = false;
 };
@@ -101,7 +102,7 @@ int with_client(const Options& options, const Topics& topics,
   dds::ClientOptions client_options;
   client_options.domain = options.domain;
   client_options.profile_file = options.profile;
-  client_options.layouts = topics.images;
+  client_options.layouts = topics.layouts;
   client_options.images = topics.images;
   client_options.pdos = false;
   client_options.events = topics.events;
@@ -153,9 +154,12 @@ class Program {
     add_program();
     data_.add(
         app_,
-        [this](CLI::App* command, bool live, DataCommands::Action action) {
-          on(command, [this, live, action = std::move(action)] {
-            return with_client(options_, {.events = live, .commands = true}, [&](auto& c) {
+        [this](CLI::App* command, DataCommands::Needs needs, DataCommands::Action action) {
+          on(command, [this, needs, action = std::move(action)] {
+            const bool live = needs == DataCommands::Needs::events;
+            const bool layouts = needs == DataCommands::Needs::layouts;
+            const Topics topics{.layouts = layouts, .events = live, .commands = true};
+            return with_client(options_, topics, [&](auto& c) {
               if (live) {
                 end_in_good_order();
               }

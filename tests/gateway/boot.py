@@ -57,6 +57,12 @@ def run(plant):
     plant.command("boot", "press:4")  # is booted: no failure
     if "4711" in plant.command("boot", "press:6", code=1).stdout:
         raise Failure("values are hexadecimal in words")
+    told = plant.command("config", "apply", "press:6", code=1).stdout
+    if WANTED[6][1] not in told:
+        raise Failure("a configuration for another device:\n" + told)
+    told = plant.command("boot", "press:99", code=1).stderr
+    if "node 99 is none of press; its nodes: 4 (" not in told:
+        raise Failure("a node that is not configured:\n" + told)
     plant.command("boot", "press:own", code=2)
 
     seen = {node["node"]: node for node in plant.json("nodes", "press")}

@@ -95,6 +95,8 @@ def check_objects(plant):
     offset = next(entry["bit_offset"] // 8 for entry in plant.json("image", "press", "-o")["entries"]
                   if entry["node"] == 8)
     plant.expect(f"PDO {PDO}", "trigger", "press", str(offset), "--offset")
+    plant.expect("no such output entry: press does not send to RPDO 9 of node 8; to its RPDOs: 1",
+                 "trigger", "press:8", "9", code=1)
     told = plant.json("sdo", "write", *second, "9", "--by-pdo")
     if told["data"] != "01030000" or told["value"] != f"by PDO {PDO}":
         raise Failure(f"as JSON: {told}")
