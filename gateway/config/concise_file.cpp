@@ -12,9 +12,8 @@ std::vector<manager::ObjectWrite> read_concise_file(Findings& findings, const Pl
                                                     const std::string& name) {
   const auto path =
       (std::filesystem::path(findings.file()).parent_path() / name).lexically_normal().string();
-  const auto content = read_file(findings, path);
+  const auto content = read_file(findings, path, place);
   if (!content) {
-    findings.error(place, "there is no file " + path);
     return {};
   }
   auto writes = manager::read_concise_dcf(std::as_bytes(std::span(*content)));

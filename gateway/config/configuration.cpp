@@ -90,13 +90,11 @@ void read_program(Section& section, line::NodeConfig& config) {
   if (const auto text = from.text(file)) {
     const auto path =
         (std::filesystem::path(findings.file()).parent_path() / *text).lexically_normal().string();
-    const auto content = read_file(findings, path);
-    if (!content) {
-      findings.error(place_of(file), "there is no file " + path);
-    } else if (content->empty() || content->size() > manager::kLongestProgram) {
+    const auto content = read_file(findings, path, place_of(file));
+    if (content && (content->empty() || content->size() > manager::kLongestProgram)) {
       findings.error(place_of(file), path + " has " + std::to_string(content->size()) +
                                          " bytes; a program has 1 to 16777216");
-    } else {
+    } else if (content) {
       const auto bytes = std::as_bytes(std::span(*content));
       config.program = std::make_shared<const std::vector<std::byte>>(bytes.begin(), bytes.end());
     }

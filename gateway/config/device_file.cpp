@@ -1,25 +1,31 @@
 // Device files that plant.yaml and node lists name.
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <span>
 
 #include "bridges/xdd/xdd.h"
 #include "gateway/config/sections.h"
 #include "gateway/config/source.h"
+#include "gateway/config/whole_file.h"
 #include "stack/eds/reader.h"
 
 namespace linegate::config {
 namespace {
 
-std::string content_of(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
-
-bool is_file(const std::filesystem::path& path) {
+// The content, which counts among the sources of the findings, or what keeps it from being read.
+std::optional<std::string> content_of(const std::filesystem::path& path, Findings& findings,
+                                      std::string& why) {
   std::error_code ignored;
-  return std::filesystem::is_regular_file(path, ignored);
+  if (!std::filesystem::is_regular_file(path, ignored)) {
+    why = "there is no file " + path.string();
+    return std::nullopt;
+  }
+  auto content = whole_file(path);
+  if (content) {
+    findings.add_source(file_source(path.string(), *content));
+  } else {
+    why = path.string() + " cannot be read";
+  }
+  return content;
 }
 
 // What a DownloadFile of the device file holds becomes the configured value. False if it cannot.
@@ -30,17 +36,17 @@ bool take_download(od::VariableDescription& variable, const std::filesystem::pat
     findings.add({{Severity::error, device_file.string(), variable.line, 0, text}});
     return false;
   };
-  if (!is_file(path)) {
-    return fail("DownloadFile: there is no file " + path.string());
+  std::string why;
+  const auto content = content_of(path, findings, why);
+  if (!content) {
+    return fail("DownloadFile: " + why);
   }
-  const std::string content = content_of(path);
-  findings.add_source(file_source(path.string(), content));
   const unsigned size = od::byte_size(variable.type);
-  if (size != 0 && content.size() != size) {
-    return fail("DownloadFile: " + path.string() + " has " + std::to_string(content.size()) +
+  if (size != 0 && content->size() != size) {
+    return fail("DownloadFile: " + path.string() + " has " + std::to_string(content->size()) +
                 " bytes, " + std::string(od::name(variable.type)) + " has " + std::to_string(size));
   }
-  const auto bytes = std::as_bytes(std::span(content));
+  const auto bytes = std::as_bytes(std::span(*content));
   variable.value.assign(bytes.begin(), bytes.end());
   variable.configured = true;
   return true;
@@ -61,20 +67,19 @@ bool take_downloads(od::DeviceDescription& device, const std::filesystem::path& 
 
 }  // namespace
 
-std::optional<std::string> read_file(Findings& findings, const std::string& path) {
-  if (!is_file(path)) {
-    return std::nullopt;
+std::optional<std::string> read_file(Findings& findings, const std::string& path, Place place) {
+  std::string why;
+  auto content = content_of(path, findings, why);
+  if (!content) {
+    findings.error(place, why);
   }
-  std::string content = content_of(path);
-  findings.add_source(file_source(path, content));
   return content;
 }
 
 std::optional<od::DeviceDescription> load_device(Findings& findings, const std::string& path,
                                                  std::uint8_t node_id, Place place) {
-  const auto content = read_file(findings, path);
+  const auto content = read_file(findings, path, place);
   if (!content) {
-    findings.error(place, "there is no file " + path);
     return std::nullopt;
   }
   auto loaded =

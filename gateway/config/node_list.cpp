@@ -43,9 +43,8 @@ class ListReader {
 
   std::vector<line::NodeConfig> read() {
     std::vector<line::NodeConfig> out;
-    const auto content = read_file(findings_, path_.string());
+    const auto content = read_file(findings_, path_.string(), reference_.place);
     if (!content) {
-      findings_.error(reference_.place, "there is no file " + path_.string());
       return out;
     }
     auto loaded = eds::read_node_list(*content, path_.string());

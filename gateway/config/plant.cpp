@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <system_error>
 
 #include "gateway/config/joined_lines.h"
 #include "gateway/config/reader.h"
 #include "gateway/config/sections.h"
 #include "gateway/config/source.h"
+#include "gateway/config/whole_file.h"
 
 namespace linegate::config {
 namespace {
@@ -272,15 +271,13 @@ Loaded<Plant> read(const std::string& text, const std::string& file) {
 }
 
 Loaded<Plant> load(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  std::error_code ignored;
-  if (!in || std::filesystem::is_directory(path, ignored)) {
+  const auto text = whole_file(path);
+  if (!text) {
     Loaded<Plant> loaded;
     loaded.diagnostics.push_back({Severity::error, path, 0, 0, "cannot be read"});
     return loaded;
   }
-  return read(text, path);
+  return read(*text, path);
 }
 
 }  // namespace linegate::config

@@ -185,8 +185,9 @@ std::vector<line::NodeConfig> read_node_list(Findings& findings, const YAML::Nod
 // told there, and at `place`, which names it.
 std::optional<od::DeviceDescription> load_device(Findings& findings, const std::string& path,
                                                  std::uint8_t node_id, Place place);
-// The content, which counts among the sources of the findings; nothing if there is no such file.
-std::optional<std::string> read_file(Findings& findings, const std::string& path);
+// The content, which counts among the sources of the findings. Nothing, and an error at `place`, if
+// there is no such file or it cannot be read to its end.
+std::optional<std::string> read_file(Findings& findings, const std::string& path, Place place);
 // `auto:` of a line whose nodes have been read.
 void read_auto(Section& section, LinePlan& plan);
 // A key of `pdos:` or `own_pdos:`.

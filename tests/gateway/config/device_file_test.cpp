@@ -85,6 +85,33 @@ TEST_F(DownloadFile, ThatIsMissingOrDoesNotFitIsAnErrorInTheDeviceFile) {
               HasSubstr("program.bin has 4 bytes, UNSIGNED16 has 2"));
 }
 
+// A file of the kernel that can be opened, and gives EIO as a bad disk does.
+constexpr const char* kBadDisk = "/proc/self/mem";
+
+TEST_F(DownloadFile, ThatFailsWhileItIsReadIsNoShortFile) {
+  write("x.dcf", std::string(kDcf));
+  std::filesystem::create_symlink(kBadDisk, folder_ + "/program.bin");
+  auto loaded = plant("x.dcf");
+  EXPECT_FALSE(loaded.ok());
+  ASSERT_EQ(loaded.diagnostics.size(), 2U);
+  EXPECT_THAT(to_string(loaded.diagnostics.at(1)), HasSubstr("x.dcf:13: error: DownloadFile: "));
+  EXPECT_THAT(to_string(loaded.diagnostics.at(1)), HasSubstr("program.bin cannot be read"));
+
+  loaded = plant(kBadDisk);
+  EXPECT_FALSE(loaded.ok());
+  ASSERT_FALSE(loaded.diagnostics.empty());
+  EXPECT_THAT(to_string(loaded.diagnostics.at(0)), HasSubstr("/proc/self/mem cannot be read"));
+}
+
+TEST(PlantFile, ThatFailsWhileItIsReadIsNamed) {
+  for (const std::string& path : {std::string(kBadDisk), testing::TempDir()}) {
+    const auto loaded = load(path);
+    EXPECT_FALSE(loaded.ok());
+    ASSERT_EQ(loaded.diagnostics.size(), 1U);
+    EXPECT_EQ(to_string(loaded.diagnostics.at(0)), path + ": error: cannot be read");
+  }
+}
+
 TEST_F(DownloadFile, OrAnXddOrXdcMayBeTheDeviceFile) {
   constexpr std::string_view kXdc = R"(<ISO15745ProfileContainer>
 <ISO15745Profile><ProfileBody><DeviceIdentity><vendorName>L</vendorName></DeviceIdentity></ProfileBody></ISO15745Profile>
