@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "gateway/config/whole_file.h"
 #include "stack/eds/reader.h"
 #include "stack/scan/describe.h"
 #include "stack/scan/left_out.h"
@@ -28,11 +27,6 @@ struct Sheet {
   std::string text;
 };
 
-std::string content_of(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 std::vector<Sheet> sheets_in(const std::string& folder, std::string& error) {
   std::vector<Sheet> out;
   if (folder.empty()) {
@@ -45,7 +39,12 @@ std::vector<Sheet> sheets_in(const std::string& folder, std::string& error) {
                            [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     std::error_code ignored;
     if (extension == ".eds" && at->is_regular_file(ignored)) {
-      out.push_back({at->path().filename().string(), content_of(at->path())});
+      auto text = config::whole_file(at->path());
+      if (!text) {
+        error = fmt::format("{}: cannot be read", at->path().string());
+        return out;
+      }
+      out.push_back({at->path().filename().string(), *std::move(text)});
     }
   }
   if (failed) {

@@ -22,7 +22,7 @@ struct FoundNodes {
   std::vector<FoundNode> nodes;  // ascending by id; those that were read to the end
   // Which EDS was taken for which node, and what is left out.
   std::vector<std::string> notes;
-  std::string error;  // eds_folder cannot be read; empty = all is well
+  std::string error;  // eds_folder or a file of it cannot be read; empty = all is well
 };
 
 // eds_folder: where files of matching identity are looked for, for names and exact types; empty =

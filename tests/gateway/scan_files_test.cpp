@@ -60,5 +60,15 @@ TEST(ScanFiles, AFolderNamedAsAnEdsIsNone) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(ScanFiles, AnEdsThatFailsWhileItIsReadIsNamed) {
+  const std::string folder = testing::TempDir() + "/scan-eds-on-a-bad-disk";
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  std::filesystem::create_symlink("/proc/self/mem", folder + "/encoder.eds");  // gives EIO
+  const std::vector<scan::ScannedNode> nodes{encoder_5()};
+  EXPECT_EQ(found_nodes(nodes, folder).error, folder + "/encoder.eds: cannot be read");
+  std::filesystem::remove_all(folder);
+}
+
 }  // namespace
 }  // namespace linegate::gateway
