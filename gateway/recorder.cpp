@@ -9,6 +9,7 @@
 #include <spdlog/spdlog.h>
 
 #include "bridges/can/candump.h"
+#include "bridges/can/sendable.h"
 #include "gateway/clock.h"
 
 namespace linegate::gateway {
@@ -75,7 +76,11 @@ std::size_t RecordingChannel::read(std::span<can::Frame> out, can_bridge::BusEve
 
 std::size_t RecordingChannel::write(std::span<const can::Frame> frames, Instant now) {
   const std::size_t taken = channel_->write(frames, now);
+  const bool fd = channel_->carries_fd();
   for (const can::Frame& frame : frames.first(taken)) {
+    if (!can_bridge::sendable(frame, fd)) {
+      continue;  // taken and dropped
+    }
     sent_ = frame;
     sent_.time = now;
     recording_.add(sent_);

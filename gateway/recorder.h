@@ -81,7 +81,7 @@ class Recording {
   Instant again_{};
 };
 
-// What is read from and written to an interface, recorded.
+// What is read from and written to an interface, recorded. What it can never send is not.
 class RecordingChannel final : public can_bridge::Channel {
  public:
   // recording must outlive the channel.

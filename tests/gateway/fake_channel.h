@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bridges/can/channel.h"
+#include "bridges/can/sendable.h"
 #include "stack/base/time.h"
 #include "stack/can/frame.h"
 
@@ -43,8 +44,13 @@ class FakeChannel final : public can_bridge::Channel {
     }
     std::size_t n = 0;
     while (n < frames.size() && accepts > 0) {
-      sent.push_back(frames[n++]);
+      const can::Frame& frame = frames[n++];
       --accepts;
+      if (can_bridge::sendable(frame, fd)) {
+        sent.push_back(frame);
+      } else {
+        ++counted.refused;
+      }
     }
     return n;
   }
@@ -53,6 +59,7 @@ class FakeChannel final : public can_bridge::Channel {
   Instant next_wake() const override { return kNever; }
   const can_bridge::ChannelCounters& counters() const override { return counted; }
   can_bridge::ControllerSetup settings() const override { return set_to; }
+  bool carries_fd() const override { return fd; }
   int restart(Instant) override {
     ++restarts;
     return restart_gives;
@@ -72,6 +79,7 @@ class FakeChannel final : public can_bridge::Channel {
   std::vector<can::Frame> sent;
   std::function<void()> on_write;  // before it takes anything
   std::size_t accepts = 1000;
+  bool fd = true;                       // it takes FD frames; it drops those that it does not
   std::optional<std::size_t> promises;  // room() if it is not `accepts`
   int reads = 0;
   int restarts = 0;

@@ -20,6 +20,7 @@
 #include "bridges/can/replay.h"
 #include "gateway/line_runner.h"
 
+#include "tests/gateway/fake_channel.h"
 #include "tests/gateway/plans.h"
 
 namespace linegate::gateway {
@@ -227,6 +228,28 @@ TEST_F(RecordingTest, AFolderThatIsMissingIsAsAFullDisk) {
   recording.work(Instant(3s), 0s);
   EXPECT_THAT(text(), StartsWith("DROPCOUNT: dropped 1 CAN frame on 'can0'"));
   EXPECT_THAT(text(), HasSubstr("182#01"));
+}
+
+TEST_F(RecordingTest, WhatAnInterfaceCanNeverSendIsNotInTheLog) {
+  auto owned = std::make_unique<FakeChannel>();
+  FakeChannel& classical = *owned;
+  RecordingChannel channel(std::move(owned), recording);
+  std::array<can::Frame, 4> frames{frame(0x201, 0s), frame(0x202, 0s), frame(0x800, 0s),
+                                   frame(0x204, 0s)};
+  frames[1].flags = can::Frame::kFd;
+  classical.fd = false;
+  classical.accepts = 4;
+  EXPECT_EQ(channel.write(frames, Instant(1s)), 4U);
+  EXPECT_EQ(classical.counted.refused, 2U);
+  classical.fd = true;
+  classical.accepts = 2;
+  EXPECT_EQ(channel.write(frames, Instant(2s)), 2U) << "the others stay with the caller";
+  recording.work(Instant(3s), 0s);
+  EXPECT_EQ(text(),
+            "(0000000001.000000) can0 201#01\n"
+            "(0000000001.000000) can0 204#01\n"
+            "(0000000002.000000) can0 201#01\n"
+            "(0000000002.000000) can0 202##401\n");
 }
 
 // --- a line, recorded and replayed --------------------------------------------------------------
