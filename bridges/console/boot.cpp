@@ -56,17 +56,6 @@ nlohmann::ordered_json outcome_json(const manager::BootOutcome& outcome) {
   return out;
 }
 
-// Behind what the gateway says of a node that the line does not boot.
-void tell_stranger(Context& context, Model& model, const Line& line, std::uint8_t node) {
-  if (node == 0 || !know_nodes(context, model, line)) {
-    return;
-  }
-  const std::string text = no_such_node(line, node);
-  if (!text.empty()) {
-    context.err << text << '\n';
-  }
-}
-
 bool all_booted(const std::vector<manager::BootOutcome>& outcomes) {
   return std::ranges::all_of(
       outcomes, [](const auto& outcome) { return manager::is_booted(outcome.letter); });
@@ -94,7 +83,7 @@ int boot(Context& context, const std::string& what) {
   if (!answer.reply.ok()) {
     const int code = print_answer(context, answer);
     if (answer.reply.error == line::to_error(line::Refusal::bad_request)) {
-      tell_stranger(context, model, *line, target->node);
+      tell_no_such_node(context, model, *line, target->node);
     }
     return code;
   }
@@ -113,7 +102,7 @@ int boot(Context& context, const std::string& what) {
   if (all_booted(*outcomes)) {
     return kDone;
   }
-  tell_stranger(context, model, *line, target->node);
+  tell_no_such_node(context, model, *line, target->node);
   return kFailed;
 }
 

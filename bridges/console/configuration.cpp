@@ -7,6 +7,7 @@
 #include "bridges/console/event_progress.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/object_text.h"
+#include "bridges/console/refusal_text.h"
 #include "stack/manager/boot_event.h"
 #include "stack/manager/concise_dcf.h"
 #include "stack/manager/configuration_objects.h"
@@ -76,7 +77,11 @@ int configure(Context& context, ConfigAction action, const std::string& what) {
   EventProgress progress(model, id, context.err, {EventKind::command_progress});
   const Client::Answer answer = context.client.call(id, command, command.timeout, 0, progress);
   if (!answer.reply.ok()) {
-    return print_answer(context, answer);
+    const int code = print_answer(context, answer);
+    if (answer.reply.error == line::to_error(line::Refusal::bad_request)) {
+      tell_no_such_node(context, model, *line, target->node);
+    }
+    return code;
   }
   const auto nodes = manager::read_configuration_report(answer.reply.data);
   if (!nodes.ok()) {

@@ -1,6 +1,7 @@
 #include "bridges/console/refusal_text.h"
 
 #include <map>
+#include <ostream>
 #include <set>
 
 #include "bridges/console/lookup.h"
@@ -107,6 +108,16 @@ std::string no_such_node(const Line& line, std::uint8_t node) {
   const bool own = line.view->state.node_id == node;
   return "node " + std::to_string(node) + (own ? " is the gateway's own on " : " is none of ") +
          printable(line.id.line) + "; its nodes: " + nodes_text(line);
+}
+
+void tell_no_such_node(Context& context, Model& model, const Line& line, std::uint8_t node) {
+  if (node == 0 || !know_nodes(context, model, line)) {
+    return;
+  }
+  const std::string text = no_such_node(line, node);
+  if (!text.empty()) {
+    context.err << text << '\n';
+  }
 }
 
 std::string trigger_refusal(Context& context, Model& model, const Line& line,

@@ -13,6 +13,10 @@ namespace linegate::console {
 // "node 99 is none of press; its nodes: 5 (ram), 8". Empty if it is one.
 std::string no_such_node(const Line& line, std::uint8_t node);
 
+// The same on context.err, behind what the gateway says of a node that the line knows nothing of;
+// waits for what the line tells of its nodes. Nothing if node is 0 or the line does not tell.
+void tell_no_such_node(Context& context, Model& model, const Line& line, std::uint8_t node);
+
 // Of a CommandKind::pdo_trigger, behind the words of the refusal. Empty if there is no more to say.
 std::string trigger_refusal(Context& context, Model& model, const Line& line,
                             const line::Command& command, line::Refusal refusal);

@@ -74,6 +74,9 @@ def run(plant, folder):
         expect("what came before it", plant.value("press:own", "1F26", "7"), 5)
         plant.command("config", "import", "press:5", sys.argv[0], code=2)
         plant.command("config", "verify", "press:0", code=2)
+        told = plant.command("config", "verify", "press:99", code=1).stderr
+        if "node 99 is none of press; its nodes: 5 (" not in told:
+            raise Failure("a node that is not configured:\n" + told)
     with plant.running(write(f"{folder}/reading.yaml", PLANT.replace("ACCESS", "read"))):
         plant.await_operational("press", 2)
         plant.command("config", "verify", "press")

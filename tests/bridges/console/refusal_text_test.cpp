@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "bridges/console/boot.h"
+#include "bridges/console/configuration.h"
 #include "stack/manager/boot_report.h"
 
 #include "tests/bridges/console/command_test.h"
@@ -127,6 +128,19 @@ TEST_F(RefusalText, ABootOfANodeThatIsNotConfiguredNamesThoseThatAre) {
   err_.str("");
   EXPECT_EQ(boot(context_, "saw:5"), kFailed);
   EXPECT_EQ(err_.str(), "") << "it is one, and silent";
+}
+
+TEST_F(RefusalText, AConfigurationOfANodeThatIsNotConfiguredNamesThoseThatAre) {
+  gateway_.refusal = Refusal::bad_request;
+  const std::string refused = std::string(line::describe(Refusal::bad_request)) + "\n";
+  for (const ConfigAction action : {ConfigAction::verify, ConfigAction::apply}) {
+    err_.str("");
+    EXPECT_EQ(configure(context_, action, "saw:9"), kFailed);
+    EXPECT_EQ(err_.str(), refused + "node 9 is none of saw; its nodes: 5 (ram), 8\n");
+    err_.str("");
+    EXPECT_EQ(configure(context_, action, "saw:8"), kFailed);
+    EXPECT_EQ(err_.str(), refused) << "it is one";
+  }
 }
 
 }  // namespace
