@@ -16,7 +16,13 @@ namespace {
 constexpr Duration kPoll = std::chrono::milliseconds(200);
 constexpr Duration kPollWhileWaiting = std::chrono::milliseconds(1);
 constexpr Duration kNoticePeriod = std::chrono::seconds(1);
-constexpr std::size_t kNoticeKinds = 1024;  // reasons remembered; then all are forgotten
+
+void warn_of_held_back(std::string_view line, std::uint64_t notices) {
+  if (notices > 0) {
+    spdlog::warn("{}: {} refusals more are no events of the line, too many came at once", line,
+                 notices);
+  }
+}
 
 }  // namespace
 
@@ -36,7 +42,7 @@ Intake::~Intake() {
 
 void Intake::set_lines(std::span<const std::unique_ptr<LineHost>> lines) {
   lines_ = lines;
-  told_.clear();
+  notices_.clear();
 }
 
 void Intake::start() {
@@ -50,6 +56,9 @@ void Intake::stop() {
     bridge_.wake();
     thread_.join();
   }
+  for (auto& [line, limit] : notices_) {
+    warn_of_held_back(line, limit.take_held());
+  }
 }
 
 void Intake::run() {
@@ -58,6 +67,7 @@ void Intake::run() {
     bridge_.poll(waiting_.empty() ? kPoll : kPollWhileWaiting, *this);
     flush();
     look_for_namesakes();
+    tell_held_back();
     rounds_.add();
   }
 }
@@ -146,7 +156,7 @@ void Intake::on_output_write(dds::OutputMessage message) {
 
 void Intake::on_output_refused(std::string_view line, std::uint16_t group,
                                line::OutputRefusal refusal, std::string_view why) {
-  spdlog::debug("{}: outputs of group {} refused: {}", line, group, why);
+  spdlog::debug("{}: outputs of group {} refused: {}", printable(line), group, why);
   if (LineHost* host = find(line)) {
     refuse_output(*host, group, refusal);
   } else {
@@ -156,7 +166,7 @@ void Intake::on_output_refused(std::string_view line, std::uint16_t group,
 
 void Intake::on_command_refused(std::string_view line, std::string_view client, std::uint8_t kind,
                                 line::Refusal refusal, std::string_view why) {
-  spdlog::debug("{}: command of {} refused: {}", line, client, why);
+  spdlog::debug("{}: command of {} refused: {}", printable(line), printable(client), why);
   if (LineHost* host = find(line)) {
     notice(*host, EventKind::command_refused, static_cast<std::uint32_t>(refusal), kind);
   }
@@ -209,20 +219,21 @@ void Intake::look_for_namesakes() {
   }
 }
 
+void Intake::tell_held_back() {
+  const Instant now = monotonic_now();
+  for (auto& [line, limit] : notices_) {
+    warn_of_held_back(line, limit.take_held(now));
+  }
+}
+
 void Intake::refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal) {
   notice(host, EventKind::output_refused, static_cast<std::uint32_t>(refusal), group);
 }
 
 void Intake::notice(LineHost& host, EventKind kind, std::uint32_t code, std::uint32_t value) {
-  if (told_.size() > kNoticeKinds) {
-    told_.clear();
-  }
-  const Instant now = monotonic_now();
-  auto [it, first] = told_.try_emplace({&host, kind, code, value}, now);
-  if (!first && now - it->second < kNoticePeriod) {
+  if (!notices_[host.name()].admit(kind, code, value, monotonic_now())) {
     return;
   }
-  it->second = now;
   Event event;
   event.kind = kind;
   event.code = code;

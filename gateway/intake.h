@@ -8,12 +8,12 @@
 #include <span>
 #include <string>
 #include <thread>
-#include <tuple>
 #include <vector>
 
 #include "bridges/dds/publisher.h"
 #include "gateway/exchange/cell.h"
 #include "gateway/line_host.h"
+#include "gateway/notice_limit.h"
 #include "gateway/publisher.h"
 
 namespace linegate::gateway {
@@ -62,6 +62,7 @@ class Intake final : public dds::GatewayHandler {
   void refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal);
   void tell_unknown_line(std::string_view line);
   void look_for_namesakes();
+  void tell_held_back();
   void notice(LineHost& host, EventKind kind, std::uint32_t code, std::uint32_t value);
   void run();
 
@@ -71,9 +72,8 @@ class Intake final : public dds::GatewayHandler {
   exchange::Wakeup& publisher_;
   std::string versions_;
   std::deque<line::Reply> waiting_;
-  // A writer that is refused goes on writing: each reason is told once a second.
-  std::map<std::tuple<const LineHost*, EventKind, std::uint32_t, std::uint32_t>, Instant> told_;
-  std::uint64_t unreadable_ = 0;  // samples since they were told last
+  std::map<std::string, NoticeLimit> notices_;  // by line: a writer that is refused goes on writing
+  std::uint64_t unreadable_ = 0;                // samples since they were told last
   Instant unreadable_told_{};
   Instant misfit_told_{};
   std::uint64_t unknown_lines_ = 0;  // outputs since they were told last

@@ -12,6 +12,7 @@
 #include "gateway/image_sequence.h"
 #include "gateway/json_writer.h"
 #include "gateway/library_logger.h"
+#include "gateway/notice_limit.h"
 #include "gateway/pdo_updates.h"
 
 #include "tests/gateway/log_keeper.h"
@@ -30,6 +31,34 @@ image::Snapshot snapshot_with(std::uint16_t local_pdo, std::uint32_t count) {
   mark.count = count;
   out.marks.push_back(mark);
   return out;
+}
+
+TEST(NoticeLimit, TellsEachReasonOnceASecond) {
+  NoticeLimit limit;
+  const Instant start(10s);
+  EXPECT_TRUE(limit.admit(EventKind::output_refused, 1, 7, start));
+  EXPECT_FALSE(limit.admit(EventKind::output_refused, 1, 7, start + 999ms));
+  EXPECT_TRUE(limit.admit(EventKind::output_refused, 2, 7, start + 999ms));
+  EXPECT_TRUE(limit.admit(EventKind::command_refused, 1, 7, start + 999ms));
+  EXPECT_TRUE(limit.admit(EventKind::output_refused, 1, 7, start + 1s));
+  EXPECT_EQ(limit.take_held(), 0U) << "what was told already is no reason that was held back";
+}
+
+TEST(NoticeLimit, AReasonThatAlwaysChangesIsToldSoManyTimesASecond) {
+  NoticeLimit limit;
+  const Instant start(10s);
+  std::size_t told = 0;
+  std::uint64_t held = 0;
+  for (std::uint32_t i = 0; i < 65'536; ++i) {  // for two seconds, each time another group
+    const Instant now = start + Duration(2s) * i / 65'536;
+    told += limit.admit(EventKind::output_refused, 1, i, now) ? 1U : 0U;
+    const std::uint64_t more = limit.take_held(now);
+    EXPECT_TRUE(more == 0 || held == 0 || now >= start + 1s) << "at most once a second";
+    held += more;
+  }
+  EXPECT_EQ(told, 2 * NoticeLimit::kReasons);
+  EXPECT_EQ(told + held + limit.take_held(), 65'536U) << "nothing is lost silently";
+  EXPECT_EQ(limit.take_held(start + 9s), 0U);
 }
 
 TEST(ControllerText, TellsWhereTheControllerIsSetOtherwiseThanTheLineNeeds) {
