@@ -2,13 +2,12 @@
 // simulated devices on an interface.
 #include <csignal>
 #include <exception>
-#include <fstream>
 #include <functional>
 #include <iostream>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,6 +24,7 @@
 #include "bridges/console/scan.h"
 #include "bridges/dds/library_log.h"
 #include "gateway/check.h"
+#include "gateway/config/whole_file.h"
 #include "gateway/data_commands.h"
 #include "gateway/decode.h"
 #include "gateway/device_file.h"
@@ -85,8 +85,8 @@ Duration seconds(double value) {
 }
 
 std::string content_of(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  auto content = config::whole_file(path);
+  return content ? *std::move(content) : throw std::runtime_error(path + " cannot be read");
 }
 
 // Which topics a command needs.

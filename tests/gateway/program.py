@@ -62,6 +62,9 @@ def run(plant, folder):
         refused = plant.command("program", "press:5", bad, code=1).stderr
         if "1F57:1 is 00000004h, format of the program is unknown" not in refused:
             raise Failure("what was told of a bad program:\n" + refused)
+        refused = plant.command("program", "press:5", "/proc/self/mem", code=1).stderr  # gives EIO
+        if "/proc/self/mem cannot be read" not in refused:
+            raise Failure("a file that fails while it is read:\n" + refused)
         if plant.json("program", "press:5", good, "--number", "2", code=1)["ok"]:
             raise Failure("there is no second program")
         plant.command("program", "press", good, code=2)
