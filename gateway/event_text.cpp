@@ -75,6 +75,12 @@ std::string bus_errors(std::uint32_t bits) {
   return out.empty() ? "unknown" : out;
 }
 
+// By which another device was noticed.
+std::string_view sign_of_life(std::uint32_t code) {
+  const bool by_emcy = static_cast<nmt::State>(code) == nmt::State::unknown;
+  return by_emcy ? "it sent an EMCY" : as<nmt::State>(code);
+}
+
 std::string reactions(std::uint32_t bits) {
   constexpr std::array<std::string_view, 7> kNames{"outputs set to zero",
                                                    "NMT enter pre-operational",
@@ -298,7 +304,7 @@ std::string text(const Event& e, std::string_view interface) {
     case EventKind::pdo_recovered:
       return fmt::format("PDO {} received again", e.code);
     case EventKind::duplicate_node_id:
-      return fmt::format("another device has the same node-ID ({})", as<nmt::State>(e.code));
+      return fmt::format("another device has the same node-ID ({})", sign_of_life(e.code));
     case EventKind::unexpected_node:
       return fmt::format("not configured, but on the line ({})", as<nmt::State>(e.code));
     case EventKind::foreign_sdo:

@@ -62,7 +62,7 @@ enum class EventKind : std::uint8_t {
   clock_step,       // the wall clock was stepped. value: ms
   queue_full,       // a queue of the gateway overflowed. code: which, value: how many were lost
   duplicate_node_id,  // another device has the own node's node-ID. code: the state it showed, 0 at
-                      // its boot-up
+                      // its boot-up; nmt::State::unknown if it sent an EMCY
   // What an observer hears of others:
   nmt_command,     // an NMT command. node: to which, 0 = all; code: its command specifier
   sdo_transfer,    // an SDO transfer with the server of node ended well. code: 0 upload (read), 1

@@ -271,6 +271,13 @@ TEST(EventText, SaysHowAnotherManagerShowedItself) {
             "another NMT master: flying-master message 076h");
 }
 
+TEST(EventText, SaysHowAnotherWithTheOwnNodeIdShowedItself) {
+  EXPECT_EQ(words(EventKind::duplicate_node_id, 6, 5, 0),
+            "node 6: another device has the same node-ID (operational)");
+  EXPECT_EQ(words(EventKind::duplicate_node_id, 6, 0xFF, 0),
+            "node 6: another device has the same node-ID (it sent an EMCY)");
+}
+
 TEST(EventText, NamesTheTwoNetworksOfARefusedRequest) {
   EXPECT_EQ(words(EventKind::routing_refused, 0, 0x0609'0030, 0, {1, 0, 3, 0, 12, 0}),
             "SDO from network 1 to node 12 of network 3 refused: invalid value for parameter "
