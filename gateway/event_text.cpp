@@ -40,7 +40,7 @@ std::uint64_t number(const Event& event, std::size_t offset, std::size_t size) {
   return value;
 }
 
-// Malformed frames that were not told one by one: like this one, or of others in a storm of many.
+// What was not told one by one: like this one, or of others in a storm of many.
 std::string held_back(const Event& event) {
   constexpr std::size_t kOffset = 8;
   constexpr std::size_t kSize = 4;
@@ -312,8 +312,8 @@ std::string text(const Event& e, std::string_view interface) {
     case EventKind::sdo_abort:
       return fmt::format("SDO transfer of {} ended: {}", object(e), abort_text(e.code));
     case EventKind::output_refused:
-      return fmt::format("outputs of group {} refused: {}", e.value,
-                         line::describe(static_cast<line::OutputRefusal>(e.code)));
+      return fmt::format("outputs of group {} refused: {}{}", e.value,
+                         line::describe(static_cast<line::OutputRefusal>(e.code)), held_back(e));
     case EventKind::output_armed:
       return e.code == 0
                  ? fmt::format("outputs of group {} in use, without watchdog", e.value)
@@ -321,8 +321,8 @@ std::string text(const Event& e, std::string_view interface) {
     case EventKind::output_watchdog:
       return fmt::format("watchdog of output group {} fired: {}", e.value, reactions(e.code));
     case EventKind::command_refused:
-      return fmt::format("command {} refused: {}", as<line::CommandKind>(e.value),
-                         line::describe(static_cast<line::Refusal>(e.code)));
+      return fmt::format("command {} refused: {}{}", as<line::CommandKind>(e.value),
+                         line::describe(static_cast<line::Refusal>(e.code)), held_back(e));
     case EventKind::foreign_manager:
       return foreign_manager_text(e);
     case EventKind::node_scanned:

@@ -14,7 +14,7 @@ void EventLog::emit(Event event) {
 }
 
 void EventLog::advance(Instant now) {
-  for (auto* limit : {&malformed_, &bus_errors_}) {
+  for (auto* limit : {&malformed_, &bus_errors_, &refused_outputs_, &refused_commands_}) {
     while (const auto event = *limit ? (*limit)->take_due(now) : std::nullopt) {
       number(*event);
     }
@@ -22,7 +22,11 @@ void EventLog::advance(Instant now) {
 }
 
 Instant EventLog::next_wake() const {
-  return malformed_ ? earlier(malformed_->next_wake(), bus_errors_->next_wake()) : kNever;
+  Instant next = kNever;
+  for (const auto* limit : {&malformed_, &bus_errors_, &refused_outputs_, &refused_commands_}) {
+    next = *limit ? earlier(next, (*limit)->next_wake()) : next;
+  }
+  return next;
 }
 
 std::optional<RepeatLimit>& EventLog::limit_of(EventKind kind) {
@@ -31,6 +35,10 @@ std::optional<RepeatLimit>& EventLog::limit_of(EventKind kind) {
       return malformed_;
     case EventKind::bus_error:
       return bus_errors_;
+    case EventKind::output_refused:
+      return refused_outputs_;
+    case EventKind::command_refused:
+      return refused_commands_;
     default:
       return none_;
   }

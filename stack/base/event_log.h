@@ -26,11 +26,13 @@ class EventLog {
  public:
   explicit EventLog(std::size_t capacity = 1024);
 
-  // From now on malformed_frame and bus_error are held back as RepeatLimit says: such an event gets
-  // no number and is not lost.
+  // From now on malformed_frame, bus_error, output_refused and command_refused are held back as
+  // RepeatLimit says: such an event gets no number and is not lost.
   void limit_repeats() {
     malformed_.emplace();
     bus_errors_.emplace();
+    refused_outputs_.emplace();
+    refused_commands_.emplace();
   }
   // listener must outlive the log, or nullptr be set before it goes.
   void set_listener(EventListener* listener) { listener_ = listener; }
@@ -57,6 +59,8 @@ class EventLog {
   EventListener* listener_ = nullptr;
   std::optional<RepeatLimit> malformed_;
   std::optional<RepeatLimit> bus_errors_;
+  std::optional<RepeatLimit> refused_outputs_;
+  std::optional<RepeatLimit> refused_commands_;
   std::optional<RepeatLimit> none_;
   std::vector<Event> ring_;
   std::size_t head_ = 0;

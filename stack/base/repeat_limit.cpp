@@ -58,11 +58,17 @@ void RepeatLimit::find_next() {
   next_ = std::ranges::min_element(places_, {}, &Place::due)->due();
 }
 
+RepeatLimit::Key RepeatLimit::key_of(const Event& event) {
+  const bool is_refusal =
+      event.kind == EventKind::output_refused || event.kind == EventKind::command_refused;
+  return {.node = event.node, .code = event.code, .refused = is_refusal ? event.value : 0};
+}
+
 RepeatLimit::Place& RepeatLimit::place_of(const Event& event) {
   const std::span<Place> own = std::span(places_).first(kPlaces);
-  const auto known = std::ranges::find_if(own, [&](const Place& place) {
-    return place.used && place.node == event.node && place.code == event.code;
-  });
+  const Key key = key_of(event);
+  const auto known =
+      std::ranges::find_if(own, [&](const Place& place) { return place.used && place.key == key; });
   if (known != own.end()) {
     return *known;
   }
@@ -77,9 +83,7 @@ RepeatLimit::Place& RepeatLimit::place_of(const Event& event) {
     return shared;
   }
   // Whom these counts belong to may never come again: this event tells them.
-  *free = {.node = event.node,
-           .code = event.code,
-           .held = saturated_sum(free->held, std::exchange(shared.held, 0))};
+  *free = {.key = key, .held = saturated_sum(free->held, std::exchange(shared.held, 0))};
   return *free;
 }
 

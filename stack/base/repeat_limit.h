@@ -1,4 +1,5 @@
-// Holds back events that repeat as often as somebody sends frames: malformed_frame, bus_error.
+// Holds back events that repeat as often as somebody sends frames or asks for what is refused:
+// malformed_frame, bus_error, output_refused, command_refused.
 #pragma once
 
 #include <array>
@@ -11,10 +12,11 @@
 
 namespace linegate {
 
-// Of events with the same node and code the first is told at once, and then at most one a second.
-// Time is that of the events. Memory is fixed: when kPlaces different ones were told within a
-// second, all others share one more place; and a new one takes a place that nobody needed for a
-// second, best one that held nothing back.
+// Of events with the same node and code, and of a refusal the same value (group or kind of
+// command), the first is told at once, and then at most one a second. Time is that of the events.
+// Memory is fixed: when kPlaces different ones were told within a second, all others share one more
+// place; and a new one takes a place that nobody needed for a second, best one that held nothing
+// back.
 class RepeatLimit {
  public:
   static constexpr std::size_t kPlaces = 16;
@@ -33,10 +35,17 @@ class RepeatLimit {
   Instant next_wake() const { return next_; }
 
  private:
-  struct Place {
+  // What is the same of events that are alike.
+  struct Key {
     std::uint8_t node = 0;
-    bool used = false;
     std::uint32_t code = 0;
+    std::uint32_t refused = 0;
+
+    bool operator==(const Key&) const = default;
+  };
+  struct Place {
+    Key key{};
+    bool used = false;
     std::uint32_t held = 0;
     Instant told{};
     Event last{};  // if held != 0
@@ -45,6 +54,7 @@ class RepeatLimit {
     bool is_old(Instant now) const { return !used || now - told >= kInterval; }
   };
 
+  static Key key_of(const Event& event);
   Place& place_of(const Event& event);
   void find_next();
 

@@ -38,6 +38,23 @@ TEST(RepeatLimit, TheFirstAtOnceThenOneASecondWithHowManyWereHeldBack) {
   EXPECT_EQ(told, expected);
 }
 
+TEST(RepeatLimit, RefusedOutputsAreThoseOfAGroup) {
+  RepeatLimit limit;
+  Event refused;
+  refused.kind = EventKind::output_refused;
+  refused.code = 3;
+  for (refused.value = 0; refused.value < 4; ++refused.value) {
+    EXPECT_TRUE(limit.admit(refused)) << refused.value;
+  }
+  refused.value = 2;
+  EXPECT_FALSE(limit.admit(refused));
+  Event frame = malformed(0x585, milliseconds(1));
+  EXPECT_TRUE(limit.admit(frame));
+  frame = malformed(0x585, milliseconds(2));
+  frame.value = 7;  // another length
+  EXPECT_FALSE(limit.admit(frame)) << "values of others say nothing";
+}
+
 TEST(RepeatLimit, RareOnesAreAsTheyWere) {
   RepeatLimit limit;
   for (int i = 0; i < 3; ++i) {

@@ -202,6 +202,46 @@ TEST_F(LineTest, OneWriteIsOneFrame) {
   EXPECT_EQ(line_->state().counters.tpdos_coalesced, 0U);
 }
 
+// After a reaction nothing is applied until it is armed anew: who does not know writes on.
+TEST_F(LineTest, ARefusedWriterThatGoesOnIsToldOnceASecond) {
+  make(config_with_axis());
+  line_->start(now_);
+  OutputWrite write{.group = 0, .layout_id = line_->layout(Direction::outputs).id};
+  write.arming = 7;
+  write.watchdog = milliseconds(100);
+  ASSERT_EQ(line_->write_outputs(write, now_), OutputRefusal::none);
+  pass(milliseconds(200));
+  events();
+  std::vector<Event> refused;
+  for (int i = 0; i < 250; ++i) {
+    EXPECT_EQ(line_->write_outputs(write, now_), OutputRefusal::not_armed);
+    pass(milliseconds(10));
+    std::ranges::copy_if(events(), std::back_inserter(refused), [](const Event& event) {
+      return event.kind == EventKind::output_refused;
+    });
+  }
+  ASSERT_EQ(refused.size(), 3U) << "at 0, 1 and 2 s";
+  EXPECT_EQ(load_le<std::uint32_t>(refused[1].data.data() + 8), 98U) << "beside this one";
+  EXPECT_EQ(line_->state().counters.output_writes_refused, 250U) << "each is counted";
+}
+
+TEST_F(LineTest, ARefusedCommandIsAnsweredEachTimeAndToldOnceASecond) {
+  make(config_with_axis());
+  line_->start(now_);
+  pass(milliseconds(10));
+  events();
+  const Command unknown{.tag = 1, .kind = CommandKind::output_write, .entry = 99};
+  unsigned told = 0;
+  for (int i = 0; i < 150; ++i) {
+    line_->execute(unknown, now_);
+    EXPECT_EQ(answer().error, to_error(Refusal::unknown_entry));
+    pass(milliseconds(10));
+    told += static_cast<unsigned>(
+        std::ranges::count(events(), EventKind::command_refused, &Event::kind));
+  }
+  EXPECT_EQ(told, 2U) << "at 0 and 1 s";
+}
+
 TEST_F(LineTest, CommandsAreAnsweredOnceEach) {
   make(config_with_axis());
   boot();
