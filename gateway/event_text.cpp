@@ -40,13 +40,15 @@ std::uint64_t number(const Event& event, std::size_t offset, std::size_t size) {
   return value;
 }
 
+std::string held_back(std::uint64_t count) {
+  return count == 0 ? std::string() : fmt::format(" ({} more held back)", count);
+}
+
 // What was not told one by one: like this one, or of others in a storm of many.
 std::string held_back(const Event& event) {
   constexpr std::size_t kOffset = 8;
   constexpr std::size_t kSize = 4;
-  return event.length < kOffset + kSize
-             ? std::string()
-             : fmt::format(" ({} more held back)", number(event, kOffset, kSize));
+  return held_back(event.length < kOffset + kSize ? 0 : number(event, kOffset, kSize));
 }
 
 template <class E>
@@ -247,10 +249,11 @@ std::string overheard_text(const Event& e) {
     case EventKind::nmt_command:
       return fmt::format("NMT {}{}", as<nmt::Command>(e.code), e.node == 0 ? " to all" : "");
     case EventKind::sdo_transfer:
-      return fmt::format("object {} {}, {} bytes: {}", object(e), e.code == 0 ? "read" : "written",
-                         e.value,
+      return fmt::format("object {} {}, {} bytes: {}{}", object(e),
+                         (e.code & 1U) == 0 ? "read" : "written", e.value,
                          hex(std::span(e.data).subspan(3).first(
-                             std::min<std::size_t>(e.value, e.data.size() - 3))));
+                             std::min<std::size_t>(e.value, e.data.size() - 3))),
+                         held_back(e.code >> 16U));
     case EventKind::pdo_mapping:
       return fmt::format("mapping of its {} {} is {}known", e.value == 0 ? "TPDO" : "RPDO", e.code,
                          number(e, 0, 1) == 0 ? "not " : "");
@@ -310,7 +313,8 @@ std::string text(const Event& e, std::string_view interface) {
     case EventKind::foreign_sdo:
       return fmt::format("somebody else uses its SDO server ({:03X}h)", e.code);
     case EventKind::sdo_abort:
-      return fmt::format("SDO transfer of {} ended: {}", object(e), abort_text(e.code));
+      return fmt::format("SDO transfer of {} ended: {}{}", object(e), abort_text(e.code),
+                         held_back(e));
     case EventKind::output_refused:
       return fmt::format("outputs of group {} refused: {}{}", e.value,
                          line::describe(static_cast<line::OutputRefusal>(e.code)), held_back(e));

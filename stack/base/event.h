@@ -66,8 +66,8 @@ enum class EventKind : std::uint8_t {
   // What an observer hears of others:
   nmt_command,     // an NMT command. node: to which, 0 = all; code: its command specifier
   sdo_transfer,    // an SDO transfer with the server of node ended well. code: 0 upload (read), 1
-                   // download (written), value: bytes; data: index (2, LE), sub-index, and the
-                   // first bytes of the value
+                   // download (written), bits 16-31 how many more were not told (65535: or more);
+                   // value: bytes; data: index (2, LE), sub-index, and the first bytes of the value
   pdo_mapping,     // what is known of a PDO of node has changed. code: PDO number, value: 0 TPDO, 1
                    // RPDO; data: 1 if its mapping is known completely, else 0
   layout_changed,  // the process image has a new layout. data: layout_id of inputs, outputs (8, LE)

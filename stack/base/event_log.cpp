@@ -7,40 +7,60 @@ namespace linegate {
 EventLog::EventLog(std::size_t capacity) : ring_(capacity < 2 ? 2 : capacity) {
 }
 
+void EventLog::limit_repeats() {
+  for (const Limited which : {kMalformed, kBusError, kOutputs, kCommands}) {
+    limits_[which].emplace();
+  }
+}
+
+// A master that configures its network transfers many different objects in a second.
+void EventLog::limit_overheard() {
+  constexpr std::size_t kObjects = 256;
+  limits_[kTransfer].emplace(kObjects);
+  limits_[kAbort].emplace(kObjects);
+}
+
 void EventLog::emit(Event event) {
-  if (auto& limit = limit_of(event.kind); !limit || limit->admit(event)) {
+  auto& limit = limits_[limit_of(event.kind)];
+  if (!limit || limit->admit(event)) {
     number(event);
+  } else {
+    next_wake_ = earlier(next_wake_, limit->next_wake());
   }
 }
 
 void EventLog::advance(Instant now) {
-  for (auto* limit : {&malformed_, &bus_errors_, &refused_outputs_, &refused_commands_}) {
-    while (const auto event = *limit ? (*limit)->take_due(now) : std::nullopt) {
+  if (next_wake_ > now) {
+    return;
+  }
+  next_wake_ = kNever;
+  for (auto& limit : limits_) {
+    if (!limit) {
+      continue;
+    }
+    while (const auto event = limit->take_due(now)) {
       number(*event);
     }
+    next_wake_ = earlier(next_wake_, limit->next_wake());
   }
 }
 
-Instant EventLog::next_wake() const {
-  Instant next = kNever;
-  for (const auto* limit : {&malformed_, &bus_errors_, &refused_outputs_, &refused_commands_}) {
-    next = *limit ? earlier(next, (*limit)->next_wake()) : next;
-  }
-  return next;
-}
-
-std::optional<RepeatLimit>& EventLog::limit_of(EventKind kind) {
+EventLog::Limited EventLog::limit_of(EventKind kind) {
   switch (kind) {
     case EventKind::malformed_frame:
-      return malformed_;
+      return kMalformed;
     case EventKind::bus_error:
-      return bus_errors_;
+      return kBusError;
     case EventKind::output_refused:
-      return refused_outputs_;
+      return kOutputs;
     case EventKind::command_refused:
-      return refused_commands_;
+      return kCommands;
+    case EventKind::sdo_transfer:
+      return kTransfer;
+    case EventKind::sdo_abort:
+      return kAbort;
     default:
-      return none_;
+      return kFree;
   }
 }
 

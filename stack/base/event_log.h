@@ -5,6 +5,7 @@
 // range takes their place in the sequence, carrying the number of the last one lost.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -28,17 +29,14 @@ class EventLog {
 
   // From now on malformed_frame, bus_error, output_refused and command_refused are held back as
   // RepeatLimit says: such an event gets no number and is not lost.
-  void limit_repeats() {
-    malformed_.emplace();
-    bus_errors_.emplace();
-    refused_outputs_.emplace();
-    refused_commands_.emplace();
-  }
+  void limit_repeats();
+  // The same of sdo_transfer and sdo_abort, for who hears those of others.
+  void limit_overheard();
   // listener must outlive the log, or nullptr be set before it goes.
   void set_listener(EventListener* listener) { listener_ = listener; }
   // Emits what was held back and nothing has told of meanwhile.
   void advance(Instant now);
-  Instant next_wake() const;
+  Instant next_wake() const { return next_wake_; }
 
   // Numbers and keeps the event. event.number is ignored. Never allocates, never fails.
   void emit(Event event);
@@ -51,17 +49,23 @@ class EventLog {
   std::uint64_t lost() const { return lost_total_; }
 
  private:
-  std::optional<RepeatLimit>& limit_of(EventKind kind);
+  enum Limited : std::size_t {
+    kMalformed,
+    kBusError,
+    kOutputs,
+    kCommands,
+    kTransfer,
+    kAbort,
+    kFree
+  };
+  static Limited limit_of(EventKind kind);
   void number(Event event);
   void append(const Event& event);
   void append_loss_marker();
 
   EventListener* listener_ = nullptr;
-  std::optional<RepeatLimit> malformed_;
-  std::optional<RepeatLimit> bus_errors_;
-  std::optional<RepeatLimit> refused_outputs_;
-  std::optional<RepeatLimit> refused_commands_;
-  std::optional<RepeatLimit> none_;
+  std::array<std::optional<RepeatLimit>, kFree + 1> limits_;  // of kFree there is never one
+  Instant next_wake_ = kNever;                                // or earlier
   std::vector<Event> ring_;
   std::size_t head_ = 0;
   std::size_t count_ = 0;

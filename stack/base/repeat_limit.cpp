@@ -13,9 +13,24 @@ namespace {
 constexpr std::uint8_t kCountOffset = 8;
 
 void tell_held(Event& event, std::uint32_t held) {
-  if (held != 0) {
+  if (event.kind == EventKind::sdo_transfer) {  // its data may be full
+    event.code |= std::min<std::uint32_t>(held, 0xFFFF) << 16U;
+  } else if (held != 0) {
     store_le(event.data.data() + kCountOffset, held);
     event.length = kCountOffset + sizeof held;
+  }
+}
+
+std::uint32_t subject_of(const Event& event) {
+  switch (event.kind) {
+    case EventKind::output_refused:
+    case EventKind::command_refused:
+      return event.value;
+    case EventKind::sdo_transfer:
+    case EventKind::sdo_abort:
+      return load_le<std::uint32_t>(event.data.data()) & 0xFF'FFFFU;  // index and sub-index
+    default:
+      return 0;
   }
 }
 
@@ -59,13 +74,11 @@ void RepeatLimit::find_next() {
 }
 
 RepeatLimit::Key RepeatLimit::key_of(const Event& event) {
-  const bool is_refusal =
-      event.kind == EventKind::output_refused || event.kind == EventKind::command_refused;
-  return {.node = event.node, .code = event.code, .refused = is_refusal ? event.value : 0};
+  return {.node = event.node, .code = event.code, .subject = subject_of(event)};
 }
 
 RepeatLimit::Place& RepeatLimit::place_of(const Event& event) {
-  const std::span<Place> own = std::span(places_).first(kPlaces);
+  const std::span<Place> own = std::span(places_).first(places_.size() - 1);
   const Key key = key_of(event);
   const auto known =
       std::ranges::find_if(own, [&](const Place& place) { return place.used && place.key == key; });

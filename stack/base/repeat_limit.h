@@ -1,30 +1,33 @@
 // Holds back events that repeat as often as somebody sends frames or asks for what is refused:
-// malformed_frame, bus_error, output_refused, command_refused.
+// malformed_frame, bus_error, output_refused, command_refused, and what an observer hears of SDOs.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "stack/base/event.h"
 #include "stack/base/time.h"
 
 namespace linegate {
 
-// Of events with the same node and code, and of a refusal the same value (group or kind of
-// command), the first is told at once, and then at most one a second. Time is that of the events.
-// Memory is fixed: when kPlaces different ones were told within a second, all others share one more
-// place; and a new one takes a place that nobody needed for a second, best one that held nothing
-// back.
+// Of events with the same node and code, of a refusal the same value (group or kind of command), of
+// an SDO the same object, the first is told at once, and then at most one a second. Time is that of
+// the events. Memory is fixed: when as many different ones as there are places were told within a
+// second, all others share one more place; and a new one takes a place that nobody needed for a
+// second, best one that held nothing back.
 class RepeatLimit {
  public:
   static constexpr std::size_t kPlaces = 16;
   static constexpr Duration kInterval = std::chrono::seconds(1);
 
+  explicit RepeatLimit(std::size_t places = kPlaces) : places_(places + 1) {}
+
   // False: hold it back. If some were held back since, the next event that is told says so: data
-  // from byte 8 is their number (4, LE), and length is 12. They were like it, or of the shared
-  // place, or of the one whose place it took. Precondition: length <= 8.
+  // from byte 8 is their number (4, LE), and length is 12; of sdo_transfer bits 16-31 of the code
+  // are (65535: or more). They were like it, or of the shared place, or of the one whose place it
+  // took. Precondition: length <= 8, but of sdo_transfer.
   bool admit(Event& event);
 
   // The last of those held back, once the second is over and no other event has told of them. It
@@ -39,7 +42,7 @@ class RepeatLimit {
   struct Key {
     std::uint8_t node = 0;
     std::uint32_t code = 0;
-    std::uint32_t refused = 0;
+    std::uint32_t subject = 0;
 
     bool operator==(const Key&) const = default;
   };
@@ -58,7 +61,7 @@ class RepeatLimit {
   Place& place_of(const Event& event);
   void find_next();
 
-  std::array<Place, kPlaces + 1> places_{};  // the last is shared
+  std::vector<Place> places_;  // the last is shared
   Instant next_ = kNever;
 };
 

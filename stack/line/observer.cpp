@@ -89,6 +89,7 @@ Line::Observer::Observer(LineConfig line_config, pdo::LinkPlan plan)
       nodes(node_plans(config), config.node_id, dispatch, events, *this),
       channels(dispatch),
       sync(dispatch, events) {
+  events.limit_overheard();
   for (const NodeConfig& device : config.nodes) {
     nodes.listen_emcy(device.id, emcy_cob_id(device));
     Device& known =

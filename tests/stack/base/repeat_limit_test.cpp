@@ -55,6 +55,27 @@ TEST(RepeatLimit, RefusedOutputsAreThoseOfAGroup) {
   EXPECT_FALSE(limit.admit(frame)) << "values of others say nothing";
 }
 
+TEST(RepeatLimit, TransfersAreThoseOfAnObjectAndSayTheCountInTheirCode) {
+  RepeatLimit limit;
+  Event transfer;
+  transfer.kind = EventKind::sdo_transfer;
+  transfer.code = 1;
+  transfer.length = 16;
+  transfer.data.fill(std::byte{0x55});
+  Event other = transfer;
+  other.data[2] = std::byte{1};  // sub-index
+  EXPECT_TRUE(limit.admit(transfer));
+  EXPECT_TRUE(limit.admit(other));
+  transfer.data[3] = std::byte{1};  // the value
+  EXPECT_FALSE(limit.admit(transfer));
+  EXPECT_FALSE(limit.admit(transfer));
+  transfer.time = Instant{milliseconds(1000)};
+  EXPECT_TRUE(limit.admit(transfer));
+  EXPECT_EQ(transfer.code, 0x2'0001U);
+  EXPECT_EQ(transfer.length, 16U);
+  EXPECT_EQ(transfer.data[8], std::byte{0x55});
+}
+
 TEST(RepeatLimit, RareOnesAreAsTheyWere) {
   RepeatLimit limit;
   for (int i = 0; i < 3; ++i) {
