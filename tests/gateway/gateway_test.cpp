@@ -147,7 +147,7 @@ class GatewayTest : public testing::Test {
     ASSERT_TRUE(until([&] {
       return operational("open/io") && operational("closed/drive") &&
              client_->command_peers() > 0 && client_->output_peers() > 0 &&
-             seen_.layouts.size() == 4;
+             seen_.layouts.size() == 4 && seen_.lines.size() == 2;
     }));
   }
 
