@@ -21,6 +21,7 @@ import xml.etree.ElementTree as ElementTree
 END = re.compile(r"\[ +(OK|FAILED|SKIPPED) +\] (.+?)(?:, where .*)? \(\d+ ms\)$")
 PASSED, FAILED, SKIPPED = "run", "fail", "notrun"  # as CTest writes the status of a test
 STATUS = {"OK": PASSED, "FAILED": FAILED, "SKIPPED": SKIPPED}
+FAILED_ATTEMPT = re.compile(r"Test +#\d+: (\S+) \.+ *\*\*\*")  # as CTest prints it, whatever follows
 MOST_KEPT = 300_000  # characters of what one case prints
 NOT_FOR_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd]")
 
@@ -162,5 +163,18 @@ def merge(of_ctest, results, first, folder, verbose=None):
     return 0
 
 
+def attempts(of_ctest, output):
+    if not os.path.exists(of_ctest):
+        return 0
+    passed = {test.get("name") for test in ElementTree.parse(of_ctest).getroot().findall("testcase")
+              if test.get("status") == PASSED}
+    with open(output, encoding="utf-8", errors="replace") as lines:
+        failed = [FAILED_ATTEMPT.search(line) for line in lines]
+    for name in dict.fromkeys(found[1] for found in failed if found):
+        if name in passed:
+            print(name)
+    return 0
+
+
 if __name__ == "__main__":
-    sys.exit({"run": run, "merge": merge}[sys.argv[1]](*sys.argv[2:]))
+    sys.exit({"run": run, "merge": merge, "attempts": attempts}[sys.argv[1]](*sys.argv[2:]))

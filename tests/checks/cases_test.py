@@ -83,6 +83,22 @@ def complaints(folder):
     count = merged(folder)
     if count != ["0", "1"]:
         yield f"a test without results of its cases: {count}"
+    yield from of_attempts(folder)
+
+
+def of_attempts(folder):
+    """CTest itself, with a test that passes at its second attempt, one that never does and one that does at once."""
+    with open(os.path.join(folder, "CTestTestfile.cmake"), "w", encoding="utf-8") as file:
+        file.write('add_test(second sh -c "test -e seen || { touch seen; exit 1; }")\n'
+                   'add_test(never false)\nadd_test(first true)\n')
+    of_ctest, output = os.path.join(folder, "ctest.xml"), os.path.join(folder, "ctest.out")
+    with open(output, "w", encoding="utf-8") as file:
+        subprocess.run(["ctest", "--test-dir", folder, "--repeat", "until-pass:2", "--output-junit", of_ctest],
+                       stdout=file, stderr=file, check=False)
+    command = [sys.executable, CASES, "attempts", of_ctest, output]
+    named = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+    if named != ["second"]:
+        yield f"passed at the second attempt: {named}"
 
 
 if __name__ == "__main__":
