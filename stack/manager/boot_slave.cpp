@@ -18,6 +18,11 @@ constexpr std::uint32_t kRefusals = 3;
 // For the answer to one node guarding request of a node that is to be kept alive.
 constexpr Duration kGuardWait = std::chrono::milliseconds(100);
 
+// A node that shows Operational or Stopped so long after its NMT reset did not receive the reset.
+// What it sent before may arrive until then.
+constexpr Duration kResetGrace = std::chrono::milliseconds(100);
+constexpr unsigned kMaxResetRepeats = 3;
+
 constexpr od::Address kDeviceType{0x1000, 0};
 constexpr std::uint16_t kIdentity = 0x1018;
 
@@ -67,8 +72,9 @@ BootSlave::BootSlave(const NodePlan& plan, const BootServices& services, NodeSta
     : plan_(plan), services_(services), node_(node) {
 }
 
-void BootSlave::begin(Reason reason, Instant now) {
+void BootSlave::begin(Reason reason, Instant now, nmt::Command command) {
   cancel();
+  reset_ = {.waits_for_boot_up = reason == Reason::reset, .command = command, .sent = now};
   node_.boot = kBootUnfinished;
   node_.finding = {};
   assignment_ = services_.list.assignment(plan_.id);
@@ -86,19 +92,25 @@ void BootSlave::begin(Reason reason, Instant now) {
   }
 }
 
-void BootSlave::cancel() {
+void BootSlave::abandon_step() {
   if (token_ != 0) {
     services_.sdo.cancel(std::exchange(token_, 0));
   }
   if (step_ == Step::program || step_ == Step::configuration) {
     running().cancel();
   }
+}
+
+void BootSlave::cancel() {
+  abandon_step();
+  reset_ = {};
   result_.reset();
   told_ = false;
   set_step(Step::idle, kNever);
 }
 
 void BootSlave::boot_up(Instant now) {
+  reset_.waits_for_boot_up = false;
   if (step_ == Step::wait_reset) {
     after_reset(now);
   } else if (step_ != Step::program) {  // a device restarts when its program is stopped or started
@@ -107,7 +119,9 @@ void BootSlave::boot_up(Instant now) {
 }
 
 void BootSlave::heartbeat(nmt::State state, Instant now) {
-  if (step_ == Step::error_control) {
+  if (missed_reset(state, now)) {
+    repeat_reset(now);
+  } else if (step_ == Step::error_control) {
     finish(was_operational_ ? kWasOperational : kBooted, {}, now);
   } else if (step_ == Step::keep_alive) {
     if (state == nmt::State::operational) {
@@ -200,6 +214,9 @@ std::optional<char> BootSlave::take_result() {
 
 void BootSlave::read_device_type(Instant now) {
   set_step(Step::device_type, kNever);
+  if (reset_.waits_for_boot_up && services_.list.guard_time(plan_.id) > Duration::zero()) {
+    services_.heartbeats.ask(plan_.id);  // it sends no heartbeat that shows whether it was reset
+  }
   upload(kDeviceType, now);
 }
 
@@ -272,11 +289,58 @@ void BootSlave::check_keep_alive(Instant now) {
 
 void BootSlave::reset(Instant now) {
   reset_by_ = step_;
+  reset_.repeats = 0;
   // Values that were restored are those of the application, too.
-  services_.host.send_nmt(
+  send_reset(
       step_ == Step::configuration ? nmt::Command::reset_node : nmt::Command::reset_communication,
-      plan_.id, now);
+      now);
   set_step(Step::wait_reset, now + plan_.reset_time);
+}
+
+void BootSlave::send_reset(nmt::Command command, Instant now) {
+  reset_.waits_for_boot_up = true;
+  reset_.command = command;
+  reset_.sent = now;
+  services_.host.send_nmt(command, plan_.id, now);
+}
+
+// A node without boot slave process may be started by another application.
+bool BootSlave::missed_reset(nmt::State state, Instant now) const {
+  const bool was_not_reset = state == nmt::State::operational || state == nmt::State::stopped;
+  if (!was_not_reset || !reset_.waits_for_boot_up || !has(assignment::kBoot) ||
+      reset_.repeats >= kMaxResetRepeats || now - reset_.sent < kResetGrace) {
+    return false;
+  }
+  switch (step_) {
+    case Step::wait_boot_up:
+    case Step::device_type:
+    case Step::identity:
+    case Step::keep_alive:
+    case Step::wait_reset:
+    case Step::configuration:
+    case Step::error_control:
+    case Step::retry:
+      return true;
+    case Step::idle:
+    case Step::program:  // has the node alone
+    case Step::done:
+      return false;
+  }
+  return false;
+}
+
+// The boot process goes on from its beginning, within the boot time-out that runs already.
+void BootSlave::repeat_reset(Instant now) {
+  ++reset_.repeats;
+  send_reset(reset_.command, now);
+  if (step_ == Step::wait_reset) {
+    set_step(Step::wait_reset, now + plan_.reset_time);
+    return;
+  }
+  abandon_step();
+  services_.heartbeats.stop(plan_.id);
+  node_.heartbeat_monitored = false;
+  set_step(Step::wait_boot_up, now + plan_.reset_time);
 }
 
 void BootSlave::after_reset(Instant now) {

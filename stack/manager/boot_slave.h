@@ -8,6 +8,9 @@
 // status B. Only what it refuses, and what it is, end the process; an abort of the protocol, such
 // as 0504 0001h, is a refusal when it comes three times in a row and the boot time-out is over, as
 // for an abort of 1000h: a device that is still starting may answer so.
+//
+// A node that was reset and shows Operational or Stopped before its boot-up message has come did
+// not receive the NMT command: it is reset again, at most three times.
 #pragma once
 
 #include <cstdint>
@@ -52,12 +55,16 @@ class BootSlave final : private StepContext {
   void set_program(std::unique_ptr<BootStep> step) { program_ = std::move(step); }
   void set_configuration(std::unique_ptr<BootStep> step) { configuration_ = std::move(step); }
 
-  void begin(Reason reason, Instant now);
+  // command: which reset was sent, with Reason::reset.
+  void begin(Reason reason, Instant now, nmt::Command command = nmt::Command::reset_communication);
   // Ends it without a result.
   void cancel();
 
   // The node's boot-up message: begins anew, unless the process itself reset the node.
   void boot_up(Instant now);
+  // An NMT command other than a reset was sent to the node: the state that it shows from now on may
+  // be the one that the command asked for.
+  void commanded() { reset_.waits_for_boot_up = false; }
   // The node was heard with a heartbeat, or an answer to node guarding.
   void heartbeat(nmt::State state, Instant now);
   // Its error control was lost. True if that is the result of the process (K): nobody has heard it
@@ -103,6 +110,10 @@ class BootSlave final : private StepContext {
   void check_identity(const sdo::Completion& completion, Instant now);
   void check_keep_alive(Instant now);
   void reset(Instant now);
+  void send_reset(nmt::Command command, Instant now);
+  bool missed_reset(nmt::State state, Instant now) const;
+  void repeat_reset(Instant now);
+  void abandon_step();
   void after_reset(Instant now);
   void check_program(Instant now);
   void configure(Instant now);
@@ -131,6 +142,14 @@ class BootSlave final : private StepContext {
   bool told_ = false;             // what keeps the node from answering
   bool booted_up_ = false;        // a boot-up message came: it cannot be Operational
   bool was_operational_ = false;  // boot status L
+  // The last NMT reset of the node.
+  struct Reset {
+    bool waits_for_boot_up = false;
+    nmt::Command command = nmt::Command::reset_communication;
+    Instant sent{};
+    unsigned repeats = 0;
+  };
+  Reset reset_;
   bool said_ = false;             // the last transfer was ended by an abort of the node itself
   std::uint32_t refusals_ = 0;    // so often in a row the same one
   std::uint32_t assignment_ = 0;  // 1F81h when the process began

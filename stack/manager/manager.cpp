@@ -158,8 +158,9 @@ void Manager::commanded(nmt::Command command, std::uint8_t node, Instant now) {
       host_.node_data_invalid(id);
       heartbeats_.stop(id);
       slot->reset_at = now;
-      begin(*slot, BootSlave::Reason::reset, now);
+      begin(*slot, BootSlave::Reason::reset, now, command);
     } else {
+      slot->boot->commanded();
       assume_state(id, command);
     }
   }

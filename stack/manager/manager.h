@@ -111,7 +111,8 @@ class Manager {
   void end();
   void boot_all(Instant now);
   void reset_nodes(Instant now);
-  void begin(Slot& slot, BootSlave::Reason reason, Instant now);
+  void begin(Slot& slot, BootSlave::Reason reason, Instant now,
+             nmt::Command command = nmt::Command::reset_communication);
   void reset(Slot& slot, nmt::Command command, Instant now);
   void settle(Slot& slot, Instant now);
   void start_nodes(Instant now);

@@ -140,13 +140,13 @@ Instant Manager::next_wake() const {
   return wake;
 }
 
-void Manager::begin(Slot& slot, BootSlave::Reason reason, Instant now) {
+void Manager::begin(Slot& slot, BootSlave::Reason reason, Instant now, nmt::Command command) {
   if (held_[slot.plan.id]) {
     return;
   }
   nodes_[slot.plan.id].heartbeat_monitored = false;
   slot.started = false;
-  slot.boot->begin(reason, now);
+  slot.boot->begin(reason, now, command);
   touch(slot.plan.id);
   settle(slot, now);
 }
@@ -154,7 +154,7 @@ void Manager::begin(Slot& slot, BootSlave::Reason reason, Instant now) {
 void Manager::reset(Slot& slot, nmt::Command command, Instant now) {
   host_.send_nmt(command, slot.plan.id, now);
   slot.reset_at = now;
-  begin(slot, BootSlave::Reason::reset, now);
+  begin(slot, BootSlave::Reason::reset, now, command);
 }
 
 // Takes up what the boot process of a node has come to.
@@ -195,6 +195,7 @@ void Manager::start_nodes(Instant now) {
       host_.send_nmt(nmt::Command::start, 0, now);
       for (const auto& slot : slots_) {
         slot->started = true;
+        slot->boot->commanded();
         assume_state(slot->plan.id, nmt::Command::start);
       }
     }

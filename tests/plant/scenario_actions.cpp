@@ -53,7 +53,8 @@ void Scenario::act(Words& words) {
     doubles_ = words.number();
     set_disturbance();
   } else if (verb == "swallow") {
-    swallowed_.insert(static_cast<std::uint32_t>(words.number()));
+    const auto id = static_cast<std::uint32_t>(words.number());
+    swallowed_[id] = words.done() ? ~std::uint64_t{0} : words.number();
     set_disturbance();
   } else if (verb == "stop") {
     seat().line->stop(world_.now());
@@ -204,7 +205,9 @@ void Scenario::inject(Words& words) {
 void Scenario::set_disturbance() {
   seat().bus.set_disturbance(
       [this, losses = losses_, doubles = doubles_](const can::Frame& frame, sim::Bus::Endpoint) {
-        if (swallowed_.contains(frame.id)) {
+        const auto swallowed = swallowed_.find(frame.id);
+        if (swallowed != swallowed_.end() && swallowed->second > 0) {
+          --swallowed->second;
           return sim::Fate::lost;
         }
         const std::uint64_t dice = chance_() % 1000;

@@ -98,9 +98,9 @@ class Scenario {
   std::map<LineSeat*, std::uint64_t> commands_;
   std::uint64_t next_tag_ = 1;
   unsigned expectations_ = 0;
-  std::uint64_t losses_ = 0;           // of a thousand frames
-  std::uint64_t doubles_ = 0;          // the same
-  std::set<std::uint32_t> swallowed_;  // identifiers whose frames reach nobody
+  std::uint64_t losses_ = 0;                          // of a thousand frames
+  std::uint64_t doubles_ = 0;                         // the same
+  std::map<std::uint32_t, std::uint64_t> swallowed_;  // by identifier: frames that reach nobody
 };
 
 inline constexpr Instant kStart{std::chrono::seconds(1)};

@@ -9,7 +9,10 @@
 namespace linegate::line {
 namespace {
 
+using testing::Contains;
 using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::Not;
 
 class BootCommandTest : public LineTest {
  protected:
@@ -51,6 +54,55 @@ TEST_F(BootCommandTest, ResetsTheNodeAndAnswersWhenItIsBooted) {
   const auto outcomes = manager::read_boot_report(reply_.data);
   ASSERT_EQ(outcomes->size(), 1U);
   EXPECT_EQ(outcomes->at(0), (manager::BootOutcome{.node = 5, .letter = manager::kBooted}));
+}
+
+TEST_F(BootCommandTest, ANodeThatDidNotReceiveItsResetIsResetAgain) {
+  make(config_with_axis());
+  boot();
+  ask(5);
+  EXPECT_THAT(sent(), ElementsAre("000#8205"));
+  pass(milliseconds(50));
+  hear(0x705, {0x05});
+  EXPECT_THAT(sent(), IsEmpty()) << "it may have been sent before the reset";
+  for (int i = 0; i < 3; ++i) {
+    pass(milliseconds(100));
+    hear(0x705, {0x05});
+    EXPECT_THAT(sent(), ElementsAre("000#8205")) << i;
+  }
+  pass(milliseconds(100));
+  hear(0x705, {0x05});
+  EXPECT_THAT(sent(), IsEmpty()) << "three times at most";
+  hear(0x705, {0x00});
+  EXPECT_THAT(sent(), ElementsAre("605#4000100000000000"));
+}
+
+TEST_F(BootCommandTest, AResetThatWasMissedIsSeenInEachStepUntilTheBootUpMessage) {
+  make(config_with_axis());
+  boot();
+  ask(5);
+  pass(milliseconds(1000));
+  EXPECT_THAT(sent(), ElementsAre("000#8205", "605#4000100000000000"));
+  answer_identity();
+  sent();
+  hear(0x705, {0x04});
+  EXPECT_THAT(sent(), Contains("000#8205")) << "Stopped";
+  hear(0x705, {0x00});
+  EXPECT_THAT(sent(), ElementsAre("605#4000100000000000"));
+  pass(milliseconds(200));
+  hear(0x705, {0x05});
+  EXPECT_THAT(sent(), Not(Contains("000#8205"))) << "it started itself after its boot-up message";
+}
+
+TEST_F(BootCommandTest, ANodeThatIsStartedWhileItBootsIsNotResetForIt) {
+  make(config_with_axis());
+  boot();
+  ask(5);
+  sent();
+  pass(milliseconds(200));
+  line_->execute({.tag = 8, .kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::start}, now_);
+  EXPECT_THAT(sent(), ElementsAre("000#0105"));
+  hear(0x705, {0x05});
+  EXPECT_THAT(sent(), IsEmpty());
 }
 
 TEST_F(BootCommandTest, OfAllAsksEveryListedNode) {
