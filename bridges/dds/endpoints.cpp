@@ -28,16 +28,16 @@ void clear(fast::DataWriter& writer) {
 Endpoints::Endpoints(const std::string& name, std::uint32_t domain, const std::string& profile_file,
                      std::vector<Diagnostic>& diagnostics)
     : diagnostics_(&diagnostics), names_(name) {
-  const auto origin = load_profiles(profile_file, diagnostics);
-  if (!origin) {
+  const auto profiles = load_profiles(profile_file, diagnostics);
+  if (!profiles) {
     ok_ = false;
     return;
   }
-  origin_ = *origin;
-  create_participant(name, domain);
+  origin_ = profiles->origin;
+  create_participant(name, domain, profiles->permits_multicast);
 }
 
-void Endpoints::create_participant(const std::string& name, std::uint32_t domain) {
+void Endpoints::create_participant(const std::string& name, std::uint32_t domain, bool multicast) {
   if (domain > kMaxDomain)
     return fail("DDS domain " + std::to_string(domain) + " is above 232");
   auto* factory = fast::DomainParticipantFactory::get_instance();
@@ -47,6 +47,11 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
     return fail("there is no participant profile \"" + std::string(kParticipantProfile) + "\"");
   }
   qos.name(name);
+  // Two readers that announce a unicast and the same multicast locator end the process of a writer
+  // of Fast DDS 2.9 (assertion in OutputTrafficManager.hpp:87). Without multicast locators there is
+  // nothing that two readers share.
+  if (!multicast)
+    qos.allocation().locators.max_multicast_locators = 0;
   participant_ = factory->create_participant(domain, qos, &names_, fast::StatusMask::none());
   if (participant_ == nullptr) {
     return fail("no DDS participant in domain " + std::to_string(domain) +

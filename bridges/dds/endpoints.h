@@ -64,7 +64,7 @@ class Endpoints {
   }
 
  private:
-  void create_participant(const std::string& name, std::uint32_t domain);
+  void create_participant(const std::string& name, std::uint32_t domain, bool multicast);
   eprosima::fastdds::dds::DataWriter* make_writer(const std::string& topic,
                                                   eprosima::fastdds::dds::TypeSupport type,
                                                   std::uint32_t strength);

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <mutex>
 #include <utility>
 
@@ -9,6 +10,7 @@
 #include <fastdds/dds/log/Log.hpp>
 
 #include "bridges/dds/library_log.h"
+#include "bridges/dds/profile_text.h"
 
 namespace linegate::dds {
 namespace {
@@ -52,7 +54,7 @@ void replace_consumer(LibraryLog log) {
 // The library's settings are those of the process, and so is what we know of them.
 struct LibraryState {
   std::mutex mutex;
-  std::string loaded;  // what the profiles came from, empty = not loaded
+  std::optional<LoadedProfiles> loaded;
   LibraryLog log;
   bool log_taken = false;
 };
@@ -88,25 +90,25 @@ Diagnostic problem(const std::string& file, std::string text) {
   return Diagnostic{Severity::error, file, 0, 0, std::move(text)};
 }
 
-std::string choose(const std::string& file) {
-  if (!file.empty())
-    return file;
-  for (const char* known : {kOperatorsFile, LINEGATE_DDS_PROFILE_FILE}) {
-    std::error_code error;
-    if (std::filesystem::exists(known, error))
-      return known;
-  }
-  return "(built-in linegate-profiles.xml)";
+// The library names the element that it does not accept ("... Name: durabilty"), not its line.
+std::uint32_t line_of(std::string_view said, std::string_view xml) {
+  constexpr std::string_view kName = "Name: ";
+  const std::size_t at = said.find(kName);
+  if (at == std::string_view::npos)
+    return 0;
+  const std::string_view rest = said.substr(at + kName.size());
+  return line_of_element(xml, rest.substr(0, rest.find_first_of(" ;,\n")));
 }
 
-bool load(const std::string& origin, bool built_in, std::string& said) {
+std::string read_all(std::ifstream file) {
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+bool load(const std::string& xml, std::string& said) {
   return listen(
       [&] {
         auto* factory = fast::DomainParticipantFactory::get_instance();
-        if (!built_in)
-          return factory->load_XML_profiles_file(origin) == ReturnCode_t::RETCODE_OK;
-        const std::string_view text = built_in_profiles();
-        return factory->load_XML_profiles_string(text.data(), text.size()) ==
+        return factory->load_XML_profiles_string(xml.data(), xml.size()) ==
                ReturnCode_t::RETCODE_OK;
       },
       said);
@@ -123,31 +125,47 @@ void set_library_log(LibraryLog log) {
   replace_consumer(state.log);
 }
 
-std::optional<std::string> load_profiles(const std::string& file,
-                                         std::vector<Diagnostic>& diagnostics) {
+std::string profiles_in_use(const std::string& file) {
+  if (!file.empty())
+    return file;
+  for (const char* known : {kOperatorsFile, LINEGATE_DDS_PROFILE_FILE}) {
+    std::error_code error;
+    if (std::filesystem::exists(known, error))
+      return known;
+  }
+  return "(built-in linegate-profiles.xml)";
+}
+
+std::optional<LoadedProfiles> load_profiles(const std::string& file,
+                                            std::vector<Diagnostic>& diagnostics) {
   LibraryState& state = library();
   const std::lock_guard lock(state.mutex);
-  const std::string origin = choose(file);
-  if (state.loaded == origin)
-    return origin;
-  if (!state.loaded.empty()) {
-    diagnostics.push_back(
-        problem(origin, "this process runs with DDS profiles of " + state.loaded + " already"));
+  LoadedProfiles loaded{profiles_in_use(file), {}, false};
+  if (state.loaded && state.loaded->origin == loaded.origin)
+    return state.loaded;
+  const auto fail = [&](Diagnostic why) {
+    diagnostics.push_back(std::move(why));
     return std::nullopt;
-  }
-  const bool built_in = file.empty() && origin.front() == '(';
-  if (!built_in && !std::ifstream(origin)) {
-    diagnostics.push_back(problem(origin, "cannot read the file of DDS profiles"));
-    return std::nullopt;
-  }
+  };
+  if (state.loaded)
+    return fail(problem(loaded.origin, "this process runs with DDS profiles of " +
+                                           state.loaded->origin + " already"));
+  const bool built_in = file.empty() && loaded.origin.front() == '(';
+  std::ifstream stream(loaded.origin);
+  if (!built_in && (!stream || !std::filesystem::is_regular_file(loaded.origin)))
+    return fail(problem(loaded.origin, "cannot read the file of DDS profiles"));
+  loaded.text = built_in ? std::string(built_in_profiles()) : read_all(std::move(stream));
+  constexpr std::string_view kUnusable = "not a usable file of DDS profiles: ";
+  if (const auto xml = xml_problem(loaded.text))
+    return fail({Severity::error, loaded.origin, xml->line, xml->column,
+                 std::string(kUnusable) + xml->text});
   std::string said;
-  if (!load(origin, built_in, said)) {
-    diagnostics.push_back(problem(
-        origin, "not a usable file of DDS profiles: " + (said.empty() ? "no reason given" : said)));
-    return std::nullopt;
-  }
-  state.loaded = origin;
-  return origin;
+  if (!load(loaded.text, said))
+    return fail({Severity::error, loaded.origin, line_of(said, loaded.text), 0,
+                 std::string(kUnusable) + (said.empty() ? "no reason given" : said)});
+  loaded.permits_multicast = sets_multicast_locators(loaded.text, kParticipantProfile);
+  state.loaded = std::move(loaded);
+  return state.loaded;
 }
 
 }  // namespace linegate::dds

@@ -16,10 +16,23 @@ inline constexpr const char* kParticipantProfile = "linegate";
 // deploy/dds/linegate-profiles.xml as it was when this was built.
 std::string_view built_in_profiles();
 
+struct LoadedProfiles {
+  std::string origin;              // name of the file, or "(built-in ...)"
+  std::string text;                // XML
+  bool permits_multicast = false;  // the participant profile sets max_multicast_locators itself
+};
+
 // Loads `file`, or where that is empty the installed file, or where there is none the built-in
-// copy. Gives the name of what was loaded; without one, a diagnostic names the file and the reason.
+// copy. Without a value, a diagnostic names the file, the line where it is known, and the reason.
 // Fast DDS keeps profiles by name for the whole process: a second, different file is refused.
-std::optional<std::string> load_profiles(const std::string& file,
-                                         std::vector<Diagnostic>& diagnostics);
+std::optional<LoadedProfiles> load_profiles(const std::string& file,
+                                            std::vector<Diagnostic>& diagnostics);
+
+// Loads likewise, and reports what makes a profile unusable (errors) or dangerous with Fast DDS 2.9
+// (warnings), before anything is created with it. Opens no socket.
+std::vector<Diagnostic> check_profiles(const std::string& file);
+
+// Where an empty name of a file leads: a path, or "(built-in ...)".
+std::string profiles_in_use(const std::string& file);
 
 }  // namespace linegate::dds

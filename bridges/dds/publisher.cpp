@@ -19,6 +19,7 @@
 #include "bridges/dds/image_samples.h"
 #include "bridges/dds/inbound_reader.h"
 #include "bridges/dds/output_samples.h"
+#include "bridges/dds/pdo_writer.h"
 #include "bridges/dds/reply_writer.h"
 #include "bridges/dds/state_samples.h"
 #include "bridges/dds/state_writer.h"
@@ -96,7 +97,7 @@ struct GatewayBridge::Impl {
   StateWriter<v1::NodeStatePubSubType> node_states{endpoints, v1::TOPIC_NODE_STATE};
   StateWriter<v1::ImageLayoutPubSubType> layouts{endpoints, v1::TOPIC_IMAGE_LAYOUT};
   std::map<std::string, LineWriters, std::less<>> lines;
-  fast::DataWriter* pdos;
+  PdoWriter pdos{endpoints};
   ReplyWriter replies{endpoints};
 
   // Of the publishing thread. Samples are kept, so that their buffers are used again.
@@ -125,7 +126,6 @@ GatewayBridge::Impl::Impl(const GatewayOptions& options, std::vector<Diagnostic>
       incarnation(options.incarnation),
       last_words(options.last_words),
       endpoints("linegate " + options.gateway, options.domain, options.profile_file, diagnostics),
-      pdos(endpoints.writer<v1::PdoUpdatePubSubType>(v1::TOPIC_PDO_UPDATE)),
       desk(options.incarnation, options.lines) {
   for (const std::string& line : options.lines)
     lines[line].make(endpoints);
@@ -191,6 +191,7 @@ void GatewayBridge::remove_line(const std::string& line) {
   impl_->node_states.end(of_line);
   impl_->line_states.end(of_line);
   impl_->layouts.end(of_line);
+  impl_->pdos.forget(line);
   LineWriters& writers = impl_->lines[line];
   for (fast::DataWriter** image : {&writers.inputs, &writers.outputs}) {
     if (*image != nullptr)
@@ -249,6 +250,8 @@ bool GatewayBridge::publish(std::string_view line, const image::Layout& layout) 
     ++impl_->counters.failed;
     return false;
   }
+  if (layout.direction == image::Direction::inputs)
+    impl_->pdos.forget(line);
   v1::ImageLayout& sample = impl_->layout_sample;
   impl_->address(line, sample);
   const std::uint16_t parts = layout_parts(layout);
@@ -282,7 +285,7 @@ bool GatewayBridge::publish_pdo_update(std::string_view line, const image::Layou
     ++impl_->counters.failed;
     return false;
   }
-  return impl_->count(impl_->pdos->write(&sample));
+  return impl_->count(impl_->pdos.write(sample));
 }
 
 bool GatewayBridge::publish(std::string_view line, const Event& event, std::string_view text,

@@ -98,8 +98,8 @@ class GatewayBridge {
 
   // False: DDS has no writers for it; its image and its events are not published.
   bool add_line(const std::string& line);
-  // Its states, layouts and images end, subscribers are told. Its events stay for those who come
-  // late, and so do its last PDO updates.
+  // Its states, layouts, images and PDO updates end, and readers receive the end of its states and
+  // layouts. Its events stay for late joiners.
   void remove_line(const std::string& line);
 
   // --- out: false = DDS did not take the sample; counted ----------------------------------------

@@ -25,7 +25,7 @@ RESERVED = [
     (r"linux/can.*", ["bridges/can"], "SocketCAN is bridges/can's subject"),
     (r"msgpack(/.*|\.hpp)", ["bridges/can"], "frames in datagrams are bridges/can's subject"),
     (r"yaml-cpp/.*", ["gateway"], "configuration is the gateway's subject"),
-    (r"pugixml\.hpp", ["bridges/xdd"], "XML is bridges/xdd's subject"),
+    (r"pugixml\.hpp", ["bridges/xdd", "bridges/dds"], "XML is the subject of bridges/xdd and of DDS profiles"),
     (r"spdlog/.*", ["gateway"], "logs are rendered in the gateway"),
 ]
 

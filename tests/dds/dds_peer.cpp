@@ -151,7 +151,7 @@ int run_gateway(std::uint32_t domain, const std::string& profiles) {
   const image::Snapshot snapshot = known::snapshot();
   while (!input_ended()) {
     bridge.poll(milliseconds(20), plant);
-    // PdoUpdate is volatile: it is repeated for whoever comes.
+    // Repeated: a volatile reader that matches late receives the next one.
     bridge.publish_pdo_update(known::kLine, known::layout(), snapshot, snapshot.marks[0], 3);
   }
   return 0;

@@ -1,7 +1,16 @@
 // QoS comes from a file, and a bad file is told by its name.
 #include "bridges/dds/profiles.h"
 
+#include <map>
+#include <mutex>
+#include <string>
+
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <fastdds/rtps/writer/WriterDiscoveryInfo.h>
 #include <gtest/gtest.h>
+#include <linegate.h>
 
 #include "bridges/dds/publisher.h"
 
@@ -9,6 +18,8 @@
 
 namespace linegate::test {
 namespace {
+
+namespace fast = eprosima::fastdds::dds;
 
 // What a gateway process with that file says before it ends.
 std::string complaint(const std::string& path) {
@@ -62,6 +73,117 @@ TEST(Profiles, AnotherFileInTheSameProcessIsRefused) {
   auto made = dds::GatewayBridge::make({"g", 1, domain(), "/another.xml", {}});
   ASSERT_FALSE(made.ok());
   EXPECT_EQ(made.diagnostics.at(0).file, "/another.xml");
+}
+
+// The durability of each writer of the domain, as discovery reports it.
+class WritersInDomain : public fast::DomainParticipantListener {
+ public:
+  using Kind = eprosima::fastrtps::DurabilityQosPolicyKind;
+
+  void on_publisher_discovery(fast::DomainParticipant*,
+                              eprosima::fastrtps::rtps::WriterDiscoveryInfo&& it) override {
+    const std::lock_guard lock(mutex_);
+    durability_[it.info.topicName().to_string()] = it.info.m_qos.m_durability.kind;
+  }
+  std::map<std::string, Kind> seen() const {
+    const std::lock_guard lock(mutex_);
+    return durability_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::map<std::string, Kind> durability_;
+};
+
+// Fast DDS 2.9 may deadlock when a reader of a reliable volatile writer leaves.
+TEST(Profiles, NoWriterOfAGatewayIsVolatile) {
+  auto gateway = dds::GatewayBridge::make({"g", 1, domain(), LOOPBACK_PROFILES, {"line"}});
+  ASSERT_TRUE(gateway.ok());
+  auto* factory = fast::DomainParticipantFactory::get_instance();
+  fast::DomainParticipantQos qos;
+  ASSERT_EQ(factory->get_participant_qos_from_profile(dds::kParticipantProfile, qos),
+            ReturnCode_t::RETCODE_OK);
+  WritersInDomain writers;
+  auto* participant =
+      factory->create_participant(domain(), qos, &writers, fast::StatusMask::none());
+  ASSERT_NE(participant, nullptr);
+  const auto all_seen = [&] {
+    const auto seen = writers.seen();
+    return seen.contains(v1::TOPIC_LINE_STATE) && seen.contains(v1::TOPIC_NODE_STATE) &&
+           seen.contains(v1::TOPIC_IMAGE_LAYOUT) && seen.contains(v1::TOPIC_PROCESS_IMAGE) &&
+           seen.contains(v1::TOPIC_PDO_UPDATE) && seen.contains(v1::TOPIC_EVENT) &&
+           seen.contains(v1::TOPIC_COMMAND_REPLY);
+  };
+  EXPECT_TRUE(eventually(all_seen));
+  for (const auto& [topic, durability] : writers.seen())
+    EXPECT_EQ(durability, eprosima::fastrtps::TRANSIENT_LOCAL_DURABILITY_QOS) << topic;
+  EXPECT_EQ(factory->delete_participant(participant), ReturnCode_t::RETCODE_OK);
+}
+
+// The built-in profiles with one text replaced by another.
+std::string profiles_with(const std::string& text, const std::string& replacement) {
+  std::string out(dds::built_in_profiles());
+  const std::size_t at = out.find(text);
+  EXPECT_NE(at, std::string::npos) << text;
+  return at == std::string::npos ? out : out.replace(at, text.size(), replacement);
+}
+
+// The findings of a file with that text, one a line, without the file's name.
+std::string findings(const std::string& text) {
+  const File file(text);
+  std::string out;
+  for (const Diagnostic& diagnostic : dds::check_profiles(file.path)) {
+    EXPECT_EQ(diagnostic.file, file.path);
+    out += std::to_string(diagnostic.line) + ": " + diagnostic.text + "\n";
+  }
+  return out;
+}
+
+TEST(ProfileCheck, TheBuiltInProfilesHaveNoFindings) {
+  EXPECT_EQ(findings(std::string(dds::built_in_profiles())), "");
+}
+
+TEST(ProfileCheck, AnElementThatIsNotXmlHasALine) {
+  EXPECT_EQ(findings("<dds>\n<profiles>\n</dds>"),
+            "3: not a usable file of DDS profiles: Start-end tags mismatch\n");
+}
+
+TEST(ProfileCheck, AnUnknownElementHasALine) {
+  const std::string said = findings(profiles_with("<rtps>", "<rtps><transports/>"));
+  EXPECT_NE(said.find("transports"), std::string::npos) << said;
+  EXPECT_NE(said.substr(0, 2), "0:") << said;
+}
+
+TEST(ProfileCheck, ContradictoryLimitsHaveALine) {
+  const std::string said =
+      findings(profiles_with("<max_samples>256000</max_samples>", "<max_samples>5</max_samples>"));
+  EXPECT_NE(said.find("data_writer profile \"linegate/v1/Event\" is contradictory: max_samples is "
+                      "below max_instances x max_samples_per_instance"),
+            std::string::npos)
+      << said;
+  EXPECT_NE(said.substr(0, 2), "0:") << said;
+}
+
+TEST(ProfileCheck, AMissingProfileIsNamed) {
+  EXPECT_EQ(findings(profiles_with("<data_writer profile_name=\"linegate/v1/Event\">",
+                                   "<data_writer profile_name=\"other\">")),
+            "0: there is no data_writer profile \"linegate/v1/Event\"\n");
+}
+
+TEST(ProfileCheck, AVolatileWriterOfAGatewayIsAWarning) {
+  const std::string name = "<data_writer profile_name=\"linegate/v1/PdoUpdate\">";
+  std::string text(dds::built_in_profiles());
+  const std::size_t at = text.find("TRANSIENT_LOCAL", text.find(name));
+  text.replace(at, std::string("TRANSIENT_LOCAL").size(), "VOLATILE");
+  const std::string said = findings(text);
+  EXPECT_NE(said.find("\"linegate/v1/PdoUpdate\" is RELIABLE and VOLATILE"), std::string::npos)
+      << said;
+}
+
+TEST(ProfileCheck, MulticastIsAWarning) {
+  const std::string said =
+      findings(profiles_with("<max_multicast_locators>0", "<max_multicast_locators>1"));
+  EXPECT_NE(said.find("max_multicast_locators permits multicast"), std::string::npos) << said;
 }
 
 }  // namespace

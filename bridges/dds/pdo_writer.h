@@ -1,0 +1,58 @@
+// Writes PDO updates: transient-local samples of many instances, of which each one's newest counts.
+//
+// Transient-local although nothing is promised to late joiners: Fast DDS 2.9 may deadlock when a
+// reader of a reliable volatile writer leaves (issues 3468 and 5432 of Fast DDS). The writer keeps
+// the newest sample of each PDO, so one of a PDO that has long been silent is written again, as a
+// state is (state_writer.h), with no receptions.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <linegatePubSubTypes.h>
+
+#include "bridges/dds/endpoints.h"
+#include "bridges/dds/held_samples.h"
+
+namespace linegate::dds {
+
+class PdoWriter {
+ public:
+  // endpoints must outlive it, and reports whether the writer could be created.
+  explicit PdoWriter(Endpoints& endpoints)
+      : writer_(endpoints.writer<v1::PdoUpdatePubSubType>(v1::TOPIC_PDO_UPDATE)) {}
+
+  // False: DDS did not take it.
+  bool write(v1::PdoUpdate& sample) {
+    Key key;
+    if (writer_ == nullptr || !type_.getKey(&sample, &key))
+      return false;
+    v1::PdoUpdate& held = held_.note(key, sample);
+    const bool written = writer_->write(&held);
+    held.receptions(0);
+    while (v1::PdoUpdate* stale = held_.take_stale())
+      writer_->write(stale);
+    return written;
+  }
+
+  // The PDOs of a line have other entries from now on, or the line ends: no old value of them is
+  // written again. The writer keeps no sample of any line after that, until it is written again.
+  void forget(std::string_view line) {
+    bool any = false;
+    held_.drop([&](const v1::PdoUpdate& sample) { return line == sample.line().c_str(); },
+               [&](const Key&, v1::PdoUpdate&) { any = true; });
+    std::size_t dropped = 0;
+    if (any && writer_ != nullptr)
+      writer_->clear_history(&dropped);
+  }
+
+ private:
+  using Key = eprosima::fastdds::dds::InstanceHandle_t;
+
+  eprosima::fastdds::dds::DataWriter* writer_;
+  v1::PdoUpdatePubSubType type_;
+  HeldSamples<Key, v1::PdoUpdate> held_;
+};
+
+}  // namespace linegate::dds

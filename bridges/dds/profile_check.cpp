@@ -1,0 +1,128 @@
+// check_profiles(): what profiles.h says.
+#include <string>
+
+#include <fastrtps/attributes/ParticipantAttributes.h>
+#include <fastrtps/attributes/PublisherAttributes.h>
+#include <fastrtps/attributes/SubscriberAttributes.h>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
+#include <linegate.h>
+
+#include "bridges/dds/profile_text.h"
+#include "bridges/dds/profiles.h"
+
+namespace linegate::dds {
+namespace {
+
+namespace rtps = eprosima::fastrtps;
+using Profiles = rtps::xmlparser::XMLProfileManager;
+
+std::vector<std::string> topics_of_gateway() {
+  return {v1::TOPIC_LINE_STATE,    v1::TOPIC_NODE_STATE, v1::TOPIC_IMAGE_LAYOUT,
+          v1::TOPIC_PROCESS_IMAGE, v1::TOPIC_PDO_UPDATE, v1::TOPIC_EVENT,
+          v1::TOPIC_COMMAND_REPLY};
+}
+
+class Check {
+ public:
+  Check(const LoadedProfiles& profiles, std::vector<Diagnostic>& findings)
+      : profiles_(profiles), findings_(findings) {}
+
+  void participant() {
+    rtps::ParticipantAttributes found;
+    if (Profiles::fillParticipantAttributes(kParticipantProfile, found, false) !=
+        rtps::xmlparser::XMLP_ret::XML_OK) {
+      return missing("participant", kParticipantProfile);
+    }
+    if (profiles_.permits_multicast && found.rtps.allocation.locators.max_multicast_locators != 0) {
+      add(Severity::warning, line_of_element(profiles_.text, "max_multicast_locators"),
+          "max_multicast_locators permits multicast: two readers that announce a unicast and the "
+          "same multicast locator end the process; set 0 unless all readers are trusted");
+    }
+  }
+
+  void writer(const std::string& topic, bool of_gateway) {
+    rtps::PublisherAttributes found;
+    if (Profiles::fillPublisherAttributes(topic, found, false) !=
+        rtps::xmlparser::XMLP_ret::XML_OK) {
+      return missing("data_writer", topic);
+    }
+    limits("data_writer", topic, found.topic);
+    if (of_gateway && found.qos.m_durability.kind == rtps::VOLATILE_DURABILITY_QOS &&
+        found.qos.m_reliability.kind == rtps::RELIABLE_RELIABILITY_QOS) {
+      add(Severity::warning, line_of_profile(profiles_.text, "data_writer", topic),
+          "data_writer profile \"" + topic +
+              "\" is RELIABLE and VOLATILE: Fast DDS 2.9 may deadlock when a reader leaves; "
+              "make it TRANSIENT_LOCAL");
+    }
+  }
+
+  void reader(const std::string& topic) {
+    rtps::SubscriberAttributes found;
+    if (Profiles::fillSubscriberAttributes(topic, found, false) !=
+        rtps::xmlparser::XMLP_ret::XML_OK) {
+      return missing("data_reader", topic);
+    }
+    limits("data_reader", topic, found.topic);
+  }
+
+ private:
+  // As Fast DDS requires them (DataWriterImpl::check_qos_including_resource_limits); a value of 0
+  // or less is no limit.
+  void limits(const std::string& kind, const std::string& topic,
+              const rtps::TopicAttributes& topic_qos) {
+    const auto& limits = topic_qos.resourceLimitsQos;
+    const auto& history = topic_qos.historyQos;
+    const bool keep_last = history.kind == rtps::KEEP_LAST_HISTORY_QOS;
+    const std::int64_t product =
+        std::int64_t{limits.max_instances} * std::int64_t{limits.max_samples_per_instance};
+    std::string why;
+    if (keep_last && history.depth <= 0) {
+      why = "its depth is not positive";
+    } else if (keep_last && limits.max_samples_per_instance > 0 &&
+               history.depth > limits.max_samples_per_instance) {
+      why = "its depth is above max_samples_per_instance";
+    } else if (limits.max_samples > 0 && limits.max_instances > 0 &&
+               limits.max_samples_per_instance > 0 && limits.max_samples < product) {
+      why = "max_samples is below max_instances x max_samples_per_instance";
+    } else if (limits.max_samples > 0 && limits.allocated_samples > limits.max_samples) {
+      why = "allocated_samples is above max_samples";
+    }
+    if (!why.empty()) {
+      add(Severity::error, line_of_profile(profiles_.text, kind, topic),
+          kind + " profile \"" + topic + "\" is contradictory: " + why);
+    }
+  }
+
+  void missing(const std::string& kind, const std::string& name) {
+    add(Severity::error, 0, "there is no " + kind + " profile \"" + name + "\"");
+  }
+
+  void add(Severity severity, std::uint32_t line, std::string text) {
+    findings_.push_back({severity, profiles_.origin, line, 0, std::move(text)});
+  }
+
+  const LoadedProfiles& profiles_;
+  std::vector<Diagnostic>& findings_;
+};
+
+}  // namespace
+
+std::vector<Diagnostic> check_profiles(const std::string& file) {
+  std::vector<Diagnostic> findings;
+  const auto profiles = load_profiles(file, findings);
+  if (!profiles)
+    return findings;
+  Check check(*profiles, findings);
+  check.participant();
+  for (const std::string& topic : topics_of_gateway()) {
+    check.writer(topic, true);
+    check.reader(topic);
+  }
+  for (const std::string& topic : {v1::TOPIC_OUTPUT_WRITE, v1::TOPIC_COMMAND_REQUEST}) {
+    check.writer(topic, false);
+    check.reader(topic);
+  }
+  return findings;
+}
+
+}  // namespace linegate::dds

@@ -1,0 +1,30 @@
+// A file of DDS profiles as XML, for what Fast DDS does not report: places in the file, and whether
+// a value was set or is the library's default.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace linegate::dds {
+
+struct XmlProblem {
+  std::uint32_t line = 0;  // from 1
+  std::uint32_t column = 0;
+  std::string text;
+};
+
+// Why the text is not well-formed XML; nothing if it is.
+std::optional<XmlProblem> xml_problem(std::string_view xml);
+
+// The line of the first start tag <name; 0 if there is none.
+std::uint32_t line_of_element(std::string_view xml, std::string_view name);
+// The line of the start tag <element with profile_name="profile"; 0 if there is none.
+std::uint32_t line_of_profile(std::string_view xml, std::string_view element,
+                              std::string_view profile);
+
+// True if that participant profile sets allocation/remote_locators/max_multicast_locators.
+bool sets_multicast_locators(std::string_view xml, std::string_view participant_profile);
+
+}  // namespace linegate::dds
