@@ -99,7 +99,6 @@ void Line::Impl::start(Instant now) {
   emit(EventKind::line_started, now, static_cast<std::uint32_t>(config.role));
   tell_found_layout(now);
   node.start(now);
-  write_own_values(now);
   apply_defaults(now);
   take_role(now);
 }

@@ -67,8 +67,8 @@ void Line::Impl::advance_services(Instant now) {
   heartbeats.advance(now);
   sdo.advance(now);
   take_completions(now);
-  startup.advance(now);
   change_role(now);
+  startup.advance(now);
   manager.advance(now);
   lss.advance(usable(), now);
   settle_lss(now);
@@ -83,7 +83,6 @@ void Line::Impl::advance_services(Instant now) {
   advance_configure(now);
   advance_program(now);
   ask_for_updated(now);
-  follow_resets(now);
   finish_local_writes();
   follow_diagnosis(now);
   services_due = services_wake();

@@ -14,6 +14,7 @@ namespace linegate::line {
 void Line::Impl::take_role(Instant now) {
   manages_ = startup.wants_manager();
   node.set_nmt_slave(!manages_);
+  nmt.set_active(manages_);
   if (manages_) {
     boot_begun = false;
     start_lss(now);

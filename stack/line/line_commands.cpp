@@ -235,7 +235,7 @@ Error Line::Impl::send_nmt(const Command& command, Instant now) {
     return why;
   }
   const bool own = command.node == config.node_id;
-  if (diagnosis.fatal() && nmt::is_reset(command.nmt) && (own || command.node == 0)) {
+  if (manages() && diagnosis.fatal() && nmt::is_reset(command.nmt) && (own || command.node == 0)) {
     begin_anew(command.nmt, now);
     return kDone;
   }

@@ -59,7 +59,7 @@ void Line::Impl::keep_operational(std::uint8_t id, Instant now) {
 
 void Line::Impl::follow_diagnosis(Instant now) {
   follow_records(now);
-  if (diagnosis.take_failure()) {
+  if (diagnosis.take_failure() && manages()) {
     stop_network(now);
   }
   diagnosis.update(now);

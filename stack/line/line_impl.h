@@ -96,12 +96,12 @@ struct Line::Impl final : Line::Base,
   bool is_stirred() const;
   void malformed(const can::Target& target, const can::Frame& frame);
   void take_completions(Instant now);
-  void follow_resets(Instant now);
 
   // node::Companion
   void receive(const can::Target& target, const can::Frame& frame) override;
   void synced(Instant now) override;
   void unwanted(const can::Frame& frame) override;
+  void before_boot(Instant now) override;
   // manager::Host
   void node_data_invalid(std::uint8_t node) override;
   void may_operate(Instant now) override;

@@ -69,12 +69,17 @@ void Line::Impl::follow_records(Instant now) {
   }
 }
 
-// A reset gives the dictionary its defaults and what was stored.
-void Line::Impl::follow_resets(Instant now) {
+// The node boots with the own values: what it is, master or slave (1F80h), is never that of the
+// defaults, not for a moment.
+void Line::Impl::before_boot(Instant now) {
   if (std::exchange(resets, node.counters().resets) != node.counters().resets) {
     own_objects.values_reset();
-    write_own_values(now);
-    set_pdo_times();
+  }
+  write_own_values(now);
+  set_pdo_times();
+  node.set_nmt_slave(!startup.wants_manager());
+  if (!startup.wants_manager()) {
+    nmt.set_active(false);
   }
 }
 

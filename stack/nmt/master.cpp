@@ -16,8 +16,15 @@ Master::Master(can::TransmitQueue& transmit, const od::Dictionary* dictionary)
     : transmit_(transmit), dictionary_(dictionary) {
 }
 
+void Master::set_active(bool active) {
+  active_ = active;
+  if (!active) {
+    waiting_.clear();
+  }
+}
+
 bool Master::send(Command command, std::uint8_t node, Instant now) {
-  if (node > can::kMaxNodeId) {
+  if (!active_ || node > can::kMaxNodeId) {
     return false;
   }
   const NodeControl control{command, node};

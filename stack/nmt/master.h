@@ -22,9 +22,13 @@ class Master {
   // before each command. Without one, or without the object, commands follow each other at once.
   explicit Master(can::TransmitQueue& transmit, const od::Dictionary* dictionary = nullptr);
 
+  // False: the node is not the NMT master of its network (1F80h bit 0). send() refuses, and
+  // commands that wait are dropped. True to begin with.
+  void set_active(bool active);
+
   // Queues the command for a node, 1..127, or 0 = all nodes but the master itself. It is sent when
   // the inhibit time of the one before is over, in the order of the calls. False if node is above
-  // 127 or there is no room: nothing was queued then.
+  // 127, there is no room, or the master is not active: nothing was queued then.
   bool send(Command command, std::uint8_t node, Instant now);
 
   void advance(Instant now);
@@ -39,6 +43,7 @@ class Master {
   const od::Dictionary* dictionary_;
   std::deque<NodeControl> waiting_;
   Instant free_at_{};  // of the inhibit time
+  bool active_ = true;
 };
 
 }  // namespace linegate::nmt

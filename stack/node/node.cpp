@@ -10,6 +10,9 @@ namespace linegate::node {
 void Companion::unwanted(const can::Frame& /*frame*/) {
 }
 
+void Companion::before_boot(Instant /*now*/) {
+}
+
 void Application::state_changed(nmt::State /*state*/, Instant /*now*/) {
 }
 bool Application::may_send_emcy(std::uint16_t /*code*/, std::span<std::byte, 5> /*info*/) {

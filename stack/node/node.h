@@ -53,6 +53,10 @@ class Companion {
   virtual void synced(Instant now) = 0;  // after RPDOs were committed and TPDOs sampled
   // A frame that nobody wants. Does nothing unless it is overridden.
   virtual void unwanted(const can::Frame& frame);
+  // The node boots next, at power-on or by a reset: its values are the defaults and what was
+  // stored. What is written now is there when the services are configured and the node decides
+  // whether it starts by itself (1F80h). Does nothing unless it is overridden.
+  virtual void before_boot(Instant now);
 };
 
 // The application or profile of the node. Every function has a default that does nothing.

@@ -132,6 +132,9 @@ void Node::Impl::reset(bool whole_node, Instant time) {
 
 void Node::Impl::boot(Instant time) {
   now = time;
+  if (companion != nullptr) {
+    companion->before_boot(time);
+  }
   faults.clear();
   errors.clear();
   device_errors.fill(0);

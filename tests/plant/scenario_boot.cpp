@@ -28,6 +28,9 @@ bool Scenario::startup_property(Words& words, const std::string& key, line::Line
     config.boot_time = words.duration();
   } else if (key == "nmt-inhibit") {
     config.nmt_inhibit = words.duration();
+  } else if (key == "own-value") {
+    const od::Address address = words.address();
+    config.own_values.push_back({address, words.hex()});
   } else {
     return false;
   }

@@ -36,10 +36,77 @@ TEST_F(OwnValuesTest, AreWrittenAtTheStartAndAfterEachReset) {
   command.nmt = nmt::Command::reset_node;
   line_->execute(std::move(command), now_);
   ASSERT_TRUE(answer().ok());
-  EXPECT_EQ(own(0x1007, 0), 0U);
+  EXPECT_EQ(own(0x1007, 0), 20'000U) << "the node boots with them";
   pass(milliseconds(1));
-  EXPECT_EQ(own(0x1007, 0), 20'000U);
   EXPECT_EQ(own(0x1800, 5), 100U);
+}
+
+// 1F80h of the configuration: bit 0 clear, NMT slave; bit 2 clear, enters Operational by itself.
+class SlaveByOwnValuesTest : public OwnValuesTest {
+ protected:
+  void start(unsigned startup) {
+    LineConfig config = config_with_axis();
+    config.own_values = {value(0x1F80, 0, {startup, 0, 0, 0})};
+    make(std::move(config));
+    line_->start(now_);
+    pass(milliseconds(10));
+  }
+  void reset_own(nmt::Command which) {
+    Command command{.kind = CommandKind::nmt, .node = 127, .data = {}};
+    command.nmt = which;
+    line_->execute(std::move(command), now_);
+    EXPECT_TRUE(answer().ok());
+    pass(milliseconds(10));
+  }
+  static bool has_node_control(const std::vector<std::string>& frames) {
+    return std::ranges::any_of(frames, [](const auto& frame) { return frame.starts_with("000#"); });
+  }
+};
+
+TEST_F(SlaveByOwnValuesTest, SendsNoNodeControlWhenTheOwnNodeIsReset) {
+  start(0x04);
+  EXPECT_FALSE(has_node_control(sent()));
+  for (const auto reset : {nmt::Command::reset_node, nmt::Command::reset_communication}) {
+    reset_own(reset);
+    EXPECT_FALSE(has_node_control(sent()));
+    EXPECT_EQ(line_->state().role, Role::device);
+    EXPECT_EQ(line_->state().own_state, nmt::State::pre_operational);
+  }
+  hear(0x000, {0x81, 0x7F});
+  pass(milliseconds(10));
+  EXPECT_FALSE(has_node_control(sent())) << "reset by the master of the network";
+  line_->stop(now_);
+  line_->start(now_);
+  pass(milliseconds(10));
+  EXPECT_FALSE(has_node_control(sent())) << "the line is started again";
+}
+
+TEST_F(SlaveByOwnValuesTest, EntersOperationalByItselfWheneverItBoots) {
+  start(0x00);
+  EXPECT_EQ(line_->state().own_state, nmt::State::operational) << "power-on";
+  for (const auto reset : {nmt::Command::reset_node, nmt::Command::reset_communication}) {
+    reset_own(reset);
+    EXPECT_EQ(line_->state().own_state, nmt::State::operational);
+  }
+  line_->stop(now_);
+  line_->start(now_);
+  pass(milliseconds(1));
+  EXPECT_EQ(line_->state().own_state, nmt::State::operational);
+}
+
+TEST_F(SlaveByOwnValuesTest, CommandsThatWaitAreNotSentByASlave) {
+  LineConfig config = config_with_axis();
+  config.nmt_inhibit = milliseconds(100);
+  make(std::move(config));
+  line_->start(now_);
+  pass(milliseconds(10));
+  (void)sent();
+  Command command{.kind = CommandKind::nmt, .node = 5, .data = {}};
+  command.nmt = nmt::Command::start;
+  line_->execute(std::move(command), now_);
+  ASSERT_TRUE(line_->dictionary().set({0x1F80, 0}, 4U));
+  pass(seconds(1));
+  EXPECT_FALSE(has_node_control(sent()));
 }
 
 TEST_F(OwnValuesTest, WhatIsRefusedIsToldAndTheOthersAreWritten) {
