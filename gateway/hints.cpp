@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "stack/base/byte_order.h"
+#include "stack/line/build.h"
 #include "stack/line/pdo_checks.h"
 
 namespace linegate::gateway {
@@ -17,6 +19,39 @@ std::uint16_t missing_error_control(const line::NodeConfig& node) {
   const std::uint16_t index = guarded ? kGuardTime : kHeartbeat;
   const bool written = guarded || node.heartbeat > Duration::zero();
   return written && node.device.find(od::Address{index, 0}) == nullptr ? index : std::uint16_t{0};
+}
+
+// A heartbeat that the device produces by default is not monitored unless the node has a consumer
+// time.
+bool has_error_control(const line::NodeConfig& node) {
+  return node.guard_time > Duration::zero() || line::consumer_time(node) > Duration::zero();
+}
+
+std::uint64_t identity(const line::NodeConfig& node, std::uint8_t sub) {
+  const od::VariableDescription* const known = node.device.find(od::Address{0x1018, sub});
+  return known == nullptr ? 0 : load_le(std::span<const std::byte>(known->value));
+}
+
+void add_node_hints(const std::string& line, const line::NodeConfig& node,
+                    std::vector<Diagnostic>& out) {
+  const auto hint = [&](const std::string& text) {
+    out.push_back(
+        {Severity::warning, line, 0, 0, fmt::format("node {} ({}): {}", node.id, node.name, text)});
+  };
+  if (const std::uint16_t missing = missing_error_control(node); missing != 0) {
+    hint(fmt::format("its file has no object {:04X}:00, which its error control is written to",
+                     missing));
+  }
+  if (!has_error_control(node)) {
+    hint("has neither heartbeat nor guarding: its loss is not detected");
+  }
+  if (node.device.vendor_number == 0 && identity(node, 1) == 0) {
+    const bool product = identity(node, 2) != 0;
+    hint(product
+             ? "its file has the vendor-ID 0: LSS and scan identify it by product code and "
+               "revision number, the boot process does not compare the vendor-ID"
+             : "its file has no vendor-ID and no product code: LSS and scan cannot identify it");
+  }
 }
 
 }  // namespace
@@ -33,12 +68,7 @@ void add_hints(Loaded<config::Plant>& loaded) {
       continue;  // nothing is written to its nodes
     }
     for (const line::NodeConfig& node : line.config.nodes) {
-      if (const std::uint16_t missing = missing_error_control(node); missing != 0) {
-        loaded.diagnostics.push_back({Severity::warning, line.config.name, 0, 0,
-                                      fmt::format("node {} ({}): its file has no object {:04X}:00, "
-                                                  "which its error control is written to",
-                                                  node.id, node.name, missing)});
-      }
+      add_node_hints(line.config.name, node, loaded.diagnostics);
     }
   }
 }

@@ -6,7 +6,8 @@
 namespace linegate::gateway {
 
 // Adds them to the diagnostics, as warnings: PDOs that wait for a SYNC which nobody produces; error
-// control that is written to an object which the device file does not have. Nothing for a
+// control that is written to an object which the device file does not have; nodes without error
+// control; device files with vendor-ID 0. Nothing for a
 // configuration that is not good.
 void add_hints(Loaded<config::Plant>& loaded);
 

@@ -27,6 +27,8 @@ const char* data_type(std::string_view name) {
   return nullptr;
 }
 
+constexpr const char* kDefaultAccess = "read";  // of a parameter without the attribute, CiA 311
+
 std::string access_of_parameter(std::string_view access) {
   static constexpr std::pair<std::string_view, const char*> kWords[] = {
       {"const", "const"},        {"read", "ro"},
@@ -143,10 +145,12 @@ void ObjectReader::add_value(Sections::Builder& section, pugi::xml_node object) 
                     "uniqueIDRef: there is no parameter " + eds::quote(reference));
   }
   if (access == nullptr && parameter != parameters_.end()) {
-    if (const char* of_parameter = attribute(parameter->second, "access")) {
-      section.add("AccessType", with_direction(access_of_parameter(of_parameter), mapping),
-                  document_.place(parameter->second, "access"));
-    }
+    const char* of_parameter = attribute(parameter->second, "access");
+    section.add(
+        "AccessType",
+        with_direction(access_of_parameter(of_parameter == nullptr ? kDefaultAccess : of_parameter),
+                       mapping),
+        document_.place(parameter->second, "access"));
   } else if (access != nullptr) {
     section.add("AccessType", with_direction(eds::lower(access), mapping),
                 document_.place(object, "accessType"));

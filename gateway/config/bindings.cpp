@@ -98,7 +98,7 @@ class BindingResolver {
                       "line \"" + plan.config.name + "\" is an observer, which writes no outputs");
       return std::nullopt;
     }
-    if (const auto found = lines_.find_entry(line, direction, section.entry)) {
+    if (const auto found = lines_.find_entry(line, direction, section.entry, section.entry_place)) {
       return End{line, *found, section.entry_place};
     }
     const Direction opposite =

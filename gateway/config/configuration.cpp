@@ -52,6 +52,7 @@ void take_writes(Findings& findings, Place place, std::vector<manager::ObjectWri
       findings.warning(place, "the concise DCF writes to " + format_address(write.address) +
                                   ", which " + config.device.file + " does not have");
     } else if (is_pdo_record(write.address.index)) {
+      check_pdo_cob_id(findings, place, write.address, write.data);
       set_value(config.device, write.address, write.data);
     }
     config.objects.push_back({write.address, std::move(write.data)});

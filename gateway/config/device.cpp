@@ -4,6 +4,7 @@
 #include "gateway/config/patch.h"
 #include "gateway/config/sections.h"
 #include "gateway/config/value.h"
+#include "stack/pdo/described_cob_id.h"
 #include "stack/profile/io_device.h"
 #include "stack/storage/parameters.h"
 
@@ -121,6 +122,7 @@ line::DeviceConfig read_one(Findings& findings, const YAML::Node& node, bool sto
   const bool made = read_io_profile(section, stores, config);
   if (made ? config.id != 0 : read_device_file(section, config, "a device")) {
     const od::DeviceDescription before = config.device;
+    pdo::complete_cob_ids(config.device);
     read_presets(section, config.device);
     read_pdos(findings, pdos, config);
     read_objects(findings, objects, config);

@@ -30,6 +30,18 @@ std::vector<std::uint32_t> EntryNames::find(const std::string& text, bool severa
   return out;
 }
 
+std::string EntryNames::ambiguity(const std::string& text) const {
+  const std::vector<std::uint32_t> found = find(text, false);
+  if (found.size() < 2) {
+    return "";
+  }
+  std::string names;
+  for (const std::uint32_t entry : found) {
+    names += (names.empty() ? "\"" : ", \"") + layout_.entries[entry].name + "\"";
+  }
+  return "\"" + text + "\" is ambiguous: " + names;
+}
+
 std::string EntryNames::suggestion(const std::string& text) const {
   std::vector<std::string> names;
   for (const auto& entry : layout_.entries) {

@@ -18,8 +18,11 @@ class EntryNames {
       : config_(config), layout_(layout) {}
 
   // Entry numbers; empty if there is none. text: the entry's name, "node.index:sub" or, for
-  // several, "node.*".
+  // several, "node.*". An object that is mapped several times gives all of its entries.
   std::vector<std::uint32_t> find(const std::string& text, bool several) const;
+  // Of a text that stands for several entries, where one is meant: "... is ambiguous: ...", or
+  // nothing.
+  std::string ambiguity(const std::string& text) const;
   // "; did you mean ...?", or nothing.
   std::string suggestion(const std::string& text) const;
 

@@ -145,7 +145,7 @@ class ForwardResolver {
 
   std::optional<End> find_input(std::size_t line, const ForwardSection& rule) {
     const std::string& text = rule.from.entry;
-    if (const auto found = lines_.find_entry(line, Direction::inputs, text)) {
+    if (const auto found = lines_.find_entry(line, Direction::inputs, text, rule.from.place)) {
       return End{line, *found, rule.from.place};
     }
     if (!lines_.find_entry(line, Direction::outputs, text)) {
@@ -170,7 +170,7 @@ class ForwardResolver {
                       "line \"" + rule.to.line + "\" is an observer, which writes no outputs");
       return std::nullopt;
     }
-    if (const auto found = lines_.find_entry(line, Direction::outputs, text)) {
+    if (const auto found = lines_.find_entry(line, Direction::outputs, text, rule.to.place)) {
       return End{line, *found, rule.to.place};
     }
     if (lines_.find_entry(line, Direction::inputs, text)) {

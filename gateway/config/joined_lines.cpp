@@ -25,9 +25,13 @@ const image::Entry& JoinedLines::entry(const End& end, Direction direction) {
 }
 
 std::optional<std::uint32_t> JoinedLines::find_entry(std::size_t line, Direction direction,
-                                                     const std::string& text) {
+                                                     const std::string& text,
+                                                     std::optional<Place> place) {
   const EntryNames names(lines_[line].plan.config, made(line).layout(direction));
   const std::vector<std::uint32_t> found = names.find(text, false);
+  if (const std::string several = names.ambiguity(text); place && !several.empty()) {
+    findings_.error(*place, several);
+  }
   return found.empty() ? std::nullopt : std::optional(found.front());
 }
 

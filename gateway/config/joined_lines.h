@@ -33,9 +33,10 @@ class JoinedLines {
   const std::string& name(std::size_t line) const { return lines_[line].plan.config.name; }
   const image::Entry& entry(const End& end, image::Direction direction);
   const std::vector<image::Entry>& entries(std::size_t line, image::Direction direction);
-  // As EntryNames::find() for one entry.
+  // As EntryNames::find() for one entry. With a place: a text that is ambiguous is an error there.
   std::optional<std::uint32_t> find_entry(std::size_t line, image::Direction direction,
-                                          const std::string& text);
+                                          const std::string& text,
+                                          std::optional<Place> place = std::nullopt);
   // "; did you mean ...?", or nothing.
   std::string suggestion(std::size_t line, image::Direction direction, const std::string& text);
   // A name that is none is told.

@@ -2,9 +2,33 @@
 
 #include "gateway/config/patch.h"
 #include "gateway/config/sections.h"
+#include "stack/base/byte_order.h"
+#include "stack/can/cob_id_rule.h"
+#include "stack/eds/format.h"
+#include "stack/od/limits.h"
 
 namespace linegate::config {
 namespace {
+
+// The device would refuse the value, and its boot would fail.
+void check_value_limits(Findings& findings, Place place, od::Address address,
+                        const od::VariableDescription& variable, std::span<const std::byte> value) {
+  const AbortCode why =
+      od::check_limits(variable.type, value, variable.low_limit, variable.high_limit);
+  if (why == AbortCode::none || why == AbortCode::max_less_than_min) {
+    return;
+  }
+  const bool low = why == AbortCode::value_too_low;
+  findings.error(place,
+                 "object " + format_address(address) + " (" + variable.name + "): " +
+                     (why == AbortCode::invalid_value
+                          ? "this is not a number"
+                          : std::string("the value is ") +
+                                (low ? "below the LowLimit " : "above the HighLimit ") +
+                                eds::format_value(variable.type,
+                                                  low ? variable.low_limit : variable.high_limit)) +
+                     " of the device file");
+}
 
 void read_object(Section& section, const YAML::Node& key, const YAML::Node& value,
                  line::NodeConfig& config) {
@@ -42,6 +66,8 @@ void read_object(Section& section, const YAML::Node& key, const YAML::Node& valu
                                         format_address(*address) + " (" + variable->name + ")");
     return;
   }
+  check_value_limits(findings, place_of(value), *address, *variable, *data);
+  check_pdo_cob_id(findings, place_of(value), *address, *data);
   if (is_pdo_record(address->index)) {
     set_value(config.device, *address, *data);
   }
@@ -68,6 +94,21 @@ void set_value(od::DeviceDescription& device, od::Address address,
     variable->value = value;
     // The line writes it itself, in its place among the others.
     variable->configured = false;
+    variable->overridden = true;
+  }
+}
+
+void check_pdo_cob_id(Findings& findings, Place place, od::Address address,
+                      const std::vector<std::byte>& value) {
+  const bool communication = is_pdo_record(address.index) && (address.index & 0x0200U) == 0;
+  if (!communication || address.sub != 1 || value.size() != sizeof(std::uint32_t)) {
+    return;
+  }
+  const can::CobId cob_id{load_le<std::uint32_t>(value.data())};
+  if (cob_id.valid() && !can::has_allowed_id(cob_id)) {
+    findings.error(place, "object " + format_address(address) +
+                              ": a PDO that is valid must not have this CAN-ID (CiA 301 7.3.5); "
+                              "bit 31 of a COB-ID that is not in use is set");
   }
 }
 

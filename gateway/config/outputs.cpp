@@ -70,6 +70,10 @@ void resolve_defaults(Findings& findings, const OutputsSection& outputs, const E
                                               names.suggestion(section.entry.text));
       continue;
     }
+    if (const std::string several = names.ambiguity(section.entry.text); !several.empty()) {
+      findings.error(section.entry.place, several);
+      continue;
+    }
     const auto& entry = layout.entries[found.front()];
     const auto data = parse_value(section.value, entry.type);
     if (!data || data->size() > sizeof(std::uint64_t)) {

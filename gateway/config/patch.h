@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "gateway/config/reader.h"
 #include "stack/od/description.h"
 
 namespace linegate::config {
@@ -20,5 +21,9 @@ od::VariableDescription* find_variable(od::DeviceDescription& device, od::Addres
 // The value the device will have once it is configured. Nothing happens without such a variable.
 void set_value(od::DeviceDescription& device, od::Address address,
                const std::vector<std::byte>& value);
+
+// Reports a COB-ID of a PDO that is valid and not allowed: 000h or restricted (CiA 301 7.3.5).
+void check_pdo_cob_id(Findings& findings, Place place, od::Address address,
+                      const std::vector<std::byte>& value);
 
 }  // namespace linegate::config

@@ -4,6 +4,7 @@
 #include "gateway/config/sections.h"
 #include "gateway/config/value.h"
 #include "stack/can/cob_id.h"
+#include "stack/pdo/described_cob_id.h"
 #include "stack/pdo/parameters.h"
 
 namespace linegate::config {
@@ -29,13 +30,12 @@ class Override {
         section_(findings, value, key.Scalar()) {}
 
   void apply() {
-    const auto* cob_id = config_.device.find({pdo_.communication(), 1});
-    if (cob_id == nullptr) {
+    if (config_.device.find({pdo_.communication(), 1}) == nullptr) {
       findings_.error(place_, config_.device.file + " has no object " +
                                   format_address({pdo_.communication(), 1}));
       return;
     }
-    const std::uint32_t raw = described_cob_id(*cob_id);
+    const std::uint32_t raw = pdo::described_cob_id(config_.device, kind(), pdo_.number).raw;
     const std::uint32_t wanted = read_cob_id(raw);
     write({pdo_.communication(), 1}, wanted | can::CobId::kInvalidBit, place_);
     read_type();
@@ -57,18 +57,7 @@ class Override {
     config_.objects.push_back({address, std::move(data)});
   }
 
-  // Without a value in the device file: that of the pre-defined connection set, if it has one.
-  std::uint32_t described_cob_id(const od::VariableDescription& variable) const {
-    std::uint32_t raw = 0;
-    for (std::size_t i = variable.value.size(); i > 0; --i) {
-      raw = raw << 8U | std::to_integer<std::uint32_t>(variable.value[i - 1]);
-    }
-    if (raw != 0 || pdo_.number > 4) {
-      return raw;
-    }
-    return pdo_.transmit ? can::default_tpdo_id(pdo_.number, config_.id)
-                         : can::default_rpdo_id(pdo_.number, config_.id);
-  }
+  pdo::PdoKind kind() const { return pdo_.transmit ? pdo::PdoKind::tpdo : pdo::PdoKind::rpdo; }
 
   std::uint32_t read_cob_id(std::uint32_t raw) {
     bool enabled = true;
@@ -81,7 +70,7 @@ class Override {
       }
       raw = (raw & can::CobId::kNoRtrBit) | static_cast<std::uint32_t>(*id);
     }
-    if ((raw & 0x7FFU) == 0) {
+    if (enabled && (raw & can::CobId::kExtendedBit) == 0 && (raw & 0x7FFU) == 0) {
       findings_.error(place_,
                       config_.device.file + " gives no identifier for it: cob_id is needed");
     }

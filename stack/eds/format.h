@@ -1,4 +1,4 @@
-// Values as CiA 306 writes them: the other way round of value.h; private to stack/eds.
+// Values as CiA 306 writes them: the other way round of value.h.
 #pragma once
 
 #include <cstddef>

@@ -142,9 +142,12 @@ void complete_sub_zero(const ObjectDescription& object, Variables& variables,
   }
 }
 
-void check_sub_number(const Fields& fields, std::size_t described, Context& context) {
+// FFh counts in some files, and does not in others.
+void check_sub_number(const Fields& fields, const ObjectSections& sections, Context& context) {
+  const std::size_t described = sections.subs.size();
   const auto number = fields.number("SubNumber", 0xFF);
-  if (number && *number != described) {
+  const bool with_structure = number && sections.structure != nullptr && *number == described + 1;
+  if (number && *number != described && !with_structure) {
     context.report.warning(fields.find("SubNumber")->value_place,
                            "SubNumber is " + std::to_string(*number) + ", but " +
                                std::to_string(described) + " sub-indices are described");
@@ -157,7 +160,7 @@ Variables read_subs(const Fields& fields, const ObjectSections& sections, Contex
   if (compact != 0) {
     read_compact(static_cast<std::uint8_t>(compact), fields, sections, variables, context);
   } else {
-    check_sub_number(fields, sections.subs.size(), context);
+    check_sub_number(fields, sections, context);
   }
   for (const auto& [sub, section] : sections.subs) {
     if (auto variable = read_variable(*section, sub, context)) {

@@ -112,8 +112,12 @@ class Sorter {
 
   void place_sub(const Section& section, ObjectSections& object, std::string_view digits) {
     unsigned sub = 0;
-    if (!parse_digits(digits, 16, sub) || sub >= kStructureSub) {
-      not_understood(section, ": its sub-index is not in 0 to FEh");
+    if (!parse_digits(digits, 16, sub) || sub > kStructureSub) {
+      not_understood(section, ": its sub-index is not in 0 to FFh");
+      return;
+    }
+    if (sub == kStructureSub) {
+      object.structure = &section;
       return;
     }
     const auto [known, is_new] = object.subs.try_emplace(static_cast<std::uint8_t>(sub), &section);

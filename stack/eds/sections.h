@@ -17,6 +17,7 @@ struct ObjectSections {
   const Section* values = nullptr;       // of CompactSubObj
   const Section* denotations = nullptr;  // of CompactSubObj
   const Section* links = nullptr;
+  const Section* structure = nullptr;  // sub-index FFh, which every object dictionary has by itself
 };
 
 // The sections of one kind of module, without the M1 in front.

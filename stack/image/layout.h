@@ -35,7 +35,8 @@ struct Entry {
   std::uint8_t variable_sub = 0;     // bytes; 0 = beyond that area, in the image only
   std::uint16_t profile = 0;         // CiA device profile of the node, 1000h bits 0-15
   std::uint32_t product_code = 0;    // 1018h:2 as its device file says, 0 = unknown
-  std::string name;                  // the node's name and the object's, "drive1.Statusword"
+  std::string name;                  // the node's name and the object's, "drive1.Statusword"; no
+                                     // other entry of the layout has it
 };
 
 struct Layout {
@@ -46,6 +47,10 @@ struct Layout {
   std::uint32_t byte_size = 0;
   std::vector<Entry> entries;  // ascending by local PDO and position in it, those of none last
 };
+
+// Entries that have a name which an earlier one has are called "NAME in PDO 2" after the device's
+// PDO, or "NAME #2".
+void make_names_unique(Layout& layout);
 
 // The hash for Layout::id: FNV-1a (64 bit) over direction, size and entries without their names.
 std::uint64_t layout_id(const Layout& layout);

@@ -34,6 +34,9 @@ std::vector<lss::Candidate> candidates_of(const LineConfig& config) {
       candidate.address[part] = described(node, static_cast<std::uint8_t>(part + 1));
     }
     candidate.address[lss::kSerial] = node.serial;  // a device file is of many
+    if (!candidate.address[lss::kVendor] && node.device.vendor_number == 0) {
+      candidate.address[lss::kVendor] = 0;  // of a house-made device, which has a product code
+    }
     if (candidate.address[lss::kVendor] && candidate.address[lss::kProduct]) {
       out.push_back(candidate);
     }

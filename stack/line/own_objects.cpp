@@ -181,6 +181,8 @@ bool place_own_objects(const LineConfig& config, pdo::LinkPlan& plan) {
     layout.byte_size = offset + size;
     layout.id = image::layout_id(layout);
   }
+  image::make_names_unique(plan.inputs);
+  image::make_names_unique(plan.outputs);
   return plan.inputs.byte_size <= image::kMaxAreaBytes &&
          plan.outputs.byte_size <= image::kMaxAreaBytes;
 }

@@ -4,8 +4,9 @@
 #include <array>
 
 #include "stack/base/byte_order.h"
-#include "stack/can/cob_id.h"
+#include "stack/can/cob_id_rule.h"
 #include "stack/manager/concise_dcf.h"
+#include "stack/pdo/described_cob_id.h"
 
 namespace linegate::manager {
 namespace {
@@ -59,6 +60,15 @@ void append_mapping(const od::ObjectDescription& mapping, std::vector<ObjectWrit
   out.push_back(write_of(mapping.index, *count));
 }
 
+// Valid only with an identifier that a PDO may have (CiA 301 7.3.5).
+can::CobId written_cob_id(const od::DeviceDescription& device, std::uint16_t record) {
+  const bool sent = record >= pdo::communication_base(pdo::PdoKind::tpdo);
+  const pdo::PdoKind kind = sent ? pdo::PdoKind::tpdo : pdo::PdoKind::rpdo;
+  const auto number = static_cast<std::uint16_t>(record - pdo::communication_base(kind) + 1);
+  const can::CobId said = pdo::described_cob_id(device, kind, number);
+  return {can::is_usable(said) ? said.raw : said.raw | can::CobId::kInvalidBit};
+}
+
 void append_pdo(const od::DeviceDescription& device, const od::ObjectDescription& communication,
                 std::vector<ObjectWrite>& out) {
   const auto mapping_index = static_cast<std::uint16_t>(communication.index + kMappingOffset);
@@ -67,10 +77,10 @@ void append_pdo(const od::DeviceDescription& device, const od::ObjectDescription
   if (cob_id == nullptr || (!any_configured(&communication) && !any_configured(mapping))) {
     return;
   }
-  const auto cob = static_cast<std::uint32_t>(load_le(std::span<const std::byte>(cob_id->value)));
+  const can::CobId cob = written_cob_id(device, communication.index);
   const bool can_switch = od::writable(cob_id->access);
   if (can_switch) {
-    out.push_back(write_u32({communication.index, 1}, cob | can::CobId::kInvalidBit));
+    out.push_back(write_u32({communication.index, 1}, cob.raw | can::CobId::kInvalidBit));
   }
   if (any_configured(mapping)) {
     append_mapping(*mapping, out);
@@ -81,7 +91,7 @@ void append_pdo(const od::DeviceDescription& device, const od::ObjectDescription
     }
   }
   if (can_switch) {
-    out.push_back(write_u32({communication.index, 1}, cob));
+    out.push_back(write_u32({communication.index, 1}, cob.raw));
   }
 }
 

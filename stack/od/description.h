@@ -73,6 +73,7 @@ struct VariableDescription {
   std::vector<std::byte> low_limit;   // empty = none
   std::vector<std::byte> high_limit;  // empty = none
   bool configured = false;            // the value is a DCF's ParameterValue, not a default
+  bool overridden = false;            // the value is that of a configuration beside the file
   std::uint32_t line = 0;             // in the file it came from, 0 = none
   FileNotes notes;
 

@@ -1,8 +1,10 @@
 // describe_pdos(): the PDOs of a device as its file has them.
+#include <algorithm>
 #include <chrono>
 #include <string>
 
 #include "stack/base/byte_order.h"
+#include "stack/pdo/described_cob_id.h"
 #include "stack/pdo/mapping.h"
 #include "stack/pdo/parameters.h"
 
@@ -28,11 +30,15 @@ class Reader {
          std::vector<Diagnostic>& diagnostics)
       : device_(device), kind_(kind), max_bits_(max_bits), diagnostics_(diagnostics) {}
 
+  // What the file says of a PDO that nobody configured may be nonsense without harm.
   std::vector<Parameters> read() {
     std::vector<Parameters> pdos;
     for (std::uint16_t number = 1; number <= kMaxPdo; ++number) {
       Parameters parameters;
-      if (read(number, parameters)) {
+      const std::size_t before = diagnostics_.size();
+      const bool used = read(number, parameters);
+      const bool good = put_errors_in_one(before);
+      if (used && good) {
         pdos.push_back(std::move(parameters));
       }
     }
@@ -45,6 +51,39 @@ class Reader {
   }
 
  private:
+  bool is_configured(std::uint16_t index) const {
+    const od::ObjectDescription* object = device_.find(index);
+    return object != nullptr && std::ranges::any_of(object->variables, [](const auto& variable) {
+             return variable.configured || variable.overridden;
+           });
+  }
+
+  // All since that place are one: a warning if the PDO is as the device has it by default. False if
+  // there are any.
+  bool put_errors_in_one(std::size_t first) {
+    const auto begin = diagnostics_.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto is_error = [](const Diagnostic& told) { return told.severity == Severity::error; };
+    const auto count = std::count_if(begin, diagnostics_.end(), is_error);
+    if (count == 0) {
+      return true;
+    }
+    Diagnostic whole = *std::find_if(begin, diagnostics_.end(), is_error);
+    const auto record = static_cast<std::uint16_t>(number_ - 1);
+    const bool configured =
+        is_configured(static_cast<std::uint16_t>(communication_base(kind_) + record)) ||
+        is_configured(static_cast<std::uint16_t>(mapping_base(kind_) + record));
+    if (count > 1) {
+      whole.text += " (and " + std::to_string(count - 1) + " more of this PDO)";
+    }
+    if (!configured) {
+      whole.severity = Severity::warning;
+      whole.text += "; the PDO is left out, a mapping in pdos: replaces that of the file";
+    }
+    diagnostics_.erase(begin, diagnostics_.end());
+    diagnostics_.push_back(std::move(whole));
+    return false;
+  }
+
   std::uint64_t value(od::Address address, std::uint64_t otherwise) const {
     const od::VariableDescription* variable = device_.find(address);
     const bool given = variable != nullptr && !variable->value.empty() &&
@@ -59,7 +98,7 @@ class Reader {
       return false;
     }
     out.number = number_;
-    out.cob_id.raw = static_cast<std::uint32_t>(value({index, 1}, can::CobId::kInvalidBit));
+    out.cob_id = described_cob_id(device_, kind_, number_);
     if (!out.cob_id.valid()) {
       return false;
     }
@@ -129,6 +168,11 @@ class Reader {
       return;
     }
     const unsigned bits = od::bit_size(variable->type);
+    if (is_boolean_in_a_byte(mapping, variable->type)) {
+      tell(Severity::warning, place,
+           object + " with 8 bits, but it is BOOLEAN: the lowest bit is its value");
+      return;
+    }
     if (mapping.bits == 0 || (bits != 0 && bits != mapping.bits)) {
       tell(Severity::error, place,
            object + " with " + std::to_string(mapping.bits) + " bits, but it is " +

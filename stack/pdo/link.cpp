@@ -9,6 +9,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/image/network_variables.h"
 #include "stack/pdo/mapping.h"
+#include "stack/pdo/object_names.h"
 
 namespace linegate::pdo {
 namespace {
@@ -35,25 +36,6 @@ std::string identifier_text(std::uint32_t value) {
 
 std::string node_name(const RemoteNode& node) {
   return node.name.empty() ? "node" + std::to_string(node.id) : node.name;
-}
-
-// "drive1.Statusword"; members of arrays and records "io1.Read input 8-bit.Input 1".
-std::string entry_name(const RemoteNode& node, od::Address address, can::CobId cob_id) {
-  std::string text = node_name(node) + ".";
-  if (address == od::Address{0, 0}) {
-    return text + "COB-ID " + identifier_text(cob_id.id()) + "h";
-  }
-  const od::ObjectDescription* object = node.device->find(address.index);
-  const od::VariableDescription* variable = node.device->find(address);
-  if (object == nullptr) {
-    return text + "unknown";
-  }
-  const bool single =
-      object->variables.size() == 1 || variable == nullptr || variable->name.empty();
-  if (single || variable->name.starts_with(object->name)) {
-    return text + (single ? object->name : variable->name);
-  }
-  return text + object->name + "." + variable->name;
 }
 
 bool whole_bytes(std::uint32_t bits) {
@@ -217,17 +199,30 @@ class Linker {
       if (is_dummy(mapping)) {
         pdo.parameters.mapping.push_back(mapping);
       } else {
-        const std::uint32_t at = placement.place(mapping.bits);
-        pdo.targets.push_back({pdo.mapped_bits, at, mapping.bits});
-        add_entry(node, mapping, at, pdo, layout);
+        const Mapping value = value_of(node, mapping);
+        const std::uint32_t at = placement.place(value.bits);
+        pdo.targets.push_back({pdo.mapped_bits, at, value.bits});
+        add_entry(node, value, at, pdo, layout);
+        add_fillers(pdo.parameters.mapping, std::uint32_t{mapping.bits} - value.bits);
       }
       pdo.mapped_bits = static_cast<std::uint16_t>(pdo.mapped_bits + mapping.bits);
     }
     return pdo;
   }
 
-  static void add_entry(const RemoteNode& node, const Mapping& mapping, std::uint32_t bit_offset,
-                        LinkedPdo& pdo, image::Layout& layout) {
+  // The bits that are the value.
+  static Mapping value_of(const RemoteNode& node, const Mapping& mapping) {
+    const od::VariableDescription* variable = node.device->find(mapping.address);
+    const bool lowest = variable != nullptr && is_boolean_in_a_byte(mapping, variable->type);
+    return {mapping.address, lowest ? std::uint8_t{1} : mapping.bits};
+  }
+
+  const ObjectNames& names_of(const RemoteNode& node) {
+    return names_.try_emplace(node.id, *node.device).first->second;
+  }
+
+  void add_entry(const RemoteNode& node, const Mapping& mapping, std::uint32_t bit_offset,
+                 LinkedPdo& pdo, image::Layout& layout) {
     image::Entry entry;
     const od::VariableDescription* variable = node.device->find(mapping.address);
     entry.bit_offset = bit_offset;
@@ -249,11 +244,15 @@ class Linker {
     }
     entry.profile = static_cast<std::uint16_t>(number(*node.device, {0x1000, 0}));
     entry.product_code = static_cast<std::uint32_t>(number(*node.device, {0x1018, 2}));
-    entry.name = entry_name(node, mapping.address, pdo.parameters.cob_id);
+    entry.name = node_name(node) + "." +
+                 (mapping.address == od::Address{0, 0}
+                      ? "COB-ID " + identifier_text(pdo.parameters.cob_id.id()) + "h"
+                      : names_of(node).of(mapping.address));
     layout.entries.push_back(std::move(entry));
   }
 
   void finish(image::Layout& layout, Placement& placement) {
+    image::make_names_unique(layout);
     layout.byte_size = placement.bytes();
     if (layout.byte_size > image::kMaxAreaBytes) {
       diagnostics_.push_back({Severity::error,
@@ -268,6 +267,7 @@ class Linker {
   }
 
   std::vector<const RemoteNode*> nodes_;
+  std::map<std::uint8_t, ObjectNames> names_;  // by node-ID
   LinkPlan plan_;
   std::vector<Diagnostic> diagnostics_;
   Placement inputs_;

@@ -64,8 +64,9 @@ struct LinkPlan {
 // `nodes`. Entries lie in the order of their PDOs; a PDO begins at a multiple of the largest of its
 // alignments, so that a PDO whose values are aligned in the frame is one copy. Values of n whole
 // bytes (n <= 8) lie at a multiple of n, also for n = 3, 5, 6, 7: then a network variable of their
-// size shows them. Other bit lengths are packed, beginning at a new byte after a whole-byte value
-// and in every PDO. Dummy entries are fillers of the frame and have no entry.
+// size shows them. A BOOLEAN that is mapped as a byte has one bit here. Other bit lengths are
+// packed, beginning at a new byte after a whole-byte value and in every PDO. Names: object_names.h.
+// Dummy entries are fillers of the frame and have no entry.
 //
 // Transmission type: that of the device's PDO if it is synchronous or event-driven; RPDOs of
 // devices that answer to remote frames (252, 253) are event-driven, and may be asked for where

@@ -68,10 +68,17 @@ struct Parameters {
   std::vector<Mapping> mapping;       // its bits add up to at most 64 (CAN FD: 512)
 };
 
-// The PDOs of a device as its file describes them: every record whose COB-ID is valid and that maps
-// something. Diagnostics name the device file and the line of the object. Errors: objects that do
-// not exist or have another length, more bits than max_bits, more entries than there are, reserved
-// COB-IDs. Warnings: objects that may not be mapped (so), since the device may well send them;
+// Devices made with CANopenNode map a BOOLEAN as a byte, whose lowest bit is the value.
+constexpr bool is_boolean_in_a_byte(const Mapping& mapping, od::DataType type) {
+  return mapping.bits == 8 && type == od::DataType::boolean;
+}
+
+// The PDOs of a device as its file describes them: every record whose COB-ID is valid (see
+// described_cob_id()) and that maps something. Diagnostics name the device file and the line of the
+// object. A PDO cannot be used that maps objects which do not exist or have another length, more
+// bits than max_bits, or more entries than there are, and one with a reserved COB-ID: an error if
+// its records were configured, otherwise one warning, and the PDO is left out. Warnings, too:
+// objects that may not be mapped (so), since the device may well send them; BOOLEAN with 8 bits;
 // PDOs without mapping record and multiplexed ones, which are left out.
 struct DevicePdos {
   std::vector<Parameters> tpdos;  // ascending by number
@@ -79,7 +86,8 @@ struct DevicePdos {
 };
 Loaded<DevicePdos> describe_pdos(const od::DeviceDescription& device, std::size_t max_bits = 64);
 
-// One of them. No value without an error: there is no such PDO, it is not valid, or maps nothing.
+// One of them, with each of its errors. No value without an error: there is no such PDO, it is not
+// valid, or maps nothing.
 Loaded<Parameters> describe_pdo(const od::DeviceDescription& device, PdoKind kind,
                                 std::uint16_t number, std::size_t max_bits = 64);
 

@@ -43,8 +43,10 @@ bool matches(const od::DeviceDescription& file, const ScannedNode& node) {
     const auto read = static_cast<std::uint32_t>(node.number({0x1018, sub}).value_or(0));
     return wanted == 0 || ((wanted ^ read) & bits) == 0;
   };
-  return file.vendor_number != 0 && same(file.vendor_number, 1, ~0U) &&
-         same(file.product_number, 2, ~0U) && same(file.revision_number, 3, kMajor);
+  const bool identified =
+      file.vendor_number != 0 || (file.product_number != 0 && node.number({0x1018, 1}) == 0U);
+  return identified && same(file.vendor_number, 1, ~0U) && same(file.product_number, 2, ~0U) &&
+         same(file.revision_number, 3, kMajor);
 }
 
 od::DeviceDescription merge(od::DeviceDescription file, const ScannedNode& node) {

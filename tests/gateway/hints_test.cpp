@@ -1,5 +1,8 @@
 #include "gateway/hints.h"
 
+#include <filesystem>
+#include <fstream>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +10,7 @@ namespace linegate::gateway {
 namespace {
 
 using testing::ElementsAre;
+using testing::HasSubstr;
 using testing::IsEmpty;
 
 std::vector<std::string> hints_of(const std::string& line) {
@@ -23,10 +27,49 @@ std::vector<std::string> hints_of(const std::string& line) {
 }
 
 TEST(Hints, PdosOnASyncOfNobody) {
-  const std::string nodes = "nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds}]";
+  const std::string nodes =
+      "nodes: [{id: 5, name: ram, eds: bridges/sim/eds/drive.eds, heartbeat: 200ms}]";
   EXPECT_THAT(hints_of(nodes), ElementsAre("press: warning: TPDO 2 of ram, RPDO 2 of ram: on SYNC, "
                                            "which nobody produces (sync of the line)"));
   EXPECT_THAT(hints_of("sync: 10ms, " + nodes), IsEmpty());
+}
+
+TEST(Hints, NodesWithoutErrorControl) {
+  const std::string node = "nodes: [{id: 5, name: n, eds: bridges/sim/eds/digital-io.eds";
+  EXPECT_THAT(
+      hints_of(node + "}]"),
+      ElementsAre("press: warning: node 5 (n): has neither heartbeat nor guarding: its loss "
+                  "is not detected"));
+  EXPECT_THAT(hints_of(node + ", heartbeat: 100ms}]"), IsEmpty());
+  EXPECT_THAT(hints_of(node + ", heartbeat: {consumer: 100ms}}]"), IsEmpty());
+  EXPECT_THAT(hints_of(node + ", guarding: {time: 100ms, factor: 3}}]"), IsEmpty());
+  EXPECT_THAT(hints_of("role: observer, " + node + "}]"), IsEmpty());
+}
+
+TEST(Hints, AVendorIdOfNobody) {
+  const std::string folder = testing::TempDir() + "/linegate-hints";
+  std::filesystem::create_directories(folder);
+  const auto hints = [&](const std::string& product) {
+    std::ofstream(folder + "/x.eds")
+        << "[FileInfo]\n[DeviceInfo]\nVendorNumber=0\n[MandatoryObjects]\nSupportedObjects=2\n"
+           "1=0x1000\n2=0x1018\n[1000]\nParameterName=t\nDataType=7\nAccessType=ro\n[1018]\n"
+           "ParameterName=i\nObjectType=9\n[1018sub0]\nParameterName=n\nDataType=5\n"
+           "AccessType=ro\nDefaultValue=2\n[1018sub1]\nParameterName=v\nDataType=7\n"
+           "AccessType=ro\nDefaultValue=0\n[1018sub2]\nParameterName=p\nDataType=7\n"
+           "AccessType=ro\nDefaultValue=" +
+               product + "\n";
+    auto loaded = config::read(
+        "schema: 1\nlines:\n  - {name: press, interface: 'virtual:p', nodes: [{id: 5, name: n, "
+        "eds: x.eds, heartbeat: 100ms}]}\n",
+        folder + "/plant.yaml");
+    EXPECT_TRUE(loaded.ok());
+    loaded.diagnostics.clear();
+    add_hints(loaded);
+    return loaded.diagnostics.empty() ? "" : loaded.diagnostics.back().text;
+  };
+  EXPECT_THAT(hints("17"), HasSubstr("vendor-ID 0: LSS and scan identify it by product code"));
+  EXPECT_THAT(hints("0"), HasSubstr("LSS and scan cannot identify it"));
+  std::filesystem::remove_all(folder);
 }
 
 TEST(Hints, ErrorControlThatTheDeviceFileDoesNotKnow) {

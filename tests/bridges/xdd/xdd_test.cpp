@@ -125,6 +125,23 @@ TEST(Xdd, ObjectsWithTypesValuesLimitsAndMapping) {
   EXPECT_EQ(device.find({0x6300, 0})->value, bytes({0xFB, 0xFF}));
 }
 
+// CiA 311: the attribute access of a parameter has the default "read".
+TEST(Xdd, AParameterWithoutAccessCanBeRead) {
+  const auto sheet =
+      read(file_with(R"(<CANopenObject index="2000" objectType="7" uniqueIDRef="P1"/>
+<CANopenObject index="2001" name="Record" objectType="9" subNumber="3">
+<CANopenSubObject subIndex="00" name="n" objectType="7" dataType="0005" accessType="const" defaultValue="1"/>
+<CANopenSubObject subIndex="01" objectType="7" PDOmapping="TPDO" uniqueIDRef="P1"/>
+<CANopenSubObject subIndex="FF" name="Structure" objectType="7" dataType="0007" accessType="const"/>
+</CANopenObject>)",
+                     "", R"(<parameter uniqueID="P1"><label>Speed</label><INT/></parameter>)"),
+           "x.xdd", 5);
+  EXPECT_THAT(messages(sheet.diagnostics), IsEmpty());
+  ASSERT_TRUE(sheet.ok());
+  EXPECT_EQ(sheet.value->device.find({0x2000, 0})->access, Access::ro);
+  EXPECT_EQ(sheet.value->device.find({0x2001, 1})->access, Access::ro);
+}
+
 TEST(Xdd, ParametersOfTheApplicationProcessDescribeObjectsToo) {
   constexpr std::string_view kParameters =
       R"(<parameter uniqueID="P1" access="readWriteInput"><label lang="en">Speed</label><INT/><defaultValue value="7"/><allowedValues><range><minValue value="-10"/><maxValue value="10"/></range></allowedValues><denotation><label lang="en">Speed of the belt</label></denotation></parameter>)"

@@ -115,11 +115,24 @@ TEST(Messages, SectionNamesThatAreAlmostRight) {
       messages(file_with("[1000sbu1]\n[1000sub100]\n[1000subFF]\n[1000sub]\n[1000sub-1]\n")),
       ElementsAre(
           "x.eds:14:1: warning: section '1000sbu1' is ignored: its name is not known",
-          "x.eds:15:1: warning: section '1000sub100' is ignored: its sub-index is not in 0 to FEh",
-          "x.eds:16:1: warning: section '1000subFF' is ignored: its sub-index is not in 0 to FEh",
-          "x.eds:17:1: warning: section '1000sub' is ignored: its sub-index is not in 0 to FEh",
+          "x.eds:15:1: warning: section '1000sub100' is ignored: its sub-index is not in 0 to FFh",
+          "x.eds:17:1: warning: section '1000sub' is ignored: its sub-index is not in 0 to FFh",
           "x.eds:18:1: warning: section '1000sub-1' is ignored: its sub-index is not in 0 to "
-          "FEh"));
+          "FFh"));
+}
+
+// Sub-index FFh describes the structure of its object (CiA 301 7.4.2), and is in many files.
+TEST(Messages, NoneForTheStructureOfAnObject) {
+  for (const char* number : {"2", "3"}) {
+    EXPECT_THAT(
+        messages(with_object("ParameterName=r\nObjectType=9\nSubNumber=" + std::string(number) +
+                             "\n[2000sub0]\nParameterName=n\nDataType=5\nAccessType=ro\n"
+                             "DefaultValue=1\n[2000sub1]\nParameterName=v\nDataType=5\n"
+                             "AccessType=rw\n[2000subFF]\nParameterName=Structure\nDataType=7\n"
+                             "AccessType=const\n")),
+        ElementsAre())
+        << number;
+  }
 }
 
 TEST(Messages, SubIndexDescribedTwice) {

@@ -101,6 +101,27 @@ TEST(ConfigurationWrites, ADisabledPdoStaysDisabled) {
   EXPECT_EQ(text(configuration_writes(device)), "1801:1=80000285 1801:1=80000285 ");
 }
 
+// A device file without DefaultValue in the COB-ID: 000h would be NMT (CiA 301 7.3.5).
+TEST(ConfigurationWrites, NoPdoBecomesValidWithACanIdThatItMustNotHave) {
+  for (const std::uint32_t said : {0x0U, 0x7FU, 0x101U, 0x180U, 0x601U, 0x701U}) {
+    od::DeviceDescription device;
+    device.objects = {record(0x1804, {variable(1, kU32, said, false), variable(2, kU8, 1, true)})};
+    for (const ObjectWrite& write : configuration_writes(device)) {
+      if (write.address == od::Address{0x1804, 1}) {
+        EXPECT_NE(load_le(std::span<const std::byte>(write.data)) & 0x8000'0000U, 0U) << said;
+      }
+    }
+  }
+  od::DeviceDescription device;
+  device.node_id = 5;
+  device.objects = {record(0x1400, {variable(1, kU32, 0, false), variable(2, kU8, 1, true)}),
+                    record(0x1801, {variable(1, kU32, 0, false), variable(2, kU8, 1, true)})};
+  device.objects[0].variables[0].value.clear();
+  device.objects[1].variables[0].value.clear();
+  EXPECT_EQ(text(configuration_writes(device)),
+            "1400:1=80000205 1400:2=1 1400:1=205 1801:1=80000285 1801:2=1 1801:1=285 ");
+}
+
 TEST(BootStatus, EveryLetterOfCia302HasWords) {
   for (char letter = 'A'; letter <= 'O'; ++letter) {
     EXPECT_NE(describe_boot(letter), "unknown boot status") << letter;

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "stack/pdo/described_cob_id.h"
 #include "stack/pdo/parameters.h"
 
 #include "tests/stack/pdo/devices.h"
@@ -9,6 +10,7 @@ namespace linegate::pdo {
 namespace {
 
 using namespace test;
+using testing::AllOf;
 using testing::HasSubstr;
 
 od::DeviceDescription device_with(const Pdo& tpdo) {
@@ -68,12 +70,32 @@ TEST_P(DescribeWrong, IsToldWithFileAndLine) {
   const Wrong& wrong = GetParam();
   const Loaded<DevicePdos> pdos = describe_pdos(device_with(wrong.pdo));
   ASSERT_EQ(pdos.diagnostics.size(), 1U);
-  EXPECT_EQ(pdos.diagnostics[0].severity, wrong.severity);
+  EXPECT_EQ(pdos.diagnostics[0].severity, Severity::warning);
   EXPECT_EQ(pdos.diagnostics[0].file, "drive.eds");
   EXPECT_EQ(pdos.diagnostics[0].line, 100U + wrong.object);
   EXPECT_THAT(pdos.diagnostics[0].text, HasSubstr(wrong.text));
   EXPECT_THAT(pdos.diagnostics[0].text, HasSubstr("TPDO 1"));
-  EXPECT_EQ(pdos.ok(), wrong.severity != Severity::error);
+  ASSERT_TRUE(pdos.ok());
+  EXPECT_EQ(pdos.value->tpdos.empty(), wrong.severity == Severity::error);
+}
+
+// What somebody configured cannot be left out.
+TEST_P(DescribeWrong, IsAnErrorOnceItIsConfigured) {
+  const Wrong& wrong = GetParam();
+  for (const bool in_file : {true, false}) {
+    od::DeviceDescription device = device_with(wrong.pdo);
+    for (od::ObjectDescription& object : device.objects) {
+      if (object.index == 0x1A00) {
+        object.variables[0].configured = in_file;
+        object.variables[0].overridden = !in_file;
+      }
+    }
+    const Loaded<DevicePdos> pdos = describe_pdos(device);
+    ASSERT_EQ(pdos.diagnostics.size(), 1U);
+    EXPECT_EQ(pdos.diagnostics[0].severity, wrong.severity);
+    EXPECT_THAT(pdos.diagnostics[0].text, HasSubstr(wrong.text));
+    EXPECT_EQ(pdos.ok(), wrong.severity != Severity::error);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -128,7 +150,8 @@ TEST(DescribePdos, CountsMoreEntriesThanThereAre) {
     }
   }
   const Loaded<DevicePdos> pdos = describe_pdos(device);
-  EXPECT_FALSE(pdos.ok());
+  ASSERT_TRUE(pdos.ok());
+  EXPECT_TRUE(pdos.value->tpdos.empty());
   ASSERT_EQ(pdos.diagnostics.size(), 1U);
   EXPECT_THAT(pdos.diagnostics[0].text, HasSubstr("entry 2 is counted but has no value"));
   EXPECT_EQ(pdos.diagnostics[0].line, 100U + 0x1A00U);
@@ -150,8 +173,84 @@ TEST(DescribePdos, LeavesOutMultiplexedPdos) {
 TEST(DescribePdos, CanFdAllowsMore) {
   const od::DeviceDescription device =
       device_with({.cob_id = 0x181, .mapping = std::vector<std::uint32_t>(5, 0x60410010)});
-  EXPECT_FALSE(describe_pdos(device).ok());
-  EXPECT_TRUE(describe_pdos(device, 512).ok());
+  EXPECT_TRUE(describe_pdos(device).value->tpdos.empty());
+  EXPECT_EQ(describe_pdos(device, 512).value->tpdos.size(), 1U);
+}
+
+// Sixty-four entries of 0000h, as an EDS editor leaves them in a PDO that is not in use.
+TEST(DescribePdos, MappingDefaultsThatMakeNoSenseAreOneWarning) {
+  od::DeviceDescription device =
+      device_with({.cob_id = 0x181, .mapping = std::vector<std::uint32_t>(64, 0)});
+  add_tpdo(device, {.number = 2, .cob_id = 0x281, .mapping = {0x60410010}});
+  const Loaded<DevicePdos> pdos = describe_pdos(sorted(device));
+  ASSERT_TRUE(pdos.ok());
+  ASSERT_EQ(pdos.diagnostics.size(), 1U);
+  EXPECT_THAT(pdos.diagnostics[0].text,
+              AllOf(HasSubstr("(and 63 more of this PDO)"), HasSubstr("pdos:")));
+  ASSERT_EQ(pdos.value->tpdos.size(), 1U);
+  EXPECT_EQ(pdos.value->tpdos[0].number, 2);
+}
+
+TEST(DescribePdos, ABooleanMayBeMappedAsAByte) {
+  od::DeviceDescription device = device_with({.cob_id = 0x181, .mapping = {0x20000008}});
+  device.objects.push_back(value(0x2000, DataType::boolean, Access::ro));
+  const Loaded<DevicePdos> pdos = describe_pdos(sorted(device));
+  ASSERT_TRUE(pdos.ok());
+  ASSERT_EQ(pdos.diagnostics.size(), 1U);
+  EXPECT_EQ(pdos.diagnostics[0].severity, Severity::warning);
+  EXPECT_THAT(pdos.diagnostics[0].text, HasSubstr("the lowest bit is its value"));
+  ASSERT_EQ(pdos.value->tpdos.size(), 1U);
+  EXPECT_EQ(pdos.value->tpdos[0].mapping[0].bits, 8);
+}
+
+// A file without DefaultValue in 1800h:1, for each PDO and with each node-ID.
+TEST(DescribedCobId, IsThatOfThePredefinedConnectionSetWhereTheFileGivesNone) {
+  for (const std::vector<std::byte>& none :
+       {std::vector<std::byte>{}, std::vector<std::byte>(4, std::byte{0})}) {
+    for (std::uint16_t number = 1; number <= 6; ++number) {
+      od::DeviceDescription device;
+      device.node_id = 9;
+      add_tpdo(device, {.number = number, .cob_id = 0});
+      add_rpdo(device, {.number = number, .cob_id = 0});
+      device = sorted(device);
+      for (od::ObjectDescription& object : device.objects) {
+        object.variables[1].value = none;
+      }
+      const bool predefined = number <= 4;
+      const can::CobId sent = described_cob_id(device, PdoKind::tpdo, number);
+      const can::CobId received = described_cob_id(device, PdoKind::rpdo, number);
+      EXPECT_EQ(sent.valid(), predefined);
+      EXPECT_EQ(received.valid(), predefined);
+      if (predefined) {
+        EXPECT_EQ(sent.raw, 0x89U + number * 0x100U);
+        EXPECT_EQ(received.raw, 0x109U + number * 0x100U);
+      }
+      complete_cob_ids(device);
+      EXPECT_EQ(described_cob_id(device, PdoKind::tpdo, number), sent);
+      const od::VariableDescription* cob_id =
+          device.find(od::Address{static_cast<std::uint16_t>(0x1800 + number - 1), 1});
+      EXPECT_EQ(cob_id->notes.value_formula, predefined);
+      device.node_id = 0;
+      if (!predefined) {
+        EXPECT_FALSE(described_cob_id(device, PdoKind::tpdo, number).valid());
+      }
+    }
+  }
+}
+
+TEST(DescribedCobId, IsWhatTheFileSaysOtherwise) {
+  od::DeviceDescription device;
+  device.node_id = 9;
+  add_tpdo(device, {.number = 1, .cob_id = 0x4000'01C5});
+  add_tpdo(device, {.number = 2, .cob_id = 0x8000'0000});
+  add_tpdo(device, {.number = 3, .cob_id = 0x2000'0000});
+  add_tpdo(device, {.number = 4, .cob_id = 0x4000'0000});
+  device = sorted(device);
+  EXPECT_EQ(described_cob_id(device, PdoKind::tpdo, 1).raw, 0x4000'01C5U);
+  EXPECT_EQ(described_cob_id(device, PdoKind::tpdo, 2).raw, 0x8000'0000U);
+  EXPECT_EQ(described_cob_id(device, PdoKind::tpdo, 3).raw, 0x2000'0000U) << "29 bits";
+  EXPECT_EQ(described_cob_id(device, PdoKind::tpdo, 4).raw, 0x4000'0489U) << "without RTR";
+  EXPECT_FALSE(described_cob_id(device, PdoKind::tpdo, 5).valid()) << "there is none";
 }
 
 }  // namespace

@@ -135,6 +135,41 @@ TEST_F(LinkTest, BitsArePackedFromANewByteOn) {
   EXPECT_EQ(out.inputs.byte_size, 4U);
 }
 
+// A device made with CANopenNode sends a BOOLEAN in a byte of its own.
+TEST_F(LinkTest, ABooleanInAByteIsItsLowestBit) {
+  const LinkPlan out = plan({node(1, {pdo(1, 0x181, {0x20010008, 0x20010008, 0x20000008})})});
+  EXPECT_THAT(offsets(out.inputs), ElementsAre(0, 1, 8));
+  EXPECT_EQ(out.inputs.entries[0].bit_length, 1U);
+  const LinkedPdo& rpdo = out.rpdos[0];
+  ASSERT_EQ(rpdo.targets.size(), 3U);
+  EXPECT_EQ(rpdo.targets[1].frame_bit, 8U);
+  EXPECT_EQ(rpdo.targets[1].image_bit, 1U);
+  EXPECT_EQ(rpdo.targets[1].bits, 1);
+  EXPECT_EQ(rpdo.targets[2].frame_bit, 16U);
+  EXPECT_EQ(rpdo.mapped_bits, 24);
+  std::uint32_t shown = 0;
+  for (const Mapping& mapping : rpdo.parameters.mapping) {
+    shown += mapping.bits;
+  }
+  EXPECT_EQ(shown, 24U) << "the record of the manager has the length of the PDO";
+}
+
+TEST_F(LinkTest, NamesDiffer) {
+  for (od::ObjectDescription& object : device.objects) {
+    object.name = object.index == 0x6041 ? "Statusword" : "Value";
+  }
+  const LinkPlan out = plan({node(1, {pdo(1, 0x181, {0x20000008, 0x20020018, 0x60410010}),
+                                      pdo(2, 0x281, {0x20000008, 0x20000008})}),
+                             node(2, {pdo(1, 0x182, {0x20000008})})});
+  std::vector<std::string> names;
+  for (const image::Entry& entry : out.inputs.entries) {
+    names.push_back(entry.name);
+  }
+  EXPECT_THAT(names, ElementsAre("drive1.Value 2000:00", "drive1.Value 2002:00",
+                                 "drive1.Statusword", "drive1.Value 2000:00 in PDO 2",
+                                 "drive1.Value 2000:00 in PDO 2 #2", "drive2.Value 2000:00"));
+}
+
 TEST_F(LinkTest, DummiesAreFillersOfTheFrame) {
   const LinkPlan out = plan({node(1, {pdo(1, 0x181, {0x00050008, 0x60410010})})});
   ASSERT_EQ(out.inputs.entries.size(), 1U);

@@ -103,6 +103,22 @@ TEST(Merge, FindsTheFileByVendorProductAndMajorRevision) {
   EXPECT_FALSE(matches(file, node)) << "a file of nobody";
 }
 
+TEST(Merge, AFileWithVendorIdZeroIsThatOfADeviceThatHasItToo) {
+  ScannedNode node = drive().survey(5);
+  od::DeviceDescription file;
+  file.product_number = 0x77;
+  EXPECT_FALSE(matches(file, node)) << "the device has a vendor-ID";
+  const auto vendor =
+      std::ranges::find(node.values, od::Address{0x1018, 1}, &manager::ObjectWrite::address);
+  ASSERT_NE(vendor, node.values.end());
+  std::ranges::fill(vendor->data, std::byte{0});
+  EXPECT_TRUE(matches(file, node));
+  file.product_number = 0x78;
+  EXPECT_FALSE(matches(file, node)) << "another product";
+  file.product_number = 0;
+  EXPECT_FALSE(matches(file, node)) << "that says nothing";
+}
+
 TEST(Merge, WhatDiffersFromTheFileBecomesAConfiguredValue) {
   const od::DeviceDescription file = describe(drive().survey(5));
   Answers changed = drive();
