@@ -66,6 +66,7 @@ ProcessImage::Side ProcessImage::make_side(Layout layout) {
   }
   side.area = Area(layout.byte_size, pdos.size());
   side.valid.resize(words(layout.entries.size()));
+  side.known.resize(side.valid.size());
   side.layout = std::move(layout);
   index_pieces(side);
   return side;
@@ -109,8 +110,21 @@ bool ProcessImage::write_entry(Direction direction, std::uint32_t entry,
         const auto source = value.subspan(done / 8, (bits + 7) / 8);
         changed |= s.area.merge(byte, load_le(source) << shift, low_bits(bits) << shift);
       });
-  set_entry_valid(direction, entry, true);
+  note_written(direction, entry, changed);
   return changed;
+}
+
+void ProcessImage::note_written(Direction direction, std::uint32_t entry, bool changed) {
+  Side& s = side(direction);
+  if (!get_bit(s.known, entry)) {
+    set_bit(s.known, entry, true);
+    s.area.hot_.changed_in = s.area.hot_.generation;
+  }
+  if (!is_sent(s, entry)) {
+    set_entry_valid(direction, entry, true);
+  } else if (changed) {
+    set_entry_valid(direction, entry, false);
+  }
 }
 
 bool ProcessImage::write_entry(Direction direction, std::uint32_t entry, std::uint64_t value) {
@@ -122,21 +136,25 @@ bool ProcessImage::write_entry(Direction direction, std::uint32_t entry, std::ui
 bool ProcessImage::write_bytes(Direction direction, std::uint32_t offset,
                                std::span<const std::byte> value) {
   Side& s = side(direction);
-  bool changed = false;
-  for (std::size_t done = 0; done < value.size(); done += 8) {
-    const auto part = value.subspan(done, std::min<std::size_t>(8, value.size() - done));
-    changed |= s.area.merge(static_cast<std::uint32_t>(offset + done), load_le(part),
-                            low_bits(static_cast<std::uint32_t>(8 * part.size())));
-  }
   const std::uint64_t begin = std::uint64_t{offset} * 8;
   const std::uint64_t end = begin + value.size() * 8;
   const std::size_t first_block = offset / kBlockBytes;
   const std::size_t last_block = (offset + value.size()) / kBlockBytes;
   for (std::uint32_t i = s.block_first[first_block]; i < s.block_first[last_block + 1]; ++i) {
-    const Entry& entry = s.layout.entries[s.pieces[i].entry];
+    const Piece& piece = s.pieces[i];
+    const Entry& entry = s.layout.entries[piece.entry];
     if (entry.bit_offset >= begin && entry.bit_offset + entry.bit_length <= end) {
-      set_entry_valid(direction, s.pieces[i].entry, true);
+      const std::span<const std::byte> written = value.subspan(piece.offset - offset);
+      const std::uint64_t word = load_le(written.first(std::min<std::size_t>(8, written.size())));
+      const auto before = load_le<std::uint64_t>(s.area.data() + piece.offset);
+      note_written(direction, piece.entry, ((word ^ before) & piece.mask) != 0);
     }
+  }
+  bool changed = false;
+  for (std::size_t done = 0; done < value.size(); done += 8) {
+    const auto part = value.subspan(done, std::min<std::size_t>(8, value.size() - done));
+    changed |= s.area.merge(static_cast<std::uint32_t>(offset + done), load_le(part),
+                            low_bits(static_cast<std::uint32_t>(8 * part.size())));
   }
   return changed;
 }
@@ -159,6 +177,20 @@ void ProcessImage::mark_written(Direction direction, std::uint32_t bit_offset, s
                 [&](std::uint32_t byte, std::uint32_t shift, std::uint32_t count, std::uint32_t) {
                   area(direction).mark(byte, low_bits(count) << shift);
                 });
+  Side& s = side(direction);
+  if (!s.follows_transmission || bits == 0) {
+    return;
+  }
+  const std::size_t last_block = (bit_offset + bits - 1) / 8 / kBlockBytes;
+  for (std::uint32_t i = s.block_first[bit_offset / 8 / kBlockBytes];
+       i < s.block_first[last_block + 1]; ++i) {
+    const Entry& entry = s.layout.entries[s.pieces[i].entry];
+    const bool apart =
+        entry.bit_offset >= bit_offset + bits || entry.bit_offset + entry.bit_length <= bit_offset;
+    if (!apart && is_sent(s, s.pieces[i].entry)) {
+      set_entry_valid(direction, s.pieces[i].entry, false);
+    }
+  }
 }
 
 void ProcessImage::set_node_valid(std::uint8_t node, bool valid) {
@@ -185,9 +217,13 @@ void ProcessImage::set_pdo_valid(Direction direction, std::uint16_t local_pdo, b
 
 void ProcessImage::set_entry_valid(Direction direction, std::uint32_t entry, bool valid) {
   Side& s = side(direction);
-  if (get_bit(s.valid, entry) != valid) {
-    set_bit(s.valid, entry, valid);
-    s.area.hot_.changed_in = s.area.hot_.generation;
+  if (get_bit(s.valid, entry) == valid) {
+    return;
+  }
+  set_bit(s.valid, entry, valid);
+  s.area.hot_.changed_in = s.area.hot_.generation;
+  if (!valid && is_sent(s, entry)) {
+    s.area.pdo(s.layout.entries[entry].local_pdo - 1U).attention |= PdoState::kNotValid;
   }
 }
 
@@ -195,14 +231,27 @@ bool ProcessImage::is_valid(Direction direction, std::uint32_t entry) const {
   return get_bit(side(direction).valid, entry);
 }
 
-bool ProcessImage::pdo_valid(Direction direction, std::uint16_t local_pdo) const {
+bool ProcessImage::is_known(Direction direction, std::uint32_t entry) const {
+  return get_bit(side(direction).known, entry);
+}
+
+bool ProcessImage::pdo_known(Direction direction, std::uint16_t local_pdo) const {
   const EntryRange range = entries_of(direction, local_pdo);
   for (std::uint32_t entry = range.first; entry < range.first + range.count; ++entry) {
-    if (!is_valid(direction, entry)) {
+    if (!is_known(direction, entry)) {
       return false;
     }
   }
   return true;
+}
+
+void ProcessImage::forget_entry(Direction direction, std::uint32_t entry) {
+  Side& s = side(direction);
+  if (get_bit(s.known, entry)) {
+    set_bit(s.known, entry, false);
+    s.area.hot_.changed_in = s.area.hot_.generation;
+  }
+  set_entry_valid(direction, entry, false);
 }
 
 ProcessImage::EntryRange ProcessImage::entries_of(Direction direction,

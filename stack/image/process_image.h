@@ -62,11 +62,12 @@ class ProcessImage {
   // --- writing values (outputs, by the application) ---------------------------------------------
 
   // The entry gets the low bits of `value` (little-endian; 8 * value.size() >= its bit length, at
-  // most 8 bytes are used) and becomes valid. True if it changed. Precondition: the entry exists.
+  // most 8 bytes are used) and becomes known and valid; but see follow_transmission(). True if it
+  // changed. Precondition: the entry exists.
   bool write_entry(Direction direction, std::uint32_t entry, std::span<const std::byte> value);
   bool write_entry(Direction direction, std::uint32_t entry, std::uint64_t value);
   // Bytes [offset, offset + value.size()), which must lie in the area; entries that are covered
-  // completely become valid. True if anything changed.
+  // completely become known and valid as by write_entry(). True if anything changed.
   bool write_bytes(Direction direction, std::uint32_t offset, std::span<const std::byte> value);
   // The entry's value, zero-extended; the low 64 bits of longer ones.
   std::uint64_t read_entry(Direction direction, std::uint32_t entry) const;
@@ -75,14 +76,24 @@ class ProcessImage {
 
   // --- validity (cold) --------------------------------------------------------------------------
 
+  // From now on an output entry of a local PDO becomes valid by set_pdo_valid() alone, when its PDO
+  // was transmitted, and is not valid any more when another value is written.
+  void follow_transmission() { side(Direction::outputs).follows_transmission = true; }
+
   // All entries of a node, of a local PDO, one entry. An input PDO that was made invalid becomes
-  // valid again with the next frame.
+  // valid again with the next frame, an output PDO when it is transmitted.
   void set_node_valid(std::uint8_t node, bool valid);  // inputs only
   void set_pdo_valid(Direction direction, std::uint16_t local_pdo, bool valid);
   void set_entry_valid(Direction direction, std::uint32_t entry, bool valid);
   bool is_valid(Direction direction, std::uint32_t entry) const;
-  // Every entry of the PDO is valid (true if it has none): an output PDO may be sent.
-  bool pdo_valid(Direction direction, std::uint16_t local_pdo) const;
+
+  // The entry was written since the start (by the application, or with its default), unless it was
+  // forgotten since. Of inputs: nothing.
+  bool is_known(Direction direction, std::uint32_t entry) const;
+  // Every entry of the PDO is known (true if it has none): an output PDO may be sent.
+  bool pdo_known(Direction direction, std::uint16_t local_pdo) const;
+  // The entry is neither known nor valid any more: its PDO is held back.
+  void forget_entry(Direction direction, std::uint32_t entry);
 
   // --- where things are -------------------------------------------------------------------------
 
@@ -123,6 +134,8 @@ class ProcessImage {
     Layout layout;
     Area area;
     std::vector<std::uint64_t> valid;
+    std::vector<std::uint64_t> known;
+    bool follows_transmission = false;       // see follow_transmission()
     std::vector<Pdo> pdos;                   // by local PDO number - 1
     std::vector<std::uint32_t> block_first;  // per block, and one more: where its pieces begin
     std::vector<Piece> pieces;               // of block 0, 1, ...; in two blocks if it lies in both
@@ -135,6 +148,11 @@ class ProcessImage {
     return sides_[static_cast<std::size_t>(direction)];
   }
   static Side make_side(Layout layout);
+  static bool is_sent(const Side& side, std::uint32_t entry) {
+    return side.follows_transmission && side.layout.entries[entry].local_pdo != 0;
+  }
+  // The entry was written; changed: with another value.
+  void note_written(Direction direction, std::uint32_t entry, bool changed);
   static void index_pieces(Side& side);
   static void take_back_marks(Side& side, const Snapshot& into);
   static void copy_blocks(Side& side, Snapshot& into);

@@ -32,14 +32,20 @@ struct Snapshot {
   std::uint32_t sync_count = 0;  // SYNCs seen by the line
   std::vector<std::byte> bytes;
   std::vector<std::uint64_t>
-      changed;                       // bit i: entry i differs from (was written since) the last one
-  std::vector<std::uint64_t> valid;  // bit i: entry i holds a value received from a living node
-  std::vector<PdoMark> marks;        // only PDOs with count > 0, at most one per PDO
+      changed;  // bit i: entry i differs from (was written since) the last one
+  // bit i: entry i holds a value received from a living node (inputs), or its newest value was
+  // transmitted since its node was started (outputs)
+  std::vector<std::uint64_t> valid;
+  // Outputs, bit i: entry i was written or has a default; its PDO is held back until all are. Of an
+  // observer as valid.
+  std::vector<std::uint64_t> known;
+  std::vector<PdoMark> marks;  // only PDOs with count > 0, at most one per PDO
 
   bool is_changed(std::size_t entry) const {
     return (changed[entry / 64] >> (entry % 64) & 1U) != 0;
   }
   bool is_valid(std::size_t entry) const { return (valid[entry / 64] >> (entry % 64) & 1U) != 0; }
+  bool is_known(std::size_t entry) const { return (known[entry / 64] >> (entry % 64) & 1U) != 0; }
 };
 
 }  // namespace linegate::image

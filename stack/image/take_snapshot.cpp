@@ -15,6 +15,7 @@ void prepare(Snapshot& into, const Layout& layout, std::size_t pdos) {
   into.bytes.resize(layout.byte_size);
   into.changed.resize((layout.entries.size() + 63) / 64);
   into.valid.resize((layout.entries.size() + 63) / 64);
+  into.known.resize((layout.entries.size() + 63) / 64);
   into.marks.reserve(pdos);
 }
 
@@ -22,7 +23,7 @@ bool fits(const Snapshot& into, const Layout& layout) {
   return into.layout_id == layout.id && into.direction == layout.direction &&
          into.bytes.size() == layout.byte_size &&
          into.changed.size() == (layout.entries.size() + 63) / 64 &&
-         into.valid.size() == into.changed.size();
+         into.valid.size() == into.changed.size() && into.known.size() == into.changed.size();
 }
 
 }  // namespace
@@ -40,6 +41,7 @@ void ProcessImage::snapshot(Direction direction, Snapshot& into, Instant now, bo
   copy_blocks(s, into);
   fold_changes(s, into);
   std::ranges::copy(s.valid, into.valid.begin());
+  std::ranges::copy(s.known, into.known.begin());
   collect_marks(s, into);
   into.sequence = ++s.sequence;
   into.acquired = now;

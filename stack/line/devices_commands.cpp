@@ -192,7 +192,7 @@ void Line::Devices::write_bound(std::span<const BoundValue> values, Instant now)
       collect(value.entry);
       always = always || value.always;
     } else {
-      image.set_entry_valid(Direction::outputs, value.entry, false);
+      image.forget_entry(Direction::outputs, value.entry);
     }
   }
   hand_out(always, now);
@@ -238,7 +238,7 @@ void Line::Devices::react(const Outputs::Group& group, Instant now) {
   std::uint8_t taken = kHoldOutputs;
   if ((group.reactions & kZeroOutputs) != 0) {
     for (const std::uint32_t entry : group.config.entries) {
-      if (image.is_valid(Direction::outputs, entry)) {
+      if (image.is_known(Direction::outputs, entry)) {
         image.write_entry(Direction::outputs, entry, std::uint64_t{0});
         collect(entry);
       }

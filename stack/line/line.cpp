@@ -98,6 +98,8 @@ void Line::Impl::start(Instant now) {
   running = true;
   emit(EventKind::line_started, now, static_cast<std::uint32_t>(config.role));
   tell_found_layout(now);
+  receivers_changed = true;
+  follow_receivers();
   node.start(now);
   apply_defaults(now);
   take_role(now);
@@ -162,6 +164,7 @@ void Line::Impl::bus_event(const can::BusEvent& event) {
   if (!note(event)) {
     return;
   }
+  receivers_changed = true;
   node.bus_event(event);
   if (!usable()) {
     interface_lost();
@@ -223,6 +226,10 @@ void Line::Impl::unwanted(const can::Frame& frame) {
 void Line::Impl::node_data_invalid(std::uint8_t id) {
   image.set_node_valid(id, false);
   node.pdos().drop_waiting(id);
+  if (node.pdos().receiver(id) == pdo::Engine::Receiver::started) {
+    node.pdos().set_receiver(id, pdo::Engine::Receiver::waiting);
+  }
+  receivers_changed = true;
 }
 
 void Line::Impl::boot_up(std::uint8_t id, Instant now) {
@@ -259,6 +266,7 @@ void Line::Impl::stop(Instant now) {
     return;
   }
   manager.stop(now);
+  follow_receivers();
   lss.stop();
   settle_lss(now);
   end_scan(Refusal::cancelled, now);

@@ -85,6 +85,7 @@ void Line::Impl::advance_services(Instant now) {
   ask_for_updated(now);
   finish_local_writes();
   follow_diagnosis(now);
+  follow_receivers();
   services_due = services_wake();
 }
 

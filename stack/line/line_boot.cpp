@@ -13,6 +13,7 @@ namespace linegate::line {
 // What 1F80h bit 0 says, which may have been stored.
 void Line::Impl::take_role(Instant now) {
   manages_ = startup.wants_manager();
+  receivers_changed = true;
   node.set_nmt_slave(!manages_);
   nmt.set_active(manages_);
   if (manages_) {

@@ -210,12 +210,16 @@ void Line::Impl::finish_local_writes() {
 }
 
 // Applied after a watchdog's reaction too.
-Error Line::Impl::single_output(const Command& command, Instant now) {
+Error Line::Impl::single_output(Command& command, Instant now) {
   const image::Layout& layout = image.layout(image::Direction::outputs);
   if (const Error why = check_single_output(command, layout, outputs); why != kDone) {
     return why;
   }
   const image::Entry& entry = layout.entries[command.entry];
+  if (!takes_single_writes(entry.node)) {
+    command.node = entry.node;  // the event names it
+    return to_error(Refusal::wrong_state);
+  }
   image.write_entry(image::Direction::outputs, command.entry, command.data);
   node.pdos().outputs_written(entry.bit_offset, entry.bit_length, true, now);
   return kDone;

@@ -151,7 +151,7 @@ struct Line::Impl final : Line::Base,
   };
   void access_own(const Command& command);
   void finish_local_writes();
-  Error single_output(const Command& command, Instant now);
+  Error single_output(Command& command, Instant now);
   Error send_emcy(const Command& command, Instant now);
   Error send_nmt(const Command& command, Instant now);
   Error trace_routing(const Command& command, Instant now);
@@ -224,6 +224,15 @@ struct Line::Impl final : Line::Base,
   void apply_defaults(Instant now);
   void react(const Outputs::Group& group, Instant now);
   void zero(const Outputs::Group& group, Instant now);
+  pdo::Engine::Receiver receiver(std::uint8_t id) const;
+  // A single value may be written: its receiver is known to be Operational, or nothing is known of
+  // it.
+  bool takes_single_writes(std::uint8_t id) const {
+    return id == config.node_id || receiver(id) != pdo::Engine::Receiver::waiting;
+  }
+  // Hands the states of the nodes to the PDO engine, which sends the outputs of those that were
+  // started.
+  void follow_receivers();
 
   pdo::LinkPlan plan;
   image::ProcessImage image;
@@ -263,6 +272,9 @@ struct Line::Impl final : Line::Base,
   std::vector<Pending> pending;
   std::vector<LocalWrite> local_writes;
   std::uint64_t next_token = 1;
+
+  bool receivers_changed = true;     // what follow_receivers() goes by, besides:
+  std::uint64_t receivers_seen = 0;  // Manager::changes() then
 
   Instant advanced_to{};
   // What next_wake() found last, without PDOs and outputs, which may have become due since.

@@ -49,6 +49,9 @@ void Line::Impl::write_object(Command command, Instant now) {
 Error Line::Impl::write_by_pdo(const Command& command, std::span<const std::uint32_t> entries,
                                std::vector<std::byte>& way, Instant now) {
   const image::Layout& layout = image.layout(Direction::outputs);
+  if (!takes_single_writes(command.node)) {
+    return to_error(Refusal::wrong_state);
+  }
   for (const std::uint32_t entry : entries) {
     if (outputs.is_bound(entry)) {
       return to_error(Refusal::not_permitted);
@@ -93,7 +96,7 @@ bool Line::Impl::asks_at_once(std::uint16_t tpdo) {
 }
 
 PdoWait Line::Impl::wait_of(std::uint16_t tpdo) const {
-  if (!image.pdo_valid(Direction::outputs, tpdo)) {
+  if (!image.pdo_known(Direction::outputs, tpdo)) {
     return PdoWait::values;
   }
   if (node.state() != nmt::State::operational) {
@@ -166,7 +169,7 @@ Error Line::Impl::trigger_pdos(const Command& command, std::vector<std::byte>& t
   }
   bool known = false;
   for (const std::uint16_t tpdo : named_tpdos(command)) {
-    const bool held_back = !image.pdo_valid(Direction::outputs, tpdo);
+    const bool held_back = !image.pdo_known(Direction::outputs, tpdo);
     if (!held_back && !node.pdos().trigger(tpdo, now)) {
       continue;
     }

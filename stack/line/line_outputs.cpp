@@ -69,7 +69,7 @@ void Line::Impl::apply(const OutputWrite& write, bool always, Instant now) {
     } else if (value.valid) {
       image.write_entry(Direction::outputs, value.entry, value.value);
     } else {
-      image.set_entry_valid(Direction::outputs, value.entry, false);
+      image.forget_entry(Direction::outputs, value.entry);
     }
   }
   // What lies side by side is told together: mostly it is the values of one PDO, which is then
@@ -142,6 +142,32 @@ Line::Input Line::Impl::forwarded_input(std::size_t object) const {
   return out;
 }
 
+// A state that was not heard but follows from a command (manager.cpp: assume_state) holds when the
+// command is on the bus.
+pdo::Engine::Receiver Line::Impl::receiver(std::uint8_t id) const {
+  using pdo::Engine;
+  const NodeState& seen = manager.node(id);
+  const bool operational = seen.presence == manager::Presence::present &&
+                           seen.state == nmt::State::operational && !manager.held(id);
+  if (!manages() && seen.presence == manager::Presence::unknown) {
+    return Engine::Receiver::unknown;
+  }
+  return running && usable() && operational && nmt.next_wake() == kNever
+             ? Engine::Receiver::started
+             : Engine::Receiver::waiting;
+}
+
+void Line::Impl::follow_receivers() {
+  if (!receivers_changed && receivers_seen == manager.changes()) {
+    return;
+  }
+  receivers_seen = manager.changes();
+  receivers_changed = nmt.next_wake() != kNever;
+  for (const NodeConfig& device : config.nodes) {
+    node.pdos().set_receiver(device.id, receiver(device.id));
+  }
+}
+
 void Line::Impl::apply_defaults(Instant now) {
   const image::Layout& layout = image.layout(Direction::outputs);
   for (const OutputDefault& value : config.defaults) {
@@ -182,7 +208,7 @@ void Line::Impl::react(const Outputs::Group& group, Instant now) {
 void Line::Impl::zero(const Outputs::Group& group, Instant now) {
   const image::Layout& layout = image.layout(Direction::outputs);
   for (const std::uint32_t entry : group.config.entries) {
-    if (image.is_valid(Direction::outputs, entry)) {
+    if (image.is_known(Direction::outputs, entry)) {
       image.write_entry(Direction::outputs, entry, std::uint64_t{0});
     }
   }

@@ -32,7 +32,7 @@ AbortCode Line::Impl::may_trigger(std::uint8_t id, std::uint8_t number) const {
     return AbortCode::invalid_value;
   }
   const bool complete = std::ranges::any_of(tpdos, [this](std::uint16_t tpdo) {
-    return image.pdo_valid(image::Direction::outputs, tpdo);
+    return image.pdo_known(image::Direction::outputs, tpdo);
   });
   return complete && node.state() == nmt::State::operational ? AbortCode::none
                                                              : AbortCode::device_state;

@@ -174,9 +174,21 @@ bool Line::Observer::dispatch_frame(const can::Frame& frame) {
   for (const can::Target* target = output_dispatch.find(frame); target != nullptr;
        target = output_dispatch.next(*target)) {
     outputs->engine.receive(target->index, frame);
+    if (!takes_outputs(outputs->node_of(target->index))) {
+      outputs->image.set_pdo_valid(Direction::inputs,
+                                   static_cast<std::uint16_t>(target->index + 1U), false);
+    }
     wanted = true;
   }
   return wanted;
+}
+
+// As in the image of the master: an output is valid if it was transmitted to a node that is
+// started. Of nodes whose state was never heard nothing is known.
+bool Line::Observer::takes_outputs(std::uint8_t id) const {
+  const NodeState seen = nodes.node(id);
+  return seen.presence == manager::Presence::unknown ||
+         (seen.presence == manager::Presence::present && seen.state == nmt::State::operational);
 }
 
 void Line::Observer::serve(const can::Target& target, const can::Frame& frame) {
@@ -303,6 +315,9 @@ void Line::Observer::stop(Instant now) {
 
 void Line::Observer::snapshot(Direction direction, image::Snapshot& into, Instant now, bool merge) {
   side(direction).image.snapshot(Direction::inputs, into, now, merge, syncs);
+  if (direction == Direction::outputs) {
+    std::ranges::copy(into.valid, into.known.begin());
+  }
 }
 
 bool Line::Observer::image_changed(Direction direction) const {
@@ -374,6 +389,7 @@ od::Dictionary& Line::Observer::dictionary() {
 void Line::Observer::node_data_invalid(std::uint8_t id) {
   inputs->image.set_node_valid(id, false);
   inputs->engine.drop_waiting(id);
+  outputs->image.set_node_valid(id, false);
 }
 
 }  // namespace linegate::line

@@ -94,6 +94,7 @@ struct Line::Observer final : Line::Base, observer::NodeListener {
   Device* find(std::uint8_t id);
   void receive(const can::Frame& frame);
   bool dispatch_frame(const can::Frame& frame);
+  bool takes_outputs(std::uint8_t id) const;
   bool is_new_pdo(const can::Frame& frame);
   void serve(const can::Target& target, const can::Frame& frame);
   void take_node_control(const can::Frame& frame);

@@ -59,6 +59,8 @@ class Manager {
   void release(std::uint8_t node, Instant now);
   // The network list (1F81h) was written: node is in it now, or not any more.
   void list_changed(std::uint8_t node);
+  // Whoever loads a program into the node has it alone.
+  bool held(std::uint8_t node) const { return held_[node]; }
   // Its error control can be watched: a consumer time or guarding is configured.
   bool has_error_control(std::uint8_t node) const;
   // 1F83h: it is watched from now on, or no more.
@@ -78,6 +80,8 @@ class Manager {
   const NodeState& node(std::uint8_t id) const { return nodes_[id]; }
   // Grows with every change of that NodeState.
   std::uint64_t revision(std::uint8_t id) const { return revisions_[id]; }
+  // Grows with every change of any NodeState.
+  std::uint64_t changes() const { return changes_; }
   // The last boot process that began has told its result.
   bool concluded(std::uint8_t id) const;
   std::uint8_t configured() const;
@@ -104,7 +108,10 @@ class Manager {
   Slot& slot_of(NodePlan plan);
   void equip(Slot& slot);
   void assume_state(std::uint8_t node, nmt::Command command);
-  void touch(std::uint8_t node) { ++revisions_[node]; }
+  void touch(std::uint8_t node) {
+    ++revisions_[node];
+    ++changes_;
+  }
   void refresh_list();
 
   // --- startup.cpp ----------------------------------------------------------------------------
@@ -145,6 +152,7 @@ class Manager {
   std::vector<std::unique_ptr<Slot>> slots_;  // ascending by id
   std::array<NodeState, 128> nodes_;
   std::array<std::uint64_t, 128> revisions_{};
+  std::uint64_t changes_ = 0;
   std::bitset<128> held_;
 };
 

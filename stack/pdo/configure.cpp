@@ -275,7 +275,9 @@ void Engine::Impl::start_tpdo(const Parameters& parameters, CopyPlan plan) {
   const auto slot = static_cast<std::uint16_t>(parameters.number - 1U);
   Tpdo& pdo = tpdos[slot];
   pdo.active = true;
-  pdo.linked = linked(PdoKind::tpdo, parameters.number) != nullptr;
+  const LinkedPdo* const link = linked(PdoKind::tpdo, parameters.number);
+  pdo.linked = link != nullptr;
+  pdo.node = link != nullptr ? link->node : std::uint8_t{0};
   pdo.type = parameters.type;
   pdo.sync_start = parameters.sync_start;
   pdo.cob_id = parameters.cob_id;

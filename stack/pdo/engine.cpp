@@ -65,6 +65,9 @@ void Engine::set_listener(Listener* listener, bool every_frame) {
 void Engine::link(const LinkPlan& plan) {
   impl_->linked_rpdos = plan.rpdos;
   impl_->linked_tpdos = plan.tpdos;
+  if (!plan.tpdos.empty()) {
+    impl_->image.follow_transmission();
+  }
 }
 
 void Engine::set_node_id(std::uint8_t node_id) {

@@ -81,6 +81,7 @@ struct Tpdo {
   bool sampled = false;   // frame holds a sample, taken since Operational
   bool counting = false;  // sync_start was met
   bool asking = false;    // the listener hears before_tpdo() now
+  std::uint8_t node = 0;  // of linked ones: the receiver
   std::uint8_t type = kEventProfile;
   std::uint8_t sync_start = 0;
   std::uint8_t syncs = 0;  // since it was sent
@@ -203,6 +204,13 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void sample_tpdos(std::uint8_t counter);
   bool due_at_sync(Tpdo& pdo, std::uint8_t counter) const;
   bool held_back(std::uint16_t slot) const;
+  using FrameData = std::array<std::byte, can::kMaxFdData>;
+  // The present values.
+  FrameData gather(const Tpdo& pdo) const;
+  void set_receiver(std::uint8_t node, Receiver state);
+  // The frame of a linked TPDO was handed over: entries that it carried with their newest values
+  // become valid.
+  void note_transmission(std::uint16_t slot);
   // Takes a new sample; true if it differs from the one before or is the first.
   bool sample(std::uint16_t slot);
   // Samples and requests; without always only if the sample is a new one.
@@ -253,6 +261,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   bool operational = false;
   bool keeps_early = false;
   std::uint8_t node_id = 0;
+  std::array<Receiver, can::kMaxNodeId + 1> receivers{};  // of linked TPDOs, by node
   Instant latest{};  // time of the last call: records are written without one
 
   std::vector<LinkedPdo> linked_rpdos;

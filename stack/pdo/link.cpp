@@ -130,6 +130,7 @@ class Linker {
   struct Owner {
     const RemoteNode* node = nullptr;
     std::uint16_t pdo = 0;
+    std::size_t local = 0;  // number of the manager's PDO
   };
   using Owners = std::map<std::uint32_t, Owner>;
 
@@ -168,10 +169,12 @@ class Linker {
            "is linked to " + text(it->second, "TPDO") + " and not an output");
       return;
     }
-    const auto [it, added] = receivers_.insert({key(remote.cob_id), {&node, remote.number}});
+    const auto [it, added] =
+        receivers_.insert({key(remote.cob_id), {&node, remote.number, plan_.tpdos.size() + 1}});
     if (!added) {
       tell(Severity::warning, node, "RPDO", remote.number,
            "has the COB-ID of " + text(it->second, "RPDO") + ", whose output values it gets too");
+      plan_.tpdos[it->second.local - 1U].also.push_back(node.id);
       return;
     }
     Parameters local;

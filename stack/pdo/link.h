@@ -49,7 +49,8 @@ struct LinkedPdo {
   Parameters parameters;
   std::uint8_t node = 0;
   std::uint16_t remote_pdo = 0;
-  std::uint16_t mapped_bits = 0;  // length of the PDO, fillers included
+  std::uint16_t mapped_bits = 0;   // length of the PDO, fillers included
+  std::vector<std::uint8_t> also;  // TPDOs: other nodes that have an RPDO with its COB-ID
   std::vector<LinkTarget> targets;
 };
 

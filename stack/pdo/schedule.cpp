@@ -184,7 +184,9 @@ void Engine::Impl::begin(PdoKind kind, std::uint16_t slot) {
   if (!tpdos[slot].active) {
     return;
   }
-  source_changed(slot, true);
+  if (!tpdos[slot].linked || receivers[tpdos[slot].node] != Receiver::waiting) {
+    source_changed(slot, true);
+  }
   if (has_event_timer(tpdos[slot])) {
     timers.set(event_timer(slot), latest + tpdos[slot].event_timer);
   }

@@ -179,7 +179,7 @@ void Engine::Impl::release_held() {
 
 bool Engine::Impl::held_back(std::uint16_t slot) const {
   return tpdos[slot].linked &&
-         !image.pdo_valid(image::Direction::outputs, static_cast<std::uint16_t>(slot + 1));
+         !image.pdo_known(image::Direction::outputs, static_cast<std::uint16_t>(slot + 1));
 }
 
 void Engine::Impl::ask(std::uint16_t slot) {
@@ -189,10 +189,8 @@ void Engine::Impl::ask(std::uint16_t slot) {
   }
 }
 
-[[gnu::hot]] bool Engine::Impl::sample(std::uint16_t slot) {
-  ask(slot);
-  Tpdo& pdo = tpdos[slot];
-  std::array<std::byte, can::kMaxFdData> data{};
+[[gnu::hot]] inline Engine::Impl::FrameData Engine::Impl::gather(const Tpdo& pdo) const {
+  FrameData data{};
   for (const Run& run : pdo.plan.runs) {
     std::byte* const word = data.data() + run.frame_byte;
     const auto image_word = load_le<std::uint64_t>(outputs->data() + run.offset);
@@ -201,6 +199,13 @@ void Engine::Impl::ask(std::uint16_t slot) {
   for (const ObjectRun& object : pdo.plan.objects) {
     object.to_frame(data.data());
   }
+  return data;
+}
+
+[[gnu::hot]] bool Engine::Impl::sample(std::uint16_t slot) {
+  ask(slot);
+  Tpdo& pdo = tpdos[slot];
+  const FrameData data = gather(pdo);
   const bool fresh = !std::exchange(pdo.sampled, true);
   const bool different = fresh || !has_data(pdo.frame, data);
   if (different) {
@@ -328,6 +333,9 @@ can::Frame Engine::Impl::remote_frame(std::uint16_t slot) const {
   }
   ++counters.sent;
   outputs->touch(slot, now);
+  if (pdo.linked && (outputs->pdo(slot).attention & image::PdoState::kNotValid) != 0) {
+    note_transmission(slot);
+  }
   if (pdo.inhibit > Duration::zero()) {
     pdo.inhibited_until = now + pdo.inhibit;
     inhibited.set(rank);
@@ -336,6 +344,41 @@ can::Frame Engine::Impl::remote_frame(std::uint16_t slot) const {
   if (has_event_timer(pdo)) {
     timers.set(event_timer(slot), now + pdo.event_timer);
   }
+}
+
+// A value that was written after the sample was taken is not in the frame.
+void Engine::Impl::note_transmission(std::uint16_t slot) {
+  const Tpdo& pdo = tpdos[slot];
+  if (receivers[pdo.node] != Receiver::waiting && !held_back(slot) &&
+      has_data(pdo.frame, gather(pdo))) {
+    image.set_pdo_valid(image::Direction::outputs, static_cast<std::uint16_t>(slot + 1), true);
+  }
+}
+
+void Engine::Impl::set_receiver(std::uint8_t node, Receiver state) {
+  if (std::exchange(receivers[node], state) == state) {
+    return;
+  }
+  for (const LinkedPdo& link : linked_tpdos) {
+    const auto slot = static_cast<std::uint16_t>(link.parameters.number - 1U);
+    const bool own = link.node == node;
+    if (own && state == Receiver::waiting) {
+      image.set_pdo_valid(image::Direction::outputs, link.parameters.number, false);
+    }
+    const bool receives = own || std::ranges::find(link.also, node) != link.also.end();
+    if (receives && state == Receiver::started && operational && slot < tpdos.size() &&
+        tpdos[slot].active) {
+      source_changed(slot, true);
+    }
+  }
+}
+
+void Engine::set_receiver(std::uint8_t node, Receiver state) {
+  impl_->set_receiver(node, state);
+}
+
+Engine::Receiver Engine::receiver(std::uint8_t node) const {
+  return impl_->receivers[node];
 }
 
 bool Engine::Impl::wants_to_send(Instant now) const {

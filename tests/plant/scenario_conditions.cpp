@@ -12,29 +12,27 @@ namespace linegate::plant {
 
 using image::Direction;
 
-// Nothing while the entry is not valid.
-std::optional<std::uint64_t> Scenario::input_value(line::Line& line, const std::string& text) {
+Scenario::Shown Scenario::shown(line::Line& line, Direction direction, const std::string& text) {
   const std::size_t dot = text.find('.');
   const auto node = to_number(text.substr(0, dot));
   const od::Address address = parse_address(text.substr(dot + 1));
-  const image::Layout& layout = line.layout(Direction::inputs);
+  const image::Layout& layout = line.layout(direction);
   for (std::size_t i = 0; i < layout.entries.size(); ++i) {
     const image::Entry& entry = layout.entries[i];
     if (entry.node != node || od::Address{entry.index, entry.sub} != address) {
       continue;
     }
     image::Snapshot snapshot;
-    line.snapshot(Direction::inputs, snapshot, world_.now(), false);
-    if (!snapshot.is_valid(i)) {
-      return std::nullopt;
-    }
+    line.snapshot(direction, snapshot, world_.now(), false);
+    Shown out{.valid = snapshot.is_valid(i), .known = snapshot.is_known(i)};
     snapshot.bytes.resize(snapshot.bytes.size() + 8);
     const std::uint64_t word =
         load_le<std::uint64_t>(snapshot.bytes.data() + entry.bit_offset / 8) >>
         (entry.bit_offset % 8);
-    return entry.bit_length >= 64 ? word : word & ((std::uint64_t{1} << entry.bit_length) - 1);
+    out.value = entry.bit_length >= 64 ? word : word & ((std::uint64_t{1} << entry.bit_length) - 1);
+    return out;
   }
-  throw BadStatement("no input entry " + text);
+  throw BadStatement("no entry " + text + " of the " + std::string(image::name(direction)));
 }
 
 namespace {
@@ -114,7 +112,10 @@ std::function<bool()> Scenario::condition(Words& words) {
         [this, state = words.take()] { return nmt::name(seat().line->state().own_state) == state; };
   }
   if (words.accept("input")) {
-    return input_condition(words, *seat().line);
+    return image_condition(words, *seat().line, Direction::inputs);
+  }
+  if (words.accept("output")) {
+    return image_condition(words, *seat().line, Direction::outputs);
   }
   if (words.accept("ours")) {
     return ours_condition(words);
@@ -154,23 +155,33 @@ std::function<bool()> Scenario::condition(Words& words) {
   return event_condition(words, &LineSeat::events);
 }
 
-std::function<bool()> Scenario::input_condition(Words& words, line::Line& line) {
-  const std::string name = words.take();
+// A value is that of a valid entry.
+std::function<bool()> Scenario::image_condition(Words& words, line::Line& line,
+                                                Direction direction) {
+  const auto look = [this, &line, direction, name = words.take()] {
+    return shown(line, direction, name);
+  };
   if (words.accept("invalid")) {
-    return [this, name, &line] { return !input_value(line, name).has_value(); };
+    return [look] { return !look().valid; };
   }
   if (words.accept("valid")) {
-    return [this, name, &line] { return input_value(line, name).has_value(); };
+    return [look] { return look().valid; };
+  }
+  if (words.accept("known")) {
+    return [look] { return look().known; };
+  }
+  if (words.accept("unknown")) {
+    return [look] { return !look().known; };
   }
   words.expect("=");
-  return [this, name, &line, value = words.number()] { return input_value(line, name) == value; };
+  return [look, value = words.number()] { return look().valid && look().value == value; };
 }
 
 // expect ours input ... | node N STATE | heard EVENT-NAME node=N
 std::function<bool()> Scenario::ours_condition(Words& words) {
   line::Line& line = ours();
   if (words.accept("input")) {
-    return input_condition(words, line);
+    return image_condition(words, line, Direction::inputs);
   }
   if (words.accept("node")) {
     const std::uint8_t id = words.node();

@@ -67,7 +67,7 @@ class Scenario {
   std::function<bool()> event_condition(Words& words, std::vector<Event> LineSeat::*told);
   std::function<bool()> reply_condition(Words& words);
   std::function<bool()> observer_condition(Words& words);
-  std::function<bool()> input_condition(Words& words, line::Line& line);
+  std::function<bool()> image_condition(Words& words, line::Line& line, image::Direction direction);
   std::function<bool()> ours_condition(Words& words);
   std::function<bool()> routing_condition(Words& words);
   std::function<bool()> boot_condition(Words& words);
@@ -76,7 +76,13 @@ class Scenario {
   static bool boot_property(Words& words, const std::string& key, line::NodeConfig& node);
   static void expect_value(od::DeviceDescription& device, od::Address address, std::uint64_t value);
   std::uint32_t output_entry(const line::Line& line, const std::string& text);
-  std::optional<std::uint64_t> input_value(line::Line& line, const std::string& text);
+  // What the image shows of NODE.INDEX:SUB.
+  struct Shown {
+    bool valid = false;
+    bool known = false;
+    std::uint64_t value = 0;
+  };
+  Shown shown(line::Line& line, image::Direction direction, const std::string& text);
   line::Line& ours();
   void command(line::Command request, const std::string& name);
   void check_always_all();

@@ -97,15 +97,51 @@ TEST(ProcessImage, BytesMakeOnlyWhollyCoveredEntriesValid) {
   EXPECT_FALSE(image.write_bytes(kOut, 1, value));
 }
 
-TEST(ProcessImage, APdoIsValidWhenAllItsEntriesAre) {
+TEST(ProcessImage, APdoIsKnownWhenAllItsEntriesAre) {
   ProcessImage image(Layout{}, make_layout(kOut, 4, {{1, 0, 8}, {1, 8, 8}, {2, 16, 8}}));
-  EXPECT_FALSE(image.pdo_valid(kOut, 1));
+  EXPECT_FALSE(image.pdo_known(kOut, 1));
   image.write_entry(kOut, 0, 7);
-  EXPECT_FALSE(image.pdo_valid(kOut, 1));
-  image.set_entry_valid(kOut, 1, true);
-  EXPECT_TRUE(image.pdo_valid(kOut, 1));
-  EXPECT_FALSE(image.pdo_valid(kOut, 2));
-  EXPECT_TRUE(image.pdo_valid(kOut, 77)) << "a PDO without entries waits for nothing";
+  EXPECT_FALSE(image.pdo_known(kOut, 1));
+  image.write_entry(kOut, 1, 0);
+  EXPECT_TRUE(image.pdo_known(kOut, 1));
+  EXPECT_FALSE(image.pdo_known(kOut, 2));
+  EXPECT_TRUE(image.pdo_known(kOut, 77)) << "a PDO without entries waits for nothing";
+  image.forget_entry(kOut, 1);
+  EXPECT_FALSE(image.pdo_known(kOut, 1));
+  EXPECT_FALSE(image.is_valid(kOut, 1));
+}
+
+TEST(ProcessImage, ATransmittedOutputIsValidUntilAnotherValueIsWritten) {
+  ProcessImage image(Layout{}, make_layout(kOut, 4, {{1, 0, 8}, {1, 8, 8}, {2, 16, 8}}));
+  image.follow_transmission();
+  image.write_entry(kOut, 0, 7);
+  image.write_entry(kOut, 1, 8);
+  EXPECT_TRUE(image.is_known(kOut, 0));
+  EXPECT_FALSE(image.is_valid(kOut, 0));
+  image.set_pdo_valid(kOut, 1, true);
+  EXPECT_TRUE(image.is_valid(kOut, 0) && image.is_valid(kOut, 1));
+  const std::array same = {std::byte{7}, std::byte{9}};
+  image.write_bytes(kOut, 0, same);
+  EXPECT_TRUE(image.is_valid(kOut, 0)) << "the same value once more";
+  EXPECT_FALSE(image.is_valid(kOut, 1));
+  EXPECT_EQ(image.area(kOut).pdo(0).attention, PdoState::kNotValid);
+  image.write_entry(kOut, 0, 6);
+  EXPECT_FALSE(image.is_valid(kOut, 0));
+  Snapshot seen;
+  image.snapshot(kOut, seen, Instant{}, false, 0);
+  EXPECT_TRUE(seen.is_known(0) && seen.is_known(1) && !seen.is_known(2));
+  EXPECT_EQ(seen.valid[0], 0U);
+}
+
+TEST(ProcessImage, AnOutputThatIsWrittenInTheDictionaryIsNotValidUntilItIsTransmitted) {
+  ProcessImage image(Layout{}, make_layout(kOut, 4, {{1, 0, 8}, {1, 8, 8}}));
+  image.follow_transmission();
+  image.write_entry(kOut, 0, 7);
+  image.write_entry(kOut, 1, 8);
+  image.set_pdo_valid(kOut, 1, true);
+  image.mark_written(kOut, 8, 8);
+  EXPECT_TRUE(image.is_valid(kOut, 0));
+  EXPECT_FALSE(image.is_valid(kOut, 1));
 }
 
 TEST(ProcessImage, ADeadNodeTakesAllItsEntriesWithIt) {

@@ -74,7 +74,7 @@ class DataByObject : public LineTest {
 TEST_F(DataByObject, APdoIsSentOnlyWhenAllItsValuesWereWritten) {
   run(config_with_axis());
   EXPECT_EQ(ask(write(kSetpoint, setpoint(0x11223344))).data, by_pdo(PdoWait::values));
-  pass(seconds(1));
+  pass(milliseconds(200));
   EXPECT_THAT(pdos(), IsEmpty());
   EXPECT_EQ(ask(write(kMode, mode(7))).data, by_pdo(PdoWait::none));
   EXPECT_THAT(pdos(), ElementsAre("205#4433221107"));

@@ -1,0 +1,179 @@
+// Outputs of a node: sent when it is started, shown as valid when they were.
+#include "stack/base/byte_order.h"
+#include "stack/od/dictionary.h"
+
+#include "tests/stack/line/line_fixture.h"
+
+namespace linegate::line {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr std::uint8_t kOperational = 0x05;
+constexpr std::uint8_t kPreOperational = 0x7F;
+
+class OutputsOfANode : public LineTest {
+ protected:
+  std::vector<std::string> pdos() {
+    std::vector<std::string> out = sent();
+    std::erase_if(out, [](const std::string& frame) { return !frame.starts_with("205#"); });
+    return out;
+  }
+  OutputRefusal write(std::uint32_t setpoint, std::uint8_t mode, std::uint64_t arming = 1,
+                      Duration watchdog = {}, std::uint8_t reactions = kHoldOutputs) {
+    OutputWrite out;
+    out.layout_id = line_->layout(Direction::outputs).id;
+    out.arming = arming;
+    out.watchdog = watchdog;
+    out.reactions = reactions;
+    out.values = {{.entry = 0, .length = 4, .data = {}}, {.entry = 1, .length = 1, .data = {}}};
+    store_le(out.values[0].data.data(), setpoint);
+    out.values[1].data[0] = std::byte{mode};
+    return line_->write_outputs(out, now_);
+  }
+  bool valid() { return snapshot(Direction::outputs).is_valid(0); }
+  bool known() { return snapshot(Direction::outputs).is_known(0); }
+  void hear_heartbeat(std::uint8_t state) {
+    hear(0x705, {state});
+    line_->advance(now_);
+  }
+  // From its boot-up message to the start command.
+  void boot_again() {
+    hear(0x705, {0x00});
+    hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
+    hear(0x585, {0x43, 0x18, 0x10, 0x01, 0x23, 0x01, 0x00, 0x00});
+    hear(0x585, {0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
+    hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
+    hear(0x585, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
+    hear_heartbeat(kPreOperational);
+  }
+  Error write_by_hand(std::uint32_t entry, std::vector<std::byte> data) {
+    line_->execute({.kind = CommandKind::output_write, .entry = entry, .data = std::move(data)},
+                   now_);
+    return answer().error;
+  }
+};
+
+TEST_F(OutputsOfANode, AreSentAgainWhenItWasSwitchedOffAndOn) {
+  make(config_with_axis());
+  boot();
+  pass(milliseconds(1));
+  EXPECT_EQ(write(1, 2), OutputRefusal::none);
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000002"));
+  EXPECT_TRUE(valid());
+  boot_again();
+  EXPECT_FALSE(valid()) << "the device begins with values of its own";
+  EXPECT_TRUE(known());
+  EXPECT_EQ(write(1, 2), OutputRefusal::none);
+  EXPECT_THAT(pdos(), IsEmpty()) << "its state after the start command was not heard";
+  hear_heartbeat(kOperational);
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000002"));
+  EXPECT_TRUE(valid());
+  hear_heartbeat(kOperational);
+  EXPECT_EQ(write(1, 2), OutputRefusal::none);
+  EXPECT_THAT(pdos(), IsEmpty()) << "once";
+}
+
+TEST_F(OutputsOfANode, AreSentAgainWhenItLeftOperationalByItself) {
+  make(config_with_axis());
+  boot();
+  pass(milliseconds(1));
+  write(1, 2);
+  pdos();
+  hear_heartbeat(kPreOperational);
+  EXPECT_FALSE(valid());
+  write(3, 2);
+  EXPECT_FALSE(valid());
+  pdos();
+  hear_heartbeat(kOperational);
+  EXPECT_THAT(pdos(), ElementsAre("205#0300000002"));
+  EXPECT_TRUE(valid());
+}
+
+TEST_F(OutputsOfANode, AreNotValidWhileItIsMissing) {
+  make(config_with_axis());
+  boot();
+  pass(milliseconds(1));
+  write(1, 2);
+  pdos();
+  pass(milliseconds(250));
+  EXPECT_EQ(line_->node_state(5).presence, Presence::missing);
+  EXPECT_FALSE(valid());
+  EXPECT_EQ(write(3, 4), OutputRefusal::none) << "never refused for an absent node";
+  EXPECT_TRUE(known());
+  EXPECT_FALSE(valid());
+}
+
+// Not with the NMT command that resets the nodes.
+TEST_F(OutputsOfANode, DefaultsAreSentAfterItsStart) {
+  LineConfig config = config_with_axis();
+  config.defaults = {{.entry = 0, .value = 9}, {.entry = 1, .value = 3}};
+  make(std::move(config));
+  line_->start(now_);
+  line_->advance(now_);
+  ASSERT_EQ(line_->state().own_state, nmt::State::operational) << "no node is mandatory";
+  EXPECT_THAT(pdos(), IsEmpty());
+  EXPECT_TRUE(known());
+  EXPECT_FALSE(valid());
+  boot_again();
+  EXPECT_THAT(pdos(), IsEmpty());
+  hear_heartbeat(kOperational);
+  EXPECT_THAT(pdos(), ElementsAre("205#0900000003"));
+  EXPECT_TRUE(valid());
+}
+
+TEST_F(OutputsOfANode, WithoutErrorControlAreSentAfterTheStartCommand) {
+  LineConfig config = config_with_axis();
+  config.nodes[0].heartbeat = {};
+  config.defaults = {{.entry = 0, .value = 9}, {.entry = 1, .value = 3}};
+  make(std::move(config));
+  line_->start(now_);
+  hear(0x705, {0x00});
+  hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
+  hear(0x585, {0x43, 0x18, 0x10, 0x01, 0x23, 0x01, 0x00, 0x00});
+  hear(0x585, {0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
+  sent();
+  hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
+  line_->advance(now_);
+  EXPECT_THAT(sent(), ElementsAre("000#0105", "205#0900000003"));
+  EXPECT_TRUE(valid());
+}
+
+TEST_F(OutputsOfANode, AreSentAsTheWatchdogLeftThem) {
+  make(config_with_axis());
+  boot();
+  pass(milliseconds(1));
+  write(1, 2, 7, milliseconds(50), kZeroOutputs);
+  pdos();
+  hear_heartbeat(kPreOperational);
+  pass(milliseconds(60));
+  pdos();
+  EXPECT_EQ(write(5, 5, 7), OutputRefusal::not_armed);
+  hear_heartbeat(kOperational);
+  EXPECT_THAT(pdos(), ElementsAre("205#0000000000"));
+}
+
+TEST_F(OutputsOfANode, SingleWritesAreRefusedWhileItIsNotOperational) {
+  make(config_with_axis());
+  boot();
+  pass(milliseconds(1));
+  write(1, 2);
+  pdos();
+  hear_heartbeat(kPreOperational);
+  events();
+  EXPECT_EQ(write_by_hand(1, {std::byte{7}}), to_error(Refusal::wrong_state));
+  EXPECT_TRUE(told(EventKind::command_refused, 5)) << "the event names the node";
+  line_->execute(
+      {.kind = CommandKind::object_write, .node = 5, .index = 0x2003, .data = {std::byte{7}}},
+      now_);
+  EXPECT_EQ(answer().error, to_error(Refusal::wrong_state));
+  EXPECT_THAT(pdos(), IsEmpty());
+  hear_heartbeat(kOperational);
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000002")) << "what was refused was not kept";
+  EXPECT_EQ(write_by_hand(1, {std::byte{7}}), Error{});
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000007"));
+}
+
+}  // namespace
+}  // namespace linegate::line
