@@ -55,6 +55,8 @@ class Diagnosis final : public EventListener {
   void scan_ends() { node_status_.scan_ends(); }
   // 1F82h was written: of one node, or of all with 0.
   void requested(std::uint8_t node);
+  // The state or presence of a node changed without an event.
+  void states_changed() { changed_ = true; }
   // Does nothing as long as nothing has changed.
   void update(Instant now);
 

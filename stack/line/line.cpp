@@ -223,7 +223,12 @@ void Line::Impl::unwanted(const can::Frame& frame) {
   listening.hear(frame, events, canopen_ia.hear(frame));
 }
 
+void Line::Impl::consumer_lost(std::uint8_t id, Instant deadline) {
+  manager.consumer_lost(id, deadline);
+}
+
 void Line::Impl::node_data_invalid(std::uint8_t id) {
+  diagnosis.states_changed();
   image.set_node_valid(id, false);
   node.pdos().drop_waiting(id);
   if (node.pdos().receiver(id) == pdo::Engine::Receiver::started) {

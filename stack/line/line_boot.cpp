@@ -9,6 +9,11 @@
 #include "stack/manager/boot_report.h"
 
 namespace linegate::line {
+namespace {
+
+constexpr char kNotListed = 'A';
+
+}  // namespace
 
 // What 1F80h bit 0 says, which may have been stored.
 void Line::Impl::take_role(Instant now) {
@@ -104,7 +109,9 @@ void Line::Impl::finish_boots(Instant now) {
     std::vector<manager::BootOutcome> outcomes;
     for (const std::uint8_t id : boot.nodes) {
       const NodeState& booted = manager.node(id);
-      outcomes.push_back({.node = id, .letter = booted.boot, .finding = booted.finding});
+      outcomes.push_back({.node = id,
+                          .letter = booted.configured ? booted.boot : kNotListed,
+                          .finding = booted.finding});
     }
     reply(boot.tag, Error{}, manager::write_boot_report(outcomes));
     return true;

@@ -102,6 +102,7 @@ struct Line::Impl final : Line::Base,
   void synced(Instant now) override;
   void unwanted(const can::Frame& frame) override;
   void before_boot(Instant now) override;
+  void consumer_lost(std::uint8_t node, Instant deadline) override;
   // manager::Host
   void node_data_invalid(std::uint8_t node) override;
   void may_operate(Instant now) override;
@@ -110,6 +111,7 @@ struct Line::Impl final : Line::Base,
   nmt::State own_state() const override;
   // scan::Host
   void reset_node(std::uint8_t node, Instant now) override;
+  void asked(std::uint8_t node, bool answered, Instant asked_at, Instant now) override;
   // nmt::HeartbeatListener
   void boot_up(std::uint8_t node, Instant now) override;
   void heartbeat(std::uint8_t node, nmt::State state, Instant now) override;

@@ -102,6 +102,10 @@ void Line::Impl::reset_node(std::uint8_t id, Instant now) {
   nmt.send(nmt::Command::reset_node, id, now);
 }
 
+void Line::Impl::asked(std::uint8_t id, bool answered, Instant asked_at, Instant now) {
+  manager.scanned(id, answered, asked_at, now);
+}
+
 // The image is made of what a scan found: whoever knew the line before knows another one.
 void Line::Impl::tell_found_layout(Instant now) {
   if (config.scanned.empty()) {

@@ -84,6 +84,7 @@ void BootSlave::begin(Reason reason, Instant now, nmt::Command command) {
   if (!has(assignment::kListed)) {
     finish('A', {}, now);
   } else if (reason == Reason::reset) {
+    state_unknown();
     set_step(Step::wait_boot_up, earlier(now + plan_.reset_time, give_up_));
   } else if (!has(assignment::kBoot)) {
     start_error_control(now);
@@ -224,6 +225,8 @@ void BootSlave::check_device_type(const sdo::Completion& completion, Instant now
   if (completion.abort != AbortCode::none) {
     if (said_) {
       node_.presence = Presence::present;
+    } else if (completion.abort == AbortCode::timeout) {
+      missing();
     }
     if (now >= give_up_) {
       search('B', aborted(completion), now);
@@ -302,6 +305,18 @@ void BootSlave::send_reset(nmt::Command command, Instant now) {
   reset_.command = command;
   reset_.sent = now;
   services_.host.send_nmt(command, plan_.id, now);
+  state_unknown();
+}
+
+// It was reset, or nothing is heard of it: what it showed before does not count any more.
+void BootSlave::state_unknown() {
+  node_.state = nmt::State::unknown;
+  services_.host.node_data_invalid(plan_.id);
+}
+
+void BootSlave::missing() {
+  node_.presence = Presence::missing;
+  state_unknown();
 }
 
 // A node without boot slave process may be started by another application.
@@ -436,6 +451,7 @@ void BootSlave::start_error_control(Instant now) {
 // The node is configured, so that a heartbeat that comes yet makes it whole.
 void BootSlave::no_error_control(Instant now) {
   wake_ = kNever;
+  missing();
   tell('K', {}, now);
 }
 
@@ -467,7 +483,7 @@ void BootSlave::finish(char letter, const BootFinding& finding, Instant now) {
 // understood. The same is not told twice.
 void BootSlave::search(char letter, const BootFinding& finding, Instant now) {
   if (finding.abort == AbortCode::timeout && !said_) {
-    node_.presence = Presence::missing;
+    missing();
   }
   set_step(Step::retry, now + kRetryDelay);
   if (!told_ || node_.boot != letter || node_.finding != finding) {

@@ -114,6 +114,8 @@ class BootSlave final : private StepContext {
   bool missed_reset(nmt::State state, Instant now) const;
   void repeat_reset(Instant now);
   void abandon_step();
+  void state_unknown();
+  void missing();
   void after_reset(Instant now);
   void check_program(Instant now);
   void configure(Instant now);

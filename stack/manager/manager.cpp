@@ -44,6 +44,7 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
   seen.last_heard = now;
   seen.presence = Presence::present;
   seen.state = nmt::State::pre_operational;  // entered by itself right after the boot-up message
+  life_.boot_up(node, now);
   touch(node);
   Slot* slot = find(node);
   if (slot == nullptr) {
@@ -56,6 +57,7 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
   if (!active() || nodes_stopped_) {
     return;
   }
+  life_.forget(node);  // its boot process asks it
   heartbeats_.stop(node);
   seen.heartbeat_monitored = false;
   slot->started = false;
@@ -67,8 +69,13 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
 void Manager::heartbeat(std::uint8_t node, nmt::State state, Instant now) {
   NodeState& seen = nodes_[node];
   seen.last_heard = now;
+  if (heartbeats_.monitored(node)) {
+    life_.forget(node);
+  } else {
+    life_.heartbeat(node, now);
+  }
   Slot* slot = find(node);
-  if (slot == nullptr && seen.presence == Presence::unknown) {
+  if (slot == nullptr && !held_[node] && seen.presence != Presence::present) {
     events_.emit({.time = now,
                   .kind = EventKind::unexpected_node,
                   .node = node,
@@ -89,11 +96,8 @@ void Manager::heartbeat(std::uint8_t node, nmt::State state, Instant now) {
 }
 
 void Manager::heartbeat_lost(std::uint8_t node, Instant now) {
-  NodeState& seen = nodes_[node];
-  seen.presence = Presence::missing;
-  ++seen.heartbeats_lost;
-  touch(node);
-  host_.node_data_invalid(node);
+  miss(node, Presence::missing);
+  ++nodes_[node].heartbeats_lost;
   Slot* slot = find(node);
   if (slot == nullptr || !active() || nodes_stopped_) {
     return;
@@ -125,6 +129,47 @@ void Manager::heartbeat_recovered(std::uint8_t node, Instant now) {
   }
 }
 
+void Manager::consumer_lost(std::uint8_t node, Instant deadline) {
+  if (nodes_[node].presence != Presence::missing) {
+    heartbeats_.stop(node);  // it would report the same loss
+    heartbeat_lost(node, deadline);
+  }
+}
+
+void Manager::scanned(std::uint8_t node, bool answered, Instant asked_at, Instant now) {
+  NodeState& seen = nodes_[node];
+  if (find(node) != nullptr || held_[node] || heartbeats_.monitored(node)) {
+    return;  // its boot process or its error control shows whether it is there
+  }
+  if (!answered) {
+    if (seen.presence == Presence::present && seen.last_heard < asked_at) {
+      miss(node, life_.beats(node) ? Presence::missing : Presence::unknown);
+    }
+  } else if (seen.presence != Presence::present) {
+    seen.presence = Presence::present;
+    life_.answer(node, now);
+    touch(node);
+  }
+}
+
+// What was heard of the node in its last life is not shown.
+void Manager::miss(std::uint8_t node, Presence presence) {
+  nodes_[node].presence = presence;
+  nodes_[node].state = nmt::State::unknown;
+  life_.forget(node);
+  touch(node);
+  host_.node_data_invalid(node);
+}
+
+// Nothing was heard for so long that the node cannot count as present any more. One that sends no
+// heartbeat may be there yet.
+void Manager::expire(std::uint8_t node) {
+  if (nodes_[node].presence == Presence::present && !heartbeats_.monitored(node)) {
+    const bool is_missing = life_.beats(node) || has_error_control(node);
+    miss(node, is_missing ? Presence::missing : Presence::unknown);
+  }
+}
+
 void Manager::emergency(std::uint8_t node, std::uint16_t code, std::uint8_t error_register,
                         Instant now) {
   NodeState& seen = nodes_[node];
@@ -148,6 +193,16 @@ void Manager::completed(const sdo::Completion& completion, Instant now) {
 void Manager::commanded(nmt::Command command, std::uint8_t node, Instant now) {
   if (node == 0 && command != nmt::Command::stop) {
     leave_stop(now);
+  }
+  if (nmt::is_reset(command)) {
+    for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+      const bool reset = node == 0 || id == node;
+      if (reset && find(id) == nullptr && nodes_[id].presence == Presence::present) {
+        nodes_[id].state = nmt::State::unknown;
+        life_.answer(id, now);
+        touch(id);
+      }
+    }
   }
   for (const auto& slot : slots_) {
     const std::uint8_t id = slot->plan.id;
@@ -290,7 +345,7 @@ void Manager::refresh_list() {
 // Without error control nobody will tell the state, so the command has to stand for it.
 void Manager::assume_state(std::uint8_t node, nmt::Command command) {
   NodeState& seen = nodes_[node];
-  if (seen.heartbeat_monitored) {
+  if (seen.heartbeat_monitored || seen.presence != Presence::present) {
     return;
   }
   switch (command) {

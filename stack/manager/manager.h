@@ -18,6 +18,7 @@
 #include "stack/manager/plan.h"
 #include "stack/manager/state.h"
 #include "stack/nmt/heartbeat_consumer.h"
+#include "stack/nmt/life_signs.h"
 #include "stack/nmt/state.h"
 #include "stack/sdo/arbiter.h"
 
@@ -43,6 +44,10 @@ class Manager {
   void heartbeat(std::uint8_t node, nmt::State state, Instant now);
   void heartbeat_lost(std::uint8_t node, Instant now);
   void heartbeat_recovered(std::uint8_t node, Instant now);
+  // The own node lost it by 1016h of its dictionary.
+  void consumer_lost(std::uint8_t node, Instant deadline);
+  // A scan asked the node, and it answered or not. What was heard of it after asked_at counts more.
+  void scanned(std::uint8_t node, bool answered, Instant asked_at, Instant now);
   void emergency(std::uint8_t node, std::uint16_t code, std::uint8_t error_register, Instant now);
   // A transfer with kManagerToken in its token.
   void completed(const sdo::Completion& completion, Instant now);
@@ -107,6 +112,8 @@ class Manager {
   Slot* find(std::uint8_t node) const;
   Slot& slot_of(NodePlan plan);
   void equip(Slot& slot);
+  void miss(std::uint8_t node, Presence presence);
+  void expire(std::uint8_t node);
   void assume_state(std::uint8_t node, nmt::Command command);
   void touch(std::uint8_t node) {
     ++revisions_[node];
@@ -115,7 +122,7 @@ class Manager {
   void refresh_list();
 
   // --- startup.cpp ----------------------------------------------------------------------------
-  void end();
+  void end(Instant now);
   void boot_all(Instant now);
   void reset_nodes(Instant now);
   void begin(Slot& slot, BootSlave::Reason reason, Instant now,
@@ -154,6 +161,7 @@ class Manager {
   std::array<std::uint64_t, 128> revisions_{};
   std::uint64_t changes_ = 0;
   std::bitset<128> held_;
+  nmt::LifeSigns life_;  // of nodes whose error control is not monitored
 };
 
 }  // namespace linegate::manager

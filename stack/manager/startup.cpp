@@ -65,21 +65,25 @@ void Manager::boot_all(Instant now) {
 }
 
 void Manager::stop(Instant now) {
-  end();
+  end(now);
   set_state(ManagerState::stopped, now);
 }
 
 void Manager::hand_over(Instant now) {
-  end();
+  end(now);
   set_state(ManagerState::inactive, now);
 }
 
-void Manager::end() {
+// Nodes whose heartbeat is not monitored any more count as present until the next one is late.
+void Manager::end(Instant now) {
   for (const auto& slot : slots_) {
     slot->boot->cancel();
     heartbeats_.stop(slot->plan.id);
     host_.node_data_invalid(slot->plan.id);
     nodes_[slot->plan.id].heartbeat_monitored = false;
+    if (slot->plan.heartbeat_consumer > Duration::zero()) {
+      life_.expect(slot->plan.id, now + slot->plan.heartbeat_consumer);
+    }
     touch(slot->plan.id);
   }
   boot_deadline_ = kNever;
@@ -94,9 +98,11 @@ void Manager::boot(std::uint8_t node, Instant now) {
   }
   Slot* slot = find(node);
   if (slot == nullptr) {
-    nodes_[node].boot = 'A';
-    nodes_[node].finding = {};
-    touch(node);
+    if (nodes_[node].presence != Presence::unknown) {
+      nodes_[node].boot = 'A';
+      nodes_[node].finding = {};
+      touch(node);
+    }
     events_.emit(boot_result(node, 'A', {}, now));
     return;
   }
@@ -112,6 +118,9 @@ void Manager::boot(std::uint8_t node, Instant now) {
 }
 
 void Manager::advance(Instant now) {
+  while (const std::uint8_t node = life_.take_expired(now)) {
+    expire(node);
+  }
   if (reaction_ != Reaction::none) {
     react(now);
   }
@@ -133,7 +142,7 @@ Instant Manager::next_wake() const {
   if (reaction_ != Reaction::none) {
     return Instant{};
   }
-  Instant wake = boot_deadline_;
+  Instant wake = earlier(boot_deadline_, life_.next_wake());
   for (const auto& slot : slots_) {
     wake = earlier(wake, slot->boot->next_wake());
   }
@@ -165,6 +174,9 @@ void Manager::settle(Slot& slot, Instant now) {
   }
   slot.concluded = true;
   slot.started = *result == kWasOperational;
+  if (!is_booted(*result) && !slot.boot->searching() && !life_.holds(slot.plan.id)) {
+    life_.answer(slot.plan.id, now);  // nothing asks it any more
+  }
   touch(slot.plan.id);
   update_state(now);
 }

@@ -198,8 +198,11 @@ void Node::Impl::tell_damage(storage::Damage what) {
   tell_configuration_error({storage::kStoreParameters, 0}, abort_code(what));
 }
 
-void Node::Impl::heartbeat_lost(std::uint8_t node, Instant /*deadline*/) {
+void Node::Impl::heartbeat_lost(std::uint8_t node, Instant deadline) {
   begin(Fault::heartbeat, node);
+  if (companion != nullptr) {
+    companion->consumer_lost(node, deadline);
+  }
   obey_error_behaviour(nmt::kCommunicationError);
 }
 

@@ -7,6 +7,8 @@
 
 namespace linegate::node {
 
+void Companion::consumer_lost(std::uint8_t /*node*/, Instant /*deadline*/) {
+}
 void Companion::unwanted(const can::Frame& /*frame*/) {
 }
 

@@ -51,6 +51,9 @@ class Companion {
   virtual ~Companion() = default;
   virtual void receive(const can::Target& target, const can::Frame& frame) = 0;
   virtual void synced(Instant now) = 0;  // after RPDOs were committed and TPDOs sampled
+  // The node's own consumer (1016h) lost the heartbeat of another node. Does nothing unless it is
+  // overridden.
+  virtual void consumer_lost(std::uint8_t node, Instant deadline);
   // A frame that nobody wants. Does nothing unless it is overridden.
   virtual void unwanted(const can::Frame& frame);
   // The node boots next, at power-on or by a reset: its values are the defaults and what was

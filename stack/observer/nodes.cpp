@@ -23,6 +23,8 @@ Nodes::Nodes(std::span<const manager::NodePlan> plans, std::uint8_t master, can:
   emergencies_.listen_all(0);
   for (const manager::NodePlan& plan : plans) {
     nodes_[plan.id].configured = true;
+    touch(plan.id);
+    heartbeat_time_[plan.id] = plan.heartbeat_consumer;
     guarded_time_[plan.id] = plan.guard_time * plan.life_time_factor;
     if (guarded_time_[plan.id] > Duration::zero()) {
       heartbeats_.overhear_guarding(plan.id, guarded_time_[plan.id]);
@@ -39,6 +41,29 @@ Nodes::~Nodes() {
 
 void Nodes::listen_emcy(std::uint8_t node, can::CobId cob_id) {
   emergencies_.listen(node, cob_id);
+}
+
+void Nodes::advance(Instant now) {
+  heartbeats_.advance(now);
+  while (const std::uint8_t id = life_.take_expired(now)) {
+    if (nodes_[id].presence == Presence::present && !nodes_[id].heartbeat_monitored) {
+      const bool is_missing = has_error_control(id) || life_.beats(id);
+      miss(id, is_missing ? Presence::missing : Presence::unknown);
+    }
+  }
+}
+
+bool Nodes::has_error_control(std::uint8_t id) const {
+  return heartbeat_time_[id] > Duration::zero() || guarded_time_[id] > Duration::zero();
+}
+
+// What was heard of the node in its last life is not shown.
+void Nodes::miss(std::uint8_t id, Presence presence) {
+  nodes_[id].presence = presence;
+  nodes_[id].state = nmt::State::unknown;
+  life_.forget(id);
+  touch(id);
+  listener_.node_data_invalid(id);
 }
 
 bool Nodes::receive_error_control(std::uint8_t node, const can::Frame& frame) {
@@ -67,8 +92,7 @@ void Nodes::commanded(const nmt::NodeControl& command, Instant now) {
 
 // Who tells its state is believed, not the command; of a reset nothing remains either way.
 void Nodes::assume(std::uint8_t id, nmt::Command command) {
-  const bool known = nodes_[id].configured || nodes_[id].presence != Presence::unknown;
-  if (!known || id == master_) {
+  if (nodes_[id].presence != Presence::present || id == master_) {
     return;
   }
   switch (command) {
@@ -89,6 +113,7 @@ void Nodes::assume(std::uint8_t id, nmt::Command command) {
       return;
     case nmt::Command::reset_node:
     case nmt::Command::reset_communication:
+      set_state(id, nmt::State::unknown);
       listener_.node_data_invalid(id);
       return;
   }
@@ -111,6 +136,9 @@ void Nodes::heard_pdo(std::uint8_t node, Instant now) {
     return;
   }
   seen.last_heard = now;
+  if (!seen.configured || has_error_control(node)) {
+    life_.answer(node, now);
+  }
   if (seen.presence != Presence::present) {
     seen.presence = Presence::present;
     touch(node);
@@ -158,7 +186,7 @@ std::uint64_t Nodes::heartbeats_lost() const {
 // The first sign of life of a node; state as in EventKind::unexpected_node.
 void Nodes::heard(std::uint8_t id, nmt::State state, Instant now) {
   NodeState& seen = nodes_[id];
-  const bool first = seen.presence == Presence::unknown;
+  const bool first = seen.presence != Presence::present;
   seen.last_heard = now;
   seen.presence = Presence::present;
   if (!seen.configured && id != master_ && (first || state == nmt::State::initialising)) {
@@ -175,6 +203,9 @@ void Nodes::boot_up(std::uint8_t id, Instant now) {
   nodes_[id].heartbeat_monitored = false;
   nodes_[id].state = nmt::State::pre_operational;  // entered by itself right after the boot-up
   listener_.node_data_invalid(id);
+  if (!nodes_[id].configured || has_error_control(id)) {
+    life_.boot_up(id, now);
+  }
   touch(id);
 }
 
@@ -182,6 +213,11 @@ void Nodes::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
   NodeState& seen = nodes_[id];
   const bool news = seen.state != state || seen.presence != Presence::present || !tells_state_[id];
   heard(id, state, now);
+  if (heartbeats_.monitored(id)) {
+    life_.forget(id);
+  } else {
+    life_.heartbeat(id, now);
+  }
   if (!news) {
     return;
   }
@@ -195,10 +231,8 @@ void Nodes::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
 }
 
 void Nodes::heartbeat_lost(std::uint8_t id, Instant /*deadline*/) {
-  nodes_[id].presence = Presence::missing;
+  miss(id, Presence::missing);
   ++nodes_[id].heartbeats_lost;
-  touch(id);
-  listener_.node_data_invalid(id);
 }
 
 void Nodes::emergency(std::uint8_t id, const emcy::Message& message, Instant now) {
@@ -206,6 +240,9 @@ void Nodes::emergency(std::uint8_t id, const emcy::Message& message, Instant now
   seen.last_heard = now;
   if (seen.presence == Presence::unknown) {
     seen.presence = Presence::present;
+    if (!seen.configured || has_error_control(id)) {
+      life_.answer(id, now);
+    }
   }
   seen.last_emcy = message.code;
   seen.error_register = message.error_register;

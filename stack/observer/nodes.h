@@ -15,6 +15,7 @@
 #include "stack/manager/plan.h"
 #include "stack/manager/state.h"
 #include "stack/nmt/heartbeat_consumer.h"
+#include "stack/nmt/life_signs.h"
 #include "stack/nmt/node_control.h"
 
 namespace linegate::observer {
@@ -50,8 +51,8 @@ class Nodes final : nmt::HeartbeatListener, emcy::Listener {
   // Something of its identity was overheard: 1000h or 1018h.
   void identity(std::uint8_t node, od::Address address, std::uint32_t value);
 
-  void advance(Instant now) { heartbeats_.advance(now); }
-  Instant next_wake() const { return heartbeats_.next_wake(); }
+  void advance(Instant now);
+  Instant next_wake() const { return earlier(heartbeats_.next_wake(), life_.next_wake()); }
 
   // 1..127; nodes never heard of and not configured are unknown.
   const manager::NodeState& node(std::uint8_t id) const { return nodes_[id]; }
@@ -69,6 +70,8 @@ class Nodes final : nmt::HeartbeatListener, emcy::Listener {
   void emergency(std::uint8_t id, const emcy::Message& message, Instant now) override;
 
   void heard(std::uint8_t id, nmt::State state, Instant now);
+  bool has_error_control(std::uint8_t id) const;
+  void miss(std::uint8_t id, manager::Presence presence);
   void assume(std::uint8_t id, nmt::Command command);
   void set_state(std::uint8_t id, nmt::State state);
   void touch(std::uint8_t id) { ++revisions_[id]; }
@@ -80,8 +83,10 @@ class Nodes final : nmt::HeartbeatListener, emcy::Listener {
   emcy::Consumer emergencies_;
   std::array<manager::NodeState, 128> nodes_;
   std::array<std::uint64_t, 128> revisions_{};
-  std::array<bool, 128> tells_state_{};       // heartbeat or guarding answer since its boot-up
-  std::array<Duration, 128> guarded_time_{};  // life time by configuration
+  nmt::LifeSigns life_;                         // of nodes whose error control is not monitored
+  std::array<Duration, 128> heartbeat_time_{};  // consumer time by configuration
+  std::array<bool, 128> tells_state_{};         // heartbeat or guarding answer since its boot-up
+  std::array<Duration, 128> guarded_time_{};    // life time by configuration
 };
 
 }  // namespace linegate::observer

@@ -90,6 +90,7 @@ void Scanner::restored(Running& running, AbortCode outcome, Instant now) {
 }
 
 void Scanner::submit(Running& running, sdo::Request request, Instant now) {
+  running.asked = now;
   running.token = kScanToken | ++tokens_;
   request.token = running.token;
   request.node = running.survey.result().id;
@@ -105,6 +106,8 @@ void Scanner::completed(const sdo::Completion& completion, Instant now) {
   if (at == running_.end()) {
     return;  // it was cancelled
   }
+  const bool timed_out = completion.abort == AbortCode::timeout && !completion.refused;
+  host_.asked(completion.node, !timed_out, at->asked, now);
   if (completion.write) {
     restored(*at, completion.abort, now);
     return;
@@ -138,6 +141,9 @@ Instant Scanner::next_wake() const {
     wake = earlier(wake, running.wake);
   }
   return wake;
+}
+
+void Host::asked(std::uint8_t /*node*/, bool /*answered*/, Instant /*asked_at*/, Instant /*now*/) {
 }
 
 void Scanner::finish(Running& running, Instant now) {

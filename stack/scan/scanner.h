@@ -25,6 +25,9 @@ class Host {
   virtual ~Host() = default;
   // Sends NMT reset node, so that restored defaults come into force (CiA 301, 1011h).
   virtual void reset_node(std::uint8_t node, Instant now) = 0;
+  // The node answered what it was asked at asked_at, or did not. Does nothing unless it is
+  // overridden.
+  virtual void asked(std::uint8_t node, bool answered, Instant asked_at, Instant now);
 };
 
 struct Options {
@@ -73,6 +76,7 @@ class Scanner {
     Survey survey;
     std::uint64_t token = 0;
     bool restored = false;  // it was tried
+    Instant asked{};        // the last question
     Instant wake = kNever;  // when waiting for the boot-up message ends
   };
 

@@ -54,7 +54,7 @@ TEST(RandomPlants, AFailureIsShrunkToWhatItNeeds) {
   const std::string text =
       "line x\ndevice 1 encoder\ndevice 2 drive\nat 3s\nat 4s node 1 dies\nat 4500ms sdo read a 2 "
       "1018:1\n"
-      "expect node 1 operational within 100ms\nexpect node 1 pre-operational within 100ms\n";
+      "expect node 1 missing within 1s\nexpect node 1 pre-operational within 100ms\n";
   ASSERT_FALSE(run_scenario("x", text, 1).ok());
   const std::string shrunken = shrink(text, 1);
   EXPECT_EQ(shrunken.find("sdo"), std::string::npos) << shrunken;

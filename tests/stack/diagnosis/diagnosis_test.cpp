@@ -123,12 +123,15 @@ TEST_F(DiagnosisTest, NodesThatAreNotAsExpectedAreFaulty) {
   set(kStranger, nmt::State::pre_operational, manager::kBootUnfinished);
   EXPECT_EQ(read(0x5F03, 2), 1U << 31U) << "it is not assigned";
   EXPECT_EQ(read(0x5F06, 2), 1U << 31U);
-  nodes_[kStranger].presence = Presence::missing;
-  EXPECT_EQ(read(0x5F03, 2), 0U);
+  for (const Presence presence : {Presence::unknown, Presence::missing}) {
+    nodes_[kStranger].presence = presence;
+    nodes_[kStranger].state = nmt::State::unknown;
+    EXPECT_EQ(read(0x5F03, 2), 0U) << manager::name(presence);
+  }
   set(kLamp, nmt::State::pre_operational, 'J');
   EXPECT_EQ(read(0x5F03, 2), 1U << 0U);
   EXPECT_EQ(read(0x5F02, 2), 0U) << "not configured";
-  set(kPress, nmt::State::operational);
+  set(kPress, nmt::State::unknown);
   nodes_[kPress].presence = Presence::missing;
   EXPECT_EQ(read(0x5F03, 1), 1U << 4U);
   EXPECT_EQ(read(0x5F04, 1), 0U) << "nobody knows the state of a node that is missing";

@@ -227,7 +227,7 @@ TEST_F(ObserverTest, ANodeThatIsGuardedUnexpectedlyIsUnderstoodFromTheFirstReque
   EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
   EXPECT_EQ(line_->state().counters.frames_malformed, 0U);
   pass(seconds(100));
-  EXPECT_EQ(line_->node_state(5).presence, Presence::present) << "no life time is known";
+  EXPECT_EQ(line_->node_state(5).presence, Presence::missing) << "its answers have ceased";
 }
 
 TEST_F(ObserverTest, EmcysAndForeignNodesAreTold) {

@@ -1,0 +1,149 @@
+// What the line shows of nodes that come and go: of those that are not configured, and of those
+// whose error control nobody monitors.
+#include "stack/base/byte_order.h"
+#include "stack/nmt/life_signs.h"
+
+#include "tests/stack/line/line_fixture.h"
+
+namespace linegate::line {
+namespace {
+
+using std::chrono::seconds;
+
+class PresenceTest : public LineTest {
+ protected:
+  static constexpr std::uint8_t kUnlisted = 99;
+
+  void start() {
+    make(config_with_axis());
+    boot();
+  }
+
+  std::uint64_t own(std::uint16_t index, std::uint8_t sub) {
+    const auto value = line_->dictionary().read({index, sub});
+    return value.ok() ? load_le(*value) : ~std::uint64_t{0};
+  }
+
+  // A bit of an object of 4 x 32 nodes.
+  bool listed(std::uint16_t index, std::uint8_t node) {
+    const auto word = own(index, static_cast<std::uint8_t>((node - 1) / 32 + 1));
+    return (word >> (node - 1) % 32 & 1) != 0;
+  }
+
+  void beat(std::uint8_t node, nmt::State state, int times) {
+    for (int i = 0; i < times; ++i) {
+      hear(0x700U + node, {static_cast<std::uint8_t>(state)});
+      pass(milliseconds(200));
+      hear(0x705, {0x05});
+    }
+  }
+};
+
+TEST_F(PresenceTest, AnUnlistedNodeCountsAsPresentAsLongAsItsHeartbeatsCome) {
+  start();
+  beat(kUnlisted, nmt::State::operational, 4);
+  EXPECT_EQ(line_->node_state(kUnlisted).presence, Presence::present);
+  EXPECT_EQ(line_->node_state(kUnlisted).state, nmt::State::operational);
+  EXPECT_TRUE(listed(0x5F03, kUnlisted)) << "a node that is not assigned";
+  EXPECT_TRUE(listed(0x5F04, kUnlisted)) << "Operational";
+  EXPECT_EQ(own(0x1F82, kUnlisted), 5U);
+  const std::uint64_t revision = line_->node_revision(kUnlisted);
+  pass(nmt::LifeSigns::kShortest);
+  EXPECT_EQ(line_->node_state(kUnlisted).presence, Presence::missing);
+  EXPECT_EQ(line_->node_state(kUnlisted).state, nmt::State::unknown);
+  EXPECT_FALSE(listed(0x5F03, kUnlisted));
+  EXPECT_FALSE(listed(0x5F04, kUnlisted));
+  EXPECT_EQ(own(0x1F82, kUnlisted), 1U) << "missing";
+  EXPECT_GT(line_->node_revision(kUnlisted), revision);
+  events();
+  hear(0x700U + kUnlisted, {0x05});
+  EXPECT_TRUE(told(EventKind::unexpected_node, kUnlisted)) << "it has returned";
+}
+
+TEST_F(PresenceTest, AnUnlistedNodeThatWasHeardOnceIsNotKnownToBeThereAfterAWhile) {
+  start();
+  hear(0x700U + kUnlisted, {0x00});
+  EXPECT_EQ(line_->node_state(kUnlisted).presence, Presence::present);
+  pass(nmt::LifeSigns::kHold);
+  EXPECT_EQ(line_->node_state(kUnlisted).presence, Presence::unknown);
+  EXPECT_EQ(line_->node_state(kUnlisted).state, nmt::State::unknown);
+  EXPECT_EQ(own(0x1F82, kUnlisted), 0U) << "unknown";
+}
+
+TEST_F(PresenceTest, AResetOfAnUnlistedNodeEndsTheStateThatItShowed) {
+  start();
+  hear(0x700U + kUnlisted, {0x05});
+  line_->execute({.kind = CommandKind::nmt, .node = kUnlisted, .nmt = nmt::Command::reset_node},
+                 now_);
+  EXPECT_EQ(line_->node_state(kUnlisted).state, nmt::State::unknown);
+  EXPECT_FALSE(listed(0x5F04, kUnlisted));
+  hear(0x700U + kUnlisted, {0x00});
+  EXPECT_EQ(line_->node_state(kUnlisted).state, nmt::State::pre_operational);
+}
+
+TEST_F(PresenceTest, AScanEndsThePresenceOfAnUnlistedNodeThatDoesNotAnswer) {
+  start();
+  hear(0x700U + kUnlisted, {0x05});
+  pass(milliseconds(10));
+  line_->execute({.kind = CommandKind::scan, .node = kUnlisted}, now_);
+  sent();
+  pass(seconds(1));
+  EXPECT_EQ(line_->node_state(kUnlisted).presence, Presence::missing);
+  line_->execute({.kind = CommandKind::scan, .node = kUnlisted}, now_);
+  sent();
+  hear(0x580U + kUnlisted, {0x43, 0x00, 0x10, 0x00, 0x91, 0x01, 0x0F, 0x00});
+  EXPECT_EQ(line_->node_state(kUnlisted).presence, Presence::present);
+}
+
+TEST_F(PresenceTest, BootOfANodeThatWasNeverHeardLeavesNoState) {
+  start();
+  const std::uint64_t revision = line_->node_revision(kUnlisted);
+  line_->execute({.tag = 7, .kind = CommandKind::boot, .node = kUnlisted}, now_);
+  EXPECT_EQ(line_->node_revision(kUnlisted), revision) << "nothing to be published";
+  EXPECT_TRUE(told(EventKind::boot_result, kUnlisted));
+  Reply reply;
+  ASSERT_TRUE(line_->take_reply(reply));
+  ASSERT_EQ(reply.data.size(), 18U);
+  EXPECT_EQ(reply.data[1], std::byte{'A'});
+}
+
+TEST_F(PresenceTest, AMissingNodeShowsNoStateNotEvenAfterAStartOfAll) {
+  start();
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
+  pass(seconds(1));
+  EXPECT_EQ(line_->node_state(5).presence, Presence::missing);
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
+  line_->execute({.kind = CommandKind::nmt, .node = 0, .nmt = nmt::Command::start}, now_);
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
+  EXPECT_EQ(own(0x1F82, 5), 1U);
+}
+
+TEST_F(PresenceTest, ANodeThatWasResetShowsNoStateUntilItIsHeard) {
+  start();
+  line_->execute({.kind = CommandKind::boot, .node = 5}, now_);
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
+  hear(0x705, {0x00});
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
+}
+
+TEST_F(PresenceTest, ALossThatTheOwnConsumerFindsReachesTheManager) {
+  start();
+  ASSERT_TRUE(line_->dictionary().set({0x1016, 1}, std::uint32_t{0x0005'0064}));
+  line_->advance(now_);
+  hear(0x705, {0x05});
+  sent();
+  pass(milliseconds(110));
+  EXPECT_EQ(line_->node_state(5).presence, Presence::missing);
+  EXPECT_THAT(sent(), testing::Contains("000#8105"));
+}
+
+TEST_F(PresenceTest, ANodeOfAManagerThatWasStoppedCountsAsPresentUntilItsHeartbeatIsLate) {
+  start();
+  line_->stop(now_);
+  EXPECT_EQ(line_->node_state(5).presence, Presence::present);
+  pass(seconds(1));
+  EXPECT_EQ(line_->node_state(5).presence, Presence::missing);
+}
+
+}  // namespace
+}  // namespace linegate::line
