@@ -23,20 +23,15 @@
 #include "bridges/console/program.h"
 #include "bridges/console/scan.h"
 #include "bridges/dds/library_log.h"
-#include "gateway/check.h"
 #include "gateway/config/whole_file.h"
 #include "gateway/data_commands.h"
-#include "gateway/decode.h"
-#include "gateway/device_file.h"
 #include "gateway/exit_code.h"
+#include "gateway/file_commands.h"
 #include "gateway/foreign_text.h"
 #include "gateway/lss_options.h"
-#include "gateway/record.h"
 #include "gateway/remote_client.h"
-#include "gateway/replay.h"
 #include "gateway/scan_files.h"
 #include "gateway/signals.h"
-#include "gateway/simulate.h"
 
 namespace linegate::gateway {
 namespace {
@@ -145,9 +140,11 @@ class Program {
     app_.add_flag("--json", options_.json, "print JSON");
     app_.add_flag("--verbose", options_.verbose, "say on standard error what Fast DDS reports");
     app_.footer(
-        "Exit status: 0 done, 1 failed or refused, 2 wrong usage or configuration.\n"
-        "A line is named by its name or its network-ID; a node is LINE:NODE, for example press:5,\n"
-        "3:12, press:own. Indices are hexadecimal.");
+        "Exit status: 0 done, 1 failed or refused, 2 wrong usage or configuration, 3 printed, but\n"
+        "incomplete.\n"
+        "A line is named by its name or its network-ID, with GATEWAY/ before it where several\n"
+        "gateways have such a line; a node is LINE:NODE, for example press:5, 3:12,\n"
+        "hall-7/press:5, press:own. Indices are hexadecimal.");
     add_views();
     add_commands();
     add_configuration();
@@ -168,10 +165,9 @@ class Program {
           });
         },
         stopped);
-    add_tools();
-    add_recording();
-    add_replay();
-    add_decode();
+    files_.add(app_, options_.json, [this](CLI::App* command, std::function<int()> action) {
+      on(command, std::move(action));
+    });
   }
 
   int run(int argc, char** argv) {
@@ -426,93 +422,6 @@ class Program {
     });
   }
 
-  void add_tools() {
-    CLI::App* check =
-        app_.add_subcommand("check", "what a plant.yaml would run, and what is wrong");
-    check->add_option("plant", plant_)->required();
-    on(check, [this] { return gateway::check(plant_, options_.json); });
-
-    CLI::App* eds = app_.add_subcommand(
-        "eds", "print the EDS of a line's own node, or of LINE:DEVICE in the role device");
-    eds->add_option("plant", plant_)->required();
-    eds->add_option("line", texts_.line)->required();
-    on(eds, [this] { return print_device_file(plant_, texts_.line, DeviceFileKind::eds); });
-
-    CLI::App* dcf =
-        app_.add_subcommand("dcf", "print the DCF of a node, with all that is written to it");
-    dcf->add_option("plant", plant_)->required();
-    dcf->add_option("node", texts_.node, "LINE:NODE")->required();
-    dcf->add_flag("--concise", concise_, "concise DCF, as 1F22h holds it (binary)");
-    on(dcf, [this] {
-      return print_device_file(plant_, texts_.node,
-                               concise_ ? DeviceFileKind::concise : DeviceFileKind::dcf);
-    });
-
-    CLI::App* simulate = app_.add_subcommand("simulate", "put simulated devices on an interface");
-    simulate->add_option("interface", simulation_.uri, "e.g. socketcan:vcan0");
-    simulate->add_option(
-        "--device", simulation_.devices,
-        "PROFILE:NODE, e.g. drive:5; drive:5:unconfigured is without a node-ID until LSS "
-        "gives it one; repeatable");
-    simulate->add_option("--plant", simulation_.plant, "all nodes of a line of this plant.yaml");
-    simulate->add_option("--line", simulation_.line, "which line of the plant");
-    simulate->add_option("--store", simulation_.storage,
-                         "folder that keeps what is stored by 1010h, one file a device");
-    on(simulate, [this] {
-      block_stop_signals();
-      return gateway::simulate(simulation_);
-    });
-  }
-
-  void add_recording() {
-    CLI::App* record = app_.add_subcommand(
-        "record", "write what is on an interface as candump log; sends nothing");
-    record->add_option("interface", recording_.uri, "e.g. socketcan:can0")->required();
-    record->add_option("-o,--output", recording_.file.file,
-                       "file; the standard output if it is not given");
-    record
-        ->add_option("--max-size", recording_.file.max_size,
-                     "bytes until the file is renamed to FILE.1, e.g. 100MB")
-        ->transform(CLI::AsSizeValue(true))
-        ->check(CLI::Range(1000.0, 1e12));
-    record->add_option("--files", recording_.file.files, "files kept at most")
-        ->check(CLI::Range(1, 10'000));
-    on(record, [this] {
-      block_stop_signals();
-      return gateway::record(recording_);
-    });
-  }
-
-  void add_replay() {
-    CLI::App* replay =
-        app_.add_subcommand("replay", "send the frames of a candump log on an interface");
-    replay->add_option("log", replay_.file, "as candump -L or linegate record write it")
-        ->required();
-    replay->add_option("interface", replay_.uri, "e.g. socketcan:vcan0")->required();
-    replay->add_option("--speed", replay_.speed,
-                       "times as fast as recorded, 0.1 to 1000, or max for as fast as possible");
-    replay->add_option("--log-interface", replay_.log_interface,
-                       "only the frames of this interface in the log");
-    on(replay, [this] {
-      block_stop_signals();
-      return gateway::replay(replay_);
-    });
-  }
-
-  void add_decode() {
-    CLI::App* decode = app_.add_subcommand("decode", "explain a candump log line by line");
-    decode->add_option("log", decode_.file, "as candump -L or linegate record write it")
-        ->required();
-    decode->add_option("--plant", decode_.plant,
-                       "names, objects and PDOs of the devices of this plant.yaml");
-    decode->add_option("--line", decode_.line,
-                       "which line of the plant; else the one on the interface the log names");
-    on(decode, [this] {
-      decode_.json = options_.json;
-      return gateway::decode(decode_);
-    });
-  }
-
   void add_object(CLI::App* command) {
     command->add_option("node", texts_.node, "LINE:NODE")->required();
     command->add_option("index", texts_.index, "hexadecimal")->required();
@@ -570,14 +479,13 @@ class Program {
   double duration_ = 0;
   console::MonitorOptions monitor_;
   DataCommands data_;
+  FileCommands files_;
   bool outputs_ = false;
   bool from_image_ = false;
   bool by_pdo_ = false;
   bool keep_ = false;
   std::vector<std::string> faults_;
-  bool concise_ = false;
   std::uint64_t count_ = 0;
-  std::string plant_;
   std::string file_;
   unsigned number_ = 1;
   console::ScanRequest scan_;
@@ -585,10 +493,6 @@ class Program {
   std::string scan_folder_;
   std::string eds_folder_;
   console::LssRequest lss_;
-  SimulateOptions simulation_;
-  RecordOptions recording_;
-  ReplayCommand replay_;
-  DecodeOptions decode_;
 };
 
 }  // namespace

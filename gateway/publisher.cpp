@@ -55,6 +55,27 @@ void set_properties(std::string_view outputs_access, const QueueDepths& queues,
   out[4] = {"event-queue", std::to_string(queues.events)};
 }
 
+// What shows a subscriber whether it has received the states of all lines of all gateways: how many
+// lines this gateway has, and which other gateways it has discovered, as far as they fit.
+void add_gateways(std::size_t lines, const std::vector<std::string>& others,
+                  std::vector<dds::Property>& out) {
+  constexpr std::size_t kMost = 240;  // bytes; a value has up to 256
+  std::string text;
+  std::size_t left_out = 0;
+  for (const std::string& other : others) {
+    if (left_out != 0 || text.size() + other.size() > kMost) {
+      ++left_out;
+    } else {
+      text += (text.empty() ? "" : ",") + other;
+    }
+  }
+  if (left_out != 0) {
+    text += (text.empty() ? "+" : ",+") + std::to_string(left_out);
+  }
+  out.push_back({"lines", std::to_string(lines)});
+  out.push_back({"other-gateways", text});
+}
+
 void wait_readable(int descriptor, Instant until, Instant now) {
   pollfd p{descriptor, POLLIN, 0};
   if (until == kNever) {
@@ -223,6 +244,7 @@ void Publisher::publish_states(Line& line, Instant now) {
         now - line.state_published >= kStatePeriod || stop_.raised()) {
       const QueueDepths queues = std::exchange(line.queues, {});
       set_properties(config::name(line.host->plan.outputs), queues, line.properties);
+      add_gateways(lines_.size(), bridge_.other_gateways(), line.properties);
       if (const std::size_t others = bridge_.namesakes(); others > 0) {
         line.properties.push_back({"namesakes", std::to_string(others)});
       }

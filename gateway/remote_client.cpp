@@ -65,6 +65,11 @@ void RemoteClient::poll(Duration timeout, console::Listener& listener) {
   client_->poll(timeout, forward);
 }
 
+console::Discovery RemoteClient::discovery() const {
+  dds::Peers peers = client_->peers();
+  return {.gateways = std::move(peers.gateways), .unchanged = peers.unchanged};
+}
+
 console::Client::Answer RemoteClient::call(const console::LineId& id, const line::Command& command,
                                            Duration timeout, std::uint64_t layout_id,
                                            console::Listener& listener) {

@@ -13,6 +13,7 @@ class RemoteClient final : public console::Client {
   explicit RemoteClient(std::unique_ptr<dds::Client> client);
 
   void poll(Duration timeout, console::Listener& listener) override;
+  console::Discovery discovery() const override;
   Answer call(const console::LineId& id, const line::Command& command, Duration timeout,
               std::uint64_t layout_id, console::Listener& listener) override;
 

@@ -2,6 +2,7 @@
 // real subscriber. Times are UTC nanoseconds since 1970-01-01 in the form of an Instant.
 #pragma once
 
+#include <chrono>
 #include <compare>
 #include <cstdint>
 #include <string>
@@ -60,9 +61,17 @@ class Listener {
   virtual void on_left_out(std::uint64_t samples) = 0;
 };
 
+// Gateways that are in the domain, whether or not a sample of them has come.
+struct Discovery {
+  std::vector<std::string> gateways;             // names
+  Duration unchanged = std::chrono::seconds(1);  // since one has come or gone
+};
+
 class Client {
  public:
   virtual ~Client() = default;
+
+  virtual Discovery discovery() const { return {}; }
 
   // Handles what has arrived; waits at most `timeout` if nothing has.
   virtual void poll(Duration timeout, Listener& listener) = 0;

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <optional>
 #include <ostream>
+#include <set>
 #include <utility>
 
 #include "bridges/console/answer.h"
@@ -24,17 +25,45 @@ int usage(Context& context, const std::string& text) {
   return kUsage;
 }
 
-// Waits for lines that match; without a name for whatever there is.
-std::vector<const Line*> find_lines(Context& context, Model& model, const std::string& line) {
-  const auto known = [&] {
+bool is_received(const Line* line) {
+  return line->view.has_value();
+}
+
+// An observer has states of the nodes only that it has heard.
+bool has_its_nodes(const Line* line) {
+  const bool all =
+      line->view && (line->view->state.role == line::Role::observer || knows_nodes(*line));
+  return line->gone || all;
+}
+
+// Waits until the lines of all gateways are received, and all lines that match fulfil the
+// condition; without a name all lines match. Empty: there is none, which was reported.
+std::vector<const Line*> find_lines(Context& context, Model& model, const std::string& line,
+                                    bool (*condition)(const Line*)) {
+  (void)wait_until_settled(context, model, [&] {
     const auto found = model.find(line);
-    return std::ranges::any_of(found, [](const Line* l) { return l->view.has_value(); });
-  };
-  if (!wait_until(context, model, known)) {
+    return !found.empty() && std::ranges::all_of(found, condition);
+  });
+  auto found = model.find(line);
+  if (std::ranges::none_of(found, is_received)) {
     context.err << (line.empty() ? "no gateway was heard of" : "no line '" + line + "'") << '\n';
-    return {};
+    found.clear();
   }
-  return model.find(line);
+  return found;
+}
+
+// What is missing of the lines that were printed, each of which should fulfil the condition.
+int completeness_of(Context& context, const Model& model, const std::vector<const Line*>& lines,
+                    std::string_view what, bool (*condition)(const Line*)) {
+  int code = completeness(context, model);
+  for (const Line* line : lines) {
+    if (!condition(line)) {
+      context.err << "incomplete: " << what << " of " << printable(line->id.gateway) << '/'
+                  << printable(line->id.line) << '\n';
+      code = kIncomplete;
+    }
+  }
+  return code;
 }
 
 std::string text_of(const Client::Answer& answer) {
@@ -86,11 +115,22 @@ struct SdoTarget {
   line::Command command;
 };
 
-// A network-ID that is no line's: the number.
-std::optional<std::uint16_t> remote_network(const Model& model, const std::string& line) {
-  const auto number = parse_number(line, 0xFFFF, false);
-  const bool remote = number && *number != 0 && model.find(line).empty();
-  return remote ? std::optional(static_cast<std::uint16_t>(*number)) : std::nullopt;
+// A network, of one gateway or (empty) any.
+struct RemoteNetwork {
+  std::uint16_t number = 0;
+  std::string gateway;
+};
+
+// "NETWORK" or "GATEWAY/NETWORK" with a network-ID that is no line's.
+std::optional<RemoteNetwork> remote_network(const Model& model, const std::string& line) {
+  const std::size_t slash = line.find('/');
+  const bool full_name = slash != std::string::npos;
+  const auto number = parse_number(full_name ? line.substr(slash + 1) : line, 0xFFFF, false);
+  if (!number || *number == 0 || !model.find(line).empty()) {
+    return std::nullopt;
+  }
+  return RemoteNetwork{static_cast<std::uint16_t>(*number),
+                       full_name ? line.substr(0, slash) : std::string()};
 }
 
 void ask_in_network(SdoTarget& target, std::uint16_t network) {
@@ -129,21 +169,29 @@ const Line* find_target(Context& context, Model& model, SdoTarget& target, const
     return find_via(context, model, target, via);
   }
   const std::string& line = target.node.line;
-  const auto way = [&]() -> const Line* {
+  const auto ways = [&] {
     const auto network = remote_network(model, line);
-    return network ? find_way(model, *network) : nullptr;
+    return network ? find_ways(model, network->number, network->gateway)
+                   : std::vector<const Line*>();
   };
   const auto known = [&] {
-    return way() != nullptr ||
-           std::ranges::any_of(model.find(line), [](const Line* l) { return l->view.has_value(); });
+    return !ways().empty() || std::ranges::any_of(model.find(line), is_received);
   };
-  if (!target.node.own && wait_until(context, model, known)) {
-    if (const Line* found = way()) {
-      ask_in_network(target, *remote_network(model, line));
-      return found;
-    }
+  if (target.node.own || !wait_until_settled(context, model, known)) {
+    return find_line(context, model, line);
   }
-  return find_line(context, model, line);
+  const std::vector<const Line*> found = ways();
+  if (found.empty()) {
+    return find_line(context, model, line);
+  }
+  if (found.size() > 1) {
+    context.err << "more than one gateway has a route to network " << line << ": name one, as "
+                << printable(found.front()->id.gateway) << '/' << line << '\n';
+    return nullptr;
+  }
+  const RemoteNetwork network = *remote_network(model, line);
+  ask_in_network(target, network.number);
+  return found.front();
 }
 
 // What an object_write answers.
@@ -224,7 +272,7 @@ std::optional<SdoTarget> sdo_target(Context& context, const std::string& node,
 
 int lines(Context& context) {
   Model model;
-  const auto found = find_lines(context, model, "");
+  const auto found = find_lines(context, model, "", is_received);
   if (found.empty()) {
     return kFailed;
   }
@@ -233,12 +281,12 @@ int lines(Context& context) {
   } else {
     print(context.out, text_of(lines_of(model, {})));
   }
-  return kDone;
+  return completeness(context, model);
 }
 
 int nodes(Context& context, const std::string& line) {
   Model model;
-  const auto found = find_lines(context, model, line);
+  const auto found = find_lines(context, model, line, has_its_nodes);
   if (found.empty()) {
     return kFailed;
   }
@@ -247,41 +295,36 @@ int nodes(Context& context, const std::string& line) {
   } else {
     print(context.out, text_of(nodes_of(model, {.line = line})));
   }
-  return kDone;
+  return completeness_of(context, model, found, "nodes", has_its_nodes);
 }
 
 int routes(Context& context) {
   Model model;
-  if (find_lines(context, model, "").empty()) {
+  if (find_lines(context, model, "", is_received).empty()) {
     return kFailed;
   }
   if (context.json) {
     context.out << routes_json(model) << '\n';
-    return kDone;
+    return completeness(context, model);
   }
   const Table table = routes_table(model);
   if (table.rows.empty()) {
     context.out << "nothing is routed\n";
-    return kDone;
+    return completeness(context, model);
   }
   print(context.out, text_of(table));
   context.out << '\n';
   print(context.out, text_of(routing_table(model)));
-  return kDone;
+  return completeness(context, model);
 }
 
 int image(Context& context, const std::string& line, image::Direction direction) {
   Model model;
-  const auto has_image = [&] {
-    const auto found = model.find(line);
-    return !found.empty() && std::ranges::all_of(found, [&](const Line* l) {
-      return l->areas[static_cast<std::size_t>(direction)].complete();
-    });
-  };
-  const bool complete = wait_until(context, model, has_image);
-  const auto found = model.find(line);
+  const auto has_image = direction == image::Direction::inputs
+                             ? [](const Line* l) { return l->gone || l->areas[0].complete(); }
+                             : [](const Line* l) { return l->gone || l->areas[1].complete(); };
+  const auto found = find_lines(context, model, line, has_image);
   if (found.empty()) {
-    context.err << (line.empty() ? "no gateway was heard of" : "no line '" + line + "'") << '\n';
     return kFailed;
   }
   for (const Line* one : found) {
@@ -292,13 +335,13 @@ int image(Context& context, const std::string& line, image::Direction direction)
       print(context.out, image_table(*one, direction));
     }
   }
-  return complete ? kDone : kFailed;
+  return completeness_of(context, model, found, "the image", has_image);
 }
 
 int events(Context& context, const std::string& line, std::uint64_t count,
            const std::function<bool()>& stopped) {
   Model model;
-  if (!line.empty() && find_lines(context, model, line).empty()) {
+  if (!line.empty() && find_lines(context, model, line, is_received).empty()) {
     return kFailed;
   }
   std::uint64_t printed = 0;
@@ -512,13 +555,21 @@ int fault(Context& context, const std::string& line, const std::vector<std::stri
 
 int versions(Context& context, const std::string& line) {
   Model model;
-  const auto found = find_lines(context, model, line);
+  const auto found = find_lines(context, model, line, is_received);
   if (found.empty()) {
     return kFailed;
   }
-  const Client::Answer answer =
-      ask_line(context, model, *found.front(), {.kind = line::CommandKind::versions});
-  return print_answer(context, answer, text_of(answer));
+  std::set<std::string> asked;  // gateways
+  int code = kDone;
+  for (const Line* one : found) {
+    if (!one->view || one->gone || !asked.insert(one->id.gateway).second) {
+      continue;
+    }
+    const Client::Answer answer =
+        ask_line(context, model, *one, {.kind = line::CommandKind::versions});
+    code = std::max(code, print_answer(context, answer, text_of(answer)));
+  }
+  return std::max(code, completeness(context, model));
 }
 
 }  // namespace linegate::console

@@ -16,6 +16,8 @@ namespace linegate::console {
 inline constexpr int kDone = 0;
 inline constexpr int kFailed = 1;  // the gateway or the device said no, or nobody answered
 inline constexpr int kUsage = 2;   // what was asked makes no sense
+// Printed, but not all: gateways, lines or nodes are missing, which was reported.
+inline constexpr int kIncomplete = 3;
 
 struct Context {
   Client& client;
@@ -26,7 +28,7 @@ struct Context {
   Duration timeout = std::chrono::seconds(5);  // for an answer
 };
 
-// "LINE:NODE": the name or the network-ID of a line, and 1..127, "own" or "all".
+// "LINE:NODE": the name or the network-ID of a line, or "GATEWAY/LINE", and 1..127, "own" or "all".
 struct NodeRef {
   std::string line;
   std::uint8_t node = 0;

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <ostream>
 
+#include "bridges/console/discovery.h"
 #include "bridges/console/table.h"
 
 namespace linegate::console {
@@ -65,7 +66,9 @@ void poll(Context& context, Model& model, Duration timeout) {
   }
 }
 
-bool wait_until(Context& context, Model& model, const std::function<bool()>& condition) {
+namespace {
+
+bool poll_until(Context& context, Model& model, const std::function<bool()>& condition) {
   const auto end = Clock::now() + context.wait;
   // At least once, however short the wait and busy the machine.
   for (bool looked = false; !condition(); looked = true) {
@@ -74,6 +77,46 @@ bool wait_until(Context& context, Model& model, const std::function<bool()>& con
     }
     poll(context, model, kPoll);
   }
+  return true;
+}
+
+// Of the lines of that name; otherwise says on context.err why none can be meant. certain: no other
+// line can have the name.
+const Line* the_one(Context& context, const Model& model, const std::string& name, bool certain) {
+  const std::vector<const Line*> found = model.find(name);
+  if (found.size() > 1) {
+    context.err << "more than one line is meant: " << full_names(found) << '\n';
+    return nullptr;
+  }
+  const std::string unsettled = unsettled_text(context, model);
+  if (found.empty() || !found.front()->view) {
+    context.err << (name.empty() ? "no gateway was heard of"
+                                 : "no line '" + name + "'; lines heard of: " + known_lines(model))
+                << (unsettled.empty() ? "" : "; " + unsettled) << '\n';
+    return nullptr;
+  }
+  const Line& line = *found.front();
+  if (!certain) {
+    context.err << "'" << printable(name) << "' may be ambiguous: "
+                << (unsettled.empty() ? "discovery has not ended" : unsettled)
+                << "; name the line as " << full_names(found) << ", or use a longer --wait\n";
+    return nullptr;
+  }
+  if (Model::has_namesake(*line.view)) {
+    context.err << "more than one gateway is called '" << printable(line.id.gateway)
+                << "', and a command reaches all: give each a name of its own\n";
+    return nullptr;
+  }
+  return &line;
+}
+
+}  // namespace
+
+bool wait_until(Context& context, Model& model, const std::function<bool()>& condition) {
+  const auto end = Clock::now() + context.wait;
+  if (!poll_until(context, model, condition)) {
+    return false;
+  }
   const auto settled = std::min(end, Clock::now() + kSettle);
   while (Clock::now() < settled) {
     poll(context, model, kPoll);
@@ -81,31 +124,39 @@ bool wait_until(Context& context, Model& model, const std::function<bool()>& con
   return true;
 }
 
+bool wait_until_settled(Context& context, Model& model, const std::function<bool()>& condition) {
+  return poll_until(context, model, [&] { return is_settled(context, model) && condition(); });
+}
+
+int completeness(Context& context, const Model& model) {
+  const std::string missing = unsettled_text(context, model);
+  if (missing.empty()) {
+    return kDone;
+  }
+  context.err << "incomplete: " << missing << '\n';
+  return kIncomplete;
+}
+
 const Line* find_line(Context& context, Model& model, const std::string& line) {
-  const auto known = [&] {
+  const auto received = [&] {
     const auto found = model.find(line);
-    return !found.empty() && found.front()->view.has_value();
+    return !found.empty() &&
+           std::ranges::all_of(found, [](const Line* one) { return one->view.has_value(); });
   };
-  if (!wait_until(context, model, known)) {
-    context.err << (line.empty() ? "no gateway was heard of"
-                                 : "no line '" + line + "'; lines heard of: " + known_lines(model))
-                << '\n';
-    return nullptr;
-  }
-  const std::vector<const Line*> found = model.find(line);
-  if (found.size() > 1) {
-    context.err << "more than one line is meant: " << full_names(found) << '\n';
-    return nullptr;
-  }
-  return found.front();
+  const bool full_name = line.find('/') != std::string::npos;
+  const bool certain = full_name ? poll_until(context, model, received)
+                                 : wait_until_settled(context, model, received);
+  return the_one(context, model, line, certain);
+}
+
+bool knows_nodes(const Line& line) {
+  return std::ranges::count_if(line.nodes, [](const auto& node) {
+           return node.second.state.configured;
+         }) >= line.view->state.nodes_configured;
 }
 
 bool know_nodes(Context& context, Model& model, const Line& line) {
-  return wait_until(context, model, [&] {
-    return std::ranges::count_if(line.nodes, [](const auto& node) {
-             return node.second.state.configured;
-           }) >= line.view->state.nodes_configured;
-  });
+  return wait_until(context, model, [&] { return knows_nodes(line); });
 }
 
 std::optional<std::uint64_t> parse_number(const std::string& text, std::uint64_t limit, bool hex) {

@@ -19,9 +19,21 @@ void poll(Context& context, Model& model, Duration timeout);
 // Polls until condition() or context.wait has passed.
 bool wait_until(Context& context, Model& model, const std::function<bool()>& condition);
 
-// The one line that is meant; otherwise says on context.err what there is instead.
+// Polls until all gateways are received (discovery.h) and the condition holds. False: context.wait
+// has passed before.
+bool wait_until_settled(Context& context, Model& model, const std::function<bool()>& condition);
+
+// kDone, or kIncomplete after a message on context.err that says what is missing in what was
+// printed.
+int completeness(Context& context, const Model& model);
+
+// The one line that is meant; otherwise says on context.err what there is instead. "GATEWAY/LINE"
+// is unambiguous as soon as it is received. Any other name waits for all gateways.
 const Line* find_line(Context& context, Model& model, const std::string& line);
 
+// Whether the states of all nodes that the line is configured with are received. line.view is
+// there.
+bool knows_nodes(const Line& line);
 // Waits until the line has told of all nodes that it is configured with, of others or not; false
 // if context.wait was not enough. line.view is there.
 bool know_nodes(Context& context, Model& model, const Line& line);

@@ -86,8 +86,7 @@ void Model::on_line(const LineId& id, const LineView& view) {
     target->view = view;
     target->heard = now_;
     count_rates(*target);
-    if (std::ranges::find(view.properties, "namesakes",
-                          &std::pair<std::string, std::string>::first) != view.properties.end()) {
+    if (has_namesake(view)) {
       namesakes_.try_emplace(id.gateway, false);
     }
   }
@@ -168,14 +167,23 @@ std::vector<std::string> Model::take_warnings() {
   return out;
 }
 
+bool Model::has_namesake(const LineView& view) {
+  return std::ranges::any_of(view.properties,
+                             [](const auto& property) { return property.first == "namesakes"; });
+}
+
 std::vector<const Line*> Model::find(const std::string& text) const {
-  const bool number = !text.empty() && std::ranges::all_of(text, [](unsigned char c) {
+  const std::size_t slash = text.find('/');
+  const std::string gateway = slash == std::string::npos ? "" : text.substr(0, slash);
+  const std::string name = slash == std::string::npos ? text : text.substr(slash + 1);
+  const bool number = !name.empty() && std::ranges::all_of(name, [](unsigned char c) {
     return c >= '0' && c <= '9';
   });
   std::vector<const Line*> out;
   for (const auto& [id, line] : lines_) {
-    const bool network = number && line.view && std::to_string(line.view->state.network_id) == text;
-    if (text.empty() || id.line == text || network || id.gateway + '/' + id.line == text) {
+    const bool network = number && line.view && std::to_string(line.view->state.network_id) == name;
+    const bool here = slash == std::string::npos || id.gateway == gateway;
+    if (text.empty() || (here && (id.line == name || network))) {
       out.push_back(&line);
     }
   }

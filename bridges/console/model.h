@@ -92,6 +92,8 @@ class Model : public Listener {
   const std::map<LineId, Line>& lines() const { return lines_; }
   // In the order of arrival, the newest last; at most kKeptEvents.
   const std::deque<KnownEvent>& events() const { return events_; }
+  // Whether another gateway of the domain has the name of the one that sent it.
+  static bool has_namesake(const LineView& view);
   // Grows with every sample.
   std::uint64_t revision() const { return revision_; }
   std::uint64_t events_seen() const { return events_seen_; }
@@ -101,8 +103,8 @@ class Model : public Listener {
   // Which of them there are, in words; each kind is told once.
   std::vector<std::string> take_warnings();
 
-  // Lines whose name is `text` ("press", or "gateway/press" where two gateways have one), or whose
-  // network-ID it is if it is a number; all if it is empty.
+  // Lines whose name is `text`, or whose network-ID it is if it is a number; "GATEWAY/" before it:
+  // of that gateway alone. All if it is empty.
   std::vector<const Line*> find(const std::string& text) const;
 
  private:

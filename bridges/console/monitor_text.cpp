@@ -2,6 +2,7 @@
 #include <chrono>
 #include <ostream>
 
+#include "bridges/console/discovery.h"
 #include "bridges/console/json_text.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/monitor.h"
@@ -98,11 +99,12 @@ int monitor_once(Context& context, const MonitorOptions& options, Model& model,
                  const std::function<bool()>& stopped) {
   const auto have_all = [&] {
     const auto lines = model.find(options.filter.line);
-    return stopped() ||
-           (!lines.empty() && std::all_of(lines.begin(), lines.end(),
-                                          [](const Line* line) { return is_complete(*line); }));
+    return stopped() || (!lines.empty() && is_settled(context, model) &&
+                         std::all_of(lines.begin(), lines.end(), [](const Line* line) {
+                           return line->gone || is_complete(*line);
+                         }));
   };
-  wait_until(context, model, have_all);
+  const bool complete = wait_until(context, model, have_all);
   if (model.find(options.filter.line).empty()) {
     context.err << (model.lines().empty() ? "no gateway was heard of"
                                           : "no line '" + options.filter.line + "'")
@@ -110,7 +112,13 @@ int monitor_once(Context& context, const MonitorOptions& options, Model& model,
     return kFailed;
   }
   TextMonitor(context, options, model).all();
-  return kDone;
+  if (complete) {
+    return kDone;
+  }
+  if (completeness(context, model) == kDone) {
+    context.err << "incomplete: not all images were received\n";
+  }
+  return kIncomplete;
 }
 
 }  // namespace

@@ -136,22 +136,33 @@ std::vector<KnownRoute> routes_of(const Model& model) {
   return out;
 }
 
-const Line* find_way(const Model& model, std::uint16_t wanted) {
-  const Line* best = nullptr;
-  std::uint32_t cost = ~std::uint32_t{0};
+std::vector<const Line*> find_ways(const Model& model, std::uint16_t wanted,
+                                   const std::string& gateway) {
+  struct Way {
+    const Line* line = nullptr;
+    std::uint32_t cost = ~std::uint32_t{0};
+  };
+  std::map<std::string, Way> best;
   for (const KnownRoute& route : routes_of(model)) {
-    if (wanted < route.first || wanted > route.last || route.cost >= cost) {
+    const bool meant = gateway.empty() || route.gateway == gateway;
+    if (!meant || wanted < route.first || wanted > route.last ||
+        route.cost >= best[route.gateway].cost) {
       continue;
     }
     const bool over_itself = std::ranges::find(route.known_to, route.line) != route.known_to.end();
     const auto line =
         model.lines().find({route.gateway, over_itself ? route.line : route.known_to.front()});
     if (line != model.lines().end() && line->second.view) {
-      best = &line->second;
-      cost = route.cost;
+      best[route.gateway] = {&line->second, route.cost};
     }
   }
-  return best;
+  std::vector<const Line*> out;
+  for (const auto& [name, way] : best) {
+    if (way.line != nullptr) {
+      out.push_back(way.line);
+    }
+  }
+  return out;
 }
 
 Table routes_table(const Model& model) {

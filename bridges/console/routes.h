@@ -33,9 +33,11 @@ std::vector<KnownRoute> routes_of(const Model& model);
 // One of the numbers that a line which routes tells of: "open", "timed-out".
 std::optional<std::uint64_t> routing_count(const LineView& view, std::string_view name);
 
-// The line to ask for that network: the one whose table has the route of the lowest cost, and of
-// several the one that it leads over; nullptr if no gateway knows a route.
-const Line* find_way(const Model& model, std::uint16_t network);
+// The line of each gateway (of one, if `gateway` is not empty) that a request to that network is
+// sent to: the one whose table has the route of the lowest cost, and of several the one that it
+// leads over. Gateways without a route have none.
+std::vector<const Line*> find_ways(const Model& model, std::uint16_t network,
+                                   const std::string& gateway);
 
 Table routes_table(const Model& model);
 // Of each line that routes: connections and frames.

@@ -174,6 +174,10 @@ const std::string& Client::name() const {
   return impl_->name;
 }
 
+Peers Client::peers() const {
+  return impl_->endpoints.peers();
+}
+
 void Client::wake() {
   impl_->waiting.wake();
 }

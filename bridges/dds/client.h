@@ -117,6 +117,9 @@ class Client {
   std::size_t command_peers() const;
   std::size_t output_peers() const;
   const std::string& name() const;
+  // The gateways whose participants are discovered, whether or not a sample of them has come, and
+  // for how long none has come or gone. From any thread.
+  Peers peers() const;
 
  private:
   struct Impl;

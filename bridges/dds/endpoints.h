@@ -40,6 +40,8 @@ class Endpoints {
 
   // Other participants of the domain that have its name, see namesakes.h. From any thread.
   std::size_t namesakes() const { return names_.namesakes(); }
+  // The other gateways of the domain. From any thread.
+  Peers peers() const { return names_.peers(); }
 
   // Received samples that could not be read, since the last call.
   std::uint64_t take_unreadable() { return unreadable_->take(); }

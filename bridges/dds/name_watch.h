@@ -1,5 +1,5 @@
-// Which other participants of the domain have the name of this one: Fast DDS tells of participants
-// to a listener only.
+// Which other participants of the domain have the name of this one, and which are gateways: Fast
+// DDS reports participants to a listener only.
 #pragma once
 
 #include <algorithm>
@@ -12,6 +12,8 @@
 #include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
 
 #include "bridges/dds/namesakes.h"
+#include "bridges/dds/peer_gateways.h"
+#include "bridges/dds/values.h"
 
 namespace linegate::dds {
 
@@ -24,15 +26,27 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
     const std::lock_guard lock(mutex_);
     return others_.count(now());
   }
+  Peers peers() const {
+    const std::lock_guard lock(mutex_);
+    return {.gateways = peers_.names(), .unchanged = now() - peers_.changed()};
+  }
 
   // From threads of Fast DDS: they only note it.
   void on_participant_discovery(eprosima::fastdds::dds::DomainParticipant*,
                                 eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& it) override {
     using Info = eprosima::fastrtps::rtps::ParticipantDiscoveryInfo;
-    if (it.info.m_participantName.to_string() != name_)
-      return;
+    const bool gone =
+        it.status == Info::REMOVED_PARTICIPANT || it.status == Info::DROPPED_PARTICIPANT;
+    const std::string name = it.info.m_participantName.to_string();
     const std::lock_guard lock(mutex_);
-    if (it.status == Info::REMOVED_PARTICIPANT || it.status == Info::DROPPED_PARTICIPANT) {
+    if (gone) {
+      peers_.go(it.info.m_guid, now());
+    } else {
+      peers_.come(it.info.m_guid, name, now());
+    }
+    if (name != name_)
+      return;
+    if (gone) {
       others_.go(it.info.m_guid);
     } else {
       const Duration lease(it.info.m_leaseDuration.to_ns());
@@ -49,6 +63,7 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
   const std::string name_;
   mutable std::mutex mutex_;
   Namesakes<eprosima::fastrtps::rtps::GUID_t> others_;
+  PeerGateways<eprosima::fastrtps::rtps::GUID_t> peers_{now()};
 };
 
 }  // namespace linegate::dds

@@ -178,6 +178,10 @@ std::size_t GatewayBridge::namesakes() const {
   return impl_->endpoints.namesakes();
 }
 
+std::vector<std::string> GatewayBridge::other_gateways() const {
+  return impl_->endpoints.peers().gateways;
+}
+
 // --- lines ---------------------------------------------------------------------------------------
 
 bool GatewayBridge::add_line(const std::string& line) {

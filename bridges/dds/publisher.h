@@ -129,6 +129,8 @@ class GatewayBridge {
   // and requests for one reach all. Known some seconds after the other has come (the lease of its
   // participant). From any thread.
   std::size_t namesakes() const;
+  // The names of the other gateways of the domain, sorted. From any thread.
+  std::vector<std::string> other_gateways() const;
 
   // --- in ---------------------------------------------------------------------------------------
 

@@ -47,11 +47,17 @@ struct NodeInfo {
   Instant since{};   // when its NMT state or presence last changed
 };
 
-// Name and value pairs at the end of LineState, NodeState and Event; up to 32, names up to 64
+// Name and value pairs at the end of LineState, NodeState and Event; up to 40, names up to 64
 // bytes, values up to 256.
 struct Property {
   std::string name;
   std::string value;
+};
+
+// The other gateways whose participants are discovered, and how long none has come or gone.
+struct Peers {
+  std::vector<std::string> gateways;  // names, sorted, each once
+  Duration unchanged{};
 };
 
 // One value out of a PDO.
@@ -80,7 +86,7 @@ inline constexpr std::size_t kMaxStamps = 4'096;
 inline constexpr std::size_t kMaxPdoValues = 64;
 inline constexpr std::size_t kMaxOutputValues = 4'096;
 inline constexpr std::size_t kMaxOutputRuns = 256;
-inline constexpr std::size_t kMaxProperties = 32;
+inline constexpr std::size_t kMaxProperties = 40;
 inline constexpr std::size_t kChunkBytes = 8'192;
 inline constexpr std::size_t kChunksPerReply = 8;
 

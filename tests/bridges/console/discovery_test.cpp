@@ -1,0 +1,127 @@
+// Which line a command goes to when several gateways are in the domain, and some are received late.
+#include "bridges/console/discovery.h"
+
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+
+#include "tests/bridges/console/command_test.h"
+#include "tests/bridges/console/plant.h"
+
+namespace linegate::console {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const LineId kOtherPress{"other", "press"};
+
+LineView line_of_gateway(const std::string& lines, const std::string& others) {
+  LineView view = test::line_view(3);
+  view.properties = {{"lines", lines}, {"other-gateways", others}};
+  return view;
+}
+
+// The gateway "plant" with the line press. The gateway "other" has a line of that name, which comes
+// with a later poll.
+class TwoGateways : public Client {
+ public:
+  void poll(Duration /*timeout*/, Listener& listener) override {
+    ++polls;
+    listener.on_line(test::kPress, plant);
+    if (polls > other_after) {
+      listener.on_line(kOtherPress, line_of_gateway("1", "plant"));
+    }
+  }
+  Discovery discovery() const override { return discovered; }
+  Answer call(const LineId& id, const line::Command& /*command*/, Duration /*timeout*/,
+              std::uint64_t /*layout_id*/, Listener& /*listener*/) override {
+    asked.push_back(id);
+    return {};
+  }
+
+  int polls = 0;
+  int other_after = 1'000'000'000;
+  LineView plant = line_of_gateway("1", "other");
+  Discovery discovered;
+  std::vector<LineId> asked;
+};
+
+class DiscoveryTest : public test::CommandTest<TwoGateways> {
+ protected:
+  int read(const std::string& node) { return sdo_read(context_, node, "1000", "0", "u32"); }
+};
+
+TEST_F(DiscoveryTest, ANameThatALaterGatewayHasTooIsRefused) {
+  gateway_.other_after = 200;
+  context_.wait = std::chrono::minutes(10);
+  EXPECT_EQ(read("press:5"), kFailed);
+  EXPECT_EQ(err_.str(), "more than one line is meant: other/press or plant/press\n");
+  EXPECT_THAT(gateway_.asked, IsEmpty());
+}
+
+TEST_F(DiscoveryTest, ANameIsRefusedWhileAGatewayIsNotReceived) {
+  EXPECT_EQ(read("press:5"), kFailed);
+  EXPECT_EQ(err_.str(),
+            "'press' may be ambiguous: nothing was received of gateway other; name the line as "
+            "plant/press, or use a longer --wait\n");
+  EXPECT_THAT(gateway_.asked, IsEmpty());
+  EXPECT_EQ(read("plant/press:5"), kDone) << "the full name is unambiguous";
+  EXPECT_EQ(read("plant/3:5"), kDone) << "and so is the network-ID with the gateway";
+  EXPECT_THAT(gateway_.asked, ElementsAre(test::kPress, test::kPress));
+}
+
+TEST_F(DiscoveryTest, AGatewayThatOnlyItsParticipantShowsIsWaitedFor) {
+  gateway_.plant = line_of_gateway("1", "");
+  EXPECT_EQ(read("press:5"), kDone);
+  gateway_.discovered.gateways = {"other"};
+  EXPECT_EQ(read("press:5"), kFailed);
+  gateway_.discovered.gateways = {"plant"};
+  EXPECT_EQ(read("press:5"), kDone);
+  gateway_.discovered.unchanged = std::chrono::milliseconds(100);
+  EXPECT_EQ(read("press:5"), kFailed) << "gateways are coming and going";
+  EXPECT_EQ(gateway_.asked.size(), 2U);
+}
+
+TEST_F(DiscoveryTest, AllLinesOfAGatewayAreWaitedFor) {
+  gateway_.plant = line_of_gateway("3", "");
+  EXPECT_EQ(read("3:5"), kFailed) << "another line may have that network-ID";
+  EXPECT_THAT(err_.str(), HasSubstr("nothing was received of 2 of 3 lines of gateway plant"));
+}
+
+TEST_F(DiscoveryTest, AGatewayWhoseNameAnotherHasGetsNoCommand) {
+  gateway_.plant = line_of_gateway("1", "");
+  gateway_.plant.properties.emplace_back("namesakes", "1");
+  EXPECT_EQ(read("plant/press:5"), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("more than one gateway is called 'plant'"));
+  EXPECT_THAT(gateway_.asked, IsEmpty());
+}
+
+TEST_F(DiscoveryTest, AListThatIsNotCompleteSaysSoAndHasItsOwnStatus) {
+  EXPECT_EQ(lines(context_), kIncomplete);
+  EXPECT_EQ(routes(context_), kIncomplete);
+  EXPECT_EQ(versions(context_, ""), kIncomplete);
+  EXPECT_THAT(err_.str(), HasSubstr("incomplete: nothing was received of gateway other\n"));
+  EXPECT_THAT(out_.str(), HasSubstr("press"));
+  gateway_.other_after = 0;
+  EXPECT_EQ(lines(context_), kDone);
+  EXPECT_EQ(nodes(context_, "press"), kIncomplete) << "the nodes of the lines are not received";
+  EXPECT_THAT(err_.str(), HasSubstr("incomplete: nodes of plant/press\n"));
+  EXPECT_EQ(image(context_, "", image::Direction::inputs), kIncomplete);
+  EXPECT_THAT(err_.str(), HasSubstr("incomplete: the image of other/press\n"));
+}
+
+TEST(MissingLines, AreThoseThatGatewaysNameAsFarAsTheListHasRoom) {
+  Model model;
+  EXPECT_THAT(missing_lines(model, {"a"}), ElementsAre("gateway a"));
+  model.on_line({"a", "press"}, line_of_gateway("2", "b,c,+2"));
+  EXPECT_THAT(missing_lines(model, {}), ElementsAre("1 of 2 lines of gateway a", "gateway b",
+                                                    "gateway c", "2 more gateways"));
+  model.on_line_gone({"a", "press"});
+  EXPECT_THAT(missing_lines(model, {}), IsEmpty());
+}
+
+}  // namespace
+}  // namespace linegate::console
