@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "bridges/dds/profiles.h"
 #include "gateway/config/value.h"
 #include "gateway/exit_code.h"
 #include "gateway/hints.h"
@@ -87,7 +88,7 @@ class Text {
 
   void plant(const config::Plant& plant) {
     add("gateway {}, DDS domain {}, profile {}, log {}\n", plant.gateway, plant.dds_domain,
-        plant.dds_profile.empty() ? "built in" : plant.dds_profile, config::name(plant.log));
+        dds::profiles_in_use(plant.dds_profile), config::name(plant.log));
     for (const auto& e : plant.executors) {
       add("executor {}: priority {}, processor {}, memory {}\n", e.name, e.priority,
           e.processor ? std::to_string(*e.processor) : "any",
@@ -555,9 +556,19 @@ std::string to_json(const Loaded<config::Plant>& loaded) {
   return json.take();
 }
 
-int check(const std::string& path, bool json) {
+int check(const std::string& path, bool json, const std::string& dds_profile) {
   auto loaded = config::load(path);
   add_hints(loaded);
+  if (loaded.value) {
+    if (!dds_profile.empty()) {
+      loaded.value->dds_profile = dds_profile;
+    }
+    const auto found = dds::check_profiles(loaded.value->dds_profile);
+    loaded.diagnostics.insert(loaded.diagnostics.end(), found.begin(), found.end());
+    if (has_errors(found)) {
+      loaded.value.reset();
+    }
+  }
   if (json) {
     std::cout << to_json(loaded) << '\n';
   } else {

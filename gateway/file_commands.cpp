@@ -51,6 +51,7 @@ void FileCommands::add_simulate(CLI::App& app, const On& on) {
                        "folder that keeps what is stored by 1010h, one file a device");
   on(simulate, [this] {
     block_stop_signals();
+    limit_end(kEndLimit);
     return gateway::simulate(simulation_);
   });
 }
@@ -70,6 +71,7 @@ void FileCommands::add_recording(CLI::App& app, const On& on) {
       ->check(CLI::Range(1, 10'000));
   on(record, [this] {
     block_stop_signals();
+    limit_end(kEndLimit);
     return gateway::record(recording_);
   });
 }
@@ -85,6 +87,7 @@ void FileCommands::add_replay(CLI::App& app, const On& on) {
                      "only the frames of this interface in the log");
   on(replay, [this] {
     block_stop_signals();
+    limit_end(kEndLimit);
     return gateway::replay(replay_);
   });
 }

@@ -1,6 +1,5 @@
 // linegate: the console. See what gateways publish, ask their lines, check a configuration, put
 // simulated devices on an interface.
-#include <csignal>
 #include <exception>
 #include <functional>
 #include <iostream>
@@ -35,23 +34,6 @@
 
 namespace linegate::gateway {
 namespace {
-
-volatile std::sig_atomic_t stop_requested = 0;
-
-void request_stop(int /*signal*/) {
-  stop_requested = 1;
-}
-
-bool stopped() {
-  return stop_requested != 0;
-}
-
-// For commands that run until they are told to end. The others wait for something: a signal ends
-// them at once.
-void end_in_good_order() {
-  std::signal(SIGINT, request_stop);
-  std::signal(SIGTERM, request_stop);
-}
 
 // What is common to all commands that speak to a gateway.
 struct Options {
@@ -158,13 +140,13 @@ class Program {
             const Topics topics{.layouts = layouts, .events = live, .commands = true};
             return with_client(options_, topics, [&](auto& c) {
               if (live) {
-                end_in_good_order();
+                catch_stop_signals();
               }
               return action(c);
             });
           });
         },
-        stopped);
+        stop_signal_caught);
     files_.add(app_, options_.json, [this](CLI::App* command, std::function<int()> action) {
       on(command, std::move(action));
     });
@@ -215,8 +197,8 @@ class Program {
     trace->add_option("-n,--count", count_, "end after so many");
     on(trace, [this] {
       return with_client(options_, {.events = true}, [&](auto& c) {
-        end_in_good_order();
-        return console::trace(c, count_, stopped);
+        catch_stop_signals();
+        return console::trace(c, count_, stop_signal_caught);
       });
     });
 
@@ -240,8 +222,8 @@ class Program {
     events->add_option("-n,--count", count_, "end after so many");
     on(events, [this] {
       return with_client(options_, {.events = true}, [&](auto& c) {
-        end_in_good_order();
-        return console::events(c, texts_.line, count_, stopped);
+        catch_stop_signals();
+        return console::events(c, texts_.line, count_, stop_signal_caught);
       });
     });
   }
@@ -460,15 +442,15 @@ class Program {
 
   int run_monitor() {
     return with_client(options_, {.images = true, .events = true}, [this](console::Context& c) {
-      end_in_good_order();
+      catch_stop_signals();
       monitor_.duration = seconds(duration_);
       const bool screen = !monitor_.once && !options_.json && isatty(STDOUT_FILENO) != 0;
       if (screen) {
-        return console::monitor_screen(c, monitor_, stopped);
+        return console::monitor_screen(c, monitor_, stop_signal_caught);
       }
       // What is no terminal gets one picture, unless it asked for more.
       monitor_.once = monitor_.once || (!options_.json && duration_ <= 0);
-      return console::monitor_text(c, monitor_, stopped);
+      return console::monitor_text(c, monitor_, stop_signal_caught);
     });
   }
 

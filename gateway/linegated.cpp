@@ -1,4 +1,5 @@
 // The gateway process: runs the lines of a plant.yaml until it is told to stop.
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <exception>
@@ -9,6 +10,7 @@
 #include <CLI/CLI.hpp>
 #include <spdlog/spdlog.h>
 
+#include "bridges/dds/profiles.h"
 #include "gateway/check.h"
 #include "gateway/exit_code.h"
 #include "gateway/gateway.h"
@@ -38,6 +40,13 @@ std::uint64_t random_incarnation() {
     value = std::uint64_t{device()} << 32U | device();
   }
   return value;
+}
+
+// The end may wait so long for subscribers (--last-words), and for everything else.
+Duration end_limit(const Arguments& arguments) {
+  constexpr std::chrono::duration<double> kForTheRest{4.5};
+  return std::chrono::duration_cast<Duration>(
+      kForTheRest + std::chrono::duration<double>(std::max(arguments.last_words - 0.5, 0.0)));
 }
 
 // The configuration with what the command line says instead; diagnostics if it is not good.
@@ -103,11 +112,15 @@ int run(const config::Plant& plant, const Arguments& arguments) {
 
 int start(const Arguments& arguments) {
   if (arguments.check) {
-    return check(arguments.plant, false);
+    return check(arguments.plant, false, arguments.dds_profile);
   }
-  const auto loaded = load(arguments);
+  auto loaded = load(arguments);
+  if (loaded.value) {
+    const auto found = dds::check_profiles(loaded.value->dds_profile);
+    loaded.diagnostics.insert(loaded.diagnostics.end(), found.begin(), found.end());
+  }
   print(loaded.diagnostics);
-  if (!loaded.value) {
+  if (!loaded.value || has_errors(loaded.diagnostics)) {
     return kExitUsage;
   }
   set_up_log(loaded.value->log);
@@ -137,8 +150,9 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", gateway::versions());
   app.footer(
       "Ends on SIGINT and SIGTERM; reads the configuration again on SIGHUP.\n"
-      "Exit codes: 0 ended as asked, 1 failed while running, 2 the command line or the\n"
-      "configuration is wrong.");
+      "Exit codes: 0 ended as asked, 1 failed while running, 2 the command line, the\n"
+      "configuration or the DDS profiles are wrong, 70 a thread did not end within 5 s after the\n"
+      "signal (longer with --last-words above 0.5).");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -146,6 +160,7 @@ int main(int argc, char** argv) {
   }
   gateway::block_stop_signals();
   gateway::block_reload_signal();
+  gateway::limit_end(gateway::end_limit(arguments));
   try {
     return gateway::start(arguments);
   } catch (const std::exception& error) {

@@ -2,6 +2,7 @@
 
 #include <cerrno>
 #include <csignal>
+#include <cstring>
 #include <iostream>
 #include <memory>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "gateway/exit_code.h"
 #include "gateway/frame_pump.h"
 #include "gateway/log.h"
+#include "gateway/record_file.h"
 #include "gateway/recorder.h"
 #include "gateway/runner.h"
 #include "gateway/signals.h"
@@ -64,6 +66,11 @@ int record(const RecordOptions& options) {
   if (!error.empty()) {
     std::cerr << "error: " << error << '\n';
     return kExitUsage;
+  }
+  if (const int failed = RecordFile(options.file).append({}); failed != 0) {
+    std::cerr << "error: " << options.file.file << ": cannot be written: " << std::strerror(failed)
+              << '\n';
+    return kExitFailed;
   }
   set_up_log(config::LogLevel::info);  // not where the frames may go
   sim::VirtualNetwork network;

@@ -18,7 +18,9 @@
 #include <unistd.h>
 
 #include "bridges/can/replay.h"
+#include "gateway/exit_code.h"
 #include "gateway/line_runner.h"
+#include "gateway/record.h"
 
 #include "tests/gateway/fake_channel.h"
 #include "tests/gateway/plans.h"
@@ -399,6 +401,14 @@ TEST_F(RecordFolderTest, ALogReplayedAndRecordedIsTheSameLog) {
     ASSERT_EQ(a.substr(a.find(')')), b.substr(b.find(')')));
   }
   EXPECT_EQ(count, 5000U);
+}
+
+// linegate record
+TEST_F(RecordFolderTest, ACommandWhoseFileCannotBeWrittenFailsAtOnce) {
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(record({"virtual:a", {path("no-folder/out.log"), 1'000'000, 2}}), kExitFailed);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              HasSubstr("no-folder/out.log: cannot be written: No such file or directory"));
 }
 
 }  // namespace

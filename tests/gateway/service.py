@@ -16,6 +16,7 @@ import time
 from plant_process import Failure, PATIENCE, run_test, write
 
 WATCHDOG = 1.0  # seconds
+FORCED = 70  # gateway/exit_code.h
 PLANT = """schema: 1
 gateway: {{name: service}}
 dds: {{domain: {domain}, profile: {profile}}}
@@ -37,6 +38,10 @@ class Manager:
         self.path = os.path.join(folder, "notify")
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self.socket.bind(self.path)
+
+    def close(self):
+        self.socket.close()
+        os.unlink(self.path)
 
     def hear(self, seconds):
         """The next message, or None."""
@@ -89,10 +94,9 @@ def check_stuck(manager, process, name):
     manager.until(lambda message: message == "WATCHDOG=1", f"a sign of life after {name} goes on")
 
 
-def check_journal(journal):
+def check_journal(said):
     """Severities that the journal knows, and no time."""
-    journal.seek(0)
-    lines = journal.read().decode().splitlines()
+    lines = said.splitlines()
     for expected in ("<6>linegate ", "<3>gone: ", "<3>no progress within 500 ms: exec press", "<4>all threads make"):
         if not any(line.startswith(expected) for line in lines):
             raise Failure(f"the journal has no {expected}")
@@ -119,23 +123,56 @@ def run(manager, process):
         raise Failure(f"it ended with {process.returncode}")
 
 
-def test(folder, linegated, profiles):
+def run_to_a_forced_end(manager, process, name):
+    """SIGTERM ends the service even if a thread never goes on."""
+    manager.until(lambda message: message == "READY=1", "READY=1")
+    thread = process.pid if name == "main" else thread_called(process, name)
+    ptrace(PTRACE_SEIZE, thread)
+    ptrace(PTRACE_INTERRUPT, thread)
+    os.waitpid(thread, WALL)
+    process.send_signal(signal.SIGTERM)
+    if thread != process.pid:
+        os.waitpid(thread, WALL)  # it ends with the process, and its tracer hears so first
+    if process.wait(timeout=PATIENCE) != FORCED:
+        raise Failure(f"with {name} stuck it ended with {process.returncode}, not {FORCED}")
+
+
+def with_service(folder, command, body):
+    """Runs a body with the manager and the process of a service, and gives what the service logged."""
     manager = Manager(folder)
-    domain = 200 + os.getpid() % 10  # below are those of tests/dds/own_domain.h
-    plant = write(os.path.join(folder, "plant.yaml"), PLANT.format(domain=domain, profile=profiles))
     journal = tempfile.TemporaryFile(dir=folder)
     stream = os.fstat(journal.fileno())
     environment = dict(os.environ, NOTIFY_SOCKET=manager.path, WATCHDOG_USEC=str(int(WATCHDOG * 1e6)),
                        JOURNAL_STREAM=f"{stream.st_dev}:{stream.st_ino}")
-    with journal, subprocess.Popen([linegated, plant], env=environment, stderr=journal) as process:
+    with journal, subprocess.Popen(command, env=environment, stderr=journal) as process:
         try:
-            run(manager, process)
-            check_journal(journal)
+            body(manager, process)
+            journal.seek(0)
+            return journal.read().decode()
         except Failure as failure:
             journal.seek(0)
             raise Failure(f"{failure}\n{journal.read().decode()}") from failure
         finally:
             process.kill()
+            manager.close()
+
+
+def test(folder, linegated, profiles):
+    domain = 200 + os.getpid() % 10  # below are those of tests/dds/own_domain.h
+    plant = write(os.path.join(folder, "plant.yaml"), PLANT.format(domain=domain, profile=profiles))
+    command = [linegated, plant]
+    check_journal(with_service(folder, command, run))
+    for name in ("publisher", "main"):
+        said = with_service(folder, command, lambda manager, process, name=name:
+                            run_to_a_forced_end(manager, process, name))
+        if "the process ends without it" not in said:
+            raise Failure(f"with {name} stuck its end was not explained:\n{said}")
+    bad = write(os.path.join(folder, "bad.xml"), "<dds>\n<profiles>\n</dds>\n")
+    for option in ([], ["--check"]):
+        told = subprocess.run([*command, "--dds-profile", bad, *option], capture_output=True, text=True,
+                              timeout=PATIENCE, check=False)
+        if told.returncode != 2 or f"{bad}:3:" not in told.stderr:
+            raise Failure(f"a bad file of DDS profiles, {option}: {told.returncode} {told.stderr}")
 
 
 if __name__ == "__main__":
