@@ -38,7 +38,9 @@ class FramePump {
       if (count > 0) {
         last = received_[count - 1].time;
       }
-      if ((count < kBatch && events_.room() >= can_bridge::BusEvents::kPerFrame) || failed()) {
+      const bool empty =
+          count < kBatch && !channel_->more() && events_.room() >= can_bridge::BusEvents::kPerFrame;
+      if (empty || failed()) {
         return std::max(now, last);
       }
     }

@@ -90,6 +90,7 @@ class RecordingChannel final : public can_bridge::Channel {
 
   int descriptor() const override { return channel_->descriptor(); }
   std::size_t read(std::span<can::Frame> out, can_bridge::BusEvents& events, Instant now) override;
+  bool more() const override { return channel_->more(); }
   std::size_t write(std::span<const can::Frame> frames, Instant now) override;
   std::size_t room(Instant now) const override { return channel_->room(now); }
   bool wants_writable() const override { return channel_->wants_writable(); }

@@ -84,6 +84,9 @@ class Channel {
   //   state             on every change; stopped or absent after interface_failed
   //   error, frames_lost
   virtual std::size_t read(std::span<can::Frame> out, BusEvents& events, Instant now) = 0;
+  // The last read() returned although more may have arrived and `out` had room: it looks at a
+  // bounded number of things that are no frames for the caller.
+  virtual bool more() const { return false; }
 
   // Sends in the given order; gives how many of the first frames were taken. Fewer than given:
   // back-pressure, never loss. Frames the channel can never send (FD on a classical interface,

@@ -54,19 +54,24 @@ class UdpChannel final : public Channel {
     if (!ready() && now >= retry_at_ && events.room() >= BusEvents::kPerFrame) {
       open(events, now);
     }
+    // Datagrams that are no frame, and own ones, count as well: they may come without end.
+    std::size_t looked = 0;
     std::size_t count = 0;
     bool drained = false;
-    while (ready() && count < out.size() && events.room() >= BusEvents::kPerFrame) {
-      if (next_ == end_ && (drained || !refill(out.size() - count, drained, events, now))) {
+    while (ready() && looked < out.size() && events.room() >= BusEvents::kPerFrame) {
+      if (next_ == end_ && (drained || !refill(out.size() - looked, drained, events, now))) {
         break;
       }
+      ++looked;
       const bool given = take(socket_.received(next_++), out[count], events);
       count += given ? 1U : 0U;
       events.frames_given(given ? 1U : 0U);
     }
+    more_ = ready() && looked == out.size();
     counters_.received += count;
     return count;
   }
+  bool more() const override { return more_; }
 
   std::size_t write(std::span<const can::Frame> frames, Instant now) override {
     std::size_t taken = 0;
@@ -197,6 +202,7 @@ class UdpChannel final : public Channel {
   std::array<char, kMulticastDatagram> datagram_{};
   std::size_t next_ = 0;  // what is left of the batch read last
   std::size_t end_ = 0;
+  bool more_ = false;
   int failure_ = 0;   // seen while writing, to be reported by the next read()
   int reported_ = 0;  // the failure that was reported last and still lasts
   std::uint32_t dropped_ = 0;

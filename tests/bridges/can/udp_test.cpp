@@ -283,6 +283,34 @@ TEST_F(UdpChannelTest, MalformedDatagramsAreCounted) {
   EXPECT_EQ(channel->counters().malformed, 3U);
 }
 
+// Whoever sends faster than datagrams are looked at cannot keep a line from its time-outs.
+TEST_F(UdpChannelTest, AReadLooksAtSomeDatagramsAndReturns) {
+  constexpr std::size_t kDatagrams = 100;
+  constexpr std::size_t kPlaces = 8;
+  const auto channel = open();
+  for (std::size_t i = 0; i < kDatagrams; ++i) {
+    send_raw("hello");
+  }
+  send_raw(encoded(can::make_frame(0x181, {1})));
+  std::array<Frame, kPlaces> frames;
+  std::size_t got = 0;
+  std::uint64_t malformed = 0;
+  std::size_t reads = 0;
+  const Instant deadline = monotonic() + 60s;
+  while (got == 0 && monotonic() < deadline) {
+    events.clear();
+    got = channel->read(frames, events, monotonic());
+    const std::uint64_t looked_at = channel->counters().malformed - malformed + got;
+    EXPECT_LE(looked_at, kPlaces);
+    EXPECT_EQ(channel->more(), looked_at == kPlaces);
+    malformed = channel->counters().malformed;
+    ++reads;
+  }
+  EXPECT_EQ(got, 1U);
+  EXPECT_EQ(malformed, kDatagrams);
+  EXPECT_GE(reads, kDatagrams / kPlaces);
+}
+
 TEST_F(UdpChannelTest, FramesThatCannotExistAreRefused) {
   const auto channel = open();
   Frame wrong = can::make_frame(0x181);
