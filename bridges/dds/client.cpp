@@ -120,7 +120,8 @@ struct Client::Impl {
 
 Client::Impl::Impl(const ClientOptions& options, std::vector<Diagnostic>& diagnostics)
     : name(options.name.empty() ? default_name() : options.name),
-      endpoints("linegate client " + name, options.domain, options.profile_file, diagnostics),
+      endpoints("linegate client " + name, options.domain, options.profile_file, diagnostics,
+                options.guard),
       tracker(options.retry) {
   // Ids are not used again, not even by the next client of the same name.
   std::random_device random;
@@ -396,6 +397,10 @@ bool Client::write_outputs(const Target& target, const line::OutputWrite& write)
   sample.incarnation(target.incarnation);
   sample.client(impl_->name);
   return to_wire(write, sample) && impl_->outputs->write(&sample);
+}
+
+guard::Counters Client::guard_counters() const {
+  return impl_->endpoints.guard_counters();
 }
 
 std::size_t Client::command_peers() const {

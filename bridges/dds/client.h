@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bridges/dds/clock_map.h"
+#include "bridges/dds/guard/counters.h"
 #include "bridges/dds/values.h"
 #include "stack/base/diagnostic.h"
 #include "stack/base/event.h"
@@ -73,6 +74,7 @@ struct ClientOptions {
   std::string name;  // unique in the domain, up to 64 bytes; empty: host, process ID and a number
   std::uint32_t domain = 0;
   std::string profile_file;  // as GatewayOptions
+  bool guard = true;         // judge what is received (bridges/dds/guard)
   bool lines = true;         // which topics to subscribe to
   bool nodes = true;
   bool layouts = true;
@@ -120,6 +122,8 @@ class Client {
   // The gateways whose participants are discovered, whether or not a sample of them has come, and
   // for how long none has come or gone. From any thread.
   Peers peers() const;
+  // What the guard received and dropped. From any thread.
+  guard::Counters guard_counters() const;
 
  private:
   struct Impl;

@@ -4,6 +4,7 @@
 
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 
+#include "bridges/dds/guard/transport.h"
 #include "bridges/dds/profiles.h"
 
 namespace linegate::dds {
@@ -26,7 +27,7 @@ void clear(fast::DataWriter& writer) {
 }  // namespace
 
 Endpoints::Endpoints(const std::string& name, std::uint32_t domain, const std::string& profile_file,
-                     std::vector<Diagnostic>& diagnostics)
+                     std::vector<Diagnostic>& diagnostics, bool guarded)
     : diagnostics_(&diagnostics), names_(name) {
   const auto profiles = load_profiles(profile_file, diagnostics);
   if (!profiles) {
@@ -34,10 +35,11 @@ Endpoints::Endpoints(const std::string& name, std::uint32_t domain, const std::s
     return;
   }
   origin_ = profiles->origin;
-  create_participant(name, domain, profiles->permits_multicast);
+  create_participant(name, domain, guarded, profiles->permits_multicast);
 }
 
-void Endpoints::create_participant(const std::string& name, std::uint32_t domain, bool multicast) {
+void Endpoints::create_participant(const std::string& name, std::uint32_t domain, bool guarded,
+                                   bool multicast) {
   if (domain > kMaxDomain)
     return fail("DDS domain " + std::to_string(domain) + " is above 232");
   auto* factory = fast::DomainParticipantFactory::get_instance();
@@ -52,6 +54,11 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
   // nothing that two readers share.
   if (!multicast)
     qos.allocation().locators.max_multicast_locators = 0;
+  if (guarded) {
+    guard_ = std::make_shared<guard::Guard>(guard::requires_protection(qos));
+    names_.inform(guard_);
+    guard::wrap_transports(qos, guard_);
+  }
   participant_ = factory->create_participant(domain, qos, &names_, fast::StatusMask::none());
   if (participant_ == nullptr) {
     return fail("no DDS participant in domain " + std::to_string(domain) +

@@ -14,6 +14,7 @@
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
+#include "bridges/dds/guard/guard.h"
 #include "bridges/dds/name_watch.h"
 #include "bridges/dds/received_type.h"
 #include "bridges/dds/written_type.h"
@@ -25,8 +26,9 @@ class Endpoints {
  public:
   // Loads the profiles (see load_profiles) and creates the participant. On failure ok() is false
   // and a diagnostic tells why.
+  // guarded: a guard judges what is received (bridges/dds/guard).
   Endpoints(const std::string& name, std::uint32_t domain, const std::string& profile_file,
-            std::vector<Diagnostic>& diagnostics);
+            std::vector<Diagnostic>& diagnostics, bool guarded = true);
   ~Endpoints();
   Endpoints(const Endpoints&) = delete;
   Endpoints& operator=(const Endpoints&) = delete;
@@ -42,6 +44,11 @@ class Endpoints {
   std::size_t namesakes() const { return names_.namesakes(); }
   // The other gateways of the domain. From any thread.
   Peers peers() const { return names_.peers(); }
+
+  // What the guard received and dropped; zeros without one. From any thread.
+  guard::Counters guard_counters() const {
+    return guard_ == nullptr ? guard::Counters{} : guard_->counters();
+  }
 
   // Received samples that could not be read, since the last call.
   std::uint64_t take_unreadable() { return unreadable_->take(); }
@@ -66,7 +73,8 @@ class Endpoints {
   }
 
  private:
-  void create_participant(const std::string& name, std::uint32_t domain, bool multicast);
+  void create_participant(const std::string& name, std::uint32_t domain, bool guarded,
+                          bool multicast);
   eprosima::fastdds::dds::DataWriter* make_writer(const std::string& topic,
                                                   eprosima::fastdds::dds::TypeSupport type,
                                                   std::uint32_t strength);
@@ -78,8 +86,9 @@ class Endpoints {
 
   std::vector<Diagnostic>* diagnostics_;  // nullptr once it has been set up
   std::shared_ptr<UnreadableCount> unreadable_ = std::make_shared<UnreadableCount>();
-  NameWatch names_;     // outlives the participant, which it listens to
-  std::string origin_;  // of the profiles
+  std::shared_ptr<guard::Guard> guard_;  // nullptr: switched off
+  NameWatch names_;                      // outlives the participant, which it listens to
+  std::string origin_;                   // of the profiles
   bool ok_ = true;
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
   eprosima::fastdds::dds::Publisher* publisher_ = nullptr;

@@ -1,16 +1,20 @@
-// Which other participants of the domain have the name of this one, and which are gateways: Fast
-// DDS reports participants to a listener only.
+// Which other participants of the domain have the name of this one, which are gateways, and what
+// discovery found and lost for the guard: Fast DDS reports all of that to a listener only.
 #pragma once
 
 #include <algorithm>
 #include <chrono>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <utility>
 
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
+#include <fastdds/rtps/reader/ReaderDiscoveryInfo.h>
+#include <fastdds/rtps/writer/WriterDiscoveryInfo.h>
 
+#include "bridges/dds/guard/guard.h"
 #include "bridges/dds/namesakes.h"
 #include "bridges/dds/peer_gateways.h"
 #include "bridges/dds/values.h"
@@ -20,6 +24,9 @@ namespace linegate::dds {
 class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
  public:
   explicit NameWatch(std::string name) : name_(std::move(name)) {}
+
+  // Before the participant is created.
+  void inform(std::shared_ptr<guard::Guard> guard) { guard_ = std::move(guard); }
 
   // From any thread.
   std::size_t namesakes() const {
@@ -37,6 +44,10 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
     using Info = eprosima::fastrtps::rtps::ParticipantDiscoveryInfo;
     const bool gone =
         it.status == Info::REMOVED_PARTICIPANT || it.status == Info::DROPPED_PARTICIPANT;
+    if (guard_ != nullptr) {
+      const guard::Prefix prefix = guard::prefix_of(guid(it.info.m_guid));
+      gone ? guard_->participant_lost(prefix) : guard_->participant_found(prefix);
+    }
     const std::string name = it.info.m_participantName.to_string();
     const std::lock_guard lock(mutex_);
     if (gone) {
@@ -54,13 +65,38 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
     }
   }
 
+  void on_publisher_discovery(eprosima::fastdds::dds::DomainParticipant*,
+                              eprosima::fastrtps::rtps::WriterDiscoveryInfo&& it) override {
+    using Info = eprosima::fastrtps::rtps::WriterDiscoveryInfo;
+    endpoint(it.info.guid(), it.status == Info::REMOVED_WRITER);
+  }
+  void on_subscriber_discovery(eprosima::fastdds::dds::DomainParticipant*,
+                               eprosima::fastrtps::rtps::ReaderDiscoveryInfo&& it) override {
+    using Info = eprosima::fastrtps::rtps::ReaderDiscoveryInfo;
+    endpoint(it.info.guid(), it.status == Info::REMOVED_READER);
+  }
+
  private:
+  static guard::Guid guid(const eprosima::fastrtps::rtps::GUID_t& it) {
+    guard::Guid out{};
+    std::copy_n(it.guidPrefix.value, 12, out.begin());
+    std::copy_n(it.entityId.value, 4, out.begin() + 12);
+    return out;
+  }
+
+  void endpoint(const eprosima::fastrtps::rtps::GUID_t& it, bool gone) {
+    if (guard_ == nullptr)
+      return;
+    gone ? guard_->endpoint_lost(guid(it)) : guard_->endpoint_found(guid(it));
+  }
+
   static Instant now() {
     return Instant(
         std::chrono::duration_cast<Duration>(std::chrono::steady_clock::now().time_since_epoch()));
   }
 
   const std::string name_;
+  std::shared_ptr<guard::Guard> guard_;
   mutable std::mutex mutex_;
   Namesakes<eprosima::fastrtps::rtps::GUID_t> others_;
   PeerGateways<eprosima::fastrtps::rtps::GUID_t> peers_{now()};

@@ -125,7 +125,8 @@ GatewayBridge::Impl::Impl(const GatewayOptions& options, std::vector<Diagnostic>
     : gateway(options.gateway),
       incarnation(options.incarnation),
       last_words(options.last_words),
-      endpoints("linegate " + options.gateway, options.domain, options.profile_file, diagnostics),
+      endpoints("linegate " + options.gateway, options.domain, options.profile_file, diagnostics,
+                options.guard),
       desk(options.incarnation, options.lines) {
   for (const std::string& line : options.lines)
     lines[line].make(endpoints);
@@ -172,6 +173,10 @@ const LineWriters& GatewayBridge::Impl::writers_of(std::string_view line) const 
   static const LineWriters none;
   const auto found = lines.find(line);
   return found == lines.end() ? none : found->second;
+}
+
+guard::Counters GatewayBridge::guard_counters() const {
+  return impl_->endpoints.guard_counters();
 }
 
 std::size_t GatewayBridge::namesakes() const {

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "bridges/dds/clock_map.h"
+#include "bridges/dds/guard/counters.h"
 #include "bridges/dds/values.h"
 #include "stack/base/diagnostic.h"
 #include "stack/base/event.h"
@@ -39,6 +40,8 @@ struct GatewayOptions {
   std::vector<std::string> lines;
   // How long the end waits for readers that do not acknowledge: stopped, killed, or too slow.
   Duration last_words = std::chrono::milliseconds(500);
+  // Judge what is received before Fast DDS does (bridges/dds/guard).
+  bool guard = true;
 };
 
 struct OutputMessage {
@@ -131,6 +134,9 @@ class GatewayBridge {
   std::size_t namesakes() const;
   // The names of the other gateways of the domain, sorted. From any thread.
   std::vector<std::string> other_gateways() const;
+
+  // What the guard received and dropped. From any thread.
+  guard::Counters guard_counters() const;
 
   // --- in ---------------------------------------------------------------------------------------
 

@@ -18,7 +18,8 @@ STACK_FORBIDDEN = {
 
 # Header (as a pattern) -> the only product folders that may use it, and why.
 RESERVED = [
-    (r"atomic", ["gateway/exchange"], "atomics live in gateway/exchange alone"),
+    (r"atomic", ["gateway/exchange", "bridges/dds/guard"],
+     "atomics live in gateway/exchange, and in the guard's counters"),
     (r"thread|stop_token|future", ["gateway"], "bridges start no thread, the gateway owns all"),
     (r"fast(dds|rtps|cdr)/.*", ["bridges/dds"], "replacing Fast DDS must touch bridges/dds alone"),
     (r"linegate(PubSubTypes)?\.h", ["bridges/dds"], "the DDS contract is known to bridges/dds alone"),

@@ -1,0 +1,229 @@
+#include "bridges/dds/guard/guard.h"
+
+#include <algorithm>
+
+#include "bridges/dds/guard/protection.h"
+
+namespace linegate::dds::guard {
+namespace {
+
+constexpr std::size_t kPrefixAt = 8;          // in the RTPS header
+constexpr std::size_t kInfoSourcePrefix = 8;  // in INFO_SRC
+constexpr std::size_t kStatistics = 56;       // octets that Fast DDS gives its submessage
+constexpr std::uint8_t kBuiltin = 0xC0;       // bits of an entity kind, RTPS 2.3 9.3.1.2
+
+Prefix prefix_at(Octets octets, std::size_t at) {
+  Prefix out{};
+  std::copy_n(octets.begin() + static_cast<std::ptrdiff_t>(at), out.size(), out.begin());
+  return out;
+}
+
+bool is_builtin(const Guid& guid) {
+  return (guid[15] & kBuiltin) == kBuiltin;
+}
+
+bool carries_parameters(std::uint32_t writer) {
+  switch (writer & ~entity::kSecure) {
+    case entity::kTopics & ~entity::kSecure:
+    case entity::kPublications & ~entity::kSecure:
+    case entity::kSubscriptions & ~entity::kSecure:
+    case entity::kParticipants & ~entity::kSecure:
+    case 0x000101C2:  // FF0101C2h, SPDP after authentication
+      return true;
+    default:
+      return false;
+  }
+}
+
+// Their readers are stateless: numbers have no effect, and a participant must be found whatever
+// else fills the table.
+bool is_stateless(std::uint32_t writer) {
+  return writer == entity::kParticipants || writer == entity::kStateless;
+}
+
+}  // namespace
+
+struct Guard::Datagram {
+  Octets octets;
+  std::int64_t now = 0;
+  Prefix source{};       // of the participant that INFO_SRC named last
+  std::size_t size = 0;  // to pass on
+  Protection protection;
+};
+
+Guard::Verdict Guard::judge(Octets octets, std::int64_t now) {
+  received_.fetch_add(1, std::memory_order_relaxed);
+  Verdict verdict{Reason::header, 0};
+  if (has_header(octets)) {
+    Datagram datagram{octets, now, prefix_at(octets, kPrefixAt), octets.size(),
+                      Protection(protection_required_)};
+    verdict.reason = walk(datagram);
+    verdict.size = datagram.size;
+  }
+  if (verdict.reason != Reason::none)
+    dropped_[static_cast<std::size_t>(verdict.reason)].fetch_add(1, std::memory_order_relaxed);
+  return verdict;
+}
+
+Reason Guard::walk(Datagram& datagram) {
+  std::size_t at = kHeader;
+  while (at < datagram.octets.size()) {
+    Submessage submessage;
+    Reason reason = split(datagram.octets, at, submessage);
+    if (reason == Reason::none)
+      reason = judge_submessage(datagram, submessage);
+    if (reason != Reason::none)
+      return reason;
+    at += 4 + submessage.body.size();
+  }
+  return datagram.protection.end();
+}
+
+Reason Guard::judge_submessage(Datagram& datagram, const Submessage& submessage) {
+  Content content;
+  Reason reason = check(submessage, content);
+  if (reason == Reason::none)
+    reason = datagram.protection.next(submessage, content);
+  if (reason != Reason::none)
+    return reason;
+  switch (submessage.kind) {
+    case Kind::info_src:
+      datagram.source = prefix_at(submessage.body.octets(), kInfoSourcePrefix);
+      return Reason::none;
+    case Kind::acknack:
+    case Kind::nack_frag:
+      return judge_acknowledgement(datagram, content);
+    case Kind::heartbeat:
+    case Kind::gap:
+    case Kind::data_frag:
+      return judge_numbers(datagram, content);
+    case Kind::data:
+      reason = judge_numbers(datagram, content);
+      return reason == Reason::none ? judge_payload(datagram, content) : reason;
+    case Kind::statistics:
+      return judge_statistics(datagram, submessage);
+    default:
+      return Reason::none;
+  }
+}
+
+// Fast DDS 2.9.1 asserts that it is the last one, that its length is right, and that no counter in
+// it comes twice or goes back. So nothing of it is passed on. Other vendors use 80h otherwise.
+Reason Guard::judge_statistics(Datagram& datagram, const Submessage& submessage) const {
+  if (datagram.octets[6] != 0x01 || datagram.octets[7] != 0x0F)
+    return Reason::none;
+  const std::size_t end = submessage.at + 4 + submessage.body.size();
+  if (end != datagram.octets.size() || submessage.body.size() != kStatistics)
+    return Reason::statistics;
+  datagram.size = submessage.at;
+  return Reason::none;
+}
+
+Reason Guard::judge_numbers(const Datagram& datagram, const Content& content) {
+  if (is_stateless(content.writer))
+    return Reason::none;
+  const Guid writer = make_guid(datagram.source, content.writer);
+  return writers_.with(
+      writer, datagram.now, [&] { return is_known(writer); },
+      [&](WriterNumbers& numbers, bool) {
+        return numbers.advance(content.highest, datagram.now) ? Reason::none : Reason::rate;
+      },
+      Reason::writers);
+}
+
+Reason Guard::judge_payload(const Datagram& datagram, const Content& content) {
+  if (!content.has_data)
+    return Reason::none;
+  if (content.writer == entity::kLiveliness)
+    return check_liveliness_message(content.payload) ? Reason::none : Reason::discovery;
+  if (content.writer == entity::kStateless)
+    return check_stateless_message(content.payload) ? Reason::none : Reason::discovery;
+  if (!carries_parameters(content.writer))
+    return Reason::none;
+  Announcement announcement;
+  if (!check_parameter_list(content.payload, announcement))
+    return Reason::discovery;
+  return content.writer == entity::kSubscriptions ? judge_announcement(datagram, announcement)
+                                                  : Reason::none;
+}
+
+// A reader keeps its reliability (DDS 1.4 2.2.3.14). Fast DDS 2.9.1 has no timers for one that was
+// best-effort, and aborts when it becomes reliable or acknowledges (ReaderProxy.cpp:464).
+Reason Guard::judge_announcement(const Datagram& datagram, const Announcement& announcement) {
+  if (!announcement.endpoint)
+    return Reason::none;
+  const Guid& reader = *announcement.endpoint;
+  const Reliability announced =
+      announcement.reliable ? Reliability::reliable : Reliability::best_effort;
+  return readers_.with(
+      reader, datagram.now, [&] { return is_known(reader); },
+      [&](Reliability& known, bool fresh) {
+        if (fresh)
+          known = announced;
+        return known == announced ? Reason::none : Reason::reliability;
+      },
+      Reason::reliability);
+}
+
+Reason Guard::judge_acknowledgement(const Datagram& datagram, const Content& content) {
+  Reason reason = Reason::none;
+  readers_.find(make_guid(datagram.source, content.reader), [&](Reliability known) {
+    if (known == Reliability::best_effort)
+      reason = Reason::reliability;
+  });
+  return reason;
+}
+
+bool Guard::is_known(const Guid& guid) const {
+  const std::lock_guard lock(mutex_);
+  return is_builtin(guid) ? participants_.contains(prefix_of(guid)) : endpoints_.contains(guid);
+}
+
+void Guard::participant_found(const Prefix& prefix) {
+  {
+    const std::lock_guard lock(mutex_);
+    participants_.insert(prefix);
+  }
+  writers_.pin([&](const Guid& guid) { return is_builtin(guid) && prefix_of(guid) == prefix; });
+}
+
+void Guard::participant_lost(const Prefix& prefix) {
+  const auto is_its = [&](const Guid& guid) { return prefix_of(guid) == prefix; };
+  {
+    const std::lock_guard lock(mutex_);
+    participants_.erase(prefix);
+    std::erase_if(endpoints_, is_its);
+  }
+  writers_.forget(is_its);
+  readers_.forget(is_its);
+}
+
+void Guard::endpoint_found(const Guid& endpoint) {
+  {
+    const std::lock_guard lock(mutex_);
+    endpoints_.insert(endpoint);
+  }
+  const auto is_it = [&](const Guid& guid) { return guid == endpoint; };
+  writers_.pin(is_it);
+  readers_.pin(is_it);
+}
+
+void Guard::endpoint_lost(const Guid& endpoint) {
+  const auto is_it = [&](const Guid& guid) { return guid == endpoint; };
+  {
+    const std::lock_guard lock(mutex_);
+    endpoints_.erase(endpoint);
+  }
+  writers_.forget(is_it);
+  readers_.forget(is_it);
+}
+
+Counters Guard::counters() const {
+  Counters out;
+  out.received = received_.load(std::memory_order_relaxed);
+  for (std::size_t i = 0; i < kReasons; ++i)
+    out.dropped[i] = dropped_[i].load(std::memory_order_relaxed);
+  return out;
+}
+
+}  // namespace linegate::dds::guard

@@ -1,0 +1,69 @@
+// Judges each datagram before Fast DDS reads it. One guard serves all transports of a participant.
+//
+// What passes is well-formed RTPS 2.3, names no length beyond its octets, and lets no writer's
+// sequence numbers advance faster than samples can. It is no authentication: see
+// deploy/SECURITY.md.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <set>
+
+#include "bridges/dds/guard/counters.h"
+#include "bridges/dds/guard/guid_table.h"
+#include "bridges/dds/guard/parameters.h"
+#include "bridges/dds/guard/reason.h"
+#include "bridges/dds/guard/submessages.h"
+#include "bridges/dds/guard/wire.h"
+#include "bridges/dds/guard/writer_numbers.h"
+
+namespace linegate::dds::guard {
+
+class Guard {
+ public:
+  // protection_required: the governance of the domain protects RTPS messages.
+  explicit Guard(bool protection_required) : protection_required_(protection_required) {}
+
+  struct Verdict {
+    Reason reason = Reason::none;
+    std::size_t size = 0;  // octets to pass on: all, but for a statistics submessage at the end
+  };
+
+  // now: ns of any clock that does not go back. From any thread; counts. Does not allocate.
+  Verdict judge(Octets datagram, std::int64_t now);
+
+  // What discovery found, so that it keeps its place in the tables, and what it lost. From any
+  // thread.
+  void participant_found(const Prefix& prefix);
+  void participant_lost(const Prefix& prefix);
+  void endpoint_found(const Guid& endpoint);
+  void endpoint_lost(const Guid& endpoint);
+
+  Counters counters() const;
+
+ private:
+  struct Datagram;
+  enum class Reliability : std::uint8_t { unknown, best_effort, reliable };
+
+  Reason walk(Datagram& datagram);
+  Reason judge_submessage(Datagram& datagram, const Submessage& submessage);
+  Reason judge_statistics(Datagram& datagram, const Submessage& submessage) const;
+  Reason judge_numbers(const Datagram& datagram, const Content& content);
+  Reason judge_payload(const Datagram& datagram, const Content& content);
+  Reason judge_announcement(const Datagram& datagram, const Announcement& announcement);
+  Reason judge_acknowledgement(const Datagram& datagram, const Content& content);
+  bool is_known(const Guid& guid) const;
+
+  const bool protection_required_;
+  GuidTable<WriterNumbers, 1024> writers_;
+  GuidTable<Reliability, 512> readers_;
+  mutable std::mutex mutex_;  // of what discovery found
+  std::set<Prefix> participants_;
+  std::set<Guid> endpoints_;
+  std::atomic<std::uint64_t> received_{0};
+  std::array<std::atomic<std::uint64_t>, kReasons> dropped_{};
+};
+
+}  // namespace linegate::dds::guard

@@ -1,0 +1,124 @@
+// A table of fixed size with GUIDs as keys: what was found in discovery keeps its place, whatever
+// else is received.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <random>
+
+#include "bridges/dds/guard/wire.h"
+
+namespace linegate::dds::guard {
+
+// Entries lie in sets of 8, chosen by a keyed hash. In a full set a new GUID takes the place of the
+// longest unused one that is not pinned. From any thread; the lock is one of 64.
+template <class Value, std::size_t kSets>
+class GuidTable {
+  static_assert(kSets % 64 == 0);
+
+ public:
+  static constexpr std::size_t kCapacity = kSets * 8;
+
+  // Calls use(value, fresh) with the entry of the GUID and gives its result; fresh: the entry was
+  // made now, its value is Value{}. pinned() is evaluated for a fresh one only. `full` is the
+  // result if there is no place. now: of any clock that does not go back.
+  template <class Pinned, class Use, class Result>
+  Result with(const Guid& guid, std::int64_t now, Pinned pinned, Use use, Result full) {
+    const std::size_t set = hash(guid) % kSets;
+    const std::lock_guard lock(mutexes_[set % kMutexes]);
+    Entry* const end = begin_of(set) + kWays;
+    Entry* place = nullptr;
+    for (Entry* entry = begin_of(set); entry != end; ++entry) {
+      if (entry->taken && entry->guid == guid) {
+        entry->used = now;
+        return use(entry->value, false);
+      }
+      if (better(*entry, place))
+        place = entry;
+    }
+    if (place == nullptr)
+      return full;
+    *place = Entry{guid, Value{}, now, true, pinned()};
+    return use(place->value, true);
+  }
+
+  // Without a change: each(value) if the GUID has an entry.
+  template <class Each>
+  void find(const Guid& guid, Each each) {
+    const std::size_t set = hash(guid) % kSets;
+    const std::lock_guard lock(mutexes_[set % kMutexes]);
+    for (Entry* entry = begin_of(set); entry != begin_of(set) + kWays; ++entry) {
+      if (entry->taken && entry->guid == guid)
+        return each(entry->value);
+    }
+  }
+
+  // Pins those for which which(guid) is true.
+  template <class Which>
+  void pin(Which which) {
+    each_entry([&](Entry& entry) { entry.pinned = entry.pinned || which(entry.guid); });
+  }
+  template <class Which>
+  void forget(Which which) {
+    each_entry([&](Entry& entry) {
+      if (which(entry.guid))
+        entry.taken = false;
+    });
+  }
+
+ private:
+  static constexpr std::size_t kWays = 8;
+  static constexpr std::size_t kMutexes = 64;
+
+  struct Entry {
+    Guid guid{};
+    Value value{};
+    std::int64_t used = 0;
+    bool taken = false;
+    bool pinned = false;
+  };
+
+  static bool better(const Entry& entry, const Entry* than) {
+    if (than != nullptr && !than->taken)
+      return false;
+    if (!entry.taken)
+      return true;
+    return !entry.pinned && (than == nullptr || entry.used < than->used);
+  }
+
+  Entry* begin_of(std::size_t set) { return entries_.get() + set * kWays; }
+
+  template <class Each>
+  void each_entry(Each each) {
+    for (std::size_t set = 0; set < kSets; ++set) {
+      const std::lock_guard lock(mutexes_[set % kMutexes]);
+      for (Entry* entry = begin_of(set); entry != begin_of(set) + kWays; ++entry) {
+        if (entry->taken)
+          each(*entry);
+      }
+    }
+  }
+
+  // FNV-1a from a start that no sender knows.
+  std::size_t hash(const Guid& guid) const {
+    std::uint64_t out = key_;
+    for (const std::uint8_t octet : guid)
+      out = (out ^ octet) * 0x100000001B3U;
+    return static_cast<std::size_t>(out ^ out >> 32U);
+  }
+
+  static std::uint64_t random_key() {
+    std::random_device random;
+    return std::uint64_t{random()} << 32U | random();
+  }
+
+  const std::uint64_t key_ = random_key();
+  std::unique_ptr<Entry[]> entries_ = std::make_unique<Entry[]>(kCapacity);
+  std::array<std::mutex, kMutexes> mutexes_;
+};
+
+}  // namespace linegate::dds::guard

@@ -1,0 +1,251 @@
+#include "bridges/dds/guard/parameters.h"
+
+#include <algorithm>
+#include <array>
+
+namespace linegate::dds::guard {
+namespace {
+
+constexpr std::uint16_t kSentinel = 0x0001;
+constexpr std::size_t kParameterHeader = 4;  // ID, length
+constexpr std::size_t kLongestList = 4096;   // parameters of one list
+
+// Walks CDR: strings and sequences, each aligned to 4. Once something exceeds the octets that are
+// there, ok() is false.
+class Walk {
+ public:
+  explicit Walk(const Wire& wire, std::size_t at = 0) : wire_(wire), at_(at) {}
+
+  bool ok() const { return ok_; }
+  std::size_t left() const { return wire_.size() - at_; }
+
+  void skip(std::size_t size) {
+    ok_ = ok_ && size <= left();
+    if (ok_)
+      at_ += size;
+  }
+  std::uint32_t u32() {
+    align();
+    const std::size_t at = at_;
+    skip(4);
+    return ok_ ? wire_.u32(at) : 0;
+  }
+  // A string or a sequence of octets.
+  void octets() { skip(u32()); }
+  // A sequence whose elements take at least `smallest` octets each.
+  template <class Element>
+  void sequence(std::size_t smallest, Element element) {
+    const std::size_t count = u32();
+    ok_ = ok_ && count <= left() / smallest;
+    for (std::size_t i = 0; ok_ && i < count; ++i)
+      element();
+  }
+  void strings() {
+    sequence(4, [this] { octets(); });
+  }
+  // Property_t, and BinaryProperty_t: a name and a value. With the shortest name and value and
+  // their padding that is 16 octets, but for the padding at the end.
+  void properties() {
+    sequence(13, [this] {
+      octets();
+      octets();
+    });
+  }
+  // DataHolder (DDS-Security 1.1 7.2.3): class, properties, binary properties.
+  void data_holder() {
+    octets();
+    properties();
+    properties();
+  }
+
+ private:
+  void align() {
+    const std::size_t aligned = align4(at_);
+    skip(aligned - at_);
+  }
+
+  Wire wire_;
+  std::size_t at_;
+  bool ok_ = true;
+};
+
+enum class Shape { fixed, octets, strings, properties, data_holder, filter };
+
+struct Rule {
+  std::uint16_t id;
+  Shape shape;
+  std::uint16_t size = 0;  // fixed: at least so many octets
+};
+
+// RTPS 2.3 table 9.13, DDS-Security 1.1 table 14, DDS-XTypes 1.2 7.6.3.
+constexpr std::array<Rule, 50> kRules = {{
+    {0x0002, Shape::fixed, 8},     // participant lease duration
+    {0x0004, Shape::fixed, 8},     // time-based filter
+    {0x0005, Shape::octets},       // topic name
+    {0x0006, Shape::fixed, 4},     // ownership strength
+    {0x0007, Shape::octets},       // type name
+    {0x000B, Shape::fixed, 4},     // metatraffic multicast IP address
+    {0x000C, Shape::fixed, 4},     // default unicast IP address
+    {0x000D, Shape::fixed, 4},     // metatraffic unicast port
+    {0x000E, Shape::fixed, 4},     // default unicast port
+    {0x0011, Shape::fixed, 4},     // multicast IP address
+    {0x0015, Shape::fixed, 2},     // protocol version
+    {0x0016, Shape::fixed, 2},     // vendor
+    {0x001A, Shape::fixed, 12},    // reliability
+    {0x001B, Shape::fixed, 12},    // liveliness
+    {0x001D, Shape::fixed, 4},     // durability
+    {0x001E, Shape::fixed, 24},    // durability service
+    {0x001F, Shape::fixed, 4},     // ownership
+    {0x0021, Shape::fixed, 8},     // presentation
+    {0x0023, Shape::fixed, 8},     // deadline
+    {0x0025, Shape::fixed, 4},     // destination order
+    {0x0027, Shape::fixed, 8},     // latency budget
+    {0x0029, Shape::strings},      // partition
+    {0x002B, Shape::fixed, 8},     // lifespan
+    {0x002C, Shape::octets},       // user data
+    {0x002D, Shape::octets},       // group data
+    {0x002E, Shape::octets},       // topic data
+    {0x002F, Shape::fixed, 24},    // unicast locator
+    {0x0030, Shape::fixed, 24},    // multicast locator
+    {0x0031, Shape::fixed, 24},    // default unicast locator
+    {0x0032, Shape::fixed, 24},    // metatraffic unicast locator
+    {0x0033, Shape::fixed, 24},    // metatraffic multicast locator
+    {0x0034, Shape::fixed, 4},     // manual liveliness count
+    {0x0035, Shape::filter},       // content filter property
+    {0x0040, Shape::fixed, 8},     // history
+    {0x0041, Shape::fixed, 12},    // resource limits
+    {0x0043, Shape::fixed, 1},     // expects inline QoS
+    {0x0044, Shape::fixed, 4},     // builtin endpoints
+    {0x0048, Shape::fixed, 24},    // default multicast locator
+    {0x0049, Shape::fixed, 4},     // transport priority
+    {0x0050, Shape::fixed, 16},    // participant GUID
+    {0x0052, Shape::fixed, 16},    // group GUID
+    {0x0058, Shape::fixed, 4},     // builtin endpoint set
+    {0x0059, Shape::properties},   // property list
+    {0x005A, Shape::fixed, 16},    // endpoint GUID
+    {0x0062, Shape::octets},       // entity name
+    {0x0070, Shape::fixed, 16},    // key hash
+    {0x0071, Shape::fixed, 4},     // status info
+    {0x1001, Shape::data_holder},  // identity token
+    {0x1002, Shape::data_holder},  // permissions token
+    {0x1006, Shape::data_holder},  // identity status token
+}};
+
+constexpr std::uint16_t kReliability = 0x001A;
+constexpr std::uint16_t kEndpointGuid = 0x005A;
+constexpr std::uint32_t kReliable = 2;  // RTPS 2.3 9.3.2.7 ReliabilityKind_t
+
+bool check_shape(const Rule& rule, const Wire& value) {
+  Walk walk(value);
+  switch (rule.shape) {
+    case Shape::fixed:
+      return value.size() >= rule.size;
+    case Shape::octets:
+      walk.octets();
+      return walk.ok();
+    case Shape::strings:
+      walk.strings();
+      return walk.ok();
+    case Shape::properties:
+      walk.properties();
+      return walk.ok();
+    case Shape::data_holder:
+      walk.data_holder();
+      return walk.ok();
+    case Shape::filter:  // name, related topic, filter class, expression, parameters
+      for (int i = 0; i < 4; ++i)
+        walk.octets();
+      walk.strings();
+      return walk.ok();
+  }
+  return false;
+}
+
+bool check_parameter(std::uint16_t id, const Wire& value) {
+  const auto* const rule =
+      std::lower_bound(kRules.begin(), kRules.end(), id,
+                       [](const Rule& it, std::uint16_t wanted) { return it.id < wanted; });
+  return rule == kRules.end() || rule->id != id || check_shape(*rule, value);
+}
+
+// Calls each(id, value) until it returns false. Gives the octets of the list, sentinel included, 0
+// where it is malformed or was ended. Fast DDS reads neither the length of a sentinel nor what
+// follows one.
+template <class Each>
+std::size_t walk_list(const Wire& list, Each each) {
+  std::size_t at = 0;
+  for (std::size_t count = 0; count < kLongestList; ++count) {
+    if (list.size() - at < kParameterHeader)
+      return 0;
+    const std::uint16_t id = list.u16(at);
+    const std::size_t length = list.u16(at + 2);
+    at += kParameterHeader;
+    if (id == kSentinel)
+      return at;
+    if (length > list.size() - at || length % 4 != 0 || !each(id, list.part(at, length)))
+      return 0;
+    at += length;
+  }
+  return 0;
+}
+
+// The octet order that the encapsulation header names (RTPS 2.3 10.2); without a value: unknown.
+std::optional<Wire> encapsulated(const Wire& payload, unsigned big_endian) {
+  if (payload.size() < 4 || payload.u8(0) != 0)
+    return std::nullopt;
+  const unsigned representation = payload.u8(1);
+  if (representation != big_endian && representation != big_endian + 1)
+    return std::nullopt;
+  return Wire(payload.octets().subspan(4), representation == big_endian + 1);
+}
+
+constexpr unsigned kCdr = 0;            // CDR_BE, then CDR_LE
+constexpr unsigned kParameterList = 2;  // PL_CDR_BE, then PL_CDR_LE
+
+}  // namespace
+
+std::size_t inline_qos_length(const Wire& rest) {
+  return walk_list(rest, check_parameter);
+}
+
+bool check_parameter_list(const Wire& payload, Announcement& out) {
+  const auto list = encapsulated(payload, kParameterList);
+  if (!list)
+    return false;
+  return walk_list(*list, [&](std::uint16_t id, const Wire& value) {
+           if (!check_parameter(id, value))
+             return false;
+           if (id == kReliability)
+             out.reliable = value.u32(0) == kReliable;
+           if (id == kEndpointGuid) {
+             Guid& guid = out.endpoint.emplace();
+             std::copy_n(value.octets().begin(), guid.size(), guid.begin());
+           }
+           return true;
+         }) != 0;
+}
+
+// Participant prefix, kind, sequence of octets.
+bool check_liveliness_message(const Wire& payload) {
+  const auto message = encapsulated(payload, kCdr);
+  if (!message)
+    return false;
+  Walk walk(*message);
+  walk.skip(16);
+  walk.octets();
+  return walk.ok();
+}
+
+// Two MessageIdentity (GUID and number), three GUIDs, class, sequence of DataHolder.
+bool check_stateless_message(const Wire& payload) {
+  const auto message = encapsulated(payload, kCdr);
+  if (!message)
+    return false;
+  Walk walk(*message);
+  walk.skip(2 * 24 + 3 * 16);
+  walk.octets();
+  walk.sequence(12, [&] { walk.data_holder(); });
+  return walk.ok();
+}
+
+}  // namespace linegate::dds::guard

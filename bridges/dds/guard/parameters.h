@@ -1,0 +1,31 @@
+// Parameter lists of RTPS 2.3 9.4.2.11 and the CDR within the parameters of discovery samples: no
+// length or count may exceed the octets that are there. Pure functions without allocation.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "bridges/dds/guard/reason.h"
+#include "bridges/dds/guard/wire.h"
+
+namespace linegate::dds::guard {
+
+// Octets of the inline QoS at the begin of `rest`, sentinel included; 0 = malformed.
+std::size_t inline_qos_length(const Wire& rest);
+
+// What a subscription announces of itself (RTPS 2.3 table 9.14).
+struct Announcement {
+  std::optional<Guid> endpoint;
+  bool reliable = false;  // a reader without PID_RELIABILITY is best-effort
+};
+
+// Checks the serialized payload of a sample of a builtin writer that carries a parameter list.
+bool check_parameter_list(const Wire& payload, Announcement& out);
+
+// The same of ParticipantMessageData (RTPS 2.3 9.6.2.1) and ParticipantStatelessMessage
+// (DDS-Security 1.1 7.4.3).
+bool check_liveliness_message(const Wire& payload);
+bool check_stateless_message(const Wire& payload);
+
+}  // namespace linegate::dds::guard

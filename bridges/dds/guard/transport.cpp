@@ -1,0 +1,137 @@
+#include "bridges/dds/guard/transport.h"
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+#include <fastdds/rtps/network/SenderResource.h>
+#include <fastdds/rtps/transport/ChainingTransport.h>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+
+namespace linegate::dds::guard {
+namespace {
+
+namespace fast = eprosima::fastdds::rtps;
+namespace rtps = eprosima::fastrtps::rtps;
+
+std::int64_t steady_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+struct Descriptor final : fast::ChainingTransportDescriptor {
+  Descriptor(std::shared_ptr<fast::TransportDescriptorInterface> below,
+             std::shared_ptr<Guard> its_guard)
+      : ChainingTransportDescriptor(std::move(below)), guard(std::move(its_guard)) {}
+  fast::TransportInterface* create_transport() const override;
+
+  std::shared_ptr<Guard> guard;
+};
+
+class Transport final : public fast::ChainingTransport {
+ public:
+  explicit Transport(const Descriptor& descriptor)
+      : ChainingTransport(descriptor), descriptor_(descriptor) {}
+
+  fast::TransportDescriptorInterface* get_configuration() override { return &descriptor_; }
+
+  // The transport below recognises its own senders alone: with wrapped ones TCP and shared memory
+  // open another at each discovery and send everything once with each.
+  bool OpenOutputChannel(fast::SendResourceList& senders, const rtps::Locator_t& to) override {
+    return low_level_transport_->OpenOutputChannel(senders, to);
+  }
+  bool send(rtps::SenderResource* below, const rtps::octet* octets, std::uint32_t size,
+            rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
+            const std::chrono::steady_clock::time_point& until) override {
+    return below->send(octets, size, begin, end, until);
+  }
+  // Not forwarded by ChainingTransport.
+  void shutdown() override { low_level_transport_->shutdown(); }
+
+  void receive(fast::TransportReceiverInterface* next, const rtps::octet* octets,
+               std::uint32_t size, const rtps::Locator_t& local,
+               const rtps::Locator_t& remote) override {
+    const Guard::Verdict verdict = descriptor_.guard->judge({octets, size}, steady_ns());
+    if (verdict.reason == Reason::none)
+      next->OnDataReceived(octets, static_cast<std::uint32_t>(verdict.size), local, remote);
+  }
+
+ private:
+  Descriptor descriptor_;
+};
+
+fast::TransportInterface* Descriptor::create_transport() const {
+  return new Transport(*this);  // its caller owns it
+}
+
+// Fast DDS finds out by its type whether there is shared memory, and drops the locators of others
+// for it where there is none.
+struct SharedMemory final : fast::SharedMemTransportDescriptor {
+  SharedMemory(const fast::SharedMemTransportDescriptor& below, std::shared_ptr<Guard> its_guard)
+      : SharedMemTransportDescriptor(below), guard(std::move(its_guard)) {}
+  fast::TransportInterface* create_transport() const override {
+    return new Transport(
+        Descriptor(std::make_shared<fast::SharedMemTransportDescriptor>(*this), guard));
+  }
+
+  std::shared_ptr<Guard> guard;
+};
+
+std::shared_ptr<fast::TransportDescriptorInterface> wrap(
+    const std::shared_ptr<fast::TransportDescriptorInterface>& below,
+    const std::shared_ptr<Guard>& guard) {
+  const auto* shared = dynamic_cast<const fast::SharedMemTransportDescriptor*>(below.get());
+  if (shared != nullptr)
+    return std::make_shared<SharedMemory>(*shared, guard);
+  return std::make_shared<Descriptor>(below, guard);
+}
+
+// As Fast DDS makes them: no code of the caller gets hold of those that are built in.
+void replace_built_in(eprosima::fastdds::dds::TransportConfigQos& transport) {
+  auto udp = std::make_shared<fast::UDPv4TransportDescriptor>();
+  udp->sendBufferSize = transport.send_socket_buffer_size;
+  udp->receiveBufferSize = transport.listen_socket_buffer_size;
+  auto shared = std::make_shared<fast::SharedMemTransportDescriptor>();
+  shared->segment_size(2 * std::max(udp->sendBufferSize, udp->receiveBufferSize));
+  shared->max_message_size(udp->max_message_size());
+  transport.user_transports.push_back(udp);
+  transport.user_transports.push_back(shared);
+  transport.use_builtin_transports = false;
+}
+
+// A signed document has its text in clear where it was signed as text; otherwise nothing is found
+// in it.
+bool leaves_plain(const std::string& document) {
+  std::string file = document;
+  if (file.rfind("file://", 0) == 0)
+    file.erase(0, 7);
+  std::ifstream in(file);
+  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  return text.find("<rtps_protection_kind>NONE<") != std::string::npos;
+}
+
+}  // namespace
+
+void wrap_transports(eprosima::fastdds::dds::DomainParticipantQos& qos,
+                     const std::shared_ptr<Guard>& guard) {
+  auto& transport = qos.transport();
+  if (transport.use_builtin_transports)
+    replace_built_in(transport);
+  for (auto& each : transport.user_transports)
+    each = wrap(each, guard);
+}
+
+bool requires_protection(const eprosima::fastdds::dds::DomainParticipantQos& qos) {
+  constexpr const char* kGovernance = "dds.sec.access.builtin.Access-Permissions.governance";
+  for (const auto& property : qos.properties().properties()) {
+    if (property.name() == kGovernance)
+      return !leaves_plain(property.value());
+  }
+  return false;
+}
+
+}  // namespace linegate::dds::guard

@@ -1,0 +1,22 @@
+// Puts a guard between the transports of a participant and Fast DDS.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
+
+#include "bridges/dds/guard/guard.h"
+
+namespace linegate::dds::guard {
+
+// Replaces every transport of the QoS by a guarded one, built-in ones included. Sending is left as
+// it is. UDPv4, UDPv6, TCP and shared memory; others are passed through the same way.
+void wrap_transports(eprosima::fastdds::dds::DomainParticipantQos& qos,
+                     const std::shared_ptr<Guard>& guard);
+
+// Whether the DDS-Security properties of the QoS name a governance document that protects RTPS
+// messages. A document that cannot be read counts as one that does.
+bool requires_protection(const eprosima::fastdds::dds::DomainParticipantQos& qos);
+
+}  // namespace linegate::dds::guard

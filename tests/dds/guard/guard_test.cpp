@@ -1,0 +1,292 @@
+// Whole datagrams: what the guard remembers of writers, readers and participants.
+#include "bridges/dds/guard/guard.h"
+
+#include <chrono>
+
+#include <gtest/gtest.h>
+
+#include "tests/dds/guard/datagram.h"
+
+namespace linegate::test {
+namespace {
+
+using dds::guard::Guard;
+using dds::guard::Reason;
+namespace entity = dds::guard::entity;
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+constexpr std::int64_t kFirst = std::int64_t{1} << 24;
+constexpr std::int64_t kBurst = std::int64_t{1} << 20;
+
+class GuardTest : public testing::Test {
+ protected:
+  Reason judge(Datagram datagram) {
+    const Guard::Verdict verdict = guard.judge(datagram.get(), now);
+    passed = verdict.size;
+    return verdict.reason;
+  }
+  Reason beat(std::int64_t last, Sender from = 1, std::uint32_t writer = kWriter) {
+    return judge(Datagram(from).add(0x07, heartbeat(last, last, true, writer)));
+  }
+  Reason skip(std::int64_t to, Sender from = 1) {
+    return judge(Datagram(from).add(0x08, gap(1, to + 1)));
+  }
+
+  Guard guard{false};
+  std::int64_t now = 1'000 * kSecond;
+  std::size_t passed = 0;
+};
+
+TEST_F(GuardTest, ADatagramIsJudgedAsAWholeAndCounted) {
+  const Fields good = heartbeat(1, 1);
+  const Fields bad = heartbeat(9, 1);
+  EXPECT_EQ(judge(Datagram().add(0x09, Fields().zeros(8)).add(0x07, good)), Reason::none);
+  EXPECT_EQ(passed, 20U + 12 + 32);
+  EXPECT_EQ(judge(Datagram().add(0x07, good).add(0x07, bad)), Reason::sequence_number);
+  EXPECT_EQ(judge(Datagram()), Reason::none);
+  Datagram other;
+  other.get()[0] = 'X';
+  EXPECT_EQ(judge(other), Reason::header);
+  EXPECT_EQ(guard.counters().received, 4U);
+  EXPECT_EQ(guard.counters().of(Reason::sequence_number), 1U);
+  EXPECT_EQ(guard.counters().of(Reason::header), 1U);
+}
+
+TEST_F(GuardTest, SubmessagesOfUnknownKindPass) {
+  EXPECT_EQ(judge(Datagram().add(0x21, Fields().zeros(4)).add(0x81, Fields().zeros(4))),
+            Reason::none);
+}
+
+// --- statistics ----------------------------------------------------------------------------------
+
+TEST_F(GuardTest, AStatisticsSubmessageAtTheEndIsCutOff) {
+  const Fields statistics = Fields().zeros(56);
+  EXPECT_EQ(judge(Datagram().add(0x07, heartbeat(1, 1)).add(0x80, statistics)), Reason::none);
+  EXPECT_EQ(passed, 20U + 32);
+  EXPECT_EQ(judge(Datagram().add(0x80, statistics)), Reason::none);
+  EXPECT_EQ(passed, 20U);
+}
+
+TEST_F(GuardTest, AStatisticsSubmessageElsewhereOrOfAnotherLengthIsDropped) {
+  const Fields statistics = Fields().zeros(56);
+  Datagram known = Datagram().add(0x80, statistics).add(0x01, Fields());
+  EXPECT_EQ(known.get().size(), 84U);
+  EXPECT_EQ(judge(known), Reason::statistics);
+  EXPECT_EQ(judge(Datagram().add(0x80, Fields().zeros(52))), Reason::statistics);
+  EXPECT_EQ(judge(Datagram().add(0x80, Fields().zeros(60))), Reason::statistics);
+  Datagram of_another_vendor = known;
+  of_another_vendor.get()[7] = 0x10;
+  EXPECT_EQ(judge(of_another_vendor), Reason::none);
+  EXPECT_EQ(passed, 84U);
+}
+
+// --- sequence numbers ----------------------------------------------------------------------------
+
+TEST_F(GuardTest, TheFirstNumberOfAWriterMayPositionALateJoiner) {
+  EXPECT_EQ(skip(2'000'000, 1), Reason::none);
+  EXPECT_EQ(beat(2'000'000, 1), Reason::none);
+  EXPECT_EQ(skip(kFirst, 2), Reason::none);
+  EXPECT_EQ(skip(kFirst + 1, 3), Reason::rate);
+  EXPECT_EQ(skip(5, 3), Reason::none);
+}
+
+TEST_F(GuardTest, NumbersAdvanceBy100000ASecond) {
+  EXPECT_EQ(beat(1), Reason::none);
+  EXPECT_EQ(beat(1 + 4'096), Reason::none);
+  EXPECT_EQ(beat(2 + 4'096), Reason::rate);
+  now += kSecond;
+  EXPECT_EQ(beat(1 + 4'096 + 100'001), Reason::rate);
+  EXPECT_EQ(beat(1 + 4'096 + 100'000), Reason::none);
+  EXPECT_EQ(beat(3), Reason::none);  // an old one
+}
+
+TEST_F(GuardTest, ShortPausesAddUp) {
+  std::int64_t number = 1;
+  EXPECT_EQ(beat(number), Reason::none);
+  for (int i = 0; i < 20'000; ++i) {
+    now += 10'500;
+    EXPECT_EQ(beat(++number), Reason::none) << i;
+  }
+  EXPECT_EQ(beat(number + 4'096 + 900), Reason::none);  // nothing was lost to rounding
+}
+
+TEST_F(GuardTest, AtMost2To20NumbersAreSaved) {
+  EXPECT_EQ(beat(kFirst), Reason::none);
+  for (int i = 0; i < 100; ++i) {
+    now += kSecond;
+    EXPECT_EQ(beat(kFirst), Reason::none);
+  }
+  EXPECT_EQ(beat(kFirst + kBurst + 1), Reason::rate);
+  EXPECT_EQ(beat(kFirst + kBurst), Reason::none);
+}
+
+TEST_F(GuardTest, AfterSilenceAWriterIsPositionedAgain) {
+  EXPECT_EQ(beat(1), Reason::none);
+  now += 9 * kSecond;
+  EXPECT_EQ(beat(5'000'000), Reason::rate);
+  now += 10 * kSecond;
+  EXPECT_EQ(beat(5'000'000), Reason::none);
+  now += 10 * kSecond;
+  EXPECT_EQ(beat(kFirst + kBurst), Reason::rate);
+}
+
+TEST_F(GuardTest, TheKnownAttacksAreDropped) {
+  for (const std::uint32_t writer :
+       {kWriter, entity::kPublications, entity::kSubscriptions, entity::kLiveliness}) {
+    for (std::int64_t i = 1; i < 50; ++i)
+      EXPECT_EQ(beat(i, 1, writer), Reason::none);
+    EXPECT_EQ(beat(std::int64_t{1} << 40, 1, writer), Reason::rate);
+    EXPECT_EQ(judge(Datagram().add(0x08, gap(1, std::int64_t{1} << 40, 0, true, writer))),
+              Reason::rate);
+    EXPECT_EQ(judge(Datagram().add(0x08, gap(1, std::int64_t{1} << 62, 0, true, writer))),
+              Reason::sequence_number);
+  }
+  // Far ahead, in steps.
+  Reason reason = Reason::none;
+  std::int64_t at = 50;
+  for (int i = 0; i < 1'000 && reason == Reason::none; ++i)
+    reason = skip(at += 60'000);
+  EXPECT_EQ(reason, Reason::rate);
+  EXPECT_LT(at, 200'000);
+}
+
+TEST_F(GuardTest, DataAndFragmentsAdvanceTheirWriterToo) {
+  EXPECT_EQ(judge(Datagram().add(0x15, data(1))), Reason::none);
+  EXPECT_EQ(judge(Datagram().add(0x15, data(10'000))), Reason::rate);
+  const Fields fragment = Fields()
+                              .u16(0)
+                              .u16(28)
+                              .entity(0)
+                              .entity(kWriter)
+                              .number(10'000)
+                              .u32(1)
+                              .u16(1)
+                              .u16(4)
+                              .u32(8)
+                              .zeros(4);
+  EXPECT_EQ(judge(Datagram().add(0x16, fragment)), Reason::rate);
+}
+
+TEST_F(GuardTest, InfoSourceNamesTheParticipantOfWhatFollows) {
+  EXPECT_EQ(beat(1, 1), Reason::none);
+  Fields source = Fields().zeros(8);
+  for (const std::uint8_t octet : prefix_of(1))
+    source.u8(octet);
+  EXPECT_EQ(judge(Datagram(2).add(0x0C, source).add(0x07, heartbeat(9'000, 9'000))), Reason::rate);
+  EXPECT_EQ(judge(Datagram(2).add(0x07, heartbeat(9'000, 9'000))), Reason::none);
+}
+
+TEST_F(GuardTest, NumbersOfStatelessWritersHaveNoEffect) {
+  EXPECT_EQ(beat(1, 1, entity::kParticipants), Reason::none);
+  EXPECT_EQ(beat(1'000'000'000, 1, entity::kParticipants), Reason::none);
+  EXPECT_EQ(beat(1'000'000'000, 1, entity::kStateless), Reason::none);
+}
+
+// --- the tables ----------------------------------------------------------------------------------
+
+TEST_F(GuardTest, InventedWritersDoNotDisplaceThoseThatDiscoveryFound) {
+  const auto live = dds::guard::make_guid(prefix_of(1), kWriter);
+  EXPECT_EQ(beat(1), Reason::none);
+  EXPECT_EQ(beat(1, 1, entity::kPublications), Reason::none);
+  guard.participant_found(prefix_of(1));
+  guard.endpoint_found(live);
+  now += kSecond;
+  for (std::uint32_t i = 0; i < 60'000; ++i) {
+    ++now;
+    EXPECT_EQ(beat(1, 2, i << 8U | 3U), Reason::none);
+  }
+  // Were one of them new, it might be positioned.
+  EXPECT_EQ(beat(1'000'000), Reason::rate);
+  EXPECT_EQ(beat(1'000'000, 1, entity::kPublications), Reason::rate);
+}
+
+TEST_F(GuardTest, AWriterThatDiscoveryFoundHasAPlaceAmongInventedOnes) {
+  for (std::uint32_t i = 0; i < 60'000; ++i)
+    EXPECT_EQ(beat(1, 2, i << 8U | 3U), Reason::none);
+  guard.endpoint_found(dds::guard::make_guid(prefix_of(1), kWriter));
+  EXPECT_EQ(beat(1), Reason::none);
+  for (std::uint32_t i = 0; i < 60'000; ++i)
+    EXPECT_EQ(beat(1, 3, i << 8U | 3U), Reason::none);
+  EXPECT_EQ(beat(1'000'000), Reason::rate);
+}
+
+TEST_F(GuardTest, TheWritersOfARemovedParticipantAreForgotten) {
+  guard.participant_found(prefix_of(1));
+  guard.endpoint_found(dds::guard::make_guid(prefix_of(1), kWriter));
+  EXPECT_EQ(beat(1), Reason::none);
+  EXPECT_EQ(beat(5'000'000), Reason::rate);
+  guard.participant_lost(prefix_of(1));
+  EXPECT_EQ(beat(5'000'000), Reason::none);
+}
+
+TEST_F(GuardTest, MoreWritersThanPlacesAreDroppedIfAllWereFound) {
+  Reason last = Reason::none;
+  for (std::uint32_t i = 0; i < 20'000; ++i) {
+    const std::uint32_t writer = i << 8U | 3U;
+    guard.endpoint_found(dds::guard::make_guid(prefix_of(1), writer));
+    last = beat(1, 1, writer);
+    if (last != Reason::none)
+      break;
+  }
+  EXPECT_EQ(last, Reason::writers);
+}
+
+// --- reliability ---------------------------------------------------------------------------------
+
+Datagram announce(Sender from, unsigned reliability, bool reader = true) {
+  Fields guid;
+  for (const std::uint8_t octet : dds::guard::make_guid(prefix_of(from), kReader))
+    guid.u8(octet);
+  const Fields list = Fields()
+                          .u8(0)
+                          .u8(3)
+                          .u16(0)
+                          .parameter(0x5A, guid)
+                          .parameter(0x1A, Fields().u32(reliability).zeros(8))
+                          .sentinel();
+  const std::uint32_t writer = reader ? entity::kSubscriptions : entity::kPublications;
+  return Datagram(from).add(0x15, data(1, writer).octets(list.get()), kHasData);
+}
+
+TEST_F(GuardTest, AReaderKeepsTheReliabilityThatItAnnouncedFirst) {
+  EXPECT_EQ(judge(announce(1, 1)), Reason::none);
+  EXPECT_EQ(judge(announce(1, 1)), Reason::none);
+  EXPECT_EQ(judge(announce(1, 2)), Reason::reliability);
+  EXPECT_EQ(judge(announce(2, 2)), Reason::none);
+  EXPECT_EQ(judge(announce(2, 1)), Reason::reliability);
+  EXPECT_EQ(judge(announce(1, 2, false)), Reason::none);  // a writer
+}
+
+TEST_F(GuardTest, ABestEffortReaderAcknowledgesNothing) {
+  EXPECT_EQ(judge(Datagram(1).add(0x06, acknack(1, 0))), Reason::none);
+  EXPECT_EQ(judge(announce(1, 1)), Reason::none);
+  EXPECT_EQ(judge(announce(2, 2)), Reason::none);
+  EXPECT_EQ(judge(Datagram(1).add(0x06, acknack(1, 0))), Reason::reliability);
+  EXPECT_EQ(judge(Datagram(2).add(0x06, acknack(1, 0))), Reason::none);
+}
+
+TEST_F(GuardTest, AReaderThatDiscoveryLostMayComeAgainOtherwise) {
+  EXPECT_EQ(judge(announce(1, 1)), Reason::none);
+  guard.endpoint_lost(dds::guard::make_guid(prefix_of(1), kReader));
+  EXPECT_EQ(judge(announce(1, 2)), Reason::none);
+}
+
+// --- discovery -----------------------------------------------------------------------------------
+
+TEST_F(GuardTest, ASampleOfDiscoveryIsAListOfParameters) {
+  const Fields good = Fields().u8(0).u8(3).u16(0).sentinel();
+  const Fields bad = Fields().u8(0).u8(3).u16(0).u16(5).u16(8).u32(900).zeros(4).sentinel();
+  for (const std::uint32_t writer : {entity::kParticipants, entity::kPublications, entity::kTopics,
+                                     entity::kSubscriptions, 0xFF0003C2U, 0xFF0101C2U}) {
+    EXPECT_EQ(judge(Datagram().add(0x15, data(1, writer).octets(good.get()), kHasData)),
+              Reason::none);
+    EXPECT_EQ(judge(Datagram().add(0x15, data(1, writer).octets(bad.get()), kHasData)),
+              Reason::discovery);
+  }
+  EXPECT_EQ(judge(Datagram().add(0x15, data(1).octets(bad.get()), kHasData)), Reason::none);
+  EXPECT_EQ(judge(Datagram().add(0x15, data(1, entity::kLiveliness).zeros(12), kHasData)),
+            Reason::discovery);
+}
+
+}  // namespace
+}  // namespace linegate::test
