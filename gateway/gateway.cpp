@@ -207,6 +207,7 @@ std::vector<Diagnostic> Gateway::make_bridge(const config::Plant& plant,
   options.gateway = plant.gateway;
   options.incarnation = incarnation;
   options.domain = plant.dds_domain;
+  options.participants = plant.dds_participants;
   options.profile_file = plant.dds_profile;
   options.last_words = plant.dds_last_words;
   for (const auto& line : plant.lines) {

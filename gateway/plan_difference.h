@@ -18,6 +18,7 @@ struct PlantIdentity {
   std::string gateway;
   std::uint32_t dds_domain = 0;
   std::string dds_profile;
+  std::uint32_t dds_participants = 0;
   std::vector<Line> lines;
 };
 PlantIdentity identity_of(const config::Plant& plant);

@@ -1,5 +1,7 @@
 #include "bridges/dds/endpoints.h"
 
+#include <algorithm>
+#include <limits>
 #include <utility>
 
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
@@ -27,8 +29,8 @@ void clear(fast::DataWriter& writer) {
 }  // namespace
 
 Endpoints::Endpoints(const std::string& name, std::uint32_t domain, const std::string& profile_file,
-                     std::vector<Diagnostic>& diagnostics, bool guarded)
-    : diagnostics_(&diagnostics), names_(name) {
+                     std::vector<Diagnostic>& diagnostics, bool guarded, std::size_t participants)
+    : diagnostics_(&diagnostics), names_(name), participants_(participants) {
   const auto profiles = load_profiles(profile_file, diagnostics);
   if (!profiles) {
     ok_ = false;
@@ -54,6 +56,7 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
   // nothing that two readers share.
   if (!multicast)
     qos.allocation().locators.max_multicast_locators = 0;
+  bound_discovery(qos);
   if (guarded) {
     guard_ = std::make_shared<guard::Guard>(guard::requires_protection(qos));
     names_.inform(guard_);
@@ -68,6 +71,23 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
   subscriber_ = participant_->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
   if (publisher_ == nullptr || subscriber_ == nullptr)
     fail("no DDS publisher and subscriber");
+}
+
+// Everybody on the network can invent participants and endpoints. Fast DDS ignores what is beyond
+// its allocation, and takes note of it when something else has gone; what was matched stays so.
+void Endpoints::bound_discovery(fast::DomainParticipantQos& qos) {
+  auto& participants = qos.allocation().participants;  // of all, this one among them
+  if (participants_ != 0) {
+    participants.maximum = participants_ + 1;
+  } else if (participants.maximum == std::numeric_limits<std::size_t>::max()) {
+    participants.maximum = kMostParticipants + 1;
+  }
+  participants.initial = std::min(participants.initial, participants.maximum);
+  for (auto* endpoints : {&qos.allocation().readers, &qos.allocation().writers}) {
+    if (endpoints->maximum == std::numeric_limits<std::size_t>::max())
+      endpoints->maximum = kMostEndpoints;
+  }
+  names_.set_most(participants.maximum - 1);
 }
 
 Endpoints::~Endpoints() {

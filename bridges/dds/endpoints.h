@@ -26,9 +26,11 @@ class Endpoints {
  public:
   // Loads the profiles (see load_profiles) and creates the participant. On failure ok() is false
   // and a diagnostic tells why.
-  // guarded: a guard judges what is received (bridges/dds/guard).
+  // guarded: a guard judges what is received (bridges/dds/guard). participants: others that are
+  // taken note of at the same time; 0: as the profile says, or kMostParticipants.
   Endpoints(const std::string& name, std::uint32_t domain, const std::string& profile_file,
-            std::vector<Diagnostic>& diagnostics, bool guarded = true);
+            std::vector<Diagnostic>& diagnostics, bool guarded = true,
+            std::size_t participants = 0);
   ~Endpoints();
   Endpoints(const Endpoints&) = delete;
   Endpoints& operator=(const Endpoints&) = delete;
@@ -44,6 +46,8 @@ class Endpoints {
   std::size_t namesakes() const { return names_.namesakes(); }
   // The other gateways of the domain. From any thread.
   Peers peers() const { return names_.peers(); }
+  // Other participants of the domain. From any thread.
+  DiscoveryCounters discovery() const { return names_.discovery(); }
 
   // What the guard received and dropped; zeros without one. From any thread.
   guard::Counters guard_counters() const {
@@ -75,6 +79,7 @@ class Endpoints {
  private:
   void create_participant(const std::string& name, std::uint32_t domain, bool guarded,
                           bool multicast);
+  void bound_discovery(eprosima::fastdds::dds::DomainParticipantQos& qos);
   eprosima::fastdds::dds::DataWriter* make_writer(const std::string& topic,
                                                   eprosima::fastdds::dds::TypeSupport type,
                                                   std::uint32_t strength);
@@ -89,6 +94,7 @@ class Endpoints {
   std::shared_ptr<guard::Guard> guard_;  // nullptr: switched off
   NameWatch names_;                      // outlives the participant, which it listens to
   std::string origin_;                   // of the profiles
+  std::size_t participants_;
   bool ok_ = true;
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
   eprosima::fastdds::dds::Publisher* publisher_ = nullptr;

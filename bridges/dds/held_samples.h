@@ -45,6 +45,14 @@ class HeldSamples {
     }
   }
 
+  // All of them, oldest first. What is written of them now counts for nothing: it goes to another
+  // writer, in the same order.
+  template <class Visit>
+  void each(Visit visit) {
+    for (Held& held : held_)
+      visit(held.sample);
+  }
+
   // One that must be written again now, which counts as written; nullptr: none. Ask until there is
   // none, after each note().
   Sample* take_stale() {

@@ -1,5 +1,6 @@
-// Which other participants of the domain have the name of this one, which are gateways, and what
-// discovery found and lost for the guard: Fast DDS reports all of that to a listener only.
+// The other participants of the domain: how many there are, which have the name of this one, which
+// are gateways, and what discovery found and lost for the guard. Fast DDS reports all of that to a
+// listener only.
 #pragma once
 
 #include <algorithm>
@@ -38,6 +39,14 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
     return {.gateways = peers_.names(), .unchanged = now() - peers_.changed()};
   }
 
+  // From any thread.
+  DiscoveryCounters discovery() const {
+    const std::lock_guard lock(mutex_);
+    return discovery_;
+  }
+  // Before the participant is created.
+  void set_most(std::size_t participants) { discovery_.most = participants; }
+
   // From threads of Fast DDS: they only note it.
   void on_participant_discovery(eprosima::fastdds::dds::DomainParticipant*,
                                 eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& it) override {
@@ -50,6 +59,7 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
     }
     const std::string name = it.info.m_participantName.to_string();
     const std::lock_guard lock(mutex_);
+    count(it.status == Info::DISCOVERED_PARTICIPANT, gone);
     if (gone) {
       peers_.go(it.info.m_guid, now());
     } else {
@@ -95,11 +105,18 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
         std::chrono::duration_cast<Duration>(std::chrono::steady_clock::now().time_since_epoch()));
   }
 
+  void count(bool discovered, bool gone) {
+    discovery_.discovered += discovered ? 1U : 0U;
+    discovery_.gone += gone ? 1U : 0U;
+    discovery_.participants = static_cast<std::size_t>(discovery_.discovered - discovery_.gone);
+  }
+
   const std::string name_;
   std::shared_ptr<guard::Guard> guard_;
   mutable std::mutex mutex_;
   Namesakes<eprosima::fastrtps::rtps::GUID_t> others_;
   PeerGateways<eprosima::fastrtps::rtps::GUID_t> peers_{now()};
+  DiscoveryCounters discovery_;
 };
 
 }  // namespace linegate::dds

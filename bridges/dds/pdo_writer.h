@@ -6,7 +6,7 @@
 // state is (state_writer.h), with no receptions.
 #pragma once
 
-#include <string>
+#include <cstdint>
 #include <string_view>
 
 #include <fastdds/dds/publisher/DataWriter.hpp>
@@ -14,25 +14,29 @@
 
 #include "bridges/dds/endpoints.h"
 #include "bridges/dds/held_samples.h"
+#include "bridges/dds/renewed_writer.h"
 
 namespace linegate::dds {
 
 class PdoWriter {
  public:
-  // endpoints must outlive it, and reports whether the writer could be created.
-  explicit PdoWriter(Endpoints& endpoints)
-      : writer_(endpoints.writer<v1::PdoUpdatePubSubType>(v1::TOPIC_PDO_UPDATE)) {}
+  // endpoints must outlive it, and reports whether the writer could be created. renew_after:
+  // samples, see RenewedWriter.
+  PdoWriter(Endpoints& endpoints, std::uint64_t renew_after)
+      : writer_(endpoints, renew_after, RenewedWriter::Keep::until_received, [&endpoints] {
+          return endpoints.writer<v1::PdoUpdatePubSubType>(v1::TOPIC_PDO_UPDATE);
+        }) {}
 
   // False: DDS did not take it.
   bool write(v1::PdoUpdate& sample) {
     Key key;
-    if (writer_ == nullptr || !type_.getKey(&sample, &key))
+    if (writer_.writer() == nullptr || !type_.getKey(&sample, &key))
       return false;
     v1::PdoUpdate& held = held_.note(key, sample);
-    const bool written = writer_->write(&held);
+    const bool written = writer_.next()->write(&held);
     held.receptions(0);
     while (v1::PdoUpdate* stale = held_.take_stale())
-      writer_->write(stale);
+      writer_.next()->write(stale);
     return written;
   }
 
@@ -42,15 +46,18 @@ class PdoWriter {
     bool any = false;
     held_.drop([&](const v1::PdoUpdate& sample) { return line == sample.line().c_str(); },
                [&](const Key&, v1::PdoUpdate&) { any = true; });
-    std::size_t dropped = 0;
-    if (any && writer_ != nullptr)
-      writer_->clear_history(&dropped);
+    if (!any)
+      return;
+    writer_.each([](auto* writer) {
+      std::size_t dropped = 0;
+      writer->clear_history(&dropped);
+    });
   }
 
  private:
   using Key = eprosima::fastdds::dds::InstanceHandle_t;
 
-  eprosima::fastdds::dds::DataWriter* writer_;
+  RenewedWriter writer_;
   v1::PdoUpdatePubSubType type_;
   HeldSamples<Key, v1::PdoUpdate> held_;
 };

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include <fastdds/dds/core/condition/GuardCondition.hpp>
@@ -20,6 +21,7 @@
 #include "bridges/dds/inbound_reader.h"
 #include "bridges/dds/output_samples.h"
 #include "bridges/dds/pdo_writer.h"
+#include "bridges/dds/renewed_writer.h"
 #include "bridges/dds/reply_writer.h"
 #include "bridges/dds/state_samples.h"
 #include "bridges/dds/state_writer.h"
@@ -54,21 +56,36 @@ std::string_view policy_name(std::uint32_t id) {
 // are silent, and cannot be written again as states can (state_writer.h): a reader would take them
 // for new ones.
 struct LineWriters {
-  // Makes those that are not there.
-  bool make(Endpoints& endpoints) {
-    for (fast::DataWriter** image : {&inputs, &outputs}) {
-      if (*image == nullptr)
-        *image = endpoints.writer<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE);
-    }
-    if (events == nullptr)
-      events = endpoints.writer<v1::EventPubSubType>(v1::TOPIC_EVENT);
-    return inputs != nullptr && outputs != nullptr && events != nullptr;
-  }
+  using Slot = std::optional<RenewedWriter>;
 
-  fast::DataWriter* inputs = nullptr;
-  fast::DataWriter* outputs = nullptr;
-  fast::DataWriter* events = nullptr;
+  // Makes those that are not there.
+  bool make(Endpoints& endpoints, std::uint64_t renew_after) {
+    for (Slot* image : {&inputs, &outputs}) {
+      if (writer(*image) == nullptr) {
+        image->emplace(endpoints, renew_after, RenewedWriter::Keep::until_received, [&endpoints] {
+          return endpoints.writer<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE);
+        });
+      }
+    }
+    if (writer(events) == nullptr) {
+      events.emplace(endpoints, renew_after, RenewedWriter::Keep::history, [&endpoints] {
+        return endpoints.writer<v1::EventPubSubType>(v1::TOPIC_EVENT);
+      });
+    }
+    return writer(inputs) != nullptr && writer(outputs) != nullptr && writer(events) != nullptr;
+  }
+  static fast::DataWriter* writer(const Slot& slot) { return slot ? slot->writer() : nullptr; }
+
+  Slot inputs;
+  Slot outputs;
+  Slot events;
 };
+
+// False: there is no writer, or DDS did not take the sample.
+template <class Sample>
+bool write(std::optional<RenewedWriter>& slot, Sample& sample) {
+  return LineWriters::writer(slot) != nullptr && slot->next()->write(&sample);
+}
 
 }  // namespace
 
@@ -80,7 +97,7 @@ struct GatewayBridge::Impl {
   void address(std::string_view line, Sample& sample) const;
   bool count(bool written);
   // Without writers if there is no such line.
-  const LineWriters& writers_of(std::string_view line) const;
+  LineWriters& writers_of(std::string_view line);
 
   bool take_output(GatewayHandler& handler);
   bool take_command(GatewayHandler& handler);
@@ -91,14 +108,16 @@ struct GatewayBridge::Impl {
   const std::string gateway;
   const std::uint64_t incarnation;
   const Duration last_words;
+  const std::uint64_t renew_after;
 
   Endpoints endpoints;
-  StateWriter<v1::LineStatePubSubType> line_states{endpoints, v1::TOPIC_LINE_STATE};
-  StateWriter<v1::NodeStatePubSubType> node_states{endpoints, v1::TOPIC_NODE_STATE};
-  StateWriter<v1::ImageLayoutPubSubType> layouts{endpoints, v1::TOPIC_IMAGE_LAYOUT};
+  StateWriter<v1::LineStatePubSubType> line_states{endpoints, v1::TOPIC_LINE_STATE, renew_after};
+  StateWriter<v1::NodeStatePubSubType> node_states{endpoints, v1::TOPIC_NODE_STATE, renew_after};
+  StateWriter<v1::ImageLayoutPubSubType> layouts{endpoints, v1::TOPIC_IMAGE_LAYOUT, renew_after};
   std::map<std::string, LineWriters, std::less<>> lines;
-  PdoWriter pdos{endpoints};
-  ReplyWriter replies{endpoints};
+  LineWriters no_writers;
+  PdoWriter pdos{endpoints, renew_after};
+  ReplyWriter replies{endpoints, renew_after};
 
   // Of the publishing thread. Samples are kept, so that their buffers are used again.
   ClockMap clock;
@@ -125,11 +144,12 @@ GatewayBridge::Impl::Impl(const GatewayOptions& options, std::vector<Diagnostic>
     : gateway(options.gateway),
       incarnation(options.incarnation),
       last_words(options.last_words),
+      renew_after(options.renew_after),
       endpoints("linegate " + options.gateway, options.domain, options.profile_file, diagnostics,
-                options.guard),
+                options.guard, options.participants),
       desk(options.incarnation, options.lines) {
   for (const std::string& line : options.lines)
-    lines[line].make(endpoints);
+    lines[line].make(endpoints, renew_after);
   outputs = std::make_unique<InboundReader<v1::OutputWritePubSubType>>(endpoints, waiting,
                                                                        v1::TOPIC_OUTPUT_WRITE);
   requests = std::make_unique<InboundReader<v1::CommandRequestPubSubType>>(
@@ -147,12 +167,12 @@ GatewayBridge::Impl::~Impl() {
       writer->wait_for_acknowledgments(to_dds(left()));
   };
   for (const auto& [name, writers] : lines)
-    wait_for_readers_of(writers.events);
+    wait_for_readers_of(LineWriters::writer(writers.events));
   wait_for_readers_of(node_states.writer());
   wait_for_readers_of(line_states.writer());
   for (const auto& [name, writers] : lines) {
-    wait_for_readers_of(writers.inputs);
-    wait_for_readers_of(writers.outputs);
+    wait_for_readers_of(LineWriters::writer(writers.inputs));
+    wait_for_readers_of(LineWriters::writer(writers.outputs));
   }
   replies.wait_for_acknowledgments(left());
 }
@@ -169,10 +189,13 @@ bool GatewayBridge::Impl::count(bool written) {
   return written;
 }
 
-const LineWriters& GatewayBridge::Impl::writers_of(std::string_view line) const {
-  static const LineWriters none;
+LineWriters& GatewayBridge::Impl::writers_of(std::string_view line) {
   const auto found = lines.find(line);
-  return found == lines.end() ? none : found->second;
+  return found == lines.end() ? no_writers : found->second;
+}
+
+DiscoveryCounters GatewayBridge::discovery() const {
+  return impl_->endpoints.discovery();
 }
 
 guard::Counters GatewayBridge::guard_counters() const {
@@ -191,7 +214,7 @@ std::vector<std::string> GatewayBridge::other_gateways() const {
 
 bool GatewayBridge::add_line(const std::string& line) {
   impl_->desk.add_line(line);
-  return impl_->lines[line].make(impl_->endpoints);
+  return impl_->lines[line].make(impl_->endpoints, impl_->renew_after);
 }
 
 void GatewayBridge::remove_line(const std::string& line) {
@@ -202,9 +225,10 @@ void GatewayBridge::remove_line(const std::string& line) {
   impl_->layouts.end(of_line);
   impl_->pdos.forget(line);
   LineWriters& writers = impl_->lines[line];
-  for (fast::DataWriter** image : {&writers.inputs, &writers.outputs}) {
-    if (*image != nullptr)
-      impl_->endpoints.remove(std::exchange(*image, nullptr));
+  for (LineWriters::Slot* image : {&writers.inputs, &writers.outputs}) {
+    if (*image)
+      (*image)->remove();
+    image->reset();
   }
 }
 
@@ -279,10 +303,9 @@ bool GatewayBridge::publish(std::string_view line, const image::Snapshot& snapsh
     ++impl_->counters.failed;
     return false;
   }
-  const LineWriters& writers = impl_->writers_of(line);
+  LineWriters& writers = impl_->writers_of(line);
   const bool is_input = snapshot.direction == image::Direction::inputs;
-  fast::DataWriter* writer = is_input ? writers.inputs : writers.outputs;
-  return impl_->count(writer != nullptr && writer->write(&sample));
+  return impl_->count(write(is_input ? writers.inputs : writers.outputs, sample));
 }
 
 bool GatewayBridge::publish_pdo_update(std::string_view line, const image::Layout& layout,
@@ -303,8 +326,7 @@ bool GatewayBridge::publish(std::string_view line, const Event& event, std::stri
   impl_->address(line, sample);
   to_wire(event, text, impl_->clock, sample);
   to_wire(properties, sample.properties());
-  fast::DataWriter* writer = impl_->writers_of(line).events;
-  return impl_->count(writer != nullptr && writer->write(&sample));
+  return impl_->count(write(impl_->writers_of(line).events, sample));
 }
 
 // --- in ------------------------------------------------------------------------------------------

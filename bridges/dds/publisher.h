@@ -38,6 +38,12 @@ struct GatewayOptions {
   std::string profile_file;
   // Names. Of others no image and no event is published, and commands for them are refused.
   std::vector<std::string> lines;
+  // So many samples of a writer, at least 2: then a new one takes its place. A late joiner works
+  // through every sequence number of a writer.
+  std::uint64_t renew_after = 8'000'000;
+  // Other participants that are taken note of at the same time, at least 1; 0: as the profile says
+  // (allocation/total_participants, which counts this one as well), or kMostParticipants.
+  std::size_t participants = 0;
   // How long the end waits for readers that do not acknowledge: stopped, killed, or too slow.
   Duration last_words = std::chrono::milliseconds(500);
   // Judge what is received before Fast DDS does (bridges/dds/guard).
@@ -134,6 +140,8 @@ class GatewayBridge {
   std::size_t namesakes() const;
   // The names of the other gateways of the domain, sorted. From any thread.
   std::vector<std::string> other_gateways() const;
+  // From any thread.
+  DiscoveryCounters discovery() const;
 
   // What the guard received and dropped. From any thread.
   guard::Counters guard_counters() const;

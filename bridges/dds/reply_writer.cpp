@@ -12,8 +12,9 @@ constexpr std::size_t kMostReplies = 16'384;  // dropped even if not
 
 }  // namespace
 
-ReplyWriter::ReplyWriter(Endpoints& endpoints)
+ReplyWriter::ReplyWriter(Endpoints& endpoints, std::uint64_t renew_after)
     : endpoints_(endpoints),
+      renew_after_(renew_after),
       writer_(endpoints.writer<v1::CommandReplyPubSubType>(v1::TOPIC_COMMAND_REPLY)) {
 }
 
@@ -21,6 +22,7 @@ bool ReplyWriter::write(v1::CommandReply& sample) {
   const std::lock_guard lock(mutex_);
   make_room_for(sample);
   drop_old();
+  ++written_;
   return writer_ != nullptr && writer_->write(&sample);
 }
 
@@ -35,20 +37,26 @@ void ReplyWriter::make_room_for(const v1::CommandReply& sample) {
   if (writer_ != nullptr) {
     instances_.insert(instance);
     const int most = writer_->get_qos().resource_limits().max_instances;
-    if (most <= 0 || instances_.size() <= static_cast<std::size_t>(most))
+    const bool full = most > 0 && instances_.size() > static_cast<std::size_t>(most);
+    const bool old = written_ >= renew_after_ && all_received();
+    if (!full && !old)
       return;
     endpoints_.remove(writer_);
   }
   writer_ = endpoints_.writer<v1::CommandReplyPubSubType>(v1::TOPIC_COMMAND_REPLY);
   instances_ = {std::move(instance)};
+  written_ = 0;
   kept_ = 0;
+}
+
+bool ReplyWriter::all_received() {
+  return writer_->wait_for_acknowledgments({0, 0}) == ReturnCode_t::RETCODE_OK;
 }
 
 void ReplyWriter::drop_old() {
   if (writer_ == nullptr || ++kept_ <= kManyReplies)
     return;
-  const bool all_have_them = writer_->wait_for_acknowledgments({0, 0}) == ReturnCode_t::RETCODE_OK;
-  if (!all_have_them && kept_ <= kMostReplies)
+  if (!all_received() && kept_ <= kMostReplies)
     return;
   std::size_t dropped = 0;
   writer_->clear_history(&dropped);

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <mutex>
 #include <set>
 #include <string>
@@ -25,7 +26,9 @@ namespace linegate::dds {
 class ReplyWriter {
  public:
   // endpoints must outlive it, and tells whether the writer could be created.
-  explicit ReplyWriter(Endpoints& endpoints);
+  // renew_after: replies, after which a new writer takes the place of the old one when every reader
+  // has all of them (renewed_writer.h says why).
+  ReplyWriter(Endpoints& endpoints, std::uint64_t renew_after);
 
   // From any thread. False: DDS did not take it.
   bool write(v1::CommandReply& sample);
@@ -35,11 +38,14 @@ class ReplyWriter {
  private:
   void make_room_for(const v1::CommandReply& sample);
   void drop_old();
+  bool all_received();
 
   Endpoints& endpoints_;
+  const std::uint64_t renew_after_;
   std::mutex mutex_;
   eprosima::fastdds::dds::DataWriter* writer_;  // nullptr: to be created with the next reply
   std::set<std::pair<std::string, std::string>> instances_;  // line and client, of this writer
+  std::uint64_t written_ = 0;                                // by this writer
   std::size_t kept_ = 0;  // at most: written since all were dropped
 };
 

@@ -8,12 +8,14 @@
 // until readers fall behind.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include <fastdds/dds/publisher/DataWriter.hpp>
 
 #include "bridges/dds/endpoints.h"
 #include "bridges/dds/held_samples.h"
+#include "bridges/dds/renewed_writer.h"
 
 namespace linegate::dds {
 
@@ -22,34 +24,42 @@ class StateWriter {
  public:
   using Sample = typename PubSubType::type;
 
-  // endpoints must outlive it, and tells whether the writer could be created.
-  StateWriter(Endpoints& endpoints, const std::string& topic)
-      : writer_(endpoints.writer<PubSubType>(topic)) {}
+  // endpoints must outlive it, and tells whether the writer could be created. renew_after: samples,
+  // see RenewedWriter.
+  StateWriter(Endpoints& endpoints, const std::string& topic, std::uint64_t renew_after)
+      : writer_(endpoints, renew_after, RenewedWriter::Keep::until_received,
+                [&endpoints, topic] { return endpoints.writer<PubSubType>(topic); }) {}
 
   // False: DDS did not take it.
   bool write(Sample& sample) {
     Key key;
-    if (writer_ == nullptr || !type_.getKey(&sample, &key))
+    if (writer_.writer() == nullptr || !type_.getKey(&sample, &key))
       return false;
-    const bool written = writer_->write(&held_.note(key, sample));
+    const bool written = next()->write(&held_.note(key, sample));
     while (Sample* stale = held_.take_stale())
-      writer_->write(stale);
+      next()->write(stale);
     return written;
   }
 
   // Instances of which wanted(sample) is true end: readers are told, and nothing of them is kept.
   template <class Wanted>
   void end(Wanted wanted) {
-    held_.drop(wanted,
-               [&](const Key& key, Sample& sample) { writer_->unregister_instance(&sample, key); });
+    held_.drop(wanted, [&](const Key& key, Sample& sample) {
+      writer_.each([&](auto* writer) { writer->unregister_instance(&sample, key); });
+    });
   }
 
-  eprosima::fastdds::dds::DataWriter* writer() const { return writer_; }
+  eprosima::fastdds::dds::DataWriter* writer() const { return writer_.writer(); }
 
  private:
   using Key = eprosima::fastdds::dds::InstanceHandle_t;
 
-  eprosima::fastdds::dds::DataWriter* writer_;
+  eprosima::fastdds::dds::DataWriter* next() {
+    return writer_.next(
+        [&](auto* writer) { held_.each([&](Sample& sample) { writer->write(&sample); }); });
+  }
+
+  RenewedWriter writer_;
   PubSubType type_;
   HeldSamples<Key, Sample> held_;
 };

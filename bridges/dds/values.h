@@ -14,6 +14,19 @@
 
 namespace linegate::dds {
 
+// Other participants that are taken note of at the same time, unless something else is configured.
+inline constexpr std::size_t kMostParticipants = 100;
+// Readers, and writers, of each of them on average.
+inline constexpr std::size_t kMostEndpoints = 128;
+
+// Other participants of the domain: gateways, clients, strangers.
+struct DiscoveryCounters {
+  std::size_t participants = 0;  // now
+  std::size_t most = 0;          // further ones are ignored until one of these has gone
+  std::uint64_t discovered = 0;  // since the start
+  std::uint64_t gone = 0;        // left, or not heard within their lease
+};
+
 // What subscribers may do to a line. The numbers are those of the DDS contract.
 enum class Access : std::uint8_t {
   off,   // commands and outputs are refused

@@ -14,6 +14,7 @@
 namespace linegate::config {
 namespace {
 
+constexpr std::uint64_t kMostDdsParticipants = 10'000;
 constexpr std::uint64_t kHighestDdsDomain = 232;  // DDSI-RTPS 9.6.1.1 with the default ports
 
 void read_gateway(Findings& findings, const YAML::Node& node, Plant& plant) {
@@ -41,6 +42,7 @@ void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
   }
   Section section(findings, node, "dds");
   section.read_number("domain", plant.dds_domain, 0, kHighestDdsDomain);
+  section.read_number("participants", plant.dds_participants, 1, kMostDdsParticipants);
   const YAML::Node profile = section.find("profile");
   if (const auto text = section.text(profile)) {
     const auto path = std::filesystem::path(findings.file()).parent_path() / *text;

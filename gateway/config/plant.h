@@ -115,7 +115,9 @@ struct Plant {
   std::string gateway = "linegate";  // name on the wire, 1..64 characters
   LogLevel log = LogLevel::info;
   std::uint32_t dds_domain = 0;  // 0..232
-  std::string dds_profile;       // path of the XML file; empty = the one installed
+  // Other participants of the domain that are taken note of; 0: what the profile says, or 100.
+  std::uint32_t dds_participants = 0;
+  std::string dds_profile;  // path of the XML file; empty = the one installed
   // How long the end waits until subscribers have the last samples; not in plant.yaml.
   Duration dds_last_words = std::chrono::milliseconds(500);
   std::vector<ExecutorPlan> executors;

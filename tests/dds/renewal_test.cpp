@@ -1,0 +1,154 @@
+// Writers that are replaced by new ones: readers lose nothing, and a late joiner has few sequence
+// numbers to work through.
+#include <algorithm>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <gtest/gtest.h>
+#include <linegatePubSubTypes.h>
+
+#include "bridges/dds/endpoints.h"
+#include "bridges/dds/publisher.h"
+
+#include "tests/dds/fixtures.h"
+
+namespace linegate::test {
+namespace {
+
+namespace fast = eprosima::fastdds::dds;
+
+constexpr std::uint64_t kRenewAfter = 100;
+
+// What a client of this process receives.
+struct Received : dds::ClientListener {
+  void on_line(const dds::Source&, const dds::LineInfo&, const line::LineState& state,
+               const std::vector<dds::Property>&) override {
+    load = state.load_permille;
+  }
+  void on_node(const dds::Source&, const dds::NodeInfo&, const line::NodeState& state,
+               const std::vector<dds::Property>&) override {
+    nodes.insert(state.node);
+  }
+  void on_image(const dds::Source&, const image::Snapshot& snapshot) override {
+    image = snapshot.sequence;
+  }
+  void on_event(const dds::Source&, const Event& event, std::string_view,
+                const std::vector<dds::Property>&) override {
+    events.push_back(event.number);
+  }
+  void on_line_gone(std::string_view, std::string_view) override { ++lines_gone; }
+
+  unsigned load = 0;
+  std::set<unsigned> nodes;
+  std::uint64_t image = 0;
+  std::vector<std::uint64_t> events;
+  int lines_gone = 0;
+};
+
+// Writers of a topic that a raw reader hears.
+template <class PubSubType>
+struct Writers {
+  Writers(dds::Endpoints& endpoints, const std::string& topic)
+      : reader(endpoints.reader<PubSubType>(topic)) {}
+
+  // How many there have been.
+  std::size_t take() {
+    fast::SampleInfo info;
+    typename PubSubType::type sample;
+    while (reader->take_next_sample(&sample, &info) == ReturnCode_t::RETCODE_OK)
+      seen.insert(info.publication_handle);
+    return seen.size();
+  }
+
+  fast::DataReader* reader;
+  std::set<fast::InstanceHandle_t> seen;
+};
+
+class Renewal : public testing::Test {
+ protected:
+  void SetUp() override {
+    dds::GatewayOptions options{known::kGateway, 1, domain(), LOOPBACK_PROFILES, {known::kLine}};
+    options.renew_after = kRenewAfter;
+    auto made = dds::GatewayBridge::make(options);
+    ASSERT_TRUE(made.ok());
+    bridge = std::move(*made.value);
+    client = make_client(client_options());
+    ASSERT_NE(client, nullptr);
+  }
+
+  void publish(std::uint64_t round) {
+    line::LineState state = known::line_state();
+    state.load_permille = static_cast<std::uint16_t>(round % 1'000);
+    image::Snapshot snapshot = known::snapshot();
+    snapshot.sequence = round;
+    line::NodeState node = known::node_state();
+    node.node = static_cast<std::uint8_t>(1 + round % 3);
+    EXPECT_TRUE(bridge->publish(known::line_info(), state, known::at(1)));
+    EXPECT_TRUE(bridge->publish(known::kLine, known::node_info(), node, known::at(1)));
+    EXPECT_TRUE(bridge->publish(known::kLine, snapshot));
+    EXPECT_TRUE(bridge->publish(known::kLine, known::event(round), "text"));
+  }
+  bool receives(const std::function<bool()>& condition) {
+    return eventually(
+        [&] {
+          client->poll(std::chrono::milliseconds(20), received);
+          return condition();
+        },
+        kDeadline * 3);
+  }
+  std::unique_ptr<dds::GatewayBridge> bridge;
+  std::unique_ptr<dds::Client> client;
+  Received received;
+};
+
+TEST_F(Renewal, ReadersLoseNothing) {
+  constexpr std::size_t kWriters = 3;
+  std::vector<Diagnostic> diagnostics;
+  dds::Endpoints raw("raw", domain(), LOOPBACK_PROFILES, diagnostics);
+  Writers<v1::LineStatePubSubType> lines(raw, v1::TOPIC_LINE_STATE);
+  Writers<v1::NodeStatePubSubType> nodes(raw, v1::TOPIC_NODE_STATE);
+  Writers<v1::ProcessImagePubSubType> images(raw, v1::TOPIC_PROCESS_IMAGE);
+  Writers<v1::EventPubSubType> events(raw, v1::TOPIC_EVENT);
+  std::uint64_t round = 0;
+  const auto all_renewed = [&] {
+    return std::min({lines.take(), nodes.take(), images.take(), events.take()}) >= kWriters;
+  };
+  // As long as it takes until the writers of all topics have been replaced twice.
+  ASSERT_TRUE(eventually(
+      [&] {
+        for (int i = 0; i < 20; ++i)
+          publish(++round);
+        EXPECT_TRUE(receives([&] { return received.events.size() >= round; })) << round;
+        return all_renewed() || HasFailure();
+      },
+      kDeadline * 3))
+      << lines.take() << nodes.take() << images.take() << events.take();
+  EXPECT_TRUE(receives([&] {
+    return received.image == round && received.load == round % 1'000 &&
+           received.nodes == std::set<unsigned>{1, 2, 3};
+  }));
+  std::sort(received.events.begin(), received.events.end());
+  for (std::size_t i = 0; i < received.events.size(); ++i)
+    ASSERT_EQ(received.events[i], i + 1) << "an event is missing, or came twice";
+  EXPECT_EQ(received.events.size(), round);
+  EXPECT_EQ(received.lines_gone, 0);
+  EXPECT_EQ(bridge->counters().failed, 0U);
+}
+
+// The end of a line is the end of it in both writers.
+TEST_F(Renewal, ALineThatEndsWhileAWriterIsReplacedIsGone) {
+  publish(1);
+  ASSERT_TRUE(receives([&] { return received.image == 1; }));
+  for (std::uint64_t round = 2; round <= kRenewAfter + 20; ++round)
+    publish(round);
+  bridge->remove_line(known::kLine);
+  EXPECT_TRUE(receives([&] { return received.lines_gone == 1; }));
+  EXPECT_TRUE(bridge->add_line(known::kLine));
+  publish(5'000);
+  EXPECT_TRUE(receives([&] { return received.image == 5'000; }));
+}
+
+}  // namespace
+}  // namespace linegate::test
