@@ -14,6 +14,7 @@
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
+#include "bridges/console/accept.h"
 #include "bridges/console/boot.h"
 #include "bridges/console/commands.h"
 #include "bridges/console/configuration.h"
@@ -62,8 +63,9 @@ Duration seconds(double value) {
 }
 
 std::string content_of(const std::string& path) {
-  auto content = config::whole_file(path);
-  return content ? *std::move(content) : throw std::runtime_error(path + " cannot be read");
+  std::string why;
+  auto content = config::whole_file(path, why);
+  return content ? *std::move(content) : throw std::runtime_error(path + " " + why);
 }
 
 // Which topics a command needs.
@@ -338,6 +340,14 @@ class Program {
     on(boot, [this] {
       return with_client(options_, {.events = true, .commands = true},
                          [&](auto& c) { return console::boot(c, texts_.line); });
+    });
+
+    CLI::App* accept = app_.add_subcommand(
+        "accept", "expect the device that is there from now on, and boot it: after an exchange");
+    accept->add_option("node", texts_.line, "LINE:NODE")->required();
+    on(accept, [this] {
+      return with_client(options_, {.events = true, .commands = true},
+                         [&](auto& c) { return console::accept(c, texts_.line); });
     });
 
     CLI::App* fault = app_.add_subcommand(

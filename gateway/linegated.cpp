@@ -78,10 +78,7 @@ Loaded<config::Plant> load_again(const Arguments& arguments) {
   }
 }
 
-// What SIGHUP does.
-void reload(Gateway& gateway, const Arguments& arguments) {
-  spdlog::info("SIGHUP: {} is read again", arguments.plant);
-  const auto loaded = load_again(arguments);
+void reload(Gateway& gateway, const Loaded<config::Plant>& loaded) {
   log(loaded.diagnostics);
   if (loaded.value) {
     const auto result = gateway.reload(*loaded.value);
@@ -104,7 +101,11 @@ int run(const config::Plant& plant, const Arguments& arguments) {
   }
   spdlog::info("{} starts: gateway {}, DDS domain {}, {} lines, incarnation {:016x}", versions(),
                plant.gateway, plant.dds_domain, plant.lines.size(), incarnation);
-  Service(**made.value, [&] { reload(**made.value, arguments); }).run();
+  Gateway& gateway = **made.value;
+  Service(gateway, [&gateway, arguments]() -> Background::Rest {
+    spdlog::info("SIGHUP: {} is read again", arguments.plant);
+    return [&gateway, loaded = load_again(arguments)] { reload(gateway, loaded); };
+  }).run();
   made.value.reset();
   spdlog::info("stopped");
   return kExitOk;

@@ -25,7 +25,7 @@ Duration look_period(Duration watchdog) {
 
 }  // namespace
 
-Service::Service(Gateway& gateway, std::function<void()> reload)
+Service::Service(Gateway& gateway, std::function<Background::Rest()> reload)
     : gateway_(gateway),
       reload_(std::move(reload)),
       look_period_(look_period(manager_.watchdog())),
@@ -47,7 +47,8 @@ int Service::run() {
 
 int Service::wait() {
   const Instant next = earlier(look_due_, status_due_);
-  const Duration left = ready_ ? next - monotonic_now() : kStartPeriod;
+  const bool soon = !ready_ || reading_.active();
+  const Duration left = soon ? kStartPeriod : next - monotonic_now();
   const auto signal = wait_for_signal(left);
   if (!signal) {
     return 0;
@@ -55,11 +56,31 @@ int Service::wait() {
   if (*signal != SIGHUP) {
     return *signal;
   }
+  if (reading_.active()) {
+    read_again_ = true;
+  } else {
+    begin_reload();
+  }
+  return 0;
+}
+
+void Service::begin_reload() {
   manager_.reloading();
-  reload_();
+  reading_.start(reload_);
+}
+
+// SIGINT and SIGTERM end the service while files are read, however long that takes.
+void Service::finish_reload() {
+  const auto rest = reading_.finished();
+  if (!rest) {
+    return;
+  }
+  (*rest)();
   watch_ = ProgressWatch(gateway_.threads());
   ready_ = false;
-  return 0;
+  if (std::exchange(read_again_, false)) {
+    begin_reload();
+  }
 }
 
 void Service::work(Instant now) {
@@ -69,6 +90,7 @@ void Service::work(Instant now) {
     spdlog::info("ready");
   }
   take_scans();
+  finish_reload();
   if (now >= look_due_) {
     look_due_ = now + look_period_;
     look();

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "gateway/background.h"
 #include "gateway/gateway.h"
 #include "gateway/progress_watch.h"
 #include "gateway/service_manager.h"
@@ -14,9 +15,10 @@ namespace linegate::gateway {
 
 class Service {
  public:
-  // reload: what SIGHUP does; called by the thread that runs the service. Both gateway and reload
-  // must be usable until run() ends.
-  Service(Gateway& gateway, std::function<void()> reload);
+  // reload: what SIGHUP does. It reads files, and is called by a thread of its own, which is given
+  // up if the service ends meanwhile; what it gives is called by the thread that runs the service.
+  // gateway must be usable until run() ends, reload must own all it uses.
+  Service(Gateway& gateway, std::function<Background::Rest()> reload);
 
   // Starts the gateway, ends it after SIGINT or SIGTERM, and gives the number of the signal. Both
   // must be blocked already.
@@ -26,12 +28,16 @@ class Service {
   // Until the next thing is due, or a signal comes. Gives the one that ends the service, 0 = none.
   int wait();
   void work(Instant now);
+  void begin_reload();
+  void finish_reload();
   void take_scans();
   void look();
   void show_status();
 
   Gateway& gateway_;
-  std::function<void()> reload_;
+  std::function<Background::Rest()> reload_;
+  Background reading_;
+  bool read_again_ = false;  // a SIGHUP came while files were read
   ServiceManager manager_;
   Duration look_period_;
   ProgressWatch watch_;

@@ -177,7 +177,7 @@ void read_devices(Section& section, LineSection& line) {
   line::LineConfig& config = line.plan.config;
   Findings& findings = section.findings();
   const YAML::Node list = section.find("devices");
-  for (const YAML::Node& element : elements(findings, list, "devices")) {
+  for (const YAML::Node& element : elements(findings, list, "devices", kMostNodes)) {
     line::DeviceConfig device =
         read_one(findings, element, config.stores_parameters, line.bindings);
     if (config.stores_parameters) {

@@ -3,6 +3,7 @@
 #include <span>
 
 #include "bridges/xdd/xdd.h"
+#include "gateway/config/data_sheet.h"
 #include "gateway/config/sections.h"
 #include "gateway/config/source.h"
 #include "gateway/config/whole_file.h"
@@ -15,15 +16,15 @@ namespace {
 std::optional<std::string> content_of(const std::filesystem::path& path, Findings& findings,
                                       std::string& why) {
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored)) {
+  if (!std::filesystem::exists(path, ignored)) {
     why = "there is no file " + path.string();
     return std::nullopt;
   }
-  auto content = whole_file(path);
+  auto content = whole_file(path, why);
   if (content) {
     findings.add_source(file_source(path.string(), *content));
   } else {
-    why = path.string() + " cannot be read";
+    why = path.string() + " " + why;
   }
   return content;
 }
@@ -65,7 +66,17 @@ bool take_downloads(od::DeviceDescription& device, const std::filesystem::path& 
   return ok;
 }
 
+Loaded<eds::DataSheet> parse_sheet(const std::string& content, const std::string& path,
+                                   std::uint8_t node_id) {
+  return xdd::is_xdd(path) ? xdd::read(content, path, node_id) : eds::read(content, path, node_id);
+}
+
 }  // namespace
+
+std::optional<eds::DataSheet> load_sheet(const std::string& path, std::uint8_t node_id) {
+  const auto content = whole_file(path);
+  return content ? parse_sheet(*content, path, node_id).value : std::nullopt;
+}
 
 std::optional<std::string> read_file(Findings& findings, const std::string& path, Place place) {
   std::string why;
@@ -82,8 +93,7 @@ std::optional<od::DeviceDescription> load_device(Findings& findings, const std::
   if (!content) {
     return std::nullopt;
   }
-  auto loaded =
-      xdd::is_xdd(path) ? xdd::read(*content, path, node_id) : eds::read(*content, path, node_id);
+  auto loaded = parse_sheet(*content, path, node_id);
   findings.add(std::move(loaded.diagnostics));
   if (!loaded.value || !take_downloads(loaded.value->device, path, findings)) {
     findings.error(place, "the device file " + path + " has errors");

@@ -95,7 +95,7 @@ void read_simulated(Section& section, LinePlan& plan) {
     profiles.emplace_back(profile);
   }
   const YAML::Node list = section.find("simulate");
-  for (const YAML::Node& element : elements(section.findings(), list, "simulate")) {
+  for (const YAML::Node& element : elements(section.findings(), list, "simulate", kMostNodes)) {
     SimulatedDevice device;
     Section from(section.findings(), element, "a simulated device");
     const YAML::Node node = from.require("node");
@@ -167,7 +167,7 @@ void check_clashes(Findings& findings, const line::LineConfig& config, const lin
 void read_nodes(Section& section, LineSection& line) {
   Findings& findings = section.findings();
   line::LineConfig& config = line.plan.config;
-  for (const YAML::Node& element : elements(findings, section.find("nodes"), "nodes")) {
+  for (const YAML::Node& element : elements(findings, section.find("nodes"), "nodes", kMostNodes)) {
     line::NodeConfig node = read_node(findings, element);
     check_clashes(findings, config, node, place_of(element));
     line.node_places.push_back({node.id, place_of(element)});

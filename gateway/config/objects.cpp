@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <set>
 
 #include "gateway/config/patch.h"
 #include "gateway/config/sections.h"
@@ -120,15 +121,12 @@ void read_objects(Findings& findings, const YAML::Node& node, line::NodeConfig& 
   if (!section.valid()) {
     return;
   }
-  std::vector<od::Address> seen;
+  std::set<od::Address> seen;
   for (const auto& pair : node) {
     const auto address = pair.first.IsScalar() ? parse_address(pair.first.Scalar()) : std::nullopt;
-    if (address && std::find(seen.begin(), seen.end(), *address) != seen.end()) {
+    if (address && !seen.insert(*address).second) {
       findings.error(place_of(pair.first),
                      "object " + format_address(*address) + " is there twice");
-    }
-    if (address) {
-      seen.push_back(*address);
     }
     read_object(section, pair.first, pair.second, config);
   }

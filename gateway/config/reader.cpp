@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 namespace linegate::config {
 namespace {
@@ -36,12 +37,15 @@ std::string joined(const std::vector<std::string>& names) {
 
 }  // namespace
 
-Place place_of(const YAML::Node& node) {
-  const YAML::Mark mark = node.Mark();
+Place place_of(const YAML::Mark& mark) {
   if (mark.is_null()) {
     return {};
   }
   return {static_cast<std::uint32_t>(mark.line + 1), static_cast<std::uint32_t>(mark.column + 1)};
+}
+
+Place place_of(const YAML::Node& node) {
+  return place_of(node.Mark());
 }
 
 void Findings::error(Place place, std::string text) {
@@ -54,20 +58,12 @@ void Findings::warning(Place place, std::string text) {
 
 void Findings::add(std::vector<Diagnostic> diagnostics) {
   for (auto& d : diagnostics) {
-    const bool there = std::any_of(diagnostics_.begin(), diagnostics_.end(), [&](const auto& o) {
-      return std::tie(o.file, o.line, o.column, o.text) ==
-             std::tie(d.file, d.line, d.column, d.text);
-    });
-    if (!there) {
+    std::string key = std::to_string(d.line) + ':' + std::to_string(d.column) + ':' + d.file + ':';
+    if (there_.insert(std::move(key) + d.text).second) {
+      errors_ += d.severity == Severity::error ? 1 : 0;
       diagnostics_.push_back(std::move(d));
     }
   }
-}
-
-std::size_t Findings::errors() const {
-  return static_cast<std::size_t>(
-      std::count_if(diagnostics_.begin(), diagnostics_.end(),
-                    [](const auto& d) { return d.severity == Severity::error; }));
 }
 
 std::vector<Diagnostic> Findings::take() {
@@ -89,22 +85,19 @@ Section::Section(Findings& findings, const YAML::Node& node, std::string what)
   for (const auto& pair : node_) {
     if (!pair.first.IsScalar()) {
       findings_->error(place_of(pair.first), "a key is a word, not " + kind_of(pair.first));
+    } else if (!members_.try_emplace(pair.first.Scalar(), Member{pair.first, pair.second}).second) {
+      repeated_.push_back(pair.first);
     }
   }
 }
 
 YAML::Node Section::find(std::string_view key) {
-  if (std::find(known_.begin(), known_.end(), key) == known_.end()) {
-    known_.emplace_back(key);
+  std::string name(key);
+  const auto member = members_.find(name);
+  if (is_known_.insert(name).second) {
+    known_.push_back(std::move(name));
   }
-  if (valid_) {
-    for (const auto& pair : node_) {
-      if (pair.first.IsScalar() && pair.first.Scalar() == key) {
-        return pair.second;
-      }
-    }
-  }
-  return YAML::Node(YAML::NodeType::Undefined);
+  return member == members_.end() ? YAML::Node(YAML::NodeType::Undefined) : member->second.value;
 }
 
 YAML::Node Section::require(std::string_view key) {
@@ -205,27 +198,33 @@ void Section::done() {
   if (!valid_) {
     return;
   }
-  std::vector<std::string> seen;
+  for (const YAML::Node& key : repeated_) {
+    findings_->error(place_of(key), "the key " + in_quotes(key.Scalar()) + " is there twice");
+  }
+  report_unknown();
+}
+
+// In full as many as somebody may have written.
+void Section::report_unknown() {
+  constexpr std::size_t kMost = 100;
+  std::size_t unknown = 0;
   for (const auto& pair : node_) {
-    if (!pair.first.IsScalar()) {
+    if (!pair.first.IsScalar() || is_known_.contains(pair.first.Scalar()) || ++unknown > kMost) {
       continue;
     }
     const std::string& key = pair.first.Scalar();
-    if (std::find(seen.begin(), seen.end(), key) != seen.end()) {
-      findings_->error(place_of(pair.first), "the key " + in_quotes(key) + " is there twice");
-    }
-    seen.push_back(key);
-    if (std::find(known_.begin(), known_.end(), key) == known_.end()) {
-      const std::string guess = nearest(key, known_);
-      findings_->error(place_of(pair.first),
-                       "unknown key " + in_quotes(key) + " in " + what_ +
-                           (guess.empty() ? "" : "; did you mean " + in_quotes(guess) + "?"));
-    }
+    const std::string guess = nearest(key, known_);
+    findings_->error(place_of(pair.first),
+                     "unknown key " + in_quotes(key) + " in " + what_ +
+                         (guess.empty() ? "" : "; did you mean " + in_quotes(guess) + "?"));
+  }
+  if (unknown > kMost) {
+    findings_->error(place_, std::to_string(unknown - kMost) + " more unknown keys in " + what_);
   }
 }
 
-std::vector<YAML::Node> elements(Findings& findings, const YAML::Node& node,
-                                 std::string_view what) {
+std::vector<YAML::Node> elements(Findings& findings, const YAML::Node& node, std::string_view what,
+                                 std::size_t most) {
   std::vector<YAML::Node> out;
   if (!node.IsDefined()) {
     return out;
@@ -235,6 +234,11 @@ std::vector<YAML::Node> elements(Findings& findings, const YAML::Node& node,
     return out;
   }
   for (const auto& element : node) {
+    if (out.size() == most) {
+      findings.error(place_of(element),
+                     std::string(what) + " has at most " + std::to_string(most) + " elements");
+      break;
+    }
     out.push_back(element);
   }
   return out;

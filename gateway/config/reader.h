@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -23,6 +25,7 @@ struct Place {
   std::uint32_t column = 0;
 };
 Place place_of(const YAML::Node& node);
+Place place_of(const YAML::Mark& mark);
 
 class Findings {
  public:
@@ -39,8 +42,8 @@ class Findings {
   std::string take_sources() { return std::exchange(sources_, {}); }
 
   const std::string& file() const { return file_; }
-  bool failed() const { return has_errors(diagnostics_); }
-  std::size_t errors() const;
+  bool failed() const { return errors_ != 0; }
+  std::size_t errors() const { return errors_; }
   // Ordered by file, line and column.
   std::vector<Diagnostic> take();
 
@@ -48,6 +51,8 @@ class Findings {
   std::string file_;
   std::string sources_;
   std::vector<Diagnostic> diagnostics_;
+  std::unordered_set<std::string> there_;
+  std::size_t errors_ = 0;
 };
 
 // One mapping of the document. Every key that is asked for is known; done() reports the others. A
@@ -116,15 +121,30 @@ class Section {
   Findings& findings() { return *findings_; }
 
  private:
+  struct Member {
+    YAML::Node key;
+    YAML::Node value;
+  };
+
+  void report_unknown();
+
   Findings* findings_;
   YAML::Node node_;
   std::string what_;
   Place place_;
   bool valid_ = false;
-  std::vector<std::string> known_;
+  std::unordered_map<std::string, Member> members_;
+  std::vector<YAML::Node> repeated_;  // keys that are there already
+  std::vector<std::string> known_;    // in the order in which they were asked for
+  std::unordered_set<std::string> is_known_;
 };
 
-// The elements of a list; a node that is none is reported. Undefined: none.
-std::vector<YAML::Node> elements(Findings& findings, const YAML::Node& node, std::string_view what);
+inline constexpr std::size_t kMostElements = 65'536;
+inline constexpr std::size_t kMostNodes = 127;  // of a line, and lines of a gateway
+
+// The elements of a list; a node that is none is reported, and so are more than `most`, which are
+// left out. Undefined: none.
+std::vector<YAML::Node> elements(Findings& findings, const YAML::Node& node, std::string_view what,
+                                 std::size_t most = kMostElements);
 
 }  // namespace linegate::config

@@ -15,6 +15,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "gateway/background.h"
 #include "gateway/executor.h"
 #include "gateway/progress_watch.h"
 #include "gateway/runner.h"
@@ -181,6 +182,31 @@ TEST_F(ProgressWatchTest, AThreadThatWaitsIsNotStuck) {
       sched_yield();
     }
   }
+}
+
+// --- reading beside -----------------------------------------------------------------------------
+
+// A reload that is stuck in a file does not keep the service from its signals.
+TEST(BackgroundTest, IsWaitedForByNobody) {
+  int release[2] = {-1, -1};
+  ASSERT_EQ(pipe(release), 0);
+  const int from = release[0];
+  Background background;
+  EXPECT_FALSE(background.active());
+  background.start([from]() -> Background::Rest {
+    char byte = 0;
+    const ssize_t count = read(from, &byte, 1);
+    return [count] { EXPECT_EQ(count, 1); };
+  });
+  EXPECT_TRUE(background.active());
+  EXPECT_FALSE(background.finished());
+  ASSERT_EQ(write(release[1], "x", 1), 1);
+  const auto rest = background.finished(1min);
+  ASSERT_TRUE(rest);
+  (*rest)();
+  EXPECT_FALSE(background.active());
+  close(release[0]);
+  close(release[1]);
 }
 
 // --- the status line --------------------------------------------------------------------------

@@ -1,0 +1,129 @@
+#include "gateway/config/document.h"
+
+#include <sstream>
+#include <unordered_map>
+
+#include <yaml-cpp/eventhandler.h>
+
+namespace linegate::config {
+namespace {
+
+// Counts the values of a document as if its aliases were written out, in one pass without doing so.
+class ValueCounter : public YAML::EventHandler {
+ public:
+  explicit ValueCounter(Findings& findings) : findings_(findings) {}
+
+  bool good() const { return good_; }
+
+  void OnDocumentStart(const YAML::Mark& /*mark*/) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override { leaf(mark, anchor); }
+  void OnScalar(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t anchor,
+                const std::string& /*value*/) override {
+    leaf(mark, anchor);
+  }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    const auto known = sizes_.find(anchor);
+    if (known == sizes_.end()) {
+      fail(mark, "an alias stands for something that it is a part of");
+      return;
+    }
+    add(mark, known->second);
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value /*style*/) override {
+    begin(mark, anchor);
+  }
+  void OnSequenceEnd() override { end(); }
+  void OnMapStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value /*style*/) override {
+    begin(mark, anchor);
+  }
+  void OnMapEnd() override { end(); }
+
+ private:
+  struct Open {
+    YAML::anchor_t anchor;
+    std::size_t before;  // values of the document up to it
+  };
+
+  void add(const YAML::Mark& mark, std::size_t values) {
+    values_ += std::min(values, kMostValues + 1);
+    if (values_ > kMostValues) {
+      fail(mark, "the document has more than " + std::to_string(kMostValues) +
+                     " values, those that aliases stand for included");
+      values_ = 0;
+    }
+  }
+  void leaf(const YAML::Mark& mark, YAML::anchor_t anchor) {
+    add(mark, 1);
+    if (anchor != 0) {
+      sizes_[anchor] = 1;
+    }
+  }
+  void begin(const YAML::Mark& mark, YAML::anchor_t anchor) {
+    open_.push_back({anchor, values_});
+    add(mark, 1);
+  }
+  void end() {
+    const Open closed = open_.back();
+    open_.pop_back();
+    if (closed.anchor != 0) {
+      sizes_[closed.anchor] = values_ - std::min(values_, closed.before);
+    }
+  }
+  void fail(const YAML::Mark& mark, std::string text) {
+    if (good_) {
+      findings_.error(place_of(mark), std::move(text));
+    }
+    good_ = false;
+  }
+
+  Findings& findings_;
+  bool good_ = true;
+  std::size_t values_ = 0;
+  std::vector<Open> open_;
+  std::unordered_map<YAML::anchor_t, std::size_t> sizes_;
+};
+
+// Tells where the second document begins.
+class Second : public YAML::EventHandler {
+ public:
+  explicit Second(Findings& findings) : findings_(findings) {}
+
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    findings_.error(place_of(mark),
+                    "a second YAML document begins here; all of the configuration "
+                    "is in one");
+  }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+  void OnAlias(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+  void OnScalar(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                const std::string& /*value*/) override {}
+  void OnSequenceStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/,
+                       YAML::anchor_t /*anchor*/, YAML::EmitterStyle::value /*style*/) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                  YAML::EmitterStyle::value /*style*/) override {}
+  void OnMapEnd() override {}
+
+ private:
+  Findings& findings_;
+};
+
+}  // namespace
+
+YAML::Node load_document(Findings& findings, const std::string& text) {
+  std::istringstream in(text);
+  YAML::Parser parser(in);
+  ValueCounter counter(findings);
+  parser.HandleNextDocument(counter);
+  Second second(findings);
+  if (parser.HandleNextDocument(second) || !counter.good()) {
+    return {};
+  }
+  return YAML::Load(text);
+}
+
+}  // namespace linegate::config
