@@ -33,6 +33,7 @@ class BoundSource {
  public:
   explicit BoundSource(BoundLink& link);
 
+  bool is_of(const BoundLink& link) const { return link_ == &link; }
   // Hands over what line::FollowedInputs finds. now: for the runner that is called.
   void look(const line::Line& line, Instant now);
 

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "gateway/check.h"
+#include "gateway/check_reload.h"
 #include "gateway/device_file.h"
 #include "gateway/signals.h"
 
@@ -19,7 +20,12 @@ void FileCommands::add(CLI::App& app, const bool& json, const On& on) {
 void FileCommands::add_plant(CLI::App& app, const bool& json, const On& on) {
   CLI::App* check = app.add_subcommand("check", "what a plant.yaml would run, and what is wrong");
   check->add_option("plant", plant_)->required();
-  on(check, [this, &json] { return gateway::check(plant_, json); });
+  check->add_option("--against", running_,
+                    "the plant.yaml that runs: what a reload would change, start and stop");
+  on(check, [this, &json] {
+    return running_.empty() ? gateway::check(plant_, json)
+                            : gateway::check_reload(running_, plant_, json);
+  });
 
   CLI::App* eds = app.add_subcommand(
       "eds", "print the EDS of a line's own node, or of LINE:DEVICE in the role device");

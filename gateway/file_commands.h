@@ -32,7 +32,7 @@ class FileCommands {
   void add_replay(CLI::App& app, const On& on);
   void add_decode(CLI::App& app, const bool& json, const On& on);
 
-  std::string plant_, line_;
+  std::string plant_, line_, running_;
   bool concise_ = false;
   SimulateOptions simulation_;
   RecordOptions recording_;

@@ -1,12 +1,10 @@
 #include "gateway/gateway.h"
 
 #include <algorithm>
-#include <map>
 #include <utility>
 
 #include "gateway/access.h"
 #include "gateway/channels.h"
-#include "gateway/clock.h"
 #include "gateway/device_runner.h"
 #include "gateway/scan_plan.h"
 
@@ -89,7 +87,11 @@ std::vector<Diagnostic> Gateway::take_in(std::vector<NewLine> lines, const confi
   for (const NewLine& made : lines) {
     made.host->executor = &executor_for(plant, made.host->plan);
   }
-  link_lines(plant, lines);
+  std::vector<const BoundLink*> known;
+  for (const auto& link : links_) {
+    known.push_back(link.get());
+  }
+  link_lines(plant, lines, before);
   for (NewLine& made : lines) {
     make_runner(made, diagnostics);
   }
@@ -97,9 +99,9 @@ std::vector<Diagnostic> Gateway::take_in(std::vector<NewLine> lines, const confi
     const auto called_so = [&](const auto& host) {
       return host != nullptr && host->name() == plan.config.name;
     };
-    if (const auto known = std::find_if(before.begin(), before.end(), called_so);
-        known != before.end()) {
-      hosts_.push_back(std::move(*known));
+    if (const auto there = std::find_if(before.begin(), before.end(), called_so);
+        there != before.end()) {
+      hosts_.push_back(std::move(*there));
       continue;
     }
     const auto made = std::find_if(lines.begin(), lines.end(),
@@ -110,71 +112,11 @@ std::vector<Diagnostic> Gateway::take_in(std::vector<NewLine> lines, const confi
       hosts_.push_back(std::move(made->host));
     }
   }
+  bind_ends(known, started);
   join_routes(started);
   publisher_->set_lines(hosts_);
   intake_->set_lines(hosts_);
   return diagnostics;
-}
-
-void Gateway::link_lines(const config::Plant& plant, const std::vector<NewLine>& lines) {
-  const auto find = [&](const std::string& name) {
-    const auto made = std::find_if(lines.begin(), lines.end(),
-                                   [&](const NewLine& line) { return line.host->name() == name; });
-    return made == lines.end() ? nullptr : made->host.get();
-  };
-  std::map<std::pair<std::string, std::string>, std::vector<config::Binding>> pairs;
-  for (const config::Binding& binding : plant.bindings) {
-    pairs[{binding.from, binding.to}].push_back(binding);
-  }
-  for (auto& [ends, bindings] : pairs) {
-    const LineHost* const source = find(ends.first);
-    const LineHost* const target = find(ends.second);
-    if (source != nullptr && target != nullptr) {
-      links_.push_back(std::make_unique<BoundLink>(std::move(bindings)));
-      const bool together = source->executor == target->executor;
-      links_.back()->taker = together ? nullptr : &target->executor->wakeup();
-    }
-  }
-}
-
-void Gateway::join_routes(const std::vector<LineHost*>& started) {
-  for (std::size_t i = 0; i < hosts_.size(); ++i) {
-    for (std::size_t k = 0; k < i; ++k) {
-      LineHost& one = *hosts_[i];
-      LineHost& other = *hosts_[k];
-      const bool joined = std::find(started.begin(), started.end(), &one) == started.end() &&
-                          std::find(started.begin(), started.end(), &other) == started.end();
-      if (!joined && one.interface() != 0 && other.interface() != 0) {
-        add_route_link(one, other);
-        add_route_link(other, one);
-      }
-    }
-  }
-}
-
-void Gateway::add_route_link(LineHost& from, LineHost& to) {
-  RouteLink& link =
-      *route_links_.emplace_back(std::make_unique<RouteLink>(from.interface(), to.interface()));
-  link.taker = from.executor == to.executor ? nullptr : &to.executor->wakeup();
-  from.executor->visit([&] { from.runner->routes()->add_out(link); });
-  to.executor->visit([&] { to.runner->routes()->add_in(link); });
-}
-
-void Gateway::leave_routes(const std::vector<std::string>& names) {
-  for (const std::string& name : names) {
-    const std::uint8_t gone = host(name).interface();
-    if (gone == 0) {
-      continue;
-    }
-    for (const auto& other : hosts_) {
-      const bool goes = std::find(names.begin(), names.end(), other->name()) != names.end();
-      if (!goes && other->interface() != 0) {
-        other->executor->visit([&] { other->runner->leave(gone, monotonic_now()); });
-      }
-    }
-    std::erase_if(route_links_,
-                  [&](const auto& link) { return link->from == gone || link->to == gone; });
-  }
 }
 
 void Gateway::make_runner(NewLine& made, std::vector<Diagnostic>& diagnostics) {
@@ -360,7 +302,7 @@ Gateway::Reload Gateway::reload(const config::Plant& wanted) {
   if (out.difference.empty()) {
     return out;
   }
-  change(go, come, std::move(lines), wanted, out.diagnostics);
+  change(go, come, std::move(lines), wanted, out.diagnostics, out.difference.rerouted);
   identity_ = identity_of(wanted);
   executor_plans_ = wanted.executors;
   return out;
@@ -369,13 +311,17 @@ Gateway::Reload Gateway::reload(const config::Plant& wanted) {
 // The lines that stay fill their rings meanwhile, which hold what they say in a second.
 void Gateway::change(const std::vector<std::string>& go, const std::vector<std::string>& come,
                      std::vector<NewLine> lines, const config::Plant& wanted,
-                     std::vector<Diagnostic>& diagnostics) {
+                     std::vector<Diagnostic>& diagnostics,
+                     const std::vector<std::string>& rerouted) {
   intake_->stop();
+  unbind_ends(go, false);
   stop_lines(go);
+  unbind_ends(go, true);
   publisher_->stop();
   keeper_.stop();
   recorder_.stop();
   forget_lines(go);
+  set_routes(rerouted, wanted);
   for (const std::string& name : come) {
     if (!bridge_->add_line(name)) {
       diagnostics.push_back({Severity::warning, wanted.file, 0, 0,

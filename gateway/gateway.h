@@ -79,8 +79,15 @@ class Gateway {
   std::vector<Diagnostic> take_in(std::vector<NewLine> lines, const config::Plant& plant);
   // On its executor once all are there: they may call each other.
   void make_runner(NewLine& made, std::vector<Diagnostic>& diagnostics);
-  // What is bound between new lines: lines that are bound to each other change together.
-  void link_lines(const config::Plant& plant, const std::vector<NewLine>& lines);
+  // What is bound between two lines of which one is new. `stay`: those that are not.
+  void link_lines(const config::Plant& plant, const std::vector<NewLine>& lines,
+                  const std::vector<std::unique_ptr<LineHost>>& stay);
+  // Lines that stay get their ends of links that were not known before. Once all runners are there.
+  void bind_ends(const std::vector<const BoundLink*>& known, const std::vector<LineHost*>& started);
+  // Lines that stay lose the ends of links to those that go: first what the latter receive, and
+  // once they have stopped what they sent.
+  void unbind_ends(const std::vector<std::string>& go, bool stopped);
+  void set_routes(const std::vector<std::string>& names, const config::Plant& wanted);
   // Links between the lines that route, as far as one of the two has just been put into its
   // executor.
   void join_routes(const std::vector<LineHost*>& started);
@@ -99,7 +106,7 @@ class Gateway {
   // Those lines go, and come as what has been made of them, while the others run on.
   void change(const std::vector<std::string>& go, const std::vector<std::string>& come,
               std::vector<NewLine> lines, const config::Plant& wanted,
-              std::vector<Diagnostic>& diagnostics);
+              std::vector<Diagnostic>& diagnostics, const std::vector<std::string>& rerouted = {});
   void take_scan(const std::string& name, const TakenScan& scan,
                  std::vector<Diagnostic>& diagnostics);
   // Commands that wait for a line go to the one that takes its place and does not run yet. While

@@ -1,4 +1,4 @@
-// One line as the threads of the gateway share it: what never changes, and the port.
+// One line as the threads of the gateway share it: what never changes while they run, and the port.
 #pragma once
 
 #include <optional>
@@ -20,7 +20,8 @@ struct LineHost {
   LineHost(config::LinePlan line_plan, image::Layout input_layout, image::Layout output_layout)
       : plan(std::move(line_plan)), layouts{std::move(input_layout), std::move(output_layout)} {}
 
-  const config::LinePlan plan;
+  // The main thread changes the routes while publisher and intake stand still.
+  config::LinePlan plan;
   const std::array<image::Layout, 2> layouts;  // by image::Direction
   LinePort port;
   exchange::Handover<line::LineState> shown;  // publisher to main thread: as it was published

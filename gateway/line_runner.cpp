@@ -78,6 +78,23 @@ void LineRunner::bind(std::vector<BoundSource> sources, std::vector<BoundTarget>
   bound_targets_ = std::move(targets);
 }
 
+void LineRunner::unbind(const BoundLink& link, Instant now) {
+  if (started_ && !stopping_) {
+    for (BoundTarget& target : bound_targets_) {
+      if (&target.link() == &link && target.take(*line_, std::max(now, known_))) {
+        next_wake_ = now;
+      }
+    }
+  }
+  std::erase_if(bound_sources_, [&](const BoundSource& source) { return source.is_of(link); });
+  std::erase_if(bound_targets_, [&](const BoundTarget& target) { return &target.link() == &link; });
+}
+
+void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
+  line_->set_routes(wanted, std::max(now, known_));
+  next_wake_ = now;
+}
+
 [[gnu::hot]] void LineRunner::service(Instant now) {
   now = std::max(now, known_);  // values of another line may have been sent later
   const Instant known = pump_.drain(
@@ -312,6 +329,9 @@ void LineRunner::hand_over_events() {
     const std::size_t room = std::min(port_.events.room(), events_.size());
     const std::size_t count = line_->take_events(std::span<Event>(events_.data(), room));
     for (std::size_t i = 0; i < count; ++i) {
+      if (events_[i].kind == EventKind::boot_up) {
+        scans_.booted_up(events_[i].node, events_[i].time);
+      }
       port_.events.push(events_[i]);
     }
     if (count == 0) {

@@ -49,6 +49,11 @@ class LineRunner final : public Runner {
 
   // Before it runs. Inputs of the line that others follow, and outputs that follow others.
   void bind(std::vector<BoundSource> sources, std::vector<BoundTarget> targets);
+  // On its thread: one more, with a line that was made anew.
+  void bind(const BoundSource& source) { bound_sources_.push_back(source); }
+  void bind(const BoundTarget& target) { bound_targets_.push_back(target); }
+  // On its thread: the other line of that link is gone; what it said last is taken first.
+  void unbind(const BoundLink& link, Instant now);
   // Values of another line of the same executor: takes them and sends what follows from them.
   void take_bound(const BoundLink& link, Instant now);
 
@@ -57,6 +62,9 @@ class LineRunner final : public Runner {
   RouteEnd* routes() { return routes_.get(); }
   // On its thread: the line with that interface is gone, what it said last is taken first.
   void leave(std::uint8_t interface, Instant now);
+
+  // On its thread, see line::Line::set_routes().
+  void set_routes(const routing::Config& wanted, Instant now);
 
   // On its thread: nothing became of a scan that was to be applied, see ScanTaker::kept().
   void scan_kept() { scans_.kept(); }

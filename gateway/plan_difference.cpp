@@ -33,7 +33,7 @@ std::string names(const std::vector<std::string>& lines) {
 PlantIdentity identity_of(const config::Plant& plant) {
   PlantIdentity out{plant.gateway, plant.dds_domain, plant.dds_profile, plant.dds_participants, {}};
   for (const auto& line : plant.lines) {
-    out.lines.push_back({line.config.name, line.source});
+    out.lines.push_back({line.config.name, line.source, line.routes});
   }
   return out;
 }
@@ -53,6 +53,9 @@ PlanDifference difference(const PlantIdentity& running, const config::Plant& wan
                  : before->source == line.source ? out.unchanged
                                                  : out.changed;
     list.push_back(line.name);
+    if (&list == &out.unchanged && before->routes != line.routes) {
+      out.rerouted.push_back(line.name);
+    }
   }
   for (const auto& line : running.lines) {
     if (find(next.lines, line.name) == next.lines.end()) {
@@ -63,9 +66,11 @@ PlanDifference difference(const PlantIdentity& running, const config::Plant& wan
 }
 
 std::string describe(const PlanDifference& difference) {
-  return fmt::format("lines changed: {}; started: {}; stopped: {}; unchanged: {}",
-                     names(difference.changed), names(difference.started),
-                     names(difference.stopped), difference.unchanged.size());
+  return fmt::format(
+      "lines changed: {}; started: {}; stopped: {}; unchanged: {}{}", names(difference.changed),
+      names(difference.started), names(difference.stopped), difference.unchanged.size(),
+      difference.rerouted.empty() ? ""
+                                  : fmt::format("; other routes: {}", names(difference.rerouted)));
 }
 
 }  // namespace linegate::gateway

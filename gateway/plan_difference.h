@@ -14,6 +14,7 @@ struct PlantIdentity {
   struct Line {
     std::string name;
     std::string source;
+    std::string routes;
   };
   std::string gateway;
   std::uint32_t dds_domain = 0;
@@ -29,14 +30,19 @@ struct PlanDifference {
   std::vector<std::string> changed;
   std::vector<std::string> started;
   std::vector<std::string> stopped;
+  // Of the unchanged: lines that get other routes while they run.
+  std::vector<std::string> rerouted;
   // What only a new start can change: the gateway is known by it, or has its connections by it.
   std::vector<Diagnostic> refusals;
 
-  bool empty() const { return changed.empty() && started.empty() && stopped.empty(); }
+  bool empty() const {
+    return changed.empty() && started.empty() && stopped.empty() && rerouted.empty();
+  }
 };
 PlanDifference difference(const PlantIdentity& running, const config::Plant& wanted);
 
-// "lines changed: press; started: pack, oven; stopped: none; unchanged: 5".
+// "lines changed: press; started: pack, oven; stopped: none; unchanged: 5", and "; other routes:
+// hall" if there are any.
 std::string describe(const PlanDifference& difference);
 
 }  // namespace linegate::gateway

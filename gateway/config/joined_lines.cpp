@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
 
 #include "gateway/config/entry_names.h"
 
@@ -107,7 +108,7 @@ void JoinedLines::finish() {
     std::sort(line.plan.config.bound.begin(), line.plan.config.bound.end());
   }
   share_executors();
-  unite_sources();
+  add_to_sources();
 }
 
 std::size_t JoinedLines::line_called(const std::string& name) const {
@@ -133,14 +134,26 @@ std::vector<std::size_t> JoinedLines::clusters(bool forwarding_alone) const {
   return out;
 }
 
-void JoinedLines::unite_sources() {
-  const std::vector<std::size_t> cluster = clusters(false);
-  std::vector<std::string> united(lines_.size());
-  for (std::size_t i = 0; i < lines_.size(); ++i) {
-    united[cluster[i]] += lines_[i].plan.source;
+// By entries and objects, not by names: those may change in one of the two lines.
+void JoinedLines::add_to_sources() {
+  std::vector<std::set<std::string>> parts(lines_.size());
+  for (const Binding& binding : bindings_) {
+    const std::string part = binding.from + ' ' + std::to_string(binding.input.node) + ':' +
+                             format_address(binding.input.address) + '>' + binding.to + ' ' +
+                             std::to_string(binding.output_entry) + ' ' +
+                             std::string(line::name(binding.when_lost)) +
+                             (binding.forwarded ? " forwarded " : " ") +
+                             (binding.object ? format_address(*binding.object) : "");
+    parts[line_called(binding.from)].insert(part);
+    parts[line_called(binding.to)].insert(part);
   }
   for (std::size_t i = 0; i < lines_.size(); ++i) {
-    lines_[i].plan.source = united[cluster[i]];
+    for (const routing::ForwardedObject& object : lines_[i].plan.config.forwarding.objects) {
+      parts[i].insert(format_address(object.address));
+    }
+    for (const std::string& part : parts[i]) {
+      lines_[i].plan.source += '+' + part;
+    }
   }
 }
 

@@ -51,16 +51,15 @@ class JoinedLines {
   // An object B000h.. for a value of that type that no line has yet; nothing if there is none.
   std::optional<od::Address> free_object(od::DataType type, std::uint32_t bits);
 
-  // When all is joined: puts LineConfig::bound in order. Lines that are joined have one source, so
-  // that a reload changes them together; those joined by forwarding share an executor unless they
-  // name others.
+  // When all is joined: puts LineConfig::bound in order. What follows what is a part of the source
+  // of both lines; those joined by forwarding share an executor unless they name others.
   void finish();
 
  private:
   const line::Line& made(std::size_t line);
   std::size_t line_called(const std::string& name) const;
   std::vector<std::size_t> clusters(bool forwarding_alone) const;
-  void unite_sources();
+  void add_to_sources();
   void share_executors();
 
   Findings& findings_;

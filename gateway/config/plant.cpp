@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "gateway/config/document.h"
 #include "gateway/config/joined_lines.h"
 #include "gateway/config/reader.h"
 #include "gateway/config/sections.h"
@@ -56,7 +57,7 @@ void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
 }
 
 void read_executors(Findings& findings, const YAML::Node& node, Plant& plant) {
-  for (const YAML::Node& element : elements(findings, node, "executors")) {
+  for (const YAML::Node& element : elements(findings, node, "executors", kMostNodes)) {
     ExecutorPlan plan;
     Section section(findings, element, "an executor");
     const YAML::Node name = section.require("name");
@@ -96,9 +97,13 @@ void check_executor(Findings& findings, const LineSection& section, const Plant&
 }
 
 // The network-ID may come from the place in the list.
-std::string source_of(const YAML::Node& line, const LinePlan& plan, const Plant& plant,
-                      const std::string& files) {
-  std::string out = canonical(line) + std::to_string(plan.config.network_id) + ';' + files;
+std::string source_of(const YAML::Node& line, const LinePlan& plan, const std::string& files) {
+  return canonical(line) + std::to_string(plan.config.network_id) + ';' + files;
+}
+
+// Of the executor that the line has once all lines are known: lines that are joined share one.
+std::string executor_source(const LinePlan& plan, const Plant& plant) {
+  std::string out = plan.executor + '(';
   for (const auto& executor : plant.executors) {
     if (executor.name == plan.executor) {
       out += std::to_string(executor.priority) + ',' +
@@ -106,7 +111,7 @@ std::string source_of(const YAML::Node& line, const LinePlan& plan, const Plant&
              (executor.lock_memory ? "locked" : "");
     }
   }
-  return out;
+  return out + ')';
 }
 
 void check_collisions(Findings& findings, const LineSection& line,
@@ -135,7 +140,7 @@ void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection
                 const std::vector<ForwardSection>& forwards,
                 const std::vector<SharedObjectSection>& shared, Plant& plant) {
   std::vector<LineSection> sections;
-  for (const YAML::Node& element : elements(findings, node, "lines")) {
+  for (const YAML::Node& element : elements(findings, node, "lines", kMostNodes)) {
     const std::size_t before = findings.errors();
     LineSection section = read_line(findings, element);
     if (section.plan.config.network_id == 0) {
@@ -147,7 +152,7 @@ void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection
     if (findings.errors() == before) {
       resolve_outputs(findings, section);
       // What is not understood may be anything: aliases in aliases, without end when written out.
-      section.plan.source = source_of(element, section.plan, plant, files);
+      section.plan.source = source_of(element, section.plan, files);
     }
     sections.push_back(std::move(section));
   }
@@ -164,6 +169,7 @@ void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection
     resolve_own_values(findings, sections);
   }
   for (auto& section : sections) {
+    section.plan.source += executor_source(section.plan, plant);
     plant.lines.push_back(std::move(section.plan));
   }
 }
@@ -256,7 +262,10 @@ Loaded<Plant> read(const std::string& text, const std::string& file) {
   Plant plant;
   plant.file = file;
   try {
-    read_document(findings, YAML::Load(text), plant);
+    const YAML::Node root = load_document(findings, text);
+    if (!findings.failed()) {
+      read_document(findings, root, plant);
+    }
   } catch (const YAML::Exception& e) {
     const bool known = !e.mark.is_null();
     findings.error(known ? Place{static_cast<std::uint32_t>(e.mark.line + 1),
@@ -273,10 +282,11 @@ Loaded<Plant> read(const std::string& text, const std::string& file) {
 }
 
 Loaded<Plant> load(const std::string& path) {
-  const auto text = whole_file(path);
+  std::string why;
+  const auto text = whole_file(path, why);
   if (!text) {
     Loaded<Plant> loaded;
-    loaded.diagnostics.push_back({Severity::error, path, 0, 0, "cannot be read"});
+    loaded.diagnostics.push_back({Severity::error, path, 0, 0, std::move(why)});
     return loaded;
   }
   return read(*text, path);

@@ -93,9 +93,12 @@ struct LinePlan {
   std::vector<SimulatedDevice> simulated;                    // on the bus of a simulated: line
   std::string storage;  // folder that keeps what 1010h stores; empty = none
   std::optional<Record> record;
-  // All that the line was read from, its executor and device files included: two plans with the
-  // same source are the same.
+  // All that the line was read from, its executor, its device files and what follows what included:
+  // two plans with the same source are the same but for `routes`.
   std::string source;
+  // How other networks are reached from it, which changes while it runs (Line::set_routes()); the
+  // same for the same routes in another order.
+  std::string routes;
 };
 
 using line::WhenLost;

@@ -1,6 +1,7 @@
 // `routing:`, `routes:` and a line's `enter:`: how other networks are reached, and who may come in.
 #include <algorithm>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "gateway/config/sections.h"
@@ -12,7 +13,6 @@ namespace {
 constexpr std::uint16_t kHighestNetwork = 0xFFFF;
 constexpr std::uint16_t kHighestEmcyNetwork = 32;  // bits of an element of 1F2Fh
 constexpr std::uint16_t kUsualCost = 10;
-constexpr std::size_t kMostInterfaces = 255;
 constexpr Duration kLongestWait = std::chrono::minutes(10);
 
 using Range = std::pair<std::uint16_t, std::uint16_t>;
@@ -132,19 +132,17 @@ class RoutingResolver {
     return line.plan.config.role == line::Role::manager;
   }
 
-  // The place in `lines:`.
+  // By its network-ID, which does not change when other lines come or go.
+  static std::uint8_t interface_of(const LineSection& line) {
+    return static_cast<std::uint8_t>(line.plan.config.network_id);
+  }
+
   void number_lines() {
-    for (std::size_t i = 0; i < lines_.size(); ++i) {
-      const line::LineConfig& config = lines_[i].plan.config;
-      if (!routes(lines_[i])) {
-        continue;
+    for (const LineSection& line : lines_) {
+      const line::LineConfig& config = line.plan.config;
+      if (routes(line)) {
+        interfaces_.push_back({interface_of(line), config.network_id, config.node_id, config.name});
       }
-      if (i >= kMostInterfaces) {
-        findings_.error(lines_[i].place, "more than 255 lines cannot route");
-        return;
-      }
-      interfaces_.push_back(
-          {static_cast<std::uint8_t>(i + 1), config.network_id, config.node_id, config.name});
     }
   }
 
@@ -228,7 +226,7 @@ class RoutingResolver {
                                              "routed over it");
       return std::nullopt;
     }
-    return routing::Route{networks->first, networks->second, static_cast<std::uint8_t>(*line + 1),
+    return routing::Route{networks->first, networks->second, interface_of(lines_[*line]),
                           section.gateway, section.cost};
   }
 
@@ -264,7 +262,7 @@ class RoutingResolver {
     }
     routing::Config& config = line.plan.config.routing;
     config = section_.common;
-    config.interface = static_cast<std::uint8_t>(i + 1);
+    config.interface = interface_of(line);
     config.interfaces = interfaces_;
     config.routes = routes_;
     for (const EnterSection& rule : line.enter) {
@@ -279,7 +277,8 @@ class RoutingResolver {
     config.process_writes = line.plan.commands == Access::all;
     config.gateways = line.gateways;
     config.emcy_networks.fill(emcy_networks(line));
-    line.plan.source += text_of(config);
+    line.plan.source += own_text(config);
+    line.plan.routes = routes_text(config);
   }
 
   // Bits of 1F2Fh. The line's own network is left out of `all` and of ranges.
@@ -331,21 +330,30 @@ class RoutingResolver {
   }
 
   // For LinePlan::source. Times and the like come from `routing:`, as they are written there.
-  std::string text_of(const routing::Config& config) const {
+  std::string own_text(const routing::Config& config) const {
     std::string out = "routing " + std::to_string(config.interface) + section_.source;
-    for (const routing::Interface& line : config.interfaces) {
-      out += ',' + std::to_string(line.number) + ':' + std::to_string(line.network) + ':' +
-             std::to_string(line.node);
-    }
-    for (const routing::Route& route : config.routes) {
-      out += ';' + std::to_string(routing::encode(route));
-    }
     for (const routing::AccessRule& rule : config.access) {
       out += '|' + std::to_string(rule.first) + '-' + std::to_string(rule.last);
     }
-    out += '!' + std::to_string(config.emcy_networks[1]);
     for (const std::uint8_t gateway : config.gateways) {
       out += ',' + std::to_string(gateway);
+    }
+    return out;
+  }
+
+  // For LinePlan::routes.
+  static std::string routes_text(const routing::Config& config) {
+    std::set<std::string> parts;
+    for (const routing::Interface& line : config.interfaces) {
+      parts.insert(std::to_string(line.number) + ':' + std::to_string(line.network) + ':' +
+                   std::to_string(line.node) + ':' + line.name);
+    }
+    for (const routing::Route& route : config.routes) {
+      parts.insert(std::to_string(routing::encode(route)));
+    }
+    std::string out = std::to_string(config.emcy_networks[1]);
+    for (const std::string& part : parts) {
+      out += ',' + part;
     }
     return out;
   }

@@ -145,6 +145,20 @@ void Line::Impl::deliver(const routing::Message& message, Instant now) {
   take_completions(now);
 }
 
+void Line::Impl::set_routes(const routing::Config& wanted) {
+  if (routing == nullptr) {
+    return;
+  }
+  config.routing.interfaces = wanted.interfaces;
+  config.routing.routes = wanted.routes;
+  config.routing.emcy_networks = wanted.emcy_networks;
+  for (const od::ObjectDescription& table : routing_tables(config)) {
+    (void)node.dictionary().remove(table.index);
+    (void)node.dictionary().add(table);
+  }
+  routing->tables_changed();
+}
+
 void Line::Impl::routes(std::vector<routing::Route>& out) const {
   out.clear();
   if (routing != nullptr) {
@@ -486,6 +500,10 @@ OutputRefusal Line::write_outputs(const OutputWrite& write, Instant now) {
 void Line::deliver(const routing::Message& message, Instant now) {
   impl_->stir(now);
   impl_->deliver(message, now);
+}
+void Line::set_routes(const routing::Config& wanted, Instant now) {
+  impl_->stir(now);
+  impl_->set_routes(wanted);
 }
 bool Line::take_message(routing::Message& out) {
   return impl_->messages.pop(out);

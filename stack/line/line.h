@@ -90,6 +90,10 @@ class Line {
   // What another line of this process has for this one. message.to is this line's interface; one
   // that takes no part in routing refuses as whom it was addressed.
   void deliver(const routing::Message& message, Instant now);
+  // Other lines of this process came or went, or the routes are others: takes interfaces, routes
+  // and emcy_networks of `wanted` into the configuration and 1F2Ch, 1F2Fh, 5F20h. Connections go
+  // on. No effect on a line that takes no part in routing.
+  void set_routes(const routing::Config& wanted, Instant now);
   // Stops in good order: commands under way are answered, nodes are sent to Pre-operational if so
   // configured, the own node leaves Operational. Frames and events remain to be taken.
   void stop(Instant now);

@@ -55,6 +55,9 @@ void Line::Base::deliver(const routing::Message& message, Instant /*now*/) {
   }
 }
 
+void Line::Base::set_routes(const routing::Config& /*wanted*/) {
+}
+
 void Line::Base::routes(std::vector<routing::Route>& out) const {
   out.clear();
 }

@@ -51,6 +51,7 @@ struct Line::Base {
   virtual void medium_done(bool good, std::uint8_t device);
   virtual node::Indicators indicators() const;
   virtual void deliver(const routing::Message& message, Instant now);
+  virtual void set_routes(const routing::Config& wanted);
   virtual void routes(std::vector<routing::Route>& out) const;
   // Something other than process data and time comes; now: where it is known.
   virtual void stir(Instant now = {});

@@ -74,6 +74,7 @@ struct Line::Impl final : Line::Base,
   std::uint64_t node_revision(std::uint8_t id) const override;
   NodeState node_state(std::uint8_t id) const override;
   void deliver(const routing::Message& message, Instant now) override;
+  void set_routes(const routing::Config& wanted) override;
   void routes(std::vector<routing::Route>& out) const override;
   // SDOs can be sent: the interface is usable, the own node not stopped.
   bool may_send_sdo() const;

@@ -110,12 +110,10 @@ od::ObjectDescription another_sdo_server(unsigned number) {
   return out;
 }
 
-// 1F2Ch, and the networks of the lines in an object of our own, sub-index = interface: CiA 302-7's
-// public texts name none.
-void add_routing(const routing::Config& routing, std::vector<od::ObjectDescription>& objects) {
-  for (unsigned number = 1; number <= routing.additional_servers; ++number) {
-    objects.push_back(another_sdo_server(number));
-  }
+// The networks of the lines are in an object of our own, sub-index = interface: CiA 302-7's public
+// texts name none.
+void add_routing_tables(const routing::Config& routing,
+                        std::vector<od::ObjectDescription>& objects) {
   objects.push_back(array(routing::kRoutingTable, "Routing table", DataType::unsigned64, Access::rw,
                           routing::kMaxRoutes, Access::rw,
                           static_cast<std::uint8_t>(routing.routes.size())));
@@ -186,13 +184,25 @@ od::Dictionary make_own_dictionary(const LineConfig& config) {
   std::ranges::move(manager::program_objects(node_plans(config)),
                     std::back_inserter(device.objects));
   if (config.routing.interface != 0) {
-    add_routing(config.routing, device.objects);
+    for (unsigned number = 1; number <= config.routing.additional_servers; ++number) {
+      device.objects.push_back(another_sdo_server(number));
+    }
+    add_routing_tables(config.routing, device.objects);
   }
   if (config.stores_parameters) {
     add_storage(device.objects);
     storage::mark_parameters(device);
   }
   return od::Dictionary(device);
+}
+
+std::vector<od::ObjectDescription> routing_tables(const LineConfig& config) {
+  od::DeviceDescription device;
+  add_routing_tables(config.routing, device.objects);
+  if (config.stores_parameters) {
+    storage::mark_parameters(device);
+  }
+  return std::move(device.objects);
 }
 
 }  // namespace linegate::line

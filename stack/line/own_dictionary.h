@@ -1,6 +1,8 @@
 // The object dictionary of a line's own node, before PDO records and network variables are added.
 #pragma once
 
+#include <vector>
+
 #include "stack/line/config.h"
 #include "stack/od/dictionary.h"
 
@@ -10,5 +12,8 @@ namespace linegate::line {
 // following, 1F2Ch and 5F20h (sub-index = interface: the network-ID of that line, 0 = none). Never
 // fails: the objects are ours.
 od::Dictionary make_own_dictionary(const LineConfig& config);
+
+// Of those the ones that say how other networks are reached: 1F2Ch, 1F2Fh, 5F20h.
+std::vector<od::ObjectDescription> routing_tables(const LineConfig& config);
 
 }  // namespace linegate::line

@@ -31,11 +31,16 @@ Routing::Routing(const LineConfig& config, node::Node& node, sdo::Arbiter& arbit
       clients_(entrance_),
       emcys_(config.routing, config.network_id, node.dictionary(), node.emcy(), post_, events,
              counters) {
-  (void)node.dictionary().set_hook(routing::kRoutingTable, &table_).ok();  // own_dictionary.h
+  tables_changed();
   node.set_sdo_detour(this);
 }
 
 Routing::~Routing() = default;
+
+void Routing::tables_changed() {
+  (void)node_.dictionary().set_hook(routing::kRoutingTable, &table_).ok();  // own_dictionary.h
+  emcys_.take_gateways();
+}
 
 void Routing::deliver(const routing::Message& message, bool usable, Instant now) {
   exit_.set_usable(usable);

@@ -24,6 +24,9 @@ class Routing final : sdo::Detour {
           routing::MessageQueue& messages, routing::Counters& counters);
   ~Routing() override;
 
+  // The routes of the configuration are others, and so are the tables in the dictionary.
+  void tables_changed();
+
   // An EMCY of a node of this line.
   void emergency(std::uint8_t node, const emcy::Message& message, Instant now) {
     emcys_.heard(node, message, now);

@@ -38,11 +38,16 @@ EmcyRouter::EmcyRouter(const Config& config, std::uint16_t network,
       post_(post),
       events_(events),
       counters_(counters) {
-  for (const std::uint8_t node : config.gateways) {
+  take_gateways();
+}
+
+void EmcyRouter::take_gateways() {
+  gateways_.reset();
+  for (const std::uint8_t node : config_.gateways) {
     gateways_.set(node & can::kMaxNodeId);
   }
-  for (const Route& route : config.routes) {
-    if (route.interface == config.interface) {
+  for (const Route& route : config_.routes) {
+    if (route.interface == config_.interface) {
       gateways_.set(route.gateway & can::kMaxNodeId);
     }
   }

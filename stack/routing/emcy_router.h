@@ -31,6 +31,9 @@ class EmcyRouter {
   EmcyRouter(const Config& config, std::uint16_t network, const od::Dictionary& dictionary,
              emcy::Producer& producer, Post& post, EventLog& events, Counters& counters);
 
+  // The routes of the configuration are others.
+  void take_gateways();
+
   // A node of this line sent one.
   void heard(std::uint8_t node, const emcy::Message& message, Instant now);
   // Another line forwards one to this line, where the own node sends it, within its inhibit time

@@ -7,6 +7,7 @@ reload.py LINEGATED LINEGATE PROFILES
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import threading
@@ -127,6 +128,7 @@ def run(gateway):
     gateway.write({"stays": 1, "changes": 2, "comes": 4}, heartbeat="200ms", extra="executors: [{name: unused}]\n")
     gateway.reload("reloaded: lines changed: none; started: none; stopped: none; unchanged: 3")
     forwarding(gateway)
+    entered(gateway)
     end(gateway.process)
 
 
@@ -147,8 +149,37 @@ def forwarding(gateway):
     gateway.write(others, heartbeat="200ms", extra=joined(rule))
     gateway.reload("reloaded: lines changed: from, to; started: none; stopped: none; unchanged: 3", 2)
     gateway.await_input("to", (0x6000, 2))
+    starts = gateway.count("to: started")
+    renamed = joined(rule).replace("name: io,", "name: motion,", 1).replace("from.io.", "from.motion.")
+    gateway.write(others, heartbeat="200ms", extra=renamed)
+    gateway.reload("reloaded: lines changed: from; started: none; stopped: none; unchanged: 4")
+    gateway.await_input("to", (0x6000, 2))
+    if gateway.count("to: started") != starts:
+        raise Failure("a line that follows one whose node was renamed was disturbed")
     gateway.write(others, heartbeat="200ms")
     gateway.reload("reloaded: lines changed: none; started: none; stopped: from, to; unchanged: 3")
+
+
+def entered(gateway):
+    """With a line that may be entered all lines route; others come and go, which changes routes alone."""
+    others = {"stays": 1, "changes": 2, "comes": 4}
+    hall = "  - {name: hall, interface: 'virtual:hall', network_id: 7, enter: all}\n"
+    more = "  - {name: more, interface: 'virtual:more', network_id: 6}\n"
+    gateway.write(others, heartbeat="200ms", extra=hall)
+    gateway.reload("reloaded: lines changed: stays, changes, comes; started: hall; stopped: none; unchanged: 0")
+    starts = gateway.count("stays: started")
+    before = gateway.plant + ".before"
+    shutil.copy(gateway.plant, before)
+    gateway.write(others, heartbeat="200ms", extra=more + hall)
+    answer = "lines changed: none; started: more; stopped: none; unchanged: 4; other routes: stays, changes, comes, hall"
+    told = gateway.ask("check", gateway.plant, "--against", before)
+    if told.returncode != 0 or told.stdout.strip() != answer:
+        raise Failure(f"linegate check --against: {told}")
+    gateway.reload("reloaded: " + answer)
+    gateway.write(others, heartbeat="200ms", extra=hall)
+    gateway.reload("reloaded: lines changed: none; started: none; stopped: more; unchanged: 4; other routes: stays,")
+    if gateway.count("stays: started") != starts:
+        raise Failure("a line was disturbed by one that came and went")
 
 
 def test(folder, linegated, linegate, profiles):
