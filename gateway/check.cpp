@@ -48,6 +48,21 @@ std::string transmission(std::uint8_t type) {
   return pdo::is_event_driven(type) ? "on event" : fmt::format("type {}", type);
 }
 
+std::string scope_text(const line::IdentityScope& scope) {
+  const std::pair<bool, const char*> parts[] = {
+      {scope.device_type, "device type"},
+      {scope.vendor, "vendor"},
+      {scope.product, "product"},
+      {scope.revision, scope.revision_major_alone ? "major revision" : "revision"}};
+  std::string out;
+  for (const auto& [compared, name] : parts) {
+    if (compared) {
+      out += (out.empty() ? "" : ", ") + std::string(name);
+    }
+  }
+  return out.empty() ? "not checked" : "by " + out;
+}
+
 std::string off_or(Duration duration) {
   return duration == Duration::zero() ? "off" : format_duration(duration);
 }
@@ -239,7 +254,7 @@ class Text {
     add("    heartbeat {}, consumer {}, boot within {}, identity {}{}\n", off_or(node.heartbeat),
         node.heartbeat_consumer == Duration::zero() ? "2.5 x that"
                                                     : format_duration(node.heartbeat_consumer),
-        format_duration(node.boot_timeout), node.check_identity ? "checked" : "not checked",
+        format_duration(node.boot_timeout), scope_text(node.check),
         node.serial ? fmt::format(", serial number {}", *node.serial) : "");
     add("    {}{}, reset within {}, SDO time-out {}\n",
         node.boot ? "booted" : "only its error control is started",

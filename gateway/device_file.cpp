@@ -5,6 +5,7 @@
 #include <iterator>
 #include <utility>
 
+#include "gateway/config/data_sheet.h"
 #include "gateway/exit_code.h"
 #include "gateway/log.h"
 #include "stack/eds/writer.h"
@@ -12,6 +13,8 @@
 #include "stack/line/line.h"
 #include "stack/manager/concise_dcf.h"
 #include "stack/od/dictionary.h"
+#include "stack/storage/parameters.h"
+#include "stack/storage/storage.h"
 
 namespace linegate::gateway {
 namespace {
@@ -25,6 +28,22 @@ const line::LineConfig* find_line(const config::Plant& plant, const std::string&
     return line.config.name == name || std::to_string(line.config.network_id) == name;
   });
   return at == plant.lines.end() ? nullptr : &at->config;
+}
+
+// What its store and restore objects answer: saves on command, or not at all (CiA 301 7.5.2.13).
+void describe_storage(od::DeviceDescription& device, bool stores) {
+  for (od::ObjectDescription& object : device.objects) {
+    if (object.index != storage::kStoreParameters && object.index != storage::kRestoreDefaults) {
+      continue;
+    }
+    for (od::VariableDescription& variable : object.variables) {
+      if (variable.sub != 0 && od::byte_size(variable.type) == sizeof(std::uint32_t)) {
+        const bool on_command = stores && storage::is_group(variable.sub);
+        variable.value.assign(sizeof(std::uint32_t), std::byte{0});
+        variable.value[0] = std::byte{on_command};
+      }
+    }
+  }
 }
 
 DeviceFile own_eds(const line::LineConfig& config) {
@@ -42,6 +61,7 @@ DeviceFile own_eds(const line::LineConfig& config) {
   od::DeviceDescription device;
   device.objects = (*made.value)->dictionary().describe();
   device.node_id = config.node_id;
+  describe_storage(device, config.stores_parameters);
   device.vendor_name = "Linegate";
   device.product_name = "Linegate line " + config.name;
   device.vendor_number = config.identity.vendor;
@@ -55,6 +75,39 @@ DeviceFile own_eds(const line::LineConfig& config) {
   return {.ok = true, .content = eds::write_eds(sheet)};
 }
 
+// Defaults are what the device begins with. A value that it sends is that of the process.
+void describe_values(od::DeviceDescription& device) {
+  for (od::ObjectDescription& object : device.objects) {
+    for (od::VariableDescription& variable : object.variables) {
+      const bool sent = variable.mappable &&
+                        (variable.access == od::Access::rwr || !od::writable(variable.access));
+      variable.configured = false;
+      if (sent) {
+        variable.value.clear();
+      }
+    }
+  }
+}
+
+// With all that its source says beside the objects. The device of a profile has none.
+eds::DataSheet sheet_of_device(const line::LineConfig& config, const line::DeviceConfig& device) {
+  od::DeviceDescription described = device.device;
+  describe_values(described);
+  describe_storage(described, config.stores_parameters);
+  auto sheet = config::load_sheet(described.file, device.id);
+  if (!sheet) {
+    sheet = eds::sheet_of(described);
+    sheet->info.bit_rates.assign(std::begin(eds::kBitRates), std::end(eds::kBitRates));
+    sheet->info.boot_up_slave = true;
+  }
+  sheet->commissioning.reset();  // of a DCF
+  sheet->connected_modules.clear();
+  sheet->modules.clear();  // their objects are those of the device
+  sheet->info.lss = device.lss;
+  sheet->device = std::move(described);
+  return *std::move(sheet);
+}
+
 // Of a device of the line itself.
 DeviceFile device_eds(const line::LineConfig& config, const std::string& name) {
   const auto device = std::ranges::find_if(config.devices, [&](const line::DeviceConfig& d) {
@@ -63,10 +116,11 @@ DeviceFile device_eds(const line::LineConfig& config, const std::string& name) {
   if (device == config.devices.end()) {
     return failure("line " + config.name + " has no device " + name);
   }
-  eds::DataSheet sheet = eds::sheet_of(device->device);
+  eds::DataSheet sheet = sheet_of_device(config, *device);
   sheet.file.file_name = device->name + ".eds";
-  sheet.file.description = "Device " + device->name + " of line " + config.name;
-  sheet.info.bit_rates.assign(std::begin(eds::kBitRates), std::end(eds::kBitRates));
+  if (sheet.file.description.empty()) {
+    sheet.file.description = "Device " + device->name + " of line " + config.name;
+  }
   return {.ok = true, .content = eds::write_eds(sheet)};
 }
 

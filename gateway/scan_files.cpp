@@ -1,5 +1,6 @@
 #include "gateway/scan_files.h"
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -17,6 +18,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/eds/reader.h"
 #include "stack/eds/writer.h"
+#include "stack/line/pdo_checks.h"
 
 namespace linegate::gateway {
 namespace {
@@ -49,10 +51,49 @@ void emit_objects(YAML::Emitter& out, const line::NodeConfig& node) {
   out << YAML::EndMap;
 }
 
+constexpr Duration kHeartbeat = std::chrono::milliseconds(500);
+constexpr Duration kGuardTime = std::chrono::milliseconds(500);
+constexpr std::uint8_t kLifeTimeFactor = 3;
+constexpr Duration kSyncPeriod = std::chrono::milliseconds(100);
+
+// A plant without it does not notice that a device is lost. False if the device can do neither.
+bool set_error_control(const scan::ScannedNode& found, line::NodeConfig& node) {
+  if (node.heartbeat != Duration::zero() || node.guard_time != Duration::zero()) {
+    return true;
+  }
+  if (found.number({0x1017, 0})) {
+    node.heartbeat = kHeartbeat;
+  } else if (found.number({0x100C, 0}) && found.number({0x100D, 0})) {
+    node.guard_time = kGuardTime;
+    node.life_time_factor = kLifeTimeFactor;
+  } else {
+    return false;
+  }
+  return true;
+}
+
+// PDOs that wait for a SYNC get one of the line, as often as a device says.
+Duration needed_sync(const ScannedLine& line, const std::vector<FoundNode>& nodes) {
+  line::LineConfig config;
+  for (const FoundNode& node : nodes) {
+    config.nodes.push_back(node.config);
+  }
+  if (!line::unsynchronised_pdos(config)) {
+    return Duration::zero();
+  }
+  for (const scan::ScannedNode& node : line.nodes) {
+    if (const auto period = node.number({0x1006, 0}); period && *period >= 1000) {
+      return std::chrono::microseconds(*period);
+    }
+  }
+  return kSyncPeriod;
+}
+
 struct NodeFile {
   const line::NodeConfig* node;
   std::string file;
   std::string content;
+  bool watched = true;
 };
 
 std::string bit_rate_text(std::uint32_t rate) {
@@ -88,7 +129,13 @@ void emit_simulated(YAML::Emitter& out, const std::vector<NodeFile>& files) {
   out << YAML::EndSeq;
 }
 
-std::string plant_text(const ScannedLine& line, const std::vector<NodeFile>& files) {
+void emit_sync(YAML::Emitter& out, Duration sync) {
+  if (sync != Duration::zero()) {
+    out << YAML::Key << "sync" << YAML::Value << config::format_duration(sync);
+  }
+}
+
+std::string plant_text(const ScannedLine& line, Duration sync, const std::vector<NodeFile>& files) {
   YAML::Emitter out;
   out << YAML::BeginMap << YAML::Key << "schema" << YAML::Value << 1;
   out << YAML::Key << "gateway" << YAML::Value << YAML::BeginMap << YAML::Key << "name"
@@ -105,6 +152,7 @@ std::string plant_text(const ScannedLine& line, const std::vector<NodeFile>& fil
   }
   out << YAML::Key << "network_id" << YAML::Value << line.network_id;
   out << YAML::Key << "node_id" << YAML::Value << int{line.node_id};
+  emit_sync(out, sync);
   if (!line.access.empty()) {
     out << YAML::Key << "access" << YAML::Value << YAML::BeginMap << YAML::Key << "commands"
         << YAML::Value << line.access << YAML::EndMap;
@@ -114,6 +162,9 @@ std::string plant_text(const ScannedLine& line, const std::vector<NodeFile>& fil
     out << YAML::BeginMap << YAML::Key << "id" << YAML::Value << int{file.node->id};
     out << YAML::Key << "dcf" << YAML::Value << file.file;
     emit_error_control(out, *file.node);
+    if (!file.watched) {
+      out << YAML::Comment("no heartbeat, no guarding: the loss of this node is not detected");
+    }
     emit_objects(out, *file.node);
     out << YAML::EndMap;
   }
@@ -163,13 +214,23 @@ ScanFiles write_scan(const ScannedLine& line, const std::string& folder,
     return out;
   }
   std::vector<NodeFile> files;
-  for (const FoundNode& node : found.nodes) {
+  for (FoundNode& node : found.nodes) {
+    const auto scanned = std::ranges::find(line.nodes, node.config.id, &scan::ScannedNode::id);
+    const bool watched = set_error_control(*scanned, node.config);
     files.push_back(file_of(line, node));
+    files.back().watched = watched;
+    if (!watched) {
+      out.notes.push_back(
+          fmt::format("node {}: has neither heartbeat nor guarding, its loss is not "
+                      "detected",
+                      node.config.id));
+    }
   }
   std::error_code failed;
   fs::create_directories(folder, failed);
   const fs::path base(folder);
-  out.ok = write_file(base / "plant.yaml", plant_text(line, files), out);
+  out.ok =
+      write_file(base / "plant.yaml", plant_text(line, needed_sync(line, found.nodes), files), out);
   for (const NodeFile& file : files) {
     out.ok = out.ok && write_file(base / file.file, file.content, out);
   }

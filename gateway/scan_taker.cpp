@@ -16,7 +16,19 @@ ScanTaker::ScanTaker(const config::LinePlan& plan, exchange::Ring<TakenScan>& ta
     : wanted_(plan.auto_scan && plan.auto_scan->at_start && plan.config.nodes.empty()),
       code_(plan.auto_scan && plan.auto_scan->set_up ? line::kScanSetUp : std::uint16_t{0}),
       taken_(taken),
-      made_of_scan_(!plan.config.scanned.empty()) {
+      made_of_scan_(!plan.config.scanned.empty()),
+      takes_late_comers_(plan.auto_scan && plan.auto_scan->at_start && made_of_scan_) {
+  known_.set(plan.config.node_id & 0x7FU);
+  for (const line::NodeConfig& node : plan.config.nodes) {
+    known_.set(node.id & 0x7FU);
+  }
+}
+
+void ScanTaker::booted_up(std::uint8_t node, Instant now) {
+  if (takes_late_comers_ && !known_.test(node & 0x7FU)) {
+    late_.set(node & 0x7FU);
+    due_ = earlier(due_, deadline(now, kSettle));
+  }
 }
 
 void ScanTaker::started(Instant now) {
@@ -37,8 +49,12 @@ std::optional<line::Command> ScanTaker::due(Instant now) {
   if (now < due_) {
     return std::nullopt;
   }
-  due_ = deadline(now, kAgain);
+  due_ = wanted_ ? deadline(now, kAgain) : kNever;
   line::Command command;
+  for (std::uint8_t node = 1; late_.count() == 1 && node < late_.size(); ++node) {
+    command.node = late_.test(node) ? node : command.node;  // of several: all nodes
+  }
+  late_.reset();
   command.tag = kOwnTag;
   command.kind = line::CommandKind::scan_apply;
   command.code = code_;

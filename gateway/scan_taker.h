@@ -2,6 +2,7 @@
 // those that the line makes by itself because it is configured by what is on it.
 #pragma once
 
+#include <bitset>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -23,7 +24,8 @@ struct TakenScan {
 // On the thread of its line.
 class ScanTaker {
  public:
-  // From the start of a line until its devices have come back from its NMT reset.
+  // From the start of a line until its devices have come back from its NMT reset, and from the
+  // boot-up message of a device until it is ready.
   static constexpr Duration kSettle = std::chrono::seconds(2);
   // From a look of a line that finds nothing to its next one.
   static constexpr Duration kAgain = std::chrono::seconds(10);
@@ -44,6 +46,10 @@ class ScanTaker {
   // Nothing became of the result, the line goes on as it is.
   void kept() { held_until_.reset(); }
 
+  // That node booted up. One that a line which is configured by its scans does not know came late,
+  // and is scanned, too.
+  void booted_up(std::uint8_t node, Instant now);
+
   // The command goes to the line.
   void asked(const line::Command& command);
   // A reply of the line; a result that is to be applied is handed on. True if the scan was the
@@ -61,6 +67,9 @@ class ScanTaker {
   std::uint16_t code_;
   exchange::Ring<TakenScan>& taken_;
   bool made_of_scan_;  // the line
+  bool takes_late_comers_;
+  std::bitset<128> known_;
+  std::bitset<128> late_;
   Instant due_ = kNever;
   std::optional<Instant> held_until_;  // kNever: until somebody has taken the result
   std::vector<Asked> asked_;

@@ -50,6 +50,39 @@ void read_guarding(Section& section, line::NodeConfig& config) {
   }
 }
 
+// `check: [vendor, product, revision-major]`, or all or nothing of it.
+void read_identity_check(Section& section, line::IdentityScope& scope) {
+  const YAML::Node list = section.find("check");
+  const YAML::Node all = section.find("check_identity");
+  if (list.IsDefined() && all.IsDefined()) {
+    section.findings().error(place_of(list),
+                             "a node has either the key \"check\" or the key \"check_identity\"");
+  }
+  bool compared = true;
+  section.read("check_identity", compared);
+  if (!list.IsDefined() && compared) {
+    return;
+  }
+  scope = {.device_type = false, .vendor = false, .product = false, .revision = false};
+  enum class Part : std::uint8_t { none, device_type, vendor, product, revision, major };
+  for (const YAML::Node& element : elements(section.findings(), list, "check")) {
+    Part part = Part::none;
+    section.choose<Part>(element, part,
+                         {{"device-type", Part::device_type},
+                          {"vendor", Part::vendor},
+                          {"product", Part::product},
+                          {"revision", Part::revision},
+                          {"revision-major", Part::major}});
+    scope.device_type = scope.device_type || part == Part::device_type;
+    scope.vendor = scope.vendor || part == Part::vendor;
+    scope.product = scope.product || part == Part::product;
+    scope.revision_major_alone = part == Part::major
+                                     ? !scope.revision
+                                     : scope.revision_major_alone && part != Part::revision;
+    scope.revision = scope.revision || part == Part::revision || part == Part::major;
+  }
+}
+
 }  // namespace
 
 bool read_device_file(Section& section, line::NodeConfig& config, std::string_view what) {
@@ -93,7 +126,7 @@ line::NodeConfig read_node(Findings& findings, const YAML::Node& node) {
     config.name = std::move(*text);
   }
   read_boot(section, config);
-  section.read("check_identity", config.check_identity);
+  read_identity_check(section, config.check);
   if (const auto serial = section.number(section.find("serial"), 0, 0xFFFF'FFFF)) {
     config.serial = static_cast<std::uint32_t>(*serial);
   }

@@ -17,11 +17,14 @@ void read_file_name(Section& section, const YAML::Node& node, Record& record) {
   const auto path =
       (std::filesystem::path(section.findings().file()).parent_path() / *text).lexically_normal();
   const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  // A warning, because the line runs without its recording, too, and a folder may come later.
   std::error_code ignored;
-  if (text->empty() || std::filesystem::is_directory(path, ignored)) {
-    section.findings().error(place_of(node), "record needs the name of a file, not of a folder");
+  if (std::filesystem::is_directory(path, ignored)) {
+    section.findings().warning(place_of(node), "nothing is recorded: " + path.string() +
+                                                   " is a folder, record needs the name of a file");
   } else if (!std::filesystem::is_directory(folder, ignored)) {
-    section.findings().error(place_of(node), "there is no folder " + folder.string());
+    section.findings().warning(place_of(node),
+                               "nothing is recorded until there is a folder " + folder.string());
   }
   record.file = path.string();
 }

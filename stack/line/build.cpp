@@ -42,10 +42,14 @@ std::vector<std::byte> milliseconds_u16(Duration duration) {
 }
 
 void expect_identity(const NodeConfig& node, manager::NodePlan& plan) {
-  plan.device_type = described(node.device, {0x1000, 0});
-  plan.vendor = described(node.device, {0x1018, 1});
-  plan.product = described(node.device, {0x1018, 2});
-  plan.revision = described(node.device, {0x1018, 3});
+  const auto expected = [&](bool compared, od::Address address) {
+    return compared ? described(node.device, address) : 0;
+  };
+  plan.device_type = expected(node.check.device_type, {0x1000, 0});
+  plan.vendor = expected(node.check.vendor, {0x1018, 1});
+  plan.product = expected(node.check.product, {0x1018, 2});
+  plan.revision = expected(node.check.revision, {0x1018, 3});
+  plan.revision_major_alone = node.check.revision_major_alone;
 }
 
 }  // namespace
@@ -79,9 +83,7 @@ manager::NodePlan node_plan(const NodeConfig& node) {
   plan.boot = node.boot;
   plan.mandatory = node.mandatory;
   plan.keep_alive = node.keep_alive;
-  if (node.check_identity) {
-    expect_identity(node, plan);
-  }
+  expect_identity(node, plan);
   plan.serial = node.serial.value_or(0);
   plan.heartbeat_consumer = consumer_time(node);
   plan.boot_timeout = node.boot_timeout;

@@ -26,14 +26,23 @@ struct ObjectValue {
   std::vector<std::byte> data;
 };
 
+// What of the identity in its device file a node must have; a 0 there is never compared.
+struct IdentityScope {
+  bool device_type = true;            // 1000h
+  bool vendor = true;                 // 1018h:1
+  bool product = true;                // 1018h:2
+  bool revision = true;               // 1018h:3
+  bool revision_major_alone = false;  // its upper 16 bits; revision is true then
+};
+
 struct NodeConfig {
   std::uint8_t id = 0;
   std::string name;
-  od::DeviceDescription device;  // from its EDS or DCF, resolved with id
-  bool boot = true;              // 1F81h bit 2; else only its error control is started
-  bool mandatory = false;        // 1F81h bit 3
-  bool keep_alive = false;       // 1F81h bit 4: not reset as long as it is Operational
-  bool check_identity = true;    // compare 1000h and 1018h:1..3 with the device file where not 0
+  od::DeviceDescription device;         // from its EDS or DCF, resolved with id
+  bool boot = true;                     // 1F81h bit 2; else only its error control is started
+  bool mandatory = false;               // 1F81h bit 3
+  bool keep_alive = false;              // 1F81h bit 4: not reset as long as it is Operational
+  IdentityScope check{};                // compared with the device file when it boots
   std::optional<std::uint32_t> serial;  // expected 1018h:4
   Duration heartbeat{};                 // producer time written to 1017h; 0 = leave it alone
   Duration heartbeat_consumer{};        // 0 = 2.5 x heartbeat

@@ -33,6 +33,9 @@ std::vector<lss::Candidate> candidates_of(const LineConfig& config) {
     for (const lss::Part part : {lss::kVendor, lss::kProduct, lss::kRevision}) {
       candidate.address[part] = described(node, static_cast<std::uint8_t>(part + 1));
     }
+    if (!node.check.revision || node.check.revision_major_alone) {
+      candidate.address[lss::kRevision] = std::nullopt;
+    }
     candidate.address[lss::kSerial] = node.serial;  // a device file is of many
     if (!candidate.address[lss::kVendor] && node.device.vendor_number == 0) {
       candidate.address[lss::kVendor] = 0;  // of a house-made device, which has a product code

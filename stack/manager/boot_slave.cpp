@@ -25,6 +25,7 @@ constexpr unsigned kMaxResetRepeats = 3;
 
 constexpr od::Address kDeviceType{0x1000, 0};
 constexpr std::uint16_t kIdentity = 0x1018;
+constexpr std::uint32_t kMajorRevision = 0xFFFF'0000;  // CiA 301 7.5.2.20
 
 struct IdentityField {
   std::uint16_t expected;
@@ -265,7 +266,9 @@ void BootSlave::check_identity(const sdo::Completion& completion, Instant now) {
   const std::uint32_t expected = services_.list.expected(field.expected, plan_.id);
   if (completion.abort == AbortCode::none) {
     node_.*field.seen = number(completion.data);
-    if (expected != 0 && node_.*field.seen != expected) {
+    const bool major_alone = plan_.revision_major_alone && field.expected == kExpectedRevision;
+    const std::uint32_t compared = major_alone ? kMajorRevision : ~0U;
+    if (expected != 0 && ((node_.*field.seen ^ expected) & compared) != 0) {
       finish(field.letter, differs(completion.address, expected, node_.*field.seen), now);
       return;
     }

@@ -39,6 +39,7 @@ struct NodePlan {
   std::uint32_t vendor = 0;
   std::uint32_t product = 0;
   std::uint32_t revision = 0;
+  bool revision_major_alone = false;  // the lower 16 bits of the revision number are not compared
   std::uint32_t serial = 0;
   Duration heartbeat_consumer{};  // 0 = guarding, or no error control
   Duration guard_time{};          // 0 = the node is not guarded

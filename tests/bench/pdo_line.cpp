@@ -96,7 +96,7 @@ line::LineConfig pdo_line(Mapping mapping, std::span<const std::uint32_t> ids) {
     node.id = static_cast<std::uint8_t>(config.nodes.size() + 1);
     node.name = "n" + std::to_string(node.id);
     node.device = device(mapping, ids.subspan(first, std::min(kPdosPerNode, ids.size() - first)));
-    node.check_identity = false;
+    node.check = {.device_type = false, .vendor = false, .product = false, .revision = false};
     node.pdo_deadline = kDeadline;
     config.nodes.push_back(std::move(node));
   }

@@ -1,5 +1,7 @@
 #include "gateway/device_file.h"
 
+#include <filesystem>
+#include <fstream>
 #include <span>
 
 #include <gmock/gmock.h>
@@ -65,6 +67,54 @@ TEST(DeviceFile, TheEdsOfADeviceOfTheLineIsForItsMaster) {
               HasSubstr("line plc has no device nobody"));
   EXPECT_THAT(write_device_file(plant, "plc", DeviceFileKind::eds).content,
               HasSubstr("has devices instead of an own node"));
+}
+
+// A PLC's configuration tool reads of the device what its maker says of it.
+TEST(DeviceFile, TheEdsOfADeviceCarriesOverWhatItsSourceSays) {
+  const std::string folder = testing::TempDir() + "/linegate-device-eds";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder + "/io.eds")
+      << "[FileInfo]\nFileName=io.eds\nFileVersion=7\nCreatedBy=Somebody\nDescription=An I/O\n"
+         "[DeviceInfo]\nVendorName=House\nOrderCode=IO-17\nBaudRate_125=1\nBaudRate_500=1\n"
+         "SimpleBootUpSlave=1\nGranularity=1\nLSS_Supported=0\n"
+         "[DummyUsage]\nDummy0001=0\nDummy0002=0\nDummy0003=0\nDummy0004=0\nDummy0005=1\n"
+         "Dummy0006=0\nDummy0007=0\n[Comments]\nLines=1\nLine1=Mind the gap\n"
+         "[MandatoryObjects]\nSupportedObjects=1\n1=0x1000\n"
+         "[OptionalObjects]\nSupportedObjects=3\n1=0x1010\n2=0x6000\n3=0x6200\n"
+         "[1000]\nParameterName=Type\nDataType=7\nAccessType=ro\nDefaultValue=0x30191\n"
+         "[1010]\nParameterName=Store\nObjectType=8\nSubNumber=2\n"
+         "[1010sub0]\nParameterName=n\nDataType=5\nAccessType=ro\nDefaultValue=1\n"
+         "[1010sub1]\nParameterName=all\nDataType=7\nAccessType=rw\nDefaultValue=3\n"
+         "[6000]\nParameterName=In\nDataType=5\nAccessType=ro\nPDOMapping=1\nDefaultValue=9\n"
+         "[6200]\nParameterName=Out\nDataType=5\nAccessType=rww\nPDOMapping=1\nDefaultValue=8\n";
+  for (const bool stores : {false, true}) {
+    const auto loaded = config::read(
+        "schema: 1\nlines:\n  - {name: plc, interface: 'virtual:p', role: device, " +
+            std::string(stores ? "storage: store, " : "") +
+            "devices: [{id: 7, name: io, eds: io.eds, lss: true, objects: {6200: 5}}]}\n",
+        folder + "/plant.yaml");
+    ASSERT_TRUE(loaded.ok()) << to_string(loaded.diagnostics.at(0));
+    const DeviceFile file = write_device_file(*loaded.value, "plc:io", DeviceFileKind::eds);
+    ASSERT_TRUE(file.ok) << file.content;
+    const auto read = eds::read(file.content, "io.eds", 7);
+    ASSERT_TRUE(read.ok()) << to_string(read.diagnostics.at(0));
+    const eds::DataSheet& sheet = *read.value;
+    EXPECT_EQ(sheet.file.file_version, "7");
+    EXPECT_EQ(sheet.file.created_by, "Somebody");
+    EXPECT_EQ(sheet.file.description, "An I/O");
+    EXPECT_EQ(sheet.info.order_code, "IO-17");
+    EXPECT_EQ(sheet.info.bit_rates, (std::vector<std::uint16_t>{125, 500}));
+    EXPECT_TRUE(sheet.info.boot_up_slave);
+    EXPECT_EQ(sheet.info.granularity, 1);
+    EXPECT_TRUE(sheet.info.lss) << "as the device is";
+    EXPECT_EQ(sheet.device.dummy_types, 1U << 5U);
+    EXPECT_EQ(sheet.comments, std::vector<std::string>{"Mind the gap"});
+    const od::Dictionary device(sheet.device);
+    EXPECT_EQ(device.number({0x1010, 1}), stores ? 1U : 0U) << "what is read";
+    EXPECT_TRUE(sheet.device.find(od::Address{0x6000, 0})->value.empty()) << "of the process";
+    EXPECT_EQ(device.number({0x6200, 0}), 5U) << "what it begins with";
+  }
+  std::filesystem::remove_all(folder);
 }
 
 TEST(DeviceFile, TheDcfOfANodeHasWhatIsWrittenToIt) {

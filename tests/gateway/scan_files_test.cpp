@@ -1,6 +1,9 @@
 #include "gateway/scan_files.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include <gtest/gtest.h>
 
@@ -45,6 +48,77 @@ TEST(ScanFiles, TheConfigurationHasDomainAndAccessOfTheLine) {
       write_scan({.gateway = "lab", .name = "press", .interface_uri = "virtual:p"}, folder, "").ok)
       << "nothing is overwritten";
   std::filesystem::remove_all(folder);
+}
+
+void put(scan::ScannedNode& node, od::Address address, std::uint64_t value, std::size_t size) {
+  std::vector<std::byte> data(size);
+  store_le(std::span(data), value);
+  node.values.push_back({address, data});
+}
+
+// Whoever starts the written configuration is told when a device is lost.
+TEST(ScanFiles, TheConfigurationHasErrorControlWhereADeviceCan) {
+  scan::ScannedNode heartbeat = encoder_5();
+  put(heartbeat, {0x1017, 0}, 0, 2);
+  scan::ScannedNode guarded = encoder_5();
+  guarded.id = 6;
+  put(guarded, {0x100C, 0}, 0, 2);
+  put(guarded, {0x100D, 0}, 0, 1);
+  scan::ScannedNode neither = encoder_5();
+  neither.id = 7;
+  scan::ScannedNode own = encoder_5();
+  own.id = 8;
+  put(own, {0x1017, 0}, 250, 2);
+  const std::string folder = testing::TempDir() + "/scan-error-control";
+  std::filesystem::remove_all(folder);
+  const ScanFiles files = write_scan({.gateway = "lab",
+                                      .name = "press",
+                                      .interface_uri = "virtual:p",
+                                      .nodes = {heartbeat, guarded, neither, own}},
+                                     folder, "");
+  ASSERT_TRUE(files.ok) << files.error;
+  const auto loaded = config::load(folder + "/plant.yaml");
+  ASSERT_TRUE(loaded.ok()) << to_string(loaded.diagnostics.at(0));
+  const auto& nodes = loaded.value->lines[0].config.nodes;
+  ASSERT_EQ(nodes.size(), 4U);
+  EXPECT_EQ(nodes[0].heartbeat, std::chrono::milliseconds(500));
+  EXPECT_EQ(nodes[1].guard_time, std::chrono::milliseconds(500));
+  EXPECT_EQ(nodes[1].life_time_factor, 3);
+  EXPECT_EQ(nodes[2].heartbeat + nodes[2].guard_time, Duration::zero());
+  EXPECT_EQ(nodes[3].heartbeat, std::chrono::milliseconds(250)) << "its own";
+  EXPECT_EQ(loaded.value->lines[0].config.sync_period, Duration::zero()) << "nobody waits for it";
+  std::ifstream in(folder + "/plant.yaml");
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  EXPECT_NE(text.find("# no heartbeat, no guarding: the loss of this node is not detected"),
+            std::string::npos);
+  EXPECT_TRUE(std::ranges::any_of(files.notes, [](const std::string& note) {
+    return note == "node 7: has neither heartbeat nor guarding, its loss is not detected";
+  }));
+  std::filesystem::remove_all(folder);
+}
+
+TEST(ScanFiles, TheConfigurationProducesTheSyncThatPdosWaitFor) {
+  scan::ScannedNode node = encoder_5();
+  put(node, {0x1800, 0}, 2, 1);
+  put(node, {0x1800, 1}, 0x4000'0185U, 4);
+  put(node, {0x1800, 2}, 1, 1);
+  put(node, {0x1A00, 0}, 1, 1);
+  put(node, {0x1A00, 1}, 0x6004'0020, 4);
+  for (const std::uint32_t period : {0U, 20'000U}) {
+    const std::string folder = testing::TempDir() + "/scan-sync";
+    std::filesystem::remove_all(folder);
+    scan::ScannedNode found = node;
+    put(found, {0x1006, 0}, period, 4);
+    const ScanFiles files = write_scan(
+        {.gateway = "lab", .name = "press", .interface_uri = "virtual:p", .nodes = {found}}, folder,
+        "");
+    ASSERT_TRUE(files.ok) << files.error;
+    const auto loaded = config::load(folder + "/plant.yaml");
+    ASSERT_TRUE(loaded.ok()) << to_string(loaded.diagnostics.at(0));
+    EXPECT_EQ(loaded.value->lines[0].config.sync_period,
+              std::chrono::milliseconds(period == 0 ? 100 : 20));
+    std::filesystem::remove_all(folder);
+  }
 }
 
 // It was made by somebody who keeps the files of each device in a folder of its name.

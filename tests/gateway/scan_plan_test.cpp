@@ -226,5 +226,49 @@ TEST(ScanTaker, CommandsForALineThatWasMadeOfAScanWaitForItsDevices) {
   EXPECT_EQ(scans.next_wake(), kNever);
 }
 
+// A device that was switched on after the scan.
+TEST(ScanTaker, ALateComerIsScannedToo) {
+  exchange::Ring<TakenScan> results{4};
+  const auto plan = plan_of(line_of(kAuto), taken({node_of(5)}, 0));
+  ASSERT_TRUE(plan.value);
+  ScanTaker scans(*plan.value, results);
+  scans.started(Instant{1s});
+  (void)scans.holds(Instant{3s});
+  scans.booted_up(5, Instant{10s});
+  EXPECT_EQ(scans.next_wake(), kNever) << "it is known";
+  scans.booted_up(6, Instant{10s});
+  EXPECT_FALSE(scans.due(Instant{11900ms})) << "it is not ready yet";
+  const auto scan = scans.due(Instant{12s});
+  ASSERT_TRUE(scan);
+  EXPECT_EQ(scan->node, 6);
+  EXPECT_EQ(scan->kind, line::CommandKind::scan_apply);
+  EXPECT_EQ(scans.next_wake(), kNever) << "once for each boot-up message";
+  line::Reply reply;
+  reply.tag = scan->tag;
+  reply.data = scan::write_report(std::array{node_of(6)});
+  EXPECT_TRUE(scans.answered(reply));
+  TakenScan result;
+  ASSERT_TRUE(results.pop(result));
+  const auto after = plan_of(*plan.value, result);
+  ASSERT_TRUE(after.value);
+  EXPECT_EQ(ids(*after.value), (std::vector<std::uint8_t>{5, 6}));
+
+  scans.booted_up(7, Instant{20s});
+  scans.booted_up(8, Instant{21s});
+  const auto all = scans.due(Instant{22s});
+  ASSERT_TRUE(all);
+  EXPECT_EQ(all->node, 0) << "of several, all nodes";
+}
+
+TEST(ScanTaker, OfALineThatIsConfiguredOtherwiseNobodyIsALateComer) {
+  for (const std::string& text : {kBare, kAuto}) {
+    Taker taker(text);
+    taker.scans.started(Instant{1s});
+    const Instant before = taker.scans.next_wake();
+    taker.scans.booted_up(6, Instant{1s});
+    EXPECT_EQ(taker.scans.next_wake(), before);
+  }
+}
+
 }  // namespace
 }  // namespace linegate::gateway

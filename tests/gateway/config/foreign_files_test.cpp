@@ -211,5 +211,38 @@ TEST_F(ForeignFile, AnObjectBeyondItsLimitsIsAFinding) {
   EXPECT_THAT(messages(plant("objects: {2002: 6}")), HasSubstr("above the HighLimit"));
 }
 
+TEST_F(ForeignFile, WhatOfItsIdentityIsComparedCanBeChosen) {
+  std::string text = eds("", "DefaultValue=255\n", entry("1A00sub1", "0x20010010"), 1);
+  text.replace(text.find("SupportedObjects=5"), 18, "SupportedObjects=6\n6=0x1018");
+  text += rec("1018", "Identity", 4) + var("1018sub0", "Count", 5, "ro", "DefaultValue=3\n") +
+          var("1018sub1", "Vendor", 7, "ro", "DefaultValue=1\n") +
+          var("1018sub2", "Product", 7, "ro", "DefaultValue=2\n") +
+          var("1018sub3", "Revision", 7, "ro", "DefaultValue=0x10002\n");
+  write(text);
+  const auto plan = [&](const std::string& keys) {
+    const auto loaded = plant(keys);
+    EXPECT_TRUE(loaded.ok()) << messages(loaded);
+    return line::node_plans(loaded.value.value_or(Plant{.lines = {{}}}).lines.at(0).config).at(0);
+  };
+  const auto all = plan("");
+  EXPECT_EQ(all.vendor, 1U);
+  EXPECT_EQ(all.product, 2U);
+  EXPECT_EQ(all.revision, 0x10002U);
+  EXPECT_FALSE(all.revision_major_alone);
+  const auto some = plan("check: [vendor, revision-major]");
+  EXPECT_EQ(some.vendor, 1U);
+  EXPECT_EQ(some.product, 0U);
+  EXPECT_EQ(some.revision, 0x10002U);
+  EXPECT_TRUE(some.revision_major_alone);
+  EXPECT_FALSE(plan("check: [revision-major, revision]").revision_major_alone);
+  EXPECT_FALSE(plan("check: [revision, revision-major]").revision_major_alone);
+  const auto none = plan("check: []");
+  EXPECT_EQ(none.vendor + none.product + none.revision + none.device_type, 0U);
+  EXPECT_EQ(plan("check_identity: false").vendor, 0U);
+  EXPECT_THAT(messages(plant("check: [vendor, serial]")),
+              HasSubstr("expected device-type, vendor"));
+  EXPECT_THAT(messages(plant("{check: [vendor], check_identity: true}")), HasSubstr("error"));
+}
+
 }  // namespace
 }  // namespace linegate::config

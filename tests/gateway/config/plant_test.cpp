@@ -166,8 +166,9 @@ const Bad kBad[] = {
      "  - {name: c, interface: socketcan:can2, record: {max_size: 999B, size: 1}}\n"
      "  - {name: d, interface: socketcan:can3, record: x.log}\n"
      "  - {name: e, interface: socketcan:can4, record: {file: deploy/../x.log}}\n",
-     {"plant.yaml:3:50: error: there is no folder nowhere",
-      "plant.yaml:4:57: error: record needs the name of a file, not of a folder",
+     {"plant.yaml:3:50: warning: nothing is recorded until there is a folder nowhere",
+      "plant.yaml:4:57: warning: nothing is recorded: deploy is a folder, record needs the name of "
+      "a file",
       "plant.yaml:4:75: error: expected a size from 1kB such as 100MB, got \"10\"",
       "plant.yaml:4:86: error: expected a number from 1 to 10000, got \"0\"",
       "plant.yaml:5:50: error: record needs the key \"file\"",
@@ -532,7 +533,7 @@ lines:
   const line::NodeConfig& node = line.config.nodes.at(0);
   EXPECT_EQ(node.name, "ram");
   EXPECT_TRUE(node.mandatory);
-  EXPECT_FALSE(node.check_identity);
+  EXPECT_FALSE(node.check.vendor || node.check.product || node.check.revision);
   EXPECT_EQ(node.serial, 77U);
   EXPECT_EQ(node.heartbeat, 200ms);
   EXPECT_EQ(node.heartbeat_consumer, 700ms);

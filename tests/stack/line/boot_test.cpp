@@ -105,6 +105,35 @@ TEST_F(BootCommandTest, ANodeThatIsStartedWhileItBootsIsNotResetForIt) {
   EXPECT_THAT(sent(), IsEmpty());
 }
 
+// A device that came back from repair with a new minor revision.
+TEST_F(BootCommandTest, TheMajorRevisionMayBeAllThatIsCompared) {
+  for (const bool major_alone : {true, false}) {
+    LineConfig config = config_with_axis();
+    for (od::ObjectDescription& object : config.nodes.front().device.objects) {
+      if (object.index == 0x1018) {
+        od::VariableDescription revision = object.variables.back();
+        revision.sub = 3;
+        revision.value = {std::byte{2}, std::byte{0}, std::byte{1}, std::byte{0}};
+        std::erase_if(object.variables, [](const auto& variable) { return variable.sub >= 3; });
+        object.variables.push_back(revision);
+      }
+    }
+    config.nodes.front().check.revision_major_alone = major_alone;
+    make(std::move(config));
+    boot();
+    ask(5);
+    hear(0x705, {0x00});
+    hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
+    hear(0x585, {0x43, 0x18, 0x10, 0x01, 0x23, 0x01, 0x00, 0x00});
+    hear(0x585, {0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
+    (void)sent();
+    hear(0x585, {0x43, 0x18, 0x10, 0x03, 0x07, 0x00, 0x01, 0x00});
+    line_->advance(now_);
+    EXPECT_EQ(sent().empty(), !major_alone) << "the serial number is read, or N has ended it";
+    EXPECT_EQ(answered(), !major_alone);
+  }
+}
+
 TEST_F(BootCommandTest, OfAllAsksEveryListedNode) {
   make(config_with_axis());
   boot();

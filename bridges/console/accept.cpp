@@ -1,0 +1,118 @@
+#include "bridges/console/accept.h"
+
+#include <array>
+#include <cstdio>
+#include <optional>
+#include <ostream>
+
+#include "bridges/console/answer.h"
+#include "bridges/console/boot.h"
+#include "bridges/console/lookup.h"
+#include "bridges/console/model.h"
+#include "stack/base/byte_order.h"
+
+namespace linegate::console {
+namespace {
+
+struct IdentityPart {
+  od::Address seen;        // of the device
+  std::uint16_t expected;  // of the manager, sub-index = node-ID
+  const char* name;
+};
+constexpr std::array<IdentityPart, 5> kIdentity{{
+    {{0x1000, 0}, 0x1F84, "device type"},
+    {{0x1018, 1}, 0x1F85, "vendor-ID"},
+    {{0x1018, 2}, 0x1F86, "product code"},
+    {{0x1018, 3}, 0x1F87, "revision number"},
+    {{0x1018, 4}, 0x1F88, "serial number"},
+}};
+constexpr std::size_t kSerialNumber = 4;
+
+using IdentityValues = std::array<std::uint32_t, kIdentity.size()>;
+
+bool is_missing(const Error& error) {
+  return error.domain == Domain::sdo &&
+         (error.code == static_cast<std::uint32_t>(AbortCode::no_object) ||
+          error.code == static_cast<std::uint32_t>(AbortCode::no_sub_index));
+}
+
+// 0, which is not compared, where the device has no such object.
+std::optional<std::uint32_t> read_part(Context& context, Model& model, const Line& line,
+                                       std::uint8_t node, const IdentityPart& part) {
+  line::Command command{.kind = line::CommandKind::sdo_read};
+  command.node = node;
+  command.index = part.seen.index;
+  command.sub = part.seen.sub;
+  command.timeout = context.timeout;
+  const Client::Answer answer = ask_line(context, model, line, command);
+  if (answer.reply.ok() && answer.reply.data.size() == sizeof(std::uint32_t)) {
+    return load_le<std::uint32_t>(answer.reply.data.data());
+  }
+  if (part.seen.sub > 1 && is_missing(answer.reply.error)) {
+    return 0;
+  }
+  context.err << part.name << " of node " << unsigned{node} << ": "
+              << (answer.reply.ok() ? "not 4 bytes" : answer.text) << '\n';
+  return std::nullopt;
+}
+
+bool write_part(Context& context, Model& model, const Line& line, std::uint8_t node,
+                const IdentityPart& part, std::uint32_t value) {
+  line::Command command{.kind = line::CommandKind::local_write};
+  command.index = part.expected;
+  command.sub = node;
+  command.timeout = context.timeout;
+  command.data.resize(sizeof value);
+  store_le(command.data.data(), value);
+  const Client::Answer answer = ask_line(context, model, line, command);
+  if (!answer.reply.ok()) {
+    context.err << "expected " << part.name << " of node " << unsigned{node} << ": " << answer.text
+                << '\n';
+  }
+  return answer.reply.ok();
+}
+
+void tell_identity(Context& context, std::uint8_t node, const IdentityValues& values) {
+  std::array<char, 160> text{};
+  std::snprintf(text.data(), text.size(),
+                "node %u: device type %08Xh, vendor-ID %08Xh, product code %08Xh, revision number "
+                "%08Xh, serial number %u",
+                unsigned{node}, values[0], values[1], values[2], values[3], values[kSerialNumber]);
+  context.err << text.data()
+              << "\nis expected until the gateway starts anew. For later, plant.yaml needs the "
+                 "device file of this device";
+  if (values[kSerialNumber] != 0) {
+    context.err << ", and \"serial: " << values[kSerialNumber] << "\" if it names one";
+  }
+  context.err << ".\n";
+}
+
+}  // namespace
+
+int accept(Context& context, const std::string& what) {
+  const auto target = parse_node(what);
+  if (!target || target->own || target->all) {
+    context.err << "'" << what << "' is not LINE:NODE, with a node-ID 1..127\n";
+    return kUsage;
+  }
+  const int written = on_line(context, target->line, [&](Model& model, const Line& line) {
+    IdentityValues values{};
+    for (std::size_t i = 0; i < kIdentity.size(); ++i) {
+      const auto value = read_part(context, model, line, target->node, kIdentity[i]);
+      if (!value) {
+        return kFailed;
+      }
+      values[i] = *value;
+    }
+    for (std::size_t i = 0; i < kIdentity.size(); ++i) {
+      if (!write_part(context, model, line, target->node, kIdentity[i], values[i])) {
+        return kFailed;
+      }
+    }
+    tell_identity(context, target->node, values);
+    return kDone;
+  });
+  return written == kDone ? boot(context, what) : written;
+}
+
+}  // namespace linegate::console
