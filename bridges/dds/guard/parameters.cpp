@@ -225,9 +225,12 @@ bool check_parameter_list(const Wire& payload, Announcement& out) {
          }) != 0;
 }
 
-// Participant prefix, kind, sequence of octets.
+// Participant prefix, kind, sequence of octets. Fast DDS sends it as a parameter list by its
+// encapsulation, which it is not.
 bool check_liveliness_message(const Wire& payload) {
-  const auto message = encapsulated(payload, kCdr);
+  auto message = encapsulated(payload, kCdr);
+  if (!message)
+    message = encapsulated(payload, kParameterList);
   if (!message)
     return false;
   Walk walk(*message);

@@ -112,12 +112,15 @@ TEST_P(ParameterTest, ASubscriptionAnnouncesItsEndpointAndReliability) {
 }
 
 TEST_P(ParameterTest, MessagesOfLivelinessAndHandshakeLieWithinTheirSample) {
-  const auto liveliness = [&](const Fields& body) {
-    const Fields payload = encapsulation(0).octets(body.get());
+  const auto liveliness = [&](const Fields& body, unsigned representation = 0) {
+    const Fields payload = encapsulation(representation).octets(body.get());
     return dds::guard::check_liveliness_message(Wire(payload.get(), little));
   };
   EXPECT_TRUE(liveliness(fields().zeros(16).u32(0)));
   EXPECT_TRUE(liveliness(fields().zeros(16).u32(4).zeros(4)));
+  EXPECT_TRUE(liveliness(fields().zeros(16).u32(0), 2));  // as Fast DDS does
+  EXPECT_FALSE(liveliness(fields().zeros(16).u32(1), 2));
+  EXPECT_FALSE(liveliness(fields().zeros(16).u32(0), 4));
   EXPECT_FALSE(liveliness(fields().zeros(16).u32(5).zeros(4)));
   EXPECT_FALSE(liveliness(fields().zeros(16)));
   const auto stateless = [&](const Fields& body) {
