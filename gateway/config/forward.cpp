@@ -10,7 +10,6 @@
 
 #include "gateway/config/joined_lines.h"
 #include "gateway/config/sections.h"
-#include "gateway/config/source.h"
 
 namespace linegate::config {
 namespace {
@@ -93,10 +92,34 @@ class ForwardResolver {
     for (const ForwardSection& rule : rules_) {
       resolve(rule);
     }
+    show_values();
   }
 
  private:
   using End = JoinedLines::End;
+
+  struct Joined {
+    std::size_t binding = 0;
+    End input;
+    End output;
+  };
+
+  // In an order that hangs neither on that of lines and rules nor on names of nodes: an object of a
+  // line stays where it is when another line changes.
+  void show_values() {
+    const auto key = [this](const Joined& joined) {
+      const image::Entry& from = lines_.entry(joined.input, Direction::inputs);
+      const image::Entry& to = lines_.entry(joined.output, Direction::outputs);
+      return std::tuple(lines_.name(joined.input.line), from.node, from.index, from.sub,
+                        lines_.name(joined.output.line), to.node, to.index, to.sub);
+    };
+    std::sort(joined_.begin(), joined_.end(),
+              [&](const Joined& a, const Joined& b) { return key(a) < key(b); });
+    lines_.reserve_objects();
+    for (const Joined& joined : joined_) {
+      lines_.binding(joined.binding).object = make_object(joined.input, joined.output);
+    }
+  }
 
   void resolve(const ForwardSection& rule) {
     const auto from = lines_.find_line(rule.from.line, rule.from.place);
@@ -120,16 +143,14 @@ class ForwardResolver {
     if (Binding* const made = lines_.join(*input, *output, rule.to.place)) {
       made->forwarded = true;
       made->when_lost = rule.when_lost;
-      made->object = make_object(*input, *output);
-      lines_.line(*from).plan.source += rule.source;
-      lines_.line(*to).plan.source += rule.source;
+      joined_.push_back({lines_.last_binding(), *input, *output});
     }
   }
 
   // One that both lines show where the value lies in their images.
   std::optional<od::Address> make_object(const End& input, const End& output) {
     const image::Entry& value = lines_.entry(input, Direction::inputs);
-    const auto object = lines_.free_object(value.type, value.bit_length);
+    const auto object = lines_.free_object(value.type, value.bit_length, input.line);
     const std::string name = lines_.name(input.line) + "." + value.name;
     const auto show = [&](const End& end, Direction direction) {
       line::LineConfig& config = lines_.line(end.line).plan.config;
@@ -223,6 +244,7 @@ class ForwardResolver {
   const std::vector<ForwardSection>& rules_;
   JoinedLines& lines_;
   std::map<std::tuple<std::size_t, std::uint16_t, std::size_t>, End> fed_;
+  std::vector<Joined> joined_;
 };
 
 }  // namespace
@@ -237,7 +259,6 @@ std::vector<ForwardSection> read_forwards(Findings& findings, const YAML::Node& 
     const bool good = element.IsScalar() ? read_arrow(findings, element, rule)
                                          : read_members(findings, element, rule);
     if (good) {
-      rule.source = canonical(element);
       out.push_back(std::move(rule));
     }
   }

@@ -87,13 +87,32 @@ Binding* JoinedLines::join(const End& input, const End& output, Place place) {
   return &bindings_.emplace_back(std::move(binding));
 }
 
-std::optional<od::Address> JoinedLines::free_object(od::DataType type, std::uint32_t bits) {
-  const auto taken = [this](od::Address address) {
-    return std::any_of(lines_.begin(), lines_.end(), [&](const LineSection& line) {
-      const auto& objects = line.plan.config.forwarding.objects;
-      return std::any_of(objects.begin(), objects.end(),
-                         [&](const auto& object) { return object.address == address; });
-    });
+void JoinedLines::reserve_objects() {
+  clusters_ = clusters(true);
+  for (const LineSection& line : lines_) {
+    for (const routing::ForwardedObject& object : line.plan.config.forwarding.objects) {
+      reserved_.insert(object.address);
+    }
+  }
+}
+
+std::optional<od::Address> JoinedLines::free_object(od::DataType type, std::uint32_t bits,
+                                                    std::size_t line) {
+  const auto has = [](const LineSection& section, od::Address address) {
+    const auto& objects = section.plan.config.forwarding.objects;
+    return std::any_of(objects.begin(), objects.end(),
+                       [&](const auto& object) { return object.address == address; });
+  };
+  const auto taken = [&](od::Address address) {
+    if (reserved_.contains(address)) {
+      return true;
+    }
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      if (clusters_[i] == clusters_[line] && has(lines_[i], address)) {
+        return true;
+      }
+    }
+    return false;
   };
   for (std::uint32_t element = 0;; ++element) {
     const auto address = routing::forward_address(type, bits, element);
@@ -157,25 +176,30 @@ void JoinedLines::add_to_sources() {
   }
 }
 
-// That of the first line that names one, else one of their own, with a name that none in the
-// configuration can have.
+// The first by name of those that one of them names, else one of their own, with a name that none
+// in the configuration can have. The order of the lines says nothing.
 void JoinedLines::share_executors() {
   const std::vector<std::size_t> cluster = clusters(true);
-  std::vector<std::string> named(lines_.size());
-  std::vector<std::string> all(lines_.size());
-  std::vector<std::size_t> count(lines_.size());
+  std::vector<std::set<std::string>> named(lines_.size());
+  std::vector<std::set<std::string>> all(lines_.size());
   for (std::size_t i = 0; i < lines_.size(); ++i) {
     const LinePlan& plan = lines_[i].plan;
-    std::string& name = named[cluster[i]];
-    name = name.empty() ? plan.executor : name;
-    std::string& names = all[cluster[i]];
-    names += (names.empty() ? "" : "+") + plan.config.name;
-    ++count[cluster[i]];
+    all[cluster[i]].insert(plan.config.name);
+    if (!plan.executor.empty()) {
+      named[cluster[i]].insert(plan.executor);
+    }
   }
   for (std::size_t i = 0; i < lines_.size(); ++i) {
     std::string& executor = lines_[i].plan.executor;
-    if (executor.empty() && count[cluster[i]] > 1) {
-      executor = named[cluster[i]].empty() ? all[cluster[i]] : named[cluster[i]];
+    if (!executor.empty() || all[cluster[i]].size() < 2) {
+      continue;
+    }
+    if (!named[cluster[i]].empty()) {
+      executor = *named[cluster[i]].begin();
+      continue;
+    }
+    for (const std::string& name : all[cluster[i]]) {
+      executor += (executor.empty() ? "" : "+") + name;
     }
   }
 }

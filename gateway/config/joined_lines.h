@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -48,8 +49,15 @@ class JoinedLines {
 
   // The same for what is no entry of an image.
   void add(Binding binding) { bindings_.push_back(std::move(binding)); }
-  // An object B000h.. for a value of that type that no line has yet; nothing if there is none.
-  std::optional<od::Address> free_object(od::DataType type, std::uint32_t bits);
+  std::size_t last_binding() const { return bindings_.size() - 1; }
+  Binding& binding(std::size_t number) { return bindings_[number]; }
+
+  // When all forwarding rules are joined: objects that lines have by now are those of `own_pdos`,
+  // and free for none.
+  void reserve_objects();
+  // An object B000h.. for a value of that type that neither the line nor one that forwarding joins
+  // it with has yet; nothing if there is none.
+  std::optional<od::Address> free_object(od::DataType type, std::uint32_t bits, std::size_t line);
 
   // When all is joined: puts LineConfig::bound in order. What follows what is a part of the source
   // of both lines; those joined by forwarding share an executor unless they name others.
@@ -66,6 +74,8 @@ class JoinedLines {
   std::vector<LineSection>& lines_;
   std::vector<Binding>& bindings_;
   std::vector<std::unique_ptr<line::Line>> made_;
+  std::set<od::Address> reserved_;
+  std::vector<std::size_t> clusters_;  // of forwarding
 };
 
 }  // namespace linegate::config

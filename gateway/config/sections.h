@@ -86,7 +86,6 @@ struct ForwardSection {
   End from;
   End to;
   WhenLost when_lost = WhenLost::hold;
-  std::string source;  // see LinePlan::source
 };
 
 // One element of `shared_objects:`: B000h.., which PDOs of the own nodes of all lines may map.

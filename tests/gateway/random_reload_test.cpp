@@ -208,9 +208,10 @@ std::set<std::string> cluster_of(const Model& model, const std::string& name) {
 std::string seen_by(const Model& model, const std::string& name) {
   const bool routes = !model.routes.empty() || std::ranges::any_of(model.lines, &ModelLine::enter);
   std::string out = part_of(line_of(model, name)) + (routes ? "routes" : "");
-  std::set<ModelRule> rules;
+  const std::set<std::string> cluster = cluster_of(model, name);
+  std::set<ModelRule> rules;  // of its partners, too: they are others then
   for (const ModelRule& rule : model.rules) {
-    if (rule.from == name || rule.to == name) {
+    if (cluster.contains(rule.from)) {
       rules.insert(rule);
     }
   }
@@ -219,12 +220,11 @@ std::string seen_by(const Model& model, const std::string& name) {
            std::to_string(rule.to_node) + std::to_string(rule.sub);
   }
   // The lines of one executor that is shared because of rules.
-  for (const std::string& other : cluster_of(model, name)) {
+  for (const std::string& other : cluster) {
     out += '+' + other + line_of(model, other).executor;
   }
-  const auto fast = std::ranges::any_of(cluster_of(model, name), [&](const std::string& other) {
-    return line_of(model, other).executor == "fast";
-  });
+  const auto fast = std::ranges::any_of(
+      cluster, [&](const std::string& other) { return line_of(model, other).executor == "fast"; });
   return out + (fast ? std::to_string(model.priority) : "");
 }
 
