@@ -14,7 +14,7 @@
 
 #include "tests/gateway/plans.h"
 
-namespace linegate::gateway {
+namespace linegate::gateway::random_reload {
 namespace {
 
 constexpr int kPlants = 60;
@@ -291,4 +291,4 @@ TEST(RandomReload, ALineThatNothingConcernsStaysAsItIs) {
 }
 
 }  // namespace
-}  // namespace linegate::gateway
+}  // namespace linegate::gateway::random_reload
