@@ -256,11 +256,12 @@ class Text {
                                                     : format_duration(node.heartbeat_consumer),
         format_duration(node.boot_timeout), scope_text(node.check),
         node.serial ? fmt::format(", serial number {}", *node.serial) : "");
-    add("    {}{}, reset within {}, SDO time-out {}\n",
+    add("    {}{}, reset within {}, SDO time-out {}{}\n",
         node.boot ? "booted" : "only its error control is started",
         node.keep_alive ? ", kept alive" : "", format_duration(node.reset_time),
         node.sdo_timeout == Duration::zero() ? "that of the line"
-                                             : format_duration(node.sdo_timeout));
+                                             : format_duration(node.sdo_timeout),
+        node.block_from == sdo::kNoBlocks ? ", no SDO block transfer" : "");
     if (node.pdo_deadline != Duration::zero()) {
       add("    its PDOs are late after {}\n", format_duration(node.pdo_deadline));
     }
@@ -476,6 +477,7 @@ class Json {
         .member("boot_timeout_ns", node.boot_timeout.count())
         .member("reset_time_ns", node.reset_time.count())
         .member("sdo_timeout_ns", node.sdo_timeout.count())
+        .member("sdo_block_from", node.block_from == sdo::kNoBlocks ? 0U : node.block_from)
         .member("heartbeat_ns", node.heartbeat.count());
     pdos(node.device);
     out_.end_object();

@@ -7,6 +7,28 @@ using std::chrono::milliseconds;
 
 constexpr Duration kLongestOfStart = std::chrono::hours(1);
 
+// `sdo: {block: never}`, or the number of bytes from which on.
+void read_sdo(Section& section, line::NodeConfig& config) {
+  const YAML::Node node = section.find("sdo");
+  if (!node.IsDefined()) {
+    return;
+  }
+  constexpr std::uint64_t kMost = 1'000'000'000;
+  Section from(section.findings(), node, "sdo");
+  const YAML::Node block = from.find("block");
+  if (const auto text = from.text(block); text == "never") {
+    config.block_from = sdo::kNoBlocks;
+  } else if (text && text->find_first_not_of("0123456789") != std::string::npos) {
+    from.findings().error(place_of(block),
+                          "block is never, or the number of bytes from which on "
+                          "transfers go in blocks, got \"" +
+                              *text + "\"");
+  } else if (const auto bytes = from.number(block, 5, kMost)) {
+    config.block_from = static_cast<std::uint32_t>(*bytes);
+  }
+  from.done();
+}
+
 }  // namespace
 
 void read_startup(Section& section, line::LineConfig& config) {
@@ -44,6 +66,7 @@ void read_boot(Section& section, line::NodeConfig& config) {
   section.read("boot_timeout", config.boot_timeout, milliseconds(1), kLongestOfStart);
   section.read("reset_time", config.reset_time, milliseconds(1), kLongestOfStart);
   section.read("sdo_timeout", config.sdo_timeout, milliseconds(1), std::chrono::minutes(10));
+  read_sdo(section, config);
   if (config.keep_alive && !config.boot) {
     section.findings().error(place_of(keep),
                              "keep_alive is for a node that is booted, and boot is false");

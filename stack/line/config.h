@@ -17,6 +17,7 @@
 #include "stack/routing/config.h"
 #include "stack/routing/forward.h"
 #include "stack/scan/scanned_node.h"
+#include "stack/sdo/client.h"
 
 namespace linegate::line {
 
@@ -55,8 +56,9 @@ struct NodeConfig {
   std::map<std::uint16_t, Duration> rpdo_inhibit;
   Duration boot_timeout = std::chrono::seconds(10);  // until presence is `missing`
   Duration reset_time = std::chrono::seconds(1);     // from a reset to its boot-up message, at most
-  Duration sdo_timeout{};            // of each answer while it boots; 0 = LineConfig::sdo_timeout
-  std::vector<ObjectValue> objects;  // written after those of the DCF
+  Duration sdo_timeout{};  // of each answer while it boots; 0 = LineConfig::sdo_timeout
+  std::uint32_t block_from = sdo::TransferOptions{}.block_from;  // bytes; sdo::kNoBlocks: never
+  std::vector<ObjectValue> objects;                              // written after those of the DCF
   std::uint8_t restore = 0;  // sub-index of 1011h: defaults before the node is configured; 0 = none
   std::uint8_t store = 0;    // sub-index of 1010h, saved when it is configured; 0 = none. With a
                              // date in 1020h, so that it need not be configured the next time

@@ -88,6 +88,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
   emergencies.listen_all(config.node_id);
   for (const NodeConfig& device : config.nodes) {
     emergencies.listen(device.id, emcy_cob_id(device));
+    sdo.set_block_from(device.id, device.block_from);
   }
   if (config.routing.interface != 0) {
     routing = std::make_unique<Routing>(config, node, sdo, events, messages, routed);

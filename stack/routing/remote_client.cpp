@@ -105,7 +105,10 @@ class RemoteClient::Transfer final : public ClientSide {
     if (std::exchange(begun_, true)) {
       return;
     }
-    const sdo::TransferOptions options{.repeats = request_.repeats};
+    sdo::TransferOptions options{.repeats = request_.repeats};
+    if (!request_.write) {
+      options.block_from = sdo::kNoBlocks;  // to change to blocks is an abort, which disconnects
+    }
     if (request_.write) {
       client_.write(request_.address, std::move(request_.data), request_.timeout, now, queue_,
                     options);

@@ -26,6 +26,7 @@ struct Arbiter::Channel {
 
 Arbiter::Arbiter(can::Dispatch& dispatch, can::TransmitQueue& transmit, EventLog& events)
     : dispatch_(dispatch), transmit_(transmit), events_(events) {
+  block_from_.fill(TransferOptions{}.block_from);
 }
 
 Arbiter::~Arbiter() = default;
@@ -46,6 +47,12 @@ Duration Arbiter::timeout_of(const Request& request) const {
   }
 }
 
+void Arbiter::set_block_from(std::uint8_t node, std::uint32_t bytes) {
+  if (node <= can::kMaxNodeId) {
+    block_from_[node] = bytes;
+  }
+}
+
 bool Arbiter::submit(Request request, Instant now) {
   if (request.node < can::kMinNodeId || request.node > can::kMaxNodeId ||
       request.timeout <= Duration::zero()) {
@@ -53,6 +60,7 @@ bool Arbiter::submit(Request request, Instant now) {
   }
   now_ = std::max(now_, now);
   request.timeout = timeout_of(request);
+  request.options.block_from = block_from_[request.node];
   Channel& target = channel(request.node);
   if (!target.queue.push(std::move(request))) {
     return false;

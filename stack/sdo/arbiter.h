@@ -60,6 +60,10 @@ class Arbiter {
     load_timeout_ = load;
   }
 
+  // Transfers with the node go in blocks from so many bytes on; kNoBlocks: never. The default is
+  // that of TransferOptions. No effect on node-IDs out of range.
+  void set_block_from(std::uint8_t node, std::uint32_t bytes);
+
   // False if the node's queue is full or node or timeout is out of range: there will be no
   // Completion then. Otherwise there will be exactly one, but none for a ChannelUser.
   bool submit(Request request, Instant now);
@@ -108,6 +112,7 @@ class Arbiter {
   std::array<std::unique_ptr<Channel>, 128> channels_;  // by node-ID
   std::vector<std::uint8_t> used_;                      // node-IDs that have a channel
   std::deque<Completion> completions_;
+  std::array<std::uint32_t, 128> block_from_;  // by node-ID
   Duration save_timeout_{};
   Duration load_timeout_{};
   Instant wake_ = kNever;

@@ -76,7 +76,7 @@ Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue) {
 }
 
 void Client::advance(Instant now, can::TransmitQueue& queue) {
-  if (now >= deadline_) {
+  if (now >= deadline_ && !fall_back_unanswered(now, queue)) {
     give_up(AbortCode::timeout, now, queue);
   }
   if (now >= outbox_.next_wake()) {
@@ -106,6 +106,7 @@ void Client::configure(can::CobId request) {
   outbox_.set_cob_id(request);
   strays_expected_ = 0;
   blocks_refused_ = false;
+  block_unanswered_ = false;
   late_ = {};
 }
 
@@ -265,6 +266,9 @@ AbortCode Client::upload_initiated(std::uint64_t word, Instant now, can::Transmi
   }
   if (announced && !tried_block_ && worth_a_block(*announced)) {
     told_size_ = announced;
+    // The upload is open: a server need not take a block initiate before its end.
+    outbox_.send(abort_word(address_, AbortCode::general), now, queue);
+    expect_stray();  // some servers answer an abort
     initiate_block(now, queue);
   } else {
     request_upload_segment(now, queue);
@@ -376,13 +380,20 @@ void Client::give_up(AbortCode why, Instant now, can::TransmitQueue& queue) {
 void Client::finish_or_repeat(AbortCode code, Instant now, can::TransmitQueue& queue) {
   const bool frame_lost = code == AbortCode::timeout || code == AbortCode::toggle_bit ||
                           code == AbortCode::sequence_number || code == AbortCode::crc;
-  if (!frame_lost || options_.repeats == 0 || !restart_streams()) {
+  if (!frame_lost || options_.repeats == 0 || may_have_taken_effect() || !restart_streams()) {
     finish(code);
     return;
   }
   --options_.repeats;
   block_wake_ = kNever;
   start(now, queue);
+}
+
+// Of a write in segments or blocks: the server has all of it, as far as known here.
+bool Client::may_have_taken_effect() const {
+  const bool in_segments = state_ == State::download_segment || state_ == State::block_download ||
+                           state_ == State::block_download_end;
+  return writing_ && in_segments && source_.at_end();
 }
 
 bool Client::restart_streams() {

@@ -20,19 +20,25 @@
 
 namespace linegate::sdo {
 
-// Which protocol carries a transfer.
+// Which protocol carries a transfer. A block transfer that the server refuses or does not answer at
+// its initiate goes on in segments, unless the abort code is about the object.
 enum class Transfer : std::uint8_t {
-  automatic,  // expedited up to 4 bytes, in blocks from Client::kBlockFrom on, else in segments. A
-              // read begins in segments and changes to blocks when the server tells such a size
+  automatic,  // expedited up to 4 bytes, in blocks from TransferOptions::block_from on, else in
+              // segments. A read begins in segments; when the server indicates such a size it is
+              // aborted (0800 0000h) and begun in blocks
   segmented,  // expedited up to 4 bytes, else in segments
   block,      // in blocks; a read lets the server take segments for a few bytes
 };
 
+// TransferOptions::block_from: no block transfer at all.
+inline constexpr std::uint32_t kNoBlocks = 0xFFFF'FFFF;
+
 struct TransferOptions {
-  Transfer transfer =
-      Transfer::automatic;  // a server that refuses blocks (0504 0001h) gets segments
+  Transfer transfer = Transfer::automatic;
   unsigned repeats = 0;  // how often a transfer is begun anew that ended because a frame was lost:
-                         // abort 0503 0000h, 0504 0000h, 0504 0003h or 0504 0004h of either side
+                         // abort 0503 0000h, 0504 0000h, 0504 0003h or 0504 0004h of either side. A
+                         // write whose last segment was sent is not: it may have taken effect
+  std::uint32_t block_from = 128;  // bytes, see Transfer::automatic; kNoBlocks: never
 };
 
 // How a transfer ended.
@@ -58,7 +64,6 @@ class Client {
  public:
   // Uploads with more bytes are aborted with 0504 0005h, but for those into a stream.
   static constexpr std::size_t kMaxUpload = std::size_t{16} * 1024 * 1024;
-  static constexpr std::size_t kBlockFrom = 128;        // bytes, see Transfer::automatic
   static constexpr std::uint8_t kSwitchThreshold = 21;  // pst of a read in blocks, bytes
 
   // request: client to server. Whoever owns the dispatch table brings the responses.
@@ -91,8 +96,9 @@ class Client {
   // of those codes that TransferOptions::repeats repeats.
   Receipt receive(const can::Frame& frame, can::TransmitQueue& queue);
 
-  // Ends a transfer whose server did not answer in time, with abort 0504 0000h to the server, and
-  // sends what did not fit into the queue.
+  // Ends a transfer whose server did not answer in time, with abort 0504 0000h to the server, or
+  // goes on in segments if that was the initiate of a block transfer; and sends what did not fit
+  // into the queue.
   void advance(Instant now, can::TransmitQueue& queue);
   Instant next_wake() const;
 
@@ -158,6 +164,7 @@ class Client {
   bool waits_for_initiate() const;
   void send_abort(AbortCode code, Instant now, can::TransmitQueue& queue);
   void give_up(AbortCode why, Instant now, can::TransmitQueue& queue);
+  bool may_have_taken_effect() const;
   void finish_or_repeat(AbortCode code, Instant now, can::TransmitQueue& queue);
   void finish(AbortCode code);
 
@@ -168,6 +175,8 @@ class Client {
   void initiate_block(Instant now, can::TransmitQueue& queue);
   bool initiate_answer_lost(std::uint8_t command, Instant now) const;
   bool fits_block_initiate(std::uint8_t command) const;
+  bool initiates_block() const;
+  bool fall_back_unanswered(Instant now, can::TransmitQueue& queue);
   AbortCode block_initiated(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   bool fall_back(AbortCode code, Instant now, can::TransmitQueue& queue);
   bool is_repetition(std::uint64_t word) const;
@@ -197,6 +206,7 @@ class Client {
 
   bool tried_block_ = false;                // in this transfer
   bool blocks_refused_ = false;             // by the server, as far as known
+  bool block_unanswered_ = false;           // the block initiate before was not answered
   std::optional<std::uint32_t> told_size_;  // of a read that changes to blocks
   Instant block_wake_ = kNever;  // block_download: more segments; block_upload: it stalls
   BlockSender sender_;

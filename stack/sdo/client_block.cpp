@@ -2,10 +2,26 @@
 #include "stack/sdo/client.h"
 
 namespace linegate::sdo {
+namespace {
+
+// The server refuses the access to the object, by whatever protocol: 0601 0001h to 0609 xxxxh and
+// 0800 002xh.
+bool is_about_object(AbortCode code) {
+  const auto number = static_cast<std::uint32_t>(code);
+  return (number >= 0x0601'0001 && number <= 0x0609'FFFF) || number >> 4U == 0x0800'002;
+}
+
+}  // namespace
+
 // A value of unknown size is taken for a long one.
 bool Client::worth_a_block(std::optional<std::uint32_t> size) const {
-  return options_.transfer == Transfer::automatic && size.value_or(kBlockFrom) >= kBlockFrom &&
-         !blocks_refused_;
+  const std::uint32_t from = options_.block_from;
+  return options_.transfer == Transfer::automatic && from != kNoBlocks &&
+         size.value_or(from) >= from && !blocks_refused_;
+}
+
+bool Client::initiates_block() const {
+  return state_ == State::block_download_initiate || state_ == State::block_upload_initiate;
 }
 
 void Client::initiate_block(Instant now, can::TransmitQueue& queue) {
@@ -38,20 +54,33 @@ bool Client::fits_block_initiate(std::uint8_t command) const {
              : state_ == State::block_upload_initiate && (command & ~kFlags) == kBlockSend;
 }
 
-// A server that cannot do it, or not upon an upload that it began in segments, gets segments.
+// A server that cannot do it gets segments; of an object whose size it has just indicated whatever
+// it says.
 bool Client::fall_back(AbortCode code, Instant now, can::TransmitQueue& queue) {
-  const bool asked =
-      state_ == State::block_download_initiate || state_ == State::block_upload_initiate;
-  if (!asked || (code != AbortCode::command_specifier && !told_size_)) {
+  if (!initiates_block() || (is_about_object(code) && !told_size_)) {
     return false;
   }
   blocks_refused_ = blocks_refused_ || code == AbortCode::command_specifier;
+  block_unanswered_ = false;
+  initiate(now, queue);
+  return true;
+}
+
+// One unanswered initiate may be a lost frame; a server that does so twice gets no more of them.
+bool Client::fall_back_unanswered(Instant now, can::TransmitQueue& queue) {
+  if (!initiates_block()) {
+    return false;
+  }
+  blocks_refused_ = blocks_refused_ || block_unanswered_;
+  block_unanswered_ = true;
+  send_abort(AbortCode::timeout, now, queue);
   initiate(now, queue);
   return true;
 }
 
 AbortCode Client::block_initiated(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
   const bool crc = (word & kBlockCrc) != 0;
+  block_unanswered_ = false;
   if (writing_) {
     const std::uint8_t block_size = byte_of(word, 4);
     if (block_size == 0 || block_size > kMaxBlockSize) {

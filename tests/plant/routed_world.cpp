@@ -154,7 +154,9 @@ void ForeignClient::receive(const can::Frame& frame) {
       state_ = State::transfer;
       deadline_ = kNever;
       const Duration timeout = 10 * kSdoTimeout;
-      const sdo::TransferOptions options{.transfer = job_.transfer};
+      // An abort ends the connection: a read that has begun in segments cannot change to blocks.
+      const sdo::TransferOptions options{.transfer = job_.transfer,
+                                         .block_from = job_.write ? 128U : sdo::kNoBlocks};
       if (job_.write) {
         client_->write(job_.address, job_.data, timeout, frame.time, queue_, options);
       } else {

@@ -98,6 +98,14 @@ void give_mpdos(sim::Device& device, std::uint8_t from) {
   device.node().pdos().set_auto_notify(kTpdo - 0x1800 + 1, true);
 }
 
+ForeignSdo::Blocks blocks_of(const std::string& word) {
+  using enum ForeignSdo::Blocks;
+  if (word != "blocks" && word != "no-blocks" && word != "silent-blocks") {
+    throw BadStatement("foreign-sdo is blocks, no-blocks or silent-blocks");
+  }
+  return word == "blocks" ? served : word == "no-blocks" ? refused : ignored;
+}
+
 bool is_guarded(const line::LineConfig& config, std::uint8_t node) {
   return std::ranges::any_of(config.nodes, [node](const line::NodeConfig& each) {
     return each.id == node && each.guard_time != Duration::zero();
@@ -181,6 +189,11 @@ void Scenario::describe_device(Words& words) {
       node.boot_timeout = words.duration();
     } else if (key == "deadline") {
       node.pdo_deadline = words.duration();
+    } else if (key == "foreign-sdo") {
+      plan.foreign_sdos[device.node_id] = blocks_of(words.take());
+    } else if (key == "block") {
+      words.expect("never");
+      node.block_from = sdo::kNoBlocks;
     } else if (key == "domain") {
       domain = true;
     } else if (key == "mpdo") {
@@ -289,6 +302,10 @@ void Scenario::build() {
         (void)(*device.value)->dictionary().add(domain_object()).ok();
       }
       DeviceSeat& added = world_.add_device(seat, *std::move(device.value));
+      const auto foreign = plan.foreign_sdos.find(options.node_id);
+      if (foreign != plan.foreign_sdos.end()) {
+        added.sdo.emplace(options.node_id, foreign->second);
+      }
       const auto mpdos = plan.mpdos.find(options.node_id);
       if (mpdos != plan.mpdos.end()) {
         give_mpdos(*added.device, mpdos->second);

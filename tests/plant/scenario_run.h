@@ -21,8 +21,9 @@ struct NetworkPlan {
   line::LineConfig config;
   sim::BusOptions bus;
   std::vector<sim::DeviceOptions> devices;
-  std::vector<line::DeviceConfig> ours;        // those of a line in the role device
-  std::set<std::uint8_t> domains;              // nodes that have one
+  std::vector<line::DeviceConfig> ours;  // those of a line in the role device
+  std::set<std::uint8_t> domains;        // nodes that have one
+  std::map<std::uint8_t, ForeignSdo::Blocks> foreign_sdos;
   std::map<std::uint8_t, std::uint8_t> mpdos;  // nodes that have MPDOs: whose they take, 0 = none
 };
 

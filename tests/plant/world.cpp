@@ -203,13 +203,12 @@ void World::turn(LineSeat& seat) {
 
 void World::turn_device(LineSeat& seat, DeviceSeat& device) {
   while (const std::size_t count = seat.bus.take(device.end, batch_)) {
-    if (!device.model) {
+    if (!device.model && !device.sdo) {
       device.device->receive(std::span(batch_).first(count));
       continue;
     }
     for (const can::Frame& frame : std::span(batch_).first(count)) {
-      device.model->before_receive(*device.device, frame);
-      device.device->receive(std::span(&frame, 1));
+      receive_alone(seat, device, frame);
     }
   }
   device.device->advance(now_);
@@ -218,7 +217,29 @@ void World::turn_device(LineSeat& seat, DeviceSeat& device) {
   }
   can::Frame frame;
   while (seat.bus.room(device.end) > 0 && device.device->next_frame(frame, now_)) {
+    if (device.sdo) {
+      device.sdo->follow(frame);
+    }
     seat.bus.submit(device.end, frame, now_);
+  }
+}
+
+void World::receive_alone(LineSeat& seat, DeviceSeat& device, const can::Frame& frame) {
+  if (device.model) {
+    device.model->before_receive(*device.device, frame);
+  }
+  const ForeignSdo::Verdict verdict =
+      device.sdo ? device.sdo->receive(frame) : ForeignSdo::Verdict{};
+  if (verdict.abort_device) {
+    can::Frame abort = frame;
+    abort.data[0] = std::byte{0x80};
+    device.device->receive(std::span(&abort, 1));
+  }
+  if (!verdict.taken) {
+    device.device->receive(std::span(&frame, 1));
+  }
+  if (verdict.answer) {
+    seat.bus.submit(device.end, *verdict.answer, now_);
   }
 }
 

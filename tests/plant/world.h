@@ -21,6 +21,7 @@
 #include "stack/line/line.h"
 
 #include "tests/plant/device_model.h"
+#include "tests/plant/foreign_sdo.h"
 #include "tests/plant/image_model.h"
 
 namespace linegate::plant {
@@ -30,6 +31,7 @@ struct DeviceSeat {
   std::unique_ptr<sim::Device> device;
   sim::Bus::Endpoint end = 0;
   std::optional<DeviceModel> model{};  // of those whose guarding or MPDOs are judged
+  std::optional<ForeignSdo> sdo{};     // of those whose SDO server is of another make
 };
 
 // A line and all that hangs on its bus, where an observing line with the same configuration
@@ -97,6 +99,7 @@ class World {
   void hand_over();
   void turn(LineSeat& seat);
   void turn_device(LineSeat& seat, DeviceSeat& device);
+  void receive_alone(LineSeat& seat, DeviceSeat& device, const can::Frame& frame);
   void turn_line(LineSeat& seat);
   void turn_ours(LineSeat& seat);
   void turn_observer(LineSeat& seat);

@@ -463,6 +463,7 @@ lines:
         keep_alive: true
         reset_time: 4s
         sdo_timeout: 2s
+        sdo: {block: never}
         objects: {6083: 1000}
       - {id: 6, eds: bridges/sim/eds/drive.eds, guarding: {time: 100ms, factor: 3}}
     outputs:
@@ -541,6 +542,7 @@ lines:
   EXPECT_TRUE(node.keep_alive);
   EXPECT_EQ(node.reset_time, 4s);
   EXPECT_EQ(node.sdo_timeout, 2s);
+  EXPECT_EQ(node.block_from, sdo::kNoBlocks);
   EXPECT_EQ(line.config.nodes.at(1).guard_time, 100ms);
   EXPECT_EQ(line.config.nodes.at(1).life_time_factor, 3);
   ASSERT_EQ(node.objects.size(), 1U);

@@ -116,7 +116,7 @@ TEST_F(ClientBlockTest, ReadsChooseByTheSizeTheServerTells) {
   drain(queue, kRequestId);
   read({0x2100, 0});
   EXPECT_EQ(answer({0x41, 0x00, 0x21, 0, 128, 0, 0, 0}),
-            (Frames{{0xA4, 0x00, 0x21, 0, 127, 0, 0, 0}}));
+            (Frames{abort_bytes(0x2100, 0, 0x0800'0000), {0xA4, 0x00, 0x21, 0, 127, 0, 0, 0}}));
   EXPECT_EQ(answer({0xC6, 0x00, 0x21, 0, 128, 0, 0, 0}), (Frames{{0xA3, 0, 0, 0, 0, 0, 0, 0}}));
 }
 
@@ -133,7 +133,10 @@ TEST_F(ClientBlockTest, AServerThatRefusesBlocksGetsSegments) {
   drain(queue, kRequestId);
   // Unless the caller insists, or the device may be another one.
   EXPECT_EQ(write({0x2100, 0}, pattern(200), kInBlocks).at(0)[0], 0xC6);
-  client.advance(now + kTimeout, queue);
+  for (int unanswered = 0; unanswered < 2; ++unanswered) {
+    now += kTimeout;
+    client.advance(now, queue);
+  }
   drain(queue, kRequestId);
   expect_abort(AbortCode::timeout);
   EXPECT_EQ(write({0x2100, 0}, pattern(200)).at(0)[0], 0xC6);
@@ -155,10 +158,74 @@ TEST_F(ClientBlockTest, AReadThatChangedToBlocksFallsBackUponAnyAbort) {
   EXPECT_EQ(answer({0x41, 0x00, 0x21, 0, 200, 0, 0, 0}), (Frames{{0x60, 0, 0, 0, 0, 0, 0, 0}}));
 }
 
-TEST_F(ClientBlockTest, AnotherAbortOfTheInitiateEndsTheTransfer) {
+TEST_F(ClientBlockTest, AnAbortOfTheInitiateThatIsAboutTheObjectEndsTheTransfer) {
+  for (const std::uint32_t code :
+       {0x0601'0001U, 0x0601'0002U, 0x0602'0000U, 0x0606'0000U, 0x0607'0010U, 0x0607'0012U,
+        0x0609'0011U, 0x0609'0030U, 0x0609'FFFFU, 0x0800'0020U, 0x0800'0021U, 0x0800'0022U}) {
+    SCOPED_TRACE(code);
+    write({0x2100, 0}, pattern(200));
+    EXPECT_EQ(answer(abort_bytes(0x2100, 0, code)), Frames{});
+    expect_abort(static_cast<AbortCode>(code));
+    read({0x2100, 0}, kInBlocks);
+    EXPECT_EQ(answer(abort_bytes(0x2100, 0, code)), Frames{});
+    expect_abort(static_cast<AbortCode>(code));
+  }
+}
+
+TEST_F(ClientBlockTest, AnyOtherAbortOfTheInitiateIsFollowedBySegments) {
+  for (const std::uint32_t code :
+       {0x0503'0000U, 0x0504'0000U, 0x0504'0002U, 0x0504'0005U, 0x0601'0000U, 0x060A'0023U,
+        0x0800'0000U, 0x0800'0030U, 0x1234'5678U}) {
+    SCOPED_TRACE(code);
+    write({0x2100, 0}, pattern(200));
+    EXPECT_EQ(answer(abort_bytes(0x2100, 0, code)), (Frames{{0x21, 0x00, 0x21, 0, 200, 0, 0, 0}}));
+    client.abort(AbortCode::general, now, queue);
+    drain(queue, kRequestId);
+    client.take();
+    read({0x2100, 0}, kInBlocks);
+    EXPECT_EQ(answer(abort_bytes(0x2100, 0, code)), (Frames{{0x40, 0x00, 0x21, 0, 0, 0, 0, 0}}));
+    client.abort(AbortCode::general, now, queue);
+    drain(queue, kRequestId);
+    client.take();
+  }
+}
+
+TEST_F(ClientBlockTest, AnInitiateThatIsNotAnsweredIsFollowedBySegments) {
+  const Frames upload{abort_bytes(0x2100, 0, 0x0504'0000), {0x40, 0x00, 0x21, 0, 0, 0, 0, 0}};
+  const Frames download{abort_bytes(0x2100, 0, 0x0504'0000), {0x21, 0x00, 0x21, 0, 200, 0, 0, 0}};
+  const auto wait = [this] {
+    now += kTimeout;
+    client.advance(now, queue);
+    return drain(queue, kRequestId);
+  };
+  read({0x2100, 0}, kInBlocks);
+  EXPECT_EQ(wait(), upload);
+  EXPECT_EQ(answer({0x43, 0x00, 0x21, 0, 1, 2, 3, 4}), Frames{});
+  expect_data({1, 2, 3, 4});
   write({0x2100, 0}, pattern(200));
-  EXPECT_EQ(answer(abort_bytes(0x2100, 0, 0x0607'0012)), Frames{});
-  expect_abort(AbortCode::length_too_high);
+  EXPECT_EQ(wait(), download);
+  EXPECT_EQ(answer({0xA4, 0x00, 0x21, 0, 127, 0, 0, 0}, Receipt::stray), Frames{}) << "late";
+  EXPECT_EQ(answer({0x60, 0x00, 0x21, 0, 0, 0, 0, 0}), (Frames{{0x00, 1, 2, 3, 4, 5, 6, 7}}));
+  client.abort(AbortCode::general, now, queue);
+  drain(queue, kRequestId);
+  client.take();
+  EXPECT_EQ(write({0x2100, 0}, pattern(200)).at(0)[0], 0x21) << "two were not answered";
+}
+
+TEST_F(ClientBlockTest, BlocksCanBeLimitedOrSwitchedOff) {
+  const auto begins = [this](std::size_t size, std::uint32_t from) {
+    const std::uint8_t command = write({0x2100, 0}, pattern(size), {.block_from = from}).back()[0];
+    client.abort(AbortCode::general, now, queue);
+    drain(queue, kRequestId);
+    client.take();
+    return command;
+  };
+  EXPECT_EQ(begins(999, 1000), 0x21);
+  EXPECT_EQ(begins(1000, 1000), 0xC6);
+  EXPECT_EQ(begins(5, 5), 0xC6);
+  EXPECT_EQ(begins(100'000, kNoBlocks), 0x21);
+  read({0x2100, 0}, {.block_from = kNoBlocks});
+  EXPECT_EQ(answer({0x41, 0x00, 0x21, 0, 0, 1, 0, 0}), (Frames{{0x60, 0, 0, 0, 0, 0, 0, 0}}));
 }
 
 TEST_F(ClientBlockTest, BlockSizesThereAreNot) {
@@ -244,8 +311,8 @@ TEST_F(ClientBlockTest, ALateAcknowledgementInsteadOfTheInitiateIsAStray) {
   EXPECT_EQ(answer(block_ack(0, 127), Receipt::stray), Frames{});
   now += 300ms;
   client.advance(now, queue);
-  EXPECT_EQ(drain(queue, kRequestId), (Frames{abort_bytes(0x2100, 0, 0x0504'0000)}));
-  expect_abort(AbortCode::timeout);
+  EXPECT_EQ(drain(queue, kRequestId),
+            (Frames{abort_bytes(0x2100, 0, 0x0504'0000), {0x21, 0x00, 0x21, 0, 20, 0, 0, 0}}));
 }
 
 // So many segments are not lost at once: the server has not heard that it shall start.
@@ -443,14 +510,27 @@ TEST_F(ClientBlockTest, EachStateTimesOut) {
   gives_up();
 }
 
+// The server may have taken the value: a second time it would take effect twice.
+TEST_F(ClientBlockTest, AWriteIsNotRepeatedAfterItsLastSegment) {
+  for (const Transfer transfer : {Transfer::block, Transfer::segmented}) {
+    write({0x2100, 0}, pattern(7), {.transfer = transfer, .repeats = 3});
+    transfer == Transfer::block ? answer_all({0xA4, 0x00, 0x21, 0, 127, 0, 0, 0})
+                                : answer({0x60, 0x00, 0x21, 0, 0, 0, 0, 0});
+    now += kTimeout;
+    client.advance(now, queue);
+    EXPECT_EQ(drain(queue, kRequestId), (Frames{abort_bytes(0x2100, 0, 0x0504'0000)}));
+    expect_abort(AbortCode::timeout);
+  }
+}
+
 TEST_F(ClientBlockTest, RepeatsWhereItIsAskedTo) {
   write({0x2100, 0}, pattern(20), {.transfer = Transfer::block, .repeats = 1});
-  answer_all({0xA4, 0x00, 0x21, 0, 127, 0, 0, 0});
+  answer_all({0xA4, 0x00, 0x21, 0, 2, 0, 0, 0});
   now += kTimeout;
   client.advance(now, queue);
   EXPECT_EQ(drain(queue, kRequestId),
             (Frames{abort_bytes(0x2100, 0, 0x0504'0000), {0xC6, 0x00, 0x21, 0, 20, 0, 0, 0}}));
-  EXPECT_EQ(answer_all({0xA4, 0x00, 0x21, 0, 127, 0, 0, 0}), segments(pattern(20), 0, 3));
+  EXPECT_EQ(answer_all({0xA4, 0x00, 0x21, 0, 2, 0, 0, 0}), segments(pattern(20), 0, 2));
   now += kTimeout;
   client.advance(now, queue);
   EXPECT_EQ(drain(queue, kRequestId), (Frames{abort_bytes(0x2100, 0, 0x0504'0000)}));

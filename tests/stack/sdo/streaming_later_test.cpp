@@ -224,11 +224,14 @@ TEST_F(LaterStreaming, TheClientMayGiveUpMeanwhile) {
     Trace trace(each);
     place = each.place;
     begin(each.writing, each.transfer);
-    EXPECT_EQ(run().abort, AbortCode::timeout);
+    // A block transfer that is not answered at its initiate goes on in segments: the second time
+    // the hook answers at once.
+    const bool falls_back = place == Place::open && each.transfer == Transfer::block;
+    EXPECT_EQ(run().abort, falls_back ? AbortCode::none : AbortCode::timeout);
     settle();
     EXPECT_EQ(given_up, 1);
     EXPECT_EQ(ticket, 0U);
-    EXPECT_EQ(ends.size(), place == Place::open ? 0U : 1U);
+    EXPECT_EQ(ends.size(), place == Place::open && !falls_back ? 0U : 1U);
     EXPECT_TRUE(place != Place::piece || ends.at(0) != AbortCode::none);
     TransferPair::read({0x1000, 0});
     EXPECT_EQ(numbers(run().data), (Bytes{1, 2, 3, 4}));
