@@ -214,6 +214,12 @@ std::string line_text(const Event& e, std::string_view interface) {
     case EventKind::routing_refused:
     case EventKind::emcy_routed:
       return routing_text(e);
+    case EventKind::gateway_started:
+      return "gateway started";
+    case EventKind::gateway_reloaded:
+      return "configuration reloaded";
+    case EventKind::gateway_reload_refused:
+      return "reload refused";
     case EventKind::can_frame:
       return frame_text(e);
     case EventKind::queue_full:

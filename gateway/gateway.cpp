@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "gateway/access.h"
 #include "gateway/channels.h"
+#include "gateway/clock.h"
 #include "gateway/device_runner.h"
 #include "gateway/scan_plan.h"
 
@@ -50,9 +53,40 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
                                gateway->publisher_->wakeup(), versions());
   append(loaded.diagnostics, gateway->take_in(std::move(lines), plant));
   if (!has_errors(loaded.diagnostics)) {
+    gateway->info_.version = LINEGATE_VERSION;
+    gateway->info_.started = gateway->info_.configured = monotonic_now();
+    gateway->report(EventKind::gateway_started, 0, gateway->hosts_.size(),
+                    fmt::format("gateway started with {} lines", gateway->hosts_.size()));
     loaded.value = std::move(gateway);
   }
   return loaded;
+}
+
+// By main, as everything that happens to the gateway itself.
+void Gateway::report(EventKind kind, std::size_t code, std::size_t value, std::string text) {
+  info_.configuration = configuration_hash(identity_);
+  info_.lines.clear();
+  for (const auto& host : hosts_) {
+    info_.lines.push_back({host->name(), host->plan.interface.uri});
+  }
+  GatewayNews news;
+  news.event.kind = kind;
+  news.event.time = monotonic_now();
+  news.event.code = static_cast<std::uint32_t>(code);
+  news.event.value = static_cast<std::uint32_t>(value);
+  news.text = std::move(text);
+  news.info = info_;
+  publisher_->report(std::move(news));
+}
+
+void Gateway::refuse_reload(const std::vector<Diagnostic>& diagnostics) {
+  const auto is_error = [](const Diagnostic& d) { return d.severity == Severity::error; };
+  const auto first = std::ranges::find_if(diagnostics, is_error);
+  ++info_.reloads_refused;
+  report(EventKind::gateway_reload_refused, 0,
+         static_cast<std::size_t>(std::ranges::count_if(diagnostics, is_error)),
+         "not reloaded, everything runs as before: " +
+             (first == diagnostics.end() ? std::string("no reason given") : to_string(*first)));
 }
 
 Gateway::~Gateway() {
@@ -296,15 +330,21 @@ Gateway::Reload Gateway::reload(const config::Plant& wanted) {
     }
   }
   if (has_errors(out.diagnostics)) {
+    refuse_reload(out.diagnostics);
     return out;
   }
   out.done = true;
-  if (out.difference.empty()) {
-    return out;
+  if (!out.difference.empty()) {
+    change(go, come, std::move(lines), wanted, out.diagnostics, out.difference.rerouted);
+    identity_ = identity_of(wanted);
+    executor_plans_ = wanted.executors;
   }
-  change(go, come, std::move(lines), wanted, out.diagnostics, out.difference.rerouted);
-  identity_ = identity_of(wanted);
-  executor_plans_ = wanted.executors;
+  ++info_.reloads;
+  info_.configured = monotonic_now();
+  const PlanDifference& changes = out.difference;
+  report(EventKind::gateway_reloaded,
+         changes.started.size() + changes.stopped.size() + changes.changed.size(), hosts_.size(),
+         "reloaded: " + describe(changes));
   return out;
 }
 

@@ -52,6 +52,8 @@ class Gateway {
     bool done = false;
   };
   Reload reload(const config::Plant& wanted);
+  // A configuration could not even be read: subscribers learn what reload() reports otherwise.
+  void refuse_reload(const std::vector<Diagnostic>& diagnostics);
 
   // Lines of which a scan was applied are made anew with what it found. What there is to say of
   // that; nothing if there was none. By the thread that started it, while it runs: soon after.
@@ -107,6 +109,7 @@ class Gateway {
   void change(const std::vector<std::string>& go, const std::vector<std::string>& come,
               std::vector<NewLine> lines, const config::Plant& wanted,
               std::vector<Diagnostic>& diagnostics, const std::vector<std::string>& rerouted = {});
+  void report(EventKind kind, std::size_t code, std::size_t value, std::string text);
   void take_scan(const std::string& name, const TakenScan& scan,
                  std::vector<Diagnostic>& diagnostics);
   // Commands that wait for a line go to the one that takes its place and does not run yet. While
@@ -134,6 +137,7 @@ class Gateway {
   std::vector<NamedExecutor> executors_;
   std::unique_ptr<Executor> devices_;
   std::unique_ptr<Intake> intake_;
+  dds::GatewayInfo info_;
   PlantIdentity identity_;                            // of the configuration that runs
   std::vector<config::ExecutorPlan> executor_plans_;  // likewise
 };

@@ -188,6 +188,10 @@ class Program {
         ->check(CLI::Range(1, 127));
     on(monitor, [this] { return run_monitor(); });
 
+    CLI::App* gateways =
+        app_.add_subcommand("gateways", "the gateways themselves: version, reloads, DDS counters");
+    on(gateways, [this] { return with_client(options_, {}, console::gateways); });
+
     CLI::App* lines = app_.add_subcommand("lines", "the lines of all gateways and their state");
     on(lines, [this] { return with_client(options_, {}, console::lines); });
 

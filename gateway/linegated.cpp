@@ -88,6 +88,8 @@ void reload(Gateway& gateway, const Loaded<config::Plant>& loaded) {
       spdlog::info("reloaded: {}", describe(result.difference));
       return;
     }
+  } else {
+    gateway.refuse_reload(loaded.diagnostics);
   }
   spdlog::error("not reloaded: everything runs as before");
 }

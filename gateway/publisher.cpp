@@ -180,6 +180,7 @@ Instant Publisher::step(Instant now) {
   for (line::Reply reply; refusals_.pop(reply);) {
     bridge_.reply(reply);
   }
+  const Instant gateway_next = publish_gateway(now);
   for (const auto& line : lines_) {
     take_replies(*line);
     publish_events(*line, now);
@@ -188,7 +189,7 @@ Instant Publisher::step(Instant now) {
   for (const auto& line : lines_) {
     publish_states(*line, now);
   }
-  Instant next = kNever;
+  Instant next = gateway_next;
   for (const auto& line : lines_) {
     publish_new_layouts(*line);
     publish_image(*line, image::Direction::inputs);
@@ -355,6 +356,52 @@ Instant Publisher::publish_updates(Line& line, Instant now) {
   return line.updates.take_due(now, [&](const image::PdoMark& mark, std::uint32_t receptions) {
     bridge_.publish_pdo_update(line.info.name, line.layouts[0], *line.inputs, mark, receptions);
   });
+}
+
+void Publisher::report(GatewayNews news) {
+  news_.push(std::move(news));
+  wakeup_.signal();
+}
+
+// Gives when its state is to be published again.
+Instant Publisher::publish_gateway(Instant now) {
+  bool changed = false;
+  for (GatewayNews news; news_.pop(news);) {
+    const std::uint64_t number = gateway_.events + 1;
+    gateway_ = std::move(news.info);
+    gateway_.events = news.event.number = number;
+    bridge_.publish({}, news.event, news.text);
+    gateway_logger_.write("gateway", news.event, news.text, now);
+    gateway_known_ = changed = true;
+  }
+  if (!gateway_known_) {
+    return kNever;
+  }
+  changed = changed || bridge_.discovery().participants != participants_seen_;
+  if (changed || now >= gateway_due_ || stop_.raised()) {
+    refresh_gateway();
+    bridge_.publish(gateway_, now);
+    gateway_due_ = now + kStatePeriod;
+  }
+  return gateway_due_;
+}
+
+void Publisher::refresh_gateway() {
+  const dds::DiscoveryCounters discovery = bridge_.discovery();
+  const dds::guard::Counters guard = bridge_.guard_counters();
+  participants_seen_ = discovery.participants;
+  gateway_.participants = discovery.participants;
+  gateway_.participants_most = discovery.most;
+  gateway_.counters = {{"discovery-discovered", discovery.discovered},
+                       {"discovery-gone", discovery.gone},
+                       {"samples-published", bridge_.counters().samples},
+                       {"samples-failed", bridge_.counters().failed},
+                       {"guard-received", guard.received}};
+  for (std::size_t i = 1; i < dds::guard::kReasons; ++i) {
+    const auto reason = static_cast<dds::guard::Reason>(i);
+    gateway_.counters.push_back(
+        {"guard-dropped-" + std::string(to_string(reason)), guard.of(reason)});
+  }
 }
 
 void Publisher::tell_failures(Instant now) {

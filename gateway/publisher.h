@@ -17,6 +17,7 @@
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/ring.h"
 #include "gateway/exchange/wakeup.h"
+#include "gateway/gateway_news.h"
 #include "gateway/image_sequence.h"
 #include "gateway/line_history.h"
 #include "gateway/line_host.h"
@@ -38,6 +39,9 @@ class Publisher {
   const exchange::Counter& rounds() const { return rounds_; }
   // Replies that come from the intake and not from a line.
   exchange::Ring<line::Reply>& refusals() { return refusals_; }
+
+  // By main alone: what happened to the gateway itself. Without room it is dropped.
+  void report(GatewayNews news);
 
   // May be started again after stop().
   void start();
@@ -93,6 +97,8 @@ class Publisher {
   void publish_image(Line& line, image::Direction direction);
   Instant publish_updates(Line& line, Instant now);
   void tell_failures(Instant now);
+  Instant publish_gateway(Instant now);
+  void refresh_gateway();
 
   dds::GatewayBridge& bridge_;
   std::map<std::string, LineHistory, std::less<>> histories_;  // of all lines there ever were
@@ -102,6 +108,12 @@ class Publisher {
   exchange::Flag stop_;
   exchange::Counter rounds_;
   exchange::Ring<line::Reply> refusals_{1024};
+  exchange::Ring<GatewayNews> news_{64};
+  dds::GatewayInfo gateway_;
+  bool gateway_known_ = false;
+  Instant gateway_due_{};
+  std::size_t participants_seen_ = 0;
+  EventLogger gateway_logger_;
   std::vector<line::Reply> replies_;  // of a line, behind its events
   WallClock clock_;
   Instant clock_due_{};

@@ -15,6 +15,25 @@ class Forward final : public dds::ClientListener {
  public:
   explicit Forward(console::Listener& listener) : listener_(listener) {}
 
+  void on_gateway(const dds::Source& source, const dds::GatewayInfo& info) override {
+    console::GatewayView view{.version = info.version,
+                              .time = source.time,
+                              .started = info.started,
+                              .configured = info.configured,
+                              .configuration = info.configuration,
+                              .reloads = info.reloads,
+                              .reloads_refused = info.reloads_refused,
+                              .events = info.events,
+                              .participants = info.participants,
+                              .participants_most = info.participants_most};
+    for (const dds::GatewayInfo::Line& line : info.lines) {
+      view.lines.emplace_back(line.name, line.interface_uri);
+    }
+    for (const dds::NamedCounter& counter : info.counters) {
+      view.counters.emplace_back(counter.name, counter.value);
+    }
+    listener_.on_gateway(source.gateway, view);
+  }
   void on_line(const dds::Source& source, const dds::LineInfo& info, const line::LineState& state,
                const std::vector<dds::Property>& properties) override {
     console::LineView view{.interface_uri = info.interface_uri,

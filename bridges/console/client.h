@@ -41,6 +41,21 @@ struct NodeView {
   std::vector<std::pair<std::string, std::string>> properties{};  // name, value
 };
 
+struct GatewayView {
+  std::string version;
+  Instant time{};
+  Instant started{};
+  Instant configured{};
+  std::uint64_t configuration = 0;  // hash
+  std::uint32_t reloads = 0;
+  std::uint32_t reloads_refused = 0;
+  std::uint64_t events = 0;
+  std::uint64_t participants = 0;
+  std::uint64_t participants_most = 0;
+  std::vector<std::pair<std::string, std::string>> lines;  // name, interface
+  std::vector<std::pair<std::string, std::uint64_t>> counters;
+};
+
 struct EventView {
   Event event;  // event.time is UTC
   std::string text;
@@ -50,6 +65,7 @@ struct EventView {
 class Listener {
  public:
   virtual ~Listener() = default;
+  virtual void on_gateway(const std::string& /*name*/, const GatewayView& /*gateway*/) {}
   virtual void on_line(const LineId& id, const LineView& line) = 0;
   virtual void on_line_gone(const LineId& id) = 0;
   virtual void on_node(const LineId& id, const NodeView& node) = 0;

@@ -36,6 +36,7 @@ struct NodeRef {
   bool all = false;
 };
 
+int gateways(Context& context);
 int lines(Context& context);
 int nodes(Context& context, const std::string& line);
 // How networks are reached, and what is routed.

@@ -80,6 +80,15 @@ Line* Model::line(const LineId& id) {
   return &found;
 }
 
+void Model::on_gateway(const std::string& name, const GatewayView& gateway) {
+  if (gateways_.size() >= kMaxLines && !gateways_.contains(name)) {
+    ++left_out_;
+    return;
+  }
+  ++revision_;
+  gateways_[name] = gateway;
+}
+
 void Model::on_line(const LineId& id, const LineView& view) {
   if (Line* const target = line(id)) {
     target->gone = false;
@@ -139,7 +148,7 @@ void Model::on_image(const LineId& id, const image::Snapshot& image) {
 }
 
 void Model::on_event(const LineId& id, const EventView& event) {
-  if (line(id) == nullptr) {
+  if (!id.line.empty() && line(id) == nullptr) {  // without a line: of the gateway itself
     return;
   }
   ++events_seen_;

@@ -80,6 +80,7 @@ class Model : public Listener {
   // Since its last state.
   Duration silence(const Line& line) const { return now_ - line.heard; }
 
+  void on_gateway(const std::string& name, const GatewayView& gateway) override;
   void on_line(const LineId& id, const LineView& line) override;
   void on_line_gone(const LineId& id) override;
   void on_node(const LineId& id, const NodeView& node) override;
@@ -90,6 +91,8 @@ class Model : public Listener {
   void on_left_out(std::uint64_t samples) override { left_out_ += samples; }
 
   const std::map<LineId, Line>& lines() const { return lines_; }
+  // By name; at most kMaxLines.
+  const std::map<std::string, GatewayView>& gateways() const { return gateways_; }
   // In the order of arrival, the newest last; at most kKeptEvents.
   const std::deque<KnownEvent>& events() const { return events_; }
   // Whether another gateway of the domain has the name of the one that sent it.
@@ -112,6 +115,7 @@ class Model : public Listener {
   static void count_rates(Line& line);
 
   std::map<LineId, Line> lines_;
+  std::map<std::string, GatewayView> gateways_;
   std::deque<KnownEvent> events_;
   Instant now_{};
   std::uint64_t revision_ = 0;

@@ -72,7 +72,8 @@ void print(std::ostream& out, const Text& text) {
 }
 
 std::string event_text(const LineId& id, const EventView& event) {
-  return clock_text(event.event.time) + ' ' + printable(id.line) + " #" +
+  const std::string what = id.line.empty() ? "gateway " + id.gateway : id.line;
+  return clock_text(event.event.time) + ' ' + printable(what) + " #" +
          std::to_string(event.event.number) + ' ' + std::string(name(event.event.kind)) + ": " +
          printable(event.text);
 }

@@ -48,11 +48,9 @@ std::string default_name() {
 
 template <class Sample>
 Source source(const Sample& sample) {
-  Source source{sample.gateway().to_string(),
-                sample.line().to_string(),
-                sample.incarnation(),
-                {},
-                ClockQuality::unknown};
+  Source source{sample.gateway().to_string(), {}, sample.incarnation(), {}, ClockQuality::unknown};
+  if constexpr (requires { sample.line(); })
+    source.line = sample.line().to_string();
   if constexpr (requires { sample.clock(); }) {
     source.time = kUtc.instant(sample.time());
     source.clock = static_cast<ClockQuality>(sample.clock());
@@ -85,6 +83,7 @@ struct Client::Impl {
   const std::string name;
   WriterWatch line_writers{waiting};  // outlives the reader it listens to
   Endpoints endpoints;
+  fast::DataReader* gateways = nullptr;
   fast::DataReader* lines = nullptr;
   fast::DataReader* nodes = nullptr;
   fast::DataReader* layouts = nullptr;
@@ -101,6 +100,7 @@ struct Client::Impl {
   std::map<fast::InstanceHandle_t, std::pair<std::string, std::string>> line_names;
   std::uint64_t left_out = 0;  // samples, in the present poll
 
+  v1::GatewayState gateway_sample;
   v1::LineState line_sample;
   v1::NodeState node_sample;
   v1::ImageLayout layout_sample;
@@ -126,6 +126,7 @@ Client::Impl::Impl(const ClientOptions& options, std::vector<Diagnostic>& diagno
   // Ids are not used again, not even by the next client of the same name.
   std::random_device random;
   next_id = (std::uint64_t{random()} << 32U | random()) >> 1U | 1U;
+  subscribe<v1::GatewayStatePubSubType>(options.gateways, v1::TOPIC_GATEWAY_STATE, gateways);
   subscribe<v1::LineStatePubSubType>(options.lines, v1::TOPIC_LINE_STATE, lines);
   if (lines != nullptr)
     lines->set_listener(&line_writers, WriterWatch::statuses());
@@ -239,6 +240,11 @@ void Client::Impl::drain_layouts(ClientListener& listener) {
 }
 
 void Client::Impl::drain_states(ClientListener& listener) {
+  drain(gateways, gateway_sample, [&](const v1::GatewayState& sample) {
+    GatewayInfo gateway;
+    from_wire(sample, kUtc, gateway);
+    listener.on_gateway(source(sample), gateway);
+  });
   std::vector<Property> properties;
   const auto take_line = [&](const v1::LineState& sample) {
     if (!publishers.note(sample.gateway().to_string(), sample.line().to_string(),

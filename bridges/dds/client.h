@@ -50,6 +50,7 @@ struct CommandResult {
 class ClientListener {
  public:
   virtual ~ClientListener() = default;
+  virtual void on_gateway(const Source&, const GatewayInfo&) {}  // Source::line is empty
   virtual void on_line(const Source&, const LineInfo&, const line::LineState&,
                        const std::vector<Property>&) {}
   virtual void on_node(const Source&, const NodeInfo&, const line::NodeState&,
@@ -75,7 +76,8 @@ struct ClientOptions {
   std::uint32_t domain = 0;
   std::string profile_file;  // as GatewayOptions
   bool guard = true;         // judge what is received (bridges/dds/guard)
-  bool lines = true;         // which topics to subscribe to
+  bool gateways = true;      // which topics to subscribe to
+  bool lines = true;
   bool nodes = true;
   bool layouts = true;
   bool images = true;

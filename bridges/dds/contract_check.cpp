@@ -105,7 +105,10 @@ static_assert(same(v1::EVENT_COMMAND_PROGRESS, EventKind::command_progress));
 static_assert(same(v1::EVENT_LSS_RESULT, EventKind::lss_result));
 static_assert(same(v1::EVENT_FOREIGN_MANAGER, EventKind::foreign_manager));
 static_assert(same(v1::EVENT_CAN_FRAME, EventKind::can_frame));
-static_assert(v1::EVENT_CAN_FRAME + 1U == kEventKinds);
+static_assert(same(v1::EVENT_GATEWAY_STARTED, EventKind::gateway_started));
+static_assert(same(v1::EVENT_GATEWAY_RELOADED, EventKind::gateway_reloaded));
+static_assert(same(v1::EVENT_GATEWAY_RELOAD_REFUSED, EventKind::gateway_reload_refused));
+static_assert(v1::EVENT_GATEWAY_RELOAD_REFUSED + 1U == kEventKinds);
 
 static_assert(same(v1::COMMAND_SDO_READ, line::CommandKind::sdo_read));
 static_assert(same(v1::COMMAND_SDO_WRITE, line::CommandKind::sdo_write));

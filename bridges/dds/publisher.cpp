@@ -67,12 +67,15 @@ struct LineWriters {
         });
       }
     }
+    make_events(events, endpoints, renew_after);
+    return writer(inputs) != nullptr && writer(outputs) != nullptr && writer(events) != nullptr;
+  }
+  static void make_events(Slot& events, Endpoints& endpoints, std::uint64_t renew_after) {
     if (writer(events) == nullptr) {
       events.emplace(endpoints, renew_after, RenewedWriter::Keep::history, [&endpoints] {
         return endpoints.writer<v1::EventPubSubType>(v1::TOPIC_EVENT);
       });
     }
-    return writer(inputs) != nullptr && writer(outputs) != nullptr && writer(events) != nullptr;
   }
   static fast::DataWriter* writer(const Slot& slot) { return slot ? slot->writer() : nullptr; }
 
@@ -111,17 +114,20 @@ struct GatewayBridge::Impl {
   const std::uint64_t renew_after;
 
   Endpoints endpoints;
+  StateWriter<v1::GatewayStatePubSubType> states{endpoints, v1::TOPIC_GATEWAY_STATE, renew_after};
   StateWriter<v1::LineStatePubSubType> line_states{endpoints, v1::TOPIC_LINE_STATE, renew_after};
   StateWriter<v1::NodeStatePubSubType> node_states{endpoints, v1::TOPIC_NODE_STATE, renew_after};
   StateWriter<v1::ImageLayoutPubSubType> layouts{endpoints, v1::TOPIC_IMAGE_LAYOUT, renew_after};
   std::map<std::string, LineWriters, std::less<>> lines;
   LineWriters no_writers;
+  LineWriters::Slot own_events;
   PdoWriter pdos{endpoints, renew_after};
   ReplyWriter replies{endpoints, renew_after};
 
   // Of the publishing thread. Samples are kept, so that their buffers are used again.
   ClockMap clock;
   PublishCounters counters;
+  v1::GatewayState gateway_sample;
   v1::LineState line_sample;
   v1::NodeState node_sample;
   v1::ImageLayout layout_sample;
@@ -148,6 +154,7 @@ GatewayBridge::Impl::Impl(const GatewayOptions& options, std::vector<Diagnostic>
       endpoints("linegate " + options.gateway, options.domain, options.profile_file, diagnostics,
                 options.guard, options.participants),
       desk(options.incarnation, options.lines) {
+  LineWriters::make_events(own_events, endpoints, renew_after);
   for (const std::string& line : options.lines)
     lines[line].make(endpoints, renew_after);
   outputs = std::make_unique<InboundReader<v1::OutputWritePubSubType>>(endpoints, waiting,
@@ -168,6 +175,8 @@ GatewayBridge::Impl::~Impl() {
   };
   for (const auto& [name, writers] : lines)
     wait_for_readers_of(LineWriters::writer(writers.events));
+  wait_for_readers_of(LineWriters::writer(own_events));
+  wait_for_readers_of(states.writer());
   wait_for_readers_of(node_states.writer());
   wait_for_readers_of(line_states.writer());
   for (const auto& [name, writers] : lines) {
@@ -266,6 +275,16 @@ bool GatewayBridge::publish(const LineInfo& line, const line::LineState& state, 
   return impl_->count(impl_->line_states.write(sample));
 }
 
+bool GatewayBridge::publish(const GatewayInfo& info, Instant now) {
+  v1::GatewayState& sample = impl_->gateway_sample;
+  sample.gateway(impl_->gateway);
+  sample.incarnation(impl_->incarnation);
+  sample.time(impl_->clock.utc(now));
+  sample.clock(static_cast<std::uint8_t>(impl_->clock.quality));
+  to_wire(info, impl_->clock, sample);
+  return impl_->count(impl_->states.write(sample));
+}
+
 bool GatewayBridge::publish(std::string_view line, const NodeInfo& info,
                             const line::NodeState& state, Instant now,
                             const std::vector<Property>& properties) {
@@ -326,7 +345,8 @@ bool GatewayBridge::publish(std::string_view line, const Event& event, std::stri
   impl_->address(line, sample);
   to_wire(event, text, impl_->clock, sample);
   to_wire(properties, sample.properties());
-  return impl_->count(write(impl_->writers_of(line).events, sample));
+  LineWriters::Slot& slot = line.empty() ? impl_->own_events : impl_->writers_of(line).events;
+  return impl_->count(write(slot, sample));
 }
 
 // --- in ------------------------------------------------------------------------------------------

@@ -128,7 +128,8 @@ class GatewayBridge {
   bool publish_pdo_update(std::string_view line, const image::Layout& layout,
                           const image::Snapshot& snapshot, const image::PdoMark& mark,
                           std::uint32_t receptions);
-  // text: the event in words, up to 256 bytes.
+  bool publish(const GatewayInfo& info, Instant now);
+  // line: empty for an event of the gateway itself. text: the event in words, up to 256 bytes.
   bool publish(std::string_view line, const Event& event, std::string_view text,
                const std::vector<Property>& properties = {});
 

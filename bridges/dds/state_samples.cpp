@@ -130,4 +130,44 @@ void from_wire(const v1::NodeState& from, const ClockMap& clock, NodeInfo& info,
   each_member(from, state, kFromWire);
 }
 
+void to_wire(const GatewayInfo& info, const ClockMap& clock, v1::GatewayState& to) {
+  to.version(info.version);
+  to.started(clock.utc(info.started));
+  to.configuration(info.configuration);
+  to.configured(clock.utc(info.configured));
+  to.reloads(info.reloads);
+  to.reloads_refused(info.reloads_refused);
+  to.events(info.events);
+  to.participants(static_cast<std::uint32_t>(info.participants));
+  to.participants_most(static_cast<std::uint32_t>(info.participants_most));
+  to.lines().resize(std::min(info.lines.size(), kMaxGatewayLines));
+  for (std::size_t i = 0; i < to.lines().size(); ++i) {
+    to.lines()[i].name(info.lines[i].name);
+    to.lines()[i].interface_uri(info.lines[i].interface_uri);
+  }
+  to.counters().resize(std::min(info.counters.size(), kMaxCounters));
+  for (std::size_t i = 0; i < to.counters().size(); ++i) {
+    to.counters()[i].name(info.counters[i].name);
+    to.counters()[i].value(info.counters[i].value);
+  }
+}
+
+void from_wire(const v1::GatewayState& from, const ClockMap& clock, GatewayInfo& info) {
+  info.version = from.version().to_string();
+  info.started = clock.instant(from.started());
+  info.configuration = from.configuration();
+  info.configured = clock.instant(from.configured());
+  info.reloads = from.reloads();
+  info.reloads_refused = from.reloads_refused();
+  info.events = from.events();
+  info.participants = from.participants();
+  info.participants_most = from.participants_most();
+  info.lines.clear();
+  for (const v1::GatewayLine& line : from.lines())
+    info.lines.push_back({line.name().to_string(), line.interface_uri().to_string()});
+  info.counters.clear();
+  for (const v1::NamedCounter& counter : from.counters())
+    info.counters.push_back({counter.name().to_string(), counter.value()});
+}
+
 }  // namespace linegate::dds

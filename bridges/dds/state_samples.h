@@ -23,4 +23,8 @@ void to_wire(const NodeInfo& info, const line::NodeState& state, const ClockMap&
 void from_wire(const v1::NodeState& from, const ClockMap& clock, NodeInfo& info,
                line::NodeState& state);
 
+// Of the first kMaxGatewayLines and kMaxCounters.
+void to_wire(const GatewayInfo& info, const ClockMap& clock, v1::GatewayState& to);
+void from_wire(const v1::GatewayState& from, const ClockMap& clock, GatewayInfo& info);
+
 }  // namespace linegate::dds

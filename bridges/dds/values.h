@@ -60,6 +60,31 @@ struct NodeInfo {
   Instant since{};   // when its NMT state or presence last changed
 };
 
+// A number that only grows. Names up to 64 bytes.
+struct NamedCounter {
+  std::string name;
+  std::uint64_t value = 0;
+};
+
+// What belongs to no line.
+struct GatewayInfo {
+  struct Line {
+    std::string name;           // up to 64 bytes
+    std::string interface_uri;  // up to 128 bytes
+  };
+  std::string version;  // up to 64 bytes
+  Instant started{};
+  std::uint64_t configuration = 0;  // hash of what is in force
+  Instant configured{};             // since then
+  std::uint32_t reloads = 0;
+  std::uint32_t reloads_refused = 0;
+  std::uint64_t events = 0;  // number of the newest event of the gateway itself
+  std::size_t participants = 0;
+  std::size_t participants_most = 0;
+  std::vector<Line> lines;             // up to 1024
+  std::vector<NamedCounter> counters;  // up to 64
+};
+
 // Name and value pairs at the end of LineState, NodeState and Event; up to 40, names up to 64
 // bytes, values up to 256.
 struct Property {
@@ -99,6 +124,8 @@ inline constexpr std::size_t kMaxStamps = 4'096;
 inline constexpr std::size_t kMaxPdoValues = 64;
 inline constexpr std::size_t kMaxOutputValues = 4'096;
 inline constexpr std::size_t kMaxOutputRuns = 256;
+inline constexpr std::size_t kMaxGatewayLines = 1'024;
+inline constexpr std::size_t kMaxCounters = 64;
 inline constexpr std::size_t kMaxProperties = 40;
 inline constexpr std::size_t kChunkBytes = 8'192;
 inline constexpr std::size_t kChunksPerReply = 8;

@@ -55,6 +55,9 @@ constexpr std::array<KindInfo, kEventKinds> kInfo{{
     {"lss-result", EventSeverity::info},
     {"foreign-manager", EventSeverity::warning},
     {"can-frame", EventSeverity::info},
+    {"gateway-started", EventSeverity::info},
+    {"gateway-reloaded", EventSeverity::info},
+    {"gateway-reload-refused", EventSeverity::error},
 }};
 
 }  // namespace

@@ -100,8 +100,13 @@ enum class EventKind : std::uint8_t {
                      // 8 remote frame, 9 CAN FD, 10-11 piece, 16-31 how many before were not told
                      // (65535: or more); data: from byte 16 x piece on. Longer frames are several
                      // events
+  // Of the gateway, and of no line:
+  gateway_started,   // value: how many lines
+  gateway_reloaded,  // code: how many lines started, stopped or were made anew; value: how many
+                     // there are now
+  gateway_reload_refused,  // value: how many errors were found
 };
-inline constexpr std::size_t kEventKinds = 46;
+inline constexpr std::size_t kEventKinds = 49;
 
 // Lower-case name with hyphens, e.g. "heartbeat-lost".
 std::string_view name(EventKind kind);

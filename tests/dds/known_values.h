@@ -52,6 +52,20 @@ inline std::vector<dds::Property> properties() {
   return {{"first", "1"}, {"second", "zwei"}};
 }
 
+inline dds::GatewayInfo gateway_info() {
+  return {.version = "1.2.3",
+          .started = at(7),
+          .configuration = 0xFEED'F00D'0123'4567,
+          .configured = at(8),
+          .reloads = 9,
+          .reloads_refused = 10,
+          .events = 11,
+          .participants = 12,
+          .participants_most = 13,
+          .lines = {{kLine, "virtual:known"}},
+          .counters = {{"first", 14}, {"second", 0xFFFF'FFFF'FFFF'FFFF}}};
+}
+
 inline dds::NodeInfo node_info() {
   return {"drive1", at(5)};
 }

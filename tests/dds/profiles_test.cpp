@@ -109,10 +109,10 @@ TEST(Profiles, NoWriterOfAGatewayIsVolatile) {
   ASSERT_NE(participant, nullptr);
   const auto all_seen = [&] {
     const auto seen = writers.seen();
-    return seen.contains(v1::TOPIC_LINE_STATE) && seen.contains(v1::TOPIC_NODE_STATE) &&
-           seen.contains(v1::TOPIC_IMAGE_LAYOUT) && seen.contains(v1::TOPIC_PROCESS_IMAGE) &&
-           seen.contains(v1::TOPIC_PDO_UPDATE) && seen.contains(v1::TOPIC_EVENT) &&
-           seen.contains(v1::TOPIC_COMMAND_REPLY);
+    return seen.contains(v1::TOPIC_GATEWAY_STATE) && seen.contains(v1::TOPIC_LINE_STATE) &&
+           seen.contains(v1::TOPIC_NODE_STATE) && seen.contains(v1::TOPIC_IMAGE_LAYOUT) &&
+           seen.contains(v1::TOPIC_PROCESS_IMAGE) && seen.contains(v1::TOPIC_PDO_UPDATE) &&
+           seen.contains(v1::TOPIC_EVENT) && seen.contains(v1::TOPIC_COMMAND_REPLY);
   };
   EXPECT_TRUE(eventually(all_seen));
   for (const auto& [topic, durability] : writers.seen())

@@ -35,6 +35,31 @@ TEST(StateSamples, LineStateComesBack) {
   EXPECT_EQ(info.access, Access::all);
 }
 
+TEST(StateSamples, GatewayStateComesBackWithTimesInUtc) {
+  const GatewayInfo sent = known::gateway_info();
+  v1::GatewayState wire;
+  to_wire(sent, known::clock(), wire);
+  EXPECT_EQ(wire.started(), known::kUtc + 7);
+  EXPECT_EQ(wire.configured(), known::kUtc + 8);
+  GatewayInfo info;
+  from_wire(wire, known::clock(), info);
+  EXPECT_EQ(info.version, "1.2.3");
+  EXPECT_EQ(info.started, sent.started);
+  EXPECT_EQ(info.configuration, sent.configuration);
+  EXPECT_EQ(info.configured, sent.configured);
+  EXPECT_EQ(info.reloads, 9U);
+  EXPECT_EQ(info.reloads_refused, 10U);
+  EXPECT_EQ(info.events, 11U);
+  EXPECT_EQ(info.participants, 12U);
+  EXPECT_EQ(info.participants_most, 13U);
+  ASSERT_EQ(info.lines.size(), 1U);
+  EXPECT_EQ(info.lines[0].name, known::kLine);
+  EXPECT_EQ(info.lines[0].interface_uri, "virtual:known");
+  ASSERT_EQ(info.counters.size(), 2U);
+  EXPECT_EQ(info.counters[1].name, "second");
+  EXPECT_EQ(info.counters[1].value, 0xFFFF'FFFF'FFFF'FFFFU);
+}
+
 TEST(StateSamples, NodeStateComesBackWithTimesInUtc) {
   const line::NodeState sent = known::node_state();
   v1::NodeState wire;

@@ -19,6 +19,10 @@ constexpr int kEnds = 10;
 
 // Keeps what it is told, in order.
 struct Recorder : dds::ClientListener {
+  void on_gateway(const dds::Source& source, const dds::GatewayInfo& info) override {
+    gateway_source = source;
+    gateway_info = info;
+  }
   void on_line(const dds::Source& source, const dds::LineInfo& info, const line::LineState& state,
                const std::vector<dds::Property>& properties) override {
     line_source = source;
@@ -47,6 +51,8 @@ struct Recorder : dds::ClientListener {
     gone = std::string(gateway) + "/" + std::string(line);
   }
 
+  std::optional<dds::Source> gateway_source;
+  dds::GatewayInfo gateway_info;
   std::optional<dds::Source> line_source;
   dds::LineInfo line_info;
   line::LineState line_state;
@@ -69,9 +75,14 @@ TEST(Subscribers, ALateJoinerGetsStateLayoutImageAndTheLastEvents) {
   Recorder got;
   ASSERT_TRUE(eventually([&] {
     client->poll(milliseconds(50), got);
-    return got.line_source && got.node_state && !got.layouts.empty() && !got.snapshots.empty() &&
-           got.pdo && got.events.size() >= 1'000;
+    return got.gateway_source && got.line_source && got.node_state && !got.layouts.empty() &&
+           !got.snapshots.empty() && got.pdo && got.events.size() >= 1'000;
   }));
+  EXPECT_EQ(got.gateway_source->gateway, known::kGateway);
+  EXPECT_EQ(got.gateway_source->line, "");
+  EXPECT_EQ(got.gateway_source->time, known::at(known::kUtc + 1));
+  EXPECT_EQ(got.gateway_info.configuration, known::gateway_info().configuration);
+  EXPECT_EQ(got.gateway_info.started, known::at(known::kUtc + 7));
   EXPECT_EQ(got.line_source->gateway, known::kGateway);
   EXPECT_EQ(got.line_source->line, known::kLine);
   EXPECT_EQ(got.line_source->incarnation, known::kIncarnation);

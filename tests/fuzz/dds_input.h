@@ -18,8 +18,9 @@ enum class Topic : std::uint8_t {
   output_write,
   command_request,
   command_reply,
+  gateway_state,
 };
-inline constexpr unsigned kTopics = 9;
+inline constexpr unsigned kTopics = 10;
 
 // What the target's gateway and client are, and what they wait for.
 inline constexpr const char* kGateway = "g";

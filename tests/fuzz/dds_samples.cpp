@@ -74,6 +74,8 @@ class Peer {
         return read<v1::CommandRequestPubSubType>(octets);
       case Topic::command_reply:
         return read<v1::CommandReplyPubSubType>(octets);
+      case Topic::gateway_state:
+        return read<v1::GatewayStatePubSubType>(octets);
     }
   }
 
@@ -106,6 +108,13 @@ class Peer {
   }
 
   // --- of the client ---------------------------------------------------------------------------
+
+  void take(const v1::GatewayState& sample) {
+    GatewayInfo info;
+    from_wire(sample, kUtc, info);
+    LINEGATE_EXPECT(info.lines.size() <= kMaxGatewayLines && info.counters.size() <= kMaxCounters);
+    LINEGATE_EXPECT(info.version.size() <= 64 && kUtc.utc(info.started) == sample.started());
+  }
 
   void take(const v1::LineState& sample) {
     LineInfo info;

@@ -49,6 +49,7 @@ static bool take(dds_entity_t from, void** sample, const char* what) {
 
 static void receive_all(void) {
   const dds_durability_kind_t late = DDS_DURABILITY_TRANSIENT_LOCAL;
+  RECEIVE(GatewayState, GATEWAY_STATE, late, 1, 1, compare_gateway_state);
   RECEIVE(LineState, LINE_STATE, late, 1, 1, compare_line_state);
   RECEIVE(NodeState, NODE_STATE, late, 1, 1, compare_node_state);
   RECEIVE(ImageLayout, IMAGE_LAYOUT, late, 1, 2, compare_image_layout);

@@ -55,6 +55,32 @@ static void compare_counters(const linegate_v1_Counters* count) {
   NUMBER(count->events_lost, 1019);
 }
 
+void compare_gateway_state(const linegate_v1_GatewayState* s) {
+  TEXT(s->gateway, "known-gateway");
+  NUMBER(s->incarnation, INCARNATION);
+  NUMBER(s->time, UTC + 1);
+  NUMBER(s->clock, linegate_v1_CLOCK_SYNCHRONISED);
+  TEXT(s->version, "1.2.3");
+  NUMBER(s->started, UTC + 7);
+  NUMBER(s->configuration, 0xFEEDF00D01234567ULL);
+  NUMBER(s->configured, UTC + 8);
+  NUMBER(s->reloads, 9);
+  NUMBER(s->reloads_refused, 10);
+  NUMBER(s->events, 11);
+  NUMBER(s->participants, 12);
+  NUMBER(s->participants_most, 13);
+  NUMBER(s->lines._length, 1);
+  NUMBER(s->counters._length, 2);
+  if (s->lines._length != 1 || s->counters._length != 2)
+    return;
+  TEXT(s->lines._buffer[0].name, "line1");
+  TEXT(s->lines._buffer[0].interface_uri, "virtual:known");
+  TEXT(s->counters._buffer[0].name, "first");
+  NUMBER(s->counters._buffer[0].value, 14);
+  TEXT(s->counters._buffer[1].name, "second");
+  NUMBER(s->counters._buffer[1].value, 0xFFFFFFFFFFFFFFFFULL);
+}
+
 void compare_line_state(const linegate_v1_LineState* s) {
   ADDRESS(s);
   NUMBER(s->time, UTC + 1);

@@ -4,6 +4,7 @@
 
 #include "linegate.h"
 
+void compare_gateway_state(const linegate_v1_GatewayState* sample);
 void compare_line_state(const linegate_v1_LineState* sample);
 void compare_node_state(const linegate_v1_NodeState* sample);
 void compare_image_layout(const linegate_v1_ImageLayout* sample);

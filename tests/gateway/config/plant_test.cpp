@@ -417,7 +417,7 @@ lines:
 TEST(Plant, ReadsEveryKeyOfALine) {
   const auto loaded = read_text(R"(schema: 1
 gateway: {name: hall-7, log: debug}
-dds: {domain: 42}
+dds: {domain: 42, participants: 250}
 executors: [{name: fast, priority: 50, processor: 1, lock_memory: true}]
 lines:
   - name: press
@@ -476,6 +476,7 @@ lines:
   const Plant& plant = *loaded.value;
   EXPECT_EQ(plant.gateway, "hall-7");
   EXPECT_EQ(plant.dds_domain, 42U);
+  EXPECT_EQ(plant.dds_participants, 250U);
   ASSERT_EQ(plant.executors.size(), 1U);
   EXPECT_EQ(plant.executors[0].priority, 50);
   EXPECT_EQ(plant.executors[0].processor, 1U);
