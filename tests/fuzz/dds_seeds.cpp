@@ -80,6 +80,14 @@ v1::LineState line_state() {
   return sample;
 }
 
+v1::GatewayState gateway_state() {
+  v1::GatewayState sample;
+  sample.gateway(fuzz::kGateway);
+  sample.incarnation(fuzz::kIncarnation);
+  to_wire(known::gateway_info(), known::clock(), sample);
+  return sample;
+}
+
 v1::NodeState node_state() {
   auto sample = addressed<v1::NodeState>();
   to_wire(known::node_info(), known::node_state(), known::clock(), sample);
@@ -193,6 +201,7 @@ Seed every_topic(Cdr::Endianness order) {
   seed.add(Topic::process_image, process_image(3)).add(Topic::pdo_update, pdo_update());
   seed.add(Topic::event, event()).add(Topic::output_write, output_write(2, 4));
   seed.add(Topic::command_request, request(1, line::CommandKind::sdo_read, 0));
+  seed.add(Topic::gateway_state, gateway_state());
   return seed.add(Topic::command_reply, reply(1, 0, 4, true));
 }
 
@@ -203,6 +212,7 @@ Seed nothing_in_any() {
   seed.add(Topic::pdo_update, v1::PdoUpdate()).add(Topic::event, v1::Event());
   seed.add(Topic::output_write, v1::OutputWrite());
   seed.add(Topic::command_request, v1::CommandRequest());
+  seed.add(Topic::gateway_state, v1::GatewayState());
   return seed.add(Topic::command_reply, v1::CommandReply());
 }
 
