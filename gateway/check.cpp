@@ -90,9 +90,8 @@ InterfaceNames interface_names(const config::Plant& plant) {
 // They are the same of every line that routes.
 std::vector<routing::Route> routes_of(const config::Plant& plant) {
   for (const auto& line : plant.lines) {
-    if (line.config.routing.interface != 0) {
+    if (line.config.routing.interface != 0)
       return line.config.routing.routes;
-    }
   }
   return {};
 }
@@ -102,7 +101,8 @@ class Text {
   std::string take() { return std::move(out_); }
 
   void plant(const config::Plant& plant) {
-    add("gateway {}, DDS domain {}, profile {}, log {}\n", plant.gateway, plant.dds_domain,
+    add("gateway {}, DDS domain {}, {}profile {}, log {}\n", plant.gateway, plant.dds_domain,
+        plant.dds_guard ? "" : "DDS guard off: one datagram can stop this gateway, ",
         dds::profiles_in_use(plant.dds_profile), config::name(plant.log));
     for (const auto& e : plant.executors) {
       add("executor {}: priority {}, processor {}, memory {}\n", e.name, e.priority,
@@ -361,9 +361,8 @@ class Json {
           .end_object();
     }
     out_.end_array();
-    if (loaded.value) {
+    if (loaded.value)
       plant(*loaded.value);
-    }
     out_.end_object();
   }
 
@@ -372,6 +371,7 @@ class Json {
     out_.member("gateway", plant.gateway)
         .member("dds_domain", plant.dds_domain)
         .member("dds_profile", plant.dds_profile)
+        .member("dds_guard", plant.dds_guard)
         .member("log", config::name(plant.log));
     const InterfaceNames names = interface_names(plant);
     out_.key("routes").begin_array();

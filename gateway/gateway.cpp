@@ -185,6 +185,7 @@ std::vector<Diagnostic> Gateway::make_bridge(const config::Plant& plant,
   options.domain = plant.dds_domain;
   options.participants = plant.dds_participants;
   options.profile_file = plant.dds_profile;
+  options.guard = plant.dds_guard;
   options.last_words = plant.dds_last_words;
   for (const auto& line : plant.lines) {
     options.lines.push_back(line.config.name);

@@ -67,6 +67,7 @@ void Intake::run() {
     bridge_.poll(waiting_.empty() ? kPoll : kPollWhileWaiting, *this);
     flush();
     look_for_namesakes();
+    report_guard();
     tell_held_back();
     rounds_.add();
   }
@@ -217,6 +218,11 @@ void Intake::look_for_namesakes() {
         "takes what is asked of another; give one another name (gateway: {{name: ...}}) or domain",
         others == 1 ? std::string("another gateway is") : std::to_string(others) + " gateways are");
   }
+}
+
+void Intake::report_guard() {
+  for (const std::string& sentence : guard_.update(bridge_.guard_counters(), monotonic_now()))
+    spdlog::warn("{}", sentence);
 }
 
 void Intake::tell_held_back() {

@@ -12,6 +12,7 @@
 
 #include "bridges/dds/publisher.h"
 #include "gateway/exchange/cell.h"
+#include "gateway/guard_report.h"
 #include "gateway/line_host.h"
 #include "gateway/notice_limit.h"
 #include "gateway/publisher.h"
@@ -62,6 +63,7 @@ class Intake final : public dds::GatewayHandler {
   void refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal);
   void tell_unknown_line(std::string_view line);
   void look_for_namesakes();
+  void report_guard();
   void tell_held_back();
   void notice(LineHost& host, EventKind kind, std::uint32_t code, std::uint32_t value);
   void run();
@@ -78,6 +80,7 @@ class Intake final : public dds::GatewayHandler {
   Instant misfit_told_{};
   std::uint64_t unknown_lines_ = 0;  // outputs since they were told last
   Instant unknown_lines_told_{};
+  GuardReport guard_;
   std::size_t namesakes_ = 0;  // other gateways of this name, as they were told
   exchange::Flag stop_;
   exchange::Counter rounds_;

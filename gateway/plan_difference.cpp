@@ -31,7 +31,8 @@ std::string names(const std::vector<std::string>& lines) {
 }  // namespace
 
 PlantIdentity identity_of(const config::Plant& plant) {
-  PlantIdentity out{plant.gateway, plant.dds_domain, plant.dds_profile, plant.dds_participants, {}};
+  PlantIdentity out{plant.gateway,          plant.dds_domain, plant.dds_profile,
+                    plant.dds_participants, plant.dds_guard,  {}};
   for (const auto& line : plant.lines) {
     out.lines.push_back({line.config.name, line.source, line.routes});
   }
@@ -47,6 +48,8 @@ PlanDifference difference(const PlantIdentity& running, const config::Plant& wan
   refuse(out, wanted.file, "the DDS profile", running.dds_profile, next.dds_profile);
   refuse(out, wanted.file, "the number of DDS participants",
          std::to_string(running.dds_participants), std::to_string(next.dds_participants));
+  refuse(out, wanted.file, "the DDS guard", running.dds_guard ? "on" : "off",
+         next.dds_guard ? "on" : "off");
   for (const auto& line : next.lines) {
     const auto before = find(running.lines, line.name);
     auto& list = before == running.lines.end()   ? out.started

@@ -20,6 +20,7 @@ struct PlantIdentity {
   std::uint32_t dds_domain = 0;
   std::string dds_profile;
   std::uint32_t dds_participants = 0;
+  bool dds_guard = true;
   std::vector<Line> lines;
 };
 PlantIdentity identity_of(const config::Plant& plant);

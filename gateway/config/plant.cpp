@@ -53,6 +53,7 @@ void read_dds(Findings& findings, const YAML::Node& node, Plant& plant) {
     }
     plant.dds_profile = path.string();
   }
+  section.read_choice<bool>("guard", plant.dds_guard, {{"on", true}, {"off", false}});
   section.done();
 }
 

@@ -121,6 +121,7 @@ struct Plant {
   // Other participants of the domain that are taken note of; 0: what the profile says, or 100.
   std::uint32_t dds_participants = 0;
   std::string dds_profile;  // path of the XML file; empty = the one installed
+  bool dds_guard = true;    // judge what is received before Fast DDS does
   // How long the end waits until subscribers have the last samples; not in plant.yaml.
   Duration dds_last_words = std::chrono::milliseconds(500);
   std::vector<ExecutorPlan> executors;

@@ -6,10 +6,11 @@
 //                          else abort 08000000h
 //     local_read           how many commands but this kind were carried out, 4 bytes
 //     anything else        done, without data
+//   dds_peer unguarded DOMAIN [PROFILES]   the same without a guard
 //   dds_peer subscriber DOMAIN [PROFILES]  prints what it receives, a line each
 //
-// Says "ready" when its endpoints exist (the gateway: when all is published); ends when its
-// standard input does.
+// Prints "guard REASON COUNT" whenever a guard has dropped more. Says "ready" when its endpoints
+// exist (the gateway: when all is published); ends when its standard input does.
 #include <cstdio>
 #include <cstdlib>
 
@@ -124,6 +125,23 @@ class Plant : public dds::GatewayHandler {
   std::uint64_t unreadable_ = 0;
 };
 
+// What a guard has dropped since the last call.
+class Dropped {
+ public:
+  void print(const dds::guard::Counters& now) {
+    for (std::size_t i = 0; i < dds::guard::kReasons; ++i) {
+      if (now.dropped[i] == before_.dropped[i])
+        continue;
+      const std::string name(to_string(static_cast<dds::guard::Reason>(i)));
+      std::printf("guard %s %llu\n", name.c_str(), static_cast<unsigned long long>(now.dropped[i]));
+    }
+    before_ = now;
+  }
+
+ private:
+  dds::guard::Counters before_;
+};
+
 bool publish_all(dds::GatewayBridge& bridge) {
   using namespace known;
   bridge.set_clock(clock());
@@ -138,9 +156,11 @@ bool publish_all(dds::GatewayBridge& bridge) {
   return ok;
 }
 
-int run_gateway(std::uint32_t domain, const std::string& profiles) {
-  auto made = dds::GatewayBridge::make(
-      {known::kGateway, known::kIncarnation, domain, profiles, {known::kLine}});
+int run_gateway(std::uint32_t domain, const std::string& profiles, bool guard) {
+  dds::GatewayOptions options{
+      known::kGateway, known::kIncarnation, domain, profiles, {known::kLine}};
+  options.guard = guard;
+  auto made = dds::GatewayBridge::make(options);
   if (!made.ok())
     return complain(made.diagnostics), 1;
   dds::GatewayBridge& bridge = **made.value;
@@ -150,8 +170,10 @@ int run_gateway(std::uint32_t domain, const std::string& profiles) {
     return std::printf("not published\n"), 1;
   std::printf("ready\n");
   const image::Snapshot snapshot = known::snapshot();
+  Dropped dropped;
   while (!input_ended()) {
     bridge.poll(milliseconds(20), plant);
+    dropped.print(bridge.guard_counters());
     // Repeated: a volatile reader that matches late receives the next one.
     bridge.publish_pdo_update(known::kLine, known::layout(), snapshot, snapshot.marks[0], 3);
   }
@@ -182,8 +204,11 @@ int run_subscriber(std::uint32_t domain, const std::string& profiles) {
     return complain(made.diagnostics), 1;
   Printer printer;
   std::printf("ready\n");
-  while (!input_ended())
+  Dropped dropped;
+  while (!input_ended()) {
     (*made.value)->poll(milliseconds(20), printer);
+    dropped.print((*made.value)->guard_counters());
+  }
   return 0;
 }
 
@@ -197,8 +222,8 @@ int main(int argc, char** argv) {
   const std::string role = argv[1];
   const auto domain = static_cast<std::uint32_t>(std::strtoul(argv[2], nullptr, 10));
   const std::string profiles = argc > 3 ? argv[3] : LOOPBACK_PROFILES;
-  if (role == "gateway")
-    return linegate::run_gateway(domain, profiles);
+  if (role == "gateway" || role == "unguarded")
+    return linegate::run_gateway(domain, profiles, role == "gateway");
   if (role == "subscriber")
     return linegate::run_subscriber(domain, profiles);
   return 2;

@@ -22,6 +22,7 @@ FILES = {
     "usr/share/bash-completion/completions/linegate",
     "usr/share/bash-completion/completions/linegated",
     "usr/share/doc/linegate/OPERATING.md",
+    "usr/share/doc/linegate/SECURITY.md",
     "usr/share/doc/linegate/copyright",
     "usr/share/linegate/dds/linegate-profiles.xml",
     "usr/share/linegate/dds/loopback-profiles.xml",

@@ -31,6 +31,15 @@ TEST(Check, SaysWhatWouldBeRun) {
   EXPECT_TRUE(contains(text, "write 6083:00 = 000007D0h"));
 }
 
+TEST(Check, SaysThatTheDdsGuardIsOff) {
+  auto loaded = config::load(kDemo);
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_FALSE(contains(describe(*loaded.value), "DDS guard"));
+  loaded.value->dds_guard = false;
+  EXPECT_TRUE(contains(describe(*loaded.value), "DDS guard off"));
+  EXPECT_FALSE(YAML::Load(to_json(loaded))["dds_guard"].as<bool>());
+}
+
 TEST(Check, SaysTheSameAsJson) {
   const auto loaded = config::load(kDemo);
   const YAML::Node json = YAML::Load(to_json(loaded));  // JSON is YAML

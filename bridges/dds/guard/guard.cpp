@@ -107,8 +107,8 @@ Reason Guard::judge_submessage(Datagram& datagram, const Submessage& submessage)
   }
 }
 
-// Fast DDS 2.9.1 asserts that it is the last one, that its length is right, and that no counter in
-// it comes twice or goes back. So nothing of it is passed on. Other vendors use 80h otherwise.
+// Fast DDS 2.9.1 asserts that it is the last one and that its length is right. Nothing of it is
+// passed on, because nobody here uses it. Other vendors may use 80h otherwise.
 Reason Guard::judge_statistics(Datagram& datagram, const Submessage& submessage) const {
   if (datagram.octets[6] != 0x01 || datagram.octets[7] != 0x0F)
     return Reason::none;

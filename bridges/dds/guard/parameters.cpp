@@ -133,6 +133,8 @@ constexpr std::array<Rule, 50> kRules = {{
 
 constexpr std::uint16_t kReliability = 0x001A;
 constexpr std::uint16_t kEndpointGuid = 0x005A;
+constexpr std::uint16_t kStatusInfo = 0x0071;
+constexpr std::uint8_t kEnds = 0x03;    // disposed, unregistered
 constexpr std::uint32_t kReliable = 2;  // RTPS 2.3 9.3.2.7 ReliabilityKind_t
 
 bool check_shape(const Rule& rule, const Wire& value) {
@@ -204,8 +206,16 @@ constexpr unsigned kParameterList = 2;  // PL_CDR_BE, then PL_CDR_LE
 
 }  // namespace
 
-std::size_t inline_qos_length(const Wire& rest) {
-  return walk_list(rest, check_parameter);
+InlineQos read_inline_qos(const Wire& rest) {
+  InlineQos out;
+  out.length = walk_list(rest, [&](std::uint16_t id, const Wire& value) {
+    if (!check_parameter(id, value))
+      return false;
+    if (id == kStatusInfo && (value.u8(3) & kEnds) != 0)  // big endian in both octet orders
+      out.ends_instance = true;
+    return true;
+  });
+  return out;
 }
 
 bool check_parameter_list(const Wire& payload, Announcement& out) {

@@ -11,8 +11,12 @@
 
 namespace linegate::dds::guard {
 
-// Octets of the inline QoS at the begin of `rest`, sentinel included; 0 = malformed.
-std::size_t inline_qos_length(const Wire& rest);
+struct InlineQos {
+  std::size_t length = 0;      // octets, sentinel included; 0 = malformed
+  bool ends_instance = false;  // disposes or unregisters it (RTPS 2.3 9.6.3.9)
+};
+// At the begin of `rest`.
+InlineQos read_inline_qos(const Wire& rest);
 
 // What a subscription announces of itself (RTPS 2.3 table 9.14).
 struct Announcement {

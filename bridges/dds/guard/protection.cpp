@@ -24,9 +24,11 @@ bool footer_fits(const Submessage& it) {
   return body.size() >= kMac + 4 && body.u32(kMac) <= (body.size() - kMac - 4) / kReceiverMac;
 }
 
+// The end of a participant is not plain: anybody could send it (CVE-2023-50257). Its lease ends.
 bool is_discovery(const Submessage& it, const Content& content) {
-  return it.kind == Kind::data &&
-         (content.writer == entity::kParticipants || content.writer == entity::kStateless);
+  if (it.kind != Kind::data || !content.has_data || content.ends_instance)
+    return false;
+  return content.writer == entity::kParticipants || content.writer == entity::kStateless;
 }
 
 }  // namespace

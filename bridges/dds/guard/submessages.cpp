@@ -103,10 +103,11 @@ Reason check_sample(const Submessage& it, std::size_t fixed, Content& out) {
     return Reason::sequence_number;
   std::size_t at = 4 + skip;
   if ((it.flags & kInlineQos) != 0) {
-    const std::size_t length = inline_qos_length(body.from(at));
-    if (length == 0)
+    const InlineQos qos = read_inline_qos(body.from(at));
+    if (qos.length == 0)
       return Reason::parameters;
-    at += length;
+    out.ends_instance = qos.ends_instance;
+    at += qos.length;
   }
   out.payload = body.from(at);
   return Reason::none;

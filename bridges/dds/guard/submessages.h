@@ -55,7 +55,8 @@ struct Content {
   std::uint32_t writer = 0;
   Number highest = 0;  // DATA, DATA_FRAG, HEARTBEAT, GAP: highest number of the writer; else 0
   bool has_data = false;
-  Wire payload;  // of DATA with data, encapsulation header included, else empty
+  bool ends_instance = false;  // by its inline QoS
+  Wire payload;                // of DATA with data, encapsulation header included, else empty
 };
 
 // Checks the body. Submessages of unknown kind, PAD, INFO_REPLY and those of DDS-Security pass.

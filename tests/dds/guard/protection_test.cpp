@@ -135,5 +135,22 @@ TEST(ProtectionTest, WhereProtectionIsRequiredOnlyDiscoveryAndHandshakeArePlain)
   EXPECT_EQ(plain(0x01, Fields()), Reason::unprotected);
 }
 
+TEST(ProtectionTest, WhereProtectionIsRequiredAParticipantDoesNotEndInPlain) {
+  const Fields list = Fields().u8(0).u8(3).u16(0).sentinel();
+  const auto participant = [&](unsigned status) {
+    const Fields qos = Fields().parameter(0x71, Fields().zeros(3).u8(status)).sentinel();
+    return data(1, entity::kParticipants).octets(qos.get()).octets(list.get());
+  };
+  const auto reason = [](const Fields& body, unsigned flags, bool required) {
+    return judge(Datagram().add(0x15, body, flags), required);
+  };
+  EXPECT_EQ(reason(participant(0), kHasInlineQos | kHasData, true), Reason::none);
+  for (const unsigned status : {1U, 2U, 3U}) {
+    EXPECT_EQ(reason(participant(status), kHasInlineQos | kHasData, true), Reason::unprotected);
+    EXPECT_EQ(reason(participant(status), kHasInlineQos | kHasKey, true), Reason::unprotected);
+    EXPECT_EQ(reason(participant(status), kHasInlineQos | kHasData, false), Reason::none);
+  }
+}
+
 }  // namespace
 }  // namespace linegate::test

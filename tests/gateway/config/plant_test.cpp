@@ -346,6 +346,16 @@ TEST(Plant, RecordHasDefaults) {
   EXPECT_FALSE(lines[2].record);
 }
 
+TEST(Plant, TheDdsGuardIsOnUnlessSwitchedOff) {
+  const auto guard = [](const std::string& dds) {
+    return read_text("schema: 1\n" + dds + "lines: [{name: a, interface: 'socketcan:can0'}]\n");
+  };
+  EXPECT_TRUE(guard("").value->dds_guard);
+  EXPECT_TRUE(guard("dds: {guard: on}\n").value->dds_guard);
+  EXPECT_FALSE(guard("dds: {guard: off}\n").value->dds_guard);
+  EXPECT_FALSE(guard("dds: {guard: sometimes}\n").ok());
+}
+
 TEST(Plant, HasDefaults) {
   const auto loaded = read_text("schema: 1\nlines: [{name: a, interface: 'socketcan:can0'}]\n");
   ASSERT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));

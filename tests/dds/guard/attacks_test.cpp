@@ -1,0 +1,260 @@
+// The known attacks on Fast DDS 2.9.1, sent to a live gateway and to the live participants of this
+// process. Each would abort them, or keep a thread of theirs busy for ever.
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/rtps/common/Guid.h>
+#include <gtest/gtest.h>
+#include <linegatePubSubTypes.h>
+
+#include "bridges/dds/endpoints.h"
+
+#include "tests/dds/fixtures.h"
+#include "tests/dds/guard/datagram.h"
+#include "tests/dds/guard/forger.h"
+
+namespace linegate::test {
+namespace {
+
+namespace entity = dds::guard::entity;
+using dds::guard::Reason;
+
+dds::guard::Guid to_guid(const eprosima::fastrtps::rtps::GUID_t& it) {
+  dds::guard::Guid out{};
+  std::copy_n(it.guidPrefix.value, 12, out.begin());
+  std::copy_n(it.entityId.value, 4, out.begin() + 12);
+  return out;
+}
+
+std::uint32_t entity_of(const dds::guard::Guid& guid) {
+  return dds::guard::Wire(guid, false).u32(12);
+}
+
+class Lines : public dds::ClientListener {
+ public:
+  void on_line(const dds::Source&, const dds::LineInfo&, const line::LineState&,
+               const std::vector<dds::Property>&) override {
+    ++count;
+  }
+  int count = 0;
+};
+
+class Attack : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_FALSE(gateway.expect("ready").empty());
+    outputs = endpoints.writer<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
+    ASSERT_NE(outputs, nullptr);
+    victim = to_guid(outputs->guid());
+    ASSERT_TRUE(output_arrives());
+  }
+  void TearDown() override {
+    EXPECT_TRUE(output_arrives());
+    EXPECT_TRUE(a_new_client_finds_the_gateway());
+    EXPECT_TRUE(gateway.end());
+  }
+
+  bool output_arrives() {
+    v1::OutputWrite sample;
+    sample.gateway(known::kGateway);
+    sample.line(known::kLine);
+    sample.client("live");
+    sample.arming(++arming);
+    sample.values().resize(1);
+    sample.values()[0].data({1});
+    const std::string line =
+        "output line=line1 client=live group=0 layout=0 arming=" + std::to_string(arming) + " ";
+    return eventually([&] {
+      outputs->write(&sample);
+      return !gateway.expect(line, std::chrono::milliseconds(200)).empty();
+    });
+  }
+
+  static bool a_new_client_finds_the_gateway() {
+    const auto client = make_client(client_options());
+    Lines lines;
+    return client != nullptr && eventually([&] {
+             client->poll(std::chrono::milliseconds(50), lines);
+             return lines.count > 0;
+           });
+  }
+
+  // Repeats the datagram until the gateway and this process have dropped it for that reason.
+  bool dropped(std::vector<std::uint8_t> datagram, Reason reason, bool multicast = false) {
+    const std::string line = "guard " + std::string(to_string(reason));
+    const std::uint64_t before = endpoints.guard_counters().of(reason);
+    return eventually([&] {
+      multicast ? forger.multicast(datagram) : forger.unicast(datagram);
+      return !gateway.expect(line, std::chrono::milliseconds(200)).empty() &&
+             endpoints.guard_counters().of(reason) > before;
+    });
+  }
+  bool dropped(Datagram datagram, Reason reason) {
+    return dropped(std::move(datagram.get()), reason);
+  }
+  Datagram forged() const { return Datagram(dds::guard::prefix_of(victim)); }
+
+  Peer gateway{"gateway"};
+  std::vector<Diagnostic> diagnostics;
+  dds::Endpoints endpoints{"live", domain(), LOOPBACK_PROFILES, diagnostics};
+  eprosima::fastdds::dds::DataWriter* outputs = nullptr;
+  dds::guard::Guid victim{};  // the writer of outputs
+  Forger forger;
+  std::uint64_t arming = 0;
+};
+
+TEST_F(Attack, AStatisticsSubmessageThatIsNotTheLast) {
+  Datagram datagram = Datagram(7).add(0x80, Fields().zeros(56)).add(0x01, Fields());
+  ASSERT_EQ(datagram.get().size(), 84U);
+  EXPECT_TRUE(dropped(datagram, Reason::statistics));
+  EXPECT_TRUE(dropped(datagram.get(), Reason::statistics, true));
+}
+
+// The library would keep its numbers for each sender.
+TEST_F(Attack, AStatisticsSubmessageThatIsRepeated) {
+  Fields statistics = Fields().zeros(24 + 8);
+  statistics.u32(1).u32(0).u32(900).zeros(12);
+  ASSERT_EQ(statistics.get().size(), 56U);
+  Datagram datagram = Datagram(7).add(0x80, statistics);
+  for (int i = 0; i < 3; ++i)
+    forger.unicast(datagram.get());
+  EXPECT_TRUE(output_arrives());
+}
+
+TEST_F(Attack, AGapOverAllNumbersOfALiveWriter) {
+  for (const std::uint32_t writer :
+       {entity_of(victim), entity::kPublications, entity::kSubscriptions, entity::kLiveliness}) {
+    EXPECT_TRUE(dropped(forged().add(0x08, gap(1, std::int64_t{1} << 62, 0, true, writer)),
+                        Reason::sequence_number));
+    EXPECT_TRUE(
+        dropped(forged().add(0x08, gap(1, std::int64_t{1} << 40, 0, true, writer)), Reason::rate));
+  }
+}
+
+TEST_F(Attack, AHeartbeatFarAheadOfALiveWriter) {
+  constexpr std::int64_t kFar = std::int64_t{1} << 40;
+  for (const std::uint32_t writer :
+       {entity_of(victim), entity::kPublications, entity::kSubscriptions, entity::kLiveliness}) {
+    EXPECT_TRUE(dropped(forged().add(0x07, heartbeat(kFar, kFar, true, writer)), Reason::rate));
+  }
+}
+
+TEST_F(Attack, ATokenOfMorePropertiesThanItHolds) {
+  Fields guid;
+  for (const std::uint8_t octet : dds::guard::make_guid(prefix_of(9), 0x000001C1))
+    guid.u8(octet);
+  const Fields token = Fields().string("DDS:Auth:PKI-DH:1.0").u32(1U << 24U);
+  const Fields list =
+      Fields().u8(0).u8(3).u16(0).parameter(0x50, guid).parameter(0x1001, token).sentinel();
+  EXPECT_TRUE(
+      dropped(Datagram(9).add(0x15, data(1, entity::kParticipants).octets(list.get()), kHasData),
+              Reason::discovery));
+}
+
+TEST_F(Attack, AFragmentOfASampleThatIsTooLarge) {
+  const Fields fragment = Fields()
+                              .u16(0)
+                              .u16(28)
+                              .entity(0)
+                              .entity(entity_of(victim))
+                              .number(5)
+                              .u32(1)
+                              .u16(1)
+                              .u16(64)
+                              .u32(0x80000000)
+                              .zeros(64);
+  EXPECT_TRUE(dropped(forged().add(0x16, fragment), Reason::fragment));
+}
+
+TEST_F(Attack, ProtectedContentThatClaimsMoreThanItHas) {
+  for (const std::uint32_t claimed : {41U, 0x7FFFFFFFU, 0xFFFFFFFFU}) {
+    const Fields content = Fields(false).u32(claimed).zeros(40);
+    const Fields footer = Fields(false).zeros(20);
+    EXPECT_TRUE(dropped(forged().add(0x33, Fields().zeros(20)).add(0x30, content).add(0x34, footer),
+                        Reason::protection));
+    EXPECT_TRUE(dropped(forged().add(0x31, Fields().zeros(20)).add(0x30, content).add(0x32, footer),
+                        Reason::protection));
+  }
+}
+
+// Where the library kept such a reader, an acknowledgement of it ended the process.
+TEST_F(Attack, ABestEffortReaderThatBecomesReliable) {
+  Fields own;
+  const auto guid = dds::guard::make_guid(dds::guard::prefix_of(victim), 0x00007704);
+  for (const std::uint8_t octet : guid)
+    own.u8(octet);
+  std::int64_t number = 100;
+  const auto announce = [&](unsigned reliability) {
+    const Fields list = Fields()
+                            .u8(0)
+                            .u8(3)
+                            .u16(0)
+                            .parameter(0x05, Fields().string(v1::TOPIC_LINE_STATE))
+                            .parameter(0x07, Fields().string("linegate::v1::LineState"))
+                            .parameter(0x5A, own)
+                            .parameter(0x1A, Fields().u32(reliability).zeros(8))
+                            .sentinel();
+    return forged().add(0x15, data(++number, entity::kSubscriptions).octets(list.get()), kHasData);
+  };
+  forger.unicast(announce(1).get());
+  EXPECT_TRUE(dropped(announce(2), Reason::reliability));
+  EXPECT_TRUE(dropped(forged().add(0x06, acknack(1, 0, 0x00007704, 0)), Reason::reliability));
+}
+
+// --- what is no attack ---------------------------------------------------------------------------
+
+TEST(GuardedSystem, NothingOfItIsDropped) {
+  Peer gateway("gateway");
+  ASSERT_FALSE(gateway.expect("ready").empty());
+  const auto client = make_client(client_options());
+  ASSERT_NE(client, nullptr);
+  Lines lines;
+  line::Command command;
+  command.kind = line::CommandKind::sdo_read;
+  command.node = 9;
+  command.sub = 100;  // in many samples, and in fragments
+  const auto result = client->call(known_line(), command, std::chrono::seconds(30), lines);
+  EXPECT_TRUE(result.reply.ok());
+  EXPECT_EQ(result.reply.data.size(), 100U * 1024);
+  const auto late = make_client(client_options());
+  ASSERT_NE(late, nullptr);
+  Lines late_lines;
+  EXPECT_TRUE(eventually([&] {
+    late->poll(std::chrono::milliseconds(50), late_lines);
+    return late_lines.count > 0;
+  }));
+  // Until its liveliness was asserted a few times.
+  EXPECT_TRUE(eventually([&] {
+    client->poll(std::chrono::milliseconds(50), lines);
+    return client->guard_counters().received > 200;
+  }));
+  for (const auto& counters : {client->guard_counters(), late->guard_counters()}) {
+    for (std::size_t i = 0; i < dds::guard::kReasons; ++i)
+      EXPECT_EQ(counters.dropped[i], 0U) << to_string(static_cast<Reason>(i));
+  }
+  EXPECT_EQ(gateway.expect("guard", std::chrono::milliseconds(0)), "");
+}
+
+// 2,000,000 samples were written before anybody read: the writer positions the reader behind them.
+TEST(GuardedSystem, ALateJoinerOfAnOldWriterGetsItsData) {
+  std::vector<Diagnostic> diagnostics;
+  dds::Endpoints endpoints("old", domain(), LOOPBACK_PROFILES, diagnostics);
+  auto* outputs = endpoints.writer<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
+  ASSERT_NE(outputs, nullptr);
+  v1::OutputWrite sample;
+  sample.gateway(known::kGateway);
+  sample.line(known::kLine);
+  sample.client("old");
+  sample.values().resize(1);
+  sample.values()[0].data({1});
+  for (int i = 0; i < 2'000'000; ++i)
+    outputs->write(&sample);
+  Peer gateway("gateway");
+  ASSERT_FALSE(gateway.expect("ready").empty());
+  EXPECT_TRUE(eventually([&] {
+    outputs->write(&sample);
+    return !gateway.expect("output line=line1 client=old", std::chrono::milliseconds(200)).empty();
+  }));
+  EXPECT_TRUE(gateway.end());
+}
+
+}  // namespace
+}  // namespace linegate::test
