@@ -15,7 +15,7 @@
 namespace linegate::console {
 namespace {
 
-std::string hex_text(std::uint64_t value) {
+std::string configuration_text(std::uint64_t value) {
   std::ostringstream out;
   out << std::hex << std::setw(16) << std::setfill('0') << value;
   return out.str();
@@ -26,7 +26,7 @@ nlohmann::ordered_json gateway_json(const std::string& name, const GatewayView& 
                                 {"version", view.version},
                                 {"time", date_text(view.time)},
                                 {"started", date_text(view.started)},
-                                {"configuration", hex_text(view.configuration)},
+                                {"configuration", configuration_text(view.configuration)},
                                 {"configured", date_text(view.configured)},
                                 {"reloads", view.reloads},
                                 {"reloads_refused", view.reloads_refused},
@@ -47,7 +47,7 @@ nlohmann::ordered_json gateway_json(const std::string& name, const GatewayView& 
 void print_gateway(std::ostream& out, const std::string& name, const GatewayView& view) {
   out << printable(name) << "  version " << printable(view.version) << ", started "
       << date_text(view.started) << '\n';
-  out << "  configuration " << hex_text(view.configuration) << " since "
+  out << "  configuration " << configuration_text(view.configuration) << " since "
       << date_text(view.configured) << ", " << view.reloads << " reloads, " << view.reloads_refused
       << " refused\n";
   out << "  DDS participants " << view.participants << " of " << view.participants_most

@@ -70,16 +70,16 @@ std::string announcement(std::uint32_t number, std::uint32_t lease_seconds) {
   return out + data;
 }
 
-class Stranger {
+class SpdpSender {
  public:
-  explicit Stranger(std::uint16_t port) {
+  explicit SpdpSender(std::uint16_t port) {
     to_.sin_family = AF_INET;
     to_.sin_port = htons(port);
     to_.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   }
-  ~Stranger() { ::close(socket_); }
-  Stranger(const Stranger&) = delete;
-  Stranger& operator=(const Stranger&) = delete;
+  ~SpdpSender() { ::close(socket_); }
+  SpdpSender(const SpdpSender&) = delete;
+  SpdpSender& operator=(const SpdpSender&) = delete;
 
   void send(const std::string& datagram) const {
     EXPECT_EQ(::sendto(socket_, datagram.data(), datagram.size(), 0,
@@ -112,7 +112,7 @@ TEST(Discovery, InventedParticipantsTakeABoundedNumberOfPlaces) {
   ASSERT_EQ(bridge.discovery().participants, 1U);
 
   // The first participant of the domain is the gateway.
-  const Stranger stranger(metatraffic_port(domain(), 0));
+  const SpdpSender stranger(metatraffic_port(domain(), 0));
   constexpr std::uint32_t kInvented = 500;
   constexpr std::uint32_t kLease = 3;  // seconds
   ASSERT_TRUE(eventually([&] {
