@@ -137,11 +137,15 @@ TEST_F(BinderTest, WhatTheMasterSendsIsFollowedByAnOutput) {
   EXPECT_EQ(sent(field()), (Frames{{0x185, 0x7700}}));
 }
 
-TEST_F(BinderTest, TheLinesOfABindingChangeTogether) {
-  EXPECT_EQ(plant_.lines[0].source, plant_.lines[1].source);
+TEST_F(BinderTest, ALineChangesWithWhatItIsBoundToAndNotWithItsName) {
   std::string text = kBinderPlant;
   const config::Plant other = make_plant(text.replace(text.find("id: 5"), 5, "id: 6"));
   EXPECT_NE(other.lines[1].source, plant_.lines[1].source);
+  text = kBinderPlant;
+  const config::Plant faster = make_plant(
+      text.replace(text.find("interface: virtual:field"), 24, "interface: virtual:other"));
+  EXPECT_NE(faster.lines[0].source, plant_.lines[0].source);
+  EXPECT_EQ(faster.lines[1].source, plant_.lines[1].source);
 }
 
 }  // namespace

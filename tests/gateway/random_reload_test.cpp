@@ -136,7 +136,7 @@ class Changer {
     const ModelLine& from = model_.lines[pick(model_.lines.size())];
     const ModelLine& to = model_.lines[pick(model_.lines.size())];
     const ModelRule rule{from.name, from.nodes.begin()->first, to.name, to.nodes.begin()->first,
-                         1 + static_cast<int>(pick(4))};
+                         1 + static_cast<int>(pick(2))};
     const bool taken = std::ranges::any_of(model_.rules, [&](const ModelRule& other) {
       return other.to == rule.to && other.sub == rule.sub;
     });
