@@ -15,6 +15,7 @@
 #include "stack/line/state.h"
 #include "stack/lss/assigner.h"
 #include "stack/manager/boot_event.h"
+#include "stack/manager/shared_id.h"
 #include "stack/nmt/heartbeat_consumer.h"
 #include "stack/nmt/state.h"
 
@@ -107,6 +108,18 @@ std::string boot_text(const Event& event) {
   const char letter = static_cast<char>(event.code);
   return fmt::format("{} ({}): {}", manager::is_booted(letter) ? "booted" : "boot failed", letter,
                      manager::describe_boot(letter, manager::finding_of(event)));
+}
+
+std::string shared_id_text(const Event& event) {
+  constexpr std::string_view kWhat = "two devices have this node-ID: ";
+  switch (event.code) {
+    case manager::kTwoAnswers:
+      return fmt::format("{}two answers to one SDO request ({})", kWhat, object(event));
+    case manager::kTwoStates:
+      return fmt::format("{}heartbeats of two NMT states in turn", kWhat);
+    default:
+      return fmt::format("{}heartbeats of two rhythms", kWhat);
+  }
 }
 
 // Of routing_opened and routing_ended.
@@ -314,6 +327,13 @@ std::string text(const Event& e, std::string_view interface) {
       return fmt::format("PDO {} received again", e.code);
     case EventKind::duplicate_node_id:
       return fmt::format("another device has the same node-ID ({})", sign_of_life(e.code));
+    case EventKind::shared_node_id:
+      return shared_id_text(e);
+    case EventKind::spontaneous_change:
+      return e.code == 0
+                 ? fmt::format("booted without an NMT command (it was {})", as<nmt::State>(e.value))
+                 : fmt::format("left operational without an NMT command (now {})",
+                               as<nmt::State>(e.code));
     case EventKind::unexpected_node:
       return fmt::format("not configured, but on the line ({})", as<nmt::State>(e.code));
     case EventKind::foreign_sdo:

@@ -233,6 +233,7 @@ void Publisher::publish_events(Line& line, Instant now) {
     line.logger.write(line.info.name, event, text, now);
     rounds_.add();
   }
+  line.logger.advance(line.info.name, now);
 }
 
 void Publisher::publish_states(Line& line, Instant now) {

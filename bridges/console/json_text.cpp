@@ -69,6 +69,8 @@ Json node_json(const Line& line, const NodeView& node) {
           {"since", date_text(node.since)},
           {"heartbeat_monitored", state.heartbeat_monitored},
           {"heartbeats_lost", state.heartbeats_lost},
+          {"cause", line::name(state.cause)},
+          {"spontaneous_changes", state.spontaneous_changes},
           {"device_type", state.device_type},
           {"vendor", state.vendor},
           {"product", state.product},

@@ -46,10 +46,15 @@ void describe_node(const NodeView& node, std::vector<Note>& out) {
                ", since " + clock_text(node.since),
            style_of(node));
   add_fact(out, "boot", boot_text(state.boot) + ": " + boot_words(node),
-           manager::is_booted(state.boot) ? Style::plain : Style::warning);
+           manager::is_booted(state.boot) && state.boot != manager::kNotStarted ? Style::plain
+                                                                                : Style::warning);
   add_fact(out, "heartbeat",
            std::string(state.heartbeat_monitored ? "monitored" : "not monitored") + ", lost " +
                std::to_string(state.heartbeats_lost) + " times");
+  if (state.spontaneous_changes > 0) {
+    add_fact(out, "changed by itself", std::to_string(state.spontaneous_changes) + " times",
+             Style::warning);
+  }
   describe_identity(state, out);
   describe_errors(state, out);
 }

@@ -51,6 +51,9 @@ static_assert(same(v1::BUS_OFF, can::BusState::bus_off));
 static_assert(same(v1::BUS_STOPPED, can::BusState::stopped));
 static_assert(same(v1::BUS_ABSENT, can::BusState::absent));
 
+static_assert(same(v1::STATE_CAUSE_UNKNOWN, line::StateCause::unknown));
+static_assert(same(v1::STATE_CAUSE_COMMAND, line::StateCause::command));
+static_assert(same(v1::STATE_CAUSE_ITSELF, line::StateCause::itself));
 static_assert(same(v1::PRESENCE_UNKNOWN, line::Presence::unknown));
 static_assert(same(v1::PRESENCE_PRESENT, line::Presence::present));
 static_assert(same(v1::PRESENCE_MISSING, line::Presence::missing));
@@ -108,7 +111,9 @@ static_assert(same(v1::EVENT_CAN_FRAME, EventKind::can_frame));
 static_assert(same(v1::EVENT_GATEWAY_STARTED, EventKind::gateway_started));
 static_assert(same(v1::EVENT_GATEWAY_RELOADED, EventKind::gateway_reloaded));
 static_assert(same(v1::EVENT_GATEWAY_RELOAD_REFUSED, EventKind::gateway_reload_refused));
-static_assert(v1::EVENT_GATEWAY_RELOAD_REFUSED + 1U == kEventKinds);
+static_assert(same(v1::EVENT_SPONTANEOUS_CHANGE, EventKind::spontaneous_change));
+static_assert(same(v1::EVENT_SHARED_NODE_ID, EventKind::shared_node_id));
+static_assert(v1::EVENT_SHARED_NODE_ID + 1U == kEventKinds);
 
 static_assert(same(v1::COMMAND_SDO_READ, line::CommandKind::sdo_read));
 static_assert(same(v1::COMMAND_SDO_WRITE, line::CommandKind::sdo_write));

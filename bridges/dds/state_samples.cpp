@@ -68,6 +68,8 @@ void each_member(Wire& wire, Stack& stack,
   pair(wire.last_emcy(), stack.last_emcy);
   pair(wire.emcy_count(), stack.emcy_count);
   pair(wire.heartbeats_lost(), stack.heartbeats_lost);
+  pair(wire.cause(), stack.cause);
+  pair(wire.spontaneous_changes(), stack.spontaneous_changes);
 }
 
 constexpr std::size_t kMaxBootText = 128;

@@ -58,6 +58,8 @@ constexpr std::array<KindInfo, kEventKinds> kInfo{{
     {"gateway-started", EventSeverity::info},
     {"gateway-reloaded", EventSeverity::info},
     {"gateway-reload-refused", EventSeverity::error},
+    {"spontaneous-change", EventSeverity::warning},
+    {"shared-node-id", EventSeverity::error},
 }};
 
 }  // namespace

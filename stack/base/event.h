@@ -36,7 +36,8 @@ enum class EventKind : std::uint8_t {
   boot_result,          // a node's boot ended. code: NodeState::boot (0 = booted, or a letter);
                         // value: SDO abort code or offending value; data, where there is one: index
                         // (2, LE) and sub-index of the object, 1 = value is an abort code, 2 = it
-                        // was found there, and what was expected (4, LE)
+                        // was found there, 3 = it was the last that was written, and what was
+                        // expected (4, LE)
   emcy,                 // code: emergency error code, value: error register; data: 5 manufacturer
                         // bytes
   emcy_sent,            // the own node's EMCY, fields as emcy
@@ -105,8 +106,14 @@ enum class EventKind : std::uint8_t {
   gateway_reloaded,  // code: how many lines started, stopped or were made anew; value: how many
                      // there are now
   gateway_reload_refused,  // value: how many errors were found
+  // Of nodes:
+  spontaneous_change,  // a node left Operational, or booted, without an NMT command. code: NMT
+                       // state it shows now (0: its boot-up message), value: the one before
+  shared_node_id,  // two devices have the node-ID of node. code: how that was found: 1 two answers
+                   // to one SDO request (data: index (2, LE), sub-index), 2 heartbeats of two NMT
+                   // states in turn, 3 heartbeats of two rhythms
 };
-inline constexpr std::size_t kEventKinds = 49;
+inline constexpr std::size_t kEventKinds = 51;
 
 // Lower-case name with hyphens, e.g. "heartbeat-lost".
 std::string_view name(EventKind kind);

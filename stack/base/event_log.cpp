@@ -21,6 +21,7 @@ void EventLog::limit_overheard() {
 }
 
 void EventLog::emit(Event event) {
+  event.node = event.node == 0 ? own_node_ : event.node;
   auto& limit = limits_[limit_of(event.kind)];
   if (!limit || limit->admit(event)) {
     number(event);

@@ -34,6 +34,8 @@ class EventLog {
   void limit_overheard();
   // listener must outlive the log, or nullptr be set before it goes.
   void set_listener(EventListener* listener) { listener_ = listener; }
+  // Events without a node-ID are of this node from now on; 0 = of the line.
+  void set_own_node(std::uint8_t node) { own_node_ = node; }
   // Emits what was held back and nothing has told of meanwhile.
   void advance(Instant now);
   Instant next_wake() const { return next_wake_; }
@@ -64,6 +66,7 @@ class EventLog {
   void append_loss_marker();
 
   EventListener* listener_ = nullptr;
+  std::uint8_t own_node_ = 0;
   std::array<std::optional<RepeatLimit>, kFree + 1> limits_;  // of kFree there is never one
   Instant next_wake_ = kNever;                                // or earlier
   std::vector<Event> ring_;

@@ -29,6 +29,15 @@ std::uint8_t lss_slave_of(std::uint8_t medium) {
 
 }  // namespace
 
+template <class Call>
+void Line::Devices::each_seat(Call call) {
+  for (const Seat& seat : seats) {
+    events.set_own_node(seat.device->id());
+    call(seat);
+  }
+  events.set_own_node(0);
+}
+
 VirtualDevice* Line::Devices::find(std::uint8_t id) const {
   for (const Seat& seat : seats) {
     if (seat.device->id() == id) {
@@ -46,18 +55,16 @@ void Line::Devices::start(Instant now) {
   running = true;
   emit(EventKind::line_started, now, static_cast<std::uint32_t>(config.role));
   apply_defaults(now);
-  for (const Seat& seat : seats) {
-    seat.device->start(now);
-  }
+  each_seat([now](const Seat& seat) { seat.device->start(now); });
 }
 
 bool Line::Devices::hear(const can::Frame& frame, const Seat* except) {
   bool wanted = false;
-  for (const Seat& seat : seats) {
+  each_seat([&](const Seat& seat) {
     if (&seat != except) {
       wanted |= seat.device->receive(frame);
     }
-  }
+  });
   return wanted;
 }
 
@@ -99,19 +106,17 @@ void Line::Devices::bus_event(const can::BusEvent& event) {
   if (!note(event)) {
     return;
   }
-  for (const Seat& seat : seats) {
+  each_seat([&](const Seat& seat) {
     seat.device->node().bus_event(event);
     if (!usable()) {
       seat.device->inputs_lost();
     }
-  }
+  });
 }
 
 void Line::Devices::advance(Instant now) {
   events.advance(now);
-  for (const Seat& seat : seats) {
-    seat.device->advance(now);
-  }
+  each_seat([now](const Seat& seat) { seat.device->advance(now); });
   count_syncs();
   while (const Outputs::Group* group = outputs.expire(now)) {
     react(*group, now);

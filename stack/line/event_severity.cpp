@@ -18,7 +18,8 @@ EventSeverity severity_of(const Event& event) {
   auto to = EventSeverity::error;
   switch (event.kind) {
     case EventKind::boot_result:
-      raised = !manager::is_booted(static_cast<char>(event.code));
+      raised = !manager::is_booted(static_cast<char>(event.code)) ||
+               event.code == static_cast<std::uint32_t>(manager::kNotStarted);
       break;
     case EventKind::manager_state:
       raised =

@@ -75,6 +75,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       scanner(sdo, events, *this) {
   events.set_listener(&diagnosis);
   node.set_companion(this);
+  node.show_monitored(&heartbeats);
   manager.set_program_step([this](std::uint8_t id) { return loader.make_step(id); });
   manager.set_configuration_step([this](std::uint8_t id) { return configurator.make_step(id); });
   configurator.objects().set_may_configure([this](std::uint8_t id) { return may_configure(id); });
@@ -212,7 +213,7 @@ void Line::Impl::receive(const can::Target& target, const can::Frame& frame) {
       }
       return;
     case can::Service::nmt:
-      foreign_manager.receive(target.index, frame);
+      hear_nmt(target.index, frame);
       return;
     case can::Service::sdo_client:
       sdo.receive(target, frame);
@@ -309,6 +310,7 @@ void Line::Impl::stop(Instant now) {
   local_writes.clear();
   if (manages() && config.stop_nodes) {
     nmt.send(nmt::Command::enter_pre_operational, 0, now);
+    manager.sent(nmt::Command::enter_pre_operational, 0, now);
   }
   node.command(nmt::Command::enter_pre_operational, now);
   emit(EventKind::line_stopped, now);

@@ -77,7 +77,9 @@ bool Line::Base::note(const can::BusEvent& event) {
       }
       out.kind = EventKind::bus_state;
       out.code = static_cast<std::uint32_t>(event.state);
-      out.value = static_cast<std::uint32_t>(std::exchange(bus, event.state));
+      out.value = static_cast<std::uint32_t>(failed_from.value_or(bus));
+      bus = event.state;
+      failed_from.reset();
       out.length = 2;
       out.data[0] = std::byte{transmit_errors};
       out.data[1] = std::byte{receive_errors};
@@ -93,12 +95,14 @@ bool Line::Base::note(const can::BusEvent& event) {
       out.value = event.count;
       break;
     case can::BusEvent::Kind::interface_failed:
+      failed_from = failed_from.value_or(bus);
       bus = can::BusState::absent;
       out.kind = EventKind::interface_failed;
       out.code = event.code;
       break;
     case can::BusEvent::Kind::interface_ready:
       bus = can::BusState::error_active;
+      failed_from.reset();
       out.kind = EventKind::interface_ready;
       break;
   }

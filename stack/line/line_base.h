@@ -75,6 +75,7 @@ struct Line::Base {
   BusLoad load;
   Listening listening;
   can::BusState bus = can::BusState::unknown;
+  std::optional<can::BusState> failed_from;  // state before the interface failed
   std::uint8_t transmit_errors = 0;
   std::uint8_t receive_errors = 0;
   bool running = false;

@@ -257,6 +257,7 @@ Error Line::Impl::send_nmt(const Command& command, Instant now) {
     return to_error(Refusal::busy);
   }
   diagnosis.commanded(command.nmt, command.node);
+  manager.sent(command.nmt, command.node, now);
   manager.commanded(command.nmt, command.node, now);
   return kDone;
 }

@@ -1,6 +1,7 @@
 // What the diagnosis of a line is told of it.
 #include "stack/line/build.h"
 #include "stack/line/line_impl.h"
+#include "stack/nmt/node_control.h"
 
 namespace linegate::line {
 
@@ -54,6 +55,16 @@ void Line::Impl::keep_operational(std::uint8_t id, Instant now) {
   if (canopen_ia.keep_operational() && manages() && diagnosis.strayed(id)) {
     nmt.send(nmt::Command::start, id, now);
     diagnosis.commanded(nmt::Command::start, id);
+    manager.sent(nmt::Command::start, id, now);
+  }
+}
+
+// Commands of another master.
+void Line::Impl::hear_nmt(std::uint16_t index, const can::Frame& frame) {
+  foreign_manager.receive(index, frame);
+  const auto control = index == 0 ? nmt::decode_node_control(frame) : std::nullopt;
+  if (control) {
+    manager.sent(control->command, control->node, frame.time);
   }
 }
 

@@ -84,6 +84,7 @@ struct Line::Impl final : Line::Base,
   bool manages() const { return manages_; }
   Role role() const { return manages_ ? Role::manager : Role::device; }
   void interface_lost();
+  void hear_nmt(std::uint16_t index, const can::Frame& frame);
   // --- line_advance.cpp -------------------------------------------------------------------------
   void stir(Instant now) override;
   // Nothing came but process data since next_wake() was asked, and nothing is due: a round has

@@ -25,6 +25,7 @@ using manager::ManagerState;
 using manager::name;
 using manager::NodeState;
 using manager::Presence;
+using manager::StateCause;
 
 // Plain counters since the line was made. They never go back.
 struct Counters {

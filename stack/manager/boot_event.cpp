@@ -28,8 +28,7 @@ Event boot_result(std::uint8_t node, char letter, const BootFinding& finding, In
 BootFinding finding_of(const Event& event) {
   BootFinding out;
   const auto kind = static_cast<BootFinding::Kind>(event.data[3]);
-  if (event.length < kLength ||
-      (kind != BootFinding::Kind::abort && kind != BootFinding::Kind::value)) {
+  if (event.length < kLength || kind == BootFinding::Kind::none || kind > BootFinding::Kind::last) {
     return out;
   }
   out.kind = kind;
@@ -38,7 +37,7 @@ BootFinding finding_of(const Event& event) {
                 std::to_integer<std::uint8_t>(event.data[2])};
   if (kind == BootFinding::Kind::abort) {
     out.abort = static_cast<AbortCode>(event.value);
-  } else {
+  } else if (kind == BootFinding::Kind::value) {
     out.found = event.value;
   }
   return out;

@@ -37,9 +37,7 @@ Result<std::vector<BootOutcome>> read_boot_report(std::span<const std::byte> dat
                         .letter = static_cast<char>(at[1])};
     outcome.finding.object = {load_le<std::uint16_t>(at + 2), std::to_integer<std::uint8_t>(at[4])};
     const auto kind = static_cast<BootFinding::Kind>(at[5]);
-    outcome.finding.kind = kind == BootFinding::Kind::abort || kind == BootFinding::Kind::value
-                               ? kind
-                               : BootFinding::Kind::none;
+    outcome.finding.kind = kind <= BootFinding::Kind::last ? kind : BootFinding::Kind::none;
     outcome.finding.abort = static_cast<AbortCode>(load_le<std::uint32_t>(at + 6));
     outcome.finding.expected = load_le<std::uint32_t>(at + 10);
     outcome.finding.found = load_le<std::uint32_t>(at + 14);

@@ -22,6 +22,9 @@ constexpr Duration kGuardWait = std::chrono::milliseconds(100);
 // What it sent before may arrive until then.
 constexpr Duration kResetGrace = std::chrono::milliseconds(100);
 constexpr unsigned kMaxResetRepeats = 3;
+// From the second restart of a node that is being configured on; each is twice the one before.
+constexpr Duration kFirstPause = std::chrono::seconds(1);
+constexpr Duration kLongestPause = std::chrono::seconds(30);
 
 constexpr od::Address kDeviceType{0x1000, 0};
 constexpr std::uint16_t kIdentity = 0x1018;
@@ -81,6 +84,7 @@ void BootSlave::begin(Reason reason, Instant now, nmt::Command command) {
   assignment_ = services_.list.assignment(plan_.id);
   booted_up_ = reason != Reason::present;
   was_operational_ = false;
+  restarts_ = 0;
   give_up_ = now + plan_.boot_timeout;
   if (!has(assignment::kListed)) {
     finish('A', {}, now);
@@ -115,8 +119,39 @@ void BootSlave::boot_up(Instant now) {
   reset_.waits_for_boot_up = false;
   if (step_ == Step::wait_reset) {
     after_reset(now);
-  } else if (step_ != Step::program) {  // a device restarts when its program is stopped or started
+  } else if (step_ == Step::program) {
+    return;  // a device restarts when its program is stopped or started
+  } else if (step_ == Step::configuration || step_ == Step::error_control) {
+    restarted(now);
+  } else if (restarts_ == 0 || step_ == Step::done) {
     begin(Reason::boots_up, now);
+  } else if (step_ != Step::retry) {
+    abandon_step();
+    read_device_type(now);
+  }
+}
+
+void BootSlave::restarted(Instant now) {
+  abandon_step();
+  services_.heartbeats.stop(plan_.id);
+  node_.heartbeat_monitored = false;
+  booted_up_ = true;
+  was_operational_ = false;
+  ++restarts_;
+  if (!told_) {
+    node_.boot = kBootUnfinished;
+    node_.finding = {};
+  }
+  if (restarts_ == 1) {
+    read_device_type(now);
+    return;
+  }
+  const Duration pause = std::min(kFirstPause * (1 << std::min(restarts_ - 2, 8U)), kLongestPause);
+  set_step(Step::retry, now + pause);
+  const BootFinding finding{.kind = BootFinding::Kind::last, .object = last_written_};
+  if (now + pause >= give_up_ && !(told_ && node_.boot == kRestarts && node_.finding == finding)) {
+    told_ = true;
+    tell(kRestarts, finding, now);
   }
 }
 
@@ -511,6 +546,9 @@ Duration BootSlave::sdo_timeout() const {
 }
 
 void BootSlave::submit(sdo::Request request, Instant now) {
+  if (request.write && step_ == Step::configuration) {
+    last_written_ = request.address;
+  }
   token_ = kManagerToken | std::uint64_t{plan_.id} << 32U | ++sequence_;
   request.token = token_;
   request.node = plan_.id;

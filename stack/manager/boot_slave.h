@@ -11,6 +11,10 @@
 //
 // A node that was reset and shows Operational or Stopped before its boot-up message has come did
 // not receive the NMT command: it is reset again, at most three times.
+//
+// A node that boots up while it is configured is configured again, after pauses that grow. The boot
+// time-out goes on over such restarts; when it is over, that is the result of the process, which
+// goes on with the same pauses.
 #pragma once
 
 #include <cstdint>
@@ -77,6 +81,10 @@ class BootSlave final : private StepContext {
   void advance(Instant now);
   Instant next_wake() const { return wake_; }
 
+  // The node may restart because its program is stopped or started.
+  bool loads_program() const { return step_ == Step::program; }
+  // A node that restarts while it is configured is not asked for a while.
+  bool pauses() const { return restarts_ > 1 && step_ == Step::retry; }
   // It has told that the node does not answer, and goes on asking every second.
   bool searching() const { return told_; }
 
@@ -113,6 +121,7 @@ class BootSlave final : private StepContext {
   void send_reset(nmt::Command command, Instant now);
   bool missed_reset(nmt::State state, Instant now) const;
   void repeat_reset(Instant now);
+  void restarted(Instant now);
   void abandon_step();
   void state_unknown();
   void missing();
@@ -152,6 +161,9 @@ class BootSlave final : private StepContext {
     unsigned repeats = 0;
   };
   Reset reset_;
+  // Boot-up messages of a node that restarts while it is configured, and what was written last.
+  unsigned restarts_ = 0;
+  od::Address last_written_{};
   bool said_ = false;             // the last transfer was ended by an abort of the node itself
   std::uint32_t refusals_ = 0;    // so often in a row the same one
   std::uint32_t assignment_ = 0;  // 1F81h when the process began

@@ -41,12 +41,17 @@ void Manager::set_configuration_step(MakeStep make) {
 
 void Manager::boot_up(std::uint8_t node, Instant now) {
   NodeState& seen = nodes_[node];
+  Slot* slot = find(node);
+  const bool by_program = held_[node] || (slot != nullptr && slot->boot->loads_program());
+  if (causes_.boot_up(seen, now) && active() && !by_program) {
+    changed_itself(node, nmt::State::initialising, seen.state, now);
+  }
   seen.last_heard = now;
   seen.presence = Presence::present;
   seen.state = nmt::State::pre_operational;  // entered by itself right after the boot-up message
   life_.boot_up(node, now);
+  shared_.begin(node);
   touch(node);
-  Slot* slot = find(node);
   if (slot == nullptr) {
     if (!held_[node]) {
       events_.emit({.time = now, .kind = EventKind::unexpected_node, .node = node, .code = 0});
@@ -62,6 +67,9 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
   seen.heartbeat_monitored = false;
   slot->started = false;
   slot->boot->boot_up(now);
+  if (slot->boot->pauses()) {
+    life_.answer(node, now);
+  }
   settle(*slot, now);
   update_state(now);
 }
@@ -69,6 +77,7 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
 void Manager::heartbeat(std::uint8_t node, nmt::State state, Instant now) {
   NodeState& seen = nodes_[node];
   seen.last_heard = now;
+  look_for_twin(node, state, now);
   if (heartbeats_.monitored(node)) {
     life_.forget(node);
   } else {
@@ -81,6 +90,10 @@ void Manager::heartbeat(std::uint8_t node, nmt::State state, Instant now) {
                   .node = node,
                   .code = static_cast<std::uint8_t>(state)});
   }
+  const nmt::State before = seen.state;
+  if (causes_.shows(seen, state) && active()) {
+    changed_itself(node, state, before, now);
+  }
   if (seen.state != state || seen.presence != Presence::present) {
     seen.state = state;
     seen.presence = Presence::present;
@@ -90,9 +103,28 @@ void Manager::heartbeat(std::uint8_t node, nmt::State state, Instant now) {
     }
   }
   if (slot != nullptr) {
+    if (state == nmt::State::operational) {
+      end_start(*slot, now);
+    }
     slot->boot->heartbeat(state, now);
     settle(*slot, now);
   }
+}
+
+// A guarded node answers at the times at which it is asked.
+void Manager::look_for_twin(std::uint8_t node, nmt::State state, Instant now) {
+  const std::uint32_t sign = heartbeats_.guarded(node) ? 0 : shared_.heartbeat(node, state, now);
+  if (sign != 0) {
+    events_.emit({.time = now, .kind = EventKind::shared_node_id, .node = node, .code = sign});
+  }
+}
+
+void Manager::changed_itself(std::uint8_t node, nmt::State state, nmt::State before, Instant now) {
+  events_.emit({.time = now,
+                .kind = EventKind::spontaneous_change,
+                .node = node,
+                .code = static_cast<std::uint8_t>(state),
+                .value = static_cast<std::uint8_t>(before)});
 }
 
 void Manager::heartbeat_lost(std::uint8_t node, Instant now) {
@@ -199,7 +231,9 @@ void Manager::commanded(nmt::Command command, std::uint8_t node, Instant now) {
       const bool reset = node == 0 || id == node;
       if (reset && find(id) == nullptr && nodes_[id].presence == Presence::present) {
         nodes_[id].state = nmt::State::unknown;
-        life_.answer(id, now);
+        if (!life_.holds(id)) {
+          life_.answer(id, now);
+        }
         touch(id);
       }
     }
@@ -217,6 +251,11 @@ void Manager::commanded(nmt::Command command, std::uint8_t node, Instant now) {
     } else {
       slot->boot->commanded();
       assume_state(id, command);
+      if (command == nmt::Command::start) {
+        expect_start(*slot, now);
+      } else {
+        end_start(*slot, now);
+      }
     }
   }
   update_state(now);
@@ -227,6 +266,7 @@ void Manager::hold(std::uint8_t node) {
     slot->boot->cancel();
     slot->concluded = false;
     slot->started = false;
+    slot->not_started = kNever;
     heartbeats_.stop(node);
     nodes_[node].heartbeat_monitored = false;
     nodes_[node].boot = kBootUnfinished;
@@ -345,9 +385,10 @@ void Manager::refresh_list() {
 // Without error control nobody will tell the state, so the command has to stand for it.
 void Manager::assume_state(std::uint8_t node, nmt::Command command) {
   NodeState& seen = nodes_[node];
-  if (seen.heartbeat_monitored || seen.presence != Presence::present) {
+  if (seen.heartbeat_monitored || life_.beats(node) || seen.presence != Presence::present) {
     return;
   }
+  seen.cause = StateCause::command;
   switch (command) {
     case nmt::Command::start:
       seen.state = nmt::State::operational;

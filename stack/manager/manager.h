@@ -16,7 +16,9 @@
 #include "stack/manager/host.h"
 #include "stack/manager/network_list.h"
 #include "stack/manager/plan.h"
+#include "stack/manager/shared_id.h"
 #include "stack/manager/state.h"
+#include "stack/manager/state_changes.h"
 #include "stack/nmt/heartbeat_consumer.h"
 #include "stack/nmt/life_signs.h"
 #include "stack/nmt/state.h"
@@ -53,6 +55,12 @@ class Manager {
   void completed(const sdo::Completion& completion, Instant now);
   // Somebody asked for this NMT command by a Command; it has been sent. node 0 = all.
   void commanded(nmt::Command command, std::uint8_t node, Instant now);
+  // An NMT command to a node, or all with 0, was sent or heard: the changes that it causes are not
+  // spontaneous.
+  void sent(nmt::Command command, std::uint8_t node, Instant now) {
+    causes_.commanded(command, node, now);
+    shared_.begin(node);
+  }
   // Somebody has reset the own node: the network is started as after power-on.
   void own_reset();
   // Boots the node, or all with 0, anew; resets it before unless it is to be kept alive. One that
@@ -100,9 +108,10 @@ class Manager {
   struct Slot {
     NodePlan plan;
     std::unique_ptr<BootSlave> boot;
-    bool concluded = false;  // its boot process ended, well or not, at least once
-    bool started = false;    // told to start, or found Operational, since it was booted
-    Instant reset_at{};      // when it was last told to reset
+    bool concluded = false;        // its boot process ended, well or not, at least once
+    bool started = false;          // told to start, or found Operational, since it was booted
+    Instant reset_at{};            // when it was last told to reset
+    Instant not_started = kNever;  // when it is to show Operational, after NMT start
   };
   // What the loss of a mandatory node, or a reset of the own node, makes the manager do as soon as
   // it has its turn.
@@ -112,6 +121,12 @@ class Manager {
   Slot* find(std::uint8_t node) const;
   Slot& slot_of(NodePlan plan);
   void equip(Slot& slot);
+  void look_for_twin(std::uint8_t node, nmt::State state, Instant now);
+  void changed_itself(std::uint8_t node, nmt::State state, nmt::State before, Instant now);
+  void expect_start(Slot& slot, Instant now);
+  void end_start(Slot& slot, Instant now);
+  void miss_start(Slot& slot, Instant now);
+  void leave_unwatched(const Slot& slot, Instant now);
   void miss(std::uint8_t node, Presence presence);
   void expire(std::uint8_t node);
   void assume_state(std::uint8_t node, nmt::Command command);
@@ -161,6 +176,8 @@ class Manager {
   std::array<std::uint64_t, 128> revisions_{};
   std::uint64_t changes_ = 0;
   std::bitset<128> held_;
+  StateChanges causes_;
+  SharedIds shared_;
   nmt::LifeSigns life_;  // of nodes whose error control is not monitored
 };
 

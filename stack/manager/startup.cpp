@@ -78,17 +78,28 @@ void Manager::hand_over(Instant now) {
 void Manager::end(Instant now) {
   for (const auto& slot : slots_) {
     slot->boot->cancel();
+    slot->not_started = kNever;
     heartbeats_.stop(slot->plan.id);
     host_.node_data_invalid(slot->plan.id);
     nodes_[slot->plan.id].heartbeat_monitored = false;
-    if (slot->plan.heartbeat_consumer > Duration::zero()) {
-      life_.expect(slot->plan.id, now + slot->plan.heartbeat_consumer);
-    }
+    leave_unwatched(*slot, now);
     touch(slot->plan.id);
   }
   boot_deadline_ = kNever;
   reaction_ = Reaction::none;
   nodes_stopped_ = false;
+}
+
+// Neither its boot process nor its error control shows from now on whether the node is there.
+void Manager::leave_unwatched(const Slot& slot, Instant now) {
+  if (heartbeats_.monitored(slot.plan.id)) {
+    return;
+  }
+  if (slot.plan.heartbeat_consumer > Duration::zero()) {
+    life_.expect(slot.plan.id, now + slot.plan.heartbeat_consumer);
+  } else if (has_error_control(slot.plan.id)) {
+    life_.answer(slot.plan.id, now);
+  }
 }
 
 void Manager::boot(std::uint8_t node, Instant now) {
@@ -130,6 +141,9 @@ void Manager::advance(Instant now) {
     update_state(now);
   }
   for (const auto& slot : slots_) {
+    if (slot->not_started <= now) {
+      miss_start(*slot, now);
+    }
     if (slot->boot->next_wake() <= now) {
       slot->boot->advance(now);
       settle(*slot, now);
@@ -144,7 +158,7 @@ Instant Manager::next_wake() const {
   }
   Instant wake = earlier(boot_deadline_, life_.next_wake());
   for (const auto& slot : slots_) {
-    wake = earlier(wake, slot->boot->next_wake());
+    wake = earlier(wake, earlier(slot->boot->next_wake(), slot->not_started));
   }
   return wake;
 }
@@ -155,6 +169,7 @@ void Manager::begin(Slot& slot, BootSlave::Reason reason, Instant now, nmt::Comm
   }
   nodes_[slot.plan.id].heartbeat_monitored = false;
   slot.started = false;
+  slot.not_started = kNever;
   slot.boot->begin(reason, now, command);
   touch(slot.plan.id);
   settle(slot, now);
@@ -209,6 +224,7 @@ void Manager::start_nodes(Instant now) {
         slot->started = true;
         slot->boot->commanded();
         assume_state(slot->plan.id, nmt::Command::start);
+        expect_start(*slot, now);
       }
     }
   }
@@ -228,6 +244,38 @@ void Manager::start_node(Slot& slot, Instant now) {
   slot.started = true;
   host_.send_nmt(nmt::Command::start, slot.plan.id, now);
   assume_state(slot.plan.id, nmt::Command::start);
+  expect_start(slot, now);
+}
+
+// The error control of the node shows whether the command had its effect.
+void Manager::expect_start(Slot& slot, Instant now) {
+  constexpr Duration kShortest = std::chrono::seconds(1);
+  const std::uint8_t id = slot.plan.id;
+  const Duration life_time = list_.guard_time(id) * list_.life_time_factor(id);
+  if (nodes_[id].heartbeat_monitored && nodes_[id].state != nmt::State::operational) {
+    slot.not_started = now + std::max({slot.plan.heartbeat_consumer, life_time, kShortest});
+  }
+}
+
+void Manager::end_start(Slot& slot, Instant now) {
+  const std::uint8_t id = slot.plan.id;
+  slot.not_started = kNever;
+  if (nodes_[id].boot == kNotStarted) {
+    nodes_[id].boot = kBooted;
+    touch(id);
+    events_.emit(boot_result(id, kBooted, {}, now));
+  }
+}
+
+void Manager::miss_start(Slot& slot, Instant now) {
+  const std::uint8_t id = slot.plan.id;
+  slot.not_started = kNever;
+  if (nodes_[id].boot == kBooted && nodes_[id].presence == Presence::present &&
+      nodes_[id].state != nmt::State::operational) {
+    nodes_[id].boot = kNotStarted;
+    touch(id);
+    events_.emit(boot_result(id, kNotStarted, {}, now));
+  }
 }
 
 // --- error events -------------------------------------------------------------------------------
@@ -273,6 +321,8 @@ void Manager::stop_all(Instant now) {
   host_.command_own(nmt::Command::stop, now);
   for (const auto& slot : slots_) {
     slot->boot->cancel();
+    slot->not_started = kNever;
+    leave_unwatched(*slot, now);
     host_.node_data_invalid(slot->plan.id);
     if (nodes_[slot->plan.id].configured) {
       assume_state(slot->plan.id, nmt::Command::stop);

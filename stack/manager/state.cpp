@@ -82,6 +82,18 @@ std::string_view name(Presence presence) {
   return "unknown";
 }
 
+std::string_view name(StateCause cause) {
+  switch (cause) {
+    case StateCause::unknown:
+      return "unknown";
+    case StateCause::command:
+      return "command";
+    case StateCause::itself:
+      return "itself";
+  }
+  return "unknown";
+}
+
 std::string_view describe_boot(char letter) {
   switch (letter) {
     case kBooted:
@@ -118,6 +130,10 @@ std::string_view describe_boot(char letter) {
       return "revision number differs from the expected one";
     case 'O':
       return "serial number differs from the expected one";
+    case kRestarts:
+      return "restarts while it is configured";
+    case kNotStarted:
+      return "booted, but not operational after NMT start";
     default:
       return "unknown boot status";
   }
@@ -128,6 +144,10 @@ std::string describe_boot(char letter, const BootFinding& finding) {
                                                            : describe_boot(letter));
   switch (finding.kind) {
     case BootFinding::Kind::none:
+      break;
+    case BootFinding::Kind::last:
+      out += ", last object " + (finding.object.sub == 0 ? hex(finding.object.index, 4) + 'h'
+                                                         : object_text(finding.object));
       break;
     case BootFinding::Kind::abort:
       out += ": " + object_text(finding.object) + " ended with " +

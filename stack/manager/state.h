@@ -33,13 +33,25 @@ enum class Presence : std::uint8_t {
 };
 std::string_view name(Presence presence);
 
+// Why a node came into the NMT state that it shows. Grows at the end only: the numbers are those of
+// the DDS contract.
+enum class StateCause : std::uint8_t {
+  unknown,  // it was switched on, or nothing was heard of it before
+  command,  // an NMT command asked for it
+  itself,   // no command did
+};
+std::string_view name(StateCause cause);
+
 inline constexpr char kBooted = '\0';
 inline constexpr char kBootUnfinished = '-';
 inline constexpr char kWasOperational = 'L';
+// Letters that CiA 302-2 does not have. OWN.
+inline constexpr char kNotStarted = 'S';  // booted, but not Operational after NMT start
+inline constexpr char kRestarts = 'R';    // it boots again and again while it is configured
 
 // The boot process came to its good end: nothing was wrong, or the node was running already.
 constexpr bool is_booted(char letter) {
-  return letter == kBooted || letter == kWasOperational;
+  return letter == kBooted || letter == kWasOperational || letter == kNotStarted;
 }
 
 // What a boot slave process found wrong, besides the letter.
@@ -48,6 +60,7 @@ struct BootFinding {
     none,   // nothing but the letter
     abort,  // the transfer of `object` ended with `abort`
     value,  // `object` is `found`, which is not `expected`
+    last,   // `object` was the last that was written
   };
   Kind kind = Kind::none;
   od::Address object{};
@@ -65,7 +78,7 @@ struct NodeState {
   Presence presence = Presence::unknown;
   bool heartbeat_monitored = false;
   // Error status of the last boot slave process (CiA 302-2): kBooted, kBootUnfinished, or a letter
-  // A..O, see describe_boot().
+  // A..O, R, S, see describe_boot().
   char boot = kBootUnfinished;
   BootFinding finding;            // why, with a letter
   std::uint32_t device_type = 0;  // 1000h as read, 0 = not read
@@ -77,7 +90,9 @@ struct NodeState {
   std::uint16_t last_emcy = 0;      // code of the last EMCY
   std::uint32_t emcy_count = 0;
   std::uint32_t heartbeats_lost = 0;
-  Instant last_heard{};  // any frame of its error control or EMCY
+  StateCause cause = StateCause::unknown;
+  std::uint32_t spontaneous_changes = 0;  // Operational left, or booted, without a command
+  Instant last_heard{};                   // any frame of its error control or EMCY
 };
 
 // The boot status in words, e.g. "no answer to the SDO upload of 1000h" for 'B'; "booted" for

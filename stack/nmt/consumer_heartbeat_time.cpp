@@ -1,5 +1,6 @@
 #include "stack/nmt/consumer_heartbeat_time.h"
 
+#include <algorithm>
 #include <array>
 
 #include "stack/base/byte_order.h"
@@ -27,12 +28,66 @@ ConsumerHeartbeatTime::ConsumerHeartbeatTime(const od::Dictionary& dictionary,
     : dictionary_(dictionary), consumer_(consumer) {
 }
 
+std::uint64_t ConsumerHeartbeatTime::own_entry(unsigned sub) const {
+  const od::Address address{kConsumerHeartbeatTime, static_cast<std::uint8_t>(sub)};
+  return shown_[sub] ? 0 : dictionary_.number(address).value_or(0);
+}
+
+// The nodes that the other consumer monitors, ascending, in the entries that are not used.
+std::uint32_t ConsumerHeartbeatTime::shown_in(unsigned sub) const {
+  const unsigned highest = dictionary_.highest_sub(kConsumerHeartbeatTime).value_or(0);
+  std::bitset<can::kMaxNodeId + 1> own;
+  unsigned place = 0;  // of the entry among those that are not used
+  for (unsigned each = 1; each <= highest; ++each) {
+    const Entry entry = entry_of(own_entry(each));
+    if (entry.used()) {
+      own.set(entry.node);
+    } else if (each < sub) {
+      ++place;
+    }
+  }
+  for (std::uint8_t node = can::kMinNodeId; node <= can::kMaxNodeId; ++node) {
+    const bool shown = other_->monitored(node) && !other_->guarded(node) && !own[node];
+    if (shown && place-- == 0) {
+      const auto ms =
+          std::chrono::duration_cast<std::chrono::milliseconds>(other_->time(node)).count();
+      return std::uint32_t{node} << 16U |
+             static_cast<std::uint32_t>(std::min<std::int64_t>(ms, 0xFFFF));
+    }
+  }
+  return 0;
+}
+
+AbortCode ConsumerHeartbeatTime::before_read(od::Address address, const od::Variable& variable) {
+  if (other_ == nullptr || address.sub == 0 || entry_of(own_entry(address.sub)).used()) {
+    return AbortCode::none;
+  }
+  const std::uint32_t value = shown_in(address.sub);
+  shown_[address.sub] = value != 0;
+  shows_ = shows_ || value != 0;
+  store_le(variable.data, value);
+  return AbortCode::none;
+}
+
+void ConsumerHeartbeatTime::hide(od::Dictionary& dictionary) {
+  constexpr std::array<std::byte, 4> kEmpty{};
+  for (unsigned sub = 1; sub < shown_.size(); ++sub) {
+    if (shown_[sub]) {
+      dictionary.restore({kConsumerHeartbeatTime, static_cast<std::uint8_t>(sub)}, kEmpty);
+    }
+  }
+  shown_.reset();
+  shows_ = false;
+}
+
 void ConsumerHeartbeatTime::configure(bool restart) {
+  if (restart) {
+    shown_.reset();
+  }
   std::array<Duration, can::kMaxNodeId + 1> times{};
   const unsigned highest = dictionary_.highest_sub(kConsumerHeartbeatTime).value_or(0);
   for (unsigned sub = 1; sub <= highest; ++sub) {
-    const auto raw = dictionary_.number({kConsumerHeartbeatTime, static_cast<std::uint8_t>(sub)});
-    const Entry entry = entry_of(raw.value_or(0));
+    const Entry entry = entry_of(own_entry(sub));
     if (entry.used()) {
       times[entry.node] = entry.time;
     }
@@ -55,8 +110,7 @@ AbortCode ConsumerHeartbeatTime::check_write(od::Address address,
   }
   const unsigned highest = dictionary_.highest_sub(kConsumerHeartbeatTime).value_or(0);
   for (unsigned sub = 1; sub <= highest; ++sub) {
-    const auto raw = dictionary_.number({kConsumerHeartbeatTime, static_cast<std::uint8_t>(sub)});
-    const Entry other = entry_of(raw.value_or(0));
+    const Entry other = entry_of(own_entry(sub));
     if (sub != address.sub && other.used() && other.node == wanted.node) {
       return AbortCode::parameter_incompatible;
     }
@@ -64,7 +118,8 @@ AbortCode ConsumerHeartbeatTime::check_write(od::Address address,
   return AbortCode::none;
 }
 
-void ConsumerHeartbeatTime::written(od::Address /*address*/) {
+void ConsumerHeartbeatTime::written(od::Address address) {
+  shown_[address.sub] = false;
   configure(false);
 }
 

@@ -58,6 +58,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   void take_node_control(const can::Frame& frame);
   void take_sync(const can::Frame& frame);
   void take_time(const can::Frame& frame);
+  void hide_monitored();
   void take_sdo(std::uint16_t index, const can::Frame& frame);
   void take_sdo_answer(std::uint16_t index, const can::Frame& frame);
   void take_error_control(std::uint16_t index, const can::Frame& frame);

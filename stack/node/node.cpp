@@ -149,6 +149,9 @@ void Node::set_sdo_detour(sdo::Detour* detour) {
 time::Service& Node::clock() {
   return impl_->clock;
 }
+void Node::show_monitored(const nmt::HeartbeatConsumer* consumer) {
+  impl_->heartbeat_times.show(consumer);
+}
 can::Dispatch& Node::dispatch() {
   return impl_->dispatch;
 }

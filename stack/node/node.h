@@ -25,6 +25,9 @@ namespace linegate::emcy {
 class Producer;
 enum class SendResult : std::uint8_t;
 }  // namespace linegate::emcy
+namespace linegate::nmt {
+class HeartbeatConsumer;
+}
 namespace linegate::sdo {
 class Detour;
 }
@@ -177,6 +180,8 @@ class Node {
   // Where the SDO servers send what is for other networks; must outlive the node.
   void set_sdo_detour(sdo::Detour* detour);
   time::Service& clock();
+  // 1016h shows what this consumer monitors besides; it must outlive the node. nullptr: nothing.
+  void show_monitored(const nmt::HeartbeatConsumer* consumer);
   can::Dispatch& dispatch();
   can::TransmitQueue& transmit();
   const NodeCounters& counters() const;

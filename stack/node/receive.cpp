@@ -53,7 +53,15 @@ inline bool Node::Impl::answer_sdo_request(const can::Frame& frame) {
   }
 }
 
+// What an answer showed of 1016h is in the dictionary no longer than until the next request.
+void Node::Impl::hide_monitored() {
+  if (heartbeat_times.shows()) [[unlikely]] {
+    heartbeat_times.hide(dictionary);
+  }
+}
+
 void Node::Impl::take_sdo(std::uint16_t index, const can::Frame& frame) {
+  hide_monitored();
   if (index >= kSdoServers) {
     hand_to_companion({can::Service::sdo_server, index, 0}, frame);
     return;

@@ -200,6 +200,7 @@ void Node::Impl::tell_state(nmt::State before, Instant time) {
 
 void Node::Impl::advance(Instant time) {
   now = time;
+  hide_monitored();
   pdos.set_sync_window(sync.window());
   heartbeats.advance(time);
   guarding.advance(time);

@@ -83,6 +83,8 @@ void Nodes::commanded(const nmt::NodeControl& command, Instant now) {
                 .kind = EventKind::nmt_command,
                 .node = command.node,
                 .code = static_cast<std::uint8_t>(command.command)});
+  changes_.commanded(command.command, command.node, now);
+  shared_.begin(command.node);
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
     if (command.addresses(id)) {
       assume(id, command.command);
@@ -197,7 +199,19 @@ void Nodes::heard(std::uint8_t id, nmt::State state, Instant now) {
   }
 }
 
+void Nodes::changed_itself(std::uint8_t id, nmt::State state, nmt::State before, Instant now) {
+  events_.emit({.time = now,
+                .kind = EventKind::spontaneous_change,
+                .node = id,
+                .code = static_cast<std::uint8_t>(state),
+                .value = static_cast<std::uint8_t>(before)});
+}
+
 void Nodes::boot_up(std::uint8_t id, Instant now) {
+  shared_.begin(id);
+  if (changes_.boot_up(nodes_[id], now)) {
+    changed_itself(id, nmt::State::initialising, nodes_[id].state, now);
+  }
   heard(id, nmt::State::initialising, now);
   tells_state_[id] = false;
   nodes_[id].heartbeat_monitored = false;
@@ -212,6 +226,11 @@ void Nodes::boot_up(std::uint8_t id, Instant now) {
 void Nodes::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
   NodeState& seen = nodes_[id];
   const bool news = seen.state != state || seen.presence != Presence::present || !tells_state_[id];
+  const std::uint32_t twin = heartbeats_.guarded(id) ? 0 : shared_.heartbeat(id, state, now);
+  if (twin != 0) {
+    events_.emit({.time = now, .kind = EventKind::shared_node_id, .node = id, .code = twin});
+  }
+  const bool was_present = seen.presence == Presence::present;
   heard(id, state, now);
   if (heartbeats_.monitored(id)) {
     life_.forget(id);
@@ -220,6 +239,10 @@ void Nodes::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
   }
   if (!news) {
     return;
+  }
+  const nmt::State before = seen.state;
+  if (was_present && changes_.shows(seen, state)) {
+    changed_itself(id, state, before, now);
   }
   tells_state_[id] = true;
   seen.state = state;

@@ -13,7 +13,9 @@
 #include "stack/can/frame.h"
 #include "stack/emcy/consumer.h"
 #include "stack/manager/plan.h"
+#include "stack/manager/shared_id.h"
 #include "stack/manager/state.h"
+#include "stack/manager/state_changes.h"
 #include "stack/nmt/heartbeat_consumer.h"
 #include "stack/nmt/life_signs.h"
 #include "stack/nmt/node_control.h"
@@ -71,6 +73,7 @@ class Nodes final : nmt::HeartbeatListener, emcy::Listener {
 
   void heard(std::uint8_t id, nmt::State state, Instant now);
   bool has_error_control(std::uint8_t id) const;
+  void changed_itself(std::uint8_t id, nmt::State state, nmt::State before, Instant now);
   void miss(std::uint8_t id, manager::Presence presence);
   void assume(std::uint8_t id, nmt::Command command);
   void set_state(std::uint8_t id, nmt::State state);
@@ -83,6 +86,8 @@ class Nodes final : nmt::HeartbeatListener, emcy::Listener {
   emcy::Consumer emergencies_;
   std::array<manager::NodeState, 128> nodes_;
   std::array<std::uint64_t, 128> revisions_{};
+  manager::StateChanges changes_;
+  manager::SharedIds shared_;
   nmt::LifeSigns life_;                         // of nodes whose error control is not monitored
   std::array<Duration, 128> heartbeat_time_{};  // consumer time by configuration
   std::array<bool, 128> tells_state_{};         // heartbeat or guarding answer since its boot-up

@@ -12,6 +12,17 @@
 
 namespace linegate::sdo {
 
+namespace {
+
+// The answer to the first frame of an ordinary upload or download.
+bool begins_transfer(std::uint64_t word) {
+  const unsigned specified = specifier(static_cast<std::uint8_t>(word));
+  return specified == static_cast<unsigned>(ServerCommand::upload_initiate) ||
+         specified == static_cast<unsigned>(ServerCommand::download_initiate);
+}
+
+}  // namespace
+
 // The client side of one node's default server.
 struct Arbiter::Channel {
   explicit Channel(std::uint8_t id)
@@ -22,6 +33,13 @@ struct Arbiter::Channel {
   RequestQueue queue;
   std::optional<Request> current;        // under way
   std::optional<Instant> foreign_heard;  // newest foreign use
+  // What shows that two devices answer.
+  std::uint64_t answer = 0;     // the last one that began or ended a transfer
+  Instant answered = kNever;    // when it came
+  bool answered_twice = false;  // so was the answer before
+  unsigned twice = 0;           // so often in a row the same answer came twice
+  Instant twin_reported = kNever;
+  Instant disturbed = kNever;  // a transfer failed, or another client was heard
 };
 
 Arbiter::Arbiter(can::Dispatch& dispatch, can::TransmitQueue& transmit, EventLog& events)
@@ -77,6 +95,7 @@ void Arbiter::receive(const can::Target& target, const can::Frame& frame) {
   now_ = std::max(now_, frame.time);
   if ((target.index & kForeignRequest) != 0) {
     addressed->client.expect_stray();
+    addressed->disturbed = frame.time;
     foreign(*addressed, frame);
   } else {
     response(*addressed, frame);
@@ -160,6 +179,7 @@ Arbiter::Channel& Arbiter::channel(std::uint8_t node) {
 void Arbiter::serve(Channel& channel, Instant now) {
   if (std::optional<Outcome> outcome = channel.client.take(); outcome && channel.current) {
     if (outcome->abort != AbortCode::none) {
+      channel.disturbed = outcome->refused ? channel.disturbed : now;
       tell_abort(*channel.current, outcome->abort, now);
     }
     complete(*channel.current, outcome->abort, std::move(outcome->data), outcome->refused);
@@ -192,7 +212,55 @@ void Arbiter::begin(Channel& channel, Instant now) {
   }
 }
 
+// A second answer that differs from the first one, or the same several times in a row. None if
+// answers to other requests may be under way. A controller repeats a frame now and then.
+void Arbiter::look_for_twin(Channel& channel, const can::Frame& frame) {
+  constexpr Duration kTogether = std::chrono::milliseconds(50);
+  constexpr Duration kUndisturbed = std::chrono::seconds(10);
+  constexpr Duration kReportedAgain = std::chrono::minutes(1);
+  constexpr unsigned kSameAnswers = 3;
+  const std::uint64_t word = well_formed(frame) ? word_of(frame) : 0;
+  if (channel.current && channel.current->user != nullptr) {
+    channel.answered = kNever;  // its requests are not looked at here
+    return;
+  }
+  if (!begins_transfer(word)) {
+    return;
+  }
+  const bool again = channel.answered != kNever && frame.time - channel.answered < kTogether &&
+                     multiplexer(word) == multiplexer(channel.answer) &&
+                     !(channel.current && channel.current->address == multiplexer(word) &&
+                       channel.client.waits_for_initiate());
+  const bool differs = word != channel.answer;
+  if (!again) {
+    channel.twice = channel.answered_twice ? channel.twice : 0;
+    channel.answered_twice = false;
+    channel.answer = word;
+    channel.answered = frame.time;
+    return;
+  }
+  channel.twice += channel.answered_twice ? 0U : 1U;
+  channel.answered_twice = true;
+  const bool disturbed =
+      channel.disturbed != kNever && frame.time - channel.disturbed < kUndisturbed;
+  const bool reported =
+      channel.twin_reported != kNever && frame.time - channel.twin_reported < kReportedAgain;
+  if (disturbed || reported || (!differs && channel.twice < kSameAnswers)) {
+    return;
+  }
+  channel.twin_reported = frame.time;
+  Event event{.time = frame.time,
+              .kind = EventKind::shared_node_id,
+              .node = channel.node,
+              .length = 3,
+              .code = 1};
+  store_le(event.data.data(), multiplexer(word).index);
+  event.data[2] = std::byte{multiplexer(word).sub};
+  events_.emit(event);
+}
+
 void Arbiter::response(Channel& channel, const can::Frame& frame) {
+  look_for_twin(channel, frame);
   if (channel.current && channel.current->user != nullptr && well_formed(frame)) {
     channel.current->user->response(channel.current->token, frame);
     return;

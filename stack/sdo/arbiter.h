@@ -99,6 +99,7 @@ class Arbiter {
   void serve(Channel& channel, Instant now);
   void begin(Channel& channel, Instant now);
   void response(Channel& channel, const can::Frame& frame);
+  void look_for_twin(Channel& channel, const can::Frame& frame);
   void foreign(Channel& channel, const can::Frame& frame);
   void count(AbortCode abort);
   void complete(const Request& request, AbortCode abort, std::vector<std::byte> data = {},

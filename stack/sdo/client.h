@@ -121,6 +121,9 @@ class Client {
   // Once when a transfer has ended.
   std::optional<Outcome> take();
 
+  // The answer to the first frame of a transfer has not come.
+  bool waits_for_initiate() const;
+
  private:
   static constexpr unsigned kMaxStrays = 4;
   // After a block download initiate an acknowledgement is a mistake of the server until then.
@@ -161,7 +164,6 @@ class Client {
   bool is_abort(std::uint8_t command) const;
   Receipt aborted_by_server(std::uint64_t word, Instant now, can::TransmitQueue& queue);
   bool take_stray(std::uint64_t word, Instant now);
-  bool waits_for_initiate() const;
   void send_abort(AbortCode code, Instant now, can::TransmitQueue& queue);
   void give_up(AbortCode why, Instant now, can::TransmitQueue& queue);
   bool may_have_taken_effect() const;

@@ -88,6 +88,8 @@ inline line::NodeState node_state() {
   state.emcy_count = 6;
   state.heartbeats_lost = 2;
   state.last_heard = at(6);
+  state.cause = line::StateCause::itself;
+  state.spontaneous_changes = 3;
   return state;
 }
 

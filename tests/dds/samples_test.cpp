@@ -88,6 +88,8 @@ TEST(StateSamples, NodeStateComesBackWithTimesInUtc) {
   EXPECT_EQ(state.emcy_count, sent.emcy_count);
   EXPECT_EQ(state.heartbeats_lost, sent.heartbeats_lost);
   EXPECT_EQ(state.last_heard, sent.last_heard);
+  EXPECT_EQ(state.cause, sent.cause);
+  EXPECT_EQ(state.spontaneous_changes, sent.spontaneous_changes);
 }
 
 TEST(StateSamples, NeverStaysNever) {

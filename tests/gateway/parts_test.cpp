@@ -203,6 +203,32 @@ TEST(LibraryLogger, TellsWarningsAndErrorsAndCutsAStormShort) {
   EXPECT_EQ(log.lines().back(), "error Fast DDS: last (981 more messages left out)");
 }
 
+TEST(EventLogger, JoinsTheHeartbeatsThatAreLostWithTheInterface) {
+  EventLogger logger;
+  Instant now{std::chrono::seconds(1)};
+  const auto joins = [&](std::uint64_t number, EventKind kind, std::uint8_t node,
+                         std::uint32_t code) {
+    return logger.join({.number = number, .time = now, .kind = kind, .node = node, .code = code},
+                       now);
+  };
+  const auto stopped = static_cast<std::uint32_t>(can::BusState::stopped);
+  EXPECT_FALSE(joins(1, EventKind::heartbeat_lost, 4, 0)) << "its interface is usable";
+  EXPECT_FALSE(joins(2, EventKind::interface_failed, 0, 100));
+  EXPECT_FALSE(joins(3, EventKind::bus_state, 0, stopped));
+  EXPECT_TRUE(joins(4, EventKind::heartbeat_lost, 5, 0));
+  EXPECT_TRUE(joins(5, EventKind::heartbeat_lost, 6, 0));
+  EXPECT_EQ(logger.take_joined(now), "") << "others may follow";
+  now += EventLogger::kJoined;
+  EXPECT_EQ(logger.take_joined(now),
+            "bus stopped: the heartbeat of nodes 5, 6 is lost because of it (#4 to #5)");
+  EXPECT_EQ(logger.take_joined(now), "");
+  EXPECT_TRUE(joins(6, EventKind::heartbeat_lost, 7, 0));
+  EXPECT_FALSE(joins(7, EventKind::interface_ready, 0, 0));
+  EXPECT_EQ(logger.take_joined(now),
+            "bus stopped: the heartbeat of node 7 is lost because of it (#6)");
+  EXPECT_FALSE(joins(8, EventKind::heartbeat_lost, 5, 0));
+}
+
 TEST(EventLogger, LeavesOutWhatComesTooOftenAndCountsIt) {
   EventLogger logger;
   const Instant start{1s};

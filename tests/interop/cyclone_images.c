@@ -105,6 +105,8 @@ static void print_node(const void* sample) {
   print_text("name", s->name);
   print_number("state", s->state);
   print_number("presence", s->presence);
+  print_number("cause", s->cause);
+  print_number("spontaneous_changes", s->spontaneous_changes);
   print_number("heartbeats_lost", s->heartbeats_lost);
   printf("}\n");
 }

@@ -126,6 +126,8 @@ void compare_node_state(const linegate_v1_NodeState* s) {
   NUMBER(s->last_emcy, 0x8130);
   NUMBER(s->emcy_count, 6);
   NUMBER(s->heartbeats_lost, 2);
+  NUMBER(s->cause, linegate_v1_STATE_CAUSE_ITSELF);
+  NUMBER(s->spontaneous_changes, 3);
   compare_properties(&s->properties);
 }
 

@@ -30,7 +30,10 @@ struct Device {
 class Generator {
  public:
   explicit Generator(unsigned long seed)
-      : random_(seed), random_of_ours_(seed + 0x0475), random_of_more_(seed + 0x4D50) {}
+      : random_(seed),
+        random_of_ours_(seed + 0x0475),
+        random_of_more_(seed + 0x4D50),
+        random_of_states_(seed + 0x5354) {}
 
   std::string plant() {
     network();
@@ -43,6 +46,7 @@ class Generator {
       action(i);
       ours_speaks(time);
       command_or_mpdo(time);
+      change_itself(time);
     }
     quiet(time);
     return out_.str();
@@ -123,6 +127,37 @@ class Generator {
         break;
       case 2:
         foreign_command(below_more(4) == 0 ? 0 : device.id, time);
+        break;
+      default:
+        break;
+    }
+  }
+
+  unsigned below_states(unsigned limit) {
+    return static_cast<unsigned>(random_of_states_() % limit);
+  }
+
+  // Besides: what devices do by themselves, the same once more soon after, or a loss and return
+  // about when the manager finds it out.
+  void change_itself(unsigned time) {
+    const Device& device = devices_[below_states(static_cast<unsigned>(devices_.size()))];
+    const unsigned soon = time + below_states(device.heartbeat + 20);
+    switch (below_states(6)) {
+      case 0:
+        out_ << "at " << time << "ms node " << device.id << " blinks\n";
+        if (below_states(2) == 0) {
+          out_ << "at " << soon << "ms node " << device.id << " blinks\n";
+        }
+        break;
+      case 1:
+        out_ << "at " << time << "ms node " << device.id << " strays\n";
+        break;
+      case 2:
+        if (device.alive) {
+          out_ << "at " << time << "ms node " << device.id << " dies\nat "
+               << time + below_states(3 * (device.heartbeat + 100)) << "ms node " << device.id
+               << " returns\n";
+        }
         break;
       default:
         break;
@@ -356,6 +391,7 @@ class Generator {
   std::mt19937_64 random_;
   std::mt19937_64 random_of_ours_;
   std::mt19937_64 random_of_more_;
+  std::mt19937_64 random_of_states_;
   std::ostringstream out_;
   std::vector<Device> devices_;
   std::vector<Device> ours_;

@@ -65,6 +65,19 @@ std::string check_observer(const LineSeat& seat) {
   return check_event_numbers(seat.observed);
 }
 
+// A node that the observer does not show as present shows no state of its last life.
+std::string check_observed_states(const LineSeat& seat) {
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    const line::NodeState said = seat.observer->node_state(id);
+    if (said.presence != manager::Presence::present && said.state != nmt::State::unknown) {
+      return "observer: node " + std::to_string(id) + " is " +
+             std::string(line::name(said.presence)) + " and shows " +
+             std::string(nmt::name(said.state));
+    }
+  }
+  return {};
+}
+
 nmt::State real_state(LineSeat& seat, std::uint8_t node) {
   if (const DeviceSeat* device = seat.find(node)) {
     return device->device->node().state();
@@ -111,6 +124,12 @@ std::string check_always(LineSeat& seat, Instant now) {
   }
   if (seat.duplicate_replies != 0) {
     return "a command got two replies";
+  }
+  if (std::string text = seat.states.compare_all(*seat.line, now); !text.empty()) {
+    return text;
+  }
+  if (std::string text = check_observed_states(seat); !text.empty()) {
+    return text;
   }
   return seat.model.compare(*seat.line, now);
 }

@@ -16,6 +16,8 @@ namespace linegate::plant {
 //   a line of our devices below numbers its events as well
 //   a guarded device told that its life guarding was lost exactly when no request came in time
 //   2F01h and 2F02h of a device with MPDOs are what MPDOs brought
+//   what is shown of a node is what was received of it, see state_model.h; a node that an observer
+//   does not show as present shows no state
 //   a long value that was read by SDO is one that was written, and whole
 std::string check_always(LineSeat& seat, Instant now);
 

@@ -79,12 +79,30 @@ void Scenario::node_action(Words& words) {
     if (!device->device->alive()) {
       device->device->revive(world_.now());
     }
+  } else if (what == "blinks") {
+    blink(*device);
+  } else if (what == "strays") {
+    if (device->device->alive()) {
+      device->device->node().command(nmt::Command::enter_pre_operational, world_.now());
+    }
   } else if (what == "unplugged") {
     seat().bus.set_connected(device->end, false, world_.now());
   } else if (what == "plugged") {
     seat().bus.set_connected(device->end, true, world_.now());
   } else {
-    throw BadStatement("a node dies, returns, is unplugged or plugged; not '" + what + "'");
+    throw BadStatement("a node dies, returns, blinks, strays, is unplugged or plugged; not '" +
+                       what + "'");
+  }
+}
+
+// Switched off and on at once.
+void Scenario::blink(DeviceSeat& device) {
+  if (device.device->alive()) {
+    device.device->kill();
+    if (device.model) {
+      device.model->power_off();
+    }
+    device.device->revive(world_.now());
   }
 }
 

@@ -95,6 +95,10 @@ std::function<bool()> Scenario::boot_condition(Words& words) {
   if (words.accept("object")) {
     wanted.object = words.address();
   }
+  if (words.accept("last")) {
+    wanted.object = words.address();
+    wanted.kind = manager::BootFinding::Kind::last;
+  }
   if (words.accept("abort")) {
     wanted.kind = manager::BootFinding::Kind::abort;
     wanted.abort = static_cast<AbortCode>(words.number());

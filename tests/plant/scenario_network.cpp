@@ -200,6 +200,8 @@ void Scenario::describe_device(Words& words) {
       plan.mpdos.try_emplace(device.node_id);
     } else if (key == "mpdo-of") {
       plan.mpdos[device.node_id] = words.node();
+    } else if (key == "reboots-on") {
+      plan.reboots_on[device.node_id] = static_cast<std::uint16_t>(words.number());
     } else if (key == "unconfigured") {
       device.unconfigured = true;
     } else if (key == "has-serial") {
@@ -302,6 +304,9 @@ void Scenario::build() {
         (void)(*device.value)->dictionary().add(domain_object()).ok();
       }
       DeviceSeat& added = world_.add_device(seat, *std::move(device.value));
+      if (const auto on = plan.reboots_on.find(options.node_id); on != plan.reboots_on.end()) {
+        added.reboots_on = on->second;
+      }
       const auto foreign = plan.foreign_sdos.find(options.node_id);
       if (foreign != plan.foreign_sdos.end()) {
         added.sdo.emplace(options.node_id, foreign->second);

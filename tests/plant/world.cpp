@@ -4,6 +4,9 @@
 #include <array>
 #include <utility>
 
+#include "stack/base/byte_order.h"
+#include "stack/can/cob_id.h"
+
 namespace linegate::plant {
 namespace {
 
@@ -15,10 +18,22 @@ std::unique_ptr<line::Line> observer_of(const line::Line& line) {
   return *line::Line::make(std::move(config)).value;
 }
 
+// The first frame of a download of the object that makes the device boot.
+bool is_download(const can::Frame& frame, const DeviceSeat& device) {
+  const std::uint32_t request = can::kSdoRequestBase + device.device->node_id();
+  return frame.id == request && frame.length == 8 &&
+         (frame.data[0] & std::byte{0xE0}) == std::byte{0x20} &&
+         load_le<std::uint16_t>(frame.data.data() + 1) == device.reboots_on;
+}
+
 }  // namespace
 
 LineSeat::LineSeat(std::unique_ptr<line::Line> the_line, const sim::BusOptions& options)
-    : line(std::move(the_line)), bus(options), observer(observer_of(*line)), model(*line) {
+    : line(std::move(the_line)),
+      bus(options),
+      observer(observer_of(*line)),
+      model(*line),
+      states(*line) {
   end = bus.attach();
   witness_end = bus.attach();
   observer_end = bus.attach();
@@ -203,7 +218,7 @@ void World::turn(LineSeat& seat) {
 
 void World::turn_device(LineSeat& seat, DeviceSeat& device) {
   while (const std::size_t count = seat.bus.take(device.end, batch_)) {
-    if (!device.model && !device.sdo) {
+    if (!device.model && !device.sdo && device.reboots_on == 0) {
       device.device->receive(std::span(batch_).first(count));
       continue;
     }
@@ -228,6 +243,11 @@ void World::receive_alone(LineSeat& seat, DeviceSeat& device, const can::Frame& 
   if (device.model) {
     device.model->before_receive(*device.device, frame);
   }
+  if (device.reboots_on != 0 && is_download(frame, device)) {
+    device.device->kill();
+    device.device->revive(now_);
+    return;
+  }
   const ForeignSdo::Verdict verdict =
       device.sdo ? device.sdo->receive(frame) : ForeignSdo::Verdict{};
   if (verdict.abort_device) {
@@ -248,6 +268,7 @@ void World::turn_line(LineSeat& seat) {
   while (const std::size_t count = seat.bus.take(seat.end, batch_)) {
     for (const can::Frame& frame : std::span(batch_).first(count)) {
       seat.model.before_receive(frame);
+      seat.states.before_receive(frame);
       line.receive(std::span(&frame, 1), now_);
       seat.model.after_call();
     }
@@ -257,6 +278,9 @@ void World::turn_line(LineSeat& seat) {
   can::Frame frame;
   while (seat.bus.room(seat.end) > 0 && line.next_frame(frame, now_)) {
     seat.bus.submit(seat.end, frame, now_);
+  }
+  if (std::string text = seat.states.compare(line, now_); !text.empty()) {
+    fail("states: " + text);
   }
 }
 

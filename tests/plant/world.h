@@ -23,6 +23,7 @@
 #include "tests/plant/device_model.h"
 #include "tests/plant/foreign_sdo.h"
 #include "tests/plant/image_model.h"
+#include "tests/plant/state_model.h"
 
 namespace linegate::plant {
 
@@ -30,6 +31,8 @@ namespace linegate::plant {
 struct DeviceSeat {
   std::unique_ptr<sim::Device> device;
   sim::Bus::Endpoint end = 0;
+  // An object whose download makes the device boot instead of answering; 0 = none.
+  std::uint16_t reboots_on = 0;
   std::optional<DeviceModel> model{};  // of those whose guarding or MPDOs are judged
   std::optional<ForeignSdo> sdo{};     // of those whose SDO server is of another make
 };
@@ -53,6 +56,7 @@ struct LineSeat {
   sim::Bus::Endpoint ours_end = 0;
   std::vector<Event> ours_told;  // all it told, in order
   ImageModel model;
+  StateModel states;
   std::vector<Event> events;                     // all the line told, in order
   std::map<std::uint64_t, line::Reply> replies;  // by tag
   std::set<std::uint64_t> reports;  // tags of commands whose replies are no object's value

@@ -112,6 +112,14 @@ class DevicesTest : public LineTest {
   }
 };
 
+TEST_F(DevicesTest, TheEventOfAPdoNamesItsDevice) {
+  operate({5, 6});
+  hear(0x206, {1});
+  EXPECT_TRUE(told(EventKind::pdo_length, 6));
+  hear(0x205, {1});
+  EXPECT_TRUE(told(EventKind::pdo_length, 5));
+}
+
 TEST_F(DevicesTest, EachDeviceBootsAndObeysTheMaster) {
   make(devices_config({6, 5}));
   line_->start(now_);

@@ -17,7 +17,7 @@ TEST(EventSeverityOf, ABootThatFailedIsAnError) {
   for (const char letter : {manager::kBooted, manager::kWasOperational}) {
     EXPECT_EQ(of(EventKind::boot_result, letter), EventSeverity::info);
   }
-  for (const char letter : {'A', 'B', 'J', 'K', 'O'}) {
+  for (const char letter : {'A', 'B', 'J', 'K', 'O', 'R', 'S'}) {
     EXPECT_EQ(of(EventKind::boot_result, letter), EventSeverity::error) << letter;
   }
 }

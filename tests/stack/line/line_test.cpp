@@ -400,6 +400,23 @@ TEST_F(LineTest, AnInterfaceThatFailsInvalidatesTheImageAndRefusesTransfers) {
   EXPECT_EQ(answer().error, to_error(Refusal::line_down));
 }
 
+TEST_F(LineTest, AStateOfTheBusAfterAFailureSaysWhatItWasBeforeIt) {
+  make(config_with_axis());
+  boot();
+  const auto state = [this](can::BusState now) {
+    line_->bus_event({.state = now, .time = now_});
+    const std::vector<Event> all = events();
+    return all.empty() ? can::BusState::unknown : static_cast<can::BusState>(all.back().value);
+  };
+  line_->bus_event({.kind = can::BusEvent::Kind::interface_ready, .time = now_});
+  EXPECT_EQ(state(can::BusState::error_warning), can::BusState::error_active);
+  EXPECT_EQ(state(can::BusState::error_active), can::BusState::error_warning);
+  line_->bus_event({.kind = can::BusEvent::Kind::interface_failed, .code = 100, .time = now_});
+  EXPECT_EQ(state(can::BusState::stopped), can::BusState::error_active) << "the link went down";
+  EXPECT_EQ(line_->state().bus, can::BusState::stopped);
+  EXPECT_EQ(state(can::BusState::error_active), can::BusState::stopped);
+}
+
 TEST_F(LineTest, WhatAFailedNodeSentIsNotCommittedByTheNextSync) {
   LineConfig config = config_with_axis();
   for (od::ObjectDescription& object : config.nodes[0].device.objects) {

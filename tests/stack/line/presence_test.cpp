@@ -2,6 +2,7 @@
 // whose error control nobody monitors.
 #include "stack/base/byte_order.h"
 #include "stack/nmt/life_signs.h"
+#include "stack/od/dictionary.h"
 
 #include "tests/stack/line/line_fixture.h"
 
@@ -135,6 +136,17 @@ TEST_F(PresenceTest, ALossThatTheOwnConsumerFindsReachesTheManager) {
   pass(milliseconds(110));
   EXPECT_EQ(line_->node_state(5).presence, Presence::missing);
   EXPECT_THAT(sent(), testing::Contains("000#8105"));
+}
+
+TEST_F(PresenceTest, TheOwn1016hShowsWhatTheManagerMonitors) {
+  start();
+  EXPECT_EQ(own(0x1016, 1), 0x0005'00FAU) << "2.5 heartbeat times";
+  EXPECT_EQ(own(0x1016, 2), 0U);
+  pass(milliseconds(100));
+  hear(0x705, {0x05});
+  pass(milliseconds(260));
+  EXPECT_EQ(line_->node_state(5).heartbeats_lost, 1U);
+  EXPECT_FALSE(told(EventKind::emcy_sent, 127)) << "it is no entry of the own consumer";
 }
 
 TEST_F(PresenceTest, ANodeOfAManagerThatWasStoppedCountsAsPresentUntilItsHeartbeatIsLate) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "stack/base/byte_order.h"
+
 #include "tests/stack/node/objects.h"
 
 namespace linegate::nmt {
@@ -46,6 +48,33 @@ TEST_F(ConsumerHeartbeatTimeTest, TheSameNodeTwiceIsRefused) {
   EXPECT_EQ(set(2, 0x0006'0064), AbortCode::none);
   EXPECT_EQ(consumer.time(5), 100ms);
   EXPECT_EQ(consumer.time(6), 100ms);
+}
+
+TEST_F(ConsumerHeartbeatTimeTest, WhatAnotherConsumerMonitorsIsShownInEntriesThatAreNotUsed) {
+  HeartbeatConsumer managers{dispatch, events, 128};
+  managers.monitor(7, 250ms);
+  managers.monitor(9, 100ms);
+  object.show(&managers);
+  const auto shown = [this](std::uint8_t sub) {
+    const auto value = dictionary.read({kConsumerHeartbeatTime, sub});
+    return value.ok() ? load_le(*value) : 0;
+  };
+  EXPECT_EQ(set(2, 0x0005'00FA), AbortCode::none);
+  EXPECT_EQ(shown(1), 0x0007'00FAU);
+  EXPECT_EQ(shown(2), 0x0005'00FAU);
+  EXPECT_EQ(shown(3), 0x0009'0064U);
+  EXPECT_EQ(shown(4), 0U);
+  EXPECT_FALSE(consumer.monitored(7)) << "once is enough";
+  EXPECT_EQ(set(3, 0x0007'0064), AbortCode::none) << "an entry of its own";
+  EXPECT_EQ(consumer.time(7), 100ms);
+  EXPECT_EQ(shown(1), 0x0009'0064U);
+  EXPECT_TRUE(object.shows());
+  object.hide(dictionary);
+  EXPECT_FALSE(object.shows());
+  EXPECT_EQ(dictionary.number({kConsumerHeartbeatTime, 1}), 0U) << "nothing is stored of it";
+  EXPECT_EQ(dictionary.number({kConsumerHeartbeatTime, 2}), 0x0005'00FAU);
+  managers.stop(9);
+  EXPECT_EQ(shown(1), 0U);
 }
 
 TEST_F(ConsumerHeartbeatTimeTest, NodeIdsOutOfRangeAreNotUsed) {

@@ -1,5 +1,7 @@
 #include "stack/sdo/arbiter.h"
 
+#include <algorithm>
+#include <array>
 #include <map>
 
 #include "stack/can/dispatch.h"
@@ -411,6 +413,58 @@ TEST_F(ArbiterTest, WithoutRoomInTheQueueNothingIsLost) {
   EXPECT_EQ(sent.size(), 10U);
   for (const auto& [id, count] : sent) {
     EXPECT_EQ(count, 1) << id;
+  }
+}
+
+TEST_F(ArbiterTest, TwoAnswersToOneRequestAreThoseOfTwoDevices) {
+  const auto shared = [this] {
+    std::array<Event, 64> all;
+    const std::size_t count = events.take(all);
+    return std::ranges::count(std::span(all).first(count), EventKind::shared_node_id, &Event::kind);
+  };
+  ASSERT_TRUE(submit(1));
+  answer();
+  now += 1ms;
+  answer(5, {0x43, 0x18, 0x10, 1, 1, 2, 3, 5});
+  EXPECT_EQ(shared(), 1) << "another serial number";
+  ASSERT_TRUE(submit(2));
+  answer();
+  answer(5, {0x43, 0x18, 0x10, 1, 1, 2, 3, 5});
+  EXPECT_EQ(shared(), 0) << "reported a moment ago";
+}
+
+TEST_F(ArbiterTest, AFrameThatIsRepeatedNowAndThenIsNoSecondDevice) {
+  const auto shared = [this] {
+    std::array<Event, 64> all;
+    const std::size_t count = events.take(all);
+    return std::ranges::count(std::span(all).first(count), EventKind::shared_node_id, &Event::kind);
+  };
+  const auto ask = [this](int answers) {
+    now += 100ms;
+    ASSERT_TRUE(submit(1));
+    for (int i = 0; i < answers; ++i) {
+      answer();
+    }
+  };
+  for (const int answers : {1, 2, 2, 1, 2, 2, 1}) {
+    ask(answers);
+  }
+  EXPECT_EQ(shared(), 0);
+  for (int i = 0; i < 3; ++i) {
+    ask(2);
+  }
+  EXPECT_EQ(shared(), 1) << "three times in a row";
+}
+
+TEST_F(ArbiterTest, AnswersToAnotherClientAreNoSecondDevice) {
+  ASSERT_TRUE(submit(1));
+  receive(0x605, {0x40, 0x18, 0x10, 1, 0, 0, 0, 0});
+  answer();
+  now += 1ms;
+  answer(5, {0x43, 0x18, 0x10, 1, 1, 2, 3, 5});
+  std::array<Event, 64> all;
+  for (const Event& event : std::span(all).first(events.take(all))) {
+    EXPECT_NE(event.kind, EventKind::shared_node_id);
   }
 }
 

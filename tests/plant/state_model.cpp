@@ -1,0 +1,109 @@
+#include "tests/plant/state_model.h"
+
+#include <algorithm>
+
+#include "stack/can/cob_id.h"
+#include "stack/line/build.h"
+
+namespace linegate::plant {
+namespace {
+
+using manager::Presence;
+
+// Until a boot process has found out that a node is silent, besides its reset time.
+constexpr Duration kAsked = std::chrono::seconds(4);
+// Of a node that is not configured.
+constexpr Duration kUnlisted = std::chrono::seconds(10);
+
+bool is_state(std::byte value) {
+  constexpr std::array kStates{0x00, 0x04, 0x05, 0x7F};
+  return std::ranges::any_of(kStates, [value](int each) { return value == std::byte(each); });
+}
+
+}  // namespace
+
+StateModel::StateModel(const line::Line& line) : acts_(line.config().role == line::Role::manager) {
+  for (const line::NodeConfig& config : line.config().nodes) {
+    Node& node = nodes_[config.id];
+    node.configured = true;
+    const Duration heartbeat = line::consumer_time(config);
+    node.beats = heartbeat > Duration::zero();
+    const Duration control = node.beats ? heartbeat : config.guard_time * config.life_time_factor;
+    if (control > Duration::zero()) {
+      node.silence = control + config.reset_time + kAsked;
+    }
+  }
+}
+
+void StateModel::before_receive(const can::Frame& frame) {
+  const std::uint8_t id = frame.id & can::kMaxNodeId;
+  const std::uint32_t service = frame.id - id;
+  Node& node = nodes_[id];
+  if (frame.extended() || frame.remote()) {
+    return;
+  }
+  if (service == can::kSdoResponseBase) {
+    node.received = frame.time;
+  } else if (service == can::kErrorControlBase && frame.length == 1 &&
+             is_state(frame.data[0] & (node.beats ? std::byte{0xFF} : std::byte{0x7F}))) {
+    node.received = frame.time;
+    node.state = frame.data[0] == std::byte{0}
+                     ? nmt::State::pre_operational
+                     : static_cast<nmt::State>(frame.data[0] & std::byte{0x7F});
+    if (frame.data[0] != std::byte{0}) {
+      if (node.heartbeat != Instant{}) {
+        node.longest = std::max(node.longest, frame.time - node.heartbeat);
+      }
+      node.heartbeat = frame.time;
+    }
+  }
+}
+
+std::string StateModel::compare(const line::NodeState& said, Instant now) const {
+  const Node& node = nodes_[said.node];
+  const std::string who = "node " + std::to_string(said.node) + ' ';
+  if (said.presence != Presence::present) {
+    return said.state == nmt::State::unknown
+               ? std::string()
+               : who + "is " + std::string(line::name(said.presence)) + " and shows " +
+                     std::string(nmt::name(said.state));
+  }
+  const bool assumed = !said.heartbeat_monitored && said.cause == manager::StateCause::command;
+  if (node.beats && !assumed && said.state != nmt::State::unknown && said.state != node.state) {
+    return who + "shows " + std::string(nmt::name(said.state)) + ", its newest message said " +
+           std::string(nmt::name(node.state));
+  }
+  const Duration unwatched = std::max(kUnlisted, 3 * node.longest);
+  const Duration allowed = !node.configured             ? unwatched
+                           : node.silence == Duration{} ? Duration{}
+                           : said.heartbeat_monitored   ? node.silence
+                                                        : node.silence + unwatched;
+  if (allowed > Duration::zero() && now - node.received > allowed) {
+    return who + "is shown as present, and silent for too long";
+  }
+  return {};
+}
+
+std::string StateModel::compare(const line::Line& line, Instant now) const {
+  for (const line::NodeConfig& config : line.config().nodes) {
+    if (std::string text = acts_ ? compare(line.node_state(config.id), now) : std::string();
+        !text.empty()) {
+      return text;
+    }
+  }
+  return {};
+}
+
+std::string StateModel::compare_all(const line::Line& line, Instant now) const {
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId && acts_; ++id) {
+    if (id == line.config().node_id) {
+      continue;
+    }
+    if (std::string text = compare(line.node_state(id), now); !text.empty()) {
+      return text;
+    }
+  }
+  return {};
+}
+
+}  // namespace linegate::plant

@@ -1,0 +1,74 @@
+#include "stack/manager/shared_id.h"
+
+#include <gtest/gtest.h>
+
+namespace linegate::manager {
+namespace {
+
+using nmt::State;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+class SharedIdsTest : public ::testing::Test {
+ protected:
+  std::uint32_t after(int ms, State state = State::operational) {
+    return ids_.heartbeat(5, state, now_ += milliseconds(ms));
+  }
+  // The first sign within that many pairs of heartbeats.
+  std::uint32_t pairs(int count, int first, int second) {
+    for (int i = 0; i < count; ++i) {
+      for (const int ms : {first, second}) {
+        if (const std::uint32_t sign = after(ms); sign != 0) {
+          return sign;
+        }
+      }
+    }
+    return 0;
+  }
+
+  Instant now_{seconds(1)};
+  SharedIds ids_;
+};
+
+TEST_F(SharedIdsTest, TimesThatAlternateAreThoseOfTwoDevices) {
+  EXPECT_EQ(pairs(10, 300, 700), kTwoRhythms);
+  EXPECT_EQ(pairs(10, 300, 700), 0U) << "reported a moment ago";
+  now_ += SharedIds::kQuiet;
+  EXPECT_EQ(pairs(10, 300, 700), kTwoRhythms);
+}
+
+TEST_F(SharedIdsTest, OneDeviceMayVaryAndChangeItsPeriod) {
+  EXPECT_EQ(pairs(50, 100, 100), 0U);
+  EXPECT_EQ(pairs(50, 97, 104), 0U) << "it is not exact";
+  EXPECT_EQ(pairs(50, 50, 50), 0U) << "1017h was written";
+  EXPECT_EQ(pairs(50, 500, 500), 0U);
+}
+
+TEST_F(SharedIdsTest, AHeartbeatBesidesIsNoSecondDevice) {
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_EQ(after(100), 0U);
+    EXPECT_EQ(after(100), 0U);
+    EXPECT_EQ(after(30), 0U);
+    EXPECT_EQ(after(70), 0U);
+    EXPECT_EQ(after(1), 0U) << "repeated";
+  }
+}
+
+TEST_F(SharedIdsTest, StatesThatAlternateWithoutACommandAreThoseOfTwoDevices) {
+  after(100, State::operational);
+  EXPECT_EQ(after(100, State::pre_operational), 0U);
+  EXPECT_EQ(after(100, State::operational), 0U);
+  EXPECT_EQ(after(100, State::pre_operational), 0U);
+  EXPECT_EQ(after(100, State::operational), kTwoStates);
+}
+
+TEST_F(SharedIdsTest, CommandsAndBootUpMessagesBeginAnew) {
+  for (int i = 0; i < 20; ++i) {
+    ids_.begin(i % 2 == 0 ? 5 : 0);
+    EXPECT_EQ(after(300, i % 2 == 0 ? State::operational : State::pre_operational), 0U);
+    EXPECT_EQ(after(700, i % 2 == 0 ? State::operational : State::pre_operational), 0U);
+  }
+}
+
+}  // namespace
+}  // namespace linegate::manager
