@@ -17,7 +17,7 @@
 namespace linegate::gateway::random_reload {
 namespace {
 
-constexpr int kPlants = 60;
+constexpr int kPlants = 12;
 constexpr int kChanges = 12;
 
 struct ModelLine {
