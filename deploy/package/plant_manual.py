@@ -55,34 +55,78 @@ def roff(text):
     return "\\&" + text if text.startswith((".", "'")) else text
 
 
-def choices(schema, definitions):
-    """What a value may be, in a few words; empty if its description says all."""
+ALTERNATIVES = ("anyOf", "oneOf")
+UNITS = "a duration with its unit: 0, 500us, 100ms, 1.5s; units ns, us, ms, s, min, h"
+
+
+def alternatives(schema):
+    """The forms that a value may have; a oneOf that only says which keys are required is none."""
+    return next(([one for one in schema[key] if set(one) != {"required"}] for key in ALTERNATIVES if key in schema), [])
+
+
+def form(schema, definitions):
+    """One form of a value in words; empty if its description says all."""
     if "$ref" in schema:
         name = schema["$ref"].rsplit("/", 1)[1]
-        return "a duration" if name == "duration" else choices(definitions[name], {})
+        if name == "duration":
+            return UNITS
+        whole = f"see EACH {name.upper()}"
+        return whole if "properties" in definitions[name] else described(definitions[name], definitions)
+    if alternatives(schema):
+        return "; or ".join(words for words in (described(one, definitions) for one in alternatives(schema)) if words)
     if "enum" in schema:
         return " | ".join(value for value in schema["enum"] if isinstance(value, str))
+    if "const" in schema:
+        return str(schema["const"])
     if "minimum" in schema and "maximum" in schema:
         return f"{schema['minimum']} .. {schema['maximum']}"
-    return "true | false" if schema.get("type") == "boolean" else ""
+    if schema.get("type") == "array":
+        inner = described(schema.get("items", {}), definitions)
+        return "a list" + (f", each: {inner}" if inner else "")
+    if "properties" in schema:
+        return "keys: " + ", ".join(schema["properties"])
+    named = [inner for inner in named_members(schema).values() if form(inner, definitions)]
+    if named:
+        return "NAME: " + "; or NAME: ".join(form(inner, definitions) for inner in named)
+    kinds = schema.get("type", [])
+    kind = kinds if isinstance(kinds, str) else "/".join(sorted(kinds))
+    return {"boolean": "true | false", "string": "a text", "integer": "a number"}.get(kind, "")
 
 
-def list_of(schema):
-    items = schema.get("items", {})
-    return f"A list; see EACH {items['$ref'].rsplit('/', 1)[1].upper()}" if "$ref" in items else ""
+def named_members(schema):
+    """The forms of members whose names the schema does not list, by what stands for the name."""
+    out = dict(schema.get("patternProperties", {}))
+    if isinstance(schema.get("additionalProperties"), dict):
+        out["NAME"] = schema["additionalProperties"]
+    return out
+
+
+def described(schema, definitions):
+    """A form with what its own description says of it."""
+    words = form(schema, definitions)
+    text = schema.get("description", "")
+    return f"{words} ({text})" if words and text else words or text
 
 
 def entry(path, schema, definitions):
     """Nothing for what only holds other members."""
-    words = [schema.get("description", ""), choices(schema, definitions), list_of(schema), str(schema.get("const", ""))]
+    words = [schema.get("description", ""), form(schema, definitions)]
+    if "properties" in schema:
+        words.pop()
     text = ". ".join(word for word in words if word)
     return f".TP\n.B {roff(path)}\n{roff(text)}\n" if text or "properties" not in schema else ""
 
 
 def entries(schema, definitions, before=""):
+    """Of all members that are described in place, whatever the form of the value they belong to."""
     for name, member in schema.get("properties", {}).items():
         yield entry(before + name, member, definitions)
         yield from entries(member, definitions, before + name + ".")
+    inner = [*alternatives(schema), *named_members(schema).values()]
+    if isinstance(schema.get("items"), dict):
+        inner.append(schema["items"])
+    for one in inner:
+        yield from entries(one, definitions, before)
 
 
 def page(schema, version):

@@ -8,6 +8,7 @@ import unittest
 
 import formatting
 import layering
+import manuals
 import readmes
 import services
 import sizes
@@ -33,6 +34,35 @@ class TreeCase(unittest.TestCase):
         found = list(check.check(self.root))
         os.remove(os.path.join(self.root, path))
         return found
+
+
+class Manuals(TreeCase):
+    ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+    SCHEMA = """{"$defs": {"duration": {"type": "string"}}, "properties": {"colour": {"anyOf": [
+        {"enum": ["red", "green"]}, {"properties": {"hue": {"minimum": 1, "maximum": 9}}}]}}}"""
+
+    def setUp(self):
+        super().setUp()
+        with open(os.path.join(self.ROOT, "deploy/package/plant_manual.py"), encoding="utf-8") as generator:
+            self.write("deploy/package/plant_manual.py", generator.read())
+        for path in (*manuals.GUIDES[:2], "deploy/plants/a.yaml", *manuals.PROGRAMS, *sum(manuals.PROGRAMS.values(), ())):
+            self.write(path, "colour: {hue: 1}")
+        self.write(manuals.SCHEMA, self.SCHEMA)
+
+    def test_a_key_that_no_guide_has(self):
+        self.assertEqual(list(manuals.check(self.root)), [])
+        wider = self.SCHEMA.replace('"hue"', '"tint"')
+        self.assertIn("the key tint", self.complaints(manuals, manuals.SCHEMA, wider)[0])
+
+    def test_an_option_and_a_command_that_no_manual_has(self):
+        for code in ('add_flag("--loud", loud);', 'add_option("-l,--loud", loud);', 'add_subcommand("shout", "");'):
+            self.write("gateway/linegated.cpp", "")
+            self.assertEqual(len(self.complaints(manuals, "gateway/linegate.cpp", code)), 1, code)
+            self.write("gateway/linegate.cpp", "")
+
+    def test_what_the_page_leaves_out(self):
+        parts = list(manuals.parts(manuals.json.loads(self.SCHEMA)))
+        self.assertEqual(sorted(parts), ["1 .. 9", "colour", "green", "hue", "red"])
 
 
 class Layering(TreeCase):

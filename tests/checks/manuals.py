@@ -1,0 +1,101 @@
+#!/usr/bin/python3
+"""The manuals are complete: plant.yaml(5) has all that the schema has, every key of the schema is in the operator's
+guide or in a sample plant, and every command and option of the programs is in its manual."""
+
+import json
+import os
+import re
+import sys
+
+import tree
+
+SCHEMA = "deploy/plant.schema.json"
+GUIDES = ("deploy/OPERATING.md", "README.md", "deploy/plants")
+PROGRAMS = {"deploy/package/linegate.1": ("gateway/linegate.cpp", "gateway/data_commands.cpp",
+                                          "gateway/file_commands.cpp", "gateway/lss_options.cpp"),
+            "deploy/package/linegated.8": ("gateway/linegated.cpp",)}
+OPTION = re.compile(r'add_(?:option|flag)\w*\(\s*"((?:-\w,)?--[\w-]+)"')
+COMMAND = re.compile(r'add_subcommand\(\s*"([\w-]+)"')
+
+
+def plain(manual):
+    """The text of a manual page without its requests, fonts and escapes."""
+    text = re.sub(r"^\.\w+ ?", "", manual, flags=re.MULTILINE)
+    text = re.sub(r"\\f.", "", text).replace("\\-", "-").replace("\\&", "").replace("\\e", "\\").replace('"', "")
+    return " ".join(text.split())
+
+
+def parts(schema):
+    """What a reader has to find: names of keys, texts, alternatives and ranges."""
+    if isinstance(schema, list):
+        for one in schema:
+            yield from parts(one)
+    if not isinstance(schema, dict):
+        return
+    for key in ("properties", "$defs"):
+        for name, inner in schema.get(key, {}).items():
+            if key == "properties":
+                yield name
+            yield from parts(inner)
+    yield from (value for value in schema.get("enum", []) if isinstance(value, str))
+    if "$ref" not in schema and "description" in schema:
+        yield schema["description"]
+    if "minimum" in schema and "maximum" in schema:
+        yield f"{schema['minimum']} .. {schema['maximum']}"
+    for key in ("items", "additionalProperties", "anyOf", "oneOf"):
+        yield from parts(schema.get(key))
+    yield from (part for inner in schema.get("patternProperties", {}).values() for part in parts(inner))
+
+
+def keys(schema):
+    """The names of all keys of a plant.yaml."""
+    if isinstance(schema, list):
+        return set().union(*map(keys, schema)) if schema else set()
+    if not isinstance(schema, dict):
+        return set()
+    return set(schema.get("properties", {})).union(*(keys(inner) for inner in schema.values()))
+
+
+def guides(root):
+    for path in GUIDES:
+        full = os.path.join(root, path)
+        names = sorted(os.listdir(full)) if os.path.isdir(full) else [""]
+        yield from (tree.read(root, os.path.join(path, name).rstrip("/")) for name in names)
+
+
+def check_schema(root):
+    sys.path.insert(0, os.path.join(root, "deploy", "package"))
+    import plant_manual  # of the tree that is checked
+
+    schema = json.loads(tree.read(root, SCHEMA))
+    page = plain("".join(plant_manual.page(schema, "0")))
+    for part in parts({**schema, "description": ""}):
+        if " ".join(part.replace('"', "").split()) not in page:
+            yield f"{SCHEMA}: plant.yaml(5) has not \"{part}\""
+    text = "\n".join(guides(root))
+    for key in sorted(keys(schema)):
+        if not re.search(rf"\b{re.escape(key)}\b", text):
+            yield f"{SCHEMA}: the key {key} is in no guide and no sample"
+
+
+def check_programs(root):
+    for manual, sources in PROGRAMS.items():
+        text = plain(tree.read(root, manual))
+        for source in sources:
+            code = tree.read(root, source)
+            for found in OPTION.findall(code):
+                option = found.split(",")[-1]
+                if not re.search(rf"(?<![\w-]){re.escape(option)}(?![\w-])", text):
+                    yield f"{source}: {manual} has not the option {option}"
+            for command in COMMAND.findall(code):
+                if not re.search(rf"(?<![\w-]){re.escape(command)}(?![\w-])", text):
+                    yield f"{source}: {manual} has not the command {command}"
+
+
+def check(root):
+    yield from check_schema(root)
+    yield from check_programs(root)
+
+
+if __name__ == "__main__":
+    tree.run(check)
