@@ -23,7 +23,7 @@ namespace {
 using config::format_duration;
 
 std::string hex64(std::uint64_t value) {
-  return fmt::format("{:016x}", value);
+  return fmt::format("{:016X}", value);
 }
 
 std::string publish_text(const config::Publish& publish) {

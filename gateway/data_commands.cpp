@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "bridges/console/generic_can.h"
+#include "bridges/console/lookup.h"
 
 namespace linegate::gateway {
 
@@ -44,36 +45,56 @@ void DataCommands::add_dictionary(CLI::App& app, const On& on) {
       app.add_subcommand("od", "the object dictionary of a line's own node: lists, reads, writes");
   od->add_option("line", line_)->required();
   od->require_subcommand(1);
-  const auto add = [this, od](const char* name, const char* help, bool sub) {
+  const auto add = [this, od](const char* name, const char* help, const char* words) {
     CLI::App* command = od->add_subcommand(name, help);
-    command->add_option("index", object_.index, "hexadecimal")->required();
-    if (sub) {
-      command->add_option("sub", object_.sub, "sub-index")->required();
-    }
+    command->add_option("object", words_, words)->required()->expected(1, 4);
     return command;
+  };
+  // Index and sub-index, and so many words behind them.
+  const auto split = [this](Context& c, std::size_t behind) {
+    auto words = console::split_object(words_, behind, behind);
+    if (!words) {
+      c.err << "usage: an object as INDEX:SUB, hexadecimal, and " << behind << " words behind it\n";
+    }
+    return words;
   };
   CLI::App* list = od->add_subcommand("list", "all objects, or the variables of one");
   list->add_option("index", object_.index, "hexadecimal");
   on(list, Needs::nothing,
      [this](Context& c) { return console::od_list(c, line_, object_.index); });
-  on(add("read", "print a value", true), Needs::nothing,
-     [this](Context& c) { return console::od_read(c, line_, object_.index, object_.sub); });
-  CLI::App* write = add("write", "give a value, by the type that the object has", true);
-  write->add_option("value", value_)->required();
-  on(write, Needs::nothing, [this](Context& c) {
-    return console::od_write(c, line_, object_.index, object_.sub, value_);
+  on(add("read", "print a value", "2100:01, or 2100 1"), Needs::nothing, [this, split](Context& c) {
+    const auto words = split(c, 0);
+    return words ? console::od_read(c, line_, words->index, words->sub) : console::kUsage;
   });
-  CLI::App* create = add("create", "an object of an application, until the line is stopped", true);
-  create->add_option("type", object_.type, "data type: u8, i16, r32, vs, ...")->required();
-  create->add_option("name", object_.name)->required();
+  on(add("write", "give a value, by the type that the object has", "2100:01 VALUE"), Needs::nothing,
+     [this, split](Context& c) {
+       const auto words = split(c, 1);
+       return words ? console::od_write(c, line_, words->index, words->sub, words->rest[0])
+                    : console::kUsage;
+     });
+  CLI::App* create = add("create", "an object of an application, until the line is stopped",
+                         "2200:01 TYPE NAME; types: u8, i16, r32, vs, ...");
   create->add_option("--access", object_.access, "ro, wo, rw, rwr, rww, const");
   create->add_option("--default", object_.value, "value after a reset of the node");
   create->add_option("--low", object_.low, "lowest value that may be written");
   create->add_option("--high", object_.high, "highest value that may be written");
   create->add_option("--offset", object_.offset, "over the image, from this byte on");
   create->add_flag("--map", object_.mappable, "PDOs may map it");
-  on(create, Needs::nothing, [this](Context& c) { return console::od_create(c, line_, object_); });
-  on(add("remove", "an object that was created, with all its sub-indices", false), Needs::nothing,
+  on(create, Needs::nothing, [this, split](Context& c) {
+    const auto words = split(c, 2);
+    if (!words) {
+      return console::kUsage;
+    }
+    object_.index = words->index;
+    object_.sub = words->sub;
+    object_.type = words->rest[0];
+    object_.name = words->rest[1];
+    return console::od_create(c, line_, object_);
+  });
+  CLI::App* remove =
+      od->add_subcommand("remove", "an object that was created, with all its sub-indices");
+  remove->add_option("index", object_.index, "hexadecimal")->required();
+  on(remove, Needs::nothing,
      [this](Context& c) { return console::od_remove(c, line_, object_.index); });
 }
 

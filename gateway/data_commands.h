@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "bridges/console/commands.h"
 #include "bridges/console/dictionary.h"
@@ -31,6 +32,7 @@ class DataCommands {
   void add_dictionary(CLI::App& app, const On& on);
 
   std::string line_, value_;
+  std::vector<std::string> words_;  // an object, and what follows
   console::NewObject object_;
   bool by_offset_ = false;
   std::uint64_t count_ = 0;

@@ -1,5 +1,6 @@
 // linegate: the console. See what gateways publish, ask their lines, check a configuration, put
 // simulated devices on an interface.
+#include <algorithm>
 #include <exception>
 #include <functional>
 #include <iostream>
@@ -19,10 +20,14 @@
 #include "bridges/console/commands.h"
 #include "bridges/console/configuration.h"
 #include "bridges/console/emcy_history.h"
+#include "bridges/console/events.h"
+#include "bridges/console/hold.h"
+#include "bridges/console/lookup.h"
 #include "bridges/console/monitor.h"
 #include "bridges/console/program.h"
 #include "bridges/console/scan.h"
 #include "bridges/dds/library_log.h"
+#include "gateway/config/value.h"
 #include "gateway/config/whole_file.h"
 #include "gateway/data_commands.h"
 #include "gateway/exit_code.h"
@@ -32,6 +37,7 @@
 #include "gateway/remote_client.h"
 #include "gateway/scan_files.h"
 #include "gateway/signals.h"
+#include "gateway/usage_error.h"
 
 namespace linegate::gateway {
 namespace {
@@ -43,6 +49,7 @@ struct Options {
   double wait = 5;
   double timeout = 5;
   bool json = false;
+  bool utc = false;
   bool verbose = false;
 };
 
@@ -68,12 +75,15 @@ std::string content_of(const std::string& path) {
   return content ? *std::move(content) : throw std::runtime_error(path + " " + why);
 }
 
+const std::map<std::string, double> kSeconds{{"s", 1.0}, {"ms", 0.001}, {"min", 60.0}};
+
 // Which topics a command needs.
 struct Topics {
   bool images = false;
   bool layouts = images;
   bool events = false;
   bool commands = false;
+  bool outputs = false;
 };
 
 int with_client(const Options& options, const Topics& topics,
@@ -86,6 +96,7 @@ int with_client(const Options& options, const Topics& topics,
   client_options.pdos = false;
   client_options.events = topics.events;
   client_options.commands = topics.commands;
+  client_options.outputs = topics.outputs;
   set_up_library_log(options.verbose);
   auto made = dds::Client::make(client_options);
   for (const Diagnostic& diagnostic : made.diagnostics) {
@@ -95,18 +106,24 @@ int with_client(const Options& options, const Topics& topics,
     return kExitFailed;
   }
   RemoteClient client(*std::move(made.value));
+  KeptStream err(std::cerr);
   console::Context context{.client = client,
                            .out = std::cout,
-                           .err = std::cerr,
+                           .err = err,
                            .json = options.json,
+                           .utc = options.utc,
                            .wait = seconds(options.wait),
                            .timeout = seconds(options.timeout)};
-  return action(context);
+  const int code = action(context);
+  if (code == console::kUsage && options.json) {
+    print_usage_error(std::cout, err.text());
+  }
+  return code;
 }
 
 // The texts of one command; CLI11 fills them when it parses.
 struct Texts {
-  std::string line, entry, value, node, index, sub, type, command, code, reg = "0", bytes, via;
+  std::string line, entry, value, node, command, code, reg = "0", bytes, via;
 };
 
 class Program {
@@ -122,13 +139,15 @@ class Program {
     app_.add_option("--timeout", options_.timeout, "seconds to wait for an answer")
         ->check(CLI::PositiveNumber);
     app_.add_flag("--json", options_.json, "print JSON");
+    app_.add_flag("--utc", options_.utc, "times in UTC, not in local time; JSON has always UTC");
     app_.add_flag("--verbose", options_.verbose, "say on standard error what Fast DDS reports");
     app_.footer(
         "Exit status: 0 done, 1 failed or refused, 2 wrong usage or configuration, 3 printed, but\n"
         "incomplete.\n"
         "A line is named by its name or its network-ID, with GATEWAY/ before it where several\n"
-        "gateways have such a line; a node is LINE:NODE, for example press:5, 3:12,\n"
-        "hall-7/press:5, press:own. Indices are hexadecimal.");
+        "gateways have such a line; a node is LINE:NODE, by its node-ID or its name: press:5,\n"
+        "press:inlet, 3:12, hall-7/press:5, press:own. An object is INDEX:SUB, hexadecimal:\n"
+        "1018:01.");
     add_views();
     add_commands();
     add_configuration();
@@ -160,8 +179,8 @@ class Program {
     } catch (const CLI::Success& done) {
       return app_.exit(done);
     } catch (const CLI::ParseError& problem) {
-      app_.exit(problem);
-      return kExitUsage;
+      return wrong_usage(problem,
+                         std::ranges::count(argv, argv + argc, std::string("--json")) != 0);
     }
     try {
       return action_();
@@ -172,6 +191,27 @@ class Program {
   }
 
  private:
+  // A word that is no command is named, and so is the one that is nearest to it.
+  int wrong_usage(const CLI::ParseError& problem, bool json) {
+    const std::vector<std::string> words = app_.remaining();
+    const bool unknown = app_.get_subcommands().empty() && !words.empty() && words[0][0] != '-';
+    if (unknown) {
+      std::string text = "there is no command '" + words[0] + "'";
+      std::vector<std::string> names;
+      for (const CLI::App* command : app_.get_subcommands([](const CLI::App*) { return true; })) {
+        names.push_back(command->get_name());
+      }
+      const std::string guess = config::nearest(words[0], names);
+      text += guess.empty() ? "; linegate --help lists them" : "; did you mean '" + guess + "'?";
+      std::cerr << text << '\n';
+      json ? print_usage_error(std::cout, text) : void();
+      return kExitUsage;
+    }
+    app_.exit(problem);
+    json ? print_usage_error(std::cout, problem.what()) : void();
+    return kExitUsage;
+  }
+
   void on(CLI::App* command, std::function<int()> action) {
     command->callback([this, action = std::move(action)] { action_ = action; });
   }
@@ -179,8 +219,7 @@ class Program {
   void add_views() {
     CLI::App* monitor = app_.add_subcommand("monitor", "live view: lines, nodes, values, events");
     monitor->add_option("--duration", duration_, "end by itself after so many seconds, e.g. 30s")
-        ->transform(CLI::AsNumberWithUnit(
-            std::map<std::string, double>{{"s", 1.0}, {"ms", 0.001}, {"min", 60.0}}));
+        ->transform(CLI::AsNumberWithUnit(kSeconds));
     monitor->add_flag("--once", monitor_.once,
                       "what there is now, and end; with --json one document");
     monitor->add_option("--line", monitor_.filter.line, "only this line");
@@ -202,7 +241,7 @@ class Program {
     CLI::App* trace = app_.add_subcommand("trace", "what is routed between networks, live");
     trace->add_option("-n,--count", count_, "end after so many");
     on(trace, [this] {
-      return with_client(options_, {.events = true}, [&](auto& c) {
+      return with_client(options_, {.events = true, .commands = true}, [&](auto& c) {
         catch_stop_signals();
         return console::trace(c, count_, stop_signal_caught);
       });
@@ -223,13 +262,17 @@ class Program {
                          [&](auto& c) { return console::image(c, texts_.line, direction); });
     });
 
-    CLI::App* events = app_.add_subcommand("events", "events as they come, after those kept");
-    events->add_option("line", texts_.line);
-    events->add_option("-n,--count", count_, "end after so many");
+    CLI::App* events =
+        app_.add_subcommand("events", "events that are kept, then those that happen");
+    events->add_option("line", events_.line);
+    events->add_option("-n,--count", events_.count, "the newest so many, and end");
+    events->add_flag("--once", events_.once, "end after those that are kept");
+    events->add_option("--since", events_.since, "10min, 2h, 3d ago, or \"2026-11-21 12:34\"");
+    events->add_option("--severity", events_.severity, "info, warning or error: these and worse");
     on(events, [this] {
       return with_client(options_, {.events = true}, [&](auto& c) {
         catch_stop_signals();
-        return console::events(c, texts_.line, count_, stop_signal_caught);
+        return console::events(c, events_, stop_signal_caught);
       });
     });
   }
@@ -237,9 +280,21 @@ class Program {
   void add_commands() {
     CLI::App* write = app_.add_subcommand("write", "give one output a value");
     write->add_option("line", texts_.line)->required();
-    write->add_option("entry", texts_.entry, "name, number or NODE.INDEX:SUB")->required();
+    write
+        ->add_option("entry", texts_.entry,
+                     "name, NODE.INDEX:SUB with the name or the node-ID, or number")
+        ->required();
     write->add_option("value", texts_.value)->required();
+    auto* const hold = write->add_option(
+        "--hold", duration_, "the value for so long, e.g. 30s; then its group becomes 0");
+    hold->transform(CLI::AsNumberWithUnit(kSeconds))->check(CLI::PositiveNumber);
+    write->add_flag("--while", while_, "the same until this command ends (Ctrl-C)")->excludes(hold);
+    write->add_option("--group", group_, "the group of outputs that --hold and --while write")
+        ->check(CLI::Range(0, 0xFFFF));
     on(write, [this] {
+      if (while_ || duration_ > 0) {
+        return run_hold();
+      }
       return with_client(options_, {.images = true, .commands = true}, [&](auto& c) {
         return console::write(c, texts_.line, texts_.entry, texts_.value);
       });
@@ -248,25 +303,28 @@ class Program {
     CLI::App* sdo = app_.add_subcommand("sdo", "read or write an object of a device");
     sdo->require_subcommand(1);
     CLI::App* read = sdo->add_subcommand("read", "print an object's value");
-    add_object(read);
-    read->add_option("type", texts_.type, "data type: u8, i16, r32, vs, ...");
+    add_object(read,
+               "the object, then the data type if it is not bytes: 1018:01 u32, or 1018 1 u32");
     read->add_flag("--from-image", from_image_,
                    "the value of the process image will do, if it is valid")
         ->excludes("--via");
     read->add_flag("--cached", cached_, "what a scan read is good enough");
     on(read, [this] {
+      const auto words = console::split_object(words_, 0, 1);
+      if (!words) {
+        return usage("sdo read LINE:NODE INDEX:SUB [TYPE]");
+      }
+      const std::string type = words->rest.empty() ? "" : words->rest[0];
       return with_client(options_, {.commands = true}, [&](auto& c) {
         if (from_image_) {
-          return console::image_read(c, texts_.node, texts_.index, texts_.sub, texts_.type);
+          return console::image_read(c, texts_.node, words->index, words->sub, type);
         }
-        return console::sdo_read(c, texts_.node, texts_.index, texts_.sub, texts_.type, texts_.via,
+        return console::sdo_read(c, texts_.node, words->index, words->sub, type, texts_.via,
                                  cached_);
       });
     });
     CLI::App* sdo_write = sdo->add_subcommand("write", "give an object a value");
-    add_object(sdo_write);
-    sdo_write->add_option("type", texts_.type, "data type: u8, i16, r32, vs, ...")->required();
-    sdo_write->add_option("value", texts_.value)->required();
+    add_object(sdo_write, "the object, data type and value: 1017:00 u16 500, or 1017 0 u16 500");
     sdo_write
         ->add_flag("--by-pdo", by_pdo_,
                    "by PDO if a PDO carries the object; says which way it went")
@@ -274,13 +332,17 @@ class Program {
     sdo_write->add_flag("--keep", keep_, "the PDO is not sent before linegate trigger asks for it")
         ->needs("--by-pdo");
     on(sdo_write, [this] {
+      const auto words = console::split_object(words_, 2, 2);
+      if (!words) {
+        return usage("sdo write LINE:NODE INDEX:SUB TYPE VALUE");
+      }
       return with_client(options_, {.commands = true}, [&](auto& c) {
         if (by_pdo_) {
-          return console::object_write(c, texts_.node, texts_.index, texts_.sub, texts_.type,
-                                       texts_.value, keep_);
+          return console::object_write(c, texts_.node, words->index, words->sub, words->rest[0],
+                                       words->rest[1], keep_);
         }
-        return console::sdo_write(c, texts_.node, texts_.index, texts_.sub, texts_.type,
-                                  texts_.value, texts_.via);
+        return console::sdo_write(c, texts_.node, words->index, words->sub, words->rest[0],
+                                  words->rest[1], texts_.via);
       });
     });
 
@@ -418,10 +480,16 @@ class Program {
     });
   }
 
-  void add_object(CLI::App* command) {
+  int usage(const std::string& form) const {
+    const std::string text = "usage: linegate " + form + "; index and sub-index are hexadecimal";
+    std::cerr << text << '\n';
+    options_.json ? print_usage_error(std::cout, text) : void();
+    return kExitUsage;
+  }
+
+  void add_object(CLI::App* command, const char* words) {
     command->add_option("node", texts_.node, "LINE:NODE")->required();
-    command->add_option("index", texts_.index, "hexadecimal")->required();
-    command->add_option("sub", texts_.sub, "sub-index")->required();
+    command->add_option("object", words_, words)->required()->expected(1, 4);
     command->add_option("--via", texts_.via,
                         "ask through the gateway, as a client on this line would");
   }
@@ -454,6 +522,20 @@ class Program {
     return files.ok ? console::kDone : console::kFailed;
   }
 
+  int run_hold() {
+    const Topics topics{.images = true, .events = true, .outputs = true};
+    return with_client(options_, topics, [this](console::Context& c) {
+      catch_stop_signals();
+      return console::hold(c,
+                           {.line = texts_.line,
+                            .entry = texts_.entry,
+                            .value = texts_.value,
+                            .group = static_cast<std::uint16_t>(group_),
+                            .time = seconds(duration_)},
+                           stop_signal_caught);
+    });
+  }
+
   int run_monitor() {
     return with_client(options_, {.images = true, .events = true}, [this](console::Context& c) {
       catch_stop_signals();
@@ -474,12 +556,16 @@ class Program {
   Texts texts_;
   double duration_ = 0;
   console::MonitorOptions monitor_;
+  console::EventsRequest events_;
   DataCommands data_;
   FileCommands files_;
+  std::vector<std::string> words_;  // an object, and what follows
   bool outputs_ = false;
   bool from_image_ = false;
   bool by_pdo_ = false;
   bool keep_ = false;
+  bool while_ = false;
+  unsigned group_ = 0;
   std::vector<std::string> faults_;
   std::uint64_t count_ = 0;
   std::string file_;

@@ -98,4 +98,8 @@ console::Client::Answer RemoteClient::call(const console::LineId& id, const line
   return {.reply = std::move(result.reply), .text = std::move(result.text)};
 }
 
+bool RemoteClient::write_outputs(const console::LineId& id, const line::OutputWrite& write) {
+  return client_->write_outputs({.gateway = id.gateway, .line = id.line}, write);
+}
+
 }  // namespace linegate::gateway

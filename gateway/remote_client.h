@@ -16,6 +16,7 @@ class RemoteClient final : public console::Client {
   console::Discovery discovery() const override;
   Answer call(const console::LineId& id, const line::Command& command, Duration timeout,
               std::uint64_t layout_id, console::Listener& listener) override;
+  bool write_outputs(const console::LineId& id, const line::OutputWrite& write) override;
 
  private:
   std::unique_ptr<dds::Client> client_;

@@ -90,12 +90,15 @@ void tell_identity(Context& context, std::uint8_t node, const IdentityValues& va
 }  // namespace
 
 int accept(Context& context, const std::string& what) {
-  const auto target = parse_node(what);
+  auto target = parse_node(what);
   if (!target || target->own || target->all) {
-    context.err << "'" << what << "' is not LINE:NODE, with a node-ID 1..127\n";
+    context.err << "'" << what << "' is not LINE:NODE, with a node-ID 1..127 or a name\n";
     return kUsage;
   }
   const int written = on_line(context, target->line, [&](Model& model, const Line& line) {
+    if (!resolve_node(context, model, line, *target)) {
+      return kFailed;
+    }
     IdentityValues values{};
     for (std::size_t i = 0; i < kIdentity.size(); ++i) {
       const auto value = read_part(context, model, line, target->node, kIdentity[i]);

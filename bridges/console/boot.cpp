@@ -12,6 +12,7 @@
 #include "bridges/console/lookup.h"
 #include "bridges/console/model.h"
 #include "bridges/console/refusal_text.h"
+#include "stack/od/address_text.h"
 
 namespace linegate::console {
 namespace {
@@ -29,13 +30,6 @@ std::string hex_text(std::uint32_t number) {
   return text.data();
 }
 
-std::string object_text_of(od::Address object) {
-  std::array<char, 12> text{};
-  std::snprintf(text.data(), text.size(), "%04X:%02X", unsigned{object.index},
-                unsigned{object.sub});
-  return text.data();
-}
-
 nlohmann::ordered_json outcome_json(const manager::BootOutcome& outcome) {
   using Kind = manager::BootFinding::Kind;
   const manager::BootFinding& finding = outcome.finding;
@@ -44,7 +38,7 @@ nlohmann::ordered_json outcome_json(const manager::BootOutcome& outcome) {
                              {"letter", letter_text(outcome.letter)},
                              {"text", manager::describe_boot(outcome.letter, finding)}};
   if (finding.kind != Kind::none) {
-    out["object"] = object_text_of(finding.object);
+    out["object"] = od::to_text(finding.object);
   }
   if (finding.kind == Kind::abort) {
     out["abort"] = hex_text(static_cast<std::uint32_t>(finding.abort));
@@ -64,13 +58,13 @@ bool all_booted(const std::vector<manager::BootOutcome>& outcomes) {
 }  // namespace
 
 int boot(Context& context, const std::string& what) {
-  const auto target = line_or_node(context, what);
+  auto target = line_or_node(context, what);
   if (!target) {
     return kUsage;
   }
   Model model;
   const Line* const line = find_line(context, model, target->line);
-  if (line == nullptr) {
+  if (line == nullptr || !resolve_node(context, model, *line, *target)) {
     return kFailed;
   }
   const LineId id = line->id;

@@ -14,6 +14,7 @@
 #include "stack/image/layout.h"
 #include "stack/image/snapshot.h"
 #include "stack/line/command.h"
+#include "stack/line/output_write.h"
 #include "stack/line/state.h"
 
 namespace linegate::console {
@@ -99,6 +100,12 @@ class Client {
   // layout_id of the output layout for CommandKind::output_write, else 0.
   virtual Answer call(const LineId& id, const line::Command& command, Duration timeout,
                       std::uint64_t layout_id, Listener& listener) = 0;
+
+  // An OutputWrite, which has no answer. False: this client was made without outputs, or DDS did
+  // not take it.
+  virtual bool write_outputs(const LineId& /*id*/, const line::OutputWrite& /*write*/) {
+    return false;
+  }
 };
 
 }  // namespace linegate::console

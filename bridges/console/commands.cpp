@@ -140,6 +140,19 @@ void ask_in_network(SdoTarget& target, std::uint16_t network) {
   target.command.network = network;
 }
 
+// Sets the node that a name stands for.
+bool resolve_target(Context& context, Model& model, const Line& line, SdoTarget& target) {
+  const bool found = resolve_node(context, model, line, target.node);
+  target.command.node = target.node.node;
+  return found;
+}
+
+// The line with the node.
+const Line* find_own_line(Context& context, Model& model, SdoTarget& target) {
+  const Line* const line = find_line(context, model, target.node.line);
+  return line != nullptr && resolve_target(context, model, *line, target) ? line : nullptr;
+}
+
 // The line that `via` names; the network is a number, or that of a line.
 const Line* find_via(Context& context, Model& model, SdoTarget& target, const std::string& via) {
   if (target.node.own) {
@@ -151,15 +164,16 @@ const Line* find_via(Context& context, Model& model, SdoTarget& target, const st
     return nullptr;
   }
   const auto number = parse_number(target.node.line, 0xFFFF, false);
-  if (number) {
+  if (number && target.node.name.empty()) {
     ask_in_network(target, static_cast<std::uint16_t>(*number));
     return line;
   }
   const Line* const other = find_line(context, model, target.node.line);
-  if (other != nullptr) {
-    ask_in_network(target, other->view->state.network_id);
+  if (other == nullptr || !resolve_target(context, model, *other, target)) {
+    return nullptr;
   }
-  return other == nullptr ? nullptr : line;
+  ask_in_network(target, other->view->state.network_id);
+  return line;
 }
 
 // The line that has the node; or the one over which its network is reached, by routes that gateways
@@ -178,11 +192,15 @@ const Line* find_target(Context& context, Model& model, SdoTarget& target, const
     return !ways().empty() || std::ranges::any_of(model.find(line), is_received);
   };
   if (target.node.own || !wait_until_settled(context, model, known)) {
-    return find_line(context, model, line);
+    return find_own_line(context, model, target);
   }
   const std::vector<const Line*> found = ways();
   if (found.empty()) {
-    return find_line(context, model, line);
+    return find_own_line(context, model, target);
+  }
+  if (!target.node.name.empty()) {
+    context.err << "nodes of network " << line << " have no names here: give the node-ID\n";
+    return nullptr;
   }
   if (found.size() > 1) {
     context.err << "more than one gateway has a route to network " << line << ": name one, as "
@@ -247,23 +265,20 @@ Duration least_patience(std::uint16_t index) {
 std::optional<SdoTarget> sdo_target(Context& context, const std::string& node,
                                     const std::string& index, const std::string& sub, bool write) {
   const auto ref = parse_node(node);
-  const auto number = parse_number(index, 0xFFFF, true);
-  const auto sub_index = parse_number(sub, 0xFF, false);
   if (!ref || ref->all) {
-    context.err << "'" << node << "' is not LINE:NODE, with a node-ID 1..127 or own\n";
+    context.err << "'" << node << "' is not LINE:NODE, with a node-ID 1..127, a name or own\n";
     return std::nullopt;
   }
-  if (!number || !sub_index) {
-    context.err << "'" << index << ' ' << sub
-                << "' is not an index (hexadecimal, 0..FFFF) and a sub-index (0..255)\n";
+  const auto address = parse_object(context, index, sub);
+  if (!address) {
     return std::nullopt;
   }
   using enum line::CommandKind;
   line::Command command{.kind = write ? (ref->own ? local_write : sdo_write)
                                       : (ref->own ? local_read : sdo_read)};
   command.node = ref->node;
-  command.index = static_cast<std::uint16_t>(*number);
-  command.sub = static_cast<std::uint8_t>(*sub_index);
+  command.index = address->index;
+  command.sub = address->sub;
   command.timeout = context.timeout;
   return SdoTarget{*ref, std::move(command)};
 }
@@ -293,7 +308,7 @@ int nodes(Context& context, const std::string& line) {
   if (context.json) {
     context.out << nodes_json(found) << '\n';
   } else {
-    print(context.out, text_of(nodes_of(model, {.line = line})));
+    print(context.out, text_of(nodes_of(model, {.line = line}, stamp_of(context))));
   }
   return completeness_of(context, model, found, "nodes", has_its_nodes);
 }
@@ -336,38 +351,6 @@ int image(Context& context, const std::string& line, image::Direction direction)
     }
   }
   return completeness_of(context, model, found, "the image", has_image);
-}
-
-int events(Context& context, const std::string& line, std::uint64_t count,
-           const std::function<bool()>& stopped) {
-  Model model;
-  if (!line.empty() && find_lines(context, model, line, is_received).empty()) {
-    return kFailed;
-  }
-  std::uint64_t printed = 0;
-  std::uint64_t seen = 0;
-  const auto end = std::chrono::steady_clock::now() + context.wait;
-  while (!stopped() && (count == 0 || printed < count)) {
-    poll(context, model, std::chrono::milliseconds(100));
-    const std::uint64_t fresh =
-        std::min<std::uint64_t>(model.events_seen() - seen, model.events().size());
-    seen = model.events_seen();
-    const auto meant = model.find(line);
-    for (auto it = model.events().end() - static_cast<std::ptrdiff_t>(fresh);
-         it != model.events().end() && (count == 0 || printed < count); ++it) {
-      if (!line.empty() && !is_meant(meant, it->id)) {
-        continue;
-      }
-      context.out << (context.json ? event_json(it->id, it->view) : event_text(it->id, it->view))
-                  << std::endl;
-      ++printed;
-    }
-    if (model.lines().empty() && std::chrono::steady_clock::now() >= end) {
-      context.err << "no gateway was heard of\n";
-      return kFailed;
-    }
-  }
-  return kDone;
 }
 
 int write(Context& context, const std::string& line, const std::string& entry,
@@ -439,6 +422,9 @@ int image_read(Context& context, const std::string& node, const std::string& ind
   }
   target->command.code = line::kFromImage;
   return on_line(context, target->node.line, [&](Model& model, const Line& line) {
+    if (!resolve_target(context, model, line, *target)) {
+      return kFailed;
+    }
     return print_value(context, ask_line(context, model, line, target->command), type);
   });
 }
@@ -456,6 +442,9 @@ int object_write(Context& context, const std::string& node, const std::string& i
   command.code = keep ? line::kKeepPdo : std::uint16_t{0};
   command.data = *std::move(data);
   return on_line(context, target->node.line, [&](Model& model, const Line& line) {
+    if (!resolve_target(context, model, line, *target)) {
+      return kFailed;
+    }
     command.node = target->node.own ? line.view->state.node_id : command.node;
     const Client::Answer answer = ask_line(context, model, line, command);
     return print_answer(context, answer, answer.reply.ok() ? way_text(answer.reply.data) : "");
@@ -465,19 +454,23 @@ int object_write(Context& context, const std::string& node, const std::string& i
 int pdo_trigger(Context& context, const std::string& what, const std::string& number,
                 bool by_offset) {
   const bool of_node = what.find(':') != std::string::npos;
-  const auto ref = of_node ? parse_node(what) : std::optional(NodeRef{.line = what});
+  auto ref = of_node ? parse_node(what) : std::optional(NodeRef{.line = what});
   const auto value = parse_number(number, by_offset ? image::kMaxAreaBytes - 1 : 512, false);
   if (!ref || ref->all || ref->own || (of_node && by_offset)) {
-    return usage(context, "'" + what + "' is not LINE or LINE:NODE, with a node-ID 1..127");
+    return usage(context,
+                 "'" + what + "' is not LINE or LINE:NODE, with a node-ID 1..127 or a name");
   }
   if (!value || (*value == 0 && !by_offset)) {
     return usage(context, "'" + number + "' is no number of a PDO, 1..512, or offset in bytes");
   }
   line::Command command{.kind = line::CommandKind::pdo_trigger};
-  command.node = ref->node;
   command.code = by_offset ? std::uint16_t{0} : static_cast<std::uint16_t>(*value);
   command.entry = by_offset ? static_cast<std::uint32_t>(*value) : 0;
   return on_line(context, ref->line, [&](Model& model, const Line& line) {
+    if (!resolve_node(context, model, line, *ref)) {
+      return kFailed;
+    }
+    command.node = ref->node;
     Client::Answer answer = ask_line(context, model, line, command);
     if (answer.reply.error.domain == Domain::command) {
       const auto refusal = static_cast<line::Refusal>(answer.reply.error.code);
@@ -497,15 +490,19 @@ int nmt(Context& context, const std::string& command, const std::string& node) {
       {"reset-communication", nmt::Command::reset_communication},
   };
   const auto it = std::ranges::find(kCommands, command, [](const auto& c) { return c.first; });
-  const auto ref = parse_node(node);
+  auto ref = parse_node(node);
   if (it == std::end(kCommands)) {
     return usage(context, "unknown NMT command '" + command +
                               "': start, stop, pre-operational, reset-node, reset-communication");
   }
   if (!ref) {
-    return usage(context, "'" + node + "' is not LINE:NODE, with a node-ID 1..127, own or all");
+    return usage(context,
+                 "'" + node + "' is not LINE:NODE, with a node-ID 1..127, a name, own or all");
   }
   return on_line(context, ref->line, [&](Model& model, const Line& line) {
+    if (!resolve_node(context, model, line, *ref)) {
+      return kFailed;
+    }
     line::Command request{.kind = line::CommandKind::nmt};
     request.nmt = it->second;
     request.node = ref->own ? line.view->state.node_id : ref->node;

@@ -24,16 +24,19 @@ struct Context {
   std::ostream& out;
   std::ostream& err;
   bool json = false;
+  bool utc = false;  // times are printed in UTC, otherwise in local time; JSON has always UTC
   Duration wait = std::chrono::seconds(5);     // for a gateway to be heard of
   Duration timeout = std::chrono::seconds(5);  // for an answer
 };
 
-// "LINE:NODE": the name or the network-ID of a line, or "GATEWAY/LINE", and 1..127, "own" or "all".
+// "LINE:NODE": the name or the network-ID of a line, or "GATEWAY/LINE", and the name of a node
+// or 1..127, "own" or "all".
 struct NodeRef {
   std::string line;
   std::uint8_t node = 0;
   bool own = false;
   bool all = false;
+  std::string name{};  // of the node, not looked up yet: node is 0
 };
 
 int gateways(Context& context);
@@ -42,9 +45,6 @@ int nodes(Context& context, const std::string& line);
 // How networks are reached, and what is routed.
 int routes(Context& context);
 int image(Context& context, const std::string& line, image::Direction direction);
-// Events as they come, after those kept by the gateway; count = 0: until stopped() says so.
-int events(Context& context, const std::string& line, std::uint64_t count,
-           const std::function<bool()>& stopped);
 
 // What is routed between networks, as it happens; those events of it that gateways kept come first.
 // count: so many lines printed; 0: until stopped() says so.
@@ -53,9 +53,9 @@ int trace(Context& context, std::uint64_t count, const std::function<bool()>& st
 // entry: number, name ("drive1.Controlword") or "NODE.INDEX:SUB" (hexadecimal index).
 int write(Context& context, const std::string& line, const std::string& entry,
           const std::string& value);
-// type empty: bytes, and the number they make. via: asked as a client on this line would, through
-// the gateway, even if the node's own line is known; empty: the shortest way. cached: what a scan
-// read is good enough.
+// type empty: bytes, and the number they make. via: asked as a client on this line would,
+// through the gateway, even if the node's own line is known; empty: the shortest way.
+// cached: what a scan read is good enough.
 int sdo_read(Context& context, const std::string& node, const std::string& index,
              const std::string& sub, const std::string& type, const std::string& via = "",
              bool cached = false);

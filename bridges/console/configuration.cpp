@@ -11,6 +11,7 @@
 #include "stack/manager/boot_event.h"
 #include "stack/manager/concise_dcf.h"
 #include "stack/manager/configuration_objects.h"
+#include "stack/od/address_text.h"
 
 namespace linegate::console {
 namespace {
@@ -26,7 +27,7 @@ bool write_own(Context& context, Model& model, const Line& line,
   command.data = write.data;
   const Client::Answer answer = ask_line(context, model, line, command);
   if (!answer.reply.ok()) {
-    context.err << format_object(write.address) << ": " << answer.text;
+    context.err << od::to_text(write.address) << ": " << answer.text;
     if (answer.reply.error.domain == Domain::sdo) {
       context.err << " (" << format_hex(answer.reply.error.code, 8) << ')';
     }
@@ -59,13 +60,13 @@ std::string import_text(std::uint8_t node, std::size_t count) {
 }  // namespace
 
 int configure(Context& context, ConfigAction action, const std::string& what) {
-  const auto target = line_or_node(context, what);
+  auto target = line_or_node(context, what);
   if (!target) {
     return kUsage;
   }
   Model model;
   const Line* const line = find_line(context, model, target->line);
-  if (line == nullptr) {
+  if (line == nullptr || !resolve_node(context, model, *line, *target)) {
     return kFailed;
   }
   const LineId id = line->id;
@@ -101,7 +102,7 @@ int configure(Context& context, ConfigAction action, const std::string& what) {
 
 int import_configuration(Context& context, const std::string& what,
                          std::span<const std::byte> concise_dcf) {
-  const auto target = line_or_node(context, what);
+  auto target = line_or_node(context, what);
   auto writes = manager::read_concise_dcf(concise_dcf);
   if (!writes.ok()) {
     context.err << "this is no concise DCF: its " << concise_dcf.size()
@@ -111,10 +112,13 @@ int import_configuration(Context& context, const std::string& what,
     return kUsage;
   }
   const std::size_t count = writes->size();
-  if (target->node != 0) {
-    *writes = {{{manager::kConciseDcf, target->node}, {concise_dcf.begin(), concise_dcf.end()}}};
-  }
   return on_line(context, target->line, [&](Model& model, const Line& line) {
+    if (!resolve_node(context, model, line, *target)) {
+      return kFailed;
+    }
+    if (target->node != 0) {
+      *writes = {{{manager::kConciseDcf, target->node}, {concise_dcf.begin(), concise_dcf.end()}}};
+    }
     const auto taken = [&](const manager::ObjectWrite& write) {
       return write_own(context, model, line, write);
     };

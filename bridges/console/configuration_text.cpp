@@ -6,6 +6,7 @@
 #include "bridges/console/configuration.h"
 #include "bridges/console/object_text.h"
 #include "stack/base/byte_order.h"
+#include "stack/od/address_text.h"
 
 namespace linegate::console {
 namespace {
@@ -54,7 +55,7 @@ void add_boot(const NodeReport& node, const BootFindings& findings, nlohmann::or
   to["boot_text"] = words_of_boot(node, findings);
   const auto found = findings.find(node.node);
   if (found != findings.end() && found->second.kind == manager::BootFinding::Kind::value) {
-    to["boot_object"] = format_object(found->second.object);
+    to["boot_object"] = od::to_text(found->second.object);
     to["boot_expected"] = found->second.expected;
     to["boot_found"] = found->second.found;
   }
@@ -87,7 +88,7 @@ Table configuration_table(const LineId& id, ConfigAction action,
     for (const Difference& difference : node.differences) {
       out.rows.push_back({{id, node.node},
                           {{std::to_string(node.node), node.node},
-                           {format_object(difference.object), {}},
+                           {od::to_text(difference.object), {}},
                            {shown_value(difference.expected), {}},
                            {found_of(difference), {}}},
                           Style::error});
@@ -106,7 +107,7 @@ std::string configuration_json(const LineId& id, ConfigAction action,
   for (const NodeReport& node : nodes) {
     nlohmann::ordered_json differences = nlohmann::ordered_json::array();
     for (const Difference& difference : node.differences) {
-      nlohmann::ordered_json one{{"object", format_object(difference.object)},
+      nlohmann::ordered_json one{{"object", od::to_text(difference.object)},
                                  {"expected", bytes_of(difference.expected)}};
       if (difference.abort == AbortCode::none) {
         one["found"] = bytes_of(difference.found);

@@ -15,6 +15,7 @@
 #include "bridges/console/tables.h"
 #include "bridges/console/value_text.h"
 #include "stack/base/byte_order.h"
+#include "stack/od/address_text.h"
 
 namespace linegate::console {
 namespace {
@@ -57,24 +58,8 @@ void append_sized(std::vector<std::byte>& out, std::span<const std::byte> value)
   out.insert(out.end(), value.begin(), value.end());
 }
 
-std::string place_text(od::Address address) {
-  return hex_digits(address.index, 4) + ':' + hex_digits(address.sub, 2);
-}
-
 std::string listed_value(const ListedVariable& variable) {
   return variable.value.empty() ? std::string() : to_text(variable.type, variable.value);
-}
-
-std::optional<od::Address> object_address(Context& context, const std::string& index,
-                                          const std::string& sub) {
-  const auto number = parse_number(index, 0xFFFF, true);
-  const auto sub_index = parse_number(sub, 0xFF, false);
-  if (!number || !sub_index) {
-    context.err << "'" << index << ' ' << sub
-                << "' is not an index (hexadecimal, 0..FFFF) and a sub-index (0..255)\n";
-    return std::nullopt;
-  }
-  return od::Address{static_cast<std::uint16_t>(*number), static_cast<std::uint8_t>(*sub_index)};
 }
 
 line::Command command_for(line::CommandKind kind, od::Address address) {
@@ -126,7 +111,7 @@ Table list_table(const std::vector<ListedVariable>& variables) {
   Table out{{{"OBJECT"}, {"TYPE"}, {"ACCESS"}, {"PDO"}, {"STORED"}, {"NAME"}, {"VALUE"}}, {}, {}};
   for (const ListedVariable& one : variables) {
     out.rows.push_back({{},
-                        {{place_text(one.address), {}},
+                        {{od::to_text(one.address), {}},
                          {std::string(od::name(one.type)), {}},
                          {std::string(access_name(one.access)), {}},
                          {one.mappable ? "yes" : "-", {}},
@@ -192,7 +177,7 @@ std::optional<std::vector<ListedVariable>> decode_list(std::span<const std::byte
 }
 
 int od_list(Context& context, const std::string& line, const std::string& index) {
-  const auto address = object_address(context, index.empty() ? "0" : index, "0");
+  const auto address = parse_object(context, index.empty() ? "0" : index, "");
   if (!address) {
     return kUsage;
   }
@@ -217,7 +202,7 @@ int od_list(Context& context, const std::string& line, const std::string& index)
 
 int od_read(Context& context, const std::string& line, const std::string& index,
             const std::string& sub) {
-  const auto address = object_address(context, index, sub);
+  const auto address = parse_object(context, index, sub);
   if (!address) {
     return kUsage;
   }
@@ -241,7 +226,7 @@ int od_read(Context& context, const std::string& line, const std::string& index,
 
 int od_write(Context& context, const std::string& line, const std::string& index,
              const std::string& sub, const std::string& value) {
-  const auto address = object_address(context, index, sub);
+  const auto address = parse_object(context, index, sub);
   if (!address) {
     return kUsage;
   }
@@ -252,7 +237,7 @@ int od_write(Context& context, const std::string& line, const std::string& index
     }
     const auto known = std::ranges::find(*variables, *address, &ListedVariable::address);
     if (known == variables->end()) {
-      context.err << "there is no object " << place_text(*address) << '\n';
+      context.err << "there is no object " << od::to_text(*address) << '\n';
       return kFailed;
     }
     auto data = from_text(known->type, value);
@@ -267,7 +252,7 @@ int od_write(Context& context, const std::string& line, const std::string& index
 }
 
 int od_create(Context& context, const std::string& line, const NewObject& object) {
-  const auto address = object_address(context, object.index, object.sub);
+  const auto address = parse_object(context, object.index, object.sub);
   const auto offset =
       parse_number(object.offset.empty() ? "0" : object.offset, image::kMaxAreaBytes - 1, false);
   if (!offset) {
@@ -286,7 +271,7 @@ int od_create(Context& context, const std::string& line, const NewObject& object
 }
 
 int od_remove(Context& context, const std::string& line, const std::string& index) {
-  const auto address = object_address(context, index, "0");
+  const auto address = parse_object(context, index, "");
   if (!address) {
     return kUsage;
   }

@@ -29,8 +29,8 @@ std::optional<std::vector<ListedVariable>> decode_list(std::span<const std::byte
 
 // As it was typed.
 struct NewObject {
-  std::string index;  // hexadecimal
-  std::string sub = "0";
+  std::string index;      // hexadecimal
+  std::string sub = "0";  // hexadecimal
   std::string type;
   std::string name;
   std::string access = "rw";

@@ -138,12 +138,13 @@ std::string history_json(const LineId& line, const std::vector<NodeHistory>& nod
 }
 
 int emcy_history(Context& context, const std::string& what) {
-  const auto meant = line_or_node(context, what);
+  auto meant = line_or_node(context, what);
   if (!meant) {
     return kUsage;
   }
   return on_line(context, meant->line, [&](Model& model, const Line& line) {
-    return print_history(context, model, line, *meant);
+    return resolve_node(context, model, line, *meant) ? print_history(context, model, line, *meant)
+                                                      : kFailed;
   });
 }
 

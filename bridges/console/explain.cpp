@@ -12,6 +12,7 @@
 #include "stack/can/cob_id.h"
 #include "stack/emcy/message.h"
 #include "stack/nmt/state.h"
+#include "stack/od/address_text.h"
 #include "stack/time/message.h"
 
 namespace linegate::console {
@@ -60,7 +61,7 @@ std::vector<std::byte> bits_of(const can::Frame& frame, std::size_t offset, std:
 }  // namespace
 
 std::string object_text(const od::DeviceDescription* device, od::Address address) {
-  std::string out = hex_digits(address.index, 4) + ":" + hex_digits(address.sub, 2);
+  std::string out = od::to_text(address);
   const od::ObjectDescription* object = device == nullptr ? nullptr : device->find(address.index);
   if (object == nullptr) {
     return out;

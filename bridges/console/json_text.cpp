@@ -4,9 +4,12 @@
 #include <bit>
 #include <chrono>
 #include <cmath>
+#include <tuple>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "bridges/console/object_text.h"
 #include "bridges/console/tables.h"
 #include "bridges/console/value_text.h"
 #include "stack/base/byte_order.h"
@@ -231,7 +234,7 @@ Json image_object(const Line& line, image::Direction direction, std::uint8_t nod
   Json out = {
       {"gateway", line.id.gateway}, {"line", line.id.line}, {"direction", image::name(direction)}};
   if (area.layout) {
-    out["layout_id"] = area.layout->id;
+    out["layout_id"] = format_hex(area.layout->id, 16);
   }
   if (area.image) {
     out["sequence"] = area.image->sequence;
@@ -269,7 +272,11 @@ Json event_object(const LineId& id, const EventView& view) {
 Json events_array(const Model& model, const Filter& filter) {
   const std::vector<const Line*> lines = model.find(filter.line);
   Json out = Json::array();
-  for (const KnownEvent& event : model.events()) {
+  std::vector<KnownEvent> events(model.events().begin(), model.events().end());
+  std::ranges::sort(events, {}, [](const KnownEvent& one) {
+    return std::tuple(one.view.event.time, one.id, one.view.event.number);
+  });
+  for (const KnownEvent& event : events) {
     const bool of_line = std::any_of(lines.begin(), lines.end(),
                                      [&](const Line* line) { return line->id == event.id; });
     if (of_line && (filter.node == 0 || filter.node == event.view.event.node)) {

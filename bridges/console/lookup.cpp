@@ -1,12 +1,14 @@
 #include "bridges/console/lookup.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <chrono>
 #include <ostream>
 
 #include "bridges/console/discovery.h"
 #include "bridges/console/table.h"
+#include "stack/od/address_text.h"
 
 namespace linegate::console {
 namespace {
@@ -34,16 +36,26 @@ std::string full_names(const std::vector<const Line*>& lines) {
   return out;
 }
 
+// The node of an entry by its name, which the entry's name begins with, or by its node-ID.
+bool is_of_node(const image::Entry& entry, const std::string& node) {
+  return entry.name.starts_with(node + '.') || parse_number(node, 127, false) == entry.node;
+}
+
 bool matches(const image::Entry& entry, const std::string& text) {
   const std::size_t dot = text.find('.');
-  const std::size_t colon = text.find(':');
-  if (dot == std::string::npos || colon == std::string::npos || colon < dot) {
+  if (dot == std::string::npos) {
     return false;
   }
-  const auto node = parse_number(text.substr(0, dot), 127, false);
-  const auto index = parse_number(text.substr(dot + 1, colon - dot - 1), 0xFFFF, true);
-  const auto sub = parse_number(text.substr(colon + 1), 0xFF, false);
-  return node == entry.node && index == entry.index && sub == entry.sub;
+  const auto object = od::parse_address(text.substr(dot + 1));
+  return object && object->index == entry.index && object->sub == entry.sub &&
+         is_of_node(entry, text.substr(0, dot));
+}
+
+std::string described(const image::Layout& layout, std::uint32_t entry) {
+  const image::Entry& place = layout.entries[entry];
+  return std::to_string(entry) + ": " + printable(place.name) + ", " +
+         od::to_text({place.index, place.sub}) + " of node " + std::to_string(place.node) +
+         ", its PDO " + std::to_string(place.remote_pdo);
 }
 
 }  // namespace
@@ -125,7 +137,7 @@ bool wait_until(Context& context, Model& model, const std::function<bool()>& con
 }
 
 bool wait_until_settled(Context& context, Model& model, const std::function<bool()>& condition) {
-  return poll_until(context, model, [&] { return is_settled(context, model) && condition(); });
+  return poll_until(context, model, [&] { return condition() && is_settled(context, model); });
 }
 
 int completeness(Context& context, const Model& model) {
@@ -171,6 +183,17 @@ std::optional<std::uint64_t> parse_number(const std::string& text, std::uint64_t
   return value;
 }
 
+namespace {
+
+// As plant.yaml takes it.
+bool is_node_name(const std::string& text) {
+  return !text.empty() && std::ranges::all_of(text, [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '-' || c == '_';
+  });
+}
+
+}  // namespace
+
 std::optional<NodeRef> parse_node(const std::string& text) {
   const std::size_t colon = text.rfind(':');
   NodeRef out;
@@ -181,12 +204,36 @@ std::optional<NodeRef> parse_node(const std::string& text) {
   if (out.own || out.all) {
     return out;
   }
+  const bool number = !node.empty() && node[0] >= '0' && node[0] <= '9';
   const auto id = parse_number(node, 127, false);
-  if (!id || *id == 0) {
+  if (id && *id != 0) {
+    out.node = static_cast<std::uint8_t>(*id);
+  } else if (number || colon == std::string::npos || !is_node_name(node)) {
     return std::nullopt;
+  } else {
+    out.name = node;
   }
-  out.node = static_cast<std::uint8_t>(*id);
   return out;
+}
+
+bool resolve_node(Context& context, Model& model, const Line& line, NodeRef& ref) {
+  if (ref.name.empty()) {
+    return true;
+  }
+  (void)know_nodes(context, model, line);
+  std::string names;
+  for (const auto& [id, node] : line.nodes) {
+    if (node.name == ref.name) {
+      ref.node = id;
+      return true;
+    }
+    names += node.name.empty() ? ""
+                               : (names.empty() ? "" : ", ") + printable(node.name) + " (" +
+                                     std::to_string(id) + ')';
+  }
+  context.err << "no node '" << printable(ref.name) << "' on " << printable(line.id.line)
+              << "; there are: " << (names.empty() ? "none with a name" : names) << '\n';
+  return false;
 }
 
 std::optional<NodeRef> line_or_node(Context& context, const std::string& what) {
@@ -195,26 +242,73 @@ std::optional<NodeRef> line_or_node(Context& context, const std::string& what) {
   }
   const auto ref = parse_node(what);
   if (!ref || ref->own) {
-    context.err << "'" << printable(what) << "' is not LINE or LINE:NODE, with a node-ID 1..127\n";
+    context.err << "'" << printable(what)
+                << "' is not LINE or LINE:NODE, with a node-ID 1..127 or a name\n";
     return std::nullopt;
   }
   return ref;
 }
 
+std::optional<od::Address> parse_object(Context& context, const std::string& index,
+                                        const std::string& sub) {
+  const auto address = od::parse_address(sub.empty() ? index : index + ':' + sub);
+  if (!address) {
+    context.err << "'" << printable(index + (sub.empty() ? "" : ' ' + sub))
+                << "' is not an object: INDEX:SUB or INDEX SUB, hexadecimal, 0..FFFF and 0..FF\n";
+  }
+  return address;
+}
+
+std::optional<ObjectWords> split_object(const std::vector<std::string>& words, std::size_t least,
+                                        std::size_t most) {
+  if (words.empty()) {
+    return std::nullopt;
+  }
+  const bool whole = words[0].find(':') != std::string::npos;
+  const bool room = words.size() >= 2 + least && words.size() > 1;
+  const bool has_sub = !whole && room && od::parse_sub(words[1]).has_value();
+  const std::size_t behind = words.size() - (has_sub ? 2 : 1);
+  if (behind < least || behind > most) {
+    return std::nullopt;
+  }
+  return ObjectWords{words[0],
+                     has_sub ? words[1] : "",
+                     {words.end() - static_cast<std::ptrdiff_t>(behind), words.end()}};
+}
+
 std::optional<std::uint32_t> find_entry(Context& context, const image::Layout& layout,
                                         const std::string& entry) {
-  std::string names;
+  std::vector<std::uint32_t> named;
+  std::vector<std::uint32_t> matching;
   for (std::uint32_t i = 0; i < layout.entries.size(); ++i) {
-    if (layout.entries[i].name == entry || matches(layout.entries[i], entry)) {
-      return i;
+    if (layout.entries[i].name == entry) {
+      named.push_back(i);
     }
-    names += "\n  " + layout.entries[i].name;
+    if (matches(layout.entries[i], entry)) {
+      matching.push_back(i);
+    }
+  }
+  const std::vector<std::uint32_t>& found = named.empty() ? matching : named;
+  if (found.size() == 1) {
+    return found.front();
   }
   if (const auto number = parse_number(entry, 0xFFFF'FFFF, false);
-      number && *number < layout.entries.size()) {
+      found.empty() && number && *number < layout.entries.size()) {
     return static_cast<std::uint32_t>(*number);
   }
-  context.err << "no output entry '" << entry << "'; there are:" << names << '\n';
+  if (!found.empty()) {
+    context.err << "'" << printable(entry) << "' is ambiguous; give the number of one:";
+    for (const std::uint32_t one : found) {
+      context.err << "\n  " << described(layout, one);
+    }
+    context.err << '\n';
+    return std::nullopt;
+  }
+  context.err << "no output entry '" << entry << "'; there are:";
+  for (const image::Entry& one : layout.entries) {
+    context.err << "\n  " << one.name;
+  }
+  context.err << '\n';
   return std::nullopt;
 }
 

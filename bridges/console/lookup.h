@@ -4,8 +4,10 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "bridges/console/commands.h"
+#include "stack/od/description.h"
 
 namespace linegate::console {
 
@@ -39,13 +41,31 @@ bool knows_nodes(const Line& line);
 bool know_nodes(Context& context, Model& model, const Line& line);
 
 std::optional<NodeRef> parse_node(const std::string& text);
+// Looks up the node's name among the nodes of the line, and sets ref.node; otherwise says on
+// context.err which names there are. True also if it has no name.
+bool resolve_node(Context& context, Model& model, const Line& line, NodeRef& ref);
 // "LINE", which is all of its nodes, or "LINE:NODE" with a node-ID or all (node is 0 then);
 // otherwise says on context.err that it is none of them.
 std::optional<NodeRef> line_or_node(Context& context, const std::string& what);
+// As it was typed, index and sub-index or both in `index`; otherwise says on context.err that it is
+// no object. sub empty: that of `index`, or 0.
+std::optional<od::Address> parse_object(Context& context, const std::string& index,
+                                        const std::string& sub);
+// INDEX:SUB, INDEX SUB or INDEX, and the words behind.
+struct ObjectWords {
+  std::string index;
+  std::string sub;
+  std::vector<std::string> rest;
+};
+// From the words of a command line, with `least` to `most` words behind the object. Nothing: too
+// few or too many words. Where both readings have a meaning ("6000 d"), a sub-index is read.
+std::optional<ObjectWords> split_object(const std::vector<std::string>& words, std::size_t least,
+                                        std::size_t most);
 // Decimal or 0x; `hex`: hexadecimal without 0x too. Nothing beyond `limit`.
 std::optional<std::uint64_t> parse_number(const std::string& text, std::uint64_t limit, bool hex);
 
-// The output entry; otherwise says on context.err which names there are.
+// The output entry by its name, by NODE.INDEX:SUB (node: name or node-ID), or by its number in the
+// layout; otherwise says on context.err which names there are, or which are meant.
 std::optional<std::uint32_t> find_entry(Context& context, const image::Layout& layout,
                                         const std::string& entry);
 

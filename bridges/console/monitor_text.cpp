@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <chrono>
 #include <ostream>
+#include <tuple>
 
 #include "bridges/console/discovery.h"
 #include "bridges/console/json_text.h"
@@ -32,8 +33,13 @@ class TextMonitor {
       return;
     }
     tables();
-    Table events = events_of(model_, filter_, kShownEvents);
-    sort(events, 0, false);
+    Table events = events_of(model_, filter_, Model::kKeptEvents, stamp_of(context_));
+    std::ranges::sort(events.rows, {}, [](const Row& row) {
+      return std::tuple(row.cells[0].number.value_or(0), row.key.id, row.key.number);
+    });
+    if (events.rows.size() > kShownEvents) {
+      events.rows.erase(events.rows.begin(), events.rows.end() - kShownEvents);
+    }
     print_table(context_.out, "the newest events", events);
     context_.out << std::flush;
   }
@@ -60,8 +66,9 @@ class TextMonitor {
     for (auto it = model_.events().end() - static_cast<std::ptrdiff_t>(fresh);
          it != model_.events().end(); ++it) {
       if (is_meant(*it)) {
-        context_.out << (context_.json ? stream_event_json(it->id, it->view)
-                                       : "event " + event_text(it->id, it->view))
+        context_.out << (context_.json
+                             ? stream_event_json(it->id, it->view)
+                             : "event " + event_text(it->id, it->view, stamp_of(context_)))
                      << '\n';
       }
     }
@@ -70,8 +77,9 @@ class TextMonitor {
 
  private:
   void tables() {
-    print_table(context_.out, "lines at " + date_text(utc_now()), lines_of(model_, filter_));
-    print_table(context_.out, "nodes", nodes_of(model_, filter_));
+    print_table(context_.out, "lines at " + stamp_of(context_)(utc_now()),
+                lines_of(model_, filter_));
+    print_table(context_.out, "nodes", nodes_of(model_, filter_, stamp_of(context_)));
     print_table(context_.out, "values", values_of(model_, filter_, Directions::both));
   }
 

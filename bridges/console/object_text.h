@@ -19,9 +19,4 @@ inline std::string format_hex(std::uint64_t number, std::size_t digits) {
   return text.data();
 }
 
-// "6083:1": index hexadecimal, sub-index decimal.
-inline std::string format_object(od::Address address) {
-  return format_hex(address.index, 4) + ":" + std::to_string(address.sub);
-}
-
 }  // namespace linegate::console

@@ -11,6 +11,7 @@
 #include "bridges/console/object_text.h"
 #include "stack/base/byte_order.h"
 #include "stack/manager/program_run.h"
+#include "stack/od/address_text.h"
 
 namespace linegate::console {
 namespace {
@@ -27,7 +28,7 @@ std::string finding_text(const line::Reply& reply) {
   const od::Address object{load_le<std::uint16_t>(data.data()),
                            std::to_integer<std::uint8_t>(data[2])};
   const auto value = static_cast<std::uint32_t>(load_le(data.last(4)));
-  std::string out = format_object(object);
+  std::string out = od::to_text(object);
   if (reply.error != to_error(AbortCode::hardware)) {
     return out;
   }
@@ -53,9 +54,9 @@ std::string program_json(const LineId& id, std::uint8_t node, const Client::Answ
 
 int load_program(Context& context, const std::string& node, std::uint8_t number,
                  std::vector<std::byte> program) {
-  const auto ref = parse_node(node);
-  if (!ref || ref->own || ref->all || ref->node == 0) {
-    context.err << "'" << node << "' is not LINE:NODE, with a node-ID 1..127\n";
+  auto ref = parse_node(node);
+  if (!ref || ref->own || ref->all) {
+    context.err << "'" << node << "' is not LINE:NODE, with a node-ID 1..127 or a name\n";
     return kUsage;
   }
   if (program.empty()) {
@@ -64,7 +65,7 @@ int load_program(Context& context, const std::string& node, std::uint8_t number,
   }
   Model model;
   const Line* const line = find_line(context, model, ref->line);
-  if (line == nullptr) {
+  if (line == nullptr || !resolve_node(context, model, *line, *ref)) {
     return kFailed;
   }
   const LineId id = line->id;

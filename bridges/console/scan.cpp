@@ -47,13 +47,13 @@ bool was_found(const ScanResult& result, std::uint8_t node) {
 }  // namespace
 
 int scan(Context& context, const ScanRequest& request, ScanResult& result) {
-  const auto target = line_or_node(context, request.what);
+  auto target = line_or_node(context, request.what);
   if (!target) {
     return kUsage;
   }
   Model model;
   const Line* const line = find_line(context, model, target->line);
-  if (line == nullptr) {
+  if (line == nullptr || !resolve_node(context, model, *line, *target)) {
     return kFailed;
   }
   result.id = line->id;

@@ -9,6 +9,7 @@
 #include "stack/base/abort_code.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
+#include "stack/od/address_text.h"
 #include "stack/scan/conflicts.h"
 #include "stack/scan/left_out.h"
 
@@ -39,7 +40,7 @@ std::string hex_number(std::uint64_t number, std::size_t digits) {
 }
 
 std::string object_text(od::Address address) {
-  return hex_number(address.index, 4) + ":" + std::to_string(address.sub);
+  return od::to_text(address);
 }
 
 std::string hex_cell(const ScannedNode& node, od::Address address) {

@@ -6,6 +6,7 @@
 
 #include "bridges/console/value_text.h"
 #include "stack/line/event_severity.h"
+#include "stack/od/address_text.h"
 
 namespace linegate::console {
 namespace {
@@ -83,7 +84,7 @@ Row line_row(const Model& model, const Line& line) {
   return row;
 }
 
-Row node_row(const Model& model, const Line& line, const NodeView& node) {
+Row node_row(const Model& model, const Line& line, const NodeView& node, Stamp stamp) {
   const line::NodeState& state = node.state;
   const bool live = model.freshness(line) == Freshness::live;
   return {{line.id, state.node},
@@ -95,7 +96,7 @@ Row node_row(const Model& model, const Line& line, const NodeView& node) {
            text_cell(boot_text(state.boot)),
            number_cell(state.emcy_count),
            text_cell(state.emcy_count == 0 ? "" : hex_digits(state.last_emcy, 4) + 'h'),
-           {clock_text(node.since), static_cast<double>(node.since.time_since_epoch().count())},
+           {stamp(node.since), static_cast<double>(node.since.time_since_epoch().count())},
            number_cell(state.heartbeats_lost)},
           live ? style_of(node) : Style::stale};
 }
@@ -121,9 +122,8 @@ Row value_row(const Model& model, const Line& line, const Area& area, std::size_
   }
   return {{line.id, entry.node, 2 * number + (out ? 1 : 0)},
           {text_cell(line.id.line), number_cell(entry.node),
-           text_cell(hex_digits(entry.index, 4) + ':' + hex_digits(entry.sub, 2)),
-           text_cell(entry.name), std::move(shown), text_cell(unit_of(entry.name)),
-           text_cell(od::name(entry.type)),
+           text_cell(od::to_text({entry.index, entry.sub})), text_cell(entry.name),
+           std::move(shown), text_cell(unit_of(entry.name)), text_cell(od::name(entry.type)),
            age ? Cell{duration_text(*age), std::chrono::duration<double>(*age).count()}
                : text_cell("-"),
            text_cell(out ? "out" : "in"), number_cell(entry.remote_pdo), text_cell(to_hex(value))},
@@ -199,7 +199,7 @@ Table lines_of(const Model& model, const Filter& filter) {
   return out;
 }
 
-Table nodes_of(const Model& model, const Filter& filter) {
+Table nodes_of(const Model& model, const Filter& filter, Stamp stamp) {
   Table out{{{"LINE"},
              {"NODE", true},
              {"NAME", false, true},
@@ -215,7 +215,7 @@ Table nodes_of(const Model& model, const Filter& filter) {
   for (const Line* line : model.find(filter.line)) {
     for (const auto& [id, node] : line->nodes) {
       if (filter.node == 0 || filter.node == id) {
-        out.rows.push_back(node_row(model, *line, node));
+        out.rows.push_back(node_row(model, *line, node, stamp));
       }
     }
   }
@@ -249,7 +249,7 @@ Table values_of(const Model& model, const Filter& filter, Directions directions)
   return out;
 }
 
-Table events_of(const Model& model, const Filter& filter, std::size_t count) {
+Table events_of(const Model& model, const Filter& filter, std::size_t count, Stamp stamp) {
   Table out{{{"TIME"}, {"LINE"}, {"NODE", true}, {"KIND"}, {"TEXT"}}, {}, {}};
   const std::vector<const Line*> lines = model.find(filter.line);
   for (auto it = model.events().rbegin(); it != model.events().rend(); ++it) {
@@ -259,7 +259,7 @@ Table events_of(const Model& model, const Filter& filter, std::size_t count) {
     }
     out.rows.push_back(
         {{it->id, event.node, event.number},
-         {{clock_text(event.time), static_cast<double>(event.time.time_since_epoch().count())},
+         {{stamp(event.time), static_cast<double>(event.time.time_since_epoch().count())},
           text_cell(it->id.line),
           event.node == 0 ? text_cell("") : number_cell(event.node),
           text_cell(name(event.kind)),
@@ -281,12 +281,12 @@ Text image_table(const Line& line, image::Direction direction) {
   for (std::size_t i = 0; i < area.layout->entries.size(); ++i) {
     const image::Entry& entry = area.layout->entries[i];
     const std::vector<std::byte> value = area.value(i);
-    out.rows.push_back({{line.id, entry.node, i},
-                        {number_cell(i), number_cell(entry.node),
-                         text_cell(hex_digits(entry.index, 4) + ':' + std::to_string(entry.sub)),
-                         text_cell(od::name(entry.type)),
-                         text_cell(area.valid(i) ? to_text(entry.type, value) : "(invalid)"),
-                         text_cell(to_hex(value)), text_cell(entry.name)}});
+    out.rows.push_back(
+        {{line.id, entry.node, i},
+         {number_cell(i), number_cell(entry.node), text_cell(od::to_text({entry.index, entry.sub})),
+          text_cell(od::name(entry.type)),
+          text_cell(area.valid(i) ? to_text(entry.type, value) : "(invalid)"),
+          text_cell(to_hex(value)), text_cell(entry.name)}});
   }
   return text_of(out);
 }

@@ -11,16 +11,30 @@
 
 namespace linegate::console {
 
+struct Context;
+
+// How a point in time is printed.
+using Stamp = std::string (*)(Instant utc);
+// "12:34:56.789", UTC; "-" for Instant{}.
+std::string clock_text(Instant utc);
+// "2026-11-21T12:34:56.789Z".
+std::string date_text(Instant utc);
+// "2026-11-21 12:34:56.789", local time; "-" for Instant{}.
+std::string local_text(Instant utc);
+// date_text or local_text, as context.utc says.
+Stamp stamp_of(const Context& context);
+
 enum class Directions { inputs, outputs, both };
 
 // The state of each line. The filter's node has no effect: a line is not one of its nodes.
 Table lines_of(const Model& model, const Filter& filter);
 // Each node, with its state.
-Table nodes_of(const Model& model, const Filter& filter);
+Table nodes_of(const Model& model, const Filter& filter, Stamp stamp = clock_text);
 // Each entry of the process image with its value. What was not received yet is told by notes.
 Table values_of(const Model& model, const Filter& filter, Directions directions);
 // What happened, the newest first; at most `count`.
-Table events_of(const Model& model, const Filter& filter, std::size_t count = Model::kKeptEvents);
+Table events_of(const Model& model, const Filter& filter, std::size_t count = Model::kKeptEvents,
+                Stamp stamp = clock_text);
 
 // Whether that line is one of them, see Model::find().
 bool is_meant(const std::vector<const Line*>& lines, const LineId& id);
@@ -28,13 +42,9 @@ bool is_meant(const std::vector<const Line*>& lines, const LineId& id);
 void print(std::ostream& out, const Text& text);
 // A headline and each entry of one direction, with its value; says so if nothing is known yet.
 Text image_table(const Line& line, image::Direction direction);
-std::string event_text(const LineId& id, const EventView& event);
+std::string event_text(const LineId& id, const EventView& event, Stamp stamp);
 // What was dropped, in a few words after three blanks; empty if nothing was.
 std::string dropped_text(const Model& model);
-// "12:34:56.789", UTC.
-std::string clock_text(Instant utc);
-// "2026-11-21T12:34:56.789Z".
-std::string date_text(Instant utc);
 // "0.2s", "12s", "5min", "3h", "4d": as exactly as people want it.
 std::string duration_text(Duration duration);
 // The unit that a name ends in, as device files have it: "rpm" of "Velocity [rpm]". Else empty.

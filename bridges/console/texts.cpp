@@ -5,6 +5,7 @@
 #include <ctime>
 #include <ostream>
 
+#include "bridges/console/commands.h"
 #include "bridges/console/tables.h"
 
 namespace linegate::console {
@@ -23,6 +24,25 @@ std::string date_text(Instant utc) {
 
 std::string clock_text(Instant utc) {
   return utc == Instant{} ? "-" : date_text(utc).substr(11, 12);
+}
+
+std::string local_text(Instant utc) {
+  if (utc == Instant{}) {
+    return "-";
+  }
+  const std::int64_t ns = utc.time_since_epoch().count();
+  const std::time_t seconds = ns / 1'000'000'000;
+  std::tm parts{};
+  localtime_r(&seconds, &parts);
+  std::array<char, 40> text;
+  const std::size_t length = std::strftime(text.data(), text.size(), "%F %T", &parts);
+  std::snprintf(text.data() + length, text.size() - length, ".%03d",
+                static_cast<int>(ns / 1'000'000 % 1000));
+  return text.data();
+}
+
+Stamp stamp_of(const Context& context) {
+  return context.utc ? date_text : local_text;
 }
 
 std::string duration_text(Duration duration) {
@@ -71,9 +91,9 @@ void print(std::ostream& out, const Text& text) {
   }
 }
 
-std::string event_text(const LineId& id, const EventView& event) {
+std::string event_text(const LineId& id, const EventView& event, Stamp stamp) {
   const std::string what = id.line.empty() ? "gateway " + id.gateway : id.line;
-  return clock_text(event.event.time) + ' ' + printable(what) + " #" +
+  return stamp(event.event.time) + ' ' + printable(what) + " #" +
          std::to_string(event.event.number) + ' ' + std::string(name(event.event.kind)) + ": " +
          printable(event.text);
 }

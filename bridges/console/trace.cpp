@@ -157,7 +157,7 @@ class Tracer {
                 std::string(kCounted[i].words);
       }
     }
-    context_.out << clock_text(view.time) << ' ' << printable(id.line) << " (network "
+    context_.out << stamp_of(context_)(view.time) << ' ' << printable(id.line) << " (network "
                  << view.state.network_id << "): " << text << "; open "
                  << routing_count(view, "open").value_or(0) << std::endl;
   }
@@ -180,7 +180,7 @@ class Tracer {
       } else if (one.view.event.number > traced->second.kept) {
         ++printed_;
         context_.out << (context_.json ? event_json(one.id, one.view)
-                                       : event_text(one.id, one.view))
+                                       : event_text(one.id, one.view, stamp_of(context_)))
                      << std::endl;
       }
     }

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 
+#include "stack/od/address_text.h"
+
 namespace linegate::config {
 namespace {
 
@@ -150,19 +152,6 @@ std::optional<std::vector<std::byte>> hexadecimal_bytes(std::string_view text) {
   return out;
 }
 
-std::optional<unsigned> hexadecimal(std::string_view text, unsigned highest) {
-  if (text.size() > 2 && text[0] == '0' && (text[1] == 'x' || text[1] == 'X')) {
-    text.remove_prefix(2);
-  }
-  unsigned value = 0;
-  const char* end = text.data() + text.size();
-  const auto parsed = std::from_chars(text.data(), end, value, 16);
-  if (text.empty() || parsed.ec != std::errc{} || parsed.ptr != end || value > highest) {
-    return std::nullopt;
-  }
-  return value;
-}
-
 char lower(char c) {
   return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
 }
@@ -243,21 +232,11 @@ std::optional<std::uint64_t> parse_unsigned(std::string_view text) {
 }
 
 std::optional<od::Address> parse_address(std::string_view text) {
-  const std::size_t colon = text.find(':');
-  const auto index = hexadecimal(text.substr(0, colon), 0xFFFF);
-  const auto sub = colon == std::string_view::npos ? 0U : hexadecimal(text.substr(colon + 1), 0xFF);
-  if (!index || !sub) {
-    return std::nullopt;
-  }
-  return od::Address{static_cast<std::uint16_t>(*index), static_cast<std::uint8_t>(*sub)};
+  return od::parse_address(text);
 }
 
 std::string format_address(od::Address address) {
-  constexpr std::string_view kDigits = "0123456789ABCDEF";
-  const auto digit = [&](unsigned value) { return kDigits[value & 0xFU]; };
-  const unsigned i = address.index;
-  const unsigned s = address.sub;
-  return {digit(i >> 12U), digit(i >> 8U), digit(i >> 4U), digit(i), ':', digit(s >> 4U), digit(s)};
+  return od::to_text(address);
 }
 
 std::optional<std::vector<std::byte>> parse_value(std::string_view text, od::DataType type) {

@@ -2,6 +2,7 @@
 
 #include "stack/manager/boot_event.h"
 #include "stack/manager/program_run.h"
+#include "stack/od/address_text.h"
 
 namespace linegate::manager {
 namespace {
@@ -16,7 +17,7 @@ std::string hex(std::uint32_t number, int digits) {
 }
 
 std::string object_text(od::Address object) {
-  return hex(object.index, 4) + ':' + hex(object.sub, 2);
+  return od::to_text(object);
 }
 
 // The letter's words where the object that it stands for could not even be read.

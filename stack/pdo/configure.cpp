@@ -1,4 +1,5 @@
 // From PDO records and links to copy plans.
+#include "stack/od/address_text.h"
 #include "stack/pdo/engine_impl.h"
 
 namespace linegate::pdo {
@@ -14,8 +15,8 @@ std::string hex_of_four(std::uint32_t value) {
 }
 
 std::string describe_refusal(const Mapping& mapping, AbortCode why) {
-  return hex_of_four(mapping.address.index) + ":" + std::to_string(mapping.address.sub) + " with " +
-         std::to_string(mapping.bits) + " bits: " + std::string(describe(why));
+  return od::to_text(mapping.address) + " with " + std::to_string(mapping.bits) +
+         " bits: " + std::string(describe(why));
 }
 
 image::Direction direction_of(PdoKind kind) {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/address_text.h"
 #include "stack/pdo/described_cob_id.h"
 #include "stack/pdo/mapping.h"
 #include "stack/pdo/parameters.h"
@@ -18,10 +19,6 @@ std::string hex(std::uint32_t value, std::size_t digits) {
     text.insert(text.begin(), kDigits[value & 0xFU]);
   }
   return text + "h";
-}
-
-std::string text_of(od::Address address) {
-  return hex(address.index, 4) + ":" + std::to_string(address.sub);
 }
 
 class Reader {
@@ -161,7 +158,7 @@ class Reader {
     if (is_dummy(mapping)) {
       return;
     }
-    const std::string object = "maps " + text_of(mapping.address);
+    const std::string object = "maps " + od::to_text(mapping.address);
     const od::VariableDescription* variable = device_.find(mapping.address);
     if (variable == nullptr) {
       tell(Severity::error, place, object + ", which does not exist");
@@ -197,7 +194,7 @@ class Reader {
                                                                           : 0;
     diagnostics_.push_back({severity, device_.file, line, 0,
                             std::string(name(kind_)) + " " + std::to_string(number_) + " (" +
-                                text_of(place) + ") " + what});
+                                od::to_text(place) + ") " + what});
   }
 
   const od::DeviceDescription& device_;

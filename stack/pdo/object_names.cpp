@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string_view>
 
+#include "stack/od/address_text.h"
+
 namespace linegate::pdo {
 namespace {
 
@@ -40,7 +42,7 @@ std::string ObjectNames::of(od::Address address) const {
   }
   std::string text = text_of(*object, device_.find(address));
   if (const auto known = count_.find(text); known != count_.end() && known->second > 1) {
-    text += ' ' + hex_digits(address.index, 4) + ':' + hex_digits(address.sub, 2);
+    text += ' ' + od::to_text(address);
   }
   return text;
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/address_text.h"
 
 namespace linegate::scan {
 namespace {
@@ -179,7 +180,7 @@ class Describer {
       return;
     }
     od::VariableDescription variable{.sub = address.sub,
-                                     .name = hex(address.index, 4) + ":" + hex(address.sub, 2),
+                                     .name = od::to_text(address),
                                      .type = type_of_bits(bits),
                                      .access = sent ? Access::ro : Access::rww,
                                      .mappable = true};

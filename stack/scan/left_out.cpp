@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/address_text.h"
 #include "stack/pdo/parameters.h"
 
 namespace linegate::scan {
@@ -74,8 +75,8 @@ std::string name_of(std::uint16_t record) {
 
 std::string sentence(const LeftOut& pdo) {
   return name_of(pdo.record) + " is left out: on its identifier " + hex_text(pdo.cob_id.id()) +
-         " node " + std::to_string(pdo.other.node) + " sends (" + hex_text(pdo.other.object.index) +
-         ":" + std::to_string(pdo.other.object.sub) + ")";
+         " node " + std::to_string(pdo.other.node) + " sends (" + od::to_text(pdo.other.object) +
+         ")";
 }
 
 void mark_invalid(od::DeviceDescription& device, std::uint16_t record) {

@@ -51,7 +51,7 @@ class Lines(Plant):
 
 def assigned_before_boot(plant):
     plant.until_operational("auto", {5, 6, 7})
-    events = plant.stream("events", "auto", "-n", "14")
+    events = plant.stream("events", "auto", "--once")
     given = {event["node"]: event["number"] for event in events if event["kind"] == "lss-result"}
     expect("node-IDs were given to", set(given), {5, 6})
     begun = min(event["number"] for event in events if event["kind"] == "manager-state")

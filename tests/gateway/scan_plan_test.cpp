@@ -121,7 +121,7 @@ TEST(ScanPlan, ConflictsDoNotKeepTheLineFromRunning) {
   const auto plan = plan_of(line_of(kBare), taken({node_of(5), other}, line::kScanSetUp));
   ASSERT_TRUE(plan.ok());
   EXPECT_TRUE(std::ranges::any_of(plan.diagnostics, [](const Diagnostic& note) {
-    return note.text == "node 5: TPDO 1 is left out: on its identifier 185h node 6 sends (1800h:1)";
+    return note.text == "node 5: TPDO 1 is left out: on its identifier 185h node 6 sends (1800:01)";
   }));
   EXPECT_TRUE(line::Line::make(plan.value->config).ok());
 }

@@ -10,6 +10,7 @@
 
 #include "bridges/console/boot.h"
 #include "bridges/console/configuration.h"
+#include "bridges/console/events.h"
 #include "bridges/console/scan.h"
 #include "stack/base/abort_code.h"
 #include "stack/scan/report.h"
@@ -40,6 +41,7 @@ class FakeGateway : public Client {
       opened += opens;
       view.state.counters.events = events;
       listener.on_line(kPress, view);
+      listener.on_node(kPress, {.name = "ram", .state = {.node = 5, .configured = true}});
       if (written_route) {
         view.state.network_id = 4;
         view.properties = {{"routes-1", "3 press 0, 10..19 press:6 10, 77 press:9 1"},
@@ -351,6 +353,31 @@ TEST_F(Commands, OutputsAreNamedInThreeWays) {
   EXPECT_EQ(write(context_, "press", "0", "70000"), kUsage);
 }
 
+TEST_F(Commands, ANodeHasItsNameWhereverItHasItsNumber) {
+  EXPECT_EQ(sdo_read(context_, "press:ram", "1000", "0", ""), kDone) << err_.str();
+  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(sdo_write(context_, "plant/press:ram", "1017:00", "", "u16", "5"), kDone);
+  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(image_read(context_, "press:ram", "1000", "0", ""), kDone);
+  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(object_write(context_, "press:ram", "6040", "0", "u16", "1", false), kDone);
+  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(pdo_trigger(context_, "press:ram", "1", false), kDone);
+  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(nmt(context_, "start", "press:ram"), kDone);
+  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(sdo_read(context_, "press:ram", "1000", "0", "", "press"), kDone) << err_.str();
+  EXPECT_EQ(gateway_.last.node, 5);
+  ScanResult result;
+  EXPECT_EQ(scan(context_, {.what = "press:ram"}, result), kFailed);
+  EXPECT_EQ(gateway_.last.node, 5);
+  err_.str("");
+  EXPECT_EQ(nmt(context_, "start", "press:ran"), kFailed);
+  EXPECT_EQ(err_.str(), "no node 'ran' on press; there are: ram (5)\n");
+  EXPECT_EQ(sdo_read(context_, "press:5a", "1000", "0", ""), kUsage);
+  EXPECT_EQ(sdo_read(context_, "ram", "1000", "0", ""), kUsage) << "a name needs a line";
+}
+
 TEST_F(Commands, NmtToOneToAllAndToTheOwnNode) {
   EXPECT_EQ(nmt(context_, "reset-node", "press:5"), kDone);
   EXPECT_EQ(gateway_.last.nmt, nmt::Command::reset_node);
@@ -379,7 +406,7 @@ TEST_F(Commands, ALineOfTwoGatewaysIsNamedWithItsGateway) {
 TEST_F(Commands, SilenceIsAFailureWithAReason) {
   gateway_.silent = true;
   EXPECT_EQ(lines(context_), kFailed);
-  EXPECT_EQ(events(context_, "", 1, [] { return false; }), kFailed);
+  EXPECT_EQ(events(context_, {.count = 1}, [] { return false; }), kFailed);
   EXPECT_THAT(err_.str(), HasSubstr("no gateway was heard of"));
 }
 
@@ -387,10 +414,10 @@ TEST_F(Commands, EventsAreThoseOfALineByNameOrNetworkId) {
   for (const char* line : {"press", "3", "plant/press", ""}) {
     gateway_.connects = true;
     out_.str("");
-    EXPECT_EQ(events(context_, line, 2, [] { return false; }), kDone) << line;
+    EXPECT_EQ(events(context_, {.line = line, .count = 2}, [] { return false; }), kDone) << line;
     EXPECT_THAT(out_.str(), HasSubstr("connection ended")) << line;
   }
-  EXPECT_EQ(events(context_, "hall", 1, [] { return false; }), kFailed)
+  EXPECT_EQ(events(context_, {.line = "hall", .count = 1}, [] { return false; }), kFailed)
       << "nobody waits for a line that is not there";
   EXPECT_THAT(err_.str(), HasSubstr("no line 'hall'"));
 }

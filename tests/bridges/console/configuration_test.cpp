@@ -66,7 +66,7 @@ TEST_F(Configuration, ADeviceOfWrongIdentityIsToldWithWhatWasExpectedAndFound) {
   const auto node = nlohmann::json::parse(out_.str())["nodes"][0];
   EXPECT_EQ(node["boot"], "M");
   EXPECT_THAT(node["boot_text"], HasSubstr("not 00004711h"));
-  EXPECT_EQ(node["boot_object"], "1018:2");
+  EXPECT_EQ(node["boot_object"], "1018:02");
   EXPECT_EQ(node["boot_expected"], 0x4711);
   EXPECT_EQ(node["boot_found"], 0x4712);
 }

@@ -59,7 +59,7 @@ TEST(ScanTable, ShowsIdentityPdosAndErrorControlOfEachNode) {
 
 TEST(ScanTable, SaysWhatWillNotWorkAsItIs) {
   const Table table = scan_table(troubled());
-  EXPECT_TRUE(any_note(table, "183h is sent by node 3 (1800:1) and by node 4 (1800:1)"));
+  EXPECT_TRUE(any_note(table, "183h is sent by node 3 (1800:01) and by node 4 (1800:01)"));
   EXPECT_TRUE(
       any_note(table, "node 4: RPDO 2 is never sent to, its identifier 183h is sent by node 3"));
   EXPECT_TRUE(any_note(table, "node 3: 6423h is false"));
@@ -74,7 +74,7 @@ TEST(ScanJson, HasEachPdoWithItsMapping) {
   EXPECT_EQ(json["line"], "press");
   const auto& pdo = json["nodes"][0]["pdos"][0];
   EXPECT_EQ(pdo["cob_id"], 0x183);
-  EXPECT_EQ(pdo["mapping"][0]["object"], "6401:1");
+  EXPECT_EQ(pdo["mapping"][0]["object"], "6401:01");
   EXPECT_EQ(pdo["mapping"][0]["bits"], 16);
   EXPECT_EQ(json["nodes"][0]["pdos"][1]["valid"], false);
   EXPECT_EQ(json["nodes"][1]["complete"], false);

@@ -265,7 +265,7 @@ TEST(Configure, TellsWhatItCannotUse) {
   add_tpdo(out, {.number = 4, .cob_id = 0x481, .mapping = {0x20020008}});
   Device device(out);
   ASSERT_EQ(device.diagnostics.size(), 3U);
-  EXPECT_THAT(device.diagnostics[0].text, testing::HasSubstr("RPDO 1 is not used: 2010h:0"));
+  EXPECT_THAT(device.diagnostics[0].text, testing::HasSubstr("RPDO 1 is not used: 2010:00"));
   EXPECT_THAT(device.diagnostics[1].text,
               testing::HasSubstr("TPDO 1 is not used: it maps 72 bits"));
   EXPECT_THAT(device.diagnostics[2].text, testing::HasSubstr("TPDO 3 is not used: its COB-ID"));

@@ -60,7 +60,7 @@ TEST(LeftOut, NobodyCanTellTwoSendersOfOneIdentifierApart) {
   const Links found = links({one.survey(5), other.survey(6)});
   EXPECT_EQ(found.received, std::vector<std::uint32_t>{0x285});
   ASSERT_EQ(found.notes.size(), 2U);
-  EXPECT_EQ(found.notes[0], "TPDO 1 is left out: on its identifier 185h node 6 sends (1800h:1)");
+  EXPECT_EQ(found.notes[0], "TPDO 1 is left out: on its identifier 185h node 6 sends (1800:01)");
 }
 
 TEST(LeftOut, WhatAnotherNodeProducesIsNeverTransmitted) {

@@ -1,0 +1,142 @@
+#include "bridges/console/hold.h"
+
+#include <algorithm>
+#include <chrono>
+#include <ostream>
+#include <utility>
+
+#include "bridges/console/lookup.h"
+#include "bridges/console/table.h"
+#include "bridges/console/value_text.h"
+
+namespace linegate::console {
+namespace {
+
+constexpr Duration kWriteAgain = std::chrono::milliseconds(200);
+
+class Holder {
+ public:
+  Holder(Context& context, const HoldRequest& request, Model& model, const Line& line)
+      : context_(context), request_(request), model_(model), line_(line) {}
+
+  // kDone, or what is wrong with the entry or the value.
+  int prepare() {
+    if (!wait_until(context_, model_, [&] { return outputs().layout.has_value(); })) {
+      context_.err << "the output layout of " << printable(line_.id.line) << " was not received\n";
+      return kFailed;
+    }
+    const image::Layout& layout = *outputs().layout;
+    const auto entry = find_entry(context_, layout, request_.entry);
+    if (!entry) {
+      return kUsage;
+    }
+    const image::Entry& place = layout.entries[*entry];
+    auto data = from_text(place.type, request_.value);
+    if (!data || data->size() > value_.data.size()) {
+      context_.err << "'" << printable(request_.value) << "' is not a value of "
+                   << od::name(place.type) << '\n';
+      return kUsage;
+    }
+    value_ = {.entry = *entry, .length = static_cast<std::uint8_t>(data->size()), .data = {}};
+    std::ranges::copy(*data, value_.data.begin());
+    wanted_ = *std::move(data);
+    layout_id_ = layout.id;
+    seen_ = model_.events_seen();
+    events_before_ = line_.view->state.counters.events;
+    arming_ = static_cast<std::uint64_t>(utc_now().time_since_epoch().count());
+    return kDone;
+  }
+
+  int run(const std::function<bool()>& stopped) {
+    const Instant begin = steady_now();
+    Instant again = begin;
+    while (!stopped() &&
+           (request_.time <= Duration::zero() || steady_now() - begin < request_.time)) {
+      if (steady_now() >= again) {
+        again = steady_now() + kWriteAgain;
+        write();
+      }
+      poll(context_, model_, kWriteAgain / 4);
+      if (const std::string why = refusal(); !why.empty()) {
+        context_.err << why << '\n';
+        return kFailed;
+      }
+      if (!shown_ && shows_value()) {
+        shown_ = true;
+        context_.err << "held; the outputs of group " << request_.group << " become 0 "
+                     << kHoldWatchdog / std::chrono::seconds(1) << " s after the end\n";
+      }
+      if (!shown_ && steady_now() - begin >= context_.timeout) {
+        break;
+      }
+    }
+    if (!shown_) {
+      context_.err << "the image of " << printable(line_.id.line)
+                   << " does not show the value: another writer owns the group, access for outputs "
+                      "is not all, or its PDO waits for other values\n";
+    }
+    return shown_ ? kDone : kFailed;
+  }
+
+ private:
+  const Area& outputs() const {
+    return line_.areas[static_cast<std::size_t>(image::Direction::outputs)];
+  }
+
+  void write() {
+    line::OutputWrite out;
+    out.group = request_.group;
+    out.layout_id = layout_id_;
+    out.arming = arming_;
+    out.watchdog = kHoldWatchdog;
+    out.reactions = line::kZeroOutputs;
+    out.values.push_back(value_);
+    (void)context_.client.write_outputs(line_.id, out);
+  }
+
+  bool shows_value() const {
+    return outputs().valid(value_.entry) && outputs().value(value_.entry) == wanted_;
+  }
+
+  // What the line said since the beginning against a write of this group.
+  std::string refusal() {
+    const auto fresh = static_cast<std::ptrdiff_t>(
+        std::min<std::uint64_t>(model_.events_seen() - seen_, model_.events().size()));
+    seen_ = model_.events_seen();
+    for (auto it = model_.events().end() - fresh; it != model_.events().end(); ++it) {
+      const Event& event = it->view.event;
+      if (it->id == line_.id && event.kind == EventKind::output_refused &&
+          event.value == request_.group && event.number > events_before_) {
+        return printable(it->view.text);
+      }
+    }
+    return {};
+  }
+
+  Context& context_;
+  const HoldRequest& request_;
+  Model& model_;
+  const Line& line_;
+  line::OutputValue value_;
+  std::vector<std::byte> wanted_;
+  std::uint64_t layout_id_ = 0;
+  std::uint64_t arming_ = 0;
+  std::uint64_t events_before_ = 0;  // numbers up to this one are older than the first write
+  std::uint64_t seen_ = 0;
+  bool shown_ = false;
+};
+
+}  // namespace
+
+int hold(Context& context, const HoldRequest& request, const std::function<bool()>& stopped) {
+  Model model;
+  const Line* const line = find_line(context, model, request.line);
+  if (line == nullptr) {
+    return kFailed;
+  }
+  Holder holder(context, request, model, *line);
+  const int code = holder.prepare();
+  return code == kDone ? holder.run(stopped) : code;
+}
+
+}  // namespace linegate::console

@@ -1,0 +1,31 @@
+#include "gateway/usage_error.h"
+
+#include "gateway/json_writer.h"
+
+namespace linegate::gateway {
+
+void print_usage_error(std::ostream& out, std::string text) {
+  while (text.ends_with('\n')) {
+    text.pop_back();
+  }
+  JsonWriter json;
+  json.begin_object().member("ok", false).member("domain", std::string("usage"));
+  out << json.member("text", text).end_object().text() << std::endl;
+}
+
+KeptStream::int_type KeptStream::Buffer::overflow(int_type character) {
+  if (traits_type::eq_int_type(character, traits_type::eof())) {
+    return traits_type::not_eof(character);
+  }
+  const char one = traits_type::to_char_type(character);
+  return xsputn(&one, 1) == 1 ? character : traits_type::eof();
+}
+
+std::streamsize KeptStream::Buffer::xsputn(const char* text, std::streamsize size) {
+  if (text_.size() < kMost) {
+    text_.append(text, static_cast<std::size_t>(size));
+  }
+  return to_.sputn(text, size);
+}
+
+}  // namespace linegate::gateway

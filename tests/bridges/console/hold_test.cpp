@@ -1,0 +1,103 @@
+// A value that an output has as long as the console writes it.
+#include "bridges/console/hold.h"
+
+#include <vector>
+
+#include <gmock/gmock.h>
+
+#include "tests/bridges/console/command_test.h"
+#include "tests/bridges/console/plant.h"
+
+namespace linegate::console {
+namespace {
+
+using testing::Each;
+using testing::Field;
+using testing::HasSubstr;
+
+// One line with one output, whose image shows what was written.
+class Output : public Client {
+ public:
+  void poll(Duration /*timeout*/, Listener& listener) override {
+    LineView view = test::line_view(3);
+    view.state.counters.events = 6;
+    listener.on_line(test::kPress, view);
+    image::Layout layout{.direction = image::Direction::outputs, .id = 5, .byte_size = 2};
+    layout.entries.push_back({.bit_length = 16,
+                              .type = od::DataType::unsigned16,
+                              .node = 8,
+                              .index = 0x6411,
+                              .sub = 1,
+                              .name = "panel.Level"});
+    listener.on_layout(test::kPress, layout);
+    image::Snapshot image{.direction = image::Direction::outputs, .layout_id = 5, .sequence = 1};
+    image.bytes = shown;
+    image.changed = {0};
+    image.valid = {1};
+    listener.on_image(test::kPress, image);
+    listener.on_event(test::kPress, test::event(EventKind::output_refused, 6, 0, "an older one"));
+    if (refuses && !writes.empty()) {
+      listener.on_event(test::kPress, test::event(EventKind::output_refused, 7, 0, "refused"));
+    }
+  }
+  Answer call(const LineId& /*id*/, const line::Command& /*command*/, Duration /*timeout*/,
+              std::uint64_t /*layout_id*/, Listener& /*listener*/) override {
+    ADD_FAILURE() << "a value that stays";
+    return {};
+  }
+  bool write_outputs(const LineId& id, const line::OutputWrite& write) override {
+    EXPECT_EQ(id, test::kPress);
+    writes.push_back(write);
+    if (takes) {
+      shown = {write.values.at(0).data[0], write.values.at(0).data[1]};
+    }
+    return true;
+  }
+
+  bool takes = true;
+  bool refuses = false;
+  std::vector<std::byte> shown{std::byte{}, std::byte{}};
+  std::vector<line::OutputWrite> writes;
+};
+
+class HoldTest : public test::CommandTest<Output> {
+ protected:
+  // Until so many samples were written.
+  std::function<bool()> after(std::size_t samples) {
+    return [this, samples] { return gateway_.writes.size() >= samples; };
+  }
+};
+
+TEST_F(HoldTest, WritesAgainAndAgainUnderAWatchdogThatZeroesTheGroup) {
+  const HoldRequest request{.line = "press", .entry = "panel.6411:01", .value = "300", .group = 2};
+  EXPECT_EQ(hold(context_, request, after(3)), kDone) << err_.str();
+  EXPECT_THAT(gateway_.writes, Each(Field(&line::OutputWrite::reactions, line::kZeroOutputs)));
+  EXPECT_THAT(gateway_.writes, Each(Field(&line::OutputWrite::watchdog, kHoldWatchdog)));
+  EXPECT_THAT(gateway_.writes, Each(Field(&line::OutputWrite::group, 2)));
+  EXPECT_THAT(gateway_.writes, Each(Field(&line::OutputWrite::layout_id, 5U)));
+  EXPECT_THAT(gateway_.writes, Each(Field(&line::OutputWrite::arming, gateway_.writes[0].arming)));
+  EXPECT_NE(gateway_.writes[0].arming, 0U);
+  EXPECT_EQ(gateway_.shown, test::raw({0x2C, 1}));
+  EXPECT_THAT(err_.str(), HasSubstr("the outputs of group 2 become 0 2 s after the end"));
+}
+
+TEST_F(HoldTest, EndsWithTheRefusalOfTheLine) {
+  gateway_.refuses = true;
+  gateway_.takes = false;
+  const HoldRequest request{.line = "press", .entry = "0", .value = "1"};
+  EXPECT_EQ(hold(context_, request, [] { return false; }), kFailed);
+  EXPECT_EQ(err_.str(), "refused\n");
+}
+
+TEST_F(HoldTest, FailsWhenTheImageDoesNotShowTheValue) {
+  gateway_.takes = false;
+  context_.timeout = std::chrono::milliseconds(1);
+  const HoldRequest request{.line = "press", .entry = "0", .value = "1"};
+  EXPECT_EQ(hold(context_, request, [] { return false; }), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("the image of press does not show the value"));
+  EXPECT_EQ(hold(context_, {.line = "press", .entry = "x.y", .value = "1"}, after(0)), kUsage);
+  EXPECT_EQ(hold(context_, {.line = "press", .entry = "0", .value = "70000"}, after(0)), kUsage);
+}
+
+}  // namespace
+}  // namespace linegate::console
