@@ -385,7 +385,13 @@ void Manager::refresh_list() {
 // Without error control nobody will tell the state, so the command has to stand for it.
 void Manager::assume_state(std::uint8_t node, nmt::Command command) {
   NodeState& seen = nodes_[node];
-  if (seen.heartbeat_monitored || life_.beats(node) || seen.presence != Presence::present) {
+  if (seen.heartbeat_monitored) {
+    return;
+  }
+  if (command == nmt::Command::stop || command == nmt::Command::enter_pre_operational) {
+    host_.node_data_invalid(node);
+  }
+  if (life_.beats(node) || seen.presence != Presence::present) {
     return;
   }
   seen.cause = StateCause::command;
@@ -395,11 +401,9 @@ void Manager::assume_state(std::uint8_t node, nmt::Command command) {
       break;
     case nmt::Command::stop:
       seen.state = nmt::State::stopped;
-      host_.node_data_invalid(node);
       break;
     case nmt::Command::enter_pre_operational:
       seen.state = nmt::State::pre_operational;
-      host_.node_data_invalid(node);
       break;
     case nmt::Command::reset_node:
     case nmt::Command::reset_communication:
