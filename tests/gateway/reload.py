@@ -149,12 +149,13 @@ def forwarding(gateway):
     gateway.write(others, heartbeat="200ms", extra=joined(rule))
     gateway.reload("reloaded: lines changed: from, to; started: none; stopped: none; unchanged: 3", 2)
     gateway.await_input("to", (0x6000, 2))
-    starts = gateway.count("to: started")
+    gateway.await_log("to: started as manager", 3)
     renamed = joined(rule).replace("name: io,", "name: motion,", 1).replace("from.io.", "from.motion.")
     gateway.write(others, heartbeat="200ms", extra=renamed)
     gateway.reload("reloaded: lines changed: from; started: none; stopped: none; unchanged: 4")
     gateway.await_input("to", (0x6000, 2))
-    if gateway.count("to: started") != starts:
+    gateway.await_log("from: started as manager", 4)
+    if gateway.count("to: started as manager") != 3:
         raise Failure("a line that follows one whose node was renamed was disturbed")
     gateway.write(others, heartbeat="200ms")
     gateway.reload("reloaded: lines changed: none; started: none; stopped: from, to; unchanged: 3")
@@ -167,7 +168,7 @@ def entered(gateway):
     more = "  - {name: more, interface: 'virtual:more', network_id: 6}\n"
     gateway.write(others, heartbeat="200ms", extra=hall)
     gateway.reload("reloaded: lines changed: stays, changes, comes; started: hall; stopped: none; unchanged: 0")
-    starts = gateway.count("stays: started")
+    gateway.await_log("stays: started as manager", 2)
     before = gateway.plant + ".before"
     shutil.copy(gateway.plant, before)
     gateway.write(others, heartbeat="200ms", extra=more + hall)
@@ -177,8 +178,9 @@ def entered(gateway):
         raise Failure(f"linegate check --against: {told}")
     gateway.reload("reloaded: " + answer)
     gateway.write(others, heartbeat="200ms", extra=hall)
+    gateway.await_log("more: started as manager")
     gateway.reload("reloaded: lines changed: none; started: none; stopped: more; unchanged: 4; other routes: stays,")
-    if gateway.count("stays: started") != starts:
+    if gateway.count("stays: started as manager") != 2:
         raise Failure("a line was disturbed by one that came and went")
 
 
