@@ -6,10 +6,9 @@ AbortCode check_mapping(const od::Dictionary& dictionary, PdoKind kind, const Ma
   if (is_dummy(mapping)) {
     return kind == PdoKind::rpdo ? AbortCode::none : AbortCode::not_mappable;
   }
-  AbortCode why = AbortCode::none;
-  const std::optional<od::Variable> variable = dictionary.find(mapping.address, &why);
+  const std::optional<od::Variable> variable = dictionary.find(mapping.address);
   if (!variable) {
-    return why;
+    return AbortCode::no_object;  // a missing sub-index, too (CiA 301 7.5.2.36)
   }
   const bool direction = kind == PdoKind::rpdo ? od::rpdo_mappable(variable->access)
                                                : od::tpdo_mappable(variable->access);

@@ -74,7 +74,7 @@ AbortCode check_entry_count(const od::Dictionary& dictionary, const RecordIndex&
   }
   const std::uint16_t index = mapping_index(record);
   if (count > kMaxMapped || count > dictionary.highest_sub(index).value_or(0)) {
-    return AbortCode::invalid_value;
+    return AbortCode::pdo_length_exceeded;
   }
   std::size_t bits = 0;
   for (std::uint8_t sub = 1; sub <= count; ++sub) {
@@ -130,16 +130,17 @@ AbortCode check_communication(const od::Dictionary& dictionary, const RecordInde
   }
 }
 
+// Out of the order of CiA 301 7.5.2.36 and 7.5.2.38: 0601 0000h.
 AbortCode check_mapping_record(const od::Dictionary& dictionary, const RecordIndex& record,
                                std::uint8_t sub, std::uint64_t value, std::size_t max_bits) {
   if (cob_id(dictionary, record).valid()) {
-    return AbortCode::device_state;
+    return AbortCode::unsupported_access;
   }
   if (sub == 0) {
     return check_entry_count(dictionary, record, value, max_bits);
   }
   if (dictionary.number({mapping_index(record), 0}).value_or(0) != 0) {
-    return AbortCode::device_state;
+    return AbortCode::unsupported_access;
   }
   const Mapping mapping = Mapping::from_raw(static_cast<std::uint32_t>(value));
   return value == 0 ? AbortCode::none : check_mapping(dictionary, record.kind, mapping);

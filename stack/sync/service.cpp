@@ -1,5 +1,8 @@
 #include "stack/sync/service.h"
 
+#include "stack/base/byte_order.h"
+#include "stack/can/cob_id.h"
+
 namespace linegate::sync {
 
 Service::Service(const od::Dictionary& dictionary, can::Dispatch& dispatch,
@@ -24,6 +27,11 @@ std::optional<std::uint8_t> Service::advance(Instant now) {
 }
 
 AbortCode Service::check_write(od::Address address, std::span<const std::byte> value) {
+  const bool produce = address.index == kCobId && value.size() == sizeof(std::uint32_t) &&
+                       (load_le<std::uint32_t>(value.data()) & can::CobId::kProducerBit) != 0;
+  if (produce && !dictionary_.has_object(kCyclePeriod)) {
+    return AbortCode::invalid_value;
+  }
   return sync::check_write(parameters_, address, value);
 }
 

@@ -98,6 +98,9 @@ AbortCode Service::check_write(od::Address /*address*/, std::span<const std::byt
   constexpr std::uint32_t kInUse = kConsumeBit | kProduceBit;
   const bool stays_in_use = (cob_id_.raw & kInUse) != 0 && (wanted.raw & kInUse) != 0;
   const bool changed = identifier(cob_id_) != identifier(wanted);
+  if ((wanted.raw & kProduceBit) != 0 && !has_clock_ && period_ == Duration::zero()) {
+    return AbortCode::invalid_value;
+  }
   return (stays_in_use && changed) || !can::has_allowed_id(identifier(wanted))
              ? AbortCode::invalid_value
              : AbortCode::none;

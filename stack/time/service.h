@@ -46,6 +46,9 @@ class Service final : public od::Hook {
   // Sends the time of `now` every period, from one period after the next settle() or advance();
   // 0 = never by itself.
   void produce_every(Duration period);
+  // The application of the node has a clock, and calls send(). A node that neither has one nor
+  // sends by itself refuses to be a producer.
+  void set_clock(bool has_clock) { has_clock_ = has_clock; }
   // Queues a TIME message. False if the node is no producer or not active, or the queue is full.
   bool send(const TimeOfDay& time);
 
@@ -67,7 +70,7 @@ class Service final : public od::Hook {
   Instant next_wake() const { return next_; }
 
   // invalid_value: an identifier that may not be configured, or another one while the node produces
-  // or consumes and goes on doing so.
+  // or consumes and goes on doing so; the producer bit where there is no clock.
   AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
   void written(od::Address address) override;
 
@@ -83,6 +86,7 @@ class Service final : public od::Hook {
   can::CobId registered_{0};
   bool is_registered_ = false;
   bool active_ = false;
+  bool has_clock_ = false;
   std::optional<Duration> utc_offset_;
   Duration period_{};
   bool anchored_ = true;  // next_ is a time, not the wish for one

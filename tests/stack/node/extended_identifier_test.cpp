@@ -80,6 +80,7 @@ TEST_F(ExtendedIdentifierTest, Sync1005h) {
 }
 
 TEST_F(ExtendedIdentifierTest, Time1012h) {
+  node->clock().set_clock(true);
   write(0x1012, 0, 0x100);
   write(0x1012, 0, kExtended | time::kConsumeBit | kId);
   hear_extended(kId, {0, 0, 0, 0, 1, 0});

@@ -93,15 +93,15 @@ const Remapping kRemappings[] = {
     {"an identifier that may be anything while invalid",
      {{0x1400, 1, kInvalid | 0x601}},
      AbortCode::none},
-    {"empty what is valid", {kEmptyRpdo}, AbortCode::device_state},
-    {"an entry of what is valid", {{0x1600, 1, 0x20020008}}, AbortCode::device_state},
+    {"empty what is valid", {kEmptyRpdo}, AbortCode::unsupported_access},
+    {"an entry of what is valid", {{0x1600, 1, 0x20020008}}, AbortCode::unsupported_access},
     {"another identifier of what is valid", {{0x1400, 1, 0x301}}, AbortCode::device_state},
     {"another bit 30 of what is valid", {{0x1800, 1, 0x4000'0181}}, AbortCode::device_state},
     {"inhibit time of what is valid", {{0x1800, 3, 1}}, AbortCode::device_state},
     {"SYNC start value of what is valid", {{0x1800, 6, 1}}, AbortCode::device_state},
     {"an entry before sub-index 0 is 0",
      {kDestroyRpdo, {0x1600, 1, 0x20020008}},
-     AbortCode::device_state},
+     AbortCode::unsupported_access},
     {"an entry", {kDestroyRpdo, kEmptyRpdo, {0x1600, 1, 0x20020008}}, AbortCode::none},
     {"a dummy entry", {kDestroyRpdo, kEmptyRpdo, {0x1600, 1, 0x00070020}}, AbortCode::none},
     {"an entry that is not there",
@@ -110,7 +110,7 @@ const Remapping kRemappings[] = {
     {"no such object", {kDestroyRpdo, kEmptyRpdo, {0x1600, 1, 0x30000008}}, AbortCode::no_object},
     {"no such sub-index",
      {kDestroyRpdo, kEmptyRpdo, {0x1600, 1, 0x20020108}},
-     AbortCode::no_sub_index},
+     AbortCode::no_object},
     {"not mappable", {kDestroyRpdo, kEmptyRpdo, {0x1600, 1, 0x20120010}}, AbortCode::not_mappable},
     {"read-only into an RPDO",
      {kDestroyRpdo, kEmptyRpdo, {0x1600, 1, 0x20100010}},
@@ -132,10 +132,10 @@ const Remapping kRemappings[] = {
      AbortCode::none},
     {"more entries than the record has",
      {kDestroyRpdo, kEmptyRpdo, {0x1600, 0, 9}},
-     AbortCode::invalid_value},
+     AbortCode::pdo_length_exceeded},
     {"more entries than CiA 301 knows",
      {kDestroyRpdo, kEmptyRpdo, {0x1600, 0, 65}},
-     AbortCode::invalid_value},
+     AbortCode::pdo_length_exceeded},
     {"an entry that maps nothing",
      {kDestroyRpdo, kEmptyRpdo, {0x1600, 1, 0}, {0x1600, 0, 1}},
      AbortCode::no_object},
@@ -224,17 +224,18 @@ TEST_F(RecordTest, SubIndex4DoesNotExist) {
 }
 
 TEST_F(RecordTest, MappingOnlyWhileInvalidAndEmpty) {
-  EXPECT_EQ(device.write(0x1600, 0, 0), AbortCode::device_state);
-  EXPECT_EQ(device.write(0x1600, 1, 0x20020008), AbortCode::device_state);
+  EXPECT_EQ(device.write(0x1600, 0, 0), AbortCode::unsupported_access);
+  EXPECT_EQ(device.write(0x1600, 1, 0x20020008), AbortCode::unsupported_access);
   EXPECT_EQ(device.write(0x1400, 1, kInvalid), AbortCode::none);
-  EXPECT_EQ(device.write(0x1600, 1, 0x20020008), AbortCode::device_state) << "sub-index 0 is not 0";
+  EXPECT_EQ(device.write(0x1600, 1, 0x20020008), AbortCode::unsupported_access)
+      << "sub-index 0 is not 0";
   EXPECT_EQ(device.write(0x1600, 0, 0), AbortCode::none);
   EXPECT_EQ(device.write(0x1600, 1, 0x20020008), AbortCode::none);
 }
 
 TEST_F(RecordTest, OnlyWhatCanBeMapped) {
   EXPECT_EQ(device.write(0x1A01, 1, 0x30000010), AbortCode::no_object);
-  EXPECT_EQ(device.write(0x1A01, 1, 0x20030110), AbortCode::no_sub_index);
+  EXPECT_EQ(device.write(0x1A01, 1, 0x20030110), AbortCode::no_object);
   EXPECT_EQ(device.write(0x1A01, 1, 0x20120010), AbortCode::not_mappable);
   EXPECT_EQ(device.write(0x1A01, 1, 0x20110010), AbortCode::not_mappable) << "write-only";
   EXPECT_EQ(device.write(0x1A01, 1, 0x20030008), AbortCode::length_mismatch);
@@ -252,8 +253,8 @@ TEST_F(RecordTest, TheNumberOfEntriesIsChecked) {
   EXPECT_EQ(device.write(0x1A01, 2, 0x20020008), AbortCode::none);
   EXPECT_EQ(device.write(0x1A01, 0, 2), AbortCode::pdo_length_exceeded);
   EXPECT_EQ(device.write(0x1A01, 0, 3), AbortCode::no_object) << "entry 3 maps nothing";
-  EXPECT_EQ(device.write(0x1A01, 0, 9), AbortCode::invalid_value) << "the record has 8";
-  EXPECT_EQ(device.write(0x1A01, 0, 253), AbortCode::invalid_value);
+  EXPECT_EQ(device.write(0x1A01, 0, 9), AbortCode::pdo_length_exceeded) << "the record has 8";
+  EXPECT_EQ(device.write(0x1A01, 0, 253), AbortCode::pdo_length_exceeded);
   EXPECT_EQ(device.write(0x1A01, 0, 1), AbortCode::none);
 }
 

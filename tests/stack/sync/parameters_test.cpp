@@ -50,6 +50,12 @@ TEST_F(SyncObjectsTest, TheCanIdChangesOnlyWhileNotProducing) {
   EXPECT_EQ(cob_id(0x0000'0082), AbortCode::none);
 }
 
+TEST_F(SyncObjectsTest, WithoutACyclePeriodTheProducerBitIsRefused) {
+  ASSERT_TRUE(dictionary.remove(kCyclePeriod).ok());
+  EXPECT_EQ(cob_id(0x4000'0080), AbortCode::invalid_value);
+  EXPECT_EQ(cob_id(0x0000'0081), AbortCode::none);
+}
+
 TEST_F(SyncObjectsTest, RestrictedCanIdsAreRefused) {
   for (const std::uint32_t id : {0x000U, 0x001U, 0x07FU, 0x101U, 0x180U, 0x581U, 0x5FFU, 0x601U,
                                  0x67FU, 0x6E0U, 0x6FFU, 0x701U, 0x780U, 0x7FFU}) {

@@ -54,6 +54,7 @@ class TimeServiceTest : public ::testing::Test {
  protected:
   TimeServiceTest() {
     EXPECT_TRUE(dictionary.set_hook(kCobId, &service).ok());
+    service.set_clock(true);
     service.configure();
     service.set_active(true);
   }
@@ -79,6 +80,15 @@ TEST_F(TimeServiceTest, AProducerSends) {
   EXPECT_EQ(frames[0].id, 0x100U);
   service.set_active(false);
   EXPECT_FALSE(service.send(kSomeTime));
+}
+
+TEST_F(TimeServiceTest, WithoutAClockTheProducerBitIsRefused) {
+  service.set_clock(false);
+  EXPECT_EQ(write(0x4000'0100), AbortCode::invalid_value);
+  EXPECT_EQ(write(0xC000'0100), AbortCode::invalid_value);
+  EXPECT_EQ(write(0x8000'0100), AbortCode::none);
+  service.produce_every(1s);
+  EXPECT_EQ(write(0x4000'0100), AbortCode::none) << "it sends by itself";
 }
 
 TEST_F(TimeServiceTest, AProducerSendsTheTimeEveryPeriod) {
