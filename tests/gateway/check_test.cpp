@@ -1,11 +1,15 @@
 #include "gateway/check.h"
 
+#include <filesystem>
+#include <fstream>
 #include <string>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 #include <yaml-cpp/yaml.h>
 
 #include "gateway/config/plant.h"
+#include "gateway/exit_code.h"
 
 namespace linegate::gateway {
 namespace {
@@ -149,6 +153,22 @@ TEST(Check, PutsFindingsIntoTheJson) {
   ASSERT_EQ(json["diagnostics"].size(), 1U);
   EXPECT_EQ(json["diagnostics"][0]["line"].as<int>(), 2);
   EXPECT_EQ(json["diagnostics"][0]["text"].as<std::string>(), "lines is a list, not \"3\"");
+}
+
+TEST(Check, FindsWhatIsWrongWithTheDdsProfiles) {
+  namespace fs = std::filesystem;
+  const fs::path folder =
+      fs::path(testing::TempDir()) / ("check-profiles-" + std::to_string(::getpid()));
+  fs::create_directory(folder);
+  std::ofstream(folder / "bad.xml") << "<dds>\n<profiles>\n</dds>\n";
+  std::ofstream(folder / "plant.yaml")
+      << "schema: 1\ndds: {profile: bad.xml}\nlines:\n  - {name: a, interface: 'simulated:'}\n";
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(check((folder / "plant.yaml").string(), false), kExitUsage);
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_TRUE(contains(said, "bad.xml:3:")) << said;
+  EXPECT_TRUE(contains(said, "error: not a usable file of DDS profiles: ")) << said;
+  fs::remove_all(folder);
 }
 
 }  // namespace
