@@ -194,9 +194,9 @@ void Manager::miss(std::uint8_t node, Presence presence) {
 }
 
 // Nothing was heard for so long that the node cannot count as present any more. One that sends no
-// heartbeat may be there yet.
+// heartbeat may be there yet; so may one that is monitored from its first heartbeat on.
 void Manager::expire(std::uint8_t node) {
-  if (nodes_[node].presence == Presence::present && !heartbeats_.monitored(node)) {
+  if (nodes_[node].presence == Presence::present) {
     const bool is_missing = life_.beats(node) || has_error_control(node);
     miss(node, is_missing ? Presence::missing : Presence::unknown);
   }

@@ -47,6 +47,7 @@ void StateModel::before_receive(const can::Frame& frame) {
   } else if (service == can::kErrorControlBase && frame.length == 1 &&
              is_state(frame.data[0] & (node.beats ? std::byte{0xFF} : std::byte{0x7F}))) {
     node.received = frame.time;
+    node.booted = frame.data[0] == std::byte{0};
     node.state = frame.data[0] == std::byte{0}
                      ? nmt::State::pre_operational
                      : static_cast<nmt::State>(frame.data[0] & std::byte{0x7F});
@@ -68,7 +69,9 @@ std::string StateModel::compare(const line::NodeState& said, Instant now) const 
                : who + "is " + std::string(line::name(said.presence)) + " and shows " +
                      std::string(nmt::name(said.state));
   }
-  const bool assumed = !said.heartbeat_monitored && said.cause == manager::StateCause::command;
+  // What a command asked for stands for the state until the first heartbeat.
+  const bool assumed =
+      said.cause == manager::StateCause::command && (node.booted || !said.heartbeat_monitored);
   if (node.beats && !assumed && said.state != nmt::State::unknown && said.state != node.state) {
     return who + "shows " + std::string(nmt::name(said.state)) + ", its newest message said " +
            std::string(nmt::name(node.state));

@@ -28,6 +28,7 @@ class StateModel {
  private:
   struct Node {
     bool configured = false;
+    bool booted = false;  // its newest message is a boot-up message
     bool beats = false;   // a heartbeat is configured
     Duration silence{};   // at most, while it is present; 0 = it has no error control
     Instant received{};   // newest sign of life
