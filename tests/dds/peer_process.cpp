@@ -50,7 +50,7 @@ bool Peer::end() {
   if (pid_ <= 0)
     return false;
   ::kill(pid_, SIGCONT);
-  const auto deadline = Clock::now() + std::chrono::seconds(5);
+  const auto deadline = Clock::now() + std::chrono::seconds(30);
   int status = -1;
   while (::waitpid(pid_, &status, WNOHANG) == 0) {
     if (Clock::now() > deadline)

@@ -26,7 +26,7 @@ class Peer {
   std::string expect(std::string_view prefix,
                      std::chrono::milliseconds deadline = std::chrono::seconds(20));
   void signal(int number) const;
-  // Ends its input, then waits for it; kills it after 5 s. False: it had to be, or went wrong.
+  // Ends its input, then waits for it; kills it after 30 s. False: it had to be, or went wrong.
   bool end();
 
  private:

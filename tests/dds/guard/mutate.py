@@ -195,9 +195,9 @@ def own_domain():
 
 
 class Peer:
-    def __init__(self, program, role, domain):
+    def __init__(self, program, role, domain, *profiles):
         self.role, self.lines, self.dropped = role, collections.Counter(), collections.Counter()
-        self.process = subprocess.Popen([program, role, str(domain)], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self.process = subprocess.Popen([program, role, str(domain), *profiles], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         self.thread = threading.Thread(target=self.read, daemon=True)
         self.thread.start()
 
