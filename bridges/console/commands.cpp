@@ -11,6 +11,7 @@
 #include "bridges/console/answer.h"
 #include "bridges/console/json_text.h"
 #include "bridges/console/lookup.h"
+#include "bridges/console/output_text.h"
 #include "bridges/console/refusal_text.h"
 #include "bridges/console/routes.h"
 #include "bridges/console/tables.h"
@@ -212,41 +213,6 @@ const Line* find_target(Context& context, Model& model, SdoTarget& target, const
   return found.front();
 }
 
-// What an object_write answers.
-struct ObjectAnswer {
-  bool by_pdo = false;
-  std::uint16_t pdo = 0;
-  line::PdoWait wait = line::PdoWait::none;
-};
-
-ObjectAnswer object_answer(const std::vector<std::byte>& data) {
-  constexpr std::size_t kLength = 4;
-  ObjectAnswer out;
-  out.by_pdo = data.size() == kLength && data[0] == std::byte{line::kByPdo};
-  if (out.by_pdo) {
-    out.pdo = load_le<std::uint16_t>(data.data() + 1);
-    out.wait = static_cast<line::PdoWait>(data[3]);
-  }
-  return out;
-}
-
-std::string_view wait_name(line::PdoWait wait) {
-  constexpr std::array<std::string_view, line::kPdoWaits> kNames{
-      "", "update time", "values that were never written", "own node operational", "trigger"};
-  const auto place = static_cast<std::size_t>(wait);
-  return place < kNames.size() ? kNames[place] : "unknown";
-}
-
-std::string way_text(const std::vector<std::byte>& data) {
-  const ObjectAnswer answer = object_answer(data);
-  if (!answer.by_pdo) {
-    return data.empty() ? "own node" : "by SDO";
-  }
-  const std::string_view wait = wait_name(answer.wait);
-  return "by PDO " + std::to_string(answer.pdo) +
-         (wait.empty() ? "" : ", which waits for: " + std::string(wait));
-}
-
 std::string numbers_text(const std::vector<std::byte>& data) {
   std::string out;
   for (std::size_t i = 0; i + 2 <= data.size(); i += 2) {
@@ -374,7 +340,10 @@ int write(Context& context, const std::string& line, const std::string& entry,
     line::Command command{.kind = line::CommandKind::output_write};
     command.entry = *number;
     command.data = *std::move(data);
-    return print_answer(context, ask_line(context, model, target, command, outputs.layout->id));
+    Client::Answer answer = ask_line(context, model, target, command, outputs.layout->id);
+    add_node_state(context, model, target, place.node, answer);
+    return print_answer(context, answer,
+                        answer.reply.ok() ? way_text(answer.reply.data, &*outputs.layout) : "");
   });
 }
 
@@ -446,8 +415,12 @@ int object_write(Context& context, const std::string& node, const std::string& i
       return kFailed;
     }
     command.node = target->node.own ? line.view->state.node_id : command.node;
-    const Client::Answer answer = ask_line(context, model, line, command);
-    return print_answer(context, answer, answer.reply.ok() ? way_text(answer.reply.data) : "");
+    Client::Answer answer = ask_line(context, model, line, command);
+    add_node_state(context, model, line, command.node, answer);
+    const Area& outputs = line.areas[static_cast<std::size_t>(image::Direction::outputs)];
+    const std::string way =
+        way_text(answer.reply.data, outputs.layout ? &*outputs.layout : nullptr);
+    return print_answer(context, answer, !answer.reply.ok() ? "" : way.empty() ? "own node" : way);
   });
 }
 

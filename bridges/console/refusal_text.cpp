@@ -120,6 +120,26 @@ void tell_no_such_node(Context& context, Model& model, const Line& line, std::ui
   }
 }
 
+void add_node_state(Context& context, Model& model, const Line& line, std::uint8_t node,
+                    Client::Answer& answer) {
+  if (answer.reply.error != line::to_error(line::Refusal::wrong_state)) {
+    return;
+  }
+  (void)know_nodes(context, model, line);
+  const auto known = line.nodes.find(node);
+  if (known == line.nodes.end()) {
+    answer.text += ": node " + std::to_string(node) + " is not operational";
+    return;
+  }
+  const line::NodeState& seen = known->second.state;
+  const bool present = seen.presence == manager::Presence::present;
+  const std::string& name = known->second.name;
+  answer.text += ": node " + std::to_string(node) +
+                 (name.empty() ? "" : " (" + printable(name) + ')') + " is " +
+                 std::string(present ? nmt::name(seen.state) : manager::name(seen.presence)) +
+                 ", not operational";
+}
+
 std::string trigger_refusal(Context& context, Model& model, const Line& line,
                             const line::Command& command, line::Refusal refusal) {
   if (refusal != line::Refusal::unknown_entry && refusal != line::Refusal::wrong_state &&

@@ -17,6 +17,11 @@ std::string no_such_node(const Line& line, std::uint8_t node);
 // waits for what the line tells of its nodes. Nothing if node is 0 or the line does not tell.
 void tell_no_such_node(Context& context, Model& model, const Line& line, std::uint8_t node);
 
+// Refusal::wrong_state of a single value for an output of that node: answer.text names the node and
+// its state, too.
+void add_node_state(Context& context, Model& model, const Line& line, std::uint8_t node,
+                    Client::Answer& answer);
+
 // Of a CommandKind::pdo_trigger, behind the words of the refusal. Empty if there is no more to say.
 std::string trigger_refusal(Context& context, Model& model, const Line& line,
                             const line::Command& command, line::Refusal refusal);

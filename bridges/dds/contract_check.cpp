@@ -161,6 +161,7 @@ static_assert(same(v1::REFUSAL_STALE_LAYOUT, line::Refusal::stale_layout));
 static_assert(same(v1::REFUSAL_CANCELLED, line::Refusal::cancelled));
 static_assert(same(v1::REFUSAL_WRONG_INTERFACE, line::Refusal::wrong_interface));
 static_assert(same(v1::REFUSAL_IDENTIFIER_IN_USE, line::Refusal::identifier_in_use));
+static_assert(same(v1::REFUSAL_BOUND_ENTRY, line::Refusal::bound_entry));
 
 static_assert(same(v1::OUTPUT_REFUSAL_NONE, line::OutputRefusal::none));
 static_assert(same(v1::OUTPUT_REFUSAL_NOT_PERMITTED, line::OutputRefusal::not_permitted));
@@ -171,6 +172,7 @@ static_assert(same(v1::OUTPUT_REFUSAL_BAD_LENGTH, line::OutputRefusal::bad_lengt
 static_assert(same(v1::OUTPUT_REFUSAL_NOT_ARMED, line::OutputRefusal::not_armed));
 static_assert(same(v1::OUTPUT_REFUSAL_BAD_REACTION, line::OutputRefusal::bad_reaction));
 static_assert(same(v1::OUTPUT_REFUSAL_WRONG_ROLE, line::OutputRefusal::wrong_role));
+static_assert(same(v1::OUTPUT_REFUSAL_BOUND_ENTRY, line::OutputRefusal::bound_entry));
 
 static_assert(same(v1::NMT_INITIALISING, nmt::State::initialising));
 static_assert(same(v1::NMT_STOPPED, nmt::State::stopped));

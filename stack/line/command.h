@@ -18,7 +18,8 @@ enum class CommandKind : std::uint8_t {
   sdo_write,      // node, index, sub, data
   local_read,     // index, sub of the line's own dictionary -> data. code: 0, or kListObjects
   local_write,    // index, sub, data
-  output_write,   // entry (of the output layout), data: one output value, by a person
+  output_write,   // entry (of the output layout), data: one output value, by a person -> data: see
+                  // ObjectWay. wrong_state while its node is not Operational
   emcy_send,      // code (emergency error code), error_register, data: 5 manufacturer bytes
   nmt,            // node (0 = all), nmt
   versions,       // -> text; answered by the gateway, never reaches a line
@@ -98,6 +99,7 @@ enum class Refusal : std::uint8_t {
   cancelled,          // the gateway is stopping
   wrong_interface,    // not possible with the line's interface
   identifier_in_use,  // a service of the line uses this CAN identifier
+  bound_entry,        // the output follows an input of another line: nothing else writes it
 };
 std::string_view describe(Refusal refusal);
 
@@ -117,8 +119,10 @@ inline constexpr std::uint16_t kRemoveObject = 1;  // all sub-indices that were 
 inline constexpr std::uint16_t kForceSdo = 1;  // by SDO whatever is mapped
 inline constexpr std::uint16_t kKeepPdo = 2;   // the PDO is not asked for: pdo_trigger does
 
-// What an object_write answers in byte 0. By PDO also its number here (2, LE; the first of several)
-// and a PdoWait; the own node's objects are written without a way: no data.
+// What an object_write answers in byte 0. By PDO also its number here (2, LE; the first of
+// several), a PdoWait and, of PdoWait::values, the positions of these entries in the output layout
+// (4 each, LE); the own node's objects are written without a way: no data. An output_write answers
+// the same, but nothing where no PDO of the line carries the entry.
 enum ObjectWay : std::uint8_t { kBySdo, kByPdo };
 // What the PDO waits for.
 enum class PdoWait : std::uint8_t {

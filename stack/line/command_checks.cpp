@@ -19,7 +19,7 @@ Error check_single_output(const Command& command, const image::Layout& layout,
     return to_error(Refusal::unknown_entry);
   }
   if (outputs.is_bound(command.entry)) {
-    return to_error(Refusal::not_permitted);
+    return to_error(Refusal::bound_entry);
   }
   const std::size_t size = (layout.entries[command.entry].bit_length + 7U) / 8U;
   return command.data.size() == size ? Error{} : to_error(Refusal::bad_request);

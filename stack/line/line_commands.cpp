@@ -46,7 +46,7 @@ void Line::Impl::execute(Command command, Instant now) {
       access_own(command);
       return;
     case CommandKind::output_write:
-      error = single_output(command, now);
+      error = single_output(command, data, now);
       break;
     case CommandKind::emcy_send:
       error = send_emcy(command, now);
@@ -210,7 +210,7 @@ void Line::Impl::finish_local_writes() {
 }
 
 // Applied after a watchdog's reaction too.
-Error Line::Impl::single_output(Command& command, Instant now) {
+Error Line::Impl::single_output(Command& command, std::vector<std::byte>& way, Instant now) {
   const image::Layout& layout = image.layout(image::Direction::outputs);
   if (const Error why = check_single_output(command, layout, outputs); why != kDone) {
     return why;
@@ -222,6 +222,9 @@ Error Line::Impl::single_output(Command& command, Instant now) {
   }
   image.write_entry(image::Direction::outputs, command.entry, command.data);
   node.pdos().outputs_written(entry.bit_offset, entry.bit_length, true, now);
+  if (entry.local_pdo != 0) {
+    way = way_of(entry.local_pdo, wait_of(entry.local_pdo));
+  }
   return kDone;
 }
 

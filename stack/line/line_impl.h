@@ -155,7 +155,7 @@ struct Line::Impl final : Line::Base,
   };
   void access_own(const Command& command);
   void finish_local_writes();
-  Error single_output(Command& command, Instant now);
+  Error single_output(Command& command, std::vector<std::byte>& way, Instant now);
   Error send_emcy(const Command& command, Instant now);
   Error send_nmt(const Command& command, Instant now);
   Error trace_routing(const Command& command, Instant now);
@@ -213,6 +213,8 @@ struct Line::Impl final : Line::Base,
                      std::vector<std::byte>& way, Instant now);
   bool asks_at_once(std::uint16_t tpdo);
   PdoWait wait_of(std::uint16_t tpdo) const;
+  // What an object_write or output_write answers.
+  std::vector<std::byte> way_of(std::uint16_t tpdo, PdoWait wait) const;
   void ask_for_updated(Instant now);
   Error create_object(const Command& command);
   bool answer_from_image(const Command& command);

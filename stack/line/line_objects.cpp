@@ -54,7 +54,7 @@ Error Line::Impl::write_by_pdo(const Command& command, std::span<const std::uint
   }
   for (const std::uint32_t entry : entries) {
     if (outputs.is_bound(entry)) {
-      return to_error(Refusal::not_permitted);
+      return to_error(Refusal::bound_entry);
     }
     if (command.data.size() != byte_length(layout.entries[entry])) {
       return to_error(Refusal::bad_request);
@@ -74,11 +74,24 @@ Error Line::Impl::write_by_pdo(const Command& command, std::span<const std::uint
   }
   const std::uint16_t pdo = layout.entries[entries.front()].local_pdo;
   ask_for_updated(now);
-  way.resize(4);
-  way[0] = std::byte{kByPdo};
-  store_le(way.data() + 1, pdo);
-  way[3] = static_cast<std::byte>(keep ? PdoWait::trigger : wait_of(pdo));
+  way = way_of(pdo, keep ? PdoWait::trigger : wait_of(pdo));
   return kGood;
+}
+
+std::vector<std::byte> Line::Impl::way_of(std::uint16_t tpdo, PdoWait wait) const {
+  std::vector<std::byte> way(4);
+  way[0] = std::byte{kByPdo};
+  store_le(way.data() + 1, tpdo);
+  way[3] = static_cast<std::byte>(wait);
+  const auto range = image.entries_of(Direction::outputs, tpdo);
+  for (std::uint32_t i = range.first; wait == PdoWait::values && i < range.first + range.count;
+       ++i) {
+    if (!image.is_known(Direction::outputs, i)) {
+      way.resize(way.size() + sizeof i);
+      store_le(way.data() + way.size() - sizeof i, i);
+    }
+  }
+  return way;
 }
 
 // What an event timer sends anyway is not collected. PDOs without a record have that of the plan.

@@ -107,6 +107,8 @@ std::string_view describe(Refusal refusal) {
       return "not possible with the line's interface";
     case Refusal::identifier_in_use:
       return "a service of the line uses this CAN identifier";
+    case Refusal::bound_entry:
+      return "the output follows an input of another line (forward:), nothing else writes it";
   }
   return "unknown refusal";
 }
@@ -131,6 +133,8 @@ std::string_view describe(OutputRefusal refusal) {
       return "more than one NMT reaction, or an unknown one";
     case OutputRefusal::wrong_role:
       return "not possible in the line's role";
+    case OutputRefusal::bound_entry:
+      return "an output follows an input of another line (forward:), nothing else writes it";
   }
   return "unknown refusal";
 }

@@ -36,7 +36,8 @@ struct OutputBytes {
   std::vector<std::byte> data;
 };
 
-// Applied whole or not at all, and never split across a SYNC.
+// Applied whole or not at all, and never split across a SYNC. Without values and bytes it feeds the
+// watchdog and takes an arming number, no more: a handshake (IXXAT manual 5.17, CMM_HandShake).
 struct OutputWrite {
   std::uint16_t group = 0;
   std::uint64_t layout_id = 0;  // of the output layout it was made for
@@ -68,6 +69,7 @@ enum class OutputRefusal : std::uint8_t {
   not_armed,     // after a watchdog reaction, without a new arming number
   bad_reaction,  // reactions that do not go together
   wrong_role,    // not possible in the line's role: an observer transmits nothing
+  bound_entry,   // an output follows an input of another line: nothing else writes it
 };
 std::string_view describe(OutputRefusal refusal);
 

@@ -67,7 +67,7 @@ OutputRefusal Outputs::check(const OutputWrite& write) const {
   const auto position = static_cast<std::uint16_t>(target - groups_.data());
   for (const OutputValue& value : write.values) {
     if (!in_group(value.entry, position)) {
-      return OutputRefusal::unknown_entry;
+      return foreign_entry(value.entry);
     }
     if (value.length != byte_length(layout_.entries[value.entry])) {
       return OutputRefusal::bad_length;
@@ -126,6 +126,11 @@ bool Outputs::in_group(std::uint32_t entry, std::uint16_t group_position) const 
   return entry < group_of_.size() && group_of_[entry] == group_position;
 }
 
+OutputRefusal Outputs::foreign_entry(std::uint32_t entry) const {
+  return entry < bound_.size() && bound_[entry] ? OutputRefusal::bound_entry
+                                                : OutputRefusal::unknown_entry;
+}
+
 // A run may cover gaps, but every entry it touches must be in the group and wholly in the run.
 OutputRefusal Outputs::check_bytes(const OutputBytes& run, std::uint16_t group_position) const {
   if (run.data.empty() || run.offset > layout_.byte_size ||
@@ -147,7 +152,7 @@ OutputRefusal Outputs::check_bytes(const OutputBytes& run, std::uint16_t group_p
       continue;
     }
     if (!in_group(*it, group_position)) {
-      return OutputRefusal::unknown_entry;
+      return foreign_entry(*it);
     }
     if (entry.bit_offset < begin || entry_end > end) {
       return OutputRefusal::bad_length;

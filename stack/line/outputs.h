@@ -53,6 +53,8 @@ class Outputs {
  private:
   Group* find(std::uint16_t number);
   bool in_group(std::uint32_t entry, std::uint16_t group_position) const;
+  // Of an entry that is not in the group.
+  OutputRefusal foreign_entry(std::uint32_t entry) const;
   OutputRefusal check_bytes(const OutputBytes& run, std::uint16_t group_position) const;
 
   static constexpr std::uint16_t kNoGroup = 0xFFFF;

@@ -69,6 +69,12 @@ class FakeGateway : public Client {
                                 .index = 0x6040,
                                 .name = "drive5.Controlword"});
       listener.on_layout(kPress, layout);
+      if (missing_node != 0) {
+        listener.on_node(kPress, {.name = "drive",
+                                  .state = {.node = missing_node,
+                                            .configured = true,
+                                            .presence = line::Presence::missing}});
+      }
     }
   }
   Answer call(const LineId& id, const line::Command& command, Duration /*timeout*/,
@@ -85,8 +91,9 @@ class FakeGateway : public Client {
   std::uint64_t opens = 0;  // connections in each poll
   bool refuses = false;
   bool connects = false;
-  std::uint64_t events = 0;      // that happened so far
-  bool written_route = false;    // another line has one
+  std::uint64_t events = 0;    // that happened so far
+  bool written_route = false;  // another line has one
+  std::uint8_t missing_node = 0;
   bool twin = false;             // another gateway has a line of that name
   std::uint64_t unreadable = 0;  // samples in each poll
   Answer answer;
@@ -376,6 +383,30 @@ TEST_F(Commands, ANodeHasItsNameWhereverItHasItsNumber) {
   EXPECT_EQ(err_.str(), "no node 'ran' on press; there are: ram (5)\n");
   EXPECT_EQ(sdo_read(context_, "press:5a", "1000", "0", ""), kUsage);
   EXPECT_EQ(sdo_read(context_, "ram", "1000", "0", ""), kUsage) << "a name needs a line";
+}
+
+TEST_F(Commands, AnOutputThatWaitsSaysForWhat) {
+  constexpr auto kValues = static_cast<unsigned>(line::PdoWait::values);
+  gateway_.answer.reply.data = test::raw({line::kByPdo, 3, 0, kValues, 0, 0, 0, 0});
+  EXPECT_EQ(write(context_, "press", "0", "1"), kDone);
+  EXPECT_EQ(out_.str(), "by PDO 3, which waits for: drive5.Controlword (never written)\n");
+  out_.str("");
+  context_.json = true;
+  EXPECT_EQ(write(context_, "press", "0", "1"), kDone);
+  EXPECT_THAT(out_.str(), HasSubstr("waits for: drive5.Controlword (never written)"));
+}
+
+TEST_F(Commands, AnOutputOfANodeThatIsNotOperationalIsRefusedWithItsState) {
+  gateway_.answer.reply.error = line::to_error(line::Refusal::wrong_state);
+  gateway_.answer.text = "not possible in the present state";
+  EXPECT_EQ(write(context_, "press", "0", "1"), kFailed);
+  EXPECT_EQ(err_.str(), "not possible in the present state: node 5 is not operational\n");
+  err_.str("");
+  gateway_.missing_node = 5;
+  EXPECT_EQ(object_write(context_, "press:5", "6040", "0", "u16", "1", false), kFailed);
+  EXPECT_EQ(err_.str(),
+            "not possible in the present state: node 5 (drive) is missing, not "
+            "operational\n");
 }
 
 TEST_F(Commands, NmtToOneToAllAndToTheOwnNode) {

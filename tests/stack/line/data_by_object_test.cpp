@@ -73,7 +73,9 @@ class DataByObject : public LineTest {
 
 TEST_F(DataByObject, APdoIsSentOnlyWhenAllItsValuesWereWritten) {
   run(config_with_axis());
-  EXPECT_EQ(ask(write(kSetpoint, setpoint(0x11223344))).data, by_pdo(PdoWait::values));
+  std::vector<std::byte> waits = by_pdo(PdoWait::values);
+  waits.insert(waits.end(), {std::byte{1}, std::byte{0}, std::byte{0}, std::byte{0}});
+  EXPECT_EQ(ask(write(kSetpoint, setpoint(0x11223344))).data, waits) << "for entry 1, the mode";
   pass(milliseconds(200));
   EXPECT_THAT(pdos(), IsEmpty());
   EXPECT_EQ(ask(write(kMode, mode(7))).data, by_pdo(PdoWait::none));
@@ -215,7 +217,7 @@ TEST_F(DataByObject, WhatDoesNotFitIsRefused) {
   LineConfig config = config_with_axis();
   config.bound = {1};
   run(std::move(config));
-  EXPECT_EQ(ask(write(kMode, mode(1))).error, to_error(Refusal::not_permitted))
+  EXPECT_EQ(ask(write(kMode, mode(1))).error, to_error(Refusal::bound_entry))
       << "it follows an input";
   EXPECT_THAT(pdos(), IsEmpty());
 }

@@ -333,10 +333,10 @@ TEST_F(DevicesTest, BoundOutputsFollowAnInputAlone) {
   EXPECT_THAT(sent(), ElementsAre("185#214300000000"));
   line_->write_bound(std::vector<BoundValue>{{.entry = 0, .value = 0x4321}}, now_);
   EXPECT_THAT(sent(), IsEmpty());
-  EXPECT_EQ(write("axis5.Status", 1, 2), OutputRefusal::unknown_entry);
+  EXPECT_EQ(write("axis5.Status", 1, 2), OutputRefusal::bound_entry);
   EXPECT_EQ(write("axis5.Position", 1, 4), OutputRefusal::none);
   const Command person{.kind = CommandKind::output_write, .data = {std::byte{}, std::byte{}}};
-  EXPECT_EQ(command(person).error, to_error(Refusal::not_permitted));
+  EXPECT_EQ(command(person).error, to_error(Refusal::bound_entry));
   hear(0x205, {9, 0, 0, 0, 0});
   EXPECT_EQ(line_->input(0).value, 9U);
   EXPECT_TRUE(line_->input(0).valid);

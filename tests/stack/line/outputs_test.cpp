@@ -84,6 +84,28 @@ TEST_F(OutputsTest, EveryRefusalHasItsReason) {
   EXPECT_EQ(outputs_.check(reactions), OutputRefusal::none);
 }
 
+TEST_F(OutputsTest, AnEntryThatFollowsAnInputHasAReasonOfItsOwn) {
+  const Outputs bound(layout_, {}, {4});
+  OutputWrite one = write(0);
+  one.values = {value(4, 2)};
+  EXPECT_EQ(bound.check(one), OutputRefusal::bound_entry);
+  OutputWrite run = write(0);
+  run.bytes = {{.offset = 2, .data = std::vector<std::byte>(4)}};
+  EXPECT_EQ(bound.check(run), OutputRefusal::bound_entry);
+  one.values = {value(5, 2)};
+  EXPECT_EQ(bound.check(one), OutputRefusal::unknown_entry);
+}
+
+// CMM_HandShake of the IXXAT CANopen Manager API manual.
+TEST_F(OutputsTest, AWriteWithoutValuesFeedsTheWatchdog) {
+  EXPECT_EQ(outputs_.check(write(1)), OutputRefusal::none);
+  EXPECT_TRUE(outputs_.accept(write(1), kStart));
+  outputs_.accept(write(1), kStart + milliseconds(60));
+  EXPECT_EQ(outputs_.expire(kStart + milliseconds(159)), nullptr);
+  EXPECT_NE(outputs_.expire(kStart + milliseconds(160)), nullptr);
+  EXPECT_EQ(outputs_.check(write(1)), OutputRefusal::not_armed);
+}
+
 TEST_F(OutputsTest, BytesMustCoverEntriesOfTheGroupWhole) {
   const auto with = [](std::uint16_t group, std::uint32_t offset, std::size_t length) {
     OutputWrite out = write(group);

@@ -154,6 +154,52 @@ TEST_F(OutputsOfANode, AreSentAsTheWatchdogLeftThem) {
   EXPECT_THAT(pdos(), ElementsAre("205#0000000000"));
 }
 
+TEST_F(OutputsOfANode, ASingleWriteAnswersWhatItsPdoWaitsFor) {
+  make(config_with_axis());
+  boot();
+  pass(milliseconds(1));
+  const auto ask = [this](std::uint32_t entry, std::vector<std::byte> data) {
+    line_->execute({.kind = CommandKind::output_write, .entry = entry, .data = std::move(data)},
+                   now_);
+    return answer().data;
+  };
+  const auto bytes = [](std::initializer_list<unsigned char> values) {
+    std::vector<std::byte> out;
+    for (const unsigned char value : values) {
+      out.push_back(std::byte{value});
+    }
+    return out;
+  };
+  EXPECT_EQ(ask(1, bytes({7})),
+            bytes({kByPdo, 1, 0, static_cast<unsigned char>(PdoWait::values), 0, 0, 0, 0}))
+      << "for entry 0";
+  EXPECT_THAT(pdos(), IsEmpty());
+  EXPECT_EQ(ask(0, bytes({1, 0, 0, 0})),
+            bytes({kByPdo, 1, 0, static_cast<unsigned char>(PdoWait::none)}));
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000007"));
+}
+
+TEST_F(OutputsOfANode, AWriteWithoutValuesIsAHandshake) {
+  make(config_with_axis());
+  boot();
+  pass(milliseconds(1));
+  write(1, 2, 1, milliseconds(50), kZeroOutputs);
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000002"));
+  OutputWrite empty{.layout_id = line_->layout(Direction::outputs).id,
+                    .arming = 1,
+                    .watchdog = milliseconds(50),
+                    .reactions = kZeroOutputs,
+                    .values = {},
+                    .bytes = {}};
+  for (int i = 0; i < 4; ++i) {
+    pass(milliseconds(40));
+    EXPECT_EQ(line_->write_outputs(empty, now_), OutputRefusal::none);
+    EXPECT_THAT(pdos(), IsEmpty());
+  }
+  pass(milliseconds(50));
+  EXPECT_THAT(pdos(), ElementsAre("205#0000000000")) << "the watchdog fires when it stops";
+}
+
 TEST_F(OutputsOfANode, SingleWritesAreRefusedWhileItIsNotOperational) {
   make(config_with_axis());
   boot();

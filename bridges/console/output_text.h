@@ -1,0 +1,17 @@
+// Outputs in words: what became of one that was written, and what it waits for.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "bridges/console/model.h"
+#include "stack/image/layout.h"
+
+namespace linegate::console {
+
+// What CommandKind::output_write and object_write answer (line::ObjectWay): "by PDO 3, which waits
+// for: inlet.Mode (never written)". Empty for no data.
+std::string way_text(const std::vector<std::byte>& data, const image::Layout* outputs);
+
+}  // namespace linegate::console
