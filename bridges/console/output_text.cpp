@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMostNames = 3;  // of entries in one sentence
 
-std::string never_written(const std::vector<std::string>& names) {
+std::string list_of(const std::vector<std::string>& names) {
   std::string out;
   for (std::size_t i = 0; i < names.size() && i < kMostNames; ++i) {
     out += (i == 0 ? "" : ", ") + names[i];
@@ -20,7 +20,7 @@ std::string never_written(const std::vector<std::string>& names) {
   if (names.size() > kMostNames) {
     out += " and " + std::to_string(names.size() - kMostNames) + " more";
   }
-  return out + " (never written)";
+  return out;
 }
 
 std::string name_in(const image::Layout* outputs, std::uint32_t entry) {
@@ -46,7 +46,7 @@ std::string way_text(const std::vector<std::byte>& data, const image::Layout* ou
     names.push_back(name_in(outputs, load_le<std::uint32_t>(data.data() + i)));
   }
   if (!names.empty()) {
-    return out + ", which waits for: " + never_written(names);
+    return out + ", which waits for: values that were never written: " + list_of(names);
   }
   const std::string_view words = wait < kWaits.size() ? kWaits[wait] : "unknown";
   return words.empty() ? out : out + ", which waits for: " + std::string(words);

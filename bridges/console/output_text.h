@@ -11,7 +11,7 @@
 namespace linegate::console {
 
 // What CommandKind::output_write and object_write answer (line::ObjectWay): "by PDO 3, which waits
-// for: inlet.Mode (never written)". Empty for no data.
+// for: values that were never written: inlet.Mode". Empty for no data.
 std::string way_text(const std::vector<std::byte>& data, const image::Layout* outputs);
 
 }  // namespace linegate::console

@@ -81,7 +81,9 @@ def check_objects(plant):
     """Two outputs of node 8 share a PDO; 6083h of the drive is in none."""
     first, second = ("press:8", "6200", "1", "u8"), ("press:8", "6200", "2", "u8")
     waits = ", which waits for: "
-    plant.expect(f"by PDO {PDO}" + waits + "values that were never written", "sdo", "write", *first, "0x55", "--by-pdo")
+    told = plant.said("sdo", "write", *first, "0x55", "--by-pdo")
+    if not told.startswith(f"by PDO {PDO}" + waits + "values that were never written: "):
+        raise Failure(f"the PDO that lacks values said '{told}'")
     plant.expect(f"by PDO {PDO}", "sdo", "write", *second, "0x66", "--by-pdo")
     plant.reads("85", *first)
     plant.reads("102", *second)

@@ -389,11 +389,12 @@ TEST_F(Commands, AnOutputThatWaitsSaysForWhat) {
   constexpr auto kValues = static_cast<unsigned>(line::PdoWait::values);
   gateway_.answer.reply.data = test::raw({line::kByPdo, 3, 0, kValues, 0, 0, 0, 0});
   EXPECT_EQ(write(context_, "press", "0", "1"), kDone);
-  EXPECT_EQ(out_.str(), "by PDO 3, which waits for: drive5.Controlword (never written)\n");
+  EXPECT_EQ(out_.str(),
+            "by PDO 3, which waits for: values that were never written: drive5.Controlword\n");
   out_.str("");
   context_.json = true;
   EXPECT_EQ(write(context_, "press", "0", "1"), kDone);
-  EXPECT_THAT(out_.str(), HasSubstr("waits for: drive5.Controlword (never written)"));
+  EXPECT_THAT(out_.str(), HasSubstr("never written: drive5.Controlword"));
 }
 
 TEST_F(Commands, AnOutputOfANodeThatIsNotOperationalIsRefusedWithItsState) {
