@@ -88,9 +88,17 @@ def check_line(plant):
         raise Failure(f"5F00h:1 is {happened:04X}h")
 
 
+def file_without_limits(folder):
+    """The drive's device file as a tool without limits writes it: a check cannot see that the value is too high."""
+    with open(os.path.join(EDS, "drive.eds"), encoding="latin-1") as file:
+        lines = [line for line in file if not line.startswith(("LowLimit", "HighLimit"))]
+    return write(os.path.join(folder, "drive.eds"), "".join(lines))
+
+
 def test(folder, linegated, linegate, profiles):
     plant = Plant(linegated, linegate, profiles, DOMAIN)
-    gateway = plant.gateway(write(os.path.join(folder, "plant.yaml"), PLANT))
+    text = PLANT.replace(f"{EDS}/drive.eds", file_without_limits(folder))
+    gateway = plant.gateway(write(os.path.join(folder, "plant.yaml"), text))
     try:
         check_nodes(plant)
         check_events(plant)
