@@ -52,8 +52,8 @@ class PeerGateways {
       out.push_back(name);
     }
     std::ranges::sort(out);
-    const auto [first, last] = std::ranges::unique(out);
-    out.erase(first, last);
+    const auto first = std::unique(out.begin(), out.end());
+    out.erase(first, out.end());
     return out;
   }
   // When the last one came or went; the beginning if none did.
