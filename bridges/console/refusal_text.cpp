@@ -135,9 +135,12 @@ void add_node_state(Context& context, Model& model, const Line& line, std::uint8
   const bool present = seen.presence == manager::Presence::present;
   const std::string& name = known->second.name;
   answer.text += ": node " + std::to_string(node) +
-                 (name.empty() ? "" : " (" + printable(name) + ')') + " is " +
-                 std::string(present ? nmt::name(seen.state) : manager::name(seen.presence)) +
-                 ", not operational";
+                 (name.empty() ? "" : " (" + printable(name) + ')') + " is ";
+  if (seen.presence != manager::Presence::unknown) {
+    answer.text += present ? nmt::name(seen.state) : manager::name(seen.presence);
+    answer.text += ", ";
+  }
+  answer.text += "not operational";
 }
 
 std::string trigger_refusal(Context& context, Model& model, const Line& line,

@@ -46,9 +46,9 @@ def run(plant, folder):
         plant.command("sdo", "write", "press:5", "6083", "0", "u32", "77")
         found = plant.verify("verify", "press", code=1)
         expect("the difference", found[0]["differences"],
-               [{"object": "6083:0", "expected": "D0070000", "found": "4D000000"}])
+               [{"object": "6083:00", "expected": "D0070000", "found": "4D000000"}])
         told = plant.command("config", "verify", "press:5", code=1).stdout
-        if "6083:0" not in told or "000007D0h" not in told or "0000004Dh" not in told:
+        if "6083:00" not in told or "000007D0h" not in told or "0000004Dh" not in told:
             raise Failure("in words:\n" + told)
         expect("applied", plant.verify("apply", "press:5"),
                [{"node": 5, "ok": True, "boot": "", "abort": 0, "differences": []}])
@@ -67,9 +67,9 @@ def run(plant, folder):
         plant.command("config", "import", "press:5", bad)
         refused = plant.verify("apply", "press:5", code=1)[0]
         expect("refused", (refused["boot"], refused["differences"]),
-               ("J", [{"object": "6081:0", "expected": "00000000", "abort": 0x06090032}]))
+               ("J", [{"object": "6081:00", "expected": "00000000", "abort": 0x06090032}]))
         told = plant.command("config", "import", "press", own, code=1).stderr
-        if "1000:0" not in told or "06010002" not in told:
+        if "1000:00" not in told or "06010002" not in told:
             raise Failure("an entry the manager itself refuses: " + told)
         expect("what came before it", plant.value("press:own", "1F26", "7"), 5)
         plant.command("config", "import", "press:5", sys.argv[0], code=2)

@@ -21,9 +21,9 @@ GROUP, PORT = "239.74.163.11", 43121
 OWN = 127
 BESIDE = {5: "drive", 7: "encoder", 8: "digital-io", 10: "analog-io"}  # in the other program
 INSIDE = {20: "drive", 21: "drive"}                                   # devices of the gateway
-# Two objects of a node that are stored together, (index, sub-index, bytes), and may have any small number: the inhibit
-# time of EMCYs, and a consumer heartbeat time of no node.
-PAIR = ((0x1015, 0, 2), (0x1016, 1, 4))
+# Two objects of a node that are stored together, (index, sub-index, bytes, what is added to a small number): the inhibit
+# time of EMCYs, and the consumer heartbeat time of node 100, which does not exist.
+PAIR = ((0x1015, 0, 2, 0), (0x1016, 1, 4, 100 << 16))
 STORING = (OWN, *INSIDE)
 
 PLANT = """schema: 1
@@ -91,8 +91,8 @@ class Plant(Console):
 
     def generation(self, node):
         """The generation of values that the node has; both of its objects belong to the same."""
-        values = [self.bus.read(node, index, sub) for index, sub, _ in PAIR]
-        if values[0] is None or values[0] != values[1]:
+        values = [self.bus.read(node, index, sub) for index, sub, _, _ in PAIR]
+        if None in values or len({value - base for value, (_, _, _, base) in zip(values, PAIR)}) > 1:
             raise Failure(f"node {node} has {values}: neither what was stored nor what was to be")
         return values[0]
 
@@ -107,16 +107,16 @@ class Plant(Console):
 
     def store(self, node, generation):
         """Up to the moment when it is told to store."""
-        for index, sub, size in PAIR:
-            if not self.bus.write(node, index, sub, generation, size):
+        for index, sub, size, base in PAIR:
+            if not self.bus.write(node, index, sub, base + generation, size):
                 raise Failure(f"node {node} does not take {index:04X}h")
         self.bus.begin_save(node)
         self.stored[node] = (self.stored[node] or set()) | {generation}
 
     def store_for_certain(self, generation):
         for node in STORING:
-            for index, sub, size in PAIR:
-                self.bus.write(node, index, sub, generation, size)
+            for index, sub, size, base in PAIR:
+                self.bus.write(node, index, sub, base + generation, size)
             if not self.bus.write(node, 0x1010, 1, int.from_bytes(b"save", "little"), 4):
                 raise Failure(f"node {node} does not store")
             self.stored[node] = {generation}

@@ -60,7 +60,7 @@ def run(plant, folder):
             raise Failure(f"the device runs {plant.software()}")
         plant.await_operational("press", 1, "with the program")
         refused = plant.command("program", "press:5", bad, code=1).stderr
-        if "1F57:1 is 00000004h, format of the program is unknown" not in refused:
+        if "1F57:01 is 00000004h, format of the program is unknown" not in refused:
             raise Failure("what was told of a bad program:\n" + refused)
         refused = plant.command("program", "press:5", "/proc/self/mem", code=1).stderr  # gives EIO
         if "/proc/self/mem cannot be read" not in refused:

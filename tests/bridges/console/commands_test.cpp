@@ -401,7 +401,7 @@ TEST_F(Commands, AnOutputOfANodeThatIsNotOperationalIsRefusedWithItsState) {
   gateway_.answer.reply.error = line::to_error(line::Refusal::wrong_state);
   gateway_.answer.text = "not possible in the present state";
   EXPECT_EQ(write(context_, "press", "0", "1"), kFailed);
-  EXPECT_EQ(err_.str(), "not possible in the present state: node 5 is not operational\n");
+  EXPECT_EQ(err_.str(), "not possible in the present state: node 5 (ram) is not operational\n");
   err_.str("");
   gateway_.missing_node = 5;
   EXPECT_EQ(object_write(context_, "press:5", "6040", "0", "u16", "1", false), kFailed);
