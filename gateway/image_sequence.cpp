@@ -24,7 +24,7 @@ void merge(std::vector<image::PdoMark>& marks, const std::vector<image::PdoMark>
 }  // namespace
 
 bool ImageSequence::changed(const image::Snapshot& snapshot) const {
-  return number_ == 0 || snapshot.valid != last_valid_ ||
+  return number_ == 0 || snapshot.valid != last_valid_ || snapshot.known != last_known_ ||
          std::any_of(snapshot.changed.begin(), snapshot.changed.end(),
                      [](std::uint64_t bits) { return bits != 0; });
 }
@@ -40,6 +40,7 @@ bool ImageSequence::admit(image::Snapshot& snapshot) {
     skipped_.clear();
   }
   last_valid_ = snapshot.valid;
+  last_known_ = snapshot.known;
   snapshot.sequence = ++number_;
   return true;
 }

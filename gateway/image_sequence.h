@@ -25,6 +25,7 @@ class ImageSequence {
   config::Publish::Rule rule_;
   std::uint64_t number_ = 0;
   std::vector<std::uint64_t> last_valid_;
+  std::vector<std::uint64_t> last_known_;
   std::vector<image::PdoMark> skipped_;
 };
 

@@ -149,6 +149,7 @@ void Intake::on_output_write(dds::OutputMessage message) {
     refuse_output(*host, message.write.group, line::OutputRefusal::not_permitted);
     return;
   }
+  message.write.client = std::move(message.client);
   if (!host->port.outputs.push(message.write)) {
     host->port.requests_lost.add();
   }

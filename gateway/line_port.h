@@ -16,6 +16,7 @@
 #include "stack/base/event.h"
 #include "stack/image/snapshot.h"
 #include "stack/line/command.h"
+#include "stack/line/output_state.h"
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
 #include "stack/routing/table.h"
@@ -49,12 +50,19 @@ struct NodeStatus {
   Instant time{};
 };
 
+// Of each group.
+struct OutputStatus {
+  std::vector<line::OutputState> groups;
+  Instant time{};
+};
+
 struct LinePort {
   // Executor to publisher. A full ring makes the line wait, whose own log counts what is lost.
   exchange::Ring<Event> events{8192};
   exchange::Ring<line::Reply> replies{1024};
   exchange::Ring<NodeStatus> nodes{256};
   exchange::Handover<LineStatus> status;
+  exchange::Handover<OutputStatus> outputs_status;  // with the status of a line that has outputs
   std::array<exchange::Handover<image::Snapshot>, 2> images;  // by image::Direction
   // Those in force, and only when they have become other ones.
   exchange::Handover<std::vector<routing::Route>> routes;

@@ -363,6 +363,7 @@ void LineRunner::hand_over_status(Instant now) {
       revisions_[node] = revision;
     }
   }
+  hand_over_outputs(now);
   auto draft = port_.status.draft();
   QueueDepths queues{std::exchange(receive_peak_, 0), static_cast<std::uint32_t>(pump_.held()),
                      pump_.channel().counters().stalled,
@@ -381,6 +382,20 @@ void LineRunner::hand_over_status(Instant now) {
   handed_over_ = true;
   status_wanted_ = false;
   status_due_ = now + kStatusPeriod;
+}
+
+void LineRunner::hand_over_outputs(Instant now) {
+  const std::size_t groups = line_->output_groups();
+  if (groups == 0) {
+    return;
+  }
+  auto draft = port_.outputs_status.draft();
+  draft.value.groups.resize(groups);
+  for (std::size_t i = 0; i < groups; ++i) {
+    line_->output_state(i, draft.value.groups[i]);
+  }
+  draft.value.time = now;
+  port_.outputs_status.publish();
 }
 
 void LineRunner::hand_over_layouts() {

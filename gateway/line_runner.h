@@ -97,6 +97,7 @@ class LineRunner final : public Runner {
   void hand_over(Instant now);
   void hand_over_events();
   void hand_over_replies();
+  void hand_over_outputs(Instant now);
   void hand_over_layouts();
   void hand_over_routes();
   void hand_over_images(Instant now);

@@ -93,6 +93,7 @@ int with_client(const Options& options, const Topics& topics,
   client_options.profile_file = options.profile;
   client_options.layouts = topics.layouts;
   client_options.images = topics.images;
+  client_options.output_states = topics.images;
   client_options.pdos = false;
   client_options.events = topics.events;
   client_options.commands = topics.commands;

@@ -34,6 +34,13 @@ bool same_state(const line::LineState& a, const line::LineState& b) {
          a.nodes_operational == b.nodes_operational;
 }
 
+// Equal in everything that is published at once.
+bool same_outputs(const line::OutputState& a, const line::OutputState& b) {
+  return a.owner == b.owner && a.refused == b.refused && a.arming == b.arming &&
+         a.tripped == b.tripped && a.watchdog == b.watchdog && a.waiting == b.waiting &&
+         a.waits == b.waits && (a.applied == 0) == (b.applied == 0);
+}
+
 std::string indicators_text(const node::Indicators& shown) {
   return "run " + std::string(node::name(shown.run)) + ", error " +
          std::string(node::name(shown.error));
@@ -188,6 +195,7 @@ Instant Publisher::step(Instant now) {
   }
   for (const auto& line : lines_) {
     publish_states(*line, now);
+    publish_output_states(*line, now);
   }
   Instant next = gateway_next;
   for (const auto& line : lines_) {
@@ -274,6 +282,23 @@ void Publisher::publish_states(Line& line, Instant now) {
     publish_node(line, status);
     rounds_.add();
   }
+}
+
+void Publisher::publish_output_states(Line& line, Instant now) {
+  OutputStatus* const status = line.host->port.outputs_status.fetch();
+  if (status == nullptr) {
+    return;
+  }
+  const bool all = line.output_states.size() != status->groups.size() ||
+                   now - line.outputs_published >= kStatePeriod || stop_.raised();
+  for (std::size_t i = 0; i < status->groups.size(); ++i) {
+    if (all || !same_outputs(line.output_states[i], status->groups[i])) {
+      bridge_.publish(line.info.name, status->groups[i], status->time);
+      rounds_.add();
+    }
+  }
+  line.output_states = status->groups;
+  line.outputs_published = all ? now : line.outputs_published;
 }
 
 // True if they are others.

@@ -75,6 +75,8 @@ class Publisher {
     bool state_known = false;
     line::LineState last_state;
     Instant state_published{};
+    std::vector<line::OutputState> output_states;  // published last
+    Instant outputs_published{};
     std::array<image::Layout, 2> layouts;  // by image::Direction
     PdoUpdates updates;
     image::Snapshot* inputs = nullptr;  // the last one fetched
@@ -90,6 +92,7 @@ class Publisher {
   void publish_replies();
   void publish_events(Line& line, Instant now);
   void publish_states(Line& line, Instant now);
+  void publish_output_states(Line& line, Instant now);
   bool look_at_routes(Line& line) const;
   static void look_at_controller(Line& line, const can_bridge::ControllerSetup& controller);
   void publish_node(Line& line, const NodeStatus& status);

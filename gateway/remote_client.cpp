@@ -54,6 +54,9 @@ class Forward final : public dds::ClientListener {
     }
     listener_.on_node(id_of(source), view);
   }
+  void on_output_state(const dds::Source& source, const line::OutputState& state) override {
+    listener_.on_output_state(id_of(source), {.state = state, .time = source.time});
+  }
   void on_layout(const dds::Source& source, const image::Layout& layout) override {
     listener_.on_layout(id_of(source), layout);
   }

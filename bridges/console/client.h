@@ -14,6 +14,7 @@
 #include "stack/image/layout.h"
 #include "stack/image/snapshot.h"
 #include "stack/line/command.h"
+#include "stack/line/output_state.h"
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
 
@@ -57,6 +58,11 @@ struct GatewayView {
   std::vector<std::pair<std::string, std::uint64_t>> counters;
 };
 
+struct OutputStateView {
+  line::OutputState state;
+  Instant time{};  // of the sample
+};
+
 struct EventView {
   Event event;  // event.time is UTC
   std::string text;
@@ -70,6 +76,7 @@ class Listener {
   virtual void on_line(const LineId& id, const LineView& line) = 0;
   virtual void on_line_gone(const LineId& id) = 0;
   virtual void on_node(const LineId& id, const NodeView& node) = 0;
+  virtual void on_output_state(const LineId& /*id*/, const OutputStateView& /*state*/) {}
   virtual void on_layout(const LineId& id, const image::Layout& layout) = 0;
   virtual void on_image(const LineId& id, const image::Snapshot& image) = 0;
   virtual void on_event(const LineId& id, const EventView& event) = 0;

@@ -308,12 +308,22 @@ int image(Context& context, const std::string& line, image::Direction direction)
   if (found.empty()) {
     return kFailed;
   }
+  if (direction == image::Direction::outputs) {
+    (void)wait_until(context, model, [&] {
+      return std::ranges::all_of(found, [](const Line* l) {
+        return l->gone || !l->groups.empty() || l->view->state.role == line::Role::observer;
+      });
+    });
+  }
   for (const Line* one : found) {
     if (context.json) {
       context.out << image_json(*one, direction) << '\n';
     } else {
       context.out << one->id.line << ' ' << image::name(direction) << '\n';
       print(context.out, image_table(*one, direction));
+      if (direction == image::Direction::outputs) {
+        print(context.out, group_texts(*one));
+      }
     }
   }
   return completeness_of(context, model, found, "the image", has_image);

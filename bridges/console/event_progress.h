@@ -24,6 +24,9 @@ class EventProgress final : public Listener {
   void on_line(const LineId& id, const LineView& line) override { model_.on_line(id, line); }
   void on_line_gone(const LineId& id) override { model_.on_line_gone(id); }
   void on_node(const LineId& id, const NodeView& node) override { model_.on_node(id, node); }
+  void on_output_state(const LineId& id, const OutputStateView& state) override {
+    model_.on_output_state(id, state);
+  }
   void on_layout(const LineId& id, const image::Layout& layout) override {
     model_.on_layout(id, layout);
   }

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bridges/console/object_text.h"
+#include "bridges/console/output_text.h"
 #include "bridges/console/tables.h"
 #include "bridges/console/value_text.h"
 #include "stack/base/byte_order.h"
@@ -229,6 +230,23 @@ Json marks_json(const image::Snapshot& image) {
   return out;
 }
 
+Json group_json(const OutputStateView& view) {
+  const line::OutputState& state = view.state;
+  const bool runs = state.deadline != kNever;
+  return {{"group", state.group},
+          {"name", state.name},
+          {"owner", text_or_null(state.owner)},
+          {"applied", state.applied},
+          {"refused", state.refused},
+          {"refusal", state.refused == 0 ? Json(nullptr) : Json(line::describe(state.refusal))},
+          {"arming", state.arming},
+          {"arming_wanted", state.tripped},
+          {"watchdog_left_ms",
+           age_json(runs ? std::optional(state.deadline - view.time) : std::optional<Duration>())},
+          {"waiting", state.waiting},
+          {"text", group_text(view)}};
+}
+
 Json image_object(const Line& line, image::Direction direction, std::uint8_t node = 0) {
   const Area& area = line.areas[static_cast<std::size_t>(direction)];
   Json out = {
@@ -242,12 +260,22 @@ Json image_object(const Line& line, image::Direction direction, std::uint8_t nod
     out["bytes"] = packed_hex(area.image->bytes);
     out["pdos"] = marks_json(*area.image);
   }
+  if (direction == image::Direction::outputs) {
+    out["groups"] = Json::array();
+    for (const auto& [number, view] : line.groups) {
+      out["groups"].push_back(group_json(view));
+    }
+  }
   out["entries"] = nullptr;
   if (area.complete()) {
     out["entries"] = Json::array();
     for (std::size_t i = 0; i < area.layout->entries.size(); ++i) {
       if (node == 0 || area.layout->entries[i].node == node) {
         out["entries"].push_back(entry_json(area, i));
+        if (direction == image::Direction::outputs) {
+          out["entries"].back()["known"] = area.known(i);
+          out["entries"].back()["state"] = output_state(line, i);
+        }
       }
     }
   }

@@ -134,6 +134,12 @@ void Model::on_node(const LineId& id, const NodeView& node) {
   }
 }
 
+void Model::on_output_state(const LineId& id, const OutputStateView& state) {
+  if (Line* const target = line(id)) {
+    target->groups[state.state.group] = state;
+  }
+}
+
 void Model::on_layout(const LineId& id, const image::Layout& layout) {
   if (Line* const target = line(id)) {
     target->areas[static_cast<std::size_t>(layout.direction)].take(layout);

@@ -27,6 +27,10 @@ struct Area {
            image->valid.size() * 64 >= layout->entries.size();
   }
   bool valid(std::size_t entry) const { return complete() && image->is_valid(entry); }
+  // Of outputs: the entry was written or has a default.
+  bool known(std::size_t entry) const {
+    return complete() && entry / 64 < image->known.size() && image->is_known(entry);
+  }
   // The entry's bytes, shifted to bit 0; empty if the two do not belong together.
   std::vector<std::byte> value(std::size_t entry) const;
   // Between the last PDO with the entry and the image, by the gateway's clock; nothing if there was
@@ -50,9 +54,10 @@ struct Line {
   bool gone = false;  // its gateway is no longer heard of
   std::optional<LineView> view;
   std::map<std::uint8_t, NodeView> nodes;
-  std::array<Area, 2> areas;  // by image::Direction
-  std::uint64_t images = 0;   // samples received
-  Instant heard{};            // the last state, by the clock of Model::at()
+  std::array<Area, 2> areas;                        // by image::Direction
+  std::map<std::uint16_t, OutputStateView> groups;  // of outputs, by number
+  std::uint64_t images = 0;                         // samples received
+  Instant heard{};                                  // the last state, by the clock of Model::at()
   // Frames a second, over the last second or more; nothing until two states have come.
   std::optional<double> received_per_second;
   std::optional<double> sent_per_second;
@@ -84,6 +89,7 @@ class Model : public Listener {
   void on_line(const LineId& id, const LineView& line) override;
   void on_line_gone(const LineId& id) override;
   void on_node(const LineId& id, const NodeView& node) override;
+  void on_output_state(const LineId& id, const OutputStateView& state) override;
   void on_layout(const LineId& id, const image::Layout& layout) override;
   void on_image(const LineId& id, const image::Snapshot& image) override;
   void on_event(const LineId& id, const EventView& event) override;

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "bridges/console/table.h"
+#include "bridges/console/tables.h"
 #include "stack/base/byte_order.h"
 #include "stack/line/command.h"
 
@@ -29,6 +30,32 @@ std::string name_in(const image::Layout* outputs, std::uint32_t entry) {
              : "entry " + std::to_string(entry);
 }
 
+// The entries of the same PDO that nobody wrote.
+std::vector<std::string> missing_in_pdo(const Area& outputs, std::uint16_t local_pdo) {
+  std::vector<std::string> out;
+  for (std::uint32_t i = 0; i < outputs.layout->entries.size(); ++i) {
+    if (outputs.layout->entries[i].local_pdo == local_pdo && !outputs.known(i)) {
+      out.push_back(name_in(&*outputs.layout, i));
+    }
+  }
+  return out;
+}
+
+std::string node_text(const Line& line, std::uint8_t id) {
+  const auto known = line.nodes.find(id);
+  if (known == line.nodes.end()) {
+    return {};
+  }
+  const line::NodeState& state = known->second.state;
+  const std::string node = "node " + std::to_string(id);
+  if (state.presence != manager::Presence::present) {
+    return node + ", which is " + std::string(manager::name(state.presence));
+  }
+  return state.state == nmt::State::operational
+             ? ""
+             : node + ", which is " + std::string(nmt::name(state.state));
+}
+
 }  // namespace
 
 std::string way_text(const std::vector<std::byte>& data, const image::Layout* outputs) {
@@ -50,6 +77,61 @@ std::string way_text(const std::vector<std::byte>& data, const image::Layout* ou
   }
   const std::string_view words = wait < kWaits.size() ? kWaits[wait] : "unknown";
   return words.empty() ? out : out + ", which waits for: " + std::string(words);
+}
+
+std::string output_state(const Line& line, std::size_t entry) {
+  const Area& outputs = line.areas[static_cast<std::size_t>(image::Direction::outputs)];
+  const image::Entry& place = outputs.layout->entries[entry];
+  if (outputs.valid(entry)) {
+    return line.view && line.view->state.role == line::Role::device ? "written" : "sent";
+  }
+  if (!outputs.known(entry)) {
+    return "never written";
+  }
+  const std::vector<std::string> missing = missing_in_pdo(outputs, place.local_pdo);
+  if (!missing.empty()) {
+    return "waits for values that were never written: " + list_of(missing);
+  }
+  if (line.view && line.view->state.own_state != nmt::State::operational) {
+    return "waits for own node, which is " + std::string(nmt::name(line.view->state.own_state));
+  }
+  const std::string node = node_text(line, place.node);
+  return "waits for " + (node.empty() ? "its turn on the bus (SYNC, inhibit time)" : node);
+}
+
+std::string group_text(const OutputStateView& view) {
+  const line::OutputState& state = view.state;
+  std::string out = "group " + std::to_string(state.group) +
+                    (state.name.empty() ? "" : " (" + printable(state.name) + ')') + ": ";
+  if (state.applied == 0) {
+    out += "no write was applied";
+  } else {
+    out += "written by " + (state.owner.empty() ? "an unnamed client" : printable(state.owner)) +
+           ", " + std::to_string(state.applied) + " times, arming number " +
+           std::to_string(state.arming);
+  }
+  if (state.tripped) {
+    out += "; the watchdog has fired, another arming number is needed";
+  } else if (state.deadline != kNever) {
+    out += "; the watchdog fires in " + duration_text(state.deadline - view.time);
+  }
+  if (state.refused != 0) {
+    out += "; " + std::to_string(state.refused) + " refused, the last" +
+           (state.refused_client.empty() ? "" : " of " + printable(state.refused_client)) + ": " +
+           std::string(line::describe(state.refusal));
+  }
+  if (state.waiting != 0) {
+    out += "; " + std::to_string(state.waiting) + " entries wait";
+  }
+  return out;
+}
+
+std::vector<std::string> group_texts(const Line& line) {
+  std::vector<std::string> out;
+  for (const auto& [number, view] : line.groups) {
+    out.push_back(group_text(view));
+  }
+  return out;
 }
 
 }  // namespace linegate::console

@@ -14,4 +14,12 @@ namespace linegate::console {
 // for: values that were never written: inlet.Mode". Empty for no data.
 std::string way_text(const std::vector<std::byte>& data, const image::Layout* outputs);
 
+// Of an entry of the outputs: "sent", "never written", or "waits for: ..." with what keeps its PDO.
+// Precondition: the area is complete.
+std::string output_state(const Line& line, std::size_t entry);
+
+// Of each group of outputs, what became of the writes to it (topic OutputState).
+std::vector<std::string> group_texts(const Line& line);
+std::string group_text(const OutputStateView& view);
+
 }  // namespace linegate::console

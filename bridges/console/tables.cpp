@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "bridges/console/output_text.h"
 #include "bridges/console/value_text.h"
 #include "stack/line/event_severity.h"
 #include "stack/od/address_text.h"
@@ -111,13 +112,22 @@ Style style_of_value(const Model& model, const Line& line, const Area& area, std
   return area.image->is_changed(entry) ? Style::changed : Style::plain;
 }
 
+// A known output that was not transmitted since its node was started waits.
+std::string value_cell(const Area& area, std::size_t number) {
+  const std::string value = to_text(area.layout->entries[number].type, area.value(number));
+  if (area.valid(number)) {
+    return value;
+  }
+  return area.known(number) ? value + " (waits)" : "(invalid)";
+}
+
 Row value_row(const Model& model, const Line& line, const Area& area, std::size_t number) {
   const image::Entry& entry = area.layout->entries[number];
   const std::vector<std::byte> value = area.value(number);
   const auto age = area.age(number);
   const bool out = area.layout->direction == image::Direction::outputs;
-  Cell shown = text_cell(area.valid(number) ? to_text(entry.type, value) : "(invalid)");
-  if (area.valid(number)) {
+  Cell shown = text_cell(value_cell(area, number));
+  if (area.valid(number) || area.known(number)) {
     shown.number = to_number(entry.type, value);
   }
   return {{line.id, entry.node, 2 * number + (out ? 1 : 0)},
@@ -278,15 +288,20 @@ Text image_table(const Line& line, image::Direction direction) {
             " received yet"};
   }
   Table out{{{"ENTRY"}, {"NODE"}, {"OBJECT"}, {"TYPE"}, {"VALUE"}, {"BYTES"}, {"NAME"}}, {}, {}};
+  if (direction == image::Direction::outputs) {
+    out.columns.push_back({"STATE"});
+  }
   for (std::size_t i = 0; i < area.layout->entries.size(); ++i) {
     const image::Entry& entry = area.layout->entries[i];
     const std::vector<std::byte> value = area.value(i);
     out.rows.push_back(
         {{line.id, entry.node, i},
          {number_cell(i), number_cell(entry.node), text_cell(od::to_text({entry.index, entry.sub})),
-          text_cell(od::name(entry.type)),
-          text_cell(area.valid(i) ? to_text(entry.type, value) : "(invalid)"),
-          text_cell(to_hex(value)), text_cell(entry.name)}});
+          text_cell(od::name(entry.type)), text_cell(value_cell(area, i)), text_cell(to_hex(value)),
+          text_cell(entry.name)}});
+    if (direction == image::Direction::outputs) {
+      out.rows.back().cells.push_back(text_cell(output_state(line, i)));
+    }
   }
   return text_of(out);
 }

@@ -19,6 +19,7 @@
 #include "bridges/dds/layout_assembly.h"
 #include "bridges/dds/line_publishers.h"
 #include "bridges/dds/output_samples.h"
+#include "bridges/dds/output_state_samples.h"
 #include "bridges/dds/request_tracker.h"
 #include "bridges/dds/state_samples.h"
 #include "bridges/dds/waiting.h"
@@ -86,6 +87,7 @@ struct Client::Impl {
   fast::DataReader* gateways = nullptr;
   fast::DataReader* lines = nullptr;
   fast::DataReader* nodes = nullptr;
+  fast::DataReader* output_states = nullptr;
   fast::DataReader* layouts = nullptr;
   fast::DataReader* images = nullptr;
   fast::DataReader* pdos = nullptr;
@@ -103,6 +105,7 @@ struct Client::Impl {
   v1::GatewayState gateway_sample;
   v1::LineState line_sample;
   v1::NodeState node_sample;
+  v1::OutputState output_state_sample;
   v1::ImageLayout layout_sample;
   v1::ProcessImage image_sample;
   v1::PdoUpdate pdo_sample;
@@ -131,6 +134,8 @@ Client::Impl::Impl(const ClientOptions& options, std::vector<Diagnostic>& diagno
   if (lines != nullptr)
     lines->set_listener(&line_writers, WriterWatch::statuses());
   subscribe<v1::NodeStatePubSubType>(options.nodes, v1::TOPIC_NODE_STATE, nodes);
+  subscribe<v1::OutputStatePubSubType>(options.output_states, v1::TOPIC_OUTPUT_STATE,
+                                       output_states);
   subscribe<v1::ImageLayoutPubSubType>(options.layouts, v1::TOPIC_IMAGE_LAYOUT, layouts);
   subscribe<v1::ProcessImagePubSubType>(options.images, v1::TOPIC_PROCESS_IMAGE, images);
   subscribe<v1::PdoUpdatePubSubType>(options.pdos, v1::TOPIC_PDO_UPDATE, pdos);
@@ -266,6 +271,11 @@ void Client::Impl::drain_states(ClientListener& listener) {
     from_wire(sample, kUtc, node, state);
     from_wire(sample.properties(), properties);
     listener.on_node(source(sample), node, state, properties);
+  });
+  drain(output_states, output_state_sample, [&](const v1::OutputState& sample) {
+    line::OutputState state;
+    from_wire(sample, kUtc, state);
+    listener.on_output_state(source(sample), state);
   });
 }
 

@@ -18,6 +18,7 @@
 #include "stack/image/layout.h"
 #include "stack/image/snapshot.h"
 #include "stack/line/command.h"
+#include "stack/line/output_state.h"
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
 
@@ -55,6 +56,7 @@ class ClientListener {
                        const std::vector<Property>&) {}
   virtual void on_node(const Source&, const NodeInfo&, const line::NodeState&,
                        const std::vector<Property>&) {}
+  virtual void on_output_state(const Source&, const line::OutputState&) {}
   virtual void on_layout(const Source&, const image::Layout&) {}  // once complete
   // acquired = Source::time. A gap in snapshot.sequence: treat every entry as changed.
   virtual void on_image(const Source&, const image::Snapshot&) {}
@@ -79,6 +81,7 @@ struct ClientOptions {
   bool gateways = true;      // which topics to subscribe to
   bool lines = true;
   bool nodes = true;
+  bool output_states = true;
   bool layouts = true;
   bool images = true;
   bool pdos = true;

@@ -174,6 +174,12 @@ static_assert(same(v1::OUTPUT_REFUSAL_BAD_REACTION, line::OutputRefusal::bad_rea
 static_assert(same(v1::OUTPUT_REFUSAL_WRONG_ROLE, line::OutputRefusal::wrong_role));
 static_assert(same(v1::OUTPUT_REFUSAL_BOUND_ENTRY, line::OutputRefusal::bound_entry));
 
+static_assert(same(v1::OUTPUT_WAIT_VALUE, line::OutputWait::value));
+static_assert(same(v1::OUTPUT_WAIT_VALUES, line::OutputWait::values));
+static_assert(same(v1::OUTPUT_WAIT_OWN_NODE, line::OutputWait::own_node));
+static_assert(same(v1::OUTPUT_WAIT_NODE, line::OutputWait::node));
+static_assert(same(v1::OUTPUT_WAIT_TURN, line::OutputWait::turn));
+
 static_assert(same(v1::NMT_INITIALISING, nmt::State::initialising));
 static_assert(same(v1::NMT_STOPPED, nmt::State::stopped));
 static_assert(same(v1::NMT_OPERATIONAL, nmt::State::operational));

@@ -75,7 +75,8 @@ void from_wire(const v1::LayoutEntry& from, image::Entry& to) {
 bool to_wire(const image::Snapshot& from, const ClockMap& clock, v1::ProcessImage& to) {
   constexpr std::size_t kMaxWords = kMaxEntries / 64;
   if (from.bytes.size() > image::kMaxAreaBytes || from.changed.size() > kMaxWords ||
-      from.valid.size() > kMaxWords || from.marks.size() > kMaxStamps) {
+      from.valid.size() > kMaxWords || from.known.size() > kMaxWords ||
+      from.marks.size() > kMaxStamps) {
     return false;
   }
   to.direction(static_cast<std::uint8_t>(from.direction));
@@ -87,6 +88,11 @@ bool to_wire(const image::Snapshot& from, const ClockMap& clock, v1::ProcessImag
   copy_bytes(from.bytes, to.bytes());
   words_to_octets(from.changed, to.changed());
   words_to_octets(from.valid, to.valid());
+  if (from.direction == image::Direction::outputs) {
+    words_to_octets(from.known, to.known());
+  } else {
+    to.known().clear();
+  }
   to.pdos().resize(from.marks.size());
   for (std::size_t i = 0; i < from.marks.size(); ++i) {
     const image::PdoMark& mark = from.marks[i];
@@ -105,7 +111,8 @@ bool to_wire(const image::Snapshot& from, const ClockMap& clock, v1::ProcessImag
 bool from_wire(const v1::ProcessImage& from, const ClockMap& clock, image::Snapshot& to) {
   if (from.direction() > v1::DIRECTION_OUTPUTS || from.bytes().size() > image::kMaxAreaBytes ||
       from.changed().size() != from.valid().size() || from.valid().size() > kMaxEntries / 8 ||
-      from.pdos().size() > kMaxStamps) {
+      from.pdos().size() > kMaxStamps ||
+      (!from.known().empty() && from.known().size() != from.valid().size())) {
     return false;
   }
   to.direction = static_cast<image::Direction>(from.direction());
@@ -117,6 +124,8 @@ bool from_wire(const v1::ProcessImage& from, const ClockMap& clock, image::Snaps
   copy_bytes(from.bytes(), to.bytes);
   octets_to_words(from.changed(), to.changed);
   octets_to_words(from.valid(), to.valid);
+  octets_to_words(from.known(), to.known);
+  to.known.resize(to.valid.size());
   to.marks.resize(from.pdos().size());
   for (std::size_t i = 0; i < to.marks.size(); ++i) {
     const v1::PdoStamp& stamp = from.pdos()[i];

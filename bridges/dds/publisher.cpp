@@ -20,6 +20,7 @@
 #include "bridges/dds/image_samples.h"
 #include "bridges/dds/inbound_reader.h"
 #include "bridges/dds/output_samples.h"
+#include "bridges/dds/output_state_samples.h"
 #include "bridges/dds/pdo_writer.h"
 #include "bridges/dds/renewed_writer.h"
 #include "bridges/dds/reply_writer.h"
@@ -117,6 +118,8 @@ struct GatewayBridge::Impl {
   StateWriter<v1::GatewayStatePubSubType> states{endpoints, v1::TOPIC_GATEWAY_STATE, renew_after};
   StateWriter<v1::LineStatePubSubType> line_states{endpoints, v1::TOPIC_LINE_STATE, renew_after};
   StateWriter<v1::NodeStatePubSubType> node_states{endpoints, v1::TOPIC_NODE_STATE, renew_after};
+  StateWriter<v1::OutputStatePubSubType> output_states{endpoints, v1::TOPIC_OUTPUT_STATE,
+                                                       renew_after};
   StateWriter<v1::ImageLayoutPubSubType> layouts{endpoints, v1::TOPIC_IMAGE_LAYOUT, renew_after};
   std::map<std::string, LineWriters, std::less<>> lines;
   LineWriters no_writers;
@@ -130,6 +133,7 @@ struct GatewayBridge::Impl {
   v1::GatewayState gateway_sample;
   v1::LineState line_sample;
   v1::NodeState node_sample;
+  v1::OutputState output_state_sample;
   v1::ImageLayout layout_sample;
   v1::ProcessImage image_sample;
   v1::PdoUpdate pdo_sample;
@@ -178,6 +182,7 @@ GatewayBridge::Impl::~Impl() {
   wait_for_readers_of(LineWriters::writer(own_events));
   wait_for_readers_of(states.writer());
   wait_for_readers_of(node_states.writer());
+  wait_for_readers_of(output_states.writer());
   wait_for_readers_of(line_states.writer());
   for (const auto& [name, writers] : lines) {
     wait_for_readers_of(LineWriters::writer(writers.inputs));
@@ -230,6 +235,7 @@ void GatewayBridge::remove_line(const std::string& line) {
   impl_->desk.remove_line(line);
   const auto of_line = [&](const auto& sample) { return sample.line() == line.c_str(); };
   impl_->node_states.end(of_line);
+  impl_->output_states.end(of_line);
   impl_->line_states.end(of_line);
   impl_->layouts.end(of_line);
   impl_->pdos.forget(line);
@@ -295,6 +301,13 @@ bool GatewayBridge::publish(std::string_view line, const NodeInfo& info,
   to_wire(info, state, impl_->clock, sample);
   to_wire(properties, sample.properties());
   return impl_->count(impl_->node_states.write(sample));
+}
+
+bool GatewayBridge::publish(std::string_view line, const line::OutputState& state, Instant now) {
+  v1::OutputState& sample = impl_->output_state_sample;
+  impl_->address(line, sample);
+  to_wire(state, impl_->clock, now, sample);
+  return impl_->count(impl_->output_states.write(sample));
 }
 
 bool GatewayBridge::publish(std::string_view line, const image::Layout& layout) {

@@ -24,6 +24,7 @@
 #include "stack/image/layout.h"
 #include "stack/image/snapshot.h"
 #include "stack/line/command.h"
+#include "stack/line/output_state.h"
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
 
@@ -119,6 +120,8 @@ class GatewayBridge {
                const std::vector<Property>& properties = {});
   bool publish(std::string_view line, const NodeInfo& info, const line::NodeState& state,
                Instant now, const std::vector<Property>& properties = {});
+  // The answer to the OutputWrites of a group.
+  bool publish(std::string_view line, const line::OutputState& state, Instant now);
   // In parts of kMaxLayoutPart entries.
   bool publish(std::string_view line, const image::Layout& layout);
   // Gives false too if it holds more than the contract's bounds (kMaxEntries, kMaxStamps).

@@ -49,6 +49,11 @@ struct Line::Devices final : Line::Base {
   // --- devices_commands.cpp ---------------------------------------------------------------------
   void execute(Command command, Instant now) override;
   OutputRefusal write_outputs(const OutputWrite& write, Instant now) override;
+  std::size_t output_groups() const override { return outputs.groups().size(); }
+  void output_state(std::size_t position, OutputState& out) const override;
+  void note_refused(std::uint16_t group, OutputRefusal refusal, Instant now) override {
+    outputs.note_refused(group, refusal, {}, now);
+  }
   void write_bound(std::span<const BoundValue> values, Instant now) override;
 
  private:

@@ -164,6 +164,7 @@ Error Line::Devices::send_frame(const Command& command) {
 
 OutputRefusal Line::Devices::write_outputs(const OutputWrite& write, Instant now) {
   if (const OutputRefusal refusal = outputs.check(write); refusal != OutputRefusal::none) {
+    outputs.note_refused(write.group, refusal, write.client, now);
     return refuse(write, refusal, now);
   }
   ++counters.output_writes;
@@ -196,6 +197,19 @@ void Line::Devices::write_bound(std::span<const BoundValue> values, Instant now)
     }
   }
   hand_out(always, now);
+}
+
+// What was written is given to the device at once.
+void Line::Devices::output_state(std::size_t position, OutputState& out) const {
+  outputs.describe(position, out);
+  for (const std::uint32_t entry : outputs.groups()[position].config.entries) {
+    if (!image.is_known(Direction::outputs, entry)) {
+      ++out.waiting;
+      if (out.waits.size() < OutputState::kMostWaits) {
+        out.waits.push_back({entry, OutputWait::value});
+      }
+    }
+  }
 }
 
 // Entries lie in the image in the order of their numbers.

@@ -243,22 +243,14 @@ void Line::Impl::consumer_lost(std::uint8_t id, Instant deadline) {
   manager.consumer_lost(id, deadline);
 }
 
-void Line::Impl::node_data_invalid(std::uint8_t id) {
-  diagnosis.states_changed();
-  image.set_node_valid(id, false);
-  node.pdos().drop_waiting(id);
-  if (node.pdos().receiver(id) == pdo::Engine::Receiver::started) {
-    node.pdos().set_receiver(id, pdo::Engine::Receiver::waiting);
-  }
-  receivers_changed = true;
-}
-
 void Line::Impl::boot_up(std::uint8_t id, Instant now) {
+  confirm(id, nmt::State::initialising);
   manager.boot_up(id, now);
   scanner.boot_up(id, now);
 }
 
 void Line::Impl::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
+  confirm(id, state);
   diagnosis.heard(id, state, now);
   manager.heartbeat(id, state, now);
   keep_operational(id, now);
@@ -471,6 +463,16 @@ void Line::bus_event(const can::BusEvent& event) {
 }
 void Line::report(const Event& event) {
   impl_->events.emit(event);
+  if (event.kind == EventKind::output_refused) {
+    impl_->note_refused(static_cast<std::uint16_t>(event.value),
+                        static_cast<OutputRefusal>(event.code), event.time);
+  }
+}
+std::size_t Line::output_groups() const {
+  return impl_->output_groups();
+}
+void Line::output_state(std::size_t position, OutputState& out) const {
+  impl_->output_state(position, out);
 }
 void Line::set_medium(storage::Medium* medium, std::uint8_t device) {
   impl_->stir();

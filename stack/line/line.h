@@ -19,6 +19,7 @@
 #include "stack/image/snapshot.h"
 #include "stack/line/command.h"
 #include "stack/line/config.h"
+#include "stack/line/output_state.h"
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
 #include "stack/node/indicators.h"
@@ -153,6 +154,9 @@ class Line {
 
   // The own dictionary, for tests and local commands.
   od::Dictionary& dictionary();
+  // Groups of outputs, 0 of an observer; the state of one of them, position < output_groups().
+  std::size_t output_groups() const;
+  void output_state(std::size_t position, OutputState& out) const;
 
  private:
   struct Base;

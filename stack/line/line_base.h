@@ -40,6 +40,11 @@ struct Line::Base {
   virtual NodeState node_state(std::uint8_t id) const = 0;
   virtual od::Dictionary& dictionary() = 0;
 
+  // Of a role with outputs.
+  virtual std::size_t output_groups() const { return 0; }
+  virtual void output_state(std::size_t /*position*/, OutputState& /*out*/) const {}
+  virtual void note_refused(std::uint16_t /*group*/, OutputRefusal /*refusal*/, Instant /*now*/) {}
+
   // A role that has a node of its own, and transmits.
   virtual bool next_frame(can::Frame& out, Instant now);
   virtual bool wants_to_send(Instant now) const;

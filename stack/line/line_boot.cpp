@@ -62,6 +62,7 @@ void Line::Impl::send_nmt(nmt::Command command, std::uint8_t id, Instant now) {
   nmt.send(command, id, now);
   diagnosis.commanded(command, id);
   manager.sent(command, id, now);
+  note_command(command, id);
 }
 
 void Line::Impl::command_own(nmt::Command command, Instant now) {

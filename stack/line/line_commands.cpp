@@ -261,6 +261,7 @@ Error Line::Impl::send_nmt(const Command& command, Instant now) {
   }
   diagnosis.commanded(command.nmt, command.node);
   manager.sent(command.nmt, command.node, now);
+  note_command(command.nmt, command.node);
   manager.commanded(command.nmt, command.node, now);
   return kDone;
 }

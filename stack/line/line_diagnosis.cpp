@@ -56,6 +56,7 @@ void Line::Impl::keep_operational(std::uint8_t id, Instant now) {
     nmt.send(nmt::Command::start, id, now);
     diagnosis.commanded(nmt::Command::start, id);
     manager.sent(nmt::Command::start, id, now);
+    note_command(nmt::Command::start, id);
   }
 }
 
@@ -65,6 +66,9 @@ void Line::Impl::hear_nmt(std::uint16_t index, const can::Frame& frame) {
   const auto control = index == 0 ? nmt::decode_node_control(frame) : std::nullopt;
   if (control) {
     manager.sent(control->command, control->node, frame.time);
+    if (frame.id == can::kNmtId) {
+      note_command(control->command, control->node);
+    }
   }
 }
 
@@ -78,6 +82,13 @@ void Line::Impl::follow_diagnosis(Instant now) {
 
 const NodeState& Line::Impl::node_seen(std::uint8_t id) const {
   return manager.node(id);
+}
+
+void Line::Impl::node_data_invalid(std::uint8_t id) {
+  diagnosis.states_changed();
+  image.set_node_valid(id, false);
+  node.pdos().drop_waiting(id);
+  outputs_invalid(id);
 }
 
 }  // namespace linegate::line

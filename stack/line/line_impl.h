@@ -223,11 +223,17 @@ struct Line::Impl final : Line::Base,
 
   // --- line_outputs.cpp -------------------------------------------------------------------------
   OutputRefusal write_outputs(const OutputWrite& write, Instant now) override;
+  std::size_t output_groups() const override { return outputs.groups().size(); }
+  void output_state(std::size_t position, OutputState& out) const override;
+  void note_refused(std::uint16_t group, OutputRefusal refusal, Instant now) override {
+    outputs.note_refused(group, refusal, {}, now);
+  }
   void write_bound(std::span<const BoundValue> values, Instant now) override;
   Input forwarded_input(std::size_t object) const;
   void request_forwarded(std::span<const BoundValue> values, Instant now);
   void apply(const OutputWrite& write, bool always, Instant now);
   void apply_defaults(Instant now);
+  OutputWait reason_of(std::uint32_t entry) const;
   void react(const Outputs::Group& group, Instant now);
   void zero(const Outputs::Group& group, Instant now);
   pdo::Engine::Receiver receiver(std::uint8_t id) const;
@@ -236,6 +242,11 @@ struct Line::Impl final : Line::Base,
   bool takes_single_writes(std::uint8_t id) const {
     return id == config.node_id || receiver(id) != pdo::Engine::Receiver::waiting;
   }
+  // An NMT command was sent, or heard of another master; id 0 = to all: a node that
+  // leaves Operational by it counts as Operational only when its state was heard since then.
+  void note_command(nmt::Command command, std::uint8_t id);
+  void confirm(std::uint8_t id, nmt::State state);
+  void outputs_invalid(std::uint8_t id);
   // Hands the states of the nodes to the PDO engine, which sends the outputs of those that were
   // started.
   void follow_receivers();
@@ -279,6 +290,8 @@ struct Line::Impl final : Line::Base,
   std::vector<LocalWrite> local_writes;
   std::uint64_t next_token = 1;
 
+  // By node: so many times Operational is still to be heard, see note_command().
+  std::array<std::uint8_t, can::kMaxNodeId + 1> unconfirmed{};
   bool receivers_changed = true;     // what follow_receivers() goes by, besides:
   std::uint64_t receivers_seen = 0;  // Manager::changes() then
 

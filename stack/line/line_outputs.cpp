@@ -27,6 +27,7 @@ constexpr NmtReaction kNmtReactions[] = {
 
 OutputRefusal Line::Impl::write_outputs(const OutputWrite& write, Instant now) {
   if (const OutputRefusal refusal = outputs.check(write); refusal != OutputRefusal::none) {
+    outputs.note_refused(write.group, refusal, write.client, now);
     return refuse(write, refusal, now);
   }
   ++counters.output_writes;
@@ -36,6 +37,35 @@ OutputRefusal Line::Impl::write_outputs(const OutputWrite& write, Instant now) {
   }
   apply(write, outputs.group(write.group)->config.send_always, now);
   return OutputRefusal::none;
+}
+
+// Precondition: the entry is not valid.
+OutputWait Line::Impl::reason_of(std::uint32_t entry) const {
+  const image::Entry& place = image.layout(Direction::outputs).entries[entry];
+  if (!image.is_known(Direction::outputs, entry)) {
+    return OutputWait::value;
+  }
+  if (!image.pdo_known(Direction::outputs, place.local_pdo)) {
+    return OutputWait::values;
+  }
+  if (node.state() != nmt::State::operational) {
+    return OutputWait::own_node;
+  }
+  return receiver(place.node) == pdo::Engine::Receiver::waiting ? OutputWait::node
+                                                                : OutputWait::turn;
+}
+
+void Line::Impl::output_state(std::size_t position, OutputState& out) const {
+  outputs.describe(position, out);
+  for (const std::uint32_t entry : outputs.groups()[position].config.entries) {
+    if (image.is_valid(Direction::outputs, entry)) {
+      continue;
+    }
+    ++out.waiting;
+    if (out.waits.size() < OutputState::kMostWaits) {
+      out.waits.push_back({entry, reason_of(entry)});
+    }
+  }
 }
 
 // All bytes first, then the PDOs: a PDO never carries half of a write.
@@ -152,9 +182,43 @@ pdo::Engine::Receiver Line::Impl::receiver(std::uint8_t id) const {
   if (!manages() && seen.presence == manager::Presence::unknown) {
     return Engine::Receiver::unknown;
   }
-  return running && usable() && operational && nmt.next_wake() == kNever
+  return running && usable() && operational && unconfirmed[id] == 0 && nmt.next_wake() == kNever
              ? Engine::Receiver::started
              : Engine::Receiver::waiting;
+}
+
+// A heartbeat that says Operational may have been on its way when the command was sent.
+void Line::Impl::note_command(nmt::Command command, std::uint8_t id) {
+  constexpr std::uint8_t kHeartbeats = 2;
+  for (const NodeConfig& device : config.nodes) {
+    if (id != 0 && id != device.id) {
+      continue;
+    }
+    const bool heard = manager.node(device.id).heartbeat_monitored;
+    if (command != nmt::Command::start) {
+      unconfirmed[device.id] = kHeartbeats;
+      outputs_invalid(device.id);
+    } else if (!heard) {
+      unconfirmed[device.id] = 0;
+    }
+    receivers_changed = true;
+  }
+}
+
+void Line::Impl::confirm(std::uint8_t id, nmt::State state) {
+  if (unconfirmed[id] != 0) {
+    unconfirmed[id] = state == nmt::State::operational
+                          ? static_cast<std::uint8_t>(unconfirmed[id] - 1)
+                          : std::uint8_t{0};
+    receivers_changed = true;
+  }
+}
+
+void Line::Impl::outputs_invalid(std::uint8_t id) {
+  if (node.pdos().receiver(id) == pdo::Engine::Receiver::started) {
+    node.pdos().set_receiver(id, pdo::Engine::Receiver::waiting);
+  }
+  receivers_changed = true;
 }
 
 void Line::Impl::follow_receivers() {
@@ -189,6 +253,7 @@ void Line::Impl::react(const Outputs::Group& group, Instant now) {
   }
   for (const NmtReaction& reaction : kNmtReactions) {
     if ((group.reactions & reaction.bit) != 0 && manages() && nmt.send(reaction.command, 0, now)) {
+      note_command(reaction.command, 0);
       manager.commanded(reaction.command, 0, now);
       taken |= reaction.bit;
     }

@@ -101,6 +101,7 @@ void Line::Impl::end_scan(Refusal why, Instant now) {
 void Line::Impl::reset_node(std::uint8_t id, Instant now) {
   nmt.send(nmt::Command::reset_node, id, now);
   manager.sent(nmt::Command::reset_node, id, now);
+  note_command(nmt::Command::reset_node, id);
 }
 
 void Line::Impl::asked(std::uint8_t id, bool answered, Instant asked_at, Instant now) {

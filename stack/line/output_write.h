@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -46,6 +47,7 @@ struct OutputWrite {
   std::uint8_t reactions = kHoldOutputs;
   std::vector<OutputValue> values;
   std::vector<OutputBytes> bytes;
+  std::string client{};  // who writes, for OutputState
 };
 
 // The value of an output that follows an input somewhere else, see LineConfig::bound.

@@ -89,7 +89,39 @@ bool Outputs::accept(const OutputWrite& write, Instant now) {
   target.watchdog = write.watchdog;
   target.reactions = write.reactions;
   target.deadline = write.watchdog == Duration::zero() ? kNever : deadline(now, write.watchdog);
+  target.owner = write.client;
+  ++target.applied;
+  target.applied_at = now;
   return first;
+}
+
+void Outputs::note_refused(std::uint16_t group, OutputRefusal refusal, std::string_view client,
+                           Instant now) {
+  if (Group* target = find(group)) {
+    ++target->refused;
+    target->refused_at = now;
+    target->refusal = refusal;
+    target->refused_client = client;
+  }
+}
+
+void Outputs::describe(std::size_t position, OutputState& out) const {
+  const Group& from = groups_[position];
+  out.group = from.config.number;
+  out.name = from.config.name;
+  out.owner = from.owner;
+  out.applied = from.applied;
+  out.refused = from.refused;
+  out.applied_at = from.applied_at;
+  out.refused_at = from.refused_at;
+  out.refusal = from.refusal;
+  out.refused_client = from.refused_client;
+  out.arming = from.arming;
+  out.tripped = from.tripped;
+  out.watchdog = from.watchdog;
+  out.deadline = from.deadline;
+  out.waiting = 0;
+  out.waits.clear();
 }
 
 const Outputs::Group* Outputs::expire(Instant now) {

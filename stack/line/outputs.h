@@ -6,11 +6,14 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "stack/base/time.h"
 #include "stack/image/layout.h"
 #include "stack/line/config.h"
+#include "stack/line/output_state.h"
 #include "stack/line/output_write.h"
 
 namespace linegate::line {
@@ -27,6 +30,14 @@ class Outputs {
     Duration watchdog{};
     std::uint8_t reactions = kHoldOutputs;
     Instant deadline = kNever;
+    // What OutputState says of its writes.
+    std::string owner;
+    std::uint64_t applied = 0;
+    Instant applied_at{};
+    std::uint64_t refused = 0;
+    Instant refused_at{};
+    OutputRefusal refusal = OutputRefusal::none;
+    std::string refused_client;
   };
 
   // The layout must outlive it. Without groups in the configuration there is one, number 0, with
@@ -39,6 +50,12 @@ class Outputs {
   // Precondition: check() gave none. Arms or re-arms the group's watchdog. True if that was its
   // first write since the start or a reaction.
   bool accept(const OutputWrite& write, Instant now);
+
+  // A write to that group was refused, here or before it came here. No effect on unknown groups.
+  void note_refused(std::uint16_t group, OutputRefusal refusal, std::string_view client,
+                    Instant now);
+  // All of OutputState but its waits. Precondition: position < groups().size().
+  void describe(std::size_t position, OutputState& out) const;
 
   // The group whose watchdog is over at `now`; it is tripped by that. nullptr if none.
   const Group* expire(Instant now);

@@ -148,6 +148,7 @@ bool publish_all(dds::GatewayBridge& bridge) {
   bool ok = bridge.publish(line_info(), line_state(), at(1), properties());
   ok = bridge.publish(gateway_info(), at(1)) && ok;
   ok = bridge.publish(kLine, node_info(), node_state(), at(2), properties()) && ok;
+  ok = bridge.publish(kLine, output_state(), at(4)) && ok;
   ok = bridge.publish(kLine, layout()) && ok;
   ok = bridge.publish(kLine, snapshot()) && ok;
   for (std::uint64_t number = 1; number <= kEvents; ++number) {

@@ -93,6 +93,26 @@ inline line::NodeState node_state() {
   return state;
 }
 
+inline line::OutputState output_state() {
+  line::OutputState state;
+  state.group = 3;
+  state.name = "left";
+  state.owner = "hmi";
+  state.applied = 77;
+  state.refused = 2;
+  state.applied_at = at(7);
+  state.refused_at = at(8);
+  state.refusal = line::OutputRefusal::not_armed;
+  state.refused_client = "old";
+  state.arming = 9;
+  state.tripped = true;
+  state.watchdog = std::chrono::milliseconds(100);
+  state.deadline = at(4) + std::chrono::milliseconds(40);
+  state.waiting = 5;
+  state.waits = {{12, line::OutputWait::node}, {13, line::OutputWait::values}};
+  return state;
+}
+
 // 300 UNSIGNED16, of which 4 are in each PDO of nodes 1, 2, ...
 inline image::Layout layout() {
   image::Layout layout;

@@ -4,6 +4,7 @@
 #include "bridges/dds/event_samples.h"
 #include "bridges/dds/image_samples.h"
 #include "bridges/dds/output_samples.h"
+#include "bridges/dds/output_state_samples.h"
 #include "bridges/dds/state_samples.h"
 
 #include "tests/dds/known_values.h"
@@ -92,6 +93,31 @@ TEST(StateSamples, NodeStateComesBackWithTimesInUtc) {
   EXPECT_EQ(state.spontaneous_changes, sent.spontaneous_changes);
 }
 
+TEST(StateSamples, OutputStateComesBack) {
+  const line::OutputState sent = known::output_state();
+  v1::OutputState wire;
+  to_wire(sent, known::clock(), known::at(4), wire);
+  wire.time(known::kUtc + 4);
+  EXPECT_EQ(wire.watchdog_left_ns(), 40'000'000);
+  line::OutputState state;
+  from_wire(wire, known::clock(), state);
+  EXPECT_EQ(state.group, 3);
+  EXPECT_EQ(state.name, sent.name);
+  EXPECT_EQ(state.owner, sent.owner);
+  EXPECT_EQ(state.applied, sent.applied);
+  EXPECT_EQ(state.refused, sent.refused);
+  EXPECT_EQ(state.applied_at, sent.applied_at);
+  EXPECT_EQ(state.refused_at, sent.refused_at);
+  EXPECT_EQ(state.refusal, sent.refusal);
+  EXPECT_EQ(state.refused_client, sent.refused_client);
+  EXPECT_EQ(state.arming, sent.arming);
+  EXPECT_TRUE(state.tripped);
+  EXPECT_EQ(state.watchdog, sent.watchdog);
+  EXPECT_EQ(state.deadline, sent.deadline);
+  EXPECT_EQ(state.waiting, sent.waiting);
+  EXPECT_EQ(state.waits, sent.waits);
+}
+
 TEST(StateSamples, NeverStaysNever) {
   v1::NodeState wire;
   to_wire({}, {}, known::clock(), wire);
@@ -120,6 +146,7 @@ TEST(ImageSamples, SnapshotComesBack) {
   EXPECT_EQ(snapshot.bytes, sent.bytes);
   EXPECT_EQ(snapshot.changed, sent.changed);
   EXPECT_EQ(snapshot.valid, sent.valid);
+  EXPECT_EQ(snapshot.known, std::vector<std::uint64_t>(sent.valid.size())) << "of inputs nothing";
   ASSERT_EQ(snapshot.marks.size(), 1U);
   EXPECT_EQ(snapshot.marks[0].local_pdo, 2);
   EXPECT_EQ(snapshot.marks[0].remote_pdo, 2);
@@ -128,6 +155,19 @@ TEST(ImageSamples, SnapshotComesBack) {
   EXPECT_EQ(snapshot.marks[0].time, known::at(900));
   EXPECT_EQ(snapshot.marks[0].first_entry, 4U);
   EXPECT_EQ(snapshot.marks[0].entries, 4U);
+}
+
+TEST(ImageSamples, OutputsSayWhichEntriesAreKnown) {
+  image::Snapshot sent = known::snapshot();
+  sent.direction = image::Direction::outputs;
+  sent.known.assign(sent.valid.size(), 0x0F0F);
+  v1::ProcessImage wire;
+  ASSERT_TRUE(to_wire(sent, known::clock(), wire));
+  image::Snapshot snapshot;
+  ASSERT_TRUE(from_wire(wire, known::clock(), snapshot));
+  EXPECT_EQ(snapshot.known, sent.known);
+  wire.known().pop_back();
+  EXPECT_FALSE(from_wire(wire, known::clock(), snapshot));
 }
 
 TEST(ImageSamples, BitsOfTheContractCountFromTheLowEndOfEachOctet) {

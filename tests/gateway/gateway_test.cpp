@@ -20,6 +20,7 @@
 #include "gateway/clock.h"
 
 #include "tests/dds/own_domain.h"
+#include "tests/gateway/gateway_listener.h"
 #include "tests/gateway/log_keeper.h"
 #include "tests/gateway/plans.h"
 
@@ -51,79 +52,6 @@ lines:
     simulate: [{node: 6, profile: drive}]
 )";
 }
-
-class Listener : public dds::ClientListener {
- public:
-  void on_line(const dds::Source& source, const dds::LineInfo& info, const line::LineState& state,
-               const std::vector<dds::Property>& properties) override {
-    for (const dds::Property& property : properties) {
-      line_properties[property.name] = property.value;
-      if (property.name == "routes-1") {
-        routes[source.line] = property.value;
-      }
-    }
-    incarnation = source.incarnation;
-    lines[source.line] = state;
-    infos[source.line] = info;
-  }
-  void on_node(const dds::Source& source, const dds::NodeInfo& info, const line::NodeState& state,
-               const std::vector<dds::Property>&) override {
-    nodes[source.line + "/" + info.name] = state;
-  }
-  void on_layout(const dds::Source& source, const image::Layout& layout) override {
-    layouts[source.line + "/" + std::string(image::name(layout.direction))] = layout;
-  }
-  void on_image(const dds::Source& source, const image::Snapshot& snapshot) override {
-    auto& last = images[source.line + "/" + std::string(image::name(snapshot.direction))];
-    images_back += source.line == "open" && snapshot.sequence <= last.sequence ? 1 : 0;
-    last = snapshot;
-  }
-  void on_pdo(const dds::Source& source, const dds::PdoUpdate& update) override {
-    pdos[source.line] = update;
-  }
-  void on_event(const dds::Source& source, const Event& event, std::string_view text,
-                const std::vector<dds::Property>&) override {
-    auto& numbers = events[source.line];
-    gaps += !numbers.empty() && event.number != numbers.rbegin()->first + 1 ? 1 : 0;
-    numbers[event.number] = event;
-    texts.emplace_back(text);
-  }
-
-  void on_reply(const dds::Target&, const dds::CommandResult& result) override {
-    replies.push_back(result.reply.error);
-  }
-  void on_line_gone(std::string_view /*gateway*/, std::string_view line) override {
-    lines_gone.emplace_back(line);
-  }
-
-  bool happened(const std::string& line, EventKind kind) const {
-    const auto it = events.find(line);
-    if (it != events.end()) {
-      for (const auto& [number, event] : it->second) {
-        if (event.kind == kind) {
-          return true;
-        }
-      }
-    }
-    return false;
-  }
-
-  std::uint64_t incarnation = 0;
-  std::map<std::string, line::LineState> lines;
-  std::map<std::string, dds::LineInfo> infos;
-  std::map<std::string, std::string> line_properties;
-  std::map<std::string, std::string> routes;
-  std::map<std::string, line::NodeState> nodes;
-  std::map<std::string, image::Layout> layouts;
-  std::map<std::string, image::Snapshot> images;
-  std::map<std::string, dds::PdoUpdate> pdos;
-  std::map<std::string, std::map<std::uint64_t, Event>> events;
-  std::vector<std::string> texts;
-  std::vector<std::string> lines_gone;
-  std::vector<Error> replies;
-  int gaps = 0;
-  int images_back = 0;  // of line open: a sample with an older number
-};
 
 class GatewayTest : public testing::Test {
  protected:
@@ -184,7 +112,7 @@ class GatewayTest : public testing::Test {
 
   std::unique_ptr<Gateway> gateway_;
   std::unique_ptr<dds::Client> client_;
-  Listener seen_;
+  GatewayListener seen_;
 };
 
 TEST_F(GatewayTest, PublishesLinesNodesImagesAndEvents) {
@@ -282,15 +210,26 @@ TEST_F(GatewayTest, WritesOutputsThroughToTheDevice) {
     return result.reply.ok() && result.reply.data.size() == 1 &&
            result.reply.data[0] == std::byte{0xA1};
   }));
+  // The answer: applied, and transmitted to a node that is started.
+  const auto& answer = seen_.output_states["open"];
+  EXPECT_TRUE(until([&] { return answer.applied == 1 && answer.waiting == 0; }));
+  EXPECT_EQ(answer.group, 3);
+  EXPECT_EQ(answer.owner, client_->name());
 
   write.layout_id = outputs.id + 1;
   EXPECT_TRUE(client_->write_outputs(at("open"), write));
   EXPECT_TRUE(until([&] { return seen_.happened("open", EventKind::output_refused); }));
+  EXPECT_TRUE(until([&] { return answer.refused == 1; }));
+  EXPECT_EQ(answer.refusal, line::OutputRefusal::stale_layout);
+  EXPECT_EQ(answer.refused_client, client_->name());
+  EXPECT_EQ(answer.applied, 1U);
 
   line::OutputWrite forbidden;
   forbidden.layout_id = seen_.layouts["closed/outputs"].id;
   EXPECT_TRUE(client_->write_outputs(at("closed"), forbidden));
   EXPECT_TRUE(until([&] { return seen_.happened("closed", EventKind::output_refused); }));
+  EXPECT_TRUE(until(
+      [&] { return seen_.output_states["closed"].refusal == line::OutputRefusal::not_permitted; }));
 }
 
 // The log is kept before any thread runs that may write it, until none does.

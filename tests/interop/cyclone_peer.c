@@ -52,6 +52,7 @@ static void receive_all(void) {
   RECEIVE(GatewayState, GATEWAY_STATE, late, 1, 1, compare_gateway_state);
   RECEIVE(LineState, LINE_STATE, late, 1, 1, compare_line_state);
   RECEIVE(NodeState, NODE_STATE, late, 1, 1, compare_node_state);
+  RECEIVE(OutputState, OUTPUT_STATE, late, 1, 1, compare_output_state);
   RECEIVE(ImageLayout, IMAGE_LAYOUT, late, 1, 2, compare_image_layout);
   RECEIVE(ProcessImage, PROCESS_IMAGE, late, 1, 1, compare_process_image);
   RECEIVE(PdoUpdate, PDO_UPDATE, DDS_DURABILITY_VOLATILE, 1, 1, compare_pdo_update);

@@ -103,6 +103,31 @@ void compare_line_state(const linegate_v1_LineState* s) {
   compare_properties(&s->properties);
 }
 
+void compare_output_state(const linegate_v1_OutputState* s) {
+  ADDRESS(s);
+  NUMBER(s->group, 3);
+  NUMBER(s->time, UTC + 4);
+  NUMBER(s->clock, linegate_v1_CLOCK_SYNCHRONISED);
+  TEXT(s->name, "left");
+  TEXT(s->owner, "hmi");
+  NUMBER(s->applied, 77);
+  NUMBER(s->refused, 2);
+  NUMBER(s->applied_time, UTC + 7);
+  NUMBER(s->refused_time, UTC + 8);
+  NUMBER(s->refusal, linegate_v1_OUTPUT_REFUSAL_NOT_ARMED);
+  TEXT(s->refused_client, "old");
+  NUMBER(s->arming, 9);
+  NUMBER(s->arming_wanted, true);
+  NUMBER(s->watchdog_ns, 100000000);
+  NUMBER(s->watchdog_left_ns, 40000000);
+  NUMBER(s->waiting_count, 5);
+  NUMBER(s->waiting._length, 2);
+  NUMBER(s->waiting._buffer[0].entry, 12);
+  NUMBER(s->waiting._buffer[0].reason, linegate_v1_OUTPUT_WAIT_NODE);
+  NUMBER(s->waiting._buffer[1].entry, 13);
+  NUMBER(s->waiting._buffer[1].reason, linegate_v1_OUTPUT_WAIT_VALUES);
+}
+
 void compare_node_state(const linegate_v1_NodeState* s) {
   ADDRESS(s);
   NUMBER(s->node, 42);

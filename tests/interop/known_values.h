@@ -7,6 +7,7 @@
 void compare_gateway_state(const linegate_v1_GatewayState* sample);
 void compare_line_state(const linegate_v1_LineState* sample);
 void compare_node_state(const linegate_v1_NodeState* sample);
+void compare_output_state(const linegate_v1_OutputState* sample);
 void compare_image_layout(const linegate_v1_ImageLayout* sample);
 void compare_process_image(const linegate_v1_ProcessImage* sample);
 void compare_pdo_update(const linegate_v1_PdoUpdate* sample);

@@ -1,0 +1,48 @@
+// What became of the writes to a group of outputs, and what its values wait for.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "stack/base/time.h"
+#include "stack/line/output_write.h"
+
+namespace linegate::line {
+
+// Why an output entry is not valid. Grows at the end only: DDS contract.
+enum class OutputWait : std::uint8_t {
+  value,     // it was never written and has no default
+  values,    // another entry of its PDO was never written and has no default
+  own_node,  // the own node is not Operational
+  node,      // the node that receives its PDO is not Operational
+  turn,      // the transmission type, the inhibit time or the bus
+};
+
+struct OutputState {
+  std::uint16_t group = 0;
+  std::string name;           // as configured
+  std::string owner;          // OutputWrite::client of the last write that was applied
+  std::uint64_t applied = 0;  // writes since the start of the line
+  std::uint64_t refused = 0;
+  Instant applied_at{};  // the last of them
+  Instant refused_at{};
+  OutputRefusal refusal = OutputRefusal::none;  // of the last that was refused
+  std::string refused_client;                   // its OutputWrite::client
+  std::uint64_t arming = 0;                     // of the last write that was applied
+  bool tripped = false;       // the watchdog fired: only another arming number is applied
+  Duration watchdog{};        // 0 = none
+  Instant deadline = kNever;  // when the watchdog fires
+  std::uint32_t waiting = 0;  // entries of the group that are not valid
+  struct Wait {
+    std::uint32_t entry = 0;  // of the output layout
+    OutputWait reason = OutputWait::value;
+
+    friend bool operator==(const Wait&, const Wait&) = default;
+  };
+  static constexpr std::size_t kMostWaits = 64;
+  std::vector<Wait> waits;  // the first kMostWaits of them
+};
+
+}  // namespace linegate::line
