@@ -146,7 +146,12 @@ class Session {
         break;
       }
       in_configuration_ = true;
-      found.push_back(lss::read_address(answer->data));
+      const Address address = lss::read_address(answer->data);
+      if (address == Address{} || std::ranges::find(found, address) != found.end()) {
+        context_.err << "a device answers fastscan in configuration state: the search ends here\n";
+        break;
+      }
+      found.push_back(address);
       if (!context_.json) {
         context_.out << lss_address_text(found.back()) << std::endl;
       }

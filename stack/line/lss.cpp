@@ -15,6 +15,8 @@ constexpr std::size_t kMostAsked = 32;
 constexpr Duration kHandsOff = std::chrono::minutes(1);
 // A bus on which nothing can be sent has nobody to be given a node-ID.
 constexpr Duration kStuck = std::chrono::seconds(1);
+// The boot of the network waits no longer than that for node-IDs; what is left is done beside it.
+constexpr Duration kLongestHold = std::chrono::seconds(30);
 constexpr std::uint16_t kLssIdentity = 0x1018;
 
 std::optional<std::uint32_t> described(const NodeConfig& node, std::uint8_t sub) {
@@ -93,6 +95,7 @@ void Lss::start(bool usable, Instant now) {
   if (usable) {
     holding_ = true;
     stuck_at_ = deadline(now, kStuck);
+    hold_until_ = deadline(now, kLongestHold);
     pump(now);
   }
 }
@@ -284,7 +287,8 @@ void Lss::advance(bool usable, Instant now) {
 }
 
 void Lss::release_if_stuck(Instant now) {
-  if (holding_ && ((now >= stuck_at_ && master_.wants_to_send()) || !usable_)) {
+  const bool stuck = now >= stuck_at_ && master_.wants_to_send();
+  if (holding_ && (stuck || !usable_ || now >= hold_until_)) {
     holding_ = false;
   }
   if (!holding_) {
@@ -312,6 +316,7 @@ void Lss::expire(Instant now) {
 
 Instant Lss::next_wake() const {
   Instant wake = earlier(master_.next_wake(), stuck_at_);
+  wake = holding_ ? earlier(wake, hold_until_) : wake;
   if (usable_ && !master_.busy()) {
     wake = earlier(wake, std::max(next_round_, hands_off_until_));
   }

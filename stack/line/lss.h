@@ -77,6 +77,7 @@ class Lss final : lss::AssignerHost {
   unsigned told_parts_ = 0;
   Instant next_round_ = kNever;
   Instant hands_off_until_{};  // a person has devices in configuration
+  Instant hold_until_ = kNever;
   Instant stuck_at_ = kNever;  // while holding: a frame that waits then cannot be sent
   std::deque<Reply> replies_;
   can::Traffic sent_;

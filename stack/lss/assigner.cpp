@@ -32,6 +32,9 @@ std::string_view describe(Verdict verdict) {
       return "fell silent before it had its node-ID";
     case Verdict::nobody_found:
       return "a device has no node-ID, and neither a known address nor fastscan finds it";
+    case Verdict::answers_in_configuration:
+      return "a device answers fastscan in configuration state, which hides others: give it a "
+             "node-ID by its address, or take it off the line";
   }
   return "unknown";
 }
@@ -72,6 +75,8 @@ void Assigner::begin() {
   }
   step_ = Step::clear;
   begun_ = nodes_done_ = any_parked_ = selecting_ = false;
+  parked_.clear();
+  checked_.reset();
   target_ = 0;
   finds_ = repeats_ = 0;
   found_.clear();
@@ -134,6 +139,7 @@ void Assigner::answered(const Answer& answer) {
       return;
     case Step::clear:
       any_parked_ = false;
+      parked_.clear();
       step_ = selecting_ ? Step::select : Step::ask;
       return;
     case Step::ask:
@@ -273,6 +279,10 @@ void Assigner::scanned(bool yes) {
 }
 
 void Assigner::nobody_there() {
+  if (std::exchange(checked_, std::nullopt)) {
+    is_rest() ? scan_rest() : try_target();
+    return;
+  }
   if (!is_rest()) {
     next_target();
   } else if (parking_ < strangers_.size()) {
@@ -286,9 +296,41 @@ void Assigner::nobody_there() {
   }
 }
 
+bool Assigner::is_parked(const Address& address) const {
+  return std::ranges::find(parked_, address) != parked_.end();
+}
+
+// A slave that goes on answering in configuration state: what fastscan finds beside it means
+// nothing. Known addresses have had their turn.
+void Assigner::disturbed(const Address& address) {
+  nodes_done_ = true;
+  report({.verdict = Verdict::answers_in_configuration, .node = 0, .address = address});
+  step_ = Step::last;
+}
+
+// Serial numbers of one device type that never end may come from one slave. True if the first of
+// them is asked: in configuration state it is silent.
+bool Assigner::check_parked(const Address& newest) {
+  const auto alike = std::ranges::find_if(parked_, [&newest](const Address& address) {
+    return address != newest &&
+           std::equal(address.begin(), address.begin() + kSerial, newest.begin());
+  });
+  if (alike == parked_.end()) {
+    return false;
+  }
+  checked_ = *alike;
+  scan_for({(*alike)[kVendor], (*alike)[kProduct], (*alike)[kRevision], (*alike)[kSerial]});
+  return true;
+}
+
 void Assigner::identified(const Address& address, bool sure) {
+  if (is_parked(address) || address == Address{}) {
+    disturbed(address);
+    return;
+  }
   if (is_rest() && parking_ < strangers_.size()) {
     any_parked_ = true;
+    parked_.push_back(address);
     ++parking_;
     scan_rest();
     return;
@@ -307,15 +349,17 @@ void Assigner::identified(const Address& address, bool sure) {
 void Assigner::park(Verdict why, std::uint8_t node, const Address& address) {
   any_parked_ = true;
   report({.verdict = why, .node = node, .address = address});
-  if (!is_rest()) {
-    try_target();
-    return;
+  if (is_rest()) {
+    if (strangers_.size() < kMostKept) {
+      strangers_.push_back(address);
+    }
+    parking_ = strangers_.size();
   }
-  if (strangers_.size() < kMostKept) {
-    strangers_.push_back(address);
+  const bool checks = check_parked(address);
+  parked_.push_back(address);
+  if (!checks) {
+    is_rest() ? scan_rest() : try_target();
   }
-  parking_ = strangers_.size();
-  scan_rest();
 }
 
 // One that was given the node-ID in this round may not have said its boot-up yet.
@@ -385,6 +429,7 @@ void Assigner::conclude(Verdict verdict, const Answer& answer) {
 
 void Assigner::left() {
   any_parked_ = selecting_ = false;
+  parked_.clear();
   const bool given = result_ && has_node_id(result_->verdict);
   if (result_) {
     report(*result_);

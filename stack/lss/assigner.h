@@ -39,6 +39,7 @@ enum class Verdict : std::uint8_t {
   not_stored,          // with an error, or none; it has its node-ID until it is switched off
   no_answer,           // it fell silent before it had its node-ID
   nobody_found,        // somebody has no node-ID, but no known address and no fastscan finds it
+  answers_in_configuration,  // it answers fastscan in configuration state: the search ends
 };
 
 // In words, of "a device without a node-ID".
@@ -126,6 +127,9 @@ class Assigner {
   void scanned(bool yes);
   void nobody_there();
   void identified(const Address& address, bool sure);
+  bool is_parked(const Address& address) const;
+  void disturbed(const Address& address);
+  bool check_parked(const Address& newest);
   void park(Verdict why, std::uint8_t node, const Address& address);
   void select(const Address& address, std::uint8_t node);
   void gave(const Answer& answer);
@@ -147,8 +151,10 @@ class Assigner {
   std::size_t target_ = 0;
   bool begun_ = false;  // somebody has no node-ID: a target was tried
   bool nodes_done_ = true;
-  bool any_parked_ = false;  // somebody is in configuration who is given nothing
-  std::size_t parking_ = 0;  // of strangers_, in the rest
+  bool any_parked_ = false;         // somebody is in configuration who is given nothing
+  std::size_t parking_ = 0;         // of strangers_, in the rest
+  std::vector<Address> parked_;     // in configuration, as far as known
+  std::optional<Address> checked_;  // of these, the one that must not answer to scan_
   Fastscan scan_;
   bool selecting_ = false;  // address_ and node_ mean something
   Address address_{};

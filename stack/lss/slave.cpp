@@ -196,7 +196,8 @@ bool Slave::fastscan(const Message& request, can::TransmitQueue& out) {
       next_sub >= kParts) {
     return false;
   }
-  if (state_ != SlaveState::waiting || !unconfigured()) {
+  const bool answers = state_ == SlaveState::waiting || answers_in_configuration_;
+  if (!answers || !unconfigured()) {
     return true;
   }
   if (bit_check == kScanBegins) {

@@ -43,6 +43,10 @@ class Slave {
   // host may be nullptr; it must outlive the slave.
   Slave(const Address& address, SlaveHost* host) : address_(address), host_(host) {}
 
+  // Of a simulated device: it goes on answering fastscan in configuration state, which slaves of
+  // other makes do.
+  void set_answers_in_configuration(bool answers) { answers_in_configuration_ = answers; }
+
   // The device starts with what it keeps.
   void power_on(const Settings& kept);
   // NMT reset node, or reset communication; gives the node-ID the device has from now on.
@@ -95,6 +99,7 @@ class Slave {
   std::uint8_t position_ = 0;    // of fastscan
   bool reset_wanted_ = false;
   bool storing_ = false;
+  bool answers_in_configuration_ = false;
   Settings to_store_;
   Phase phase_ = Phase::none;
   Duration delay_{};

@@ -174,6 +174,36 @@ TEST_F(Assignment, AStrangerIsToldOnceAndTheNextOneToo) {
   EXPECT_TRUE(nobody_in_configuration());
 }
 
+// CANopenNode's slave answers fastscan in configuration state, too.
+TEST_F(Assignment, ASlaveThatAnswersInConfigurationEndsTheSearchAndIsToldOnce) {
+  add(address_of(7, 1)).slave.set_answers_in_configuration(true);
+  add(address_of(1, 501));
+  add(address_of(2, 9));
+  make({{.node = 5, .address = known(1, 501)}, {.node = 6, .address = known(2)}});
+  const Told first = round();
+  EXPECT_EQ(first, (Told{{Verdict::given, 5},
+                         {Verdict::given, 6},
+                         {Verdict::unknown_device, 0},
+                         {Verdict::answers_in_configuration, 0}}));
+  EXPECT_LT(services, 1000);
+  EXPECT_TRUE(nobody_in_configuration());
+  services = 0;
+  add(address_of(1, 502));
+  EXPECT_LE(round().size(), 1U) << "it may be told as what it is from now on";
+  EXPECT_EQ(round(), Told{});
+  EXPECT_LT(services, 1000);
+}
+
+TEST_F(Assignment, ASlaveThatAnswersInConfigurationHidesNoKnownLateComer) {
+  add(address_of(7, 1)).slave.set_answers_in_configuration(true);
+  make({{.node = 5, .address = known(1, 501)}});
+  (void)round();
+  add(address_of(1, 501));
+  const Told late = round();
+  EXPECT_EQ(std::ranges::count(late, std::pair{Verdict::given, 5}), 1);
+  EXPECT_EQ(node_id(1), 5);
+}
+
 TEST_F(Assignment, SeveralNodesOfOneIdentityAreToldApartByWhoIsThere) {
   add(address_of(1, 1));
   make({{.node = 5, .address = known(1)}, {.node = 6, .address = known(1)}});
