@@ -48,7 +48,8 @@ void check_way(std::span<const std::byte> data) {
     LINEGATE_EXPECT(data.size() == 1);
     return;
   }
-  LINEGATE_EXPECT(data[0] == std::byte{line::kByPdo} && data.size() == 4);
+  // Then the entries that it waits for, four bytes each.
+  LINEGATE_EXPECT(data[0] == std::byte{line::kByPdo} && data.size() >= 4 && data.size() % 4 == 0);
   LINEGATE_EXPECT(std::to_integer<std::size_t>(data[3]) < line::kPdoWaits);
 }
 
