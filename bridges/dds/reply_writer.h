@@ -25,7 +25,7 @@ namespace linegate::dds {
 
 class ReplyWriter {
  public:
-  // endpoints must outlive it, and tells whether the writer could be created.
+  // endpoints must outlive it, and reports whether the writer could be created.
   // renew_after: replies, after which a new writer takes the place of the old one when every reader
   // has all of them (renewed_writer.h says why).
   ReplyWriter(Endpoints& endpoints, std::uint64_t renew_after);

@@ -24,8 +24,8 @@ class StateWriter {
  public:
   using Sample = typename PubSubType::type;
 
-  // endpoints must outlive it, and tells whether the writer could be created. renew_after: samples,
-  // see RenewedWriter.
+  // endpoints must outlive it, and reports whether the writer could be created. renew_after:
+  // samples, see RenewedWriter.
   StateWriter(Endpoints& endpoints, const std::string& topic, std::uint64_t renew_after)
       : writer_(endpoints, renew_after, RenewedWriter::Keep::until_received,
                 [&endpoints, topic] { return endpoints.writer<PubSubType>(topic); }) {}

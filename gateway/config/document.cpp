@@ -86,7 +86,7 @@ class ValueCounter : public YAML::EventHandler {
   std::unordered_map<YAML::anchor_t, std::size_t> sizes_;
 };
 
-// Tells where the second document begins.
+// Reports where the second document begins.
 class Second : public YAML::EventHandler {
  public:
   explicit Second(Findings& findings) : findings_(findings) {}
