@@ -352,9 +352,13 @@ void BootSlave::state_unknown() {
   services_.host.node_data_invalid(plan_.id);
 }
 
+// Each attempt to boot a silent node ends here; the first one alone changes what is shown.
 void BootSlave::missing() {
+  const bool is_news = node_.presence != Presence::missing || node_.state != nmt::State::unknown;
   node_.presence = Presence::missing;
-  state_unknown();
+  if (is_news) {
+    state_unknown();
+  }
 }
 
 // A node without boot slave process may be started by another application.
