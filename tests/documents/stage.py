@@ -1,0 +1,198 @@
+"""Where the commands of a document are run: a copy of what they name, in a network of its own, with devices."""
+
+import json
+import os
+import re
+import shutil
+import signal
+import struct
+import subprocess
+import time
+
+from plant_process import EDS, PATIENCE, SOURCES, Failure
+
+INTERFACE = re.compile(r"socketcan:(v?can)(\d+)(\?[^\s\"'#},]*)?")
+# The lines of a plant on interfaces that other programs reach, and their nodes.
+LINE = re.compile(r"interface: \"?(udp:[^\s\"]+)\"?\n((?:    .*\n|\n)*)")
+NODE = re.compile(r"\bid: (\d+).*?eds: ([^\s,}]+)", re.DOTALL)
+# A plant of which the documents say that it is there, too: another gateway with network 12.
+BEYOND = "beyond.yaml"
+BEYOND_PLANT = """schema: 1
+gateway: {name: beyond}
+lines:
+  - name: far
+    interface: "simulated:"
+    network_id: 12
+    nodes: [{id: 5, eds: bridges/sim/eds/digital-io.eds, heartbeat: 500ms}]
+    simulate: [{node: 5, profile: digital-io}]
+"""
+# Commands that end with a signal. Each goes on until the condition is true, then gets SIGINT.
+UNTIL_OUTPUT = ("linegate events", "linegate record", "linegate --json monitor")
+UNTIL_END_OF_BLOCK = ("linegate listen", "linegate trace")
+INTERRUPTED = (0, 128 + signal.SIGINT, -signal.SIGINT)
+
+
+def on_this_machine(text):
+    """The text with interfaces and folders that are here: a multicast group for a CAN interface, /etc below the copy."""
+    def group(found):
+        number = int(found[2]) + (1 if found[1] == "can" else 11)
+        return f"udp:239.74.163.{100 + number}:{43200 + number}"
+    return INTERFACE.sub(group, text).replace("/etc/linegate", "etc/linegate")
+
+
+def crc(data):
+    """CRC of the programs that the simulated drive takes."""
+    value = 0
+    for octet in data:
+        value ^= octet << 8
+        for _ in range(8):
+            value = (value << 1 ^ 0x1021) & 0xFFFF if value & 0x8000 else value << 1
+    return value
+
+
+def program(identification, size):
+    """A program (1F50h) for the simulated drive."""
+    content = bytes(i * 7 & 0xFF for i in range(size))
+    return b"LGFW" + struct.pack("<IH", identification, crc(content)) + content
+
+
+class Process:
+    """A command in a shell of its own, in a process group of its own; its output goes to a file."""
+
+    def __init__(self, stage, text):
+        self.text = text
+        stage.started += 1
+        self.path = os.path.join(stage.folder, f"output-{stage.started}")
+        with open(self.path, "wb") as output:
+            self.shell = subprocess.Popen(["bash", "-c", on_this_machine(text)], cwd=stage.folder, env=stage.environment,
+                                          stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
+                                          start_new_session=True)
+
+    def output(self):
+        with open(self.path, encoding="utf-8", errors="replace") as file:
+            return file.read()
+
+    def signal(self, number):
+        """Sends a signal to all that the command started."""
+        try:
+            os.killpg(self.shell.pid, number)
+        except ProcessLookupError:
+            pass
+
+    def wait(self):
+        """Its exit status; fails when it does not end."""
+        try:
+            return self.shell.wait(timeout=PATIENCE)
+        except subprocess.TimeoutExpired as late:
+            self.signal(signal.SIGKILL)
+            raise Failure(f"does not end: {self.text}\n{self.output()}") from late
+
+    def group_ended(self):
+        try:
+            os.killpg(self.shell.pid, 0)
+        except ProcessLookupError:
+            return True
+        return False
+
+
+class Stage:
+    """A folder with what the documents name, and the programs that their commands started in it."""
+
+    def __init__(self, folder, programs):
+        self.folder, self.started = folder, 0
+        self.background = []
+        self.environment = {**os.environ, "LC_ALL": "C", "TZ": "UTC"}
+        os.makedirs(os.path.join(folder, "build/release"))
+        os.symlink(programs, os.path.join(folder, "build/release/bin"))
+        shutil.copytree(os.path.join(SOURCES, "deploy"), os.path.join(folder, "deploy"))
+        shutil.copytree(os.path.join(SOURCES, "idl"), os.path.join(folder, "idl"))
+        shutil.copytree(EDS, os.path.join(folder, "bridges/sim/eds"))
+        for path in ("devices", "etc/linegate"):
+            os.makedirs(os.path.join(folder, path))
+        for name, profile in (("inlet", "digital-io"), ("ram", "drive")):
+            shutil.copy(os.path.join(EDS, f"{profile}.eds"), os.path.join(folder, f"devices/{name}.eds"))
+        with open(os.path.join(folder, "drive.bin"), "wb") as file:
+            file.write(program(0x00010002, 20_000))
+        self.write(BEYOND, BEYOND_PLANT)
+        for plant in ("vcan.yaml", "demo.yaml"):
+            self.write(f"deploy/plants/{plant}", self.read(f"deploy/plants/{plant}"))
+
+    def read(self, path):
+        with open(os.path.join(self.folder, path), encoding="utf-8") as file:
+            return file.read()
+
+    def write(self, path, text):
+        """Writes a file of the folder, with interfaces that are here."""
+        with open(os.path.join(self.folder, path), "w", encoding="utf-8") as file:
+            file.write(on_this_machine(text))
+
+    def run(self, text):
+        """The exit status and the output of a command that ends by itself."""
+        process = Process(self, text)
+        status = process.wait()
+        if not process.group_ended():
+            self.background.append(process)
+        return status, process.output()
+
+    def console(self, words):
+        """The output of linegate, or None while it has none."""
+        status, output = self.run(f"build/release/bin/linegate {words} 2>/dev/null")
+        return output if status == 0 else None
+
+    def until(self, what, condition):
+        last = time.monotonic() + PATIENCE
+        while not (found := condition()):
+            if time.monotonic() > last:
+                logs = "\n".join(process.output() for process in self.background)
+                raise Failure(f"not within {PATIENCE} s: {what}\n{logs}")
+            time.sleep(0.1)
+        return found
+
+    def await_lines(self):
+        """Waits until every line that is there has its nodes."""
+        def ready():
+            lines = json.loads(self.console("--json lines") or "{}").get("lines", [])
+            return lines and all(line.get("nodes_operational") == line.get("nodes_configured") for line in lines)
+        self.until("all nodes of all lines are operational", ready)
+
+    def begin(self, text):
+        """Starts a program that runs until something else is begun."""
+        process = Process(self, text)
+        self.background.append(process)
+        return process
+
+    def gateway(self, text):
+        """Starts the gateway of a document, with the devices of its plant, in the place of what runs."""
+        self.end()
+        plant = next(word for word in text.split() if word.endswith(".yaml"))
+        for interface, nodes in LINE.findall(self.read(plant)):
+            devices = [(node, self.profile(os.path.join(os.path.dirname(plant), file))) for node, file in NODE.findall(nodes)]
+            words = " ".join(f"--device {profile}:{node}" for node, profile in devices)
+            self.begin(f"build/release/bin/linegate simulate {interface} {words}")
+        self.begin(f"build/release/bin/linegated {BEYOND}")
+        self.begin(text)
+        self.await_lines()
+
+    def profile(self, file):
+        """The simulated device of which the device file is a copy."""
+        return next(name[:-4] for name in os.listdir(EDS) if name.endswith(".eds") and self.read(file) == self.read(
+            f"bridges/sim/eds/{name}"))
+
+    def end(self):
+        """Ends all that runs, the newest first; each has to stop in good order."""
+        wrong = []
+        for process in reversed(self.background):
+            process.signal(signal.SIGTERM)
+            status = process.wait()
+            if status not in (0, 128 + signal.SIGTERM, -signal.SIGTERM):
+                wrong.append(f"ended with {status}: {process.text}\n{process.output()}")
+            last = time.monotonic() + PATIENCE
+            while not process.group_ended() and time.monotonic() < last:
+                time.sleep(0.02)
+        self.background = []
+        if wrong:
+            raise Failure("\n".join(wrong))
+
+    def kill(self):
+        for process in self.background:
+            process.signal(signal.SIGKILL)
