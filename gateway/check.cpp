@@ -89,11 +89,9 @@ InterfaceNames interface_names(const config::Plant& plant) {
 
 // They are the same of every line that routes.
 std::vector<routing::Route> routes_of(const config::Plant& plant) {
-  for (const auto& line : plant.lines) {
-    if (line.config.routing.interface != 0)
-      return line.config.routing.routes;
-  }
-  return {};
+  const auto at = std::ranges::find_if(
+      plant.lines, [](const auto& line) { return line.config.routing.interface != 0; });
+  return at == plant.lines.end() ? std::vector<routing::Route>() : at->config.routing.routes;
 }
 
 class Text {
@@ -245,6 +243,8 @@ class Text {
           c.own_start ? "by itself" : "by the application", lost_text(c.on_error),
           c.boot_time == Duration::zero() ? "any time" : format_duration(c.boot_time),
           c.nmt_inhibit == Duration::zero() ? "0" : format_duration(c.nmt_inhibit));
+    } else if (c.role == line::Role::device) {
+      add("  started by {}; nodes are observed\n", c.own_start ? "itself" : "its master");
     }
   }
 

@@ -72,6 +72,7 @@ DeviceFile own_eds(const line::LineConfig& config) {
   sheet.file.description = "Own node of line " + config.name;
   sheet.info.bit_rates.assign(std::begin(eds::kBitRates), std::end(eds::kBitRates));
   sheet.info.boot_up_master = config.role == line::Role::manager;
+  sheet.info.boot_up_slave = config.role == line::Role::device;
   return {.ok = true, .content = eds::write_eds(sheet)};
 }
 

@@ -154,8 +154,8 @@ void check_clash(Findings& findings, const line::LineConfig& config,
   }
 }
 
-// Of a line that manages others, or has a node of its own.
-void tell_what_devices_do_not_have(Section& section) {
+// Keys of a line that has a node of its own.
+void report_keys_of_an_own_node(Section& section) {
   for (const char* key : {"node_id",      "heartbeat",        "sync",           "time",
                           "sdo_timeout",  "save_timeout",     "load_timeout",   "pdo_update_time",
                           "reset_nodes",  "start_nodes",      "startup",        "identity",
@@ -165,8 +165,8 @@ void tell_what_devices_do_not_have(Section& section) {
     const YAML::Node node = section.find(key);
     if (node.IsDefined()) {
       section.findings().error(place_of(node), std::string(key) +
-                                                   " is not for a line with the role device, "
-                                                   "which has devices instead");
+                                                   " is not for a line with devices: it has no "
+                                                   "node of its own beside them");
     }
   }
 }
@@ -195,11 +195,15 @@ void read_devices(Section& section, LineSection& line) {
     }
     return;
   }
+  if (!list.IsDefined()) {
+    return;  // one node of its own, below another master
+  }
   config.node_id = 0;
-  tell_what_devices_do_not_have(section);
+  report_keys_of_an_own_node(section);
   if (config.devices.empty() && section.valid()) {
-    findings.error(list.IsDefined() ? place_of(list) : section.place(),
-                   "a line with the role device has at least one device in devices");
+    findings.error(place_of(list),
+                   "devices is empty: name at least one, or leave the key out for a line whose own "
+                   "node, node_id, obeys another master");
   }
 }
 

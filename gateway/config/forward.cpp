@@ -154,7 +154,7 @@ class ForwardResolver {
     const std::string name = lines_.name(input.line) + "." + value.name;
     const auto show = [&](const End& end, Direction direction) {
       line::LineConfig& config = lines_.line(end.line).plan.config;
-      if (object && config.role == line::Role::manager) {
+      if (object && has_own_node(config)) {
         config.forwarding.objects.push_back(
             {*object, name, routing::ForwardedObject::Entry{direction, end.entry}});
       }

@@ -287,12 +287,12 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
     plan.storage.clear();
   }
   plan.config.stores_parameters = !plan.storage.empty();
+  read_devices(section, out);
   read_own_objects(section, plan.config);
   out.own_values = read_own_values(section, plan.config);
   plan.record = read_record(section, out.record_place);
   read_nodes(section, out);
   read_startup(section, plan.config);
-  read_devices(section, out);
   read_auto(section, plan);
   read_simulated(section, plan);
   out.own_pdos = read_own_pdos(findings, section.find("own_pdos"));

@@ -73,7 +73,7 @@ line::OwnObject read_own_object(Findings& findings, const YAML::Node& node, od::
 void read_own_objects(Section& section, line::LineConfig& config) {
   Findings& findings = section.findings();
   const YAML::Node node = section.find("own_objects");
-  if (!node.IsDefined() || config.role != line::Role::manager) {
+  if (!node.IsDefined() || !has_own_node(config)) {
     return;  // that has been said
   }
   Section list(findings, node, "own_objects");

@@ -95,10 +95,10 @@ class SharedObjects {
     if (section.own_pdos.empty()) {
       return;
     }
-    if (section.plan.config.role != line::Role::manager) {
+    if (!has_own_node(section.plan.config)) {
       findings_.error(section.own_pdos.front().place,
-                      "own_pdos are for a line with the role "
-                      "manager");
+                      "own_pdos are for a line with a node of its own: the role manager, or device "
+                      "without devices");
       return;
     }
     for (const SharedObjectSection& object : objects_) {

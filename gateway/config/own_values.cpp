@@ -114,7 +114,7 @@ void place_services(const std::vector<OwnValueSection>& values, line::LineConfig
 std::vector<OwnValueSection> read_own_values(Section& section, line::LineConfig& config) {
   std::vector<OwnValueSection> out;
   const YAML::Node node = section.find("own_values");
-  if (config.role != line::Role::manager) {
+  if (!has_own_node(config)) {
     section.find("own_concise_dcf");
     return out;  // that has been said
   }

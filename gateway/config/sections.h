@@ -140,6 +140,11 @@ struct LineSection {
   Place gateways_place;
 };
 
+// Whether the line has one node of its own, with the dictionary of a manager: a manager, and a line
+// in the role device without `devices:`, whose node obeys another master. Once devices were read.
+inline bool has_own_node(const line::LineConfig& config) {
+  return config.role != line::Role::observer && config.devices.empty();
+}
 // `lss:`. The role is known.
 void read_lss(Section& line, line::LineConfig& config);
 LineSection read_line(Findings& findings, const YAML::Node& node);
@@ -153,11 +158,11 @@ std::optional<Record> read_record(Section& line, Place& place);
 line::NodeConfig read_node(Findings& findings, const YAML::Node& node);
 // What of a node concerns its boot process.
 void read_boot(Section& section, line::NodeConfig& config);
-// `startup:`, after the nodes.
+// `startup:`, after the nodes and the role.
 void read_startup(Section& section, line::LineConfig& config);
 // Its device file, from `eds` or `dcf`; true if it could be read. what: "a node".
 bool read_device_file(Section& section, line::NodeConfig& config, std::string_view what);
-// `devices:`, for the role device; and what such a line does not have.
+// `devices:`, for the role device; and what a line with them does not have.
 void read_devices(Section& section, LineSection& line);
 // `bind:` of a device.
 void read_bindings(Findings& findings, const YAML::Node& node, std::uint8_t device,
@@ -204,11 +209,11 @@ std::optional<PdoName> parse_pdo_name(const std::string& text);
 std::optional<std::uint8_t> read_transmission_type(Section& section, const YAML::Node& node);
 // `feeds_every_tpdo:` of a line.
 void read_feeds_every_tpdo(Section& section, LineSection& line);
-// `own_objects:` of a line, once its role and storage are known.
+// `own_objects:` of a line, once its role, devices and storage are known.
 void read_own_objects(Section& section, line::LineConfig& config);
-// `own_values:` and `own_concise_dcf:` of a line, once its role is known. Those that put SYNC, TIME
-// and EMCY on other identifiers are in config at once, for the line is made before the others are
-// resolved.
+// `own_values:` and `own_concise_dcf:` of a line, once its role and devices are known. Those that
+// put SYNC, TIME and EMCY on other identifiers are in config at once, for the line is made before
+// the others are resolved.
 std::vector<OwnValueSection> read_own_values(Section& section, line::LineConfig& config);
 // Once all lines are complete: LineConfig::own_values.
 void resolve_own_values(Findings& findings, std::vector<LineSection>& lines);

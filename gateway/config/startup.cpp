@@ -32,6 +32,7 @@ void read_sdo(Section& section, line::NodeConfig& config) {
 }  // namespace
 
 void read_startup(Section& section, line::LineConfig& config) {
+  config.own_start = config.role != line::Role::device;  // a device waits for its master
   const YAML::Node node = section.find("startup");
   if (!node.IsDefined()) {
     return;

@@ -229,7 +229,6 @@ std::vector<Diagnostic> check(const LineConfig& config) {
   return out;
 }
 
-// A device with one own node waits for its master to start it (1F80h bit 2).
 manager::Options manager_options(const LineConfig& config) {
   const bool manages = config.role == Role::manager;
   const bool as_found = std::ranges::any_of(config.nodes, &NodeConfig::as_found);
@@ -237,7 +236,7 @@ manager::Options manager_options(const LineConfig& config) {
           .sdo_timeout = config.sdo_timeout,
           .master = manages,
           .start_all = config.start_all,
-          .own_start = manages && config.own_start,
+          .own_start = config.own_start,
           .start_nodes = config.start_nodes,
           .on_error = config.on_error,
           .boot_time = config.boot_time,

@@ -155,6 +155,10 @@ void Line::Impl::start_sdo(Command command, bool write, Instant now) {
       return;
     }
   }
+  if (!manages()) {  // the default SDO servers are the master's (IXXAT 8.1.9)
+    refuse(command, Refusal::wrong_role, now);
+    return;
+  }
   if (!usable()) {
     refuse(command, Refusal::line_down, now);
     return;

@@ -35,6 +35,7 @@ FILES = {
     "usr/share/linegate/plant.schema.json",
     "usr/share/linegate/plants/below-a-plc.yaml",
     "usr/share/linegate/plants/demo.yaml",
+    "usr/share/linegate/plants/slave.yaml",
     "usr/share/linegate/plants/vcan.yaml",
     "usr/share/man/man1/linegate.1.gz",
     "usr/share/man/man5/plant.yaml.5.gz",

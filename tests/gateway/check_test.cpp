@@ -74,6 +74,20 @@ TEST(Check, SaysWhichDevicesALineIsAndWhatFollowsWhat) {
   EXPECT_EQ(json["bindings"].size(), 6U);
 }
 
+TEST(Check, SaysThatTheOwnNodeObeysAnotherMaster) {
+  const auto loaded = config::read(R"(schema: 1
+lines:
+  - {name: a, interface: 'virtual:p', role: device, node_id: 20}
+  - {name: b, interface: 'virtual:q', role: device, node_id: 21, startup: {own_start: true}}
+)",
+                                   "x.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(text, "device with node-ID 20, network-ID 1")) << text;
+  EXPECT_TRUE(contains(text, "started by its master; nodes are observed"));
+  EXPECT_TRUE(contains(text, "started by itself; nodes are observed"));
+}
+
 TEST(Check, SaysHowNetworksAreReachedAndWhoMayEnter) {
   const auto loaded = config::read(R"(schema: 1
 routes: [{to: 10..19, via: hall:5}]

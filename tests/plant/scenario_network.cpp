@@ -141,6 +141,7 @@ void Scenario::describe_line(Words& words) {
       plan.config.lss.store = true;
     } else if (key == "slave") {
       plan.config.role = line::Role::device;
+      plan.config.own_start = false;
     } else if (key == "strict-ixxat") {
       plan.config.strict_ixxat = true;
     } else if (key == "started-by-application") {

@@ -88,10 +88,10 @@ lines:
       - {id: 5, name: a, eds: bridges/sim/eds/drive.eds, objects: {"9999:9": 1}}
       - {id: 7}
 )")),
-      ElementsAre("plant.yaml:6:14: error: node_id is not for a line with the role device, "
-                  "which has devices instead",
-                  "plant.yaml:7:12: error: nodes is not for a line with the role device, "
-                  "which has devices instead",
+      ElementsAre("plant.yaml:6:14: error: node_id is not for a line with devices: it has no "
+                  "node of its own beside them",
+                  "plant.yaml:7:12: error: nodes is not for a line with devices: it has no "
+                  "node of its own beside them",
                   "plant.yaml:10:9: error: node-ID 5 is that of \"a\" already",
                   "plant.yaml:10:9: error: another device is called \"a\"",
                   "plant.yaml:10:68: error: bridges/sim/eds/drive.eds has no object 9999:09",
@@ -104,6 +104,52 @@ lines:
 )")),
               ElementsAre("plant.yaml:5:14: error: devices are for a line with the role device; a "
                           "manager has nodes"));
+}
+
+// IXXAT's slave mode (8.2).
+TEST(Devices, WithoutAnyTheOwnNodeOfTheLineObeysAnotherMaster) {
+  const auto loaded = read_devices(R"(schema: 1
+lines:
+  - name: below
+    interface: virtual:plc
+    role: device
+    node_id: 20
+    heartbeat: 250ms
+    identity: {vendor: 7}
+    storage: .
+    own_objects: {2100:1: {type: u16, access: rww, map: true}}
+    own_values: {1016:1: 0x007F01F4}
+    own_pdos: {rpdo9: {cob_id: 0x222, map: ["2100:1"]}}
+    nodes: [{id: 5, name: axis, eds: bridges/sim/eds/drive.eds, heartbeat: 200ms}]
+)");
+  ASSERT_THAT(device_messages(loaded), IsEmpty());
+  const line::LineConfig& config = loaded.value->lines.at(0).config;
+  EXPECT_EQ(config.node_id, 20);
+  EXPECT_FALSE(config.own_start) << "it waits for its master";
+  EXPECT_EQ(config.own_values.size(), 1U);
+  EXPECT_EQ(config.nodes.size(), 1U);
+  const auto made = line::Line::make(config);
+  ASSERT_TRUE(made.ok());
+  od::Dictionary& dictionary = (*made.value)->dictionary();
+  EXPECT_EQ(dictionary.number({0x1018, 1}), 7U);
+  EXPECT_EQ(dictionary.number({0x1F80, 0}), 4U) << "no master, not started by itself";
+  EXPECT_EQ(dictionary.number({0x2100, 1}), 0U);
+  EXPECT_EQ(dictionary.number({0x1408, 1}), 0x222U | 0x4000'0000U);
+}
+
+TEST(Devices, ALineWithoutAnyMayStartByItself) {
+  const auto loaded = read_devices(R"(schema: 1
+lines:
+  - {name: below, interface: virtual:plc, role: device, startup: {own_start: true}}
+)");
+  ASSERT_THAT(device_messages(loaded), IsEmpty());
+  EXPECT_TRUE(loaded.value->lines.at(0).config.own_start);
+  EXPECT_THAT(device_messages(read_devices(R"(schema: 1
+lines:
+  - {name: below, interface: virtual:plc, role: device, devices: []}
+)")),
+              ElementsAre("plant.yaml:3:66: error: devices is empty: name at least one, or leave "
+                          "the key out for a line whose own node, node_id, obeys another master"));
 }
 
 TEST(Devices, AnIoModuleNeedsNoFile) {

@@ -94,6 +94,45 @@ TEST_F(SlaveByOwnValuesTest, EntersOperationalByItselfWheneverItBoots) {
   EXPECT_EQ(line_->state().own_state, nmt::State::operational);
 }
 
+TEST_F(SlaveByOwnValuesTest, TheRoleDeviceWithoutDevicesIsTheSame) {
+  for (const bool by_itself : {false, true}) {
+    LineConfig config = config_with_axis();
+    config.role = Role::device;
+    config.own_start = by_itself;
+    make(std::move(config));
+    line_->start(now_);
+    pass(milliseconds(10));
+    EXPECT_EQ(line_->dictionary().number({0x1F80, 0}), by_itself ? 0U : 4U);
+    EXPECT_EQ(line_->state().own_state,
+              by_itself ? nmt::State::operational : nmt::State::pre_operational);
+    hear(0x000, {0x02, 0x7F});
+    EXPECT_EQ(line_->state().own_state, nmt::State::stopped);
+    hear(0x000, {0x82, 0x7F});
+    pass(milliseconds(10));
+    EXPECT_EQ(line_->state().own_state,
+              by_itself ? nmt::State::operational : nmt::State::pre_operational);
+    EXPECT_FALSE(has_node_control(sent()));
+  }
+}
+
+// The default SDO servers of other nodes are those of the master (IXXAT 8.1.9).
+TEST_F(SlaveByOwnValuesTest, ADeviceStartsNoSdoToOtherNodes) {
+  LineConfig config = config_with_axis();
+  config.role = Role::device;
+  make(std::move(config));
+  line_->start(now_);
+  pass(milliseconds(10));
+  (void)sent();
+  for (const auto kind : {CommandKind::sdo_read, CommandKind::sdo_write}) {
+    line_->execute({.kind = kind, .node = 5, .index = 0x1000, .data = {}}, now_);
+    Reply reply;
+    ASSERT_TRUE(line_->take_reply(reply));
+    EXPECT_EQ(reply.error, to_error(Refusal::wrong_role));
+  }
+  pass(milliseconds(10));
+  EXPECT_THAT(sent(), testing::Not(testing::Contains(testing::StartsWith("605#"))));
+}
+
 TEST_F(SlaveByOwnValuesTest, CommandsThatWaitAreNotSentByASlave) {
   LineConfig config = config_with_axis();
   config.nmt_inhibit = milliseconds(100);
