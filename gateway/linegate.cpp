@@ -491,8 +491,9 @@ class Program {
   void add_object(CLI::App* command, const char* words) {
     command->add_option("node", texts_.node, "LINE:NODE")->required();
     command->add_option("object", words_, words)->required()->expected(1, 4);
-    command->add_option("--via", texts_.via,
-                        "ask through the gateway, as a client on this line would");
+    command->add_option(
+        "--via", texts_.via,
+        "in the place of a device on this line: the rules enter: of the line with the node apply");
   }
 
   int run_scan(console::Context& context) {

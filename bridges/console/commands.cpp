@@ -164,6 +164,7 @@ const Line* find_via(Context& context, Model& model, SdoTarget& target, const st
   if (line == nullptr) {
     return nullptr;
   }
+  target.command.entry = line::kAsDevice;
   const auto number = parse_number(target.node.line, 0xFFFF, false);
   if (number && target.node.name.empty()) {
     ask_in_network(target, static_cast<std::uint16_t>(*number));

@@ -53,8 +53,8 @@ int trace(Context& context, std::uint64_t count, const std::function<bool()>& st
 // entry: number, name ("drive1.Controlword") or "NODE.INDEX:SUB" (hexadecimal index).
 int write(Context& context, const std::string& line, const std::string& entry,
           const std::string& value);
-// type empty: bytes, and the number they make. via: asked as a client on this line would,
-// through the gateway, even if the node's own line is known; empty: the shortest way.
+// type empty: bytes, and the number they make. via: requested as a device on this line would
+// (line::kAsDevice), even if the node's own line is known; empty: the shortest way.
 // cached: what a scan read is good enough.
 int sdo_read(Context& context, const std::string& node, const std::string& index,
              const std::string& sub, const std::string& type, const std::string& via = "",

@@ -51,6 +51,8 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
       to.network = std::exchange(to.code, std::uint16_t{0});
       if (to.network == 0)
         return "code is no network-ID";
+      if (to.entry > line::kAsDevice)
+        return "entry is not 0 or 1";
       [[fallthrough]];
     case line::CommandKind::sdo_read:
     case line::CommandKind::sdo_write:

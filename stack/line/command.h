@@ -24,8 +24,9 @@ enum class CommandKind : std::uint8_t {
   nmt,            // node (0 = all), nmt
   versions,       // -> text; answered by the gateway, never reaches a line
   network_read,   // network, node, index, sub -> data: sdo_read in another network (CiA 302-7), by
-                  // the cheapest route of 1F2Ch; in the line's own network sdo_read
-  network_write,  // network, node, index, sub, data
+                  // the cheapest route of 1F2Ch; in the line's own network sdo_read. entry: 0, or
+                  // kAsDevice
+  network_write,  // network, node, index, sub, data. entry as with network_read
   bus_restart,    // the CAN controller goes back to the bus after bus-off; carried out by the owner
                   // of the line, never reaches it
   routing_trace,  // code: for so many seconds (1..routing::Trace::kLongest) the line emits
@@ -109,6 +110,10 @@ constexpr Error to_error(Refusal refusal) {
 
 // Command::code of sdo_read: a value that the image of the inputs has, valid and in time, will do.
 inline constexpr std::uint16_t kFromImage = 1;
+// Command::entry of network_read and network_write: the request is that of a device on the bus of
+// this line. It comes from the network of the line, so the rules of access of the line that is
+// entered apply to it, beside what this process may do there; no route leads back over this line.
+inline constexpr std::uint32_t kAsDevice = 1;
 // Command::code of local_read: no value, but a list of the objects `index` to `entry` (0 = FFFFh),
 // see list_objects().
 inline constexpr std::uint16_t kListObjects = 2;

@@ -129,7 +129,8 @@ void Line::Impl::start_in_network(Command command, Instant now) {
                   .write = command.kind == CommandKind::network_write,
                   .data = std::move(command.data),
                   .timeout = share > Duration::zero() ? std::min(share, patience) : patience,
-                  .repeats = command.repeats},
+                  .repeats = command.repeats,
+                  .as_device = (command.entry & kAsDevice) != 0},
                  may_send_sdo(), now);
   take_completions(now);
 }

@@ -13,6 +13,7 @@ class Routing::ServerSide final : public routing::ClientSide {
   }
   void released(Instant /*now*/) override { server_.divert(false); }
   bool on_bus() const override { return true; }
+  bool is_device() const override { return true; }
 
  private:
   sdo::Server& server_;

@@ -16,11 +16,12 @@ namespace linegate::routing {
 
 enum class MessageKind : std::uint8_t {
   // An SDO connection, opened by the line on which the client asked. data as said, else 0.
-  sdo_open,     // network, node, gateway, hops, source: reserve a client channel for the connection
-  sdo_opened,   // the way is free
-  sdo_refused,  // the connection is over: refused, or ended on the target's side. data: abort code
-                // (U32, LE) in bytes 0..3
-  sdo_request,  // data: 8 bytes from client to server
+  sdo_open,    // network, node, gateway, hops, source, of_process: reserve a client channel for the
+               // connection
+  sdo_opened,  // the way is free
+  sdo_refused,   // the connection is over: refused, or ended on the target's side. data: abort code
+                 // (U32, LE) in bytes 0..3
+  sdo_request,   // data: 8 bytes from client to server
   sdo_response,  // data: 8 bytes from server to client
   sdo_close,     // the connection is over: ended on the client's side. data: abort code as above
   emcy,          // data: a forwarded EMCY, see README.md
@@ -37,6 +38,7 @@ struct Message {
   std::uint16_t source = 0;      // network it comes from; 0 = this process itself
   std::uint8_t node = 0;         // the target, 0 = the gateway itself
   std::uint8_t gateway = 0;  // next gateway on the interface `to`, 0 = the target is attached to it
+  bool of_process = false;   // the client is this process, whatever network source is
   std::array<std::byte, 8> data{};
 };
 static_assert(sizeof(Message) <= 32);

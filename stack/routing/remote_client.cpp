@@ -41,8 +41,10 @@ class RemoteClient::Transfer final : public ClientSide {
     const bool waits = !connected_ && !opening_ && client_.busy() && !queue_.empty();
     if (std::exchange(wants_connection_, false) || waits) {
       opening_ = true;
+      const std::uint8_t hops = request_.as_device ? 1 : 0;
       entrance_.request(
-          *this, encode(Indication{.network = request_.network, .node = request_.node, .hops = 0}),
+          *this,
+          encode(Indication{.network = request_.network, .node = request_.node, .hops = hops}),
           now);
       active = true;
     }
@@ -99,6 +101,7 @@ class RemoteClient::Transfer final : public ClientSide {
     opening_ = false;
   }
   bool on_bus() const override { return false; }
+  bool is_device() const override { return request_.as_device; }
 
  private:
   void begin(Instant now) {

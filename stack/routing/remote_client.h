@@ -23,6 +23,7 @@ struct RemoteRequest {
   Duration timeout{};             // for each answer, positive
   unsigned repeats = 0;           // as sdo::TransferOptions::repeats; also of an indication that
                                   // nobody answered (0504 0000h)
+  bool as_device = false;         // as a device on the bus of the line would request it
 };
 
 class RemoteClient {

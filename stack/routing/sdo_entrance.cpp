@@ -183,8 +183,12 @@ AbortCode SdoEntrance::refusal_of(const ClientSide& side, std::uint64_t word) co
   }
   const bool here = wanted.network == 0 || wanted.network == line_.network;
   // A node of this line: the way would go back where it came from.
-  return here && side.on_bus() && !is_this_gateway(wanted) ? AbortCode::invalid_value
-                                                           : AbortCode::none;
+  return here && side.is_device() && !is_this_gateway(wanted) ? AbortCode::invalid_value
+                                                              : AbortCode::none;
+}
+
+std::uint16_t SdoEntrance::source_of(const ClientSide& side) const {
+  return side.is_device() ? line_.network : std::uint16_t{0};
 }
 
 bool SdoEntrance::is_this_gateway(const Indication& wanted) const {
@@ -194,7 +198,9 @@ bool SdoEntrance::is_this_gateway(const Indication& wanted) const {
 
 void SdoEntrance::try_route(Connection& connection, Instant now) {
   const Indication wanted = decode_indication(connection.word);
-  const std::uint8_t not_over = connection.side->on_bus() ? config_.interface : std::uint8_t { 0 };
+  const std::uint8_t not_over = connection.side->is_device() ? config_.interface : std::uint8_t {
+    0
+  };
   const Table table = read_table(dictionary_);
   const Route* const route = table.find(wanted.network, not_over, connection.tried);
   if (route == nullptr) {
@@ -211,9 +217,10 @@ void SdoEntrance::try_route(Connection& connection, Instant now) {
       .hops = wanted.hops,
       .connection = connection.number,
       .network = wanted.network,
-      .source = connection.side->on_bus() ? line_.network : std::uint16_t{0},
+      .source = source_of(*connection.side),
       .node = wanted.node,
       .gateway = route->gateway,
+      .of_process = !connection.side->on_bus(),
   };
   if (!post_.send(open)) {
     refuse(connection, AbortCode::out_of_memory, now);
@@ -230,8 +237,7 @@ void SdoEntrance::route_failed(Connection& connection, AbortCode why, Instant no
 
 void SdoEntrance::refuse(Connection& connection, AbortCode why, Instant now) {
   ++counters_.refused;
-  tell_refused(events_, RoutedService::sdo,
-               connection.side->on_bus() ? line_.network : std::uint16_t{0},
+  tell_refused(events_, RoutedService::sdo, source_of(*connection.side),
                decode_indication(connection.word), why, now);
   give(connection, sdo::abort_word({}, why), now);
   release(connection, now);
@@ -411,7 +417,7 @@ void SdoEntrance::tell(const Connection& connection, EventKind kind, AbortCode w
   }
   const Indication wanted = decode_indication(connection.word);
   Event event{.time = now, .kind = kind};
-  store_le(event.data.data(), connection.side->on_bus() ? line_.network : std::uint16_t{0});
+  store_le(event.data.data(), source_of(*connection.side));
   store_le(event.data.data() + 2, wanted.network);
   event.data[4] = std::byte{wanted.node};
   event.data[5] = std::byte{connection.to};

@@ -29,8 +29,11 @@ class ClientSide {
   virtual bool response(std::uint64_t word, Instant now) = 0;
   // There is no connection any more, and all frames were taken.
   virtual void released(Instant now) = 0;
-  // On the bus of this line: the way never goes back there.
+  // Its frames are on the bus of this line.
   virtual bool on_bus() const = 0;
+  // A device on the bus of this line, or a client that takes the place of one: the request comes
+  // from the network of the line, and the way never goes back there.
+  virtual bool is_device() const = 0;
 
  private:
   friend class SdoEntrance;
@@ -76,6 +79,8 @@ class SdoEntrance {
   static void renumber(Connection& connection);
   void indication(ClientSide& side, std::uint64_t word, Instant now);
   AbortCode refusal_of(const ClientSide& side, std::uint64_t word) const;
+  // The network that the request of this client comes from; 0 = this process itself.
+  std::uint16_t source_of(const ClientSide& side) const;
   bool is_this_gateway(const Indication& wanted) const;
   void try_route(Connection& connection, Instant now);
   void route_failed(Connection& connection, AbortCode why, Instant now);

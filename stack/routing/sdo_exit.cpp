@@ -37,16 +37,20 @@ struct Permissions {
   bool write = false;
 };
 
-// source: the network it comes from, 0 = this process.
-Permissions permissions(const Config& config, std::uint16_t source) {
+// Of this process in the place of a device: what both may.
+Permissions permissions(const Config& config, const Message& open) {
+  const std::uint16_t source = open.source;
+  const bool of_process = open.of_process || source == 0;
+  const Permissions process{!of_process || config.process_reads,
+                            !of_process || config.process_writes};
   if (source == 0) {
-    return {config.process_reads, config.process_writes};
+    return process;
   }
   Permissions out;
   for (const AccessRule& rule : config.access) {
     if (source >= rule.first && source <= rule.last) {
-      out.read = out.read || rule.sdo_read;
-      out.write = out.write || rule.sdo_write;
+      out.read = out.read || (rule.sdo_read && process.read);
+      out.write = out.write || (rule.sdo_write && process.write);
     }
   }
   return out;
@@ -159,7 +163,7 @@ void SdoExit::open(const Message& message, Instant now) {
     ++counters_.unexpected;
     return;
   }
-  const auto [may_read, may_write] = permissions(config_, message.source);
+  const auto [may_read, may_write] = permissions(config_, message);
   if (!may_read && !may_write) {
     const AbortCode why = AbortCode::local_control;
     ++counters_.not_permitted;

@@ -203,6 +203,13 @@ TEST_F(Desk, ANetworkIsNamedByTheCode) {
   to_wire(outcome.command->command, back);
   EXPECT_EQ(back.code(), 0x0203);
   sample.id(12);
+  sample.entry(line::kAsDevice);
+  EXPECT_EQ(take(sample).command->command.entry, line::kAsDevice);
+  sample.id(13);
+  sample.entry(2);
+  EXPECT_EQ(take(sample).answer->text, "entry is not 0 or 1");
+  sample.id(14);
+  sample.entry(0);
   sample.kind(v1::COMMAND_NETWORK_WRITE);
   EXPECT_EQ(take(sample).answer->text, "there are no data to write");
 }

@@ -57,6 +57,14 @@ def connections_are_traced(plant):
     expect("the exit status of trace", code, 0)
 
 
+def the_rules_of_the_line_that_is_entered_hold(plant):
+    plant.command("sdo", "read", "--via", "press", "hall:8", *DEVICE_TYPE)
+    refused = plant.json("sdo", "read", "--via", "hall", "press:8", *DEVICE_TYPE, code=1)
+    expect("why hall may not enter press", refused["code"], 0x08000021)
+    refused = plant.json("sdo", "write", "--via", "press", "hall:8", "1017", "0", "u16", "500", code=1)
+    expect("why press may not write in hall", refused["code"], 0x06010002)
+
+
 def output(plant, name):
     """The value that the image of the outputs shows, and whether it is valid."""
     entries = plant.json("image", "press", "-o")["entries"]
@@ -86,6 +94,7 @@ def test(folder, linegated, linegate, profiles):
         plant.await_operational("press", 1)
         plant.await_operational("hall", 1)
         connections_are_traced(plant)
+        the_rules_of_the_line_that_is_entered_hold(plant)
         a_value_is_held_and_then_0(plant)
 
 

@@ -273,6 +273,7 @@ class RoutedRun {
                     .network = network,
                     .index = transfer.address.index,
                     .sub = transfer.address.sub,
+                    .entry = transfer.id % 2 == 0 ? line::kAsDevice : 0,
                     .data = transfer.write ? transfer.expected : std::vector<std::byte>{}},
                    world_.now());
     } else {

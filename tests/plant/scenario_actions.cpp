@@ -157,6 +157,7 @@ void Scenario::sdo_action(Words& words) {
   if (words.accept("network")) {
     request.kind = write ? line::CommandKind::network_write : line::CommandKind::network_read;
     request.network = static_cast<std::uint16_t>(words.number());
+    request.entry = words.accept("as-device") ? line::kAsDevice : 0;
   }
   if (words.accept("timeout")) {
     request.timeout = words.duration();

@@ -158,6 +158,7 @@ void World::carry() {
         if (to != lines_.end()) {
           (*to)->line->deliver(message, now_);
           turn_line(**to);
+          collect(**to);
         } else if (const auto back = routing::undeliverable(message)) {
           from->line->deliver(*back, now_);
         }

@@ -233,6 +233,7 @@ TEST_F(Commands, AnotherNetworkIsReachedOverTheCheapestLineThatIsKnown) {
   EXPECT_EQ(gateway_.last.kind, line::CommandKind::network_read);
   EXPECT_EQ(gateway_.last.network, 12);
   EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(gateway_.last.entry, 0U);
   EXPECT_EQ(sdo_write(context_, "19:6", "6040", "0", "u8", "1"), kDone);
   EXPECT_EQ(gateway_.last.kind, line::CommandKind::network_write);
   EXPECT_EQ(gateway_.last.network, 19);
@@ -244,7 +245,9 @@ TEST_F(Commands, ALineCanBeTheWayToAnother) {
   EXPECT_EQ(sdo_read(context_, "12:5", "1018", "1", "", "press"), kDone) << err_.str();
   EXPECT_EQ(gateway_.last.kind, line::CommandKind::network_read);
   EXPECT_EQ(gateway_.last.network, 12);
+  EXPECT_EQ(gateway_.last.entry, line::kAsDevice) << "as a device there would";
   EXPECT_EQ(sdo_write(context_, "press:5", "6040", "0", "u8", "1", "press"), kDone);
+  EXPECT_EQ(gateway_.last.entry, line::kAsDevice);
   EXPECT_EQ(gateway_.last.kind, line::CommandKind::network_write);
   EXPECT_EQ(gateway_.last.network, 3) << "that of press";
   EXPECT_EQ(sdo_read(context_, "press:own", "1018", "1", "", "press"), kFailed);

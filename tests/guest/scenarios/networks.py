@@ -172,10 +172,10 @@ def through_two_gateways(networks):
     name = networks.upload(PACK, BELT, 0x1008, 0)
     direct = networks.command("sdo", "read", f"pack:{BELT}", "1008", "0")["data"]
     check(f"and a name in segments: {name}", name == bytes.fromhex(direct))
-    answer = networks.command("sdo", "read", "--via", "west/hall", f"3:{BELT}", "1018", "1")
-    check("the console does, too", bytes.fromhex(answer["data"]) == struct.pack("<I", 0x4C47))
+    answer = networks.command("sdo", "read", "--via", "west/press", f"3:{BELT}", "1018", "1")
+    check("the console does, too, in the place of a device on press", bytes.fromhex(answer["data"]) == struct.pack("<I", 0x4C47))
     east.kill()
-    said = networks.refused("sdo", "read", "--via", "west/hall", f"3:{BELT}", "1018", "1")
+    said = networks.refused("sdo", "read", "--via", "west/press", f"3:{BELT}", "1018", "1")
     check(f"a gateway that is gone ends with an abort: {said}", "timed out" in said)
     eventually("nothing is left open", lambda: networks.counters("press")["open"] == 0)
     check("the gateway ends well", west.stop() == 0)

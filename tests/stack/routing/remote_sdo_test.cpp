@@ -1,0 +1,231 @@
+// Commands of the process itself for nodes of other networks, and those in the place of a device.
+#include <initializer_list>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/stack/routing/routed_lines.h"
+
+namespace linegate::routing::test {
+namespace {
+
+class RemoteSdo : public SdoRouting {
+ protected:
+  void read(std::uint16_t network, std::uint8_t node) {
+    line(1).execute({.tag = 7,
+                     .kind = line::CommandKind::network_read,
+                     .node = node,
+                     .network = network,
+                     .index = 0x1000},
+                    now_);
+    carry();
+  }
+  // In the place of a device on the bus of line 1.
+  void access_as_device(line::CommandKind kind, std::uint16_t network, std::uint8_t node) {
+    line::Command command{
+        .tag = 7, .kind = kind, .node = node, .network = network, .index = 0x1000};
+    command.entry = line::kAsDevice;
+    if (kind == line::CommandKind::network_write) {
+      command.data = {std::byte{1}};
+    }
+    line(1).execute(std::move(command), now_);
+    carry();
+  }
+  void read_as_device(std::uint16_t network, std::uint8_t node) {
+    access_as_device(line::CommandKind::network_read, network, node);
+  }
+  line::Reply reply() {
+    line::Reply out;
+    EXPECT_TRUE(line(1).take_reply(out));
+    return out;
+  }
+};
+
+TEST_F(RemoteSdo, AnotherLineOfTheProcessIsReachedDirectly) {
+  start();
+  read(2, 5);
+  EXPECT_EQ(sent(2), Frames{"605 4000100000000000"});
+  server({0x43, 0, 0x10, 0, 0x91, 1, 2, 3});
+  const line::Reply got = reply();
+  EXPECT_TRUE(got.ok());
+  EXPECT_EQ(got.data,
+            (std::vector<std::byte>{std::byte{0x91}, std::byte{1}, std::byte{2}, std::byte{3}}));
+  EXPECT_EQ(sent(1), Frames{});
+  expect_nothing_left();
+}
+
+TEST_F(RemoteSdo, AGatewayOnTheOwnLineIsToldTheNetworkFirst) {
+  of_line(1).routes.push_back({.first = 5, .last = 5, .interface = 1, .gateway = 9});
+  start();
+  for (int i = 0; i < 2; ++i) {  // each transfer needs an indication of its own
+    read(5, 33);
+    EXPECT_EQ(sent(1), Frames{"609 E005002101000000"});
+    hear(1, 0x589, {0xE0, 5, 0, 33, 1, 0, 0, 0});
+    EXPECT_EQ(sent(1), Frames{"609 4000100000000000"});
+    hear(1, 0x589, {0x4F, 0, 0x10, 0, 5, 0, 0, 0});
+    EXPECT_EQ(reply().data, std::vector<std::byte>{std::byte{5}});
+  }
+  expect_nothing_left();
+}
+
+TEST_F(RemoteSdo, EachWayToFailHasItsCode) {
+  of_line(1).routes.push_back({.first = 5, .last = 5, .interface = 1, .gateway = 9});
+  start();
+  read(8, 1);
+  EXPECT_EQ(reply().error, to_error(AbortCode::invalid_value));  // no route
+  read(5, 33);
+  hear(1, 0x589, {0x80, 0, 0, 0, 1, 0, 4, 5});
+  EXPECT_EQ(reply().error, to_error(AbortCode::command_specifier));  // no gateway
+  read(5, 33);
+  pass(milliseconds(1100));
+  EXPECT_EQ(reply().error, to_error(AbortCode::timeout));  // it does not answer
+  read(2, 5);
+  pass(milliseconds(1100));
+  EXPECT_EQ(reply().error, to_error(AbortCode::timeout));  // nor does the target
+  read(2, 200);
+  EXPECT_EQ(reply().error, to_error(line::Refusal::bad_request));
+  for (const std::uint8_t node : std::initializer_list<std::uint8_t>{0, 5, 127}) {
+    read(0, node);  // no network-ID
+    EXPECT_EQ(reply().error, to_error(line::Refusal::bad_request));
+  }
+  expect_nothing_left();
+}
+
+TEST_F(RemoteSdo, ACommandsOwnTimeoutFreesTheWay) {
+  start();
+  line(1).execute({.tag = 7,
+                   .kind = line::CommandKind::network_read,
+                   .node = 5,
+                   .network = 2,
+                   .index = 0x1000,
+                   .timeout = milliseconds(100)},
+                  now_);
+  carry();
+  pass(milliseconds(110));
+  EXPECT_FALSE(reply().ok());
+  EXPECT_EQ(sent(2), (Frames{"605 4000100000000000", "605 8000100000000405"}));
+  expect_nothing_left();
+}
+
+TEST_F(RemoteSdo, InThePlaceOfADeviceIsRefusedWhereNoRuleAdmitsItsNetwork) {
+  of_line(2).access = {{.first = 2, .last = 9, .sdo_read = true, .sdo_write = true}};
+  start();
+  read_as_device(2, 5);
+  EXPECT_EQ(reply().error, to_error(AbortCode::local_control));
+  EXPECT_EQ(sent(2), Frames{});
+  const auto refused = events(2, EventKind::routing_refused, EventKind::routing_refused);
+  ASSERT_EQ(refused.size(), 1U);
+  EXPECT_EQ(load_le<std::uint16_t>(refused[0].data.data()), 1U) << "the network of line 1";
+  EXPECT_EQ(counters(2).not_permitted, 1U);
+  read(2, 5);  // as the process itself
+  EXPECT_EQ(sent(2), Frames{"605 4000100000000000"});
+}
+
+TEST_F(RemoteSdo, InThePlaceOfADeviceReadsAndWritesAsTheRuleSays) {
+  of_line(2).access = {{.first = 1, .last = 1, .sdo_read = true}};
+  start();
+  read_as_device(2, 5);
+  EXPECT_EQ(sent(2), Frames{"605 4000100000000000"});
+  server({0x4F, 0, 0x10, 0, 5, 0, 0, 0});
+  EXPECT_EQ(reply().data, std::vector<std::byte>{std::byte{5}});
+  access_as_device(line::CommandKind::network_write, 2, 5);
+  EXPECT_EQ(reply().error, to_error(AbortCode::read_only));
+  EXPECT_EQ(sent(1), Frames{});
+  expect_nothing_left();
+}
+
+TEST_F(RemoteSdo, InThePlaceOfADeviceCountsAHopAndDoesNotReturnToItsLine) {
+  with_next_gateway();
+  of_line(1).routes.push_back({.first = 5, .last = 5, .interface = 1, .gateway = 9});
+  start();
+  read_as_device(3, 7);
+  EXPECT_EQ(sent(2), Frames{"609 E003000702000000"});
+  pass(seconds(3));
+  (void)reply();
+  (void)sent(2);
+  read_as_device(5, 7);
+  EXPECT_EQ(reply().error, to_error(AbortCode::invalid_value));
+  EXPECT_EQ(sent(1), Frames{});
+  expect_nothing_left();
+}
+
+// A route that the gateway's configuration knows nothing of.
+class RemoteSdoByWrittenRoute : public RemoteSdo {
+ protected:
+  void start_with_route() {
+    start();
+    client({0x21, 0x2C, 0x1F, 2, 8, 0, 0, 0});
+    client({0x00, 4, 0, 4, 0, 2, 9, 1});  // network 4 over interface 2, next gateway 9
+    client({0x1D, 0, 0, 0, 0, 0, 0, 0});
+    client({0x2F, 0x2C, 0x1F, 0, 2, 0, 0, 0});
+    ASSERT_EQ(sent(1).back(), "5FF 602C1F0000000000");
+  }
+};
+
+TEST_F(RemoteSdoByWrittenRoute, DoesNotEnterALineThatIsClosedToTheProcess) {
+  of_line(2).process_reads = of_line(2).process_writes = false;
+  start_with_route();
+  read(4, 7);
+  EXPECT_EQ(reply().error, to_error(AbortCode::local_control));
+  EXPECT_EQ(sent(2), Frames{});
+  EXPECT_TRUE(told(2, EventKind::routing_refused, AbortCode::local_control));
+  EXPECT_EQ(counters(2).not_permitted, 1U);
+  read_as_device(4, 7);  // a client of the process, although a device may enter
+  EXPECT_EQ(reply().error, to_error(AbortCode::local_control));
+  EXPECT_EQ(sent(2), Frames{});
+  client({0xE0, 4, 0, 7, 1, 0, 0, 0});  // the rules for the bus are others
+  EXPECT_EQ(sent(2), Frames{"609 E004000702000000"});
+}
+
+TEST_F(RemoteSdoByWrittenRoute, OnlyReadsInALineThatMayBeRead) {
+  of_line(2).process_writes = false;
+  start_with_route();
+  read(4, 7);
+  EXPECT_EQ(sent(2), Frames{"609 E004000701000000"});
+  hear(2, 0x589, {0xE0, 4, 0, 7, 1, 0, 0, 0});
+  EXPECT_EQ(sent(2), Frames{"609 4000100000000000"});
+  hear(2, 0x589, {0x4F, 0, 0x10, 0, 5, 0, 0, 0});
+  EXPECT_EQ(reply().data, std::vector<std::byte>{std::byte{5}});
+  line(1).execute({.tag = 8,
+                   .kind = line::CommandKind::network_write,
+                   .node = 7,
+                   .network = 4,
+                   .index = 0x2000,
+                   .data = {std::byte{1}}},
+                  now_);
+  carry();
+  EXPECT_EQ(sent(2), Frames{"609 E004000701000000"});
+  hear(2, 0x589, {0xE0, 4, 0, 7, 1, 0, 0, 0});
+  EXPECT_EQ(reply().error, to_error(AbortCode::read_only));
+  EXPECT_EQ(sent(2), Frames{"609 8000000000000008"});
+  expect_nothing_left();
+}
+
+TEST_F(RemoteSdo, TheRoutesInForceAreKnown) {
+  start();
+  std::vector<Route> routes;
+  line(1).routes(routes);
+  EXPECT_EQ(routes, of_line(1).routes);
+  client({0x2F, 0x2C, 0x1F, 0, 0, 0, 0, 0});
+  line(1).routes(routes);
+  EXPECT_EQ(routes, std::vector<Route>{});
+  line(1).execute({.tag = 9,
+                   .kind = line::CommandKind::nmt,
+                   .node = 127,
+                   .nmt = nmt::Command::reset_communication},
+                  now_);
+  pass(milliseconds(10));
+  line(1).routes(routes);
+  EXPECT_EQ(routes, of_line(1).routes);
+}
+
+TEST_F(RemoteSdo, CommandsOfTheProcessAreNotSubjectToTheRulesOfAccess) {
+  of_line(2).access.clear();
+  start();
+  read(2, 5);
+  EXPECT_EQ(sent(2), Frames{"605 4000100000000000"});
+}
+
+}  // namespace
+}  // namespace linegate::routing::test
