@@ -18,7 +18,8 @@ constexpr std::array kCounters{&Counters::frames_received, &Counters::frames_sen
                                &Counters::sdo_transfers,   &Counters::sdo_aborts,
                                &Counters::commands,        &Counters::commands_refused,
                                &Counters::output_writes,   &Counters::output_writes_refused,
-                               &Counters::events,          &Counters::events_lost};
+                               &Counters::events,          &Counters::events_lost,
+                               &Counters::receptions_lost};
 static_assert(sizeof(Counters) == kCounters.size() * sizeof(std::uint64_t));
 
 // Those that never go back.

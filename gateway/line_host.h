@@ -18,7 +18,9 @@ class LineRunner;
 
 struct LineHost {
   LineHost(config::LinePlan line_plan, image::Layout input_layout, image::Layout output_layout)
-      : plan(std::move(line_plan)), layouts{std::move(input_layout), std::move(output_layout)} {}
+      : plan(std::move(line_plan)),
+        layouts{std::move(input_layout), std::move(output_layout)},
+        port(room_for_receptions(plan.config)) {}
 
   // The main thread changes the routes while publisher and intake stand still.
   config::LinePlan plan;

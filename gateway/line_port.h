@@ -16,9 +16,11 @@
 #include "stack/base/event.h"
 #include "stack/image/snapshot.h"
 #include "stack/line/command.h"
+#include "stack/line/config.h"
 #include "stack/line/output_state.h"
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
+#include "stack/pdo/reception.h"
 #include "stack/routing/table.h"
 
 namespace linegate::gateway {
@@ -56,11 +58,21 @@ struct OutputStatus {
   Instant time{};
 };
 
+// Places of LinePort::receptions, for a line with that configuration.
+inline std::size_t room_for_receptions(const line::LineConfig& config) {
+  const std::size_t longest = line::longest_queue(config);
+  return longest == 0 ? 0 : std::clamp<std::size_t>(4 * longest, 256, 4096);
+}
+
 struct LinePort {
+  // queued: receptions of PDOs that wait for the publisher at the most.
+  explicit LinePort(std::size_t queued = 0) : receptions(queued) {}
+
   // Executor to publisher. A full ring makes the line wait, whose own log counts what is lost.
   exchange::Ring<Event> events{8192};
   exchange::Ring<line::Reply> replies{1024};
   exchange::Ring<NodeStatus> nodes{256};
+  exchange::Ring<pdo::Reception> receptions;  // full: they wait in the line
   exchange::Handover<LineStatus> status;
   exchange::Handover<OutputStatus> outputs_status;  // with the status of a line that has outputs
   std::array<exchange::Handover<image::Snapshot>, 2> images;  // by image::Direction

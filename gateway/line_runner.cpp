@@ -67,7 +67,8 @@ LineRunner::LineRunner(std::unique_ptr<line::Line> line,
       storage_(std::move(storage)),
       scans_(plan, port.scans),
       publications_{Publication(plan.publish, plan.pdo_min_period),
-                    Publication(plan.publish, kLong)} {
+                    Publication(plan.publish, kLong)},
+      has_queues_(line::longest_queue(plan.config) != 0) {
   for (const NodeStorage& storage_of : storage_) {
     line_->set_medium(storage_of.file, storage_of.device);
   }
@@ -130,6 +131,9 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   hand_over(now);
   next_wake_ = pump_.more() ? now : compute_next_wake();
   if (routes_ != nullptr && routes_->held()) {
+    next_wake_ = earlier(next_wake_, now + kLinkFull);
+  }
+  if (receptions_wait_) {
     next_wake_ = earlier(next_wake_, now + kLinkFull);
   }
 }
@@ -307,6 +311,7 @@ void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
     hand_over_events();
     hand_over_replies();
   }
+  hand_over_receptions();
   if (now >= status_due_) {
     look_at_clock();
     look_at_losses();
@@ -353,6 +358,20 @@ void LineRunner::hand_over_replies() {
     }
     handed_over_ = true;
   }
+}
+
+// The layout that they were received with goes before them.
+[[gnu::hot]] void LineRunner::hand_over_receptions() {
+  if (!has_queues_) {
+    return;
+  }
+  hand_over_layouts();
+  std::size_t room = port_.receptions.room();
+  for (; room > 0 && line_->take_reception(reception_); --room) {
+    port_.receptions.push(reception_);
+    handed_over_ = true;
+  }
+  receptions_wait_ = room == 0;
 }
 
 void LineRunner::hand_over_status(Instant now) {

@@ -97,6 +97,7 @@ class LineRunner final : public Runner {
   void hand_over(Instant now);
   void hand_over_events();
   void hand_over_replies();
+  void hand_over_receptions();
   void hand_over_outputs(Instant now);
   void hand_over_layouts();
   void hand_over_routes();
@@ -142,6 +143,9 @@ class LineRunner final : public Runner {
   line::Command command_;
   line::OutputWrite write_;
   line::Reply reply_;
+  pdo::Reception reception_;
+  const bool has_queues_;         // of PDOs
+  bool receptions_wait_ = false;  // in the line: their ring is full
   bool reply_held_ = false;
   std::uint32_t receive_peak_ = 0;
   std::uint64_t losses_told_ = 0;

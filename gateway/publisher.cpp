@@ -200,6 +200,9 @@ Instant Publisher::step(Instant now) {
   Instant next = gateway_next;
   for (const auto& line : lines_) {
     publish_new_layouts(*line);
+    if (publish_receptions(*line)) {
+      next = now;
+    }
     publish_image(*line, image::Direction::inputs);
     publish_image(*line, image::Direction::outputs);
     rounds_.add();
@@ -263,6 +266,10 @@ void Publisher::publish_states(Line& line, Instant now) {
         if (line.host->plan.config.devices.empty()) {
           add_network(status->state.network, line.properties);
         }
+      }
+      if (line::longest_queue(line.host->plan.config) != 0) {
+        line.properties.push_back(
+            {"receptions-lost", std::to_string(status->state.counters.receptions_lost)});
       }
       add_properties(line.controller, line.properties);
       add_forwarding(status->state.routing, line.properties);
@@ -382,6 +389,23 @@ Instant Publisher::publish_updates(Line& line, Instant now) {
   return line.updates.take_due(now, [&](const image::PdoMark& mark, std::uint32_t receptions) {
     bridge_.publish_pdo_update(line.info.name, line.layouts[0], *line.inputs, mark, receptions);
   });
+}
+
+// Others wait, too: no more than the ring holds at a time. The layout that a reception was received
+// with was handed over before; a later one drops it, which its number shows.
+bool Publisher::publish_receptions(Line& line) {
+  pdo::Reception reception;
+  for (std::size_t n = line.host->port.receptions.capacity(); n > 0; --n) {
+    if (!line.host->port.receptions.pop(reception)) {
+      return false;
+    }
+    if (reception.layout_id != line.layouts[0].id) {
+      publish_new_layouts(line);
+    }
+    bridge_.publish(line.info.name, line.layouts[0], reception);
+    rounds_.add();
+  }
+  return !line.host->port.receptions.empty();
 }
 
 void Publisher::report(GatewayNews news) {

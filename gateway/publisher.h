@@ -99,6 +99,8 @@ class Publisher {
   void publish_new_layouts(Line& line);
   void publish_image(Line& line, image::Direction direction);
   Instant publish_updates(Line& line, Instant now);
+  // True: more wait.
+  bool publish_receptions(Line& line);
   void tell_failures(Instant now);
   Instant publish_gateway(Instant now);
   void refresh_gateway();

@@ -91,6 +91,7 @@ struct Client::Impl {
   fast::DataReader* layouts = nullptr;
   fast::DataReader* images = nullptr;
   fast::DataReader* pdos = nullptr;
+  fast::DataReader* receptions = nullptr;
   fast::DataReader* events = nullptr;
   fast::DataReader* replies = nullptr;
   fast::DataWriter* requests = nullptr;
@@ -109,6 +110,7 @@ struct Client::Impl {
   v1::ImageLayout layout_sample;
   v1::ProcessImage image_sample;
   v1::PdoUpdate pdo_sample;
+  v1::PdoReception reception_sample;
   v1::Event event_sample;
   v1::CommandReply reply_sample;
   v1::CommandRequest request_sample;
@@ -139,6 +141,7 @@ Client::Impl::Impl(const ClientOptions& options, std::vector<Diagnostic>& diagno
   subscribe<v1::ImageLayoutPubSubType>(options.layouts, v1::TOPIC_IMAGE_LAYOUT, layouts);
   subscribe<v1::ProcessImagePubSubType>(options.images, v1::TOPIC_PROCESS_IMAGE, images);
   subscribe<v1::PdoUpdatePubSubType>(options.pdos, v1::TOPIC_PDO_UPDATE, pdos);
+  subscribe<v1::PdoReceptionPubSubType>(options.receptions, v1::TOPIC_PDO_RECEPTION, receptions);
   subscribe<v1::EventPubSubType>(options.events, v1::TOPIC_EVENT, events);
   subscribe<v1::CommandReplyPubSubType>(options.commands, v1::TOPIC_COMMAND_REPLY, replies);
   if (options.commands) {
@@ -313,6 +316,11 @@ void Client::Impl::drain_values(ClientListener& listener) {
     PdoUpdate update;
     from_wire(sample, kUtc, update);
     listener.on_pdo(source(sample), update);
+  });
+  drain(receptions, reception_sample, [&](const v1::PdoReception& sample) {
+    PdoReception reception;
+    from_wire(sample, kUtc, reception);
+    listener.on_reception(source(sample), reception);
   });
   drain(events, event_sample, [&](const v1::Event& sample) {
     linegate::Event event;

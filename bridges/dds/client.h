@@ -61,6 +61,8 @@ class ClientListener {
   // acquired = Source::time. A gap in snapshot.sequence: treat every entry as changed.
   virtual void on_image(const Source&, const image::Snapshot&) {}
   virtual void on_pdo(const Source&, const PdoUpdate&) {}
+  // A gap in PdoReception::number: samples were lost on the way.
+  virtual void on_reception(const Source&, const PdoReception&) {}
   virtual void on_event(const Source&, const Event&, std::string_view /*text*/,
                         const std::vector<Property>&) {}
   // The gateway that published this line has gone, or can no longer be reached.
@@ -85,6 +87,7 @@ struct ClientOptions {
   bool layouts = true;
   bool images = true;
   bool pdos = true;
+  bool receptions = true;
   bool events = true;
   bool commands = true;                             // CommandRequest and CommandReply
   bool outputs = false;                             // OutputWrite

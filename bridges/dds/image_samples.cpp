@@ -38,6 +38,26 @@ void octets_to_words(const std::vector<std::uint8_t>& from, std::vector<std::uin
   }
 }
 
+void describe(std::uint32_t number, const image::Entry& entry, v1::PdoValue& to) {
+  to.entry(number);
+  to.index(entry.index);
+  to.sub(entry.sub);
+  to.data_type(static_cast<std::uint16_t>(entry.type));
+  to.bit_length(entry.bit_length);
+}
+
+void values_from_wire(const std::vector<v1::PdoValue>& from, std::vector<PdoValue>& to) {
+  to.resize(from.size());
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    to[i].entry = from[i].entry();
+    to[i].index = from[i].index();
+    to[i].sub = from[i].sub();
+    to[i].type = static_cast<od::DataType>(from[i].data_type());
+    to[i].bit_length = from[i].bit_length();
+    copy_bytes(from[i].data(), to[i].data);
+  }
+}
+
 }  // namespace
 
 std::uint16_t layout_parts(const image::Layout& layout) {
@@ -135,7 +155,7 @@ bool from_wire(const v1::ProcessImage& from, const ClockMap& clock, image::Snaps
   return true;
 }
 
-void extract_bits(const std::vector<std::byte>& area, std::uint32_t offset, std::uint16_t bits,
+void extract_bits(std::span<const std::byte> area, std::uint32_t offset, std::uint16_t bits,
                   std::vector<std::uint8_t>& to) {
   to.assign((bits + 7U) / 8U, 0);
   for (std::uint32_t i = 0; i < bits; ++i) {
@@ -163,13 +183,33 @@ bool to_wire(const image::Layout& layout, const image::Snapshot& snapshot,
     const std::size_t end = std::size_t{entry.bit_offset} + entry.bit_length;
     if (end > snapshot.bytes.size() * 8 || entry.bit_length > 512)
       return false;
-    v1::PdoValue& value = to.values()[i];
-    value.entry(mark.first_entry + i);
-    value.index(entry.index);
-    value.sub(entry.sub);
-    value.data_type(static_cast<std::uint16_t>(entry.type));
-    value.bit_length(entry.bit_length);
-    extract_bits(snapshot.bytes, entry.bit_offset, entry.bit_length, value.data());
+    describe(mark.first_entry + i, entry, to.values()[i]);
+    extract_bits(snapshot.bytes, entry.bit_offset, entry.bit_length, to.values()[i].data());
+  }
+  return true;
+}
+
+bool to_wire(const image::Layout& layout, const pdo::Reception& reception, const ClockMap& clock,
+             v1::PdoReception& to) {
+  if (reception.layout_id != layout.id || reception.entries > kMaxPdoValues ||
+      reception.first_entry > layout.entries.size() ||
+      reception.entries > layout.entries.size() - reception.first_entry) {
+    return false;
+  }
+  to.time(clock.utc(reception.time));
+  to.clock(static_cast<std::uint8_t>(clock.quality));
+  to.node(reception.node);
+  to.pdo(reception.remote_pdo);
+  to.lost(reception.lost);
+  to.values().resize(reception.entries);
+  std::uint32_t bit = 0;
+  for (std::uint32_t i = 0; i < reception.entries; ++i) {
+    const image::Entry& entry = layout.entries[reception.first_entry + i];
+    if (bit + entry.bit_length > 8 * reception.values.size())
+      return false;
+    describe(reception.first_entry + i, entry, to.values()[i]);
+    extract_bits(reception.values, bit, entry.bit_length, to.values()[i].data());
+    bit += entry.bit_length;
   }
   return true;
 }
@@ -179,16 +219,16 @@ void from_wire(const v1::PdoUpdate& from, const ClockMap& clock, PdoUpdate& to) 
   to.pdo = from.pdo();
   to.time = clock.instant(from.time());
   to.receptions = from.receptions();
-  to.values.resize(from.values().size());
-  for (std::size_t i = 0; i < to.values.size(); ++i) {
-    const v1::PdoValue& value = from.values()[i];
-    to.values[i].entry = value.entry();
-    to.values[i].index = value.index();
-    to.values[i].sub = value.sub();
-    to.values[i].type = static_cast<od::DataType>(value.data_type());
-    to.values[i].bit_length = value.bit_length();
-    copy_bytes(value.data(), to.values[i].data);
-  }
+  values_from_wire(from.values(), to.values);
+}
+
+void from_wire(const v1::PdoReception& from, const ClockMap& clock, PdoReception& to) {
+  to.node = from.node();
+  to.pdo = from.pdo();
+  to.time = clock.instant(from.time());
+  to.number = from.number();
+  to.lost = from.lost();
+  values_from_wire(from.values(), to.values);
 }
 
 }  // namespace linegate::dds

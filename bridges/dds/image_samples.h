@@ -2,7 +2,10 @@
 // line and incarnation are left alone.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include <linegate.h>
 
@@ -10,6 +13,7 @@
 #include "bridges/dds/values.h"
 #include "stack/image/layout.h"
 #include "stack/image/snapshot.h"
+#include "stack/pdo/reception.h"
 
 namespace linegate::dds {
 
@@ -30,10 +34,14 @@ bool from_wire(const v1::ProcessImage& from, const ClockMap& clock, image::Snaps
 bool to_wire(const image::Layout& layout, const image::Snapshot& snapshot,
              const image::PdoMark& mark, std::uint32_t receptions, const ClockMap& clock,
              v1::PdoUpdate& to);
+// False if reception and layout do not belong together.
+bool to_wire(const image::Layout& layout, const pdo::Reception& reception, const ClockMap& clock,
+             v1::PdoReception& to);
+void from_wire(const v1::PdoReception& from, const ClockMap& clock, PdoReception& to);
 void from_wire(const v1::PdoUpdate& from, const ClockMap& clock, PdoUpdate& to);
 
 // `bits` bits (1..512) from bit `offset` of `area`, moved to bit 0. The area must hold them.
-void extract_bits(const std::vector<std::byte>& area, std::uint32_t offset, std::uint16_t bits,
+void extract_bits(std::span<const std::byte> area, std::uint32_t offset, std::uint16_t bits,
                   std::vector<std::uint8_t>& to);
 
 }  // namespace linegate::dds

@@ -17,9 +17,10 @@ namespace rtps = eprosima::fastrtps;
 using Profiles = rtps::xmlparser::XMLProfileManager;
 
 std::vector<std::string> topics_of_gateway() {
-  return {v1::TOPIC_GATEWAY_STATE, v1::TOPIC_LINE_STATE,   v1::TOPIC_NODE_STATE,
-          v1::TOPIC_OUTPUT_STATE,  v1::TOPIC_IMAGE_LAYOUT, v1::TOPIC_PROCESS_IMAGE,
-          v1::TOPIC_PDO_UPDATE,    v1::TOPIC_EVENT,        v1::TOPIC_COMMAND_REPLY};
+  return {v1::TOPIC_GATEWAY_STATE, v1::TOPIC_LINE_STATE,    v1::TOPIC_NODE_STATE,
+          v1::TOPIC_OUTPUT_STATE,  v1::TOPIC_IMAGE_LAYOUT,  v1::TOPIC_PROCESS_IMAGE,
+          v1::TOPIC_PDO_UPDATE,    v1::TOPIC_PDO_RECEPTION, v1::TOPIC_EVENT,
+          v1::TOPIC_COMMAND_REPLY};
 }
 
 class Check {

@@ -68,8 +68,14 @@ struct LineWriters {
         });
       }
     }
+    if (writer(receptions) == nullptr) {
+      receptions.emplace(endpoints, renew_after, RenewedWriter::Keep::until_received, [&endpoints] {
+        return endpoints.writer<v1::PdoReceptionPubSubType>(v1::TOPIC_PDO_RECEPTION);
+      });
+    }
     make_events(events, endpoints, renew_after);
-    return writer(inputs) != nullptr && writer(outputs) != nullptr && writer(events) != nullptr;
+    return writer(inputs) != nullptr && writer(outputs) != nullptr &&
+           writer(receptions) != nullptr && writer(events) != nullptr;
   }
   static void make_events(Slot& events, Endpoints& endpoints, std::uint64_t renew_after) {
     if (writer(events) == nullptr) {
@@ -82,7 +88,9 @@ struct LineWriters {
 
   Slot inputs;
   Slot outputs;
+  Slot receptions;
   Slot events;
+  std::uint64_t receptions_published = 0;
 };
 
 // False: there is no writer, or DDS did not take the sample.
@@ -137,6 +145,7 @@ struct GatewayBridge::Impl {
   v1::ImageLayout layout_sample;
   v1::ProcessImage image_sample;
   v1::PdoUpdate pdo_sample;
+  v1::PdoReception reception_sample;
   v1::Event event_sample;
 
   // Of the polling thread.
@@ -187,6 +196,7 @@ GatewayBridge::Impl::~Impl() {
   for (const auto& [name, writers] : lines) {
     wait_for_readers_of(LineWriters::writer(writers.inputs));
     wait_for_readers_of(LineWriters::writer(writers.outputs));
+    wait_for_readers_of(LineWriters::writer(writers.receptions));
   }
   replies.wait_for_acknowledgments(left());
 }
@@ -240,7 +250,7 @@ void GatewayBridge::remove_line(const std::string& line) {
   impl_->layouts.end(of_line);
   impl_->pdos.forget(line);
   LineWriters& writers = impl_->lines[line];
-  for (LineWriters::Slot* image : {&writers.inputs, &writers.outputs}) {
+  for (LineWriters::Slot* image : {&writers.inputs, &writers.outputs, &writers.receptions}) {
     if (*image)
       (*image)->remove();
     image->reset();
@@ -350,6 +360,16 @@ bool GatewayBridge::publish_pdo_update(std::string_view line, const image::Layou
     return false;
   }
   return impl_->count(impl_->pdos.write(sample));
+}
+
+bool GatewayBridge::publish(std::string_view line, const image::Layout& layout,
+                            const pdo::Reception& reception) {
+  v1::PdoReception& sample = impl_->reception_sample;
+  LineWriters& writers = impl_->writers_of(line);
+  impl_->address(line, sample);
+  sample.number(++writers.receptions_published);
+  return impl_->count(to_wire(layout, reception, impl_->clock, sample) &&
+                      write(writers.receptions, sample));
 }
 
 bool GatewayBridge::publish(std::string_view line, const Event& event, std::string_view text,

@@ -27,6 +27,7 @@
 #include "stack/line/output_state.h"
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
+#include "stack/pdo/reception.h"
 
 namespace linegate::dds {
 
@@ -131,6 +132,8 @@ class GatewayBridge {
   bool publish_pdo_update(std::string_view line, const image::Layout& layout,
                           const image::Snapshot& snapshot, const image::PdoMark& mark,
                           std::uint32_t receptions);
+  // With the layout that explains it. Numbered here, per line.
+  bool publish(std::string_view line, const image::Layout& layout, const pdo::Reception& reception);
   bool publish(const GatewayInfo& info, Instant now);
   // line: empty for an event of the gateway itself. text: the event in words, up to 256 bytes.
   bool publish(std::string_view line, const Event& event, std::string_view text,

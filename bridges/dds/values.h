@@ -117,6 +117,16 @@ struct PdoUpdate {
   std::vector<PdoValue> values;
 };
 
+// One reception of a PDO that is queued.
+struct PdoReception {
+  std::uint8_t node = 0;
+  std::uint16_t pdo = 0;  // the node's TPDO number
+  Instant time{};
+  std::uint64_t number = 0;  // 1, 2, 3, ... of the line
+  std::uint32_t lost = 0;    // dropped by its queue since the one before
+  std::vector<PdoValue> values;
+};
+
 // Limits of the contract, in elements of its bounded sequences.
 inline constexpr std::size_t kMaxLayoutPart = 256;
 inline constexpr std::size_t kMaxEntries = 65'536;

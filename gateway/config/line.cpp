@@ -277,6 +277,12 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   if (update.IsDefined()) {
     Section from(findings, update, "pdo_update");
     from.read("min_period", plan.pdo_min_period, Duration::zero(), kLongest);
+    plan.config.pdo_queue = read_pdo_queue(from).value_or(0);
+    if (plan.config.pdo_queue != 0 && plan.config.role == line::Role::device) {
+      findings.error(place_of(update),
+                     "every is of lines in the roles manager and observer: one in the role device "
+                     "receives no TPDOs of nodes");
+    }
     from.done();
   }
   const YAML::Node executor = section.find("executor");

@@ -27,9 +27,14 @@ class Override {
         config_(config),
         pdo_(pdo),
         place_(place_of(key)),
+        value_(value),
         section_(findings, value, key.Scalar()) {}
 
   void apply() {
+    if (read_queue()) {
+      section_.done();
+      return;
+    }
     if (config_.device.find({pdo_.communication(), 1}) == nullptr) {
       findings_.error(place_, config_.device.file + " has no object " +
                                   format_address({pdo_.communication(), 1}));
@@ -76,6 +81,19 @@ class Override {
     }
     const std::uint32_t valid = raw & ~can::CobId::kInvalidBit;
     return enabled ? valid : valid | can::CobId::kInvalidBit;
+  }
+
+  // True: nothing else is said, and nothing is changed at the device.
+  bool read_queue() {
+    if (!pdo_.transmit) {
+      return false;
+    }
+    if (const auto queue = read_pdo_queue(section_)) {
+      config_.tpdo_queue[pdo_.number] = *queue;
+    }
+    const std::size_t keys = (section_.find("every").IsDefined() ? 1U : 0U) +
+                             (section_.find("queue").IsDefined() ? 1U : 0U);
+    return keys != 0 && keys == value_.size();
   }
 
   void read_type() {
@@ -171,6 +189,7 @@ class Override {
   line::NodeConfig& config_;
   PdoName pdo_;
   Place place_;
+  YAML::Node value_;
   Section section_;
 };
 
@@ -206,6 +225,22 @@ std::optional<std::uint8_t> read_transmission_type(Section& section, const YAML:
     return std::nullopt;
   }
   return static_cast<std::uint8_t>(*number);
+}
+
+std::optional<std::uint32_t> read_pdo_queue(Section& section) {
+  constexpr std::uint32_t kLongestQueue = 16'384;
+  bool every = false;
+  std::uint32_t queue = 64;
+  section.read("every", every);
+  section.read_number("queue", queue, 1, kLongestQueue);
+  const YAML::Node length = section.find("queue");
+  if (length.IsDefined() && !every) {
+    section.findings().error(place_of(length), "queue needs every: true");
+  }
+  if (!section.find("every").IsDefined()) {
+    return std::nullopt;
+  }
+  return every ? queue : 0;
 }
 
 void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config) {

@@ -205,6 +205,9 @@ struct PdoName {
   std::uint16_t mapping() const { return static_cast<std::uint16_t>(communication() + 0x200); }
 };
 std::optional<PdoName> parse_pdo_name(const std::string& text);
+// `every:` and `queue:` of a PDO or of all of a line: how many receptions wait at the most, 0 =
+// only the newest values are published; nothing if `every:` is not there.
+std::optional<std::uint32_t> read_pdo_queue(Section& section);
 // Its `type:`; what is none is told.
 std::optional<std::uint8_t> read_transmission_type(Section& section, const YAML::Node& node);
 // `feeds_every_tpdo:` of a line.

@@ -305,6 +305,9 @@ Loaded<pdo::LinkPlan> link_plan(const LineConfig& config) {
   if (has_errors(plan.diagnostics)) {
     plan.value.reset();
   }
+  if (plan.value) {
+    set_queues(config, *plan.value);
+  }
   return plan;
 }
 

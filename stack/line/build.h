@@ -33,6 +33,8 @@ can::CobId emcy_cob_id(const NodeConfig& node);
 
 // Reads the PDOs of every node's device file and links them. The nodes must stay where they are.
 Loaded<pdo::LinkPlan> link_plan(const LineConfig& config);
+// Gives its RPDOs the queues of the configuration.
+void set_queues(const LineConfig& config, pdo::LinkPlan& plan);
 
 // Where the process data of the line's own devices lie. Seen from the gateway: inputs are what the
 // devices receive, outputs what they send; Entry::remote_pdo is the number of the device's RPDO

@@ -54,6 +54,9 @@ struct NodeConfig {
   // Of its RPDOs, by number: event-driven ones are sent to it no more often than that; multiples of
   // 100 us. Those that are not named: at will.
   std::map<std::uint16_t, Duration> rpdo_inhibit;
+  // Of its TPDOs, by number: how many receptions wait to be taken at the most, see
+  // Line::take_reception(); 0 = none. Those that are not named: LineConfig::pdo_queue.
+  std::map<std::uint16_t, std::uint32_t> tpdo_queue;
   Duration boot_timeout = std::chrono::seconds(10);  // until presence is `missing`
   Duration reset_time = std::chrono::seconds(1);     // from a reset to its boot-up message, at most
   Duration sdo_timeout{};  // of each answer while it boots; 0 = LineConfig::sdo_timeout
@@ -147,6 +150,9 @@ struct LineConfig {
   // From the last CommandKind::object_write of a PDO without event timer until it is asked for,
   // unless all its values were written before; 0 = at once.
   Duration pdo_update_time{};
+  // Roles manager and observer: how many receptions of each TPDO of a node wait to be taken at the
+  // most, see NodeConfig::tpdo_queue; 0 = none: the newest values are enough.
+  std::uint32_t pdo_queue = 0;
   // For the answer of a device to `save` and `load`, writes of its 1010h and 1011h, if they are
   // longer than sdo_timeout.
   Duration save_timeout = std::chrono::seconds(15);
@@ -190,5 +196,10 @@ struct LineConfig {
   // Objects B000h.. that lines share, manager and device with the one own node.
   routing::Forwarding forwarding;
 };
+
+// The queue of a node's TPDO: how many receptions wait in it at the most, 0 if it has none.
+std::uint32_t queue_of(const LineConfig& config, std::uint8_t node, std::uint16_t tpdo);
+// The longest queue of the configuration, 0 if there is none.
+std::uint32_t longest_queue(const LineConfig& config);
 
 }  // namespace linegate::line

@@ -28,6 +28,9 @@
 namespace linegate::od {
 class Dictionary;
 }
+namespace linegate::pdo {
+struct Reception;
+}
 namespace linegate::storage {
 class Medium;
 }
@@ -118,6 +121,11 @@ class Line {
   // there is none. Look after each receive(), deliver(), execute() and advance(). What cannot be
   // handed on: see routing::undeliverable().
   bool take_message(routing::Message& out);
+
+  // The oldest reception of those TPDOs that have a queue (NodeConfig::tpdo_queue); false if there
+  // is none. Every frame that an RPDO of the line takes is one, in the order of reception; when a
+  // queue is full its oldest is dropped and counted.
+  bool take_reception(pdo::Reception& out);
 
   // Copies what is stale in `into` (a snapshot of this line and direction, or an empty one) and
   // clears the marks. With merge, the marks already in `into`, which nobody has read, are kept too.

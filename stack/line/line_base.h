@@ -10,6 +10,7 @@
 #include "stack/line/bus_load.h"
 #include "stack/line/generic_can.h"
 #include "stack/line/line.h"
+#include "stack/pdo/reception.h"
 
 namespace linegate::line {
 
@@ -50,6 +51,7 @@ struct Line::Base {
   virtual bool wants_to_send(Instant now) const;
   virtual void write_bound(std::span<const BoundValue> values, Instant now);
   virtual bool request_pdo(std::uint16_t rpdo);
+  virtual bool take_reception(pdo::Reception& out);
   virtual std::uint64_t layout_revision() const;  // fixed but for an observer
   virtual void set_utc(Duration offset);
   virtual void set_medium(storage::Medium* medium, std::uint8_t device);

@@ -59,6 +59,7 @@ struct Line::Impl final : Line::Base,
   bool next_frame(can::Frame& out, Instant now) override;
   bool wants_to_send(Instant now) const override;
   bool request_pdo(std::uint16_t rpdo) override;
+  bool take_reception(pdo::Reception& out) override;
   void bus_event(const can::BusEvent& event) override;
   void snapshot(image::Direction direction, image::Snapshot& into, Instant now,
                 bool merge) override;

@@ -33,6 +33,7 @@ Counters Line::Impl::count() const {
       of_node.malformed + sdo.counters().malformed + of_pdos.too_short + of_pdos.too_long;
   out.rpdos = of_pdos.received;
   out.tpdos = of_pdos.sent;
+  out.receptions_lost = of_pdos.receptions_lost;
   out.tpdos_coalesced = of_pdos.coalesced;
   out.syncs = of_node.syncs;
   out.emcys = emergencies.received();

@@ -39,6 +39,7 @@ void add(pdo::EngineCounters& sum, const pdo::EngineCounters& more) {
   sum.received += more.received;
   sum.too_short += more.too_short;
   sum.too_long += more.too_long;
+  sum.receptions_lost += more.receptions_lost;
 }
 
 Overheard::Overheard(EventLog& events, can::Dispatch& frames, image::Layout layout,
@@ -365,6 +366,7 @@ LineState Line::Observer::state() const {
   out.counters.frames_malformed +=
       from_devices.too_short + from_devices.too_long + to_devices.too_short + to_devices.too_long;
   out.counters.rpdos = from_devices.received + to_devices.received;
+  out.counters.receptions_lost = from_devices.receptions_lost;
   out.counters.syncs = syncs;
   out.counters.emcys = nodes.emcys();
   out.counters.heartbeats_lost = nodes.heartbeats_lost();

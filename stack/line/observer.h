@@ -71,6 +71,7 @@ struct Line::Observer final : Line::Base, observer::NodeListener {
   bool image_changed(image::Direction direction) const override;
   bool image_touched(image::Direction direction) const override;
   Input input(std::uint32_t entry) const override;
+  bool take_reception(pdo::Reception& out) override;
   std::optional<Duration> network_utc(Instant now) const override;
   LineState state() const override;
   std::uint64_t node_revision(std::uint8_t id) const override;

@@ -130,7 +130,11 @@ Loaded<pdo::LinkPlan> Line::Observer::plan_of_what_is_known() const {
   for (std::size_t i = 0; i < devices.size(); ++i) {
     remotes.push_back(remote(config.nodes[i], devices[i].pdos));
   }
-  return pdo::plan_links(remotes);
+  Loaded<pdo::LinkPlan> plan = pdo::plan_links(remotes);
+  if (plan.value) {
+    set_queues(config, *plan.value);
+  }
+  return plan;
 }
 
 bool Line::Observer::nothing_new() const {
@@ -183,6 +187,7 @@ void Line::Observer::replace(Direction direction, const image::Layout& layout,
   auto next = std::make_unique<Overheard>(events, in ? dispatch : output_dispatch, layout,
                                           std::vector<pdo::LinkedPdo>{});
   next->take_over(*side);
+  side->engine.drop_receptions();
   add(in ? inputs_before : outputs_before, side->engine.counters());
   side = nullptr;  // its identifiers are free now
   next->link(std::move(pdos));

@@ -49,6 +49,7 @@ struct Counters {
   std::uint64_t output_writes_refused = 0;
   std::uint64_t events = 0;
   std::uint64_t events_lost = 0;
+  std::uint64_t receptions_lost = 0;  // of queued PDOs, see Line::take_reception()
 };
 
 struct LineState {

@@ -65,9 +65,18 @@ void Engine::set_listener(Listener* listener, bool every_frame) {
 void Engine::link(const LinkPlan& plan) {
   impl_->linked_rpdos = plan.rpdos;
   impl_->linked_tpdos = plan.tpdos;
+  impl_->assign_queues();
   if (!plan.tpdos.empty()) {
     impl_->image.follow_transmission();
   }
+}
+
+bool Engine::take_reception(Reception& out) {
+  return impl_->take_reception(out);
+}
+
+void Engine::drop_receptions() {
+  impl_->assign_queues();
 }
 
 void Engine::set_node_id(std::uint8_t node_id) {

@@ -22,6 +22,7 @@
 #include "stack/od/dictionary.h"
 #include "stack/pdo/mpdo.h"
 #include "stack/pdo/parameters.h"
+#include "stack/pdo/reception.h"
 
 namespace linegate::image {
 class ProcessImage;
@@ -47,6 +48,7 @@ struct EngineCounters {
   std::uint64_t after_window = 0;  // synchronous RPDOs that came, and TPDOs that would have gone,
                                    // too late after the SYNC: dropped
   std::uint64_t coalesced = 0;     // a newer value replaced one that had not been sent
+  std::uint64_t receptions_lost = 0;  // of queued RPDOs: dropped because their queue was full
 };
 
 // Told what only the device profile or the application cares about. Called from within receive(),
@@ -129,6 +131,12 @@ class Engine {
   // but being copied (or kept for SYNC); gives how many, and adds them to traffic. The frame it
   // stopped at goes to whom Dispatch says. Uses frame.time. No allocation, lock, exception.
   std::size_t receive_ordinary(std::span<const can::Frame> frames, can::Traffic& traffic);
+  // The oldest reception of those linked RPDOs that have a queue (LinkedPdo::queue), in the order
+  // of reception; false if there is none. A synchronous one is there when it came, before the SYNC.
+  // No allocation.
+  bool take_reception(Reception& out);
+  // Those that wait are no longer wanted: they count as lost.
+  void drop_receptions();
   // Any frame. slot: Target::index of Service::rpdo.
   void receive(std::uint16_t slot, const can::Frame& frame);
   // A remote frame on a TPDO's COB-ID.

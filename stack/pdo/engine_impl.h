@@ -22,6 +22,7 @@
 #include "stack/pdo/engine.h"
 #include "stack/pdo/link.h"
 #include "stack/pdo/object_sources.h"
+#include "stack/pdo/reception_queues.h"
 #include "stack/pdo/record.h"
 #include "stack/pdo/shadows.h"
 #include "stack/pdo/timers.h"
@@ -42,6 +43,7 @@ struct alignas(16) Rpdo {
     kMore = 0x01,     // its RpdoDetails have more runs, or objects
     kLong = 0x02,     // it has more than 8 bytes
     kWatched = 0x04,  // somebody wants to hear of its values
+    kQueued = 0x08,   // each reception goes into its queue
   };
 
   std::uint64_t mask = 0;  // of the first Run; 0 if nothing lies in the image
@@ -168,6 +170,15 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void copy_rest(std::uint16_t slot, const std::byte* data);
   void defer(std::uint16_t slot, const can::Frame& frame);
   void keep(std::uint16_t slot, const can::Frame& frame);
+  // Into the queue, if it has one.
+  void queue_reception(std::uint16_t slot, const can::Frame& frame) {
+    if ((rpdos[slot].flags & Rpdo::kQueued) != 0) {
+      receptions.push(slot, frame);
+      counters.receptions_lost = receptions.lost();
+    }
+  }
+  void assign_queues();
+  bool take_reception(Reception& out);
   // early.cpp
   void receive_early(std::uint16_t slot, const can::Frame& frame);
   void take_early();
@@ -264,6 +275,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   std::array<Receiver, can::kMaxNodeId + 1> receivers{};  // of linked TPDOs, by node
   Instant latest{};  // time of the last call: records are written without one
 
+  ReceptionQueues receptions;
   std::vector<LinkedPdo> linked_rpdos;
   std::vector<LinkedPdo> linked_tpdos;
   std::vector<RpdoDetails> details;

@@ -52,6 +52,9 @@ struct LinkedPdo {
   std::uint16_t mapped_bits = 0;   // length of the PDO, fillers included
   std::vector<std::uint8_t> also;  // TPDOs: other nodes that have an RPDO with its COB-ID
   std::vector<LinkTarget> targets;
+  // RPDOs: each reception is wanted, see Engine::take_reception(). So many wait at the most; 0: the
+  // newest values are enough.
+  std::uint32_t queue = 0;
 };
 
 struct LinkPlan {

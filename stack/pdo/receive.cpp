@@ -93,6 +93,7 @@ void Engine::receive(std::uint16_t slot, const can::Frame& frame) {
   } else if (is_synchronous(pdo.type)) {
     engine.defer(slot, frame);
   } else {
+    engine.queue_reception(slot, frame);
     engine.take(slot, frame.data.data(), frame.time, 1);
   }
 }
@@ -142,6 +143,7 @@ void Engine::Impl::defer(std::uint16_t slot, const can::Frame& frame) {
 }
 
 void Engine::Impl::keep(std::uint16_t slot, const can::Frame& frame) {
+  queue_reception(slot, frame);
   const auto word = load_le<std::uint64_t>(frame.data.data());
   Shadows::Series(shadows).keep(slot, word, frame.time);
   if ((rpdos[slot].flags & Rpdo::kLong) != 0) {
@@ -166,6 +168,7 @@ void Engine::Impl::receive_wrong_length(std::uint16_t slot, const can::Frame& fr
   if (is_synchronous(details[slot].type)) {
     defer(slot, frame);
   } else {
+    queue_reception(slot, frame);
     take(slot, frame.data.data(), frame.time, 1);
   }
   if (unchanged()) {
@@ -176,7 +179,7 @@ void Engine::Impl::receive_wrong_length(std::uint16_t slot, const can::Frame& fr
 // As commit_ordinary(), see receive_one().
 inline bool Engine::Impl::commit_one(const Shadow& shadow) {
   const Rpdo& pdo = rpdos[shadow.slot];
-  if (shadow.frames == 0 || pdo.flags != 0 || hears_frames ||
+  if (shadow.frames == 0 || (pdo.flags & ~Rpdo::kQueued) != 0 || hears_frames ||
       inputs->pdo(shadow.slot).attention != 0) {
     return false;
   }
@@ -209,7 +212,8 @@ inline bool Engine::Impl::commit_one(const Shadow& shadow) {
   std::size_t taken = 0;
   for (const Shadow& shadow : waiting) {
     const Rpdo& pdo = pdos[shadow.slot];
-    if (shadow.frames == 0 || pdo.flags != 0 || series.pdo(shadow.slot).attention != 0) {
+    if (shadow.frames == 0 || (pdo.flags & ~Rpdo::kQueued) != 0 ||
+        series.pdo(shadow.slot).attention != 0) {
       break;
     }
     series.merge(pdo.offset, pdo.to_image(shadow.word), pdo.mask);

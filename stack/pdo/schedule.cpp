@@ -22,6 +22,10 @@ void Engine::Impl::lay_out_rpdos() {
     const bool is_long = plan.bytes() > can::kMaxClassicData;
     pdo.flags = static_cast<std::uint8_t>((more ? Rpdo::kMore : 0) | (is_long ? Rpdo::kLong : 0) |
                                           (details[slot].watched.empty() ? 0 : Rpdo::kWatched));
+    const LinkedPdo* const link = linked(PdoKind::rpdo, static_cast<std::uint16_t>(slot + 1));
+    if (link != nullptr && link->queue != 0 && details[slot].mpdo == MpdoMode::none) {
+      pdo.flags |= Rpdo::kQueued;
+    }
     if (!plan.runs.empty()) {
       pdo.mask = plan.runs.front().mask;
       pdo.offset = plan.runs.front().offset;
@@ -119,7 +123,8 @@ void Engine::Impl::open_rpdos() {
     rpdos[slot].at_once = Rpdo::kNever;
     rpdos[slot].deferred = Rpdo::kNever;
     const std::uint8_t flags = rpdos[slot].flags;
-    if (!operational || !pdo.active || pdo.mpdo != MpdoMode::none || (flags & Rpdo::kLong) != 0) {
+    if (!operational || !pdo.active || pdo.mpdo != MpdoMode::none ||
+        (flags & (Rpdo::kLong | Rpdo::kQueued)) != 0) {
       continue;
     }
     const auto form = static_cast<std::uint8_t>(pdo.plan.bytes());

@@ -177,6 +177,7 @@ int run_gateway(std::uint32_t domain, const std::string& profiles, bool guard) {
     dropped.print(bridge.guard_counters());
     // Repeated: a volatile reader that matches late receives the next one.
     bridge.publish_pdo_update(known::kLine, known::layout(), snapshot, snapshot.marks[0], 3);
+    bridge.publish(known::kLine, known::layout(), known::reception());
   }
   return 0;
 }

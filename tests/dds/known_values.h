@@ -165,6 +165,23 @@ inline image::Snapshot snapshot() {
   return snapshot;
 }
 
+// Of the PDO that the snapshot has a mark of, with the same values.
+inline pdo::Reception reception() {
+  const image::Snapshot of = snapshot();
+  const image::PdoMark& mark = of.marks[0];
+  pdo::Reception out;
+  out.layout_id = of.layout_id;
+  out.time = mark.time;
+  out.first_entry = mark.first_entry;
+  out.entries = static_cast<std::uint16_t>(mark.entries);
+  out.local_pdo = mark.local_pdo;
+  out.remote_pdo = mark.remote_pdo;
+  out.node = mark.node;
+  out.lost = 17;
+  std::copy_n(of.bytes.begin() + 8, 8, out.values.begin());
+  return out;
+}
+
 inline Event event(std::uint64_t number) {
   Event event;
   event.number = number;

@@ -221,6 +221,35 @@ TEST(ImageSamples, PdoUpdateOfAForeignLayoutIsRefused) {
   EXPECT_FALSE(to_wire(known::layout(), snapshot, snapshot.marks[0], 1, {}, wire));
 }
 
+TEST(ImageSamples, PdoReceptionHoldsTheValuesOfItsFrame) {
+  v1::PdoReception wire;
+  ASSERT_TRUE(to_wire(known::layout(), known::reception(), known::clock(), wire));
+  wire.number(5);
+  PdoReception reception;
+  from_wire(wire, known::clock(), reception);
+  EXPECT_EQ(reception.node, 2);
+  EXPECT_EQ(reception.pdo, 2);
+  EXPECT_EQ(reception.time, known::at(900));
+  EXPECT_EQ(reception.number, 5U);
+  EXPECT_EQ(reception.lost, 17U);
+  const image::Snapshot snapshot = known::snapshot();
+  ASSERT_EQ(reception.values.size(), 4U);
+  EXPECT_EQ(reception.values[1].entry, 5U);
+  EXPECT_EQ(reception.values[1].sub, 2);
+  EXPECT_EQ(reception.values[1].bit_length, 16);
+  EXPECT_EQ(reception.values[1].data, (std::vector{snapshot.bytes[10], snapshot.bytes[11]}));
+}
+
+TEST(ImageSamples, PdoReceptionOfAForeignLayoutIsRefused) {
+  v1::PdoReception wire;
+  pdo::Reception reception = known::reception();
+  reception.first_entry = known::kEntries - 3;
+  EXPECT_FALSE(to_wire(known::layout(), reception, {}, wire));
+  reception = known::reception();
+  reception.layout_id = 1;
+  EXPECT_FALSE(to_wire(known::layout(), reception, {}, wire));
+}
+
 TEST(ImageSamples, BitsAreMovedToTheLowEnd) {
   const std::vector<std::byte> area{std::byte{0xA0}, std::byte{0x03}};
   std::vector<std::uint8_t> bits;

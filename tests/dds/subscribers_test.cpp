@@ -42,6 +42,9 @@ struct Recorder : dds::ClientListener {
     snapshots.push_back(value);
   }
   void on_pdo(const dds::Source&, const dds::PdoUpdate& value) override { pdo = value; }
+  void on_reception(const dds::Source&, const dds::PdoReception& value) override {
+    reception = value;
+  }
   void on_event(const dds::Source&, const Event& value, std::string_view text,
                 const std::vector<dds::Property>&) override {
     events.push_back(value);
@@ -62,6 +65,7 @@ struct Recorder : dds::ClientListener {
   std::vector<image::Layout> layouts;
   std::vector<image::Snapshot> snapshots;
   std::optional<dds::PdoUpdate> pdo;
+  std::optional<dds::PdoReception> reception;
   std::vector<Event> events;
   std::string last_text;
   std::string gone;
@@ -76,7 +80,7 @@ TEST(Subscribers, ALateJoinerGetsStateLayoutImageAndTheLastEvents) {
   ASSERT_TRUE(eventually([&] {
     client->poll(milliseconds(50), got);
     return got.gateway_source && got.line_source && got.node_state && !got.layouts.empty() &&
-           !got.snapshots.empty() && got.pdo && got.events.size() >= 1'000;
+           !got.snapshots.empty() && got.pdo && got.reception && got.events.size() >= 1'000;
   }));
   EXPECT_EQ(got.gateway_source->gateway, known::kGateway);
   EXPECT_EQ(got.gateway_source->line, "");
@@ -101,6 +105,10 @@ TEST(Subscribers, ALateJoinerGetsStateLayoutImageAndTheLastEvents) {
   ASSERT_EQ(got.snapshots.size(), 1U);
   EXPECT_EQ(got.snapshots[0].bytes, known::snapshot().bytes);
   EXPECT_EQ(got.pdo->values.size(), 4U);
+  EXPECT_GE(got.reception->number, 1U);
+  EXPECT_EQ(got.reception->lost, 17U);
+  ASSERT_EQ(got.reception->values.size(), 4U);
+  EXPECT_EQ(got.reception->values[3].data, got.pdo->values[3].data);
   ASSERT_EQ(got.events.size(), 1'000U);
   for (std::size_t i = 0; i < got.events.size(); ++i) {
     ASSERT_EQ(got.events[i].number, known::kEvents - 999 + i);

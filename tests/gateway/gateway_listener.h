@@ -44,6 +44,9 @@ class GatewayListener : public dds::ClientListener {
   void on_pdo(const dds::Source& source, const dds::PdoUpdate& update) override {
     pdos[source.line] = update;
   }
+  void on_reception(const dds::Source& source, const dds::PdoReception& reception) override {
+    receptions[source.line].push_back(reception);
+  }
   void on_event(const dds::Source& source, const Event& event, std::string_view text,
                 const std::vector<dds::Property>&) override {
     auto& numbers = events[source.line];
@@ -81,6 +84,7 @@ class GatewayListener : public dds::ClientListener {
   std::map<std::string, image::Layout> layouts;
   std::map<std::string, image::Snapshot> images;
   std::map<std::string, dds::PdoUpdate> pdos;
+  std::map<std::string, std::vector<dds::PdoReception>> receptions;
   std::map<std::string, std::map<std::uint64_t, Event>> events;
   std::vector<std::string> texts;
   std::vector<std::string> lines_gone;

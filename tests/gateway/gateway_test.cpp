@@ -39,6 +39,7 @@ lines:
     interface: "simulated:"
     access: all
     sdo_timeout: 500ms
+    pdo_update: {every: true, queue: 1024}
     nodes:
       - {id: 5, name: io, eds: bridges/sim/eds/digital-io.eds, heartbeat: 100ms}
     simulate: [{node: 5, profile: digital-io}]
@@ -114,6 +115,21 @@ class GatewayTest : public testing::Test {
   std::unique_ptr<dds::Client> client_;
   GatewayListener seen_;
 };
+
+TEST_F(GatewayTest, PublishesEveryReceptionOfALineThatDemandsIt) {
+  const std::vector<dds::PdoReception>& got = seen_.receptions["open"];
+  ASSERT_TRUE(until([&] { return got.size() >= 20; }));
+  for (std::size_t i = 1; i < got.size(); ++i) {
+    EXPECT_EQ(got[i].number, got[i - 1].number + 1);
+    EXPECT_GT(got[i].time, got[i - 1].time);
+    EXPECT_EQ(got[i].node, 5);
+    EXPECT_FALSE(got[i].values.empty());
+  }
+  // The newest one and those before it are all that the line received.
+  EXPECT_TRUE(until([&] { return seen_.lines["open"].counters.rpdos >= got.back().number; }));
+  EXPECT_EQ(seen_.line_properties["receptions-lost"], "0");
+  EXPECT_TRUE(seen_.receptions["closed"].empty());
+}
 
 TEST_F(GatewayTest, PublishesLinesNodesImagesAndEvents) {
   EXPECT_EQ(seen_.incarnation, kIncarnation);

@@ -56,6 +56,7 @@ static void receive_all(void) {
   RECEIVE(ImageLayout, IMAGE_LAYOUT, late, 1, 2, compare_image_layout);
   RECEIVE(ProcessImage, PROCESS_IMAGE, late, 1, 1, compare_process_image);
   RECEIVE(PdoUpdate, PDO_UPDATE, DDS_DURABILITY_VOLATILE, 1, 1, compare_pdo_update);
+  RECEIVE(PdoReception, PDO_RECEPTION, DDS_DURABILITY_VOLATILE, 1, 1, compare_pdo_reception);
   RECEIVE(Event, EVENT, late, EVENTS, EVENTS, compare_event);
 }
 

@@ -223,6 +223,32 @@ void compare_process_image(const linegate_v1_ProcessImage* s) {
     compare_stamp(&s->pdos._buffer[0]);
 }
 
+/* Those of the second PDO. */
+static void compare_pdo_value(const linegate_v1_PdoValue* value, uint32_t i) {
+  const uint32_t at = (4 + i) * 2;
+  const uint8_t data[2] = {(uint8_t)(at * 7), (uint8_t)((at + 1) * 7)};
+  NUMBER(value->entry, 4 + i);
+  NUMBER(value->index, 0x6401);
+  NUMBER(value->sub, 1 + i);
+  NUMBER(value->data_type, 6);
+  NUMBER(value->bit_length, 16);
+  BYTES(value->data, data, sizeof data);
+}
+
+/* Published again and again, each with the next number. */
+void compare_pdo_reception(const linegate_v1_PdoReception* s) {
+  ADDRESS(s);
+  NUMBER(s->number >= 1, 1);
+  NUMBER(s->time, UTC + 900);
+  NUMBER(s->clock, linegate_v1_CLOCK_SYNCHRONISED);
+  NUMBER(s->node, 2);
+  NUMBER(s->pdo, 2);
+  NUMBER(s->lost, 17);
+  NUMBER(s->values._length, 4);
+  for (uint32_t i = 0; i < s->values._length; ++i)
+    compare_pdo_value(&s->values._buffer[i], i);
+}
+
 void compare_pdo_update(const linegate_v1_PdoUpdate* s) {
   ADDRESS(s);
   NUMBER(s->node, 2);
@@ -231,17 +257,8 @@ void compare_pdo_update(const linegate_v1_PdoUpdate* s) {
   NUMBER(s->clock, linegate_v1_CLOCK_SYNCHRONISED);
   NUMBER(s->receptions, 3);
   NUMBER(s->values._length, 4);
-  for (uint32_t i = 0; i < s->values._length; ++i) {
-    const linegate_v1_PdoValue* value = &s->values._buffer[i];
-    const uint32_t at = (4 + i) * 2;
-    const uint8_t data[2] = {(uint8_t)(at * 7), (uint8_t)((at + 1) * 7)};
-    NUMBER(value->entry, 4 + i);
-    NUMBER(value->index, 0x6401);
-    NUMBER(value->sub, 1 + i);
-    NUMBER(value->data_type, 6);
-    NUMBER(value->bit_length, 16);
-    BYTES(value->data, data, sizeof data);
-  }
+  for (uint32_t i = 0; i < s->values._length; ++i)
+    compare_pdo_value(&s->values._buffer[i], i);
 }
 
 /* Called for a thousand of them, in order: the last ones. */

@@ -11,6 +11,7 @@ void compare_output_state(const linegate_v1_OutputState* sample);
 void compare_image_layout(const linegate_v1_ImageLayout* sample);
 void compare_process_image(const linegate_v1_ProcessImage* sample);
 void compare_pdo_update(const linegate_v1_PdoUpdate* sample);
+void compare_pdo_reception(const linegate_v1_PdoReception* sample);
 void compare_event(const linegate_v1_Event* sample);
 
 /* Data of commands. */

@@ -65,6 +65,37 @@ lines:
   })) << "the line links what the device will send";
 }
 
+// Nothing is written to the device for it.
+TEST(Plant, EveryReceptionOfAPdoIsQueuedWhereItIsSaid) {
+  const auto plant = [](const std::string& line, const std::string& pdos) {
+    return read_pdo_plant("schema: 1\nlines:\n  - name: a\n    interface: \"simulated:\"\n" + line +
+                          "    nodes:\n      - id: 5\n        eds: bridges/sim/eds/drive.eds\n"
+                          "        pdos: {" +
+                          pdos + "}\n");
+  };
+  const auto one = plant("", "tpdo1: {every: true}, tpdo2: {every: true, queue: 500}");
+  ASSERT_TRUE(one.ok()) << pdo_findings(one);
+  const line::LineConfig& config = one.value->lines.at(0).config;
+  EXPECT_TRUE(config.nodes.at(0).objects.empty());
+  EXPECT_EQ(line::queue_of(config, 5, 1), 64U);
+  EXPECT_EQ(line::queue_of(config, 5, 2), 500U);
+  EXPECT_EQ(line::queue_of(config, 5, 3), 0U);
+  EXPECT_EQ(line::longest_queue(config), 500U);
+
+  const auto all = plant("    pdo_update: {every: true, queue: 10}\n", "tpdo2: {every: false}");
+  ASSERT_TRUE(all.ok()) << pdo_findings(all);
+  EXPECT_EQ(line::queue_of(all.value->lines.at(0).config, 5, 1), 10U);
+  EXPECT_EQ(line::queue_of(all.value->lines.at(0).config, 5, 2), 0U);
+
+  EXPECT_NE(pdo_findings(plant("", "tpdo1: {queue: 10}")).find("queue needs every: true"),
+            std::string::npos);
+  EXPECT_NE(pdo_findings(plant("", "rpdo1: {every: true}")).find("unknown key \"every\""),
+            std::string::npos);
+  EXPECT_NE(pdo_findings(plant("    role: device\n    pdo_update: {every: true}\n", ""))
+                .find("every is of lines in the roles manager and observer"),
+            std::string::npos);
+}
+
 TEST(Plant, AnRpdoOfADeviceIsSentToItNoMoreOftenThanItsInhibitTime) {
   const auto loaded = read_pdo_plant(R"(schema: 1
 lines:

@@ -25,6 +25,11 @@ TEST(Allocations, NoneFromFrameToSnapshotAndFromValueToFrame) {
     nodes.push_back(node);
   }
   Manager manager(nodes);
+  for (LinkedPdo& pdo : manager.plan.rpdos) {
+    pdo.queue = pdo.node % 4 == 3 ? 4 : 0;
+  }
+  manager.engine->link(manager.plan);
+  ASSERT_TRUE(manager.engine->configure().empty());
   image::Snapshot outputs;
   (void)manager.snapshot();
   manager.image->snapshot(image::Direction::outputs, outputs, at(0), false, 0);
@@ -32,6 +37,7 @@ TEST(Allocations, NoneFromFrameToSnapshotAndFromValueToFrame) {
   std::vector<Event> drained(64);
   const std::uint64_t before = bench::allocations();
   std::uint64_t sent = 0;
+  std::uint64_t queued = 0;
   for (int ms = 1; ms <= 500; ++ms) {
     const auto value = static_cast<std::uint8_t>(ms);
     for (std::uint32_t id = 1; id <= 40; ++id) {
@@ -52,12 +58,17 @@ TEST(Allocations, NoneFromFrameToSnapshotAndFromValueToFrame) {
     }
     while (events.take(drained) != 0) {
     }
+    for (Reception reception; ms % 10 == 0 && manager.engine->take_reception(reception);) {
+      ++queued;
+    }
     manager.image->set_node_valid(static_cast<std::uint8_t>(1 + ms % 40), false);
     (void)manager.snapshot(ms % 3 == 0);
     manager.image->snapshot(image::Direction::outputs, outputs, at(ms), ms % 5 == 0, 0);
   }
   EXPECT_EQ(bench::allocations(), before);
   EXPECT_GT(sent, 1000U);
+  EXPECT_GT(queued, 1000U);
+  EXPECT_GT(manager.engine->counters().receptions_lost, 0U);
 }
 
 TEST(Allocations, NoneFromAWrittenValueToItsFrame) {

@@ -1,0 +1,53 @@
+// Receptions of PDOs that have a queue.
+#include <algorithm>
+
+#include "stack/line/build.h"
+#include "stack/line/line_impl.h"
+#include "stack/line/observer.h"
+#include "stack/pdo/reception.h"
+
+namespace linegate::line {
+
+std::uint32_t queue_of(const LineConfig& config, std::uint8_t node, std::uint16_t tpdo) {
+  const auto found = std::ranges::find(config.nodes, node, &NodeConfig::id);
+  if (found != config.nodes.end()) {
+    if (const auto own = found->tpdo_queue.find(tpdo); own != found->tpdo_queue.end()) {
+      return own->second;
+    }
+  }
+  return config.pdo_queue;
+}
+
+std::uint32_t longest_queue(const LineConfig& config) {
+  std::uint32_t longest = config.pdo_queue;
+  for (const NodeConfig& node : config.nodes) {
+    for (const auto& [number, length] : node.tpdo_queue) {
+      longest = std::max(longest, length);
+    }
+  }
+  return longest;
+}
+
+void set_queues(const LineConfig& config, pdo::LinkPlan& plan) {
+  for (pdo::LinkedPdo& pdo : plan.rpdos) {
+    pdo.queue = queue_of(config, pdo.node, pdo.remote_pdo);
+  }
+}
+
+bool Line::Base::take_reception(pdo::Reception& /*out*/) {
+  return false;
+}
+
+bool Line::Impl::take_reception(pdo::Reception& out) {
+  return node.pdos().take_reception(out);
+}
+
+bool Line::Observer::take_reception(pdo::Reception& out) {
+  return inputs->engine.take_reception(out);
+}
+
+bool Line::take_reception(pdo::Reception& out) {
+  return impl_->take_reception(out);
+}
+
+}  // namespace linegate::line
