@@ -6,6 +6,7 @@ NOT_RUN = re.compile(r"<!-- not run(?: \((?P<only>[^)]*)\))?: (?P<reason>.*?) --
 FENCE = re.compile(r"^```(\w*)$")
 PRINTS = re.compile(r"#.*?\bprints: (.*)$")
 ENDS_WITH = re.compile(r"#.*?\bends with (\d+)\b")
+INLINE = re.compile(r"`((?:linegated?|idlc|fastddsgen)\s[^`]*)`")
 MOMENT = re.compile(r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d\.\d+|\b\d\d:\d\d:\d\d\.\d+")
 
 
@@ -45,6 +46,39 @@ class Command:
     def left_out(self):
         """The beginning by which the mark of the block leaves this command out, or None."""
         return next((start for start in self.block.left_out if self.text.startswith(start)), None)
+
+
+class Inline:
+    """A command in the running text of a document."""
+
+    def __init__(self, document, number, text):
+        self.place, self.text = f"{document}:{number}", text
+
+
+def outside(text):
+    """(number, line) of what is in no fenced block."""
+    inside = False
+    for number, line in enumerate(text.splitlines(), start=1):
+        if line.startswith("```"):
+            inside = not inside
+        elif not inside:
+            yield number, line
+
+
+def inline(document, text):
+    """The commands in the running text, each once, and the reasons for those that are not run, by command."""
+    found, numbers, prose = {}, [], ""
+    for number, line in outside(text):
+        numbers += [number] * (len(line) + 1)
+        prose += line + "\n"
+    marks = {}
+    for mark in NOT_RUN.finditer(prose):
+        for command in (mark["only"] or "").split(","):
+            marks[command.strip()] = " ".join(mark["reason"].split())
+    for span in INLINE.finditer(prose):
+        command = " ".join(span[1].split())
+        found.setdefault(command, Inline(document, numbers[span.start()], command))
+    return list(found.values()), marks
 
 
 def blocks(document, text):

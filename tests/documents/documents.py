@@ -7,6 +7,7 @@ documents.py LINEGATED LINEGATE [DOCUMENT]. See README.md beside it.
 
 import os
 import re
+import shutil
 import signal
 import sys
 import time
@@ -15,11 +16,23 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", "gateway"))
 
 from plant_process import SOURCES, Failure, run_test  # noqa: E402
-from blocks import blocks, commands, difference  # noqa: E402
-from stage import INTERRUPTED, UNTIL_END_OF_BLOCK, UNTIL_OUTPUT, Process, Stage  # noqa: E402
+from blocks import Command, blocks, commands, difference, inline  # noqa: E402
+from fragments import make_files, whole  # noqa: E402
+from stage import GUIDE_LOG, GUIDE_PLANT, INTERRUPTED, UNTIL_END_OF_BLOCK, UNTIL_OUTPUT, Process, Stage  # noqa: E402
 
-DOCUMENTS = ("README.md",)
-COMPILED = os.path.join(SOURCES, "tests", "interop", "CMakeLists.txt")
+DOCUMENTS = ("README.md", "deploy/OPERATING.md", "idl/README.md")
+GUIDES = DOCUMENTS[1:]
+# What stands for something else in the running text.
+PLACEHOLDERS = {"LINE": "press", "NODE": "8", "FOLDER": "found", "EDS-FILES": "devices", "FILE": "valve7.cdc",
+                "NEW.yaml": "plant.yaml", "RUNNING.yaml": "plant.yaml"}
+DISTURBS = re.compile(r" (boot|accept|apply|fault|nmt|program|bus-restart|scan) ")
+COMPILED = "tests/interop/CMakeLists.txt"
+
+
+def source(document):
+    """The text of a document."""
+    with open(os.path.join(SOURCES, document), encoding="utf-8") as file:
+        return file.read()
 
 
 class Reader:
@@ -28,8 +41,9 @@ class Reader:
     def __init__(self, stage, document):
         self.stage, self.document = stage, document
         self.wrong, self.not_run, self.run = [], [], 0
-        with open(os.path.join(SOURCES, document), encoding="utf-8") as file:
-            self.blocks = blocks(document, file.read())
+        self.disturbed = True
+        self.text = source(document)
+        self.blocks = blocks(document, self.text)
 
     def read(self):
         for block in self.blocks:
@@ -49,23 +63,51 @@ class Reader:
     def compiled(self, block):
         """Programs are compiled by tests/interop: the first block of each language in a document."""
         first = next(one for one in self.blocks if one.language == block.language)
-        with open(COMPILED, encoding="utf-8") as file:
-            if block is not first or not re.search(rf"foreach\(readme [^)]*{re.escape(self.document)}", file.read()):
-                raise Failure("not compiled by tests/interop")
+        if block is not first or not re.search(rf"foreach\(readme [^)]*{re.escape(self.document)}", source(COMPILED)):
+            raise Failure("not compiled by tests/interop")
         self.run += 1
 
     def fragment(self, block):
         """A configuration: `linegate check` takes it."""
-        self.stage.write("fragment.yaml", block.text)
+        self.stage.write("fragment.yaml", whole(block.heading, block.text))
         status, output = self.stage.run("build/release/bin/linegate check fragment.yaml")
         if status != 0:
             raise Failure(f"linegate check ends with {status}\n{output}")
         self.run += 1
 
+    def inlines(self, executed):
+        """The commands in the running text that no block of the documents has."""
+        found, marks = inline(self.document, self.text)
+        for one in found:
+            if one.text in marks:
+                self.not_run.append(f"{one.place}: {one.text}: {marks[one.text]}")
+            elif not any(text.startswith(one.text) for text in executed):
+                executed.add(one.text)
+                self.run += 1
+                try:
+                    self.inline(one.text)
+                except Failure as failure:
+                    self.wrong.append(f"{one.place}: {one.text}\n  {failure}")
+
+    def inline(self, text):
+        """A command whose name alone is mentioned has help; others are run."""
+        words = [":".join(PLACEHOLDERS.get(part, part) for part in word.split(":")) for word in text.split()]
+        words = ["/".join(PLACEHOLDERS.get(part, part) for part in word.split("/")) for word in words]
+        if words[0] in ("idlc", "fastddsgen"):
+            words = ["cd", os.path.join(".", os.path.dirname(self.document)), "&&", *words]
+        elif words[0] == "linegated":
+            words = ["linegated", "--check", next((word for word in words if word.endswith(".yaml")), "plant.yaml")]
+        elif len(words) == 2:
+            words.append("--help")
+        if self.disturbed and self.document in GUIDES:
+            self.stage.await_lines()
+        self.execute(Command(None, " ".join(words)), None)
+        self.disturbed = DISTURBS.search(text) is not None
+
     def shell(self, block):
         unused = set(block.left_out)
         self.prepare(block)
-        if block.language == "console":
+        if block.language == "console" and self.stage.background:
             self.stage.await_lines()  # what the commands before it began has come to its end
         running = []
         for command in commands(block):
@@ -93,8 +135,8 @@ class Reader:
     def execute(self, command, running):
         text = command.text
         if text.startswith("export "):
-            self.stage.environment["PATH"] = os.path.join(self.stage.folder, "build/release/bin") + ":" + os.environ["PATH"]
-        elif text.startswith("linegated "):
+            self.compare(Command(None, text + " && command -v linegate linegated", ["...", "..."]))
+        elif text.startswith("linegated ") and "--check" not in text:
             if re.search(r"&\s*(#.*)?$", text):
                 self.stage.begin(text.rsplit("&", 1)[0])
                 self.stage.await_lines()
@@ -131,14 +173,23 @@ class Reader:
 
 def test(folder, linegated, linegate, *documents):
     wrong = []
+    executed = {command.text for document in DOCUMENTS for block in blocks(document, source(document))
+                for command in commands(block)}
     if os.path.dirname(linegated) != os.path.dirname(linegate):
         raise Failure("the programs are in two folders")
     for document in documents or DOCUMENTS:
         begin = time.monotonic()
         stage = Stage(os.path.join(folder, document.replace("/", "-")), os.path.dirname(linegated))
+        make_files(stage.folder)
         reader = Reader(stage, document)
         try:
+            if document in GUIDES:
+                stage.write("plant.yaml", GUIDE_PLANT)
+                stage.write("press.log", GUIDE_LOG)
+                shutil.copytree(os.path.join(stage.folder, "devices"), os.path.join(stage.folder, "etc/linegate/devices"))
+                stage.gateway("linegated plant.yaml")
             reader.read()
+            reader.inlines(executed)
             stage.end()
         except Failure as failure:
             reader.wrong.append(f"{document}: {failure}")

@@ -1,9 +1,14 @@
 #!/usr/bin/python3
-"""What runs the documents can fail: blocks, marks and printed lines."""
+"""What runs the documents can fail: blocks, marks, commands in running text, and printed lines."""
 
+import os
+import sys
 import unittest
 
-from blocks import blocks, commands, difference
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "gateway"))
+
+from blocks import blocks, commands, difference, inline  # noqa: E402
+from fragments import whole  # noqa: E402
 
 DOCUMENT = """# Title
 ## Start
@@ -50,6 +55,38 @@ class Blocks(unittest.TestCase):
         self.assertEqual((fault.output, fault.status, boot.output, boot.status), (["lost=2%"], 0, None, 1))
         nodes, boot_up = commands(self.found[1])
         self.assertEqual((nodes.text, nodes.output, boot_up.output), ("linegate nodes", ["NODE  NAME", "..."], []))
+
+
+class Inline(unittest.TestCase):
+    TEXT = """`linegate nodes` and `linegate
+nodes` and `linegated --check`, not `linegates`.
+
+<!-- not run (linegate bus-restart LINE,
+linegate boot): needs a CAN interface -->
+```sh
+`linegate in a block`
+```
+"""
+
+    def test_each_once(self):
+        found, marks = inline("a.md", self.TEXT)
+        self.assertEqual([(one.text, one.place) for one in found],
+                         [("linegate nodes", "a.md:1"), ("linegated --check", "a.md:2")])
+        self.assertEqual(marks, {"linegate bus-restart LINE": "needs a CAN interface", "linegate boot": "needs a CAN interface"})
+
+
+class Whole(unittest.TestCase):
+    def test_what_is_whole(self):
+        self.assertEqual(whole("", "schema: 1\n"), "schema: 1\n")
+
+    def test_keys_of_a_line(self):
+        self.assertIn("    own_values: {1: 2}\n", whole("", "own_values: {1: 2}\n"))
+        self.assertEqual(whole("", "nodes:\n  - {id: 5}\n").count("nodes:"), 1)
+
+    def test_lines(self):
+        text = whole("Between networks: routes", "routes: []\nlines:\n  - name: press\n    enter: hall\n")
+        for part in ("schema: 1", 'interface: "virtual:press"', "- name: hall", "- name: pack"):
+            self.assertIn(part, text)
 
 
 class Difference(unittest.TestCase):

@@ -26,9 +26,36 @@ lines:
     nodes: [{id: 5, eds: bridges/sim/eds/digital-io.eds, heartbeat: 500ms}]
     simulate: [{node: 5, profile: digital-io}]
 """
+# The plant of the operator's guide: lines and nodes that its commands name.
+GUIDE_PLANT = """schema: 1
+gateway: {name: hall-7}
+lines:
+  - name: press
+    interface: "simulated:"
+    access: all
+    sync: 50ms
+    enter: hall
+    nodes:
+      - {id: 5, name: inlet, eds: devices/ram.eds, heartbeat: 500ms}
+      - {id: 6, name: ram, eds: devices/ram.eds, heartbeat: 500ms}
+      - {id: 8, name: panel, eds: devices/inlet.eds, heartbeat: 500ms}
+    simulate: [{node: 5, profile: drive}, {node: 6, profile: drive}, {node: 8, profile: digital-io}]
+  - name: hall
+    interface: "simulated:"
+    nodes: [{id: 10, name: doors, eds: devices/inlet.eds, heartbeat: 500ms}]
+    simulate: [{node: 10, profile: digital-io}]
+  - name: plc
+    interface: "virtual:plc"
+    role: device
+    devices: [{id: 10, name: panel, profile: 401, digital_inputs: 2}]
+"""
+# What the guide decodes.
+GUIDE_LOG = """(1795255000.103120) press 605#2B171000C8000000
+(1795255000.103391) press 585#6017100000000000
+"""
 # Commands that end with a signal. Each goes on until the condition is true, then gets SIGINT.
-UNTIL_OUTPUT = ("linegate events", "linegate record", "linegate --json monitor")
-UNTIL_END_OF_BLOCK = ("linegate listen", "linegate trace")
+UNTIL_OUTPUT = ("linegate events", "linegate record")
+UNTIL_END_OF_BLOCK = ("linegate listen", "linegate trace", "linegate --json monitor |")
 INTERRUPTED = (0, 128 + signal.SIGINT, -signal.SIGINT)
 
 
@@ -101,7 +128,8 @@ class Stage:
     def __init__(self, folder, programs):
         self.folder, self.started = folder, 0
         self.background = []
-        self.environment = {**os.environ, "LC_ALL": "C", "TZ": "UTC"}
+        self.environment = {**os.environ, "LC_ALL": "C", "TZ": "UTC",
+                            "PATH": f"{programs}:{os.environ['PATH']}"}
         os.makedirs(os.path.join(folder, "build/release"))
         os.symlink(programs, os.path.join(folder, "build/release/bin"))
         shutil.copytree(os.path.join(SOURCES, "deploy"), os.path.join(folder, "deploy"))
@@ -109,10 +137,6 @@ class Stage:
         shutil.copytree(EDS, os.path.join(folder, "bridges/sim/eds"))
         for path in ("devices", "etc/linegate"):
             os.makedirs(os.path.join(folder, path))
-        for name, profile in (("inlet", "digital-io"), ("ram", "drive")):
-            shutil.copy(os.path.join(EDS, f"{profile}.eds"), os.path.join(folder, f"devices/{name}.eds"))
-        with open(os.path.join(folder, "drive.bin"), "wb") as file:
-            file.write(program(0x00010002, 20_000))
         self.write(BEYOND, BEYOND_PLANT)
         for plant in ("vcan.yaml", "demo.yaml"):
             self.write(f"deploy/plants/{plant}", self.read(f"deploy/plants/{plant}"))
@@ -152,7 +176,8 @@ class Stage:
         """Waits until every line that is there has its nodes."""
         def ready():
             lines = json.loads(self.console("--json lines") or "{}").get("lines", [])
-            return lines and all(line.get("nodes_operational") == line.get("nodes_configured") for line in lines)
+            return lines and all(line.get("nodes_operational") == line.get("nodes_configured") for line in lines
+                                 if line.get("role") != "device")
         self.until("all nodes of all lines are operational", ready)
 
     def begin(self, text):
