@@ -1,5 +1,7 @@
 #include "gateway/lss_options.h"
 
+#include <string_view>
+
 #include <CLI/CLI.hpp>
 
 namespace linegate::gateway {
@@ -42,6 +44,9 @@ void add_one(CLI::App& lss, const Subcommand& one, console::LssRequest& request,
   }
   if (one.may_store) {
     command->add_flag("--store", request.store, "it keeps that while it is off");
+  }
+  if (std::string_view(one.name) == "set-node-id") {
+    command->add_flag("--force", request.force, "even if another device uses the node-ID");
   }
   command->preparse_callback([&request, name = one.name](std::size_t) { request.what = name; });
   ready(*command);

@@ -123,16 +123,27 @@ class Session {
   // The same, done or said why not.
   std::optional<LssAnswer> must(Procedure procedure, Bytes arguments, const char* what) {
     auto answer = ask(procedure, std::move(arguments));
-    if (answer && answer->outcome == Outcome::refused) {
-      context_.err << what << ": the device refuses it, error " << answer->error << "/"
-                   << answer->specific << '\n';
-      return std::nullopt;
+    return answer && is_done(*answer, what) ? answer : std::nullopt;
+  }
+
+  // False: it is said why not.
+  bool is_done(const LssAnswer& answer, const char* what) {
+    switch (answer.outcome) {
+      case Outcome::done:
+        return true;
+      case Outcome::refused:
+        context_.err << what << ": the device refuses it, error " << answer.error << "/"
+                     << answer.specific << '\n';
+        return false;
+      case Outcome::several:
+        context_.err << what
+                     << ": several devices answer; --only is for a line with one: name the device "
+                        "by its LSS address (linegate lss LINE scan)\n";
+        return false;
+      default:
+        context_.err << what << ": no device answered\n";
+        return false;
     }
-    if (answer && answer->outcome != Outcome::done) {
-      context_.err << what << ": no device answered\n";
-      return std::nullopt;
-    }
-    return answer;
   }
 
   int scan_all() {
@@ -251,10 +262,15 @@ class Session {
       if (!must(Procedure::switch_selective, data, request_.address.c_str())) {
         return kFailed;
       }
-    } else if (!select_all()) {
+    } else if (!select_all() || !is_alone()) {
       return kFailed;
     }
     return tell_device(*arguments);
+  }
+
+  // One device answers; an inquiry shows that by itself.
+  bool is_alone() {
+    return request_.what == "inquire" || must(Procedure::inquire_address, {}, "--only");
   }
 
   // What --value means; nothing: nonsense, which has been said.
@@ -290,9 +306,7 @@ class Session {
     if (request_.what == "inquire") {
       return inquire();
     }
-    if (request_.what == "set-node-id" &&
-        (is_anothers(std::to_integer<std::uint8_t>(arguments.front())) ||
-         !must(Procedure::configure_node_id, arguments, "node-ID"))) {
+    if (request_.what == "set-node-id" && !set_node_id(arguments)) {
       return kFailed;
     }
     if (request_.what == "bit-timing" &&
@@ -330,24 +344,30 @@ class Session {
     return !there ? "" : known->second.name.empty() ? "a node" : known->second.name;
   }
 
-  // Two devices with one node-ID understand nobody. Only who has it may be given it, to store it.
-  bool is_anothers(std::uint8_t node) {
-    const std::string owner = node == lss::kNoNodeId ? "" : owner_of(node);
-    if (owner.empty()) {
+  // The gateway checks that no other device uses the node-ID.
+  bool set_node_id(Bytes arguments) {
+    const auto node = std::to_integer<std::uint8_t>(arguments.front());
+    if (request_.force) {
+      arguments.push_back(std::byte{1});
+    }
+    const auto answer = ask(Procedure::configure_node_id, std::move(arguments));
+    if (!answer) {
       return false;
     }
-    const auto now = ask(Procedure::inquire_node_id, {});
-    if (now && now->data == Bytes{std::byte{node}}) {
+    if (answer->outcome == Outcome::node_id_in_use) {
+      const std::string owner = owner_of(node);
+      context_.err << "node-ID " << unsigned{node} << " is used by "
+                   << (owner.empty() ? "another device" : printable(owner))
+                   << ": the device keeps what it had. Choose another node-ID, or take that one "
+                      "off the line; --force gives it all the same\n";
       return false;
     }
-    context_.err << "node-ID " << unsigned{node} << " is that of " << printable(owner)
-                 << ", which is on the line\n";
-    return true;
+    return is_done(*answer, "node-ID");
   }
 
   int inquire() {
     const auto address = must(Procedure::inquire_address, {}, "inquire");
-    const auto node = must(Procedure::inquire_node_id, {}, "inquire");
+    const auto node = address ? must(Procedure::inquire_node_id, {}, "inquire") : std::nullopt;
     if (!address || !node || address->data.size() != kAddressSize || node->data.size() != 1) {
       return kFailed;
     }

@@ -20,6 +20,7 @@ struct LssRequest {
   bool only = false;    // in its place: there is but one device on the line
   std::string value;    // node-ID or none; kbit/s; ms until the switch, and after it
   bool store = false;   // the device keeps it
+  bool force = false;   // set-node-id: even if another device uses the node-ID
 };
 
 // Four hexadecimal numbers between colons, with or without 0x.

@@ -11,6 +11,7 @@
 #include "stack/can/cob_id.h"
 #include "stack/eds/reader.h"
 #include "stack/lss/slave.h"
+#include "stack/nmt/node_control.h"
 #include "stack/storage/parameters.h"
 
 namespace linegate::sim {
@@ -126,6 +127,7 @@ struct Device::Lss final : lss::SlaveHost {
   }
 
   lss::Settings kept;
+  std::optional<bool> reset;  // by NMT, without a node-ID: of the whole node
   lss::Slave slave;
   can::TransmitQueue answers{kLssAnswers};
 };
@@ -195,7 +197,9 @@ void Device::be_lss_slave() {
   const lss::Address address = lss_address(node_->dictionary());
   options_.serial = address[lss::kSerial];
   lss_ = std::make_unique<Lss>(address);
-  lss_->kept.node_id = options_.unconfigured ? lss::kNoNodeId : options_.node_id;
+  lss_->kept.node_id =
+      options_.unconfigured ? lss::kNoNodeId : options_.has_node_id.value_or(options_.node_id);
+  lss_->slave.set_faults(options_.lss_faults);
   lss_->slave.power_on(lss_->kept);
 }
 
@@ -217,6 +221,10 @@ bool Device::has_node_id() const {
 
 std::uint8_t Device::node_id() const {
   return has_node_id() ? node_->node_id() : std::uint8_t{0};
+}
+
+const lss::Slave& Device::lss_slave() const {
+  return lss_->slave;
 }
 
 void Device::set_time(Instant now) {
@@ -257,7 +265,9 @@ void Device::revive(Instant now) {
 // NMT resets, and leaving configuration with the first node-ID, make the pending one the active
 // one.
 void Device::follow_lss(Instant now) {
-  const std::optional<bool> reset = behaviour_->take_reset();
+  std::optional<bool> reset = behaviour_->take_reset();
+  reset = reset ? reset : lss_->reset;
+  lss_->reset.reset();
   const bool first = lss_->slave.take_reset();
   if (!first && !reset) {
     return;
@@ -272,6 +282,17 @@ void Device::follow_lss(Instant now) {
   }
 }
 
+// The faulty ones boot by NMT alone, as the node that they are to be.
+void Device::hear_without_node_id(const can::Frame& frame) {
+  const auto control =
+      frame.id == can::kNmtId && !frame.extended() ? nmt::decode_node_control(frame) : std::nullopt;
+  const bool meant = control && nmt::is_reset(control->command) &&
+                     (control->node == 0 || control->node == lss_->slave.pending().node_id);
+  if (meant && options_.lss_faults.boots_at_reset) {
+    lss_->reset = control->command == nmt::Command::reset_node;
+  }
+}
+
 void Device::receive(std::span<const can::Frame> frames) {
   if (!alive_) {
     return;
@@ -283,6 +304,8 @@ void Device::receive(std::span<const can::Frame> frames) {
       set_time(frame.time);
       node_->receive({&frame, 1});
       behaviour_->run(frame.time);
+    } else {
+      hear_without_node_id(frame);
     }
     follow_lss(frame.time);
   }

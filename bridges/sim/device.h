@@ -17,6 +17,7 @@
 #include "stack/base/event_log.h"
 #include "stack/base/time.h"
 #include "stack/can/frame.h"
+#include "stack/lss/slave.h"
 #include "stack/node/node.h"
 #include "stack/storage/medium.h"
 
@@ -29,6 +30,8 @@ struct DeviceOptions {
   std::optional<Duration> heartbeat;        // 1017h, 0..65535 ms; nothing = what the EDS says
   bool self_starting = false;               // goes Operational without being told
   bool unconfigured = false;                // it begins without a node-ID, for LSS to give it one
+  std::optional<std::uint8_t> has_node_id;  // stored by LSS before; nothing = node_id
+  lss::SlaveFaults lss_faults;
   std::optional<std::uint32_t> serial;      // 1018h:4; nothing = what the EDS says
   std::shared_ptr<storage::Medium> medium;  // keeps stored parameters; nothing = the device's own
                                             // memory, which outlives kill() but not the Device
@@ -73,6 +76,8 @@ class Device {
 
   // The node-ID it has on the bus; 0 = none, and nothing but LSS is heard.
   std::uint8_t node_id() const;
+  // The LSS slave.
+  const lss::Slave& lss_slave() const;
 
   // What happened to the node itself, oldest first; gives how many.
   std::size_t take_events(std::span<Event> out);
@@ -92,6 +97,7 @@ class Device {
   void be_lss_slave();
   void rebuild(std::uint8_t node_id);
   void follow_lss(Instant now);
+  void hear_without_node_id(const can::Frame& frame);
   bool has_node_id() const;
   void set_time(Instant now);
   void restart_if_due(Instant now);

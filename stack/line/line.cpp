@@ -62,7 +62,8 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
              static_cast<std::uint32_t>(CommandKind::program)),
       manager(node_plans(config), manager_options(config), node.dictionary(), sdo, heartbeats,
               events, *this),
-      lss(config, manager, events),
+      lss(config, {.manager = manager, .sdo = sdo, .heartbeats = heartbeats, .host = *this},
+          plan.rpdos, events),
       startup(node.dictionary(), config.node_id, manager, *this),
       configuring(manager, configurator, events),
       programming(manager, loader),
@@ -119,6 +120,8 @@ void Line::Impl::take_completions(Instant now) {
       if (!configurator.completed(completion, now)) {
         (void)loader.completed(completion, now);
       }
+    } else if ((completion.token & kCheckToken) != 0) {
+      lss.completed(completion, now);
     } else {
       command_completed(completion);
     }
@@ -239,31 +242,6 @@ void Line::Impl::unwanted(const can::Frame& frame) {
   listening.hear(frame, events, canopen_ia.hear(frame));
 }
 
-void Line::Impl::consumer_lost(std::uint8_t id, Instant deadline) {
-  manager.consumer_lost(id, deadline);
-}
-
-void Line::Impl::boot_up(std::uint8_t id, Instant now) {
-  confirm(id, nmt::State::initialising);
-  manager.boot_up(id, now);
-  scanner.boot_up(id, now);
-}
-
-void Line::Impl::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
-  confirm(id, state);
-  diagnosis.heard(id, state, now);
-  manager.heartbeat(id, state, now);
-  keep_operational(id, now);
-}
-
-void Line::Impl::heartbeat_lost(std::uint8_t id, Instant deadline) {
-  manager.heartbeat_lost(id, deadline);
-}
-
-void Line::Impl::heartbeat_recovered(std::uint8_t id, Instant now) {
-  manager.heartbeat_recovered(id, now);
-}
-
 void Line::Impl::emergency(std::uint8_t id, const emcy::Message& message, Instant now) {
   diagnosis.emergency(id, message);
   manager.emergency(id, message.code, message.error_register, now);
@@ -310,6 +288,10 @@ void Line::Impl::stop(Instant now) {
 
 // Lines without routing pay for the question alone: nothing is kept for afterwards.
 [[gnu::hot]] void Line::Impl::receive(std::span<const can::Frame> frames) {
+  if (lss.listens()) [[unlikely]] {
+    stirred = true;
+    lss.hear(frames);
+  }
   if (routing == nullptr) {
     node.receive(frames);
     return;

@@ -60,6 +60,33 @@ void Line::Impl::keep_operational(std::uint8_t id, Instant now) {
   }
 }
 
+void Line::Impl::consumer_lost(std::uint8_t id, Instant deadline) {
+  manager.consumer_lost(id, deadline);
+}
+
+void Line::Impl::boot_up(std::uint8_t id, Instant now) {
+  confirm(id, nmt::State::initialising);
+  lss.boot_up(id);
+  manager.boot_up(id, now);
+  scanner.boot_up(id, now);
+}
+
+void Line::Impl::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
+  confirm(id, state);
+  lss.heartbeat(id);
+  diagnosis.heard(id, state, now);
+  manager.heartbeat(id, state, now);
+  keep_operational(id, now);
+}
+
+void Line::Impl::heartbeat_lost(std::uint8_t id, Instant deadline) {
+  manager.heartbeat_lost(id, deadline);
+}
+
+void Line::Impl::heartbeat_recovered(std::uint8_t id, Instant now) {
+  manager.heartbeat_recovered(id, now);
+}
+
 // Commands of another master.
 void Line::Impl::hear_nmt(std::uint16_t index, const can::Frame& frame) {
   foreign_manager.receive(index, frame);

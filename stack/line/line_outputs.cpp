@@ -190,6 +190,7 @@ pdo::Engine::Receiver Line::Impl::receiver(std::uint8_t id) const {
 // A heartbeat that says Operational may have been on its way when the command was sent.
 void Line::Impl::note_command(nmt::Command command, std::uint8_t id) {
   constexpr std::uint8_t kHeartbeats = 2;
+  lss.commanded(command, id);
   for (const NodeConfig& device : config.nodes) {
     if (id != 0 && id != device.id) {
       continue;

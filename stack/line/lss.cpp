@@ -69,20 +69,25 @@ std::vector<std::byte> report_of(const std::vector<lss::Finding>& findings) {
 
 }  // namespace
 
-Lss::Lss(const LineConfig& config, const manager::Manager& manager, EventLog& events)
+Lss::Lss(const LineConfig& config, const NodeIdCheck::Services& services,
+         std::span<const pdo::LinkedPdo> inputs, EventLog& events)
     : config_(config),
-      manager_(manager),
+      manager_(services.manager),
+      host_(services.host),
       events_(events),
+      check_(config, services, inputs),
       master_(config.lss.timeout),
       assigner_(candidates_of(config), options_of(config.lss), *this) {
 }
 
 bool Lss::is_present(std::uint8_t node) const {
-  return manager_.node(node).presence == Presence::present;
+  return manager_.node(node).presence == Presence::present ||
+         std::ranges::find(given_, node, &Given::node) != given_.end();
 }
 
 bool Lss::is_watched(std::uint8_t node) const {
-  return is_present(node) && manager_.node(node).heartbeat_monitored;
+  return manager_.node(node).presence == Presence::present &&
+         manager_.node(node).heartbeat_monitored;
 }
 
 void Lss::start(bool usable, Instant now) {
@@ -105,6 +110,8 @@ void Lss::stop() {
   next_round_ = kNever;
   master_.cancel();
   assigner_.cancel();
+  check_.end();
+  given_.clear();
   for (const Asked& asked : asked_) {
     replies_.push_back({.tag = asked.tag, .error = to_error(Refusal::cancelled), .data = {}});
   }
@@ -122,8 +129,11 @@ bool Lss::execute(Command command, Instant now) {
   if (known && !assigns) {
     asked.course = lss::Course::make(asked.procedure, command.data);
   }
-  if (!assigns && !asked.course) {
-    replies_.push_back({.tag = command.tag, .error = to_error(Refusal::bad_request), .data = {}});
+  const bool bad = !assigns && !asked.course;
+  const bool checks = assigns || asked.procedure == lss::Procedure::configure_node_id;
+  if (bad || (checks && !check_.may_ask())) {
+    const Refusal why = bad ? Refusal::bad_request : Refusal::wrong_state;
+    replies_.push_back({.tag = command.tag, .error = to_error(why), .data = {}});
     return true;
   }
   if (command.timeout > Duration::zero()) {
@@ -158,7 +168,11 @@ void Lss::pump(Instant now) {
     if (master_.busy()) {
       return;
     }
-    if (course_runs()) {
+    if (node_to_check()) {
+      if (!check_node_id(now)) {
+        return;
+      }
+    } else if (course_runs()) {
       master_.start(asked_.front().course->request());
     } else if (assigner_.active()) {
       master_.start(assigner_.request());
@@ -170,6 +184,7 @@ void Lss::pump(Instant now) {
 
 // Commands first; a round when its time has come. False if there is nothing to be done.
 bool Lss::begin_next(Instant now) {
+  check_.end();
   if (!asked_.empty()) {
     running_ = true;
     told_parts_ = 0;
@@ -178,10 +193,44 @@ bool Lss::begin_next(Instant now) {
     }
     return true;
   }
-  if (!usable_ || now < next_round_ || now < hands_off_until_) {
+  if (!usable_ || now < next_round_ || now < hands_off_until_ || !check_.may_ask()) {
     return false;
   }
   assigner_.begin();
+  return true;
+}
+
+std::optional<std::uint8_t> Lss::node_to_check() const {
+  return course_runs() ? asked_.front().course->node_to_check() : assigner_.node_to_check();
+}
+
+// False as long as it is not known whether the node-ID is free. With the first that is to be given
+// the others are checked that may be given in this round: they take the same time.
+bool Lss::check_node_id(Instant now) {
+  const std::uint8_t node = *node_to_check();
+  if (check_.use(node) == NodeIdCheck::Use::unknown) {
+    check_.begin(node, holding_, now);
+    for (const lss::Candidate& candidate : assigner_.candidates()) {
+      if (!course_runs() && !is_present(candidate.node)) {
+        check_.begin(candidate.node, holding_, now);
+      }
+    }
+  }
+  const NodeIdCheck::Use use = check_.use(node);
+  if (use == NodeIdCheck::Use::checking) {
+    return false;
+  }
+  const bool free = use == NodeIdCheck::Use::free;
+  if (!course_runs()) {
+    assigner_.checked(free);
+    follow_assigner(now);
+    return true;
+  }
+  lss::Course& course = *asked_.front().course;
+  course.checked(free);
+  if (course.over()) {
+    finish_command({}, course.reply());
+  }
   return true;
 }
 
@@ -200,8 +249,13 @@ void Lss::take_answer(const lss::Answer& answer, Instant now) {
     return;
   }
   assigner_.answered(answer);
+  follow_assigner(now);
+}
+
+void Lss::follow_assigner(Instant now) {
   while (const auto finding = assigner_.take()) {
     tell(*finding, now);
+    await_boot_up(*finding, now);
   }
   if (assigner_.nodes_done()) {
     holding_ = false;
@@ -231,10 +285,15 @@ void Lss::finish_command(Error error, std::vector<std::byte> data) {
 }
 
 void Lss::finish_round(Instant now) {
-  const Duration period = config_.lss.period;
+  // A device that waits for its node-ID is no late comer.
+  const bool waits = std::ranges::find(assigner_.found(), lss::Verdict::node_id_not_free,
+                                       &lss::Finding::verdict) != assigner_.found().end();
+  const bool none = config_.lss.period == Duration::zero();
+  const Duration period = none && waits ? LssConfig{}.period : config_.lss.period;
   const bool again = started_ && config_.lss.assign && period > Duration::zero();
   next_round_ = again ? deadline(now, period) : kNever;
   hands_off_until_ = now;
+  check_.end();
   if (running_) {
     finish_command({}, report_of(assigner_.found()));
   }
@@ -269,7 +328,51 @@ void Lss::tell_progress(unsigned parts, Instant now) {
   events_.emit(event);
 }
 
+// --- devices that were given a node-ID ----------------------------------------------------------
+
+void Lss::await_boot_up(const lss::Finding& finding, Instant now) {
+  if (!lss::has_node_id(finding.verdict)) {
+    return;
+  }
+  const auto node = std::ranges::find(config_.nodes, finding.node, &NodeConfig::id);
+  std::erase_if(given_, [&](const Given& each) { return each.node == finding.node; });
+  given_.push_back({.node = finding.node,
+                    .address = finding.address.value_or(lss::Address{}),
+                    .reset_at = deadline(now, node->reset_time)});
+}
+
+void Lss::boot_up(std::uint8_t node) {
+  check_.booted(node);
+  heartbeat(node);
+}
+
+void Lss::heartbeat(std::uint8_t node) {
+  std::erase_if(given_, [node](const Given& each) { return each.node == node; });
+}
+
+// Some devices take their first node-ID only with NMT reset communication. It is sent once.
+void Lss::reset_given(Instant now) {
+  for (Given& given : given_) {
+    if (now < given.reset_at) {
+      continue;
+    }
+    given.reset_at = kNever;
+    host_.send_nmt(nmt::Command::reset_communication, given.node, now);
+    tell({.verdict = lss::Verdict::reset_to_boot, .node = given.node, .address = given.address},
+         now);
+  }
+}
+
 // --- frames and time ----------------------------------------------------------------------------
+
+void Lss::hear(std::span<const can::Frame> frames) {
+  check_.hear(frames);
+}
+
+void Lss::completed(const sdo::Completion& completion, Instant now) {
+  check_.completed(completion, now);
+  pump(now);
+}
 
 bool Lss::receive(const can::Frame& frame) {
   const bool good = master_.receive(frame);
@@ -283,6 +386,7 @@ void Lss::advance(bool usable, Instant now) {
   master_.advance(now);
   expire(now);
   release_if_stuck(now);
+  reset_given(now);
   pump(now);
 }
 
@@ -317,7 +421,10 @@ void Lss::expire(Instant now) {
 Instant Lss::next_wake() const {
   Instant wake = earlier(master_.next_wake(), stuck_at_);
   wake = holding_ ? earlier(wake, hold_until_) : wake;
-  if (usable_ && !master_.busy()) {
+  for (const Given& given : given_) {
+    wake = earlier(wake, given.reset_at);
+  }
+  if (usable_ && !master_.busy() && !node_to_check() && check_.may_ask()) {
     wake = earlier(wake, std::max(next_round_, hands_off_until_));
   }
   for (const Asked& asked : asked_) {

@@ -10,6 +10,7 @@
 #include "stack/can/traffic.h"
 #include "stack/line/command.h"
 #include "stack/line/config.h"
+#include "stack/line/node_id_check.h"
 #include "stack/lss/assigner.h"
 #include "stack/lss/procedure.h"
 #include "stack/manager/manager.h"
@@ -18,8 +19,9 @@ namespace linegate::line {
 
 class Lss final : lss::AssignerHost {
  public:
-  // All must outlive it.
-  Lss(const LineConfig& config, const manager::Manager& manager, EventLog& events);
+  // All but inputs must outlive it; see NodeIdCheck.
+  Lss(const LineConfig& config, const NodeIdCheck::Services& services,
+      std::span<const pdo::LinkedPdo> inputs, EventLog& events);
 
   // usable: the bus can be used. The first round begins at once, if there is to be one.
   void start(bool usable, Instant now);
@@ -31,6 +33,17 @@ class Lss final : lss::AssignerHost {
   // False if a queue is full. reply() has its answer sooner or later.
   bool execute(Command command, Instant now);
   std::optional<Reply> take_reply();
+
+  // While listens(): all frames.
+  bool listens() const { return check_.listens(); }
+  void hear(std::span<const can::Frame> frames);
+  // A transfer with kCheckToken in its token.
+  void completed(const sdo::Completion& completion, Instant now);
+  // An NMT command to a node, or all with 0, was sent or heard.
+  void commanded(nmt::Command command, std::uint8_t node) { check_.commanded(command, node); }
+  // Its boot-up message, or a heartbeat.
+  void boot_up(std::uint8_t node);
+  void heartbeat(std::uint8_t node);
 
   // A frame on 7E4h. False if it is malformed.
   bool receive(const can::Frame& frame);
@@ -50,11 +63,23 @@ class Lss final : lss::AssignerHost {
     Instant deadline = kNever;
   };
 
+  // A device that was given its node-ID, and has not booted yet.
+  struct Given {
+    std::uint8_t node = 0;
+    lss::Address address{};
+    Instant reset_at = kNever;  // NMT reset communication
+  };
+
   bool is_present(std::uint8_t node) const override;
   bool is_watched(std::uint8_t node) const override;
   void pump(Instant now);
   bool begin_next(Instant now);
   void take_answer(const lss::Answer& answer, Instant now);
+  std::optional<std::uint8_t> node_to_check() const;
+  bool check_node_id(Instant now);
+  void follow_assigner(Instant now);
+  void await_boot_up(const lss::Finding& finding, Instant now);
+  void reset_given(Instant now);
   void note_configuration(const lss::Answer& answer, Instant now);
   void finish_command(Error error, std::vector<std::byte> data);
   void finish_round(Instant now);
@@ -66,7 +91,9 @@ class Lss final : lss::AssignerHost {
 
   const LineConfig& config_;
   const manager::Manager& manager_;
+  manager::Host& host_;
   EventLog& events_;
+  NodeIdCheck check_;
   lss::Master master_;
   lss::Assigner assigner_;
   std::deque<Asked> asked_;  // the first is carried out if running_
@@ -75,6 +102,7 @@ class Lss final : lss::AssignerHost {
   bool started_ = false;
   bool holding_ = false;
   unsigned told_parts_ = 0;
+  std::vector<Given> given_;
   Instant next_round_ = kNever;
   Instant hands_off_until_{};  // a person has devices in configuration
   Instant hold_until_ = kNever;

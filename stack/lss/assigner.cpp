@@ -35,6 +35,10 @@ std::string_view describe(Verdict verdict) {
     case Verdict::answers_in_configuration:
       return "a device answers fastscan in configuration state, which hides others: give it a "
              "node-ID by its address, or take it off the line";
+    case Verdict::node_id_not_free:
+      return "has no node-ID and waits: another device uses its node-ID";
+    case Verdict::reset_to_boot:
+      return "was given its node-ID, but did not boot: NMT reset communication was sent to it";
   }
   return "unknown";
 }
@@ -74,8 +78,9 @@ void Assigner::begin() {
     return;
   }
   step_ = Step::clear;
-  begun_ = nodes_done_ = any_parked_ = selecting_ = false;
+  begun_ = nodes_done_ = any_parked_ = selecting_ = disturbed_ = false;
   parked_.clear();
+  failed_.clear();
   checked_.reset();
   target_ = 0;
   finds_ = repeats_ = 0;
@@ -104,6 +109,20 @@ std::optional<Finding> Assigner::take() {
   return out;
 }
 
+std::optional<std::uint8_t> Assigner::node_to_check() const {
+  return step_ == Step::check ? std::optional(node_) : std::nullopt;
+}
+
+void Assigner::checked(bool free) {
+  if (step_ != Step::check) {
+    return;
+  }
+  if (!free) {
+    conclude(Verdict::node_id_not_free);
+  }
+  step_ = free ? Step::give : Step::leave;
+}
+
 Request Assigner::request() const {
   switch (step_) {
     case Step::ask:
@@ -122,6 +141,7 @@ Request Assigner::request() const {
       return {.service = Service::store, .timeout = kStoreTime};
     case Step::idle:
     case Step::clear:
+    case Step::check:
     case Step::leave:
     case Step::last:
       break;
@@ -136,6 +156,7 @@ void Assigner::answered(const Answer& answer) {
   const bool yes = answer.outcome == Outcome::done;
   switch (step_) {
     case Step::idle:
+    case Step::check:
       return;
     case Step::clear:
       any_parked_ = false;
@@ -159,7 +180,7 @@ void Assigner::answered(const Answer& answer) {
       return;
     case Step::inquire:
       // One that has a node-ID keeps it.
-      step_ = yes && answer.value == kNoNodeId ? Step::give : Step::leave;
+      step_ = yes && answer.value == kNoNodeId ? Step::check : Step::leave;
       return;
     case Step::scan:
       scanned(yes);
@@ -280,7 +301,7 @@ void Assigner::scanned(bool yes) {
 
 void Assigner::nobody_there() {
   if (std::exchange(checked_, std::nullopt)) {
-    is_rest() ? scan_rest() : try_target();
+    scan_on();
     return;
   }
   if (!is_rest()) {
@@ -300,12 +321,23 @@ bool Assigner::is_parked(const Address& address) const {
   return std::ranges::find(parked_, address) != parked_.end();
 }
 
+// The device that was found stays in configuration.
+void Assigner::scan_on() {
+  is_rest() ? scan_rest() : try_target();
+}
+
 // A slave that goes on answering in configuration state: what fastscan finds beside it means
-// nothing. Known addresses have had their turn.
+// nothing. Known addresses have had their turn; devices of another identity have theirs.
 void Assigner::disturbed(const Address& address) {
-  nodes_done_ = true;
-  report({.verdict = Verdict::answers_in_configuration, .node = 0, .address = address});
-  step_ = Step::last;
+  checked_.reset();
+  if (!std::exchange(disturbed_, true)) {
+    report({.verdict = Verdict::answers_in_configuration, .node = 0, .address = address});
+  }
+  if (is_rest()) {
+    step_ = Step::last;
+  } else {
+    next_target();
+  }
 }
 
 // Serial numbers of one device type that never end may come from one slave. True if the first of
@@ -335,6 +367,12 @@ void Assigner::identified(const Address& address, bool sure) {
     scan_rest();
     return;
   }
+  if (std::ranges::find(failed_, address) != failed_.end()) {
+    any_parked_ = true;
+    parked_.push_back(address);
+    scan_on();
+    return;
+  }
   Finding why;
   if (const Candidate* candidate = candidate_of(address, why)) {
     select(address, candidate->node);
@@ -358,7 +396,7 @@ void Assigner::park(Verdict why, std::uint8_t node, const Address& address) {
   const bool checks = check_parked(address);
   parked_.push_back(address);
   if (!checks) {
-    is_rest() ? scan_rest() : try_target();
+    scan_on();
   }
 }
 
@@ -436,9 +474,12 @@ void Assigner::left() {
   }
   if (given) {
     step_ = Step::ask;
-  } else {
-    resume();
+    return;
   }
+  if (result_) {
+    failed_.push_back(result_->address.value_or(Address{}));
+  }
+  resume();
 }
 
 void Assigner::report(const Finding& finding) {

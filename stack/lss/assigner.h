@@ -3,8 +3,10 @@
 //
 // A round begins with the question whether anybody has no node-ID: silence ends it. Nodes whose
 // whole LSS address is known are then selected by it, the others found by fastscan with the parts
-// that are known. Who is left after that is no node of the configuration: it is found by fastscan
-// bit by bit and told, and stays in configuration until the round ends, so that the next is found.
+// that are known. Before a device is given a node-ID the owner checks that no other device uses it
+// (node_to_check()): this waits, the others have their turn after it. Who is left after that is no
+// node of the configuration: it is found by fastscan bit by bit and told, and stays in
+// configuration until the round ends, so that the next is found.
 #pragma once
 
 #include <cstddef>
@@ -40,6 +42,8 @@ enum class Verdict : std::uint8_t {
   no_answer,           // it fell silent before it had its node-ID
   nobody_found,        // somebody has no node-ID, but no known address and no fastscan finds it
   answers_in_configuration,  // it answers fastscan in configuration state: the search ends
+  node_id_not_free,          // another device uses the node-ID: it is tried again
+  reset_to_boot,             // given, but it did not boot before it got NMT reset communication
 };
 
 // In words, of "a device without a node-ID".
@@ -87,7 +91,14 @@ class Assigner {
   // Ends it at once.
   void cancel();
 
-  // The next service. Precondition: active, the one before has been answered.
+  const std::vector<Candidate>& candidates() const { return candidates_; }
+
+  // The node-ID that is given next, as soon as checked() says that no other device uses it. There
+  // is no service until then.
+  std::optional<std::uint8_t> node_to_check() const;
+  void checked(bool free);
+  // The next service. Precondition: active, no node-ID is to be checked, the service before has
+  // been answered.
   Request request() const;
   void answered(const Answer& answer);
 
@@ -105,6 +116,7 @@ class Assigner {
     select,  // by address_
     inquire,
     scan,
+    check,  // whether node_ is free
     give,
     timing,
     store,
@@ -128,6 +140,7 @@ class Assigner {
   void nobody_there();
   void identified(const Address& address, bool sure);
   bool is_parked(const Address& address) const;
+  void scan_on();
   void disturbed(const Address& address);
   bool check_parked(const Address& newest);
   void park(Verdict why, std::uint8_t node, const Address& address);
@@ -154,6 +167,8 @@ class Assigner {
   bool any_parked_ = false;         // somebody is in configuration who is given nothing
   std::size_t parking_ = 0;         // of strangers_, in the rest
   std::vector<Address> parked_;     // in configuration, as far as known
+  std::vector<Address> failed_;     // in this round: tried again in the next one
+  bool disturbed_ = false;          // in this round
   std::optional<Address> checked_;  // of these, the one that must not answer to scan_
   Fastscan scan_;
   bool selecting_ = false;  // address_ and node_ mean something

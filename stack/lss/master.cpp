@@ -34,6 +34,10 @@ bool has_error(Service service) {
          service == Service::store;
 }
 
+bool is_inquiry(Service service) {
+  return service == Service::inquire_part || service == Service::inquire_node_id;
+}
+
 Command answer_to(const Request& request) {
   switch (request.service) {
     case Service::switch_global:
@@ -75,6 +79,7 @@ bool Master::start(const Request& request) {
   service_ = request.service;
   expected_ = answer_to(request);
   patience_ = request.timeout > Duration::zero() ? request.timeout : timeout_;
+  of_one_ = request.of_one && is_inquiry(request.service);
   answer_.reset();
   switch (request.service) {
     case Service::switch_global:
@@ -186,11 +191,14 @@ void Master::answered(const Message& message, Instant now) {
   } else if (service_ == Service::inquire_node_id) {
     answer.value = message.byte1();
   }
-  if (!may_be_of_many(message.command)) {
+  if (!of_one_ && !may_be_of_many(message.command)) {
     finish(answer);
+  } else if (held_ && of_one_) {
+    held_->outcome = Outcome::several;
+    ++doubled_;
   } else if (!held_) {
     held_ = answer;
-    deadline_ = deadline(now, patience_ / kSettleShare);
+    deadline_ = of_one_ ? deadline_ : deadline(now, patience_ / kSettleShare);
   }
 }
 

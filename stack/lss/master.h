@@ -38,10 +38,18 @@ struct Request {
   std::uint8_t index = 0;
   std::uint16_t delay_ms = 0;
   Message message{};
-  Duration timeout{};  // for the answer; 0 = the master's
+  Duration timeout{};   // for the answer; 0 = the master's
+  bool of_one = false;  // of an inquiry: the time-out is waited for, and a second answer reported
 };
 
-enum class Outcome : std::uint8_t { done, no_answer, refused };
+// Grows at the end only: the numbers are those of the DDS contract (COMMAND_LSS).
+enum class Outcome : std::uint8_t {
+  done,
+  no_answer,
+  refused,
+  several,         // several devices are in configuration
+  node_id_in_use,  // by another device: it was not given
+};
 
 struct Answer {
   Service service = Service::switch_global;
@@ -92,6 +100,7 @@ class Master {
 
   Duration timeout_;
   Duration patience_{};  // of the service under way
+  bool of_one_ = false;  // the same
   bool busy_ = false;
   Service service_ = Service::switch_global;
   Command expected_ = Command::switch_global;  // as it: none

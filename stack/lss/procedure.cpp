@@ -60,9 +60,7 @@ bool Course::take(std::span<const std::byte> arguments) {
       }
       return size == kAddressBytes;
     case Procedure::configure_node_id:
-      request_.service = Service::configure_node_id;
-      request_.node_id = size == 1 ? byte_at(arguments, 0) : std::uint8_t{0};
-      return is_node_id(request_.node_id);
+      return take_node_id(arguments);
     case Procedure::configure_bit_timing:
       request_.service = Service::configure_bit_timing;
       if (size == 2) {
@@ -81,9 +79,11 @@ bool Course::take(std::span<const std::byte> arguments) {
     case Procedure::inquire_address:
       request_.service = Service::inquire_part;
       request_.part = kVendor;
+      request_.of_one = true;
       return size == 0;
     case Procedure::inquire_node_id:
       request_.service = Service::inquire_node_id;
+      request_.of_one = true;
       return size == 0;
     case Procedure::identify:
       request_.service = Service::identify;
@@ -105,6 +105,17 @@ bool Course::take(std::span<const std::byte> arguments) {
   return false;
 }
 
+bool Course::take_node_id(std::span<const std::byte> arguments) {
+  request_.service = Service::configure_node_id;
+  const bool forced = arguments.size() == 2 && byte_at(arguments, 1) == 1;
+  if (arguments.size() != 1 && !forced) {
+    return false;
+  }
+  request_.node_id = byte_at(arguments, 0);
+  check_ = forced || request_.node_id == kNoNodeId ? Check::none : Check::inquire;
+  return is_node_id(request_.node_id);
+}
+
 bool Course::take_known(std::span<const std::byte> arguments) {
   request_.service = Service::question;
   if (arguments.empty()) {
@@ -124,7 +135,32 @@ bool Course::take_known(std::span<const std::byte> arguments) {
   return true;
 }
 
+std::optional<std::uint8_t> Course::node_to_check() const {
+  return check_ == Check::check ? std::optional(request_.node_id) : std::nullopt;
+}
+
+void Course::checked(bool free) {
+  if (check_ == Check::check) {
+    check_ = Check::none;
+    over_ = !free;
+    last_.outcome = free ? Outcome::done : Outcome::node_id_in_use;
+  }
+}
+
+// A device keeps the node-ID that it has.
+void Course::inquired(const Answer& answer) {
+  const bool same = answer.value == request_.node_id;
+  if (answer.outcome != Outcome::done) {
+    last_.outcome = answer.outcome;
+    over_ = true;
+  }
+  check_ = over_ || same ? Check::none : Check::check;
+}
+
 Request Course::request() const {
+  if (check_ == Check::inquire) {
+    return {.service = Service::inquire_node_id, .of_one = true};
+  }
   Request out = request_;
   if (is_fastscan()) {
     out.message = scan_.question();
@@ -135,6 +171,10 @@ Request Course::request() const {
 void Course::answered(const Answer& answer) {
   if (is_fastscan()) {
     scanned(answer.outcome == Outcome::done);
+    return;
+  }
+  if (check_ == Check::inquire) {
+    inquired(answer);
     return;
   }
   last_ = answer;

@@ -19,7 +19,7 @@ namespace linegate::lss {
 enum class Procedure : std::uint8_t {
   switch_global,         // mode (1): 0 waiting, 1 configuration
   switch_selective,      // address
-  configure_node_id,     // node-ID (1): 1..127, 255 = none
+  configure_node_id,     // node-ID (1): 1..127, 255 = none; or with 1 (1): in use or not
   configure_bit_timing,  // table (1; 0), index in it (1)
   activate_bit_timing,   // delay in ms (2)
   store,
@@ -34,8 +34,8 @@ enum class Procedure : std::uint8_t {
 };
 inline constexpr std::uint16_t kProcedures = 12;
 
-// Before what is answered: outcome (1: 0 done, 1 nobody answered, 2 refused), error and specific
-// error of a refusal (1 each).
+// Before what is answered: outcome (1: lss::Outcome), error and specific error of a refusal (1
+// each).
 inline constexpr std::size_t kReplyHead = 3;
 
 // Address as bytes, appended.
@@ -50,7 +50,11 @@ class Course {
   static std::optional<Course> make(Procedure procedure, std::span<const std::byte> arguments);
 
   bool over() const { return over_; }
-  // Precondition: not over, what was requested before has been answered.
+  // The node-ID that is given next, as soon as checked() says that no other device uses it.
+  std::optional<std::uint8_t> node_to_check() const;
+  void checked(bool free);
+  // Precondition: not over, no node-ID is to be checked, what was requested before has been
+  // answered.
   Request request() const;
   void answered(const Answer& answer);
 
@@ -61,14 +65,20 @@ class Course {
   unsigned parts() const { return scan_.part(); }
 
  private:
+  // Of configure_node_id, which is for a device that may have the node-ID already.
+  enum class Check : std::uint8_t { none, inquire, check };
+
   explicit Course(Procedure procedure) : procedure_(procedure) {}
   bool take(std::span<const std::byte> arguments);
+  bool take_node_id(std::span<const std::byte> arguments);
   bool take_known(std::span<const std::byte> arguments);
   void scanned(bool yes);
+  void inquired(const Answer& answer);
 
   Procedure procedure_;
   Request request_;
   Fastscan scan_;
+  Check check_ = Check::none;
   bool over_ = false;
   Address address_{};
   Answer last_;

@@ -135,7 +135,7 @@ bool Slave::switch_global(std::uint8_t mode) {
   selected_ = identified_ = 0;
   if (mode == 0 && before == SlaveState::configuration && active_ == kNoNodeId &&
       pending_.node_id != kNoNodeId) {
-    reset_wanted_ = true;
+    reset_wanted_ = !faults_.boots_at_reset;
   }
   return true;
 }
@@ -196,7 +196,7 @@ bool Slave::fastscan(const Message& request, can::TransmitQueue& out) {
       next_sub >= kParts) {
     return false;
   }
-  const bool answers = state_ == SlaveState::waiting || answers_in_configuration_;
+  const bool answers = state_ == SlaveState::waiting || faults_.answers_in_configuration;
   if (!answers || !unconfigured()) {
     return true;
   }
@@ -217,6 +217,9 @@ bool Slave::fastscan(const Message& request, can::TransmitQueue& out) {
 }
 
 void Slave::configure_node_id(std::uint8_t node_id, can::TransmitQueue& out) {
+  if (faults_.takes_no_node_id) {
+    return;
+  }
   if (!is_valid_node_id(node_id)) {
     answer(out, Command::configure_node_id, kRefused);
     return;

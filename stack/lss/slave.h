@@ -36,6 +36,14 @@ class SlaveHost {
   virtual void use_bit_timing(std::uint8_t index, Instant now);
 };
 
+struct SlaveFaults {
+  bool answers_in_configuration = false;  // fastscan, in that state too
+  bool boots_at_reset = false;            // with its first node-ID: not before the next NMT reset
+  bool takes_no_node_id = false;          // it does not answer `configure node-ID`
+
+  friend bool operator==(const SlaveFaults&, const SlaveFaults&) = default;
+};
+
 enum class SlaveState : std::uint8_t { waiting, configuration };
 
 class Slave {
@@ -43,9 +51,8 @@ class Slave {
   // host may be nullptr; it must outlive the slave.
   Slave(const Address& address, SlaveHost* host) : address_(address), host_(host) {}
 
-  // Of a simulated device: it goes on answering fastscan in configuration state, which slaves of
-  // other makes do.
-  void set_answers_in_configuration(bool answers) { answers_in_configuration_ = answers; }
+  // Of a simulated device, what slaves of other makes do.
+  void set_faults(const SlaveFaults& faults) { faults_ = faults; }
 
   // The device starts with what it keeps.
   void power_on(const Settings& kept);
@@ -99,7 +106,7 @@ class Slave {
   std::uint8_t position_ = 0;    // of fastscan
   bool reset_wanted_ = false;
   bool storing_ = false;
-  bool answers_in_configuration_ = false;
+  SlaveFaults faults_;
   Settings to_store_;
   Phase phase_ = Phase::none;
   Duration delay_{};

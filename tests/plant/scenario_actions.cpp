@@ -41,6 +41,7 @@ void Scenario::act(Words& words) {
     const std::string name = words.take();
     request.code = static_cast<std::uint16_t>(words.number());
     request.data = words.done() ? std::vector<std::byte>{} : words.hex();
+    seat().reports.insert(next_tag_);
     command(std::move(request), name);
   } else if (verb == "write") {
     group_write(words);

@@ -106,6 +106,17 @@ ForeignSdo::Blocks blocks_of(const std::string& word) {
   return word == "blocks" ? served : word == "no-blocks" ? refused : ignored;
 }
 
+void set_lss_fault(const std::string& word, lss::SlaveFaults& faults) {
+  bool* const fault = word == "answers-parked"     ? &faults.answers_in_configuration
+                      : word == "boots-at-reset"   ? &faults.boots_at_reset
+                      : word == "takes-no-node-id" ? &faults.takes_no_node_id
+                                                   : nullptr;
+  if (fault == nullptr) {
+    throw BadStatement("lss-fault is answers-parked, boots-at-reset or takes-no-node-id");
+  }
+  *fault = true;
+}
+
 bool is_guarded(const line::LineConfig& config, std::uint8_t node) {
   return std::ranges::any_of(config.nodes, [node](const line::NodeConfig& each) {
     return each.id == node && each.guard_time != Duration::zero();
@@ -205,6 +216,10 @@ void Scenario::describe_device(Words& words) {
       plan.reboots_on[device.node_id] = static_cast<std::uint16_t>(words.number());
     } else if (key == "unconfigured") {
       device.unconfigured = true;
+    } else if (key == "has-node-id") {
+      device.has_node_id = words.node();
+    } else if (key == "lss-fault") {
+      set_lss_fault(words.take(), device.lss_faults);
     } else if (key == "has-serial") {
       device.serial = static_cast<std::uint32_t>(words.number());
     } else if (key == "unlisted") {

@@ -137,40 +137,38 @@ TEST_F(LssCommand, ANodeIdIsGivenToTheDeviceOfThatAddress) {
 
 TEST_F(LssCommand, ANodeIdThatAnotherHasIsGivenToNobody) {
   line.will_answer(raw({0, 0, 0}));
-  line.will_answer(raw({0, 0, 0, 255}));
+  line.will_answer(raw({4, 0, 0}));
   EXPECT_EQ(run({.what = "set-node-id", .address = kDeviceText, .value = "5"}), kFailed);
-  EXPECT_EQ(err.str(), "node-ID 5 is that of ram, which is on the line\n");
-  EXPECT_EQ(procedures(), (Procedures{Procedure::switch_selective, Procedure::inquire_node_id,
-                                      Procedure::switch_global}));
-  line.will_answer(raw({0, 0, 0}));
-  line.will_answer(raw({0, 0, 0, 9}));
-  EXPECT_EQ(run({.what = "set-node-id", .address = kDeviceText, .value = "127"}), kFailed);
-  EXPECT_NE(err.str().find("127 is that of the gateway's own node"), std::string::npos);
-}
-
-// Of how many nodes it has heard says nothing: strangers are among them.
-TEST_F(LssCommand, ANodeIdIsNotGivenAwayBeforeAllNodesOfTheLineAreKnown) {
-  wait = std::chrono::seconds(20);
-  line.late = 20;
-  line.will_answer(raw({0, 0, 0}));
-  line.will_answer(raw({0, 0, 0, 255}));
-  EXPECT_EQ(run({.what = "set-node-id", .address = kDeviceText, .value = "5"}), kFailed);
-  EXPECT_EQ(err.str(), "node-ID 5 is that of ram, which is on the line\n");
-}
-
-TEST_F(LssCommand, ANodeIdOfWhoHasItOrIsNotThereMayBeGiven) {
-  line.will_answer(raw({0, 0, 0}));
-  line.will_answer(raw({0, 0, 0, 5}));
-  EXPECT_EQ(run({.what = "set-node-id", .address = kDeviceText, .value = "5"}), kDone);
-  line.asked.clear();
-  line.watched = false;  // it was there once
-  EXPECT_EQ(run({.what = "set-node-id", .address = kDeviceText, .value = "5"}), kDone);
-  line.asked.clear();
-  line.watched = true;
-  line.present = manager::Presence::missing;
-  EXPECT_EQ(run({.what = "set-node-id", .address = kDeviceText, .value = "5"}), kDone);
+  EXPECT_NE(err.str().find("node-ID 5 is used by ram: "), std::string::npos) << err.str();
   EXPECT_EQ(procedures(), (Procedures{Procedure::switch_selective, Procedure::configure_node_id,
                                       Procedure::switch_global}));
+  line.will_answer(raw({0, 0, 0}));
+  line.will_answer(raw({4, 0, 0}));
+  EXPECT_EQ(run({.what = "set-node-id", .address = kDeviceText, .value = "127"}), kFailed);
+  EXPECT_NE(err.str().find("127 is used by the gateway's own node"), std::string::npos);
+  line.will_answer(raw({0, 0, 0}));
+  line.will_answer(raw({4, 0, 0}));
+  EXPECT_EQ(run({.what = "set-node-id", .address = kDeviceText, .value = "9"}), kFailed);
+  EXPECT_NE(err.str().find("9 is used by another device"), std::string::npos) << err.str();
+}
+
+TEST_F(LssCommand, ANodeIdInUseIsGivenWithForceAlone) {
+  EXPECT_EQ(run({.what = "set-node-id", .address = kDeviceText, .value = "5", .force = true}),
+            kDone);
+  EXPECT_EQ(line.asked[1].second, raw({5, 1}));
+}
+
+TEST_F(LssCommand, OnlyIsRefusedWhereSeveralDevicesAnswer) {
+  for (const char* what : {"inquire", "set-node-id", "bit-timing", "store"}) {
+    line.asked.clear();
+    line.will_answer(raw({0, 0, 0}));
+    line.will_answer(raw({3, 0, 0}));
+    const std::string value = std::string_view(what) == "bit-timing" ? "250" : "9";
+    EXPECT_EQ(run({.what = what, .only = true, .value = value}), kFailed);
+    EXPECT_NE(err.str().find("several devices answer"), std::string::npos) << err.str();
+    EXPECT_EQ(procedures(), (Procedures{Procedure::switch_global, Procedure::inquire_address,
+                                        Procedure::switch_global}));
+  }
 }
 
 TEST_F(LssCommand, ARefusalEndsItAndTheDeviceDoesNotStayInConfiguration) {

@@ -30,6 +30,8 @@ struct Nodes final : AssignerHost {
   bool is_watched(std::uint8_t node) const override { return watched.contains(node); }
   std::set<std::uint8_t> present;
   std::set<std::uint8_t> watched;
+  std::set<std::uint8_t> used;  // by devices that nobody watches
+  std::vector<int> checks;
 };
 
 // Slaves and a master on a bus that loses frames with the same chance.
@@ -78,6 +80,11 @@ class Assignment : public ::testing::Test {
     std::vector<std::pair<Verdict, int>> out;
     assigner->begin();
     while (assigner->active()) {
+      if (const auto node = assigner->node_to_check()) {
+        nodes.checks.push_back(*node);
+        assigner->checked(!nodes.used.contains(*node));
+        continue;
+      }
       assigner->answered(ask(assigner->request()));
       while (const auto finding = assigner->take()) {
         out.emplace_back(finding->verdict, finding->node);
@@ -176,7 +183,7 @@ TEST_F(Assignment, AStrangerIsToldOnceAndTheNextOneToo) {
 
 // CANopenNode's slave answers fastscan in configuration state, too.
 TEST_F(Assignment, ASlaveThatAnswersInConfigurationEndsTheSearchAndIsToldOnce) {
-  add(address_of(7, 1)).slave.set_answers_in_configuration(true);
+  add(address_of(7, 1)).slave.set_faults({.answers_in_configuration = true});
   add(address_of(1, 501));
   add(address_of(2, 9));
   make({{.node = 5, .address = known(1, 501)}, {.node = 6, .address = known(2)}});
@@ -195,13 +202,68 @@ TEST_F(Assignment, ASlaveThatAnswersInConfigurationEndsTheSearchAndIsToldOnce) {
 }
 
 TEST_F(Assignment, ASlaveThatAnswersInConfigurationHidesNoKnownLateComer) {
-  add(address_of(7, 1)).slave.set_answers_in_configuration(true);
+  add(address_of(7, 1)).slave.set_faults({.answers_in_configuration = true});
   make({{.node = 5, .address = known(1, 501)}});
   (void)round();
   add(address_of(1, 501));
   const Told late = round();
   EXPECT_EQ(std::ranges::count(late, std::pair{Verdict::given, 5}), 1);
   EXPECT_EQ(node_id(1), 5);
+}
+
+TEST_F(Assignment, ANodeIdInUseIsNotGivenAndHoldsUpNobody) {
+  add(address_of(1, 501));
+  add(address_of(2, 601));
+  add(address_of(3, 701));
+  make({{.node = 5, .address = known(1, 501)},
+        {.node = 6, .address = known(2)},
+        {.node = 7, .address = known(3)}});
+  nodes.used = {5, 6};
+  EXPECT_EQ(
+      round(),
+      (Told{{Verdict::node_id_not_free, 5}, {Verdict::node_id_not_free, 6}, {Verdict::given, 7}}));
+  EXPECT_EQ(nodes.checks, (std::vector{5, 6, 7})) << "each once";
+  EXPECT_EQ(node_id(0), kNoNodeId);
+  EXPECT_EQ(node_id(1), kNoNodeId);
+  EXPECT_EQ(node_id(2), 7);
+  EXPECT_TRUE(nobody_in_configuration());
+  EXPECT_EQ(round(), Told{}) << "reported once";
+  nodes.used = {};
+  EXPECT_EQ(round(), (Told{{Verdict::given, 5}, {Verdict::given, 6}}));
+  EXPECT_TRUE(nobody_in_configuration());
+}
+
+TEST_F(Assignment, NoNodeIdIsCheckedThatNobodyIsGiven) {
+  add(address_of(7, 1));
+  add(address_of(1, 501), {.node_id = 5});
+  make({{.node = 5, .address = known(1, 501)}, {.node = 6, .address = known(2)}});
+  round();
+  EXPECT_EQ(nodes.checks, std::vector<int>{});
+}
+
+TEST_F(Assignment, ASlaveThatTakesNoNodeIdStarvesNobody) {
+  add(address_of(2, 1)).slave.set_faults({.takes_no_node_id = true});
+  add(address_of(2, 2));
+  add(address_of(3, 3));
+  make({{.node = 5, .address = known(2)}, {.node = 6, .address = known(3)}});
+  EXPECT_EQ(round(), (Told{{Verdict::no_answer, 5}, {Verdict::given, 5}, {Verdict::given, 6}}));
+  EXPECT_LT(services, 1500);
+  EXPECT_EQ(node_id(1), 5);
+  EXPECT_EQ(node_id(2), 6);
+}
+
+TEST_F(Assignment, ASlaveThatAnswersInConfigurationHidesNoOtherIdentity) {
+  add(address_of(1, 1)).slave.set_faults({.answers_in_configuration = true});
+  add(address_of(1, 2));
+  make({{.node = 4, .address = known(1)},
+        {.node = 5, .address = known(1)},
+        {.node = 6, .address = known(2)}});
+  (void)round();
+  add(address_of(2, 9));
+  const Told late = round();
+  EXPECT_EQ(std::ranges::count(late, std::pair{Verdict::given, 6}), 1);
+  EXPECT_EQ(node_id(2), 6);
+  EXPECT_LT(services, 3000);
 }
 
 TEST_F(Assignment, SeveralNodesOfOneIdentityAreToldApartByWhoIsThere) {

@@ -18,6 +18,9 @@ Data data_of(std::initializer_list<int> bytes) {
   return out;
 }
 
+const Data kDone3 = data_of({0, 0, 0});
+const Data kNoAnswer3 = data_of({1, 0, 0});
+
 // One slave with the address 44332211h, 88776655h, CCBBAA99h, 100FFEEDh.
 class LssCourse : public ::testing::Test {
  protected:
@@ -28,13 +31,21 @@ class LssCourse : public ::testing::Test {
       return {};
     }
     while (!course->over()) {
+      if (const auto node = course->node_to_check()) {
+        checks.push_back(*node);
+        course->checked(*node != in_use);
+        continue;
+      }
       Master master;
       master.start(course->request());
       can::Frame frame;
       while (master.next_frame(frame, Instant{})) {
         subject.slave.receive(frame, subject.out);
+        if (two) {
+          other.slave.receive(frame, other.out);
+        }
       }
-      while (subject.out.pop(frame)) {
+      while (subject.out.pop(frame) || other.out.pop(frame)) {
         master.receive(frame);
       }
       master.advance(Instant{std::chrono::seconds(10)});
@@ -54,10 +65,35 @@ class LssCourse : public ::testing::Test {
   }
 
   Subject subject;
+  Subject other{{}, {1, 2, 3, 4}};
+  bool two = false;  // the other one is there
+  int in_use = 0;
+  std::vector<int> checks;
 };
 
-const Data kDone3 = data_of({0, 0, 0});
-const Data kNoAnswer3 = data_of({1, 0, 0});
+TEST_F(LssCourse, ANodeIdInUseIsNotGivenUnlessForced) {
+  in_use = 9;
+  EXPECT_EQ(run(Procedure::switch_selective, address()), kDone3);
+  EXPECT_EQ(run(Procedure::configure_node_id, data_of({9})), data_of({4, 0, 0}));
+  EXPECT_EQ(subject.slave.pending().node_id, kNoNodeId);
+  EXPECT_EQ(run(Procedure::configure_node_id, data_of({10})), kDone3);
+  EXPECT_EQ(checks, (std::vector{9, 10}));
+  EXPECT_EQ(run(Procedure::configure_node_id, data_of({9, 1})), kDone3);
+  EXPECT_EQ(subject.slave.pending().node_id, 9);
+  subject.slave.reset(false);
+  EXPECT_EQ(run(Procedure::configure_node_id, data_of({9})), kDone3) << "it keeps what it has";
+  EXPECT_EQ(run(Procedure::configure_node_id, data_of({255})), kDone3);
+  EXPECT_EQ(checks, (std::vector{9, 10}));
+  EXPECT_EQ(run(Procedure::configure_node_id, data_of({9, 2})), Data{});
+}
+
+TEST_F(LssCourse, AnInquiryThatSeveralDevicesAnswerIsAnsweredWithThat) {
+  two = true;
+  EXPECT_EQ(run(Procedure::switch_global, data_of({1})), kDone3);
+  EXPECT_EQ(run(Procedure::inquire_address), data_of({3, 0, 0}));
+  EXPECT_EQ(run(Procedure::inquire_node_id), data_of({3, 0, 0}));
+  EXPECT_EQ(run(Procedure::configure_node_id, data_of({9})), data_of({3, 0, 0}));
+}
 
 TEST_F(LssCourse, ServicesOneByOne) {
   EXPECT_EQ(run(Procedure::identify_unconfigured), kDone3);

@@ -1,0 +1,161 @@
+#include "stack/line/node_id_check.h"
+
+#include <algorithm>
+
+#include "stack/base/deadline.h"
+#include "stack/can/cob_id.h"
+#include "stack/line/build.h"
+
+namespace linegate::line {
+namespace {
+
+// A lost frame is no proof that nobody is there.
+constexpr int kUploads = 2;
+constexpr od::Address kDeviceType{0x1000, 0};
+constexpr std::uint32_t kNodeBits = 0x7F;
+
+// What a node sends: EMCY, TPDO 1 to 4, the answers of its SDO server, error control.
+bool is_sent_by_node(std::uint32_t id) {
+  switch (id & ~kNodeBits) {
+    case 0x080:
+    case 0x180:
+    case 0x280:
+    case 0x380:
+    case 0x480:
+    case can::kSdoResponseBase:
+    case 0x700:
+      return (id & kNodeBits) != 0;
+    default:
+      return false;
+  }
+}
+
+}  // namespace
+
+NodeIdCheck::NodeIdCheck(const LineConfig& config, const Services& services,
+                         std::span<const pdo::LinkedPdo> inputs)
+    : config_(config), services_(services) {
+  const auto note = [this](const can::CobId& cob_id, std::uint8_t node) {
+    if (cob_id.valid() && !cob_id.extended() && is_sent_by_node(cob_id.id()) &&
+        (cob_id.id() & kNodeBits) != node) {
+      of_others_.push_back(cob_id.id());
+    }
+  };
+  for (const pdo::LinkedPdo& input : inputs) {
+    note(input.parameters.cob_id, input.node);
+  }
+  for (const NodeConfig& node : config.nodes) {
+    note(emcy_cob_id(node), node.id);
+  }
+  std::ranges::sort(of_others_);
+}
+
+const NodeConfig* NodeIdCheck::find(std::uint8_t node) const {
+  const auto found = std::ranges::find(config_.nodes, node, &NodeConfig::id);
+  return found != config_.nodes.end() ? &*found : nullptr;
+}
+
+bool NodeIdCheck::may_ask() const {
+  return services_.host.own_state() != nmt::State::stopped;
+}
+
+// As the manager resets it at the start of the network.
+bool NodeIdCheck::may_reset(const NodeConfig* config) const {
+  return config != nullptr && !config->keep_alive && manager_options(config_).reset_nodes;
+}
+
+// Stopped, it answers no SDO; whether it is there shows by its error control alone.
+bool NodeIdCheck::is_hidden(std::uint8_t node) const {
+  const bool lost = services_.manager.has_error_control(node) &&
+                    services_.manager.node(node).presence == Presence::missing;
+  return stopped_[node] && !lost;
+}
+
+Duration NodeIdCheck::upload_time(const NodeConfig* config) const {
+  const bool own = config != nullptr && config->sdo_timeout > Duration::zero();
+  return own ? config->sdo_timeout : config_.sdo_timeout;
+}
+
+void NodeIdCheck::begin(std::uint8_t node, bool before_boot, Instant now) {
+  Check& check = checks_[node];
+  if (check.use != Use::unknown) {
+    return;
+  }
+  begun_.push_back(node);
+  check.use = Use::checking;
+  const NodeConfig* const config = find(node);
+  Duration time = kUploads * upload_time(config);
+  if (before_boot && may_reset(config)) {
+    services_.host.send_nmt(nmt::Command::reset_communication, node, now);
+    time = std::max(time, config->reset_time);
+  } else if (config != nullptr && services_.manager.node(node).presence != Presence::missing) {
+    time = std::max(time, consumer_time(*config));
+  }
+  if (node == config_.node_id || !may_ask() || is_hidden(node)) {
+    check.use = Use::used;
+    return;
+  }
+  check.until = deadline(now, time);
+  ask(node, now);
+}
+
+void NodeIdCheck::ask(std::uint8_t node, Instant now) {
+  Check& check = checks_[node];
+  check.token = kCheckToken | ++tokens_;
+  services_.heartbeats.ask(node);
+  if (!services_.sdo.submit({.token = check.token,
+                             .node = node,
+                             .address = kDeviceType,
+                             .timeout = upload_time(find(node)),
+                             .priority = sdo::Priority::boot},
+                            now)) {
+    check.use = Use::used;
+  }
+}
+
+void NodeIdCheck::completed(const sdo::Completion& completion, Instant now) {
+  Check& check = checks_[completion.node];
+  if (check.use != Use::checking || check.token != completion.token) {
+    return;
+  }
+  if (completion.abort != AbortCode::timeout || !may_ask()) {
+    check.use = Use::used;
+  } else if (now >= check.until) {
+    check.use = Use::free;
+  } else {
+    ask(completion.node, now);
+  }
+}
+
+void NodeIdCheck::hear(std::span<const can::Frame> frames) {
+  for (const can::Frame& frame : frames) {
+    if (frame.extended() || frame.remote() || !is_sent_by_node(frame.id) ||
+        std::ranges::binary_search(of_others_, frame.id)) {
+      continue;
+    }
+    Check& check = checks_[frame.id & kNodeBits];
+    if (check.use != Use::unknown) {
+      check.use = Use::used;
+    }
+  }
+}
+
+void NodeIdCheck::commanded(nmt::Command command, std::uint8_t node) {
+  if (node == 0) {
+    command == nmt::Command::stop ? stopped_.set() : stopped_.reset();
+  } else {
+    stopped_.set(node, command == nmt::Command::stop);
+  }
+}
+
+void NodeIdCheck::end() {
+  for (const std::uint8_t node : begun_) {
+    if (checks_[node].use == Use::checking) {
+      services_.sdo.cancel(checks_[node].token);
+    }
+    checks_[node] = {};
+  }
+  begun_.clear();
+}
+
+}  // namespace linegate::line

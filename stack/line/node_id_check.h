@@ -1,0 +1,87 @@
+// Whether a node-ID is free, before LSS gives it to a device. Node-IDs are checked at the same
+// time, each until an answer shows a device that uses it or its time has passed in silence.
+//
+// A node-ID is free if nothing was received on its identifiers of the pre-defined connection set
+// (CiA 301 7.3.5) and SDO uploads of 1000h timed out: after NMT reset communication to it, where it
+// may be sent; else node guarding was not answered, and the heartbeat time passed. What is received
+// later makes it used again. Private to stack/line.
+#pragma once
+
+#include <array>
+#include <bitset>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "stack/base/time.h"
+#include "stack/can/frame.h"
+#include "stack/line/config.h"
+#include "stack/manager/manager.h"
+#include "stack/nmt/heartbeat_consumer.h"
+#include "stack/pdo/link.h"
+#include "stack/sdo/arbiter.h"
+
+namespace linegate::line {
+
+// Tokens of its transfers have this bit set and bits 61 to 63 not; others' must not.
+inline constexpr std::uint64_t kCheckToken = std::uint64_t{1} << 60U;
+
+class NodeIdCheck {
+ public:
+  enum class Use : std::uint8_t { unknown, checking, free, used };
+
+  // What it acts with; all must outlive it.
+  struct Services {
+    const manager::Manager& manager;
+    sdo::Arbiter& sdo;
+    nmt::HeartbeatConsumer& heartbeats;
+    manager::Host& host;
+  };
+  // config must outlive it. inputs: the TPDOs of the nodes; what one node sends on an identifier of
+  // another one's set says nothing about that one.
+  NodeIdCheck(const LineConfig& config, const Services& services,
+              std::span<const pdo::LinkedPdo> inputs);
+
+  // Checks the node-ID, 1..127, unless that began already. before_boot: the manager has not reset
+  // the nodes yet, so this node may be reset.
+  void begin(std::uint8_t node, bool before_boot, Instant now);
+  // unknown: begin() was not called since end().
+  Use use(std::uint8_t node) const { return checks_[node].use; }
+  // Forgets all.
+  void end();
+
+  // Frames have to be handed to hear().
+  bool listens() const { return !begun_.empty(); }
+  void hear(std::span<const can::Frame> frames);
+  // A transfer with kCheckToken in its token.
+  void completed(const sdo::Completion& completion, Instant now);
+  // An NMT command to a node, or all with 0, was sent or heard: a stopped node answers no SDO.
+  void commanded(nmt::Command command, std::uint8_t node);
+  // Its boot-up message came.
+  void booted(std::uint8_t node) { stopped_.reset(node); }
+  // The own node can ask: it is not stopped.
+  bool may_ask() const;
+
+ private:
+  struct Check {
+    Use use = Use::unknown;
+    Instant until{};
+    std::uint64_t token = 0;  // of the upload under way
+  };
+
+  const NodeConfig* find(std::uint8_t node) const;
+  bool may_reset(const NodeConfig* config) const;
+  bool is_hidden(std::uint8_t node) const;
+  Duration upload_time(const NodeConfig* config) const;
+  void ask(std::uint8_t node, Instant now);
+
+  const LineConfig& config_;
+  Services services_;
+  std::vector<std::uint32_t> of_others_;  // identifiers, ascending
+  std::array<Check, can::kMaxNodeId + 1> checks_{};
+  std::vector<std::uint8_t> begun_;
+  std::bitset<can::kMaxNodeId + 1> stopped_;  // by the last command
+  std::uint64_t tokens_ = 0;
+};
+
+}  // namespace linegate::line
