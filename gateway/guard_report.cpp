@@ -37,6 +37,10 @@ std::string_view meaning(Reason reason) {
       return "plain submessages in a domain that requires protection";
     case Reason::reliability:
       return "a reader that is not of the reliability that it announced";
+    case Reason::participants:
+      return "new participants, while the places left are for configured peers";
+    case Reason::endpoints:
+      return "participants announce more endpoints than they may";
   }
   return "no reason";
 }

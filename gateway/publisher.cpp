@@ -444,6 +444,7 @@ void Publisher::refresh_gateway() {
   gateway_.participants_most = discovery.most;
   gateway_.counters = {{"discovery-discovered", discovery.discovered},
                        {"discovery-gone", discovery.gone},
+                       {"discovery-endpoints", guard.endpoints},
                        {"samples-published", bridge_.counters().samples},
                        {"samples-failed", bridge_.counters().failed},
                        {"guard-received", guard.received}};

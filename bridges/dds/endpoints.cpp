@@ -58,7 +58,8 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
     qos.allocation().locators.max_multicast_locators = 0;
   bound_discovery(qos);
   if (guarded) {
-    guard_ = std::make_shared<guard::Guard>(guard::requires_protection(qos));
+    guard_ = std::make_shared<guard::Guard>(guard::requires_protection(qos),
+                                            guard::discovery_limits(qos));
     names_.inform(guard_);
     guard::wrap_transports(qos, guard_);
   }

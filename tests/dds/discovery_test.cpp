@@ -1,6 +1,7 @@
 // Participants that somebody invents take a bounded number of places, and nobody's who is there.
-#include <array>
 #include <cstdint>
+#include <fstream>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -44,15 +45,34 @@ std::string nowhere() {
   return out;
 }
 
-// The announcement (SPDP) of a participant that does not exist, and is gone after its lease.
-std::string announcement(std::uint32_t number, std::uint32_t lease_seconds) {
+// A datagram with one DATA of a builtin writer, big-endian entity IDs as octets.
+std::string datagram(const std::string& prefix, const std::string& reader,
+                     const std::string& writer, std::uint32_t number, std::string parameters) {
+  using namespace std::string_literals;
+  append_parameter(parameters, 0x0001, "");
+  std::string data = "\0\0\x10\0"s + reader + writer;
+  append(data, 0, 4);
+  append(data, number, 4);
+  data += "\0\x03\0\0"s + parameters;  // PL_CDR_LE
+  std::string out = "RTPS\x02\x03\x01\x0F"s + prefix + "\x15\x05"s;
+  append(out, data.size(), 2);
+  return out + data;
+}
+
+std::string invented(std::uint32_t number) {
   using namespace std::string_literals;
   std::string prefix = "\x01\x0F"s + "invent"s;
   append(prefix, number, 4);
-  std::string parameters = "\0\x03\0\0"s;  // PL_CDR_LE
+  return prefix;
+}
+
+// The announcement (SPDP) of a participant that does not exist, and is gone after its lease.
+std::string announcement(std::uint32_t number, std::uint32_t lease_seconds) {
+  using namespace std::string_literals;
+  std::string parameters;
   append_parameter(parameters, 0x0015, "\x02\x03\0\0"s);
   append_parameter(parameters, 0x0016, "\x01\x0F\0\0"s);
-  append_parameter(parameters, 0x0050, prefix + "\0\0\x01\xC1"s);
+  append_parameter(parameters, 0x0050, invented(number) + "\0\0\x01\xC1"s);
   append_parameter(parameters, 0x0032, nowhere());
   append_parameter(parameters, 0x0031, nowhere());
   std::string lease;
@@ -60,19 +80,36 @@ std::string announcement(std::uint32_t number, std::uint32_t lease_seconds) {
   append(lease, 0, 4);
   append_parameter(parameters, 0x0002, lease);
   append_parameter(parameters, 0x0058, "\x3F\x0C\0\0"s);
-  append_parameter(parameters, 0x0001, "");
-  std::string data = "\0\0\x10\0"s + "\0\x01\0\xC7"s + "\0\x01\0\xC2"s;
-  append(data, 0, 4);
-  append(data, 1, 4);
-  data += parameters;
-  std::string out = "RTPS\x02\x03\x01\x0F"s + prefix + "\x15\x05"s;
-  append(out, data.size(), 2);
-  return out + data;
+  return datagram(invented(number), "\0\x01\0\xC7"s, "\0\x01\0\xC2"s, 1, parameters);
+}
+
+// What an invented participant announces (SEDP) as its writer of that number, from 1.
+std::string writer_announcement(std::uint32_t participant, std::uint32_t number) {
+  using namespace std::string_literals;
+  const std::string guid = invented(participant) + static_cast<char>(number >> 16U) +
+                           static_cast<char>(number >> 8U) + static_cast<char>(number) + "\x02"s;
+  const auto text = [](std::string value) {
+    std::string out;
+    append(out, value.size() + 1, 4);
+    value.resize(value.size() / 4 * 4 + 4);
+    return out + value;
+  };
+  std::string parameters;
+  append_parameter(parameters, 0x005A, guid);
+  append_parameter(parameters, 0x0005, text("invented"));
+  append_parameter(parameters, 0x0007, text("Invented"));
+  append_parameter(parameters, 0x002F, nowhere());
+  return datagram(invented(participant), "\0\0\x03\xC7"s, "\0\0\x03\xC2"s, number, parameters);
 }
 
 class SpdpSender {
  public:
-  explicit SpdpSender(std::uint16_t port) {
+  // from: an address of this host in 127.0.0.0/8.
+  explicit SpdpSender(std::uint16_t port, std::uint32_t from = INADDR_LOOPBACK) {
+    sockaddr_in own{};
+    own.sin_family = AF_INET;
+    own.sin_addr.s_addr = htonl(from);
+    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&own), sizeof own), 0);
     to_.sin_family = AF_INET;
     to_.sin_port = htons(port);
     to_.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
@@ -133,6 +170,81 @@ TEST(Discovery, InventedParticipantsTakeABoundedNumberOfPlaces) {
   EXPECT_TRUE(hears());
   Peer late("subscriber");
   ASSERT_EQ(late.expect("ready"), "ready");
+  EXPECT_EQ(late.expect("event " + std::to_string(number)), "event " + std::to_string(number));
+}
+
+// The loopback profiles with 127.0.0.1 as the address of initial peers.
+std::string profiles_with_peers() {
+  std::ifstream in(LOOPBACK_PROFILES);
+  std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  const std::string peers =
+      "<initialPeersList><locator><udpv4><address>239.255.0.1</address></udpv4></locator>"
+      "<locator><udpv4><address>127.0.0.1</address></udpv4></locator></initialPeersList>";
+  const std::size_t at = text.find("<builtin>", text.find("profile_name=\"linegate\""));
+  EXPECT_NE(at, std::string::npos);
+  return text.insert(at + 9, peers);
+}
+
+TEST(DiscoveryOfPeers, FindPlacesAmongInventedParticipants) {
+  constexpr std::size_t kPlaces = 8;
+  const File profiles(profiles_with_peers());
+  dds::GatewayOptions options{known::kGateway, 1, domain(), profiles.path, {known::kLine}};
+  options.participants = kPlaces;
+  auto gateway = dds::GatewayBridge::make(options);
+  ASSERT_TRUE(gateway.ok());
+  dds::GatewayBridge& bridge = **gateway.value;
+  const SpdpSender stranger(metatraffic_port(domain(), 0), 0x7F000042);
+  constexpr std::uint32_t kLease = 600;
+  ASSERT_TRUE(eventually([&] {
+    for (std::uint32_t i = 0; i < 100; ++i)
+      stranger.send(announcement(i, kLease));
+    return bridge.discovery().participants == kPlaces * 3 / 4;
+  })) << bridge.discovery().participants;
+  for (std::uint32_t i = 100; i < 600; ++i)
+    stranger.send(announcement(i, kLease));
+  EXPECT_TRUE(bridge.publish(known::kLine, known::event(1), "text"));
+  Peer late("subscriber", profiles.path);
+  EXPECT_EQ(late.expect("event 1"), "event 1");
+  EXPECT_EQ(bridge.discovery().participants, kPlaces * 3 / 4 + 1);
+  EXPECT_GT(bridge.guard_counters().of(dds::guard::Reason::participants), 0U);
+}
+
+TEST(Discovery, AParticipantTakesABoundedNumberOfPlacesForItsEndpoints) {
+  dds::GatewayOptions options{known::kGateway, 1, domain(), LOOPBACK_PROFILES, {known::kLine}};
+  auto gateway = dds::GatewayBridge::make(options);
+  ASSERT_TRUE(gateway.ok());
+  dds::GatewayBridge& bridge = **gateway.value;
+  Peer subscriber("subscriber");
+  ASSERT_EQ(subscriber.expect("ready"), "ready");
+  std::uint64_t number = 0;
+  const auto hears = [&] {
+    ++number;
+    EXPECT_TRUE(bridge.publish(known::kLine, known::event(number), "text"));
+    return subscriber.expect("event " + std::to_string(number)) != "";
+  };
+  ASSERT_TRUE(hears());
+  const std::size_t before = bridge.guard_counters().endpoints;
+  EXPECT_GT(before, 0U);
+  const SpdpSender stranger(metatraffic_port(domain(), 0));
+  ASSERT_TRUE(eventually([&] {
+    stranger.send(announcement(1, 600));
+    return bridge.discovery().participants >= 2;
+  }));
+  // In order, or the library waits for what it misses; a socket may lose some of them.
+  const auto announced = [&] { return bridge.guard_counters().endpoints - before; };
+  std::uint32_t next = 1;
+  ASSERT_TRUE(eventually([&] {
+    next = static_cast<std::uint32_t>(announced()) + 1;
+    for (std::uint32_t i = next; i < next + 200; ++i)
+      stranger.send(writer_announcement(1, i));
+    return announced() >= dds::guard::Discovered::kEndpoints;
+  })) << announced();
+  for (std::uint32_t i = 0; i < 20'000; ++i)
+    stranger.send(writer_announcement(1, next + i));
+  EXPECT_TRUE(hears());
+  EXPECT_EQ(announced(), dds::guard::Discovered::kEndpoints);
+  EXPECT_GT(bridge.guard_counters().of(dds::guard::Reason::endpoints), 0U);
+  Peer late("subscriber");
   EXPECT_EQ(late.expect("event " + std::to_string(number)), "event " + std::to_string(number));
 }
 

@@ -46,17 +46,19 @@ bool is_stateless(std::uint32_t writer) {
 struct Guard::Datagram {
   Octets octets;
   std::int64_t now = 0;
+  Address from{};
   Prefix source{};       // of the participant that INFO_SRC named last
   std::size_t size = 0;  // to pass on
   Protection protection;
 };
 
-Guard::Verdict Guard::judge(Octets octets, std::int64_t now) {
+Guard::Verdict Guard::judge(Octets octets, std::int64_t now, const Address& from) {
   received_.fetch_add(1, std::memory_order_relaxed);
   Verdict verdict{Reason::header, 0};
   if (has_header(octets)) {
-    Datagram datagram{octets, now, prefix_at(octets, kPrefixAt), octets.size(),
-                      Protection(protection_required_)};
+    Datagram datagram{octets,        now,
+                      from,          prefix_at(octets, kPrefixAt),
+                      octets.size(), Protection(protection_required_)};
     verdict.reason = walk(datagram);
     verdict.size = datagram.size;
   }
@@ -143,8 +145,30 @@ Reason Guard::judge_payload(const Datagram& datagram, const Content& content) {
   Announcement announcement;
   if (!check_parameter_list(content.payload, announcement))
     return Reason::discovery;
-  return content.writer == entity::kSubscriptions ? judge_announcement(datagram, announcement)
-                                                  : Reason::none;
+  if (content.writer == entity::kParticipants)
+    return judge_participant(datagram, announcement);
+  if (content.writer != entity::kSubscriptions && content.writer != entity::kPublications)
+    return Reason::none;
+  const Reason reason = judge_endpoint(datagram, content, announcement);
+  return reason == Reason::none && content.writer == entity::kSubscriptions
+             ? judge_announcement(datagram, announcement)
+             : reason;
+}
+
+Reason Guard::judge_participant(const Datagram& datagram, const Announcement& announcement) const {
+  return discovered_.admits(datagram.source, datagram.from, announcement.lease)
+             ? Reason::none
+             : Reason::participants;
+}
+
+// One that ends gives a place back.
+Reason Guard::judge_endpoint(const Datagram& datagram, const Content& content,
+                             const Announcement& announcement) {
+  if (!announcement.endpoint || content.ends_instance)
+    return Reason::none;
+  return discovered_.admits(datagram.source, *announcement.endpoint, datagram.now)
+             ? Reason::none
+             : Reason::endpoints;
 }
 
 // A reader keeps its reliability (DDS 1.4 2.2.3.14). Fast DDS 2.9.1 has no timers for one that was
@@ -175,51 +199,39 @@ Reason Guard::judge_acknowledgement(const Datagram& datagram, const Content& con
 }
 
 bool Guard::is_known(const Guid& guid) const {
-  const std::lock_guard lock(mutex_);
-  return is_builtin(guid) ? participants_.contains(prefix_of(guid)) : endpoints_.contains(guid);
+  return is_builtin(guid) ? discovered_.has_participant(prefix_of(guid))
+                          : discovered_.has_endpoint(guid);
 }
 
 void Guard::participant_found(const Prefix& prefix) {
-  {
-    const std::lock_guard lock(mutex_);
-    participants_.insert(prefix);
-  }
+  discovered_.participant_found(prefix);
   writers_.pin([&](const Guid& guid) { return is_builtin(guid) && prefix_of(guid) == prefix; });
 }
 
 void Guard::participant_lost(const Prefix& prefix) {
+  discovered_.participant_lost(prefix);
   const auto is_its = [&](const Guid& guid) { return prefix_of(guid) == prefix; };
-  {
-    const std::lock_guard lock(mutex_);
-    participants_.erase(prefix);
-    std::erase_if(endpoints_, is_its);
-  }
   writers_.forget(is_its);
   readers_.forget(is_its);
 }
 
 void Guard::endpoint_found(const Guid& endpoint) {
-  {
-    const std::lock_guard lock(mutex_);
-    endpoints_.insert(endpoint);
-  }
+  discovered_.endpoint_found(endpoint);
   const auto is_it = [&](const Guid& guid) { return guid == endpoint; };
   writers_.pin(is_it);
   readers_.pin(is_it);
 }
 
 void Guard::endpoint_lost(const Guid& endpoint) {
+  discovered_.endpoint_lost(endpoint);
   const auto is_it = [&](const Guid& guid) { return guid == endpoint; };
-  {
-    const std::lock_guard lock(mutex_);
-    endpoints_.erase(endpoint);
-  }
   writers_.forget(is_it);
   readers_.forget(is_it);
 }
 
 Counters Guard::counters() const {
   Counters out;
+  out.endpoints = discovered_.endpoints();
   out.received = received_.load(std::memory_order_relaxed);
   for (std::size_t i = 0; i < kReasons; ++i)
     out.dropped[i] = dropped_[i].load(std::memory_order_relaxed);

@@ -8,10 +8,10 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
-#include <mutex>
-#include <set>
+#include <utility>
 
 #include "bridges/dds/guard/counters.h"
+#include "bridges/dds/guard/discovered.h"
 #include "bridges/dds/guard/guid_table.h"
 #include "bridges/dds/guard/parameters.h"
 #include "bridges/dds/guard/reason.h"
@@ -24,15 +24,17 @@ namespace linegate::dds::guard {
 class Guard {
  public:
   // protection_required: the governance of the domain protects RTPS messages.
-  explicit Guard(bool protection_required) : protection_required_(protection_required) {}
+  explicit Guard(bool protection_required, DiscoveryLimits limits = {})
+      : protection_required_(protection_required), discovered_(std::move(limits)) {}
 
   struct Verdict {
     Reason reason = Reason::none;
     std::size_t size = 0;  // octets to pass on: all, but for a statistics submessage at the end
   };
 
-  // now: ns of any clock that does not go back. From any thread; counts. Does not allocate.
-  Verdict judge(Octets datagram, std::int64_t now);
+  // now: ns of any clock that does not go back. from: the sender's address, zeros if there is none.
+  // From any thread; counts. Does not allocate.
+  Verdict judge(Octets datagram, std::int64_t now, const Address& from = {});
 
   // What discovery found, so that it keeps its place in the tables, and what it lost. From any
   // thread.
@@ -52,6 +54,9 @@ class Guard {
   Reason judge_statistics(Datagram& datagram, const Submessage& submessage) const;
   Reason judge_numbers(const Datagram& datagram, const Content& content);
   Reason judge_payload(const Datagram& datagram, const Content& content);
+  Reason judge_participant(const Datagram& datagram, const Announcement& announcement) const;
+  Reason judge_endpoint(const Datagram& datagram, const Content& content,
+                        const Announcement& announcement);
   Reason judge_announcement(const Datagram& datagram, const Announcement& announcement);
   Reason judge_acknowledgement(const Datagram& datagram, const Content& content);
   bool is_known(const Guid& guid) const;
@@ -59,9 +64,7 @@ class Guard {
   const bool protection_required_;
   GuidTable<WriterNumbers, 1024> writers_;
   GuidTable<Reliability, 512> readers_;
-  mutable std::mutex mutex_;  // of what discovery found
-  std::set<Prefix> participants_;
-  std::set<Guid> endpoints_;
+  Discovered discovered_;
   std::atomic<std::uint64_t> received_{0};
   std::array<std::atomic<std::uint64_t>, kReasons> dropped_{};
 };

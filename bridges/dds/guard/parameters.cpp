@@ -131,6 +131,7 @@ constexpr std::array<Rule, 50> kRules = {{
     {0x1006, Shape::data_holder},  // identity status token
 }};
 
+constexpr std::uint16_t kLease = 0x0002;
 constexpr std::uint16_t kReliability = 0x001A;
 constexpr std::uint16_t kEndpointGuid = 0x005A;
 constexpr std::uint16_t kStatusInfo = 0x0071;
@@ -225,6 +226,8 @@ bool check_parameter_list(const Wire& payload, Announcement& out) {
   return walk_list(*list, [&](std::uint16_t id, const Wire& value) {
            if (!check_parameter(id, value))
              return false;
+           if (id == kLease)
+             out.lease = value.u32(0);
            if (id == kReliability)
              out.reliable = value.u32(0) == kReliable;
            if (id == kEndpointGuid) {

@@ -18,8 +18,9 @@ struct InlineQos {
 // At the begin of `rest`.
 InlineQos read_inline_qos(const Wire& rest);
 
-// What a subscription announces of itself (RTPS 2.3 table 9.14).
+// What a participant or an endpoint announces of itself (RTPS 2.3 table 9.14).
 struct Announcement {
+  std::uint32_t lease = 100;  // s, of a participant; RTPS 2.3 table 9.14 has this default
   std::optional<Guid> endpoint;
   bool reliable = false;  // a reader without PID_RELIABILITY is best-effort
 };

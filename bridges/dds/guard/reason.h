@@ -23,15 +23,18 @@ enum class Reason : std::uint8_t {
   protection,       // DDS-Security submessages whose structure or lengths are wrong
   unprotected,      // plain submessage in a domain whose governance requires protection
   reliability,      // a best-effort reader that acknowledges, or becomes reliable
+  participants,     // a new participant where places are left for configured peers alone
+  endpoints,        // a participant that announces more endpoints than it may
 };
-inline constexpr std::size_t kReasons = 14;
+inline constexpr std::size_t kReasons = 16;
 
 // As logged and as a name of a counter.
 constexpr std::string_view to_string(Reason reason) {
   constexpr std::array<std::string_view, kReasons> kNames = {
-      "none",     "header",     "submessage",  "sequence_number", "sequence_set",
-      "fragment", "parameters", "discovery",   "statistics",      "rate",
-      "writers",  "protection", "unprotected", "reliability"};
+      "none",         "header",      "submessage",   "sequence_number",
+      "sequence_set", "fragment",    "parameters",   "discovery",
+      "statistics",   "rate",        "writers",      "protection",
+      "unprotected",  "reliability", "participants", "endpoints"};
   return kNames.at(static_cast<std::size_t>(reason));
 }
 

@@ -10,6 +10,7 @@
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
 
 namespace linegate::dds::guard {
 namespace {
@@ -55,7 +56,9 @@ class Transport final : public fast::ChainingTransport {
   void receive(fast::TransportReceiverInterface* next, const rtps::octet* octets,
                std::uint32_t size, const rtps::Locator_t& local,
                const rtps::Locator_t& remote) override {
-    const Guard::Verdict verdict = descriptor_.guard->judge({octets, size}, steady_ns());
+    Address from{};
+    std::copy(std::begin(remote.address), std::end(remote.address), from.begin());
+    const Guard::Verdict verdict = descriptor_.guard->judge({octets, size}, steady_ns(), from);
     if (verdict.reason == Reason::none)
       next->OnDataReceived(octets, static_cast<std::uint32_t>(verdict.size), local, remote);
   }
@@ -123,6 +126,18 @@ void wrap_transports(eprosima::fastdds::dds::DomainParticipantQos& qos,
     replace_built_in(transport);
   for (auto& each : transport.user_transports)
     each = wrap(each, guard);
+}
+
+DiscoveryLimits discovery_limits(const eprosima::fastdds::dds::DomainParticipantQos& qos) {
+  DiscoveryLimits out;
+  out.participants = qos.allocation().participants.maximum - 1;  // others
+  for (const rtps::Locator_t& locator : qos.wire_protocol().builtin.initialPeersList) {
+    if (locator.kind == LOCATOR_KIND_SHM || rtps::IPLocator::isMulticast(locator))
+      continue;
+    std::copy(std::begin(locator.address), std::end(locator.address),
+              out.peers.emplace_back().begin());
+  }
+  return out;
 }
 
 bool requires_protection(const eprosima::fastdds::dds::DomainParticipantQos& qos) {

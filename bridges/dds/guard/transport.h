@@ -15,6 +15,9 @@ namespace linegate::dds::guard {
 void wrap_transports(eprosima::fastdds::dds::DomainParticipantQos& qos,
                      const std::shared_ptr<Guard>& guard);
 
+// Of a QoS whose bound on participants is set: its bound, and the hosts of its initial peers.
+DiscoveryLimits discovery_limits(const eprosima::fastdds::dds::DomainParticipantQos& qos);
+
 // Whether the DDS-Security properties of the QoS name a governance document that protects RTPS
 // messages. A document that cannot be read counts as one that does.
 bool requires_protection(const eprosima::fastdds::dds::DomainParticipantQos& qos);

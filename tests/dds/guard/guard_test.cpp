@@ -271,6 +271,102 @@ TEST_F(GuardTest, AReaderThatDiscoveryLostMayComeAgainOtherwise) {
   EXPECT_EQ(judge(announce(1, 2)), Reason::none);
 }
 
+// --- places --------------------------------------------------------------------------------------
+
+constexpr dds::guard::Address kStranger = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 10, 0, 0, 66};
+constexpr dds::guard::Address kPeer = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 10, 0, 0, 2};
+
+Datagram announce_participant(Sender from, std::uint32_t lease = 20) {
+  const Fields list =
+      Fields().u8(0).u8(3).u16(0).parameter(0x02, Fields().u32(lease).zeros(4)).sentinel();
+  return Datagram(from).add(0x15, data(1, entity::kParticipants).octets(list.get()), kHasData);
+}
+
+class PlacesTest : public testing::Test {
+ protected:
+  static constexpr Sender kPlaces = 8;
+
+  // Announces one participant after the other; gives how many find a place.
+  int come(Guard& guard, Sender first, const dds::guard::Address& from, std::uint32_t lease = 20) {
+    int count = 0;
+    for (Sender i = 0; i < 2 * kPlaces; ++i) {
+      const auto sender = static_cast<Sender>(first + i);
+      const Reason reason = guard.judge(announce_participant(sender, lease).get(), 0, from).reason;
+      if (reason == Reason::none && count < kPlaces) {
+        guard.participant_found(prefix_of(sender));
+        ++count;
+      } else if (reason != Reason::none) {
+        EXPECT_EQ(reason, Reason::participants);
+      }
+    }
+    return count;
+  }
+};
+
+TEST_F(PlacesTest, AQuarterIsLeftForConfiguredPeers) {
+  Guard guard(false, {.participants = kPlaces, .peers = {kPeer}});
+  EXPECT_EQ(come(guard, 10, kStranger), 6);
+  EXPECT_EQ(guard.judge(announce_participant(11).get(), 0, kStranger).reason, Reason::none);
+  EXPECT_EQ(guard.judge(announce_participant(90).get(), 0, kStranger).reason, Reason::participants);
+  EXPECT_EQ(guard.judge(announce_participant(90).get(), 0, kPeer).reason, Reason::none);
+  guard.participant_lost(prefix_of(11));
+  EXPECT_EQ(guard.judge(announce_participant(91).get(), 0, kStranger).reason, Reason::none);
+}
+
+TEST_F(PlacesTest, WithoutConfiguredPeersNoneIsLeft) {
+  Guard guard(false, {.participants = kPlaces, .peers = {}});
+  EXPECT_EQ(come(guard, 10, kStranger), kPlaces);
+}
+
+TEST_F(PlacesTest, ParticipantsThatNeverGoTakeHalfAtMost) {
+  Guard guard(false, {.participants = kPlaces, .peers = {}});
+  EXPECT_EQ(come(guard, 10, kStranger, 0x7FFFFFFF), kPlaces / 2);
+  EXPECT_EQ(come(guard, 40, kStranger, 3600), kPlaces / 2);
+}
+
+Datagram announce_endpoint(Sender from, std::uint32_t id, bool reader = false) {
+  Fields guid;
+  for (const std::uint8_t octet : dds::guard::make_guid(prefix_of(from), id))
+    guid.u8(octet);
+  const Fields list = Fields().u8(0).u8(3).u16(0).parameter(0x5A, guid).sentinel();
+  const std::uint32_t writer = reader ? entity::kSubscriptions : entity::kPublications;
+  return Datagram(from).add(0x15, data(1, writer).octets(list.get()), kHasData);
+}
+
+TEST_F(GuardTest, AParticipantAnnouncesABoundedNumberOfEndpoints) {
+  guard.participant_found(prefix_of(1));
+  guard.participant_found(prefix_of(2));
+  std::size_t passed_on = 0;
+  for (std::uint32_t i = 0; i < 20'000; ++i) {
+    now += kSecond / 10;
+    const std::uint32_t id = (i + 1) << 8U | (i % 2 == 0 ? 3U : 4U);
+    if (judge(announce_endpoint(1, id, i % 2 != 0)) != Reason::none)
+      continue;
+    guard.endpoint_found(dds::guard::make_guid(prefix_of(1), id));
+    ++passed_on;
+  }
+  EXPECT_EQ(passed_on, dds::guard::Discovered::kEndpoints);
+  EXPECT_GT(guard.counters().of(Reason::endpoints), 0U);
+  EXPECT_EQ(judge(announce_endpoint(1, 1U << 8U | 3U)), Reason::none);  // known
+  EXPECT_EQ(judge(announce_endpoint(2, 1U << 8U | 3U)), Reason::none);  // another's
+  guard.endpoint_lost(dds::guard::make_guid(prefix_of(1), 1U << 8U | 3U));
+  EXPECT_EQ(judge(announce_endpoint(1, 0x77777703)), Reason::none);
+}
+
+TEST_F(GuardTest, EndpointsThatComeAndGoAreBoundedInTime) {
+  guard.participant_found(prefix_of(1));
+  const auto passes = [&](std::uint32_t count) {
+    std::uint32_t out = 0;
+    for (std::uint32_t i = 0; i < count; ++i)
+      out += judge(announce_endpoint(1, i << 8U | 3U)) == Reason::none ? 1U : 0U;
+    return out;
+  };
+  EXPECT_EQ(passes(5'000), 1'024U);
+  EXPECT_EQ(passes(5'000), 0U);
+  now += kSecond;
+  EXPECT_EQ(passes(5'000), 50U);
+}
+
 // --- discovery -----------------------------------------------------------------------------------
 
 TEST_F(GuardTest, ASampleOfDiscoveryIsAListOfParameters) {

@@ -1,0 +1,61 @@
+// Mutates RTPS datagrams by their structure: submessages, sequence numbers and sets, fragments,
+// parameter lists, CDR bodies.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "bridges/dds/guard/wire.h"
+
+namespace linegate::flood {
+
+using Bytes = std::vector<std::uint8_t>;
+
+// The body keeps the octet order that the flags name. length: octetsToNextHeader, -1: of the body.
+struct Part {
+  std::uint8_t kind = 0;
+  std::uint8_t flags = 0;
+  Bytes body;
+  int length = -1;
+
+  bool little() const { return (flags & 1U) != 0; }
+  bool is_data() const { return kind == 0x15 || kind == 0x16; }
+};
+
+// Where a parameter begins in the body of DATA or DATA_FRAG.
+struct Place {
+  std::size_t at = 0;
+  std::uint16_t id = 0;
+  std::size_t length = 0;
+};
+
+// As a lenient receiver reads it.
+std::vector<Part> split(const Bytes& datagram);
+// Of the first parameter list of DATA or DATA_FRAG, inline QoS or payload; empty if there is none.
+std::vector<Place> parameters(const Part& part);
+
+class Mutator {
+ public:
+  explicit Mutator(std::uint64_t seed) : random_(seed) {}
+
+  // One to three mutations. `other`: from where a submessage may be taken. At most 65,000 octets.
+  Bytes mutate(const Bytes& datagram, const Bytes& other);
+  std::size_t below(std::size_t end);  // end > 0
+
+ private:
+  void mutate_part(std::vector<Part>& parts, const Bytes& other);
+  void mutate_fields(Part& part);
+  void mutate_parameters(Part& part);
+  void mutate_octets(std::vector<Part>& parts, Part& part, const Bytes& other);
+  void insert_parameter(Part& part, const std::vector<Place>& found);
+  void put_number(Part& part, std::size_t at);
+  void put_word(Part& part, std::size_t at);
+  void put_short(Part& part, std::size_t at);
+  void put_entity(Part& part, std::size_t at);
+
+  std::mt19937_64 random_;
+};
+
+}  // namespace linegate::flood
