@@ -267,10 +267,6 @@ void Publisher::publish_states(Line& line, Instant now) {
           add_network(status->state.network, line.properties);
         }
       }
-      if (line::longest_queue(line.host->plan.config) != 0) {
-        line.properties.push_back(
-            {"receptions-lost", std::to_string(status->state.counters.receptions_lost)});
-      }
       add_properties(line.controller, line.properties);
       add_forwarding(status->state.routing, line.properties);
       if (line.host->interface() != 0) {

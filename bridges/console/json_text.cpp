@@ -52,7 +52,8 @@ Json counters_json(const line::Counters& c) {
           {"output_writes", c.output_writes},
           {"output_writes_refused", c.output_writes_refused},
           {"events", c.events},
-          {"events_lost", c.events_lost}};
+          {"events_lost", c.events_lost},
+          {"receptions_lost", c.receptions_lost}};
 }
 
 Json node_json(const Line& line, const NodeView& node) {

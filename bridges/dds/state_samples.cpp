@@ -31,6 +31,7 @@ void each_counter(Wire& wire, Stack& stack, Pair pair) {
   pair(wire.output_writes_refused(), stack.output_writes_refused);
   pair(wire.events(), stack.events);
   pair(wire.events_lost(), stack.events_lost);
+  pair(wire.receptions_lost(), stack.receptions_lost);
 }
 
 template <class Wire, class Stack, class Pair>

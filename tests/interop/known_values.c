@@ -53,6 +53,7 @@ static void compare_counters(const linegate_v1_Counters* count) {
   NUMBER(count->output_writes_refused, 1017);
   NUMBER(count->events, 1018);
   NUMBER(count->events_lost, 1019);
+  NUMBER(count->receptions_lost, 1020);
 }
 
 void compare_gateway_state(const linegate_v1_GatewayState* s) {
