@@ -22,6 +22,7 @@ struct DiscoveryLimits {
   // Others that the library takes note of at the same time.
   std::size_t participants = std::numeric_limits<std::size_t>::max();
   std::vector<Address> peers;  // configured ones; for them a quarter of the places is left
+  bool ends_by_lease = true;   // the announced end of a participant is not passed on
 };
 
 // From any thread.
@@ -39,6 +40,7 @@ class Discovered {
   void endpoint_found(const Guid& endpoint);
   void endpoint_lost(const Guid& endpoint);
 
+  bool ends_by_lease() const { return limits_.ends_by_lease; }
   bool has_participant(const Prefix& prefix) const;
   bool has_endpoint(const Guid& endpoint) const;
   std::size_t endpoints() const;

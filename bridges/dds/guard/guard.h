@@ -52,6 +52,8 @@ class Guard {
   Reason walk(Datagram& datagram);
   Reason judge_submessage(Datagram& datagram, const Submessage& submessage);
   Reason judge_statistics(Datagram& datagram, const Submessage& submessage) const;
+  void leave_out_end(Datagram& datagram, const Submessage& submessage,
+                     const Content& content) const;
   Reason judge_numbers(const Datagram& datagram, const Content& content);
   Reason judge_payload(const Datagram& datagram, const Content& content);
   Reason judge_participant(const Datagram& datagram, const Announcement& announcement) const;

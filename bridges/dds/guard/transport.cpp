@@ -131,6 +131,10 @@ void wrap_transports(eprosima::fastdds::dds::DomainParticipantQos& qos,
 DiscoveryLimits discovery_limits(const eprosima::fastdds::dds::DomainParticipantQos& qos) {
   DiscoveryLimits out;
   out.participants = qos.allocation().participants.maximum - 1;  // others
+  // With a discovery server the end of a participant is one of a sequence of reliable samples.
+  using Protocol = rtps::DiscoveryProtocol_t;
+  out.ends_by_lease =
+      qos.wire_protocol().builtin.discovery_config.discoveryProtocol == Protocol::SIMPLE;
   for (const rtps::Locator_t& locator : qos.wire_protocol().builtin.initialPeersList) {
     if (locator.kind == LOCATOR_KIND_SHM || rtps::IPLocator::isMulticast(locator))
       continue;

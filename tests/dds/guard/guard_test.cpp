@@ -324,6 +324,28 @@ TEST_F(PlacesTest, ParticipantsThatNeverGoTakeHalfAtMost) {
   EXPECT_EQ(come(guard, 40, kStranger, 3600), kPlaces / 2);
 }
 
+Datagram announce_end(Sender from, unsigned status, std::uint32_t writer = entity::kParticipants) {
+  const Fields end = Fields().parameter(0x71, Fields().zeros(3).u8(status)).sentinel();
+  return Datagram(from)
+      .add(0x09, Fields().zeros(8))
+      .add(0x15, data(1, writer).octets(end.get()), kHasInlineQos)
+      .add(0x80, Fields().zeros(56));
+}
+
+TEST_F(GuardTest, TheEndOfAParticipantIsLeftToItsLease) {
+  for (const unsigned status : {1U, 2U, 3U}) {
+    EXPECT_EQ(judge(announce_end(1, status)), Reason::none);
+    EXPECT_EQ(passed, 20U + 12);
+  }
+  const std::size_t all = announce_end(1, 3).get().size() - 60;  // no statistics
+  EXPECT_EQ(judge(announce_end(1, 0)), Reason::none);
+  EXPECT_EQ(passed, all);
+  EXPECT_EQ(judge(announce_end(1, 3, entity::kPublications)), Reason::none);
+  EXPECT_EQ(passed, all);
+  Guard with_server(false, {.ends_by_lease = false});
+  EXPECT_EQ(with_server.judge(announce_end(1, 3).get(), now).size, all);
+}
+
 Datagram announce_endpoint(Sender from, std::uint32_t id, bool reader = false) {
   Fields guid;
   for (const std::uint8_t octet : dds::guard::make_guid(prefix_of(from), id))
