@@ -28,6 +28,7 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
     case line::CommandKind::output_write:
     case line::CommandKind::object_write:
     case line::CommandKind::pdo_trigger:
+    case line::CommandKind::mpdo_write:
       return commands == config::Access::all && outputs == config::Access::all;
     case line::CommandKind::sdo_write:
     case line::CommandKind::network_write:
@@ -43,6 +44,7 @@ bool permitted(line::CommandKind kind, config::Access commands, config::Access o
     case line::CommandKind::can_send:
     case line::CommandKind::object_create:
     case line::CommandKind::scan_apply:
+    case line::CommandKind::pdo_request:
       break;
   }
   return commands == config::Access::all;

@@ -4,6 +4,7 @@
 
 #include "bridges/console/generic_can.h"
 #include "bridges/console/lookup.h"
+#include "bridges/console/pdo_commands.h"
 
 namespace linegate::gateway {
 
@@ -11,6 +12,7 @@ using console::Context;
 
 void DataCommands::add(CLI::App& app, const On& on, const std::function<bool()>& stopped) {
   add_trigger(app, on);
+  add_pdo(app, on);
   add_frames(app, on, stopped);
   add_dictionary(app, on);
 }
@@ -22,6 +24,22 @@ void DataCommands::add_trigger(CLI::App& app, const On& on) {
   trigger->add_flag("--offset", by_offset_, "all that carry this byte of the outputs");
   on(trigger, Needs::layouts,
      [this](Context& c) { return console::pdo_trigger(c, line_, value_, by_offset_); });
+}
+
+void DataCommands::add_pdo(CLI::App& app, const On& on) {
+  CLI::App* pdo = app.add_subcommand("pdo", "ask for a PDO with a remote frame, or send an MPDO");
+  pdo->require_subcommand(1);
+  CLI::App* request =
+      pdo->add_subcommand("request", "a node is asked for its TPDO; ends when it came");
+  request->add_option("pdo", value_, "LINE:NODE:tpdoN, or LINE:own:rpdoN")->required();
+  on(request, Needs::nothing, [this](Context& c) { return console::pdo_request(c, value_); });
+  CLI::App* mpdo = pdo->add_subcommand(
+      "mpdo", "give an object of a node, or of all, a value by MPDO; not confirmed");
+  mpdo->add_option("node", line_, "LINE:NODE, or LINE:all")->required();
+  mpdo->add_option("object", words_, "the object, data type and value: 6200:01 u8 5")
+      ->required()
+      ->expected(3, 4);
+  on(mpdo, Needs::nothing, [this](Context& c) { return console::mpdo_write(c, line_, words_); });
 }
 
 void DataCommands::add_frames(CLI::App& app, const On& on, const std::function<bool()>& stopped) {

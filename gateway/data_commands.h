@@ -28,6 +28,7 @@ class DataCommands {
 
  private:
   void add_trigger(CLI::App& app, const On& on);
+  void add_pdo(CLI::App& app, const On& on);
   void add_frames(CLI::App& app, const On& on, const std::function<bool()>& stopped);
   void add_dictionary(CLI::App& app, const On& on);
 

@@ -33,7 +33,7 @@ void to_wire(const line::Command& from, v1::CommandRequest& to) {
 }
 
 const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
-  if (from.kind() > v1::COMMAND_SCAN_APPLY)
+  if (from.kind() > v1::COMMAND_MPDO_WRITE)
     return "kind is not a CommandKind";
   if (from.timeout_ns() < 0)
     return "timeout_ns is negative";
@@ -74,6 +74,8 @@ const char* from_wire(const v1::CommandRequest& from, line::Command& to) {
         return "code is not 0 or 1";
       [[fallthrough]];
     case line::CommandKind::pdo_trigger:
+    case line::CommandKind::pdo_request:
+    case line::CommandKind::mpdo_write:
       return from.node() > 127 ? "node is not 0..127" : nullptr;
     case line::CommandKind::nmt:
       if (from.node() > 127)
@@ -113,6 +115,8 @@ const char* check_data(const line::Command& command) {
       return size < 1 || size > 8 ? "data is not 1 to 8 bytes" : nullptr;
     case line::CommandKind::emcy_send:
       return size > 5 ? "data is more than 5 manufacturer bytes" : nullptr;
+    case line::CommandKind::mpdo_write:
+      return size < 1 || size > 4 ? "data is not 1 to 4 bytes" : nullptr;
     case line::CommandKind::lss:
       return size > 24 ? "data is more than the arguments of an LSS service" : nullptr;
     case line::CommandKind::can_send:
@@ -134,6 +138,7 @@ const char* check_data(const line::Command& command) {
     case line::CommandKind::boot:
     case line::CommandKind::configure:
     case line::CommandKind::pdo_trigger:
+    case line::CommandKind::pdo_request:
     case line::CommandKind::scan_apply:
       break;
   }

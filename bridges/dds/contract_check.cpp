@@ -135,6 +135,8 @@ static_assert(same(v1::COMMAND_PROGRAM, line::CommandKind::program));
 static_assert(same(v1::COMMAND_LSS, line::CommandKind::lss));
 static_assert(same(v1::COMMAND_OBJECT_WRITE, line::CommandKind::object_write));
 static_assert(same(v1::COMMAND_PDO_TRIGGER, line::CommandKind::pdo_trigger));
+static_assert(same(v1::COMMAND_PDO_REQUEST, line::CommandKind::pdo_request));
+static_assert(same(v1::COMMAND_MPDO_WRITE, line::CommandKind::mpdo_write));
 static_assert(same(v1::COMMAND_CAN_SEND, line::CommandKind::can_send));
 static_assert(same(v1::COMMAND_CAN_LISTEN, line::CommandKind::can_listen));
 static_assert(same(v1::COMMAND_OBJECT_CREATE, line::CommandKind::object_create));

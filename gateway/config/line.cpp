@@ -210,16 +210,12 @@ void tell_what_an_observer_ignores(Section& section, const line::LineConfig& con
   if (config.role != line::Role::observer) {
     return;
   }
-  for (const char* key : {"heartbeat",        "time",
-                          "sdo_timeout",      "save_timeout",
-                          "load_timeout",     "pdo_update_time",
-                          "emcy_bytes",       "reset_nodes",
-                          "start_nodes",      "startup",
-                          "identity",         "strict_ixxat",
-                          "keep_operational", "canopenia_base",
-                          "own_objects",      "own_values",
-                          "own_concise_dcf",  "storage",
-                          "outputs",          "lss"}) {
+  for (const char* key :
+       {"heartbeat",       "time",         "sdo_timeout",      "save_timeout",    "load_timeout",
+        "pdo_update_time", "emcy_bytes",   "reset_nodes",      "start_nodes",     "startup",
+        "identity",        "strict_ixxat", "keep_operational", "canopenia_base",  "own_objects",
+        "own_values",      "mpdo_scanner", "mpdo_dispatcher",  "own_concise_dcf", "storage",
+        "outputs",         "lss"}) {
     const YAML::Node node = section.find(key);
     if (node.IsDefined()) {
       section.findings().warning(place_of(node), std::string(key) +
@@ -295,6 +291,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   plan.config.stores_parameters = !plan.storage.empty();
   read_devices(section, out);
   read_own_objects(section, plan.config);
+  read_mpdo_lists(section, plan.config);
   out.own_values = read_own_values(section, plan.config);
   plan.record = read_record(section, out.record_place);
   read_nodes(section, out);

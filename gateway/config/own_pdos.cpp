@@ -33,6 +33,20 @@ void read_own_map(Findings& findings, Section& section, OwnPdoSection& out) {
   }
 }
 
+void check_mpdo(Findings& findings, const OwnPdoSection& pdo) {
+  using pdo::MpdoMode;
+  const MpdoMode mode = pdo.parameters.mpdo;
+  const bool maps_one = pdo.transmit && mode == MpdoMode::destination;
+  if (mode != MpdoMode::none && pdo.parameters.mapping.size() != (maps_one ? 1U : 0U)) {
+    findings.error(pdo.place, maps_one ? "a TPDO in destination address mode maps the one object "
+                                         "whose value it sends: map: [2100:1]"
+                                       : "this MPDO maps nothing: leave out map");
+  }
+  if (mode != MpdoMode::none && pdo::is_synchronous(pdo.parameters.type)) {
+    findings.error(pdo.place, "an MPDO is event-driven: leave out type");
+  }
+}
+
 OwnPdoSection read_own_pdo(Findings& findings, const YAML::Node& key, const YAML::Node& value,
                            PdoName name) {
   OwnPdoSection out;
@@ -48,6 +62,11 @@ OwnPdoSection read_own_pdo(Findings& findings, const YAML::Node& key, const YAML
     }
     out.parameters.cob_id = {static_cast<std::uint32_t>(*number) | can::CobId::kNoRtrBit};
   }
+  bool rtr = false;
+  section.read("rtr", rtr);
+  if (rtr) {
+    out.parameters.cob_id.raw &= ~can::CobId::kNoRtrBit;
+  }
   bool enabled = true;
   section.read("enabled", enabled);
   if (!enabled) {
@@ -61,7 +80,11 @@ OwnPdoSection read_own_pdo(Findings& findings, const YAML::Node& key, const YAML
                         65'535 * std::chrono::microseconds(100));
   section.read_multiple("event_timer", out.parameters.event_timer, std::chrono::milliseconds(1),
                         std::chrono::milliseconds(65'535));
+  section.read_choice<pdo::MpdoMode>(
+      "mpdo", out.parameters.mpdo,
+      {{"source", pdo::MpdoMode::source}, {"destination", pdo::MpdoMode::destination}});
   read_own_map(findings, section, out);
+  check_mpdo(findings, out);
   section.done();
   return out;
 }

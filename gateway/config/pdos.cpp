@@ -5,6 +5,7 @@
 #include "gateway/config/value.h"
 #include "stack/can/cob_id.h"
 #include "stack/pdo/described_cob_id.h"
+#include "stack/pdo/mpdo.h"
 #include "stack/pdo/parameters.h"
 
 namespace linegate::config {
@@ -41,7 +42,7 @@ class Override {
       return;
     }
     const std::uint32_t raw = pdo::described_cob_id(config_.device, kind(), pdo_.number).raw;
-    const std::uint32_t wanted = read_cob_id(raw);
+    const std::uint32_t wanted = read_rtr(read_cob_id(raw));
     write({pdo_.communication(), 1}, wanted | can::CobId::kInvalidBit, place_);
     read_type();
     read_times();
@@ -96,6 +97,12 @@ class Override {
     return keys != 0 && keys == value_.size();
   }
 
+  std::uint32_t read_rtr(std::uint32_t raw) {
+    bool rtr = (raw & can::CobId::kNoRtrBit) == 0;
+    section_.read("rtr", rtr);
+    return rtr ? raw & ~can::CobId::kNoRtrBit : raw | can::CobId::kNoRtrBit;
+  }
+
   void read_type() {
     const YAML::Node node = section_.find("type");
     if (!node.IsDefined()) {
@@ -126,7 +133,11 @@ class Override {
 
   void read_mapping() {
     const YAML::Node node = section_.find("map");
-    if (!node.IsDefined()) {
+    const YAML::Node mpdo = section_.find("mpdo");
+    std::uint8_t mode = 0;
+    section_.choose<std::uint8_t>(
+        mpdo, mode, {{"source", pdo::kSourceMode}, {"destination", pdo::kDestinationMode}});
+    if (!node.IsDefined() && !mpdo.IsDefined()) {
       return;
     }
     if (!config_.device.dynamic_mapping) {
@@ -146,11 +157,18 @@ class Override {
       findings_.error(place_of(node),
                       "the objects have " + std::to_string(bits) + " bits; a PDO has room for 64");
     }
-    write({pdo_.mapping(), 0}, 0, place_of(node));
-    for (std::size_t i = 0; i < mapping.size() && i < pdo::kMaxMapped; ++i) {
-      write({pdo_.mapping(), static_cast<std::uint8_t>(i + 1)}, mapping[i].raw(), place_of(node));
+    const std::size_t wanted = pdo_.transmit && mode == pdo::kDestinationMode ? 1 : 0;
+    if (mode != 0 && mapping.size() != wanted) {
+      findings_.error(place_, wanted == 1
+                                  ? "a TPDO in destination address mode maps the one object whose "
+                                    "value it sends"
+                                  : "this MPDO maps nothing: leave out map");
     }
-    write({pdo_.mapping(), 0}, mapping.size(), place_of(node));
+    write({pdo_.mapping(), 0}, 0, place_);
+    for (std::size_t i = 0; i < mapping.size() && i < pdo::kMaxMapped; ++i) {
+      write({pdo_.mapping(), static_cast<std::uint8_t>(i + 1)}, mapping[i].raw(), place_);
+    }
+    write({pdo_.mapping(), 0}, mode != 0 ? mode : mapping.size(), place_);
   }
 
   std::optional<pdo::Mapping> read_mapped(const YAML::Node& element) {

@@ -212,6 +212,8 @@ std::optional<std::uint32_t> read_pdo_queue(Section& section);
 std::optional<std::uint8_t> read_transmission_type(Section& section, const YAML::Node& node);
 // `feeds_every_tpdo:` of a line.
 void read_feeds_every_tpdo(Section& section, LineSection& line);
+// `mpdo_scanner:` and `mpdo_dispatcher:` of a line, once its own objects are known.
+void read_mpdo_lists(Section& section, line::LineConfig& config);
 // `own_objects:` of a line, once its role, devices and storage are known.
 void read_own_objects(Section& section, line::LineConfig& config);
 // `own_values:` and `own_concise_dcf:` of a line, once its role and devices are known. Those that

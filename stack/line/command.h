@@ -69,6 +69,14 @@ enum class CommandKind : std::uint8_t {
   scan_apply,     // node (0 = all), code: 0 or kScan... bits -> data: like scan, but what it finds
                   // becomes the configuration of the line, which is made anew with it. Only where
                   // no nodes are configured, or such that a scan found
+  pdo_request,    // a device is asked for its TPDO `code` with a remote frame; node 0: the device
+                  // that sends RPDO `code` of the own node. Answered when the PDO came; timed_out
+                  // after `timeout`, or else LineConfig::sdo_timeout. bad_request: bit 30 of its
+                  // COB-ID says that there is no RTR
+  mpdo_write,     // node (0 = all), index, sub, data (up to 4 bytes): by an MPDO in destination
+                  // address mode, of the own TPDO `code` (0 = the first in that mode). Not
+                  // confirmed -> data: the number of that TPDO (2, LE). unknown_entry: it has
+                  // none
 };
 std::string_view name(CommandKind kind);
 

@@ -188,6 +188,10 @@ struct LineConfig {
   std::vector<std::uint32_t> bound;
   // Of the one own node; not for an observer.
   std::vector<OwnObject> own_objects;
+  // Entries of its scanner list (1FA0h..) and dispatcher list (1FD0h..), see pdo/mpdo.h. It has
+  // these objects if there are entries.
+  std::vector<std::uint32_t> mpdo_scanner;
+  std::vector<std::uint64_t> mpdo_dispatcher;
   // Written to objects of that node as over SDO, in this order, when the line starts and after each
   // reset of the node, after what was stored. What is refused is EventKind::configuration_error.
   std::vector<ObjectValue> own_values;

@@ -67,6 +67,8 @@ void Line::Devices::execute(Command command, Instant now) {
     case CommandKind::object_write:
     case CommandKind::object_create:
     case CommandKind::scan_apply:
+    case CommandKind::pdo_request:
+    case CommandKind::mpdo_write:
       error = to_error(Refusal::wrong_role);
       break;
     case CommandKind::versions:

@@ -81,6 +81,9 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
   manager.set_configuration_step([this](std::uint8_t id) { return configurator.make_step(id); });
   configurator.objects().set_may_configure([this](std::uint8_t id) { return may_configure(id); });
   node.pdos().link(plan);
+  for (const pdo::Parameters& own : config.forwarding.tpdos) {
+    node.pdos().set_auto_notify(own.number, own.mpdo == pdo::MpdoMode::source);
+  }
   node.clock().produce_every(config.time_period);
   sdo.set_slow_writes(config.save_timeout, config.load_timeout);
   heartbeats.set_listener(this);
@@ -260,6 +263,7 @@ void Line::Impl::stop(Instant now) {
   follow_receivers();
   lss.stop();
   settle_lss(now);
+  cancel_pdo_requests();
   end_scan(Refusal::cancelled, now);
   end_boots(Refusal::cancelled);
   end_configure(Refusal::cancelled);

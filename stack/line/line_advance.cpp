@@ -55,7 +55,7 @@ void Line::Impl::stir(Instant now) {
 // Whatever the services go by comes in one of these ways: from outside, as an event of the own
 // node or of a PDO, or written to the dictionary.
 [[gnu::hot]] bool Line::Impl::is_stirred() const {
-  return stirred || events.emitted() != events_seen ||
+  return stirred || !pdo_requests.empty() || events.emitted() != events_seen ||
          const_cast<node::Node&>(node).dictionary().writes_told() != writes_seen;
 }
 
@@ -78,6 +78,7 @@ void Line::Impl::advance_services(Instant now) {
     routing->advance(may_send_sdo(), now);
     take_completions(now);
   }
+  finish_pdo_requests(now);
   expire_commands(now);
   finish_boots(now);
   advance_configure(now);

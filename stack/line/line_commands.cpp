@@ -69,6 +69,12 @@ void Line::Impl::execute(Command command, Instant now) {
     case CommandKind::pdo_trigger:
       error = trigger_pdos(command, data, now);
       break;
+    case CommandKind::pdo_request:
+      request_pdo(command, now);
+      return;
+    case CommandKind::mpdo_write:
+      error = write_by_mpdo(command, data);
+      break;
     case CommandKind::can_send:
       error = send_frame(command);
       break;
@@ -331,6 +337,9 @@ Instant Line::Impl::next_command_deadline() const {
   }
   for (const Boot& boot : boots) {
     wake = earlier(wake, boot.deadline);
+  }
+  for (const PdoRequest& request : pdo_requests) {
+    wake = earlier(wake, request.deadline);
   }
   return wake;
 }

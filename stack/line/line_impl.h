@@ -59,6 +59,12 @@ struct Line::Impl final : Line::Base,
   bool next_frame(can::Frame& out, Instant now) override;
   bool wants_to_send(Instant now) const override;
   bool request_pdo(std::uint16_t rpdo) override;
+  // line_pdo.cpp
+  std::uint16_t named_rpdo(const Command& command) const;
+  void request_pdo(const Command& command, Instant now);
+  void finish_pdo_requests(Instant now);
+  void cancel_pdo_requests();
+  Error write_by_mpdo(const Command& command, std::vector<std::byte>& by);
   bool take_reception(pdo::Reception& out) override;
   void bus_event(const can::BusEvent& event) override;
   void snapshot(image::Direction direction, image::Snapshot& into, Instant now,
@@ -289,6 +295,13 @@ struct Line::Impl final : Line::Base,
   std::vector<Boot> boots;
   std::vector<Pending> pending;
   std::vector<LocalWrite> local_writes;
+  struct PdoRequest {
+    std::uint64_t tag = 0;
+    std::uint16_t rpdo = 0;
+    Instant asked{};
+    Instant deadline = kNever;
+  };
+  std::vector<PdoRequest> pdo_requests;
   std::uint64_t next_token = 1;
 
   // By node: so many times Operational is still to be heard, see note_command().

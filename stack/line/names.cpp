@@ -69,6 +69,10 @@ std::string_view name(CommandKind kind) {
       return "object-create";
     case CommandKind::scan_apply:
       return "scan-apply";
+    case CommandKind::pdo_request:
+      return "pdo-request";
+    case CommandKind::mpdo_write:
+      return "mpdo-write";
   }
   return "unknown";
 }

@@ -13,6 +13,7 @@
 #include "stack/manager/network_list.h"
 #include "stack/manager/program_objects.h"
 #include "stack/od/number_variable.h"
+#include "stack/pdo/mpdo.h"
 #include "stack/routing/emcy_router.h"
 #include "stack/storage/parameters.h"
 #include "stack/time/service.h"
@@ -143,6 +144,20 @@ std::uint64_t in(Duration duration) {
   return static_cast<std::uint64_t>(std::chrono::duration_cast<Unit>(duration).count());
 }
 
+// In objects of up to 254 entries each; all of the last one can be written.
+template <class Entry>
+void add_list(std::uint16_t first, const std::string& name, DataType type,
+              const std::vector<Entry>& entries, std::vector<od::ObjectDescription>& objects) {
+  constexpr std::size_t kMost = 254;
+  for (std::size_t begin = 0; begin < entries.size(); begin += kMost) {
+    const auto index = static_cast<std::uint16_t>(first + begin / kMost);
+    objects.push_back(array(index, name, type, Access::rw, kMost, Access::constant, kMost));
+    for (std::size_t i = begin; i < entries.size() && i < begin + kMost; ++i) {
+      store_le(std::span(objects.back().variables[1 + i - begin].value), entries[i]);
+    }
+  }
+}
+
 }  // namespace
 
 od::Dictionary make_own_dictionary(const LineConfig& config) {
@@ -189,6 +204,10 @@ od::Dictionary make_own_dictionary(const LineConfig& config) {
     }
     add_routing_tables(config.routing, device.objects);
   }
+  add_list(pdo::kScannerList, "MPDO scanner list", DataType::unsigned32, config.mpdo_scanner,
+           device.objects);
+  add_list(pdo::kDispatcherList, "MPDO dispatcher list", DataType::unsigned64,
+           config.mpdo_dispatcher, device.objects);
   if (config.stores_parameters) {
     add_storage(device.objects);
     storage::mark_parameters(device);

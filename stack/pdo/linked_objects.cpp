@@ -82,6 +82,10 @@ Result<void> add_records(od::Dictionary& dictionary, PdoKind kind,
 od::ObjectDescription own_mapping_record(PdoKind kind, const Parameters& pdo) {
   od::ObjectDescription out = mapping_record(kind, pdo);
   out.variables.front().access = Access::rw;
+  if (pdo.mpdo != MpdoMode::none) {
+    const bool source = pdo.mpdo == MpdoMode::source;
+    out.variables.front().value = {std::byte{source ? kSourceMode : kDestinationMode}};
+  }
   for (std::size_t i = 1; i <= kMaxMapped; ++i) {
     const auto sub = static_cast<std::uint8_t>(i);
     if (i < out.variables.size()) {

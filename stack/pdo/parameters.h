@@ -9,6 +9,7 @@
 #include "stack/base/time.h"
 #include "stack/can/cob_id.h"
 #include "stack/od/description.h"
+#include "stack/pdo/mpdo.h"
 
 namespace linegate::pdo {
 
@@ -65,7 +66,10 @@ struct Parameters {
   Duration inhibit{};                 // sub 3, multiples of 100 us
   Duration event_timer{};             // sub 5, ms; RPDO: deadline
   std::uint8_t sync_start = 0;        // sub 6
-  std::vector<Mapping> mapping;       // its bits add up to at most 64 (CAN FD: 512)
+  // Of the own node: it is multiplexed. In destination mode a TPDO maps the one object that it
+  // sends; others map nothing.
+  MpdoMode mpdo = MpdoMode::none;
+  std::vector<Mapping> mapping;  // its bits add up to at most 64 (CAN FD: 512)
 };
 
 // Devices made with CANopenNode map a BOOLEAN as a byte, whose lowest bit is the value.

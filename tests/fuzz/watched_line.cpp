@@ -73,6 +73,7 @@ void check_data(CommandKind kind, std::span<const std::byte> data) {
       check_way(data);
       break;
     case CommandKind::pdo_trigger:
+    case CommandKind::mpdo_write:
       LINEGATE_EXPECT(data.size() % 2 == 0);
       break;
     default:

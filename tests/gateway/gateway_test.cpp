@@ -41,8 +41,10 @@ lines:
     sdo_timeout: 500ms
     pdo_update: {every: true, queue: 1024}
     nodes:
-      - {id: 5, name: io, eds: bridges/sim/eds/digital-io.eds, heartbeat: 100ms}
+      - {id: 5, name: io, eds: bridges/sim/eds/digital-io.eds, heartbeat: 100ms, pdos: {tpdo1: {rtr: true}}}
     simulate: [{node: 5, profile: digital-io}]
+    own_objects: {"2100:1": {type: u32, map: true}}
+    own_pdos: {tpdo100: {cob_id: 0x1F0, mpdo: destination, map: ["2100:1"]}}
     outputs:
       groups: [{name: lamps, number: 3, entries: [io.*]}]
   - name: closed
@@ -128,6 +130,26 @@ TEST_F(GatewayTest, PublishesEveryReceptionOfALineThatDemandsIt) {
   // The newest one and those before it are all that the line received.
   EXPECT_TRUE(until([&] { return seen_.lines["open"].counters.rpdos >= got.back().number; }));
   EXPECT_TRUE(seen_.receptions["closed"].empty());
+}
+
+TEST_F(GatewayTest, ADeviceIsAskedForAPdoAndAValueGoesByMpdo) {
+  line::Command request{.kind = line::CommandKind::pdo_request, .node = 5, .code = 1};
+  const dds::CommandResult came = call(at("open"), request);
+  EXPECT_TRUE(came.reply.ok()) << came.text;
+  request.code = 99;
+  EXPECT_EQ(call(at("open"), request).reply.error, line::to_error(line::Refusal::unknown_entry));
+  request.code = 2;
+  EXPECT_EQ(call(at("open"), request).reply.error, line::to_error(line::Refusal::bad_request))
+      << "its COB-ID does not permit RTR";
+  EXPECT_EQ(call(at("closed"), request).reply.error, line::to_error(line::Refusal::not_permitted));
+  const line::Command value{.kind = line::CommandKind::mpdo_write,
+                            .node = 5,
+                            .index = 0x6200,
+                            .sub = 1,
+                            .data = {std::byte{5}}};
+  const dds::CommandResult sent = call(at("open"), value);
+  EXPECT_TRUE(sent.reply.ok()) << sent.text;
+  EXPECT_EQ(sent.reply.data, (std::vector{std::byte{100}, std::byte{0}}));
 }
 
 TEST_F(GatewayTest, PublishesLinesNodesImagesAndEvents) {

@@ -387,7 +387,8 @@ TEST(Access, ReadAllowsWhatChangesNothing) {
        {CommandKind::sdo_write, CommandKind::network_write, CommandKind::local_write,
         CommandKind::nmt, CommandKind::emcy_send, CommandKind::output_write,
         CommandKind::bus_restart, CommandKind::bus_fault, CommandKind::lss, CommandKind::can_send,
-        CommandKind::object_write, CommandKind::pdo_trigger, CommandKind::object_create}) {
+        CommandKind::object_write, CommandKind::pdo_trigger, CommandKind::object_create,
+        CommandKind::pdo_request, CommandKind::mpdo_write}) {
     EXPECT_FALSE(permitted(kind, Access::read, Access::all)) << name(kind);
     EXPECT_TRUE(permitted(kind, Access::all, Access::all)) << name(kind);
   }

@@ -11,6 +11,7 @@
 #include "bridges/console/boot.h"
 #include "bridges/console/configuration.h"
 #include "bridges/console/events.h"
+#include "bridges/console/pdo_commands.h"
 #include "bridges/console/scan.h"
 #include "stack/base/abort_code.h"
 #include "stack/scan/report.h"
@@ -226,6 +227,37 @@ TEST_F(Commands, APdoIsTriggeredInThreeWays) {
   EXPECT_EQ(pdo_trigger(context_, "press:5", "10", true), kUsage);
   EXPECT_EQ(pdo_trigger(context_, "press", "0", false), kUsage);
   EXPECT_EQ(pdo_trigger(context_, "press:own", "1", false), kUsage);
+}
+
+TEST_F(Commands, APdoIsRequested) {
+  EXPECT_EQ(pdo_request(context_, "press:5:tpdo3"), kDone) << err_.str();
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::pdo_request);
+  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(gateway_.last.code, 3);
+  EXPECT_EQ(pdo_request(context_, "press:own:rpdo7"), kDone) << err_.str();
+  EXPECT_EQ(gateway_.last.node, 0);
+  EXPECT_EQ(gateway_.last.code, 7);
+  for (const char* wrong : {"press", "press:5", "press:5:rpdo3", "press:5:tpdo0", "press:own:tpdo1",
+                            "press:all:tpdo1", "press:5:tpdo513"}) {
+    EXPECT_EQ(pdo_request(context_, wrong), kUsage) << wrong;
+  }
+  gateway_.answer.reply.error = line::to_error(line::Refusal::bad_request);
+  EXPECT_EQ(pdo_request(context_, "press:5:tpdo3"), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("there is no RTR"));
+}
+
+TEST_F(Commands, AValueGoesByMpdo) {
+  gateway_.answer.reply.data = {std::byte{100}, std::byte{0}};
+  EXPECT_EQ(mpdo_write(context_, "press:ram", {"6200:01", "u16", "513"}), kDone) << err_.str();
+  EXPECT_EQ(out_.str(), "given to TPDO 100, which sends it in its turn\n");
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::mpdo_write);
+  EXPECT_EQ(gateway_.last.node, 5);
+  EXPECT_EQ(gateway_.last.index, 0x6200);
+  EXPECT_EQ(gateway_.last.data, (std::vector{std::byte{1}, std::byte{2}}));
+  EXPECT_EQ(mpdo_write(context_, "press:all", {"6200:01", "u8", "1"}), kDone);
+  EXPECT_EQ(gateway_.last.node, 0);
+  EXPECT_EQ(mpdo_write(context_, "press:5", {"6200:01", "u64", "1"}), kUsage);
+  EXPECT_EQ(mpdo_write(context_, "press:own", {"6200:01", "u8", "1"}), kUsage);
 }
 
 TEST_F(Commands, AnotherNetworkIsReachedOverTheCheapestLineThatIsKnown) {

@@ -96,6 +96,80 @@ TEST(Plant, EveryReceptionOfAPdoIsQueuedWhereItIsSaid) {
             std::string::npos);
 }
 
+TEST(Plant, APdoOfADeviceIsMadeMultiplexedAndMayBeRequested) {
+  const auto loaded = read_pdo_plant(R"(schema: 1
+lines:
+  - name: a
+    interface: "simulated:"
+    nodes:
+      - id: 5
+        eds: bridges/sim/eds/drive.eds
+        pdos:
+          tpdo1: {mpdo: source, cob_id: 0x1C5}
+          tpdo2: {rtr: true}
+)");
+  ASSERT_TRUE(loaded.ok()) << pdo_findings(loaded);
+  const auto& objects = loaded.value->lines.at(0).config.nodes.at(0).objects;
+  std::vector<std::pair<std::uint16_t, unsigned>> written;
+  for (const line::ObjectValue& object : objects) {
+    if (object.address.sub == 0) {
+      written.emplace_back(object.address.index, std::to_integer<unsigned>(object.data[0]));
+    }
+    if (object.address == od::Address{0x1801, 1}) {
+      EXPECT_EQ(std::to_integer<unsigned>(object.data[3]) & 0x40U, 0U) << "RTR is allowed";
+    }
+  }
+  EXPECT_EQ(written, (std::vector<std::pair<std::uint16_t, unsigned>>{{0x1A00, 0}, {0x1A00, 254}}));
+}
+
+std::string own_mpdos(const std::string& own_pdos, const std::string& lists) {
+  return R"(schema: 1
+lines:
+  - name: a
+    interface: virtual:a
+    nodes: [{id: 5, eds: bridges/sim/eds/drive.eds}]
+    own_objects:
+      "2100:1": {type: u32, map: true}
+      "2100:2": {type: u32, map: true}
+      "2101": {type: u32}
+    own_pdos: {)" +
+         own_pdos + "}\n" + lists;
+}
+
+TEST(Plant, MpdosOfTheOwnNodeAreConfigured) {
+  const auto loaded = read_pdo_plant(
+      own_mpdos("tpdo100: {cob_id: 0x1F0, mpdo: destination, map: [\"2100:1\"]}, "
+                "tpdo101: {cob_id: 0x1F1, mpdo: source}, rpdo100: {cob_id: 0x1F2, mpdo: source}, "
+                "rpdo101: {cob_id: 0x1F3, mpdo: destination, rtr: true}",
+                "    mpdo_scanner: [{object: \"2100:1\", count: 2}]\n"
+                "    mpdo_dispatcher: [{node: 5, object: \"6000:1\", own: \"2100:2\"}]\n"));
+  ASSERT_TRUE(loaded.ok()) << pdo_findings(loaded);
+  const line::LineConfig& config = loaded.value->lines.at(0).config;
+  EXPECT_EQ(config.forwarding.tpdos.at(0).mpdo, pdo::MpdoMode::destination);
+  EXPECT_EQ(config.forwarding.tpdos.at(1).mpdo, pdo::MpdoMode::source);
+  EXPECT_EQ(config.mpdo_scanner, std::vector<std::uint32_t>{0x02'2100'01});
+  EXPECT_EQ(config.mpdo_dispatcher, std::vector<std::uint64_t>{0x01'2100'02'6000'01'05});
+  EXPECT_EQ(config.forwarding.rpdos.at(0).cob_id.raw, 0x4000'01F2U);
+  EXPECT_EQ(config.forwarding.rpdos.at(1).cob_id.raw, 0x0000'01F3U);
+}
+
+TEST(Plant, MpdosThatCannotBeAreFound) {
+  const auto found = [](const std::string& own_pdos, const std::string& lists = "") {
+    return pdo_findings(read_pdo_plant(own_mpdos(own_pdos, lists)));
+  };
+  EXPECT_NE(found("tpdo100: {cob_id: 0x1F0, mpdo: destination}").find("maps the one object"),
+            std::string::npos);
+  EXPECT_NE(found("rpdo100: {cob_id: 0x1F0, mpdo: source, map: [\"2100:1\"]}").find("maps nothing"),
+            std::string::npos);
+  EXPECT_NE(found("tpdo100: {cob_id: 0x1F0, mpdo: source, type: sync}").find("event-driven"),
+            std::string::npos);
+  EXPECT_NE(found("", "    mpdo_scanner: [{object: \"2101:0\"}]\n").find("2101:00 is no object of"),
+            std::string::npos);
+  EXPECT_NE(found("", "    mpdo_dispatcher: [{node: 5, object: 6000, own: \"2100:2\", count: 2}]\n")
+                .find("2100:03 is no object of"),
+            std::string::npos);
+}
+
 TEST(Plant, AnRpdoOfADeviceIsSentToItNoMoreOftenThanItsInhibitTime) {
   const auto loaded = read_pdo_plant(R"(schema: 1
 lines:

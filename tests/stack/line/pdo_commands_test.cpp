@@ -1,0 +1,168 @@
+// PDOs that a command asks for with a remote frame, and MPDOs of the own node.
+#include "stack/base/byte_order.h"
+#include "stack/od/dictionary.h"
+
+#include "tests/stack/line/line_fixture.h"
+
+namespace linegate::line {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr std::uint16_t kOwnObject = 0x2100;
+
+OwnObject own_object(std::uint8_t sub, od::DataType type) {
+  OwnObject out{.index = kOwnObject, .variable = {}};
+  out.variable.sub = sub;
+  out.variable.type = type;
+  out.variable.access = od::Access::rw;
+  out.variable.mappable = true;
+  out.variable.value.resize(od::byte_size(type));
+  return out;
+}
+
+pdo::Parameters own_mpdo(std::uint16_t number, std::uint32_t id, pdo::MpdoMode mode) {
+  pdo::Parameters out;
+  out.number = number;
+  out.cob_id = {id | can::CobId::kNoRtrBit};
+  out.mpdo = mode;
+  return out;
+}
+
+class PdoCommands : public LineTest {
+ protected:
+  // TPDO 100 in destination, 101 in source address mode; RPDO 100 and 101 likewise.
+  static LineConfig with_mpdos() {
+    LineConfig config = config_with_axis();
+    for (std::uint8_t sub = 1; sub <= 3; ++sub) {
+      config.own_objects.push_back(own_object(sub, od::DataType::unsigned32));
+    }
+    auto& forwarding = config.forwarding;
+    forwarding.tpdos = {own_mpdo(100, 0x1F0, pdo::MpdoMode::destination),
+                        own_mpdo(101, 0x1F1, pdo::MpdoMode::source)};
+    forwarding.tpdos[0].mapping = {{{kOwnObject, 1}, 32}};
+    forwarding.rpdos = {own_mpdo(100, 0x1F2, pdo::MpdoMode::destination),
+                        own_mpdo(101, 0x1F3, pdo::MpdoMode::source)};
+    config.mpdo_scanner = {0x01'2100'02};
+    config.mpdo_dispatcher = {0x01'2100'03'6000'01'05};
+    return config;
+  }
+  void run(LineConfig config) {
+    make(std::move(config));
+    boot();
+    pass(milliseconds(1));
+    sent();
+    events();
+  }
+  Reply ask(Command command) {
+    line_->execute(std::move(command), now_);
+    return answer();
+  }
+  bool answered() {
+    Reply reply;
+    return line_->take_reply(reply);
+  }
+  static Command request(std::uint8_t node, std::uint16_t code) {
+    return {.kind = CommandKind::pdo_request, .node = node, .code = code, .data = {}};
+  }
+  static Command by_mpdo(std::uint8_t node, std::vector<std::byte> data) {
+    return {.kind = CommandKind::mpdo_write,
+            .node = node,
+            .index = 0x6200,
+            .sub = 1,
+            .data = std::move(data)};
+  }
+  static std::vector<std::byte> bytes(std::initializer_list<unsigned> values) {
+    std::vector<std::byte> out;
+    for (const unsigned value : values) {
+      out.push_back(static_cast<std::byte>(value));
+    }
+    return out;
+  }
+  std::uint64_t own(std::uint8_t sub) {
+    return line_->dictionary().number({kOwnObject, sub}).value_or(~0ULL);
+  }
+};
+
+TEST_F(PdoCommands, AValueGoesByMpdoToAnObjectOfOneNodeOrOfAll) {
+  run(with_mpdos());
+  const Reply done = ask(by_mpdo(5, bytes({0x34, 0x12})));
+  EXPECT_TRUE(done.ok());
+  EXPECT_EQ(done.data, bytes({100, 0}));
+  EXPECT_THAT(sent(), ElementsAre("1F0#8500620134120000"));
+  EXPECT_EQ(own(1), 0x1234U) << "the object that the TPDO maps";
+  EXPECT_TRUE(ask(by_mpdo(0, bytes({7}))).ok());
+  EXPECT_THAT(sent(), ElementsAre("1F0#8000620107000000"));
+  EXPECT_EQ(ask(by_mpdo(5, bytes({}))).error, to_error(Refusal::bad_request));
+  EXPECT_EQ(ask(by_mpdo(5, bytes({1, 2, 3, 4, 5}))).error, to_error(Refusal::bad_request));
+  Command other = by_mpdo(5, bytes({1}));
+  other.code = 101;
+  EXPECT_EQ(ask(other).error, to_error(Refusal::unknown_entry)) << "it is in the other mode";
+  EXPECT_THAT(sent(), IsEmpty());
+}
+
+TEST_F(PdoCommands, WithoutSuchATpdoNothingGoesByMpdo) {
+  run(config_with_axis());
+  EXPECT_EQ(ask(by_mpdo(5, bytes({1}))).error, to_error(Refusal::unknown_entry));
+}
+
+TEST_F(PdoCommands, AnObjectOfTheScannerListIsSentWhenItIsWritten) {
+  run(with_mpdos());
+  Command write{
+      .kind = CommandKind::local_write, .index = kOwnObject, .sub = 2, .data = bytes({9, 0, 0, 0})};
+  EXPECT_TRUE(ask(write).ok());
+  EXPECT_THAT(sent(), ElementsAre("1F1#7F00210209000000"));
+  write.sub = 3;
+  EXPECT_TRUE(ask(write).ok());
+  EXPECT_THAT(sent(), IsEmpty()) << "not in the list";
+}
+
+TEST_F(PdoCommands, WhatComesByMpdoIsInTheObjectsOfTheOwnNode) {
+  run(with_mpdos());
+  hear(0x1F2, {0xFF, 0x00, 0x21, 0x03, 1, 0, 0, 0});
+  EXPECT_EQ(own(3), 1U) << "to the address that it names";
+  hear(0x1F3, {0x05, 0x00, 0x60, 0x01, 2, 0, 0, 0});
+  EXPECT_EQ(own(3), 2U) << "as the dispatcher list says";
+  hear(0x1F3, {0x06, 0x00, 0x60, 0x01, 3, 0, 0, 0});
+  EXPECT_EQ(own(3), 2U) << "of another node";
+}
+
+TEST_F(PdoCommands, ARequestIsAnsweredWhenThePdoCame) {
+  LineConfig config = config_with_axis();
+  run(std::move(config));
+  line_->execute(request(5, 1), now_);
+  EXPECT_FALSE(answered());
+  const auto frames = sent();
+  ASSERT_EQ(frames.size(), 1U);
+  EXPECT_EQ(frames[0].substr(0, 4), "185#");
+  pass(milliseconds(3));
+  hear(0x185, {1, 2, 3, 4, 5, 6});
+  pass(milliseconds(1));
+  EXPECT_TRUE(answer().ok());
+}
+
+TEST_F(PdoCommands, ARequestThatIsNotAnsweredTimesOut) {
+  run(config_with_axis());
+  Command command = request(5, 1);
+  command.timeout = milliseconds(50);
+  line_->execute(command, now_);
+  sent();
+  pass(milliseconds(49));
+  EXPECT_FALSE(answered());
+  pass(milliseconds(1));
+  EXPECT_EQ(answer().error, to_error(Refusal::timed_out));
+  line_->execute(command, now_);
+  line_->stop(now_);
+  EXPECT_EQ(answer().error, to_error(Refusal::cancelled));
+}
+
+TEST_F(PdoCommands, WhatCannotBeRequestedIsRefused) {
+  run(with_mpdos());
+  EXPECT_EQ(ask(request(5, 9)).error, to_error(Refusal::unknown_entry));
+  EXPECT_EQ(ask(request(6, 1)).error, to_error(Refusal::unknown_entry));
+  EXPECT_EQ(ask(request(0, 100)).error, to_error(Refusal::bad_request)) << "there is no RTR";
+}
+
+}  // namespace
+}  // namespace linegate::line
