@@ -1,5 +1,7 @@
 #include "stack/diagnosis/diagnosis.h"
 
+#include "stack/nmt/node_control.h"
+
 namespace linegate::diagnosis {
 namespace {
 
@@ -18,21 +20,6 @@ constexpr Duration kObedience = std::chrono::milliseconds(100);
 bool booted(const NodeState& node) {
   constexpr char kKeptAlive = 'L';
   return node.boot == manager::kBooted || node.boot == kKeptAlive;
-}
-
-nmt::State state_after(nmt::Command command) {
-  switch (command) {
-    case nmt::Command::start:
-      return nmt::State::operational;
-    case nmt::Command::stop:
-      return nmt::State::stopped;
-    case nmt::Command::enter_pre_operational:
-      return nmt::State::pre_operational;
-    case nmt::Command::reset_node:
-    case nmt::Command::reset_communication:
-      break;
-  }
-  return nmt::State::unknown;
 }
 
 template <class Action>
@@ -110,18 +97,19 @@ void Diagnosis::heard(std::uint8_t node, nmt::State state, Instant now) {
 }
 
 void Diagnosis::commanded(nmt::Command command, std::uint8_t node) {
+  const bool resets = nmt::is_reset(command);  // the node may be started after it
   changed_ = true;
   node_status_.commanded(command, node);
   each_node([&](std::uint8_t each) {
     if (node == 0 || node == each) {
-      expected_[each] = {state_after(command), latest_};
+      expected_[each] = {resets ? nmt::State::unknown : nmt::state_after(command), latest_};
       disobedient_.set(each, false);
     }
   });
   if (node != 0) {
     return;
   }
-  if (state_after(command) == nmt::State::unknown) {
+  if (resets) {
     begin();
   } else {
     state_.commanded(command, facts(lists()));

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "stack/nmt/node_control.h"
+
 namespace linegate::manager {
 
 Manager::Manager(std::vector<NodePlan> plans, Options options, const od::Dictionary& dictionary,
@@ -395,19 +397,8 @@ void Manager::assume_state(std::uint8_t node, nmt::Command command) {
     return;
   }
   seen.cause = StateCause::command;
-  switch (command) {
-    case nmt::Command::start:
-      seen.state = nmt::State::operational;
-      break;
-    case nmt::Command::stop:
-      seen.state = nmt::State::stopped;
-      break;
-    case nmt::Command::enter_pre_operational:
-      seen.state = nmt::State::pre_operational;
-      break;
-    case nmt::Command::reset_node:
-    case nmt::Command::reset_communication:
-      break;
+  if (!nmt::is_reset(command)) {
+    seen.state = nmt::state_after(command);
   }
   touch(node);
 }

@@ -1,5 +1,7 @@
 #include "stack/manager/state_changes.h"
 
+#include "stack/nmt/node_control.h"
+
 namespace linegate::manager {
 namespace {
 
@@ -7,20 +9,6 @@ namespace {
 constexpr Duration kResetsTogether = std::chrono::seconds(2);
 // A frame that a controller repeated is no second boot-up message.
 constexpr Duration kRepeatedFrame = std::chrono::milliseconds(5);
-
-nmt::State asked_by(nmt::Command command) {
-  switch (command) {
-    case nmt::Command::start:
-      return nmt::State::operational;
-    case nmt::Command::stop:
-      return nmt::State::stopped;
-    case nmt::Command::enter_pre_operational:
-    case nmt::Command::reset_node:
-    case nmt::Command::reset_communication:
-      return nmt::State::pre_operational;
-  }
-  return nmt::State::unknown;
-}
 
 bool is_there(const NodeState& node) {
   return node.presence == Presence::present && node.state != nmt::State::unknown;
@@ -64,7 +52,7 @@ bool StateChanges::shows(NodeState& node, nmt::State state) {
     return false;
   }
   Last& last = last_[node.node];
-  const bool asked = last.command && asked_by(*last.command) == state;
+  const bool asked = last.command && nmt::state_after(*last.command) == state;
   const bool left = is_there(node) && node.state == nmt::State::operational &&
                     (!last.command || last.command == nmt::Command::start);
   node.cause = asked            ? StateCause::command

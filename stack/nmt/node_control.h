@@ -18,6 +18,22 @@ struct NodeControl {
   constexpr bool addresses(std::uint8_t own) const { return node == 0 || node == own; }
 };
 
+// The state that a node is in when it has done what the command says: after a reset it enters
+// Pre-operational by itself.
+constexpr State state_after(Command command) {
+  switch (command) {
+    case Command::start:
+      return State::operational;
+    case Command::stop:
+      return State::stopped;
+    case Command::enter_pre_operational:
+    case Command::reset_node:
+    case Command::reset_communication:
+      return State::pre_operational;
+  }
+  return State::unknown;
+}
+
 can::Frame encode(NodeControl control);
 
 // Nothing if the length is not 2, the command specifier is not one of CiA 301's, or the node-ID is

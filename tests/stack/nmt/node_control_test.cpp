@@ -36,6 +36,15 @@ TEST(NodeControl, AddressesOneNodeOrAll) {
   EXPECT_FALSE((NodeControl{Command::start, 6}.addresses(5)));
 }
 
+TEST(NodeControl, EachCommandLeadsToOneState) {
+  EXPECT_EQ(state_after(Command::start), State::operational);
+  EXPECT_EQ(state_after(Command::stop), State::stopped);
+  for (const Command command :
+       {Command::enter_pre_operational, Command::reset_node, Command::reset_communication}) {
+    EXPECT_EQ(state_after(command), State::pre_operational);
+  }
+}
+
 TEST(NodeControl, MalformedFramesAreNotDecoded) {
   EXPECT_FALSE(decode_node_control(can::make_frame(0, {})));
   EXPECT_FALSE(decode_node_control(can::make_frame(0, {0x01})));
