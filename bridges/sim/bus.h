@@ -53,6 +53,7 @@ class Bus {
   // received before can be taken until it is plugged in again. Connected at first. A time before
   // that of an earlier call counts as that one.
   void set_connected(Endpoint endpoint, bool connected, Instant now);
+  bool connected(Endpoint endpoint) const { return ends_[endpoint].connected; }
   // Asked for every frame at its end. An empty function = everything is delivered.
   void set_disturbance(Disturbance disturbance);
 

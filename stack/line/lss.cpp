@@ -208,7 +208,8 @@ std::optional<std::uint8_t> Lss::node_to_check() const {
 // the others are checked that may be given in this round: they take the same time.
 bool Lss::check_node_id(Instant now) {
   const std::uint8_t node = *node_to_check();
-  if (check_.use(node) == NodeIdCheck::Use::unknown) {
+  const bool promised = is_given_to_another(node);
+  if (!promised && check_.use(node) == NodeIdCheck::Use::unknown) {
     check_.begin(node, holding_, now);
     for (const lss::Candidate& candidate : assigner_.candidates()) {
       if (!course_runs() && !is_present(candidate.node)) {
@@ -216,7 +217,7 @@ bool Lss::check_node_id(Instant now) {
       }
     }
   }
-  const NodeIdCheck::Use use = check_.use(node);
+  const NodeIdCheck::Use use = promised ? NodeIdCheck::Use::used : check_.use(node);
   if (use == NodeIdCheck::Use::checking) {
     return false;
   }
@@ -241,6 +242,9 @@ void Lss::take_answer(const lss::Answer& answer, Instant now) {
     tell_progress(course.parts(), now);
     if (course.over()) {
       note_configuration(answer, now);
+      if (const auto given = course.given()) {
+        await_boot_up(*given, std::nullopt, deadline(now, kHandsOff));
+      }
       finish_command({}, course.reply());
     }
     return;
@@ -255,7 +259,9 @@ void Lss::take_answer(const lss::Answer& answer, Instant now) {
 void Lss::follow_assigner(Instant now) {
   while (const auto finding = assigner_.take()) {
     tell(*finding, now);
-    await_boot_up(*finding, now);
+    if (lss::has_node_id(finding->verdict)) {
+      await_boot_up(finding->node, finding->address, deadline(now, reset_time(finding->node)));
+    }
   }
   if (assigner_.nodes_done()) {
     holding_ = false;
@@ -273,6 +279,10 @@ void Lss::note_configuration(const lss::Answer& answer, Instant now) {
   if (procedure == Procedure::switch_global) {
     const bool configuration = asked_.front().course->request().configuration;
     hands_off_until_ = configuration ? deadline(now, kHandsOff) : now;
+    for (Given& given : given_) {
+      given.due =
+          given.address || configuration ? given.due : deadline(now, reset_time(given.node));
+    }
   } else if (into && answer.outcome == lss::Outcome::done) {
     hands_off_until_ = deadline(now, kHandsOff);
   }
@@ -330,15 +340,21 @@ void Lss::tell_progress(unsigned parts, Instant now) {
 
 // --- devices that were given a node-ID ----------------------------------------------------------
 
-void Lss::await_boot_up(const lss::Finding& finding, Instant now) {
-  if (!lss::has_node_id(finding.verdict)) {
-    return;
-  }
-  const auto node = std::ranges::find(config_.nodes, finding.node, &NodeConfig::id);
-  std::erase_if(given_, [&](const Given& each) { return each.node == finding.node; });
-  given_.push_back({.node = finding.node,
-                    .address = finding.address.value_or(lss::Address{}),
-                    .reset_at = deadline(now, node->reset_time)});
+bool Lss::is_given_to_another(std::uint8_t node) const {
+  const auto given = std::ranges::find(given_, node, &Given::node);
+  return given != given_.end() &&
+         (course_runs() || given->address != std::optional(assigner_.address_to_check()));
+}
+
+Duration Lss::reset_time(std::uint8_t node) const {
+  const auto found = std::ranges::find(config_.nodes, node, &NodeConfig::id);
+  return found != config_.nodes.end() ? found->reset_time : NodeConfig{}.reset_time;
+}
+
+void Lss::await_boot_up(std::uint8_t node, const std::optional<lss::Address>& address,
+                        Instant due) {
+  heartbeat(node);
+  given_.push_back({.node = node, .address = address, .due = due});
 }
 
 void Lss::boot_up(std::uint8_t node) {
@@ -352,11 +368,13 @@ void Lss::heartbeat(std::uint8_t node) {
 
 // Some devices take their first node-ID only with NMT reset communication. It is sent once.
 void Lss::reset_given(Instant now) {
+  std::erase_if(given_, [now](const Given& each) { return each.was_reset && now >= each.due; });
   for (Given& given : given_) {
-    if (now < given.reset_at) {
+    if (now < given.due) {
       continue;
     }
-    given.reset_at = kNever;
+    given.was_reset = true;
+    given.due = deadline(now, reset_time(given.node));
     host_.send_nmt(nmt::Command::reset_communication, given.node, now);
     tell({.verdict = lss::Verdict::reset_to_boot, .node = given.node, .address = given.address},
          now);
@@ -422,7 +440,7 @@ Instant Lss::next_wake() const {
   Instant wake = earlier(master_.next_wake(), stuck_at_);
   wake = holding_ ? earlier(wake, hold_until_) : wake;
   for (const Given& given : given_) {
-    wake = earlier(wake, given.reset_at);
+    wake = earlier(wake, given.due);
   }
   if (usable_ && !master_.busy() && !node_to_check() && check_.may_ask()) {
     wake = earlier(wake, std::max(next_round_, hands_off_until_));

@@ -63,11 +63,12 @@ class Lss final : lss::AssignerHost {
     Instant deadline = kNever;
   };
 
-  // A device that was given its node-ID, and has not booted yet.
+  // A device that was given its node-ID, and has not booted yet: the node-ID is that of no other.
   struct Given {
     std::uint8_t node = 0;
-    lss::Address address{};
-    Instant reset_at = kNever;  // NMT reset communication
+    std::optional<lss::Address> address{};  // nothing: by a command
+    Instant due = kNever;                   // then it gets NMT reset communication
+    bool was_reset = false;                 // after that it is not there
   };
 
   bool is_present(std::uint8_t node) const override;
@@ -78,7 +79,9 @@ class Lss final : lss::AssignerHost {
   std::optional<std::uint8_t> node_to_check() const;
   bool check_node_id(Instant now);
   void follow_assigner(Instant now);
-  void await_boot_up(const lss::Finding& finding, Instant now);
+  bool is_given_to_another(std::uint8_t node) const;
+  Duration reset_time(std::uint8_t node) const;
+  void await_boot_up(std::uint8_t node, const std::optional<lss::Address>& address, Instant due);
   void reset_given(Instant now);
   void note_configuration(const lss::Answer& answer, Instant now);
   void finish_command(Error error, std::vector<std::byte> data);

@@ -96,6 +96,7 @@ class Assigner {
   // The node-ID that is given next, as soon as checked() says that no other device uses it. There
   // is no service until then.
   std::optional<std::uint8_t> node_to_check() const;
+  const Address& address_to_check() const { return address_; }
   void checked(bool free);
   // The next service. Precondition: active, no node-ID is to be checked, the service before has
   // been answered.

@@ -150,11 +150,17 @@ void Course::checked(bool free) {
 // A device keeps the node-ID that it has.
 void Course::inquired(const Answer& answer) {
   const bool same = answer.value == request_.node_id;
+  has_none_ = answer.outcome == Outcome::done && answer.value == kNoNodeId;
   if (answer.outcome != Outcome::done) {
     last_.outcome = answer.outcome;
     over_ = true;
   }
   check_ = over_ || same ? Check::none : Check::check;
+}
+
+std::optional<std::uint8_t> Course::given() const {
+  const bool done = over_ && last_.outcome == Outcome::done && has_none_;
+  return done ? std::optional(request_.node_id) : std::nullopt;
 }
 
 Request Course::request() const {

@@ -53,6 +53,8 @@ class Course {
   // The node-ID that is given next, as soon as checked() says that no other device uses it.
   std::optional<std::uint8_t> node_to_check() const;
   void checked(bool free);
+  // The node-ID that a device without one was given.
+  std::optional<std::uint8_t> given() const;
   // Precondition: not over, no node-ID is to be checked, what was requested before has been
   // answered.
   Request request() const;
@@ -79,6 +81,7 @@ class Course {
   Request request_;
   Fastscan scan_;
   Check check_ = Check::none;
+  bool has_none_ = false;  // the device has no node-ID
   bool over_ = false;
   Address address_{};
   Answer last_;

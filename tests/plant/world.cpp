@@ -6,6 +6,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
+#include "stack/lss/message.h"
 
 namespace linegate::plant {
 namespace {
@@ -24,6 +25,12 @@ bool is_download(const can::Frame& frame, const DeviceSeat& device) {
   return frame.id == request && frame.length == 8 &&
          (frame.data[0] & std::byte{0xE0}) == std::byte{0x20} &&
          load_le<std::uint16_t>(frame.data.data() + 1) == device.reboots_on;
+}
+
+bool gives_node_id(const can::Frame& frame) {
+  const auto message = lss::decode(frame);
+  return frame.id == lss::kMasterId && !frame.extended() && message &&
+         message->command == lss::Command::configure_node_id;
 }
 
 }  // namespace
@@ -217,8 +224,48 @@ void World::turn(LineSeat& seat) {
   collect(seat);
 }
 
+// A device that was switched on says so; one whose cable is plugged in may not do before it is
+// asked.
+void World::follow_node_id(LineSeat& seat, DeviceSeat& device) {
+  constexpr Duration kBootUp = std::chrono::milliseconds(10);
+  constexpr Duration kAsked = std::chrono::milliseconds(1600);
+  const sim::Device& is = *device.device;
+  const std::uint8_t pending = is.lss_slave().pending().node_id;
+  const std::uint8_t later = pending == lss::kNoNodeId ? std::uint8_t{0} : pending;
+  const bool there = is.alive() && seat.bus.connected(device.end);
+  const std::uint8_t node_id = !there ? std::uint8_t{0} : is.node_id() != 0 ? is.node_id() : later;
+  if (node_id != device.use.node_id) {
+    device.use.node_id = node_id;
+    device.use.shows = now_ + (device.use.alive ? kAsked : kBootUp);
+  }
+  device.use.alive = is.alive();
+}
+
+// I5: the device was just given its node-ID, and nobody else on the bus uses it.
+void World::check_given(LineSeat& seat, const DeviceSeat& device) {
+  const lss::Slave& slave = device.device->lss_slave();
+  const std::uint8_t given = slave.pending().node_id;
+  if (!device.device->alive() || slave.state() != lss::SlaveState::configuration ||
+      given == lss::kNoNodeId || given == slave.active_node_id()) {
+    return;
+  }
+  for (const DeviceSeat& other : seat.devices) {
+    if (&other != &device && other.use.node_id == given && other.use.shows <= now_) {
+      fail("LSS gave node-ID " + std::to_string(given) + " to device " +
+           std::to_string(device.device->options().node_id) + " while device " +
+           std::to_string(other.device->options().node_id) + " uses it");
+    }
+  }
+  if (given == seat.line->config().node_id) {
+    fail("LSS gave away the own node-ID");
+  }
+}
+
 void World::turn_device(LineSeat& seat, DeviceSeat& device) {
+  follow_node_id(seat, device);
+  bool given = false;
   while (const std::size_t count = seat.bus.take(device.end, batch_)) {
+    given |= std::ranges::any_of(std::span(batch_).first(count), gives_node_id);
     if (!device.model && !device.sdo && device.reboots_on == 0) {
       device.device->receive(std::span(batch_).first(count));
       continue;
@@ -226,6 +273,9 @@ void World::turn_device(LineSeat& seat, DeviceSeat& device) {
     for (const can::Frame& frame : std::span(batch_).first(count)) {
       receive_alone(seat, device, frame);
     }
+  }
+  if (given) {
+    check_given(seat, device);
   }
   device.device->advance(now_);
   if (device.model) {

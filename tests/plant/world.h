@@ -27,6 +27,14 @@
 
 namespace linegate::plant {
 
+// The node-ID that a device uses on its bus: 0 = none, or it is off or its cable is cut. One that
+// it was given and will use counts, too.
+struct NodeIdUse {
+  std::uint8_t node_id = 0;
+  bool alive = false;
+  Instant shows = kNever;  // when it can have been noticed
+};
+
 // A device and its end of the bus.
 struct DeviceSeat {
   std::unique_ptr<sim::Device> device;
@@ -35,6 +43,7 @@ struct DeviceSeat {
   std::uint16_t reboots_on = 0;
   std::optional<DeviceModel> model{};  // of those whose guarding or MPDOs are judged
   std::optional<ForeignSdo> sdo{};     // of those whose SDO server is of another make
+  NodeIdUse use{};
 };
 
 // A line and all that hangs on its bus, where an observing line with the same configuration
@@ -103,6 +112,8 @@ class World {
   void hand_over();
   void turn(LineSeat& seat);
   void turn_device(LineSeat& seat, DeviceSeat& device);
+  void follow_node_id(LineSeat& seat, DeviceSeat& device);
+  void check_given(LineSeat& seat, const DeviceSeat& device);
   void receive_alone(LineSeat& seat, DeviceSeat& device, const can::Frame& frame);
   void turn_line(LineSeat& seat);
   void turn_ours(LineSeat& seat);

@@ -1,0 +1,36 @@
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "tests/plant/generator.h"
+#include "tests/plant/lss_generator.h"
+#include "tests/plant/scenario.h"
+
+namespace linegate::plant {
+namespace {
+
+unsigned long lss_number(const char* name, unsigned long otherwise) {
+  const char* const text = std::getenv(name);
+  return text == nullptr ? otherwise : std::strtoul(text, nullptr, 10);
+}
+
+// LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT run others, as for the other random plants.
+TEST(RandomLssPlants, NoNodeIdIsGivenThatAnotherDeviceUses) {
+  constexpr unsigned long kFirstSeed = 20260201;
+  constexpr unsigned long kPlants = 120;
+  const unsigned long first = lss_number("LINEGATE_PLANT_SEED", kFirstSeed);
+  const unsigned long count = lss_number("LINEGATE_PLANT_COUNT", kPlants);
+  std::printf("random LSS plants: %lu from seed %lu on\n", count, first);
+  for (unsigned long seed = first; seed < first + count; ++seed) {
+    const std::string text = generate_lss(seed);
+    const Outcome outcome = run_scenario("LSS seed " + std::to_string(seed), text, seed);
+    ASSERT_TRUE(outcome.ok()) << outcome.failure << "\nlast events:\n"
+                              << outcome.history << "\nshrunken scenario:\n"
+                              << shrink(text, seed);
+  }
+}
+
+}  // namespace
+}  // namespace linegate::plant
