@@ -190,7 +190,10 @@ DeviceFile write_device_file(const config::Plant& plant, const std::string& of,
 }
 
 int print_device_file(const std::string& path, const std::string& of, DeviceFileKind kind) {
-  const auto loaded = config::load(path);
+  // The EDS of a device of a line has nothing of other lines in it.
+  const std::size_t colon = of.find(':');
+  const bool alone = kind == DeviceFileKind::eds && colon != std::string::npos;
+  const auto loaded = alone ? config::load_line(path, of.substr(0, colon)) : config::load(path);
   print(loaded.diagnostics);
   if (!loaded.value) {
     return kExitUsage;

@@ -14,7 +14,9 @@ plant.yaml \\- the lines of a CANopen gateway
 .BR linegated (8)
 runs the lines that this file describes. It is YAML; times and rates carry their unit
 .RI ( 100ms ", " 500kbit ).
-File names are relative to the file itself.
+File names are relative to the file itself. Anchors, aliases and merge keys
+.RB ( << )
+are those of YAML: a key of the mapping itself counts before one that is merged.
 .B linegate check
 .I FILE
 says what would be run, and tells every mistake with file, line and column.

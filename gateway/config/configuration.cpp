@@ -66,11 +66,10 @@ void read_concise(Section& section, const YAML::Node& node, line::NodeConfig& co
     return;
   }
   for (const char* other : {"objects", "pdos"}) {
-    if (section.find(other).IsDefined()) {
-      findings.error(place_of(node), std::string("a node has either the key \"concise_dcf\" or "
-                                                 "the key \"") +
-                                         other + "\"");
-      return;
+    if (const YAML::Node unused = section.find(other); unused.IsDefined()) {
+      findings.warning(place_of(unused), std::string(other) +
+                                             " has no effect beside concise_dcf, which takes the "
+                                             "place of all other values of the node");
     }
   }
   take_writes(findings, place_of(node), read_concise_file(findings, place_of(node), *text), config);

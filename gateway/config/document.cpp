@@ -1,12 +1,18 @@
 #include "gateway/config/document.h"
 
+#include <algorithm>
 #include <sstream>
+#include <string_view>
 #include <unordered_map>
+#include <unordered_set>
+#include <utility>
 
 #include <yaml-cpp/eventhandler.h>
 
 namespace linegate::config {
 namespace {
+
+constexpr std::string_view kMergeKey = "<<";
 
 // Counts the values of a document as if its aliases were written out, in one pass without doing so.
 class ValueCounter : public YAML::EventHandler {
@@ -14,12 +20,14 @@ class ValueCounter : public YAML::EventHandler {
   explicit ValueCounter(Findings& findings) : findings_(findings) {}
 
   bool good() const { return good_; }
+  bool merges() const { return merges_; }
 
   void OnDocumentStart(const YAML::Mark& /*mark*/) override {}
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override { leaf(mark, anchor); }
   void OnScalar(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t anchor,
-                const std::string& /*value*/) override {
+                const std::string& value) override {
+    merges_ = merges_ || value == kMergeKey;
     leaf(mark, anchor);
   }
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
@@ -81,6 +89,7 @@ class ValueCounter : public YAML::EventHandler {
 
   Findings& findings_;
   bool good_ = true;
+  bool merges_ = false;  // the document may have merge keys
   std::size_t values_ = 0;
   std::vector<Open> open_;
   std::unordered_map<YAML::anchor_t, std::size_t> sizes_;
@@ -112,6 +121,60 @@ class Second : public YAML::EventHandler {
   Findings& findings_;
 };
 
+// Replaces each merge key (yaml.org/type/merge) by what it stands for. Of several values of one key
+// that of the mapping itself counts, then that of the first mapping that is merged. The keys keep
+// the places where they are written. The work is that of a walk with all aliases written out.
+class Merging {
+ public:
+  explicit Merging(Findings& findings) : findings_(findings) {}
+
+  void walk(const YAML::Node& node) {
+    for (const auto& child : node) {
+      walk(node.IsMap() ? child.second : YAML::Node(child));
+    }
+    if (node.IsMap()) {
+      merge(node);
+    }
+  }
+
+ private:
+  void merge(YAML::Node node) {
+    const YAML::Node from = std::as_const(node)[std::string(kMergeKey)];
+    if (!from.IsDefined()) {
+      return;
+    }
+    node.remove(std::string(kMergeKey));
+    std::unordered_set<std::string> keys;
+    for (const auto& child : node) {
+      keys.insert(child.first.IsScalar() ? child.first.Scalar() : std::string());
+    }
+    if (from.IsMap()) {
+      add(node, from, keys);
+      return;
+    }
+    const bool list = from.IsSequence() && std::all_of(from.begin(), from.end(),
+                                                       [](const auto& one) { return one.IsMap(); });
+    if (!list) {
+      findings_.error(place_of(from),
+                      "the merge key << takes a mapping, as *name, or a list of mappings");
+      return;
+    }
+    for (const auto& one : from) {
+      add(node, one, keys);
+    }
+  }
+
+  static void add(YAML::Node& node, const YAML::Node& from, std::unordered_set<std::string>& keys) {
+    for (const auto& child : from) {
+      if (child.first.IsScalar() && keys.insert(child.first.Scalar()).second) {
+        node.force_insert(child.first, child.second);
+      }
+    }
+  }
+
+  Findings& findings_;
+};
+
 }  // namespace
 
 YAML::Node load_document(Findings& findings, const std::string& text) {
@@ -123,7 +186,11 @@ YAML::Node load_document(Findings& findings, const std::string& text) {
   if (parser.HandleNextDocument(second) || !counter.good()) {
     return {};
   }
-  return YAML::Load(text);
+  YAML::Node root = YAML::Load(text);
+  if (counter.merges()) {
+    Merging(findings).walk(root);
+  }
+  return root;
 }
 
 }  // namespace linegate::config

@@ -13,6 +13,7 @@ inline constexpr std::size_t kMostValues = 2'000'000;
 
 // The one document of the text. Null, with an error that names its place, if there is a second
 // document, if aliases stand for more than kMostValues, or one for something that it is a part of.
+// Merge keys (<<) are replaced by what they stand for.
 // May throw YAML::Exception.
 YAML::Node load_document(Findings& findings, const std::string& text);
 

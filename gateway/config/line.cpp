@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
+#include <string_view>
 #include <system_error>
 
 #include "bridges/sim/device.h"
@@ -89,6 +91,38 @@ void read_identity(Section& section, line::Identity& identity) {
   from.done();
 }
 
+// A word of a shell command.
+std::string shell_word(const std::string& text) {
+  constexpr std::string_view kPlain = "-_./:,@%+=";
+  const bool plain = std::all_of(text.begin(), text.end(), [&](unsigned char c) {
+    return std::isalnum(c) != 0 || kPlain.find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  std::string out = plain ? text : "'";
+  for (const char c : plain ? std::string() : text) {
+    out += c == '\'' ? "'\\''" : std::string(1, c);
+  }
+  return out + (plain ? "" : "'");
+}
+
+// Puts the simulated devices of the line on its interface from another process.
+std::string simulate_command(const LinePlan& plan) {
+  std::string out = "linegate simulate " + shell_word(plan.interface.uri);
+  for (const SimulatedDevice& device : plan.simulated) {
+    out += " --device " + shell_word(device.profile + ':' + std::to_string(device.node) +
+                                     (device.unconfigured ? ":unconfigured" : ""));
+  }
+  return out;
+}
+
+// Whose `simulate` belongs to another interface.
+std::string no_place_for_simulated(const LinePlan& plan) {
+  if (plan.interface.scheme == Scheme::virtual_bus) {
+    return "simulate needs the interface simulated:, which is virtual: with devices on it";
+  }
+  return "simulate needs the interface simulated:; for " + plan.interface.uri +
+         " run the command: " + simulate_command(plan);
+}
+
 void read_simulated(Section& section, LinePlan& plan) {
   std::vector<std::string> profiles;
   for (const auto profile : sim::profiles()) {
@@ -125,9 +159,7 @@ void read_simulated(Section& section, LinePlan& plan) {
     plan.simulated.push_back(std::move(device));
   }
   if (list.IsDefined() && plan.interface.scheme != Scheme::simulated) {
-    section.findings().error(place_of(list),
-                             "simulate needs the interface simulated:; for other interfaces "
-                             "there is the command linegate simulate");
+    section.findings().error(place_of(list), no_place_for_simulated(plan));
   }
 }
 
@@ -205,6 +237,31 @@ void read_own_node(Section& section, line::LineConfig& config) {
   read_identity(section, config.identity);
 }
 
+void tell_what_an_observer_ignores(Findings& findings, const YAML::Node& section, const char* key) {
+  const YAML::Node node = section[key];
+  if (node.IsDefined()) {
+    findings.warning(place_of(node),
+                     std::string(key) + " has no effect on an observer, which transmits nothing");
+  }
+}
+
+// Of its nodes the device file, error control, PDOs and their deadline count.
+void tell_what_an_observer_ignores_of_nodes(Findings& findings, const YAML::Node& nodes) {
+  if (!nodes.IsDefined() || !nodes.IsSequence()) {
+    return;
+  }
+  for (const YAML::Node& node : nodes) {
+    if (!node.IsMap()) {
+      continue;
+    }
+    for (const char* key :
+         {"boot", "mandatory", "keep_alive", "boot_timeout", "reset_time", "sdo_timeout", "sdo",
+          "check", "check_identity", "serial", "restore", "store", "program"}) {
+      tell_what_an_observer_ignores(findings, node, key);
+    }
+  }
+}
+
 // So that the configuration of a manager serves an observer of the same line as it is.
 void tell_what_an_observer_ignores(Section& section, const line::LineConfig& config) {
   if (config.role != line::Role::observer) {
@@ -223,6 +280,7 @@ void tell_what_an_observer_ignores(Section& section, const line::LineConfig& con
                                                      "transmits nothing");
     }
   }
+  tell_what_an_observer_ignores_of_nodes(section.findings(), section.find("nodes"));
 }
 
 }  // namespace

@@ -136,7 +136,7 @@ line::NodeConfig read_node(Findings& findings, const YAML::Node& node) {
   const YAML::Node objects = section.find("objects");
   const YAML::Node pdos = section.find("pdos");
   const bool has_device = read_device_file(section, config, "a node");
-  if (has_device) {
+  if (has_device && !section.find("concise_dcf").IsDefined()) {
     read_pdos(findings, pdos, config);
     read_objects(findings, objects, config);
   }

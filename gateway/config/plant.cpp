@@ -137,15 +137,30 @@ void check_collisions(Findings& findings, const LineSection& line,
   }
 }
 
+// Whether a line of that name is to be read; only: the one that is, empty = all.
+bool is_wanted(const YAML::Node& line, const std::string& only) {
+  if (only.empty()) {
+    return true;
+  }
+  const YAML::Node name = line.IsMap() ? line["name"] : YAML::Node();
+  return name.IsDefined() && name.IsScalar() && name.Scalar() == only;
+}
+
 void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection& routing,
                 const std::vector<ForwardSection>& forwards,
-                const std::vector<SharedObjectSection>& shared, Plant& plant) {
+                const std::vector<SharedObjectSection>& shared, const std::string& only,
+                Plant& plant) {
   std::vector<LineSection> sections;
+  std::uint16_t place = 0;
   for (const YAML::Node& element : elements(findings, node, "lines", kMostNodes)) {
+    ++place;
+    if (!is_wanted(element, only)) {
+      continue;
+    }
     const std::size_t before = findings.errors();
     LineSection section = read_line(findings, element);
     if (section.plan.config.network_id == 0) {
-      section.plan.config.network_id = static_cast<std::uint16_t>(sections.size() + 1);
+      section.plan.config.network_id = place;
     }
     check_executor(findings, section, plant);
     const std::string files = findings.take_sources();
@@ -157,11 +172,13 @@ void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection
     }
     sections.push_back(std::move(section));
   }
-  if (node.IsSequence() && sections.empty()) {
+  if (node.IsSequence() && place == 0) {
     findings.error(place_of(node), "there is no line in lines");
   }
-  resolve_routing(findings, routing, sections);
-  if (!findings.failed()) {
+  if (only.empty()) {
+    resolve_routing(findings, routing, sections);
+  }
+  if (!findings.failed() && only.empty()) {
     JoinedLines joined(findings, sections, plant.bindings);
     resolve_bindings(findings, joined);
     resolve_shared_objects(findings, shared, joined);
@@ -175,7 +192,8 @@ void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection
   }
 }
 
-void read_document(Findings& findings, const YAML::Node& root, Plant& plant) {
+void read_document(Findings& findings, const YAML::Node& root, const std::string& only,
+                   Plant& plant) {
   Section section(findings, root, "the configuration");
   section.number(section.require("schema"), 1, 1);
   read_gateway(findings, section.find("gateway"), plant);
@@ -185,7 +203,7 @@ void read_document(Findings& findings, const YAML::Node& root, Plant& plant) {
   const auto shared = read_shared_objects(findings, section.find("shared_objects"));
   const RoutingSection routing =
       read_routing(findings, section.find("routing"), section.find("routes"));
-  read_lines(findings, section.require("lines"), routing, forwards, shared, plant);
+  read_lines(findings, section.require("lines"), routing, forwards, shared, only, plant);
   section.done();
 }
 
@@ -258,14 +276,16 @@ bool check_name(Findings& findings, const std::string& name, Place place, std::s
   return good;
 }
 
-Loaded<Plant> read(const std::string& text, const std::string& file) {
+namespace {
+
+Loaded<Plant> read_of(const std::string& text, const std::string& file, const std::string& only) {
   Findings findings(file);
   Plant plant;
   plant.file = file;
   try {
     const YAML::Node root = load_document(findings, text);
     if (!findings.failed()) {
-      read_document(findings, root, plant);
+      read_document(findings, root, only, plant);
     }
   } catch (const YAML::Exception& e) {
     const bool known = !e.mark.is_null();
@@ -280,6 +300,26 @@ Loaded<Plant> read(const std::string& text, const std::string& file) {
   }
   loaded.diagnostics = findings.take();
   return loaded;
+}
+
+}  // namespace
+
+Loaded<Plant> read(const std::string& text, const std::string& file) {
+  return read_of(text, file, {});
+}
+
+Loaded<Plant> load_line(const std::string& path, const std::string& line) {
+  std::string why;
+  const auto text = whole_file(path, why);
+  Loaded<Plant> loaded;
+  if (text && !line.empty()) {
+    loaded = read_of(*text, path, line);
+  }
+  const bool known =
+      std::ranges::any_of(loaded.diagnostics,
+                          [](const Diagnostic& one) { return one.severity == Severity::error; }) ||
+      (loaded.value && !loaded.value->lines.empty());
+  return known ? std::move(loaded) : load(path);
 }
 
 Loaded<Plant> load(const std::string& path) {

@@ -132,6 +132,10 @@ struct Plant {
 // Reads the file, the device files it names and everything that follows from them; opens nothing
 // else. All findings at once, each with file, line and column.
 Loaded<Plant> load(const std::string& path);
+// The line of that name alone, as if it were the only one: what joins it with others (routes,
+// forwarding, values that follow) is left out, and no file of another line is opened. Without such
+// a line it is as load().
+Loaded<Plant> load_line(const std::string& path, const std::string& line);
 
 // The same from text. file: for messages, and the place relative paths start from.
 Loaded<Plant> read(const std::string& text, const std::string& file);

@@ -144,6 +144,29 @@ TEST(DeviceFile, TheConciseDcfHasThatAlone) {
             (std::vector<std::byte>{std::byte{0xD0}, std::byte{7}, std::byte{0}, std::byte{0}}));
 }
 
+TEST(DeviceFile, TheEdsOfADeviceNeedsNoFileOfAnotherLine) {
+  const std::string path = testing::TempDir() + "/two-lines.yaml";
+  std::ofstream(path) << "schema: 1\n"
+                         "forward: [{from: hall.x.6000:1, to: plc.panel.6200:1}]\n"
+                         "lines:\n"
+                         "  - name: hall\n    interface: 'virtual:hall'\n"
+                         "    nodes: [{id: 5, name: x, eds: missing.eds}]\n"
+                         "  - name: plc\n    interface: 'virtual:plc'\n    role: device\n"
+                         "    enter: hall\n"
+                         "    devices: [{id: 11, name: panel, eds: " LINEGATE_SOURCE_DIR
+                         "/bridges/sim/eds/digital-io.eds}]\n";
+  testing::internal::CaptureStdout();
+  const int code = print_device_file(path, "plc:panel", DeviceFileKind::eds);
+  const std::string printed = testing::internal::GetCapturedStdout();
+  EXPECT_EQ(code, 0);
+  EXPECT_THAT(printed, HasSubstr("[DeviceInfo]"));
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(print_device_file(path, "hall:x", DeviceFileKind::eds), 2) << "its own file";
+  EXPECT_EQ(print_device_file(path, "attic:x", DeviceFileKind::eds), 2) << "no such line";
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("missing.eds"));
+  std::filesystem::remove(path);
+}
+
 TEST(DeviceFile, WhatIsNotThereIsSaid) {
   const config::Plant plant = demo();
   const auto why = [&](const char* of, DeviceFileKind kind) {

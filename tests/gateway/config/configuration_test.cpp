@@ -135,11 +135,24 @@ TEST_F(Configuration, WhatIsNoConciseDcfIsToldWithItsPlace) {
       messages(plant("        concise_dcf: cut.cdc\n")),
       ElementsAre(HasSubstr("cut.cdc is no concise DCF: its 14 bytes are not what its count "
                             "and sizes say")));
-  EXPECT_THAT(messages(plant("        concise_dcf: other.cdc\n        objects: {6081: 5}\n")),
-              ElementsAre("9: a node has either the key \"concise_dcf\" or the key \"objects\""));
   const auto unknown = plant("        concise_dcf: other.cdc\n");
   EXPECT_TRUE(unknown.ok());
   EXPECT_THAT(messages(unknown), ElementsAre(HasSubstr("the concise DCF writes to 7FFF:01")));
+}
+
+// As the operator's guide says.
+TEST_F(Configuration, TheConciseDcfTakesThePlaceOfObjectsAndPdos) {
+  write("one.cdc", {{{0x6081, 0}, u32(1)}});
+  const auto loaded = plant(
+      "        concise_dcf: one.cdc\n        objects: {6081: 5, 6083: 7}\n"
+      "        pdos: {tpdo1: {enabled: false}}\n");
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_THAT(messages(loaded), ElementsAre(HasSubstr("objects has no effect beside concise_dcf"),
+                                            HasSubstr("pdos has no effect beside concise_dcf")));
+  const auto& objects = loaded.value->lines[0].config.nodes[0].objects;
+  ASSERT_EQ(objects.size(), 1U);
+  EXPECT_EQ(objects[0].address, (od::Address{0x6081, 0}));
+  EXPECT_EQ(objects[0].data, u32(1));
 }
 
 }  // namespace

@@ -89,6 +89,50 @@ TEST_F(HostileFile, AliasesAsPeopleUseThemAreFine) {
   EXPECT_TRUE(loaded.ok()) << messages(loaded);
 }
 
+TEST_F(HostileFile, MergeKeysAsPeopleUseThemAreFine) {
+  const std::string text =
+      "schema: 1\nlines:\n  - &press {name: press, interface: 'virtual:press', bit_rate: 125kbit,\n"
+      "     network_id: 9, publish: &p {period: 100ms}}\n"
+      "  - {<<: *press, name: hall, interface: 'virtual:hall', network_id: 10}\n"
+      "  - <<: [{network_id: 11, bit_rate: 1Mbit}, *press]\n"
+      "    name: pack\n    interface: 'virtual:pack'\n    publish: {<<: *p}\n";
+  const auto loaded = read(text, "plant.yaml");
+  ASSERT_TRUE(loaded.ok()) << messages(loaded);
+  const auto& lines = loaded.value->lines;
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_EQ(lines[1].config.name, "hall");
+  EXPECT_EQ(lines[1].config.bit_rate, 125'000U) << "merged";
+  EXPECT_EQ(lines[1].config.network_id, 10) << "the line's own key counts";
+  EXPECT_EQ(lines[2].config.network_id, 11) << "the first mapping counts";
+  EXPECT_EQ(lines[2].config.bit_rate, 1'000'000U);
+  EXPECT_THAT(messages(read("schema: 1\nlines:\n  - {<<: 5, name: a, interface: 'virtual:a'}\n",
+                            "plant.yaml")),
+              HasSubstr("plant.yaml:3:10: error: the merge key << takes a mapping"));
+}
+
+TEST_F(HostileFile, AMistakeInWhatIsMergedNamesThePlaceWhereItIsWritten) {
+  EXPECT_THAT(messages(read("schema: 1\nlines:\n"
+                            "  - &a {name: a, interface: 'virtual:a', bit_rate: 77}\n"
+                            "  - {<<: *a, name: b, interface: 'virtual:b'}\n",
+                            "plant.yaml")),
+              HasSubstr("plant.yaml:3:"));
+}
+
+// Each level merges the one below ten times: 10^20 keys if they were followed before they are
+// counted.
+TEST_F(HostileFile, MergesOfMergesAreCountedBeforeTheyAreFollowed) {
+  std::string text = "schema: 1\na0: &a0 {x: 1}\n";
+  for (int level = 1; level <= 20; ++level) {
+    const std::string below = "*a" + std::to_string(level - 1);
+    text += "a" + std::to_string(level) + ": &a" + std::to_string(level) + " {<<: [" + below;
+    for (int i = 1; i < 10; ++i) {
+      text += ", " + below;
+    }
+    text += "]}\n";
+  }
+  EXPECT_THAT(messages(read(text, "plant.yaml")), HasSubstr("more than 2000000 values"));
+}
+
 TEST_F(HostileFile, TenThousandsOfUnknownKeysAreSomeFindings) {
   constexpr int kKeys = 40'000;
   std::string keys;

@@ -212,9 +212,8 @@ const Bad kBad[] = {
       "plant.yaml:10:74: error: a node has either the key \"heartbeat\" or the key \"guarding\"",
       "plant.yaml:11:9: error: a node needs the key \"id\"",
       "plant.yaml:11:9: error: a node needs the key \"eds\" (or \"dcf\")",
-      "plant.yaml:12:15: error: simulate needs the interface simulated:; for other interfaces "
-      "there "
-      "is the command linegate simulate"}},
+      "plant.yaml:12:15: error: simulate needs the interface simulated:; for socketcan:can0 run "
+      "the command: linegate simulate socketcan:can0 --device drive:5"}},
     {"objects",
      "schema: 1\n"
      "lines:\n"
