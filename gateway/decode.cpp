@@ -193,7 +193,8 @@ int decode(const DecodeOptions& options) {
     }
   }
   LogFile file;
-  if (const int error = file.open(options.file)) {
+  const bool live = options.file == "-";
+  if (const int error = live ? file.open_standard_input() : file.open(options.file)) {
     print({{Severity::error, options.file, 0, 0,
             "the log cannot be read: " + std::generic_category().message(error)}});
     return kExitUsage;
@@ -206,6 +207,7 @@ int decode(const DecodeOptions& options) {
        next = file.next(entry, problem)) {
     if (next == LogFile::Next::entry) {
       decoding.entry(entry);
+      live ? void(std::cout.flush()) : void();
       continue;
     }
     std::cout.flush();

@@ -6,7 +6,7 @@
 namespace linegate::gateway {
 
 struct DecodeOptions {
-  std::string file;
+  std::string file;   // "-": the standard input, line by line as it comes
   std::string plant;  // a plant.yaml; empty: the pre-defined identifiers alone
   std::string line;   // of the plant; empty: by the interface that the log names
   bool json = false;  // an object a frame

@@ -1,19 +1,51 @@
 #include "gateway/file_commands.h"
 
+#include <functional>
+#include <iostream>
+
 #include <CLI/CLI.hpp>
 
 #include "gateway/check.h"
 #include "gateway/check_reload.h"
 #include "gateway/device_file.h"
+#include "gateway/exit_code.h"
 #include "gateway/signals.h"
+#include "gateway/usage_error.h"
 
 namespace linegate::gateway {
+namespace {
+
+// With --json wrong usage, which is said on standard error, is an object on standard output too.
+int with_usage_as_json(bool json, const std::function<int()>& action) {
+  if (!json) {
+    return action();
+  }
+  KeptStream kept(std::cerr);  // writes to the buffer that std::cerr has now
+  struct Redirected {
+    explicit Redirected(std::streambuf* to) : before(std::cerr.rdbuf(to)) {}
+    ~Redirected() { std::cerr.rdbuf(before); }
+    Redirected(const Redirected&) = delete;
+    Redirected& operator=(const Redirected&) = delete;
+    std::streambuf* before;
+  };
+  int code = kExitOk;
+  {
+    const Redirected redirected(kept.rdbuf());
+    code = action();
+  }
+  if (code == kExitUsage) {
+    print_usage_error(std::cout, kept.text());
+  }
+  return code;
+}
+
+}  // namespace
 
 void FileCommands::add(CLI::App& app, const bool& json, const On& on) {
   add_plant(app, json, on);
-  add_simulate(app, on);
-  add_recording(app, on);
-  add_replay(app, on);
+  add_simulate(app, json, on);
+  add_recording(app, json, on);
+  add_replay(app, json, on);
   add_decode(app, json, on);
 }
 
@@ -31,20 +63,23 @@ void FileCommands::add_plant(CLI::App& app, const bool& json, const On& on) {
       "eds", "print the EDS of a line's own node, or of LINE:DEVICE in the role device");
   eds->add_option("plant", plant_)->required();
   eds->add_option("line", line_)->required();
-  on(eds, [this] { return print_device_file(plant_, line_, DeviceFileKind::eds); });
+  on(eds, [this, &json] {
+    return with_usage_as_json(
+        json, [this] { return print_device_file(plant_, line_, DeviceFileKind::eds); });
+  });
 
   CLI::App* dcf =
       app.add_subcommand("dcf", "print the DCF of a node, with all that is written to it");
   dcf->add_option("plant", plant_)->required();
   dcf->add_option("node", line_, "LINE:NODE")->required();
   dcf->add_flag("--concise", concise_, "concise DCF, as 1F22h holds it (binary)");
-  on(dcf, [this] {
-    return print_device_file(plant_, line_,
-                             concise_ ? DeviceFileKind::concise : DeviceFileKind::dcf);
+  on(dcf, [this, &json] {
+    const auto kind = concise_ ? DeviceFileKind::concise : DeviceFileKind::dcf;
+    return with_usage_as_json(json, [&] { return print_device_file(plant_, line_, kind); });
   });
 }
 
-void FileCommands::add_simulate(CLI::App& app, const On& on) {
+void FileCommands::add_simulate(CLI::App& app, const bool& json, const On& on) {
   CLI::App* simulate = app.add_subcommand("simulate", "put simulated devices on an interface");
   simulate->add_option("interface", simulation_.uri, "e.g. socketcan:vcan0");
   simulate->add_option(
@@ -55,14 +90,14 @@ void FileCommands::add_simulate(CLI::App& app, const On& on) {
   simulate->add_option("--line", simulation_.line, "which line of the plant");
   simulate->add_option("--store", simulation_.storage,
                        "folder that keeps what is stored by 1010h, one file a device");
-  on(simulate, [this] {
+  on(simulate, [this, &json] {
     block_stop_signals();
     limit_end(kEndLimit);
-    return gateway::simulate(simulation_);
+    return with_usage_as_json(json, [this] { return gateway::simulate(simulation_); });
   });
 }
 
-void FileCommands::add_recording(CLI::App& app, const On& on) {
+void FileCommands::add_recording(CLI::App& app, const bool& json, const On& on) {
   CLI::App* record =
       app.add_subcommand("record", "write what is on an interface as candump log; sends nothing");
   record->add_option("interface", recording_.uri, "e.g. socketcan:can0")->required();
@@ -75,14 +110,14 @@ void FileCommands::add_recording(CLI::App& app, const On& on) {
       ->check(CLI::Range(1000.0, 1e12));
   record->add_option("--files", recording_.file.files, "files kept at most")
       ->check(CLI::Range(1, 10'000));
-  on(record, [this] {
+  on(record, [this, &json] {
     block_stop_signals();
     limit_end(kEndLimit);
-    return gateway::record(recording_);
+    return with_usage_as_json(json, [this] { return gateway::record(recording_); });
   });
 }
 
-void FileCommands::add_replay(CLI::App& app, const On& on) {
+void FileCommands::add_replay(CLI::App& app, const bool& json, const On& on) {
   CLI::App* replay =
       app.add_subcommand("replay", "send the frames of a candump log on an interface");
   replay->add_option("log", replay_.file, "as candump -L or linegate record write it")->required();
@@ -91,23 +126,26 @@ void FileCommands::add_replay(CLI::App& app, const On& on) {
                      "times as fast as recorded, 0.1 to 1000, or max for as fast as possible");
   replay->add_option("--log-interface", replay_.log_interface,
                      "only the frames of this interface in the log");
-  on(replay, [this] {
+  on(replay, [this, &json] {
     block_stop_signals();
     limit_end(kEndLimit);
-    return gateway::replay(replay_);
+    return with_usage_as_json(json, [this] { return gateway::replay(replay_); });
   });
 }
 
 void FileCommands::add_decode(CLI::App& app, const bool& json, const On& on) {
   CLI::App* decode = app.add_subcommand("decode", "explain a candump log line by line");
-  decode->add_option("log", decode_.file, "as candump -L or linegate record write it")->required();
+  decode
+      ->add_option("log", decode_.file,
+                   "as candump -L or linegate record write it; - is the standard input, live")
+      ->required();
   decode->add_option("--plant", decode_.plant,
                      "names, objects and PDOs of the devices of this plant.yaml");
   decode->add_option("--line", decode_.line,
                      "which line of the plant; else the one on the interface the log names");
   on(decode, [this, &json] {
     decode_.json = json;
-    return gateway::decode(decode_);
+    return with_usage_as_json(json, [this] { return gateway::decode(decode_); });
   });
 }
 

@@ -27,9 +27,9 @@ class FileCommands {
 
  private:
   void add_plant(CLI::App& app, const bool& json, const On& on);
-  void add_simulate(CLI::App& app, const On& on);
-  void add_recording(CLI::App& app, const On& on);
-  void add_replay(CLI::App& app, const On& on);
+  void add_simulate(CLI::App& app, const bool& json, const On& on);
+  void add_recording(CLI::App& app, const bool& json, const On& on);
+  void add_replay(CLI::App& app, const bool& json, const On& on);
   void add_decode(CLI::App& app, const bool& json, const On& on);
 
   std::string plant_, line_, running_;

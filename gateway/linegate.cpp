@@ -24,19 +24,21 @@
 #include "bridges/console/hold.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/monitor.h"
+#include "bridges/console/names.h"
 #include "bridges/console/program.h"
 #include "bridges/console/scan.h"
 #include "bridges/dds/library_log.h"
-#include "gateway/config/value.h"
 #include "gateway/config/whole_file.h"
 #include "gateway/data_commands.h"
 #include "gateway/exit_code.h"
 #include "gateway/file_commands.h"
 #include "gateway/foreign_text.h"
 #include "gateway/lss_options.h"
+#include "gateway/plant_names.h"
 #include "gateway/remote_client.h"
-#include "gateway/scan_files.h"
+#include "gateway/scan_command.h"
 #include "gateway/signals.h"
+#include "gateway/unknown_command.h"
 #include "gateway/usage_error.h"
 
 namespace linegate::gateway {
@@ -144,12 +146,13 @@ class Program {
     app_.add_flag("--verbose", options_.verbose, "say on standard error what Fast DDS reports");
     app_.footer(
         "Exit status: 0 done, 1 failed or refused, 2 wrong usage or configuration, 3 printed, but\n"
-        "incomplete.\n"
+        "incomplete, 4 a value was taken, but its PDO is not sent yet.\n"
         "A line is named by its name or its network-ID, with GATEWAY/ before it where several\n"
         "gateways have such a line; a node is LINE:NODE, by its node-ID or its name: press:5,\n"
         "press:inlet, 3:12, hall-7/press:5, press:own. An object is INDEX:SUB, hexadecimal:\n"
         "1018:01.");
     add_views();
+    add_names();
     add_commands();
     add_configuration();
     add_program();
@@ -192,24 +195,15 @@ class Program {
   }
 
  private:
-  // A word that is no command is named, and so is the one that is nearest to it.
   int wrong_usage(const CLI::ParseError& problem, bool json) {
-    const std::vector<std::string> words = app_.remaining();
-    const bool unknown = app_.get_subcommands().empty() && !words.empty() && words[0][0] != '-';
-    if (unknown) {
-      std::string text = "there is no command '" + words[0] + "'";
-      std::vector<std::string> names;
-      for (const CLI::App* command : app_.get_subcommands([](const CLI::App*) { return true; })) {
-        names.push_back(command->get_name());
-      }
-      const std::string guess = config::nearest(words[0], names);
-      text += guess.empty() ? "; linegate --help lists them" : "; did you mean '" + guess + "'?";
+    std::string text = unknown_command(app_);
+    if (text.empty()) {
+      app_.exit(problem);
+      text = problem.what();
+    } else {
       std::cerr << text << '\n';
-      json ? print_usage_error(std::cout, text) : void();
-      return kExitUsage;
     }
-    app_.exit(problem);
-    json ? print_usage_error(std::cout, problem.what()) : void();
+    json ? print_usage_error(std::cout, text) : void();
     return kExitUsage;
   }
 
@@ -224,8 +218,7 @@ class Program {
     monitor->add_flag("--once", monitor_.once,
                       "what there is now, and end; with --json one document");
     monitor->add_option("--line", monitor_.filter.line, "only this line");
-    monitor->add_option("--node", monitor_.filter.node, "only this node-ID")
-        ->check(CLI::Range(1, 127));
+    monitor->add_option("--node", texts_.node, "only this node: its node-ID, or its name");
     on(monitor, [this] { return run_monitor(); });
 
     CLI::App* gateways =
@@ -278,6 +271,16 @@ class Program {
     });
   }
 
+  // For completion by a shell, which has no time: not in the help.
+  void add_names() {
+    CLI::App* names = app_.add_subcommand("names", "names of lines and nodes, for completion");
+    names->group("");
+    names->add_option("--plant", file_, "those of a plant.yaml, not of running gateways");
+    on(names, [this] {
+      return file_.empty() ? with_client(options_, {}, console::names) : print_names(file_);
+    });
+  }
+
   void add_commands() {
     CLI::App* write = app_.add_subcommand("write", "give one output a value");
     write->add_option("line", texts_.line)->required();
@@ -305,7 +308,8 @@ class Program {
     sdo->require_subcommand(1);
     CLI::App* read = sdo->add_subcommand("read", "print an object's value");
     add_object(read,
-               "the object, then the data type if it is not bytes: 1018:01 u32, or 1018 1 u32");
+               "the object, as 1018:01 or 1018 1, or all of 1018; then the data type if it is not "
+               "that of the device file: 1018:01 u32");
     read->add_flag("--from-image", from_image_,
                    "the value of the process image will do, if it is valid")
         ->excludes("--via");
@@ -325,7 +329,9 @@ class Program {
       });
     });
     CLI::App* sdo_write = sdo->add_subcommand("write", "give an object a value");
-    add_object(sdo_write, "the object, data type and value: 1017:00 u16 500, or 1017 0 u16 500");
+    add_object(sdo_write,
+               "the object and its value, the data type before it if it is not that of the device "
+               "file: 1017:00 500, or 1017 0 u16 500");
     sdo_write
         ->add_flag("--by-pdo", by_pdo_,
                    "by PDO if a PDO carries the object; says which way it went")
@@ -333,17 +339,18 @@ class Program {
     sdo_write->add_flag("--keep", keep_, "the PDO is not sent before linegate trigger asks for it")
         ->needs("--by-pdo");
     on(sdo_write, [this] {
-      const auto words = console::split_object(words_, 2, 2);
+      const auto words = console::split_object(words_, 1, 2);
       if (!words) {
-        return usage("sdo write LINE:NODE INDEX:SUB TYPE VALUE");
+        return usage("sdo write LINE:NODE INDEX:SUB [TYPE] VALUE");
       }
+      const std::string type = words->rest.size() == 2 ? words->rest[0] : "";
       return with_client(options_, {.commands = true}, [&](auto& c) {
         if (by_pdo_) {
-          return console::object_write(c, texts_.node, words->index, words->sub, words->rest[0],
-                                       words->rest[1], keep_);
+          return console::object_write(c, texts_.node, words->index, words->sub, type,
+                                       words->rest.back(), keep_);
         }
-        return console::sdo_write(c, texts_.node, words->index, words->sub, words->rest[0],
-                                  words->rest[1], texts_.via);
+        return console::sdo_write(c, texts_.node, words->index, words->sub, type,
+                                  words->rest.back(), texts_.via);
       });
     });
 
@@ -390,8 +397,12 @@ class Program {
     scan->add_option("--eds", eds_folder_, "folder of EDS files, for names and exact types")
         ->check(CLI::ExistingDirectory);
     on(scan, [this] {
-      return with_client(options_, {.events = true, .commands = true},
-                         [&](auto& c) { return run_scan(c); });
+      const bool compares = !scan_folder_.empty();
+      return with_client(
+          options_, {.layouts = compares, .events = true, .commands = true}, [&](auto& c) {
+            return scan_and_write(
+                c, scan_, {.folder = scan_folder_, .eds = eds_folder_, .domain = options_.domain});
+          });
     });
 
     add_lss(app_, lss_, [this](CLI::App& command) {
@@ -489,39 +500,11 @@ class Program {
   }
 
   void add_object(CLI::App* command, const char* words) {
-    command->add_option("node", texts_.node, "LINE:NODE")->required();
+    command->add_option("node", texts_.node, "LINE:NODE, or LINE:all for each node")->required();
     command->add_option("object", words_, words)->required()->expected(1, 4);
     command->add_option(
         "--via", texts_.via,
         "in the place of a device on this line: the rules enter: of the line with the node apply");
-  }
-
-  int run_scan(console::Context& context) {
-    console::ScanResult result;
-    const int code = console::scan(context, scan_, result);
-    if (code != console::kDone || scan_folder_.empty()) {
-      return code;
-    }
-    const ScanFiles files = write_scan({.gateway = result.id.gateway,
-                                        .name = result.id.line,
-                                        .interface_uri = result.line.interface_uri,
-                                        .bit_rate = result.line.bit_rate,
-                                        .network_id = result.line.state.network_id,
-                                        .node_id = result.line.state.node_id,
-                                        .access = result.line.access,
-                                        .dds_domain = options_.domain,
-                                        .nodes = std::move(result.nodes)},
-                                       scan_folder_, eds_folder_);
-    for (const std::string& note : files.notes) {
-      std::cerr << printable(note) << '\n';
-    }
-    for (const std::string& path : files.written) {
-      std::cerr << "written: " << path << '\n';
-    }
-    if (!files.ok) {
-      std::cerr << "error: " << printable(files.error) << '\n';
-    }
-    return files.ok ? console::kDone : console::kFailed;
   }
 
   int run_hold() {
@@ -541,6 +524,10 @@ class Program {
   int run_monitor() {
     return with_client(options_, {.images = true, .events = true}, [this](console::Context& c) {
       catch_stop_signals();
+      if (const int code = console::find_node(c, texts_.node, monitor_.filter);
+          code != console::kDone) {
+        return code;
+      }
       monitor_.duration = seconds(duration_);
       const bool screen = !monitor_.once && !options_.json && isatty(STDOUT_FILENO) != 0;
       if (screen) {

@@ -7,18 +7,22 @@
 #include <optional>
 #include <span>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
 #include "bridges/sim/device.h"
+#include "gateway/config/plant.h"
 #include "gateway/config/value.h"
 #include "gateway/found_nodes.h"
 #include "stack/base/byte_order.h"
 #include "stack/eds/reader.h"
 #include "stack/eds/writer.h"
+#include "stack/line/line.h"
 #include "stack/line/pdo_checks.h"
+#include "stack/od/address_text.h"
 
 namespace linegate::gateway {
 namespace {
@@ -129,6 +133,22 @@ void emit_simulated(YAML::Emitter& out, const std::vector<NodeFile>& files) {
   out << YAML::EndSeq;
 }
 
+void emit_access(YAML::Emitter& out, const ScannedLine& line) {
+  if (line.access.empty()) {
+    return;
+  }
+  out << YAML::Key << "access" << YAML::Value;
+  if (line.access == line.outputs_access) {
+    out << line.access;
+    return;
+  }
+  out << YAML::BeginMap << YAML::Key << "commands" << YAML::Value << line.access;
+  if (!line.outputs_access.empty()) {
+    out << YAML::Key << "outputs" << YAML::Value << line.outputs_access;
+  }
+  out << YAML::EndMap;
+}
+
 void emit_sync(YAML::Emitter& out, Duration sync) {
   if (sync != Duration::zero()) {
     out << YAML::Key << "sync" << YAML::Value << config::format_duration(sync);
@@ -153,10 +173,7 @@ std::string plant_text(const ScannedLine& line, Duration sync, const std::vector
   out << YAML::Key << "network_id" << YAML::Value << line.network_id;
   out << YAML::Key << "node_id" << YAML::Value << int{line.node_id};
   emit_sync(out, sync);
-  if (!line.access.empty()) {
-    out << YAML::Key << "access" << YAML::Value << YAML::BeginMap << YAML::Key << "commands"
-        << YAML::Value << line.access << YAML::EndMap;
-  }
+  emit_access(out, line);
   out << YAML::Key << "nodes" << YAML::Value << YAML::BeginSeq;
   for (const NodeFile& file : files) {
     out << YAML::BeginMap << YAML::Key << "id" << YAML::Value << int{file.node->id};
@@ -202,6 +219,49 @@ bool write_file(const fs::path& path, const std::string& content, ScanFiles& out
   return true;
 }
 
+// What is not the same in the two, as a clause.
+std::string difference(const image::Layout& written, const image::Layout& running) {
+  if (written.entries.size() != running.entries.size()) {
+    return fmt::format("it has {} entries, not {}: other PDOs are mapped or enabled",
+                       written.entries.size(), running.entries.size());
+  }
+  for (std::size_t i = 0; i < written.entries.size(); ++i) {
+    const image::Entry& here = written.entries[i];
+    const image::Entry& there = running.entries[i];
+    const std::string which =
+        fmt::format("entry {}, {} of node {}, ", i, od::to_text({here.index, here.sub}), here.node);
+    if (std::tie(here.node, here.index, here.sub) != std::tie(there.node, there.index, there.sub)) {
+      return fmt::format("{}is {} of node {} there", which, od::to_text({there.index, there.sub}),
+                         there.node);
+    }
+    if (here.type != there.type) {
+      return fmt::format("{}is {}, not {}", which, od::name(here.type), od::name(there.type));
+    }
+  }
+  return "PDOs have other numbers, or the device files another profile or product code";
+}
+
+// Applications know an image by its layout_id.
+void compare_layouts(const ScannedLine& line, ScanFiles& out) {
+  const auto loaded = config::load(out.written.front());
+  if (!loaded.value) {
+    return;  // linegate check says why
+  }
+  const auto made = line::Line::make(loaded.value->lines.front().config);
+  if (!made.value) {
+    return;
+  }
+  for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
+    const auto& running = line.layouts.at(static_cast<std::size_t>(direction));
+    const image::Layout& written = (*made.value)->layout(direction);
+    if (running && !running->entries.empty() && running->id != written.id) {
+      out.notes.push_back(fmt::format(
+          "the layout_id of the {} is {:016X}, that of the running line {:016X}: {}",
+          image::name(direction), written.id, running->id, difference(written, *running)));
+    }
+  }
+}
+
 }  // namespace
 
 ScanFiles write_scan(const ScannedLine& line, const std::string& folder,
@@ -233,6 +293,9 @@ ScanFiles write_scan(const ScannedLine& line, const std::string& folder,
       write_file(base / "plant.yaml", plant_text(line, needed_sync(line, found.nodes), files), out);
   for (const NodeFile& file : files) {
     out.ok = out.ok && write_file(base / file.file, file.content, out);
+  }
+  if (out.ok) {
+    compare_layouts(line, out);
   }
   return out;
 }

@@ -1,11 +1,14 @@
 // What a scan found as files: a plant.yaml and a DCF for each node.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "stack/base/diagnostic.h"
+#include "stack/image/layout.h"
 #include "stack/od/description.h"
 #include "stack/scan/scanned_node.h"
 
@@ -20,14 +23,18 @@ struct ScannedLine {
   std::uint16_t network_id = 1;  // 1..127
   std::uint8_t node_id = 127;    // own
   std::string access{};          // for commands: off, read or all; empty = not known
+  std::string outputs_access{};  // for outputs, likewise
   unsigned dds_domain = 0;
   std::vector<scan::ScannedNode> nodes;
+  // Of the line that runs, by image::Direction; none: not known.
+  std::array<std::optional<image::Layout>, 2> layouts{};
 };
 
 struct ScanFiles {
   bool ok = false;
   std::vector<std::string> written;  // paths, the configuration first
-  // Which EDS was taken for which node, and what could not be used.
+  // Which EDS was taken for which node, what could not be used, and why the image has another
+  // layout than that of the line that runs.
   std::vector<std::string> notes;
   std::string error;  // why not ok
 };

@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -54,6 +55,14 @@ int LogFile::open(const std::string& path) {
   return 0;
 }
 
+int LogFile::open_standard_input() {
+  close();
+  descriptor_ = ::fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 0);
+  begin_ = end_ = 0;
+  line_ = 0;
+  return descriptor_ < 0 ? errno : 0;
+}
+
 void LogFile::close() {
   if (descriptor_ >= 0) {
     ::close(descriptor_);
@@ -72,7 +81,11 @@ bool LogFile::fill() {
   ssize_t got = -1;
   do {
     got = ::read(descriptor_, buffer_.get() + end_, kBuffer - end_);
-  } while (got < 0 && errno == EINTR);
+    if (got < 0 && errno == EAGAIN) {  // a pipe that another process made non-blocking
+      pollfd waiting{.fd = descriptor_, .events = POLLIN, .revents = 0};
+      (void)::poll(&waiting, 1, -1);
+    }
+  } while (got < 0 && (errno == EINTR || errno == EAGAIN));
   end_ += got > 0 ? static_cast<std::size_t>(got) : 0;
   return got > 0;
 }

@@ -22,6 +22,9 @@ class LogFile {
 
   // 0, or errno; EINVAL: it is no regular file. Begins at the first line.
   int open(const std::string& path);
+  // The standard input, which may be a pipe: next() then waits for a line, and gives it as soon as
+  // it is complete. 0, or errno.
+  int open_standard_input();
   bool is_open() const { return descriptor_ >= 0; }
   void close();
 

@@ -18,6 +18,8 @@ inline constexpr int kFailed = 1;  // the gateway or the device said no, or nobo
 inline constexpr int kUsage = 2;   // what was asked makes no sense
 // Printed, but not all: gateways, lines or nodes are missing, which was reported.
 inline constexpr int kIncomplete = 3;
+// A value was taken, but is not sent yet: what its PDO waits for was printed.
+inline constexpr int kHeldBack = 4;
 
 struct Context {
   Client& client;
@@ -51,15 +53,20 @@ int image(Context& context, const std::string& line, image::Direction direction)
 int trace(Context& context, std::uint64_t count, const std::function<bool()>& stopped);
 
 // entry: number, name ("drive1.Controlword") or "NODE.INDEX:SUB" (hexadecimal index).
+// kHeldBack if its PDO is not sent yet.
 int write(Context& context, const std::string& line, const std::string& entry,
           const std::string& value);
-// type empty: bytes, and the number they make. via: requested as a device on this line would
+// node: LINE:NODE, or LINE:all for one answer of each node that the line is configured with, or
+// that is present. type empty: that of the device file, which the gateway has; if it has none,
+// bytes, and the number they make. Without a sub-index, as INDEX alone, all variables of an object
+// with sub-indices are read where no type is given. via: requested as a device on this line would
 // (line::kAsDevice), even if the node's own line is known; empty: the shortest way.
 // cached: what a scan read is good enough.
 int sdo_read(Context& context, const std::string& node, const std::string& index,
              const std::string& sub, const std::string& type, const std::string& via = "",
              bool cached = false);
 // 1010h and 1011h: waits 16 s at least, for a device that stores before it answers.
+// type empty: that of the device file; kUsage if there is none, or the value does not fit it.
 int sdo_write(Context& context, const std::string& node, const std::string& index,
               const std::string& sub, const std::string& type, const std::string& value,
               const std::string& via = "");
@@ -67,7 +74,7 @@ int sdo_write(Context& context, const std::string& node, const std::string& inde
 int image_read(Context& context, const std::string& node, const std::string& index,
                const std::string& sub, const std::string& type);
 // By PDO if a PDO carries the object, else by SDO; says which. keep: the PDO is not sent before it
-// is triggered.
+// is triggered. kHeldBack if it is not sent for another reason.
 int object_write(Context& context, const std::string& node, const std::string& index,
                  const std::string& sub, const std::string& type, const std::string& value,
                  bool keep);

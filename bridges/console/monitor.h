@@ -24,4 +24,8 @@ int monitor_screen(Context& context, const MonitorOptions& options,
 int monitor_text(Context& context, const MonitorOptions& options,
                  const std::function<bool()>& stopped);
 
+// Sets filter.node to the node-ID that was typed, or to that of the node of this name on the line
+// of the filter. Empty text: all nodes. The exit code; what is wrong is said on context.err.
+int find_node(Context& context, const std::string& text, Filter& filter);
+
 }  // namespace linegate::console

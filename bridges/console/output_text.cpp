@@ -58,6 +58,15 @@ std::string node_text(const Line& line, std::uint8_t id) {
 
 }  // namespace
 
+bool is_held_back(const std::vector<std::byte>& data) {
+  constexpr std::size_t kLength = 4;
+  if (data.size() < kLength || data[0] != std::byte{line::kByPdo}) {
+    return false;
+  }
+  const auto wait = static_cast<line::PdoWait>(data[3]);
+  return wait == line::PdoWait::values || wait == line::PdoWait::operational;
+}
+
 std::string way_text(const std::vector<std::byte>& data, const image::Layout* outputs) {
   constexpr std::size_t kLength = 4;
   constexpr std::array<std::string_view, line::kPdoWaits> kWaits{

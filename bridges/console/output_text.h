@@ -14,6 +14,10 @@ namespace linegate::console {
 // for: values that were never written: inlet.Mode". Empty for no data.
 std::string way_text(const std::vector<std::byte>& data, const image::Layout* outputs);
 
+// Of the same data: the PDO is not sent before something else happens: values of it were never
+// written, or the own node is not Operational.
+bool is_held_back(const std::vector<std::byte>& data);
+
 // Of an entry of the outputs: "sent", "never written", or "waits for: ..." with what keeps its PDO.
 // Precondition: the area is complete.
 std::string output_state(const Line& line, std::size_t entry);

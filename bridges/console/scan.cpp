@@ -38,6 +38,11 @@ line::Command command_of(const Context& context, const ScanRequest& request, std
   return command;
 }
 
+void keep_layouts(Context& context, Model& model, const Line& line, ScanResult& result) {
+  (void)wait_until(context, model, [&] { return line.areas[0].layout && line.areas[1].layout; });
+  result.layouts = {line.areas[0].layout, line.areas[1].layout};
+}
+
 // The one node that was asked for; whoever asks for a line takes what there is.
 bool was_found(const ScanResult& result, std::uint8_t node) {
   return node == 0 ||
@@ -58,6 +63,9 @@ int scan(Context& context, const ScanRequest& request, ScanResult& result) {
   }
   result.id = line->id;
   result.line = *line->view;
+  if (request.compare && !request.apply && !request.restore_defaults) {
+    keep_layouts(context, model, *line, result);
+  }
   const line::Command command = command_of(context, request, target->node);
   EventProgress progress(model, result.id, context.err, progress_words);
   const Client::Answer answer =

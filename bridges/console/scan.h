@@ -1,6 +1,8 @@
 // What a scan found, for people and programs.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,12 +16,16 @@ struct ScanResult {
   LineId id;
   LineView line;
   std::vector<scan::ScannedNode> nodes;  // ascending by node-ID
+  // Of the line as it ran during the scan, by image::Direction, for ScanRequest::compare.
+  std::array<std::optional<image::Layout>, 2> layouts{};
 };
 
 struct ScanRequest {
   std::string what;               // a line, or LINE:NODE for one node alone
   bool apply = false;             // what is missing is set up, and the line takes the result over
   bool restore_defaults = false;  // 1011h first; the line takes the result over
+  // The result has layouts. Not of a line that takes it over, which is made anew.
+  bool compare = false;
 };
 
 // Tells on context.err which nodes have been read meanwhile, and prints what was found. `result`

@@ -1,4 +1,5 @@
-# bash completion of linegate and linegated: commands and options as the programs' own help tells them.
+# bash completion of linegate and linegated: commands and options as the programs' own help tells them, lines and nodes
+# as a plant file ($LINEGATE_PLANT, or the installed one) or, without one, running gateways have them.
 
 # What follows a heading of `PROGRAM COMMAND... --help`, one word a line.
 _linegate_words() {
@@ -10,9 +11,48 @@ _linegate_words() {
     tr ',' '\n'
 }
 
+# Lines, or LINE:NODE and lines. A gateway that does not answer costs a second, and no message.
+_linegate_names() {
+  local plant=${LINEGATE_PLANT:-/etc/linegate/plant.yaml}
+  if [[ -r $plant ]]; then
+    "$1" names --plant "$plant" 2>/dev/null
+  else
+    "$1" --wait 1 names 2>/dev/null
+  fi
+}
+
+# COMP_WORDS up to the cursor, into words: readline has cut LINE:NODE at its colon.
+_linegate_join() {
+  local word
+  words=()
+  for word in "${COMP_WORDS[@]:0:COMP_CWORD+1}"; do
+    if [[ ${#words[@]} -gt 1 && ($word == :* || ${words[-1]} == *:) ]]; then
+      words[-1]+=$word
+    else
+      words+=("$word")
+    fi
+  done
+}
+
+# The argument that the last of the words is: its name in the help, or nothing.
+_linegate_argument() {
+  local positionals word count=0
+  if [[ ${words[-2]} == --via || ${words[-2]} == --line ]]; then
+    echo line
+    return
+  fi
+  mapfile -t positionals < <(_linegate_words Positionals "${command[@]}")
+  for word in "${words[@]:${#command[@]}:${#words[@]}-${#command[@]}-1}"; do
+    [[ $word == -* ]] || count=$((count + 1))
+  done
+  echo "${positionals[count]}"
+}
+
 _linegate() {
-  local current=${COMP_WORDS[COMP_CWORD]} command=("${COMP_WORDS[0]}") word
-  for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
+  local words word current command=("${COMP_WORDS[0]}") reply
+  _linegate_join
+  current=${words[-1]}
+  for word in "${words[@]:1:${#words[@]}-2}"; do
     [[ $word != [a-z]* || " $(_linegate_words Subcommands "${command[@]}" | xargs) " != *" $word "* ]] ||
       command+=("$word")
   done
@@ -21,6 +61,20 @@ _linegate() {
     return
   fi
   mapfile -t COMPREPLY < <(compgen -W "$(_linegate_words Subcommands "${command[@]}")" -- "$current")
+  if [[ ${#COMPREPLY[@]} -eq 0 ]]; then
+    case $(_linegate_argument) in
+      line | node)
+        mapfile -t COMPREPLY < <(compgen -W "$(_linegate_names "${command[0]}")" -- "$current")
+        # Readline replaces what stands behind the last colon.
+        if [[ $current == *:* ]]; then
+          for reply in "${!COMPREPLY[@]}"; do
+            COMPREPLY[reply]=${COMPREPLY[reply]#"${current%:*}:"}
+          done
+        fi
+        return
+        ;;
+    esac
+  fi
   # Where no command can follow, a file may.
   [[ ${#COMPREPLY[@]} -gt 0 ]] || compopt -o default 2>/dev/null
 }

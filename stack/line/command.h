@@ -16,7 +16,8 @@ namespace linegate::line {
 enum class CommandKind : std::uint8_t {
   sdo_read,       // node, index, sub, code: 0, or kFromImage and kFromCache -> data
   sdo_write,      // node, index, sub, data
-  local_read,     // index, sub of the line's own dictionary -> data. code: 0, or kListObjects
+  local_read,     // index, sub of the line's own dictionary -> data. code: 0, or kListObjects, then
+                  // node as there
   local_write,    // index, sub, data
   output_write,   // entry (of the output layout), data: one output value, by a person -> data: see
                   // ObjectWay. wrong_state while its node is not Operational
@@ -123,7 +124,8 @@ inline constexpr std::uint16_t kFromImage = 1;
 // entered apply to it, beside what this process may do there; no route leads back over this line.
 inline constexpr std::uint32_t kAsDevice = 1;
 // Command::code of local_read: no value, but a list of the objects `index` to `entry` (0 = FFFFh),
-// see list_objects().
+// see list_objects(): of the own dictionary with node 0, else of the device file that the node
+// `node` is configured with, values included; bad_request if there is none.
 inline constexpr std::uint16_t kListObjects = 2;
 // Command::code of object_create.
 inline constexpr std::uint16_t kCreateObject = 0;

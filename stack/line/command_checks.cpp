@@ -52,12 +52,15 @@ Error check_nmt(const Command& command) {
   return known ? Error{} : to_error(Refusal::bad_request);
 }
 
+std::uint16_t last_of_list(const Command& command) {
+  const bool to_end = command.entry == 0 || command.entry > 0xFFFF;
+  return to_end ? std::uint16_t{0xFFFF} : static_cast<std::uint16_t>(command.entry);
+}
+
 Error read_object(od::Dictionary& dictionary, const Command& command,
                   std::vector<std::byte>& data) {
   if ((command.code & kListObjects) != 0) {
-    const bool to_end = command.entry == 0 || command.entry > 0xFFFF;
-    data = list_objects(dictionary, command.index,
-                        to_end ? std::uint16_t{0xFFFF} : static_cast<std::uint16_t>(command.entry));
+    data = list_objects(dictionary, command.index, last_of_list(command));
     return {};
   }
   const Result<std::span<const std::byte>> value = dictionary.read({command.index, command.sub});

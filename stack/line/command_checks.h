@@ -25,6 +25,8 @@ Error check_emcy(const Command& command, nmt::State state);
 Error to_error(emcy::SendResult result);
 Error check_nmt(const Command& command);
 
+// CommandKind::local_read with kListObjects: the last index of the list.
+std::uint16_t last_of_list(const Command& command);
 // CommandKind::local_read and the like.
 Error read_object(od::Dictionary& dictionary, const Command& command, std::vector<std::byte>& data);
 

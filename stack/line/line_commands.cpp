@@ -192,10 +192,23 @@ void Line::Impl::start_sdo(Command command, bool write, Instant now) {
                      .tells_way = command.kind == CommandKind::object_write});
 }
 
+Error Line::Impl::list_device_file(const Command& command, std::vector<std::byte>& data) const {
+  const auto found = std::find_if(config.nodes.begin(), config.nodes.end(),
+                                  [&](const auto& one) { return one.id == command.node; });
+  if (found == config.nodes.end() || found->device.objects.empty()) {
+    return to_error(Refusal::bad_request);
+  }
+  data = list_objects(found->device, command.index, last_of_list(command));
+  return kDone;
+}
+
 void Line::Impl::access_own(const Command& command) {
   if (command.kind == CommandKind::local_read) {
     std::vector<std::byte> data;
-    const Error error = read_object(node.dictionary(), command, data);
+    const bool of_node =
+        (command.code & kListObjects) != 0 && command.node != 0 && command.node != config.node_id;
+    const Error error =
+        of_node ? list_device_file(command, data) : read_object(node.dictionary(), command, data);
     reply(command.tag, error, std::move(data));
     return;
   }

@@ -160,6 +160,8 @@ struct Line::Impl final : Line::Base,
     std::uint64_t tag = 0;  // of the command
     std::vector<std::byte> data;
   };
+  // CommandKind::local_read of the device file of a node.
+  Error list_device_file(const Command& command, std::vector<std::byte>& data) const;
   void access_own(const Command& command);
   void finish_local_writes();
   Error single_output(Command& command, std::vector<std::byte>& way, Instant now);

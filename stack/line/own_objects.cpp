@@ -36,30 +36,51 @@ void append(std::vector<std::byte>& out, std::uint64_t value, std::size_t size) 
   store_le(std::span(out).last(size), value);
 }
 
+struct Listed {
+  od::Address address;
+  od::DataType type = od::DataType::none;
+  od::Access access = od::Access::rw;
+  unsigned flags = 0;
+  std::string_view name;
+  std::span<const std::byte> value;
+};
+
+void append_listed(const Listed& variable, std::vector<std::byte>& out) {
+  constexpr std::size_t kLongest = 0xFF;
+  const std::string_view name = variable.name.substr(0, kLongest);
+  append(out, variable.address.index, 2);
+  append(out, variable.address.sub, 1);
+  append(out, static_cast<std::uint16_t>(variable.type), 2);
+  append(out, static_cast<std::uint8_t>(variable.access), 1);
+  append(out, variable.flags, 1);
+  append(out, name.size(), 1);
+  const auto* const letters = reinterpret_cast<const std::byte*>(name.data());
+  out.insert(out.end(), letters, letters + name.size());
+  const auto value =
+      variable.value.size() <= kLongest ? variable.value : std::span<const std::byte>();
+  append(out, value.size(), 1);
+  out.insert(out.end(), value.begin(), value.end());
+}
+
+unsigned flags_of(bool mappable, bool stored) {
+  return (mappable ? 1U : 0U) | (stored ? 2U : 0U);
+}
+
 void list_variable(const od::Dictionary& dictionary, od::Address address,
                    std::vector<std::byte>& out) {
-  constexpr std::size_t kLongest = 0xFF;
   const auto variable = dictionary.find(address);
   if (!variable) {
     return;
   }
-  const std::string_view name = dictionary.name(address).substr(0, kLongest);
-  const unsigned flags = (variable->mappable ? 1U : 0U) | (variable->store ? 2U : 0U) |
-                         (is_own_index(address.index) ? 4U : 0U);
-  append(out, address.index, 2);
-  append(out, address.sub, 1);
-  append(out, static_cast<std::uint16_t>(variable->type), 2);
-  append(out, static_cast<std::uint8_t>(variable->access), 1);
-  append(out, flags, 1);
-  append(out, name.size(), 1);
-  const auto* const letters = reinterpret_cast<const std::byte*>(name.data());
-  out.insert(out.end(), letters, letters + name.size());
   const auto value = dictionary.read(address);
-  const bool shown = value.ok() && value->size() <= kLongest;
-  append(out, shown ? value->size() : 0, 1);
-  if (shown) {
-    out.insert(out.end(), value->begin(), value->end());
-  }
+  append_listed({.address = address,
+                 .type = variable->type,
+                 .access = variable->access,
+                 .flags = flags_of(variable->mappable, variable->store) |
+                          (is_own_index(address.index) ? 4U : 0U),
+                 .name = dictionary.name(address),
+                 .value = value.ok() ? *value : std::span<const std::byte>()},
+                out);
 }
 
 // Takes fields from the front of a command's data.
@@ -368,6 +389,26 @@ std::vector<std::byte> list_objects(const od::Dictionary& dictionary, std::uint1
     }
     for (unsigned sub = 0; sub <= dictionary.highest_sub(index).value_or(0); ++sub) {
       list_variable(dictionary, {index, static_cast<std::uint8_t>(sub)}, out);
+    }
+  }
+  return out;
+}
+
+std::vector<std::byte> list_objects(const od::DeviceDescription& device, std::uint16_t first,
+                                    std::uint16_t last) {
+  std::vector<std::byte> out;
+  for (const od::ObjectDescription& object : device.objects) {
+    if (object.index < first || object.index > last) {
+      continue;
+    }
+    for (const od::VariableDescription& variable : object.variables) {
+      append_listed({.address = {object.index, variable.sub},
+                     .type = variable.type,
+                     .access = variable.access,
+                     .flags = flags_of(variable.mappable, variable.store),
+                     .name = variable.name,
+                     .value = variable.value},
+                    out);
     }
   }
   return out;

@@ -91,5 +91,8 @@ class OwnObjects final : public od::Hook {
 // be read or is longer than 255 bytes.
 std::vector<std::byte> list_objects(const od::Dictionary& dictionary, std::uint16_t first,
                                     std::uint16_t last);
+// The same of a device file, with the values that it gives.
+std::vector<std::byte> list_objects(const od::DeviceDescription& device, std::uint16_t first,
+                                    std::uint16_t last);
 
 }  // namespace linegate::line

@@ -43,7 +43,7 @@ class Plant(plant_process.Plant):
     def said(self, *words, code=0):
         """What it answered, or why it did not do what it was told."""
         told = self.command(*words, code=code)
-        return (told.stderr if code else told.stdout).strip()
+        return (told.stderr if code == 1 else told.stdout).strip()
 
     def expect(self, wanted, *words, code=0):
         told = self.said(*words, code=code)
@@ -81,7 +81,7 @@ def check_objects(plant):
     """Two outputs of node 8 share a PDO; 6083h of the drive is in none."""
     first, second = ("press:8", "6200", "1", "u8"), ("press:8", "6200", "2", "u8")
     waits = ", which waits for: "
-    told = plant.said("sdo", "write", *first, "0x55", "--by-pdo")
+    told = plant.said("sdo", "write", *first, "0x55", "--by-pdo", code=4)
     if not told.startswith(f"by PDO {PDO}" + waits + "values that were never written: "):
         raise Failure(f"the PDO that lacks values said '{told}'")
     plant.expect(f"by PDO {PDO}", "sdo", "write", *second, "0x66", "--by-pdo")
@@ -171,6 +171,23 @@ def check_dictionary(plant):
     plant.command("od", "press", "read", "2200", "1", code=1)
 
 
+def check_types(plant):
+    """Types of objects are those of the device files; press:all is each node."""
+    plant.command("sdo", "write", "press:5", "6083:00", "77")
+    plant.expect("77", "sdo", "read", "press:5", "6083")
+    refused = plant.command("sdo", "write", "press:5", "1017:00", "70000", code=2).stderr
+    if "which is UNSIGNED16" not in refused:
+        raise Failure(f"a value beyond its type: {refused}")
+    identity = plant.said("sdo", "read", "press:5", "1018").splitlines()
+    if len(identity) != 5 or not identity[1].startswith("1018:01  "):
+        raise Failure(f"an object with sub-indices: {identity}")
+    each = plant.json("sdo", "read", "press:all", "1018:01")
+    if [one["node"] for one in each] != sorted(one["node"] for one in each) or len(each) != len(DEVICES):
+        raise Failure(f"of each node: {each}")
+    if not all(one["ok"] and one["value"] == "19527" for one in each):
+        raise Failure(f"the vendor of each node: {each}")
+
+
 def check_access(plant):
     not_permitted = "not permitted by the line's access configuration"
     plant.expect(not_permitted, "send", "press", "351#00", code=1)
@@ -188,6 +205,7 @@ def run(plant):
         press = plant.starts("press", "manager", "all")
         until("all nodes operational", plant.operational)
         check_objects(plant)
+        check_types(plant)
         check_pdo_numbers(plant)
         check_frames(plant)
         check_dictionary(plant)

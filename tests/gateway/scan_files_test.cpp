@@ -4,12 +4,15 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <optional>
+#include <utility>
 
 #include <gtest/gtest.h>
 
 #include "gateway/config/plant.h"
 #include "gateway/found_nodes.h"
 #include "stack/base/byte_order.h"
+#include "stack/line/line.h"
 
 namespace linegate::gateway {
 namespace {
@@ -34,6 +37,7 @@ TEST(ScanFiles, TheConfigurationHasDomainAndAccessOfTheLine) {
                                       .name = "press",
                                       .interface_uri = "virtual:p",
                                       .access = "all",
+                                      .outputs_access = "all",
                                       .dds_domain = 77,
                                       .nodes = {encoder_5()}},
                                      folder, "");
@@ -42,11 +46,29 @@ TEST(ScanFiles, TheConfigurationHasDomainAndAccessOfTheLine) {
   ASSERT_TRUE(loaded.ok()) << to_string(loaded.diagnostics.at(0));
   EXPECT_EQ(loaded.value->dds_domain, 77U);
   EXPECT_EQ(loaded.value->lines[0].commands, config::Access::all);
-  EXPECT_EQ(loaded.value->lines[0].outputs, config::Access::read) << "nobody knows more";
+  EXPECT_EQ(loaded.value->lines[0].outputs, config::Access::all);
   ASSERT_EQ(loaded.value->lines[0].config.nodes.size(), 1U);
   EXPECT_FALSE(
       write_scan({.gateway = "lab", .name = "press", .interface_uri = "virtual:p"}, folder, "").ok)
       << "nothing is overwritten";
+  std::filesystem::remove_all(folder);
+}
+
+TEST(ScanFiles, CommandsAndOutputsOfDifferentAccessKeepIt) {
+  const std::string folder = testing::TempDir() + "/scan-access";
+  std::filesystem::remove_all(folder);
+  ASSERT_TRUE(write_scan({.gateway = "lab",
+                          .name = "press",
+                          .interface_uri = "virtual:p",
+                          .access = "read",
+                          .outputs_access = "off",
+                          .nodes = {encoder_5()}},
+                         folder, "")
+                  .ok);
+  const auto loaded = config::load(folder + "/plant.yaml");
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_EQ(loaded.value->lines[0].commands, config::Access::read);
+  EXPECT_EQ(loaded.value->lines[0].outputs, config::Access::off);
   std::filesystem::remove_all(folder);
 }
 
@@ -94,6 +116,53 @@ TEST(ScanFiles, TheConfigurationHasErrorControlWhereADeviceCan) {
   EXPECT_TRUE(std::ranges::any_of(files.notes, [](const std::string& note) {
     return note == "node 7: has neither heartbeat nor guarding, its loss is not detected";
   }));
+  std::filesystem::remove_all(folder);
+}
+
+// One TPDO with one value of 4 bytes.
+scan::ScannedNode with_tpdo() {
+  scan::ScannedNode node = encoder_5();
+  put(node, {0x1800, 0}, 2, 1);
+  put(node, {0x1800, 1}, 0x4000'0185U, 4);
+  put(node, {0x1800, 2}, 254, 1);
+  put(node, {0x1A00, 0}, 1, 1);
+  put(node, {0x1A00, 1}, 0x6004'0020, 4);
+  return node;
+}
+
+TEST(ScanFiles, AnotherLayoutThanThatOfTheRunningLineIsReportedWithItsReason) {
+  const std::string folder = testing::TempDir() + "/scan-layout";
+  ScannedLine line{
+      .gateway = "lab", .name = "press", .interface_uri = "virtual:p", .nodes = {with_tpdo()}};
+  const auto notes_with = [&](std::optional<image::Layout> running) {
+    std::filesystem::remove_all(folder);
+    line.layouts[0] = std::move(running);
+    const ScanFiles files = write_scan(line, folder, "");
+    EXPECT_TRUE(files.ok) << files.error;
+    std::string out;
+    for (const std::string& note : files.notes) {
+      out += note.starts_with("the layout_id") ? note.substr(note.find(": ")) : "";
+    }
+    return out;
+  };
+  EXPECT_EQ(notes_with(std::nullopt), "");
+  const auto loaded = config::load(folder + "/plant.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const auto made = line::Line::make(loaded.value->lines[0].config);
+  image::Layout same = (*made.value)->layout(image::Direction::inputs);
+  ASSERT_EQ(same.entries.size(), 1U);
+  EXPECT_EQ(notes_with(same), "") << "the same layout";
+  image::Layout other = same;
+  other.entries[0].type = od::DataType::real32;
+  other.id = image::layout_id(other);
+  EXPECT_EQ(notes_with(other), ": entry 0, 6004:00 of node 5, is UNSIGNED32, not REAL32");
+  other = same;
+  other.entries.push_back(same.entries[0]);
+  other.id = image::layout_id(other);
+  EXPECT_EQ(notes_with(other), ": it has 1 entries, not 2: other PDOs are mapped or enabled");
+  other.entries.clear();
+  other.id = image::layout_id(other);
+  EXPECT_EQ(notes_with(other), "") << "the line runs without a configuration";
   std::filesystem::remove_all(folder);
 }
 

@@ -11,6 +11,7 @@
 #include "bridges/console/boot.h"
 #include "bridges/console/configuration.h"
 #include "bridges/console/events.h"
+#include "bridges/console/monitor.h"
 #include "bridges/console/pdo_commands.h"
 #include "bridges/console/scan.h"
 #include "stack/base/abort_code.h"
@@ -81,6 +82,11 @@ class FakeGateway : public Client {
   Answer call(const LineId& id, const line::Command& command, Duration /*timeout*/,
               std::uint64_t layout_id, Listener& /*listener*/) override {
     EXPECT_TRUE(id == kPress || written_route);
+    if (command.kind == line::CommandKind::local_read && command.code == line::kListObjects) {
+      Answer list{.reply = {.data = device_file}};
+      list.reply.error = device_file.empty() ? line::to_error(line::Refusal::bad_request) : Error{};
+      return list;
+    }
     asked = id;
     last = command;
     last_layout = layout_id;
@@ -95,8 +101,9 @@ class FakeGateway : public Client {
   std::uint64_t events = 0;    // that happened so far
   bool written_route = false;  // another line has one
   std::uint8_t missing_node = 0;
-  bool twin = false;             // another gateway has a line of that name
-  std::uint64_t unreadable = 0;  // samples in each poll
+  bool twin = false;                   // another gateway has a line of that name
+  std::uint64_t unreadable = 0;        // samples in each poll
+  std::vector<std::byte> device_file;  // of each node, as CommandKind::local_read lists it
   Answer answer;
   line::Command last;
   LineId asked;
@@ -192,7 +199,7 @@ TEST_F(Commands, AnObjectIsWrittenByPdoOrSdoAndSaysWhich) {
   EXPECT_EQ(gateway_.last.data, (std::vector<std::byte>{std::byte{0x0F}, std::byte{0}}));
   out_.str("");
   gateway_.answer.reply.data[3] = std::byte{2};
-  EXPECT_EQ(object_write(context_, "press:5", "6040", "0", "u16", "1", true), kDone);
+  EXPECT_EQ(object_write(context_, "press:5", "6040", "0", "u16", "1", true), kHeldBack);
   EXPECT_EQ(out_.str(), "by PDO 3, which waits for: values that were never written\n");
   EXPECT_EQ(gateway_.last.code, line::kKeepPdo);
   out_.str("");
@@ -416,6 +423,13 @@ TEST_F(Commands, ANodeHasItsNameWhereverItHasItsNumber) {
   err_.str("");
   EXPECT_EQ(nmt(context_, "start", "press:ran"), kFailed);
   EXPECT_EQ(err_.str(), "no node 'ran' on press; there are: ram (5)\n");
+  Filter filter{.line = "press"};
+  EXPECT_EQ(find_node(context_, "ram", filter), kDone);
+  EXPECT_EQ(filter.node, 5);
+  EXPECT_EQ(find_node(context_, "7", filter), kDone);
+  EXPECT_EQ(filter.node, 7);
+  EXPECT_EQ(find_node(context_, "ran", filter), kFailed);
+  EXPECT_EQ(find_node(context_, "128", filter), kUsage);
   EXPECT_EQ(sdo_read(context_, "press:5a", "1000", "0", ""), kUsage);
   EXPECT_EQ(sdo_read(context_, "ram", "1000", "0", ""), kUsage) << "a name needs a line";
 }
@@ -423,12 +437,12 @@ TEST_F(Commands, ANodeHasItsNameWhereverItHasItsNumber) {
 TEST_F(Commands, AnOutputThatWaitsSaysForWhat) {
   constexpr auto kValues = static_cast<unsigned>(line::PdoWait::values);
   gateway_.answer.reply.data = test::raw({line::kByPdo, 3, 0, kValues, 0, 0, 0, 0});
-  EXPECT_EQ(write(context_, "press", "0", "1"), kDone);
+  EXPECT_EQ(write(context_, "press", "0", "1"), kHeldBack);
   EXPECT_EQ(out_.str(),
             "by PDO 3, which waits for: values that were never written: drive5.Controlword\n");
   out_.str("");
   context_.json = true;
-  EXPECT_EQ(write(context_, "press", "0", "1"), kDone);
+  EXPECT_EQ(write(context_, "press", "0", "1"), kHeldBack);
   EXPECT_THAT(out_.str(), HasSubstr("never written: drive5.Controlword"));
 }
 

@@ -102,7 +102,7 @@ class Asker(threading.Thread):
         while not self.ended.is_set():
             for each in words:
                 told = self.console.ask(*each) if not self.ended.is_set() else None
-                if told is not None and told.returncode == 0:
+                if told is not None and told.returncode in (0, 4):  # the PDO waits for its other value
                     self.done += 1
                 elif told is not None:
                     self.failed.append(" ".join(each) + ": %d %s" % (told.returncode, (told.stderr or told.stdout).strip()[:200]))

@@ -136,6 +136,12 @@ class Site:
             raise Failed(f"{arguments} ended with {status}, not 1: {text}")
         return text
 
+    def held_back(self, *arguments):
+        """A write that is taken, and waits for other values of its PDO."""
+        status, text = run(*self.console(*arguments), within=2 * PATIENCE)
+        if status != 4:
+            raise Failed(f"{arguments} ended with {status}, not 4: {text}")
+
     def gateway(self, name, plant):
         """One with that plant."""
         return Actor(name, self.programs.linegated, write_file(f"{name}.yaml", plant))

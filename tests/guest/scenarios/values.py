@@ -65,7 +65,7 @@ def outputs_arrive(plant):
     def sent():
         return [data for _, _, data in plant.bus["hall"].frames(0x20C)]
 
-    plant.command("write", "hall", OUTPUTS + "1 to 8", "0xA5")
+    plant.held_back("write", "hall", OUTPUTS + "1 to 8", "0xA5")
     check("hall: an RPDO with an output that nobody chose is held back", sent() == [])
     plant.command("write", "hall", OUTPUTS + "9 to 16", "0x5A")
     eventually("hall: both outputs are in the device's RPDO", lambda: sent()[-1:] == [b"\xa5\x5a"])

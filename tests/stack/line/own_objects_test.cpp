@@ -291,6 +291,32 @@ TEST_F(OwnObjectsTest, TheDictionaryCanBeListed) {
   EXPECT_GT(ask(list).data.size(), 1000U) << "all of it";
 }
 
+TEST_F(OwnObjectsTest, TheDeviceFileOfANodeCanBeListed) {
+  LineConfig config = config_with_objects();
+  NodeConfig node{.id = 5, .name = "drive"};
+  node.device.objects = {{.index = 0x2000,
+                          .name = "Gain",
+                          .variables = {{.name = "Gain",
+                                         .type = od::DataType::unsigned8,
+                                         .access = od::Access::rw,
+                                         .value = {std::byte{7}}}}},
+                         {.index = 0x2001, .name = "Other", .variables = {{.name = "Other"}}}};
+  config.nodes = {node, {.id = 6}};
+  run(std::move(config));
+  Command list{.kind = CommandKind::local_read, .node = 5, .index = 0x2000, .code = kListObjects};
+  list.entry = 0x2000;
+  const std::vector<std::byte> told = ask(list).data;
+  ASSERT_EQ(told.size(), 7U + 1 + 4 + 1 + 1);
+  EXPECT_EQ(load_le(std::span(told).first(2)), 0x2000U);
+  EXPECT_EQ(load_le(std::span(told).subspan(3, 2)), static_cast<unsigned>(od::DataType::unsigned8));
+  EXPECT_EQ(told[5], static_cast<std::byte>(od::Access::rw));
+  EXPECT_EQ(told.back(), std::byte{7}) << "the value of the file";
+  list.node = 6;
+  EXPECT_EQ(ask(list).error, to_error(Refusal::bad_request)) << "it has no device file";
+  list.node = 7;
+  EXPECT_EQ(ask(list).error, to_error(Refusal::bad_request)) << "it is not configured";
+}
+
 TEST_F(OwnObjectsTest, AnObserverHasNone) {
   LineConfig config = config_with_objects();
   config.role = Role::observer;

@@ -1,0 +1,59 @@
+#include "gateway/scan_command.h"
+
+#include <algorithm>
+#include <ostream>
+#include <utility>
+
+#include "gateway/foreign_text.h"
+#include "gateway/scan_files.h"
+
+namespace linegate::gateway {
+namespace {
+
+std::string outputs_access_of(const console::LineView& line) {
+  const auto known = std::ranges::find(line.properties, "outputs-access",
+                                       [](const auto& property) { return property.first; });
+  return known == line.properties.end() ? "" : known->second;
+}
+
+}  // namespace
+
+int scan_and_write(console::Context& context, console::ScanRequest request,
+                   const ScanTarget& target) {
+  console::ScanResult result;
+  const bool applies = request.apply || request.restore_defaults;
+  request.compare = !target.folder.empty() && !applies;
+  const int code = console::scan(context, request, result);
+  if (code != console::kDone || target.folder.empty()) {
+    return code;
+  }
+  const ScanFiles files = write_scan({.gateway = result.id.gateway,
+                                      .name = result.id.line,
+                                      .interface_uri = result.line.interface_uri,
+                                      .bit_rate = result.line.bit_rate,
+                                      .network_id = result.line.state.network_id,
+                                      .node_id = result.line.state.node_id,
+                                      .access = result.line.access,
+                                      .outputs_access = outputs_access_of(result.line),
+                                      .dds_domain = target.domain,
+                                      .nodes = std::move(result.nodes),
+                                      .layouts = std::move(result.layouts)},
+                                     target.folder, target.eds);
+  if (applies && !target.eds.empty()) {
+    context.err << "the running line has the layout_id that its own device files give, and another "
+                   "one if the files of "
+                << printable(target.eds) << " give other types once the written plant.yaml runs\n";
+  }
+  for (const std::string& note : files.notes) {
+    context.err << printable(note) << '\n';
+  }
+  for (const std::string& path : files.written) {
+    context.err << "written: " << path << '\n';
+  }
+  if (!files.ok) {
+    context.err << "error: " << printable(files.error) << '\n';
+  }
+  return files.ok ? console::kDone : console::kFailed;
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,181 @@
+// `linegate sdo` against a gateway that has device files, and exists in this test only.
+#include <map>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bridges/console/commands.h"
+#include "stack/base/abort_code.h"
+#include "stack/line/own_objects.h"
+
+#include "tests/bridges/console/command_test.h"
+
+namespace linegate::console {
+namespace {
+
+using testing::HasSubstr;
+
+const LineId kLine{"plant", "press"};
+
+od::DeviceDescription device_file() {
+  od::DeviceDescription out;
+  out.objects = {
+      {.index = 0x1017,
+       .name = "Producer heartbeat time",
+       .variables = {{.name = "Producer heartbeat time", .type = od::DataType::unsigned16}}},
+      {.index = 0x1018,
+       .name = "Identity",
+       .type = od::ObjectType::record,
+       .variables = {{.sub = 0, .name = "Entries", .type = od::DataType::unsigned8},
+                     {.sub = 1, .name = "Vendor-ID", .type = od::DataType::unsigned32},
+                     {.sub = 2,
+                      .name = "Secret",
+                      .type = od::DataType::unsigned32,
+                      .access = od::Access::wo}}}};
+  return out;
+}
+
+// Nodes 5 (ram) and 6 (feeder) have a device file, 9 is present and not configured.
+class GatewayWithFiles : public Client {
+ public:
+  void poll(Duration /*timeout*/, Listener& listener) override {
+    LineView view{.interface_uri = "virtual:press", .access = "all"};
+    view.state.network_id = 3;
+    view.state.node_id = 127;
+    view.state.nodes_configured = 2;
+    listener.on_line(kLine, view);
+    listener.on_node(kLine, {.name = "ram", .state = {.node = 5, .configured = true}});
+    listener.on_node(kLine, {.name = "feeder", .state = {.node = 6, .configured = true}});
+    listener.on_node(kLine, {.state = {.node = 9, .presence = line::Presence::present}});
+    listener.on_node(kLine, {.state = {.node = 11}});
+  }
+  Answer call(const LineId& /*id*/, const line::Command& command, Duration /*timeout*/,
+              std::uint64_t /*layout_id*/, Listener& /*listener*/) override {
+    Answer out;
+    if (command.kind == line::CommandKind::local_read) {
+      EXPECT_EQ(command.code, line::kListObjects);
+      if (command.node == 9) {
+        out.reply.error = line::to_error(line::Refusal::bad_request);
+        return out;
+      }
+      const auto last = static_cast<std::uint16_t>(command.entry);
+      out.reply.data = line::list_objects(device_file(), command.index, last);
+      return out;
+    }
+    asked.push_back(command);
+    if (command.node == silent) {
+      out.reply.error = to_error(AbortCode::timeout);
+      out.text = "SDO protocol timed out";
+      return out;
+    }
+    const auto found = values.find({command.index, command.sub});
+    out.reply.data = found == values.end() ? std::vector<std::byte>() : found->second;
+    return out;
+  }
+
+  std::map<od::Address, std::vector<std::byte>> values{
+      {{0x1017, 0}, test::raw({0xF4, 1})},
+      {{0x1018, 0}, test::raw({2})},
+      {{0x1018, 1}, test::raw({0x47, 0x4C, 0, 0})},
+  };
+  std::uint8_t silent = 0;
+  std::vector<line::Command> asked;  // but for lists
+};
+
+class SdoCommand : public test::CommandTest<GatewayWithFiles> {
+ protected:
+  int read(const std::string& node, const std::string& index, const std::string& type = "") {
+    return sdo_read(context_, node, index, "", type);
+  }
+  int write(const std::string& node, const std::string& index, const std::string& value,
+            const std::string& type = "") {
+    return sdo_write(context_, node, index, "", type, value);
+  }
+};
+
+TEST_F(SdoCommand, ReadTakesTheTypeFromTheDeviceFile) {
+  EXPECT_EQ(read("press:ram", "1017:00"), kDone) << err_.str();
+  EXPECT_EQ(out_.str(), "500\n");
+  out_.str("");
+  EXPECT_EQ(read("press:ram", "1017"), kDone);
+  EXPECT_EQ(out_.str(), "500\n");
+  out_.str("");
+  EXPECT_EQ(read("press:ram", "1017", "i8"), kDone) << "a type that is given counts";
+  EXPECT_EQ(out_.str(), "F4 01\n");
+  out_.str("");
+  EXPECT_EQ(read("press:9", "1017:00"), kDone) << "no device file";
+  EXPECT_EQ(out_.str(), "F4 01  (500)\n");
+}
+
+TEST_F(SdoCommand, ReadOfAnObjectWithSubIndicesPrintsAllThatCanBeRead) {
+  EXPECT_EQ(read("press:ram", "1018"), kDone) << err_.str();
+  EXPECT_EQ(out_.str(), "1018:00  Entries: 2\n1018:01  Vendor-ID: 19527\n");
+  context_.json = true;
+  out_.str("");
+  EXPECT_EQ(read("press:ram", "1018"), kDone);
+  EXPECT_THAT(out_.str(), HasSubstr(R"("object":"1018:01","name":"Vendor-ID","type":"UNSIGNED32",)"
+                                    R"("ok":true,"data":"474C0000","value":"19527"})"));
+  EXPECT_EQ(read("press:ram", "1018", "u32"), kUsage);
+  EXPECT_THAT(err_.str(), HasSubstr("1018:01  Vendor-ID"));
+}
+
+TEST_F(SdoCommand, WriteTakesTheTypeFromTheDeviceFileAndRefusesWhatDoesNotFit) {
+  EXPECT_EQ(write("press:ram", "1017:00", "500"), kDone) << err_.str();
+  ASSERT_EQ(gateway_.asked.size(), 1U);
+  EXPECT_EQ(gateway_.asked[0].data, test::raw({0xF4, 1}));
+  EXPECT_EQ(write("press:ram", "1017", "70000"), kUsage);
+  EXPECT_THAT(err_.str(), HasSubstr("'70000' is not a value of 1017:00 Producer heartbeat time, "
+                                    "which is UNSIGNED16"));
+  err_.str("");
+  EXPECT_EQ(write("press:9", "1017:00", "500"), kUsage);
+  EXPECT_THAT(err_.str(), HasSubstr("give it, as in 1017:00 u16 500"));
+  err_.str("");
+  EXPECT_EQ(write("press:ram", "1018", "1"), kUsage);
+  EXPECT_THAT(err_.str(), HasSubstr("object 1018h has sub-indices"));
+  EXPECT_EQ(gateway_.asked.size(), 1U) << "nothing more was written";
+  EXPECT_EQ(object_write(context_, "press:ram", "1017:00", "", "", "500", false), kDone);
+  EXPECT_EQ(gateway_.asked.back().data, test::raw({0xF4, 1}));
+}
+
+TEST_F(SdoCommand, AllIsEachNodeWithOneResultEach) {
+  gateway_.silent = 6;
+  EXPECT_EQ(read("press:all", "1017:00"), kFailed) << "one has not answered";
+  EXPECT_EQ(out_.str(), "5 (ram): 500\n9: F4 01  (500)\n");
+  EXPECT_EQ(err_.str(), "6 (feeder): SDO protocol timed out\n");
+  gateway_.silent = 0;
+  context_.json = true;
+  out_.str("");
+  EXPECT_EQ(read("press:all", "1017:00"), kDone);
+  EXPECT_THAT(out_.str(),
+              HasSubstr(R"([{"object":"1017:00","node":5,"node_name":"ram","ok":true)"));
+  EXPECT_THAT(out_.str(), HasSubstr(R"("node":9)"));
+  gateway_.asked.clear();
+  context_.json = false;
+  out_.str("");
+  EXPECT_EQ(write("press:all", "1017:00", "500", "u16"), kDone);
+  ASSERT_EQ(gateway_.asked.size(), 3U);
+  EXPECT_EQ(gateway_.asked[1].node, 6);
+  EXPECT_EQ(out_.str(), "5 (ram): done\n6 (feeder): done\n9: done\n");
+}
+
+TEST_F(SdoCommand, AllOfANetworkThatIsNoLineIsRefused) {
+  EXPECT_EQ(sdo_read(context_, "12:all", "1017:00", "", "", "press"), kFailed);
+  EXPECT_TRUE(gateway_.asked.empty());
+}
+
+TEST_F(SdoCommand, AWriteByPdoThatSendsNothingHasAStatusOfItsOwn) {
+  const auto held = [&](line::PdoWait wait) {
+    gateway_.values[{0x1017, 0}] = test::raw({line::kByPdo, 3, 0, static_cast<unsigned>(wait)});
+    return object_write(context_, "press:ram", "1017:00", "", "u16", "5", false);
+  };
+  EXPECT_EQ(held(line::PdoWait::values), kHeldBack);
+  EXPECT_EQ(held(line::PdoWait::operational), kHeldBack);
+  EXPECT_EQ(held(line::PdoWait::update_time), kDone) << "it is sent by itself";
+  EXPECT_EQ(held(line::PdoWait::trigger), kDone) << "as --keep says";
+  EXPECT_EQ(held(line::PdoWait::none), kDone);
+}
+
+}  // namespace
+}  // namespace linegate::console

@@ -1,0 +1,123 @@
+#!/usr/bin/python3
+"""The commands of linegate that work on files, and what it says to wrong words, without a gateway.
+
+files.py LINEGATED LINEGATE PROFILES
+"""
+
+import json
+import os
+import shlex
+import subprocess
+
+import plant_process
+from plant_process import PATIENCE, Failure, expect, run_test, stop, write
+
+BUS = "udp:239.74.163.9:43122"
+PLANT = """schema: 1
+lines:
+  - name: press
+    interface: "{uri}"
+    simulate: [{{node: 5, profile: drive}}, {{node: 8, profile: digital-io}}]
+"""
+
+
+def run(*words, **options):
+    return subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE, check=False, **options)
+
+
+def the_command_that_check_names_works(folder, linegate):
+    path = write(f"{folder}/simulate.yaml", PLANT.format(uri=BUS))
+    said = run(linegate, "check", path).stderr
+    command = said.partition("run the command: ")[2].strip()
+    words = shlex.split(command.splitlines()[0])
+    expect("the command", words[:2], ["linegate", "simulate"])
+    with subprocess.Popen([linegate, *words[1:]], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          text=True) as process:
+        said = ""
+        while "drive with node-ID 5 on" not in said or "digital-io with node-ID 8 on" not in said:
+            line = process.stdout.readline()
+            if not line:
+                raise Failure(f"{command} ended with:\n{said}")
+            said += line
+        expect("its exit status", stop(process), 0)
+
+
+def a_pipe_is_decoded_line_by_line(linegate):
+    with subprocess.Popen([linegate, "decode", "-"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                          text=True) as process:
+        for number, state in enumerate(("05", "7F")):
+            process.stdin.write(f"({1700000000 + number}.000000) can0 705#{state}\n")
+            process.stdin.flush()
+            explained = process.stdout.readline()
+            if number == 0:  # the day is before it
+                explained = process.stdout.readline()
+            expect("what is said while the pipe is open", f" {state} " in explained, True)
+        process.stdin.close()
+        expect("the exit status of decode", process.wait(timeout=PATIENCE), 0)
+
+
+def wrong_words_are_named(linegate):
+    for words, text in ((("frob",), "there is no command 'frob'; linegate --help lists them"),
+                        (("sdo", "reed", "press:5", "1000"), "there is no command 'sdo reed'; did you mean 'sdo read'?"),
+                        (("config", "x"), "there is no command 'config x'; linegate config --help lists them")):
+        done = run(linegate, "--json", *words)
+        expect(f"the exit status of {words}", done.returncode, 2)
+        expect(f"what {words} gets", json.loads(done.stdout), {"ok": False, "domain": "usage", "text": text})
+        expect("the same in words", done.stderr, text + "\n")
+
+
+def wrong_usage_is_an_object(folder, linegate):
+    missing = f"{folder}/missing.log"
+    for words in (("simulate",), ("simulate", "virtual:x", "--device", "none"), ("decode", missing), ("replay", missing,
+                  "virtual:x"), ("eds", missing, "press"), ("sdo", "read", "x", "1000", "0"), ("sdo", "read"),
+                  ("nmt", "start", "press"), ("sdo", "write", "press:5", "1017:00", "u16", "x"),
+                  ("record", "none:x"), ("emcy", "press", "zz")):
+        done = run(linegate, "--json", "--wait", "0.1", *words)
+        expect(f"the exit status of {words}", done.returncode, 2)
+        told = json.loads(done.stdout)
+        expect(f"the domain of {words}", (told["ok"], told["domain"]), (False, "usage"))
+        if not told["text"]:
+            raise Failure(f"{words} says nothing")
+
+
+def names_are_for_completion(folder, linegate):
+    path = write(f"{folder}/names.yaml", f"""schema: 1
+lines:
+  - name: press
+    interface: "simulated:"
+    nodes: [{{id: 5, name: ram, eds: {plant_process.EDS}/drive.eds}}]
+  - {{name: hall, interface: "virtual:hall"}}
+""")
+    done = run(linegate, "names", "--plant", path)
+    expect("names of a plant", done.stdout.split(), ["press", "press:own", "press:all", "press:ram", "hall", "hall:own",
+                                                     "hall:all"])
+    script = os.path.join(plant_process.SOURCES, "deploy", "package", "linegate.bash")
+
+    def complete(*words):
+        line = " ".join(f"'{word}'" for word in words)
+        text = f"source {script}; COMP_WORDS=({line}); COMP_CWORD={len(words) - 1}; _linegate;"
+        done = run("bash", "-c", text + 'printf "%s\\n" "${COMPREPLY[@]}"',
+                   env={**os.environ, "LINEGATE_PLANT": path})
+        expect(f"the errors of {words}", done.stderr, "")
+        return set(done.stdout.split())
+
+    expect("lines", complete(linegate, "image", "p"), {"press", "press:own", "press:all", "press:ram"})
+    expect("a node", complete(linegate, "sdo", "read", "press", ":", "r"), {"ram"})
+    expect("nodes", complete(linegate, "sdo", "read", "press", ":"), {"own", "all", "ram"})
+    expect("the line of --via", complete(linegate, "sdo", "read", "--via", "ha"), {"hall", "hall:own", "hall:all"})
+    expect("what is no line", complete(linegate, "nmt", "st"), set())
+    expect("a node behind a command", complete(linegate, "nmt", "start", "press", ":", "r"), {"ram"})
+    write(path, "no plant at all: [")
+    expect("a plant that cannot be read", complete(linegate, "image", "p"), set())
+
+
+def test(folder, _linegated, linegate, _profiles):
+    the_command_that_check_names_works(folder, linegate)
+    a_pipe_is_decoded_line_by_line(linegate)
+    wrong_words_are_named(linegate)
+    wrong_usage_is_an_object(folder, linegate)
+    names_are_for_completion(folder, linegate)
+
+
+if __name__ == "__main__":
+    run_test(test, own_network=True)
