@@ -17,7 +17,7 @@ constexpr unsigned kStranger = 90;
 struct Piece {
   unsigned id = 0;
   unsigned node_id = 0;
-  bool user = false;
+  bool user = false;  // of that node-ID, or a stranger
   bool alive = true;
   bool plugged = true;
 };
@@ -39,7 +39,8 @@ class LssGenerator {
       time += 1 + below(below(3) == 0 ? 6000 : 700);
       action(time, i);
     }
-    quiet(time);
+    constexpr unsigned kLongestCommand = 6000;  // ms
+    quiet(time + searches_ * kLongestCommand);
     return out_.str();
   }
 
@@ -65,6 +66,7 @@ class LssGenerator {
                                                    " lss-fault takes-no-node-id"};
       out_ << "device " << kStranger << ' ' << profile_ << " unlisted unconfigured has-serial 900"
            << kFaults[below(3)] << '\n';
+      pieces_.push_back({.id = kStranger, .node_id = pieces_.front().node_id, .user = true});
     }
   }
 
@@ -153,6 +155,7 @@ class LssGenerator {
 
   // The node-ID is given to all that are in configuration, if there is one.
   void by_hand(const Piece& piece, unsigned time, unsigned number) {
+    ++searches_;
     at(time);
     out_ << "lss found" << number << " 10\n";
     at(time);
@@ -198,6 +201,7 @@ class LssGenerator {
   std::vector<Piece> pieces_;
   const char* profile_ = nullptr;  // of all that have a serial number
   bool by_commands_ = false;
+  unsigned searches_ = 0;  // by commands
 };
 
 }  // namespace

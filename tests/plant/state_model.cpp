@@ -45,12 +45,16 @@ void StateModel::before_receive(const can::Frame& frame) {
   if (service == can::kSdoResponseBase) {
     node.received = frame.time;
   } else if (service == can::kErrorControlBase && frame.length == 1 &&
-             is_state(frame.data[0] & (node.beats ? std::byte{0xFF} : std::byte{0x7F}))) {
+             is_state(frame.data[0] & std::byte{0x7F})) {
     node.received = frame.time;
-    node.booted = frame.data[0] == std::byte{0};
-    node.state = frame.data[0] == std::byte{0}
-                     ? nmt::State::pre_operational
-                     : static_cast<nmt::State>(frame.data[0] & std::byte{0x7F});
+    const bool answer = node.beats && !is_state(frame.data[0]);
+    node.answer =
+        answer ? static_cast<nmt::State>(frame.data[0] & std::byte{0x7F}) : nmt::State::unknown;
+    if (!answer) {
+      node.booted = frame.data[0] == std::byte{0};
+      node.state = node.booted ? nmt::State::pre_operational
+                               : static_cast<nmt::State>(frame.data[0] & std::byte{0x7F});
+    }
     if (frame.data[0] != std::byte{0}) {
       if (node.heartbeat != Instant{}) {
         node.longest = std::max(node.longest, frame.time - node.heartbeat);
@@ -72,7 +76,8 @@ std::string StateModel::compare(const line::NodeState& said, Instant now) const 
   // What a command asked for stands for the state until the first heartbeat.
   const bool assumed =
       said.cause == manager::StateCause::command && (node.booted || !said.heartbeat_monitored);
-  if (node.beats && !assumed && said.state != nmt::State::unknown && said.state != node.state) {
+  if (node.beats && !assumed && said.state != nmt::State::unknown && said.state != node.state &&
+      said.state != node.answer) {
     return who + "shows " + std::string(nmt::name(said.state)) + ", its newest message said " +
            std::string(nmt::name(node.state));
   }

@@ -1,6 +1,7 @@
 // What a line may show of the nodes, from what it received: a second way to come to it.
 //   a node that is not present shows no NMT state
-//   the NMT state of a node with a heartbeat is that of its newest heartbeat or boot-up message
+//   the NMT state of a node with a heartbeat is that of its newest heartbeat or boot-up message, or
+//   of a newer answer to a remote frame
 //   a node that is present was received within the time of its error control and of the question
 //   that its boot process asks; if nobody monitors it, 10 s or three heartbeat times longer
 #pragma once
@@ -35,6 +36,7 @@ class StateModel {
     Instant heartbeat{};  // newest heartbeat
     Duration longest{};   // between two heartbeats
     nmt::State state = nmt::State::unknown;
+    nmt::State answer = nmt::State::unknown;  // newer, to a remote frame
   };
 
   std::string compare(const line::NodeState& said, Instant now) const;
