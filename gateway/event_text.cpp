@@ -117,6 +117,10 @@ std::string shared_id_text(const Event& event) {
       return fmt::format("{}two answers to one SDO request ({})", kWhat, object(event));
     case manager::kTwoStates:
       return fmt::format("{}heartbeats of two NMT states in turn", kWhat);
+    case manager::kBootedBeside:
+      return fmt::format("{}a boot-up message, and the heartbeat went on in Operational", kWhat);
+    case manager::kTooManyHeartbeats:
+      return fmt::format("{}twice as many heartbeats as its 1017h allows", kWhat);
     default:
       return fmt::format("{}heartbeats of two rhythms", kWhat);
   }

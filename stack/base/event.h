@@ -110,8 +110,8 @@ enum class EventKind : std::uint8_t {
   spontaneous_change,  // a node left Operational, or booted, without an NMT command. code: NMT
                        // state it shows now (0: its boot-up message), value: the one before
   shared_node_id,  // two devices have the node-ID of node. code: how that was found: 1 two answers
-                   // to one SDO request (data: index (2, LE), sub-index), 2 heartbeats of two NMT
-                   // states in turn, 3 heartbeats of two rhythms
+                   // to one SDO request (data: index (2, LE), sub-index), heartbeats: 2 of two NMT
+                   // states in turn, 3 of two rhythms, 4 after a boot-up as before, 5 too many
 };
 inline constexpr std::size_t kEventKinds = 51;
 

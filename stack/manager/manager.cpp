@@ -52,7 +52,8 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
   seen.presence = Presence::present;
   seen.state = nmt::State::pre_operational;  // entered by itself right after the boot-up message
   life_.boot_up(node, now);
-  shared_.begin(node);
+  shared_.boot_up(node, now);
+  services_.sdo.forget_producer_time(node);
   touch(node);
   if (slot == nullptr) {
     if (!held_[node]) {
@@ -93,6 +94,9 @@ void Manager::heartbeat(std::uint8_t node, nmt::State state, Instant now) {
                   .code = static_cast<std::uint8_t>(state)});
   }
   const nmt::State before = seen.state;
+  if (before == nmt::State::operational && state != before) {
+    services_.sdo.forget_producer_time(node);  // its boot-up message may have been lost
+  }
   if (causes_.shows(seen, state) && active()) {
     changed_itself(node, state, before, now);
   }
@@ -115,7 +119,10 @@ void Manager::heartbeat(std::uint8_t node, nmt::State state, Instant now) {
 
 // A guarded node answers at the times at which it is asked.
 void Manager::look_for_twin(std::uint8_t node, nmt::State state, Instant now) {
-  const std::uint32_t sign = heartbeats_.guarded(node) ? 0 : shared_.heartbeat(node, state, now);
+  const std::uint32_t sign =
+      heartbeats_.guarded(node)
+          ? 0
+          : shared_.heartbeat(node, state, now, services_.sdo.producer_time(node));
   if (sign != 0) {
     events_.emit({.time = now, .kind = EventKind::shared_node_id, .node = node, .code = sign});
   }
@@ -130,6 +137,7 @@ void Manager::changed_itself(std::uint8_t node, nmt::State state, nmt::State bef
 }
 
 void Manager::heartbeat_lost(std::uint8_t node, Instant now) {
+  services_.sdo.forget_producer_time(node);
   miss(node, Presence::missing);
   ++nodes_[node].heartbeats_lost;
   Slot* slot = find(node);

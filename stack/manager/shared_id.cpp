@@ -10,11 +10,21 @@ constexpr Duration kRepeatedHeartbeat = std::chrono::milliseconds(5);
 // Of the sum of two times: how much times of one device may vary, and how much those of two differ.
 constexpr int kVaries = 16;
 constexpr int kDiffers = 5;
+// Of a period: how exact heartbeats go on that did not begin anew, and how far from these others
+// are that did.
+constexpr int kExact = 32;
+constexpr int kApart = 8;
 
 }  // namespace
 
-std::uint32_t SharedIds::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
+std::uint32_t SharedIds::heartbeat(std::uint8_t id, nmt::State state, Instant now,
+                                   Duration producer_time) {
   Node& node = nodes_[id];
+  if (node.producer_time != producer_time) {
+    node.producer_time = producer_time;
+    node.last = kNever;
+    node.times = 0;
+  }
   const bool known = node.last != kNever;
   const Duration time = known ? now - node.last : Duration{};
   if (known && time < kRepeatedHeartbeat) {
@@ -30,21 +40,85 @@ std::uint32_t SharedIds::heartbeat(std::uint8_t id, nmt::State state, Instant no
   }
   node.last = now;
   node.state = state;
-  const bool two_states = node.changes == kChanges;
-  if ((!two_states && !alternates(node)) ||
-      (node.reported != kNever && now - node.reported < kQuiet)) {
+  const std::uint32_t sign = sign_of(node, state, now);
+  if (sign == 0 || (node.reported != kNever && now - node.reported < kQuiet)) {
     return 0;
   }
   node.reported = now;
-  return two_states ? kTwoStates : kTwoRhythms;
+  return sign;
+}
+
+std::uint32_t SharedIds::sign_of(Node& node, nmt::State state, Instant now) {
+  if (goes_on(node, state, now)) {
+    return kBootedBeside;
+  }
+  if (node.changes == kChanges) {
+    return kTwoStates;
+  }
+  if (alternates(node)) {
+    return kTwoRhythms;
+  }
+  return too_many(node) ? kTooManyHeartbeats : 0;
+}
+
+void SharedIds::boot_up(std::uint8_t id, Instant now) {
+  const Node before = nodes_[id];
+  Node& node = nodes_[id];
+  node = {.reported = before.reported, .starts_itself = before.starts_itself, .commanded = false};
+  node.booted = now;
+  const Duration period = before.last != kNever ? steady_period(before) : Duration{};
+  if (before.state != nmt::State::operational || before.starts_itself ||
+      period == Duration::zero() || now - before.last > 2 * period) {
+    return;
+  }
+  // Heartbeats that begin anew with the boot-up message must not look like those of before.
+  const Duration phase = (now - before.last) % period;
+  if (phase >= period / kApart && phase <= period - period / kApart) {
+    node.period = period;
+    node.heard = before.last;
+  }
 }
 
 void SharedIds::begin(std::uint8_t id) {
   for (std::size_t each = 0; each < nodes_.size(); ++each) {
     if (id == 0 || each == id) {
-      nodes_[each] = {.reported = nodes_[each].reported};
+      nodes_[each] = {.reported = nodes_[each].reported,
+                      .starts_itself = nodes_[each].starts_itself};
     }
   }
+}
+
+// Of the newest three times; 0 if they are not known, or not steady.
+Duration SharedIds::steady_period(const Node& node) {
+  constexpr int kNewest = 3;
+  if (node.times < kNewest) {
+    return {};
+  }
+  const auto newest = node.between.end() - kNewest;
+  const auto [least, most] = std::minmax_element(newest, node.between.end());
+  return *most - *least <= *most / kExact ? (newest[0] + newest[1] + newest[2]) / kNewest
+                                          : Duration{};
+}
+
+// Whether the heartbeats of before the boot-up message go on. Those of a device that enters
+// Operational by itself begin anew.
+bool SharedIds::goes_on(Node& node, nmt::State state, Instant now) {
+  constexpr std::uint8_t kOften = 2;
+  if (node.commanded || state != nmt::State::operational) {
+    return false;
+  }
+  if (node.period == Duration::zero()) {
+    node.starts_itself = true;
+    return false;
+  }
+  const Duration phase = (now - node.heard + node.period / 2) % node.period - node.period / 2;
+  if (phase > node.period / kExact || -phase > node.period / kExact ||
+      now - node.booted > 2 * kOften * node.period) {
+    node.starts_itself = true;
+    node.period = {};
+    return false;
+  }
+  return ++node.goes_on == kOften;
 }
 
 // Long and short times in turn, both steady.
@@ -62,6 +136,20 @@ bool SharedIds::alternates(const Node& node) {
   const bool steady = most[0] - least[0] <= sum / kVaries && most[1] - least[1] <= sum / kVaries;
   const Duration gap = std::max(least[0], least[1]) - std::min(most[0], most[1]);
   return steady && gap >= sum / kDiffers;
+}
+
+// Eight times in which one device would send about half of these heartbeats.
+bool SharedIds::too_many(const Node& node) {
+  if (node.times < kTimes || node.producer_time == Duration::zero() ||
+      node.state != nmt::State::operational) {
+    return false;
+  }
+  Duration sum{};
+  for (const Duration time : node.between) {
+    sum += time;
+  }
+  constexpr int kOfTen = 6;  // of one device it would be more than 9
+  return sum * 10 <= node.producer_time * static_cast<int>(kTimes) * kOfTen;
 }
 
 }  // namespace linegate::manager

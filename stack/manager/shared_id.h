@@ -1,10 +1,11 @@
 // Whether the heartbeats on one node-ID are those of two devices.
 //
 // One device has one period: two make times between heartbeats that alternate, and they may show
-// two NMT states in turn although no command was sent. What one device can do as well is no sign: a
-// shorter period, a heartbeat besides when its state changes, a reboot, a frame that is repeated.
-// Two devices whose heartbeats are evenly spaced are like one with half the period, until their
-// clocks have drifted apart.
+// two NMT states in turn although no command was sent. Where the producer time is known, two make
+// twice as many heartbeats as it allows, whatever their distances. After a boot-up message the
+// heartbeats of the device that did not boot go on as before. What one device can do as well is no
+// sign: a shorter period that is not known, a heartbeat besides when its state changes, a reboot
+// with which its heartbeats begin anew, a frame that is repeated.
 #pragma once
 
 #include <array>
@@ -20,15 +21,21 @@ namespace linegate::manager {
 inline constexpr std::uint32_t kTwoAnswers = 1;  // to one SDO request, see sdo/arbiter.h
 inline constexpr std::uint32_t kTwoStates = 2;
 inline constexpr std::uint32_t kTwoRhythms = 3;
+inline constexpr std::uint32_t kBootedBeside = 4;
+inline constexpr std::uint32_t kTooManyHeartbeats = 5;
 
 class SharedIds {
  public:
   // The same sign is reported again after this time.
   static constexpr Duration kQuiet = std::chrono::minutes(1);
 
-  // A heartbeat of the node, 1..127: 0, or how it shows that there are two devices.
-  std::uint32_t heartbeat(std::uint8_t node, nmt::State state, Instant now);
-  // Its boot-up message, or an NMT command to it, or to all with 0: other times and states follow.
+  // A heartbeat of the node, 1..127: 0, or how it shows that there are two devices. producer_time:
+  // 1017h, as it was confirmed; 0 = not known.
+  std::uint32_t heartbeat(std::uint8_t node, nmt::State state, Instant now,
+                          Duration producer_time = {});
+  // Its boot-up message: other times and states follow.
+  void boot_up(std::uint8_t node, Instant now);
+  // An NMT command to it, or to all with 0: the same.
   void begin(std::uint8_t node);
 
  private:
@@ -42,9 +49,21 @@ class SharedIds {
     std::uint8_t times = 0;    // known, the newest last
     std::uint8_t changes = 0;  // of state, one after the other
     std::array<Duration, kTimes> between{};
+    Duration producer_time{};
+    // Before its boot-up message, when it was Operational:
+    Duration period{};  // 0: it was not, or not steady
+    Instant heard{};
+    Instant booted{};
+    std::uint8_t goes_on = 0;    // heartbeats that went on as before
+    bool starts_itself = false;  // it was Operational after a boot-up message without a command
+    bool commanded = true;       // since its boot-up message
   };
 
+  std::uint32_t sign_of(Node& node, nmt::State state, Instant now);
+  static Duration steady_period(const Node& node);
+  static bool goes_on(Node& node, nmt::State state, Instant now);
   static bool alternates(const Node& node);
+  static bool too_many(const Node& node);
 
   std::array<Node, can::kMaxNodeId + 1> nodes_{};
 };

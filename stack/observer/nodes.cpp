@@ -208,7 +208,7 @@ void Nodes::changed_itself(std::uint8_t id, nmt::State state, nmt::State before,
 }
 
 void Nodes::boot_up(std::uint8_t id, Instant now) {
-  shared_.begin(id);
+  shared_.boot_up(id, now);
   if (changes_.boot_up(nodes_[id], now)) {
     changed_itself(id, nmt::State::initialising, nodes_[id].state, now);
   }

@@ -7,6 +7,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/sdo/client.h"
+#include "stack/sdo/double_answers.h"
 #include "stack/sdo/malformed.h"
 #include "stack/sdo/request_queue.h"
 
@@ -14,12 +15,7 @@ namespace linegate::sdo {
 
 namespace {
 
-// The answer to the first frame of an ordinary upload or download.
-bool begins_transfer(std::uint64_t word) {
-  const unsigned specified = specifier(static_cast<std::uint8_t>(word));
-  return specified == static_cast<unsigned>(ServerCommand::upload_initiate) ||
-         specified == static_cast<unsigned>(ServerCommand::download_initiate);
-}
+constexpr od::Address kProducerHeartbeatTime{0x1017, 0};
 
 }  // namespace
 
@@ -33,13 +29,10 @@ struct Arbiter::Channel {
   RequestQueue queue;
   std::optional<Request> current;        // under way
   std::optional<Instant> foreign_heard;  // newest foreign use
-  // What shows that two devices answer.
-  std::uint64_t answer = 0;     // the last one that began or ended a transfer
-  Instant answered = kNever;    // when it came
-  bool answered_twice = false;  // so was the answer before
-  unsigned twice = 0;           // so often in a row the same answer came twice
-  Instant twin_reported = kNever;
-  Instant disturbed = kNever;  // a transfer failed, or another client was heard
+  Instant begun{};                       // the transfer under way
+  DoubleAnswers doubles;
+  std::uint16_t written_producer_time = 0;  // 1017h, by the transfer under way
+  std::uint16_t producer_time = 0;          // 1017h as last confirmed or read; 0 = not known
 };
 
 Arbiter::Arbiter(can::Dispatch& dispatch, can::TransmitQueue& transmit, EventLog& events)
@@ -95,7 +88,8 @@ void Arbiter::receive(const can::Target& target, const can::Frame& frame) {
   now_ = std::max(now_, frame.time);
   if ((target.index & kForeignRequest) != 0) {
     addressed->client.expect_stray();
-    addressed->disturbed = frame.time;
+    addressed->doubles.disturb(frame.time);
+    addressed->producer_time = 0;  // it may be written
     foreign(*addressed, frame);
   } else {
     response(*addressed, frame);
@@ -155,6 +149,17 @@ void Arbiter::cancel_node(std::uint8_t node, AbortCode why) {
   }
 }
 
+Duration Arbiter::producer_time(std::uint8_t node) const {
+  const bool known = node <= can::kMaxNodeId && channels_[node] != nullptr;
+  return std::chrono::milliseconds(known ? channels_[node]->producer_time : 0);
+}
+
+void Arbiter::forget_producer_time(std::uint8_t node) {
+  if (node <= can::kMaxNodeId && channels_[node] != nullptr) {
+    channels_[node]->producer_time = 0;
+  }
+}
+
 std::size_t Arbiter::load(std::uint8_t node) const {
   if (node > can::kMaxNodeId || channels_[node] == nullptr) {
     return 0;
@@ -179,8 +184,15 @@ Arbiter::Channel& Arbiter::channel(std::uint8_t node) {
 void Arbiter::serve(Channel& channel, Instant now) {
   if (std::optional<Outcome> outcome = channel.client.take(); outcome && channel.current) {
     if (outcome->abort != AbortCode::none) {
-      channel.disturbed = outcome->refused ? channel.disturbed : now;
+      if (!outcome->refused) {
+        channel.doubles.disturb(now);
+      }
       tell_abort(*channel.current, outcome->abort, now);
+    } else if (channel.current->address == kProducerHeartbeatTime) {
+      channel.producer_time = channel.current->write ? channel.written_producer_time
+                              : outcome->data.size() == 2
+                                  ? load_le<std::uint16_t>(outcome->data.data())
+                                  : std::uint16_t{0};
     }
     complete(*channel.current, outcome->abort, std::move(outcome->data), outcome->refused);
     channel.current.reset();
@@ -196,6 +208,12 @@ void Arbiter::serve(Channel& channel, Instant now) {
 // What became the current request. A user may be done with the channel before granted() returns.
 void Arbiter::begin(Channel& channel, Instant now) {
   Request& request = *channel.current;
+  channel.begun = now;
+  if (request.write && request.address == kProducerHeartbeatTime) {
+    channel.producer_time = 0;
+    channel.written_producer_time =
+        request.data.size() == 2 ? load_le<std::uint16_t>(request.data.data()) : std::uint16_t{0};
+  }
   if (request.user != nullptr) {
     request.user->granted(request.token, now);
   } else if (request.write && request.source != nullptr) {
@@ -212,55 +230,38 @@ void Arbiter::begin(Channel& channel, Instant now) {
   }
 }
 
-// A second answer that differs from the first one, or the same several times in a row. None if
-// answers to other requests may be under way. A controller repeats a frame now and then.
-void Arbiter::look_for_twin(Channel& channel, const can::Frame& frame) {
-  constexpr Duration kTogether = std::chrono::milliseconds(50);
-  constexpr Duration kUndisturbed = std::chrono::seconds(10);
-  constexpr Duration kReportedAgain = std::chrono::minutes(1);
-  constexpr unsigned kSameAnswers = 3;
-  const std::uint64_t word = well_formed(frame) ? word_of(frame) : 0;
+// True: the frame is a second answer to a request that was answered.
+bool Arbiter::look_for_twin(Channel& channel, const can::Frame& frame) {
   if (channel.current && channel.current->user != nullptr) {
-    channel.answered = kNever;  // its requests are not looked at here
-    return;
+    channel.doubles.forget();  // its requests are not looked at here
+    return false;
   }
-  if (!begins_transfer(word)) {
-    return;
+  if (!well_formed(frame)) {
+    return false;
   }
-  const bool again = channel.answered != kNever && frame.time - channel.answered < kTogether &&
-                     multiplexer(word) == multiplexer(channel.answer) &&
-                     !(channel.current && channel.current->address == multiplexer(word) &&
-                       channel.client.waits_for_initiate());
-  const bool differs = word != channel.answer;
-  if (!again) {
-    channel.twice = channel.answered_twice ? channel.twice : 0;
-    channel.answered_twice = false;
-    channel.answer = word;
-    channel.answered = frame.time;
-    return;
+  if (channel.current && frame.time - channel.begun >= channel.current->timeout) {
+    channel.doubles.disturb(frame.time);  // the request may have been repeated
   }
-  channel.twice += channel.answered_twice ? 0U : 1U;
-  channel.answered_twice = true;
-  const bool disturbed =
-      channel.disturbed != kNever && frame.time - channel.disturbed < kUndisturbed;
-  const bool reported =
-      channel.twin_reported != kNever && frame.time - channel.twin_reported < kReportedAgain;
-  if (disturbed || reported || (!differs && channel.twice < kSameAnswers)) {
-    return;
+  const std::uint64_t word = word_of(frame);
+  const od::Address object = multiplexer(word);
+  const bool asked =
+      channel.current && channel.current->address == object && channel.client.waits_for_initiate();
+  const auto found = channel.doubles.response(word, asked, frame.time);
+  if (found == DoubleAnswers::Found::two_devices) {
+    Event event{.time = frame.time,
+                .kind = EventKind::shared_node_id,
+                .node = channel.node,
+                .length = 3,
+                .code = 1};
+    store_le(event.data.data(), object.index);
+    event.data[2] = std::byte{object.sub};
+    events_.emit(event);
   }
-  channel.twin_reported = frame.time;
-  Event event{.time = frame.time,
-              .kind = EventKind::shared_node_id,
-              .node = channel.node,
-              .length = 3,
-              .code = 1};
-  store_le(event.data.data(), multiplexer(word).index);
-  event.data[2] = std::byte{multiplexer(word).sub};
-  events_.emit(event);
+  return found != DoubleAnswers::Found::nothing;
 }
 
 void Arbiter::response(Channel& channel, const can::Frame& frame) {
-  look_for_twin(channel, frame);
+  const bool second_answer = look_for_twin(channel, frame);
   if (channel.current && channel.current->user != nullptr && well_formed(frame)) {
     channel.current->user->response(channel.current->token, frame);
     return;
@@ -274,7 +275,9 @@ void Arbiter::response(Channel& channel, const can::Frame& frame) {
       break;
     case Receipt::unasked:
       ++counters_.strays;
-      foreign(channel, frame);
+      if (!second_answer) {
+        foreign(channel, frame);
+      }
       break;
     case Receipt::malformed:
       ++counters_.malformed;
@@ -312,7 +315,9 @@ void Arbiter::release(std::uint8_t node, std::uint64_t token, od::Address addres
     return;
   }
   each.current->address = address;
+  each.producer_time = 0;  // its user may have written it
   if (outcome != AbortCode::none) {
+    each.doubles.disturb(now_);
     each.client.expect_stray();  // the answer that was waited for
     each.client.expect_stray();  // the server's own abort, if it gives up as well
     if (address != od::Address{}) {
@@ -352,6 +357,9 @@ void Arbiter::complete(const Request& request, AbortCode abort, std::vector<std:
 // What waits behind it begins with the next advance(), which is due at once: only there is the time
 // known that its time-out counts from.
 void Arbiter::cancel_running(Channel& channel, AbortCode code) {
+  if (channel.client.waits_for_initiate()) {
+    channel.doubles.cancel(channel.current->address, now_);
+  }
   channel.client.abort(code, now_, transmit_);
   channel.client.take();
   const Request ended = *std::exchange(channel.current, std::nullopt);

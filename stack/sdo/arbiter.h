@@ -87,6 +87,11 @@ class Arbiter {
   // Ends all requests for the node with why.
   void cancel_node(std::uint8_t node, AbortCode why);
 
+  // 1017h of the node as a transfer wrote or read it last; 0 if that is not known, or another
+  // client was heard since.
+  Duration producer_time(std::uint8_t node) const;
+  // The node booted: it may have another one.
+  void forget_producer_time(std::uint8_t node);
   // Requests waiting or under way for the node.
   std::size_t load(std::uint8_t node) const;
   const ArbiterCounters& counters() const { return counters_; }
@@ -99,7 +104,7 @@ class Arbiter {
   void serve(Channel& channel, Instant now);
   void begin(Channel& channel, Instant now);
   void response(Channel& channel, const can::Frame& frame);
-  void look_for_twin(Channel& channel, const can::Frame& frame);
+  bool look_for_twin(Channel& channel, const can::Frame& frame);
   void foreign(Channel& channel, const can::Frame& frame);
   void count(AbortCode abort);
   void complete(const Request& request, AbortCode abort, std::vector<std::byte> data = {},

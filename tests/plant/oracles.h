@@ -18,6 +18,7 @@ namespace linegate::plant {
 //   2F01h and 2F02h of a device with MPDOs are what MPDOs brought
 //   what is shown of a node is what was received of it, see state_model.h; a node that an observer
 //   does not show as present shows no state
+//   a node-ID that one device has is not reported as that of two
 //   a long value that was read by SDO is one that was written, and whole
 std::string check_always(LineSeat& seat, Instant now);
 

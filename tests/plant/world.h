@@ -70,7 +70,8 @@ struct LineSeat {
   std::map<std::uint64_t, line::Reply> replies;  // by tag
   std::set<std::uint64_t> reports;  // tags of commands whose replies are no object's value
   std::uint64_t duplicate_replies = 0;
-  std::vector<can::Frame> frames;  // all that was on the bus, in order
+  std::vector<can::Frame> frames;   // all that was on the bus, in order
+  std::set<std::uint8_t> imitated;  // node-IDs whose heartbeats a stranger sent
 };
 
 // Values of one line that another follows; handed over some time after they came.

@@ -62,6 +62,72 @@ TEST_F(SharedIdsTest, StatesThatAlternateWithoutACommandAreThoseOfTwoDevices) {
   EXPECT_EQ(after(100, State::operational), kTwoStates);
 }
 
+TEST_F(SharedIdsTest, TwiceAsManyHeartbeatsAsTheProducerTimeAllowsAreThoseOfTwoDevices) {
+  const auto sign_of = [this](int period, int times) {
+    std::uint32_t sign = 0;
+    for (int i = 0; i < times && sign == 0; ++i) {
+      now_ += milliseconds(period);
+      sign = ids_.heartbeat(5, State::operational, now_, milliseconds(400));
+    }
+    return sign;
+  };
+  EXPECT_EQ(sign_of(400, 50), 0U);
+  EXPECT_EQ(sign_of(360, 50), 0U) << "its clock is not exact";
+  EXPECT_EQ(sign_of(200, 4), 0U) << "not often enough";
+  EXPECT_EQ(sign_of(200, 4), kTooManyHeartbeats);
+  EXPECT_EQ(sign_of(200, 50), 0U) << "reported a moment ago";
+  now_ += SharedIds::kQuiet;
+  EXPECT_EQ(sign_of(200, 20), kTooManyHeartbeats);
+}
+
+TEST_F(SharedIdsTest, AProducerTimeThatIsNotKnownAllowsAll) {
+  EXPECT_EQ(pairs(50, 400, 400), 0U);
+  EXPECT_EQ(pairs(50, 200, 200), 0U);
+}
+
+TEST_F(SharedIdsTest, AProducerTimeThatWasWrittenCountsFromThenOn) {
+  const auto with = [this](int producer, int period) {
+    now_ += milliseconds(period);
+    return ids_.heartbeat(5, State::operational, now_, milliseconds(producer));
+  };
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_EQ(with(100, 100), 0U);
+  }
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_EQ(with(400, 400), 0U) << "those of before were allowed";
+  }
+}
+
+TEST_F(SharedIdsTest, HeartbeatsThatGoOnAfterABootUpMessageAreThoseOfAnotherDevice) {
+  pairs(5, 200, 200);
+  ids_.boot_up(5, now_ + milliseconds(80));
+  EXPECT_EQ(after(200), 0U) << "it may have been on its way";
+  EXPECT_EQ(after(200), kBootedBeside);
+}
+
+TEST_F(SharedIdsTest, ADeviceThatStartsByItselfIsNoSecondOne) {
+  for (const int boots_after : {1, 80, 199}) {
+    pairs(5, 200, 200);
+    now_ += milliseconds(boots_after);
+    ids_.boot_up(5, now_);
+    for (int i = 0; i < 10; ++i) {
+      EXPECT_EQ(after(200), 0U) << boots_after;
+    }
+  }
+}
+
+TEST_F(SharedIdsTest, ADeviceThatIsStartedAfterItsBootIsNoSecondOne) {
+  pairs(5, 200, 200);
+  ids_.boot_up(5, now_ + milliseconds(80));
+  ids_.begin(5);
+  EXPECT_EQ(after(200), 0U);
+  EXPECT_EQ(after(200), 0U);
+  ids_.boot_up(5, now_ += milliseconds(80));
+  ids_.boot_up(5, now_ += milliseconds(20));
+  EXPECT_EQ(after(100, State::pre_operational), 0U);
+  EXPECT_EQ(after(200, State::pre_operational), 0U);
+}
+
 TEST_F(SharedIdsTest, CommandsAndBootUpMessagesBeginAnew) {
   for (int i = 0; i < 20; ++i) {
     ids_.begin(i % 2 == 0 ? 5 : 0);

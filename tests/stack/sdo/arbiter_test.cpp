@@ -450,10 +450,34 @@ TEST_F(ArbiterTest, AFrameThatIsRepeatedNowAndThenIsNoSecondDevice) {
     ask(answers);
   }
   EXPECT_EQ(shared(), 0);
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 6; ++i) {
     ask(2);
   }
-  EXPECT_EQ(shared(), 1) << "three times in a row";
+  EXPECT_EQ(shared(), 1) << "six times in a row";
+}
+
+TEST_F(ArbiterTest, TheProducerTimeIsKnownOnceItWasConfirmedOrRead) {
+  const auto time = [this] { return arbiter.producer_time(5); };
+  const auto ask = [this](bool write, const Bytes& response) {
+    Request request{.token = 1, .node = 5, .address = {0x1017, 0}, .write = write};
+    request.data =
+        write ? std::vector<std::byte>{std::byte{0xFA}, std::byte{0}} : std::vector<std::byte>{};
+    request.timeout = kTimeout;
+    ASSERT_TRUE(arbiter.submit(std::move(request), now));
+    answer(5, response);
+  };
+  EXPECT_EQ(time(), 0ms);
+  ask(true, {0x60, 0x17, 0x10, 0, 0, 0, 0, 0});
+  EXPECT_EQ(time(), 250ms);
+  ask(true, abort_bytes(0x1017, 0, 0x0609'0030));
+  EXPECT_EQ(time(), 0ms) << "refused";
+  ask(false, {0x4B, 0x17, 0x10, 0, 100, 0, 0, 0});
+  EXPECT_EQ(time(), 100ms);
+  receive(0x605, {0x40, 0x18, 0x10, 1, 0, 0, 0, 0});
+  EXPECT_EQ(time(), 0ms) << "another client may have written it";
+  ask(false, {0x4B, 0x17, 0x10, 0, 100, 0, 0, 0});
+  arbiter.forget_producer_time(5);
+  EXPECT_EQ(time(), 0ms);
 }
 
 TEST_F(ArbiterTest, AnswersToAnotherClientAreNoSecondDevice) {
