@@ -65,14 +65,14 @@ void Line::Impl::consumer_lost(std::uint8_t id, Instant deadline) {
 }
 
 void Line::Impl::boot_up(std::uint8_t id, Instant now) {
-  confirm(id, nmt::State::initialising);
+  confirm(id, nmt::State::initialising, now);
   lss.boot_up(id);
   manager.boot_up(id, now);
   scanner.boot_up(id, now);
 }
 
 void Line::Impl::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
-  confirm(id, state);
+  confirm(id, state, now);
   lss.heartbeat(id);
   diagnosis.heard(id, state, now);
   manager.heartbeat(id, state, now);

@@ -254,7 +254,8 @@ struct Line::Impl final : Line::Base,
   // An NMT command was sent, or heard of another master; id 0 = to all: a node that
   // leaves Operational by it counts as Operational only when its state was heard since then.
   void note_command(nmt::Command command, std::uint8_t id);
-  void confirm(std::uint8_t id, nmt::State state);
+  void confirm(std::uint8_t id, nmt::State state, Instant now);
+  Duration heartbeat_time(std::uint8_t id) const;
   void outputs_invalid(std::uint8_t id);
   // Hands the states of the nodes to the PDO engine, which sends the outputs of those that were
   // started.
@@ -306,8 +307,13 @@ struct Line::Impl final : Line::Base,
   std::vector<PdoRequest> pdo_requests;
   std::uint64_t next_token = 1;
 
-  // By node: so many times Operational is still to be heard, see note_command().
-  std::array<std::uint8_t, can::kMaxNodeId + 1> unconfirmed{};
+  // By node: how many heartbeats have to report Operational, see note_command(), and when the last
+  // one of them did.
+  struct Unconfirmed {
+    std::uint8_t heartbeats = 0;
+    Instant heard{};
+  };
+  std::array<Unconfirmed, can::kMaxNodeId + 1> unconfirmed{};
   bool receivers_changed = true;     // what follow_receivers() goes by, besides:
   std::uint64_t receivers_seen = 0;  // Manager::changes() then
 

@@ -182,7 +182,8 @@ pdo::Engine::Receiver Line::Impl::receiver(std::uint8_t id) const {
   if (!manages() && seen.presence == manager::Presence::unknown) {
     return Engine::Receiver::unknown;
   }
-  return running && usable() && operational && unconfirmed[id] == 0 && nmt.next_wake() == kNever
+  return running && usable() && operational && unconfirmed[id].heartbeats == 0 &&
+                 nmt.next_wake() == kNever
              ? Engine::Receiver::started
              : Engine::Receiver::waiting;
 }
@@ -197,22 +198,38 @@ void Line::Impl::note_command(nmt::Command command, std::uint8_t id) {
     }
     const bool heard = manager.node(device.id).heartbeat_monitored;
     if (command != nmt::Command::start) {
-      unconfirmed[device.id] = kHeartbeats;
+      unconfirmed[device.id] = {.heartbeats = kHeartbeats};
       outputs_invalid(device.id);
     } else if (!heard) {
-      unconfirmed[device.id] = 0;
+      unconfirmed[device.id] = {};
     }
     receivers_changed = true;
   }
 }
 
-void Line::Impl::confirm(std::uint8_t id, nmt::State state) {
-  if (unconfirmed[id] != 0) {
-    unconfirmed[id] = state == nmt::State::operational
-                          ? static_cast<std::uint8_t>(unconfirmed[id] - 1)
-                          : std::uint8_t{0};
-    receivers_changed = true;
+// A controller that had no bus sends the heartbeats of that time at once: several within half a
+// heartbeat time are one.
+void Line::Impl::confirm(std::uint8_t id, nmt::State state, Instant now) {
+  Unconfirmed& left = unconfirmed[id];
+  if (left.heartbeats == 0) {
+    return;
   }
+  receivers_changed = true;
+  if (state != nmt::State::operational) {
+    left = {};
+  } else if (left.heard == Instant{} || now - left.heard >= heartbeat_time(id) / 2) {
+    --left.heartbeats;
+    left.heard = now;
+  }
+}
+
+// Between two heartbeats or guard answers of a node as they are configured; 0 = not known.
+Duration Line::Impl::heartbeat_time(std::uint8_t id) const {
+  const auto it = std::ranges::find(config.nodes, id, &NodeConfig::id);
+  if (it == config.nodes.end()) {
+    return {};
+  }
+  return it->heartbeat != Duration::zero() ? it->heartbeat : it->guard_time;
 }
 
 void Line::Impl::outputs_invalid(std::uint8_t id) {
