@@ -27,16 +27,37 @@ struct Device {
   unsigned mpdo_of = 0;  // whose MPDOs it takes, 0 = nobody's
 };
 
+// What the RPDOs of the profiles map.
+struct Output {
+  std::string_view profile;
+  const char* record;  // communication record of the RPDO
+  unsigned sub;        // of the mapping
+  const char* object;
+  unsigned bytes;
+};
+constexpr std::array<Output, 8> kOutputs{{
+    {"digital-io", "1400", 1, "6200:1", 1},
+    {"digital-io", "1400", 2, "6200:2", 1},
+    {"analog-io", "1401", 1, "6411:1", 2},
+    {"analog-io", "1401", 2, "6411:2", 2},
+    {"drive", "1400", 1, "6040:0", 2},
+    {"drive", "1400", 2, "6060:0", 1},
+    {"drive", "1401", 1, "607A:0", 4},
+    {"drive", "1401", 2, "60FF:0", 4},
+}};
+
 class Generator {
  public:
   explicit Generator(unsigned long seed)
       : random_(seed),
         random_of_ours_(seed + 0x0475),
         random_of_more_(seed + 0x4D50),
-        random_of_states_(seed + 0x5354) {}
+        random_of_states_(seed + 0x5354),
+        random_of_outputs_(seed + 0x0107) {}
 
   std::string plant() {
     network();
+    come_late();
     out_ << "at 3s\n";
     unsigned time = 3000;
     const unsigned actions = below(25);
@@ -47,6 +68,7 @@ class Generator {
       ours_speaks(time);
       command_or_mpdo(time);
       change_itself(time);
+      write_outputs(time);
     }
     quiet(time);
     return out_.str();
@@ -89,6 +111,7 @@ class Generator {
         out_ << " mandatory";
       }
       give_mpdos(device);
+      give_pdos(device);
       out_ << '\n';
       devices_.push_back(std::move(device));
     }
@@ -178,6 +201,73 @@ class Generator {
          << "012F00" << value << "000000\n"
          << std::dec;
     return value;
+  }
+
+  unsigned below_outputs(unsigned limit) {
+    return static_cast<unsigned>(random_of_outputs_() % limit);
+  }
+
+  // Transmission types and inhibit times of the RPDOs, with dice of their own as all about outputs.
+  void give_pdos(const Device& device) {
+    for (const Output& output : kOutputs) {
+      if (output.profile != device.profile || output.sub > 1) {
+        continue;
+      }
+      constexpr std::array<unsigned, 3> kSynchronous{0, 1, 3};
+      constexpr unsigned kEventDriven = 255;
+      // A slow bus has no room for synchronous PDOs of many devices.
+      const bool synchronous = below_outputs(4) == 0 && bit_rate_ == 1'000'000;
+      const unsigned type = synchronous ? kSynchronous[below_outputs(3)] : kEventDriven;
+      out_ << " expected " << output.record << ":2 " << type << " write " << output.record << ":2 "
+           << (synchronous ? "0" : "") << std::hex << std::uppercase << type << std::dec;
+      if (!synchronous && below_outputs(4) == 0) {
+        out_ << " inhibit " << output.record << ' ' << 5 + below_outputs(100) << "ms";
+      }
+    }
+  }
+
+  // One device of six is switched off when the network starts, and on before the rest begins.
+  void come_late() {
+    std::vector<std::pair<unsigned, unsigned>> returns;  // time in ms, node
+    for (const Device& device : devices_) {
+      if (below_outputs(6) == 0) {
+        out_ << "at 0s node " << device.id << " dies\n";
+        returns.emplace_back(1 + below_outputs(2900), device.id);
+      }
+    }
+    std::ranges::sort(returns);
+    for (const auto& [time, node] : returns) {
+      out_ << "at " << time << "ms node " << node << " returns\n";
+    }
+  }
+
+  // To all nodes or one; mostly the values that they have.
+  void write_outputs(unsigned time) {
+    if (below_outputs(3) != 0) {
+      return;
+    }
+    const bool all = below_outputs(2) == 0;
+    const Device& one = devices_[below_outputs(static_cast<unsigned>(devices_.size()))];
+    std::ostringstream values;
+    for (const Device& device : devices_) {
+      if (all || device.id == one.id) {
+        give_values(device, values);
+      }
+    }
+    if (!values.str().empty()) {
+      out_ << "at " << time << "ms write 0 arming " << ++arming_ << values.str() << '\n';
+    }
+  }
+
+  void give_values(const Device& device, std::ostream& values) {
+    for (const Output& output : kOutputs) {
+      if (output.profile == device.profile && below_outputs(12) != 0) {
+        values << ' ' << device.id << '.' << output.object << " = ";
+        for (unsigned i = 0; i < output.bytes; ++i) {
+          values << (below_outputs(2) == 0 ? "11" : "2E");
+        }
+      }
+    }
   }
 
   unsigned below_ours(unsigned limit) { return static_cast<unsigned>(random_of_ours_() % limit); }
@@ -392,6 +482,8 @@ class Generator {
   std::mt19937_64 random_of_ours_;
   std::mt19937_64 random_of_more_;
   std::mt19937_64 random_of_states_;
+  std::mt19937_64 random_of_outputs_;
+  unsigned arming_ = 100;  // of the last write
   std::ostringstream out_;
   std::vector<Device> devices_;
   std::vector<Device> ours_;

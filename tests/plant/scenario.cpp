@@ -72,7 +72,7 @@ void Scenario::check_always_all() {
 void Scenario::finish() {
   build();
   for (const auto& line : world_.lines()) {
-    line->bus.set_disturbance({});
+    line->set_disturbance({});
   }
   world_.run(world_.now() + std::chrono::seconds(5));
   if (!world_.failure().empty()) {

@@ -72,10 +72,7 @@ void Scenario::node_action(Words& words) {
   }
   const std::string what = words.take();
   if (what == "dies") {
-    device->device->kill();
-    if (device->model) {
-      device->model->power_off();
-    }
+    switch_off(*device);
   } else if (what == "returns") {
     if (!device->device->alive()) {
       device->device->revive(world_.now());
@@ -96,13 +93,17 @@ void Scenario::node_action(Words& words) {
   }
 }
 
+void Scenario::switch_off(DeviceSeat& device) {
+  device.device->kill();
+  if (device.model) {
+    device.model->power_off();
+  }
+}
+
 // Switched off and on at once.
 void Scenario::blink(DeviceSeat& device) {
   if (device.device->alive()) {
-    device.device->kill();
-    if (device.model) {
-      device.model->power_off();
-    }
+    switch_off(device);
     device.device->revive(world_.now());
   }
 }
@@ -226,7 +227,7 @@ void Scenario::inject(Words& words) {
 // losses N: so many of a thousand frames reach nobody, as many are destroyed and sent again.
 // doubles N: so many arrive twice.
 void Scenario::set_disturbance() {
-  seat().bus.set_disturbance(
+  seat().set_disturbance(
       [this, losses = losses_, doubles = doubles_](const can::Frame& frame, sim::Bus::Endpoint) {
         const auto swallowed = swallowed_.find(frame.id);
         if (swallowed != swallowed_.end() && swallowed->second > 0) {

@@ -56,6 +56,18 @@ void set_serial(od::DeviceDescription& device, std::uint32_t serial) {
   }
 }
 
+// The device file gets the sub-index, the device does not: an RPDO has no use for it.
+void set_inhibit_time(od::DeviceDescription& device, std::uint16_t record, Duration time) {
+  const auto it = std::ranges::find(device.objects, record, &od::ObjectDescription::index);
+  if (it == device.objects.end()) {
+    throw BadStatement("the device file has no such RPDO");
+  }
+  const auto units = static_cast<std::uint64_t>(time / std::chrono::microseconds(100));
+  auto& variables = it->variables;
+  const auto place = std::ranges::find_if(variables, [](const auto& v) { return v.sub > 3; });
+  variables.insert(place, variable(3, od::DataType::unsigned16, units));
+}
+
 // An RPDO or TPDO whose communication record is at that index.
 void add_mpdo(od::Dictionary& dictionary, std::uint16_t index, std::uint32_t cob_id,
               pdo::MpdoMode mode) {
@@ -183,6 +195,7 @@ void Scenario::describe_device(Words& words) {
   bool domain = false;
   bool ours = false;
   std::vector<std::pair<od::Address, std::uint64_t>> expected;
+  std::vector<std::pair<std::uint16_t, Duration>> inhibit_times;
   while (!words.done()) {
     const std::string key = words.take();
     if (key == "heartbeat") {
@@ -228,6 +241,9 @@ void Scenario::describe_device(Words& words) {
       ours = true;
     } else if (key == "absent") {
       present = false;
+    } else if (key == "inhibit") {
+      const auto record = static_cast<std::uint16_t>(std::stoul(words.take(), nullptr, 16));
+      inhibit_times.emplace_back(record, words.duration());
     } else if (key == "expected") {
       const od::Address address = words.address();
       expected.emplace_back(address, words.number());
@@ -244,6 +260,9 @@ void Scenario::describe_device(Words& words) {
     node.device = *file.value;
     for (const auto& [address, value] : expected) {
       expect_value(node.device, address, value);
+    }
+    for (const auto& [record, time] : inhibit_times) {
+      set_inhibit_time(node.device, record, time);
     }
     if (ours) {
       plan.ours.push_back(

@@ -58,6 +58,7 @@ class Scenario {
   void act(Words& words);
   void expect(Words& words);
   void node_action(Words& words);
+  void switch_off(DeviceSeat& device);
   void blink(DeviceSeat& device);
   void sdo_action(Words& words);
   void data_action(const std::string& verb, Words& words);

@@ -40,10 +40,16 @@ LineSeat::LineSeat(std::unique_ptr<line::Line> the_line, const sim::BusOptions& 
       bus(options),
       observer(observer_of(*line)),
       model(*line),
-      states(*line) {
+      states(*line),
+      outputs(*line) {
   end = bus.attach();
   witness_end = bus.attach();
   observer_end = bus.attach();
+  bus.set_disturbance([this](const can::Frame& frame, sim::Bus::Endpoint sender) {
+    const sim::Fate fate = disturbance ? disturbance(frame, sender) : sim::Fate::delivered;
+    outputs.ended(*this, frame, sender, fate);
+    return fate;
+  });
 }
 
 DeviceSeat* LineSeat::find(std::uint8_t node) {
@@ -222,6 +228,9 @@ void World::turn(LineSeat& seat) {
   turn_line(seat);
   turn_observer(seat);
   collect(seat);
+  if (std::string text = seat.outputs.compare(seat, now_); !text.empty()) {
+    fail("outputs: " + text);
+  }
 }
 
 // A device that was switched on says so; one whose cable is plugged in may not do before it is
@@ -328,6 +337,7 @@ void World::turn_line(LineSeat& seat) {
   seat.model.after_call();
   can::Frame frame;
   while (seat.bus.room(seat.end) > 0 && line.next_frame(frame, now_)) {
+    seat.outputs.submitted(frame);
     seat.bus.submit(seat.end, frame, now_);
   }
   if (std::string text = seat.states.compare(line, now_); !text.empty()) {

@@ -13,6 +13,7 @@
 #include <set>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bridges/sim/bus.h"
@@ -23,6 +24,7 @@
 #include "tests/plant/device_model.h"
 #include "tests/plant/foreign_sdo.h"
 #include "tests/plant/image_model.h"
+#include "tests/plant/output_model.h"
 #include "tests/plant/state_model.h"
 
 namespace linegate::plant {
@@ -52,6 +54,8 @@ struct LineSeat {
   LineSeat(std::unique_ptr<line::Line> the_line, const sim::BusOptions& options);
 
   DeviceSeat* find(std::uint8_t node);
+  // What becomes of the frames on the bus; the models see each frame and its fate.
+  void set_disturbance(sim::Bus::Disturbance wanted) { disturbance = std::move(wanted); }
 
   std::unique_ptr<line::Line> line;
   sim::Bus bus;
@@ -66,6 +70,8 @@ struct LineSeat {
   std::vector<Event> ours_told;  // all it told, in order
   ImageModel model;
   StateModel states;
+  OutputModel outputs;
+  sim::Bus::Disturbance disturbance;
   std::vector<Event> events;                     // all the line told, in order
   std::map<std::uint64_t, line::Reply> replies;  // by tag
   std::set<std::uint64_t> reports;  // tags of commands whose replies are no object's value

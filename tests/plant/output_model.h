@@ -1,0 +1,104 @@
+// What a line may show of its outputs, from what was on the bus and what the devices have.
+//
+// The invariant, after each step of a world:
+//   1. An output entry is valid only while the line shows its node as present and Operational.
+//   2. It is valid only if its value is that of the newest frame of its PDO, and the line submitted
+//      that frame after it received the newest sign that the node was not Operational (boot-up
+//      message, heartbeat, or guard answer whose toggle bit is not that of the one before) and
+//      after its own newest NMT command that ended Operational.
+//   3. If it is valid, the dictionary of the simulated device has the value: when the frame was
+//      delivered, or, of a synchronous RPDO, at the SYNC after it.
+//
+// Clause 3 has these exceptions, and no others:
+//   - The newest frame reached nobody (losses, swallowed frames): until the next frame of the PDO.
+//   - Another station sent a frame with the COB-ID of the RPDO, or the object was written by SDO:
+//     until the next frame of the line.
+//   - The device left Operational (power, cable, by itself, NMT command of another master), and
+//     none of these happened since: the line received a sign as in 2 from it; the line shows it as
+//     not present or not Operational; the line sent it an NMT command that ends Operational. A
+//     device without error control gives no sign but its boot-up message. The same holds from a
+//     heartbeat on that a device left in its controller when it was switched off, and that the bus
+//     model transmits afterwards.
+//   - The device was not Operational when the frame passed, and the state that the line showed
+//     followed from a command of its own that no heartbeat or guard answer had confirmed (a device
+//     without error control that missed NMT start): until the next frame of the PDO.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bridges/sim/bus.h"
+#include "stack/can/frame.h"
+#include "stack/line/line.h"
+
+namespace linegate::plant {
+
+struct LineSeat;
+
+class OutputModel {
+ public:
+  explicit OutputModel(const line::Line& line);
+
+  // The line submits it to the bus.
+  void submitted(const can::Frame& frame);
+  // It ended on the bus; the stations have not processed it yet.
+  void ended(LineSeat& seat, const can::Frame& frame, sim::Bus::Endpoint sender, sim::Fate fate);
+  // After all stations processed what was due. A sentence about the first entry for which the
+  // invariant does not hold; empty if there is none.
+  std::string compare(LineSeat& seat, Instant now);
+
+  // Valid entries that were compared with the dictionary of their device.
+  std::uint64_t compared() const { return compared_; }
+
+ private:
+  struct Field {
+    std::size_t entry = 0;  // in the output layout
+    od::Address address;    // in the dictionary of the device
+    unsigned frame_bit = 0;
+    unsigned image_bit = 0;
+    unsigned bits = 0;
+  };
+  struct Pdo {
+    std::uint8_t node = 0;
+    std::uint16_t number = 0;  // of the RPDO
+    can::CobId cob_id;
+    std::vector<Field> fields;
+    can::Frame newest;         // submitted by the line
+    bool transmitted = false;  // ... since the start of the node
+    unsigned under_way = 0;    // frames that were submitted and did not end
+    bool lost = false;
+    bool written_by_others = false;
+    bool unconfirmed = false;  // the device missed it, see the last exception
+    bool awaits_sync = false;
+    Instant free_at{};  // end of the inhibit time
+    Instant due_since = kNever;
+    bool was_valid = false;  // in this start of the node
+  };
+  struct Node {
+    bool guarded = false;
+    std::byte toggle{0x80};    // of its newest guard answer
+    bool operational = false;  // the device, when it was looked at last
+    bool commanded = false;    // the line sent it a command that ends Operational
+    bool unnoticed = false;    // it left Operational, see the third exception
+    bool shown = false;        // the line shows it as present and Operational
+    bool confirmed = false;    // ... by a message of the node
+  };
+
+  void pdo_ended(LineSeat& seat, Pdo& pdo, bool by_line, sim::Fate fate);
+  void state_ended(LineSeat& seat, const can::Frame& frame);
+  void withdraw(std::uint8_t node);
+  void look_at(LineSeat& seat, std::uint8_t id);
+  std::string compare(LineSeat& seat, Pdo& pdo);
+  std::string compare_device(LineSeat& seat, const Field& field, std::uint64_t shown,
+                             std::uint8_t node);
+
+  std::vector<Pdo> pdos_;
+  std::vector<std::uint8_t> ids_;  // of the nodes that have one
+  std::array<Node, 128> nodes_{};
+  std::uint64_t compared_ = 0;
+  image::Snapshot snapshot_;
+};
+
+}  // namespace linegate::plant
