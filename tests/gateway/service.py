@@ -79,6 +79,22 @@ def thread_called(process, name):
     raise Failure(f"there is no thread called {name}")
 
 
+def threads_of(process, name):
+    """Of the main thread, of Fast DDS (its threads have the name of the program), or the one that is called so."""
+    if name == "main":
+        return [process.pid]
+    if name != "Fast DDS":
+        return [thread_called(process, name)]
+    out = []
+    for thread in os.listdir(f"/proc/{process.pid}/task"):
+        with open(f"/proc/{process.pid}/task/{thread}/comm", encoding="utf-8") as comm:
+            if comm.read().strip() == "linegated" and int(thread) != process.pid:
+                out.append(int(thread))
+    if not out:
+        raise Failure("there is no thread of Fast DDS")
+    return out
+
+
 def check_stuck(manager, process, name):
     """A thread that is stopped takes the sign of life away; when it goes on, the sign comes back."""
     thread = thread_called(process, name)
@@ -126,13 +142,15 @@ def run(manager, process):
 def run_to_a_forced_end(manager, process, name):
     """SIGTERM ends the service even if a thread never goes on."""
     manager.until(lambda message: message == "READY=1", "READY=1")
-    thread = process.pid if name == "main" else thread_called(process, name)
-    ptrace(PTRACE_SEIZE, thread)
-    ptrace(PTRACE_INTERRUPT, thread)
-    os.waitpid(thread, WALL)
+    threads = threads_of(process, name)
+    for thread in threads:
+        ptrace(PTRACE_SEIZE, thread)
+        ptrace(PTRACE_INTERRUPT, thread)
+        os.waitpid(thread, WALL)
     process.send_signal(signal.SIGTERM)
-    if thread != process.pid:
-        os.waitpid(thread, WALL)  # it ends with the process, and its tracer hears so first
+    for thread in threads:
+        if thread != process.pid:
+            os.waitpid(thread, WALL)  # it ends with the process, and its tracer hears so first
     if process.wait(timeout=PATIENCE) != FORCED:
         raise Failure(f"with {name} stuck it ended with {process.returncode}, not {FORCED}")
 
@@ -162,7 +180,7 @@ def test(folder, linegated, profiles):
     plant = write(os.path.join(folder, "plant.yaml"), PLANT.format(domain=domain, profile=profiles))
     command = [linegated, plant]
     check_journal(with_service(folder, command, run))
-    for name in ("publisher", "main"):
+    for name in ("publisher", "main", "Fast DDS"):
         said = with_service(folder, command, lambda manager, process, name=name:
                             run_to_a_forced_end(manager, process, name))
         if "the process ends without it" not in said:
