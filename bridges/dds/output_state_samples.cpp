@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "stack/base/deadline.h"
+
 namespace linegate::dds {
 namespace {
 
@@ -53,9 +55,9 @@ void from_wire(const v1::OutputState& from, const ClockMap& clock, line::OutputS
   to.arming = from.arming();
   to.tripped = from.arming_wanted();
   to.watchdog = Duration(from.watchdog_ns());
-  to.deadline = from.watchdog_left_ns() == 0
-                    ? kNever
-                    : clock.instant(from.time()) + Duration(from.watchdog_left_ns());
+  const Instant taken = clock.instant(from.time());
+  const bool runs = from.watchdog_left_ns() > 0 && taken >= Instant{};
+  to.deadline = runs ? deadline(taken, Duration(from.watchdog_left_ns())) : kNever;
   to.waiting = from.waiting_count();
   to.waits.clear();
   for (const v1::OutputWaiting& wait : from.waiting()) {

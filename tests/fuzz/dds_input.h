@@ -19,8 +19,10 @@ enum class Topic : std::uint8_t {
   command_request,
   command_reply,
   gateway_state,
+  output_state,
+  pdo_reception,
 };
-inline constexpr unsigned kTopics = 10;
+inline constexpr unsigned kTopics = 12;
 
 // What the target's gateway and client are, and what they wait for.
 inline constexpr const char* kGateway = "g";

@@ -18,6 +18,7 @@
 #include "bridges/dds/image_samples.h"
 #include "bridges/dds/layout_assembly.h"
 #include "bridges/dds/output_samples.h"
+#include "bridges/dds/output_state_samples.h"
 #include "bridges/dds/received_type.h"
 #include "bridges/dds/request_tracker.h"
 #include "bridges/dds/state_samples.h"
@@ -76,6 +77,10 @@ class Peer {
         return read<v1::CommandReplyPubSubType>(octets);
       case Topic::gateway_state:
         return read<v1::GatewayStatePubSubType>(octets);
+      case Topic::output_state:
+        return read<v1::OutputStatePubSubType>(octets);
+      case Topic::pdo_reception:
+        return read<v1::PdoReceptionPubSubType>(octets);
     }
   }
 
@@ -175,6 +180,19 @@ class Peer {
     PdoUpdate update;
     from_wire(sample, kUtc, update);
     LINEGATE_EXPECT(update.values.size() == sample.values().size());
+  }
+
+  void take(const v1::PdoReception& sample) {
+    PdoReception reception;
+    from_wire(sample, kUtc, reception);
+    LINEGATE_EXPECT(reception.values.size() == sample.values().size());
+  }
+
+  void take(const v1::OutputState& sample) {
+    line::OutputState state;
+    from_wire(sample, kUtc, state);
+    LINEGATE_EXPECT(state.waits.size() == sample.waiting().size());
+    LINEGATE_EXPECT(state.group == sample.group() && state.owner == sample.owner().to_string());
   }
 
   void take(const v1::Event& sample) {

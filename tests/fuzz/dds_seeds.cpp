@@ -18,6 +18,7 @@
 #include "bridges/dds/event_samples.h"
 #include "bridges/dds/image_samples.h"
 #include "bridges/dds/output_samples.h"
+#include "bridges/dds/output_state_samples.h"
 #include "bridges/dds/state_samples.h"
 
 #include "tests/dds/known_values.h"
@@ -141,6 +142,18 @@ v1::PdoUpdate pdo_update() {
   return sample;
 }
 
+v1::PdoReception pdo_reception() {
+  auto sample = addressed<v1::PdoReception>();
+  to_wire(known::layout(), known::reception(), known::clock(), sample);
+  return sample;
+}
+
+v1::OutputState output_state() {
+  auto sample = addressed<v1::OutputState>();
+  to_wire(known::output_state(), known::clock(), known::at(4), sample);
+  return sample;
+}
+
 v1::OutputWrite output_write(std::size_t values, std::size_t run) {
   line::OutputWrite write;
   write.group = 3;
@@ -202,6 +215,7 @@ Seed every_topic(Cdr::Endianness order) {
   seed.add(Topic::event, event()).add(Topic::output_write, output_write(2, 4));
   seed.add(Topic::command_request, request(1, line::CommandKind::sdo_read, 0));
   seed.add(Topic::gateway_state, gateway_state());
+  seed.add(Topic::output_state, output_state()).add(Topic::pdo_reception, pdo_reception());
   return seed.add(Topic::command_reply, reply(1, 0, 4, true));
 }
 
@@ -213,6 +227,7 @@ Seed nothing_in_any() {
   seed.add(Topic::output_write, v1::OutputWrite());
   seed.add(Topic::command_request, v1::CommandRequest());
   seed.add(Topic::gateway_state, v1::GatewayState());
+  seed.add(Topic::output_state, v1::OutputState()).add(Topic::pdo_reception, v1::PdoReception());
   return seed.add(Topic::command_reply, v1::CommandReply());
 }
 
