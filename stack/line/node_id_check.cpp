@@ -11,7 +11,7 @@ namespace {
 
 // A lost frame is no proof that nobody is there.
 constexpr int kUploads = 2;
-constexpr od::Address kDeviceType{0x1000, 0};
+constexpr od::Address kDeviceTypeObject{0x1000, 0};
 constexpr std::uint32_t kNodeBits = 0x7F;
 
 // What a node sends: EMCY, TPDO 1 to 4, the answers of its SDO server, error control.
@@ -105,7 +105,7 @@ void NodeIdCheck::ask(std::uint8_t node, Instant now) {
   services_.heartbeats.ask(node);
   if (!services_.sdo.submit({.token = check.token,
                              .node = node,
-                             .address = kDeviceType,
+                             .address = kDeviceTypeObject,
                              .timeout = upload_time(find(node)),
                              .priority = sdo::Priority::boot},
                             now)) {
