@@ -61,7 +61,7 @@ void DataCommands::add_frames(CLI::App& app, const On& on, const std::function<b
 void DataCommands::add_dictionary(CLI::App& app, const On& on) {
   CLI::App* od =
       app.add_subcommand("od", "the object dictionary of a line's own node: lists, reads, writes");
-  od->add_option("line", line_)->required();
+  od->add_option("line", line_, "LINE, or LINE:NODE with a device in the role device")->required();
   od->require_subcommand(1);
   const auto add = [this, od](const char* name, const char* help, const char* words) {
     CLI::App* command = od->add_subcommand(name, help);
@@ -84,12 +84,14 @@ void DataCommands::add_dictionary(CLI::App& app, const On& on) {
     const auto words = split(c, 0);
     return words ? console::od_read(c, line_, words->index, words->sub) : console::kUsage;
   });
-  on(add("write", "give a value, by the type that the object has", "2100:01 VALUE"), Needs::nothing,
-     [this, split](Context& c) {
-       const auto words = split(c, 1);
-       return words ? console::od_write(c, line_, words->index, words->sub, words->rest[0])
-                    : console::kUsage;
-     });
+  CLI::App* write = add("write", "give a value, by the type that the object has", "2100:01 VALUE");
+  write->add_flag("--own", own_,
+                  "as the device itself (LINE:NODE of the role device), whatever the access");
+  on(write, Needs::nothing, [this, split](Context& c) {
+    const auto words = split(c, 1);
+    return words ? console::od_write(c, line_, words->index, words->sub, words->rest[0], own_)
+                 : console::kUsage;
+  });
   CLI::App* create = add("create", "an object of an application, until the line is stopped",
                          "2200:01 TYPE NAME; types: u8, i16, r32, vs, ...");
   create->add_option("--access", object_.access, "ro, wo, rw, rwr, rww, const");

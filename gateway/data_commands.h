@@ -36,6 +36,7 @@ class DataCommands {
   std::vector<std::string> words_;  // an object, and what follows
   console::NewObject object_;
   bool by_offset_ = false;
+  bool own_ = false;
   std::uint64_t count_ = 0;
 };
 

@@ -333,6 +333,12 @@ std::string text(const Event& e, std::string_view interface) {
       return fmt::format("another device has the same node-ID ({})", sign_of_life(e.code));
     case EventKind::shared_node_id:
       return shared_id_text(e);
+    case EventKind::object_written:
+      return fmt::format("object {} written: {} bytes", object(e), e.value);
+    case EventKind::own_reset:
+      return fmt::format("reset by NMT: {}", as<nmt::Command>(e.code));
+    case EventKind::time_received:
+      return "TIME received";
     case EventKind::spontaneous_change:
       return e.code == 0
                  ? fmt::format("booted without an NMT command (it was {})", as<nmt::State>(e.value))

@@ -71,8 +71,9 @@ line::Command command_for(line::CommandKind kind, od::Address address) {
 
 // Nothing if the line says no, which has been told.
 std::optional<std::vector<ListedVariable>> listed(Context& context, Model& model, const Line& line,
-                                                  std::uint16_t first, std::uint16_t last) {
-  line::Command command{.kind = line::CommandKind::local_read};
+                                                  std::uint8_t node, std::uint16_t first,
+                                                  std::uint16_t last) {
+  line::Command command{.kind = line::CommandKind::local_read, .node = node};
   command.index = first;
   command.entry = last;
   command.code = line::kListObjects;
@@ -150,6 +151,23 @@ std::optional<std::vector<std::byte>> created_data(Context& context, const NewOb
   return out;
 }
 
+// what: LINE, or LINE:NODE with a device of a line in the role device. work(model, line, node).
+template <class Work>
+int on_dictionary(Context& context, const std::string& what, const Work& work) {
+  const bool of_device = what.find(':') != std::string::npos;
+  auto ref = of_device ? parse_node(what) : std::optional(NodeRef{.line = what});
+  if (!ref || ref->all) {
+    context.err << "usage: '" << what << "' is not LINE or LINE:NODE\n";
+    return kUsage;
+  }
+  return on_line(context, ref->line, [&](Model& model, const Line& line) {
+    if (of_device && !ref->own && !resolve_node(context, model, line, *ref)) {
+      return kFailed;
+    }
+    return work(model, line, ref->node);
+  });
+}
+
 }  // namespace
 
 std::optional<std::vector<ListedVariable>> decode_list(std::span<const std::byte> data) {
@@ -181,9 +199,9 @@ int od_list(Context& context, const std::string& line, const std::string& index)
   if (!address) {
     return kUsage;
   }
-  return on_line(context, line, [&](Model& model, const Line& target) {
+  return on_dictionary(context, line, [&](Model& model, const Line& target, std::uint8_t node) {
     const std::uint16_t last = index.empty() ? std::uint16_t{0xFFFF} : address->index;
-    const auto variables = listed(context, model, target, address->index, last);
+    const auto variables = listed(context, model, target, node, address->index, last);
     if (!variables) {
       return kFailed;
     }
@@ -206,13 +224,14 @@ int od_read(Context& context, const std::string& line, const std::string& index,
   if (!address) {
     return kUsage;
   }
-  return on_line(context, line, [&](Model& model, const Line& target) {
-    const Client::Answer answer =
-        ask_line(context, model, target, command_for(line::CommandKind::local_read, *address));
+  return on_dictionary(context, line, [&](Model& model, const Line& target, std::uint8_t node) {
+    line::Command read = command_for(line::CommandKind::local_read, *address);
+    read.node = node;
+    const Client::Answer answer = ask_line(context, model, target, read);
     if (!answer.reply.ok()) {
       return print_answer(context, answer);
     }
-    const auto variables = listed(context, model, target, address->index, address->index);
+    const auto variables = listed(context, model, target, node, address->index, address->index);
     if (!variables) {
       return kFailed;
     }
@@ -225,13 +244,13 @@ int od_read(Context& context, const std::string& line, const std::string& index,
 }
 
 int od_write(Context& context, const std::string& line, const std::string& index,
-             const std::string& sub, const std::string& value) {
+             const std::string& sub, const std::string& value, bool own) {
   const auto address = parse_object(context, index, sub);
   if (!address) {
     return kUsage;
   }
-  return on_line(context, line, [&](Model& model, const Line& target) {
-    const auto variables = listed(context, model, target, address->index, address->index);
+  return on_dictionary(context, line, [&](Model& model, const Line& target, std::uint8_t node) {
+    const auto variables = listed(context, model, target, node, address->index, address->index);
     if (!variables) {
       return kFailed;
     }
@@ -246,6 +265,8 @@ int od_write(Context& context, const std::string& line, const std::string& index
       return kUsage;
     }
     line::Command command = command_for(line::CommandKind::local_write, *address);
+    command.node = node;
+    command.code = own ? line::kWriteOwn : std::uint16_t{0};
     command.data = *std::move(data);
     return print_answer(context, ask_line(context, model, target, command));
   });

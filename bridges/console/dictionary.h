@@ -41,13 +41,15 @@ struct NewObject {
   bool mappable = false;
 };
 
+// line: of list, read and write also LINE:NODE, a device of a line in the role device.
 // index empty: all objects but the network variables.
 int od_list(Context& context, const std::string& line, const std::string& index);
 int od_read(Context& context, const std::string& line, const std::string& index,
             const std::string& sub);
-// By the type that the dictionary has.
+// By the type that the dictionary has. own: as the device itself, whatever the access of the object
+// (line::kWriteOwn).
 int od_write(Context& context, const std::string& line, const std::string& index,
-             const std::string& sub, const std::string& value);
+             const std::string& sub, const std::string& value, bool own = false);
 int od_create(Context& context, const std::string& line, const NewObject& object);
 int od_remove(Context& context, const std::string& line, const std::string& index);
 

@@ -113,7 +113,11 @@ static_assert(same(v1::EVENT_GATEWAY_RELOADED, EventKind::gateway_reloaded));
 static_assert(same(v1::EVENT_GATEWAY_RELOAD_REFUSED, EventKind::gateway_reload_refused));
 static_assert(same(v1::EVENT_SPONTANEOUS_CHANGE, EventKind::spontaneous_change));
 static_assert(same(v1::EVENT_SHARED_NODE_ID, EventKind::shared_node_id));
-static_assert(v1::EVENT_SHARED_NODE_ID + 1U == kEventKinds);
+static_assert(same(v1::EVENT_OBJECT_WRITTEN, EventKind::object_written));
+static_assert(same(v1::EVENT_OWN_RESET, EventKind::own_reset));
+static_assert(same(v1::EVENT_TIME_RECEIVED, EventKind::time_received));
+static_assert(v1::EVENT_TIME_RECEIVED + 1U == kEventKinds);
+static_assert(v1::LOCAL_WRITE_OWN == line::kWriteOwn);
 
 static_assert(same(v1::COMMAND_SDO_READ, line::CommandKind::sdo_read));
 static_assert(same(v1::COMMAND_SDO_WRITE, line::CommandKind::sdo_write));

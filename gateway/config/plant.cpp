@@ -115,6 +115,38 @@ std::string executor_source(const LinePlan& plan, const Plant& plant) {
   return out + ')';
 }
 
+// Lines that are named `virtual:` alike are on one bus inside this process.
+bool shares_bus(const LineSection& line, const LineSection& other) {
+  return line.plan.interface.scheme == Scheme::virtual_bus &&
+         other.plan.interface.scheme == Scheme::virtual_bus &&
+         line.plan.interface.name == other.plan.interface.name;
+}
+
+std::vector<unsigned> node_ids(const line::LineConfig& config) {
+  std::vector<unsigned> out;
+  for (const line::DeviceConfig& device : config.devices) {
+    if (!device.lss) {
+      out.push_back(device.id);
+    }
+  }
+  if (config.devices.empty() && config.role != line::Role::observer) {
+    out.push_back(config.node_id);
+  }
+  return out;
+}
+
+void check_shared_bus(Findings& findings, const LineSection& line, const LineSection& other) {
+  for (const unsigned id : node_ids(line.plan.config)) {
+    const std::vector<unsigned> theirs = node_ids(other.plan.config);
+    if (std::find(theirs.begin(), theirs.end(), id) != theirs.end()) {
+      findings.error(line.interface_place, "node-ID " + std::to_string(id) + " is that of line \"" +
+                                               other.plan.config.name + "\" on the same bus " +
+                                               line.plan.interface.uri +
+                                               ": give one of them another node_id");
+    }
+  }
+}
+
 void check_collisions(Findings& findings, const LineSection& line,
                       const std::vector<LineSection>& others) {
   for (const auto& other : others) {
@@ -129,6 +161,9 @@ void check_collisions(Findings& findings, const LineSection& line,
     if (line.plan.interface.scheme == Scheme::socketcan &&
         other.plan.interface.uri == line.plan.interface.uri) {
       findings.error(line.interface_place, "the same interface " + line.plan.interface.uri + of);
+    }
+    if (shares_bus(line, other)) {
+      check_shared_bus(findings, line, other);
     }
     if (line.plan.record && other.plan.record && !line.plan.record->file.empty() &&
         other.plan.record->file == line.plan.record->file) {

@@ -60,6 +60,9 @@ constexpr std::array<KindInfo, kEventKinds> kInfo{{
     {"gateway-reload-refused", EventSeverity::error},
     {"spontaneous-change", EventSeverity::warning},
     {"shared-node-id", EventSeverity::error},
+    {"object-written", EventSeverity::info},
+    {"own-reset", EventSeverity::info},
+    {"time-received", EventSeverity::info},
 }};
 
 }  // namespace

@@ -112,8 +112,13 @@ enum class EventKind : std::uint8_t {
   shared_node_id,  // two devices have the node-ID of node. code: how that was found: 1 two answers
                    // to one SDO request (data: index (2, LE), sub-index), heartbeats: 2 of two NMT
                    // states in turn, 3 of two rhythms, 4 after a boot-up as before, 5 too many
+  // Of a device of the line's own (role device), node:
+  object_written,  // an object that is not in the image was written over SDO or MPDO. value: bytes;
+                   // data: index (2, LE), sub-index, and the first bytes of the value
+  own_reset,       // an NMT command reset it. code: the command specifier
+  time_received,   // a TIME message; told at most once a second. data: UTC in ns (8, LE)
 };
-inline constexpr std::size_t kEventKinds = 51;
+inline constexpr std::size_t kEventKinds = 54;
 
 // Lower-case name with hyphens, e.g. "heartbeat-lost".
 std::string_view name(EventKind kind);

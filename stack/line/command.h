@@ -18,7 +18,7 @@ enum class CommandKind : std::uint8_t {
   sdo_write,      // node, index, sub, data
   local_read,     // index, sub of the line's own dictionary -> data. code: 0, or kListObjects, then
                   // node as there
-  local_write,    // index, sub, data
+  local_write,    // index, sub, data. code: 0, or kWriteOwn
   output_write,   // entry (of the output layout), data: one output value, by a person -> data: see
                   // ObjectWay. wrong_state while its node is not Operational
   emcy_send,      // code (emergency error code), error_register, data: 5 manufacturer bytes
@@ -127,6 +127,9 @@ inline constexpr std::uint32_t kAsDevice = 1;
 // see list_objects(): of the own dictionary with node 0, else of the device file that the node
 // `node` is configured with, values included; bad_request if there is none.
 inline constexpr std::uint16_t kListObjects = 2;
+// Command::code of local_write, role device with devices: as the device itself does it, whatever
+// the access of the object. Of 1002h, 1008h to 100Ah and 2000h to 9FFFh alone.
+inline constexpr std::uint16_t kWriteOwn = 1;
 // Command::code of object_create.
 inline constexpr std::uint16_t kCreateObject = 0;
 inline constexpr std::uint16_t kRemoveObject = 1;  // all sub-indices that were created

@@ -71,12 +71,30 @@ bool Line::Devices::hear(const can::Frame& frame, const Seat* except) {
 void Line::Devices::receive(std::span<const can::Frame> frames) {
   for (const can::Frame& frame : frames) {
     received.add(frame);
+    hear_boot_up(frame);
     if (!hear(frame, nullptr)) {
       ++counters.frames_unused;
       listening.hear(frame, events);
     }
   }
   count_syncs();
+}
+
+// Of nodes that are not devices of the line, of each at most once a second.
+void Line::Devices::hear_boot_up(const can::Frame& frame) {
+  constexpr Duration kPause = std::chrono::seconds(1);
+  const bool boot_up = frame.id > can::kErrorControlBase &&
+                       frame.id <= can::kErrorControlBase + can::kMaxNodeId && !frame.extended() &&
+                       !frame.remote() && frame.length == 1 && frame.data[0] == std::byte{};
+  if (!boot_up) {
+    return;
+  }
+  const auto id = static_cast<std::uint8_t>(frame.id - can::kErrorControlBase);
+  std::optional<Instant>& told = boot_ups[id];
+  if (find(id) == nullptr && (!told || frame.time - *told >= kPause)) {
+    told = frame.time;
+    events.emit({.time = frame.time, .kind = EventKind::boot_up, .node = id});
+  }
 }
 
 // Some device may have no SYNC object, or be stopped.

@@ -4,7 +4,9 @@
 // the gateway, inputs of the image are what the devices receive, outputs what they send.
 #pragma once
 
+#include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -77,7 +79,8 @@ struct Line::Devices final : Line::Base {
   void interface_lost();
 
   // --- devices_commands.cpp ---------------------------------------------------------------------
-  Error access_dictionary(const Command& command, std::vector<std::byte>& data);
+  Error access_dictionary(const Command& command, std::vector<std::byte>& data, Instant now);
+  void hear_boot_up(const can::Frame& frame);
   Error single_output(const Command& command, Instant now);
   Error send_emcy(const Command& command, Instant now);
   Error send_nmt(const Command& command, Instant now);
@@ -93,6 +96,7 @@ struct Line::Devices final : Line::Base {
   image::ProcessImage image;
   std::vector<Seat> seats;  // ascending by node-ID, never empty
   Outputs outputs;
+  std::array<std::optional<Instant>, can::kMaxNodeId + 1> boot_ups;  // of others, told last
   can::Traffic received;
   can::Traffic sent;
   std::vector<std::uint32_t> written;  // output entries, for hand_out()

@@ -32,11 +32,11 @@ void Line::Devices::execute(Command command, Instant now) {
       // With a device of the line itself there is no bus between the two; to others it is no
       // master.
       error = find(command.node) == nullptr ? to_error(Refusal::wrong_role)
-                                            : access_dictionary(command, data);
+                                            : access_dictionary(command, data, now);
       break;
     case CommandKind::local_read:
     case CommandKind::local_write:
-      error = access_dictionary(command, data);
+      error = access_dictionary(command, data, now);
       break;
     case CommandKind::output_write:
       error = single_output(command, now);
@@ -79,7 +79,8 @@ void Line::Devices::execute(Command command, Instant now) {
   answer(command, error, std::move(data), now);
 }
 
-Error Line::Devices::access_dictionary(const Command& command, std::vector<std::byte>& data) {
+Error Line::Devices::access_dictionary(const Command& command, std::vector<std::byte>& data,
+                                       Instant now) {
   VirtualDevice* device = named(command.node);
   if (device == nullptr) {
     return to_error(Refusal::bad_request);
@@ -87,7 +88,12 @@ Error Line::Devices::access_dictionary(const Command& command, std::vector<std::
   od::Dictionary& dictionary = device->node().dictionary();
   const od::Address address{command.index, command.sub};
   if (command.kind == CommandKind::local_write || command.kind == CommandKind::sdo_write) {
-    const AbortCode code = dictionary.write(address, command.data);
+    const bool local = command.kind == CommandKind::local_write;
+    const bool own = local && command.code == kWriteOwn;
+    if (local && command.code > kWriteOwn) {
+      return to_error(Refusal::bad_request);
+    }
+    const AbortCode code = device->write(address, command.data, own, now);
     return code == AbortCode::none ? Error{} : to_error(code);
   }
   return read_object(dictionary, command, data);

@@ -1,10 +1,13 @@
 #include "stack/line/virtual_device.h"
 
+#include <algorithm>
 #include <map>
 #include <utility>
 
+#include "stack/base/byte_order.h"
 #include "stack/od/node_id.h"
 #include "stack/profile/io_device.h"
+#include "stack/time/message.h"
 #include "stack/time/service.h"
 
 namespace linegate::line {
@@ -26,6 +29,13 @@ void keep_identity(od::DeviceDescription& device) {
       }
     }
   }
+}
+
+// Values that are the application's, whatever access others have: the manufacturer's status
+// register, names and versions, and all beyond the communication profile.
+bool is_own(std::uint16_t index) {
+  return index == 0x1002 || (index >= 0x1008 && index <= 0x100A) ||
+         (index >= 0x2000 && index <= 0x9FFF);
 }
 
 lss::Address lss_address(od::Dictionary& dictionary) {
@@ -54,6 +64,12 @@ void VirtualDevice::Mirror::written(od::Address address) {
 
 void VirtualDevice::Mirror::came_by_rpdo(od::Address address) {
   written(address);
+}
+
+AbortCode VirtualDevice::Watcher::execute_write(od::Address address,
+                                                std::span<const std::byte> value) {
+  device_.report_write(address, value);
+  return AbortCode::none;
 }
 
 void VirtualDevice::Conversion::written(od::Address address) {
@@ -93,6 +109,9 @@ void VirtualDevice::build(const od::DeviceDescription& description) {
   }
   mirror(Direction::inputs);
   mirror(Direction::outputs);
+  for (const std::uint16_t index : node_->dictionary().indices()) {
+    (void)node_->dictionary().add_hook(index, watcher_).ok();
+  }
 }
 
 // What depends on the node-ID is another; what the application said is as true as before.
@@ -102,7 +121,9 @@ void VirtualDevice::rebuild(std::uint8_t node_id) {
   }
   before_ = counts();
   build(od::with_node_id(description_, node_id));
+  by_itself_ = true;
   reset(true, now_);
+  by_itself_ = false;
 }
 
 // One hook an object, which hears of RPDOs where it may be received.
@@ -179,8 +200,15 @@ void VirtualDevice::start(Instant now) {
     }
     rebuild(lss_->slave().active_node_id());
   }
-  node_->start(now);
+  start_node(now);
   reset_.reset();  // power-on, which the slave has seen already
+}
+
+// What is stored is applied as a reset does it.
+void VirtualDevice::start_node(Instant now) {
+  by_itself_ = true;
+  node_->start(now);
+  by_itself_ = false;
 }
 
 bool VirtualDevice::receive(const can::Frame& frame) {
@@ -220,7 +248,7 @@ void VirtualDevice::follow_lss(Instant now) {
   inputs_lost();
   if (active != lss::kNoNodeId) {
     rebuild(active);
-    node_->start(now);
+    start_node(now);
     reset_.reset();
   }
 }
@@ -392,10 +420,75 @@ bool VirtualDevice::may_send_emcy(std::uint16_t code, std::span<std::byte, 5> /*
   return true;
 }
 
+bool VirtualDevice::is_in_image(od::Address address) const {
+  for (const auto direction : {Direction::inputs, Direction::outputs}) {
+    const auto& entries = image_.layout(direction).entries;
+    for (const std::uint32_t i : entries_[static_cast<std::size_t>(direction)]) {
+      if (od::Address{entries[i].index, entries[i].sub} == address) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+void VirtualDevice::report_write(od::Address address, std::span<const std::byte> value) {
+  constexpr std::size_t kAddress = 3;
+  if (by_itself_ || is_in_image(address)) {
+    return;
+  }
+  Event event{.time = now_, .kind = EventKind::object_written, .node = id_};
+  event.value = static_cast<std::uint32_t>(value.size());
+  store_le(event.data.data(), address.index);
+  event.data[2] = std::byte{address.sub};
+  const std::size_t shown = std::min(value.size(), event.data.size() - kAddress);
+  std::copy_n(value.begin(), shown, event.data.begin() + kAddress);
+  event.length = static_cast<std::uint8_t>(kAddress + shown);
+  events_.emit(event);
+}
+
+void VirtualDevice::time_received(const time::TimeOfDay& time, Instant now) {
+  constexpr Duration kPause = std::chrono::seconds(1);
+  if (time_told_ && now - *time_told_ < kPause) {
+    return;
+  }
+  time_told_ = now;
+  Event event{.time = now, .kind = EventKind::time_received, .node = id_, .length = 8};
+  store_le(event.data.data(), static_cast<std::uint64_t>(time::to_utc(time).count()));
+  events_.emit(event);
+}
+
+AbortCode VirtualDevice::write(od::Address address, std::span<const std::byte> value, bool own,
+                               Instant now) {
+  now_ = now;
+  od::Dictionary& dictionary = node_->dictionary();
+  AbortCode why = AbortCode::none;
+  by_itself_ = true;
+  if (!own) {
+    why = dictionary.write(address, value);
+  } else if (!is_own(address.index)) {
+    why = AbortCode::unsupported_access;
+  } else if (dictionary.find(address, &why)) {
+    why = dictionary.set(address, value) ? AbortCode::none : AbortCode::length_mismatch;
+  }
+  by_itself_ = false;
+  if (why == AbortCode::none) {
+    node_->pdos().value_changed(address, now);
+  }
+  return why;
+}
+
 // What the application said is as true as before; what the master said is gone.
 void VirtualDevice::reset(bool whole_node, Instant now) {
   now_ = now;
   reset_ = whole_node || reset_.value_or(false);
+  if (!by_itself_) {
+    const auto command = whole_node ? nmt::Command::reset_node : nmt::Command::reset_communication;
+    events_.emit({.time = now,
+                  .kind = EventKind::own_reset,
+                  .node = id_,
+                  .code = static_cast<std::uint32_t>(command)});
+  }
   if (!whole_node) {
     return;
   }

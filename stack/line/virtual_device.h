@@ -54,6 +54,10 @@ class VirtualDevice final : node::Application {
   emcy::SendResult send_emcy(std::uint16_t code, std::uint8_t error_register,
                              std::span<const std::byte> info, Instant now);
 
+  // A command writes an object. own: as the device itself, see kWriteOwn. A TPDO that maps it is
+  // requested.
+  AbortCode write(od::Address address, std::span<const std::byte> value, bool own, Instant now);
+
   std::uint8_t id() const { return id_; }
   // Without one nothing but LSS is heard and said.
   bool has_node_id() const { return lss_ == nullptr || lss_->has_node_id(); }
@@ -99,11 +103,21 @@ class VirtualDevice final : node::Application {
    private:
     VirtualDevice& device_;
   };
+  // What others write and the image does not show is an event.
+  class Watcher final : public od::Hook {
+   public:
+    explicit Watcher(VirtualDevice& device) : device_(device) {}
+    AbortCode execute_write(od::Address address, std::span<const std::byte> value) override;
+
+   private:
+    VirtualDevice& device_;
+  };
   // Local PDO numbers of the image, by the device's own: 0 = not in the image.
   using Numbers = std::array<std::uint16_t, pdo::kMaxPdo + 1>;
 
   void build(const od::DeviceDescription& description);
   void rebuild(std::uint8_t node_id);
+  void start_node(Instant now);
   void follow_lss(Instant now);
   void mirror(image::Direction direction);
   void convert(od::Address process);
@@ -113,12 +127,15 @@ class VirtualDevice final : node::Application {
   void touch(image::Direction direction, std::uint16_t pdo, Instant now);
 
   void note_emcy(std::uint16_t code);
+  void report_write(od::Address address, std::span<const std::byte> value);
+  bool is_in_image(od::Address address) const;
 
   // node::Application
   void rpdo_received(std::uint16_t number, Instant now) override;
   void before_tpdo(std::uint16_t number) override;
   void state_changed(nmt::State state, Instant now) override;
   bool may_send_emcy(std::uint16_t code, std::span<std::byte, 5> info) override;
+  void time_received(const time::TimeOfDay& time, Instant now) override;
   void reset(bool whole_node, Instant now) override;
 
   const std::uint8_t id_;
@@ -133,6 +150,9 @@ class VirtualDevice final : node::Application {
   std::optional<bool> reset_;  // its node was reset: whether the whole of it
   std::vector<std::unique_ptr<Mirror>> mirrors_;
   Conversion conversion_{*this};
+  Watcher watcher_{*this};
+  bool by_itself_ = false;  // what is written, or reset, comes from no master
+  std::optional<Instant> time_told_;
   std::array<Numbers, 2> numbers_{};                   // by image::Direction
   std::array<std::vector<std::uint32_t>, 2> entries_;  // of this device, by image::Direction
   std::vector<od::Address> changed_;                   // by take_outputs()

@@ -20,6 +20,9 @@ SdoServers::SdoServers(od::Dictionary& dictionary, can::Dispatch& dispatch, Even
   default_server_ = entries_.front().server.get();
 }
 
+// As long as a DOMAIN of a dictionary may be.
+constexpr std::size_t kLongestValue = std::size_t{16} * 1024 * 1024;
+
 void SdoServers::find_objects() {
   for (std::uint16_t number = 0; number < kSdoServers; ++number) {
     const auto index = static_cast<std::uint16_t>(kSdoServerObject + number);
@@ -31,8 +34,9 @@ void SdoServers::find_objects() {
     if (place == entries_.end() || place->number != number) {
       entries_
           .insert(place, Entry{number, can::CobId{},
-                               std::make_unique<sdo::Server>(dictionary_, can::CobId{},
-                                                             can::CobId{}, events_)})
+                               std::make_unique<sdo::Server>(
+                                   dictionary_, can::CobId{}, can::CobId{}, events_,
+                                   sdo::ServerOptions{.max_transfer = kLongestValue})})
           ->server->set_detour(detour_);
     }
   }

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kSlack = 8;
 constexpr std::size_t kShortestString = 64;
-constexpr std::size_t kLongestDomain = 0x1'0000;
+constexpr std::size_t kLongestDomain = std::size_t{16} * 1024 * 1024;
 constexpr std::size_t kLongestWindow = 254;
 
 std::size_t round_up(std::size_t size) {

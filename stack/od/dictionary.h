@@ -71,7 +71,7 @@ class Dictionary {
   // Adds the object with storage for its values. Fails with device_incompatible if the index exists
   // or is 0, or the description makes no sense (sub-indices not ascending or FFh, no type, value
   // longer than its type). A value shorter than its type is filled up with zeros. Strings take
-  // values as long as the described one or 64 bytes, DOMAIN 64 KiB.
+  // values as long as the described one or 64 bytes, DOMAIN 16 MiB.
   Result<void> add(const ObjectDescription& object);
   // Removes it; its hooks are forgotten, accesses that wait are refused with no_object. PDOs that
   // map it stop, which is told as for any that cannot be used. no_object if there is none.

@@ -77,6 +77,11 @@ TEST_F(OwnDictionary, IsReadAndWrittenByItsTypes) {
   EXPECT_EQ(od_write(context_, "mill", "2100", "1", "300"), kDone);
   EXPECT_EQ(gateway_.last.kind, line::CommandKind::local_write);
   EXPECT_EQ(gateway_.last.data, raw({0x2C, 1}));
+  EXPECT_EQ(gateway_.last.code, 0);
+  EXPECT_EQ(od_write(context_, "mill", "2100", "1", "301", true), kDone);
+  EXPECT_EQ(gateway_.last.code, line::kWriteOwn);
+  EXPECT_EQ(od_write(context_, "mill:own", "2100", "1", "302"), kDone) << err_.str();
+  EXPECT_EQ(od_write(context_, "mill:all", "2100", "1", "302"), kUsage);
   EXPECT_EQ(od_write(context_, "mill", "2100", "1", "70000"), kUsage);
   EXPECT_EQ(od_write(context_, "mill", "2100", "2", "1"), kFailed);
   EXPECT_THAT(err_.str(), HasSubstr("there is no object 2100:02"));

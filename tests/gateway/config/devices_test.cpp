@@ -293,5 +293,23 @@ TEST(Devices, WhatCannotBeBoundIsToldWithItsPlace) {
                           "plant.yaml:19:11: error: expected an object such as 6000:1"));
 }
 
+TEST(Devices, HaveNodeIdsOfTheirOwnOnABusInsideTheProcess) {
+  EXPECT_THAT(device_messages(read_devices(R"(schema: 1
+lines:
+  - {name: a, interface: "virtual:p", node_id: 7}
+  - {name: b, interface: "virtual:p", node_id: 7}
+  - {name: c, interface: "virtual:p", role: observer}
+  - {name: d, interface: "virtual:q", node_id: 7}
+  - name: e
+    interface: virtual:q
+    role: device
+    devices: [{id: 7, profile: 401, digital_inputs: 1}, {id: 8, profile: 401, digital_inputs: 1}]
+)")),
+              ElementsAre("plant.yaml:4:26: error: node-ID 7 is that of line \"a\" on the same bus "
+                          "virtual:p: give one of them another node_id",
+                          "plant.yaml:8:16: error: node-ID 7 is that of line \"d\" on the same bus "
+                          "virtual:q: give one of them another node_id"));
+}
+
 }  // namespace
 }  // namespace linegate::config

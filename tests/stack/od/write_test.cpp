@@ -101,15 +101,15 @@ TEST(Write, UnicodeStringsTakeWholeCharacters) {
   EXPECT_EQ(dictionary.write({0x2000, 0}, bytes({0x41, 0})), AbortCode::none);
 }
 
-TEST(Write, DomainsGrowUpTo64KiB) {
+TEST(Write, DomainsGrowUpTo16MiB) {
   Dictionary dictionary;
   ASSERT_TRUE(dictionary.add(var(0x1F50, DataType::domain)));
   EXPECT_EQ(dictionary.read({0x1F50, 0}).value().size(), 0U);
-  EXPECT_EQ(dictionary.find({0x1F50, 0})->capacity, 0x1'0000U);
-  const std::vector<std::byte> longest(0x1'0000, std::byte{0x5A});
+  EXPECT_EQ(dictionary.find({0x1F50, 0})->capacity, 0x100'0000U);
+  const std::vector<std::byte> longest(0x100'0000, std::byte{0x5A});
   EXPECT_EQ(dictionary.write({0x1F50, 0}, longest), AbortCode::none);
   EXPECT_EQ(copy(*dictionary.read({0x1F50, 0})), longest);
-  EXPECT_EQ(dictionary.write({0x1F50, 0}, std::vector<std::byte>(0x1'0001)),
+  EXPECT_EQ(dictionary.write({0x1F50, 0}, std::vector<std::byte>(0x100'0001)),
             AbortCode::length_too_high);
   EXPECT_EQ(dictionary.write({0x1F50, 0}, bytes({1})), AbortCode::none);
   EXPECT_EQ(copy(*dictionary.read({0x1F50, 0})), bytes({1}));
