@@ -164,6 +164,11 @@ int on_dictionary(Context& context, const std::string& what, const Work& work) {
     if (of_device && !ref->own && !resolve_node(context, model, line, *ref)) {
       return kFailed;
     }
+    if (of_device && !ref->own && line.view->state.role != line::Role::device) {
+      context.err
+          << "the line's own node has the dictionary: LINE alone, unless its role is device\n";
+      return kFailed;
+    }
     return work(model, line, ref->node);
   });
 }

@@ -112,7 +112,8 @@ enum class EventKind : std::uint8_t {
   shared_node_id,  // two devices have the node-ID of node. code: how that was found: 1 two answers
                    // to one SDO request (data: index (2, LE), sub-index), heartbeats: 2 of two NMT
                    // states in turn, 3 of two rhythms, 4 after a boot-up as before, 5 too many
-  // Of a device of the line's own (role device), node:
+  // Of a device of the line's own (role device), node; the first one also of own_objects of the own
+  // node, node 0:
   object_written,  // an object that is not in the image was written over SDO or MPDO. value: bytes;
                    // data: index (2, LE), sub-index, and the first bytes of the value
   own_reset,       // an NMT command reset it. code: the command specifier

@@ -49,7 +49,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
     : Base(std::move(line_config)),
       plan(std::move(link_plan)),
       image(plan.inputs, plan.outputs),
-      own_objects(config.own_objects, image),
+      own_objects(config.own_objects, image, events),
       forwarded(config.forwarding, image),
       node(dictionary_of(config, image, plan, own_objects, forwarded), node_options(config), events,
            &image),
@@ -292,6 +292,7 @@ void Line::Impl::stop(Instant now) {
 
 // Lines without routing pay for the question alone: nothing is kept for afterwards.
 [[gnu::hot]] void Line::Impl::receive(std::span<const can::Frame> frames) {
+  own_objects.pass_time(frames.empty() ? advanced_to : frames.back().time);
   if (lss.listens()) [[unlikely]] {
     stirred = true;
     lss.hear(frames);

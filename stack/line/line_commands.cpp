@@ -213,6 +213,7 @@ void Line::Impl::access_own(const Command& command) {
     return;
   }
   od::Ticket ticket = 0;
+  const OwnObjects::OwnWrites by_itself(own_objects);
   const AbortCode code =
       node.dictionary().write({command.index, command.sub}, command.data, ticket);
   if (code == od::kLater) {

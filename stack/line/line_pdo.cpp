@@ -95,6 +95,7 @@ Error Line::Impl::write_by_mpdo(const Command& command, std::vector<std::byte>& 
   }
   std::vector<std::byte> value = command.data;
   value.resize(variable->size);
+  const OwnObjects::OwnWrites by_itself(own_objects);
   AbortCode why = dictionary.write(sent, value);
   if (why == AbortCode::none) {
     why = node.pdos().send_mpdo(number, command.node, {command.index, command.sub});

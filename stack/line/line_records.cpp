@@ -84,6 +84,7 @@ void Line::Impl::before_boot(Instant now) {
 }
 
 void Line::Impl::write_own_values(Instant now) {
+  const OwnObjects::OwnWrites by_itself(own_objects);
   for (const ObjectValue& value : config.own_values) {
     const AbortCode why = node.dictionary().write(value.address, value.data);
     if (why == AbortCode::none) {

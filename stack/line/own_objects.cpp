@@ -233,8 +233,9 @@ std::optional<OwnObject> decode_own_object(const Command& command) {
   return fields.complete() && known ? std::optional(std::move(out)) : std::nullopt;
 }
 
-OwnObjects::OwnObjects(const std::vector<OwnObject>& objects, image::ProcessImage& image)
-    : image_(image) {
+OwnObjects::OwnObjects(const std::vector<OwnObject>& objects, image::ProcessImage& image,
+                       EventLog& events)
+    : image_(image), events_(events) {
   for (const OwnObject& object : objects) {
     const od::Address address{object.index, object.variable.sub};
     objects_.emplace(address, object);
@@ -367,6 +368,14 @@ void OwnObjects::values_reset() {
   }
 }
 
+// What the image shows needs no event.
+AbortCode OwnObjects::execute_write(od::Address address, std::span<const std::byte> value) {
+  if (!by_itself_ && !places_.contains(address)) {
+    events_.emit(written_event(0, address, value, now_));
+  }
+  return AbortCode::none;
+}
+
 void OwnObjects::written(od::Address address) {
   if (const auto place = places_.find(address); place != places_.end()) {
     mark(place->second);
@@ -375,6 +384,19 @@ void OwnObjects::written(od::Address address) {
 
 void OwnObjects::mark(const Place& place) {
   image_.mark_written(place.direction, place.offset * 8, place.size * 8);
+}
+
+Event written_event(std::uint8_t node, od::Address address, std::span<const std::byte> value,
+                    Instant now) {
+  constexpr std::size_t kAddress = 3;
+  Event event{.time = now, .kind = EventKind::object_written, .node = node};
+  event.value = static_cast<std::uint32_t>(value.size());
+  store_le(event.data.data(), address.index);
+  event.data[2] = std::byte{address.sub};
+  const std::size_t shown = std::min(value.size(), event.data.size() - kAddress);
+  std::copy_n(value.begin(), shown, event.data.begin() + kAddress);
+  event.length = static_cast<std::uint8_t>(kAddress + shown);
+  return event;
 }
 
 std::vector<std::byte> list_objects(const od::Dictionary& dictionary, std::uint16_t first,

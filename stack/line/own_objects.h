@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "stack/base/diagnostic.h"
+#include "stack/base/event_log.h"
 #include "stack/base/result.h"
 #include "stack/image/process_image.h"
 #include "stack/line/command.h"
@@ -48,7 +49,7 @@ std::optional<OwnObject> decode_own_object(const Command& command);
 class OwnObjects final : public od::Hook {
  public:
   // All must outlive it; the image has the entries of place_own_objects().
-  OwnObjects(const std::vector<OwnObject>& objects, image::ProcessImage& image);
+  OwnObjects(const std::vector<OwnObject>& objects, image::ProcessImage& image, EventLog& events);
 
   // Those of the configuration. Fails as Dictionary::add does.
   Result<void> add_to(od::Dictionary& dictionary);
@@ -66,6 +67,21 @@ class OwnObjects final : public od::Hook {
   // The node was reset: values in the image became the defaults without a word.
   void values_reset();
 
+  // Of what is written from now on.
+  void pass_time(Instant now) { now_ = now; }
+  // While there is one, what is written comes from the line itself and is no event.
+  class OwnWrites {
+   public:
+    explicit OwnWrites(OwnObjects& objects) : objects_(objects) { objects_.by_itself_ = true; }
+    ~OwnWrites() { objects_.by_itself_ = false; }
+    OwnWrites(const OwnWrites&) = delete;
+    OwnWrites& operator=(const OwnWrites&) = delete;
+
+   private:
+    OwnObjects& objects_;
+  };
+
+  AbortCode execute_write(od::Address address, std::span<const std::byte> value) override;
   void written(od::Address address) override;
 
  private:
@@ -79,10 +95,17 @@ class OwnObjects final : public od::Hook {
   void mark(const Place& place);
 
   image::ProcessImage& image_;
+  EventLog& events_;
+  Instant now_{};
+  bool by_itself_ = false;
   std::map<od::Address, OwnObject> objects_;
   std::map<od::Address, Place> places_;
   std::set<std::uint16_t> configured_;
 };
+
+// EventKind::object_written.
+Event written_event(std::uint8_t node, od::Address address, std::span<const std::byte> value,
+                    Instant now);
 
 // CommandKind::local_read with kListObjects: the variables of index .. last, those of A000h..AFFFh
 // only if index is one of them. Per variable, little-endian: index (2), sub-index (1), data type

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/line/own_objects.h"
 #include "stack/od/node_id.h"
 #include "stack/profile/io_device.h"
 #include "stack/time/message.h"
@@ -433,18 +434,9 @@ bool VirtualDevice::is_in_image(od::Address address) const {
 }
 
 void VirtualDevice::report_write(od::Address address, std::span<const std::byte> value) {
-  constexpr std::size_t kAddress = 3;
-  if (by_itself_ || is_in_image(address)) {
-    return;
+  if (!by_itself_ && !is_in_image(address)) {
+    events_.emit(written_event(id_, address, value, now_));
   }
-  Event event{.time = now_, .kind = EventKind::object_written, .node = id_};
-  event.value = static_cast<std::uint32_t>(value.size());
-  store_le(event.data.data(), address.index);
-  event.data[2] = std::byte{address.sub};
-  const std::size_t shown = std::min(value.size(), event.data.size() - kAddress);
-  std::copy_n(value.begin(), shown, event.data.begin() + kAddress);
-  event.length = static_cast<std::uint8_t>(kAddress + shown);
-  events_.emit(event);
 }
 
 void VirtualDevice::time_received(const time::TimeOfDay& time, Instant now) {

@@ -55,7 +55,7 @@ class VirtualDevice final : node::Application {
                              std::span<const std::byte> info, Instant now);
 
   // A command writes an object. own: as the device itself, see kWriteOwn. A TPDO that maps it is
-  // requested.
+  // requested if it is another value.
   AbortCode write(od::Address address, std::span<const std::byte> value, bool own, Instant now);
 
   std::uint8_t id() const { return id_; }
