@@ -62,6 +62,7 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
   }
   heartbeats.set_listener(this);
   pdos.set_node_id(own_options.node_id);
+  sync.set_node_id(own_options.node_id);
   pdos.set_listener(this, false);
   pdos.set_auto_notify(options.auto_notify);
   dispatch.add(can::kErrorControlBase + options.node_id, false, can::Service::error_control,

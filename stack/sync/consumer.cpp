@@ -37,6 +37,7 @@ void Consumer::lose() {
   Event event;
   event.time = deadline_;
   event.kind = EventKind::sync_lost;
+  event.node = node_id_;
   event.value = static_cast<std::uint32_t>(
       std::chrono::duration_cast<std::chrono::microseconds>(parameters_.period).count());
   deadline_ = kNever;

@@ -29,6 +29,8 @@ class Consumer {
   Consumer(const Consumer&) = delete;
   Consumer& operator=(const Consumer&) = delete;
 
+  // Event::node of sync_lost; 0, as long as this is not called, is the line.
+  void set_node_id(std::uint8_t id) { node_id_ = id; }
   void configure(const Parameters& parameters);
   // Off in Stopped and Initialising: no SYNC is expected then.
   void set_active(bool active);
@@ -52,6 +54,7 @@ class Consumer {
   can::Dispatch& dispatch_;
   EventLog& events_;
   Parameters parameters_;
+  std::uint8_t node_id_ = 0;
   bool registered_ = false;
   bool active_ = false;
   bool length_was_wrong_ = false;

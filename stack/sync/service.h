@@ -22,6 +22,8 @@ class Service final : public od::Hook {
   Service(const od::Dictionary& dictionary, can::Dispatch& dispatch, can::TransmitQueue& transmit,
           EventLog& events);
 
+  // Event::node of what it reports.
+  void set_node_id(std::uint8_t id) { consumer_.set_node_id(id); }
   // Reads the objects and starts anew.
   void configure();
   // True in Pre-operational and Operational.

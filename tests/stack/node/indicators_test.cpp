@@ -1,6 +1,7 @@
 // RUN and ERROR of CiA 303-3.
 #include "stack/node/indicators.h"
 
+#include <algorithm>
 #include <string>
 
 #include "tests/stack/node/node_fixture.h"
@@ -94,6 +95,19 @@ TEST(Indicator, TheWorstErrorIsShown) {
   all.bus = can::BusState::bus_off;
   EXPECT_EQ(indicate(all).error, Pattern::on);
   EXPECT_EQ(indicate(all).run, Pattern::on);
+}
+
+TEST_F(NodeTest, TheEventOfALostSyncNamesIt) {
+  boot();
+  sdo_write({0x1006, 0}, 4, 10'000);
+  nmt(0x01);
+  hear(110ms, 0x080, {});
+  testing::take_events(events);
+  advance(200ms);
+  const auto all = testing::take_events(events);
+  const auto lost = std::ranges::find(all, EventKind::sync_lost, &Event::kind);
+  ASSERT_NE(lost, all.end());
+  EXPECT_EQ(lost->node, kNodeId);
 }
 
 TEST_F(NodeTest, ItsIndicatorsShowWhatItIsThrough) {
