@@ -62,7 +62,8 @@ void Engine::Impl::rank_tpdos() {
     if (was_pending[slot] && pdo.sampled) {
       pending.set(rank);
     }
-    if (was_inhibited[slot] && pdo.inhibit > Duration::zero()) {
+    const bool is_new = pdo.inhibited_until == Instant{};  // no inhibit time of it runs
+    if (was_inhibited[slot] && pdo.inhibit > Duration::zero() && !is_new) {
       inhibited.set(rank);
     }
     if (is_synchronous(pdo.type) || pdo.type == kRtrOnSync) {
