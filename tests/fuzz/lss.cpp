@@ -134,13 +134,19 @@ class Bus final : lss::AssignerHost {
     }
   }
 
-  // The next service of what is under way, if anything is. lost: whose frames, by bit.
+  // The next service of what is under way, if anything is. lost: whose frames, by bit; its highest
+  // bit is the answer to whether a node-ID is in use.
   void service(std::uint8_t lost) {
     if (course_ && course_->over()) {
       LINEGATE_EXPECT(course_->reply().size() >= lss::kReplyHead);
       course_.reset();
     }
     if (!course_ && !assigner_.active()) {
+      return;
+    }
+    if (!course_ && assigner_.node_to_check()) {
+      LINEGATE_EXPECT(*assigner_.node_to_check() >= 5 && *assigner_.node_to_check() <= 7);
+      assigner_.checked((lost & 0x80U) == 0);
       return;
     }
     LINEGATE_EXPECT(master_.start(course_ ? course_->request() : assigner_.request()));
