@@ -39,7 +39,7 @@ class LssGenerator {
       time += 1 + below(below(3) == 0 ? 6000 : 700);
       action(time, i);
     }
-    constexpr unsigned kLongestCommand = 6000;  // ms
+    constexpr unsigned kLongestCommand = 12'000;  // ms
     quiet(time + searches_ * kLongestCommand);
     return out_.str();
   }
@@ -123,6 +123,7 @@ class LssGenerator {
         command(piece, time);
         break;
       case 3:
+        ++searches_;
         at(time);
         out_ << "lss assign" << number << " 11\n";
         break;
