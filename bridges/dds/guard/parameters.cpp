@@ -30,8 +30,14 @@ class Walk {
     skip(4);
     return ok_ ? wire_.u32(at) : 0;
   }
-  // A string or a sequence of octets.
+  // A sequence of octets.
   void octets() { skip(u32()); }
+  // Its length counts the NUL at its end (DDS-XTypes 1.2 7.4.1.1.2), up to which Fast DDS reads.
+  void string() {
+    const std::size_t length = u32();
+    skip(length);
+    ok_ = ok_ && length != 0 && wire_.u8(at_ - 1) == 0;
+  }
   // A sequence whose elements take at least `smallest` octets each.
   template <class Element>
   void sequence(std::size_t smallest, Element element) {
@@ -41,7 +47,7 @@ class Walk {
       element();
   }
   void strings() {
-    sequence(4, [this] { octets(); });
+    sequence(5, [this] { string(); });
   }
   // Property_t, and BinaryProperty_t: a name and a value. With the shortest name and value and
   // their padding that is 16 octets, but for the padding at the end.
@@ -69,7 +75,7 @@ class Walk {
   bool ok_ = true;
 };
 
-enum class Shape { fixed, octets, strings, properties, data_holder, filter };
+enum class Shape { fixed, octets, string, strings, properties, data_holder, filter };
 
 struct Rule {
   std::uint16_t id;
@@ -81,9 +87,9 @@ struct Rule {
 constexpr std::array<Rule, 50> kRules = {{
     {0x0002, Shape::fixed, 8},     // participant lease duration
     {0x0004, Shape::fixed, 8},     // time-based filter
-    {0x0005, Shape::octets},       // topic name
+    {0x0005, Shape::string},       // topic name
     {0x0006, Shape::fixed, 4},     // ownership strength
-    {0x0007, Shape::octets},       // type name
+    {0x0007, Shape::string},       // type name
     {0x000B, Shape::fixed, 4},     // metatraffic multicast IP address
     {0x000C, Shape::fixed, 4},     // default unicast IP address
     {0x000D, Shape::fixed, 4},     // metatraffic unicast port
@@ -123,7 +129,7 @@ constexpr std::array<Rule, 50> kRules = {{
     {0x0058, Shape::fixed, 4},     // builtin endpoint set
     {0x0059, Shape::properties},   // property list
     {0x005A, Shape::fixed, 16},    // endpoint GUID
-    {0x0062, Shape::octets},       // entity name
+    {0x0062, Shape::string},       // entity name
     {0x0070, Shape::fixed, 16},    // key hash
     {0x0071, Shape::fixed, 4},     // status info
     {0x1001, Shape::data_holder},  // identity token
@@ -146,6 +152,9 @@ bool check_shape(const Rule& rule, const Wire& value) {
     case Shape::octets:
       walk.octets();
       return walk.ok();
+    case Shape::string:
+      walk.string();
+      return walk.ok();
     case Shape::strings:
       walk.strings();
       return walk.ok();
@@ -157,7 +166,7 @@ bool check_shape(const Rule& rule, const Wire& value) {
       return walk.ok();
     case Shape::filter:  // name, related topic, filter class, expression, parameters
       for (int i = 0; i < 4; ++i)
-        walk.octets();
+        walk.string();
       walk.strings();
       return walk.ok();
   }

@@ -79,6 +79,18 @@ TEST_P(ParameterTest, ASequenceOfStringsLiesWithinItsParameter) {
   EXPECT_FALSE(takes(0x35, fields().string("a").string("b").string("c").u32(0)));
 }
 
+// Fast DDS reads them up to a NUL, wherever that is.
+TEST_P(ParameterTest, AStringEndsWithTheNulThatItsLengthCounts) {
+  const Fields open = fields().u32(4).u32(0x61616161);
+  for (const unsigned id : {0x05U, 0x07U, 0x62U}) {
+    EXPECT_FALSE(takes(id, open)) << id;
+    EXPECT_FALSE(takes(id, fields().u32(0).zeros(4))) << id;
+  }
+  EXPECT_FALSE(takes(0x29, fields().u32(1).octets(open.get())));
+  EXPECT_FALSE(takes(0x29, fields().u32(1).u32(0)));
+  EXPECT_FALSE(takes(0x35, fields().string("a").string("b").string("c").octets(open.get()).u32(0)));
+}
+
 TEST_P(ParameterTest, PropertiesTakeAtLeast16OctetsEach) {
   EXPECT_TRUE(takes(0x59, fields().u32(1).string("n").string("v")));
   EXPECT_FALSE(takes(0x59, fields().u32(2).string("n").string("v")));
