@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "gateway/config/sections.h"
 #include "gateway/config/whole_file.h"
 #include "stack/eds/reader.h"
 #include "stack/scan/describe.h"
@@ -74,6 +75,24 @@ FoundNode describe_node(const scan::ScannedNode& node, const std::vector<Sheet>&
   return out;
 }
 
+// What the device calls itself, as a name. A name ends in the node-ID: it is unique, no other
+// device changes it, and it is never a number.
+std::string name_of(const line::NodeConfig& node) {
+  const std::string id = std::to_string(node.id);
+  std::string out;
+  for (const char character : node.device.product_name) {
+    const bool fits = config::is_name({character});
+    if (fits || (!out.empty() && out.back() != '-')) {
+      out += fits ? character : '-';
+    }
+  }
+  out.resize(std::min(out.size(), config::kMostOfName - id.size() - 1));
+  while (!out.empty() && out.back() == '-') {
+    out.pop_back();
+  }
+  return out.empty() ? "node" + id : out + '-' + id;
+}
+
 void take_error_control(const scan::ScannedNode& node, line::NodeConfig& config) {
   const auto heartbeat = node.number({0x1017, 0}).value_or(0);
   const auto guard = node.number({0x100C, 0}).value_or(0);
@@ -99,7 +118,7 @@ FoundNodes found_nodes(std::span<const scan::ScannedNode> nodes, const std::stri
     }
     FoundNode found = describe_node(node, sheets, out.notes);
     found.config.id = node.id;
-    found.config.name = fmt::format("node{}", node.id);
+    found.config.name = name_of(found.config);
     for (const std::string& note : scan::leave_out(found.config.device, node.id, pdos)) {
       out.notes.push_back(fmt::format("node {}: {}", node.id, note));
     }

@@ -12,8 +12,9 @@
 namespace linegate::gateway {
 
 struct FoundNode {
-  // Called nodeN. Nothing is to be written to it but: heartbeat or guarding as they are, 6423h if
-  // it is true, and what differs from its device file.
+  // Called as its product, with the node-ID (Encoder-5), or nodeN. Nothing is to be written to it
+  // but: heartbeat or guarding as they are, 6423h if it is true, and what differs from its device
+  // file.
   line::NodeConfig config;
   std::string sheet;  // the EDS it was made with, empty = none
 };

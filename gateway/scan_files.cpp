@@ -177,6 +177,7 @@ std::string plant_text(const ScannedLine& line, Duration sync, const std::vector
   out << YAML::Key << "nodes" << YAML::Value << YAML::BeginSeq;
   for (const NodeFile& file : files) {
     out << YAML::BeginMap << YAML::Key << "id" << YAML::Value << int{file.node->id};
+    out << YAML::Key << "name" << YAML::Value << file.node->name;
     out << YAML::Key << "dcf" << YAML::Value << file.file;
     emit_error_control(out, *file.node);
     if (!file.watched) {

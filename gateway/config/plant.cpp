@@ -297,7 +297,7 @@ std::string_view name(Publish::Rule rule) {
 }
 
 bool is_name(const std::string& name) {
-  return !name.empty() && name.size() <= 64 &&
+  return !name.empty() && name.size() <= kMostOfName &&
          std::all_of(name.begin(), name.end(),
                      [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; });
 }

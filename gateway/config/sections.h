@@ -245,7 +245,8 @@ std::unique_ptr<line::Line> make_line(Findings& findings, const LineSection& sec
 // Makes the line once to learn its layout; fills groups and defaults of its plan.
 void resolve_outputs(Findings& findings, LineSection& section);
 
-// 1 to 64 letters, digits, '-' and '_'.
+// 1 to kMostOfName letters, digits, '-' and '_'.
+constexpr std::size_t kMostOfName = 64;
 bool is_name(const std::string& name);
 // The same; reports what is none.
 bool check_name(Findings& findings, const std::string& name, Place place, std::string_view what);

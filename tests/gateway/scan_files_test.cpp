@@ -5,7 +5,10 @@
 #include <fstream>
 #include <iterator>
 #include <optional>
+#include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -116,6 +119,37 @@ TEST(ScanFiles, TheConfigurationHasErrorControlWhereADeviceCan) {
   EXPECT_TRUE(std::ranges::any_of(files.notes, [](const std::string& note) {
     return note == "node 7: has neither heartbeat nor guarding, its loss is not detected";
   }));
+  std::filesystem::remove_all(folder);
+}
+
+void put_product(scan::ScannedNode& node, const std::string& product) {
+  const auto text = std::as_bytes(std::span(product));
+  node.values.push_back({{0x1008, 0}, {text.begin(), text.end()}});
+}
+
+TEST(ScanFiles, NodesAreNamedAfterTheirProduct) {
+  std::vector<scan::ScannedNode> nodes;
+  for (const std::string& product :
+       {std::string("Encoder"), std::string("Encoder"), std::string("  8 DI/8 DO (24\xB0 V)\0", 21),
+        std::string(80, 'x'), std::string("\"#: \n"), std::string()}) {
+    nodes.push_back(encoder_5());
+    nodes.back().id = static_cast<std::uint8_t>(4 + nodes.size());
+    put_product(nodes.back(), product);
+  }
+  const std::string folder = testing::TempDir() + "/scan-names";
+  std::filesystem::remove_all(folder);
+  const ScanFiles files =
+      write_scan({.gateway = "lab", .name = "press", .interface_uri = "virtual:p", .nodes = nodes},
+                 folder, "");
+  ASSERT_TRUE(files.ok) << files.error;
+  const auto loaded = config::load(folder + "/plant.yaml");
+  ASSERT_TRUE(loaded.ok()) << to_string(loaded.diagnostics.at(0));
+  std::vector<std::string> names;
+  for (const line::NodeConfig& node : loaded.value->lines[0].config.nodes) {
+    names.push_back(node.name);
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"Encoder-5", "Encoder-6", "8-DI-8-DO-24-V-7",
+                                             std::string(62, 'x') + "-8", "node9", "node10"}));
   std::filesystem::remove_all(folder);
 }
 
