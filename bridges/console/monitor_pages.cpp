@@ -1,6 +1,10 @@
 #include "bridges/console/monitor_pages.h"
 
+#include <cstddef>
+#include <map>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "bridges/console/explain_words.h"
 #include "bridges/console/value_text.h"
@@ -59,6 +63,23 @@ void describe_node(const NodeView& node, std::vector<Note>& out) {
   describe_errors(state, out);
 }
 
+// Of the outputs that are not sent what they wait for, each reason once: the table has no room.
+std::vector<Note> waiting_outputs(const Table& values) {
+  std::map<std::string, std::size_t> reasons;
+  for (const Row& row : values.rows) {
+    const std::string& state = row.cells[kOutputState].text;
+    if (!state.empty() && row.style == Style::warning) {
+      ++reasons[state];
+    }
+  }
+  std::vector<Note> out;
+  for (const auto& [reason, count] : reasons) {
+    out.push_back({std::to_string(count) + (count == 1 ? " output: " : " outputs: ") + reason,
+                   Style::warning});
+  }
+  return out;
+}
+
 // A table of this node alone: its first two columns would say nothing new.
 void add_table(Table table, const std::string& headline, const std::string& empty,
                std::vector<std::size_t> columns, std::size_t width, std::vector<Note>& out) {
@@ -112,6 +133,8 @@ std::vector<Note> node_page(const Model& model, const LineId& line, std::uint8_t
   Table values = values_of(model, filter, Directions::both);
   values.notes.erase(values.notes.begin(),
                      values.notes.begin() + static_cast<std::ptrdiff_t>(state.notes.size()));
+  const std::vector<Note> waiting = waiting_outputs(values);
+  values.notes.insert(values.notes.end(), waiting.begin(), waiting.end());
   add_table(std::move(values), "values", "none in the process image", {1, 0}, width, out);
   add_table(events_of(model, filter), "events, the newest first", "none yet", {2, 1}, width, out);
   return out;

@@ -136,7 +136,8 @@ Row value_row(const Model& model, const Line& line, const Area& area, std::size_
            std::move(shown), text_cell(unit_of(entry.name)), text_cell(od::name(entry.type)),
            age ? Cell{duration_text(*age), std::chrono::duration<double>(*age).count()}
                : text_cell("-"),
-           text_cell(out ? "out" : "in"), number_cell(entry.remote_pdo), text_cell(to_hex(value))},
+           text_cell(out ? output_state(line, number) : ""), text_cell(out ? "out" : "in"),
+           number_cell(entry.remote_pdo), text_cell(to_hex(value))},
           style_of_value(model, line, area, number)};
 }
 
@@ -242,6 +243,7 @@ Table values_of(const Model& model, const Filter& filter, Directions directions)
              {"UNIT"},
              {"TYPE"},
              {"AGE", true},
+             {"STATE", false, false, true},
              {"DIR", false, false, true},
              {"PDO", true, false, true},
              {"BYTES", false, false, true}},

@@ -30,7 +30,9 @@ enum class Directions { inputs, outputs, both };
 Table lines_of(const Model& model, const Filter& filter);
 // Each node, with its state.
 Table nodes_of(const Model& model, const Filter& filter, Stamp stamp = clock_text);
-// Each entry of the process image with its value. What was not received yet is told by notes.
+// Each entry of the process image with its value; of an output whether it was sent or what it waits
+// for (output_state()), in column kOutputState. Notes name what was not received yet.
+constexpr std::size_t kOutputState = 8;
 Table values_of(const Model& model, const Filter& filter, Directions directions);
 // What happened, the newest first; at most `count`.
 Table events_of(const Model& model, const Filter& filter, std::size_t count = Model::kKeptEvents,

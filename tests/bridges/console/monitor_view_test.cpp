@@ -132,6 +132,21 @@ TEST_F(MonitorTest, EnterGoesFromALineToItsNodesToOneNodeAndEscapeBack) {
   EXPECT_THAT(all(), HasSubstr("climate"));
 }
 
+TEST_F(MonitorTest, AnOutputThatWaitsIsShownWithItsReason) {
+  image::Snapshot image{.direction = image::Direction::outputs, .layout_id = 10};
+  image.bytes = {std::byte{0x0F}, std::byte{0}};
+  image.changed = image.valid = image.known = {0};
+  model_.on_image(test::kPress, image);
+  press("3oo");
+  for (int i = 0; i < 6; ++i) {
+    press(Key::right);
+  }
+  EXPECT_THAT(row(2), HasSubstr("STATE"));
+  EXPECT_THAT(all(), HasSubstr("never written"));
+  press(Key::enter);
+  EXPECT_THAT(all(), HasSubstr(" 1 output: never written"));
+}
+
 TEST_F(MonitorTest, SortsByEachColumnInTurnAndTheOtherWayRound) {
   press("2");
   EXPECT_THAT(row(3), HasSubstr("climate")) << "as the lines are";

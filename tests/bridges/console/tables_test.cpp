@@ -135,6 +135,23 @@ TEST(Tables, ValuesHaveTypeUnitAndAge) {
   EXPECT_EQ(table.rows[1].style, Style::warning);
 }
 
+TEST(Tables, AnOutputShowsWhetherItWasSentOrWhatItWaitsFor) {
+  Model model = test::plant();
+  const auto states = [&] {
+    return column(values_of(model, {.line = "press", .node = 5}, Directions::both), kOutputState);
+  };
+  EXPECT_THAT(states(), ElementsAre("", "", "sent"));
+  image::Snapshot image{.direction = image::Direction::outputs, .layout_id = 10};
+  image.bytes = {std::byte{0x0F}, std::byte{0}};
+  image.changed = image.valid = {0};
+  image.known = {1};
+  model.on_image(test::kPress, image);
+  EXPECT_THAT(states(), ElementsAre("", "", "waits for own node, which is initialising"));
+  image.known = {0};
+  model.on_image(test::kPress, image);
+  EXPECT_THAT(states(), ElementsAre("", "", "never written"));
+}
+
 TEST(Tables, WhatIsStaleIsShownAsSuch) {
   Model model = test::plant();
   EXPECT_TRUE(values_of(model, {}, Directions::inputs).notes.empty());
