@@ -13,7 +13,30 @@ HEAD = "schema: 1\ngateway: {name: whole}\n"
 TOP = ("schema", "gateway", "dds", "executors", "routes", "forward", "shared_objects", "lines")
 # The device files that fragments name: copies of those of the simulated devices.
 FILES = {"drive": "drive", "io": "digital-io", "valve": "digital-io", "old": "digital-io", "ram": "drive",
-         "inlet": "digital-io"}
+         "inlet": "digital-io", "scale": "analog-io"}
+# An object that the drive of the operator's guide has beside those of the simulated one.
+RECIPE = """
+[2100]
+ParameterName=Recipe
+ObjectType=0x9
+SubNumber=2
+
+[2100sub0]
+ParameterName=Highest sub-index supported
+ObjectType=0x7
+DataType=0x0005
+AccessType=const
+DefaultValue=1
+PDOMapping=0
+
+[2100sub1]
+ParameterName=Number
+ObjectType=0x7
+DataType=0x0006
+AccessType=rw
+DefaultValue=5
+PDOMapping=1
+"""
 # A line that fragments under a heading need beside their own.
 NEIGHBOUR = """  - name: {name}
     interface: "virtual:{name}"
@@ -41,6 +64,8 @@ def make_files(folder):
         drive = file.read()
     with open(os.path.join(folder, "display.eds"), "w", encoding="utf-8") as file:
         file.write(drive.replace("ParameterName=Target position\n", "ParameterName=Value\n"))
+    with open(os.path.join(folder, "devices/recipe.eds"), "w", encoding="utf-8") as file:
+        file.write(drive.replace("SupportedObjects=1\n1=0x2000\n", "SupportedObjects=2\n1=0x2000\n2=0x2100\n") + RECIPE)
     os.makedirs(os.path.join(folder, "device-files"))
     shutil.copy(os.path.join(EDS, "drive.eds"), os.path.join(folder, "device-files/drive.eds"))
     for name, content in (("valve7.cdc", concise_dcf(0x1017, 0, b"\xf4\x01")),

@@ -39,15 +39,28 @@ lines:
       - {id: 5, name: inlet, eds: devices/ram.eds, heartbeat: 500ms}
       - {id: 6, name: ram, eds: devices/ram.eds, heartbeat: 500ms}
       - {id: 8, name: panel, eds: devices/inlet.eds, heartbeat: 500ms}
-    simulate: [{node: 5, profile: drive}, {node: 6, profile: drive}, {node: 8, profile: digital-io}]
+      - {id: 10, name: scale, eds: devices/scale.eds, heartbeat: 500ms, pdos: {tpdo3: {rtr: true}}}
+    own_objects:
+      "2100:1": {type: u32, map: true}
+      "2100:2": {type: u32, map: true}
+    own_pdos: {tpdo100: {cob_id: 0x1F0, mpdo: destination, map: ["2100:1"]}, tpdo101: {cob_id: 0x1F1, mpdo: source}}
+    mpdo_scanner: [{object: "2100:1", count: 2}]
+    simulate:
+      - {node: 5, profile: drive}
+      - {node: 6, profile: drive}
+      - {node: 8, profile: digital-io}
+      - {node: 10, profile: analog-io}
   - name: hall
     interface: "simulated:"
     nodes: [{id: 10, name: doors, eds: devices/inlet.eds, heartbeat: 500ms}]
     simulate: [{node: 10, profile: digital-io}]
   - name: plc
     interface: "virtual:plc"
+    access: all
     role: device
-    devices: [{id: 10, name: panel, profile: 401, digital_inputs: 2}]
+    devices:
+      - {id: 10, name: panel, profile: 401, digital_inputs: 2}
+      - {id: 11, name: drive, eds: devices/recipe.eds}
 """
 # What the guide decodes.
 GUIDE_LOG = """(1795255000.103120) press 605#2B171000C8000000
@@ -179,6 +192,14 @@ class Stage:
             return lines and all(line.get("nodes_operational") == line.get("nodes_configured") for line in lines
                                  if line.get("role") != "device")
         self.until("all nodes of all lines are operational", ready)
+
+    def start_nodes(self):
+        """Starts the nodes of press, once all have booted."""
+        def present():
+            nodes = json.loads(self.console("--json nodes press") or "[]")
+            return nodes and all(node["presence"] == "present" and node["boot_text"].startswith("booted") for node in nodes)
+        self.until("all nodes of press have booted", present)
+        self.console("nmt start press:all")
 
     def begin(self, text):
         """Starts a program that runs until something else is begun."""
