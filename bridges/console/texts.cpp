@@ -9,17 +9,27 @@
 #include "bridges/console/tables.h"
 
 namespace linegate::console {
+namespace {
 
-std::string date_text(Instant utc) {
+// Date, time and milliseconds.
+std::string time_text(Instant utc, std::tm* (*split)(const std::time_t*, std::tm*)) {
   const std::int64_t ns = utc.time_since_epoch().count();
   const std::time_t seconds = ns / 1'000'000'000;
   std::tm parts{};
-  gmtime_r(&seconds, &parts);
+  split(&seconds, &parts);
   std::array<char, 40> text;
-  const std::size_t length = std::strftime(text.data(), text.size(), "%FT%T", &parts);
-  std::snprintf(text.data() + length, text.size() - length, ".%03dZ",
+  const std::size_t length = std::strftime(text.data(), text.size(), "%F %T", &parts);
+  std::snprintf(text.data() + length, text.size() - length, ".%03d",
                 static_cast<int>(ns / 1'000'000 % 1000));
   return text.data();
+}
+
+}  // namespace
+
+std::string date_text(Instant utc) {
+  std::string text = time_text(utc, gmtime_r) + "Z";
+  text[text.find(' ')] = 'T';
+  return text;
 }
 
 std::string clock_text(Instant utc) {
@@ -27,18 +37,7 @@ std::string clock_text(Instant utc) {
 }
 
 std::string local_text(Instant utc) {
-  if (utc == Instant{}) {
-    return "-";
-  }
-  const std::int64_t ns = utc.time_since_epoch().count();
-  const std::time_t seconds = ns / 1'000'000'000;
-  std::tm parts{};
-  localtime_r(&seconds, &parts);
-  std::array<char, 40> text;
-  const std::size_t length = std::strftime(text.data(), text.size(), "%F %T", &parts);
-  std::snprintf(text.data() + length, text.size() - length, ".%03d",
-                static_cast<int>(ns / 1'000'000 % 1000));
-  return text.data();
+  return utc == Instant{} ? "-" : time_text(utc, localtime_r);
 }
 
 Stamp stamp_of(const Context& context) {

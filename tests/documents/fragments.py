@@ -6,7 +6,7 @@ import shutil
 import struct
 
 from plant_process import EDS
-from stage import program
+from drive_program import program
 
 HEAD = "schema: 1\ngateway: {name: whole}\n"
 # Keys that stand at the top of a plant; a fragment that begins with another one belongs into a line.

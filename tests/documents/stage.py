@@ -5,7 +5,6 @@ import os
 import re
 import shutil
 import signal
-import struct
 import subprocess
 import time
 
@@ -78,22 +77,6 @@ def on_this_machine(text):
         number = int(found[2]) + (1 if found[1] == "can" else 11)
         return f"udp:239.74.163.{100 + number}:{43200 + number}"
     return INTERFACE.sub(group, text).replace("/etc/linegate", "etc/linegate")
-
-
-def crc(data):
-    """CRC of the programs that the simulated drive takes."""
-    value = 0
-    for octet in data:
-        value ^= octet << 8
-        for _ in range(8):
-            value = (value << 1 ^ 0x1021) & 0xFFFF if value & 0x8000 else value << 1
-    return value
-
-
-def program(identification, size):
-    """A program (1F50h) for the simulated drive."""
-    content = bytes(i * 7 & 0xFF for i in range(size))
-    return b"LGFW" + struct.pack("<IH", identification, crc(content)) + content
 
 
 class Process:

@@ -5,8 +5,7 @@ told in its words; and a gateway updates a device when it boots.
 program.py LINEGATED LINEGATE PROFILES. The line is simulated inside the gateway.
 """
 
-import struct
-
+from drive_program import program
 from plant_process import EDS, Failure, Plant, run_test, write
 
 NEW = 0x00010002
@@ -22,20 +21,6 @@ lines:
     simulate:
       - {{node: 5, profile: drive}}
 """
-
-
-def crc(data):
-    value = 0
-    for byte in data:
-        value ^= byte << 8
-        for _ in range(8):
-            value = (value << 1 ^ 0x1021) & 0xFFFF if value & 0x8000 else value << 1
-    return value
-
-
-def program(identification, size):
-    content = bytes(i * 7 & 0xFF for i in range(size))
-    return b"LGFW" + struct.pack("<IH", identification, crc(content)) + content
 
 
 class Loaded(Plant):
