@@ -388,14 +388,14 @@ void OwnObjects::mark(const Place& place) {
 
 Event written_event(std::uint8_t node, od::Address address, std::span<const std::byte> value,
                     Instant now) {
-  constexpr std::size_t kAddress = 3;
+  constexpr std::size_t kHead = 3;  // octets of the address
   Event event{.time = now, .kind = EventKind::object_written, .node = node};
   event.value = static_cast<std::uint32_t>(value.size());
   store_le(event.data.data(), address.index);
   event.data[2] = std::byte{address.sub};
-  const std::size_t shown = std::min(value.size(), event.data.size() - kAddress);
-  std::copy_n(value.begin(), shown, event.data.begin() + kAddress);
-  event.length = static_cast<std::uint8_t>(kAddress + shown);
+  const std::size_t shown = std::min(value.size(), event.data.size() - kHead);
+  std::copy_n(value.begin(), shown, event.data.begin() + kHead);
+  event.length = static_cast<std::uint8_t>(kHead + shown);
   return event;
 }
 
