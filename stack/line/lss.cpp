@@ -173,13 +173,18 @@ void Lss::pump(Instant now) {
         return;
       }
     } else if (course_runs()) {
-      master_.start(asked_.front().course->request());
+      begin_service(asked_.front().course->request(), now);
     } else if (assigner_.active()) {
-      master_.start(assigner_.request());
+      begin_service(assigner_.request(), now);
     } else if (!begin_next(now)) {
       return;
     }
   }
+}
+
+void Lss::begin_service(const lss::Request& request, Instant now) {
+  master_.start(request);
+  stuck_at_ = holding_ ? deadline(now, kStuck) : kNever;
 }
 
 // Commands first; a round when its time has come. False if there is nothing to be done.

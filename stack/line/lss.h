@@ -74,6 +74,7 @@ class Lss final : lss::AssignerHost {
   bool is_present(std::uint8_t node) const override;
   bool is_watched(std::uint8_t node) const override;
   void pump(Instant now);
+  void begin_service(const lss::Request& request, Instant now);
   bool begin_next(Instant now);
   void take_answer(const lss::Answer& answer, Instant now);
   std::optional<std::uint8_t> node_to_check() const;
