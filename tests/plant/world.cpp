@@ -237,7 +237,7 @@ void World::turn(LineSeat& seat) {
 // asked.
 void World::follow_node_id(LineSeat& seat, DeviceSeat& device) {
   constexpr Duration kBootUp = std::chrono::milliseconds(10);
-  constexpr Duration kAsked = std::chrono::milliseconds(1600);
+  constexpr Duration kQuestions = std::chrono::milliseconds(1600);
   const sim::Device& is = *device.device;
   const std::uint8_t pending = is.lss_slave().pending().node_id;
   const std::uint8_t later = pending == lss::kNoNodeId ? std::uint8_t{0} : pending;
@@ -245,7 +245,7 @@ void World::follow_node_id(LineSeat& seat, DeviceSeat& device) {
   const std::uint8_t node_id = !there ? std::uint8_t{0} : is.node_id() != 0 ? is.node_id() : later;
   if (node_id != device.use.node_id) {
     device.use.node_id = node_id;
-    device.use.shows = now_ + (device.use.alive ? kAsked : kBootUp);
+    device.use.shows = now_ + (device.use.alive ? kQuestions : kBootUp);
   }
   device.use.alive = is.alive();
 }
