@@ -185,14 +185,30 @@ class Services(TreeCase):
         row = "| SYNC | `sync/producer.h` | `Sync.IsSent` |\n"
         head = "## Each public sentence, and its test\n\n| sentence | where | test |\n|---|---|---|\n"
         for sentence, count in (
-            ("| SDOs are routed | `sync/producer.h` | `Sync.IsSent` |\n", 0),
-            ("| SDOs are routed | `sync/producer.h` | `Sync.IsGone` |\n", 1),
-            ("| SDOs are routed | `sync/producer.h` | |\n", 1),
+            ("| SYNC is routed | `sync/producer.h` | `Sync.IsSent` |\n", 0),
+            ("| SYNC is routed | `sync/producer.h` | `Sync.IsGone` |\n", 1),
+            ("| SYNC is routed | `sync/producer.h` | |\n", 1),
             ("", 1),
         ):
             with self.subTest(sentence=sentence):
                 self.write("stack/routing/README.md", head + sentence)
                 self.assertEqual(len(self.found_in(row)), count)
+
+    def test_what_a_row_says_and_its_tests_do_not(self):
+        self.write("stack/base/event.cpp", '{{{"sync-lost", EventSeverity::error}}}')
+        events = ("## The log, and what each event says\n\n| event | severity | what it says |\n|---|---|---|\n"
+                  "| `sync-lost` | error | no SYNC |\n\n")
+        for claim, count in (
+            ("SYNC", 0),
+            ("SYNC. Differs: not 1006h", 0),
+            ("SYNC, 1006h", 1),
+            ("SYNC: `sync-lost`", 1),
+            ("SYNC: hook `after_sync`", 1),
+            ("TIME", 1),
+        ):
+            with self.subTest(claim=claim):
+                row = f"| {claim} | `sync/producer.h` | `Sync.IsSent` |\n"
+                self.assertEqual(len(self.found_in(row, events + self.FAULTS + self.FAULT)), count)
 
     def test_faults(self):
         row = "| SYNC | `sync/producer.h` | `Sync.IsSent` |\n"

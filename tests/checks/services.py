@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 """The table of services and objects in stack/README.md, that of sentences in stack/routing/README.md, that of services in
 stack/lss/README.md, those in stack/manager/README.md, that of features in stack/line/README.md, those of manuals in stack/diagnosis/README.md and stack/node/README.md, those of manuals in stack/scan/README.md, and that of faults in deploy/OPERATING.md: every place and every test they name exists, and the test is built. The guide's table of events has each kind with its severity. (That none is switched off is what words.py looks after.) What is
-no test of GoogleTest is named by its path below tests/."""
+no test of GoogleTest is named by its path below tests/. Each row is compared with its tests: see rows.py."""
 
 import os
 import re
 
+import rows as contents
 import tree
 
 TABLE = "stack/README.md"
@@ -84,7 +85,7 @@ def wrong_tests(root, cell, tests):
             yield f"there is no test {name}"
 
 
-def wrong_in(root, cells, tests):
+def wrong_in(root, cells, tests, known=None):
     if len(cells) != 3:
         yield "a row has three cells: service or object, where, test"
         return
@@ -94,7 +95,10 @@ def wrong_in(root, cells, tests):
     for place in places:
         if not any(os.path.exists(os.path.join(root, base, place)) for base in ("stack", "")):
             yield f"there is no {place}"
-    yield from wrong_tests(root, cells[2], tests)
+    wrong = list(wrong_tests(root, cells[2], tests))
+    yield from wrong
+    if known is not None and not wrong:
+        yield from contents.unsaid(cells[0], IN_CODE.findall(cells[2]), *known)
 
 
 def wrong_in_fault(root, cells, tests):
@@ -113,10 +117,17 @@ def check_table(root, tests, table, heading, first_cell, wrong):
             yield f"{table}:{number}: {complaint}"
 
 
+def event_kinds(root):
+    """The severity of each kind of event."""
+    if not os.path.exists(os.path.join(root, EVENT_KINDS)):
+        return {}
+    return dict(EVENT_KIND.findall(tree.read(root, EVENT_KINDS)))
+
+
 def check_events(root):
     if not os.path.exists(os.path.join(root, EVENT_KINDS)):
         return
-    kinds = {f"`{name}`": severity for name, severity in EVENT_KIND.findall(tree.read(root, EVENT_KINDS))}
+    kinds = {f"`{name}`": severity for name, severity in event_kinds(root).items()}
     told = {}
     for number, cells in rows(root, FAULTS, EVENTS_HEADING, EVENTS_FIRST_CELL):
         told[cells[0]] = cells[1]
@@ -130,25 +141,30 @@ def check(root):
     if not os.path.exists(os.path.join(root, "stack")):
         return
     tests = tests_of(root)
-    yield from check_table(root, tests, TABLE, HEADING, FIRST_CELL, wrong_in)
+    known = contents.Tests(root), event_kinds(root)
+
+    def wrong(root, cells, tests):
+        return wrong_in(root, cells, tests, known)
+
+    yield from check_table(root, tests, TABLE, HEADING, FIRST_CELL, wrong)
     if os.path.exists(os.path.join(root, "stack/routing")):
-        yield from check_table(root, tests, ROUTING, ROUTING_HEADING, ROUTING_FIRST_CELL, wrong_in)
+        yield from check_table(root, tests, ROUTING, ROUTING_HEADING, ROUTING_FIRST_CELL, wrong)
     if os.path.exists(os.path.join(root, "stack/lss")):
-        yield from check_table(root, tests, LSS, LSS_HEADING, LSS_FIRST_CELL, wrong_in)
+        yield from check_table(root, tests, LSS, LSS_HEADING, LSS_FIRST_CELL, wrong)
     if os.path.exists(os.path.join(root, "stack/manager")):
-        yield from check_table(root, tests, MANAGER, MANAGER_HEADING, MANAGER_FIRST_CELL, wrong_in)
+        yield from check_table(root, tests, MANAGER, MANAGER_HEADING, MANAGER_FIRST_CELL, wrong)
         for heading in MANAGER_FEATURE_HEADINGS:
-            yield from check_table(root, tests, MANAGER, heading, MANAGER_FEATURE_FIRST_CELL, wrong_in)
+            yield from check_table(root, tests, MANAGER, heading, MANAGER_FEATURE_FIRST_CELL, wrong)
     if os.path.exists(os.path.join(root, "stack/line")):
-        yield from check_table(root, tests, LINE, LINE_HEADING, LINE_FIRST_CELL, wrong_in)
+        yield from check_table(root, tests, LINE, LINE_HEADING, LINE_FIRST_CELL, wrong)
     if os.path.exists(os.path.join(root, "stack/diagnosis")):
         for heading in DIAGNOSIS_HEADINGS:
-            yield from check_table(root, tests, DIAGNOSIS, heading, DIAGNOSIS_FIRST_CELL, wrong_in)
+            yield from check_table(root, tests, DIAGNOSIS, heading, DIAGNOSIS_FIRST_CELL, wrong)
     if os.path.exists(os.path.join(root, "stack/node")):
-        yield from check_table(root, tests, INDICATIONS, INDICATIONS_HEADING, INDICATIONS_FIRST_CELL, wrong_in)
+        yield from check_table(root, tests, INDICATIONS, INDICATIONS_HEADING, INDICATIONS_FIRST_CELL, wrong)
     if os.path.exists(os.path.join(root, "stack/scan")):
         for heading in SCAN_HEADINGS:
-            yield from check_table(root, tests, SCAN, heading, SCAN_FIRST_CELL, wrong_in)
+            yield from check_table(root, tests, SCAN, heading, SCAN_FIRST_CELL, wrong)
     yield from check_table(root, tests, FAULTS, FAULTS_HEADING, FAULTS_FIRST_CELL, wrong_in_fault)
     yield from check_events(root)
 

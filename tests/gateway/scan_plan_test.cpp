@@ -75,6 +75,77 @@ TEST(ScanPlan, TheLineHasTheNodesThatWereFound) {
   EXPECT_EQ((*line.value)->layout(image::Direction::inputs).entries.size(), 2U);
 }
 
+// The network list of the manager, as the IXXAT manual has it for modules that were found.
+TEST(ScanPlan, NodesAreOptionalSlavesOfTheirIdentityThatAreConfiguredAtEachBoot) {
+  scan::ScannedNode found = node_of(5);
+  const std::uint32_t identity[] = {0x4C47, 0x401, 0x0001'0002, 501};
+  for (std::uint8_t sub = 1; sub <= 4; ++sub) {
+    std::vector<std::byte> data(4);
+    store_le(std::span(data), identity[sub - 1]);
+    found.values.push_back({{0x1018, sub}, data});
+  }
+  std::ranges::sort(found.values, {}, &manager::ObjectWrite::address);
+  const auto plan = plan_of(line_of(kBare), taken({found}, line::kScanSetUp));
+  ASSERT_TRUE(plan.ok());
+  const auto line = line::Line::make(plan.value->config);
+  ASSERT_TRUE(line.ok());
+  const auto own = [&](std::uint16_t index, std::uint8_t sub) {
+    return (*line.value)->dictionary().number({index, sub}).value_or(0xDEAD);
+  };
+  EXPECT_EQ(own(0x1F81, 5), 0x05U) << "an NMT slave that is booted, not mandatory";
+  EXPECT_EQ(own(0x1F84, 5), 0x0004'0191U);
+  EXPECT_EQ(own(0x1F85, 5), identity[0]);
+  EXPECT_EQ(own(0x1F86, 5), identity[1]);
+  EXPECT_EQ(own(0x1F87, 5), identity[2]);
+  EXPECT_EQ(own(0x1F88, 5), 0U) << "a device may be exchanged";
+  EXPECT_EQ(own(0x1F26, 5), 0U) << "configured at each boot";
+  EXPECT_EQ(own(0x1F27, 5), 0U);
+}
+
+// 1017h of the device and 1016h of the manager.
+TEST(ScanPlan, TheManagerListensToTheHeartbeatThatADeviceHas) {
+  const auto plan = plan_of(line_of(kBare), taken({node_of(5)}, line::kScanSetUp));
+  ASSERT_TRUE(plan.ok());
+  const auto line = line::Line::make(plan.value->config);
+  ASSERT_TRUE(line.ok());
+  Instant now{10s};
+  (*line.value)->start(now);
+  const auto hear = [&](std::initializer_list<std::uint8_t> data) {
+    can::Frame frame = can::make_frame(0x705, data);
+    frame.time = now;
+    (*line.value)->receive({&frame, 1}, now);
+  };
+  hear({0x00});
+  std::vector<std::uint16_t> heartbeats;
+  can::Frame out;
+  for (int i = 0; i < 100; ++i) {
+    now += 10ms;
+    (*line.value)->advance(now);
+    while ((*line.value)->next_frame(out, now)) {
+      if (out.id != 0x605) {
+        continue;
+      }
+      const auto index = load_le<std::uint16_t>(out.bytes().data() + 1);
+      const bool read = (std::to_integer<unsigned>(out.bytes()[0]) & 0xE0U) == 0x40U;
+      can::Frame answer = can::make_frame(0x585, {0x60, 0, 0, 0, 0, 0, 0, 0});
+      std::copy_n(out.bytes().data() + 1, 3, answer.data.data() + 1);
+      if (read) {
+        answer.data[0] = std::byte{0x43};
+        store_le(answer.data.data() + 4, index == 0x1000 ? 0x0004'0191U : 0U);
+      } else if (index == 0x1017) {
+        heartbeats.push_back(load_le<std::uint16_t>(out.bytes().data() + 4));
+      }
+      answer.time = now;
+      (*line.value)->receive({&answer, 1}, now);
+    }
+  }
+  EXPECT_EQ(heartbeats, (std::vector<std::uint16_t>{200})) << "a time that a device has is kept";
+  hear({0x05});
+  const auto entry = (*line.value)->dictionary().read({0x1016, 1});
+  ASSERT_TRUE(entry.ok());
+  EXPECT_EQ(load_le(*entry), 0x0005'01F4U) << "2.5 heartbeat times";
+}
+
 TEST(ScanPlan, WhatIsNotSetUpIsLeftAlone) {
   const auto plan = plan_of(line_of(kBare), taken({node_of(5)}, 0));
   ASSERT_TRUE(plan.ok());

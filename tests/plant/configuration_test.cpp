@@ -75,6 +75,7 @@ class ConfigurationTest : public ManagerFixture {
   }
 };
 
+// several nodes at once
 TEST_F(ConfigurationTest, WhatWasConfiguredIsFoundAndVerifyingWritesNothing) {
   run();
   EXPECT_EQ(value(5, kVelocity), 1'000U);
@@ -112,7 +113,7 @@ TEST_F(ConfigurationTest, ANodeThatIsSilentEndsItsOwnReportAlone) {
   EXPECT_TRUE(found[2].good());
 }
 
-TEST_F(ConfigurationTest, WhatANodeStoredIsNotSentAgain) {
+TEST_F(ConfigurationTest, WhatANodeStoredIsNotSentAgain) {  // 1F26h, 1F27h
   run(0, 1);
   EXPECT_NE(value(5, {0x1020, 1}), 0U) << "dated";
   power_cycle(5);

@@ -204,7 +204,7 @@ TEST_F(ScanTest, ADeviceThatDiesMeanwhileIsToldWithWhatItSaid) {
   EXPECT_EQ(nodes[2].end, AbortCode::none);
 }
 
-TEST_F(ScanTest, OneNodeCanBeReadAgain) {
+TEST_F(ScanTest, OneNodeCanBeReadAgain) {  // 5F01h
   LineSeat& seat = run({});
   scan(seat, 1, 8);
   const auto nodes = found(seat, 1);
@@ -279,7 +279,7 @@ TEST_F(ScanTest, TheHeartbeatThatIsSetUpCanBeWritten) {
   EXPECT_EQ(nodes[0].number(kHeartbeat), 250U);
 }
 
-TEST_F(ScanTest, DefaultsAreRestoredBeforeADeviceIsRead) {
+TEST_F(ScanTest, DefaultsAreRestoredBeforeADeviceIsRead) {  // 1011h
   LineSeat& seat = run({});
   const auto delivered = sdo(seat, 1, 5, kHeartbeat)->data;
   ASSERT_TRUE(sdo(seat, 2, 5, kHeartbeat, {std::byte{77}, std::byte{0}})->ok());
@@ -326,6 +326,16 @@ TEST_F(ScanTest, WhatIsTakenAsFoundIsRunWithoutAWriteOrAReset) {
   EXPECT_EQ(again.line->state().nodes_operational, std::size(kDevices));
   EXPECT_TRUE(std::ranges::none_of(again.frames, writes));
   EXPECT_TRUE(std::ranges::none_of(again.frames, resets_communication));
+}
+
+TEST_F(ScanTest, CommandsAreCarriedOutDuringTheScan) {
+  LineSeat& seat = run({});
+  scan(seat, 1);
+  ASSERT_TRUE(sdo(seat, 2, 5, kHeartbeat, {std::byte{44}, std::byte{0}})->ok());
+  EXPECT_FALSE(seat.replies.contains(1)) << "the scan goes on";
+  EXPECT_EQ(sdo(seat, 3, 5, kHeartbeat)->data[0], std::byte{44});
+  EXPECT_FALSE(seat.replies.contains(1));
+  EXPECT_EQ(found(seat, 1).size(), std::size(kDevices));
 }
 
 TEST_F(ScanTest, WhatItReadAnswersLaterReadsOnRequest) {

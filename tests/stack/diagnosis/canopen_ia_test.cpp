@@ -5,7 +5,7 @@
 namespace linegate::diagnosis {
 namespace {
 
-TEST_F(CanopenIaTest, TheStatusOfTheDevice) {
+TEST_F(CanopenIaTest, TheStatusOfTheDevice) {  // 1018h
   make({.revision = 0x0003'0007, .serial = 0x1234'5678});
   EXPECT_EQ(read(0x5F40, 0), 5U);
   EXPECT_EQ(read(0x5F40, 1), 127U);
@@ -92,7 +92,7 @@ TEST_F(CanopenIaTest, WhatIsNoCommandIsRefused) {
   EXPECT_EQ(write(0x5F4A, 1, 0x0501, 2), AbortCode::device_state);
 }
 
-TEST_F(CanopenIaTest, WhatIsNotThereIsNoSubIndex) {
+TEST_F(CanopenIaTest, WhatIsNotThereIsNoSubIndex) {  // those of CiA 447
   make({});
   EXPECT_EQ(dictionary_.read({0x5F41, 2}).error(), to_error(AbortCode::no_sub_index));
   EXPECT_EQ(write(0x5F41, 3, 0, 4), AbortCode::no_sub_index);

@@ -214,7 +214,7 @@ TEST(Reader, ADomainNeedsNoDataTypeAndNoAccessType) {
   EXPECT_EQ(firmware->access, Access::rw);
 }
 
-TEST(Reader, WhatIsReadMakesADictionary) {
+TEST(Reader, WhatIsReadMakesADictionary) {  // 1002h, 1008h, 1027h
   const od::Dictionary dictionary(encoder());
   EXPECT_EQ(dictionary.indices().size(), encoder().objects.size());
   EXPECT_EQ(dictionary.number({0x1800, 5}), 1000U);

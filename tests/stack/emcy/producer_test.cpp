@@ -51,7 +51,7 @@ class EmcyProducerTest : public ::testing::Test {
   Producer producer{dictionary, queue, events, 5};
 };
 
-TEST_F(EmcyProducerTest, SendsEightBytes) {
+TEST_F(EmcyProducerTest, SendsEightBytes) {  // 1014h
   EXPECT_EQ(send(0x6200, 0ms, 0x81), SendResult::sent);
   const auto frames = take_frames(queue);
   ASSERT_EQ(frames.size(), 1U);
@@ -110,7 +110,7 @@ TEST_F(EmcyProducerTest, WritingZeroEmptiesTheHistory) {
 }
 
 TEST_F(EmcyProducerTest, TheInhibitTimeSpacesMessages) {
-  inhibit(100);  // 10 ms
+  inhibit(100);  // 10 ms, 1015h
   EXPECT_EQ(send(0x1000, 0ms), SendResult::sent);
   EXPECT_EQ(send(0x2000, 4ms), SendResult::queued);
   EXPECT_EQ(send(0x3000, 5ms), SendResult::queued);

@@ -106,7 +106,7 @@ TEST_F(DataByObject, WhatNoPdoCarriesGoesBySdo) {
   EXPECT_THAT(refused.data, IsEmpty());
 }
 
-TEST_F(DataByObject, SdoCanBeEnforced) {
+TEST_F(DataByObject, SdoCanBeEnforced) {  // 5F01h
   run(config_with_axis());
   line_->execute(write(kMode, mode(7), kForceSdo), now_);
   EXPECT_THAT(sent(), ElementsAre("605#2F03200007000000"));
@@ -115,7 +115,7 @@ TEST_F(DataByObject, SdoCanBeEnforced) {
   EXPECT_EQ(snapshot(Direction::outputs).valid.at(0), 0U) << "and the image has nothing of it";
 }
 
-TEST_F(DataByObject, TheUpdateTimeCollectsTheValuesOfAPdo) {
+TEST_F(DataByObject, TheUpdateTimeCollectsTheValuesOfAPdo) {  // 5F01h
   run_with_update_time(milliseconds(20));
   ask(write(kSetpoint, setpoint(1)));
   ask(write(kMode, mode(1)));
@@ -132,7 +132,7 @@ TEST_F(DataByObject, TheUpdateTimeCollectsTheValuesOfAPdo) {
   EXPECT_THAT(pdos(), IsEmpty());
 }
 
-TEST_F(DataByObject, WithAnEventTimerThereIsNoUpdateTime) {
+TEST_F(DataByObject, WithAnEventTimerThereIsNoUpdateTime) {  // 5F01h
   run_with_update_time(milliseconds(20));
   set_event_timer(100);
   ask(write(kSetpoint, setpoint(1)));
@@ -159,7 +159,7 @@ TEST_F(DataByObject, TheInhibitTimeIsKept) {
   EXPECT_THAT(pdos(), ElementsAre("205#0100000003"));
 }
 
-TEST_F(DataByObject, AKeptPdoIsSentWhenItIsTriggered) {
+TEST_F(DataByObject, AKeptPdoIsSentWhenItIsTriggered) {  // 5F01h
   run(config_with_axis());
   EXPECT_EQ(ask(write(kSetpoint, setpoint(1), kKeepPdo)).data, by_pdo(PdoWait::trigger));
   EXPECT_EQ(ask(trigger(5, 1)).error, to_error(Refusal::wrong_state)) << "a value is missing";

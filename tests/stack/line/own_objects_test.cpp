@@ -145,7 +145,7 @@ TEST_F(OwnObjectsTest, WhatTheApplicationGivesIsInTheOutputs) {
   EXPECT_EQ(image_value(Direction::outputs), 0x11223344U);
 }
 
-TEST_F(OwnObjectsTest, AResetGivesThemTheirDefaults) {
+TEST_F(OwnObjectsTest, AResetGivesThemTheirDefaults) {  // 1010h
   run(config_with_objects());
   write(0x2100, 1, bytes_le(7, 2));
   snapshot(Direction::inputs);
@@ -226,7 +226,7 @@ TEST_F(OwnObjectsTest, LimitsAndDefaultGoTogether) {
   EXPECT_EQ(fault(7, 5, std::nullopt), "has a lower limit above the upper one");
 }
 
-TEST_F(OwnObjectsTest, ACommandCreatesAndRemovesThem) {
+TEST_F(OwnObjectsTest, ACommandCreatesAndRemovesThem) {  // 1010h
   run(config_with_axis());
   EXPECT_TRUE(ask(create(0x2200, 1, od::DataType::unsigned16, 3)).ok());
   EXPECT_EQ(read(0x2200, 1).data, bytes_le(3, 2));

@@ -52,7 +52,7 @@ TEST(BootReport, OfHalfANodeIsRefused) {
   EXPECT_EQ(read_boot_report(bytes).error(), to_error(AbortCode::length_mismatch));
 }
 
-TEST(BootEvent, SaysTheObjectAndWhatWasFound) {
+TEST(BootEvent, SaysTheObjectAndWhatWasFound) {  // 1F80h, 1F81h
   const Event event = boot_result(5, 'M', differs(), Instant{});
   EXPECT_EQ(event.kind, EventKind::boot_result);
   EXPECT_EQ(event.node, 5);

@@ -21,7 +21,7 @@ std::vector<std::byte> example() {
                 0x03, 0x00, 0x14, 0x01, 0x04, 0,    0,    0,    0x01, 0x02, 0x00, 0x80});
 }
 
-TEST(ConciseDcf, IsWrittenByteByByte) {
+TEST(ConciseDcf, IsWrittenByteByByte) {  // 1F22h
   const std::vector<ObjectWrite> writes = {{{0x1017, 0}, bytes({0xE8, 0x03})},
                                            {{0x1400, 1}, bytes({0x01, 0x02, 0x00, 0x80})}};
   EXPECT_EQ(write_concise_dcf(writes), example());

@@ -1,11 +1,13 @@
 #include "stack/manager/configuration_objects.h"
 
+#include <array>
 #include <map>
 
 #include <gtest/gtest.h>
 
 #include "stack/base/byte_order.h"
 #include "stack/manager/concise_dcf.h"
+#include "stack/sdo/server.h"
 
 #include "tests/stack/manager/numbers.h"
 
@@ -71,6 +73,45 @@ TEST_F(ConfigurationObjectsTest, AConciseDcfIsTakenWholeOrNotAtAll) {
   EXPECT_EQ(objects_->order(5).writes.at(0).address, (od::Address{0x1017, 0}));
   EXPECT_EQ(dictionary_.write({0x1F22, 5}, write_concise_dcf(other)), AbortCode::none);
   EXPECT_EQ(objects_->order(5).writes.at(0).address, (od::Address{0x2000, 1}));
+}
+
+// Segments of two downloads and of an upload in turn: nothing is shared between the servers.
+TEST_F(ConfigurationObjectsTest, SeveralConciseDcfsAreWrittenAtOnceAndReadMeanwhile) {
+  EventLog events;
+  can::TransmitQueue queue{4};
+  sdo::Server first(dictionary_, can::CobId{0x67F}, can::CobId{0x5FF}, events);
+  sdo::Server second(dictionary_, can::CobId{0x640}, can::CobId{0x641}, events);
+  sdo::Server reader(dictionary_, can::CobId{0x642}, can::CobId{0x643}, events);
+  const auto ask = [](sdo::Server& server, const std::array<std::uint8_t, 8>& request) {
+    can::Frame frame = can::make_frame(server.request_id().id(), std::as_bytes(std::span(request)));
+    can::Frame out;
+    EXPECT_TRUE(server.answer(frame, out));
+    return std::to_integer<unsigned>(out.bytes()[0]);
+  };
+  // 15 bytes: one object of 4 bytes.
+  const auto segments = [](std::uint16_t index, std::uint8_t value) {
+    const auto low = static_cast<std::uint8_t>(index);
+    const auto high = static_cast<std::uint8_t>(index >> 8U);
+    return std::array<std::array<std::uint8_t, 8>, 3>{
+        {{0x00, 1, 0, 0, 0, low, high, 1}, {0x10, 4, 0, 0, 0, value, 0, 0}, {0x0D, 0}}};
+  };
+  const auto one = segments(0x2000, 8);
+  const auto two = segments(0x2100, 9);
+  EXPECT_EQ(ask(first, {0x21, 0x22, 0x1F, 5, 15, 0, 0, 0}), 0x60U);
+  EXPECT_EQ(ask(second, {0x21, 0x22, 0x1F, 7, 15, 0, 0, 0}), 0x60U);
+  EXPECT_EQ(ask(reader, {0x40, 0x22, 0x1F, 5, 0, 0, 0, 0}), 0x41U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const unsigned toggle = i % 2 == 1 ? 0x10 : 0x00;
+    EXPECT_EQ(ask(first, one[i]), 0x20U | toggle);
+    EXPECT_EQ(ask(second, two[i]), 0x20U | toggle);
+    if (i < 2) {
+      EXPECT_EQ(ask(reader, {static_cast<std::uint8_t>(0x60U | toggle), 0}) & 0xF0U, toggle);
+    }
+  }
+  EXPECT_EQ(objects_->order(5).writes.at(0).address, (od::Address{0x2000, 1}));
+  EXPECT_EQ(objects_->order(7).writes.at(0).address, (od::Address{0x2100, 1}));
+  EXPECT_EQ(first.counters().aborts + second.counters().aborts + reader.counters().aborts, 0U);
+  EXPECT_EQ(reader.counters().uploads, 1U) << "of the concise DCF as it was at the beginning";
 }
 
 TEST_F(ConfigurationObjectsTest, WhatIsExpectedBelongsToTheNewestConciseDcf) {

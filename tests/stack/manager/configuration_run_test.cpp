@@ -73,7 +73,7 @@ TEST(ConfigurationRun, AnotherDateOrTimeOrNoneIsConfiguredAndDated) {
   EXPECT_EQ(run(forced, dated.expected), "2000:1=7 1017:0=64 1020:1=3A98 1020:2=3E8 ");
 }
 
-TEST(ConfigurationRun, RestoringComesBeforeEverythingAndWantsAReset) {
+TEST(ConfigurationRun, RestoringComesBeforeEverythingAndWantsAReset) {  // 1F8Ah
   auto restoring = order();
   restoring.restore = 4;
   ConfigurationRun restored(restoring);

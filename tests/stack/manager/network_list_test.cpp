@@ -45,7 +45,7 @@ TEST(NetworkList, AnUnlistedNodeHasNoBits) {
   EXPECT_FALSE(list.mandatory(5));
 }
 
-TEST(NetworkList, EachBitOf1F81hComesFromThePlan) {
+TEST(NetworkList, EachBitOf1F81hComesFromThePlan) {  // 1F81h; 1F8Ah, 1011h
   std::vector<NodePlan> plans = {plan(1), plan(2), plan(3), plan(4), plan(5)};
   plans[0].boot = false;
   plans[1].mandatory = true;
@@ -66,7 +66,7 @@ TEST(NetworkList, EachBitOf1F81hComesFromThePlan) {
   EXPECT_EQ(list.life_time_factor(5), 3);
 }
 
-TEST(NetworkList, WhatIsExpectedComesFromThePlan) {
+TEST(NetworkList, WhatIsExpectedComesFromThePlan) {  // 1F84h
   NodePlan node = plan(9);
   node.device_type = 1;
   node.vendor = 2;

@@ -170,7 +170,7 @@ TEST(ProgramRun, ARefusalEndsItWithObjectAndCode) {
   EXPECT_EQ(run.finding().object, (od::Address{0x1F51, 2}));
 }
 
-TEST(ProgramRun, WhatANodeHasIsNotLoaded) {
+TEST(ProgramRun, WhatANodeHasIsNotLoaded) {  // 1F81h
   auto order = program_order();
   order.check = true;
   order.expected = 0x10002;
@@ -181,7 +181,7 @@ TEST(ProgramRun, WhatANodeHasIsNotLoaded) {
   EXPECT_EQ(same.result(), Loading::unchanged);
 }
 
-TEST(ProgramRun, AnotherSoftwareIsLoadedIfItMayBeAndComparedAgain) {
+TEST(ProgramRun, AnotherSoftwareIsLoadedIfItMayBeAndComparedAgain) {  // 1F81h
   auto order = program_order();
   order.check = true;
   order.expected = 0x10002;

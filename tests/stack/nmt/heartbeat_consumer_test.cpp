@@ -208,7 +208,7 @@ TEST_F(HeartbeatConsumerTest, ListensToAllButTheOwnNode) {
   EXPECT_NE(dispatch.find(frame_at(at(0ms), 0x77F, {0x05})), nullptr);
 }
 
-TEST_F(HeartbeatConsumerTest, AllNodesAtOnce) {
+TEST_F(HeartbeatConsumerTest, AllNodesAtOnce) {  // 1016h
   for (std::uint8_t node = 1; node <= 127; ++node) {
     consumer.monitor(node, std::chrono::milliseconds(1000 - node));
     hear(node, 0x05, 0ms);

@@ -155,6 +155,7 @@ TEST_F(ErrorStateTest, TheApplicationMayChangeOrStopWhatTheNodeSendsByItself) {
   node.reset();
 }
 
+// EMCY 8110h, 8120h, 8140h
 TEST_F(ErrorStateTest, ErrorPassiveIsAnErrorUntilTheBusIsActive) {
   make(ErrorScheme::number);
   bus(can::BusState::error_warning, 1ms);

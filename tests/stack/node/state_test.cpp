@@ -186,7 +186,7 @@ struct Recorder : Application {
   std::vector<int> rpdos;
 };
 
-TEST_F(NodeTest, TheApplicationHearsOfAllThat) {
+TEST_F(NodeTest, TheApplicationHearsOfAllThat) {  // PDO, PDO_SYNC
   Recorder application;
   node->set_application(&application);
   boot_and_start();

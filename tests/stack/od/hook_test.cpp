@@ -82,6 +82,7 @@ TEST(Hook, MayRefuseARead) {
   EXPECT_EQ(dictionary.read({0x2000, 0}).error(), to_error(AbortCode::no_data));
 }
 
+// 1021h, 1022h stored EDS, 1023h to 1026h OS command and prompt
 TEST(Hook, IsAskedLastAndToldAfterwards) {
   Recorder hook;
   Dictionary dictionary = array_with(hook);

@@ -148,7 +148,7 @@ TEST(Values, AreRememberedAsDescribed) {
   EXPECT_TRUE(dictionary.initial_value({0x2001, 0}).empty());
 }
 
-TEST(StoreFlag, IsAsDescribedUntilItIsSet) {
+TEST(StoreFlag, IsAsDescribedUntilItIsSet) {  // 1010h: which values 1010h saves
   ObjectDescription record =
       object(0x2000, ObjectType::record,
              {variable(0, DataType::unsigned8), variable(2, DataType::unsigned8),

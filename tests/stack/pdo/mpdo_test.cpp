@@ -132,7 +132,7 @@ TEST(Mpdo, EntriesOfTheLists) {
   EXPECT_EQ(entry.local, (od::Address{0x2100, 1}));
 }
 
-TEST_F(MpdoTest, DestinationAddressModeWritesWhatTheFrameNames) {
+TEST_F(MpdoTest, DestinationAddressModeWritesWhatTheFrameNames) {  // 8230h
   device.receive(frame(0x201, {0x80 | kNode, 0x00, 0x21, 2, 0x34, 0x12, 0xFF, 0xFF}, at(1)));
   EXPECT_EQ(device.read(0x2100, 2), 0x1234U) << "as many bytes as it has";
   device.receive(frame(0x201, {0x80, 0x05, 0x20, 0, 1, 2, 3, 4}, at(2)));

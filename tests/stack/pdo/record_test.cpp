@@ -61,7 +61,7 @@ TEST_F(RecordTest, ATpdoThatBecomesValidIsSent) {
   EXPECT_THAT(device.sent_ids(at(1)), ElementsAre(0x281));
 }
 
-TEST_F(RecordTest, AValidPdoKeepsItsIdentifier) {
+TEST_F(RecordTest, AValidPdoKeepsItsIdentifier) {  // 1400h.., 1800h.. communication parameter
   EXPECT_EQ(device.write(0x1400, 1, 0x202), AbortCode::device_state);
   EXPECT_EQ(device.write(0x1400, 1, 0x2000'0201), AbortCode::device_state);
   EXPECT_EQ(device.write(0x1400, 1, 0x201), AbortCode::none) << "as it is";

@@ -28,7 +28,7 @@ std::vector<std::uint32_t> mapped(const pdo::Parameters& pdo) {
   return out;
 }
 
-TEST(IoDevice, HasTheDefaultMappingOfTheProfile) {
+TEST(IoDevice, HasTheDefaultMappingOfTheProfile) {  // CiA 401
   const auto device = make_io_device(
       {.digital_inputs = 9, .digital_outputs = 2, .analogue_inputs = 6, .analogue_outputs = 13},
       "io", 5);

@@ -117,7 +117,7 @@ TEST_F(EmcyRouting, GoesOnToTheNetworksOf1F2FWithoutItsManufacturerBytes) {
   EXPECT_EQ(line(2).dictionary().number({0x1001, 0}), 0U) << "it is not the gateway's own error";
 }
 
-TEST_F(EmcyRouting, OfOtherNodesStaysUntilTheListSaysSo) {
+TEST_F(EmcyRouting, OfOtherNodesStaysUntilTheListSaysSo) {  // 1F2Fh, 1028h
   start();
   hear(1, 0x086, {0x30, 0x81, 0x11, 1, 2, 3, 4, 5});
   EXPECT_EQ(emcys(2), Frames{});

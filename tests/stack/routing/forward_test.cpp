@@ -253,6 +253,7 @@ TEST_F(ForwardingLinesTest, TypesInhibitTimesAndSyncsOfEachSideAreKept) {
   EXPECT_EQ(sent(2), (std::vector<Sent>{{0x1A1, {2, 0}}}));
 }
 
+// PDOs are bridged from one network to the next, and no further
 TEST_F(ForwardingLinesTest, WhatWasForwardedIsNotForwardedAgain) {
   config(0).forwarding.rpdos = {pdo_of(1, 0x181, {kFirst})};
   for (const std::size_t line : {1U, 2U}) {
@@ -334,6 +335,12 @@ TEST(ForwardedEntry, IsAnObjectOfTheDictionaryAndOfTheMappingRecord) {
   hear(0x000, {0x01, 0x00});
   EXPECT_EQ(line.dictionary().number({0x1600, 1}), 0xB100'0110U);
   EXPECT_EQ(line.dictionary().number({0x1A00, 1}), 0xB1C0'0120U);
+  // The mapping of a static PDO, and with it the list, cannot be changed at run time.
+  for (const std::uint16_t record : std::array<std::uint16_t, 2>{0x1600, 0x1A00}) {
+    EXPECT_EQ(line.dictionary().check({record, 0}, std::array{std::byte{0}}), AbortCode::read_only);
+    EXPECT_EQ(line.dictionary().check({record, 1}, std::array<std::byte, 4>{}),
+              AbortCode::read_only);
+  }
   hear(0x185, {0x34, 0x12, 1, 0, 0, 0});
   EXPECT_EQ(line.dictionary().number(kFirst), 0x1234U);
   EXPECT_EQ(line.dictionary().number(shown_address(kFirst)), 0x1234U);

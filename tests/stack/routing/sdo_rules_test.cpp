@@ -222,7 +222,7 @@ TEST_F(SdoRouting, ABadWriteToTheTableIsRefused) {
   EXPECT_EQ(sent(1).back(), "5FF 802C1F0043000406");
 }
 
-TEST_F(SdoRouting, TheNetworkIdsOfTheLinesAreReadable) {
+TEST_F(SdoRouting, TheNetworkIdsOfTheLinesAreReadable) {  // 5F20h
   start();
   client({0x40, 0x20, 0x5F, 2, 0, 0, 0, 0});
   EXPECT_EQ(sent(1), Frames{"5FF 4B205F0202000000"});

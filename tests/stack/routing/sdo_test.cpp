@@ -173,7 +173,7 @@ TEST_F(SdoRouting, ANextGatewayThatDoesNotAnswerIsATimeout) {
   expect_nothing_left();
 }
 
-TEST_F(SdoRouting, AFailedRouteFallsBackToTheNext) {
+TEST_F(SdoRouting, AFailedRouteFallsBackToTheNext) {  // networks may be a tree or a mesh
   with_next_gateway();
   of_line(1).routes.push_back({.first = 3, .last = 3, .interface = 2, .gateway = 8, .cost = 20});
   start();

@@ -15,7 +15,7 @@ namespace {
 const std::vector<Interface> kInterfaces = {{.number = 1, .network = 10, .node = 127},
                                             {.number = 2, .network = 20, .node = 126}};
 
-TEST(RoutingTable, EntriesAreCodedAsDefinitionBSays) {
+TEST(RoutingTable, EntriesAreCodedAsDefinitionBSays) {  // network-IDs are 1 to 127, or to 65535
   const Route route{.first = 3, .last = 7, .interface = 2, .gateway = 126, .cost = 10};
   EXPECT_EQ(encode(route), 0x000A'7E02'0007'0003U);
   EXPECT_EQ(decode(0x000A'7E02'0007'0003U), route);
@@ -33,7 +33,7 @@ struct FaultRow {
 
 class RouteFaults : public testing::TestWithParam<FaultRow> {};
 
-TEST_P(RouteFaults, AreNamed) {
+TEST_P(RouteFaults, AreNamed) {  // there may be 127 networks
   EXPECT_EQ(check(GetParam().route, kInterfaces), GetParam().fault);
   EXPECT_EQ(abort_of(GetParam().fault), GetParam().abort);
   EXPECT_NE(describe(GetParam().fault), "unknown");

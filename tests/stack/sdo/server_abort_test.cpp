@@ -24,7 +24,7 @@ TEST_F(ServerTest, ObjectAndSubIndexMustExist) {
   EXPECT_EQ(server.counters().aborts, 6U);
 }
 
-TEST_F(ServerTest, AccessRights) {
+TEST_F(ServerTest, AccessRights) {  // 0601 0001h write-only, 0601 0002h read-only
   EXPECT_EQ(ask({0x40, 0x00, 0x20, 6, 0, 0, 0, 0}), abort_bytes(0x2000, 6, 0x0601'0001));
   EXPECT_EQ(ask({0x23, 0x00, 0x10, 0, 0, 0, 0, 0}), abort_bytes(0x1000, 0, 0x0601'0002));
   EXPECT_EQ(ask({0x21, 0x08, 0x10, 0, 15, 0, 0, 0}), abort_bytes(0x1008, 0, 0x0601'0002));
@@ -63,7 +63,7 @@ TEST_F(ServerTest, MoreSegmentsThanTheObjectHolds) {
   EXPECT_EQ(ask({0x0D, 1, 0, 0, 0, 0, 0, 0}), abort_bytes(0x2000, 2, 0x0607'0013));
 }
 
-TEST_F(ServerTest, Limits) {
+TEST_F(ServerTest, Limits) {  // 0609 0031h too high, 0609 0032h too low
   EXPECT_EQ(ask({0x2B, 0x00, 0x20, 7, 101, 0, 0, 0}), abort_bytes(0x2000, 7, 0x0609'0031));
   EXPECT_EQ(ask({0x2B, 0x00, 0x20, 7, 0xFA, 0xFF, 0, 0}), abort_bytes(0x2000, 7, 0x0609'0032));
   EXPECT_EQ(ask({0x20, 0x00, 0x20, 7, 0, 0, 0, 0}), (Bytes{0x60, 0x00, 0x20, 7, 0, 0, 0, 0}));
@@ -123,7 +123,8 @@ TEST_F(ServerTest, WhatIsLongerThanTheBufferIsOutOfMemory) {
   EXPECT_EQ(value({0x2100, 0}).size(), 20'001U);
 }
 
-TEST_F(ServerTest, HalfACharacterAndLimitsThatLeaveNothing) {
+// 0609 0036h maximum below minimum
+TEST_F(ServerTest, HalfACharacterAndLimitsThatLeaveNothing) {  // 0607 0010h length does not match
   od::VariableDescription limited = variable(2, od::DataType::unsigned8, od::Access::rw, {0});
   limited.low_limit = bytes({10});
   limited.high_limit = bytes({5});

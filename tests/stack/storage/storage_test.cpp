@@ -435,7 +435,7 @@ TEST_F(SlowStorageTest, WhoCannotWaitIsRefusedAndNothingBegins) {
 
 // --- 1020h ---------------------------------------------------------------------------------------
 
-TEST_F(StorageTest, TheConfigurationIsVerifiedAfterPowerOn) {
+TEST_F(StorageTest, TheConfigurationIsVerifiedAfterPowerOn) {  // 5.8 1020h of the own node
   change_all();
   EXPECT_EQ(write(kDate, 15'000), AbortCode::none);
   EXPECT_EQ(write(kTime, 3'600'000), AbortCode::none);

@@ -40,7 +40,7 @@ class SyncObjectsTest : public ::testing::Test {
   Service service{dictionary, dispatch, transmit, events};
 };
 
-TEST_F(SyncObjectsTest, TheCanIdChangesOnlyWhileNotProducing) {
+TEST_F(SyncObjectsTest, TheCanIdChangesOnlyWhileNotProducing) {  // 1005h
   EXPECT_EQ(cob_id(0x81), AbortCode::none);
   EXPECT_EQ(cob_id(0x4000'0081), AbortCode::none);
   EXPECT_EQ(cob_id(0x4000'0082), AbortCode::invalid_value);

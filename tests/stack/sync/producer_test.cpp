@@ -29,7 +29,7 @@ class SyncProducerTest : public ::testing::Test {
   Producer producer{queue};
 };
 
-TEST_F(SyncProducerTest, AFrameWithoutDataEveryPeriod) {
+TEST_F(SyncProducerTest, AFrameWithoutDataEveryPeriod) {  // 1006h
   run(10ms);
   EXPECT_TRUE(frames_at(9ms).empty());
   const auto frames = frames_at(10ms);
@@ -40,7 +40,7 @@ TEST_F(SyncProducerTest, AFrameWithoutDataEveryPeriod) {
   EXPECT_EQ(frames_at(20ms).size(), 1U);
 }
 
-TEST_F(SyncProducerTest, TheCounterRunsFromOneToItsOverflowValue) {
+TEST_F(SyncProducerTest, TheCounterRunsFromOneToItsOverflowValue) {  // 1019h
   run(10ms, 3);
   std::vector<int> seen;
   for (int i = 1; i <= 7; ++i) {

@@ -1,0 +1,81 @@
+"""What a row of a table of services says, compared with the tests that it names.
+
+A test shows a row only if it speaks of it. So of what a row names before it says what differs, each object of the
+dictionary, each kind of event and each hook has to occur in one of its tests, and at least one test has a word of the row
+in its name, its comment or its body. A test that is a file of its own is the whole file; where an object is named by a fixture
+or a constant of the file, the file counts."""
+
+import os
+import re
+
+import tree
+
+TEST = re.compile(r"^(?:TYPED_)?TEST(?:_[FP])?\(\s*(\w+)\s*,\s*(\w+)\s*\)", re.MULTILINE)
+OBJECT = re.compile(r"(?<!\.\.)\b([1-9A-F][0-9A-F]{3})h\b")
+RANGE = re.compile(r"(\b[0-9A-F]{4}h)(?:\.\.|\s(?:to|up to)\s)\s*[0-9A-F]{4}h")
+FUNCTION = re.compile(r"`(?:\w+::)*([a-z]+(?:_[a-z]+)+)`")
+CODE = re.compile(r"`([^`]*)`")
+DIFFERS = re.compile(r"\b(?:[Dd]iffers|Here)\b")
+WORD = re.compile(r"[A-Za-z]{3,}")
+COMMON = {"and", "are", "for", "from", "has", "here", "into", "its", "not", "that", "the", "there", "they", "this", "what",
+          "where", "with", "manual"}
+
+
+class Tests:
+    """The text of each test, by the name that a table has for it."""
+
+    def __init__(self, root):
+        self.root, self.texts, self.files = root, {}, {}
+        for path in tree.files(root, (".cpp",)):
+            if path.startswith("tests" + os.sep):
+                self.add(tree.read(root, path))
+
+    def add(self, text):
+        for test in TEST.finditer(text):
+            above = text[:test.start()].rstrip("\n").split("\n")
+            end = text.find("\n}\n", test.start())
+            begin = len(above)
+            while begin > 0 and above[begin - 1].startswith("//"):
+                begin -= 1
+            name = f"{test[1]}.{test[2]}"
+            self.texts[name] = "\n".join(above[begin:]) + text[test.start():end if end >= 0 else len(text)]
+            self.files[name] = text
+
+    def text(self, name):
+        """The test with its comment and its name."""
+        return f"{name}\n{self.file(name) if '/' in name else self.texts.get(name, '')}"
+
+    def file(self, name):
+        """All of the file with the test."""
+        path = os.path.join("tests", name)
+        if "/" in name and os.path.isfile(os.path.join(self.root, path)):
+            return tree.read(self.root, path)
+        return self.files.get(name, "")
+
+
+def says(text, term):
+    """Whether a text has an object, as C++, scenarios and prose write it."""
+    split = f"{term[:2]}'?{term[2:]}"
+    return re.search(rf"0x{split}|\b{term}h|\b{term}:|\b{term}\b", text, re.IGNORECASE) is not None
+
+
+def stems(text):
+    """The words of a text, as far as a plural or a tense does not change them."""
+    return {word.lower()[:5] for word in WORD.findall(re.sub(r"(?<!\bCi)(?<=[a-z])(?=[A-Z])", " ", text))} - COMMON
+
+
+def unsaid(row, names, tests, kinds):
+    """What a row says that none of its tests speaks of."""
+    claim = DIFFERS.split(row)[0]
+    texts, files = [tests.text(name) for name in names], [tests.file(name) for name in names]
+    for term in dict.fromkeys(OBJECT.findall(RANGE.sub(r"\1", claim))):
+        if not any(says(text, term) for text in texts + files):
+            yield f"no test of the row speaks of {term}h"
+    for kind in CODE.findall(claim):
+        if kind in kinds and not any(kind in text or kind.replace("-", "_") in text for text in texts):
+            yield f"no test of the row speaks of the event {kind}"
+    for function in FUNCTION.findall(claim):
+        if not any(function in text for text in texts + files):
+            yield f"no test of the row speaks of {function}"
+    if not any(stems(row) & stems(text) for text in texts):
+        yield "no test of the row has a word of it: name the row in the comment of a test"
