@@ -69,8 +69,8 @@ void Node::Impl::take_sdo(std::uint16_t index, const can::Frame& frame) {
   if (!serves(can::Service::sdo_server)) {
     return;
   }
-  if (frame.length != can::kMaxClassicData) {
-    ++counters.malformed;  // the server tells it
+  if (frame.length != can::kMaxClassicData || frame.fd()) {
+    ++counters.malformed;  // the server reports it
   }
   pdos.pass_time(frame.time);
   if (sdo::Server* const server = sdo.find(index); server != nullptr) {
