@@ -365,8 +365,12 @@ class Program {
     });
 
     CLI::App* emcy = app_.add_subcommand(
-        "emcy", "the last EMCYs of each node; with a code: send one from a line's own node");
-    emcy->add_option("line", texts_.line, "LINE, or LINE:NODE for one node")->required();
+        "emcy",
+        "the last EMCYs of each node; with a code: send one from the line's own node or device");
+    emcy->add_option("line", texts_.line,
+                     "LINE, or LINE:NODE for one node; a device of a line in the role "
+                     "device sends as LINE:NODE")
+        ->required();
     emcy->add_option("code", texts_.code, "emergency error code to send, hexadecimal");
     emcy->add_option("register", texts_.reg, "error register, hexadecimal");
     emcy->add_option("bytes", texts_.bytes, "up to 5 manufacturer bytes, hexadecimal");

@@ -247,7 +247,7 @@ int nmt(Context& context, const std::string& command, const std::string& node) {
   });
 }
 
-int emcy(Context& context, const std::string& line, const std::string& code,
+int emcy(Context& context, const std::string& sender, const std::string& code,
          const std::string& error_register, const std::string& bytes) {
   const auto number = parse_number(code, 0xFFFF, true);
   const auto reg = parse_number(error_register, 0xFF, true);
@@ -259,7 +259,23 @@ int emcy(Context& context, const std::string& line, const std::string& code,
   request.code = static_cast<std::uint16_t>(*number);
   request.error_register = static_cast<std::uint8_t>(*reg);
   request.data = *std::move(data);
-  return on_line(context, line, [&](Model& model, const Line& target) {
+  const bool of_device = sender.find(':') != std::string::npos;
+  auto ref = of_device ? parse_node(sender) : std::optional(NodeRef{.line = sender});
+  if (!ref || ref->all) {
+    return usage(context, "'" + sender + "' is not LINE or LINE:NODE");
+  }
+  return on_line(context, ref->line, [&](Model& model, const Line& target) {
+    if (of_device && !ref->own) {
+      if (!resolve_node(context, model, target, *ref)) {
+        return kFailed;
+      }
+      if (target.view->state.role != line::Role::device) {
+        context.err << "an EMCY is sent by the line's own node: LINE alone, unless its role is "
+                       "device\n";
+        return kFailed;
+      }
+      request.node = ref->node;
+    }
     return print_answer(context, ask_line(context, model, target, request));
   });
 }

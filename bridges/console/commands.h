@@ -83,8 +83,9 @@ int object_write(Context& context, const std::string& node, const std::string& i
 int pdo_trigger(Context& context, const std::string& what, const std::string& number,
                 bool by_offset);
 int nmt(Context& context, const std::string& command, const std::string& node);
-// code hexadecimal or decimal; bytes: up to 5, hexadecimal.
-int emcy(Context& context, const std::string& line, const std::string& code,
+// sender: LINE, or LINE:NODE of a device of a line in the role device. code hexadecimal or decimal;
+// bytes: up to 5, hexadecimal.
+int emcy(Context& context, const std::string& sender, const std::string& code,
          const std::string& error_register, const std::string& bytes);
 // The line's controller goes back to the bus after bus-off.
 int bus_restart(Context& context, const std::string& line);

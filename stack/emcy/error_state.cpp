@@ -36,7 +36,14 @@ std::uint8_t register_of(std::uint16_t code) {
 }
 
 std::uint8_t ErrorState::begin(std::uint16_t code, std::uint8_t present) {
-  const std::uint8_t bits = register_of(code);
+  return begin_bits(register_of(code), present);
+}
+
+std::uint8_t ErrorState::end(std::uint16_t code, std::uint8_t present) {
+  return end_bits(register_of(code), present);
+}
+
+std::uint8_t ErrorState::begin_bits(std::uint8_t bits, std::uint8_t present) {
   ++errors_;
   for (std::size_t bit = 0; bit < needed_.size(); ++bit) {
     if (has(bits, bit) && needed_[bit]++ == 0 && !has(present, bit)) {
@@ -46,8 +53,7 @@ std::uint8_t ErrorState::begin(std::uint16_t code, std::uint8_t present) {
   return present | bits;
 }
 
-std::uint8_t ErrorState::end(std::uint16_t code, std::uint8_t present) {
-  const std::uint8_t bits = register_of(code);
+std::uint8_t ErrorState::end_bits(std::uint8_t bits, std::uint8_t present) {
   unsigned gone = 0;
   --errors_;
   for (std::size_t bit = 0; bit < needed_.size(); ++bit) {

@@ -15,6 +15,11 @@ std::uint8_t register_of(std::uint16_t code);
 
 class ErrorState {
  public:
+  // One more error with these bits of the error register. Gives the error register that was
+  // `present`, with its bits.
+  std::uint8_t begin_bits(std::uint8_t bits, std::uint8_t present);
+  // One less with them. Precondition: it has begun.
+  std::uint8_t end_bits(std::uint8_t bits, std::uint8_t present);
   // One more error of that class. Gives the error register that was `present`, with its bits.
   std::uint8_t begin(std::uint16_t code, std::uint8_t present);
   // One less. Bits that no other error needs are taken away, unless somebody else had set them

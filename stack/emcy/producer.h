@@ -31,6 +31,7 @@ enum class SendResult : std::uint8_t {
   inhibited,  // the inhibit time runs and kWaiting messages wait already, or the transmit queue is
               // full: the message will not be sent
   disabled,   // there is no valid COB-ID, or the NMT state does not allow EMCY
+  errors_remain,  // an error reset that is not sent because other errors are present
 };
 
 // Hook of 1014h and 1015h. Emits emcy_sent for every message handed to the transmit queue.

@@ -41,6 +41,7 @@ Error to_error(emcy::SendResult result) {
     case emcy::SendResult::inhibited:
       return to_error(Refusal::inhibited);
     case emcy::SendResult::disabled:
+    case emcy::SendResult::errors_remain:
       return to_error(Refusal::wrong_state);
   }
   return to_error(Refusal::busy);

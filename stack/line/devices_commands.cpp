@@ -179,6 +179,10 @@ OutputRefusal Line::Devices::write_outputs(const OutputWrite& write, Instant now
   if (outputs.accept(write, now)) {
     const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(write.watchdog).count();
     emit(EventKind::output_armed, now, static_cast<std::uint32_t>(ms), write.group);
+    if (!outputs.any_silent()) {
+      each_seat(
+          [now](const Seat& seat) { seat.device->node().end_reported(kSilentWriterEmcy, now); });
+    }
   }
   for (const OutputValue& value : write.values) {
     image.write_entry(Direction::outputs, value.entry, std::span(value.data).first(value.length));

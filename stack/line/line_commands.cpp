@@ -259,7 +259,7 @@ Error Line::Impl::send_emcy(const Command& command, Instant now) {
   }
   std::array<std::byte, 5> manufacturer{};
   std::ranges::copy(command.data, manufacturer.begin());
-  return to_error(node.emcy().send(command.code, command.error_register, manufacturer, now));
+  return to_error(node.report_error(command.code, command.error_register, manufacturer, now));
 }
 
 Error Line::Impl::send_nmt(const Command& command, Instant now) {

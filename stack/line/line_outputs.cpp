@@ -34,6 +34,9 @@ OutputRefusal Line::Impl::write_outputs(const OutputWrite& write, Instant now) {
   if (outputs.accept(write, now)) {
     const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(write.watchdog).count();
     emit(EventKind::output_armed, now, static_cast<std::uint32_t>(ms), write.group);
+    if (!outputs.any_silent()) {
+      node.end_reported(kWatchdogEmcy, now);
+    }
   }
   apply(write, outputs.group(write.group)->config.send_always, now);
   return OutputRefusal::none;
@@ -277,7 +280,7 @@ void Line::Impl::react(const Outputs::Group& group, Instant now) {
     }
   }
   if ((group.reactions & kSendEmcy) != 0) {
-    node.emcy().send(kWatchdogEmcy, kWatchdogRegister, {}, now);
+    (void)node.report_error(kWatchdogEmcy, kWatchdogRegister, {}, now);
     taken |= kSendEmcy;
   }
   if ((group.reactions & kHeartbeatOff) != 0 && !manages()) {

@@ -124,6 +124,12 @@ void Outputs::describe(std::size_t position, OutputState& out) const {
   out.waits.clear();
 }
 
+bool Outputs::any_silent() const {
+  return std::any_of(groups_.begin(), groups_.end(), [](const Group& group) {
+    return group.tripped && (group.reactions & kSendEmcy) != 0;
+  });
+}
+
 const Outputs::Group* Outputs::expire(Instant now) {
   for (Group& candidate : groups_) {
     if (candidate.deadline <= now) {

@@ -57,6 +57,9 @@ class Outputs {
   // All of OutputState but its waits. Precondition: position < groups().size().
   void describe(std::size_t position, OutputState& out) const;
 
+  // The watchdog of some group has fired, with kSendEmcy among its reactions, and nothing was
+  // applied since.
+  bool any_silent() const;
   // The group whose watchdog is over at `now`; it is tripped by that. nullptr if none.
   const Group* expire(Instant now);
   Instant next_wake() const;

@@ -355,8 +355,10 @@ void VirtualDevice::inputs_lost() {
 emcy::SendResult VirtualDevice::send_emcy(std::uint16_t code, std::uint8_t error_register,
                                           std::span<const std::byte> info, Instant now) {
   now_ = now;
-  const emcy::SendResult result = node_->emcy().send(code, error_register, info, now);
-  note_emcy(code);
+  const emcy::SendResult result = node_->report_error(code, error_register, info, now);
+  if (result == emcy::SendResult::sent || result == emcy::SendResult::queued) {
+    note_emcy(code);
+  }
   return result;
 }
 

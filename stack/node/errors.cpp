@@ -1,5 +1,6 @@
 // What the node does about errors of its own communication and of its stored parameters: EMCY,
 // error register, 1029h.
+#include <algorithm>
 #include <utility>
 
 #include "stack/node/impl.h"
@@ -141,6 +142,58 @@ bool Node::Impl::reset_error(std::uint16_t code, std::span<const std::byte> info
               bits && info.empty() ? std::span<const std::byte>(own) : info, now);
   }
   return true;
+}
+
+emcy::SendResult Node::Impl::report_error(std::uint16_t code, std::uint8_t bits,
+                                          std::span<const std::byte> info) {
+  if (code >> 8U == 0) {
+    return send_error_reset(end_all_reported(), info);
+  }
+  bits = static_cast<std::uint8_t>(bits | emcy::register_of(code));
+  std::uint8_t present = emcy.error_register();
+  const auto end = reported.begin() + static_cast<std::ptrdiff_t>(reported_count);
+  const auto known = std::find_if(reported.begin(), end,
+                                  [code](const Reported& error) { return error.code == code; });
+  if (known != end) {
+    present = errors.end_bits(known->bits, present);
+  } else if (reported_count == reported.size()) {
+    return emcy::SendResult::inhibited;
+  } else {
+    ++reported_count;
+  }
+  *known = {code, bits};
+  return emcy.send(code, errors.begin_bits(bits, present), info, now);
+}
+
+std::uint8_t Node::Impl::end_all_reported() {
+  std::uint8_t left = emcy.error_register();
+  for (; reported_count > 0; --reported_count) {
+    left = errors.end_bits(reported[reported_count - 1].bits, left);
+  }
+  return left;
+}
+
+void Node::Impl::end_reported(std::uint16_t code) {
+  const auto end = reported.begin() + static_cast<std::ptrdiff_t>(reported_count);
+  const auto known = std::find_if(reported.begin(), end,
+                                  [code](const Reported& error) { return error.code == code; });
+  if (known == end) {
+    return;
+  }
+  const std::uint8_t left = errors.end_bits(known->bits, emcy.error_register());
+  *known = reported[--reported_count];
+  (void)send_error_reset(left, {});
+}
+
+emcy::SendResult Node::Impl::send_error_reset(std::uint8_t left, std::span<const std::byte> info) {
+  const bool each = options.error_scheme == ErrorScheme::temporary_and_sticky;
+  if (!errors.error_free() && !each) {
+    emcy.set_error_register(left);
+    return emcy::SendResult::errors_remain;
+  }
+  const emcy::ManufacturerInfo own = manufacturer_bytes(0, {});
+  return emcy.send(emcy::kErrorReset, left,
+                   each && info.empty() ? std::span<const std::byte>(own) : info, now);
 }
 
 void Node::Impl::bus_event(const can::BusEvent& event) {

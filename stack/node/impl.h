@@ -92,6 +92,12 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   void tell_damage(storage::Damage damage);
   emcy::SendResult set_error(std::uint16_t code, std::span<const std::byte> info);
   bool reset_error(std::uint16_t code, std::span<const std::byte> info);
+  emcy::SendResult report_error(std::uint16_t code, std::uint8_t bits,
+                                std::span<const std::byte> info);
+  void end_reported(std::uint16_t code);
+  // All of them. Gives the error register that is left.
+  std::uint8_t end_all_reported();
+  emcy::SendResult send_error_reset(std::uint8_t left, std::span<const std::byte> info);
   void end_error(std::uint16_t code, std::uint16_t number);
   // An error of that class has gone: true if an error reset is to be sent, with what is left.
   bool wants_error_reset(std::uint16_t code, std::uint8_t& left);
@@ -148,7 +154,13 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   std::uint64_t attended = 0;        // frames that receive(frame) looked at
   std::uint64_t emergency_told = 0;  // frames received when one was told to be malformed last
   CommunicationFaults faults;
-  emcy::ErrorState errors;                         // these and the device's own
+  emcy::ErrorState errors;  // these and the device's own
+  struct Reported {
+    std::uint16_t code = 0;
+    std::uint8_t bits = 0;  // of the error register
+  };
+  std::array<Reported, Node::kMostReported> reported{};  // errors of the application
+  std::size_t reported_count = 0;
   std::array<std::uint16_t, 256> device_errors{};  // by class: high byte of the code
   std::uint8_t sticky = 0;                         // see ErrorScheme
   std::uint8_t device_temporary = 0;               // bits of the device

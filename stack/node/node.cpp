@@ -63,6 +63,15 @@ bool Node::reset_error(std::uint16_t code, std::span<const std::byte> info, Inst
   impl_->now = now;
   return impl_->reset_error(code, info);
 }
+emcy::SendResult Node::report_error(std::uint16_t code, std::uint8_t bits,
+                                    std::span<const std::byte> info, Instant now) {
+  impl_->now = now;
+  return impl_->report_error(code, bits, info);
+}
+void Node::end_reported(std::uint16_t code, Instant now) {
+  impl_->now = now;
+  impl_->end_reported(code);
+}
 bool Node::error_free() const {
   return impl_->errors.error_free();
 }

@@ -136,6 +136,17 @@ class Node {
   // One error of that class (high byte of the code) has gone: its bits leave 1001h unless another
   // needs them, and the error reset is sent as the ErrorScheme says. False if there is none.
   bool reset_error(std::uint16_t code, std::span<const std::byte> info, Instant now);
+  // An EMCY of the application, through the error state machine (CiA 301 7.2.7.1). With a code an
+  // error is present from now on: 1001h has the bits of its class and these as well. The same code
+  // again is the same error, which is sent again with other bits or info. Code 00xxh: all errors
+  // reported so have gone; the error reset is sent unless other errors are present, and otherwise
+  // by the node when the last of them has gone. At most kMostReported at a time: a code beyond is
+  // SendResult::inhibited.
+  static constexpr std::size_t kMostReported = 32;
+  emcy::SendResult report_error(std::uint16_t code, std::uint8_t bits,
+                                std::span<const std::byte> info, Instant now);
+  // One of them has gone. Does nothing if it was not reported.
+  void end_reported(std::uint16_t code, Instant now);
   // The device's own bits in EMCYs of ErrorScheme::temporary_and_sticky, from the next one on; only
   // bits 5 to 7 count. temporary: those of errors that are present. sticky: those of errors there
   // have been are added. A reset clears both.

@@ -139,6 +139,7 @@ void Node::Impl::boot(Instant time) {
   faults.clear();
   errors.clear();
   device_errors.fill(0);
+  reported_count = 0;
   sticky = 0;
   device_temporary = 0;
   duplicate_told = false;

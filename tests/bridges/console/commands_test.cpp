@@ -35,6 +35,7 @@ class FakeGateway : public Client {
       LineView view{.interface_uri = "virtual:press", .access = "all"};
       view.state.network_id = 3;
       view.state.node_id = 127;
+      view.state.role = role;
       view.properties = {{"routes-1", "3 press 0, 10..19 press:6 10"},
                          {"routes-2", "12 hall:7 1, 12 press:8 5, nonsense"},
                          {"routing-open", "1"},
@@ -94,6 +95,7 @@ class FakeGateway : public Client {
   }
 
   bool silent = false;
+  line::Role role = line::Role::manager;
   std::uint64_t opened = 5;
   std::uint64_t opens = 0;  // connections in each poll
   bool refuses = false;
@@ -122,6 +124,19 @@ TEST_F(Commands, SdoReadPrintsTheValueByType) {
   out_.str("");
   EXPECT_EQ(sdo_read(context_, "3:5", "0x6041", "0", "i16"), kDone) << "by network-ID";
   EXPECT_EQ(out_.str(), "4660\n");
+}
+
+TEST_F(Commands, AnEmcyIsSentByTheLineOrByADeviceOfIt) {
+  EXPECT_EQ(emcy(context_, "press", "2310", "80", "1 2"), kDone) << err_.str();
+  EXPECT_EQ(gateway_.last.kind, line::CommandKind::emcy_send);
+  EXPECT_EQ(gateway_.last.code, 0x2310);
+  EXPECT_EQ(gateway_.last.error_register, 0x80);
+  EXPECT_EQ(gateway_.last.node, 0);
+  EXPECT_EQ(emcy(context_, "press:ram", "2310", "0", ""), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("LINE alone, unless its role is device"));
+  gateway_.role = line::Role::device;
+  EXPECT_EQ(emcy(context_, "press:ram", "2310", "0", ""), kDone);
+  EXPECT_EQ(gateway_.last.node, 5);
 }
 
 TEST_F(Commands, WaitForADeviceThatStoresItsParameters) {

@@ -288,7 +288,7 @@ TEST_F(DevicesTest, CommandsAreForTheDevices) {
   EXPECT_EQ(line_->node_state(6).state, nmt::State::stopped);
   EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
   EXPECT_TRUE(command({.kind = CommandKind::emcy_send, .node = 5, .code = 0x1000}).ok());
-  EXPECT_THAT(sent(), Contains("085#0010000000000000"));
+  EXPECT_THAT(sent(), Contains("085#0010010000000000"));
   EXPECT_EQ(command({.kind = CommandKind::emcy_send, .node = 6, .code = 0x1000}).error,
             to_error(Refusal::wrong_state));
   Command one{.kind = CommandKind::output_write, .data = {std::byte{4}, std::byte{}}};

@@ -74,6 +74,56 @@ TEST_F(ErrorStateTest, OneErrorResetWhenTheLastHasGone) {
   EXPECT_TRUE(node->error_free());
 }
 
+TEST_F(ErrorStateTest, ErrorsOfTheApplicationGoThroughTheStateMachine) {
+  make(ErrorScheme::number);
+  EXPECT_EQ(node->report_error(0x2310, 0x80, kInfo, at(1ms)), emcy::SendResult::sent);
+  EXPECT_EQ(drain(at(1ms)), (Frames{{at(1ms), 0x085, {0x10, 0x23, 0x83, 1, 2, 3, 4, 5}}}));
+  EXPECT_EQ(number(0x1003, 1), 0x0201'2310U);
+  bus(can::BusState::error_passive, 2ms);
+  EXPECT_EQ(drain(at(2ms)), (Frames{{at(2ms), 0x085, {0x20, 0x81, 0x93, 0, 0, 0, 0, 0}}}));
+  EXPECT_EQ(node->report_error(0x2310, 0x20, {}, at(3ms)), emcy::SendResult::sent);
+  EXPECT_EQ(drain(at(3ms)), (Frames{{at(3ms), 0x085, {0x10, 0x23, 0x33, 0, 0, 0, 0, 0}}}))
+      << "the same error, with other bits";
+  EXPECT_EQ(node->report_error(0, 0, {}, at(4ms)), emcy::SendResult::errors_remain);
+  EXPECT_TRUE(drain(at(4ms)).empty()) << "error passive remains";
+  EXPECT_EQ(number(0x1001, 0), 0x11U);
+  bus(can::BusState::error_active, 5ms);
+  EXPECT_EQ(drain(at(5ms)), (Frames{{at(5ms), 0x085, {0, 0, 0, 0, 0, 0, 0, 0}}}));
+  EXPECT_TRUE(node->error_free());
+  EXPECT_EQ(number(0x1003, 0), 3U) << "an error reset is not in the history";
+}
+
+TEST_F(ErrorStateTest, AnErrorOfTheApplicationHoldsTheErrorResetOfTheNodeBack) {
+  make(ErrorScheme::number);
+  node->report_error(0x2310, 0, {}, at(1ms));
+  node->report_error(0x4210, 0, {}, at(1ms));
+  bus(can::BusState::error_passive, 2ms);
+  drain(at(2ms));
+  bus(can::BusState::error_active, 3ms);
+  EXPECT_TRUE(drain(at(3ms)).empty());
+  EXPECT_EQ(number(0x1001, 0), 0x0BU);
+  node->end_reported(0x2310, at(4ms));
+  EXPECT_TRUE(drain(at(4ms)).empty());
+  EXPECT_EQ(number(0x1001, 0), 0x09U);
+  EXPECT_EQ(node->report_error(0, 0, kInfo, at(5ms)), emcy::SendResult::sent);
+  EXPECT_EQ(drain(at(5ms)), (Frames{{at(5ms), 0x085, {0, 0, 0, 1, 2, 3, 4, 5}}}));
+  node->report_error(0x2310, 0, {}, at(6ms));
+  nmt(0x82, kNodeId, 7ms);
+  EXPECT_TRUE(node->error_free()) << "the node boots without errors";
+}
+
+TEST_F(ErrorStateTest, NoMoreErrorsOfTheApplicationThanThereIsRoomFor) {
+  make(ErrorScheme::number);
+  for (std::size_t i = 0; i < Node::kMostReported; ++i) {
+    node->report_error(static_cast<std::uint16_t>(0x5000 + i), 0, {}, at(1ms));
+    drain(at(1ms));
+  }
+  EXPECT_EQ(node->report_error(0x6000, 0, {}, at(2ms)), emcy::SendResult::inhibited);
+  EXPECT_EQ(node->report_error(0, 0, {}, at(2ms)), emcy::SendResult::sent);
+  EXPECT_EQ(drain(at(2ms)).size(), 1U);
+  EXPECT_TRUE(node->error_free());
+}
+
 TEST_F(ErrorStateTest, AnErrorResetForEachThatHasGone) {
   make(ErrorScheme::temporary_and_sticky);
   node->set_error(0x4210, kInfo, at(1ms));
