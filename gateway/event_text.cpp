@@ -101,6 +101,13 @@ std::string reactions(std::uint32_t bits) {
   return out.empty() ? "outputs held" : out;
 }
 
+// Of an own device that has another node-ID than the configuration gives it.
+std::string node_id_by_lss(const Event& event) {
+  const std::uint64_t id = event.length == 0 ? 0 : number(event, 0, 1);
+  return id == 0 || event.node == 0 || id == event.node ? std::string()
+                                                        : fmt::format(", node-ID {} by LSS", id);
+}
+
 std::string boot_text(const Event& event) {
   if (event.code == 0) {
     return "booted";
@@ -217,7 +224,8 @@ std::string line_text(const Event& e, std::string_view interface) {
       return fmt::format("manager {} (was {})", as<line::ManagerState>(e.code),
                          as<line::ManagerState>(e.value));
     case EventKind::own_state:
-      return fmt::format("own node {} (was {})", as<nmt::State>(e.code), as<nmt::State>(e.value));
+      return fmt::format("own node {} (was {}){}", as<nmt::State>(e.code), as<nmt::State>(e.value),
+                         node_id_by_lss(e));
     case EventKind::sync_lost:
       return fmt::format("no SYNC within 1.5 periods of {} us", e.value);
     case EventKind::malformed_frame:

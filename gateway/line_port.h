@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "bridges/can/controller_setup.h"
@@ -49,6 +50,7 @@ struct LineStatus {
 
 struct NodeStatus {
   line::NodeState state;
+  std::optional<line::OwnDevice> own{};  // if it is a device of the line's own
   Instant time{};
 };
 

@@ -378,7 +378,7 @@ void LineRunner::hand_over_status(Instant now) {
   for (std::uint8_t node = 1; node < revisions_.size(); ++node) {
     const std::uint64_t revision = line_->node_revision(node);
     if (revision != revisions_[node] &&
-        port_.nodes.push(NodeStatus{line_->node_state(node), now})) {
+        port_.nodes.push(NodeStatus{line_->node_state(node), line_->own_device(node), now})) {
       revisions_[node] = revision;
     }
   }

@@ -46,6 +46,17 @@ std::string indicators_text(const node::Indicators& shown) {
          std::string(node::name(shown.error));
 }
 
+// NodeState's properties, idl/README.md.
+std::vector<dds::Property> node_properties(const NodeStatus& status) {
+  std::vector<dds::Property> out = boot_properties(status.state);
+  if (status.own) {
+    const std::uint8_t id = status.own->node_id;
+    out.push_back({"node-id", id == 0 ? "none" : std::to_string(id)});
+    out.push_back({"indicators", indicators_text(status.own->indicators)});
+  }
+  return out;
+}
+
 void add_network(std::uint8_t state, std::vector<dds::Property>& out) {
   out.push_back(
       {"ixxat_state", fmt::format("0x{:02X} {}", state, diagnosis::name_of_network_state(state))});
@@ -339,7 +350,7 @@ void Publisher::publish_node(Line& line, const NodeStatus& status) {
   node.known = true;
   node.last = state;
   bridge_.publish(line.info.name, dds::NodeInfo{node.name, node.since}, state, status.time,
-                  boot_properties(state));
+                  node_properties(status));
 }
 
 // What waits of the PDOs of the old layout means nothing in the new one.

@@ -85,13 +85,24 @@ Row line_row(const Model& model, const Line& line) {
   return row;
 }
 
+// With the node-ID on the bus where it is not that of the configuration.
+std::string node_name(const NodeView& node) {
+  const auto id = std::ranges::find(node.properties, "node-id",
+                                    [](const auto& property) { return property.first; });
+  const std::string name = node.name.empty() ? "(not configured)" : node.name;
+  if (id == node.properties.end() || id->second == std::to_string(node.state.node)) {
+    return name;
+  }
+  return name + (id->second == "none" ? " (no node-ID)" : " (node-ID " + id->second + ')');
+}
+
 Row node_row(const Model& model, const Line& line, const NodeView& node, Stamp stamp) {
   const line::NodeState& state = node.state;
   const bool live = model.freshness(line) == Freshness::live;
   return {{line.id, state.node},
           {text_cell(line.id.line),
            number_cell(state.node),
-           text_cell(node.name.empty() ? "(not configured)" : node.name),
+           text_cell(node_name(node)),
            text_cell(nmt::name(state.state)),
            text_cell(line::name(state.presence)),
            text_cell(boot_text(state.boot)),

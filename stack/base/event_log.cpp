@@ -21,7 +21,11 @@ void EventLog::limit_overheard() {
 }
 
 void EventLog::emit(Event event) {
-  event.node = event.node == 0 ? own_node_ : event.node;
+  if (event.node == 0) {
+    event.node = own_node_;
+  } else if (event.node < called_.size() && called_[event.node] != 0) {
+    event.node = called_[event.node];
+  }
   auto& limit = limits_[limit_of(event.kind)];
   if (!limit || limit->admit(event)) {
     number(event);

@@ -36,6 +36,9 @@ class EventLog {
   void set_listener(EventListener* listener) { listener_ = listener; }
   // Events without a node-ID are of this node from now on; 0 = of the line.
   void set_own_node(std::uint8_t node) { own_node_ = node; }
+  // Events of node-ID `heard` are of the own device that the line calls `called` from now on: LSS
+  // gave it another node-ID than the configuration. 0: no longer. heard: 1..127.
+  void call_node(std::uint8_t heard, std::uint8_t called) { called_[heard] = called; }
   // Emits what was held back and nothing has told of meanwhile.
   void advance(Instant now);
   Instant next_wake() const { return next_wake_; }
@@ -67,6 +70,7 @@ class EventLog {
 
   EventListener* listener_ = nullptr;
   std::uint8_t own_node_ = 0;
+  std::array<std::uint8_t, 128> called_{};                    // by node-ID, 0 = as it is
   std::array<std::optional<RepeatLimit>, kFree + 1> limits_;  // of kFree there is never one
   Instant next_wake_ = kNever;                                // or earlier
   std::vector<Event> ring_;

@@ -91,7 +91,9 @@ void Line::Devices::hear_boot_up(const can::Frame& frame) {
   }
   const auto id = static_cast<std::uint8_t>(frame.id - can::kErrorControlBase);
   std::optional<Instant>& told = boot_ups[id];
-  if (find(id) == nullptr && (!told || frame.time - *told >= kPause)) {
+  const bool own = std::ranges::any_of(
+      seats, [id](const Seat& seat) { return seat.device->shown().node_id == id; });
+  if (!own && (!told || frame.time - *told >= kPause)) {
     told = frame.time;
     events.emit({.time = frame.time, .kind = EventKind::boot_up, .node = id});
   }
@@ -258,9 +260,22 @@ node::Indicators Line::Devices::indicators() const {
   return seats.front().device->node().indicators();
 }
 
-std::uint64_t Line::Devices::node_revision(std::uint8_t id) const {
+std::optional<OwnDevice> Line::Devices::own_device(std::uint8_t id) const {
   const VirtualDevice* device = find(id);
-  return device == nullptr ? 0 : device->revision();
+  return device == nullptr ? std::nullopt : std::optional(device->shown());
+}
+
+// Patterns change without an event of the device, by time.
+std::uint64_t Line::Devices::node_revision(std::uint8_t id) const {
+  constexpr unsigned kPatternBits = 4;
+  const VirtualDevice* device = find(id);
+  if (device == nullptr) {
+    return 0;
+  }
+  const node::Indicators shown = device->shown().indicators;
+  return (device->revision() << kPatternBits | static_cast<std::uint64_t>(shown.run))
+             << kPatternBits |
+         static_cast<std::uint64_t>(shown.error);
 }
 
 NodeState Line::Devices::node_state(std::uint8_t id) const {

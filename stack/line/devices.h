@@ -43,6 +43,7 @@ struct Line::Devices final : Line::Base {
   std::optional<Duration> network_utc(Instant now) const override;
   LineState state() const override;
   node::Indicators indicators() const override;
+  std::optional<OwnDevice> own_device(std::uint8_t id) const override;
   std::uint64_t node_revision(std::uint8_t id) const override;
   NodeState node_state(std::uint8_t id) const override;
   // Of the device with the lowest node-ID.

@@ -545,6 +545,9 @@ bool Line::request_pdo(std::uint16_t rpdo) {
 [[gnu::hot]] bool Line::image_touched(image::Direction direction) const {
   return impl_->image_touched(direction);
 }
+std::optional<OwnDevice> Line::own_device(std::uint8_t node) const {
+  return impl_->own_device(node);
+}
 node::Indicators Line::indicators() const {
   return impl_->indicators();
 }

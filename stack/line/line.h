@@ -156,9 +156,11 @@ class Line {
   void routes(std::vector<routing::Route>& out) const;
   // RUN and ERROR of the own node (CiA 303-3).
   node::Indicators indicators() const;
-  // Grows by one with every change that NodeState shows; for cheap polling.
+  // Another one with every change that NodeState shows; for cheap polling.
   std::uint64_t node_revision(std::uint8_t node) const;
   NodeState node_state(std::uint8_t node) const;  // 1..127
+  // Nothing if the line has no such device of its own. A change counts in node_revision().
+  std::optional<OwnDevice> own_device(std::uint8_t node) const;
 
   // The own dictionary, for tests and local commands.
   od::Dictionary& dictionary();

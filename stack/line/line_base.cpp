@@ -46,6 +46,9 @@ void Line::Base::medium_done(bool /*good*/, std::uint8_t /*device*/) {
 node::Indicators Line::Base::indicators() const {
   return {};
 }
+std::optional<OwnDevice> Line::Base::own_device(std::uint8_t /*id*/) const {
+  return std::nullopt;
+}
 
 // Of a role or configuration that takes no part in routing: nobody is left waiting.
 void Line::Base::deliver(const routing::Message& message, Instant /*now*/) {

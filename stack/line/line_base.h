@@ -57,6 +57,7 @@ struct Line::Base {
   virtual void set_medium(storage::Medium* medium, std::uint8_t device);
   virtual void medium_done(bool good, std::uint8_t device);
   virtual node::Indicators indicators() const;
+  virtual std::optional<OwnDevice> own_device(std::uint8_t id) const;
   virtual void deliver(const routing::Message& message, Instant now);
   virtual void set_routes(const routing::Config& wanted);
   virtual void routes(std::vector<routing::Route>& out) const;

@@ -52,6 +52,14 @@ struct Counters {
   std::uint64_t receptions_lost = 0;  // of queued PDOs, see Line::take_reception()
 };
 
+// What a device of the line's own shows (role device with LineConfig::devices).
+struct OwnDevice {
+  std::uint8_t node_id = 0;  // on the bus; 0: LSS has given it none yet
+  node::Indicators indicators;
+
+  friend bool operator==(const OwnDevice&, const OwnDevice&) = default;
+};
+
 struct LineState {
   Role role = Role::manager;
   std::uint8_t node_id = 0;  // own, 0 = none

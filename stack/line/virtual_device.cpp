@@ -121,7 +121,9 @@ void VirtualDevice::rebuild(std::uint8_t node_id) {
     return;
   }
   before_ = counts();
+  events_.call_node(node_->node_id(), 0);
   build(od::with_node_id(description_, node_id));
+  events_.call_node(node_id, id_);
   by_itself_ = true;
   reset(true, now_);
   by_itself_ = false;
@@ -383,6 +385,10 @@ NodeState VirtualDevice::state() const {
   return out;
 }
 
+OwnDevice VirtualDevice::shown() const {
+  return has_node_id() ? OwnDevice{node_->node_id(), node_->indicators()} : OwnDevice{};
+}
+
 void VirtualDevice::note_emcy(std::uint16_t code) {
   last_emcy_ = code;
   ++emcys_;
@@ -437,7 +443,7 @@ bool VirtualDevice::is_in_image(od::Address address) const {
 
 void VirtualDevice::report_write(od::Address address, std::span<const std::byte> value) {
   if (!by_itself_ && !is_in_image(address)) {
-    events_.emit(written_event(id_, address, value, now_));
+    events_.emit(written_event(node_->node_id(), address, value, now_));
   }
 }
 
@@ -447,7 +453,7 @@ void VirtualDevice::time_received(const time::TimeOfDay& time, Instant now) {
     return;
   }
   time_told_ = now;
-  Event event{.time = now, .kind = EventKind::time_received, .node = id_, .length = 8};
+  Event event{.time = now, .kind = EventKind::time_received, .node = node_->node_id(), .length = 8};
   store_le(event.data.data(), static_cast<std::uint64_t>(time::to_utc(time).count()));
   events_.emit(event);
 }
@@ -480,7 +486,7 @@ void VirtualDevice::reset(bool whole_node, Instant now) {
     const auto command = whole_node ? nmt::Command::reset_node : nmt::Command::reset_communication;
     events_.emit({.time = now,
                   .kind = EventKind::own_reset,
-                  .node = id_,
+                  .node = node_->node_id(),
                   .code = static_cast<std::uint32_t>(command)});
   }
   if (!whole_node) {

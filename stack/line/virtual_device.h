@@ -65,6 +65,7 @@ class VirtualDevice final : node::Application {
   node::Node& node() { return *node_; }
   const node::Node& node() const { return *node_; }
   NodeState state() const;
+  OwnDevice shown() const;
   // Of all nodes it has been.
   struct Counts {
     std::uint64_t malformed = 0;

@@ -197,6 +197,8 @@ void Node::Impl::tell_state(nmt::State before, Instant time) {
   event.node = options.node_id;
   event.code = static_cast<std::uint32_t>(slave.state());
   event.value = static_cast<std::uint32_t>(before);
+  event.data[0] = std::byte{options.node_id};
+  event.length = 1;
   events.emit(event);
 }
 

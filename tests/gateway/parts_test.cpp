@@ -282,6 +282,13 @@ TEST(EventText, NamesTheNodeAndSaysWhatHappened) {
   EXPECT_EQ(words(EventKind::frames_lost, 0, 0, 12), "12 frames lost before they could be read");
 }
 
+TEST(EventText, NamesTheNodeIdThatLssGaveAnOwnDevice) {
+  EXPECT_EQ(words(EventKind::own_state, 5, 0x7F, 0, {9}),
+            "node 5 (ram): own node pre-operational (was initialising), node-ID 9 by LSS");
+  EXPECT_EQ(words(EventKind::own_state, 5, 0x7F, 0, {5}),
+            "node 5 (ram): own node pre-operational (was initialising)");
+}
+
 TEST(EventText, SaysHowManyMalformedFramesWereHeldBack) {
   EXPECT_EQ(words(EventKind::malformed_frame, 5, 0x585, 2, {0x43, 0x00}),
             "node 5 (ram): frame 585h of 2 bytes not understood: 43 00");

@@ -125,6 +125,19 @@ TEST(Tables, AFilterChoosesLinesNodesAndRows) {
   EXPECT_THAT(column(events_of(model, {}, 1), 4), ElementsAre("second")) << "the newest";
 }
 
+TEST(Tables, ANodeIdByLssStandsBehindTheNameOfItsDevice) {
+  Model model;
+  NodeView view{.name = "ram", .state = {.node = 5}};
+  const auto name_with = [&](const std::string& id) {
+    view.properties = {{"node-id", id}};
+    model.on_node(test::kPress, view);
+    return column(nodes_of(model, {}), 2);
+  };
+  EXPECT_THAT(name_with("5"), ElementsAre("ram"));
+  EXPECT_THAT(name_with("9"), ElementsAre("ram (node-ID 9)"));
+  EXPECT_THAT(name_with("none"), ElementsAre("ram (no node-ID)"));
+}
+
 TEST(Tables, ValuesHaveTypeUnitAndAge) {
   const Table table = values_of(test::plant(), {.line = "press"}, Directions::inputs);
   EXPECT_THAT(column(table, 4), ElementsAre("-200", "(invalid)"));

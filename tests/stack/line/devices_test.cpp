@@ -120,6 +120,64 @@ TEST_F(DevicesTest, TheEventOfAPdoNamesItsDevice) {
   EXPECT_TRUE(told(EventKind::pdo_length, 5));
 }
 
+TEST_F(DevicesTest, APdoThatDoesNotComeNamesItsDevice) {
+  LineConfig config = devices_config({5, 6});
+  for (DeviceConfig& device : config.devices) {
+    auto& rpdo = *std::ranges::find(device.device.objects, 0x1400, &od::ObjectDescription::index);
+    rpdo.variables.push_back({.sub = 5,
+                              .type = od::DataType::unsigned16,
+                              .access = od::Access::rw,
+                              .value = {std::byte{50}, std::byte{}}});
+  }
+  make(std::move(config));
+  line_->start(now_);
+  hear(0x000, {0x01, 0x00});
+  sent();
+  events();
+  hear(0x206, {1, 0, 0, 0, 0});
+  pass(milliseconds(30));
+  hear(0x205, {1, 0, 0, 0, 0});
+  const std::uint64_t revision = line_->node_revision(6);
+  pass(milliseconds(30));
+  EXPECT_TRUE(told(EventKind::pdo_timeout, 6));
+  EXPECT_NE(line_->node_revision(6), revision);
+  EXPECT_EQ(line_->own_device(6)->indicators.error, node::Pattern::quadruple_flash);
+  EXPECT_EQ(line_->own_device(5)->indicators.error, node::Pattern::off);
+  hear(0x206, {1, 0, 0, 0, 0});
+  EXPECT_TRUE(told(EventKind::pdo_recovered, 6));
+  EXPECT_EQ(line_->own_device(6)->indicators.error, node::Pattern::off);
+}
+
+TEST_F(DevicesTest, EachDeviceHasItsIndicators) {
+  start({5, 6});
+  hear(0x000, {0x01, 0x06});
+  EXPECT_EQ(line_->own_device(5)->indicators.run, node::Pattern::blinking);
+  EXPECT_EQ(line_->own_device(6)->indicators.run, node::Pattern::on);
+  EXPECT_EQ(line_->own_device(6)->node_id, 6);
+  EXPECT_FALSE(line_->own_device(7));
+}
+
+TEST_F(DevicesTest, AnErrorResetOfTheApplicationWaitsForTheErrorsOfItsDevice) {
+  operate({5, 6});
+  hear(0x206, {1});
+  EXPECT_THAT(sent(), Contains("086#1082110100000000"));
+  const auto emcy = [&](std::uint8_t node, std::uint16_t code) {
+    return command({.kind = CommandKind::emcy_send, .node = node, .code = code}).error;
+  };
+  EXPECT_EQ(emcy(6, 0x2310), Error{});
+  EXPECT_EQ(emcy(5, 0x2310), Error{});
+  EXPECT_THAT(sent(), ElementsAre("085#1023030000000000", "086#1023130000000000"));
+  EXPECT_EQ(line_->node_state(6).error_register, 0x13);
+  EXPECT_EQ(emcy(6, 0), to_error(Refusal::wrong_state));
+  EXPECT_THAT(sent(), IsEmpty());
+  EXPECT_EQ(line_->node_state(6).error_register, 0x11);
+  EXPECT_EQ(emcy(5, 0), Error{});
+  EXPECT_THAT(sent(), ElementsAre("085#0000000000000000"));
+  hear(0x206, {1, 0, 0, 0, 0});
+  EXPECT_THAT(sent(), ElementsAre("086#0000000000000000"));
+  EXPECT_EQ(line_->node_state(6).error_register, 0);
+}
+
 TEST_F(DevicesTest, EachDeviceBootsAndObeysTheMaster) {
   make(devices_config({6, 5}));
   line_->start(now_);

@@ -75,6 +75,30 @@ TEST_F(LssDeviceTest, BootsWithTheNodeIdItIsGivenWhateverItIsCalledByHere) {
   EXPECT_THAT(sent(), IsEmpty());
 }
 
+TEST_F(LssDeviceTest, EventsNameTheDeviceAndTheNodeIdOnTheBus) {
+  start();
+  EXPECT_EQ(line_->own_device(5)->node_id, 0);
+  EXPECT_EQ(line_->own_device(5)->indicators, node::Indicators{});
+  events();
+  give(9);
+  waiting();
+  EXPECT_EQ(line_->own_device(5)->node_id, 9);
+  std::vector<Event> states = events();
+  std::erase_if(states, [](const Event& e) { return e.kind != EventKind::own_state; });
+  ASSERT_FALSE(states.empty());
+  EXPECT_EQ(states.back().node, 5);
+  ASSERT_EQ(states.back().length, 1);
+  EXPECT_EQ(states.back().data[0], std::byte{9});
+  line_->execute({.kind = CommandKind::emcy_send, .node = 5, .code = 0x1000}, now_);
+  EXPECT_TRUE(answer().ok());
+  EXPECT_THAT(sent(), ElementsAre("089#0010010000000000"));
+  EXPECT_TRUE(told(EventKind::emcy_sent, 5));
+  hear(0x705, {0x00});
+  EXPECT_TRUE(told(EventKind::boot_up, 5)) << "another device: the node-ID is free on the bus";
+  hear(0x709, {0x00});
+  EXPECT_FALSE(told(EventKind::boot_up, 9));
+}
+
 TEST_F(LssDeviceTest, ResetNodeTakesTheNodeIdThatIsNotStored) {
   start();
   give(9);
