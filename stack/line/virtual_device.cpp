@@ -470,6 +470,9 @@ AbortCode VirtualDevice::write(od::Address address, std::span<const std::byte> v
     why = AbortCode::unsupported_access;
   } else if (dictionary.find(address, &why)) {
     why = dictionary.set(address, value) ? AbortCode::none : AbortCode::length_mismatch;
+    if (why == AbortCode::none && !is_in_image(address)) {
+      own_values_[address].assign(value.begin(), value.end());
+    }
   }
   by_itself_ = false;
   if (why == AbortCode::none) {
@@ -488,6 +491,9 @@ void VirtualDevice::reset(bool whole_node, Instant now) {
                   .kind = EventKind::own_reset,
                   .node = node_->node_id(),
                   .code = static_cast<std::uint32_t>(command)});
+  }
+  for (const auto& [address, value] : own_values_) {
+    node_->dictionary().set(address, value);
   }
   if (!whole_node) {
     return;

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -152,6 +153,8 @@ class VirtualDevice final : node::Application {
   std::vector<std::unique_ptr<Mirror>> mirrors_;
   Conversion conversion_{*this};
   Watcher watcher_{*this};
+  // Of objects beyond the image: what the application set as the device itself.
+  std::map<od::Address, std::vector<std::byte>> own_values_;
   bool by_itself_ = false;  // what is written, or reset, comes from no master
   std::optional<Instant> time_told_;
   std::array<Numbers, 2> numbers_{};                   // by image::Direction

@@ -125,6 +125,22 @@ bool store(const ObjectTable& objects, Address address, Variable& variable,
   return news;
 }
 
+// A string that the device itself sets may become longer than its room: it has one of its own then.
+void make_room(const ObjectTable& objects, Address address, Variable& variable, std::size_t size) {
+  if (!is_string(variable.type) || size <= variable.capacity || size > kLongestValue) {
+    return;
+  }
+  VariableDetails& details = objects.details(address);
+  if (details.kept) {
+    return;
+  }
+  std::vector<std::byte> room(size);
+  std::copy_n(variable.data, variable.size, room.begin());
+  details.domain = std::move(room);
+  variable.data = details.domain.data();
+  variable.capacity = static_cast<std::uint32_t>(size);
+}
+
 // refuse(why) is the error of a hook that says no, or later.
 template <class Refuse>
 [[gnu::always_inline]] inline Result<std::span<const std::byte>> read_variable(
@@ -285,6 +301,9 @@ bool Dictionary::set(Address address, std::span<const std::byte> value) {
   Variable element;
   AbortCode why = AbortCode::none;
   Variable* variable = objects_->find(address, element, why);
+  if (variable != nullptr) {
+    make_room(*objects_, address, *variable, value.size());
+  }
   if (variable == nullptr || check_length(*variable, value.size()) != AbortCode::none) {
     return false;
   }
@@ -296,6 +315,9 @@ bool Dictionary::restore(Address address, std::span<const std::byte> value) {
   Variable element;
   AbortCode why = AbortCode::none;
   Variable* variable = objects_->find(address, element, why);
+  if (variable != nullptr) {
+    make_room(*objects_, address, *variable, value.size());
+  }
   if (variable == nullptr || check_length(*variable, value.size()) != AbortCode::none) {
     return false;
   }

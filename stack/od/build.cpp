@@ -12,7 +12,6 @@ namespace {
 
 constexpr std::size_t kSlack = 8;
 constexpr std::size_t kShortestString = 64;
-constexpr std::size_t kLongestDomain = std::size_t{16} * 1024 * 1024;
 constexpr std::size_t kLongestWindow = 254;
 
 std::size_t round_up(std::size_t size) {
@@ -23,7 +22,7 @@ std::uint32_t capacity_of(const VariableDescription& variable) {
   if (const unsigned fixed = byte_size(variable.type); fixed != 0) {
     return fixed;
   }
-  const std::size_t least = variable.type == DataType::domain ? kLongestDomain : kShortestString;
+  const std::size_t least = variable.type == DataType::domain ? kLongestValue : kShortestString;
   return static_cast<std::uint32_t>(std::max(least, variable.value.size()));
 }
 

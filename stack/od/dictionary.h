@@ -70,8 +70,8 @@ class Dictionary {
 
   // Adds the object with storage for its values. Fails with device_incompatible if the index exists
   // or is 0, or the description makes no sense (sub-indices not ascending or FFh, no type, value
-  // longer than its type). A value shorter than its type is filled up with zeros. Strings take
-  // values as long as the described one or 64 bytes, DOMAIN 16 MiB.
+  // longer than its type). A value shorter than its type is filled up with zeros. Written strings
+  // are as long as the described one or 64 bytes at most, DOMAIN 16 MiB.
   Result<void> add(const ObjectDescription& object);
   // Removes it; its hooks are forgotten, accesses that wait are refused with no_object. PDOs that
   // map it stop, which is told as for any that cannot be used. no_object if there is none.
@@ -206,7 +206,8 @@ class Dictionary {
   // An RPDO has put a new value into the variable: tells hooks that watch RPDOs.
   void came_by_rpdo(Address address);
 
-  // False if there is no such variable or value does not have its length.
+  // False if there is no such variable or value does not have its length. A string may be longer
+  // than what was described, up to 16 MiB.
   bool set(Address address, std::span<const std::byte> value);
 
   // The same for a number, in as many bytes as the variable has; the type of value does not matter.

@@ -23,13 +23,16 @@ namespace linegate::od {
 // Describes the object itself, and is no sub-index of it (CiA 301).
 inline constexpr std::uint8_t kStructureSub = 0xFF;
 
+// Bytes of a DOMAIN, and of a string that the device itself sets.
+inline constexpr std::size_t kLongestValue = std::size_t{16} * 1024 * 1024;
+
 // The cold part of a Variable.
 struct VariableDetails {
   std::string name;
   std::vector<std::byte> initial;
   std::vector<std::byte> low;
   std::vector<std::byte> high;
-  std::vector<std::byte> domain;  // the value of a DOMAIN, which may grow
+  std::vector<std::byte> domain;  // the value of a DOMAIN, or of a string that became longer
   bool kept = false;              // resets leave the value alone
 };
 

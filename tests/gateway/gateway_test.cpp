@@ -15,12 +15,7 @@
 
 #include <gtest/gtest.h>
 
-#include "bridges/dds/client.h"
-#include "bridges/dds/publisher.h"
-#include "gateway/clock.h"
-
-#include "tests/dds/own_domain.h"
-#include "tests/gateway/gateway_listener.h"
+#include "tests/gateway/gateway_fixture.h"
 #include "tests/gateway/log_keeper.h"
 #include "tests/gateway/plans.h"
 
@@ -28,95 +23,6 @@ namespace linegate::gateway {
 namespace {
 
 using namespace std::chrono_literals;
-
-constexpr Duration kPatience = 20s;
-
-std::string plant_text() {
-  return "schema: 1\ngateway: {name: test}\ndds: {domain: " + std::to_string(test::own_domain()) +
-         ", profile: " + LOOPBACK_PROFILES + R"(}
-lines:
-  - name: open
-    interface: "simulated:"
-    access: all
-    sdo_timeout: 500ms
-    pdo_update: {every: true, queue: 1024}
-    nodes:
-      - {id: 5, name: io, eds: bridges/sim/eds/digital-io.eds, heartbeat: 100ms, pdos: {tpdo1: {rtr: true}}}
-    simulate: [{node: 5, profile: digital-io}]
-    own_objects: {"2100:1": {type: u32, map: true}}
-    own_pdos: {tpdo100: {cob_id: 0x1F0, mpdo: destination, map: ["2100:1"]}}
-    outputs:
-      groups: [{name: lamps, number: 3, entries: [io.*]}]
-  - name: closed
-    interface: "simulated:"
-    access: read
-    nodes:
-      - {id: 6, name: drive, eds: bridges/sim/eds/drive.eds, heartbeat: 100ms}
-    simulate: [{node: 6, profile: drive}]
-)";
-}
-
-class GatewayTest : public testing::Test {
- protected:
-  static constexpr std::uint64_t kIncarnation = 0x1234'5678'9ABC'DEF0;
-
-  void SetUp() override {
-    auto made = Gateway::make(make_plant(text()), kIncarnation);
-    for (const auto& diagnostic : made.diagnostics) {
-      EXPECT_EQ(diagnostic.severity, Severity::note) << to_string(diagnostic);
-    }
-    ASSERT_TRUE(made.ok());
-    gateway_ = std::move(*made.value);
-    gateway_->start();
-    dds::ClientOptions options;
-    options.domain = test::own_domain();
-    options.profile_file = LOOPBACK_PROFILES;
-    options.outputs = true;
-    auto client = dds::Client::make(options);
-    ASSERT_TRUE(client.ok());
-    client_ = std::move(*client.value);
-    ASSERT_TRUE(until([&] {
-      return operational("open/io") && operational("closed/drive") &&
-             client_->command_peers() > 0 && client_->output_peers() > 0 &&
-             seen_.layouts.size() == 4 && seen_.lines.size() == 2;
-    }));
-  }
-
-  virtual std::string text() const { return plant_text(); }
-
-  bool operational(const std::string& node) {
-    return seen_.nodes[node].state == nmt::State::operational;
-  }
-  bool until(const std::function<bool()>& condition) {
-    const Instant give_up = monotonic_now() + kPatience;
-    while (!condition()) {
-      if (monotonic_now() > give_up) {
-        return false;
-      }
-      client_->poll(50ms, seen_);
-    }
-    return true;
-  }
-  static dds::Target at(const std::string& line, std::uint64_t incarnation = 0) {
-    return {"test", line, incarnation};
-  }
-  static line::Command sdo_read(std::uint8_t node, std::uint16_t index, std::uint8_t sub) {
-    line::Command command;
-    command.kind = line::CommandKind::sdo_read;
-    command.node = node;
-    command.index = index;
-    command.sub = sub;
-    return command;
-  }
-  dds::CommandResult call(const dds::Target& target, const line::Command& command,
-                          std::uint64_t layout_id = 0) {
-    return client_->call(target, command, 10s, seen_, layout_id);
-  }
-
-  std::unique_ptr<Gateway> gateway_;
-  std::unique_ptr<dds::Client> client_;
-  GatewayListener seen_;
-};
 
 TEST_F(GatewayTest, PublishesEveryReceptionOfALineThatDemandsIt) {
   const std::vector<dds::PdoReception>& got = seen_.receptions["open"];
@@ -447,86 +353,6 @@ TEST_F(GatewayTest, ReloadsOnlyTheLinesThatChanged) {
   EXPECT_EQ(call(at("more"), sdo_read(9, 0x1000, 0)).reply.error,
             line::to_error(line::Refusal::unknown_line));
   EXPECT_EQ(seen_.images_back, 0);
-}
-
-// A manager and the devices below it, on one bus.
-TEST_F(GatewayTest, DevicesOfALineAreThoseOfAManager) {
-  const std::string more = R"(  - name: plc
-    interface: virtual:below-the-plc
-    access: all
-    nodes:
-      - {id: 7, name: lamp, eds: bridges/sim/eds/digital-io.eds, heartbeat: 100ms}
-      - {id: 8, name: ram, eds: bridges/sim/eds/drive.eds, heartbeat: 100ms}
-  - name: below
-    interface: virtual:below-the-plc
-    role: device
-    access: all
-    devices:
-      - {id: 7, name: lamp, eds: bridges/sim/eds/digital-io.eds}
-      - {id: 8, name: ram, eds: bridges/sim/eds/drive.eds}
-      - {id: 9, name: shown, profile: 401, digital_inputs: 1, bind: {"6000:1": "plc/lamp.6000:1"}}
-)";
-  ASSERT_TRUE(gateway_->reload(make_plant(plant_text() + more)).done);
-  ASSERT_TRUE(until([&] {
-    return operational("plc/lamp") && operational("plc/ram") && operational("below/lamp") &&
-           operational("below/ram") && seen_.layouts.size() == 8;
-  }));
-  EXPECT_EQ(seen_.lines["below"].role, line::Role::device);
-  const auto first_byte = [&](const std::string& image) {
-    const image::Snapshot& last = seen_.images[image];
-    return last.bytes.empty() || !last.is_valid(0) ? -1 : std::to_integer<int>(last.bytes[0]);
-  };
-  line::Command write{.kind = line::CommandKind::output_write, .data = {std::byte{0x5A}}};
-  EXPECT_TRUE(call(at("below"), write, seen_.layouts["below/outputs"].id).reply.ok());
-  EXPECT_TRUE(until([&] { return first_byte("plc/inputs") == 0x5A; }));
-  // What the manager has as an input is an object of a device.
-  EXPECT_TRUE(until([&] {
-    const auto result = call(at("below"), sdo_read(9, 0x6000, 1));
-    return result.reply.ok() && result.reply.data == std::vector{std::byte{0x5A}};
-  }));
-  line::OutputWrite outputs{.layout_id = seen_.layouts["plc/outputs"].id};
-  for (std::uint32_t i = 0; seen_.layouts["plc/outputs"].entries[i].node == 7; ++i) {
-    outputs.values.push_back({.entry = i, .length = 1, .data = {std::byte{0xA5}}});
-  }
-  EXPECT_TRUE(client_->write_outputs(at("plc"), outputs));
-  EXPECT_TRUE(until([&] { return first_byte("below/inputs") == 0xA5; }));
-  EXPECT_EQ(seen_.gaps, 0);
-}
-
-TEST_F(GatewayTest, DevicesOfALineStoreTheirParameters) {
-  const std::string folder =
-      testing::TempDir() + "linegate-stored-" + std::to_string(test::own_domain());
-  std::filesystem::remove_all(folder);
-  const auto plant = [&](const std::string& more) {
-    return make_plant(plant_text() + R"(  - {name: plc, interface: "virtual:plc", access: all}
-  - name: below
-    interface: virtual:plc
-    role: device
-    access: all
-    storage: )" + folder +
-                      R"(
-    devices: [{id: 9, name: io, profile: 401, digital_inputs: 1}]
-)" + more);
-  };
-  ASSERT_TRUE(gateway_->reload(plant("")).done);
-  ASSERT_TRUE(until([&] { return seen_.happened("below", EventKind::line_started); }));
-  const auto write = [&](std::uint16_t index, std::uint8_t sub, std::vector<std::byte> data) {
-    return call(at("plc"), {.kind = line::CommandKind::sdo_write,
-                            .node = 9,
-                            .index = index,
-                            .sub = sub,
-                            .data = std::move(data)})
-        .reply.ok();
-  };
-  EXPECT_TRUE(until([&] { return write(0x6002, 1, {std::byte{0x81}}); }));
-  EXPECT_TRUE(write(0x1010, 1, {std::byte{'s'}, std::byte{'a'}, std::byte{'v'}, std::byte{'e'}}));
-  EXPECT_TRUE(std::filesystem::exists(folder + "/below-9.parameters"));
-  ASSERT_TRUE(gateway_->reload(plant("    publish: {period: 50ms}\n")).done);
-  EXPECT_TRUE(until([&] {
-    const auto result = call(at("below"), sdo_read(9, 0x6002, 1));
-    return result.reply.ok() && result.reply.data == std::vector{std::byte{0x81}};
-  }));
-  std::filesystem::remove_all(folder);
 }
 
 // The line is made anew with what was found; what was asked of it meanwhile is not cut off by that.

@@ -129,13 +129,24 @@ TEST_F(DevicesApplication, SetsItsOwnValuesWhateverTheirAccess) {
   EXPECT_EQ(ask(0x1002, status), to_error(AbortCode::read_only));
   EXPECT_EQ(ask(0x1002, status, kWriteOwn), Error{});
   EXPECT_EQ(value_of(0x1002), status);
-  const std::string name(64, 'x');
+  const std::string name(300, 'x');
   EXPECT_EQ(ask(0x1008, letters(name), kWriteOwn), Error{});
   EXPECT_EQ(value_of(0x1008), letters(name)) << "longer than its default";
+  hear(0x000, {0x81, kDevice});
+  EXPECT_EQ(value_of(0x1002), status) << "a reset takes what the master said, no more";
+  EXPECT_EQ(value_of(0x1008), letters(name));
   EXPECT_EQ(ask(0x1000, status, kWriteOwn), to_error(AbortCode::unsupported_access));
   EXPECT_EQ(ask(0x2FFF, status, kWriteOwn), to_error(AbortCode::no_object));
   EXPECT_EQ(ask(0x1002, {std::byte{1}}, kWriteOwn), to_error(AbortCode::length_mismatch));
   EXPECT_EQ(ask(0x1002, status, 2), to_error(Refusal::bad_request));
+}
+
+TEST_F(DevicesApplication, HasADomainOf16Megabytes) {
+  std::vector<std::byte> program(std::size_t{16} * 1024 * 1024, std::byte{0x5A});
+  EXPECT_EQ(ask(0x1F50, program), Error{});
+  EXPECT_EQ(value_of(0x1F50), program);
+  program.push_back({});
+  EXPECT_EQ(ask(0x1F50, program), to_error(AbortCode::length_too_high));
 }
 
 TEST_F(DevicesApplication, SendsAMappedObjectByWritingIt) {

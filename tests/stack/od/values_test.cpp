@@ -53,6 +53,22 @@ std::vector<std::byte> encoded(const TypeRow& row, int number) {
   return out;
 }
 
+TEST(Strings, AreAsLongAsTheDeviceSetsThem) {
+  Dictionary dictionary;
+  ASSERT_TRUE(dictionary.add(var(0x2000, DataType::visible_string, test::text("abc"))).ok());
+  const std::vector<std::byte> longer(1000, std::byte{'x'});
+  EXPECT_EQ(dictionary.write(kValueAt, longer), AbortCode::length_too_high);
+  EXPECT_TRUE(dictionary.set(kValueAt, longer));
+  EXPECT_EQ(copy(*dictionary.read(kValueAt)), longer);
+  EXPECT_TRUE(dictionary.set(kValueAt, test::text("short")));
+  EXPECT_EQ(copy(*dictionary.read(kValueAt)), test::text("short"));
+  dictionary.reset_values(0x2000, 0x2000);
+  EXPECT_EQ(copy(*dictionary.read(kValueAt)), test::text("abc"));
+  EXPECT_TRUE(dictionary.restore(kValueAt, std::vector<std::byte>(2000, std::byte{'y'})));
+  EXPECT_EQ(dictionary.read(kValueAt)->size(), 2000U);
+  EXPECT_FALSE(dictionary.set(kValueAt, std::vector<std::byte>(16 * 1024 * 1024 + 1)));
+}
+
 Dictionary limited(const TypeRow& row, int low, int high) {
   ObjectDescription description = var(kValueAt.index, row.type);
   description.variables[0].low_limit = encoded(row, low);
