@@ -246,7 +246,7 @@ Error Line::Impl::single_output(Command& command, std::vector<std::byte>& way, I
     return to_error(Refusal::wrong_state);
   }
   image.write_entry(image::Direction::outputs, command.entry, command.data);
-  node.pdos().outputs_written(entry.bit_offset, entry.bit_length, true, now);
+  outputs_written(entry.bit_offset, entry.bit_length, true, now);
   if (entry.local_pdo != 0) {
     way = way_of(entry.local_pdo, wait_of(entry.local_pdo));
   }

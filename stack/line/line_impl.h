@@ -257,6 +257,9 @@ struct Line::Impl final : Line::Base,
   void confirm(std::uint8_t id, nmt::State state, Instant now);
   Duration heartbeat_time(std::uint8_t id) const;
   void outputs_invalid(std::uint8_t id);
+  // Outputs have new values there: requests their PDOs, and sends own objects of the MPDO scanner
+  // list in source address mode. always: unchanged ones, too.
+  void outputs_written(std::uint32_t bit_offset, std::uint32_t bits, bool always, Instant now);
   // Hands the states of the nodes to the PDO engine, which sends the outputs of those that were
   // started.
   void follow_receivers();
@@ -284,6 +287,12 @@ struct Line::Impl final : Line::Base,
   diagnosis::CanopenIa canopen_ia;
   diagnosis::Objects diagnosis_objects;
   Outputs outputs;
+  // An own object of the outputs which no PDO carries; empty without a scanner list.
+  struct ScannedOutput {
+    std::uint32_t entry = 0;
+    std::optional<std::uint64_t> sent;
+  };
+  std::vector<ScannedOutput> scanned_outputs;
   PdoUpdates updates;
   std::uint64_t resets = 0;          // of the own node that were followed
   std::unique_ptr<Routing> routing;  // if the line takes part in it

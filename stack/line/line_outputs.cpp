@@ -71,6 +71,24 @@ void Line::Impl::output_state(std::size_t position, OutputState& out) const {
   }
 }
 
+[[gnu::hot]] void Line::Impl::outputs_written(std::uint32_t bit_offset, std::uint32_t bits,
+                                              bool always, Instant now) {
+  node.pdos().outputs_written(bit_offset, bits, always, now);
+  const std::vector<image::Entry>& entries = image.layout(Direction::outputs).entries;
+  for (ScannedOutput& scanned : scanned_outputs) {
+    const image::Entry& entry = entries[scanned.entry];
+    if (entry.bit_offset >= bit_offset + bits ||
+        entry.bit_offset + entry.bit_length <= bit_offset) {
+      continue;
+    }
+    const std::uint64_t value = image.read_entry(Direction::outputs, scanned.entry);
+    if ((always || scanned.sent != value) &&
+        node.pdos().send_mpdo({entry.index, entry.sub}) == AbortCode::none) {
+      scanned.sent = value;
+    }
+  }
+}
+
 // All bytes first, then the PDOs: a PDO never carries half of a write.
 void Line::Impl::apply(const OutputWrite& write, bool always, Instant now) {
   const image::Layout& layout = image.layout(Direction::outputs);
@@ -82,11 +100,10 @@ void Line::Impl::apply(const OutputWrite& write, bool always, Instant now) {
   }
   for (const OutputValue& value : write.values) {
     const image::Entry& entry = layout.entries[value.entry];
-    node.pdos().outputs_written(entry.bit_offset, entry.bit_length, always, now);
+    outputs_written(entry.bit_offset, entry.bit_length, always, now);
   }
   for (const OutputBytes& run : write.bytes) {
-    node.pdos().outputs_written(run.offset * 8U, static_cast<std::uint32_t>(run.data.size() * 8U),
-                                always, now);
+    outputs_written(run.offset * 8U, static_cast<std::uint32_t>(run.data.size() * 8U), always, now);
   }
 }
 
@@ -119,7 +136,7 @@ void Line::Impl::apply(const OutputWrite& write, bool always, Instant now) {
          ++i) {
       end += layout.entries[values[i].entry].bit_length;
     }
-    node.pdos().outputs_written(begin, end - begin, first.always, now);
+    outputs_written(begin, end - begin, first.always, now);
   }
   if (any_forwarded) {
     request_forwarded(values, now);
@@ -260,7 +277,7 @@ void Line::Impl::apply_defaults(Instant now) {
   }
   for (const OutputDefault& value : config.defaults) {
     const image::Entry& entry = layout.entries[value.entry];
-    node.pdos().outputs_written(entry.bit_offset, entry.bit_length, true, now);
+    outputs_written(entry.bit_offset, entry.bit_length, true, now);
   }
 }
 
@@ -300,7 +317,7 @@ void Line::Impl::zero(const Outputs::Group& group, Instant now) {
   }
   for (const std::uint32_t entry : group.config.entries) {
     const image::Entry& place = layout.entries[entry];
-    node.pdos().outputs_written(place.bit_offset, place.bit_length, true, now);
+    outputs_written(place.bit_offset, place.bit_length, true, now);
   }
 }
 

@@ -60,12 +60,17 @@ class ManagerFixture : public testing::Test {
       options.node_id = id;
       options.profile = profile;
       options.seed = id;
-      world_.add_device(*seat_, *std::move(sim::Device::make(options).value));
+      auto device = *std::move(sim::Device::make(options).value);
+      prepare(*device);
+      world_.add_device(*seat_, std::move(device));
     }
     world_.start();
     pass(2s);
     return *seat_;
   }
+
+  // Each device before it is switched on.
+  virtual void prepare(sim::Device& /*device*/) {}
 
   LineSeat& seat() { return *seat_; }
   World& world() { return world_; }

@@ -118,6 +118,40 @@ TEST_F(PdoCommands, AnObjectOfTheScannerListIsSentWhenItIsWritten) {
   EXPECT_THAT(sent(), IsEmpty()) << "not in the list";
 }
 
+// An object of the application in the outputs of the image.
+TEST_F(PdoCommands, AnOutputOfTheScannerListIsSentWhenItIsWritten) {
+  LineConfig config = with_mpdos();
+  for (const std::uint8_t sub : {std::uint8_t{4}, std::uint8_t{5}}) {
+    config.own_objects.push_back(own_object(sub, od::DataType::unsigned16));
+    config.own_objects.back().variable.access = od::Access::ro;
+    config.own_objects.back().in_image = true;
+  }
+  config.mpdo_scanner.push_back(0x01'2100'04);
+  run(std::move(config));
+  const auto& entries = line_->layout(Direction::outputs).entries;
+  const auto first = static_cast<std::uint32_t>(entries.size() - 2);
+  ASSERT_EQ(entries[first].sub, 4);
+  const auto write = [&](std::uint8_t value, std::uint8_t other) {
+    OutputWrite out{.layout_id = line_->layout(Direction::outputs).id, .arming = 1};
+    out.values.push_back({.entry = first, .length = 2, .data = {std::byte{value}}});
+    out.values.push_back({.entry = first + 1, .length = 2, .data = {std::byte{other}}});
+    EXPECT_EQ(line_->write_outputs(out, now_), OutputRefusal::none);
+    pass(milliseconds(1));
+    return sent();
+  };
+  EXPECT_THAT(write(3, 1), ElementsAre("1F1#7F00210403000000"));
+  EXPECT_THAT(write(3, 2), IsEmpty()) << "unchanged; the other object is not in the list";
+  EXPECT_THAT(write(4, 2), ElementsAre("1F1#7F00210404000000"));
+  OutputWrite bytes_of{.layout_id = line_->layout(Direction::outputs).id, .arming = 1};
+  bytes_of.bytes.push_back({entries[first].bit_offset / 8U, bytes({5, 0})});
+  EXPECT_EQ(line_->write_outputs(bytes_of, now_), OutputRefusal::none);
+  EXPECT_THAT(sent(), ElementsAre("1F1#7F00210405000000"));
+  Command one{.kind = CommandKind::output_write, .data = bytes({5, 0})};
+  one.entry = first;
+  EXPECT_TRUE(ask(one).ok());
+  EXPECT_THAT(sent(), ElementsAre("1F1#7F00210405000000")) << "a single write is always sent";
+}
+
 TEST_F(PdoCommands, WhatComesByMpdoIsInTheObjectsOfTheOwnNode) {
   run(with_mpdos());
   hear(0x1F2, {0xFF, 0x00, 0x21, 0x03, 1, 0, 0, 0});
