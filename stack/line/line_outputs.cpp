@@ -54,8 +54,9 @@ OutputWait Line::Impl::reason_of(std::uint32_t entry) const {
   if (node.state() != nmt::State::operational) {
     return OutputWait::own_node;
   }
-  return receiver(place.node) == pdo::Engine::Receiver::waiting ? OutputWait::node
-                                                                : OutputWait::turn;
+  using enum pdo::Engine::Receiver;
+  const pdo::Engine::Receiver state = receiver(place.node);
+  return state == waiting || state == unheard ? OutputWait::node : OutputWait::turn;
 }
 
 void Line::Impl::output_state(std::size_t position, OutputState& out) const {
@@ -200,7 +201,7 @@ pdo::Engine::Receiver Line::Impl::receiver(std::uint8_t id) const {
   const bool operational = seen.presence == manager::Presence::present &&
                            seen.state == nmt::State::operational && !manager.held(id);
   if (!manages() && seen.presence == manager::Presence::unknown) {
-    return Engine::Receiver::unknown;
+    return Engine::Receiver::unheard;
   }
   return running && usable() && operational && unconfirmed[id].heartbeats == 0 &&
                  nmt.next_wake() == kNever

@@ -149,14 +149,16 @@ class Engine {
 
   // TPDOs with output entries of the image are held back, whatever requests them, until every one
   // of these entries is known. When such a TPDO is transmitted with the newest values, and its
-  // receiver is not `waiting`, its entries become valid.
+  // receiver is `unknown` or `started`, its entries become valid.
 
   // unknown: nothing is known about the node's state, every TPDO is taken as received (at first).
   // waiting: the node is not started; TPDOs to it are sent when they change, but not on entering
   // Operational, and their entries are not valid.
   // started: the node is Operational. On entering it every TPDO to the node is requested once,
   // changed or not, as trigger() does it.
-  enum class Receiver : std::uint8_t { unknown, waiting, started };
+  // unheard: nothing was received from the node, and the line does not boot it: TPDOs to it are
+  // sent as to an unknown one, but their entries are not valid.
+  enum class Receiver : std::uint8_t { unknown, waiting, started, unheard };
   // Precondition: node is 1..127. The state is kept over configure().
   void set_receiver(std::uint8_t node, Receiver state);
   Receiver receiver(std::uint8_t node) const;

@@ -349,8 +349,9 @@ can::Frame Engine::Impl::remote_frame(std::uint16_t slot) const {
 // A value that was written after the sample was taken is not in the frame.
 void Engine::Impl::note_transmission(std::uint16_t slot) {
   const Tpdo& pdo = tpdos[slot];
-  if (receivers[pdo.node] != Receiver::waiting && !held_back(slot) &&
-      has_data(pdo.frame, gather(pdo))) {
+  const Receiver state = receivers[pdo.node];
+  const bool takes_it = state == Receiver::unknown || state == Receiver::started;
+  if (takes_it && !held_back(slot) && has_data(pdo.frame, gather(pdo))) {
     image.set_pdo_valid(image::Direction::outputs, static_cast<std::uint16_t>(slot + 1), true);
   }
 }
@@ -362,7 +363,7 @@ void Engine::Impl::set_receiver(std::uint8_t node, Receiver state) {
   for (const LinkedPdo& link : linked_tpdos) {
     const auto slot = static_cast<std::uint16_t>(link.parameters.number - 1U);
     const bool own = link.node == node;
-    if (own && state == Receiver::waiting) {
+    if (own && (state == Receiver::waiting || state == Receiver::unheard)) {
       image.set_pdo_valid(image::Direction::outputs, link.parameters.number, false);
     }
     const bool receives = own || std::ranges::find(link.also, node) != link.also.end();

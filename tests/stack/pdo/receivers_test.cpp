@@ -94,6 +94,22 @@ TEST_F(ReceiversTest, ReceiversOfUnknownStateAreTakenAsReady) {
   EXPECT_TRUE(valid(manager, 0));
 }
 
+TEST_F(ReceiversTest, OutputsToANodeOfWhichNothingWasReceivedAreSentAndNotValid) {
+  Manager manager({receiver(5, {remote_pdo(1, 0x205, {kWord})})});
+  write(manager, 0, 7, at(1));
+  sent(manager, at(1));
+  EXPECT_TRUE(valid(manager, 0));
+  manager.engine->set_receiver(5, Receiver::unheard);
+  EXPECT_FALSE(valid(manager, 0));
+  manager.engine->set_operational(false, at(2));
+  manager.engine->set_operational(true, at(2));
+  EXPECT_THAT(sent(manager, at(2)), ElementsAre("5:7"));
+  EXPECT_FALSE(valid(manager, 0));
+  manager.engine->set_receiver(5, Receiver::started);
+  EXPECT_THAT(sent(manager, at(3)), ElementsAre("5:7"));
+  EXPECT_TRUE(valid(manager, 0));
+}
+
 TEST_F(ReceiversTest, ATpdoIsHeldBackForANodeThatIsStartedToo) {
   Manager manager({receiver(5, {remote_pdo(1, 0x205, {kWord, kByte})})});
   manager.engine->set_receiver(5, Receiver::waiting);
