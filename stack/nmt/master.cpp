@@ -18,8 +18,12 @@ Master::Master(can::TransmitQueue& transmit, const od::Dictionary* dictionary)
 
 void Master::set_active(bool active) {
   active_ = active;
-  if (!active) {
-    waiting_.clear();
+  if (active) {
+    return;
+  }
+  waiting_.clear();
+  can::Frame dropped;  // NMT is the most urgent class
+  while (transmit_.queued(can::TransmitClass::nmt) > 0 && transmit_.pop_urgent(dropped)) {
   }
 }
 

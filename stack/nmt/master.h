@@ -23,7 +23,7 @@ class Master {
   explicit Master(can::TransmitQueue& transmit, const od::Dictionary* dictionary = nullptr);
 
   // False: the node is not the NMT master of its network (1F80h bit 0). send() refuses, and
-  // commands that wait are dropped. True to begin with.
+  // commands that no controller has taken yet are dropped. True to begin with.
   void set_active(bool active);
 
   // Queues the command for a node, 1..127, or 0 = all nodes but the master itself. It is sent when
