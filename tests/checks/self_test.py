@@ -9,6 +9,7 @@ import unittest
 import formatting
 import layering
 import manuals
+import mutations
 import readmes
 import services
 import sizes
@@ -63,6 +64,23 @@ class Manuals(TreeCase):
     def test_what_the_page_leaves_out(self):
         parts = list(manuals.parts(manuals.json.loads(self.SCHEMA)))
         self.assertEqual(sorted(parts), ["1 .. 9", "colour", "green", "hue", "red"])
+
+
+class Mutations(TreeCase):
+    DIFF = """A line less.
+--- a/stack/a.cpp
++++ b/stack/a.cpp
+@@ -1,3 +1,2 @@
+ one
+-two
+ three
+"""
+
+    def test_a_mutation_of_a_line_that_is_gone(self):
+        self.write("stack/a.cpp", "one\ntwo\nthree\n")
+        self.assertEqual(self.complaints(mutations, "tests/plant/mutations/a.diff", self.DIFF), [])
+        self.write("stack/a.cpp", "one\nthree\n")
+        self.assertEqual(len(self.complaints(mutations, "tests/plant/mutations/a.diff", self.DIFF)), 1)
 
 
 class Layering(TreeCase):

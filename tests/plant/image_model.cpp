@@ -77,12 +77,17 @@ void ImageModel::before_receive(const can::Frame& frame) {
   }
 }
 
-void ImageModel::after_call() {
+void ImageModel::after_call(std::span<const Event> events) {
+  const bool reset = std::ranges::any_of(events, [](const Event& event) {
+    return event.kind == EventKind::own_state &&
+           event.code == static_cast<std::uint32_t>(nmt::State::initialising);
+  });
   const bool synced = line_.sync_count() != syncs_;
   syncs_ = line_.sync_count();
   const bool operational = is_operational(line_);
   const bool pre_operational = is_pre_operational(line_);
   for (auto& [id, pdo] : pdos_) {
+    pdo.pending = pdo.pending && !reset;
     if (!operational) {
       pdo.pending = pdo.pending && pre_operational;
     } else if (pdo.pending && (synced || !pdo.synchronous)) {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,8 +19,9 @@ class ImageModel {
 
   // The line is about to be given this frame.
   void before_receive(const can::Frame& frame);
-  // The line was called: it may have passed a SYNC, or have become Operational.
-  void after_call();
+  // The line was called, and emitted these events: it may have passed a SYNC, have become
+  // Operational, or have been reset.
+  void after_call(std::span<const Event> events);
 
   // Compares every valid entry of a fresh snapshot with the model; a sentence about the first
   // difference, or nothing.

@@ -107,9 +107,9 @@ nmt::State real_state(LineSeat& seat, std::uint8_t node) {
 std::string check_states(LineSeat& seat) {
   for (const line::NodeConfig& node : seat.line->config().nodes) {
     const line::NodeState said = seat.line->node_state(node.id);
-    const bool heard = node.heartbeat != Duration::zero() || node.guard_time != Duration::zero();
     const nmt::State real = real_state(seat, node.id);
-    if (heard && said.presence == manager::Presence::present && said.state != real) {
+    if (said.heartbeat_monitored && said.presence == manager::Presence::present &&
+        said.state != real) {
       return "node " + std::to_string(node.id) + " is " + std::string(nmt::name(real)) +
              ", the line says " + std::string(nmt::name(said.state));
     }
@@ -150,13 +150,13 @@ std::string check_always(LineSeat& seat, Instant now) {
   if (seat.duplicate_replies != 0) {
     return "a command got two replies";
   }
-  if (std::string text = seat.states.compare_all(*seat.line, now); !text.empty()) {
+  if (std::string text = seat.states->compare_all(*seat.line, now); !text.empty()) {
     return text;
   }
   if (std::string text = check_observed_states(seat); !text.empty()) {
     return text;
   }
-  return seat.model.compare(*seat.line, now);
+  return seat.model->compare(*seat.line, now);
 }
 
 std::string check_settled(LineSeat& seat, std::uint64_t commands) {

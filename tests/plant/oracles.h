@@ -19,11 +19,13 @@ namespace linegate::plant {
 //   what is shown of a node is what was received of it, see state_model.h; a node that an observer
 //   does not show as present shows no state
 //   a node-ID that one device has is not reported as that of two
+//   a line transmits only what it is configured for, and no NMT command unless it is NMT master; it
+//   writes no valid COB-ID that is restricted, see silence_model.h
 //   a long value that was read by SDO is one that was written, and whole
 std::string check_always(LineSeat& seat, Instant now);
 
 // Besides, when nothing has been asked or disturbed for some seconds: every command was answered,
-// and a node whose error control is heard is in the state that the line says.
+// and a node whose error control is monitored is in the state that the line says.
 std::string check_settled(LineSeat& seat, std::uint64_t commands);
 
 }  // namespace linegate::plant

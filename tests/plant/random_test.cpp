@@ -22,21 +22,22 @@ unsigned long from_environment(const char* name, unsigned long otherwise) {
 class PartOfRandomPlants : public testing::TestWithParam<unsigned> {};
 
 // LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT run others: a failure is repeated with its seed and
-// a count of 1.
+// a count of 1. LINEGATE_PLANT_SHRINK=0 leaves a failing one as it is.
 TEST_P(PartOfRandomPlants, HoldsEveryOracleAndComesToRest) {
   const unsigned long all = from_environment("LINEGATE_PLANT_COUNT", kPlants);
   const unsigned long begin = all * GetParam() / kParts;
   const unsigned long count = all * (GetParam() + 1) / kParts - begin;
   const unsigned long first = from_environment("LINEGATE_PLANT_SEED", kFirstSeed) + begin;
   std::printf("random plants: %lu from seed %lu on\n", count, first);
+  const bool shrinks = from_environment("LINEGATE_PLANT_SHRINK", 1) != 0;
   unsigned long frames = 0;
   for (unsigned long seed = first; seed < first + count; ++seed) {
     const std::string text = generate(seed);
     const Outcome outcome = run_scenario("seed " + std::to_string(seed), text, seed);
     frames += outcome.frames;
     ASSERT_TRUE(outcome.ok()) << outcome.failure << "\nlast events:\n"
-                              << outcome.history << "\nshrunken scenario:\n"
-                              << shrink(text, seed);
+                              << outcome.history << "\nscenario:\n"
+                              << (shrinks ? shrink(text, seed) : text);
   }
   std::printf("random plants: %lu plants, %lu frames\n", count, frames);
   EXPECT_GE(frames, count * 100);

@@ -57,6 +57,8 @@ void Scenario::act(Words& words) {
     const auto id = static_cast<std::uint32_t>(words.number());
     swallowed_[id] = words.done() ? ~std::uint64_t{0} : words.number();
     set_disturbance();
+  } else if (verb == "restart") {
+    restart(words);
   } else if (verb == "stop") {
     seat().line->stop(world_.now());
   } else {
@@ -100,6 +102,16 @@ void Scenario::switch_off(DeviceSeat& device) {
   }
 }
 
+// What happened to the line before does not count any more.
+void Scenario::restart(Words& words) {
+  LineSeat& target = seat();
+  const Duration pause = words.accept("after") ? words.duration() : Duration{};
+  world_.restart(target, target.line->config(), pause);
+  commands_[&target] = 0;
+  event_cursor_ = 0;
+  observed_cursor_ = 0;
+}
+
 // Switched off and on at once.
 void Scenario::blink(DeviceSeat& device) {
   if (device.device->alive()) {
@@ -112,6 +124,7 @@ void Scenario::command(line::Command request, const std::string& name) {
   request.tag = next_tag_++;
   tags_[name] = request.tag;
   ++commands_[&seat()];
+  seat().silence.commanded(request);
   seat().line->execute(std::move(request), world_.now());
 }
 

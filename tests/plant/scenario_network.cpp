@@ -68,6 +68,21 @@ void set_inhibit_time(od::DeviceDescription& device, std::uint16_t record, Durat
   variables.insert(place, variable(3, od::DataType::unsigned16, units));
 }
 
+// The device file has no default of the COB-IDs of PDO 1 to 4 (CiA 301 7.5.2.35): an empty value of
+// RPDOs, 0 of TPDOs, as files of both kinds are found.
+void leave_cob_ids(od::DeviceDescription& device) {
+  constexpr std::uint16_t kPredefined = 4;
+  for (od::ObjectDescription& object : device.objects) {
+    const bool rpdo = object.index >= 0x1400 && object.index < 0x1400 + kPredefined;
+    const bool tpdo = object.index >= 0x1800 && object.index < 0x1800 + kPredefined;
+    for (od::VariableDescription& variable : object.variables) {
+      if ((rpdo || tpdo) && variable.sub == 1) {
+        variable.value.assign(tpdo ? sizeof(std::uint32_t) : 0, std::byte{0});
+      }
+    }
+  }
+}
+
 // An RPDO or TPDO whose communication record is at that index.
 void add_mpdo(od::Dictionary& dictionary, std::uint16_t index, std::uint32_t cob_id,
               pdo::MpdoMode mode) {
@@ -194,12 +209,15 @@ void Scenario::describe_device(Words& words) {
   bool present = true;
   bool domain = false;
   bool ours = false;
+  bool no_cob_ids = false;
+  std::optional<Duration> heartbeat;
   std::vector<std::pair<od::Address, std::uint64_t>> expected;
   std::vector<std::pair<std::uint16_t, Duration>> inhibit_times;
   while (!words.done()) {
     const std::string key = words.take();
     if (key == "heartbeat") {
       node.heartbeat = words.duration();
+      heartbeat = node.heartbeat;
     } else if (key == "consumer") {
       node.heartbeat_consumer = words.duration();
     } else if (key == "guarding") {
@@ -225,6 +243,10 @@ void Scenario::describe_device(Words& words) {
       plan.mpdos.try_emplace(device.node_id);
     } else if (key == "mpdo-of") {
       plan.mpdos[device.node_id] = words.node();
+    } else if (key == "answers-after") {
+      plan.answers_after[device.node_id] = words.duration();
+    } else if (key == "no-cob-ids") {
+      no_cob_ids = true;
     } else if (key == "reboots-on") {
       plan.reboots_on[device.node_id] = static_cast<std::uint16_t>(words.number());
     } else if (key == "unconfigured") {
@@ -264,6 +286,9 @@ void Scenario::describe_device(Words& words) {
     for (const auto& [record, time] : inhibit_times) {
       set_inhibit_time(node.device, record, time);
     }
+    if (no_cob_ids) {
+      leave_cob_ids(node.device);
+    }
     if (ours) {
       plan.ours.push_back(
           {.id = node.id, .name = node.name, .device = node.device, .lss = device.unconfigured});
@@ -273,6 +298,9 @@ void Scenario::describe_device(Words& words) {
     }
     plan.config.nodes.push_back(std::move(node));
     std::ranges::sort(plan.config.nodes, {}, &line::NodeConfig::id);
+  }
+  if (!listed && heartbeat) {
+    device.heartbeat = heartbeat;  // nobody else sets it
   }
   if (domain) {
     plan.domains.insert(device.node_id);
@@ -341,6 +369,10 @@ void Scenario::build() {
       DeviceSeat& added = world_.add_device(seat, *std::move(device.value));
       if (const auto on = plan.reboots_on.find(options.node_id); on != plan.reboots_on.end()) {
         added.reboots_on = on->second;
+      }
+      if (const auto after = plan.answers_after.find(options.node_id);
+          after != plan.answers_after.end()) {
+        added.answers_after = after->second;
       }
       const auto foreign = plan.foreign_sdos.find(options.node_id);
       if (foreign != plan.foreign_sdos.end()) {

@@ -24,6 +24,7 @@ struct NetworkPlan {
   std::vector<line::DeviceConfig> ours;  // those of a line in the role device
   std::set<std::uint8_t> domains;        // nodes that have one
   std::map<std::uint8_t, ForeignSdo::Blocks> foreign_sdos;
+  std::map<std::uint8_t, Duration> answers_after;
   std::map<std::uint8_t, std::uint16_t> reboots_on;  // nodes that boot when it is written
   std::map<std::uint8_t, std::uint8_t> mpdos;  // nodes that have MPDOs: whose they take, 0 = none
 };
@@ -59,6 +60,7 @@ class Scenario {
   void expect(Words& words);
   void node_action(Words& words);
   void switch_off(DeviceSeat& device);
+  void restart(Words& words);
   void blink(DeviceSeat& device);
   void sdo_action(Words& words);
   void data_action(const std::string& verb, Words& words);

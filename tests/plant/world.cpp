@@ -39,15 +39,16 @@ LineSeat::LineSeat(std::unique_ptr<line::Line> the_line, const sim::BusOptions& 
     : line(std::move(the_line)),
       bus(options),
       observer(observer_of(*line)),
-      model(*line),
-      states(*line),
-      outputs(*line) {
+      silence(line->config()) {
+  model.emplace(*line);
+  states.emplace(*line);
+  outputs.emplace(*line);
   end = bus.attach();
   witness_end = bus.attach();
   observer_end = bus.attach();
   bus.set_disturbance([this](const can::Frame& frame, sim::Bus::Endpoint sender) {
     const sim::Fate fate = disturbance ? disturbance(frame, sender) : sim::Fate::delivered;
-    outputs.ended(*this, frame, sender, fate);
+    outputs->ended(*this, frame, sender, fate);
     return fate;
   });
 }
@@ -59,6 +60,26 @@ DeviceSeat* LineSeat::find(std::uint8_t node) {
     }
   }
   return nullptr;
+}
+
+void LineSeat::take(std::unique_ptr<line::Line> another) {
+  model.reset();
+  states.reset();
+  outputs.reset();
+  line = std::move(another);
+  observer = observer_of(*line);
+  silence = SilenceModel(line->config());
+  model.emplace(*line);
+  states.emplace(*line);
+  outputs.emplace(*line);
+  bus.detach(end);
+  end = bus.attach();
+  bus.detach(observer_end);
+  observer_end = bus.attach();
+  events.clear();
+  observed.clear();
+  replies.clear();
+  reports.clear();
 }
 
 void World::fail(const std::string& text) {
@@ -78,6 +99,7 @@ DeviceSeat& World::add_device(LineSeat& seat, std::unique_ptr<sim::Device> devic
 
 void World::add_ours(LineSeat& seat, std::unique_ptr<line::Line> devices) {
   seat.ours = std::move(devices);
+  seat.silence_of_ours = SilenceModel(seat.ours->config());
   seat.ours_end = seat.bus.attach();
 }
 
@@ -102,6 +124,22 @@ void World::start() {
     seat->observer->start(now_);
     turn(*seat);
   }
+}
+
+// What the stopped line has to send still goes out: the pre-operational command to its nodes.
+void World::restart(LineSeat& seat, line::LineConfig config, Duration pause) {
+  seat.line->stop(now_);
+  settle();
+  run(now_ + std::max<Duration>(pause, std::chrono::milliseconds(10)));
+  auto made = line::Line::make(std::move(config));
+  if (!made.ok()) {
+    fail("the line cannot be made: " + to_string(made.diagnostics.front()));
+    return;
+  }
+  seat.take(*std::move(made.value));
+  seat.line->start(now_);
+  seat.observer->start(now_);
+  settle();
 }
 
 void World::run(Instant until) {
@@ -213,6 +251,8 @@ Instant World::next_wake() const {
     for (const DeviceSeat& device : seat->devices) {
       if (device.device->alive()) {
         wake = earlier(wake, device.device->next_wake());
+        const bool waits = device.late.empty() || seat->bus.room(device.end) == 0;
+        wake = earlier(wake, waits ? kNever : device.late.front().first);
       }
     }
   }
@@ -228,7 +268,7 @@ void World::turn(LineSeat& seat) {
   turn_line(seat);
   turn_observer(seat);
   collect(seat);
-  if (std::string text = seat.outputs.compare(seat, now_); !text.empty()) {
+  if (std::string text = seat.outputs->compare(seat, now_); !text.empty()) {
     fail("outputs: " + text);
   }
 }
@@ -290,12 +330,30 @@ void World::turn_device(LineSeat& seat, DeviceSeat& device) {
   if (device.model) {
     device.model->after_advance(*device.device, now_);
   }
+  transmit(seat, device);
+}
+
+void World::transmit(LineSeat& seat, DeviceSeat& device) {
+  if (!device.device->alive()) {
+    device.late.clear();
+    return;
+  }
+  while (!device.late.empty() && device.late.front().first <= now_ &&
+         seat.bus.room(device.end) > 0) {
+    seat.bus.submit(device.end, device.late.front().second, now_);
+    device.late.pop_front();
+  }
+  const std::uint32_t response = can::kSdoResponseBase + device.device->node_id();
   can::Frame frame;
   while (seat.bus.room(device.end) > 0 && device.device->next_frame(frame, now_)) {
     if (device.sdo) {
       device.sdo->follow(frame);
     }
-    seat.bus.submit(device.end, frame, now_);
+    if (device.answers_after > Duration::zero() && frame.id == response && !frame.extended()) {
+      device.late.emplace_back(now_ + device.answers_after, frame);
+    } else {
+      seat.bus.submit(device.end, frame, now_);
+    }
   }
 }
 
@@ -325,22 +383,27 @@ void World::receive_alone(LineSeat& seat, DeviceSeat& device, const can::Frame& 
 
 void World::turn_line(LineSeat& seat) {
   line::Line& line = *seat.line;
+  seat.model->after_call(take_events(seat));
   while (const std::size_t count = seat.bus.take(seat.end, batch_)) {
     for (const can::Frame& frame : std::span(batch_).first(count)) {
-      seat.model.before_receive(frame);
-      seat.states.before_receive(frame);
+      seat.model->before_receive(frame);
+      seat.states->before_receive(frame);
+      seat.silence.before_receive(frame);
       line.receive(std::span(&frame, 1), now_);
-      seat.model.after_call();
+      seat.model->after_call(take_events(seat));
     }
   }
   line.advance(now_);
-  seat.model.after_call();
+  seat.model->after_call(take_events(seat));
   can::Frame frame;
   while (seat.bus.room(seat.end) > 0 && line.next_frame(frame, now_)) {
-    seat.outputs.submitted(frame);
+    if (std::string text = seat.silence.sends(frame); !text.empty()) {
+      fail("silence: " + text);
+    }
+    seat.outputs->submitted(frame);
     seat.bus.submit(seat.end, frame, now_);
   }
-  if (std::string text = seat.states.compare(line, now_); !text.empty()) {
+  if (std::string text = seat.states->compare(line, now_); !text.empty()) {
     fail("states: " + text);
   }
 }
@@ -351,11 +414,17 @@ void World::turn_ours(LineSeat& seat) {
   }
   line::Line& line = *seat.ours;
   while (const std::size_t count = seat.bus.take(seat.ours_end, batch_)) {
+    for (const can::Frame& frame : std::span(batch_).first(count)) {
+      seat.silence_of_ours.before_receive(frame);
+    }
     line.receive(std::span(batch_).first(count), now_);
   }
   line.advance(now_);
   can::Frame frame;
   while (seat.bus.room(seat.ours_end) > 0 && line.next_frame(frame, now_)) {
+    if (std::string text = seat.silence_of_ours.sends(frame); !text.empty()) {
+      fail("silence of our devices: " + text);
+    }
     seat.bus.submit(seat.ours_end, frame, now_);
   }
 }
@@ -375,14 +444,21 @@ void World::turn_observer(LineSeat& seat) {
   }
 }
 
+// Those that are new.
+std::span<const Event> World::take_events(LineSeat& seat) {
+  const std::size_t before = seat.events.size();
+  while (const std::size_t count = seat.line->take_events(told_)) {
+    seat.events.insert(seat.events.end(), told_.begin(), told_.begin() + static_cast<long>(count));
+  }
+  return std::span(seat.events).subspan(before);
+}
+
 void World::collect(LineSeat& seat) {
   while (const std::size_t count = seat.bus.take(seat.witness_end, batch_)) {
     seat.frames.insert(seat.frames.end(), batch_.begin(),
                        batch_.begin() + static_cast<long>(count));
   }
-  while (const std::size_t count = seat.line->take_events(told_)) {
-    seat.events.insert(seat.events.end(), told_.begin(), told_.begin() + static_cast<long>(count));
-  }
+  take_events(seat);
   while (const std::size_t count = seat.observer->take_events(told_)) {
     seat.observed.insert(seat.observed.end(), told_.begin(),
                          told_.begin() + static_cast<long>(count));

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -25,6 +26,7 @@
 #include "tests/plant/foreign_sdo.h"
 #include "tests/plant/image_model.h"
 #include "tests/plant/output_model.h"
+#include "tests/plant/silence_model.h"
 #include "tests/plant/state_model.h"
 
 namespace linegate::plant {
@@ -46,6 +48,8 @@ struct DeviceSeat {
   std::optional<DeviceModel> model{};  // of those whose guarding or MPDOs are judged
   std::optional<ForeignSdo> sdo{};     // of those whose SDO server is of another make
   NodeIdUse use{};
+  Duration answers_after{};                           // its SDO responses are so late
+  std::deque<std::pair<Instant, can::Frame>> late{};  // responses and when they are due
 };
 
 // A line and all that hangs on its bus, where an observing line with the same configuration
@@ -56,6 +60,8 @@ struct LineSeat {
   DeviceSeat* find(std::uint8_t node);
   // What becomes of the frames on the bus; the models see each frame and its fate.
   void set_disturbance(sim::Bus::Disturbance wanted) { disturbance = std::move(wanted); }
+  // Takes another line on the same bus; what the line before left is forgotten.
+  void take(std::unique_ptr<line::Line> another);
 
   std::unique_ptr<line::Line> line;
   sim::Bus bus;
@@ -68,10 +74,12 @@ struct LineSeat {
   std::unique_ptr<line::Line> ours;  // a line of devices below, if there is one
   sim::Bus::Endpoint ours_end = 0;
   std::vector<Event> ours_told;  // all it told, in order
-  ImageModel model;
-  StateModel states;
-  OutputModel outputs;
+  std::optional<ImageModel> model;
+  std::optional<StateModel> states;
+  std::optional<OutputModel> outputs;
   sim::Bus::Disturbance disturbance;
+  SilenceModel silence;
+  SilenceModel silence_of_ours;
   std::vector<Event> events;                     // all the line told, in order
   std::map<std::uint64_t, line::Reply> replies;  // by tag
   std::set<std::uint64_t> reports;  // tags of commands whose replies are no object's value
@@ -110,6 +118,8 @@ class World {
   // `until` then).
   bool step(Instant until);
   void run(Instant until);
+  // Stops a line and starts it anew with that configuration after the pause, at least 10 ms.
+  void restart(LineSeat& seat, line::LineConfig config, Duration pause);
   // Takes what a call from outside left to be sent or told.
   void settle();
 
@@ -126,6 +136,8 @@ class World {
   void turn_ours(LineSeat& seat);
   void turn_observer(LineSeat& seat);
   void collect(LineSeat& seat);
+  std::span<const Event> take_events(LineSeat& seat);
+  void transmit(LineSeat& seat, DeviceSeat& device);
   // Hands on what the lines have for each other.
   void carry();
 

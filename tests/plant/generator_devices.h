@@ -1,0 +1,40 @@
+// The devices of random plants. Private to the generator.
+#pragma once
+
+#include <ostream>
+#include <random>
+#include <string>
+
+namespace linegate::plant {
+
+inline constexpr unsigned kAnswerTimeout = 500;  // ms
+
+struct Device {
+  unsigned id = 0;
+  std::string profile;
+  unsigned heartbeat = 0;  // ms, 0 = none
+  bool guarded = false;
+  bool domain = false;
+  bool mandatory = false;
+  bool listed = true;
+  bool late = false;  // it is switched on later than the line
+  bool no_cob_ids = false;
+  bool alive = true;
+  bool plugged = true;
+  unsigned guard_time = 0;  // ms
+  unsigned life_time_factor = 0;
+  unsigned answers_after = 0;  // ms, of its SDO server; from kAnswerTimeout on never in time
+  unsigned serial = 0;         // 0 = that of the device file
+  bool mpdo = false;
+  unsigned mpdo_of = 0;  // whose MPDOs it takes, 0 = nobody's
+};
+
+// Its profile, and how it is watched.
+Device draw_device(std::mt19937_64& random, unsigned id);
+// What is unusual about it: it comes late, is not configured, answers slowly, has the identity of
+// others.
+void draw_manners(std::mt19937_64& random, Device& device);
+// As a statement of the scenario, without the end of its line.
+void describe(std::ostream& out, const Device& device);
+
+}  // namespace linegate::plant

@@ -1,0 +1,62 @@
+#include "tests/plant/generator_outputs.h"
+
+#include <array>
+#include <string_view>
+
+namespace linegate::plant {
+namespace {
+
+// What the RPDOs of the profiles map.
+struct Output {
+  std::string_view profile;
+  const char* record;  // communication record of the RPDO
+  unsigned sub;        // of the mapping
+  const char* object;
+  unsigned bytes;
+};
+constexpr std::array<Output, 8> kOutputs{{
+    {"digital-io", "1400", 1, "6200:1", 1},
+    {"digital-io", "1400", 2, "6200:2", 1},
+    {"analog-io", "1401", 1, "6411:1", 2},
+    {"analog-io", "1401", 2, "6411:2", 2},
+    {"drive", "1400", 1, "6040:0", 2},
+    {"drive", "1400", 2, "6060:0", 1},
+    {"drive", "1401", 1, "607A:0", 4},
+    {"drive", "1401", 2, "60FF:0", 4},
+}};
+
+}  // namespace
+
+void give_pdos(std::ostream& out, std::mt19937_64& random, const Device& device,
+               unsigned bit_rate) {
+  const auto below = [&random](unsigned limit) { return static_cast<unsigned>(random() % limit); };
+  for (const Output& output : kOutputs) {
+    if (output.profile != device.profile || output.sub > 1) {
+      continue;
+    }
+    constexpr std::array<unsigned, 3> kSynchronous{0, 1, 3};
+    constexpr unsigned kEventDriven = 255;
+    // A slow bus has no room for synchronous PDOs of many devices.
+    const bool synchronous = below(4) == 0 && bit_rate == 1'000'000;
+    const unsigned type = synchronous ? kSynchronous[below(3)] : kEventDriven;
+    out << " expected " << output.record << ":2 " << type << " write " << output.record << ":2 "
+        << (synchronous ? "0" : "") << std::hex << std::uppercase << type << std::dec;
+    if (!synchronous && below(4) == 0) {
+      out << " inhibit " << output.record << ' ' << 5 + below(100) << "ms";
+    }
+  }
+}
+
+void give_values(std::ostream& out, std::mt19937_64& random, const Device& device) {
+  const auto below = [&random](unsigned limit) { return static_cast<unsigned>(random() % limit); };
+  for (const Output& output : kOutputs) {
+    if (output.profile == device.profile && below(12) != 0) {
+      out << ' ' << device.id << '.' << output.object << " = ";
+      for (unsigned i = 0; i < output.bytes; ++i) {
+        out << (below(2) == 0 ? "11" : "2E");
+      }
+    }
+  }
+}
+
+}  // namespace linegate::plant

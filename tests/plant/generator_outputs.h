@@ -1,0 +1,16 @@
+// What random plants do with outputs. Private to the generator.
+#pragma once
+
+#include <ostream>
+#include <random>
+
+#include "tests/plant/generator_devices.h"
+
+namespace linegate::plant {
+
+// Transmission types and inhibit times of the RPDOs of that device, as words of its statement.
+void give_pdos(std::ostream& out, std::mt19937_64& random, const Device& device, unsigned bit_rate);
+// Values for most of its outputs, as words of a write; mostly those that they have.
+void give_values(std::ostream& out, std::mt19937_64& random, const Device& device);
+
+}  // namespace linegate::plant

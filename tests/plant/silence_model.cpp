@@ -1,0 +1,218 @@
+#include "tests/plant/silence_model.h"
+
+#include <algorithm>
+#include <iomanip>
+#include <sstream>
+
+#include "stack/base/byte_order.h"
+#include "stack/can/cob_id.h"
+#include "stack/pdo/parameters.h"
+
+namespace linegate::plant {
+namespace {
+
+constexpr std::uint32_t kLssToMaster = 0x7E4;
+constexpr std::uint32_t kLssToSlaves = 0x7E5;
+constexpr std::uint32_t kSync = 0x080;
+constexpr std::uint32_t kTime = 0x100;
+constexpr std::uint16_t kStartup = 0x1F80;
+
+std::uint32_t place(std::uint32_t node, std::uint32_t index, std::uint32_t sub) {
+  return node << 24U | index << 8U | sub;
+}
+
+std::uint32_t byte_of(const can::Frame& frame, std::size_t at) {
+  return std::to_integer<std::uint32_t>(frame.data[at]);
+}
+
+// An expedited download of four bytes (CiA 301 7.2.4.3.3).
+bool is_expedited_download(const can::Frame& frame) {
+  return frame.length == can::kMaxClassicData && (byte_of(frame, 0) & 0xE2U) == 0x22;
+}
+
+// Ranges of CiA 301 7.3.5, as its table has them.
+bool is_restricted_id(std::uint32_t id) {
+  constexpr std::array<std::array<std::uint32_t, 2>, 8> kRestricted{{{0x000, 0x000},
+                                                                     {0x001, 0x07F},
+                                                                     {0x101, 0x180},
+                                                                     {0x581, 0x5FF},
+                                                                     {0x601, 0x67F},
+                                                                     {0x6E0, 0x6FF},
+                                                                     {0x701, 0x77F},
+                                                                     {0x780, 0x7FF}}};
+  return std::ranges::any_of(kRestricted,
+                             [id](const auto& range) { return id >= range[0] && id <= range[1]; });
+}
+
+// SYNC and TIME have no bit that makes them invalid; the default SDO server cannot be written.
+bool holds_cob_id(std::uint32_t index, std::uint32_t sub) {
+  if (sub == 0) {
+    return index == 0x1005 || index == 0x1012 || index == 0x1014;
+  }
+  const bool sdo = index >= 0x1201 && index <= 0x12FF && (sub == 1 || sub == 2);
+  const bool pdo = (index >= 0x1400 && index < 0x1600) || (index >= 0x1800 && index < 0x1A00);
+  return sdo || (pdo && sub == 1);
+}
+
+std::string text_of(const can::Frame& frame) {
+  std::ostringstream out;
+  out << std::hex << std::uppercase << std::setfill('0') << std::setw(3) << frame.id << '#';
+  for (std::size_t i = 0; i < frame.length && !frame.remote(); ++i) {
+    out << std::setw(2) << byte_of(frame, i);
+  }
+  return out.str();
+}
+
+}  // namespace
+
+SilenceModel::SilenceModel(const line::LineConfig& config) {
+  boots_as_master_ = config.role == line::Role::manager;
+  for (const line::ObjectValue& value : config.own_values) {
+    if (value.address == od::Address{kStartup, 0} && !value.data.empty()) {
+      boots_as_master_ &= (value.data.front() & std::byte{1}) != std::byte{0};
+    }
+  }
+  is_master_ = boots_as_master_;
+  if (config.role == line::Role::manager || config.devices.empty()) {
+    own_[config.node_id] = true;
+  }
+  for (const line::DeviceConfig& device : config.devices) {
+    own_[device.id] = true;
+    allow_pdos(device.device, false);
+  }
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    if (own_[id]) {
+      allowed_.set(kSync + id);
+      allowed_.set(can::kSdoResponseBase + id);
+      allowed_.set(can::kErrorControlBase + id);
+    }
+    allowed_.set(can::kSdoRequestBase + id, boots_as_master_);  // as SDO manager
+  }
+  allowed_.set(kSync, config.sync_period > Duration::zero());
+  allowed_.set(kTime, config.time_period > Duration::zero());
+  allowed_.set(kLssToSlaves, config.lss.assign);
+  allowed_.set(kLssToMaster, std::ranges::any_of(config.devices, &line::DeviceConfig::lss));
+  for (const line::NodeConfig& node : config.nodes) {
+    allow_pdos(node.device, true);
+  }
+}
+
+// rpdos: of a device to which the line sends them, else those that the device itself sends.
+void SilenceModel::allow_pdos(const od::DeviceDescription& device, bool rpdos) {
+  const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(device);
+  if (!described.ok()) {
+    return;
+  }
+  for (const pdo::Parameters& pdo : rpdos ? described.value->rpdos : described.value->tpdos) {
+    if (pdo.cob_id.extended()) {
+      allowed_extended_.insert(pdo.cob_id.id());
+    } else {
+      allowed_.set(pdo.cob_id.id() & 0x7FFU);
+    }
+  }
+}
+
+void SilenceModel::commanded(const line::Command& command) {
+  using enum line::CommandKind;
+  const bool to_own = command.node <= can::kMaxNodeId && own_[command.node];
+  if (command.kind == sdo_write && to_own && command.index == kStartup && !command.data.empty()) {
+    is_master_ = (command.data.front() & std::byte{1}) != std::byte{0};
+  }
+  constexpr std::uint16_t kFrameRecord = 0x5F4C;  // of CANopenIA: sends a frame of no service
+  if (command.kind == sdo_write && to_own && command.index == kFrameRecord &&
+      command.data.size() >= sizeof(std::uint16_t)) {
+    allowed_.set(load_le<std::uint16_t>(command.data.data()) & 0x7FFU);
+  }
+  if (command.kind == nmt) {
+    follow_own_reset(static_cast<std::uint8_t>(command.nmt), command.node);
+  }
+  if (command.kind == sdo_read || command.kind == sdo_write || command.kind == object_write) {
+    allowed_.set(can::kSdoRequestBase + command.node % 128U);
+    commanded_writes_.insert(place(command.node, command.index, command.sub));
+  }
+  if (command.kind == can_send) {
+    allowed_.set(command.entry & 0x7FFU);
+  }
+  if (command.kind == lss) {
+    allowed_.set(kLssToSlaves);
+  }
+}
+
+// What was written to 1F80h is gone.
+void SilenceModel::follow_own_reset(std::uint8_t command, std::uint8_t node) {
+  const bool to_own = node == 0 || own_[node % own_.size()];
+  if (to_own && nmt::is_reset(static_cast<nmt::Command>(command))) {
+    is_master_ = boots_as_master_;
+  }
+}
+
+void SilenceModel::before_receive(const can::Frame& frame) {
+  if (frame.extended() || frame.remote()) {
+    return;
+  }
+  if (frame.id == 0 && frame.length == 2) {
+    follow_own_reset(static_cast<std::uint8_t>(byte_of(frame, 0)),
+                     static_cast<std::uint8_t>(byte_of(frame, 1)));
+  }
+  const std::uint32_t node = frame.id - can::kSdoRequestBase;
+  if (frame.id > can::kSdoRequestBase && node <= can::kMaxNodeId && own_[node] &&
+      is_expedited_download(frame)) {
+    take_written_cob_id(frame);
+  }
+}
+
+// Somebody configures the own node.
+void SilenceModel::take_written_cob_id(const can::Frame& frame) {
+  const can::CobId cob_id{load_le<std::uint32_t>(frame.data.data() + 4)};
+  if (!holds_cob_id(load_le<std::uint16_t>(frame.data.data() + 1), byte_of(frame, 3))) {
+    return;
+  }
+  if (cob_id.extended()) {
+    allowed_extended_.insert(cob_id.id());
+  } else {
+    allowed_.set(cob_id.id() & 0x7FFU);
+  }
+}
+
+bool SilenceModel::is_allowed(const can::Frame& frame) const {
+  if (frame.extended()) {
+    return allowed_extended_.contains(frame.id);
+  }
+  if (frame.remote()) {  // a guarding request
+    return boots_as_master_ && frame.id > can::kErrorControlBase &&
+           frame.id <= can::kErrorControlBase + can::kMaxNodeId;
+  }
+  return frame.id < allowed_.size() && allowed_.test(frame.id);
+}
+
+std::string SilenceModel::sends(const can::Frame& frame) {
+  if (frame.id == 0 && !frame.extended()) {
+    follow_own_reset(static_cast<std::uint8_t>(byte_of(frame, 0)),
+                     static_cast<std::uint8_t>(byte_of(frame, 1)));
+    return is_master_ ? std::string()
+                      : "it is not NMT master and sends the NMT command " + text_of(frame);
+  }
+  if (!is_allowed(frame)) {
+    return "nothing is configured that sends " + text_of(frame);
+  }
+  return check_download(frame);
+}
+
+std::string SilenceModel::check_download(const can::Frame& frame) const {
+  const std::uint32_t node = frame.id - can::kSdoRequestBase;
+  if (frame.extended() || frame.id <= can::kSdoRequestBase || node > can::kMaxNodeId ||
+      !is_expedited_download(frame)) {
+    return {};
+  }
+  const auto index = load_le<std::uint16_t>(frame.data.data() + 1);
+  const std::uint32_t sub = byte_of(frame, 3);
+  const can::CobId cob_id{load_le<std::uint32_t>(frame.data.data() + 4)};
+  const bool has_valid_bit = index != 0x1005 && index != 0x1012;
+  if (!holds_cob_id(index, sub) || commanded_writes_.contains(place(node, index, sub)) ||
+      (has_valid_bit && !cob_id.valid()) || cob_id.extended() || !is_restricted_id(cob_id.id())) {
+    return {};
+  }
+  return "it writes a valid COB-ID that is restricted: " + text_of(frame);
+}
+
+}  // namespace linegate::plant

@@ -1,0 +1,46 @@
+// What a line may transmit, worked out from its configuration, the commands that it was given and
+// the frames that it received: a second way to come to it.
+//   no NMT command unless the own node is NMT master (1F80h bit 0)
+//   CAN-IDs of services that are configured, or that a command named, alone
+//   no download of a valid COB-ID that is restricted (CiA 301 7.3.5)
+#pragma once
+
+#include <array>
+#include <bitset>
+#include <cstdint>
+#include <set>
+#include <string>
+
+#include "stack/can/frame.h"
+#include "stack/line/line.h"
+
+namespace linegate::plant {
+
+class SilenceModel {
+ public:
+  SilenceModel() = default;
+  explicit SilenceModel(const line::LineConfig& config);
+
+  // The line is given this command.
+  void commanded(const line::Command& command);
+  // The line is about to receive it.
+  void before_receive(const can::Frame& frame);
+  // The line sends it. A sentence about the rule that it breaks, or nothing.
+  std::string sends(const can::Frame& frame);
+
+ private:
+  void allow_pdos(const od::DeviceDescription& device, bool rpdos);
+  void follow_own_reset(std::uint8_t command, std::uint8_t node);
+  void take_written_cob_id(const can::Frame& frame);
+  bool is_allowed(const can::Frame& frame) const;
+  std::string check_download(const can::Frame& frame) const;
+
+  std::array<bool, 128> own_{};   // node-IDs of the line
+  bool is_master_ = false;        // now
+  bool boots_as_master_ = false;  // after each reset of the own node
+  std::bitset<0x800> allowed_;    // of 11 bits
+  std::set<std::uint32_t> allowed_extended_;
+  std::set<std::uint32_t> commanded_writes_;  // node, index, sub-index
+};
+
+}  // namespace linegate::plant
