@@ -1,0 +1,186 @@
+// I6: a random plant of several lines runs twice, once with and once without a reload of one line.
+// The frames and events of the lines that the reload does not concern are the same, at the same
+// times. Which lines a reload concerns is the gateway's decision, see
+// tests/gateway/random_reload_test.cpp.
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <random>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/plant/scenario_run.h"
+
+namespace linegate::plant {
+namespace {
+
+// Two lines that forward to each other and pass on SDOs, and a third one that is reloaded.
+class TwinGenerator {
+ public:
+  explicit TwinGenerator(unsigned long seed) : random_(seed) {}
+
+  std::pair<std::string, std::string> twins() {
+    const unsigned way = below(4);
+    networks();
+    unsigned time = 0;
+    bool is_reloaded = false;
+    if (way == 3) {  // it is new
+      say("on other\nat 0s", "on other\nat 0s stop");
+    }
+    const unsigned actions = 8 + below(20);
+    const unsigned reload = 2 + below(5);
+    time = 1000 + below(3000);
+    for (unsigned i = 0; i < actions; ++i) {
+      time += 1 + below(400);
+      if (!is_reloaded && i >= reload) {
+        time = reload_other(way, time);
+        is_reloaded = true;
+      } else {
+        action(i, time);
+      }
+    }
+    say("at " + std::to_string(time + 3000) + "ms");
+    return {plain_.str(), reloaded_.str()};
+  }
+
+ private:
+  unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
+  void say(const std::string& text) { say(text, text); }
+  void say(const std::string& plain, const std::string& reloaded) {
+    plain_ << plain << '\n';
+    reloaded_ << reloaded << '\n';
+  }
+
+  void networks() {
+    constexpr std::array<const char*, 2> kRates{"250000", "1000000"};
+    const auto sync = [this] {
+      return below(2) == 0 ? std::string() : " sync " + std::to_string(5 + below(60)) + "ms";
+    };
+    const auto heartbeat = [this] {
+      return " heartbeat " + std::to_string(50 + below(200)) + "ms\n";
+    };
+    for (unsigned i = 0; i < kLines.size(); ++i) {
+      const std::string network = std::to_string(i + 1);
+      std::string text = std::string("line ") + kLines[i] + " bitrate " + kRates[below(2)] +
+                         sync() + " network " + network + " interface " + network + '\n';
+      if (i == 0) {
+        text += "route 2 2 over 2\n";
+      }
+      if (i == 1) {
+        text += "admit 1 1 all\n";
+      }
+      text += "device 5 digital-io" + heartbeat() + "device 6 drive" + heartbeat() +
+              "device 7 encoder" + heartbeat();
+      say(text);
+    }
+    say("forward first 5.6000:1 to second 5.6200:1\nforward second 6.6064:0 to first 6.607A:0");
+  }
+
+  // Gives the time after it.
+  unsigned reload_other(unsigned way, unsigned time) {
+    const std::string at = "on other\nat " + std::to_string(time) + "ms ";
+    const unsigned pause = way == 1 ? 10 + below(900) : 10;
+    say(at, at + (way == 2 ? "stop" : "restart after " + std::to_string(pause) + "ms"));
+    return time + pause;
+  }
+
+  void action(unsigned number, unsigned time) {
+    const std::string node = std::to_string(5 + below(3));
+    std::ostringstream out;
+    out << "on " << kLines[below(2)] << "\nat " << time << "ms ";
+    constexpr std::array<const char*, 4> kCommands{"start", "stop", "pre-operational",
+                                                   "reset-node"};
+    constexpr std::array<const char*, 4> kChanges{"dies", "returns", "blinks", "strays"};
+    switch (below(6)) {
+      case 0:
+        out << "nmt " << kCommands[below(4)] << ' ' << node;
+        break;
+      case 1:
+      case 2:
+        out << "node " << node << ' ' << kChanges[below(4)];
+        break;
+      case 3:
+        out << "sdo read r" << number << ' ' << node << " 1018:1";
+        break;
+      case 4:
+        out << "write 0 arming " << number + 1 << " 5.6200:2 = " << 10 + below(90)
+            << " 6.6040:0 = 0" << below(8) << "00";
+        break;
+      default:
+        out.str("on first\nat " + std::to_string(time) + "ms sdo read n" + std::to_string(number) +
+                ' ' + node + " 1018:2 network 2");
+        break;
+    }
+    say(out.str());
+  }
+
+  static constexpr std::array<const char*, 3> kLines{"first", "second", "other"};
+
+  std::mt19937_64 random_;
+  std::ostringstream plain_;
+  std::ostringstream reloaded_;
+};
+
+// What the lines that are not reloaded sent, received and reported.
+std::vector<std::string> history_of(const std::string& text, unsigned long seed) {
+  Scenario scenario(seed);
+  std::istringstream in(text);
+  for (std::string statement; std::getline(in, statement);) {
+    scenario.statement(Words(statement));
+  }
+  EXPECT_EQ(scenario.world().failure(), "");
+  std::vector<std::string> out;
+  for (const char* const name : {"first", "second"}) {
+    const LineSeat& seat = *scenario.world().find(name);
+    for (const can::Frame& frame : seat.frames) {
+      std::ostringstream text_of;
+      text_of << name << ' ' << frame.time.time_since_epoch().count() << ' ' << std::hex
+              << frame.id;
+      for (unsigned i = 0; i < frame.length && !frame.remote(); ++i) {
+        text_of << ' ' << std::to_integer<unsigned>(frame.data[i]);
+      }
+      out.push_back(text_of.str());
+    }
+    for (const Event& event : seat.events) {
+      std::ostringstream text_of;
+      text_of << name << ' ' << event.time.time_since_epoch().count() << ' '
+              << linegate::name(event.kind) << ' ' << unsigned{event.node} << ' ' << event.code
+              << ' ' << event.value;
+      out.push_back(text_of.str());
+    }
+  }
+  return out;
+}
+
+unsigned long twin_number(const char* name, unsigned long otherwise) {
+  const char* const text = std::getenv(name);
+  return text == nullptr ? otherwise : std::strtoul(text, nullptr, 10);
+}
+
+// LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT run others, as for the other random plants.
+TEST(RandomTwins, AReloadOfAnotherLineIsSeenInNoFrameAndNoEvent) {
+  constexpr unsigned long kFirstTwins = 20260301;
+  constexpr unsigned long kTwins = 60;
+  const unsigned long first = twin_number("LINEGATE_PLANT_SEED", kFirstTwins);
+  const unsigned long count = twin_number("LINEGATE_PLANT_COUNT", kTwins);
+  std::printf("random twins: %lu from seed %lu on\n", count, first);
+  for (unsigned long seed = first; seed < first + count; ++seed) {
+    const auto [plain, reloaded] = TwinGenerator(seed).twins();
+    const std::vector<std::string> without = history_of(plain, seed);
+    const std::vector<std::string> with = history_of(reloaded, seed);
+    ASSERT_GT(without.size(), 100U);
+    const auto [a, b] = std::mismatch(without.begin(), without.end(), with.begin(), with.end());
+    ASSERT_TRUE(a == without.end() && b == with.end())
+        << "seed " << seed << ": with the reload: " << (b == with.end() ? "nothing" : *b)
+        << "; without it: " << (a == without.end() ? "nothing" : *a) << '\n'
+        << reloaded;
+  }
+}
+
+}  // namespace
+}  // namespace linegate::plant
