@@ -28,8 +28,10 @@ std::uint32_t SharedIds::heartbeat(std::uint8_t id, nmt::State state, Instant no
   const bool known = node.last != kNever;
   const Duration time = known ? now - node.last : Duration{};
   if (known && time < kRepeatedHeartbeat) {
-    return 0;
+    return report(node, repeat(node), now);
   }
+  node.pairs = node.repeated ? node.pairs : std::uint8_t{0};
+  node.repeated = false;
   if (known) {
     std::rotate(node.between.begin(), node.between.begin() + 1, node.between.end());
     node.between.back() = time;
@@ -40,7 +42,19 @@ std::uint32_t SharedIds::heartbeat(std::uint8_t id, nmt::State state, Instant no
   }
   node.last = now;
   node.state = state;
-  const std::uint32_t sign = sign_of(node, state, now);
+  return report(node, sign_of(node, state, now), now);
+}
+
+// One controller does not repeat every frame.
+std::uint32_t SharedIds::repeat(Node& node) {
+  if (!node.repeated) {
+    node.repeated = true;
+    node.pairs = static_cast<std::uint8_t>(std::min<std::size_t>(node.pairs + 1U, kTimes));
+  }
+  return node.pairs == kTimes ? kTwoRhythms : 0;
+}
+
+std::uint32_t SharedIds::report(Node& node, std::uint32_t sign, Instant now) {
   if (sign == 0 || (node.reported != kNever && now - node.reported < kQuiet)) {
     return 0;
   }

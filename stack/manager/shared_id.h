@@ -5,7 +5,8 @@
 // twice as many heartbeats as it allows, whatever their distances. After a boot-up message the
 // heartbeats of the device that did not boot go on as before. What one device can do as well is no
 // sign: a shorter period that is not known, a heartbeat besides when its state changes, a reboot
-// with which its heartbeats begin anew, a frame that is repeated.
+// with which its heartbeats begin anew, a frame that is repeated now and then. Two whose 1017h was
+// written by one request send at one time: each heartbeat seems to be repeated.
 #pragma once
 
 #include <array>
@@ -48,6 +49,8 @@ class SharedIds {
     nmt::State state = nmt::State::unknown;
     std::uint8_t times = 0;    // known, the newest last
     std::uint8_t changes = 0;  // of state, one after the other
+    std::uint8_t pairs = 0;    // heartbeats that were repeated, one after the other
+    bool repeated = false;     // the newest
     std::array<Duration, kTimes> between{};
     Duration producer_time{};
     // Before its boot-up message, when it was Operational:
@@ -59,6 +62,8 @@ class SharedIds {
     bool commanded = true;       // since its boot-up message
   };
 
+  static std::uint32_t report(Node& node, std::uint32_t sign, Instant now);
+  static std::uint32_t repeat(Node& node);
   std::uint32_t sign_of(Node& node, nmt::State state, Instant now);
   static Duration steady_period(const Node& node);
   static bool goes_on(Node& node, nmt::State state, Instant now);

@@ -54,6 +54,17 @@ TEST_F(SharedIdsTest, AHeartbeatBesidesIsNoSecondDevice) {
   }
 }
 
+// Who writes 1017h of that node-ID writes it to both.
+TEST_F(SharedIdsTest, HeartbeatsThatAreEachRepeatedAreThoseOfTwoDevices) {
+  EXPECT_EQ(pairs(7, 500, 1), 0U);
+  EXPECT_EQ(pairs(1, 500, 1), kTwoRhythms);
+  EXPECT_EQ(pairs(20, 500, 1), 0U) << "reported a moment ago";
+  now_ += SharedIds::kQuiet;
+  EXPECT_EQ(after(500), 0U) << "not repeated: one begins anew";
+  EXPECT_EQ(pairs(7, 500, 1), 0U);
+  EXPECT_EQ(pairs(1, 500, 1), kTwoRhythms);
+}
+
 TEST_F(SharedIdsTest, StatesThatAlternateWithoutACommandAreThoseOfTwoDevices) {
   after(100, State::operational);
   EXPECT_EQ(after(100, State::pre_operational), 0U);
