@@ -1,6 +1,7 @@
 #include "tests/dds/peer_process.h"
 
 #include <array>
+#include <fstream>
 #include <thread>
 #include <utility>
 
@@ -64,6 +65,14 @@ bool Peer::end() {
 void Peer::signal(int number) const {
   if (pid_ > 0)
     ::kill(pid_, number);
+}
+
+std::size_t Peer::resident() const {
+  std::ifstream statm("/proc/" + std::to_string(pid_) + "/statm");
+  std::size_t all = 0;
+  std::size_t resident = 0;
+  statm >> all >> resident;
+  return resident * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
 }
 
 bool Peer::read_more(int timeout_ms) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -26,6 +27,8 @@ class Peer {
   std::string expect(std::string_view prefix,
                      std::chrono::milliseconds deadline = std::chrono::seconds(20));
   void signal(int number) const;
+  // Octets of its memory that are resident; 0 once it has ended.
+  std::size_t resident() const;
   // Ends its input, then waits for it; kills it after 30 s. False: it had to be, or went wrong.
   bool end();
 

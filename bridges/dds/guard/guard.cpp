@@ -99,8 +99,8 @@ Reason Guard::judge_submessage(Datagram& datagram, const Submessage& submessage)
     case Kind::gap:
       return judge_numbers(datagram, content);
     case Kind::data_frag:
-      leave_out_end(datagram, submessage, content);
-      return judge_numbers(datagram, content);
+      reason = judge_numbers(datagram, content);
+      return reason == Reason::none ? judge_fragments(datagram, content) : reason;
     case Kind::data:
       leave_out_end(datagram, submessage, content);
       reason = judge_numbers(datagram, content);
@@ -142,6 +142,21 @@ Reason Guard::judge_numbers(const Datagram& datagram, const Content& content) {
       writer, datagram.now, [&] { return is_known(writer); },
       [&](WriterNumbers& numbers, bool) {
         return numbers.advance(content.highest, datagram.now) ? Reason::none : Reason::rate;
+      },
+      Reason::writers);
+}
+
+// A participant's announcement fits into one datagram; in fragments it would pass unread.
+Reason Guard::judge_fragments(const Datagram& datagram, const Content& content) {
+  if (content.writer == entity::kParticipants)
+    return Reason::discovery;
+  const Guid writer = make_guid(datagram.source, content.writer);
+  return fragmented_.with(
+      writer, datagram.now, [&] { return is_known(writer); },
+      [&](IncompleteSamples& samples, bool) {
+        return samples.add(content.highest, content.sample, content.octets, datagram.now)
+                   ? Reason::none
+                   : Reason::fragment;
       },
       Reason::writers);
 }
@@ -218,7 +233,11 @@ bool Guard::is_known(const Guid& guid) const {
 
 void Guard::participant_found(const Prefix& prefix) {
   discovered_.participant_found(prefix);
-  writers_.pin([&](const Guid& guid) { return is_builtin(guid) && prefix_of(guid) == prefix; });
+  const auto is_its = [&](const Guid& guid) {
+    return is_builtin(guid) && prefix_of(guid) == prefix;
+  };
+  writers_.pin(is_its);
+  fragmented_.pin(is_its);
 }
 
 void Guard::participant_lost(const Prefix& prefix) {
@@ -226,6 +245,7 @@ void Guard::participant_lost(const Prefix& prefix) {
   const auto is_its = [&](const Guid& guid) { return prefix_of(guid) == prefix; };
   writers_.forget(is_its);
   readers_.forget(is_its);
+  fragmented_.forget(is_its);
 }
 
 void Guard::endpoint_found(const Guid& endpoint) {
@@ -233,6 +253,7 @@ void Guard::endpoint_found(const Guid& endpoint) {
   const auto is_it = [&](const Guid& guid) { return guid == endpoint; };
   writers_.pin(is_it);
   readers_.pin(is_it);
+  fragmented_.pin(is_it);
 }
 
 void Guard::endpoint_lost(const Guid& endpoint) {
@@ -240,6 +261,7 @@ void Guard::endpoint_lost(const Guid& endpoint) {
   const auto is_it = [&](const Guid& guid) { return guid == endpoint; };
   writers_.forget(is_it);
   readers_.forget(is_it);
+  fragmented_.forget(is_it);
 }
 
 Counters Guard::counters() const {

@@ -13,6 +13,7 @@
 #include "bridges/dds/guard/counters.h"
 #include "bridges/dds/guard/discovered.h"
 #include "bridges/dds/guard/guid_table.h"
+#include "bridges/dds/guard/incomplete_samples.h"
 #include "bridges/dds/guard/parameters.h"
 #include "bridges/dds/guard/reason.h"
 #include "bridges/dds/guard/submessages.h"
@@ -55,6 +56,7 @@ class Guard {
   void leave_out_end(Datagram& datagram, const Submessage& submessage,
                      const Content& content) const;
   Reason judge_numbers(const Datagram& datagram, const Content& content);
+  Reason judge_fragments(const Datagram& datagram, const Content& content);
   Reason judge_payload(const Datagram& datagram, const Content& content);
   Reason judge_participant(const Datagram& datagram, const Announcement& announcement) const;
   Reason judge_endpoint(const Datagram& datagram, const Content& content,
@@ -66,6 +68,7 @@ class Guard {
   const bool protection_required_;
   GuidTable<WriterNumbers, 1024> writers_;
   GuidTable<Reliability, 512> readers_;
+  GuidTable<IncompleteSamples, 256> fragmented_;  // of writers that send fragments
   Discovered discovered_;
   std::atomic<std::uint64_t> received_{0};
   std::array<std::atomic<std::uint64_t>, kReasons> dropped_{};

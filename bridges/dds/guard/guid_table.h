@@ -46,7 +46,7 @@ class GuidTable {
     return use(place->value, true);
   }
 
-  // Without a change: each(value) if the GUID has an entry.
+  // Calls each(value) if the GUID has an entry, which does not count as a use of it.
   template <class Each>
   void find(const Guid& guid, Each each) {
     const std::size_t set = hash(guid) % kSets;

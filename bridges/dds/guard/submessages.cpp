@@ -146,6 +146,8 @@ Reason check_data_frag(const Submessage& it, Content& out) {
   if (out.payload.size() < wanted || out.payload.size() > align4(wanted))
     return Reason::fragment;
   out.payload = {};
+  out.sample = it.body.u32(28);
+  out.octets = wanted;
   return Reason::none;
 }
 

@@ -54,6 +54,8 @@ struct Content {
   std::uint32_t reader = 0;  // entity IDs
   std::uint32_t writer = 0;
   Number highest = 0;  // DATA, DATA_FRAG, HEARTBEAT, GAP: highest number of the writer; else 0
+  std::uint32_t sample = 0;  // DATA_FRAG: octets of the sample,
+  std::uint64_t octets = 0;  // and of the fragments
   bool has_data = false;
   bool ends_instance = false;  // by its inline QoS
   Wire payload;                // of DATA with data, encapsulation header included, else empty

@@ -1,6 +1,7 @@
 // The known attacks on Fast DDS 2.9.1, sent to a live gateway and to the live participants of this
 // process. Each would abort them, or keep a thread of theirs busy for ever.
 #include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
 #include <fastdds/rtps/common/Guid.h>
 #include <gtest/gtest.h>
 #include <linegatePubSubTypes.h>
@@ -150,18 +151,44 @@ TEST_F(Attack, ATokenOfMorePropertiesThanItHolds) {
 }
 
 TEST_F(Attack, AFragmentOfASampleThatIsTooLarge) {
-  const Fields fragment = Fields()
-                              .u16(0)
-                              .u16(28)
-                              .entity(0)
-                              .entity(entity_of(victim))
-                              .number(5)
-                              .u32(1)
-                              .u16(1)
-                              .u16(64)
-                              .u32(0x80000000)
-                              .zeros(64);
-  EXPECT_TRUE(dropped(forged().add(0x16, fragment), Reason::fragment));
+  EXPECT_TRUE(
+      dropped(forged().add(0x16, fragment_of(entity_of(victim), 5, 0x80000000)), Reason::fragment));
+}
+
+// The library reserves a whole sample with its first fragment, and keeps it until the sample is
+// complete.
+TEST_F(Attack, AFragmentEachOfManySamples) {
+  constexpr std::size_t kMost = 128U << 20U;
+  Peer client{"subscriber"};
+  ASSERT_FALSE(client.expect("image").empty());
+  auto* images = endpoints.reader<v1::ProcessImagePubSubType>(v1::TOPIC_PROCESS_IMAGE);
+  ASSERT_NE(images, nullptr);
+  eprosima::fastdds::dds::SubscriptionMatchedStatus matched;
+  ASSERT_TRUE(eventually([&] {
+    images->get_subscription_matched_status(matched);
+    return matched.current_count > 0;
+  }));
+  const dds::guard::Guid writer =
+      to_guid(eprosima::fastrtps::rtps::iHandle2GUID(matched.last_publication_handle));
+  const auto forge = [&](std::int64_t number, std::uint32_t size) {
+    forger.unicast(Datagram(dds::guard::prefix_of(writer))
+                       .add(0x16, fragment_of(entity_of(writer), number, size))
+                       .get());
+  };
+  const std::size_t before = client.resident();
+  for (const std::uint32_t size : {100'000U, 4U << 20U}) {
+    std::int64_t number = 1'000;
+    EXPECT_TRUE(eventually(
+        [&] {
+          for (int i = 0; i < 20; ++i)
+            forge(++number, size);
+          return !client.expect("guard fragment", std::chrono::milliseconds(200)).empty() &&
+                 number >= 2'000;
+        },
+        std::chrono::seconds(60)));
+  }
+  EXPECT_LT(client.resident(), before + kMost);
+  EXPECT_TRUE(client.end());
 }
 
 TEST_F(Attack, ProtectedContentThatClaimsMoreThanItHas) {

@@ -131,6 +131,22 @@ inline Fields data(std::int64_t number, std::uint32_t writer = kWriter, bool lit
   return Fields(little).u16(0).u16(16).entity(reader).entity(writer).number(number);
 }
 
+// DATA_FRAG with one fragment of 64 octets.
+inline Fields fragment_of(std::uint32_t writer, std::int64_t number, std::uint32_t sample,
+                          std::uint32_t fragment = 1) {
+  return Fields()
+      .u16(0)
+      .u16(28)
+      .entity(0)
+      .entity(writer)
+      .number(number)
+      .u32(fragment)
+      .u16(1)
+      .u16(64)
+      .u32(sample)
+      .zeros(64);
+}
+
 inline constexpr unsigned kHasInlineQos = 0x02;  // flags of DATA
 inline constexpr unsigned kHasData = 0x04;
 inline constexpr unsigned kHasKey = 0x08;

@@ -57,6 +57,78 @@ TEST_F(GuardTest, SubmessagesOfUnknownKindPass) {
             Reason::none);
 }
 
+// --- fragments -----------------------------------------------------------------------------------
+
+class FragmentsTest : public GuardTest {
+ protected:
+  // One fragment of 64 octets of that sample.
+  Reason fragment(std::int64_t number, std::uint32_t size, std::uint32_t which = 1,
+                  Sender from = 1) {
+    return judge(Datagram(from).add(0x16, fragment_of(kWriter, number, size, which)));
+  }
+  static constexpr std::uint32_t kMiB = 1U << 20U;
+};
+
+TEST_F(FragmentsTest, AWriterHasEightIncompleteSamples) {
+  for (std::int64_t number = 1; number <= 8; ++number)
+    EXPECT_EQ(fragment(number, 128), Reason::none);
+  EXPECT_EQ(fragment(9, 128), Reason::fragment);
+  EXPECT_EQ(fragment(9, 128, 1, 2), Reason::none);  // another writer
+  EXPECT_EQ(fragment(3, 128, 2), Reason::none);     // now it is complete
+  EXPECT_EQ(fragment(9, 128), Reason::none);
+  EXPECT_EQ(fragment(10, 128), Reason::fragment);
+}
+
+TEST_F(FragmentsTest, TheirOctetsAreBounded) {
+  EXPECT_EQ(fragment(1, 4 * kMiB), Reason::none);
+  EXPECT_EQ(fragment(2, 128), Reason::fragment);
+  EXPECT_EQ(fragment(1, 4 * kMiB, 2), Reason::none);
+  EXPECT_EQ(fragment(1, 2 * kMiB, 1, 2), Reason::none);
+  EXPECT_EQ(fragment(2, 2 * kMiB, 1, 2), Reason::none);
+  EXPECT_EQ(fragment(3, 128, 1, 2), Reason::fragment);
+}
+
+TEST_F(FragmentsTest, AFragmentThatIsRepeatedBeginsNoSample) {
+  EXPECT_EQ(fragment(1, 128, 1), Reason::none);
+  EXPECT_EQ(fragment(1, 128, 2), Reason::none);
+  EXPECT_EQ(fragment(1, 128, 2), Reason::none);
+  for (std::int64_t number = 2; number <= 9; ++number)
+    EXPECT_EQ(fragment(number, 128), Reason::none) << number;
+}
+
+TEST_F(FragmentsTest, ASampleWithoutAFragmentFor10SecondsGivesItsPlace) {
+  for (std::int64_t number = 1; number <= 8; ++number)
+    EXPECT_EQ(fragment(number, 512), Reason::none);
+  now += 6 * kSecond;
+  EXPECT_EQ(fragment(1, 512, 2), Reason::none);
+  now += 5 * kSecond;
+  for (std::int64_t number = 9; number <= 15; ++number)
+    EXPECT_EQ(fragment(number, 512), Reason::none);
+  EXPECT_EQ(fragment(16, 512), Reason::fragment);
+}
+
+TEST_F(FragmentsTest, AHeartbeatOrAGapEndsNoSample) {
+  for (std::int64_t number = 1; number <= 8; ++number)
+    EXPECT_EQ(fragment(number, 128), Reason::none);
+  EXPECT_EQ(judge(Datagram().add(0x07, heartbeat(9, 9))), Reason::none);
+  EXPECT_EQ(judge(Datagram().add(0x08, gap(1, 9))), Reason::none);
+  EXPECT_EQ(fragment(9, 128), Reason::fragment);
+}
+
+TEST_F(FragmentsTest, AnAnnouncementOfAParticipantHasNoFragments) {
+  EXPECT_EQ(judge(Datagram().add(0x16, fragment_of(entity::kParticipants, 1, 128))),
+            Reason::discovery);
+  EXPECT_EQ(judge(Datagram().add(0x16, fragment_of(entity::kPublications, 1, 128))), Reason::none);
+}
+
+TEST_F(FragmentsTest, AWriterThatIsLostIsForgotten) {
+  guard.participant_found(prefix_of(1));
+  for (std::int64_t number = 1; number <= 8; ++number)
+    EXPECT_EQ(fragment(number, 128), Reason::none);
+  guard.endpoint_lost(dds::guard::make_guid(prefix_of(1), kWriter));
+  EXPECT_EQ(fragment(9, 128), Reason::none);
+}
+
 // --- statistics ----------------------------------------------------------------------------------
 
 TEST_F(GuardTest, AStatisticsSubmessageAtTheEndIsCutOff) {
