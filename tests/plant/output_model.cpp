@@ -1,6 +1,7 @@
 #include "tests/plant/output_model.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
@@ -15,6 +16,8 @@ namespace {
 
 constexpr std::byte kToggle{0x80};  // of a guard answer
 constexpr std::byte kOperational{0x05};
+constexpr unsigned kSigns = 3;  // the first may have been on their way when the node was reset
+constexpr Duration kUnwatched = std::chrono::milliseconds(100);
 
 std::uint64_t bits_of(std::span<const std::byte> bytes, unsigned first, unsigned count) {
   std::uint64_t out = 0;
@@ -65,9 +68,14 @@ OutputModel::OutputModel(const line::Line& line) {
   const image::Layout& layout = line.layout(image::Direction::outputs);
   for (const line::NodeConfig& node : line.config().nodes) {
     nodes_[node.id].guarded = node.guard_time != Duration::zero();
+    nodes_[node.id].period = std::max(node.heartbeat, node.guard_time);
     const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(node.device);
     for (const pdo::Parameters& rpdo : described.value->rpdos) {
-      Pdo pdo{.node = node.id, .number = rpdo.number, .cob_id = rpdo.cob_id};
+      Pdo pdo{.node = node.id,
+              .number = rpdo.number,
+              .cob_id = rpdo.cob_id,
+              .type = rpdo.type,
+              .inhibit = pdo::is_synchronous(rpdo.type) ? Duration{} : rpdo.inhibit};
       unsigned position = 0;
       for (const pdo::Mapping& mapping : rpdo.mapping) {
         for (std::size_t i = 0; i < layout.entries.size(); ++i) {
@@ -92,7 +100,8 @@ OutputModel::OutputModel(const line::Line& line) {
   ids_.erase(std::unique(ids_.begin(), ids_.end()), ids_.end());
 }
 
-void OutputModel::submitted(const can::Frame& frame) {
+void OutputModel::submitted(const can::Frame& frame, Instant now) {
+  syncs_ += frame.id == can::kSyncId && frame.length <= 1 ? 1U : 0U;
   for (const std::uint8_t id : ids_) {
     if (ends_operational(frame, id)) {
       withdraw(id);
@@ -101,7 +110,12 @@ void OutputModel::submitted(const can::Frame& frame) {
   for (Pdo& pdo : pdos_) {
     if (frame.id == pdo.cob_id.id() && frame.extended() == pdo.cob_id.extended() &&
         !frame.remote()) {
+      const bool on_request = pdo.type == pdo::kRtrOnSync || pdo.type == pdo::kRtrEvent;
+      if (on_request && !std::exchange(pdo.requested, false)) {
+        early_ = "the PDO with CAN-ID " + std::to_string(frame.id) + " was not requested";
+      }
       pdo.newest = frame;
+      pdo.free_at = now + pdo.inhibit;
       pdo.transmitted = true;
       ++pdo.under_way;
     }
@@ -115,12 +129,15 @@ void OutputModel::ended(LineSeat& seat, const can::Frame& frame, sim::Bus::Endpo
     if (frame.id == pdo.cob_id.id() && frame.extended() == pdo.cob_id.extended() &&
         !frame.remote()) {
       pdo_ended(seat, pdo, by_line, fate);
+    } else if (frame.id == pdo.cob_id.id() && fate != sim::Fate::lost) {
+      pdo.requested = true;
     }
   }
   if (fate == sim::Fate::lost || fate == sim::Fate::disturbed || frame.extended()) {
     return;
   }
   for (const std::uint8_t id : ids_) {
+    follow_command(frame, id);
     if (by_line && ends_operational(frame, id)) {
       nodes_[id].commanded = true;
       nodes_[id].unnoticed = false;
@@ -143,6 +160,19 @@ void OutputModel::ended(LineSeat& seat, const can::Frame& frame, sim::Bus::Endpo
   }
 }
 
+// A device without error control gives no sign that it was started.
+void OutputModel::follow_command(const can::Frame& frame, std::uint8_t id) {
+  const auto control = frame.id == can::kNmtId ? nmt::decode_node_control(frame) : std::nullopt;
+  if (!control || (control->node != 0 && control->node != id)) {
+    return;
+  }
+  Node& node = nodes_[id];
+  const bool starts = control->command == nmt::Command::start;
+  if (!starts || node.period == Duration::zero()) {
+    node.signs = starts ? kSigns : 0;
+  }
+}
+
 void OutputModel::state_ended(LineSeat& seat, const can::Frame& frame) {
   const auto id = static_cast<std::uint8_t>(frame.id & can::kMaxNodeId);
   Node& node = nodes_[id];
@@ -154,7 +184,8 @@ void OutputModel::state_ended(LineSeat& seat, const can::Frame& frame) {
     withdraw(id);
     node.unnoticed = false;
   } else if (const DeviceSeat* const device = seat.find(id)) {
-    node.unnoticed |= !device->device->alive();
+    node.unnoticed |= !is_operational(seat, *device);
+    node.signed_now |= !repeated;
   }
 }
 
@@ -179,9 +210,11 @@ void OutputModel::pdo_ended(LineSeat& seat, Pdo& pdo, bool by_line, sim::Fate fa
 }
 
 void OutputModel::withdraw(std::uint8_t node) {
+  nodes_[node].signs = 0;
   for (Pdo& pdo : pdos_) {
     if (pdo.node == node) {
       pdo.transmitted = false;
+      pdo.due_at = kNever;
     }
   }
 }
@@ -209,6 +242,12 @@ std::string OutputModel::compare(LineSeat& seat, Instant now) {
   }
   for (const std::uint8_t id : ids_) {
     look_at(seat, id);
+    Node& node = nodes_[id];
+    // A controller that had no bus transmits those of that time at once: they are one.
+    if (std::exchange(node.signed_now, false) && now - node.signed_at >= node.period / 2) {
+      ++node.signs;
+      node.signed_at = now;
+    }
   }
   seat.line->snapshot(image::Direction::outputs, snapshot_, now, true);
 
@@ -216,8 +255,47 @@ std::string OutputModel::compare(LineSeat& seat, Instant now) {
     if (std::string text = compare(seat, pdo); !text.empty()) {
       return text;
     }
+    if (std::string text = check_due(seat, pdo, now); !text.empty()) {
+      return text;
+    }
   }
-  return {};
+  return early_;
+}
+
+// Clauses 4 and 5.
+std::string OutputModel::check_due(LineSeat& seat, Pdo& pdo, Instant now) {
+  const Node& node = nodes_[pdo.node];
+  bool complete = node.shown && seat.line->indicators().run == node::Pattern::on;
+  std::uint64_t wanted = 0;
+  std::uint64_t newest = 0;
+  for (const Field& field : pdo.fields) {
+    complete &= snapshot_.is_known(field.entry);
+    wanted |= bits_of(snapshot_.bytes, field.image_bit, field.bits) << field.frame_bit;
+    newest |= bits_of(pdo.newest.data, field.frame_bit, field.bits) << field.frame_bit;
+  }
+  const bool on_request = pdo.type == pdo::kRtrOnSync || pdo.type == pdo::kRtrEvent;
+  const bool started = pdo.transmitted || node.signs >= kSigns;
+  if (!complete || !started || on_request || (pdo.transmitted && wanted == newest)) {
+    pdo.due_at = kNever;
+    return {};
+  }
+  const std::uint32_t cycle = std::max<std::uint32_t>(pdo.type, 1);
+  if (pdo.due_at == kNever || pdo.wanted != wanted) {
+    pdo.due_at = now + (pdo.transmitted ? Duration{} : kUnwatched);
+    pdo.due_sync = syncs_ + cycle;
+    pdo.wanted = wanted;
+  }
+  if (now < pdo.due_at) {
+    pdo.due_sync = syncs_ + cycle;
+    return {};
+  }
+  const bool allowed = pdo::is_synchronous(pdo.type) ? syncs_ >= pdo.due_sync : now >= pdo.free_at;
+  if (!allowed || seat.bus.room(seat.end) == 0) {
+    return {};
+  }
+  return "RPDO " + std::to_string(pdo.number) + " of node " + std::to_string(pdo.node) +
+         (pdo.transmitted ? " has a new value and is not transmitted"
+                          : " was not transmitted since the start of the node");
 }
 
 std::string OutputModel::compare(LineSeat& seat, Pdo& pdo) {

@@ -8,6 +8,15 @@
 //      after its own newest NMT command that ended Operational.
 //   3. If it is valid, the dictionary of the simulated device has the value: when the frame was
 //      delivered, or, of a synchronous RPDO, at the SYNC after it.
+//   4. While the own node and the node are Operational and all entries of a PDO are known: if the
+//      newest frame has other values, the line submits another one as soon as the inhibit time is
+//      over, or, of a synchronous PDO, after as many SYNC messages as its transmission type says,
+//      and its controller has room.
+//   5. The same if no frame was submitted since the start of the node, 100 ms after it, and after
+//      three signs of a node with error control that it is Operational, since the last NMT command
+//      to it that ends Operational: the first ones may have been on their way. Of one without error
+//      control, after an NMT start.
+//   6. A PDO of type 252 or 253 is submitted only after a remote frame that requests it.
 //
 // Clause 3 has these exceptions, and no others:
 //   - The newest frame reached nobody (losses, swallowed frames): until the next frame of the PDO.
@@ -17,8 +26,8 @@
 //     none of these happened since: the line received a sign as in 2 from it; the line shows it as
 //     not present or not Operational; the line sent it an NMT command that ends Operational. A
 //     device without error control gives no sign but its boot-up message. The same holds from a
-//     heartbeat on that a device left in its controller when it was switched off, and that the bus
-//     model transmits afterwards.
+//     heartbeat on that a device left in its controller when it was switched off or left
+//     Operational without a bus, and that the bus model transmits afterwards.
 //   - The device was not Operational when the frame passed, and the state that the line showed
 //     followed from a command of its own that no heartbeat or guard answer had confirmed (a device
 //     without error control that missed NMT start): until the next frame of the PDO.
@@ -42,7 +51,7 @@ class OutputModel {
   explicit OutputModel(const line::Line& line);
 
   // The line submits it to the bus.
-  void submitted(const can::Frame& frame);
+  void submitted(const can::Frame& frame, Instant now);
   // It ended on the bus; the stations have not processed it yet.
   void ended(LineSeat& seat, const can::Frame& frame, sim::Bus::Endpoint sender, sim::Fate fate);
   // After all stations processed what was due. A sentence about the first entry for which the
@@ -64,6 +73,8 @@ class OutputModel {
     std::uint8_t node = 0;
     std::uint16_t number = 0;  // of the RPDO
     can::CobId cob_id;
+    std::uint8_t type = 0;
+    Duration inhibit{};
     std::vector<Field> fields;
     can::Frame newest;         // submitted by the line
     bool transmitted = false;  // ... since the start of the node
@@ -72,12 +83,18 @@ class OutputModel {
     bool written_by_others = false;
     bool unconfirmed = false;  // the device missed it, see the last exception
     bool awaits_sync = false;
-    Instant free_at{};  // end of the inhibit time
-    Instant due_since = kNever;
-    bool was_valid = false;  // in this start of the node
+    Instant free_at{};         // end of the inhibit time
+    std::uint64_t wanted = 0;  // what the image has, as a frame carries it
+    Instant due_at = kNever;   // since when it differs from the newest frame, or the grace after
+    std::uint32_t due_sync = 0;
+    bool requested = false;  // by a remote frame
   };
   struct Node {
     bool guarded = false;
+    Duration period{};   // of its heartbeats or guard requests, 0 = none
+    unsigned signs = 0;  // that it is Operational, since the last that it is not
+    bool signed_now = false;
+    Instant signed_at{};
     std::byte toggle{0x80};    // of its newest guard answer
     bool operational = false;  // the device, when it was looked at last
     bool commanded = false;    // the line sent it a command that ends Operational
@@ -87,10 +104,12 @@ class OutputModel {
   };
 
   void pdo_ended(LineSeat& seat, Pdo& pdo, bool by_line, sim::Fate fate);
+  void follow_command(const can::Frame& frame, std::uint8_t id);
   void state_ended(LineSeat& seat, const can::Frame& frame);
   void withdraw(std::uint8_t node);
   void look_at(LineSeat& seat, std::uint8_t id);
   std::string compare(LineSeat& seat, Pdo& pdo);
+  std::string check_due(LineSeat& seat, Pdo& pdo, Instant now);
   std::string compare_device(LineSeat& seat, const Field& field, std::uint64_t shown,
                              std::uint8_t node);
 
@@ -98,6 +117,8 @@ class OutputModel {
   std::vector<std::uint8_t> ids_;  // of the nodes that have one
   std::array<Node, 128> nodes_{};
   std::uint64_t compared_ = 0;
+  std::uint32_t syncs_ = 0;  // that the line submitted
+  std::string early_;        // what was submitted and may not be
   image::Snapshot snapshot_;
 };
 

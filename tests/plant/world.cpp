@@ -400,7 +400,7 @@ void World::turn_line(LineSeat& seat) {
     if (std::string text = seat.silence.sends(frame); !text.empty()) {
       fail("silence: " + text);
     }
-    seat.outputs->submitted(frame);
+    seat.outputs->submitted(frame, now_);
     seat.bus.submit(seat.end, frame, now_);
   }
   if (std::string text = seat.states->compare(line, now_); !text.empty()) {
