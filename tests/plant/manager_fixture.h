@@ -80,13 +80,14 @@ class ManagerFixture : public testing::Test {
   std::uint64_t execute(line::Command command) {
     const std::uint64_t tag = ++tags_;
     command.tag = tag;
+    seat_->silence.commanded(command);
     seat_->line->execute(std::move(command), world_.now());
     world_.settle();
     return tag;
   }
   line::Reply wait(std::uint64_t tag, Duration longest = 60s) {
     const Instant end = world_.now() + longest;
-    while (!seat_->replies.contains(tag) && world_.now() < end) {
+    while (!seat_->replies.contains(tag) && world_.now() < end && world_.failure().empty()) {
       pass(100ms);
     }
     EXPECT_EQ(world_.failure(), "");

@@ -94,6 +94,28 @@ SilenceModel::SilenceModel(const line::LineConfig& config) {
   allowed_.set(kLssToMaster, std::ranges::any_of(config.devices, &line::DeviceConfig::lss));
   for (const line::NodeConfig& node : config.nodes) {
     allow_pdos(node.device, true);
+    note_tpdos(node);
+  }
+  for (const pdo::Parameters& own : config.forwarding.tpdos) {
+    allow(own.cob_id);
+  }
+}
+
+void SilenceModel::allow(const can::CobId& cob_id) {
+  if (cob_id.extended()) {
+    allowed_extended_.insert(cob_id.id());
+  } else {
+    allowed_.set(cob_id.id() & 0x7FFU);
+  }
+}
+
+void SilenceModel::note_tpdos(const line::NodeConfig& node) {
+  const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(node.device);
+  if (!described.ok()) {
+    return;
+  }
+  for (const pdo::Parameters& pdo : described.value->tpdos) {
+    tpdos_[{node.id, pdo.number}] = pdo.cob_id.id();
   }
 }
 
@@ -104,11 +126,7 @@ void SilenceModel::allow_pdos(const od::DeviceDescription& device, bool rpdos) {
     return;
   }
   for (const pdo::Parameters& pdo : rpdos ? described.value->rpdos : described.value->tpdos) {
-    if (pdo.cob_id.extended()) {
-      allowed_extended_.insert(pdo.cob_id.id());
-    } else {
-      allowed_.set(pdo.cob_id.id() & 0x7FFU);
-    }
+    allow(pdo.cob_id);
   }
 }
 
@@ -132,6 +150,10 @@ void SilenceModel::commanded(const line::Command& command) {
   }
   if (command.kind == can_send) {
     allowed_.set(command.entry & 0x7FFU);
+  }
+  if (command.kind == pdo_request) {
+    const auto found = tpdos_.find({command.node, command.code});
+    requested_.set(found != tpdos_.end() ? found->second & 0x7FFU : 0);
   }
   if (command.kind == lss) {
     allowed_.set(kLssToSlaves);
@@ -178,9 +200,10 @@ bool SilenceModel::is_allowed(const can::Frame& frame) const {
   if (frame.extended()) {
     return allowed_extended_.contains(frame.id);
   }
-  if (frame.remote()) {  // a guarding request
-    return boots_as_master_ && frame.id > can::kErrorControlBase &&
-           frame.id <= can::kErrorControlBase + can::kMaxNodeId;
+  if (frame.remote()) {  // a PDO, or a guarding request
+    return requested_.test(frame.id & 0x7FFU) ||
+           (boots_as_master_ && frame.id > can::kErrorControlBase &&
+            frame.id <= can::kErrorControlBase + can::kMaxNodeId);
   }
   return frame.id < allowed_.size() && allowed_.test(frame.id);
 }

@@ -8,9 +8,12 @@
 #include <array>
 #include <bitset>
 #include <cstdint>
+#include <map>
 #include <set>
 #include <string>
+#include <utility>
 
+#include "stack/can/cob_id.h"
 #include "stack/can/frame.h"
 #include "stack/line/line.h"
 
@@ -29,7 +32,9 @@ class SilenceModel {
   std::string sends(const can::Frame& frame);
 
  private:
+  void allow(const can::CobId& cob_id);
   void allow_pdos(const od::DeviceDescription& device, bool rpdos);
+  void note_tpdos(const line::NodeConfig& node);
   void follow_own_reset(std::uint8_t command, std::uint8_t node);
   void take_written_cob_id(const can::Frame& frame);
   bool is_allowed(const can::Frame& frame) const;
@@ -40,6 +45,8 @@ class SilenceModel {
   bool boots_as_master_ = false;  // after each reset of the own node
   std::bitset<0x800> allowed_;    // of 11 bits
   std::set<std::uint32_t> allowed_extended_;
+  std::map<std::pair<unsigned, unsigned>, std::uint32_t> tpdos_;  // CAN-IDs, by node and number
+  std::bitset<0x800> requested_;              // by a command, with a remote frame
   std::set<std::uint32_t> commanded_writes_;  // node, index, sub-index
 };
 
