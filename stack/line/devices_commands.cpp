@@ -180,8 +180,9 @@ OutputRefusal Line::Devices::write_outputs(const OutputWrite& write, Instant now
     const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(write.watchdog).count();
     emit(EventKind::output_armed, now, static_cast<std::uint32_t>(ms), write.group);
     if (!outputs.any_silent()) {
-      each_seat(
-          [now](const Seat& seat) { seat.device->node().end_reported(kSilentWriterEmcy, now); });
+      for (const Seat& seat : seats) {
+        seat.device->node().end_reported(kSilentWriterEmcy, now);
+      }
     }
   }
   for (const OutputValue& value : write.values) {
