@@ -43,6 +43,16 @@ std::string check_counters(LineSeat& seat) {
   return {};
 }
 
+// CiA 301 7.2.7.1, as node::ErrorScheme::number has it.
+std::string check_error_resets(const std::vector<Event>& events) {
+  for (const Event& event : events) {
+    if (event.kind == EventKind::emcy_sent && event.code == 0 && event.value != 0) {
+      return "an error reset was sent with error register " + std::to_string(event.value);
+    }
+  }
+  return {};
+}
+
 // Nothing but the object of `domain` is so long.
 std::string check_values(const LineSeat& seat) {
   constexpr std::size_t kLong = 40;
@@ -134,6 +144,11 @@ std::string check_always(LineSeat& seat, Instant now) {
   }
   if (std::string text = check_event_numbers(seat.ours_told); !text.empty()) {
     return "our devices: " + text;
+  }
+  for (const auto* events : {&seat.events, &seat.ours_told}) {
+    if (std::string text = check_error_resets(*events); !text.empty()) {
+      return text;
+    }
   }
   if (std::string text = check_counters(seat); !text.empty()) {
     return text;

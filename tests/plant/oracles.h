@@ -14,6 +14,7 @@ namespace linegate::plant {
 //   no command got two replies
 //   the observer of the line has sent nothing, has the same layouts, and numbers its events as well
 //   a line of our devices below numbers its events as well
+//   nodes of ours send no error reset while an error remains
 //   a guarded device told that its life guarding was lost exactly when no request came in time
 //   2F01h and 2F02h of a device with MPDOs are what MPDOs brought
 //   what is shown of a node is what was received of it, see state_model.h; a node that an observer
