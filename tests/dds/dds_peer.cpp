@@ -9,8 +9,9 @@
 //   dds_peer unguarded DOMAIN [PROFILES]   the same without a guard
 //   dds_peer subscriber DOMAIN [PROFILES]  prints what it receives, a line each
 //
-// Prints "guard REASON COUNT" whenever a guard has dropped more. Says "ready" when its endpoints
-// exist (the gateway: when all is published); ends when its standard input does.
+// Prints "guard REASON COUNT" whenever a guard has dropped more, and "guarded" at its end if
+// datagrams passed a guard. Says "ready" when its endpoints exist (the gateway: when all is
+// published); ends when its standard input does.
 #include <cstdio>
 #include <cstdlib>
 
@@ -138,6 +139,11 @@ class Dropped {
     before_ = now;
   }
 
+  void end() const {
+    if (before_.received != 0)
+      std::printf("guarded\n");
+  }
+
  private:
   dds::guard::Counters before_;
 };
@@ -179,6 +185,7 @@ int run_gateway(std::uint32_t domain, const std::string& profiles, bool guard) {
     bridge.publish_pdo_update(known::kLine, known::layout(), snapshot, snapshot.marks[0], 3);
     bridge.publish(known::kLine, known::layout(), known::reception());
   }
+  dropped.end();
   return 0;
 }
 
@@ -211,6 +218,7 @@ int run_subscriber(std::uint32_t domain, const std::string& profiles) {
     (*made.value)->poll(milliseconds(20), printer);
     dropped.print((*made.value)->guard_counters());
   }
+  dropped.end();
   return 0;
 }
 
