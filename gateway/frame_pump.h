@@ -65,14 +65,43 @@ class FramePump {
       if (held_count_ == 0) {
         return;
       }
+      const can_bridge::ChannelCounters& counters = channel_->counters();
+      const std::uint64_t before = counters.taken();
+      const std::uint64_t refused = counters.refused;
       const std::size_t taken =
           channel_->write(std::span<const can::Frame>(held_.data(), held_count_), now);
+      if (counters.refused != refused) [[unlikely]] {
+        first_refused_ = first_refused_ == 0 ? before + 1 : first_refused_;
+        last_refused_ = before + taken;
+      }
       std::move(held_.begin() + static_cast<std::ptrdiff_t>(taken),
                 held_.begin() + static_cast<std::ptrdiff_t>(held_count_), held_.begin());
       held_count_ -= taken;
       if (held_count_ > 0) {
         return;
       }
+    }
+  }
+  // What became of the frames that transmit() pulled, which are numbered from 1 in that order:
+  // lost(first, last) for those that never get onto the bus, or may not, then acknowledged(number)
+  // for all others up to that one.
+  template <class Acknowledged, class Lost>
+  void report_ended(Acknowledged&& acknowledged, Lost&& lost) {
+    const can_bridge::ChannelCounters& counters = channel_->counters();
+    if (first_refused_ != 0) [[unlikely]] {
+      lost(std::exchange(first_refused_, 0), last_refused_);
+    }
+    if (counters.skipped != skipped_) [[unlikely]] {
+      skipped_ = counters.skipped;
+      lost(acknowledged_ + 1, skipped_);
+    }
+    if (counters.acknowledged != acknowledged_) {
+      acknowledged_ = counters.acknowledged;
+      acknowledged(acknowledged_);
+    }
+    if (counters.flushed != flushed_) [[unlikely]] {
+      flushed_ = counters.flushed;
+      lost(acknowledged_ + 1, flushed_);
     }
   }
   // Frames the channel did not take; they go first the next time.
@@ -116,6 +145,12 @@ class FramePump {
   std::size_t held_count_ = 0;
   std::size_t drained_ = 0;
   Instant more_ = kNever;
+  // Numbers of frames, see report_ended().
+  std::uint64_t acknowledged_ = 0;
+  std::uint64_t skipped_ = 0;
+  std::uint64_t flushed_ = 0;
+  std::uint64_t first_refused_ = 0;
+  std::uint64_t last_refused_ = 0;
 };
 
 }  // namespace linegate::gateway

@@ -57,8 +57,19 @@ class BusEvents {
   std::size_t frames_ = 0;
 };
 
-// Plain counters; they never go back, also when the interface does.
+// Plain counters; they never go back, also when the interface does. `acknowledged` and `flushed`
+// are numbers of frames, counted from 1 in the order in which write() took them, refused ones
+// included.
 struct ChannelCounters {
+  // All up to this one were acknowledged on the bus, but those that were refused, skipped or
+  // flushed. A bus that reports no acknowledgement acknowledges what it takes.
+  std::uint64_t acknowledged = 0;
+  // Of those up to this one whose acknowledgement was not reported before, nothing is known: a later
+  // one was acknowledged instead.
+  std::uint64_t skipped = 0;
+  // Those up to this one that had not been acknowledged then are lost: the interface failed, or its
+  // controller went off the bus.
+  std::uint64_t flushed = 0;
   std::uint64_t received = 0;   // frames given by read()
   std::uint64_t sent = 0;       // frames taken by write()
   std::uint64_t confirmed = 0;  // own frames that are known to have been on the bus
@@ -66,6 +77,9 @@ struct ChannelCounters {
   std::uint64_t lost = 0;       // frames the kernel or controller lost before read()
   std::uint64_t stalled = 0;    // times write() could not take all (ENOBUFS, EAGAIN)
   std::uint64_t malformed = 0;  // what was received is no CAN frame
+
+  // Frames that write() took.
+  std::uint64_t taken() const { return sent + refused; }
 };
 
 class Channel {

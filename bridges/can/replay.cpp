@@ -53,6 +53,7 @@ class ReplayChannel final : public Channel {
     const std::size_t taken = file_.is_open() ? frames.size() : 0;
     counters_.sent += taken;
     counters_.confirmed += taken;
+    counters_.acknowledged = counters_.taken();
     return taken;
   }
 

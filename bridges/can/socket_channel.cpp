@@ -79,7 +79,7 @@ void SocketChannel::told_ready(BusState state, BusEvents& events, Instant now) {
   ready_ = true;
   reported_ = 0;
   dropped_ = 0;
-  window_.clear();
+  flush_window();
   BusEvent event;
   event.kind = BusEvent::Kind::interface_ready;
   event.time = now;
@@ -89,7 +89,7 @@ void SocketChannel::told_ready(BusState state, BusEvents& events, Instant now) {
 
 void SocketChannel::fail(int error, BusEvents& events, Instant now) {
   socket_.reset(-1);
-  window_.clear();
+  flush_window();
   const bool was_ready = std::exchange(ready_, false);
   failure_ = 0;
   wants_writable_ = false;
@@ -195,6 +195,8 @@ void SocketChannel::fail(int error, BusEvents& events, Instant now) {
   }
   if (received.own) {
     counters_.confirmed += window_.confirmed(out, now);
+    counters_.acknowledged = window_.confirmed_to();
+    counters_.skipped = window_.skipped_to();
     write_again_ = Instant{};
     return false;
   }
@@ -219,8 +221,14 @@ void SocketChannel::count_dropped(std::uint32_t dropped, BusEvents& events, Inst
 void SocketChannel::take_error_frame(const canfd_frame& raw, BusEvents& events, Instant time) {
   errors_.decode(raw, time, events);
   if ((raw.can_id & (CAN_ERR_BUSOFF | CAN_ERR_RESTARTED)) != 0) {
-    window_.clear();
+    flush_window();
   }
+}
+
+// What the controller had is gone.
+void SocketChannel::flush_window() {
+  window_.clear();
+  counters_.flushed = counters_.taken();
 }
 
 // --- sending ------------------------------------------------------------------------------------
@@ -263,13 +271,15 @@ std::size_t SocketChannel::sendable_prefix(std::span<const can::Frame> frames) c
     return 0;
   }
   const auto sent = static_cast<std::size_t>(result);
-  if (!adopted()) {
-    for (const can::Frame& frame : frames.first(sent)) {
-      window_.sent(frame, now);
-    }
+  std::uint64_t number = counters_.taken();
+  for (const can::Frame& frame : frames.first(adopted() ? 0 : sent)) {
+    window_.sent(frame, now, ++number);
   }
   stall_seen_ = false;
   counters_.sent += sent;
+  if (adopted()) {
+    counters_.acknowledged = counters_.taken();
+  }
   return sent;
 }
 

@@ -48,6 +48,7 @@ class SocketChannel final : public Channel {
   std::size_t sendable_prefix(std::span<const can::Frame> frames) const;
   std::size_t send(std::span<const can::Frame> frames, Instant now);
   void told_back_pressure(int error, Instant now);
+  void flush_window();
 
   const std::string interface_;
   const SocketOptions options_;

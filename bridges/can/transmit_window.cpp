@@ -33,15 +33,17 @@ TransmitWindow::Mark TransmitWindow::mark(const can::Frame& frame) {
   return count_ < depth_ ? kNever : progress_ + kStall;
 }
 
-void TransmitWindow::sent(const can::Frame& frame, Instant now) {
+void TransmitWindow::sent(const can::Frame& frame, Instant now, std::uint64_t number) {
   if (count_ == 0 || count_ >= depth_) {
     progress_ = now;
   }
   if (count_ >= depth_) {
+    skipped_to_ = numbers_[first_];
     first_ = (first_ + 1) % kMaxDepth;
     --count_;
   }
   marks_[(first_ + count_) % kMaxDepth] = mark(frame);
+  numbers_[(first_ + count_) % kMaxDepth] = number;
   ++count_;
 }
 
@@ -49,6 +51,8 @@ std::size_t TransmitWindow::confirmed(const can::Frame& echo, Instant now) {
   const Mark wanted = mark(echo);
   for (std::size_t i = 0; i < count_; ++i) {
     if (marks_[(first_ + i) % kMaxDepth] == wanted) {
+      confirmed_to_ = numbers_[(first_ + i) % kMaxDepth];
+      skipped_to_ = i == 0 ? skipped_to_ : numbers_[(first_ + i - 1) % kMaxDepth];
       first_ = (first_ + i + 1) % kMaxDepth;
       count_ -= i + 1;
       progress_ = now;

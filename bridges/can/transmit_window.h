@@ -27,10 +27,15 @@ class TransmitWindow {
   // When a full window lets one frame try; kNever if there is room anyway.
   Instant next_try() const;
 
-  // A frame was handed to the kernel.
-  void sent(const can::Frame& frame, Instant now);
+  // A frame was handed to the kernel. number: by which confirmed_to() names it.
+  void sent(const can::Frame& frame, Instant now, std::uint64_t number = 0);
   // Its echo came. Gives how many frames are known to have left by it; 0 if it matches none.
   std::size_t confirmed(const can::Frame& echo, Instant now);
+  // The number of the frame that was confirmed last.
+  std::uint64_t confirmed_to() const { return confirmed_to_; }
+  // The number of the last frame whose own echo did not come before that of a later one, or which
+  // made room for one that was to try.
+  std::uint64_t skipped_to() const { return skipped_to_; }
   // The kernel's queue is known to be empty: interface down, bus-off, restart.
   void clear() { count_ = 0; }
 
@@ -47,7 +52,10 @@ class TransmitWindow {
   };
   static Mark mark(const can::Frame& frame);
 
-  std::array<Mark, kMaxDepth> marks_{};  // ring
+  std::array<Mark, kMaxDepth> marks_{};             // ring
+  std::array<std::uint64_t, kMaxDepth> numbers_{};  // of the same frames
+  std::uint64_t confirmed_to_ = 0;
+  std::uint64_t skipped_to_ = 0;
   std::size_t first_ = 0;
   std::size_t count_ = 0;
   std::size_t depth_;

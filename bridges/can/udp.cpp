@@ -87,6 +87,7 @@ class UdpChannel final : public Channel {
       ++taken;
     }
     counters_.stalled += taken < frames.size() ? 1U : 0U;
+    counters_.acknowledged = counters_.taken();
     return taken;
   }
 

@@ -69,7 +69,7 @@ bool Bus::submit(Endpoint endpoint, const can::Frame& frame, Instant now) {
     return false;
   }
   latest_ = std::max(latest_, now);
-  ends_[endpoint].queue.push_back({frame, latest_});
+  ends_[endpoint].queue.push_back({frame, latest_, ++ends_[endpoint].submitted});
   return true;
 }
 
@@ -217,6 +217,15 @@ std::uint64_t Bus::take_lost(Endpoint endpoint) {
 
 std::uint64_t Bus::sent(Endpoint endpoint) const {
   return ends_[endpoint].sent;
+}
+
+std::uint64_t Bus::acknowledged(Endpoint endpoint) const {
+  const End& end = ends_[endpoint];
+  return end.queue.empty() ? end.submitted : end.queue.front().number - 1;
+}
+
+void Bus::flush(Endpoint endpoint) {
+  ends_[endpoint].queue.clear();
 }
 
 Duration Bus::time_to_last_bit(const can::Frame& frame) const {

@@ -77,6 +77,11 @@ class Bus {
   std::uint64_t take_lost(Endpoint endpoint);
   // Frames of this endpoint that have left: never goes back.
   std::uint64_t sent(Endpoint endpoint) const;
+  // All frames of this endpoint up to that number, counted from 1 in the order of submit(), have
+  // left: never goes back.
+  std::uint64_t acknowledged(Endpoint endpoint) const;
+  // A controller that loses its frames: what is waiting to be sent is gone, and counts as left.
+  void flush(Endpoint endpoint);
 
   // Time the wire was occupied, intermissions included, and frames that ended on it.
   Duration busy() const { return busy_; }
@@ -89,6 +94,7 @@ class Bus {
   struct Waiting {
     can::Frame frame;
     Instant submitted{};
+    std::uint64_t number = 0;  // among the frames of its endpoint
   };
   struct End {
     bool attached = false;
@@ -98,6 +104,7 @@ class Bus {
     std::uint64_t limit = kNoLimit;  // frames from this number on passed while disconnected
     std::uint64_t lost = 0;
     std::uint64_t sent = 0;
+    std::uint64_t submitted = 0;
   };
   struct Delivered {
     can::Frame frame;

@@ -167,6 +167,10 @@ class VirtualChannel final : public can_bridge::Channel {
     const std::size_t count = bus.take(self_.endpoint, out, now);
     counters_.received += count;
     counters_.confirmed = bus.sent(self_.endpoint);
+    // Frames that were refused have no number on the bus.
+    const std::uint64_t left = bus.acknowledged(self_.endpoint);
+    counters_.acknowledged =
+        std::max(counters_.acknowledged, left == counters_.sent ? counters_.taken() : left);
     report_lost(bus.take_lost(self_.endpoint), events, count > 0 ? out[0].time : now);
     events.frames_given(count);
     report_disturbed(events, now);

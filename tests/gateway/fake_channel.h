@@ -48,9 +48,13 @@ class FakeChannel final : public can_bridge::Channel {
       --accepts;
       if (can_bridge::sendable(frame, fd)) {
         sent.push_back(frame);
+        ++counted.sent;
       } else {
         ++counted.refused;
       }
+    }
+    if (acknowledges) {
+      counted.acknowledged = counted.taken();
     }
     return n;
   }
@@ -73,6 +77,7 @@ class FakeChannel final : public can_bridge::Channel {
     return fault_gives;
   }
 
+  bool acknowledges = true;  // at once
   std::deque<can::Frame> coming;
   std::vector<can::BusEvent> coming_events;  // before the frames
   std::vector<can::BusEvent> coming_later;   // after them

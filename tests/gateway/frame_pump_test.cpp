@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/gateway/fake_channel.h"
+
 namespace linegate::gateway {
 namespace {
 
@@ -107,6 +109,59 @@ TEST(FramePump, KnowsEverythingUpToNowOrTheLastFrame) {
   EXPECT_EQ(known(now, after, 1, "X"), now);
   EXPECT_EQ(known(now, before, 100, std::string(FramePump::kBatch, 'f')), before)
       << "and there is more";
+}
+
+// What report_ended() says: "a3" frame 3 was acknowledged, "l1-2" the first two are lost.
+std::string ended(FramePump& pump) {
+  std::string out;
+  pump.report_ended([&](std::uint64_t number) { out += 'a' + std::to_string(number); },
+                    [&](std::uint64_t first, std::uint64_t last) {
+                      out += 'l' + std::to_string(first) + '-' + std::to_string(last);
+                    });
+  return out;
+}
+
+void send(FramePump& pump, std::size_t count, std::uint8_t flags = 0) {
+  pump.transmit(Instant{}, [&](can::Frame& frame) {
+    frame = can::make_frame(0x181);
+    frame.flags = flags;
+    const bool more = count > 0;
+    count -= more ? 1U : 0U;
+    return more;
+  });
+}
+
+TEST(FramePump, ReportsWhatBecameOfTheFramesByTheirNumbers) {
+  auto made = std::make_unique<FakeChannel>();
+  FakeChannel& channel = *made;
+  channel.acknowledges = false;
+  FramePump pump(std::move(made));
+  send(pump, 3);
+  EXPECT_EQ(ended(pump), "");
+  channel.counted.acknowledged = 2;
+  EXPECT_EQ(ended(pump), "a2");
+  EXPECT_EQ(ended(pump), "") << "once";
+  channel.counted.flushed = 3;
+  EXPECT_EQ(ended(pump), "l3-3");
+  send(pump, 2);
+  channel.counted.acknowledged = 4;
+  channel.counted.flushed = 5;
+  EXPECT_EQ(ended(pump), "a4l5-5");
+  send(pump, 3);
+  channel.counted.skipped = 6;
+  channel.counted.acknowledged = 8;
+  EXPECT_EQ(ended(pump), "l5-6a8") << "5 was lost before";
+}
+
+TEST(FramePump, WhatTheChannelCannotSendIsLost) {
+  auto made = std::make_unique<FakeChannel>();
+  FakeChannel& channel = *made;
+  channel.fd = false;
+  FramePump pump(std::move(made));
+  send(pump, 1);
+  EXPECT_EQ(ended(pump), "a1");
+  send(pump, 2, can::Frame::kFd);
+  EXPECT_EQ(ended(pump), "l2-3a3");
 }
 
 }  // namespace

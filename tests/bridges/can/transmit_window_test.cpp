@@ -35,6 +35,30 @@ TEST(TransmitWindow, EchoConfirmsWhatWasSentBefore) {
   EXPECT_EQ(window.confirmed(make_frame(0x181, {3}), instant(1)), 1U);
 }
 
+TEST(TransmitWindow, AConfirmedFrameIsKnownByItsNumber) {
+  TransmitWindow window(2);
+  EXPECT_EQ(window.confirmed_to(), 0U);
+  window.sent(make_frame(0x181, {1}), instant(0), 7);
+  window.sent(make_frame(0x181, {2}), instant(0), 9);
+  window.confirmed(make_frame(0x181, {3}), instant(1));
+  EXPECT_EQ(window.confirmed_to(), 0U);
+  EXPECT_EQ(window.skipped_to(), 0U);
+  window.confirmed(make_frame(0x181, {2}), instant(1));
+  EXPECT_EQ(window.confirmed_to(), 9U);
+  EXPECT_EQ(window.skipped_to(), 7U) << "its echo did not come";
+  window.sent(make_frame(0x181, {4}), instant(2), 10);
+  window.clear();
+  window.confirmed(make_frame(0x181, {4}), instant(3));
+  EXPECT_EQ(window.confirmed_to(), 9U) << "it was lost";
+}
+
+TEST(TransmitWindow, AFrameThatMakesRoomForAnotherTryIsSkipped) {
+  TransmitWindow window(1);
+  window.sent(make_frame(0x181, {1}), instant(0), 5);
+  window.sent(make_frame(0x181, {2}), instant(1000), 6);
+  EXPECT_EQ(window.skipped_to(), 5U);
+}
+
 TEST(TransmitWindow, StuckBusKeepsWaitingButTriesOnceASecond) {
   TransmitWindow window(2);
   window.sent(make_frame(0x181, {1}), instant(0));

@@ -110,6 +110,34 @@ TEST(Bus, FramesInSeveralTransmitBuffersOvertakeEachOther) {
   EXPECT_EQ(seen[3].data[0], std::byte{2});
 }
 
+TEST_F(BusTest, AFrameIsAcknowledgedWhenItAndThoseBeforeItHaveLeft) {
+  EXPECT_EQ(bus.acknowledged(a), 0U);
+  bus.submit(a, make_frame(0x181), at(0));
+  bus.submit(a, make_frame(0x182), at(0));
+  bus.advance(bus.next_wake());
+  EXPECT_EQ(bus.acknowledged(a), 1U);
+  bus.advance(at(1000));
+  EXPECT_EQ(bus.acknowledged(a), 2U);
+  bus.set_disturbance([](const Frame&, Bus::Endpoint) { return Fate::disturbed; });
+  bus.submit(a, make_frame(0x183), at(1000));
+  bus.advance(at(9000));
+  EXPECT_EQ(bus.acknowledged(a), 2U) << "it is repeated";
+  bus.flush(a);
+  EXPECT_EQ(bus.next_wake(), kNever);
+}
+
+TEST(Bus, AFrameThatOvertakesIsAcknowledgedWithTheOneBefore) {
+  Bus bus(BusOptions{.buffers = 2});
+  const Bus::Endpoint a = bus.attach();
+  bus.submit(a, make_frame(0x700), at(0));
+  bus.submit(a, make_frame(0x100), at(0));
+  bus.advance(bus.next_wake());
+  EXPECT_EQ(bus.sent(a), 1U);
+  EXPECT_EQ(bus.acknowledged(a), 0U);
+  bus.advance(at(1000));
+  EXPECT_EQ(bus.acknowledged(a), 2U);
+}
+
 TEST_F(BusTest, DataFrameBeatsRemoteFrameAndStandardBeatsExtended) {
   Frame remote = make_frame(0x701);
   remote.flags = Frame::kRemote;
