@@ -69,6 +69,7 @@ LineRunner::LineRunner(std::unique_ptr<line::Line> line,
       publications_{Publication(plan.publish, plan.pdo_min_period),
                     Publication(plan.publish, kLong)},
       has_queues_(line::longest_queue(plan.config) != 0) {
+  line_->expect_acknowledgements();
   for (const NodeStorage& storage_of : storage_) {
     line_->set_medium(storage_of.file, storage_of.device);
   }
@@ -107,6 +108,7 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
       },
       [&](const can::BusEvent& event) { bus_event(event, now); });
   now = std::max(now, known);  // frames came while the channel was read
+  report_ended(known);
   receive_peak_ = std::max(receive_peak_, static_cast<std::uint32_t>(pump_.drained()));
   if (pump_.drained() > 0) {
     look_at_sources(now);  // first of all: another line's bus waits for it
@@ -154,7 +156,14 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   if (started_) {
     known_ = std::max(known_, now);
     pump_.transmit(now, [&](can::Frame& frame) { return line_->next_frame(frame, now); });
+    report_ended(now);
   }
+}
+
+// Some buses acknowledge at once.
+[[gnu::hot]] void LineRunner::report_ended(Instant now) {
+  pump_.report_ended([&](std::uint64_t number) { line_->acknowledged(number, now); },
+                     [&](std::uint64_t first, std::uint64_t last) { line_->lost(first, last); });
 }
 
 [[gnu::hot]] void LineRunner::take_bound(const BoundLink& link, Instant now) {

@@ -107,6 +107,7 @@ class LineRunner final : public Runner {
   void look_at_clock();
   void look_at_losses();
   void transmit(Instant now);
+  void report_ended(Instant now);
   void reply(std::uint64_t tag, Error error, std::string_view text = {});
   Instant compute_next_wake() const;
   Instant next_image() const;

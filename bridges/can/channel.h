@@ -64,8 +64,8 @@ struct ChannelCounters {
   // All up to this one were acknowledged on the bus, but those that were refused, skipped or
   // flushed. A bus that reports no acknowledgement acknowledges what it takes.
   std::uint64_t acknowledged = 0;
-  // Of those up to this one whose acknowledgement was not reported before, nothing is known: a later
-  // one was acknowledged instead.
+  // Of those up to this one whose acknowledgement was not reported before, nothing is known: a
+  // later one was acknowledged instead.
   std::uint64_t skipped = 0;
   // Those up to this one that had not been acknowledged then are lost: the interface failed, or its
   // controller went off the bus.

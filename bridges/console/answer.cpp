@@ -19,6 +19,9 @@ int print_answer(Context& context, const Client::Answer& answer, const std::stri
   } else if (!value.empty()) {
     context.out << value << '\n';
   }
+  if (answer.reply.error == line::to_error(line::Refusal::no_acknowledge)) {
+    return kHeldBack;
+  }
   return answer.reply.ok() ? kDone : kFailed;
 }
 

@@ -16,7 +16,7 @@ Client::Answer ask_line(Context& context, Model& model, const Line& line,
                         const line::Command& command, std::uint64_t layout_id = 0);
 
 // Prints the answer as JSON if that is wanted, else its value, if there is one, or what was wrong.
-// kDone or kFailed.
+// kDone, kFailed, or kHeldBack if the bus did not acknowledge the frame.
 int print_answer(Context& context, const Client::Answer& answer, const std::string& value = {});
 
 // work(Model&, const Line&) with the line that is meant, and gives what it gives; kFailed if there

@@ -243,7 +243,10 @@ int nmt(Context& context, const std::string& command, const std::string& node) {
     line::Command request{.kind = line::CommandKind::nmt};
     request.nmt = it->second;
     request.node = ref->own ? line.view->state.node_id : ref->node;
-    return print_answer(context, ask_line(context, model, line, request));
+    const Client::Answer answer = ask_line(context, model, line, request);
+    const bool sent = answer.reply.ok() && line.view->state.role == line::Role::manager &&
+                      request.node != line.view->state.node_id;
+    return print_answer(context, answer, sent ? "sent" : "");
   });
 }
 

@@ -18,7 +18,7 @@ inline constexpr int kFailed = 1;  // the gateway or the device said no, or nobo
 inline constexpr int kUsage = 2;   // what was asked makes no sense
 // Printed, but not all: gateways, lines or nodes are missing, which was reported.
 inline constexpr int kIncomplete = 3;
-// A value was taken, but is not sent yet: what its PDO waits for was printed.
+// A value or a command was taken, but is not sent yet: what it waits for was printed.
 inline constexpr int kHeldBack = 4;
 
 struct Context {

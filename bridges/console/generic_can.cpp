@@ -238,7 +238,8 @@ int send(Context& context, const std::string& line, const std::string& frame) {
     return kUsage;
   }
   return on_line(context, line, [&](Model& model, const Line& target) {
-    return print_answer(context, ask_line(context, model, target, *command));
+    const Client::Answer answer = ask_line(context, model, target, *command);
+    return print_answer(context, answer, answer.reply.ok() ? "sent" : "");
   });
 }
 

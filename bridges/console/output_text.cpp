@@ -56,6 +56,17 @@ std::string node_text(const Line& line, std::uint8_t id) {
              : node + ", which is " + std::string(nmt::name(state.state));
 }
 
+bool waits_for_bus(const Line& line, std::size_t entry) {
+  for (const auto& [number, view] : line.groups) {
+    for (const line::OutputState::Wait& wait : view.state.waits) {
+      if (wait.entry == entry) {
+        return wait.reason == line::OutputWait::bus;
+      }
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 bool is_held_back(const std::vector<std::byte>& data) {
@@ -64,13 +75,20 @@ bool is_held_back(const std::vector<std::byte>& data) {
     return false;
   }
   const auto wait = static_cast<line::PdoWait>(data[3]);
-  return wait == line::PdoWait::values || wait == line::PdoWait::operational;
+  return wait == line::PdoWait::values || wait == line::PdoWait::operational ||
+         wait == line::PdoWait::turn || wait == line::PdoWait::bus;
 }
 
 std::string way_text(const std::vector<std::byte>& data, const image::Layout* outputs) {
   constexpr std::size_t kLength = 4;
   constexpr std::array<std::string_view, line::kPdoWaits> kWaits{
-      "", "update time", "values that were never written", "own node operational", "trigger"};
+      "",
+      "update time",
+      "values that were never written",
+      "own node operational",
+      "trigger",
+      "its turn on the bus (SYNC, inhibit time)",
+      "the bus: no acknowledge"};
   if (data.size() < kLength || data[0] != std::byte{line::kByPdo}) {
     return data.empty() ? "" : "by SDO";
   }
@@ -85,7 +103,7 @@ std::string way_text(const std::vector<std::byte>& data, const image::Layout* ou
     return out + ", which waits for: values that were never written: " + list_of(names);
   }
   const std::string_view words = wait < kWaits.size() ? kWaits[wait] : "unknown";
-  return words.empty() ? out : out + ", which waits for: " + std::string(words);
+  return words.empty() ? out + ", sent" : out + ", which waits for: " + std::string(words);
 }
 
 std::string output_state(const Line& line, std::size_t entry) {
@@ -105,7 +123,11 @@ std::string output_state(const Line& line, std::size_t entry) {
     return "waits for own node, which is " + std::string(nmt::name(line.view->state.own_state));
   }
   const std::string node = node_text(line, place.node);
-  return "waits for " + (node.empty() ? "its turn on the bus (SYNC, inhibit time)" : node);
+  if (!node.empty()) {
+    return "waits for " + node;
+  }
+  return waits_for_bus(line, entry) ? "waits for the bus: no acknowledge"
+                                    : "waits for its turn on the bus (SYNC, inhibit time)";
 }
 
 std::string group_text(const OutputStateView& view) {

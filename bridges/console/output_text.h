@@ -10,12 +10,12 @@
 
 namespace linegate::console {
 
-// What CommandKind::output_write and object_write answer (line::ObjectWay): "by PDO 3, which waits
-// for: values that were never written: inlet.Mode". Empty for no data.
+// What CommandKind::output_write and object_write answer (line::ObjectWay): "by PDO 3, sent", "by
+// PDO 3, which waits for: values that were never written: inlet.Mode". Empty for no data.
 std::string way_text(const std::vector<std::byte>& data, const image::Layout* outputs);
 
-// Of the same data: the PDO is not sent before something else happens: values of it were never
-// written, or the own node is not Operational.
+// Of the same data: the PDO was not sent: values of it were never written, the own node is not
+// Operational, its turn did not come, or the bus does not acknowledge it.
 bool is_held_back(const std::vector<std::byte>& data);
 
 // Of an entry of the outputs: "sent", "never written", or "waits for: ..." with what keeps its PDO.

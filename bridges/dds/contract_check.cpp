@@ -168,6 +168,7 @@ static_assert(same(v1::REFUSAL_CANCELLED, line::Refusal::cancelled));
 static_assert(same(v1::REFUSAL_WRONG_INTERFACE, line::Refusal::wrong_interface));
 static_assert(same(v1::REFUSAL_IDENTIFIER_IN_USE, line::Refusal::identifier_in_use));
 static_assert(same(v1::REFUSAL_BOUND_ENTRY, line::Refusal::bound_entry));
+static_assert(same(v1::REFUSAL_NO_ACKNOWLEDGE, line::Refusal::no_acknowledge));
 
 static_assert(same(v1::OUTPUT_REFUSAL_NONE, line::OutputRefusal::none));
 static_assert(same(v1::OUTPUT_REFUSAL_NOT_PERMITTED, line::OutputRefusal::not_permitted));
@@ -185,6 +186,7 @@ static_assert(same(v1::OUTPUT_WAIT_VALUES, line::OutputWait::values));
 static_assert(same(v1::OUTPUT_WAIT_OWN_NODE, line::OutputWait::own_node));
 static_assert(same(v1::OUTPUT_WAIT_NODE, line::OutputWait::node));
 static_assert(same(v1::OUTPUT_WAIT_TURN, line::OutputWait::turn));
+static_assert(same(v1::OUTPUT_WAIT_BUS, line::OutputWait::bus));
 
 static_assert(same(v1::NMT_INITIALISING, nmt::State::initialising));
 static_assert(same(v1::NMT_STOPPED, nmt::State::stopped));

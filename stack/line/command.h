@@ -22,7 +22,7 @@ enum class CommandKind : std::uint8_t {
   output_write,   // entry (of the output layout), data: one output value, by a person -> data: see
                   // ObjectWay. wrong_state while its node is not Operational
   emcy_send,      // code (emergency error code), error_register, data: 5 manufacturer bytes
-  nmt,            // node (0 = all), nmt
+  nmt,            // node (0 = all), nmt. Answered when the frame was acknowledged on the bus
   versions,       // -> text; answered by the gateway, never reaches a line
   network_read,   // network, node, index, sub -> data: sdo_read in another network (CiA 302-7), by
                   // the cheapest route of 1F2Ch; in the line's own network sdo_read. entry: 0, or
@@ -110,6 +110,7 @@ enum class Refusal : std::uint8_t {
   wrong_interface,    // not possible with the line's interface
   identifier_in_use,  // a service of the line uses this CAN identifier
   bound_entry,        // the output follows an input of another line: nothing else writes it
+  no_acknowledge,     // the frame was not acknowledged on the bus in time: it may be sent yet
 };
 std::string_view describe(Refusal refusal);
 
@@ -142,15 +143,22 @@ inline constexpr std::uint16_t kKeepPdo = 2;   // the PDO is not asked for: pdo_
 // (4 each, LE); the own node's objects are written without a way: no data. An output_write answers
 // the same, but nothing where no PDO of the line carries the entry.
 enum ObjectWay : std::uint8_t { kBySdo, kByPdo };
-// What the PDO waits for.
+// What the PDO waits for. `none` is answered when the frame was acknowledged, `turn` and `bus`
+// after Command::timeout, or else kSendTime.
 enum class PdoWait : std::uint8_t {
-  none,         // it is sent in its turn: after its inhibit time, with its SYNC
+  none,         // it was sent: its frame was acknowledged on the bus
   update_time,  // LineConfig::pdo_update_time
   values,       // values of it that were never written and have no default
   operational,  // the own node is not Operational
   trigger,      // kKeepPdo
+  turn,         // its inhibit time or its SYNC, longer than the command could wait
+  bus,          // the bus did not acknowledge its frame, or takes none
 };
-inline constexpr std::size_t kPdoWaits = 5;
+inline constexpr std::size_t kPdoWaits = 7;
+
+// How long a service that is not confirmed (NMT, PDO, CommandKind::can_send) waits for the
+// acknowledgement of its frame, if the command does not say.
+inline constexpr Duration kSendTime = std::chrono::seconds(1);
 
 struct Command {
   std::uint64_t tag = 0;  // chosen by the caller, returned in the Reply
@@ -164,7 +172,8 @@ struct Command {
   std::uint8_t error_register = 0;
   std::uint32_t entry = 0;
   // sdo_... and network_...: from the command to its reply, all repetitions included. 0 = no limit
-  // but the line's for each answer of the device (LineConfig::sdo_timeout).
+  // but the line's for each answer of the device (LineConfig::sdo_timeout). Of a service that is
+  // not confirmed: see kSendTime.
   Duration timeout{};
   // sdo_read and sdo_write: how often the transfer is begun anew when it ended because a frame was
   // lost: with abort 0503 0000h, 0504 0000h, 0504 0003h or 0504 0004h of either side. Each attempt

@@ -181,11 +181,18 @@ void Line::Impl::routes(std::vector<routing::Route>& out) const {
 }
 
 [[gnu::hot]] bool Line::Impl::next_frame(can::Frame& out, Instant now) {
+  const std::uint64_t number = under_way.next_number();
+  bool given = false;
   if (lss.wants_to_send()) [[unlikely]] {
     stirred = true;
-    return node.next_frame(out, now) || next_lss_frame(out, now);
+    given = node.next_frame(out, now, number) || next_lss_frame(out, now);
+  } else {
+    given = node.next_frame(out, now, number);
   }
-  return node.next_frame(out, now);
+  if (given && number != 0) {
+    hand_out(out, now);
+  }
+  return given;
 }
 
 void Line::Impl::bus_event(const can::BusEvent& event) {
@@ -270,6 +277,7 @@ void Line::Impl::stop(Instant now) {
   lss.stop();
   settle_lss(now);
   cancel_pdo_requests();
+  cancel_sendings();
   end_scan(Refusal::cancelled, now);
   end_boots(Refusal::cancelled);
   end_configure(Refusal::cancelled);

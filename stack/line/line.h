@@ -74,6 +74,15 @@ class Line {
   // none, and for the data phase of FD frames (0 = not known).
   void set_bit_rates(std::uint32_t bit_rate, std::uint32_t data_bit_rate);
   void bus_event(const can::BusEvent& event);
+  // Before start(): the owner reports what becomes of the frames that next_frame() gives. Otherwise
+  // each counts as acknowledged on the bus when it is given.
+  void expect_acknowledgements();
+  // The bus acknowledged the frames up to that number, except those that are lost. Outputs become
+  // valid and commands are answered by it. Never allocates while no command waits.
+  void acknowledged(std::uint64_t number, Instant now);
+  // The frames first..last never get onto the bus (bus-off, a failed interface), or it is not known
+  // whether they did.
+  void lost(std::uint64_t first, std::uint64_t last);
   // Something the owner of the line noticed about it (queue_full, clock_step, ...): it gets its
   // number here, in the one sequence of the line. event.number is ignored.
   void report(const Event& event);
@@ -107,7 +116,7 @@ class Line {
   // When advance() is wanted next at the latest; kNever if never.
   Instant next_wake() const;
   // The most urgent frame to send, in bus order; false if there is none. A frame given counts as
-  // handed to the bus at `now`.
+  // handed to the bus at `now`; the frames are numbered from 1 in this order.
   bool next_frame(can::Frame& out, Instant now);
   // Whether next_frame() would give one.
   bool wants_to_send(Instant now) const;

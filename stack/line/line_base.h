@@ -61,6 +61,9 @@ struct Line::Base {
   virtual void deliver(const routing::Message& message, Instant now);
   virtual void set_routes(const routing::Config& wanted);
   virtual void routes(std::vector<routing::Route>& out) const;
+  virtual void expect_acknowledgements() {}
+  virtual void acknowledged(std::uint64_t /*number*/, Instant /*now*/) {}
+  virtual void lost(std::uint64_t /*first*/, std::uint64_t /*last*/) {}
   // Something other than process data and time comes; now: where it is known.
   virtual void stir(Instant now = {});
 

@@ -46,14 +46,14 @@ void Line::Impl::execute(Command command, Instant now) {
       access_own(command);
       return;
     case CommandKind::output_write:
-      error = single_output(command, data, now);
-      break;
+      single_output(std::move(command), now);
+      return;
     case CommandKind::emcy_send:
       error = send_emcy(command, now);
       break;
     case CommandKind::nmt:
-      error = send_nmt(command, now);
-      break;
+      command_nmt(command, now);
+      return;
     case CommandKind::routing_trace:
       error = trace_routing(command, now);
       break;
@@ -76,8 +76,8 @@ void Line::Impl::execute(Command command, Instant now) {
       error = write_by_mpdo(command, data);
       break;
     case CommandKind::can_send:
-      error = send_frame(command);
-      break;
+      send_frame(command, now);
+      return;
     case CommandKind::can_listen:
       error = listening.ask(command, now);
       break;
@@ -235,22 +235,35 @@ void Line::Impl::finish_local_writes() {
 }
 
 // Applied after a watchdog's reaction too.
-Error Line::Impl::single_output(Command& command, std::vector<std::byte>& way, Instant now) {
+void Line::Impl::single_output(Command command, Instant now) {
   const image::Layout& layout = image.layout(image::Direction::outputs);
   if (const Error why = check_single_output(command, layout, outputs); why != kDone) {
-    return why;
+    answer(command, why, {}, now);
+    return;
   }
   const image::Entry& entry = layout.entries[command.entry];
   if (!takes_single_writes(entry.node)) {
     command.node = entry.node;  // the event names it
-    return to_error(Refusal::wrong_state);
+    refuse(command, Refusal::wrong_state, now);
+    return;
   }
   image.write_entry(image::Direction::outputs, command.entry, command.data);
   outputs_written(entry.bit_offset, entry.bit_length, true, now);
-  if (entry.local_pdo != 0) {
-    way = way_of(entry.local_pdo, wait_of(entry.local_pdo));
+  if (entry.local_pdo == 0) {
+    reply(command.tag, kDone);
+    return;
   }
-  return kDone;
+  answer_write(std::move(command), entry.local_pdo, wait_of(entry.local_pdo), now);
+}
+
+// Of a value that was written to that TPDO of the line.
+void Line::Impl::answer_write(Command command, std::uint16_t tpdo, PdoWait wait, Instant now) {
+  std::vector<std::byte> way = way_of(tpdo, wait);
+  if (wait != PdoWait::none) {
+    reply(command.tag, kDone, std::move(way));
+    return;
+  }
+  answer_when_sent({.command = std::move(command), .tpdo = tpdo, .data = std::move(way)}, now);
 }
 
 Error Line::Impl::send_emcy(const Command& command, Instant now) {
@@ -260,6 +273,19 @@ Error Line::Impl::send_emcy(const Command& command, Instant now) {
   std::array<std::byte, 5> manufacturer{};
   std::ranges::copy(command.data, manufacturer.begin());
   return to_error(node.report_error(command.code, command.error_register, manufacturer, now));
+}
+
+// A command to other nodes is answered when it is on the bus.
+void Line::Impl::command_nmt(const Command& command, Instant now) {
+  const bool anew =
+      manages() && diagnosis.fatal() && nmt::is_reset(command.nmt) && command.node == 0;
+  const bool own = command.node == config.node_id || anew;
+  const Error why = send_nmt(command, now);
+  if (why != kDone || own) {
+    answer(command, why, {}, now);
+    return;
+  }
+  answer_when_sent({.command = command, .frame = nmt::encode({command.nmt, command.node})}, now);
 }
 
 Error Line::Impl::send_nmt(const Command& command, Instant now) {
@@ -302,15 +328,20 @@ Error Line::Impl::trace_routing(const Command& command, Instant now) {
   return kDone;
 }
 
-Error Line::Impl::send_frame(const Command& command) {
+void Line::Impl::send_frame(const Command& command, Instant now) {
   can::Frame frame;
-  if (const Error why = generic_frame(command, frame); why != kDone) {
-    return why;
+  Error why = generic_frame(command, frame);
+  if (why == kDone && uses_identifier(node, plan.tpdos, frame)) {
+    why = to_error(Refusal::identifier_in_use);
   }
-  if (uses_identifier(node, plan.tpdos, frame)) {
-    return to_error(Refusal::identifier_in_use);
+  if (why == kDone) {
+    why = usable() ? send_generic(node, frame) : to_error(Refusal::line_down);
   }
-  return usable() ? send_generic(node, frame) : to_error(Refusal::line_down);
+  if (why != kDone) {
+    answer(command, why, {}, now);
+    return;
+  }
+  answer_when_sent({.command = command, .frame = frame}, now);
 }
 
 void Line::Impl::command_completed(sdo::Completion& completion) {
@@ -329,6 +360,7 @@ void Line::Impl::command_completed(sdo::Completion& completion) {
 
 void Line::Impl::expire_commands(Instant now) {
   expire_scan(now);
+  expire_sendings(now);
   for (std::size_t i = 0; i < pending.size();) {
     if (pending[i].deadline > now) {
       ++i;
@@ -345,7 +377,7 @@ void Line::Impl::expire_commands(Instant now) {
 }
 
 Instant Line::Impl::next_command_deadline() const {
-  Instant wake = scan_deadline;
+  Instant wake = earlier(scan_deadline, under_way.next_deadline());
   for (const Pending& command : pending) {
     wake = earlier(wake, command.deadline);
   }

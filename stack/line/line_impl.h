@@ -15,6 +15,7 @@
 #include "stack/emcy/producer.h"
 #include "stack/image/process_image.h"
 #include "stack/line/configure_command.h"
+#include "stack/line/frames_under_way.h"
 #include "stack/line/line_base.h"
 #include "stack/line/lss.h"
 #include "stack/line/outputs.h"
@@ -164,14 +165,28 @@ struct Line::Impl final : Line::Base,
   Error list_device_file(const Command& command, std::vector<std::byte>& data) const;
   void access_own(const Command& command);
   void finish_local_writes();
-  Error single_output(Command& command, std::vector<std::byte>& way, Instant now);
+  void single_output(Command command, Instant now);
+  void answer_write(Command command, std::uint16_t tpdo, PdoWait wait, Instant now);
   Error send_emcy(const Command& command, Instant now);
+  void command_nmt(const Command& command, Instant now);
   Error send_nmt(const Command& command, Instant now);
   Error trace_routing(const Command& command, Instant now);
-  Error send_frame(const Command& command);
+  void send_frame(const Command& command, Instant now);
   void command_completed(sdo::Completion& completion);
   void expire_commands(Instant now);
   Instant next_command_deadline() const;
+
+  // --- line_under_way.cpp --------------------------------------------------------------------
+  void expect_acknowledgements() override;
+  void acknowledged(std::uint64_t number, Instant now) override;
+  void lost(std::uint64_t first, std::uint64_t last) override;
+  void hand_out(const can::Frame& frame, Instant now);
+  void find_sendings(const can::Frame& frame);
+  void answer_when_sent(FramesUnderWay::Sending sending, Instant now);
+  void expire_sendings(Instant now);
+  void answer_unsent(FramesUnderWay::Sending& sending, Instant now);
+  void cancel_sendings();
+  bool bus_is_stuck(Instant now) const;
 
   // --- line_boot.cpp ----------------------------------------------------------------------------
   // A command that waits for the boot processes of nodes.
@@ -218,8 +233,8 @@ struct Line::Impl final : Line::Base,
 
   // --- line_objects.cpp -------------------------------------------------------------------------
   void write_object(Command command, Instant now);
-  Error write_by_pdo(const Command& command, std::span<const std::uint32_t> entries,
-                     std::vector<std::byte>& way, Instant now);
+  void write_by_pdo(Command command, std::span<const std::uint32_t> entries, Instant now);
+  Refusal check_write_by_pdo(const Command& command, std::span<const std::uint32_t> entries) const;
   bool asks_at_once(std::uint16_t tpdo);
   PdoWait wait_of(std::uint16_t tpdo) const;
   // What an object_write or output_write answers.
@@ -304,6 +319,7 @@ struct Line::Impl final : Line::Base,
   std::vector<scan::ScannedNode> scan_cache;  // what scans read, ascending by id
   Instant scan_deadline = kNever;
 
+  FramesUnderWay under_way;
   std::vector<Boot> boots;
   std::vector<Pending> pending;
   std::vector<LocalWrite> local_writes;

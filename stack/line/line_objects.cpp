@@ -40,25 +40,16 @@ void Line::Impl::write_object(Command command, Instant now) {
     start_sdo(std::move(command), true, now);
     return;
   }
-  std::vector<std::byte> way;
-  const Error error = write_by_pdo(command, entries, way, now);
-  answer(command, error, std::move(way), now);
+  write_by_pdo(std::move(command), entries, now);
 }
 
 // Every PDO that maps it gets it.
-Error Line::Impl::write_by_pdo(const Command& command, std::span<const std::uint32_t> entries,
-                               std::vector<std::byte>& way, Instant now) {
+void Line::Impl::write_by_pdo(Command command, std::span<const std::uint32_t> entries,
+                              Instant now) {
   const image::Layout& layout = image.layout(Direction::outputs);
-  if (!takes_single_writes(command.node)) {
-    return to_error(Refusal::wrong_state);
-  }
-  for (const std::uint32_t entry : entries) {
-    if (outputs.is_bound(entry)) {
-      return to_error(Refusal::bound_entry);
-    }
-    if (command.data.size() != byte_length(layout.entries[entry])) {
-      return to_error(Refusal::bad_request);
-    }
+  if (const Refusal why = check_write_by_pdo(command, entries); why != Refusal::none) {
+    refuse(command, why, now);
+    return;
   }
   for (const std::uint32_t entry : entries) {
     image.write_entry(Direction::outputs, entry, command.data);
@@ -74,8 +65,23 @@ Error Line::Impl::write_by_pdo(const Command& command, std::span<const std::uint
   }
   const std::uint16_t pdo = layout.entries[entries.front()].local_pdo;
   ask_for_updated(now);
-  way = way_of(pdo, keep ? PdoWait::trigger : wait_of(pdo));
-  return kGood;
+  answer_write(std::move(command), pdo, keep ? PdoWait::trigger : wait_of(pdo), now);
+}
+
+Refusal Line::Impl::check_write_by_pdo(const Command& command,
+                                       std::span<const std::uint32_t> entries) const {
+  if (!takes_single_writes(command.node)) {
+    return Refusal::wrong_state;
+  }
+  for (const std::uint32_t entry : entries) {
+    if (outputs.is_bound(entry)) {
+      return Refusal::bound_entry;
+    }
+    if (command.data.size() != byte_length(image.layout(Direction::outputs).entries[entry])) {
+      return Refusal::bad_request;
+    }
+  }
+  return Refusal::none;
 }
 
 std::vector<std::byte> Line::Impl::way_of(std::uint16_t tpdo, PdoWait wait) const {

@@ -56,7 +56,10 @@ OutputWait Line::Impl::reason_of(std::uint32_t entry) const {
   }
   using enum pdo::Engine::Receiver;
   const pdo::Engine::Receiver state = receiver(place.node);
-  return state == waiting || state == unheard ? OutputWait::node : OutputWait::turn;
+  if (state == waiting || state == unheard) {
+    return OutputWait::node;
+  }
+  return bus_is_stuck(advanced_to) ? OutputWait::bus : OutputWait::turn;
 }
 
 void Line::Impl::output_state(std::size_t position, OutputState& out) const {

@@ -113,6 +113,9 @@ std::string_view describe(Refusal refusal) {
       return "a service of the line uses this CAN identifier";
     case Refusal::bound_entry:
       return "the output follows an input of another line (forward:), nothing else writes it";
+    case Refusal::no_acknowledge:
+      return "not sent, waits for the bus: no acknowledge; check the cable, the bit rate and that "
+             "another station is switched on";
   }
   return "unknown refusal";
 }

@@ -17,7 +17,8 @@ enum class OutputWait : std::uint8_t {
   values,    // another entry of its PDO was never written and has no default
   own_node,  // the own node is not Operational
   node,      // the node that receives its PDO is not Operational
-  turn,      // the transmission type, the inhibit time or the bus
+  turn,      // the transmission type, the inhibit time or the arbitration on the bus
+  bus,       // the bus does not acknowledge frames, or takes none
 };
 
 struct OutputState {

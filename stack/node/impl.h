@@ -69,7 +69,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   void hand_to_companion(can::Target target, const can::Frame& frame);
   void malformed(const can::Frame& frame, std::uint8_t node);
   void unwanted(const can::Frame& frame);
-  bool next_frame(can::Frame& out, Instant time);
+  bool next_frame(can::Frame& out, Instant time, std::uint64_t number);
   void synced(std::uint8_t counter, Instant time);
 
   // --- time -------------------------------------------------------------------------------------

@@ -111,18 +111,18 @@ void Node::pass_time(Instant now) {
 }
 
 // PDOs have their place between the classes of the queue.
-[[gnu::hot]] bool Node::Impl::next_frame(can::Frame& out, Instant time) {
-  if (!transmit.pop_urgent(out) && !pdos.next_frame(out, time) && !transmit.pop_rest(out)) {
+[[gnu::hot]] bool Node::Impl::next_frame(can::Frame& out, Instant time, std::uint64_t number) {
+  if (!transmit.pop_urgent(out) && !pdos.next_frame(out, time, number) && !transmit.pop_rest(out)) {
     return false;
   }
   counters.sent.add(out);
   return true;
 }
 
-[[gnu::hot]] bool Node::next_frame(can::Frame& out, Instant now) {
+[[gnu::hot]] bool Node::next_frame(can::Frame& out, Instant now, std::uint64_t number) {
   Impl& node = *impl_;
   if (!node.pdos.quiet()) {
-    return node.next_frame(out, now);
+    return node.next_frame(out, now, number);
   }
   return node.transmit.pop(out, node.counters.sent);
 }

@@ -175,8 +175,9 @@ class Node {
   std::uint64_t served() const;
   Instant next_service() const;  // next_wake() but for pdos()
   void pass_time(Instant now);   // nothing was due until then
-  // Most urgent first: NMT, SYNC, EMCY, TIME, PDO, SDO, error control.
-  bool next_frame(can::Frame& out, Instant now);
+  // Most urgent first: NMT, SYNC, EMCY, TIME, PDO, SDO, error control. number: see
+  // pdo::Engine::next_frame().
+  bool next_frame(can::Frame& out, Instant now, std::uint64_t number = 0);
   bool wants_to_send(Instant now) const;
 
   nmt::State state() const;

@@ -67,6 +67,7 @@ std::vector<Diagnostic> Engine::Impl::configure() {
   long_shadows.clear();
   affected.reset(tpdo_count);
   held_changed.reset(tpdo_count);
+  unacknowledged.reset(tpdo_count);
   held_always.reset(tpdo_count);
   asked.reset(rpdo_count);
   timers.reset(rpdo_count + tpdo_count);

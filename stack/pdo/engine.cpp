@@ -155,7 +155,8 @@ void Engine::advance(Instant now) {
   return impl_->window_open ? earlier(next, impl_->window_end) : next;
 }
 
-[[gnu::hot]] bool Engine::next_frame(can::Frame& out, Instant now) {
+[[gnu::hot]] bool Engine::next_frame(can::Frame& out, Instant now, std::uint64_t number) {
+  impl_->frame_number = number;
   return impl_->next_frame(out, now);
 }
 

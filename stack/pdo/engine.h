@@ -148,7 +148,7 @@ class Engine {
   void drop_waiting(std::uint8_t node);
 
   // TPDOs with output entries of the image are held back, whatever requests them, until every one
-  // of these entries is known. When such a TPDO is transmitted with the newest values, and its
+  // of these entries is known. When such a TPDO was transmitted with the newest values, and its
   // receiver is `unknown` or `started`, its entries become valid.
 
   // unknown: nothing is known about the node's state, every TPDO is taken as received (at first).
@@ -222,7 +222,17 @@ class Engine {
   Instant next_wake() const;
 
   // The requested TPDO with the lowest CAN-ID whose inhibit time is over. Hot.
-  bool next_frame(can::Frame& out, Instant now);
+  // number: of the frame among those that are handed to a bus that reports acknowledgements, in
+  // ascending order; 0 = the bus reports none: the frame counts as transmitted at once.
+  bool next_frame(can::Frame& out, Instant now, std::uint64_t number = 0);
+  // The bus acknowledged the frames up to that number, except those that are lost. No allocation.
+  void acknowledged(std::uint64_t number);
+  // The frames first..last never get onto the bus, or it is not known whether they did: what they
+  // carried stays not valid. TPDOs with output entries are requested again, as trigger() does it,
+  // unless their receiver is `waiting`.
+  void lost(std::uint64_t first, std::uint64_t last);
+  // The frame is that TPDO with the newest values of the image. number: 1.., of a linked TPDO.
+  bool carries_newest(std::uint16_t number, const can::Frame& frame) const;
   // Nothing is requested, not even what an inhibit time holds back: next_frame() gives none. Hot.
   bool quiet() const { return requests_ == 0; }
   bool wants_to_send(Instant now) const;

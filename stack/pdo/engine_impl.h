@@ -94,6 +94,8 @@ struct Tpdo {
   Instant inhibited_until{};
   CopyPlan plan;
   can::Frame frame;  // the newest sample
+  // Number of the frame that was handed out with it and is not acknowledged yet; 0 = none.
+  std::uint64_t awaited = 0;
   MpdoMode mpdo = MpdoMode::none;
   od::Address sent_object;             // MPDO in destination address mode
   std::vector<MpdoData> mpdos{};       // that wait, oldest first
@@ -220,8 +222,13 @@ struct Engine::Impl final : od::Hook, od::Observer {
   FrameData gather(const Tpdo& pdo) const;
   void set_receiver(std::uint8_t node, Receiver state);
   // The frame of a linked TPDO was handed over: entries that it carried with their newest values
-  // become valid.
+  // become valid when it is acknowledged.
   void note_transmission(std::uint16_t slot);
+  // The newest values are known, and those of its last sample.
+  bool shows_newest(std::uint16_t slot) const;
+  bool is_taken(std::uint16_t slot) const;
+  void acknowledged(std::uint64_t number);
+  void lost(std::uint64_t first, std::uint64_t last);
   // Takes a new sample; true if it differs from the one before or is the first.
   bool sample(std::uint16_t slot);
   // Samples and requests; without always only if the sample is a new one.
@@ -296,7 +303,10 @@ struct Engine::Impl final : od::Hook, od::Observer {
   bool held = false;                      // requests wait for release_held():
   Bitmap held_changed;                    // by slot: if the value is a new one
   Bitmap held_always;                     // by slot
-  Bitmap affected;                        // by slot: scratch of mark_affected()
+  std::uint64_t frame_number = 0;         // of the frame that is being handed out, see next_frame()
+  std::size_t awaiting = 0;               // bits set in:
+  CountedBitmap unacknowledged{awaiting};  // by slot: Tpdo::awaited was set
+  Bitmap affected;                         // by slot: scratch of mark_affected()
   struct Source {
     std::uint32_t begin = 0;  // bits of the output area
     std::uint32_t end = 0;

@@ -210,6 +210,7 @@ void Engine::Impl::ask(std::uint16_t slot) {
   const bool different = fresh || !has_data(pdo.frame, data);
   if (different) {
     pdo.frame.data = data;
+    pdo.awaited = 0;
     counters.coalesced += pending.test(pdo.rank) ? 1U : 0U;
   }
   return different;
@@ -347,13 +348,77 @@ can::Frame Engine::Impl::remote_frame(std::uint16_t slot) const {
 }
 
 // A value that was written after the sample was taken is not in the frame.
-void Engine::Impl::note_transmission(std::uint16_t slot) {
+bool Engine::Impl::shows_newest(std::uint16_t slot) const {
   const Tpdo& pdo = tpdos[slot];
-  const Receiver state = receivers[pdo.node];
-  const bool takes_it = state == Receiver::unknown || state == Receiver::started;
-  if (takes_it && !held_back(slot) && has_data(pdo.frame, gather(pdo))) {
+  return pdo.active && pdo.linked && !held_back(slot) && has_data(pdo.frame, gather(pdo));
+}
+
+// It is transmitted to a node that takes it.
+bool Engine::Impl::is_taken(std::uint16_t slot) const {
+  const Receiver state = receivers[tpdos[slot].node];
+  return state == Receiver::unknown || state == Receiver::started;
+}
+
+void Engine::Impl::note_transmission(std::uint16_t slot) {
+  if (!is_taken(slot) || !shows_newest(slot)) {
+    return;
+  }
+  if (tpdos[slot].awaited != 0) {
+    return;  // these values are under way already
+  }
+  if (frame_number != 0) {
+    tpdos[slot].awaited = frame_number;
+    unacknowledged.set(slot);
+  } else {
     image.set_pdo_valid(image::Direction::outputs, static_cast<std::uint16_t>(slot + 1), true);
   }
+}
+
+void Engine::Impl::acknowledged(std::uint64_t number) {
+  for_each_bit(unacknowledged.words(), [&](std::size_t bit) {
+    const auto slot = static_cast<std::uint16_t>(bit);
+    Tpdo& pdo = tpdos[slot];
+    if (pdo.awaited > number) {
+      return;
+    }
+    unacknowledged.clear(bit);
+    if (std::exchange(pdo.awaited, 0) != 0 && is_taken(slot) && shows_newest(slot)) {
+      image.set_pdo_valid(image::Direction::outputs, static_cast<std::uint16_t>(slot + 1), true);
+    }
+  });
+}
+
+void Engine::Impl::lost(std::uint64_t first, std::uint64_t last) {
+  for_each_bit(unacknowledged.words(), [&](std::size_t bit) {
+    const auto slot = static_cast<std::uint16_t>(bit);
+    Tpdo& pdo = tpdos[slot];
+    if (pdo.awaited < first || pdo.awaited > last) {
+      return;
+    }
+    unacknowledged.clear(bit);
+    pdo.awaited = 0;
+    if (operational && pdo.active && receivers[pdo.node] != Receiver::waiting) {
+      source_changed(slot, true);
+    }
+  });
+}
+
+[[gnu::hot]] void Engine::acknowledged(std::uint64_t number) {
+  if (impl_->awaiting != 0) {
+    impl_->acknowledged(number);
+  }
+}
+
+void Engine::lost(std::uint64_t first, std::uint64_t last) {
+  impl_->lost(first, last);
+}
+
+bool Engine::carries_newest(std::uint16_t number, const can::Frame& frame) const {
+  const auto slot = static_cast<std::uint16_t>(number - 1U);
+  if (number == 0 || number > impl_->tpdos.size() || !impl_->tpdos[slot].active) {
+    return false;
+  }
+  return can::same_content(frame, impl_->tpdos[slot].frame) && impl_->shows_newest(slot);
 }
 
 void Engine::Impl::set_receiver(std::uint8_t node, Receiver state) {
@@ -363,6 +428,9 @@ void Engine::Impl::set_receiver(std::uint8_t node, Receiver state) {
   for (const LinkedPdo& link : linked_tpdos) {
     const auto slot = static_cast<std::uint16_t>(link.parameters.number - 1U);
     const bool own = link.node == node;
+    if (own && slot < tpdos.size()) {
+      tpdos[slot].awaited = 0;
+    }
     if (own && (state == Receiver::waiting || state == Receiver::unheard)) {
       image.set_pdo_valid(image::Direction::outputs, link.parameters.number, false);
     }

@@ -84,7 +84,7 @@ def check_objects(plant):
     told = plant.said("sdo", "write", *first, "0x55", "--by-pdo", code=4)
     if not told.startswith(f"by PDO {PDO}" + waits + "values that were never written: "):
         raise Failure(f"the PDO that lacks values said '{told}'")
-    plant.expect(f"by PDO {PDO}", "sdo", "write", *second, "0x66", "--by-pdo")
+    plant.expect(f"by PDO {PDO}, sent", "sdo", "write", *second, "0x66", "--by-pdo")
     plant.reads("85", *first)
     plant.reads("102", *second)
     plant.expect("by SDO", "sdo", "write", "press:5", "6083", "0", "u32", "1234", "--by-pdo")
@@ -100,7 +100,7 @@ def check_objects(plant):
     plant.expect("no such output entry: press does not send to RPDO 9 of node 8; to its RPDOs: 1",
                  "trigger", "press:8", "9", code=1)
     told = plant.json("sdo", "write", *second, "9", "--by-pdo")
-    if told["data"] != "01030000" or told["value"] != f"by PDO {PDO}":
+    if told["data"] != "01030000" or told["value"] != f"by PDO {PDO}, sent":
         raise Failure(f"as JSON: {told}")
     before = plant.transfers()
     with concurrent.futures.ThreadPoolExecutor(5) as clients:

@@ -377,6 +377,39 @@ TEST_F(LineRunnerTest, ReportsRequestsLostToAFullRing) {
   EXPECT_TRUE(found);
 }
 
+TEST_F(LineRunnerTest, AnswersAnNmtCommandWhenItsFrameWasAcknowledged) {
+  boot();
+  channel_->acknowledges = false;
+  send_command(7, line::CommandKind::nmt);
+  serve();
+  line::Reply reply;
+  ASSERT_FALSE(port_.replies.pop(reply)) << "the channel has it, the bus does not";
+  channel_->counted.acknowledged = channel_->counted.taken();
+  serve(1ms);
+  ASSERT_TRUE(port_.replies.pop(reply));
+  EXPECT_EQ(reply.tag, 7U);
+  EXPECT_TRUE(reply.ok());
+}
+
+TEST_F(LineRunnerTest, AnNmtCommandThatTheChannelLostIsNotDone) {
+  boot();
+  channel_->acknowledges = false;
+  send_command(7, line::CommandKind::nmt);
+  serve();
+  channel_->counted.flushed = channel_->counted.taken();
+  serve(1ms);
+  channel_->acknowledges = true;
+  send_command(8, line::CommandKind::nmt);
+  serve(1ms);
+  line::Reply reply;
+  ASSERT_TRUE(port_.replies.pop(reply));
+  EXPECT_EQ(reply.tag, 8U);
+  serve(1100ms);
+  ASSERT_TRUE(port_.replies.pop(reply));
+  EXPECT_EQ(reply.tag, 7U);
+  EXPECT_EQ(reply.error, line::to_error(line::Refusal::no_acknowledge));
+}
+
 TEST_F(LineRunnerTest, AnswersEveryCommandWhenItStops) {
   make_ready();
   send_command(1, line::CommandKind::sdo_read);  // goes to the line, which waits for node 5

@@ -117,8 +117,15 @@ void OutputModel::submitted(const can::Frame& frame, Instant now) {
       pdo.newest = frame;
       pdo.free_at = now + pdo.inhibit;
       pdo.transmitted = true;
-      ++pdo.under_way;
+      pdo.under_way.push_back(true);
     }
+  }
+}
+
+void OutputModel::flushed() {
+  for (Pdo& pdo : pdos_) {
+    pdo.transmitted = pdo.transmitted && pdo.under_way.empty();
+    pdo.under_way.clear();
   }
 }
 
@@ -128,7 +135,7 @@ void OutputModel::ended(LineSeat& seat, const can::Frame& frame, sim::Bus::Endpo
   for (Pdo& pdo : pdos_) {
     if (frame.id == pdo.cob_id.id() && frame.extended() == pdo.cob_id.extended() &&
         !frame.remote()) {
-      pdo_ended(seat, pdo, by_line, fate);
+      pdo_ended(seat, pdo, frame, by_line, fate);
     } else if (frame.id == pdo.cob_id.id() && fate != sim::Fate::lost) {
       pdo.requested = true;
     }
@@ -189,7 +196,8 @@ void OutputModel::state_ended(LineSeat& seat, const can::Frame& frame) {
   }
 }
 
-void OutputModel::pdo_ended(LineSeat& seat, Pdo& pdo, bool by_line, sim::Fate fate) {
+void OutputModel::pdo_ended(LineSeat& seat, Pdo& pdo, const can::Frame& frame, bool by_line,
+                            sim::Fate fate) {
   if (fate == sim::Fate::disturbed) {
     return;
   }
@@ -197,7 +205,11 @@ void OutputModel::pdo_ended(LineSeat& seat, Pdo& pdo, bool by_line, sim::Fate fa
     pdo.written_by_others |= fate != sim::Fate::lost;
     return;
   }
-  pdo.under_way -= fate == sim::Fate::doubled ? 0U : 1U;
+  if (fate != sim::Fate::doubled && !pdo.under_way.empty()) {
+    pdo.acknowledged = frame;
+    pdo.is_acknowledged = pdo.under_way.front();
+    pdo.under_way.pop_front();
+  }
   pdo.lost = fate == sim::Fate::lost;
   if (pdo.lost) {
     return;
@@ -214,6 +226,8 @@ void OutputModel::withdraw(std::uint8_t node) {
   for (Pdo& pdo : pdos_) {
     if (pdo.node == node) {
       pdo.transmitted = false;
+      pdo.is_acknowledged = false;
+      std::ranges::fill(pdo.under_way, false);
       pdo.due_at = kNever;
     }
   }
@@ -265,7 +279,8 @@ std::string OutputModel::compare(LineSeat& seat, Instant now) {
 // Clauses 4 and 5.
 std::string OutputModel::check_due(LineSeat& seat, Pdo& pdo, Instant now) {
   const Node& node = nodes_[pdo.node];
-  bool complete = node.shown && seat.line->indicators().run == node::Pattern::on;
+  bool complete = node.shown && seat.line->indicators().run == node::Pattern::on &&
+                  seat.bus.connected(seat.end);
   std::uint64_t wanted = 0;
   std::uint64_t newest = 0;
   for (const Field& field : pdo.fields) {
@@ -308,15 +323,15 @@ std::string OutputModel::compare(LineSeat& seat, Pdo& pdo) {
     if (!nodes_[pdo.node].shown) {
       return name + "although its node is not shown as Operational";
     }
-    if (!pdo.transmitted) {
-      return name + "although its PDO was not transmitted since the start of its node";
+    if (!pdo.is_acknowledged) {
+      return name + "although its PDO was not acknowledged since the start of its node";
     }
     const std::uint64_t shown = bits_of(snapshot_.bytes, field.image_bit, field.bits);
-    const std::uint64_t sent = bits_of(pdo.newest.data, field.frame_bit, field.bits);
+    const std::uint64_t sent = bits_of(pdo.acknowledged.data, field.frame_bit, field.bits);
     if (sent != shown) {
       return name + "with " + std::to_string(shown) + ", its PDO carried " + std::to_string(sent);
     }
-    const bool excepted = pdo.under_way != 0 || pdo.awaits_sync || pdo.lost ||
+    const bool excepted = !pdo.under_way.empty() || pdo.awaits_sync || pdo.lost ||
                           pdo.written_by_others || pdo.unconfirmed || nodes_[pdo.node].unnoticed;
     if (std::string text = excepted ? std::string() : compare_device(seat, field, shown, pdo.node);
         !text.empty()) {

@@ -2,16 +2,16 @@
 //
 // The invariant, after each step of a world:
 //   1. An output entry is valid only while the line shows its node as present and Operational.
-//   2. It is valid only if its value is that of the newest frame of its PDO, and the line submitted
-//      that frame after it received the newest sign that the node was not Operational (boot-up
-//      message, heartbeat, or guard answer whose toggle bit is not that of the one before) and
-//      after its own newest NMT command that ended Operational.
+//   2. It is valid only if its value is that of the newest frame of its PDO that the bus
+//      acknowledged, and the line submitted that frame after it received the newest sign that the
+//      node was not Operational (boot-up message, heartbeat, or guard answer whose toggle bit is
+//      not that of the one before) and after its own newest NMT command that ended Operational.
 //   3. If it is valid, the dictionary of the simulated device has the value: when the frame was
 //      delivered, or, of a synchronous RPDO, at the SYNC after it.
-//   4. While the own node and the node are Operational and all entries of a PDO are known: if the
-//      newest frame has other values, the line submits another one as soon as the inhibit time is
-//      over, or, of a synchronous PDO, after as many SYNC messages as its transmission type says,
-//      and its controller has room.
+//   4. While the line is on the bus, the own node and the node are Operational and all entries of a
+//      PDO are known: if the newest frame has other values, the line submits another one as soon as
+//      the inhibit time is over, or, of a synchronous PDO, after as many SYNC messages as its
+//      transmission type says, and its controller has room.
 //   5. The same if no frame was submitted since the start of the node, 100 ms after it, and after
 //      three signs of a node with error control that it is Operational, since the last NMT command
 //      to it that ends Operational: the first ones may have been on their way. Of one without error
@@ -35,6 +35,7 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,8 @@ class OutputModel {
 
   // The line submits it to the bus.
   void submitted(const can::Frame& frame, Instant now);
+  // The frames of the line that did not end are gone.
+  void flushed();
   // It ended on the bus; the stations have not processed it yet.
   void ended(LineSeat& seat, const can::Frame& frame, sim::Bus::Endpoint sender, sim::Fate fate);
   // After all stations processed what was due. A sentence about the first entry for which the
@@ -78,7 +81,10 @@ class OutputModel {
     std::vector<Field> fields;
     can::Frame newest;         // submitted by the line
     bool transmitted = false;  // ... since the start of the node
-    unsigned under_way = 0;    // frames that were submitted and did not end
+    // Frames that were submitted and did not end, oldest first: submitted since then?
+    std::deque<bool> under_way;
+    can::Frame acknowledged;       // the newest that ended
+    bool is_acknowledged = false;  // ... and was submitted since the start of the node
     bool lost = false;
     bool written_by_others = false;
     bool unconfirmed = false;  // the device missed it, see the last exception
@@ -103,7 +109,7 @@ class OutputModel {
     bool confirmed = false;    // ... by a message of the node
   };
 
-  void pdo_ended(LineSeat& seat, Pdo& pdo, bool by_line, sim::Fate fate);
+  void pdo_ended(LineSeat& seat, Pdo& pdo, const can::Frame& frame, bool by_line, sim::Fate fate);
   void follow_command(const can::Frame& frame, std::uint8_t id);
   void state_ended(LineSeat& seat, const can::Frame& frame);
   void withdraw(std::uint8_t node);

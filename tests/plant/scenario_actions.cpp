@@ -59,6 +59,11 @@ void Scenario::act(Words& words) {
     set_disturbance();
   } else if (verb == "restart") {
     restart(words);
+  } else if (verb == "acknowledge") {
+    is_silent_ = words.take() == "off";
+    set_disturbance();
+  } else if (verb == "bus") {
+    bus_action(words);
   } else if (verb == "stop") {
     seat().line->stop(world_.now());
   } else {
@@ -242,6 +247,9 @@ void Scenario::inject(Words& words) {
 void Scenario::set_disturbance() {
   seat().set_disturbance(
       [this, losses = losses_, doubles = doubles_](const can::Frame& frame, sim::Bus::Endpoint) {
+        if (is_silent_) {
+          return sim::Fate::disturbed;
+        }
         const auto swallowed = swallowed_.find(frame.id);
         if (swallowed != swallowed_.end() && swallowed->second > 0) {
           --swallowed->second;
@@ -256,6 +264,24 @@ void Scenario::set_disturbance() {
         }
         return dice < 2 * losses + doubles ? sim::Fate::doubled : sim::Fate::delivered;
       });
+}
+
+// bus off|on: the controller of the line goes off the bus and loses its frames, or comes back.
+void Scenario::bus_action(Words& words) {
+  LineSeat& at = seat();
+  const bool on = words.take() == "on";
+  can::BusEvent event;
+  event.kind = can::BusEvent::Kind::state;
+  event.time = world_.now();
+  event.state = on ? can::BusState::error_active : can::BusState::bus_off;
+  at.bus.set_connected(at.end, on, world_.now());
+  at.line->bus_event(event);
+  if (!on) {
+    const std::uint64_t acknowledged = at.bus.acknowledged(at.end);
+    at.bus.flush(at.end);
+    at.outputs->flushed();
+    at.line->lost(acknowledged + 1, at.bus.acknowledged(at.end));
+  }
 }
 
 // ours output NODE.INDEX:SUB = HEX

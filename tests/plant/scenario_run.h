@@ -69,6 +69,7 @@ class Scenario {
   void ours_action(Words& words);
   void inject(Words& words);
   void set_disturbance();
+  void bus_action(Words& words);
   std::function<bool()> condition(Words& words);
   std::function<bool()> event_condition(Words& words, std::vector<Event> LineSeat::*told);
   std::function<bool()> reply_condition(Words& words);
@@ -112,6 +113,7 @@ class Scenario {
   unsigned expectations_ = 0;
   std::uint64_t losses_ = 0;                          // of a thousand frames
   std::uint64_t doubles_ = 0;                         // the same
+  bool is_silent_ = false;                            // no station acknowledges
   std::map<std::uint32_t, std::uint64_t> swallowed_;  // by identifier: frames that reach nobody
 };
 

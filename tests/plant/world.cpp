@@ -40,6 +40,7 @@ LineSeat::LineSeat(std::unique_ptr<line::Line> the_line, const sim::BusOptions& 
       bus(options),
       observer(observer_of(*line)),
       silence(line->config()) {
+  line->expect_acknowledgements();
   model.emplace(*line);
   states.emplace(*line);
   outputs.emplace(*line);
@@ -67,6 +68,7 @@ void LineSeat::take(std::unique_ptr<line::Line> another) {
   states.reset();
   outputs.reset();
   line = std::move(another);
+  line->expect_acknowledgements();
   observer = observer_of(*line);
   silence = SilenceModel(line->config());
   model.emplace(*line);
@@ -393,6 +395,7 @@ void World::turn_line(LineSeat& seat) {
       seat.model->after_call(take_events(seat));
     }
   }
+  line.acknowledged(seat.bus.acknowledged(seat.end), now_);
   line.advance(now_);
   seat.model->after_call(take_events(seat));
   can::Frame frame;

@@ -207,7 +207,7 @@ TEST_F(Commands, SdoWriteEncodesTheValue) {
 TEST_F(Commands, AnObjectIsWrittenByPdoOrSdoAndSaysWhich) {
   gateway_.answer.reply.data = {std::byte{1}, std::byte{3}, std::byte{0}, std::byte{0}};
   EXPECT_EQ(object_write(context_, "press:5", "6040", "0", "u16", "0x0F", false), kDone);
-  EXPECT_EQ(out_.str(), "by PDO 3\n");
+  EXPECT_EQ(out_.str(), "by PDO 3, sent\n");
   EXPECT_EQ(gateway_.last.kind, line::CommandKind::object_write);
   EXPECT_EQ(gateway_.last.node, 5);
   EXPECT_EQ(gateway_.last.code, 0);
@@ -474,9 +474,25 @@ TEST_F(Commands, AnOutputOfANodeThatIsNotOperationalIsRefusedWithItsState) {
             "operational\n");
 }
 
+TEST_F(Commands, AFrameThatTheBusDoesNotAcknowledgeIsNotSent) {
+  gateway_.answer.reply.data =
+      test::raw({line::kByPdo, 3, 0, static_cast<unsigned>(line::PdoWait::bus)});
+  EXPECT_EQ(write(context_, "press", "0", "1"), kHeldBack);
+  EXPECT_EQ(out_.str(), "by PDO 3, which waits for: the bus: no acknowledge\n");
+  gateway_.answer.reply = {.error = line::to_error(line::Refusal::no_acknowledge)};
+  gateway_.answer.text = line::describe(line::Refusal::no_acknowledge);
+  EXPECT_EQ(nmt(context_, "start", "press:5"), kHeldBack);
+  EXPECT_THAT(err_.str(), HasSubstr("waits for the bus: no acknowledge"));
+  out_.str("");
+  context_.json = true;
+  EXPECT_EQ(nmt(context_, "start", "press:5"), kHeldBack);
+  EXPECT_THAT(out_.str(), HasSubstr("waits for the bus: no acknowledge"));
+}
+
 TEST_F(Commands, NmtToOneToAllAndToTheOwnNode) {
   EXPECT_EQ(nmt(context_, "reset-node", "press:5"), kDone);
   EXPECT_EQ(gateway_.last.nmt, nmt::Command::reset_node);
+  EXPECT_EQ(out_.str(), "sent\n");
   EXPECT_EQ(nmt(context_, "start", "press:all"), kDone);
   EXPECT_EQ(gateway_.last.node, 0);
   EXPECT_EQ(nmt(context_, "start", "press:own"), kDone);

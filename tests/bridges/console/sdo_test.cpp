@@ -174,6 +174,8 @@ TEST_F(SdoCommand, AWriteByPdoThatSendsNothingHasAStatusOfItsOwn) {
   EXPECT_EQ(held(line::PdoWait::operational), kHeldBack);
   EXPECT_EQ(held(line::PdoWait::update_time), kDone) << "it is sent by itself";
   EXPECT_EQ(held(line::PdoWait::trigger), kDone) << "as --keep says";
+  EXPECT_EQ(held(line::PdoWait::turn), kHeldBack);
+  EXPECT_EQ(held(line::PdoWait::bus), kHeldBack);
   EXPECT_EQ(held(line::PdoWait::none), kDone);
 }
 

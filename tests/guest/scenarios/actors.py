@@ -137,10 +137,11 @@ class Site:
         return text
 
     def held_back(self, *arguments):
-        """A write that is taken, and waits for other values of its PDO."""
+        """A write or command that is taken and not sent yet: what it waits for."""
         status, text = run(*self.console(*arguments), within=2 * PATIENCE)
         if status != 4:
             raise Failed(f"{arguments} ended with {status}, not 4: {text}")
+        return text
 
     def gateway(self, name, plant):
         """One with that plant."""

@@ -1,0 +1,35 @@
+#include "stack/line/frames_under_way.h"
+
+#include <algorithm>
+
+namespace linegate::line {
+
+bool FramesUnderWay::ended(std::uint64_t number, Instant now) {
+  if (number <= ended_) {
+    return false;
+  }
+  ended_ = std::min(number, handed_out_);
+  progress_ = now;
+  return true;
+}
+
+void FramesUnderWay::lost(std::uint64_t first, std::uint64_t last) {
+  for (Sending& sending : sendings_) {
+    if (sending.number >= first && sending.number <= last) {
+      sending.number = kLost;
+    }
+  }
+  if (last > ended_) {
+    ended_ = std::min(last, handed_out_);
+  }
+}
+
+Instant FramesUnderWay::next_deadline() const {
+  Instant first = kNever;
+  for (const Sending& sending : sendings_) {
+    first = earlier(first, sending.deadline);
+  }
+  return first;
+}
+
+}  // namespace linegate::line

@@ -1,0 +1,296 @@
+// What is answered and shown when the bus acknowledges frames, when it does not, and when it loses
+// them.
+#include "stack/base/byte_order.h"
+
+#include "tests/stack/line/line_fixture.h"
+
+namespace linegate::line {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+class AcknowledgedOutputs : public LineTest {
+ protected:
+  // Takes the device to Operational, with all frames acknowledged.
+  void run(LineConfig config = config_with_axis()) {
+    make(std::move(config));
+    line_->expect_acknowledgements();
+    boot();
+    pass(milliseconds(1));
+    hand_out();
+    acknowledge_all();
+    events();
+  }
+  // Frames that the bus takes, but does not acknowledge yet.
+  std::vector<std::string> hand_out() {
+    std::vector<std::string> out = sent();
+    given_ += out.size();
+    return out;
+  }
+  void boot() {
+    const auto frames = [this] { return line_->state().counters.frames_sent; };
+    LineTest::boot();
+    given_ = frames();
+  }
+  void acknowledge_all() { line_->acknowledged(given_, now_); }
+  void write(std::uint32_t setpoint) {
+    OutputWrite out;
+    out.layout_id = line_->layout(Direction::outputs).id;
+    out.arming = 1;
+    out.values = {{.entry = 0, .length = 4, .data = {}}, {.entry = 1, .length = 1, .data = {}}};
+    store_le(out.values[0].data.data(), setpoint);
+    out.values[1].data[0] = std::byte{2};
+    EXPECT_EQ(line_->write_outputs(out, now_), OutputRefusal::none);
+  }
+  void write_by_hand(std::uint8_t mode, Duration timeout = {}) {
+    line_->execute({.kind = CommandKind::output_write,
+                    .entry = 1,
+                    .timeout = timeout,
+                    .data = {std::byte{mode}}},
+                   now_);
+  }
+  void start_node() {
+    line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::start, .data = {}},
+                   now_);
+  }
+  bool is_answered() {
+    Reply reply;
+    return line_->take_reply(reply);
+  }
+  PdoWait wait_of(const Reply& reply) {
+    return reply.data.size() >= 4 ? static_cast<PdoWait>(reply.data[3]) : PdoWait::values;
+  }
+  OutputWait reason() {
+    OutputState state;
+    line_->output_state(0, state);
+    return state.waits.empty() ? OutputWait::value : state.waits.front().reason;
+  }
+  bool valid() { return snapshot(Direction::outputs).is_valid(0); }
+  // The device still lives, for so long.
+  void live(Duration time) {
+    for (const Instant end = now_ + time; now_ < end;) {
+      pass(std::min<Duration>(milliseconds(50), end - now_));
+      hear(0x705, {0x05});
+    }
+  }
+
+  std::uint64_t given_ = 0;
+};
+
+TEST_F(AcknowledgedOutputs, AreValidWhenTheirFrameWasAcknowledged) {
+  run();
+  write(1);
+  EXPECT_FALSE(valid());
+  EXPECT_THAT(hand_out(), ElementsAre("205#0100000002"));
+  EXPECT_FALSE(valid()) << "the controller has it, the bus does not";
+  acknowledge_all();
+  EXPECT_TRUE(valid());
+}
+
+TEST_F(AcknowledgedOutputs, AreNotValidByTheFrameOfAnOlderValue) {
+  run();
+  write(1);
+  hand_out();
+  write(2);
+  acknowledge_all();
+  EXPECT_FALSE(valid());
+  EXPECT_THAT(hand_out(), ElementsAre("205#0200000002"));
+  write(3);
+  write(2);
+  acknowledge_all();
+  EXPECT_FALSE(valid()) << "the value was another one meanwhile";
+  hand_out();
+  acknowledge_all();
+  EXPECT_TRUE(valid());
+}
+
+// Its values are those of the first frame that is under way.
+TEST_F(AcknowledgedOutputs, AreValidWithTheFirstFrameThatCarriesThem) {
+  run();
+  write(1);
+  hand_out();
+  const std::uint64_t first = given_;
+  line_->execute({.kind = CommandKind::pdo_trigger, .code = 1, .data = {}}, now_);
+  EXPECT_THAT(hand_out(), ElementsAre("205#0100000002"));
+  line_->acknowledged(first, now_);
+  EXPECT_TRUE(valid());
+}
+
+TEST_F(AcknowledgedOutputs, AreNotValidByAFrameFromBeforeTheStartOfTheirNode) {
+  run();
+  write(1);
+  hand_out();
+  hear(0x705, {0x7F});
+  line_->advance(now_);
+  hear(0x705, {0x05});
+  line_->advance(now_);
+  acknowledge_all();
+  EXPECT_FALSE(valid());
+  EXPECT_THAT(hand_out(), ElementsAre("205#0100000002"));
+  acknowledge_all();
+  EXPECT_TRUE(valid());
+}
+
+TEST_F(AcknowledgedOutputs, AreNotValidByFramesThatTheBusLost) {
+  run();
+  write(1);
+  hand_out();
+  line_->lost(given_, given_);
+  start_node();
+  EXPECT_THAT(hand_out(), ElementsAre("000#0105", "205#0100000002")) << "it is sent again";
+  line_->acknowledged(given_ - 1, now_);
+  EXPECT_FALSE(valid()) << "a later frame says nothing about the lost one";
+  acknowledge_all();
+  EXPECT_TRUE(valid());
+}
+
+TEST_F(AcknowledgedOutputs, AreNotSentAgainToANodeThatIsNotStarted) {
+  run();
+  write(1);
+  hand_out();
+  hear(0x705, {0x7F});
+  line_->advance(now_);
+  line_->lost(given_, given_);
+  EXPECT_THAT(hand_out(), IsEmpty());
+}
+
+TEST_F(AcknowledgedOutputs, NameTheBusAsWhatTheyWaitFor) {
+  run();
+  write(1);
+  hand_out();
+  line_->advance(now_);
+  EXPECT_EQ(reason(), OutputWait::turn) << "a frame takes its time";
+  live(milliseconds(150));
+  EXPECT_EQ(reason(), OutputWait::bus);
+  acknowledge_all();
+  EXPECT_TRUE(valid());
+}
+
+using AcknowledgedCommands = AcknowledgedOutputs;
+
+TEST_F(AcknowledgedCommands, AnNmtCommandIsAnsweredWhenItIsOnTheBus) {
+  run();
+  start_node();
+  EXPECT_FALSE(is_answered());
+  EXPECT_THAT(hand_out(), ElementsAre("000#0105"));
+  EXPECT_FALSE(is_answered());
+  acknowledge_all();
+  EXPECT_TRUE(answer().ok());
+}
+
+TEST_F(AcknowledgedCommands, AnNmtCommandOnABusWithoutAcknowledgeSaysSo) {
+  run();
+  start_node();
+  hand_out();
+  live(milliseconds(900));
+  EXPECT_FALSE(is_answered());
+  live(milliseconds(200));
+  EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
+  EXPECT_TRUE(told(EventKind::command_refused, 5));
+  acknowledge_all();
+  EXPECT_FALSE(is_answered()) << "answered once";
+}
+
+TEST_F(AcknowledgedCommands, AnNmtCommandThatABusOffLostIsNotDone) {
+  run();
+  start_node();
+  hand_out();
+  line_->lost(given_, given_);
+  start_node();
+  hand_out();
+  acknowledge_all();
+  EXPECT_TRUE(answer().ok()) << "the second";
+  EXPECT_FALSE(is_answered());
+  live(milliseconds(1100));
+  EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
+}
+
+TEST_F(AcknowledgedCommands, AWriteIsAnsweredWhenItsFrameIsOnTheBus) {
+  run();
+  write(1);
+  hand_out();
+  acknowledge_all();
+  write_by_hand(7);
+  EXPECT_FALSE(is_answered());
+  EXPECT_THAT(hand_out(), ElementsAre("205#0100000007"));
+  EXPECT_FALSE(is_answered());
+  acknowledge_all();
+  EXPECT_EQ(wait_of(answer()), PdoWait::none);
+}
+
+// The frame under way has the value of before.
+TEST_F(AcknowledgedCommands, AWriteIsNotAnsweredByAnEarlierFrame) {
+  run();
+  write(1);
+  hand_out();
+  write_by_hand(7);
+  acknowledge_all();
+  EXPECT_FALSE(is_answered());
+  hand_out();
+  acknowledge_all();
+  EXPECT_EQ(wait_of(answer()), PdoWait::none);
+}
+
+TEST_F(AcknowledgedCommands, AWriteOnABusWithoutAcknowledgeWaitsForTheBus) {
+  run();
+  write(1);
+  hand_out();
+  write_by_hand(7, milliseconds(300));
+  hand_out();
+  live(milliseconds(250));
+  EXPECT_FALSE(is_answered());
+  live(milliseconds(100));
+  EXPECT_EQ(wait_of(answer()), PdoWait::bus);
+}
+
+TEST_F(AcknowledgedCommands, AWriteOfAPdoWithoutSyncWaitsForItsTurn) {
+  LineConfig config = config_with_axis();
+  for (od::ObjectDescription& object : config.nodes[0].device.objects) {
+    for (od::VariableDescription& variable : object.variables) {
+      if (object.index == 0x1400 && variable.sub == 2) {
+        variable.value = {std::byte{0}};  // at SYNC, which nobody sends
+      }
+    }
+  }
+  run(std::move(config));
+  write(1);
+  hand_out();
+  write_by_hand(7);
+  live(milliseconds(1100));
+  EXPECT_EQ(wait_of(answer()), PdoWait::turn);
+}
+
+TEST_F(AcknowledgedCommands, AWriteToANodeThatLeavesOperationalMeanwhileIsRefused) {
+  run();
+  write(1);
+  hand_out();
+  write_by_hand(7, milliseconds(80));
+  hear(0x705, {0x7F});
+  hand_out();
+  pass(milliseconds(90));
+  EXPECT_EQ(answer().error, to_error(Refusal::wrong_state));
+}
+
+TEST_F(AcknowledgedCommands, AFrameOfNoServiceIsAnsweredWhenItIsOnTheBus) {
+  run();
+  const Command frame{.kind = CommandKind::can_send, .entry = 0x352, .data = {std::byte{1}}};
+  line_->execute(frame, now_);
+  hand_out();
+  EXPECT_FALSE(is_answered());
+  acknowledge_all();
+  EXPECT_TRUE(answer().ok());
+  line_->execute(frame, now_);
+  live(milliseconds(1100));
+  EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
+}
+
+TEST_F(AcknowledgedCommands, ThatWaitEndWithTheLine) {
+  run();
+  start_node();
+  line_->stop(now_);
+  EXPECT_EQ(answer().error, to_error(Refusal::cancelled));
+}
+
+}  // namespace
+}  // namespace linegate::line
