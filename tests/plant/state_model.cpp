@@ -4,6 +4,7 @@
 
 #include "stack/can/cob_id.h"
 #include "stack/line/build.h"
+#include "stack/nmt/node_control.h"
 
 namespace linegate::plant {
 namespace {
@@ -60,6 +61,18 @@ void StateModel::before_receive(const can::Frame& frame) {
         node.longest = std::max(node.longest, frame.time - node.heartbeat);
       }
       node.heartbeat = frame.time;
+    }
+  }
+}
+
+void StateModel::sends(const can::Frame& frame) {
+  const auto control = frame.id == can::kNmtId ? nmt::decode_node_control(frame) : std::nullopt;
+  if (!control || !nmt::is_reset(control->command)) {
+    return;
+  }
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    if (control->node == 0 || control->node == id) {
+      nodes_[id].booted = true;
     }
   }
 }

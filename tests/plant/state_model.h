@@ -21,6 +21,8 @@ class StateModel {
 
   // The line is about to receive it.
   void before_receive(const can::Frame& frame);
+  // The line sends it. The boot-up message of a node that it resets may be lost.
+  void sends(const can::Frame& frame);
   // Configured nodes alone; nothing if all is as it should be.
   std::string compare(const line::Line& line, Instant now) const;
   // All nodes.

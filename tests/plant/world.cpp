@@ -404,6 +404,7 @@ void World::turn_line(LineSeat& seat) {
       fail("silence: " + text);
     }
     seat.outputs->submitted(frame, now_);
+    seat.states->sends(frame);
     seat.bus.submit(seat.end, frame, now_);
   }
   if (std::string text = seat.states->compare(line, now_); !text.empty()) {
