@@ -144,7 +144,7 @@ inline constexpr std::uint16_t kKeepPdo = 2;   // the PDO is not asked for: pdo_
 // the same, but nothing where no PDO of the line carries the entry.
 enum ObjectWay : std::uint8_t { kBySdo, kByPdo };
 // What the PDO waits for. `none` is answered when the frame was acknowledged, `turn` and `bus`
-// after Command::timeout, or else kSendTime.
+// after Command::timeout, at the latest after kSendTime.
 enum class PdoWait : std::uint8_t {
   none,         // it was sent: its frame was acknowledged on the bus
   update_time,  // LineConfig::pdo_update_time
@@ -157,7 +157,7 @@ enum class PdoWait : std::uint8_t {
 inline constexpr std::size_t kPdoWaits = 7;
 
 // How long a service that is not confirmed (NMT, PDO, CommandKind::can_send) waits for the
-// acknowledgement of its frame, if the command does not say.
+// acknowledgement of its frame at most.
 inline constexpr Duration kSendTime = std::chrono::seconds(1);
 
 struct Command {

@@ -16,7 +16,8 @@ bool FramesUnderWay::ended(std::uint64_t number, Instant now) {
 void FramesUnderWay::lost(std::uint64_t first, std::uint64_t last) {
   for (Sending& sending : sendings_) {
     if (sending.number >= first && sending.number <= last) {
-      sending.number = kLost;
+      // A value is sent again: by the next frame of its PDO.
+      sending.number = sending.tpdo != 0 ? 0 : kLost;
     }
   }
   if (last > ended_) {

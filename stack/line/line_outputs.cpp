@@ -203,7 +203,7 @@ pdo::Engine::Receiver Line::Impl::receiver(std::uint8_t id) const {
   const NodeState& seen = manager.node(id);
   const bool operational = seen.presence == manager::Presence::present &&
                            seen.state == nmt::State::operational && !manager.held(id) &&
-                           (!manages() || manager.concluded(id));
+                           !manager.boots(id);
   if (!manages() && seen.presence == manager::Presence::unknown) {
     return Engine::Receiver::unheard;
   }

@@ -74,6 +74,9 @@ void Line::Impl::follow_records(Instant now) {
 void Line::Impl::before_boot(Instant now) {
   if (std::exchange(resets, node.counters().resets) != node.counters().resets) {
     own_objects.values_reset();
+    for (ScannedOutput& scanned : scanned_outputs) {
+      scanned.sent.reset();
+    }
   }
   write_own_values(now);
   set_pdo_times();

@@ -25,6 +25,9 @@ void Line::Impl::find_sendings(const can::Frame& frame) {
                                           : can::same_content(sending.frame, frame);
     if (sending.number == 0 && is_its) {
       sending.number = under_way.next_number() - 1;
+      if (sending.tpdo == 0) {
+        return;  // of two equal commands each has its frame
+      }
     }
   }
 }
@@ -62,8 +65,9 @@ void Line::Impl::answer_when_sent(FramesUnderWay::Sending sending, Instant now) 
     return;
   }
   command.data.clear();
-  sending.deadline =
-      deadline(now, command.timeout > Duration::zero() ? command.timeout : kSendTime);
+  // A longer time-out is that of an SDO transfer, and of who waits for this reply.
+  const bool sooner = command.timeout > Duration::zero() && command.timeout < kSendTime;
+  sending.deadline = deadline(now, sooner ? command.timeout : kSendTime);
   under_way.add(std::move(sending));
 }
 

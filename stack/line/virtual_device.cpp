@@ -481,7 +481,8 @@ AbortCode VirtualDevice::write(od::Address address, std::span<const std::byte> v
   return why;
 }
 
-// What the application said is as true as before; what the master said is gone.
+// What the application said is as true as before; what the master said is gone, of a reset
+// communication in the communication profile area alone (CiA 301 7.3.2.2.1).
 void VirtualDevice::reset(bool whole_node, Instant now) {
   now_ = now;
   reset_ = whole_node || reset_.value_or(false);
@@ -492,8 +493,11 @@ void VirtualDevice::reset(bool whole_node, Instant now) {
                   .node = node_->node_id(),
                   .code = static_cast<std::uint32_t>(command)});
   }
+  constexpr std::uint16_t kLastOfCommunication = 0x1FFF;
   for (const auto& [address, value] : own_values_) {
-    node_->dictionary().set(address, value);
+    if (whole_node || address.index <= kLastOfCommunication) {
+      node_->dictionary().set(address, value);
+    }
   }
   if (!whole_node) {
     return;

@@ -81,6 +81,7 @@ class BootSlave final : private StepContext {
   void advance(Instant now);
   Instant next_wake() const { return wake_; }
 
+  bool under_way() const { return step_ != Step::idle; }
   // The node may restart because its program is stopped or started.
   bool loads_program() const { return step_ == Step::program; }
   // A node that restarts while it is configured is not asked for a while.

@@ -341,6 +341,11 @@ bool Manager::concluded(std::uint8_t id) const {
   return !nodes_[id].configured || nodes_[id].boot != kBootUnfinished;
 }
 
+bool Manager::boots(std::uint8_t id) const {
+  const Slot* slot = find(id);
+  return slot != nullptr && slot->boot->under_way() && !concluded(id);
+}
+
 std::uint8_t Manager::configured() const {
   return static_cast<std::uint8_t>(
       std::ranges::count_if(nodes_, [](const NodeState& node) { return node.configured; }));

@@ -97,6 +97,8 @@ class Manager {
   std::uint64_t changes() const { return changes_; }
   // The last boot process that began has told its result.
   bool concluded(std::uint8_t id) const;
+  // A boot process of it is under way.
+  bool boots(std::uint8_t id) const;
   std::uint8_t configured() const;
   std::uint8_t operational() const;
   // The manager acts: it was started, and neither stopped nor handed over.

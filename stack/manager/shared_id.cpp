@@ -1,12 +1,15 @@
 #include "stack/manager/shared_id.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace linegate::manager {
 namespace {
 
 // A frame that a controller repeated is no second heartbeat.
 constexpr Duration kRepeatedHeartbeat = std::chrono::milliseconds(5);
+// Two that were configured by one request, where their period is not known.
+constexpr Duration kOneMoment = std::chrono::milliseconds(1);
 // Of the sum of two times: how much times of one device may vary, and how much those of two differ.
 constexpr int kVaries = 16;
 constexpr int kDiffers = 5;
@@ -28,7 +31,7 @@ std::uint32_t SharedIds::heartbeat(std::uint8_t id, nmt::State state, Instant no
   const bool known = node.last != kNever;
   const Duration time = known ? now - node.last : Duration{};
   if (known && time < kRepeatedHeartbeat) {
-    return report(node, repeat(node), now);
+    return report(node, repeat(node, time), now);
   }
   node.pairs = node.repeated ? node.pairs : std::uint8_t{0};
   node.repeated = false;
@@ -45,11 +48,15 @@ std::uint32_t SharedIds::heartbeat(std::uint8_t id, nmt::State state, Instant no
   return report(node, sign_of(node, state, now), now);
 }
 
-// One controller does not repeat every frame.
-std::uint32_t SharedIds::repeat(Node& node) {
-  if (!node.repeated) {
-    node.repeated = true;
-    node.pairs = static_cast<std::uint8_t>(std::min<std::size_t>(node.pairs + 1U, kTimes));
+// One controller does not repeat every frame. Heartbeats of a shorter period, or that come in
+// batches, leave longer pauses between their pairs than two devices do.
+std::uint32_t SharedIds::repeat(Node& node, Duration time) {
+  if (!std::exchange(node.repeated, true)) {
+    const bool known = node.producer_time != Duration::zero();
+    const bool pair = known ? node.times != 0 && node.between.back() < node.producer_time * 3 / 2
+                            : time < kOneMoment;
+    node.pairs = pair ? static_cast<std::uint8_t>(std::min<std::size_t>(node.pairs + 1U, kTimes))
+                      : std::uint8_t{0};
   }
   return node.pairs == kTimes ? kTwoRhythms : 0;
 }

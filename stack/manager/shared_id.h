@@ -63,7 +63,7 @@ class SharedIds {
   };
 
   static std::uint32_t report(Node& node, std::uint32_t sign, Instant now);
-  static std::uint32_t repeat(Node& node);
+  static std::uint32_t repeat(Node& node, Duration time);
   std::uint32_t sign_of(Node& node, nmt::State state, Instant now);
   static Duration steady_period(const Node& node);
   static bool goes_on(Node& node, nmt::State state, Instant now);

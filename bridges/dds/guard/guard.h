@@ -68,7 +68,7 @@ class Guard {
   const bool protection_required_;
   GuidTable<WriterNumbers, 1024> writers_;
   GuidTable<Reliability, 512> readers_;
-  GuidTable<IncompleteSamples, 256> fragmented_;  // of writers that send fragments
+  GuidTable<IncompleteSamples, 1024> fragmented_;  // of writers that send fragments
   Discovered discovered_;
   std::atomic<std::uint64_t> received_{0};
   std::array<std::atomic<std::uint64_t>, kReasons> dropped_{};

@@ -22,10 +22,11 @@ class IncompleteSamples {
   static constexpr std::uint64_t kMostOctets = kMaxSample;  // of them all, whole
   static constexpr std::int64_t kStale = 10'000'000'000;    // ns without a fragment
 
-  // A submessage has `octets` of the sample `number`, > 0, which has `size`. False: it is to be
-  // dropped. A reliable writer repeats what is dropped when there is room again.
+  // A submessage has `octets` of the sample `number`, > 0, which has `size`. Another size makes it
+  // another sample: the library may have reserved either. False: it is to be dropped. A reliable
+  // writer repeats what is dropped when there is room again.
   bool add(Number number, std::uint32_t size, std::uint64_t octets, std::int64_t now) {
-    Sample* sample = find(number);
+    Sample* sample = find(number, size);
     if (sample == nullptr)
       sample = begin(number, size, now);
     if (sample == nullptr)
@@ -43,9 +44,10 @@ class IncompleteSamples {
     std::uint32_t left = 0;  // 0: complete. Kept, so that repeated fragments begin no sample
   };
 
-  Sample* find(Number number) {
-    auto* const found = std::find_if(samples_.begin(), samples_.end(),
-                                     [&](const Sample& it) { return it.number == number; });
+  Sample* find(Number number, std::uint32_t size) {
+    auto* const found = std::find_if(samples_.begin(), samples_.end(), [&](const Sample& it) {
+      return it.number == number && it.size == size;
+    });
     return found == samples_.end() ? nullptr : found;
   }
 

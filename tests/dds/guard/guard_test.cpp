@@ -96,6 +96,17 @@ TEST_F(FragmentsTest, AFragmentThatIsRepeatedBeginsNoSample) {
     EXPECT_EQ(fragment(number, 128), Reason::none) << number;
 }
 
+// Of a number that the library may not have seen complete.
+TEST_F(FragmentsTest, ANumberThatIsCompleteIsNoPassForAnotherSize) {
+  for (std::int64_t number = 1; number <= 3; ++number) {
+    EXPECT_EQ(fragment(number, 128, 1), Reason::none);
+    EXPECT_EQ(fragment(number, 128, 2), Reason::none);
+  }
+  EXPECT_EQ(fragment(1, 4 * kMiB), Reason::none);
+  EXPECT_EQ(fragment(2, 4 * kMiB), Reason::fragment);
+  EXPECT_EQ(fragment(3, 4 * kMiB), Reason::fragment);
+}
+
 TEST_F(FragmentsTest, ASampleWithoutAFragmentFor10SecondsGivesItsPlace) {
   for (std::int64_t number = 1; number <= 8; ++number)
     EXPECT_EQ(fragment(number, 512), Reason::none);

@@ -141,6 +141,17 @@ TEST_F(DevicesApplication, SetsItsOwnValuesWhateverTheirAccess) {
   EXPECT_EQ(ask(0x1002, status, 2), to_error(Refusal::bad_request));
 }
 
+TEST_F(DevicesApplication, ResetCommunicationLeavesWhatAMasterWroteOfTheApplicationObjects) {
+  const std::vector<std::byte> own{std::byte{3}, std::byte{0}};
+  const std::vector<std::byte> of_master{std::byte{5}, std::byte{0}};
+  EXPECT_EQ(ask(0x2100, own, kWriteOwn), Error{});
+  hear(0x600 + kDevice, {0x2B, 0x00, 0x21, 0x00, 0x05, 0x00, 0, 0});
+  hear(0x000, {0x82, kDevice});
+  EXPECT_EQ(value_of(0x2100), of_master);
+  hear(0x000, {0x81, kDevice});
+  EXPECT_EQ(value_of(0x2100), own);
+}
+
 TEST_F(DevicesApplication, HasADomainOf16Megabytes) {
   std::vector<std::byte> program(std::size_t{16} * 1024 * 1024, std::byte{0x5A});
   EXPECT_EQ(ask(0x1F50, program), Error{});

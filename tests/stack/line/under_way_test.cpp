@@ -244,6 +244,46 @@ TEST_F(AcknowledgedCommands, AWriteOnABusWithoutAcknowledgeWaitsForTheBus) {
   EXPECT_EQ(wait_of(answer()), PdoWait::bus);
 }
 
+// The time-out of an object_write is that of an SDO transfer, and of who waits for the reply.
+TEST_F(AcknowledgedCommands, AWriteWaitsForTheBusNoLongerThanASecond) {
+  run();
+  write(1);
+  hand_out();
+  write_by_hand(7, seconds(5));
+  hand_out();
+  live(milliseconds(1100));
+  EXPECT_EQ(wait_of(answer()), PdoWait::bus);
+}
+
+TEST_F(AcknowledgedCommands, AWriteWhoseFrameWasLostIsAnsweredByTheNext) {
+  run();
+  write(1);
+  hand_out();
+  acknowledge_all();
+  write_by_hand(7);
+  hand_out();
+  line_->lost(given_, given_);
+  pass(milliseconds(10));
+  EXPECT_THAT(hand_out(), testing::Not(IsEmpty())) << "it is sent again";
+  acknowledge_all();
+  EXPECT_EQ(wait_of(answer()), PdoWait::none);
+}
+
+TEST_F(AcknowledgedCommands, TwoThatAreAlikeHaveAFrameEach) {
+  run();
+  const Command frame{.kind = CommandKind::can_send, .entry = 0x352, .data = {std::byte{1}}};
+  line_->execute(frame, now_);
+  line_->execute(frame, now_);
+  can::Frame first;
+  ASSERT_TRUE(line_->next_frame(first, now_));
+  line_->acknowledged(++given_, now_);
+  EXPECT_TRUE(is_answered());
+  EXPECT_FALSE(is_answered());
+  EXPECT_THAT(hand_out(), ElementsAre("352#01"));
+  acknowledge_all();
+  EXPECT_TRUE(is_answered());
+}
+
 TEST_F(AcknowledgedCommands, AWriteOfAPdoWithoutSyncWaitsForItsTurn) {
   LineConfig config = config_with_axis();
   for (od::ObjectDescription& object : config.nodes[0].device.objects) {
