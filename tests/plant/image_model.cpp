@@ -19,6 +19,12 @@ bool is_operational(const line::Line& line) {
 bool is_pre_operational(const line::Line& line) {
   return line.indicators().run == node::Pattern::blinking;
 }
+// What comes before Operational counts for an NMT master alone (1F80h bit 0).
+bool is_master(line::Line& line) {
+  constexpr od::Address kStartup{0x1F80, 0};
+  return line.config().role == line::Role::manager &&
+         (line.dictionary().number(kStartup).value_or(0) & 1U) != 0;
+}
 
 bool bit(std::span<const std::byte> bytes, unsigned position) {
   return (std::to_integer<unsigned>(bytes[position / 8]) >> (position % 8) & 1U) != 0;
@@ -26,7 +32,7 @@ bool bit(std::span<const std::byte> bytes, unsigned position) {
 
 }  // namespace
 
-ImageModel::ImageModel(const line::Line& line) : line_(line) {
+ImageModel::ImageModel(line::Line& line) : line_(line) {
   for (const line::NodeConfig& node : line.config().nodes) {
     add_node(node, line.layout(image::Direction::inputs));
   }
@@ -62,8 +68,7 @@ void ImageModel::before_receive(const can::Frame& frame) {
     return;
   }
   Pdo& pdo = it->second;
-  if (is_pre_operational(line_) && line_.config().role == line::Role::manager &&
-      frame.length == pdo.bytes) {
+  if (is_pre_operational(line_) && is_master(line_) && frame.length == pdo.bytes) {
     pdo.pending = true;
     pdo.shadow = frame;
   } else if (!is_operational(line_)) {

@@ -15,7 +15,7 @@ namespace linegate::plant {
 
 class ImageModel {
  public:
-  explicit ImageModel(const line::Line& line);
+  explicit ImageModel(line::Line& line);
 
   // The line is about to be given this frame.
   void before_receive(const can::Frame& frame);
@@ -46,7 +46,7 @@ class ImageModel {
   void add_node(const line::NodeConfig& node, const image::Layout& layout);
   void commit(Pdo& pdo, const can::Frame& frame);
 
-  const line::Line& line_;
+  line::Line& line_;
   std::map<std::uint32_t, Pdo> pdos_;  // by identifier, bit 31 for extended ones
   std::uint32_t syncs_ = 0;
   image::Snapshot snapshot_;

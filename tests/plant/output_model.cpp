@@ -28,10 +28,14 @@ std::uint64_t bits_of(std::span<const std::byte> bytes, unsigned first, unsigned
   return out;
 }
 
-// A heartbeat, guard answer or boot-up message.
+// A heartbeat, guard answer or boot-up message; of a state that there is.
 bool is_state_message(const can::Frame& frame) {
+  constexpr std::array kStates{0x00, 0x04, 0x05, 0x7F};
+  const auto is_said = [&frame](int state) {
+    return (frame.data[0] & std::byte{0x7F}) == std::byte(state);
+  };
   return (frame.id & ~std::uint32_t{can::kMaxNodeId}) == can::kErrorControlBase &&
-         frame.standard_of(1);
+         frame.standard_of(1) && std::ranges::any_of(kStates, is_said);
 }
 
 // The first frame of a download by the default client.
