@@ -283,7 +283,10 @@ std::string OutputModel::compare(LineSeat& seat, Instant now) {
 // Clauses 4 and 5.
 std::string OutputModel::check_due(LineSeat& seat, Pdo& pdo, Instant now) {
   const Node& node = nodes_[pdo.node];
-  bool complete = node.shown && seat.line->indicators().run == node::Pattern::on &&
+  // Its RPDOs are configured: what is sent before is for nothing.
+  const bool boots = seat.line->config().role == line::Role::manager &&
+                     seat.line->node_state(pdo.node).boot == manager::kBootUnfinished;
+  bool complete = node.shown && !boots && seat.line->indicators().run == node::Pattern::on &&
                   seat.bus.connected(seat.end);
   std::uint64_t wanted = 0;
   std::uint64_t newest = 0;
