@@ -44,6 +44,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   void boot(Instant time);
   bool self_starting() const;  // as options and 1F80h say
   void state_changed(nmt::State before, Instant time);
+  void keep_early_pdos();
   void tell_state(nmt::State before, Instant time);
   bool serves(can::Service service) const { return nmt::is_served(service, slave.state()); }
 

@@ -150,6 +150,7 @@ SdoClients& Node::sdo_clients() {
 }
 void Node::set_nmt_slave(bool slave) {
   impl_->options.nmt_slave = slave;
+  impl_->keep_early_pdos();
 }
 
 void Node::set_sdo_detour(sdo::Detour* detour) {

@@ -182,12 +182,16 @@ void Node::Impl::state_changed(nmt::State before, Instant time) {
     sdo_clients.reset();
   }
   pdos.set_operational(state == nmt::State::operational, time);
-  pdos.keep_early(!options.nmt_slave && state == nmt::State::pre_operational);
+  keep_early_pdos();
   settle(time);
   tell_state(before, time);
   if (application != nullptr) {
     application->state_changed(state, time);
   }
+}
+
+void Node::Impl::keep_early_pdos() {
+  pdos.keep_early(!options.nmt_slave && slave.state() == nmt::State::pre_operational);
 }
 
 void Node::Impl::tell_state(nmt::State before, Instant time) {

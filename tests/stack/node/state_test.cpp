@@ -108,6 +108,17 @@ TEST_F(NodeTest, AnNmtMasterTakesOnEnteringOperationalWhatCameInPreOperational) 
   node->command(nmt::Command::enter_pre_operational, at(12ms));
   node->command(nmt::Command::start, at(13ms));
   EXPECT_EQ(number(0x2000, 1), 2U) << "forgotten with Pre-operational";
+  node->command(nmt::Command::enter_pre_operational, at(14ms));
+  hear(15ms, 0x205, {0x05, 0x00});
+  node->set_nmt_slave(true);
+  hear(16ms, 0x205, {0x06, 0x00});
+  node->command(nmt::Command::start, at(17ms));
+  EXPECT_EQ(number(0x2000, 1), 2U) << "a slave keeps nothing, from when it is one";
+  node->command(nmt::Command::enter_pre_operational, at(18ms));
+  node->set_nmt_slave(false);
+  hear(19ms, 0x205, {0x07, 0x00});
+  node->command(nmt::Command::start, at(20ms));
+  EXPECT_EQ(number(0x2000, 1), 7U) << "a master does";
 }
 
 TEST_F(NodeTest, TpdosAreSentInOperationalOnly) {
