@@ -71,10 +71,7 @@ void ImageModel::before_receive(const can::Frame& frame) {
   if (is_pre_operational(line_) && is_master(line_) && frame.length == pdo.bytes) {
     pdo.pending = true;
     pdo.shadow = frame;
-    pdo.may_have_early = false;
   } else if (!is_operational(line_)) {
-    pdo.may_have_early = is_pre_operational(line_) && frame.length == pdo.bytes;
-    pdo.early = frame;
     return;
   } else if (pdo.synchronous) {
     pdo.pending = true;
@@ -82,7 +79,6 @@ void ImageModel::before_receive(const can::Frame& frame) {
   } else {
     pdo.has_value = true;
     pdo.value = frame;
-    pdo.may_have_early = false;
   }
 }
 
@@ -95,26 +91,17 @@ void ImageModel::after_call(std::span<const Event> events) {
   syncs_ = line_.sync_count();
   const bool operational = is_operational(line_);
   const bool pre_operational = is_pre_operational(line_);
+  const bool master = is_master(line_);
   for (auto& [id, pdo] : pdos_) {
     pdo.pending = pdo.pending && !reset;
     if (!operational) {
-      pdo.pending = pdo.pending && pre_operational;
+      pdo.pending = pdo.pending && pre_operational && master;
     } else if (pdo.pending && (synced || !pdo.synchronous)) {
       pdo.pending = false;
       pdo.has_value = true;
       pdo.value = pdo.shadow;
     }
   }
-}
-
-bool ImageModel::is_shown(const image::Entry& entry, const Field& field,
-                          const can::Frame& frame) const {
-  for (unsigned i = 0; i < field.bits; ++i) {
-    if (bit(snapshot_.bytes, entry.bit_offset + i) != bit(frame.data, field.frame_bit + i)) {
-      return false;
-    }
-  }
-  return true;
 }
 
 std::string ImageModel::compare(line::Line& line, Instant now) {
@@ -129,9 +116,11 @@ std::string ImageModel::compare(line::Line& line, Instant now) {
       if (!pdo.has_value) {
         return entry.name + " is valid although its PDO was never received";
       }
-      if (!is_shown(entry, field, pdo.value) &&
-          !(pdo.may_have_early && is_shown(entry, field, pdo.early))) {
-        return entry.name + " differs from the last frame of its PDO";
+      for (unsigned i = 0; i < field.bits; ++i) {
+        if (bit(snapshot_.bytes, entry.bit_offset + i) !=
+            bit(pdo.value.data, field.frame_bit + i)) {
+          return entry.name + " differs from the last frame of its PDO at bit " + std::to_string(i);
+        }
       }
     }
   }

@@ -41,13 +41,9 @@ class ImageModel {
     can::Frame shadow;
     bool has_value = false;
     can::Frame value;
-    bool may_have_early = false;  // 1F80h bit 0 may have changed beside the own state
-    can::Frame early;
   };
 
   void add_node(const line::NodeConfig& node, const image::Layout& layout);
-  void commit(Pdo& pdo, const can::Frame& frame);
-  bool is_shown(const image::Entry& entry, const Field& field, const can::Frame& frame) const;
 
   line::Line& line_;
   std::map<std::uint32_t, Pdo> pdos_;  // by identifier, bit 31 for extended ones
