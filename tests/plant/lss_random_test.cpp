@@ -1,9 +1,9 @@
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 
 #include <gtest/gtest.h>
 
+#include "tests/plant/environment.h"
 #include "tests/plant/generator.h"
 #include "tests/plant/lss_generator.h"
 #include "tests/plant/scenario.h"
@@ -11,17 +11,12 @@
 namespace linegate::plant {
 namespace {
 
-unsigned long lss_number(const char* name, unsigned long otherwise) {
-  const char* const text = std::getenv(name);
-  return text == nullptr ? otherwise : std::strtoul(text, nullptr, 10);
-}
-
 // LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT run others, as for the other random plants.
 TEST(RandomLssPlants, NoNodeIdIsGivenThatAnotherDeviceUses) {
   constexpr unsigned long kFirstSeed = 20260201;
   constexpr unsigned long kPlants = 120;
-  const unsigned long first = lss_number("LINEGATE_PLANT_SEED", kFirstSeed);
-  const unsigned long count = lss_number("LINEGATE_PLANT_COUNT", kPlants);
+  const unsigned long first = from_environment("LINEGATE_PLANT_SEED", kFirstSeed);
+  const unsigned long count = from_environment("LINEGATE_PLANT_COUNT", kPlants);
   std::printf("random LSS plants: %lu from seed %lu on\n", count, first);
   for (unsigned long seed = first; seed < first + count; ++seed) {
     const std::string text = generate_lss(seed);

@@ -1,9 +1,9 @@
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 
 #include <gtest/gtest.h>
 
+#include "tests/plant/environment.h"
 #include "tests/plant/generator.h"
 #include "tests/plant/scenario.h"
 
@@ -13,11 +13,6 @@ namespace {
 constexpr unsigned long kFirstSeed = 20260101;
 constexpr unsigned kPlants = 240;
 constexpr unsigned kParts = 4;  // that may run at the same time
-
-unsigned long from_environment(const char* name, unsigned long otherwise) {
-  const char* const text = std::getenv(name);
-  return text == nullptr ? otherwise : std::strtoul(text, nullptr, 10);
-}
 
 class PartOfRandomPlants : public testing::TestWithParam<unsigned> {};
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <cstdlib>
 #include <random>
 #include <sstream>
 #include <string>
@@ -14,15 +13,17 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/plant/environment.h"
 #include "tests/plant/scenario_run.h"
 
 namespace linegate::plant {
 namespace {
 
-// Two lines that forward to each other and pass on SDOs, and a third one that is reloaded.
+// Two lines that forward to each other and pass on SDOs, and a third one. reloaded: which is.
 class TwinGenerator {
  public:
-  explicit TwinGenerator(unsigned long seed) : random_(seed) {}
+  explicit TwinGenerator(unsigned long seed, std::string reloaded = "other")
+      : random_(seed), reloads_(std::move(reloaded)) {}
 
   std::pair<std::string, std::string> twins() {
     const unsigned way = below(4);
@@ -30,15 +31,15 @@ class TwinGenerator {
     unsigned time = 0;
     bool is_reloaded = false;
     if (way == 3) {  // it is new
-      say("on other\nat 0s", "on other\nat 0s stop");
+      say("on " + reloads_ + "\nat 0s", "on " + reloads_ + "\nat 0s stop");
     }
     const unsigned actions = 8 + below(20);
-    const unsigned reload = 2 + below(5);
+    const unsigned before = 2 + below(5);
     time = 1000 + below(3000);
     for (unsigned i = 0; i < actions; ++i) {
       time += 1 + below(400);
-      if (!is_reloaded && i >= reload) {
-        time = reload_other(way, time);
+      if (!is_reloaded && i >= before) {
+        time = reload(way, time);
         is_reloaded = true;
       } else {
         action(i, time);
@@ -82,8 +83,8 @@ class TwinGenerator {
   }
 
   // Gives the time after it.
-  unsigned reload_other(unsigned way, unsigned time) {
-    const std::string at = "on other\nat " + std::to_string(time) + "ms ";
+  unsigned reload(unsigned way, unsigned time) {
+    const std::string at = "on " + reloads_ + "\nat " + std::to_string(time) + "ms ";
     const unsigned pause = way == 1 ? 10 + below(900) : 10;
     say(at, at + (way == 2 ? "stop" : "restart after " + std::to_string(pause) + "ms"));
     return time + pause;
@@ -122,6 +123,7 @@ class TwinGenerator {
   static constexpr std::array<const char*, 3> kLines{"first", "second", "other"};
 
   std::mt19937_64 random_;
+  std::string reloads_;
   std::ostringstream plain_;
   std::ostringstream reloaded_;
 };
@@ -157,17 +159,12 @@ std::vector<std::string> history_of(const std::string& text, unsigned long seed)
   return out;
 }
 
-unsigned long twin_number(const char* name, unsigned long otherwise) {
-  const char* const text = std::getenv(name);
-  return text == nullptr ? otherwise : std::strtoul(text, nullptr, 10);
-}
-
 // LINEGATE_PLANT_SEED and LINEGATE_PLANT_COUNT run others, as for the other random plants.
 TEST(RandomTwins, AReloadOfAnotherLineIsSeenInNoFrameAndNoEvent) {
   constexpr unsigned long kFirstTwins = 20260301;
   constexpr unsigned long kTwins = 60;
-  const unsigned long first = twin_number("LINEGATE_PLANT_SEED", kFirstTwins);
-  const unsigned long count = twin_number("LINEGATE_PLANT_COUNT", kTwins);
+  const unsigned long first = from_environment("LINEGATE_PLANT_SEED", kFirstTwins);
+  const unsigned long count = from_environment("LINEGATE_PLANT_COUNT", kTwins);
   std::printf("random twins: %lu from seed %lu on\n", count, first);
   for (unsigned long seed = first; seed < first + count; ++seed) {
     const auto [plain, reloaded] = TwinGenerator(seed).twins();
@@ -180,6 +177,11 @@ TEST(RandomTwins, AReloadOfAnotherLineIsSeenInNoFrameAndNoEvent) {
         << "; without it: " << (a == without.end() ? "nothing" : *a) << '\n'
         << reloaded;
   }
+}
+
+TEST(RandomTwins, AReloadOfALineIsSeenInItsOwnFramesAndEvents) {
+  const auto [plain, reloaded] = TwinGenerator(20260301, "first").twins();
+  EXPECT_NE(history_of(plain, 20260301), history_of(reloaded, 20260301));
 }
 
 }  // namespace
