@@ -136,7 +136,7 @@ const Line* find_via(Context& context, Model& model, SdoTarget& target, const st
 }
 
 // The line that has the node; or the one over which its network is reached, by routes that gateways
-// tell of. nullptr: there is neither, which has been said.
+// publish. nullptr: there is neither, and the error is printed.
 const Line* find_target(Context& context, Model& model, SdoTarget& target, const std::string& via) {
   if (!via.empty()) {
     return find_via(context, model, target, via);

@@ -1,4 +1,4 @@
-# bash completion of linegate and linegated: commands and options as the programs' own help tells them, lines and nodes
+# bash completion of linegate and linegated: commands and options from the programs' own help, lines and nodes
 # as a plant file ($LINEGATE_PLANT, or the installed one) or, without one, running gateways have them.
 
 # What follows a heading of `PROGRAM COMMAND... --help`, one word a line.

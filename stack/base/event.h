@@ -117,7 +117,7 @@ enum class EventKind : std::uint8_t {
   object_written,  // an object that is not in the image was written over SDO or MPDO. value: bytes;
                    // data: index (2, LE), sub-index, and the first bytes of the value
   own_reset,       // an NMT command reset it. code: the command specifier
-  time_received,   // a TIME message; told at most once a second. data: UTC in ns (8, LE)
+  time_received,   // a TIME message; at most one event a second. data: UTC in ns (8, LE)
 };
 inline constexpr std::size_t kEventKinds = 54;
 

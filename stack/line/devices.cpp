@@ -90,11 +90,11 @@ void Line::Devices::hear_boot_up(const can::Frame& frame) {
     return;
   }
   const auto id = static_cast<std::uint8_t>(frame.id - can::kErrorControlBase);
-  std::optional<Instant>& told = boot_ups[id];
+  std::optional<Instant>& last = boot_ups[id];
   const bool own = std::ranges::any_of(
       seats, [id](const Seat& seat) { return seat.device->shown().node_id == id; });
-  if (!own && (!told || frame.time - *told >= kPause)) {
-    told = frame.time;
+  if (!own && (!last || frame.time - *last >= kPause)) {
+    last = frame.time;
     events.emit({.time = frame.time, .kind = EventKind::boot_up, .node = id});
   }
 }

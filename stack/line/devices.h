@@ -97,7 +97,7 @@ struct Line::Devices final : Line::Base {
   image::ProcessImage image;
   std::vector<Seat> seats;  // ascending by node-ID, never empty
   Outputs outputs;
-  std::array<std::optional<Instant>, can::kMaxNodeId + 1> boot_ups;  // of others, told last
+  std::array<std::optional<Instant>, can::kMaxNodeId + 1> boot_ups;  // of others, the last event
   can::Traffic received;
   can::Traffic sent;
   std::vector<std::uint32_t> written;  // output entries, for hand_out()

@@ -5,7 +5,7 @@
 // whole LSS address is known are then selected by it, the others found by fastscan with the parts
 // that are known. Before a device is given a node-ID the owner checks that no other device uses it
 // (node_to_check()): this waits, the others have their turn after it. Who is left after that is no
-// node of the configuration: it is found by fastscan bit by bit and told, and stays in
+// node of the configuration: it is found by fastscan bit by bit and reported, and stays in
 // configuration until the round ends, so that the next is found.
 #pragma once
 

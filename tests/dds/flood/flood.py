@@ -6,8 +6,8 @@ Mutated datagrams for a live linegated with a running line, and for a live clien
 In a network of its own a gateway has a line on a bus of udp:, with simulated devices that it boots, and a stranger's
 numbered frames; a client subscribes, and a console reads, writes and subscribes anew meanwhile. rtps_flood mutates what
 they send each other. Afterwards no numbered frame may be missing in the recording of the line, the devices must be
-Operational, both processes must be alive, must not have grown, and end when they are told to; a new client must find
-the gateway.
+Operational, both processes must be alive, must not have grown, and must end: the gateway with SIGTERM, the client with
+its input; a new client must find the gateway.
 
 --secured: a domain in which everything is encrypted. --unguarded: dds: {guard: off}; with --only REASON nothing is
 sent but what the guard would drop for that reason, so that what is found is what that rule prevents."""
