@@ -9,6 +9,7 @@
 
 #include "bridges/dds/profile_text.h"
 #include "bridges/dds/profiles.h"
+#include "bridges/dds/transport_check.h"
 
 namespace linegate::dds {
 namespace {
@@ -34,6 +35,7 @@ class Check {
         rtps::xmlparser::XMLP_ret::XML_OK) {
       return missing("participant", kParticipantProfile);
     }
+    transports(found.rtps);
     if (profiles_.permits_multicast && found.rtps.allocation.locators.max_multicast_locators != 0) {
       add(Severity::warning, line_of_element(profiles_.text, "max_multicast_locators"),
           "max_multicast_locators permits multicast: two readers that announce a unicast and the "
@@ -67,6 +69,24 @@ class Check {
   }
 
  private:
+  // An unusable one is left out by the library, and the participant goes on without it.
+  void transports(const rtps::rtps::RTPSParticipantAttributes& found) {
+    const auto named = transports_of(profiles_.text, kParticipantProfile);
+    if (found.userTransports.empty() && !found.useBuiltinTransports) {
+      add(Severity::error, line_of_profile(profiles_.text, "participant", kParticipantProfile),
+          "participant profile \"" + std::string(kParticipantProfile) +
+              "\" has no transport: name one in userTransports, or set useBuiltinTransports to "
+              "true");
+    }
+    for (std::size_t i = 0; i < found.userTransports.size(); ++i) {
+      const std::string why = transport_problem(*found.userTransports[i]);
+      if (why.empty())
+        continue;
+      const TransportText text = i < named.size() ? named[i] : TransportText{};
+      add(Severity::error, text.line, "transport \"" + text.id + "\" is unusable: " + why);
+    }
+  }
+
   // As Fast DDS requires them (DataWriterImpl::check_qos_including_resource_limits); a value of 0
   // or less is no limit.
   void limits(const std::string& kind, const std::string& topic,

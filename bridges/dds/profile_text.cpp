@@ -18,6 +18,14 @@ pugi::xml_node profiles_of(const pugi::xml_document& document) {
   return dds ? dds.child("profiles") : document.child("profiles");
 }
 
+pugi::xml_node participant_of(const pugi::xml_document& document, std::string_view profile) {
+  for (const pugi::xml_node participant : profiles_of(document).children("participant")) {
+    if (profile == participant.attribute("profile_name").value())
+      return participant;
+  }
+  return {};
+}
+
 }  // namespace
 
 std::optional<XmlProblem> xml_problem(std::string_view xml) {
@@ -56,16 +64,30 @@ std::uint32_t line_of_profile(std::string_view xml, std::string_view element,
   return 0;
 }
 
+std::vector<TransportText> transports_of(std::string_view xml,
+                                         std::string_view participant_profile) {
+  pugi::xml_document document;
+  document.load_buffer(xml.data(), xml.size());
+  const pugi::xml_node descriptors = profiles_of(document).child("transport_descriptors");
+  const pugi::xml_node participant = participant_of(document, participant_profile);
+  std::vector<TransportText> out;
+  for (const pugi::xml_node used :
+       participant.child("rtps").child("userTransports").children("transport_id")) {
+    TransportText& it = out.emplace_back(used.text().get());
+    for (const pugi::xml_node descriptor : descriptors.children("transport_descriptor")) {
+      if (it.id == descriptor.child("transport_id").text().get())
+        it.line = line_at(xml, static_cast<std::size_t>(descriptor.offset_debug()));
+    }
+  }
+  return out;
+}
+
 bool sets_multicast_locators(std::string_view xml, std::string_view participant_profile) {
   pugi::xml_document document;
   document.load_buffer(xml.data(), xml.size());
-  for (const pugi::xml_node participant : profiles_of(document).children("participant")) {
-    if (participant_profile == participant.attribute("profile_name").value()) {
-      const pugi::xml_node allocation = participant.child("rtps").child("allocation");
-      return !allocation.child("remote_locators").child("max_multicast_locators").empty();
-    }
-  }
-  return false;
+  const pugi::xml_node allocation =
+      participant_of(document, participant_profile).child("rtps").child("allocation");
+  return !allocation.child("remote_locators").child("max_multicast_locators").empty();
 }
 
 }  // namespace linegate::dds

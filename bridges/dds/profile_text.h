@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace linegate::dds {
 
@@ -23,6 +24,16 @@ std::uint32_t line_of_element(std::string_view xml, std::string_view name);
 // The line of the start tag <element with profile_name="profile"; 0 if there is none.
 std::uint32_t line_of_profile(std::string_view xml, std::string_view element,
                               std::string_view profile);
+
+struct TransportText {
+  std::string id;
+  std::uint32_t line = 0;  // of its <transport_descriptor>; 0 if there is none
+};
+
+// What userTransports of that participant profile names, in its order, which is that of
+// ParticipantAttributes::userTransports.
+std::vector<TransportText> transports_of(std::string_view xml,
+                                         std::string_view participant_profile);
 
 // True if that participant profile sets allocation/remote_locators/max_multicast_locators.
 bool sets_multicast_locators(std::string_view xml, std::string_view participant_profile);

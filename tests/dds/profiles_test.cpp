@@ -3,6 +3,7 @@
 
 #include <map>
 #include <mutex>
+#include <ostream>
 #include <string>
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
@@ -184,6 +185,89 @@ TEST(ProfileCheck, MulticastIsAWarning) {
   const std::string said =
       findings(profiles_with("<max_multicast_locators>0", "<max_multicast_locators>1"));
   EXPECT_NE(said.find("max_multicast_locators permits multicast"), std::string::npos) << said;
+}
+
+// The built-in profiles with a transport "own", the only one of the participant.
+std::string profiles_with_transport(const std::string& type, const std::string& rest) {
+  std::string out =
+      profiles_with("<transport_id>linegate_udp</transport_id>\n        </userTransports>",
+                    "<transport_id>own</transport_id>\n        </userTransports>");
+  const std::string descriptors = "<transport_descriptors>\n";
+  const std::size_t at = out.find(descriptors);
+  EXPECT_NE(at, std::string::npos);
+  return out.insert(at + descriptors.size(),
+                    "<transport_descriptor><transport_id>own</transport_id><type>" + type +
+                        "</type>" + rest + "</transport_descriptor>\n");
+}
+
+struct TransportCase {
+  std::string name;  // of the test
+  std::string type;
+  std::string rest;  // of its descriptor
+  std::string why;   // it is unusable; empty: it is not
+};
+
+void PrintTo(const TransportCase& it, std::ostream* out) {
+  *out << it.name;
+}
+
+// A process takes one file of profiles: hence a test for each case.
+class TransportCheck : public testing::TestWithParam<TransportCase> {};
+
+TEST_P(TransportCheck, NamesWhatIsUnusable) {
+  const TransportCase& it = GetParam();
+  const std::string expected =
+      it.why.empty() ? "" : "10: transport \"own\" is unusable: " + it.why + "\n";
+  EXPECT_EQ(findings(profiles_with_transport(it.type, it.rest)), expected);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Profiles, TransportCheck,
+    testing::Values(
+        TransportCase{"UdpV4", "UDPv4", "", ""}, TransportCase{"UdpV6", "UDPv6", "", ""},
+        TransportCase{"TcpV4", "TCPv4", "", ""}, TransportCase{"SharedMemory", "SHM", "", ""},
+        // Nobody received anything with it, with and without a guard.
+        TransportCase{"TcpV6", "TCPv6", "",
+                      "with TCPv6 nothing is received in Fast DDS 2.9.1: use UDPv6 or TCPv4"},
+        TransportCase{"LargestMessage", "UDPv4", "<maxMessageSize>65501</maxMessageSize>",
+                      "its maxMessageSize is above 65500"},
+        TransportCase{"SendBuffer", "UDPv4", "<sendBufferSize>4096</sendBufferSize>",
+                      "its maxMessageSize is above its sendBufferSize"},
+        TransportCase{"ReceiveBuffer", "TCPv4", "<receiveBufferSize>4096</receiveBufferSize>",
+                      "its maxMessageSize is above its receiveBufferSize"},
+        TransportCase{"Segment", "SHM", "<segment_size>4096</segment_size>",
+                      "its maxMessageSize is above its segment_size"},
+        TransportCase{"SmallestMessage", "UDPv6", "<maxMessageSize>1000</maxMessageSize>",
+                      "its maxMessageSize is below 1024: no announcement fits"},
+        TransportCase{"FileOfTls", "TCPv4",
+                      "<tls><private_key_file>/nonexistent.key</private_key_file></tls>",
+                      "cannot read /nonexistent.key, which its <tls> names"}),
+    [](const auto& each) { return each.param.name; });
+
+TEST(ProfileCheck, BuiltInTransportsHaveNoFindings) {
+  EXPECT_EQ(findings(profiles_with("<useBuiltinTransports>false", "<useBuiltinTransports>true")),
+            "");
+}
+
+TEST(ProfileCheck, ATransportOfUnknownTypeIsRefused) {
+  const std::string said = findings(profiles_with_transport("UDPv5", ""));
+  EXPECT_NE(said.find("not a usable file of DDS profiles: "), std::string::npos) << said;
+}
+
+TEST(ProfileCheck, ATransportThatIsNotDescribedIsRefused) {
+  const std::string said =
+      findings(profiles_with("<transport_id>linegate_udp</transport_id>\n        </userTransports>",
+                             "<transport_id>other</transport_id>\n        </userTransports>"));
+  EXPECT_NE(said.find("other"), std::string::npos) << said;
+}
+
+TEST(ProfileCheck, AParticipantWithoutTransportsIsRefused) {
+  const std::string text = profiles_with(
+      "<userTransports>\n          <transport_id>linegate_udp</transport_id>\n        "
+      "</userTransports>",
+      "");
+  EXPECT_NE(findings(text).find("participant profile \"linegate\" has no transport"),
+            std::string::npos);
 }
 
 }  // namespace

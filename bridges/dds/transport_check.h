@@ -1,0 +1,14 @@
+// Whether a transport of a DDS profile can work.
+#pragma once
+
+#include <string>
+
+#include <fastdds/rtps/transport/TransportDescriptorInterface.h>
+
+namespace linegate::dds {
+
+// Why Fast DDS 2.9.1 refuses the transport, or delivers nothing with it; empty if neither is known.
+// Opens no socket; reads the names of the files of TLS.
+std::string transport_problem(const eprosima::fastdds::rtps::TransportDescriptorInterface& it);
+
+}  // namespace linegate::dds
