@@ -132,26 +132,49 @@ class Subject {
 
 class FloorSubject {
  public:
-  explicit FloorSubject(std::size_t pdos)
-      : ids_(bench::pdo_identifiers(pdos)),
+  FloorSubject(std::size_t pdos, bool synchronous)
+      : synchronous_(synchronous),
+        ids_(bench::pdo_identifiers(pdos)),
         floor_(ids_),
-        input_(bench::pdo_frames(ids_, kFrames), 0) {}
+        input_(bench::pdo_frames(ids_, kFrames, synchronous ? Order::cycles : Order::random),
+               synchronous ? pdos : 0) {}
 
   double repetition() {
     std::vector<double> times;
     std::uint64_t taken = 0;
     for (std::size_t i = 0; i < kPasses; ++i) {
-      times.push_back(
-          input_.pass([&](std::span<const can::Frame> batch) { taken += floor_.receive(batch); }));
+      times.push_back(input_.pass([&](std::span<const can::Frame> batch) {
+        taken += synchronous_ ? floor_.receive_synchronous(batch) : floor_.receive(batch);
+      }));
     }
     bench::require(taken == kFrames * kPasses && floor_.checksum() != 0, "the floor is broken");
     return bench::median(std::move(times)) / double{kFrames};
   }
 
  private:
+  bool synchronous_;
   std::vector<std::uint32_t> ids_;
   bench::Floor floor_;
   Input input_;
+};
+
+// Nothing but SYNC, for the floor.
+class FloorSyncSubject {
+ public:
+  double repetition() {
+    std::vector<double> times;
+    std::uint64_t taken = 0;
+    for (std::size_t i = 0; i < kPasses; ++i) {
+      times.push_back(input_.pass(
+          [&](std::span<const can::Frame> batch) { taken += floor_.receive_synchronous(batch); }));
+    }
+    bench::require(taken == 0, "the floor takes PDOs that nobody sent");
+    return bench::median(std::move(times)) / double{kFrames};
+  }
+
+ private:
+  bench::Floor floor_{bench::pdo_identifiers(1)};
+  Input input_{std::vector<can::Frame>(kFrames, can::make_frame(0x080)), 0};
 };
 
 // The same line, and nothing but SYNC.
@@ -176,8 +199,9 @@ class SyncSubject {
 };
 
 // What is left of a figure without its share of the SYNCs.
-Contestant without_sync(const Contestant& with, const Contestant& sync, std::size_t pdos) {
-  Contestant out{"4 x 16 bit, synchronous, " + std::to_string(pdos) + " PDOs", {}, {}};
+Contestant without_sync(std::string name, const Contestant& with, const Contestant& sync,
+                        std::size_t pdos) {
+  Contestant out{std::move(name) + std::to_string(pdos) + " PDOs", {}, {}};
   for (std::size_t i = 0; i < with.figures.size(); ++i) {
     out.figures.push_back(with.figures[i] - sync.figures[i] / static_cast<double>(pdos));
   }
@@ -205,19 +229,26 @@ void print_targets(const std::string& name, std::span<const Contestant> figures,
                       "x");
 }
 
-}  // namespace
+using Subjects = std::vector<std::unique_ptr<Subject>>;
 
-int main() {
-  std::vector<std::unique_ptr<Subject>> lines;
-  std::vector<std::unique_ptr<FloorSubject>> floor_subjects;
-  SyncSubject sync;
-  std::vector<Contestant> contestants;  // 3 floors, 3 of each case, SYNC
-  for (const std::size_t pdos : kPdos) {
-    floor_subjects.push_back(std::make_unique<FloorSubject>(pdos));
-    contestants.push_back({"floor, " + std::to_string(pdos) + " PDOs",
-                           [floor = floor_subjects.back().get()] { return floor->repetition(); },
-                           {}});
+// Of one kind of floor, one for each number of PDOs.
+struct Floors {
+  explicit Floors(bool synchronous) {
+    for (const std::size_t pdos : kPdos)
+      subjects.push_back(std::make_unique<FloorSubject>(pdos, synchronous));
   }
+  void add_to(std::vector<Contestant>& contestants, const std::string& name) {
+    for (std::size_t i = 0; i < kSizes; ++i) {
+      contestants.push_back({name + std::to_string(kPdos[i]) + " PDOs",
+                             [floor = subjects[i].get()] { return floor->repetition(); },
+                             {}});
+    }
+  }
+  std::vector<std::unique_ptr<FloorSubject>> subjects;
+};
+
+Subjects add_lines(std::vector<Contestant>& contestants) {
+  Subjects lines;
   for (const Case& c : kCases) {
     for (const std::size_t pdos : kPdos) {
       lines.push_back(std::make_unique<Subject>(c, pdos));
@@ -226,27 +257,57 @@ int main() {
                              {}});
     }
   }
+  return lines;
+}
+
+}  // namespace
+
+int main() {
+  std::vector<Contestant>
+      contestants;  // 3 floors, 3 that wait for SYNC, 3 of each case, SYNC twice
+  Floors at_once(false);
+  Floors held(true);
+  SyncSubject sync;
+  FloorSyncSubject floor_sync;
+  at_once.add_to(contestants, "floor, ");
+  held.add_to(contestants, "floor, synchronous, with SYNC, ");
+  const Subjects lines = add_lines(contestants);
+  contestants.push_back({"floor, SYNC alone", [&] { return floor_sync.repetition(); }, {}});
   contestants.push_back({"SYNC alone", [&] { return sync.repetition(); }, {}});
   bench::interleave(contestants);
 
-  const std::span<const Contestant> floors = std::span(contestants).first(kSizes);
-  const auto of_case = [&](std::size_t c) {
-    return std::span(contestants).subspan(kSizes * (c + 1), kSizes);
+  const auto three = [&](std::size_t i) {
+    return std::span(contestants).subspan(kSizes * i, kSizes);
   };
+  const auto of_case = [&](std::size_t c) { return three(c + 2); };
+  const std::span<const Contestant> floors = three(0);
+  const Contestant& sync_alone = contestants.back();
+  const Contestant& floor_sync_alone = contestants[contestants.size() - 2];
   std::vector<Contestant> synchronous;
-  for (std::size_t i = 0; i < kSizes; ++i)
-    synchronous.push_back(without_sync(of_case(2)[i], contestants.back(), kPdos[i]));
+  std::vector<Contestant> synchronous_floors;
+  for (std::size_t i = 0; i < kSizes; ++i) {
+    synchronous.push_back(
+        without_sync("4 x 16 bit, synchronous, ", of_case(2)[i], sync_alone, kPdos[i]));
+    synchronous_floors.push_back(
+        without_sync("floor, synchronous, ", three(1)[i], floor_sync_alone, kPdos[i]));
+  }
 
   bench::print_heading("Received PDO -> image, through Line::receive in batches of 64");
-  for (const Contestant& floor : floors)
-    bench::print_figure(floor, "ns");
-  bench::print_figure(contestants.back(), "ns");
-  for (std::size_t c = 0; c < std::size(kCases); ++c)
-    print_figures(of_case(c), floors);
-  print_figures(synchronous, floors);
+  for (const auto& group : {floors, std::span<const Contestant>(three(1)),
+                            std::span<const Contestant>(synchronous_floors)}) {
+    for (const Contestant& floor : group)
+      bench::print_figure(floor, "ns");
+  }
+  bench::print_figure(floor_sync_alone, "ns");
+  bench::print_figure(sync_alone, "ns");
+  print_figures(of_case(0), floors);
+  print_figures(of_case(1), floors);
+  print_figures(of_case(2), three(1));
+  print_figures(of_case(3), floors);
+  print_figures(synchronous, synchronous_floors);
   print_targets("4 x 16 bit", of_case(0), floors);
   print_targets("64 x 1 bit", of_case(1), floors);
-  print_targets("4 x 16 bit, synchronous", synchronous, floors);
+  print_targets("4 x 16 bit, synchronous", synchronous, synchronous_floors);
   std::uint64_t allocated = 0;
   for (const auto& line : lines)
     allocated += line->allocations();
