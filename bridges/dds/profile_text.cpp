@@ -73,7 +73,8 @@ std::vector<TransportText> transports_of(std::string_view xml,
   std::vector<TransportText> out;
   for (const pugi::xml_node used :
        participant.child("rtps").child("userTransports").children("transport_id")) {
-    TransportText& it = out.emplace_back(used.text().get());
+    TransportText& it = out.emplace_back();
+    it.id = used.text().get();
     for (const pugi::xml_node descriptor : descriptors.children("transport_descriptor")) {
       if (it.id == descriptor.child("transport_id").text().get())
         it.line = line_at(xml, static_cast<std::size_t>(descriptor.offset_debug()));
