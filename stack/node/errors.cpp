@@ -243,10 +243,10 @@ void Node::Impl::obey_error_behaviour(std::uint8_t error_class) {
   }
 }
 
-// EMCY 6300h (data set), its first manufacturer byte the storage::Damage. The generic error stays
-// in 1001h until the next reset of the node.
+// EMCY 6300h (data set), its first manufacturer byte the storage::Damage. The error is present
+// until the next reset of the node: no error reset is sent before.
 void Node::Impl::tell_damage(storage::Damage what) {
-  send_by_itself(emcy::kDataSet, emcy.error_register() | emcy::kGeneric,
+  send_by_itself(emcy::kDataSet, errors.begin(emcy::kDataSet, emcy.error_register()),
                  {static_cast<std::byte>(what)});
   tell_configuration_error({storage::kStoreParameters, 0}, abort_code(what));
 }

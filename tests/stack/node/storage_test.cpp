@@ -152,6 +152,24 @@ TEST_F(StoringNodeTest, WhatCannotBeUsedIsToldOnceAndTheDefaultsAreUsed) {
   EXPECT_EQ(drain(at(1ms)), (std::vector<Sent>{{at(1ms), 0x706, {0}}}));
 }
 
+TEST_F(StoringNodeTest, ParametersThatCannotBeUsedAreAnErrorUntilTheNextReset) {
+  boot();
+  EXPECT_EQ(sdo_write({0x2100, 0}, 2, 8), 0U);
+  EXPECT_EQ(sdo_write({0x1010, 1}, 4, kSave), 0U);
+  make(6);  // the medium came to another device
+  node->start(at(0ms));
+  EXPECT_FALSE(node->error_free());
+  drain(at(0ms));
+  node->bus_event({.state = can::BusState::error_passive, .time = at(1ms)});
+  EXPECT_EQ(drain(at(1ms)),
+            (std::vector<Sent>{{at(1ms), 0x085, {0x20, 0x81, 0x11, 0, 0, 0, 0, 0}}}));
+  node->bus_event({.state = can::BusState::error_active, .time = at(2ms)});
+  EXPECT_TRUE(drain(at(2ms)).empty()) << "an error remains";
+  EXPECT_EQ(number(0x1001, 0), 0x01U);
+  node->command(nmt::Command::reset_node, at(3ms));
+  EXPECT_TRUE(node->error_free());
+}
+
 TEST_F(StoringNodeTest, TheConfigurationDateSurvivesAndIsClearedByAChange) {
   boot();
   EXPECT_EQ(sdo_write({0x1020, 1}, 4, 15'000), 0U);
