@@ -98,6 +98,9 @@ class Generator {
         devices_.back().listed = false;
         devices_.back().mandatory = false;
       }
+      if (stops_all_) {
+        bear_transfers(devices_.back());
+      }
       describe(out_, devices_.back());
       if (devices_.back().listed) {
         give_pdos(out_, random_of_outputs_, devices_.back(), bit_rate_);
@@ -137,6 +140,18 @@ class Generator {
       default:
         break;
     }
+  }
+
+  // On a slower bus the SDO transfers of all nodes that boot at the same time occupy it for longer
+  // than the shortest consumer heartbeat times: heartbeats and guarding have lower priority. A loss
+  // of a mandatory node that follows from it stops all nodes until the next command `boot`.
+  void bear_transfers(Device& device) const {
+    constexpr unsigned kLonger = 300;  // ms
+    if (!device.mandatory || bit_rate_ >= 500'000) {
+      return;
+    }
+    device.heartbeat += device.heartbeat != 0 ? kLonger : 0;
+    device.guard_time += device.guarded ? kLonger : 0;
   }
 
   // Profiles that have no TPDO 4 of their own. Each follows the one before it, if there is one.
