@@ -20,7 +20,7 @@ from blocks import Command, blocks, commands, difference, inline  # noqa: E402
 from fragments import make_files, whole  # noqa: E402
 from stage import GUIDE_LOG, GUIDE_PLANT, INTERRUPTED, UNTIL_END_OF_BLOCK, UNTIL_OUTPUT, Process, Stage  # noqa: E402
 
-DOCUMENTS = ("README.md", "deploy/OPERATING.md", "idl/README.md")
+DOCUMENTS = ("README.md", "deploy/OPERATING.md", "idl/README.md")  # and MANUAL
 GUIDES = DOCUMENTS[1:]
 # What stands for something else in the running text.
 PLACEHOLDERS = {"LINE": "press", "NODE": "8", "FOLDER": "found", "EDS-FILES": "devices", "FILE": "valve7.cdc",
@@ -28,11 +28,25 @@ PLACEHOLDERS = {"LINE": "press", "NODE": "8", "FOLDER": "found", "EDS-FILES": "d
 DISTURBS = re.compile(r" (boot|accept|apply|fault|nmt|program|bus-restart|scan) ")
 # Frames are lost, the NMT start of a node may be among them. Nothing repeats it.
 FAULT = "linegate fault "
+MANUAL = "plant.yaml(5)"
 COMPILED = "tests/interop/CMakeLists.txt"
+
+
+def example_of_manual():
+    """The example of plant.yaml(5), which is made from the schema, as a block of a document."""
+    sys.path.insert(0, os.path.join(SOURCES, "deploy", "package"))
+    import plant_manual
+
+    example = re.search(r"^\.SH EXAMPLE\n\.EX\n(.*?)^\.EE$", plant_manual.TAIL, re.MULTILINE | re.DOTALL)
+    if example is None:
+        raise Failure(f"{MANUAL} has no example")
+    return f"# Example\n```yaml\n{example[1]}```\n"
 
 
 def source(document):
     """The text of a document."""
+    if document == MANUAL:
+        return example_of_manual()
     with open(os.path.join(SOURCES, document), encoding="utf-8") as file:
         return file.read()
 
