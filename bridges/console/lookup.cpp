@@ -183,16 +183,11 @@ std::optional<std::uint64_t> parse_number(const std::string& text, std::uint64_t
   return value;
 }
 
-namespace {
-
-// As plant.yaml takes it.
-bool is_node_name(const std::string& text) {
+bool is_plain_name(const std::string& text) {
   return !text.empty() && std::ranges::all_of(text, [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '-' || c == '_';
   });
 }
-
-}  // namespace
 
 std::optional<NodeRef> parse_node(const std::string& text) {
   const std::size_t colon = text.rfind(':');
@@ -208,7 +203,7 @@ std::optional<NodeRef> parse_node(const std::string& text) {
   const auto id = parse_number(node, 127, false);
   if (id && *id != 0) {
     out.node = static_cast<std::uint8_t>(*id);
-  } else if (number || colon == std::string::npos || !is_node_name(node)) {
+  } else if (number || colon == std::string::npos || !is_plain_name(node)) {
     return std::nullopt;
   } else {
     out.name = node;

@@ -40,6 +40,10 @@ bool knows_nodes(const Line& line);
 // if context.wait was not enough. line.view is there.
 bool know_nodes(Context& context, Model& model, const Line& line);
 
+// Letters, digits, '-' and '_', as plant.yaml allows for gateways, lines and nodes. What comes from
+// the network may have other names.
+bool is_plain_name(const std::string& text);
+
 std::optional<NodeRef> parse_node(const std::string& text);
 // Looks up the node's name among the nodes of the line, and sets ref.node; otherwise says on
 // context.err which names there are. True also if it has no name.

@@ -5,7 +5,6 @@
 
 #include "bridges/console/lookup.h"
 #include "bridges/console/model.h"
-#include "bridges/console/table.h"
 
 namespace linegate::console {
 
@@ -25,14 +24,18 @@ int names(Context& context) {
     });
   });
   for (const auto& [id, line] : model.lines()) {
+    // A shell gets these: any participant of the domain can publish a name such as "$(reboot)".
+    if (!is_plain_name(id.line) || !is_plain_name(id.gateway)) {
+      continue;
+    }
     const bool ambiguous = model.find(id.line).size() > 1;
     std::vector<NamedNode> nodes;
     for (const auto& [number, node] : line.nodes) {
-      nodes.push_back({number, node.name});
+      nodes.push_back({number, is_plain_name(node.name) ? node.name : std::string()});
     }
     for (const std::string& name :
          completions(ambiguous ? id.gateway + '/' + id.line : id.line, nodes)) {
-      context.out << printable(name) << '\n';
+      context.out << name << '\n';
     }
   }
   return kDone;

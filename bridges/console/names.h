@@ -17,7 +17,8 @@ struct NamedNode {
 std::vector<std::string> completions(const std::string& line, const std::vector<NamedNode>& nodes);
 
 // `linegate names`: those of all gateways, one each line; what is received within context.wait.
-// Says nothing of what is missing.
+// Says nothing of what is missing. Names that no plant.yaml can have are left out, since a shell
+// may expand them: lines with all of their nodes; a node is then its node-ID.
 int names(Context& context);
 
 }  // namespace linegate::console

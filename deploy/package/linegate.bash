@@ -11,6 +11,17 @@ _linegate_words() {
     tr ',' '\n'
 }
 
+# The words of standard input that begin with the first argument, into COMPREPLY. Lines and nodes may have names from
+# the network: what is not plain is left out, since readline puts it unquoted into the command line; `compgen -W` is
+# not used, since it expands its words, with the commands in them.
+_linegate_matching() {
+  local word
+  COMPREPLY=()
+  while IFS= read -r word; do
+    [[ $word == "$1"* && -n $word && $word != *[!A-Za-z0-9_:/-]* ]] && COMPREPLY+=("$word")
+  done
+}
+
 # Lines, or LINE:NODE and lines. A gateway that does not answer costs a second, and no message.
 _linegate_names() {
   local plant=${LINEGATE_PLANT:-/etc/linegate/plant.yaml}
@@ -57,14 +68,14 @@ _linegate() {
       command+=("$word")
   done
   if [[ $current == -* ]]; then
-    mapfile -t COMPREPLY < <(compgen -W "$(_linegate_words Options "${command[@]}")" -- "$current")
+    _linegate_matching "$current" < <(_linegate_words Options "${command[@]}")
     return
   fi
-  mapfile -t COMPREPLY < <(compgen -W "$(_linegate_words Subcommands "${command[@]}")" -- "$current")
+  _linegate_matching "$current" < <(_linegate_words Subcommands "${command[@]}")
   if [[ ${#COMPREPLY[@]} -eq 0 ]]; then
     case $(_linegate_argument) in
       line | node)
-        mapfile -t COMPREPLY < <(compgen -W "$(_linegate_names "${command[0]}")" -- "$current")
+        _linegate_matching "$current" < <(_linegate_names "${command[0]}")
         # Readline replaces what stands behind the last colon.
         if [[ $current == *:* ]]; then
           for reply in "${!COMPREPLY[@]}"; do

@@ -80,6 +80,16 @@ def wrong_usage_is_an_object(folder, linegate):
             raise Failure(f"{words} says nothing")
 
 
+def completed(plant, *words):
+    """What the bash completion offers for the last of the words, with that plant file."""
+    script = os.path.join(plant_process.SOURCES, "deploy", "package", "linegate.bash")
+    line = " ".join(f"'{word}'" for word in words)
+    text = f"source {script}; COMP_WORDS=({line}); COMP_CWORD={len(words) - 1}; _linegate;"
+    done = run("bash", "-c", text + 'printf "%s\\n" "${COMPREPLY[@]}"', env={**os.environ, "LINEGATE_PLANT": plant})
+    expect(f"the errors of {words}", done.stderr, "")
+    return set(filter(None, done.stdout.split("\n")))
+
+
 def names_are_for_completion(folder, linegate):
     path = write(f"{folder}/names.yaml", f"""schema: 1
 lines:
@@ -91,15 +101,9 @@ lines:
     done = run(linegate, "names", "--plant", path)
     expect("names of a plant", done.stdout.split(), ["press", "press:own", "press:all", "press:ram", "hall", "hall:own",
                                                      "hall:all"])
-    script = os.path.join(plant_process.SOURCES, "deploy", "package", "linegate.bash")
 
     def complete(*words):
-        line = " ".join(f"'{word}'" for word in words)
-        text = f"source {script}; COMP_WORDS=({line}); COMP_CWORD={len(words) - 1}; _linegate;"
-        done = run("bash", "-c", text + 'printf "%s\\n" "${COMPREPLY[@]}"',
-                   env={**os.environ, "LINEGATE_PLANT": path})
-        expect(f"the errors of {words}", done.stderr, "")
-        return set(done.stdout.split())
+        return completed(path, *words)
 
     expect("lines", complete(linegate, "image", "p"), {"press", "press:own", "press:all", "press:ram"})
     expect("a node", complete(linegate, "sdo", "read", "press", ":", "r"), {"ram"})
@@ -111,12 +115,31 @@ lines:
     expect("a plant that cannot be read", complete(linegate, "image", "p"), set())
 
 
+def names_from_the_network_are_not_expanded(folder, linegate):
+    made = f"{folder}/made-by-a-name"
+    hostile = (f"$(touch {made})", f"`touch {made}`", f"$(touch${{IFS}}{made})", f"${{x:=$(touch {made})}}",
+               f"x;touch {made}", "$HOME", "*", "a b", "a'b", "a\\b", "\x1b[2J")
+    names = write(f"{folder}/names.txt", "\n".join((*hostile, "press", "press:ram", "hall-7/press")) + "\n")
+    program = write(f"{folder}/linegate-that-got-such-names", f"""#!/bin/bash
+if [[ " $* " == *" names "* && $* != *--help* ]]; then exec cat {shlex.quote(names)}; fi
+exec {shlex.quote(linegate)} "$@"
+""")
+    os.chmod(program, 0o755)
+    without_plant = f"{folder}/no-plant.yaml"
+    expect("names from the network", completed(without_plant, program, "image", ""), {"press", "press:ram",
+                                                                                      "hall-7/press"})
+    expect("those that begin with $", completed(without_plant, program, "sdo", "read", "$"), set())
+    expect("a node from the network", completed(without_plant, program, "sdo", "read", "press", ":"), {"ram"})
+    expect("whether a name was run as a command", os.path.exists(made), False)
+
+
 def test(folder, _linegated, linegate, _profiles):
     the_command_that_check_names_works(folder, linegate)
     a_pipe_is_decoded_line_by_line(linegate)
     wrong_words_are_named(linegate)
     wrong_usage_is_an_object(folder, linegate)
     names_are_for_completion(folder, linegate)
+    names_from_the_network_are_not_expanded(folder, linegate)
 
 
 if __name__ == "__main__":
