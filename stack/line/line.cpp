@@ -189,6 +189,9 @@ void Line::Impl::routes(std::vector<routing::Route>& out) const {
   } else {
     given = node.next_frame(out, now, number);
   }
+  if (given && lss.listens()) [[unlikely]] {
+    lss.handed_out(out, number, now);
+  }
   if (given && number != 0) {
     hand_out(out, now);
   }
@@ -203,13 +206,6 @@ void Line::Impl::bus_event(const can::BusEvent& event) {
   node.bus_event(event);
   if (!usable()) {
     interface_lost();
-  }
-}
-
-// Nothing can be heard: what the image shows is not from living nodes any more.
-void Line::Impl::interface_lost() {
-  for (const NodeConfig& device : config.nodes) {
-    node_data_invalid(device.id);
   }
 }
 

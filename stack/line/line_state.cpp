@@ -57,4 +57,12 @@ NodeState Line::Impl::node_state(std::uint8_t id) const {
   return manager.node(id);
 }
 
+// Nothing can be heard: what the image shows is not from living nodes any more.
+void Line::Impl::interface_lost() {
+  lss.interface_lost();
+  for (const NodeConfig& device : config.nodes) {
+    node_data_invalid(device.id);
+  }
+}
+
 }  // namespace linegate::line

@@ -37,6 +37,9 @@ void Line::Impl::find_sendings(const can::Frame& frame) {
     return;
   }
   node.pdos().acknowledged(number);
+  if (lss.listens()) [[unlikely]] {
+    lss.acknowledged(number, now);
+  }
   if (under_way.any()) [[unlikely]] {
     std::erase_if(under_way.sendings(), [&](FramesUnderWay::Sending& sending) {
       const bool sent = sending.number != 0 && sending.number <= number;
@@ -51,6 +54,7 @@ void Line::Impl::find_sendings(const can::Frame& frame) {
 void Line::Impl::lost(std::uint64_t first, std::uint64_t last) {
   under_way.lost(first, last);
   node.pdos().lost(first, last);
+  lss.lost(first, last);
 }
 
 // The reply is that of the command when its frame is acknowledged.

@@ -106,7 +106,7 @@ void Lss::start(bool usable, Instant now) {
 }
 
 void Lss::stop() {
-  started_ = holding_ = running_ = false;
+  started_ = holding_ = running_ = interrupted_ = false;
   next_round_ = kNever;
   master_.cancel();
   assigner_.cancel();
@@ -304,8 +304,9 @@ void Lss::finish_round(Instant now) {
   const bool waits = std::ranges::find(assigner_.found(), lss::Verdict::node_id_not_free,
                                        &lss::Finding::verdict) != assigner_.found().end();
   const bool none = config_.lss.period == Duration::zero();
-  const Duration period = none && waits ? LssConfig{}.period : config_.lss.period;
-  const bool again = started_ && config_.lss.assign && period > Duration::zero();
+  Duration period = none && waits ? LssConfig{}.period : config_.lss.period;
+  const bool again = started_ && config_.lss.assign && (period > Duration::zero() || interrupted_);
+  period = std::exchange(interrupted_, false) ? Duration::zero() : period;
   next_round_ = again ? deadline(now, period) : kNever;
   hands_off_until_ = now;
   check_.end();
@@ -371,8 +372,12 @@ void Lss::heartbeat(std::uint8_t node) {
   std::erase_if(given_, [node](const Given& each) { return each.node == node; });
 }
 
-// Some devices take their first node-ID only with NMT reset communication. It is sent once.
+// Some devices take their first node-ID only with NMT reset communication. It is sent once, and
+// waits for a bus that can be used.
 void Lss::reset_given(Instant now) {
+  if (!usable_) {
+    return;
+  }
   std::erase_if(given_, [now](const Given& each) { return each.was_reset && now >= each.due; });
   for (Given& given : given_) {
     if (now < given.due) {
@@ -405,6 +410,9 @@ bool Lss::receive(const can::Frame& frame) {
 }
 
 void Lss::advance(bool usable, Instant now) {
+  if (usable && !usable_) {
+    interface_back(now);
+  }
   usable_ = usable;
   master_.advance(now);
   expire(now);
@@ -425,6 +433,33 @@ void Lss::release_if_stuck(Instant now) {
   }
 }
 
+// Without an answer.
+void Lss::end_running() {
+  master_.cancel();
+  assigner_.end_early();
+  running_ = false;
+}
+
+// What was found out about devices and node-IDs is of no use when the bus is there again: other
+// devices may have been connected.
+void Lss::interface_lost() {
+  usable_ = false;
+  interrupted_ = interrupted_ || (assigner_.active() && !running_ && !assigner_.nodes_done());
+  end_running();
+  check_.end();
+  for (const Asked& asked : asked_) {
+    replies_.push_back({.tag = asked.tag, .error = to_error(Refusal::line_down), .data = {}});
+  }
+  asked_.clear();
+}
+
+// A device that booted meanwhile was not received; its error control is.
+void Lss::interface_back(Instant now) {
+  for (Given& given : given_) {
+    given.due = std::max(given.due, deadline(now, reset_time(given.node)));
+  }
+}
+
 void Lss::expire(Instant now) {
   for (std::size_t i = 0; i < asked_.size();) {
     if (asked_[i].deadline > now) {
@@ -432,9 +467,7 @@ void Lss::expire(Instant now) {
       continue;
     }
     if (i == 0 && running_) {
-      master_.cancel();
-      assigner_.end_early();
-      running_ = false;
+      end_running();
     }
     replies_.push_back({.tag = asked_[i].tag, .error = to_error(Refusal::timed_out), .data = {}});
     asked_.erase(asked_.begin() + static_cast<std::ptrdiff_t>(i));
@@ -445,7 +478,7 @@ Instant Lss::next_wake() const {
   Instant wake = earlier(master_.next_wake(), stuck_at_);
   wake = holding_ ? earlier(wake, hold_until_) : wake;
   for (const Given& given : given_) {
-    wake = earlier(wake, given.due);
+    wake = usable_ ? earlier(wake, given.due) : wake;
   }
   if (usable_ && !master_.busy() && !node_to_check() && check_.may_ask()) {
     wake = earlier(wake, std::max(next_round_, hands_off_until_));

@@ -37,6 +37,14 @@ class Lss final : lss::AssignerHost {
   // While listens(): all frames.
   bool listens() const { return check_.listens(); }
   void hear(std::span<const can::Frame> frames);
+  // The same: see NodeIdCheck.
+  void handed_out(const can::Frame& frame, std::uint64_t number, Instant now) {
+    check_.handed_out(frame, number, now);
+  }
+  void acknowledged(std::uint64_t number, Instant now) { check_.acknowledged(number, now); }
+  void lost(std::uint64_t first, std::uint64_t last) { check_.lost(first, last); }
+  // Commands are answered, and a round that was under way begins again when the bus can be used.
+  void interface_lost();
   // A transfer with kCheckToken in its token.
   void completed(const sdo::Completion& completion, Instant now);
   // An NMT command to a node, or all with 0, was sent or heard.
@@ -90,6 +98,8 @@ class Lss final : lss::AssignerHost {
   void tell(const lss::Finding& finding, Instant now);
   void tell_progress(unsigned parts, Instant now);
   void expire(Instant now);
+  void end_running();
+  void interface_back(Instant now);
   void release_if_stuck(Instant now);
   bool course_runs() const { return !asked_.empty() && asked_.front().course && running_; }
 
@@ -105,6 +115,7 @@ class Lss final : lss::AssignerHost {
   bool usable_ = false;
   bool started_ = false;
   bool holding_ = false;
+  bool interrupted_ = false;  // a round: it begins again
   unsigned told_parts_ = 0;
   std::vector<Given> given_;
   Instant next_round_ = kNever;

@@ -1,6 +1,7 @@
 #include "stack/line/node_id_check.h"
 
 #include <algorithm>
+#include <array>
 
 #include "stack/base/deadline.h"
 #include "stack/can/cob_id.h"
@@ -13,6 +14,8 @@ namespace {
 constexpr int kUploads = 2;
 constexpr od::Address kDeviceTypeObject{0x1000, 0};
 constexpr std::uint32_t kNodeBits = 0x7F;
+// After this part of the time of an upload its request is too late for an answer in time.
+constexpr int kInTime = 2;
 
 // What a node sends: EMCY, TPDO 1 to 4, the answers of its SDO server, error control.
 bool is_sent_by_node(std::uint32_t id) {
@@ -28,6 +31,12 @@ bool is_sent_by_node(std::uint32_t id) {
     default:
       return false;
   }
+}
+
+bool is_upload(const can::Frame& frame) {
+  constexpr std::array kRequest{std::byte{0x40}, std::byte{0x00}, std::byte{0x10}, std::byte{0x00}};
+  return !frame.extended() && !frame.remote() && (frame.id & ~kNodeBits) == can::kSdoRequestBase &&
+         std::equal(kRequest.begin(), kRequest.end(), frame.data.begin());
 }
 
 }  // namespace
@@ -95,6 +104,7 @@ void NodeIdCheck::begin(std::uint8_t node, bool before_boot, Instant now) {
     check.use = Use::used;
     return;
   }
+  check.time = time;
   check.until = deadline(now, time);
   ask(node, now);
 }
@@ -102,6 +112,9 @@ void NodeIdCheck::begin(std::uint8_t node, bool before_boot, Instant now) {
 void NodeIdCheck::ask(std::uint8_t node, Instant now) {
   Check& check = checks_[node];
   check.token = kCheckToken | ++tokens_;
+  check.asked_at = now;
+  check.number = 0;
+  check.sent = false;
   services_.heartbeats.ask(node);
   if (!services_.sdo.submit({.token = check.token,
                              .node = node,
@@ -120,11 +133,46 @@ void NodeIdCheck::completed(const sdo::Completion& completion, Instant now) {
   }
   if (completion.abort != AbortCode::timeout || !may_ask()) {
     check.use = Use::used;
-  } else if (now >= check.until) {
+  } else if (check.sent && now >= check.until) {
     check.use = Use::free;
   } else {
+    check.until = check.sent ? check.until : deadline(now, check.time);
     ask(completion.node, now);
   }
+}
+
+void NodeIdCheck::handed_out(const can::Frame& frame, std::uint64_t number, Instant now) {
+  const auto node = static_cast<std::uint8_t>(frame.id & kNodeBits);
+  if (!is_upload(frame) || checks_[node].use != Use::checking) {
+    return;
+  }
+  if (number == 0) {
+    note_sent(node, now);
+  } else {
+    checks_[node].number = number;
+  }
+}
+
+void NodeIdCheck::acknowledged(std::uint64_t number, Instant now) {
+  for (const std::uint8_t node : begun_) {
+    if (checks_[node].number != 0 && checks_[node].number <= number) {
+      note_sent(node, now);
+    }
+  }
+}
+
+void NodeIdCheck::lost(std::uint64_t first, std::uint64_t last) {
+  for (const std::uint8_t node : begun_) {
+    if (checks_[node].number >= first && checks_[node].number <= last) {
+      checks_[node].number = 0;
+    }
+  }
+}
+
+void NodeIdCheck::note_sent(std::uint8_t node, Instant now) {
+  Check& check = checks_[node];
+  check.number = 0;
+  check.sent = check.sent || now - check.asked_at <= upload_time(find(node)) / kInTime;
 }
 
 void NodeIdCheck::hear(std::span<const can::Frame> frames) {

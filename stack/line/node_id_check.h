@@ -3,8 +3,9 @@
 //
 // A node-ID is free if nothing was received on its identifiers of the pre-defined connection set
 // (CiA 301 7.3.5) and SDO uploads of 1000h timed out: after NMT reset communication to it, where it
-// may be sent; else node guarding was not answered, and the heartbeat time passed. What is received
-// later makes it used again. Private to stack/line.
+// may be sent; else node guarding was not answered, and the heartbeat time passed. An upload counts
+// only if the bus acknowledged its request early enough for an answer. What is received later makes
+// the node-ID used again. Private to stack/line.
 #pragma once
 
 #include <array>
@@ -55,6 +56,12 @@ class NodeIdCheck {
   void hear(std::span<const can::Frame> frames);
   // A transfer with kCheckToken in its token.
   void completed(const sdo::Completion& completion, Instant now);
+  // The frame was given to the bus; number: as acknowledged() has it, 0 = it counts as acknowledged
+  // at once.
+  void handed_out(const can::Frame& frame, std::uint64_t number, Instant now);
+  // Frames up to that number were acknowledged, or with lost() those in the range were not.
+  void acknowledged(std::uint64_t number, Instant now);
+  void lost(std::uint64_t first, std::uint64_t last);
   // An NMT command to a node, or all with 0, was sent or heard: a stopped node answers no SDO.
   void commanded(nmt::Command command, std::uint8_t node);
   // Its boot-up message came.
@@ -65,8 +72,12 @@ class NodeIdCheck {
  private:
   struct Check {
     Use use = Use::unknown;
+    Duration time{};  // in which all that counts has to pass in silence
     Instant until{};
     std::uint64_t token = 0;  // of the upload under way
+    Instant asked_at{};
+    std::uint64_t number = 0;  // of its frame, while it is under way to the bus
+    bool sent = false;         // its request was acknowledged in time
   };
 
   const NodeConfig* find(std::uint8_t node) const;
@@ -74,6 +85,7 @@ class NodeIdCheck {
   bool is_hidden(std::uint8_t node) const;
   Duration upload_time(const NodeConfig* config) const;
   void ask(std::uint8_t node, Instant now);
+  void note_sent(std::uint8_t node, Instant now);
 
   const LineConfig& config_;
   Services services_;

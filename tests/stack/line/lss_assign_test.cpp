@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "stack/lss/assigner.h"
+#include "stack/lss/procedure.h"
 #include "stack/lss/slave.h"
 
 #include "tests/stack/line/line_fixture.h"
@@ -35,6 +37,7 @@ class LssAssignTest : public LineTest {
         frame.time = now_;
         (void)slave.receive(frame, answers);
       }
+      ++given_;
       out.push_back(text(frame));
       while (answers.pop(frame)) {
         frame.time = now_;
@@ -61,21 +64,149 @@ class LssAssignTest : public LineTest {
     return exchange();
   }
 
+  void make_checked() {
+    LineConfig config = config_with_axis();
+    config.lss.assign = true;
+    config.sdo_timeout = milliseconds(500);
+    make(std::move(config));
+  }
+  // What is sent in this time.
+  std::vector<std::string> run_for(Duration time, bool acknowledges) {
+    std::vector<std::string> all;
+    const Instant end = now_ + time;
+    while (now_ < end) {
+      for (std::string& frame : exchange()) {
+        all.push_back(std::move(frame));
+      }
+      if (acknowledges) {
+        line_->acknowledged(given_, now_);
+      }
+      now_ = std::min(end, std::max(now_ + milliseconds(1), line_->next_wake()));
+      line_->advance(now_);
+    }
+    return all;
+  }
+  void bus_becomes(can::BusState state) {
+    line_->bus_event({.kind = can::BusEvent::Kind::state, .state = state, .time = now_});
+    line_->advance(now_);
+  }
+  bool reported(lss::Verdict verdict) {
+    return std::ranges::any_of(events(), [verdict](const Event& event) {
+      return event.kind == EventKind::lss_result &&
+             event.code == static_cast<std::uint32_t>(verdict);
+    });
+  }
+
+  std::uint64_t given_ = 0;
   lss::Slave slave{{0x123, 0x42, 1, 1}, nullptr};
   can::TransmitQueue answers{8};
 };
 
 TEST_F(LssAssignTest, ALateWakeUpAfterTheCheckOfTheNodeIdStartsNoBoot) {
-  LineConfig config = config_with_axis();
-  config.lss.assign = true;
-  config.sdo_timeout = milliseconds(500);
-  make(std::move(config));
+  make_checked();
   line_->start(now_);
   until(kUpload);
   EXPECT_THAT(wake_after(milliseconds(700)), Contains(StartsWith(kUpload)));
   EXPECT_THAT(wake_after(milliseconds(900)),
               AllOf(Contains(StartsWith(kGive)), Not(Contains(kResetAll))));
   until(kResetAll);
+}
+
+TEST_F(LssAssignTest, ANodeIdIsNotFreeWhileTheQuestionIsNotAcknowledged) {
+  make_checked();
+  line_->expect_acknowledgements();
+  line_->start(now_);
+  until(kUpload);
+  EXPECT_THAT(run_for(seconds(20), false), Not(Contains(StartsWith(kGive))));
+  EXPECT_FALSE(reported(lss::Verdict::given));
+  EXPECT_THAT(run_for(seconds(3), true), Contains(StartsWith(kGive)));
+}
+
+TEST_F(LssAssignTest, AQuestionThatIsAcknowledgedTooLateForAnAnswerDoesNotCount) {
+  make_checked();
+  line_->expect_acknowledgements();
+  line_->start(now_);
+  until(kUpload);
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_THAT(run_for(milliseconds(490), false), Not(Contains(StartsWith(kGive))));
+    line_->acknowledged(given_, now_);
+    EXPECT_THAT(run_for(milliseconds(10), false), Not(Contains(StartsWith(kGive))));
+  }
+}
+
+TEST_F(LssAssignTest, AQuestionThatWasLostDoesNotCount) {
+  make_checked();
+  line_->expect_acknowledgements();
+  line_->start(now_);
+  until(kUpload);
+  for (int i = 0; i < 10; ++i) {
+    line_->lost(1, given_);
+    EXPECT_THAT(run_for(milliseconds(500), false), Not(Contains(StartsWith(kGive))));
+  }
+}
+
+// A device with the node-ID is connected while the gateway has no bus.
+TEST_F(LssAssignTest, AfterTheInterfaceFailedTheNodeIdIsCheckedAgain) {
+  make_checked();
+  line_->start(now_);
+  until(kUpload);
+  bus_becomes(can::BusState::bus_off);
+  pass(seconds(5));
+  bus_becomes(can::BusState::error_active);
+  EXPECT_THAT(run_for(milliseconds(600), true), Not(Contains(StartsWith(kGive))));
+  hear(0x705, {0x7F});
+  EXPECT_THAT(run_for(seconds(5), true), Not(Contains(StartsWith(kGive))));
+}
+
+TEST_F(LssAssignTest, TheRoundBeginsAgainWhenTheBusIsBack) {
+  make_checked();
+  line_->start(now_);
+  until(kUpload);
+  bus_becomes(can::BusState::bus_off);
+  pass(seconds(5));
+  bus_becomes(can::BusState::error_active);
+  EXPECT_THAT(run_for(seconds(10), true), Contains(StartsWith(kGive)));
+}
+
+TEST_F(LssAssignTest, ACommandEndsWhenTheInterfaceFails) {
+  LineConfig config = config_with_axis();
+  config.sdo_timeout = milliseconds(500);
+  make(std::move(config));
+  line_->start(now_);
+  run_for(milliseconds(10), true);
+  line_->execute({.tag = 1,
+                  .kind = CommandKind::lss,
+                  .code = static_cast<std::uint16_t>(lss::Procedure::switch_global),
+                  .data = {std::byte{1}}},
+                 now_);
+  run_for(milliseconds(10), true);
+  EXPECT_EQ(answer().error, Error{});
+  line_->execute({.tag = 2,
+                  .kind = CommandKind::lss,
+                  .code = static_cast<std::uint16_t>(lss::Procedure::configure_node_id),
+                  .data = {std::byte{7}}},
+                 now_);
+  run_for(milliseconds(300), true);
+  bus_becomes(can::BusState::bus_off);
+  EXPECT_EQ(answer().error, to_error(Refusal::line_down));
+  pass(seconds(3));
+  bus_becomes(can::BusState::error_active);
+  EXPECT_THAT(run_for(seconds(3), true), Not(Contains(StartsWith("7E5#1107"))));
+}
+
+// It is given its node-ID and stays silent.
+TEST_F(LssAssignTest, NmtResetCommunicationWaitsForTheBus) {
+  make_checked();
+  line_->start(now_);
+  until(kGive);
+  run_for(milliseconds(300), true);
+  bus_becomes(can::BusState::bus_off);
+  pass(seconds(10));
+  EXPECT_FALSE(reported(lss::Verdict::reset_to_boot));
+  bus_becomes(can::BusState::error_active);
+  EXPECT_THAT(run_for(milliseconds(900), true), Not(Contains("000#8205")));
+  EXPECT_THAT(run_for(milliseconds(300), true), Contains("000#8205"));
+  EXPECT_TRUE(reported(lss::Verdict::reset_to_boot));
 }
 
 }  // namespace
