@@ -60,9 +60,7 @@ void Line::Impl::may_operate(Instant now) {
 
 void Line::Impl::send_nmt(nmt::Command command, std::uint8_t id, Instant now) {
   nmt.send(command, id, now);
-  diagnosis.commanded(command, id);
-  manager.sent(command, id, now);
-  note_command(command, id);
+  note_sent(command, id, now);
 }
 
 void Line::Impl::command_own(nmt::Command command, Instant now) {

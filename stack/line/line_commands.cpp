@@ -310,9 +310,7 @@ Error Line::Impl::send_nmt(const Command& command, Instant now) {
   if (!nmt.send(command.nmt, command.node, now)) {
     return to_error(Refusal::busy);
   }
-  diagnosis.commanded(command.nmt, command.node);
-  manager.sent(command.nmt, command.node, now);
-  note_command(command.nmt, command.node);
+  note_sent(command.nmt, command.node, now);
   manager.commanded(command.nmt, command.node, now);
   return kDone;
 }

@@ -54,9 +54,7 @@ void Line::Impl::begin_anew(nmt::Command command, Instant now) {
 void Line::Impl::keep_operational(std::uint8_t id, Instant now) {
   if (canopen_ia.keep_operational() && manages() && diagnosis.strayed(id)) {
     nmt.send(nmt::Command::start, id, now);
-    diagnosis.commanded(nmt::Command::start, id);
-    manager.sent(nmt::Command::start, id, now);
-    note_command(nmt::Command::start, id);
+    note_sent(nmt::Command::start, id, now);
   }
 }
 

@@ -269,6 +269,8 @@ struct Line::Impl final : Line::Base,
   // An NMT command was sent, or heard of another master; id 0 = to all: a node that
   // leaves Operational by it counts as Operational only when its state was heard since then.
   void note_command(nmt::Command command, std::uint8_t id);
+  // The line itself sent it: the state that each node is expected to take follows it.
+  void note_sent(nmt::Command command, std::uint8_t id, Instant now);
   void confirm(std::uint8_t id, nmt::State state, Instant now);
   Duration heartbeat_time(std::uint8_t id) const;
   void outputs_invalid(std::uint8_t id);

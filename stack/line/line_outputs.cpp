@@ -213,6 +213,12 @@ pdo::Engine::Receiver Line::Impl::receiver(std::uint8_t id) const {
              : Engine::Receiver::waiting;
 }
 
+void Line::Impl::note_sent(nmt::Command command, std::uint8_t id, Instant now) {
+  diagnosis.commanded(command, id);
+  manager.sent(command, id, now);
+  note_command(command, id);
+}
+
 // A heartbeat that says Operational may have been on its way when the command was sent.
 void Line::Impl::note_command(nmt::Command command, std::uint8_t id) {
   constexpr std::uint8_t kHeartbeats = 2;
@@ -296,7 +302,7 @@ void Line::Impl::react(const Outputs::Group& group, Instant now) {
   }
   for (const NmtReaction& reaction : kNmtReactions) {
     if ((group.reactions & reaction.bit) != 0 && manages() && nmt.send(reaction.command, 0, now)) {
-      note_command(reaction.command, 0);
+      note_sent(reaction.command, 0, now);
       manager.commanded(reaction.command, 0, now);
       taken |= reaction.bit;
     }
