@@ -145,13 +145,15 @@ void Engine::Impl::open_window(Instant sync) {
   }
 }
 
-// The TPDOs of this SYNC that found no room on the bus are not sent any more.
+// The TPDOs of this SYNC that found no room on the bus are not sent any more. What was to be sent
+// once (type 0) is sent after the next SYNC.
 void Engine::Impl::drop_what_missed_the_window() {
   window_open = false;
   for (const std::uint16_t slot : sync_tpdos) {
-    const Tpdo& pdo = tpdos[slot];
+    Tpdo& pdo = tpdos[slot];
     if (is_synchronous(pdo.type) && pending.test(pdo.rank)) {
       pending.clear(pdo.rank);
+      pdo.event = pdo.type == kSyncAcyclic;
       ++counters.after_window;
     }
   }

@@ -87,6 +87,22 @@ TEST_F(NodeTest, ASynchronousTpdoThatFoundNoRoomInTheWindowIsDropped) {
   EXPECT_EQ(drain(at(41ms)).size(), 1U);
 }
 
+// Type 0: its event was one, and the value goes nowhere else.
+TEST_F(NodeTest, AnAcyclicTpdoThatFoundNoRoomInTheWindowIsSentAfterTheNextSync) {
+  node->dictionary().set(od::Address{0x1800, 2}, std::uint8_t{0});
+  boot_and_start();
+  EXPECT_EQ(sdo_write({0x1007, 0}, 4, 5000), 0U);
+  hear(10ms, 0x080, {});  // to be sent for the start
+  EXPECT_TRUE(node->wants_to_send(at(10ms)));
+  node->advance(at(15ms));
+  EXPECT_TRUE(drain(at(15ms)).empty());
+  EXPECT_EQ(node->pdos().counters().after_window, 1U);
+  hear(20ms, 0x080, {});
+  EXPECT_EQ(drain(at(21ms)), (Frames{{at(21ms), 0x185, {0x11, 0x11}}}));
+  hear(30ms, 0x080, {});
+  EXPECT_TRUE(drain(at(31ms)).empty());
+}
+
 TEST_F(NodeTest, AProducerActsUponItsOwnSync) {
   boot_and_start();
   EXPECT_EQ(sdo_write({0x1006, 0}, 4, 10'000), 0U);
