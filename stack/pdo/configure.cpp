@@ -68,6 +68,7 @@ std::vector<Diagnostic> Engine::Impl::configure() {
   affected.reset(tpdo_count);
   held_changed.reset(tpdo_count);
   unacknowledged.reset(tpdo_count);
+  under_way.assign(tpdo_count, {});
   held_always.reset(tpdo_count);
   asked.reset(rpdo_count);
   timers.reset(rpdo_count + tpdo_count);
@@ -317,6 +318,7 @@ void Engine::Impl::stop(PdoKind kind, std::uint16_t slot) {
     const can::CobId cob_id = tpdos[slot].cob_id;
     dispatch.remove(cob_id.id(), cob_id.extended(), can::Service::tpdo_rtr, slot);
     tpdos[slot] = {};
+    under_way[slot].clear();
     if (source_tpdo == slot) {
       source_tpdo.reset();
     }

@@ -50,6 +50,16 @@ void CopyPlan::add_image(std::uint32_t image_bit, std::uint32_t count) {
   }
 }
 
+bool CopyPlan::reaches(const std::byte* frame, std::uint32_t image_bit, std::uint32_t count) const {
+  return std::ranges::any_of(runs, [&](const Run& run) {
+    const std::uint32_t begin = std::max(8 * run.offset, image_bit);
+    const std::uint32_t end = std::min(8 * run.offset + kWord, image_bit + count);
+    const std::uint64_t wanted =
+        begin < end ? low_bits(end - begin) << (begin - 8 * run.offset) : 0;
+    return (run.to_image(frame) & run.mask & wanted) != 0;
+  });
+}
+
 void CopyPlan::add_object(std::byte* data, std::uint32_t count) {
   objects.push_back({data, bits, static_cast<std::uint16_t>(count)});
   skip(count);

@@ -55,6 +55,8 @@ struct CopyPlan {
   std::vector<ObjectRun> objects;
   std::uint16_t bits = 0;  // of the PDO, fillers included
 
+  // A bit that is set in the frame belongs to those of the image.
+  bool reaches(const std::byte* frame, std::uint32_t image_bit, std::uint32_t count) const;
   std::size_t bytes() const { return (bits + 7U) / 8U; }
 
   // Both go on at the end of the PDO; skip() leaves bits out.

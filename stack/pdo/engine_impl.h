@@ -26,6 +26,7 @@
 #include "stack/pdo/record.h"
 #include "stack/pdo/shadows.h"
 #include "stack/pdo/timers.h"
+#include "stack/pdo/values_under_way.h"
 
 namespace linegate::pdo {
 
@@ -94,8 +95,6 @@ struct Tpdo {
   Instant inhibited_until{};
   CopyPlan plan;
   can::Frame frame;  // the newest sample
-  // Number of the frame that was handed out with it and is not acknowledged yet; 0 = none.
-  std::uint64_t awaited = 0;
   MpdoMode mpdo = MpdoMode::none;
   od::Address sent_object;             // MPDO in destination address mode
   std::vector<MpdoData> mpdos{};       // that wait, oldest first
@@ -224,6 +223,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   // The frame of a linked TPDO was handed over: entries that it carried with their newest values
   // become valid when it is acknowledged.
   void note_transmission(std::uint16_t slot);
+  void confirm(std::uint16_t slot, const FrameData& differs);
   // The newest values are known, and those of its last sample.
   bool shows_newest(std::uint16_t slot) const;
   bool is_taken(std::uint16_t slot) const;
@@ -305,8 +305,9 @@ struct Engine::Impl final : od::Hook, od::Observer {
   Bitmap held_always;                     // by slot
   std::uint64_t frame_number = 0;         // of the frame that is being handed out, see next_frame()
   std::size_t awaiting = 0;               // bits set in:
-  CountedBitmap unacknowledged{awaiting};  // by slot: Tpdo::awaited was set
-  Bitmap affected;                         // by slot: scratch of mark_affected()
+  CountedBitmap unacknowledged{awaiting};  // by slot: there is something in under_way
+  std::vector<ValuesUnderWay> under_way;  // by slot: of linked TPDOs with values that are not valid
+  Bitmap affected;                        // by slot: scratch of mark_affected()
   struct Source {
     std::uint32_t begin = 0;  // bits of the output area
     std::uint32_t end = 0;

@@ -210,7 +210,9 @@ void Engine::Impl::ask(std::uint16_t slot) {
   const bool different = fresh || !has_data(pdo.frame, data);
   if (different) {
     pdo.frame.data = data;
-    pdo.awaited = 0;
+    if (unacknowledged.test(slot)) {
+      under_way[slot].sampled(data, pdo.plan.bytes());
+    }
     counters.coalesced += pending.test(pdo.rank) ? 1U : 0U;
   }
   return different;
@@ -359,31 +361,55 @@ bool Engine::Impl::is_taken(std::uint16_t slot) const {
   return state == Receiver::unknown || state == Receiver::started;
 }
 
+// Not all of its values are valid.
 void Engine::Impl::note_transmission(std::uint16_t slot) {
-  if (!is_taken(slot) || !shows_newest(slot)) {
+  const Tpdo& pdo = tpdos[slot];
+  if (!is_taken(slot) || held_back(slot)) {
     return;
   }
-  if (tpdos[slot].awaited != 0) {
-    return;  // these values are under way already
-  }
   if (frame_number != 0) {
-    tpdos[slot].awaited = frame_number;
+    under_way[slot].handed_out(frame_number, pdo.frame.data);
     unacknowledged.set(slot);
-  } else {
-    image.set_pdo_valid(image::Direction::outputs, static_cast<std::uint16_t>(slot + 1), true);
+    return;
+  }
+  FrameData differs = gather(pdo);
+  for (std::size_t i = 0; i < differs.size(); ++i) {
+    differs[i] ^= pdo.frame.data[i];
+  }
+  confirm(slot, differs);
+}
+
+// The receivers have the values as they are but those bits of the frame.
+void Engine::Impl::confirm(std::uint16_t slot, const FrameData& differs) {
+  const auto number = static_cast<std::uint16_t>(slot + 1);
+  if (differs == FrameData{}) {
+    image.set_pdo_valid(image::Direction::outputs, number, true);
+    return;
+  }
+  const std::vector<image::Entry>& entries = image.layout(image::Direction::outputs).entries;
+  const auto range = image.entries_of(image::Direction::outputs, number);
+  for (std::uint32_t entry = range.first; entry < range.first + range.count; ++entry) {
+    if (!tpdos[slot].plan.reaches(differs.data(), entries[entry].bit_offset,
+                                  entries[entry].bit_length)) {
+      image.set_entry_valid(image::Direction::outputs, entry, true);
+    }
   }
 }
 
 void Engine::Impl::acknowledged(std::uint64_t number) {
   for_each_bit(unacknowledged.words(), [&](std::size_t bit) {
     const auto slot = static_cast<std::uint16_t>(bit);
-    Tpdo& pdo = tpdos[slot];
-    if (pdo.awaited > number) {
+    const Tpdo& pdo = tpdos[slot];
+    FrameData differs;
+    const bool had_some = under_way[slot].acknowledged(number, gather(pdo), differs);
+    if (!under_way[slot].any()) {
+      unacknowledged.clear(bit);
+    }
+    if (!had_some) {
       return;
     }
-    unacknowledged.clear(bit);
-    if (std::exchange(pdo.awaited, 0) != 0 && is_taken(slot) && shows_newest(slot)) {
-      image.set_pdo_valid(image::Direction::outputs, static_cast<std::uint16_t>(slot + 1), true);
+    if (pdo.active && pdo.linked && is_taken(slot) && !held_back(slot)) {
+      confirm(slot, differs);
     }
   });
 }
@@ -391,12 +417,12 @@ void Engine::Impl::acknowledged(std::uint64_t number) {
 void Engine::Impl::lost(std::uint64_t first, std::uint64_t last) {
   for_each_bit(unacknowledged.words(), [&](std::size_t bit) {
     const auto slot = static_cast<std::uint16_t>(bit);
-    Tpdo& pdo = tpdos[slot];
-    if (pdo.awaited < first || pdo.awaited > last) {
+    const Tpdo& pdo = tpdos[slot];
+    if (!under_way[slot].any_of(first, last)) {
       return;
     }
     unacknowledged.clear(bit);
-    pdo.awaited = 0;
+    under_way[slot].clear();
     if (operational && pdo.active && receivers[pdo.node] != Receiver::waiting) {
       source_changed(slot, true);
     }
@@ -429,7 +455,7 @@ void Engine::Impl::set_receiver(std::uint8_t node, Receiver state) {
     const auto slot = static_cast<std::uint16_t>(link.parameters.number - 1U);
     const bool own = link.node == node;
     if (own && slot < tpdos.size()) {
-      tpdos[slot].awaited = 0;
+      under_way[slot].clear();
     }
     if (own && (state == Receiver::waiting || state == Receiver::unheard)) {
       image.set_pdo_valid(image::Direction::outputs, link.parameters.number, false);

@@ -105,6 +105,26 @@ TEST_F(AcknowledgedOutputs, AreNotValidByTheFrameOfAnOlderValue) {
   EXPECT_TRUE(valid());
 }
 
+// Each by itself: a neighbour in their PDO that changes faster than the bus acknowledges is not
+// valid meanwhile, the others are.
+TEST_F(AcknowledgedOutputs, AreValidBesideANeighbourThatChangesFasterThanTheBus) {
+  run();
+  const auto neighbour_is_valid = [this] { return snapshot(Direction::outputs).is_valid(1); };
+  write(1);
+  hand_out();
+  for (std::uint32_t value = 2; value < 20; ++value) {
+    const std::uint64_t earlier = given_;
+    write(value);
+    hand_out();
+    line_->acknowledged(earlier, now_);
+    EXPECT_FALSE(valid()) << value;
+    EXPECT_TRUE(neighbour_is_valid()) << value;
+  }
+  acknowledge_all();
+  EXPECT_TRUE(valid());
+  EXPECT_TRUE(neighbour_is_valid());
+}
+
 // Its values are those of the first frame that is under way.
 TEST_F(AcknowledgedOutputs, AreValidWithTheFirstFrameThatCarriesThem) {
   run();
