@@ -19,7 +19,8 @@ int print_answer(Context& context, const Client::Answer& answer, const std::stri
   } else if (!value.empty()) {
     context.out << value << '\n';
   }
-  if (answer.reply.error == line::to_error(line::Refusal::no_acknowledge)) {
+  if (answer.reply.error == line::to_error(line::Refusal::no_acknowledge) ||
+      answer.reply.error == line::to_error(line::Refusal::awaits_turn)) {
     return kHeldBack;
   }
   return answer.reply.ok() ? kDone : kFailed;

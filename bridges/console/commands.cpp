@@ -71,12 +71,12 @@ std::string text_of(const Client::Answer& answer) {
   return {reinterpret_cast<const char*>(answer.reply.data.data()), answer.reply.data.size()};
 }
 
-std::string numbers_text(const std::vector<std::byte>& data) {
+std::string triggered_text(const std::vector<std::byte>& data) {
   std::string out;
   for (std::size_t i = 0; i + 2 <= data.size(); i += 2) {
     out += (out.empty() ? "PDO " : ", ") + std::to_string(load_le<std::uint16_t>(data.data() + i));
   }
-  return out;
+  return out + ", sent";
 }
 
 }  // namespace
@@ -214,7 +214,8 @@ int pdo_trigger(Context& context, const std::string& what, const std::string& nu
       const std::string why = trigger_refusal(context, model, line, command, refusal);
       answer.text += why.empty() ? "" : ": " + why;
     }
-    return print_answer(context, answer, answer.reply.ok() ? numbers_text(answer.reply.data) : "");
+    return print_answer(context, answer,
+                        answer.reply.ok() ? triggered_text(answer.reply.data) : "");
   });
 }
 
@@ -279,7 +280,8 @@ int emcy(Context& context, const std::string& sender, const std::string& code,
       }
       request.node = ref->node;
     }
-    return print_answer(context, ask_line(context, model, target, request));
+    const Client::Answer answer = ask_line(context, model, target, request);
+    return print_answer(context, answer, answer.reply.ok() ? "sent" : "");
   });
 }
 

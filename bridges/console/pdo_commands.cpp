@@ -108,11 +108,10 @@ int mpdo_write(Context& context, const std::string& node, const std::vector<std:
           "{mpdo: destination}})";
     }
     const std::vector<std::byte>& by = answer.reply.data;
-    return print_answer(context, answer,
-                        by.size() == 2
-                            ? "given to TPDO " + std::to_string(load_le<std::uint16_t>(by.data())) +
-                                  ", which sends it in its turn"
-                            : "");
+    return print_answer(
+        context, answer,
+        by.size() == 2 ? "by TPDO " + std::to_string(load_le<std::uint16_t>(by.data())) + ", sent"
+                       : "");
   });
 }
 

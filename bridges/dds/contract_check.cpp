@@ -169,6 +169,7 @@ static_assert(same(v1::REFUSAL_WRONG_INTERFACE, line::Refusal::wrong_interface))
 static_assert(same(v1::REFUSAL_IDENTIFIER_IN_USE, line::Refusal::identifier_in_use));
 static_assert(same(v1::REFUSAL_BOUND_ENTRY, line::Refusal::bound_entry));
 static_assert(same(v1::REFUSAL_NO_ACKNOWLEDGE, line::Refusal::no_acknowledge));
+static_assert(same(v1::REFUSAL_AWAITS_TURN, line::Refusal::awaits_turn));
 
 static_assert(same(v1::OUTPUT_REFUSAL_NONE, line::OutputRefusal::none));
 static_assert(same(v1::OUTPUT_REFUSAL_NOT_PERMITTED, line::OutputRefusal::not_permitted));

@@ -49,6 +49,7 @@ SendResult Producer::relay(const Message& message, Instant now) {
     return SendResult::disabled;
   }
   advance(now);
+  newest_ = encode(message, cob_id());
   if (waiting_ == 0 && now >= inhibited_until_) {
     return transmit(message, now) ? SendResult::sent : SendResult::inhibited;
   }
@@ -58,6 +59,15 @@ SendResult Producer::relay(const Message& message, Instant now) {
   ring_[(head_ + waiting_) % ring_.size()] = message;
   ++waiting_;
   return SendResult::queued;
+}
+
+bool Producer::waits(const can::Frame& frame) const {
+  for (std::size_t i = 0; i < waiting_; ++i) {
+    if (can::same_content(encode(ring_[(head_ + i) % ring_.size()], cob_id()), frame)) {
+      return true;
+    }
+  }
+  return false;
 }
 
 std::uint8_t Producer::error_register() const {

@@ -63,6 +63,11 @@ class Producer final : public od::Hook {
   // are.
   SendResult relay(const Message& message, Instant now);
 
+  // The frame of the last message that was sent or queued.
+  const can::Frame& newest() const { return newest_; }
+  // A message with that frame waits for the end of the inhibit time.
+  bool waits(const can::Frame& frame) const;
+
   // Object 1001h.
   std::uint8_t error_register() const;
   // Sets it without a message: some of several errors have gone.
@@ -94,6 +99,7 @@ class Producer final : public od::Hook {
   std::array<Message, kWaiting> ring_{};
   std::size_t head_ = 0;
   std::size_t waiting_ = 0;
+  can::Frame newest_{};
 };
 
 }  // namespace linegate::emcy

@@ -75,9 +75,9 @@ enum class CommandKind : std::uint8_t {
                   // after `timeout`, or else LineConfig::sdo_timeout. bad_request: bit 30 of its
                   // COB-ID says that there is no RTR
   mpdo_write,     // node (0 = all), index, sub, data (up to 4 bytes): by an MPDO in destination
-                  // address mode, of the own TPDO `code` (0 = the first in that mode). Not
-                  // confirmed -> data: the number of that TPDO (2, LE). unknown_entry: it has
-                  // none
+                  // address mode, of the own TPDO `code` (0 = the first in that mode).
+  // Answered when the frame was acknowledged -> data: the number of that TPDO (2, LE).
+  // unknown_entry: it has none
 };
 std::string_view name(CommandKind kind);
 
@@ -111,6 +111,8 @@ enum class Refusal : std::uint8_t {
   identifier_in_use,  // a service of the line uses this CAN identifier
   bound_entry,        // the output follows an input of another line: nothing else writes it
   no_acknowledge,     // the frame was not acknowledged on the bus in time: it may be sent yet
+  awaits_turn,        // the frame waits for the end of an inhibit time, SYNC, or the remote request
+                      // of a PDO: it is sent then
 };
 std::string_view describe(Refusal refusal);
 

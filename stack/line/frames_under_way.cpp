@@ -13,11 +13,19 @@ bool FramesUnderWay::ended(std::uint64_t number, Instant now) {
   return true;
 }
 
+bool FramesUnderWay::is_sent(const Sending& sending, std::uint64_t number) {
+  return std::ranges::all_of(sending.frames, [number](const Awaited& awaited) {
+    return awaited.number != 0 && awaited.number <= number;
+  });
+}
+
 void FramesUnderWay::lost(std::uint64_t first, std::uint64_t last) {
   for (Sending& sending : sendings_) {
-    if (sending.number >= first && sending.number <= last) {
-      // A value is sent again: by the next frame of its PDO.
-      sending.number = sending.tpdo != 0 ? 0 : kLost;
+    for (Awaited& awaited : sending.frames) {
+      if (awaited.number >= first && awaited.number <= last) {
+        // A value is sent again: by the next frame of its PDO.
+        awaited.number = awaited.tpdo != 0 ? 0 : kLost;
+      }
     }
   }
   if (last > ended_) {

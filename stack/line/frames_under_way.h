@@ -1,6 +1,6 @@
 // Frames between the line and the bus, and the commands that wait for them: a service that is not
-// confirmed (NMT, PDO, frames of no CANopen service) is answered when its frame was acknowledged on
-// the bus. Private to stack/line.
+// confirmed (NMT, PDO, EMCY, some of LSS, frames of no CANopen service) is answered when its frames
+// were acknowledged on the bus. Private to stack/line.
 #pragma once
 
 #include <cstdint>
@@ -15,15 +15,20 @@ namespace linegate::line {
 
 class FramesUnderWay {
  public:
-  // A command whose frame is not acknowledged yet.
+  // What a command waits for: a frame with the newest values of that TPDO, or with tpdo 0 this one.
+  struct Awaited {
+    std::uint16_t tpdo = 0;
+    can::Frame frame{};
+    bool any_value = false;    // of an MPDO: one to the same destination; a newer value replaces it
+    std::uint8_t device = 0;   // of a line in the role device: of which TPDO or frame
+    std::uint64_t number = 0;  // of the frame; 0 = not handed out yet
+  };
+  // A command whose frames are not all acknowledged yet.
   struct Sending {
     Command command;  // without data
-    // What it waits for: a frame with the newest values of that TPDO, or with tpdo 0 this frame.
-    std::uint16_t tpdo = 0;
-    can::Frame frame;
-    std::vector<std::byte> data;  // of the reply
+    std::vector<Awaited> frames;
+    std::vector<std::byte> data{};  // of the reply
     Instant deadline = kNever;
-    std::uint64_t number = 0;  // of the frame; 0 = not handed out yet
   };
   static constexpr std::uint64_t kLost = std::numeric_limits<std::uint64_t>::max();  // number
   static constexpr std::size_t kMost = 1024;  // commands that wait
@@ -43,6 +48,8 @@ class FramesUnderWay {
 
   // The frames up to that number have ended: acknowledged, or lost. False if that is no news.
   bool ended(std::uint64_t number, Instant now);
+  // All that the command waits for was acknowledged, with the frames up to that number.
+  static bool is_sent(const Sending& sending, std::uint64_t number);
   // What a command waits for was lost.
   void lost(std::uint64_t first, std::uint64_t last);
   // Frames are under way, and none was acknowledged for kStuck.

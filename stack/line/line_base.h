@@ -8,6 +8,7 @@
 
 #include "stack/base/event_log.h"
 #include "stack/line/bus_load.h"
+#include "stack/line/frames_under_way.h"
 #include "stack/line/generic_can.h"
 #include "stack/line/line.h"
 #include "stack/pdo/reception.h"
@@ -61,9 +62,14 @@ struct Line::Base {
   virtual void deliver(const routing::Message& message, Instant now);
   virtual void set_routes(const routing::Config& wanted);
   virtual void routes(std::vector<routing::Route>& out) const;
-  virtual void expect_acknowledgements() {}
-  virtual void acknowledged(std::uint64_t /*number*/, Instant /*now*/) {}
-  virtual void lost(std::uint64_t /*first*/, std::uint64_t /*last*/) {}
+  // What became of frames, for the services of the role.
+  virtual void note_acknowledged(std::uint64_t /*number*/, Instant /*now*/) {}
+  virtual void note_lost(std::uint64_t /*first*/, std::uint64_t /*last*/) {}
+  // The frame carries the newest values of the TPDO. from: of which device, in the role device.
+  virtual bool carries_newest(const FramesUnderWay::Awaited& awaited,
+                              const can::Frame& frame) const;
+  // The answer to a command whose time is over.
+  virtual void answer_unsent(FramesUnderWay::Sending& sending, Instant now);
   // Something other than process data and time comes; now: where it is known.
   virtual void stir(Instant now = {});
 
@@ -81,6 +87,23 @@ struct Line::Base {
   void answer(const Command& command, Error error, std::vector<std::byte> data, Instant now);
   OutputRefusal refuse(const OutputWrite& write, OutputRefusal refusal, Instant now);
 
+  // --- line_under_way.cpp --------------------------------------------------------------------
+  void acknowledged(std::uint64_t number, Instant now);
+  void lost(std::uint64_t first, std::uint64_t last);
+  // The frame that is handed out; from: see carries_newest().
+  void hand_out(const can::Frame& frame, Instant now, std::uint8_t from = 0);
+  void find_sendings(const can::Frame& frame, std::uint8_t from);
+  bool is_awaited(const FramesUnderWay::Awaited& awaited, const can::Frame& frame,
+                  std::uint8_t from) const;
+  // The reply is that of the command when its frames are acknowledged.
+  void answer_when_sent(FramesUnderWay::Sending sending, Instant now);
+  void expire_sendings(Instant now);
+  // Commands of that kind whose frames are gone before they were handed out.
+  void refuse_sendings(CommandKind kind, Refusal why, Instant now);
+  void cancel_sendings();
+  bool bus_is_stuck(Instant now) const;
+
+  FramesUnderWay under_way;
   LineConfig config;
   EventLog events;
   BusLoad load;

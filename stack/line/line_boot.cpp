@@ -38,6 +38,7 @@ void Line::Impl::change_role(Instant now) {
     return;
   }
   if (manages_) {
+    refuse_sendings(CommandKind::nmt, Refusal::wrong_role, now);
     end_scan(Refusal::wrong_role, now);
     end_boots(Refusal::wrong_role);
     end_configure(Refusal::wrong_role);

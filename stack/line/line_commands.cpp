@@ -25,7 +25,6 @@ bool is_node(std::uint8_t id) {
 
 void Line::Impl::execute(Command command, Instant now) {
   ++counters.commands;
-  std::vector<std::byte> data;
   Error error = kDone;
   switch (command.kind) {
     case CommandKind::sdo_read:
@@ -49,8 +48,8 @@ void Line::Impl::execute(Command command, Instant now) {
       single_output(std::move(command), now);
       return;
     case CommandKind::emcy_send:
-      error = send_emcy(command, now);
-      break;
+      send_emcy(command, now);
+      return;
     case CommandKind::nmt:
       command_nmt(command, now);
       return;
@@ -67,14 +66,14 @@ void Line::Impl::execute(Command command, Instant now) {
       error = create_object(command);
       break;
     case CommandKind::pdo_trigger:
-      error = trigger_pdos(command, data, now);
-      break;
+      answer_trigger(command, now);
+      return;
     case CommandKind::pdo_request:
       request_pdo(command, now);
       return;
     case CommandKind::mpdo_write:
-      error = write_by_mpdo(command, data);
-      break;
+      write_by_mpdo(command, now);
+      return;
     case CommandKind::can_send:
       send_frame(command, now);
       return;
@@ -100,7 +99,7 @@ void Line::Impl::execute(Command command, Instant now) {
       error = to_error(Refusal::bad_request);
       break;
   }
-  answer(command, error, std::move(data), now);
+  answer(command, error, {}, now);
 }
 
 void Line::Impl::start_in_network(Command command, Instant now) {
@@ -263,16 +262,22 @@ void Line::Impl::answer_write(Command command, std::uint16_t tpdo, PdoWait wait,
     reply(command.tag, kDone, std::move(way));
     return;
   }
-  answer_when_sent({.command = std::move(command), .tpdo = tpdo, .data = std::move(way)}, now);
+  answer_when_sent(
+      {.command = std::move(command), .frames = {{.tpdo = tpdo}}, .data = std::move(way)}, now);
 }
 
-Error Line::Impl::send_emcy(const Command& command, Instant now) {
-  if (const Error why = check_emcy(command, node.state()); why != kDone) {
-    return why;
+void Line::Impl::send_emcy(const Command& command, Instant now) {
+  Error why = check_emcy(command, node.state());
+  if (why == kDone) {
+    std::array<std::byte, 5> manufacturer{};
+    std::ranges::copy(command.data, manufacturer.begin());
+    why = to_error(node.report_error(command.code, command.error_register, manufacturer, now));
   }
-  std::array<std::byte, 5> manufacturer{};
-  std::ranges::copy(command.data, manufacturer.begin());
-  return to_error(node.report_error(command.code, command.error_register, manufacturer, now));
+  if (why != kDone) {
+    answer(command, why, {}, now);
+    return;
+  }
+  answer_when_sent({.command = command, .frames = {{.frame = node.emcy().newest()}}}, now);
 }
 
 // A command to other nodes is answered when it is on the bus.
@@ -285,7 +290,8 @@ void Line::Impl::command_nmt(const Command& command, Instant now) {
     answer(command, why, {}, now);
     return;
   }
-  answer_when_sent({.command = command, .frame = nmt::encode({command.nmt, command.node})}, now);
+  const can::Frame frame = nmt::encode({command.nmt, command.node});
+  answer_when_sent({.command = command, .frames = {{.frame = frame}}}, now);
 }
 
 Error Line::Impl::send_nmt(const Command& command, Instant now) {
@@ -339,7 +345,7 @@ void Line::Impl::send_frame(const Command& command, Instant now) {
     answer(command, why, {}, now);
     return;
   }
-  answer_when_sent({.command = command, .frame = frame}, now);
+  answer_when_sent({.command = command, .frames = {{.frame = frame}}}, now);
 }
 
 void Line::Impl::command_completed(sdo::Completion& completion) {

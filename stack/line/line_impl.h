@@ -65,7 +65,9 @@ struct Line::Impl final : Line::Base,
   void request_pdo(const Command& command, Instant now);
   void finish_pdo_requests(Instant now);
   void cancel_pdo_requests();
-  Error write_by_mpdo(const Command& command, std::vector<std::byte>& by);
+  void write_by_mpdo(const Command& command, Instant now);
+  std::uint16_t named_mpdo(const Command& command) const;
+  AbortCode queue_mpdo(const Command& command, std::uint16_t number);
   bool take_reception(pdo::Reception& out) override;
   void bus_event(const can::BusEvent& event) override;
   void snapshot(image::Direction direction, image::Snapshot& into, Instant now,
@@ -167,7 +169,7 @@ struct Line::Impl final : Line::Base,
   void finish_local_writes();
   void single_output(Command command, Instant now);
   void answer_write(Command command, std::uint16_t tpdo, PdoWait wait, Instant now);
-  Error send_emcy(const Command& command, Instant now);
+  void send_emcy(const Command& command, Instant now);
   void command_nmt(const Command& command, Instant now);
   Error send_nmt(const Command& command, Instant now);
   Error trace_routing(const Command& command, Instant now);
@@ -176,17 +178,14 @@ struct Line::Impl final : Line::Base,
   void expire_commands(Instant now);
   Instant next_command_deadline() const;
 
-  // --- line_under_way.cpp --------------------------------------------------------------------
-  void expect_acknowledgements() override;
-  void acknowledged(std::uint64_t number, Instant now) override;
-  void lost(std::uint64_t first, std::uint64_t last) override;
-  void hand_out(const can::Frame& frame, Instant now);
-  void find_sendings(const can::Frame& frame);
-  void answer_when_sent(FramesUnderWay::Sending sending, Instant now);
-  void expire_sendings(Instant now);
-  void answer_unsent(FramesUnderWay::Sending& sending, Instant now);
-  void cancel_sendings();
-  bool bus_is_stuck(Instant now) const;
+  // --- line_unsent.cpp ------------------------------------------------------------------------
+  void note_acknowledged(std::uint64_t number, Instant now) override;
+  void note_lost(std::uint64_t first, std::uint64_t last) override;
+  bool carries_newest(const FramesUnderWay::Awaited& awaited,
+                      const can::Frame& frame) const override;
+  void answer_unsent(FramesUnderWay::Sending& sending, Instant now) override;
+  void answer_unsent_value(FramesUnderWay::Sending& sending, Instant now);
+  Refusal reason_of(const FramesUnderWay::Sending& sending, Instant now) const;
 
   // --- line_boot.cpp ----------------------------------------------------------------------------
   // A command that waits for the boot processes of nodes.
@@ -243,7 +242,8 @@ struct Line::Impl final : Line::Base,
   Error create_object(const Command& command);
   bool answer_from_image(const Command& command);
   std::vector<std::uint16_t> named_tpdos(const Command& command) const;
-  Error trigger_pdos(const Command& command, std::vector<std::byte>& triggered, Instant now);
+  Error trigger_pdos(const Command& command, std::vector<std::uint16_t>& triggered, Instant now);
+  void answer_trigger(const Command& command, Instant now);
 
   // --- line_outputs.cpp -------------------------------------------------------------------------
   OutputRefusal write_outputs(const OutputWrite& write, Instant now) override;
@@ -321,7 +321,6 @@ struct Line::Impl final : Line::Base,
   std::vector<scan::ScannedNode> scan_cache;  // what scans read, ascending by id
   Instant scan_deadline = kNever;
 
-  FramesUnderWay under_way;
   std::vector<Boot> boots;
   std::vector<Pending> pending;
   std::vector<LocalWrite> local_writes;

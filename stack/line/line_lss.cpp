@@ -14,7 +14,15 @@ void Line::Impl::start_lss(Instant now) {
 // Takes up what the LSS master has come to: answers, and that the nodes may boot.
 void Line::Impl::settle_lss(Instant now) {
   while (auto done = lss.take_reply()) {
-    reply(done->tag, done->error, std::move(done->data));
+    if (done->frame) {
+      answer_when_sent({.command = {.tag = done->reply.tag, .kind = CommandKind::lss, .data = {}},
+                        .frames = {{.frame = *done->frame}},
+                        .data = std::move(done->reply.data),
+                        .deadline = done->deadline},
+                       now);
+    } else {
+      reply(done->reply.tag, done->reply.error, std::move(done->reply.data));
+    }
   }
   if (manages() && running && !boot_begun && !lss.holds_boot()) {
     boot_begun = true;

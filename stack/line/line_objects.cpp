@@ -181,7 +181,7 @@ std::vector<std::uint16_t> Line::Impl::named_tpdos(const Command& command) const
 }
 
 // Those that lack a value are not sent, and the answer does not have them.
-Error Line::Impl::trigger_pdos(const Command& command, std::vector<std::byte>& triggered,
+Error Line::Impl::trigger_pdos(const Command& command, std::vector<std::uint16_t>& triggered,
                                Instant now) {
   if (node.state() != nmt::State::operational) {
     return to_error(Refusal::wrong_state);
@@ -195,14 +195,28 @@ Error Line::Impl::trigger_pdos(const Command& command, std::vector<std::byte>& t
     known = true;
     if (!held_back) {
       updates.forget(tpdo);
-      triggered.resize(triggered.size() + sizeof tpdo);
-      store_le(triggered.data() + triggered.size() - sizeof tpdo, tpdo);
+      triggered.push_back(tpdo);
     }
   }
   if (!known) {
     return to_error(Refusal::unknown_entry);
   }
   return triggered.empty() ? to_error(Refusal::wrong_state) : kGood;
+}
+
+void Line::Impl::answer_trigger(const Command& command, Instant now) {
+  std::vector<std::uint16_t> triggered;
+  if (const Error why = trigger_pdos(command, triggered, now); why != kGood) {
+    answer(command, why, {}, now);
+    return;
+  }
+  FramesUnderWay::Sending sending{.command = command, .frames = {}};
+  for (const std::uint16_t tpdo : triggered) {
+    sending.frames.push_back({.tpdo = tpdo});
+    sending.data.resize(sending.data.size() + sizeof tpdo);
+    store_le(sending.data.data() + sending.data.size() - sizeof tpdo, tpdo);
+  }
+  answer_when_sent(std::move(sending), now);
 }
 
 }  // namespace linegate::line

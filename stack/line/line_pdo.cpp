@@ -68,43 +68,75 @@ void Line::Impl::cancel_pdo_requests() {
   pdo_requests.clear();
 }
 
+// 0 if there is none in destination address mode.
+std::uint16_t Line::Impl::named_mpdo(const Command& command) const {
+  const auto& dictionary = const_cast<node::Node&>(node).dictionary();
+  const auto is_one = [&dictionary](std::uint16_t number) {
+    return number != 0 && number <= pdo::kMaxPdo &&
+           pdo::read_mpdo_mode(dictionary, pdo::PdoKind::tpdo, number) ==
+               pdo::MpdoMode::destination;
+  };
+  if (command.code != 0) {
+    return is_one(command.code) ? command.code : std::uint16_t{0};
+  }
+  std::uint16_t number = 0;
+  for (const pdo::Parameters& own : config.forwarding.tpdos) {
+    number = number == 0 && is_one(own.number) ? own.number : number;
+  }
+  return number;
+}
+
 // The value becomes that of the object which the TPDO maps: it is what such a TPDO sends.
-Error Line::Impl::write_by_mpdo(const Command& command, std::vector<std::byte>& by) {
+AbortCode Line::Impl::queue_mpdo(const Command& command, std::uint16_t number) {
   constexpr std::uint16_t kMapping = 0x1A00;
   od::Dictionary& dictionary = node.dictionary();
-  std::uint16_t number = command.code;
-  for (const pdo::Parameters& own : config.forwarding.tpdos) {
-    if (number == 0 && pdo::read_mpdo_mode(dictionary, pdo::PdoKind::tpdo, own.number) ==
-                           pdo::MpdoMode::destination) {
-      number = own.number;
-    }
-  }
-  if (number == 0 || number > pdo::kMaxPdo ||
-      pdo::read_mpdo_mode(dictionary, pdo::PdoKind::tpdo, number) != pdo::MpdoMode::destination) {
-    return to_error(Refusal::unknown_entry);
-  }
-  if (node.state() != nmt::State::operational) {
-    return to_error(Refusal::wrong_state);
-  }
   const auto mapped = static_cast<std::uint32_t>(
       dictionary.number({static_cast<std::uint16_t>(kMapping + number - 1), 1}).value_or(0));
   const od::Address sent = pdo::Mapping::from_raw(mapped).address;
   const auto variable = dictionary.find(sent);
   if (!variable || command.data.empty() || command.data.size() > variable->size) {
-    return to_error(Refusal::bad_request);
+    return AbortCode::length_mismatch;
   }
   std::vector<std::byte> value = command.data;
   value.resize(variable->size);
   const OwnObjects::OwnWrites by_itself(own_objects);
-  AbortCode why = dictionary.write(sent, value);
-  if (why == AbortCode::none) {
-    why = node.pdos().send_mpdo(number, command.node, {command.index, command.sub});
+  const AbortCode why = dictionary.write(sent, value);
+  return why != AbortCode::none
+             ? why
+             : node.pdos().send_mpdo(number, command.node, {command.index, command.sub});
+}
+
+void Line::Impl::write_by_mpdo(const Command& command, Instant now) {
+  constexpr std::uint16_t kRecord = 0x1800;
+  const std::uint16_t number = named_mpdo(command);
+  if (number == 0 || node.state() != nmt::State::operational) {
+    refuse(command, number == 0 ? Refusal::unknown_entry : Refusal::wrong_state, now);
+    return;
   }
-  by.resize(sizeof number);
+  const AbortCode why = queue_mpdo(command, number);
+  if (why != AbortCode::none) {
+    const bool full = why == AbortCode::out_of_memory;
+    const bool bad = why == AbortCode::length_mismatch;
+    answer(command,
+           full  ? to_error(Refusal::busy)
+           : bad ? to_error(Refusal::bad_request)
+                 : to_error(why),
+           {}, now);
+    return;
+  }
+  const auto record = static_cast<std::uint16_t>(kRecord + number - 1);
+  const can::CobId cob_id{
+      static_cast<std::uint32_t>(node.dictionary().number({record, 1}).value_or(0))};
+  const pdo::MpdoData head = pdo::encode({.mode = pdo::MpdoMode::destination,
+                                          .node = command.node,
+                                          .address = {command.index, command.sub}});
+  FramesUnderWay::Awaited awaited{.frame = can::make_frame(cob_id.id(), head), .any_value = true};
+  if (cob_id.extended()) {
+    awaited.frame.flags = can::Frame::kExtended;
+  }
+  std::vector<std::byte> by(sizeof number);
   store_le(by.data(), number);
-  return why == AbortCode::out_of_memory ? to_error(Refusal::busy)
-         : why == AbortCode::none        ? Error{}
-                                         : to_error(why);
+  answer_when_sent({.command = command, .frames = {awaited}, .data = std::move(by)}, now);
 }
 
 }  // namespace linegate::line

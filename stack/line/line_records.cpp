@@ -57,7 +57,7 @@ void Line::Impl::follow_records(Instant now) {
       (void)send_nmt(command, now);
     } else if (order.kind == Kind::trigger) {
       command.kind = CommandKind::pdo_trigger;
-      std::vector<std::byte> triggered;
+      std::vector<std::uint16_t> triggered;
       (void)trigger_pdos(command, triggered, now);
     } else if (begin_scan(order.node, 0, now)) {
       take_completions(now);
@@ -72,6 +72,10 @@ void Line::Impl::follow_records(Instant now) {
 // The node boots with the own values: what it is, master or slave (1F80h), is never that of the
 // defaults, not for a moment.
 void Line::Impl::before_boot(Instant now) {
+  for (const CommandKind kind :
+       {CommandKind::emcy_send, CommandKind::pdo_trigger, CommandKind::mpdo_write}) {
+    refuse_sendings(kind, Refusal::wrong_state, now);
+  }
   if (std::exchange(resets, node.counters().resets) != node.counters().resets) {
     own_objects.values_reset();
     for (ScannedOutput& scanned : scanned_outputs) {

@@ -3,46 +3,55 @@
 #include <utility>
 
 #include "stack/base/deadline.h"
-#include "stack/line/line_impl.h"
+#include "stack/line/line_base.h"
 
 namespace linegate::line {
 
-void Line::Impl::expect_acknowledgements() {
-  under_way.expect();
-}
-
-[[gnu::hot]] void Line::Impl::hand_out(const can::Frame& frame, Instant now) {
+[[gnu::hot]] void Line::Base::hand_out(const can::Frame& frame, Instant now, std::uint8_t from) {
   under_way.handed_out(now);
   if (under_way.any()) [[unlikely]] {
-    find_sendings(frame);
+    find_sendings(frame, from);
   }
 }
 
+bool Line::Base::is_awaited(const FramesUnderWay::Awaited& awaited, const can::Frame& frame,
+                            std::uint8_t from) const {
+  constexpr std::size_t kMpdoHead = 4;  // bytes before the value
+  if (awaited.number != 0 || awaited.device != from) {
+    return false;
+  }
+  if (awaited.tpdo != 0) {
+    return carries_newest(awaited, frame);
+  }
+  return awaited.any_value ? frame.id == awaited.frame.id && frame.flags == awaited.frame.flags &&
+                                 std::equal(frame.data.begin(), frame.data.begin() + kMpdoHead,
+                                            awaited.frame.data.begin())
+                           : can::same_content(awaited.frame, frame);
+}
+
 // The frame that was handed out last.
-void Line::Impl::find_sendings(const can::Frame& frame) {
+void Line::Base::find_sendings(const can::Frame& frame, std::uint8_t from) {
   for (FramesUnderWay::Sending& sending : under_way.sendings()) {
-    const bool is_its = sending.tpdo != 0 ? node.pdos().carries_newest(sending.tpdo, frame)
-                                          : can::same_content(sending.frame, frame);
-    if (sending.number == 0 && is_its) {
-      sending.number = under_way.next_number() - 1;
-      if (sending.tpdo == 0) {
+    for (FramesUnderWay::Awaited& awaited : sending.frames) {
+      if (!is_awaited(awaited, frame, from)) {
+        continue;
+      }
+      awaited.number = under_way.next_number() - 1;
+      if (awaited.tpdo == 0 && !awaited.any_value) {
         return;  // of two equal commands each has its frame
       }
     }
   }
 }
 
-[[gnu::hot]] void Line::Impl::acknowledged(std::uint64_t number, Instant now) {
+[[gnu::hot]] void Line::Base::acknowledged(std::uint64_t number, Instant now) {
   if (!under_way.ended(number, now)) {
     return;
   }
-  node.pdos().acknowledged(number);
-  if (lss.listens()) [[unlikely]] {
-    lss.acknowledged(number, now);
-  }
+  note_acknowledged(number, now);
   if (under_way.any()) [[unlikely]] {
     std::erase_if(under_way.sendings(), [&](FramesUnderWay::Sending& sending) {
-      const bool sent = sending.number != 0 && sending.number <= number;
+      const bool sent = FramesUnderWay::is_sent(sending, number);
       if (sent) {
         reply(sending.command.tag, Error{}, std::move(sending.data));
       }
@@ -51,14 +60,12 @@ void Line::Impl::find_sendings(const can::Frame& frame) {
   }
 }
 
-void Line::Impl::lost(std::uint64_t first, std::uint64_t last) {
+void Line::Base::lost(std::uint64_t first, std::uint64_t last) {
   under_way.lost(first, last);
-  node.pdos().lost(first, last);
-  lss.lost(first, last);
+  note_lost(first, last);
 }
 
-// The reply is that of the command when its frame is acknowledged.
-void Line::Impl::answer_when_sent(FramesUnderWay::Sending sending, Instant now) {
+void Line::Base::answer_when_sent(FramesUnderWay::Sending sending, Instant now) {
   Command& command = sending.command;
   if (!under_way.expected()) {
     reply(command.tag, Error{}, std::move(sending.data));
@@ -71,54 +78,56 @@ void Line::Impl::answer_when_sent(FramesUnderWay::Sending sending, Instant now) 
   command.data.clear();
   // A longer time-out is that of an SDO transfer, and of who waits for this reply.
   const bool sooner = command.timeout > Duration::zero() && command.timeout < kSendTime;
-  sending.deadline = deadline(now, sooner ? command.timeout : kSendTime);
+  sending.deadline = earlier(sending.deadline, deadline(now, sooner ? command.timeout : kSendTime));
   under_way.add(std::move(sending));
 }
 
-void Line::Impl::expire_sendings(Instant now) {
+void Line::Base::expire_sendings(Instant now) {
   std::erase_if(under_way.sendings(), [&](FramesUnderWay::Sending& sending) {
-    if (sending.deadline > now) {
-      return false;
-    }
-    if (sending.tpdo == 0) {
-      refuse(sending.command, Refusal::no_acknowledge, now);
-    } else {
+    const bool expired = sending.deadline <= now;
+    if (expired) {
       answer_unsent(sending, now);
     }
-    return true;
+    return expired;
   });
 }
 
-// Of a value: what its PDO waits for at present.
-void Line::Impl::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
-  const std::uint8_t receiving = image.node_of(image::Direction::outputs, sending.tpdo);
-  if (!takes_single_writes(receiving)) {
-    sending.command.node = receiving;
-    refuse(sending.command, Refusal::wrong_state, now);
-    return;
-  }
-  PdoWait wait = wait_of(sending.tpdo);
-  if (wait == PdoWait::none) {
-    wait = sending.number != 0 || bus_is_stuck(now) ? PdoWait::bus : PdoWait::turn;
-  }
-  reply(sending.command.tag, Error{}, way_of(sending.tpdo, wait));
+void Line::Base::refuse_sendings(CommandKind kind, Refusal why, Instant now) {
+  std::erase_if(under_way.sendings(), [&](const FramesUnderWay::Sending& sending) {
+    const bool gone =
+        sending.command.kind == kind &&
+        std::ranges::any_of(sending.frames, [](const auto& frame) { return frame.number == 0; });
+    if (gone) {
+      refuse(sending.command, why, now);
+    }
+    return gone;
+  });
 }
 
-void Line::Impl::cancel_sendings() {
+void Line::Base::cancel_sendings() {
   for (const FramesUnderWay::Sending& sending : under_way.sendings()) {
     reply(sending.command.tag, to_error(Refusal::cancelled));
   }
   under_way.sendings().clear();
 }
 
-bool Line::Impl::bus_is_stuck(Instant now) const {
+bool Line::Base::bus_is_stuck(Instant now) const {
   return !usable() || under_way.is_stuck(now);
+}
+
+bool Line::Base::carries_newest(const FramesUnderWay::Awaited& /*awaited*/,
+                                const can::Frame& /*frame*/) const {
+  return false;
+}
+
+void Line::Base::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
+  refuse(sending.command, Refusal::no_acknowledge, now);
 }
 
 // --- Line ---------------------------------------------------------------------------------------
 
 void Line::expect_acknowledgements() {
-  impl_->expect_acknowledgements();
+  impl_->under_way.expect();
 }
 
 [[gnu::hot]] void Line::acknowledged(std::uint64_t number, Instant now) {

@@ -113,7 +113,7 @@ void Lss::stop() {
   check_.end();
   given_.clear();
   for (const Asked& asked : asked_) {
-    replies_.push_back({.tag = asked.tag, .error = to_error(Refusal::cancelled), .data = {}});
+    replies_.push_back({{.tag = asked.tag, .error = to_error(Refusal::cancelled), .data = {}}});
   }
   asked_.clear();
 }
@@ -133,7 +133,7 @@ bool Lss::execute(Command command, Instant now) {
   const bool checks = assigns || asked.procedure == lss::Procedure::configure_node_id;
   if (bad || (checks && !check_.may_ask())) {
     const Refusal why = bad ? Refusal::bad_request : Refusal::wrong_state;
-    replies_.push_back({.tag = command.tag, .error = to_error(why), .data = {}});
+    replies_.push_back({{.tag = command.tag, .error = to_error(why), .data = {}}});
     return true;
   }
   if (command.timeout > Duration::zero()) {
@@ -149,11 +149,11 @@ bool Lss::execute(Command command, Instant now) {
   return true;
 }
 
-std::optional<Reply> Lss::take_reply() {
+std::optional<Lss::Answered> Lss::take_reply() {
   if (replies_.empty()) {
     return std::nullopt;
   }
-  Reply out = std::move(replies_.front());
+  Answered out = std::move(replies_.front());
   replies_.pop_front();
   return out;
 }
@@ -185,6 +185,7 @@ void Lss::pump(Instant now) {
 void Lss::begin_service(const lss::Request& request, Instant now) {
   master_.start(request);
   stuck_at_ = holding_ ? deadline(now, kStuck) : kNever;
+  unsent_at_ = course_runs() ? deadline(now, kSendTime) : kNever;
 }
 
 // Commands first; a round when its time has come. False if there is nothing to be done.
@@ -294,7 +295,12 @@ void Lss::note_configuration(const lss::Answer& answer, Instant now) {
 }
 
 void Lss::finish_command(Error error, std::vector<std::byte> data) {
-  replies_.push_back({.tag = asked_.front().tag, .error = error, .data = std::move(data)});
+  const Asked& asked = asked_.front();
+  const bool confirmed = asked.procedure != lss::Procedure::switch_global &&
+                         asked.procedure != lss::Procedure::activate_bit_timing;
+  replies_.push_back({.reply = {.tag = asked.tag, .error = error, .data = std::move(data)},
+                      .frame = confirmed ? std::nullopt : std::optional(given_frame_),
+                      .deadline = asked.deadline});
   asked_.pop_front();
   running_ = false;
 }
@@ -448,7 +454,7 @@ void Lss::interface_lost() {
   end_running();
   check_.end();
   for (const Asked& asked : asked_) {
-    replies_.push_back({.tag = asked.tag, .error = to_error(Refusal::line_down), .data = {}});
+    replies_.push_back({{.tag = asked.tag, .error = to_error(Refusal::line_down), .data = {}}});
   }
   asked_.clear();
 }
@@ -461,6 +467,13 @@ void Lss::interface_back(Instant now) {
 }
 
 void Lss::expire(Instant now) {
+  if (now >= unsent_at_ && course_runs() && master_.wants_to_send()) {
+    const Error why = to_error(Refusal::no_acknowledge);
+    replies_.push_back({{.tag = asked_.front().tag, .error = why, .data = {}}});
+    end_running();
+    asked_.pop_front();
+  }
+  unsent_at_ = now >= unsent_at_ ? kNever : unsent_at_;
   for (std::size_t i = 0; i < asked_.size();) {
     if (asked_[i].deadline > now) {
       ++i;
@@ -469,13 +482,14 @@ void Lss::expire(Instant now) {
     if (i == 0 && running_) {
       end_running();
     }
-    replies_.push_back({.tag = asked_[i].tag, .error = to_error(Refusal::timed_out), .data = {}});
+    const Error why = to_error(Refusal::timed_out);
+    replies_.push_back({{.tag = asked_[i].tag, .error = why, .data = {}}});
     asked_.erase(asked_.begin() + static_cast<std::ptrdiff_t>(i));
   }
 }
 
 Instant Lss::next_wake() const {
-  Instant wake = earlier(master_.next_wake(), stuck_at_);
+  Instant wake = earlier(earlier(master_.next_wake(), stuck_at_), unsent_at_);
   wake = holding_ ? earlier(wake, hold_until_) : wake;
   for (const Given& given : given_) {
     wake = usable_ ? earlier(wake, given.due) : wake;
@@ -494,7 +508,9 @@ bool Lss::next_frame(can::Frame& out, Instant now) {
     return false;
   }
   sent_.add(out);
+  given_frame_ = out;
   stuck_at_ = holding_ ? deadline(now, kStuck) : kNever;
+  unsent_at_ = master_.wants_to_send() ? deadline(now, kSendTime) : kNever;
   pump(now);
   return true;
 }

@@ -30,9 +30,16 @@ class Lss final : lss::AssignerHost {
   // Nodes of the configuration are being given their node-IDs: their boot waits for that.
   bool holds_boot() const { return holding_; }
 
-  // False if a queue is full. reply() has its answer sooner or later.
+  // False if a queue is full. take_reply() has its answer sooner or later.
   bool execute(Command command, Instant now);
-  std::optional<Reply> take_reply();
+  struct Answered {
+    Reply reply;
+    // Of a service that no device confirms: the reply holds when the bus acknowledged this frame,
+    // which next_frame() gave.
+    std::optional<can::Frame> frame{};
+    Instant deadline = kNever;  // of the command
+  };
+  std::optional<Answered> take_reply();
 
   // While listens(): all frames.
   bool listens() const { return check_.listens(); }
@@ -121,8 +128,10 @@ class Lss final : lss::AssignerHost {
   Instant next_round_ = kNever;
   Instant hands_off_until_{};  // a person has devices in configuration
   Instant hold_until_ = kNever;
-  Instant stuck_at_ = kNever;  // while holding: a frame that waits then cannot be sent
-  std::deque<Reply> replies_;
+  Instant stuck_at_ = kNever;   // while holding: a frame that waits then cannot be sent
+  can::Frame given_frame_{};    // by next_frame()
+  Instant unsent_at_ = kNever;  // of a command: its frame that waits then cannot be sent
+  std::deque<Answered> replies_;
   can::Traffic sent_;
 };
 

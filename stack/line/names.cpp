@@ -116,6 +116,9 @@ std::string_view describe(Refusal refusal) {
     case Refusal::no_acknowledge:
       return "not sent, waits for the bus: no acknowledge; check the cable, the bit rate and that "
              "another station is switched on";
+    case Refusal::awaits_turn:
+      return "not sent yet, waits for its turn (inhibit time, SYNC or remote request); it is sent "
+             "then";
   }
   return "unknown refusal";
 }

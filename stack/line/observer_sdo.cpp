@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/line/build.h"
 #include "stack/line/observer.h"
 
 namespace linegate::line {

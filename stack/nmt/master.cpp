@@ -1,5 +1,7 @@
 #include "stack/nmt/master.h"
 
+#include <algorithm>
+
 #include "stack/can/cob_id.h"
 #include "stack/od/dictionary.h"
 
@@ -40,6 +42,12 @@ bool Master::send(Command command, std::uint8_t node, Instant now) {
   }
   waiting_.push_back(control);
   return true;
+}
+
+bool Master::waits(const NodeControl& control) const {
+  return std::ranges::any_of(waiting_, [&control](const NodeControl& each) {
+    return each.command == control.command && each.node == control.node;
+  });
 }
 
 // A command that finds no room waits for the next inhibit time.

@@ -31,6 +31,9 @@ class Master {
   // 127, there is no room, or the master is not active: nothing was queued then.
   bool send(Command command, std::uint8_t node, Instant now);
 
+  // The command waits for the inhibit time.
+  bool waits(const NodeControl& control) const;
+
   void advance(Instant now);
   // Of the next command that waits; kNever if none does.
   Instant next_wake() const { return waiting_.empty() ? kNever : free_at_; }

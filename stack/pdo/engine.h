@@ -231,7 +231,7 @@ class Engine {
   // carried stays not valid. TPDOs with output entries are requested again, as trigger() does it,
   // unless their receiver is `waiting`.
   void lost(std::uint64_t first, std::uint64_t last);
-  // The frame is that TPDO with the newest values of the image. number: 1.., of a linked TPDO.
+  // The frame is that TPDO with the newest values. number: 1..
   bool carries_newest(std::uint16_t number, const can::Frame& frame) const;
   // Nothing is requested, not even what an inhibit time holds back: next_frame() gives none. Hot.
   bool quiet() const { return requests_ == 0; }

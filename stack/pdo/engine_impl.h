@@ -225,7 +225,8 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void note_transmission(std::uint16_t slot);
   void confirm(std::uint16_t slot, const FrameData& differs);
   // The newest values are known, and those of its last sample.
-  bool shows_newest(std::uint16_t slot) const;
+  bool is_newest(std::uint16_t slot) const;
+  bool shows_newest(std::uint16_t slot) const;  // of a linked one
   bool is_taken(std::uint16_t slot) const;
   void acknowledged(std::uint64_t number);
   void lost(std::uint64_t first, std::uint64_t last);

@@ -350,9 +350,13 @@ can::Frame Engine::Impl::remote_frame(std::uint16_t slot) const {
 }
 
 // A value that was written after the sample was taken is not in the frame.
-bool Engine::Impl::shows_newest(std::uint16_t slot) const {
+bool Engine::Impl::is_newest(std::uint16_t slot) const {
   const Tpdo& pdo = tpdos[slot];
-  return pdo.active && pdo.linked && !held_back(slot) && has_data(pdo.frame, gather(pdo));
+  return pdo.active && !held_back(slot) && has_data(pdo.frame, gather(pdo));
+}
+
+bool Engine::Impl::shows_newest(std::uint16_t slot) const {
+  return tpdos[slot].linked && is_newest(slot);
 }
 
 // It is transmitted to a node that takes it.
@@ -444,7 +448,7 @@ bool Engine::carries_newest(std::uint16_t number, const can::Frame& frame) const
   if (number == 0 || number > impl_->tpdos.size() || !impl_->tpdos[slot].active) {
     return false;
   }
-  return can::same_content(frame, impl_->tpdos[slot].frame) && impl_->shows_newest(slot);
+  return can::same_content(frame, impl_->tpdos[slot].frame) && impl_->is_newest(slot);
 }
 
 void Engine::Impl::set_receiver(std::uint8_t node, Receiver state) {

@@ -91,12 +91,12 @@ def check_objects(plant):
     plant.reads("1234", "press:5", "6083", "0", "u32")
     plant.expect(f"by PDO {PDO}" + waits + "trigger", "sdo", "write", *first, "3", "--by-pdo", "--keep")
     plant.expect("85", "sdo", "read", *first)
-    plant.expect(f"PDO {PDO}", "trigger", "press:8", "1")
+    plant.expect(f"PDO {PDO}, sent", "trigger", "press:8", "1")
     plant.reads("3", *first)
-    plant.expect(f"PDO {PDO}", "trigger", "press", PDO)
+    plant.expect(f"PDO {PDO}, sent", "trigger", "press", PDO)
     offset = next(entry["bit_offset"] // 8 for entry in plant.json("image", "press", "-o")["entries"]
                   if entry["node"] == 8)
-    plant.expect(f"PDO {PDO}", "trigger", "press", str(offset), "--offset")
+    plant.expect(f"PDO {PDO}, sent", "trigger", "press", str(offset), "--offset")
     plant.expect("no such output entry: press does not send to RPDO 9 of node 8; to its RPDOs: 1",
                  "trigger", "press:8", "9", code=1)
     told = plant.json("sdo", "write", *second, "9", "--by-pdo")

@@ -128,6 +128,7 @@ TEST_F(Commands, SdoReadPrintsTheValueByType) {
 
 TEST_F(Commands, AnEmcyIsSentByTheLineOrByADeviceOfIt) {
   EXPECT_EQ(emcy(context_, "press", "2310", "80", "1 2"), kDone) << err_.str();
+  EXPECT_EQ(out_.str(), "sent\n");
   EXPECT_EQ(gateway_.last.kind, line::CommandKind::emcy_send);
   EXPECT_EQ(gateway_.last.code, 0x2310);
   EXPECT_EQ(gateway_.last.error_register, 0x80);
@@ -237,7 +238,7 @@ TEST_F(Commands, AReadSaysThatTheImageWillDo) {
 TEST_F(Commands, APdoIsTriggeredInThreeWays) {
   gateway_.answer.reply.data = {std::byte{3}, std::byte{0}, std::byte{4}, std::byte{0}};
   EXPECT_EQ(pdo_trigger(context_, "press:5", "1", false), kDone);
-  EXPECT_EQ(out_.str(), "PDO 3, 4\n");
+  EXPECT_EQ(out_.str(), "PDO 3, 4, sent\n");
   EXPECT_EQ(gateway_.last.node, 5);
   EXPECT_EQ(gateway_.last.code, 1);
   EXPECT_EQ(pdo_trigger(context_, "press", "3", false), kDone);
@@ -271,7 +272,7 @@ TEST_F(Commands, APdoIsRequested) {
 TEST_F(Commands, AValueGoesByMpdo) {
   gateway_.answer.reply.data = {std::byte{100}, std::byte{0}};
   EXPECT_EQ(mpdo_write(context_, "press:ram", {"6200:01", "u16", "513"}), kDone) << err_.str();
-  EXPECT_EQ(out_.str(), "given to TPDO 100, which sends it in its turn\n");
+  EXPECT_EQ(out_.str(), "by TPDO 100, sent\n");
   EXPECT_EQ(gateway_.last.kind, line::CommandKind::mpdo_write);
   EXPECT_EQ(gateway_.last.node, 5);
   EXPECT_EQ(gateway_.last.index, 0x6200);
@@ -483,6 +484,13 @@ TEST_F(Commands, AFrameThatTheBusDoesNotAcknowledgeIsNotSent) {
   gateway_.answer.text = line::describe(line::Refusal::no_acknowledge);
   EXPECT_EQ(nmt(context_, "start", "press:5"), kHeldBack);
   EXPECT_THAT(err_.str(), HasSubstr("waits for the bus: no acknowledge"));
+  EXPECT_EQ(emcy(context_, "press", "2310", "0", ""), kHeldBack);
+  gateway_.answer.reply = {.error = line::to_error(line::Refusal::awaits_turn)};
+  gateway_.answer.text = line::describe(line::Refusal::awaits_turn);
+  EXPECT_EQ(pdo_trigger(context_, "press", "3", false), kHeldBack);
+  EXPECT_THAT(err_.str(), HasSubstr("waits for its turn (inhibit time"));
+  gateway_.answer.reply = {.error = line::to_error(line::Refusal::no_acknowledge)};
+  gateway_.answer.text = line::describe(line::Refusal::no_acknowledge);
   out_.str("");
   context_.json = true;
   EXPECT_EQ(nmt(context_, "start", "press:5"), kHeldBack);

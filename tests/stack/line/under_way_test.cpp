@@ -1,82 +1,12 @@
 // What is answered and shown when the bus acknowledges frames, when it does not, and when it loses
 // them.
-#include "stack/base/byte_order.h"
-
-#include "tests/stack/line/line_fixture.h"
+#include "tests/stack/line/under_way_fixture.h"
 
 namespace linegate::line {
 namespace {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
-
-class AcknowledgedOutputs : public LineTest {
- protected:
-  // Takes the device to Operational, with all frames acknowledged.
-  void run(LineConfig config = config_with_axis()) {
-    make(std::move(config));
-    line_->expect_acknowledgements();
-    boot();
-    pass(milliseconds(1));
-    hand_out();
-    acknowledge_all();
-    events();
-  }
-  // Frames that the bus takes, but does not acknowledge yet.
-  std::vector<std::string> hand_out() {
-    std::vector<std::string> out = sent();
-    given_ += out.size();
-    return out;
-  }
-  void boot() {
-    const auto frames = [this] { return line_->state().counters.frames_sent; };
-    LineTest::boot();
-    given_ = frames();
-  }
-  void acknowledge_all() { line_->acknowledged(given_, now_); }
-  void write(std::uint32_t setpoint) {
-    OutputWrite out;
-    out.layout_id = line_->layout(Direction::outputs).id;
-    out.arming = 1;
-    out.values = {{.entry = 0, .length = 4, .data = {}}, {.entry = 1, .length = 1, .data = {}}};
-    store_le(out.values[0].data.data(), setpoint);
-    out.values[1].data[0] = std::byte{2};
-    EXPECT_EQ(line_->write_outputs(out, now_), OutputRefusal::none);
-  }
-  void write_by_hand(std::uint8_t mode, Duration timeout = {}) {
-    line_->execute({.kind = CommandKind::output_write,
-                    .entry = 1,
-                    .timeout = timeout,
-                    .data = {std::byte{mode}}},
-                   now_);
-  }
-  void start_node() {
-    line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::start, .data = {}},
-                   now_);
-  }
-  bool is_answered() {
-    Reply reply;
-    return line_->take_reply(reply);
-  }
-  PdoWait wait_of(const Reply& reply) {
-    return reply.data.size() >= 4 ? static_cast<PdoWait>(reply.data[3]) : PdoWait::values;
-  }
-  OutputWait reason() {
-    OutputState state;
-    line_->output_state(0, state);
-    return state.waits.empty() ? OutputWait::value : state.waits.front().reason;
-  }
-  bool valid() { return snapshot(Direction::outputs).is_valid(0); }
-  // The device still lives, for so long.
-  void live(Duration time) {
-    for (const Instant end = now_ + time; now_ < end;) {
-      pass(std::min<Duration>(milliseconds(50), end - now_));
-      hear(0x705, {0x05});
-    }
-  }
-
-  std::uint64_t given_ = 0;
-};
 
 TEST_F(AcknowledgedOutputs, AreValidWhenTheirFrameWasAcknowledged) {
   run();
@@ -186,8 +116,6 @@ TEST_F(AcknowledgedOutputs, NameTheBusAsWhatTheyWaitFor) {
   acknowledge_all();
   EXPECT_TRUE(valid());
 }
-
-using AcknowledgedCommands = AcknowledgedOutputs;
 
 TEST_F(AcknowledgedCommands, AnNmtCommandIsAnsweredWhenItIsOnTheBus) {
   run();

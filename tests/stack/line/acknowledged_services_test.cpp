@@ -1,0 +1,231 @@
+// PDOs and EMCYs that a command sends, MPDOs, LSS services without a response: answered when the
+// bus acknowledged their frame, else with what they wait for.
+#include "stack/lss/procedure.h"
+
+#include "tests/stack/line/under_way_fixture.h"
+
+namespace linegate::line {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr std::uint16_t kSent = 0x2100;  // by MPDO
+
+class AcknowledgedServices : public AcknowledgedOutputs {
+ protected:
+  static LineConfig with_mpdo() {
+    LineConfig config = config_with_axis();
+    OwnObject object{.index = kSent, .variable = {}};
+    object.variable.sub = 1;
+    object.variable.type = od::DataType::unsigned32;
+    object.variable.access = od::Access::rw;
+    object.variable.mappable = true;
+    object.variable.value.resize(4);
+    config.own_objects.push_back(object);
+    pdo::Parameters mpdo;
+    mpdo.number = 100;
+    mpdo.cob_id = {0x1F0 | can::CobId::kNoRtrBit};
+    mpdo.mpdo = pdo::MpdoMode::destination;
+    mpdo.mapping = {{{kSent, 1}, 32}};
+    config.forwarding.tpdos = {mpdo};
+    return config;
+  }
+  void trigger() {
+    line_->execute({.kind = CommandKind::pdo_trigger, .code = 1, .data = {}}, now_);
+  }
+  void send_emcy(std::uint16_t code) {
+    line_->execute({.kind = CommandKind::emcy_send, .code = code, .data = {}}, now_);
+  }
+  void send_mpdo(std::uint8_t value) {
+    line_->execute({.kind = CommandKind::mpdo_write,
+                    .node = 5,
+                    .index = 0x6200,
+                    .sub = 1,
+                    .data = {std::byte{value}}},
+                   now_);
+  }
+  void lss(lss::Procedure procedure, std::vector<std::byte> arguments, Duration timeout = {}) {
+    line_->execute({.kind = CommandKind::lss,
+                    .code = static_cast<std::uint16_t>(procedure),
+                    .timeout = timeout,
+                    .data = std::move(arguments)},
+                   now_);
+  }
+  void set(std::uint16_t index, std::uint16_t value) {
+    ASSERT_TRUE(line_->dictionary().set({index, 0}, value));
+  }
+};
+
+TEST_F(AcknowledgedServices, ATriggeredPdoIsAnsweredWhenItIsOnTheBus) {
+  run();
+  write(1);
+  hand_out();
+  acknowledge_all();
+  trigger();
+  EXPECT_FALSE(is_answered());
+  EXPECT_THAT(hand_out(), ElementsAre("205#0100000002"));
+  EXPECT_FALSE(is_answered()) << "the controller has it, the bus does not";
+  acknowledge_all();
+  const Reply reply = answer();
+  EXPECT_TRUE(reply.ok());
+  EXPECT_THAT(reply.data, ElementsAre(std::byte{1}, std::byte{0}));
+}
+
+TEST_F(AcknowledgedServices, ATriggeredPdoOnABusWithoutAcknowledgeSaysSo) {
+  run();
+  write(1);
+  hand_out();
+  trigger();
+  hand_out();
+  live(milliseconds(900));
+  EXPECT_FALSE(is_answered());
+  live(milliseconds(200));
+  EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
+}
+
+TEST_F(AcknowledgedServices, ATriggeredPdoWithoutSyncWaitsForItsTurn) {
+  LineConfig config = config_with_axis();
+  for (od::ObjectDescription& object : config.nodes[0].device.objects) {
+    for (od::VariableDescription& variable : object.variables) {
+      if (object.index == 0x1400 && variable.sub == 2) {
+        variable.value = {std::byte{0}};  // at SYNC, which nobody sends
+      }
+    }
+  }
+  run(std::move(config));
+  write(1);
+  hand_out();
+  trigger();
+  live(milliseconds(1100));
+  EXPECT_EQ(answer().error, to_error(Refusal::awaits_turn));
+}
+
+TEST_F(AcknowledgedServices, ATriggeredPdoOfAnOwnNodeThatBootsIsGone) {
+  run();
+  write(1);
+  hand_out();
+  acknowledge_all();
+  trigger();
+  line_->execute({.kind = CommandKind::nmt,
+                  .node = line_->config().node_id,
+                  .nmt = nmt::Command::reset_communication,
+                  .data = {}},
+                 now_);
+  EXPECT_EQ(answer().error, to_error(Refusal::wrong_state));
+}
+
+TEST_F(AcknowledgedServices, AnEmcyIsAnsweredWhenItIsOnTheBus) {
+  run();
+  send_emcy(0x5000);
+  EXPECT_FALSE(is_answered());
+  EXPECT_THAT(hand_out(), ElementsAre("0FF#0050010000000000"));
+  EXPECT_FALSE(is_answered());
+  acknowledge_all();
+  EXPECT_TRUE(answer().ok());
+  send_emcy(0x5100);
+  hand_out();
+  live(milliseconds(1100));
+  EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
+}
+
+TEST_F(AcknowledgedServices, AnEmcyThatWaitsForItsInhibitTimeSaysSo) {
+  run();
+  set(0x1015, 20'000);  // 2 s
+  send_emcy(0x5000);
+  hand_out();
+  acknowledge_all();
+  EXPECT_TRUE(answer().ok());
+  send_emcy(0x5100);
+  EXPECT_THAT(hand_out(), IsEmpty());
+  live(milliseconds(1100));
+  EXPECT_EQ(answer().error, to_error(Refusal::awaits_turn));
+}
+
+TEST_F(AcknowledgedServices, AValueByMpdoIsAnsweredWhenItIsOnTheBus) {
+  run(with_mpdo());
+  send_mpdo(7);
+  EXPECT_FALSE(is_answered());
+  EXPECT_THAT(hand_out(), ElementsAre("1F0#8500620107000000"));
+  EXPECT_FALSE(is_answered());
+  acknowledge_all();
+  const Reply reply = answer();
+  EXPECT_TRUE(reply.ok());
+  EXPECT_THAT(reply.data, ElementsAre(std::byte{100}, std::byte{0}));
+}
+
+TEST_F(AcknowledgedServices, ANewerValueByMpdoToTheSameObjectAnswersBoth) {
+  run(with_mpdo());
+  send_mpdo(7);
+  send_mpdo(8);
+  EXPECT_THAT(hand_out(), ElementsAre("1F0#8500620108000000"));
+  acknowledge_all();
+  EXPECT_TRUE(is_answered());
+  EXPECT_TRUE(is_answered());
+}
+
+TEST_F(AcknowledgedServices, AValueByMpdoThatABusOffLostIsNotDone) {
+  run(with_mpdo());
+  send_mpdo(7);
+  hand_out();
+  line_->lost(given_, given_);
+  live(milliseconds(1100));
+  EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
+}
+
+TEST_F(AcknowledgedServices, AnLssServiceWithoutAResponseIsAnsweredWhenItIsOnTheBus) {
+  run();
+  lss(lss::Procedure::switch_global, {std::byte{1}});
+  EXPECT_FALSE(is_answered());
+  EXPECT_THAT(hand_out(), ElementsAre("7E5#0401000000000000"));
+  EXPECT_FALSE(is_answered()) << "the controller has it, the bus does not";
+  acknowledge_all();
+  const Reply reply = answer();
+  EXPECT_TRUE(reply.ok());
+  EXPECT_THAT(reply.data, ElementsAre(std::byte{0}, std::byte{0}, std::byte{0}));
+}
+
+TEST_F(AcknowledgedServices, AnLssServiceOnABusWithoutAcknowledgeSaysSo) {
+  run();
+  lss(lss::Procedure::activate_bit_timing, {std::byte{0xE8}, std::byte{3}});
+  hand_out();
+  live(milliseconds(900));
+  EXPECT_FALSE(is_answered());
+  live(milliseconds(200));
+  EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
+  lss(lss::Procedure::switch_global, {std::byte{0}}, milliseconds(300));
+  hand_out();
+  live(milliseconds(350));
+  EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge)) << "after its own time-out";
+}
+
+// The controller takes no frame.
+TEST_F(AcknowledgedServices, AnLssServiceWhoseFrameNobodyTakesSaysSo) {
+  run();
+  lss(lss::Procedure::inquire_node_id, {});
+  lss(lss::Procedure::switch_global, {std::byte{0}});
+  live(milliseconds(1100));
+  EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
+  EXPECT_FALSE(is_answered());
+  live(milliseconds(1100));
+  EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
+  EXPECT_THAT(hand_out(), IsEmpty()) << "what was answered so is not sent later";
+}
+
+TEST_F(AcknowledgedServices, AnNmtCommandThatWaitsForTheInhibitTimeSaysSo) {
+  run();
+  set(0x102A, 30'000);  // 3 s
+  start_node();
+  EXPECT_THAT(hand_out(), ElementsAre("000#0105"));
+  acknowledge_all();
+  EXPECT_TRUE(answer().ok());
+  start_node();
+  EXPECT_THAT(hand_out(), IsEmpty());
+  live(milliseconds(900));
+  EXPECT_FALSE(is_answered());
+  live(milliseconds(200));
+  EXPECT_EQ(answer().error, to_error(Refusal::awaits_turn));
+}
+
+}  // namespace
+}  // namespace linegate::line
