@@ -21,10 +21,11 @@ void EventLog::limit_overheard() {
 }
 
 void EventLog::emit(Event event) {
-  if (event.node == 0) {
-    event.node = own_node_;
-  } else if (event.node < called_.size() && called_[event.node] != 0) {
-    event.node = called_[event.node];
+  if (line_ != nullptr) {
+    const bool own = event.node == 0 || event.node == own_node_;
+    event.node = own ? device_ : event.node;
+    line_->emit(event);
+    return;
   }
   auto& limit = limits_[limit_of(event.kind)];
   if (!limit || limit->admit(event)) {

@@ -26,6 +26,10 @@ class EventListener {
 class EventLog {
  public:
   explicit EventLog(std::size_t capacity = 1024);
+  // Keeps nothing: hands on to `line` the events of one of its own devices, which the line calls
+  // `device`. They have the node-ID `device` if they have none, or that of the device on the bus,
+  // see set_own_node(). `line` must outlive it.
+  EventLog(EventLog& line, std::uint8_t device) : line_(&line), device_(device) {}
 
   // From now on malformed_frame, bus_error, output_refused and command_refused are held back as
   // RepeatLimit says: such an event gets no number and is not lost.
@@ -34,11 +38,8 @@ class EventLog {
   void limit_overheard();
   // listener must outlive the log, or nullptr be set before it goes.
   void set_listener(EventListener* listener) { listener_ = listener; }
-  // Events without a node-ID are of this node from now on; 0 = of the line.
+  // Of a log that hands on: the node-ID that the device has on the bus, 0 = none.
   void set_own_node(std::uint8_t node) { own_node_ = node; }
-  // Events of node-ID `heard` are of the own device that the line calls `called` from now on: LSS
-  // gave it another node-ID than the configuration. 0: no longer. heard: 1..127.
-  void call_node(std::uint8_t heard, std::uint8_t called) { called_[heard] = called; }
   // Emits what was held back and nothing has told of meanwhile.
   void advance(Instant now);
   Instant next_wake() const { return next_wake_; }
@@ -69,8 +70,9 @@ class EventLog {
   void append_loss_marker();
 
   EventListener* listener_ = nullptr;
+  EventLog* line_ = nullptr;  // it hands on
+  std::uint8_t device_ = 0;
   std::uint8_t own_node_ = 0;
-  std::array<std::uint8_t, 128> called_{};                    // by node-ID, 0 = as it is
   std::array<std::optional<RepeatLimit>, kFree + 1> limits_;  // of kFree there is never one
   Instant next_wake_ = kNever;                                // or earlier
   std::vector<Event> ring_;

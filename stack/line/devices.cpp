@@ -29,15 +29,6 @@ std::uint8_t lss_slave_of(std::uint8_t medium) {
 
 }  // namespace
 
-template <class Call>
-void Line::Devices::each_seat(Call call) {
-  for (const Seat& seat : seats) {
-    events.set_own_node(seat.device->id());
-    call(seat);
-  }
-  events.set_own_node(0);
-}
-
 VirtualDevice* Line::Devices::find(std::uint8_t id) const {
   for (const Seat& seat : seats) {
     if (seat.device->id() == id) {
@@ -55,16 +46,18 @@ void Line::Devices::start(Instant now) {
   running = true;
   emit(EventKind::line_started, now, static_cast<std::uint32_t>(config.role));
   apply_defaults(now);
-  each_seat([now](const Seat& seat) { seat.device->start(now); });
+  for (const Seat& seat : seats) {
+    seat.device->start(now);
+  }
 }
 
 bool Line::Devices::hear(const can::Frame& frame, const Seat* except) {
   bool wanted = false;
-  each_seat([&](const Seat& seat) {
+  for (const Seat& seat : seats) {
     if (&seat != except) {
       wanted |= seat.device->receive(frame);
     }
-  });
+  }
   return wanted;
 }
 
@@ -126,17 +119,19 @@ void Line::Devices::bus_event(const can::BusEvent& event) {
   if (!note(event)) {
     return;
   }
-  each_seat([&](const Seat& seat) {
+  for (const Seat& seat : seats) {
     seat.device->node().bus_event(event);
     if (!usable()) {
       seat.device->inputs_lost();
     }
-  });
+  }
 }
 
 void Line::Devices::advance(Instant now) {
   events.advance(now);
-  each_seat([now](const Seat& seat) { seat.device->advance(now); });
+  for (const Seat& seat : seats) {
+    seat.device->advance(now);
+  }
   count_syncs();
   while (const Outputs::Group* group = outputs.expire(now)) {
     react(*group, now);

@@ -73,9 +73,6 @@ struct Line::Devices final : Line::Base {
   VirtualDevice* named(std::uint8_t id) const;
   // True if a device wanted it. except: who sent it, nullptr = none of them.
   bool hear(const can::Frame& frame, const Seat* except);
-  // For each device; events of its node name it.
-  template <class Call>
-  void each_seat(Call call);
   void count_syncs();
   void interface_lost();
 

@@ -79,7 +79,7 @@ void VirtualDevice::Conversion::written(od::Address address) {
 
 VirtualDevice::VirtualDevice(const DeviceConfig& config, const LineConfig& line,
                              image::ProcessImage& image, EventLog& events)
-    : id_(config.id), scheme_(line.error_scheme), image_(image), events_(events) {
+    : id_(config.id), scheme_(line.error_scheme), image_(image), events_(events, config.id) {
   build(config.device);
   if (config.lss) {
     description_ = config.device;
@@ -93,6 +93,7 @@ void VirtualDevice::build(const od::DeviceDescription& description) {
   io_.reset();
   node_.reset();
   mirrors_.clear();
+  events_.set_own_node(description.node_id);
   node_ = std::make_unique<node::Node>(od::Dictionary(description), options, events_, nullptr);
   node_->set_application(this);
   node_->set_medium(medium_);
@@ -121,9 +122,7 @@ void VirtualDevice::rebuild(std::uint8_t node_id) {
     return;
   }
   before_ = counts();
-  events_.call_node(node_->node_id(), 0);
   build(od::with_node_id(description_, node_id));
-  events_.call_node(node_id, id_);
   by_itself_ = true;
   reset(true, now_);
   by_itself_ = false;

@@ -143,7 +143,7 @@ class VirtualDevice final : node::Application {
   const std::uint8_t id_;
   const node::ErrorScheme scheme_;
   image::ProcessImage& image_;
-  EventLog& events_;
+  EventLog events_;                    // the line's, by the name that the line has for the device
   std::unique_ptr<DeviceLss> lss_;     // if it is an LSS slave
   od::DeviceDescription description_;  // the same: to become another node of
   storage::Medium* medium_ = nullptr;

@@ -1,6 +1,7 @@
 #include "stack/base/event_log.h"
 
 #include <array>
+#include <initializer_list>
 
 #include <gtest/gtest.h>
 
@@ -59,6 +60,24 @@ TEST(EventLog, TheMarkerKeepsItsPlaceInTheSequence) {
   EXPECT_EQ(out[1].kind, EventKind::events_lost);
   EXPECT_EQ(out[1].number, 4U);
   EXPECT_EQ(out[2].number, 5U);
+}
+
+TEST(EventLog, OneOfADeviceHandsOnByTheNameOfTheDevice) {
+  EventLog line;
+  EventLog device(line, 5);
+  device.set_own_node(6);
+  for (const std::uint8_t node : std::initializer_list<std::uint8_t>{0, 6, 5, 7}) {
+    device.emit({.kind = EventKind::boot_up, .node = node});
+  }
+  line.emit({.kind = EventKind::boot_up, .node = 6});
+  EXPECT_TRUE(device.empty());
+  std::array<Event, 8> out;
+  ASSERT_EQ(line.take(out), 5U);
+  const std::array expected{5, 5, 5, 7, 6};
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(out[i].node, expected[i]) << i;
+    EXPECT_EQ(out[i].number, i + 1);
+  }
 }
 
 TEST(EventKinds, EveryKindHasAName) {

@@ -99,6 +99,86 @@ TEST_F(LssDeviceTest, EventsNameTheDeviceAndTheNodeIdOnTheBus) {
   EXPECT_FALSE(told(EventKind::boot_up, 9));
 }
 
+// Devices that the line calls 5 and 6, with product codes 5 and 6.
+class TwoLssDevices : public LineTest {
+ protected:
+  void SetUp() override {
+    LineConfig config;
+    config.name = "below";
+    config.role = Role::device;
+    config.node_id = 0;
+    for (std::uint8_t id = 5; id <= 6; ++id) {
+      od::DeviceDescription file = *eds::load(kDeviceFile, "axis.eds", id).value;
+      const auto identity = std::ranges::find(file.objects, 0x1018, &od::ObjectDescription::index);
+      std::ranges::find(identity->variables, 2, &od::VariableDescription::sub)->value[0] =
+          std::byte{id};
+      config.devices.push_back({.id = id, .name = "axis", .device = std::move(file), .lss = true});
+    }
+    make(std::move(config));
+    line_->start(now_);
+  }
+  void lss(std::uint8_t command, std::uint32_t number) {
+    const auto part = [number](unsigned shift) {
+      return static_cast<std::uint8_t>(number >> shift);
+    };
+    hear(0x7E5, {command, part(0), part(8), part(16), part(24), 0, 0, 0});
+    pass(Duration{});
+    sent();
+  }
+  // To the device of that product code; it boots with it.
+  void give(std::uint8_t product, std::uint8_t node) {
+    const std::uint32_t address[] = {0x123, product, 0, 0};
+    for (std::uint8_t i = 0; i < 4; ++i) {
+      lss(static_cast<std::uint8_t>(0x40 + i), address[i]);
+    }
+    lss(0x11, node);
+    lss(0x04, 0);
+  }
+  // Of which device an EMCY of the device with that name is reported.
+  std::uint8_t reported_for(std::uint8_t device) {
+    events();
+    line_->execute({.kind = CommandKind::emcy_send, .node = device, .code = 0x1000, .data = {}},
+                   now_);
+    EXPECT_TRUE(answer().ok());
+    sent();
+    for (const Event& event : events()) {
+      if (event.kind == EventKind::emcy_sent) {
+        return event.node;
+      }
+    }
+    return 0;
+  }
+  std::uint8_t bus_id(std::uint8_t device) { return line_->own_device(device)->node_id; }
+};
+
+TEST_F(TwoLssDevices, EventsNameTheDeviceWhereANodeIdIsTheNameOfAnother) {
+  give(5, 6);
+  EXPECT_EQ(bus_id(5), 6);
+  give(6, 7);
+  EXPECT_EQ(bus_id(6), 7);
+  EXPECT_EQ(reported_for(5), 5);
+  EXPECT_EQ(reported_for(6), 6);
+}
+
+TEST_F(TwoLssDevices, ARefusedCommandNamesTheDeviceThatItWasFor) {
+  give(5, 6);
+  events();
+  line_->execute({.kind = CommandKind::emcy_send, .node = 6, .code = 0x1000, .data = {}}, now_);
+  EXPECT_FALSE(answer().ok());
+  EXPECT_TRUE(told(EventKind::command_refused, 6)) << "it has no node-ID";
+}
+
+// It loses node-ID 6, which the other one gets.
+TEST_F(TwoLssDevices, ANodeIdThatADeviceLostSaysNothingAboutIt) {
+  give(5, 6);
+  hear(0x000, {0x81, 0x06});
+  pass(Duration{});
+  EXPECT_EQ(bus_id(5), 0);
+  give(6, 6);
+  EXPECT_EQ(bus_id(6), 6);
+  EXPECT_EQ(reported_for(6), 6);
+}
+
 TEST_F(LssDeviceTest, ResetNodeTakesTheNodeIdThatIsNotStored) {
   start();
   give(9);
