@@ -342,7 +342,8 @@ std::string text(const Event& e, std::string_view interface) {
     case EventKind::shared_node_id:
       return shared_id_text(e);
     case EventKind::object_written:
-      return fmt::format("object {} written: {} bytes", object(e), e.value);
+      return fmt::format("object {} written: {} bytes{}", object(e), e.value,
+                         e.code == 0 ? "" : fmt::format(", {} writes before it not shown", e.code));
     case EventKind::own_reset:
       return fmt::format("reset by NMT: {}", as<nmt::Command>(e.code));
     case EventKind::time_received:

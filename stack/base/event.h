@@ -115,7 +115,9 @@ enum class EventKind : std::uint8_t {
   // Of a device of the line's own (role device), node; the first one also of own_objects of the own
   // node, node 0:
   object_written,  // an object that is not in the image was written over SDO or MPDO. value: bytes;
-                   // data: index (2, LE), sub-index, and the first bytes of the value
+                   // code: how many writes to it since the event before have none (of more than 8
+                   // in a second the newest has); data: index (2, LE), sub-index, and the first
+                   // bytes of the value
   own_reset,       // an NMT command reset it. code: the command specifier
   time_received,   // a TIME message; at most one event a second. data: UTC in ns (8, LE)
 };

@@ -3,6 +3,11 @@
 #include "stack/base/byte_order.h"
 
 namespace linegate {
+namespace {
+
+constexpr std::size_t kObjects = 256;  // that are limited apart
+
+}  // namespace
 
 EventLog::EventLog(std::size_t capacity) : ring_(capacity < 2 ? 2 : capacity) {
 }
@@ -11,11 +16,11 @@ void EventLog::limit_repeats() {
   for (const Limited which : {kMalformed, kBusError, kOutputs, kCommands}) {
     limits_[which].emplace();
   }
+  limits_[kWritten] = RepeatLimit::that_keeps_newest(kObjects, kWritesAtOnce);
 }
 
 // A master that configures its network transfers many different objects in a second.
 void EventLog::limit_overheard() {
-  constexpr std::size_t kObjects = 256;
   limits_[kTransfer].emplace(kObjects);
   limits_[kAbort].emplace(kObjects);
 }
@@ -65,6 +70,8 @@ EventLog::Limited EventLog::limit_of(EventKind kind) {
       return kTransfer;
     case EventKind::sdo_abort:
       return kAbort;
+    case EventKind::object_written:
+      return kWritten;
     default:
       return kFree;
   }

@@ -32,8 +32,10 @@ class EventLog {
   EventLog(EventLog& line, std::uint8_t device) : line_(&line), device_(device) {}
 
   // From now on malformed_frame, bus_error, output_refused and command_refused are held back as
-  // RepeatLimit says: such an event gets no number and is not lost.
+  // RepeatLimit says: such an event gets no number and is not lost. So is object_written, after
+  // kWritesAtOnce of one object in a second; its newest value always gets an event.
   void limit_repeats();
+  static constexpr std::uint32_t kWritesAtOnce = 8;
   // The same of sdo_transfer and sdo_abort, for who hears those of others.
   void limit_overheard();
   // listener must outlive the log, or nullptr be set before it goes.
@@ -62,6 +64,7 @@ class EventLog {
     kCommands,
     kTransfer,
     kAbort,
+    kWritten,
     kFree
   };
   static Limited limit_of(EventKind kind);

@@ -15,6 +15,8 @@ constexpr std::uint8_t kCountOffset = 8;
 void tell_held(Event& event, std::uint32_t held) {
   if (event.kind == EventKind::sdo_transfer) {  // its data may be full
     event.code |= std::min<std::uint32_t>(held, 0xFFFF) << 16U;
+  } else if (event.kind == EventKind::object_written) {
+    event.code = held;
   } else if (held != 0) {
     store_le(event.data.data() + kCountOffset, held);
     event.length = kCountOffset + sizeof held;
@@ -28,6 +30,7 @@ std::uint32_t subject_of(const Event& event) {
       return event.value;
     case EventKind::sdo_transfer:
     case EventKind::sdo_abort:
+    case EventKind::object_written:
       return load_le<std::uint32_t>(event.data.data()) & 0xFF'FFFFU;  // index and sub-index
     default:
       return 0;
@@ -42,15 +45,21 @@ std::uint32_t saturated_sum(std::uint32_t a, std::uint32_t b) {
 }  // namespace
 
 bool RepeatLimit::admit(Event& event) {
-  Place& place = place_of(event);
-  if (!place.is_old(event.time)) {
+  Place* const found = place_of(event);
+  if (found == nullptr) {
+    return true;
+  }
+  Place& place = *found;
+  const bool old = place.is_old(event.time);
+  if (!old && (place.held != 0 || place.at_once >= at_once_)) {
     place.held = saturated_sum(place.held, 1);
     place.last = event;
     next_ = earlier(next_, place.due());
     return false;
   }
   place.used = true;
-  place.told = event.time;
+  place.at_once = old ? 1 : place.at_once + 1;
+  place.told = old ? event.time : place.told;
   tell_held(event, std::exchange(place.held, 0));
   find_next();
   return true;
@@ -65,6 +74,7 @@ std::optional<Event> RepeatLimit::take_due(Instant now) {
   event.time = place.due();
   tell_held(event, std::exchange(place.held, 0) - 1);
   place.told = event.time;
+  place.at_once = 1;
   find_next();
   return event;
 }
@@ -77,27 +87,28 @@ RepeatLimit::Key RepeatLimit::key_of(const Event& event) {
   return {.node = event.node, .code = event.code, .subject = subject_of(event)};
 }
 
-RepeatLimit::Place& RepeatLimit::place_of(const Event& event) {
+RepeatLimit::Place* RepeatLimit::place_of(const Event& event) {
   const std::span<Place> own = std::span(places_).first(places_.size() - 1);
   const Key key = key_of(event);
   const auto known =
       std::ranges::find_if(own, [&](const Place& place) { return place.used && place.key == key; });
   if (known != own.end()) {
-    return *known;
+    return &*known;
   }
   Place* free = nullptr;
   for (Place& place : own) {
-    if (place.is_old(event.time) && (free == nullptr || place.held < free->held)) {
+    const bool may_go = shares_ || place.held == 0;
+    if (may_go && place.is_old(event.time) && (free == nullptr || place.held < free->held)) {
       free = &place;
     }
   }
   Place& shared = places_.back();
   if (free == nullptr) {
-    return shared;
+    return shares_ ? &shared : nullptr;
   }
   // Whom these counts belong to may never come again: this event tells them.
   *free = {.key = key, .held = saturated_sum(free->held, std::exchange(shared.held, 0))};
-  return *free;
+  return free;
 }
 
 }  // namespace linegate

@@ -338,6 +338,13 @@ TEST(EventText, TellsOfAConnectionWhoseItIsAndHowItEnded) {
             "transfer, 0 bytes: SDO protocol timed out (05040000)");
 }
 
+TEST(EventText, SaysHowManyWritesToAnObjectAreNotShown) {
+  EXPECT_EQ(words(EventKind::object_written, 5, 0, 2, {0x00, 0x21, 1, 7, 0}),
+            "node 5 (ram): object 2100:01 written: 2 bytes");
+  EXPECT_EQ(words(EventKind::object_written, 5, 40, 2, {0x00, 0x21, 1, 7, 0}),
+            "node 5 (ram): object 2100:01 written: 2 bytes, 40 writes before it not shown");
+}
+
 TEST(EventText, SaysWhatLssDidWithADevice) {
   const std::initializer_list<int> address{0x47, 0x4C, 0, 0, 0x20, 0x40, 0, 0,
                                            0,    0,    1, 0, 0xF5, 1,    0, 0};

@@ -1,5 +1,10 @@
 #include "stack/base/repeat_limit.h"
 
+#include <map>
+#include <tuple>
+#include <utility>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include "stack/base/byte_order.h"
@@ -207,6 +212,66 @@ TEST(RepeatLimit, PlacesWithNothingToTellAreUsedFirst) {
     Event event = malformed(id, milliseconds(1000));
     EXPECT_TRUE(limit.admit(event));
     EXPECT_EQ(held_back(event), 1U) << "each still knows its own";
+  }
+}
+
+Event written(std::uint16_t index, Duration when, std::uint8_t value = 0) {
+  Event event;
+  event.time = Instant{when};
+  event.kind = EventKind::object_written;
+  event.node = 5;
+  event.length = 4;
+  store_le(event.data.data(), index);
+  event.data[3] = std::byte{value};
+  return event;
+}
+
+TEST(RepeatLimit, OfAWrittenObjectSomeAreToldAtOnceAndThenTheNewestOfEachSecond) {
+  RepeatLimit limit = RepeatLimit::that_keeps_newest(4, 3);
+  std::vector<std::tuple<int, int, unsigned>> told;  // when, value, how many before it
+  const auto note = [&told](int ms, const Event& event) {
+    told.emplace_back(ms, std::to_integer<int>(event.data[3]), event.code);
+  };
+  for (int ms = 0; ms < 2500; ++ms) {
+    while (const auto due = limit.take_due(Instant{milliseconds(ms)})) {
+      note(ms, *due);
+    }
+    if (ms < 100) {
+      Event event = written(0x2100, milliseconds(ms), static_cast<std::uint8_t>(ms));
+      if (limit.admit(event)) {
+        note(ms, event);
+      }
+    }
+  }
+  const std::vector<std::tuple<int, int, unsigned>> expected{
+      {0, 0, 0}, {1, 1, 0}, {2, 2, 0}, {1000, 99, 96}};
+  EXPECT_EQ(told, expected);
+}
+
+TEST(RepeatLimit, TheNewestValueOfEachObjectIsToldWhateverElseIsWritten) {
+  RepeatLimit limit = RepeatLimit::that_keeps_newest(4, 1);
+  std::map<unsigned, int> newest;
+  const auto note = [&newest](const Event& event) {
+    newest[load_le<std::uint16_t>(event.data.data())] = std::to_integer<int>(event.data[3]);
+  };
+  constexpr std::uint16_t kObjects = 20;
+  for (std::uint8_t round = 0; round < 30; ++round) {
+    const Duration when = milliseconds(100 * round);
+    for (std::uint16_t index = 0; index < kObjects; ++index) {
+      Event event = written(index, when, round);
+      if (limit.admit(event)) {
+        note(event);
+      }
+    }
+    while (const auto due = limit.take_due(Instant{when})) {
+      note(*due);
+    }
+  }
+  while (const auto due = limit.take_due(Instant{std::chrono::seconds(10)})) {
+    note(*due);
+  }
+  for (std::uint16_t index = 0; index < kObjects; ++index) {
+    EXPECT_EQ(newest[index], 29) << index;
   }
 }
 

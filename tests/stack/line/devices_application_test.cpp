@@ -96,6 +96,33 @@ TEST_F(DevicesApplication, HearsOfWritesToObjectsThatAreNotInTheImage) {
   EXPECT_THAT(of_kind(EventKind::object_written), IsEmpty()) << "the application itself";
 }
 
+// A master that writes it in each of its cycles.
+TEST_F(DevicesApplication, OfAnObjectThatIsWrittenCyclicallyTheNewestValueIsReported) {
+  std::vector<Event> all;
+  const auto collect = [&] {
+    for (const Event& event : events()) {
+      EXPECT_NE(event.kind, EventKind::events_lost);
+      if (event.kind == EventKind::object_written) {
+        all.push_back(event);
+      }
+    }
+  };
+  constexpr std::uint8_t kWrites = 200;
+  for (std::uint8_t i = 1; i <= kWrites; ++i) {
+    hear(0x600 + kDevice, {0x2B, 0x00, 0x21, 0x00, i, 0, 0, 0});
+    pass(milliseconds(1));
+    sent();
+    collect();
+  }
+  EXPECT_LT(all.size(), 10U);
+  pass(seconds(2));
+  collect();
+  ASSERT_LT(all.size(), 10U);
+  EXPECT_EQ(all.front().data[3], std::byte{1});
+  EXPECT_EQ(all.back().data[3], std::byte{kWrites});
+  EXPECT_EQ(all.back().code, kWrites - all.size()) << "how many have no event";
+}
+
 TEST_F(DevicesApplication, HearsWhichResetItWas) {
   hear(0x000, {0x81, kDevice});
   auto reset = of_kind(EventKind::own_reset);
