@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <utility>
@@ -11,6 +12,8 @@
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
+
+#include "bridges/dds/guard/new_connections.h"
 
 namespace linegate::dds::guard {
 namespace {
@@ -22,6 +25,17 @@ std::int64_t steady_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
              std::chrono::steady_clock::now().time_since_epoch())
       .count();
+}
+
+// Where TCPChannelResourceBasic::connect connects to.
+sockaddr_in tcp_address(const rtps::Locator_t& locator) {
+  sockaddr_in out{};
+  out.sin_family = AF_INET;
+  out.sin_port = htons(rtps::IPLocator::getPhysicalPort(locator));
+  const rtps::octet* address = rtps::IPLocator::hasWan(locator) ? rtps::IPLocator::getWan(locator)
+                                                                : rtps::IPLocator::getIPv4(locator);
+  std::memcpy(&out.sin_addr, address, sizeof out.sin_addr);
+  return out;
 }
 
 struct Descriptor final : fast::ChainingTransportDescriptor {
@@ -43,7 +57,12 @@ class Transport final : public fast::ChainingTransport {
   // The transport below recognises its own senders alone: with wrapped ones TCP and shared memory
   // open another at each discovery and send everything once with each.
   bool OpenOutputChannel(fast::SendResourceList& senders, const rtps::Locator_t& to) override {
-    return low_level_transport_->OpenOutputChannel(senders, to);
+    if (to.kind != LOCATOR_KIND_TCPv4)
+      return low_level_transport_->OpenOutputChannel(senders, to);
+    const NewConnections connections(tcp_address(to));
+    const bool open = low_level_transport_->OpenOutputChannel(senders, to);
+    connections.end_answered();
+    return open;
   }
   bool send(rtps::SenderResource* below, const rtps::octet* octets, std::uint32_t size,
             rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
