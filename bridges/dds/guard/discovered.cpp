@@ -1,33 +1,67 @@
 #include "bridges/dds/guard/discovered.h"
 
 #include <algorithm>
+#include <random>
 
 namespace linegate::dds::guard {
+namespace {
+
+// One of `saved`, of which one more comes with each interval. Times in nanoseconds.
+bool spend(std::int64_t& spent, std::int64_t now, std::int64_t saved, std::int64_t interval) {
+  const std::int64_t then = std::max(spent, now - saved * interval) + interval;
+  if (then > now)
+    return false;
+  spent = then;
+  return true;
+}
+
+}  // namespace
+
+Discovered::Discovered(DiscoveryLimits limits)
+    : limits_(std::move(limits)), key_(std::uint64_t{std::random_device{}()} << 32U | 1U) {
+  arrivals_.fill(kNever);
+}
 
 void Discovered::participant_found(const Prefix& prefix) {
   const std::lock_guard lock(mutex_);
   participants_.try_emplace(prefix);
+  std::replace(awaited_.begin(), awaited_.end(), prefix, Prefix{});
 }
 
 void Discovered::participant_lost(const Prefix& prefix) {
   const std::lock_guard lock(mutex_);
   participants_.erase(prefix);
-  std::erase_if(endpoints_, [&](const Guid& guid) { return prefix_of(guid) == prefix; });
+  std::erase_if(endpoints_, [&](const auto& each) { return prefix_of(each.first) == prefix; });
 }
 
 void Discovered::endpoint_found(const Guid& endpoint) {
   const std::lock_guard lock(mutex_);
   const auto owner = participants_.find(prefix_of(endpoint));
-  if (endpoints_.insert(endpoint).second && owner != participants_.end())
+  if (endpoints_.try_emplace(endpoint, false).second && owner != participants_.end())
     ++owner->second.endpoints;
 }
 
 void Discovered::endpoint_lost(const Guid& endpoint) {
   const std::lock_guard lock(mutex_);
+  const auto known = endpoints_.find(endpoint);
+  if (known == endpoints_.end())
+    return;
+  const bool counted = !known->second;
+  endpoints_.erase(known);
   const auto owner = participants_.find(prefix_of(endpoint));
-  if (endpoints_.erase(endpoint) != 0 && owner != participants_.end() &&
-      owner->second.endpoints != 0)
+  if (counted && owner != participants_.end() && owner->second.endpoints != 0)
     --owner->second.endpoints;
+}
+
+void Discovered::ends(const Guid& endpoint) {
+  const std::lock_guard lock(mutex_);
+  const auto known = endpoints_.find(endpoint);
+  const auto owner = participants_.find(prefix_of(endpoint));
+  if (known == endpoints_.end() || known->second || owner == participants_.end() ||
+      owner->second.endpoints == 0)
+    return;
+  known->second = true;
+  --owner->second.endpoints;
 }
 
 bool Discovered::has_participant(const Prefix& prefix) const {
@@ -45,7 +79,25 @@ std::size_t Discovered::endpoints() const {
   return endpoints_.size();
 }
 
-bool Discovered::admits(const Prefix& prefix, const Address& from, std::uint32_t lease) const {
+std::int64_t& Discovered::arrivals_from(const Address& address) {
+  std::uint64_t hash = key_;
+  for (const std::uint8_t octet : address)
+    hash = (hash ^ octet) * 0x100000001B3U;  // FNV-1a
+  return arrivals_[(hash ^ hash >> 32U) % arrivals_.size()];
+}
+
+bool Discovered::arrives(const Prefix& prefix, const Address& from, std::int64_t now) {
+  const bool awaited = std::find(awaited_.begin(), awaited_.end(), prefix) != awaited_.end();
+  if (awaited && prefix != Prefix{})
+    return true;
+  if (!spend(arrivals_from(from), now, kArrivals, kArrivalInterval))
+    return false;
+  awaited_[next_awaited_++ % awaited_.size()] = prefix;
+  return true;
+}
+
+bool Discovered::admits(const Prefix& prefix, const Address& from, std::uint32_t lease,
+                        std::int64_t now) {
   const std::size_t most = limits_.participants;
   const std::size_t reserved = limits_.peers.empty() ? 0 : most - most / 4 * 3;
   const std::lock_guard lock(mutex_);
@@ -53,7 +105,8 @@ bool Discovered::admits(const Prefix& prefix, const Address& from, std::uint32_t
   if (participants_.contains(prefix) ||
       std::find(limits_.peers.begin(), limits_.peers.end(), from) != limits_.peers.end())
     return true;
-  return taken < most - reserved && (taken < most / 2 || lease <= kLongestLease);
+  return taken < most - reserved && (taken < most / 2 || lease <= kLongestLease) &&
+         arrives(prefix, from, now);
 }
 
 bool Discovered::admits(const Prefix& prefix, const Guid& endpoint, std::int64_t now) {
@@ -63,11 +116,7 @@ bool Discovered::admits(const Prefix& prefix, const Guid& endpoint, std::int64_t
   if (owner == participants_.end() || endpoints_.contains(endpoint))
     return true;
   Participant& it = owner->second;
-  const std::int64_t spent = std::max(it.spent, now - kSaved * kInterval) + kInterval;
-  if (it.endpoints >= kEndpoints || spent > now)
-    return false;
-  it.spent = spent;
-  return true;
+  return it.endpoints < kEndpoints && spend(it.spent, now, kSaved, kInterval);
 }
 
 }  // namespace linegate::dds::guard

@@ -1,5 +1,6 @@
 // What discovery found, and how much more of it is let in. A participant that announces endpoints
-// by the thousand costs 8 kB and a match for each of them.
+// by the thousand costs 8 kB and a match for each of them. Participants that come and go by the
+// thousand occupy a core, and the library keeps about 100 octets of each for ever.
 #pragma once
 
 #include <array>
@@ -8,7 +9,6 @@
 #include <limits>
 #include <map>
 #include <mutex>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -32,8 +32,10 @@ class Discovered {
   static constexpr std::size_t kEndpoints = 1024;        // of one participant
   static constexpr std::int64_t kSaved = 1024;           // announcements of new ones at once
   static constexpr std::int64_t kInterval = 20'000'000;  // ns until one more may be announced
+  static constexpr std::int64_t kArrivals = 128;         // new participants of one address at once
+  static constexpr std::int64_t kArrivalInterval = 100'000'000;  // ns until one more may come
 
-  explicit Discovered(DiscoveryLimits limits) : limits_(std::move(limits)) {}
+  explicit Discovered(DiscoveryLimits limits);
 
   void participant_found(const Prefix& prefix);
   void participant_lost(const Prefix& prefix);
@@ -45,23 +47,38 @@ class Discovered {
   bool has_endpoint(const Guid& endpoint) const;
   std::size_t endpoints() const;
 
-  // Whether a participant that is announced from there with that lease, s, may take a place. One
-  // that is never gone would keep it from others.
-  bool admits(const Prefix& prefix, const Address& from, std::uint32_t lease) const;
+  // Whether a participant that is announced from there with that lease, s, may take a place; counts
+  // it if it is new. One that is never gone would keep it from others.
+  bool admits(const Prefix& prefix, const Address& from, std::uint32_t lease, std::int64_t now);
   // Whether that participant may announce that endpoint; counts it if it is new.
   bool admits(const Prefix& prefix, const Guid& endpoint, std::int64_t now);
+  // Its participant announced its end. That gives the place back at once: the library takes samples
+  // of discovery in their order, so that it may wait for an announcement that found no place.
+  void ends(const Guid& endpoint);
 
  private:
+  static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::min();
+
   struct Participant {
-    std::size_t endpoints = 0;
-    std::int64_t spent =
-        std::numeric_limits<std::int64_t>::min();  // all that was saved, since then
+    std::size_t endpoints = 0;    // whose end was not announced
+    std::int64_t spent = kNever;  // all that was saved, since then
   };
+
+  std::int64_t& arrivals_from(const Address& address);
+  bool arrives(const Prefix& prefix, const Address& from, std::int64_t now);
 
   const DiscoveryLimits limits_;
   mutable std::mutex mutex_;
   std::map<Prefix, Participant> participants_;
-  std::set<Guid> endpoints_;
+  std::map<Guid, bool> endpoints_;  // true: its end was announced
+  // When all was spent that an address had saved. Addresses can be invented: they share 64 places,
+  // by a hash that no sender knows.
+  std::array<std::int64_t, 64> arrivals_{};
+  const std::uint64_t key_;
+  // Counted as new, and not found yet: this participant, too, which receives what it announces, is
+  // never found. They do not count again.
+  std::array<Prefix, 64> awaited_{};
+  std::size_t next_awaited_ = 0;
 };
 
 }  // namespace linegate::dds::guard

@@ -161,7 +161,22 @@ Reason Guard::judge_fragments(const Datagram& datagram, const Content& content) 
       Reason::writers);
 }
 
+// The key of an endpoint's announcement is its GUID: as key hash (Fast DDS), or alone in the
+// payload (Cyclone DDS).
+void Guard::note_end(const Datagram& datagram, const Content& content) {
+  if (content.writer != entity::kPublications && content.writer != entity::kSubscriptions)
+    return;
+  Announcement announcement;
+  std::optional<Guid> endpoint = content.key;
+  if (!endpoint && content.has_key && check_parameter_list(content.payload, announcement))
+    endpoint = announcement.endpoint;
+  if (endpoint && prefix_of(*endpoint) == datagram.source)
+    discovered_.ends(*endpoint);
+}
+
 Reason Guard::judge_payload(const Datagram& datagram, const Content& content) {
+  if (content.ends_instance)
+    note_end(datagram, content);
   if (!content.has_data)
     return Reason::none;
   if (content.writer == entity::kLiveliness)
@@ -183,13 +198,13 @@ Reason Guard::judge_payload(const Datagram& datagram, const Content& content) {
              : reason;
 }
 
-Reason Guard::judge_participant(const Datagram& datagram, const Announcement& announcement) const {
-  return discovered_.admits(datagram.source, datagram.from, announcement.lease)
+Reason Guard::judge_participant(const Datagram& datagram, const Announcement& announcement) {
+  return discovered_.admits(datagram.source, datagram.from, announcement.lease, datagram.now)
              ? Reason::none
              : Reason::participants;
 }
 
-// One that ends gives a place back.
+// One that ends takes no place.
 Reason Guard::judge_endpoint(const Datagram& datagram, const Content& content,
                              const Announcement& announcement) {
   if (!announcement.endpoint || content.ends_instance)

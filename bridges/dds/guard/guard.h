@@ -57,8 +57,9 @@ class Guard {
                      const Content& content) const;
   Reason judge_numbers(const Datagram& datagram, const Content& content);
   Reason judge_fragments(const Datagram& datagram, const Content& content);
+  void note_end(const Datagram& datagram, const Content& content);
   Reason judge_payload(const Datagram& datagram, const Content& content);
-  Reason judge_participant(const Datagram& datagram, const Announcement& announcement) const;
+  Reason judge_participant(const Datagram& datagram, const Announcement& announcement);
   Reason judge_endpoint(const Datagram& datagram, const Content& content,
                         const Announcement& announcement);
   Reason judge_announcement(const Datagram& datagram, const Announcement& announcement);

@@ -140,6 +140,7 @@ constexpr std::array<Rule, 50> kRules = {{
 constexpr std::uint16_t kLease = 0x0002;
 constexpr std::uint16_t kReliability = 0x001A;
 constexpr std::uint16_t kEndpointGuid = 0x005A;
+constexpr std::uint16_t kKeyHash = 0x0070;
 constexpr std::uint16_t kStatusInfo = 0x0071;
 constexpr std::uint8_t kEnds = 0x03;    // disposed, unregistered
 constexpr std::uint32_t kReliable = 2;  // RTPS 2.3 9.3.2.7 ReliabilityKind_t
@@ -201,6 +202,12 @@ std::size_t walk_list(const Wire& list, Each each) {
   return 0;
 }
 
+Guid guid_in(const Wire& value) {
+  Guid out{};
+  std::copy_n(value.octets().begin(), out.size(), out.begin());
+  return out;
+}
+
 // The octet order that the encapsulation header names (RTPS 2.3 10.2); without a value: unknown.
 std::optional<Wire> encapsulated(const Wire& payload, unsigned big_endian) {
   if (payload.size() < 4 || payload.u8(0) != 0)
@@ -223,6 +230,8 @@ InlineQos read_inline_qos(const Wire& rest) {
       return false;
     if (id == kStatusInfo && (value.u8(3) & kEnds) != 0)  // big endian in both octet orders
       out.ends_instance = true;
+    if (id == kKeyHash)
+      out.key = guid_in(value);
     return true;
   });
   return out;
@@ -239,10 +248,8 @@ bool check_parameter_list(const Wire& payload, Announcement& out) {
              out.lease = value.u32(0);
            if (id == kReliability)
              out.reliable = value.u32(0) == kReliable;
-           if (id == kEndpointGuid) {
-             Guid& guid = out.endpoint.emplace();
-             std::copy_n(value.octets().begin(), guid.size(), guid.begin());
-           }
+           if (id == kEndpointGuid)
+             out.endpoint = guid_in(value);
            return true;
          }) != 0;
 }

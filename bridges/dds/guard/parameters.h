@@ -14,6 +14,7 @@ namespace linegate::dds::guard {
 struct InlineQos {
   std::size_t length = 0;      // octets, sentinel included; 0 = malformed
   bool ends_instance = false;  // disposes or unregisters it (RTPS 2.3 9.6.3.9)
+  std::optional<Guid> key;  // key hash (RTPS 2.3 9.6.3.8): of an endpoint's announcement its GUID
 };
 // At the begin of `rest`.
 InlineQos read_inline_qos(const Wire& rest);

@@ -107,6 +107,7 @@ Reason check_sample(const Submessage& it, std::size_t fixed, Content& out) {
     if (qos.length == 0)
       return Reason::parameters;
     out.ends_instance = qos.ends_instance;
+    out.key = qos.key;
     at += qos.length;
   }
   out.payload = body.from(at);
@@ -123,6 +124,7 @@ Reason check_data(const Submessage& it, Content& out) {
   if (what != 0 && out.payload.size() < 4)  // encapsulation header
     return Reason::submessage;
   out.has_data = what == kData;
+  out.has_key = what == kKey;
   return Reason::none;
 }
 

@@ -2,6 +2,8 @@
 // Pure functions: no allocation, no state.
 #pragma once
 
+#include <optional>
+
 #include "bridges/dds/guard/reason.h"
 #include "bridges/dds/guard/wire.h"
 
@@ -57,8 +59,10 @@ struct Content {
   std::uint32_t sample = 0;  // DATA_FRAG: octets of the sample,
   std::uint64_t octets = 0;  // and of the fragments
   bool has_data = false;
+  bool has_key = false;        // DATA: the payload is the key alone
   bool ends_instance = false;  // by its inline QoS
-  Wire payload;                // of DATA with data, encapsulation header included, else empty
+  std::optional<Guid> key;     // key hash of its inline QoS
+  Wire payload;  // of DATA with data or key, encapsulation header included, else empty
 };
 
 // Checks the body. Submessages of unknown kind, PAD, INFO_REPLY and those of DDS-Security pass.

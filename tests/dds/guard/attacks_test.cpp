@@ -155,6 +155,32 @@ TEST_F(Attack, AFragmentOfASampleThatIsTooLarge) {
       dropped(forged().add(0x16, fragment_of(entity_of(victim), 5, 0x80000000)), Reason::fragment));
 }
 
+// Readers keep nothing of a writer that they are not matched with: of a participant that nobody
+// announced, and of a live one.
+TEST_F(Attack, SamplesOfWritersThatNobodyAnnounced) {
+  constexpr std::uint32_t kInvented = 10'000;
+  constexpr std::size_t kMost = 64U << 20U;
+  const std::size_t before = gateway.resident();
+  for (std::uint32_t i = 0; i < kInvented; ++i) {
+    dds::guard::Prefix from = i % 2 == 0 ? prefix_of(9) : dds::guard::prefix_of(victim);
+    if (i % 2 == 0) {
+      from[4] = static_cast<std::uint8_t>(i >> 8U);
+      from[5] = static_cast<std::uint8_t>(i);
+    }
+    const std::uint32_t writer = i << 8U | 3U;
+    const Fields sample = data(1, writer).u8(0).u8(1).u16(0).zeros(64);
+    forger.unicast(Datagram(from)
+                       .add(0x15, sample, kHasData)
+                       .add(0x07, heartbeat(1, 1'000, true, writer))
+                       .add(0x08, gap(1, 100, 32, true, writer))
+                       .add(0x16, fragment_of(writer, 2'000, 60'000))
+                       .add(0x15, data(1, entity::kLiveliness).octets(sample.get()))
+                       .get());
+  }
+  EXPECT_TRUE(output_arrives());
+  EXPECT_LT(gateway.resident(), before + kMost);
+}
+
 // The library reserves a whole sample with its first fragment, and keeps it until the sample is
 // complete.
 TEST_F(Attack, AFragmentEachOfManySamples) {

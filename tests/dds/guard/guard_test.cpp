@@ -1,11 +1,5 @@
-// Whole datagrams: what the guard remembers of writers, readers and participants.
-#include "bridges/dds/guard/guard.h"
-
-#include <chrono>
-
-#include <gtest/gtest.h>
-
-#include "tests/dds/guard/datagram.h"
+// Whole datagrams: what the guard remembers of writers and readers.
+#include "tests/dds/guard/guard_fixture.h"
 
 namespace linegate::test {
 namespace {
@@ -14,28 +8,8 @@ using dds::guard::Guard;
 using dds::guard::Reason;
 namespace entity = dds::guard::entity;
 
-constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::int64_t kFirst = std::int64_t{1} << 24;
 constexpr std::int64_t kBurst = std::int64_t{1} << 20;
-
-class GuardTest : public testing::Test {
- protected:
-  Reason judge(Datagram datagram) {
-    const Guard::Verdict verdict = guard.judge(datagram.get(), now);
-    passed = verdict.size;
-    return verdict.reason;
-  }
-  Reason beat(std::int64_t last, Sender from = 1, std::uint32_t writer = kWriter) {
-    return judge(Datagram(from).add(0x07, heartbeat(last, last, true, writer)));
-  }
-  Reason skip(std::int64_t to, Sender from = 1) {
-    return judge(Datagram(from).add(0x08, gap(1, to + 1)));
-  }
-
-  Guard guard{false};
-  std::int64_t now = 1'000 * kSecond;
-  std::size_t passed = 0;
-};
 
 TEST_F(GuardTest, ADatagramIsJudgedAsAWholeAndCounted) {
   const Fields good = heartbeat(1, 1);
@@ -352,124 +326,6 @@ TEST_F(GuardTest, AReaderThatDiscoveryLostMayComeAgainOtherwise) {
   EXPECT_EQ(judge(announce(1, 1)), Reason::none);
   guard.endpoint_lost(dds::guard::make_guid(prefix_of(1), kReader));
   EXPECT_EQ(judge(announce(1, 2)), Reason::none);
-}
-
-// --- places --------------------------------------------------------------------------------------
-
-constexpr dds::guard::Address kStranger = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 10, 0, 0, 66};
-constexpr dds::guard::Address kPeer = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 10, 0, 0, 2};
-
-Datagram announce_participant(Sender from, std::uint32_t lease = 20) {
-  const Fields list =
-      Fields().u8(0).u8(3).u16(0).parameter(0x02, Fields().u32(lease).zeros(4)).sentinel();
-  return Datagram(from).add(0x15, data(1, entity::kParticipants).octets(list.get()), kHasData);
-}
-
-class PlacesTest : public testing::Test {
- protected:
-  static constexpr Sender kPlaces = 8;
-
-  // Announces one participant after the other; gives how many find a place.
-  int come(Guard& guard, Sender first, const dds::guard::Address& from, std::uint32_t lease = 20) {
-    int count = 0;
-    for (Sender i = 0; i < 2 * kPlaces; ++i) {
-      const auto sender = static_cast<Sender>(first + i);
-      const Reason reason = guard.judge(announce_participant(sender, lease).get(), 0, from).reason;
-      if (reason == Reason::none && count < kPlaces) {
-        guard.participant_found(prefix_of(sender));
-        ++count;
-      } else if (reason != Reason::none) {
-        EXPECT_EQ(reason, Reason::participants);
-      }
-    }
-    return count;
-  }
-};
-
-TEST_F(PlacesTest, AQuarterIsLeftForConfiguredPeers) {
-  Guard guard(false, {.participants = kPlaces, .peers = {kPeer}});
-  EXPECT_EQ(come(guard, 10, kStranger), 6);
-  EXPECT_EQ(guard.judge(announce_participant(11).get(), 0, kStranger).reason, Reason::none);
-  EXPECT_EQ(guard.judge(announce_participant(90).get(), 0, kStranger).reason, Reason::participants);
-  EXPECT_EQ(guard.judge(announce_participant(90).get(), 0, kPeer).reason, Reason::none);
-  guard.participant_lost(prefix_of(11));
-  EXPECT_EQ(guard.judge(announce_participant(91).get(), 0, kStranger).reason, Reason::none);
-}
-
-TEST_F(PlacesTest, WithoutConfiguredPeersNoneIsLeft) {
-  Guard guard(false, {.participants = kPlaces, .peers = {}});
-  EXPECT_EQ(come(guard, 10, kStranger), kPlaces);
-}
-
-TEST_F(PlacesTest, ParticipantsThatNeverGoTakeHalfAtMost) {
-  Guard guard(false, {.participants = kPlaces, .peers = {}});
-  EXPECT_EQ(come(guard, 10, kStranger, 0x7FFFFFFF), kPlaces / 2);
-  EXPECT_EQ(come(guard, 40, kStranger, 3600), kPlaces / 2);
-}
-
-Datagram announce_end(Sender from, unsigned status, std::uint32_t writer = entity::kParticipants) {
-  const Fields end = Fields().parameter(0x71, Fields().zeros(3).u8(status)).sentinel();
-  return Datagram(from)
-      .add(0x09, Fields().zeros(8))
-      .add(0x15, data(1, writer).octets(end.get()), kHasInlineQos)
-      .add(0x80, Fields().zeros(56));
-}
-
-TEST_F(GuardTest, TheEndOfAParticipantIsLeftToItsLease) {
-  for (const unsigned status : {1U, 2U, 3U}) {
-    EXPECT_EQ(judge(announce_end(1, status)), Reason::none);
-    EXPECT_EQ(passed, 20U + 12);
-  }
-  const std::size_t all = announce_end(1, 3).get().size() - 60;  // no statistics
-  EXPECT_EQ(judge(announce_end(1, 0)), Reason::none);
-  EXPECT_EQ(passed, all);
-  EXPECT_EQ(judge(announce_end(1, 3, entity::kPublications)), Reason::none);
-  EXPECT_EQ(passed, all);
-  Guard with_server(false, {.ends_by_lease = false});
-  EXPECT_EQ(with_server.judge(announce_end(1, 3).get(), now).size, all);
-}
-
-Datagram announce_endpoint(Sender from, std::uint32_t id, bool reader = false) {
-  Fields guid;
-  for (const std::uint8_t octet : dds::guard::make_guid(prefix_of(from), id))
-    guid.u8(octet);
-  const Fields list = Fields().u8(0).u8(3).u16(0).parameter(0x5A, guid).sentinel();
-  const std::uint32_t writer = reader ? entity::kSubscriptions : entity::kPublications;
-  return Datagram(from).add(0x15, data(1, writer).octets(list.get()), kHasData);
-}
-
-TEST_F(GuardTest, AParticipantAnnouncesABoundedNumberOfEndpoints) {
-  guard.participant_found(prefix_of(1));
-  guard.participant_found(prefix_of(2));
-  std::size_t passed_on = 0;
-  for (std::uint32_t i = 0; i < 20'000; ++i) {
-    now += kSecond / 10;
-    const std::uint32_t id = (i + 1) << 8U | (i % 2 == 0 ? 3U : 4U);
-    if (judge(announce_endpoint(1, id, i % 2 != 0)) != Reason::none)
-      continue;
-    guard.endpoint_found(dds::guard::make_guid(prefix_of(1), id));
-    ++passed_on;
-  }
-  EXPECT_EQ(passed_on, dds::guard::Discovered::kEndpoints);
-  EXPECT_GT(guard.counters().of(Reason::endpoints), 0U);
-  EXPECT_EQ(judge(announce_endpoint(1, 1U << 8U | 3U)), Reason::none);  // known
-  EXPECT_EQ(judge(announce_endpoint(2, 1U << 8U | 3U)), Reason::none);  // another's
-  guard.endpoint_lost(dds::guard::make_guid(prefix_of(1), 1U << 8U | 3U));
-  EXPECT_EQ(judge(announce_endpoint(1, 0x77777703)), Reason::none);
-}
-
-TEST_F(GuardTest, EndpointsThatComeAndGoAreBoundedInTime) {
-  guard.participant_found(prefix_of(1));
-  const auto passes = [&](std::uint32_t count) {
-    std::uint32_t out = 0;
-    for (std::uint32_t i = 0; i < count; ++i)
-      out += judge(announce_endpoint(1, i << 8U | 3U)) == Reason::none ? 1U : 0U;
-    return out;
-  };
-  EXPECT_EQ(passes(5'000), 1'024U);
-  EXPECT_EQ(passes(5'000), 0U);
-  now += kSecond;
-  EXPECT_EQ(passes(5'000), 50U);
 }
 
 // --- discovery -----------------------------------------------------------------------------------

@@ -1,0 +1,276 @@
+// Whole datagrams: participants and endpoints that discovery lets in.
+#include <algorithm>
+#include <array>
+
+#include "tests/dds/guard/guard_fixture.h"
+
+namespace linegate::test {
+namespace {
+
+using dds::guard::Guard;
+using dds::guard::Reason;
+namespace entity = dds::guard::entity;
+
+constexpr dds::guard::Address kStranger = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 10, 0, 0, 66};
+constexpr dds::guard::Address kPeer = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 10, 0, 0, 2};
+
+Datagram announce_participant(Sender from, std::uint32_t lease = 20) {
+  const Fields list =
+      Fields().u8(0).u8(3).u16(0).parameter(0x02, Fields().u32(lease).zeros(4)).sentinel();
+  return Datagram(from).add(0x15, data(1, entity::kParticipants).octets(list.get()), kHasData);
+}
+
+class PlacesTest : public testing::Test {
+ protected:
+  static constexpr Sender kPlaces = 8;
+
+  // Announces one participant after the other; gives how many find a place.
+  int come(Guard& guard, Sender first, const dds::guard::Address& from, std::uint32_t lease = 20) {
+    int count = 0;
+    for (Sender i = 0; i < 2 * kPlaces; ++i) {
+      const auto sender = static_cast<Sender>(first + i);
+      const Reason reason = guard.judge(announce_participant(sender, lease).get(), 0, from).reason;
+      if (reason == Reason::none && count < kPlaces) {
+        guard.participant_found(prefix_of(sender));
+        ++count;
+      } else if (reason != Reason::none) {
+        EXPECT_EQ(reason, Reason::participants);
+      }
+    }
+    return count;
+  }
+};
+
+TEST_F(PlacesTest, AQuarterIsLeftForConfiguredPeers) {
+  Guard guard(false, {.participants = kPlaces, .peers = {kPeer}});
+  EXPECT_EQ(come(guard, 10, kStranger), 6);
+  EXPECT_EQ(guard.judge(announce_participant(11).get(), 0, kStranger).reason, Reason::none);
+  EXPECT_EQ(guard.judge(announce_participant(90).get(), 0, kStranger).reason, Reason::participants);
+  EXPECT_EQ(guard.judge(announce_participant(90).get(), 0, kPeer).reason, Reason::none);
+  guard.participant_lost(prefix_of(11));
+  EXPECT_EQ(guard.judge(announce_participant(91).get(), 0, kStranger).reason, Reason::none);
+}
+
+TEST_F(PlacesTest, WithoutConfiguredPeersNoneIsLeft) {
+  Guard guard(false, {.participants = kPlaces, .peers = {}});
+  EXPECT_EQ(come(guard, 10, kStranger), kPlaces);
+}
+
+// Each costs the library a match, and about 100 octets that it keeps for ever.
+TEST(ArrivalsTest, ParticipantsThatComeAndGoAreBoundedInTime) {
+  constexpr std::uint32_t kMany = 100'000;
+  constexpr std::int64_t kInterval = dds::guard::Discovered::kArrivalInterval;
+  Guard guard(false, {.participants = 100, .peers = {kPeer}});
+  std::int64_t now = 0;
+  const auto comes_and_goes = [&](std::uint32_t number, const dds::guard::Address& from) {
+    Datagram announced = announce_participant(1);
+    for (unsigned i = 0; i < 4; ++i)
+      announced.get()[16 + i] = static_cast<std::uint8_t>(number >> 8 * i);
+    if (guard.judge(announced.get(), now, from).reason != Reason::none)
+      return false;
+    dds::guard::Prefix prefix = prefix_of(1);
+    std::copy_n(announced.get().begin() + 8, prefix.size(), prefix.begin());
+    guard.participant_found(prefix);
+    EXPECT_EQ(guard.judge(announced.get(), now, from).reason, Reason::none) << "known";
+    guard.participant_lost(prefix);
+    return true;
+  };
+  std::int64_t come = 0;
+  for (std::uint32_t i = 0; i < kMany; ++i) {
+    come += comes_and_goes(i, kStranger) ? 1 : 0;
+    now += kInterval / 1000;
+  }
+  EXPECT_LE(come, dds::guard::Discovered::kArrivals + kMany / 1000 + 1);
+  EXPECT_GE(come, kMany / 1000);
+  EXPECT_EQ(guard.counters().of(Reason::participants), kMany - static_cast<std::uint64_t>(come));
+  for (std::uint32_t i = 0; i < 1'000; ++i)
+    EXPECT_TRUE(comes_and_goes(kMany + i, kPeer)) << "a configured peer";
+}
+
+TEST(ArrivalsTest, AnAddressDoesNotUseUpWhatOthersHaveSaved) {
+  Guard guard(false);
+  const auto comes = [&](Sender sender, const dds::guard::Address& from) {
+    return guard.judge(announce_participant(sender).get(), 0, from).reason == Reason::none;
+  };
+  int of_stranger = 0;
+  for (int i = 0; i < 1'000; ++i) {
+    of_stranger += comes(9, kStranger) ? 1 : 0;
+    guard.participant_found(prefix_of(9));
+    guard.participant_lost(prefix_of(9));
+  }
+  EXPECT_EQ(of_stranger, dds::guard::Discovered::kArrivals);
+  int of_others = 0;
+  for (std::uint8_t i = 100; i < 164; ++i) {
+    dds::guard::Address other = kStranger;
+    other[15] = i;
+    of_others += comes(10, other) ? 1 : 0;
+  }
+  // The addresses share places by a hash.
+  EXPECT_GT(of_others, 32);
+}
+
+TEST(ArrivalsTest, APrefixOfZerosCountsToo) {
+  Guard guard(false);
+  Datagram announced = announce_participant(1);
+  std::fill_n(announced.get().begin() + 8, 12, std::uint8_t{0});
+  int come = 0;
+  for (int i = 0; i < 1'000; ++i)
+    come += guard.judge(announced.get(), 0, kStranger).reason == Reason::none ? 1 : 0;
+  EXPECT_EQ(come, dds::guard::Discovered::kArrivals);
+}
+
+// A participant receives what it announces itself.
+TEST(ArrivalsTest, AParticipantThatIsNeverFoundCountsOnce) {
+  Guard guard(false);
+  for (int i = 0; i < 1'000; ++i)
+    EXPECT_EQ(guard.judge(announce_participant(9).get(), 0, kStranger).reason, Reason::none);
+  EXPECT_EQ(guard.judge(announce_participant(10).get(), 0, kStranger).reason, Reason::none);
+}
+
+TEST_F(PlacesTest, ParticipantsThatNeverGoTakeHalfAtMost) {
+  Guard guard(false, {.participants = kPlaces, .peers = {}});
+  EXPECT_EQ(come(guard, 10, kStranger, 0x7FFFFFFF), kPlaces / 2);
+  EXPECT_EQ(come(guard, 40, kStranger, 3600), kPlaces / 2);
+}
+
+Datagram announce_end(Sender from, unsigned status, std::uint32_t writer = entity::kParticipants) {
+  const Fields end = Fields().parameter(0x71, Fields().zeros(3).u8(status)).sentinel();
+  return Datagram(from)
+      .add(0x09, Fields().zeros(8))
+      .add(0x15, data(1, writer).octets(end.get()), kHasInlineQos)
+      .add(0x80, Fields().zeros(56));
+}
+
+TEST_F(GuardTest, TheEndOfAParticipantIsLeftToItsLease) {
+  for (const unsigned status : {1U, 2U, 3U}) {
+    EXPECT_EQ(judge(announce_end(1, status)), Reason::none);
+    EXPECT_EQ(passed, 20U + 12);
+  }
+  const std::size_t all = announce_end(1, 3).get().size() - 60;  // no statistics
+  EXPECT_EQ(judge(announce_end(1, 0)), Reason::none);
+  EXPECT_EQ(passed, all);
+  EXPECT_EQ(judge(announce_end(1, 3, entity::kPublications)), Reason::none);
+  EXPECT_EQ(passed, all);
+  Guard with_server(false, {.ends_by_lease = false});
+  EXPECT_EQ(with_server.judge(announce_end(1, 3).get(), now).size, all);
+}
+
+Datagram announce_endpoint(Sender from, std::uint32_t id, bool reader = false) {
+  Fields guid;
+  for (const std::uint8_t octet : dds::guard::make_guid(prefix_of(from), id))
+    guid.u8(octet);
+  const Fields list = Fields().u8(0).u8(3).u16(0).parameter(0x5A, guid).sentinel();
+  const std::uint32_t writer = reader ? entity::kSubscriptions : entity::kPublications;
+  return Datagram(from).add(0x15, data(1, writer).octets(list.get()), kHasData);
+}
+
+TEST_F(GuardTest, AParticipantAnnouncesABoundedNumberOfEndpoints) {
+  guard.participant_found(prefix_of(1));
+  guard.participant_found(prefix_of(2));
+  std::size_t passed_on = 0;
+  for (std::uint32_t i = 0; i < 20'000; ++i) {
+    now += kSecond / 10;
+    const std::uint32_t id = (i + 1) << 8U | (i % 2 == 0 ? 3U : 4U);
+    if (judge(announce_endpoint(1, id, i % 2 != 0)) != Reason::none)
+      continue;
+    guard.endpoint_found(dds::guard::make_guid(prefix_of(1), id));
+    ++passed_on;
+  }
+  EXPECT_EQ(passed_on, dds::guard::Discovered::kEndpoints);
+  EXPECT_GT(guard.counters().of(Reason::endpoints), 0U);
+  EXPECT_EQ(judge(announce_endpoint(1, 1U << 8U | 3U)), Reason::none);  // known
+  EXPECT_EQ(judge(announce_endpoint(2, 1U << 8U | 3U)), Reason::none);  // another's
+  guard.endpoint_lost(dds::guard::make_guid(prefix_of(1), 1U << 8U | 3U));
+  EXPECT_EQ(judge(announce_endpoint(1, 0x77777703)), Reason::none);
+}
+
+Fields key_of(const dds::guard::Guid& endpoint) {
+  Fields out;
+  for (const std::uint8_t octet : endpoint)
+    out.u8(octet);
+  return out;
+}
+
+// As Fast DDS announces the end of an endpoint: key hash and status info, no payload.
+Datagram end_endpoint(Sender from, const dds::guard::Guid& endpoint, std::uint32_t writer) {
+  const Fields qos = Fields()
+                         .parameter(0x70, key_of(endpoint))
+                         .parameter(0x71, Fields().zeros(3).u8(3))
+                         .sentinel();
+  return Datagram(from).add(0x15, data(1, writer).octets(qos.get()), kHasInlineQos);
+}
+
+// As Cyclone DDS does: status info, and the key as payload.
+Datagram end_endpoint_by_payload(Sender from, const dds::guard::Guid& endpoint,
+                                 std::uint32_t writer) {
+  const Fields qos = Fields().parameter(0x71, Fields().zeros(3).u8(3)).sentinel();
+  const Fields key = Fields().u8(0).u8(3).u16(0).parameter(0x5A, key_of(endpoint)).sentinel();
+  return Datagram(from).add(0x15, data(1, writer).octets(qos.get()).octets(key.get()),
+                            kHasInlineQos | kHasKey);
+}
+
+class FullOfEndpoints : public GuardTest {
+ protected:
+  static constexpr std::uint32_t kMost = dds::guard::Discovered::kEndpoints;
+
+  static std::uint32_t id(std::uint32_t number) { return number << 8U | 3U; }
+  static dds::guard::Guid endpoint(std::uint32_t number) {
+    return dds::guard::make_guid(prefix_of(1), id(number));
+  }
+  void SetUp() override {
+    guard.participant_found(prefix_of(1));
+    for (std::uint32_t i = 1; i <= kMost; ++i)
+      come(i);
+    EXPECT_EQ(judge(announce_endpoint(1, id(kMost + 1))), Reason::endpoints);
+  }
+  void come(std::uint32_t number) {
+    now += kSecond;
+    EXPECT_EQ(judge(announce_endpoint(1, id(number))), Reason::none);
+    guard.endpoint_found(endpoint(number));
+  }
+};
+
+// The library takes the end of one only after the announcement before it, which found no place.
+TEST_F(FullOfEndpoints, OneThatEndsGivesItsPlaceBeforeTheLibraryTakesItsEnd) {
+  EXPECT_EQ(judge(end_endpoint(1, endpoint(1), entity::kPublications)), Reason::none);
+  EXPECT_EQ(judge(end_endpoint_by_payload(1, endpoint(2), entity::kSubscriptions)), Reason::none);
+  come(kMost + 1);
+  come(kMost + 2);
+  EXPECT_EQ(judge(announce_endpoint(1, id(kMost + 3))), Reason::endpoints);
+  // The library has taken both ends: their places were given back before.
+  guard.endpoint_lost(endpoint(1));
+  guard.endpoint_lost(endpoint(2));
+  EXPECT_EQ(judge(announce_endpoint(1, id(kMost + 3))), Reason::endpoints);
+  EXPECT_EQ(guard.counters().endpoints, kMost);
+}
+
+TEST_F(FullOfEndpoints, AnEndGivesOnePlaceOnce) {
+  for (int i = 0; i < 3; ++i)
+    EXPECT_EQ(judge(end_endpoint(1, endpoint(1), entity::kPublications)), Reason::none);
+  come(kMost + 1);
+  EXPECT_EQ(judge(announce_endpoint(1, id(kMost + 2))), Reason::endpoints);
+}
+
+TEST_F(FullOfEndpoints, NoOtherEndGivesAPlace) {
+  judge(end_endpoint(1, endpoint(kMost + 9), entity::kPublications));  // never found
+  judge(end_endpoint(2, endpoint(1), entity::kPublications));          // another's
+  judge(end_endpoint(1, endpoint(1), kWriter));                        // of no endpoint
+  EXPECT_EQ(judge(announce_endpoint(1, id(kMost + 1))), Reason::endpoints);
+}
+
+TEST_F(GuardTest, EndpointsThatComeAndGoAreBoundedInTime) {
+  guard.participant_found(prefix_of(1));
+  const auto passes = [&](std::uint32_t count) {
+    std::uint32_t out = 0;
+    for (std::uint32_t i = 0; i < count; ++i)
+      out += judge(announce_endpoint(1, i << 8U | 3U)) == Reason::none ? 1U : 0U;
+    return out;
+  };
+  EXPECT_EQ(passes(5'000), 1'024U);
+  EXPECT_EQ(passes(5'000), 0U);
+  now += kSecond;
+  EXPECT_EQ(passes(5'000), 50U);
+}
+
+}  // namespace
+}  // namespace linegate::test
