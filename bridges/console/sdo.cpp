@@ -15,7 +15,7 @@
 #include "bridges/console/object_text.h"
 #include "bridges/console/output_text.h"
 #include "bridges/console/refusal_text.h"
-#include "bridges/console/routes.h"
+#include "bridges/console/sdo_target.h"
 #include "bridges/console/table.h"
 #include "bridges/console/value_text.h"
 #include "stack/base/byte_order.h"
@@ -64,115 +64,6 @@ std::optional<std::vector<std::byte>> value_of(Context& context, const std::stri
   return data;
 }
 
-struct SdoTarget {
-  NodeRef node;
-  line::Command command;
-  bool whole_object = false;    // no sub-index was typed
-  const Line* owner = nullptr;  // the line with the node; nullptr: it is not received
-};
-
-// A network, of one gateway or (empty) any.
-struct RemoteNetwork {
-  std::uint16_t number = 0;
-  std::string gateway;
-};
-
-// "NETWORK" or "GATEWAY/NETWORK" with a network-ID that is no line's.
-std::optional<RemoteNetwork> remote_network(const Model& model, const std::string& line) {
-  const std::size_t slash = line.find('/');
-  const bool full_name = slash != std::string::npos;
-  const auto number = parse_number(full_name ? line.substr(slash + 1) : line, 0xFFFF, false);
-  if (!number || *number == 0 || !model.find(line).empty()) {
-    return std::nullopt;
-  }
-  return RemoteNetwork{static_cast<std::uint16_t>(*number),
-                       full_name ? line.substr(0, slash) : std::string()};
-}
-
-void ask_in_network(SdoTarget& target, std::uint16_t network) {
-  using enum line::CommandKind;
-  const bool write = target.command.kind == sdo_write;
-  target.command.kind = write ? network_write : network_read;
-  target.command.network = network;
-}
-
-// Sets the node that a name stands for.
-bool resolve_target(Context& context, Model& model, const Line& line, SdoTarget& target) {
-  const bool found = resolve_node(context, model, line, target.node);
-  target.command.node = target.node.node;
-  return found;
-}
-
-// The line with the node.
-const Line* find_own_line(Context& context, Model& model, SdoTarget& target) {
-  const Line* const line = find_line(context, model, target.node.line);
-  target.owner = line;
-  return line != nullptr && resolve_target(context, model, *line, target) ? line : nullptr;
-}
-
-// The line that `via` names; the network is a number, or that of a line.
-const Line* find_via(Context& context, Model& model, SdoTarget& target, const std::string& via) {
-  if (target.node.own) {
-    context.err << "the own node of a line is not asked through another one\n";
-    return nullptr;
-  }
-  const Line* const line = find_line(context, model, via);
-  if (line == nullptr) {
-    return nullptr;
-  }
-  target.command.entry = line::kAsDevice;
-  const auto number = parse_number(target.node.line, 0xFFFF, false);
-  if (number && target.node.name.empty() && !target.node.all) {
-    ask_in_network(target, static_cast<std::uint16_t>(*number));
-    return line;
-  }
-  const Line* const other = find_line(context, model, target.node.line);
-  if (other == nullptr || !resolve_target(context, model, *other, target)) {
-    return nullptr;
-  }
-  target.owner = other;
-  ask_in_network(target, other->view->state.network_id);
-  return line;
-}
-
-// The line that has the node; or the one over which its network is reached, by routes that gateways
-// publish. nullptr: there is neither, and the error is printed.
-const Line* find_target(Context& context, Model& model, SdoTarget& target, const std::string& via) {
-  if (!via.empty()) {
-    return find_via(context, model, target, via);
-  }
-  const std::string& line = target.node.line;
-  const auto ways = [&] {
-    const auto network = remote_network(model, line);
-    return network ? find_ways(model, network->number, network->gateway)
-                   : std::vector<const Line*>();
-  };
-  const auto known = [&] {
-    return !ways().empty() || std::ranges::any_of(model.find(line), [](const Line* one) {
-      return one->view.has_value();
-    });
-  };
-  if (target.node.own || !wait_until_settled(context, model, known)) {
-    return find_own_line(context, model, target);
-  }
-  const std::vector<const Line*> found = ways();
-  if (found.empty()) {
-    return find_own_line(context, model, target);
-  }
-  if (!target.node.name.empty() || target.node.all) {
-    context.err << "the nodes of network " << line << " are not known here: give the node-ID\n";
-    return nullptr;
-  }
-  if (found.size() > 1) {
-    context.err << "more than one gateway has a route to network " << line << ": name one, as "
-                << printable(found.front()->id.gateway) << '/' << line << '\n';
-    return nullptr;
-  }
-  const RemoteNetwork network = *remote_network(model, line);
-  ask_in_network(target, network.number);
-  return found.front();
-}
-
 // A device that stores its parameters, or restores them, answers when it has done so.
 Duration least_patience(std::uint16_t index) {
   constexpr std::uint16_t kStore = 0x1010;
@@ -180,34 +71,17 @@ Duration least_patience(std::uint16_t index) {
   return index == kStore || index == kRestore ? std::chrono::seconds(16) : Duration::zero();
 }
 
-std::optional<SdoTarget> sdo_target(Context& context, const std::string& node,
-                                    const std::string& index, const std::string& sub, bool write) {
-  const auto ref = parse_node(node);
-  if (!ref) {
-    context.err << "'" << node << "' is not LINE:NODE, with a node-ID 1..127, a name, own or all\n";
-    return std::nullopt;
-  }
-  const auto address = parse_object(context, index, sub);
-  if (!address) {
-    return std::nullopt;
-  }
-  using enum line::CommandKind;
-  line::Command command{.kind = write ? (ref->own ? local_write : sdo_write)
-                                      : (ref->own ? local_read : sdo_read)};
-  command.node = ref->node;
-  command.index = address->index;
-  command.sub = address->sub;
-  command.timeout = context.timeout;
-  const bool whole = sub.empty() && index.find(':') == std::string::npos;
-  return SdoTarget{.node = *ref, .command = std::move(command), .whole_object = whole};
-}
-
 // --- objects as the device file of the node has them --------------------------------------------
 
 using Variables = std::vector<ListedVariable>;
 
-// The variables of the object that the command is about. None: they are not known.
-Variables describe_object(Context& context, Model& model, const SdoTarget& target) {
+// The variables of the object that a command is about.
+struct Described {
+  Variables variables;  // none: they are not known
+  std::string failure;  // why the gateway did not answer; empty: no device file has the object
+};
+
+Described describe_object(Context& context, Model& model, const SdoTarget& target) {
   if (target.owner == nullptr) {
     return {};
   }
@@ -217,11 +91,16 @@ Variables describe_object(Context& context, Model& model, const SdoTarget& targe
   command.entry = target.command.index;
   command.code = line::kListObjects;
   const Client::Answer answer = ask_line(context, model, *target.owner, command);
-  auto out = answer.reply.ok() ? decode_list(answer.reply.data) : std::nullopt;
-  if (out) {
-    std::erase_if(*out, [&](const auto& one) { return one.address.index != command.index; });
+  if (!answer.reply.ok()) {
+    const bool no_file = answer.reply.error == line::to_error(line::Refusal::bad_request);
+    return {.variables = {}, .failure = no_file ? "" : answer.text};
   }
-  return out ? *std::move(out) : Variables{};
+  auto out = decode_list(answer.reply.data);
+  if (!out) {
+    return {.variables = {}, .failure = "the answer of the gateway is no list of objects"};
+  }
+  std::erase_if(*out, [&](const auto& one) { return one.address.index != command.index; });
+  return {.variables = *std::move(out), .failure = ""};
 }
 
 const ListedVariable* find(const Variables& variables, std::uint8_t sub) {
@@ -243,7 +122,7 @@ std::string names_of(const Variables& variables) {
 }
 
 int name_a_sub(Context& context, const SdoTarget& target, const Variables& variables) {
-  return sdo_usage(context, "object " + format_hex(target.command.index, 4) +
+  return sdo_usage(context, prefix_of(target) + "object " + format_hex(target.command.index, 4) +
                                 "h has sub-indices: name one of" + names_of(variables));
 }
 
@@ -288,14 +167,6 @@ class Answers {
   }
 
  private:
-  static std::string name_of(const SdoTarget& target) {
-    const auto known = target.owner->nodes.find(target.node.node);
-    return known == target.owner->nodes.end() ? "" : printable(known->second.name);
-  }
-  static std::string node_text(const SdoTarget& target) {
-    const std::string name = name_of(target);
-    return std::to_string(target.node.node) + (name.empty() ? "" : " (" + name + ')');
-  }
   static nlohmann::ordered_json json_of(const SdoTarget& target, od::Address address,
                                         const ListedVariable* variable,
                                         const Client::Answer& answer, const std::string& value) {
@@ -317,36 +188,6 @@ class Answers {
   int code_ = kDone;
   std::vector<nlohmann::ordered_json> documents_;
 };
-
-// Each node that is meant, one after the other; the first result that is kUsage ends it.
-int for_each_node(Context& context, Model& model, SdoTarget& target,
-                  const std::function<int()>& work) {
-  if (!target.node.all) {
-    return work();
-  }
-  if (target.owner == nullptr) {
-    return kFailed;
-  }
-  (void)know_nodes(context, model, *target.owner);
-  std::vector<std::uint8_t> ids;
-  for (const auto& [id, node] : target.owner->nodes) {
-    if (node.state.configured || node.state.presence == line::Presence::present) {
-      ids.push_back(id);
-    }
-  }
-  if (ids.empty()) {
-    context.err << "no node of " << printable(target.owner->id.line) << " is known\n";
-    return kFailed;
-  }
-  for (const std::uint8_t id : ids) {
-    target.node.node = id;
-    target.command.node = id;
-    if (const int code = work(); code == kUsage) {
-      return code;
-    }
-  }
-  return kDone;
-}
 
 // As it was typed, else of the device file.
 od::DataType type_of(const std::string& typed, const ListedVariable* variable) {
@@ -372,78 +213,130 @@ void read_one(Context& context, Model& model, const ReadRequest& request, const 
               answer.reply.ok() ? read_text(known, answer.reply.data) : "");
 }
 
-int read_node(Context& context, Model& model, const ReadRequest& request, SdoTarget& target,
-              std::optional<Answers>& answers) {
-  const bool needed = request.type.empty() || target.whole_object;
-  const Variables variables = needed ? describe_object(context, model, target) : Variables{};
-  const bool several = target.whole_object && has_subs(variables);
-  if (several && !request.type.empty()) {
-    return name_a_sub(context, target, variables);
-  }
-  if (!answers) {
-    answers.emplace(context, several || target.node.all);
-  }
-  if (!several) {
-    read_one(context, model, request, target, find(variables, target.command.sub), false, *answers);
-    return kDone;
+void read_node(Context& context, Model& model, const ReadRequest& request, SdoTarget& target,
+               const Variables& variables, Answers& answers) {
+  if (!target.whole_object || !has_subs(variables)) {
+    read_one(context, model, request, target, find(variables, target.command.sub), false, answers);
+    return;
   }
   for (const ListedVariable& one : variables) {
     if (od::readable(one.access)) {
       target.command.sub = one.address.sub;
-      read_one(context, model, request, target, &one, true, *answers);
+      read_one(context, model, request, target, &one, true, answers);
     }
   }
   target.command.sub = 0;
-  return kDone;
 }
 
+// What the device files of all nodes have comes first: a usage error comes before any answer.
 int read_nodes(Context& context, Model& model, const ReadRequest& request, SdoTarget& target) {
-  std::optional<Answers> answers;
-  const int code = for_each_node(
-      context, model, target, [&] { return read_node(context, model, request, target, answers); });
-  return code != kDone || !answers ? code : answers->finish();
+  const auto meant = meant_nodes(context, model, target);
+  if (!meant) {
+    return kFailed;
+  }
+  const bool needed = request.type.empty() || target.whole_object;
+  bool several = target.node.all;
+  std::vector<Variables> described;
+  for (const std::uint8_t node : meant->nodes) {
+    select_node(target, node);
+    described.push_back(needed ? describe_object(context, model, target).variables : Variables{});
+    if (target.whole_object && has_subs(described.back())) {
+      several = true;
+      if (!request.type.empty()) {
+        return name_a_sub(context, target, described.back());
+      }
+    }
+  }
+  Answers answers(context, several);
+  for (std::size_t i = 0; i < meant->nodes.size(); ++i) {
+    select_node(target, meant->nodes[i]);
+    read_node(context, model, request, target, described[i], answers);
+  }
+  if (!meant->missing.empty()) {
+    context.err << "incomplete: " << meant->missing << '\n';
+  }
+  const int code = answers.finish();
+  return code == kDone && !meant->missing.empty() ? kIncomplete : code;
 }
 
 // --- write --------------------------------------------------------------------------------------
 
-// Sets the data of the command; otherwise says on context.err what is wrong with the value.
-bool set_value(Context& context, Model& model, SdoTarget& target, const std::string& type,
-               const std::string& value) {
-  const bool needed = type.empty() || target.whole_object;
-  const Variables variables = needed ? describe_object(context, model, target) : Variables{};
-  if (target.whole_object && has_subs(variables)) {
-    (void)name_a_sub(context, target, variables);
-    return false;
+struct WriteRequest {
+  std::string type;
+  std::string value;
+  std::vector<std::byte> data;  // if a type was typed
+};
+
+// Sets the data of the command and gives kDone; otherwise says on context.err what is wrong with
+// the value, or why its type is not known.
+int set_value(Context& context, Model& model, SdoTarget& target, const WriteRequest& request) {
+  const bool needed = request.type.empty() || target.whole_object;
+  const Described described = needed ? describe_object(context, model, target) : Described{};
+  if (target.whole_object && has_subs(described.variables)) {
+    return name_a_sub(context, target, described.variables);
+  }
+  if (!request.type.empty()) {
+    target.command.data = request.data;
+    return kDone;
   }
   const std::string object = od::to_text({target.command.index, target.command.sub});
-  const ListedVariable* const variable = find(variables, target.command.sub);
-  if (type.empty() && variable == nullptr) {
-    context.err << "the data type of " << object
-                << " is in no device file that the gateway has: give it, as in " << object
-                << " u16 " << printable(value) << '\n';
-    return false;
+  const ListedVariable* const variable = find(described.variables, target.command.sub);
+  if (variable == nullptr) {
+    const bool asked = described.failure.empty();
+    context.err << prefix_of(target) << "the data type of " << object
+                << (asked ? " is in no device file that the gateway has"
+                          : " is not known, " + printable(described.failure))
+                << ": give it, as in " << object << " u16 " << printable(request.value) << '\n';
+    return asked ? kUsage : kFailed;
   }
-  if (!type.empty()) {
-    return !target.command.data.empty();  // of that type, before the line was looked for
-  }
-  auto data = from_text(variable->type, value);
+  auto data = from_text(variable->type, request.value);
   if (!data) {
-    context.err << "'" << printable(value) << "' is not a value of " << object << ' '
-                << printable(variable->name) << ", which is " << od::name(variable->type) << '\n';
-    return false;
+    context.err << prefix_of(target) << "'" << printable(request.value) << "' is not a value of "
+                << object << ' ' << printable(variable->name) << ", which is "
+                << od::name(variable->type) << '\n';
+    return kUsage;
   }
   target.command.data = *std::move(data);
-  return true;
+  return kDone;
 }
 
-// A value whose type was typed; false: it is none, which was reported.
-bool typed_value(Context& context, SdoTarget& target, const std::string& type,
-                 const std::string& value) {
-  if (type.empty()) {
+// Writes to each node that is meant, once the value of each is known; otherwise to none.
+int write_nodes(Context& context, Model& model, SdoTarget& target, const WriteRequest& request,
+                const std::function<void(Answers&)>& write_one) {
+  const auto meant = meant_nodes(context, model, target);
+  if (!meant) {
+    return kFailed;
+  }
+  if (!meant->missing.empty()) {
+    context.err << "nothing was written: " << meant->missing
+                << "; use a longer --wait, or name a node\n";
+    return kFailed;
+  }
+  std::vector<std::vector<std::byte>> values;
+  for (const std::uint8_t node : meant->nodes) {
+    select_node(target, node);
+    if (const int code = set_value(context, model, target, request); code != kDone) {
+      context.err << (target.node.all ? "nothing was written to any node\n" : "");
+      return code;
+    }
+    values.push_back(target.command.data);
+  }
+  Answers answers(context, target.node.all);
+  for (std::size_t i = 0; i < meant->nodes.size(); ++i) {
+    select_node(target, meant->nodes[i]);
+    target.command.data = values[i];
+    write_one(answers);
+  }
+  return answers.finish();
+}
+
+// False: what was typed is no value, or none of its type, which was reported.
+bool read_value(Context& context, WriteRequest& request) {
+  if (request.type.empty()) {
     return true;
   }
-  auto data = value_of(context, type, value);
-  target.command.data = data ? *std::move(data) : std::vector<std::byte>();
+  auto data = value_of(context, request.type, request.value);
+  request.data = data ? *std::move(data) : std::vector<std::byte>();
   return data.has_value();
 }
 
@@ -468,7 +361,8 @@ int sdo_write(Context& context, const std::string& node, const std::string& inde
               const std::string& sub, const std::string& type, const std::string& value,
               const std::string& via) {
   auto target = sdo_target(context, node, index, sub, true);
-  if (!target || !typed_value(context, *target, type, value)) {
+  WriteRequest request{.type = type, .value = value, .data = {}};
+  if (!target || !read_value(context, request)) {
     return kUsage;
   }
   context.timeout = std::max(context.timeout, least_patience(target->command.index));
@@ -478,15 +372,9 @@ int sdo_write(Context& context, const std::string& node, const std::string& inde
   if (line == nullptr) {
     return kFailed;
   }
-  Answers answers(context, target->node.all);
-  const int code = for_each_node(context, model, *target, [&] {
-    if (!set_value(context, model, *target, type, value)) {
-      return kUsage;
-    }
+  return write_nodes(context, model, *target, request, [&](Answers& answers) {
     answers.add(*target, nullptr, ask_line(context, model, *line, target->command), "");
-    return kDone;
   });
-  return code != kDone ? code : answers.finish();
 }
 
 int image_read(Context& context, const std::string& node, const std::string& index,
@@ -506,7 +394,8 @@ int object_write(Context& context, const std::string& node, const std::string& i
                  const std::string& sub, const std::string& type, const std::string& value,
                  bool keep) {
   auto target = sdo_target(context, node, index, sub, true);
-  if (!target || !typed_value(context, *target, type, value)) {
+  WriteRequest request{.type = type, .value = value, .data = {}};
+  if (!target || !read_value(context, request)) {
     return kUsage;
   }
   line::Command& command = target->command;
@@ -517,12 +406,8 @@ int object_write(Context& context, const std::string& node, const std::string& i
   if (line == nullptr) {
     return kFailed;
   }
-  Answers answers(context, target->node.all);
-  const int code = for_each_node(context, model, *target, [&] {
+  return write_nodes(context, model, *target, request, [&](Answers& answers) {
     command.node = target->node.own ? line->view->state.node_id : target->node.node;
-    if (!set_value(context, model, *target, type, value)) {
-      return kUsage;
-    }
     Client::Answer answer = ask_line(context, model, *line, command);
     add_node_state(context, model, *line, command.node, answer);
     const Area& outputs = line->areas[static_cast<std::size_t>(image::Direction::outputs)];
@@ -533,9 +418,7 @@ int object_write(Context& context, const std::string& node, const std::string& i
                 : way.empty()      ? "own node"
                                    : way,
                 is_held_back(answer.reply.data) ? kHeldBack : kDone);
-    return kDone;
   });
-  return code != kDone ? code : answers.finish();
 }
 
 }  // namespace linegate::console

@@ -44,7 +44,7 @@ class GatewayWithFiles : public Client {
     LineView view{.interface_uri = "virtual:press", .access = "all"};
     view.state.network_id = 3;
     view.state.node_id = 127;
-    view.state.nodes_configured = 2;
+    view.state.nodes_configured = configured;
     listener.on_line(kLine, view);
     listener.on_node(kLine, {.name = "ram", .state = {.node = 5, .configured = true}});
     listener.on_node(kLine, {.name = "feeder", .state = {.node = 6, .configured = true}});
@@ -56,6 +56,11 @@ class GatewayWithFiles : public Client {
     Answer out;
     if (command.kind == line::CommandKind::local_read) {
       EXPECT_EQ(command.code, line::kListObjects);
+      if (command.node == silent) {
+        out.reply.error = line::to_error(line::Refusal::timed_out);
+        out.text = "no answer";
+        return out;
+      }
       if (command.node == 9) {
         out.reply.error = line::to_error(line::Refusal::bad_request);
         return out;
@@ -81,6 +86,7 @@ class GatewayWithFiles : public Client {
       {{0x1018, 1}, test::raw({0x47, 0x4C, 0, 0})},
   };
   std::uint8_t silent = 0;
+  std::uint8_t configured = 2;
   std::vector<line::Command> asked;  // but for lists
 };
 
@@ -158,6 +164,49 @@ TEST_F(SdoCommand, AllIsEachNodeWithOneResultEach) {
   ASSERT_EQ(gateway_.asked.size(), 3U);
   EXPECT_EQ(gateway_.asked[1].node, 6);
   EXPECT_EQ(out_.str(), "5 (ram): done\n6 (feeder): done\n9: done\n");
+}
+
+TEST_F(SdoCommand, AWriteToAllBeginsWhenTheValueOfEachNodeIsKnown) {
+  for (const bool by_pdo : {false, true}) {
+    context_.json = by_pdo;
+    err_.str("");
+    EXPECT_EQ(by_pdo ? object_write(context_, "press:all", "1017:00", "", "", "500", false)
+                     : write("press:all", "1017:00", "500"),
+              kUsage);
+    EXPECT_TRUE(gateway_.asked.empty()) << "nodes 5 and 6 have a device file, node 9 has none";
+    EXPECT_EQ(out_.str(), "");
+    EXPECT_EQ(err_.str(),
+              "9: the data type of 1017:00 is in no device file that the gateway has: give it, as "
+              "in 1017:00 u16 500\nnothing was written to any node\n");
+  }
+}
+
+TEST_F(SdoCommand, AReadOfAllNamesTheNodeWhoseObjectNeedsASubIndex) {
+  context_.json = true;
+  EXPECT_EQ(read("press:all", "1018", "u32"), kUsage);
+  EXPECT_TRUE(gateway_.asked.empty());
+  EXPECT_THAT(err_.str(), HasSubstr("5 (ram): object 1018h has sub-indices"));
+}
+
+TEST_F(SdoCommand, AllAreNotTheNodesThatHappenToBeReceived) {
+  gateway_.configured = 12;
+  EXPECT_EQ(write("press:all", "1017:00", "500", "u16"), kFailed);
+  EXPECT_TRUE(gateway_.asked.empty());
+  EXPECT_EQ(err_.str(),
+            "nothing was written: 2 of 12 nodes of press were received; use a longer --wait, or "
+            "name a node\n");
+  err_.str("");
+  EXPECT_EQ(read("press:all", "1017:00"), kIncomplete);
+  EXPECT_EQ(out_.str(), "5 (ram): 500\n6 (feeder): 500\n9: F4 01  (500)\n");
+  EXPECT_EQ(err_.str(), "incomplete: 2 of 12 nodes of press were received\n");
+  gateway_.silent = 6;
+  EXPECT_EQ(read("press:all", "1017:00"), kFailed) << "weighs more than what is missing";
+}
+
+TEST_F(SdoCommand, AGatewayThatDoesNotAnswerIsNotADeviceFileWithoutTheObject) {
+  gateway_.silent = 6;
+  EXPECT_EQ(write("press:6", "1017:00", "500"), kFailed);
+  EXPECT_THAT(err_.str(), HasSubstr("is not known, no answer: give it"));
 }
 
 TEST_F(SdoCommand, AllOfANetworkThatIsNoLineIsRefused) {

@@ -1,0 +1,186 @@
+#include "bridges/console/sdo_target.h"
+
+#include <algorithm>
+#include <ostream>
+#include <utility>
+
+#include "bridges/console/lookup.h"
+#include "bridges/console/routes.h"
+#include "bridges/console/table.h"
+
+namespace linegate::console {
+namespace {
+
+// A network, of one gateway or (empty) any.
+struct RemoteNetwork {
+  std::uint16_t number = 0;
+  std::string gateway;
+};
+
+// "NETWORK" or "GATEWAY/NETWORK" with a network-ID that is no line's.
+std::optional<RemoteNetwork> remote_network(const Model& model, const std::string& line) {
+  const std::size_t slash = line.find('/');
+  const bool full_name = slash != std::string::npos;
+  const auto number = parse_number(full_name ? line.substr(slash + 1) : line, 0xFFFF, false);
+  if (!number || *number == 0 || !model.find(line).empty()) {
+    return std::nullopt;
+  }
+  return RemoteNetwork{static_cast<std::uint16_t>(*number),
+                       full_name ? line.substr(0, slash) : std::string()};
+}
+
+void ask_in_network(SdoTarget& target, std::uint16_t network) {
+  using enum line::CommandKind;
+  const bool write = target.command.kind == sdo_write;
+  target.command.kind = write ? network_write : network_read;
+  target.command.network = network;
+}
+
+// Sets the node that a name stands for.
+bool resolve_target(Context& context, Model& model, const Line& line, SdoTarget& target) {
+  const bool found = resolve_node(context, model, line, target.node);
+  target.command.node = target.node.node;
+  return found;
+}
+
+// The line that `via` names; the network is a number, or that of a line.
+const Line* find_via(Context& context, Model& model, SdoTarget& target, const std::string& via) {
+  if (target.node.own) {
+    context.err << "the own node of a line is not asked through another one\n";
+    return nullptr;
+  }
+  const Line* const line = find_line(context, model, via);
+  if (line == nullptr) {
+    return nullptr;
+  }
+  target.command.entry = line::kAsDevice;
+  const auto number = parse_number(target.node.line, 0xFFFF, false);
+  if (number && target.node.name.empty() && !target.node.all) {
+    ask_in_network(target, static_cast<std::uint16_t>(*number));
+    return line;
+  }
+  const Line* const other = find_line(context, model, target.node.line);
+  if (other == nullptr || !resolve_target(context, model, *other, target)) {
+    return nullptr;
+  }
+  target.owner = other;
+  ask_in_network(target, other->view->state.network_id);
+  return line;
+}
+
+}  // namespace
+
+const Line* find_own_line(Context& context, Model& model, SdoTarget& target) {
+  const Line* const line = find_line(context, model, target.node.line);
+  target.owner = line;
+  return line != nullptr && resolve_target(context, model, *line, target) ? line : nullptr;
+}
+
+const Line* find_target(Context& context, Model& model, SdoTarget& target, const std::string& via) {
+  if (!via.empty()) {
+    return find_via(context, model, target, via);
+  }
+  const std::string& line = target.node.line;
+  const auto ways = [&] {
+    const auto network = remote_network(model, line);
+    return network ? find_ways(model, network->number, network->gateway)
+                   : std::vector<const Line*>();
+  };
+  const auto known = [&] {
+    return !ways().empty() || std::ranges::any_of(model.find(line), [](const Line* one) {
+      return one->view.has_value();
+    });
+  };
+  if (target.node.own || !wait_until_settled(context, model, known)) {
+    return find_own_line(context, model, target);
+  }
+  const std::vector<const Line*> found = ways();
+  if (found.empty()) {
+    return find_own_line(context, model, target);
+  }
+  if (!target.node.name.empty() || target.node.all) {
+    context.err << "the nodes of network " << line << " are not known here: give the node-ID\n";
+    return nullptr;
+  }
+  if (found.size() > 1) {
+    context.err << "more than one gateway has a route to network " << line << ": name one, as "
+                << printable(found.front()->id.gateway) << '/' << line << '\n';
+    return nullptr;
+  }
+  const RemoteNetwork network = *remote_network(model, line);
+  ask_in_network(target, network.number);
+  return found.front();
+}
+
+std::optional<SdoTarget> sdo_target(Context& context, const std::string& node,
+                                    const std::string& index, const std::string& sub, bool write) {
+  const auto ref = parse_node(node);
+  if (!ref) {
+    context.err << "'" << node << "' is not LINE:NODE, with a node-ID 1..127, a name, own or all\n";
+    return std::nullopt;
+  }
+  const auto address = parse_object(context, index, sub);
+  if (!address) {
+    return std::nullopt;
+  }
+  using enum line::CommandKind;
+  line::Command command{.kind = write ? (ref->own ? local_write : sdo_write)
+                                      : (ref->own ? local_read : sdo_read)};
+  command.node = ref->node;
+  command.index = address->index;
+  command.sub = address->sub;
+  command.timeout = context.timeout;
+  const bool whole = sub.empty() && index.find(':') == std::string::npos;
+  return SdoTarget{.node = *ref, .command = std::move(command), .whole_object = whole};
+}
+
+std::string name_of(const SdoTarget& target) {
+  const auto known = target.owner->nodes.find(target.node.node);
+  return known == target.owner->nodes.end() ? "" : printable(known->second.name);
+}
+
+std::string node_text(const SdoTarget& target) {
+  const std::string name = name_of(target);
+  return std::to_string(target.node.node) + (name.empty() ? "" : " (" + name + ')');
+}
+
+std::string prefix_of(const SdoTarget& target) {
+  return target.node.all ? node_text(target) + ": " : "";
+}
+
+std::optional<MeantNodes> meant_nodes(Context& context, Model& model, const SdoTarget& target) {
+  if (!target.node.all) {
+    return MeantNodes{{target.node.node}, ""};
+  }
+  const Line& line = *target.owner;
+  const bool known = know_nodes(context, model, line);
+  MeantNodes out;
+  std::size_t configured = 0;
+  for (const auto& [id, node] : line.nodes) {
+    configured += node.state.configured ? 1 : 0;
+    if (node.state.configured || node.state.presence == line::Presence::present) {
+      out.nodes.push_back(id);
+    }
+  }
+  if (!known && line.view->state.role != line::Role::observer) {
+    out.missing = std::to_string(configured) + " of " +
+                  std::to_string(line.view->state.nodes_configured) + " nodes of " +
+                  printable(line.id.line) + " were received";
+  }
+  if (out.nodes.empty()) {
+    context.err << (out.missing.empty() ? "no node of " + printable(line.id.line) + " is known"
+                                        : out.missing)
+                << '\n';
+    return std::nullopt;
+  }
+  return out;
+}
+
+void select_node(SdoTarget& target, std::uint8_t node) {
+  if (target.node.all) {
+    target.node.node = node;
+    target.command.node = node;
+  }
+}
+
+}  // namespace linegate::console
