@@ -286,8 +286,8 @@ std::string OutputModel::check_due(LineSeat& seat, Pdo& pdo, Instant now) {
   // Its RPDOs are configured: what is sent before is for nothing.
   const bool boots = seat.line->config().role == line::Role::manager &&
                      seat.line->node_state(pdo.node).boot == manager::kBootUnfinished;
-  bool complete = node.shown && !boots && seat.line->indicators().run == node::Pattern::on &&
-                  seat.bus.connected(seat.end);
+  bool complete = node.shown && !seat.stopped && !boots &&
+                  seat.line->indicators().run == node::Pattern::on && seat.bus.connected(seat.end);
   std::uint64_t wanted = 0;
   std::uint64_t newest = 0;
   for (const Field& field : pdo.fields) {

@@ -8,10 +8,10 @@
 //      not that of the one before) and after its own newest NMT command that ended Operational.
 //   3. If it is valid, the dictionary of the simulated device has the value: when the frame was
 //      delivered, or, of a synchronous RPDO, at the SYNC after it.
-//   4. While the line is on the bus, the own node and the node are Operational and all entries of a
-//      PDO are known: if the newest frame has other values, the line submits another one as soon as
-//      the inhibit time is over, or, of a synchronous PDO, after as many SYNC messages as its
-//      transmission type says, and its controller has room.
+//   4. While the line runs and is on the bus, the own node and the node are Operational and all
+//      entries of a PDO are known: if the newest frame has other values, the line submits another
+//      one as soon as the inhibit time is over, or, of a synchronous PDO, after as many SYNC
+//      messages as its transmission type says, and its controller has room.
 //   5. The same if no frame was submitted since the start of the node, 100 ms after it, and after
 //      three signs of a node with error control that it is Operational, since the last NMT command
 //      to it that ends Operational: the first ones may have been on their way. Of one without error

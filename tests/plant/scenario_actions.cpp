@@ -65,7 +65,7 @@ void Scenario::act(Words& words) {
   } else if (verb == "bus") {
     bus_action(words);
   } else if (verb == "stop") {
-    seat().line->stop(world_.now());
+    seat().stop(world_.now());
   } else {
     throw BadStatement("unknown action '" + verb + "'");
   }

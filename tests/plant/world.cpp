@@ -63,7 +63,13 @@ DeviceSeat* LineSeat::find(std::uint8_t node) {
   return nullptr;
 }
 
+void LineSeat::stop(Instant now) {
+  stopped = true;
+  line->stop(now);
+}
+
 void LineSeat::take(std::unique_ptr<line::Line> another) {
+  stopped = false;
   model.reset();
   states.reset();
   outputs.reset();
@@ -130,7 +136,7 @@ void World::start() {
 
 // What the stopped line has to send still goes out: the pre-operational command to its nodes.
 void World::restart(LineSeat& seat, line::LineConfig config, Duration pause) {
-  seat.line->stop(now_);
+  seat.stop(now_);
   settle();
   run(now_ + std::max<Duration>(pause, std::chrono::milliseconds(10)));
   auto made = line::Line::make(std::move(config));

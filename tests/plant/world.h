@@ -60,10 +60,13 @@ struct LineSeat {
   DeviceSeat* find(std::uint8_t node);
   // What becomes of the frames on the bus; the models see each frame and its fate.
   void set_disturbance(sim::Bus::Disturbance wanted) { disturbance = std::move(wanted); }
+  // Of the line. It owes its nodes nothing from then on.
+  void stop(Instant now);
   // Takes another line on the same bus; what the line before left is forgotten.
   void take(std::unique_ptr<line::Line> another);
 
   std::unique_ptr<line::Line> line;
+  bool stopped = false;
   sim::Bus bus;
   sim::Bus::Endpoint end = 0;
   sim::Bus::Endpoint witness_end = 0;
