@@ -1,14 +1,39 @@
 #include "bridges/console/answer.h"
 
+#include <algorithm>
+#include <chrono>
 #include <ostream>
 
 #include "bridges/console/json_text.h"
 
 namespace linegate::console {
 
+namespace {
+
+// Beyond the gateway's own time limit: the way of the answer, on a machine that is busy.
+constexpr Duration kAnswerTime = std::chrono::seconds(2);
+
+// Answered at the latest after line::kSendTime, whatever the time-out of the command.
+bool is_unconfirmed(line::CommandKind kind) {
+  using enum line::CommandKind;
+  return kind == output_write || kind == nmt || kind == can_send || kind == emcy_send ||
+         kind == pdo_trigger || kind == mpdo_write;
+}
+
+}  // namespace
+
+// The gateway has the time limit, too: its answer says what happened until then.
 Client::Answer ask_line(Context& context, Model& model, const Line& line,
                         const line::Command& command, std::uint64_t layout_id) {
-  return context.client.call(line.id, command, context.timeout, layout_id, model);
+  line::Command limited = command;
+  Duration patience = context.timeout;
+  if (is_unconfirmed(command.kind)) {
+    limited.timeout = std::min(context.timeout, line::kSendTime);
+  }
+  if (limited.timeout > Duration::zero()) {
+    patience = std::max(patience, limited.timeout + kAnswerTime);
+  }
+  return context.client.call(line.id, limited, patience, layout_id, model);
 }
 
 int print_answer(Context& context, const Client::Answer& answer, const std::string& value) {

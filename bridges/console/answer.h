@@ -11,7 +11,8 @@
 
 namespace linegate::console {
 
-// Waits for the answer, for context.timeout at most. layout_id: see Client::call().
+// Waits for the answer, for context.timeout at most; where the gateway has that time limit, too,
+// somewhat longer. layout_id: see Client::call().
 Client::Answer ask_line(Context& context, Model& model, const Line& line,
                         const line::Command& command, std::uint64_t layout_id = 0);
 

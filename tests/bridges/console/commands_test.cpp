@@ -80,7 +80,7 @@ class FakeGateway : public Client {
       }
     }
   }
-  Answer call(const LineId& id, const line::Command& command, Duration /*timeout*/,
+  Answer call(const LineId& id, const line::Command& command, Duration timeout,
               std::uint64_t layout_id, Listener& /*listener*/) override {
     EXPECT_TRUE(id == kPress || written_route);
     if (command.kind == line::CommandKind::local_read && command.code == line::kListObjects) {
@@ -91,6 +91,7 @@ class FakeGateway : public Client {
     asked = id;
     last = command;
     last_layout = layout_id;
+    patience = timeout;
     return answer;
   }
 
@@ -108,6 +109,7 @@ class FakeGateway : public Client {
   std::vector<std::byte> device_file;  // of each node, as CommandKind::local_read lists it
   Answer answer;
   line::Command last;
+  Duration patience{};
   LineId asked;
   std::uint64_t last_layout = 0;
 };
@@ -495,6 +497,22 @@ TEST_F(Commands, AFrameThatTheBusDoesNotAcknowledgeIsNotSent) {
   context_.json = true;
   EXPECT_EQ(nmt(context_, "start", "press:5"), kHeldBack);
   EXPECT_THAT(out_.str(), HasSubstr("waits for the bus: no acknowledge"));
+}
+
+// The gateway answers what the command waits for when its time is over.
+TEST_F(Commands, WaitForTheAnswerLongerThanTheGatewayForTheBus) {
+  context_.timeout = std::chrono::milliseconds(500);
+  EXPECT_EQ(nmt(context_, "start", "press:5"), kDone);
+  EXPECT_EQ(gateway_.last.timeout, std::chrono::milliseconds(500));
+  EXPECT_GE(gateway_.patience, std::chrono::milliseconds(1500));
+  context_.timeout = std::chrono::seconds(1);
+  EXPECT_EQ(write(context_, "press", "0", "1"), kDone);
+  EXPECT_EQ(gateway_.last.timeout, line::kSendTime);
+  EXPECT_GE(gateway_.patience, std::chrono::seconds(2));
+  context_.timeout = std::chrono::seconds(30);
+  EXPECT_EQ(emcy(context_, "press", "2310", "0", ""), kDone);
+  EXPECT_EQ(gateway_.last.timeout, line::kSendTime);
+  EXPECT_EQ(gateway_.patience, std::chrono::seconds(30));
 }
 
 TEST_F(Commands, NmtToOneToAllAndToTheOwnNode) {
