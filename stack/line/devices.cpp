@@ -132,6 +132,8 @@ void Line::Devices::advance(Instant now) {
   for (const Seat& seat : seats) {
     seat.device->advance(now);
   }
+  follow_resets(now);
+  expire_sendings(now);
   count_syncs();
   while (const Outputs::Group* group = outputs.expire(now)) {
     react(*group, now);
@@ -143,6 +145,7 @@ void Line::Devices::advance(Instant now) {
 
 Instant Line::Devices::next_wake() const {
   Instant wake = earlier(events.next_wake(), outputs.next_wake());
+  wake = earlier(wake, under_way.next_deadline());
   for (const Seat& seat : seats) {
     wake = earlier(wake, seat.device->next_wake());
   }
@@ -165,6 +168,9 @@ bool Line::Devices::next_frame(can::Frame& out, Instant now) {
   best->offers = false;
   out = best->offer;
   sent.add(out);
+  if (under_way.expected()) {
+    note_handed_out(out, now, best->device->id());
+  }
   if (seats.size() > 1) {
     can::Frame heard = out;
     heard.time = now;
@@ -187,6 +193,7 @@ void Line::Devices::stop(Instant now) {
     seat.device->command(nmt::Command::enter_pre_operational, now);
     seat.device->inputs_lost();
   }
+  cancel_sendings();
   emit(EventKind::line_stopped, now);
 }
 

@@ -49,6 +49,11 @@ struct Line::Devices final : Line::Base {
   // Of the device with the lowest node-ID.
   od::Dictionary& dictionary() override;
 
+  // --- devices_unsent.cpp -----------------------------------------------------------------------
+  bool carries_newest(const FramesUnderWay::Awaited& awaited,
+                      const can::Frame& frame) const override;
+  void answer_unsent(FramesUnderWay::Sending& sending, Instant now) override;
+
   // --- devices_commands.cpp ---------------------------------------------------------------------
   void execute(Command command, Instant now) override;
   OutputRefusal write_outputs(const OutputWrite& write, Instant now) override;
@@ -65,6 +70,7 @@ struct Line::Devices final : Line::Base {
     std::unique_ptr<VirtualDevice> device;
     can::Frame offer;
     bool offers = false;
+    std::uint64_t resets = 0;  // of its node that were followed
   };
 
   // nullptr if there is none.
@@ -74,16 +80,20 @@ struct Line::Devices final : Line::Base {
   // True if a device wanted it. except: who sent it, nullptr = none of them.
   bool hear(const can::Frame& frame, const Seat* except);
   void count_syncs();
+  // What a device that was reset had queued is gone.
+  void follow_resets(Instant now);
+  Refusal reason_of(const FramesUnderWay::Sending& sending, Instant now) const;
   void interface_lost();
 
   // --- devices_commands.cpp ---------------------------------------------------------------------
   Error access_dictionary(const Command& command, std::vector<std::byte>& data, Instant now);
   void hear_boot_up(const can::Frame& frame);
-  Error single_output(const Command& command, Instant now);
-  Error send_emcy(const Command& command, Instant now);
+  void single_output(const Command& command, Instant now);
+  void send_emcy(const Command& command, Instant now);
   Error send_nmt(const Command& command, Instant now);
-  Error trigger_pdo(const Command& command, std::vector<std::byte>& triggered, Instant now);
-  Error send_frame(const Command& command);
+  void trigger_pdo(const Command& command, Instant now);
+  Error check_frame(const Command& command, can::Frame& frame) const;
+  void send_frame(const Command& command, Instant now);
   // Those of the image that were written, to their devices.
   void hand_out(bool always, Instant now);
   void apply_defaults(Instant now);

@@ -24,6 +24,7 @@ VirtualDevice* Line::Devices::named(std::uint8_t id) const {
 
 void Line::Devices::execute(Command command, Instant now) {
   ++counters.commands;
+  follow_resets(now);
   std::vector<std::byte> data;
   Error error = to_error(Refusal::bad_request);
   switch (command.kind) {
@@ -39,20 +40,20 @@ void Line::Devices::execute(Command command, Instant now) {
       error = access_dictionary(command, data, now);
       break;
     case CommandKind::output_write:
-      error = single_output(command, now);
-      break;
+      single_output(command, now);
+      return;
     case CommandKind::emcy_send:
-      error = send_emcy(command, now);
-      break;
+      send_emcy(command, now);
+      return;
     case CommandKind::nmt:
       error = send_nmt(command, now);
       break;
     case CommandKind::pdo_trigger:
-      error = trigger_pdo(command, data, now);
-      break;
+      trigger_pdo(command, now);
+      return;
     case CommandKind::can_send:
-      error = send_frame(command);
-      break;
+      send_frame(command, now);
+      return;
     case CommandKind::can_listen:
       error = listening.ask(command, now);
       break;
@@ -99,26 +100,49 @@ Error Line::Devices::access_dictionary(const Command& command, std::vector<std::
   return read_object(dictionary, command, data);
 }
 
-Error Line::Devices::single_output(const Command& command, Instant now) {
+// The device has the value at once, its master when the frame of the TPDO is on the bus.
+void Line::Devices::single_output(const Command& command, Instant now) {
   const image::Layout& layout = image.layout(Direction::outputs);
   if (const Error why = check_single_output(command, layout, outputs); why != Error{}) {
-    return why;
+    answer(command, why, {}, now);
+    return;
   }
   image.write_entry(Direction::outputs, command.entry, command.data);
   collect(command.entry);
   hand_out(true, now);
-  return {};
+  const image::Entry& entry = layout.entries[command.entry];
+  node::Node& node = find(entry.node)->node();
+  const std::uint16_t tpdo = node.pdos().first_tpdo({entry.index, entry.sub});
+  if (tpdo == 0) {
+    reply(command.tag, Error{});
+    return;
+  }
+  if (node.state() != nmt::State::operational) {
+    reply(command.tag, Error{}, encode_way(tpdo, PdoWait::operational));
+    return;
+  }
+  answer_when_sent({.command = command,
+                    .frames = {{.tpdo = tpdo, .device = entry.node}},
+                    .data = encode_way(tpdo, PdoWait::none)},
+                   now);
 }
 
-Error Line::Devices::send_emcy(const Command& command, Instant now) {
+void Line::Devices::send_emcy(const Command& command, Instant now) {
   VirtualDevice* device = named(command.node);
-  if (device == nullptr) {
-    return to_error(Refusal::bad_request);
+  Error why = to_error(Refusal::bad_request);
+  if (device != nullptr) {
+    why = check_emcy(command, device->node().state());
   }
-  if (const Error why = check_emcy(command, device->node().state()); why != Error{}) {
-    return why;
+  if (why == Error{}) {
+    why = to_error(device->send_emcy(command.code, command.error_register, command.data, now));
   }
-  return to_error(device->send_emcy(command.code, command.error_register, command.data, now));
+  if (why != Error{}) {
+    answer(command, why, {}, now);
+    return;
+  }
+  answer_when_sent({.command = command,
+                    .frames = {{.frame = device->node().emcy().newest(), .device = device->id()}}},
+                   now);
 }
 
 // The devices themselves; others are not theirs to command.
@@ -138,26 +162,29 @@ Error Line::Devices::send_nmt(const Command& command, Instant now) {
 }
 
 // Of the device: its own TPDO.
-Error Line::Devices::trigger_pdo(const Command& command, std::vector<std::byte>& triggered,
-                                 Instant now) {
+void Line::Devices::trigger_pdo(const Command& command, Instant now) {
   VirtualDevice* device = named(command.node);
+  Refusal why = Refusal::none;
   if (device == nullptr || command.code == 0) {
-    return to_error(Refusal::bad_request);
+    why = Refusal::bad_request;
+  } else if (device->node().state() != nmt::State::operational) {
+    why = Refusal::wrong_state;
+  } else if (!device->node().pdos().trigger(command.code, now)) {
+    why = Refusal::unknown_entry;
   }
-  if (device->node().state() != nmt::State::operational) {
-    return to_error(Refusal::wrong_state);
+  if (why != Refusal::none) {
+    refuse(command, why, now);
+    return;
   }
-  if (!device->node().pdos().trigger(command.code, now)) {
-    return to_error(Refusal::unknown_entry);
-  }
-  triggered.resize(sizeof command.code);
+  std::vector<std::byte> triggered(sizeof command.code);
   store_le(triggered.data(), command.code);
-  return {};
+  answer_when_sent({.command = command,
+                    .frames = {{.tpdo = command.code, .device = device->id()}},
+                    .data = std::move(triggered)},
+                   now);
 }
 
-// The others hear it as a frame of the bus.
-Error Line::Devices::send_frame(const Command& command) {
-  can::Frame frame;
+Error Line::Devices::check_frame(const Command& command, can::Frame& frame) const {
   if (const Error why = generic_frame(command, frame); why != Error{}) {
     return why;
   }
@@ -166,8 +193,22 @@ Error Line::Devices::send_frame(const Command& command) {
       return to_error(Refusal::identifier_in_use);
     }
   }
-  return usable() ? send_generic(seats.front().device->node(), frame)
-                  : to_error(Refusal::line_down);
+  return usable() ? Error{} : to_error(Refusal::line_down);
+}
+
+// The others hear it as a frame of the bus.
+void Line::Devices::send_frame(const Command& command, Instant now) {
+  can::Frame frame;
+  VirtualDevice& sender = *seats.front().device;
+  Error why = check_frame(command, frame);
+  if (why == Error{}) {
+    why = send_generic(sender.node(), frame);
+  }
+  if (why != Error{}) {
+    answer(command, why, {}, now);
+    return;
+  }
+  answer_when_sent({.command = command, .frames = {{.frame = frame, .device = sender.id()}}}, now);
 }
 
 OutputRefusal Line::Devices::write_outputs(const OutputWrite& write, Instant now) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "stack/base/byte_order.h"
+
 namespace linegate::line {
 
 bool FramesUnderWay::ended(std::uint64_t number, Instant now) {
@@ -31,6 +33,14 @@ void FramesUnderWay::lost(std::uint64_t first, std::uint64_t last) {
   if (last > ended_) {
     ended_ = std::min(last, handed_out_);
   }
+}
+
+std::vector<std::byte> encode_way(std::uint16_t tpdo, PdoWait wait) {
+  std::vector<std::byte> way(4);
+  way[0] = std::byte{kByPdo};
+  store_le(way.data() + 1, tpdo);
+  way[3] = static_cast<std::byte>(wait);
+  return way;
 }
 
 Instant FramesUnderWay::next_deadline() const {

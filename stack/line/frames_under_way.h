@@ -71,4 +71,7 @@ class FramesUnderWay {
   std::vector<Sending> sendings_;
 };
 
+// The first bytes of what an object_write or output_write by PDO answers, see ObjectWay.
+std::vector<std::byte> encode_way(std::uint16_t tpdo, PdoWait wait);
+
 }  // namespace linegate::line

@@ -193,7 +193,7 @@ void Line::Impl::routes(std::vector<routing::Route>& out) const {
     lss.handed_out(out, number, now);
   }
   if (given && number != 0) {
-    hand_out(out, now);
+    note_handed_out(out, now);
   }
   return given;
 }

@@ -91,15 +91,16 @@ struct Line::Base {
   void acknowledged(std::uint64_t number, Instant now);
   void lost(std::uint64_t first, std::uint64_t last);
   // The frame that is handed out; from: see carries_newest().
-  void hand_out(const can::Frame& frame, Instant now, std::uint8_t from = 0);
+  void note_handed_out(const can::Frame& frame, Instant now, std::uint8_t from = 0);
   void find_sendings(const can::Frame& frame, std::uint8_t from);
   bool is_awaited(const FramesUnderWay::Awaited& awaited, const can::Frame& frame,
                   std::uint8_t from) const;
   // The reply is that of the command when its frames are acknowledged.
   void answer_when_sent(FramesUnderWay::Sending sending, Instant now);
   void expire_sendings(Instant now);
-  // Commands of that kind whose frames are gone before they were handed out.
-  void refuse_sendings(CommandKind kind, Refusal why, Instant now);
+  // Commands of that kind whose frames are gone before they were handed out. device: see
+  // FramesUnderWay::Awaited.
+  void refuse_sendings(CommandKind kind, Refusal why, Instant now, std::uint8_t device = 0);
   void cancel_sendings();
   bool bus_is_stuck(Instant now) const;
 

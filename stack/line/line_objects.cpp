@@ -85,10 +85,7 @@ Refusal Line::Impl::check_write_by_pdo(const Command& command,
 }
 
 std::vector<std::byte> Line::Impl::way_of(std::uint16_t tpdo, PdoWait wait) const {
-  std::vector<std::byte> way(4);
-  way[0] = std::byte{kByPdo};
-  store_le(way.data() + 1, tpdo);
-  way[3] = static_cast<std::byte>(wait);
+  std::vector<std::byte> way = encode_way(tpdo, wait);
   const auto range = image.entries_of(Direction::outputs, tpdo);
   for (std::uint32_t i = range.first; wait == PdoWait::values && i < range.first + range.count;
        ++i) {

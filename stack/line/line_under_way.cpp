@@ -7,7 +7,8 @@
 
 namespace linegate::line {
 
-[[gnu::hot]] void Line::Base::hand_out(const can::Frame& frame, Instant now, std::uint8_t from) {
+[[gnu::hot]] void Line::Base::note_handed_out(const can::Frame& frame, Instant now,
+                                              std::uint8_t from) {
   under_way.handed_out(now);
   if (under_way.any()) [[unlikely]] {
     find_sendings(frame, from);
@@ -92,11 +93,13 @@ void Line::Base::expire_sendings(Instant now) {
   });
 }
 
-void Line::Base::refuse_sendings(CommandKind kind, Refusal why, Instant now) {
+void Line::Base::refuse_sendings(CommandKind kind, Refusal why, Instant now, std::uint8_t device) {
   std::erase_if(under_way.sendings(), [&](const FramesUnderWay::Sending& sending) {
     const bool gone =
         sending.command.kind == kind &&
-        std::ranges::any_of(sending.frames, [](const auto& frame) { return frame.number == 0; });
+        std::ranges::any_of(sending.frames, [device](const FramesUnderWay::Awaited& frame) {
+          return frame.number == 0 && frame.device == device;
+        });
     if (gone) {
       refuse(sending.command, why, now);
     }

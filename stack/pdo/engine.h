@@ -231,6 +231,8 @@ class Engine {
   // carried stays not valid. TPDOs with output entries are requested again, as trigger() does it,
   // unless their receiver is `waiting`.
   void lost(std::uint64_t first, std::uint64_t last);
+  // Number of the first valid TPDO that maps the object; 0 if there is none.
+  std::uint16_t first_tpdo(od::Address address) const;
   // The frame is that TPDO with the newest values. number: 1..
   bool carries_newest(std::uint16_t number, const can::Frame& frame) const;
   // Nothing is requested, not even what an inhibit time holds back: next_frame() gives none. Hot.

@@ -443,6 +443,14 @@ void Engine::lost(std::uint64_t first, std::uint64_t last) {
   impl_->lost(first, last);
 }
 
+std::uint16_t Engine::first_tpdo(od::Address address) const {
+  std::uint16_t first = 0;
+  impl_->object_sources.for_each(address, [&first](std::uint16_t slot) {
+    first = first == 0 ? static_cast<std::uint16_t>(slot + 1) : first;
+  });
+  return first;
+}
+
 bool Engine::carries_newest(std::uint16_t number, const can::Frame& frame) const {
   const auto slot = static_cast<std::uint16_t>(number - 1U);
   if (number == 0 || number > impl_->tpdos.size() || !impl_->tpdos[slot].active) {

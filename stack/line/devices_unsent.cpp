@@ -1,0 +1,56 @@
+// What a command of an unconfirmed service to a device of the line is answered when its frame was
+// not acknowledged in time.
+#include <algorithm>
+#include <utility>
+
+#include "stack/line/devices.h"
+
+namespace linegate::line {
+
+bool Line::Devices::carries_newest(const FramesUnderWay::Awaited& awaited,
+                                   const can::Frame& frame) const {
+  VirtualDevice* device = find(awaited.device);
+  return device != nullptr && device->node().pdos().carries_newest(awaited.tpdo, frame);
+}
+
+void Line::Devices::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
+  const Refusal why = reason_of(sending, now);
+  if (sending.command.kind != CommandKind::output_write) {
+    refuse(sending.command, why, now);
+    return;
+  }
+  const PdoWait wait = why == Refusal::wrong_state   ? PdoWait::operational
+                       : why == Refusal::awaits_turn ? PdoWait::turn
+                                                     : PdoWait::bus;
+  reply(sending.command.tag, Error{}, encode_way(sending.frames.front().tpdo, wait));
+}
+
+// There is one frame.
+Refusal Line::Devices::reason_of(const FramesUnderWay::Sending& sending, Instant now) const {
+  const FramesUnderWay::Awaited& awaited = sending.frames.front();
+  VirtualDevice* device = find(awaited.device);
+  const bool of_pdo = awaited.tpdo != 0;
+  if (device == nullptr ||
+      (of_pdo && awaited.number == 0 && device->node().state() != nmt::State::operational)) {
+    return Refusal::wrong_state;
+  }
+  if (awaited.number != 0 || bus_is_stuck(now)) {
+    return Refusal::no_acknowledge;
+  }
+  return of_pdo || device->node().emcy().waits(awaited.frame) ? Refusal::awaits_turn
+                                                              : Refusal::no_acknowledge;
+}
+
+void Line::Devices::follow_resets(Instant now) {
+  for (Seat& seat : seats) {
+    const std::uint64_t resets = seat.device->node().counters().resets;
+    if (std::exchange(seat.resets, resets) == resets) {
+      continue;
+    }
+    for (const CommandKind kind : {CommandKind::emcy_send, CommandKind::pdo_trigger}) {
+      refuse_sendings(kind, Refusal::wrong_state, now, seat.device->id());
+    }
+  }
+}
+
+}  // namespace linegate::line

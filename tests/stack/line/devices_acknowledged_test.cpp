@@ -1,0 +1,168 @@
+// A line in the role device: what a command sends is answered when the bus acknowledged its frame.
+#include "stack/base/byte_order.h"
+#include "stack/eds/reader.h"
+#include "stack/od/dictionary.h"
+
+#include "tests/stack/line/line_fixture.h"
+
+namespace linegate::line {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+class AcknowledgedDevices : public LineTest {
+ protected:
+  // Devices 5 and 6, in Operational, with all frames acknowledged.
+  void run() {
+    LineConfig config;
+    config.name = "below";
+    config.role = Role::device;
+    config.node_id = 0;
+    for (const std::uint8_t id : {std::uint8_t{5}, std::uint8_t{6}}) {
+      config.devices.push_back({.id = id,
+                                .name = "axis" + std::to_string(id),
+                                .device = *eds::load(kDeviceFile, "axis.eds", id).value});
+    }
+    make(std::move(config));
+    line_->expect_acknowledgements();
+    line_->start(now_);
+    hear(0x000, {0x01, 0x00});
+    line_->advance(now_);
+    hand_out();
+    acknowledge_all();
+    events();
+  }
+  std::vector<std::string> hand_out() {
+    std::vector<std::string> out = sent();
+    given_ += out.size();
+    return out;
+  }
+  void acknowledge_all() { line_->acknowledged(given_, now_); }
+  void write_status(std::uint8_t value) {
+    line_->execute({.kind = CommandKind::output_write, .data = {std::byte{value}, std::byte{}}},
+                   now_);
+  }
+  void trigger() {
+    line_->execute({.kind = CommandKind::pdo_trigger, .node = 5, .code = 1, .data = {}}, now_);
+  }
+  void send_emcy(std::uint16_t code) {
+    line_->execute({.kind = CommandKind::emcy_send, .node = 6, .code = code, .data = {}}, now_);
+  }
+  bool is_answered() {
+    Reply reply;
+    return line_->take_reply(reply);
+  }
+  static std::vector<std::byte> way(PdoWait wait) {
+    return {std::byte{kByPdo}, std::byte{1}, std::byte{0}, static_cast<std::byte>(wait)};
+  }
+
+  std::uint64_t given_ = 0;
+};
+
+TEST_F(AcknowledgedDevices, AValueIsAnsweredWhenItIsOnTheBus) {
+  run();
+  write_status(4);
+  EXPECT_FALSE(is_answered());
+  EXPECT_THAT(hand_out(), ElementsAre("185#040000000000"));
+  EXPECT_FALSE(is_answered()) << "the controller has it, the bus does not";
+  acknowledge_all();
+  EXPECT_EQ(answer().data, way(PdoWait::none));
+}
+
+TEST_F(AcknowledgedDevices, AValueIsNotAnsweredByTheFrameOfAnOlderOne) {
+  run();
+  write_status(4);
+  hand_out();
+  acknowledge_all();
+  EXPECT_TRUE(is_answered());
+  write_status(7);
+  hand_out();
+  write_status(8);
+  acknowledge_all();
+  EXPECT_TRUE(is_answered()) << "7 was on the bus";
+  EXPECT_FALSE(is_answered());
+  EXPECT_THAT(hand_out(), ElementsAre("185#080000000000"));
+  acknowledge_all();
+  EXPECT_EQ(answer().data, way(PdoWait::none));
+}
+
+TEST_F(AcknowledgedDevices, AValueOnABusWithoutAcknowledgeWaitsForTheBus) {
+  run();
+  write_status(4);
+  hand_out();
+  pass(milliseconds(900));
+  EXPECT_FALSE(is_answered());
+  pass(milliseconds(200));
+  EXPECT_EQ(answer().data, way(PdoWait::bus));
+}
+
+TEST_F(AcknowledgedDevices, AValueOfADeviceThatIsNotOperationalWaitsForIt) {
+  run();
+  hear(0x000, {0x80, 0x05});
+  write_status(4);
+  EXPECT_EQ(answer().data, way(PdoWait::operational));
+}
+
+TEST_F(AcknowledgedDevices, AValueThatNoPdoCarriesIsWritten) {
+  run();
+  for (const std::uint32_t raw : {0x8000'0185U}) {
+    EXPECT_TRUE(line_->dictionary().set({0x1800, 1}, raw));
+  }
+  write_status(4);
+  EXPECT_TRUE(answer().data.empty());
+  EXPECT_THAT(hand_out(), IsEmpty());
+}
+
+TEST_F(AcknowledgedDevices, ATriggeredPdoIsAnsweredWhenItIsOnTheBus) {
+  run();
+  trigger();
+  EXPECT_FALSE(is_answered());
+  EXPECT_THAT(hand_out(), ElementsAre("185#000000000000"));
+  acknowledge_all();
+  EXPECT_TRUE(answer().ok());
+  trigger();
+  hand_out();
+  pass(milliseconds(1100));
+  EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
+}
+
+TEST_F(AcknowledgedDevices, AnEmcyIsAnsweredWhenItIsOnTheBus) {
+  run();
+  send_emcy(0x5000);
+  EXPECT_FALSE(is_answered());
+  EXPECT_THAT(hand_out(), ElementsAre("086#0050010000000000"));
+  acknowledge_all();
+  EXPECT_TRUE(answer().ok());
+  send_emcy(0x5100);
+  hand_out();
+  pass(milliseconds(1100));
+  EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
+}
+
+TEST_F(AcknowledgedDevices, WhatAResetDropsIsRefused) {
+  run();
+  trigger();
+  hear(0x000, {0x82, 0x05});
+  line_->advance(now_);
+  EXPECT_EQ(answer().error, to_error(Refusal::wrong_state));
+}
+
+TEST_F(AcknowledgedDevices, AFrameOfNoServiceIsAnsweredWhenItIsOnTheBus) {
+  run();
+  line_->execute({.kind = CommandKind::can_send, .entry = 0x352, .data = {std::byte{1}}}, now_);
+  EXPECT_FALSE(is_answered());
+  EXPECT_THAT(hand_out(), ElementsAre("352#01"));
+  acknowledge_all();
+  EXPECT_TRUE(answer().ok());
+}
+
+TEST_F(AcknowledgedDevices, ThatWaitEndWithTheLine) {
+  run();
+  trigger();
+  line_->stop(now_);
+  EXPECT_EQ(answer().error, to_error(Refusal::cancelled));
+}
+
+}  // namespace
+}  // namespace linegate::line
