@@ -49,6 +49,14 @@ bool is_type(Context& context, const std::string& type) {
   return good;
 }
 
+// A gateway refuses a command without data; says so on context.err.
+bool is_any(Context& context, const std::vector<std::byte>& data) {
+  if (data.empty()) {
+    sdo_usage(context, "there is no value to write");
+  }
+  return !data.empty();
+}
+
 // Of that type; otherwise says on context.err that there is no such type, or no such value of it.
 std::optional<std::vector<std::byte>> value_of(Context& context, const std::string& type,
                                                const std::string& value) {
@@ -60,8 +68,9 @@ std::optional<std::vector<std::byte>> value_of(Context& context, const std::stri
   auto data = from_text(*data_type, value);
   if (!data) {
     sdo_usage(context, "'" + value + "' is not a value of " + type);
+    return std::nullopt;
   }
-  return data;
+  return is_any(context, *data) ? data : std::nullopt;
 }
 
 // A device that stores its parameters, or restores them, answers when it has done so.
@@ -297,7 +306,7 @@ int set_value(Context& context, Model& model, SdoTarget& target, const WriteRequ
     return kUsage;
   }
   target.command.data = *std::move(data);
-  return kDone;
+  return is_any(context, target.command.data) ? kDone : kUsage;
 }
 
 // Writes to each node that is meant, once the value of each is known; otherwise to none.

@@ -25,6 +25,9 @@ od::DeviceDescription device_file() {
       {.index = 0x1017,
        .name = "Producer heartbeat time",
        .variables = {{.name = "Producer heartbeat time", .type = od::DataType::unsigned16}}},
+      {.index = 0x1008,
+       .name = "Device name",
+       .variables = {{.name = "Device name", .type = od::DataType::visible_string}}},
       {.index = 0x1018,
        .name = "Identity",
        .type = od::ObjectType::record,
@@ -207,6 +210,16 @@ TEST_F(SdoCommand, AGatewayThatDoesNotAnswerIsNotADeviceFileWithoutTheObject) {
   gateway_.silent = 6;
   EXPECT_EQ(write("press:6", "1017:00", "500"), kFailed);
   EXPECT_THAT(err_.str(), HasSubstr("is not known, no answer: give it"));
+}
+
+TEST_F(SdoCommand, AnEmptyValueIsRefusedWithAReason) {
+  for (const std::string type : {"vs", "os", ""}) {
+    err_.str("");
+    EXPECT_EQ(write("press:5", "1008:00", "", type), kUsage);
+    EXPECT_EQ(err_.str(), "there is no value to write\n") << type;
+    EXPECT_EQ(object_write(context_, "press:5", "1008:00", "", type, "", false), kUsage);
+  }
+  EXPECT_TRUE(gateway_.asked.empty());
 }
 
 TEST_F(SdoCommand, AllOfANetworkThatIsNoLineIsRefused) {
