@@ -339,6 +339,9 @@ class Program {
     sdo_write->add_flag("--keep", keep_, "the PDO is not sent before linegate trigger asks for it")
         ->needs("--by-pdo");
     on(sdo_write, [this] {
+      if (const std::string why = console::why_ambiguous(words_); !why.empty()) {
+        return usage_error(why);
+      }
       const auto words = console::split_object(words_, 1, 2);
       if (!words) {
         return usage("sdo write LINE:NODE INDEX:SUB [TYPE] VALUE");
@@ -497,7 +500,10 @@ class Program {
   }
 
   int usage(const std::string& form) const {
-    const std::string text = "usage: linegate " + form + "; index and sub-index are hexadecimal";
+    return usage_error("usage: linegate " + form + "; index and sub-index are hexadecimal");
+  }
+
+  int usage_error(const std::string& text) const {
     std::cerr << text << '\n';
     options_.json ? print_usage_error(std::cout, text) : void();
     return kExitUsage;

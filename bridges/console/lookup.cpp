@@ -8,6 +8,7 @@
 
 #include "bridges/console/discovery.h"
 #include "bridges/console/table.h"
+#include "bridges/console/value_text.h"
 #include "stack/od/address_text.h"
 
 namespace linegate::console {
@@ -269,6 +270,18 @@ std::optional<ObjectWords> split_object(const std::vector<std::string>& words, s
   return ObjectWords{words[0],
                      has_sub ? words[1] : "",
                      {words.end() - static_cast<std::ptrdiff_t>(behind), words.end()}};
+}
+
+std::string why_ambiguous(const std::vector<std::string>& words) {
+  if (words.size() != 3 || words[0].find(':') != std::string::npos || !type_from_name(words[1]) ||
+      !od::parse_sub(words[1])) {
+    return {};
+  }
+  const auto read_as = [&](const std::string& object) {
+    return "'" + printable(object + ' ' + words[2]) + "'";
+  };
+  return "'" + printable(words[1]) + "' is a sub-index and a data type: write " +
+         read_as(words[0] + ':' + words[1]) + " or " + read_as(words[0] + ":00 " + words[1]);
 }
 
 std::optional<std::uint32_t> find_entry(Context& context, const image::Layout& layout,

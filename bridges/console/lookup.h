@@ -65,6 +65,9 @@ struct ObjectWords {
 // few or too many words. Where both readings have a meaning ("6000 d"), a sub-index is read.
 std::optional<ObjectWords> split_object(const std::vector<std::string>& words, std::size_t least,
                                         std::size_t most);
+// Of INDEX WORD VALUE: why the word is not read, if it is a sub-index and a data type ("1021 d
+// 00FF", "2005 b 1"). Empty: it is one of them at most.
+std::string why_ambiguous(const std::vector<std::string>& words);
 // Decimal or 0x; `hex`: hexadecimal without 0x too. Nothing beyond `limit`.
 std::optional<std::uint64_t> parse_number(const std::string& text, std::uint64_t limit, bool hex);
 

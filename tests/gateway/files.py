@@ -71,6 +71,7 @@ def wrong_usage_is_an_object(folder, linegate):
     for words in (("simulate",), ("simulate", "virtual:x", "--device", "none"), ("decode", missing), ("replay", missing,
                   "virtual:x"), ("eds", missing, "press"), ("sdo", "read", "x", "1000", "0"), ("sdo", "read"),
                   ("nmt", "start", "press"), ("sdo", "write", "press:5", "1017:00", "u16", "x"),
+                  ("sdo", "write", "press:5", "1021", "d", "00FF"), ("sdo", "write", "press:5", "2005", "b", "1"),
                   ("record", "none:x"), ("emcy", "press", "zz")):
         done = run(linegate, "--json", "--wait", "0.1", *words)
         expect(f"the exit status of {words}", done.returncode, 2)

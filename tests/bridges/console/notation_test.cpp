@@ -146,5 +146,20 @@ TEST(ObjectWords, AreSplitByHowManyFollow) {
   EXPECT_FALSE(split_object({}, 0, 1));
 }
 
+TEST(ObjectWords, ASubIndexThatIsADataTypeTooIsNotRead) {
+  EXPECT_EQ(why_ambiguous({"1021", "d", "00FF"}),
+            "'d' is a sub-index and a data type: write '1021:d 00FF' or '1021:00 d 00FF'");
+  EXPECT_THAT(why_ambiguous({"2005", "B", "1"}), HasSubstr("'2005:B 1' or '2005:00 B 1'"));
+  for (const std::vector<std::string>& words : {std::vector<std::string>{"2005", "0B", "1"},
+                                                {"2005", "A", "1"},
+                                                {"2005", "u8", "1"},
+                                                {"2005:00", "b", "1"},
+                                                {"2005", "b"},
+                                                {"2005", "0", "b", "1"},
+                                                {"2005", "b", "b", "1"}}) {
+    EXPECT_EQ(why_ambiguous(words), "") << words[1];
+  }
+}
+
 }  // namespace
 }  // namespace linegate::console
