@@ -85,9 +85,11 @@ void Line::Impl::heartbeat_recovered(std::uint8_t id, Instant now) {
   manager.heartbeat_recovered(id, now);
 }
 
-// Commands of another master.
+// Commands of another master, or of the master while the own node is NMT slave.
 void Line::Impl::hear_nmt(std::uint16_t index, const can::Frame& frame) {
-  foreign_manager.receive(index, frame);
+  if (index != 0 || manages()) {
+    foreign_manager.receive(index, frame);
+  }
   const auto control = index == 0 ? nmt::decode_node_control(frame) : std::nullopt;
   if (control) {
     manager.sent(control->command, control->node, frame.time);

@@ -178,9 +178,12 @@ void Node::Impl::take_node_control(const can::Frame& frame) {
   const auto control = nmt::decode_node_control(frame);
   if (!control) {
     malformed(frame, 0);
-  } else if (!options.nmt_slave) {
+    return;
+  }
+  if (!options.nmt_slave || companion != nullptr) {
     hand_to_companion({can::Service::nmt, 0, 0}, frame);
-  } else if (control->addresses(options.node_id)) {
+  }
+  if (options.nmt_slave && control->addresses(options.node_id)) {
     command(control->command, frame.time);
   }
 }

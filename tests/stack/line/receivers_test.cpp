@@ -48,6 +48,16 @@ class OutputsOfANode : public LineTest {
     hear(0x585, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
     hear_heartbeat(kPreOperational);
   }
+  // The same without error control.
+  void boot_unwatched() {
+    hear(0x705, {0x00});
+    hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
+    hear(0x585, {0x43, 0x18, 0x10, 0x01, 0x23, 0x01, 0x00, 0x00});
+    hear(0x585, {0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
+    sent();
+    hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
+    line_->advance(now_);
+  }
   Error write_by_hand(std::uint32_t entry, std::vector<std::byte> data) {
     line_->execute({.kind = CommandKind::output_write, .entry = entry, .data = std::move(data)},
                    now_);
@@ -129,15 +139,34 @@ TEST_F(OutputsOfANode, WithoutErrorControlAreSentAfterTheStartCommand) {
   config.defaults = {{.entry = 0, .value = 9}, {.entry = 1, .value = 3}};
   make(std::move(config));
   line_->start(now_);
-  hear(0x705, {0x00});
-  hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
-  hear(0x585, {0x43, 0x18, 0x10, 0x01, 0x23, 0x01, 0x00, 0x00});
-  hear(0x585, {0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
-  sent();
-  hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
-  line_->advance(now_);
+  boot_unwatched();
   EXPECT_THAT(sent(), ElementsAre("000#0105", "205#0900000003"));
   EXPECT_TRUE(valid());
+}
+
+// The own node is NMT slave, and hears what its master commands other nodes.
+TEST_F(OutputsOfANode, WithoutErrorControlAreSentWhenAnotherMasterStartsIt) {
+  LineConfig config = config_with_axis();
+  config.nodes[0].heartbeat = {};
+  config.defaults = {{.entry = 0, .value = 9}, {.entry = 1, .value = 3}};
+  make(std::move(config));
+  line_->start(now_);
+  boot_unwatched();
+  EXPECT_THAT(pdos(), ElementsAre("205#0900000003"));
+  ASSERT_TRUE(line_->dictionary().set({0x1F80, 0}, 4U));
+  pass(milliseconds(1));
+  ASSERT_EQ(line_->state().role, Role::device);
+  pdos();
+  ASSERT_TRUE(valid());
+  hear(0x000, {0x02, 0x05});
+  line_->advance(now_);
+  EXPECT_FALSE(valid()) << "it is stopped";
+  EXPECT_THAT(pdos(), IsEmpty());
+  hear(0x000, {0x01, 0x05});
+  line_->advance(now_);
+  EXPECT_THAT(pdos(), ElementsAre("205#0900000003"));
+  EXPECT_TRUE(valid());
+  EXPECT_FALSE(told(EventKind::foreign_manager)) << "it is the master of the own node";
 }
 
 TEST_F(OutputsOfANode, AreSentAsTheWatchdogLeftThem) {
