@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -55,7 +56,8 @@ class NameWatch : public eprosima::fastdds::dds::DomainParticipantListener {
         it.status == Info::REMOVED_PARTICIPANT || it.status == Info::DROPPED_PARTICIPANT;
     if (guard_ != nullptr) {
       const guard::Prefix prefix = guard::prefix_of(guid(it.info.m_guid));
-      gone ? guard_->participant_lost(prefix) : guard_->participant_found(prefix);
+      const bool endless = it.info.m_leaseDuration.seconds == std::numeric_limits<int>::max();
+      gone ? guard_->participant_lost(prefix) : guard_->participant_found(prefix, endless);
     }
     const std::string name = it.info.m_participantName.to_string();
     const std::lock_guard lock(mutex_);

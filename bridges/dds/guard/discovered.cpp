@@ -22,9 +22,9 @@ Discovered::Discovered(DiscoveryLimits limits)
   arrivals_.fill(kNever);
 }
 
-void Discovered::participant_found(const Prefix& prefix) {
+void Discovered::participant_found(const Prefix& prefix, bool endless) {
   const std::lock_guard lock(mutex_);
-  participants_.try_emplace(prefix);
+  participants_.try_emplace(prefix, Participant{.endless = endless});
   std::replace(awaited_.begin(), awaited_.end(), prefix, Prefix{});
 }
 
@@ -69,6 +69,12 @@ bool Discovered::has_participant(const Prefix& prefix) const {
   return participants_.contains(prefix);
 }
 
+bool Discovered::is_endless(const Prefix& prefix) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = participants_.find(prefix);
+  return found != participants_.end() && found->second.endless;
+}
+
 bool Discovered::has_endpoint(const Guid& endpoint) const {
   const std::lock_guard lock(mutex_);
   return endpoints_.contains(endpoint);
@@ -98,15 +104,19 @@ bool Discovered::arrives(const Prefix& prefix, const Address& from, std::int64_t
 
 bool Discovered::admits(const Prefix& prefix, const Address& from, std::uint32_t lease,
                         std::int64_t now) {
+  const bool endless = lease == kEndless;
+  if (lease > kLongestLease && !endless)
+    return false;
   const std::size_t most = limits_.participants;
-  const std::size_t reserved = limits_.peers.empty() ? 0 : most - most / 4 * 3;
+  const std::size_t reserved = limits_.peers.empty() || most < 4 ? 0 : most / 4 + (most % 4 != 0);
   const std::lock_guard lock(mutex_);
-  const std::size_t taken = participants_.size();
-  if (participants_.contains(prefix) ||
-      std::find(limits_.peers.begin(), limits_.peers.end(), from) != limits_.peers.end())
+  const auto known = participants_.find(prefix);
+  if (known != participants_.end())
+    return known->second.endless == endless;
+  if (std::find(limits_.peers.begin(), limits_.peers.end(), from) != limits_.peers.end())
     return true;
-  return taken < most - reserved && (taken < most / 2 || lease <= kLongestLease) &&
-         arrives(prefix, from, now);
+  const std::size_t taken = participants_.size();
+  return taken < most - reserved && (taken < most / 2 || !endless) && arrives(prefix, from, now);
 }
 
 bool Discovered::admits(const Prefix& prefix, const Guid& endpoint, std::int64_t now) {

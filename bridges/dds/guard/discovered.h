@@ -22,13 +22,15 @@ struct DiscoveryLimits {
   // Others that the library takes note of at the same time.
   std::size_t participants = std::numeric_limits<std::size_t>::max();
   std::vector<Address> peers;  // configured ones; for them a quarter of the places is left
-  bool ends_by_lease = true;   // the announced end of a participant is not passed on
+  // Protocol SIMPLE: each participant announces itself, and its end is left to its lease.
+  bool simple = true;
 };
 
 // From any thread.
 class Discovered {
  public:
-  static constexpr std::uint32_t kLongestLease = 3600;   // s, where half of the places are taken
+  static constexpr std::uint32_t kLongestLease = 3600;   // s
+  static constexpr std::uint32_t kEndless = 0x7FFFFFFF;  // s, RTPS 2.3 9.3.2.3: infinite
   static constexpr std::size_t kEndpoints = 1024;        // of one participant
   static constexpr std::int64_t kSaved = 1024;           // announcements of new ones at once
   static constexpr std::int64_t kInterval = 20'000'000;  // ns until one more may be announced
@@ -37,18 +39,20 @@ class Discovered {
 
   explicit Discovered(DiscoveryLimits limits);
 
-  void participant_found(const Prefix& prefix);
+  void participant_found(const Prefix& prefix, bool endless);  // its lease
   void participant_lost(const Prefix& prefix);
   void endpoint_found(const Guid& endpoint);
   void endpoint_lost(const Guid& endpoint);
 
-  bool ends_by_lease() const { return limits_.ends_by_lease; }
+  bool simple() const { return limits_.simple; }
+  // Whether no timer of a lease may fire while its end is carried out.
+  bool is_endless(const Prefix& prefix) const;
   bool has_participant(const Prefix& prefix) const;
   bool has_endpoint(const Guid& endpoint) const;
   std::size_t endpoints() const;
 
   // Whether a participant that is announced from there with that lease, s, may take a place; counts
-  // it if it is new. One that is never gone would keep it from others.
+  // it if it is new. Those that are never gone would keep the places from others.
   bool admits(const Prefix& prefix, const Address& from, std::uint32_t lease, std::int64_t now);
   // Whether that participant may announce that endpoint; counts it if it is new.
   bool admits(const Prefix& prefix, const Guid& endpoint, std::int64_t now);
@@ -60,6 +64,7 @@ class Discovered {
   static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::min();
 
   struct Participant {
+    bool endless = false;
     std::size_t endpoints = 0;    // whose end was not announced
     std::int64_t spent = kNever;  // all that was saved, since then
   };

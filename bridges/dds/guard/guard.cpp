@@ -124,13 +124,23 @@ Reason Guard::judge_statistics(Datagram& datagram, const Submessage& submessage)
   return Reason::none;
 }
 
+// Whether the end of a participant names the one that sent it.
+bool Guard::names_itself(const Datagram& datagram, const Content& content) {
+  if (content.instance.prefix)
+    return content.instance.is(datagram.source);
+  Announcement announcement;
+  return check_parameter_list(content.payload, announcement) &&
+         announcement.owner.is(datagram.source);
+}
+
 // Where one thread of Fast DDS 2.9.1 removes a participant while the timer of its lease fires in
 // another, an assertion ends the process (PDP.cpp:1140). So its lease ends it; its endpoints have
-// said before that they end. What follows in the datagram is left out, too.
+// said before that they end. What follows in the datagram is left out, too. A lease that is
+// infinite has no timer that fires.
 void Guard::leave_out_end(Datagram& datagram, const Submessage& submessage,
                           const Content& content) const {
-  if (content.writer == entity::kParticipants && content.ends_instance &&
-      discovered_.ends_by_lease())
+  if (content.writer == entity::kParticipants && content.ends_instance && discovered_.simple() &&
+      !(names_itself(datagram, content) && discovered_.is_endless(datagram.source)))
     datagram.size = std::min(datagram.size, submessage.at);
 }
 
@@ -198,15 +208,20 @@ Reason Guard::judge_payload(const Datagram& datagram, const Content& content) {
              : reason;
 }
 
+// Fast DDS takes who is announced from the payload, and the source from the header.
 Reason Guard::judge_participant(const Datagram& datagram, const Announcement& announcement) {
+  if (discovered_.simple() && !announcement.owner.is(datagram.source))
+    return Reason::discovery;
   return discovered_.admits(datagram.source, datagram.from, announcement.lease, datagram.now)
              ? Reason::none
              : Reason::participants;
 }
 
-// One that ends takes no place.
+// One that ends takes no place. A participant announces its own endpoints.
 Reason Guard::judge_endpoint(const Datagram& datagram, const Content& content,
                              const Announcement& announcement) {
+  if (discovered_.simple() && !announcement.owner.may_be(datagram.source))
+    return Reason::discovery;
   if (!announcement.endpoint || content.ends_instance)
     return Reason::none;
   return discovered_.admits(datagram.source, *announcement.endpoint, datagram.now)
@@ -246,8 +261,8 @@ bool Guard::is_known(const Guid& guid) const {
                           : discovered_.has_endpoint(guid);
 }
 
-void Guard::participant_found(const Prefix& prefix) {
-  discovered_.participant_found(prefix);
+void Guard::participant_found(const Prefix& prefix, bool endless) {
+  discovered_.participant_found(prefix, endless);
   const auto is_its = [&](const Guid& guid) {
     return is_builtin(guid) && prefix_of(guid) == prefix;
   };

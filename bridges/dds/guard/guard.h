@@ -39,7 +39,8 @@ class Guard {
 
   // What discovery found, so that it keeps its place in the tables, and what it lost. From any
   // thread.
-  void participant_found(const Prefix& prefix);
+  // endless: its lease is infinite.
+  void participant_found(const Prefix& prefix, bool endless = false);
   void participant_lost(const Prefix& prefix);
   void endpoint_found(const Guid& endpoint);
   void endpoint_lost(const Guid& endpoint);
@@ -53,6 +54,7 @@ class Guard {
   Reason walk(Datagram& datagram);
   Reason judge_submessage(Datagram& datagram, const Submessage& submessage);
   Reason judge_statistics(Datagram& datagram, const Submessage& submessage) const;
+  static bool names_itself(const Datagram& datagram, const Content& content);
   void leave_out_end(Datagram& datagram, const Submessage& submessage,
                      const Content& content) const;
   Reason judge_numbers(const Datagram& datagram, const Content& content);

@@ -139,6 +139,7 @@ constexpr std::array<Rule, 50> kRules = {{
 
 constexpr std::uint16_t kLease = 0x0002;
 constexpr std::uint16_t kReliability = 0x001A;
+constexpr std::uint16_t kParticipantGuid = 0x0050;
 constexpr std::uint16_t kEndpointGuid = 0x005A;
 constexpr std::uint16_t kKeyHash = 0x0070;
 constexpr std::uint16_t kStatusInfo = 0x0071;
@@ -181,6 +182,12 @@ bool check_parameter(std::uint16_t id, const Wire& value) {
   return rule == kRules.end() || rule->id != id || check_shape(*rule, value);
 }
 
+Guid guid_in(const Wire& value) {
+  Guid out{};
+  std::copy_n(value.octets().begin(), out.size(), out.begin());
+  return out;
+}
+
 // Calls each(id, value) until it returns false. Gives the octets of the list, sentinel included, 0
 // where it is malformed or was ended. Fast DDS reads neither the length of a sentinel nor what
 // follows one.
@@ -200,12 +207,6 @@ std::size_t walk_list(const Wire& list, Each each) {
     at += length;
   }
   return 0;
-}
-
-Guid guid_in(const Wire& value) {
-  Guid out{};
-  std::copy_n(value.octets().begin(), out.size(), out.begin());
-  return out;
 }
 
 // The octet order that the encapsulation header names (RTPS 2.3 10.2); without a value: unknown.
@@ -230,8 +231,10 @@ InlineQos read_inline_qos(const Wire& rest) {
       return false;
     if (id == kStatusInfo && (value.u8(3) & kEnds) != 0)  // big endian in both octet orders
       out.ends_instance = true;
-    if (id == kKeyHash)
+    if (id == kKeyHash) {
       out.key = guid_in(value);
+      out.instance.add(prefix_of(*out.key));
+    }
     return true;
   });
   return out;
@@ -248,8 +251,11 @@ bool check_parameter_list(const Wire& payload, Announcement& out) {
              out.lease = value.u32(0);
            if (id == kReliability)
              out.reliable = value.u32(0) == kReliable;
-           if (id == kEndpointGuid)
+           // Fast DDS takes either for the GUID.
+           if (id == kEndpointGuid || id == kKeyHash)
              out.endpoint = guid_in(value);
+           if (id == kParticipantGuid || id == kEndpointGuid || id == kKeyHash)
+             out.owner.add(prefix_of(guid_in(value)));
            return true;
          }) != 0;
 }

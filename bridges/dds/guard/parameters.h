@@ -11,10 +11,24 @@
 
 namespace linegate::dds::guard {
 
+// Whose GUIDs and key hashes a parameter list has.
+struct Owner {
+  std::optional<Prefix> prefix;
+  bool several = false;
+
+  void add(const Prefix& it) {
+    several = several || (prefix && *prefix != it);
+    prefix = it;
+  }
+  bool is(const Prefix& it) const { return prefix == it && !several; }
+  bool may_be(const Prefix& it) const { return !prefix || is(it); }
+};
+
 struct InlineQos {
   std::size_t length = 0;      // octets, sentinel included; 0 = malformed
   bool ends_instance = false;  // disposes or unregisters it (RTPS 2.3 9.6.3.9)
   std::optional<Guid> key;  // key hash (RTPS 2.3 9.6.3.8): of an endpoint's announcement its GUID
+  Owner instance;
 };
 // At the begin of `rest`.
 InlineQos read_inline_qos(const Wire& rest);
@@ -23,6 +37,7 @@ InlineQos read_inline_qos(const Wire& rest);
 struct Announcement {
   std::uint32_t lease = 100;  // s, of a participant; RTPS 2.3 table 9.14 has this default
   std::optional<Guid> endpoint;
+  Owner owner;
   bool reliable = false;  // a reader without PID_RELIABILITY is best-effort
 };
 

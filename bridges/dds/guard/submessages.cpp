@@ -1,7 +1,5 @@
 #include "bridges/dds/guard/submessages.h"
 
-#include "bridges/dds/guard/parameters.h"
-
 namespace linegate::dds::guard {
 namespace {
 
@@ -108,6 +106,7 @@ Reason check_sample(const Submessage& it, std::size_t fixed, Content& out) {
       return Reason::parameters;
     out.ends_instance = qos.ends_instance;
     out.key = qos.key;
+    out.instance = qos.instance;
     at += qos.length;
   }
   out.payload = body.from(at);

@@ -4,6 +4,7 @@
 
 #include <optional>
 
+#include "bridges/dds/guard/parameters.h"
 #include "bridges/dds/guard/reason.h"
 #include "bridges/dds/guard/wire.h"
 
@@ -61,7 +62,8 @@ struct Content {
   bool has_data = false;
   bool has_key = false;        // DATA: the payload is the key alone
   bool ends_instance = false;  // by its inline QoS
-  std::optional<Guid> key;     // key hash of its inline QoS
+  std::optional<Guid> key;     // key hash of its inline QoS,
+  Owner instance;              // and whose that is
   Wire payload;  // of DATA with data or key, encapsulation header included, else empty
 };
 

@@ -152,8 +152,7 @@ DiscoveryLimits discovery_limits(const eprosima::fastdds::dds::DomainParticipant
   out.participants = qos.allocation().participants.maximum - 1;  // others
   // With a discovery server the end of a participant is one of a sequence of reliable samples.
   using Protocol = rtps::DiscoveryProtocol_t;
-  out.ends_by_lease =
-      qos.wire_protocol().builtin.discovery_config.discoveryProtocol == Protocol::SIMPLE;
+  out.simple = qos.wire_protocol().builtin.discovery_config.discoveryProtocol == Protocol::SIMPLE;
   for (const rtps::Locator_t& locator : qos.wire_protocol().builtin.initialPeersList) {
     if (locator.kind == LOCATOR_KIND_SHM || rtps::IPLocator::isMulticast(locator))
       continue;

@@ -290,10 +290,15 @@ TEST_F(GuardTest, MoreWritersThanPlacesAreDroppedIfAllWereFound) {
 
 // --- reliability ---------------------------------------------------------------------------------
 
+Fields guid_fields(Sender whose, std::uint32_t id) {
+  Fields out;
+  for (const std::uint8_t octet : dds::guard::make_guid(prefix_of(whose), id))
+    out.u8(octet);
+  return out;
+}
+
 Datagram announce(Sender from, unsigned reliability, bool reader = true) {
-  Fields guid;
-  for (const std::uint8_t octet : dds::guard::make_guid(prefix_of(from), kReader))
-    guid.u8(octet);
+  const Fields guid = guid_fields(from, kReader);
   const Fields list = Fields()
                           .u8(0)
                           .u8(3)
@@ -331,7 +336,8 @@ TEST_F(GuardTest, AReaderThatDiscoveryLostMayComeAgainOtherwise) {
 // --- discovery -----------------------------------------------------------------------------------
 
 TEST_F(GuardTest, ASampleOfDiscoveryIsAListOfParameters) {
-  const Fields good = Fields().u8(0).u8(3).u16(0).sentinel();
+  const Fields good =
+      Fields().u8(0).u8(3).u16(0).parameter(0x50, guid_fields(1, 0x000001C1)).sentinel();
   const Fields bad = Fields().u8(0).u8(3).u16(0).u16(5).u16(8).u32(900).zeros(4).sentinel();
   for (const std::uint32_t writer : {entity::kParticipants, entity::kPublications, entity::kTopics,
                                      entity::kSubscriptions, 0xFF0003C2U, 0xFF0101C2U}) {

@@ -11,13 +11,32 @@ using dds::guard::Guard;
 using dds::guard::Reason;
 namespace entity = dds::guard::entity;
 
+constexpr std::uint32_t kEndless = 0x7FFFFFFF;
 constexpr dds::guard::Address kStranger = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 10, 0, 0, 66};
 constexpr dds::guard::Address kPeer = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 10, 0, 0, 2};
 
-Datagram announce_participant(Sender from, std::uint32_t lease = 20) {
-  const Fields list =
-      Fields().u8(0).u8(3).u16(0).parameter(0x02, Fields().u32(lease).zeros(4)).sentinel();
+Fields guid_fields(const dds::guard::Prefix& whose, std::uint32_t id) {
+  Fields out;
+  for (const std::uint8_t octet : dds::guard::make_guid(whose, id))
+    out.u8(octet);
+  return out;
+}
+
+// In the name of `from`.
+Datagram announce_participant(const dds::guard::Prefix& whom, const dds::guard::Prefix& from,
+                              std::uint32_t lease = 20, unsigned id = 0x50) {
+  const Fields list = Fields()
+                          .u8(0)
+                          .u8(3)
+                          .u16(0)
+                          .parameter(0x02, Fields().u32(lease).zeros(4))
+                          .parameter(id, guid_fields(whom, 0x000001C1))
+                          .sentinel();
   return Datagram(from).add(0x15, data(1, entity::kParticipants).octets(list.get()), kHasData);
+}
+
+Datagram announce_participant(Sender whom, std::uint32_t lease = 20) {
+  return announce_participant(prefix_of(whom), prefix_of(whom), lease);
 }
 
 class PlacesTest : public testing::Test {
@@ -31,7 +50,7 @@ class PlacesTest : public testing::Test {
       const auto sender = static_cast<Sender>(first + i);
       const Reason reason = guard.judge(announce_participant(sender, lease).get(), 0, from).reason;
       if (reason == Reason::none && count < kPlaces) {
-        guard.participant_found(prefix_of(sender));
+        guard.participant_found(prefix_of(sender), lease == kEndless);
         ++count;
       } else if (reason != Reason::none) {
         EXPECT_EQ(reason, Reason::participants);
@@ -63,13 +82,12 @@ TEST(ArrivalsTest, ParticipantsThatComeAndGoAreBoundedInTime) {
   Guard guard(false, {.participants = 100, .peers = {kPeer}});
   std::int64_t now = 0;
   const auto comes_and_goes = [&](std::uint32_t number, const dds::guard::Address& from) {
-    Datagram announced = announce_participant(1);
+    dds::guard::Prefix prefix = prefix_of(1);
     for (unsigned i = 0; i < 4; ++i)
-      announced.get()[16 + i] = static_cast<std::uint8_t>(number >> 8 * i);
+      prefix[8 + i] = static_cast<std::uint8_t>(number >> 8 * i);
+    Datagram announced = announce_participant(prefix, prefix);
     if (guard.judge(announced.get(), now, from).reason != Reason::none)
       return false;
-    dds::guard::Prefix prefix = prefix_of(1);
-    std::copy_n(announced.get().begin() + 8, prefix.size(), prefix.begin());
     guard.participant_found(prefix);
     EXPECT_EQ(guard.judge(announced.get(), now, from).reason, Reason::none) << "known";
     guard.participant_lost(prefix);
@@ -111,8 +129,7 @@ TEST(ArrivalsTest, AnAddressDoesNotUseUpWhatOthersHaveSaved) {
 
 TEST(ArrivalsTest, APrefixOfZerosCountsToo) {
   Guard guard(false);
-  Datagram announced = announce_participant(1);
-  std::fill_n(announced.get().begin() + 8, 12, std::uint8_t{0});
+  Datagram announced = announce_participant(dds::guard::Prefix{}, dds::guard::Prefix{});
   int come = 0;
   for (int i = 0; i < 1'000; ++i)
     come += guard.judge(announced.get(), 0, kStranger).reason == Reason::none ? 1 : 0;
@@ -129,12 +146,67 @@ TEST(ArrivalsTest, AParticipantThatIsNeverFoundCountsOnce) {
 
 TEST_F(PlacesTest, ParticipantsThatNeverGoTakeHalfAtMost) {
   Guard guard(false, {.participants = kPlaces, .peers = {}});
-  EXPECT_EQ(come(guard, 10, kStranger, 0x7FFFFFFF), kPlaces / 2);
+  EXPECT_EQ(come(guard, 10, kStranger, kEndless), kPlaces / 2);
   EXPECT_EQ(come(guard, 40, kStranger, 3600), kPlaces / 2);
 }
 
-Datagram announce_end(Sender from, unsigned status, std::uint32_t writer = entity::kParticipants) {
-  const Fields end = Fields().parameter(0x71, Fields().zeros(3).u8(status)).sentinel();
+TEST_F(PlacesTest, ForPeersThereIsAQuarterRoundedUpOfFourAndMore) {
+  constexpr std::array<int, 9> kForOthers = {0, 1, 2, 3, 3, 3, 4, 5, 6};
+  for (std::size_t places = 1; places < kForOthers.size(); ++places) {
+    Guard guard(false, {.participants = places, .peers = {kPeer}});
+    EXPECT_EQ(come(guard, 10, kStranger), kForOthers[places]) << places;
+  }
+}
+
+TEST_F(PlacesTest, ALeaseIsAnHourAtMostOrInfinite) {
+  Guard guard(false, {.participants = kPlaces, .peers = {kPeer}});
+  for (const std::uint32_t lease : {3601U, 86'400U, 0x7FFFFFFEU, 0x80000000U, 0xFFFFFFFFU}) {
+    EXPECT_EQ(come(guard, 10, kStranger, lease), 0);
+    EXPECT_EQ(come(guard, 10, kPeer, lease), 0);
+  }
+  EXPECT_EQ(come(guard, 10, kStranger, 3600), 6);
+}
+
+// Fast DDS takes the lease that was announced last.
+TEST_F(PlacesTest, ALeaseDoesNotBecomeInfinite) {
+  Guard guard(false, {.participants = kPlaces, .peers = {}});
+  guard.participant_found(prefix_of(1));
+  guard.participant_found(prefix_of(2), true);
+  const auto announce = [&](Sender whom, std::uint32_t lease) {
+    return guard.judge(announce_participant(whom, lease).get(), 0, kStranger).reason;
+  };
+  EXPECT_EQ(announce(1, 600), Reason::none);
+  EXPECT_EQ(announce(1, kEndless), Reason::participants);
+  EXPECT_EQ(announce(2, kEndless), Reason::none);
+  EXPECT_EQ(announce(2, 600), Reason::participants);
+}
+
+// Fast DDS takes who is announced from the payload.
+TEST_F(PlacesTest, AParticipantAnnouncesItselfAlone) {
+  Guard guard(false, {.participants = kPlaces, .peers = {}});
+  Guard with_server(false, {.participants = kPlaces, .simple = false});
+  for (const unsigned id : {0x50U, 0x70U}) {
+    const auto announce = [&](Guard& by, Sender whom, Sender from) {
+      return by
+          .judge(announce_participant(prefix_of(whom), prefix_of(from), 20, id).get(), 0, kStranger)
+          .reason;
+    };
+    EXPECT_EQ(announce(guard, 1, 1), Reason::none);
+    EXPECT_EQ(announce(guard, 2, 1), Reason::discovery);
+    EXPECT_EQ(announce(with_server, 2, 1), Reason::none);
+  }
+  const Fields nobody = Fields().u8(0).u8(3).u16(0).sentinel();
+  Datagram unnamed =
+      Datagram(1).add(0x15, data(1, entity::kParticipants).octets(nobody.get()), kHasData);
+  EXPECT_EQ(guard.judge(unnamed.get(), 0, kStranger).reason, Reason::discovery);
+}
+
+Datagram announce_end(Sender from, unsigned status, std::uint32_t writer = entity::kParticipants,
+                      Sender whom = 0) {
+  Fields end = Fields().parameter(0x71, Fields().zeros(3).u8(status));
+  if (whom != 0)
+    end.parameter(0x70, guid_fields(prefix_of(whom), 0x000001C1));
+  end.sentinel();
   return Datagram(from)
       .add(0x09, Fields().zeros(8))
       .add(0x15, data(1, writer).octets(end.get()), kHasInlineQos)
@@ -151,15 +223,33 @@ TEST_F(GuardTest, TheEndOfAParticipantIsLeftToItsLease) {
   EXPECT_EQ(passed, all);
   EXPECT_EQ(judge(announce_end(1, 3, entity::kPublications)), Reason::none);
   EXPECT_EQ(passed, all);
-  Guard with_server(false, {.ends_by_lease = false});
+  Guard with_server(false, {.simple = false});
   EXPECT_EQ(with_server.judge(announce_end(1, 3).get(), now).size, all);
 }
 
-Datagram announce_endpoint(Sender from, std::uint32_t id, bool reader = false) {
-  Fields guid;
-  for (const std::uint8_t octet : dds::guard::make_guid(prefix_of(from), id))
-    guid.u8(octet);
-  const Fields list = Fields().u8(0).u8(3).u16(0).parameter(0x5A, guid).sentinel();
+// No timer fires for such a lease, so it gives its place back when it ends.
+TEST_F(PlacesTest, AParticipantWithAnInfiniteLeaseEnds) {
+  Guard guard(false, {.participants = kPlaces, .peers = {}});
+  for (Sender i = 1; i <= 50; ++i) {
+    EXPECT_EQ(guard.judge(announce_participant(i, kEndless).get(), 0).reason, Reason::none);
+    guard.participant_found(prefix_of(i), true);
+    std::vector<std::uint8_t> end = announce_end(i, 3, entity::kParticipants, i).get();
+    EXPECT_EQ(guard.judge(end, 0).size, end.size() - 60);  // no statistics
+    guard.participant_lost(prefix_of(i));
+  }
+  // It ends itself, nobody else.
+  guard.participant_found(prefix_of(1), true);
+  guard.participant_found(prefix_of(2), false);
+  EXPECT_EQ(guard.judge(announce_end(1, 3, entity::kParticipants, 2).get(), 0).size, 20U + 12);
+  EXPECT_EQ(guard.judge(announce_end(2, 3, entity::kParticipants, 1).get(), 0).size, 20U + 12);
+  EXPECT_EQ(guard.judge(announce_end(2, 3, entity::kParticipants, 2).get(), 0).size, 20U + 12);
+  EXPECT_EQ(guard.judge(announce_end(1, 3).get(), 0).size, 20U + 12);
+}
+
+Datagram announce_endpoint(Sender from, std::uint32_t id, bool reader = false, Sender whose = 0,
+                           unsigned parameter = 0x5A) {
+  const Fields guid = guid_fields(prefix_of(whose == 0 ? from : whose), id);
+  const Fields list = Fields().u8(0).u8(3).u16(0).parameter(parameter, guid).sentinel();
   const std::uint32_t writer = reader ? entity::kSubscriptions : entity::kPublications;
   return Datagram(from).add(0x15, data(1, writer).octets(list.get()), kHasData);
 }
@@ -256,6 +346,15 @@ TEST_F(FullOfEndpoints, NoOtherEndGivesAPlace) {
   judge(end_endpoint(2, endpoint(1), entity::kPublications));          // another's
   judge(end_endpoint(1, endpoint(1), kWriter));                        // of no endpoint
   EXPECT_EQ(judge(announce_endpoint(1, id(kMost + 1))), Reason::endpoints);
+}
+
+TEST_F(GuardTest, AParticipantAnnouncesItsOwnEndpoints) {
+  for (const bool reader : {false, true}) {
+    for (const unsigned parameter : {0x50U, 0x5AU, 0x70U}) {
+      EXPECT_EQ(judge(announce_endpoint(1, kWriter, reader, 1, parameter)), Reason::none);
+      EXPECT_EQ(judge(announce_endpoint(1, kWriter, reader, 2, parameter)), Reason::discovery);
+    }
+  }
 }
 
 TEST_F(GuardTest, EndpointsThatComeAndGoAreBoundedInTime) {

@@ -112,7 +112,10 @@ TEST(ProtectionTest, AHeaderIsWholeAndNoLengthIsLeftOut) {
 }
 
 TEST(ProtectionTest, WhereProtectionIsRequiredOnlyDiscoveryAndHandshakeArePlain) {
-  const Fields list = Fields().u8(0).u8(3).u16(0).sentinel();
+  Fields guid;
+  for (const std::uint8_t octet : dds::guard::make_guid(prefix_of(1), 0x000001C1))
+    guid.u8(octet);
+  const Fields list = Fields().u8(0).u8(3).u16(0).parameter(0x50, guid).sentinel();
   const Fields handshake = Fields().u8(0).u8(1).u16(0).zeros(96).string("dds").u32(0);
   const auto plain = [&](unsigned kind, const Fields& body, unsigned flags = 0) {
     EXPECT_EQ(judge(Datagram().add(kind, body, flags)), Reason::none) << kind;
@@ -136,7 +139,10 @@ TEST(ProtectionTest, WhereProtectionIsRequiredOnlyDiscoveryAndHandshakeArePlain)
 }
 
 TEST(ProtectionTest, WhereProtectionIsRequiredAParticipantDoesNotEndInPlain) {
-  const Fields list = Fields().u8(0).u8(3).u16(0).sentinel();
+  Fields guid;
+  for (const std::uint8_t octet : dds::guard::make_guid(prefix_of(1), 0x000001C1))
+    guid.u8(octet);
+  const Fields list = Fields().u8(0).u8(3).u16(0).parameter(0x50, guid).sentinel();
   const auto participant = [&](unsigned status) {
     const Fields qos = Fields().parameter(0x71, Fields().zeros(3).u8(status)).sentinel();
     return data(1, entity::kParticipants).octets(qos.get()).octets(list.get());
