@@ -5,6 +5,7 @@
 #include <ostream>
 
 #include "bridges/console/json_text.h"
+#include "bridges/console/table.h"
 
 namespace linegate::console {
 
@@ -40,7 +41,7 @@ int print_answer(Context& context, const Client::Answer& answer, const std::stri
   if (context.json) {
     context.out << answer_json(answer, value) << '\n';
   } else if (!answer.reply.ok()) {
-    context.err << answer.text << '\n';
+    context.err << printable(answer.text) << '\n';
   } else if (!value.empty()) {
     context.out << value << '\n';
   }

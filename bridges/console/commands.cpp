@@ -47,7 +47,8 @@ std::vector<const Line*> find_lines(Context& context, Model& model, const std::s
   });
   auto found = model.find(line);
   if (std::ranges::none_of(found, is_received)) {
-    context.err << (line.empty() ? "no gateway was heard of" : "no line '" + line + "'") << '\n';
+    context.err << (line.empty() ? "no gateway was heard of" : "no line '" + printable(line) + "'")
+                << '\n';
     found.clear();
   }
   return found;
@@ -149,7 +150,7 @@ int image(Context& context, const std::string& line, image::Direction direction)
     if (context.json) {
       context.out << image_json(*one, direction) << '\n';
     } else {
-      context.out << one->id.line << ' ' << image::name(direction) << '\n';
+      context.out << printable(one->id.line) << ' ' << image::name(direction) << '\n';
       print(context.out, image_table(*one, direction));
       if (direction == image::Direction::outputs) {
         print(context.out, group_texts(*one));
@@ -164,7 +165,7 @@ int write(Context& context, const std::string& line, const std::string& entry,
   return on_line(context, line, [&](Model& model, const Line& target) {
     const Area& outputs = target.areas[static_cast<std::size_t>(image::Direction::outputs)];
     if (!wait_until(context, model, [&] { return outputs.layout.has_value(); })) {
-      context.err << "the output layout of " << target.id.line << " was not received\n";
+      context.err << "the output layout of " << printable(target.id.line) << " was not received\n";
       return kFailed;
     }
     const auto number = find_entry(context, *outputs.layout, entry);
@@ -302,9 +303,9 @@ int fault(Context& context, const std::string& line, const std::vector<std::stri
   return on_line(context, line, [&](Model& model, const Line& target) {
     const Client::Answer answer = ask_line(context, model, target, request);
     if (!answer.reply.ok() && !answer.reply.data.empty() && !context.json) {
-      context.err << text_of(answer) << '\n';
+      context.err << printable(text_of(answer)) << '\n';
     }
-    return print_answer(context, answer, text_of(answer));
+    return print_answer(context, answer, printable(text_of(answer)));
   });
 }
 
@@ -322,7 +323,7 @@ int versions(Context& context, const std::string& line) {
     }
     const Client::Answer answer =
         ask_line(context, model, *one, {.kind = line::CommandKind::versions});
-    code = std::max(code, print_answer(context, answer, text_of(answer)));
+    code = std::max(code, print_answer(context, answer, printable(text_of(answer))));
   }
   return std::max(code, completeness(context, model));
 }

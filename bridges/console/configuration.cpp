@@ -8,6 +8,7 @@
 #include "bridges/console/lookup.h"
 #include "bridges/console/object_text.h"
 #include "bridges/console/refusal_text.h"
+#include "bridges/console/table.h"
 #include "stack/manager/boot_event.h"
 #include "stack/manager/concise_dcf.h"
 #include "stack/manager/configuration_objects.h"
@@ -27,7 +28,7 @@ bool write_own(Context& context, Model& model, const Line& line,
   command.data = write.data;
   const Client::Answer answer = ask_line(context, model, line, command);
   if (!answer.reply.ok()) {
-    context.err << od::to_text(write.address) << ": " << answer.text;
+    context.err << od::to_text(write.address) << ": " << printable(answer.text);
     if (answer.reply.error.domain == Domain::sdo) {
       context.err << " (" << format_hex(answer.reply.error.code, 8) << ')';
     }

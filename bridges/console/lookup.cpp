@@ -23,7 +23,8 @@ using Clock = std::chrono::steady_clock;
 std::string known_lines(const Model& model) {
   std::string out;
   for (const auto& [id, line] : model.lines()) {
-    out += (out.empty() ? "" : ", ") + id.line + " (gateway " + id.gateway + ')';
+    out +=
+        (out.empty() ? "" : ", ") + printable(id.line) + " (gateway " + printable(id.gateway) + ')';
   }
   return out.empty() ? "none" : out;
 }
@@ -32,7 +33,8 @@ std::string known_lines(const Model& model) {
 std::string full_names(const std::vector<const Line*>& lines) {
   std::string out;
   for (const Line* line : lines) {
-    out += (out.empty() ? "" : " or ") + line->id.gateway + '/' + line->id.line;
+    out +=
+        (out.empty() ? "" : " or ") + printable(line->id.gateway) + '/' + printable(line->id.line);
   }
   return out;
 }
@@ -104,7 +106,8 @@ const Line* the_one(Context& context, const Model& model, const std::string& nam
   const std::string unsettled = unsettled_text(context, model);
   if (found.empty() || !found.front()->view) {
     context.err << (name.empty() ? "no gateway was heard of"
-                                 : "no line '" + name + "'; lines heard of: " + known_lines(model))
+                                 : "no line '" + printable(name) +
+                                       "'; lines heard of: " + known_lines(model))
                 << (unsettled.empty() ? "" : "; " + unsettled) << '\n';
     return nullptr;
   }
@@ -312,9 +315,9 @@ std::optional<std::uint32_t> find_entry(Context& context, const image::Layout& l
     context.err << '\n';
     return std::nullopt;
   }
-  context.err << "no output entry '" << entry << "'; there are:";
+  context.err << "no output entry '" << printable(entry) << "'; there are:";
   for (const image::Entry& one : layout.entries) {
-    context.err << "\n  " << one.name;
+    context.err << "\n  " << printable(one.name);
   }
   context.err << '\n';
   return std::nullopt;

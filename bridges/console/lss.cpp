@@ -110,7 +110,8 @@ class Session {
     const Client::Answer answer = context_.client.call(id_, command, command.timeout, 0, progress);
     const Bytes& data = answer.reply.data;
     if (!answer.reply.ok() || data.size() < lss::kReplyHead) {
-      context_.err << (answer.reply.ok() ? "the gateway's answer cannot be read" : answer.text)
+      context_.err << (answer.reply.ok() ? "the gateway's answer cannot be read"
+                                         : printable(answer.text))
                    << '\n';
       return std::nullopt;
     }

@@ -9,6 +9,7 @@
 #include "bridges/console/event_progress.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/object_text.h"
+#include "bridges/console/table.h"
 #include "stack/base/byte_order.h"
 #include "stack/manager/program_run.h"
 #include "stack/od/address_text.h"
@@ -82,7 +83,7 @@ int load_program(Context& context, const std::string& node, std::uint8_t number,
     context.out << command.data.size() << " bytes loaded, the program runs\n";
   } else {
     const std::string finding = finding_text(answer.reply);
-    context.err << answer.text << (finding.empty() ? "" : ": " + finding) << '\n';
+    context.err << printable(answer.text) << (finding.empty() ? "" : ": " + finding) << '\n';
   }
   return answer.reply.ok() ? kDone : kFailed;
 }

@@ -161,11 +161,12 @@ class Answers {
       label +=
           (label.empty() ? "" : "  ") + od::to_text(address) + "  " + printable(variable->name);
     }
-    (answer.reply.ok() ? context_.out : context_.err) << label << ": "
-                                                      << (!answer.reply.ok() ? answer.text
-                                                          : value.empty()    ? "done"
-                                                                             : value)
-                                                      << '\n';
+    (answer.reply.ok() ? context_.out : context_.err)
+        << label << ": "
+        << (!answer.reply.ok() ? printable(answer.text)
+            : value.empty()    ? "done"
+                               : value)
+        << '\n';
   }
   // After the last: the exit code.
   int finish() {

@@ -17,6 +17,7 @@
 #include "bridges/console/json_text.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/routes.h"
+#include "bridges/console/table.h"
 #include "bridges/console/tables.h"
 
 namespace linegate::console {
@@ -124,8 +125,8 @@ class Tracer {
     const bool silent = answer.reply.error == line::to_error(line::Refusal::timed_out);
     if (!answer.reply.ok() && !silent) {
       traced_[id].refuses = true;
-      context_.err << printable(id.line) << " does not tell of single connections: " << answer.text
-                   << '\n';
+      context_.err << printable(id.line)
+                   << " does not tell of single connections: " << printable(answer.text) << '\n';
     }
   }
 
