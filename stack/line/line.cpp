@@ -87,7 +87,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
   const auto& entries = image.layout(image::Direction::outputs).entries;
   for (std::uint32_t i = 0; i < entries.size() && !config.mpdo_scanner.empty(); ++i) {
     if (entries[i].node == config.node_id && entries[i].local_pdo == 0) {
-      scanned_outputs.push_back({.entry = i, .sent = std::nullopt});
+      scanned_outputs.push_back({.entry = i});
     }
   }
   node.clock().produce_every(config.time_period);
@@ -191,6 +191,9 @@ void Line::Impl::routes(std::vector<routing::Route>& out) const {
   }
   if (given && lss.listens()) [[unlikely]] {
     lss.handed_out(out, number, now);
+  }
+  if (given && !scanned_outputs.empty()) [[unlikely]] {
+    scanned_handed_out(out, number);
   }
   if (given && number != 0) {
     note_handed_out(out, now);

@@ -87,6 +87,9 @@ void Line::Impl::advance_services(Instant now) {
   finish_local_writes();
   follow_diagnosis(now);
   follow_receivers();
+  if (!scanned_outputs.empty()) {
+    follow_scanned();
+  }
   services_due = services_wake();
 }
 

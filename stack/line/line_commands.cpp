@@ -249,7 +249,7 @@ void Line::Impl::single_output(Command command, Instant now) {
   image.write_entry(image::Direction::outputs, command.entry, command.data);
   outputs_written(entry.bit_offset, entry.bit_length, true, now);
   if (entry.local_pdo == 0) {
-    reply(command.tag, kDone);
+    answer_scanned(std::move(command), now);
     return;
   }
   answer_write(std::move(command), entry.local_pdo, wait_of(entry.local_pdo), now);

@@ -68,6 +68,8 @@ struct Line::Impl final : Line::Base,
   void write_by_mpdo(const Command& command, Instant now);
   std::uint16_t named_mpdo(const Command& command) const;
   AbortCode queue_mpdo(const Command& command, std::uint16_t number);
+  // Of that TPDO of the own node.
+  can::Frame mpdo_frame(std::uint16_t number, const pdo::MpdoData& data) const;
   bool take_reception(pdo::Reception& out) override;
   void bus_event(const can::BusEvent& event) override;
   void snapshot(image::Direction direction, image::Snapshot& into, Instant now,
@@ -281,6 +283,27 @@ struct Line::Impl final : Line::Base,
   // started.
   void follow_receivers();
 
+  // --- line_scanned.cpp -------------------------------------------------------------------------
+  // An own object of the outputs which no PDO carries; there is none without a scanner list.
+  struct ScannedOutput {
+    std::uint32_t entry = 0;
+    std::optional<std::uint64_t> sent{};  // the value that the PDO engine took
+    std::uint64_t number = 0;             // of its frame, while it is under way to the bus
+    bool due = false;                     // the newest value has to be sent
+    bool confirmed = false;               // it was acknowledged
+    bool written = false;                 // scratch
+  };
+  void scanned_written(std::uint32_t bit_offset, std::uint32_t bits, bool always);
+  void send_scanned();
+  void confirm_scanned(ScannedOutput& scanned);
+  void follow_scanned();
+  std::uint16_t scanner_tpdo() const;
+  can::Frame scanned_frame(const ScannedOutput& scanned) const;
+  void scanned_handed_out(const can::Frame& frame, std::uint64_t number);
+  void scanned_acknowledged(std::uint64_t number);
+  void scanned_lost(std::uint64_t first, std::uint64_t last);
+  void answer_scanned(Command command, Instant now);
+
   pdo::LinkPlan plan;
   image::ProcessImage image;
   OwnObjects own_objects;
@@ -304,12 +327,9 @@ struct Line::Impl final : Line::Base,
   diagnosis::CanopenIa canopen_ia;
   diagnosis::Objects diagnosis_objects;
   Outputs outputs;
-  // An own object of the outputs which no PDO carries; empty without a scanner list.
-  struct ScannedOutput {
-    std::uint32_t entry = 0;
-    std::optional<std::uint64_t> sent;
-  };
   std::vector<ScannedOutput> scanned_outputs;
+  bool scanned_due = false;          // some of them are
+  bool scanned_operational = false;  // the own node, as follow_scanned() saw it
   PdoUpdates updates;
   std::uint64_t resets = 0;          // of the own node that were followed
   std::unique_ptr<Routing> routing;  // if the line takes part in it

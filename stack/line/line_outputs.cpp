@@ -54,6 +54,9 @@ OutputWait Line::Impl::reason_of(std::uint32_t entry) const {
   if (node.state() != nmt::State::operational) {
     return OutputWait::own_node;
   }
+  if (place.local_pdo == 0) {
+    return bus_is_stuck(advanced_to) ? OutputWait::bus : OutputWait::turn;
+  }
   using enum pdo::Engine::Receiver;
   const pdo::Engine::Receiver state = receiver(place.node);
   if (state == waiting || state == unheard) {
@@ -78,18 +81,8 @@ void Line::Impl::output_state(std::size_t position, OutputState& out) const {
 [[gnu::hot]] void Line::Impl::outputs_written(std::uint32_t bit_offset, std::uint32_t bits,
                                               bool always, Instant now) {
   node.pdos().outputs_written(bit_offset, bits, always, now);
-  const std::vector<image::Entry>& entries = image.layout(Direction::outputs).entries;
-  for (ScannedOutput& scanned : scanned_outputs) {
-    const image::Entry& entry = entries[scanned.entry];
-    if (entry.bit_offset >= bit_offset + bits ||
-        entry.bit_offset + entry.bit_length <= bit_offset) {
-      continue;
-    }
-    const std::uint64_t value = image.read_entry(Direction::outputs, scanned.entry);
-    if ((always || scanned.sent != value) &&
-        node.pdos().send_mpdo({entry.index, entry.sub}) == AbortCode::none) {
-      scanned.sent = value;
-    }
+  if (!scanned_outputs.empty()) {
+    scanned_written(bit_offset, bits, always);
   }
 }
 

@@ -106,8 +106,19 @@ AbortCode Line::Impl::queue_mpdo(const Command& command, std::uint16_t number) {
              : node.pdos().send_mpdo(number, command.node, {command.index, command.sub});
 }
 
-void Line::Impl::write_by_mpdo(const Command& command, Instant now) {
+can::Frame Line::Impl::mpdo_frame(std::uint16_t number, const pdo::MpdoData& data) const {
   constexpr std::uint16_t kRecord = 0x1800;
+  const auto record = static_cast<std::uint16_t>(kRecord + number - 1);
+  const can::CobId cob_id{static_cast<std::uint32_t>(
+      const_cast<node::Node&>(node).dictionary().number({record, 1}).value_or(0))};
+  can::Frame frame = can::make_frame(cob_id.id(), data);
+  if (cob_id.extended()) {
+    frame.flags = can::Frame::kExtended;
+  }
+  return frame;
+}
+
+void Line::Impl::write_by_mpdo(const Command& command, Instant now) {
   const std::uint16_t number = named_mpdo(command);
   if (number == 0 || node.state() != nmt::State::operational) {
     refuse(command, number == 0 ? Refusal::unknown_entry : Refusal::wrong_state, now);
@@ -124,16 +135,10 @@ void Line::Impl::write_by_mpdo(const Command& command, Instant now) {
            {}, now);
     return;
   }
-  const auto record = static_cast<std::uint16_t>(kRecord + number - 1);
-  const can::CobId cob_id{
-      static_cast<std::uint32_t>(node.dictionary().number({record, 1}).value_or(0))};
   const pdo::MpdoData head = pdo::encode({.mode = pdo::MpdoMode::destination,
                                           .node = command.node,
                                           .address = {command.index, command.sub}});
-  FramesUnderWay::Awaited awaited{.frame = can::make_frame(cob_id.id(), head), .any_value = true};
-  if (cob_id.extended()) {
-    awaited.frame.flags = can::Frame::kExtended;
-  }
+  const FramesUnderWay::Awaited awaited{.frame = mpdo_frame(number, head), .any_value = true};
   std::vector<std::byte> by(sizeof number);
   store_le(by.data(), number);
   answer_when_sent({.command = command, .frames = {awaited}, .data = std::move(by)}, now);

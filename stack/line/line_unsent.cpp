@@ -10,11 +10,15 @@ void Line::Impl::note_acknowledged(std::uint64_t number, Instant now) {
   if (lss.listens()) [[unlikely]] {
     lss.acknowledged(number, now);
   }
+  if (!scanned_outputs.empty()) [[unlikely]] {
+    scanned_acknowledged(number);
+  }
 }
 
 void Line::Impl::note_lost(std::uint64_t first, std::uint64_t last) {
   node.pdos().lost(first, last);
   lss.lost(first, last);
+  scanned_lost(first, last);
 }
 
 bool Line::Impl::carries_newest(const FramesUnderWay::Awaited& awaited,
@@ -34,6 +38,13 @@ void Line::Impl::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
 // What its PDO waits for at present.
 void Line::Impl::answer_unsent_value(FramesUnderWay::Sending& sending, Instant now) {
   const FramesUnderWay::Awaited& awaited = sending.frames.front();
+  if (awaited.tpdo == 0) {  // by MPDO
+    const bool operational = node.state() == nmt::State::operational;
+    const bool stuck = awaited.number != 0 || bus_is_stuck(now);
+    const PdoWait why = !operational ? PdoWait::operational : stuck ? PdoWait::bus : PdoWait::turn;
+    reply(sending.command.tag, Error{}, way_of(scanner_tpdo(), why));
+    return;
+  }
   const std::uint8_t receiving = image.node_of(image::Direction::outputs, awaited.tpdo);
   if (!takes_single_writes(receiving)) {
     sending.command.node = receiving;

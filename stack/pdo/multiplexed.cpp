@@ -77,11 +77,11 @@ AbortCode Engine::send_mpdo(std::uint16_t number, std::uint8_t consumer, od::Add
 }
 
 AbortCode Engine::send_mpdo(od::Address source) {
-  if (!impl_->operational) {
-    return AbortCode::device_state;
-  }
   if (!impl_->source_tpdo || !impl_->scanner_list.contains(source)) {
     return AbortCode::no_object;
+  }
+  if (!impl_->operational) {
+    return AbortCode::device_state;
   }
   return impl_->queue_mpdo(*impl_->source_tpdo,
                            {.mode = MpdoMode::source, .node = impl_->node_id, .address = source},

@@ -152,6 +152,114 @@ TEST_F(PdoCommands, AnOutputOfTheScannerListIsSentWhenItIsWritten) {
   EXPECT_THAT(sent(), ElementsAre("1F1#7F00210405000000")) << "a single write is always sent";
 }
 
+// Objects of the application in the outputs of the image, 2100h:04 and on, which all are scanned.
+class ScannedOutputs : public PdoCommands {
+ protected:
+  void run_with(std::uint8_t count, bool acknowledges = false) {
+    LineConfig config = with_mpdos();
+    for (std::uint8_t i = 0; i < count; ++i) {
+      config.own_objects.push_back(
+          own_object(static_cast<std::uint8_t>(4 + i), od::DataType::unsigned16));
+      config.own_objects.back().variable.access = od::Access::ro;
+      config.own_objects.back().in_image = true;
+    }
+    config.mpdo_scanner.push_back(static_cast<std::uint32_t>(count) << 24U | 0x2100'04);
+    make(std::move(config));
+    if (acknowledges) {
+      line_->expect_acknowledgements();
+    }
+    boot();
+    pass(milliseconds(1));
+    sent();
+    events();
+    const auto& entries = line_->layout(Direction::outputs).entries;
+    first_ = static_cast<std::uint32_t>(entries.size() - count);
+    ASSERT_EQ(entries[first_].sub, 4);
+  }
+  void command_own(nmt::Command what) {
+    EXPECT_TRUE(ask({.kind = CommandKind::nmt, .node = 127, .nmt = what, .data = {}}).ok());
+    pass(milliseconds(1));
+  }
+  void write(std::uint8_t value, std::uint8_t count = 1) {
+    OutputWrite out{.layout_id = line_->layout(Direction::outputs).id, .arming = 1};
+    for (std::uint8_t i = 0; i < count; ++i) {
+      out.values.push_back({.entry = first_ + i, .length = 2, .data = {std::byte{value}}});
+    }
+    EXPECT_EQ(line_->write_outputs(out, now_), OutputRefusal::none);
+  }
+  Command by_hand(std::uint8_t value) {
+    return {.kind = CommandKind::output_write, .entry = first_, .data = bytes({value, 0})};
+  }
+  bool valid(std::uint32_t i = 0) { return snapshot(Direction::outputs).is_valid(first_ + i); }
+  static std::vector<std::string> of_scanner(std::vector<std::string> frames) {
+    std::erase_if(frames, [](const std::string& each) { return !each.starts_with("1F1#"); });
+    return frames;
+  }
+
+  std::uint32_t first_ = 0;
+};
+
+TEST_F(ScannedOutputs, WhatWasWrittenBeforeOperationalIsSentOnEnteringIt) {
+  run_with(1);
+  command_own(nmt::Command::enter_pre_operational);
+  write(7);
+  EXPECT_THAT(of_scanner(sent()), IsEmpty());
+  EXPECT_FALSE(valid());
+  OutputState state;
+  line_->output_state(0, state);
+  EXPECT_EQ(state.waits.back(), (OutputState::Wait{first_, OutputWait::own_node}));
+  command_own(nmt::Command::start);
+  EXPECT_THAT(of_scanner(sent()), ElementsAre("1F1#7F00210407000000"));
+  EXPECT_TRUE(valid());
+  command_own(nmt::Command::enter_pre_operational);
+  command_own(nmt::Command::start);
+  EXPECT_THAT(of_scanner(sent()), ElementsAre("1F1#7F00210407000000"));
+}
+
+TEST_F(ScannedOutputs, ASingleWriteIsAnsweredWithWhatItWaitsFor) {
+  run_with(1);
+  command_own(nmt::Command::enter_pre_operational);
+  Reply reply = ask(by_hand(7));
+  EXPECT_TRUE(reply.ok());
+  EXPECT_EQ(reply.data, bytes({kByPdo, 101, 0, static_cast<unsigned>(PdoWait::operational)}));
+  command_own(nmt::Command::start);
+  EXPECT_THAT(of_scanner(sent()), ElementsAre("1F1#7F00210407000000"));
+  reply = ask(by_hand(8));
+  EXPECT_EQ(reply.data, bytes({kByPdo, 101, 0, static_cast<unsigned>(PdoWait::none)}));
+}
+
+TEST_F(ScannedOutputs, WhereThereIsNoRoomTheyAreSentWhenThereIs) {
+  constexpr std::uint8_t kCount = 100;
+  run_with(kCount);
+  write(7, kCount);
+  std::vector<std::string> frames = of_scanner(sent());
+  EXPECT_EQ(frames.size(), kCount);
+  std::ranges::sort(frames);
+  EXPECT_TRUE(std::ranges::adjacent_find(frames) == frames.end());
+  EXPECT_TRUE(valid(kCount - 1));
+}
+
+TEST_F(ScannedOutputs, AreValidWhenTheirFrameWasAcknowledged) {
+  run_with(1, true);
+  line_->acknowledged(line_->state().counters.frames_sent, now_);
+  write(7);
+  EXPECT_FALSE(valid());
+  EXPECT_THAT(of_scanner(sent()), ElementsAre("1F1#7F00210407000000"));
+  EXPECT_FALSE(valid());
+  const std::uint64_t number = line_->state().counters.frames_sent;
+  line_->lost(number, number);
+  EXPECT_THAT(of_scanner(sent()), ElementsAre("1F1#7F00210407000000"));
+  line_->acknowledged(number, now_);
+  EXPECT_FALSE(valid()) << "that one was lost";
+  line_->acknowledged(number + 1, now_);
+  EXPECT_TRUE(valid());
+  line_->execute(by_hand(8), now_);
+  EXPECT_FALSE(answered());
+  sent();
+  line_->acknowledged(number + 2, now_);
+  EXPECT_TRUE(answer().ok());
+}
+
 TEST_F(PdoCommands, WhatComesByMpdoIsInTheObjectsOfTheOwnNode) {
   run(with_mpdos());
   hear(0x1F2, {0xFF, 0x00, 0x21, 0x03, 1, 0, 0, 0});
