@@ -195,6 +195,7 @@ bool Lss::begin_next(Instant now) {
     running_ = true;
     told_parts_ = 0;
     if (!asked_.front().course) {
+      deselect();
       assigner_.begin();
     }
     return true;
@@ -202,6 +203,7 @@ bool Lss::begin_next(Instant now) {
   if (!usable_ || now < next_round_ || now < hands_off_until_ || !check_.may_ask()) {
     return false;
   }
+  deselect();
   assigner_.begin();
   return true;
 }
@@ -228,9 +230,14 @@ bool Lss::check_node_id(Instant now) {
     return false;
   }
   const bool free = use == NodeIdCheck::Use::free;
+  const bool unknown = use == NodeIdCheck::Use::cannot_ask;
   if (!course_runs()) {
-    assigner_.checked(free);
+    unknown ? assigner_.cannot_check() : assigner_.checked(free);
     follow_assigner(now);
+    return true;
+  }
+  if (unknown) {
+    finish_command(to_error(check_.may_ask() ? Refusal::busy : Refusal::wrong_state), {});
     return true;
   }
   lss::Course& course = *asked_.front().course;
@@ -282,6 +289,9 @@ void Lss::note_configuration(const lss::Answer& answer, Instant now) {
   using lss::Procedure;
   const Procedure procedure = asked_.front().procedure;
   const bool into = procedure == Procedure::switch_selective || procedure == Procedure::fastscan;
+  if (into || procedure == Procedure::switch_global) {
+    deselect();
+  }
   if (procedure == Procedure::switch_global) {
     const bool configuration = asked_.front().course->request().configuration;
     hands_off_until_ = configuration ? deadline(now, kHandsOff) : now;
@@ -307,8 +317,10 @@ void Lss::finish_command(Error error, std::vector<std::byte> data) {
 
 void Lss::finish_round(Instant now) {
   // A device that waits for its node-ID is no late comer.
-  const bool waits = std::ranges::find(assigner_.found(), lss::Verdict::node_id_not_free,
-                                       &lss::Finding::verdict) != assigner_.found().end();
+  const bool waits = std::ranges::any_of(assigner_.found(), [](const lss::Finding& finding) {
+    return finding.verdict == lss::Verdict::node_id_not_free ||
+           finding.verdict == lss::Verdict::node_id_unchecked;
+  });
   const bool none = config_.lss.period == Duration::zero();
   Duration period = none && waits ? LssConfig{}.period : config_.lss.period;
   const bool again = started_ && config_.lss.assign && (period > Duration::zero() || interrupted_);
@@ -354,8 +366,18 @@ void Lss::tell_progress(unsigned parts, Instant now) {
 
 bool Lss::is_given_to_another(std::uint8_t node) const {
   const auto given = std::ranges::find(given_, node, &Given::node);
-  return given != given_.end() &&
-         (course_runs() || given->address != std::optional(assigner_.address_to_check()));
+  if (given == given_.end()) {
+    return false;
+  }
+  return course_runs() ? !given->selected
+                       : given->address != std::optional(assigner_.address_to_check());
+}
+
+// Other devices may be in configuration from now on.
+void Lss::deselect() {
+  for (Given& given : given_) {
+    given.selected = false;
+  }
 }
 
 Duration Lss::reset_time(std::uint8_t node) const {
@@ -366,7 +388,8 @@ Duration Lss::reset_time(std::uint8_t node) const {
 void Lss::await_boot_up(std::uint8_t node, const std::optional<lss::Address>& address,
                         Instant due) {
   heartbeat(node);
-  given_.push_back({.node = node, .address = address, .due = due});
+  given_.push_back(
+      {.node = node, .address = address, .due = due, .selected = !address.has_value()});
 }
 
 void Lss::boot_up(std::uint8_t node) {

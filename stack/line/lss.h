@@ -84,6 +84,7 @@ class Lss final : lss::AssignerHost {
     std::optional<lss::Address> address{};  // nothing: by a command
     Instant due = kNever;                   // then it gets NMT reset communication
     bool was_reset = false;                 // after that it is not there
+    bool selected = false;                  // by a command, to the device that is selected still
   };
 
   bool is_present(std::uint8_t node) const override;
@@ -96,6 +97,7 @@ class Lss final : lss::AssignerHost {
   bool check_node_id(Instant now);
   void follow_assigner(Instant now);
   bool is_given_to_another(std::uint8_t node) const;
+  void deselect();
   Duration reset_time(std::uint8_t node) const;
   void await_boot_up(std::uint8_t node, const std::optional<lss::Address>& address, Instant due);
   void reset_given(Instant now);

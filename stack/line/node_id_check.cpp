@@ -101,7 +101,7 @@ void NodeIdCheck::begin(std::uint8_t node, bool before_boot, Instant now) {
     time = std::max(time, consumer_time(*config));
   }
   if (node == config_.node_id || !may_ask() || is_hidden(node)) {
-    check.use = Use::used;
+    check.use = node == config_.node_id || may_ask() ? Use::used : Use::cannot_ask;
     return;
   }
   check.time = time;
@@ -122,7 +122,7 @@ void NodeIdCheck::ask(std::uint8_t node, Instant now) {
                              .timeout = upload_time(find(node)),
                              .priority = sdo::Priority::boot},
                             now)) {
-    check.use = Use::used;
+    check.use = Use::cannot_ask;
   }
 }
 
@@ -131,8 +131,10 @@ void NodeIdCheck::completed(const sdo::Completion& completion, Instant now) {
   if (check.use != Use::checking || check.token != completion.token) {
     return;
   }
-  if (completion.abort != AbortCode::timeout || !may_ask()) {
+  if (completion.abort == AbortCode::none || completion.refused) {
     check.use = Use::used;
+  } else if (completion.abort != AbortCode::timeout || !may_ask()) {
+    check.use = Use::cannot_ask;
   } else if (check.sent && now >= check.until) {
     check.use = Use::free;
   } else {

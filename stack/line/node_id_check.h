@@ -29,7 +29,8 @@ inline constexpr std::uint64_t kCheckToken = std::uint64_t{1} << 60U;
 
 class NodeIdCheck {
  public:
-  enum class Use : std::uint8_t { unknown, checking, free, used };
+  // cannot_ask: the own node is stopped, or the queue of SDO transfers with the node is full.
+  enum class Use : std::uint8_t { unknown, checking, free, used, cannot_ask };
 
   // What it acts with; all must outlive it.
   struct Services {

@@ -39,6 +39,8 @@ std::string_view describe(Verdict verdict) {
       return "has no node-ID and waits: another device uses its node-ID";
     case Verdict::reset_to_boot:
       return "was given its node-ID, but did not boot: NMT reset communication was sent to it";
+    case Verdict::node_id_unchecked:
+      return "has no node-ID and waits: the gateway could not check whether its node-ID is free";
   }
   return "unknown";
 }
@@ -117,10 +119,22 @@ void Assigner::checked(bool free) {
   if (step_ != Step::check) {
     return;
   }
-  if (!free) {
-    conclude(Verdict::node_id_not_free);
+  if (free) {
+    step_ = Step::give;
+  } else {
+    not_given(Verdict::node_id_not_free);
   }
-  step_ = free ? Step::give : Step::leave;
+}
+
+void Assigner::cannot_check() {
+  if (step_ == Step::check) {
+    not_given(Verdict::node_id_unchecked);
+  }
+}
+
+void Assigner::not_given(Verdict why) {
+  conclude(why);
+  step_ = Step::leave;
 }
 
 Request Assigner::request() const {

@@ -44,6 +44,7 @@ enum class Verdict : std::uint8_t {
   answers_in_configuration,  // it answers fastscan in configuration state: the search ends
   node_id_not_free,          // another device uses the node-ID: it is tried again
   reset_to_boot,             // given, but it did not boot before it got NMT reset communication
+  node_id_unchecked,         // whether the node-ID is free could not be asked: it is tried again
 };
 
 // In words, of "a device without a node-ID".
@@ -98,6 +99,8 @@ class Assigner {
   std::optional<std::uint8_t> node_to_check() const;
   const Address& address_to_check() const { return address_; }
   void checked(bool free);
+  // It cannot be asked whether the node-ID is free: it is given to nobody in this round.
+  void cannot_check();
   // The next service. Precondition: active, no node-ID is to be checked, the service before has
   // been answered.
   Request request() const;
@@ -146,6 +149,7 @@ class Assigner {
   bool check_parked(const Address& newest);
   void park(Verdict why, std::uint8_t node, const Address& address);
   void select(const Address& address, std::uint8_t node);
+  void not_given(Verdict why);
   void gave(const Answer& answer);
   void conclude(Verdict verdict, const Answer& answer = {});
   void left();

@@ -194,6 +194,82 @@ TEST_F(LssAssignTest, ACommandEndsWhenTheInterfaceFails) {
   EXPECT_THAT(run_for(seconds(3), true), Not(Contains(StartsWith("7E5#1107"))));
 }
 
+class LssCommandsOfALine : public LssAssignTest {
+ protected:
+  void SetUp() override {
+    LineConfig config = config_with_axis();
+    config.sdo_timeout = milliseconds(500);
+    make(std::move(config));
+    line_->start(now_);
+    run_for(milliseconds(10), true);
+  }
+  void begin(lss::Procedure procedure, std::initializer_list<unsigned> data) {
+    Command command{
+        .kind = CommandKind::lss, .code = static_cast<std::uint16_t>(procedure), .data = {}};
+    for (const unsigned byte : data) {
+      command.data.push_back(static_cast<std::byte>(byte));
+    }
+    line_->execute(std::move(command), now_);
+  }
+  Reply lss(lss::Procedure procedure, std::initializer_list<unsigned> data) {
+    begin(procedure, data);
+    run_for(seconds(3), true);
+    return answer();
+  }
+  lss::Outcome give(unsigned node) {
+    const Reply reply = lss(lss::Procedure::configure_node_id, {node});
+    EXPECT_TRUE(reply.ok());
+    return reply.data.empty() ? lss::Outcome::no_answer
+                              : static_cast<lss::Outcome>(reply.data.front());
+  }
+  void stop_own() {
+    line_->execute({.kind = CommandKind::nmt, .node = 127, .nmt = nmt::Command::stop, .data = {}},
+                   now_);
+    EXPECT_TRUE(answer().ok());
+  }
+};
+
+TEST_F(LssCommandsOfALine, TheSelectedDeviceMayBeGivenItsNodeIdAgain) {
+  lss(lss::Procedure::switch_global, {1});
+  EXPECT_EQ(give(7), lss::Outcome::done);
+  EXPECT_EQ(give(7), lss::Outcome::done) << "it has not left configuration";
+  lss(lss::Procedure::switch_global, {1});
+  EXPECT_EQ(give(7), lss::Outcome::node_id_in_use) << "another device may be selected";
+}
+
+TEST_F(LssCommandsOfALine, ANodeIdThatCannotBeCheckedIsNotCalledUsed) {
+  lss(lss::Procedure::switch_global, {1});
+  for (std::uint64_t i = 0; i < 65; ++i) {
+    line_->execute({.tag = 100 + i, .kind = CommandKind::sdo_read, .node = 7, .index = 0x1000},
+                   now_);
+  }
+  begin(lss::Procedure::configure_node_id, {7});
+  run_for(milliseconds(400), true);
+  EXPECT_EQ(answer().error, to_error(Refusal::busy));
+}
+
+TEST_F(LssCommandsOfALine, ANodeIdThatAStoppedGatewayCannotCheckIsNotCalledUsed) {
+  lss(lss::Procedure::switch_global, {1});
+  begin(lss::Procedure::configure_node_id, {8});
+  run_for(milliseconds(300), true);
+  stop_own();
+  run_for(seconds(1), true);
+  EXPECT_EQ(answer().error, to_error(Refusal::wrong_state));
+}
+
+TEST_F(LssAssignTest, ANodeIdThatCannotBeCheckedIsReportedAsThat) {
+  make_checked();
+  line_->start(now_);
+  until(kUpload);
+  line_->execute({.kind = CommandKind::nmt, .node = 127, .nmt = nmt::Command::stop, .data = {}},
+                 now_);
+  run_for(seconds(3), true);
+  const std::vector<Event> all = events();
+  const auto result = std::ranges::find(all, EventKind::lss_result, &Event::kind);
+  ASSERT_NE(result, all.end());
+  EXPECT_EQ(static_cast<lss::Verdict>(result->code), lss::Verdict::node_id_unchecked);
+}
+
 // It is given its node-ID and stays silent.
 TEST_F(LssAssignTest, NmtResetCommunicationWaitsForTheBus) {
   make_checked();
