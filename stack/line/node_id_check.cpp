@@ -14,7 +14,7 @@ namespace {
 constexpr int kUploads = 2;
 constexpr od::Address kDeviceTypeObject{0x1000, 0};
 constexpr std::uint32_t kNodeBits = 0x7F;
-// After this part of the time of an upload its request is too late for an answer in time.
+// A device has this part of the time of an upload at least for its answer.
 constexpr int kInTime = 2;
 
 // What a node sends: EMCY, TPDO 1 to 4, the answers of its SDO server, error control.
@@ -112,9 +112,8 @@ void NodeIdCheck::begin(std::uint8_t node, bool before_boot, Instant now) {
 void NodeIdCheck::ask(std::uint8_t node, Instant now) {
   Check& check = checks_[node];
   check.token = kCheckToken | ++tokens_;
-  check.asked_at = now;
   check.number = 0;
-  check.sent = false;
+  check.sent = kNever;
   services_.heartbeats.ask(node);
   if (!services_.sdo.submit({.token = check.token,
                              .node = node,
@@ -131,14 +130,16 @@ void NodeIdCheck::completed(const sdo::Completion& completion, Instant now) {
   if (check.use != Use::checking || check.token != completion.token) {
     return;
   }
+  const bool asked =
+      check.sent <= now && now - check.sent >= upload_time(find(completion.node)) / kInTime;
   if (completion.abort == AbortCode::none || completion.refused) {
     check.use = Use::used;
   } else if (completion.abort != AbortCode::timeout || !may_ask()) {
     check.use = Use::cannot_ask;
-  } else if (check.sent && now >= check.until) {
+  } else if (asked && now >= check.until) {
     check.use = Use::free;
   } else {
-    check.until = check.sent ? check.until : deadline(now, check.time);
+    check.until = asked ? check.until : deadline(now, check.time);
     ask(completion.node, now);
   }
 }
@@ -174,7 +175,7 @@ void NodeIdCheck::lost(std::uint64_t first, std::uint64_t last) {
 void NodeIdCheck::note_sent(std::uint8_t node, Instant now) {
   Check& check = checks_[node];
   check.number = 0;
-  check.sent = check.sent || now - check.asked_at <= upload_time(find(node)) / kInTime;
+  check.sent = earlier(check.sent, now);
 }
 
 void NodeIdCheck::hear(std::span<const can::Frame> frames) {

@@ -75,10 +75,9 @@ class NodeIdCheck {
     Use use = Use::unknown;
     Duration time{};  // in which all that counts has to pass in silence
     Instant until{};
-    std::uint64_t token = 0;  // of the upload under way
-    Instant asked_at{};
+    std::uint64_t token = 0;   // of the upload under way
     std::uint64_t number = 0;  // of its frame, while it is under way to the bus
-    bool sent = false;         // its request was acknowledged in time
+    Instant sent = kNever;     // when its request was acknowledged
   };
 
   const NodeConfig* find(std::uint8_t node) const;
