@@ -15,6 +15,7 @@
 
 #include "bridges/sim/device.h"
 #include "gateway/config/plant.h"
+#include "gateway/config/sections.h"
 #include "gateway/config/value.h"
 #include "gateway/found_nodes.h"
 #include "stack/base/byte_order.h"
@@ -268,6 +269,10 @@ void compare_layouts(const ScannedLine& line, ScanFiles& out) {
 ScanFiles write_scan(const ScannedLine& line, const std::string& folder,
                      const std::string& eds_folder) {
   ScanFiles out;
+  if (!config::is_name(line.name)) {  // as any participant can publish it; files are named by it
+    out.error = fmt::format("'{}' is not a name that a plant.yaml can have for a line", line.name);
+    return out;
+  }
   FoundNodes found = found_nodes(line.nodes, eds_folder);
   out.notes = std::move(found.notes);
   out.error = std::move(found.error);

@@ -57,6 +57,20 @@ TEST(ScanFiles, TheConfigurationHasDomainAndAccessOfTheLine) {
   std::filesystem::remove_all(folder);
 }
 
+// The name of a line comes from the network, and files are named by it.
+TEST(ScanFiles, ANameThatLeavesTheFolderIsRefused) {
+  const std::string folder = testing::TempDir() + "/scan-names/inner";
+  std::filesystem::remove_all(testing::TempDir() + "/scan-names");
+  for (const char* const name : {"../outside", "/tmp/outside", "a/b", "a b", "", "x\x1b[2J"}) {
+    const ScanFiles files = write_scan(
+        {.gateway = "lab", .name = name, .interface_uri = "virtual:p", .nodes = {encoder_5()}},
+        folder, "");
+    EXPECT_FALSE(files.ok) << name;
+    EXPECT_TRUE(files.written.empty()) << name;
+  }
+  EXPECT_FALSE(std::filesystem::exists(testing::TempDir() + "/scan-names"));
+}
+
 TEST(ScanFiles, CommandsAndOutputsOfDifferentAccessKeepIt) {
   const std::string folder = testing::TempDir() + "/scan-access";
   std::filesystem::remove_all(folder);
