@@ -33,6 +33,7 @@ GROUP, PORT = "239.74.163.17", 43131
 NUMBERED = 0x6A5  # COB-ID of no service
 PERIOD = 0.05  # 20 a second: a socket keeps those of 10 s, should the gateway not run for so long
 ENDS_WITHIN = 60
+LEAST_SENT = 100
 FOUND_WITHIN = 120
 GROWTH_KB = 150_000
 PLANT = """schema: 1
@@ -163,20 +164,35 @@ class Run:
         words += ["--only", self.options.only] if self.options.only else []
         words += ["--save", self.options.save] if self.options.save else []
         process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        before = None
+        before, verdicts = None, {}
         for line in process.stdout:
+            if " datagrams, by verdict: " in line:
+                verdicts = dict(zip(line.split()[4::2], map(int, line.split()[5::2])))
+            elif line.startswith("stuck"):
+                self.found.append(line.strip())
             before = before or (kilobytes(self.gateway), kilobytes(self.subscriber.process))
             say(line.rstrip() + ("; gateway %d kB, client %d kB, console %d done, %d failed, numbered frames %d" % (
                 kilobytes(self.gateway), kilobytes(self.subscriber.process), self.asker.done, len(self.asker.failed),
                 self.numbers.sent) if line.startswith(("sent", "listening")) else ""))
             if not self.alive():
                 process.stdin.close()
-        process.wait()
+        if process.wait() != 0:
+            self.found.append(f"rtps_flood ended with {process.returncode}")
+        self.judge_census(verdicts)
+        if before is None:
+            return
         after = (kilobytes(self.gateway), kilobytes(self.subscriber.process))
         say("gateway %d kB before, %d after; client %d before, %d after" % (before[0], after[0], before[1], after[1]))
         for name, old, new in zip(("gateway", "client"), before, after):
             if new - old > GROWTH_KB:
                 self.found.append(f"the {name} grew from {old} to {new} kB")
+
+    def judge_census(self, verdicts):
+        sent = sum(verdicts.values())
+        if sent < LEAST_SENT:
+            self.found.append(f"{sent} datagrams were sent, at least {LEAST_SENT} are a test")
+        if not self.options.only and verdicts.get("none", 0) == 0:
+            self.found.append("no datagram passed the guard's rules")
 
     def judge(self):
         self.asker.ended.set()
@@ -192,6 +208,8 @@ class Run:
             late.end()
         self.asker.join(600)
         say("console: %d done, %d failed" % (self.asker.done, len(self.asker.failed)))
+        if self.asker.done == 0:
+            self.found.append("no command of the console was answered")
         for text in self.asker.failed[:20]:
             say("  " + text)
         say("client dropped: " + ", ".join("%s %d" % one for one in sorted(self.subscriber.dropped.items())))

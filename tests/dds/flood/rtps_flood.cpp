@@ -187,7 +187,7 @@ void Flood::send_one() {
 
 // Datagrams for which there is no room test nothing.
 void Flood::wait_for_room() {
-  for (int i = 0; i < 10'000; ++i) {
+  for (int i = 0; i < 60'000; ++i) {
     std::uint64_t waiting = 0;
     std::uint64_t dropped = 0;
     const auto now = queues(options_.domain);
@@ -206,7 +206,7 @@ void Flood::wait_for_room() {
     listen();
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  std::printf("stuck: a socket is not read for 10 s\n");
+  std::printf("stuck: a socket is not read for 60 s\n");
 }
 
 void Flood::progress() {
