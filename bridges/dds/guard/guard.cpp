@@ -76,6 +76,8 @@ Reason Guard::walk(Datagram& datagram) {
       reason = judge_submessage(datagram, submessage);
     if (reason != Reason::none)
       return reason;
+    if (datagram.size <= at)  // what follows is not passed on
+      break;
     at += 4 + submessage.body.size();
   }
   return datagram.protection.end();
@@ -96,8 +98,10 @@ Reason Guard::judge_submessage(Datagram& datagram, const Submessage& submessage)
     case Kind::nack_frag:
       return judge_acknowledgement(datagram, content);
     case Kind::heartbeat:
-    case Kind::gap:
       return judge_numbers(datagram, content);
+    case Kind::gap:
+      reason = judge_numbers(datagram, content);
+      return reason == Reason::none ? judge_gap(datagram, content) : reason;
     case Kind::data_frag:
       reason = judge_numbers(datagram, content);
       return reason == Reason::none ? judge_fragments(datagram, content) : reason;
@@ -154,6 +158,21 @@ Reason Guard::judge_numbers(const Datagram& datagram, const Content& content) {
         return numbers.advance(content.highest, datagram.now) ? Reason::none : Reason::rate;
       },
       Reason::writers);
+}
+
+// The library ignores a GAP of a writer that it has not found: that takes no tokens of others.
+Reason Guard::judge_gap(const Datagram& datagram, const Content& content) {
+  if (is_stateless(content.writer) || content.listed <= kFewNumbers)
+    return Reason::none;
+  const Guid writer = make_guid(datagram.source, content.writer);
+  bool ok = false;
+  writers_.find(writer,
+                [&](WriterNumbers& numbers) { ok = numbers.walk(content.listed, datagram.now); });
+  if (ok && is_known(writer)) {
+    const std::lock_guard lock(walked_mutex_);
+    ok = walked_.take(content.listed, datagram.now);
+  }
+  return ok ? Reason::none : Reason::rate;
 }
 
 // A participant's announcement fits into one datagram; in fragments it would pass unread.

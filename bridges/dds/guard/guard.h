@@ -8,6 +8,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <mutex>
 #include <utility>
 
 #include "bridges/dds/guard/counters.h"
@@ -58,6 +59,7 @@ class Guard {
   void leave_out_end(Datagram& datagram, const Submessage& submessage,
                      const Content& content) const;
   Reason judge_numbers(const Datagram& datagram, const Content& content);
+  Reason judge_gap(const Datagram& datagram, const Content& content);
   Reason judge_fragments(const Datagram& datagram, const Content& content);
   void note_end(const Datagram& datagram, const Content& content);
   Reason judge_payload(const Datagram& datagram, const Content& content);
@@ -72,6 +74,8 @@ class Guard {
   GuidTable<WriterNumbers, 1024> writers_;
   GuidTable<Reliability, 512> readers_;
   GuidTable<IncompleteSamples, 1024> fragmented_;  // of writers that send fragments
+  std::mutex walked_mutex_;
+  WalkedNumbers walked_;
   Discovered discovered_;
   std::atomic<std::uint64_t> received_{0};
   std::array<std::atomic<std::uint64_t>, kReasons> dropped_{};

@@ -60,6 +60,7 @@ Reason check_gap(const Wire& body, Content& out) {
   out.reader = body.entity(0);
   out.writer = body.entity(4);
   out.highest = base - 1 + body.u32(24);
+  out.listed = out.highest - start + 1;
   return Reason::none;
 }
 

@@ -57,6 +57,7 @@ struct Content {
   std::uint32_t reader = 0;  // entity IDs
   std::uint32_t writer = 0;
   Number highest = 0;  // DATA, DATA_FRAG, HEARTBEAT, GAP: highest number of the writer; else 0
+  Number listed = 0;   // GAP: how many numbers it goes through
   std::uint32_t sample = 0;  // DATA_FRAG: octets of the sample,
   std::uint64_t octets = 0;  // and of the fragments
   bool has_data = false;

@@ -207,6 +207,32 @@ TEST_F(GuardTest, TheKnownAttacksAreDropped) {
   EXPECT_LT(at, 200'000);
 }
 
+// The library works through all numbers of a GAP, also of those that it has.
+TEST_F(GuardTest, AGapIsPaidForEachTime) {
+  EXPECT_EQ(skip(kFirst), Reason::none);
+  EXPECT_EQ(skip(kFirst), Reason::none);  // to another reader
+  EXPECT_EQ(skip(kFirst), Reason::rate);
+  EXPECT_EQ(judge(Datagram().add(0x08, gap(2, kFirst))), Reason::rate);
+  EXPECT_EQ(skip(256), Reason::none);
+  now += 30 * kSecond;
+  EXPECT_EQ(skip(kFirst), Reason::rate);
+  now += 10 * kSecond;
+  EXPECT_EQ(skip(kFirst), Reason::none);
+}
+
+TEST_F(GuardTest, GapsOfAllWritersAreBoundedTogether) {
+  for (Sender from = 50; from < 70; ++from)
+    EXPECT_EQ(skip(kFirst, from), Reason::none);  // of none that discovery found
+  int passed_on = 0;
+  for (Sender from = 1; from <= 20; ++from) {
+    guard.endpoint_found(dds::guard::make_guid(prefix_of(from), kWriter));
+    passed_on += skip(kFirst, from) == Reason::none ? 1 : 0;
+  }
+  EXPECT_EQ(passed_on, 4);
+  now += 20 * kSecond;
+  EXPECT_EQ(skip(kFirst, 30), Reason::none);
+}
+
 TEST_F(GuardTest, DataAndFragmentsAdvanceTheirWriterToo) {
   EXPECT_EQ(judge(Datagram().add(0x15, data(1))), Reason::none);
   EXPECT_EQ(judge(Datagram().add(0x15, data(10'000))), Reason::rate);

@@ -223,6 +223,10 @@ TEST_F(GuardTest, TheEndOfAParticipantIsLeftToItsLease) {
   EXPECT_EQ(passed, all);
   EXPECT_EQ(judge(announce_end(1, 3, entity::kPublications)), Reason::none);
   EXPECT_EQ(passed, all);
+  // What follows is not passed on, so it has no effect here either.
+  EXPECT_EQ(beat(1), Reason::none);
+  EXPECT_EQ(judge(announce_end(1, 3).add(0x07, heartbeat(1'000'000, 1'000'000))), Reason::none);
+  EXPECT_EQ(beat(1'000'000), Reason::rate);
   Guard with_server(false, {.simple = false});
   EXPECT_EQ(with_server.judge(announce_end(1, 3).get(), now).size, all);
 }
