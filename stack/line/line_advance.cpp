@@ -86,6 +86,8 @@ void Line::Impl::advance_services(Instant now) {
   ask_for_updated(now);
   finish_local_writes();
   follow_diagnosis(now);
+  repeat_lost_starts(now);
+  follow_own_state(now);
   follow_receivers();
   if (!scanned_outputs.empty()) {
     follow_scanned();

@@ -2,6 +2,7 @@
 // to stack/line.
 #pragma once
 
+#include <bitset>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -276,6 +277,14 @@ struct Line::Impl final : Line::Base,
   void confirm(std::uint8_t id, nmt::State state, Instant now);
   Duration heartbeat_time(std::uint8_t id) const;
   void outputs_invalid(std::uint8_t id);
+  // An NMT command was handed out as the frame of that number.
+  void note_start(const can::Frame& frame, std::uint64_t number);
+  // Of nodes without error control, which count as started by the command: they are not if the bus
+  // lost it, and it is sent again.
+  void note_lost_starts(std::uint64_t first, std::uint64_t last);
+  void repeat_lost_starts(Instant now);
+  // Values by MPDO are refused that wait when the own node leaves Operational.
+  void follow_own_state(Instant now);
   // Outputs have new values there: requests their PDOs, and sends own objects of the MPDO scanner
   // list in source address mode. always: unchanged ones, too.
   void outputs_written(std::uint32_t bit_offset, std::uint32_t bits, bool always, Instant now);
@@ -360,6 +369,10 @@ struct Line::Impl final : Line::Base,
     Instant heard{};
   };
   std::array<Unconfirmed, can::kMaxNodeId + 1> unconfirmed{};
+  // By node: the frame of the last NMT command start to it, and whether the bus lost that.
+  std::array<std::uint64_t, can::kMaxNodeId + 1> start_frames{};
+  std::bitset<can::kMaxNodeId + 1> lost_starts;
+  bool was_operational = false;      // the own node, in follow_own_state()
   bool receivers_changed = true;     // what follow_receivers() goes by, besides:
   std::uint64_t receivers_seen = 0;  // Manager::changes() then
 

@@ -201,7 +201,7 @@ pdo::Engine::Receiver Line::Impl::receiver(std::uint8_t id) const {
     return Engine::Receiver::unheard;
   }
   return running && usable() && operational && unconfirmed[id].heartbeats == 0 &&
-                 nmt.next_wake() == kNever
+                 !lost_starts[id] && nmt.next_wake() == kNever
              ? Engine::Receiver::started
              : Engine::Receiver::waiting;
 }
@@ -221,6 +221,8 @@ void Line::Impl::note_command(nmt::Command command, std::uint8_t id) {
       continue;
     }
     const bool heard = manager.node(device.id).heartbeat_monitored;
+    start_frames[device.id] = 0;
+    lost_starts.reset(device.id);
     if (command != nmt::Command::start) {
       unconfirmed[device.id] = {.heartbeats = kHeartbeats};
       outputs_invalid(device.id);

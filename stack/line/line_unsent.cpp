@@ -19,6 +19,7 @@ void Line::Impl::note_lost(std::uint64_t first, std::uint64_t last) {
   node.pdos().lost(first, last);
   lss.lost(first, last);
   scanned_lost(first, last);
+  note_lost_starts(first, last);
 }
 
 bool Line::Impl::carries_newest(const FramesUnderWay::Awaited& awaited,

@@ -173,6 +173,19 @@ TEST_F(AcknowledgedServices, AValueByMpdoThatABusOffLostIsNotDone) {
   EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
 }
 
+TEST_F(AcknowledgedServices, AValueByMpdoIsGoneWhenTheOwnNodeLeavesOperational) {
+  run(with_mpdo());
+  send_mpdo(7);
+  line_->execute({.kind = CommandKind::nmt,
+                  .node = line_->config().node_id,
+                  .nmt = nmt::Command::stop,
+                  .data = {}},
+                 now_);
+  EXPECT_TRUE(answer().ok()) << "of the own node";
+  line_->advance(now_);
+  EXPECT_EQ(answer().error, to_error(Refusal::wrong_state));
+}
+
 TEST_F(AcknowledgedServices, AnLssServiceWithoutAResponseIsAnsweredWhenItIsOnTheBus) {
   run();
   lss(lss::Procedure::switch_global, {std::byte{1}});

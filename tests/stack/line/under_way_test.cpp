@@ -105,6 +105,30 @@ TEST_F(AcknowledgedOutputs, AreNotSentAgainToANodeThatIsNotStarted) {
   EXPECT_THAT(hand_out(), IsEmpty());
 }
 
+TEST_F(AcknowledgedOutputs, WithoutErrorControlAreNotValidByALostStart) {
+  LineConfig config = config_with_axis();
+  config.nodes[0].heartbeat = {};
+  config.defaults = {{.entry = 0, .value = 9}, {.entry = 1, .value = 3}};
+  make(std::move(config));
+  line_->expect_acknowledgements();
+  line_->start(now_);
+  hear(0x705, {0x00});
+  hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
+  hear(0x585, {0x43, 0x18, 0x10, 0x01, 0x23, 0x01, 0x00, 0x00});
+  hear(0x585, {0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
+  hand_out();
+  hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
+  line_->advance(now_);
+  EXPECT_THAT(hand_out(), ElementsAre("000#0105", "205#0900000003"));
+  line_->lost(given_ - 1, given_ - 1);
+  acknowledge_all();
+  EXPECT_FALSE(valid()) << "the device was not started";
+  line_->advance(now_);
+  EXPECT_THAT(hand_out(), ElementsAre("000#0105", "205#0900000003")) << "both again";
+  acknowledge_all();
+  EXPECT_TRUE(valid());
+}
+
 TEST_F(AcknowledgedOutputs, NameTheBusAsWhatTheyWaitFor) {
   run();
   write(1);
