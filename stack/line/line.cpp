@@ -196,9 +196,7 @@ void Line::Impl::routes(std::vector<routing::Route>& out) const {
     scanned_handed_out(out, number);
   }
   if (given && number != 0) {
-    if (out.id == can::kNmtId) [[unlikely]] {
-      note_start(out, number);
-    }
+    note_start(out, number);
     note_handed_out(out, now);
   }
   return given;

@@ -7,7 +7,10 @@
 
 namespace linegate::line {
 
-void Line::Impl::note_start(const can::Frame& frame, std::uint64_t number) {
+[[gnu::hot]] void Line::Impl::note_start(const can::Frame& frame, std::uint64_t number) {
+  if (frame.id != can::kNmtId) [[likely]] {
+    return;
+  }
   const auto control = nmt::decode_node_control(frame);
   if (!control || control->command != nmt::Command::start) {
     return;
