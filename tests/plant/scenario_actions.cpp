@@ -130,6 +130,7 @@ void Scenario::command(line::Command request, const std::string& name) {
   tags_[name] = request.tag;
   ++commands_[&seat()];
   seat().silence.commanded(request);
+  seat().answers->commanded(request);
   seat().line->execute(std::move(request), world_.now());
 }
 
@@ -280,6 +281,7 @@ void Scenario::bus_action(Words& words) {
     const std::uint64_t acknowledged = at.bus.acknowledged(at.end);
     at.bus.flush(at.end);
     at.outputs->flushed();
+    at.answers->lost(acknowledged + 1, at.bus.acknowledged(at.end));
     at.line->lost(acknowledged + 1, at.bus.acknowledged(at.end));
   }
 }

@@ -44,6 +44,7 @@ LineSeat::LineSeat(std::unique_ptr<line::Line> the_line, const sim::BusOptions& 
   model.emplace(*line);
   states.emplace(*line);
   outputs.emplace(*line);
+  answers.emplace(*line);
   end = bus.attach();
   witness_end = bus.attach();
   observer_end = bus.attach();
@@ -73,6 +74,7 @@ void LineSeat::take(std::unique_ptr<line::Line> another) {
   model.reset();
   states.reset();
   outputs.reset();
+  answers.reset();
   line = std::move(another);
   line->expect_acknowledgements();
   observer = observer_of(*line);
@@ -80,6 +82,7 @@ void LineSeat::take(std::unique_ptr<line::Line> another) {
   model.emplace(*line);
   states.emplace(*line);
   outputs.emplace(*line);
+  answers.emplace(*line);
   bus.detach(end);
   end = bus.attach();
   bus.detach(observer_end);
@@ -397,10 +400,12 @@ void World::turn_line(LineSeat& seat) {
       seat.model->before_receive(frame);
       seat.states->before_receive(frame);
       seat.silence.before_receive(frame);
+      seat.answers->before_receive(frame);
       line.receive(std::span(&frame, 1), now_);
       seat.model->after_call(take_events(seat));
     }
   }
+  seat.answers->acknowledged(seat.bus.acknowledged(seat.end));
   line.acknowledged(seat.bus.acknowledged(seat.end), now_);
   line.advance(now_);
   seat.model->after_call(take_events(seat));
@@ -410,6 +415,7 @@ void World::turn_line(LineSeat& seat) {
       fail("silence: " + text);
     }
     seat.outputs->submitted(frame, now_);
+    seat.answers->submitted(frame);
     seat.states->sends(frame);
     seat.bus.submit(seat.end, frame, now_);
   }
@@ -485,6 +491,9 @@ void World::collect(LineSeat& seat) {
   while (seat.line->take_reply(reply)) {
     if (!seat.replies.emplace(reply.tag, reply).second) {
       ++seat.duplicate_replies;
+    }
+    if (std::string text = seat.answers->answered(reply); !text.empty()) {
+      fail("answers: " + text);
     }
   }
 }

@@ -22,6 +22,7 @@
 #include "stack/line/following.h"
 #include "stack/line/line.h"
 
+#include "tests/plant/answer_model.h"
 #include "tests/plant/device_model.h"
 #include "tests/plant/foreign_sdo.h"
 #include "tests/plant/image_model.h"
@@ -80,6 +81,7 @@ struct LineSeat {
   std::optional<ImageModel> model;
   std::optional<StateModel> states;
   std::optional<OutputModel> outputs;
+  std::optional<AnswerModel> answers;
   sim::Bus::Disturbance disturbance;
   SilenceModel silence;
   SilenceModel silence_of_ours;

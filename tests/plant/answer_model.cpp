@@ -1,0 +1,293 @@
+#include "tests/plant/answer_model.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "stack/base/byte_order.h"
+#include "stack/nmt/node_control.h"
+#include "stack/pdo/parameters.h"
+
+namespace linegate::plant {
+namespace {
+
+unsigned byte_at(const can::Frame& frame, std::size_t at) {
+  return std::to_integer<unsigned>(frame.data[at]);
+}
+
+// CiA 301 7.2.4.3: the three highest bits of an SDO message.
+unsigned specifier(const can::Frame& frame) {
+  return byte_at(frame, 0) >> 5U;
+}
+
+od::Address multiplexer(const can::Frame& frame) {
+  return {load_le<std::uint16_t>(frame.data.data() + 1),
+          static_cast<std::uint8_t>(byte_at(frame, 3))};
+}
+
+// The bytes of a segment, without those that contain none.
+std::span<const std::byte> segment_of(const can::Frame& frame) {
+  return std::span(frame.data).subspan(1, 7 - (byte_at(frame, 0) >> 1U & 7U));
+}
+
+// The same of an expedited transfer; all four if their number is not indicated.
+std::span<const std::byte> expedited_of(const can::Frame& frame) {
+  const bool indicated = (byte_at(frame, 0) & 1U) != 0;
+  return std::span(frame.data).subspan(4, indicated ? 4 - (byte_at(frame, 0) >> 2U & 3U) : 4);
+}
+
+bool is_expedited(const can::Frame& frame) {
+  return (byte_at(frame, 0) & 2U) != 0;
+}
+
+void append(std::vector<std::byte>& to, std::span<const std::byte> bytes) {
+  to.insert(to.end(), bytes.begin(), bytes.end());
+}
+
+// Of the default SDO of that node, 0 = it is none.
+std::uint8_t sdo_of(const can::Frame& frame, std::uint32_t base) {
+  const bool is = frame.standard_of(can::kMaxClassicData) && frame.id > base &&
+                  frame.id <= base + can::kMaxNodeId;
+  return is ? static_cast<std::uint8_t>(frame.id - base) : std::uint8_t{0};
+}
+
+}  // namespace
+
+AnswerModel::AnswerModel(const line::Line& line) : line_(line) {
+  const image::Layout& layout = line.layout(image::Direction::outputs);
+  cob_ids_.resize(layout.entries.size());
+  for (const line::NodeConfig& node : line.config().nodes) {
+    const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(node.device);
+    for (const pdo::Parameters& rpdo : described.value->rpdos) {
+      for (std::size_t i = 0; i < layout.entries.size(); ++i) {
+        if (layout.entries[i].node == node.id && layout.entries[i].remote_pdo == rpdo.number) {
+          cob_ids_[i] = rpdo.cob_id;
+        }
+      }
+    }
+  }
+}
+
+void AnswerModel::commanded(const line::Command& command) {
+  constexpr std::uint8_t kFatalError = 0x90;  // stack/diagnosis/network_state.h
+  const bool anew = command.kind == line::CommandKind::nmt && command.node == 0 &&
+                    nmt::is_reset(command.nmt) && line_.state().network == kFatalError;
+  ++commands_;
+  if (!anew) {
+    given_[command.tag] = {.command = command, .order = commands_};
+  }
+}
+
+void AnswerModel::lost(std::uint64_t first, std::uint64_t last) {
+  std::erase_if(sent_,
+                [&](const Sent& sent) { return sent.number >= first && sent.number <= last; });
+}
+
+// --- frames -------------------------------------------------------------------------------------
+
+void AnswerModel::submitted(const can::Frame& frame) {
+  ++submitted_;
+  if (const std::uint8_t node = sdo_of(frame, can::kSdoRequestBase); node != 0) {
+    request(node, frame);
+  } else if (!given_.empty()) {
+    sent_.push_back({.frame = frame, .number = submitted_, .after = commands_});
+  }
+}
+
+void AnswerModel::before_receive(const can::Frame& frame) {
+  if (const std::uint8_t node = sdo_of(frame, can::kSdoResponseBase); node != 0) {
+    response(node, frame);
+  }
+}
+
+// The segments of a block look like other requests, but for their numbers: each block begins at 1.
+void AnswerModel::request(std::uint8_t node, const can::Frame& frame) {
+  enum : unsigned {
+    download_segment,
+    download,
+    upload,
+    upload_segment,
+    abort,
+    block_upload,
+    block
+  };
+  Transfer& transfer = transfers_[node];
+  const unsigned kind = specifier(frame);
+  const unsigned segment = byte_at(frame, 0) & 0x7FU;
+  if (transfer.phase == Phase::blocks && !transfer.upload &&
+      (segment == transfer.next_segment || segment == 1)) {
+    transfer.next_segment = segment + 1;
+    return;
+  }
+  if (kind == abort) {
+    transfer = {};
+    return;
+  }
+  const bool initiates = kind == download || kind == upload ||
+                         (kind == block_upload && (byte_at(frame, 0) & 3U) == 0) ||
+                         (kind == block && (byte_at(frame, 0) & 1U) == 0);
+  if (initiates) {
+    transfer = {.phase = Phase::initiated,
+                .upload = kind == upload || kind == block_upload,
+                .block = kind == block_upload || kind == block,
+                .address = multiplexer(frame),
+                .value = {}};
+    begun_[node] = commands_;
+    if (kind == download && is_expedited(frame)) {
+      append(transfer.value, expedited_of(frame));
+      transfer.last = true;
+    }
+  } else if (kind == download_segment && transfer.phase == Phase::segments) {
+    append(transfer.value, segment_of(frame));
+    transfer.last = (byte_at(frame, 0) & 1U) != 0;
+    transfer.toggle = (byte_at(frame, 0) & 0x10U) != 0;
+  } else if (kind == upload_segment) {
+    transfer.toggle = (byte_at(frame, 0) & 0x10U) != 0;
+  }
+}
+
+void AnswerModel::response(std::uint8_t node, const can::Frame& frame) {
+  enum : unsigned { segment, downloaded, initiated, download_begins, abort, block_down, block_up };
+  Transfer& transfer = transfers_[node];
+  const unsigned kind = specifier(frame);
+  const bool fits = multiplexer(frame) == transfer.address;
+  if (transfer.phase == Phase::blocks) {
+    const bool up_ends = transfer.upload && (byte_at(frame, 0) & 0xE3U) == 0xC1;
+    const bool down_ends = !transfer.upload && byte_at(frame, 0) == 0xA1;
+    if (up_ends || down_ends) {
+      end(node);
+    }
+  } else if (transfer.phase == Phase::initiated && fits) {
+    if (kind == download_begins && !transfer.upload) {
+      transfer.phase = Phase::segments;
+      if (transfer.last) {
+        end(node);
+      }
+    } else if (kind == initiated && transfer.upload) {
+      transfer.phase = Phase::segments;
+      if (is_expedited(frame)) {
+        append(transfer.value, expedited_of(frame));
+        end(node);
+      }
+    } else if (transfer.block && kind == (transfer.upload ? block_up : block_down)) {
+      transfer.phase = Phase::blocks;
+      transfer.has_value = false;
+    }
+  } else if (transfer.phase == Phase::segments && kind != abort) {
+    const bool toggle = (byte_at(frame, 0) & 0x10U) != 0;
+    if (toggle != transfer.toggle || kind != (transfer.upload ? segment : downloaded)) {
+      return;
+    }
+    if (transfer.upload) {
+      append(transfer.value, segment_of(frame));
+      transfer.last = (byte_at(frame, 0) & 1U) != 0;
+    }
+    if (transfer.last) {
+      end(node);
+    }
+  }
+}
+
+void AnswerModel::end(std::uint8_t node) {
+  Transfer transfer = std::exchange(transfers_[node], {});
+  if (!given_.empty()) {
+    done_.push_back({.transfer = std::move(transfer), .node = node, .after = begun_[node]});
+  }
+}
+
+// --- answers ------------------------------------------------------------------------------------
+
+std::string AnswerModel::answered(const line::Reply& reply) {
+  const auto found = given_.find(reply.tag);
+  if (found == given_.end()) {
+    return {};
+  }
+  const Given given = found->second;
+  given_.erase(found);
+  const line::Command& command = given.command;
+  const line::LineConfig& config = line_.config();
+  const bool own = config.role != line::Role::manager || command.node == config.node_id;
+  std::string out;
+  if (!reply.ok()) {
+    return out;
+  }
+  using enum line::CommandKind;
+  if ((command.kind == sdo_read || command.kind == sdo_write) && command.code == 0 && !own) {
+    out = check_transfer(given, reply);
+  } else if (command.kind == nmt && !own) {
+    out = check_frame(given, nmt::encode({command.nmt, command.node}));
+  } else if (command.kind == can_send) {
+    out = check_frame(given, can::make_frame(command.entry, std::span(command.data)));
+  } else if (command.kind == output_write || command.kind == object_write) {
+    out = check_output(given, reply);
+  }
+  if (given_.empty()) {
+    sent_.clear();
+    done_.clear();
+  }
+  return out.empty() ? out
+                     : "command " + std::to_string(reply.tag) + " (" +
+                           std::string(line::name(command.kind)) + ") is answered as done: " + out;
+}
+
+std::string AnswerModel::check_transfer(const Given& given, const line::Reply& reply) {
+  const line::Command& command = given.command;
+  const bool reads = command.kind == line::CommandKind::sdo_read;
+  const std::vector<std::byte>& value = reads ? reply.data : command.data;
+  const auto it = std::ranges::find_if(done_, [&](const Done& done) {
+    return done.node == command.node && done.after >= given.order &&
+           done.transfer.upload == reads &&
+           done.transfer.address == od::Address{command.index, command.sub} &&
+           (!done.transfer.has_value || done.transfer.value == value);
+  });
+  if (it == done_.end()) {
+    return "no transfer of its object with this value came to its end";
+  }
+  done_.erase(it);
+  return {};
+}
+
+bool AnswerModel::counts(const Sent& sent, const Given& given) const {
+  return sent.after >= given.order && sent.number <= acknowledged_;
+}
+
+std::string AnswerModel::check_frame(const Given& given, const can::Frame& frame) {
+  const auto it = std::ranges::find_if(sent_, [&](const Sent& sent) {
+    return !sent.used && counts(sent, given) && can::same_content(sent.frame, frame);
+  });
+  if (it == sent_.end()) {
+    return "its frame was not acknowledged";
+  }
+  it->used = true;
+  return {};
+}
+
+// The position of the output that it writes.
+std::size_t AnswerModel::entry_of(const line::Command& command) const {
+  if (command.kind == line::CommandKind::output_write) {
+    return command.entry;
+  }
+  const auto& entries = line_.layout(image::Direction::outputs).entries;
+  const auto it = std::ranges::find_if(entries, [&](const image::Entry& entry) {
+    return entry.node == command.node &&
+           od::Address{entry.index, entry.sub} == od::Address{command.index, command.sub};
+  });
+  return static_cast<std::size_t>(it - entries.begin());
+}
+
+std::string AnswerModel::check_output(const Given& given, const line::Reply& reply) {
+  constexpr std::size_t kWait = 3;  // see line::ObjectWay
+  const std::size_t entry = entry_of(given.command);
+  if (reply.data.size() <= kWait || reply.data[0] != std::byte{line::kByPdo} ||
+      reply.data[kWait] != static_cast<std::byte>(line::PdoWait::none) ||
+      entry >= cob_ids_.size()) {
+    return {};
+  }
+  const can::CobId cob_id = cob_ids_[entry];
+  const bool sent = std::ranges::any_of(sent_, [&](const Sent& each) {
+    return counts(each, given) && each.frame.id == cob_id.id() &&
+           each.frame.extended() == cob_id.extended();
+  });
+  return sent ? std::string() : "no frame of its PDO was acknowledged";
+}
+
+}  // namespace linegate::plant
