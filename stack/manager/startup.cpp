@@ -54,6 +54,7 @@ void Manager::boot_all(Instant now) {
       continue;
     }
     slot->reset_at = now;
+    heartbeats_.stop(slot->plan.id);
     const bool was_reset =
         options_.reset_nodes && !list_.has(slot->plan.id, assignment::kKeepAlive);
     begin(*slot, was_reset ? BootSlave::Reason::reset : BootSlave::Reason::present, now);

@@ -82,6 +82,21 @@ TEST_F(PresenceTest, AResetOfAnUnlistedNodeEndsTheStateThatItShowed) {
   EXPECT_EQ(line_->node_state(kUnlisted).state, nmt::State::pre_operational);
 }
 
+// Its boot process has not come to its error control again.
+TEST_F(PresenceTest, AfterAResetOfTheOwnNodeHeartbeatsSayMoreThanCommands) {
+  start();
+  line_->execute({.kind = CommandKind::nmt,
+                  .node = line_->config().node_id,
+                  .nmt = nmt::Command::reset_communication},
+                 now_);
+  pass(milliseconds(1));
+  hear(0x705, {0x7F});
+  line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::start}, now_);
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
+  hear(0x705, {0x05});
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
+}
+
 TEST_F(PresenceTest, AScanEndsThePresenceOfAnUnlistedNodeThatDoesNotAnswer) {
   start();
   hear(0x700U + kUnlisted, {0x05});
