@@ -122,6 +122,7 @@ struct Line::Impl final : Line::Base,
   void node_data_invalid(std::uint8_t node) override;
   void may_operate(Instant now) override;
   void send_nmt(nmt::Command command, std::uint8_t node, Instant now) override;
+  bool acknowledges_starts() const override { return under_way.expected(); }
   void command_own(nmt::Command command, Instant now) override;
   nmt::State own_state() const override;
   // scan::Host
@@ -279,8 +280,10 @@ struct Line::Impl final : Line::Base,
   void outputs_invalid(std::uint8_t id);
   // An NMT command was handed out as the frame of that number.
   void note_start(const can::Frame& frame, std::uint64_t number);
-  // Of nodes without error control, which count as started by the command: they are not if the bus
-  // lost it, and it is sent again.
+  // Of nodes without error control, which are started when the bus acknowledged the command: if it
+  // lost it, it is sent again.
+  void forget_starts(std::uint8_t id);  // 0: of all
+  void note_acknowledged_starts(std::uint64_t number);
   void note_lost_starts(std::uint64_t first, std::uint64_t last);
   void repeat_lost_starts(Instant now);
   // Values by MPDO are refused that wait when the own node leaves Operational.

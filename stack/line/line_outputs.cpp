@@ -216,13 +216,12 @@ void Line::Impl::note_sent(nmt::Command command, std::uint8_t id, Instant now) {
 void Line::Impl::note_command(nmt::Command command, std::uint8_t id) {
   constexpr std::uint8_t kHeartbeats = 2;
   lss.commanded(command, id);
+  forget_starts(id);
   for (const NodeConfig& device : config.nodes) {
     if (id != 0 && id != device.id) {
       continue;
     }
     const bool heard = manager.node(device.id).heartbeat_monitored;
-    start_frames[device.id] = 0;
-    lost_starts.reset(device.id);
     if (command != nmt::Command::start) {
       unconfirmed[device.id] = {.heartbeats = kHeartbeats};
       outputs_invalid(device.id);

@@ -15,22 +15,41 @@ namespace linegate::line {
   if (!control || control->command != nmt::Command::start) {
     return;
   }
-  for (const NodeConfig& device : config.nodes) {
-    if (control->addresses(device.id)) {
-      start_frames[device.id] = number;
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    if (control->addresses(id)) {
+      start_frames[id] = number;
     }
   }
 }
 
+void Line::Impl::forget_starts(std::uint8_t id) {
+  if (id == 0) {
+    start_frames.fill(0);
+    lost_starts.reset();
+  } else if (id <= can::kMaxNodeId) {
+    start_frames[id] = 0;
+    lost_starts.reset(id);
+  }
+}
+
+void Line::Impl::note_acknowledged_starts(std::uint64_t number) {
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    if (start_frames[id] != 0 && start_frames[id] <= number) {
+      manager.start_acknowledged(id);
+    }
+  }
+  follow_receivers();
+}
+
 void Line::Impl::note_lost_starts(std::uint64_t first, std::uint64_t last) {
-  for (const NodeConfig& device : config.nodes) {
-    std::uint64_t& number = start_frames[device.id];
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    std::uint64_t& number = start_frames[id];
     if (number < first || number > last || number == 0) {
       continue;
     }
     number = 0;
-    if (!manager.node(device.id).heartbeat_monitored) {
-      lost_starts.set(device.id);
+    if (!manager.node(id).heartbeat_monitored) {
+      lost_starts.set(id);
       receivers_changed = true;
     }
   }
@@ -43,16 +62,16 @@ void Line::Impl::repeat_lost_starts(Instant now) {
   if (lost_starts.none() || !usable()) {
     return;
   }
-  for (const NodeConfig& device : config.nodes) {
-    const NodeState& seen = manager.node(device.id);
-    if (!lost_starts[device.id]) {
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    const NodeState& seen = manager.node(id);
+    if (!lost_starts[id]) {
       continue;
     }
-    lost_starts.reset(device.id);
+    lost_starts.reset(id);
     receivers_changed = true;
     if (manages() && running && !seen.heartbeat_monitored &&
-        seen.state == nmt::State::operational) {
-      send_nmt(nmt::Command::start, device.id, now);
+        (seen.state == nmt::State::operational || manager.starts(id))) {
+      send_nmt(nmt::Command::start, id, now);
     }
   }
 }

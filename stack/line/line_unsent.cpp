@@ -7,6 +7,9 @@ namespace linegate::line {
 
 void Line::Impl::note_acknowledged(std::uint64_t number, Instant now) {
   node.pdos().acknowledged(number);
+  if (manager.starts_any()) [[unlikely]] {
+    note_acknowledged_starts(number);
+  }
   if (lss.listens()) [[unlikely]] {
     lss.acknowledged(number, now);
   }

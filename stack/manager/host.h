@@ -17,6 +17,8 @@ class Host {
   virtual void may_operate(Instant now) = 0;
   // Sends an NMT command to one node, or to all with 0. Not the own node.
   virtual void send_nmt(nmt::Command command, std::uint8_t node, Instant now) = 0;
+  // Whether Manager::start_acknowledged() follows an NMT command start when the bus has it.
+  virtual bool acknowledges_starts() const = 0;
   // The same for the own node. Its dictionary may have other values afterwards.
   virtual void command_own(nmt::Command command, Instant now) = 0;
   virtual nmt::State own_state() const = 0;

@@ -51,6 +51,7 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
   seen.last_heard = now;
   seen.presence = Presence::present;
   seen.state = nmt::State::pre_operational;  // entered by itself right after the boot-up message
+  starting_.reset(node);
   life_.boot_up(node, now);
   shared_.boot_up(node, now);
   services_.sdo.forget_producer_time(node);
@@ -201,6 +202,7 @@ void Manager::miss(std::uint8_t node, Presence presence) {
   life_.forget(node);
   touch(node);
   host_.node_data_invalid(node);
+  starting_.reset(node);
 }
 
 // Nothing was heard for so long that the node cannot count as present any more. One that sends no
@@ -400,6 +402,7 @@ void Manager::refresh_list() {
 // Without error control nobody will tell the state, so the command has to stand for it.
 void Manager::assume_state(std::uint8_t node, nmt::Command command) {
   NodeState& seen = nodes_[node];
+  starting_.reset(node);
   if (seen.heartbeat_monitored) {
     return;
   }
@@ -409,11 +412,28 @@ void Manager::assume_state(std::uint8_t node, nmt::Command command) {
   if (life_.beats(node) || seen.presence != Presence::present) {
     return;
   }
+  starting_.set(node, command == nmt::Command::start && host_.acknowledges_starts());
+  if (starting_[node]) {
+    return;
+  }
   seen.cause = StateCause::command;
   if (!nmt::is_reset(command)) {
     seen.state = nmt::state_after(command);
   }
   touch(node);
+}
+
+void Manager::start_acknowledged(std::uint8_t node) {
+  NodeState& seen = nodes_[node];
+  if (!starting_[node]) {
+    return;
+  }
+  starting_.reset(node);
+  if (!seen.heartbeat_monitored && !life_.beats(node) && seen.presence == Presence::present) {
+    seen.cause = StateCause::command;
+    seen.state = nmt::State::operational;
+    touch(node);
+  }
 }
 
 }  // namespace linegate::manager

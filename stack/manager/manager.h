@@ -55,6 +55,11 @@ class Manager {
   void completed(const sdo::Completion& completion, Instant now);
   // Somebody asked for this NMT command by a Command; it has been sent. node 0 = all.
   void commanded(nmt::Command command, std::uint8_t node, Instant now);
+  // Nodes without error control that are Operational when the bus acknowledged their NMT start,
+  // see Host::acknowledges_starts().
+  bool starts_any() const { return starting_.any(); }
+  bool starts(std::uint8_t node) const { return starting_[node]; }
+  void start_acknowledged(std::uint8_t node);
   // An NMT command to a node, or all with 0, was sent or heard: the changes that it causes are not
   // spontaneous.
   void sent(nmt::Command command, std::uint8_t node, Instant now) {
@@ -178,6 +183,7 @@ class Manager {
   std::array<std::uint64_t, 128> revisions_{};
   std::uint64_t changes_ = 0;
   std::bitset<128> held_;
+  std::bitset<128> starting_;  // without error control, by a start that is not acknowledged yet
   StateChanges causes_;
   SharedIds shared_;
   nmt::LifeSigns life_;  // of nodes whose error control is not monitored

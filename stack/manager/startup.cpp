@@ -86,6 +86,7 @@ void Manager::end(Instant now) {
     leave_unwatched(*slot, now);
     touch(slot->plan.id);
   }
+  starting_.reset();
   boot_deadline_ = kNever;
   reaction_ = Reaction::none;
   nodes_stopped_ = false;

@@ -119,12 +119,16 @@ TEST_F(AcknowledgedOutputs, WithoutErrorControlAreNotValidByALostStart) {
   hand_out();
   hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
   line_->advance(now_);
-  EXPECT_THAT(hand_out(), ElementsAre("000#0105", "205#0900000003"));
-  line_->lost(given_ - 1, given_ - 1);
-  acknowledge_all();
-  EXPECT_FALSE(valid()) << "the device was not started";
+  EXPECT_THAT(hand_out(), ElementsAre("000#0105"));
+  line_->lost(given_, given_);
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational) << "nobody started it";
   line_->advance(now_);
-  EXPECT_THAT(hand_out(), ElementsAre("000#0105", "205#0900000003")) << "both again";
+  EXPECT_THAT(hand_out(), ElementsAre("000#0105")) << "again";
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
+  acknowledge_all();
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
+  EXPECT_FALSE(valid());
+  EXPECT_THAT(hand_out(), ElementsAre("205#0900000003"));
   acknowledge_all();
   EXPECT_TRUE(valid());
 }
