@@ -183,9 +183,8 @@ Reason Guard::judge_fragments(const Datagram& datagram, const Content& content) 
   return fragmented_.with(
       writer, datagram.now, [&] { return is_known(writer); },
       [&](IncompleteSamples& samples, bool) {
-        return samples.add(content.highest, content.sample, content.octets, datagram.now)
-                   ? Reason::none
-                   : Reason::fragment;
+        return samples.add(content.highest, content.fragments, datagram.now) ? Reason::none
+                                                                             : Reason::fragment;
       },
       Reason::writers);
 }

@@ -148,8 +148,7 @@ Reason check_data_frag(const Submessage& it, Content& out) {
   if (out.payload.size() < wanted || out.payload.size() > align4(wanted))
     return Reason::fragment;
   out.payload = {};
-  out.sample = it.body.u32(28);
-  out.octets = wanted;
+  out.fragments = {it.body.u32(28), it.body.u16(26), it.body.u32(20), it.body.u16(24), wanted};
   return Reason::none;
 }
 

@@ -52,14 +52,22 @@ bool has_header(Octets datagram);
 // follows at a multiple of 4.
 Reason split(Octets datagram, std::size_t at, Submessage& out);
 
+// What a DATA_FRAG has of a sample.
+struct Fragments {
+  std::uint32_t sample = 0;  // octets of the whole
+  std::uint32_t size = 0;    // of a fragment, but for the last one
+  std::uint32_t first = 0;   // from 1
+  std::uint32_t count = 0;
+  std::uint64_t octets = 0;  // of these fragments
+};
+
 // What a checked submessage names.
 struct Content {
   std::uint32_t reader = 0;  // entity IDs
   std::uint32_t writer = 0;
   Number highest = 0;  // DATA, DATA_FRAG, HEARTBEAT, GAP: highest number of the writer; else 0
   Number listed = 0;   // GAP: how many numbers it goes through
-  std::uint32_t sample = 0;  // DATA_FRAG: octets of the sample,
-  std::uint64_t octets = 0;  // and of the fragments
+  Fragments fragments;
   bool has_data = false;
   bool has_key = false;        // DATA: the payload is the key alone
   bool ends_instance = false;  // by its inline QoS

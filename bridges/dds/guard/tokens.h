@@ -24,6 +24,9 @@ class Tokens {
     return true;
   }
 
+  // Gives back `count`, >= 0, that were taken.
+  void give(Number count) { spent_ -= count * kPrice; }
+
  private:
   std::int64_t spent_ = std::numeric_limits<std::int64_t>::min();  // all tokens gained until then
 };

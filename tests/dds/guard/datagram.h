@@ -131,9 +131,9 @@ inline Fields data(std::int64_t number, std::uint32_t writer = kWriter, bool lit
   return Fields(little).u16(0).u16(16).entity(reader).entity(writer).number(number);
 }
 
-// DATA_FRAG with one fragment of 64 octets.
+// DATA_FRAG with one fragment of `size` octets.
 inline Fields fragment_of(std::uint32_t writer, std::int64_t number, std::uint32_t sample,
-                          std::uint32_t fragment = 1) {
+                          std::uint32_t fragment = 1, unsigned size = 64) {
   return Fields()
       .u16(0)
       .u16(28)
@@ -142,9 +142,9 @@ inline Fields fragment_of(std::uint32_t writer, std::int64_t number, std::uint32
       .number(number)
       .u32(fragment)
       .u16(1)
-      .u16(64)
+      .u16(size)
       .u32(sample)
-      .zeros(64);
+      .zeros(size);
 }
 
 inline constexpr unsigned kHasInlineQos = 0x02;  // flags of DATA

@@ -1,4 +1,6 @@
 // Whole datagrams: what the guard remembers of writers and readers.
+#include <random>
+
 #include "tests/dds/guard/guard_fixture.h"
 
 namespace linegate::test {
@@ -35,22 +37,59 @@ TEST_F(GuardTest, SubmessagesOfUnknownKindPass) {
 
 class FragmentsTest : public GuardTest {
  protected:
-  // One fragment of 64 octets of that sample.
-  Reason fragment(std::int64_t number, std::uint32_t size, std::uint32_t which = 1,
-                  Sender from = 1) {
-    return judge(Datagram(from).add(0x16, fragment_of(kWriter, number, size, which)));
+  // One fragment of that sample.
+  Reason fragment(std::int64_t number, std::uint32_t sample, std::uint32_t which = 1,
+                  Sender from = 1, unsigned size = 64) {
+    return judge(Datagram(from).add(0x16, fragment_of(kWriter, number, sample, which, size)));
+  }
+  // Begins small samples from that number on until one is dropped, 2,000 at most. How many.
+  std::uint64_t begin_all(std::int64_t number) {
+    std::uint64_t begun = 0;
+    while (begun < 2'000 &&
+           fragment(number + static_cast<std::int64_t>(begun), 128) == Reason::none)
+      ++begun;
+    return begun;
   }
   static constexpr std::uint32_t kMiB = 1U << 20U;
 };
 
-TEST_F(FragmentsTest, AWriterHasEightIncompleteSamples) {
-  for (std::int64_t number = 1; number <= 8; ++number)
-    EXPECT_EQ(fragment(number, 128), Reason::none);
-  EXPECT_EQ(fragment(9, 128), Reason::fragment);
-  EXPECT_EQ(fragment(9, 128, 1, 2), Reason::none);  // another writer
-  EXPECT_EQ(fragment(3, 128, 2), Reason::none);     // now it is complete
-  EXPECT_EQ(fragment(9, 128), Reason::none);
-  EXPECT_EQ(fragment(10, 128), Reason::fragment);
+// A writer with keep last 1 replaces what lost a fragment before it is repeated.
+TEST_F(FragmentsTest, AWriterOnALinkWithLossesLosesNoWholeSample) {
+  std::mt19937 random(1);
+  for (std::int64_t number = 1; number <= 30'000; ++number, now += kSecond / 100) {
+    for (std::uint32_t which = 1; which <= 3; ++which) {
+      if (random() % 10 != 0) {
+        ASSERT_EQ(fragment(number, 3 * 1344, which, 1, 1344), Reason::none) << number;
+      }
+    }
+  }
+}
+
+TEST_F(FragmentsTest, AWriterThatRepeatsWhatWasLostLosesNothing) {
+  std::mt19937 random(1);
+  for (std::int64_t number = 1; number <= 30'000; ++number, now += kSecond / 1'000) {
+    if (random() % 10 != 0) {
+      ASSERT_EQ(fragment(number, 2 * 1344, 1, 1, 1344), Reason::none) << number;
+    }
+    ASSERT_EQ(fragment(number, 2 * 1344, 2, 1, 1344), Reason::none) << number;
+    ASSERT_EQ(fragment(std::max(number - 10, std::int64_t{1}), 2 * 1344, 1, 1, 1344), Reason::none)
+        << number;
+  }
+}
+
+// The library goes on to hold them: whether it takes a HEARTBEAT or a GAP does not show.
+TEST_F(FragmentsTest, IncompleteSamplesOfAWriterAreBounded) {
+  std::uint64_t begun = begin_all(1);
+  EXPECT_EQ(begun, 512U);                           // 4 MiB, 8192 octets each
+  EXPECT_EQ(fragment(1, 128, 1, 2), Reason::none);  // another writer
+  constexpr std::int64_t kNext = 1'000;
+  EXPECT_EQ(judge(Datagram().add(0x07, heartbeat(kNext, kNext))), Reason::none);
+  EXPECT_EQ(judge(Datagram().add(0x08, gap(1, 200))), Reason::none);
+  EXPECT_EQ(fragment(kNext, 128), Reason::fragment);
+  for (int second = 0; second < 100; ++second, now += kSecond)
+    begun += begin_all(kNext * (second + 1));
+  EXPECT_LE(begun, 512U + 512U * 10);
+  EXPECT_GE(begun, 512U * 10);  // 100 s
 }
 
 TEST_F(FragmentsTest, TheirOctetsAreBounded) {
@@ -60,14 +99,54 @@ TEST_F(FragmentsTest, TheirOctetsAreBounded) {
   EXPECT_EQ(fragment(1, 2 * kMiB, 1, 2), Reason::none);
   EXPECT_EQ(fragment(2, 2 * kMiB, 1, 2), Reason::none);
   EXPECT_EQ(fragment(3, 128, 1, 2), Reason::fragment);
+  now += 11 * kSecond;
+  EXPECT_EQ(fragment(2, 4 * kMiB), Reason::none);
+  EXPECT_EQ(fragment(3, 128), Reason::fragment);
 }
 
-TEST_F(FragmentsTest, AFragmentThatIsRepeatedBeginsNoSample) {
-  EXPECT_EQ(fragment(1, 128, 1), Reason::none);
-  EXPECT_EQ(fragment(1, 128, 2), Reason::none);
-  EXPECT_EQ(fragment(1, 128, 2), Reason::none);
-  for (std::int64_t number = 2; number <= 9; ++number)
-    EXPECT_EQ(fragment(number, 128), Reason::none) << number;
+TEST_F(FragmentsTest, ASampleThatIsCompleteCountsNoLonger) {
+  for (std::int64_t number = 1; number <= 2'000; ++number) {
+    EXPECT_EQ(fragment(number, 128, 1), Reason::none);
+    EXPECT_EQ(fragment(number, 128, 2), Reason::none);
+    EXPECT_EQ(fragment(number, 128, 2), Reason::none);
+  }
+  EXPECT_EQ(fragment(2'001, 4 * kMiB), Reason::none);
+}
+
+TEST_F(FragmentsTest, ALargeSampleThatIsCompleteCountsNoLonger) {
+  for (std::int64_t number = 1; number <= 4; ++number) {
+    for (std::uint32_t which = 1; which <= 4 * kMiB / 32'768; ++which)
+      EXPECT_EQ(fragment(number, 4 * kMiB, which, 1, 32'768), Reason::none) << number;
+  }
+}
+
+// One fragment twice does not complete a sample of two, nor do fragments of another size.
+TEST_F(FragmentsTest, AFragmentThatIsRepeatedCompletesNoSample) {
+  std::uint64_t begun = 0;
+  while (begun < 2'000 && fragment(static_cast<std::int64_t>(begun) + 1, 128) == Reason::none) {
+    ++begun;
+    EXPECT_EQ(fragment(static_cast<std::int64_t>(begun), 128), Reason::none);
+  }
+  EXPECT_EQ(begun, 512U);
+  begun = 0;
+  while (begun < 2'000 &&
+         fragment(static_cast<std::int64_t>(begun) + 1, 128, 1, 2) == Reason::none) {
+    ++begun;
+    fragment(static_cast<std::int64_t>(begun), 128, 2, 2, 100);
+  }
+  EXPECT_LE(begun, 512U);
+}
+
+// Fragments of so small a sample that it costs more than its octets: only those are counted.
+TEST_F(FragmentsTest, ASmallSampleOfManyFragmentsIsPaidFor) {
+  std::uint64_t begun = 0;
+  while (begun < 2'000 &&
+         fragment(static_cast<std::int64_t>(begun) + 1, 4 * 65, 1, 1, 4) == Reason::none) {
+    ++begun;
+    for (std::uint32_t which = 1; which <= 64; ++which)
+      fragment(static_cast<std::int64_t>(begun), 4 * 65, 1, 1, 4);
+  }
+  EXPECT_EQ(begun, 512U);
 }
 
 // Of a number that the library may not have seen complete.
@@ -81,25 +160,6 @@ TEST_F(FragmentsTest, ANumberThatIsCompleteIsNoPassForAnotherSize) {
   EXPECT_EQ(fragment(3, 4 * kMiB), Reason::fragment);
 }
 
-TEST_F(FragmentsTest, ASampleWithoutAFragmentFor10SecondsGivesItsPlace) {
-  for (std::int64_t number = 1; number <= 8; ++number)
-    EXPECT_EQ(fragment(number, 512), Reason::none);
-  now += 6 * kSecond;
-  EXPECT_EQ(fragment(1, 512, 2), Reason::none);
-  now += 5 * kSecond;
-  for (std::int64_t number = 9; number <= 15; ++number)
-    EXPECT_EQ(fragment(number, 512), Reason::none);
-  EXPECT_EQ(fragment(16, 512), Reason::fragment);
-}
-
-TEST_F(FragmentsTest, AHeartbeatOrAGapEndsNoSample) {
-  for (std::int64_t number = 1; number <= 8; ++number)
-    EXPECT_EQ(fragment(number, 128), Reason::none);
-  EXPECT_EQ(judge(Datagram().add(0x07, heartbeat(9, 9))), Reason::none);
-  EXPECT_EQ(judge(Datagram().add(0x08, gap(1, 9))), Reason::none);
-  EXPECT_EQ(fragment(9, 128), Reason::fragment);
-}
-
 TEST_F(FragmentsTest, AnAnnouncementOfAParticipantHasNoFragments) {
   EXPECT_EQ(judge(Datagram().add(0x16, fragment_of(entity::kParticipants, 1, 128))),
             Reason::discovery);
@@ -108,10 +168,10 @@ TEST_F(FragmentsTest, AnAnnouncementOfAParticipantHasNoFragments) {
 
 TEST_F(FragmentsTest, AWriterThatIsLostIsForgotten) {
   guard.participant_found(prefix_of(1));
-  for (std::int64_t number = 1; number <= 8; ++number)
-    EXPECT_EQ(fragment(number, 128), Reason::none);
+  EXPECT_EQ(fragment(1, 4 * kMiB), Reason::none);
+  EXPECT_EQ(fragment(2, 128), Reason::fragment);
   guard.endpoint_lost(dds::guard::make_guid(prefix_of(1), kWriter));
-  EXPECT_EQ(fragment(9, 128), Reason::none);
+  EXPECT_EQ(fragment(2, 128), Reason::none);
 }
 
 // --- statistics ----------------------------------------------------------------------------------
