@@ -102,16 +102,18 @@ int with_client(const Options& options, const Topics& topics,
   client_options.outputs = topics.outputs;
   set_up_library_log(options.verbose);
   auto made = dds::Client::make(client_options);
+  KeptStream out(std::cout);
+  KeptStream err(std::cerr);
   for (const Diagnostic& diagnostic : made.diagnostics) {
-    std::cerr << to_string(diagnostic) << '\n';
+    err << to_string(diagnostic) << '\n';
   }
   if (!made.ok()) {
+    options.json ? print_failure(std::cout, err.text()) : void();
     return kExitFailed;
   }
   RemoteClient client(*std::move(made.value));
-  KeptStream err(std::cerr);
   console::Context context{.client = client,
-                           .out = std::cout,
+                           .out = out,
                            .err = err,
                            .json = options.json,
                            .utc = options.utc,
@@ -120,6 +122,8 @@ int with_client(const Options& options, const Topics& topics,
   const int code = action(context);
   if (code == console::kUsage && options.json) {
     print_usage_error(std::cout, err.text());
+  } else if (code == console::kFailed && options.json && out.text().empty()) {
+    print_failure(std::cout, err.text());
   }
   return code;
 }

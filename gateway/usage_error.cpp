@@ -1,16 +1,30 @@
 #include "gateway/usage_error.h"
 
+#include <utility>
+
 #include "gateway/json_writer.h"
 
 namespace linegate::gateway {
 
-void print_usage_error(std::ostream& out, std::string text) {
+namespace {
+
+void print_problem(std::ostream& out, const char* domain, std::string text) {
   while (text.ends_with('\n')) {
     text.pop_back();
   }
   JsonWriter json;
-  json.begin_object().member("ok", false).member("domain", std::string("usage"));
+  json.begin_object().member("ok", false).member("domain", std::string(domain));
   out << json.member("text", text).end_object().text() << std::endl;
+}
+
+}  // namespace
+
+void print_usage_error(std::ostream& out, std::string text) {
+  print_problem(out, "usage", std::move(text));
+}
+
+void print_failure(std::ostream& out, std::string text) {
+  print_problem(out, "console", std::move(text));
 }
 
 KeptStream::int_type KeptStream::Buffer::overflow(int_type character) {

@@ -1,5 +1,5 @@
-// Wrong usage of linegate: in words on standard error, and with --json as an object on standard
-// output.
+// What fails in linegate without a refusal of a gateway: in words on standard error, and with
+// --json as an object on standard output.
 #pragma once
 
 #include <ostream>
@@ -11,6 +11,8 @@ namespace linegate::gateway {
 // {"ok":false,"domain":"usage","text":...} and a line feed. The text loses its line feeds at the
 // end.
 void print_usage_error(std::ostream& out, std::string text);
+// The same with the domain "console".
+void print_failure(std::ostream& out, std::string text);
 
 // An output stream that writes to another one and keeps what it wrote.
 class KeptStream : public std::ostream {

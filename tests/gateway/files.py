@@ -81,6 +81,18 @@ def wrong_usage_is_an_object(folder, linegate):
             raise Failure(f"{words} says nothing")
 
 
+def what_no_gateway_answers_is_an_object(linegate):
+    for words in (("lines",), ("nodes", "press"), ("image", "press"), ("sdo", "read", "press:5", "1000"),
+                  ("sdo", "read", "press:all", "1000"), ("sdo", "write", "press:all", "1017", "u16", "500"),
+                  ("nmt", "start", "press:all"), ("write", "press", "drive1.Controlword", "6"), ("boot", "press:5"),
+                  ("emcy", "press")):
+        done = run(linegate, "--json", "--wait", "0.1", *words)
+        expect(f"the exit status of {words}", done.returncode, 1)
+        told = json.loads(done.stdout)
+        expect(f"the domain of {words}", (told["ok"], told["domain"]), (False, "console"))
+        expect(f"the text of {words}", told["text"] and told["text"] in done.stderr, True)
+
+
 def completed(plant, *words):
     """What the bash completion offers for the last of the words, with that plant file."""
     script = os.path.join(plant_process.SOURCES, "deploy", "package", "linegate.bash")
@@ -139,6 +151,7 @@ def test(folder, _linegated, linegate, _profiles):
     a_pipe_is_decoded_line_by_line(linegate)
     wrong_words_are_named(linegate)
     wrong_usage_is_an_object(folder, linegate)
+    what_no_gateway_answers_is_an_object(linegate)
     names_are_for_completion(folder, linegate)
     names_from_the_network_are_not_expanded(folder, linegate)
 
