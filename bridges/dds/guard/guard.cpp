@@ -50,21 +50,40 @@ struct Guard::Datagram {
   Prefix source{};       // of the participant that INFO_SRC named last
   std::size_t size = 0;  // to pass on
   Protection protection;
+  Places left_out{};
 };
 
 Guard::Verdict Guard::judge(Octets octets, std::int64_t now, const Address& from) {
   received_.fetch_add(1, std::memory_order_relaxed);
-  Verdict verdict{Reason::header, 0};
+  Verdict verdict{Reason::header, 0, {}};
   if (has_header(octets)) {
     Datagram datagram{octets,        now,
                       from,          prefix_at(octets, kPrefixAt),
                       octets.size(), Protection(protection_required_)};
     verdict.reason = walk(datagram);
     verdict.size = datagram.size;
+    verdict.left_out = datagram.left_out;
   }
   if (verdict.reason != Reason::none)
     dropped_[static_cast<std::size_t>(verdict.reason)].fetch_add(1, std::memory_order_relaxed);
   return verdict;
+}
+
+void Guard::sent(Octets datagram) {
+  if (!has_header(datagram))
+    return;
+  Prefix to{};
+  Submessage submessage;
+  for (std::size_t at = kHeader; at < datagram.size(); at += 4 + submessage.body.size()) {
+    if (split(datagram, at, submessage) != Reason::none)
+      return;
+    Content content;
+    if (submessage.kind == Kind::info_dst && check(submessage, content) == Reason::none)
+      to = prefix_at(submessage.body.octets(), 0);
+    else if (submessage.kind == Kind::acknack && check(submessage, content) == Reason::none)
+      writers_.find(make_guid(to, content.writer),
+                    [&](WriterNumbers& numbers) { numbers.kept.acknowledged(content.first); });
+  }
 }
 
 Reason Guard::walk(Datagram& datagram) {
@@ -101,7 +120,7 @@ Reason Guard::judge_submessage(Datagram& datagram, const Submessage& submessage)
       return judge_numbers(datagram, content);
     case Kind::gap:
       reason = judge_numbers(datagram, content);
-      return reason == Reason::none ? judge_gap(datagram, content) : reason;
+      return reason == Reason::none ? judge_gap(datagram, submessage, content) : reason;
     case Kind::data_frag:
       reason = judge_numbers(datagram, content);
       return reason == Reason::none ? judge_fragments(datagram, content) : reason;
@@ -161,18 +180,36 @@ Reason Guard::judge_numbers(const Datagram& datagram, const Content& content) {
 }
 
 // The library ignores a GAP of a writer that it has not found: that takes no tokens of others.
-Reason Guard::judge_gap(const Datagram& datagram, const Content& content) {
-  if (is_stateless(content.writer) || content.listed <= kFewNumbers)
+Reason Guard::judge_gap(Datagram& datagram, const Submessage& submessage, const Content& content) {
+  if (is_stateless(content.writer) || content.listed == 0)
     return Reason::none;
   const Guid writer = make_guid(datagram.source, content.writer);
+  const bool found = is_known(writer);
+  bool kept = false;
   bool ok = false;
-  writers_.find(writer,
-                [&](WriterNumbers& numbers) { ok = numbers.walk(content.listed, datagram.now); });
-  if (ok && is_known(writer)) {
+  writers_.find(writer, [&](WriterNumbers& numbers) {
+    kept = numbers.kept.keep(content.first, content.listed, found, kept_);
+    ok = kept && numbers.walk(content.listed, datagram.now);
+  });
+  if (!kept)
+    return leave_out(datagram, submessage);
+  if (ok && found && content.listed > kFewNumbers) {
     const std::lock_guard lock(walked_mutex_);
     ok = walked_.take(content.listed, datagram.now);
   }
   return ok ? Reason::none : Reason::rate;
+}
+
+// What else is in the datagram is passed on. A PAD of length 0 would not reach to its end.
+Reason Guard::leave_out(Datagram& datagram, const Submessage& submessage) {
+  Places& out = datagram.left_out;
+  if (submessage.open_end)
+    datagram.size = std::min(datagram.size, submessage.at);
+  else if (out.count < out.at.size())
+    out.at[out.count++] = submessage.at;
+  else
+    return Reason::rate;
+  return Reason::none;
 }
 
 // A participant's announcement fits into one datagram; in fragments it would pass unread.

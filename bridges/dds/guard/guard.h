@@ -29,14 +29,23 @@ class Guard {
   explicit Guard(bool protection_required, DiscoveryLimits limits = {})
       : protection_required_(protection_required), discovered_(std::move(limits)) {}
 
+  // Where submessages begin.
+  struct Places {
+    std::array<std::size_t, 8> at{};
+    std::size_t count = 0;
+  };
   struct Verdict {
     Reason reason = Reason::none;
     std::size_t size = 0;  // octets to pass on: all, but for a statistics submessage at the end
+    Places left_out;       // GAPs that are to be made PAD
   };
 
   // now: ns of any clock that does not go back. from: the sender's address, zeros if there is none.
   // From any thread; counts. Does not allocate.
   Verdict judge(Octets datagram, std::int64_t now, const Address& from = {});
+  // Notes what readers here acknowledge in a datagram that is sent. From any thread. Does not
+  // allocate.
+  void sent(Octets datagram);
 
   // What discovery found, so that it keeps its place in the tables, and what it lost. From any
   // thread.
@@ -59,7 +68,8 @@ class Guard {
   void leave_out_end(Datagram& datagram, const Submessage& submessage,
                      const Content& content) const;
   Reason judge_numbers(const Datagram& datagram, const Content& content);
-  Reason judge_gap(const Datagram& datagram, const Content& content);
+  Reason judge_gap(Datagram& datagram, const Submessage& submessage, const Content& content);
+  static Reason leave_out(Datagram& datagram, const Submessage& submessage);
   Reason judge_fragments(const Datagram& datagram, const Content& content);
   void note_end(const Datagram& datagram, const Content& content);
   Reason judge_payload(const Datagram& datagram, const Content& content);
@@ -71,6 +81,7 @@ class Guard {
   bool is_known(const Guid& guid) const;
 
   const bool protection_required_;
+  std::atomic<Number> kept_{0};  // KeptNumbers of all writers
   GuidTable<WriterNumbers, 1024> writers_;
   GuidTable<Reliability, 512> readers_;
   GuidTable<IncompleteSamples, 1024> fragmented_;  // of writers that send fragments

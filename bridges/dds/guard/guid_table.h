@@ -65,8 +65,10 @@ class GuidTable {
   template <class Which>
   void forget(Which which) {
     each_entry([&](Entry& entry) {
-      if (which(entry.guid))
+      if (which(entry.guid)) {
         entry.taken = false;
+        entry.value = Value{};
+      }
     });
   }
 

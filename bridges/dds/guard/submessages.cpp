@@ -28,6 +28,7 @@ Reason check_acknack(const Wire& body, Content& out) {
   if (!set_fits(body, 16, 4))
     return Reason::sequence_set;
   const Number base = body.number(8);
+  out.first = base;
   if (base == 0 && body.u32(16) == 0)
     return Reason::none;
   return is_number(base) ? Reason::none : Reason::sequence_number;
@@ -60,6 +61,7 @@ Reason check_gap(const Wire& body, Content& out) {
   out.reader = body.entity(0);
   out.writer = body.entity(4);
   out.highest = base - 1 + body.u32(24);
+  out.first = start;
   out.listed = out.highest - start + 1;
   return Reason::none;
 }

@@ -66,6 +66,7 @@ struct Content {
   std::uint32_t reader = 0;  // entity IDs
   std::uint32_t writer = 0;
   Number highest = 0;  // DATA, DATA_FRAG, HEARTBEAT, GAP: highest number of the writer; else 0
+  Number first = 0;    // GAP: its first number; ACKNACK: all numbers below it are acknowledged
   Number listed = 0;   // GAP: how many numbers it goes through
   Fragments fragments;
   bool has_data = false;

@@ -1,6 +1,7 @@
 #include "bridges/dds/guard/transport.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstring>
 #include <fstream>
@@ -38,6 +39,32 @@ sockaddr_in tcp_address(const rtps::Locator_t& locator) {
   return out;
 }
 
+// Its members are protected for those that make one.
+struct Sender final : rtps::SenderResource {
+  // Shows to the guard what it sends.
+  static void show(rtps::SenderResource& sender, const std::shared_ptr<Guard>& guard) {
+    auto& send = sender.*(&Sender::send_lambda_);
+    send = [guard, below = std::move(send)](
+               const rtps::octet* octets, std::uint32_t size, rtps::LocatorsIterator* begin,
+               rtps::LocatorsIterator* end, const std::chrono::steady_clock::time_point& until) {
+      guard->sent({octets, size});
+      return below(octets, size, begin, end, until);
+    };
+  }
+};
+
+// The datagram with those submessages as PAD; empty if it is too long. Valid until the next call
+// in the same thread. What was received may lie in memory that is shared with other processes.
+Octets padded(Octets datagram, const Guard::Places& places) {
+  thread_local std::array<std::uint8_t, 65'536> copy;
+  if (datagram.size() > copy.size())
+    return {};
+  std::copy(datagram.begin(), datagram.end(), copy.begin());
+  for (std::size_t i = 0; i < places.count; ++i)
+    copy[places.at[i]] = static_cast<std::uint8_t>(Kind::pad);
+  return {copy.data(), datagram.size()};
+}
+
 struct Descriptor final : fast::ChainingTransportDescriptor {
   Descriptor(std::shared_ptr<fast::TransportDescriptorInterface> below,
              std::shared_ptr<Guard> its_guard)
@@ -57,11 +84,10 @@ class Transport final : public fast::ChainingTransport {
   // The transport below recognises its own senders alone: with wrapped ones TCP and shared memory
   // open another at each discovery and send everything once with each.
   bool OpenOutputChannel(fast::SendResourceList& senders, const rtps::Locator_t& to) override {
-    if (to.kind != LOCATOR_KIND_TCPv4)
-      return low_level_transport_->OpenOutputChannel(senders, to);
-    const NewConnections connections(tcp_address(to));
-    const bool open = low_level_transport_->OpenOutputChannel(senders, to);
-    connections.end_answered();
+    const std::size_t first = senders.size();
+    const bool open = open_below(senders, to);
+    for (std::size_t i = first; i < senders.size(); ++i)
+      Sender::show(*senders[i], descriptor_.guard);
     return open;
   }
   bool send(rtps::SenderResource* below, const rtps::octet* octets, std::uint32_t size,
@@ -78,11 +104,26 @@ class Transport final : public fast::ChainingTransport {
     Address from{};
     std::copy(std::begin(remote.address), std::end(remote.address), from.begin());
     const Guard::Verdict verdict = descriptor_.guard->judge({octets, size}, steady_ns(), from);
-    if (verdict.reason == Reason::none)
-      next->OnDataReceived(octets, static_cast<std::uint32_t>(verdict.size), local, remote);
+    if (verdict.reason != Reason::none)
+      return;
+    Octets datagram{octets, verdict.size};
+    if (verdict.left_out.count != 0)
+      datagram = padded(datagram, verdict.left_out);
+    if (!datagram.empty())
+      next->OnDataReceived(datagram.data(), static_cast<std::uint32_t>(datagram.size()), local,
+                           remote);
   }
 
  private:
+  bool open_below(fast::SendResourceList& senders, const rtps::Locator_t& to) {
+    if (to.kind != LOCATOR_KIND_TCPv4)
+      return low_level_transport_->OpenOutputChannel(senders, to);
+    const NewConnections connections(tcp_address(to));
+    const bool open = low_level_transport_->OpenOutputChannel(senders, to);
+    connections.end_answered();
+    return open;
+  }
+
   Descriptor descriptor_;
 };
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "bridges/dds/guard/kept_numbers.h"
 #include "bridges/dds/guard/tokens.h"
 #include "bridges/dds/guard/wire.h"
 
@@ -49,6 +50,8 @@ class WriterNumbers {
   bool walk(Number listed, std::int64_t now) {
     return listed <= kFewNumbers || walked_.take(listed, now);
   }
+
+  KeptNumbers kept;
 
  private:
   static constexpr std::int64_t kNever = INT64_MIN;

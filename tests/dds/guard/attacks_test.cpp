@@ -1,6 +1,7 @@
 // The known attacks on Fast DDS 2.9.1, sent to a live gateway and to the live participants of this
 // process. Each would abort them, or keep a thread of theirs busy for ever.
 #include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/DataReader.hpp>
 #include <fastdds/rtps/common/Guid.h>
 #include <gtest/gtest.h>
@@ -27,6 +28,27 @@ dds::guard::Guid to_guid(const eprosima::fastrtps::rtps::GUID_t& it) {
 
 std::uint32_t entity_of(const dds::guard::Guid& guid) {
   return dds::guard::Wire(guid, false).u32(12);
+}
+
+// Of a participant that the library takes note of, whose builtin endpoints are matched.
+Datagram announcement(Sender sender) {
+  Fields guid;
+  for (const std::uint8_t octet : dds::guard::make_guid(prefix_of(sender), 0x000001C1))
+    guid.u8(octet);
+  const Fields locator = Fields().u32(1).u32(9).zeros(12).u8(127).u8(0).u8(0).u8(1);
+  const Fields list = Fields()
+                          .u8(0)
+                          .u8(3)
+                          .u16(0)
+                          .parameter(0x15, Fields().u8(2).u8(3).zeros(2))
+                          .parameter(0x16, Fields().u8(1).u8(0x0F).zeros(2))
+                          .parameter(0x50, guid)
+                          .parameter(0x32, locator)
+                          .parameter(0x31, locator)
+                          .parameter(0x02, Fields().u32(600).zeros(4))
+                          .parameter(0x58, Fields().u32(0x0C3F))
+                          .sentinel();
+  return Datagram(sender).add(0x15, data(1, entity::kParticipants).octets(list.get()), kHasData);
 }
 
 class Lines : public dds::ClientListener {
@@ -127,6 +149,22 @@ TEST_F(Attack, AGapOverAllNumbersOfALiveWriter) {
                         Reason::sequence_number));
     EXPECT_TRUE(
         dropped(forged().add(0x08, gap(1, std::int64_t{1} << 40, 0, true, writer)), Reason::rate));
+  }
+}
+
+// The library would keep each of its numbers, because the first one is missing: 64 octets each.
+TEST_F(Attack, AGapOverManyNumbersOfAnInventedParticipant) {
+  constexpr std::size_t kGrowth = 50U << 20U;
+  const std::size_t before = gateway.resident();
+  for (Sender stranger = 9; stranger < 12; ++stranger) {
+    for (int i = 0; i < 3; ++i)
+      forger.unicast(announcement(stranger).get());
+    EXPECT_TRUE(a_new_client_finds_the_gateway());  // which has read the announcement before
+    for (const std::int64_t base : {1 << 24, 2 + (1 << 17)})
+      forger.unicast(
+          Datagram(stranger).add(0x08, gap(2, base, 0, true, entity::kPublications)).get());
+    EXPECT_TRUE(a_new_client_finds_the_gateway());
+    ASSERT_LT(gateway.resident(), before + kGrowth);
   }
 }
 
@@ -306,6 +344,45 @@ TEST(GuardedSystem, ALateJoinerOfAnOldWriterGetsItsData) {
     outputs->write(&sample);
     return !gateway.expect("output line=line1 client=old", std::chrono::milliseconds(200)).empty();
   }));
+  EXPECT_TRUE(gateway.end());
+}
+
+// The writer keeps samples 2 and 1,000,001; the reader shall have neither. The GAP over them begins
+// above number 1, and the writer repeats it until the reader has said what it misses.
+TEST(GuardedSystem, ALateJoinerOfAHistoryWithAHoleGetsItsData) {
+  std::vector<Diagnostic> diagnostics;
+  dds::Endpoints endpoints("old", domain(), LOOPBACK_PROFILES, diagnostics);
+  auto* as_configured = endpoints.writer<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
+  ASSERT_NE(as_configured, nullptr);
+  eprosima::fastdds::dds::DataWriterQos qos = as_configured->get_qos();
+  qos.durability().kind = eprosima::fastdds::dds::TRANSIENT_LOCAL_DURABILITY_QOS;
+  qos.history().kind = eprosima::fastdds::dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = 1;
+  auto* outputs = const_cast<eprosima::fastdds::dds::Publisher*>(as_configured->get_publisher())
+                      ->create_datawriter(as_configured->get_topic(), qos);
+  ASSERT_NE(outputs, nullptr);
+  v1::OutputWrite sample;
+  sample.gateway(known::kGateway);
+  sample.line(known::kLine);
+  sample.values().resize(1);
+  sample.values()[0].data({1});
+  sample.client("old");
+  outputs->write(&sample);
+  sample.group(1);  // another instance
+  outputs->write(&sample);
+  sample.group(0);
+  for (int i = 0; i < 1'000'000; ++i)
+    outputs->write(&sample);
+  Peer gateway("gateway");
+  ASSERT_FALSE(gateway.expect("ready").empty());
+  EXPECT_TRUE(eventually(
+      [&] {
+        outputs->write(&sample);
+        return !gateway
+                    .expect("output line=line1 client=old group=0", std::chrono::milliseconds(200))
+                    .empty();
+      },
+      std::chrono::seconds(60)));
   EXPECT_TRUE(gateway.end());
 }
 

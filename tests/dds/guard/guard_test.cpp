@@ -272,7 +272,6 @@ TEST_F(GuardTest, AGapIsPaidForEachTime) {
   EXPECT_EQ(skip(kFirst), Reason::none);
   EXPECT_EQ(skip(kFirst), Reason::none);  // to another reader
   EXPECT_EQ(skip(kFirst), Reason::rate);
-  EXPECT_EQ(judge(Datagram().add(0x08, gap(2, kFirst))), Reason::rate);
   EXPECT_EQ(skip(256), Reason::none);
   now += 30 * kSecond;
   EXPECT_EQ(skip(kFirst), Reason::rate);

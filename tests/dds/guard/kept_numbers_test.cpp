@@ -1,0 +1,161 @@
+// Whole datagrams: GAPs whose numbers the library would keep.
+#include "tests/dds/guard/guard_fixture.h"
+
+namespace linegate::test {
+namespace {
+
+using dds::guard::kHeader;
+using dds::guard::Reason;
+
+constexpr std::int64_t kKeptFew = dds::guard::KeptNumbers::kFew;
+constexpr std::int64_t kKept = dds::guard::KeptNumbers::kMost;
+constexpr std::int64_t kKeptOfAll = dds::guard::KeptNumbers::kMostOfAll;
+constexpr std::int64_t kFar = std::int64_t{1} << 24;
+
+class KeptNumbersTest : public GuardTest {
+ protected:
+  void find(Sender from) {
+    guard.participant_found(prefix_of(from));
+    guard.endpoint_found(dds::guard::make_guid(prefix_of(from), kWriter));
+    EXPECT_EQ(beat(kFar, from), Reason::none);  // so that the rate is no matter
+  }
+  // Whether a GAP of that sender from start to base - 1 is passed on.
+  bool passes(std::int64_t start, std::int64_t base, Sender from = 1, std::uint32_t bits = 0) {
+    auto datagram = Datagram(from).add(0x08, gap(start, base, bits)).add(0x07, heartbeat(1, 1));
+    const Guard::Verdict verdict = guard.judge(datagram.get(), now);
+    EXPECT_EQ(verdict.reason, Reason::none);
+    EXPECT_EQ(verdict.size, datagram.get().size());
+    EXPECT_EQ(verdict.left_out.at[0], verdict.left_out.count * kHeader);
+    return verdict.left_out.count == 0;
+  }
+  // A reader here sends that it has all numbers below base.
+  void acknowledge(std::int64_t base, Sender to = 1, bool little = true) {
+    Fields info;
+    for (const std::uint8_t octet : prefix_of(to))
+      info.u8(octet);
+    guard.sent(Datagram(99)
+                   .add(0x09, Fields(little).zeros(8))
+                   .add(0x0E, info)
+                   .add(0x06, acknack(base, base == 0 ? 0 : 32, kReader, kWriter, little))
+                   .get());
+  }
+};
+
+TEST_F(KeptNumbersTest, AGapAboveAMissingNumberIsLeftOut) {
+  find(1);
+  EXPECT_FALSE(passes(2, kFar));
+  EXPECT_TRUE(passes(1, kFar));
+  EXPECT_FALSE(passes(2, kFar)) << "it is not certain that a reader got the other one";
+}
+
+TEST_F(KeptNumbersTest, AGapFromTheFirstMissingNumberOnCostsNothing) {
+  find(1);
+  for (const bool little : {true, false}) {
+    for (const std::int64_t base : {1'000, 5'000'000}) {
+      acknowledge(base, 1, little);
+      EXPECT_FALSE(passes(base + 1, base + 5'000'000));
+      EXPECT_TRUE(passes(base, base + 5'000'000));
+      EXPECT_TRUE(passes(5, base + 5'000'000));
+      now += 100 * kSecond;
+    }
+  }
+  acknowledge(0);  // of a reader that begins
+  EXPECT_FALSE(passes(2, 5'000'000));
+}
+
+TEST_F(KeptNumbersTest, NumbersAreCountedUntilNoneBelowThemIsMissing) {
+  find(1);
+  EXPECT_TRUE(passes(10, 10 + kKept / 2));
+  EXPECT_TRUE(passes(10 + kKept / 2, 10 + kKept));
+  EXPECT_FALSE(passes(2'000'000, 2'000'001));
+  acknowledge(9);
+  EXPECT_FALSE(passes(2'000'000, 2'000'001));
+  acknowledge(10 + kKept - 100);  // 99 are left above it
+  EXPECT_TRUE(passes(2'000'000, 2'000'000 + kKept - 99));
+  EXPECT_FALSE(passes(2'000'000, 2'000'001));
+}
+
+TEST_F(KeptNumbersTest, TheSetOfAGapCountsToo) {
+  find(1);
+  EXPECT_TRUE(passes(3, 4, 1, 256));
+  EXPECT_FALSE(passes(10, 10 + kKept - 256));
+  EXPECT_TRUE(passes(10, 10 + kKept - 257));
+}
+
+TEST_F(KeptNumbersTest, AWriterThatDiscoveryDidNotFindHasFew) {
+  EXPECT_EQ(beat(kFar), Reason::none);
+  EXPECT_FALSE(passes(2, 3 + kKeptFew));
+  EXPECT_TRUE(passes(2, 2 + kKeptFew));
+  EXPECT_FALSE(passes(2, 3));
+  find(1);
+  EXPECT_TRUE(passes(2, 3));
+}
+
+TEST_F(KeptNumbersTest, AllWritersShareWhatExceedsFew) {
+  constexpr Sender kWriters = kKeptOfAll / kKept;
+  for (Sender from = 1; from <= kWriters; ++from) {
+    find(from);
+    EXPECT_TRUE(passes(2, 2 + kKept, from));
+  }
+  find(100);
+  EXPECT_FALSE(passes(2, 3 + kKeptFew + kWriters * kKeptFew, 100));
+  EXPECT_TRUE(passes(2, 2 + kKeptFew + kWriters * kKeptFew, 100));
+  find(101);
+  EXPECT_FALSE(passes(2, 3 + kKeptFew, 101));
+  EXPECT_TRUE(passes(2, 2 + kKeptFew, 101));
+  EXPECT_TRUE(passes(1, 1'000'000, 101));
+  acknowledge(2 + kKept, 1);
+  EXPECT_TRUE(passes(300, 300 + kKept - kKeptFew, 101));
+  guard.participant_lost(prefix_of(2));
+  find(102);
+  EXPECT_TRUE(passes(2, 2 + kKept, 102));
+  guard.endpoint_lost(dds::guard::make_guid(prefix_of(102), kWriter));
+  find(103);
+  EXPECT_TRUE(passes(2, 2 + kKept, 103));
+}
+
+TEST_F(KeptNumbersTest, OtherSubmessagesOfItsDatagramPass) {
+  find(1);
+  auto several = Datagram().add(0x08, gap(2, kFar)).add(0x08, gap(1, 5)).add(0x07, heartbeat(5, 9));
+  Guard::Verdict verdict = guard.judge(several.add(0x08, gap(2, kFar)).get(), now);
+  EXPECT_EQ(verdict.reason, Reason::none);
+  EXPECT_EQ(verdict.size, several.get().size());
+  ASSERT_EQ(verdict.left_out.count, 2U);
+  EXPECT_EQ(verdict.left_out.at[0], kHeader);
+  EXPECT_EQ(several.get().at(verdict.left_out.at[1]), 0x08);
+  EXPECT_EQ(several.get().size(), verdict.left_out.at[1] + 32);
+  // Of length 0: a PAD would not extend to the end.
+  auto open = Datagram().add(0x07, heartbeat(5, 9)).add(0x08, gap(2, kFar), 0, 0);
+  verdict = guard.judge(open.get(), now);
+  EXPECT_EQ(verdict.reason, Reason::none);
+  EXPECT_EQ(verdict.left_out.count, 0U);
+  EXPECT_EQ(verdict.size, kHeader + 32);
+  Datagram many;
+  for (int i = 0; i < 9; ++i)
+    many.add(0x08, gap(2, kFar));
+  EXPECT_EQ(judge(many), Reason::rate);
+}
+
+// A writer keeps samples 2 and 1,000,000, and finds a reader that shall have neither.
+TEST_F(KeptNumbersTest, AVolatileReaderGetsBehindAHistoryWithHoles) {
+  find(1);
+  EXPECT_FALSE(passes(2, 1'000'001));
+  acknowledge(2);  // after the HEARTBEAT behind it
+  EXPECT_TRUE(passes(2, 258));
+  EXPECT_TRUE(passes(2, 1'000'000));
+  acknowledge(1'000'000);
+  EXPECT_TRUE(passes(1'000'000, 1'000'001));
+}
+
+TEST_F(KeptNumbersTest, WhatIsSentNeedNotBeAskedFor) {
+  find(1);
+  guard.sent(Datagram().get());
+  guard.sent({});
+  guard.sent(Datagram().add(0x06, acknack(-5, 3)).get());
+  guard.sent(Datagram().add(0x06, Fields().zeros(4)).get());
+  acknowledge(50, 7);  // an unknown writer
+  EXPECT_FALSE(passes(2, kFar));
+}
+
+}  // namespace
+}  // namespace linegate::test
