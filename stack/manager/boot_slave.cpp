@@ -123,7 +123,7 @@ void BootSlave::boot_up(Instant now) {
     return;  // a device restarts when its program is stopped or started
   } else if (step_ == Step::configuration || step_ == Step::error_control) {
     restarted(now);
-  } else if (restarts_ == 0 || step_ == Step::done) {
+  } else if (restarts_ == 0 || step_ == Step::done || step_ == Step::idle) {
     begin(Reason::boots_up, now);
   } else if (step_ != Step::retry) {
     abandon_step();
