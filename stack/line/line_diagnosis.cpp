@@ -95,6 +95,7 @@ void Line::Impl::hear_nmt(std::uint16_t index, const can::Frame& frame) {
     manager.sent(control->command, control->node, frame.time);
     if (frame.id == can::kNmtId) {
       note_command(control->command, control->node);
+      manager.heard(control->command, control->node);
     }
   }
 }

@@ -400,7 +400,7 @@ void Manager::refresh_list() {
 }
 
 // Without error control nobody will tell the state, so the command has to stand for it.
-void Manager::assume_state(std::uint8_t node, nmt::Command command) {
+void Manager::assume_state(std::uint8_t node, nmt::Command command, bool is_on_bus) {
   NodeState& seen = nodes_[node];
   starting_.reset(node);
   if (seen.heartbeat_monitored) {
@@ -412,7 +412,8 @@ void Manager::assume_state(std::uint8_t node, nmt::Command command) {
   if (life_.beats(node) || seen.presence != Presence::present) {
     return;
   }
-  starting_.set(node, command == nmt::Command::start && host_.acknowledges_starts());
+  starting_.set(
+      node, command == nmt::Command::start && !is_on_bus && host_.acknowledges_starts());
   if (starting_[node]) {
     return;
   }
@@ -421,6 +422,14 @@ void Manager::assume_state(std::uint8_t node, nmt::Command command) {
     seen.state = nmt::state_after(command);
   }
   touch(node);
+}
+
+void Manager::heard(nmt::Command command, std::uint8_t node) {
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    if (node == 0 || id == node) {
+      assume_state(id, command, true);
+    }
+  }
 }
 
 void Manager::start_acknowledged(std::uint8_t node) {

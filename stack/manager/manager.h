@@ -55,6 +55,8 @@ class Manager {
   void completed(const sdo::Completion& completion, Instant now);
   // Somebody asked for this NMT command by a Command; it has been sent. node 0 = all.
   void commanded(nmt::Command command, std::uint8_t node, Instant now);
+  // Another node sent this NMT command; node 0 = to all.
+  void heard(nmt::Command command, std::uint8_t node);
   // Nodes without error control that are Operational when the bus acknowledged their NMT start,
   // see Host::acknowledges_starts().
   bool starts_any() const { return starting_.any(); }
@@ -136,7 +138,7 @@ class Manager {
   void leave_unwatched(const Slot& slot, Instant now);
   void miss(std::uint8_t node, Presence presence);
   void expire(std::uint8_t node);
-  void assume_state(std::uint8_t node, nmt::Command command);
+  void assume_state(std::uint8_t node, nmt::Command command, bool is_on_bus = false);
   void touch(std::uint8_t node) {
     ++revisions_[node];
     ++changes_;

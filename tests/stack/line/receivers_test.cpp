@@ -161,8 +161,13 @@ TEST_F(OutputsOfANode, WithoutErrorControlAreSentWhenAnotherMasterStartsIt) {
   hear(0x000, {0x02, 0x05});
   line_->advance(now_);
   EXPECT_FALSE(valid()) << "it is stopped";
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::stopped);
   EXPECT_THAT(pdos(), IsEmpty());
+  hear(0x000, {0x80, 0x00});
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
   hear(0x000, {0x01, 0x05});
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
+  hear(0x000, {0x01, 0x00});
   line_->advance(now_);
   EXPECT_THAT(pdos(), ElementsAre("205#0900000003"));
   EXPECT_TRUE(valid());
