@@ -406,21 +406,18 @@ void Manager::assume_state(std::uint8_t node, nmt::Command command, bool is_on_b
   if (seen.heartbeat_monitored) {
     return;
   }
-  if (command == nmt::Command::stop || command == nmt::Command::enter_pre_operational) {
+  if (command != nmt::Command::start) {
     host_.node_data_invalid(node);
   }
   if (life_.beats(node) || seen.presence != Presence::present) {
     return;
   }
-  starting_.set(
-      node, command == nmt::Command::start && !is_on_bus && host_.acknowledges_starts());
+  starting_.set(node, command == nmt::Command::start && !is_on_bus && host_.acknowledges_starts());
   if (starting_[node]) {
     return;
   }
   seen.cause = StateCause::command;
-  if (!nmt::is_reset(command)) {
-    seen.state = nmt::state_after(command);
-  }
+  seen.state = nmt::is_reset(command) ? nmt::State::unknown : nmt::state_after(command);
   touch(node);
 }
 

@@ -167,6 +167,10 @@ TEST_F(OutputsOfANode, WithoutErrorControlAreSentWhenAnotherMasterStartsIt) {
   EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
   hear(0x000, {0x01, 0x05});
   EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
+  hear(0x000, {0x82, 0x05});
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown) << "until its boot-up message";
+  hear(0x705, {0x00});
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
   hear(0x000, {0x01, 0x00});
   line_->advance(now_);
   EXPECT_THAT(pdos(), ElementsAre("205#0900000003"));
