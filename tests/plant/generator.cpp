@@ -14,6 +14,10 @@
 namespace linegate::plant {
 namespace {
 
+// COB-IDs of the own node, 127, that another station may send on only by mistake.
+constexpr unsigned kOwnEmergency = 0x0FF;
+constexpr unsigned kOwnHeartbeat = 0x77F;
+
 // Who the own node of the line is.
 enum class Role : std::uint8_t { master, slave_by_1f80, device };
 
@@ -382,7 +386,9 @@ class Generator {
   // Any identifier but that of NMT commands, any length: malformed for most services that listen
   // there.
   void stranger(std::ostream& out) {
-    out << "frame " << 1 + below(0x7FF) << ' ';
+    const unsigned id = 1 + below(0x7FF);
+    takes_own_id_ = takes_own_id_ || id == kOwnEmergency || id == kOwnHeartbeat;
+    out << "frame " << id << ' ';
     const unsigned length = below(9);
     for (unsigned i = 0; i < length; ++i) {
       constexpr const char* kDigits = "0123456789ABCDEF";
@@ -414,6 +420,9 @@ class Generator {
     if (role_ != Role::master) {
       out_ << "at " << time + 4000 << "ms\nexpect no frame 0x000 within 1s\n";
       return;
+    }
+    if (takes_own_id_) {  // a second node with the own node-ID stops the network for good
+      out_ << "at " << time + 250 << "ms nmt reset-communication 127\n";
     }
     if (stops_all_) {
       out_ << "at " << time + 300 << "ms boot again all\n";
@@ -545,8 +554,9 @@ class Generator {
   unsigned pauses_ = 0;  // ms in which the line was stopped: what comes after is so late
   Role role_ = Role::master;
   bool starts_all_ = false;
-  bool reacts_ = false;     // to the loss of a mandatory node, at all nodes
-  bool stops_all_ = false;  // then
+  bool reacts_ = false;        // to the loss of a mandatory node, at all nodes
+  bool stops_all_ = false;     // then
+  bool takes_own_id_ = false;  // a stranger sent on a COB-ID that only the own node may use
 };
 
 }  // namespace
