@@ -126,7 +126,7 @@ class Tracer {
     if (!answer.reply.ok() && !silent) {
       traced_[id].refuses = true;
       context_.err << printable(id.line)
-                   << " does not tell of single connections: " << printable(answer.text) << '\n';
+                   << " does not report single connections: " << printable(answer.text) << '\n';
     }
   }
 

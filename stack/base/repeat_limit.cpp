@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint8_t kCountOffset = 8;
 
-void tell_held(Event& event, std::uint32_t held) {
+void note_held(Event& event, std::uint32_t held) {
   if (event.kind == EventKind::sdo_transfer) {  // its data may be full
     event.code |= std::min<std::uint32_t>(held, 0xFFFF) << 16U;
   } else if (event.kind == EventKind::object_written) {
@@ -59,8 +59,8 @@ bool RepeatLimit::admit(Event& event) {
   }
   place.used = true;
   place.at_once = old ? 1 : place.at_once + 1;
-  place.told = old ? event.time : place.told;
-  tell_held(event, std::exchange(place.held, 0));
+  place.passed = old ? event.time : place.passed;
+  note_held(event, std::exchange(place.held, 0));
   find_next();
   return true;
 }
@@ -72,8 +72,8 @@ std::optional<Event> RepeatLimit::take_due(Instant now) {
   Place& place = *std::ranges::min_element(places_, {}, &Place::due);
   Event event = place.last;
   event.time = place.due();
-  tell_held(event, std::exchange(place.held, 0) - 1);
-  place.told = event.time;
+  note_held(event, std::exchange(place.held, 0) - 1);
+  place.passed = event.time;
   place.at_once = 1;
   find_next();
   return event;
@@ -106,7 +106,7 @@ RepeatLimit::Place* RepeatLimit::place_of(const Event& event) {
   if (free == nullptr) {
     return shares_ ? &shared : nullptr;
   }
-  // Whom these counts belong to may never come again: this event tells them.
+  // What these counts belong to may never come again: this event carries them.
   *free = {.key = key, .held = saturated_sum(free->held, std::exchange(shared.held, 0))};
   return free;
 }

@@ -400,7 +400,7 @@ TEST_F(Commands, ATraceGoesOnWithCountersWhereItMayNotAsk) {
   gateway_.opens = 1;
   EXPECT_EQ(trace(context_, 2, [] { return false; }), kDone);
   EXPECT_THAT(out_.str(), HasSubstr("1 opened"));
-  EXPECT_EQ(err_.str(), "press does not tell of single connections: not permitted\n");
+  EXPECT_EQ(err_.str(), "press does not report single connections: not permitted\n");
 }
 
 TEST_F(Commands, TheOwnNodeIsReadLocally) {
