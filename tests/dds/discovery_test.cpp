@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -153,23 +154,42 @@ class SpdpSender {
   sockaddr_in to_{};
 };
 
+// A gateway that publishes events, and a subscriber in a process of its own that prints them.
+class EventGateway {
+ public:
+  // 0: as many participants as by default.
+  explicit EventGateway(std::size_t places = 0) {
+    dds::GatewayOptions options{known::kGateway, 1, domain(), LOOPBACK_PROFILES, {known::kLine}};
+    options.participants = places;
+    auto made = dds::GatewayBridge::make(options);
+    if (made.ok()) {
+      bridge_ = *std::move(made.value);
+    }
+  }
+
+  bool begins() { return bridge_ && subscriber_.expect("ready") == "ready" && is_received(); }
+  dds::GatewayBridge& bridge() { return *bridge_; }
+  // Publishes one event more.
+  bool is_received() {
+    ++number_;
+    EXPECT_TRUE(bridge_->publish(known::kLine, known::event(number_), "text"));
+    return subscriber_.expect(last()) == last();
+  }
+  // What a subscriber prints of the newest event.
+  std::string last() const { return "event " + std::to_string(number_); }
+
+ private:
+  std::unique_ptr<dds::GatewayBridge> bridge_;
+  Peer subscriber_{"subscriber"};
+  std::uint64_t number_ = 0;
+};
+
 TEST(Discovery, InventedParticipantsTakeABoundedNumberOfPlaces) {
   constexpr std::size_t kPlaces = 8;
-  dds::GatewayOptions options{known::kGateway, 1, domain(), LOOPBACK_PROFILES, {known::kLine}};
-  options.participants = kPlaces;
-  auto gateway = dds::GatewayBridge::make(options);
-  ASSERT_TRUE(gateway.ok());
-  dds::GatewayBridge& bridge = **gateway.value;
+  EventGateway gateway(kPlaces);
+  ASSERT_TRUE(gateway.begins());
+  dds::GatewayBridge& bridge = gateway.bridge();
   EXPECT_EQ(bridge.discovery().most, kPlaces);
-  Peer subscriber("subscriber");
-  ASSERT_EQ(subscriber.expect("ready"), "ready");
-  std::uint64_t number = 0;
-  const auto hears = [&] {
-    ++number;
-    EXPECT_TRUE(bridge.publish(known::kLine, known::event(number), "text"));
-    return subscriber.expect("event " + std::to_string(number)) != "";
-  };
-  ASSERT_TRUE(hears());
   ASSERT_EQ(bridge.discovery().participants, 1U);
 
   // The first participant of the domain is the gateway.
@@ -185,16 +205,16 @@ TEST(Discovery, InventedParticipantsTakeABoundedNumberOfPlaces) {
   for (std::uint32_t i = kInvented; i < 2 * kInvented; ++i) {
     stranger.send(announcement(i, kLease));
   }
-  EXPECT_TRUE(hears()) << "a subscriber that was matched before has lost its place";
+  EXPECT_TRUE(gateway.is_received()) << "a subscriber that was matched before has lost its place";
   EXPECT_LE(bridge.discovery().participants, kPlaces);
   EXPECT_LE(bridge.discovery().discovered - bridge.discovery().gone, kPlaces);
 
   // When the lease of the invented ones has passed there is room again.
   EXPECT_TRUE(eventually([&] { return bridge.discovery().participants == 1; }, kDeadline * 3));
-  EXPECT_TRUE(hears());
+  EXPECT_TRUE(gateway.is_received());
   Peer late("subscriber");
   ASSERT_EQ(late.expect("ready"), "ready");
-  EXPECT_EQ(late.expect("event " + std::to_string(number)), "event " + std::to_string(number));
+  EXPECT_EQ(late.expect(gateway.last()), gateway.last());
 }
 
 // The loopback profiles with 127.0.0.1 as the address of initial peers.
@@ -234,19 +254,9 @@ TEST(DiscoveryOfPeers, FindPlacesAmongInventedParticipants) {
 }
 
 TEST(Discovery, AParticipantTakesABoundedNumberOfPlacesForItsEndpoints) {
-  dds::GatewayOptions options{known::kGateway, 1, domain(), LOOPBACK_PROFILES, {known::kLine}};
-  auto gateway = dds::GatewayBridge::make(options);
-  ASSERT_TRUE(gateway.ok());
-  dds::GatewayBridge& bridge = **gateway.value;
-  Peer subscriber("subscriber");
-  ASSERT_EQ(subscriber.expect("ready"), "ready");
-  std::uint64_t number = 0;
-  const auto hears = [&] {
-    ++number;
-    EXPECT_TRUE(bridge.publish(known::kLine, known::event(number), "text"));
-    return subscriber.expect("event " + std::to_string(number)) != "";
-  };
-  ASSERT_TRUE(hears());
+  EventGateway gateway;
+  ASSERT_TRUE(gateway.begins());
+  dds::GatewayBridge& bridge = gateway.bridge();
   const std::size_t before = bridge.guard_counters().endpoints;
   EXPECT_GT(before, 0U);
   const SpdpSender stranger(metatraffic_port(domain(), 0));
@@ -265,11 +275,11 @@ TEST(Discovery, AParticipantTakesABoundedNumberOfPlacesForItsEndpoints) {
   })) << announced();
   for (std::uint32_t i = 0; i < 20'000; ++i)
     stranger.send(writer_announcement(1, next + i));
-  EXPECT_TRUE(hears());
+  EXPECT_TRUE(gateway.is_received());
   EXPECT_EQ(announced(), dds::guard::Discovered::kEndpoints);
   EXPECT_GT(bridge.guard_counters().of(dds::guard::Reason::endpoints), 0U);
   Peer late("subscriber");
-  EXPECT_EQ(late.expect("event " + std::to_string(number)), "event " + std::to_string(number));
+  EXPECT_EQ(late.expect(gateway.last()), gateway.last());
 }
 
 // The library takes samples of discovery in their order: the ends lie behind announcements that
@@ -333,19 +343,9 @@ TEST(Discovery, AFloodOfInventedParticipantsAndEndpointsCostsABoundedAmount) {
   constexpr std::uint32_t kInvented = 2'000;
   constexpr std::uint32_t kWriters = 40;
   constexpr std::size_t kGrowth = 512U << 20U;  // with sanitizers; without them it is below 64 MB
-  dds::GatewayOptions options{known::kGateway, 1, domain(), LOOPBACK_PROFILES, {known::kLine}};
-  auto gateway = dds::GatewayBridge::make(options);
-  ASSERT_TRUE(gateway.ok());
-  dds::GatewayBridge& bridge = **gateway.value;
-  Peer subscriber("subscriber");
-  ASSERT_EQ(subscriber.expect("ready"), "ready");
-  std::uint64_t number = 0;
-  const auto hears = [&] {
-    ++number;
-    EXPECT_TRUE(bridge.publish(known::kLine, known::event(number), "text"));
-    return subscriber.expect("event " + std::to_string(number)) != "";
-  };
-  ASSERT_TRUE(hears());
+  EventGateway gateway;
+  ASSERT_TRUE(gateway.begins());
+  dds::GatewayBridge& bridge = gateway.bridge();
   const Cost before;
   const SpdpSender stranger(metatraffic_port(domain(), 0));
   for (std::uint32_t i = 0; i < kInvented; ++i)
@@ -362,10 +362,11 @@ TEST(Discovery, AFloodOfInventedParticipantsAndEndpointsCostsABoundedAmount) {
                                         matches ? "linegate::v1::OutputWrite" : "Invented"));
     }
     if (i % 200 == 0) {
-      EXPECT_TRUE(hears()) << "a subscriber that was matched before has lost its place";
+      EXPECT_TRUE(gateway.is_received())
+          << "a subscriber that was matched before has lost its place";
     }
   }
-  EXPECT_TRUE(hears());
+  EXPECT_TRUE(gateway.is_received());
   const Cost after;
   const std::size_t growth = std::max(after.resident, before.resident) - before.resident;
   std::printf(

@@ -85,15 +85,7 @@ TEST_F(AcknowledgedServices, ATriggeredPdoOnABusWithoutAcknowledgeSaysSo) {
 }
 
 TEST_F(AcknowledgedServices, ATriggeredPdoWithoutSyncWaitsForItsTurn) {
-  LineConfig config = config_with_axis();
-  for (od::ObjectDescription& object : config.nodes[0].device.objects) {
-    for (od::VariableDescription& variable : object.variables) {
-      if (object.index == 0x1400 && variable.sub == 2) {
-        variable.value = {std::byte{0}};  // at SYNC, which nobody sends
-      }
-    }
-  }
-  run(std::move(config));
+  run(config_with_synchronous_axis());
   write(1);
   hand_out();
   trigger();

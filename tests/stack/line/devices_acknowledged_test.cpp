@@ -3,7 +3,7 @@
 #include "stack/eds/reader.h"
 #include "stack/od/dictionary.h"
 
-#include "tests/stack/line/line_fixture.h"
+#include "tests/stack/line/under_way_fixture.h"
 
 namespace linegate::line {
 namespace {
@@ -11,14 +11,11 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-class AcknowledgedDevices : public LineTest {
+class AcknowledgedDevices : public AcknowledgedLine {
  protected:
   // Devices 5 and 6, in Operational, with all frames acknowledged.
   void run() {
-    LineConfig config;
-    config.name = "below";
-    config.role = Role::device;
-    config.node_id = 0;
+    LineConfig config = config_of_devices();
     for (const std::uint8_t id : {std::uint8_t{5}, std::uint8_t{6}}) {
       config.devices.push_back({.id = id,
                                 .name = "axis" + std::to_string(id),
@@ -33,12 +30,6 @@ class AcknowledgedDevices : public LineTest {
     acknowledge_all();
     events();
   }
-  std::vector<std::string> hand_out() {
-    std::vector<std::string> out = sent();
-    given_ += out.size();
-    return out;
-  }
-  void acknowledge_all() { line_->acknowledged(given_, now_); }
   void write_status(std::uint8_t value) {
     line_->execute({.kind = CommandKind::output_write, .data = {std::byte{value}, std::byte{}}},
                    now_);
@@ -49,15 +40,9 @@ class AcknowledgedDevices : public LineTest {
   void send_emcy(std::uint16_t code) {
     line_->execute({.kind = CommandKind::emcy_send, .node = 6, .code = code, .data = {}}, now_);
   }
-  bool is_answered() {
-    Reply reply;
-    return line_->take_reply(reply);
-  }
   static std::vector<std::byte> way(PdoWait wait) {
     return {std::byte{kByPdo}, std::byte{1}, std::byte{0}, static_cast<std::byte>(wait)};
   }
-
-  std::uint64_t given_ = 0;
 };
 
 TEST_F(AcknowledgedDevices, AValueIsAnsweredWhenItIsOnTheBus) {

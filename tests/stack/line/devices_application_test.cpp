@@ -35,10 +35,7 @@ std::vector<std::byte> letters(std::string_view text) {
 class DevicesApplication : public LineTest {
  protected:
   void SetUp() override {
-    LineConfig config;
-    config.name = "below";
-    config.role = Role::device;
-    config.node_id = 0;
+    LineConfig config = config_of_devices();
     DeviceConfig device{.id = kDevice,
                         .name = "axis",
                         .device = *eds::load(kDeviceFile, "axis.eds", kDevice).value};

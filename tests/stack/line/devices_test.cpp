@@ -46,10 +46,7 @@ DeviceConfig axis_device(std::uint8_t id, const std::string& name) {
 }
 
 LineConfig devices_config(std::vector<std::uint8_t> ids) {
-  LineConfig config;
-  config.name = "below";
-  config.role = Role::device;
-  config.node_id = 0;
+  LineConfig config = config_of_devices();
   for (const std::uint8_t id : ids) {
     config.devices.push_back(axis_device(id, "axis" + std::to_string(id)));
   }

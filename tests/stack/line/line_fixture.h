@@ -33,6 +33,23 @@ inline LineConfig config_with_axis() {
   return config;
 }
 
+// Without error control, with defaults for both outputs.
+inline LineConfig config_without_error_control() {
+  LineConfig config = config_with_axis();
+  config.nodes[0].heartbeat = {};
+  config.defaults = {{.entry = 0, .value = 9}, {.entry = 1, .value = 3}};
+  return config;
+}
+
+// A line in the role device, its devices to be added.
+inline LineConfig config_of_devices() {
+  LineConfig config;
+  config.name = "below";
+  config.role = Role::device;
+  config.node_id = 0;
+  return config;
+}
+
 inline std::string text(const can::Frame& frame) {
   char digits[8];
   std::snprintf(digits, sizeof digits, "%03X#", frame.id);
@@ -89,14 +106,20 @@ class LineTest : public testing::Test {
                                [&](const Event& e) { return e.kind == kind && e.node == node; });
   }
 
-  // Takes node 5 through its boot.
-  void boot() {
-    line_->start(now_);
+  // Node 5 boots and answers all questions but that for its serial number, which it does not have.
+  void hear_identity() {
     hear(0x705, {0x00});
     hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
     hear(0x585, {0x43, 0x18, 0x10, 0x01, 0x23, 0x01, 0x00, 0x00});
     hear(0x585, {0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
-    hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
+  }
+  void hear_no_serial_number() { hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06}); }
+
+  // Takes node 5 through its boot.
+  void boot() {
+    line_->start(now_);
+    hear_identity();
+    hear_no_serial_number();
     hear(0x585, {0x60, 0x17, 0x10, 0x00, 0, 0, 0, 0});
     hear(0x705, {0x7F});
     sent();

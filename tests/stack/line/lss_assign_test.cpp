@@ -57,6 +57,14 @@ class LssAssignTest : public LineTest {
     }
     FAIL() << begin;
   }
+  void lose_the_bus_at_the_question() {
+    make_checked();
+    line_->start(now_);
+    until(kUpload);
+    bus_becomes(can::BusState::bus_off);
+    pass(seconds(5));
+    bus_becomes(can::BusState::error_active);
+  }
   // A wake-up that comes late: all that was due before is done now.
   std::vector<std::string> wake_after(Duration time) {
     now_ += time;
@@ -147,24 +155,14 @@ TEST_F(LssAssignTest, AQuestionThatWasLostDoesNotCount) {
 
 // A device with the node-ID is connected while the gateway has no bus.
 TEST_F(LssAssignTest, AfterTheInterfaceFailedTheNodeIdIsCheckedAgain) {
-  make_checked();
-  line_->start(now_);
-  until(kUpload);
-  bus_becomes(can::BusState::bus_off);
-  pass(seconds(5));
-  bus_becomes(can::BusState::error_active);
+  lose_the_bus_at_the_question();
   EXPECT_THAT(run_for(milliseconds(600), true), Not(Contains(StartsWith(kGive))));
   hear(0x705, {0x7F});
   EXPECT_THAT(run_for(seconds(5), true), Not(Contains(StartsWith(kGive))));
 }
 
 TEST_F(LssAssignTest, TheRoundBeginsAgainWhenTheBusIsBack) {
-  make_checked();
-  line_->start(now_);
-  until(kUpload);
-  bus_becomes(can::BusState::bus_off);
-  pass(seconds(5));
-  bus_becomes(can::BusState::error_active);
+  lose_the_bus_at_the_question();
   EXPECT_THAT(run_for(seconds(10), true), Contains(StartsWith(kGive)));
 }
 

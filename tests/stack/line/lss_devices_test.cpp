@@ -20,10 +20,7 @@ using testing::IsEmpty;
 class LssDeviceTest : public LineTest {
  protected:
   void start() {
-    LineConfig config;
-    config.name = "below";
-    config.role = Role::device;
-    config.node_id = 0;
+    LineConfig config = config_of_devices();
     config.bit_rate = 250'000;
     config.devices.push_back({.id = 5,
                               .name = "axis",
@@ -103,10 +100,7 @@ TEST_F(LssDeviceTest, EventsNameTheDeviceAndTheNodeIdOnTheBus) {
 class TwoLssDevices : public LineTest {
  protected:
   void SetUp() override {
-    LineConfig config;
-    config.name = "below";
-    config.role = Role::device;
-    config.node_id = 0;
+    LineConfig config = config_of_devices();
     for (std::uint8_t id = 5; id <= 6; ++id) {
       od::DeviceDescription file = *eds::load(kDeviceFile, "axis.eds", id).value;
       const auto identity = std::ranges::find(file.objects, 0x1018, &od::ObjectDescription::index);

@@ -50,12 +50,9 @@ class OutputsOfANode : public LineTest {
   }
   // The same without error control.
   void boot_unwatched() {
-    hear(0x705, {0x00});
-    hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
-    hear(0x585, {0x43, 0x18, 0x10, 0x01, 0x23, 0x01, 0x00, 0x00});
-    hear(0x585, {0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
+    hear_identity();
     sent();
-    hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
+    hear_no_serial_number();
     line_->advance(now_);
   }
   Error write_by_hand(std::uint32_t entry, std::vector<std::byte> data) {
@@ -134,10 +131,7 @@ TEST_F(OutputsOfANode, DefaultsAreSentAfterItsStart) {
 }
 
 TEST_F(OutputsOfANode, WithoutErrorControlAreSentAfterTheStartCommand) {
-  LineConfig config = config_with_axis();
-  config.nodes[0].heartbeat = {};
-  config.defaults = {{.entry = 0, .value = 9}, {.entry = 1, .value = 3}};
-  make(std::move(config));
+  make(config_without_error_control());
   line_->start(now_);
   boot_unwatched();
   EXPECT_THAT(sent(), ElementsAre("000#0105", "205#0900000003"));
@@ -146,10 +140,7 @@ TEST_F(OutputsOfANode, WithoutErrorControlAreSentAfterTheStartCommand) {
 
 // The own node is NMT slave, and hears what its master commands other nodes.
 TEST_F(OutputsOfANode, WithoutErrorControlAreSentWhenAnotherMasterStartsIt) {
-  LineConfig config = config_with_axis();
-  config.nodes[0].heartbeat = {};
-  config.defaults = {{.entry = 0, .value = 9}, {.entry = 1, .value = 3}};
-  make(std::move(config));
+  make(config_without_error_control());
   line_->start(now_);
   boot_unwatched();
   EXPECT_THAT(pdos(), ElementsAre("205#0900000003"));

@@ -7,7 +7,37 @@
 
 namespace linegate::line {
 
-class AcknowledgedOutputs : public LineTest {
+// RPDO 1 of the device is synchronous, and nobody sends SYNC.
+inline LineConfig config_with_synchronous_axis() {
+  LineConfig config = config_with_axis();
+  for (od::ObjectDescription& object : config.nodes[0].device.objects) {
+    for (od::VariableDescription& variable : object.variables) {
+      if (object.index == 0x1400 && variable.sub == 2) {
+        variable.value = {std::byte{0}};
+      }
+    }
+  }
+  return config;
+}
+
+class AcknowledgedLine : public LineTest {
+ protected:
+  // Frames that the bus takes, but does not acknowledge yet.
+  std::vector<std::string> hand_out() {
+    std::vector<std::string> out = sent();
+    given_ += out.size();
+    return out;
+  }
+  void acknowledge_all() { line_->acknowledged(given_, now_); }
+  bool is_answered() {
+    Reply reply;
+    return line_->take_reply(reply);
+  }
+
+  std::uint64_t given_ = 0;
+};
+
+class AcknowledgedOutputs : public AcknowledgedLine {
  protected:
   // Takes the device to Operational, with all frames acknowledged.
   void run(LineConfig config = config_with_axis()) {
@@ -19,18 +49,11 @@ class AcknowledgedOutputs : public LineTest {
     acknowledge_all();
     events();
   }
-  // Frames that the bus takes, but does not acknowledge yet.
-  std::vector<std::string> hand_out() {
-    std::vector<std::string> out = sent();
-    given_ += out.size();
-    return out;
-  }
   void boot() {
     const auto frames = [this] { return line_->state().counters.frames_sent; };
     LineTest::boot();
     given_ = frames();
   }
-  void acknowledge_all() { line_->acknowledged(given_, now_); }
   void write(std::uint32_t setpoint) {
     OutputWrite out;
     out.layout_id = line_->layout(Direction::outputs).id;
@@ -51,10 +74,6 @@ class AcknowledgedOutputs : public LineTest {
     line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::start, .data = {}},
                    now_);
   }
-  bool is_answered() {
-    Reply reply;
-    return line_->take_reply(reply);
-  }
   PdoWait wait_of(const Reply& reply) {
     return reply.data.size() >= 4 ? static_cast<PdoWait>(reply.data[3]) : PdoWait::values;
   }
@@ -71,8 +90,6 @@ class AcknowledgedOutputs : public LineTest {
       hear(0x705, {0x05});
     }
   }
-
-  std::uint64_t given_ = 0;
 };
 
 using AcknowledgedCommands = AcknowledgedOutputs;

@@ -106,18 +106,12 @@ TEST_F(AcknowledgedOutputs, AreNotSentAgainToANodeThatIsNotStarted) {
 }
 
 TEST_F(AcknowledgedOutputs, WithoutErrorControlAreNotValidByALostStart) {
-  LineConfig config = config_with_axis();
-  config.nodes[0].heartbeat = {};
-  config.defaults = {{.entry = 0, .value = 9}, {.entry = 1, .value = 3}};
-  make(std::move(config));
+  make(config_without_error_control());
   line_->expect_acknowledgements();
   line_->start(now_);
-  hear(0x705, {0x00});
-  hear(0x585, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00});
-  hear(0x585, {0x43, 0x18, 0x10, 0x01, 0x23, 0x01, 0x00, 0x00});
-  hear(0x585, {0x43, 0x18, 0x10, 0x02, 0x42, 0x00, 0x00, 0x00});
+  hear_identity();
   hand_out();
-  hear(0x585, {0x80, 0x18, 0x10, 0x04, 0x11, 0x00, 0x09, 0x06});
+  hear_no_serial_number();
   line_->advance(now_);
   EXPECT_THAT(hand_out(), ElementsAre("000#0105"));
   line_->lost(given_, given_);
@@ -261,15 +255,7 @@ TEST_F(AcknowledgedCommands, TwoThatAreAlikeHaveAFrameEach) {
 }
 
 TEST_F(AcknowledgedCommands, AWriteOfAPdoWithoutSyncWaitsForItsTurn) {
-  LineConfig config = config_with_axis();
-  for (od::ObjectDescription& object : config.nodes[0].device.objects) {
-    for (od::VariableDescription& variable : object.variables) {
-      if (object.index == 0x1400 && variable.sub == 2) {
-        variable.value = {std::byte{0}};  // at SYNC, which nobody sends
-      }
-    }
-  }
-  run(std::move(config));
+  run(config_with_synchronous_axis());
   write(1);
   hand_out();
   write_by_hand(7);
