@@ -107,11 +107,30 @@ void Scenario::switch_off(DeviceSeat& device) {
   }
 }
 
+// restart [after TIME] [as NAME] [sync TIME] [heartbeat TIME] [without NODE]
 // What happened to the line before does not count any more.
 void Scenario::restart(Words& words) {
   LineSeat& target = seat();
   const Duration pause = words.accept("after") ? words.duration() : Duration{};
-  world_.restart(target, target.line->config(), pause);
+  line::LineConfig config = target.line->config();
+  while (!words.done()) {
+    const std::string key = words.take();
+    if (key == "as") {
+      config.name = words.take();
+    } else if (key == "sync") {
+      config.sync_period = words.duration();
+    } else if (key == "heartbeat") {
+      config.heartbeat = words.duration();
+    } else if (key == "without") {
+      const std::uint8_t node = words.node();
+      if (std::erase_if(config.nodes, [node](const auto& each) { return each.id == node; }) == 0) {
+        throw BadStatement("the line has no node " + std::to_string(node));
+      }
+    } else {
+      throw BadStatement("unknown change of a line '" + key + "'");
+    }
+  }
+  world_.restart(target, std::move(config), pause);
   commands_[&target] = 0;
   event_cursor_ = 0;
   observed_cursor_ = 0;

@@ -1,7 +1,7 @@
-// I6: a random plant of several lines runs twice, once with and once without a reload of one line.
-// The frames and events of the lines that the reload does not concern are the same, at the same
-// times. Which lines a reload concerns is the gateway's decision, see
-// tests/gateway/random_reload_test.cpp.
+// I6: a random plant of several lines runs twice, once with and once without a reload that
+// restarts, removes, adds, changes or renames one line. The frames and events of the lines that the
+// reload does not concern are the same, at the same times. Which lines a reload concerns is the
+// gateway's decision, see tests/gateway/random_reload_test.cpp.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -19,18 +19,22 @@
 namespace linegate::plant {
 namespace {
 
-// Two lines that forward to each other and pass on SDOs, and a third one. reloaded: which is.
+// What a reload makes of a line.
+enum class Reload : unsigned { restarted, paused, removed, added, changed, renamed };
+constexpr unsigned kReloads = 6;
+
+// Two lines that forward to each other and pass on SDOs, and a third one. reloaded: which is, by
+// default in a random way.
 class TwinGenerator {
  public:
-  explicit TwinGenerator(unsigned long seed, std::string reloaded = "other")
-      : random_(seed), reloads_(std::move(reloaded)) {}
+  explicit TwinGenerator(unsigned long seed) : random_(seed), way_(Reload{below(kReloads)}) {}
+  TwinGenerator(unsigned long seed, std::string reloaded, Reload way)
+      : random_(seed), reloads_(std::move(reloaded)), way_(way) {}
 
   std::pair<std::string, std::string> twins() {
-    const unsigned way = below(4);
     networks();
     unsigned time = 0;
-    bool is_reloaded = false;
-    if (way == 3) {  // it is new
+    if (way_ == Reload::added) {
       say("on " + reloads_ + "\nat 0s", "on " + reloads_ + "\nat 0s stop");
     }
     const unsigned actions = 8 + below(20);
@@ -38,9 +42,9 @@ class TwinGenerator {
     time = 1000 + below(3000);
     for (unsigned i = 0; i < actions; ++i) {
       time += 1 + below(400);
-      if (!is_reloaded && i >= before) {
-        time = reload(way, time);
-        is_reloaded = true;
+      if (!is_reloaded_ && i >= before) {
+        time = reload(time);
+        is_reloaded_ = true;
       } else {
         action(i, time);
       }
@@ -51,7 +55,12 @@ class TwinGenerator {
 
  private:
   unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
-  void say(const std::string& text) { say(text, text); }
+  // The reloaded line has another name then, if it was renamed.
+  void say(const std::string& text) {
+    const std::string on = "on " + reloads_ + '\n';
+    const bool is_renamed = is_reloaded_ && way_ == Reload::renamed && text.starts_with(on);
+    say(text, is_renamed ? "on renamed\n" + text.substr(on.size()) : text);
+  }
   void say(const std::string& plain, const std::string& reloaded) {
     plain_ << plain << '\n';
     reloaded_ << reloaded << '\n';
@@ -83,11 +92,41 @@ class TwinGenerator {
   }
 
   // Gives the time after it.
-  unsigned reload(unsigned way, unsigned time) {
+  unsigned reload(unsigned time) {
     const std::string at = "on " + reloads_ + "\nat " + std::to_string(time) + "ms ";
-    const unsigned pause = way == 1 ? 10 + below(900) : 10;
-    say(at, at + (way == 2 ? "stop" : "restart after " + std::to_string(pause) + "ms"));
+    const unsigned pause = way_ == Reload::restarted ? 10 : 10 + below(900);
+    const std::string restart = "restart after " + std::to_string(pause) + "ms";
+    switch (way_) {
+      case Reload::removed:
+        say(at, at + "stop");
+        break;
+      case Reload::changed:
+        say(at, at + restart + change());
+        break;
+      case Reload::renamed:
+        say(at, at + restart + " as renamed");
+        break;
+      default:
+        say(at, at + restart);
+        break;
+    }
     return time + pause;
+  }
+
+  // Of its own part: at least one thing. Nothing follows node 7.
+  std::string change() {
+    const unsigned what = 1 + below(7);
+    std::string out;
+    if ((what & 1U) != 0) {
+      out += " sync " + std::to_string(65 + below(60)) + "ms";
+    }
+    if ((what & 2U) != 0) {
+      out += " heartbeat " + std::to_string(50 + below(300)) + "ms";
+    }
+    if ((what & 4U) != 0) {
+      out += " without 7";
+    }
+    return out;
   }
 
   void action(unsigned number, unsigned time) {
@@ -123,12 +162,14 @@ class TwinGenerator {
   static constexpr std::array<const char*, 3> kLines{"first", "second", "other"};
 
   std::mt19937_64 random_;
-  std::string reloads_;
+  std::string reloads_ = "other";
+  Reload way_;
+  bool is_reloaded_ = false;
   std::ostringstream plain_;
   std::ostringstream reloaded_;
 };
 
-// What the lines that are not reloaded sent, received and reported.
+// What the first two lines sent, received and reported, whatever they are called by then.
 std::vector<std::string> history_of(const std::string& text, unsigned long seed) {
   Scenario scenario(seed);
   std::istringstream in(text);
@@ -137,8 +178,9 @@ std::vector<std::string> history_of(const std::string& text, unsigned long seed)
   }
   EXPECT_EQ(scenario.world().failure(), "");
   std::vector<std::string> out;
-  for (const char* const name : {"first", "second"}) {
-    const LineSeat& seat = *scenario.world().find(name);
+  for (unsigned place = 0; place < 2; ++place) {
+    const char* const name = place == 0 ? "first" : "second";
+    const LineSeat& seat = *scenario.world().lines().at(place);
     for (const can::Frame& frame : seat.frames) {
       std::ostringstream text_of;
       text_of << name << ' ' << frame.time.time_since_epoch().count() << ' ' << std::hex
@@ -180,8 +222,11 @@ TEST(RandomTwins, AReloadOfAnotherLineIsSeenInNoFrameAndNoEvent) {
 }
 
 TEST(RandomTwins, AReloadOfALineIsSeenInItsOwnFramesAndEvents) {
-  const auto [plain, reloaded] = TwinGenerator(20260301, "first").twins();
-  EXPECT_NE(history_of(plain, 20260301), history_of(reloaded, 20260301));
+  constexpr unsigned long kSeen = 20260301;
+  for (unsigned way = 0; way < kReloads; ++way) {
+    const auto [plain, reloaded] = TwinGenerator(kSeen, "first", Reload{way}).twins();
+    EXPECT_NE(history_of(plain, kSeen), history_of(reloaded, kSeen)) << way;
+  }
 }
 
 }  // namespace
