@@ -4,8 +4,6 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
-#include "stack/nmt/node_control.h"
-#include "stack/pdo/parameters.h"
 
 namespace linegate::plant {
 namespace {
@@ -52,40 +50,19 @@ std::uint8_t sdo_of(const can::Frame& frame, std::uint32_t base) {
 
 }  // namespace
 
-AnswerModel::AnswerModel(const line::Line& line) : line_(line) {
-  const image::Layout& layout = line.layout(image::Direction::outputs);
-  cob_ids_.resize(layout.entries.size());
-  for (const line::NodeConfig& node : line.config().nodes) {
-    const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(node.device);
-    for (const pdo::Parameters& rpdo : described.value->rpdos) {
-      for (std::size_t i = 0; i < layout.entries.size(); ++i) {
-        if (layout.entries[i].node == node.id && layout.entries[i].remote_pdo == rpdo.number) {
-          cob_ids_[i] = rpdo.cob_id;
-        }
-      }
-    }
-  }
-}
-
-void AnswerModel::commanded(const line::Command& command) {
-  constexpr std::uint8_t kFatalError = 0x90;  // stack/diagnosis/network_state.h
-  const bool anew = command.kind == line::CommandKind::nmt && command.node == 0 &&
-                    nmt::is_reset(command.nmt) && line_.state().network == kFatalError;
-  ++commands_;
-  if (!anew) {
-    given_[command.tag] = {.command = command, .order = commands_};
-  }
-}
-
 void AnswerModel::lost(std::uint64_t first, std::uint64_t last) {
   std::erase_if(sent_,
                 [&](const Sent& sent) { return sent.number >= first && sent.number <= last; });
+  for (auto& [tag, given] : given_) {
+    given.lost = true;
+  }
 }
 
 // --- frames -------------------------------------------------------------------------------------
 
 void AnswerModel::submitted(const can::Frame& frame) {
   ++submitted_;
+  check_refused_values(frame);
   if (const std::uint8_t node = sdo_of(frame, can::kSdoRequestBase); node != 0) {
     request(node, frame);
   } else if (!given_.empty()) {
@@ -196,37 +173,45 @@ void AnswerModel::end(std::uint8_t node) {
 
 // --- answers ------------------------------------------------------------------------------------
 
-std::string AnswerModel::answered(const line::Reply& reply) {
+std::string AnswerModel::answered(const line::Reply& reply, std::span<const Event> events,
+                                  Instant now) {
   const auto found = given_.find(reply.tag);
   if (found == given_.end()) {
     return {};
   }
   const Given given = found->second;
   given_.erase(found);
-  const line::Command& command = given.command;
-  const line::LineConfig& config = line_.config();
-  const bool own = config.role != line::Role::manager || command.node == config.node_id;
-  std::string out;
-  if (!reply.ok()) {
-    return out;
-  }
-  using enum line::CommandKind;
-  if ((command.kind == sdo_read || command.kind == sdo_write) && command.code == 0 && !own) {
-    out = check_transfer(given, reply);
-  } else if (command.kind == nmt && !own) {
-    out = check_frame(given, nmt::encode({command.nmt, command.node}));
-  } else if (command.kind == can_send) {
-    out = check_frame(given, can::make_frame(command.entry, std::span(command.data)));
-  } else if (command.kind == output_write || command.kind == object_write) {
-    out = check_output(given, reply);
-  }
+  std::string out =
+      reply.ok() ? check_done(given, reply) : check_refusal(given, reply, events, now);
   if (given_.empty()) {
     sent_.clear();
     done_.clear();
   }
   return out.empty() ? out
                      : "command " + std::to_string(reply.tag) + " (" +
-                           std::string(line::name(command.kind)) + ") is answered as done: " + out;
+                           std::string(line::name(given.command.kind)) + ") is answered as " +
+                           (reply.ok() ? "done: " : "not done: ") + out;
+}
+
+std::string AnswerModel::check_done(const Given& given, const line::Reply& reply) {
+  const line::Command& command = given.command;
+  const line::LineConfig& config = line_.config();
+  const bool own = config.role != line::Role::manager || command.node == config.node_id;
+  using enum line::CommandKind;
+  const bool by_sdo = command.kind == object_write && reply.data.size() == 1 &&
+                      reply.data.front() == std::byte{line::kBySdo};
+  const bool transfer = command.kind == sdo_read || command.kind == sdo_write || by_sdo;
+  if (transfer && (by_sdo || command.code == 0) && !own) {
+    return check_transfer(given, reply);
+  }
+  const bool frame = (command.kind == nmt && !own) || command.kind == can_send ||
+                     command.kind == emcy_send || command.kind == mpdo_write ||
+                     command.kind == pdo_trigger;
+  if (frame) {
+    return check_sent(given);
+  }
+  const bool output = command.kind == output_write || command.kind == object_write;
+  return output ? check_output(given, reply) : std::string();
 }
 
 std::string AnswerModel::check_transfer(const Given& given, const line::Reply& reply) {
@@ -244,50 +229,6 @@ std::string AnswerModel::check_transfer(const Given& given, const line::Reply& r
   }
   done_.erase(it);
   return {};
-}
-
-bool AnswerModel::counts(const Sent& sent, const Given& given) const {
-  return sent.after >= given.order && sent.number <= acknowledged_;
-}
-
-std::string AnswerModel::check_frame(const Given& given, const can::Frame& frame) {
-  const auto it = std::ranges::find_if(sent_, [&](const Sent& sent) {
-    return !sent.used && counts(sent, given) && can::same_content(sent.frame, frame);
-  });
-  if (it == sent_.end()) {
-    return "its frame was not acknowledged";
-  }
-  it->used = true;
-  return {};
-}
-
-// The position of the output that it writes.
-std::size_t AnswerModel::entry_of(const line::Command& command) const {
-  if (command.kind == line::CommandKind::output_write) {
-    return command.entry;
-  }
-  const auto& entries = line_.layout(image::Direction::outputs).entries;
-  const auto it = std::ranges::find_if(entries, [&](const image::Entry& entry) {
-    return entry.node == command.node &&
-           od::Address{entry.index, entry.sub} == od::Address{command.index, command.sub};
-  });
-  return static_cast<std::size_t>(it - entries.begin());
-}
-
-std::string AnswerModel::check_output(const Given& given, const line::Reply& reply) {
-  constexpr std::size_t kWait = 3;  // see line::ObjectWay
-  const std::size_t entry = entry_of(given.command);
-  if (reply.data.size() <= kWait || reply.data[0] != std::byte{line::kByPdo} ||
-      reply.data[kWait] != static_cast<std::byte>(line::PdoWait::none) ||
-      entry >= cob_ids_.size()) {
-    return {};
-  }
-  const can::CobId cob_id = cob_ids_[entry];
-  const bool sent = std::ranges::any_of(sent_, [&](const Sent& each) {
-    return counts(each, given) && each.frame.id == cob_id.id() &&
-           each.frame.extended() == cob_id.extended();
-  });
-  return sent ? std::string() : "no frame of its PDO was acknowledged";
 }
 
 }  // namespace linegate::plant

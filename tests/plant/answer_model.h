@@ -4,14 +4,24 @@
 //   1. SDO: a transfer of that object with that node came to its end since the command was given:
 //      the line received the last response of it, and the value of the reply, or of the command, is
 //      what its segments carried. Of a block transfer the end alone counts, not the value.
-//   2. NMT commands to other nodes and frames of no service: the line submitted that frame since
-//   the
-//      command was given, and the bus acknowledged it. Not a reset of all that ends the state fatal
-//      error: it begins the start-up of the network, whose commands are the manager's.
-//   3. Outputs by PDO: the line submitted a frame of their PDO since then, and the bus acknowledged
-//      it; or the reply names what the PDO waits for. Which value it carries is the matter of
-//      output_model.h.
-// Each transfer, and each frame of 2, answers for one command.
+//   2. NMT commands to other nodes, frames of no service, EMCYs and values by MPDO: the line
+//      submitted that frame since the command was given, and the bus acknowledged it. Not a reset
+//      of all that ends the state fatal error: it begins the start-up of the network, whose
+//      commands are the manager's. An MPDO may carry a newer value to the same object.
+//   3. Single outputs by PDO: the line submitted a frame of their PDO since then that carries the
+//      value, or a newer one of the same entry, and the bus acknowledged it. A triggered PDO: a
+//      frame of it.
+// Each transfer, and each frame of 2, answers for one command; MPDOs for all that they carry.
+//
+// Of a service that is not confirmed and is not done:
+//   4. It is answered within kSendTime.
+//   5. "No acknowledge" and "awaits its turn" are answered after kSendTime and only if no frame as
+//      in 2 and 3 was acknowledged; the latter only if none is under way either, and never for a
+//      frame of no service. The same holds for what a PDO waits for: its turn, the bus.
+//   6. Values that a PDO waits for are entries of it that are not known; an own node that it waits
+//      for is not Operational; nothing that is not configured is waited for.
+//   7. Single outputs of a node that the line does not show as present and Operational are refused
+//      at once with wrong_state and an event that names the node, and no frame carries the value.
 #pragma once
 
 #include <array>
@@ -19,20 +29,27 @@
 #include <map>
 #include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
+#include "stack/base/event_log.h"
+#include "stack/base/time.h"
 #include "stack/can/cob_id.h"
 #include "stack/can/frame.h"
+#include "stack/image/snapshot.h"
 #include "stack/line/line.h"
 
 namespace linegate::plant {
 
 class AnswerModel {
  public:
-  explicit AnswerModel(const line::Line& line);
+  explicit AnswerModel(line::Line& line);
 
   // The line is given this command.
-  void commanded(const line::Command& command);
+  void commanded(const line::Command& command, Instant now);
+  // The line is given this write to a group of outputs.
+  void written(const line::OutputWrite& write);
   // The line submits it to the bus.
   void submitted(const can::Frame& frame);
   // Of the frames that it submitted, so many have ended; those of a range never will.
@@ -40,8 +57,12 @@ class AnswerModel {
   void lost(std::uint64_t first, std::uint64_t last);
   // The line is about to receive it.
   void before_receive(const can::Frame& frame);
-  // The line gave this reply. A sentence about the rule that it breaks, or nothing.
-  std::string answered(const line::Reply& reply);
+  // The line gave this reply after these events. A sentence about the rule that it breaks, or
+  // nothing.
+  std::string answered(const line::Reply& reply, std::span<const Event> events, Instant now);
+  // After each step. A sentence about a command that is not answered in time, or a value that was
+  // refused and is sent; or nothing.
+  std::string compare(Instant now) const;
 
  private:
   enum class Phase : std::uint8_t { idle, initiated, segments, blocks };
@@ -71,19 +92,55 @@ class AnswerModel {
   struct Given {
     line::Command command;
     std::uint64_t order = 0;
+    Instant time{};
+    bool unconfirmed = false;  // see kSendTime
+    bool refusable = false;    // a single output of a node that is not Operational
+    bool lost = false;         // a bus-off lost frames since then
+  };
+  // Where an output entry is in the frames of its PDO.
+  struct Field {
+    can::CobId cob_id{can::CobId::kInvalidBit};
+    std::uint16_t pdo = 0;  // of the node
+    unsigned bit = 0;
+    unsigned bits = 0;
+  };
+  struct Write {
+    std::uint64_t order = 0;
+    std::uint64_t value = 0;
+    bool refused = false;
   };
 
   void request(std::uint8_t node, const can::Frame& frame);
   void response(std::uint8_t node, const can::Frame& frame);
   void end(std::uint8_t node);
   std::string check_transfer(const Given& given, const line::Reply& reply);
-  std::string check_frame(const Given& given, const can::Frame& frame);
+  std::string check_done(const Given& given, const line::Reply& reply);
+  std::string check_sent(const Given& given);
   std::string check_output(const Given& given, const line::Reply& reply);
+  std::string check_wait(const Given& given, const line::Reply& reply);
+  std::string check_values(const Given& given, const line::Reply& reply);
+  std::string check_refusal(const Given& given, const line::Reply& reply,
+                            std::span<const Event> events, Instant now);
+  std::string check_unsent(const Given& given, bool turn, Instant now);
   std::size_t entry_of(const line::Command& command) const;
+  bool is_unconfirmed(const line::Command& command) const;
+  bool is_single_output(const line::Command& command) const;
+  bool is_refusable(const line::Command& command) const;
   bool counts(const Sent& sent, const Given& given) const;
+  bool is_frame_of(const Given& given, const can::Frame& frame) const;
+  bool is_value_of(const Given& given, const can::Frame& frame) const;
+  bool is_mpdo_of(const Given& given, const can::Frame& frame) const;
+  bool is_of(const Field& field, const can::Frame& frame) const;
+  void check_refused_values(const can::Frame& frame);
 
-  const line::Line& line_;
-  std::vector<can::CobId> cob_ids_;  // of the PDO of each output entry
+  line::Line& line_;
+  std::vector<Field> fields_;                                   // of the output entries
+  std::vector<std::vector<Write>> writes_;                      // the same
+  std::vector<std::pair<std::uint64_t, line::Command>> mpdos_;  // by order
+  bool zeroes_ = false;                                         // a watchdog may set outputs to 0
+  bool may_be_slave_ = false;
+  std::string early_;  // what was sent and may not be
+  image::Snapshot snapshot_;
   std::array<Transfer, 128> transfers_{};
   std::array<std::uint64_t, 128> begun_{};  // commands given when the transfer began
   std::vector<Done> done_;

@@ -10,6 +10,7 @@
 
 #include "tests/plant/generator_devices.h"
 #include "tests/plant/generator_outputs.h"
+#include "tests/plant/generator_services.h"
 
 namespace linegate::plant {
 namespace {
@@ -29,7 +30,8 @@ class Generator {
         random_of_more_(seed + 0x4D50),
         random_of_states_(seed + 0x5354),
         random_of_line_(seed + 0x4C49),
-        random_of_outputs_(seed + 0x0107) {}
+        random_of_outputs_(seed + 0x0107),
+        services_(seed) {}
 
   std::string plant() {
     network();
@@ -44,6 +46,9 @@ class Generator {
       change_itself(time);
       change_line(i, time);
       write_outputs(time);
+      for (const auto& [when, what] : services_.draw(devices_, time)) {
+        at(when) << what;
+      }
     }
     come_late(time);
     quiet(write_down() + pauses_);
@@ -92,7 +97,7 @@ class Generator {
       out_ << " buffers " << 2 + below(3);
     }
     roles();
-    out_ << '\n';
+    out_ << services_.line_words() << '\n';
     const unsigned count = 1 + below(12);
     for (unsigned i = 0; i < count; ++i) {
       devices_.push_back(draw_device(random_, 1 + i * 9 + below(9)));
@@ -544,6 +549,7 @@ class Generator {
   std::mt19937_64 random_of_states_;
   std::mt19937_64 random_of_line_;
   std::mt19937_64 random_of_outputs_;
+  ServiceCommands services_;
   unsigned arming_ = 100;  // of the last write
   std::ostringstream out_;
   std::vector<std::pair<unsigned, std::ostringstream>> acts_;

@@ -59,4 +59,14 @@ void give_values(std::ostream& out, std::mt19937_64& random, const Device& devic
   }
 }
 
+std::vector<std::pair<std::string, unsigned>> outputs_of(const Device& device) {
+  std::vector<std::pair<std::string, unsigned>> out;
+  for (const Output& output : kOutputs) {
+    if (output.profile == device.profile) {
+      out.emplace_back(output.object, output.bytes);
+    }
+  }
+  return out;
+}
+
 }  // namespace linegate::plant

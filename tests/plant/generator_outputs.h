@@ -3,6 +3,9 @@
 
 #include <ostream>
 #include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "tests/plant/generator_devices.h"
 
@@ -12,5 +15,7 @@ namespace linegate::plant {
 void give_pdos(std::ostream& out, std::mt19937_64& random, const Device& device, unsigned bit_rate);
 // Values for most of its outputs, as words of a write; mostly those that they have.
 void give_values(std::ostream& out, std::mt19937_64& random, const Device& device);
+// The objects that its RPDOs map, and their bytes.
+std::vector<std::pair<std::string, unsigned>> outputs_of(const Device& device);
 
 }  // namespace linegate::plant

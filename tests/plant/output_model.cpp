@@ -147,8 +147,11 @@ void OutputModel::ended(LineSeat& seat, const can::Frame& frame, sim::Bus::Endpo
   if (fate == sim::Fate::lost || fate == sim::Fate::disturbed || frame.extended()) {
     return;
   }
+  const bool received = by_line || seat.bus.connected(seat.end);  // by the line
   for (const std::uint8_t id : ids_) {
-    follow_command(frame, id);
+    if (received) {
+      follow_command(frame, id);
+    }
     if (by_line && ends_operational(frame, id)) {
       nodes_[id].commanded = true;
       nodes_[id].unnoticed = false;
@@ -158,7 +161,7 @@ void OutputModel::ended(LineSeat& seat, const can::Frame& frame, sim::Bus::Endpo
     for (Pdo& pdo : pdos_) {
       pdo.awaits_sync = false;
     }
-  } else if (is_state_message(frame)) {
+  } else if (is_state_message(frame) && received) {
     state_ended(seat, frame);
   } else if (starts_download(frame)) {
     const od::Address address{load_le<std::uint16_t>(frame.data.data() + 1),

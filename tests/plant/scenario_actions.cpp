@@ -17,7 +17,8 @@ void Scenario::act(Words& words) {
     node_action(words);
   } else if (verb == "sdo") {
     sdo_action(words);
-  } else if (verb == "object" || verb == "trigger" || verb == "send" || verb == "listen") {
+  } else if (verb == "object" || verb == "trigger" || verb == "send" || verb == "listen" ||
+             verb == "emcy" || verb == "mpdo") {
     data_action(verb, words);
   } else if (verb == "nmt") {
     nmt_action(words);
@@ -149,16 +150,17 @@ void Scenario::command(line::Command request, const std::string& name) {
   tags_[name] = request.tag;
   ++commands_[&seat()];
   seat().silence.commanded(request);
-  seat().answers->commanded(request);
+  seat().answers->commanded(request, world_.now());
   seat().line->execute(std::move(request), world_.now());
 }
 
-// object NAME NODE INDEX:SUB HEX; trigger NAME NODE PDO; send NAME ID HEX; listen NAME ID
+// object NAME NODE INDEX:SUB HEX; mpdo the same; trigger NAME NODE PDO; emcy NAME CODE; send NAME
+// ID HEX; listen NAME ID
 void Scenario::data_action(const std::string& verb, Words& words) {
   line::Command request;
   const std::string name = words.take();
-  if (verb == "object") {
-    request.kind = line::CommandKind::object_write;
+  if (verb == "object" || verb == "mpdo") {
+    request.kind = verb == "mpdo" ? line::CommandKind::mpdo_write : line::CommandKind::object_write;
     request.node = words.node();
     const od::Address address = words.address();
     request.index = address.index;
@@ -168,6 +170,10 @@ void Scenario::data_action(const std::string& verb, Words& words) {
     request.kind = line::CommandKind::pdo_trigger;
     request.node = words.node();
     request.code = static_cast<std::uint16_t>(words.number());
+  } else if (verb == "emcy") {
+    request.kind = line::CommandKind::emcy_send;
+    request.code = static_cast<std::uint16_t>(words.number());
+    request.error_register = 1;  // generic error
   } else {
     constexpr std::uint16_t kSeconds = 60;
     const bool send = verb == "send";
@@ -247,6 +253,7 @@ void Scenario::group_write(Words& words) {
     std::copy_n(data.begin(), std::min(data.size(), value.data.size()), value.data.begin());
     write.values.push_back(value);
   }
+  seat().answers->written(write);
   seat().line->write_outputs(write, world_.now());
 }
 

@@ -7,6 +7,29 @@
 
 namespace linegate::plant {
 
+namespace {
+
+// 2100h:1 goes out by MPDO in destination address mode, on the COB-ID on which devices take them.
+void give_own_mpdo(line::LineConfig& config) {
+  constexpr std::uint16_t kObject = 0x2100;
+  constexpr std::uint16_t kTpdo = 100;
+  line::OwnObject object{.index = kObject, .variable = {}};
+  object.variable.sub = 1;
+  object.variable.type = od::DataType::unsigned32;
+  object.variable.access = od::Access::rw;
+  object.variable.mappable = true;
+  object.variable.value.resize(sizeof(std::uint32_t));
+  config.own_objects.push_back(std::move(object));
+  pdo::Parameters mpdo;
+  mpdo.number = kTpdo;
+  mpdo.cob_id = {kMpdoToAll | can::CobId::kNoRtrBit};
+  mpdo.mpdo = pdo::MpdoMode::destination;
+  mpdo.mapping = {{{kObject, 1}, 32}};
+  config.forwarding.tpdos.push_back(std::move(mpdo));
+}
+
+}  // namespace
+
 // Properties of a line.
 bool Scenario::startup_property(Words& words, const std::string& key, line::LineConfig& config) {
   if (key == "start-all") {
@@ -28,6 +51,8 @@ bool Scenario::startup_property(Words& words, const std::string& key, line::Line
     config.boot_time = words.duration();
   } else if (key == "nmt-inhibit") {
     config.nmt_inhibit = words.duration();
+  } else if (key == "mpdo") {
+    give_own_mpdo(config);
   } else if (key == "own-value") {
     const od::Address address = words.address();
     config.own_values.push_back({address, words.hex()});

@@ -492,9 +492,12 @@ void World::collect(LineSeat& seat) {
     if (!seat.replies.emplace(reply.tag, reply).second) {
       ++seat.duplicate_replies;
     }
-    if (std::string text = seat.answers->answered(reply); !text.empty()) {
+    if (std::string text = seat.answers->answered(reply, seat.events, now_); !text.empty()) {
       fail("answers: " + text);
     }
+  }
+  if (std::string text = seat.answers->compare(now_); !text.empty()) {
+    fail("answers: " + text);
   }
 }
 

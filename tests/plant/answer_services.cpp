@@ -1,0 +1,353 @@
+// The half of the answer model that is about services that are not confirmed: what is answered as
+// sent was acknowledged on the bus, and what is not says what it waits for.
+#include <algorithm>
+#include <utility>
+
+#include "stack/base/byte_order.h"
+#include "stack/nmt/node_control.h"
+#include "stack/pdo/mpdo.h"
+#include "stack/pdo/parameters.h"
+
+#include "tests/plant/answer_model.h"
+
+namespace linegate::plant {
+namespace {
+
+constexpr std::size_t kWaitByte = 3;  // see line::ObjectWay
+constexpr Duration kAnswerGrace = std::chrono::milliseconds(1);
+
+std::uint64_t number_of(std::span<const std::byte> data) {
+  std::uint64_t out = 0;
+  for (std::size_t i = 0; i < std::min<std::size_t>(data.size(), 8); ++i) {
+    out |= std::uint64_t{std::to_integer<unsigned>(data[i])} << (8 * i);
+  }
+  return out;
+}
+
+std::uint64_t carried(const can::Frame& frame, unsigned bit, unsigned bits) {
+  const std::uint64_t all = number_of(std::span(frame.data).first(can::kMaxClassicData));
+  return all >> bit & (bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1);
+}
+
+}  // namespace
+
+AnswerModel::AnswerModel(line::Line& line) : line_(line) {
+  constexpr od::Address kStartup{0x1F80, 0};
+  const image::Layout& layout = line.layout(image::Direction::outputs);
+  fields_.resize(layout.entries.size());
+  writes_.resize(layout.entries.size());
+  may_be_slave_ = line.config().role != line::Role::manager ||
+                  std::ranges::any_of(line.config().own_values,
+                                      [&](const auto& value) { return value.address == kStartup; });
+  for (const line::NodeConfig& node : line.config().nodes) {
+    const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(node.device);
+    for (const pdo::Parameters& rpdo : described.value->rpdos) {
+      unsigned position = 0;
+      for (const pdo::Mapping& mapping : rpdo.mapping) {
+        for (std::size_t i = 0; i < layout.entries.size(); ++i) {
+          const image::Entry& entry = layout.entries[i];
+          if (entry.node == node.id && entry.remote_pdo == rpdo.number &&
+              od::Address{entry.index, entry.sub} == mapping.address) {
+            fields_[i] = {.cob_id = rpdo.cob_id,
+                          .pdo = rpdo.number,
+                          .bit = position,
+                          .bits = entry.bit_length};
+          }
+        }
+        position += mapping.bits;
+      }
+    }
+  }
+}
+
+// --- commands -----------------------------------------------------------------------------------
+
+void AnswerModel::commanded(const line::Command& command, Instant now) {
+  constexpr std::uint8_t kFatalError = 0x90;  // stack/diagnosis/network_state.h
+  const bool anew = command.kind == line::CommandKind::nmt && command.node == 0 &&
+                    nmt::is_reset(command.nmt) && line_.state().network == kFatalError;
+  may_be_slave_ |= command.kind == line::CommandKind::sdo_write &&
+                   command.node == line_.config().node_id && command.index == 0x1F80;
+  ++commands_;
+  if (anew) {
+    return;
+  }
+  if (is_single_output(command)) {
+    writes_[entry_of(command)].push_back({commands_, number_of(command.data)});
+  } else if (command.kind == line::CommandKind::mpdo_write) {
+    mpdos_.emplace_back(commands_, command);
+  }
+  given_[command.tag] = {.command = command,
+                         .order = commands_,
+                         .time = now,
+                         .unconfirmed = is_unconfirmed(command),
+                         .refusable = is_refusable(command)};
+}
+
+void AnswerModel::written(const line::OutputWrite& write) {
+  ++commands_;
+  zeroes_ |= (write.reactions & line::kZeroOutputs) != 0;
+  for (const line::OutputValue& value : write.values) {
+    if (value.entry < writes_.size()) {
+      writes_[value.entry].push_back(
+          {commands_, number_of(std::span(value.data).first(value.length))});
+    }
+  }
+}
+
+// The position of the output that it writes.
+std::size_t AnswerModel::entry_of(const line::Command& command) const {
+  if (command.kind == line::CommandKind::output_write) {
+    return command.entry;
+  }
+  const auto& entries = line_.layout(image::Direction::outputs).entries;
+  const auto it = std::ranges::find_if(entries, [&](const image::Entry& entry) {
+    return entry.node == command.node &&
+           od::Address{entry.index, entry.sub} == od::Address{command.index, command.sub};
+  });
+  return static_cast<std::size_t>(it - entries.begin());
+}
+
+bool AnswerModel::is_single_output(const line::Command& command) const {
+  using enum line::CommandKind;
+  return (command.kind == output_write || command.kind == object_write) &&
+         entry_of(command) < fields_.size();
+}
+
+bool AnswerModel::is_unconfirmed(const line::Command& command) const {
+  using enum line::CommandKind;
+  return command.kind == nmt || command.kind == can_send || command.kind == emcy_send ||
+         command.kind == pdo_trigger || command.kind == mpdo_write || is_single_output(command);
+}
+
+// What the line shows before it is given the command. A line that is not NMT master sends outputs
+// to nodes of which it received nothing, too.
+bool AnswerModel::is_refusable(const line::Command& command) const {
+  if (!is_single_output(command)) {
+    return false;
+  }
+  const auto& entries = line_.layout(image::Direction::outputs).entries;
+  const line::NodeState said = line_.node_state(entries[entry_of(command)].node);
+  const bool operational =
+      said.presence == line::Presence::present && said.state == nmt::State::operational;
+  return !operational && !(may_be_slave_ && said.presence == line::Presence::unknown);
+}
+
+// --- frames -------------------------------------------------------------------------------------
+
+bool AnswerModel::counts(const Sent& sent, const Given& given) const {
+  return sent.after >= given.order && sent.number <= acknowledged_;
+}
+
+bool AnswerModel::is_of(const Field& field, const can::Frame& frame) const {
+  return field.cob_id.valid() && frame.id == field.cob_id.id() && !frame.remote() &&
+         frame.extended() == field.cob_id.extended();
+}
+
+bool AnswerModel::is_frame_of(const Given& given, const can::Frame& frame) const {
+  const line::Command& command = given.command;
+  using enum line::CommandKind;
+  switch (command.kind) {
+    case nmt:
+      return can::same_content(frame, nmt::encode({command.nmt, command.node}));
+    case can_send:
+      return can::same_content(frame, can::make_frame(command.entry, std::span(command.data)));
+    case emcy_send: {
+      constexpr std::size_t kInfo = 3;  // manufacturer bytes
+      const bool code = load_le<std::uint16_t>(frame.data.data()) == command.code;
+      return frame.id == can::kSyncId + line_.config().node_id && !frame.extended() && code &&
+             std::equal(command.data.begin(), command.data.end(), frame.data.begin() + kInfo);
+    }
+    case mpdo_write:
+      return is_mpdo_of(given, frame);
+    case pdo_trigger: {
+      const auto& entries = line_.layout(image::Direction::outputs).entries;
+      for (std::size_t i = 0; i < fields_.size(); ++i) {
+        if (entries[i].node == command.node && fields_[i].pdo == command.code &&
+            is_of(fields_[i], frame)) {
+          return true;
+        }
+      }
+      return false;
+    }
+    default:
+      return is_value_of(given, frame);
+  }
+}
+
+// The value of the command, or one that was written to the same entry later.
+bool AnswerModel::is_value_of(const Given& given, const can::Frame& frame) const {
+  const std::size_t entry = entry_of(given.command);
+  const Field& field = fields_[entry];
+  if (!is_of(field, frame)) {
+    return false;
+  }
+  const std::uint64_t value = carried(frame, field.bit, field.bits);
+  return (zeroes_ && value == 0) || std::ranges::any_of(writes_[entry], [&](const Write& write) {
+           return write.order >= given.order && !write.refused && write.value == value;
+         });
+}
+
+// The same of an MPDO.
+bool AnswerModel::is_mpdo_of(const Given& given, const can::Frame& frame) const {
+  constexpr std::size_t kHead = 4;
+  const auto& own = line_.config().forwarding.tpdos;
+  const line::Command& command = given.command;
+  const auto head = pdo::encode({.mode = pdo::MpdoMode::destination,
+                                 .node = command.node,
+                                 .address = {command.index, command.sub}});
+  if (own.empty() || frame.id != own.front().cob_id.id() || frame.remote() ||
+      !std::equal(head.begin(), head.begin() + kHead, frame.data.begin())) {
+    return false;
+  }
+  const std::uint64_t value = number_of(std::span(frame.data).subspan(kHead, kHead));
+  return std::ranges::any_of(mpdos_, [&](const auto& one) {
+    return one.first >= given.order && one.second.node == command.node &&
+           number_of(one.second.data) == value;
+  });
+}
+
+// Clause 7.
+void AnswerModel::check_refused_values(const can::Frame& frame) {
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    if (!is_of(fields_[i], frame)) {
+      continue;
+    }
+    const std::uint64_t value = carried(frame, fields_[i].bit, fields_[i].bits);
+    const auto is_it = [value](const Write& write) { return write.value == value; };
+    const bool refused = std::ranges::any_of(
+        writes_[i], [&](const Write& write) { return is_it(write) && write.refused; });
+    const bool taken = std::ranges::any_of(
+        writes_[i], [&](const Write& write) { return is_it(write) && !write.refused; });
+    if (refused && !taken) {
+      early_ = "the value " + std::to_string(value) + " of " +
+               line_.layout(image::Direction::outputs).entries[i].name + " was refused and is sent";
+    }
+  }
+}
+
+// --- answers ------------------------------------------------------------------------------------
+
+// An MPDO or a PDO may answer for several commands.
+std::string AnswerModel::check_sent(const Given& given) {
+  const auto it = std::ranges::find_if(sent_, [&](const Sent& sent) {
+    return !sent.used && counts(sent, given) && is_frame_of(given, sent.frame);
+  });
+  if (it == sent_.end()) {
+    return "its frame was not acknowledged";
+  }
+  using enum line::CommandKind;
+  it->used = given.command.kind == nmt || given.command.kind == can_send ||
+             given.command.kind == emcy_send;
+  return {};
+}
+
+std::string AnswerModel::check_output(const Given& given, const line::Reply& reply) {
+  if (reply.data.size() <= kWaitByte || reply.data[0] != std::byte{line::kByPdo} ||
+      !is_single_output(given.command)) {
+    return {};
+  }
+  if (given.refusable) {
+    return "its node is not Operational";
+  }
+  if (reply.data[kWaitByte] != static_cast<std::byte>(line::PdoWait::none)) {
+    return check_wait(given, reply);
+  }
+  return check_sent(given).empty() ? std::string()
+                                   : "no frame of its PDO with the value was acknowledged";
+}
+
+// Clauses 5 and 6.
+std::string AnswerModel::check_wait(const Given& given, const line::Reply& reply) {
+  using enum line::PdoWait;
+  switch (static_cast<line::PdoWait>(std::to_integer<std::uint8_t>(reply.data[kWaitByte]))) {
+    case values:
+      return check_values(given, reply);
+    case operational:
+      return line_.state().own_state == nmt::State::operational
+                 ? "it waits for the own node, which is Operational"
+                 : "";
+    case turn:
+      return check_unsent(given, true, kNever);
+    case bus:
+      return check_unsent(given, false, kNever);
+    default:
+      return "nothing that it waits for is configured";
+  }
+}
+
+std::string AnswerModel::check_values(const Given& given, const line::Reply& reply) {
+  const auto& entries = line_.layout(image::Direction::outputs).entries;
+  const image::Entry& own = entries[entry_of(given.command)];
+  line_.snapshot(image::Direction::outputs, snapshot_, given.time, true);
+  const auto list = std::span(reply.data).subspan(kWaitByte + 1);
+  for (std::size_t at = 0; at + sizeof(std::uint32_t) <= list.size(); at += sizeof(std::uint32_t)) {
+    const auto entry = load_le<std::uint32_t>(list.data() + at);
+    if (entry >= entries.size() || entries[entry].node != own.node ||
+        entries[entry].remote_pdo != own.remote_pdo || snapshot_.is_known(entry)) {
+      return "it waits for the value of entry " + std::to_string(entry);
+    }
+  }
+  return list.empty() ? "it waits for values and names none" : "";
+}
+
+std::string AnswerModel::check_unsent(const Given& given, bool turn, Instant now) {
+  if (now != kNever && now < given.time + line::kSendTime) {
+    return "it waited for less than its time";
+  }
+  for (const Sent& sent : sent_) {
+    const bool since = !sent.used && sent.after >= given.order && is_frame_of(given, sent.frame);
+    if (since && !given.lost && sent.number <= acknowledged_) {
+      return "its frame was acknowledged";
+    }
+    if (since && turn && sent.number > acknowledged_) {
+      return "it waits for its turn, and its frame is under way";
+    }
+  }
+  return turn && given.command.kind == line::CommandKind::can_send
+             ? "a frame of no service waits for no turn"
+             : "";
+}
+
+std::string AnswerModel::check_refusal(const Given& given, const line::Reply& reply,
+                                       std::span<const Event> events, Instant now) {
+  const auto why = static_cast<line::Refusal>(reply.error.code);
+  if (!given.unconfirmed || reply.error.domain != Domain::command) {
+    return {};
+  }
+  using enum line::Refusal;
+  if (why == no_acknowledge || why == awaits_turn) {
+    return check_unsent(given, why == awaits_turn, now);
+  }
+  if (!is_single_output(given.command) || why != wrong_state) {
+    return {};
+  }
+  const std::size_t entry = entry_of(given.command);
+  if (now == given.time) {
+    for (Write& write : writes_[entry]) {
+      write.refused |= write.order == given.order;
+    }
+  }
+  const std::uint8_t node = line_.layout(image::Direction::outputs).entries[entry].node;
+  // Of equal events within a second one is emitted (base/repeat_limit.h).
+  const bool named = std::ranges::any_of(events, [&](const Event& event) {
+    return event.kind == EventKind::command_refused && event.node == node &&
+           event.code == reply.error.code &&
+           event.value == static_cast<std::uint32_t>(given.command.kind) &&
+           event.time + std::chrono::seconds(1) >= now;
+  });
+  return named ? std::string() : "no event names its node";
+}
+
+std::string AnswerModel::compare(Instant now) const {
+  for (const auto& [tag, given] : given_) {
+    const bool late = given.unconfirmed && now > given.time + line::kSendTime + kAnswerGrace;
+    if (late || (given.refusable && now > given.time)) {
+      return "command " + std::to_string(tag) + " (" + std::string(line::name(given.command.kind)) +
+             ") is not answered" + (late ? " in time" : " at once: its node is not Operational");
+    }
+  }
+  return early_;
+}
+
+}  // namespace linegate::plant

@@ -1,0 +1,40 @@
+// Commands of services that are not confirmed in random plants, and times in which the bus
+// acknowledges nothing. Private to the generator.
+#pragma once
+
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/plant/generator_devices.h"
+
+namespace linegate::plant {
+
+// With dice of its own: the rest of a plant is as it would be without.
+class ServiceCommands {
+ public:
+  explicit ServiceCommands(unsigned long seed) : random_(seed + 0x5343) {}
+
+  // A property of the line.
+  std::string line_words();
+  // Actions from that time on, each with its time in ms.
+  using Actions = std::vector<std::pair<unsigned, std::string>>;
+  Actions draw(const std::vector<Device>& devices, unsigned time);
+
+ private:
+  unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
+  const Device& one_of(const std::vector<Device>& devices) {
+    return devices[below(static_cast<unsigned>(devices.size()))];
+  }
+  std::string command(const std::vector<Device>& devices);
+  std::string output(const Device& device);
+  unsigned silence(Actions& out, unsigned time);
+  std::string hex_of(unsigned bytes) const;
+
+  std::mt19937_64 random_;
+  bool has_mpdo_ = false;
+  unsigned number_ = 0;  // of the command: its name, and a part of its content
+};
+
+}  // namespace linegate::plant
