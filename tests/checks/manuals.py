@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """The manuals are complete: plant.yaml(5) has all that the schema has, every key of the schema is in the operator's
-guide or in a sample plant, and every command and option of the programs is in its manual."""
+guide or in a sample plant, every command and option of the programs is in its manual, and idl/README.md names each function
+of the IXXAT CANopen Manager that a header of stack/line names."""
 
 import json
 import os
@@ -15,6 +16,8 @@ PROGRAMS = {"deploy/package/linegate.1": ("gateway/linegate.cpp", "gateway/data_
                                           "gateway/file_commands.cpp", "gateway/lss_options.cpp"),
             "deploy/package/linegated.8": ("gateway/linegated.cpp",)}
 OPTION = re.compile(r'add_(?:option|flag)\w*\(\s*"((?:-\w,)?--[\w-]+)"')
+CONTRACT = "idl/README.md"
+FUNCTION = re.compile(r"\bCMM_\w+")
 COMMAND = re.compile(r'add_subcommand\(\s*"([\w-]+)"')
 
 
@@ -92,9 +95,19 @@ def check_programs(root):
                     yield f"{source}: {manual} has not the command {command}"
 
 
+def check_functions(root):
+    text = tree.read(root, CONTRACT)
+    for path in tree.files(root, (".h",)):
+        if path.startswith(os.path.join("stack", "line") + os.sep):
+            for function in sorted(set(FUNCTION.findall(tree.read(root, path)))):
+                if function not in text:
+                    yield f"{path}: {CONTRACT} does not say how an application does {function}"
+
+
 def check(root):
     yield from check_schema(root)
     yield from check_programs(root)
+    yield from check_functions(root)
 
 
 if __name__ == "__main__":

@@ -49,6 +49,7 @@ class Manuals(TreeCase):
         for path in (*manuals.GUIDES[:2], "deploy/plants/a.yaml", *manuals.PROGRAMS, *sum(manuals.PROGRAMS.values(), ())):
             self.write(path, "colour: {hue: 1}")
         self.write(manuals.SCHEMA, self.SCHEMA)
+        self.write(manuals.CONTRACT, "CMM_Known does nothing.")
 
     def test_a_key_that_no_guide_has(self):
         self.assertEqual(list(manuals.check(self.root)), [])
@@ -60,6 +61,10 @@ class Manuals(TreeCase):
             self.write("gateway/linegated.cpp", "")
             self.assertEqual(len(self.complaints(manuals, "gateway/linegate.cpp", code)), 1, code)
             self.write("gateway/linegate.cpp", "")
+
+    def test_a_function_of_the_ixxat_manager_that_the_contract_does_not_name(self):
+        self.assertEqual(self.complaints(manuals, "stack/line/a.h", "// CMM_Known\n"), [])
+        self.assertIn("CMM_Other", self.complaints(manuals, "stack/line/a.h", "// CMM_Known, CMM_Other\n")[0])
 
     def test_what_the_page_leaves_out(self):
         parts = list(manuals.parts(manuals.json.loads(self.SCHEMA)))
@@ -296,6 +301,14 @@ class Units(TreeCase):
             self.GOOD.replace("ExecStart", "ExecStop"),
         ):
             self.assertNotEqual(self.complaints(units, "deploy/bad.service", bad), [], bad)
+
+    def test_a_recording_where_the_service_must_not_write(self):
+        self.write(units.GUIDE, "record: /var/lib/a/x.log\nrecord: {file: /var/log/a/b/x.log, files: 2}\nrecord: x.log\n")
+        whole = self.GOOD + "StateDirectory=a\nLogsDirectory=b a\n"
+        self.assertEqual(self.complaints(units, units.SERVICE, whole), [])
+        for bad, line in (("StateDirectory=a", 1), ("LogsDirectory=b a", 2)):
+            found = self.complaints(units, units.SERVICE, whole.replace(bad, ""))
+            self.assertEqual([complaint.split()[0] for complaint in found], [f"{units.GUIDE}:{line}:"])
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """systemd reads every unit file of the tree without complaint, and knows the capabilities it names: it ignores in
-silence those that it does not. Programs that are not installed here are taken for /bin/true."""
+silence those that it does not. Programs that are not installed here are taken for /bin/true. The service may write the
+recordings of the operator's guide: they are in folders that systemd makes for it."""
 
 import os
 import re
@@ -11,6 +12,12 @@ import tree
 
 PROGRAM = re.compile(r"^(Exec\w+=[-@:+!|]*)(/\S+)", re.MULTILINE)
 CAPABILITIES = re.compile(r"^(?:Ambient|Bounding|CapabilityBounding)\w*=~?(.*)$")
+
+SERVICE = "deploy/package/linegated.service"
+GUIDE = "deploy/OPERATING.md"
+RECORDING = re.compile(r"\brecord: (?:\{file: )?(/[^\s,}]+)")
+# What systemd makes for a unit, by the setting that names it.
+FOLDERS = {"StateDirectory": "/var/lib", "LogsDirectory": "/var/log", "CacheDirectory": "/var/cache"}
 
 
 def known_capabilities():
@@ -38,7 +45,24 @@ def complaints_of_systemd(path, text):
             yield line
 
 
+def folders_of(unit):
+    for setting, where in FOLDERS.items():
+        for names in re.findall(rf"^{setting}=(.*)$", unit, re.MULTILINE):
+            yield from (f"{where}/{name}/" for name in names.split())
+
+
+def check_recordings(root):
+    if not os.path.exists(os.path.join(root, SERVICE)):
+        return
+    writable = tuple(folders_of(tree.read(root, SERVICE)))
+    for number, line in tree.lines(root, GUIDE):
+        for path in RECORDING.findall(line):
+            if not path.startswith(writable):
+                yield f"{GUIDE}:{number}: {SERVICE} permits no recording in {path}"
+
+
 def check(root):
+    yield from check_recordings(root)
     capabilities = known_capabilities()
     for path in tree.files(root, (".service", ".socket", ".timer")):
         yield from complaints_of_systemd(path, tree.read(root, path))
