@@ -18,6 +18,9 @@ constexpr std::byte kToggle{0x80};  // of a guard answer
 constexpr std::byte kOperational{0x05};
 constexpr unsigned kSigns = 3;  // the first may have been on their way when the node was reset
 constexpr Duration kUnwatched = std::chrono::milliseconds(100);
+// Longer than from one request of a boot process to the next: 1000h is requested anew a second
+// after the SDO time-out (CiA 302-2 figure 4).
+constexpr Duration kBootPause = std::chrono::seconds(2);
 
 std::uint64_t bits_of(std::span<const std::byte> bytes, unsigned first, unsigned count) {
   std::uint64_t out = 0;
@@ -45,6 +48,13 @@ bool starts_download(const can::Frame& frame) {
          (frame.data[0] & std::byte{0xE0}) == std::byte{0x20};
 }
 
+// The first request of a boot process: what device is it (CiA 302-2 figure 4).
+bool requests_device_type(const can::Frame& frame) {
+  constexpr std::uint16_t kDeviceType = 0x1000;
+  return frame.data[0] == std::byte{0x40} &&
+         load_le<std::uint16_t>(frame.data.data() + 1) == kDeviceType;
+}
+
 // As the device has it: its configuration may not be done yet.
 bool is_synchronous(DeviceSeat& device, std::uint16_t rpdo) {
   const od::Address type{
@@ -58,6 +68,11 @@ bool ends_operational(const can::Frame& frame, std::uint8_t node) {
   const auto control = frame.id == can::kNmtId ? nmt::decode_node_control(frame) : std::nullopt;
   return control && control->command != nmt::Command::start &&
          (control->node == 0 || control->node == node);
+}
+
+bool resets_node(const can::Frame& frame, std::uint8_t node) {
+  const auto control = frame.id == can::kNmtId ? nmt::decode_node_control(frame) : std::nullopt;
+  return control && nmt::is_reset(control->command) && control->addresses(node);
 }
 
 bool is_operational(LineSeat& seat, const DeviceSeat& device) {
@@ -104,26 +119,83 @@ OutputModel::OutputModel(const line::Line& line) {
   ids_.erase(std::unique(ids_.begin(), ids_.end()), ids_.end());
 }
 
-void OutputModel::submitted(const can::Frame& frame, Instant now) {
+void OutputModel::submitted(LineSeat& seat, const can::Frame& frame, Instant now) {
   syncs_ += frame.id == can::kSyncId && frame.length <= 1 ? 1U : 0U;
   for (const std::uint8_t id : ids_) {
     if (ends_operational(frame, id)) {
       withdraw(id);
     }
+    follow_boot(frame, id, now);
   }
   for (Pdo& pdo : pdos_) {
     if (frame.id == pdo.cob_id.id() && frame.extended() == pdo.cob_id.extended() &&
         !frame.remote()) {
-      const bool on_request = pdo.type == pdo::kRtrOnSync || pdo.type == pdo::kRtrEvent;
-      if (on_request && !std::exchange(pdo.requested, false)) {
-        early_ = "the PDO with CAN-ID " + std::to_string(frame.id) + " was not requested";
-      }
+      check_order(seat, pdo, frame, now);
       pdo.newest = frame;
       pdo.free_at = now + pdo.inhibit;
       pdo.transmitted = true;
       pdo.under_way.push_back(true);
     }
   }
+}
+
+// A boot process begins with the reset of the node or the request for 1000h, and pauses no longer.
+void OutputModel::follow_boot(const can::Frame& frame, std::uint8_t id, Instant now) {
+  Node& node = nodes_[id];
+  const bool boots = node.boots_at != Instant{} && now - node.boots_at < kBootPause;
+  if (resets_node(frame, id)) {
+    node.boots_at = now;
+  } else if (frame.standard_of(can::kMaxClassicData) && frame.id == can::kSdoRequestBase + id) {
+    node.boots_at = boots || requests_device_type(frame) ? now : Instant{};
+  }
+}
+
+// Clause 6. What the call that passed SYNC changed itself, as the reaction of a watchdog, may be in
+// the sample or not.
+void OutputModel::check_order(LineSeat& seat, const Pdo& pdo, const can::Frame& frame,
+                              Instant now) {
+  seat.line->snapshot(image::Direction::outputs, snapshot_, now, true);
+  const std::uint64_t has = carried(pdo, frame);
+  const bool newest = pdo::is_synchronous(pdo.type) ? has == pdo.at_sync || has == pdo.before_sync
+                                                    : has == values(pdo);
+  if (!newest && older_.empty()) {
+    older_ = "a frame of RPDO " + std::to_string(pdo.number) + " of node " +
+             std::to_string(pdo.node) + " has " + std::to_string(has) + " instead of the newest " +
+             std::to_string(pdo::is_synchronous(pdo.type) ? pdo.at_sync : values(pdo));
+  }
+}
+
+void OutputModel::look_at_sync(LineSeat& seat, Instant now) {
+  const auto is_one = [](const Pdo& pdo) { return pdo::is_synchronous(pdo.type); };
+  if (!std::ranges::any_of(pdos_, is_one)) {
+    return;
+  }
+  seat.line->snapshot(image::Direction::outputs, snapshot_, now, true);
+  const bool passed = std::exchange(passed_, seat.line->sync_count()) != passed_;
+  for (Pdo& pdo : pdos_) {
+    const std::uint64_t before = std::exchange(pdo.latest, values(pdo));
+    if (passed) {
+      pdo.before_sync = before;
+      pdo.at_sync = pdo.latest;
+    }
+  }
+}
+
+// What the image has, as a frame carries it.
+std::uint64_t OutputModel::values(const Pdo& pdo) const {
+  std::uint64_t out = 0;
+  for (const Field& field : pdo.fields) {
+    out |= bits_of(snapshot_.bytes, field.image_bit, field.bits) << field.frame_bit;
+  }
+  return out;
+}
+
+std::uint64_t OutputModel::carried(const Pdo& pdo, const can::Frame& frame) {
+  std::uint64_t out = 0;
+  for (const Field& field : pdo.fields) {
+    out |= bits_of(frame.data, field.frame_bit, field.bits) << field.frame_bit;
+  }
+  return out;
 }
 
 void OutputModel::flushed() {
@@ -140,8 +212,6 @@ void OutputModel::ended(LineSeat& seat, const can::Frame& frame, sim::Bus::Endpo
     if (frame.id == pdo.cob_id.id() && frame.extended() == pdo.cob_id.extended() &&
         !frame.remote()) {
       pdo_ended(seat, pdo, frame, by_line, fate);
-    } else if (frame.id == pdo.cob_id.id() && fate != sim::Fate::lost) {
-      pdo.requested = true;
     }
   }
   if (fate == sim::Fate::lost || fate == sim::Fate::disturbed || frame.extended()) {
@@ -182,6 +252,9 @@ void OutputModel::follow_command(const can::Frame& frame, std::uint8_t id) {
   }
   Node& node = nodes_[id];
   const bool starts = control->command == nmt::Command::start;
+  if (starts && !node.shown) {
+    forget_frames(id);
+  }
   if (!starts || node.period == Duration::zero()) {
     node.signs = starts ? kSigns : 0;
   }
@@ -230,6 +303,11 @@ void OutputModel::pdo_ended(LineSeat& seat, Pdo& pdo, const can::Frame& frame, b
 
 void OutputModel::withdraw(std::uint8_t node) {
   nodes_[node].signs = 0;
+  forget_frames(node);
+}
+
+// What was submitted to it before counts no more.
+void OutputModel::forget_frames(std::uint8_t node) {
   for (Pdo& pdo : pdos_) {
     if (pdo.node == node) {
       pdo.transmitted = false;
@@ -280,27 +358,22 @@ std::string OutputModel::compare(LineSeat& seat, Instant now) {
       return text;
     }
   }
-  return early_;
+  return older_;
 }
 
 // Clauses 4 and 5.
 std::string OutputModel::check_due(LineSeat& seat, Pdo& pdo, Instant now) {
   const Node& node = nodes_[pdo.node];
-  // Its RPDOs are configured: what is sent before is for nothing.
-  const bool boots = seat.line->config().role == line::Role::manager &&
+  const bool boots = node.boots_at != Instant{} && now - node.boots_at < kBootPause &&
                      seat.line->node_state(pdo.node).boot == manager::kBootUnfinished;
   bool complete = node.shown && !seat.stopped && !boots &&
                   seat.line->indicators().run == node::Pattern::on && seat.bus.connected(seat.end);
-  std::uint64_t wanted = 0;
-  std::uint64_t newest = 0;
   for (const Field& field : pdo.fields) {
     complete &= snapshot_.is_known(field.entry);
-    wanted |= bits_of(snapshot_.bytes, field.image_bit, field.bits) << field.frame_bit;
-    newest |= bits_of(pdo.newest.data, field.frame_bit, field.bits) << field.frame_bit;
   }
-  const bool on_request = pdo.type == pdo::kRtrOnSync || pdo.type == pdo::kRtrEvent;
+  const std::uint64_t wanted = values(pdo);
   const bool started = pdo.transmitted || node.signs >= kSigns;
-  if (!complete || !started || on_request || (pdo.transmitted && wanted == newest)) {
+  if (!complete || !started || (pdo.transmitted && wanted == carried(pdo, pdo.newest))) {
     pdo.due_at = kNever;
     return {};
   }

@@ -16,7 +16,16 @@
 //      three signs of a node with error control that it is Operational, since the last NMT command
 //      to it that ends Operational: the first ones may have been on their way. Of one without error
 //      control, after an NMT start.
-//   6. A PDO of type 252 or 253 is submitted only after a remote frame that requests it.
+//      What was submitted before the start counts for nothing. The line does not boot the node
+//      meanwhile, which may configure its RPDOs: that the line shows its boot status as unfinished
+//      is no excuse unless the bus shows a boot process, too: the line reset the node or requested
+//      1000h, and since then no two SDO requests to the node were 2 s apart.
+//   6. Nothing older follows anything newer: a frame of an event-driven PDO has the values of the
+//      image of the time when the line submits it, one of a synchronous PDO those of the SYNC
+//      before it. So the first frame of each PDO after a start of its node has the newest values,
+//      each later one those or newer ones, and values between two frames may be left out. PDOs with
+//      different COB-IDs have the order of the bus: a newer value of one may come before the first
+//      frame of another.
 //
 // Clause 3 has these exceptions, and no others:
 //   - The newest frame reached nobody (losses, swallowed frames): until the next frame of the PDO.
@@ -52,7 +61,9 @@ class OutputModel {
   explicit OutputModel(const line::Line& line);
 
   // The line submits it to the bus.
-  void submitted(const can::Frame& frame, Instant now);
+  void submitted(LineSeat& seat, const can::Frame& frame, Instant now);
+  // The line is about to be called, or was called: it may have passed a SYNC in between.
+  void look_at_sync(LineSeat& seat, Instant now);
   // The frames of the line that did not end are gone.
   void flushed();
   // It ended on the bus; the stations have not processed it yet.
@@ -93,12 +104,15 @@ class OutputModel {
     std::uint64_t wanted = 0;  // what the image has, as a frame carries it
     Instant due_at = kNever;   // since when it differs from the newest frame, or the grace after
     std::uint32_t due_sync = 0;
-    bool requested = false;  // by a remote frame
+    std::uint64_t before_sync = 0;  // what the image had before the call in which SYNC passed
+    std::uint64_t at_sync = 0;      // ... and after it
+    std::uint64_t latest = 0;       // ... when it was looked at last
   };
   struct Node {
     bool guarded = false;
     Duration period{};   // of its heartbeats or guard requests, 0 = none
     unsigned signs = 0;  // that it is Operational, since the last that it is not
+    Instant boots_at{};  // newest frame of its boot process, as the bus shows it
     bool signed_now = false;
     Instant signed_at{};
     std::byte toggle{0x80};    // of its newest guard answer
@@ -113,7 +127,12 @@ class OutputModel {
   void follow_command(const can::Frame& frame, std::uint8_t id);
   void state_ended(LineSeat& seat, const can::Frame& frame);
   void withdraw(std::uint8_t node);
+  void forget_frames(std::uint8_t node);
   void look_at(LineSeat& seat, std::uint8_t id);
+  std::uint64_t values(const Pdo& pdo) const;
+  static std::uint64_t carried(const Pdo& pdo, const can::Frame& frame);
+  void follow_boot(const can::Frame& frame, std::uint8_t id, Instant now);
+  void check_order(LineSeat& seat, const Pdo& pdo, const can::Frame& frame, Instant now);
   std::string compare(LineSeat& seat, Pdo& pdo);
   std::string check_due(LineSeat& seat, Pdo& pdo, Instant now);
   std::string compare_device(LineSeat& seat, const Field& field, std::uint64_t shown,
@@ -123,8 +142,9 @@ class OutputModel {
   std::vector<std::uint8_t> ids_;  // of the nodes that have one
   std::array<Node, 128> nodes_{};
   std::uint64_t compared_ = 0;
-  std::uint32_t syncs_ = 0;  // that the line submitted
-  std::string early_;        // what was submitted and may not be
+  std::uint32_t syncs_ = 0;   // SYNC messages that the line submitted
+  std::uint32_t passed_ = 0;  // that it passed, its own ones and others
+  std::string older_;         // of a frame with values that are not the newest
   image::Snapshot snapshot_;
 };
 

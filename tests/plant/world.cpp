@@ -401,20 +401,24 @@ void World::turn_line(LineSeat& seat) {
       seat.states->before_receive(frame);
       seat.silence.before_receive(frame);
       seat.answers->before_receive(frame);
+      seat.outputs->look_at_sync(seat, now_);
       line.receive(std::span(&frame, 1), now_);
+      seat.outputs->look_at_sync(seat, now_);
       seat.model->after_call(take_events(seat));
     }
   }
+  seat.outputs->look_at_sync(seat, now_);
   seat.answers->acknowledged(seat.bus.acknowledged(seat.end));
   line.acknowledged(seat.bus.acknowledged(seat.end), now_);
   line.advance(now_);
+  seat.outputs->look_at_sync(seat, now_);
   seat.model->after_call(take_events(seat));
   can::Frame frame;
   while (seat.bus.room(seat.end) > 0 && line.next_frame(frame, now_)) {
     if (std::string text = seat.silence.sends(frame); !text.empty()) {
       fail("silence: " + text);
     }
-    seat.outputs->submitted(frame, now_);
+    seat.outputs->submitted(seat, frame, now_);
     seat.answers->submitted(frame);
     seat.states->sends(frame);
     seat.bus.submit(seat.end, frame, now_);
