@@ -31,7 +31,7 @@ AbortCode Engine::Impl::check_write(od::Address address, std::span<const std::by
 
 void Engine::Impl::written(od::Address address) {
   if (is_scanner_list(address.index)) {
-    scanner_list.read(dictionary);
+    read_scanner_list();
     follow_sources();
     return;
   }
@@ -72,7 +72,7 @@ std::vector<Diagnostic> Engine::Impl::configure() {
   held_always.reset(tpdo_count);
   asked.reset(rpdo_count);
   timers.reset(rpdo_count + tpdo_count);
-  scanner_list.read(dictionary);
+  read_scanner_list();
   read_dispatcher_list();
   std::vector<Diagnostic> diagnostics;
   for (const PdoKind kind : {PdoKind::rpdo, PdoKind::tpdo}) {
@@ -197,6 +197,25 @@ Engine::Impl::Problem Engine::Impl::compile_mpdo(PdoKind kind, const Parameters&
   return {};
 }
 
+// A changed object always finds room: all that the list names may wait.
+void Engine::Impl::read_scanner_list() {
+  scanner_list.read(dictionary);
+  scanned_objects = 0;
+  scanner_list.for_each([this](od::Address address) {
+    scanned_objects += dictionary.find(address).has_value() ? 1U : 0U;
+  });
+  if (source_tpdo) {
+    reserve_mpdos(tpdos[*source_tpdo]);
+  }
+}
+
+void Engine::Impl::reserve_mpdos(Tpdo& pdo) {
+  const std::size_t most =
+      pdo.mpdo == MpdoMode::source ? std::max(kMpdosWaiting, scanned_objects) : kMpdosWaiting;
+  pdo.mpdos.reserve(most);
+  pdo.held_mpdos.reserve(most);
+}
+
 void Engine::Impl::read_dispatcher_list() {
   dispatcher_list.read(dictionary);
   mpdo_places.reserve(dispatcher_list.size());
@@ -207,8 +226,7 @@ void Engine::Impl::start_mpdo(Tpdo& pdo, MpdoMode mode, std::uint16_t number) {
   if (mode == MpdoMode::none) {
     return;
   }
-  pdo.mpdos.reserve(kMpdosWaiting);
-  pdo.held_mpdos.reserve(kMpdosWaiting);
+  reserve_mpdos(pdo);
   if (mode == MpdoMode::source) {
     source_tpdo = static_cast<std::uint16_t>(number - 1U);
     return;

@@ -198,7 +198,7 @@ class Engine {
   // held ones included.
   AbortCode send_mpdo(std::uint16_t number, std::uint8_t consumer, od::Address destination);
   // Sends an object of the device in source address mode, as value_changed() does for those in the
-  // scanner list. no_object also for one that is not in it.
+  // scanner list, which has room for all of them. no_object also for one that is not in it.
   AbortCode send_mpdo(od::Address source);
   static constexpr std::size_t kMpdosWaiting = 64;
 

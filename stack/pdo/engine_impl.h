@@ -128,6 +128,8 @@ struct Engine::Impl final : od::Hook, od::Observer {
   Problem try_to_compile(PdoKind kind, std::uint16_t number);
   Problem compile_plan(PdoKind kind, std::uint16_t number, CopyPlan& plan) const;
   Problem compile_mpdo(PdoKind kind, const Parameters& parameters, CopyPlan& plan) const;
+  void read_scanner_list();
+  void reserve_mpdos(Tpdo& pdo);
   void read_dispatcher_list();
   void start_mpdo(Tpdo& pdo, MpdoMode mode, std::uint16_t number);
   Problem map_objects(PdoKind kind, std::uint16_t number, CopyPlan& plan) const;
@@ -188,8 +190,12 @@ struct Engine::Impl final : od::Hook, od::Observer {
   // multiplexed.cpp
   void receive_mpdo(std::uint16_t slot, const can::Frame& frame);
   void store_mpdo(std::uint16_t slot, const Mpdo& mpdo, od::Address place, Instant time);
-  AbortCode queue_mpdo(std::uint16_t slot, Mpdo mpdo, od::Address source);
-  AbortCode put_mpdo(std::vector<MpdoData>& waiting, const Tpdo& pdo, const MpdoData& data);
+  // most: may wait, this one included.
+  AbortCode queue_mpdo(std::uint16_t slot, Mpdo mpdo, od::Address source,
+                       std::size_t most = kMpdosWaiting);
+  AbortCode put_mpdo(std::vector<MpdoData>& waiting, const Tpdo& pdo, const MpdoData& data,
+                     std::size_t most);
+  void scanned_changed(od::Address address);
   void release_mpdos(Tpdo& pdo);
   void show_first_mpdo(Tpdo& pdo);
   void next_mpdo(Tpdo& pdo);
@@ -319,6 +325,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
   std::bitset<kMaxPdo> auto_notify;   // by slot
   std::vector<od::Address> followed;  // in the dictionary
   ScannerList scanner_list;
+  std::size_t scanned_objects = 0;  // objects that the list names
   DispatcherList dispatcher_list;
   std::vector<od::Address> mpdo_places;      // scratch
   std::optional<std::uint16_t> source_tpdo;  // slot of the MPDO in source address mode

@@ -88,7 +88,14 @@ AbortCode Engine::send_mpdo(od::Address source) {
                            source);
 }
 
-AbortCode Engine::Impl::queue_mpdo(std::uint16_t slot, Mpdo mpdo, od::Address source) {
+// A full queue holds back no change: the newest value of each object waits once.
+void Engine::Impl::scanned_changed(od::Address address) {
+  (void)queue_mpdo(*source_tpdo, {.mode = MpdoMode::source, .node = node_id, .address = address},
+                   address, std::max(kMpdosWaiting, scanned_objects));
+}
+
+AbortCode Engine::Impl::queue_mpdo(std::uint16_t slot, Mpdo mpdo, od::Address source,
+                                   std::size_t most) {
   if (const AbortCode why = check_mpdo_object(dictionary, false, source); why != AbortCode::none) {
     return why;
   }
@@ -98,16 +105,16 @@ AbortCode Engine::Impl::queue_mpdo(std::uint16_t slot, Mpdo mpdo, od::Address so
   Tpdo& pdo = tpdos[slot];
   if (held) {
     held_changed.set(slot);
-    return put_mpdo(pdo.held_mpdos, pdo, encode(mpdo));
+    return put_mpdo(pdo.held_mpdos, pdo, encode(mpdo), most);
   }
-  const AbortCode why = put_mpdo(pdo.mpdos, pdo, encode(mpdo));
+  const AbortCode why = put_mpdo(pdo.mpdos, pdo, encode(mpdo), most);
   show_first_mpdo(pdo);
   return why;
 }
 
 // In place of an older value for the same destination or of the same source.
 AbortCode Engine::Impl::put_mpdo(std::vector<MpdoData>& waiting, const Tpdo& pdo,
-                                 const MpdoData& data) {
+                                 const MpdoData& data, std::size_t most) {
   constexpr std::size_t kHead = 4;  // bytes before the value
   const auto same = std::ranges::find_if(waiting, [&data](const MpdoData& other) {
     return std::equal(data.begin(), data.begin() + kHead, other.begin());
@@ -115,7 +122,7 @@ AbortCode Engine::Impl::put_mpdo(std::vector<MpdoData>& waiting, const Tpdo& pdo
   if (same != waiting.end()) {
     counters.coalesced += *same != data ? 1U : 0U;
     *same = data;
-  } else if (pdo.mpdos.size() + pdo.held_mpdos.size() < kMpdosWaiting) {
+  } else if (pdo.mpdos.size() + pdo.held_mpdos.size() < most) {
     waiting.push_back(data);
   } else {
     return AbortCode::out_of_memory;
@@ -128,7 +135,7 @@ void Engine::Impl::release_mpdos(Tpdo& pdo) {
   while (!pdo.held_mpdos.empty()) {
     const MpdoData data = pdo.held_mpdos.front();
     pdo.held_mpdos.erase(pdo.held_mpdos.begin());
-    (void)put_mpdo(pdo.mpdos, pdo, data);
+    (void)put_mpdo(pdo.mpdos, pdo, data, SIZE_MAX);
   }
   show_first_mpdo(pdo);
 }

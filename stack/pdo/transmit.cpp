@@ -43,8 +43,7 @@ void Engine::Impl::changed(od::Address address) {
     output_variable_changed(address);
   }
   if (source_tpdo && auto_notify[*source_tpdo] && scanner_list.contains(address)) {
-    (void)queue_mpdo(*source_tpdo, {.mode = MpdoMode::source, .node = node_id, .address = address},
-                     address);
+    scanned_changed(address);
   }
 }
 
@@ -54,8 +53,8 @@ void Engine::value_changed(od::Address address, Instant /*now*/) {
   }
   impl_->object_sources.for_each(
       address, [this](std::uint16_t slot) { impl_->source_changed(slot, false); });
-  if (impl_->source_tpdo) {
-    (void)send_mpdo(address);  // a full queue has older news of other objects
+  if (impl_->source_tpdo && impl_->scanner_list.contains(address)) {
+    impl_->scanned_changed(address);
   }
 }
 

@@ -270,6 +270,25 @@ TEST_F(MpdoTest, AChangedObjectOfTheScannerListIsSent) {
   EXPECT_EQ(device.engine->send_mpdo({0x2003, 0}), AbortCode::none);
 }
 
+TEST_F(MpdoTest, NoChangeOfAScannedObjectIsLost) {
+  constexpr std::uint8_t kObjects = 2 * Engine::kMpdosWaiting;
+  od::DeviceDescription many = description();
+  many.objects.push_back(list(0x2200, DataType::unsigned16, std::vector<std::uint64_t>(kObjects)));
+  for (od::VariableDescription& value : many.objects.back().variables) {
+    value.mappable = value.sub != 0;
+  }
+  *std::ranges::find(many.objects, 0x1FA0, &od::ObjectDescription::index) =
+      list(0x1FA0, DataType::unsigned32, {std::uint64_t{kObjects} << 24U | 0x2200'01});
+  Device other(many);
+  other.engine->set_node_id(kNode);
+  other.operational();
+  other.engine->set_auto_notify(2, true);
+  for (std::uint8_t sub = 1; sub <= kObjects; ++sub) {
+    EXPECT_EQ(other.write(0x2200, sub, sub), AbortCode::none);
+  }
+  EXPECT_EQ(other.sent(at(1)).size(), kObjects);
+}
+
 TEST_F(MpdoTest, WithAutoNotifyTheScannerListIsSentByItself) {
   const auto set = [this](std::uint8_t sub, unsigned value) {
     ASSERT_TRUE(device.dictionary.set({0x2100, sub}, value));
