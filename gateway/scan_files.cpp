@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
+#include "bridges/can/interface_uri.h"
 #include "bridges/sim/device.h"
 #include "gateway/config/plant.h"
 #include "gateway/config/sections.h"
@@ -271,6 +272,14 @@ ScanFiles write_scan(const ScannedLine& line, const std::string& folder,
   ScanFiles out;
   if (!config::is_name(line.name)) {  // as any participant can publish it; files are named by it
     out.error = fmt::format("'{}' is not a name that a plant.yaml can have for a line", line.name);
+    return out;
+  }
+  const std::string wrong = line.interface_uri == "simulated:"
+                                ? std::string()
+                                : can_bridge::parse_uri(line.interface_uri).error;
+  if (!wrong.empty()) {
+    out.error = fmt::format("'{}' is not an interface that a plant.yaml can have: {}",
+                            line.interface_uri, wrong);
     return out;
   }
   FoundNodes found = found_nodes(line.nodes, eds_folder);

@@ -178,6 +178,20 @@ scan::ScannedNode with_tpdo() {
   return node;
 }
 
+// Any participant of the DDS domain can publish it.
+TEST(ScanFiles, AnInterfaceThatNoPlantCanHaveIsRefused) {
+  const std::string folder = testing::TempDir() + "/scan-interface";
+  std::filesystem::remove_all(folder);
+  for (const char* const interface : {"", "nothing:p", "udp:", "virtual:p?x=\x1b[2J"}) {
+    const ScanFiles files =
+        write_scan({.gateway = "lab", .name = "press", .interface_uri = interface}, folder, "");
+    EXPECT_FALSE(files.ok) << interface;
+    EXPECT_EQ(files.error.find("'" + std::string(interface) + "' is not an interface"), 0U)
+        << files.error;
+    EXPECT_FALSE(std::filesystem::exists(folder));
+  }
+}
+
 TEST(ScanFiles, AnotherLayoutThanThatOfTheRunningLineIsReportedWithItsReason) {
   const std::string folder = testing::TempDir() + "/scan-layout";
   ScannedLine line{
