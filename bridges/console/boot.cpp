@@ -11,6 +11,7 @@
 #include "bridges/console/event_progress.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/model.h"
+#include "bridges/console/one_line.h"
 #include "bridges/console/refusal_text.h"
 #include "stack/od/address_text.h"
 
@@ -121,8 +122,8 @@ std::string boot_json(const LineId& id, const std::vector<manager::BootOutcome>&
   for (const manager::BootOutcome& outcome : outcomes) {
     nodes.push_back(outcome_json(outcome));
   }
-  return nlohmann::ordered_json{{"gateway", id.gateway}, {"line", id.line}, {"nodes", nodes}}.dump(
-      -1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  return one_line(
+      nlohmann::ordered_json{{"gateway", id.gateway}, {"line", id.line}, {"nodes", nodes}});
 }
 
 }  // namespace linegate::console

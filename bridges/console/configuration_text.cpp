@@ -5,6 +5,7 @@
 
 #include "bridges/console/configuration.h"
 #include "bridges/console/object_text.h"
+#include "bridges/console/one_line.h"
 #include "stack/base/byte_order.h"
 #include "stack/od/address_text.h"
 
@@ -125,11 +126,11 @@ std::string configuration_json(const LineId& id, ConfigAction action,
     one["differences"] = std::move(differences);
     list.push_back(std::move(one));
   }
-  return nlohmann::ordered_json{{"gateway", id.gateway},
-                                {"line", id.line},
-                                {"action", action == ConfigAction::verify ? "verify" : "apply"},
-                                {"nodes", list}}
-      .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  return one_line(
+      nlohmann::ordered_json{{"gateway", id.gateway},
+                             {"line", id.line},
+                             {"action", action == ConfigAction::verify ? "verify" : "apply"},
+                             {"nodes", list}});
 }
 
 }  // namespace linegate::console

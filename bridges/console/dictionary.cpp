@@ -11,6 +11,7 @@
 #include "bridges/console/answer.h"
 #include "bridges/console/json_text.h"
 #include "bridges/console/lookup.h"
+#include "bridges/console/one_line.h"
 #include "bridges/console/table.h"
 #include "bridges/console/tables.h"
 #include "bridges/console/value_text.h"
@@ -105,7 +106,7 @@ std::string list_json(const std::vector<ListedVariable>& variables) {
                    {"data", data},
                    {"value", listed_value(one)}});
   }
-  return out.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return one_line(out);
 }
 
 Table list_table(const std::vector<ListedVariable>& variables) {

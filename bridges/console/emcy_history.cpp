@@ -9,6 +9,7 @@
 #include "bridges/console/answer.h"
 #include "bridges/console/explain_words.h"
 #include "bridges/console/lookup.h"
+#include "bridges/console/one_line.h"
 #include "bridges/console/table.h"
 #include "bridges/console/value_text.h"
 
@@ -134,7 +135,7 @@ std::string history_json(const LineId& line, const std::vector<NodeHistory>& nod
                             {"received", node.received},
                             {"emcys", std::move(emcys)}});
   }
-  return out.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return one_line(out);
 }
 
 int emcy_history(Context& context, const std::string& what) {

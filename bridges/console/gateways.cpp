@@ -9,6 +9,7 @@
 
 #include "bridges/console/commands.h"
 #include "bridges/console/lookup.h"
+#include "bridges/console/one_line.h"
 #include "bridges/console/table.h"
 #include "bridges/console/tables.h"
 
@@ -85,10 +86,7 @@ int gateways(Context& context) {
     }
   }
   if (context.json) {
-    using nlohmann::ordered_json;
-    context.out << ordered_json({{"gateways", all}})
-                       .dump(-1, ' ', false, ordered_json::error_handler_t::replace)
-                << '\n';
+    context.out << one_line(nlohmann::ordered_json({{"gateways", all}})) << '\n';
   }
   int code = kDone;
   for (const std::string& name : context.client.discovery().gateways) {

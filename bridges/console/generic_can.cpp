@@ -13,6 +13,7 @@
 #include "bridges/console/answer.h"
 #include "bridges/console/json_text.h"
 #include "bridges/console/lookup.h"
+#include "bridges/console/one_line.h"
 #include "bridges/console/table.h"
 #include "bridges/console/tables.h"
 #include "bridges/console/value_text.h"
@@ -130,7 +131,7 @@ void print_frame(Context& context, const LineId& id, const Assembly& heard, Inst
         {"length", frame.length},
         {"data", frame.remote() ? std::string() : packed_data(frame.bytes())},
         {"held_back", heard.held_back()}};
-    context.out << out.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << std::endl;
+    context.out << one_line(out) << std::endl;
     return;
   }
   context.out << clock_text(time) << ' ' << printable(id.line) << ' ' << frame_text(frame);

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bridges/console/object_text.h"
+#include "bridges/console/one_line.h"
 #include "bridges/console/output_text.h"
 #include "bridges/console/tables.h"
 #include "bridges/console/value_text.h"
@@ -20,11 +21,6 @@ namespace linegate::console {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-// Device names may hold any bytes; what is no UTF-8 is replaced, not refused.
-std::string dump(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
 
 std::string packed_hex(std::span<const std::byte> bytes) {
   std::string text = to_hex(bytes);
@@ -319,21 +315,21 @@ Json events_array(const Model& model, const Filter& filter) {
 std::string typed(std::string_view type, const Json& rest) {
   Json out = {{"type", type}};
   out.update(rest);
-  return dump(out);
+  return one_line(out);
 }
 
 }  // namespace
 
 std::string lines_json(const Model& model, const std::vector<const Line*>& lines) {
-  return dump({{"lines", lines_array(model, lines)}});
+  return one_line(Json{{"lines", lines_array(model, lines)}});
 }
 
 std::string nodes_json(const std::vector<const Line*>& lines) {
-  return dump(nodes_array(lines));
+  return one_line(nodes_array(lines));
 }
 
 std::string image_json(const Line& line, image::Direction direction) {
-  return dump(image_object(line, direction));
+  return one_line(image_object(line, direction));
 }
 
 std::string plant_json(const Model& model, const Filter& filter, Instant utc) {
@@ -346,7 +342,7 @@ std::string plant_json(const Model& model, const Filter& filter, Instant utc) {
   }
   out["events"] = events_array(model, filter);
   out["dropped"] = {{"damaged", model.unreadable()}, {"left_out", model.left_out()}};
-  return dump(out);
+  return one_line(out);
 }
 
 std::string stream_lines_json(const Model& model, const Filter& filter) {
@@ -362,18 +358,18 @@ std::string stream_event_json(const LineId& id, const EventView& event) {
 }
 
 std::string event_json(const LineId& id, const EventView& event) {
-  return dump(event_object(id, event));
+  return one_line(event_object(id, event));
 }
 
 std::string answer_json(const Client::Answer& answer, const std::string& value) {
   if (answer.reply.ok()) {
-    return dump({{"ok", true}, {"data", packed_hex(answer.reply.data)}, {"value", value}});
+    return one_line(Json{{"ok", true}, {"data", packed_hex(answer.reply.data)}, {"value", value}});
   }
   const bool abort = answer.reply.error.domain == Domain::sdo;
-  return dump({{"ok", false},
-               {"domain", abort ? "sdo" : "command"},
-               {"code", answer.reply.error.code},
-               {"text", answer.text}});
+  return one_line(Json{{"ok", false},
+                       {"domain", abort ? "sdo" : "command"},
+                       {"code", answer.reply.error.code},
+                       {"text", answer.text}});
 }
 
 }  // namespace linegate::console

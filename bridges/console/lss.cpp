@@ -13,6 +13,7 @@
 #include "bridges/console/event_progress.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/model.h"
+#include "bridges/console/one_line.h"
 #include "bridges/console/table.h"
 #include "stack/lss/assigner.h"
 #include "stack/lss/procedure.h"
@@ -387,7 +388,7 @@ class Session {
     return kDone;
   }
 
-  void print(const Json& json) { context_.out << json.dump() << '\n'; }
+  void print(const Json& json) { context_.out << one_line(json) << '\n'; }
 
   Context& context_;
   const LssRequest& request_;

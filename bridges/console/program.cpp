@@ -9,6 +9,7 @@
 #include "bridges/console/event_progress.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/object_text.h"
+#include "bridges/console/one_line.h"
 #include "bridges/console/table.h"
 #include "stack/base/byte_order.h"
 #include "stack/manager/program_run.h"
@@ -48,7 +49,7 @@ std::string program_json(const LineId& id, std::uint8_t node, const Client::Answ
     out["text"] = answer.text;
     out["finding"] = finding_text(answer.reply);
   }
-  return out.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  return one_line(out);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bridges/console/lookup.h"
+#include "bridges/console/one_line.h"
 #include "bridges/console/tables.h"
 
 namespace linegate::console {
@@ -241,8 +242,7 @@ std::string routes_json(const Model& model) {
     }
     lines_list.push_back(std::move(one));
   }
-  return nlohmann::ordered_json{{"routes", routes_list}, {"lines", lines_list}}.dump(
-      -1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  return one_line(nlohmann::ordered_json{{"routes", routes_list}, {"lines", lines_list}});
 }
 
 }  // namespace linegate::console

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bridges/console/one_line.h"
 #include "bridges/console/scan.h"
 #include "bridges/console/tables.h"
 #include "stack/base/abort_code.h"
@@ -230,11 +231,10 @@ std::string scan_json(const ScanResult& result) {
          {"second",
           {{"node", conflict.second.node}, {"object", object_text(conflict.second.object)}}}});
   }
-  return nlohmann::ordered_json{{"gateway", result.id.gateway},
-                                {"line", result.id.line},
-                                {"nodes", nodes},
-                                {"conflicts", found}}
-      .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  return one_line(nlohmann::ordered_json{{"gateway", result.id.gateway},
+                                         {"line", result.id.line},
+                                         {"nodes", nodes},
+                                         {"conflicts", found}});
 }
 
 }  // namespace linegate::console

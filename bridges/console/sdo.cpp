@@ -13,6 +13,7 @@
 #include "bridges/console/json_text.h"
 #include "bridges/console/lookup.h"
 #include "bridges/console/object_text.h"
+#include "bridges/console/one_line.h"
 #include "bridges/console/output_text.h"
 #include "bridges/console/refusal_text.h"
 #include "bridges/console/sdo_target.h"
@@ -171,7 +172,7 @@ class Answers {
   // After the last: the exit code.
   int finish() {
     if (many_ && context_.json) {
-      context_.out << nlohmann::ordered_json(documents_).dump() << '\n';
+      context_.out << one_line(nlohmann::ordered_json(documents_)) << '\n';
     }
     return code_;
   }

@@ -16,6 +16,7 @@
 #include "bridges/console/commands.h"
 #include "bridges/console/json_text.h"
 #include "bridges/console/lookup.h"
+#include "bridges/console/one_line.h"
 #include "bridges/console/routes.h"
 #include "bridges/console/table.h"
 #include "bridges/console/tables.h"
@@ -147,8 +148,7 @@ class Tracer {
         std::ranges::replace(key, '-', '_');
         out[key] = moved(last[i], now[i]);
       }
-      context_.out << out.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
-                   << std::endl;
+      context_.out << one_line(out) << std::endl;
       return;
     }
     std::string text;

@@ -15,7 +15,9 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr const char* kEscape = "x\x1b[2J\x1b]0;owned\x07\nforged line";
+constexpr const char* kEscape =
+    "x\x1b[2J\x1b]0;owned\x07\nforged line\xC2\x9B"
+    "2J\x7F\xFF";
 
 image::Layout named_entry(image::Direction direction) {
   image::Layout out{.direction = direction, .id = 5, .byte_size = 1};
@@ -68,7 +70,7 @@ class Escapes : public test::CommandTest<EscapingGateway> {
     err_.str("");
     (void)command();
     for (const std::string& text : {out_.str(), err_.str()}) {
-      for (const char* const bad : {"\x1b", "\x07", "\nforged"}) {
+      for (const char* const bad : {"\x1b", "\x07", "\nforged", "\xC2\x9B", "\x7F", "\xFF"}) {
         EXPECT_THAT(text, Not(HasSubstr(bad))) << name;
       }
     }
@@ -96,6 +98,13 @@ class Escapes : public test::CommandTest<EscapingGateway> {
 };
 
 TEST_F(Escapes, FromTheNetworkReachNoTerminal) {
+  expect_none_of_all();
+  gateway_.refusal = line::Refusal::none;
+  expect_none_of_all();
+}
+
+TEST_F(Escapes, FromTheNetworkReachNoTerminalAsJson) {
+  context_.json = true;
   expect_none_of_all();
   gateway_.refusal = line::Refusal::none;
   expect_none_of_all();
