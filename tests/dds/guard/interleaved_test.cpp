@@ -1,0 +1,131 @@
+// Samples of two writers that a reader of Fast DDS 2.9.1 cannot sort. They are well-formed, and no
+// rule of the guard stops them: deploy/SECURITY.md.
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/rtps/common/Guid.h>
+#include <gtest/gtest.h>
+#include <linegatePubSubTypes.h>
+
+#include "bridges/dds/endpoints.h"
+
+#include "tests/dds/fixtures.h"
+#include "tests/dds/guard/datagram.h"
+#include "tests/dds/guard/forger.h"
+
+namespace linegate::test {
+namespace {
+
+// Two live writers of outputs, and samples that are forged in their names.
+class Interleaved : public testing::Test {
+ protected:
+  static constexpr std::int64_t kNext = 1'001;  // forged numbers begin above those of the writers
+
+  void SetUp() override {
+    ASSERT_FALSE(gateway_.expect("ready").empty());
+    std::uint16_t group = 0;  // another one for each: both are of the same strength
+    for (auto* writer : {first_, second_}) {
+      ASSERT_NE(writer, nullptr);
+      v1::OutputWrite sample = sample_of(++group);
+      ASSERT_TRUE(eventually([&] {
+        writer->write(&sample);
+        return is_received(group, std::chrono::milliseconds(200));
+      }));
+      forge(*writer, 0x08, [&](std::uint32_t id) { return gap(1, kNext, 0, true, id); });
+    }
+  }
+
+  bool is_received(std::uint16_t group, std::chrono::milliseconds deadline = kDeadline) {
+    return !gateway_
+                .expect("output line=line1 client=live group=" + std::to_string(group) + " ",
+                        deadline)
+                .empty();
+  }
+
+  // seconds: source timestamp. group: part of the key.
+  void forge_sample(eprosima::fastdds::dds::DataWriter& writer, std::int64_t number,
+                    std::uint32_t seconds, std::uint16_t group) {
+    v1::OutputWrite sample = sample_of(group);
+    eprosima::fastrtps::rtps::SerializedPayload_t payload(4096);
+    ASSERT_TRUE(v1::OutputWritePubSubType().serialize(&sample, &payload));
+    const std::vector<std::uint8_t> octets(payload.data, payload.data + payload.length);
+    forge(
+        writer, 0x15, [&](std::uint32_t id) { return data(number, id).octets(octets); }, kHasData,
+        seconds);
+  }
+
+  // Other keys than those that the gateway has received, so that they are new instances.
+  static constexpr std::uint16_t kA = 100;
+  static constexpr std::uint16_t kB = 200;
+  static constexpr std::uint16_t kC = 300;
+
+  Peer gateway_{"unguarded"};
+  std::vector<Diagnostic> diagnostics_;
+  dds::Endpoints endpoints_{"live", domain(), LOOPBACK_PROFILES, diagnostics_};
+  eprosima::fastdds::dds::DataWriter* first_ =
+      endpoints_.writer<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
+  eprosima::fastdds::dds::DataWriter* second_ =
+      endpoints_.writer<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
+
+ private:
+  template <class Make>
+  void forge(eprosima::fastdds::dds::DataWriter& writer, unsigned kind, Make body,
+             unsigned flags = 0, std::uint32_t seconds = 1) {
+    const eprosima::fastrtps::rtps::GUID_t& guid = writer.guid();
+    dds::guard::Guid octets{};
+    std::copy_n(guid.guidPrefix.value, 12, octets.begin());
+    std::copy_n(guid.entityId.value, 4, octets.begin() + 12);
+    Datagram datagram(dds::guard::prefix_of(octets));
+    datagram.add(0x09, Fields().u32(seconds).u32(0));
+    datagram.add(kind, body(dds::guard::Wire(octets, false).u32(12)), flags);
+    forger_.unicast(datagram.get());
+  }
+
+  static v1::OutputWrite sample_of(std::uint16_t group) {
+    v1::OutputWrite sample;
+    sample.gateway(known::kGateway);
+    sample.line(known::kLine);
+    sample.client("live");
+    sample.group(group);
+    sample.values().resize(1);
+    sample.values()[0].data({1});
+    return sample;
+  }
+
+  Forger forger_;
+};
+
+// The library sorts samples of one writer by number, and of two by source timestamp. Here number 2
+// of the first writer comes before the second writer's sample, which comes before number 1 of the
+// first writer, which comes before number 2: number 1 is inserted behind number 2 and not found
+// when its instance is to be counted, but it is read. The next sample of its instance then ends the
+// process (DataReaderInstance.hpp:105). Both writers miss a number at first, so that their samples
+// stay in the reader.
+TEST_F(Interleaved, SourceTimestampsOfTwoWritersEndAReadersProcess) {
+  forge_sample(*first_, kNext + 1, 2'000'000'010, kB);
+  forge_sample(*second_, kNext + 1, 2'000'000'020, kC);
+  forge_sample(*first_, kNext, 2'000'000'030, kA);
+  ASSERT_TRUE(is_received(kA));
+  forge_sample(*first_, kNext + 2, 2'000'000'031, kA);
+  EXPECT_TRUE(eventually([&] { return gateway_.resident() == 0; }))
+      << "Fast DDS is mended: correct deploy/SECURITY.md";
+  EXPECT_FALSE(gateway_.end());
+}
+
+// Source timestamps that rise with the numbers of each writer, as those of a clock that is not set
+// back.
+TEST_F(Interleaved, SourceTimestampsThatRiseWithTheNumbersDoNot) {
+  forge_sample(*first_, kNext + 1, 2'000'000'030, kB);
+  forge_sample(*second_, kNext + 1, 2'000'000'020, kC);
+  forge_sample(*first_, kNext, 2'000'000'010, kA);
+  ASSERT_TRUE(is_received(kA));
+  ASSERT_TRUE(is_received(kB));
+  forge_sample(*first_, kNext + 2, 2'000'000'031, kA);
+  ASSERT_TRUE(is_received(kA));
+  EXPECT_TRUE(gateway_.end());
+}
+
+}  // namespace
+}  // namespace linegate::test
