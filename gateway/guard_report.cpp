@@ -41,14 +41,17 @@ std::string_view meaning(Reason reason) {
       return "new participants, while the places left are for configured peers";
     case Reason::endpoints:
       return "participants announce more endpoints than they may";
+    case Reason::gap:
+      return "more numbers above a missing one than a reader may keep";
   }
   return "no reason";
 }
 
 std::string sentence(std::uint64_t count, Reason reason) {
-  return std::to_string(count) + (count == 1 ? " datagram" : " datagrams") +
-         " dropped by the DDS guard: " + std::string(meaning(reason)) + " (" +
-         std::string(to_string(reason)) + ")";
+  const bool gap = reason == Reason::gap;
+  return std::to_string(count) + (gap ? " GAP" : " datagram") + (count == 1 ? "" : "s") +
+         (gap ? " left out" : " dropped") + " by the DDS guard: " + std::string(meaning(reason)) +
+         " (" + std::string(to_string(reason)) + ")";
 }
 
 }  // namespace

@@ -45,5 +45,16 @@ TEST_F(GuardReportTest, EachReasonHasALimitOfItsOwn) {
                                      "(header)"});
 }
 
+TEST_F(GuardReportTest, GapsAreLeftOutOfDatagramsThatPass) {
+  drop(Reason::gap, 1);
+  EXPECT_EQ(update(std::chrono::seconds(1)),
+            std::vector<std::string>{"1 GAP left out by the DDS guard: more numbers above a "
+                                     "missing one than a reader may keep (gap)"});
+  drop(Reason::gap, 2);
+  EXPECT_EQ(update(std::chrono::seconds(61)),
+            std::vector<std::string>{"2 GAPs left out by the DDS guard: more numbers above a "
+                                     "missing one than a reader may keep (gap)"});
+}
+
 }  // namespace
 }  // namespace linegate::gateway

@@ -65,8 +65,12 @@ Guard::Verdict Guard::judge(Octets octets, std::int64_t now, const Address& from
     verdict.left_out = datagram.left_out;
   }
   if (verdict.reason != Reason::none)
-    dropped_[static_cast<std::size_t>(verdict.reason)].fetch_add(1, std::memory_order_relaxed);
+    count(verdict.reason);
   return verdict;
+}
+
+void Guard::count(Reason reason) {
+  dropped_[static_cast<std::size_t>(reason)].fetch_add(1, std::memory_order_relaxed);
 }
 
 void Guard::sent(Octets datagram) {
@@ -209,6 +213,7 @@ Reason Guard::leave_out(Datagram& datagram, const Submessage& submessage) {
     out.at[out.count++] = submessage.at;
   else
     return Reason::rate;
+  count(Reason::gap);
   return Reason::none;
 }
 

@@ -61,6 +61,7 @@ class Guard {
   struct Datagram;
   enum class Reliability : std::uint8_t { unknown, best_effort, reliable };
 
+  void count(Reason reason);
   Reason walk(Datagram& datagram);
   Reason judge_submessage(Datagram& datagram, const Submessage& submessage);
   Reason judge_statistics(Datagram& datagram, const Submessage& submessage) const;
@@ -69,7 +70,7 @@ class Guard {
                      const Content& content) const;
   Reason judge_numbers(const Datagram& datagram, const Content& content);
   Reason judge_gap(Datagram& datagram, const Submessage& submessage, const Content& content);
-  static Reason leave_out(Datagram& datagram, const Submessage& submessage);
+  Reason leave_out(Datagram& datagram, const Submessage& submessage);
   Reason judge_fragments(const Datagram& datagram, const Content& content);
   void note_end(const Datagram& datagram, const Content& content);
   Reason judge_payload(const Datagram& datagram, const Content& content);

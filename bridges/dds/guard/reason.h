@@ -25,16 +25,17 @@ enum class Reason : std::uint8_t {
   reliability,      // a best-effort reader that acknowledges, or becomes reliable
   participants,     // a new participant where places are left for configured peers alone
   endpoints,        // a participant that announces more endpoints than it may
+  gap,              // GAPs that are left out, each one; the rest of the datagram is passed on
 };
-inline constexpr std::size_t kReasons = 16;
+inline constexpr std::size_t kReasons = 17;
 
 // As logged and as a name of a counter.
 constexpr std::string_view to_string(Reason reason) {
   constexpr std::array<std::string_view, kReasons> kNames = {
-      "none",         "header",      "submessage",   "sequence_number",
-      "sequence_set", "fragment",    "parameters",   "discovery",
-      "statistics",   "rate",        "writers",      "protection",
-      "unprotected",  "reliability", "participants", "endpoints"};
+      "none",      "header",     "submessage",  "sequence_number", "sequence_set",
+      "fragment",  "parameters", "discovery",   "statistics",      "rate",
+      "writers",   "protection", "unprotected", "reliability",     "participants",
+      "endpoints", "gap"};
   return kNames.at(static_cast<std::size_t>(reason));
 }
 

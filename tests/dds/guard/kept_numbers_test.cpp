@@ -46,6 +46,7 @@ TEST_F(KeptNumbersTest, AGapAboveAMissingNumberIsLeftOut) {
   EXPECT_FALSE(passes(2, kFar));
   EXPECT_TRUE(passes(1, kFar));
   EXPECT_FALSE(passes(2, kFar)) << "it is not certain that a reader got the other one";
+  EXPECT_EQ(guard.counters().of(Reason::gap), 2U);
 }
 
 TEST_F(KeptNumbersTest, AGapFromTheFirstMissingNumberOnCostsNothing) {
@@ -130,6 +131,7 @@ TEST_F(KeptNumbersTest, OtherSubmessagesOfItsDatagramPass) {
   EXPECT_EQ(verdict.reason, Reason::none);
   EXPECT_EQ(verdict.left_out.count, 0U);
   EXPECT_EQ(verdict.size, kHeader + 32);
+  EXPECT_EQ(guard.counters().of(Reason::gap), 3U);
   Datagram many;
   for (int i = 0; i < 9; ++i)
     many.add(0x08, gap(2, kFar));
