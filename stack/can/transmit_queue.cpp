@@ -22,6 +22,17 @@ bool TransmitQueue::push(TransmitClass cls, const Frame& frame) {
   return true;
 }
 
+bool TransmitQueue::holds(TransmitClass cls, const Header& header) const {
+  const Ring& places = ring(cls);
+  for (std::uint32_t i = 0; i < places.count; ++i) {
+    const Frame& frame = places.frames[(places.head + i) & mask_];
+    if (frame.id == header.id && frame.flags == header.flags) {
+      return true;
+    }
+  }
+  return false;
+}
+
 void TransmitQueue::clear() {
   for (Ring& places : rings_) {
     places.head = 0;

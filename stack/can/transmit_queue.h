@@ -39,6 +39,9 @@ class TransmitQueue {
   // Frames of the class that wait for the bus.
   std::size_t queued(TransmitClass cls) const { return ring(cls).count; }
 
+  // One of them has that identifier. Looks at each: not for the hot path.
+  bool holds(TransmitClass cls, const Header& header) const;
+
   // The most urgent frame. False if there is none.
   bool pop(Frame& out) { return pop(waiting_, out); }
   // And adds it to sent.

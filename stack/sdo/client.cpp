@@ -55,6 +55,10 @@ Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue) {
   if (!busy()) {
     return take_stray(word, frame.time) || word == last_used_ ? Receipt::stray : Receipt::unasked;
   }
+  if (strays_expected() && waits_for_initiate() && outbox_.waits(queue)) {
+    (void)take_stray(word, frame.time);  // the server was not asked yet
+    return Receipt::stray;
+  }
   if (is_abort(command_of(frame))) {
     return aborted_by_server(word, frame.time, queue);
   }

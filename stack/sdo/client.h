@@ -113,7 +113,9 @@ class Client {
   // One answer more that belongs to somebody or something else may come: the next one that does not
   // fit is then a stray instead of an error. So it is by itself after a time-out or abort(), when
   // the old answer may still come, even after an answer that fitted (which may have been the old
-  // one to the same question); whoever hears somebody else use the same server tells it here.
+  // one to the same question), and what comes before the initiate of the next transfer was handed
+  // out of the queue belongs to an earlier one; whoever hears somebody else use the same server
+  // tells it here.
   void expect_stray() { strays_expected_ += strays_expected_ < kMaxStrays ? 1U : 0U; }
   bool strays_expected() const { return strays_expected_ > 0; }
 

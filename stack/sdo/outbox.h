@@ -50,6 +50,11 @@ class Outbox {
            queue.room(can::TransmitClass::sdo) > 0;
   }
 
+  // A frame of this channel was not handed out yet.
+  bool waits(const can::TransmitQueue& queue) const {
+    return !empty() || queue.holds(can::TransmitClass::sdo, header_);
+  }
+
   // Keeps a frame's data without trying to send it.
   void keep(std::uint64_t word, Instant now);
 

@@ -95,6 +95,22 @@ TEST(TransmitQueue, TakesEightBytesAsANumber) {
   EXPECT_EQ(out.length, 8);
 }
 
+TEST(TransmitQueue, HoldsWhatWasNotHandedOut) {
+  TransmitQueue queue(2);
+  const Header wanted{.id = 0x602, .length = 8, .flags = 0};
+  EXPECT_TRUE(queue.push(TransmitClass::sdo, make_frame(0x601)));
+  EXPECT_FALSE(queue.holds(TransmitClass::sdo, wanted));
+  Frame out;
+  ASSERT_TRUE(queue.pop_rest(out));
+  EXPECT_TRUE(queue.push(TransmitClass::sdo, make_frame(0x603)));
+  EXPECT_TRUE(queue.push(TransmitClass::sdo, make_frame(0x602)));
+  EXPECT_TRUE(queue.holds(TransmitClass::sdo, wanted));
+  EXPECT_FALSE(queue.holds(TransmitClass::emcy, wanted));
+  ASSERT_TRUE(queue.pop_rest(out));
+  ASSERT_TRUE(queue.pop_rest(out));
+  EXPECT_FALSE(queue.holds(TransmitClass::sdo, wanted));
+}
+
 TEST(TransmitQueue, IsEmptyAfterClear) {
   TransmitQueue queue(2);
   EXPECT_TRUE(queue.push(TransmitClass::nmt, make_frame(0x000)));

@@ -165,6 +165,7 @@ TEST_F(ArbiterTest, StreamsAndOptionsReachTheTransfer) {
   EXPECT_EQ(done[0].abort, AbortCode::length_too_low);
   ASSERT_TRUE(arbiter.submit(
       {.token = 2, .node = 5, .address = {0x2100, 0}, .sink = &sink, .timeout = kTimeout}, now));
+  drain(queue, 0x605);
   answer(5, {0x43, 0x00, 0x21, 0, 1, 2, 3, 4});
   done = completions();
   ASSERT_EQ(done.size(), 1U);
@@ -249,6 +250,7 @@ TEST_F(ArbiterTest, ALateAnswerIsAStrayAndNotForeign) {
   arbiter.advance(now);
   answer();  // to 1018h sub 1
   EXPECT_EQ(arbiter.counters().strays, 1U);
+  drain(queue, 0x605);
   answer(5, {0x43, 0x18, 0x10, 2, 9, 9, 9, 9});
   const std::vector<Completion> done = completions();
   ASSERT_EQ(done.size(), 2U);

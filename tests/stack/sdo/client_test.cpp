@@ -187,6 +187,24 @@ TEST_F(ClientTest, AnAnswerToTheSameQuestionAskedBeforeLeavesTheSecondAnswerAsAS
   EXPECT_EQ(client.take()->abort, AbortCode::none);
 }
 
+// On a bus that acknowledges nothing the queue is full when the time-out of the first is over.
+TEST_F(ClientTest, AnAnswerBeforeTheRequestWasHandedOutIsOfAnEarlierTransfer) {
+  write({0x2000, 5}, pattern(1));
+  now += kTimeout;
+  client.advance(now, queue);
+  expect_abort(AbortCode::timeout);
+  client.write({0x2000, 5}, pattern(2), kTimeout, now, queue);
+  const Bytes taken = {0x60, 0x00, 0x20, 5, 0, 0, 0, 0};
+  EXPECT_EQ(client.receive(frame(kResponseId, taken, now), queue), Receipt::stray);
+  EXPECT_EQ(client.receive(frame(kResponseId, abort_bytes(0x2000, 5, 0x0504'0001), now), queue),
+            Receipt::stray);
+  EXPECT_EQ(drain(queue, kRequestId),
+            (Frames{abort_bytes(0x2000, 5, 0x0504'0000), {0x2B, 0x00, 0x20, 5, 1, 2, 0, 0}}));
+  EXPECT_FALSE(client.take());
+  answer(taken);
+  expect_data({});
+}
+
 TEST_F(ClientTest, WrongToggleBit) {
   read({0x1008, 0});
   answer({0x41, 0x08, 0x10, 0, 9, 0, 0, 0});
