@@ -82,6 +82,7 @@ struct Tpdo {
   bool linked = false;    // held back until its output entries are valid
   bool event = false;     // type 0: wanted at the next SYNC
   bool sampled = false;   // frame holds a sample, taken since Operational
+  bool of_sync = false;   // a SYNC took it
   bool counting = false;  // sync_start was met
   bool asking = false;    // the listener hears before_tpdo() now
   std::uint8_t node = 0;  // of linked ones: the receiver

@@ -175,6 +175,7 @@ void Engine::Impl::go_quiet() {
   for (Tpdo& pdo : tpdos) {
     pdo.event = false;
     pdo.sampled = false;
+    pdo.of_sync = false;
     pdo.counting = false;
     pdo.syncs = 0;
     pdo.mpdos.clear();

@@ -112,9 +112,10 @@ void Engine::remote_request(std::uint16_t slot, Instant /*now*/) {
   if (!pdo.active || pdo.mpdo != MpdoMode::none || !rtr_allowed || impl_->held_back(slot)) {
     return;
   }
-  // What is sampled at SYNC answers with the sample of the last one.
+  // What is sampled at SYNC answers with the sample of the last one; before the first SYNC there is
+  // none.
   const bool at_sync = is_synchronous(pdo.type) || pdo.type == kRtrOnSync;
-  if (!at_sync || !pdo.sampled) {
+  if (!at_sync || !pdo.of_sync) {
     impl_->sample(slot);
   }
   impl_->pending.set(pdo.rank);
@@ -228,8 +229,12 @@ void Engine::Impl::sample_tpdos(std::uint8_t counter) {
     Tpdo& pdo = tpdos[slot];
     if (pdo.type == kRtrOnSync) {
       sample(slot);
+      pdo.of_sync = true;
     } else if (due_at_sync(pdo, counter)) {
       request(slot, true);
+      pdo.of_sync = pdo.sampled;
+    } else if (pending.test(pdo.rank) && !held_back(slot)) {
+      sample(slot);  // it waits since an earlier SYNC
     }
   }
 }

@@ -1,4 +1,7 @@
 // What asks for PDOs: remote frames in both directions, groups of writes.
+#include <algorithm>
+#include <array>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -97,6 +100,39 @@ TEST(TransmissionType, OfATpdoSaysWhatSendsIt) {
     EXPECT_EQ(device.sent(at(2)).size(), event_driven ? 1U : 0U) << type;
     device.receive(remote(0x181));
     EXPECT_EQ(device.sent(at(3)).size(), reserved ? 0U : 1U) << type;
+  }
+}
+
+// CiA 301 7.5.2.37: 252 buffers the values of each SYNC. Without a SYNC nothing is buffered.
+TEST(RemoteFrame, IsAnsweredWithTheNewestValueUntilTheFirstSync) {
+  Requested device({}, {{.cob_id = 0x181, .type = kRtrOnSync, .mapping = {0x20030010}}});
+  const auto answer = [&](std::uint8_t value, int time) {
+    device.set(0x2003, value, at(time));
+    device.receive(remote(0x181));
+    const std::vector<can::Frame> frames = device.sent(at(time));
+    return frames.size() == 1 ? std::to_integer<int>(frames[0].data[0]) : -1;
+  };
+  EXPECT_EQ(answer(1, 1), 1);
+  EXPECT_EQ(answer(2, 2), 2);
+  device.engine->sync(0, at(3));
+  EXPECT_EQ(answer(3, 4), 2) << "of the last SYNC";
+  device.engine->sync(0, at(5));
+  EXPECT_EQ(answer(4, 6), 3);
+}
+
+// A frame never has older values than those of the SYNC before it, however long the bus is busy.
+TEST(TransmissionType, ThatIsSynchronousSamplesAnewWhatStillWaitsAtTheNextSync) {
+  for (const std::uint8_t type : std::array<std::uint8_t, 3>{0, 1, 3}) {
+    Requested device({}, {{.cob_id = 0x181, .type = type, .mapping = {0x20030010}}});
+    device.set(0x2003, 1, at(1));
+    for (int i = 0; i < std::max<int>(type, 1); ++i) {
+      device.engine->sync(0, at(2));
+    }
+    device.set(0x2003, 2, at(3));
+    device.engine->sync(0, at(4));
+    const std::vector<can::Frame> frames = device.sent(at(5));
+    ASSERT_EQ(frames.size(), 1U) << int{type};
+    EXPECT_EQ(frames[0].data[0], std::byte{2}) << int{type};
   }
 }
 
