@@ -152,12 +152,16 @@ void Line::Observer::receive(const can::Frame& frame) {
 
 // Of a PDO that was configured a moment ago, or of whose mapping nothing is known.
 bool Line::Observer::is_new_pdo(const can::Frame& frame) {
+  bool is_new = false;
   for (Device& device : devices) {
-    if (device.pdos.hear(frame)) {
+    const bool is_written = device.written_until > frame.time && device.pdos.has_record(frame);
+    if (device.pdos.hear(frame) || is_written) {
+      device.written_until = {};  // what is sent is valid
       relink_at = frame.time;
+      is_new = true;
     }
   }
-  return relink_at != kNever;
+  return is_new;
 }
 
 // What a frame tells may change the tables (a mapping, an identifier): the rest is left out then.
@@ -231,6 +235,10 @@ void Line::Observer::serve(const can::Target& target, const can::Frame& frame) {
 void Line::Observer::take_node_control(const can::Frame& frame) {
   if (const auto command = nmt::decode_node_control(frame)) {
     if (command->command == nmt::Command::start) {
+      for (Device& device : devices) {
+        device.written_until =
+            command->addresses(device.pdos.node()) ? Instant{} : device.written_until;
+      }
       relink(frame.time);  // before the first PDO of the node
     }
     nodes.commanded(*command, frame.time);

@@ -87,7 +87,9 @@ struct Line::Observer final : Line::Base, observer::NodeListener {
   struct Device {
     observer::PdoKnowledge pdos;
     std::vector<observer::KnownPdo> used;  // in the image
+    Instant written_until{};               // its PDOs are being written: `used` stays until then
   };
+  static std::vector<observer::KnownPdo> known_pdos(const Device& device, Instant now);
 
   Overheard& side(image::Direction direction) const {
     return direction == image::Direction::inputs ? *inputs : *outputs;
@@ -110,8 +112,8 @@ struct Line::Observer final : Line::Base, observer::NodeListener {
   void learn(std::uint8_t id, const observer::Transfer& transfer, Instant now);
   // The image as it is known by now.
   void relink(Instant now);
-  bool nothing_new() const;
-  Loaded<pdo::LinkPlan> plan_of_what_is_known() const;
+  bool nothing_new(Instant now) const;
+  Loaded<pdo::LinkPlan> plan_of_what_is_known(Instant now) const;
   void tell_mappings(Device& device, Instant now);
   void replace(image::Direction direction, const image::Layout& layout,
                std::vector<pdo::LinkedPdo> pdos, Instant now);

@@ -44,13 +44,14 @@ Event mapping_event(std::uint8_t node, const KnownPdo& pdo, bool complete, Insta
   return event;
 }
 
-pdo::RemoteNode remote(const NodeConfig& node, const observer::PdoKnowledge& known) {
+pdo::RemoteNode remote(const NodeConfig& node, const observer::PdoKnowledge& known,
+                       std::vector<KnownPdo> pdos) {
   pdo::RemoteNode out{.id = node.id,
                       .name = node.name,
                       .pdos = {},
                       .device = &known.device(),
                       .deadline = node.pdo_deadline};
-  for (KnownPdo& pdo : known.pdos()) {
+  for (KnownPdo& pdo : pdos) {
     (pdo.kind == pdo::PdoKind::tpdo ? out.pdos.tpdos : out.pdos.rpdos)
         .push_back(std::move(pdo.parameters));
   }
@@ -123,13 +124,19 @@ void Line::Observer::learn(std::uint8_t id, const observer::Transfer& transfer, 
   Device* device = find(id);
   if (device != nullptr && device->pdos.learn(transfer.address, transfer.kept())) {
     relink_at = now + kConfigured;
+    device->written_until = relink_at;
   }
 }
 
-Loaded<pdo::LinkPlan> Line::Observer::plan_of_what_is_known() const {
+// A PDO is invalid while it is written: what starts another node meanwhile changes nothing of it.
+std::vector<KnownPdo> Line::Observer::known_pdos(const Device& device, Instant now) {
+  return device.written_until > now ? device.used : device.pdos.pdos();
+}
+
+Loaded<pdo::LinkPlan> Line::Observer::plan_of_what_is_known(Instant now) const {
   std::vector<pdo::RemoteNode> remotes;
   for (std::size_t i = 0; i < devices.size(); ++i) {
-    remotes.push_back(remote(config.nodes[i], devices[i].pdos));
+    remotes.push_back(remote(config.nodes[i], devices[i].pdos, known_pdos(devices[i], now)));
   }
   Loaded<pdo::LinkPlan> plan = pdo::plan_links(remotes);
   if (plan.value) {
@@ -138,9 +145,9 @@ Loaded<pdo::LinkPlan> Line::Observer::plan_of_what_is_known() const {
   return plan;
 }
 
-bool Line::Observer::nothing_new() const {
-  return std::ranges::all_of(devices, [](const Device& device) {
-    const std::vector<KnownPdo> known = device.pdos.pdos();
+bool Line::Observer::nothing_new(Instant now) const {
+  return std::ranges::all_of(devices, [now](const Device& device) {
+    const std::vector<KnownPdo> known = known_pdos(device, now);
     return known.size() == device.used.size() &&
            std::ranges::all_of(known, [&](const KnownPdo& pdo) { return has(device.used, pdo); });
   });
@@ -149,10 +156,16 @@ bool Line::Observer::nothing_new() const {
 // What cannot be linked (two PDOs on one COB-ID, for a moment or for good) leaves the image as it
 // is: the next write may put it right.
 void Line::Observer::relink(Instant now) {
-  if (std::exchange(relink_at, kNever) == kNever || nothing_new()) {
+  if (std::exchange(relink_at, kNever) == kNever) {
     return;
   }
-  Loaded<pdo::LinkPlan> plan = plan_of_what_is_known();
+  for (const Device& device : devices) {
+    relink_at = device.written_until > now ? earlier(relink_at, device.written_until) : relink_at;
+  }
+  if (nothing_new(now)) {
+    return;
+  }
+  Loaded<pdo::LinkPlan> plan = plan_of_what_is_known(now);
   if (!plan.value) {
     events.emit({.time = now,
                  .kind = EventKind::configuration_error,
@@ -197,7 +210,7 @@ void Line::Observer::replace(Direction direction, const image::Layout& layout,
 }
 
 void Line::Observer::tell_mappings(Device& device, Instant now) {
-  std::vector<KnownPdo> known = device.pdos.pdos();
+  std::vector<KnownPdo> known = known_pdos(device, now);
   for (const KnownPdo& pdo : known) {
     if (!has(device.used, pdo)) {
       events.emit(mapping_event(device.pdos.node(), pdo, pdo.complete, now));

@@ -38,6 +38,11 @@ class PdoKnowledge {
   // known: pdos() has it from now on.
   bool hear(const can::Frame& frame);
 
+  // A valid PDO of the node has its COB-ID.
+  bool has_record(const can::Frame& frame) const {
+    return !frame.extended() && !frame.remote() && cob_ids_.contains(frame.id);
+  }
+
   // Everything known completely, and raw what is not; ascending by number. What was never heard
   // and is not known completely is left out: not even its length is known.
   std::vector<KnownPdo> pdos() const;

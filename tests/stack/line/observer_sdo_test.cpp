@@ -222,6 +222,34 @@ TEST_F(OverheardSdoTest, TheChangeIsToldOnce) {
   EXPECT_TRUE(of(EventKind::layout_changed).empty());
 }
 
+// A PDO is invalid while it is written.
+TEST_F(OverheardSdoTest, AStartOfAnotherNodeTakesNoHalfOfAConfiguration) {
+  observe(config_with_axis());
+  const std::uint64_t before = line_->layout(Direction::inputs).id;
+  write({0x1800, 1}, 0x8000'0185, 4);
+  hear(0x000, {0x01, 0x06});
+  EXPECT_EQ(line_->layout(Direction::inputs).id, before);
+  write({0x1800, 1}, 0x0000'0185, 4);
+  hear(0x000, {0x01, 0x00});
+  EXPECT_EQ(line_->layout(Direction::inputs).id, before);
+  EXPECT_EQ(line_->layout_revision(), 0U);
+  write({0x1800, 1}, 0x8000'0185, 4);
+  hear(0x000, {0x01, 0x06});
+  pass(seconds(2));
+  EXPECT_NE(line_->layout(Direction::inputs).id, before) << "it stays invalid";
+  EXPECT_EQ(line_->layout_revision(), 1U);
+}
+
+// Its first frame shows that it is valid, though the start of the node was not received.
+TEST_F(OverheardSdoTest, AFrameOfAPdoThatIsWrittenEndsItsConfiguration) {
+  observe(config_with_axis());
+  remap_tpdo();
+  hear(0x000, {0x01, 0x06});
+  hear(0x285, {1, 2, 3, 4, 0x11, 0x22});
+  EXPECT_EQ(line_->layout(Direction::inputs).id, managed_inputs(remapped()));
+  EXPECT_THAT(numbers(snapshot(Direction::inputs)), ElementsAre(1, 2, 3, 4, 0x11, 0x22));
+}
+
 TEST_F(OverheardSdoTest, ARefusedWriteChangesNothing) {
   observe(config_with_axis());
   hear(0x605, {0x23, 0x00, 0x18, 0x01, 0x85, 0x01, 0x00, 0x80});
