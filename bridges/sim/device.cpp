@@ -85,6 +85,17 @@ void set_serial(od::DeviceDescription& device, std::uint32_t serial) {
   }
 }
 
+// An object that the EDS does not know stays away.
+void set_default(od::DeviceDescription& device, od::Address address, std::uint64_t value) {
+  for (od::ObjectDescription& object : device.objects) {
+    for (od::VariableDescription& variable : object.variables) {
+      if (od::Address{object.index, variable.sub} == address) {
+        store_le(std::span(variable.value), value);
+      }
+    }
+  }
+}
+
 // The device as it is with that node-ID, which is valid. Precondition: the profile is known.
 Loaded<od::DeviceDescription> describe(const DeviceOptions& options, std::uint8_t node_id) {
   const Profile& profile = *find(options.profile);
@@ -98,6 +109,9 @@ Loaded<od::DeviceDescription> describe(const DeviceOptions& options, std::uint8_
   }
   if (options.serial) {
     set_serial(*out.value, *options.serial);
+  }
+  for (const auto& [address, value] : options.defaults) {
+    set_default(*out.value, address, value);
   }
   return out;
 }

@@ -11,6 +11,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "stack/base/diagnostic.h"
@@ -32,7 +33,8 @@ struct DeviceOptions {
   bool unconfigured = false;                // it begins without a node-ID, for LSS to give it one
   std::optional<std::uint8_t> has_node_id;  // stored by LSS before; nothing = node_id
   lss::SlaveFaults lss_faults;
-  std::optional<std::uint32_t> serial;      // 1018h:4; nothing = what the EDS says
+  std::optional<std::uint32_t> serial;  // 1018h:4; nothing = what the EDS says
+  std::vector<std::pair<od::Address, std::uint64_t>> defaults;  // other than the EDS says
   std::shared_ptr<storage::Medium> medium;  // keeps stored parameters; nothing = the device's own
                                             // memory, which outlives kill() but not the Device
 };

@@ -10,6 +10,7 @@
 
 #include "tests/plant/generator_devices.h"
 #include "tests/plant/generator_outputs.h"
+#include "tests/plant/generator_requests.h"
 #include "tests/plant/generator_services.h"
 
 namespace linegate::plant {
@@ -31,7 +32,8 @@ class Generator {
         random_of_states_(seed + 0x5354),
         random_of_line_(seed + 0x4C49),
         random_of_outputs_(seed + 0x0107),
-        services_(seed) {}
+        services_(seed),
+        requests_(seed) {}
 
   std::string plant() {
     network();
@@ -47,6 +49,9 @@ class Generator {
       change_line(i, time);
       write_outputs(time);
       for (const auto& [when, what] : services_.draw(devices_, time)) {
+        at(when) << what;
+      }
+      for (const auto& [when, what] : requests_.draw(devices_, time)) {
         at(when) << what;
       }
     }
@@ -114,7 +119,7 @@ class Generator {
       if (devices_.back().listed) {
         give_pdos(out_, random_of_outputs_, devices_.back(), bit_rate_);
       }
-      out_ << '\n';
+      out_ << requests_.device_words(devices_.back()) << '\n';
       if (!devices_.back().alive) {
         at(0) << "node " << devices_.back().id << " dies";
       }
@@ -297,7 +302,7 @@ class Generator {
       Device device{.id = kFirst + i * 4 + below_ours(4), .profile = "digital-io"};
       device.heartbeat = 50 + below_ours(200);
       out_ << "device " << device.id << ' ' << device.profile << " heartbeat " << device.heartbeat
-           << "ms ours\n";
+           << "ms ours" << requests_.device_words(device) << '\n';
       ours_.push_back(std::move(device));
     }
   }
@@ -471,6 +476,7 @@ class Generator {
       out_ << "expect node " << device.id << " operational within 15s\nexpect ours node "
            << device.id << " operational within 1s\n";
       if (is_released) {
+        requests_.request_by_stranger(out_, device, time);
         out_ << "expect input " << device.id << ".6000:1 valid within 1s\n";
       }
     }
@@ -479,6 +485,7 @@ class Generator {
     });
     if (may_start) {
       out_ << "expect own operational within 1s\nexpect manager running within 1s\n";
+      requests_.expect_answers(out_, devices_, time);
     }
     command_and_return(time);
     bring_by_mpdo(time);
@@ -550,6 +557,7 @@ class Generator {
   std::mt19937_64 random_of_line_;
   std::mt19937_64 random_of_outputs_;
   ServiceCommands services_;
+  RequestsAndBursts requests_;
   unsigned arming_ = 100;  // of the last write
   std::ostringstream out_;
   std::vector<std::pair<unsigned, std::ostringstream>> acts_;

@@ -69,4 +69,17 @@ std::vector<std::pair<std::string, unsigned>> outputs_of(const Device& device) {
   return out;
 }
 
+void give_numbered(std::ostream& out, const Device& device, unsigned number) {
+  constexpr const char* kDigits = "0123456789ABCDEF";
+  for (const Output& output : kOutputs) {
+    if (output.profile == device.profile) {
+      out << ' ' << device.id << '.' << output.object << " = ";
+      for (unsigned i = 0; i < output.bytes; ++i) {
+        const unsigned byte = i < sizeof number ? number >> (8 * i) & 0xFFU : 0U;
+        out << kDigits[byte >> 4U] << kDigits[byte & 0xFU];
+      }
+    }
+  }
+}
+
 }  // namespace linegate::plant

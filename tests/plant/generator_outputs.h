@@ -17,5 +17,7 @@ void give_pdos(std::ostream& out, std::mt19937_64& random, const Device& device,
 void give_values(std::ostream& out, std::mt19937_64& random, const Device& device);
 // The objects that its RPDOs map, and their bytes.
 std::vector<std::pair<std::string, unsigned>> outputs_of(const Device& device);
+// Values for all of its outputs, all with the lowest bytes of that number.
+void give_numbered(std::ostream& out, const Device& device, unsigned number);
 
 }  // namespace linegate::plant

@@ -18,7 +18,7 @@ void Scenario::act(Words& words) {
   } else if (verb == "sdo") {
     sdo_action(words);
   } else if (verb == "object" || verb == "trigger" || verb == "send" || verb == "listen" ||
-             verb == "emcy" || verb == "mpdo") {
+             verb == "emcy" || verb == "mpdo" || verb == "request") {
     data_action(verb, words);
   } else if (verb == "nmt") {
     nmt_action(words);
@@ -154,8 +154,8 @@ void Scenario::command(line::Command request, const std::string& name) {
   seat().line->execute(std::move(request), world_.now());
 }
 
-// object NAME NODE INDEX:SUB HEX; mpdo the same; trigger NAME NODE PDO; emcy NAME CODE; send NAME
-// ID HEX; listen NAME ID
+// object NAME NODE INDEX:SUB HEX; mpdo the same; trigger, request NAME NODE PDO; emcy NAME CODE;
+// send NAME ID HEX; listen NAME ID
 void Scenario::data_action(const std::string& verb, Words& words) {
   line::Command request;
   const std::string name = words.take();
@@ -166,8 +166,9 @@ void Scenario::data_action(const std::string& verb, Words& words) {
     request.index = address.index;
     request.sub = address.sub;
     request.data = words.hex();
-  } else if (verb == "trigger") {
-    request.kind = line::CommandKind::pdo_trigger;
+  } else if (verb == "trigger" || verb == "request") {
+    request.kind =
+        verb == "trigger" ? line::CommandKind::pdo_trigger : line::CommandKind::pdo_request;
     request.node = words.node();
     request.code = static_cast<std::uint16_t>(words.number());
   } else if (verb == "emcy") {
@@ -257,9 +258,17 @@ void Scenario::group_write(Words& words) {
   seat().line->write_outputs(write, world_.now());
 }
 
-// frame ID [HEX]: from a stranger on the bus.
+// frame ID [HEX], frame ID remote LENGTH: from a stranger on the bus.
 void Scenario::inject(Words& words) {
   const auto id = static_cast<std::uint32_t>(words.number());
+  if (words.accept("remote")) {
+    can::Frame request;
+    request.id = id;
+    request.flags = can::Frame::kRemote;
+    request.length = static_cast<std::uint8_t>(words.number());
+    seat().bus.submit(seat().witness_end, request, world_.now());
+    return;
+  }
   const std::vector<std::byte> data = words.done() ? std::vector<std::byte>{} : words.hex();
   LineSeat& target = seat();
   if (id > can::kErrorControlBase && id <= can::kErrorControlBase + can::kMaxNodeId) {

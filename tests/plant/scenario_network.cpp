@@ -144,6 +144,10 @@ void set_lss_fault(const std::string& word, lss::SlaveFaults& faults) {
   *fault = true;
 }
 
+const od::DeviceDescription& configured_file(const line::LineConfig& config, std::uint8_t node) {
+  return std::ranges::find(config.nodes, node, &line::NodeConfig::id)->device;
+}
+
 bool is_guarded(const line::LineConfig& config, std::uint8_t node) {
   return std::ranges::any_of(config.nodes, [node](const line::NodeConfig& each) {
     return each.id == node && each.guard_time != Duration::zero();
@@ -213,6 +217,7 @@ void Scenario::describe_device(Words& words) {
   std::optional<Duration> heartbeat;
   std::vector<std::pair<od::Address, std::uint64_t>> expected;
   std::vector<std::pair<std::uint16_t, Duration>> inhibit_times;
+  std::vector<std::pair<std::uint16_t, std::uint64_t>> on_request;
   while (!words.done()) {
     const std::string key = words.take();
     if (key == "heartbeat") {
@@ -245,6 +250,10 @@ void Scenario::describe_device(Words& words) {
       plan.mpdos[device.node_id] = words.node();
     } else if (key == "answers-after") {
       plan.answers_after[device.node_id] = words.duration();
+    } else if (key == "on-request") {
+      const std::uint64_t tpdo = words.number();
+      on_request.emplace_back(static_cast<std::uint16_t>(tpdo), words.number());
+      plan.on_request.insert(device.node_id);
     } else if (key == "no-cob-ids") {
       no_cob_ids = true;
     } else if (key == "reboots-on") {
@@ -288,6 +297,13 @@ void Scenario::describe_device(Words& words) {
     }
     if (no_cob_ids) {
       leave_cob_ids(node.device);
+    }
+    for (const auto& [tpdo, type] : on_request) {
+      const auto record = static_cast<std::uint16_t>(0x1800 + tpdo - 1);
+      device.defaults = {{{record, 1}, can::default_tpdo_id(tpdo, node.id)}, {{record, 2}, type}};
+      for (const auto& [address, value] : device.defaults) {
+        expect_value(node.device, address, value);
+      }
     }
     if (ours) {
       plan.ours.push_back(
@@ -378,6 +394,9 @@ void Scenario::build() {
       if (foreign != plan.foreign_sdos.end()) {
         added.sdo.emplace(options.node_id, foreign->second);
       }
+      if (plan.on_request.contains(options.node_id)) {
+        added.requests.emplace(configured_file(seat.line->config(), options.node_id));
+      }
       const auto mpdos = plan.mpdos.find(options.node_id);
       if (mpdos != plan.mpdos.end()) {
         give_mpdos(*added.device, mpdos->second);
@@ -393,6 +412,11 @@ void Scenario::build() {
         throw BadStatement(to_string(devices.diagnostics.front()));
       }
       world_.add_ours(seat, *std::move(devices.value));
+      for (const line::DeviceConfig& device : seat.ours->config().devices) {
+        if (plan.on_request.contains(device.id)) {
+          seat.requests_of_ours.try_emplace(device.id, device.device);
+        }
+      }
     }
     current_ = current_ == nullptr ? &seat : current_;
   }

@@ -26,6 +26,7 @@ struct NetworkPlan {
   std::map<std::uint8_t, ForeignSdo::Blocks> foreign_sdos;
   std::map<std::uint8_t, Duration> answers_after;
   std::map<std::uint8_t, std::uint16_t> reboots_on;  // nodes that boot when it is written
+  std::set<std::uint8_t> on_request;           // nodes with TPDOs that they send on request alone
   std::map<std::uint8_t, std::uint8_t> mpdos;  // nodes that have MPDOs: whose they take, 0 = none
 };
 

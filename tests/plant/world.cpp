@@ -27,6 +27,43 @@ bool is_download(const can::Frame& frame, const DeviceSeat& device) {
          load_le<std::uint16_t>(frame.data.data() + 1) == device.reboots_on;
 }
 
+RequestModel::Producer producer_of(sim::Device& device) {
+  RequestModel::Producer out;
+  out.is_operational = device.alive() && device.node_id() == device.options().node_id &&
+                       device.node().state() == nmt::State::operational;
+  out.is_configured = [&device](const pdo::Parameters& tpdo) {
+    const auto record =
+        static_cast<std::uint16_t>(pdo::communication_base(pdo::PdoKind::tpdo) + tpdo.number - 1);
+    return device.dictionary().number({record, 1}) == tpdo.cob_id.raw &&
+           device.dictionary().number({record, 2}) == tpdo.type;
+  };
+  out.value = [&device](od::Address address) {
+    return device.dictionary().number(address).value_or(0);
+  };
+  return out;
+}
+
+// Of one of our devices: its values are the outputs of its line.
+RequestModel::Producer producer_of(line::Line& ours, std::uint8_t node, Instant now) {
+  RequestModel::Producer out;
+  out.is_operational = ours.node_state(node).state == nmt::State::operational;
+  out.is_configured = [](const pdo::Parameters&) { return true; };
+  out.value = [&ours, node, now](od::Address address) {
+    image::Snapshot snapshot;
+    ours.snapshot(image::Direction::outputs, snapshot, now, false);
+    const image::Layout& layout = ours.layout(image::Direction::outputs);
+    for (const image::Entry& entry : layout.entries) {
+      if (entry.node == node && od::Address{entry.index, entry.sub} == address) {
+        const auto bytes = std::span<const std::byte>(snapshot.bytes).subspan(entry.bit_offset / 8);
+        const std::size_t length = std::min<std::size_t>(bytes.size(), 8);
+        return load_le(bytes.first(length)) >> (entry.bit_offset % 8);
+      }
+    }
+    return std::uint64_t{0};
+  };
+  return out;
+}
+
 bool gives_node_id(const can::Frame& frame) {
   const auto message = lss::decode(frame);
   return frame.id == lss::kMasterId && !frame.extended() && message &&
@@ -326,7 +363,7 @@ void World::turn_device(LineSeat& seat, DeviceSeat& device) {
   bool given = false;
   while (const std::size_t count = seat.bus.take(device.end, batch_)) {
     given |= std::ranges::any_of(std::span(batch_).first(count), gives_node_id);
-    if (!device.model && !device.sdo && device.reboots_on == 0) {
+    if (!device.model && !device.sdo && !device.requests && device.reboots_on == 0) {
       device.device->receive(std::span(batch_).first(count));
       continue;
     }
@@ -349,6 +386,8 @@ void World::transmit(LineSeat& seat, DeviceSeat& device) {
     device.late.clear();
     return;
   }
+  const RequestModel::Producer producer =
+      device.requests ? producer_of(*device.device) : RequestModel::Producer{};
   while (!device.late.empty() && device.late.front().first <= now_ &&
          seat.bus.room(device.end) > 0) {
     seat.bus.submit(device.end, device.late.front().second, now_);
@@ -360,17 +399,32 @@ void World::transmit(LineSeat& seat, DeviceSeat& device) {
     if (device.sdo) {
       device.sdo->follow(frame);
     }
+    if (device.requests) {
+      check_requests(device.requests->submitted(producer, frame));
+    }
     if (device.answers_after > Duration::zero() && frame.id == response && !frame.extended()) {
       device.late.emplace_back(now_ + device.answers_after, frame);
     } else {
       seat.bus.submit(device.end, frame, now_);
     }
   }
+  if (device.requests) {
+    check_requests(device.requests->after_turn(producer, seat.bus.room(device.end) > 0));
+  }
+}
+
+void World::check_requests(const std::string& text) {
+  if (!text.empty()) {
+    fail("requests: " + text);
+  }
 }
 
 void World::receive_alone(LineSeat& seat, DeviceSeat& device, const can::Frame& frame) {
   if (device.model) {
     device.model->before_receive(*device.device, frame);
+  }
+  if (device.requests) {
+    device.requests->before_receive(producer_of(*device.device), frame);
   }
   if (device.reboots_on != 0 && is_download(frame, device)) {
     device.device->kill();
@@ -386,6 +440,9 @@ void World::receive_alone(LineSeat& seat, DeviceSeat& device, const can::Frame& 
   }
   if (!verdict.taken) {
     device.device->receive(std::span(&frame, 1));
+  }
+  if (device.requests) {
+    device.requests->after_receive(producer_of(*device.device), frame);
   }
   if (verdict.answer) {
     seat.bus.submit(device.end, *verdict.answer, now_);
@@ -436,8 +493,14 @@ void World::turn_ours(LineSeat& seat) {
   while (const std::size_t count = seat.bus.take(seat.ours_end, batch_)) {
     for (const can::Frame& frame : std::span(batch_).first(count)) {
       seat.silence_of_ours.before_receive(frame);
+      for (auto& [id, requests] : seat.requests_of_ours) {
+        requests.before_receive(producer_of(line, id, now_), frame);
+      }
+      line.receive(std::span(&frame, 1), now_);
+      for (auto& [id, requests] : seat.requests_of_ours) {
+        requests.after_receive(producer_of(line, id, now_), frame);
+      }
     }
-    line.receive(std::span(batch_).first(count), now_);
   }
   line.advance(now_);
   can::Frame frame;
@@ -445,7 +508,14 @@ void World::turn_ours(LineSeat& seat) {
     if (std::string text = seat.silence_of_ours.sends(frame); !text.empty()) {
       fail("silence of our devices: " + text);
     }
+    for (auto& [id, requests] : seat.requests_of_ours) {
+      check_requests(requests.submitted(producer_of(line, id, now_), frame));
+    }
     seat.bus.submit(seat.ours_end, frame, now_);
+  }
+  for (auto& [id, requests] : seat.requests_of_ours) {
+    const bool has_room = seat.bus.room(seat.ours_end) > 0;
+    check_requests(requests.after_turn(producer_of(line, id, now_), has_room));
   }
 }
 

@@ -27,6 +27,7 @@
 #include "tests/plant/foreign_sdo.h"
 #include "tests/plant/image_model.h"
 #include "tests/plant/output_model.h"
+#include "tests/plant/request_model.h"
 #include "tests/plant/silence_model.h"
 #include "tests/plant/state_model.h"
 
@@ -46,8 +47,9 @@ struct DeviceSeat {
   sim::Bus::Endpoint end = 0;
   // An object whose download makes the device boot instead of answering; 0 = none.
   std::uint16_t reboots_on = 0;
-  std::optional<DeviceModel> model{};  // of those whose guarding or MPDOs are judged
-  std::optional<ForeignSdo> sdo{};     // of those whose SDO server is of another make
+  std::optional<DeviceModel> model{};      // of those whose guarding or MPDOs are judged
+  std::optional<ForeignSdo> sdo{};         // of those whose SDO server is of another make
+  std::optional<RequestModel> requests{};  // of those with TPDOs that are sent on request alone
   NodeIdUse use{};
   Duration answers_after{};                           // its SDO responses are so late
   std::deque<std::pair<Instant, can::Frame>> late{};  // responses and when they are due
@@ -77,7 +79,8 @@ struct LineSeat {
   std::vector<DeviceSeat> devices;
   std::unique_ptr<line::Line> ours;  // a line of devices below, if there is one
   sim::Bus::Endpoint ours_end = 0;
-  std::vector<Event> ours_told;  // all it told, in order
+  std::vector<Event> ours_told;                           // all it told, in order
+  std::map<std::uint8_t, RequestModel> requests_of_ours;  // by node-ID
   std::optional<ImageModel> model;
   std::optional<StateModel> states;
   std::optional<OutputModel> outputs;
@@ -139,6 +142,7 @@ class World {
   void receive_alone(LineSeat& seat, DeviceSeat& device, const can::Frame& frame);
   void turn_line(LineSeat& seat);
   void turn_ours(LineSeat& seat);
+  void check_requests(const std::string& text);
   void turn_observer(LineSeat& seat);
   void collect(LineSeat& seat);
   std::span<const Event> take_events(LineSeat& seat);

@@ -1,0 +1,49 @@
+// TPDOs that are sent on request alone in random plants, and output values that follow each other
+// faster than they are transmitted. Private to the generator.
+#pragma once
+
+#include <ostream>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/plant/generator_devices.h"
+
+namespace linegate::plant {
+
+// With dice of its own: the rest of a plant is as it would be without.
+class RequestsAndBursts {
+ public:
+  explicit RequestsAndBursts(unsigned long seed) : random_(seed + 0x5252) {}
+
+  // A property of the device: its first TPDO is of type 252 or 253. Nothing for most devices.
+  std::string device_words(const Device& device);
+  // Actions from that time on, each with its time in ms.
+  using Actions = std::vector<std::pair<unsigned, std::string>>;
+  Actions draw(const std::vector<Device>& devices, unsigned time);
+  // At that time nothing disturbs the network, and the own node is Operational: requests are
+  // answered.
+  void expect_answers(std::ostream& out, const std::vector<Device>& devices, unsigned time);
+  // A remote frame of a stranger, if the device has such a TPDO.
+  void request_by_stranger(std::ostream& out, const Device& device, unsigned time);
+
+ private:
+  struct Tpdo {
+    unsigned node = 0;
+    unsigned number = 0;
+    unsigned cob_id = 0;
+  };
+
+  unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
+  const Tpdo* find(const Device& device) const;
+  std::string stranger(const Tpdo& tpdo);
+  void burst(Actions& out, const Device& device, unsigned time);
+
+  std::mt19937_64 random_;
+  std::vector<Tpdo> tpdos_;
+  unsigned number_ = 0;  // of a request: its name
+  unsigned value_ = 0;   // of the newest output: each is another one
+};
+
+}  // namespace linegate::plant
