@@ -341,7 +341,7 @@ struct Line::Impl final : Line::Base,
   Outputs outputs;
   std::vector<ScannedOutput> scanned_outputs;
   bool scanned_due = false;          // some of them are
-  bool scanned_operational = false;  // the own node, as follow_scanned() saw it
+  std::uint64_t scanned_starts = 0;  // of the own node, as follow_scanned() saw them
   PdoUpdates updates;
   std::uint64_t resets = 0;          // of the own node that were followed
   std::unique_ptr<Routing> routing;  // if the line takes part in it
@@ -375,7 +375,7 @@ struct Line::Impl final : Line::Base,
   // By node: the frame of the last NMT command start to it, and whether the bus lost that.
   std::array<std::uint64_t, can::kMaxNodeId + 1> start_frames{};
   std::bitset<can::kMaxNodeId + 1> lost_starts;
-  bool was_operational = false;      // the own node, in follow_own_state()
+  std::uint64_t own_starts = 0;      // of the own node, in follow_own_state()
   bool receivers_changed = true;     // what follow_receivers() goes by, besides:
   std::uint64_t receivers_seen = 0;  // Manager::changes() then
 

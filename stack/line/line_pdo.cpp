@@ -119,6 +119,7 @@ can::Frame Line::Impl::mpdo_frame(std::uint16_t number, const pdo::MpdoData& dat
 }
 
 void Line::Impl::write_by_mpdo(const Command& command, Instant now) {
+  follow_own_state(now);  // what comes now is not of before its start
   const std::uint16_t number = named_mpdo(command);
   if (number == 0 || node.state() != nmt::State::operational) {
     refuse(command, number == 0 ? Refusal::unknown_entry : Refusal::wrong_state, now);

@@ -78,7 +78,6 @@ void Line::Impl::before_boot(Instant now) {
   }
   if (std::exchange(resets, node.counters().resets) != node.counters().resets) {
     own_objects.values_reset();
-    scanned_operational = false;
   }
   write_own_values(now);
   set_pdo_times();

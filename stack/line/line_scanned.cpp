@@ -1,6 +1,7 @@
 // Outputs that go by MPDO: objects of the own node in the outputs of the image, which the object
 // scanner list names (CiA 301 7.2.2.6) and no PDO carries.
 #include <algorithm>
+#include <utility>
 
 #include "stack/base/byte_order.h"
 #include "stack/line/line_impl.h"
@@ -64,10 +65,12 @@ void Line::Impl::confirm_scanned(ScannedOutput& scanned) {
   image.set_entry_valid(Direction::outputs, scanned.entry, true);
 }
 
-// On entering Operational all that are known are sent.
+// On entering Operational all that are known are sent: the engine dropped what waited when it was
+// left, be it for a moment only.
 void Line::Impl::follow_scanned() {
   const bool operational = node.state() == nmt::State::operational;
-  if (operational && !scanned_operational) {
+  const std::uint64_t starts = node.counters().starts;
+  if (std::exchange(scanned_starts, starts) != starts && operational) {
     for (ScannedOutput& scanned : scanned_outputs) {
       if (image.is_known(Direction::outputs, scanned.entry)) {
         scanned = {.entry = scanned.entry, .due = true};
@@ -76,7 +79,6 @@ void Line::Impl::follow_scanned() {
     }
     send_scanned();
   }
-  scanned_operational = operational;
 }
 
 // The TPDO in source address mode; 0 if there is none.

@@ -78,8 +78,9 @@ void Line::Impl::repeat_lost_starts(Instant now) {
 
 // What waited when it was left is gone, see pdo::Engine.
 void Line::Impl::follow_own_state(Instant now) {
-  const bool operational = node.state() == nmt::State::operational;
-  if (std::exchange(was_operational, operational) && !operational) {
+  const std::uint64_t starts = node.counters().starts;
+  const bool is_new = std::exchange(own_starts, starts) != starts;
+  if (is_new || node.state() != nmt::State::operational) {
     refuse_sendings(CommandKind::mpdo_write, Refusal::wrong_state, now);
   }
 }

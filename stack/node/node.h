@@ -100,6 +100,7 @@ struct NodeCounters {
   std::uint64_t malformed = 0;       // frames a service wanted but could not understand
   std::uint64_t unused = 0;          // frames nobody wanted
   std::uint64_t starts_refused = 0;  // by the application
+  std::uint64_t starts = 0;          // how often it became Operational
   std::uint64_t resets = 0;          // of the node or its communication
   can::Traffic received;
   can::Traffic sent;  // handed out by next_frame()

@@ -172,6 +172,7 @@ bool Node::Impl::self_starting() const {
 
 void Node::Impl::state_changed(nmt::State before, Instant time) {
   const nmt::State state = slave.state();
+  counters.starts += state == nmt::State::operational ? 1U : 0U;
   heartbeat.set_state(state);
   guarding.set_state(state);
   emcy.set_active(serves(can::Service::emcy));

@@ -239,6 +239,27 @@ TEST_F(ScannedOutputs, WhereThereIsNoRoomTheyAreSentWhenThereIs) {
   EXPECT_TRUE(valid(kCount - 1));
 }
 
+// The own node is NMT slave; its master's commands arrive together.
+TEST_F(ScannedOutputs, AreSentAgainAfterAStopAndAStartAtOnce) {
+  run_with(1, true);
+  ASSERT_TRUE(line_->dictionary().set({0x1F80, 0}, 4U));
+  pass(milliseconds(1));
+  ASSERT_EQ(line_->state().role, Role::device);
+  write(7);
+  std::array<can::Frame, 2> frames = {can::make_frame(0x000, {0x02, 0x7F}),
+                                      can::make_frame(0x000, {0x01, 0x7F})};
+  for (can::Frame& frame : frames) {
+    frame.time = now_;
+  }
+  line_->receive(frames, now_);
+  line_->advance(now_);
+  ASSERT_EQ(line_->state().own_state, nmt::State::operational);
+  EXPECT_FALSE(valid());
+  EXPECT_THAT(of_scanner(sent()), ElementsAre("1F1#7F00210407000000"));
+  line_->acknowledged(line_->state().counters.frames_sent, now_);
+  EXPECT_TRUE(valid());
+}
+
 TEST_F(ScannedOutputs, AreValidWhenTheirFrameWasAcknowledged) {
   run_with(1, true);
   line_->acknowledged(line_->state().counters.frames_sent, now_);
