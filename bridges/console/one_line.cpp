@@ -16,11 +16,11 @@ bool is_c1(std::string_view text, std::size_t at) {
 }
 
 void append_escape(std::string& out, char code) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
+  constexpr std::string_view kHexDigits = "0123456789abcdef";
   const auto byte = static_cast<unsigned char>(code);
   out += "\\u00";
-  out += kDigits[byte >> 4U];
-  out += kDigits[byte & 0xFU];
+  out += kHexDigits[byte >> 4U];
+  out += kHexDigits[byte & 0xFU];
 }
 
 // Outside of texts JSON has none of these characters.
