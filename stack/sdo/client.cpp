@@ -55,7 +55,8 @@ Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue) {
   if (!busy()) {
     return take_stray(word, frame.time) || word == last_used_ ? Receipt::stray : Receipt::unasked;
   }
-  if (strays_expected() && waits_for_initiate() && outbox_.waits(queue)) {
+  const bool may_be_old = strays_expected() || word == last_used_;
+  if (may_be_old && waits_for_initiate() && outbox_.waits(queue)) {
     (void)take_stray(word, frame.time);  // the server was not asked yet
     return Receipt::stray;
   }

@@ -309,6 +309,7 @@ TEST_F(RepeatedSdo, AnAbortThatALostFrameExplainsDoesTheSame) {
 TEST_F(RepeatedSdo, ARefusalIsFinal) {
   for (const bool write : {false, true}) {
     ask(write, 3);
+    sent();
     hear(0x585, {0x80, 0x00, 0x20, 0x00, 0x00, 0x00, 0x02, 0x06});
     EXPECT_EQ(answer().error, to_error(AbortCode::no_object));
     expect_nothing();

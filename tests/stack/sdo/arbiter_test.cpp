@@ -34,6 +34,11 @@ class ArbiterTest : public testing::Test {
   void answer(std::uint8_t node = 5, const Bytes& data = {0x43, 0x18, 0x10, 1, 1, 2, 3, 4}) {
     receive(0x580U + node, data);
   }
+  // The request is on the bus.
+  void serve(const Bytes& data = {0x43, 0x18, 0x10, 1, 1, 2, 3, 4}) {
+    drain(queue, 0x605);
+    answer(5, data);
+  }
 
   std::vector<Completion> completions() {
     std::vector<Completion> out;
@@ -197,7 +202,7 @@ TEST_F(ArbiterTest, ThePrioritiesOfAQueue) {
   submit(4, Priority::boot);
   submit(5, Priority::command);
   for (int i = 0; i < 5; ++i) {
-    answer();
+    serve();
   }
   EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{1, 5, 4, 3, 2}));
 }
@@ -206,9 +211,9 @@ TEST_F(ArbiterTest, ACommandBetweenTheStepsOfABoot) {
   submit(1, Priority::boot);
   submit(2, Priority::boot);
   submit(3, Priority::command);
-  answer();
-  answer();
-  answer();
+  serve();
+  serve();
+  serve();
   EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{1, 3, 2}));
 }
 
@@ -330,10 +335,10 @@ TEST_F(ArbiterTest, AMalformedAnswerIsCountedAndTold) {
 
 TEST_F(ArbiterTest, AbortsOfCommandsAreToldThoseOfBootAreNot) {
   submit(1, Priority::boot);
-  answer(5, abort_bytes(0x1018, 1, 0x0602'0000));
+  serve(abort_bytes(0x1018, 1, 0x0602'0000));
   EXPECT_TRUE(events.empty());
   submit(2, Priority::command);
-  answer(5, abort_bytes(0x1018, 1, 0x0602'0000));
+  serve(abort_bytes(0x1018, 1, 0x0602'0000));
   const std::vector<Event> told = drain(events);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].kind, EventKind::sdo_abort);
@@ -355,8 +360,8 @@ TEST_F(ArbiterTest, CancelOfAWaitingRequest) {
   EXPECT_EQ(done[0].token, 2U);
   EXPECT_EQ(done[0].abort, AbortCode::general);
   EXPECT_TRUE(queue.empty());
-  answer();
-  answer();
+  serve();
+  serve();
   EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{1, 3}));
 }
 
@@ -444,6 +449,7 @@ TEST_F(ArbiterTest, AFrameThatIsRepeatedNowAndThenIsNoSecondDevice) {
   const auto ask = [this](int answers) {
     now += 100ms;
     ASSERT_TRUE(submit(1));
+    drain(queue, 0x605);
     for (int i = 0; i < answers; ++i) {
       answer();
     }

@@ -205,6 +205,19 @@ TEST_F(ClientTest, AnAnswerBeforeTheRequestWasHandedOutIsOfAnEarlierTransfer) {
   expect_data({});
 }
 
+// As above, to the same object, when the request waits in the transmit queue.
+TEST_F(ClientTest, AnAnswerThatComesTwiceIsNoneToTheSameQuestionThatWaits) {
+  const Bytes taken = {0x60, 0x00, 0x20, 5, 0, 0, 0, 0};
+  write({0x2000, 5}, pattern(1));
+  answer(taken);
+  expect_data({});
+  client.write({0x2000, 5}, pattern(2), kTimeout, now, queue);
+  EXPECT_EQ(answer(taken, Receipt::stray), (Frames{{0x2B, 0x00, 0x20, 5, 1, 2, 0, 0}}));
+  EXPECT_FALSE(client.take());
+  answer(taken);
+  expect_data({});
+}
+
 TEST_F(ClientTest, WrongToggleBit) {
   read({0x1008, 0});
   answer({0x41, 0x08, 0x10, 0, 9, 0, 0, 0});
