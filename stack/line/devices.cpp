@@ -152,12 +152,30 @@ Instant Line::Devices::next_wake() const {
   return wake;
 }
 
+// An offer that lost arbitration waits here and not in the node: it is gone when the node was reset
+// since, a PDO also when the node left Operational.
+void Line::Devices::make_offer(Seat& seat, Instant now) {
+  const node::Node& node = seat.device->node();
+  const node::NodeCounters& counters = node.counters();
+  if (seat.offers) {
+    const bool left =
+        node.state() != nmt::State::operational || seat.offer_starts != counters.starts;
+    seat.offers = seat.offer_resets == counters.resets &&
+                  !(left && seat.device->node().pdos().transmits(seat.offer));
+  }
+  if (!seat.offers) {
+    seat.offers = seat.device->next_frame(seat.offer, now);
+    seat.offer_starts = counters.starts;
+    seat.offer_resets = counters.resets;
+  }
+}
+
 // The one that would win arbitration among the most urgent frame of each, as on a bus: the others
 // hear it, and keep theirs.
 bool Line::Devices::next_frame(can::Frame& out, Instant now) {
   Seat* best = nullptr;
   for (Seat& seat : seats) {
-    seat.offers = seat.offers || seat.device->next_frame(seat.offer, now);
+    make_offer(seat, now);
     if (seat.offers && (best == nullptr || can::wins_arbitration(seat.offer, best->offer))) {
       best = &seat;
     }

@@ -235,6 +235,8 @@ class Engine {
   std::uint16_t first_tpdo(od::Address address) const;
   // The frame is that TPDO with the newest values. number: 1..
   bool carries_newest(std::uint16_t number, const can::Frame& frame) const;
+  // It has the COB-ID of a valid TPDO.
+  bool transmits(const can::Frame& frame) const;
   // Nothing is requested, not even what an inhibit time holds back: next_frame() gives none. Hot.
   bool quiet() const { return requests_ == 0; }
   bool wants_to_send(Instant now) const;

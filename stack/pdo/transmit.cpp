@@ -463,6 +463,12 @@ bool Engine::carries_newest(std::uint16_t number, const can::Frame& frame) const
   return can::same_content(frame, impl_->tpdos[slot].frame) && impl_->is_newest(slot);
 }
 
+bool Engine::transmits(const can::Frame& frame) const {
+  return std::ranges::any_of(impl_->tpdos, [&frame](const Tpdo& pdo) {
+    return pdo.active && pdo.cob_id.id() == frame.id && pdo.cob_id.extended() == frame.extended();
+  });
+}
+
 void Engine::Impl::set_receiver(std::uint8_t node, Receiver state) {
   if (std::exchange(receivers[node], state) == state) {
     return;

@@ -82,6 +82,24 @@ TEST_F(AcknowledgedDevices, AValueOnABusWithoutAcknowledgeWaitsForTheBus) {
   EXPECT_EQ(answer().data, way(PdoWait::bus));
 }
 
+// Device 5 wins arbitration; the PDO of device 6 waits.
+TEST_F(AcknowledgedDevices, APdoThatWaitsIsGoneWhenItsDeviceIsStoppedOrReset) {
+  run();
+  for (const std::uint8_t command : {std::uint8_t{0x80}, std::uint8_t{0x81}, std::uint8_t{0x82}}) {
+    for (const std::uint8_t device : {std::uint8_t{5}, std::uint8_t{6}}) {
+      line_->execute({.kind = CommandKind::pdo_trigger, .node = device, .code = 1, .data = {}},
+                     now_);
+    }
+    can::Frame first;
+    ASSERT_TRUE(line_->next_frame(first, now_));
+    EXPECT_EQ(first.id, 0x185U);
+    hear(0x000, {command, 0x06});
+    EXPECT_THAT(hand_out(), testing::Each(testing::Not(testing::StartsWith("186#"))));
+    hear(0x000, {0x01, 0x06});
+    hand_out();
+  }
+}
+
 TEST_F(AcknowledgedDevices, AValueOfADeviceThatIsNotOperationalWaitsForIt) {
   run();
   hear(0x000, {0x80, 0x05});
