@@ -1,9 +1,11 @@
 // The half of the answer model that is about services that are not confirmed: what is answered as
 // sent was acknowledged on the bus, and what is not says what it waits for.
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/base/repeat_limit.h"
 #include "stack/nmt/node_control.h"
 #include "stack/pdo/mpdo.h"
 #include "stack/pdo/parameters.h"
@@ -329,17 +331,63 @@ std::string AnswerModel::check_refusal(const Given& given, const line::Reply& re
     }
   }
   const std::uint8_t node = line_.layout(image::Direction::outputs).entries[entry].node;
-  // Of equal events within a second one is emitted (base/repeat_limit.h).
-  const bool named = std::ranges::any_of(events, [&](const Event& event) {
-    return event.kind == EventKind::command_refused && event.node == node &&
-           event.code == reply.error.code &&
-           event.value == static_cast<std::uint32_t>(given.command.kind) &&
-           event.time + std::chrono::seconds(1) >= now;
-  });
-  return named ? std::string() : "no event names its node";
+  return check_event({.node = node,
+                      .code = reply.error.code,
+                      .value = static_cast<std::uint32_t>(given.command.kind),
+                      .time = now},
+                     events);
 }
 
-std::string AnswerModel::compare(Instant now) const {
+// Clause 8. The line has a place for each of kPlaces different events and a shared one, and an
+// event is held back only if its place passed one less than a second ago. So without an equal event
+// each place passed one: kPlaces different events, and that of the shared place. Its node may then
+// be named by none: the next event that passes in the shared place has the node of the last refusal
+// and the number of the others.
+std::string AnswerModel::check_event(const Held& refusal, std::span<const Event> events) {
+  const bool has_own = std::ranges::any_of(events, [&](const Event& event) {
+    return refusal.is_of(event) && event.time == refusal.time;
+  });
+  if (has_own) {
+    return {};
+  }
+  held_.push_back(refusal);
+  std::set<std::array<std::uint32_t, 3>> different;
+  std::size_t passed = 0;
+  for (const Event& event : events) {
+    if (event.kind != EventKind::command_refused ||
+        event.time + RepeatLimit::kInterval <= refusal.time) {
+      continue;
+    }
+    if (refusal.is_of(event)) {
+      return {};
+    }
+    different.insert({event.node, event.code, event.value});
+    ++passed;
+  }
+  const bool full = different.size() >= RepeatLimit::kPlaces && passed > RepeatLimit::kPlaces;
+  return full ? std::string() : "no event names its node";
+}
+
+// Removes the refusals that the new events name or count. A number is of equal refusals, or of
+// different ones that shared a place, and the event does not say which.
+void AnswerModel::count_held(std::span<const Event> events) {
+  constexpr std::size_t kCount = 8;  // see RepeatLimit::admit()
+  for (const Event& event : events.subspan(std::exchange(counted_, events.size()))) {
+    const bool counts = event.kind == EventKind::command_refused &&
+                        event.length == kCount + sizeof(std::uint32_t) &&
+                        load_le<std::uint32_t>(event.data.data() + kCount) != 0;
+    std::erase_if(held_, [&](const Held& refusal) {
+      return refusal.time <= event.time && (counts || refusal.is_of(event));
+    });
+  }
+}
+
+std::string AnswerModel::compare(std::span<const Event> events, Instant now) {
+  count_held(events);
+  if (!held_.empty() && now > held_.front().time + RepeatLimit::kInterval) {
+    return "a refusal of node " + std::to_string(held_.front().node) +
+           " was held back, and no event counts it";
+  }
   for (const auto& [tag, given] : given_) {
     const bool late = given.unconfirmed && now > given.time + line::kSendTime + kAnswerGrace;
     if (late || (given.refusable && now > given.time)) {

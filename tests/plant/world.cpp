@@ -570,7 +570,7 @@ void World::collect(LineSeat& seat) {
       fail("answers: " + text);
     }
   }
-  if (std::string text = seat.answers->compare(now_); !text.empty()) {
+  if (std::string text = seat.answers->compare(seat.events, now_); !text.empty()) {
     fail("answers: " + text);
   }
 }
