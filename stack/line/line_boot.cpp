@@ -27,7 +27,12 @@ void Line::Impl::take_role(Instant now) {
     return;
   }
   for (const NodeConfig& device : config.nodes) {
-    heartbeats.monitor(device.id, consumer_time(device));
+    const bool guarded = device.guard_time * device.life_time_factor > Duration::zero();
+    if (guarded && consumer_time(device) <= Duration::zero()) {
+      heartbeats.overhear_guarding(device.id, Duration::zero());  // the master may stop any time
+    } else {
+      heartbeats.monitor(device.id, consumer_time(device));
+    }
   }
 }
 

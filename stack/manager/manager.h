@@ -135,6 +135,7 @@ class Manager {
   void expect_start(Slot& slot, Instant now);
   void end_start(Slot& slot, Instant now);
   void miss_start(Slot& slot, Instant now);
+  void leave_error_control(const Slot& slot);
   void leave_unwatched(const Slot& slot, Instant now);
   void miss(std::uint8_t node, Presence presence);
   void expire(std::uint8_t node);

@@ -80,7 +80,7 @@ void Manager::end(Instant now) {
   for (const auto& slot : slots_) {
     slot->boot->cancel();
     slot->not_started = kNever;
-    heartbeats_.stop(slot->plan.id);
+    leave_error_control(*slot);
     host_.node_data_invalid(slot->plan.id);
     nodes_[slot->plan.id].heartbeat_monitored = false;
     leave_unwatched(*slot, now);
@@ -90,6 +90,17 @@ void Manager::end(Instant now) {
   boot_deadline_ = kNever;
   reaction_ = Reaction::none;
   nodes_stopped_ = false;
+}
+
+// Answers of a guarded node carry the toggle bit: to requests that are under way, and to those of
+// another master.
+void Manager::leave_error_control(const Slot& slot) {
+  const std::uint8_t id = slot.plan.id;
+  if (slot.plan.heartbeat_consumer <= Duration::zero() && has_error_control(id)) {
+    heartbeats_.overhear_guarding(id, Duration::zero());
+  } else {
+    heartbeats_.stop(id);
+  }
 }
 
 // Neither its boot process nor its error control shows from now on whether the node is there.

@@ -108,12 +108,14 @@ void HeartbeatConsumer::guard(std::uint8_t node, Duration guard_time, std::uint8
 }
 
 void HeartbeatConsumer::overhear_guarding(std::uint8_t node, Duration life_time) {
-  if (!exists(node) || nodes_[node].guard.active()) {
+  if (!exists(node) || nodes_[node].guard.by_others) {
     return;
   }
+  const std::optional<std::byte> toggle = nodes_[node].guard.toggle;  // of requests of its own
   stop(node);
   listen(node);
   nodes_[node].time = life_time;
+  nodes_[node].guard.toggle = toggle;
   nodes_[node].guard.by_others = true;
 }
 
@@ -121,6 +123,9 @@ void HeartbeatConsumer::ask(std::uint8_t node) {
   if (exists(node) && transmit_ != nullptr) {
     listen(node);
     nodes_[node].asked = transmit_->push(can::TransmitClass::error_control, guard_request(node));
+    if (nodes_[node].guard.by_others) {
+      nodes_[node].guard.toggle.reset();
+    }
   }
 }
 

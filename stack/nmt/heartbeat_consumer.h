@@ -69,8 +69,8 @@ class HeartbeatConsumer {
   // product of 0 is stop(). Without a transmit queue nobody is asked.
   void guard(std::uint8_t node, Duration guard_time, std::uint8_t life_time_factor, Instant now);
   // Its master guards the node, and nothing is asked: its answers carry the toggle bit. Without a
-  // right answer for life_time after the one before it is lost; 0 = never. No effect if it is
-  // guarded so already.
+  // right answer for life_time after the one before it is lost; 0 = never. Requests of
+  // guard() end. No effect if it is guarded so already.
   void overhear_guarding(std::uint8_t node, Duration life_time);
   // Asks the node for its state once, guarded or not; the answer is taken as a heartbeat, whatever
   // its toggle bit. Without a transmit queue nobody is asked.

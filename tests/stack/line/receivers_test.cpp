@@ -169,6 +169,42 @@ TEST_F(OutputsOfANode, WithoutErrorControlAreSentWhenAnotherMasterStartsIt) {
   EXPECT_FALSE(told(EventKind::foreign_manager)) << "it is the master of the own node";
 }
 
+// The answer to the last request of the line, or to one of the other master.
+TEST_F(OutputsOfANode, AreNotValidByAGuardAnswerToAnotherMaster) {
+  LineConfig config = config_without_error_control();
+  config.nodes[0].guard_time = milliseconds(100);
+  config.nodes[0].life_time_factor = 2;
+  make(std::move(config));
+  line_->start(now_);
+  hear_identity();
+  hear_no_serial_number();
+  hear(0x585, {0x60, 0x0C, 0x10, 0x00, 0, 0, 0, 0});
+  hear(0x585, {0x60, 0x0D, 0x10, 0x00, 0, 0, 0, 0});
+  sent();
+  hear_heartbeat(kPreOperational);
+  sent();
+  pass(milliseconds(100));
+  hear_heartbeat(0x80 | kOperational);
+  pass(milliseconds(100));
+  hear_heartbeat(kOperational);
+  sent();
+  ASSERT_TRUE(valid());
+  ASSERT_TRUE(line_->dictionary().set({0x1F80, 0}, 4U));
+  pass(milliseconds(1));
+  ASSERT_EQ(line_->state().role, Role::device);
+  sent();
+  ASSERT_TRUE(valid());
+  hear_heartbeat(0x80 | kPreOperational);
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
+  EXPECT_FALSE(valid()) << "it left Operational by itself";
+  hear_heartbeat(0x80 | kOperational);
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational) << "the same toggle bit";
+  EXPECT_EQ(line_->state().counters.frames_malformed, 1U);
+  hear_heartbeat(kOperational);
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
+  EXPECT_THAT(pdos(), ElementsAre("205#0900000003"));
+}
+
 TEST_F(OutputsOfANode, AreSentAsTheWatchdogLeftThem) {
   make(config_with_axis());
   boot();
