@@ -196,7 +196,7 @@ void Line::Impl::routes(std::vector<routing::Route>& out) const {
     scanned_handed_out(out, number);
   }
   if (given && number != 0) {
-    note_start(out, number);
+    note_nmt(out, number);
     note_handed_out(out, now);
   }
   return given;

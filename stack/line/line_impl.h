@@ -275,11 +275,17 @@ struct Line::Impl final : Line::Base,
   void note_command(nmt::Command command, std::uint8_t id);
   // The line itself sent it: the state that each node is expected to take follows it.
   void note_sent(nmt::Command command, std::uint8_t id, Instant now);
+  // The node was commanded to leave Operational.
+  void expect_state(std::uint8_t id);
   void confirm(std::uint8_t id, nmt::State state, Instant now);
   Duration heartbeat_time(std::uint8_t id) const;
   void outputs_invalid(std::uint8_t id);
   // An NMT command was handed out as the frame of that number.
-  void note_start(const can::Frame& frame, std::uint64_t number);
+  void note_nmt(const can::Frame& frame, std::uint64_t number);
+  // Frames up to that number were acknowledged: what was heard of a node before a command other
+  // than start to it was on the bus does not show that it is Operational after the command.
+  void note_acknowledged_ends(std::uint64_t number);
+  void note_lost_ends(std::uint64_t first, std::uint64_t last);
   // Of nodes without error control, which are started when the bus acknowledged the command: if it
   // lost it, it is sent again.
   void forget_starts(std::uint8_t id);  // 0: of all
@@ -375,6 +381,14 @@ struct Line::Impl final : Line::Base,
   // By node: the frame of the last NMT command start to it, and whether the bus lost that.
   std::array<std::uint64_t, can::kMaxNodeId + 1> start_frames{};
   std::bitset<can::kMaxNodeId + 1> lost_starts;
+  // By node: the newest own NMT command to it that was handed out, unless that is a start or was
+  // acknowledged or lost.
+  struct EndUnderWay {
+    std::uint64_t number = 0;  // of its frame, 0 = none
+    nmt::Command command{};
+  };
+  std::array<EndUnderWay, can::kMaxNodeId + 1> ends{};
+  std::bitset<can::kMaxNodeId + 1> has_end;
   std::uint64_t own_starts = 0;      // of the own node, in follow_own_state()
   bool receivers_changed = true;     // what follow_receivers() goes by, besides:
   std::uint64_t receivers_seen = 0;  // Manager::changes() then

@@ -201,7 +201,7 @@ pdo::Engine::Receiver Line::Impl::receiver(std::uint8_t id) const {
     return Engine::Receiver::unheard;
   }
   return running && usable() && operational && unconfirmed[id].heartbeats == 0 &&
-                 !lost_starts[id] && nmt.next_wake() == kNever
+                 !lost_starts[id] && !has_end[id] && nmt.next_wake() == kNever
              ? Engine::Receiver::started
              : Engine::Receiver::waiting;
 }
@@ -212,9 +212,7 @@ void Line::Impl::note_sent(nmt::Command command, std::uint8_t id, Instant now) {
   note_command(command, id);
 }
 
-// A heartbeat that says Operational may have been on its way when the command was sent.
 void Line::Impl::note_command(nmt::Command command, std::uint8_t id) {
-  constexpr std::uint8_t kHeartbeats = 2;
   lss.commanded(command, id);
   forget_starts(id);
   for (const NodeConfig& device : config.nodes) {
@@ -223,13 +221,19 @@ void Line::Impl::note_command(nmt::Command command, std::uint8_t id) {
     }
     const bool heard = manager.node(device.id).heartbeat_monitored;
     if (command != nmt::Command::start) {
-      unconfirmed[device.id] = {.heartbeats = kHeartbeats};
-      outputs_invalid(device.id);
+      expect_state(device.id);
     } else if (!heard) {
       unconfirmed[device.id] = {};
     }
     receivers_changed = true;
   }
+}
+
+// A heartbeat that says Operational may have been on its way when the command was sent.
+void Line::Impl::expect_state(std::uint8_t id) {
+  constexpr std::uint8_t kHeartbeats = 2;
+  unconfirmed[id] = {.heartbeats = kHeartbeats};
+  outputs_invalid(id);
 }
 
 // A controller that had no bus sends the heartbeats of that time at once: several within half a

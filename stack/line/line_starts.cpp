@@ -1,5 +1,5 @@
-// What a start or stop of a node means for its outputs: the NMT command start to nodes without
-// error control, and the own node.
+// What a start or stop of a node means for its outputs: NMT commands on their way to the bus, and
+// the own node.
 #include <utility>
 
 #include "stack/line/line_impl.h"
@@ -7,17 +7,51 @@
 
 namespace linegate::line {
 
-[[gnu::hot]] void Line::Impl::note_start(const can::Frame& frame, std::uint64_t number) {
+[[gnu::hot]] void Line::Impl::note_nmt(const can::Frame& frame, std::uint64_t number) {
   if (frame.id != can::kNmtId) [[likely]] {
     return;
   }
   const auto control = nmt::decode_node_control(frame);
-  if (!control || control->command != nmt::Command::start) {
+  if (!control) {
     return;
   }
+  const bool starts = control->command == nmt::Command::start;
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
-    if (control->addresses(id)) {
+    if (!control->addresses(id)) {
+      continue;
+    }
+    if (starts) {
       start_frames[id] = number;
+    } else {
+      ends[id] = {.number = number, .command = control->command};
+    }
+    has_end.set(id, !starts);
+  }
+  receivers_changed = true;
+}
+
+void Line::Impl::note_acknowledged_ends(std::uint64_t number) {
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    if (!has_end[id] || ends[id].number > number) {
+      continue;
+    }
+    has_end.reset(id);
+    receivers_changed = true;
+    if (manager.starts(id)) {
+      continue;
+    }
+    expect_state(id);
+    if (manager.node(id).state == nmt::State::operational) {
+      manager.heard(ends[id].command, id);
+    }
+  }
+}
+
+void Line::Impl::note_lost_ends(std::uint64_t first, std::uint64_t last) {
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    if (has_end[id] && ends[id].number >= first && ends[id].number <= last) {
+      has_end.reset(id);
+      receivers_changed = true;
     }
   }
 }

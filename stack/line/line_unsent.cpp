@@ -7,6 +7,9 @@ namespace linegate::line {
 
 void Line::Impl::note_acknowledged(std::uint64_t number, Instant now) {
   node.pdos().acknowledged(number);
+  if (has_end.any()) [[unlikely]] {
+    note_acknowledged_ends(number);
+  }
   if (manager.starts_any()) [[unlikely]] {
     note_acknowledged_starts(number);
   }
@@ -22,6 +25,7 @@ void Line::Impl::note_lost(std::uint64_t first, std::uint64_t last) {
   node.pdos().lost(first, last);
   lss.lost(first, last);
   scanned_lost(first, last);
+  note_lost_ends(first, last);
   note_lost_starts(first, last);
 }
 

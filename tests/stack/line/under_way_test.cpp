@@ -127,6 +127,60 @@ TEST_F(AcknowledgedOutputs, WithoutErrorControlAreNotValidByALostStart) {
   EXPECT_TRUE(valid());
 }
 
+// What was heard of the node before the command was on the bus does not show its state after it.
+TEST_F(AcknowledgedOutputs, AreNotSentToANodeWhoseResetIsOnItsWayToTheBus) {
+  make(config_without_error_control());
+  line_->expect_acknowledgements();
+  line_->start(now_);
+  hear_identity();
+  hand_out();
+  hear_no_serial_number();
+  line_->advance(now_);
+  hand_out();
+  acknowledge_all();
+  hand_out();
+  acknowledge_all();
+  ASSERT_TRUE(valid());
+  line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::reset_node, .data = {}},
+                 now_);
+  EXPECT_THAT(hand_out(), ElementsAre("000#8105"));
+  ASSERT_TRUE(line_->dictionary().set({0x1F80, 0}, 4U));
+  pass(milliseconds(1));
+  ASSERT_EQ(line_->state().role, Role::device);
+  hear(0x705, {0x00});
+  hear(0x000, {0x01, 0x05});
+  line_->advance(now_);
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
+  EXPECT_THAT(hand_out(), IsEmpty()) << "the reset follows";
+  acknowledge_all();
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
+  EXPECT_THAT(hand_out(), IsEmpty());
+  EXPECT_FALSE(valid());
+  hear(0x705, {0x00});
+  hear(0x000, {0x01, 0x05});
+  line_->advance(now_);
+  EXPECT_THAT(hand_out(), ElementsAre("205#0900000003"));
+  acknowledge_all();
+  EXPECT_TRUE(valid());
+}
+
+TEST_F(AcknowledgedOutputs, AreSentToANodeWhoseStopTheBusLost) {
+  run();
+  write(1);
+  hand_out();
+  acknowledge_all();
+  ASSERT_TRUE(valid());
+  line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::stop, .data = {}},
+                 now_);
+  EXPECT_THAT(hand_out(), ElementsAre("000#0205"));
+  EXPECT_FALSE(valid());
+  live(milliseconds(200));
+  EXPECT_THAT(hand_out(), IsEmpty()) << "the stop may be on the bus at any time";
+  line_->lost(given_, given_);
+  line_->advance(now_);
+  EXPECT_THAT(hand_out(), ElementsAre("205#0100000002"));
+}
+
 TEST_F(AcknowledgedOutputs, NameTheBusAsWhatTheyWaitFor) {
   run();
   write(1);
