@@ -120,7 +120,10 @@ OutputModel::OutputModel(const line::Line& line) {
 }
 
 void OutputModel::submitted(LineSeat& seat, const can::Frame& frame, Instant now) {
-  syncs_ += frame.id == can::kSyncId && frame.length <= 1 ? 1U : 0U;
+  if (frame.id == can::kSyncId && frame.length <= 1) {
+    ++syncs_;
+    sync_waits_ = false;
+  }
   for (const std::uint8_t id : ids_) {
     if (ends_operational(frame, id)) {
       withdraw(id);
@@ -165,13 +168,14 @@ void OutputModel::check_order(LineSeat& seat, const Pdo& pdo, const can::Frame& 
   }
 }
 
-void OutputModel::look_at_sync(LineSeat& seat, Instant now) {
+void OutputModel::look_at_sync(LineSeat& seat, Instant now, bool advanced) {
   const auto is_one = [](const Pdo& pdo) { return pdo::is_synchronous(pdo.type); };
   if (!std::ranges::any_of(pdos_, is_one)) {
     return;
   }
   seat.line->snapshot(image::Direction::outputs, snapshot_, now, true);
   const bool passed = std::exchange(passed_, seat.line->sync_count()) != passed_;
+  sync_waits_ |= passed && advanced;
   for (Pdo& pdo : pdos_) {
     const std::uint64_t before = std::exchange(pdo.latest, values(pdo));
     if (passed) {
@@ -361,6 +365,14 @@ std::string OutputModel::compare(LineSeat& seat, Instant now) {
   return older_;
 }
 
+// How many SYNC messages are submitted when the wanted values are due. What the call that passed
+// the one that waits changed itself may be in its sample or not.
+std::uint32_t OutputModel::due_sync_of(const Pdo& pdo) const {
+  const std::uint32_t cycle = std::max<std::uint32_t>(pdo.type, 1);
+  const bool contains = pdo.at_sync == pdo.wanted && pdo.before_sync == pdo.wanted;
+  return syncs_ + cycle + (sync_waits_ && !contains ? 1U : 0U);
+}
+
 // Clauses 4 and 5.
 std::string OutputModel::check_due(LineSeat& seat, Pdo& pdo, Instant now) {
   const Node& node = nodes_[pdo.node];
@@ -377,14 +389,13 @@ std::string OutputModel::check_due(LineSeat& seat, Pdo& pdo, Instant now) {
     pdo.due_at = kNever;
     return {};
   }
-  const std::uint32_t cycle = std::max<std::uint32_t>(pdo.type, 1);
   if (pdo.due_at == kNever || pdo.wanted != wanted) {
     pdo.due_at = now + (pdo.transmitted ? Duration{} : kUnwatched);
-    pdo.due_sync = syncs_ + cycle;
     pdo.wanted = wanted;
+    pdo.due_sync = due_sync_of(pdo);
   }
   if (now < pdo.due_at) {
-    pdo.due_sync = syncs_ + cycle;
+    pdo.due_sync = due_sync_of(pdo);
     return {};
   }
   const bool allowed = pdo::is_synchronous(pdo.type) ? syncs_ >= pdo.due_sync : now >= pdo.free_at;

@@ -11,7 +11,11 @@
 //   4. While the line runs and is on the bus, the own node and the node are Operational and all
 //      entries of a PDO are known: if the newest frame has other values, the line submits another
 //      one as soon as the inhibit time is over, or, of a synchronous PDO, after as many SYNC
-//      messages as its transmission type says, and its controller has room.
+//      messages as its transmission type says, and its controller has room. A SYNC commits and
+//      samples when the line queues it, and may wait there for the bus: as after a received SYNC,
+//      all synchronous PDOs after it have the values of one moment. So one that waits counts only
+//      for values that the image had when it was queued, whenever it is submitted. No second one
+//      is queued meanwhile, so a newer value waits for at most one SYNC more.
 //   5. The same if no frame was submitted since the start of the node, 100 ms after it, and after
 //      three signs of a node with error control that it is Operational, since the last NMT command
 //      to it that ends Operational: the first ones may have been on their way. Of one without error
@@ -62,8 +66,9 @@ class OutputModel {
 
   // The line submits it to the bus.
   void submitted(LineSeat& seat, const can::Frame& frame, Instant now);
-  // The line is about to be called, or was called: it may have passed a SYNC in between.
-  void look_at_sync(LineSeat& seat, Instant now);
+  // The line is about to be called, or was called: it may have passed a SYNC in between. advanced:
+  // it was advanced, which is when it passes its own ones.
+  void look_at_sync(LineSeat& seat, Instant now, bool advanced = false);
   // The frames of the line that did not end are gone.
   void flushed();
   // It ended on the bus; the stations have not processed it yet.
@@ -135,6 +140,7 @@ class OutputModel {
   void check_order(LineSeat& seat, const Pdo& pdo, const can::Frame& frame, Instant now);
   std::string compare(LineSeat& seat, Pdo& pdo);
   std::string check_due(LineSeat& seat, Pdo& pdo, Instant now);
+  std::uint32_t due_sync_of(const Pdo& pdo) const;
   std::string compare_device(LineSeat& seat, const Field& field, std::uint64_t shown,
                              std::uint8_t node);
 
@@ -143,6 +149,7 @@ class OutputModel {
   std::array<Node, 128> nodes_{};
   std::uint64_t compared_ = 0;
   std::uint32_t syncs_ = 0;   // SYNC messages that the line submitted
+  bool sync_waits_ = false;   // one that it passed is not submitted yet
   std::uint32_t passed_ = 0;  // that it passed, its own ones and others
   std::string older_;         // of a frame with values that are not the newest
   image::Snapshot snapshot_;

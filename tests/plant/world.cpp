@@ -468,7 +468,7 @@ void World::turn_line(LineSeat& seat) {
   seat.answers->acknowledged(seat.bus.acknowledged(seat.end));
   line.acknowledged(seat.bus.acknowledged(seat.end), now_);
   line.advance(now_);
-  seat.outputs->look_at_sync(seat, now_);
+  seat.outputs->look_at_sync(seat, now_, true);
   seat.model->after_call(take_events(seat));
   can::Frame frame;
   while (seat.bus.room(seat.end) > 0 && line.next_frame(frame, now_)) {
