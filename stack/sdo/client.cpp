@@ -52,13 +52,9 @@ Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue) {
     return Receipt::malformed;
   }
   const std::uint64_t word = word_of(frame);
-  if (!busy()) {
+  // Before the server was asked, too: an earlier question may be that of a line that ended.
+  if (!busy() || (waits_for_initiate() && outbox_.waits(queue))) {
     return take_stray(word, frame.time) || word == last_used_ ? Receipt::stray : Receipt::unasked;
-  }
-  const bool may_be_old = strays_expected() || word == last_used_;
-  if (may_be_old && waits_for_initiate() && outbox_.waits(queue)) {
-    (void)take_stray(word, frame.time);  // the server was not asked yet
-    return Receipt::stray;
   }
   if (is_abort(command_of(frame))) {
     return aborted_by_server(word, frame.time, queue);

@@ -56,7 +56,7 @@ enum class Receipt : std::uint8_t {
   used,       // belongs to the transfer under way (and may have ended it)
   stray,      // expected, but not an answer to what is under way: late, a repetition, or for
               // somebody else
-  unasked,    // nothing is under way and nothing late is due: an answer to somebody else
+  unasked,    // nothing was asked and nothing late is due: an answer to somebody else
   malformed,  // not a frame of 8 bytes; not processed
 };
 
@@ -113,9 +113,8 @@ class Client {
   // One answer more that belongs to somebody or something else may come: the next one that does not
   // fit is then a stray instead of an error. So it is by itself after a time-out or abort(), when
   // the old answer may still come, even after an answer that fitted (which may have been the old
-  // one to the same question), and what comes before the initiate of the next transfer was handed
-  // out of the queue belongs to an earlier one; whoever hears somebody else use the same server
-  // tells it here.
+  // one to the same question); whoever hears somebody else use the same server tells it here. What
+  // comes before the initiate of a transfer was handed out of the queue is never its answer.
   void expect_stray() { strays_expected_ += strays_expected_ < kMaxStrays ? 1U : 0U; }
   bool strays_expected() const { return strays_expected_ > 0; }
 

@@ -70,15 +70,15 @@ class LineTest : public testing::Test {
   }
 
   std::vector<std::string> sent() {
-    std::vector<std::string> out;
-    can::Frame frame;
-    while (line_->next_frame(frame, now_)) {
-      out.push_back(text(frame));
-    }
-    return out;
+    hand_out_all();
+    return std::exchange(handed_out_, {});
   }
 
+  // An SDO server answers what was handed out.
   void hear(std::uint32_t id, std::initializer_list<std::uint8_t> data) {
+    if (id > can::kSdoResponseBase && id <= can::kSdoResponseBase + can::kMaxNodeId) {
+      hand_out_all();
+    }
     can::Frame frame = can::make_frame(id, data);
     frame.time = now_;
     line_->receive(std::span(&frame, 1), now_);
@@ -141,6 +141,16 @@ class LineTest : public testing::Test {
 
   Instant now_{seconds(100)};
   std::unique_ptr<Line> line_;
+
+ private:
+  void hand_out_all() {
+    can::Frame frame;
+    while (line_->next_frame(frame, now_)) {
+      handed_out_.push_back(text(frame));
+    }
+  }
+
+  std::vector<std::string> handed_out_;  // and not looked at yet
 };
 
 }  // namespace linegate::line

@@ -276,7 +276,7 @@ TEST_F(ArbiterTest, ALateAnswerWhenNothingFollows) {
 
 TEST_F(ArbiterTest, AForeignRequestIsToldOnceUntilItIsQuiet) {
   submit(1);
-  answer();
+  serve();
   for (int i = 0; i < 5; ++i) {
     now += 9s;
     receive(0x605, {0x40, 0x00, 0x10, 0, 0, 0, 0, 0});
@@ -298,7 +298,7 @@ TEST_F(ArbiterTest, AForeignRequestIsToldOnceUntilItIsQuiet) {
 
 TEST_F(ArbiterTest, AnAnswerToNobodyIsForeignUse) {
   submit(1);
-  answer();
+  serve();
   answer(5, {0x43, 0x00, 0x10, 0, 1, 2, 3, 4});
   const std::vector<Event> told = drain(events);
   ASSERT_EQ(told.size(), 1U);
@@ -310,6 +310,7 @@ TEST_F(ArbiterTest, AnAnswerToNobodyIsForeignUse) {
 
 TEST_F(ArbiterTest, TheAnswerToAForeignRequestIsNotTakenForOurs) {
   submit(1);
+  drain(queue, 0x605);
   receive(0x605, {0x40, 0x00, 0x10, 0, 0, 0, 0, 0});
   answer(5, {0x43, 0x00, 0x10, 0, 9, 9, 9, 9});
   answer();
@@ -329,7 +330,7 @@ TEST_F(ArbiterTest, AMalformedAnswerIsCountedAndTold) {
   EXPECT_EQ(told[0].node, 5);
   EXPECT_EQ(told[0].code, 0x585U);
   EXPECT_EQ(told[0].value, 3U);
-  answer();
+  serve();
   EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{1}));
 }
 
@@ -430,12 +431,12 @@ TEST_F(ArbiterTest, TwoAnswersToOneRequestAreThoseOfTwoDevices) {
     return std::ranges::count(std::span(all).first(count), EventKind::shared_node_id, &Event::kind);
   };
   ASSERT_TRUE(submit(1));
-  answer();
+  serve();
   now += 1ms;
   answer(5, {0x43, 0x18, 0x10, 1, 1, 2, 3, 5});
   EXPECT_EQ(shared(), 1) << "another serial number";
   ASSERT_TRUE(submit(2));
-  answer();
+  serve();
   answer(5, {0x43, 0x18, 0x10, 1, 1, 2, 3, 5});
   EXPECT_EQ(shared(), 0) << "reported a moment ago";
 }
@@ -472,7 +473,7 @@ TEST_F(ArbiterTest, TheProducerTimeIsKnownOnceItWasConfirmedOrRead) {
         write ? std::vector<std::byte>{std::byte{0xFA}, std::byte{0}} : std::vector<std::byte>{};
     request.timeout = kTimeout;
     ASSERT_TRUE(arbiter.submit(std::move(request), now));
-    answer(5, response);
+    serve(response);
   };
   EXPECT_EQ(time(), 0ms);
   ask(true, {0x60, 0x17, 0x10, 0, 0, 0, 0, 0});

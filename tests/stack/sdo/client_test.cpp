@@ -218,6 +218,16 @@ TEST_F(ClientTest, AnAnswerThatComesTwiceIsNoneToTheSameQuestionThatWaits) {
   expect_data({});
 }
 
+// To somebody else, or to the line that was here before a restart.
+TEST_F(ClientTest, AnAnswerBeforeTheFirstRequestIsNotToIt) {
+  const Bytes taken = {0x60, 0x00, 0x20, 5, 0, 0, 0, 0};
+  client.write({0x2000, 5}, pattern(2), kTimeout, now, queue);
+  EXPECT_EQ(answer(taken, Receipt::unasked), (Frames{{0x2B, 0x00, 0x20, 5, 1, 2, 0, 0}}));
+  EXPECT_FALSE(client.take());
+  answer(taken);
+  expect_data({});
+}
+
 TEST_F(ClientTest, WrongToggleBit) {
   read({0x1008, 0});
   answer({0x41, 0x08, 0x10, 0, 9, 0, 0, 0});
