@@ -60,13 +60,16 @@ void AnswerModel::lost(std::uint64_t first, std::uint64_t last) {
 
 // --- frames -------------------------------------------------------------------------------------
 
-void AnswerModel::submitted(const can::Frame& frame) {
+void AnswerModel::submitted(const can::Frame& frame, Instant now) {
   ++submitted_;
   check_refused_values(frame);
   if (const std::uint8_t node = sdo_of(frame, can::kSdoRequestBase); node != 0) {
     request(node, frame);
   } else if (!given_.empty()) {
-    sent_.push_back({.frame = frame, .number = submitted_, .after = commands_});
+    sent_.push_back({.frame = frame,
+                     .number = submitted_,
+                     .after = commands_,
+                     .newest = has_newest(frame, now)});
   }
 }
 

@@ -10,7 +10,9 @@
 //      commands are the manager's. An MPDO may carry a newer value to the same object.
 //   3. Single outputs by PDO: the line submitted a frame of their PDO since then that carries the
 //      value, or a newer one of the same entry, and the bus acknowledged it. A triggered PDO: a
-//      frame of it.
+//      frame of it that has the values of the image when the line submits it. A synchronous one
+//      may have those of a SYNC that was queued before the trigger and waited for the bus, which
+//      is not what was triggered: the values that were written until then come with the next SYNC.
 // Each transfer, and each frame of 2, answers for one command; MPDOs for all that they carry.
 //
 // Of a service that is not confirmed and is not done:
@@ -55,7 +57,7 @@ class AnswerModel {
   // The line is given this write to a group of outputs.
   void written(const line::OutputWrite& write);
   // The line submits it to the bus.
-  void submitted(const can::Frame& frame);
+  void submitted(const can::Frame& frame, Instant now);
   // Of the frames that it submitted, so many have ended; those of a range never will.
   void acknowledged(std::uint64_t number) { acknowledged_ = number; }
   void lost(std::uint64_t first, std::uint64_t last);
@@ -92,6 +94,7 @@ class AnswerModel {
     can::Frame frame;
     std::uint64_t number = 0;
     std::uint64_t after = 0;  // commands given before
+    bool newest = false;      // of a PDO: it has the values of the image
     bool used = false;
   };
   struct Given {
@@ -146,7 +149,8 @@ class AnswerModel {
   bool is_single_output(const line::Command& command) const;
   bool is_refusable(const line::Command& command) const;
   bool counts(const Sent& sent, const Given& given) const;
-  bool is_frame_of(const Given& given, const can::Frame& frame) const;
+  bool is_frame_of(const Given& given, const Sent& sent) const;
+  bool has_newest(const can::Frame& frame, Instant now);
   bool is_value_of(const Given& given, const can::Frame& frame) const;
   bool is_mpdo_of(const Given& given, const can::Frame& frame) const;
   bool is_of(const Field& field, const can::Frame& frame) const;

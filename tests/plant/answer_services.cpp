@@ -26,6 +26,10 @@ std::uint64_t number_of(std::span<const std::byte> data) {
   return out;
 }
 
+bool bit_of(std::span<const std::byte> bytes, unsigned bit) {
+  return (bytes[bit / 8] >> (bit % 8) & std::byte{1}) != std::byte{0};
+}
+
 std::uint64_t carried(const can::Frame& frame, unsigned bit, unsigned bits) {
   const std::uint64_t all = number_of(std::span(frame.data).first(can::kMaxClassicData));
   return all >> bit & (bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1);
@@ -146,7 +150,8 @@ bool AnswerModel::is_of(const Field& field, const can::Frame& frame) const {
          frame.extended() == field.cob_id.extended();
 }
 
-bool AnswerModel::is_frame_of(const Given& given, const can::Frame& frame) const {
+bool AnswerModel::is_frame_of(const Given& given, const Sent& sent) const {
+  const can::Frame& frame = sent.frame;
   const line::Command& command = given.command;
   using enum line::CommandKind;
   switch (command.kind) {
@@ -167,7 +172,7 @@ bool AnswerModel::is_frame_of(const Given& given, const can::Frame& frame) const
       for (std::size_t i = 0; i < fields_.size(); ++i) {
         if (entries[i].node == command.node && fields_[i].pdo == command.code &&
             is_of(fields_[i], frame)) {
-          return true;
+          return sent.newest;
         }
       }
       return false;
@@ -175,6 +180,27 @@ bool AnswerModel::is_frame_of(const Given& given, const can::Frame& frame) const
     default:
       return is_value_of(given, frame);
   }
+}
+
+bool AnswerModel::has_newest(const can::Frame& frame, Instant now) {
+  const auto& entries = line_.layout(image::Direction::outputs).entries;
+  bool taken = false;
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    const Field& field = fields_[i];
+    if (!is_of(field, frame)) {
+      continue;
+    }
+    if (!std::exchange(taken, true)) {
+      line_.snapshot(image::Direction::outputs, snapshot_, now, true);
+    }
+    for (unsigned bit = 0; bit < field.bits; ++bit) {
+      if (bit_of(snapshot_.bytes, entries[i].bit_offset + bit) !=
+          bit_of(frame.data, field.bit + bit)) {
+        return false;
+      }
+    }
+  }
+  return taken;
 }
 
 // The value of the command, or one that was written to the same entry later.
@@ -233,7 +259,7 @@ void AnswerModel::check_refused_values(const can::Frame& frame) {
 // An MPDO or a PDO may answer for several commands.
 std::string AnswerModel::check_sent(const Given& given) {
   const auto it = std::ranges::find_if(sent_, [&](const Sent& sent) {
-    return !sent.used && counts(sent, given) && is_frame_of(given, sent.frame);
+    return !sent.used && counts(sent, given) && is_frame_of(given, sent);
   });
   if (it == sent_.end()) {
     return "its frame was not acknowledged";
@@ -298,7 +324,7 @@ std::string AnswerModel::check_unsent(const Given& given, bool turn, Instant now
     return "it waited for less than its time";
   }
   for (const Sent& sent : sent_) {
-    const bool since = !sent.used && sent.after >= given.order && is_frame_of(given, sent.frame);
+    const bool since = !sent.used && sent.after >= given.order && is_frame_of(given, sent);
     if (since && !given.lost && sent.number <= acknowledged_) {
       return "its frame was acknowledged";
     }

@@ -476,7 +476,7 @@ void World::turn_line(LineSeat& seat) {
       fail("silence: " + text);
     }
     seat.outputs->submitted(seat, frame, now_);
-    seat.answers->submitted(frame);
+    seat.answers->submitted(frame, now_);
     seat.states->sends(frame);
     seat.bus.submit(seat.end, frame, now_);
   }
