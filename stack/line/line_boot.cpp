@@ -51,6 +51,12 @@ void Line::Impl::change_role(Instant now) {
     boot_begun = true;  // a round of LSS that ends by this begins none
     lss.stop();
     settle_lss(now);
+    for (const NodeConfig& device : config.nodes) {
+      const bool shows_itself = std::max(device.heartbeat, device.guard_time) > Duration::zero();
+      if (shows_itself && manager.boots(device.id)) {
+        expect_state(device.id);  // what was received before or in its boot process is no sign
+      }
+    }
     manager.hand_over(now);
   } else {
     for (const NodeConfig& device : config.nodes) {

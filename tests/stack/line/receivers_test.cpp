@@ -138,6 +138,30 @@ TEST_F(OutputsOfANode, WithoutErrorControlAreSentAfterTheStartCommand) {
   EXPECT_TRUE(valid());
 }
 
+// One heartbeat waited in the controller of a device that is gone.
+TEST_F(OutputsOfANode, AreNotSentByAHeartbeatFromBeforeTheRoleChanged) {
+  LineConfig config = config_with_axis();
+  config.defaults = {{.entry = 0, .value = 9}, {.entry = 1, .value = 3}};
+  make(std::move(config));
+  line_->start(now_);
+  hear_heartbeat(kOperational);
+  line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::start, .data = {}},
+                 now_);
+  pass(milliseconds(10));
+  ASSERT_TRUE(line_->dictionary().set({0x1F80, 0}, 4U));
+  pass(milliseconds(1));
+  ASSERT_EQ(line_->state().role, Role::device);
+  EXPECT_THAT(pdos(), IsEmpty());
+  EXPECT_FALSE(valid());
+  for (int i = 0; i < 2; ++i) {
+    pass(milliseconds(100));
+    hear_heartbeat(kOperational);
+  }
+  line_->advance(now_);
+  EXPECT_THAT(pdos(), ElementsAre("205#0900000003"));
+  EXPECT_TRUE(valid());
+}
+
 // The own node is NMT slave, and hears what its master commands other nodes.
 TEST_F(OutputsOfANode, WithoutErrorControlAreSentWhenAnotherMasterStartsIt) {
   make(config_without_error_control());
