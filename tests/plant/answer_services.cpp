@@ -11,6 +11,7 @@
 #include "stack/pdo/parameters.h"
 
 #include "tests/plant/answer_model.h"
+#include "tests/plant/output_fields.h"
 
 namespace linegate::plant {
 namespace {
@@ -48,20 +49,12 @@ AnswerModel::AnswerModel(line::Line& line) : line_(line) {
   for (const line::NodeConfig& node : line.config().nodes) {
     const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(node.device);
     for (const pdo::Parameters& rpdo : described.value->rpdos) {
-      unsigned position = 0;
-      for (const pdo::Mapping& mapping : rpdo.mapping) {
-        for (std::size_t i = 0; i < layout.entries.size(); ++i) {
-          const image::Entry& entry = layout.entries[i];
-          if (entry.node == node.id && entry.remote_pdo == rpdo.number &&
-              od::Address{entry.index, entry.sub} == mapping.address) {
-            fields_[i] = {.cob_id = rpdo.cob_id,
-                          .pdo = rpdo.number,
-                          .bit = position,
-                          .bits = entry.bit_length};
-          }
-        }
-        position += mapping.bits;
-      }
+      each_output(layout, node.id, rpdo, [&](std::size_t i, od::Address, unsigned bit) {
+        fields_[i] = {.cob_id = rpdo.cob_id,
+                      .pdo = rpdo.number,
+                      .bit = bit,
+                      .bits = layout.entries[i].bit_length};
+      });
     }
   }
 }

@@ -142,10 +142,10 @@ std::string check_always(LineSeat& seat, Instant now) {
   if (std::string text = check_observer(seat); !text.empty()) {
     return "observer: " + text;
   }
-  if (std::string text = check_event_numbers(seat.ours_told); !text.empty()) {
+  if (std::string text = check_event_numbers(seat.ours_events); !text.empty()) {
     return "our devices: " + text;
   }
-  for (const auto* events : {&seat.events, &seat.ours_told}) {
+  for (const auto* events : {&seat.events, &seat.ours_events}) {
     if (std::string text = check_error_resets(*events); !text.empty()) {
       return text;
     }

@@ -9,6 +9,7 @@
 #include "stack/od/dictionary.h"
 #include "stack/pdo/parameters.h"
 
+#include "tests/plant/output_fields.h"
 #include "tests/plant/world.h"
 
 namespace linegate::plant {
@@ -95,21 +96,13 @@ OutputModel::OutputModel(const line::Line& line) {
               .cob_id = rpdo.cob_id,
               .type = rpdo.type,
               .inhibit = pdo::is_synchronous(rpdo.type) ? Duration{} : rpdo.inhibit};
-      unsigned position = 0;
-      for (const pdo::Mapping& mapping : rpdo.mapping) {
-        for (std::size_t i = 0; i < layout.entries.size(); ++i) {
-          const image::Entry& entry = layout.entries[i];
-          if (entry.node == node.id && entry.remote_pdo == rpdo.number &&
-              od::Address{entry.index, entry.sub} == mapping.address) {
-            pdo.fields.push_back({.entry = i,
-                                  .address = mapping.address,
-                                  .frame_bit = position,
-                                  .image_bit = entry.bit_offset,
-                                  .bits = entry.bit_length});
-          }
-        }
-        position += mapping.bits;
-      }
+      each_output(layout, node.id, rpdo, [&](std::size_t i, od::Address object, unsigned bit) {
+        pdo.fields.push_back({.entry = i,
+                              .address = object,
+                              .frame_bit = bit,
+                              .image_bit = layout.entries[i].bit_offset,
+                              .bits = layout.entries[i].bit_length});
+      });
       if (!pdo.fields.empty()) {
         pdos_.push_back(std::move(pdo));
         ids_.push_back(node.id);

@@ -42,7 +42,7 @@ void Scenario::statement(Words words) {
     world_.run(kStart + words.duration());
     event_cursor_ = seat().events.size();
     observed_cursor_ = seat().observed.size();
-    ours_cursor_ = seat().ours_told.size();
+    ours_cursor_ = seat().ours_events.size();
     frame_cursor_ = seat().frames.size();
     act(words);
     world_.settle();

@@ -189,7 +189,7 @@ std::function<bool()> Scenario::ours_condition(Words& words) {
         [&line, id, state = words.take()] { return nmt::name(line.node_state(id).state) == state; };
   }
   words.expect("heard");
-  return event_condition(words, &LineSeat::ours_told);
+  return event_condition(words, &LineSeat::ours_events);
 }
 
 // expect reply NAME ok [HEX | pattern SIZE] | abort CODE | refused

@@ -558,8 +558,8 @@ void World::collect(LineSeat& seat) {
     if (count == 0) {
       break;
     }
-    seat.ours_told.insert(seat.ours_told.end(), told_.begin(),
-                          told_.begin() + static_cast<long>(count));
+    seat.ours_events.insert(seat.ours_events.end(), told_.begin(),
+                            told_.begin() + static_cast<long>(count));
   }
   line::Reply reply;
   while (seat.line->take_reply(reply)) {

@@ -79,7 +79,7 @@ struct LineSeat {
   std::vector<DeviceSeat> devices;
   std::unique_ptr<line::Line> ours;  // a line of devices below, if there is one
   sim::Bus::Endpoint ours_end = 0;
-  std::vector<Event> ours_told;                           // all it told, in order
+  std::vector<Event> ours_events;                         // all of its events, in order
   std::map<std::uint8_t, RequestModel> requests_of_ours;  // by node-ID
   std::optional<ImageModel> model;
   std::optional<StateModel> states;

@@ -54,6 +54,16 @@ class AcknowledgedOutputs : public AcknowledgedLine {
     LineTest::boot();
     given_ = frames();
   }
+  // Without error control, until its NMT start is to be sent.
+  void boot_unwatched() {
+    make(config_without_error_control());
+    line_->expect_acknowledgements();
+    line_->start(now_);
+    hear_identity();
+    hand_out();
+    hear_no_serial_number();
+    line_->advance(now_);
+  }
   void write(std::uint32_t setpoint) {
     OutputWrite out;
     out.layout_id = line_->layout(Direction::outputs).id;

@@ -106,13 +106,7 @@ TEST_F(AcknowledgedOutputs, AreNotSentAgainToANodeThatIsNotStarted) {
 }
 
 TEST_F(AcknowledgedOutputs, WithoutErrorControlAreNotValidByALostStart) {
-  make(config_without_error_control());
-  line_->expect_acknowledgements();
-  line_->start(now_);
-  hear_identity();
-  hand_out();
-  hear_no_serial_number();
-  line_->advance(now_);
+  boot_unwatched();
   EXPECT_THAT(hand_out(), ElementsAre("000#0105"));
   line_->lost(given_, given_);
   EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational) << "nobody started it";
@@ -129,13 +123,7 @@ TEST_F(AcknowledgedOutputs, WithoutErrorControlAreNotValidByALostStart) {
 
 // What was heard of the node before the command was on the bus does not show its state after it.
 TEST_F(AcknowledgedOutputs, AreNotSentToANodeWhoseResetIsOnItsWayToTheBus) {
-  make(config_without_error_control());
-  line_->expect_acknowledgements();
-  line_->start(now_);
-  hear_identity();
-  hand_out();
-  hear_no_serial_number();
-  line_->advance(now_);
+  boot_unwatched();
   hand_out();
   acknowledge_all();
   hand_out();
