@@ -113,7 +113,7 @@ class Client {
   // One answer more that belongs to somebody or something else may come: the next one that does not
   // fit is then a stray instead of an error. So it is by itself after a time-out or abort(), when
   // the old answer may still come, even after an answer that fitted (which may have been the old
-  // one to the same question); whoever hears somebody else use the same server tells it here. What
+  // one to the same question); this is for whoever hears somebody else use the same server. What
   // comes before the initiate of a transfer was handed out of the queue is never its answer.
   void expect_stray() { strays_expected_ += strays_expected_ < kMaxStrays ? 1U : 0U; }
   bool strays_expected() const { return strays_expected_ > 0; }
