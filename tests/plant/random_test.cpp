@@ -26,15 +26,17 @@ TEST_P(PartOfRandomPlants, HoldsEveryOracleAndComesToRest) {
   std::printf("random plants: %lu from seed %lu on\n", count, first);
   const bool shrinks = from_environment("LINEGATE_PLANT_SHRINK", 1) != 0;
   unsigned long frames = 0;
+  unsigned long steps = 0;
   for (unsigned long seed = first; seed < first + count; ++seed) {
     const std::string text = generate(seed);
     const Outcome outcome = run_scenario("seed " + std::to_string(seed), text, seed);
     frames += outcome.frames;
+    steps += outcome.steps;
     ASSERT_TRUE(outcome.ok()) << outcome.failure << "\nlast events:\n"
                               << outcome.history << "\nscenario:\n"
                               << (shrinks ? shrink(text, seed) : text);
   }
-  std::printf("random plants: %lu plants, %lu frames\n", count, frames);
+  std::printf("random plants: %lu plants, %lu frames, %lu steps\n", count, frames, steps);
   EXPECT_GE(frames, count * 100);
 }
 

@@ -130,6 +130,7 @@ Outcome run_scenario(std::string_view title, std::string_view text, unsigned lon
   for (const auto& seat : scenario.world().lines()) {
     outcome.frames += seat->bus.frames();
   }
+  outcome.steps = scenario.world().steps();
   outcome.expectations = scenario.expectations();
   return outcome;
 }

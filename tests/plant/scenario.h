@@ -13,6 +13,7 @@ struct Outcome {
   std::string failure;
   std::string history;        // the last events of every line, if it failed
   unsigned long frames = 0;   // on all buses
+  unsigned long steps = 0;    // of the world, after each of which its models were compared
   unsigned expectations = 0;  // checked
 
   bool ok() const { return failure.empty(); }

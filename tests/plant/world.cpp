@@ -208,6 +208,7 @@ bool World::step(Instant until) {
     fail("time stands still: next_wake() is never later than now of" + busy_participants());
     return false;
   }
+  ++steps_;
   settle();
   return failure_.empty();
 }

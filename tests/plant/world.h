@@ -126,6 +126,7 @@ class World {
   // `until` then).
   bool step(Instant until);
   void run(Instant until);
+  unsigned long steps() const { return steps_; }
   // Stops a line and starts it anew with that configuration after the pause, at least 10 ms.
   void restart(LineSeat& seat, line::LineConfig config, Duration pause);
   // Takes what a call from outside left to be sent or told.
@@ -155,6 +156,7 @@ class World {
   std::minstd_rand delays_{1};  // of the hand-over, in us
   Instant now_{std::chrono::seconds(1)};
   unsigned steps_at_now_ = 0;
+  unsigned long steps_ = 0;
   // What is being taken out of a bus or a line, here because a step should not make it anew for
   // every device.
   std::array<can::Frame, 16> batch_;
