@@ -137,7 +137,7 @@ void AnswerModel::response(std::uint8_t node, const can::Frame& frame) {
       end(node);
     }
   } else if (transfer.phase == Phase::initiated && fits) {
-    if (kind == download_begins && !transfer.upload) {
+    if (kind == download_begins && !transfer.upload && !transfer.block) {
       transfer.phase = Phase::segments;
       if (transfer.last) {
         end(node);

@@ -77,7 +77,7 @@ class AnswerModel {
   struct Transfer {
     Phase phase = Phase::idle;
     bool upload = false;
-    bool block = false;  // its initiate; the server may go on in segments
+    bool block = false;  // its initiate; of an upload the server may go on in segments
     bool has_value = true;
     bool last = false;  // the client sent its last segment
     bool toggle = false;
