@@ -419,6 +419,8 @@ class Generator {
   // Everything that was taken away comes back or stays dead; then the network is left alone.
   void quiet(unsigned time) {
     out_ << "at " << time + 100 << "ms losses 0\nat " << time + 100 << "ms doubles 0\n";
+    // NMT commands of another master that wait for the bus would stop nodes again.
+    out_ << "at " << time + 100 << "ms frame none\n";
     for (Device& device : devices_) {
       device.alive = device.alive || (device.mandatory && starts_all_);
       if (!device.plugged) {

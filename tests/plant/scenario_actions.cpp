@@ -258,8 +258,13 @@ void Scenario::group_write(Words& words) {
   seat().line->write_outputs(write, world_.now());
 }
 
-// frame ID [HEX], frame ID remote LENGTH: from a stranger on the bus.
+// frame ID [HEX], frame ID remote LENGTH: from a stranger on the bus. frame none: what it has
+// not sent yet never comes.
 void Scenario::inject(Words& words) {
+  if (words.accept("none")) {
+    seat().bus.flush(seat().witness_end);
+    return;
+  }
   const auto id = static_cast<std::uint32_t>(words.number());
   if (words.accept("remote")) {
     can::Frame request;
