@@ -77,23 +77,6 @@ std::string check_observer(const LineSeat& seat) {
   return check_event_numbers(seat.observed);
 }
 
-// One device with a node-ID is not reported as two, whatever happens to it and the bus.
-std::string check_shared_ids(const LineSeat& seat, const std::vector<Event>& events) {
-  for (const Event& event : events) {
-    if (event.kind != EventKind::shared_node_id || seat.imitated.contains(event.node)) {
-      continue;
-    }
-    const auto has_it = [&](const DeviceSeat& device) {
-      return device.device->node().node_id() == event.node;
-    };
-    if (std::ranges::count_if(seat.devices, has_it) < 2) {
-      return "node " + std::to_string(event.node) + " is reported as two devices, sign " +
-             std::to_string(event.code);
-    }
-  }
-  return {};
-}
-
 // A node that the observer does not show as present shows no state of its last life.
 std::string check_observed_states(const LineSeat& seat) {
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
@@ -132,12 +115,6 @@ std::string check_states(LineSeat& seat) {
 std::string check_always(LineSeat& seat, Instant now) {
   if (std::string text = check_event_numbers(seat.events); !text.empty()) {
     return text;
-  }
-  if (std::string text = check_shared_ids(seat, seat.events); !text.empty()) {
-    return text;
-  }
-  if (std::string text = check_shared_ids(seat, seat.observed); !text.empty()) {
-    return "observer: " + text;
   }
   if (std::string text = check_observer(seat); !text.empty()) {
     return "observer: " + text;

@@ -19,7 +19,7 @@ namespace linegate::plant {
 //   2F01h and 2F02h of a device with MPDOs are what MPDOs brought
 //   what is shown of a node is what was received of it, see state_model.h; a node that an observer
 //   does not show as present shows no state
-//   a node-ID that one device has is not reported as that of two
+//   a node-ID that one device has is not reported as that of two, see identity_model.h
 //   a line transmits only what it is configured for, and no NMT command unless it is NMT master; it
 //   writes no valid COB-ID that is restricted, see silence_model.h
 //   what is answered as done was done, see answer_model.h

@@ -277,7 +277,7 @@ void Scenario::inject(Words& words) {
   const std::vector<std::byte> data = words.done() ? std::vector<std::byte>{} : words.hex();
   LineSeat& target = seat();
   if (id > can::kErrorControlBase && id <= can::kErrorControlBase + can::kMaxNodeId) {
-    target.imitated.insert(static_cast<std::uint8_t>(id - can::kErrorControlBase));
+    target.identities.imitated(static_cast<std::uint8_t>(id - can::kErrorControlBase));
   }
   target.bus.submit(target.witness_end, can::make_frame(id, std::span<const std::byte>(data)),
                     world_.now());

@@ -337,6 +337,12 @@ void World::follow_node_id(LineSeat& seat, DeviceSeat& device) {
     device.use.shows = now_ + (device.use.alive ? kQuestions : kBootUp);
   }
   device.use.alive = is.alive();
+  const std::uint8_t active = there ? is.node_id() : std::uint8_t{0};
+  if (active != device.use.active) {
+    seat.identities.ends(device.use.active, now_);
+    seat.identities.begins(active);
+    device.use.active = active;
+  }
 }
 
 // I5: the device was just given its node-ID, and nobody else on the bus uses it.
@@ -540,8 +546,18 @@ std::span<const Event> World::take_events(LineSeat& seat) {
   const std::size_t before = seat.events.size();
   while (const std::size_t count = seat.line->take_events(told_)) {
     seat.events.insert(seat.events.end(), told_.begin(), told_.begin() + static_cast<long>(count));
+    judge(seat, std::span(told_).first(count));
   }
   return std::span(seat.events).subspan(before);
+}
+
+// Events of the line or of its observer.
+void World::judge(const LineSeat& seat, std::span<const Event> events) {
+  for (const Event& event : events) {
+    if (std::string text = seat.identities.judge(event, now_); !text.empty()) {
+      fail("identities: " + text);
+    }
+  }
 }
 
 void World::collect(LineSeat& seat) {
@@ -553,6 +569,7 @@ void World::collect(LineSeat& seat) {
   while (const std::size_t count = seat.observer->take_events(told_)) {
     seat.observed.insert(seat.observed.end(), told_.begin(),
                          told_.begin() + static_cast<long>(count));
+    judge(seat, std::span(told_).first(count));
   }
   while (seat.ours != nullptr) {
     const std::size_t count = seat.ours->take_events(told_);

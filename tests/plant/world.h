@@ -25,6 +25,7 @@
 #include "tests/plant/answer_model.h"
 #include "tests/plant/device_model.h"
 #include "tests/plant/foreign_sdo.h"
+#include "tests/plant/identity_model.h"
 #include "tests/plant/image_model.h"
 #include "tests/plant/output_model.h"
 #include "tests/plant/request_model.h"
@@ -37,6 +38,7 @@ namespace linegate::plant {
 // it was given and will use counts, too.
 struct NodeIdUse {
   std::uint8_t node_id = 0;
+  std::uint8_t active = 0;  // without one that it was given and will use
   bool alive = false;
   Instant shows = kNever;  // when it can have been noticed
 };
@@ -92,8 +94,8 @@ struct LineSeat {
   std::map<std::uint64_t, line::Reply> replies;  // by tag
   std::set<std::uint64_t> reports;  // tags of commands whose replies are no object's value
   std::uint64_t duplicate_replies = 0;
-  std::vector<can::Frame> frames;   // all that was on the bus, in order
-  std::set<std::uint8_t> imitated;  // node-IDs whose heartbeats a stranger sent
+  std::vector<can::Frame> frames;  // all that was on the bus, in order
+  IdentityModel identities;
 };
 
 // Values of one line that another follows; handed over some time after they came.
@@ -147,6 +149,7 @@ class World {
   void turn_observer(LineSeat& seat);
   void collect(LineSeat& seat);
   std::span<const Event> take_events(LineSeat& seat);
+  void judge(const LineSeat& seat, std::span<const Event> events);
   void transmit(LineSeat& seat, DeviceSeat& device);
   // Hands on what the lines have for each other.
   void carry();
