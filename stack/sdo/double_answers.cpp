@@ -57,7 +57,7 @@ DoubleAnswers::Found DoubleAnswers::response(std::uint64_t word, bool asked, Ins
   const bool differs =
       first->word != word && is_constant(address) && is_value(first->word) && is_value(word);
   if (within(disturbed_, now, kUndisturbed) || within(reported_, now, kQuiet) ||
-      (!differs && !in_a_row())) {
+      (!differs && !in_a_row(now))) {
     return Found::second_answer;
   }
   reported_ = now;
@@ -74,10 +74,10 @@ void DoubleAnswers::forget() {
   answers_ = {};
 }
 
-bool DoubleAnswers::in_a_row() const {
+bool DoubleAnswers::in_a_row(Instant now) const {
   unsigned row = 0;
   for (const Answer& answer : answers_) {
-    row = answer.twice ? row + 1U : 0U;
+    row = answer.twice && within(answer.time, now, kRow) ? row + 1U : 0U;
     if (row == kInARow) {
       return true;
     }

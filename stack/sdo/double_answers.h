@@ -20,6 +20,8 @@ class DoubleAnswers {
   static constexpr Duration kLate = std::chrono::milliseconds(500);
   // Nothing is reported for so long after a disturbance.
   static constexpr Duration kUndisturbed = std::chrono::seconds(10);
+  // Older answers do not count: one of the devices may have gone since.
+  static constexpr Duration kRow = std::chrono::seconds(10);
   // It is reported again after this time.
   static constexpr Duration kQuiet = std::chrono::minutes(1);
 
@@ -41,7 +43,7 @@ class DoubleAnswers {
 
  private:
   static constexpr std::size_t kAnswers = 8;
-  // So many requests, one after the other, were answered twice.
+  // So many requests, one after the other and within kRow, were answered twice.
   static constexpr unsigned kInARow = 6;
 
   struct Answer {
@@ -50,7 +52,7 @@ class DoubleAnswers {
     bool twice = false;
   };
 
-  bool in_a_row() const;
+  bool in_a_row(Instant now) const;
 
   std::array<Answer, kAnswers> answers_{};  // the newest last
   od::Address cancelled_;

@@ -17,7 +17,8 @@ std::string IdentityModel::judge(const Event& event, Instant now) const {
     return {};
   }
   const Instant ended = shared_[event.node];
-  const bool was_shared = ended != Instant{} && now - ended <= kEvidence;
+  const Duration evidence = event.code == kTwoAnswers ? kAnswers : kHeartbeats;
+  const bool was_shared = ended != Instant{} && now - ended <= evidence;
   return users_[event.node] >= kTwo || was_shared
              ? std::string()
              : "node " + std::to_string(event.node) + " is reported as two devices, sign " +

@@ -1,6 +1,6 @@
 // Which node-IDs two devices of a bus have at one time, from the devices themselves: what may be
 // reported of a node-ID that is shared.
-//   shared_node_id is reported of a node-ID that two devices have, or had less than kEvidence ago
+//   shared_node_id is reported of a node-ID that two devices have, or had while its sign arose
 #pragma once
 
 #include <array>
@@ -15,9 +15,12 @@ namespace linegate::plant {
 
 class IdentityModel {
  public:
-  // A sign consists of at most eight heartbeat times (stack/manager/shared_id.h), and those of a
-  // plant are shorter than 300 ms. A sign may be complete when one of the devices has gone.
-  static constexpr Duration kEvidence = std::chrono::milliseconds(8 * 300);
+  // A sign may be complete when one of the devices has gone. It consists of at most eight
+  // heartbeat times (stack/manager/shared_id.h), and those of a plant are shorter than 300 ms; or
+  // of answers to requests within DoubleAnswers::kRow (stack/sdo/double_answers.h).
+  static constexpr Duration kHeartbeats = std::chrono::milliseconds(8 * 300);
+  static constexpr Duration kAnswers = std::chrono::milliseconds(10'500);
+  static constexpr std::uint32_t kTwoAnswers = 1;  // Event::code
 
   // A device begins to use a node-ID, or does not use it any more; 0 = none.
   void begins(std::uint8_t node_id);

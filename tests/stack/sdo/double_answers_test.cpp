@@ -76,6 +76,21 @@ TEST_F(DoubleAnswersTest, RepeatedFramesAreNoSecondDevice) {
   }
 }
 
+// The second device has gone, and a controller repeats a frame later.
+TEST_F(DoubleAnswersTest, AnswersOfLongAgoDoNotCount) {
+  for (std::uint8_t sub = 1; sub < 6; ++sub) {
+    asked(0x6000, sub);
+    EXPECT_EQ(second(0x6000, sub), Found::second_answer);
+  }
+  now_ += DoubleAnswers::kRow;
+  for (std::uint8_t sub = 1; sub < 6; ++sub) {
+    asked(0x6000, sub);
+    EXPECT_EQ(second(0x6000, sub), Found::second_answer);
+  }
+  asked(0x6000, 6);
+  EXPECT_EQ(second(0x6000, 6), Found::two_devices);
+}
+
 TEST_F(DoubleAnswersTest, WhatComesAfterADisturbanceOrTooLateIsNone) {
   answers_.disturb(now_);
   for (std::uint8_t sub = 1; sub < 9; ++sub) {
