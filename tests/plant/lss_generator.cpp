@@ -40,7 +40,8 @@ class LssGenerator {
       action(time, i);
     }
     constexpr unsigned kLongestCommand = 12'000;  // ms
-    quiet(time + searches_ * kLongestCommand);
+    constexpr unsigned kWithPhantoms = 60'000;    // ms: a parked device is found again and again
+    quiet(time + searches_ * (answers_parked_ ? kWithPhantoms : kLongestCommand));
     return out_.str();
   }
 
@@ -64,8 +65,10 @@ class LssGenerator {
     if (below(3) == 0) {
       constexpr std::array<const char*, 3> kFaults{"", " lss-fault answers-parked",
                                                    " lss-fault takes-no-node-id"};
+      const unsigned fault = below(3);
+      answers_parked_ = fault == 1;
       out_ << "device " << kStranger << ' ' << profile_ << " unlisted unconfigured has-serial 900"
-           << kFaults[below(3)] << '\n';
+           << kFaults[fault] << '\n';
       pieces_.push_back({.id = kStranger, .node_id = pieces_.front().node_id, .user = true});
     }
   }
@@ -202,7 +205,8 @@ class LssGenerator {
   std::vector<Piece> pieces_;
   const char* profile_ = nullptr;  // of all that have a serial number
   bool by_commands_ = false;
-  unsigned searches_ = 0;  // by commands
+  bool answers_parked_ = false;  // the stranger
+  unsigned searches_ = 0;        // by commands
 };
 
 }  // namespace
