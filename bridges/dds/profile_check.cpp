@@ -66,6 +66,12 @@ class Check {
       return missing("data_reader", topic);
     }
     limits("data_reader", topic, found.topic);
+    if (found.qos.m_lifespan.duration != rtps::c_TimeInfinite) {
+      add(Severity::error, line_of_profile(profiles_.text, "data_reader", topic),
+          "data_reader profile \"" + topic +
+              "\" has a lifespan: source timestamps are not those of the sender (SECURITY.md), so "
+              "new samples would expire; leave it out");
+    }
   }
 
  private:

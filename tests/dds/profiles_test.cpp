@@ -181,6 +181,28 @@ TEST(ProfileCheck, AVolatileWriterOfAGatewayIsAWarning) {
       << said;
 }
 
+std::string findings_with_lifespan(const std::string& kind) {
+  std::string text(dds::built_in_profiles());
+  const std::string name = "<data_" + kind + " profile_name=\"linegate/v1/LineState\">";
+  const std::string qos = "<qos>";
+  text.insert(text.find(qos, text.find(name)) + qos.size(),
+              "<lifespan><duration><sec>1</sec></duration></lifespan>");
+  return findings(text);
+}
+
+// It counts from the source timestamp, which the guard replaces.
+TEST(ProfileCheck, ALifespanOfAReaderIsRefused) {
+  const std::string said = findings_with_lifespan("reader");
+  EXPECT_NE(said.find("data_reader profile \"linegate/v1/LineState\" has a lifespan"),
+            std::string::npos)
+      << said;
+  EXPECT_NE(said.substr(0, 2), "0:") << said;
+}
+
+TEST(ProfileCheck, ALifespanOfAWriterIsPermitted) {
+  EXPECT_EQ(findings_with_lifespan("writer"), "");
+}
+
 TEST(ProfileCheck, MulticastIsAWarning) {
   const std::string said =
       findings(profiles_with("<max_multicast_locators>0", "<max_multicast_locators>1"));

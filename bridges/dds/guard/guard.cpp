@@ -1,6 +1,7 @@
 #include "bridges/dds/guard/guard.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "bridges/dds/guard/protection.h"
 
@@ -20,6 +21,14 @@ Prefix prefix_at(Octets octets, std::size_t at) {
 
 bool is_builtin(const Guid& guid) {
   return (guid[15] & kBuiltin) == kBuiltin;
+}
+
+// RTPS 2.3 9.4.5.11.
+SampleTime sent_at(const Submessage& info_ts) {
+  const Wire& body = info_ts.body;
+  return (info_ts.flags & kInvalidate) != 0
+             ? 0
+             : static_cast<SampleTime>(std::uint64_t{body.u32(0)} << 32U | body.u32(4));
 }
 
 bool carries_parameters(std::uint32_t writer) {
@@ -50,19 +59,21 @@ struct Guard::Datagram {
   Prefix source{};       // of the participant that INFO_SRC named last
   std::size_t size = 0;  // to pass on
   Protection protection;
-  Places left_out{};
+  SampleTime sent = 0;  // as INFO_TS named it last; 0: invalid
+  // Of the submessage that is judged:
+  bool left_out = false;
+  std::optional<SampleTime> time;  // of a sample
 };
 
-Guard::Verdict Guard::judge(Octets octets, std::int64_t now, const Address& from) {
+Guard::Verdict Guard::judge(Octets octets, std::int64_t now, const Address& from, PassedOn* out) {
   received_.fetch_add(1, std::memory_order_relaxed);
-  Verdict verdict{Reason::header, 0, {}};
+  Verdict verdict{Reason::header, 0};
   if (has_header(octets)) {
     Datagram datagram{octets,        now,
                       from,          prefix_at(octets, kPrefixAt),
                       octets.size(), Protection(protection_required_)};
-    verdict.reason = walk(datagram);
+    verdict.reason = walk(datagram, out);
     verdict.size = datagram.size;
-    verdict.left_out = datagram.left_out;
   }
   if (verdict.reason != Reason::none)
     count(verdict.reason);
@@ -90,10 +101,14 @@ void Guard::sent(Octets datagram) {
   }
 }
 
-Reason Guard::walk(Datagram& datagram) {
+Reason Guard::walk(Datagram& datagram, PassedOn* out) {
+  if (out != nullptr)
+    out->begin(datagram.octets);
   std::size_t at = kHeader;
   while (at < datagram.octets.size()) {
     Submessage submessage;
+    datagram.left_out = false;
+    datagram.time.reset();
     Reason reason = split(datagram.octets, at, submessage);
     if (reason == Reason::none)
       reason = judge_submessage(datagram, submessage);
@@ -101,7 +116,13 @@ Reason Guard::walk(Datagram& datagram) {
       return reason;
     if (datagram.size <= at)  // what follows is not passed on
       break;
-    at += 4 + submessage.body.size();
+    const std::size_t size = 4 + submessage.body.size();
+    if (out != nullptr && !datagram.left_out) {
+      if (datagram.time)
+        out->stamp(*datagram.time);
+      out->add(submessage, datagram.octets.subspan(at, size));
+    }
+    at += size;
   }
   return datagram.protection.end();
 }
@@ -114,6 +135,9 @@ Reason Guard::judge_submessage(Datagram& datagram, const Submessage& submessage)
   if (reason != Reason::none)
     return reason;
   switch (submessage.kind) {
+    case Kind::info_ts:
+      datagram.sent = sent_at(submessage);
+      return Reason::none;
     case Kind::info_src:
       datagram.source = prefix_at(submessage.body.octets(), kInfoSourcePrefix);
       return Reason::none;
@@ -171,14 +195,18 @@ void Guard::leave_out_end(Datagram& datagram, const Submessage& submessage,
     datagram.size = std::min(datagram.size, submessage.at);
 }
 
-Reason Guard::judge_numbers(const Datagram& datagram, const Content& content) {
+Reason Guard::judge_numbers(Datagram& datagram, const Content& content) {
   if (is_stateless(content.writer))
     return Reason::none;
   const Guid writer = make_guid(datagram.source, content.writer);
   return writers_.with(
       writer, datagram.now, [&] { return is_known(writer); },
       [&](WriterNumbers& numbers, bool) {
-        return numbers.advance(content.highest, datagram.now) ? Reason::none : Reason::rate;
+        if (!numbers.advance(content.highest, datagram.now))
+          return Reason::rate;
+        if (content.is_sample)
+          datagram.time = numbers.times.of(content.highest, datagram.sent);
+        return Reason::none;
       },
       Reason::writers);
 }
@@ -195,8 +223,10 @@ Reason Guard::judge_gap(Datagram& datagram, const Submessage& submessage, const 
     kept = numbers.kept.keep(content.first, content.listed, found, kept_);
     ok = kept && numbers.walk(content.listed, datagram.now);
   });
-  if (!kept)
-    return leave_out(datagram, submessage);
+  if (!kept) {
+    leave_out(datagram, submessage);
+    return Reason::none;
+  }
   if (ok && found && content.listed > kFewNumbers) {
     const std::lock_guard lock(walked_mutex_);
     ok = walked_.take(content.listed, datagram.now);
@@ -204,17 +234,12 @@ Reason Guard::judge_gap(Datagram& datagram, const Submessage& submessage, const 
   return ok ? Reason::none : Reason::rate;
 }
 
-// What else is in the datagram is passed on. A PAD of length 0 would not reach to its end.
-Reason Guard::leave_out(Datagram& datagram, const Submessage& submessage) {
-  Places& out = datagram.left_out;
+// What else is in the datagram is passed on.
+void Guard::leave_out(Datagram& datagram, const Submessage& submessage) {
+  datagram.left_out = true;
   if (submessage.open_end)
     datagram.size = std::min(datagram.size, submessage.at);
-  else if (out.count < out.at.size())
-    out.at[out.count++] = submessage.at;
-  else
-    return Reason::rate;
   count(Reason::gap);
-  return Reason::none;
 }
 
 // A participant's announcement fits into one datagram; in fragments it would pass unread.
@@ -333,7 +358,7 @@ void Guard::participant_found(const Prefix& prefix, bool endless) {
 void Guard::participant_lost(const Prefix& prefix) {
   discovered_.participant_lost(prefix);
   const auto is_its = [&](const Guid& guid) { return prefix_of(guid) == prefix; };
-  writers_.forget(is_its);
+  writers_.release(is_its, [](WriterNumbers& numbers) { numbers.forget(); });
   readers_.forget(is_its);
   fragmented_.forget(is_its);
 }
@@ -349,7 +374,7 @@ void Guard::endpoint_found(const Guid& endpoint) {
 void Guard::endpoint_lost(const Guid& endpoint) {
   discovered_.endpoint_lost(endpoint);
   const auto is_it = [&](const Guid& guid) { return guid == endpoint; };
-  writers_.forget(is_it);
+  writers_.release(is_it, [](WriterNumbers& numbers) { numbers.forget(); });
   readers_.forget(is_it);
   fragmented_.forget(is_it);
 }

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <mutex>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "bridges/dds/guard/guid_table.h"
 #include "bridges/dds/guard/incomplete_samples.h"
 #include "bridges/dds/guard/parameters.h"
+#include "bridges/dds/guard/passed_on.h"
 #include "bridges/dds/guard/reason.h"
 #include "bridges/dds/guard/submessages.h"
 #include "bridges/dds/guard/wire.h"
@@ -29,20 +31,16 @@ class Guard {
   explicit Guard(bool protection_required, DiscoveryLimits limits = {})
       : protection_required_(protection_required), discovered_(std::move(limits)) {}
 
-  // Where submessages begin.
-  struct Places {
-    std::array<std::size_t, 8> at{};
-    std::size_t count = 0;
-  };
   struct Verdict {
     Reason reason = Reason::none;
-    std::size_t size = 0;  // octets to pass on: all, but for a statistics submessage at the end
-    Places left_out;       // GAPs that are to be made PAD
+    std::size_t size = 0;  // octets up to where the rest is left out: mostly all
   };
 
   // now: ns of any clock that does not go back. from: the sender's address, zeros if there is none.
-  // From any thread; counts. Does not allocate.
-  Verdict judge(Octets datagram, std::int64_t now, const Address& from = {});
+  // out: becomes what is to be passed on, if anything is; nullptr: that is not wanted. From any
+  // thread; counts. Does not allocate.
+  Verdict judge(Octets datagram, std::int64_t now, const Address& from = {},
+                PassedOn* out = nullptr);
   // Notes what readers here acknowledge in a datagram that is sent. From any thread. Does not
   // allocate.
   void sent(Octets datagram);
@@ -62,15 +60,15 @@ class Guard {
   enum class Reliability : std::uint8_t { unknown, best_effort, reliable };
 
   void count(Reason reason);
-  Reason walk(Datagram& datagram);
+  Reason walk(Datagram& datagram, PassedOn* out);
   Reason judge_submessage(Datagram& datagram, const Submessage& submessage);
   Reason judge_statistics(Datagram& datagram, const Submessage& submessage) const;
   static bool names_itself(const Datagram& datagram, const Content& content);
   void leave_out_end(Datagram& datagram, const Submessage& submessage,
                      const Content& content) const;
-  Reason judge_numbers(const Datagram& datagram, const Content& content);
+  Reason judge_numbers(Datagram& datagram, const Content& content);
   Reason judge_gap(Datagram& datagram, const Submessage& submessage, const Content& content);
-  Reason leave_out(Datagram& datagram, const Submessage& submessage);
+  void leave_out(Datagram& datagram, const Submessage& submessage);
   Reason judge_fragments(const Datagram& datagram, const Content& content);
   void note_end(const Datagram& datagram, const Content& content);
   Reason judge_payload(const Datagram& datagram, const Content& content);

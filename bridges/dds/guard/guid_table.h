@@ -62,6 +62,16 @@ class GuidTable {
   void pin(Which which) {
     each_entry([&](Entry& entry) { entry.pinned = entry.pinned || which(entry.guid); });
   }
+  // Those for which which(guid) is true are no longer pinned: calls each(value).
+  template <class Which, class Each>
+  void release(Which which, Each each) {
+    each_entry([&](Entry& entry) {
+      if (which(entry.guid)) {
+        entry.pinned = false;
+        each(entry.value);
+      }
+    });
+  }
   template <class Which>
   void forget(Which which) {
     each_entry([&](Entry& entry) {

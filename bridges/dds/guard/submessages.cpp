@@ -4,10 +4,9 @@ namespace linegate::dds::guard {
 namespace {
 
 constexpr std::size_t kSubmessageHeader = 4;
-constexpr std::uint8_t kInvalidate = 0x02;  // INFO_TS
-constexpr std::uint8_t kInlineQos = 0x02;   // DATA, DATA_FRAG
-constexpr std::uint8_t kData = 0x04;        // DATA
-constexpr std::uint8_t kKey = 0x08;         // DATA; DATA_FRAG has it at 04h
+constexpr std::uint8_t kInlineQos = 0x02;  // DATA, DATA_FRAG
+constexpr std::uint8_t kData = 0x04;       // DATA
+constexpr std::uint8_t kKey = 0x08;        // DATA; DATA_FRAG has it at 04h
 
 bool is_number(Number number) {
   return number >= 1 && number <= kLastNumber;
@@ -112,6 +111,7 @@ Reason check_sample(const Submessage& it, std::size_t fixed, Content& out) {
     out.instance = qos.instance;
     at += qos.length;
   }
+  out.is_sample = true;
   out.payload = body.from(at);
   return Reason::none;
 }

@@ -13,6 +13,7 @@ namespace linegate::dds::guard {
 inline constexpr std::size_t kHeader = 20;              // octets of the RTPS header
 inline constexpr Number kLastNumber = Number{1} << 48;  // no writer comes so far
 inline constexpr std::uint32_t kSetBits = 256;          // RTPS 2.3 9.4.2.6
+inline constexpr std::uint8_t kInvalidate = 0x02;       // flag of INFO_TS
 inline constexpr std::uint32_t kMaxSample = 4U << 20U;  // octets of a fragmented sample
 
 enum class Kind : std::uint8_t {  // RTPS 2.3 table 9.8, DDS-Security 1.1 7.3.6
@@ -69,6 +70,7 @@ struct Content {
   Number first = 0;    // GAP: its first number; ACKNACK: all numbers below it are acknowledged
   Number listed = 0;   // GAP: how many numbers it goes through
   Fragments fragments;
+  bool is_sample = false;  // DATA, DATA_FRAG
   bool has_data = false;
   bool has_key = false;        // DATA: the payload is the key alone
   bool ends_instance = false;  // by its inline QoS

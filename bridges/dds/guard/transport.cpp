@@ -1,7 +1,6 @@
 #include "bridges/dds/guard/transport.h"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cstring>
 #include <fstream>
@@ -15,6 +14,7 @@
 #include <fastrtps/utils/IPLocator.h>
 
 #include "bridges/dds/guard/new_connections.h"
+#include "bridges/dds/guard/passed_on.h"
 
 namespace linegate::dds::guard {
 namespace {
@@ -52,18 +52,6 @@ struct Sender final : rtps::SenderResource {
     };
   }
 };
-
-// The datagram with those submessages as PAD; empty if it is too long. Valid until the next call
-// in the same thread. What was received may lie in memory that is shared with other processes.
-Octets padded(Octets datagram, const Guard::Places& places) {
-  thread_local std::array<std::uint8_t, 65'536> copy;
-  if (datagram.size() > copy.size())
-    return {};
-  std::copy(datagram.begin(), datagram.end(), copy.begin());
-  for (std::size_t i = 0; i < places.count; ++i)
-    copy[places.at[i]] = static_cast<std::uint8_t>(Kind::pad);
-  return {copy.data(), datagram.size()};
-}
 
 struct Descriptor final : fast::ChainingTransportDescriptor {
   Descriptor(std::shared_ptr<fast::TransportDescriptorInterface> below,
@@ -103,15 +91,12 @@ class Transport final : public fast::ChainingTransport {
                const rtps::Locator_t& remote) override {
     Address from{};
     std::copy(std::begin(remote.address), std::end(remote.address), from.begin());
-    const Guard::Verdict verdict = descriptor_.guard->judge({octets, size}, steady_ns(), from);
-    if (verdict.reason != Reason::none)
+    thread_local PassedOn out;
+    if (descriptor_.guard->judge({octets, size}, steady_ns(), from, &out).reason != Reason::none)
       return;
-    Octets datagram{octets, verdict.size};
-    if (verdict.left_out.count != 0)
-      datagram = padded(datagram, verdict.left_out);
-    if (!datagram.empty())
-      next->OnDataReceived(datagram.data(), static_cast<std::uint32_t>(datagram.size()), local,
-                           remote);
+    const Octets datagram = out.octets();
+    next->OnDataReceived(datagram.data(), static_cast<std::uint32_t>(datagram.size()), local,
+                         remote);
   }
 
  private:

@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <utility>
 
 #include "bridges/dds/guard/kept_numbers.h"
+#include "bridges/dds/guard/sample_times.h"
 #include "bridges/dds/guard/tokens.h"
 #include "bridges/dds/guard/wire.h"
 
@@ -51,7 +53,16 @@ class WriterNumbers {
     return listed <= kFewNumbers || walked_.take(listed, now);
   }
 
+  // The writer is gone. Samples of it may be unread, and it may be found again: the timestamps
+  // stay.
+  void forget() {
+    WriterNumbers anew;
+    anew.times = times;
+    *this = std::move(anew);
+  }
+
   KeptNumbers kept;
+  SampleTimes times;
 
  private:
   static constexpr std::int64_t kNever = INT64_MIN;

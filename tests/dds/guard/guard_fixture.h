@@ -33,6 +33,7 @@ class GuardTest : public testing::Test {
   Guard guard{false};
   std::int64_t now = 1'000 * kSecond;
   std::size_t passed = 0;
+  dds::guard::PassedOn written;
 };
 
 }  // namespace linegate::test

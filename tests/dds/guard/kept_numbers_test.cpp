@@ -1,10 +1,12 @@
 // Whole datagrams: GAPs whose numbers the library would keep.
+#include <algorithm>
+#include <vector>
+
 #include "tests/dds/guard/guard_fixture.h"
 
 namespace linegate::test {
 namespace {
 
-using dds::guard::kHeader;
 using dds::guard::Reason;
 
 constexpr std::int64_t kKeptFew = dds::guard::KeptNumbers::kFew;
@@ -19,14 +21,18 @@ class KeptNumbersTest : public GuardTest {
     guard.endpoint_found(dds::guard::make_guid(prefix_of(from), kWriter));
     EXPECT_EQ(beat(kFar, from), Reason::none);  // so that the rate is no matter
   }
+  Reason pass(Datagram datagram) { return guard.judge(datagram.get(), now, {}, &written).reason; }
   // Whether a GAP of that sender from start to base - 1 is passed on.
   bool passes(std::int64_t start, std::int64_t base, Sender from = 1, std::uint32_t bits = 0) {
     auto datagram = Datagram(from).add(0x08, gap(start, base, bits)).add(0x07, heartbeat(1, 1));
-    const Guard::Verdict verdict = guard.judge(datagram.get(), now);
-    EXPECT_EQ(verdict.reason, Reason::none);
-    EXPECT_EQ(verdict.size, datagram.get().size());
-    EXPECT_EQ(verdict.left_out.at[0], verdict.left_out.count * kHeader);
-    return verdict.left_out.count == 0;
+    EXPECT_EQ(pass(datagram), Reason::none);
+    const auto& all = datagram.get();
+    if (written.octets().size() == all.size())
+      return true;
+    Datagram rest = Datagram(from).add(0x07, heartbeat(1, 1));
+    EXPECT_TRUE(std::equal(rest.get().begin(), rest.get().end(), written.octets().begin(),
+                           written.octets().end()));
+    return false;
   }
   // A reader here sends that it has all numbers below base.
   void acknowledge(std::int64_t base, Sender to = 1, bool little = true) {
@@ -117,25 +123,24 @@ TEST_F(KeptNumbersTest, AllWritersShareWhatExceedsFew) {
 
 TEST_F(KeptNumbersTest, OtherSubmessagesOfItsDatagramPass) {
   find(1);
-  auto several = Datagram().add(0x08, gap(2, kFar)).add(0x08, gap(1, 5)).add(0x07, heartbeat(5, 9));
-  Guard::Verdict verdict = guard.judge(several.add(0x08, gap(2, kFar)).get(), now);
-  EXPECT_EQ(verdict.reason, Reason::none);
-  EXPECT_EQ(verdict.size, several.get().size());
-  ASSERT_EQ(verdict.left_out.count, 2U);
-  EXPECT_EQ(verdict.left_out.at[0], kHeader);
-  EXPECT_EQ(several.get().at(verdict.left_out.at[1]), 0x08);
-  EXPECT_EQ(several.get().size(), verdict.left_out.at[1] + 32);
-  // Of length 0: a PAD would not extend to the end.
-  auto open = Datagram().add(0x07, heartbeat(5, 9)).add(0x08, gap(2, kFar), 0, 0);
-  verdict = guard.judge(open.get(), now);
-  EXPECT_EQ(verdict.reason, Reason::none);
-  EXPECT_EQ(verdict.left_out.count, 0U);
-  EXPECT_EQ(verdict.size, kHeader + 32);
+  const auto octets = [&] {
+    return std::vector<std::uint8_t>(written.octets().begin(), written.octets().end());
+  };
+  Datagram several;
+  several.add(0x08, gap(2, kFar)).add(0x08, gap(1, 5)).add(0x07, heartbeat(5, 9));
+  EXPECT_EQ(pass(several.add(0x08, gap(2, kFar))), Reason::none);
+  EXPECT_EQ(octets(), Datagram().add(0x08, gap(1, 5)).add(0x07, heartbeat(5, 9)).get());
+  // Of length 0: it extends to the end.
+  EXPECT_EQ(pass(Datagram().add(0x07, heartbeat(5, 9)).add(0x08, gap(2, kFar), 0, 0)),
+            Reason::none);
+  EXPECT_EQ(octets(), Datagram().add(0x07, heartbeat(5, 9)).get());
   EXPECT_EQ(guard.counters().of(Reason::gap), 3U);
   Datagram many;
   for (int i = 0; i < 9; ++i)
     many.add(0x08, gap(2, kFar));
-  EXPECT_EQ(judge(many), Reason::rate);
+  EXPECT_EQ(pass(many), Reason::none);
+  EXPECT_EQ(octets(), Datagram().get());
+  EXPECT_EQ(guard.counters().of(Reason::gap), 12U);
 }
 
 // A writer keeps samples 2 and 1,000,000, and finds a reader that shall have neither.
