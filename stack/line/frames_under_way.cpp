@@ -11,6 +11,7 @@ bool FramesUnderWay::ended(std::uint64_t number, Instant now) {
     return false;
   }
   ended_ = std::min(number, handed_out_);
+  requests_.ended(ended_);
   progress_ = now;
   return true;
 }
@@ -32,6 +33,7 @@ void FramesUnderWay::lost(std::uint64_t first, std::uint64_t last) {
   }
   if (last > ended_) {
     ended_ = std::min(last, handed_out_);
+    requests_.ended(ended_);
   }
 }
 

@@ -10,6 +10,7 @@
 #include "stack/base/time.h"
 #include "stack/can/frame.h"
 #include "stack/line/command.h"
+#include "stack/sdo/requests_under_way.h"
 
 namespace linegate::line {
 
@@ -39,12 +40,15 @@ class FramesUnderWay {
 
   // The number of the next frame to be handed out; 0 if nothing is expected.
   std::uint64_t next_number() const { return expected_ ? handed_out_ + 1 : 0; }
-  void handed_out(Instant now) {
+  void handed_out(const can::Frame& frame, Instant now) {
     if (handed_out_ == ended_) {
       progress_ = now;
     }
     ++handed_out_;
+    requests_.handed_out(frame, expected_ ? handed_out_ : 0);
   }
+  // SDO requests among them.
+  const sdo::RequestsUnderWay& requests() const { return requests_; }
 
   // The frames up to that number have ended: acknowledged, or lost. False if that is no news.
   bool ended(std::uint64_t number, Instant now);
@@ -67,6 +71,7 @@ class FramesUnderWay {
   bool expected_ = false;
   std::uint64_t handed_out_ = 0;
   std::uint64_t ended_ = 0;
+  sdo::RequestsUnderWay requests_;
   Instant progress_{};  // last acknowledgement, or first frame under way
   std::vector<Sending> sendings_;
 };

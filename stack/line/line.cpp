@@ -75,6 +75,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       updates(config.pdo_update_time),
       scanner(sdo, events, *this) {
   events.set_listener(&diagnosis);
+  sdo.follow(under_way.requests());
   node.set_companion(this);
   node.show_monitored(&heartbeats);
   manager.set_program_step([this](std::uint8_t id) { return loader.make_step(id); });

@@ -9,7 +9,7 @@ namespace linegate::line {
 
 [[gnu::hot]] void Line::Base::note_handed_out(const can::Frame& frame, Instant now,
                                               std::uint8_t from) {
-  under_way.handed_out(now);
+  under_way.handed_out(frame, now);
   if (under_way.any()) [[unlikely]] {
     find_sendings(frame, from);
   }

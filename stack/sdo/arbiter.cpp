@@ -172,6 +172,9 @@ Arbiter::Channel& Arbiter::channel(std::uint8_t node) {
   std::unique_ptr<Channel>& place = channels_[node];
   if (place == nullptr) {
     place = std::make_unique<Channel>(node);
+    if (under_way_ != nullptr) {
+      place->client.follow(*under_way_, node);
+    }
     used_.push_back(node);
     dispatch_.add(can::kSdoResponseBase + node, false, can::Service::sdo_client, node);
     dispatch_.add(can::kSdoRequestBase + node, false, can::Service::sdo_client,
@@ -272,9 +275,11 @@ void Arbiter::response(Channel& channel, const can::Frame& frame) {
       break;
     case Receipt::stray:
       ++counters_.strays;
+      wake_ = earlier(wake_, channel.client.next_wake());  // a request may have waited for it
       break;
     case Receipt::unasked:
       ++counters_.strays;
+      wake_ = earlier(wake_, channel.client.next_wake());
       if (!second_answer) {
         foreign(channel, frame);
       }

@@ -28,6 +28,7 @@
 #include "stack/can/frame.h"
 #include "stack/can/transmit_queue.h"
 #include "stack/sdo/request.h"
+#include "stack/sdo/requests_under_way.h"
 
 namespace linegate::sdo {
 
@@ -59,6 +60,10 @@ class Arbiter {
     save_timeout_ = save;
     load_timeout_ = load;
   }
+
+  // Which requests were acknowledged on the bus, see Client::follow(); must outlive the arbiter.
+  // Before the first request.
+  void follow(const RequestsUnderWay& under_way) { under_way_ = &under_way; }
 
   // Transfers with the node go in blocks from so many bytes on; kNoBlocks: never. The default is
   // that of TransferOptions. No effect on node-IDs out of range.
@@ -115,6 +120,7 @@ class Arbiter {
   can::Dispatch& dispatch_;
   can::TransmitQueue& transmit_;
   EventLog& events_;
+  const RequestsUnderWay* under_way_ = nullptr;
   std::array<std::unique_ptr<Channel>, 128> channels_;  // by node-ID
   std::vector<std::uint8_t> used_;                      // node-IDs that have a channel
   std::deque<Completion> completions_;

@@ -53,7 +53,8 @@ Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue) {
   }
   const std::uint64_t word = word_of(frame);
   // Before the server was asked, too: an earlier question may be that of a line that ended.
-  if (!busy() || (waits_for_initiate() && outbox_.waits(queue))) {
+  if (!busy() || (waits_for_initiate() && (held_ || outbox_.waits(queue)))) {
+    note_answer(frame.time, queue);
     return take_stray(word, frame.time) || word == last_used_ ? Receipt::stray : Receipt::unasked;
   }
   if (is_abort(command_of(frame))) {
@@ -77,6 +78,9 @@ Receipt Client::receive(const can::Frame& frame, can::TransmitQueue& queue) {
 }
 
 void Client::advance(Instant now, can::TransmitQueue& queue) {
+  if (now >= look_again_) {
+    follow_unanswered(now, queue);
+  }
   if (now >= deadline_ && !fall_back_unanswered(now, queue)) {
     give_up(AbortCode::timeout, now, queue);
   }
@@ -89,7 +93,7 @@ void Client::advance(Instant now, can::TransmitQueue& queue) {
 }
 
 Instant Client::next_wake() const {
-  return earlier(earlier(deadline_, block_wake_), outbox_.next_wake());
+  return earlier(earlier(deadline_, block_wake_), earlier(look_again_, outbox_.next_wake()));
 }
 
 void Client::abort(AbortCode code, Instant now, can::TransmitQueue& queue) {
@@ -109,6 +113,8 @@ void Client::configure(can::CobId request) {
   blocks_refused_ = false;
   block_unanswered_ = false;
   late_ = {};
+  unanswered_ = Unanswered::nothing;
+  look_again_ = kNever;
 }
 
 std::optional<Outcome> Client::take() {
@@ -165,6 +171,10 @@ void Client::initiate(Instant now, can::TransmitQueue& queue) {
 
 void Client::request(State state, std::uint64_t word, Instant now, can::TransmitQueue& queue) {
   state_ = state;
+  if (unanswered_ != Unanswered::nothing && waits_for_initiate()) [[unlikely]] {
+    hold(word, now);
+    return;
+  }
   deadline_ = now + timeout_;
   outbox_.send(word, now, queue);
 }
@@ -363,6 +373,9 @@ Receipt Client::aborted_by_server(std::uint64_t word, Instant now, can::Transmit
 }
 
 void Client::send_abort(AbortCode code, Instant now, can::TransmitQueue& queue) {
+  if (std::exchange(held_, std::nullopt)) {
+    return;  // the server received nothing of this transfer
+  }
   outbox_.clear();  // a request that waits for room is void
   outbox_.send(abort_word(address_, code), now, queue);
   expect_stray();  // the answer that was waited for
@@ -374,6 +387,9 @@ void Client::send_abort(AbortCode code, Instant now, can::TransmitQueue& queue) 
 
 void Client::give_up(AbortCode why, Instant now, can::TransmitQueue& queue) {
   const AbortCode code = od::never_later(why);
+  if (code == AbortCode::timeout) {
+    note_unanswered(now, queue);
+  }
   send_abort(code, now, queue);
   finish_or_repeat(code, now, queue);
 }

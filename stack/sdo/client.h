@@ -16,6 +16,7 @@
 #include "stack/od/description.h"
 #include "stack/sdo/block.h"
 #include "stack/sdo/outbox.h"
+#include "stack/sdo/requests_under_way.h"
 #include "stack/sdo/transfer.h"
 
 namespace linegate::sdo {
@@ -68,6 +69,12 @@ class Client {
 
   // request: client to server. Whoever owns the dispatch table brings the responses.
   explicit Client(can::CobId request);
+
+  // The requests go to the default server of that node, and under_way, which must live as long,
+  // says which of them were acknowledged on the bus. A request that timed out while it was on its
+  // way there may still be answered: the first request of the next transfer waits until nothing of
+  // the one before is under way, and then for that answer, or as long as its time-out was.
+  void follow(const RequestsUnderWay& under_way, std::uint8_t node);
 
   // Begin a transfer. timeout is for each answer of the server and must be positive. A frame that
   // does not fit into the queue is sent by advance(), as are the segments of a block. Precondition:
@@ -129,6 +136,8 @@ class Client {
   static constexpr unsigned kMaxStrays = 4;
   // After a block download initiate an acknowledgement is a mistake of the server until then.
   static constexpr Duration kAskedAgainFrom = std::chrono::milliseconds(100);
+  // How often frames of a transfer that timed out are looked for.
+  static constexpr Duration kLookAgain = std::chrono::milliseconds(10);
 
   enum class State : std::uint8_t {
     idle,
@@ -171,6 +180,21 @@ class Client {
   void finish_or_repeat(AbortCode code, Instant now, can::TransmitQueue& queue);
   void finish(AbortCode code);
 
+  // --- client_unanswered.cpp
+  // ----------------------------------------------------------------------
+  // What a transfer that timed out has left behind.
+  enum class Unanswered : std::uint8_t {
+    nothing,
+    under_way,  // frames to the bus
+    due,        // the answer to them
+  };
+  static Instant next_look(Instant now);
+  bool is_under_way(const can::TransmitQueue& queue) const;
+  void note_unanswered(Instant now, const can::TransmitQueue& queue);
+  void note_answer(Instant now, can::TransmitQueue& queue);
+  void follow_unanswered(Instant now, can::TransmitQueue& queue);
+  void hold(std::uint64_t word, Instant now);
+
   // --- client_block.cpp
   // ---------------------------------------------------------------------------
   bool in_block() const { return state_ >= State::block_download_initiate; }
@@ -206,6 +230,14 @@ class Client {
   Sink sink_;
   Outbox outbox_;
   std::optional<Outcome> outcome_;
+
+  const RequestsUnderWay* under_way_ = nullptr;
+  std::uint8_t node_ = 0;
+  Unanswered unanswered_ = Unanswered::nothing;
+  bool answer_came_ = false;  // Unanswered::under_way: it was received before the acknowledgement
+  Duration answer_time_{};    // Unanswered::due lasts so long
+  Instant look_again_ = kNever;        // the end of what unanswered_ says, or when to look for it
+  std::optional<std::uint64_t> held_;  // a first request that waits for that
 
   bool tried_block_ = false;                // in this transfer
   bool blocks_refused_ = false;             // by the server, as far as known

@@ -68,9 +68,10 @@ bool Client::fall_back(AbortCode code, Instant now, can::TransmitQueue& queue) {
 
 // One unanswered initiate may be a lost frame; a server that does so twice gets no more of them.
 bool Client::fall_back_unanswered(Instant now, can::TransmitQueue& queue) {
-  if (!initiates_block()) {
+  if (!initiates_block() || held_) {
     return false;
   }
+  note_unanswered(now, queue);
   blocks_refused_ = blocks_refused_ || block_unanswered_;
   block_unanswered_ = true;
   send_abort(AbortCode::timeout, now, queue);

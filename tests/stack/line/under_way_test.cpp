@@ -336,5 +336,34 @@ TEST_F(AcknowledgedCommands, ThatWaitEndWithTheLine) {
   EXPECT_EQ(answer().error, to_error(Refusal::cancelled));
 }
 
+// A write times out while nobody acknowledges it, and is answered when the bus is back: not the
+// write of the same object after it, which was not sent yet.
+TEST_F(AcknowledgedCommands, ALateAnswerIsNotThatToTheNextWriteOfTheObject) {
+  run();
+  const auto write = [this](std::uint64_t tag) {
+    line_->execute({.tag = tag,
+                    .kind = CommandKind::sdo_write,
+                    .node = 5,
+                    .index = 0x2000,
+                    .data = {std::byte{static_cast<std::uint8_t>(tag)}}},
+                   now_);
+  };
+  write(1);
+  EXPECT_THAT(hand_out(), testing::Contains("605#2F00200001000000"));
+  live(milliseconds(500));
+  EXPECT_EQ(answer().error, to_error(AbortCode::timeout));
+  write(2);
+  hear(0x585, {0x60, 0x00, 0x20, 0x00, 0, 0, 0, 0});
+  EXPECT_FALSE(is_answered());
+  EXPECT_THAT(hand_out(), testing::Not(testing::Contains("605#2F00200002000000")));
+  acknowledge_all();
+  pass(milliseconds(10));
+  EXPECT_THAT(hand_out(), testing::Contains("605#2F00200002000000"));
+  hear(0x585, {0x60, 0x00, 0x20, 0x00, 0, 0, 0, 0});
+  const Reply done = answer();
+  EXPECT_EQ(done.tag, 2U);
+  EXPECT_TRUE(done.ok());
+}
+
 }  // namespace
 }  // namespace linegate::line

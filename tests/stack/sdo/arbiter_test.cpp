@@ -251,6 +251,7 @@ TEST_F(ArbiterTest, TimeOutThenTheNext) {
 TEST_F(ArbiterTest, ALateAnswerIsAStrayAndNotForeign) {
   submit(1);
   arbiter.submit({.token = 2, .node = 5, .address = {0x1018, 2}, .timeout = kTimeout}, now);
+  drain(queue, 0x605);
   now += kTimeout;
   arbiter.advance(now);
   answer();  // to 1018h sub 1
@@ -261,6 +262,29 @@ TEST_F(ArbiterTest, ALateAnswerIsAStrayAndNotForeign) {
   ASSERT_EQ(done.size(), 2U);
   EXPECT_EQ(numbers(done[1].data), (Bytes{9, 9, 9, 9}));
   EXPECT_EQ(arbiter.counters().foreign, 0U);
+}
+
+// See client_unanswered_test.cpp.
+TEST_F(ArbiterTest, ARequestWaitsForTheAnswerToOneThatTimedOutOnItsWay) {
+  RequestsUnderWay under_way;
+  arbiter.follow(under_way);
+  submit(1);
+  submit(2);
+  drain(queue, 0x605);
+  under_way.handed_out(frame(0x605, kRead, now), 1);
+  now += kTimeout;
+  arbiter.advance(now);
+  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{1}));
+  EXPECT_EQ(drain(queue, 0x605), (std::vector<Bytes>{abort_bytes(0x1018, 1, 0x0504'0000)}));
+  under_way.ended(1);
+  now = arbiter.next_wake();
+  arbiter.advance(now);
+  answer();
+  EXPECT_TRUE(tokens().empty());
+  EXPECT_EQ(drain(queue, 0x605), (std::vector<Bytes>{kRead}));
+  EXPECT_LE(arbiter.next_wake(), now + kTimeout);
+  answer();
+  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{2}));
 }
 
 TEST_F(ArbiterTest, ALateAnswerWhenNothingFollows) {

@@ -136,8 +136,8 @@ TEST_F(ClientBlockTest, AServerThatRefusesBlocksGetsSegments) {
   for (int unanswered = 0; unanswered < 2; ++unanswered) {
     now += kTimeout;
     client.advance(now, queue);
+    drain(queue, kRequestId);
   }
-  drain(queue, kRequestId);
   expect_abort(AbortCode::timeout);
   EXPECT_EQ(write({0x2100, 0}, pattern(200)).at(0)[0], 0xC6);
 }
