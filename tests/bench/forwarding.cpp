@@ -8,6 +8,8 @@
 // Latency: from before the frame is sent to when it was read at the far end, by one thread that
 // does both and nothing meanwhile. CPU: time of the forwarding threads a frame, at 2000 frames/s;
 // of the lines it contains the images that they hand over, 100 a second each.
+//
+// Both with all threads on one processor, and with the measuring thread on one of its own.
 #include <array>
 #include <atomic>
 #include <string>
@@ -24,6 +26,7 @@
 #include "tests/bench/forwarding_course.h"
 #include "tests/bench/forwarding_lines.h"
 #include "tests/bench/measure.h"
+#include "tests/bench/placement.h"
 
 namespace {
 
@@ -34,7 +37,10 @@ constexpr std::size_t kFrames = 400;  // of one repetition
 
 class BareOneThread final : public bench::WiredCourse {
  public:
-  BareOneThread() : thread_([this] { run(); }) { count(clock_); }
+  explicit BareOneThread(const bench::Placement& where)
+      : thread_([this, &where] { run(where.forwarding[0]); }) {
+    count(clock_);
+  }
   ~BareOneThread() override {
     stop_ = true;
     thread_.join();
@@ -43,7 +49,8 @@ class BareOneThread final : public bench::WiredCourse {
   }
 
  private:
-  void run() {
+  void run(unsigned processor) {
+    bench::run_on({processor});
     bench::BareLoop loop(in.far());
     clock_.begin();
     while (!stop_) {
@@ -59,7 +66,9 @@ class BareOneThread final : public bench::WiredCourse {
 
 class BareTwoThreads final : public bench::WiredCourse {
  public:
-  BareTwoThreads() : reader_([this] { read(); }), writer_([this] { write(); }) {
+  explicit BareTwoThreads(const bench::Placement& where)
+      : reader_([this, &where] { read(where.forwarding[0]); }),
+        writer_([this, &where] { write(where.forwarding[1]); }) {
     count(reading_);
     count(writing_);
   }
@@ -73,7 +82,8 @@ class BareTwoThreads final : public bench::WiredCourse {
   }
 
  private:
-  void read() {
+  void read(unsigned processor) {
+    bench::run_on({processor});
     bench::BareLoop loop(in.far());
     reading_.begin();
     while (!stop_) {
@@ -85,7 +95,8 @@ class BareTwoThreads final : public bench::WiredCourse {
       });
     }
   }
-  void write() {
+  void write(unsigned processor) {
+    bench::run_on({processor});
     bench::BareLoop loop(wakeup_.descriptor());
     writing_.begin();
     while (!stop_) {
@@ -108,10 +119,10 @@ class BareTwoThreads final : public bench::WiredCourse {
 
 class Forwarding final : public bench::WiredCourse {
  public:
-  explicit Forwarding(bool together)
+  Forwarding(const bench::Placement& where, bool together)
       : lines_(
             {can_bridge::open_on_descriptor(in.far()), can_bridge::open_on_descriptor(out.far())},
-            together) {
+            together, {where.forwarding[0], where.forwarding[1]}) {
     for (std::size_t i = 0; i < lines_.threads(); ++i) {
       count(lines_.clock(i));
     }
@@ -122,8 +133,10 @@ class Forwarding final : public bench::WiredCourse {
   bench::ForwardingLines lines_;
 };
 
-void compare(const std::string& where, const char* bare_name, const bench::Course& bare,
-             const bench::Course& gateway) {
+void compare(const bench::Placement& placement, const std::string& executors, const char* bare_name,
+             const bench::Course& bare, const bench::Course& gateway) {
+  const std::string where = executors + ", " + placement.name;
+  bench::run_on({placement.measuring});
   std::array<bench::ForwardingFigures, 2> figures;
   std::vector<Contestant> contestants;
   contestants.push_back(
@@ -148,12 +161,16 @@ void compare(const std::string& where, const char* bare_name, const bench::Cours
 }  // namespace
 
 int main() {
-  {
-    BareOneThread bare;
-    Forwarding gateway(true);
-    compare("within an executor", "one thread, two sockets", bare, gateway);
+  for (const bench::Placement& placement : bench::placements()) {
+    {
+      bench::run_on(placement.others);
+      const BareOneThread bare(placement);
+      const Forwarding gateway(placement, true);
+      compare(placement, "within an executor", "one thread, two sockets", bare, gateway);
+    }
+    bench::run_on(placement.others);
+    const BareTwoThreads bare(placement);
+    const Forwarding gateway(placement, false);
+    compare(placement, "across executors", "two threads", bare, gateway);
   }
-  BareTwoThreads bare;
-  Forwarding gateway(false);
-  compare("across executors", "two threads", bare, gateway);
 }

@@ -51,13 +51,13 @@ class Clocked final : public gateway::Runner {
 }  // namespace
 
 ForwardingLines::ForwardingLines(std::array<std::unique_ptr<can_bridge::Channel>, 2> channels,
-                                 bool together)
+                                 bool together, std::array<std::optional<unsigned>, 2> processors)
     : plant_(*config::read(kPlant, LINEGATE_SOURCE_DIR "/plant.yaml").value),
       link_(plant_.bindings),
       taker_([this] { take(); }) {
-  executors_.push_back(std::make_unique<gateway::Executor>(config::ExecutorPlan{}));
-  if (!together) {
-    executors_.push_back(std::make_unique<gateway::Executor>(config::ExecutorPlan{}));
+  for (std::size_t i = 0; i < (together ? 1U : 2U); ++i) {
+    executors_.push_back(
+        std::make_unique<gateway::Executor>(config::ExecutorPlan{.processor = processors[i]}));
   }
   std::array<std::unique_ptr<gateway::LineRunner>, 2> runners;
   for (std::size_t i = 0; i < 2; ++i) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -20,8 +21,10 @@ namespace linegate::bench {
 
 class ForwardingLines {
  public:
-  // Frames come in on the first channel. together: on one executor, else on one each.
-  ForwardingLines(std::array<std::unique_ptr<can_bridge::Channel>, 2> channels, bool together);
+  // Frames come in on the first channel. together: on one executor, else on one each. processors:
+  // of the executors; without one the scheduler chooses.
+  ForwardingLines(std::array<std::unique_ptr<can_bridge::Channel>, 2> channels, bool together,
+                  std::array<std::optional<unsigned>, 2> processors = {});
   ~ForwardingLines();
   ForwardingLines(const ForwardingLines&) = delete;
   ForwardingLines& operator=(const ForwardingLines&) = delete;
