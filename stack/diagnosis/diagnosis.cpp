@@ -162,8 +162,10 @@ void Diagnosis::update(Instant now) {
   changed_ = network_state() != before;
 }
 
+// The state of a slave depends on its own NMT state alone.
 std::uint8_t Diagnosis::network_state() const {
-  return state_.value(facts(lists()));
+  const NetworkFacts network = source_.network();
+  return state_.value(network.manages ? facts(lists()) : network);
 }
 
 bool Diagnosis::assigned_to_master(std::uint8_t node) const {

@@ -157,6 +157,13 @@ template <class Refuse>
   return variable.bytes();
 }
 
+std::optional<std::uint64_t> number_in(const Variable& variable) {
+  if (variable.size == 0 || variable.size > sizeof(std::uint64_t)) {
+    return std::nullopt;
+  }
+  return load_le(variable.bytes());
+}
+
 }  // namespace
 
 void Dictionary::tell(Address address, const Variable& variable) {
@@ -365,11 +372,11 @@ void Dictionary::reset_values(std::uint16_t first, std::uint16_t last) {
 }
 
 std::optional<std::uint64_t> Dictionary::number(Address address) const {
-  const std::optional<Variable> variable = find(address);
-  if (!variable || variable->size == 0 || variable->size > sizeof(std::uint64_t)) {
-    return std::nullopt;
+  if (const Variable* variable = objects_->find_plain(address)) {
+    return number_in(*variable);
   }
-  return load_le(variable->bytes());
+  const std::optional<Variable> element = find(address);
+  return element ? number_in(*element) : std::nullopt;
 }
 
 }  // namespace linegate::od
