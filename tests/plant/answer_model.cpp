@@ -37,6 +37,21 @@ bool is_expedited(const can::Frame& frame) {
   return (byte_at(frame, 0) & 2U) != 0;
 }
 
+constexpr unsigned kBlockAck = 0xA2;      // the same of both sides
+constexpr unsigned kBlockTakeEnd = 0xA1;  // of the side that takes
+constexpr unsigned kLastSegment = 0x80;
+constexpr unsigned kNumber = 0x7F;  // of a segment
+constexpr std::size_t kSegmentSize = 7;
+
+// Of the side that sends.
+bool is_block_end(unsigned command) {
+  return (command & 0xE3U) == 0xC1;
+}
+
+std::uint64_t word_of(const can::Frame& frame) {
+  return load_le<std::uint64_t>(frame.data.data());
+}
+
 void append(std::vector<std::byte>& to, std::span<const std::byte> bytes) {
   to.insert(to.end(), bytes.begin(), bytes.end());
 }
@@ -79,7 +94,6 @@ void AnswerModel::before_receive(const can::Frame& frame) {
   }
 }
 
-// The segments of a block look like other requests, but for their numbers: each block begins at 1.
 void AnswerModel::request(std::uint8_t node, const can::Frame& frame) {
   enum : unsigned {
     download_segment,
@@ -92,10 +106,7 @@ void AnswerModel::request(std::uint8_t node, const can::Frame& frame) {
   };
   Transfer& transfer = transfers_[node];
   const unsigned kind = specifier(frame);
-  const unsigned segment = byte_at(frame, 0) & 0x7FU;
-  if (transfer.phase == Phase::blocks && !transfer.upload &&
-      (segment == transfer.next_segment || segment == 1)) {
-    transfer.next_segment = segment + 1;
+  if (transfer.phase == Phase::blocks && block_request(transfer, frame)) {
     return;
   }
   if (kind == abort) {
@@ -131,11 +142,7 @@ void AnswerModel::response(std::uint8_t node, const can::Frame& frame) {
   const unsigned kind = specifier(frame);
   const bool fits = multiplexer(frame) == transfer.address;
   if (transfer.phase == Phase::blocks) {
-    const bool up_ends = transfer.upload && (byte_at(frame, 0) & 0xE3U) == 0xC1;
-    const bool down_ends = !transfer.upload && byte_at(frame, 0) == 0xA1;
-    if (up_ends || down_ends) {
-      end(node);
-    }
+    block_response(node, frame);
   } else if (transfer.phase == Phase::initiated && fits) {
     if (kind == download_begins && !transfer.upload && !transfer.block) {
       transfer.phase = Phase::segments;
@@ -149,8 +156,9 @@ void AnswerModel::response(std::uint8_t node, const can::Frame& frame) {
         end(node);
       }
     } else if (transfer.block && kind == (transfer.upload ? block_up : block_down)) {
+      constexpr std::size_t kBlockSize = 4;
       transfer.phase = Phase::blocks;
-      transfer.has_value = false;
+      transfer.size = byte_at(frame, kBlockSize);
     }
   } else if (transfer.phase == Phase::segments && kind != abort) {
     const bool toggle = (byte_at(frame, 0) & 0x10U) != 0;
@@ -163,6 +171,86 @@ void AnswerModel::response(std::uint8_t node, const can::Frame& frame) {
     }
     if (transfer.last) {
       end(node);
+    }
+  }
+}
+
+// --- blocks (CiA 301 7.2.4.3.9 to 7.2.4.3.16) ---------------------------------------------------
+
+// Of the sub-block under way, if it is the next one in order, or the first one again. Segments that
+// wait for the bus when a sub-block is acknowledged too early continue its numbers and do not
+// count.
+void AnswerModel::take_segment(Transfer& transfer, const can::Frame& frame) {
+  const unsigned number = byte_at(frame, 0) & kNumber;
+  const bool again = number == 1 && !transfer.upload;
+  transfer.newest = number;
+  if (number == 0 || transfer.last || (number != transfer.segments + 1 && !again)) {
+    return;
+  }
+  const std::size_t place = (number - 1) * kSegmentSize;
+  transfer.sub_block.resize(place);
+  append(transfer.sub_block, std::span(frame.data).subspan(1, kSegmentSize));
+  transfer.segments = number;
+  transfer.ends = (byte_at(frame, 0) & kLastSegment) != 0;
+  transfer.last_segment = word_of(frame);
+}
+
+// The first `count` segments of the sub-block are part of the value; another one begins.
+void AnswerModel::take_sub_block(Transfer& transfer, unsigned count) {
+  const std::size_t bytes = std::min(count, transfer.segments) * kSegmentSize;
+  append(transfer.value, std::span(transfer.sub_block).first(bytes));
+  transfer.last = transfer.ends && count == transfer.segments;
+  transfer.segments = 0;
+  transfer.ends = false;
+}
+
+// The last segment need not be full.
+void AnswerModel::take_block_end(Transfer& transfer, const can::Frame& frame) {
+  const std::size_t unused = byte_at(frame, 0) >> 2U & 7U;
+  transfer.value.resize(transfer.value.size() - std::min(unused, transfer.value.size()));
+}
+
+// Segments of a block look like other requests, but for their numbers. False: it is another one.
+bool AnswerModel::block_request(Transfer& transfer, const can::Frame& frame) {
+  const unsigned command = byte_at(frame, 0);
+  if (transfer.upload) {
+    if (command == kBlockAck) {
+      take_sub_block(transfer, byte_at(frame, 1));
+    }
+    return command == kBlockAck;
+  }
+  if (transfer.last && is_block_end(command)) {
+    take_block_end(transfer, frame);
+    return true;
+  }
+  const unsigned number = command & kNumber;
+  const bool is_segment = number == 1 || number == transfer.newest + 1;
+  if (is_segment) {
+    take_segment(transfer, frame);
+  }
+  return is_segment;
+}
+
+// An acknowledgement that comes twice is not that of the next sub-block, which is not sent yet.
+void AnswerModel::block_response(std::uint8_t node, const can::Frame& frame) {
+  Transfer& transfer = transfers_[node];
+  const unsigned command = byte_at(frame, 0);
+  if (transfer.upload) {
+    const bool repeated = word_of(frame) == transfer.last_segment;
+    if (transfer.last && is_block_end(command) && !repeated) {
+      take_block_end(transfer, frame);
+      end(node);
+    } else {
+      take_segment(transfer, frame);
+    }
+  } else if (command == kBlockTakeEnd) {
+    end(node);
+  } else if (command == kBlockAck) {
+    const bool whole = transfer.ends || transfer.segments == transfer.size;
+    if (whole || word_of(frame) != transfer.acknowledged) {
+      take_sub_block(transfer, byte_at(frame, 1));
+      transfer.size = byte_at(frame, 2);
+      transfer.acknowledged = word_of(frame);
     }
   }
 }
@@ -225,7 +313,7 @@ std::string AnswerModel::check_transfer(const Given& given, const line::Reply& r
     return done.node == command.node && done.after >= given.order &&
            done.transfer.upload == reads &&
            done.transfer.address == od::Address{command.index, command.sub} &&
-           (!done.transfer.has_value || done.transfer.value == value);
+           done.transfer.value == value;
   });
   if (it == done_.end()) {
     return "no transfer of its object with this value came to its end";

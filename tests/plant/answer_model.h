@@ -3,7 +3,7 @@
 // The invariant, after each step of a world, for each command that is answered as done:
 //   1. SDO: a transfer of that object with that node came to its end since the command was given:
 //      the line received the last response of it, and the value of the reply, or of the command, is
-//      what its segments carried. Of a block transfer the end alone counts, not the value.
+//      what its segments carried: in blocks, those that were acknowledged.
 //   2. NMT commands to other nodes, frames of no service, EMCYs and values by MPDO: the line
 //      submitted that frame since the command was given, and the bus acknowledged it. Not a reset
 //      of all that ends the state fatal error: it begins the start-up of the network, whose
@@ -78,12 +78,18 @@ class AnswerModel {
     Phase phase = Phase::idle;
     bool upload = false;
     bool block = false;  // its initiate; of an upload the server may go on in segments
-    bool has_value = true;
-    bool last = false;  // the client sent its last segment
+    bool last = false;   // the client sent its last segment; in blocks, it was acknowledged
     bool toggle = false;
-    unsigned next_segment = 1;  // of the block that the client sends
     od::Address address;
     std::vector<std::byte> value;
+    // Of the sub-block under way:
+    unsigned segments = 0;  // in order, as sent by the client or received from the server
+    unsigned size = 0;      // of a download
+    unsigned newest = 0;    // number of the segment before
+    bool ends = false;      // the newest of them is the last one of the value
+    std::uint64_t last_segment = 0;
+    std::uint64_t acknowledged = 0;  // the newest acknowledgement of the server
+    std::vector<std::byte> sub_block{};
   };
   struct Done {
     Transfer transfer;
@@ -132,6 +138,11 @@ class AnswerModel {
 
   void request(std::uint8_t node, const can::Frame& frame);
   void response(std::uint8_t node, const can::Frame& frame);
+  static void take_segment(Transfer& transfer, const can::Frame& frame);
+  static void take_sub_block(Transfer& transfer, unsigned count);
+  static void take_block_end(Transfer& transfer, const can::Frame& frame);
+  static bool block_request(Transfer& transfer, const can::Frame& frame);
+  void block_response(std::uint8_t node, const can::Frame& frame);
   void end(std::uint8_t node);
   std::string check_transfer(const Given& given, const line::Reply& reply);
   std::string check_done(const Given& given, const line::Reply& reply);
