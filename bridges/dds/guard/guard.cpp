@@ -44,6 +44,14 @@ bool carries_parameters(std::uint32_t writer) {
   }
 }
 
+// A reader of Fast DDS 2.9.1 keeps one highest number for all writers of one persistence GUID. When
+// one of them ends, samples of it that wait for a number before them are then not removed, but
+// read, and the next one of their instance ends the process (DataReaderInstance.hpp:105).
+bool shares_numbers(const Announcement& writer) {
+  return writer.persistence && *writer.persistence != Guid{} &&
+         writer.persistence != writer.endpoint;
+}
+
 // Their readers are stateless: numbers have no effect, and a participant must be found whatever
 // else fills the table.
 bool is_stateless(std::uint32_t writer) {
@@ -63,6 +71,8 @@ struct Guard::Datagram {
   // Of the submessage that is judged:
   bool left_out = false;
   std::optional<SampleTime> time;  // of a sample
+  Wire announced;                  // parameters of an endpoint
+  Wire inline_qos;                 // of fragments
 };
 
 Guard::Verdict Guard::judge(Octets octets, std::int64_t now, const Address& from, PassedOn* out) {
@@ -109,6 +119,8 @@ Reason Guard::walk(Datagram& datagram, PassedOn* out) {
     Submessage submessage;
     datagram.left_out = false;
     datagram.time.reset();
+    datagram.announced = {};
+    datagram.inline_qos = {};
     Reason reason = split(datagram.octets, at, submessage);
     if (reason == Reason::none)
       reason = judge_submessage(datagram, submessage);
@@ -116,15 +128,28 @@ Reason Guard::walk(Datagram& datagram, PassedOn* out) {
       return reason;
     if (datagram.size <= at)  // what follows is not passed on
       break;
-    const std::size_t size = 4 + submessage.body.size();
-    if (out != nullptr && !datagram.left_out) {
-      if (datagram.time)
-        out->stamp(*datagram.time);
-      out->add(submessage, datagram.octets.subspan(at, size));
-    }
-    at += size;
+    if (out != nullptr && !datagram.left_out)
+      pass_on(datagram, submessage, *out);
+    at += 4 + submessage.body.size();
   }
   return datagram.protection.end();
+}
+
+void Guard::pass_on(const Datagram& datagram, const Submessage& submessage, PassedOn& out) {
+  if (submessage.kind == Kind::gap)
+    return out.add_gap(submessage);
+  const Octets octets = datagram.octets.subspan(submessage.at, 4 + submessage.body.size());
+  if (datagram.time)
+    out.stamp(*datagram.time);
+  out.add(submessage, octets);
+  const auto copy_of = [&](const Wire& part) {
+    return out.last().subspan(static_cast<std::size_t>(part.octets().data() - octets.data()),
+                              part.size());
+  };
+  if (datagram.announced.size() != 0)
+    pad_types(copy_of(datagram.announced), datagram.announced.little());
+  if (datagram.inline_qos.size() != 0)
+    pad_key_hash(copy_of(datagram.inline_qos), datagram.inline_qos.little());
 }
 
 Reason Guard::judge_submessage(Datagram& datagram, const Submessage& submessage) {
@@ -242,10 +267,13 @@ void Guard::leave_out(Datagram& datagram, const Submessage& submessage) {
   count(Reason::gap);
 }
 
-// A participant's announcement fits into one datagram; in fragments it would pass unread.
-Reason Guard::judge_fragments(const Datagram& datagram, const Content& content) {
-  if (content.writer == entity::kParticipants)
+// Announcements fit into one datagram; in fragments they would pass unread. With a key hash an
+// incomplete sample is one of its instance, in which it stays when a GAP removes and frees it
+// (StatefulReader::processGapMsg); without, its key is read when it is complete.
+Reason Guard::judge_fragments(Datagram& datagram, const Content& content) {
+  if (carries_parameters(content.writer))
     return Reason::discovery;
+  datagram.inline_qos = content.inline_qos;
   const Guid writer = make_guid(datagram.source, content.writer);
   return fragmented_.with(
       writer, datagram.now, [&] { return is_known(writer); },
@@ -269,7 +297,7 @@ void Guard::note_end(const Datagram& datagram, const Content& content) {
     discovered_.ends(*endpoint);
 }
 
-Reason Guard::judge_payload(const Datagram& datagram, const Content& content) {
+Reason Guard::judge_payload(Datagram& datagram, const Content& content) {
   if (content.ends_instance)
     note_end(datagram, content);
   if (!content.has_data)
@@ -283,10 +311,13 @@ Reason Guard::judge_payload(const Datagram& datagram, const Content& content) {
   Announcement announcement;
   if (!check_parameter_list(content.payload, announcement))
     return Reason::discovery;
+  datagram.announced = announcement.list;
   if (content.writer == entity::kParticipants)
     return judge_participant(datagram, announcement);
   if (content.writer != entity::kSubscriptions && content.writer != entity::kPublications)
     return Reason::none;
+  if (shares_numbers(announcement))
+    return Reason::discovery;
   const Reason reason = judge_endpoint(datagram, content, announcement);
   return reason == Reason::none && content.writer == entity::kSubscriptions
              ? judge_announcement(datagram, announcement)

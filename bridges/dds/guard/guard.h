@@ -61,6 +61,7 @@ class Guard {
 
   void count(Reason reason);
   Reason walk(Datagram& datagram, PassedOn* out);
+  static void pass_on(const Datagram& datagram, const Submessage& submessage, PassedOn& out);
   Reason judge_submessage(Datagram& datagram, const Submessage& submessage);
   Reason judge_statistics(Datagram& datagram, const Submessage& submessage) const;
   static bool names_itself(const Datagram& datagram, const Content& content);
@@ -69,9 +70,9 @@ class Guard {
   Reason judge_numbers(Datagram& datagram, const Content& content);
   Reason judge_gap(Datagram& datagram, const Submessage& submessage, const Content& content);
   void leave_out(Datagram& datagram, const Submessage& submessage);
-  Reason judge_fragments(const Datagram& datagram, const Content& content);
+  Reason judge_fragments(Datagram& datagram, const Content& content);
   void note_end(const Datagram& datagram, const Content& content);
-  Reason judge_payload(const Datagram& datagram, const Content& content);
+  Reason judge_payload(Datagram& datagram, const Content& content);
   Reason judge_participant(const Datagram& datagram, const Announcement& announcement);
   Reason judge_endpoint(const Datagram& datagram, const Content& content,
                         const Announcement& announcement);

@@ -75,7 +75,17 @@ class Walk {
   bool ok_ = true;
 };
 
-enum class Shape { fixed, octets, string, strings, properties, data_holder, filter };
+enum class Shape {
+  fixed,
+  octets,
+  string,
+  strings,
+  numbers2,  // a sequence of numbers of 2 octets
+  numbers8,
+  properties,
+  data_holder,
+  filter
+};
 
 struct Rule {
   std::uint16_t id;
@@ -84,7 +94,7 @@ struct Rule {
 };
 
 // RTPS 2.3 table 9.13, DDS-Security 1.1 table 14, DDS-XTypes 1.2 7.6.3.
-constexpr std::array<Rule, 50> kRules = {{
+constexpr std::array<Rule, 54> kRules = {{
     {0x0002, Shape::fixed, 8},     // participant lease duration
     {0x0004, Shape::fixed, 8},     // time-based filter
     {0x0005, Shape::string},       // topic name
@@ -132,9 +142,13 @@ constexpr std::array<Rule, 50> kRules = {{
     {0x0062, Shape::string},       // entity name
     {0x0070, Shape::fixed, 16},    // key hash
     {0x0071, Shape::fixed, 4},     // status info
+    {0x0073, Shape::numbers2},     // data representation
+    {0x0074, Shape::fixed, 2},     // type consistency enforcement
     {0x1001, Shape::data_holder},  // identity token
     {0x1002, Shape::data_holder},  // permissions token
     {0x1006, Shape::data_holder},  // identity status token
+    {0x8002, Shape::fixed, 16},    // persistence GUID, of Fast DDS
+    {0x8006, Shape::numbers8},     // data sharing domains, of Fast DDS
 }};
 
 constexpr std::uint16_t kLease = 0x0002;
@@ -143,6 +157,11 @@ constexpr std::uint16_t kParticipantGuid = 0x0050;
 constexpr std::uint16_t kEndpointGuid = 0x005A;
 constexpr std::uint16_t kKeyHash = 0x0070;
 constexpr std::uint16_t kStatusInfo = 0x0071;
+constexpr std::uint16_t kTypeId = 0x0069;
+constexpr std::uint16_t kTypeObject = 0x0072;
+constexpr std::uint16_t kTypeInformation = 0x0075;
+constexpr std::uint8_t kPad = 0;
+constexpr std::uint16_t kPersistenceGuid = 0x8002;
 constexpr std::uint8_t kEnds = 0x03;    // disposed, unregistered
 constexpr std::uint32_t kReliable = 2;  // RTPS 2.3 9.3.2.7 ReliabilityKind_t
 
@@ -159,6 +178,12 @@ bool check_shape(const Rule& rule, const Wire& value) {
       return walk.ok();
     case Shape::strings:
       walk.strings();
+      return walk.ok();
+    case Shape::numbers2:
+      walk.sequence(2, [&] { walk.skip(2); });
+      return walk.ok();
+    case Shape::numbers8:
+      walk.sequence(8, [&] { walk.skip(8); });
       return walk.ok();
     case Shape::properties:
       walk.properties();
@@ -219,6 +244,21 @@ std::optional<Wire> encapsulated(const Wire& payload, unsigned big_endian) {
   return Wire(payload.octets().subspan(4), representation == big_endian + 1);
 }
 
+// Calls which(id) for each.
+template <class Which>
+void pad(std::span<std::uint8_t> list, bool little, Which which) {
+  const Wire wire(list, little);
+  for (std::size_t at = 0; list.size() - at >= kParameterHeader;) {
+    const std::uint16_t id = wire.u16(at);
+    const std::size_t next = kParameterHeader + wire.u16(at + 2);
+    if (id == kSentinel || next > list.size() - at)
+      return;
+    if (which(id))
+      list[at] = list[at + 1] = kPad;
+    at += next;
+  }
+}
+
 constexpr unsigned kCdr = 0;            // CDR_BE, then CDR_LE
 constexpr unsigned kParameterList = 2;  // PL_CDR_BE, then PL_CDR_LE
 
@@ -244,11 +284,14 @@ bool check_parameter_list(const Wire& payload, Announcement& out) {
   const auto list = encapsulated(payload, kParameterList);
   if (!list)
     return false;
+  out.list = *list;
   return walk_list(*list, [&](std::uint16_t id, const Wire& value) {
            if (!check_parameter(id, value))
              return false;
            if (id == kLease)
              out.lease = value.u32(0);
+           if (id == kPersistenceGuid)
+             out.persistence = guid_in(value);
            if (id == kReliability)
              out.reliable = value.u32(0) == kReliable;
            // Fast DDS takes either for the GUID.
@@ -258,6 +301,16 @@ bool check_parameter_list(const Wire& payload, Announcement& out) {
              out.owner.add(prefix_of(guid_in(value)));
            return true;
          }) != 0;
+}
+
+void pad_types(std::span<std::uint8_t> list, bool little) {
+  pad(list, little, [](std::uint16_t id) {
+    return id == kTypeId || id == kTypeObject || id == kTypeInformation;
+  });
+}
+
+void pad_key_hash(std::span<std::uint8_t> list, bool little) {
+  pad(list, little, [](std::uint16_t id) { return id == kKeyHash; });
 }
 
 // Participant prefix, kind, sequence of octets. Fast DDS sends it as a parameter list by its

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "bridges/dds/guard/reason.h"
 #include "bridges/dds/guard/wire.h"
@@ -35,14 +36,22 @@ InlineQos read_inline_qos(const Wire& rest);
 
 // What a participant or an endpoint announces of itself (RTPS 2.3 table 9.14).
 struct Announcement {
+  Wire list;
   std::uint32_t lease = 100;  // s, of a participant; RTPS 2.3 table 9.14 has this default
   std::optional<Guid> endpoint;
+  std::optional<Guid> persistence;  // of a writer: the GUID of its history (Fast DDS)
   Owner owner;
   bool reliable = false;  // a reader without PID_RELIABILITY is best-effort
 };
 
 // Checks the serialized payload of a sample of a builtin writer that carries a parameter list.
 bool check_parameter_list(const Wire& payload, Announcement& out);
+
+// Makes padding (RTPS 2.3 9.6.2.2.1) of parameters in a list that was checked, up to its sentinel.
+// Types: TypeIdV1, TypeObjectV1 and TypeInformation (DDS-XTypes 1.2 7.6.3.2.2), whose CDR is not
+// checked; the library allocates as many elements as they claim.
+void pad_types(std::span<std::uint8_t> list, bool little);
+void pad_key_hash(std::span<std::uint8_t> list, bool little);
 
 // The same of ParticipantMessageData (RTPS 2.3 9.6.2.1) and ParticipantStatelessMessage
 // (DDS-Security 1.1 7.4.3).

@@ -106,6 +106,7 @@ Reason check_sample(const Submessage& it, std::size_t fixed, Content& out) {
     const InlineQos qos = read_inline_qos(body.from(at));
     if (qos.length == 0)
       return Reason::parameters;
+    out.inline_qos = body.part(at, qos.length);
     out.ends_instance = qos.ends_instance;
     out.key = qos.key;
     out.instance = qos.instance;

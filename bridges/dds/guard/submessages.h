@@ -76,6 +76,7 @@ struct Content {
   bool ends_instance = false;  // by its inline QoS
   std::optional<Guid> key;     // key hash of its inline QoS,
   Owner instance;              // and whose that is
+  Wire inline_qos;             // parameters, empty if there are none
   Wire payload;  // of DATA with data or key, encapsulation header included, else empty
 };
 

@@ -21,6 +21,7 @@ class Wire {
   Wire(Octets octets, bool little) : octets_(octets), little_(little) {}
 
   std::size_t size() const { return octets_.size(); }
+  bool little() const { return little_; }
   Octets octets() const { return octets_; }
   std::uint8_t u8(std::size_t at) const { return octets_[at]; }
   std::uint16_t u16(std::size_t at) const {

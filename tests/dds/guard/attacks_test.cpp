@@ -169,6 +169,17 @@ TEST_F(Attack, AGapOverManyNumbersOfAnInventedParticipant) {
   }
 }
 
+// The library reads as many as are claimed: one datagram costs 4 GiB and a minute.
+TEST_F(Attack, ASequenceOfNumbersOfMoreThanItHolds) {
+  for (const unsigned id : {0x73U, 0x8006U}) {
+    const Fields list =
+        Fields().u8(0).u8(3).u16(0).parameter(id, Fields().u32(0xFFFFFFFF).u32(0)).sentinel();
+    for (const std::uint32_t writer : {entity::kPublications, entity::kSubscriptions})
+      EXPECT_TRUE(dropped(forged().add(0x15, data(1, writer).octets(list.get()), kHasData),
+                          Reason::discovery));
+  }
+}
+
 TEST_F(Attack, AHeartbeatFarAheadOfALiveWriter) {
   constexpr std::int64_t kFar = std::int64_t{1} << 40;
   for (const std::uint32_t writer :

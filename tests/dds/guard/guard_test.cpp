@@ -160,10 +160,12 @@ TEST_F(FragmentsTest, ANumberThatIsCompleteIsNoPassForAnotherSize) {
   EXPECT_EQ(fragment(3, 4 * kMiB), Reason::fragment);
 }
 
-TEST_F(FragmentsTest, AnAnnouncementOfAParticipantHasNoFragments) {
-  EXPECT_EQ(judge(Datagram().add(0x16, fragment_of(entity::kParticipants, 1, 128))),
-            Reason::discovery);
-  EXPECT_EQ(judge(Datagram().add(0x16, fragment_of(entity::kPublications, 1, 128))), Reason::none);
+TEST_F(FragmentsTest, AnnouncementsHaveNoFragments) {
+  for (const std::uint32_t writer :
+       {entity::kParticipants, entity::kPublications, entity::kSubscriptions, entity::kTopics,
+        entity::kPublications | entity::kSecure})
+    EXPECT_EQ(judge(Datagram().add(0x16, fragment_of(writer, 1, 128))), Reason::discovery);
+  EXPECT_EQ(judge(Datagram().add(0x16, fragment_of(entity::kStateless, 1, 128))), Reason::none);
 }
 
 TEST_F(FragmentsTest, AWriterThatIsLostIsForgotten) {

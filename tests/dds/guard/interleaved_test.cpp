@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/rtps/common/Guid.h>
 #include <gtest/gtest.h>
 #include <linegatePubSubTypes.h>
@@ -45,6 +46,19 @@ class Interleaved : public testing::TestWithParam<const char*> {
                 .empty();
   }
 
+  // Writes samples of that group until one is received, so many at least; gives how many.
+  std::int64_t write(eprosima::fastdds::dds::DataWriter& writer, std::uint16_t group,
+                     std::int64_t at_least) {
+    v1::OutputWrite sample = sample_of(group);
+    std::int64_t written = 0;
+    EXPECT_TRUE(eventually([&] {
+      ++written;
+      writer.write(&sample);
+      return is_received(group, std::chrono::milliseconds(200)) && written >= at_least;
+    }));
+    return written;
+  }
+
   // After the last sample of group kA.
   void expect_end_if_unguarded() {
     if (GetParam() == std::string("gateway")) {
@@ -69,20 +83,6 @@ class Interleaved : public testing::TestWithParam<const char*> {
         seconds);
   }
 
-  // Other keys than those that the gateway has received, so that they are new instances.
-  static constexpr std::uint16_t kA = 100;
-  static constexpr std::uint16_t kB = 200;
-  static constexpr std::uint16_t kC = 300;
-
-  Peer gateway_{GetParam()};
-  std::vector<Diagnostic> diagnostics_;
-  dds::Endpoints endpoints_{"live", domain(), LOOPBACK_PROFILES, diagnostics_};
-  eprosima::fastdds::dds::DataWriter* first_ =
-      endpoints_.writer<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
-  eprosima::fastdds::dds::DataWriter* second_ =
-      endpoints_.writer<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
-
- private:
   template <class Make>
   void forge(eprosima::fastdds::dds::DataWriter& writer, unsigned kind, Make body,
              unsigned flags = 0, std::uint32_t seconds = 1) {
@@ -108,6 +108,20 @@ class Interleaved : public testing::TestWithParam<const char*> {
     return sample;
   }
 
+  // Other keys than those that the gateway has received, so that they are new instances.
+  static constexpr std::uint16_t kA = 100;
+  static constexpr std::uint16_t kB = 200;
+  static constexpr std::uint16_t kC = 300;
+
+  Peer gateway_{GetParam()};
+  std::vector<Diagnostic> diagnostics_;
+  dds::Endpoints endpoints_{"live", domain(), LOOPBACK_PROFILES, diagnostics_};
+  eprosima::fastdds::dds::DataWriter* first_ =
+      endpoints_.writer<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
+  eprosima::fastdds::dds::DataWriter* second_ =
+      endpoints_.writer<v1::OutputWritePubSubType>(v1::TOPIC_OUTPUT_WRITE);
+
+ private:
   Forger forger_;
 };
 
@@ -147,6 +161,48 @@ TEST_P(Interleaved, SourceTimestampsThatRiseWithTheNumbersDoNot) {
   forge_sample(*first_, kNext + 2, 2'000'000'031, kA);
   ASSERT_TRUE(is_received(kA));
   EXPECT_TRUE(gateway_.end());
+}
+
+// A reader keeps one highest number for the writers of one persistence GUID. When the second ends,
+// a sample of it that waits for a number before it is not removed, but read. Nothing is forged but
+// that sample. The guard drops the announcements of such writers.
+TEST_P(Interleaved, WritersWithOnePersistenceGuidEndAnUnguardedReadersProcess) {
+  auto qos = first_->get_qos();
+  qos.properties().properties().emplace_back("dds.persistence.guid",
+                                             "1.2.3.4.5.6.7.8.9.a.b.c|0.0.1.3");
+  auto* publisher = const_cast<eprosima::fastdds::dds::Publisher*>(first_->get_publisher());
+  auto* first = publisher->create_datawriter(first_->get_topic(), qos);
+  auto* second = publisher->create_datawriter(first_->get_topic(), qos);
+  ASSERT_NE(first, nullptr);
+  ASSERT_NE(second, nullptr);
+  if (GetParam() == std::string("gateway")) {
+    EXPECT_FALSE(gateway_.expect("guard discovery ").empty());
+    forge_sample(*first_, kNext, 1, kA);
+    return expect_end_if_unguarded();
+  }
+  const std::int64_t numbers = write(*second, 3, 1);
+  write(*first, 4, numbers + 9);
+  forge_sample(*second, numbers + 2, 1, kB);
+  write(*first, 5, 1);  // it is received behind the forged one
+  publisher->delete_datawriter(second);
+  EXPECT_TRUE(eventually([&] {
+    write(*first, 5, 1);
+    return is_received(kB, std::chrono::milliseconds(200));
+  }));
+  v1::OutputWrite sample = sample_of(kB);
+  first->write(&sample);
+  expect_end_if_unguarded();
+}
+
+// A GAP lists the number of a sample in fragments that is not complete. The library looks for that
+// sample under another number, does not remove it, and notifies it.
+TEST_P(Interleaved, AGapThatListsAnIncompleteSampleEndsAnUnguardedReadersProcess) {
+  forge(*first_, 0x16, [](std::uint32_t id) { return fragment_of(id, kNext + 2, 128); });
+  forge(*first_, 0x08, [](std::uint32_t id) {
+    return Fields().entity(0).entity(id).number(kNext).number(kNext + 1).u32(2).u32(0xC0000000);
+  });
+  forge_sample(*first_, kNext + 3, 1, kA);
+  expect_end_if_unguarded();
 }
 
 INSTANTIATE_TEST_SUITE_P(Peers, Interleaved, testing::Values("gateway", "unguarded"),

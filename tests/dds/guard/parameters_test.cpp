@@ -98,6 +98,28 @@ TEST_P(ParameterTest, PropertiesTakeAtLeast16OctetsEach) {
   EXPECT_FALSE(takes(0x59, fields().u32(1).string("n").u32(0x7FFFFFFF)));
 }
 
+// Data representations, domains of data sharing: the library reads as many as are claimed.
+TEST_P(ParameterTest, ASequenceOfNumbersLiesWithinItsParameter) {
+  for (const auto& [id, size] : {std::pair{0x73U, 2U}, {0x8006U, 8U}}) {
+    EXPECT_TRUE(takes(id, fields().u32(0))) << id;
+    EXPECT_TRUE(takes(id, fields().u32(4).zeros(4 * size))) << id;
+    EXPECT_FALSE(takes(id, fields().u32(5).zeros(4 * size))) << id;
+    EXPECT_FALSE(takes(id, fields().u32(0xFFFFFFFF).zeros(4 * size))) << id;
+    EXPECT_FALSE(takes(id, fields())) << id;
+  }
+  EXPECT_TRUE(takes(0x74, fields().zeros(8)));
+  EXPECT_FALSE(takes(0x74, fields()));
+}
+
+TEST_P(ParameterTest, AWriterAnnouncesItsPersistenceGuid) {
+  EXPECT_TRUE(takes(fields().sentinel()));
+  EXPECT_FALSE(announced.persistence);
+  EXPECT_TRUE(takes(0x8002, fields().zeros(15).u8(7)));
+  ASSERT_TRUE(announced.persistence);
+  EXPECT_EQ(announced.persistence->at(15), 7);
+  EXPECT_FALSE(takes(0x8002, fields().zeros(12)));
+}
+
 TEST_P(ParameterTest, ATokenHasAsManyPropertiesAsItSays) {
   for (const unsigned id : {0x1001U, 0x1002U, 0x1006U}) {
     EXPECT_TRUE(takes(id, token(0).u32(0))) << id;

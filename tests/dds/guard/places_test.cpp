@@ -361,6 +361,25 @@ TEST_F(GuardTest, AParticipantAnnouncesItsOwnEndpoints) {
   }
 }
 
+// Writers that share one would share their numbers in a reader.
+TEST_F(GuardTest, AWriterHasNoPersistenceGuidButItsOwn) {
+  const auto announce = [&](const Fields& persistence, std::uint32_t id) {
+    const Fields list = Fields()
+                            .u8(0)
+                            .u8(3)
+                            .u16(0)
+                            .parameter(0x8002, persistence)
+                            .parameter(0x5A, guid_fields(prefix_of(1), id))
+                            .sentinel();
+    return judge(
+        Datagram(1).add(0x15, data(1, entity::kPublications).octets(list.get()), kHasData));
+  };
+  EXPECT_EQ(announce(guid_fields(prefix_of(1), kWriter), kWriter), Reason::none);
+  EXPECT_EQ(announce(Fields().zeros(16), kWriter), Reason::none);
+  EXPECT_EQ(announce(guid_fields(prefix_of(1), 0x303), kWriter), Reason::discovery);
+  EXPECT_EQ(announce(guid_fields(prefix_of(2), kWriter), kWriter), Reason::discovery);
+}
+
 TEST_F(GuardTest, EndpointsThatComeAndGoAreBoundedInTime) {
   guard.participant_found(prefix_of(1));
   const auto passes = [&](std::uint32_t count) {
