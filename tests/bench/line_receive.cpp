@@ -3,11 +3,17 @@
 // (pdo_to_image_floor.h). Figures are nanoseconds per PDO frame.
 //
 // Synchronous PDOs are sent as CiA 301 has it: each once a cycle, and SYNC ends the cycle. What
-// SYNC itself costs is measured beside them and taken off: with one PDO, every second frame is
-// SYNC. Printed too, without a budget: 64 frames a SYNC in any order, most of which SYNC does not
-// find any more when they are all of one PDO.
+// SYNC itself costs is measured on the same line, in a pass of SYNC alone after each pass of PDOs,
+// and the difference of the two passes is the figure: with one PDO, every second frame is SYNC.
+// Printed too, without a budget: 64 frames a SYNC in any order, most of which SYNC does not find
+// any more when they are all of one PDO.
+#include <algorithm>
+#include <array>
 #include <chrono>
+#include <cstddef>
 #include <memory>
+#include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,6 +35,7 @@ constexpr std::size_t kFrames = 4096;
 constexpr std::size_t kBatch = 64;
 constexpr std::size_t kPasses = 32;                              // over all frames, per repetition
 constexpr Duration kFrameTime = std::chrono::microseconds(114);  // of a full bus at 1 Mbit/s
+constexpr int kRepetitions = 3 * bench::kRepetitions;            // differences need more
 constexpr double kMaxNanoseconds = 15;
 
 double nanoseconds(std::chrono::steady_clock::duration time) {
@@ -52,17 +59,18 @@ class Input {
     }
   }
 
+  // now: of the last frame before, and after that of the last frame of this pass.
   template <class Receive>
-  double pass(Receive receive) {
+  double pass(Instant& now, Receive receive) {
     for (can::Frame& frame : frames_)
-      frame.time = now_ += kFrameTime;
+      frame.time = now += kFrameTime;
     const auto begin = std::chrono::steady_clock::now();
     for (const Batch& batch : batches_)
       receive(std::span(frames_).subspan(batch.begin, batch.size));
     return nanoseconds(std::chrono::steady_clock::now() - begin);
   }
 
-  Instant now() const { return now_; }
+  std::size_t frames() const { return frames_.size(); }
 
  private:
   struct Batch {
@@ -71,8 +79,11 @@ class Input {
   };
   std::vector<can::Frame> frames_;
   std::vector<Batch> batches_;
-  Instant now_{std::chrono::seconds(1)};
 };
+
+Input only_syncs() {
+  return {std::vector<can::Frame>(kFrames, can::make_frame(0x080)), 0};
+}
 
 struct Case {
   const char* name;
@@ -89,16 +100,57 @@ constexpr Case kCases[] = {
 constexpr std::size_t kPdos[] = {1, 64, 512};
 constexpr std::size_t kSizes = std::size(kPdos);
 
+// What one repetition found, ns a PDO frame; sync: ns a SYNC alone.
+struct Times {
+  double with_sync = 0;  // as received: with the SYNCs between the PDOs, if there are any
+  double sync = 0;
+  double without_sync = 0;  // the median of the differences of two passes, one after the other
+  std::uint64_t allocations = 0;
+};
+
+// Passes over the PDOs and, if those are synchronous, over as many SYNCs alone, in turn: both find
+// the same memory and the same machine.
+template <class Receive>
+Times measure(Input& pdos, Input* syncs, Instant& now, Receive receive) {
+  std::vector<double> with_sync(kPasses);
+  std::vector<double> sync(kPasses);
+  std::vector<double> without_sync(kPasses);
+  const auto syncs_per_pdo = static_cast<double>(pdos.frames() - kFrames) / double{kFrames};
+  const std::uint64_t allocated = bench::allocations();
+  for (std::size_t i = 0; i < kPasses; ++i) {
+    with_sync[i] = pdos.pass(now, receive) / double{kFrames};
+    sync[i] = syncs == nullptr ? 0 : syncs->pass(now, receive) / double{kFrames};
+    without_sync[i] = with_sync[i] - syncs_per_pdo * sync[i];
+  }
+  const std::uint64_t allocations = bench::allocations() - allocated;
+  return {bench::median(std::move(with_sync)), bench::median(std::move(sync)),
+          bench::median(std::move(without_sync)), allocations};
+}
+
 class Subject {
  public:
   Subject(const Case& c, std::size_t pdos)
       : ids_(bench::pdo_identifiers(pdos)),
-        input_(bench::pdo_frames(ids_, kFrames, c.order),
-               c.sync_every == kCycle ? pdos : c.sync_every),
-        line_(make(c.mapping, ids_, input_.now())) {
-    repetition(1);
+        pdos_(bench::pdo_frames(ids_, kFrames, c.order),
+              c.sync_every == kCycle ? pdos : c.sync_every),
+        in_cycles_(c.sync_every == kCycle),
+        line_(make(c.mapping, ids_, now_)) {
+    (void)repetition();
   }
 
+  Times repetition() {
+    const std::uint64_t taken = counters().rpdos;
+    const std::uint64_t synced = counters().syncs;
+    const Times out = measure(
+        pdos_, in_cycles_ ? &syncs_ : nullptr, now_,
+        [this](std::span<const can::Frame> batch) { line_->receive(batch, batch.back().time); });
+    const std::size_t syncs = pdos_.frames() - kFrames + (in_cycles_ ? kFrames : 0);
+    bench::require(counters().rpdos - taken == kFrames * kPasses, "PDOs were not taken");
+    bench::require(counters().syncs - synced == syncs * kPasses, "SYNC was not taken");
+    return out;
+  }
+
+ private:
   static std::unique_ptr<line::Line> make(Mapping mapping, std::span<const std::uint32_t> ids,
                                           Instant now) {
     auto made = line::Line::make(bench::pdo_line(mapping, ids));
@@ -106,28 +158,14 @@ class Subject {
     (*made.value)->start(now);
     return *std::move(made.value);
   }
+  line::Counters counters() const { return line_->state().counters; }
 
-  double repetition(std::size_t passes = kPasses) {
-    std::vector<double> times(passes);
-    const std::uint64_t taken = line_->state().counters.rpdos;
-    const std::uint64_t allocated = bench::allocations();
-    for (std::size_t pass = 0; pass < passes; ++pass) {
-      times[pass] = input_.pass(
-          [this](std::span<const can::Frame> batch) { line_->receive(batch, batch.back().time); });
-    }
-    allocations_ += bench::allocations() - allocated;
-    bench::require(line_->state().counters.rpdos - taken == kFrames * passes,
-                   "PDOs were not taken");
-    return bench::median(std::move(times)) / double{kFrames};
-  }
-
-  std::uint64_t allocations() const { return allocations_; }
-
- private:
   std::vector<std::uint32_t> ids_;
-  Input input_;
+  Input pdos_;
+  Input syncs_ = only_syncs();
+  bool in_cycles_;
+  Instant now_{std::chrono::seconds(1)};
   std::unique_ptr<line::Line> line_;
-  std::uint64_t allocations_ = 0;
 };
 
 class FloorSubject {
@@ -136,76 +174,72 @@ class FloorSubject {
       : synchronous_(synchronous),
         ids_(bench::pdo_identifiers(pdos)),
         floor_(ids_),
-        input_(bench::pdo_frames(ids_, kFrames, synchronous ? Order::cycles : Order::random),
-               synchronous ? pdos : 0) {}
+        pdos_(bench::pdo_frames(ids_, kFrames, synchronous ? Order::cycles : Order::random),
+              synchronous ? pdos : 0) {
+    (void)repetition();
+  }
 
-  double repetition() {
-    std::vector<double> times;
+  Times repetition() {
     std::uint64_t taken = 0;
-    for (std::size_t i = 0; i < kPasses; ++i) {
-      times.push_back(input_.pass([&](std::span<const can::Frame> batch) {
-        taken += synchronous_ ? floor_.receive_synchronous(batch) : floor_.receive(batch);
-      }));
-    }
+    const Times out = measure(
+        pdos_, synchronous_ ? &syncs_ : nullptr, now_, [&](std::span<const can::Frame> batch) {
+          taken += synchronous_ ? floor_.receive_synchronous(batch) : floor_.receive(batch);
+        });
     bench::require(taken == kFrames * kPasses && floor_.checksum() != 0, "the floor is broken");
-    return bench::median(std::move(times)) / double{kFrames};
+    return out;
   }
 
  private:
   bool synchronous_;
   std::vector<std::uint32_t> ids_;
   bench::Floor floor_;
-  Input input_;
+  Input pdos_;
+  Input syncs_ = only_syncs();
+  Instant now_{std::chrono::seconds(1)};
 };
 
-// Nothing but SYNC, for the floor.
-class FloorSyncSubject {
- public:
-  double repetition() {
-    std::vector<double> times;
-    std::uint64_t taken = 0;
-    for (std::size_t i = 0; i < kPasses; ++i) {
-      times.push_back(input_.pass(
-          [&](std::span<const can::Frame> batch) { taken += floor_.receive_synchronous(batch); }));
+// One contestant for each of kPdos, and what their repetitions found.
+struct Group {
+  std::array<std::vector<Times>, kSizes> times;
+
+  std::vector<Contestant> figures(const std::string& name, double Times::*what) const {
+    std::vector<Contestant> out;
+    for (std::size_t i = 0; i < kSizes; ++i) {
+      out.push_back({name + ", " + std::to_string(kPdos[i]) + " PDOs", {}, {}});
+      for (std::size_t k = 1; k < times[i].size(); ++k) {  // the first does not count
+        out.back().figures.push_back(times[i][k].*what);
+      }
     }
-    bench::require(taken == 0, "the floor takes PDOs that nobody sent");
-    return bench::median(std::move(times)) / double{kFrames};
+    return out;
   }
-
- private:
-  bench::Floor floor_{bench::pdo_identifiers(1)};
-  Input input_{std::vector<can::Frame>(kFrames, can::make_frame(0x080)), 0};
 };
 
-// The same line, and nothing but SYNC.
-class SyncSubject {
- public:
-  double repetition() {
-    std::vector<double> times;
-    const std::uint64_t taken = line_->state().counters.syncs;
-    for (std::size_t i = 0; i < kPasses; ++i) {
-      times.push_back(input_.pass(
-          [this](std::span<const can::Frame> batch) { line_->receive(batch, batch.back().time); }));
+// Makes the subject anew for each repetition, with its memory at another place: where that lies
+// makes a difference of up to a nanosecond, which would last for a whole run.
+template <class Make>
+void enter(std::vector<Contestant>& contestants, Group& group, Make make) {
+  for (std::size_t i = 0; i < kSizes; ++i) {
+    contestants.push_back({{},
+                           [&times = group.times[i], make, pdos = kPdos[i]] {
+                             constexpr std::size_t kApart = 64 * 1024;
+                             static std::mt19937 random(1);
+                             const std::vector<std::byte> before(random() % kApart);
+                             times.push_back(make(pdos)->repetition());
+                             return times.back().with_sync;
+                           },
+                           {}});
+  }
+}
+
+std::uint64_t allocations(std::span<const Group> groups) {
+  std::uint64_t sum = 0;
+  for (const Group& group : groups) {
+    for (const std::vector<Times>& each : group.times) {
+      for (const Times& times : each)
+        sum += times.allocations;
     }
-    bench::require(line_->state().counters.syncs - taken == kFrames * kPasses,
-                   "SYNC was not taken");
-    return bench::median(std::move(times)) / double{kFrames};
   }
-
- private:
-  std::vector<std::uint32_t> ids_ = bench::pdo_identifiers(1);
-  Input input_{std::vector<can::Frame>(kFrames, can::make_frame(0x080)), 0};
-  std::unique_ptr<line::Line> line_ = Subject::make(Mapping::synchronous, ids_, input_.now());
-};
-
-// What is left of a figure without its share of the SYNCs.
-Contestant without_sync(std::string name, const Contestant& with, const Contestant& sync,
-                        std::size_t pdos) {
-  Contestant out{std::move(name) + std::to_string(pdos) + " PDOs", {}, {}};
-  for (std::size_t i = 0; i < with.figures.size(); ++i) {
-    out.figures.push_back(with.figures[i] - sync.figures[i] / static_cast<double>(pdos));
-  }
-  return out;
+  return sum;
 }
 
 void print_figures(std::span<const Contestant> figures, std::span<const Contestant> floors) {
@@ -229,90 +263,48 @@ void print_targets(const std::string& name, std::span<const Contestant> figures,
                       "x");
 }
 
-using Subjects = std::vector<std::unique_ptr<Subject>>;
-
-// Of one kind of floor, one for each number of PDOs.
-struct Floors {
-  explicit Floors(bool synchronous) {
-    for (const std::size_t pdos : kPdos)
-      subjects.push_back(std::make_unique<FloorSubject>(pdos, synchronous));
-  }
-  void add_to(std::vector<Contestant>& contestants, const std::string& name) {
-    for (std::size_t i = 0; i < kSizes; ++i) {
-      contestants.push_back({name + std::to_string(kPdos[i]) + " PDOs",
-                             [floor = subjects[i].get()] { return floor->repetition(); },
-                             {}});
-    }
-  }
-  std::vector<std::unique_ptr<FloorSubject>> subjects;
-};
-
-Subjects add_lines(std::vector<Contestant>& contestants) {
-  Subjects lines;
-  for (const Case& c : kCases) {
-    for (const std::size_t pdos : kPdos) {
-      lines.push_back(std::make_unique<Subject>(c, pdos));
-      contestants.push_back({std::string(c.name) + ", " + std::to_string(pdos) + " PDOs",
-                             [line = lines.back().get()] { return line->repetition(); },
-                             {}});
-    }
-  }
-  return lines;
-}
-
 }  // namespace
 
 int main() {
-  // The lines come first: in memory that others have used and freed SYNC costs 5 % more.
-  SyncSubject sync;
-  std::vector<Contestant> cases;
-  const Subjects lines = add_lines(cases);
-  Floors at_once(false);
-  Floors held(true);
-  FloorSyncSubject floor_sync;
-  std::vector<Contestant>
-      contestants;  // 3 floors, 3 that wait for SYNC, 3 of each case, SYNC twice
-  at_once.add_to(contestants, "floor, ");
-  held.add_to(contestants, "floor, synchronous, with SYNC, ");
-  contestants.insert(contestants.end(), cases.begin(), cases.end());
-  contestants.push_back({"floor, SYNC alone", [&] { return floor_sync.repetition(); }, {}});
-  contestants.push_back({"SYNC alone", [&] { return sync.repetition(); }, {}});
-  bench::interleave(contestants);
+  std::array<Group, 2> floor_groups;  // at once, held until SYNC
+  std::array<Group, std::size(kCases)> groups;
+  std::vector<Contestant> contestants;
+  for (const bool synchronous : {false, true}) {
+    enter(contestants, floor_groups[synchronous ? 1 : 0], [synchronous](std::size_t pdos) {
+      return std::make_unique<FloorSubject>(pdos, synchronous);
+    });
+  }
+  for (std::size_t c = 0; c < groups.size(); ++c) {
+    enter(contestants, groups[c],
+          [c](std::size_t pdos) { return std::make_unique<Subject>(kCases[c], pdos); });
+  }
+  bench::interleave(contestants, kRepetitions);
 
-  const auto three = [&](std::size_t i) {
-    return std::span(contestants).subspan(kSizes * i, kSizes);
-  };
-  const auto of_case = [&](std::size_t c) { return three(c + 2); };
-  const std::span<const Contestant> floors = three(0);
-  const Contestant& sync_alone = contestants.back();
-  const Contestant& floor_sync_alone = contestants[contestants.size() - 2];
-  std::vector<Contestant> synchronous;
-  std::vector<Contestant> synchronous_floors;
-  for (std::size_t i = 0; i < kSizes; ++i) {
-    synchronous.push_back(
-        without_sync("4 x 16 bit, synchronous, ", of_case(2)[i], sync_alone, kPdos[i]));
-    synchronous_floors.push_back(
-        without_sync("floor, synchronous, ", three(1)[i], floor_sync_alone, kPdos[i]));
+  const auto floors = floor_groups[0].figures("floor", &Times::with_sync);
+  const auto floors_with_sync =
+      floor_groups[1].figures("floor, synchronous, with SYNC", &Times::with_sync);
+  const auto floors_synchronous =
+      floor_groups[1].figures("floor, synchronous", &Times::without_sync);
+  const auto floor_syncs = floor_groups[1].figures("floor, SYNC alone", &Times::sync);
+  const auto syncs = groups[2].figures("SYNC alone", &Times::sync);
+  const auto synchronous = groups[2].figures("4 x 16 bit, synchronous", &Times::without_sync);
+  std::vector<std::vector<Contestant>> cases;
+  for (std::size_t c = 0; c < groups.size(); ++c) {
+    cases.push_back(groups[c].figures(kCases[c].name, &Times::with_sync));
   }
 
   bench::print_heading("Received PDO -> image, through Line::receive in batches of 64");
-  for (const auto& group : {floors, std::span<const Contestant>(three(1)),
-                            std::span<const Contestant>(synchronous_floors)}) {
-    for (const Contestant& floor : group)
-      bench::print_figure(floor, "ns");
+  for (const auto& group : {floors, floors_with_sync, floors_synchronous, floor_syncs, syncs}) {
+    for (const Contestant& each : group)
+      bench::print_figure(each, "ns");
   }
-  bench::print_figure(floor_sync_alone, "ns");
-  bench::print_figure(sync_alone, "ns");
-  print_figures(of_case(0), floors);
-  print_figures(of_case(1), floors);
-  print_figures(of_case(2), three(1));
-  print_figures(of_case(3), floors);
-  print_figures(synchronous, synchronous_floors);
-  print_targets("4 x 16 bit", of_case(0), floors);
-  print_targets("64 x 1 bit", of_case(1), floors);
-  print_targets("4 x 16 bit, synchronous", synchronous, synchronous_floors);
-  std::uint64_t allocated = 0;
-  for (const auto& line : lines)
-    allocated += line->allocations();
-  bench::print_target("allocations", static_cast<double>(allocated), 0, "in all");
+  print_figures(cases[0], floors);
+  print_figures(cases[1], floors);
+  print_figures(cases[2], floors_with_sync);
+  print_figures(cases[3], floors);
+  print_figures(synchronous, floors_synchronous);
+  print_targets("4 x 16 bit", cases[0], floors);
+  print_targets("64 x 1 bit", cases[1], floors);
+  print_targets("4 x 16 bit, synchronous", synchronous, floors_synchronous);
+  bench::print_target("allocations", static_cast<double>(allocations(groups)), 0, "in all");
 }
