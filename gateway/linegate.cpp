@@ -538,18 +538,19 @@ class Program {
   int run_monitor() {
     return with_client(options_, {.images = true, .events = true}, [this](console::Context& c) {
       catch_stop_signals();
-      if (const int code = console::find_node(c, texts_.node, monitor_.filter);
+      console::Model model;
+      if (const int code = console::find_node(c, model, texts_.node, monitor_.filter);
           code != console::kDone) {
         return code;
       }
       monitor_.duration = seconds(duration_);
       const bool screen = !monitor_.once && !options_.json && isatty(STDOUT_FILENO) != 0;
       if (screen) {
-        return console::monitor_screen(c, monitor_, stop_signal_caught);
+        return console::monitor_screen(c, monitor_, model, stop_signal_caught);
       }
       // What is no terminal gets one picture, unless it asked for more.
       monitor_.once = monitor_.once || (!options_.json && duration_ <= 0);
-      return console::monitor_text(c, monitor_, stop_signal_caught);
+      return console::monitor_text(c, monitor_, model, stop_signal_caught);
     });
   }
 

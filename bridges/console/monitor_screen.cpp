@@ -25,15 +25,14 @@ bool take_keys(Screen& screen, MonitorView& view, const Model& model, bool& type
 
 }  // namespace
 
-int monitor_screen(Context& context, const MonitorOptions& options,
+int monitor_screen(Context& context, const MonitorOptions& options, Model& model,
                    const std::function<bool()>& stopped) {
   Screen screen;
   if (!screen.ok()) {
     MonitorOptions text = options;
     text.once = options.duration <= Duration::zero();
-    return monitor_text(context, text, stopped);
+    return monitor_text(context, text, model, stopped);
   }
-  Model model;
   MonitorView view(options.filter);
   const Instant begin = steady_now();
   Instant drawn{};

@@ -131,9 +131,8 @@ int monitor_once(Context& context, const MonitorOptions& options, Model& model,
 
 }  // namespace
 
-int monitor_text(Context& context, const MonitorOptions& options,
+int monitor_text(Context& context, const MonitorOptions& options, Model& model,
                  const std::function<bool()>& stopped) {
-  Model model;
   if (options.once) {
     return monitor_once(context, options, model, stopped);
   }
@@ -157,26 +156,6 @@ int monitor_text(Context& context, const MonitorOptions& options,
     }
     poll(context, model, kPicturePoll);
   }
-  return kDone;
-}
-
-int find_node(Context& context, const std::string& text, Filter& filter) {
-  if (text.empty()) {
-    return kDone;
-  }
-  auto node = parse_node(':' + text);
-  if (!node || node->own || node->all) {
-    context.err << "'" << printable(text) << "' is not a node: a node-ID 1..127, or a name\n";
-    return kUsage;
-  }
-  if (!node->name.empty()) {
-    Model model;
-    const Line* const line = find_line(context, model, filter.line);
-    if (line == nullptr || !resolve_node(context, model, *line, *node)) {
-      return kFailed;
-    }
-  }
-  filter.node = node->node;
   return kDone;
 }
 

@@ -208,12 +208,24 @@ def pages_keys_and_sizes(bench):
     screen.end("q")
 
 
+def a_node_by_its_name(bench):
+    screen = bench.monitor("--node", "panel")
+    screen.type("3")
+    screen.until("the values of panel", lambda: "panel.Read" in screen.text() and "only line=press node=8" in
+                 screen.text())
+    screen.type("q")
+    screen.end("q")
+
+
 def what_has_no_screen_gets_text(bench):
     plain = bench.text("monitor")
     for wanted in ("--- lines at ", "--- nodes\n", "--- values\n", "--- the newest events\n", "panel.Read input 8-bit"):
         check(f"{wanted!r} in {plain}", wanted in plain)
     only = bench.text("monitor", "--once", "--line", "hall", "--node", "12")
     check(f"one line alone: {only}", "doors" in only and "panel" not in only)
+    for words in (("--line", "press", "--node", "panel"), ("--node", "panel")):
+        named = bench.text("monitor", "--once", *words)
+        check(f"one node by its name, {words}: {named}", "panel.Read input 8-bit" in named and "doors" not in named)
     unknown = bench.monitor(TERM="no-such-terminal")
     unknown.end("an unknown terminal")
     check("an unknown terminal gets text", b"--- values" in unknown.seen and b"\x1b" not in unknown.seen)
@@ -251,6 +263,7 @@ def test(folder, linegated, linegate, profiles):
     bench = Bench(linegated, linegate, profiles, folder)
     try:
         pages_keys_and_sizes(bench)
+        a_node_by_its_name(bench)
         what_has_no_screen_gets_text(bench)
         json_is_one_document_or_a_stream(bench)
         a_gateway_that_leaves_and_signals(bench)

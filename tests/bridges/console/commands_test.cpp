@@ -11,7 +11,6 @@
 #include "bridges/console/boot.h"
 #include "bridges/console/configuration.h"
 #include "bridges/console/events.h"
-#include "bridges/console/monitor.h"
 #include "bridges/console/pdo_commands.h"
 #include "bridges/console/scan.h"
 #include "stack/base/abort_code.h"
@@ -441,13 +440,6 @@ TEST_F(Commands, ANodeHasItsNameWhereverItHasItsNumber) {
   err_.str("");
   EXPECT_EQ(nmt(context_, "start", "press:ran"), kFailed);
   EXPECT_EQ(err_.str(), "no node 'ran' on press; there are: ram (5)\n");
-  Filter filter{.line = "press"};
-  EXPECT_EQ(find_node(context_, "ram", filter), kDone);
-  EXPECT_EQ(filter.node, 5);
-  EXPECT_EQ(find_node(context_, "7", filter), kDone);
-  EXPECT_EQ(filter.node, 7);
-  EXPECT_EQ(find_node(context_, "ran", filter), kFailed);
-  EXPECT_EQ(find_node(context_, "128", filter), kUsage);
   EXPECT_EQ(sdo_read(context_, "press:5a", "1000", "0", ""), kUsage);
   EXPECT_EQ(sdo_read(context_, "ram", "1000", "0", ""), kUsage) << "a name needs a line";
 }
