@@ -10,10 +10,19 @@ bool FramesUnderWay::ended(std::uint64_t number, Instant now) {
   if (number <= ended_) {
     return false;
   }
-  ended_ = std::min(number, handed_out_);
-  requests_.ended(ended_);
+  end(number);
   progress_ = now;
   return true;
+}
+
+// number > ended_.
+void FramesUnderWay::end(std::uint64_t number) {
+  ended_ = std::min(number, handed_out_);
+  if (lost_first_ != 0 && lost_first_ <= ended_ + 1) {
+    ended_ = std::max(ended_, std::min(lost_last_, handed_out_));
+    lost_first_ = 0;
+  }
+  requests_.ended(ended_);
 }
 
 bool FramesUnderWay::is_sent(const Sending& sending, std::uint64_t number) {
@@ -31,9 +40,15 @@ void FramesUnderWay::lost(std::uint64_t first, std::uint64_t last) {
       }
     }
   }
-  if (last > ended_) {
-    ended_ = std::min(last, handed_out_);
-    requests_.ended(ended_);
+  if (last <= ended_) {
+    return;
+  }
+  if (first <= ended_ + 1) {
+    end(last);
+  } else {
+    lost_first_ =
+        lost_first_ != 0 && first <= lost_last_ + 1 ? std::min(lost_first_, first) : first;
+    lost_last_ = last;
   }
 }
 

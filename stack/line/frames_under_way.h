@@ -54,7 +54,8 @@ class FramesUnderWay {
   bool ended(std::uint64_t number, Instant now);
   // All that the command waits for was acknowledged, with the frames up to that number.
   static bool is_sent(const Sending& sending, std::uint64_t number);
-  // What a command waits for was lost.
+  // What a command waits for was lost. Frames before first may be under way still: a channel
+  // reports those that it refused when it takes the others.
   void lost(std::uint64_t first, std::uint64_t last);
   // Frames are under way, and none was acknowledged for kStuck.
   bool is_stuck(Instant now) const { return handed_out_ > ended_ && now - progress_ >= kStuck; }
@@ -68,9 +69,13 @@ class FramesUnderWay {
   Instant next_deadline() const;
 
  private:
+  void end(std::uint64_t number);
+
   bool expected_ = false;
   std::uint64_t handed_out_ = 0;
-  std::uint64_t ended_ = 0;
+  std::uint64_t ended_ = 0;       // the frames up to that number have
+  std::uint64_t lost_first_ = 0;  // the newest that were lost beyond it; 0 if none were
+  std::uint64_t lost_last_ = 0;
   sdo::RequestsUnderWay requests_;
   Instant progress_{};  // last acknowledgement, or first frame under way
   std::vector<Sending> sendings_;

@@ -165,6 +165,19 @@ TEST_F(AcknowledgedServices, AValueByMpdoThatABusOffLostIsNotDone) {
   EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
 }
 
+// Which a channel does that cannot send it, while it has others.
+TEST_F(AcknowledgedServices, AFrameThatIsRefusedLeavesThoseBeforeItUnderWay) {
+  run();
+  send_emcy(0x6001);
+  send_emcy(0x6002);
+  EXPECT_THAT(hand_out(), testing::SizeIs(2));
+  line_->lost(given_, given_);
+  EXPECT_FALSE(is_answered());
+  line_->acknowledged(given_ - 1, now_);
+  EXPECT_TRUE(answer().ok()) << "the first one was acknowledged";
+  EXPECT_FALSE(is_answered());
+}
+
 TEST_F(AcknowledgedServices, AValueByMpdoIsGoneWhenTheOwnNodeLeavesOperational) {
   run(with_mpdo());
   send_mpdo(7);

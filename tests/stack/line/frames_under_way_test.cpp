@@ -1,0 +1,58 @@
+// The numbers of frames between the line and the bus.
+#include "stack/line/frames_under_way.h"
+
+#include <gtest/gtest.h>
+
+namespace linegate::line {
+namespace {
+
+class FramesUnderWayTest : public testing::Test {
+ protected:
+  FramesUnderWayTest() { frames.expect(); }
+
+  void hand_out(unsigned count) {
+    for (unsigned i = 0; i < count; ++i) {
+      frames.handed_out(can::make_frame(0x605, {}), now);
+    }
+  }
+  bool any() const { return frames.is_stuck(now + std::chrono::seconds(1)); }
+
+  FramesUnderWay frames;
+  Instant now{std::chrono::seconds(1)};
+};
+
+TEST_F(FramesUnderWayTest, EndWhenTheyAreAcknowledgedOrLost) {
+  hand_out(3);
+  EXPECT_TRUE(frames.ended(2, now));
+  EXPECT_FALSE(frames.ended(2, now));
+  EXPECT_TRUE(any());
+  EXPECT_TRUE(frames.requests().any(5));
+  frames.lost(3, 3);
+  EXPECT_FALSE(any());
+  EXPECT_FALSE(frames.requests().any(5));
+}
+
+TEST_F(FramesUnderWayTest, LostFramesEndWhenThoseBeforeThemHave) {
+  hand_out(6);
+  frames.lost(3, 3);
+  frames.lost(4, 4);
+  frames.lost(6, 6);
+  EXPECT_TRUE(frames.ended(1, now));
+  EXPECT_TRUE(any());
+  EXPECT_TRUE(frames.ended(2, now));
+  EXPECT_TRUE(any());
+  EXPECT_TRUE(frames.ended(5, now));
+  EXPECT_FALSE(any()) << "the last one was lost";
+  EXPECT_FALSE(frames.ended(6, now));
+}
+
+TEST_F(FramesUnderWayTest, AdjacentLossesEndTogether) {
+  hand_out(4);
+  frames.lost(3, 3);
+  frames.lost(4, 4);
+  EXPECT_TRUE(frames.ended(2, now));
+  EXPECT_FALSE(any());
+}
+
+}  // namespace
+}  // namespace linegate::line
