@@ -33,6 +33,14 @@ bool TransmitQueue::holds(TransmitClass cls, const Header& header) const {
   return false;
 }
 
+const Frame* TransmitQueue::first(unsigned classes) const {
+  if (classes == 0) {
+    return nullptr;
+  }
+  const Ring& places = rings_[static_cast<unsigned>(std::countr_zero(classes))];
+  return &places.frames[places.head];
+}
+
 void TransmitQueue::clear() {
   for (Ring& places : rings_) {
     places.head = 0;

@@ -51,6 +51,11 @@ class TransmitQueue {
   // SDO and error control: what goes after PDOs. False if there is none.
   bool pop_rest(Frame& out) { return pop(waiting_ & ~kUrgent, out); }
 
+  // The frames that these three would give, which stay here; nullptr if there is none.
+  const Frame* first() const { return first(waiting_); }
+  const Frame* first_urgent() const { return first(waiting_ & kUrgent); }
+  const Frame* first_rest() const { return first(waiting_ & ~kUrgent); }
+
   bool empty() const { return waiting_ == 0; }
   std::uint64_t refused() const { return refused_; }
   void clear();
@@ -68,6 +73,7 @@ class TransmitQueue {
 
   // Gives the header.
   static Header copy(const Frame& from, Frame& to);
+  const Frame* first(unsigned classes) const;
   // The place of one more frame, which counts from now on. Precondition: there is room.
   Frame& take_place(TransmitClass cls);
   // The first frame of the most urgent of these classes, each of which has frames. sent may be

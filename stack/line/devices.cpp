@@ -14,8 +14,7 @@ Line::Devices::Devices(LineConfig line_config, pdo::LinkPlan plan)
       image(std::move(plan.inputs), std::move(plan.outputs)),
       outputs(image.layout(Direction::outputs), config.groups, config.bound) {
   for (const DeviceConfig& device : config.devices) {
-    seats.push_back(
-        {.device = std::make_unique<VirtualDevice>(device, config, image, events), .offer = {}});
+    seats.push_back({.device = std::make_unique<VirtualDevice>(device, config, image, events)});
   }
   std::ranges::sort(seats, {}, [](const Seat& seat) { return seat.device->id(); });
 }
@@ -152,39 +151,21 @@ Instant Line::Devices::next_wake() const {
   return wake;
 }
 
-// An offer that lost arbitration waits here and not in the node: it is gone when the node was reset
-// since, a PDO also when the node left Operational.
-void Line::Devices::make_offer(Seat& seat, Instant now) {
-  const node::Node& node = seat.device->node();
-  const node::NodeCounters& counters = node.counters();
-  if (seat.offers) {
-    const bool left =
-        node.state() != nmt::State::operational || seat.offer_starts != counters.starts;
-    seat.offers = seat.offer_resets == counters.resets &&
-                  !(left && seat.device->node().pdos().transmits(seat.offer));
-  }
-  if (!seat.offers) {
-    seat.offers = seat.device->next_frame(seat.offer, now);
-    seat.offer_starts = counters.starts;
-    seat.offer_resets = counters.resets;
-  }
-}
-
 // The one that would win arbitration among the most urgent frame of each, as on a bus: the others
-// hear it, and keep theirs.
+// hear it, and keep theirs, which may be replaced by newer ones.
 bool Line::Devices::next_frame(can::Frame& out, Instant now) {
   Seat* best = nullptr;
+  can::Frame first;
+  can::Frame offer;
   for (Seat& seat : seats) {
-    make_offer(seat, now);
-    if (seat.offers && (best == nullptr || can::wins_arbitration(seat.offer, best->offer))) {
+    if (seat.device->peek(offer, now) && (best == nullptr || can::wins_arbitration(offer, first))) {
       best = &seat;
+      std::swap(first, offer);
     }
   }
-  if (best == nullptr) {
+  if (best == nullptr || !best->device->next_frame(out, now)) {
     return false;
   }
-  best->offers = false;
-  out = best->offer;
   sent.add(out);
   if (under_way.expected()) {
     note_handed_out(out, now, best->device->id());
@@ -198,8 +179,8 @@ bool Line::Devices::next_frame(can::Frame& out, Instant now) {
 }
 
 bool Line::Devices::wants_to_send(Instant now) const {
-  return std::ranges::any_of(
-      seats, [now](const Seat& seat) { return seat.offers || seat.device->wants_to_send(now); });
+  return std::ranges::any_of(seats,
+                             [now](const Seat& seat) { return seat.device->wants_to_send(now); });
 }
 
 // A device that is switched off falls silent.

@@ -65,13 +65,8 @@ struct Line::Devices final : Line::Base {
   void write_bound(std::span<const BoundValue> values, Instant now) override;
 
  private:
-  // A device, and its frame that has not won arbitration yet.
   struct Seat {
     std::unique_ptr<VirtualDevice> device;
-    can::Frame offer;
-    bool offers = false;
-    std::uint64_t offer_starts = 0;  // of its node, and its resets, when the offer was made
-    std::uint64_t offer_resets = 0;
     std::uint64_t resets = 0;  // of its node that were followed
   };
 
@@ -82,7 +77,6 @@ struct Line::Devices final : Line::Base {
   // True if a device wanted it. except: who sent it, nullptr = none of them.
   bool hear(const can::Frame& frame, const Seat* except);
   void count_syncs();
-  static void make_offer(Seat& seat, Instant now);
   // What a device that was reset had queued is gone.
   void follow_resets(Instant now);
   Refusal reason_of(const FramesUnderWay::Sending& sending, Instant now) const;

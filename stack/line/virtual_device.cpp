@@ -280,6 +280,21 @@ bool VirtualDevice::next_frame(can::Frame& out, Instant now) {
          (lss_ != nullptr && lss_->answers().pop(out));
 }
 
+bool VirtualDevice::peek(can::Frame& out, Instant now) {
+  if (lss_ != nullptr && lss_->slave().silent()) {
+    return false;
+  }
+  if (has_node_id() && node_->peek(out, now)) {
+    return true;
+  }
+  const can::Frame* const answer = lss_ != nullptr ? lss_->answers().first() : nullptr;
+  if (answer != nullptr) {
+    out.id = answer->id;
+    out.flags = answer->flags;
+  }
+  return answer != nullptr;
+}
+
 bool VirtualDevice::wants_to_send(Instant now) const {
   if (lss_ != nullptr && lss_->slave().silent()) {
     return false;

@@ -37,6 +37,8 @@ class VirtualDevice final : node::Application {
   void advance(Instant now);
   Instant next_wake() const;
   bool next_frame(can::Frame& out, Instant now);
+  // See pdo::Engine::peek().
+  bool peek(can::Frame& out, Instant now);
   bool wants_to_send(Instant now) const;
   void set_utc(Duration offset);
   void set_medium(storage::Medium* medium);

@@ -126,6 +126,21 @@ void Node::pass_time(Instant now) {
   }
   return node.transmit.pop(out, node.counters.sent);
 }
+
+bool Node::peek(can::Frame& out, Instant now) {
+  const can::Frame* first = impl_->transmit.first_urgent();
+  if (first == nullptr && impl_->pdos.peek(out, now)) {
+    return true;
+  }
+  first = first != nullptr ? first : impl_->transmit.first_rest();
+  if (first == nullptr) {
+    return false;
+  }
+  out.id = first->id;
+  out.flags = first->flags;
+  return true;
+}
+
 bool Node::wants_to_send(Instant now) const {
   return !impl_->transmit.empty() || impl_->pdos.wants_to_send(now);
 }

@@ -179,6 +179,8 @@ class Node {
   // Most urgent first: NMT, SYNC, EMCY, TIME, PDO, SDO, error control. number: see
   // pdo::Engine::next_frame().
   bool next_frame(can::Frame& out, Instant now, std::uint64_t number = 0);
+  // See pdo::Engine::peek().
+  bool peek(can::Frame& out, Instant now);
   bool wants_to_send(Instant now) const;
 
   nmt::State state() const;

@@ -160,6 +160,10 @@ void Engine::advance(Instant now) {
   return impl_->next_frame(out, now);
 }
 
+bool Engine::peek(can::Frame& out, Instant now) {
+  return impl_->peek(out, now);
+}
+
 bool Engine::wants_to_send(Instant now) const {
   return impl_->wants_to_send(now);
 }

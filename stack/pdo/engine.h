@@ -225,6 +225,9 @@ class Engine {
   // number: of the frame among those that are handed to a bus that reports acknowledgements, in
   // ascending order; 0 = the bus reports none: the frame counts as transmitted at once.
   bool next_frame(can::Frame& out, Instant now, std::uint64_t number = 0);
+  // Identifier and flags of the frame that it would give now, nothing else of it. False if there is
+  // none.
+  bool peek(can::Frame& out, Instant now);
   // The bus acknowledged the frames up to that number, except those that are lost. No allocation.
   void acknowledged(std::uint64_t number);
   // The frames first..last never get onto the bus, or it is not known whether they did: what they
@@ -235,8 +238,6 @@ class Engine {
   std::uint16_t first_tpdo(od::Address address) const;
   // The frame is that TPDO with the newest values. number: 1..
   bool carries_newest(std::uint16_t number, const can::Frame& frame) const;
-  // It has the COB-ID of a valid TPDO.
-  bool transmits(const can::Frame& frame) const;
   // Nothing is requested, not even what an inhibit time holds back: next_frame() gives none. Hot.
   bool quiet() const { return requests_ == 0; }
   bool wants_to_send(Instant now) const;

@@ -249,10 +249,13 @@ struct Engine::Impl final : od::Hook, od::Observer {
   void ask(std::uint16_t slot);
   void on_event_timer(std::uint16_t slot, Instant now);
   void release(Instant now);
+  void end_times(Instant now);
   bool next_frame(can::Frame& out, Instant now);
+  bool peek(can::Frame& out, Instant now);
   // The first that may be sent; kNoRank if there is none.
   std::size_t first_ready() const;
   bool send_one(std::size_t rank, can::Frame& out, Instant now);
+  std::size_t first_remote_frame(can::Frame& out) const;
   bool next_remote_frame(can::Frame& out, std::size_t rank);
   void release_held();
   void send(std::size_t rank, can::Frame& out, Instant now);

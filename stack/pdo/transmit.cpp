@@ -280,11 +280,16 @@ inline std::size_t Engine::Impl::first_ready() const {
   return kNoRank;
 }
 
-[[gnu::hot]] bool Engine::Impl::next_frame(can::Frame& out, Instant now) {
+// Inhibit times and the window after SYNC.
+[[gnu::hot]] inline void Engine::Impl::end_times(Instant now) {
   if (now >= next_release || (window_open && now >= window_end)) [[unlikely]] {
     close_window(now);
     release(now);
   }
+}
+
+[[gnu::hot]] bool Engine::Impl::next_frame(can::Frame& out, Instant now) {
+  end_times(now);
   const std::size_t rank = first_ready();
   return (rank != kNoRank || asked.any()) && send_one(rank, out, now);
 }
@@ -300,8 +305,26 @@ inline std::size_t Engine::Impl::first_ready() const {
   return true;
 }
 
-// The most urgent one, if it goes before the TPDO of that rank.
-bool Engine::Impl::next_remote_frame(can::Frame& out, std::size_t rank) {
+bool Engine::Impl::peek(can::Frame& out, Instant now) {
+  end_times(now);
+  const std::size_t rank = first_ready();
+  const bool asks = asked.any();
+  if (asks) {
+    (void)first_remote_frame(out);
+  }
+  if (rank == kNoRank) {
+    return asks;
+  }
+  const can::Frame& frame = tpdos[by_rank[rank]].frame;
+  if (!asks || can::wins_arbitration(frame, out)) {
+    out.id = frame.id;
+    out.flags = frame.flags;
+  }
+  return true;
+}
+
+// The most urgent one; gives the slot of its RPDO. Precondition: asked.any().
+std::size_t Engine::Impl::first_remote_frame(can::Frame& out) const {
   std::size_t first = kNoRank;
   for_each_bit(asked.words(), [&](std::size_t slot) {
     const can::Frame frame = remote_frame(static_cast<std::uint16_t>(slot));
@@ -310,6 +333,12 @@ bool Engine::Impl::next_remote_frame(can::Frame& out, std::size_t rank) {
       out = frame;
     }
   });
+  return first;
+}
+
+// If it goes before the TPDO of that rank.
+bool Engine::Impl::next_remote_frame(can::Frame& out, std::size_t rank) {
+  const std::size_t first = first_remote_frame(out);
   if (rank != kNoRank && can::wins_arbitration(tpdos[by_rank[rank]].frame, out)) {
     return false;
   }
@@ -461,12 +490,6 @@ bool Engine::carries_newest(std::uint16_t number, const can::Frame& frame) const
     return false;
   }
   return can::same_content(frame, impl_->tpdos[slot].frame) && impl_->is_newest(slot);
-}
-
-bool Engine::transmits(const can::Frame& frame) const {
-  return std::ranges::any_of(impl_->tpdos, [&frame](const Tpdo& pdo) {
-    return pdo.active && pdo.cob_id.id() == frame.id && pdo.cob_id.extended() == frame.extended();
-  });
 }
 
 void Engine::Impl::set_receiver(std::uint8_t node, Receiver state) {

@@ -111,6 +111,25 @@ TEST(TransmitQueue, HoldsWhatWasNotHandedOut) {
   EXPECT_FALSE(queue.holds(TransmitClass::sdo, wanted));
 }
 
+TEST(TransmitQueue, ShowsWhatItGivesNext) {
+  TransmitQueue queue(4);
+  EXPECT_EQ(queue.first(), nullptr);
+  queue.push(TransmitClass::error_control, make_frame(0x701));
+  EXPECT_EQ(queue.first_urgent(), nullptr);
+  queue.push(TransmitClass::sync, make_frame(0x080));
+  queue.push(TransmitClass::sdo, make_frame(0x601));
+  queue.push(TransmitClass::sdo, make_frame(0x602));
+  Frame out;
+  for (const std::uint32_t id : {0x080U, 0x601U, 0x602U, 0x701U}) {
+    ASSERT_NE(queue.first(), nullptr);
+    EXPECT_EQ(queue.first()->id, id);
+    EXPECT_EQ(id == 0x080 ? queue.first_urgent() : queue.first_rest(), queue.first());
+    ASSERT_TRUE(queue.pop(out));
+    EXPECT_EQ(out.id, id);
+  }
+  EXPECT_EQ(queue.first_rest(), nullptr);
+}
+
 TEST(TransmitQueue, IsEmptyAfterClear) {
   TransmitQueue queue(2);
   EXPECT_TRUE(queue.push(TransmitClass::nmt, make_frame(0x000)));

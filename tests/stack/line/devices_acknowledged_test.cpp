@@ -100,6 +100,31 @@ TEST_F(AcknowledgedDevices, APdoThatWaitsIsGoneWhenItsDeviceIsStoppedOrReset) {
   }
 }
 
+// As above: it carries the newest value, and is sent once.
+TEST_F(AcknowledgedDevices, APdoThatWaitsTakesTheNewestValue) {
+  run();
+  const auto write = [this](std::uint8_t device, std::uint8_t value) {
+    for (std::uint32_t entry = 0;
+         const image::Entry& each : line_->layout(Direction::outputs).entries) {
+      if (each.node == device) {
+        line_->execute({.kind = CommandKind::output_write,
+                        .entry = entry,
+                        .data = std::vector<std::byte>(each.bit_length / 8, std::byte{value})},
+                       now_);
+        return;
+      }
+      ++entry;
+    }
+  };
+  write(6, 1);
+  write(5, 1);
+  can::Frame first;
+  ASSERT_TRUE(line_->next_frame(first, now_));
+  EXPECT_EQ(first.id, 0x185U);
+  write(6, 2);
+  EXPECT_THAT(hand_out(), ElementsAre("186#020200000000"));
+}
+
 TEST_F(AcknowledgedDevices, AValueOfADeviceThatIsNotOperationalWaitsForIt) {
   run();
   hear(0x000, {0x80, 0x05});

@@ -213,11 +213,31 @@ TEST(RemoteFrame, GoesInTheOrderOfTheBus) {
   for (std::uint16_t number = 1; number <= 3; ++number) {
     EXPECT_TRUE(device.engine->request_rpdo(number));
   }
-  const std::vector<can::Frame> sent = device.sent(at(1));
+  std::vector<can::Frame> sent;
+  for (can::Frame next, peeked; device.engine->peek(peeked, at(1)); sent.push_back(next)) {
+    ASSERT_TRUE(device.engine->next_frame(next, at(1)));
+    EXPECT_EQ(peeked.id, next.id);
+    EXPECT_EQ(peeked.flags, next.flags);
+  }
   ASSERT_EQ(sent.size(), 4U);
   for (std::size_t i = 1; i < sent.size(); ++i) {
     EXPECT_TRUE(can::wins_arbitration(sent[i - 1], sent[i])) << i;
   }
+  EXPECT_THAT(device.sent(at(1)), IsEmpty());
+}
+
+// What waits for its inhibit time is given when that is over.
+TEST(Peek, GivesWhatIsSentNext) {
+  Requested device({}, {{.cob_id = 0x181, .inhibit = 100, .mapping = {0x20050020}}});
+  can::Frame peeked;
+  EXPECT_FALSE(device.engine->peek(peeked, at(0)));
+  device.set(0x2005, 1, at(0));
+  EXPECT_FALSE(device.engine->peek(peeked, at(9)));
+  EXPECT_TRUE(device.engine->peek(peeked, at(10)));
+  EXPECT_EQ(peeked.id, 0x181U);
+  EXPECT_TRUE(device.engine->peek(peeked, at(10))) << "it stays";
+  EXPECT_THAT(device.sent_ids(at(10)), ElementsAre(0x181));
+  EXPECT_FALSE(device.engine->peek(peeked, at(30)));
 }
 
 TEST(RemoteFrame, IsForgottenWithItsPdo) {
