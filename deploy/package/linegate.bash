@@ -45,36 +45,61 @@ _linegate_join() {
   done
 }
 
+# The options of `PROGRAM COMMAND...` that have a value, one a line: in its help a type in capitals follows them.
+_linegate_value_options() {
+  "$@" --help 2>/dev/null | awk '
+    /^[A-Za-z]+:/ { inside = $0 == "Options:"; next }
+    inside && /^  -[^ ]* [A-Z][A-Z]/ { print $1 }' |
+    tr ',' '\n'
+}
+
+# Reads the words before the last one: `command` becomes the program and its commands, `given` the number of arguments
+# behind them, `option` the option whose value the last word is, if it is one. Options may stand before a command.
+_linegate_read() {
+  local word subcommands with_value
+  subcommands=" $(_linegate_words Subcommands "${command[@]}" | tr '\n' ' ') "
+  with_value=" $(_linegate_value_options "${command[@]}" | tr '\n' ' ') "
+  for word in "${words[@]:1:${#words[@]}-2}"; do
+    if [[ -n $option ]]; then
+      option=''
+    elif [[ $word == -* ]]; then
+      [[ $with_value != *" $word "* ]] || option=$word
+    elif [[ $word == [a-z]* && $subcommands == *" $word "* ]]; then
+      command+=("$word")
+      subcommands=" $(_linegate_words Subcommands "${command[@]}" | tr '\n' ' ') "
+      with_value+="$(_linegate_value_options "${command[@]}" | tr '\n' ' ') "
+    else
+      given=$((given + 1))
+    fi
+  done
+}
+
 # The argument that the last of the words is: its name in the help, or nothing.
 _linegate_argument() {
-  local positionals word count=0
-  if [[ ${words[-2]} == --via || ${words[-2]} == --line ]]; then
-    echo line
-    return
-  fi
-  mapfile -t positionals < <(_linegate_words Positionals "${command[@]}")
-  for word in "${words[@]:${#command[@]}:${#words[@]}-${#command[@]}-1}"; do
-    [[ $word == -* ]] || count=$((count + 1))
-  done
-  echo "${positionals[count]}"
+  local positionals
+  case $option in
+    '')
+      mapfile -t positionals < <(_linegate_words Positionals "${command[@]}")
+      echo "${positionals[given]}"
+      ;;
+    --via | --line) echo line ;;
+  esac
 }
 
 _linegate() {
-  local words word current command=("${COMP_WORDS[0]}") reply
+  local words current command=("${COMP_WORDS[0]}") given=0 option='' reply
   _linegate_join
   current=${words[-1]}
-  for word in "${words[@]:1:${#words[@]}-2}"; do
-    [[ $word != [a-z]* || " $(_linegate_words Subcommands "${command[@]}" | xargs) " != *" $word "* ]] ||
-      command+=("$word")
-  done
-  if [[ $current == -* ]]; then
+  _linegate_read
+  if [[ -z $option && $current == -* ]]; then
     _linegate_matching "$current" < <(_linegate_words Options "${command[@]}")
     return
   fi
-  _linegate_matching "$current" < <(_linegate_words Subcommands "${command[@]}")
+  COMPREPLY=()
+  [[ -n $option ]] || _linegate_matching "$current" < <(_linegate_words Subcommands "${command[@]}")
   if [[ ${#COMPREPLY[@]} -eq 0 ]]; then
     case $(_linegate_argument) in
-      line | node)
+      line | node | pdo)
         _linegate_matching "$current" < <(_linegate_names "${command[0]}")
         # Readline replaces what stands behind the last colon.
         if [[ $current == *:* ]]; then

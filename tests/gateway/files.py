@@ -122,6 +122,19 @@ lines:
     expect("a node", complete(linegate, "sdo", "read", "press", ":", "r"), {"ram"})
     expect("nodes", complete(linegate, "sdo", "read", "press", ":"), {"own", "all", "ram"})
     expect("the line of --via", complete(linegate, "sdo", "read", "--via", "ha"), {"hall", "hall:own", "hall:all"})
+    lines = complete(linegate, "nodes", "")
+    expect("lines behind a command", lines, {"press", "press:own", "press:all", "press:ram", "hall", "hall:own", "hall:all"})
+    for options in (("--json",), ("-d", "5"), ("--domain", "5"), ("--wait", "1", "--utc"), ("--domain=5", "--json")):
+        expect(f"lines behind {options} and a command", complete(linegate, *options, "nodes", ""), lines)
+        expect(f"a node behind {options}", complete(linegate, *options, "sdo", "read", "press", ":", "r"), {"ram"})
+    expect("commands behind options", complete(linegate, "--json", "-d", "5", "bus"), {"bus-restart"})
+    expect("the value of an option is no command", complete(linegate, "-d", ""), set())
+    expect("the line of an option behind others", complete(linegate, "--json", "monitor", "--line", "ha"),
+           {"hall", "hall:own", "hall:all"})
+    expect("a line behind an option of the command", complete(linegate, "events", "-n", "5", "ha"),
+           {"hall", "hall:own", "hall:all"})
+    expect("nodes of pdo request", complete(linegate, "pdo", "request", "press", ":", ""), {"own", "all", "ram"})
+    expect("lines of pdo request", complete(linegate, "pdo", "request", ""), lines)
     expect("what is no line", complete(linegate, "nmt", "st"), set())
     expect("a node behind a command", complete(linegate, "nmt", "start", "press", ":", "r"), {"ram"})
     write(path, "no plant at all: [")
