@@ -45,11 +45,12 @@ nlohmann::ordered_json gateway_json(const std::string& name, const GatewayView& 
   return out;
 }
 
-void print_gateway(std::ostream& out, const std::string& name, const GatewayView& view) {
+void print_gateway(std::ostream& out, const std::string& name, const GatewayView& view,
+                   Stamp stamp) {
   out << printable(name) << "  version " << printable(view.version) << ", started "
-      << date_text(view.started) << '\n';
+      << stamp(view.started) << '\n';
   out << "  configuration " << configuration_text(view.configuration) << " since "
-      << date_text(view.configured) << ", " << view.reloads << " reloads, " << view.reloads_refused
+      << stamp(view.configured) << ", " << view.reloads << " reloads, " << view.reloads_refused
       << " refused\n";
   out << "  DDS participants " << view.participants << " of " << view.participants_most
       << " at most\n";
@@ -82,7 +83,7 @@ int gateways(Context& context) {
     if (context.json) {
       all.push_back(gateway_json(name, view));
     } else {
-      print_gateway(context.out, name, view);
+      print_gateway(context.out, name, view, stamp_of(context));
     }
   }
   if (context.json) {
