@@ -30,11 +30,9 @@ bool is_received(const Line* line) {
   return line->view.has_value();
 }
 
-// An observer has states of the nodes only that it has heard.
+// The state of each node that the line is configured with, heard or not; an observer sends it too.
 bool has_its_nodes(const Line* line) {
-  const bool all =
-      line->view && (line->view->state.role == line::Role::observer || knows_nodes(*line));
-  return line->gone || all;
+  return line->gone || (line->view && knows_nodes(*line));
 }
 
 // Waits until the lines of all gateways are received, and all lines that match fulfil the

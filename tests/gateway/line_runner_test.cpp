@@ -512,5 +512,16 @@ TEST_F(ObservingLineTest, HandsOverALayoutThatChangedAndTransmitsNothing) {
   EXPECT_TRUE(channel_->sent.empty());
 }
 
+TEST_F(ObservingLineTest, HandsOverTheNodesOfItsConfigurationThoughNoneWasHeard) {
+  make_ready();
+  serve(100ms);
+  NodeStatus status;
+  ASSERT_TRUE(port_.nodes.pop(status));
+  EXPECT_EQ(status.state.node, 5);
+  EXPECT_TRUE(status.state.configured);
+  EXPECT_EQ(status.state.presence, line::Presence::unknown);
+  EXPECT_FALSE(port_.nodes.pop(status)) << "nothing was heard of any other";
+}
+
 }  // namespace
 }  // namespace linegate::gateway

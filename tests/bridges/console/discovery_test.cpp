@@ -31,6 +31,7 @@ class TwoGateways : public Client {
   void poll(Duration /*timeout*/, Listener& listener) override {
     ++polls;
     listener.on_line(test::kPress, plant);
+    unheard.name.empty() ? void() : listener.on_node(test::kPress, unheard);
     if (polls > other_after) {
       listener.on_line(kOtherPress, line_of_gateway("1", "plant"));
     }
@@ -45,6 +46,7 @@ class TwoGateways : public Client {
   int polls = 0;
   int other_after = 1'000'000'000;
   LineView plant = line_of_gateway("1", "other");
+  NodeView unheard;
   Discovery discovered;
   std::vector<LineId> asked;
 };
@@ -111,6 +113,16 @@ TEST_F(DiscoveryTest, AListThatIsNotCompleteSaysSoAndHasItsOwnStatus) {
   EXPECT_THAT(err_.str(), HasSubstr("incomplete: nodes of plant/press\n"));
   EXPECT_EQ(image(context_, "", image::Direction::inputs), kIncomplete);
   EXPECT_THAT(err_.str(), HasSubstr("incomplete: the image of other/press\n"));
+}
+
+TEST_F(DiscoveryTest, ANodeThatAnObserverNeverHeardIsWaitedForToo) {
+  gateway_.plant = line_of_gateway("1", "");
+  gateway_.plant.state.role = line::Role::observer;
+  EXPECT_EQ(nodes(context_, "plant/press"), kIncomplete);
+  EXPECT_THAT(err_.str(), HasSubstr("incomplete: nodes of plant/press\n"));
+  gateway_.unheard = {.name = "ram", .state = {.node = 5, .configured = true}};
+  EXPECT_EQ(nodes(context_, "plant/press"), kDone);
+  EXPECT_THAT(out_.str(), HasSubstr("ram"));
 }
 
 TEST(MissingLines, AreThoseThatGatewaysNameAsFarAsTheListHasRoom) {
