@@ -150,7 +150,9 @@ class Program {
     app_.add_flag("--verbose", options_.verbose, "say on standard error what Fast DDS reports");
     app_.footer(
         "Exit status: 0 done, 1 failed or refused, 2 wrong usage or configuration, 3 printed, but\n"
-        "incomplete, 4 a value was taken, but its PDO is not sent yet.\n"
+        "incomplete, 4 a value was taken, but its PDO is not sent yet (0 with --keep, and while "
+        "the\n"
+        "line's pdo_update_time runs).\n"
         "A line is named by its name or its network-ID, with GATEWAY/ before it where several\n"
         "gateways have such a line; a node is LINE:NODE, by its node-ID or its name: press:5,\n"
         "press:inlet, 3:12, hall-7/press:5, press:own. An object is INDEX:SUB, hexadecimal:\n"
@@ -351,7 +353,8 @@ class Program {
         return usage("sdo write LINE:NODE INDEX:SUB [TYPE] VALUE");
       }
       const std::string type = words->rest.size() == 2 ? words->rest[0] : "";
-      return with_client(options_, {.commands = true}, [&](auto& c) {
+      const Topics topics{.layouts = by_pdo_, .commands = true};
+      return with_client(options_, topics, [&](auto& c) {
         if (by_pdo_) {
           return console::object_write(c, texts_.node, words->index, words->sub, type,
                                        words->rest.back(), keep_);

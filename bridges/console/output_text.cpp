@@ -11,6 +11,7 @@
 namespace linegate::console {
 namespace {
 
+constexpr std::size_t kWayLength = 4;  // before the entries that an answer names
 constexpr std::size_t kMostNames = 3;  // of entries in one sentence
 
 std::string list_of(const std::vector<std::string>& names) {
@@ -69,9 +70,12 @@ bool waits_for_bus(const Line& line, std::size_t entry) {
 
 }  // namespace
 
+bool names_entries(const std::vector<std::byte>& data) {
+  return data.size() > kWayLength && data[0] == std::byte{line::kByPdo};
+}
+
 bool is_held_back(const std::vector<std::byte>& data) {
-  constexpr std::size_t kLength = 4;
-  if (data.size() < kLength || data[0] != std::byte{line::kByPdo}) {
+  if (data.size() < kWayLength || data[0] != std::byte{line::kByPdo}) {
     return false;
   }
   const auto wait = static_cast<line::PdoWait>(data[3]);
@@ -80,7 +84,6 @@ bool is_held_back(const std::vector<std::byte>& data) {
 }
 
 std::string way_text(const std::vector<std::byte>& data, const image::Layout* outputs) {
-  constexpr std::size_t kLength = 4;
   constexpr std::array<std::string_view, line::kPdoWaits> kWaits{
       "",
       "update time",
@@ -89,13 +92,13 @@ std::string way_text(const std::vector<std::byte>& data, const image::Layout* ou
       "trigger",
       "its turn on the bus (SYNC, inhibit time)",
       "the bus: no acknowledge"};
-  if (data.size() < kLength || data[0] != std::byte{line::kByPdo}) {
+  if (data.size() < kWayLength || data[0] != std::byte{line::kByPdo}) {
     return data.empty() ? "" : "by SDO";
   }
   std::string out = "by PDO " + std::to_string(load_le<std::uint16_t>(data.data() + 1));
   const auto wait = std::to_integer<std::size_t>(data[3]);
   std::vector<std::string> names;
-  for (std::size_t i = kLength; i + sizeof(std::uint32_t) <= data.size();
+  for (std::size_t i = kWayLength; i + sizeof(std::uint32_t) <= data.size();
        i += sizeof(std::uint32_t)) {
     names.push_back(name_in(outputs, load_le<std::uint32_t>(data.data() + i)));
   }

@@ -14,6 +14,9 @@ namespace linegate::console {
 // PDO 3, which waits for: values that were never written: inlet.Mode". Empty for no data.
 std::string way_text(const std::vector<std::byte>& data, const image::Layout* outputs);
 
+// Of the same data: it names entries of the outputs, which have names in their layout only.
+bool names_entries(const std::vector<std::byte>& data);
+
 // Of the same data: the PDO was not sent: values of it were never written, the own node is not
 // Operational, its turn did not come, or the bus does not acknowledge it.
 bool is_held_back(const std::vector<std::byte>& data);

@@ -351,6 +351,13 @@ bool read_value(Context& context, WriteRequest& request) {
   return data.has_value();
 }
 
+void await_output_layout(Context& context, Model& model, const Line& line) {
+  const Area& outputs = line.areas[static_cast<std::size_t>(image::Direction::outputs)];
+  if (!outputs.layout) {
+    (void)wait_until(context, model, [&] { return outputs.layout.has_value(); });
+  }
+}
+
 }  // namespace
 
 int sdo_read(Context& context, const std::string& node, const std::string& index,
@@ -421,6 +428,9 @@ int object_write(Context& context, const std::string& node, const std::string& i
     command.node = target->node.own ? line->view->state.node_id : target->node.node;
     Client::Answer answer = ask_line(context, model, *line, command);
     add_node_state(context, model, *line, command.node, answer);
+    if (names_entries(answer.reply.data)) {
+      await_output_layout(context, model, *line);
+    }
     const Area& outputs = line->areas[static_cast<std::size_t>(image::Direction::outputs)];
     const std::string way =
         way_text(answer.reply.data, outputs.layout ? &*outputs.layout : nullptr);

@@ -53,6 +53,11 @@ class GatewayWithFiles : public Client {
     listener.on_node(kLine, {.name = "feeder", .state = {.node = 6, .configured = true}});
     listener.on_node(kLine, {.state = {.node = 9, .presence = line::Presence::present}});
     listener.on_node(kLine, {.state = {.node = 11}});
+    if (sends_layout && !asked.empty()) {
+      image::Layout layout{.direction = image::Direction::outputs, .id = 3, .byte_size = 1};
+      layout.entries.push_back({.bit_length = 8, .node = 6, .name = "feeder.Mode"});
+      listener.on_layout(kLine, layout);
+    }
   }
   Answer call(const LineId& /*id*/, const line::Command& command, Duration /*timeout*/,
               std::uint64_t /*layout_id*/, Listener& /*listener*/) override {
@@ -90,6 +95,7 @@ class GatewayWithFiles : public Client {
   };
   std::uint8_t silent = 0;
   std::uint8_t configured = 2;
+  bool sends_layout = false;         // of the outputs, after the first answer
   std::vector<line::Command> asked;  // but for lists
 };
 
@@ -167,6 +173,19 @@ TEST_F(SdoCommand, AllIsEachNodeWithOneResultEach) {
   ASSERT_EQ(gateway_.asked.size(), 3U);
   EXPECT_EQ(gateway_.asked[1].node, 6);
   EXPECT_EQ(out_.str(), "5 (ram): done\n6 (feeder): done\n9: done\n");
+}
+
+TEST_F(SdoCommand, AValueThatAPdoWaitsForHasItsNameThoughTheLayoutComesLate) {
+  constexpr auto kValues = static_cast<unsigned>(line::PdoWait::values);
+  gateway_.values[{0x1017, 0}] = test::raw({line::kByPdo, 3, 0, kValues, 0, 0, 0, 0});
+  gateway_.sends_layout = true;
+  for (const bool json : {false, true}) {
+    gateway_.asked.clear();
+    context_.json = json;
+    out_.str("");
+    EXPECT_EQ(object_write(context_, "press:6", "1017:00", "", "u16", "500", false), kHeldBack);
+    EXPECT_THAT(out_.str(), HasSubstr("values that were never written: feeder.Mode"));
+  }
 }
 
 TEST_F(SdoCommand, AWriteToAllBeginsWhenTheValueOfEachNodeIsKnown) {
