@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
 
 #include "bridges/dds/guard/transport.h"
 #include "bridges/dds/profiles.h"
@@ -15,6 +16,12 @@ namespace {
 namespace fast = eprosima::fastdds::dds;
 
 constexpr std::uint32_t kMaxDomain = 232;  // DDSI-RTPS 9.6.1.1: ports end there
+
+// As the library settings of the profiles choose it; the library does by default.
+bool delivers_within_process() {
+  using Profiles = eprosima::fastrtps::xmlparser::XMLProfileManager;
+  return Profiles::library_settings().intraprocess_delivery != eprosima::fastrtps::INTRAPROCESS_OFF;
+}
 
 // To be called before a writer is deleted. Fast DDS 2.9 lets go of the samples that a writer still
 // keeps without its lock, while a heartbeat of it may be under way in another thread; that one sees
@@ -67,6 +74,11 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
   if (participant_ == nullptr) {
     return fail("no DDS participant in domain " + std::to_string(domain) +
                 ": the network or the participant profile does not allow it");
+  }
+  if (guard_ != nullptr && delivers_within_process()) {
+    guard::Prefix prefix{};
+    std::copy_n(participant_->guid().guidPrefix.value, prefix.size(), prefix.begin());
+    guard_->set_process_of(prefix);
   }
   publisher_ = participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT);
   subscriber_ = participant_->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);

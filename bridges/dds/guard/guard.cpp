@@ -1,6 +1,7 @@
 #include "bridges/dds/guard/guard.h"
 
 #include <algorithm>
+#include <cstring>
 #include <optional>
 
 #include "bridges/dds/guard/protection.h"
@@ -17,6 +18,14 @@ Prefix prefix_at(Octets octets, std::size_t at) {
   Prefix out{};
   std::copy_n(octets.begin() + static_cast<std::ptrdiff_t>(at), out.size(), out.begin());
   return out;
+}
+
+// Participants of Fast DDS of one process have these octets in common
+// (GUID_t::is_on_same_process_as): vendor, host, process. Never 0.
+std::uint64_t process_of(const Prefix& prefix) {
+  std::uint64_t out = 0;
+  std::memcpy(&out, prefix.data(), sizeof(out));
+  return out == 0 ? 1 : out;
 }
 
 bool is_builtin(const Guid& guid) {
@@ -90,6 +99,10 @@ Guard::Verdict Guard::judge(Octets octets, std::int64_t now, const Address& from
   return verdict;
 }
 
+void Guard::set_process_of(const Prefix& it) {
+  process_ = process_of(it);
+}
+
 void Guard::count(Reason reason) {
   dropped_[static_cast<std::size_t>(reason)].fetch_add(1, std::memory_order_relaxed);
 }
@@ -159,6 +172,10 @@ Reason Guard::judge_submessage(Datagram& datagram, const Submessage& submessage)
     reason = datagram.protection.next(submessage, content);
   if (reason != Reason::none)
     return reason;
+  if (is_own(datagram, submessage, content)) {
+    datagram.left_out = true;
+    return Reason::none;
+  }
   switch (submessage.kind) {
     case Kind::info_ts:
       datagram.sent = sent_at(submessage);
@@ -370,6 +387,21 @@ Reason Guard::judge_acknowledgement(const Datagram& datagram, const Content& con
       reason = Reason::reliability;
   });
   return reason;
+}
+
+bool Guard::is_own(const Datagram& datagram, const Submessage& submessage,
+                   const Content& content) const {
+  switch (submessage.kind) {
+    case Kind::heartbeat:
+    case Kind::heartbeat_frag:
+    case Kind::gap:
+    case Kind::data:
+    case Kind::data_frag:
+      return process_of(datagram.source) == process_.load(std::memory_order_relaxed) &&
+             !is_stateless(content.writer);
+    default:
+      return false;
+  }
 }
 
 bool Guard::is_known(const Guid& guid) const {

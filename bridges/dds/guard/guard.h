@@ -41,6 +41,11 @@ class Guard {
   // thread; counts. Does not allocate.
   Verdict judge(Octets datagram, std::int64_t now, const Address& from = {},
                 PassedOn* out = nullptr);
+  // The library delivers samples between participants of this process without transports
+  // (intraprocess delivery), with their own source timestamps: what a transport receives in the
+  // name of a writer of this process is forged, or came back, and is left out. it: any participant
+  // of it.
+  void set_process_of(const Prefix& it);
   // Notes what readers here acknowledge in a datagram that is sent. From any thread. Does not
   // allocate.
   void sent(Octets datagram);
@@ -79,9 +84,11 @@ class Guard {
   Reason judge_announcement(const Datagram& datagram, const Announcement& announcement);
   Reason judge_acknowledgement(const Datagram& datagram, const Content& content);
   bool is_known(const Guid& guid) const;
+  bool is_own(const Datagram& datagram, const Submessage& submessage, const Content& content) const;
 
   const bool protection_required_;
-  std::atomic<Number> kept_{0};  // KeptNumbers of all writers
+  std::atomic<std::uint64_t> process_{0};  // 0: none
+  std::atomic<Number> kept_{0};            // KeptNumbers of all writers
   GuidTable<WriterNumbers, 1024> writers_;
   GuidTable<Reliability, 512> readers_;
   GuidTable<IncompleteSamples, 1024> fragmented_;  // of writers that send fragments

@@ -9,6 +9,10 @@ namespace {
 using dds::guard::Reason;
 namespace entity = dds::guard::entity;
 
+Fields range(std::int64_t start, std::int64_t base, bool little) {
+  return gap(start, base, 0, little, kWriter, kReader);
+}
+
 class PassedOnTest : public GuardTest {
  protected:
   std::vector<std::uint8_t> pass(Datagram datagram) {
@@ -16,6 +20,33 @@ class PassedOnTest : public GuardTest {
     return {written.octets().begin(), written.octets().end()};
   }
 };
+
+// --- this process --------------------------------------------------------------------------------
+
+TEST_F(PassedOnTest, WhatNamesAWriterOfThisProcessIsLeftOut) {
+  dds::guard::Prefix own = prefix_of(7);
+  const auto all = [&](const dds::guard::Prefix& from) {
+    return Datagram(from)
+        .add(0x09, Fields().u32(1).u32(0))
+        .add(0x15, data(1))
+        .add(0x07, heartbeat(1, 1))
+        .add(0x08, range(2, 3, true))
+        .add(0x16, fragment_of(kWriter, 3, 128))
+        .add(0x13, Fields().entity(0).entity(kWriter).number(3).u32(1).u32(1))
+        .add(0x06, acknack(1, 32))
+        .add(0x15, data(1, entity::kStateless).zeros(8));
+  };
+  EXPECT_GT(pass(all(own)).size(), all(own).get().size()) << "no process is known";
+  own[11] = 99;  // another participant
+  guard.set_process_of(prefix_of(7));
+  EXPECT_EQ(pass(all(own)), Datagram(own)
+                                .add(0x09, Fields().u32(1).u32(0))
+                                .add(0x06, acknack(1, 32))
+                                .add(0x15, data(1, entity::kStateless).zeros(8))
+                                .get());
+  own[7] = 99;  // another process
+  EXPECT_GT(pass(all(own)).size(), all(own).get().size());
+}
 
 // --- GAPs ----------------------------------------------------------------------------------------
 
@@ -26,9 +57,6 @@ Fields gap_with(std::int64_t start, std::int64_t base, std::uint32_t bits,
   for (const std::uint32_t word : bitmap)
     out.u32(word);
   return out;
-}
-Fields range(std::int64_t start, std::int64_t base, bool little) {
-  return gap(start, base, 0, little, kWriter, kReader);
 }
 
 TEST_F(PassedOnTest, AGapIsPassedOnAsItsRanges) {
