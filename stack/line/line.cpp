@@ -186,7 +186,7 @@ void Line::Impl::routes(std::vector<routing::Route>& out) const {
   bool given = false;
   if (lss.wants_to_send()) [[unlikely]] {
     stirred = true;
-    given = node.next_frame(out, now, number) || next_lss_frame(out, now);
+    given = node.next_frame(out, now, number) || next_lss_frame(out, number, now);
   } else {
     given = node.next_frame(out, now, number);
   }

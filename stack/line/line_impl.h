@@ -232,7 +232,7 @@ struct Line::Impl final : Line::Base,
   void start_lss(Instant now);
   void settle_lss(Instant now);
   void execute_lss(Command command, Instant now);
-  bool next_lss_frame(can::Frame& out, Instant now);
+  bool next_lss_frame(can::Frame& out, std::uint64_t number, Instant now);
 
   // --- line_objects.cpp -------------------------------------------------------------------------
   void write_object(Command command, Instant now);

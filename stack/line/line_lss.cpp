@@ -41,8 +41,8 @@ void Line::Impl::execute_lss(Command command, Instant now) {
   settle_lss(now);
 }
 
-bool Line::Impl::next_lss_frame(can::Frame& out, Instant now) {
-  if (!lss.next_frame(out, now)) {
+bool Line::Impl::next_lss_frame(can::Frame& out, std::uint64_t number, Instant now) {
+  if (!lss.next_frame(out, number, now)) {
     return false;
   }
   settle_lss(now);

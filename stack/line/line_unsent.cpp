@@ -13,7 +13,8 @@ void Line::Impl::note_acknowledged(std::uint64_t number, Instant now) {
   if (manager.starts_any()) [[unlikely]] {
     note_acknowledged_starts(number);
   }
-  if (lss.listens()) [[unlikely]] {
+  if (lss.awaits_acknowledgement()) [[unlikely]] {
+    stirred = true;
     lss.acknowledged(number, now);
   }
   if (!scanned_outputs.empty()) [[unlikely]] {

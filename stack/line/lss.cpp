@@ -107,6 +107,7 @@ void Lss::start(bool usable, Instant now) {
 
 void Lss::stop() {
   started_ = holding_ = running_ = interrupted_ = false;
+  number_ = 0;
   next_round_ = kNever;
   master_.cancel();
   assigner_.cancel();
@@ -249,6 +250,7 @@ bool Lss::check_node_id(Instant now) {
 }
 
 void Lss::take_answer(const lss::Answer& answer, Instant now) {
+  number_ = 0;
   if (course_runs()) {
     lss::Course& course = *asked_.front().course;
     course.answered(answer);
@@ -451,7 +453,7 @@ void Lss::advance(bool usable, Instant now) {
 }
 
 void Lss::release_if_stuck(Instant now) {
-  const bool stuck = now >= stuck_at_ && master_.wants_to_send();
+  const bool stuck = now >= stuck_at_ && is_unsent();
   if (holding_ && (stuck || !usable_ || now >= hold_until_)) {
     holding_ = false;
   }
@@ -473,6 +475,7 @@ void Lss::end_running() {
 // devices may have been connected.
 void Lss::interface_lost() {
   usable_ = false;
+  number_ = 0;
   interrupted_ = interrupted_ || (assigner_.active() && !running_ && !assigner_.nodes_done());
   end_running();
   check_.end();
@@ -490,7 +493,7 @@ void Lss::interface_back(Instant now) {
 }
 
 void Lss::expire(Instant now) {
-  if (now >= unsent_at_ && course_runs() && master_.wants_to_send()) {
+  if (now >= unsent_at_ && course_runs() && is_unsent()) {
     const Error why = to_error(Refusal::no_acknowledge);
     replies_.push_back({{.tag = asked_.front().tag, .error = why, .data = {}}});
     end_running();
@@ -526,16 +529,44 @@ Instant Lss::next_wake() const {
   return wake;
 }
 
-bool Lss::next_frame(can::Frame& out, Instant now) {
-  if (!master_.next_frame(out, now)) {
+bool Lss::next_frame(can::Frame& out, std::uint64_t number, Instant now) {
+  if (!master_.next_frame(out, now, number != 0)) {
     return false;
   }
   sent_.add(out);
   given_frame_ = out;
+  given_at_ = now;
+  number_ = number;
+  lost_ = false;
   stuck_at_ = holding_ ? deadline(now, kStuck) : kNever;
-  unsent_at_ = master_.wants_to_send() ? deadline(now, kSendTime) : kNever;
+  unsent_at_ = is_unsent() ? deadline(now, kSendTime) : kNever;
   pump(now);
   return true;
+}
+
+// No device can have answered before.
+void Lss::acknowledged(std::uint64_t number, Instant now) {
+  check_.acknowledged(number, now);
+  if (number_ == 0 || number < number_ || lost_) {
+    return;
+  }
+  number_ = 0;
+  stuck_at_ = holding_ ? deadline(now, kStuck) : kNever;
+  unsent_at_ = master_.wants_to_send() ? unsent_at_ : kNever;
+  master_.sent(now);
+}
+
+void Lss::lost(std::uint64_t first, std::uint64_t last) {
+  check_.lost(first, last);
+  if (number_ < first || number_ > last || lost_) {
+    return;
+  }
+  if (course_runs()) {
+    lost_ = true;
+  } else {
+    number_ = 0;
+    master_.sent(given_at_);
+  }
 }
 
 }  // namespace linegate::line

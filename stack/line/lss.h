@@ -41,6 +41,8 @@ class Lss final : lss::AssignerHost {
   };
   std::optional<Answered> take_reply();
 
+  // acknowledged() has an effect.
+  bool awaits_acknowledgement() const { return listens() || number_ != 0; }
   // While listens(): all frames.
   bool listens() const { return check_.listens(); }
   void hear(std::span<const can::Frame> frames);
@@ -48,8 +50,8 @@ class Lss final : lss::AssignerHost {
   void handed_out(const can::Frame& frame, std::uint64_t number, Instant now) {
     check_.handed_out(frame, number, now);
   }
-  void acknowledged(std::uint64_t number, Instant now) { check_.acknowledged(number, now); }
-  void lost(std::uint64_t first, std::uint64_t last) { check_.lost(first, last); }
+  void acknowledged(std::uint64_t number, Instant now);
+  void lost(std::uint64_t first, std::uint64_t last);
   // Commands are answered, and a round that was under way begins again when the bus can be used.
   void interface_lost();
   // A transfer with kCheckToken in its token.
@@ -65,8 +67,8 @@ class Lss final : lss::AssignerHost {
   // usable: false puts off what is to begin.
   void advance(bool usable, Instant now);
   Instant next_wake() const;
-  // Less urgent than all that the own node sends.
-  bool next_frame(can::Frame& out, Instant now);
+  // Less urgent than all that the own node sends. number: as in handed_out().
+  bool next_frame(can::Frame& out, std::uint64_t number, Instant now);
   bool wants_to_send() const { return master_.wants_to_send(); }
   const can::Traffic& sent() const { return sent_; }
 
@@ -110,6 +112,7 @@ class Lss final : lss::AssignerHost {
   void end_running();
   void interface_back(Instant now);
   void release_if_stuck(Instant now);
+  bool is_unsent() const { return master_.wants_to_send() || number_ != 0; }
   bool course_runs() const { return !asked_.empty() && asked_.front().course && running_; }
 
   const LineConfig& config_;
@@ -132,6 +135,9 @@ class Lss final : lss::AssignerHost {
   Instant hold_until_ = kNever;
   Instant stuck_at_ = kNever;   // while holding: a frame that waits then cannot be sent
   can::Frame given_frame_{};    // by next_frame()
+  Instant given_at_{};          // that frame
+  std::uint64_t number_ = 0;    // the same; 0 = acknowledged
+  bool lost_ = false;           // it will never be
   Instant unsent_at_ = kNever;  // of a command: its frame that waits then cannot be sent
   std::deque<Answered> replies_;
   can::Traffic sent_;

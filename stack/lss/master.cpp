@@ -140,7 +140,7 @@ void Master::cancel() {
   answer_.reset();
 }
 
-bool Master::next_frame(can::Frame& out, Instant now) {
+bool Master::next_frame(can::Frame& out, Instant now, bool awaits_sent) {
   if (frames_.empty()) {
     return false;
   }
@@ -151,10 +151,16 @@ bool Master::next_frame(can::Frame& out, Instant now) {
   }
   if (expected_ == Command::switch_global) {
     finish({.service = service_});
-  } else {
-    deadline_ = deadline(now, patience_);
+  } else if (!awaits_sent) {
+    sent(now);
   }
   return true;
+}
+
+void Master::sent(Instant now) {
+  if (busy_ && frames_.empty() && deadline_ == kNever) {
+    deadline_ = deadline(now, patience_);
+  }
 }
 
 bool Master::receive(const can::Frame& frame) {

@@ -80,8 +80,10 @@ class Master {
   bool receive(const can::Frame& frame);
   void advance(Instant now);
   Instant next_wake() const { return deadline_; }
-  // The next frame; the time-out runs from the last one.
-  bool next_frame(can::Frame& out, Instant now);
+  // The next frame. The time-out runs from the last one, or with awaits_sent from sent() after it.
+  bool next_frame(can::Frame& out, Instant now, bool awaits_sent = false);
+  // The bus acknowledged the last frame. No effect if the time-out runs.
+  void sent(Instant now);
   bool wants_to_send() const { return !frames_.empty(); }
 
   // Once for each service.

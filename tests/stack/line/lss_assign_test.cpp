@@ -46,12 +46,13 @@ class LssAssignTest : public LineTest {
     }
     return out;
   }
-  // Until a frame that begins so is sent.
+  // Until a frame that begins so is sent; the bus acknowledges those before.
   void until(const char* begin) {
     for (int i = 0; i < 200; ++i) {
       if (testing::Matches(Contains(StartsWith(begin)))(exchange())) {
         return;
       }
+      line_->acknowledged(given_, now_);
       now_ = std::max(now_, line_->next_wake());
       line_->advance(now_);
     }
@@ -253,6 +254,37 @@ TEST_F(LssCommandsOfALine, ANodeIdThatAStoppedGatewayCannotCheckIsNotCalledUsed)
   stop_own();
   run_for(seconds(1), true);
   EXPECT_EQ(answer().error, to_error(Refusal::wrong_state));
+}
+
+TEST_F(LssCommandsOfALine, AServiceThatTheBusDoesNotAcknowledgeIsNotCalledUnanswered) {
+  line_->expect_acknowledgements();
+  given_ = 0;
+  begin(lss::Procedure::inquire_node_id, {});
+  run_for(seconds(2), false);
+  EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
+  line_->acknowledged(given_, now_);
+  begin(lss::Procedure::inquire_node_id, {});
+  run_for(seconds(2), true);
+  EXPECT_TRUE(answer().ok());
+}
+
+TEST_F(LssCommandsOfALine, AServiceWhoseFrameIsLostIsNotCalledUnanswered) {
+  line_->expect_acknowledgements();
+  given_ = 0;
+  begin(lss::Procedure::inquire_node_id, {});
+  exchange();
+  line_->lost(1, 9);
+  run_for(seconds(2), false);
+  EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
+}
+
+// The device may be given it when the bus is there again, so it is not given to another one.
+TEST_F(LssAssignTest, ANodeIdThatIsGivenWaitsForItsAcknowledgement) {
+  make_checked();
+  line_->expect_acknowledgements();
+  line_->start(now_);
+  until(kGive);
+  EXPECT_THAT(run_for(seconds(20), false), Not(Contains(StartsWith("7E5"))));
 }
 
 TEST_F(LssAssignTest, ANodeIdThatCannotBeCheckedIsReportedAsThat) {

@@ -130,6 +130,20 @@ TEST_F(LssMaster, NoAnswerIsAResultAfterOneHundredMilliseconds) {
   EXPECT_EQ(master.unexpected(), 1U);
 }
 
+TEST_F(LssMaster, TheTimeOutCanRunFromTheAcknowledgementOnTheBus) {
+  ASSERT_TRUE(master.start({.service = Service::inquire_node_id}));
+  can::Frame frame;
+  ASSERT_TRUE(master.next_frame(frame, Instant{1s}, true));
+  master.advance(Instant{20s});
+  EXPECT_EQ(master.next_wake(), kNever);
+  EXPECT_TRUE(master.busy());
+  master.sent(Instant{20s});
+  master.sent(Instant{30s});
+  EXPECT_EQ(master.next_wake(), Instant{20s + kDefaultTimeout});
+  master.advance(master.next_wake());
+  EXPECT_EQ(master.take()->outcome, Outcome::no_answer);
+}
+
 TEST_F(LssMaster, AnAnswerBeforeTheLastFrameIsOutIsNone) {
   EXPECT_TRUE(master.start({.service = Service::switch_selective}));
   EXPECT_TRUE(hear({0x44, 0, 0, 0, 0, 0, 0, 0}));
