@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/lss/message.h"
 
 namespace linegate::plant {
 namespace {
@@ -91,6 +92,8 @@ void AnswerModel::submitted(const can::Frame& frame, Instant now) {
 void AnswerModel::before_receive(const can::Frame& frame) {
   if (const std::uint8_t node = sdo_of(frame, can::kSdoResponseBase); node != 0) {
     response(node, frame);
+  } else if (frame.id == lss::kSlaveId && frame.standard_of(can::kMaxClassicData)) {
+    lss_answers_[static_cast<std::uint8_t>(byte_at(frame, 0))] = {frame, commands_};
   }
 }
 
@@ -289,6 +292,9 @@ std::string AnswerModel::check_done(const Given& given, const line::Reply& reply
   const line::LineConfig& config = line_.config();
   const bool own = config.role != line::Role::manager || command.node == config.node_id;
   using enum line::CommandKind;
+  if (command.kind == lss) {
+    return check_lss(given, reply);
+  }
   const bool by_sdo = command.kind == object_write && reply.data.size() == 1 &&
                       reply.data.front() == std::byte{line::kBySdo};
   const bool transfer = command.kind == sdo_read || command.kind == sdo_write || by_sdo;

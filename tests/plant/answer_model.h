@@ -14,6 +14,9 @@
 //      may have those of a SYNC that was queued before the trigger and waited for the bus, which
 //      is not what was triggered: the values that were written until then come with the next SYNC.
 // Each transfer, and each frame of 2, answers for one command; MPDOs for all that they carry.
+//   9. LSS: a service without an answer (switch state global, activate bit timing) as in 2. Others
+//      but a round of assignment: the line received the last answer of the service since the
+//      command was given, and its error and value are those of the reply.
 //
 // Of a service that is not confirmed and is not done:
 //   4. It is answered within kSendTime.
@@ -103,6 +106,10 @@ class AnswerModel {
     bool newest = false;      // of a PDO: it has the values of the image
     bool used = false;
   };
+  struct Heard {
+    can::Frame frame;
+    std::uint64_t after = 0;  // commands given before
+  };
   struct Given {
     line::Command command;
     std::uint64_t order = 0;
@@ -147,6 +154,8 @@ class AnswerModel {
   std::string check_transfer(const Given& given, const line::Reply& reply);
   std::string check_done(const Given& given, const line::Reply& reply);
   std::string check_sent(const Given& given);
+  std::string check_lss(const Given& given, const line::Reply& reply);
+  static bool is_lss_frame_of(const Given& given, const can::Frame& frame);
   std::string check_output(const Given& given, const line::Reply& reply);
   std::string check_wait(const Given& given, const line::Reply& reply);
   std::string check_values(const Given& given, const line::Reply& reply);
@@ -178,10 +187,11 @@ class AnswerModel {
   std::array<Transfer, 128> transfers_{};
   std::array<std::uint64_t, 128> begun_{};  // commands given when the transfer began
   std::vector<Done> done_;
-  std::vector<Sent> sent_;                // what may answer for a command
-  std::map<std::uint64_t, Given> given_;  // by tag
-  std::vector<Held> held_;                // not counted by an event
-  std::size_t counted_ = 0;               // events that count_held() saw
+  std::map<std::uint8_t, Heard> lss_answers_;  // the newest of each command specifier
+  std::vector<Sent> sent_;                     // what may answer for a command
+  std::map<std::uint64_t, Given> given_;       // by tag
+  std::vector<Held> held_;                     // not counted by an event
+  std::size_t counted_ = 0;                    // events that count_held() saw
   std::uint64_t commands_ = 0;
   std::uint64_t submitted_ = 0;
   std::uint64_t acknowledged_ = 0;

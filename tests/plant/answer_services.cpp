@@ -158,6 +158,8 @@ bool AnswerModel::is_frame_of(const Given& given, const Sent& sent) const {
       return frame.id == can::kSyncId + line_.config().node_id && !frame.extended() && code &&
              std::equal(command.data.begin(), command.data.end(), frame.data.begin() + kInfo);
     }
+    case lss:
+      return is_lss_frame_of(given, frame);
     case mpdo_write:
       return is_mpdo_of(given, frame);
     case pdo_trigger: {
@@ -259,7 +261,7 @@ std::string AnswerModel::check_sent(const Given& given) {
   }
   using enum line::CommandKind;
   it->used = given.command.kind == nmt || given.command.kind == can_send ||
-             given.command.kind == emcy_send;
+             given.command.kind == emcy_send || given.command.kind == lss;
   return {};
 }
 
@@ -333,6 +335,10 @@ std::string AnswerModel::check_unsent(const Given& given, bool turn, Instant now
 std::string AnswerModel::check_refusal(const Given& given, const line::Reply& reply,
                                        std::span<const Event> events, Instant now) {
   const auto why = static_cast<line::Refusal>(reply.error.code);
+  const bool of_lss = given.command.kind == line::CommandKind::lss;
+  if (of_lss && reply.error.domain == Domain::command && why == line::Refusal::no_acknowledge) {
+    return now < given.time + line::kSendTime ? "it waited for less than its time" : "";
+  }
   if (!given.unconfirmed || reply.error.domain != Domain::command) {
     return {};
   }

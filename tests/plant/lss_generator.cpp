@@ -24,7 +24,7 @@ struct Piece {
 
 class LssGenerator {
  public:
-  explicit LssGenerator(unsigned long seed) : random_(seed) {}
+  explicit LssGenerator(unsigned long seed) : random_(seed), more_(seed) {}
 
   std::string plant() {
     network();
@@ -38,6 +38,7 @@ class LssGenerator {
     for (unsigned i = 0; i < actions; ++i) {
       time += 1 + below(below(3) == 0 ? 6000 : 700);
       action(time, i);
+      time = unconfirmed(time, i);
     }
     constexpr unsigned kLongestCommand = 12'000;  // ms
     constexpr unsigned kWithPhantoms = 60'000;    // ms: a parked device is found again and again
@@ -47,6 +48,7 @@ class LssGenerator {
 
  private:
   unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
+  unsigned below_more(unsigned limit) { return static_cast<unsigned>(more_() % limit); }
   Piece& any() { return pieces_[below(static_cast<unsigned>(pieces_.size()))]; }
 
   void network() {
@@ -169,6 +171,29 @@ class LssGenerator {
     out_ << "lss waiting" << number << " 0 00\n";
   }
 
+  // A service without an answer, and mostly a time in which the bus acknowledges nothing. Gives
+  // when that is over.
+  unsigned unconfirmed(unsigned time, unsigned number) {
+    constexpr std::array<const char*, 3> kServices{"0 00", "0 01", "4 0500"};
+    if (below_more(8) != 0) {
+      return time;
+    }
+    ++searches_;
+    const bool silent = below_more(3) != 0;
+    if (silent) {
+      at(time);
+      out_ << "acknowledge off\n";
+    }
+    at(time);
+    out_ << "lss sent" << number << ' ' << kServices[below_more(3)] << '\n';
+    if (silent) {
+      time += below_more(2) == 0 ? below_more(100) : 700 + below_more(1500);
+      at(time);
+      out_ << "acknowledge on\n";
+    }
+    return time;
+  }
+
   // Whoever uses the node-ID of a node goes, the nodes come back: each gets its node-ID.
   void quiet(unsigned time) {
     out_ << "at " << time + 10'000 << "ms doubles 0\n";
@@ -201,6 +226,7 @@ class LssGenerator {
   }
 
   std::mt19937_64 random_;
+  std::minstd_rand more_;  // of what came later: the plants of a seed stay what they are but for it
   std::ostringstream out_;
   std::vector<Piece> pieces_;
   const char* profile_ = nullptr;  // of all that have a serial number

@@ -61,8 +61,7 @@ void Scenario::act(Words& words) {
   } else if (verb == "restart") {
     restart(words);
   } else if (verb == "acknowledge") {
-    is_silent_ = words.take() == "off";
-    set_disturbance();
+    acknowledge(words.take() == "on");
   } else if (verb == "bus") {
     bus_action(words);
   } else if (verb == "stop") {
@@ -305,6 +304,20 @@ void Scenario::set_disturbance() {
         }
         return dice < 2 * losses + doubles ? sim::Fate::doubled : sim::Fate::delivered;
       });
+}
+
+// Without an acknowledgement no device can be noticed that was switched on or connected.
+void Scenario::acknowledge(bool on) {
+  const Instant now = world_.now();
+  if (on && is_silent_) {
+    for (DeviceSeat& device : seat().devices) {
+      const bool late = device.use.shows != kNever && device.use.shows > silent_since_;
+      device.use.shows += late ? now - silent_since_ : Duration{};
+    }
+  }
+  is_silent_ = !on;
+  silent_since_ = now;
+  set_disturbance();
 }
 
 // bus off|on: the controller of the line goes off the bus and loses its frames, or comes back.

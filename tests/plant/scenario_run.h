@@ -71,6 +71,7 @@ class Scenario {
   void inject(Words& words);
   void set_disturbance();
   void bus_action(Words& words);
+  void acknowledge(bool on);
   std::function<bool()> condition(Words& words);
   std::function<bool()> event_condition(Words& words, std::vector<Event> LineSeat::*told);
   std::function<bool()> reply_condition(Words& words);
@@ -112,9 +113,10 @@ class Scenario {
   std::map<LineSeat*, std::uint64_t> commands_;
   std::uint64_t next_tag_ = 1;
   unsigned expectations_ = 0;
-  std::uint64_t losses_ = 0;                          // of a thousand frames
-  std::uint64_t doubles_ = 0;                         // the same
-  bool is_silent_ = false;                            // no station acknowledges
+  std::uint64_t losses_ = 0;   // of a thousand frames
+  std::uint64_t doubles_ = 0;  // the same
+  bool is_silent_ = false;     // no station acknowledges
+  Instant silent_since_{};
   std::map<std::uint32_t, std::uint64_t> swallowed_;  // by identifier: frames that reach nobody
 };
 
