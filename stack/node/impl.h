@@ -152,6 +152,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   Companion* companion = nullptr;
   Application* application = nullptr;
   NodeCounters counters;
+  Instant sync_queued{};             // the newest SYNC of the own producer
   std::uint64_t attended = 0;        // frames that receive(frame) looked at
   std::uint64_t emergency_told = 0;  // frames received when one was told to be malformed last
   CommunicationFaults faults;

@@ -112,7 +112,12 @@ void Node::pass_time(Instant now) {
 
 // PDOs have their place between the classes of the queue.
 [[gnu::hot]] bool Node::Impl::next_frame(can::Frame& out, Instant time, std::uint64_t number) {
-  if (!transmit.pop_urgent(out) && !pdos.next_frame(out, time, number) && !transmit.pop_rest(out)) {
+  const std::size_t syncs = transmit.queued(can::TransmitClass::sync);
+  if (transmit.pop_urgent(out)) {
+    if (transmit.queued(can::TransmitClass::sync) != syncs && time > sync_queued) [[unlikely]] {
+      pdos.sync_handed_out(time);
+    }
+  } else if (!pdos.next_frame(out, time, number) && !transmit.pop_rest(out)) {
     return false;
   }
   counters.sent.add(out);
@@ -121,7 +126,7 @@ void Node::pass_time(Instant now) {
 
 [[gnu::hot]] bool Node::next_frame(can::Frame& out, Instant now, std::uint64_t number) {
   Impl& node = *impl_;
-  if (!node.pdos.quiet()) {
+  if (!node.pdos.quiet() || node.transmit.queued(can::TransmitClass::sync) != 0) {
     return node.next_frame(out, now, number);
   }
   return node.transmit.pop(out, node.counters.sent);

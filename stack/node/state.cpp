@@ -215,6 +215,7 @@ void Node::Impl::advance(Instant time) {
   guarding.advance(time);
   if (const auto counter = sync.advance(time)) {
     stamp(time);
+    sync_queued = time;
     synced(*counter, time);
   }
   clock.advance(time);

@@ -106,6 +106,13 @@ void Engine::set_operational(bool operational, Instant now) {
   }
 }
 
+void Engine::sync_handed_out(Instant now) {
+  if (impl_->operational) {
+    impl_->open_window(now);
+    impl_->sample_again();
+  }
+}
+
 bool Engine::any_unusable() const {
   const auto is_problem = [](const Impl::ToldProblem& told) { return told.why != AbortCode::none; };
   return std::ranges::any_of(impl_->told_rpdos, is_problem) ||

@@ -143,6 +143,9 @@ class Engine {
   void remote_request(std::uint16_t slot, Instant now);
   // SYNC: commits synchronous RPDOs, samples synchronous TPDOs. counter: 0 = none.
   void sync(std::uint8_t counter, Instant now);
+  // The SYNC that sync() was called for waited for the bus until now: the TPDOs after it take the
+  // values of now, and its window begins now. What sync() committed and counted stays.
+  void sync_handed_out(Instant now);
 
   // What the node sent and waits for SYNC is no longer wanted: it is invalid.
   void drop_waiting(std::uint8_t node);

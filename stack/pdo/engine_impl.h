@@ -221,6 +221,7 @@ struct Engine::Impl final : od::Hook, od::Observer {
 
   // --- transmission (transmit.cpp) --------------------------------------------------------------
   void sample_tpdos(std::uint8_t counter);
+  void sample_again();
   bool due_at_sync(Tpdo& pdo, std::uint8_t counter) const;
   bool held_back(std::uint16_t slot) const;
   using FrameData = std::array<std::byte, can::kMaxFdData>;

@@ -239,6 +239,21 @@ void Engine::Impl::sample_tpdos(std::uint8_t counter) {
   }
 }
 
+// What came up since the SYNC was queued belongs to it.
+void Engine::Impl::sample_again() {
+  for (const std::uint16_t slot : sync_tpdos) {
+    Tpdo& pdo = tpdos[slot];
+    if (pdo.type == kRtrOnSync) {
+      sample(slot);
+    } else if (pdo.type == kSyncAcyclic && std::exchange(pdo.event, false)) {
+      request(slot, true);
+      pdo.of_sync = pdo.sampled;
+    } else if (pending.test(pdo.rank) && !held_back(slot)) {
+      sample(slot);
+    }
+  }
+}
+
 // With a SYNC start value, the SYNC that carries it is the first one counted.
 bool Engine::Impl::due_at_sync(Tpdo& pdo, std::uint8_t counter) const {
   if (pdo.type == kSyncAcyclic) {

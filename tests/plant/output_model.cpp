@@ -116,6 +116,7 @@ void OutputModel::submitted(LineSeat& seat, const can::Frame& frame, Instant now
   if (frame.id == can::kSyncId && frame.length <= 1) {
     ++syncs_;
     sync_waits_ = false;
+    hand_out_sync(seat, now);
   }
   for (const std::uint8_t id : ids_) {
     if (ends_operational(frame, id)) {
@@ -132,6 +133,18 @@ void OutputModel::submitted(LineSeat& seat, const can::Frame& frame, Instant now
       pdo.transmitted = true;
       pdo.under_way.push_back(true);
     }
+  }
+}
+
+// What waits for a SYNC that waited for the bus is sampled when that is submitted.
+void OutputModel::hand_out_sync(LineSeat& seat, Instant now) {
+  if (now <= passed_at_) {
+    return;
+  }
+  seat.line->snapshot(image::Direction::outputs, snapshot_, now, true);
+  for (Pdo& pdo : pdos_) {
+    pdo.at_sync = values(pdo);
+    pdo.before_sync = pdo.at_sync;
   }
 }
 
@@ -169,6 +182,7 @@ void OutputModel::look_at_sync(LineSeat& seat, Instant now, bool advanced) {
   seat.line->snapshot(image::Direction::outputs, snapshot_, now, true);
   const bool passed = std::exchange(passed_, seat.line->sync_count()) != passed_;
   sync_waits_ |= passed && advanced;
+  passed_at_ = passed ? now : passed_at_;
   for (Pdo& pdo : pdos_) {
     const std::uint64_t before = std::exchange(pdo.latest, values(pdo));
     if (passed) {

@@ -11,11 +11,11 @@
 //   4. While the line runs and is on the bus, the own node and the node are Operational and all
 //      entries of a PDO are known: if the newest frame has other values, the line submits another
 //      one as soon as the inhibit time is over, or, of a synchronous PDO, after as many SYNC
-//      messages as its transmission type says, and its controller has room. A SYNC commits and
-//      samples when the line queues it, and may wait there for the bus: as after a received SYNC,
-//      all synchronous PDOs after it have the values of one moment. So one that waits counts only
-//      for values that the image had when it was queued, whenever it is submitted. No second one
-//      is queued meanwhile, so a newer value waits for at most one SYNC more.
+//      messages as its transmission type says, and its controller has room. A SYNC commits
+//      when the line queues it, and may wait there for the bus: which PDOs are due after it is
+//      decided then. So one that waits counts only for values that the image had when it was
+//      queued, whenever it is submitted. No second one is queued meanwhile, so a newer value waits
+//      for at most one SYNC more.
 //   5. The same if no frame was submitted since the start of the node, 100 ms after it, and after
 //      three signs of a node with error control that it is Operational, since the last NMT command
 //      to it that ends Operational: the first ones may have been on their way. Of one without error
@@ -26,10 +26,10 @@
 //      1000h, and since then no two SDO requests to the node were 2 s apart.
 //   6. Nothing older follows anything newer: a frame of an event-driven PDO has the values of the
 //      image of the time when the line submits it, one of a synchronous PDO those of the SYNC
-//      before it. So the first frame of each PDO after a start of its node has the newest values,
-//      each later one those or newer ones, and values between two frames may be left out. PDOs with
-//      different COB-IDs have the order of the bus: a newer value of one may come before the first
-//      frame of another.
+//      before it, of an own one those of the time when the line submits it. So the first frame of
+//      each PDO after a start of its node has the newest values, each later one those or newer
+//      ones, and values between two frames may be left out. PDOs with different COB-IDs have the
+//      order of the bus: a newer value of one may come before the first frame of another.
 //
 // Clause 3 has these exceptions, and no others:
 //   - The newest frame reached nobody (losses, swallowed frames): until the next frame of the PDO.
@@ -137,6 +137,7 @@ class OutputModel {
   std::uint64_t values(const Pdo& pdo) const;
   static std::uint64_t carried(const Pdo& pdo, const can::Frame& frame);
   void follow_boot(const can::Frame& frame, std::uint8_t id, Instant now);
+  void hand_out_sync(LineSeat& seat, Instant now);
   void check_order(LineSeat& seat, const Pdo& pdo, const can::Frame& frame, Instant now);
   std::string compare(LineSeat& seat, Pdo& pdo);
   std::string check_due(LineSeat& seat, Pdo& pdo, Instant now);
@@ -151,7 +152,8 @@ class OutputModel {
   std::uint32_t syncs_ = 0;   // SYNC messages that the line submitted
   bool sync_waits_ = false;   // one that it passed is not submitted yet
   std::uint32_t passed_ = 0;  // that it passed, its own ones and others
-  std::string older_;         // of a frame with values that are not the newest
+  Instant passed_at_{};
+  std::string older_;  // of a frame with values that are not the newest
   image::Snapshot snapshot_;
 };
 

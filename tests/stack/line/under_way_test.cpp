@@ -55,6 +55,23 @@ TEST_F(AcknowledgedOutputs, AreValidBesideANeighbourThatChangesFasterThanTheBus)
   EXPECT_TRUE(neighbour_is_valid());
 }
 
+// A SYNC that waits for the bus does not make them as old as it waited.
+TEST_F(AcknowledgedOutputs, ThatAreSynchronousAreThoseOfTheTimeWhenSyncIsHandedOut) {
+  LineConfig config = config_with_synchronous_axis();
+  config.sync_period = milliseconds(10);
+  run(std::move(config));
+  write(1);
+  live(milliseconds(30));
+  hand_out();
+  acknowledge_all();
+  write(2);
+  live(milliseconds(50));
+  write(3);
+  EXPECT_THAT(hand_out(), ElementsAre("080#", "205#0300000002"));
+  acknowledge_all();
+  EXPECT_TRUE(valid());
+}
+
 // Its values are those of the first frame that is under way.
 TEST_F(AcknowledgedOutputs, AreValidWithTheFirstFrameThatCarriesThem) {
   run();

@@ -136,6 +136,38 @@ TEST(TransmissionType, ThatIsSynchronousSamplesAnewWhatStillWaitsAtTheNextSync) 
   }
 }
 
+// An own SYNC that the bus did not take at once: its PDOs are not as old as it waited.
+TEST(TransmissionType, ThatIsSynchronousSamplesAnewWhenItsSyncIsHandedOut) {
+  for (const std::uint8_t type : std::array<std::uint8_t, 4>{0, 1, 3, 252}) {
+    Requested device({}, {{.cob_id = 0x181, .type = type, .mapping = {0x20030010}}});
+    device.set(0x2003, 1, at(1));
+    for (int i = 0; i < std::max<int>(type == 252 ? 1 : type, 1); ++i) {
+      device.engine->sync(0, at(2));
+    }
+    device.set(0x2003, 2, at(3));
+    device.engine->sync_handed_out(at(4));
+    device.set(0x2003, 3, at(5));
+    if (type == 252) {
+      device.receive(remote(0x181));
+    }
+    const std::vector<can::Frame> frames = device.sent(at(5));
+    ASSERT_EQ(frames.size(), 1U) << int{type};
+    EXPECT_EQ(frames[0].data[0], std::byte{2}) << int{type};
+  }
+}
+
+TEST(TransmissionType, ThatIsSynchronousSendsWhatCameUpWhileItsSyncWaited) {
+  Requested device({}, {{.cob_id = 0x181, .type = 0, .mapping = {0x20030010}},
+                        {.number = 2, .cob_id = 0x281, .type = 2, .mapping = {0x20030010}}});
+  device.engine->sync(0, at(1));
+  device.set(0x2003, 2, at(2));
+  device.engine->sync_handed_out(at(3));
+  EXPECT_THAT(device.sent_ids(at(3)), ElementsAre(0x181))
+      << "the other one waits for one SYNC more";
+  device.engine->sync(0, at(4));
+  EXPECT_THAT(device.sent_ids(at(4)), ElementsAre(0x281));
+}
+
 TEST(TransmissionType, OfAnRpdoSaysWhenItIsTakenOver) {
   for (unsigned type = 0; type <= 255; ++type) {
     const bool reserved = type > 240 && type < 254;
