@@ -124,12 +124,18 @@ can::CobId Producer::cob_id() const {
 }
 
 bool Producer::transmit(const Message& message, Instant now) {
-  if (!transmit_.push(can::TransmitClass::emcy, encode(message, cob_id()))) {
+  const can::Frame frame = encode(message, cob_id());
+  if (!transmit_.push(can::TransmitClass::emcy, frame)) {
     return false;
   }
   inhibited_until_ = now + kInhibitUnit * static_cast<std::int64_t>(
                                               dictionary_.number({kInhibitTime, 0}).value_or(0));
-  events_.emit(to_event(EventKind::emcy_sent, node_id_, message, now));
+  const Event sent = to_event(EventKind::emcy_sent, node_id_, message, now);
+  if (reporter_ != nullptr) {
+    reporter_->emcy_queued(frame, sent, events_);
+  } else {
+    events_.emit(sent);
+  }
   return true;
 }
 

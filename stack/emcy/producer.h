@@ -34,7 +34,16 @@ enum class SendResult : std::uint8_t {
   errors_remain,  // an error reset that is not sent because other errors are present
 };
 
-// Hook of 1014h and 1015h. Emits emcy_sent for every message handed to the transmit queue.
+// Emits emcy_sent when the bus has acknowledged the frame.
+class SentReporter {
+ public:
+  virtual ~SentReporter() = default;
+  // The frame is in the transmit queue. event: emcy_sent, to be emitted to `events`.
+  virtual void emcy_queued(const can::Frame& frame, const Event& event, EventLog& events) = 0;
+};
+
+// Hook of 1014h and 1015h. Without a SentReporter emits emcy_sent for every message handed to the
+// transmit queue.
 class Producer final : public od::Hook {
  public:
   static constexpr std::size_t kWaiting = 16;
@@ -47,6 +56,9 @@ class Producer final : public od::Hook {
   // From now on what others send on 1014h, while that is valid, is for the target {emcy, index}.
   // dispatch must outlive the producer.
   void listen_for_others(can::Dispatch& dispatch, std::uint16_t index);
+
+  // reporter: see above; must outlive the producer.
+  void set_reporter(SentReporter* reporter) { reporter_ = reporter; }
 
   // After a reset: forgets what waits.
   void configure();
@@ -90,6 +102,7 @@ class Producer final : public od::Hook {
   can::TransmitQueue& transmit_;
   EventLog& events_;
   std::uint8_t node_id_;
+  SentReporter* reporter_ = nullptr;
   can::Dispatch* dispatch_ = nullptr;
   std::uint16_t index_ = 0;  // in it
   can::CobId listened_{};    // the one that is in it

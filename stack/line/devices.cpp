@@ -14,7 +14,9 @@ Line::Devices::Devices(LineConfig line_config, pdo::LinkPlan plan)
       image(std::move(plan.inputs), std::move(plan.outputs)),
       outputs(image.layout(Direction::outputs), config.groups, config.bound) {
   for (const DeviceConfig& device : config.devices) {
-    seats.push_back({.device = std::make_unique<VirtualDevice>(device, config, image, events)});
+    auto reporter = std::make_unique<EmcyReporter>(*this, device.id);
+    auto virtual_device = std::make_unique<VirtualDevice>(device, config, image, events, *reporter);
+    seats.push_back({.reporter = std::move(reporter), .device = std::move(virtual_device)});
   }
   std::ranges::sort(seats, {}, [](const Seat& seat) { return seat.device->id(); });
 }

@@ -66,6 +66,7 @@ struct Line::Devices final : Line::Base {
 
  private:
   struct Seat {
+    std::unique_ptr<EmcyReporter> reporter;
     std::unique_ptr<VirtualDevice> device;
     std::uint64_t resets = 0;  // of its node that were followed
   };

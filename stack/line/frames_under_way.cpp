@@ -40,6 +40,9 @@ void FramesUnderWay::lost(std::uint64_t first, std::uint64_t last) {
       }
     }
   }
+  std::erase_if(sendings_, [](const Sending& sending) {
+    return sending.is_report() && sending.frames.front().number == kLost;
+  });
   if (last <= ended_) {
     return;
   }

@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "stack/base/event_log.h"
 #include "stack/base/time.h"
 #include "stack/can/frame.h"
 #include "stack/line/command.h"
@@ -24,12 +25,21 @@ class FramesUnderWay {
     std::uint8_t device = 0;   // of a line in the role device: of which TPDO or frame
     std::uint64_t number = 0;  // of the frame; 0 = not handed out yet
   };
-  // A command whose frames are not all acknowledged yet.
+  // An event that is emitted when a frame was acknowledged.
+  struct Report {
+    EventLog* events = nullptr;  // nullptr: none
+    Event event{};
+  };
+  // A command whose frames are not all acknowledged yet, or with a report the kind of command that
+  // sends such a frame.
   struct Sending {
     Command command;  // without data
     std::vector<Awaited> frames;
     std::vector<std::byte> data{};  // of the reply
     Instant deadline = kNever;
+    Report report{};
+
+    bool is_report() const { return report.events != nullptr; }
   };
   static constexpr std::uint64_t kLost = std::numeric_limits<std::uint64_t>::max();  // number
   static constexpr std::size_t kMost = 1024;  // commands that wait

@@ -76,6 +76,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
       scanner(sdo, events, *this) {
   events.set_listener(&diagnosis);
   sdo.follow(under_way.requests());
+  node.emcy().set_reporter(&emcy_reporter);
   node.set_companion(this);
   node.show_monitored(&heartbeats);
   manager.set_program_step([this](std::uint8_t id) { return loader.make_step(id); });

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "stack/base/event_log.h"
+#include "stack/emcy/producer.h"
 #include "stack/line/bus_load.h"
 #include "stack/line/frames_under_way.h"
 #include "stack/line/generic_can.h"
@@ -98,11 +99,24 @@ struct Line::Base {
   // The reply is that of the command when its frames are acknowledged.
   void answer_when_sent(FramesUnderWay::Sending sending, Instant now);
   void expire_sendings(Instant now);
+  // As emcy::SentReporter. device: see FramesUnderWay::Awaited.
+  void report_when_sent(std::uint8_t device, const can::Frame& frame, const Event& event,
+                        EventLog& log);
   // Commands of that kind whose frames are gone before they were handed out. device: see
   // FramesUnderWay::Awaited.
   void refuse_sendings(CommandKind kind, Refusal why, Instant now, std::uint8_t device = 0);
   void cancel_sendings();
   bool bus_is_stuck(Instant now) const;
+
+  // Of an own node.
+  struct EmcyReporter final : emcy::SentReporter {
+    EmcyReporter(Base& of_line, std::uint8_t of_device) : line(of_line), device(of_device) {}
+    void emcy_queued(const can::Frame& frame, const Event& event, EventLog& log) override {
+      line.report_when_sent(device, frame, event, log);
+    }
+    Base& line;
+    std::uint8_t device;
+  };
 
   FramesUnderWay under_way;
   LineConfig config;

@@ -326,6 +326,7 @@ struct Line::Impl final : Line::Base,
   image::ProcessImage image;
   OwnObjects own_objects;
   mutable routing::ForwardObjects forwarded;  // its list is brought up to date by who asks
+  EmcyReporter emcy_reporter{*this, 0};
   node::Node node;
   nmt::Master nmt;
   nmt::HeartbeatConsumer heartbeats;

@@ -1,5 +1,6 @@
 // Services that are not confirmed, from the command to the acknowledgement on the bus.
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "stack/base/deadline.h"
@@ -30,17 +31,18 @@ bool Line::Base::is_awaited(const FramesUnderWay::Awaited& awaited, const can::F
                            : can::same_content(awaited.frame, frame);
 }
 
-// The frame that was handed out last.
+// The frame that was handed out last. Of two equal commands each has its frame, and so has each of
+// two equal events.
 void Line::Base::find_sendings(const can::Frame& frame, std::uint8_t from) {
+  std::array<bool, 2> found{};  // of a command, of an event
   for (FramesUnderWay::Sending& sending : under_way.sendings()) {
+    bool& done = found[sending.is_report() ? 1 : 0];
     for (FramesUnderWay::Awaited& awaited : sending.frames) {
-      if (!is_awaited(awaited, frame, from)) {
+      if (done || !is_awaited(awaited, frame, from)) {
         continue;
       }
       awaited.number = under_way.next_number() - 1;
-      if (awaited.tpdo == 0 && !awaited.any_value) {
-        return;  // of two equal commands each has its frame
-      }
+      done = awaited.tpdo == 0 && !awaited.any_value;
     }
   }
 }
@@ -53,7 +55,10 @@ void Line::Base::find_sendings(const can::Frame& frame, std::uint8_t from) {
   if (under_way.any()) [[unlikely]] {
     std::erase_if(under_way.sendings(), [&](FramesUnderWay::Sending& sending) {
       const bool sent = FramesUnderWay::is_sent(sending, number);
-      if (sent) {
+      if (sent && sending.is_report()) {
+        sending.report.event.time = now;
+        sending.report.events->emit(sending.report.event);
+      } else if (sent) {
         reply(sending.command.tag, Error{}, std::move(sending.data));
       }
       return sent;
@@ -83,6 +88,17 @@ void Line::Base::answer_when_sent(FramesUnderWay::Sending sending, Instant now) 
   under_way.add(std::move(sending));
 }
 
+void Line::Base::report_when_sent(std::uint8_t device, const can::Frame& frame, const Event& event,
+                                  EventLog& log) {
+  if (!under_way.expected()) {
+    log.emit(event);
+    return;
+  }
+  under_way.add({.command = {.kind = CommandKind::emcy_send, .data = {}},
+                 .frames = {{.frame = frame, .device = device}},
+                 .report = {.events = &log, .event = event}});
+}
+
 void Line::Base::expire_sendings(Instant now) {
   std::erase_if(under_way.sendings(), [&](FramesUnderWay::Sending& sending) {
     const bool expired = sending.deadline <= now;
@@ -100,7 +116,7 @@ void Line::Base::refuse_sendings(CommandKind kind, Refusal why, Instant now, std
         std::ranges::any_of(sending.frames, [device](const FramesUnderWay::Awaited& frame) {
           return frame.number == 0 && frame.device == device;
         });
-    if (gone) {
+    if (gone && !sending.is_report()) {
       refuse(sending.command, why, now);
     }
     return gone;
@@ -109,7 +125,9 @@ void Line::Base::refuse_sendings(CommandKind kind, Refusal why, Instant now, std
 
 void Line::Base::cancel_sendings() {
   for (const FramesUnderWay::Sending& sending : under_way.sendings()) {
-    reply(sending.command.tag, to_error(Refusal::cancelled));
+    if (!sending.is_report()) {
+      reply(sending.command.tag, to_error(Refusal::cancelled));
+    }
   }
   under_way.sendings().clear();
 }

@@ -78,8 +78,13 @@ void VirtualDevice::Conversion::written(od::Address address) {
 }
 
 VirtualDevice::VirtualDevice(const DeviceConfig& config, const LineConfig& line,
-                             image::ProcessImage& image, EventLog& events)
-    : id_(config.id), scheme_(line.error_scheme), image_(image), events_(events, config.id) {
+                             image::ProcessImage& image, EventLog& events,
+                             emcy::SentReporter& reporter)
+    : id_(config.id),
+      scheme_(line.error_scheme),
+      image_(image),
+      reporter_(reporter),
+      events_(events, config.id) {
   build(config.device);
   if (config.lss) {
     description_ = config.device;
@@ -96,6 +101,7 @@ void VirtualDevice::build(const od::DeviceDescription& description) {
   events_.set_own_node(description.node_id);
   node_ = std::make_unique<node::Node>(od::Dictionary(description), options, events_, nullptr);
   node_->set_application(this);
+  node_->emcy().set_reporter(&reporter_);
   node_->set_medium(medium_);
   if (utc_) {
     node_->clock().set_utc(*utc_);

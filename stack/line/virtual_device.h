@@ -27,9 +27,10 @@ namespace linegate::line {
 // image at once, whatever PDOs the master has made of it.
 class VirtualDevice final : node::Application {
  public:
-  // image: of the whole line, laid out by device_plan(). All must outlive the device.
+  // image: of the whole line, laid out by device_plan(). reporter: of the EMCYs that it sends. All
+  // must outlive the device.
   VirtualDevice(const DeviceConfig& config, const LineConfig& line, image::ProcessImage& image,
-                EventLog& events);
+                EventLog& events, emcy::SentReporter& reporter);
 
   void start(Instant now);
   // At frame.time. True if a service wanted it.
@@ -145,6 +146,7 @@ class VirtualDevice final : node::Application {
   const std::uint8_t id_;
   const node::ErrorScheme scheme_;
   image::ProcessImage& image_;
+  emcy::SentReporter& reporter_;
   EventLog events_;                    // the line's, by the name that the line has for the device
   std::unique_ptr<DeviceLss> lss_;     // if it is an LSS slave
   od::DeviceDescription description_;  // the same: to become another node of

@@ -52,6 +52,9 @@ class AcknowledgedServices : public AcknowledgedOutputs {
                     .data = std::move(arguments)},
                    now_);
   }
+  static std::ptrdiff_t kinds(const std::vector<Event>& all, EventKind kind) {
+    return std::ranges::count(all, kind, &Event::kind);
+  }
   void set(std::uint16_t index, std::uint16_t value) {
     ASSERT_TRUE(line_->dictionary().set({index, 0}, value));
   }
@@ -119,6 +122,67 @@ TEST_F(AcknowledgedServices, AnEmcyIsAnsweredWhenItIsOnTheBus) {
   hand_out();
   live(milliseconds(1100));
   EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
+}
+
+TEST_F(AcknowledgedServices, AnEmcyIsReportedAsSentWhenItIsOnTheBus) {
+  run();
+  send_emcy(0x5000);
+  EXPECT_FALSE(told(EventKind::emcy_sent, 127));
+  hand_out();
+  EXPECT_FALSE(told(EventKind::emcy_sent, 127)) << "the controller has it, the bus does not";
+  pass(milliseconds(5));
+  acknowledge_all();
+  const std::vector<Event> reported = events();
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_EQ(reported[0].kind, EventKind::emcy_sent);
+  EXPECT_EQ(reported[0].code, 0x5000U);
+  EXPECT_EQ(reported[0].time, now_);
+  acknowledge_all();
+  EXPECT_THAT(events(), IsEmpty()) << "once";
+}
+
+TEST_F(AcknowledgedServices, AnEmcyThatTheBusLostIsNotReportedAsSent) {
+  run();
+  send_emcy(0x5000);
+  hand_out();
+  line_->lost(given_, given_);
+  send_emcy(0x5000);
+  hand_out();
+  acknowledge_all();
+  EXPECT_EQ(kinds(events(), EventKind::emcy_sent), 1) << "the second";
+}
+
+TEST_F(AcknowledgedServices, EachOfEqualEmcysIsReported) {
+  run();
+  send_emcy(0x5000);
+  send_emcy(0x5000);
+  EXPECT_EQ(hand_out().size(), 2U);
+  line_->acknowledged(given_ - 1, now_);
+  EXPECT_TRUE(answer().ok());
+  EXPECT_FALSE(is_answered());
+  EXPECT_EQ(kinds(events(), EventKind::emcy_sent), 1);
+  acknowledge_all();
+  EXPECT_TRUE(answer().ok());
+  EXPECT_EQ(kinds(events(), EventKind::emcy_sent), 1);
+}
+
+TEST_F(AcknowledgedServices, AnEmcyThatAResetDropsIsNotReportedAsSent) {
+  run();
+  set(0x1015, 20'000);  // 2 s
+  send_emcy(0x5000);
+  send_emcy(0x5100);
+  line_->execute({.kind = CommandKind::nmt,
+                  .node = line_->config().node_id,
+                  .nmt = nmt::Command::reset_communication,
+                  .data = {}},
+                 now_);
+  hand_out();
+  live(milliseconds(3000));
+  hand_out();
+  acknowledge_all();
+  for (const Event& event : events()) {
+    EXPECT_FALSE(event.kind == EventKind::emcy_sent && event.code == 0x5100);
+  }
 }
 
 TEST_F(AcknowledgedServices, AnEmcyThatWaitsForItsInhibitTimeSaysSo) {

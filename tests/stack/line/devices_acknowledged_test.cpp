@@ -168,6 +168,15 @@ TEST_F(AcknowledgedDevices, AnEmcyIsAnsweredWhenItIsOnTheBus) {
   EXPECT_EQ(answer().error, to_error(Refusal::no_acknowledge));
 }
 
+TEST_F(AcknowledgedDevices, AnEmcyIsReportedAsSentWhenItIsOnTheBus) {
+  run();
+  send_emcy(0x5000);
+  hand_out();
+  EXPECT_FALSE(told(EventKind::emcy_sent, 6)) << "the controller has it, the bus does not";
+  acknowledge_all();
+  EXPECT_TRUE(told(EventKind::emcy_sent, 6));
+}
+
 TEST_F(AcknowledgedDevices, WhatAResetDropsIsRefused) {
   run();
   trigger();
