@@ -86,12 +86,7 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
   for (const pdo::Parameters& own : config.forwarding.tpdos) {
     node.pdos().set_auto_notify(own.number, own.mpdo == pdo::MpdoMode::source);
   }
-  const auto& entries = image.layout(image::Direction::outputs).entries;
-  for (std::uint32_t i = 0; i < entries.size() && !config.mpdo_scanner.empty(); ++i) {
-    if (entries[i].node == config.node_id && entries[i].local_pdo == 0) {
-      scanned_outputs.push_back({.entry = i});
-    }
-  }
+  find_scanned_outputs();
   node.clock().produce_every(config.time_period);
   sdo.set_slow_writes(config.save_timeout, config.load_timeout);
   heartbeats.set_listener(this);

@@ -311,6 +311,7 @@ struct Line::Impl final : Line::Base,
     bool confirmed = false;               // it was acknowledged
     bool written = false;                 // scratch
   };
+  void find_scanned_outputs();
   void scanned_written(std::uint32_t bit_offset, std::uint32_t bits, bool always);
   void send_scanned();
   void confirm_scanned(ScannedOutput& scanned);

@@ -11,6 +11,15 @@ namespace linegate::line {
 
 using image::Direction;
 
+void Line::Impl::find_scanned_outputs() {
+  const std::vector<image::Entry>& entries = image.layout(Direction::outputs).entries;
+  for (std::uint32_t i = 0; i < entries.size() && !config.mpdo_scanner.empty(); ++i) {
+    if (entries[i].node == config.node_id && entries[i].local_pdo == 0) {
+      scanned_outputs.push_back({.entry = i});
+    }
+  }
+}
+
 void Line::Impl::scanned_written(std::uint32_t bit_offset, std::uint32_t bits, bool always) {
   const std::vector<image::Entry>& entries = image.layout(Direction::outputs).entries;
   bool any = false;
