@@ -239,7 +239,9 @@ void HeartbeatConsumer::take_boot_up(std::uint8_t id, Instant now) {
   // next heartbeat is waited for without a deadline. A guarded one is asked, whatever it forgot.
   nodes_[id].state = State::pre_operational;
   set_deadline(nodes_[id], nodes_[id].guard.asks() ? now + nodes_[id].time : kNever);
-  emit(EventKind::boot_up, id, now, 0, 0);
+  if (emits_states_) {
+    emit(EventKind::boot_up, id, now, 0, 0);
+  }
   if (listener_ != nullptr) {
     listener_->boot_up(id, now);
   }
@@ -255,8 +257,10 @@ void HeartbeatConsumer::take_heartbeat(std::uint8_t id, State state, Instant now
   }
   if (node.state != state) {
     const State before = std::exchange(node.state, state);
-    emit(EventKind::node_state, id, now, static_cast<std::uint32_t>(state),
-         static_cast<std::uint32_t>(before));
+    if (emits_states_) {
+      emit(EventKind::node_state, id, now, static_cast<std::uint32_t>(state),
+           static_cast<std::uint32_t>(before));
+    }
   }
   if (listener_ != nullptr) {
     listener_->heartbeat(id, state, now);

@@ -53,6 +53,8 @@ class HeartbeatConsumer {
   HeartbeatConsumer& operator=(const HeartbeatConsumer&) = delete;
 
   void set_listener(HeartbeatListener* listener) { listener_ = listener; }
+  // boot_up and node_state are events of another consumer, which listens to all nodes.
+  void leave_states_to_another() { emits_states_ = false; }
 
   // Wants the node's error control messages, monitored or not.
   void listen(std::uint8_t node);
@@ -123,6 +125,7 @@ class HeartbeatConsumer {
   can::TransmitQueue* transmit_;
   std::size_t guarded_ = 0;        // how many nodes are
   Instant next_request_ = kNever;  // the earliest of them
+  bool emits_states_ = true;
   HeartbeatListener* listener_ = nullptr;
   std::array<Node, can::kMaxNodeId + 1> nodes_{};
   mutable Instant next_ = kNever;

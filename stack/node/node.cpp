@@ -181,6 +181,9 @@ time::Service& Node::clock() {
 }
 void Node::show_monitored(const nmt::HeartbeatConsumer* consumer) {
   impl_->heartbeat_times.show(consumer);
+  if (consumer != nullptr) {
+    impl_->heartbeats.leave_states_to_another();
+  }
 }
 can::Dispatch& Node::dispatch() {
   return impl_->dispatch;

@@ -195,7 +195,8 @@ class Node {
   // Where the SDO servers send what is for other networks; must outlive the node.
   void set_sdo_detour(sdo::Detour* detour);
   time::Service& clock();
-  // 1016h shows what this consumer monitors besides; it must outlive the node. nullptr: nothing.
+  // 1016h shows what this consumer monitors besides, and its are the events of states and boot-up
+  // messages: it listens to all other nodes. It must outlive the node. nullptr: nothing.
   void show_monitored(const nmt::HeartbeatConsumer* consumer);
   can::Dispatch& dispatch();
   can::TransmitQueue& transmit();

@@ -153,6 +153,30 @@ TEST_F(PresenceTest, ALossThatTheOwnConsumerFindsReachesTheManager) {
   EXPECT_THAT(sent(), testing::Contains("000#8105"));
 }
 
+// Two consumers receive its error control messages: that of 1016h, and that of the line.
+TEST_F(PresenceTest, StatesOfANodeInTheOwn1016hAreReportedOnce) {
+  LineConfig config = config_with_axis();
+  config.role = Role::device;
+  config.nodes.clear();
+  make(std::move(config));
+  line_->start(now_);
+  ASSERT_TRUE(line_->dictionary().set({0x1016, 1}, std::uint32_t{0x0063'0064}));
+  line_->advance(now_);
+  events();
+  const auto count = [&](EventKind kind) {
+    const std::vector<Event> all = events();
+    return std::ranges::count(all, kind, &Event::kind);
+  };
+  hear(0x700 + kUnlisted, {0x05});
+  EXPECT_EQ(count(EventKind::node_state), 1);
+  hear(0x700 + kUnlisted, {0x00});
+  EXPECT_EQ(count(EventKind::boot_up), 1);
+  pass(milliseconds(10));
+  hear(0x700 + kUnlisted, {0x7F});
+  pass(milliseconds(110));
+  EXPECT_EQ(count(EventKind::heartbeat_lost), 1);
+}
+
 TEST_F(PresenceTest, TheOwn1016hShowsWhatTheManagerMonitors) {
   start();
   EXPECT_EQ(own(0x1016, 1), 0x0005'00FAU) << "2.5 heartbeat times";
