@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t kWayLength = 4;  // before the entries that an answer names
 constexpr std::size_t kMostNames = 3;  // of entries in one sentence
+constexpr std::string_view kTurn = "its turn on the bus (SYNC, inhibit time)";
 
 std::string list_of(const std::vector<std::string>& names) {
   std::string out;
@@ -57,15 +58,26 @@ std::string node_text(const Line& line, std::uint8_t id) {
              : node + ", which is " + std::string(nmt::name(state.state));
 }
 
-bool waits_for_bus(const Line& line, std::size_t entry) {
+// The reason that the gateway reports for an entry whose values are there and whose nodes run.
+std::string_view reported_wait(const Line& line, std::size_t entry) {
   for (const auto& [number, view] : line.groups) {
     for (const line::OutputState::Wait& wait : view.state.waits) {
-      if (wait.entry == entry) {
-        return wait.reason == line::OutputWait::bus;
+      if (wait.entry != entry) {
+        continue;
+      }
+      switch (wait.reason) {
+        case line::OutputWait::bus:
+          return "the bus: no acknowledge";
+        case line::OutputWait::trigger:
+          return "a trigger of its PDO";
+        case line::OutputWait::update_time:
+          return "the update time of its PDO";
+        default:
+          return kTurn;
       }
     }
   }
-  return false;
+  return kTurn;
 }
 
 }  // namespace
@@ -85,13 +97,8 @@ bool is_held_back(const std::vector<std::byte>& data) {
 
 std::string way_text(const std::vector<std::byte>& data, const image::Layout* outputs) {
   constexpr std::array<std::string_view, line::kPdoWaits> kWaits{
-      "",
-      "update time",
-      "values that were never written",
-      "own node operational",
-      "trigger",
-      "its turn on the bus (SYNC, inhibit time)",
-      "the bus: no acknowledge"};
+      "",        "update time", "values that were never written", "own node operational",
+      "trigger", kTurn,         "the bus: no acknowledge"};
   if (data.size() < kWayLength || data[0] != std::byte{line::kByPdo}) {
     return data.empty() ? "" : "by SDO";
   }
@@ -129,8 +136,7 @@ std::string output_state(const Line& line, std::size_t entry) {
   if (!node.empty()) {
     return "waits for " + node;
   }
-  return waits_for_bus(line, entry) ? "waits for the bus: no acknowledge"
-                                    : "waits for its turn on the bus (SYNC, inhibit time)";
+  return "waits for " + std::string(reported_wait(line, entry));
 }
 
 std::string group_text(const OutputStateView& view) {

@@ -188,6 +188,8 @@ static_assert(same(v1::OUTPUT_WAIT_OWN_NODE, line::OutputWait::own_node));
 static_assert(same(v1::OUTPUT_WAIT_NODE, line::OutputWait::node));
 static_assert(same(v1::OUTPUT_WAIT_TURN, line::OutputWait::turn));
 static_assert(same(v1::OUTPUT_WAIT_BUS, line::OutputWait::bus));
+static_assert(same(v1::OUTPUT_WAIT_TRIGGER, line::OutputWait::trigger));
+static_assert(same(v1::OUTPUT_WAIT_UPDATE_TIME, line::OutputWait::update_time));
 
 static_assert(same(v1::NMT_INITIALISING, nmt::State::initialising));
 static_assert(same(v1::NMT_STOPPED, nmt::State::stopped));

@@ -62,6 +62,13 @@ OutputWait Line::Impl::reason_of(std::uint32_t entry) const {
   if (state == waiting || state == unheard) {
     return OutputWait::node;
   }
+  if (updates.waits(place.local_pdo)) {
+    return OutputWait::update_time;
+  }
+  const pdo::Engine& pdos = const_cast<node::Node&>(node).pdos();
+  if (pdos.awaits_trigger(place.local_pdo, place.bit_offset, place.bit_length)) {
+    return OutputWait::trigger;
+  }
   return bus_is_stuck(advanced_to) ? OutputWait::bus : OutputWait::turn;
 }
 

@@ -13,12 +13,14 @@ namespace linegate::line {
 
 // Why an output entry is not valid. Grows at the end only: DDS contract.
 enum class OutputWait : std::uint8_t {
-  value,     // it was never written and has no default
-  values,    // another entry of its PDO was never written and has no default
-  own_node,  // the own node is not Operational
-  node,      // the node that receives its PDO is not Operational
-  turn,      // the transmission type, the inhibit time or the arbitration on the bus
-  bus,       // the bus does not acknowledge frames, or takes none
+  value,        // it was never written and has no default
+  values,       // another entry of its PDO was never written and has no default
+  own_node,     // the own node is not Operational
+  node,         // the node that receives its PDO is not Operational
+  turn,         // the transmission type, the inhibit time or the arbitration on the bus
+  bus,          // the bus does not acknowledge frames, or takes none
+  trigger,      // it was written without a request of its PDO: kKeepPdo, 5F41h:04h bit 6
+  update_time,  // LineConfig::pdo_update_time
 };
 
 struct OutputState {

@@ -241,6 +241,9 @@ class Engine {
   std::uint16_t first_tpdo(od::Address address) const;
   // The frame is that TPDO with the newest values. number: 1..
   bool carries_newest(std::uint16_t number, const can::Frame& frame) const;
+  // The TPDO is requested by events only, and no request carries the newest values of these bits of
+  // the output area: they are sent when it is requested next. number: 1..
+  bool awaits_trigger(std::uint16_t number, std::uint32_t bit_offset, std::uint32_t bits) const;
   // Nothing is requested, not even what an inhibit time holds back: next_frame() gives none. Hot.
   bool quiet() const { return requests_ == 0; }
   bool wants_to_send(Instant now) const;

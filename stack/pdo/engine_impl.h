@@ -238,6 +238,8 @@ struct Engine::Impl final : od::Hook, od::Observer {
   bool is_taken(std::uint16_t slot) const;
   void acknowledged(std::uint64_t number);
   void lost(std::uint64_t first, std::uint64_t last);
+  // It will be requested without an event, or at the next SYNC by one that was there.
+  bool comes_by_itself(std::uint16_t slot) const;
   // Takes a new sample; true if it differs from the one before or is the first.
   bool sample(std::uint16_t slot);
   // Samples and requests; without always only if the sample is a new one.

@@ -507,6 +507,35 @@ bool Engine::carries_newest(std::uint16_t number, const can::Frame& frame) const
   return can::same_content(frame, impl_->tpdos[slot].frame) && impl_->is_newest(slot);
 }
 
+bool Engine::Impl::comes_by_itself(std::uint16_t slot) const {
+  const Tpdo& pdo = tpdos[slot];
+  if (is_event_driven(pdo.type)) {
+    return has_event_timer(pdo);
+  }
+  return pdo.type != kSyncAcyclic || pdo.event || pending.test(pdo.rank);
+}
+
+bool Engine::awaits_trigger(std::uint16_t number, std::uint32_t bit_offset,
+                            std::uint32_t bits) const {
+  const auto slot = static_cast<std::uint16_t>(number - 1U);
+  if (number == 0 || number > impl_->tpdos.size()) {
+    return false;
+  }
+  const Tpdo& pdo = impl_->tpdos[slot];
+  const bool held = impl_->held_changed.test(slot) || impl_->held_always.test(slot);
+  if (!pdo.active || pdo.mpdo != MpdoMode::none || held || impl_->comes_by_itself(slot)) {
+    return false;
+  }
+  if (!impl_->pending.test(pdo.rank) && !impl_->unacknowledged.test(slot)) {
+    return true;
+  }
+  Impl::FrameData differs = impl_->gather(pdo);
+  for (std::size_t i = 0; i < differs.size(); ++i) {
+    differs[i] ^= pdo.frame.data[i];
+  }
+  return pdo.plan.reaches(differs.data(), bit_offset, bits);
+}
+
 void Engine::Impl::set_receiver(std::uint8_t node, Receiver state) {
   if (std::exchange(receivers[node], state) == state) {
     return;

@@ -165,6 +165,30 @@ TEST(Tables, AnOutputShowsWhetherItWasSentOrWhatItWaitsFor) {
   EXPECT_THAT(states(), ElementsAre("", "", "never written"));
 }
 
+TEST(Tables, AnOutputShowsTheReasonThatTheGatewayReports) {
+  Model model = test::plant();
+  LineView line = test::line_view(3);
+  line.state.own_state = nmt::State::operational;
+  model.on_line(test::kPress, line);
+  image::Snapshot image{.direction = image::Direction::outputs, .layout_id = 10};
+  image.bytes = {std::byte{0x0F}, std::byte{0}};
+  image.changed = image.valid = {0};
+  image.known = {1};
+  model.on_image(test::kPress, image);
+  const auto state = [&](line::OutputWait reason) {
+    OutputStateView view;
+    view.state.waiting = 1;
+    view.state.waits = {{0, reason}};
+    model.on_output_state(test::kPress, view);
+    return column(values_of(model, {.line = "press", .node = 5}, Directions::both), kOutputState)
+        .back();
+  };
+  EXPECT_EQ(state(line::OutputWait::trigger), "waits for a trigger of its PDO");
+  EXPECT_EQ(state(line::OutputWait::update_time), "waits for the update time of its PDO");
+  EXPECT_EQ(state(line::OutputWait::bus), "waits for the bus: no acknowledge");
+  EXPECT_EQ(state(line::OutputWait::turn), "waits for its turn on the bus (SYNC, inhibit time)");
+}
+
 TEST(Tables, WhatIsStaleIsShownAsSuch) {
   Model model = test::plant();
   EXPECT_TRUE(values_of(model, {}, Directions::inputs).notes.empty());

@@ -54,6 +54,15 @@ class DataByObject : public LineTest {
     command.entry = entry;
     return command;
   }
+  std::vector<OutputWait> reasons() {
+    OutputState state;
+    line_->output_state(0, state);
+    std::vector<OutputWait> out;
+    for (const OutputState::Wait& wait : state.waits) {
+      out.push_back(wait.reason);
+    }
+    return out;
+  }
   // By PDO 1, which waits for that.
   static std::vector<std::byte> by_pdo(PdoWait wait) {
     return {std::byte{kByPdo}, std::byte{1}, std::byte{0}, static_cast<std::byte>(wait)};
@@ -172,6 +181,40 @@ TEST_F(DataByObject, AKeptPdoIsSentWhenItIsTriggered) {  // 5F01h
   EXPECT_THAT(pdos(), ElementsAre("205#0100000001"));
   EXPECT_EQ(ask(trigger(0, 0, 4)).data, first) << "by a byte of the image";
   EXPECT_THAT(pdos(), ElementsAre("205#0100000001"));
+}
+
+TEST_F(DataByObject, AKeptValueWaitsForATrigger) {
+  run(config_with_axis());
+  ask(write(kSetpoint, setpoint(1)));
+  ask(write(kMode, mode(1), kKeepPdo));
+  EXPECT_THAT(reasons(), ElementsAre(OutputWait::trigger, OutputWait::trigger));
+  ask(trigger(5, 1));
+  pdos();
+  EXPECT_THAT(reasons(), IsEmpty());
+  ask(write(kMode, mode(2), kKeepPdo));
+  EXPECT_THAT(reasons(), ElementsAre(OutputWait::trigger)) << "of the value that was written";
+  ask(write(kSetpoint, setpoint(2)));
+  EXPECT_THAT(pdos(), ElementsAre("205#0200000002"));
+  EXPECT_THAT(reasons(), IsEmpty());
+}
+
+TEST_F(DataByObject, AKeptValueOfARequestedPdoWaitsForATrigger) {
+  run(config_with_axis());
+  ask(write(kSetpoint, setpoint(1)));
+  ask(write(kMode, mode(1)));
+  ask(write(kMode, mode(2), kKeepPdo));
+  EXPECT_THAT(reasons(), ElementsAre(OutputWait::turn, OutputWait::trigger));
+  EXPECT_THAT(pdos(), ElementsAre("205#0100000001"));
+  EXPECT_THAT(reasons(), ElementsAre(OutputWait::trigger));
+}
+
+TEST_F(DataByObject, ACollectedValueWaitsForTheUpdateTime) {
+  run_with_update_time(milliseconds(20));
+  ask(write(kSetpoint, setpoint(1)));
+  ask(write(kMode, mode(1)));
+  pdos();
+  ask(write(kMode, mode(2)));
+  EXPECT_THAT(reasons(), ElementsAre(OutputWait::update_time));
 }
 
 TEST_F(DataByObject, WhatIsNotThereCannotBeTriggered) {
