@@ -15,26 +15,44 @@
 namespace linegate::gateway {
 namespace {
 
-// With --json wrong usage, which is said on standard error, is an object on standard output too.
-int with_usage_as_json(bool json, const std::function<int()>& action) {
+// What is redirected goes to a stream that keeps it, too.
+class KeptOutput {
+ public:
+  explicit KeptOutput(std::ostream& stream) : stream_(stream), kept_(stream) {
+    before_ = stream.rdbuf(kept_.rdbuf());
+  }
+  ~KeptOutput() { stream_.rdbuf(before_); }
+  KeptOutput(const KeptOutput&) = delete;
+  KeptOutput& operator=(const KeptOutput&) = delete;
+
+  const std::string& text() const { return kept_.text(); }
+
+ private:
+  std::ostream& stream_;
+  KeptStream kept_;  // writes to the buffer that the stream had before
+  std::streambuf* before_ = nullptr;
+};
+
+// With --json wrong usage, and a failure without any result, which are said on standard error, are
+// objects on standard output too.
+int with_problems_as_json(bool json, const std::function<int()>& action) {
   if (!json) {
     return action();
   }
-  KeptStream kept(std::cerr);  // writes to the buffer that std::cerr has now
-  struct Redirected {
-    explicit Redirected(std::streambuf* to) : before(std::cerr.rdbuf(to)) {}
-    ~Redirected() { std::cerr.rdbuf(before); }
-    Redirected(const Redirected&) = delete;
-    Redirected& operator=(const Redirected&) = delete;
-    std::streambuf* before;
-  };
   int code = kExitOk;
+  std::string problem;
+  bool has_result = false;
   {
-    const Redirected redirected(kept.rdbuf());
+    const KeptOutput errors(std::cerr);
+    const KeptOutput results(std::cout);
     code = action();
+    problem = errors.text();
+    has_result = !results.text().empty();
   }
   if (code == kExitUsage) {
-    print_usage_error(std::cout, kept.text());
+    print_usage_error(std::cout, problem);
+  } else if (code == kExitFailed && !has_result && !problem.empty()) {
+    print_failure(std::cout, problem);
   }
   return code;
 }
@@ -64,7 +82,7 @@ void FileCommands::add_plant(CLI::App& app, const bool& json, const On& on) {
   eds->add_option("plant", plant_)->required();
   eds->add_option("line", line_)->required();
   on(eds, [this, &json] {
-    return with_usage_as_json(
+    return with_problems_as_json(
         json, [this] { return print_device_file(plant_, line_, DeviceFileKind::eds); });
   });
 
@@ -75,7 +93,7 @@ void FileCommands::add_plant(CLI::App& app, const bool& json, const On& on) {
   dcf->add_flag("--concise", concise_, "concise DCF, as 1F22h holds it (binary)");
   on(dcf, [this, &json] {
     const auto kind = concise_ ? DeviceFileKind::concise : DeviceFileKind::dcf;
-    return with_usage_as_json(json, [&] { return print_device_file(plant_, line_, kind); });
+    return with_problems_as_json(json, [&] { return print_device_file(plant_, line_, kind); });
   });
 }
 
@@ -93,7 +111,7 @@ void FileCommands::add_simulate(CLI::App& app, const bool& json, const On& on) {
   on(simulate, [this, &json] {
     block_stop_signals();
     limit_end(kEndLimit);
-    return with_usage_as_json(json, [this] { return gateway::simulate(simulation_); });
+    return with_problems_as_json(json, [this] { return gateway::simulate(simulation_); });
   });
 }
 
@@ -113,7 +131,7 @@ void FileCommands::add_recording(CLI::App& app, const bool& json, const On& on) 
   on(record, [this, &json] {
     block_stop_signals();
     limit_end(kEndLimit);
-    return with_usage_as_json(json, [this] { return gateway::record(recording_); });
+    return with_problems_as_json(json, [this] { return gateway::record(recording_); });
   });
 }
 
@@ -129,7 +147,7 @@ void FileCommands::add_replay(CLI::App& app, const bool& json, const On& on) {
   on(replay, [this, &json] {
     block_stop_signals();
     limit_end(kEndLimit);
-    return with_usage_as_json(json, [this] { return gateway::replay(replay_); });
+    return with_problems_as_json(json, [this] { return gateway::replay(replay_); });
   });
 }
 
@@ -145,7 +163,7 @@ void FileCommands::add_decode(CLI::App& app, const bool& json, const On& on) {
                      "which line of the plant; else the one on the interface the log names");
   on(decode, [this, &json] {
     decode_.json = json;
-    return with_usage_as_json(json, [this] { return gateway::decode(decode_); });
+    return with_problems_as_json(json, [this] { return gateway::decode(decode_); });
   });
 }
 

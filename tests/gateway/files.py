@@ -93,6 +93,21 @@ def what_no_gateway_answers_is_an_object(linegate):
         expect(f"the text of {words}", told["text"] and told["text"] in done.stderr, True)
 
 
+def what_cannot_be_written_is_an_object(folder, linegate):
+    file = f"{folder}/no-such-folder/x.log"
+    done = run(linegate, "--json", "record", "virtual:x", "-o", file)
+    expect("the exit status of record", done.returncode, 1)
+    expect("what record says", json.loads(done.stdout),
+           {"ok": False, "domain": "console", "text": f"error: {file}: cannot be written: No such file or directory"})
+    done = run(linegate, "record", "virtual:x", "-o", file)
+    expect("what record says in words", (done.returncode, done.stdout), (1, ""))
+    unreadable = f"{folder}/none.dcf"
+    os.symlink("/proc/self/mem", unreadable)  # exists, and cannot be read as a file
+    done = run(linegate, "--json", "--wait", "0.1", "config", "import", "press:5", unreadable)
+    expect("the exit status of import", done.returncode, 1)
+    expect("the domain of import", json.loads(done.stdout)["domain"], "console")
+
+
 def completed(plant, *words):
     """What the bash completion offers for the last of the words, with that plant file."""
     script = os.path.join(plant_process.SOURCES, "deploy", "package", "linegate.bash")
@@ -165,6 +180,7 @@ def test(folder, _linegated, linegate, _profiles):
     wrong_words_are_named(linegate)
     wrong_usage_is_an_object(folder, linegate)
     what_no_gateway_answers_is_an_object(linegate)
+    what_cannot_be_written_is_an_object(folder, linegate)
     names_are_for_completion(folder, linegate)
     names_from_the_network_are_not_expanded(folder, linegate)
 
