@@ -6,6 +6,7 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -196,6 +197,7 @@ class Program {
       return action_();
     } catch (const std::exception& error) {  // of a library, such as a file that cannot be read
       std::cerr << "error: " << error.what() << '\n';
+      options_.json ? print_failure(std::cout, error.what()) : void();
       return kExitFailed;
     }
   }
@@ -299,7 +301,9 @@ class Program {
         "--hold", duration_, "the value for so long, e.g. 30s; then its group becomes 0");
     hold->transform(CLI::AsNumberWithUnit(kSeconds))->check(CLI::PositiveNumber);
     write->add_flag("--while", while_, "the same until this command ends (Ctrl-C)")->excludes(hold);
-    write->add_option("--group", group_, "the group of outputs that --hold and --while write")
+    write
+        ->add_option("--group", group_,
+                     "the group of outputs that --hold and --while write, if not that of the entry")
         ->check(CLI::Range(0, 0xFFFF));
     on(write, [this] {
       if (while_ || duration_ > 0) {
@@ -532,7 +536,7 @@ class Program {
                            {.line = texts_.line,
                             .entry = texts_.entry,
                             .value = texts_.value,
-                            .group = static_cast<std::uint16_t>(group_),
+                            .group = group_,
                             .time = seconds(duration_)},
                            stop_signal_caught);
     });
@@ -572,7 +576,7 @@ class Program {
   bool by_pdo_ = false;
   bool keep_ = false;
   bool while_ = false;
-  unsigned group_ = 0;
+  std::optional<std::uint16_t> group_;
   std::vector<std::string> faults_;
   std::uint64_t count_ = 0;
   std::string file_;

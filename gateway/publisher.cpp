@@ -15,6 +15,7 @@
 #include "gateway/channels.h"
 #include "gateway/controller_text.h"
 #include "gateway/event_text.h"
+#include "gateway/output_groups.h"
 #include "gateway/routing_text.h"
 #include "stack/diagnosis/network_state.h"
 
@@ -114,6 +115,7 @@ Publisher::Line::Line(LineHost& line_host, LineHistory& line_history)
       history(&line_history),
       info{line_host.name(), line_host.plan.interface.uri, line_host.plan.config.bit_rate,
            published_access(line_host.plan.commands)},
+      output_groups(output_group_properties(line_host.plan.config.groups)),
       layouts(line_host.layouts),
       updates(line_host.plan.pdo_min_period),
       sequences{ImageSequence(line_host.plan.publish.rule),
@@ -278,6 +280,8 @@ void Publisher::publish_states(Line& line, Instant now) {
           add_network(status->state.network, line.properties);
         }
       }
+      line.properties.insert(line.properties.end(), line.output_groups.begin(),
+                             line.output_groups.end());
       add_properties(line.controller, line.properties);
       add_forwarding(status->state.routing, line.properties);
       if (line.host->interface() != 0) {

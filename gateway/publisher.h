@@ -68,7 +68,8 @@ class Publisher {
     dds::LineInfo info;
     std::vector<dds::Property> properties;
     std::vector<dds::Property> routes;  // in force, if it routes
-    QueueDepths queues;                 // since they were published last
+    std::vector<dds::Property> output_groups;
+    QueueDepths queues;  // since they were published last
     can_bridge::ControllerSetup controller;
     EventLogger logger;
     std::array<Node, 128> nodes;

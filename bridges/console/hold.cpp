@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "bridges/console/lookup.h"
+#include "bridges/console/output_groups.h"
+#include "bridges/console/output_text.h"
 #include "bridges/console/table.h"
 #include "bridges/console/value_text.h"
 
@@ -37,6 +39,9 @@ class Holder {
                    << od::name(place.type) << '\n';
       return kUsage;
     }
+    if (!set_group(place, *entry)) {
+      return kUsage;
+    }
     value_ = {.entry = *entry, .length = static_cast<std::uint8_t>(data->size()), .data = {}};
     std::ranges::copy(*data, value_.data.begin());
     wanted_ = *std::move(data);
@@ -58,12 +63,12 @@ class Holder {
       }
       poll(context_, model_, kWriteAgain / 4);
       if (const std::string why = refusal(); !why.empty()) {
-        context_.err << why << '\n';
+        context_.err << why << group_hint() << '\n';
         return kFailed;
       }
       if (!shown_ && shows_value()) {
         shown_ = true;
-        context_.err << "held; the outputs of group " << request_.group << " become 0 "
+        context_.err << "held; the outputs of group " << group_ << " become 0 "
                      << kHoldWatchdog / std::chrono::seconds(1) << " s after the end\n";
       }
       if (!shown_ && steady_now() - begin >= context_.timeout) {
@@ -83,9 +88,37 @@ class Holder {
     return line_.areas[static_cast<std::size_t>(image::Direction::outputs)];
   }
 
+  // The group that was given, or that of the entry; otherwise says on context.err why there is
+  // none.
+  bool set_group(const image::Entry& place, std::uint32_t number) {
+    entry_group_ = group_of_entry(*line_.view, number);
+    group_ = request_.group.value_or(entry_group_.number);
+    if (request_.group || entry_group_.found == EntryGroup::Found::group) {
+      return true;
+    }
+    context_.err << printable(place.name)
+                 << (entry_group_.found == EntryGroup::Found::none
+                         ? " is in no group of outputs: add it to one in plant.yaml, or write it "
+                           "without --hold and --while"
+                         : ": its group of outputs is not known, give it with --group:");
+    for (const std::string& one : group_texts(line_)) {
+      context_.err << "\n  " << one;
+    }
+    context_.err << '\n';
+    return false;
+  }
+
+  // Behind the refusal of a group that was given and is not that of the entry.
+  std::string group_hint() const {
+    return entry_group_.found == EntryGroup::Found::group && entry_group_.number != group_
+               ? "; the output is in group " + std::to_string(entry_group_.number) + ": --group " +
+                     std::to_string(entry_group_.number) + ", or no --group"
+               : "";
+  }
+
   void write() {
     line::OutputWrite out;
-    out.group = request_.group;
+    out.group = group_;
     out.layout_id = layout_id_;
     out.arming = arming_;
     out.watchdog = kHoldWatchdog;
@@ -105,8 +138,8 @@ class Holder {
     seen_ = model_.events_seen();
     for (auto it = model_.events().end() - fresh; it != model_.events().end(); ++it) {
       const Event& event = it->view.event;
-      if (it->id == line_.id && event.kind == EventKind::output_refused &&
-          event.value == request_.group && event.number > events_before_) {
+      if (it->id == line_.id && event.kind == EventKind::output_refused && event.value == group_ &&
+          event.number > events_before_) {
         return printable(it->view.text);
       }
     }
@@ -117,6 +150,8 @@ class Holder {
   const HoldRequest& request_;
   Model& model_;
   const Line& line_;
+  EntryGroup entry_group_;
+  std::uint16_t group_ = 0;
   line::OutputValue value_;
   std::vector<std::byte> wanted_;
   std::uint64_t layout_id_ = 0;

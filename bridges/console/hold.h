@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "bridges/console/commands.h"
@@ -17,13 +18,14 @@ struct HoldRequest {
   std::string line;
   std::string entry;  // as write() takes it
   std::string value;
-  std::uint16_t group = 0;  // of outputs, with the entry; 0 also if the line has no groups
-  Duration time{};          // from the first write; 0 = until stopped() says so
+  std::optional<std::uint16_t> group{};  // of outputs; none: the one that the entry is in
+  Duration time{};                       // from the first write; 0 = until stopped() says so
 };
 
 // Writes the value as OutputWrite again and again. Its watchdog sets the outputs of the group to 0
 // kHoldWatchdog after the last write, also if the console is killed. kFailed: the line refused it,
-// or its image did not show the value within context.timeout.
+// or its image did not show the value within context.timeout. kUsage also if no group was given and
+// the entry is in none.
 int hold(Context& context, const HoldRequest& request, const std::function<bool()>& stopped);
 
 }  // namespace linegate::console

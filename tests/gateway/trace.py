@@ -23,6 +23,7 @@ lines:
     access: all
     nodes: [{{id: 8, name: panel, eds: {eds}, heartbeat: 500ms}}]
     simulate: [{{node: 8, profile: digital-io}}]
+    outputs: {{groups: [{{name: lamps, number: 2, entries: [panel.*]}}]}}
   - name: hall
     interface: "simulated:"
     network_id: 2
@@ -78,13 +79,13 @@ def a_value_is_held_and_then_0(plant):
     process = subprocess.Popen([*plant.console, "write", "press", "panel.6200:01", "0x55", "--while"],
                                stderr=subprocess.PIPE, text=True)
     until("the value in the image", lambda: output(plant, outputs[0]) == (0x55, True))
-    expect("what it says", process.stderr.readline(), "held; the outputs of group 0 become 0 2 s after the end\n")
+    expect("what it says", process.stderr.readline(), "held; the outputs of group 2 become 0 2 s after the end\n")
     expect("the exit status of write --while", stop(process), 0)
     until("0 after its end", lambda: output(plant, outputs[0]) == (0, True))
     plant.command("write", "press", "panel.6200:01", "7", "--hold", "1s")
     until("0 after --hold", lambda: output(plant, outputs[0]) == (0, True))
     refused = plant.command("write", "press", "panel.6200:01", "7", "--hold", "1s", "--group", "9", code=1)
-    expect("a group that the line does not have", "group" in refused.stderr, True)
+    expect("a group that the line does not have", "the output is in group 2: --group 2" in refused.stderr, True)
 
 
 def test(folder, linegated, linegate, profiles):

@@ -14,12 +14,16 @@ namespace {
 using testing::Each;
 using testing::Field;
 using testing::HasSubstr;
+using testing::IsEmpty;
 
 // One line with one output, whose image shows what was written.
 class Output : public Client {
  public:
   void poll(Duration /*timeout*/, Listener& listener) override {
     LineView view = test::line_view(3);
+    if (!groups.empty()) {
+      view.properties = {{"output-groups", groups}};
+    }
     view.state.counters.events = 6;
     listener.on_line(test::kPress, view);
     image::Layout layout{.direction = image::Direction::outputs, .id = 5, .byte_size = 2};
@@ -54,6 +58,7 @@ class Output : public Client {
     return true;
   }
 
+  std::string groups;
   bool takes = true;
   bool refuses = false;
   std::vector<std::byte> shown{std::byte{}, std::byte{}};
@@ -79,6 +84,40 @@ TEST_F(HoldTest, WritesAgainAndAgainUnderAWatchdogThatZeroesTheGroup) {
   EXPECT_NE(gateway_.writes[0].arming, 0U);
   EXPECT_EQ(gateway_.shown, test::raw({0x2C, 1}));
   EXPECT_THAT(err_.str(), HasSubstr("the outputs of group 2 become 0 2 s after the end"));
+}
+
+TEST_F(HoldTest, TakesTheGroupOfTheEntryWhereNoneIsGiven) {
+  gateway_.groups = "1 1..5, 7 6, 2 0";
+  const HoldRequest request{.line = "press", .entry = "panel.6411:01", .value = "300"};
+  EXPECT_EQ(hold(context_, request, after(1)), kDone) << err_.str();
+  EXPECT_THAT(gateway_.writes, Each(Field(&line::OutputWrite::group, 2)));
+  EXPECT_THAT(err_.str(), HasSubstr("the outputs of group 2 become 0"));
+}
+
+TEST_F(HoldTest, TheGroupOfALineWithoutGroupsIsZero) {
+  EXPECT_EQ(hold(context_, {.line = "press", .entry = "0", .value = "1"}, after(1)), kDone);
+  EXPECT_THAT(gateway_.writes, Each(Field(&line::OutputWrite::group, 0)));
+}
+
+TEST_F(HoldTest, AnEntryWithoutAGroupIsNotWritten) {
+  const HoldRequest request{.line = "press", .entry = "0", .value = "1"};
+  gateway_.groups = "1 1..5";
+  EXPECT_EQ(hold(context_, request, after(1)), kUsage);
+  EXPECT_THAT(err_.str(), HasSubstr("panel.Level is in no group of outputs: add it to one"));
+  gateway_.groups = "1 1..5, +3";
+  EXPECT_EQ(hold(context_, request, after(1)), kUsage);
+  EXPECT_THAT(err_.str(), HasSubstr("panel.Level: its group of outputs is not known, give it with "
+                                    "--group"));
+  EXPECT_THAT(gateway_.writes, IsEmpty());
+}
+
+TEST_F(HoldTest, TheRefusalOfAnotherGroupNamesThatOfTheEntry) {
+  gateway_.groups = "2 0, 3 1";
+  gateway_.refuses = true;
+  gateway_.takes = false;
+  const HoldRequest request{.line = "press", .entry = "0", .value = "1", .group = 0};
+  EXPECT_EQ(hold(context_, request, [] { return false; }), kFailed);
+  EXPECT_EQ(err_.str(), "refused; the output is in group 2: --group 2, or no --group\n");
 }
 
 TEST_F(HoldTest, EndsWithTheRefusalOfTheLine) {
