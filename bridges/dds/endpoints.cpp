@@ -44,11 +44,10 @@ Endpoints::Endpoints(const std::string& name, std::uint32_t domain, const std::s
     return;
   }
   origin_ = profiles->origin;
-  create_participant(name, domain, guarded, profiles->permits_multicast);
+  create_participant(name, domain, guarded);
 }
 
-void Endpoints::create_participant(const std::string& name, std::uint32_t domain, bool guarded,
-                                   bool multicast) {
+void Endpoints::create_participant(const std::string& name, std::uint32_t domain, bool guarded) {
   if (domain > kMaxDomain)
     return fail("DDS domain " + std::to_string(domain) + " is above 232");
   auto* factory = fast::DomainParticipantFactory::get_instance();
@@ -60,9 +59,8 @@ void Endpoints::create_participant(const std::string& name, std::uint32_t domain
   qos.name(name);
   // Two readers that announce a unicast and the same multicast locator end the process of a writer
   // of Fast DDS 2.9 (assertion in OutputTrafficManager.hpp:87). Without multicast locators there is
-  // nothing that two readers share.
-  if (!multicast)
-    qos.allocation().locators.max_multicast_locators = 0;
+  // nothing that two readers share. Where the profile does not set it, the library's default is 1.
+  qos.allocation().locators.max_multicast_locators = 0;
   bound_discovery(qos);
   if (guarded) {
     guard_ = std::make_shared<guard::Guard>(guard::requires_protection(qos),

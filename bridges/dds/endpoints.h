@@ -77,8 +77,7 @@ class Endpoints {
   }
 
  private:
-  void create_participant(const std::string& name, std::uint32_t domain, bool guarded,
-                          bool multicast);
+  void create_participant(const std::string& name, std::uint32_t domain, bool guarded);
   void bound_discovery(eprosima::fastdds::dds::DomainParticipantQos& qos);
   eprosima::fastdds::dds::DataWriter* make_writer(const std::string& topic,
                                                   eprosima::fastdds::dds::TypeSupport type,

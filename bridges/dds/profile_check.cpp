@@ -36,11 +36,6 @@ class Check {
       return missing("participant", kParticipantProfile);
     }
     transports(found.rtps);
-    if (profiles_.permits_multicast && found.rtps.allocation.locators.max_multicast_locators != 0) {
-      add(Severity::warning, line_of_element(profiles_.text, "max_multicast_locators"),
-          "max_multicast_locators permits multicast: two readers that announce a unicast and the "
-          "same multicast locator end the process; set 0 unless all readers are trusted");
-    }
   }
 
   void writer(const std::string& topic, bool of_gateway) {

@@ -83,12 +83,19 @@ std::vector<TransportText> transports_of(std::string_view xml,
   return out;
 }
 
-bool sets_multicast_locators(std::string_view xml, std::string_view participant_profile) {
+std::uint32_t line_of_multicast_locators(std::string_view xml,
+                                         std::string_view participant_profile) {
   pugi::xml_document document;
   document.load_buffer(xml.data(), xml.size());
   const pugi::xml_node allocation =
       participant_of(document, participant_profile).child("rtps").child("allocation");
-  return !allocation.child("remote_locators").child("max_multicast_locators").empty();
+  for (const pugi::xml_node locators : allocation.children("remote_locators")) {
+    for (const pugi::xml_node most : locators.children("max_multicast_locators")) {
+      if (most.text().as_uint() != 0)
+        return line_at(xml, static_cast<std::size_t>(most.offset_debug()));
+    }
+  }
+  return 0;
 }
 
 }  // namespace linegate::dds

@@ -35,7 +35,9 @@ struct TransportText {
 std::vector<TransportText> transports_of(std::string_view xml,
                                          std::string_view participant_profile);
 
-// True if that participant profile sets allocation/remote_locators/max_multicast_locators.
-bool sets_multicast_locators(std::string_view xml, std::string_view participant_profile);
+// The line where that participant profile sets allocation/remote_locators/max_multicast_locators
+// to another number than 0; 0 if it does not.
+std::uint32_t line_of_multicast_locators(std::string_view xml,
+                                         std::string_view participant_profile);
 
 }  // namespace linegate::dds

@@ -140,7 +140,7 @@ std::optional<LoadedProfiles> load_profiles(const std::string& file,
                                             std::vector<Diagnostic>& diagnostics) {
   LibraryState& state = library();
   const std::lock_guard lock(state.mutex);
-  LoadedProfiles loaded{profiles_in_use(file), {}, false};
+  LoadedProfiles loaded{profiles_in_use(file), {}};
   if (state.loaded && state.loaded->origin == loaded.origin)
     return state.loaded;
   const auto fail = [&](Diagnostic why) {
@@ -159,11 +159,15 @@ std::optional<LoadedProfiles> load_profiles(const std::string& file,
   if (const auto xml = xml_problem(loaded.text))
     return fail({Severity::error, loaded.origin, xml->line, xml->column,
                  std::string(kUnusable) + xml->text});
+  if (const auto line = line_of_multicast_locators(loaded.text, kParticipantProfile); line != 0)
+    return fail({Severity::error, loaded.origin, line, 0,
+                 "max_multicast_locators is not 0: in Fast DDS 2.9 two readers that announce a "
+                 "unicast and the same multicast locator end the process; set it to 0 or leave it "
+                 "out"});
   std::string said;
   if (!load(loaded.text, said))
     return fail({Severity::error, loaded.origin, line_of(said, loaded.text), 0,
                  std::string(kUnusable) + (said.empty() ? "no reason given" : said)});
-  loaded.permits_multicast = sets_multicast_locators(loaded.text, kParticipantProfile);
   state.loaded = std::move(loaded);
   return state.loaded;
 }

@@ -17,13 +17,14 @@ inline constexpr const char* kParticipantProfile = "linegate";
 std::string_view built_in_profiles();
 
 struct LoadedProfiles {
-  std::string origin;              // name of the file, or "(built-in ...)"
-  std::string text;                // XML
-  bool permits_multicast = false;  // the participant profile sets max_multicast_locators itself
+  std::string origin;  // name of the file, or "(built-in ...)"
+  std::string text;    // XML
 };
 
 // Loads `file`, or where that is empty the installed file, or where there is none the built-in
 // copy. Without a value, a diagnostic names the file, the line where it is known, and the reason.
+// A participant profile that keeps multicast locators of readers is refused, see
+// Endpoints::create_participant().
 // Fast DDS keeps profiles by name for the whole process: a second, different file is refused.
 std::optional<LoadedProfiles> load_profiles(const std::string& file,
                                             std::vector<Diagnostic>& diagnostics);

@@ -63,6 +63,16 @@ TEST(Profiles, ContradictoryLimitsAreNamed) {
       << said;
 }
 
+TEST(Profiles, MulticastIsRefused) {
+  std::string text(dds::built_in_profiles());
+  const std::string limit = "<max_multicast_locators>0";
+  ASSERT_NE(text.find(limit), std::string::npos);
+  text.replace(text.find(limit), limit.size(), "<max_multicast_locators>1");
+  const File file(text);
+  const std::string said = complaint(file.path);
+  EXPECT_NE(said.find("error: max_multicast_locators is not 0"), std::string::npos) << said;
+}
+
 TEST(Profiles, ABadDomainIsTold) {
   auto made = dds::GatewayBridge::make({"g", 1, 233, LOOPBACK_PROFILES, {}});
   ASSERT_FALSE(made.ok());
@@ -203,10 +213,15 @@ TEST(ProfileCheck, ALifespanOfAWriterIsPermitted) {
   EXPECT_EQ(findings_with_lifespan("writer"), "");
 }
 
-TEST(ProfileCheck, MulticastIsAWarning) {
+TEST(ProfileCheck, MulticastIsRefusedWithItsLine) {
   const std::string said =
       findings(profiles_with("<max_multicast_locators>0", "<max_multicast_locators>1"));
-  EXPECT_NE(said.find("max_multicast_locators permits multicast"), std::string::npos) << said;
+  EXPECT_NE(said.find("max_multicast_locators is not 0: "), std::string::npos) << said;
+  EXPECT_NE(said.substr(0, 2), "0:") << said;
+}
+
+TEST(ProfileCheck, ALimitOfMulticastThatIsNotSetIsPermitted) {
+  EXPECT_EQ(findings(profiles_with("<max_multicast_locators>0</max_multicast_locators>", "")), "");
 }
 
 // The built-in profiles with a transport "own", the only one of the participant.
