@@ -48,7 +48,9 @@ class Override {
     read_times();
     read_mapping();
     section_.done();
-    write({pdo_.communication(), 1}, wanted, place_);
+    if ((wanted & can::CobId::kInvalidBit) == 0) {
+      write({pdo_.communication(), 1}, wanted, place_);
+    }
   }
 
  private:

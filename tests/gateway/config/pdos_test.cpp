@@ -65,6 +65,22 @@ lines:
   })) << "the line links what the device will send";
 }
 
+TEST(Plant, APdoThatIsDisabledIsTakenAwayOnce) {
+  const auto loaded = read_pdo_plant(R"(schema: 1
+lines:
+  - name: a
+    interface: "simulated:"
+    nodes:
+      - {id: 5, eds: bridges/sim/eds/drive.eds, pdos: {tpdo1: {enabled: false, event_timer: 40ms}}}
+)");
+  ASSERT_TRUE(loaded.ok()) << pdo_findings(loaded);
+  std::vector<od::Address> written;
+  for (const line::ObjectValue& object : loaded.value->lines.at(0).config.nodes.at(0).objects) {
+    written.push_back(object.address);
+  }
+  EXPECT_EQ(written, (std::vector<od::Address>{{0x1800, 1}, {0x1800, 5}}));
+}
+
 // Nothing is written to the device for it.
 TEST(Plant, EveryReceptionOfAPdoIsQueuedWhereItIsSaid) {
   const auto plant = [](const std::string& line, const std::string& pdos) {
