@@ -8,23 +8,51 @@
 #include <fmt/format.h>
 
 #include "bridges/dds/profiles.h"
+#include "gateway/check_parts.h"
 #include "gateway/config/value.h"
 #include "gateway/exit_code.h"
 #include "gateway/hints.h"
-#include "gateway/json_writer.h"
 #include "gateway/log.h"
 #include "gateway/routing_text.h"
+#include "stack/base/byte_order.h"
 #include "stack/line/line.h"
 #include "stack/pdo/parameters.h"
 
 namespace linegate::gateway {
-namespace {
-
-using config::format_duration;
 
 std::string hex64(std::uint64_t value) {
   return fmt::format("{:016X}", value);
 }
+
+std::string_view lost_text(manager::ErrorReaction reaction) {
+  switch (reaction) {
+    case manager::ErrorReaction::reset_all:
+      return "all reset when a mandatory node is lost";
+    case manager::ErrorReaction::stop_all:
+      return "all stopped when a mandatory node is lost";
+    case manager::ErrorReaction::node:
+      break;
+  }
+  return "a lost node is reset";
+}
+
+InterfaceNames interface_names(const config::Plant& plant) {
+  InterfaceNames out;
+  for (const auto& line : plant.lines) {
+    out.emplace_back(line.config.routing.interface, line.config.name);
+  }
+  return out;
+}
+
+std::vector<routing::Route> routes_of(const config::Plant& plant) {
+  const auto at = std::ranges::find_if(
+      plant.lines, [](const auto& line) { return line.config.routing.interface != 0; });
+  return at == plant.lines.end() ? std::vector<routing::Route>() : at->config.routing.routes;
+}
+
+namespace {
+
+using config::format_duration;
 
 std::string publish_text(const config::Publish& publish) {
   switch (publish.rule) {
@@ -48,12 +76,20 @@ std::string transmission(std::uint8_t type) {
   return pdo::is_event_driven(type) ? "on event" : fmt::format("type {}", type);
 }
 
-std::string scope_text(const line::IdentityScope& scope) {
+// What the boot process compares: a 0 in the device file is never compared (CiA 302-2, 1F84h to
+// 1F88h).
+std::string scope_text(const line::NodeConfig& node) {
+  const auto is_given = [&node](od::Address address) {
+    const od::VariableDescription* const known = node.device.find(address);
+    return known != nullptr && load_le(std::span<const std::byte>(known->value)) != 0;
+  };
+  const line::IdentityScope& scope = node.check;
   const std::pair<bool, const char*> parts[] = {
-      {scope.device_type, "device type"},
-      {scope.vendor, "vendor"},
-      {scope.product, "product"},
-      {scope.revision, scope.revision_major_alone ? "major revision" : "revision"}};
+      {scope.device_type && is_given({0x1000, 0}), "device type"},
+      {scope.vendor && is_given({0x1018, 1}), "vendor"},
+      {scope.product && is_given({0x1018, 2}), "product"},
+      {scope.revision && is_given({0x1018, 3}),
+       scope.revision_major_alone ? "major revision" : "revision"}};
   std::string out;
   for (const auto& [compared, name] : parts) {
     if (compared) {
@@ -63,35 +99,11 @@ std::string scope_text(const line::IdentityScope& scope) {
   return out.empty() ? "not checked" : "by " + out;
 }
 
+// What is configured of nodes that another master boots.
+constexpr std::string_view kAsMaster = "only when bit 0 of 1F80h makes it the NMT master: ";
+
 std::string off_or(Duration duration) {
   return duration == Duration::zero() ? "off" : format_duration(duration);
-}
-
-std::string_view lost_text(manager::ErrorReaction reaction) {
-  switch (reaction) {
-    case manager::ErrorReaction::reset_all:
-      return "all reset when a mandatory node is lost";
-    case manager::ErrorReaction::stop_all:
-      return "all stopped when a mandatory node is lost";
-    case manager::ErrorReaction::node:
-      break;
-  }
-  return "a lost node is reset";
-}
-
-InterfaceNames interface_names(const config::Plant& plant) {
-  InterfaceNames out;
-  for (const auto& line : plant.lines) {
-    out.emplace_back(line.config.routing.interface, line.config.name);
-  }
-  return out;
-}
-
-// They are the same of every line that routes.
-std::vector<routing::Route> routes_of(const config::Plant& plant) {
-  const auto at = std::ranges::find_if(
-      plant.lines, [](const auto& line) { return line.config.routing.interface != 0; });
-  return at == plant.lines.end() ? std::vector<routing::Route>() : at->config.routing.routes;
 }
 
 class Text {
@@ -172,20 +184,39 @@ class Text {
                           : fmt::format("that transmits nothing, of the master {}", c.node_id);
   }
 
+  // Of a line without devices.
+  void own_services(const line::LineConfig& c) {
+    if (c.role == line::Role::observer) {
+      add("  SYNC {}\n", c.sync_period == Duration::zero()
+                             ? "not monitored"
+                             : "expected every " + format_duration(c.sync_period));
+      return;
+    }
+    add("  heartbeat {}, SYNC {}, TIME {}", off_or(c.heartbeat), off_or(c.sync_period),
+        off_or(c.time_period));
+    if (c.role == line::Role::manager) {
+      add(", {}", master_services(c));
+    }
+    add("\n");
+    startup(c);
+    if (c.pdo_update_time != Duration::zero()) {
+      add("  objects that go by PDO wait {} for others of it\n",
+          format_duration(c.pdo_update_time));
+    }
+  }
+
+  static std::string master_services(const line::LineConfig& c) {
+    return fmt::format("SDO time-out {}, reset nodes {}, start nodes {}",
+                       format_duration(c.sdo_timeout), c.reset_nodes, c.start_nodes);
+  }
+
   void line(const config::LinePlan& plan) {
     const line::LineConfig& c = plan.config;
     add("\nline {} on {}\n", c.name, plan.interface.uri);
     add("  {} {}, network-ID {}, bit rate {}\n", name(c.role), own_node(c), c.network_id,
         c.bit_rate == 0 ? "not given" : fmt::format("{} bit/s", c.bit_rate));
     if (c.devices.empty()) {
-      add("  heartbeat {}, SYNC {}, TIME {}, SDO time-out {}, reset nodes {}, start nodes {}\n",
-          off_or(c.heartbeat), off_or(c.sync_period), off_or(c.time_period),
-          format_duration(c.sdo_timeout), c.reset_nodes, c.start_nodes);
-      startup(c);
-      if (c.pdo_update_time != Duration::zero()) {
-        add("  objects that go by PDO wait {} for others of it\n",
-            format_duration(c.pdo_update_time));
-      }
+      own_services(c);
     }
     if (c.role != line::Role::observer) {
       add("  EMCY bytes: {}\n", node::name(c.error_scheme));
@@ -215,7 +246,7 @@ class Text {
           plan.auto_scan->eds.empty() ? "" : "; device files in " + plan.auto_scan->eds);
     }
     for (const auto& node : c.nodes) {
-      this->node(node);
+      this->node(node, c.role);
     }
     for (const auto& device : c.devices) {
       add("  device {} {}: {} ({})\n", device.id, device.name, device.device.product_name,
@@ -233,35 +264,42 @@ class Text {
     }
   }
 
+  static std::string nodes_started(const line::LineConfig& c) {
+    return fmt::format("nodes started {}, {}; mandatory nodes within {}, NMT commands every {}",
+                       !c.start_nodes ? "by the application"
+                       : c.start_all  ? "all together"
+                                      : "one by one",
+                       lost_text(c.on_error),
+                       c.boot_time == Duration::zero() ? "any time" : format_duration(c.boot_time),
+                       c.nmt_inhibit == Duration::zero() ? "0" : format_duration(c.nmt_inhibit));
+  }
+
   void startup(const line::LineConfig& c) {
     if (c.role == line::Role::manager) {
-      add("  start-up: nodes started {}, own node {}, {}; mandatory nodes within {}, NMT commands "
-          "every {}\n",
-          !c.start_nodes ? "by the application"
-          : c.start_all  ? "all together"
-                         : "one by one",
-          c.own_start ? "by itself" : "by the application", lost_text(c.on_error),
-          c.boot_time == Duration::zero() ? "any time" : format_duration(c.boot_time),
-          c.nmt_inhibit == Duration::zero() ? "0" : format_duration(c.nmt_inhibit));
+      add("  start-up: own node {}, {}\n", c.own_start ? "by itself" : "by the application",
+          nodes_started(c));
     } else if (c.role == line::Role::device) {
       add("  started by {}; nodes are observed\n", c.own_start ? "itself" : "its master");
+      add("  {}{}, {}\n", kAsMaster, master_services(c), nodes_started(c));
     }
   }
 
-  void node(const line::NodeConfig& node) {
+  void node(const line::NodeConfig& node, line::Role role) {
     add("  node {} {}: {} ({}){}\n", node.id, node.name, node.device.product_name, node.device.file,
-        node.mandatory ? ", mandatory" : "");
-    add("    heartbeat {}, consumer {}, boot within {}, identity {}{}\n", off_or(node.heartbeat),
+        role == line::Role::manager && node.mandatory ? ", mandatory" : "");
+    const bool awaits_one = role != line::Role::manager && node.heartbeat != Duration::zero();
+    add("    heartbeat {}{}, consumer {}", awaits_one ? "expected " : "", off_or(node.heartbeat),
         node.heartbeat_consumer == Duration::zero() ? "2.5 x that"
-                                                    : format_duration(node.heartbeat_consumer),
-        format_duration(node.boot_timeout), scope_text(node.check),
-        node.serial ? fmt::format(", serial number {}", *node.serial) : "");
-    add("    {}{}, reset within {}, SDO time-out {}{}\n",
-        node.boot ? "booted" : "only its error control is started",
-        node.keep_alive ? ", kept alive" : "", format_duration(node.reset_time),
-        node.sdo_timeout == Duration::zero() ? "that of the line"
-                                             : format_duration(node.sdo_timeout),
-        node.block_from == sdo::kNoBlocks ? ", no SDO block transfer" : "");
+                                                    : format_duration(node.heartbeat_consumer));
+    if (role == line::Role::manager) {
+      add(", {}\n    {}\n", identity(node), boot(node));
+    } else {
+      add("\n");
+    }
+    if (role == line::Role::device) {
+      add("    {}{}{}, {}\n", kAsMaster, node.mandatory ? "mandatory, " : "", identity(node),
+          boot(node));
+    }
     if (node.pdo_deadline != Duration::zero()) {
       add("    its PDOs are late after {}\n", format_duration(node.pdo_deadline));
     }
@@ -270,13 +308,32 @@ class Text {
           node.life_time_factor);
     }
     for (const auto& object : node.objects) {
-      add("    write {} =", config::format_address(object.address));
+      if (role == line::Role::observer) {
+        continue;
+      }
+      add("    {}write {} =", role == line::Role::manager ? "" : kAsMaster,
+          config::format_address(object.address));
       for (auto it = object.data.rbegin(); it != object.data.rend(); ++it) {
         add("{}{:02X}", it == object.data.rbegin() ? " " : "", std::to_integer<unsigned>(*it));
       }
       add("h\n");
     }
     pdos(node.device);
+  }
+
+  static std::string identity(const line::NodeConfig& node) {
+    return fmt::format("boot within {}, identity {}{}", format_duration(node.boot_timeout),
+                       scope_text(node),
+                       node.serial ? fmt::format(", serial number {}", *node.serial) : "");
+  }
+
+  static std::string boot(const line::NodeConfig& node) {
+    return fmt::format("{}{}, reset within {}, SDO time-out {}{}",
+                       node.boot ? "booted" : "only its error control is started",
+                       node.keep_alive ? ", kept alive" : "", format_duration(node.reset_time),
+                       node.sdo_timeout == Duration::zero() ? "that of the line"
+                                                            : format_duration(node.sdo_timeout),
+                       node.block_from == sdo::kNoBlocks ? ", no SDO block transfer" : "");
   }
 
   void pdos(const od::DeviceDescription& device) {
@@ -343,234 +400,12 @@ class Text {
   std::string out_;
 };
 
-class Json {
- public:
-  std::string take() { return out_.text(); }
-
-  void document(const Loaded<config::Plant>& loaded) {
-    out_.begin_object().member("ok", loaded.ok());
-    out_.key("diagnostics").begin_array();
-    for (const auto& d : loaded.diagnostics) {
-      constexpr std::array<const char*, 3> kSeverities{"note", "warning", "error"};
-      out_.begin_object()
-          .member("severity", std::string(kSeverities[static_cast<std::size_t>(d.severity)]))
-          .member("file", d.file)
-          .member("line", d.line)
-          .member("column", d.column)
-          .member("text", d.text)
-          .end_object();
-    }
-    out_.end_array();
-    if (loaded.value)
-      plant(*loaded.value);
-    out_.end_object();
-  }
-
- private:
-  void plant(const config::Plant& plant) {
-    out_.member("gateway", plant.gateway)
-        .member("dds_domain", plant.dds_domain)
-        .member("dds_profile", plant.dds_profile)
-        .member("dds_guard", plant.dds_guard)
-        .member("log", config::name(plant.log));
-    const InterfaceNames names = interface_names(plant);
-    out_.key("routes").begin_array();
-    for (const auto& route : routes_of(plant)) {
-      const auto line = std::find_if(names.begin(), names.end(), [&](const auto& name) {
-        return name.first == route.interface;
-      });
-      out_.begin_object()
-          .member("first", route.first)
-          .member("last", route.last)
-          .member("line", line == names.end() ? std::string() : line->second)
-          .member("node", route.gateway)
-          .member("cost", route.cost)
-          .end_object();
-    }
-    out_.end_array();
-    out_.key("lines").begin_array();
-    for (const auto& line : plant.lines) {
-      this->line(line);
-    }
-    out_.end_array().key("bindings").begin_array();
-    for (const auto& b : plant.bindings) {
-      out_.begin_object()
-          .member("from", b.from)
-          .member("input", b.input_name)
-          .member("to", b.to)
-          .member("output", b.output_name)
-          .member("when_lost", line::name(b.when_lost))
-          .member("forwarded", b.forwarded)
-          .member("object", b.object ? config::format_address(*b.object) : "")
-          .end_object();
-    }
-    out_.end_array();
-  }
-
-  void line(const config::LinePlan& plan) {
-    const line::LineConfig& c = plan.config;
-    out_.begin_object()
-        .member("name", c.name)
-        .member("interface", plan.interface.uri)
-        .member("role", name(c.role))
-        .member("node_id", c.node_id)
-        .member("network_id", c.network_id)
-        .member("bit_rate", c.bit_rate)
-        .member("heartbeat_ns", c.heartbeat.count())
-        .member("sync_ns", c.sync_period.count())
-        .member("emcy_bytes", node::name(c.error_scheme))
-        .member("commands", config::name(plan.commands))
-        .member("outputs", config::name(plan.outputs))
-        .member("publish", config::name(plan.publish.rule))
-        .member("publish_ns", plan.publish.time.count())
-        .member("pdo_min_period_ns", plan.pdo_min_period.count())
-        .member("start_nodes", c.start_nodes)
-        .member("start_all", c.start_all)
-        .member("own_start", c.own_start)
-        .member("on_error", lost_text(c.on_error))
-        .member("boot_time_ns", c.boot_time.count())
-        .member("nmt_inhibit_ns", c.nmt_inhibit.count())
-        .member("executor", plan.executor)
-        .member("storage", plan.storage);
-    out_.key("enter").begin_array();
-    for (const auto& rule : c.routing.access) {
-      out_.begin_object()
-          .member("first", rule.first)
-          .member("last", rule.last)
-          .member("services", services_text(rule))
-          .end_object();
-    }
-    out_.end_array();
-    out_.key("nodes").begin_array();
-    for (const auto& node : c.nodes) {
-      this->node(node);
-    }
-    out_.end_array().key("devices").begin_array();
-    for (const auto& device : c.devices) {
-      out_.begin_object()
-          .member("id", device.id)
-          .member("name", device.name)
-          .member("file", device.device.file)
-          .member("product", device.device.product_name);
-      pdos(device.device);
-      out_.end_object();
-    }
-    out_.end_array();
-    if (const auto made = line::Line::make(c); made.value) {
-      const auto& outputs = (*made.value)->layout(image::Direction::outputs);
-      layout((*made.value)->layout(image::Direction::inputs));
-      layout(outputs);
-      groups(c, outputs);
-    }
-    out_.end_object();
-  }
-
-  void node(const line::NodeConfig& node) {
-    out_.begin_object()
-        .member("id", node.id)
-        .member("name", node.name)
-        .member("file", node.device.file)
-        .member("product", node.device.product_name)
-        .member("mandatory", node.mandatory)
-        .member("boot", node.boot)
-        .member("keep_alive", node.keep_alive)
-        .member("boot_timeout_ns", node.boot_timeout.count())
-        .member("reset_time_ns", node.reset_time.count())
-        .member("sdo_timeout_ns", node.sdo_timeout.count())
-        .member("sdo_block_from", node.block_from == sdo::kNoBlocks ? 0U : node.block_from)
-        .member("heartbeat_ns", node.heartbeat.count());
-    pdos(node.device);
-    out_.end_object();
-  }
-
-  void pdos(const od::DeviceDescription& device) {
-    const auto described = pdo::describe_pdos(device);
-    out_.key("tpdos").begin_array();
-    if (described.value) {
-      for (const auto& p : described.value->tpdos) {
-        pdo(p);
-      }
-    }
-    out_.end_array().key("rpdos").begin_array();
-    if (described.value) {
-      for (const auto& p : described.value->rpdos) {
-        pdo(p);
-      }
-    }
-    out_.end_array();
-  }
-
-  void pdo(const pdo::Parameters& p) {
-    out_.begin_object()
-        .member("number", p.number)
-        .member("cob_id", p.cob_id.id())
-        .member("type", p.type)
-        .member("inhibit_ns", p.inhibit.count())
-        .member("event_timer_ns", p.event_timer.count());
-    out_.key("mapping").begin_array();
-    for (const auto& mapped : p.mapping) {
-      out_.begin_object()
-          .member("index", mapped.address.index)
-          .member("sub", mapped.address.sub)
-          .member("bits", mapped.bits)
-          .end_object();
-    }
-    out_.end_array().end_object();
-  }
-
-  void layout(const image::Layout& layout) {
-    out_.key(std::string(name(layout.direction)) + "_layout").begin_object();
-    out_.member("id", hex64(layout.id)).member("bytes", layout.byte_size);
-    out_.key("entries").begin_array();
-    for (const auto& e : layout.entries) {
-      out_.begin_object()
-          .member("name", e.name)
-          .member("bit_offset", e.bit_offset)
-          .member("bit_length", e.bit_length)
-          .member("type", od::name(e.type))
-          .member("node", e.node)
-          .member("index", e.index)
-          .member("sub", e.sub)
-          .member("remote_pdo", e.remote_pdo)
-          .member("local_pdo", e.local_pdo)
-          .member("variable_index", e.variable_index)
-          .member("variable_sub", e.variable_sub)
-          .end_object();
-    }
-    out_.end_array().end_object();
-  }
-
-  void groups(const line::LineConfig& config, const image::Layout& outputs) {
-    out_.key("groups").begin_array();
-    for (const auto& group : config.groups) {
-      out_.begin_object()
-          .member("number", group.number)
-          .member("name", group.name)
-          .member("send", group.send_always ? "always" : "on_change");
-      out_.key("entries").begin_array();
-      for (const auto entry : group.entries) {
-        out_.value(outputs.entries[entry].name);
-      }
-      out_.end_array().end_object();
-    }
-    out_.end_array();
-  }
-
-  JsonWriter out_;
-};
-
 }  // namespace
 
 std::string describe(const config::Plant& plant) {
   Text text;
   text.plant(plant);
   return text.take();
-}
-
-std::string to_json(const Loaded<config::Plant>& loaded) {
-  Json json;
-  json.document(loaded);
-  return json.take();
 }
 
 int check(const std::string& path, bool json, const std::string& dds_profile) {

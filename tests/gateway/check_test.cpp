@@ -1,5 +1,6 @@
 #include "gateway/check.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -86,6 +87,75 @@ lines:
   EXPECT_TRUE(contains(text, "device with node-ID 20, network-ID 1")) << text;
   EXPECT_TRUE(contains(text, "started by its master; nodes are observed"));
   EXPECT_TRUE(contains(text, "started by itself; nodes are observed"));
+}
+
+// Of nodes that another master boots, in the role device and observer.
+std::string observed_node(const std::string& role) {
+  const auto loaded = config::read(
+      "schema: 1\n"
+      "lines:\n"
+      "  - name: a\n"
+      "    interface: 'virtual:p'\n"
+      "    role: " +
+          role + R"(
+    node_id: 20
+    sync: 10ms
+    nodes:
+      - {id: 5, name: io, eds: bridges/sim/eds/digital-io.eds, heartbeat: 200ms, mandatory: true, boot_timeout: 3s,
+         objects: {6206:1: 4}}
+)",
+      LINEGATE_SOURCE_DIR "/x.yaml");
+  EXPECT_TRUE(loaded.ok());
+  EXPECT_TRUE(YAML::Load(to_json(loaded))["lines"][0]["nodes"][0]["observed"].as<bool>());
+  return describe(*loaded.value);
+}
+
+TEST(Check, SaysOfTheSlaveModeWhatIsDoneAsMasterAlone) {
+  const std::string text = observed_node("device");
+  EXPECT_TRUE(contains(text, "  heartbeat off, SYNC 10ms, TIME off\n")) << text;
+  EXPECT_TRUE(
+      contains(text,
+               "  only when bit 0 of 1F80h makes it the NMT master: SDO time-out 500ms, reset "
+               "nodes true, start nodes true, nodes started one by one"))
+      << text;
+  EXPECT_TRUE(contains(text,
+                       "digital-io.eds)\n    heartbeat expected 200ms, consumer 2.5 x that\n"
+                       "    only when bit 0 of 1F80h makes it the NMT master: mandatory, boot "
+                       "within 3s, identity by"))
+      << text;
+  EXPECT_TRUE(
+      contains(text, "    only when bit 0 of 1F80h makes it the NMT master: write 6206:01 ="))
+      << text;
+}
+
+TEST(Check, SaysNothingOfABootProcessOfAnObserver) {
+  const std::string text = observed_node("observer");
+  EXPECT_TRUE(contains(text, "  SYNC expected every 10ms\n")) << text;
+  EXPECT_TRUE(contains(text, "    heartbeat expected 200ms, consumer 2.5 x that\n")) << text;
+  for (const char* const none :
+       {"mandatory", "boot within", "booted", "reset", "write", "identity", "1F80h", "start"}) {
+    EXPECT_FALSE(contains(text, none)) << none << "\n" << text;
+  }
+}
+
+TEST(Check, SaysWhatTheBootProcessCompares) {
+  auto loaded = config::read(R"(schema: 1
+lines:
+  - {name: a, interface: 'virtual:p', nodes: [{id: 5, name: io, eds: bridges/sim/eds/digital-io.eds}]}
+)",
+                             LINEGATE_SOURCE_DIR "/x.yaml");
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_TRUE(
+      contains(describe(*loaded.value), "identity by device type, vendor, product, revision"));
+  od::DeviceDescription& device = loaded.value->lines[0].config.nodes[0].device;
+  for (od::ObjectDescription& object : device.objects) {
+    for (od::VariableDescription& variable : object.variables) {
+      if (object.index == 0x1018 && variable.sub == 1) {
+        std::ranges::fill(variable.value, std::byte{});
+      }
+    }
+  }
+  EXPECT_TRUE(contains(describe(*loaded.value), "identity by device type, product, revision"));
 }
 
 TEST(Check, SaysHowNetworksAreReachedAndWhoMayEnter) {

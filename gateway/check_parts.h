@@ -1,0 +1,21 @@
+// What the texts and the JSON of `linegate check` share. Private to check*.cpp.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gateway/config/plant.h"
+#include "gateway/routing_text.h"
+
+namespace linegate::gateway {
+
+// 16 digits.
+std::string hex64(std::uint64_t value);
+std::string_view lost_text(manager::ErrorReaction reaction);
+InterfaceNames interface_names(const config::Plant& plant);
+// They are the same of every line that routes.
+std::vector<routing::Route> routes_of(const config::Plant& plant);
+
+}  // namespace linegate::gateway
