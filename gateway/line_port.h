@@ -45,6 +45,7 @@ struct LineStatus {
   line::LineState state;
   QueueDepths queues;
   can_bridge::ControllerSetup controller;  // what it is set to, where that is known
+  Duration sync_period{};                  // of the SYNC that the own node produces; 0 = none
   Instant time{};
 };
 

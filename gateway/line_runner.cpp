@@ -20,6 +20,17 @@ constexpr Duration kLong = std::chrono::hours(24 * 365);
 // EventKind::queue_full: code.
 constexpr std::uint32_t kQueueRequests = 1;
 
+// 0 if the own node produces none.
+Duration produced_sync(line::Line& line) {
+  constexpr std::uint64_t kProduces = 1U << 30U;  // bit of 1005h
+  if (line.config().role == line::Role::observer) {
+    return {};
+  }
+  const std::uint64_t cob_id = line.dictionary().number({0x1005, 0}).value_or(0);
+  const std::uint64_t period = line.dictionary().number({0x1006, 0}).value_or(0);
+  return (cob_id & kProduces) != 0 ? std::chrono::microseconds(period) : Duration::zero();
+}
+
 bool wants_fd(const line::Command& command) {
   return command.kind == line::CommandKind::can_send && command.sub != 0;
 }
@@ -402,6 +413,7 @@ void LineRunner::hand_over_status(Instant now) {
   }
   draft.value.queues = queues;
   draft.value.controller = pump_.channel().settings();
+  draft.value.sync_period = produced_sync(*line_);
   draft.value.state = line_->state();
   // What the interface could not make a frame of never reached the line.
   draft.value.state.counters.frames_malformed += pump_.channel().counters().malformed;

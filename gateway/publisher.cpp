@@ -282,6 +282,10 @@ void Publisher::publish_states(Line& line, Instant now) {
       }
       line.properties.insert(line.properties.end(), line.output_groups.begin(),
                              line.output_groups.end());
+      if (status->sync_period != Duration::zero()) {
+        const auto us = std::chrono::duration_cast<std::chrono::microseconds>(status->sync_period);
+        line.properties.push_back({"sync-period-us", std::to_string(us.count())});
+      }
       add_properties(line.controller, line.properties);
       add_forwarding(status->state.routing, line.properties);
       if (line.host->interface() != 0) {

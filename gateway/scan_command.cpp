@@ -1,7 +1,10 @@
 #include "gateway/scan_command.h"
 
 #include <algorithm>
+#include <charconv>
 #include <ostream>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "gateway/foreign_text.h"
@@ -10,10 +13,20 @@
 namespace linegate::gateway {
 namespace {
 
-std::string outputs_access_of(const console::LineView& line) {
-  const auto known = std::ranges::find(line.properties, "outputs-access",
-                                       [](const auto& property) { return property.first; });
+std::string property(const console::LineView& line, std::string_view name) {
+  const auto known =
+      std::ranges::find(line.properties, name, [](const auto& each) { return each.first; });
   return known == line.properties.end() ? "" : known->second;
+}
+
+// Any participant can publish it.
+Duration sync_period_of(const console::LineView& line) {
+  constexpr std::int64_t kLongest = 60'000'000;  // of `sync` in a plant.yaml
+  const std::string text = property(line, "sync-period-us");
+  std::int64_t us = 0;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), us);
+  const bool whole = read.ec == std::errc() && read.ptr == text.data() + text.size();
+  return whole && us > 0 && us <= kLongest ? std::chrono::microseconds(us) : Duration::zero();
 }
 
 }  // namespace
@@ -34,7 +47,8 @@ int scan_and_write(console::Context& context, console::ScanRequest request,
                                       .network_id = result.line.state.network_id,
                                       .node_id = result.line.state.node_id,
                                       .access = result.line.access,
-                                      .outputs_access = outputs_access_of(result.line),
+                                      .outputs_access = property(result.line, "outputs-access"),
+                                      .sync_period = sync_period_of(result.line),
                                       .dds_domain = target.domain,
                                       .nodes = std::move(result.nodes),
                                       .layouts = std::move(result.layouts)},

@@ -78,8 +78,12 @@ bool set_error_control(const scan::ScannedNode& found, line::NodeConfig& node) {
   return true;
 }
 
-// PDOs that wait for a SYNC get one of the line, as often as a device says.
+// The SYNC of the line stays. Otherwise PDOs that wait for a SYNC get one, as often as a device
+// says.
 Duration needed_sync(const ScannedLine& line, const std::vector<FoundNode>& nodes) {
+  if (line.sync_period != Duration::zero()) {
+    return line.sync_period;
+  }
   line::LineConfig config;
   for (const FoundNode& node : nodes) {
     config.nodes.push_back(node.config);

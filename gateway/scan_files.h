@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "stack/base/diagnostic.h"
+#include "stack/base/time.h"
 #include "stack/image/layout.h"
 #include "stack/od/description.h"
 #include "stack/scan/scanned_node.h"
@@ -24,6 +25,7 @@ struct ScannedLine {
   std::uint8_t node_id = 127;    // own
   std::string access{};          // for commands: off, read or all; empty = not known
   std::string outputs_access{};  // for outputs, likewise
+  Duration sync_period{};        // of the SYNC that its own node produces; 0 = none
   unsigned dds_domain = 0;
   std::vector<scan::ScannedNode> nodes;
   // Of the line that runs, by image::Direction; none: not known.

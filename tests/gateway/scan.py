@@ -49,7 +49,7 @@ def run(plant, folder):
     configured = "".join(f"      - {{id: {node}, eds: {EDS}/{profile}.eds}}\n" for node, profile in DEVICES.items())
     wanted = plant.layouts(write(f"{folder}/configured.yaml", HEAD + LINE + "    nodes:\n" + configured))
 
-    with plant.running(write(f"{folder}/bare.yaml", HEAD + LINE)):
+    with plant.running(write(f"{folder}/bare.yaml", HEAD + LINE + "    sync: 20ms\n")):
         scanned = plant.command("--json", "scan", "press", "--write", f"{folder}/found", "--eds", EDS)
         nodes = json.loads(scanned.stdout)["nodes"]
         if {node["node"] for node in nodes} != set(DEVICES) or not all(node["complete"] for node in nodes):
@@ -60,6 +60,9 @@ def run(plant, folder):
         if "heartbeat" not in one and "none" not in one:
             raise Failure("one node alone:\n" + one)
         plant.command("scan", "press", "--write", f"{folder}/found", code=1)  # nothing is overwritten
+    with open(f"{folder}/found/plant.yaml", encoding="utf-8") as file:
+        if "sync: 20ms\n" not in file.read():
+            raise Failure("the SYNC of the line that was scanned is not in the plant that was written")
     found = plant.layouts(f"{folder}/found/plant.yaml")
     if found != wanted:
         raise Failure(f"layouts {found} of what was found, {wanted} of what was configured")

@@ -252,6 +252,24 @@ TEST(ScanFiles, TheConfigurationProducesTheSyncThatPdosWaitFor) {
   }
 }
 
+TEST(ScanFiles, ALineThatProducesSyncKeepsItsPeriod) {
+  const std::string folder = testing::TempDir() + "/scan-own-sync";
+  std::filesystem::remove_all(folder);
+  scan::ScannedNode node = with_tpdo();
+  put(node, {0x1006, 0}, 20'000, 4);
+  const ScanFiles files = write_scan({.gateway = "lab",
+                                      .name = "press",
+                                      .interface_uri = "virtual:p",
+                                      .sync_period = std::chrono::milliseconds(10),
+                                      .nodes = {node}},
+                                     folder, "");
+  ASSERT_TRUE(files.ok) << files.error;
+  const auto loaded = config::load(folder + "/plant.yaml");
+  ASSERT_TRUE(loaded.ok()) << to_string(loaded.diagnostics.at(0));
+  EXPECT_EQ(loaded.value->lines[0].config.sync_period, std::chrono::milliseconds(10));
+  std::filesystem::remove_all(folder);
+}
+
 // It was made by somebody who keeps the files of each device in a folder of its name.
 TEST(ScanFiles, AFolderNamedAsAnEdsIsNone) {
   const std::string folder = testing::TempDir() + "/scan-folder-of-eds";
