@@ -100,13 +100,13 @@ TEST_F(LineRecords, PdosAreTriggeredByHandOnly) {
   EXPECT_EQ(set(0x0C, 0x0501, 2), to_error(AbortCode::device_state)) << "a value is missing";
   write(0x2002, 1, 4);
   EXPECT_EQ(write(0x2003, 1, 1).data.at(3), static_cast<std::byte>(PdoWait::trigger));
-  pass(seconds(1));
-  EXPECT_THAT(pdos(), IsEmpty());
   OutputState state;
   line_->output_state(0, state);
   ASSERT_EQ(state.waits.size(), 2U);
   EXPECT_EQ(state.waits[0].reason, OutputWait::trigger);
   EXPECT_EQ(state.waits[1].reason, OutputWait::trigger);
+  pass(seconds(1));
+  EXPECT_THAT(pdos(), IsEmpty());
   hear(0x67F, {0x2B, 0x41, 0x5F, 0x0C, 0x01, 0x05, 0, 0});
   settle();
   EXPECT_THAT(sent(), ElementsAre("205#0100000001", "5FF#60415F0C00000000"));
