@@ -382,14 +382,22 @@ class Generator {
          << " 2F00:0\nexpect reply back" << device.id << " ok pattern " << size << " within 5s\n";
   }
 
+  // Bytes that a device that answers slowly takes in segments while the plant comes to rest.
+  static unsigned most_in_segments(const Device& device) {
+    constexpr unsigned kTime = 10'000;  // ms
+    constexpr unsigned kSegment = 7;
+    return kTime / std::max(device.answers_after, 1U) * kSegment;
+  }
+
   // Of a size that goes in segments or in blocks; a device without the object refuses.
   void transfer(std::ostream& out, const Device& device, unsigned number) {
     if (below(3) == 0) {
       out << "sdo read d" << number << ' ' << device.id << " 2F00:0";
     } else {
       constexpr std::array<unsigned, 4> kSizes{4, 120, 400, 900};
+      const unsigned size = 40 + below(kSizes[below(4)]);
       out << "sdo write d" << number << ' ' << device.id << " 2F00:0 pattern "
-          << 40 + below(kSizes[below(4)]);
+          << std::min(size, most_in_segments(device));
     }
   }
 

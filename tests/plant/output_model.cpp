@@ -148,7 +148,9 @@ void OutputModel::hand_out_sync(LineSeat& seat, Instant now) {
   }
 }
 
-// A boot process begins with the reset of the node or the request for 1000h, and pauses no longer.
+// A boot process begins with the reset of the node, its boot-up message or the request for 1000h,
+// and pauses no longer. After a boot-up message the request may wait for an SDO transfer that the
+// node no longer answers: the channel has one at a time.
 void OutputModel::follow_boot(const can::Frame& frame, std::uint8_t id, Instant now) {
   Node& node = nodes_[id];
   const bool boots = node.boots_at != Instant{} && now - node.boots_at < kBootPause;
@@ -278,6 +280,7 @@ void OutputModel::state_ended(LineSeat& seat, const can::Frame& frame) {
   const std::byte toggle = frame.data[0] & kToggle;
   const bool repeated = node.guarded && !boot_up && toggle == node.toggle;
   node.toggle = boot_up ? kToggle : toggle;
+  node.booted_now |= boot_up;
   if (!repeated && (frame.data[0] & ~kToggle) != kOperational) {
     withdraw(id);
     node.unnoticed = false;
@@ -358,6 +361,7 @@ std::string OutputModel::compare(LineSeat& seat, Instant now) {
       ++node.signs;
       node.signed_at = now;
     }
+    node.boots_at = std::exchange(node.booted_now, false) ? now : node.boots_at;
   }
   seat.line->snapshot(image::Direction::outputs, snapshot_, now, true);
 

@@ -118,6 +118,7 @@ class OutputModel {
     Duration period{};   // of its heartbeats or guard requests, 0 = none
     unsigned signs = 0;  // that it is Operational, since the last that it is not
     Instant boots_at{};  // newest frame of its boot process, as the bus shows it
+    bool booted_now = false;
     bool signed_now = false;
     Instant signed_at{};
     std::byte toggle{0x80};    // of its newest guard answer
