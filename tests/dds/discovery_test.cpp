@@ -159,14 +159,7 @@ class SpdpSender {
 class EventGateway {
  public:
   // 0: as many participants as by default.
-  explicit EventGateway(std::size_t places = 0) {
-    dds::GatewayOptions options{known::kGateway, 1, domain(), LOOPBACK_PROFILES, {known::kLine}};
-    options.participants = places;
-    auto made = dds::GatewayBridge::make(options);
-    if (made.ok()) {
-      bridge_ = *std::move(made.value);
-    }
-  }
+  explicit EventGateway(std::size_t places = 0) : bridge_(make(places)) {}
 
   bool begins() { return bridge_ && subscriber_.expect("ready") == "ready" && is_received(); }
   dds::GatewayBridge& bridge() { return *bridge_; }
@@ -180,6 +173,14 @@ class EventGateway {
   std::string last() const { return "event " + std::to_string(number_); }
 
  private:
+  static std::unique_ptr<dds::GatewayBridge> make(std::size_t places) {
+    dds::GatewayOptions options{known::kGateway, 1, domain(), LOOPBACK_PROFILES, {known::kLine}};
+    options.participants = places;
+    auto made = dds::GatewayBridge::make(options);
+    return made.ok() ? *std::move(made.value) : nullptr;
+  }
+
+  // Before the subscriber: it is the first participant of the domain.
   std::unique_ptr<dds::GatewayBridge> bridge_;
   Peer subscriber_{"subscriber"};
   std::uint64_t number_ = 0;
