@@ -115,6 +115,7 @@ void Client::configure(can::CobId request) {
   late_ = {};
   unanswered_ = Unanswered::nothing;
   look_again_ = kNever;
+  held_.reset();
 }
 
 std::optional<Outcome> Client::take() {

@@ -125,6 +125,16 @@ TEST_F(UnansweredTest, WhatWaitsIsCancelledWithoutAnAbort) {
 }
 
 // The segments that take the place of a block wait, too: an answer 60h may be to neither.
+TEST_F(UnansweredTest, WhatWaitsEndsWithANewConfiguration) {
+  stall();
+  client.configure(can::CobId{kRequestId});
+  expect_abort(AbortCode::sdo_connection);
+  begin(2);
+  EXPECT_EQ(hand_out(), Frames{kSecond});
+  hear(kTaken, Receipt::used);
+  expect_data({});
+}
+
 TEST_F(UnansweredTest, SegmentsAfterABlockWait) {
   begin(200);
   EXPECT_EQ(hand_out(), (Frames{{0xC6, 0x00, 0x20, 5, 200, 0, 0, 0}}));
