@@ -197,7 +197,9 @@ class Program {
       return action_();
     } catch (const std::exception& error) {  // of a library, such as a file that cannot be read
       std::cerr << "error: " << error.what() << '\n';
-      options_.json ? print_failure(std::cout, error.what()) : void();
+      if (options_.json) {
+        print_failure(std::cout, error.what());
+      }
       return kExitFailed;
     }
   }
