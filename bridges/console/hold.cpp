@@ -66,7 +66,7 @@ class Holder {
         context_.err << why << group_hint() << '\n';
         return kFailed;
       }
-      if (!shown_ && shows_value()) {
+      if (!shown_ && is_held()) {
         shown_ = true;
         context_.err << "held; the outputs of group " << group_ << " become 0 "
                      << kHoldWatchdog / std::chrono::seconds(1) << " s after the end\n";
@@ -127,8 +127,11 @@ class Holder {
     (void)context_.client.write_outputs(line_.id, out);
   }
 
-  bool shows_value() const {
-    return outputs().valid(value_.entry) && outputs().value(value_.entry) == wanted_;
+  // The image may have the value of an earlier write: the line has taken this one.
+  bool is_held() const {
+    const auto group = line_.groups.find(group_);
+    return group != line_.groups.end() && group->second.state.arming == arming_ &&
+           outputs().valid(value_.entry) && outputs().value(value_.entry) == wanted_;
   }
 
   // What the line said since the beginning against a write of this group.

@@ -40,7 +40,13 @@ class Output : public Client {
     image.valid = {1};
     listener.on_image(test::kPress, image);
     listener.on_event(test::kPress, test::event(EventKind::output_refused, 6, 0, "an older one"));
-    if (refuses && !writes.empty()) {
+    if (takes && !writes.empty()) {
+      OutputStateView view_of_group;
+      view_of_group.state.group = writes.back().group;
+      view_of_group.state.arming = writes.back().arming;
+      listener.on_output_state(test::kPress, view_of_group);
+    }
+    if (refuses && !writes.empty() && ++polls_after > 1) {
       listener.on_event(test::kPress, test::event(EventKind::output_refused, 7, 0, "refused"));
     }
   }
@@ -60,7 +66,8 @@ class Output : public Client {
 
   std::string groups;
   bool takes = true;
-  bool refuses = false;
+  bool refuses = false;  // at the second poll after the first write
+  int polls_after = 0;
   std::vector<std::byte> shown{std::byte{}, std::byte{}};
   std::vector<line::OutputWrite> writes;
 };
@@ -123,6 +130,15 @@ TEST_F(HoldTest, TheRefusalOfAnotherGroupNamesThatOfTheEntry) {
 TEST_F(HoldTest, EndsWithTheRefusalOfTheLine) {
   gateway_.refuses = true;
   gateway_.takes = false;
+  const HoldRequest request{.line = "press", .entry = "0", .value = "1"};
+  EXPECT_EQ(hold(context_, request, [] { return false; }), kFailed);
+  EXPECT_EQ(err_.str(), "refused\n");
+}
+
+TEST_F(HoldTest, AValueThatIsThereAlreadyIsNotHeldBeforeTheLineTakesIt) {
+  gateway_.refuses = true;
+  gateway_.takes = false;
+  gateway_.shown = {std::byte{1}, std::byte{0}};
   const HoldRequest request{.line = "press", .entry = "0", .value = "1"};
   EXPECT_EQ(hold(context_, request, [] { return false; }), kFailed);
   EXPECT_EQ(err_.str(), "refused\n");
