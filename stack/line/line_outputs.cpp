@@ -226,10 +226,9 @@ void Line::Impl::note_command(nmt::Command command, std::uint8_t id) {
     if (id != 0 && id != device.id) {
       continue;
     }
-    const bool heard = manager.node(device.id).heartbeat_monitored;
     if (command != nmt::Command::start) {
       expect_state(device.id);
-    } else if (!heard) {
+    } else if (!manager.reports_state(device.id)) {
       unconfirmed[device.id] = {};
     }
     receivers_changed = true;

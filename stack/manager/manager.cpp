@@ -51,6 +51,7 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
   seen.last_heard = now;
   seen.presence = Presence::present;
   seen.state = nmt::State::pre_operational;  // entered by itself right after the boot-up message
+  reset_.reset(node);
   starting_.reset(node);
   life_.boot_up(node, now);
   shared_.boot_up(node, now);
@@ -81,6 +82,7 @@ void Manager::boot_up(std::uint8_t node, Instant now) {
 void Manager::heartbeat(std::uint8_t node, nmt::State state, Instant now) {
   NodeState& seen = nodes_[node];
   seen.last_heard = now;
+  reset_.reset(node);
   look_for_twin(node, state, now);
   if (heartbeats_.monitored(node)) {
     life_.forget(node);
@@ -188,7 +190,10 @@ void Manager::scanned(std::uint8_t node, bool answered, Instant asked_at, Instan
     if (seen.presence == Presence::present && seen.last_heard < asked_at) {
       miss(node, life_.beats(node) ? Presence::missing : Presence::unknown);
     }
-  } else if (seen.presence != Presence::present) {
+    return;
+  }
+  reset_.reset(node);
+  if (seen.presence != Presence::present) {
     seen.presence = Presence::present;
     life_.answer(node, now);
     touch(node);
@@ -202,6 +207,7 @@ void Manager::miss(std::uint8_t node, Presence presence) {
   life_.forget(node);
   touch(node);
   host_.node_data_invalid(node);
+  reset_.reset(node);
   starting_.reset(node);
 }
 
@@ -218,6 +224,7 @@ void Manager::emergency(std::uint8_t node, std::uint16_t code, std::uint8_t erro
                         Instant now) {
   NodeState& seen = nodes_[node];
   seen.last_heard = now;
+  reset_.reset(node);
   seen.last_emcy = code;
   seen.error_register = error_register;
   ++seen.emcy_count;
@@ -243,6 +250,7 @@ void Manager::commanded(nmt::Command command, std::uint8_t node, Instant now) {
       const bool reset = node == 0 || id == node;
       if (reset && find(id) == nullptr && nodes_[id].presence == Presence::present) {
         nodes_[id].state = nmt::State::unknown;
+        reset_.set(id);
         if (!life_.holds(id)) {
           life_.answer(id, now);
         }
@@ -399,7 +407,8 @@ void Manager::refresh_list() {
   }
 }
 
-// Without error control nobody will tell the state, so the command has to stand for it.
+// Without error control nobody reports the state, so the command has to stand for it; but a node
+// that was reset takes none before its boot-up message.
 void Manager::assume_state(std::uint8_t node, nmt::Command command, bool is_on_bus) {
   NodeState& seen = nodes_[node];
   starting_.reset(node);
@@ -409,15 +418,17 @@ void Manager::assume_state(std::uint8_t node, nmt::Command command, bool is_on_b
   if (command != nmt::Command::start) {
     host_.node_data_invalid(node);
   }
-  if (life_.beats(node) || seen.presence != Presence::present) {
+  const bool resets = nmt::is_reset(command);
+  if (life_.beats(node) || seen.presence != Presence::present || (reset_[node] && !resets)) {
     return;
   }
+  reset_.set(node, resets);
   starting_.set(node, command == nmt::Command::start && !is_on_bus && host_.acknowledges_starts());
   if (starting_[node]) {
     return;
   }
   seen.cause = StateCause::command;
-  seen.state = nmt::is_reset(command) ? nmt::State::unknown : nmt::state_after(command);
+  seen.state = resets ? nmt::State::unknown : nmt::state_after(command);
   touch(node);
 }
 
@@ -435,7 +446,7 @@ void Manager::start_acknowledged(std::uint8_t node) {
     return;
   }
   starting_.reset(node);
-  if (!seen.heartbeat_monitored && !life_.beats(node) && seen.presence == Presence::present) {
+  if (!reports_state(node) && seen.presence == Presence::present) {
     seen.cause = StateCause::command;
     seen.state = nmt::State::operational;
     touch(node);

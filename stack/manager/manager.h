@@ -83,6 +83,11 @@ class Manager {
   bool held(std::uint8_t node) const { return held_[node]; }
   // Its error control can be watched: a consumer time or guarding is configured.
   bool has_error_control(std::uint8_t node) const;
+  // Its heartbeats or guard answers report its state: it is monitored, or has sent heartbeats since
+  // its last boot-up message.
+  bool reports_state(std::uint8_t node) const {
+    return nodes_[node].heartbeat_monitored || life_.beats(node);
+  }
   // 1F83h: it is watched from now on, or no more.
   void watch(std::uint8_t node, bool wanted, Instant now);
 
@@ -186,6 +191,7 @@ class Manager {
   std::array<std::uint64_t, 128> revisions_{};
   std::uint64_t changes_ = 0;
   std::bitset<128> held_;
+  std::bitset<128> reset_;     // state unknown by a reset, and nothing was received since
   std::bitset<128> starting_;  // without error control, by a start that is not acknowledged yet
   StateChanges causes_;
   SharedIds shared_;

@@ -201,6 +201,9 @@ void Manager::settle(Slot& slot, Instant now) {
     return;
   }
   slot.concluded = true;
+  if (*result != 'B') {
+    reset_.reset(slot.plan.id);  // it answered
+  }
   slot.started = *result == kWasOperational;
   if (!is_booted(*result) && !slot.boot->searching() && !life_.holds(slot.plan.id)) {
     life_.answer(slot.plan.id, now);  // nothing asks it any more

@@ -61,6 +61,7 @@ bool Nodes::has_error_control(std::uint8_t id) const {
 void Nodes::miss(std::uint8_t id, Presence presence) {
   nodes_[id].presence = presence;
   nodes_[id].state = nmt::State::unknown;
+  reset_[id] = false;
   life_.forget(id);
   touch(id);
   listener_.node_data_invalid(id);
@@ -92,32 +93,18 @@ void Nodes::commanded(const nmt::NodeControl& command, Instant now) {
   }
 }
 
-// Who tells its state is believed, not the command; of a reset nothing remains either way.
+// Heartbeats and guard answers count for more than commands; of a reset nothing remains either way,
+// and no command has an effect before the boot-up message after it.
 void Nodes::assume(std::uint8_t id, nmt::Command command) {
   if (nodes_[id].presence != Presence::present || id == master_) {
     return;
   }
-  switch (command) {
-    case nmt::Command::start:
-      if (!tells_state_[id]) {
-        set_state(id, nmt::State::operational);
-      }
-      return;
-    case nmt::Command::stop:
-      if (!tells_state_[id]) {
-        set_state(id, nmt::State::stopped);
-      }
-      return;
-    case nmt::Command::enter_pre_operational:
-      if (!tells_state_[id]) {
-        set_state(id, nmt::State::pre_operational);
-      }
-      return;
-    case nmt::Command::reset_node:
-    case nmt::Command::reset_communication:
-      set_state(id, nmt::State::unknown);
-      listener_.node_data_invalid(id);
-      return;
+  if (nmt::is_reset(command)) {
+    set_state(id, nmt::State::unknown);
+    listener_.node_data_invalid(id);
+    reset_[id] = true;
+  } else if (!tells_state_[id] && !reset_[id]) {
+    set_state(id, nmt::state_after(command));
   }
 }
 
@@ -138,6 +125,7 @@ void Nodes::heard_pdo(std::uint8_t node, Instant now) {
     return;
   }
   seen.last_heard = now;
+  reset_[node] = false;
   if (!seen.configured || has_error_control(node)) {
     life_.answer(node, now);
   }
@@ -149,6 +137,7 @@ void Nodes::heard_pdo(std::uint8_t node, Instant now) {
 }
 
 void Nodes::identity(std::uint8_t node, od::Address address, std::uint32_t value) {
+  reset_[node] = false;
   NodeState& seen = nodes_[node];
   if (address == od::Address{0x1000, 0}) {
     seen.device_type = value;
@@ -190,6 +179,7 @@ void Nodes::heard(std::uint8_t id, nmt::State state, Instant now) {
   NodeState& seen = nodes_[id];
   const bool first = seen.presence != Presence::present;
   seen.last_heard = now;
+  reset_[id] = false;
   seen.presence = Presence::present;
   if (!seen.configured && id != master_ && (first || state == nmt::State::initialising)) {
     events_.emit({.time = now,

@@ -192,6 +192,20 @@ TEST_F(ObserverTest, CommandsOfTheMasterAreToldAndBelievedWhereNothingElseTellsT
   EXPECT_EQ(of(EventKind::malformed_frame).size(), 1U);
 }
 
+TEST_F(ObserverTest, ANodeThatWasResetTakesNoCommandBeforeItsBootUpMessage) {
+  LineConfig config = config_with_axis();
+  config.nodes[0].heartbeat = Duration{};
+  observe(config);
+  hear(0x705, {0x00});
+  hear(0x000, {0x81, 0x05});
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
+  hear(0x000, {0x01, 0x00});
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
+  hear(0x705, {0x00});
+  hear(0x000, {0x01, 0x00});
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
+}
+
 TEST_F(ObserverTest, AnswersToAGuardingMasterAreHeartbeats) {
   LineConfig config = config_with_axis();
   config.nodes[0].heartbeat = Duration{};

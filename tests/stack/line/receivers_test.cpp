@@ -162,6 +162,29 @@ TEST_F(OutputsOfANode, AreNotSentByAHeartbeatFromBeforeTheRoleChanged) {
   EXPECT_TRUE(valid());
 }
 
+// The start may have found nobody: the heartbeats will show what it did.
+TEST_F(OutputsOfANode, AreNotValidByAStartOfAnotherMasterUntilHeartbeatsFollow) {
+  LineConfig config = config_with_axis();
+  config.defaults = {{.entry = 0, .value = 9}, {.entry = 1, .value = 3}};
+  make(std::move(config));
+  line_->start(now_);
+  hear_heartbeat(kOperational);
+  ASSERT_TRUE(line_->dictionary().set({0x1F80, 0}, 4U));
+  pass(milliseconds(1));
+  ASSERT_EQ(line_->state().role, Role::device);
+  hear(0x000, {0x01, 0x00});
+  line_->advance(now_);
+  EXPECT_THAT(pdos(), IsEmpty());
+  EXPECT_FALSE(valid());
+  for (int i = 0; i < 2; ++i) {
+    pass(milliseconds(100));
+    hear_heartbeat(kOperational);
+  }
+  line_->advance(now_);
+  EXPECT_THAT(pdos(), ElementsAre("205#0900000003"));
+  EXPECT_TRUE(valid());
+}
+
 // The own node is NMT slave, and hears what its master commands other nodes.
 TEST_F(OutputsOfANode, WithoutErrorControlAreSentWhenAnotherMasterStartsIt) {
   make(config_without_error_control());
@@ -184,6 +207,9 @@ TEST_F(OutputsOfANode, WithoutErrorControlAreSentWhenAnotherMasterStartsIt) {
   EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
   hear(0x000, {0x82, 0x05});
   EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown) << "until its boot-up message";
+  hear(0x000, {0x01, 0x00});
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown) << "nobody says that it is there";
+  EXPECT_FALSE(valid());
   hear(0x705, {0x00});
   EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
   hear(0x000, {0x01, 0x00});
