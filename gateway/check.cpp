@@ -16,12 +16,31 @@
 #include "gateway/routing_text.h"
 #include "stack/base/byte_order.h"
 #include "stack/line/line.h"
+#include "stack/manager/network_list.h"
 #include "stack/pdo/parameters.h"
 
 namespace linegate::gateway {
 
 std::string hex64(std::uint64_t value) {
   return fmt::format("{:016X}", value);
+}
+
+line::LineConfig as_started(line::LineConfig config) {
+  namespace bits = manager::startup;
+  constexpr od::Address kNmtStartup{0x1F80, 0};
+  const auto own = std::ranges::find(config.own_values, kNmtStartup, &line::ObjectValue::address);
+  if (own == config.own_values.end() || config.role == line::Role::observer) {
+    return config;
+  }
+  const std::uint64_t value = load_le(own->data);
+  config.role = (value & bits::kMaster) != 0 ? line::Role::manager : line::Role::device;
+  config.own_start = (value & bits::kApplicationStarts) == 0;
+  config.start_nodes = (value & bits::kSlavesNotStarted) == 0;
+  config.start_all = (value & bits::kStartAll) != 0;
+  config.on_error = (value & bits::kStopAll) != 0    ? manager::ErrorReaction::stop_all
+                    : (value & bits::kResetAll) != 0 ? manager::ErrorReaction::reset_all
+                                                     : manager::ErrorReaction::node;
+  return config;
 }
 
 std::string_view lost_text(manager::ErrorReaction reaction) {
@@ -184,6 +203,12 @@ class Text {
                           : fmt::format("that transmits nothing, of the master {}", c.node_id);
   }
 
+  static std::string role_text(line::Role configured, line::Role started) {
+    return configured == started ? std::string(name(started))
+                                 : fmt::format("{}, at the start {} by its own value of 1F80:00,",
+                                               name(configured), name(started));
+  }
+
   // Of a line without devices.
   void own_services(const line::LineConfig& c) {
     if (c.role == line::Role::observer) {
@@ -211,10 +236,10 @@ class Text {
   }
 
   void line(const config::LinePlan& plan) {
-    const line::LineConfig& c = plan.config;
+    const line::LineConfig c = as_started(plan.config);
     add("\nline {} on {}\n", c.name, plan.interface.uri);
-    add("  {} {}, network-ID {}, bit rate {}\n", name(c.role), own_node(c), c.network_id,
-        c.bit_rate == 0 ? "not given" : fmt::format("{} bit/s", c.bit_rate));
+    add("  {} {}, network-ID {}, bit rate {}\n", role_text(plan.config.role, c.role), own_node(c),
+        c.network_id, c.bit_rate == 0 ? "not given" : fmt::format("{} bit/s", c.bit_rate));
     if (c.devices.empty()) {
       own_services(c);
     }

@@ -79,11 +79,12 @@ class Json {
   }
 
   void line(const config::LinePlan& plan) {
-    const line::LineConfig& c = plan.config;
+    const line::LineConfig c = as_started(plan.config);
     out_.begin_object()
         .member("name", c.name)
         .member("interface", plan.interface.uri)
-        .member("role", name(c.role))
+        .member("role", name(plan.config.role))
+        .member("role_at_start", name(c.role))
         .member("node_id", c.node_id)
         .member("network_id", c.network_id)
         .member("bit_rate", c.bit_rate)

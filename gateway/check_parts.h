@@ -13,6 +13,8 @@ namespace linegate::gateway {
 
 // 16 digits.
 std::string hex64(std::uint64_t value);
+// With the role and the start-up that an own value of 1F80h gives it, whatever is configured.
+line::LineConfig as_started(line::LineConfig config);
 std::string_view lost_text(manager::ErrorReaction reaction);
 InterfaceNames interface_names(const config::Plant& plant);
 // They are the same of every line that routes.

@@ -128,6 +128,29 @@ TEST(Check, SaysOfTheSlaveModeWhatIsDoneAsMasterAlone) {
       << text;
 }
 
+TEST(Check, SaysOfAManagerWhoseOwnValueMakesItASlaveThatItIsOne) {
+  const auto loaded = config::read(R"(schema: 1
+lines:
+  - {name: a, interface: 'virtual:p', own_values: {1F80:0: 4}}
+  - {name: b, interface: 'virtual:q', role: device, node_id: 21, own_values: {1F80:0: 1}}
+)",
+                                   "x.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(
+      text, "  manager, at the start device by its own value of 1F80:00, with node-ID 127"))
+      << text;
+  EXPECT_TRUE(contains(text, "  started by its master; nodes are observed")) << text;
+  EXPECT_TRUE(contains(text, "  start-up: own node by itself, nodes started one by one")) << text;
+  EXPECT_TRUE(
+      contains(text, "  device, at the start manager by its own value of 1F80:00, with node-ID 21"))
+      << text;
+  const YAML::Node json = YAML::Load(to_json(loaded));
+  EXPECT_EQ(json["lines"][0]["role"].as<std::string>(), "manager");
+  EXPECT_EQ(json["lines"][0]["role_at_start"].as<std::string>(), "device");
+  EXPECT_EQ(json["lines"][1]["role_at_start"].as<std::string>(), "manager");
+}
+
 TEST(Check, SaysNothingOfABootProcessOfAnObserver) {
   const std::string text = observed_node("observer");
   EXPECT_TRUE(contains(text, "  SYNC expected every 10ms\n")) << text;
