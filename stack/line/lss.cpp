@@ -453,7 +453,7 @@ void Lss::advance(bool usable, Instant now) {
 }
 
 void Lss::release_if_stuck(Instant now) {
-  const bool stuck = now >= stuck_at_ && is_unsent();
+  const bool stuck = now >= stuck_at_ && master_.wants_to_send();
   if (holding_ && (stuck || !usable_ || now >= hold_until_)) {
     holding_ = false;
   }

@@ -133,7 +133,7 @@ class Lss final : lss::AssignerHost {
   Instant next_round_ = kNever;
   Instant hands_off_until_{};  // a person has devices in configuration
   Instant hold_until_ = kNever;
-  Instant stuck_at_ = kNever;   // while holding: a frame that waits then cannot be sent
+  Instant stuck_at_ = kNever;   // while holding: a frame that nobody took until then cannot be sent
   can::Frame given_frame_{};    // by next_frame()
   Instant given_at_{};          // that frame
   std::uint64_t number_ = 0;    // the same; 0 = acknowledged

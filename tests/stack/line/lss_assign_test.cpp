@@ -17,6 +17,7 @@ namespace {
 
 using testing::AllOf;
 using testing::Contains;
+using testing::IsSupersetOf;
 using testing::Not;
 using testing::StartsWith;
 
@@ -119,6 +120,18 @@ TEST_F(LssAssignTest, ALateWakeUpAfterTheCheckOfTheNodeIdStartsNoBoot) {
   EXPECT_THAT(wake_after(milliseconds(900)),
               AllOf(Contains(StartsWith(kGive)), Not(Contains(kResetAll))));
   until(kResetAll);
+}
+
+TEST_F(LssAssignTest, ALateWakeUpBeforeAnAcknowledgementStartsNoBoot) {
+  make_checked();
+  line_->expect_acknowledgements();
+  line_->start(now_);
+  exchange();
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_THAT(wake_after(milliseconds(1500)), Not(Contains(kResetAll)));
+    line_->acknowledged(given_, now_);
+  }
+  EXPECT_THAT(run_for(seconds(5), true), IsSupersetOf({StartsWith(kGive), StartsWith(kResetAll)}));
 }
 
 TEST_F(LssAssignTest, ANodeIdIsNotFreeWhileTheQuestionIsNotAcknowledged) {
