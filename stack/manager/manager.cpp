@@ -241,6 +241,17 @@ void Manager::completed(const sdo::Completion& completion, Instant now) {
   settle(*slot, now);
 }
 
+void Manager::sent(nmt::Command command, std::uint8_t node, Instant now) {
+  causes_.commanded(command, node, now);
+  shared_.begin(node);
+  for (std::uint8_t id = can::kMinNodeId; nmt::is_reset(command) && id <= can::kMaxNodeId; ++id) {
+    if (node == 0 || id == node) {
+      reset_.set(id);
+      starting_.reset(id);
+    }
+  }
+}
+
 void Manager::commanded(nmt::Command command, std::uint8_t node, Instant now) {
   if (node == 0 && command != nmt::Command::stop) {
     leave_stop(now);
@@ -250,7 +261,6 @@ void Manager::commanded(nmt::Command command, std::uint8_t node, Instant now) {
       const bool reset = node == 0 || id == node;
       if (reset && find(id) == nullptr && nodes_[id].presence == Presence::present) {
         nodes_[id].state = nmt::State::unknown;
-        reset_.set(id);
         if (!life_.holds(id)) {
           life_.answer(id, now);
         }

@@ -63,11 +63,8 @@ class Manager {
   bool starts(std::uint8_t node) const { return starting_[node]; }
   void start_acknowledged(std::uint8_t node);
   // An NMT command to a node, or all with 0, was sent or heard: the changes that it causes are not
-  // spontaneous.
-  void sent(nmt::Command command, std::uint8_t node, Instant now) {
-    causes_.commanded(command, node, now);
-    shared_.begin(node);
-  }
+  // spontaneous, and a start before a reset says nothing of the state after it.
+  void sent(nmt::Command command, std::uint8_t node, Instant now);
   // Somebody has reset the own node: the network is started as after power-on.
   void own_reset();
   // Boots the node, or all with 0, anew; resets it before unless it is to be kept alive. One that

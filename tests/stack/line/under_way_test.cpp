@@ -169,6 +169,31 @@ TEST_F(AcknowledgedOutputs, AreNotSentToANodeWhoseResetIsOnItsWayToTheBus) {
   EXPECT_TRUE(valid());
 }
 
+// The acknowledgements of both come together, and the boot-up message of the node may be lost.
+TEST_F(AcknowledgedOutputs, AreNotSentToANodeThatIsResetAfterItsStart) {
+  boot_unwatched();
+  line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::reset_node, .data = {}},
+                 now_);
+  EXPECT_THAT(hand_out(), ElementsAre("000#0105", "000#8105"));
+  acknowledge_all();
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
+  EXPECT_THAT(hand_out(), IsEmpty());
+}
+
+TEST_F(AcknowledgedOutputs, AreNotSentToANodeThatIsStartedBeforeItsBootUpMessage) {
+  boot_unwatched();
+  hand_out();
+  acknowledge_all();
+  line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::reset_node, .data = {}},
+                 now_);
+  start_node();
+  hand_out();
+  acknowledge_all();
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
+  hear(0x705, {0x00});
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
+}
+
 TEST_F(AcknowledgedOutputs, AreSentToANodeWhoseStopTheBusLost) {
   run();
   write(1);
