@@ -334,6 +334,7 @@ void Scenario::bus_action(Words& words) {
     const std::uint64_t acknowledged = at.bus.acknowledged(at.end);
     at.bus.flush(at.end);
     at.outputs->flushed();
+    at.states->flushed();
     at.answers->lost(acknowledged + 1, at.bus.acknowledged(at.end));
     at.line->lost(acknowledged + 1, at.bus.acknowledged(at.end));
   }

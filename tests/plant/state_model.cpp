@@ -1,6 +1,7 @@
 #include "tests/plant/state_model.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "stack/can/cob_id.h"
 #include "stack/line/build.h"
@@ -56,6 +57,7 @@ void StateModel::before_receive(const can::Frame& frame) {
       node.state = node.booted ? nmt::State::pre_operational
                                : static_cast<nmt::State>(frame.data[0] & std::byte{0x7F});
     }
+    node.obeyed = nmt::State::unknown;
     if (frame.data[0] != std::byte{0}) {
       if (node.heartbeat != Instant{}) {
         node.longest = std::max(node.longest, frame.time - node.heartbeat);
@@ -67,12 +69,40 @@ void StateModel::before_receive(const can::Frame& frame) {
 
 void StateModel::sends(const can::Frame& frame) {
   const auto control = frame.id == can::kNmtId ? nmt::decode_node_control(frame) : std::nullopt;
-  if (!control || !nmt::is_reset(control->command)) {
-    return;
+  for (std::uint8_t id = can::kMinNodeId; control && id <= can::kMaxNodeId; ++id) {
+    if (control->addresses(id)) {
+      nodes_[id].booted |= nmt::is_reset(control->command);
+      nodes_[id].starts = control->command == nmt::Command::start;
+    }
   }
-  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
-    if (control->node == 0 || control->node == id) {
-      nodes_[id].booted = true;
+}
+
+void StateModel::ended(const can::Frame& frame, bool by_line, bool reached) {
+  const auto control = frame.id == can::kNmtId ? nmt::decode_node_control(frame) : std::nullopt;
+  if (control) {
+    commands_.push_back({.control = *control, .by_line = by_line, .reached = reached});
+  }
+}
+
+void StateModel::flushed() {
+  for (Node& node : nodes_) {
+    node.starts = false;
+  }
+}
+
+void StateModel::look_at(const line::Line& line,
+                         const std::function<nmt::State(std::uint8_t)>& real) {
+  for (const Command& command : std::exchange(commands_, {})) {
+    for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+      if (!command.control.addresses(id)) {
+        continue;
+      }
+      Node& node = nodes_[id];
+      node.starts &= !command.by_line || command.control.command != nmt::Command::start;
+      if (!line.node_state(id).heartbeat_monitored) {
+        const nmt::State is = command.reached ? real(id) : nmt::State::unknown;
+        node.obeyed = is != nmt::State::unknown ? is : nmt::state_after(command.control.command);
+      }
     }
   }
 }
@@ -86,9 +116,11 @@ std::string StateModel::compare(const line::NodeState& said, Instant now) const 
                : who + "is " + std::string(line::name(said.presence)) + " and shows " +
                      std::string(nmt::name(said.state));
   }
-  // What a command asked for stands for the state until the first heartbeat.
+  const bool by_command = said.cause == manager::StateCause::command;
+  const bool unheard = node.booted || !said.heartbeat_monitored;
   const bool assumed =
-      said.cause == manager::StateCause::command && (node.booted || !said.heartbeat_monitored);
+      by_command && (said.state == node.obeyed ||
+                     (unheard && (said.state != nmt::State::operational || node.starts)));
   if (node.beats && !assumed && said.state != nmt::State::unknown && said.state != node.state &&
       said.state != node.answer) {
     return who + "shows " + std::string(nmt::name(said.state)) + ", its newest message said " +

@@ -63,6 +63,8 @@ struct LineSeat {
   LineSeat(std::unique_ptr<line::Line> the_line, const sim::BusOptions& options);
 
   DeviceSeat* find(std::uint8_t node);
+  // The NMT state of the device that has this node-ID; unknown if none is switched on.
+  nmt::State real_state(std::uint8_t node_id) const;
   // What becomes of the frames on the bus; the models see each frame and its fate.
   void set_disturbance(sim::Bus::Disturbance wanted) { disturbance = std::move(wanted); }
   // Of the line. It owes its nodes nothing from then on.
