@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tests/plant/generator_devices.h"
+#include "tests/plant/generator_ours.h"
 #include "tests/plant/generator_outputs.h"
 #include "tests/plant/generator_requests.h"
 #include "tests/plant/generator_services.h"
@@ -33,6 +34,7 @@ class Generator {
         random_of_line_(seed + 0x4C49),
         random_of_outputs_(seed + 0x0107),
         services_(seed),
+        commands_of_ours_(seed),
         requests_(seed) {}
 
   std::string plant() {
@@ -48,12 +50,9 @@ class Generator {
       change_itself(time);
       change_line(i, time);
       write_outputs(time);
-      for (const auto& [when, what] : services_.draw(devices_, time)) {
-        at(when) << what;
-      }
-      for (const auto& [when, what] : requests_.draw(devices_, time)) {
-        at(when) << what;
-      }
+      add(services_.draw(devices_, time));
+      add(requests_.draw(devices_, time));
+      add(commands_of_ours_.draw(ours_, time));
     }
     come_late(time);
     quiet(write_down() + pauses_);
@@ -61,8 +60,9 @@ class Generator {
   }
 
  private:
-  static constexpr unsigned kBooted = 3000;  // ms
-  static constexpr unsigned kRestart = 10;   // ms, the shortest
+  static constexpr unsigned kBooted = 3000;                                     // ms
+  static constexpr const char* kSpecifiers[] = {"01", "02", "80", "81", "82"};  // NMT commands
+  static constexpr unsigned kRestart = 10;                                      // ms, the shortest
 
   unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
   unsigned below_more(unsigned limit) { return static_cast<unsigned>(random_of_more_() % limit); }
@@ -80,6 +80,12 @@ class Generator {
   std::ostringstream& at(unsigned time) {
     acts_.emplace_back(time, std::ostringstream());
     return acts_.back().second;
+  }
+
+  void add(const std::vector<std::pair<unsigned, std::string>>& actions) {
+    for (const auto& [time, what] : actions) {
+      at(time) << what;
+    }
   }
 
   // The last of the times.
@@ -230,7 +236,6 @@ class Generator {
   // Besides: the line is stopped and started again, a master becomes a slave for a while, and
   // another master commands its own node.
   void change_line(unsigned number, unsigned time) {
-    constexpr const char* kSpecifiers[] = {"01", "02", "80", "81", "82"};
     switch (below_line(24)) {
       case 0:
         at(time) << "restart";
@@ -280,7 +285,6 @@ class Generator {
 
   // Of a second master. 0 = to all.
   void foreign_command(unsigned node, unsigned time) {
-    constexpr const char* kSpecifiers[] = {"01", "02", "80", "81", "82"};
     at(time) << "frame 0x000 " << kSpecifiers[below_more(5)] << std::hex << std::setfill('0')
              << std::setw(2) << node;
   }
@@ -488,6 +492,9 @@ class Generator {
       if (is_released) {
         requests_.request_by_stranger(out_, device, time);
         out_ << "expect input " << device.id << ".6000:1 valid within 1s\n";
+        if (!requests_.sends_on_request(device)) {
+          commands_of_ours_.expect_value(out_, device, time);
+        }
       }
     }
     const bool may_start = std::ranges::all_of(devices_, [](const Device& device) {
@@ -567,6 +574,7 @@ class Generator {
   std::mt19937_64 random_of_line_;
   std::mt19937_64 random_of_outputs_;
   ServiceCommands services_;
+  OwnDeviceCommands commands_of_ours_;
   RequestsAndBursts requests_;
   unsigned arming_ = 100;  // of the last write
   std::ostringstream out_;

@@ -25,6 +25,7 @@ class RequestsAndBursts {
   // At that time nothing disturbs the network, and the own node is Operational: requests are
   // answered.
   void expect_answers(std::ostream& out, const std::vector<Device>& devices, unsigned time);
+  bool sends_on_request(const Device& device) const { return find(device) != nullptr; }
   // A remote frame of a stranger, if the device has such a TPDO.
   void request_by_stranger(std::ostream& out, const Device& device, unsigned time);
 

@@ -157,6 +157,9 @@ std::string check_settled(LineSeat& seat, std::uint64_t commands) {
     return std::to_string(commands) + " commands, " + std::to_string(seat.replies.size()) +
            " replies";
   }
+  if (seat.answers_of_ours && seat.answers_of_ours->any()) {
+    return "a command to our devices is not answered";
+  }
   return check_states(seat);
 }
 

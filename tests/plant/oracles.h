@@ -22,7 +22,7 @@ namespace linegate::plant {
 //   a node-ID that one device has is not reported as that of two, see identity_model.h
 //   a line transmits only what it is configured for, and no NMT command unless it is NMT master; it
 //   writes no valid COB-ID that is restricted, see silence_model.h
-//   what is answered as done was done, see answer_model.h
+//   what is answered as done was done, see answer_model.h, and own_answer_model.h of our devices
 //   a long value that was read by SDO is one that was written, and whole
 std::string check_always(LineSeat& seat, Instant now);
 

@@ -1,13 +1,25 @@
 // Where the output entries of a line are in the frames of its RPDOs.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "stack/image/layout.h"
 #include "stack/pdo/parameters.h"
 
 namespace linegate::plant {
+
+// At most 64 bits, the first one is the lowest.
+inline std::uint64_t bits_of(std::span<const std::byte> bytes, unsigned first, unsigned count) {
+  std::uint64_t out = 0;
+  for (unsigned i = 0; i < std::min(count, 64U); ++i) {
+    const unsigned at = first + i;
+    out |= std::uint64_t{std::to_integer<unsigned>(bytes[at / 8] >> (at % 8)) & 1U} << i;
+  }
+  return out;
+}
 
 // take(place of the entry in the layout, its object, its first bit in the frame) for each entry
 // that the RPDO of the node carries.

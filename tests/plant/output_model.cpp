@@ -23,15 +23,6 @@ constexpr Duration kUnwatched = std::chrono::milliseconds(100);
 // after the SDO time-out (CiA 302-2 figure 4).
 constexpr Duration kBootPause = std::chrono::seconds(2);
 
-std::uint64_t bits_of(std::span<const std::byte> bytes, unsigned first, unsigned count) {
-  std::uint64_t out = 0;
-  for (unsigned i = 0; i < std::min(count, 64U); ++i) {
-    const unsigned at = first + i;
-    out |= std::uint64_t{std::to_integer<unsigned>(bytes[at / 8] >> (at % 8)) & 1U} << i;
-  }
-  return out;
-}
-
 // A heartbeat, guard answer or boot-up message; of a state that there is.
 bool is_state_message(const can::Frame& frame) {
   constexpr std::array kStates{0x00, 0x04, 0x05, 0x7F};

@@ -340,18 +340,36 @@ void Scenario::bus_action(Words& words) {
   }
 }
 
-// ours output NODE.INDEX:SUB = HEX
+// ours output NODE.INDEX:SUB = HEX; ours write NODE INDEX:SUB HEX; ours trigger NODE PDO; ours emcy
+// NODE CODE
 void Scenario::ours_action(Words& words) {
-  words.expect("output");
-  line::Command request{.kind = line::CommandKind::output_write};
-  request.entry = output_entry(ours(), words.take());
-  words.expect("=");
-  request.data = words.hex();
-  ours().execute(std::move(request), world_.now());
-  line::Reply reply;
-  if (!ours().take_reply(reply) || !reply.ok()) {
-    throw BadStatement("our device refuses the value");
+  line::Command request;
+  const std::string verb = words.take();
+  if (verb == "output") {
+    request.kind = line::CommandKind::output_write;
+    request.entry = output_entry(ours(), words.take());
+    words.expect("=");
+    request.data = words.hex();
+  } else if (verb == "write") {
+    request.kind = line::CommandKind::local_write;
+    request.code = line::kWriteOwn;
+    request.node = words.node();
+    const od::Address address = words.address();
+    request.index = address.index;
+    request.sub = address.sub;
+    request.data = words.hex();
+  } else if (verb == "trigger" || verb == "emcy") {
+    request.kind = verb == "emcy" ? line::CommandKind::emcy_send : line::CommandKind::pdo_trigger;
+    request.node = words.node();
+    request.code = static_cast<std::uint16_t>(words.number());
+    request.error_register = 1;  // generic error
+  } else {
+    throw BadStatement("our devices have no action '" + verb + "'");
   }
+  request.tag = next_tag_++;
+  line::Line& devices = ours();
+  seat().answers_of_ours->commanded(request, world_.now());
+  devices.execute(std::move(request), world_.now());
 }
 
 line::Line& Scenario::ours() {

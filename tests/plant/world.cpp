@@ -84,6 +84,8 @@ DeviceSeat& World::add_device(LineSeat& seat, std::unique_ptr<sim::Device> devic
 void World::add_ours(LineSeat& seat, std::unique_ptr<line::Line> devices) {
   seat.ours = std::move(devices);
   seat.silence_of_ours = SilenceModel(seat.ours->config());
+  seat.ours->expect_acknowledgements();
+  seat.answers_of_ours.emplace(*seat.ours);
   seat.ours_end = seat.bus.attach();
 }
 
@@ -438,6 +440,7 @@ void World::turn_ours(LineSeat& seat) {
   while (const std::size_t count = seat.bus.take(seat.ours_end, batch_)) {
     for (const can::Frame& frame : std::span(batch_).first(count)) {
       seat.silence_of_ours.before_receive(frame);
+      seat.answers_of_ours->before_receive(frame);
       for (auto& [id, requests] : seat.requests_of_ours) {
         requests.before_receive(producer_of(line, id, now_), frame);
       }
@@ -447,6 +450,8 @@ void World::turn_ours(LineSeat& seat) {
       }
     }
   }
+  seat.answers_of_ours->acknowledged(seat.bus.acknowledged(seat.ours_end));
+  line.acknowledged(seat.bus.acknowledged(seat.ours_end), now_);
   line.advance(now_);
   can::Frame frame;
   while (seat.bus.room(seat.ours_end) > 0 && line.next_frame(frame, now_)) {
@@ -456,6 +461,7 @@ void World::turn_ours(LineSeat& seat) {
     for (auto& [id, requests] : seat.requests_of_ours) {
       check_requests(requests.submitted(producer_of(line, id, now_), frame));
     }
+    seat.answers_of_ours->submitted(frame, now_);
     seat.bus.submit(seat.ours_end, frame, now_);
   }
   for (auto& [id, requests] : seat.requests_of_ours) {
@@ -498,6 +504,22 @@ void World::judge(const LineSeat& seat, std::span<const Event> events) {
   }
 }
 
+void World::collect_of_ours(LineSeat& seat) {
+  while (const std::size_t count = seat.ours->take_events(told_)) {
+    seat.ours_events.insert(seat.ours_events.end(), told_.begin(),
+                            told_.begin() + static_cast<long>(count));
+  }
+  line::Reply reply;
+  while (seat.ours->take_reply(reply)) {
+    if (std::string text = seat.answers_of_ours->answered(reply, now_); !text.empty()) {
+      fail("answers of our devices: " + text);
+    }
+  }
+  if (std::string text = seat.answers_of_ours->compare(now_); !text.empty()) {
+    fail("answers of our devices: " + text);
+  }
+}
+
 void World::collect(LineSeat& seat) {
   while (const std::size_t count = seat.bus.take(seat.witness_end, batch_)) {
     seat.frames.insert(seat.frames.end(), batch_.begin(),
@@ -509,13 +531,8 @@ void World::collect(LineSeat& seat) {
                          told_.begin() + static_cast<long>(count));
     judge(seat, std::span(told_).first(count));
   }
-  while (seat.ours != nullptr) {
-    const std::size_t count = seat.ours->take_events(told_);
-    if (count == 0) {
-      break;
-    }
-    seat.ours_events.insert(seat.ours_events.end(), told_.begin(),
-                            told_.begin() + static_cast<long>(count));
+  if (seat.ours != nullptr) {
+    collect_of_ours(seat);
   }
   line::Reply reply;
   while (seat.line->take_reply(reply)) {

@@ -28,6 +28,7 @@
 #include "tests/plant/identity_model.h"
 #include "tests/plant/image_model.h"
 #include "tests/plant/output_model.h"
+#include "tests/plant/own_answer_model.h"
 #include "tests/plant/request_model.h"
 #include "tests/plant/silence_model.h"
 #include "tests/plant/state_model.h"
@@ -85,6 +86,7 @@ struct LineSeat {
   sim::Bus::Endpoint ours_end = 0;
   std::vector<Event> ours_events;                         // all of its events, in order
   std::map<std::uint8_t, RequestModel> requests_of_ours;  // by node-ID
+  std::optional<OwnAnswerModel> answers_of_ours;
   std::optional<ImageModel> model;
   std::optional<StateModel> states;
   std::optional<OutputModel> outputs;
@@ -150,6 +152,7 @@ class World {
   void check_requests(const std::string& text);
   void turn_observer(LineSeat& seat);
   void collect(LineSeat& seat);
+  void collect_of_ours(LineSeat& seat);
   std::span<const Event> take_events(LineSeat& seat);
   void judge(const LineSeat& seat, std::span<const Event> events);
   void transmit(LineSeat& seat, DeviceSeat& device);

@@ -1,0 +1,46 @@
+#include "tests/plant/generator_ours.h"
+
+#include <iomanip>
+#include <sstream>
+
+namespace linegate::plant {
+
+// Values that no other command has, as long as there are not too many.
+std::string OwnDeviceCommands::command(const Device& device) {
+  constexpr unsigned kEmergency = 0x5000;
+  constexpr unsigned kFirst = 0x80;  // the values of other commands are less
+  std::ostringstream value;
+  value << std::hex << std::uppercase << kFirst + ++number_ % kFirst;
+  const std::string node = std::to_string(device.id);
+  switch (below(4)) {
+    case 0:
+      return "ours emcy " + node + ' ' + std::to_string(kEmergency + number_);
+    case 1:
+      return "ours trigger " + node + " 1";
+    case 2:
+      return "ours write " + node + " 6000:1 " + value.str();
+    default:
+      return "ours output " + node + ".6000:" + std::to_string(1 + below(2)) + " = " + value.str();
+  }
+}
+
+void OwnDeviceCommands::expect_value(std::ostream& out, const Device& device, unsigned time) {
+  const unsigned value = 1 + below(0x7F);
+  out << "at " << time << "ms ours write " << device.id << " 6000:1 " << std::hex << std::uppercase
+      << std::setfill('0') << std::setw(2) << value << std::dec << "\nexpect input " << device.id
+      << ".6000:1 = " << value << " within 1s\n";
+}
+
+OwnDeviceCommands::Actions OwnDeviceCommands::draw(const std::vector<Device>& ours, unsigned time) {
+  constexpr unsigned kNear = 50;  // ms
+  Actions out;
+  const unsigned count = ours.empty() || below(2) == 0 ? 0 : 1 + below(2);
+  for (unsigned i = 0; i < count; ++i) {
+    const Device& device = ours[below(static_cast<unsigned>(ours.size()))];
+    const unsigned when = time + below(kNear);
+    out.emplace_back(when, command(device));
+  }
+  return out;
+}
+
+}  // namespace linegate::plant

@@ -1,0 +1,33 @@
+// Commands to our own devices in random plants. Private to the generator.
+#pragma once
+
+#include <ostream>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/plant/generator_devices.h"
+
+namespace linegate::plant {
+
+// With dice of its own: the rest of a plant is as it would be without.
+class OwnDeviceCommands {
+ public:
+  explicit OwnDeviceCommands(unsigned long seed) : random_(seed + 0x4F43) {}
+
+  // Actions from that time on, each with its time in ms. ours: none, or devices of a digital-io.
+  using Actions = std::vector<std::pair<unsigned, std::string>>;
+  Actions draw(const std::vector<Device>& ours, unsigned time);
+  // The device sends its TPDO with a value that is written now, and its master has the value.
+  void expect_value(std::ostream& out, const Device& device, unsigned time);
+
+ private:
+  unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
+  std::string command(const Device& device);
+
+  std::mt19937_64 random_;
+  unsigned number_ = 0;  // of the command: a part of its content
+};
+
+}  // namespace linegate::plant

@@ -1,0 +1,271 @@
+#include "tests/plant/own_answer_model.h"
+
+#include <algorithm>
+
+#include "stack/base/byte_order.h"
+#include "stack/nmt/node_control.h"
+#include "stack/pdo/parameters.h"
+
+#include "tests/plant/output_fields.h"
+
+namespace linegate::plant {
+namespace {
+
+constexpr std::size_t kOwnWaitByte = 3;  // see line::ObjectWay
+constexpr Duration kOwnAnswerGrace = std::chrono::milliseconds(1);
+
+std::uint64_t value_of(const line::Command& command) {
+  return bits_of(command.data, 0, static_cast<unsigned>(command.data.size() * 8));
+}
+
+}  // namespace
+
+OwnAnswerModel::OwnAnswerModel(line::Line& line) : line_(line) {
+  const image::Layout& layout = line.layout(image::Direction::outputs);
+  fields_.resize(layout.entries.size());
+  writes_.resize(layout.entries.size());
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    fields_[i].node = layout.entries[i].node;
+    fields_[i].bits = layout.entries[i].bit_length;
+  }
+  for (const line::DeviceConfig& device : line.config().devices) {
+    const Loaded<pdo::DevicePdos> described = pdo::describe_pdos(device.device);
+    for (const pdo::Parameters& tpdo : described.value->tpdos) {
+      each_output(layout, device.id, tpdo, [&](std::size_t i, od::Address, unsigned bit) {
+        fields_[i].pdo = tpdo.number;
+        fields_[i].cob_id = tpdo.cob_id;
+        fields_[i].bit = bit;
+      });
+    }
+  }
+}
+
+void OwnAnswerModel::commanded(const line::Command& command, Instant now) {
+  ++commands_;
+  if (const std::size_t entry = entry_of(command); entry < writes_.size()) {
+    writes_[entry].push_back({commands_, value_of(command)});
+  }
+  given_[command.tag] = {.command = command, .order = commands_, .time = now};
+}
+
+// The position of the output that it writes; fields_.size() if it writes none.
+std::size_t OwnAnswerModel::entry_of(const line::Command& command) const {
+  if (command.kind == line::CommandKind::output_write) {
+    return command.entry;
+  }
+  if (command.kind != line::CommandKind::local_write) {
+    return fields_.size();
+  }
+  const auto& entries = line_.layout(image::Direction::outputs).entries;
+  const auto it = std::ranges::find_if(entries, [&](const image::Entry& entry) {
+    return entry.node == command.node &&
+           od::Address{entry.index, entry.sub} == od::Address{command.index, command.sub};
+  });
+  return static_cast<std::size_t>(it - entries.begin());
+}
+
+// --- frames -------------------------------------------------------------------------------------
+
+void OwnAnswerModel::before_receive(const can::Frame& frame) {
+  const auto control = frame.id == can::kNmtId ? nmt::decode_node_control(frame) : std::nullopt;
+  if (!control || !nmt::is_reset(control->command)) {
+    return;
+  }
+  for (auto& [tag, given] : given_) {
+    given.reset |= control->addresses(node_of(given.command));
+  }
+}
+
+void OwnAnswerModel::submitted(const can::Frame& frame, Instant now) {
+  ++submitted_;
+  if (!given_.empty()) {
+    sent_.push_back({.frame = frame,
+                     .number = submitted_,
+                     .after = commands_,
+                     .newest = has_newest(frame, now)});
+  }
+}
+
+std::uint8_t OwnAnswerModel::node_of(const line::Command& command) const {
+  return command.kind == line::CommandKind::output_write ? fields_[command.entry].node
+                                                         : command.node;
+}
+
+bool OwnAnswerModel::has_newest(const can::Frame& frame, Instant now) {
+  bool taken = false;
+  const auto& entries = line_.layout(image::Direction::outputs).entries;
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    const Field& field = fields_[i];
+    if (field.pdo == 0 || frame.remote() || frame.extended() || frame.id != field.cob_id.id()) {
+      continue;
+    }
+    if (!taken) {
+      line_.snapshot(image::Direction::outputs, snapshot_, now, true);
+      taken = true;
+    }
+    const std::uint64_t shown = bits_of(snapshot_.bytes, entries[i].bit_offset, field.bits);
+    if (bits_of(frame.data, field.bit, field.bits) != shown) {
+      return false;
+    }
+  }
+  return taken;
+}
+
+bool OwnAnswerModel::is_frame_of(const Given& given, const Sent& sent) const {
+  constexpr std::size_t kInfo = 3;  // manufacturer bytes
+  const line::Command& command = given.command;
+  const can::Frame& frame = sent.frame;
+  if (sent.after < given.order || sent.used || frame.extended() || frame.remote()) {
+    return false;
+  }
+  if (command.kind == line::CommandKind::emcy_send) {
+    return frame.id == can::kSyncId + command.node &&
+           load_le<std::uint16_t>(frame.data.data()) == command.code &&
+           std::equal(command.data.begin(), command.data.end(), frame.data.begin() + kInfo);
+  }
+  if (command.kind == line::CommandKind::pdo_trigger) {
+    return sent.newest && std::ranges::any_of(fields_, [&](const Field& field) {
+             return field.node == command.node && field.pdo == command.code &&
+                    field.cob_id.id() == frame.id;
+           });
+  }
+  const Field& field = fields_[command.entry];
+  const std::uint64_t value = bits_of(frame.data, field.bit, field.bits);
+  return field.pdo != 0 && frame.id == field.cob_id.id() &&
+         std::ranges::any_of(writes_[command.entry], [&](const Write& write) {
+           return write.order >= given.order && write.value == value;
+         });
+}
+
+bool OwnAnswerModel::is_sent(const Given& given) {
+  const auto it = std::ranges::find_if(sent_, [&](const Sent& sent) {
+    return sent.number <= acknowledged_ && is_frame_of(given, sent);
+  });
+  if (it == sent_.end()) {
+    return false;
+  }
+  it->used = given.command.kind == line::CommandKind::emcy_send;
+  return true;
+}
+
+// --- answers ------------------------------------------------------------------------------------
+
+std::string OwnAnswerModel::answered(const line::Reply& reply, Instant now) {
+  const auto found = given_.find(reply.tag);
+  if (found == given_.end()) {
+    return "a command that was not given, or answered before, is answered";
+  }
+  const Given given = found->second;
+  given_.erase(found);
+  const std::string text = check(given, reply, now);
+  if (given_.empty()) {
+    sent_.clear();
+  }
+  return text.empty() ? text
+                      : std::string(line::name(given.command.kind)) + " of node " +
+                            std::to_string(node_of(given.command)) + " is answered as " +
+                            (reply.ok() ? "done: " : "not done: ") + text;
+}
+
+std::string OwnAnswerModel::check(const Given& given, const line::Reply& reply, Instant now) {
+  if (!reply.ok()) {
+    return reply.error.domain == Domain::command
+               ? check_refusal(given, static_cast<line::Refusal>(reply.error.code), now)
+               : "aborted";
+  }
+  switch (given.command.kind) {
+    case line::CommandKind::output_write:
+      return check_value(given, reply, now);
+    case line::CommandKind::local_write:
+      return check_written(given, now);
+    default:
+      return is_sent(given) ? std::string() : "its frame was not acknowledged";
+  }
+}
+
+std::string OwnAnswerModel::check_value(const Given& given, const line::Reply& reply, Instant now) {
+  if (fields_[given.command.entry].pdo == 0) {
+    return reply.data.empty() ? std::string() : "no TPDO carries it";
+  }
+  if (reply.data.size() <= kOwnWaitByte || reply.data[0] != std::byte{line::kByPdo}) {
+    return "it names no TPDO";
+  }
+  switch (static_cast<line::PdoWait>(std::to_integer<std::uint8_t>(reply.data[kOwnWaitByte]))) {
+    case line::PdoWait::none:
+      return is_sent(given) ? std::string()
+                            : "no frame of its TPDO with the value was acknowledged";
+    case line::PdoWait::operational:
+      return check_state(given);
+    case line::PdoWait::turn:
+      return check_unsent(given, true, now);
+    case line::PdoWait::bus:
+      return check_unsent(given, false, now);
+    default:
+      return "nothing that it waits for is configured";
+  }
+}
+
+std::string OwnAnswerModel::check_written(const Given& given, Instant now) {
+  const std::size_t place = entry_of(given.command);
+  if (place >= fields_.size()) {
+    return "the image has no such entry";
+  }
+  const image::Entry& entry = line_.layout(image::Direction::outputs).entries[place];
+  line_.snapshot(image::Direction::outputs, snapshot_, now, true);
+  const std::uint64_t shown = bits_of(snapshot_.bytes, entry.bit_offset, entry.bit_length);
+  return shown == value_of(given.command) ? std::string() : "the image has another value";
+}
+
+std::string OwnAnswerModel::check_refusal(const Given& given, line::Refusal why, Instant now) {
+  using enum line::CommandKind;
+  const bool waits = given.command.kind == emcy_send || given.command.kind == pdo_trigger;
+  if (waits && why == line::Refusal::wrong_state) {
+    return check_state(given);
+  }
+  if (waits && why == line::Refusal::no_acknowledge) {
+    return check_unsent(given, false, now);
+  }
+  if (given.command.kind == pdo_trigger && why == line::Refusal::awaits_turn) {
+    return check_unsent(given, true, now);
+  }
+  return std::string(line::describe(why));
+}
+
+std::string OwnAnswerModel::check_state(const Given& given) const {
+  const nmt::State state = line_.node_state(node_of(given.command)).state;
+  const bool is_able = given.command.kind == line::CommandKind::emcy_send
+                           ? state != nmt::State::stopped && state != nmt::State::initialising
+                           : state == nmt::State::operational;
+  return is_able && !given.reset ? "its device is " + std::string(nmt::name(state)) : std::string();
+}
+
+std::string OwnAnswerModel::check_unsent(const Given& given, bool turn, Instant now) const {
+  if (now < given.time + line::kSendTime) {
+    return "it waited for less than its time";
+  }
+  for (const Sent& sent : sent_) {
+    const bool counts = sent.newest || given.command.kind == line::CommandKind::emcy_send;
+    if (!counts || !is_frame_of(given, sent)) {
+      continue;
+    }
+    if (sent.number <= acknowledged_) {
+      return "its frame was acknowledged";
+    }
+    if (turn) {
+      return "it waits for its turn, and its frame is under way";
+    }
+  }
+  return {};
+}
+
+std::string OwnAnswerModel::compare(Instant now) const {
+  for (const auto& [tag, given] : given_) {
+    if (now > given.time + line::kSendTime + kOwnAnswerGrace) {
+      return std::string(line::name(given.command.kind)) + " of node " +
+             std::to_string(node_of(given.command)) + " is not answered in time";
+    }
+  }
+  return {};
+}
+
+}  // namespace linegate::plant
