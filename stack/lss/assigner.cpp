@@ -369,7 +369,8 @@ bool Assigner::check_parked(const Address& newest) {
   return true;
 }
 
-void Assigner::identified(const Address& address, bool sure) {
+// address: a copy; what follows may begin another scan.
+void Assigner::identified(Address address, bool sure) {
   if (is_parked(address) || address == Address{}) {
     disturbed(address);
     return;

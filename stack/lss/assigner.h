@@ -142,7 +142,7 @@ class Assigner {
   void scan_rest();
   void scanned(bool yes);
   void nobody_there();
-  void identified(const Address& address, bool sure);
+  void identified(Address address, bool sure);
   bool is_parked(const Address& address) const;
   void scan_on();
   void disturbed(const Address& address);

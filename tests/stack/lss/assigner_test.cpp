@@ -201,6 +201,17 @@ TEST_F(Assignment, ASlaveThatAnswersInConfigurationEndsTheSearchAndIsToldOnce) {
   EXPECT_LT(services, 1000);
 }
 
+// Another one of its device type is asked whether it answers, too: it does not.
+TEST_F(Assignment, ASlaveThatAnswersInConfigurationBesideOneOfItsTypeEndsTheSearch) {
+  add(address_of(7, 1));
+  add(address_of(7, 2)).slave.set_faults({.answers_in_configuration = true});
+  make({});
+  EXPECT_EQ(round(), (Told{{Verdict::unknown_device, 0},
+                           {Verdict::unknown_device, 0},
+                           {Verdict::answers_in_configuration, 0}}));
+  EXPECT_LT(services, 1000);
+}
+
 TEST_F(Assignment, ASlaveThatAnswersInConfigurationHidesNoKnownLateComer) {
   add(address_of(7, 1)).slave.set_faults({.answers_in_configuration = true});
   make({{.node = 5, .address = known(1, 501)}});
