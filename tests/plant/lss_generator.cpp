@@ -41,8 +41,7 @@ class LssGenerator {
       time = unconfirmed(time, i);
     }
     constexpr unsigned kLongestCommand = 12'000;  // ms
-    constexpr unsigned kWithPhantoms = 60'000;    // ms: a parked device is found again and again
-    quiet(time + searches_ * (answers_parked_ ? kWithPhantoms : kLongestCommand));
+    quiet(time + searches_ * kLongestCommand);
     return out_.str();
   }
 
@@ -67,10 +66,8 @@ class LssGenerator {
     if (below(3) == 0) {
       constexpr std::array<const char*, 3> kFaults{"", " lss-fault answers-parked",
                                                    " lss-fault takes-no-node-id"};
-      const unsigned fault = below(3);
-      answers_parked_ = fault == 1;
       out_ << "device " << kStranger << ' ' << profile_ << " unlisted unconfigured has-serial 900"
-           << kFaults[fault] << '\n';
+           << kFaults[below(3)] << '\n';
       pieces_.push_back({.id = kStranger, .node_id = pieces_.front().node_id, .user = true});
     }
   }
@@ -231,8 +228,7 @@ class LssGenerator {
   std::vector<Piece> pieces_;
   const char* profile_ = nullptr;  // of all that have a serial number
   bool by_commands_ = false;
-  bool answers_parked_ = false;  // the stranger
-  unsigned searches_ = 0;        // by commands
+  unsigned searches_ = 0;  // by commands
 };
 
 }  // namespace
