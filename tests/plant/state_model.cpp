@@ -48,8 +48,12 @@ void StateModel::before_receive(const can::Frame& frame) {
     node.received = frame.time;
   } else if (service == can::kErrorControlBase && frame.length == 1 &&
              is_state(frame.data[0] & std::byte{0x7F})) {
-    node.received = frame.time;
     const bool answer = node.beats && !is_state(frame.data[0]);
+    const bool was_asked = std::exchange(node.asked, false);
+    if (answer && !was_asked) {
+      return;  // of a second device: a remote frame has one answer
+    }
+    node.received = frame.time;
     node.answer =
         answer ? static_cast<nmt::State>(frame.data[0] & std::byte{0x7F}) : nmt::State::unknown;
     if (!answer) {
@@ -68,6 +72,10 @@ void StateModel::before_receive(const can::Frame& frame) {
 }
 
 void StateModel::sends(const can::Frame& frame) {
+  const std::uint8_t asked = frame.id & can::kMaxNodeId;
+  if (frame.remote() && !frame.extended() && frame.id - asked == can::kErrorControlBase) {
+    nodes_[asked].asked = true;
+  }
   const auto control = frame.id == can::kNmtId ? nmt::decode_node_control(frame) : std::nullopt;
   for (std::uint8_t id = can::kMinNodeId; control && id <= can::kMaxNodeId; ++id) {
     if (control->addresses(id)) {

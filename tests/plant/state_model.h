@@ -58,6 +58,7 @@ class StateModel {
     nmt::State state = nmt::State::unknown;
     nmt::State answer = nmt::State::unknown;  // newer, to a remote frame
     bool starts = false;                      // an NMT start of the line is on its way
+    bool asked = false;                       // by a remote frame that was not answered yet
     // What the device was after the newest NMT command since its newest message that ended while
     // its error control was not monitored.
     nmt::State obeyed = nmt::State::unknown;
