@@ -22,9 +22,14 @@ class ProgramObjects::Sink final : public od::ByteSink {
   }
   AbortCode finish() override {
     target_ = std::make_shared<const std::vector<std::byte>>(std::exchange(bytes_, {}));
+    ended_ = true;
     return AbortCode::none;
   }
-  void cancelled(AbortCode /*why*/) override { bytes_ = {}; }
+  void cancelled(AbortCode /*why*/) override {
+    bytes_ = {};
+    ended_ = true;
+  }
+  bool has_ended() const { return ended_; }
   bool rewind() override {
     bytes_.clear();
     return true;
@@ -33,6 +38,7 @@ class ProgramObjects::Sink final : public od::ByteSink {
  private:
   SharedBytes& target_;
   std::vector<std::byte> bytes_;
+  bool ended_ = false;
 };
 
 std::vector<od::ObjectDescription> program_objects(std::span<const NodePlan> plans) {
@@ -68,8 +74,8 @@ Result<od::ByteSource*> ProgramObjects::open_source(od::Address address) {
   if (programs_[address.sub] == nullptr) {
     return to_error(AbortCode::no_data);
   }
-  sources_[address.sub] = std::make_unique<SharedSource>(programs_[address.sub]);
-  return sources_[address.sub].get();
+  std::erase_if(sources_, [](const auto& source) { return source->is_closed(); });
+  return sources_.emplace_back(std::make_unique<SharedSource>(programs_[address.sub])).get();
 }
 
 Result<od::ByteSink*> ProgramObjects::open_sink(od::Address address,
@@ -77,8 +83,8 @@ Result<od::ByteSink*> ProgramObjects::open_sink(od::Address address,
   if (size.value_or(0) > kLongestProgram) {
     return to_error(AbortCode::out_of_memory);
   }
-  sinks_[address.sub] = std::make_unique<Sink>(programs_[address.sub]);
-  return sinks_[address.sub].get();
+  std::erase_if(sinks_, [](const auto& sink) { return sink->has_ended(); });
+  return sinks_.emplace_back(std::make_unique<Sink>(programs_[address.sub])).get();
 }
 
 // As a whole, by the owner of the dictionary: it is kept here alone.

@@ -44,9 +44,10 @@ class ProgramObjects final : public od::Hook {
 
   od::Dictionary& dictionary_;
   std::array<SharedBytes, 128> programs_;  // by node-ID
-  // Transfers under way; one that ended stays until the next begins.
-  std::array<std::unique_ptr<SharedSource>, 128> sources_;
-  std::array<std::unique_ptr<Sink>, 128> sinks_;
+  // Transfers under way, of several SDO servers perhaps with the same program; those that ended
+  // stay until the next begins.
+  std::vector<std::unique_ptr<SharedSource>> sources_;
+  std::vector<std::unique_ptr<Sink>> sinks_;
 };
 
 }  // namespace linegate::manager

@@ -34,10 +34,14 @@ class SharedSource final : public od::ByteSource {
     position_ = 0;
     return true;
   }
+  void closed(AbortCode /*why*/) override { closed_ = true; }
+  // The transfer has ended.
+  bool is_closed() const { return closed_; }
 
  private:
   SharedBytes bytes_;
   std::size_t position_ = 0;
+  bool closed_ = false;
 };
 
 }  // namespace linegate::manager

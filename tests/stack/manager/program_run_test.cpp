@@ -1,5 +1,8 @@
 #include "stack/manager/program_run.h"
 
+#include <array>
+#include <optional>
+
 #include <gtest/gtest.h>
 
 #include "stack/manager/program_objects.h"
@@ -251,6 +254,39 @@ TEST(ProgramObjects, ProgramsComeFromPlansAndAreReplacedOverSdo) {
   EXPECT_EQ(dictionary.write({0x1F58, 7}, bytes), AbortCode::none);
   EXPECT_EQ(objects.program(7)->size(), 3U);
   EXPECT_FALSE(dictionary.open_sink({0x1F58, 6}, 17U << 20U).ok()) << "too long";
+}
+
+// The default SDO server, and one of a connection from another network.
+TEST(ProgramObjects, TwoServersTransferTheSameProgramAtTheSameTime) {
+  NodePlan plan{.id = 5};
+  plan.program = std::make_shared<const std::vector<std::byte>>(std::size_t{20}, std::byte{7});
+  const std::vector<NodePlan> plans{plan};
+  od::DeviceDescription device;
+  device.objects = program_objects(plans);
+  od::Dictionary dictionary(device);
+  ProgramObjects objects(dictionary, plans);
+
+  const auto first_source = dictionary.open_source({0x1F58, 5});
+  const auto second_source = dictionary.open_source({0x1F58, 5});
+  ASSERT_TRUE(first_source.ok() && second_source.ok());
+  std::array<std::byte, 20> out{};
+  EXPECT_TRUE((*first_source)->read(out).ok());
+  EXPECT_EQ(out[19], std::byte{7});
+  (*first_source)->closed(AbortCode::none);
+  EXPECT_TRUE(dictionary.open_source({0x1F58, 5}).ok());
+  EXPECT_TRUE((*second_source)->read(out).ok());
+
+  const auto first_sink = dictionary.open_sink({0x1F58, 5}, std::nullopt);
+  ASSERT_TRUE(first_sink.ok());
+  EXPECT_EQ((*first_sink)->write(std::vector<std::byte>(3)), AbortCode::none);
+  const auto second_sink = dictionary.open_sink({0x1F58, 5}, std::nullopt);
+  ASSERT_TRUE(second_sink.ok());
+  EXPECT_EQ((*second_sink)->write(std::vector<std::byte>(4)), AbortCode::none);
+  EXPECT_EQ((*first_sink)->finish(), AbortCode::none);
+  EXPECT_EQ(objects.program(5)->size(), 3U);
+  EXPECT_TRUE(dictionary.open_sink({0x1F58, 5}, std::nullopt).ok());
+  EXPECT_EQ((*second_sink)->finish(), AbortCode::none);
+  EXPECT_EQ(objects.program(5)->size(), 4U) << "the one that ended last";
 }
 
 }  // namespace
