@@ -21,7 +21,7 @@ constexpr Duration kLong = std::chrono::hours(24 * 365);
 constexpr std::uint32_t kQueueRequests = 1;
 
 // 0 if the own node produces none.
-Duration produced_sync(line::Line& line) {
+Duration produced_sync(const line::Line& line) {
   constexpr std::uint64_t kProduces = 1U << 30U;  // bit of 1005h
   if (line.config().role == line::Role::observer) {
     return {};

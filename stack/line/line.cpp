@@ -563,7 +563,6 @@ node::Indicators Line::indicators() const {
   return impl_->indicators();
 }
 void Line::set_utc(Duration offset) {
-  impl_->stir();
   impl_->set_utc(offset);
 }
 std::optional<Duration> Line::network_utc(Instant now) const {
@@ -590,6 +589,9 @@ NodeState Line::node_state(std::uint8_t node) const {
 }
 od::Dictionary& Line::dictionary() {
   impl_->stir();  // whoever asks may write
+  return impl_->dictionary();
+}
+const od::Dictionary& Line::dictionary() const {
   return impl_->dictionary();
 }
 

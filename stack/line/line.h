@@ -171,8 +171,10 @@ class Line {
   // Nothing if the line has no such device of its own. A change counts in node_revision().
   std::optional<OwnDevice> own_device(std::uint8_t node) const;
 
-  // The own dictionary, for tests and local commands.
+  // The own dictionary, for tests and local commands. Without const the caller may write: the next
+  // advance() looks at every service of the line then.
   od::Dictionary& dictionary();
+  const od::Dictionary& dictionary() const;
   // Groups of outputs, 0 of an observer; the state of one of them, position < output_groups().
   std::size_t output_groups() const;
   void output_state(std::size_t position, OutputState& out) const;
