@@ -8,6 +8,11 @@
 namespace linegate::od {
 namespace {
 
+// Half a character at the end of a UNICODE_STRING.
+bool odd_character(DataType type, std::size_t size) {
+  return type == DataType::unicode_string && size % 2 != 0;
+}
+
 AbortCode check_length(const Variable& variable, std::size_t size) {
   if (size > variable.capacity) {
     return AbortCode::length_too_high;
@@ -15,8 +20,7 @@ AbortCode check_length(const Variable& variable, std::size_t size) {
   if (byte_size(variable.type) != 0) {
     return size < variable.size ? AbortCode::length_too_low : AbortCode::none;
   }
-  return variable.type == DataType::unicode_string && size % 2 != 0 ? AbortCode::length_mismatch
-                                                                    : AbortCode::none;
+  return odd_character(variable.type, size) ? AbortCode::length_mismatch : AbortCode::none;
 }
 
 // All but the hook.
@@ -127,7 +131,8 @@ bool store(const ObjectTable& objects, Address address, Variable& variable,
 
 // A string that the device itself sets may become longer than its room: it has one of its own then.
 void make_room(const ObjectTable& objects, Address address, Variable& variable, std::size_t size) {
-  if (!is_string(variable.type) || size <= variable.capacity || size > kLongestValue) {
+  if (!is_string(variable.type) || size <= variable.capacity || size > kLongestValue ||
+      odd_character(variable.type, size)) {
     return;
   }
   VariableDetails& details = objects.details(address);
@@ -139,6 +144,14 @@ void make_room(const ObjectTable& objects, Address address, Variable& variable, 
   details.domain = std::move(room);
   variable.data = details.domain.data();
   variable.capacity = static_cast<std::uint32_t>(size);
+}
+
+// The bytes of a string with a room of its own may lie elsewhere, and PDOs that map it do not fit,
+// when its length is another one than before: pointers to them have to be looked up again.
+bool reshaped(const ObjectTable& objects, Address address, const Variable& variable,
+              std::uint32_t before) {
+  return variable.size != before && is_string(variable.type) &&
+         variable.data == objects.details(address).domain.data();
 }
 
 // refuse(why) is the error of a hook that says no, or later.
@@ -175,7 +188,11 @@ void Dictionary::tell(Address address, const Variable& variable) {
 
 void Dictionary::store_and_tell(Address address, Variable& variable,
                                 std::span<const std::byte> value) {
+  const std::uint32_t before = variable.size;
   const bool news = store(*objects_, address, variable, value);
+  if (reshaped(*objects_, address, variable, before)) {
+    tell_observers(address.index);
+  }
   tell(address, variable);
   if (news) {
     tell_changed(address);
@@ -272,10 +289,19 @@ AbortCode Dictionary::write_all(std::span<const Assignment> values, std::size_t*
     return why;
   }
   std::vector<Address> changed;
+  std::vector<std::uint16_t> moved;
   for (const auto& [address, value] : values) {
-    if (store(*objects_, address, *objects_->find(address, element, why), value)) {
+    Variable& variable = *objects_->find(address, element, why);
+    const std::uint32_t before = variable.size;
+    if (store(*objects_, address, variable, value)) {
       changed.push_back(address);
     }
+    if (reshaped(*objects_, address, variable, before)) {
+      moved.push_back(address.index);
+    }
+  }
+  for (const std::uint16_t index : moved) {
+    tell_observers(index);
   }
   for (const auto& [address, value] : values) {
     const Variable* variable = objects_->find(address, element, why);
@@ -328,7 +354,11 @@ bool Dictionary::restore(Address address, std::span<const std::byte> value) {
   if (variable == nullptr || check_length(*variable, value.size()) != AbortCode::none) {
     return false;
   }
+  const std::uint32_t before = variable->size;
   (void)store(*objects_, address, *variable, value);
+  if (reshaped(*objects_, address, *variable, before)) {
+    tell_observers(address.index);
+  }
   return true;
 }
 

@@ -2,8 +2,8 @@
 // sub-index, access rights, limits, and hooks.
 //
 // Building it (add, remove, bind) allocates; look-up, reading and writing of values of fixed size
-// do not. Pointers to values stay valid until the object is removed or the variable is bound: PDO
-// copy plans hold them. (Those of DOMAIN move when a longer value is written.) A value in the
+// do not. Pointers to values stay valid until Observer::reshaped() names the object: PDO copy plans
+// hold them. (Those of DOMAIN move with each value, and nobody hears of it.) A value in the
 // dictionary's own storage may be loaded and stored in words of 8 bytes: it starts at a multiple of
 // 8, and no word holds parts of two values.
 #pragma once

@@ -78,8 +78,8 @@ class Hook {
 // Whether a hook hears of came_by_rpdo(). It costs time with each RPDO that maps the object.
 enum class Watch : std::uint8_t { writes, rpdos };
 
-// Hears that an object was added or removed, that its variables live elsewhere (Dictionary::bind),
-// or that it is watched or not any more: who keeps pointers into it has to look it up again. And of
+// Hears that an object was added or removed, that its variables live elsewhere (Dictionary::bind, a
+// string longer than its room), or is watched or not: pointers into it have to be looked up. And of
 // new values, where somebody asked for that.
 class Observer {
  public:

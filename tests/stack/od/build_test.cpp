@@ -89,6 +89,52 @@ TEST(Building, ObserversHearOfObjectsThatComeGoAndMove) {
   EXPECT_EQ(listener.heard.size(), 5U);
 }
 
+// A string that gets a value longer than its room: pointers to its bytes have to be looked up
+// again.
+TEST(Building, ObserversHearOfAStringThatGrowsOutOfItsRoom) {
+  struct Listener : Observer {
+    explicit Listener(Dictionary& values) : dictionary(values) {}
+    void reshaped(std::uint16_t index) override {
+      heard.push_back(index);
+      at = dictionary.find({index, 0})->data;
+    }
+    Dictionary& dictionary;
+    std::vector<std::uint16_t> heard;
+    const std::byte* at = nullptr;
+  };
+  const std::vector<std::byte> longer(100, std::byte{'a'});
+  const std::vector<std::byte> longest(200, std::byte{'b'});
+  const std::vector<std::byte> odd(301, std::byte{'c'});
+  for (const bool restored : {false, true}) {
+    Dictionary dictionary;
+    ASSERT_TRUE(dictionary.add(var(0x2000, DataType::visible_string, text("short"))));
+    ASSERT_TRUE(dictionary.add(var(0x2001, DataType::unicode_string, bytes({'a', 0}))));
+    Listener listener(dictionary);
+    dictionary.add_observer(listener);
+    const auto give = [&](std::uint16_t index, std::span<const std::byte> value) {
+      return restored ? dictionary.restore({index, 0}, value) : dictionary.set({index, 0}, value);
+    };
+    EXPECT_TRUE(give(0x2000, text("as short")));
+    EXPECT_TRUE(listener.heard.empty()) << "it stays where it is";
+    EXPECT_TRUE(give(0x2000, longer));
+    EXPECT_EQ(listener.at, dictionary.find({0x2000, 0})->data);
+    EXPECT_TRUE(give(0x2000, longest));
+    EXPECT_EQ(listener.at, dictionary.find({0x2000, 0})->data);
+    EXPECT_TRUE(give(0x2000, longer));
+    EXPECT_EQ(listener.heard, (std::vector<std::uint16_t>{0x2000, 0x2000, 0x2000}));
+    EXPECT_TRUE(give(0x2000, longer));
+    EXPECT_EQ(dictionary.write({0x2000, 0}, longest), AbortCode::none);
+    const Assignment shorter{{0x2000, 0}, longer};
+    EXPECT_EQ(dictionary.write_all({&shorter, 1}), AbortCode::none);
+    EXPECT_EQ(listener.heard.size(), 5U) << "of another length, and of no other value";
+    const std::byte* const before = dictionary.find({0x2001, 0})->data;
+    EXPECT_FALSE(give(0x2001, odd));
+    EXPECT_EQ(dictionary.find({0x2001, 0})->data, before) << "a refused value moves nothing";
+    EXPECT_EQ(listener.heard.size(), 5U);
+    dictionary.remove_observer(listener);
+  }
+}
+
 TEST(Building, ValuesStayWhereTheyAre) {
   Dictionary dictionary;
   ASSERT_TRUE(dictionary.add(var(0x2000, DataType::unsigned32)));

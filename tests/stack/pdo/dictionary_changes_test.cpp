@@ -55,6 +55,56 @@ TEST(DictionaryChanges, PdosComeBackWithTheirObject) {
   EXPECT_THAT(device.sent_ids(at(1)), ElementsAre(0x181));
 }
 
+// 2020h VISIBLE_STRING "ab".
+od::DeviceDescription with_string() {
+  od::DeviceDescription out = plain_device();
+  od::ObjectDescription string = value(0x2020, DataType::visible_string);
+  string.variables[0].value = {std::byte{'a'}, std::byte{'b'}};
+  out.objects.push_back(string);
+  return out;
+}
+
+// The bytes of a string move when the device gives it a value longer than its room.
+TEST(DictionaryChanges, AStringThatGrewIsSentWhenItHasTheMappedLengthAgain) {
+  od::DeviceDescription description = with_string();
+  add_tpdo(description, {.cob_id = 0x181, .mapping = {0x20200010}});
+  Device device(std::move(description));
+  ASSERT_THAT(device.diagnostics, IsEmpty());
+  device.operational();
+  ASSERT_EQ(device.sent(at(0)).size(), 1U);
+  const auto set = [&](std::size_t size, char character) {
+    EXPECT_TRUE(device.dictionary.set(
+        {0x2020, 0}, std::vector<std::byte>(size, static_cast<std::byte>(character))));
+    device.engine->value_changed({0x2020, 0}, at(1));
+  };
+  set(100, 'c');
+  EXPECT_THAT(device.sent(at(1)), IsEmpty());
+  EXPECT_THAT(device.listener.unusable,
+              ElementsAre(Unusable{{0x1A00, 1}, AbortCode::length_mismatch}));
+  set(200, 'd');
+  EXPECT_THAT(device.sent(at(1)), IsEmpty());
+  for (const char character : {'e', 'f'}) {
+    set(2, character);
+    const std::vector<can::Frame> sent = device.sent(at(1));
+    ASSERT_EQ(sent.size(), 1U);
+    EXPECT_THAT(data_of(sent[0]), ElementsAre(character, character));
+  }
+}
+
+// An RPDO would write into memory that is not the string's any more.
+TEST(DictionaryChanges, AStringThatGrewIsReceivedWhenItHasTheMappedLengthAgain) {
+  od::DeviceDescription description = with_string();
+  add_rpdo(description, {.cob_id = 0x201, .mapping = {0x20200010}});
+  Device device(std::move(description));
+  ASSERT_THAT(device.diagnostics, IsEmpty());
+  device.operational();
+  for (const std::size_t size : {100U, 2U, 200U, 2U}) {
+    EXPECT_TRUE(device.dictionary.set({0x2020, 0}, std::vector<std::byte>(size, std::byte{'c'})));
+    device.receive(frame(0x201, {'x', 'y'}, at(1)));
+    EXPECT_EQ(device.read(0x2020), size == 2 ? 0x7978U : ~std::uint64_t{0}) << size;
+  }
+}
+
 TEST(DictionaryChanges, AnObjectOfAnotherLengthDoesNotFitTheOldMapping) {
   Changing device;
   ASSERT_TRUE(device.dictionary.remove(0x2003));
