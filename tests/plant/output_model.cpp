@@ -103,6 +103,16 @@ OutputModel::OutputModel(const line::Line& line) {
   ids_.erase(std::unique(ids_.begin(), ids_.end()), ids_.end());
 }
 
+void OutputModel::commanded(LineSeat& seat, const line::Command& command) {
+  const bool ends = command.kind == line::CommandKind::nmt && command.nmt != nmt::Command::start;
+  for (const std::uint8_t id : ids_) {
+    if (ends && (command.node == 0 || command.node == id) &&
+        seat.line->state().role == line::Role::manager) {
+      nodes_[id].signs = 0;
+    }
+  }
+}
+
 void OutputModel::submitted(LineSeat& seat, const can::Frame& frame, Instant now) {
   if (frame.id == can::kSyncId && frame.length <= 1) {
     ++syncs_;

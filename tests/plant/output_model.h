@@ -18,8 +18,9 @@
 //      for at most one SYNC more.
 //   5. The same if no frame was submitted since the start of the node, 100 ms after it, and after
 //      three signs of a node with error control that it is Operational, since the last NMT command
-//      to it that ends Operational: the first ones may have been on their way. Of one without error
-//      control, after an NMT start.
+//      to it that ends Operational: the first ones may have been on their way. A command that the
+//      line was given counts, though it never got onto the bus. Of one without error control, after
+//      an NMT start.
 //      What was submitted before the start counts for nothing. The line does not boot the node
 //      meanwhile, which may configure its RPDOs: that the line shows its boot status as unfinished
 //      is no excuse unless the bus shows a boot process, too: the line reset the node or requested
@@ -64,6 +65,8 @@ class OutputModel {
  public:
   explicit OutputModel(const line::Line& line);
 
+  // The line is about to be given it.
+  void commanded(LineSeat& seat, const line::Command& command);
   // The line submits it to the bus.
   void submitted(LineSeat& seat, const can::Frame& frame, Instant now);
   // The line is about to be called, or was called: it may have passed a SYNC in between. advanced:

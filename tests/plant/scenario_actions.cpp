@@ -150,6 +150,7 @@ void Scenario::command(line::Command request, const std::string& name) {
   ++commands_[&seat()];
   seat().silence.commanded(request);
   seat().answers->commanded(request, world_.now());
+  seat().outputs->commanded(seat(), request);
   seat().line->execute(std::move(request), world_.now());
 }
 
