@@ -177,9 +177,9 @@ std::uint64_t VirtualDevice::value_of(std::uint32_t output) const {
 
 void VirtualDevice::take_from_image(std::uint32_t output) {
   const image::Entry& entry = image_.layout(Direction::outputs).entries[output];
-  from_image_ = true;
+  const bool outer = std::exchange(from_image_, true);
   node_->dictionary().set({entry.index, entry.sub}, value_of(output));
-  from_image_ = false;
+  from_image_ = outer;
 }
 
 // What is in the image, and what the device has, are as before: one of them looks different now.
@@ -349,9 +349,11 @@ VirtualDevice::Counts VirtualDevice::counts() const {
       .syncs = before_.syncs + node_->counters().syncs};
 }
 
+// A value that converts others brings a second call about, within this one: each has its own part
+// of changed_.
 void VirtualDevice::take_outputs(std::span<const std::uint32_t> entries, bool always, Instant now) {
   now_ = now;
-  changed_.clear();
+  const std::size_t first = changed_.size();
   for (const std::uint32_t i : entries) {
     const image::Entry& entry = image_.layout(Direction::outputs).entries[i];
     const od::Address address{entry.index, entry.sub};
@@ -365,9 +367,10 @@ void VirtualDevice::take_outputs(std::span<const std::uint32_t> entries, bool al
       changed_.push_back(address);
     }
   }
-  for (const od::Address address : changed_) {
-    node_->pdos().value_changed(address, now);
+  for (std::size_t i = first; i < changed_.size(); ++i) {
+    node_->pdos().value_changed(changed_[i], now);
   }
+  changed_.resize(first);
 }
 
 void VirtualDevice::inputs_lost() {

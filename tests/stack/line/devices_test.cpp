@@ -490,6 +490,53 @@ TEST_F(IoDevicesTest, PolarityStandsBetweenTheImageAndTheBus) {
   EXPECT_EQ(number(0x6200, 1), 0x3FU);
 }
 
+// A polarity that is in an output entry converts another input while the values of the same write
+// are taken over.
+TEST_F(IoDevicesTest, APolarityThatIsWrittenWithInputsHoldsUpNoTpdo) {
+  LineConfig config = devices_config({});
+  config.devices.push_back(
+      {.id = 5, .name = "io", .device = profile::make_io_device({.digital_inputs = 2}, "io", 5)});
+  for (od::ObjectDescription& object : config.devices[0].device.objects) {
+    const auto give = [&](std::uint8_t sub, std::uint32_t value) {
+      object.variables[sub].value.resize(od::byte_size(object.variables[sub].type));
+      store_le(std::span(object.variables[sub].value), value);
+    };
+    if (object.index == 0x6002) {
+      object.variables[2].mappable = true;
+    } else if (object.index == 0x1A00) {
+      give(0, 1);
+    } else if (object.index == 0x1A01) {
+      give(0, 2);
+      give(1, 0x6000'0208);
+      give(2, 0x6002'0208);
+    } else if (object.index == 0x1801) {
+      give(1, 0x285);
+    }
+  }
+  make(std::move(config));
+  line_->start(now_);
+  hear(0x000, {0x01, 0x00});
+  sent();
+  OutputWrite together{.layout_id = line_->layout(Direction::outputs).id, .arming = 1};
+  for (const char* const name : {"Read input 8-bit.Inputs 1", "Read input 8-bit.Inputs 2",
+                                 "Polarity input 8-bit.Polarity 2"}) {
+    together.values.push_back(
+        {.entry = entry(Direction::outputs, std::string("io.") + name), .length = 1});
+  }
+  const std::pair<std::byte, std::string> rounds[] = {{std::byte{0x0F}, "0F"},
+                                                      {std::byte{0xF0}, "F0"}};
+  for (const auto& [value, shown] : rounds) {
+    for (auto& one : together.values) {
+      one.data[0] = value;
+    }
+    EXPECT_EQ(line_->write_outputs(together, now_), OutputRefusal::none);
+    pass(Duration{});
+    const std::vector<std::string> frames = sent();
+    EXPECT_THAT(frames, Contains("185#" + shown));
+    EXPECT_THAT(frames, Contains("285#00" + shown)) << "converted";
+  }
+}
+
 TEST_F(IoDevicesTest, StoreTheirParametersWhereTheLineKeepsThem) {
   storage::MemoryMedium medium;
   power_on(&medium);
