@@ -166,11 +166,13 @@ int write(Context& context, const std::string& line, const std::string& entry,
       context.err << "the output layout of " << printable(target.id.line) << " was not received\n";
       return kFailed;
     }
-    const auto number = find_entry(context, *outputs.layout, entry);
+    // Until the answer comes the gateway may send another one, in place of this.
+    const image::Layout layout = *outputs.layout;
+    const auto number = find_entry(context, layout, entry);
     if (!number) {
       return kUsage;
     }
-    const image::Entry& place = outputs.layout->entries[*number];
+    const image::Entry& place = layout.entries[*number];
     auto data = from_text(place.type, value);
     if (!data) {
       return usage(context,
@@ -179,10 +181,10 @@ int write(Context& context, const std::string& line, const std::string& entry,
     line::Command command{.kind = line::CommandKind::output_write};
     command.entry = *number;
     command.data = *std::move(data);
-    Client::Answer answer = ask_line(context, model, target, command, outputs.layout->id);
+    Client::Answer answer = ask_line(context, model, target, command, layout.id);
     add_node_state(context, model, target, place.node, answer);
-    const int code = print_answer(
-        context, answer, answer.reply.ok() ? way_text(answer.reply.data, &*outputs.layout) : "");
+    const int code = print_answer(context, answer,
+                                  answer.reply.ok() ? way_text(answer.reply.data, &layout) : "");
     return code == kDone && is_held_back(answer.reply.data) ? kHeldBack : code;
   });
 }
