@@ -16,6 +16,7 @@
 #include "stack/emcy/producer.h"
 #include "stack/image/process_image.h"
 #include "stack/line/configure_command.h"
+#include "stack/line/ends_under_way.h"
 #include "stack/line/frames_under_way.h"
 #include "stack/line/line_base.h"
 #include "stack/line/lss.h"
@@ -285,6 +286,7 @@ struct Line::Impl final : Line::Base,
   // Frames up to that number were acknowledged: what was heard of a node before a command other
   // than start to it was on the bus does not show that it is Operational after the command.
   void note_acknowledged_ends(std::uint64_t number);
+  void note_end(const nmt::NodeControl& control);
   void note_lost_ends(std::uint64_t first, std::uint64_t last);
   // Of nodes without error control, which are started when the bus acknowledged the command: if it
   // lost it, it is sent again.
@@ -383,13 +385,10 @@ struct Line::Impl final : Line::Base,
   // By node: the frame of the last NMT command start to it, and whether the bus lost that.
   std::array<std::uint64_t, can::kMaxNodeId + 1> start_frames{};
   std::bitset<can::kMaxNodeId + 1> lost_starts;
+  EndsUnderWay ends;
   // By node: the newest own NMT command to it that was handed out, unless that is a start or was
-  // acknowledged or lost.
-  struct EndUnderWay {
-    std::uint64_t number = 0;  // of its frame, 0 = none
-    nmt::Command command{};
-  };
-  std::array<EndUnderWay, can::kMaxNodeId + 1> ends{};
+  // acknowledged or lost: the number of its frame.
+  std::array<std::uint64_t, can::kMaxNodeId + 1> newest_ends{};
   std::bitset<can::kMaxNodeId + 1> has_end;
   std::uint64_t own_starts = 0;      // of the own node, in follow_own_state()
   bool receivers_changed = true;     // what follow_receivers() goes by, besides:

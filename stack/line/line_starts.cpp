@@ -16,6 +16,9 @@ namespace linegate::line {
     return;
   }
   const bool starts = control->command == nmt::Command::start;
+  if (!starts) {
+    ends.handed_out(number, *control);
+  }
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
     if (!control->addresses(id)) {
       continue;
@@ -23,7 +26,7 @@ namespace linegate::line {
     if (starts) {
       start_frames[id] = number;
     } else {
-      ends[id] = {.number = number, .command = control->command};
+      newest_ends[id] = number;
     }
     has_end.set(id, !starts);
   }
@@ -31,25 +34,34 @@ namespace linegate::line {
 }
 
 void Line::Impl::note_acknowledged_ends(std::uint64_t number) {
+  while (const auto control = ends.take(number)) {
+    note_end(*control);
+  }
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
-    if (!has_end[id] || ends[id].number > number) {
-      continue;
+    if (has_end[id] && newest_ends[id] <= number) {
+      has_end.reset(id);
+      receivers_changed = true;
     }
-    has_end.reset(id);
-    receivers_changed = true;
-    if (manager.starts(id)) {
+  }
+}
+
+// What follows may be another command that ends Operational. A start shows the state itself.
+void Line::Impl::note_end(const nmt::NodeControl& control) {
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    if (!has_end[id] || !control.addresses(id) || manager.starts(id)) {
       continue;
     }
     expect_state(id);
     if (manager.node(id).state == nmt::State::operational) {
-      manager.heard(ends[id].command, id);
+      manager.heard(control.command, id);
     }
   }
 }
 
 void Line::Impl::note_lost_ends(std::uint64_t first, std::uint64_t last) {
+  ends.lost(first, last);
   for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
-    if (has_end[id] && ends[id].number >= first && ends[id].number <= last) {
+    if (has_end[id] && newest_ends[id] >= first && newest_ends[id] <= last) {
       has_end.reset(id);
       receivers_changed = true;
     }

@@ -429,16 +429,18 @@ void Manager::assume_state(std::uint8_t node, nmt::Command command, bool is_on_b
     host_.node_data_invalid(node);
   }
   const bool resets = nmt::is_reset(command);
-  if (life_.beats(node) || seen.presence != Presence::present || (reset_[node] && !resets)) {
+  const bool before_boot_up = reset_[node] && !resets;
+  if (life_.beats(node) || seen.presence != Presence::present ||
+      (before_boot_up && command == nmt::Command::start)) {
     return;
   }
-  reset_.set(node, resets);
+  reset_.set(node, resets || before_boot_up);
   starting_.set(node, command == nmt::Command::start && !is_on_bus && host_.acknowledges_starts());
   if (starting_[node]) {
     return;
   }
   seen.cause = StateCause::command;
-  seen.state = resets ? nmt::State::unknown : nmt::state_after(command);
+  seen.state = reset_[node] ? nmt::State::unknown : nmt::state_after(command);
   touch(node);
 }
 

@@ -169,6 +169,49 @@ TEST_F(AcknowledgedOutputs, AreNotSentToANodeWhoseResetIsOnItsWayToTheBus) {
   EXPECT_TRUE(valid());
 }
 
+// The state after the first of two commands is not that before it until the second one is there.
+TEST_F(AcknowledgedOutputs, AreThoseOfAStoppedNodeFromTheFirstOfTwoCommandsOn) {
+  boot_unwatched();
+  hand_out();
+  acknowledge_all();
+  hand_out();
+  acknowledge_all();
+  ASSERT_TRUE(valid());
+  for (const nmt::Command command :
+       {nmt::Command::reset_node, nmt::Command::enter_pre_operational}) {
+    line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = command, .data = {}}, now_);
+  }
+  EXPECT_THAT(hand_out(), ElementsAre("000#8105", "000#8005"));
+  ASSERT_TRUE(line_->dictionary().set({0x1F80, 0}, 4U));
+  pass(milliseconds(1));
+  hear(0x705, {0x00});
+  hear(0x000, {0x01, 0x05});
+  line_->advance(now_);
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
+  line_->acknowledged(given_ - 1, now_);
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown);
+  hear(0x705, {0x00});
+  EXPECT_THAT(hand_out(), IsEmpty()) << "the other one follows";
+  hear(0x000, {0x01, 0x05});
+  acknowledge_all();
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
+  EXPECT_FALSE(valid());
+}
+
+TEST_F(AcknowledgedOutputs, AreThoseOfAStoppedNodeThoughBothCommandsAreAcknowledgedTogether) {
+  boot_unwatched();
+  hand_out();
+  acknowledge_all();
+  for (const nmt::Command command :
+       {nmt::Command::stop, nmt::Command::reset_node, nmt::Command::enter_pre_operational}) {
+    line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = command, .data = {}}, now_);
+  }
+  EXPECT_EQ(hand_out().size(), 4U) << "with the outputs";
+  acknowledge_all();
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::unknown) << "until its boot-up message";
+  EXPECT_FALSE(valid());
+}
+
 // The acknowledgements of both come together, and the boot-up message of the node may be lost.
 TEST_F(AcknowledgedOutputs, AreNotSentToANodeThatIsResetAfterItsStart) {
   boot_unwatched();

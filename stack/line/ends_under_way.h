@@ -1,0 +1,61 @@
+// NMT commands that end Operational, between the line and the bus: what the line shows of their
+// nodes ends with the acknowledgement of each, whatever follows. Private to stack/line.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "stack/nmt/node_control.h"
+
+namespace linegate::line {
+
+class EndsUnderWay {
+ public:
+  // Commands that wait; of more the oldest are forgotten.
+  static constexpr std::size_t kMost = 32;
+
+  // The frame of that number was handed out. number: ascending.
+  void handed_out(std::uint64_t number, const nmt::NodeControl& control) {
+    if (count_ == kMost) {
+      erase_first();
+    }
+    ends_[count_++] = {.number = number, .control = control};
+  }
+  // The oldest command if the bus acknowledged the frames up to that number, once.
+  std::optional<nmt::NodeControl> take(std::uint64_t number) {
+    if (count_ == 0 || ends_[0].number > number) {
+      return std::nullopt;
+    }
+    const nmt::NodeControl out = ends_[0].control;
+    erase_first();
+    return out;
+  }
+  // The frames first..last never get onto the bus.
+  void lost(std::uint64_t first, std::uint64_t last) {
+    const auto end = ends_.begin() + static_cast<std::ptrdiff_t>(count_);
+    const auto left = std::remove_if(ends_.begin(), end, [first, last](const End& each) {
+      return each.number >= first && each.number <= last;
+    });
+    count_ = static_cast<std::size_t>(left - ends_.begin());
+  }
+
+ private:
+  struct End {
+    std::uint64_t number = 0;
+    nmt::NodeControl control;
+  };
+
+  void erase_first() {
+    std::move(ends_.begin() + 1, ends_.begin() + static_cast<std::ptrdiff_t>(count_),
+              ends_.begin());
+    --count_;
+  }
+
+  std::array<End, kMost> ends_{};  // ascending by number
+  std::size_t count_ = 0;
+};
+
+}  // namespace linegate::line
