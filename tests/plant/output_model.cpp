@@ -119,8 +119,10 @@ void OutputModel::submitted(LineSeat& seat, const can::Frame& frame, Instant now
     sync_waits_ = false;
     hand_out_sync(seat, now);
   }
+  ++submitted_;
   for (const std::uint8_t id : ids_) {
     if (ends_operational(frame, id)) {
+      nodes_[id].end = submitted_;
       withdraw(id);
     }
     follow_boot(frame, id, now);
@@ -210,6 +212,16 @@ std::uint64_t OutputModel::carried(const Pdo& pdo, const can::Frame& frame) {
     out |= bits_of(frame.data, field.frame_bit, field.bits) << field.frame_bit;
   }
   return out;
+}
+
+void OutputModel::acknowledged(std::uint64_t number) {
+  for (const std::uint8_t id : ids_) {
+    Node& node = nodes_[id];
+    if (node.end != 0 && node.end <= number) {
+      node.end = 0;
+      node.signs = 0;
+    }
+  }
 }
 
 void OutputModel::flushed() {

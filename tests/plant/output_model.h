@@ -18,13 +18,14 @@
 //      for at most one SYNC more.
 //   5. The same if no frame was submitted since the start of the node, 100 ms after it, and after
 //      three signs of a node with error control that it is Operational, since the last NMT command
-//      to it that ends Operational: the first ones may have been on their way. A command that the
-//      line was given counts, though it never got onto the bus. Of one without error control, after
-//      an NMT start.
-//      What was submitted before the start counts for nothing. The line does not boot the node
-//      meanwhile, which may configure its RPDOs: that the line shows its boot status as unfinished
-//      is no excuse unless the bus shows a boot process, too: the line reset the node or requested
-//      1000h, and since then no two SDO requests to the node were 2 s apart.
+//      to it that ends Operational: the first ones may have been on their way. The command counts
+//      until the line hears of its acknowledgement, which is when those of all frames before it are
+//      there; one that the line was given counts, though it never got onto the bus. Of one without
+//      error control, after an NMT start. What was submitted before the start counts for nothing.
+//      The line does not boot the node meanwhile, which may configure its RPDOs: that the line
+//      shows its boot status as unfinished is no excuse unless the bus shows a boot process, too:
+//      the line reset the node or requested 1000h, and since then no two SDO requests to the node
+//      were 2 s apart.
 //   6. Nothing older follows anything newer: a frame of an event-driven PDO has the values of the
 //      image of the time when the line submits it, one of a synchronous PDO those of the SYNC
 //      before it, of an own one those of the time when the line submits it. So the first frame of
@@ -72,6 +73,9 @@ class OutputModel {
   // The line is about to be called, or was called: it may have passed a SYNC in between. advanced:
   // it was advanced, which is when it passes its own ones.
   void look_at_sync(LineSeat& seat, Instant now, bool advanced = false);
+  // The line is about to hear that the bus acknowledged its frames up to that number, 1 = the
+  // first.
+  void acknowledged(std::uint64_t number);
   // The frames of the line that did not end are gone.
   void flushed();
   // It ended on the bus; the stations have not processed it yet.
@@ -120,6 +124,8 @@ class OutputModel {
     bool guarded = false;
     Duration period{};   // of its heartbeats or guard requests, 0 = none
     unsigned signs = 0;  // that it is Operational, since the last that it is not
+    std::uint64_t end =
+        0;               // frame of the newest NMT command that ends Operational, 0 = acknowledged
     Instant boots_at{};  // newest frame of its boot process, as the bus shows it
     bool booted_now = false;
     bool signed_now = false;
@@ -153,9 +159,10 @@ class OutputModel {
   std::vector<std::uint8_t> ids_;  // of the nodes that have one
   std::array<Node, 128> nodes_{};
   std::uint64_t compared_ = 0;
-  std::uint32_t syncs_ = 0;   // SYNC messages that the line submitted
-  bool sync_waits_ = false;   // one that it passed is not submitted yet
-  std::uint32_t passed_ = 0;  // that it passed, its own ones and others
+  std::uint64_t submitted_ = 0;  // frames of the line
+  std::uint32_t syncs_ = 0;      // SYNC messages that the line submitted
+  bool sync_waits_ = false;      // one that it passed is not submitted yet
+  std::uint32_t passed_ = 0;     // that it passed, its own ones and others
   Instant passed_at_{};
   std::string older_;  // of a frame with values that are not the newest
   image::Snapshot snapshot_;

@@ -412,6 +412,7 @@ void World::turn_line(LineSeat& seat) {
   }
   seat.outputs->look_at_sync(seat, now_);
   seat.answers->acknowledged(seat.bus.acknowledged(seat.end));
+  seat.outputs->acknowledged(seat.bus.acknowledged(seat.end));
   line.acknowledged(seat.bus.acknowledged(seat.end), now_);
   line.advance(now_);
   seat.outputs->look_at_sync(seat, now_, true);
