@@ -106,7 +106,13 @@ bool PdoKnowledge::hear(const can::Frame& frame) {
   if (heard.frames >= enough) {
     return false;  // it is in pdos() already
   }
-  heard.frames = heard.length == frame.length ? heard.frames + 1 : 1;
+  const bool alike = heard.length == frame.length;
+  const bool repeated = alike && heard.newest != kNever && frame.time - heard.newest < kRepeated;
+  heard.newest = frame.time;
+  if (repeated) {
+    return false;
+  }
+  heard.frames = alike ? heard.frames + 1 : 1;
   heard.length = frame.length;
   return heard.frames >= enough;
 }

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "stack/base/time.h"
 #include "stack/can/frame.h"
 #include "stack/od/description.h"
 #include "stack/pdo/mapping.h"
@@ -29,6 +30,9 @@ class PdoKnowledge {
   // How often a frame on one of the identifiers of the pre-defined connection set, of which nothing
   // is known, must come with the same length to be taken for a PDO.
   static constexpr unsigned kUnknownFrames = 3;
+  // One that comes sooner again is taken for a repetition of the same frame (CAN repeats a frame
+  // whose last bit one station did not get).
+  static constexpr Duration kRepeated = std::chrono::milliseconds(1);
 
   PdoKnowledge(od::DeviceDescription device, std::uint8_t node);
 
@@ -54,6 +58,7 @@ class PdoKnowledge {
   struct Heard {
     std::uint8_t length = 0;
     unsigned frames = 0;
+    Instant newest = kNever;
   };
 
   od::VariableDescription& variable(od::Address address, std::size_t size);

@@ -318,11 +318,13 @@ TEST_F(OverheardSdoTest, AMappingThatNobodyUnderstandsIsPublishedAsItIs) {
 
 TEST_F(OverheardSdoTest, APdoThatWasConfiguredBeforeAnybodyListenedIsPublishedAsItIs) {
   observe(config_with_axis());
-  hear(0x385, {1, 2});
-  hear(0x485, {1, 2});
-  hear(0x385, {1, 2});
-  hear(0x306, {1, 2});  // of a node that is not configured
-  hear(0x306, {1, 2});
+  for (int i = 0; i < 2; ++i) {
+    hear(0x385, {1, 2});
+    hear(0x485, {1, 2});
+    hear(0x485, {1, 2});  // repeated by its controller
+    hear(0x306, {1, 2});  // of a node that is not configured
+    pass(milliseconds(10));
+  }
   hear(0x306, {1, 2});
   EXPECT_EQ(line_->layout_revision(), 0U);
   hear(0x385, {7, 8});
