@@ -341,6 +341,13 @@ bool Manager::has_error_control(std::uint8_t node) const {
           list_.guard_time(node) * list_.life_time_factor(node) != Duration::zero());
 }
 
+bool Manager::beats(std::uint8_t node) const {
+  const Slot* slot = find(node);
+  const bool is_guarded = slot != nullptr && slot->plan.heartbeat_consumer <= Duration::zero() &&
+                          has_error_control(node);
+  return life_.beats(node) && !is_guarded;
+}
+
 void Manager::watch(std::uint8_t node, bool wanted, Instant now) {
   const Slot* slot = find(node);
   if (slot == nullptr) {
@@ -430,7 +437,7 @@ void Manager::assume_state(std::uint8_t node, nmt::Command command, bool is_on_b
   }
   const bool resets = nmt::is_reset(command);
   const bool before_boot_up = reset_[node] && !resets;
-  if (life_.beats(node) || seen.presence != Presence::present ||
+  if (beats(node) || seen.presence != Presence::present ||
       (before_boot_up && command == nmt::Command::start)) {
     return;
   }

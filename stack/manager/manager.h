@@ -81,9 +81,9 @@ class Manager {
   // Its error control can be watched: a consumer time or guarding is configured.
   bool has_error_control(std::uint8_t node) const;
   // Its heartbeats or guard answers report its state: it is monitored, or has sent heartbeats since
-  // its last boot-up message.
+  // its last boot-up message. Guard answers come only as long as somebody asks.
   bool reports_state(std::uint8_t node) const {
-    return nodes_[node].heartbeat_monitored || life_.beats(node);
+    return nodes_[node].heartbeat_monitored || beats(node);
   }
   // 1F83h: it is watched from now on, or no more.
   void watch(std::uint8_t node, bool wanted, Instant now);
@@ -129,6 +129,7 @@ class Manager {
   enum class Reaction : std::uint8_t { none, restart, reset_all, stop_all };
 
   // --- manager.cpp ----------------------------------------------------------------------------
+  bool beats(std::uint8_t node) const;
   Slot* find(std::uint8_t node) const;
   Slot& slot_of(NodePlan plan);
   void equip(Slot& slot);

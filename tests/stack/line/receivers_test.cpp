@@ -55,6 +55,31 @@ class OutputsOfANode : public LineTest {
     hear_no_serial_number();
     line_->advance(now_);
   }
+  void become_device_beside_a_guarded_node() {
+    LineConfig config = config_without_error_control();
+    config.nodes[0].guard_time = milliseconds(100);
+    config.nodes[0].life_time_factor = 2;
+    make(std::move(config));
+    line_->start(now_);
+    hear_identity();
+    hear_no_serial_number();
+    hear(0x585, {0x60, 0x0C, 0x10, 0x00, 0, 0, 0, 0});
+    hear(0x585, {0x60, 0x0D, 0x10, 0x00, 0, 0, 0, 0});
+    sent();
+    hear_heartbeat(kPreOperational);
+    sent();
+    pass(milliseconds(100));
+    hear_heartbeat(0x80 | kOperational);
+    pass(milliseconds(100));
+    hear_heartbeat(kOperational);
+    sent();
+    ASSERT_TRUE(valid());
+    ASSERT_TRUE(line_->dictionary().set({0x1F80, 0}, 4U));
+    pass(milliseconds(1));
+    ASSERT_EQ(line_->state().role, Role::device);
+    sent();
+    ASSERT_TRUE(valid());
+  }
   Error write_by_hand(std::uint32_t entry, std::vector<std::byte> data) {
     line_->execute({.kind = CommandKind::output_write, .entry = entry, .data = std::move(data)},
                    now_);
@@ -221,29 +246,7 @@ TEST_F(OutputsOfANode, WithoutErrorControlAreSentWhenAnotherMasterStartsIt) {
 
 // The answer to the last request of the line, or to one of the other master.
 TEST_F(OutputsOfANode, AreNotValidByAGuardAnswerToAnotherMaster) {
-  LineConfig config = config_without_error_control();
-  config.nodes[0].guard_time = milliseconds(100);
-  config.nodes[0].life_time_factor = 2;
-  make(std::move(config));
-  line_->start(now_);
-  hear_identity();
-  hear_no_serial_number();
-  hear(0x585, {0x60, 0x0C, 0x10, 0x00, 0, 0, 0, 0});
-  hear(0x585, {0x60, 0x0D, 0x10, 0x00, 0, 0, 0, 0});
-  sent();
-  hear_heartbeat(kPreOperational);
-  sent();
-  pass(milliseconds(100));
-  hear_heartbeat(0x80 | kOperational);
-  pass(milliseconds(100));
-  hear_heartbeat(kOperational);
-  sent();
-  ASSERT_TRUE(valid());
-  ASSERT_TRUE(line_->dictionary().set({0x1F80, 0}, 4U));
-  pass(milliseconds(1));
-  ASSERT_EQ(line_->state().role, Role::device);
-  sent();
-  ASSERT_TRUE(valid());
+  become_device_beside_a_guarded_node();
   hear_heartbeat(0x80 | kPreOperational);
   EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
   EXPECT_FALSE(valid()) << "it left Operational by itself";
@@ -253,6 +256,20 @@ TEST_F(OutputsOfANode, AreNotValidByAGuardAnswerToAnotherMaster) {
   hear_heartbeat(kOperational);
   EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
   EXPECT_THAT(pdos(), ElementsAre("205#0900000003"));
+}
+
+// Guard answers come as long as the own node asks, and no longer: the command counts.
+TEST_F(OutputsOfANode, AreSentToAGuardedNodeThatAnotherMasterStarts) {
+  become_device_beside_a_guarded_node();
+  hear_heartbeat(0x80 | kOperational);  // to the last question
+  hear(0x000, {0x80, 0x00});
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::pre_operational);
+  EXPECT_FALSE(valid());
+  hear(0x000, {0x01, 0x00});
+  EXPECT_EQ(line_->node_state(5).state, nmt::State::operational);
+  line_->advance(now_);
+  EXPECT_THAT(pdos(), ElementsAre("205#0900000003"));
+  EXPECT_TRUE(valid());
 }
 
 TEST_F(OutputsOfANode, AreSentAsTheWatchdogLeftThem) {
