@@ -72,11 +72,15 @@ void StateModel::before_receive(const can::Frame& frame) {
 }
 
 void StateModel::sends(const can::Frame& frame) {
+  ++sent_;
   const std::uint8_t asked = frame.id & can::kMaxNodeId;
   if (frame.remote() && !frame.extended() && frame.id - asked == can::kErrorControlBase) {
     nodes_[asked].asked = true;
   }
   const auto control = frame.id == can::kNmtId ? nmt::decode_node_control(frame) : std::nullopt;
+  if (control) {
+    submitted_.push_back({.control = *control, .number = sent_});
+  }
   for (std::uint8_t id = can::kMinNodeId; control && id <= can::kMaxNodeId; ++id) {
     if (control->addresses(id)) {
       nodes_[id].booted |= nmt::is_reset(control->command);
@@ -87,9 +91,15 @@ void StateModel::sends(const can::Frame& frame) {
 
 void StateModel::ended(const can::Frame& frame, bool by_line, bool reached) {
   const auto control = frame.id == can::kNmtId ? nmt::decode_node_control(frame) : std::nullopt;
-  if (control) {
-    commands_.push_back({.control = *control, .by_line = by_line, .reached = reached});
+  if (!control) {
+    return;
   }
+  const auto is_it = [&control](const Submitted& each) {
+    return each.control.command == control->command && each.control.node == control->node;
+  };
+  const auto own = std::ranges::find_if(submitted_, is_it);
+  const std::uint64_t number = by_line && own != submitted_.end() ? own->number : 0;
+  commands_.push_back({.control = *control, .number = number, .reached = reached});
 }
 
 void StateModel::flushed() {
@@ -99,14 +109,21 @@ void StateModel::flushed() {
 }
 
 void StateModel::look_at(const line::Line& line,
-                         const std::function<nmt::State(std::uint8_t)>& real) {
+                         const std::function<nmt::State(std::uint8_t)>& real,
+                         std::uint64_t acknowledged) {
+  std::erase_if(submitted_,
+                [acknowledged](const Submitted& each) { return each.number <= acknowledged; });
   for (const Command& command : std::exchange(commands_, {})) {
+    if (command.number > acknowledged) {
+      commands_.push_back(command);
+      continue;
+    }
     for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
       if (!command.control.addresses(id)) {
         continue;
       }
       Node& node = nodes_[id];
-      node.starts &= !command.by_line || command.control.command != nmt::Command::start;
+      node.starts &= command.number == 0 || command.control.command != nmt::Command::start;
       if (!line.node_state(id).heartbeat_monitored) {
         const nmt::State is = command.reached ? real(id) : nmt::State::unknown;
         node.obeyed = is != nmt::State::unknown ? is : nmt::state_after(command.control.command);

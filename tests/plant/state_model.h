@@ -39,8 +39,10 @@ class StateModel {
   // What the line has submitted is gone.
   void flushed();
   // The devices have done what the frames that ended ask for. real: the NMT state of a device, by
-  // node-ID.
-  void look_at(const line::Line& line, const std::function<nmt::State(std::uint8_t)>& real);
+  // node-ID. acknowledged: frames of the line that it hears of, the first ones: of one that
+  // overtook another it hears when that was acknowledged, too.
+  void look_at(const line::Line& line, const std::function<nmt::State(std::uint8_t)>& real,
+               std::uint64_t acknowledged);
   // Configured nodes alone; nothing if all is as it should be.
   std::string compare(const line::Line& line, Instant now) const;
   // All nodes.
@@ -67,8 +69,12 @@ class StateModel {
   // An NMT command that ended on the bus since the devices were looked at.
   struct Command {
     nmt::NodeControl control;
-    bool by_line = false;
+    std::uint64_t number = 0;  // of the line's frame, 0 = of another station
     bool reached = true;
+  };
+  struct Submitted {
+    nmt::NodeControl control;
+    std::uint64_t number = 0;
   };
 
   std::string compare(const line::NodeState& said, Instant now) const;
@@ -76,6 +82,8 @@ class StateModel {
   bool acts_ = false;  // as manager
   std::array<Node, 128> nodes_{};
   std::vector<Command> commands_;
+  std::uint64_t sent_ = 0;            // frames of the line
+  std::vector<Submitted> submitted_;  // NMT commands among them that it has not heard of
 };
 
 }  // namespace linegate::plant

@@ -252,7 +252,9 @@ void World::turn(LineSeat& seat) {
     turn_device(seat, device);
   }
   turn_ours(seat);
-  seat.states->look_at(*seat.line, [&seat](std::uint8_t id) { return seat.real_state(id); });
+  seat.states->look_at(
+      *seat.line, [&seat](std::uint8_t id) { return seat.real_state(id); },
+      seat.bus.acknowledged(seat.end));
   turn_line(seat);
   turn_observer(seat);
   collect(seat);
