@@ -55,6 +55,25 @@ class OutputsOfANode : public LineTest {
     hear_no_serial_number();
     line_->advance(now_);
   }
+  // One that waited in the controller of a device that is gone.
+  void start_with_a_heartbeat_of_old() {
+    LineConfig config = config_with_axis();
+    config.defaults = {{.entry = 0, .value = 9}, {.entry = 1, .value = 3}};
+    make(std::move(config));
+    line_->start(now_);
+    hear_heartbeat(kOperational);
+  }
+  void expect_outputs_after_two_heartbeats() {
+    EXPECT_THAT(pdos(), IsEmpty());
+    EXPECT_FALSE(valid());
+    for (int i = 0; i < 2; ++i) {
+      pass(milliseconds(100));
+      hear_heartbeat(kOperational);
+    }
+    line_->advance(now_);
+    EXPECT_THAT(pdos(), ElementsAre("205#0900000003"));
+    EXPECT_TRUE(valid());
+  }
   void become_device_beside_a_guarded_node() {
     LineConfig config = config_without_error_control();
     config.nodes[0].guard_time = milliseconds(100);
@@ -165,49 +184,25 @@ TEST_F(OutputsOfANode, WithoutErrorControlAreSentAfterTheStartCommand) {
 
 // One heartbeat waited in the controller of a device that is gone.
 TEST_F(OutputsOfANode, AreNotSentByAHeartbeatFromBeforeTheRoleChanged) {
-  LineConfig config = config_with_axis();
-  config.defaults = {{.entry = 0, .value = 9}, {.entry = 1, .value = 3}};
-  make(std::move(config));
-  line_->start(now_);
-  hear_heartbeat(kOperational);
+  start_with_a_heartbeat_of_old();
   line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::start, .data = {}},
                  now_);
   pass(milliseconds(10));
   ASSERT_TRUE(line_->dictionary().set({0x1F80, 0}, 4U));
   pass(milliseconds(1));
   ASSERT_EQ(line_->state().role, Role::device);
-  EXPECT_THAT(pdos(), IsEmpty());
-  EXPECT_FALSE(valid());
-  for (int i = 0; i < 2; ++i) {
-    pass(milliseconds(100));
-    hear_heartbeat(kOperational);
-  }
-  line_->advance(now_);
-  EXPECT_THAT(pdos(), ElementsAre("205#0900000003"));
-  EXPECT_TRUE(valid());
+  expect_outputs_after_two_heartbeats();
 }
 
 // The start may have found nobody: the heartbeats will show what it did.
 TEST_F(OutputsOfANode, AreNotValidByAStartOfAnotherMasterUntilHeartbeatsFollow) {
-  LineConfig config = config_with_axis();
-  config.defaults = {{.entry = 0, .value = 9}, {.entry = 1, .value = 3}};
-  make(std::move(config));
-  line_->start(now_);
-  hear_heartbeat(kOperational);
+  start_with_a_heartbeat_of_old();
   ASSERT_TRUE(line_->dictionary().set({0x1F80, 0}, 4U));
   pass(milliseconds(1));
   ASSERT_EQ(line_->state().role, Role::device);
   hear(0x000, {0x01, 0x00});
   line_->advance(now_);
-  EXPECT_THAT(pdos(), IsEmpty());
-  EXPECT_FALSE(valid());
-  for (int i = 0; i < 2; ++i) {
-    pass(milliseconds(100));
-    hear_heartbeat(kOperational);
-  }
-  line_->advance(now_);
-  EXPECT_THAT(pdos(), ElementsAre("205#0900000003"));
-  EXPECT_TRUE(valid());
+  expect_outputs_after_two_heartbeats();
 }
 
 // The own node is NMT slave, and hears what its master commands other nodes.

@@ -140,12 +140,7 @@ TEST_F(AcknowledgedOutputs, WithoutErrorControlAreNotValidByALostStart) {
 
 // What was heard of the node before the command was on the bus does not show its state after it.
 TEST_F(AcknowledgedOutputs, AreNotSentToANodeWhoseResetIsOnItsWayToTheBus) {
-  boot_unwatched();
-  hand_out();
-  acknowledge_all();
-  hand_out();
-  acknowledge_all();
-  ASSERT_TRUE(valid());
+  run_unwatched();
   line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = nmt::Command::reset_node, .data = {}},
                  now_);
   EXPECT_THAT(hand_out(), ElementsAre("000#8105"));
@@ -171,12 +166,7 @@ TEST_F(AcknowledgedOutputs, AreNotSentToANodeWhoseResetIsOnItsWayToTheBus) {
 
 // The state after the first of two commands is not that before it until the second one is there.
 TEST_F(AcknowledgedOutputs, AreThoseOfAStoppedNodeFromTheFirstOfTwoCommandsOn) {
-  boot_unwatched();
-  hand_out();
-  acknowledge_all();
-  hand_out();
-  acknowledge_all();
-  ASSERT_TRUE(valid());
+  run_unwatched();
   for (const nmt::Command command :
        {nmt::Command::reset_node, nmt::Command::enter_pre_operational}) {
     line_->execute({.kind = CommandKind::nmt, .node = 5, .nmt = command, .data = {}}, now_);
