@@ -62,6 +62,7 @@ void StateModel::before_receive(const can::Frame& frame) {
                                : static_cast<nmt::State>(frame.data[0] & std::byte{0x7F});
     }
     node.obeyed = nmt::State::unknown;
+    node.obeyed_then = nmt::State::unknown;
     if (frame.data[0] != std::byte{0}) {
       if (node.heartbeat != Instant{}) {
         node.longest = std::max(node.longest, frame.time - node.heartbeat);
@@ -113,9 +114,17 @@ void StateModel::look_at(const line::Line& line,
                          std::uint64_t acknowledged) {
   std::erase_if(submitted_,
                 [acknowledged](const Submitted& each) { return each.number <= acknowledged; });
-  for (const Command& command : std::exchange(commands_, {})) {
+  const auto after = [&real](const Command& command, std::uint8_t id) {
+    const nmt::State is = command.reached ? real(id) : nmt::State::unknown;
+    return is != nmt::State::unknown ? is : nmt::state_after(command.control.command);
+  };
+  for (Command& command : std::exchange(commands_, {})) {
+    for (std::uint8_t id = 0; command.then.size() < nodes_.size(); ++id) {
+      command.then.push_back(command.control.addresses(id) ? after(command, id)
+                                                           : nmt::State::unknown);
+    }
     if (command.number > acknowledged) {
-      commands_.push_back(command);
+      commands_.push_back(std::move(command));
       continue;
     }
     for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
@@ -125,8 +134,8 @@ void StateModel::look_at(const line::Line& line,
       Node& node = nodes_[id];
       node.starts &= command.number == 0 || command.control.command != nmt::Command::start;
       if (!line.node_state(id).heartbeat_monitored) {
-        const nmt::State is = command.reached ? real(id) : nmt::State::unknown;
-        node.obeyed = is != nmt::State::unknown ? is : nmt::state_after(command.control.command);
+        node.obeyed = after(command, id);
+        node.obeyed_then = command.then[id];
       }
     }
   }
@@ -144,7 +153,7 @@ std::string StateModel::compare(const line::NodeState& said, Instant now) const 
   const bool by_command = said.cause == manager::StateCause::command;
   const bool unheard = node.booted || !said.heartbeat_monitored;
   const bool assumed =
-      by_command && (said.state == node.obeyed ||
+      by_command && (said.state == node.obeyed || said.state == node.obeyed_then ||
                      (unheard && (said.state != nmt::State::operational || node.starts)));
   if (node.beats && !assumed && said.state != nmt::State::unknown && said.state != node.state &&
       said.state != node.answer) {

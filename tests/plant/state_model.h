@@ -62,7 +62,8 @@ class StateModel {
     bool starts = false;                      // an NMT start of the line is on its way
     bool asked = false;                       // by a remote frame that was not answered yet
     // What the device was after the newest NMT command since its newest message that ended while
-    // its error control was not monitored.
+    // its error control was not monitored: then, and when the line heard of it.
+    nmt::State obeyed_then = nmt::State::unknown;
     nmt::State obeyed = nmt::State::unknown;
   };
 
@@ -71,6 +72,8 @@ class StateModel {
     nmt::NodeControl control;
     std::uint64_t number = 0;  // of the line's frame, 0 = of another station
     bool reached = true;
+    // By node-ID, what the devices were when it had ended; empty until they were looked at.
+    std::vector<nmt::State> then{};
   };
   struct Submitted {
     nmt::NodeControl control;
