@@ -91,7 +91,7 @@ class Nodes final : nmt::HeartbeatListener, emcy::Listener {
   nmt::LifeSigns life_;                         // of nodes whose error control is not monitored
   std::array<Duration, 128> heartbeat_time_{};  // consumer time by configuration
   std::array<bool, 128> tells_state_{};         // heartbeat or guarding answer since its boot-up
-  std::array<bool, 128> reset_{};               // ... and nothing was received since
+  std::array<bool, 128> reset_{};               // by an NMT command, and not received since
   std::array<Duration, 128> guarded_time_{};    // life time by configuration
 };
 

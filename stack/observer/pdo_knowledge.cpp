@@ -107,11 +107,10 @@ bool PdoKnowledge::hear(const can::Frame& frame) {
     return false;  // it is in pdos() already
   }
   const bool alike = heard.length == frame.length;
-  const bool repeated = alike && heard.newest != kNever && frame.time - heard.newest < kRepeated;
-  heard.newest = frame.time;
-  if (repeated) {
+  if (alike && heard.counted != kNever && frame.time - heard.counted < kRepeated) {
     return false;
   }
+  heard.counted = frame.time;
   heard.frames = alike ? heard.frames + 1 : 1;
   heard.length = frame.length;
   return heard.frames >= enough;

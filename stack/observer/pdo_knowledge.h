@@ -30,8 +30,8 @@ class PdoKnowledge {
   // How often a frame on one of the identifiers of the pre-defined connection set, of which nothing
   // is known, must come with the same length to be taken for a PDO.
   static constexpr unsigned kUnknownFrames = 3;
-  // One that comes sooner again is taken for a repetition of the same frame (CAN repeats a frame
-  // whose last bit one station did not get).
+  // What comes so soon after a frame that was counted is not: it may be the same frame, which CAN
+  // repeats when one station did not get its last bit.
   static constexpr Duration kRepeated = std::chrono::milliseconds(1);
 
   PdoKnowledge(od::DeviceDescription device, std::uint8_t node);
@@ -58,7 +58,7 @@ class PdoKnowledge {
   struct Heard {
     std::uint8_t length = 0;
     unsigned frames = 0;
-    Instant newest = kNever;
+    Instant counted = kNever;  // the newest of these frames
   };
 
   od::VariableDescription& variable(od::Address address, std::size_t size);

@@ -340,6 +340,15 @@ TEST_F(OverheardSdoTest, APdoThatWasConfiguredBeforeAnybodyListenedIsPublishedAs
   EXPECT_EQ(told[0].data[0], std::byte{0});
 }
 
+TEST_F(OverheardSdoTest, APdoThatComesFasterThanRepetitionsIsPublishedToo) {
+  observe(config_with_axis());
+  for (int i = 0; i < 7 && line_->layout_revision() == 0; ++i) {
+    hear(0x385, {1, 2});
+    pass(std::chrono::microseconds(400));
+  }
+  EXPECT_EQ(line_->layout(Direction::inputs).entries.size(), 3U);
+}
+
 TEST_F(OverheardSdoTest, TheIdentifierOfEmcysMayMove) {
   observe(config_with_axis());
   write({0x1014, 0}, 0x0000'00F5, 4);
