@@ -124,7 +124,6 @@ TEST_F(UnansweredTest, WhatWaitsIsCancelledWithoutAnAbort) {
   EXPECT_EQ(hand_out(), Frames{});
 }
 
-// The segments that take the place of a block wait, too: an answer 60h may be to neither.
 TEST_F(UnansweredTest, WhatWaitsEndsWithANewConfiguration) {
   stall();
   client.configure(can::CobId{kRequestId});
@@ -135,6 +134,7 @@ TEST_F(UnansweredTest, WhatWaitsEndsWithANewConfiguration) {
   expect_data({});
 }
 
+// The segments that take the place of a block wait, too: an answer 60h may be to neither.
 TEST_F(UnansweredTest, SegmentsAfterABlockWait) {
   begin(200);
   EXPECT_EQ(hand_out(), (Frames{{0xC6, 0x00, 0x20, 5, 200, 0, 0, 0}}));
