@@ -82,8 +82,10 @@ void AnswerModel::submitted(const can::Frame& frame, Instant now) {
   if (const std::uint8_t node = sdo_of(frame, can::kSdoRequestBase); node != 0) {
     request(node, frame);
   } else if (!given_.empty()) {
-    sent_.push_back({.frame = frame, .number = submitted_, .after = commands_});
-    compare_with_image(sent_.back(), now);
+    sent_.push_back({.frame = frame,
+                     .number = submitted_,
+                     .after = commands_,
+                     .newest = has_newest(frame, now)});
   }
 }
 

@@ -22,9 +22,7 @@
 //   4. It is answered within kSendTime.
 //   5. "No acknowledge" and "awaits its turn" are answered after kSendTime and only if no frame as
 //      in 2 and 3 was acknowledged; the latter only if none is under way either, and never for a
-//      frame of no service. The same holds for what a PDO waits for: its turn, the bus. A frame
-//      does not count whose value is not that of the image any more when the line submits it: what
-//      waits is the newer one, of a reaction to the loss of an application, which came after SYNC.
+//      frame of no service. The same holds for what a PDO waits for: its turn, the bus.
 //   6. Values that a PDO waits for are entries of it that are not known; an own node that it waits
 //      for is not Operational; nothing that is not configured is waited for.
 //   7. Single outputs of a node that the line does not show as present and Operational are refused
@@ -104,9 +102,8 @@ class AnswerModel {
   struct Sent {
     can::Frame frame;
     std::uint64_t number = 0;
-    std::uint64_t after = 0;           // commands given before
-    bool newest = false;               // of a PDO: it has the values of the image
-    std::vector<std::size_t> older{};  // entries of which the image has another value then
+    std::uint64_t after = 0;  // commands given before
+    bool newest = false;      // of a PDO: it has the values of the image
     bool used = false;
   };
   struct Heard {
@@ -173,7 +170,7 @@ class AnswerModel {
   bool is_refusable(const line::Command& command) const;
   bool counts(const Sent& sent, const Given& given) const;
   bool is_frame_of(const Given& given, const Sent& sent) const;
-  void compare_with_image(Sent& sent, Instant now);
+  bool has_newest(const can::Frame& frame, Instant now);
   bool is_value_of(const Given& given, const can::Frame& frame) const;
   bool is_mpdo_of(const Given& given, const can::Frame& frame) const;
   bool is_of(const Field& field, const can::Frame& frame) const;

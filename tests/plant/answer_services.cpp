@@ -177,12 +177,12 @@ bool AnswerModel::is_frame_of(const Given& given, const Sent& sent) const {
   }
 }
 
-void AnswerModel::compare_with_image(Sent& sent, Instant now) {
+bool AnswerModel::has_newest(const can::Frame& frame, Instant now) {
   const auto& entries = line_.layout(image::Direction::outputs).entries;
   bool taken = false;
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     const Field& field = fields_[i];
-    if (!is_of(field, sent.frame)) {
+    if (!is_of(field, frame)) {
       continue;
     }
     if (!std::exchange(taken, true)) {
@@ -190,13 +190,12 @@ void AnswerModel::compare_with_image(Sent& sent, Instant now) {
     }
     for (unsigned bit = 0; bit < field.bits; ++bit) {
       if (bit_of(snapshot_.bytes, entries[i].bit_offset + bit) !=
-          bit_of(sent.frame.data, field.bit + bit)) {
-        sent.older.push_back(i);
-        break;
+          bit_of(frame.data, field.bit + bit)) {
+        return false;
       }
     }
   }
-  sent.newest = sent.older.empty();
+  return taken;
 }
 
 // The value of the command, or one that was written to the same entry later.
@@ -320,10 +319,7 @@ std::string AnswerModel::check_unsent(const Given& given, bool turn, Instant now
     return "it waited for less than its time";
   }
   for (const Sent& sent : sent_) {
-    const bool older = is_single_output(given.command) &&
-                       std::ranges::find(sent.older, entry_of(given.command)) != sent.older.end();
-    const bool since =
-        !sent.used && sent.after >= given.order && is_frame_of(given, sent) && !older;
+    const bool since = !sent.used && sent.after >= given.order && is_frame_of(given, sent);
     if (since && !given.lost && sent.number <= acknowledged_) {
       return "its frame was acknowledged";
     }
