@@ -121,10 +121,11 @@ void Line::Devices::single_output(const Command& command, Instant now) {
     reply(command.tag, Error{}, encode_way(tpdo, PdoWait::operational));
     return;
   }
-  answer_when_sent({.command = command,
-                    .frames = {{.tpdo = tpdo, .device = entry.node}},
-                    .data = encode_way(tpdo, PdoWait::none)},
-                   now);
+  answer_when_sent(
+      {.command = command,
+       .frames = {{.tpdo = tpdo, .device = entry.node, .samples = node.pdos().samples(tpdo)}},
+       .data = encode_way(tpdo, PdoWait::none)},
+      now);
 }
 
 void Line::Devices::send_emcy(const Command& command, Instant now) {

@@ -10,7 +10,8 @@ namespace linegate::line {
 bool Line::Devices::carries_newest(const FramesUnderWay::Awaited& awaited,
                                    const can::Frame& frame) const {
   VirtualDevice* device = find(awaited.device);
-  return device != nullptr && device->node().pdos().carries_newest(awaited.tpdo, frame);
+  return device != nullptr &&
+         device->node().pdos().carries_newest(awaited.tpdo, frame, awaited.samples);
 }
 
 void Line::Devices::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {

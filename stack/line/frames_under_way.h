@@ -11,19 +11,22 @@
 #include "stack/base/time.h"
 #include "stack/can/frame.h"
 #include "stack/line/command.h"
+#include "stack/pdo/engine.h"
 #include "stack/sdo/requests_under_way.h"
 
 namespace linegate::line {
 
 class FramesUnderWay {
  public:
-  // What a command waits for: a frame with the newest values of that TPDO, or with tpdo 0 this one.
+  // What a command waits for: a frame with the newest values of that TPDO, or a later sample than
+  // those; with tpdo 0 this frame.
   struct Awaited {
     std::uint16_t tpdo = 0;
     can::Frame frame{};
-    bool any_value = false;    // of an MPDO: one to the same destination; a newer value replaces it
-    std::uint8_t device = 0;   // of a line in the role device: of which TPDO or frame
-    std::uint64_t number = 0;  // of the frame; 0 = not handed out yet
+    bool any_value = false;   // of an MPDO: one to the same destination; a newer value replaces it
+    std::uint8_t device = 0;  // of a line in the role device: of which TPDO or frame
+    std::uint64_t samples = pdo::Engine::kEverySample;  // when the value was written
+    std::uint64_t number = 0;                           // of the frame; 0 = not handed out yet
   };
   // An event that is emitted when a frame was acknowledged.
   struct Report {

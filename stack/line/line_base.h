@@ -66,7 +66,8 @@ struct Line::Base {
   // What became of frames, for the services of the role.
   virtual void note_acknowledged(std::uint64_t /*number*/, Instant /*now*/) {}
   virtual void note_lost(std::uint64_t /*first*/, std::uint64_t /*last*/) {}
-  // The frame carries the newest values of the TPDO. from: of which device, in the role device.
+  // The frame carries what the command waits for of a TPDO, see FramesUnderWay::Awaited. from: of
+  // which device, in the role device.
   virtual bool carries_newest(const FramesUnderWay::Awaited& awaited,
                               const can::Frame& frame) const;
   // The answer to a command whose time is over.

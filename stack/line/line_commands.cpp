@@ -262,8 +262,10 @@ void Line::Impl::answer_write(Command command, std::uint16_t tpdo, PdoWait wait,
     reply(command.tag, kDone, std::move(way));
     return;
   }
-  answer_when_sent(
-      {.command = std::move(command), .frames = {{.tpdo = tpdo}}, .data = std::move(way)}, now);
+  answer_when_sent({.command = std::move(command),
+                    .frames = {{.tpdo = tpdo, .samples = node.pdos().samples(tpdo)}},
+                    .data = std::move(way)},
+                   now);
 }
 
 void Line::Impl::send_emcy(const Command& command, Instant now) {

@@ -32,7 +32,7 @@ void Line::Impl::note_lost(std::uint64_t first, std::uint64_t last) {
 
 bool Line::Impl::carries_newest(const FramesUnderWay::Awaited& awaited,
                                 const can::Frame& frame) const {
-  return const_cast<node::Node&>(node).pdos().carries_newest(awaited.tpdo, frame);
+  return const_cast<node::Node&>(node).pdos().carries_newest(awaited.tpdo, frame, awaited.samples);
 }
 
 void Line::Impl::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -239,8 +240,13 @@ class Engine {
   void lost(std::uint64_t first, std::uint64_t last);
   // Number of the first valid TPDO that maps the object; 0 if there is none.
   std::uint16_t first_tpdo(od::Address address) const;
-  // The frame is that TPDO with the newest values. number: 1..
-  bool carries_newest(std::uint16_t number, const can::Frame& frame) const;
+  // Of that TPDO, since it was configured; 0 if there is none. number: 1..
+  std::uint64_t samples(std::uint16_t number) const;
+  static constexpr std::uint64_t kEverySample = std::numeric_limits<std::uint64_t>::max();
+  // The frame is that TPDO with the newest values, or with those of a sample that came after so
+  // many: of what is sampled at SYNC, the newest may have come since. number: 1..
+  bool carries_newest(std::uint16_t number, const can::Frame& frame,
+                      std::uint64_t samples = kEverySample) const;
   // The TPDO is requested by events only, and no request carries the newest values of these bits of
   // the output area: they are sent when it is requested next. number: 1..
   bool awaits_trigger(std::uint16_t number, std::uint32_t bit_offset, std::uint32_t bits) const;

@@ -95,7 +95,8 @@ struct Tpdo {
   Duration event_timer{};
   Instant inhibited_until{};
   CopyPlan plan;
-  can::Frame frame;  // the newest sample
+  can::Frame frame;           // the newest sample
+  std::uint64_t samples = 0;  // taken since it was configured
   MpdoMode mpdo = MpdoMode::none;
   od::Address sent_object;             // MPDO in destination address mode
   std::vector<MpdoData> mpdos{};       // that wait, oldest first

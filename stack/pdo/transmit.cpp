@@ -207,6 +207,7 @@ void Engine::Impl::ask(std::uint16_t slot) {
   Tpdo& pdo = tpdos[slot];
   const FrameData data = gather(pdo);
   const bool fresh = !std::exchange(pdo.sampled, true);
+  ++pdo.samples;
   const bool different = fresh || !has_data(pdo.frame, data);
   if (different) {
     pdo.frame.data = data;
@@ -499,12 +500,18 @@ std::uint16_t Engine::first_tpdo(od::Address address) const {
   return first;
 }
 
-bool Engine::carries_newest(std::uint16_t number, const can::Frame& frame) const {
+std::uint64_t Engine::samples(std::uint16_t number) const {
+  return number == 0 || number > impl_->tpdos.size() ? 0 : impl_->tpdos[number - 1U].samples;
+}
+
+bool Engine::carries_newest(std::uint16_t number, const can::Frame& frame,
+                            std::uint64_t samples) const {
   const auto slot = static_cast<std::uint16_t>(number - 1U);
   if (number == 0 || number > impl_->tpdos.size() || !impl_->tpdos[slot].active) {
     return false;
   }
-  return can::same_content(frame, impl_->tpdos[slot].frame) && impl_->is_newest(slot);
+  const Tpdo& pdo = impl_->tpdos[slot];
+  return can::same_content(frame, pdo.frame) && (pdo.samples > samples || impl_->is_newest(slot));
 }
 
 bool Engine::Impl::comes_by_itself(std::uint16_t slot) const {

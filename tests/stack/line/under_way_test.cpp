@@ -380,6 +380,31 @@ TEST_F(AcknowledgedCommands, AWriteOfAPdoWithoutSyncWaitsForItsTurn) {
   EXPECT_EQ(wait_of(answer()), PdoWait::turn);
 }
 
+// Sampled at SYNC, handed out when the outputs have another value already.
+TEST_F(AcknowledgedCommands, AWriteWhoseSampleWaitedForTheBusIsAnsweredByItsFrame) {
+  run(config_with_synchronous_axis());
+  write(1);
+  hear(0x080, {});
+  hand_out();
+  acknowledge_all();
+  write_by_hand(7);
+  hear(0x080, {});
+  write(3);
+  EXPECT_THAT(hand_out(), ElementsAre("205#0100000007"));
+  acknowledge_all();
+  EXPECT_EQ(wait_of(answer()), PdoWait::none);
+}
+
+TEST_F(AcknowledgedCommands, AnOlderSampleIsNoAnswerToAWrite) {
+  run(config_with_synchronous_axis());
+  write(1);
+  hear(0x080, {});
+  write_by_hand(7);
+  EXPECT_THAT(hand_out(), ElementsAre("205#0100000002"));
+  acknowledge_all();
+  EXPECT_FALSE(is_answered());
+}
+
 TEST_F(AcknowledgedCommands, AWriteToANodeThatLeavesOperationalMeanwhileIsRefused) {
   run();
   write(1);
