@@ -408,7 +408,7 @@ std::string OutputModel::check_due(LineSeat& seat, Pdo& pdo, Instant now) {
     complete &= snapshot_.is_known(field.entry);
   }
   const std::uint64_t wanted = values(pdo);
-  const bool started = pdo.transmitted || node.signs >= kSigns;
+  const bool started = pdo.transmitted || (node.end == 0 && node.signs >= kSigns);
   if (!complete || !started || (pdo.transmitted && wanted == carried(pdo, pdo.newest))) {
     pdo.due_at = kNever;
     return {};
