@@ -57,6 +57,7 @@ nmt::State LineSeat::real_state(std::uint8_t node_id) const {
 
 void LineSeat::stop(Instant now) {
   stopped = true;
+  states->stopped();
   line->stop(now);
 }
 

@@ -142,8 +142,7 @@ std::string check_always(LineSeat& seat, Instant now) {
   if (seat.duplicate_replies != 0) {
     return "a command got two replies";
   }
-  if (std::string text = seat.stopped ? std::string() : seat.states->compare_all(*seat.line, now);
-      !text.empty()) {
+  if (std::string text = seat.states->compare_all(*seat.line, now); !text.empty()) {
     return text;
   }
   if (std::string text = check_observed_states(seat); !text.empty()) {

@@ -153,8 +153,9 @@ std::string StateModel::compare(const line::NodeState& said, Instant now) const 
   const bool by_command = said.cause == manager::StateCause::command;
   const bool unheard = node.booted || !said.heartbeat_monitored;
   const bool assumed =
-      by_command && (said.state == node.obeyed || said.state == node.obeyed_then ||
-                     (unheard && (said.state != nmt::State::operational || node.starts)));
+      by_command &&
+      (said.state == node.obeyed || said.state == node.obeyed_then ||
+       (unheard && (said.state != nmt::State::operational || node.starts || stopped_)));
   if (node.beats && !assumed && said.state != nmt::State::unknown && said.state != node.state &&
       said.state != node.answer) {
     return who + "shows " + std::string(nmt::name(said.state)) + ", its newest message said " +

@@ -38,6 +38,8 @@ class StateModel {
   void ended(const can::Frame& frame, bool by_line, bool reached);
   // What the line has submitted is gone.
   void flushed();
+  // The line is stopped: what a command asked for before stands as it is.
+  void stopped() { stopped_ = true; }
   // The devices have done what the frames that ended ask for. real: the NMT state of a device, by
   // node-ID. acknowledged: frames of the line that it hears of, the first ones: of one that
   // overtook another it hears when that was acknowledged, too.
@@ -83,6 +85,7 @@ class StateModel {
   std::string compare(const line::NodeState& said, Instant now) const;
 
   bool acts_ = false;  // as manager
+  bool stopped_ = false;
   std::array<Node, 128> nodes_{};
   std::vector<Command> commands_;
   std::uint64_t sent_ = 0;            // frames of the line
