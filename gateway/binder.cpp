@@ -17,18 +17,19 @@ BoundLink::BoundLink(std::vector<config::Binding> bindings_of_two_lines)
 BoundSource::BoundSource(BoundLink& link) : link_(&link), inputs_(link.followings) {
 }
 
-[[gnu::hot]] void BoundSource::look(const line::Line& line, Instant now) {
+[[gnu::hot]] bool BoundSource::look(const line::Line& line, Instant now) {
   if (!inputs_.look(line)) {
-    return;
+    return false;
   }
   auto draft = link_->values.draft();
   std::copy(inputs_.values().begin(), inputs_.values().end(), draft.value.begin());
   link_->values.publish();
   if (link_->runner != nullptr) {
     link_->runner->take_bound(*link_, now);
-  } else {
-    link_->taker->signal();
+    return false;
   }
+  link_->taker->signal();
+  return true;
 }
 
 BoundTarget::BoundTarget(BoundLink& link) : link_(&link), outputs_(link.followings) {

@@ -34,8 +34,9 @@ class BoundSource {
   explicit BoundSource(BoundLink& link);
 
   bool is_of(const BoundLink& link) const { return link_ == &link; }
-  // Hands over what line::FollowedInputs finds. now: for the runner that is called.
-  void look(const line::Line& line, Instant now);
+  // Hands over what line::FollowedInputs finds. now: for the runner that is called. True if it went
+  // to another executor, which is woken.
+  bool look(const line::Line& line, Instant now);
 
  private:
   BoundLink* link_;

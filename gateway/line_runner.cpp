@@ -11,6 +11,9 @@ namespace linegate::gateway {
 namespace {
 
 constexpr Duration kStatusPeriod = std::chrono::milliseconds(100);
+// Images and status wait that long for another executor that was handed values: where both share a
+// processor, the wake-up of their consumer would go before its frame.
+constexpr Duration kAfterForwarding = std::chrono::microseconds(100);
 // The last frames of a line that stops, and its last events, get this long.
 constexpr Duration kStopTime = std::chrono::milliseconds(500);
 // Until a full link to another line is tried again.
@@ -159,7 +162,7 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
 
 [[gnu::hot]] void LineRunner::look_at_sources(Instant now) {
   for (BoundSource& source : bound_sources_) {
-    source.look(*line_, now);
+    forwarded_ |= source.look(*line_, now);
   }
 }
 
@@ -326,13 +329,30 @@ void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
   hand_over_replies();
 }
 
+// What is due is held back once, however much is forwarded meanwhile.
+[[gnu::hot]] bool LineRunner::is_snapshot_due(Instant now) {
+  const bool forwarded = std::exchange(forwarded_, false);
+  if (earlier(status_due_, next_image()) > now) {
+    return false;
+  }
+  if (forwarded && held_until_ == Instant{}) {
+    held_until_ = now + kAfterForwarding;
+  }
+  if (now < held_until_) {
+    return false;
+  }
+  held_until_ = {};
+  return true;
+}
+
 [[gnu::hot]] void LineRunner::hand_over(Instant now) {
+  const bool due = is_snapshot_due(now);
   if (reply_held_ || line_->has_news()) {
     hand_over_events();
     hand_over_replies();
   }
   hand_over_receptions();
-  if (now >= status_due_) {
+  if (due && now >= status_due_) {
     look_at_clock();
     look_at_losses();
     hand_over_events();
@@ -343,7 +363,7 @@ void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
   if (status_wanted_) {
     hand_over_status(now);
   }
-  if (next_image() <= now) {
+  if (due && next_image() <= now) {
     hand_over_layouts();
     hand_over_images(now);
   }
@@ -511,11 +531,11 @@ void LineRunner::look_at_losses() {
 }
 
 [[gnu::hot]] Instant LineRunner::compute_next_wake() const {
-  Instant next = earlier(pump_.channel().next_wake(), status_due_);
+  Instant next = pump_.channel().next_wake();
   if (started_) {
     next = earlier(next, earlier(line_->next_wake(), scans_.next_wake()));
   }
-  next = earlier(next, next_image());
+  next = earlier(next, std::max(earlier(status_due_, next_image()), held_until_));
   return stopping_ ? earlier(next, stop_deadline_) : next;
 }
 

@@ -94,6 +94,7 @@ class LineRunner final : public Runner {
   void give_messages(Instant now);
   void restart_bus(Instant now);
   void change_faults(Instant now);
+  bool is_snapshot_due(Instant now);
   void hand_over(Instant now);
   void hand_over_events();
   void hand_over_replies();
@@ -134,6 +135,8 @@ class LineRunner final : public Runner {
   Instant known_{};  // what the line has been told of time
   Instant status_due_{};
   bool status_wanted_ = true;
+  bool forwarded_ = false;  // to another executor, in this round
+  Instant held_until_{};    // images and status that are due
   bool handed_over_ = false;
   bool called_ = true;  // other threads may have left something
 

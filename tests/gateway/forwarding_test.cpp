@@ -348,5 +348,38 @@ TEST_F(ForwardingCallTest, WhatTheInterfaceDoesNotTakeIsSentWhenItDoes) {
   EXPECT_EQ(channels_[1]->sent.size(), 1U);
 }
 
+// They would take the processor from it. Whatever is forwarded meanwhile, they wait only once.
+TEST_F(ForwardingCallTest, ImagesWaitAMomentForAnotherExecutor) {
+  link_->runner = nullptr;
+  exchange::Wakeup executor;
+  link_->taker = &executor;
+  begin(0);
+  begin(1);
+  auto& images = ports_[0].image(image::Direction::inputs);
+  while (images.fetch() != nullptr) {
+  }
+  const auto forward = [&](std::uint8_t value) {
+    come(0, 0x185, {value, 0x12, 0x08});
+    runners_[0]->service(now_);
+  };
+  now_ += 20ms;
+  forward(0x37);
+  EXPECT_EQ(images.fetch(), nullptr);
+  EXPECT_EQ(runners_[0]->next_wake(), now_ + 100us);
+  now_ += 60us;
+  forward(0x38);
+  EXPECT_EQ(images.fetch(), nullptr);
+  now_ += 38us;  // and 1 us each in come()
+  forward(0x39);
+  EXPECT_NE(images.fetch(), nullptr) << "held again";
+
+  now_ += 20ms;
+  forward(0x37);
+  EXPECT_EQ(images.fetch(), nullptr);
+  now_ += 100us;
+  runners_[0]->service(now_);
+  EXPECT_NE(images.fetch(), nullptr);
+}
+
 }  // namespace
 }  // namespace linegate::gateway
