@@ -348,7 +348,7 @@ void Line::Impl::set_utc(Duration offset) {
   node.clock().set_utc(offset);
 }
 std::optional<Duration> Line::Impl::network_utc(Instant now) const {
-  return const_cast<node::Node&>(node).clock().network_utc(now);
+  return node.clock().network_utc(now);
 }
 void Line::Impl::set_medium(storage::Medium* medium, std::uint8_t /*device*/) {
   node.set_medium(medium);
@@ -368,7 +368,7 @@ Line::Input Line::Impl::input(std::uint32_t entry) const {
   const std::uint16_t rpdo = image.layout(Direction::inputs).entries[entry].local_pdo;
   return {.value = image.read_entry(Direction::inputs, entry),
           .valid = image.is_valid(Direction::inputs, entry),
-          .late = rpdo != 0 && const_cast<node::Node&>(node).pdos().timed_out(rpdo),
+          .late = rpdo != 0 && node.pdos().timed_out(rpdo),
           .received = rpdo == 0 ? Instant{} : image.area(Direction::inputs).pdo(rpdo - 1U).last,
           .pdo = rpdo};
 }

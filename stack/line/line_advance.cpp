@@ -32,7 +32,7 @@ void Line::Impl::advance_all(Instant now) {
 
 [[gnu::hot]] bool Line::Impl::rests(Instant now) const {
   return now < rest_until && !is_stirred() && node.served() == rest_served &&
-         now < const_cast<node::Node&>(node).pdos().next_wake() && now < outputs.next_wake();
+         now < node.pdos().next_wake() && now < outputs.next_wake();
 }
 
 [[gnu::hot]] Instant Line::Impl::next_wake() const {
@@ -42,8 +42,7 @@ void Line::Impl::advance_all(Instant now) {
                          is_stirred() ? services_wake() : services_due);
     rest_served = node.served();
   }
-  return earlier(rest_until,
-                 earlier(const_cast<node::Node&>(node).pdos().next_wake(), outputs.next_wake()));
+  return earlier(rest_until, earlier(node.pdos().next_wake(), outputs.next_wake()));
 }
 
 // While the line rests the node is not told of time.
@@ -56,7 +55,7 @@ void Line::Impl::stir(Instant now) {
 // node or of a PDO, or written to the dictionary.
 [[gnu::hot]] bool Line::Impl::is_stirred() const {
   return stirred || !pdo_requests.empty() || events.emitted() != events_seen ||
-         const_cast<node::Node&>(node).dictionary().writes_told() != writes_seen;
+         node.dictionary().writes_told() != writes_seen;
 }
 
 // What they tell each other in here is followed up in the next round at the latest.

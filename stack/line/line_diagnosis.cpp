@@ -30,8 +30,7 @@ diagnosis::CanopenIaOptions canopen_ia_options(const LineConfig& config) {
 diagnosis::NetworkFacts Line::Impl::network() const {
   constexpr od::Address kNmtStartup{0x1F80, 0};
   constexpr std::uint64_t kSlavesNotStarted = 1U << 3U;
-  const std::uint64_t bits =
-      const_cast<node::Node&>(node).dictionary().number(kNmtStartup).value_or(0);
+  const std::uint64_t bits = node.dictionary().number(kNmtStartup).value_or(0);
   return {.running = running,
           .manages = manages(),
           .own = node.state(),

@@ -65,7 +65,7 @@ OutputWait Line::Impl::reason_of(std::uint32_t entry) const {
   if (updates.waits(place.local_pdo)) {
     return OutputWait::update_time;
   }
-  const pdo::Engine& pdos = const_cast<node::Node&>(node).pdos();
+  const pdo::Engine& pdos = node.pdos();
   if (pdos.awaits_trigger(place.local_pdo, place.bit_offset, place.bit_length)) {
     return OutputWait::trigger;
   }
@@ -179,16 +179,15 @@ void Line::Impl::request_forwarded(std::span<const BoundValue> values, Instant n
 
 // The newest of the RPDOs that map it counts.
 Line::Input Line::Impl::forwarded_input(std::size_t object) const {
-  auto& own = const_cast<node::Node&>(node);
-  forwarded.follow(own.dictionary(), own.pdos().revision());
+  forwarded.follow(node.dictionary(), node.pdos().revision());
   Input out;
-  out.value = own.dictionary().number(config.forwarding.objects[object].address).value_or(0);
+  out.value = node.dictionary().number(config.forwarding.objects[object].address).value_or(0);
   const image::Area& inputs = image.area(Direction::inputs);
   for (const std::uint16_t number : forwarded.rpdos(object)) {
     const Instant last = inputs.pdo(number - 1U).last;
     if (last > out.received) {
       out.valid = true;
-      out.late = own.pdos().timed_out(number);
+      out.late = node.pdos().timed_out(number);
       out.received = last;
       out.pdo = number;
     }

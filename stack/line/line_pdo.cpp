@@ -70,7 +70,7 @@ void Line::Impl::cancel_pdo_requests() {
 
 // 0 if there is none in destination address mode.
 std::uint16_t Line::Impl::named_mpdo(const Command& command) const {
-  const auto& dictionary = const_cast<node::Node&>(node).dictionary();
+  const auto& dictionary = node.dictionary();
   const auto is_one = [&dictionary](std::uint16_t number) {
     return number != 0 && number <= pdo::kMaxPdo &&
            pdo::read_mpdo_mode(dictionary, pdo::PdoKind::tpdo, number) ==
@@ -109,8 +109,8 @@ AbortCode Line::Impl::queue_mpdo(const Command& command, std::uint16_t number) {
 can::Frame Line::Impl::mpdo_frame(std::uint16_t number, const pdo::MpdoData& data) const {
   constexpr std::uint16_t kRecord = 0x1800;
   const auto record = static_cast<std::uint16_t>(kRecord + number - 1);
-  const can::CobId cob_id{static_cast<std::uint32_t>(
-      const_cast<node::Node&>(node).dictionary().number({record, 1}).value_or(0))};
+  const can::CobId cob_id{
+      static_cast<std::uint32_t>(node.dictionary().number({record, 1}).value_or(0))};
   can::Frame frame = can::make_frame(cob_id.id(), data);
   if (cob_id.extended()) {
     frame.flags = can::Frame::kExtended;

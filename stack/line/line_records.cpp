@@ -9,10 +9,9 @@
 namespace linegate::line {
 
 diagnosis::RecordHost::Transmission Line::Impl::transmission() const {
-  auto& own = const_cast<node::Node&>(node);
   return {.fd = load.wants_fast(),
-          .waiting = !own.transmit().empty() || !own.pdos().quiet(),
-          .overrun = own.transmit().refused() != 0};
+          .waiting = !node.transmit().empty() || !node.pdos().quiet(),
+          .overrun = node.transmit().refused() != 0};
 }
 
 AbortCode Line::Impl::may_scan(std::uint8_t id) const {

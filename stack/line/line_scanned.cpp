@@ -92,7 +92,7 @@ void Line::Impl::follow_scanned() {
 
 // The TPDO in source address mode; 0 if there is none.
 std::uint16_t Line::Impl::scanner_tpdo() const {
-  const od::Dictionary& dictionary = const_cast<node::Node&>(node).dictionary();
+  const od::Dictionary& dictionary = node.dictionary();
   for (const pdo::Parameters& own : config.forwarding.tpdos) {
     if (pdo::read_mpdo_mode(dictionary, pdo::PdoKind::tpdo, own.number) == pdo::MpdoMode::source) {
       return own.number;

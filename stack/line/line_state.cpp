@@ -25,7 +25,7 @@ LineState Line::Impl::state() const {
 Counters Line::Impl::count() const {
   Counters out = counters;
   const node::NodeCounters& of_node = node.counters();
-  const pdo::EngineCounters& of_pdos = const_cast<node::Node&>(node).pdos().counters();
+  const pdo::EngineCounters& of_pdos = node.pdos().counters();
   out.frames_received = of_node.received.frames;
   out.frames_sent = of_node.sent.frames + lss.sent().frames;
   out.frames_unused = of_node.unused;

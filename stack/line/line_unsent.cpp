@@ -32,7 +32,7 @@ void Line::Impl::note_lost(std::uint64_t first, std::uint64_t last) {
 
 bool Line::Impl::carries_newest(const FramesUnderWay::Awaited& awaited,
                                 const can::Frame& frame) const {
-  return const_cast<node::Node&>(node).pdos().carries_newest(awaited.tpdo, frame, awaited.samples);
+  return node.pdos().carries_newest(awaited.tpdo, frame, awaited.samples);
 }
 
 void Line::Impl::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
@@ -80,8 +80,8 @@ Refusal Line::Impl::reason_of(const FramesUnderWay::Sending& sending, Instant no
     return Refusal::wrong_state;
   }
   const bool of_nmt = command.kind == CommandKind::nmt && nmt.waits({command.nmt, command.node});
-  const bool of_emcy = command.kind == CommandKind::emcy_send &&
-                       const_cast<node::Node&>(node).emcy().waits(sending.frames.front().frame);
+  const bool of_emcy =
+      command.kind == CommandKind::emcy_send && node.emcy().waits(sending.frames.front().frame);
   return of_pdo || of_nmt || of_emcy ? Refusal::awaits_turn : Refusal::no_acknowledge;
 }
 

@@ -388,7 +388,7 @@ emcy::SendResult VirtualDevice::send_emcy(std::uint16_t code, std::uint8_t error
 }
 
 NodeState VirtualDevice::state() const {
-  const od::Dictionary& dictionary = const_cast<node::Node&>(*node_).dictionary();
+  const od::Dictionary& dictionary = std::as_const(*node_).dictionary();
   const auto u32 = [&](std::uint16_t index, std::uint8_t sub) {
     return static_cast<std::uint32_t>(dictionary.number({index, sub}).value_or(0));
   };

@@ -159,10 +159,19 @@ std::uint8_t Node::node_id() const {
 [[gnu::hot]] od::Dictionary& Node::dictionary() {
   return impl_->dictionary;
 }
+[[gnu::hot]] const od::Dictionary& Node::dictionary() const {
+  return impl_->dictionary;
+}
 [[gnu::hot]] pdo::Engine& Node::pdos() {
   return impl_->pdos;
 }
+[[gnu::hot]] const pdo::Engine& Node::pdos() const {
+  return impl_->pdos;
+}
 emcy::Producer& Node::emcy() {
+  return impl_->emcy;
+}
+const emcy::Producer& Node::emcy() const {
   return impl_->emcy;
 }
 SdoClients& Node::sdo_clients() {
@@ -179,6 +188,9 @@ void Node::set_sdo_detour(sdo::Detour* detour) {
 time::Service& Node::clock() {
   return impl_->clock;
 }
+const time::Service& Node::clock() const {
+  return impl_->clock;
+}
 void Node::show_monitored(const nmt::HeartbeatConsumer* consumer) {
   impl_->heartbeat_times.show(consumer);
   if (consumer != nullptr) {
@@ -189,6 +201,9 @@ can::Dispatch& Node::dispatch() {
   return impl_->dispatch;
 }
 can::TransmitQueue& Node::transmit() {
+  return impl_->transmit;
+}
+const can::TransmitQueue& Node::transmit() const {
   return impl_->transmit;
 }
 [[gnu::hot]] const NodeCounters& Node::counters() const {

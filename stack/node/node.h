@@ -186,8 +186,11 @@ class Node {
   nmt::State state() const;
   std::uint8_t node_id() const;
   od::Dictionary& dictionary();
+  const od::Dictionary& dictionary() const;
   pdo::Engine& pdos();
+  const pdo::Engine& pdos() const;
   emcy::Producer& emcy();
+  const emcy::Producer& emcy() const;
   // The clients of 1280h to 12FFh. Their frames go into transmit().
   SdoClients& sdo_clients();
   // Whether it obeys node control from now on, see Options::nmt_slave.
@@ -195,11 +198,13 @@ class Node {
   // Where the SDO servers send what is for other networks; must outlive the node.
   void set_sdo_detour(sdo::Detour* detour);
   time::Service& clock();
+  const time::Service& clock() const;
   // 1016h shows what this consumer monitors besides, and its are the events of states and boot-up
   // messages: it listens to all other nodes. It must outlive the node. nullptr: nothing.
   void show_monitored(const nmt::HeartbeatConsumer* consumer);
   can::Dispatch& dispatch();
   can::TransmitQueue& transmit();
+  const can::TransmitQueue& transmit() const;
   const NodeCounters& counters() const;
 
  private:
