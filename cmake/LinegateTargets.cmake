@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # How a target of this project is made: one language level, one set of warnings, one include root
 # (the repository, so that an include names the house: "stack/od/dictionary.h").
 include(CMakeParseArguments)

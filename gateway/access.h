@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What subscribers may do to a line.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Work that may take long, such as reading files, beside a thread that goes on meanwhile.
 #pragma once
 

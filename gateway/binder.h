@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Values that one line passes on to another, across executors: outputs that follow inputs.
 #pragma once
 

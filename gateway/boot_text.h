@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Why a boot process ended as it did, as subscribers read it: properties of NodeState.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From an interface of the configuration to a channel.
 #pragma once
 

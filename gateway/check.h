@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a plant.yaml would run, in words or as JSON: `linegate check` and `linegated --check`.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // to_json(): what would be run, for programs.
 #include <algorithm>
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the texts and the JSON of `linegate check` share. Private to check*.cpp.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a reload would do, said beforehand: `linegate check NEW --against RUNNING`.
 #pragma once
 

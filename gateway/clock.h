@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The clocks of the host: the only place of the gateway that reads them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is worth saying of the controller of a line.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The subcommands of linegate about data beyond outputs and SDO: trigger, od, send and listen.
 #pragma once
 

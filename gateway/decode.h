@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A candump log, explained line by line: `linegate decode`.
 #pragma once
 

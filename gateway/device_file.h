@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Device files (CiA 306) of a plant, written: `linegate eds` and `linegate dcf`.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes events to the log, so that a storm of one kind does not bury the rest.
 #pragma once
 

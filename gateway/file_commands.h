@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The subcommands of linegate that need no running gateway: check, eds, dcf, simulate, record,
 // replay and decode.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Text that strangers chose, before it goes into the log.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The nodes that a scan found, as the configuration of their line has them: whether that is written
 // to files or taken over by the line that runs.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Moves frames between a channel and whoever speaks on it, in batches, without allocating.
 #pragma once
 

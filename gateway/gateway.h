@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The gateway as a whole: a plant, running.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What lines of a gateway have with each other: outputs that follow inputs, and routes.
 #include <algorithm>
 #include <map>

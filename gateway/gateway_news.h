@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What happens to the gateway itself, on its way from main to the publisher.
 #pragma once
 

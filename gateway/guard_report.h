@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the guard of bridges/dds dropped, as sentences for the log.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a configuration says that is no mistake in itself, and hardly meant so.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which snapshots of one direction become samples of ProcessImage.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The thread that takes commands and outputs from DDS to the lines.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What Fast DDS itself has to say, in the gateway's log.
 #pragma once
 

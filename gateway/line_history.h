@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What subscribers have been told of a line, over all its restarts: numbers and counters go on
 // where the last one left them, because the incarnation is the same.
 #pragma once

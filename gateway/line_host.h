@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One line as the threads of the gateway share it: what never changes while they run, and the port.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What one line and the rest of the gateway hand each other. Each member has one producing and one
 // consuming thread.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs one line on its channel and hands over what it has to say.
 #pragma once
 

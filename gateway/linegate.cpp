@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // linegate: the console. See what gateways publish, ask their lines, check a configuration, put
 // simulated devices on an interface.
 #include <algorithm>

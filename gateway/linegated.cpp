@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The gateway process: runs the lines of a plant.yaml until it is told to stop.
 #include <algorithm>
 #include <chrono>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How the gateway's programs log: one line an entry on standard error, with UTC time; into the
 // journal with the severities it knows, and without a time, which it has itself.
 #pragma once

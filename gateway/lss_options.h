@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `linegate lss LINE ...`: its subcommands and their arguments.
 #pragma once
 

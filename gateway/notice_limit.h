@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How often a line is told that requests of others were refused: as often as strangers write, they
 // would fill its event log.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What subscribers see of the output groups of a line: a property of LineState, idl/README.md.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stored parameters (CiA 301, 1010h) of one device in a file of its own: whenever the process is
 // killed or power fails, the file has the old contents or the new, whole. The format, with its CRC,
 // is the stack's: stack/storage/image.h.

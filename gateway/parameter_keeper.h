@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A thread that waits for disks, for those who must not: a line gives it what its own node stores
 // (CiA 301, 1010h), goes on, and is woken when the file has it.
 #pragma once

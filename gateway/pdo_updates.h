@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which PDOs of a line are worth a sample of their own, and when.
 #pragma once
 

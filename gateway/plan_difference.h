@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a configuration changes in the one that runs. A line is known by its name.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Names of a plant.yaml for completion by a shell: `linegate names --plant`.
 #pragma once
 

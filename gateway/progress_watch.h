@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether the gateway's threads still go round.
 //
 // A thread that waits is asked to go round once; one that then does not is stuck: in a call that

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The thread that publishes: takes what the lines hand over and gives it to DDS.
 #pragma once
 

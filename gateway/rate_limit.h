@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How often something may be said, so that a storm of it does not bury the rest.
 #pragma once
 

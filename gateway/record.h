@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is on an interface, as candump log: `linegate record`.
 #pragma once
 

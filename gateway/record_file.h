@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A file that whole lines are appended to, and that is renamed when it has grown: NAME is the
 // newest, NAME.1 the one before, and so on. A disk that is full leaves no half line behind.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Recording of lines as candump logs (bridges/can/candump.h) by a thread that waits for the disk,
 // so that no line has to. What an executor does for it is to put a copy of each frame into a ring.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The console's client made of the subscriber's half of bridges/dds.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sends the frames of a candump log on an interface: `linegate replay`.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What lines of this process hand each other on behalf of the networks they join (CiA 302-7),
 // across executors.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What subscribers see of routing between networks (CiA 302-7): properties of LineState,
 // idl/README.md, and the words for people.
 #pragma once

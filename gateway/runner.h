@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Something an executor runs on its thread: a line, or simulated devices, on a channel.
 #pragma once
 

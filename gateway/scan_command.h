@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `linegate scan`: what is on a line, printed, and as files if that is wanted.
 #pragma once
 

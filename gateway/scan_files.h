@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a scan found as files: a plant.yaml and a DCF for each node.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a scan makes of the line that it was applied to.
 #pragma once
 

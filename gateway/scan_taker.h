@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which of a line's scans are to be its configuration: those that somebody asked to apply, and
 // those that the line makes by itself because it is configured by what is on it.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Real time for the calling thread, as far as the configuration wants it and the system permits it.
 #pragma once
 

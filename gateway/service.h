@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs a gateway as a service: ready when it is, a sign of life while its threads go round, in good
 // order to the end.
 #pragma once

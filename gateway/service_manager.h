@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the service manager is told: systemd, by sd_notify(3). Where none started this process,
 // nothing is sent.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The signals a program waits for: SIGINT and SIGTERM end it, SIGHUP makes the gateway read its
 // configuration again.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Simulated devices on any interface, until SIGINT or SIGTERM: `linegate simulate`.
 #pragma once
 

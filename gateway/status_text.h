@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The state of all lines in one sentence, for `systemctl status`.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A word of a command line that is no command.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What fails in linegate without a refusal of a gateway: in words on standard error, and with
 // --json as an object on standard output.
 #pragma once

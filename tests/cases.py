@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Cases of GoogleTest programs that CTest starts once and not once per case, as it does where starting takes longer than
 testing (under sanitizers).
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lines of a log as candump -L and -l write them, canplayer sends them and tshark reads them:
 //
 //   (1436509052.249713) can0 181#0102030405060708       data frame, 11-bit identifier

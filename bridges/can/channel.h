@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A CAN channel: one end of a bus, as the gateway's executor drives it. Passive: it starts no
 // thread and never blocks; whoever owns the thread waits for the descriptor and for next_wake().
 //

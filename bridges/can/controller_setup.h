@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bit timing and restart policy of a CAN controller, set by netlink as `ip link set` does it.
 #pragma once
 

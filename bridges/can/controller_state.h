@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the kernel's netlink interface says of a CAN controller.
 #pragma once
 

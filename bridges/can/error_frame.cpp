@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "bridges/can/error_frame.h"
 
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Error frames of the kernel (linux/can/error.h) as bus events.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames as the kernel carries them: struct can_frame (16 bytes) and struct canfd_frame (72 bytes).
 #pragma once
 

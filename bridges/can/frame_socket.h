@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Batches of frames from and to a datagram socket, in storage that is allocated once.
 #pragma once
 

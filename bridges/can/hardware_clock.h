@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stamps of a CAN controller's own clock as instants of the monotonic clock.
 //
 // That clock counts from anywhere, and at a speed of its own. A frame's hardware stamp is taken

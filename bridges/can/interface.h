@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Opening a CAN_RAW socket on a network interface, and what state its controller is in.
 #pragma once
 

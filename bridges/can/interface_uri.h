@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An interface as written in the configuration: "scheme:name?key=value&key=value".
 #pragma once
 

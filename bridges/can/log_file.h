@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A candump log, read line by line however long it is.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // CAN frames as python-can's interface udp_multicast writes them: one MessagePack map a datagram.
 //
 //   timestamp              float, UTC in seconds; what was received is stamped by its receiver

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Datagrams of a multicast group, in batches, in storage that is allocated once.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The kernel's receive stamps, which are of the wall clock, as instants of the monotonic clock.
 //
 // Both clocks are sampled after each batch was read; a stamp's age by the wall clock is its age. A

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The channel "replay:FILE": the frames of a candump log as if they were received now.
 //
 //   replay:press.log                       with the timing of the log

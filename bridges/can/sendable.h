@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether a frame can exist on a bus at all.
 #pragma once
 

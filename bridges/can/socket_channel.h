@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The channel over a CAN_RAW socket, or over any other datagram socket that carries frames.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the sockets of CAN and of multicast have in common; private to bridges/can.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The channel "socketcan:NAME": a CAN_RAW socket on one interface of the Linux kernel.
 //
 //   socketcan:can0

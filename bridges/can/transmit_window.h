@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How many own frames are in the kernel's queue, counted by their own echoes.
 //
 // The kernel sends in the order given, so an echo confirms its frame and every one before it:

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The channel "udp:GROUP:PORT": CAN frames in the datagrams of a multicast group, as python-can's
 // interface udp_multicast has them. For machines without CAN, and for tests against strangers.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Faults on request: the options of "virtual:NAME".
 //
 //   virtual:press?lost=1%                   of all frames on the bus so many reach nobody

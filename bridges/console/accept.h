@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `linegate accept`: a device that was exchanged becomes the one that is expected.
 #pragma once
 

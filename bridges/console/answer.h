@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Asking a line, and saying what it answered: the same for all commands that are one question.
 #pragma once
 

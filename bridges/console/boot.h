@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `linegate boot`: boot processes made anew, and how they ended.
 #pragma once
 

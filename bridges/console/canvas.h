@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A rectangle of character cells to draw on. Nothing here knows a terminal.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the console needs of a gateway. The console draws through this; gateway/ joins it with a
 // real subscriber. Times are UTC nanoseconds since 1970-01-01 in the form of an Instant.
 #pragma once

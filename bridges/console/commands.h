@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The console's commands. Each takes a client and what was asked, prints to `out` (results) and
 // `err` (what is wrong), and gives the program's exit code.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // linegate config: whether devices have the configuration they are to have, and giving it to them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a verification or an application of configurations found, as a table and as JSON.
 #include <algorithm>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `linegate od`: the object dictionary of a line's own node.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether all gateways of the domain, and all their lines, are received. A name is unambiguous only
 // when they are.
 //

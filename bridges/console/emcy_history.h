@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The last EMCYs of each node, as the line keeps them in 5F18h (stack/diagnosis/emcy_record.h).
 #pragma once
 

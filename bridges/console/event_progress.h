@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a long command tells while it runs: events of its line, as they come.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `linegate events`: what happened, in the order in which it happened, and what happens.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames of a CANopen line in words, as somebody who does not know CANopen by heart would want
 // them.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SDO frames in words (CiA 301, 7.2.4).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Codes of CiA 301 and CiA 305 in words.
 #pragma once
 

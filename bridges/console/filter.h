@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which lines, nodes and rows are to be seen.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // linegate gateways: what belongs to no line.
 #include <algorithm>
 #include <iomanip>

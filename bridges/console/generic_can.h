@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames of no CANopen service, in the notation of candump and cansend: `linegate send` and
 // `linegate listen`.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `linegate write --hold` and `--while`: an output that has its value as long as the console writes
 // it.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the console knows, as JSON for scripts. One object on one line each.
 #pragma once
 

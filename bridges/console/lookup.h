@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Finding what a command is about: waits until it has been heard of.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `linegate lss`: the layer setting services of CiA 305 on a line, each as a person wants it: from
 // finding a device to leaving it as it was, or is to be.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The view of a plant: lines, nodes, changing values, events.
 #pragma once
 

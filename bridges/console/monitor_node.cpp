@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `linegate monitor --node`: the node that is meant.
 #include <algorithm>
 #include <iterator>

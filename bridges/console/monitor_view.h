@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the monitor shows, and what keys do to it: from a model to cells. Nothing here knows a
 // terminal or a clock.
 #pragma once

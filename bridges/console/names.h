@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a shell completes: the names of lines and nodes.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which group of outputs an entry is in, as the line's property `output-groups` has it
 // (idl/README.md).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Outputs in words: what became of one that was written, and what it waits for.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PDOs that are asked for with a remote frame, and values that go by MPDO.
 #pragma once
 

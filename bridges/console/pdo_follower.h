@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The PDOs of one device while its log is read: as its file has them, and as SDO transfers in the
 // log change them or tell them (1400h to 1BFFh; CiA 301, 7.5.2.35 to 7.5.2.38).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // linegate program: loads a program into a device (CiA 302-2).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What was wrong with a command that was refused, and what there is instead: as far as the line
 // tells of itself.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Routes between networks (CiA 302-7), as the properties of LineState tell them: idl/README.md.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scan as a table and as JSON.
 #include <array>
 #include <charconv>

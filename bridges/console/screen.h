@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The terminal (ncurses): shows what was drawn and tells what was typed. It is put back in order
 // when this goes out of scope.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `linegate sdo`: objects of devices, by SDO, from the image or by PDO.
 #include <algorithm>
 #include <functional>

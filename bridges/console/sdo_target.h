@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which node and object a command of `linegate sdo` is about, and over which line it is reached.
 #pragma once
 

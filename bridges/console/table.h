@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A table as people see it: cells with what they are sorted by, fitted to a width. Nothing here
 // knows a terminal.
 #pragma once

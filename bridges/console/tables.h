@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the console knows, as tables for people.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Single things in words: times, durations, codes; and what they mean.
 #include <array>
 #include <chrono>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is routed, as it happens: events of routing, and what the counters of each line have moved.
 // Lines tell of single connections only while somebody asks them to.
 #include <algorithm>

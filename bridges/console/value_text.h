@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Values as people write and read them, by CiA 301 data type.
 #pragma once
 

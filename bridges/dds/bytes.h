@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Octets of the generated types and std::byte of the stack are the same bytes.
 #pragma once
 

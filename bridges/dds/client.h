@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A subscriber's half of the DDS contract (idl/linegate.idl), for the console and for tests.
 //
 // Everything happens in the caller's thread, within poll() and call(). All times in values given

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From protocol time to published time and back.
 #pragma once
 

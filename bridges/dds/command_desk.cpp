@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "bridges/dds/command_desk.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where requests are put together from chunks, told from their duplicates, and where answers are
 // kept. Pure bookkeeping: no DDS in here but the types of the contract.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // CommandRequest and CommandReply of the contract from and to the stack's, chunk by chunk.
 #pragma once
 

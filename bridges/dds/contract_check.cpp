@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The numbers of the stack's enumerations are those of the contract, and both end together.
 #include <cstddef>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One participant with its writers and readers, each as its profile says. Owns them all.
 #pragma once
 

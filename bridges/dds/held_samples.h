@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The newest sample of each instance of a writer, and which of them lies too far back among all
 // that was written. Free of DDS; why it matters: state_writer.h.
 #pragma once

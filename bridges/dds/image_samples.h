@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // ImageLayout, ProcessImage and PdoUpdate of the contract from and to the stack's values. gateway,
 // line and incarnation are left alone.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A reader of what strangers send: one of them cannot use up its instances for good.
 //
 // Fast DDS 2.9 keeps an instance for every key of a living writer, read or not, and rejects the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Puts published layouts together from their parts.
 #pragma once
 

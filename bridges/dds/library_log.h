@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What Fast DDS itself has to say: warnings and errors of the library, not events of a line.
 #pragma once
 

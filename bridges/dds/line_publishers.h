@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which writer publishes which line: when the writer is lost, so are its lines.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The other participants of the domain: how many there are, which have the name of this one, which
 // are gateways, and what discovery found and lost for the guard. Fast DDS reports all of that to a
 // listener only.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Others that have the name of this participant: two gateways of one name, which no subscriber can
 // tell apart.
 #pragma once

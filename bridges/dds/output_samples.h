@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // OutputWrite of the contract from and to the stack's. gateway, line, client and incarnation are
 // left alone.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // OutputState of the contract from and to the stack's. gateway, line and incarnation are left
 // alone.
 #pragma once

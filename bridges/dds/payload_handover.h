@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the thread sanitizer cannot see of Fast DDS.
 //
 // Writers and readers of a process take the memory of their samples from common pools. Who lets go

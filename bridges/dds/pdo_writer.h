@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes PDO updates: transient-local samples of many instances, of which each one's newest counts.
 //
 // Transient-local although nothing is promised to late joiners: Fast DDS 2.9 may deadlock when a

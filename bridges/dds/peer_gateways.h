@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The gateways of a domain, by the names of their participants: "linegate NAME" is a gateway,
 // "linegate client NAME" a client (a gateway's name has no space).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // check_profiles(): what profiles.h says.
 #include <string>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A file of DDS profiles as XML, for what Fast DDS does not report: places in the file, and whether
 // a value was set or is the library's default.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // QoS comes from an XML file of Fast DDS profiles that an operator can change, never from code.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The gateway's half of the DDS contract (idl/linegate.idl): publishes lines, receives outputs and
 // commands.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A type as a reader has it: a damaged sample cannot be read, which is counted, and nothing else
 // happens.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A DataWriter that is replaced by a new one before its sequence numbers become a burden.
 //
 // A reader of Fast DDS 2.9 that comes late works through every sequence number of a writer since 1:

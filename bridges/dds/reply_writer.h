@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes CommandReply, which has an instance for each client that ever asked.
 //
 // Fast DDS 2.9 has no safe way to let go of an instance of a transient-local writer: dispose()

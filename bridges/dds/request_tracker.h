@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A client's requests that wait for their answers: when to send again, and answers put together
 // from chunks. Pure bookkeeping, no DDS in here but the types of the contract.
 #pragma once

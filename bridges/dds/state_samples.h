@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // LineState and NodeState of the contract from and to the stack's values. gateway, line and
 // incarnation are left alone; from_wire() takes numbers it does not know for what they are.
 #pragma once

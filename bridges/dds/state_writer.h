@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes states: transient-local samples of many instances, of which each one's newest counts. An
 // instance that has long been silent is written again, unchanged.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether a transport of a DDS profile can work.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the DDS contract carries beyond the stack's own values.
 #pragma once
 

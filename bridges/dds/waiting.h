@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Waiting for data of several readers, or for being woken, in the caller's thread.
 #pragma once
 

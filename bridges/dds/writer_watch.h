@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which writers a reader has lost: Fast DDS tells of them to a listener only, one by one, and not
 // by a sample.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A type as a writer has it.
 #pragma once
 

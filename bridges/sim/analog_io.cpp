@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Analogue inputs and outputs (CiA 401):
 //   6401h  read analogue input 16-bit: 1 is a sine, 2 a ramp, 3 follows output 1, 4 is noise
 //   6403h  read analogue input float: inputs 1 and 2 in volts, +-10 V being the whole range

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a simulated device does beyond CiA 301: its profile.
 //
 // The device calls it with the time; it writes values to the dictionary and tells the PDO engine.

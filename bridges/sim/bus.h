@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A CAN bus in virtual time: arbitration by identifier and frame times as on the wire.
 //
 // Deterministic and passive. Endpoints submit frames; whenever the bus is free, the frame that wins

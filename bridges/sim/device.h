@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A simulated CANopen device: a node::Node with the dictionary of one of our EDS files and the
 // behaviour of its profile. Values move as a function of seed and time alone.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Several simulated devices behind one channel. What one of them sends the others hear too, since a
 // channel does not give back its own frames.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Digital inputs and outputs (CiA 401):
 //   6000h  read input 8-bit: byte 1 counts, 2 mirrors output byte 1, 3 is random, 4 a running light
 //   6020h  read input bit: the bits of input byte 1

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A servo drive (CiA 402): the state automaton, and an axis that moves towards its target.
 //   6040h controlword, 6041h statusword, 6060h/6061h modes of operation: 1 profile position,
 //   3 profile velocity, 8 and 9 cyclic synchronous position and velocity

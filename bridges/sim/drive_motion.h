@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The axis of a simulated drive: position and velocity under limits, in steps of 10 ms.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The finite state automaton of a drive (CiA 402): controlword 6040h in, statusword 6041h out.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The EDS files of this folder, built into the library.
 #pragma once
 

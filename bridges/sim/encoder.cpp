@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A multi-turn absolute encoder (CiA 406) on a shaft that turns now faster, now slower:
 //   6002h  total measuring range; 6003h preset: the position becomes this value
 //   6004h  position, 0..6002h - 1; 6030h sub 1 speed in units per second

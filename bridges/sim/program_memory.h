@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The program of a simulated device and the flash memory it is in (CiA 302-2): objects 1F50h,
 // 1F51h, 1F56h and 1F57h, sub-index 1. OWN: a program is
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The channel "virtual:NAME": an end of a bus inside this process, in real time.
 //
 // Several threads may hold channels of one bus: the bus is guarded by a mutex, and each channel's

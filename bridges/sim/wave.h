@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Values that move: functions of time and seed alone, the same on every run.
 #pragma once
 

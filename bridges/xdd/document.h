@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An XML file with the places of what is in it; private to bridges/xdd.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // CANopenObject and CANopenSubObject of CiA 311 as sections; private to bridges/xdd.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sections of CiA 306 made of XML; private to bridges/xdd.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reading device descriptions in XML: XDD, and XDC for a configured device (CiA 311).
 #pragma once
 

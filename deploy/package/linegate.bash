@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # bash completion of linegate and linegated: commands and options from the programs' own help, lines and nodes
 # as a plant file ($LINEGATE_PLANT, or the installed one) or, without one, running gateways have them.
 

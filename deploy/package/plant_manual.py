@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Prints plant.yaml(5), made from deploy/plant.schema.json: the manual and the editor say the same.
 
 plant_manual.py SCHEMA VERSION

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `auto:` of a line: its nodes are those that a scan finds.
 #include <filesystem>
 #include <system_error>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `bind:` of a device: its objects follow entries of an image, or entries follow them.
 #include <optional>
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files that a key of a plant file names and that are concise DCFs (CiA 302-3).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a node is configured with besides its device file: `restore:`, `store:`, `concise_dcf:`,
 // `program:`.
 #include <filesystem>

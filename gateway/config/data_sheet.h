@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A device file as a whole, for those who write another one from it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `devices:` of a line in the role device: what runs on the line itself.
 #include <algorithm>
 

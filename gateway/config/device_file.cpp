@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Device files that plant.yaml and node lists name.
 #include <filesystem>
 #include <span>

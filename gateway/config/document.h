@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a YAML document must be before it is walked through. Internal to this folder.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "gateway/config/entry_names.h"
 
 #include "gateway/config/value.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Entries of an image by the names people give them. Internal to this folder.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `forward:`, the rules by which values of one line become values of another.
 #include <algorithm>
 #include <map>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The lines of a plant while what joins them is read: `bind:` and `forward:`. Internal to this
 // folder.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `lss:` of a line, and what of it the nodes must be for it.
 #include "gateway/config/sections.h"
 #include "stack/lss/message.h"

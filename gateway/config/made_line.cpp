@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A line as it is made once when the configuration is read: what it says belongs to the document.
 #include <algorithm>
 #include <string>

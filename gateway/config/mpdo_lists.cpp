@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `mpdo_scanner:` and `mpdo_dispatcher:` of a line: what its own node sends and takes by MPDO in
 // source address mode (CiA 301, 7.5.2.39 and 7.5.2.40).
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `own_objects:` of a line: application objects in the dictionary of its own node.
 #include <algorithm>
 #include <set>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `shared_objects:`, B000h.. of all lines, and `own_pdos:` of a line, which map them and the line's
 // `own_objects:`.
 #include <algorithm>

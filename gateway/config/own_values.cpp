@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `own_values:` and `own_concise_dcf:` of a line: what is written to objects of its own node.
 #include <algorithm>
 #include <string>

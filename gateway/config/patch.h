@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Changing a device description to what the configuration will make of the device.
 #pragma once
 

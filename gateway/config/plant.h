@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What plant.yaml says, as plain values: everything the gateway needs to know before it runs.
 #pragma once
 

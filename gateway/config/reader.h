@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A walk through a YAML document that keeps every finding with its place.
 #pragma once
 

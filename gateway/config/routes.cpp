@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `routing:`, `routes:` and a line's `enter:`: how other networks are reached, and who may come in.
 #include <algorithm>
 #include <optional>

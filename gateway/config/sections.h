@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The parts of plant.yaml, each read into its value. Internal to this folder.
 #pragma once
 

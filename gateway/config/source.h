@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a line was read from, so that a line that stayed the same can be told from one that changed.
 #pragma once
 

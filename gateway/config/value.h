@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scalars with units, as people write them in plant.yaml.
 #pragma once
 

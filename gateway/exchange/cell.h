@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Single values that one thread sets and others read.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The newest value of something, from one thread to another, without either ever waiting.
 #pragma once
 

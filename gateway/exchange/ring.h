@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A bounded queue between exactly one producing and one consuming thread.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SDO abort codes of CiA 301, 7.2.4.3.17. They are the error codes of the object dictionary too:
 // whoever refuses an access says why in these.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The one byte-order helper: everything on a CAN bus and in a process image is little-endian.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A deadline from a time-out that a stranger chose.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a loader of files has to say: every finding with its place, all at once.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The one event type: something that happened on a line, with a time and a number.
 //
 // Logs, metrics and the DDS topic Event all render this value; nothing else says that something

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a line's services put events, and from where the line hands them out.
 //
 // A ring of fixed size. Numbers are given here, before anything can be lost: when the ring is full

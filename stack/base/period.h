@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cyclic work that neither drifts nor bursts.
 #pragma once
 

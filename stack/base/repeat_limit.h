@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Holds back events that repeat as often as somebody sends frames or asks for what is refused:
 // malformed_frame, bus_error, output_refused, command_refused, object_written, and what an observer
 // hears of SDOs.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Protocol time: an instant on the monotonic clock of the host, in nanoseconds.
 //
 // The stack never reads a clock. LineClock has no now(): whoever drives a line (an executor, a test

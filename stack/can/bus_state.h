@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a controller and its driver tell about the bus itself.
 #pragma once
 

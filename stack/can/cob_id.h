@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The one table of CAN identifiers (CiA 301, 7.3.3 and 7.3.5) and the COB-ID value of the objects.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What CiA 301 lets one write to an object that holds a COB-ID.
 #pragma once
 

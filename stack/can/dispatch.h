@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which services want a frame: constant-time look-up by identifier.
 //
 // 11-bit identifiers index a table of 2048 entries; 29-bit ones go through an open-addressed hash.

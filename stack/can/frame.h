@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One CAN frame, classical or FD, as the stack sees it.
 #pragma once
 

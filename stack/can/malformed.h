@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a frame that a service wanted but could not understand is told.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What went over a line, summed up: enough to tell how many bits it was.
 #pragma once
 

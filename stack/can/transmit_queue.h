@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames a line wants to send, in the order of the bus: NMT, SYNC, EMCY, TIME, (PDO,) SDO, others.
 //
 // Transmission is pulled: whoever owns the socket asks for the most urgent frame when there is

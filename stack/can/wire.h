@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How long a frame is on the wire (ISO 11898-1): bits with stuffing and CRC, and their time.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The records of the CANopenIA manual (6.1 to 6.4) in the dictionary of a line's own node: its
 // sub-indices, from a base on, because the IXXAT objects have the manual's indices.
 //   base + 0   status, read only    1 node-ID U8   2 own NMT state U8   3 hardware U8, see below

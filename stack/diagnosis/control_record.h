@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The control record of the CANopenIA manual (6.2): what is set for the manager as a whole. Bits
 // and bytes of its sub-indices are in canopen_ia.h.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a line can be diagnosed by, as its manager's applications know it from the IXXAT manual
 // (chapters 7 and 8): one state of the whole, what has happened, lists of nodes, EMCY statistics.
 // It hears of events and looks at the states that the manager keeps; it acts on nothing.

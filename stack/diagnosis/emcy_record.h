@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What EMCYs the nodes of a line have sent: counters by node and by class, and the last four of
 // each node (IXXAT manual 7.3, objects 5F10h to 5F18h).
 #pragma once

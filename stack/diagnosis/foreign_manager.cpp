@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stack/diagnosis/foreign_manager.h"
 
 #include "stack/nmt/node_control.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Another NMT master on the line of a manager: two of them start and reset each other's nodes.
 #pragma once
 

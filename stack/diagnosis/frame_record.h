@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // CAN frames of no CANopen service as values of an object (CANopenIA manual 6.2, 5F0Ch): the
 // sub-index is the number of data bytes, 1..8; the value U16 identifier of 11 bits, then the data.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The event indication of the IXXAT manual (7.1.3), 5F00h:1: what has happened since the network
 // was initialised last, as bits. And the communication state (7.1.2), the high byte of 5F00h:2.
 #pragma once

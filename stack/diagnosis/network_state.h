@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The state of a manager and of its network in one byte, as chapters 7.1.1 and 8 of the IXXAT
 // CANopen Manager manual number it. Derived from what the manager does: nothing here acts.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A set of node-IDs as four UNSIGNED32: bit 0 of the first is node-ID 1, bit 30 of the last node-ID
 // 127 (IXXAT manual 7.2.2).
 #pragma once

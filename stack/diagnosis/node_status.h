@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The last that became known of each node, as the CANopenIA manual numbers it (6.3,
 // NODESTATUS_...).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Objects 5F00h to 5F18h and 5F80h of the IXXAT manual (5.12, 5.13), in the dictionary of a line's
 // own node. All are read only.
 //   5F00h  1 event indication U16   2 state U16: low byte network_state.h, high byte communication

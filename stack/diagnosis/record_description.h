@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How the objects of this folder's records are described. Private to stack/diagnosis.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // CompactPDO of CiA 306: PDOs that exist although no section describes them; private to stack/eds.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Everything an EDS or DCF (CiA 306) says: the device, and what else the file holds for people and
 // tools. Plain values; what a file does not say is empty or 0.
 #pragma once

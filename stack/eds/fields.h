@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Single keys of a section as the types they are meant to have; private to stack/eds.
 //
 // Every function reports a value it cannot understand, with its place, and goes on as if the key

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Values as CiA 306 writes them: the other way round of value.h.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The sections of an EDS about the file and the device as a whole; private to stack/eds.
 #pragma once
 

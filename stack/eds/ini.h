@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The INI syntax that EDS, DCF and node lists (CiA 306) are written in, and nothing of their
 // meaning: sections, keys, values, comments.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stack/eds/lists.h"
 
 #include "stack/eds/fields.h"

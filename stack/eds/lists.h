@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lists of numbers, "1=0x1000", "2=0x1001" and so on: objects, modules; private to stack/eds.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Modular devices (CiA 306-1, chapter 8): what each kind of module brings, and what the connected
 // ones make of the device; private to stack/eds.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reading nodelist.cpj (CiA 306-3): which nodes the networks of a plant have, and their DCFs.
 #pragma once
 

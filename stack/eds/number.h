@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Numbers as CiA 306 writes them: decimal, 0x hexadecimal, octal with a leading 0, and sums with
 // $NODEID; private to stack/eds.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One object of an EDS with all its sub-indices; private to stack/eds.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stack/eds/object_writer.h"
 
 #include <algorithm>

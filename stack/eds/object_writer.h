@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writing one object of an EDS or DCF with all its sub-indices; private to stack/eds.
 #pragma once
 

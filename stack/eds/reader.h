@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reading electronic data sheets (EDS) and device configuration files (DCF) of CiA 306.
 //
 // Files from the field are sloppy. What would make Linegate do the wrong thing with a device is an

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which sections of an EDS belong to which object or module; private to stack/eds.
 #pragma once
 

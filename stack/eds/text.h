@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small tools for text of device files. "Blank" is a space or a control
 // character other than a line end; case is that of ASCII.
 #pragma once

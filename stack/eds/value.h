@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A value of an EDS (DefaultValue, LowLimit, ParameterValue ...) as the bytes of its data type;
 // private to stack/eds.
 #pragma once

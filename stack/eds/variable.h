@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One section that describes a value: a VAR, a sub-index, or the elements of a CompactSubObj;
 // private to stack/eds.
 #pragma once

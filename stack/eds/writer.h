@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writing EDS and DCF (CiA 306). What read() makes of the text is the same data sheet, but for the
 // lines things stand in.
 #pragma once

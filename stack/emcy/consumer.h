@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The EMCY consumer (CiA 301, 7.2.7): emergency messages of other nodes become events.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Object 1028h, emergency consumer (CiA 301, 7.5.2.31): feeds a Consumer.
 //   sub 1..127  U32  COB-ID of the EMCY of the node with that node-ID, bit 31 = not consumed
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Object 1003h, pre-defined error field (CiA 301, 7.5.2.4).
 //   sub 0     U8   number of errors; 0 may be written and empties the history
 //   sub 1..n  U32  newest first: emergency error code, above it two bytes of additional information

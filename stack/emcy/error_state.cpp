@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stack/emcy/error_state.h"
 
 #include "stack/emcy/message.h"

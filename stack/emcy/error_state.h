@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which errors of a device are present: the error state machine of CiA 301 (7.2.7.1), error free or
 // not, and the error register 1001h as the sum of what is present.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The emergency message (CiA 301, 7.2.7): 8 bytes on CAN-ID 80h + node-ID.
 //   bytes 0..1  emergency error code
 //   byte 2      error register, object 1001h

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The EMCY producer of the own node (CiA 301, 7.2.7), with the objects it keeps:
 //   1001h  U8   error register, as in the last message
 //   1003h       history of errors, see ErrorHistory

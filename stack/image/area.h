@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One direction of a process image: the bytes, and the marks that say what happened to them since
 // the last snapshot. This is what a PDO copy plan writes to, so everything here is inline and flat.
 //

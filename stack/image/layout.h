@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where every process value of a line lies: the entry table of one direction.
 #pragma once
 

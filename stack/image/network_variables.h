@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Network variables of CiA 302-4: the bytes of the process image as objects A000h..A8FFh of the
 // manager's own dictionary, overlaid (IXXAT CANopen Manager API manual 6.1.3): every type has an
 // array over the same bytes, element = offset / size, index = base + element / 254,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Building an image, reading and writing its entries, and their validity.
 #include "stack/image/process_image.h"
 

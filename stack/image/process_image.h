@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The process image of one line: all process data, inputs and outputs, with the marks from which
 // snapshots are made.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A consistent copy of one direction of a line's process image: a plain value that may leave the
 // line's thread.
 #pragma once

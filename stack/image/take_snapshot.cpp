@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // ProcessImage::snapshot: from marks to a consistent copy.
 #include <algorithm>
 #include <bit>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From LineConfig to what runs: the checks, the manager's plans, the links of the PDOs.
 #pragma once
 

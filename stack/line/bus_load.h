@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How much of the bit rate a line uses, from the lengths of the frames seen and sent.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What can be asked of a line, and its answer. Every Command gets exactly one Reply.
 #pragma once
 

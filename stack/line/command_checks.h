@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is refused of a command whatever the role of the line, and in which words. Private to
 // stack/line.
 #pragma once

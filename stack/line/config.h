@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Everything a line needs to know before it runs. Made by the gateway from plant.yaml and device
 // files, or by a test; checked by Line::make().
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // CommandKind::configure: compares what nodes have with their configuration, or applies it. One at
 // a time; several nodes at once.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The LSS slave of a device of the line's own, and where its node-ID is kept. Private to
 // stack/line.
 #pragma once

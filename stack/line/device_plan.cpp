@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // device_plan(): the image of a line that consists of devices.
 #include <algorithm>
 #include <set>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A line in the role device: virtual devices below somebody else's master. Private to stack/line.
 //
 // The devices are nodes like any other, on one channel: each hears what the others send. Seen from

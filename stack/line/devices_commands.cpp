@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is asked of a line in the role device: its output values and commands.
 #include <algorithm>
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // NMT commands that end Operational, between the line and the bus: what the line shows of their
 // nodes ends with the acknowledgement of each, whatever follows. Private to stack/line.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How serious an event is. Most are as serious as their kind; of some it depends on what they say.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Outputs of one line that follow inputs of the same or another: what is read there, and what is
 // written here. Between the two ends the values are handed over by whoever runs the lines.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stack/line/frames_under_way.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames of no CANopen service: sent as they are asked for, and told of to who listens (CANopenIA
 // manual 6.2, 5F01h:0Bh). Private to stack/line.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A line: one CAN network attached to this process, as an object without I/O, thread or clock.
 //
 // Frames and time go in; frames, events, replies and snapshots come out. All calls come from one

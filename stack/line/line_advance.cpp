@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What time does to a line with a node of its own.
 #include <algorithm>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a line is in every role, and what each role has to say. Private to stack/line.
 #pragma once
 

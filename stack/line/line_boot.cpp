@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The manager's place in the line: its role, what it asks of the line, and the command `boot`:
 // boot processes made anew, and answered when all of them have come to an end.
 #include <algorithm>

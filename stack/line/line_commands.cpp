@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Commands: what was asked of the line, and its one reply each.
 #include <algorithm>
 #include <utility>

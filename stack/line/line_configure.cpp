@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The configuration manager's part in the line: the command `configure`, and requests by 1F25h.
 #include "stack/line/line_impl.h"
 

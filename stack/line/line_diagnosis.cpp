@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the diagnosis of a line is told of it.
 #include "stack/line/build.h"
 #include "stack/line/line_impl.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The parts of a line that has a node of its own (manager, device) and how they are joined. Private
 // to stack/line.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // LSS in the role manager: when the network may boot, and commands.
 #include <utility>
 

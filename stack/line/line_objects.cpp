@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Data of devices by object, by PDO where it goes by PDO (CANopenIA manual 5.1), PDOs that are
 // triggered by hand (IXXAT CANopen Manager API manual 6.1.6), and objects of the own dictionary
 // that applications create.

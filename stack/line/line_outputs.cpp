@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Output values: applied whole, and the watchdog when they stop coming.
 #include <algorithm>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Program download in the line: the command `program`.
 #include "stack/line/line_impl.h"
 

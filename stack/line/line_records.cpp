@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the CANopenIA records of the own dictionary ask of the line and order of it.
 #include <algorithm>
 #include <utility>

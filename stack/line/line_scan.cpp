@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The scan of a line: who is there, and what they say of themselves.
 #include <algorithm>
 

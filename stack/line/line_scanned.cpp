@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Outputs that go by MPDO: objects of the own node in the outputs of the image, which the object
 // scanner list names (CiA 301 7.2.2.6) and no PDO carries.
 #include <algorithm>

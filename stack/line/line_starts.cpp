@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a start or stop of a node means for its outputs: NMT commands on their way to the bus, and
 // the own node.
 #include <utility>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The state of a line that has a node of its own, and its counters.
 #include "stack/line/line_impl.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Services that are not confirmed, from the command to the acknowledgement on the bus.
 #include <algorithm>
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a command of an unconfirmed service is answered when its frame was not acknowledged in time.
 #include <algorithm>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The LSS master of a line in the role manager: node-IDs for devices that have none before the
 // network boots and for late comers, and CommandKind::lss. Private to stack/line.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether a node-ID is free, before LSS gives it to a device. Node-IDs are checked at the same
 // time, each until an answer shows a device that uses it or its time has passed in silence.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A line in the role observer: another master owns the bus. It has no node of its own and no queue
 // of frames, so there is nothing it could transmit. Private to stack/line.
 #pragma once

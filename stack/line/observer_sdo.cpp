@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SDO transfers of others: told, and what they say of PDO mappings.
 #include <algorithm>
 #include <utility>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What became of the writes to a group of outputs, and what its values wait for.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Output values from a subscriber, and what happens when he falls silent.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The outputs of a line as applications see them: groups, arming and watchdogs.
 //
 // Holds no bytes: it decides whether an OutputWrite may be applied, and says what follows from it.

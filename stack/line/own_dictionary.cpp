@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stack/line/own_dictionary.h"
 
 #include <algorithm>

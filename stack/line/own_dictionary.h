@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The object dictionary of a line's own node, before PDO records and network variables are added.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Application objects of the own node's dictionary: 2000h..5EFFh and 6000h..9FFFh, created by the
 // configuration and by command (IXXAT CANopen Manager API manual 5.15). Private to stack/line.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether the PDOs of the configured devices go together with the other services of the line: on
 // which identifiers these are, and who produces SYNC.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PDOs whose values are written object by object: when such a PDO is asked for (CANopenIA manual
 // 5.1: the update timer). Private to stack/line.
 #pragma once

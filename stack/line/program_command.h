@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // CommandKind::program: loads a program into a node. One at a time for each node.
 //
 // Meanwhile the manager leaves the node alone: it may restart, fall silent, and be another device

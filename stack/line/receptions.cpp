@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Receptions of PDOs that have a queue.
 #include <algorithm>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Routing as a part of a line that has a node of its own: its SDO servers as ways in, its client
 // SDOs as ways out, its commands as clients. Private to stack/line.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The state of a line as a plain value; the states of its nodes are the manager's.
 #pragma once
 

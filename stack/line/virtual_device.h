@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One device of a line in the role device: a node with the dictionary of its file, whose process
 // data are in the line's image. Private to stack/line.
 #pragma once

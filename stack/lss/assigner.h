@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The assignment of node-IDs to the devices of a network that have none (CiA 305), by the identity
 // that the configuration knows of its nodes: service by service, without I/O or time.
 //

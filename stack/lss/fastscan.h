@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The search for one unconfigured device by fastscan (CiA 305), question by question: whose address
 // it is that somebody has, bit by bit. No address need be known.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The LSS master of a network (CiA 305): one service at a time. No answer within the time-out is a
 // result like others: nobody there is what most questions are about.
 #pragma once

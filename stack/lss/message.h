@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The frames of the layer setting services (CiA 305): two identifiers, 8 bytes, told apart by the
 // command specifier in byte 0.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a person asks of the LSS master, as one command each: from the bytes of the command to the
 // services of the master, and from their answers to the bytes of the reply. All numbers are
 // little-endian.

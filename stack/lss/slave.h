@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The LSS slave of one device (CiA 305): what gives a device its node-ID and bit rate over the bus.
 //
 // A device has three node-IDs: the persistent one it keeps while it is off, the pending one that

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stack/manager/boot_event.h"
 
 #include "stack/base/byte_order.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // EventKind::boot_result: how a boot slave process ended, as an event.
 //
 //   code   0 = booted, else the letter

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How the boot processes of nodes ended: what the command `boot` is answered with.
 //
 // For each node, ascending, 18 bytes, little-endian: node-ID (1), letter or 0 (1), index (2) and

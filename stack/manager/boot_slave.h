@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The boot slave process of CiA 302-2 for one node, from the question whether it is listed (A) to
 // its error control (K). Program and configuration are steps of their own, see boot_step.h.
 //

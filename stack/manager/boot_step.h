@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A step of the boot slave process that is a process of its own: the check and download of the
 // program (steps 7 and 8), the configuration (steps 9 and 10).
 #pragma once

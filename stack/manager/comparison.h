@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a node has compared with what its configuration says: each object that the configuration
 // writes is read, and its last value in there compared. Nothing is written.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Concise DCF: the writes that configure a device, as object 1F22h (CiA 302-3) and files hold them.
 //
 //   U32 count, then so many times { U16 index, U8 sub-index, U32 size in bytes, data }

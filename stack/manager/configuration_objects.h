@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The configurations of all nodes where CiA 302-3 has them: in the manager's own object dictionary.
 // What stands there is what counts; plant.yaml and files give the first values.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a verification or an application of configurations found, and as bytes: the reply to
 // line::CommandKind::configure.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The configuration of one node (CiA 302-3), step by step: what is wanted of it next, and what came
 // of it. No transfers in here, see NodeTasks.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The configuration manager of a line (CiA 302-3): brings nodes to what the concise DCFs in the own
 // object dictionary say, as a step of their boot slave processes, several at once; and compares
 // what nodes have with it, at any time.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An object of a node that does not have the value that it is to have.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the manager and its boot processes ask of the line they belong to.
 #pragma once
 

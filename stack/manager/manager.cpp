@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is heard of the nodes and asked about them; startup.cpp does what follows from it.
 #include "stack/manager/manager.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The CANopen manager of one line (CiA 302-2): resets, checks, configures and starts the nodes of
 // the network list, watches their error control, and boots them again when they come back. What it
 // is to do is read from the objects 1F80h to 1F8Ah, see network_list.h.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the objects 1F80h to 1F8Ah of the own dictionary say (CiA 302-2): the network list, what is
 // expected of each node, and how the network is started. The dictionary is the one place where they
 // are: each question reads it, so that what is written counts from the next boot process on.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An object of the manager's dictionary with a value for each node, as most of CiA 302 are.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Work that consists of SDO transfers with one node, one after the other: at most one task for each
 // node, those of several nodes at the same time.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the manager is to do with each node, decided when the configuration is loaded.
 #pragma once
 

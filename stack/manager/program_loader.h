@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Programs of the nodes of a line (CiA 302-2, 1F50h to 1F58h): checks them as a step of the boot
 // slave processes and loads those that are another software, where that is allowed; and loads a
 // program on command. Several nodes at once.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the nodes are to run, where CiA 302-2 has it: in the manager's own object dictionary.
 //
 //   1F55h:n  U32     expected software identification of node n; 0 = none

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The download of a program to one node (CiA 302-2, steps 7 and 8 of the boot slave process), step
 // by step: what is wanted of the node next, and what came of it. No transfers in here, see
 // NodeTasks.

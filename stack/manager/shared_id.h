@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether the heartbeats on one node-ID are those of two devices.
 //
 // One device has one period: two make times between heartbeats that alternate, and they may show

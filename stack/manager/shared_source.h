@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bytes that several hold, as the source of a transfer.
 #pragma once
 

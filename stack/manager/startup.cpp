@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The start-up of the network (CiA 302-2): who is reset, booted and started when, and what the loss
 // of a mandatory node does to all.
 #include <algorithm>

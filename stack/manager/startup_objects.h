@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The objects 1F80h to 1F83h as others write and read them (CiA 302-2): what is refused, and what
 // is asked for. 1F84h to 1F8Ah and 102Ah are plain values, see network_list.h.
 //

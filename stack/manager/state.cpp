@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stack/manager/state.h"
 
 #include "stack/manager/boot_event.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the manager of a line knows about itself and about each node, as plain values.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which changes of the NMT state of nodes an NMT command asked for, and which they made by
 // themselves: Operational was left without a command, or the node booted without a reset.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A step of the boot slave process (boot_step.h) that is made of a task (node_tasks.h).
 #pragma once
 

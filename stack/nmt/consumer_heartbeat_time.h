@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Object 1016h, consumer heartbeat time (CiA 301, 7.5.2.19): feeds a HeartbeatConsumer.
 //   bits 0..15   time in ms, 0 = entry not used
 //   bits 16..23  node-ID, 0 or above 127 = entry not used

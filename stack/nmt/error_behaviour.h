@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Object 1029h, error behaviour (CiA 301, 7.5.2.32): what an error does to the NMT state.
 //   sub 1      U8  communication error: bus-off, loss of a heartbeat, life guarding
 //   sub 2..254 U8  errors of the device, as its profile numbers them

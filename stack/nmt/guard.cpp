@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stack/nmt/guard.h"
 
 #include "stack/can/cob_id.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Node guarding as the NMT master of one node sees it (CiA 301, 7.2.8.3.2.1): a remote frame on
 // 700h + node-ID every guard time; the node answers with one byte.
 //   bit 7      toggle bit: 0 in the first answer after a boot-up, then the other of the last answer

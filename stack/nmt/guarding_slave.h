@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Node guarding and life guarding of the own node (CiA 301, 7.2.8.3.2.1), the guarded side.
 //   100Ch  U16  guard time in ms
 //   100Dh  U8   life time factor; guard time x factor = life time, 0 = no life guarding

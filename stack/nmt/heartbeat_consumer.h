@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the error control messages of other nodes say (CiA 301, 7.2.8.3.2.2 and 7.2.8.3.3): boot-up,
 // NMT state, and loss of the heartbeat.
 //

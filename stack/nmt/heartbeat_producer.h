@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Boot-up message and heartbeat of the own node (CiA 301, 7.2.8.3.2.2, 7.2.8.3.3 and object 1017h):
 // one byte on CAN-ID 700h + node-ID, 00h for boot-up, else the NMT state.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How long a node counts as present after a sign of life while no error control of it is monitored:
 // nodes that are not configured, and configured ones that nobody monitors at the moment. The time
 // between two heartbeats is learned from the heartbeats themselves.

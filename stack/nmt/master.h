@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The NMT master's half of node control (CiA 301, 7.2.8.2.1): commands become frames, with the
 // inhibit time of 102Ah (CiA 302-2) between them.
 #pragma once

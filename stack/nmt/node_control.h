@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The node control service (CiA 301, 7.2.8.3.1): two bytes on CAN-ID 000h.
 //   byte 0  command specifier
 //   byte 1  node-ID, 0 = all nodes

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which communication objects exist in which NMT state (CiA 301, 7.3.2.2.6).
 #pragma once
 

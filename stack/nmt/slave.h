@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The NMT state machine of a device (CiA 301, 7.3.2.2): which state follows which command.
 //
 //   Initialising --boot-up--> Pre-operational <--> Operational, Stopped

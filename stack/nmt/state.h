@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // NMT states and commands (CiA 301, 7.2.8.2 and 7.3.2).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which communication errors of the node are present: an EMCY tells the beginning of each, and an
 // error reset the end of the last.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a node speaks of its errors in EMCYs that it sends by itself.
 #pragma once
 

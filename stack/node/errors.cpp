@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the node does about errors of its own communication and of its stored parameters: EMCY,
 // error register, 1029h.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The parts of a node and how they work together. Private to stack/node.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The two indicators of CiA 303-3 as plain values: RUN (green) shows the NMT state, ERROR (red)
 // what is wrong. What is lit at an instant is a function of pattern and time alone, on one grid for
 // all devices, so that it can be observed and tested without a lamp.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stack/node/mandatory_objects.h"
 
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One CANopen node: a dictionary and the services CiA 301 puts around it, in the device role. The
 // own node of a managed line and every simulated device are the same class.
 //

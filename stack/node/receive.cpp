@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The way of a received frame to the service that wants it.
 #include <utility>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the SDO channels of a node, 1200h to 127Fh and 1280h to 12FFh, have in common.
 #pragma once
 

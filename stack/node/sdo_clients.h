@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The SDO clients of a node: one for each of the objects 1280h to 12FFh that the dictionary has
 // (CiA 301, 7.5.2.34).
 //   sub 1  U32  COB-ID client to server, bit 31 = not valid, bit 30 = assigned dynamically

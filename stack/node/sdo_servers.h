@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The SDO servers of a node: the default one on 600h and 580h + node-ID, and one more for each of
 // the objects 1201h to 127Fh that the dictionary has (CiA 301, 7.5.2.33).
 //   sub 1  U32  COB-ID client to server, bit 31 = not valid, bit 30 = assigned dynamically

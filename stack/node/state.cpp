@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Construction of a node, its NMT states, and what each lets run.
 #include <utility>
 

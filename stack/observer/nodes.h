@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The nodes of a line as one sees them who only listens: their states come from boot-ups,
 // heartbeats, answers to node guarding, the NMT commands of whoever is master, and PDOs.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The SDO channels of nodes besides the default ones: their servers 1201h to 127Fh (CiA 301,
 // 7.5.2.33, SDO server parameter), with the COB-IDs that their files say or that were overheard,
 // and the transfers of others on them.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SDO transfers of others on one channel (the default one of a node is 600h and 580h + node-ID; CiA
 // 301, 7.2.4.3), put together from the frames on the bus: expedited, in segments and in blocks.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An object as text: "6200:0A", index and sub-index hexadecimal with four and two digits, as CiA
 // documents write them. What one command prints, all others read.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Building a Dictionary: what allocates.
 #include <algorithm>
 #include <memory>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // CANopen data types (CiA 301, 7.1.6 and 7.4.1) by the code they have in the object dictionary.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The accesses to a dictionary that wait for a hook; private to stack/od. There are few at a time:
 // at most one for each SDO server.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A Dictionary as plain values.
 #include <algorithm>
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A device as its file (EDS, DCF) describes it: plain values, from which a Dictionary is built.
 #pragma once
 

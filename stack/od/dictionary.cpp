@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Look-up, and what a Dictionary tells about itself.
 #include "stack/od/dictionary.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The object dictionary of one CANopen device (CiA 301, 7.4): constant-time look-up by index and
 // sub-index, access rights, limits, and hooks.
 //

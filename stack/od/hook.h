@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What belongs to an object besides its bytes: who is asked before a value is read or written, and
 // told afterwards.
 #pragma once

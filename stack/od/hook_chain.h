@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Several hooks of one object as one; private to stack/od. All are asked before any is told.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Comparing a value with the LowLimit and HighLimit of its object (CiA 306, CiA 301 abort codes
 // 0609 0031h, 0609 0032h and 0609 0036h).
 #pragma once

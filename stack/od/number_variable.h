@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How an object of our own is described, where no file does.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a Dictionary keeps its objects; private to stack/od.
 //
 // Look-up touches three places: the page of 256 slots for the index, the Variable, its value. The

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a Dictionary finds an object: a slot per index, in pages of 256 that are made when they are
 // needed and then stay where they are; and the short values of sub-index 0, as most objects have.
 // Part of Dictionary; only what it calls in its header is meant for others.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // DOMAINs whose hook gives their bytes piece by piece.
 #include "stack/od/stream.h"
 

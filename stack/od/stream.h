@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Values that do not lie in memory as a whole: a DOMAIN that is a file, a flash memory, a firmware.
 // They are read and written piece by piece, by whoever transfers them (stack/sdo). Data of a SDO
 // client that are too long for a vector go the same way.

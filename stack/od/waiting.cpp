@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hooks of a Dictionary, and accesses that wait for one.
 #include <utility>
 

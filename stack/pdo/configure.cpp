@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From PDO records and links to copy plans.
 #include "stack/od/address_text.h"
 #include "stack/pdo/engine_impl.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How the bits of a PDO and of the values it maps are copied, decided when the PDO is configured.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // describe_pdos(): the PDOs of a device as its file has them.
 #include <algorithm>
 #include <chrono>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The COB-ID of a PDO as the device file gives it, or leaves it to the pre-defined connection set.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Objects that come, go or move at run time, and RPDOs whose values somebody wants to hear of.
 #include "stack/image/network_variables.h"
 #include "stack/pdo/engine_impl.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // RPDOs that come before Operational, of an NMT master: see Engine::keep_early().
 #include "stack/pdo/engine_impl.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All PDOs of one node, compiled into a flat plan: what goes where is decided when a record changes
 // and merely executed when a frame arrives.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The inside of pdo::Engine; private to stack/pdo.
 //
 // A slot is a PDO number - 1. What a frame needs is kept apart from what configuring and timing

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Linking the PDOs of a line's devices to its manager: every TPDO of a device becomes an RPDO of
 // the manager and fills input entries, every RPDO a TPDO that carries output entries. The result is
 // the layout of the process image and the manager's own PDO records.

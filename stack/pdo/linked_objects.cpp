@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // add_linked_objects(): the manager's own PDO records.
 #include <algorithm>
 #include <chrono>

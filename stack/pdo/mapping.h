@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What may be mapped into a PDO (CiA 301, 7.5.2.36 and 7.5.2.38), asked of a dictionary.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Multiplexed PDOs (CiA 301, 7.2.2.6): one value with the address it has in the consumer
 // (destination address mode) or in the producer (source address mode), and the lists of the latter.
 //

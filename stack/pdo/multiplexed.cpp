@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Multiplexed PDOs: from the frame to the object it names, and back.
 #include "stack/pdo/engine_impl.h"
 

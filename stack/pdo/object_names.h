@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the objects of a device are called in the image: names that differ, whatever its file says.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which TPDOs send which objects of the device: asked whenever a value changes, so it takes the
 // same time for one TPDO and for 512.
 #pragma once

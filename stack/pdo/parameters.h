@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Communication and mapping parameters of one PDO (CiA 301, 7.5.2.35 to 7.5.2.38) as plain values.
 #pragma once
 

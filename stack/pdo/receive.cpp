@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // RPDOs: from the frame to the values.
 #include <chrono>
 

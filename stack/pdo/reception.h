@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One reception of an RPDO that is queued, as a plain value that may leave the line's thread.
 #pragma once
 

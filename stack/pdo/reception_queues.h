@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The receptions of those RPDOs of which each one is wanted, and not only the newest values.
 //
 // A queue for each of these PDOs, of fixed length: when it is full its oldest reception is dropped

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // RPDOs of which each reception is wanted: see Engine::take_reception().
 #include "stack/pdo/engine_impl.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The PDO records 1400h..15FFh, 1600h..17FFh, 1800h..19FFh, 1A00h..1BFFh of a dictionary: reading
 // them, and what may be written to them (CiA 301, 7.5.2.35 to 7.5.2.38).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is made from all PDOs together, and the begin and end of Operational.
 #include <numeric>
 

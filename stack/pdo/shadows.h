@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The newest frame of each synchronous RPDO, until the next SYNC; and of any RPDO that came before
 // Operational, until then.
 #pragma once

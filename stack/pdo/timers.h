@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Time-outs by number: a heap that is corrected late. Moving a time-out to a later time costs
 // nothing but a store; it is put in its new place when its old one comes up.
 #pragma once

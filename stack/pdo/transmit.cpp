@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // TPDOs: from the values to the frame.
 //
 // A TPDO is sampled when it is requested, into its one frame: what is sent is always the newest

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What of a TPDO was handed out to the bus and is not acknowledged yet: its oldest frame, its
 // newest, and what was sampled otherwise since each of them.
 #pragma once

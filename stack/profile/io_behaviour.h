@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the objects of a generic I/O module (CiA 401) do, where the device has them.
 #pragma once
 

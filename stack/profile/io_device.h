@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A generic I/O module (CiA 401) as plain description: what an EDS file would say.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a line needs to know to take part in routing (CiA 302-7), and what it counts.
 #pragma once
 

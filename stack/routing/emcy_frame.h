@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The forwarded EMCY (CiA 302-7). The public texts tell that it carries source network, source node
 // and error code, and that the manufacturer bytes are dropped; its layout is OWN definition C, see
 // README.md.

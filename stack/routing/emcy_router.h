@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // EMCYs that go on to other networks (CiA 302-7): object 1F2Fh says to which.
 //
 //   1F2Fh:0       U8   const  127

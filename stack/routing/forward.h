@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PDO forwarding between the lines of one process (CiA 302-7): what is mapped in an RPDO of one
 // line and in a TPDO of another goes from the one to the other.
 //

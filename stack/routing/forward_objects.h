@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The forwarded objects of one line, in the dictionary of its own node, and which PDOs map them.
 #pragma once
 

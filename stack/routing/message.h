@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the lines of one process hand each other: a plain value, small enough for a ring between two
 // threads. Line::take_message() gives what a line has for others, Line::deliver() takes what others
 // have for it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the parts of routing in one line share: the way out to other lines, and what a refusal says.
 #pragma once
 

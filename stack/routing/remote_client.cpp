@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stack/routing/remote_client.h"
 
 #include <algorithm>

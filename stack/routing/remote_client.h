@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SDO transfers of this process with nodes of other networks: clients whose frames go through the
 // line's SdoEntrance instead of a bus. Each says the network indication, then makes its transfer;
 // where a transfer is begun anew, a new indication goes before.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SDO connections whose clients are on this line: from the network indication of a client to the
 // end of its transfer. The other half, on the line where the target is, is SdoExit.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SDO connections that use a client SDO of this line: towards the target, or towards the next
 // gateway. The other half, on the line where the client is, is SdoEntrance.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The network indication: how an SDO client tells a gateway which node of which network the next
 // transfer is for (CiA 302-7). The public texts tell the command specifier 7 and the contents; the
 // bytes are OWN definition A, see README.md.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far a forwarded SDO transfer is: its frames are copied as they are, so all a gateway has to
 // know is where the transfer ends, and which frames are segments of a block, whose first byte may
 // look like anything.

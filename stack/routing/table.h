@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Routes between networks: object 1F2Ch, which says over which interface a network is reached
 // (CiA 302-7). The public texts do not tell its layout; this one is OWN definition B, see
 // README.md.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Object 1F2Ch in a dictionary: what it holds now, and what may be written to it.
 #pragma once
 

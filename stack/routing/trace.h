@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who wants to hear of single routed transfers, and how many of them are told: a service tool does
 // thousands a second, which would drown everything else that happens.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Two devices of a line that send on one identifier: neither is understood by anybody.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A device file for a device that came without one: what a scan read, as an od::DeviceDescription.
 //
 // Objects have CiA's names and types where CiA 301 gives them. What PDOs map is known by its length

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PDOs of devices that a manager takes no part in: there must be exactly one who sends on an
 // identifier, or nobody can tell whose data these are.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The device's own EDS, with the values that a scan read of the device.
 #pragma once
 

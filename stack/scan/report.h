@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The result of a scan as bytes: the reply to line::CommandKind::scan.
 //
 //   per node, ascending: U8 node-ID, U32 how it ended (0, or an SDO abort code), U32 size in bytes

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads what a line's devices say about themselves and their PDOs, many at once. It writes nothing
 // to a device unless it is asked to restore their defaults first. Transfers have the lowest
 // priority (sdo::Priority::background): whoever else wants a device comes first.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is set up at devices that a scan found, so that a manager can use them: error control, and
 // the analogue inputs of modules of CiA 401.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is read of a node, one object after the other, each chosen by what was read before:
 //
 //   1000h; 1005h to 100Ah and 100Ch, 100Dh, 1014h, 1017h; 1018h with its sub-indices;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who may talk to a device's default SDO server next. One arbiter per line owns the client side of
 // the 127 default channels (600h + node-ID, 580h + node-ID; CiA 301, 7.3.5): a default server
 // serves one transfer at a time, so everybody who wants one queues here. Transfers with different

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The two ends of a block transfer (CiA 301, 7.2.4.3.9 to 7.2.4.3.16), the same for client and
 // server: who sends the segments, and who takes them. Frames and times are the business of the
 // channel that uses them.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One SDO client channel (CiA 301, 7.2.4; objects 1280h and following): one transfer at a time with
 // one server, expedited up to four bytes, in segments beyond, in blocks where that is worth it and
 // the server can.

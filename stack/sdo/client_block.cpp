@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The client's side of block transfer (CiA 301, 7.2.4.3.9 to 7.2.4.3.16), and when it is used.
 #include "stack/sdo/client.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a transfer that timed out has left behind: requests that are still on their way to the bus,
 // and the answer to them. The answer to a request on the same object looks like that to the next
 // one, so the next one waits.

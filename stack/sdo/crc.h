@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The check sum of block transfer (CiA 301, 7.2.4.3.16): polynomial x^16 + x^12 + x^5 + 1, begun
 // with 0000h, most significant bit first, no final inversion. "123456789" gives 31C3h.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether two devices answer at one default SDO server, by answers that come twice to one request.
 //
 // Two devices of one node-ID answer every request, in the same moment or one of them later, when

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a frame that is no SDO frame is told.
 #pragma once
 

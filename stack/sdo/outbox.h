@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames of one SDO channel on their way to the transmit queue. A full queue delays them, it never
 // loses one.
 #pragma once

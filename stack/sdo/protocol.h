@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bytes of SDO frames (CiA 301, 7.2.4.3): command specifiers, flags and how a frame is put
 // together. Client, server and arbiter read and write frames through this header alone.
 //

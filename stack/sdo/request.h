@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is asked of an sdo::Arbiter, and what it gives back.
 #pragma once
 

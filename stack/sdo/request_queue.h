@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The requests that wait for one SDO server, and which of them comes next.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SDO requests between the line and the bus: whether the newest one to a default server was
 // acknowledged. Of a bus that reports no acknowledgements none counts as under way.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One SDO server (CiA 301, 7.2.4; object 1200h and following): gives clients access to a
 // dictionary. Expedited, segmented and block transfer.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The server while a hook of the object, or a stream that it gave, owes it an answer (split
 // indication).
 #include <utility>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bytes of one transfer on their way: what is independent of how frames carry them, in segments
 // or in blocks, which rewind the Source to repeat what was lost.
 #pragma once

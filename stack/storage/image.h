@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stored parameters as bytes. All numbers little-endian:
 //    0   4  "LGSP"
 //    4   2  version of this format, 1

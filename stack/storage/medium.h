@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What keeps the stored parameters of one device where they outlive power-off: a file, a flash. The
 // stack gives and takes bytes (image.h) and does no I/O.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which values of a dictionary are parameters to be stored, and which of them a sub-index of 1010h
 // and 1011h means (CiA 301, 7.5.2.13).
 #pragma once

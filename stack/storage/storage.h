@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Store parameters and restore default parameters (CiA 301, 7.5.2.13 and 7.5.2.14), server side:
 //   1010h  U32  sub 1 all, 2 communication, 3 application, 4 manufacturer parameters
 //   1011h       as 1010h

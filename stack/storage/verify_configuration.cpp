@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stack/storage/verify_configuration.h"
 
 #include "stack/storage/parameters.h"

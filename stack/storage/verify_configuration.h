@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Verify configuration (CiA 301, 7.5.2.23): when the device got its configuration.
 //   1020h:1  U32  days since 1984-01-01
 //   1020h:2  U32  milliseconds since midnight

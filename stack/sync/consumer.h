@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The SYNC consumer (CiA 301, 7.2.5): what a received SYNC is worth, and whether one is missing.
 #pragma once
 

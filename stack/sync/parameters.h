@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The objects of SYNC (CiA 301, 7.5.2.5, 7.5.2.6, 7.5.2.22) as plain values, and the rules for
 // writing them.
 //   1005h  U32  COB-ID SYNC: bit 30 produce, bit 29 frame format, bits 0..28 CAN-ID

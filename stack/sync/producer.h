@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The SYNC producer (CiA 301, 7.2.5): a frame without data, or with the counter in its one byte.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SYNC of one node: the objects 1005h, 1006h, 1007h, 1019h and the producer or consumer they make.
 #pragma once
 

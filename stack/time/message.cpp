@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stack/time/message.h"
 
 #include "stack/base/byte_order.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The TIME message (CiA 301, 7.2.6): TIME_OF_DAY, 6 bytes.
 //   bits 0..27   ms after midnight; bits 28..31 reserved, 0
 //   bits 32..47  days since 1984-01-01

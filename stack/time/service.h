@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // TIME of one node (CiA 301, 7.2.6), producer and consumer, and its object:
 //   1012h  U32  COB-ID TIME: bit 31 consume, bit 30 produce, bit 29 frame format, bits 0..28 CAN-ID
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The peer of an executor: epoll, batches of 64 with kernel stamps, and nothing else.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The client's side of SDO uploads with next to nothing: for every frame of a server the frame that
 // goes on with it, if there is one. No time-outs, no checks, no bytes kept.
 #pragma once

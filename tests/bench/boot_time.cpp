@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The boot of a whole line in virtual time: 126 devices, 20 objects configured each, at 1 Mbit/s. A
 // device answers each request 0.5 ms after its last bit. Beside it the time that the frames which
 // CiA 302-2 needs for it occupy the wire, plus one response time: what no manager can do without.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Look-up in an object dictionary: find() gives the variable, read() its value as over SDO, with
 // the access rights and hooks looked at. Objects of one UNSIGNED32 each, in seeded random order.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Loading an EDS: from the file on disk, which is in the cache of the kernel, to the description of
 // the device. The file is generated: a fifth of its objects are arrays of 8 elements, all others
 // have one value. The peer reads the same file and splits it into lines.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What an executor spends on a received frame, beside a bare loop with the same epoll, stamps and
 // batch size. Figures are CPU time of the thread that receives, per frame.
 //

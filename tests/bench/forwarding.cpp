@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A PDO forwarded from one line to another, beside bare loops that move the frame from one socket
 // to the other: with the same epoll, stamps and batch size. Nothing is measured on a wire.
 //

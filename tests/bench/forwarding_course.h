@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What forwarding is measured on: frames go in at one end and come out at another.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A PDO forwarded from one SocketCAN interface to another, beside the kernel's own gateway (can-gw)
 // and a loop that reads one socket and writes the other. Runs in the guest, see
 // forwarding_in_guest.sh:

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # forwarding_in_guest.sh PROGRAM [--short]
 #
 # Runs in the guest: makes three pairs of vcan interfaces, joins the first by a rule of can-gw, and runs

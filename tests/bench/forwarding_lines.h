@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Two lines that forward a PDO of one to the other, as the gateway runs them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From a frame on the wire to the sample in another process: the gateway's own threads (executor,
 // publisher) and bridge, beside a loop that receives a frame, hands it to a thread and writes it as
 // a sample of the same topic, size and QoS; and the same loop without that thread.

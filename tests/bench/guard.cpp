@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the guard of bridges/dds costs: a datagram judged, and the CPU time of a process that reads
 // 10,000 samples a second, beside one without a guard that reads the same samples.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Received PDO -> image, through the whole of Line::receive(): 8 bytes, batches of 64, 4096 frames
 // in seeded random order, half of their bytes changing, deadlines on. Beside the floor
 // (pdo_to_image_floor.h). Figures are nanoseconds per PDO frame.

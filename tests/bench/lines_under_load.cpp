@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lines at the load of a full bus at 1 Mbit/s, all at the same time and in real time, driven by
 // another process that does not wait for anybody:
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A process of its own that sends on several wires at once like so many full buses: open-loop, at a
 // fixed rate, whether anybody reads or not.
 #pragma once

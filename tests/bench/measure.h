@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Measuring things against each other: one repetition of each in turn, in a seeded random order,
 // medians over all. A disturbance of the machine then hits both sides of a ratio alike.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/bench/numbers_in_image.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether every numbered frame is in the images of a line.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A line with devices that send PDOs of 8 bytes, and the frames they send.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Received PDO -> image: change found, valid, dirty and time marks. 8 bytes to 4 entries, frames in
 // batches of 64, 4096 frames in seeded random order, half the bytes changing, deadlines on. The
 // floor (pdo_to_image_floor.h) runs in the same program. Figures are per frame.

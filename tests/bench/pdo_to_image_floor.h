@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The floor under "received PDO -> image": what any program has to do that finds the place of a
 // frame's values by its identifier, copies them and keeps the same marks. No protocol: no lengths,
 // no remote frames, no deadlines, no bits, no counters.

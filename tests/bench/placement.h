@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which processors the threads of a measurement run on: the same for all contestants. Where the
 // scheduler puts a thread by itself decides whether a wake-up crosses processors, which costs more
 // than all that is measured.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SDO transfers through one gateway and through three, beside the same transfer to a device on the
 // client's own bus. Buses of 1 Mbit/s in virtual time, one for each network; the two lines of a
 // gateway hand each other their messages at once. The client says the network indication before

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A bus at 1 Mbit/s in real time on a socket pair, with devices on it that answer SDO uploads.
 // Frames from the measured end go out one after the other as long as each takes on the wire, and so
 // do the answers. SYNCs among them are known by the time at which they were handed to the socket.

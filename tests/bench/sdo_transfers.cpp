@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SDO transfers of an expedited value and of 1 MB, between a client and a server that stream it, on
 // the virtual bus at 1 Mbit/s in virtual time: how much of the bus they use. Beside each the time
 // its frames occupy the wire, which is the floor. Of the real time it takes: CPU per frame, client,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Expedited SDO upload answered by the line's own server: the request through Line::receive(), the
 // answer out of Line::next_frame(), one at a time as a client would. Objects in seeded random
 // order.

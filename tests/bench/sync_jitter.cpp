@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How much the period of SYNC jitters while its producer has SDO transfers on all of the bus,
 // beside a bare loop on the same kind of wire:
 //

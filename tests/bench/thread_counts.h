@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the calling thread asked of the kernel and of operator new: a program that links
 // thread_counts.cpp calls recvmmsg, send, sendmmsg, epoll_wait, epoll_pwait2, timerfd_settime, read
 // and write through it. (Clocks are read without a system call.)

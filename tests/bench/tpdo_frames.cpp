@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Value changed -> frame out: a value is set in the dictionary of a node with 4 x UNSIGNED16 in
 // each TPDO, all of them with auto-notify, and the frame is taken out of Node::next_frame(). One
 // value and its frame at a time, and all TPDOs at once: one value of each, then all frames in the

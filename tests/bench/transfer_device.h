@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What SDO transfers are measured with: a device with a value of 32 bits, and a DOMAIN of any size
 // that nobody stores: its bytes follow from their place, and are compared.
 #pragma once

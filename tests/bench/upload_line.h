@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A manager's line that the gateway's executor runs: it produces SYNC, and reads the DOMAINs of all
 // devices of an SdoBus by commands.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A socket pair in the place of a CAN interface: what is sent on one end arrives on the other with
 // the kernel's receive stamp, in the kernel's own format of CAN frames.
 #pragma once

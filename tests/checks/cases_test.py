@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """tests/cases.py sees every way in which a case, or a program with cases, fails: it is shown a program that does."""
 
 import os

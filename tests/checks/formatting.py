@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """C++ is formatted as .clang-format says (clang-format 14)."""
 
 import os

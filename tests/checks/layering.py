@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Arrows point one way: gateway -> bridges -> stack, idl -> bridges/dds. Fails when an #include runs
 against them, or when a folder uses what the rules of the house reserve for another."""
 

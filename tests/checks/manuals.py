@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The manuals are complete: plant.yaml(5) has all that the schema has, every key of the schema is in the operator's
 guide or in a sample plant, every command and option of the programs is in its manual, and idl/README.md names each function
 of the IXXAT CANopen Manager that a header of stack/line names."""

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Each mutation of the plant tier (tests/plant/mutations) still applies to the product."""
 
 import os

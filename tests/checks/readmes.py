@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Every folder says in a README.md what lives there. A corpus is described by the folder above it."""
 
 import os

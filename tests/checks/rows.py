@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a row of a table of services says, compared with the tests that it names.
 
 A test shows a row only if it speaks of it. So of what a row names before it says what differs, each object of the

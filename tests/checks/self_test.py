@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The checks can fail: each is shown a small tree that breaks its rule, and one that keeps it."""
 
 import os
@@ -8,6 +9,7 @@ import unittest
 
 import formatting
 import layering
+import licences
 import manuals
 import mutations
 import readmes
@@ -146,6 +148,38 @@ class Layering(TreeCase):
         text = "auto now = std::chrono::steady_clock::now();\n"
         self.assertEqual(len(self.complaints(layering, "stack/line/a.cpp", text)), 1)
         self.assertEqual(self.complaints(layering, "gateway/app/a.cpp", text), [])
+
+
+class Licences(TreeCase):
+    NAMED = "SPDX-License-Identifier: Apache-2.0\n"
+
+    def test_a_source_file_without_one(self):
+        for path, text, line in (
+            ("stack/a.h", "#pragma once\n", 1),
+            ("stack/a.h", f"\n// {self.NAMED}", 1),
+            ("stack/a.cpp", f"# {self.NAMED}", 1),
+            ("stack/a.cpp", "// SPDX-License-Identifier: MIT\n", 1),
+            ("stack/CMakeLists.txt", "", 1),
+            ("deploy/demo", "#!/bin/bash\n", 2),
+            ("deploy/demo", "#!/bin/bash\n# The demo.\n", 2),
+        ):
+            with self.subTest(path=path, text=text):
+                found = self.complaints(licences, path, text)
+                self.assertEqual(len(found), 1)
+                self.assertTrue(found[0].startswith(f"{path}:{line}: "), found[0])
+
+    def test_a_file_with_one_and_data_without(self):
+        for path, text in (
+            ("stack/a.h", f"// {self.NAMED}#pragma once\n"),
+            ("idl/a.idl", f"// {self.NAMED}"),
+            ("deploy/a.yaml", f"# {self.NAMED}schema: 1\n"),
+            ("deploy/demo", f"#!/bin/bash\n# {self.NAMED}"),
+            ("tests/fuzz/corpus/a/a.yaml", "schema: 1\n"),
+            ("bridges/sim/eds/a.eds", "[FileInfo]\n"),
+            ("README.md", "here\n"),
+        ):
+            with self.subTest(path=path):
+                self.assertEqual(self.complaints(licences, path, text), [])
 
 
 class Readmes(TreeCase):

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The table of services and objects in stack/README.md, that of sentences in stack/routing/README.md, that of services in
 stack/lss/README.md, those in stack/manager/README.md, that of features in stack/line/README.md, those of manuals in stack/diagnosis/README.md and stack/node/README.md, those of manuals in stack/scan/README.md, and that of faults in deploy/OPERATING.md: every place and every test they name exists, and the test is built. The guide's table of events has each kind with its severity. (That none is switched off is what words.py looks after.) What is
 no test of GoogleTest is named by its path below tests/. Each row is compared with its tests: see rows.py."""

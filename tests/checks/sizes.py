@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Short files with one subject: none has more than 600 lines, but for the contract, which is one file."""
 
 import tree

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What every check needs: the files of the repository, complaints, and a main program."""
 
 import os

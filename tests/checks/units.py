@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """systemd reads every unit file of the tree without complaint, and knows the capabilities it names: it ignores in
 silence those that it does not. Programs that are not installed here are taken for /bin/true. The service may write the
 recordings of the operator's guide: they are in folders that systemd makes for it."""

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Nothing unfinished stays in the tree: words that announce later work, and tests that do not run."""
 
 import os

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The other process of the DDS tests.
 //
 //   dds_peer gateway DOMAIN [PROFILES]     publishes known_values.h and answers commands:

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Participants that somebody invents take a bounded number of places, and nobody's who is there.
 #include <algorithm>
 #include <cstdint>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the tests of this folder share: clients, raw endpoints, waiting with a deadline.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a reader pays for a sample does not grow with the age of the gateway: the samples that a
 // writer keeps never lie far apart in its sequence numbers. (Fast DDS tells each number between
 // them that is missing, again and again: bridges/dds/state_writer.h.)

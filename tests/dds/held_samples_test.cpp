@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // No instance lies further back than is allowed, whatever the others do.
 #include "bridges/dds/held_samples.h"
 

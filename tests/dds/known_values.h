@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the gateway of dds_peer publishes, so that every subscriber can compare field by field.
 // tests/interop/subscriber.c holds the same in C.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which lines are gone with their writer, and how many names a stranger may make up.
 #include "bridges/dds/line_publishers.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Readers that announce multicast locators do not end a gateway.
 #include <array>
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who counts as another gateway of the same name.
 #include "bridges/dds/namesakes.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Output values between two processes, and who owns a group.
 #include <gtest/gtest.h>
 

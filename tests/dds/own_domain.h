@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A DDS domain for the tests of this process alone, so that test programs may run side by side.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which participants are gateways.
 #include "bridges/dds/peer_gateways.h"
 

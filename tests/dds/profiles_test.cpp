@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // QoS comes from a file, and a bad file is told by its name.
 #include "bridges/dds/profiles.h"
 

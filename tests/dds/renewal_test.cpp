@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writers that are replaced by new ones: readers lose nothing, and a late joiner has few sequence
 // numbers to work through.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every member goes over the wire and comes back, with other values than those it starts with.
 #include <gtest/gtest.h>
 

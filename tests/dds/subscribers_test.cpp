@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Subscribers that come late, are killed, or are stopped.
 #include <map>
 #include <optional>

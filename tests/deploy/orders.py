@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """README's two commands configure one build folder, in either order. Configures new folders, builds nothing:
 
 - as deploy/demo does on a system without the packages of purpose `tests`: the programs are there, and what is left out is

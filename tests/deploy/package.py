@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The Debian package, made from the build and unpacked: what is in it and what it needs, that systemd accepts its unit,
 that its programs, samples, manuals and completion work and say the same.
 

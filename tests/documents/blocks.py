@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fenced blocks of a Markdown document, their commands, and what it says that they print."""
 
 import re

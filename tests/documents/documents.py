@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Runs the commands and fragments of the documents as they stand there, and compares what they print with what the
 document says.
 

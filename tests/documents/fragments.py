@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fragments of a plant.yaml, and the smallest plant that makes each whole."""
 
 import os

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """What runs the documents can fail: blocks, marks, commands in running text, and printed lines."""
 
 import os

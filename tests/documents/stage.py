@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where the commands of a document are run: a copy of what they name, in a network of its own, with devices."""
 
 import json

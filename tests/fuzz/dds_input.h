@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The input of the target dds_samples: any number of samples, one after the other.
 //
 // A sample is its topic (1 octet, modulo kTopics), how many octets follow (2, little-endian; what

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The input is a sequence of samples as strangers may send them (dds_input.h). Each is read as a
 // reader of bridges/dds reads it, and goes where the bridge takes it: no crash, what cannot be read
 // is counted, what is refused says why, and what is let through is within the contract's bounds.

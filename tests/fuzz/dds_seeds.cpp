@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes the inputs of the target dds_samples that are kept in corpus/dds_samples: valid samples of
 // every topic, small and larger ones, in both byte orders, and what belongs together in one file.
 //

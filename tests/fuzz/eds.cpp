@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The input is a whole EDS or DCF. Whatever it is: no crash, every finding has a place in the file,
 // an error never comes with a description, every description makes a dictionary, and what is
 // written of it is understood.

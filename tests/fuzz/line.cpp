@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The input is a setup and then a sequence of steps: what can happen to a line, in any order. The
 // promises that must hold whatever it is are in line_subject.cpp.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/fuzz/line_command_seeds.h"
 
 #include <chrono>

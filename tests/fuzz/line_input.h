@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The form of an input of the target `line`: three bytes for the setup, then steps.
 #pragma once
 

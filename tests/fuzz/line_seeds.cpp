@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes the inputs of the target `line` that are kept in corpus/line: a line and simulated devices
 // run together, and what the devices said is written down as steps of the target, with the times.
 //

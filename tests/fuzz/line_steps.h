@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An input of the target `line` while it is written, step by step.
 #pragma once
 

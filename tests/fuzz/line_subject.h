@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the target `line` drives: a line, devices on an ideal bus with it, and promises that hold
 // whatever happens to them.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A bus with two LSS slaves and a master that assigns node-IDs and is asked for services, while
 // frames of a stranger reach either side, answers are lost, and devices are reset and switched off.
 // Whatever comes: no crash, nobody has a node-ID that is none, only what was asked is answered, the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A datagram of a multicast group. What is taken for a frame is one, and comes back when it is
 // encoded and decoded again.
 #include <algorithm>

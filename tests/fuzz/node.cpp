@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The input is a sequence of steps: frames to a node that has every service of CiA 301 below the
 // manager, transfers of its clients, calls of its application, time. Whatever it is: no crash, time
 // goes on, events have no gaps, what is sent is a frame of classical CAN, every transfer ends once,

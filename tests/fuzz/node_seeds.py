@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """node_seeds.py FOLDER   Writes the inputs of the target `node` that are kept in corpus/node: one a service, as steps
 of node.cpp."""
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A line in the role observer: whatever is on the bus, it sends nothing, and its image is whole.
 // The input is a sequence of steps, each one byte and what follows it.
 #include <algorithm>

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Writes the inputs of the target `observer` that are kept with names: what a master and its devices say.
 
 observer_seeds.py FOLDER

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Writes the inputs of the target plant_yaml that are kept: the sample plants, and every
 configuration in the tests of gateway/config, right and wrong ones.
 

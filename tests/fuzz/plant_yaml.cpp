@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The input is a plant.yaml. Whatever it is: no crash, every finding has words and a place in the
 // file, an error never comes with a plant, and every line of a plant can be made.
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stands in for libFuzzer where it is not built: runs a target on every file of a folder, and on
 // mutations of each that are the same in every run.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The input is a sequence of steps on three channels between clients and the servers of one device:
 // frames to a server or client, transfers begun, with values and with streams, frames delivered and
 // lost, late answers of the device, time passing. Whatever it is: no crash, a server answers a

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the SDO target transfers: objects with values, and DOMAINs that are streams; some of their
 // hooks and streams answer later.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The input is taken three times: as an image of stored parameters as it is, as one whose length
 // and check sum are made right, and as values that are stored. Whatever it is: no crash, nothing of
 // an image that is not intact is used, an intact one gives what was stored, one wrong bit in it is

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the targets `line` and `observer` have in common: a line whose promises (stack/line/line.h)
 // are checked with every call, the devices it is configured with, and how an input says frames,
 // bus events and commands.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The input is a whole XDD or XDC. Whatever it is: no crash, every finding has a place in the file,
 // an error never comes with a description, and every description makes a dictionary.
 #include "bridges/xdd/xdd.h"

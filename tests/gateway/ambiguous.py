@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Four gateways in one domain that each have a line press: a command goes to a line only if its name is unambiguous,
 however late a gateway is discovered, and lists have the lines of all gateways.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Outputs of one line that follow inputs of another.
 #include "gateway/binder.h"
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """linegate boot and linegate nodes: a plant with a mandatory node that is missing, one of wrong identity, one that
 refuses an entry of its configuration and one whose heartbeat does not come gives four exact diagnoses.
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """linegate config: a device that somebody changed is found and set right, object by object; a concise DCF is given to
 the manager while it runs.
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Data of devices by object and frames of no CANopen service, with the real programs over DDS: what a PDO carries goes
 by PDO and the rest by SDO, PDOs are triggered by hand, reads are answered from the image, and frames of other
 protocols are sent and listened to.

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """A plant in which four things are wrong: a mandatory node that is missing, one that is another device than expected,
 one that refuses an entry of its configuration, one whose heartbeat is silent. Each is named exactly, in what DDS carries
 (NodeState, LineState, events, the line's own objects) and in what the console prints; the fifth node is in order.

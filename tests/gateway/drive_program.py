@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Programs (1F50h) for the simulated drive: a head with identification and CRC, and content."""
 
 import struct

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Real threads on socket pairs: the other end of the wire is the test.
 #include "gateway/executor.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A channel that a test plays: what comes is put in, what was sent can be looked at.
 #pragma once
 

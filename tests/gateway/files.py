@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The commands of linegate that work on files, and what it says to wrong words, without a gateway.
 
 files.py LINEGATED LINEGATE PROFILES

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PDO forwarding: what a PDO brings to one line leaves another in a PDO.
 #include <array>
 #include <initializer_list>

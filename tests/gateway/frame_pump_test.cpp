@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a channel gives in one read() reaches the line in the order in which it happened.
 #include "gateway/frame_pump.h"
 

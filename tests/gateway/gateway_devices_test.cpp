@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lines in the role device, with a manager on another line of the same gateway.
 #include <algorithm>
 #include <chrono>

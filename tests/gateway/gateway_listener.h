@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a DDS client of a gateway received: the newest of each kind, and every event.
 #pragma once
 

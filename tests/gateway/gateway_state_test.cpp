@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What belongs to no line: the state of the gateway, and its own events.
 #include <chrono>
 #include <functional>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The whole gateway in one process: simulated devices on one side, a DDS client on the other.
 #include "gateway/gateway.h"
 

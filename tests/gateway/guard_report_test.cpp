@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who floods a gateway with bad datagrams does not flood its log.
 #include "gateway/guard_report.h"
 

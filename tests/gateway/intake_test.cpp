@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the intake says of requests that are refused, however many and with whatever names.
 #include "gateway/intake.h"
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """A console command that waits for a gateway ends at once when it is told to, and not when its wait is over.
 
 interrupted.py LINEGATE PROFILES

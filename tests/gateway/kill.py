@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """A gateway that is killed at any moment, while it boots its nodes, while its own node and its devices store their
 parameters and while all is well, ends in the right state when it is started again, after each of the kills: all nodes
 Operational, stored parameters the old or the new ones, the image the same.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A line on a channel that the test plays, in virtual time.
 #pragma once
 

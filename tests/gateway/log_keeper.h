@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Keeps what is logged while it lives, instead of printing it.
 #pragma once
 

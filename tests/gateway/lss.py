@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """LSS from plant.yaml to linegate: devices that begin without a node-ID are given that of the configuration before their
 line boots; on a line that does not do so by itself a person finds them, names them and has the rest assigned.
 

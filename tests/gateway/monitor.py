@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """`linegate monitor` on a terminal of its own (a pty), beside a running gateway: its pages, keys and sizes; that the
 terminal is as it was before, however the program ends; and what it prints where there is no terminal to draw on.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "gateway/output_groups.h"
 
 #include <gmock/gmock.h>

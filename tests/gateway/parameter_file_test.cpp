@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Killed at every system call, and without power at every moment: the file has the old contents or
 // the new, never neither and never a mix.
 #include "gateway/parameter_file.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The small parts of publishing: which samples, how often, in which words.
 #include <string>
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Lines for tests, made the way the gateway makes them.
 #pragma once
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A gateway with its plant as a program of its own, and the console that asks it: what the end-to-end tests share.
 
 A test is a function of a temporary folder and the arguments of its program; it raises Failure, or returns.

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """linegate program: a program of many chunks is loaded into a device, with progress; one that the device cannot use is
 told in its words; and a gateway updates a device when it boots.
 

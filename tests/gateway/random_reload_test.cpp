@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random changes of random configurations: a reload changes a line only if its own part, its
 // executor, its device files or its partners in routing and forwarding are others.
 #include <algorithm>

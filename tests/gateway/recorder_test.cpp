@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Recording of a line: what is in the file, what happens when the disk is full, and that a replay
 // of it gives the same image.
 #include "gateway/recorder.h"

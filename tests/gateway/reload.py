@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """SIGHUP: a running linegated takes over what changed in its plant.yaml, and nothing else; a file with mistakes
 changes nothing, and all of them are told.
 

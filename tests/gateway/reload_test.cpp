@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a new configuration changes, and how a line that is made anew keeps its numbers.
 #include <memory>
 #include <string>

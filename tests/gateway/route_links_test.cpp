@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Messages between lines that route, on one thread and between two.
 #include "gateway/route_links.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An SDO that crosses two lines with real threads: lines of one executor, and of two.
 #include <array>
 #include <chrono>

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """linegate scan: a gateway that knows nothing of the devices on its line finds all of them and writes to none; the
 plant that is written out boots on the next start, with the image that the configured plant has. With --apply, or by
 `auto:`, the line that runs takes over what was found: that is the image of the plant that was written out, too.

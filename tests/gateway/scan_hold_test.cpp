@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Commands behind a scan that is applied: the line is about to be made anew, which would cut them
 // off. And those for the line that was made.
 #include <memory>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scan that is applied, and the line that is made of it.
 #include "gateway/scan_plan.h"
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """linegated as a service, with this program in the place of systemd: ready when its lines run, a sign of life while
 all its threads go round and none while one is stuck (stopped by ptrace, as a debugger would), stopping in good order.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the service manager hears: a fake one listens, and a thread gets stuck on purpose.
 #include <array>
 #include <chrono>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A stop signal ends a program in time, whatever its threads do.
 #include "gateway/signals.h"
 

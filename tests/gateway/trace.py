@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """`linegate trace` shows the connections between two lines; `linegate write --hold` holds a value as long as it is
 written.
 

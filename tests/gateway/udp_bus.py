@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A bus of the interface udp: as a tool of a CANopen person sees it: NMT states of its nodes, and expedited SDOs.
 
 Frames are datagrams in the format of python-can's udp_multicast; what of msgpack they need is here, so that a test

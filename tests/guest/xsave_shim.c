@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Preloaded into the User Mode Linux process, and into nothing else.
 //
 // UML keeps the registers of each guest process and writes them back with

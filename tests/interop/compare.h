@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* Comparing one member after the other; what differs is printed with its name. */
 #ifndef LINEGATE_TESTS_INTEROP_COMPARE_H
 #define LINEGATE_TESTS_INTEROP_COMPARE_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* Reading and writing Linegate's topics with Cyclone DDS, with the QoS of idl/README.md. What
    cannot be made ends the program with 2. */
 #ifndef LINEGATE_TESTS_INTEROP_CYCLONE_H

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* A subscriber with Cyclone DDS that prints whatever it receives of LineState, ImageLayout,
    ProcessImage, NodeState and Event, one JSON object a sample, until it is ended: for others to
    compare with what devices sent.

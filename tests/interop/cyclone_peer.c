@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* A subscriber with Cyclone DDS: reads every topic of dds_peer and compares it, reads 20 KiB by SDO
    and gets an abort code, and writes an output.
 

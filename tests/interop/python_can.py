@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The interface udp: against python-can's udp_multicast, in both directions, in a network of its own.
 
 python_can.py LINEGATE

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Runs a Fast DDS gateway and a Cyclone DDS subscriber against each other, on loopback.
 
 run.py DDS_PEER CYCLONE_PEER

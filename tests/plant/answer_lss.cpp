@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The part of the answer model that is about LSS.
 #include <algorithm>
 #include <utility>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a line may answer, from the frames between it and the bus.
 //
 // The invariant, after each step of a world, for each command that is answered as done:

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The half of the answer model that is about services that are not confirmed: what is answered as
 // sent was acknowledged on the bus, and what is not says what it waits for.
 #include <algorithm>

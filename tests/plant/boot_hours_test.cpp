@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hours of virtual time in which nodes die, come back, are cut off and connected again at any
 // moment, in the middle of their boot processes too: at the end every state is right.
 #include <random>

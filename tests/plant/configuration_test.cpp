@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The configuration manager of a line with simulated devices, in virtual time.
 #include <algorithm>
 

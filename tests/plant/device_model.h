@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What single devices ought to do, worked out naively from the frames they were given: the oracle
 // for life guarding and for MPDOs.
 #pragma once

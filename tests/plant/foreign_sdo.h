@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An SDO server that is not of this house, in front of that of a simulated device: it has no block
 // transfer, or aborts a transfer that is open upon any command that is not its next one, as
 // CANopenNode and lely-core do.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/plant/generator.h"
 
 #include <algorithm>
@@ -21,8 +22,7 @@ namespace {
 constexpr unsigned kOwnEmergency = 0x0FF;
 constexpr unsigned kOwnHeartbeat = 0x77F;
 
-// Who the own node of the line is.
-enum class Role : std::uint8_t { master, slave_by_1f80, device };
+enum class Role : std::uint8_t { master, slave_by_1f80, device };  // of the own node
 
 class Generator {
  public:

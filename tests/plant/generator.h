@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random plants as scenario text: what fails can be read, kept and run again.
 #pragma once
 

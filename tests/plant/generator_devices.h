@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The devices of random plants. Private to the generator.
 #pragma once
 

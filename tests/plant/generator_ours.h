@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Commands to our own devices in random plants. Private to the generator.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What random plants do with outputs. Private to the generator.
 #pragma once
 

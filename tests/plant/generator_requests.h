@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // TPDOs that are sent on request alone in random plants, and output values that follow each other
 // faster than they are transmitted. Private to the generator.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Commands of services that are not confirmed in random plants, and times in which the bus
 // acknowledges nothing. Private to the generator.
 #pragma once

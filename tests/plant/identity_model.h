@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which node-IDs two devices of a bus have at one time, from the devices themselves: what may be
 // reported of a node-ID that is shared.
 //   shared_node_id is reported of a node-ID that two devices have, or had while its sign arose

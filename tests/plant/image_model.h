@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a line's input image ought to hold, worked out naively from the frames it was given: the
 // oracle against which the compiled copy plans are checked.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A manager's line with simulated devices, and commands to it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // MPDOs between a manager and a simulated device, and PDOs that are requested with a remote frame.
 #include "stack/pdo/mpdo.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What must hold in every world at any time, whatever happened in it.
 #pragma once
 

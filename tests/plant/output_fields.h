@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the output entries of a line are in the frames of its RPDOs.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a line may show of its outputs, from what was on the bus and what the devices have.
 //
 // The invariant, after each step of a world:

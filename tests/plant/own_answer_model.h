@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a line of our devices may answer to commands, from the frames that it submits and the bus
 // acknowledges.
 //

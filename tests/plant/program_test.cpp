@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Program download to simulated devices, in virtual time: in the boot process and on command.
 #include <algorithm>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a device may send on request alone: its TPDOs of transmission type 252 (sampled at SYNC) and
 // 253, of a simulated device and of one of ours.
 //

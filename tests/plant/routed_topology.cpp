@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which networks are joined by whom, and the best ways between them.
 #include <algorithm>
 #include <cstddef>

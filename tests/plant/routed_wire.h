@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bus of a network in the routed world.
 #pragma once
 

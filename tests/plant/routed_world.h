@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A system of networks in virtual time: processes with several lines each, joined by the buses
 // their lines share, with devices and foreign SDO clients on them. Messages between the lines of
 // one process take a random time, and keep their order.

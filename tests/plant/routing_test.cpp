@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ten thousand SDO transfers over random systems of networks, with deaths midway: in the end every
 // transfer has the right bytes or an abort, every channel is free, every counter adds up.
 #include <algorithm>

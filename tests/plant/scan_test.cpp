@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scans of a line that knows nothing of its devices, in virtual time.
 #include <algorithm>
 

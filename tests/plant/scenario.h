@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scenarios as text a CANopen person can read and write; README.md has the language.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What can be done to a network: the actions of `at`.
 #include <algorithm>
 #include <utility>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What scenarios say of the start-up of the network and of boot processes.
 #include <algorithm>
 

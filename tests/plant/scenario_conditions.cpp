@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What can be expected of a network: the conditions of `expect`.
 #include <algorithm>
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `forward`: what the configuration makes of such rules, done by hand.
 #include <algorithm>
 #include <memory>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Statements that describe the network, and how it is built.
 #include <algorithm>
 #include <span>

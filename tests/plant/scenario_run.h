@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scenario while it runs. Private to the scenario_*.cpp files.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every file of tests/plant/scenarios is a test; so are the ways in which a scenario can be wrong.
 #include "tests/plant/scenario.h"
 

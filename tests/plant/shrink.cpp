@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a failing random plant is made as small as it can be.
 #include <algorithm>
 #include <cstdlib>

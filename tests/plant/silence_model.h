@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a line may transmit, worked out from its configuration, the commands that it was given and
 // the frames that it received: a second way to come to it.
 //   no NMT command unless the own node is NMT master (1F80h bit 0)

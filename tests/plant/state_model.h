@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a line may show of the nodes, from what it received: a second way to come to it.
 //   a node that is not present shows no NMT state
 //   the NMT state of a node with a heartbeat is that of its newest heartbeat or boot-up message, or

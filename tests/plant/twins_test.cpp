@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // I6: a random plant of several lines runs twice, once with and once without a reload that
 // restarts, removes, adds, changes or renames one line. The frames and events of the lines that the
 // reload does not concern are the same, at the same times. Which lines a reload concerns is the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The words of one statement and what can be read from them. Everything throws BadStatement, which
 // the scenario turns into "name:line: text".
 #pragma once

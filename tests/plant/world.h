@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whole networks in virtual time: lines, their buses and simulated devices on one thread.
 //
 // Everything happens in the order (time, line, device): the same world run twice gives the same

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* pthread_mutex_clocklock for the thread sanitizer of Clang 14, which does not know it: without
    this, the timed mutexes of Fast DDS look as if nobody had locked them. pthread_mutex_timedlock,
    which it knows, waits by the real-time clock. */

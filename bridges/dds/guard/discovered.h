@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What discovery found, and how much more of it is let in. A participant that announces endpoints
 // by the thousand costs 8 kB and a match for each of them. Participants that come and go by the
 // thousand occupy a core, and the library keeps about 100 octets of each for ever.

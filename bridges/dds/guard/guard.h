@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Judges each datagram before Fast DDS reads it. One guard serves all transports of a participant.
 //
 // What passes is well-formed RTPS 2.3, names no length beyond its octets, and lets no writer's

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A table of fixed size with GUIDs as keys: what was found in discovery keeps its place, whatever
 // else is received.
 #pragma once

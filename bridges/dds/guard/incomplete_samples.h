@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How much of one writer may be incomplete: samples of which some fragments came, but not all. Fast
 // DDS 2.9.1 reserves a whole sample with the first of its fragments, and keeps it until the sample
 // is complete or the writer has it no longer: a datagram of 150 octets costs as much as the largest

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How many sequence numbers of a writer a reader here may keep. Fast DDS 2.9.1 keeps each number of
 // a GAP above the first one that it misses (64 octets), so one GAP could cost 1 GB.
 #pragma once

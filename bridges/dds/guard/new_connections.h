@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Connections over TCP that a call of Fast DDS opened.
 //
 // Fast DDS 2.9.1 connects first and notes the logical port afterwards. If the response to its bind

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Parameter lists of RTPS 2.3 9.4.2.11 and the CDR within the parameters of discovery samples: no
 // length or count may exceed the octets that are there. Pure functions without allocation.
 #pragma once

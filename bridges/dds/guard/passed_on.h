@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What of a datagram is passed on, submessage by submessage.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The structure of DDS-Security submessages (DDS-Security 1.1 7.3.6, 9.5.2.3). Fast DDS 2.9.1 reads
 // lengths within them without comparing them with what was received, before it has checked any
 // authenticity: a datagram of anybody ends the process.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Source timestamps of the samples of one writer as Fast DDS 2.9.1 shall see them.
 //
 // A reader inserts a sample into its history with a comparison (ChangeComparison.hpp) that goes by

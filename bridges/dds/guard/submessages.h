@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Splits a datagram into RTPS 2.3 submessages and checks the fixed part of each (RTPS 2.3 9.4.5).
 // Pure functions: no allocation, no state.
 #pragma once

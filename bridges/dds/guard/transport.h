@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Puts a guard between the transports of a participant and Fast DDS.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fields of an RTPS 2.3 datagram in the octet order that the sender chose. No allocation, no copy.
 #pragma once
 

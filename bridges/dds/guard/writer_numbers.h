@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far the sequence numbers of one writer may advance. Fast DDS 2.9.1 works through every number
 // between the old and the new one (0.12 us each for a HEARTBEAT), and through all of a GAP, also
 // through those that it has (0.35 us), so a single datagram could occupy it for ever

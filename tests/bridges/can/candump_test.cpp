@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The lines of candump logs, both ways.
 #include "bridges/can/candump.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bus states as a real driver reports them. Needs the slcan module, and the right to set interfaces
 // up and down. Runs in the guest tier only.
 #include <array>

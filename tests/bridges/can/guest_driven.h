@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // For tests on real SocketCAN: a channel with somebody who drives it as an executor does.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Real SocketCAN: needs vcan0 (classical) and vcan1 (CAN FD), and the right to set interfaces up
 // and down. Runs in the guest tier only.
 #include <array>

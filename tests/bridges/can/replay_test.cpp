@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A log as an interface, in virtual time.
 #include "bridges/can/replay.h"
 

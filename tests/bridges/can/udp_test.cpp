@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames in datagrams: the codec, and channels on the loopback interface. tests/interop has the
 // stranger, python-can.
 #include "bridges/can/udp.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A command of the console, and a gateway played by the test that it talks to.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The commands against a gateway that exists in this test only.
 #include "bridges/console/commands.h"
 

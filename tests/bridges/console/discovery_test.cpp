@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which line a command goes to when several gateways are in the domain, and some are received late.
 #include "bridges/console/discovery.h"
 

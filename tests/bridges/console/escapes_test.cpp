@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What any participant of the DDS domain can publish reaches no terminal as a control sequence.
 #include <functional>
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which events are printed, and in which order.
 #include "bridges/console/events.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What decode says of frames.
 #include "bridges/console/explain.h"
 

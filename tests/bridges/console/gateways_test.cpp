@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What `linegate gateways` prints.
 #include <cstdlib>
 #include <ctime>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `linegate send` and `linegate listen` against a gateway that exists in this test only.
 #include "bridges/console/generic_can.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A value that an output has as long as the console writes it.
 #include "bridges/console/hold.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An output is written while the layout of the outputs becomes another one, as after a reload.
 #include <cstdint>
 #include <initializer_list>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The monitor as text: what it prints of one node that is named.
 #include "bridges/console/monitor.h"
 

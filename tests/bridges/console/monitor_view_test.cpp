@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The monitor's pages and keys, on screens of cells: no terminal has a part in it.
 #include "bridges/console/monitor_view.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `linegate names`, whose output a shell completes.
 #include "bridges/console/names.h"
 

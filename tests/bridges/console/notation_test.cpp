@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An object that one command prints is the same object for all others.
 #include <string>
 #include <vector>

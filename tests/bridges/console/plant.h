@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Two lines as a console hears of them: press (network 3) with a drive and a stranger, hall (4)
 // with a thermometer.
 #pragma once

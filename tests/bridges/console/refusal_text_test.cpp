@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the console says of commands that a gateway of this test refuses, about a line with two
 // nodes.
 #include "bridges/console/refusal_text.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `linegate sdo` against a gateway that has device files, and exists in this test only.
 #include <map>
 #include <string>

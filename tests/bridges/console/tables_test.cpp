@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tables, filters and their fitting to a width, without a terminal.
 #include "bridges/console/tables.h"
 

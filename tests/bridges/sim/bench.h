@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One simulated device on a table: virtual time, hand-made frames, what it sends.
 #pragma once
 

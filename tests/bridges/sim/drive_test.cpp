@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The simulated drive as a whole (CiA 402).
 #include <gtest/gtest.h>
 

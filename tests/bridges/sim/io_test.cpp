@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Digital and analogue I/O (CiA 401) and the encoder (CiA 406).
 #include <bit>
 #include <cmath>

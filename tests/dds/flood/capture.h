@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Datagrams of one DDS domain as they pass the loopback interface: what live participants send each
 // other.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counts what was sent, and what of it a guard passes to the library: by kind of submessage, by
 // writer, by parameter.
 #pragma once

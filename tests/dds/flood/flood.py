@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """flood.py LINEGATED LINEGATE DDS_PEER RTPS_FLOOD PROFILES [--secured] [--unguarded] [--only REASON] [--seconds N]
                  [--seed N] [--pause SECONDS] [--save FILE]
 Mutated datagrams for a live linegated with a running line, and for a live client.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Mutates RTPS datagrams by their structure: submessages, sequence numbers and sets, fragments,
 // parameter lists, CDR bodies.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // rtps_flood DOMAIN [--seconds N] [--count N] [--seed N] [--protected] [--only REASON] [--traffic
 // FILE] [--save FILE]
 //

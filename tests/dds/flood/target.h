@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The sockets of the participants that are to receive, as the kernel sees them.
 #pragma once
 

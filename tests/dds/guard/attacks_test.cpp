@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The known attacks on Fast DDS 2.9.1, sent to a live gateway and to the live participants of this
 // process. Each would abort them, or keep a thread of theirs busy for ever.
 #include <fastdds/dds/publisher/DataWriter.hpp>

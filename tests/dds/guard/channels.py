@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """channels.py DDS_PEER PROFILES
 Sending opens no channel twice: 100 clients come and go, half of them are killed, and an interface gets and loses
 addresses meanwhile, over UDPv4 and over TCPv4. Afterwards the gateway has as many sockets and descriptors as it had

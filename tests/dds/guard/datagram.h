@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Puts RTPS datagrams together, octet by octet, in either octet order.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sends datagrams of its own making to every participant of the test's domain on this host.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A guard, and datagrams for it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whole datagrams: what the guard remembers of writers and readers.
 #include <random>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Samples of two writers that a reader of Fast DDS 2.9.1 cannot sort as they are sent. They are
 // well-formed: the guard gives them other timestamps (bridges/dds/guard/sample_times.h).
 #include <algorithm>

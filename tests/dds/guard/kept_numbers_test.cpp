@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whole datagrams: GAPs whose numbers the library would keep.
 #include <algorithm>
 #include <vector>

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """mutate.py DDS_PEER [--mode guarded|unguarded] [--seconds N] [--seed N] [--save FILE]
 Sends mutated RTPS datagrams to a live gateway and a live client of their own DDS domain.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which connections over TCP are ended: those that are new and answered.
 #include "bridges/dds/guard/new_connections.h"
 

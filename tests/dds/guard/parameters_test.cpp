@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Discovery samples: no parameter claims more than its octets.
 #include "bridges/dds/guard/parameters.h"
 

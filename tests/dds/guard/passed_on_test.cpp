@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whole datagrams: what is passed on in another form, octet by octet.
 #include <vector>
 

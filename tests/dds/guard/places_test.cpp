@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whole datagrams: participants and endpoints that discovery lets in.
 #include <algorithm>
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // DDS-Security 1.1 7.3.6: order and lengths of protected submessages, and what may be plain.
 #include "bridges/dds/guard/protection.h"
 

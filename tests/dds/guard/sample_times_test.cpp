@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whole datagrams: the source timestamps of what is passed on, octet by octet.
 #include <algorithm>
 #include <map>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A domain in which everything is encrypted: clients authenticate through the guard, and what
 // anybody forges in plain is dropped, whatever identity it names.
 #include <cstdlib>

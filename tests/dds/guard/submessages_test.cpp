@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // RTPS 2.3 9.4.5: fixed parts, lengths, sets and ranges of each submessage.
 #include "bridges/dds/guard/submessages.h"
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """transports.py DDS_PEER PROFILES
 A gateway and a client find each other through the guard over every transport that a profile can name: built-in ones,
 UDPv4, UDPv6, shared memory, TCPv4. A second client comes and goes meanwhile; over TCPv4 many came and went before. Each

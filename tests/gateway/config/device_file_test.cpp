@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which files a node's `eds` and `dcf` may name, and what they name in turn.
 #include <filesystem>
 #include <fstream>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `devices:` of a line in the role device.
 #include <string>
 #include <vector>

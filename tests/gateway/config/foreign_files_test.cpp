@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Device files as other tools write them: what they leave out, and what they get wrong.
 #include <filesystem>
 #include <fstream>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `forward:`, the rules of PDO forwarding between lines.
 #include <string>
 #include <vector>

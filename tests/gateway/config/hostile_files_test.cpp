@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files that nobody writes by mistake: without end, with aliases in aliases, with ten thousands of
 // keys. Each ends in findings, in a time that grows with its size.
 #include <filesystem>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `lss:` of a line, and simulated devices that begin without a node-ID.
 #include <gtest/gtest.h>
 

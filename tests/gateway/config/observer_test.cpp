@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What of a configuration has no effect on a line in the role observer.
 #include <string>
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a line writes to objects of its own node: own_values and own_concise_dcf.
 #include <filesystem>
 #include <fstream>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `pdos:` of a node: what becomes of them in the configuration of the device.
 #include <string>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Networks, routes and who may enter, in plant.yaml.
 #include <string>
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The JSON Schema for editors and the loader know the same keys.
 #include <string>
 #include <vector>

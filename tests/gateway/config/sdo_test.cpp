@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // `sdo:` of a node.
 #include <utility>
 

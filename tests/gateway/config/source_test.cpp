@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A line is the same as long as nothing it is read from changed.
 #include "gateway/config/source.h"
 

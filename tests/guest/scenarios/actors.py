@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the scenarios are written with: programs that run meanwhile, witnesses on the bus, and waiting."""
 
 import argparse

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """A foreign PLC (npm's `canopen`) is the master of a device of a line: it reads and configures the device by SDO, starts
 and stops it, exchanges PDOs with it, hears its heartbeat and its EMCYs; what it stores in the device is there after the
 gateway was killed. In the end tshark's CANopen dissector looks at every frame."""

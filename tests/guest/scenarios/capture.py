@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """tshark's CANopen dissector as a witness: what it finds wrong in recorded frames."""
 
 import os

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """A controller meets errors until it leaves the bus, and returns: each state is told in LineState and in Event, in this
 order, to a subscriber with Fast DDS and to one with Cyclone DDS; then PDOs flow again, with the same gateway. And the
 controller of an observer acknowledges nothing, as candump shows where the frames come from."""

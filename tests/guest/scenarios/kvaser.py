@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Three controllers on one bus, each with a driver of the kernel (kvaser_pci, see ../boot-pci): the gateway sets one up as
 its URI says, devices are on another, and an observer listens on the third, which sends nothing, not even what is asked of
 it by somebody else on this machine."""

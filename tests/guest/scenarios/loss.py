@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """What fails is told, and its return too: killed devices in NodeState and Event within their heartbeat time, an
 interface that goes down; and all the while the other lines run on. All for a subscriber with Fast DDS and one
 with Cyclone DDS."""

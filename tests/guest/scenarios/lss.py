@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Devices without a node-ID on a real CAN interface: one is there before the gateway, which gives it its node-ID and only
 then boots the network; another comes late. Then a device of the gateway's own, on a line in the role device, is given its
 node-ID by the manager of another gateway, stores it, and has it after both were killed."""

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Three lines are three networks: a foreign SDO client (npm's `canopen`) on the first reads and writes devices on the
 others through a gateway, the network indication sent by hand. Witnesses tell that each frame was on the lines where it
 belongs and on no other. Then the same through two gateways, two processes that share the line in the middle."""

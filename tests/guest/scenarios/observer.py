@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Beside a master that is another gateway, two lines of a second gateway observe the bus: one has the DCF of the device,
 one only its EDS and overhears how the master maps the PDOs. Both publish the image of the master, byte for byte. Each
 hears the bus through a wire of its own (vxcan and can-gw), on which nothing can be seen but what the observer sends: a

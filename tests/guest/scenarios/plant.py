@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """plant.yaml on three vcan interfaces: the gateway, the simulated devices of each line and two subscribers, each a
 process of its own."""
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An LSS slave (CiA 305) on python3-can that has no node-ID until it is given one. As some stacks do, it goes on answering
 fastscan while it is in LSS configuration state."""
 

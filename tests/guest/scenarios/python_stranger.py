@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A CANopen device and SDO client on python3-can, with SDO as stranger_sdo.py has it."""
 
 import os

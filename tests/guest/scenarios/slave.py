@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """A line whose own node is an NMT slave (IXXAT's slave mode), by its own values and by its role, beside a foreign master
 (npm's `canopen`): the master resets, starts and stops it, and reads its objects; the line sends no NMT command, whatever
 resets its node, and observes the other node."""

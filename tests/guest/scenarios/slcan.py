@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A CAN controller that fails as it is told: a serial adapter of the kernel's driver slcan on a pseudo-terminal, played
 here, and behind it the bus that a vcan interface carries. What such an adapter says: linux/drivers/net/can/slcan."""
 

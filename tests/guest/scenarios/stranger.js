@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A foreign CANopen stack (npm's `canopen`) as SDO client and as a device with an SDO server.
 //
 //   node stranger.js FOLDER-OF-node_modules NODE-ID EDS-FILE [plc]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """stranger.js on an interface: its frames, and what it is asked."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """SDO of CiA 301 by the book and by hand, for the stranger in Python: no code of ours, and no way of ours to do it.
 Frames are the 8 bytes of their data."""
 

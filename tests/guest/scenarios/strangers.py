@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Two strangers: a foreign CANopen stack (npm's `canopen`), and a device and client in Python on python3-can. Both are
 SDO clients of a simulated device and of a line's own node, and devices with an SDO server that the line boots and the
 console reads and writes, one of them in blocks. What a stranger stores in the device, or in that node, is there after

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two subscribers, each on a DDS implementation of its own, that tell what they received in the same way:
 lines, nodes, images and events as `linegate --json` names them."""
 

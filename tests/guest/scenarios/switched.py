@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """A device of another stack (Python) is switched off and on under a writer: whenever it was started, it has the output
 values that the image shows, although nobody wrote them again."""
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Two foreign devices (Python) with one node-ID: the second is plugged in while the first runs. The line reports it by what
 the two send, and not as a reboot alone; when one of them is taken away, the line runs with the other."""
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """A bus that acknowledges nothing: what is written or commanded then is not done, and says what it waits for. The vcan
 of this scenario echoes a frame when its driver has it (`echo=1`), as drivers of controllers do, and a queueing
 discipline keeps the frames from it."""

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Values both ways: what a device sends arrives byte for byte at a subscriber, and what a subscriber writes
 arrives in the device's RPDO; for a subscriber with Fast DDS and one with Cyclone DDS. SDO read from a subscriber's process, and one that the device refuses."""
 

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # The guest itself: frames sent on its interfaces are seen by another process, byte for byte, and a
 # classical interface refuses an FD frame. If this fails, no other scenario means anything.
 set -u

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The control record of the CANopenIA manual (6.2) and generic CAN frames as values.
 #include <gmock/gmock.h>
 

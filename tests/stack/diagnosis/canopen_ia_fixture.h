@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The CANopenIA records in a dictionary of their own; the test is the line.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stack/can/bus_state.h"
 
 #include "tests/stack/diagnosis/canopen_ia_fixture.h"

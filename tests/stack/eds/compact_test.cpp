@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // CompactSubObj of CiA 306: many equal sub-indices in few lines.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a file says beside its objects, and what a DCF adds to them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

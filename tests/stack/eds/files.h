@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files for tests of the EDS reader, and what the reader says about them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every finding has its place and says what is wrong; all findings of a file come at once.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

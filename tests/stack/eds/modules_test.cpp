@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a file says of many objects in few lines: modular devices, and CompactPDO.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

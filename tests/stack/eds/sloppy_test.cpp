@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files as one meets them: not as CiA 306 wants them, but it is clear what they mean.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

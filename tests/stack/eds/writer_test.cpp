@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is written and read again is the same.
 #include "stack/eds/writer.h"
 

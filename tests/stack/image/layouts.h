@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Layouts made by hand for the tests of the image.
 #pragma once
 

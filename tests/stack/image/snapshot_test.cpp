@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Snapshots: stale blocks, changed and valid bits, PDO marks, and the merging of unread ones.
 #include "stack/image/snapshot.h"
 

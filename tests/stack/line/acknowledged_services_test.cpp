@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PDOs and EMCYs that a command sends, MPDOs, LSS services without a response: answered when the
 // bus acknowledged their frame, else with what they wait for.
 #include "stack/lss/procedure.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stack/line/bus_load.h"
 
 #include <chrono>

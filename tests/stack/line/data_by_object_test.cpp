@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Data of devices by object (CANopenIA manual 5.1) and PDOs triggered by hand (IXXAT CANopen
 // Manager API manual 6.1.6).
 #include <algorithm>

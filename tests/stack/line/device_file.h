@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A small device file for the tests of the line: one TPDO (Status U16, Position I32), one RPDO
 // (Setpoint I32, Mode U8).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A line in the role device: what a command sends is answered when the bus acknowledged its frame.
 #include "stack/base/byte_order.h"
 #include "stack/eds/reader.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What an application beside devices of ours (role device) hears of the master, and what it sets.
 #include <algorithm>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A line in the role device: its devices below a master, which the test plays.
 #include <algorithm>
 #include <cstdint>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The numbers of frames between the line and the bus.
 #include "stack/line/frames_under_way.h"
 

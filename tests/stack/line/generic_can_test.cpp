@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames of no CANopen service (CANopenIA manual 6.2, 5F01h:0Bh): sent and listened to.
 #include "stack/line/generic_can.h"
 

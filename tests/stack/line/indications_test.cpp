@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Events and objects that the tables of the READMEs promise of a managed line as a whole.
 #include <array>
 #include <cstdint>

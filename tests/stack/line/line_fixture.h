@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A manager's line with one device, which the test plays.
 #pragma once
 

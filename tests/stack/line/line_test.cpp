@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A manager's line, byte by byte: the test plays the device.
 #include <map>
 

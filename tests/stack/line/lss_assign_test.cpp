@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The network boots when its devices have their node-IDs.
 #include <string>
 #include <utility>

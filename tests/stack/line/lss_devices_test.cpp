@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A device of the line's own that is an LSS slave: its node-ID comes over the bus.
 #include <string>
 #include <utility>

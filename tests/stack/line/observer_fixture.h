@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A line beside a foreign master: the test plays the bus.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What SDO transfers of others say to a line beside a foreign master.
 #include <algorithm>
 #include <array>

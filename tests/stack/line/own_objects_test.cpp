@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Application objects of the own node (IXXAT CANopen Manager API manual 5.15).
 #include "stack/line/own_objects.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Values that the configuration has for objects of the own node.
 #include "stack/base/abort_code.h"
 #include "stack/od/dictionary.h"

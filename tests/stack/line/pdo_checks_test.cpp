@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is told of PDOs that do not go together with the other services of their line.
 #include "stack/line/pdo_checks.h"
 

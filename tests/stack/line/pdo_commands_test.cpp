@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PDOs that a command asks for with a remote frame, and MPDOs of the own node.
 #include "stack/base/byte_order.h"
 #include "stack/od/dictionary.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the line shows of nodes that come and go: of those that are not configured, and of those
 // whose error control nobody monitors.
 #include "stack/base/byte_order.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Outputs of a node: sent when it is started, shown as valid when they were.
 #include "stack/base/byte_order.h"
 #include "stack/od/dictionary.h"

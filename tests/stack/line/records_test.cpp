@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the CANopenIA records of the own dictionary do to the line (CANopenIA manual 5.1 and 6.2):
 // written and read by a tool on the bus, and by command.
 #include <array>

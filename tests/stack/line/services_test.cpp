@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Services of a line besides the boot of its nodes: guarding, the own node-ID, TIME, repeated SDO
 // transfers, SDO clients of the own dictionary.
 #include "stack/base/byte_order.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Routes that change while a line runs: nobody on its bus notices.
 #include "stack/base/byte_order.h"
 #include "stack/routing/emcy_router.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A line whose owner reports what became of its frames.
 #pragma once
 

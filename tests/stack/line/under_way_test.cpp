@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is answered and shown when the bus acknowledges frames, when it does not, and when it loses
 // them.
 #include "tests/stack/line/under_way_fixture.h"

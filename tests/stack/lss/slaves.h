@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // LSS slaves of devices that exist as these alone, and what is said to them.
 #pragma once
 

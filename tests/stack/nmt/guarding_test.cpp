@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Node guarding and life guarding, both roles.
 #include <string>
 

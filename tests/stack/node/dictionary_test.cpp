@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a node makes of hooks that answer later, and of objects that come and go.
 #include <gmock/gmock.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Error control of a whole node and what its errors lead to: guarding, 1029h, its node-ID twice,
 // and who may say no to Operational.
 #include "tests/stack/node/node_fixture.h"

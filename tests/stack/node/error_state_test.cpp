@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The errors of a node: error register by class, the error state machine in both schemes, what the
 // bus does to it.
 #include "stack/emcy/error_state.h"

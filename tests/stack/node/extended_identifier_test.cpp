@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every object that holds a COB-ID, with identifiers of 29 bits: what is sent is an extended frame,
 // and what is heard is no frame of 11 bits with the same number.
 #include "stack/node/sdo_clients.h"

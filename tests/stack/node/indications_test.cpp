@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What an application hears of the services of its node (README.md of stack/node, "What the
 // indications of the emotas stack tell"), and the identifiers that a reset brings back.
 #include <gmock/gmock.h>

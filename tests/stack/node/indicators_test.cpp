@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // RUN and ERROR of CiA 303-3.
 #include "stack/node/indicators.h"
 

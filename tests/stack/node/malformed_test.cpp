@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames that a service wants and cannot understand: counted, told, harmless.
 #include <array>
 #include <random>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A whole node in virtual time.
 #pragma once
 

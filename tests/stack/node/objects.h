@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Objects for the dictionaries of tests, and what tests often ask of them.
 #pragma once
 

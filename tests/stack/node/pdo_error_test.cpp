@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Multiplexed PDOs and auto-notify of a node, identifiers of 29 bits.
 #include "tests/stack/node/node_fixture.h"
 

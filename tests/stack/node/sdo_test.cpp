@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Further SDO servers and clients of a node: 1200h to 127Fh and 1280h to 12FFh.
 #include "stack/node/sdo_clients.h"
 

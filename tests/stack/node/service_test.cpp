@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The services of a whole node: objects that take effect at once, PDOs, EMCY, order, wake-ups.
 #include "stack/time/service.h"
 

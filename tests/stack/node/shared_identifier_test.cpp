@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Several services want one identifier, and what the first does with a frame changes who wants it:
 // each one that was there when the frame came, and still is, gets it once; nobody else does.
 #include "tests/stack/node/node_fixture.h"

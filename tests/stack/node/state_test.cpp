@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // NMT of a whole node: boot, commands, which services answer in which state, resets.
 #include "tests/stack/node/node_fixture.h"
 

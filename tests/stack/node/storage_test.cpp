@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // 1010h, 1011h and 1020h of a whole node: over SDO, at resets and at power-on.
 #include "stack/storage/storage.h"
 

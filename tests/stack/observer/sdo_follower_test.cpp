@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Transfers of others, frame by frame.
 #include "stack/observer/sdo_follower.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Index and sub-index as text.
 #include "stack/od/address_text.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stack/od/data_type.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Hooks that answer later, several hooks of one object, and groups of values.
 #include <string>
 

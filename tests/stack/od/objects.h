@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Short ways to write object descriptions and bytes in tests of the dictionary.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every data type of CiA 301 as a value in the dictionary: its length, its order, its limits.
 #include <bit>
 

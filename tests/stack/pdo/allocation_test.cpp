@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The way of a frame allocates nothing: counted in operator new.
 #include <algorithm>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // TPDOs that are requested by whoever changes a value they map.
 #include <algorithm>
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A device with an engine, on a bus that is only a function call.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Objects that are added, removed and moved while PDOs map them, and objects that are watched.
 #include <array>
 

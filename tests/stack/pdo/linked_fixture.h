@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A manager whose image is linked to devices.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The manager's PDOs and the process image: consistency, marks, validity, outputs held back.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Multiplexed PDOs, both modes, both roles: CiA 301, 7.2.2.6.
 #include "stack/pdo/mpdo.h"
 

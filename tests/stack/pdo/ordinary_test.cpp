@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The short way of a frame and the long one give the same: two managers get the same frames, one
 // of them has a listener that wants to hear of each and so takes every frame the long way.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Outputs and the nodes that receive them: sent when a node is started, valid when transmitted.
 #include <string>
 #include <vector>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PDOs of which each reception is wanted.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What SDO writes to PDO records may do: CiA 301, 7.5.2.35 to 7.5.2.38.
 #include "stack/pdo/record.h"
 

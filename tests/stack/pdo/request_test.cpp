@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What asks for PDOs: remote frames in both directions, groups of writes.
 #include <algorithm>
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // RPDOs of a device: what is taken over, when, and what is not.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // TPDOs of a device: when they are sampled and when they are sent.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Generic I/O modules, CiA 401.
 #include <cstdint>
 #include <string>

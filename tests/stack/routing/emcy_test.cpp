@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // EMCYs that go on to other networks, byte by byte (OWN definition C, stack/routing/README.md).
 #include <array>
 #include <cstdio>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PDO forwarding: the objects B000h.. of several lines, and what goes from the one to the other.
 #include "stack/routing/forward.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Commands of the process itself for nodes of other networks, and those in the place of a device.
 #include <initializer_list>
 #include <utility>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Two lines of one process that route between each other, and what the test does on their buses.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SDO routing: who may use which channel and enter which line, the table, and what a trace tells.
 #include <initializer_list>
 #include <vector>

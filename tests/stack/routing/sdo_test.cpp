@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SDO routing, row by row of definition A in stack/routing/README.md.
 #include <array>
 #include <cstdio>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Frames of a block transfer as the tests write them.
 #pragma once
 

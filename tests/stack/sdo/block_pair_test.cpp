@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Block transfer between client and server, with what a bus may do to its frames.
 #include <algorithm>
 #include <iterator>

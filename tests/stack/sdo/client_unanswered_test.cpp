@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A request that timed out on its way to the bus is answered later: not the one after it.
 #include "stack/sdo/requests_under_way.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The client against SDO servers of other makes: CANopenNode's and lely-core's abort a transfer
 // that is open upon any command that is not its next one, blocks may be left out of a build, and
 // some devices do not answer what they do not implement.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Client and server against each other, through a wire that can lose, repeat and spoil frames.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "stack/sdo/request_queue.h"
 
 #include <gmock/gmock.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every abort code the server can raise (CiA 301, 7.2.4.3.17), and frames nobody should send.
 #include <random>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Block transfer of the server against the frames of CiA 301, 7.2.4.3.9 to 7.2.4.3.16.
 #include <random>
 

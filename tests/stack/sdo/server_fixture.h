@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A server over the test dictionary, asked byte by byte.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The server when a hook of the object answers later (split indication).
 #include "stack/sdo/crc.h"
 

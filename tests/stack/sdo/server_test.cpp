@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The server against the frames of CiA 301, 7.2.4.3.
 #include "tests/stack/sdo/server_fixture.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Streams whose hook, or which themselves, answer later (split indication): wherever it is, the
 // transfer waits and then goes on as if nothing had been.
 #include "tests/stack/sdo/pair_fixture.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Values that lie in memory nowhere: a generated pattern goes through client and server, and is
 // checked as it comes. A program of its own, because it looks at what operator new is asked for.
 #include <random>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the SDO tests share: a dictionary, frames written as bytes, and time.
 #pragma once
 
