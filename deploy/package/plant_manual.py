@@ -20,7 +20,7 @@ File names are relative to the file itself. Anchors, aliases and merge keys
 are those of YAML: a key of the mapping itself counts before one that is merged.
 .B linegate check
 .I FILE
-says what would be run, and tells every mistake with file, line and column.
+prints the resulting configuration, and reports every error with file, line and column.
 .PP
 The service reads
 .IR /etc/linegate/plant.yaml .
