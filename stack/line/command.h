@@ -46,7 +46,7 @@ enum class CommandKind : std::uint8_t {
               // it has with its configuration (CiA 302-3); 1: boots it anew and configures it.
               // Role manager, one at a time; EventKind::command_progress each second
   program,    // node, sub: number of the program (1F50h), data: the program, at most
-              // manager::kLongestProgram -> data: see stack/line/program_command.h. Role manager;
+              // manager::kLongestProgram -> data: see stack/line/program_service.h. Role manager;
               // EventKind::command_progress each second
   lss,        // code: lss::Procedure, data: its arguments -> data (stack/lss/procedure.h)
   object_write,  // node, index, sub, data: by PDO if a PDO of the line carries the object, else by
@@ -80,6 +80,7 @@ enum class CommandKind : std::uint8_t {
   // Answered when the frame was acknowledged -> data: the number of that TPDO (2, LE).
   // unknown_entry: it has none
 };
+inline constexpr std::size_t kCommandKinds = static_cast<std::size_t>(CommandKind::mpdo_write) + 1;
 std::string_view name(CommandKind kind);
 
 // Command::code of scan_apply.

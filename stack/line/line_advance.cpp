@@ -55,7 +55,7 @@ void Line::Impl::stir(Instant now) {
 // Whatever the services go by comes in one of these ways: from outside, as an event of the own
 // node or of a PDO, or written to the dictionary.
 [[gnu::hot]] bool Line::Impl::is_stirred() const {
-  return stirred || !pdo_requests.empty() || events.emitted() != events_seen ||
+  return stirred || pdo_requests.active() || events.emitted() != events_seen ||
          node.dictionary().writes_told() != writes_seen;
 }
 
@@ -78,11 +78,10 @@ void Line::Impl::advance_services(Instant now) {
     routing->advance(may_send_sdo(), now);
     take_completions(now);
   }
-  finish_pdo_requests(now);
   expire_commands(now);
-  finish_boots(now);
-  advance_configure(now);
-  advance_program(now);
+  for (Service* service : services) {
+    service->advance(now);
+  }
   ask_for_updated(now);
   finish_local_writes();
   follow_diagnosis(now);
@@ -105,8 +104,9 @@ Instant Line::Impl::services_wake() const {
   Instant wake = earlier(heartbeats.next_wake(), earlier(sdo.next_wake(), manager.next_wake()));
   wake = earlier(wake, earlier(lss.next_wake(), scanner.next_wake()));
   wake = earlier(wake, earlier(startup.next_wake(), nmt.next_wake()));
-  wake = earlier(wake, earlier(configurator.next_wake(), configuring.next_wake()));
-  wake = earlier(wake, earlier(loader.next_wake(), programming.next_wake()));
+  for (const Service* service : services) {
+    wake = earlier(wake, service->next_wake());
+  }
   wake = earlier(wake, routing != nullptr ? routing->next_wake() : kNever);
   return earlier(wake, earlier(updates.next_wake(), next_command_deadline()));
 }

@@ -13,16 +13,14 @@
 #include "stack/line/frames_under_way.h"
 #include "stack/line/generic_can.h"
 #include "stack/line/line.h"
+#include "stack/line/service.h"
 #include "stack/pdo/reception.h"
 
 namespace linegate::line {
 
 // Functions without a comment are those of Line with the same name.
-struct Line::Base {
+struct Line::Base : ServiceHost {
   explicit Base(LineConfig line_config);
-  virtual ~Base() = default;
-  Base(const Base&) = delete;
-  Base& operator=(const Base&) = delete;
 
   virtual const image::Layout& layout(image::Direction direction) const = 0;
   virtual void start(Instant now) = 0;
@@ -82,10 +80,10 @@ struct Line::Base {
   void emit(EventKind kind, Instant time, std::uint32_t code = 0, std::uint32_t value = 0);
   // Takes up and tells what a bridge noticed; false if it is nothing new.
   bool note(const can::BusEvent& event);
-  // Something may be heard.
-  bool usable() const;
-  void reply(std::uint64_t tag, Error error, std::vector<std::byte> data = {});
-  void refuse(const Command& command, Refusal refusal, Instant now);
+  bool usable() const override;
+  bool manages() const override { return false; }
+  void reply(std::uint64_t tag, Error error, std::vector<std::byte> data = {}) override;
+  void refuse(const Command& command, Refusal refusal, Instant now) override;
   // The reply that the command ends with; a Refusal is an event, too.
   void answer(const Command& command, Error error, std::vector<std::byte> data, Instant now);
   OutputRefusal refuse(const OutputWrite& write, OutputRefusal refusal, Instant now);

@@ -26,6 +26,10 @@ bool is_node(std::uint8_t id) {
 
 void Line::Impl::execute(Command command, Instant now) {
   ++counters.commands;
+  if (Service* const service = service_of[static_cast<std::size_t>(command.kind)]) {
+    service->execute(std::move(command), now);
+    return;
+  }
   Error error = kDone;
   switch (command.kind) {
     case CommandKind::sdo_read:
@@ -69,9 +73,6 @@ void Line::Impl::execute(Command command, Instant now) {
     case CommandKind::pdo_trigger:
       answer_trigger(command, now);
       return;
-    case CommandKind::pdo_request:
-      request_pdo(command, now);
-      return;
     case CommandKind::mpdo_write:
       write_by_mpdo(command, now);
       return;
@@ -85,15 +86,10 @@ void Line::Impl::execute(Command command, Instant now) {
     case CommandKind::scan_apply:
       start_scan(command, now);
       return;
+    case CommandKind::pdo_request:
     case CommandKind::boot:
-      start_boot(command, now);
-      return;
     case CommandKind::configure:
-      start_configure(command, now);
-      return;
     case CommandKind::program:
-      start_program(std::move(command), now);
-      return;
     case CommandKind::versions:
     case CommandKind::bus_restart:
     case CommandKind::bus_fault:
@@ -387,12 +383,6 @@ Instant Line::Impl::next_command_deadline() const {
   Instant wake = earlier(scan_deadline, under_way.next_deadline());
   for (const Pending& command : pending) {
     wake = earlier(wake, command.deadline);
-  }
-  for (const Boot& boot : boots) {
-    wake = earlier(wake, boot.deadline);
-  }
-  for (const PdoRequest& request : pdo_requests) {
-    wake = earlier(wake, request.deadline);
   }
   return wake;
 }

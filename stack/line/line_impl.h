@@ -3,6 +3,7 @@
 // to stack/line.
 #pragma once
 
+#include <array>
 #include <bitset>
 #include <memory>
 #include <optional>
@@ -16,15 +17,17 @@
 #include "stack/emcy/consumer.h"
 #include "stack/emcy/producer.h"
 #include "stack/image/process_image.h"
-#include "stack/line/configure_command.h"
+#include "stack/line/boot_service.h"
+#include "stack/line/configure_service.h"
 #include "stack/line/ends_under_way.h"
 #include "stack/line/frames_under_way.h"
 #include "stack/line/line_base.h"
 #include "stack/line/lss.h"
 #include "stack/line/outputs.h"
 #include "stack/line/own_objects.h"
+#include "stack/line/pdo_request_service.h"
 #include "stack/line/pdo_updates.h"
-#include "stack/line/program_command.h"
+#include "stack/line/program_service.h"
 #include "stack/line/routing.h"
 #include "stack/manager/configurator.h"
 #include "stack/manager/manager.h"
@@ -64,10 +67,6 @@ struct Line::Impl final : Line::Base,
   bool wants_to_send(Instant now) const override;
   bool request_pdo(std::uint16_t rpdo) override;
   // line_pdo.cpp
-  std::uint16_t named_rpdo(const Command& command) const;
-  void request_pdo(const Command& command, Instant now);
-  void finish_pdo_requests(Instant now);
-  void cancel_pdo_requests();
   void write_by_mpdo(const Command& command, Instant now);
   std::uint16_t named_mpdo(const Command& command) const;
   AbortCode queue_mpdo(const Command& command, std::uint16_t number);
@@ -96,7 +95,7 @@ struct Line::Impl final : Line::Base,
   od::Dictionary& dictionary() override;
   Counters count() const;
   // As 1F80h bit 0 says; that of the configuration at first.
-  bool manages() const { return manages_; }
+  bool manages() const override { return manages_; }
   Role role() const { return manages_ ? Role::manager : Role::device; }
   void interface_lost();
   void hear_nmt(std::uint16_t index, const can::Frame& frame);
@@ -193,31 +192,9 @@ struct Line::Impl final : Line::Base,
   void answer_unsent_value(FramesUnderWay::Sending& sending, Instant now);
   Refusal reason_of(const FramesUnderWay::Sending& sending, Instant now) const;
 
-  // --- line_boot.cpp ----------------------------------------------------------------------------
-  // A command that waits for the boot processes of nodes.
-  struct Boot {
-    std::uint64_t tag = 0;  // of the command
-    std::vector<std::uint8_t> nodes;
-    Instant deadline = kNever;
-  };
+  // --- line_role.cpp ----------------------------------------------------------------------------
   void take_role(Instant now);
   void change_role(Instant now);
-  void start_boot(const Command& command, Instant now);
-  void finish_boots(Instant now);
-  void end_boots(Refusal why);
-
-  // --- line_configure.cpp -----------------------------------------------------------------------
-  void start_configure(const Command& command, Instant now);
-  void advance_configure(Instant now);
-  void end_configure(Refusal why);
-  void finish_configure();
-  AbortCode may_configure(std::uint8_t id) const;
-
-  // --- line_program.cpp -------------------------------------------------------------------------
-  void start_program(Command command, Instant now);
-  void advance_program(Instant now);
-  void end_program(Refusal why, Instant now);
-  void finish_program();
 
   // --- line_scan.cpp ----------------------------------------------------------------------------
   void start_scan(const Command& command, Instant now);
@@ -342,8 +319,15 @@ struct Line::Impl final : Line::Base,
   Lss lss;                   // idle but in the role manager
   bool boot_begun = false;   // of the nodes: it waits for the first round of LSS
   manager::StartupObjects startup;
-  ConfigureCommand configuring;
-  ProgramCommand programming;
+
+  PdoRequestService pdo_requests;
+  BootService booting;
+  ConfigureService configuring;
+  ProgramService programming;
+  // In the order in which they are advanced.
+  const std::array<Service*, 4> services{&pdo_requests, &booting, &configuring, &programming};
+  std::array<Service*, kCommandKinds> service_of{};  // by CommandKind; nullptr: of the line itself
+
   bool manages_ = config.role == Role::manager;
   diagnosis::Diagnosis diagnosis;
   diagnosis::ForeignManager foreign_manager;
@@ -364,16 +348,8 @@ struct Line::Impl final : Line::Base,
   std::vector<scan::ScannedNode> scan_cache;  // what scans read, ascending by id
   Instant scan_deadline = kNever;
 
-  std::vector<Boot> boots;
   std::vector<Pending> pending;
   std::vector<LocalWrite> local_writes;
-  struct PdoRequest {
-    std::uint64_t tag = 0;
-    std::uint16_t rpdo = 0;
-    Instant asked{};
-    Instant deadline = kNever;
-  };
-  std::vector<PdoRequest> pdo_requests;
   std::uint64_t next_token = 1;
 
   // By node: how many heartbeats have to report Operational, see note_command(), and when the last

@@ -1,73 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// PDOs that a command asks for with a remote frame, and values that go by MPDO.
-#include <algorithm>
-
+// Values that go by MPDO.
 #include "stack/base/byte_order.h"
-#include "stack/base/deadline.h"
 #include "stack/line/line_impl.h"
 #include "stack/pdo/record.h"
 
 namespace linegate::line {
-namespace {
-
-constexpr std::size_t kMostRequests = 256;  // under way
-
-}  // namespace
-
-// A local number, 0 = none: of the node's TPDO, or as it is for node 0.
-std::uint16_t Line::Impl::named_rpdo(const Command& command) const {
-  if (command.node == 0) {
-    return command.code;
-  }
-  const auto found = std::ranges::find_if(plan.rpdos, [&](const pdo::LinkedPdo& rpdo) {
-    return rpdo.node == command.node && rpdo.remote_pdo == command.code;
-  });
-  return found == plan.rpdos.end() ? std::uint16_t{0} : found->parameters.number;
-}
-
-// Answered when the PDO has come.
-void Line::Impl::request_pdo(const Command& command, Instant now) {
-  const std::uint16_t rpdo = named_rpdo(command);
-  Refusal refusal = Refusal::none;
-  if (!usable()) {
-    refusal = Refusal::line_down;
-  } else if (node.state() != nmt::State::operational) {
-    refusal = Refusal::wrong_state;
-  } else if (rpdo == 0 || rpdo > image.area(image::Direction::inputs).pdos()) {
-    refusal = Refusal::unknown_entry;
-  } else if (pdo_requests.size() >= kMostRequests) {
-    refusal = Refusal::busy;
-  } else if (!node.pdos().request_rpdo(rpdo)) {
-    refusal = Refusal::bad_request;
-  }
-  if (refusal != Refusal::none) {
-    refuse(command, refusal, now);
-    return;
-  }
-  const Duration timeout =
-      command.timeout > Duration::zero() ? command.timeout : config.sdo_timeout;
-  pdo_requests.push_back(
-      {.tag = command.tag, .rpdo = rpdo, .asked = now, .deadline = deadline(now, timeout)});
-}
-
-void Line::Impl::finish_pdo_requests(Instant now) {
-  const image::Area& inputs = image.area(image::Direction::inputs);
-  std::erase_if(pdo_requests, [&](const PdoRequest& request) {
-    const bool came = inputs.pdo(request.rpdo - 1U).last >= request.asked;
-    if (!came && request.deadline > now) {
-      return false;
-    }
-    reply(request.tag, came ? Error{} : to_error(Refusal::timed_out));
-    return true;
-  });
-}
-
-void Line::Impl::cancel_pdo_requests() {
-  for (const PdoRequest& request : pdo_requests) {
-    reply(request.tag, to_error(Refusal::cancelled));
-  }
-  pdo_requests.clear();
-}
 
 // 0 if there is none in destination address mode.
 std::uint16_t Line::Impl::named_mpdo(const Command& command) const {

@@ -19,12 +19,12 @@ constexpr std::uint16_t kSyncPeriod = 0x1006;
 constexpr std::uint16_t kTimeCobId = 0x1012;
 constexpr std::uint16_t kEmcyCobId = 0x1014;
 
-struct Service {
+struct IdentifierUser {
   std::string name;
   bool certain = true;
 };
 // By identifier, with the bit of 29-bit ones.
-using Services = std::map<std::uint32_t, Service>;
+using IdentifierUsers = std::map<std::uint32_t, IdentifierUser>;
 
 std::uint32_t identifier(can::CobId cob_id) {
   return cob_id.id() | (cob_id.extended() ? can::CobId::kExtendedBit : 0U);
@@ -58,23 +58,23 @@ bool says_emcy(const NodeConfig& node) {
          std::ranges::find(node.objects, kObject, &ObjectValue::address) != node.objects.end();
 }
 
-Services services_of(const LineConfig& config) {
-  Services out;
+IdentifierUsers services_of(const LineConfig& config) {
+  IdentifierUsers out;
   for (const NodeConfig& node : config.nodes) {
     if (const can::CobId emcy = emcy_cob_id(node); emcy.valid()) {
       out.emplace(identifier(emcy),
-                  Service{"the EMCY of " + name_of(node.id, node.name), says_emcy(node)});
+                  IdentifierUser{"the EMCY of " + name_of(node.id, node.name), says_emcy(node)});
     }
   }
   if (config.node_id != 0) {
     const can::CobId emcy = own_cob_id(config, kEmcyCobId, can::kEmcyBase + config.node_id);
     if (emcy.valid()) {
-      out.emplace(identifier(emcy), Service{"the EMCY of the own node"});
+      out.emplace(identifier(emcy), IdentifierUser{"the EMCY of the own node"});
     }
   }
-  out.emplace(identifier(own_cob_id(config, kSyncCobId, can::kSyncId)), Service{"SYNC"});
+  out.emplace(identifier(own_cob_id(config, kSyncCobId, can::kSyncId)), IdentifierUser{"SYNC"});
   if (config.time_period > Duration::zero()) {
-    out.emplace(identifier(own_cob_id(config, kTimeCobId, can::kTimeId)), Service{"TIME"});
+    out.emplace(identifier(own_cob_id(config, kTimeCobId, can::kTimeId)), IdentifierUser{"TIME"});
   }
   return out;
 }
@@ -142,15 +142,15 @@ bool has_sync(const LineConfig& config) {
 std::vector<Diagnostic> check_pdos(const LineConfig& config,
                                    std::span<const pdo::RemoteNode> remotes) {
   std::vector<Diagnostic> out;
-  const Services services = services_of(config);
+  const IdentifierUsers services = services_of(config);
   for_each_pdo(remotes, [&](const pdo::RemoteNode& node, std::string_view kind,
                             const pdo::Parameters& each) {
     if (const auto taken = services.find(identifier(each.cob_id)); taken != services.end()) {
-      const Service& service = taken->second;
-      out.push_back({.severity = service.certain ? severity_in(config) : Severity::warning,
+      const IdentifierUser& user = taken->second;
+      out.push_back({.severity = user.certain ? severity_in(config) : Severity::warning,
                      .file = node.device->file,
-                     .text = text_of(node, kind, each) + " has the COB-ID of " + service.name +
-                             (service.certain ? "" : ", if it sends any")});
+                     .text = text_of(node, kind, each) + " has the COB-ID of " + user.name +
+                             (user.certain ? "" : ", if it sends any")});
     }
   });
   return out;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/line/program_command.h"
+#include "stack/line/program_service.h"
 
 #include <algorithm>
+#include <array>
+#include <memory>
 #include <utility>
 
 #include "stack/base/byte_order.h"
@@ -10,9 +12,29 @@
 
 namespace linegate::line {
 
-Refusal ProgramCommand::begin(Command command, Instant now) {
+std::span<const CommandKind> ProgramService::commands() const {
+  static constexpr std::array kCommands{CommandKind::program};
+  return kCommands;
+}
+
+void ProgramService::execute(Command command, Instant now) {
+  Refusal why = Refusal::none;
+  if (!host().manages()) {
+    why = Refusal::wrong_role;
+  } else if (!host().usable()) {
+    why = Refusal::line_down;
+  } else {
+    why = begin(command, now);
+  }
+  if (why != Refusal::none) {
+    host().refuse(command, why, now);
+  }
+}
+
+// Takes the data of the command unless it is refused.
+Refusal ProgramService::begin(Command& command, Instant now) {
   const bool is_node = command.node >= can::kMinNodeId && command.node <= can::kMaxNodeId;
-  if (!is_node || command.sub == 0 || command.data.empty() ||
+  if (!is_node || command.node == own_node_ || command.sub == 0 || command.data.empty() ||
       command.data.size() > manager::kLongestProgram) {
     return Refusal::bad_request;
   }
@@ -35,65 +57,58 @@ Refusal ProgramCommand::begin(Command command, Instant now) {
   return Refusal::none;
 }
 
-void ProgramCommand::advance(Instant now) {
+void ProgramService::advance(Instant now) {
+  loader_.advance(now);
   collect(now);
   expire(now);
 }
 
-void ProgramCommand::collect(Instant now) {
+void ProgramService::collect(Instant now) {
   while (const auto run = loader_.take_ended()) {
     const auto at = std::ranges::find(running_, run->node(), &Running::node);
     if (at == running_.end()) {
       continue;
     }
-    Reply reply{.tag = at->tag, .error = {}, .data = {}};
+    Error error{};
+    std::vector<std::byte> data;
     if (run->result() != manager::ProgramRun::Result::loaded) {
       const manager::BootFinding& finding = run->finding();
-      reply.error = to_error(
-          finding.kind == manager::BootFinding::Kind::abort ? finding.abort : AbortCode::hardware);
-      reply.data = write_finding(finding);
+      error = to_error(finding.kind == manager::BootFinding::Kind::abort ? finding.abort
+                                                                         : AbortCode::hardware);
+      data = write_finding(finding);
     }
-    replies_.push_back(std::move(reply));
+    host().reply(at->tag, error, std::move(data));
     running_.erase(at);
     manager_.release(run->node(), now);
   }
 }
 
-void ProgramCommand::expire(Instant now) {
+void ProgramService::expire(Instant now) {
   std::erase_if(running_, [&](const Running& running) {
     if (running.deadline > now) {
       return false;
     }
     loader_.cancel(running.node);
-    replies_.push_back({.tag = running.tag, .error = to_error(Refusal::timed_out), .data = {}});
+    host().reply(running.tag, to_error(Refusal::timed_out), {});
     manager_.release(running.node, now);
     return true;
   });
 }
 
-void ProgramCommand::end(Refusal why, Instant now) {
+void ProgramService::end(Refusal why, Instant now) {
   for (const Running& running : std::exchange(running_, {})) {
     loader_.cancel(running.node);
-    replies_.push_back({.tag = running.tag, .error = to_error(why), .data = {}});
+    host().reply(running.tag, to_error(why), {});
     manager_.release(running.node, now);
   }
 }
 
-Instant ProgramCommand::next_wake() const {
-  Instant wake = kNever;
+Instant ProgramService::next_wake() const {
+  Instant wake = loader_.next_wake();
   for (const Running& running : running_) {
     wake = earlier(wake, running.deadline);
   }
   return wake;
-}
-
-std::optional<Reply> ProgramCommand::take_reply() {
-  if (replies_.empty()) {
-    return std::nullopt;
-  }
-  Reply out = std::move(replies_.front());
-  replies_.pop_front();
-  return out;
 }
 
 std::vector<std::byte> write_finding(const manager::BootFinding& finding) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/line/configure_command.h"
+#include "stack/line/configure_service.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "stack/base/byte_order.h"
@@ -11,7 +12,7 @@
 namespace linegate::line {
 namespace {
 
-constexpr Duration kTellEvery = std::chrono::seconds(1);
+constexpr Duration kProgressPeriod = std::chrono::seconds(1);
 
 template <class Action>
 void for_each_node(const std::bitset<128>& nodes, Action action) {
@@ -24,8 +25,43 @@ void for_each_node(const std::bitset<128>& nodes, Action action) {
 
 }  // namespace
 
-Refusal ConfigureCommand::begin(const Command& command, Instant now) {
-  if (running_ || reply_) {
+ConfigureService::ConfigureService(ServiceHost& host, manager::Manager& manager,
+                                   manager::Configurator& configurator, EventLog& events)
+    : Service(host), manager_(manager), configurator_(configurator), events_(events) {
+  configurator.objects().set_may_configure([this](std::uint8_t id) { return may_configure(id); });
+}
+
+std::span<const CommandKind> ConfigureService::commands() const {
+  static constexpr std::array kCommands{CommandKind::configure};
+  return kCommands;
+}
+
+void ConfigureService::execute(Command command, Instant now) {
+  if (!host().manages()) {
+    host().refuse(command, Refusal::wrong_role, now);
+  } else if (!host().usable()) {
+    host().refuse(command, Refusal::line_down, now);
+  } else if (const Refusal why = begin(command, now); why != Refusal::none) {
+    host().refuse(command, why, now);
+  } else {
+    conclude(now);
+  }
+}
+
+// The answers to a request by 1F25h (CiA 302-3).
+AbortCode ConfigureService::may_configure(std::uint8_t id) const {
+  if (!host().manages() || !manager_.active()) {
+    return AbortCode::local_control;
+  }
+  if (!manager_.node(id).configured) {
+    return AbortCode::invalid_value;
+  }
+  const bool booting = manager_.node(id).boot == manager::kBootUnfinished;
+  return booting ? AbortCode::device_state : AbortCode::none;
+}
+
+Refusal ConfigureService::begin(const Command& command, Instant now) {
+  if (running_) {
     return Refusal::busy;
   }
   if (!manager_.active()) {
@@ -39,16 +75,16 @@ Refusal ConfigureCommand::begin(const Command& command, Instant now) {
   if (command.code > 1 || (command.node != 0 && nodes.none())) {
     return Refusal::bad_request;
   }
-  running_ = Running{.tag = command.tag, .apply = command.code == 1, .tell_at = now + kTellEvery};
+  running_ =
+      Running{.tag = command.tag, .apply = command.code == 1, .report_at = now + kProgressPeriod};
   running_->deadline = command.timeout > Duration::zero() ? deadline(now, command.timeout) : kNever;
   running_->nodes = nodes;
   running_->totals.resize(nodes.size());
   for_each_node(nodes, [&](std::uint8_t node) { begin_node(node, now); });
-  advance(now);
   return Refusal::none;
 }
 
-void ConfigureCommand::begin_node(std::uint8_t node, Instant now) {
+void ConfigureService::begin_node(std::uint8_t node, Instant now) {
   if (running_->apply) {
     running_->totals[node] = configurator_.objects().order(node).writes.size();
     apply(node, now);
@@ -60,19 +96,26 @@ void ConfigureCommand::begin_node(std::uint8_t node, Instant now) {
   }
 }
 
-void ConfigureCommand::apply(std::uint8_t node, Instant now) {
+void ConfigureService::apply(std::uint8_t node, Instant now) {
   configurator_.force(node);
   manager_.boot(node, now);
 }
 
-void ConfigureCommand::carry_out_requests(Instant now) {
+void ConfigureService::carry_out_requests(Instant now) {
   if (configurator_.objects().requested()) {
     for_each_node(configurator_.objects().take_requests(),
                   [&](std::uint8_t node) { apply(node, now); });
   }
 }
 
-void ConfigureCommand::advance(Instant now) {
+void ConfigureService::advance(Instant now) {
+  configurator_.advance(now);
+  carry_out_requests(now);
+  conclude(now);
+}
+
+// Takes up what the configurator and the manager have come to.
+void ConfigureService::conclude(Instant now) {
   collect();
   if (!running_) {
     return;
@@ -80,15 +123,15 @@ void ConfigureCommand::advance(Instant now) {
   if (running_->nodes.none()) {
     finish();
   } else if (now >= running_->deadline) {
-    end(Refusal::timed_out);
-  } else if (now >= running_->tell_at) {
-    running_->tell_at = now + kTellEvery;
-    tell(now);
+    end(Refusal::timed_out, now);
+  } else if (now >= running_->report_at) {
+    running_->report_at = now + kProgressPeriod;
+    report_progress(now);
   }
 }
 
-// Reports of nodes that nobody waits for any longer are dropped.
-void ConfigureCommand::collect() {
+// Reports of a command that has ended are dropped.
+void ConfigureService::collect() {
   while (auto report = configurator_.take_report()) {
     if (running_ && !running_->apply && running_->nodes[report->node]) {
       running_->nodes.reset(report->node);
@@ -106,9 +149,9 @@ void ConfigureCommand::collect() {
   });
 }
 
-// What the configuration itself found is told as difference; a node that was not booted so far has
-// the letter alone.
-manager::NodeReport ConfigureCommand::applied(std::uint8_t node) const {
+// What the configuration itself found is reported as a difference; a node that was not booted so
+// far has the letter alone.
+manager::NodeReport ConfigureService::applied(std::uint8_t node) const {
   manager::NodeReport report{.node = node, .boot = manager_.node(node).boot};
   const auto& fault = configurator_.fault(node);
   if (fault && (report.boot == manager::kBooted || report.boot == 'J')) {
@@ -118,7 +161,7 @@ manager::NodeReport ConfigureCommand::applied(std::uint8_t node) const {
   return report;
 }
 
-void ConfigureCommand::tell(Instant now) const {
+void ConfigureService::report_progress(Instant now) const {
   std::size_t done = 0;
   std::size_t total = 0;
   for (std::uint8_t node = can::kMinNodeId; node <= can::kMaxNodeId; ++node) {
@@ -133,15 +176,13 @@ void ConfigureCommand::tell(Instant now) const {
   events_.emit(event);
 }
 
-void ConfigureCommand::finish() {
+void ConfigureService::finish() {
   std::ranges::sort(running_->reports, {}, &manager::NodeReport::node);
-  reply_ = Reply{.tag = running_->tag,
-                 .error = {},
-                 .data = manager::write_configuration_report(running_->reports)};
-  running_.reset();
+  const Running ended = *std::exchange(running_, std::nullopt);
+  host().reply(ended.tag, Error{}, manager::write_configuration_report(ended.reports));
 }
 
-void ConfigureCommand::end(Refusal why) {
+void ConfigureService::end(Refusal why, Instant /*now*/) {
   if (!running_) {
     return;
   }
@@ -149,19 +190,16 @@ void ConfigureCommand::end(Refusal why) {
     for_each_node(running_->nodes,
                   [this](std::uint8_t node) { configurator_.cancel_verify(node); });
   }
-  reply_ = Reply{.tag = running_->tag, .error = to_error(why), .data = {}};
-  running_.reset();
+  const std::uint64_t tag = std::exchange(running_, std::nullopt)->tag;
+  host().reply(tag, to_error(why), {});
 }
 
-Instant ConfigureCommand::next_wake() const {
+Instant ConfigureService::next_wake() const {
   if (configurator_.objects().requested()) {
     return Instant{};
   }
-  return running_ ? earlier(running_->deadline, running_->tell_at) : kNever;
-}
-
-std::optional<Reply> ConfigureCommand::take_reply() {
-  return std::exchange(reply_, std::nullopt);
+  const Instant wake = configurator_.next_wake();
+  return running_ ? earlier(wake, earlier(running_->deadline, running_->report_at)) : wake;
 }
 
 }  // namespace linegate::line

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// CommandKind::boot: boot processes made anew, answered when all of them have ended (CiA 302-2).
+// Private to stack/line.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "stack/line/service.h"
+#include "stack/manager/manager.h"
+
+namespace linegate::line {
+
+class BootService final : public Service {
+ public:
+  // own_node: that of the manager, which has no boot process. The manager must outlive the service.
+  BootService(ServiceHost& host, manager::Manager& manager, std::uint8_t own_node)
+      : Service(host), manager_(manager), own_node_(own_node) {}
+
+  std::span<const CommandKind> commands() const override;
+  // Answered with manager::write_boot_report(). Refusals: bad_request (no such node, or the own
+  // one), wrong_role, line_down, timed_out.
+  void execute(Command command, Instant now) override;
+  void advance(Instant now) override;
+  Instant next_wake() const override;
+  void end(Refusal why, Instant now) override;
+
+ private:
+  // A command under way.
+  struct Boot {
+    std::uint64_t tag = 0;
+    std::vector<std::uint8_t> nodes;
+    Instant deadline = kNever;
+  };
+
+  bool is_concluded(const Boot& boot) const;
+  std::vector<std::byte> report(const Boot& boot) const;
+
+  manager::Manager& manager_;
+  const std::uint8_t own_node_;
+  std::vector<Boot> boots_;
+};
+
+}  // namespace linegate::line

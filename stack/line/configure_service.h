@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// CommandKind::configure: compares the configuration of nodes with what they have, or applies it
+// (CiA 302-3). One command at a time; several nodes at once. Private to stack/line.
+#pragma once
+
+#include <bitset>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "stack/base/event_log.h"
+#include "stack/base/time.h"
+#include "stack/line/service.h"
+#include "stack/manager/configurator.h"
+#include "stack/manager/manager.h"
+
+namespace linegate::line {
+
+class ConfigureService final : public Service {
+ public:
+  // All must outlive it.
+  ConfigureService(ServiceHost& host, manager::Manager& manager,
+                   manager::Configurator& configurator, EventLog& events);
+
+  std::span<const CommandKind> commands() const override;
+  // Answered with manager::write_configuration_report(). Refusals: wrong_role, line_down,
+  // bad_request (no such code, or the node is not in the configuration), wrong_state (no manager at
+  // work), busy (another one is under way), timed_out.
+  void execute(Command command, Instant now) override;
+  // Emits EventKind::command_progress at most once a second. Requests by 1F25h are carried out too.
+  void advance(Instant now) override;
+  Instant next_wake() const override;
+  // What is being applied goes on.
+  void end(Refusal why, Instant now) override;
+  // A command is under way.
+  bool active() const { return running_.has_value(); }
+
+ private:
+  struct Running {
+    std::uint64_t tag = 0;
+    bool apply = false;
+    Instant deadline = kNever;
+    Instant report_at = kNever;       // of its progress
+    std::bitset<128> nodes;           // that are not ready
+    std::vector<std::size_t> totals;  // objects by node-ID
+    std::vector<manager::NodeReport> reports;
+  };
+
+  Refusal begin(const Command& command, Instant now);
+  AbortCode may_configure(std::uint8_t id) const;
+  void carry_out_requests(Instant now);
+  void begin_node(std::uint8_t node, Instant now);
+  void apply(std::uint8_t node, Instant now);
+  void conclude(Instant now);
+  void collect();
+  manager::NodeReport applied(std::uint8_t node) const;
+  void report_progress(Instant now) const;
+  void finish();
+
+  manager::Manager& manager_;
+  manager::Configurator& configurator_;
+  EventLog& events_;
+  std::optional<Running> running_;
+};
+
+}  // namespace linegate::line

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a line offers beside process data is a service: boot, configuration, program download, ...
+// Each has its commands, its state and its deadlines, and the line calls them all alike. Private to
+// stack/line.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "stack/base/time.h"
+#include "stack/line/command.h"
+
+namespace linegate::line {
+
+// The line, as a service sees it.
+class ServiceHost {
+ public:
+  ServiceHost() = default;
+  ServiceHost(const ServiceHost&) = delete;
+  ServiceHost& operator=(const ServiceHost&) = delete;
+  virtual ~ServiceHost() = default;
+
+  // The one reply to the command with that tag.
+  virtual void reply(std::uint64_t tag, Error error, std::vector<std::byte> data) = 0;
+  // The same for a command that is not carried out: reply and event.
+  virtual void refuse(const Command& command, Refusal refusal, Instant now) = 0;
+  // Frames can be sent and received.
+  virtual bool usable() const = 0;
+  // The line is NMT master.
+  virtual bool manages() const = 0;
+};
+
+class Service {
+ public:
+  explicit Service(ServiceHost& host) : host_(host) {}
+  Service(const Service&) = delete;
+  Service& operator=(const Service&) = delete;
+  virtual ~Service() = default;
+
+  // The kinds of commands that the line hands to execute().
+  virtual std::span<const CommandKind> commands() const = 0;
+  // Its commands are those of an NMT master: when the line becomes a slave it ends them.
+  virtual bool needs_master() const { return true; }
+  // Each command gets exactly one reply, now or later.
+  virtual void execute(Command command, Instant now) = 0;
+  // Called after something came in and when next_wake() is due.
+  virtual void advance(Instant now) = 0;
+  // kNever: not before something comes in.
+  virtual Instant next_wake() const = 0;
+  // Ends every command under way with that reply.
+  virtual void end(Refusal why, Instant now) = 0;
+
+ protected:
+  ServiceHost& host() const { return host_; }
+
+ private:
+  ServiceHost& host_;
+};
+
+}  // namespace linegate::line
