@@ -9,6 +9,7 @@
 #include "stack/can/bus_state.h"
 #include "stack/image/layout.h"
 #include "stack/line/command.h"
+#include "stack/line/output_state.h"
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
 #include "stack/nmt/state.h"
@@ -146,6 +147,7 @@ static_assert(same(v1::COMMAND_CAN_SEND, line::CommandKind::can_send));
 static_assert(same(v1::COMMAND_CAN_LISTEN, line::CommandKind::can_listen));
 static_assert(same(v1::COMMAND_OBJECT_CREATE, line::CommandKind::object_create));
 static_assert(same(v1::COMMAND_SCAN_APPLY, line::CommandKind::scan_apply));
+static_assert(v1::COMMAND_MPDO_WRITE + 1U == line::kCommandKinds);
 
 static_assert(same(v1::RESULT_DONE, Domain::none));
 static_assert(same(v1::RESULT_SDO, Domain::sdo));
