@@ -140,8 +140,8 @@ function(linegate_test name)
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
-  add_executable(${name} ${ARG_SOURCES})
-  target_link_libraries(${name} PRIVATE linegate_flags linegate_warnings ${ARG_DEPENDS}
+  add_executable(${name} ${ARG_SOURCES} ${PROJECT_SOURCE_DIR}/tests/print_assertions.cpp)
+  target_link_libraries(${name} PRIVATE linegate_flags linegate_warnings ${ARG_DEPENDS} linegate::base
                         GTest::gmock GTest::gtest_main)
   set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF)
   if(LINEGATE_UNITY_TESTS)
