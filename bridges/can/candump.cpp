@@ -20,7 +20,7 @@ constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::string_view kLost = "DROPCOUNT: dropped ";
 constexpr std::string_view kHex = "0123456789ABCDEF";
 
-// Walks along a line and knows in which column it is.
+// Reads a line from left to right and counts columns for error messages.
 class Cursor {
  public:
   explicit Cursor(std::string_view line) : line_(line) {}
@@ -38,7 +38,7 @@ class Cursor {
     while (skip(' ')) {
     }
   }
-  // Up to a character that is not wanted.
+  // Returns the text up to the first unwanted character.
   template <class Wanted>
   std::string_view take(Wanted wanted) {
     const std::size_t begin = at_;
@@ -82,7 +82,8 @@ bool is_hex(char c) {
 }
 
 bool parse_stamp(Cursor& at, std::int64_t& stamp, LogProblem& problem) {
-  constexpr std::size_t kLongest = 9;  // digits; so a stamp fits into 63 bits until 2262
+  // Digits: a time stamp then fits into 63 bits until the year 2262
+  constexpr std::size_t kLongest = 9;
   if (!at.skip('(')) {
     return at.wrong(problem, "expected the time in parentheses");
   }
@@ -126,7 +127,7 @@ bool parse_identifier(Cursor& at, std::uint32_t& id, bool& extended, LogProblem&
   return true;
 }
 
-// Pairs of digits; a point may stand between them, as cansend allows it.
+// Pairs of hexadecimal digits. A point between pairs is permitted, as in cansend.
 bool parse_data(Cursor& at, can::Frame& frame, std::size_t most, LogProblem& problem) {
   std::size_t count = 0;
   while (const auto high = hex_digit(at.peek())) {
@@ -191,7 +192,7 @@ bool parse_content(Cursor& at, can::Frame& frame, LogProblem& problem) {
   if (!parse_data(at, frame, can::kMaxClassicData, problem)) {
     return false;
   }
-  // "_9" to "_F": the length code of a frame of 8 bytes, if it was a greater one.
+  // "_9" to "_F": the raw DLC of a classical frame with 8 bytes (candump -8).
   if (frame.length == can::kMaxClassicData && at.skip('_') && !at.skip(at.peek())) {
     return at.wrong(problem, "expected a length code after _");
   }

@@ -30,32 +30,35 @@ struct LogEntry {
     frame,
     error_frame,
     frames_lost,
-    remark,  // nothing, also an empty line
+    remark,  // no entry: a comment or an empty line
   };
   Kind kind = Kind::remark;
   std::int64_t stamp_ns = 0;   // UTC, ns since 1970; 0 for frames_lost and remarks
-  std::string_view interface;  // in the text it was read from
-  can::Frame frame;            // without a time
-  canfd_frame error{};         // an error_frame, to be read by ErrorDecoder
-  std::uint32_t lost = 0;      // frames_lost: how many
+  std::string_view interface;  // points into the text that was parsed
+  can::Frame frame;            // its time is not set
+  canfd_frame error{};         // an error_frame, for ErrorDecoder
+  std::uint32_t lost = 0;      // frames_lost: number of lost frames
 };
 
 struct LogProblem {
   std::uint32_t column = 0;  // from 1
-  std::string_view text;     // lasts for ever
+  std::string_view text;     // static storage
 };
 
-// One line without its end. False if it is none; then problem says why. Never allocates.
+// Parses one line without its line end. Returns false if it is malformed, with the reason in
+// problem. Never allocates.
 bool parse_log_line(std::string_view line, LogEntry& out, LogProblem& problem);
 
-// Room for any line that is written here, if the interface has a name of at most 64 characters.
+// Length of the longest line that format_log_line() writes, with an interface name of up to 64
+// characters.
 inline constexpr std::size_t kLogLine = 320;
 
-// Write a line with its end into out, which has room for kLogLine; give its length.
+// Write one line with its line end into out, which must hold kLogLine characters, and return its
+// length.
 std::size_t format_log_line(std::span<char> out, std::int64_t stamp_ns, std::string_view interface,
                             const can::Frame& frame);
-// A change of the controller's state, or errors, as an error frame; 0 if the kernel has no error
-// frame for it.
+// Writes a change of the controller's state, or errors, as an error frame. Returns 0 if the kernel
+// has no error frame for the event.
 std::size_t format_log_line(std::span<char> out, std::int64_t stamp_ns, std::string_view interface,
                             const can::BusEvent& event);
 std::size_t format_lost(std::span<char> out, std::string_view interface, std::uint64_t lost,

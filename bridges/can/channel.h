@@ -28,24 +28,24 @@
 
 namespace linegate::can_bridge {
 
-// What a channel noticed besides frames, in the order in which it happened, and between which of
-// the frames of the same read(). Of fixed size; read() stops reading before it could overflow, so
-// nothing is lost here. To be cleared before each read().
+// What a channel observed besides frames during one read(), in order of occurrence, each with its
+// position among the frames of that read(). The size is fixed: read() stops before it could
+// overflow, so no event is lost. Clear it before each read().
 class BusEvents {
  public:
   static constexpr std::size_t kCapacity = 32;
-  // The most events one frame can cause.
+  // The largest number of events that one frame can cause.
   static constexpr std::size_t kPerFrame = 4;
 
-  // Appends it. Consecutive errors become one event (errors or-ed, count added), as do consecutive
-  // losses, so that a storm of error frames stays small; its time and place among the frames are
-  // those of the last. Precondition: room() > 0.
+  // Appends an event. Consecutive errors are merged into one event (errors or-ed, counts added),
+  // and so are consecutive losses, so that a burst of error frames stays small. Time and position
+  // are those of the last one. Precondition: room() > 0.
   void push(const can::BusEvent& event);
-  // read() gives so many frames more, which came before what is pushed from now on.
+  // read() has returned `count` more frames; they precede every event that is pushed later.
   void frames_given(std::size_t count) { frames_ += count; }
 
   std::span<const can::BusEvent> view() const { return {events_.data(), count_}; }
-  // How many frames of this read() came before view()[event]; never decreases along view().
+  // Number of frames of this read() that precede view()[event]. Never decreases along view().
   std::size_t frames_before(std::size_t event) const { return frames_before_[event]; }
   std::size_t room() const { return kCapacity - count_; }
   bool empty() const { return count_ == 0; }
@@ -58,28 +58,30 @@ class BusEvents {
   std::size_t frames_ = 0;
 };
 
-// Plain counters; they never go back, also when the interface does. `acknowledged` and `flushed`
-// are numbers of frames, counted from 1 in the order in which write() took them, refused ones
-// included.
+// Counters that never decrease, not even when the interface fails and returns. `acknowledged`,
+// `skipped` and `flushed` are frame numbers, counted from 1 in the order in which write() accepted
+// the frames, refused ones included.
 struct ChannelCounters {
-  // All up to this one were acknowledged on the bus, but those that were refused, skipped or
-  // flushed. A bus that reports no acknowledgement acknowledges what it takes.
+  // Every frame up to this number was acknowledged on the bus, except those that were refused,
+  // skipped or flushed. On a bus that does not report acknowledgements, a frame counts as
+  // acknowledged when the bus accepts it.
   std::uint64_t acknowledged = 0;
-  // Of those up to this one whose acknowledgement was not reported before, nothing is known: a
-  // later one was acknowledged instead.
+  // The fate of the frames up to this number that were not reported as acknowledged is unknown: a
+  // later frame was acknowledged first.
   std::uint64_t skipped = 0;
-  // Those up to this one that had not been acknowledged then are lost: the interface failed, or its
-  // controller went off the bus.
+  // The frames up to this number that were not acknowledged by then are lost: the interface failed,
+  // or its controller went bus-off.
   std::uint64_t flushed = 0;
-  std::uint64_t received = 0;   // frames given by read()
-  std::uint64_t sent = 0;       // frames taken by write()
-  std::uint64_t confirmed = 0;  // own frames that are known to have been on the bus
-  std::uint64_t refused = 0;    // frames this channel can never send: taken and dropped
+  std::uint64_t received = 0;   // frames that read() returned
+  std::uint64_t sent = 0;       // frames that write() accepted
+  std::uint64_t confirmed = 0;  // own frames that were seen on the bus
+  std::uint64_t refused = 0;    // frames that this channel can never send: accepted and dropped
   std::uint64_t lost = 0;       // frames the kernel or controller lost before read()
-  std::uint64_t stalled = 0;    // times write() could not take all (ENOBUFS, EAGAIN)
-  std::uint64_t malformed = 0;  // what was received is no CAN frame
+  // Number of times that write() could not accept every frame (ENOBUFS, EAGAIN)
+  std::uint64_t stalled = 0;
+  std::uint64_t malformed = 0;  // received datagrams that are not CAN frames
 
-  // Frames that write() took.
+  // Number of frames that write() accepted.
   std::uint64_t taken() const { return sent + refused; }
 };
 
@@ -87,59 +89,59 @@ class Channel {
  public:
   virtual ~Channel() = default;
 
-  // Pollable, or -1 while there is none.
+  // A descriptor for epoll, or -1 while the interface is not open.
   virtual int descriptor() const = 0;
 
-  // What arrived, oldest first, each frame with its receive time (never before that of the frame
-  // given before it), at most out.size(). It may be later than `now`: what arrived since the caller
-  // looked at the clock is read, too. Also opens, notices failures, and tries again.
-  // Frames this channel sent are not among them. Events say which frames came before them; kinds:
-  //   interface_failed  once per failure; code: errno, see describe_failure()
-  //   interface_ready   after the first opening and after each failure that is over
+  // Returns received frames, oldest first, at most out.size(). Receive times never decrease. A
+  // receive time may be later than `now`, because frames that arrived after the caller read the
+  // clock are included. Own frames are excluded. read() also opens the interface, detects failures
+  // and retries. Each event in `events` states which frames precede it:
+  //   interface_failed  once for each failure; code: errno, see describe_failure()
+  //   interface_ready   after the first successful opening, and after each failure
   //   state             on every change; stopped or absent after interface_failed
   //   error, frames_lost
   virtual std::size_t read(std::span<can::Frame> out, BusEvents& events, Instant now) = 0;
-  // The last read() returned although more may have arrived and `out` had room: it looks at a
-  // bounded number of things that are no frames for the caller.
+  // The last read() returned early, although `out` had room and more datagrams may be pending: it
+  // examines a bounded number of datagrams that are not frames for the caller.
   virtual bool more() const { return false; }
 
-  // Sends in the given order; gives how many of the first frames were taken. Fewer than given:
-  // back-pressure, never loss. Frames the channel can never send (FD on a classical interface,
-  // impossible length) are taken, counted as refused, and dropped.
+  // Sends the frames in order and returns how many it accepted, from the first on. Fewer than given
+  // is back-pressure, never loss. Frames that the channel can never send (CAN FD on a classical
+  // interface, an impossible length) are accepted, counted as refused, and dropped.
   virtual std::size_t write(std::span<const can::Frame> frames, Instant now) = 0;
 
-  // How many frames write() would take now as far as is known. 0 while the interface cannot be
-  // used, the queue holds enough, or back-pressure lasts. Grows in read(), and at next_wake().
+  // Number of frames that write() would accept at `now`, as far as known. 0 while the interface is
+  // unusable, its queue is full, or back-pressure lasts. Increases in read() and at next_wake().
   virtual std::size_t room(Instant now) const = 0;
 
-  // Back-pressure ends when the descriptor becomes writable.
+  // Back-pressure ends when the descriptor becomes writable: wait for EPOLLOUT.
   virtual bool wants_writable() const = 0;
 
-  // When read() wants to be called although the descriptor is not readable; kNever if never.
+  // When to call read() although the descriptor is not readable; kNever if never.
   virtual Instant next_wake() const = 0;
 
   virtual const ChannelCounters& counters() const = 0;
 
-  // Brings a controller that is off the bus back; what comes of it is told by the next read()s.
-  // 0, or errno: EBUSY: it is not off the bus; EOPNOTSUPP: there is no controller; EPERM: not
-  // permitted (CAP_NET_ADMIN).
+  // Restarts a controller that is bus-off; the following read()s report the outcome. Returns 0, or
+  // errno: EBUSY: the controller is not bus-off; EOPNOTSUPP: there is no controller; EPERM:
+  // CAP_NET_ADMIN is missing.
   virtual int restart(Instant now);
 
-  // Changes the faults of a bus that has none of its own, as change_faults() (virtual_faults.h)
-  // reads it; an empty text changes nothing. 0, and all its faults in `said`; EINVAL, and a
-  // sentence about what is wrong; EOPNOTSUPP: this bus has its own.
+  // Changes the simulated faults of a virtual bus, in the syntax of change_faults()
+  // (virtual_faults.h); an empty text changes nothing. Returns 0 with all faults of the bus in
+  // `said`; EINVAL with an error message in `said`; EOPNOTSUPP: a real bus.
   virtual int fault(std::string_view change, std::string& said, Instant now);
 
-  // What the controller was set to when interface_ready was told last; what is 0 or absent is not
-  // known, as with a bus that has no controller.
+  // The settings of the controller at the last interface_ready. Members that are 0 or absent are
+  // unknown, as on a bus without a controller.
   virtual ControllerSetup settings() const { return {}; }
 
-  // Whether it can send CAN FD frames, as far as is known.
+  // Whether the channel can send CAN FD frames, as far as known.
   virtual bool carries_fd() const { return true; }
 };
 
-// The code of an interface_failed event in words, with what to do about it where there is
-// something: "no such interface: can9".
+// The code of an interface_failed event in words, with a remedy where there is one: "no such
+// interface: can9".
 std::string describe_failure(std::string_view interface, std::uint32_t code);
 
 }  // namespace linegate::can_bridge

@@ -17,7 +17,7 @@
 namespace linegate::can_bridge {
 namespace {
 
-// A request that changes one interface: a header, and attributes that may hold attributes.
+// A netlink request that changes one interface: a header and nested attributes.
 class Request {
  public:
   enum class Change { none, up, down };
@@ -38,7 +38,7 @@ class Request {
     size_ += size;
     end(at);
   }
-  // Attributes until end() are within this one.
+  // Opens a nested attribute: everything until end() is inside it.
   std::size_t begin(unsigned short type) {
     const rtattr header{0, type};
     std::memcpy(bytes_.data() + size_, &header, sizeof header);
@@ -52,7 +52,7 @@ class Request {
     size_ = (size_ + 3) & ~std::size_t{3};
   }
 
-  // 0, or errno.
+  // Returns 0 or errno.
   int send() {
     header_.nlmsg_len = static_cast<std::uint32_t>(size_);
     std::memcpy(bytes_.data(), &header_, sizeof header_);
@@ -63,7 +63,7 @@ class Request {
       return errno;
     }
     int error = EIO;
-    // The kernel carries it out within send(), and its answer is there then.
+    // The kernel processes the request within send(), so the answer is already there.
     if (::send(descriptor, bytes_.data(), size_, 0) == static_cast<ssize_t>(size_)) {
       error = answer(descriptor);
     }
@@ -117,7 +117,7 @@ ControllerModes modes_of(const ControllerSetup& setup) {
     out.mask |= CAN_CTRLMODE_FD;
     out.flags |= CAN_CTRLMODE_FD;
   }
-  if (setup.listen_only) {  // off is said too: the controller may have it on from before
+  if (setup.listen_only) {  // also send `off`: the controller may still have it on
     out.mask |= CAN_CTRLMODE_LISTENONLY;
     out.flags |= *setup.listen_only ? CAN_CTRLMODE_LISTENONLY : 0U;
   }

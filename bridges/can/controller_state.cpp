@@ -23,7 +23,7 @@ constexpr std::size_t aligned(std::size_t length) {
   return (length + 3) & ~std::size_t{3};
 }
 
-// The content of the first attribute of that type in a row of attributes; empty if there is none.
+// The content of the first attribute of that type; empty if there is none.
 Bytes find_attribute(Bytes attributes, unsigned type) {
   while (attributes.size() >= sizeof(rtattr)) {
     rtattr header;
@@ -120,7 +120,7 @@ ControllerReport controller_report(int interface_index) {
   }
   alignas(nlmsghdr) std::array<std::byte, 16384> answer;
   ssize_t length = -1;
-  // The kernel answers within send(): there is nothing to wait for.
+  // The kernel answers within send(), so no wait is needed.
   if (::send(descriptor, &request, sizeof request, 0) == static_cast<ssize_t>(sizeof request)) {
     length = ::recv(descriptor, answer.data(), answer.size(), 0);
   }

@@ -8,10 +8,10 @@
 namespace linegate::can_bridge {
 
 struct ControllerReport {
-  // Its fault confinement state; error_active for interfaces without a controller (vcan) and when
-  // the kernel does not say.
+  // The fault confinement state. error_active for interfaces without a controller (vcan) and where
+  // the kernel does not report one.
   can::BusState state = can::BusState::error_active;
-  // What it is set to, as far as its driver says; nothing of an interface without a controller.
+  // The settings that the driver reports; empty for an interface without a controller.
   ControllerSetup settings;
 };
 

@@ -27,7 +27,7 @@ constexpr std::array<Row, 7> kRows{{{CAN_ERR_TX_TIMEOUT, can::kTxTimeout},
                                     {CAN_ERR_ACK, can::kNoAcknowledge},
                                     {CAN_ERR_RESTARTED, can::kRestarted}}};
 
-// The classes that are errors in themselves, whatever the state.
+// The error classes that are independent of the bus state.
 std::uint32_t error_bits(const canfd_frame& raw) {
   std::uint32_t bits = 0;
   for (const Row& row : kRows) {
@@ -77,7 +77,7 @@ void encode_state(BusState state, canfd_frame& raw) {
 
 void encode_errors(std::uint32_t errors, canfd_frame& raw) {
   for (const Row& row : kRows) {
-    // Of two classes of the kernel that are one of ours, the first.
+    // Where two classes of the kernel map to one class here, the first is used.
     raw.can_id |= (errors & row.ours) != 0 && row.kernel != CAN_ERR_BUSERROR ? row.kernel : 0;
   }
   if ((errors & can::kController) != 0) {
@@ -108,7 +108,7 @@ bool encode_error(const BusEvent& event, canfd_frame& raw) {
 }
 
 void ErrorDecoder::decode(const canfd_frame& raw, Instant time, BusEvents& events) {
-  // Older drivers fill the counters with a controller problem and do not set the flag.
+  // Older drivers fill in the counters with a controller problem without setting the flag.
   if ((raw.can_id & (CAN_ERR_CNT | CAN_ERR_CRTL)) != 0) {
     transmit_errors_ = raw.data[6];
     receive_errors_ = raw.data[7];

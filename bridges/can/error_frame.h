@@ -10,14 +10,14 @@
 
 namespace linegate::can_bridge {
 
-// Keeps the bus state that error frames tell piece by piece.
+// Assembles the bus state from successive error frames.
 class ErrorDecoder {
  public:
-  // raw has CAN_ERR_FLAG. Pushes at most three events, in this order: the errors if it tells any,
-  // frames the controller lost, and the new state if it changed.
+  // Precondition: raw has CAN_ERR_FLAG. Pushes at most three events, in this order: errors, frames
+  // that the controller lost, and the new state if it changed.
   void decode(const canfd_frame& raw, Instant time, BusEvents& events);
 
-  // The state became known otherwise: told if it is a new one.
+  // Sets a state that is known from another source; pushes an event if it is new.
   void set_state(can::BusState state, Instant time, BusEvents& events);
 
   can::BusState state() const { return state_; }
@@ -30,8 +30,8 @@ class ErrorDecoder {
   std::uint8_t receive_errors_ = 0;
 };
 
-// An error frame that tells ErrorDecoder the same: errors, or a state that a controller has. False
-// if there is none: raw is left alone.
+// The inverse of ErrorDecoder, for errors and for controller states. Returns false, and leaves raw
+// unchanged, if there is no such error frame.
 bool encode_error(const can::BusEvent& event, canfd_frame& raw);
 
 }  // namespace linegate::can_bridge

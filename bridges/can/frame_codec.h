@@ -10,12 +10,12 @@
 
 namespace linegate::can_bridge {
 
-// Fills raw and gives how many of its bytes are to be sent: CAN_MTU or CANFD_MTU. Precondition:
+// Fills raw and returns the number of bytes to send: CAN_MTU or CANFD_MTU. Precondition:
 // sendable(frame, true).
 std::size_t encode(const can::Frame& frame, canfd_frame& raw);
 
-// Fills out but for its time. False if `bytes` is neither size, or the length is impossible.
-// Precondition: raw is no error frame (CAN_ERR_FLAG).
+// Fills out, except its time. Returns false if `bytes` is neither size or the length is impossible.
+// Precondition: raw is not an error frame (CAN_ERR_FLAG).
 bool decode(const canfd_frame& raw, std::size_t bytes, can::Frame& out);
 
 }  // namespace linegate::can_bridge

@@ -17,7 +17,7 @@
 namespace linegate::can_bridge {
 namespace {
 
-// The time at that place in the content of a control message; 0 = none.
+// The time stamp at that position of a control message; 0: none.
 std::int64_t nanoseconds_in(const cmsghdr* message, std::size_t place) {
   timespec stamp;
   std::memcpy(&stamp, CMSG_DATA(message) + place * sizeof stamp, sizeof stamp);
@@ -63,7 +63,8 @@ void FrameSocket::reset(int descriptor) {
 [[gnu::hot]] int FrameSocket::receive(std::size_t count) {
   Buffers& b = *buffers_;
   count = std::min(count, kBatch);
-  // Those of a whole batch are 4 KiB, which a loop that gets a frame at a time need not touch.
+  // Only the used part: a whole batch is 4 KiB, which a loop that receives one frame at a time
+  // should not touch.
   for (std::size_t i = 0; i < used_; ++i) {
     b.receive_headers[i].msg_hdr.msg_controllen = kControl;
     b.receive_headers[i].msg_hdr.msg_flags = 0;
@@ -86,7 +87,7 @@ void FrameSocket::reset(int descriptor) {
 }
 
 [[gnu::hot]] void FrameSocket::read_control(const msghdr& header, Received& out) {
-  msghdr walk = header;  // CMSG_NXTHDR wants one that is not const
+  msghdr walk = header;  // CMSG_NXTHDR takes a non-const header
   for (cmsghdr* c = CMSG_FIRSTHDR(&walk); c != nullptr; c = CMSG_NXTHDR(&walk, c)) {
     if (c->cmsg_level != SOL_SOCKET) {
       continue;
@@ -95,7 +96,7 @@ void FrameSocket::reset(int descriptor) {
       out.stamp_ns = nanoseconds_in(c, 0);
     } else if (c->cmsg_type == SCM_TIMESTAMPING) {
       out.stamp_ns = nanoseconds_in(c, 0);
-      out.hardware_ns = nanoseconds_in(c, 2);  // [1] is not used any more
+      out.hardware_ns = nanoseconds_in(c, 2);  // [1] is deprecated
     } else if (c->cmsg_type == SO_RXQ_OVFL) {
       std::memcpy(&out.dropped, CMSG_DATA(c), sizeof out.dropped);
       out.has_dropped = true;
@@ -110,7 +111,7 @@ void FrameSocket::reset(int descriptor) {
     b.send_vectors[i].iov_len = encode(frames[i], b.send_frames[i]);
   }
   constexpr int kFlags = MSG_DONTWAIT | MSG_NOSIGNAL;
-  if (count == 1) {  // most often; it has no header to be read
+  if (count == 1) {  // the usual case: recvmsg without a batch header
     const iovec& only = b.send_vectors[0];
     return ::send(descriptor_, only.iov_base, only.iov_len, kFlags) >= 0 ? 1 : -errno;
   }

@@ -18,14 +18,14 @@ class FrameSocket {
  public:
   static constexpr std::size_t kBatch = 64;
 
-  // A datagram as it came, and what the kernel said about it.
+  // A received datagram with the kernel's ancillary data.
   struct Received {
     const canfd_frame* raw = nullptr;
     std::size_t bytes = 0;
-    bool own = false;              // sent by this very socket (MSG_CONFIRM)
+    bool own = false;              // sent by this socket (MSG_CONFIRM)
     std::int64_t stamp_ns = 0;     // wall clock, ns since 1970; 0 = none
     std::int64_t hardware_ns = 0;  // the controller's own clock; 0 = none
-    std::uint32_t dropped = 0;     // datagrams lost so far; only with has_dropped
+    std::uint32_t dropped = 0;     // datagrams lost so far; valid with has_dropped
     bool has_dropped = false;
   };
   // What the control messages of a datagram say.

@@ -30,25 +30,25 @@ class MulticastSocket {
   MulticastSocket(const MulticastSocket&) = delete;
   MulticastSocket& operator=(const MulticastSocket&) = delete;
 
-  // 0, or errno. Closes what was open before.
+  // Closes an open socket first. Returns 0 or errno.
   int open(const UdpOptions& options);
   void close();
-  // To wait for what is received; -1 if it is not open.
+  // The descriptor that becomes readable; -1 while closed.
   int descriptor() const { return receiving_; }
 
-  // Reads up to count (at most kBatch) datagrams without waiting: how many, or -errno. They stay
-  // until the next call.
+  // Reads up to count (at most kBatch) datagrams without blocking. Returns their number, or -errno.
+  // They stay valid until the next call.
   int receive(std::size_t count);
   Received received(std::size_t index) const;
 
-  // Without waiting: 0, or errno.
+  // Does not block. Returns 0 or errno.
   int send(std::span<const char> datagram);
 
  private:
   struct Buffers;
 
   int receiving_ = -1;
-  int sending_ = -1;  // of its own port, by which own datagrams are known
+  int sending_ = -1;  // has its own port, which identifies own datagrams
   std::unique_ptr<Buffers> buffers_;
 };
 

@@ -8,12 +8,12 @@
 namespace linegate::can_bridge {
 namespace {
 
-// Slewing changes the difference by at most 500 us a second; the rest is the time between the two
-// samples.
+// Slewing changes the difference by at most 500 us a second; the rest allows for the time between
+// the two samples.
 constexpr std::int64_t kStep = 10'000'000;
-// Frames do not lie in a socket for longer, even when the process was stopped for a while.
+// No frame stays in a socket longer than this, even if the process was stopped meanwhile.
 constexpr Duration kOldest = std::chrono::hours(1);
-// What sampling two clocks one after the other may be wrong by.
+// Largest error of sampling two clocks one after the other.
 constexpr Duration kSlack = std::chrono::milliseconds(1);
 
 }  // namespace
@@ -38,8 +38,8 @@ constexpr Duration kSlack = std::chrono::milliseconds(1);
   return time <= sampled_ + kSlack && time >= sampled_ - kOldest;
 }
 
-// After a step only one of the two differences is right for a stamp. The wrong one puts it into the
-// future, or further into the past than the right one.
+// After a clock step only one of the two differences is right for a stamp. The wrong one yields a
+// time in the future, or further in the past than the right one.
 [[gnu::hot]] Instant ReceiveClock::of_wall_clock(std::int64_t stamp_ns) const {
   Instant time = Instant::min();
   if (stamp_ns != 0) {

@@ -18,22 +18,22 @@ namespace linegate::can_bridge {
 
 class ReceiveClock {
  public:
-  // Samples of both clocks, taken at the same moment.
+  // Takes samples of both clocks from the same moment.
   void begin_batch(Instant monotonic, std::int64_t wall_ns);
   // Reads both clocks.
   void begin_batch();
 
-  // The instant of a stamp, ns since 1970. 0 = the frame has none: it came before the sampling, no
-  // more is known; so no time-out that begins with it ends too early. hardware_ns: of the
-  // controller's own clock, 0 = none.
+  // Converts a time stamp (ns since 1970) to an Instant. A frame without a stamp (0) gets the time
+  // of the sample, which is later than its reception: no time-out that starts with it ends too
+  // early. hardware_ns: stamp of the controller's own clock, 0: none.
   Instant instant(std::int64_t stamp_ns, std::int64_t hardware_ns = 0);
 
-  // What instant() gave last.
+  // The last result of instant().
   Instant latest() const { return latest_; }
 
  private:
   bool plausible(Instant time) const;
-  // Instant::min() if the stamp tells nothing.
+  // Instant::min() if the stamp is implausible.
   Instant of_wall_clock(std::int64_t stamp_ns) const;
 
   std::int64_t difference_ = 0;  // wall - monotonic, ns

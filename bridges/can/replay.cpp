@@ -95,7 +95,7 @@ class ReplayChannel final : public Channel {
     errors_.set_state(BusState::stopped, now, events);
   }
 
-  // Finds the next entry and when it is due. False at the end of the log.
+  // Finds the next entry and its due time. Returns false at the end of the log.
   bool look_ahead(Instant now) {
     LogProblem problem;
     for (;;) {
@@ -119,7 +119,7 @@ class ReplayChannel final : public Channel {
       return now;
     }
     if (entry_.kind == LogEntry::Kind::frames_lost) {
-      return latest_;  // it has no time of its own
+      return latest_;  // the entry has no time of its own
     }
     if (!begun_) {
       begun_ = true;
@@ -129,7 +129,7 @@ class ReplayChannel final : public Channel {
     return after < kLongest ? start_ + Duration(std::llround(after)) : kNever;
   }
 
-  // True if it is a frame.
+  // Returns true if the entry is a frame.
   bool give(can::Frame& out, BusEvents& events) {
     waiting_ = false;
     latest_ = due_;
@@ -160,7 +160,7 @@ class ReplayChannel final : public Channel {
   LogFile file_;
   ErrorDecoder errors_;
   ChannelCounters counters_;
-  LogEntry entry_;  // what comes next; its interface is not looked at any more
+  LogEntry entry_;  // the next entry; its interface was already checked
   bool waiting_ = false;
   bool begun_ = false;
   bool ended_ = false;

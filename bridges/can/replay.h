@@ -20,18 +20,18 @@ namespace linegate::can_bridge {
 
 struct ReplayOptions {
   double speed = 1;       // times as fast as recorded; 0 = as fast as possible
-  std::string interface;  // only its frames; empty = all
+  std::string interface;  // replay only frames of this interface; empty = all
 };
 
 struct ParsedReplay {
   ReplayOptions options;
-  std::string error;  // empty, or a sentence for the integrator
+  std::string error;  // empty, or an error message
 };
 ParsedReplay replay_options(const InterfaceUri& uri);
 
-// Never fails: a file that cannot be opened is reported by the first read(), and tried again. Lines
-// that are none are left out and counted as malformed: check_log() finds them before. Reads from a
-// disk, so read() may wait for it.
+// Never fails: the first read() reports a file that cannot be opened, and it is retried. Malformed
+// lines are skipped and counted as malformed; check_log() finds them beforehand. read() may block
+// on the disk.
 std::unique_ptr<Channel> open_replay(std::string path, const ReplayOptions& options);
 
 }  // namespace linegate::can_bridge

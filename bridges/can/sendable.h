@@ -6,8 +6,8 @@
 
 namespace linegate::can_bridge {
 
-// False for identifiers and lengths the format does not have, FD frames where fd is false, and FD
-// remote frames.
+// False for identifiers and lengths that the frame format does not have, for CAN FD frames where fd
+// is false, and for CAN FD remote frames.
 inline bool sendable(const can::Frame& frame, bool fd) {
   const std::uint32_t highest = frame.extended() ? 0x1FFF'FFFFU : 0x7FFU;
   if (frame.id > highest) {

@@ -18,14 +18,14 @@ namespace {
 using can::BusEvent;
 using can::BusState;
 
-// After ENOBUFS: about the time in which a few frames leave. No event tells when there is room.
+// Pause after ENOBUFS: about the time to send a few frames. No event signals that there is room.
 constexpr Duration kNoBuffersPause = std::chrono::milliseconds(1);
 
 bool again(int error) {
   return error == EAGAIN || error == EWOULDBLOCK || error == EINTR;
 }
 
-// What the interface is like after it failed with that errno.
+// The state to report after the interface failed with that errno.
 BusState state_after(int error) {
   switch (error) {
     case ENETDOWN:
@@ -95,7 +95,7 @@ void SocketChannel::fail(int error, BusEvents& events, Instant now) {
   failure_ = 0;
   wants_writable_ = false;
   batch_next_ = batch_end_ = 0;
-  // An interface that worked until now may have been set down and up: it is tried at once.
+  // An interface that worked until now may have been set down and up: retry at once.
   const Duration pause = was_ready ? Duration{} : options_.retry_period;
   retry_at_ = adopted() ? kNever : now + pause;
   if (error == reported_) {
@@ -142,8 +142,8 @@ void SocketChannel::fail(int error, BusEvents& events, Instant now) {
   return count;
 }
 
-// Reads the next batch. False if there is nothing (more) to read. A failure of the interface stands
-// before the frames that were received until then: they are read first, and then it is reported.
+// Reads the next batch. Returns false if nothing is left to read. If the interface failed after
+// frames were received, those frames are returned first and the failure is reported afterwards.
 [[gnu::hot]] bool SocketChannel::refill(std::size_t room) {
   if (drained_) {
     return false;
@@ -175,7 +175,7 @@ void SocketChannel::fail(int error, BusEvents& events, Instant now) {
   return count;
 }
 
-// True if it is a frame for the caller.
+// Returns true if it is a frame for the caller.
 [[gnu::hot]] bool SocketChannel::take(const FrameSocket::Received& received, can::Frame& out,
                                       BusEvents& events, Instant now) {
   const Instant time = clock_.instant(received.stamp_ns, received.hardware_ns);
@@ -202,7 +202,7 @@ void SocketChannel::fail(int error, BusEvents& events, Instant now) {
     return false;
   }
   if (bus_off()) {
-    // A controller that receives has come back, whether its driver said so or not.
+    // A controller that receives has recovered, whether its driver reported it or not.
     errors_.set_state(BusState::error_active, time, events);
   }
   out.time = time;
@@ -226,7 +226,7 @@ void SocketChannel::take_error_frame(const canfd_frame& raw, BusEvents& events, 
   }
 }
 
-// What the controller had is gone.
+// The controller has discarded its queued frames.
 void SocketChannel::flush_window() {
   window_.clear();
   counters_.flushed = counters_.taken();

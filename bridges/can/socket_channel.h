@@ -15,9 +15,9 @@ namespace linegate::can_bridge {
 
 class SocketChannel final : public Channel {
  public:
-  // Opens and opens again by itself.
+  // Opens the interface, and reopens it after a failure.
   SocketChannel(std::string interface, const SocketOptions& options);
-  // Takes over an open descriptor; there are no echoes and there is no second attempt.
+  // Takes ownership of an open descriptor, without echoes and without reopening.
   explicit SocketChannel(int descriptor);
 
   int descriptor() const override { return socket_.descriptor(); }
@@ -62,13 +62,13 @@ class SocketChannel final : public Channel {
 
   bool ready_ = false;
   bool fd_ = false;
-  int failure_ = 0;        // seen, to be reported by the next read()
-  int reported_ = 0;       // the failure that was reported last and still lasts
-  Instant retry_at_{};     // of opening; kNever = no more
+  int failure_ = 0;        // detected; the next read() reports it
+  int reported_ = 0;       // the last reported failure, while it lasts
+  Instant retry_at_{};     // next attempt to open; kNever = none
   Instant write_again_{};  // end of the pause after ENOBUFS
   bool wants_writable_ = false;
-  bool stall_seen_ = false;     // the window's next_try() has come and the caller knows
-  std::size_t batch_next_ = 0;  // what is left of the batch read last
+  bool stall_seen_ = false;     // the window's next_try() has passed and the caller was informed
+  std::size_t batch_next_ = 0;  // position in the batch that was read last
   std::size_t batch_end_ = 0;
   bool drained_ = false;
   std::uint32_t dropped_ = 0;

@@ -14,14 +14,14 @@ namespace linegate::can_bridge {
 
 inline constexpr int kOn = 1;
 
-// False, and errno, if the kernel refuses.
+// Returns false, with errno set, if the kernel refuses.
 template <class T>
 bool set_option(int descriptor, int level, int option, const T& value) {
   return ::setsockopt(descriptor, level, option, &value, sizeof value) == 0;
 }
 
-// What the kernel adds to each datagram: its time (SCM_TIMESTAMPNS, or the three of
-// SCM_TIMESTAMPING) and how many were lost.
+// Room for the kernel's ancillary data of one datagram: its time stamp (SCM_TIMESTAMPNS, or the
+// three of SCM_TIMESTAMPING) and the count of lost datagrams.
 inline constexpr std::size_t kControl =
     CMSG_SPACE(sizeof(scm_timestamping)) + CMSG_SPACE(sizeof(std::uint32_t));
 

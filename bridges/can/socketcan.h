@@ -24,28 +24,28 @@
 namespace linegate::can_bridge {
 
 struct SocketOptions {
-  std::size_t queue_depth = 8;  // own frames in the kernel's queue at most, 1..16
+  std::size_t queue_depth = 8;  // largest number of own frames in the kernel's queue, 1..16
   Duration retry_period = std::chrono::milliseconds(500);  // between attempts to open
-  int receive_buffer = 1 << 20;  // bytes asked from the kernel (SO_RCVBUF); it may grant less
-  // Of an interface that is found down, if it is not empty. Without the permission (CAP_NET_ADMIN)
-  // that is reported as an interface that is down.
+  int receive_buffer = 1 << 20;  // bytes requested with SO_RCVBUF; the kernel may grant less
+  // If not empty: the configuration of an interface that is found down. Without CAP_NET_ADMIN the
+  // interface is reported as down.
   ControllerSetup setup;
 };
 
 struct ParsedSetup {
   ControllerSetup setup;
-  std::string error;  // empty, or a sentence for the integrator
+  std::string error;  // empty, or an error message
 };
 ParsedSetup controller_setup(const InterfaceUri& uri);
 
-// Never fails: an interface that cannot be opened is reported by the first read(), and tried again
+// Never fails: the first read() reports an interface that cannot be opened, and opening is retried
 // every retry_period. interface: 1 to 15 characters.
 std::unique_ptr<Channel> open_socketcan(std::string_view interface, const SocketOptions& options);
 
-// The same on a descriptor that is open already and carries struct can_frame or canfd_frame in each
-// datagram: a socket somebody else has configured, or an end of a socketpair() where the kernel has
-// no CAN. Takes ownership. There are no echoes then: back-pressure is what the socket says (EAGAIN,
-// ENOBUFS). When the other end is gone, the channel fails once and for all.
+// The same for an open descriptor that carries one struct can_frame or canfd_frame in each
+// datagram: a socket that was configured elsewhere, or one end of a socketpair() on a kernel
+// without CAN. Takes ownership. There are no echoes; back-pressure is reported by the socket
+// (EAGAIN, ENOBUFS). When the peer closes, the channel fails permanently.
 std::unique_ptr<Channel> open_on_descriptor(int descriptor);
 
 }  // namespace linegate::can_bridge

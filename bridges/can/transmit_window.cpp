@@ -15,7 +15,7 @@ TransmitWindow::Mark TransmitWindow::mark(const can::Frame& frame) {
   Mark mark;
   mark.id = frame.id;
   mark.length = frame.length;
-  // The bus may have switched or set these two on its way.
+  // The bus may have set or cleared these two flags.
   mark.flags = static_cast<std::uint8_t>(
       frame.flags & ~(can::Frame::kBitRateSwitch | can::Frame::kErrorStateIndicator));
   const std::size_t bytes = frame.remote() ? 0 : std::min<std::size_t>(frame.length, 8);

@@ -17,27 +17,28 @@ namespace linegate::can_bridge {
 class TransmitWindow {
  public:
   static constexpr std::size_t kMaxDepth = 16;
-  // A full window without an echo for so long lets one more frame try: the kernel's own limit
-  // (ENOBUFS) then says whether the bus is stuck or an echo was missed.
+  // If a full window gets no echo for this long, one more frame is tried: the kernel's own limit
+  // (ENOBUFS) then shows whether the bus is stuck or an echo was missed.
   static constexpr Duration kStall = std::chrono::seconds(1);
 
-  // depth: 1..kMaxDepth, others are brought into that range.
+  // depth is clamped to 1..kMaxDepth.
   explicit TransmitWindow(std::size_t depth);
 
   std::size_t room(Instant now) const;
-  // When a full window lets one frame try; kNever if there is room anyway.
+  // When a full window permits one trial frame; kNever if there is room.
   Instant next_try() const;
 
-  // A frame was handed to the kernel. number: by which confirmed_to() names it.
+  // Call it when a frame was handed to the kernel. number: reported by confirmed_to().
   void sent(const can::Frame& frame, Instant now, std::uint64_t number = 0);
-  // Its echo came. Gives how many frames are known to have left by it; 0 if it matches none.
+  // Call it with each echo. Returns how many frames are thereby known to be sent; 0 if the echo
+  // matches none.
   std::size_t confirmed(const can::Frame& echo, Instant now);
-  // The number of the frame that was confirmed last.
+  // The number of the last confirmed frame.
   std::uint64_t confirmed_to() const { return confirmed_to_; }
-  // The number of the last frame whose own echo did not come before that of a later one, or which
-  // made room for one that was to try.
+  // The number of the last frame whose echo did not precede that of a later frame, or that was
+  // dropped from the window for a trial frame.
   std::uint64_t skipped_to() const { return skipped_to_; }
-  // The kernel's queue is known to be empty: interface down, bus-off, restart.
+  // Call it when the kernel's queue is known to be empty: interface down, bus-off, restart.
   void clear() { count_ = 0; }
 
   std::size_t in_flight() const { return count_; }
@@ -60,7 +61,8 @@ class TransmitWindow {
   std::size_t first_ = 0;
   std::size_t count_ = 0;
   std::size_t depth_;
-  Instant progress_{};  // last echo, or last frame sent into an empty or stalled window
+  // Time of the last echo, or of the last frame sent into an empty or stalled window
+  Instant progress_{};
 };
 
 }  // namespace linegate::can_bridge

@@ -26,7 +26,7 @@ using can::BusEvent;
 using can::BusState;
 
 constexpr Duration kRetryPeriod = std::chrono::milliseconds(500);
-// After a full queue: no event tells when there is room.
+// Pause after a full queue: no event signals that there is room.
 constexpr Duration kPause = std::chrono::milliseconds(1);
 constexpr std::size_t kRoom = 64;
 
@@ -55,7 +55,7 @@ class UdpChannel final : public Channel {
     if (!ready() && now >= retry_at_ && events.room() >= BusEvents::kPerFrame) {
       open(events, now);
     }
-    // Datagrams that are no frame, and own ones, count as well: they may come without end.
+    // Counts every datagram, own and malformed ones included: their number is unbounded.
     std::size_t looked = 0;
     std::size_t count = 0;
     bool drained = false;
@@ -155,7 +155,7 @@ class UdpChannel final : public Channel {
     return true;
   }
 
-  // True if it is a frame for the caller.
+  // Returns true if it is a frame for the caller.
   bool take(const MulticastSocket::Received& received, can::Frame& out, BusEvents& events) {
     const Instant time = clock_.instant(received.stamp_ns);
     if (received.has_dropped && received.dropped != dropped_) {
@@ -202,11 +202,11 @@ class UdpChannel final : public Channel {
   ReceiveClock clock_;
   ChannelCounters counters_;
   std::array<char, kMulticastDatagram> datagram_{};
-  std::size_t next_ = 0;  // what is left of the batch read last
+  std::size_t next_ = 0;  // position in the batch that was read last
   std::size_t end_ = 0;
   bool more_ = false;
-  int failure_ = 0;   // seen while writing, to be reported by the next read()
-  int reported_ = 0;  // the failure that was reported last and still lasts
+  int failure_ = 0;   // detected while writing; the next read() reports it
+  int reported_ = 0;  // the last reported failure, while it lasts
   std::uint32_t dropped_ = 0;
   Instant retry_at_{};
   Instant write_again_{};

@@ -24,16 +24,16 @@ struct UdpOptions {
   std::string group;       // a multicast address, IPv4 or IPv6 (without brackets)
   std::uint16_t port = 0;  // > 0
   std::uint8_t ttl = 0;    // time to live, hop limit
-  std::string interface;   // of the network; empty: loopback with ttl 0, else the system's choice
+  std::string interface;  // network interface; empty: loopback with ttl 0, else the system's choice
 };
 
 struct ParsedUdp {
   UdpOptions options;
-  std::string error;  // empty, or a sentence for the integrator
+  std::string error;  // empty, or an error message
 };
 ParsedUdp udp_options(const InterfaceUri& uri);
 
-// Never fails: what goes wrong is reported by the first read(), and tried again.
+// Never fails: the first read() reports errors, and opening is retried.
 std::unique_ptr<Channel> open_udp(const UdpOptions& options);
 
 }  // namespace linegate::can_bridge

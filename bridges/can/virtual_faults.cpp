@@ -13,10 +13,10 @@
 namespace linegate::can_bridge {
 namespace {
 
-// Of the time from one bus-off to the next, and of a turn of a stuck node.
+// Shortest interval between two bus-offs, and shortest period of a stuck node.
 constexpr Duration kShortest = std::chrono::seconds(1);
 
-// A number with that unit behind it, or without one if the unit is empty.
+// A number with that unit suffix, or a plain number if the unit is empty.
 std::optional<double> number(std::string_view text, std::string_view unit) {
   if (!text.ends_with(unit)) {
     return std::nullopt;
@@ -92,7 +92,7 @@ std::string not_an_option(const UriOption& option) {
          option.key + "=" + option.value + "\"";
 }
 
-// What does not go together.
+// Describes options that exclude each other; empty if there are none.
 std::string contradiction(const VirtualFaults& faults) {
   if (faults.lost + faults.disturbed + faults.doubled > 1) {
     return "the faults of a virtual bus are more than 100% together";
@@ -103,7 +103,7 @@ std::string contradiction(const VirtualFaults& faults) {
   return {};
 }
 
-// "lost=off". False if there is no such option.
+// "lost=off". Returns false if there is no such option.
 bool take_away(std::string_view key, FaultChange& out) {
   constexpr VirtualFaults kNone;
   VirtualFaults& faults = out.faults;

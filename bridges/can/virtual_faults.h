@@ -25,13 +25,15 @@
 namespace linegate::can_bridge {
 
 struct VirtualFaults {
-  double lost = 0;       // 0 to 1, together at most 1
-  double disturbed = 0;  // less than 1: a frame has to get through some day
+  double lost = 0;       // probability, 0 to 1; the sum of lost and disturbed is at most 1
+  double disturbed = 0;  // probability, less than 1, so that each frame is sent eventually
   double doubled = 0;
-  Duration bus_off{};                          // from one bus-off to the next; 0 = never
-  Duration restart = std::chrono::seconds(1);  // how long a bus-off lasts; 0 = until it is told to
-  std::uint8_t stuck = 0;                      // node-ID, 0 = none
-  Duration stuck_time{};                       // so long it works, so long it is stuck; 0 = always
+  Duration bus_off{};  // interval between two bus-offs; 0 = never
+  // Duration of a bus-off; 0 = until the controller is restarted
+  Duration restart = std::chrono::seconds(1);
+  std::uint8_t stuck = 0;  // node-ID, 0 = none
+  // The node alternates between working and stuck for this long; 0 = always stuck
+  Duration stuck_time{};
   std::uint32_t seed = 1;
 
   bool of_bus() const { return lost > 0 || disturbed > 0 || doubled > 0 || stuck != 0; }
@@ -39,22 +41,22 @@ struct VirtualFaults {
 
 struct ParsedFaults {
   VirtualFaults faults;
-  std::string error;  // empty, or a sentence for the integrator
+  std::string error;  // empty, or an error message
 };
 ParsedFaults virtual_faults(const InterfaceUri& uri);
 
-// While the bus runs: options as above, joined by "&", each in the place of what it was;
-// `lost=off`, `stuck=off` and so on take one away, `off` takes all away, and `bus_off=now` is a
+// A change of faults at run time: options as above, joined by "&", each replacing its present
+// value. `lost=off`, `stuck=off` and so on remove one; `off` removes all; `bus_off=now` causes a
 // bus-off at once.
 struct FaultChange {
   VirtualFaults faults;
   bool bus_off_now = false;
-  bool bus_off_ends = false;  // off, or bus_off=off: also the one there is
-  std::string error;          // empty, or a sentence for whoever asked; then nothing changes
+  bool bus_off_ends = false;  // off or bus_off=off: also ends a bus-off that lasts
+  std::string error;          // empty, or an error message; then nothing changes
 };
 FaultChange change_faults(const VirtualFaults& faults, std::string_view text);
 
-// As options of the interface would say it, in a fixed order; "off" if there are none.
+// In the syntax of the interface's options, in a fixed order; "off" if there are none.
 std::string to_string(const VirtualFaults& faults);
 
 }  // namespace linegate::can_bridge
