@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines of a log as candump -L and -l write them, canplayer sends them and tshark reads them:
+// Lines of a CAN log in the format of candump -L and -l, which canplayer and tshark read:
 //
 //   (1436509052.249713) can0 181#0102030405060708       data frame, 11-bit identifier
 //   (1436509052.249713) can0 00000181#01                29-bit identifier: eight digits
-//   (1436509052.249713) can0 705#R1                     remote frame; its length is left out if 0
+//   (1436509052.249713) can0 705#R1                     remote frame; a length of 0 is omitted
 //   (1436509052.249713) can0 181##51122334455667788     FD frame: a digit of flags (1 = bit rate
 //                                                       switch, 2 = error state, 4 = FD) and data
 //   (1436509052.249713) can0 20000004#0040000000000000  error frame (linux/can/error.h)
 //   DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 5)
 //
-// The time is UTC in seconds since 1970, of up to nine decimals. An empty line is a remark, and so
-// is one that begins with #. After the frame there may be R or T (received or sent, candump -x).
+// The time is UTC in seconds since 1970, with up to nine decimals. Empty lines and lines that begin
+// with # are comments. R or T (received or sent, candump -x) may follow the frame.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the kernel's netlink interface says of a CAN controller.
+// The state of a CAN controller as the kernel reports it over netlink.
 #pragma once
 
 #include "bridges/can/controller_setup.h"

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stamps of a CAN controller's own clock as instants of the monotonic clock.
+// Converts time stamps of a CAN controller's own clock to instants of the monotonic clock.
 //
-// That clock counts from anywhere, and at a speed of its own. A frame's hardware stamp is taken
-// when the frame is there, the kernel's some time later, when its interrupt or USB packet was
-// served: the smallest difference of the two is the distance of the clocks, best known from a frame
-// that was served at once. It is sought among the frames of the last one to two kWindow, so that it
-// follows the clocks as they drift apart: at 50 ppm by at most 50 us in that time.
+// That clock has its own origin and rate. A hardware stamp is taken when the frame is received, the
+// kernel's stamp later, when the interrupt or USB packet is served. The smallest difference between
+// the two is the offset of the clocks, best known from a frame that was served at once. It is
+// searched for among the frames of the last one to two kWindow, so that it follows the drift: at 50
+// ppm by at most 50 us in that time.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opening a CAN_RAW socket on a network interface, and what state its controller is in.
+// Opens a CAN_RAW socket on a network interface, and reads the state of its controller.
 #pragma once
 
 #include <string>

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// CAN frames as python-can's interface udp_multicast writes them: one MessagePack map a datagram.
+// CAN frames in the format of python-can's interface udp_multicast: one MessagePack map in each
+// datagram.
 //
-//   timestamp              float, UTC in seconds; what was received is stamped by its receiver
+//   timestamp              float, UTC in seconds; the receiver stamps received frames itself
 //   arbitration_id         integer
 //   is_extended_id, is_remote_frame, is_error_frame, is_fd, bitrate_switch, error_state_indicator
 //                          boolean
-//   channel                nil, or what the sender calls its interface
-//   dlc                    integer: bytes of data, also of FD frames; of a remote frame what it
-//   asks
-//                          for
+//   channel                nil, or the sender's name of its interface
+//   dlc                    integer: number of data bytes, also of FD frames; the requested
+//                          number in a remote frame
 //   data                   binary
 #pragma once
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernel's receive stamps, which are of the wall clock, as instants of the monotonic clock.
+// Converts the kernel's receive stamps, which are of the wall clock, to instants of the monotonic
+// clock.
 //
-// Both clocks are sampled after each batch was read; a stamp's age by the wall clock is its age. A
-// step of the wall clock between reception and sampling would give wrong ages: it shows as a change
-// of the difference between the clocks, and in that batch the difference before counts too.
-// Whatever comes out is never later than the sampling and never before an earlier frame. Where the
-// controller stamped the frame itself, that counts as far as the kernel's stamp tells what it
-// means.
+// Both clocks are sampled after each batch was read; the age of a stamp on the wall clock is its
+// age. A step of the wall clock between reception and sampling would give wrong ages. It shows as a
+// change of the difference between the clocks; in that batch the previous difference is considered
+// too. A result is never later than the sampling and never before that of an earlier frame. Stamps
+// of the controller are used where the kernel's stamp shows what they mean.
 #pragma once
 
 #include <cstdint>

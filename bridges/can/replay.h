@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The channel "replay:FILE": the frames of a candump log as if they were received now.
+// The channel "replay:FILE": the frames of a candump log, received now.
 //
 //   replay:press.log                       with the timing of the log
-//   replay:press.log?speed=max             as fast as they are read; also speed=0.1 to speed=1000
-//   replay:press.log?interface=can0        of a log of several interfaces the frames of one
+//   replay:press.log?speed=max             as fast as they can be read; also speed=0.1 to
+//   speed=1000 replay:press.log?interface=can0        frames of one interface, from a log of
+//   several
 //
-// The first frame comes when the channel is ready. Error frames are told as what they mean. What is
-// sent on such a channel goes nowhere. When the log is at its end, the interface fails with
-// ENODATA, once and for all.
+// The first frame is received when the channel is ready. Error frames become bus events. Frames
+// sent to such a channel are discarded. At the end of the log the interface fails permanently with
+// ENODATA.
 #pragma once
 
 #include <memory>

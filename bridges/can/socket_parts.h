@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the sockets of CAN and of multicast have in common; private to bridges/can.
+// Helpers shared by CAN sockets and multicast sockets; private to bridges/can.
 #pragma once
 
 #include <array>

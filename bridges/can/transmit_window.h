@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many own frames are in the kernel's queue, counted by their own echoes.
+// Limits the number of own frames in the kernel's queue, counted by their echoes.
 //
-// The kernel sends in the order given, so an echo confirms its frame and every one before it:
-// frames whose echo never came (a bus-off flushed them) do not take up room for ever.
+// The kernel sends in order, so an echo confirms its frame and every earlier one: frames that never
+// get an echo (flushed at bus-off) do not occupy the window for ever.
 #pragma once
 
 #include <array>

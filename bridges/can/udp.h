@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The channel "udp:GROUP:PORT": CAN frames in the datagrams of a multicast group, as python-can's
-// interface udp_multicast has them. For machines without CAN, and for tests against strangers.
+// The channel "udp:GROUP:PORT": CAN frames in datagrams of a multicast group, in the format of
+// python-can's interface udp_multicast. For machines without CAN, and for tests with foreign
+// software.
 //
 //   udp:239.74.163.2:43113                       stays on this host: loopback, time to live 0
 //   udp:[ff15::1]:43113                          IPv6
-//   udp:239.74.163.2:43113?ttl=1                 leaves the host, by the system's choice of
-//   interface udp:239.74.163.2:43113?ttl=1&interface=eth1  by this one
+//   udp:239.74.163.2:43113?ttl=1                 leaves the host; the system selects the interface
+//   udp:239.74.163.2:43113?ttl=1&interface=eth1  leaves the host by this interface
 //
 // There is no bus: no arbitration, no acknowledgement, no bit rate; the network may lose and
-// reorder frames. Datagrams that are no frame are counted as malformed.
+// reorder frames. Datagrams that are not frames are counted as malformed.
 #pragma once
 
 #include <cstdint>

@@ -31,7 +31,7 @@ constexpr std::uint8_t kOutputs = 2;
 constexpr Duration kStep = milliseconds(50);
 constexpr double kFullScale = 32767;
 constexpr double kFullScaleVolts = 10;
-// Input 3 covers this share of its distance to output 1 in each step.
+// In each step, input 3 covers this fraction of its distance to output 1.
 constexpr std::int64_t kLag = 4;
 
 class AnalogIo final : public Behaviour {
@@ -54,7 +54,7 @@ class AnalogIo final : public Behaviour {
 
   void step() override {
     next_ = next_period(now(), kStep);
-    // On the grid, so that a device that is called late shows the same values.
+    // Aligned to the grid, so that a device that runs late computes the same values.
     const Instant t = next_ - kStep;
     const std::array waves{sine(t, seconds(10), mix(seed(), 1)),
                            ramp(t, seconds(4), mix(seed(), 2))};
@@ -90,7 +90,7 @@ class AnalogIo final : public Behaviour {
   void outputs_to_error_value() {
     for (std::uint8_t sub = 1; sub <= kOutputs; ++sub) {
       if (unsigned_value({kErrorMode, sub}) != 0) {
-        // The error value is left-adjusted in 32 bits, as CiA 401 has it for all widths.
+        // CiA 401 left-adjusts the error value in 32 bits for all widths.
         const std::int64_t value = signed_value({kErrorValue, sub}) >> 16;
         quiet_set({kOutput, sub}, static_cast<std::int16_t>(value));
       }

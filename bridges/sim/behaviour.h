@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a simulated device does beyond CiA 301: its profile.
+// The behaviour of a simulated device beyond CiA 301: its device profile.
 //
-// The device calls it with the time; it writes values to the dictionary and tells the PDO engine.
-// Values are functions of seed, time and what was received; nothing else.
+// The device calls it with the time; it writes values to the dictionary and requests TPDOs. Values
+// depend on seed, time and received data alone.
 #pragma once
 
 #include <cstdint>
@@ -19,16 +19,17 @@ namespace linegate::sim {
 
 class Behaviour : public node::Application, public od::Hook {
  public:
-  // The node must outlive the behaviour's use. Sets hooks and first values.
+  // Registers hooks and sets the initial values. The node must outlive the behaviour.
   void attach(node::Node& node, std::uint64_t seed);
 
-  // Brings values up to now where something was received or the time has come.
+  // Updates the values to `now` after a reception or when a step is due.
   void run(Instant now);
-  // When run() wants to be called next though nothing was received; kNever if never.
+  // When to call run() if nothing is received; kNever if never.
   virtual Instant next_step() const { return kNever; }
-  // Once after each NMT reset of the node: whether it was of the whole node.
+  // Returns a value once after each NMT reset of the node: true for reset node, false for reset
+  // communication.
   std::optional<bool> take_reset() { return std::exchange(reset_, std::nullopt); }
-  // The time of what the node is about to be given.
+  // Sets the time of the next call into the node.
   void set_time(Instant now) { now_ = now; }
 
   // node::Application, od::Hook
@@ -37,13 +38,13 @@ class Behaviour : public node::Application, public od::Hook {
   void reset(bool whole_node, Instant now) override;
 
  protected:
-  // Hooks for objects whose writing over SDO matters at once.
+  // Registers hooks for objects whose SDO write takes effect at once.
   virtual void set_hooks() {}
-  // After power-on and reset node: the values in the dictionary are those of the EDS.
+  // Called after power-on and reset node: the dictionary has the values of the EDS.
   virtual void power_on() {}
-  // An RPDO or an SDO may have changed what the device is to do.
+  // Called after an RPDO or SDO write, which may have changed the outputs of the device.
   virtual void react() {}
-  // next_step() has come.
+  // Called when next_step() is due.
   virtual void step() {}
 
   node::Node& node() { return *node_; }
@@ -55,7 +56,7 @@ class Behaviour : public node::Application, public od::Hook {
   std::int64_t signed_value(od::Address address);  // sign-extended from the variable's size
   bool has_sub(od::Address address);
 
-  // Writes the value; if it is a new one, event-driven TPDOs that map it are requested.
+  // Writes the value. If it changed, requests the event-driven TPDOs that map it.
   template <class T>
   requires std::is_integral_v<T>
   void set(od::Address address, T value) {
@@ -64,7 +65,7 @@ class Behaviour : public node::Application, public od::Hook {
       node_->pdos().value_changed(address, now_);
     }
   }
-  // Writes the value and tells nobody.
+  // Writes the value without requesting a TPDO.
   template <class T>
   requires std::is_integral_v<T>
   void quiet_set(od::Address address, T value) {
@@ -81,7 +82,7 @@ class Behaviour : public node::Application, public od::Hook {
   Instant now_{};
   bool touched_ = false;
   std::optional<bool> reset_;
-  bool writing_ = false;  // by the device itself: not to be taken for an SDO
+  bool writing_ = false;  // the device itself writes, not an SDO
 };
 
 std::unique_ptr<Behaviour> make_digital_io();

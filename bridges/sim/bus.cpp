@@ -50,7 +50,8 @@ void Bus::set_connected(Endpoint endpoint, bool connected, Instant now) {
     end.cursor = delivered_;
     end.limit = kNoLimit;
     for (Waiting& waiting : end.queue) {
-      waiting.submitted = latest_;  // the wire knows nothing of it before
+      // The frame cannot take part in an arbitration that already began
+      waiting.submitted = latest_;
     }
   } else {
     end.limit = delivered_;
@@ -85,9 +86,9 @@ std::size_t Bus::most_urgent(const End& end, Instant by) const {
   return best;
 }
 
-// A frame begins when the bus is free and something waits for it. Those who had submitted by then
-// take part in the arbitration; it is decided only when the frame ends, so that submissions at the
-// same instant need no order among themselves.
+// A frame begins when the bus is free and an endpoint has one to send. All frames submitted by then
+// take part in the arbitration. It is decided only when the frame ends, so that submissions at the
+// same instant need no order.
 bool Bus::next_turn(Turn& turn) const {
   Instant first = kNever;
   for (const End& end : ends_) {

@@ -37,7 +37,7 @@ constexpr std::array<std::string_view, kProfiles.size()> kNames{
 
 constexpr std::uint16_t kHeartbeatTime = 0x1017;
 constexpr std::int64_t kMostHeartbeatMs = 65535;
-// Nobody reads a simulated device's own events unless a test does.
+// A few are enough: only tests read a simulated device's events.
 constexpr std::size_t kEvents = 64;
 constexpr std::uint16_t kIdentity = 0x1018;
 constexpr std::uint8_t kSerialNumber = 4;
@@ -64,7 +64,7 @@ std::string known_profiles() {
   return list;
 }
 
-// The heartbeat asked for becomes the device's default, so that it survives a reset.
+// Makes the configured heartbeat time the default of 1017h, so that it survives a reset.
 void set_heartbeat(od::DeviceDescription& device, Duration heartbeat) {
   const std::int64_t ms = std::clamp<std::int64_t>(
       std::chrono::duration_cast<std::chrono::milliseconds>(heartbeat).count(), 0,
@@ -86,7 +86,7 @@ void set_serial(od::DeviceDescription& device, std::uint32_t serial) {
   }
 }
 
-// An object that the EDS does not know stays away.
+// Does nothing if the EDS lacks the object.
 void set_default(od::DeviceDescription& device, od::Address address, std::uint64_t value) {
   for (od::ObjectDescription& object : device.objects) {
     for (od::VariableDescription& variable : object.variables) {
@@ -97,7 +97,7 @@ void set_default(od::DeviceDescription& device, od::Address address, std::uint64
   }
 }
 
-// The device as it is with that node-ID, which is valid. Precondition: the profile is known.
+// Describes the device with that node-ID. Preconditions: the node-ID is valid, the profile exists.
 Loaded<od::DeviceDescription> describe(const DeviceOptions& options, std::uint8_t node_id) {
   const Profile& profile = *find(options.profile);
   auto out = eds::load(profile.text, profile.file, node_id);
@@ -128,7 +128,7 @@ lss::Address lss_address(od::Dictionary& dictionary) {
 
 }  // namespace
 
-// It stores what it is given where it outlives power-off, as long as the Device.
+// Its memory survives power-off and lives as long as the Device.
 struct Device::Lss final : lss::SlaveHost {
   explicit Lss(const lss::Address& address) : slave(address, this) {}
 
@@ -136,13 +136,13 @@ struct Device::Lss final : lss::SlaveHost {
     kept = settings;
     return lss::StoreResult::stored;
   }
-  // The bus decides; what is configured is kept.
+  // The bus determines the bit rate; the configured value is only stored.
   bool has_bit_timing(std::uint8_t index) const override {
     return lss::bit_rate(index).has_value();
   }
 
   lss::Settings kept;
-  std::optional<bool> reset;  // by NMT, without a node-ID: of the whole node
+  std::optional<bool> reset;  // an NMT reset while the device has no node-ID; true: reset node
   lss::Slave slave;
   can::TransmitQueue answers{kLssAnswers};
 };
@@ -198,7 +198,7 @@ void Device::build(const od::DeviceDescription& description) {
   node::Options node_options;
   node_options.node_id = description.node_id;
   node_options.self_starting = options_.self_starting;
-  program_.reset();  // it refers to the node before
+  program_.reset();  // it refers to the previous node
   node_ = std::make_unique<node::Node>(od::Dictionary(description), node_options, events_, nullptr);
   behaviour_ = find(options_.profile)->make();
   node_->set_medium(options_.medium.get());
@@ -207,7 +207,7 @@ void Device::build(const od::DeviceDescription& description) {
   program_ = std::make_unique<ProgramMemory>(node_->dictionary());
 }
 
-// Its address stays what it is, whatever node-ID the device is given.
+// The LSS address does not depend on the node-ID.
 void Device::be_lss_slave() {
   const lss::Address address = lss_address(node_->dictionary());
   options_.serial = address[lss::kSerial];
@@ -218,14 +218,14 @@ void Device::be_lss_slave() {
   lss_->slave.power_on(lss_->kept);
 }
 
-// What depends on the node-ID is in the description.
+// Values that depend on the node-ID are in the description.
 void Device::rebuild(std::uint8_t node_id) {
   if (node_->node_id() != node_id) {
     build(*describe(options_, node_id).value);
   }
 }
 
-// Two devices of a plant with one seed shall not move alike.
+// Two devices with the same seed must not move alike.
 std::uint64_t Device::mix_seed() const {
   return options_.seed * 128 + options_.node_id;
 }
@@ -247,7 +247,7 @@ void Device::set_time(Instant now) {
   program_->set_time(now);
 }
 
-// Its program was stopped or started.
+// After its program was stopped or started.
 void Device::restart_if_due(Instant now) {
   if (program_->take_restart(now)) {
     node_->command(nmt::Command::reset_node, now);
@@ -264,7 +264,8 @@ void Device::start(Instant now) {
   rebuild(lss_->slave.active_node_id());
   set_time(now);
   node_->start(now);
-  (void)behaviour_->take_reset();  // power-on, which the slave has seen already
+  // Discard the power-on reset, which the LSS slave already processed
+  (void)behaviour_->take_reset();
 }
 
 void Device::kill() {
@@ -277,8 +278,8 @@ void Device::revive(Instant now) {
   }
 }
 
-// NMT resets, and leaving configuration with the first node-ID, make the pending one the active
-// one.
+// The pending node-ID becomes active at an NMT reset, and when the slave leaves LSS configuration
+// state with its first node-ID.
 void Device::follow_lss(Instant now) {
   std::optional<bool> reset = behaviour_->take_reset();
   reset = reset ? reset : lss_->reset;
@@ -297,7 +298,7 @@ void Device::follow_lss(Instant now) {
   }
 }
 
-// The faulty ones boot by NMT alone, as the node that they are to be.
+// Devices with the fault `boots_at_reset` take their node-ID at the next NMT reset.
 void Device::hear_without_node_id(const can::Frame& frame) {
   const auto control =
       frame.id == can::kNmtId && !frame.extended() ? nmt::decode_node_control(frame) : std::nullopt;

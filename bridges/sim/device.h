@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A simulated CANopen device: a node::Node with the dictionary of one of our EDS files and the
-// behaviour of its profile. Values move as a function of seed and time alone.
+// A simulated CANopen device: a node::Node with the dictionary of an EDS file of this folder and
+// the behaviour of its profile. Its values depend on seed and time alone.
 //
-// An object without I/O, thread or clock, as the stack is: a test runs it on a Bus in virtual time,
-// `linegate simulate` on any channel.
+// It has no I/O, thread or clock: tests run it on a Bus in virtual time, `linegate simulate` on any
+// channel.
 #pragma once
 
 #include <cstdint>
@@ -26,24 +26,24 @@
 namespace linegate::sim {
 
 struct DeviceOptions {
-  std::string profile;                      // one of profiles()
-  std::uint8_t node_id = 1;                 // 1..127; what it is called by even if it has another
-  std::uint64_t seed = 0;                   // same seed, same values
-  std::optional<Duration> heartbeat;        // 1017h, 0..65535 ms; nothing = what the EDS says
-  bool self_starting = false;               // goes Operational without being told
-  bool unconfigured = false;                // it begins without a node-ID, for LSS to give it one
-  std::optional<std::uint8_t> has_node_id;  // stored by LSS before; nothing = node_id
+  std::string profile;       // one of profiles()
+  std::uint8_t node_id = 1;  // 1..127; identifies the device even if its active node-ID differs
+  std::uint64_t seed = 0;    // the same seed gives the same values
+  std::optional<Duration> heartbeat;        // 1017h, 0..65535 ms; empty = default of the EDS
+  bool self_starting = false;               // enters Operational without an NMT command
+  bool unconfigured = false;                // starts without a node-ID, which LSS assigns
+  std::optional<std::uint8_t> has_node_id;  // a node-ID that LSS stored before; empty = node_id
   lss::SlaveFaults lss_faults;
-  std::optional<std::uint32_t> serial;  // 1018h:4; nothing = what the EDS says
-  std::vector<std::pair<od::Address, std::uint64_t>> defaults;  // other than the EDS says
-  std::shared_ptr<storage::Medium> medium;  // keeps stored parameters; nothing = the device's own
-                                            // memory, which outlives kill() but not the Device
+  std::optional<std::uint32_t> serial;  // 1018h:4; empty = default of the EDS
+  std::vector<std::pair<od::Address, std::uint64_t>> defaults;  // replace defaults of the EDS
+  std::shared_ptr<storage::Medium> medium;  // holds stored parameters; empty = memory of the
+                                            // Device, which survives kill()
 };
 
 // "digital-io" (CiA 401), "analog-io" (CiA 401), "encoder" (CiA 406), "drive" (CiA 402).
 std::span<const std::string_view> profiles();
 
-// The EDS file of a profile: its name ("digital-io.eds") and text; empty if there is no such
+// The name ("digital-io.eds") and the text of a profile's EDS file; empty if there is no such
 // profile.
 std::string_view eds_name(std::string_view profile);
 std::string_view eds_text(std::string_view profile);
@@ -53,40 +53,40 @@ class ProgramMemory;
 
 class Device {
  public:
-  // Fails for an unknown profile or node-ID.
+  // Fails for an unknown profile or an invalid node-ID.
   static Loaded<std::unique_ptr<Device>> make(const DeviceOptions& options);
   ~Device();
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
 
-  // Power on: boot-up message, Pre-operational.
+  // Power-on: boot-up message, then Pre-operational.
   void start(Instant now);
-  // Power off: hears and says nothing until it is revived.
+  // Power-off: neither receives nor sends until revive().
   void kill();
-  // Power on again: values as in the EDS or as stored (1010h), boot-up message; the node-ID as
-  // stored by LSS.
+  // Power-on again: values of the EDS or stored ones (1010h), boot-up message, the node-ID that LSS
+  // stored.
   void revive(Instant now);
   bool alive() const { return alive_; }
 
-  // Each frame at its own time. Ignored while dead.
+  // Processes each frame at its own time. Ignored after kill().
   void receive(std::span<const can::Frame> frames);
-  // Moves the values and runs what is due.
+  // Updates the values and runs due time-outs.
   void advance(Instant now);
   Instant next_wake() const;
-  // The most urgent frame to send; false if none.
+  // Returns the most urgent frame to send; false if there is none.
   bool next_frame(can::Frame& out, Instant now);
   bool wants_to_send(Instant now) const;
 
-  // The node-ID it has on the bus; 0 = none, and nothing but LSS is heard.
+  // The active node-ID; 0 = none: the device processes LSS alone.
   std::uint8_t node_id() const;
   // The LSS slave.
   const lss::Slave& lss_slave() const;
 
-  // What happened to the node itself, oldest first; gives how many.
+  // Moves events of the node to `out`, oldest first, and returns their number.
   std::size_t take_events(std::span<Event> out);
 
   const DeviceOptions& options() const { return options_; }
-  // Another one when it gets another node-ID.
+  // The reference is invalid after the device gets another node-ID.
   node::Node& node() { return *node_; }
   const node::Node& node() const { return *node_; }
   od::Dictionary& dictionary() { return node_->dictionary(); }
@@ -110,7 +110,7 @@ class Device {
   std::unique_ptr<Behaviour> behaviour_;
   std::unique_ptr<node::Node> node_;
   std::unique_ptr<Lss> lss_;
-  std::unique_ptr<ProgramMemory> program_;  // on the node's dictionary
+  std::unique_ptr<ProgramMemory> program_;  // registered with the node's dictionary
   bool alive_ = false;
 };
 

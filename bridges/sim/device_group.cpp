@@ -47,7 +47,8 @@ Instant DeviceGroup::next_wake() const {
   return next;
 }
 
-// A frame that was pulled from a device waits here until it wins; that of a dead one is gone.
+// A frame that was pulled from a device is kept here until it wins arbitration. Frames of a device
+// that was killed are discarded.
 bool DeviceGroup::refresh_offer(std::size_t index, Instant now) {
   Offered& offer = offered_[index];
   offer.valid = offer.valid && devices_[index]->alive();

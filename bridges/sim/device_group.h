@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Several simulated devices behind one channel. What one of them sends the others hear too, since a
-// channel does not give back its own frames.
+// Several simulated devices behind one channel. A channel does not return its own frames, so the
+// group delivers the frames of each device to the others.
 #pragma once
 
 #include <memory>
@@ -13,9 +13,9 @@ namespace linegate::sim {
 
 class DeviceGroup {
  public:
-  // False if a device with this node-ID is there already; it is dropped then.
+  // Returns false, and destroys the device, if its node-ID is already in use.
   bool add(std::unique_ptr<Device> device);
-  // nullptr if there is none with this node-ID.
+  // nullptr if no device has this node-ID.
   Device* find(std::uint8_t node_id);
   std::span<const std::unique_ptr<Device>> devices() const { return devices_; }
 
@@ -23,8 +23,8 @@ class DeviceGroup {
   void receive(std::span<const can::Frame> frames);
   void advance(Instant now);
   Instant next_wake() const;
-  // The frame that would win arbitration among the devices' most urgent ones, as far as they are
-  // known; false if none wants to send. The other devices have received it at `now`.
+  // Returns the frame that wins arbitration among the known most urgent frames of the devices;
+  // false if there is none. The other devices receive it at `now`.
   bool next_frame(can::Frame& out, Instant now);
   bool wants_to_send(Instant now) const;
 
@@ -36,7 +36,7 @@ class DeviceGroup {
   bool refresh_offer(std::size_t index, Instant now);
 
   std::vector<std::unique_ptr<Device>> devices_;
-  std::vector<Offered> offered_;  // per device: its next frame, pulled but not given out yet
+  std::vector<Offered> offered_;  // by device: its next frame, pulled but not yet returned
 };
 
 }  // namespace linegate::sim

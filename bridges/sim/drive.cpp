@@ -49,14 +49,15 @@ constexpr std::uint16_t kRemote = 0x0200;
 constexpr std::uint16_t kTargetReached = 0x0400;
 constexpr std::uint16_t kModeSpecific = 0x1000;
 
-// Quick stop option codes up to this one end in switch_on_disabled, those above stay.
+// Quick stop option codes up to this one lead to switch on disabled; greater ones stay in quick
+// stop active.
 constexpr std::int64_t kLastQuickStopThatDisables = 4;
-// A caller that was away for longer sees the axis stand still in between.
+// If run() is called later than this, the axis stands still in between.
 constexpr int kMostStepsAtOnce = 100;
 
 constexpr std::uint16_t kConnectionLost = 0x8130;
 
-// The bit of the error register that belongs to an error code (CiA 301), with the generic one.
+// The error register for an error code (CiA 301 7.5.2.2): its class bit and the generic one.
 std::uint8_t error_register(std::uint16_t code) {
   switch (code >> 12U) {
     case 0x2:
@@ -154,7 +155,7 @@ class Drive final : public Behaviour {
     settle();
   }
 
-  // No step without voltage; the first one is a period after it came.
+  // No step without voltage; the first step follows one period after power-up.
   void settle() {
     if (!powered()) {
       motion_.halt();
@@ -246,7 +247,7 @@ class Drive final : public Behaviour {
     motion_.step_to_position(target_, limits);
   }
 
-  // --- what the world sees ----------------------------------------------------------------------
+  // --- published values -------------------------------------------------------------------------
 
   bool reached() {
     if (state_ != DriveState::operation_enabled) {

@@ -25,7 +25,7 @@ void DriveMotion::step_to_position(double target, const Limits& limits) {
     velocity_ = 0;
     return;
   }
-  // The fastest velocity from which it can still stop in time, and which does not step over it.
+  // The highest velocity from which the axis can stop at the target without overshoot.
   const double braking = std::sqrt(2 * limits.acceleration * std::abs(distance)) - most / 2;
   const double wanted =
       std::min({limits.velocity, std::max(braking, most / 2), std::abs(distance) / kSeconds});

@@ -17,11 +17,11 @@ class DriveMotion {
     double acceleration = 0;  // increments/s^2, > 0
   };
 
-  // Moves one step towards the target, so that the axis comes to rest there.
+  // Moves one step towards the target position and stops there without overshoot.
   void step_to_position(double target, const Limits& limits);
-  // One step towards the velocity, increments/s.
+  // Moves one step, with the velocity (increments/s) approaching the target.
   void step_to_velocity(double target, const Limits& limits);
-  // Stands still at once: the axis has no mass without voltage.
+  // Stops at once: without voltage the simulated axis has no inertia.
   void halt() { velocity_ = 0; }
   void set_position(double position) { position_ = position; }
 

@@ -14,7 +14,7 @@ struct Transition {
 
 using enum DriveState;
 
-// The numbers are those of the transitions in CiA 402.
+// The comments are the transition numbers of CiA 402.
 constexpr std::array<Transition, 16> kTransitions{{
     {switch_on_disabled, DriveCommand::shutdown, ready_to_switch_on},         // 2
     {ready_to_switch_on, DriveCommand::switch_on, switched_on},               // 3

@@ -28,15 +28,15 @@ enum class DriveCommand : std::uint8_t {
   fault_reset,       // bit 7 rises
 };
 
-// The command a controlword gives after the one before it. switch_on is also what CiA 402 calls
-// "disable operation".
+// The command that a controlword gives, compared with the previous controlword. switch_on is also
+// the "disable operation" of CiA 402.
 DriveCommand drive_command(std::uint16_t controlword, std::uint16_t before);
 
-// The state after a command (transitions 2 to 12, 15, 16). Where there is no such transition the
-// state stays. From ready_to_switch_on enable_operation passes through switched_on.
+// The state after a command (transitions 2 to 12, 15, 16); unchanged if there is no such
+// transition. enable_operation in ready_to_switch_on passes through switched_on.
 DriveState after(DriveState state, DriveCommand command);
 
-// Bits 0 to 6 of the statusword; bit 4, voltage enabled, is set where power may be applied.
+// Bits 0 to 6 of the statusword. Bit 4 (voltage enabled) is set in the states that permit power.
 std::uint16_t status_bits(DriveState state);
 
 }  // namespace linegate::sim

@@ -39,7 +39,7 @@ class Encoder final : public Behaviour {
 
   void power_on() override { offset_ = 0; }
 
-  // Only 6003h can be written from outside; writing the same value again presets again.
+  // SDO can write 6003h alone; writing the same value presets the position again.
   void written(od::Address address) override {
     if (address == kPreset) {
       offset_ = static_cast<std::int64_t>(unsigned_value(kPreset)) - travelled();
@@ -57,7 +57,7 @@ class Encoder final : public Behaviour {
 
   double angle() { return 2 * std::numbers::pi * phase(now(), kPeriod, seed()); }
 
-  // The integral of the speed.
+  // The distance: the integral of the speed.
   std::int64_t travelled() {
     const double seconds = std::chrono::duration<double>(now().time_since_epoch()).count();
     const double period = std::chrono::duration<double>(kPeriod).count();

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program of a simulated device and the flash memory it is in (CiA 302-2): objects 1F50h,
-// 1F51h, 1F56h and 1F57h, sub-index 1. OWN: a program is
+// The program of a simulated device and its flash memory (CiA 302-2): objects 1F50h, 1F51h, 1F56h
+// and 1F57h, sub-index 1. The program format is our own:
 //
-//   "LGFW", U32 software identification, U16 CRC of what follows (as CiA 301 has it), anything
+//   "LGFW", U32 software identification, U16 CRC of the rest (the CRC of CiA 301), any bytes
 //
-// Anything else is taken, and told by 1F57h. The device stops and starts with a restart, as one
-// with a boot loader does; its flash memory takes 1 MB a second.
+// Other data are accepted and reported as an error by 1F57h. Stopping and starting the program
+// restarts the device, as with a boot loader. The flash memory is written at 1 MB/s.
 #pragma once
 
 #include <cstdint>
@@ -20,22 +20,22 @@
 
 namespace linegate::sim {
 
-// A program that a simulated device accepts.
+// Makes a program that a simulated device accepts.
 std::vector<std::byte> make_program(std::uint32_t identification,
                                     std::span<const std::byte> content);
 
 class ProgramMemory final : public od::Hook {
  public:
-  // Of a device whose dictionary has these objects; otherwise nothing ever happens. The dictionary
-  // must outlive it. The device runs the software that 1F56h is described with.
+  // dictionary must outlive this object; without the objects above there is no effect. The device
+  // starts with the software identification that 1F56h has by default.
   explicit ProgramMemory(od::Dictionary& dictionary);
   ~ProgramMemory() override;
 
-  // The time of what comes next.
+  // Sets the time of the next access.
   void set_time(Instant now) { now_ = now; }
-  // When the device is to restart; kNever if not.
+  // When the device is due to restart; kNever if not.
   Instant restart_at() const { return restart_at_; }
-  // Once when that time has come.
+  // Returns true once when the restart is due.
   bool take_restart(Instant now);
 
   // od::Hook

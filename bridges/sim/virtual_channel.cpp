@@ -36,13 +36,13 @@ class Timer {
   Timer(const Timer&) = delete;
   Timer& operator=(const Timer&) = delete;
 
-  // 0, or errno.
+  // Returns 0 or errno.
   int open() {
     descriptor_ = ::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC);
     return descriptor_ >= 0 ? 0 : errno;
   }
 
-  // Setting it again is also what makes an expired timer unreadable.
+  // Also clears the readable state of an expired timer.
   void arm(Instant at) {
     if (descriptor_ < 0) {
       return;
@@ -65,7 +65,8 @@ class Timer {
   Instant armed_ = kNever;
 };
 
-// Whether that node sends it, by the pre-defined connection set of CiA 301; 0 = no node.
+// Whether the frame's identifier belongs to that node in the predefined connection set (CiA
+// 301 7.3.3); node 0: never.
 bool is_from(const can::Frame& frame, std::uint8_t node) {
   constexpr std::array<std::uint32_t, 7> kServices{
       can::kEmcyBase, 0x180, 0x280, 0x380, 0x480, can::kSdoResponseBase, can::kErrorControlBase};
@@ -78,8 +79,8 @@ struct Member {
   Timer timer;
 };
 
-// A bus and the ends that are open. Every call is made under the mutex. Whenever something is going
-// to happen on the bus, every member's timer is armed for it or for something earlier.
+// A bus and its open endpoints. All members require the mutex. Invariant: each member's timer
+// expires no later than the next change on the bus.
 struct SharedBus {
   explicit SharedBus(const BusOptions& options) : bus(options) {}
 
@@ -97,7 +98,7 @@ struct SharedBus {
     bus.advance(now);
   }
 
-  // What becomes of a frame, by chance and by the clock.
+  // Selects the outcome of each frame at random and by time.
   void set_faults(const can_bridge::VirtualFaults& wanted) {
     faults = wanted;
     bus.set_disturbance(
@@ -117,18 +118,18 @@ struct SharedBus {
         });
   }
 
-  // In turns of stuck_time since the first end was opened: it works in the first one.
+  // The node alternates every stuck_time since the first endpoint opened, working first.
   bool is_stuck() const {
     return faults.stuck_time <= Duration{} || (time - opened) / faults.stuck_time % 2 == 1;
   }
 
   std::mutex mutex;
   Bus bus;
-  can_bridge::VirtualFaults faults;  // those of the bus, not those of its ends
+  can_bridge::VirtualFaults faults;  // faults of the whole bus
   Instant time{};                    // of the last call
-  Instant opened = kNever;           // the first end of it
+  Instant opened = kNever;           // when the first endpoint opened
   std::vector<Member*> members;
-  std::uint64_t disturbed = 0;  // frames, so far
+  std::uint64_t disturbed = 0;  // number of disturbed frames
 };
 
 class VirtualChannel final : public can_bridge::Channel {
@@ -140,7 +141,7 @@ class VirtualChannel final : public can_bridge::Channel {
       shared_->set_faults(faults);
     }
     self_.endpoint = shared_->bus.attach();
-    shared_->bus.set_connected(self_.endpoint, false, Instant{});  // until it is ready
+    shared_->bus.set_connected(self_.endpoint, false, Instant{});  // until the channel is ready
   }
 
   ~VirtualChannel() override {
@@ -168,7 +169,7 @@ class VirtualChannel final : public can_bridge::Channel {
     const std::size_t count = bus.take(self_.endpoint, out, now);
     counters_.received += count;
     counters_.confirmed = bus.sent(self_.endpoint);
-    // Frames that were refused have no number on the bus.
+    // Refused frames have no number on the bus.
     const std::uint64_t left = bus.acknowledged(self_.endpoint);
     counters_.acknowledged =
         std::max(counters_.acknowledged, left == counters_.sent ? counters_.taken() : left);
@@ -272,7 +273,7 @@ class VirtualChannel final : public can_bridge::Channel {
     self_.timer.arm(earlier(self_.timer.armed(), at));
   }
 
-  // Those of the bus, whoever asked for them, and those of this end.
+  // The faults of the bus, and those of this endpoint.
   can_bridge::VirtualFaults faults() const {
     can_bridge::VirtualFaults all = shared_->faults;
     all.bus_off = faults_.bus_off;
@@ -292,7 +293,7 @@ class VirtualChannel final : public can_bridge::Channel {
     }
   }
 
-  // Bus-off, and back.
+  // Enters bus-off, or returns from it.
   void change_state(can_bridge::BusEvents& events, Instant now) {
     if (now < change_at_) {
       return;
@@ -333,7 +334,7 @@ class VirtualChannel final : public can_bridge::Channel {
     return true;
   }
 
-  // They were before all that are left: `then` is the time of the first of these.
+  // The lost frames precede all remaining ones; `then` is the time of the first remaining frame.
   void report_lost(std::uint64_t lost, can_bridge::BusEvents& events, Instant then) {
     if (lost == 0) {
       return;
@@ -350,10 +351,10 @@ class VirtualChannel final : public can_bridge::Channel {
   Member self_;
   Instant retry_at_{};
   bool failed_ = false;
-  can_bridge::VirtualFaults faults_;  // of this end: bus_off and restart
-  Instant change_at_ = kNever;        // into bus-off, or back
+  can_bridge::VirtualFaults faults_;  // of this endpoint: bus_off and restart
+  Instant change_at_ = kNever;        // next change into bus-off or back
   bool is_bus_off_ = false;
-  std::uint64_t disturbed_ = 0;  // told so far
+  std::uint64_t disturbed_ = 0;  // number already reported
   can_bridge::ChannelCounters counters_;
 };
 

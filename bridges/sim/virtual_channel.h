@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The channel "virtual:NAME": an end of a bus inside this process, in real time.
+// The channel "virtual:NAME": an endpoint of a bus inside this process, in real time.
 //
-// Several threads may hold channels of one bus: the bus is guarded by a mutex, and each channel's
+// Several threads may hold channels of one bus: a mutex guards the bus, and each channel's
 // descriptor is a timer that expires when the next frame ends on the wire. No thread drives the
-// bus; whoever reads or writes brings it up to date.
+// bus; each read and write advances it.
 #pragma once
 
 #include <memory>
@@ -16,8 +16,8 @@
 
 namespace linegate::sim {
 
-// The named buses of one process. Must not be destroyed before other threads' open() has returned;
-// channels keep their bus alive themselves. May be used from several threads.
+// The named buses of one process. It must outlive every call of open(); channels keep their bus
+// alive. Thread-safe.
 class VirtualNetwork {
  public:
   VirtualNetwork();
@@ -25,8 +25,8 @@ class VirtualNetwork {
   VirtualNetwork(const VirtualNetwork&) = delete;
   VirtualNetwork& operator=(const VirtualNetwork&) = delete;
 
-  // A new end of the bus with that name; the first to name a bus makes it, with its options. Faults
-  // of the bus replace those that another end has asked for.
+  // Opens an endpoint of the bus with that name. The first endpoint creates the bus with its
+  // options. Faults of the bus replace those that another endpoint configured.
   std::unique_ptr<can_bridge::Channel> open(std::string_view name, const BusOptions& options = {},
                                             const can_bridge::VirtualFaults& faults = {});
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values that move: functions of time and seed alone, the same on every run.
+// Moving values: functions of time and seed alone, identical in every run.
 #pragma once
 
 #include <cstdint>
@@ -8,21 +8,21 @@
 
 namespace linegate::sim {
 
-// A number that looks random, from two numbers.
+// A pseudo-random number from two numbers.
 std::uint64_t mix(std::uint64_t seed, std::uint64_t n);
 
-// How many whole periods have passed at t. Precondition: period > 0.
+// Number of whole periods up to t. Precondition: period > 0.
 std::int64_t periods(Instant t, Duration period);
-// The beginning of the next period after t.
+// The start of the first period after t.
 Instant next_period(Instant t, Duration period);
 
-// Where in its period t is, 0 <= result < 1; the seed shifts it.
+// The position of t in its period, 0 <= result < 1, shifted by the seed.
 double phase(Instant t, Duration period, std::uint64_t seed);
 // sin(2 pi phase): -1..1.
 double sine(Instant t, Duration period, std::uint64_t seed);
-// 2 phase - 1: rises from -1 to 1 and falls back at once.
+// 2 phase - 1: rises from -1 to 1, then falls back.
 double ramp(Instant t, Duration period, std::uint64_t seed);
-// A new number in -1..1 in each period.
+// A pseudo-random number in -1..1 for each period.
 double noise(Instant t, Duration period, std::uint64_t seed);
 
 }  // namespace linegate::sim

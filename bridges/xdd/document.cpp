@@ -12,7 +12,7 @@ bool is_space(char c) {
   return c == ' ' || c == '\t' || c == '\r' || c == '\n';
 }
 
-// Where the attribute of that name begins in the start tag from `at` on; `at` if it is not found.
+// Position of the attribute of that name in the start tag at `at`; `at` if it is not found.
 std::size_t find_attribute(std::string_view text, std::size_t at, std::string_view name) {
   char quote = 0;
   for (std::size_t i = at; i < text.size(); ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An XML file with the places of what is in it; private to bridges/xdd.
+// An XML file that keeps the position of each element; private to bridges/xdd.
 #pragma once
 
 #include <cstddef>
@@ -18,17 +18,17 @@ std::string_view local_name(pugi::xml_node node);
 
 // The first child element of that local name, or an empty node.
 pugi::xml_node child(pugi::xml_node node, std::string_view name);
-// All of them.
+// All child elements of that local name.
 std::vector<pugi::xml_node> children(pugi::xml_node node, std::string_view name);
 
 class Document {
  public:
-  // text: UTF-8 or Latin-1. Reports what is not well-formed; root() is an empty node then.
+  // text: UTF-8 or Latin-1. If it is not well-formed, that is reported and root() is an empty node.
   Document(std::string_view text, eds::Report& report);
 
   pugi::xml_node root() const { return document_.document_element(); }
 
-  // Where the element begins, or its attribute of that name.
+  // The position of the element, or of its attribute of that name.
   eds::Place place(pugi::xml_node node) const;
   eds::Place place(pugi::xml_node node, std::string_view attribute) const;
 

@@ -12,7 +12,7 @@ namespace {
 
 using eds::equal_ignoring_case;
 
-// The types of IEC 61131-3 that parameters have, as those of CANopen.
+// CANopen data types of the IEC 61131-3 types that parameters use.
 const char* data_type(std::string_view name) {
   static constexpr std::pair<std::string_view, const char*> kTypes[] = {
       {"BOOL", "0x01"},   {"CHAR", "0x02"},    {"SINT", "0x02"},     {"INT", "0x03"},
@@ -28,7 +28,7 @@ const char* data_type(std::string_view name) {
   return nullptr;
 }
 
-constexpr const char* kDefaultAccess = "read";  // of a parameter without the attribute, CiA 311
+constexpr const char* kDefaultAccess = "read";  // of a parameter without the attribute (CiA 311)
 
 std::string access_of_parameter(std::string_view access) {
   static constexpr std::pair<std::string_view, const char*> kWords[] = {
@@ -48,7 +48,7 @@ const char* attribute(pugi::xml_node node, const char* name) {
   return found.empty() ? nullptr : found.value();
 }
 
-// Hexadecimal digits, which CiA 311 writes without 0x and some files with it.
+// Hexadecimal digits. CiA 311 writes them without 0x, some files with it.
 std::string_view digits_of(std::string_view hex) {
   hex = eds::trim(hex);
   return hex.starts_with("0x") || hex.starts_with("0X") ? hex.substr(2) : hex;
@@ -63,7 +63,8 @@ std::string hexadecimal(std::string_view hex) {
   return digits.empty() ? std::string() : "0x" + std::string(digits);
 }
 
-// rw objects that only one kind of PDO may hold are rwr or rww in CiA 306.
+// CiA 306 writes rw objects that only RPDOs may map as rww, and those that only TPDOs may map as
+// rwr.
 std::string with_direction(std::string access, std::string_view mapping) {
   if (access == "rw" && equal_ignoring_case(mapping, "TPDO")) {
     return "rwr";

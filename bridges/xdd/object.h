@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// CANopenObject and CANopenSubObject of CiA 311 as sections; private to bridges/xdd.
+// CANopenObject and CANopenSubObject (CiA 311) as sections of CiA 306; private to bridges/xdd.
 #pragma once
 
 #include <map>
@@ -10,7 +10,7 @@
 
 namespace linegate::xdd {
 
-// The parameters of the application process by uniqueID.
+// Parameters of the application process by uniqueID.
 using Parameters = std::map<std::string, pugi::xml_node, std::less<>>;
 
 class ObjectReader {
@@ -19,8 +19,8 @@ class ObjectReader {
                eds::Report& report)
       : document_(document), parameters_(parameters), out_(out), report_(report) {}
 
-  // The object with all its sub-indices. Gives its index as in the file ("1018"), empty if it has
-  // none, which is reported.
+  // Converts the object with all its sub-indices. Returns its index as written in the file
+  // ("1018"); empty if it has none, which is reported.
   std::string read(pugi::xml_node object);
 
  private:

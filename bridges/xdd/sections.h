@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sections of CiA 306 made of XML; private to bridges/xdd.
+// Sections of CiA 306 built from XML; private to bridges/xdd.
 #pragma once
 
 #include <deque>
@@ -12,19 +12,19 @@ namespace linegate::xdd {
 
 class Sections {
  public:
-  // One section while it is made.
+  // Builds one section.
   class Builder {
    public:
     Builder(Sections& owner, std::string name, eds::Place place);
 
-    // A later entry of the same key does not count; nor does a value that is nullptr.
+    // Adds an entry. Ignored if the key exists already or value is nullptr.
     void add(std::string_view key, const char* value, eds::Place place);
     void add(std::string_view key, std::string value, eds::Place place);
 
-    // Without looking for a key that is there already.
+    // Adds an entry without a check for duplicates.
     void append(std::string key, std::string value, eds::Place place);
 
-    // False if there is a section of that name already.
+    // Returns false if a section of that name exists already.
     bool finish();
 
    private:
@@ -37,7 +37,7 @@ class Sections {
  private:
   std::string_view keep(std::string text) { return texts_.emplace_back(std::move(text)); }
 
-  std::deque<std::string> texts_;  // what the sections are views of
+  std::deque<std::string> texts_;  // storage of the views in the sections
   eds::Ini ini_;
 };
 

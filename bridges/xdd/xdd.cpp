@@ -19,7 +19,7 @@ class Reader {
  public:
   Reader(std::string_view text, eds::Report& report) : report_(report), document_(text, report) {}
 
-  // Nothing more is to be read if this has reported an error.
+  // After a reported error nothing more may be read.
   void read() {
     const pugi::xml_node root = document_.root();
     if (!root) {

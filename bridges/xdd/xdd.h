@@ -9,15 +9,15 @@
 
 namespace linegate::xdd {
 
-// Whether a file of that name is one, by its end: .xdd or .xdc in any case.
+// Whether the file name ends with .xdd or .xdc, in any case.
 bool is_xdd(std::string_view file_name);
 
-// As eds::read(), with the same rules for what is a warning and what an error: the XML is taken
-// apart into the sections and keys of CiA 306 that say the same, each with its place. Findings
+// Reads an XDD or XDC as eds::read() reads an EDS, with the same rules for warnings and errors: the
+// XML is converted to the equivalent sections and keys of CiA 306, each with its position. Findings
 // therefore name keys of CiA 306 (DefaultValue for defaultValue). text: UTF-8 or Latin-1.
 //
-// An attribute of an object counts more than the parameter of the application process that
-// uniqueIDRef names. An XDC is told by its deviceCommissioning; actualValue is its ParameterValue.
+// An attribute of an object takes precedence over the parameter of the application process that
+// uniqueIDRef names. deviceCommissioning marks an XDC; actualValue becomes ParameterValue.
 Loaded<eds::DataSheet> read(std::string_view text, std::string_view file_name,
                             std::uint8_t node_id);
 
