@@ -16,8 +16,8 @@ namespace linegate::console {
 namespace {
 
 struct IdentityPart {
-  od::Address seen;        // of the device
-  std::uint16_t expected;  // of the manager, sub-index = node-ID
+  od::Address seen;        // object of the device
+  std::uint16_t expected;  // object of the manager; its sub-index is the node-ID
   const char* name;
 };
 constexpr std::array<IdentityPart, 5> kIdentity{{
@@ -37,7 +37,7 @@ bool is_missing(const Error& error) {
           error.code == static_cast<std::uint32_t>(AbortCode::no_sub_index));
 }
 
-// 0, which is not compared, where the device has no such object.
+// Returns 0, which the manager does not compare, if the device lacks the object.
 std::optional<std::uint32_t> read_part(Context& context, Model& model, const Line& line,
                                        std::uint8_t node, const IdentityPart& part) {
   line::Command command{.kind = line::CommandKind::sdo_read};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `linegate accept`: a device that was exchanged becomes the one that is expected.
+// `linegate accept`: makes a replaced device the expected one.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 namespace linegate::console {
 
 // what: LINE:NODE. Reads the identity of the node (1000h, 1018h:1 to 4), writes it to 1F84h to
-// 1F88h of the manager, which compares them at each boot until the gateway starts anew, and boots
-// the node. Says what plant.yaml needs for the time after that. kFailed if the node is not booted.
+// 1F88h of the manager, which compares them at each boot until the gateway restarts, and boots the
+// node. Prints the lines that plant.yaml needs to keep it. Returns kFailed if the boot fails.
 int accept(Context& context, const std::string& what);
 
 }  // namespace linegate::console

@@ -12,10 +12,10 @@ namespace linegate::console {
 
 namespace {
 
-// Beyond the gateway's own time limit: the way of the answer, on a machine that is busy.
+// Added to the gateway's own time limit: transport of the answer, on a busy machine.
 constexpr Duration kAnswerTime = std::chrono::seconds(2);
 
-// Answered at the latest after line::kSendTime, whatever the time-out of the command.
+// The reply comes within line::kSendTime, whatever the time-out of the command.
 bool is_unconfirmed(line::CommandKind kind) {
   using enum line::CommandKind;
   return kind == output_write || kind == nmt || kind == can_send || kind == emcy_send ||
@@ -24,7 +24,7 @@ bool is_unconfirmed(line::CommandKind kind) {
 
 }  // namespace
 
-// The gateway has the time limit, too: its answer says what happened until then.
+// The gateway gets the same time limit, so that its answer reports what happened until then.
 Client::Answer ask_line(Context& context, Model& model, const Line& line,
                         const line::Command& command, std::uint64_t layout_id) {
   line::Command limited = command;

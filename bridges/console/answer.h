@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Asking a line, and saying what it answered: the same for all commands that are one question.
+// Sends a request to a line and prints the answer: shared by all commands that are one request.
 #pragma once
 
 #include <cstdint>
@@ -12,17 +12,17 @@
 
 namespace linegate::console {
 
-// Waits for the answer, for context.timeout at most; where the gateway has that time limit, too,
-// somewhat longer. layout_id: see Client::call().
+// Waits for the answer, at most context.timeout, and somewhat longer where the gateway has the same
+// time limit. layout_id: see Client::call().
 Client::Answer ask_line(Context& context, Model& model, const Line& line,
                         const line::Command& command, std::uint64_t layout_id = 0);
 
-// Prints the answer as JSON if that is wanted, else its value, if there is one, or what was wrong.
-// kDone, kFailed, or kHeldBack if the bus did not acknowledge the frame.
+// Prints the answer as JSON if requested, else its value or the error. Returns kDone, kFailed, or
+// kHeldBack if the bus did not acknowledge the frame.
 int print_answer(Context& context, const Client::Answer& answer, const std::string& value = {});
 
-// work(Model&, const Line&) with the line that is meant, and gives what it gives; kFailed if there
-// is none, which has been told.
+// Calls work(Model&, const Line&) with the named line and returns its result; kFailed, after an
+// error message, if there is no such line.
 template <class Work>
 int on_line(Context& context, const std::string& name, const Work& work) {
   Model model;

@@ -19,7 +19,7 @@
 namespace linegate::console {
 namespace {
 
-// Absent nodes take their boot time-out, which may be an hour.
+// An absent node occupies its boot time-out, which may be an hour.
 constexpr Duration kLongestBoot = std::chrono::minutes(65);
 
 std::string letter_text(char letter) {

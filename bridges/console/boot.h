@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `linegate boot`: boot processes made anew, and how they ended.
+// `linegate boot`: repeats boot processes and prints their results.
 #pragma once
 
 #include <string>
@@ -11,11 +11,11 @@
 
 namespace linegate::console {
 
-// what: a line, or LINE:NODE for one node alone. Tells each result on context.err as it comes, and
-// prints them all at the end: as a table, or as JSON. kFailed if a node is not booted.
+// what: a line, or LINE:NODE for one node. Prints each result on context.err as it arrives, and all
+// of them at the end, as a table or as JSON. Returns kFailed if a node did not boot.
 int boot(Context& context, const std::string& what);
 
-// A row for each node.
+// One row for each node.
 Table boot_table(const LineId& id, const std::vector<manager::BootOutcome>& outcomes);
 std::string boot_json(const LineId& id, const std::vector<manager::BootOutcome>& outcomes);
 

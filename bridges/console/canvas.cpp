@@ -6,7 +6,7 @@
 namespace linegate::console {
 namespace {
 
-// Of printable(): one to three bytes.
+// The text is printable(): one to three bytes a character.
 char32_t first_character(std::string_view text) {
   const auto byte = [&](std::size_t at) {
     return static_cast<char32_t>(static_cast<unsigned char>(text[at]));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A rectangle of character cells to draw on. Nothing here knows a terminal.
+// A rectangle of character cells, independent of a terminal.
 #pragma once
 
 #include <cstddef>
@@ -22,17 +22,18 @@ class Canvas {
 
   std::size_t rows() const { return rows_; }
   std::size_t columns() const { return columns_; }
-  // Within rows() and columns().
+  // Precondition: row < rows() and column < columns().
   const Cell& at(std::size_t row, std::size_t column) const {
     return cells_[row * columns_ + column];
   }
 
-  // Cut at the right border; nothing happens outside. Printable or not: see table.h.
+  // Draws the text, cut at the right border; ignored outside the canvas. Makes it printable(), see
+  // table.h.
   void put(std::size_t row, std::size_t column, std::string_view text, Style style = Style::plain);
-  // One row from border to border.
+  // Draws one row from border to border.
   void fill(std::size_t row, std::string_view text, Style style);
 
-  // One row as UTF-8, without the blanks at its end.
+  // One row as UTF-8, without trailing blanks.
   std::string text(std::size_t row) const;
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the console needs of a gateway. The console draws through this; gateway/ joins it with a
-// real subscriber. Times are UTC nanoseconds since 1970-01-01 in the form of an Instant.
+// The console's view of gateways. The console depends on this interface only; gateway/ implements
+// it with DDS subscribers. Times are UTC nanoseconds since 1970-01-01 in the form of an Instant.
 #pragma once
 
 #include <chrono>
@@ -39,7 +39,7 @@ struct LineView {
 
 struct NodeView {
   std::string name;
-  Instant since{};  // when its state or presence last changed
+  Instant since{};  // last change of state or presence
   line::NodeState state;
   std::vector<std::pair<std::string, std::string>> properties{};  // name, value
 };
@@ -69,7 +69,7 @@ struct EventView {
   std::string text;
 };
 
-// Called from within Client::poll() and call().
+// Receives samples during Client::poll() and call().
 class Listener {
  public:
   virtual ~Listener() = default;
@@ -81,15 +81,16 @@ class Listener {
   virtual void on_layout(const LineId& id, const image::Layout& layout) = 0;
   virtual void on_image(const LineId& id, const image::Snapshot& image) = 0;
   virtual void on_event(const LineId& id, const EventView& event) = 0;
-  // So many samples more could not be read, or were of more lines than are kept; they are dropped.
+  // Number of samples dropped since the last call: malformed, or beyond the number of lines that
+  // are kept.
   virtual void on_unreadable(std::uint64_t samples) = 0;
   virtual void on_left_out(std::uint64_t samples) = 0;
 };
 
-// Gateways that are in the domain, whether or not a sample of them has come.
+// The gateways in the domain, whether or not a sample of them was received.
 struct Discovery {
   std::vector<std::string> gateways;             // names
-  Duration unchanged = std::chrono::seconds(1);  // since one has come or gone
+  Duration unchanged = std::chrono::seconds(1);  // since the last change of `gateways`
 };
 
 class Client {
@@ -98,19 +99,19 @@ class Client {
 
   virtual Discovery discovery() const { return {}; }
 
-  // Handles what has arrived; waits at most `timeout` if nothing has.
+  // Processes received samples; waits up to `timeout` if there are none.
   virtual void poll(Duration timeout, Listener& listener) = 0;
 
   struct Answer {
-    line::Reply reply;  // no answer in time: Refusal::timed_out
-    std::string text;   // the result in words, empty if done
+    line::Reply reply;  // Refusal::timed_out if there was no answer in time
+    std::string text;   // description of the error; empty if done
   };
-  // layout_id of the output layout for CommandKind::output_write, else 0.
+  // layout_id: of the output layout for CommandKind::output_write, else 0.
   virtual Answer call(const LineId& id, const line::Command& command, Duration timeout,
                       std::uint64_t layout_id, Listener& listener) = 0;
 
-  // An OutputWrite, which has no answer. False: this client was made without outputs, or DDS did
-  // not take it.
+  // Publishes an OutputWrite, which has no reply. Returns false if this client was created without
+  // outputs, or DDS refused the sample.
   virtual bool write_outputs(const LineId& /*id*/, const line::OutputWrite& /*write*/) {
     return false;
   }

@@ -31,13 +31,14 @@ bool is_received(const Line* line) {
   return line->view.has_value();
 }
 
-// The state of each node that the line is configured with, heard or not; an observer sends it too.
+// Whether the state of each configured node was received. A gateway publishes it even for nodes
+// that were never heard, and for observers.
 bool has_its_nodes(const Line* line) {
   return line->gone || (line->view && knows_nodes(*line));
 }
 
-// Waits until the lines of all gateways are received, and all lines that match fulfil the
-// condition; without a name all lines match. Empty: there is none, which was reported.
+// Waits until the lines of all gateways are received and all matching lines fulfil the condition.
+// An empty name matches all lines. Returns an empty list, after an error message, if there is none.
 std::vector<const Line*> find_lines(Context& context, Model& model, const std::string& line,
                                     bool (*condition)(const Line*)) {
   (void)wait_until_settled(context, model, [&] {
@@ -53,7 +54,7 @@ std::vector<const Line*> find_lines(Context& context, Model& model, const std::s
   return found;
 }
 
-// What is missing of the lines that were printed, each of which should fulfil the condition.
+// Reports what is missing from the printed lines, each of which should fulfil the condition.
 int completeness_of(Context& context, const Model& model, const std::vector<const Line*>& lines,
                     std::string_view what, bool (*condition)(const Line*)) {
   int code = completeness(context, model);
@@ -167,7 +168,7 @@ int write(Context& context, const std::string& line, const std::string& entry,
       context.err << "the output layout of " << printable(target.id.line) << " was not received\n";
       return kFailed;
     }
-    // Until the answer comes the gateway may send another one, in place of this.
+    // A copy: the gateway may publish another layout before the answer arrives.
     const image::Layout layout = *outputs.layout;
     const auto number = find_entry(context, layout, entry);
     if (!number) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The console's commands. Each takes a client and what was asked, prints to `out` (results) and
-// `err` (what is wrong), and gives the program's exit code.
+// The commands of the console. Each takes a client and the request, prints results to `out` and
+// errors to `err`, and returns the exit code of the program.
 #pragma once
 
 #include <functional>
@@ -15,11 +15,11 @@
 namespace linegate::console {
 
 inline constexpr int kDone = 0;
-inline constexpr int kFailed = 1;  // the gateway or the device said no, or nobody answered
-inline constexpr int kUsage = 2;   // what was asked makes no sense
-// Printed, but not all: gateways, lines or nodes are missing, which was reported.
+inline constexpr int kFailed = 1;  // the gateway or the device refused, or did not answer
+inline constexpr int kUsage = 2;   // the arguments are invalid
+// The output is incomplete: gateways, lines or nodes are missing, which was reported.
 inline constexpr int kIncomplete = 3;
-// A value or a command was taken, but is not sent yet: what it waits for was printed.
+// A value or a command was accepted but not sent yet; the reason was printed.
 inline constexpr int kHeldBack = 4;
 
 struct Context {
@@ -27,8 +27,8 @@ struct Context {
   std::ostream& out;
   std::ostream& err;
   bool json = false;
-  bool utc = false;  // times are printed in UTC, otherwise in local time; JSON has always UTC
-  Duration wait = std::chrono::seconds(5);     // for a gateway to be heard of
+  bool utc = false;  // print times in UTC instead of local time; JSON always has UTC
+  Duration wait = std::chrono::seconds(5);     // for the discovery of a gateway
   Duration timeout = std::chrono::seconds(5);  // for an answer
 };
 
@@ -39,59 +39,60 @@ struct NodeRef {
   std::uint8_t node = 0;
   bool own = false;
   bool all = false;
-  std::string name{};  // of the node, not looked up yet: node is 0
+  std::string name{};  // of the node; node is 0 until it is resolved
 };
 
 int gateways(Context& context);
 int lines(Context& context);
 int nodes(Context& context, const std::string& line);
-// How networks are reached, and what is routed.
+// Prints the routes between networks and the routing counters.
 int routes(Context& context);
 int image(Context& context, const std::string& line, image::Direction direction);
 
-// What is routed between networks, as it happens; those events of it that gateways kept come first.
-// count: so many lines printed; 0: until stopped() says so.
+// Prints routed connections as they occur, after the routing events that gateways kept. count:
+// number of lines to print; 0: until stopped() returns true.
 int trace(Context& context, std::uint64_t count, const std::function<bool()>& stopped);
 
 // entry: number, name ("drive1.Controlword") or "NODE.INDEX:SUB" (hexadecimal index).
 // kHeldBack if its PDO is not sent yet.
 int write(Context& context, const std::string& line, const std::string& entry,
           const std::string& value);
-// node: LINE:NODE, or LINE:all for one answer of each node that the line is configured with, or
-// that is present. type empty: that of the device file, which the gateway has; if it has none,
-// bytes, and the number they make. Without a sub-index, as INDEX alone, all variables of an object
-// with sub-indices are read where no type is given. via: requested as a device on this line would
-// (line::kAsDevice), even if the node's own line is known; empty: the shortest way.
-// cached: what a scan read is good enough.
+// node: LINE:NODE, or LINE:all for one answer from each node that is configured or present. An
+// empty type selects that of the device file, which the gateway has; without one, the bytes are
+// printed, and the number they form. INDEX without a sub-index and without a type reads all
+// variables of the object. via: send the request as a device on this line would (line::kAsDevice),
+// even if the node's own line is known; empty: the shortest route. cached: accept values that a
+// scan read.
 int sdo_read(Context& context, const std::string& node, const std::string& index,
              const std::string& sub, const std::string& type, const std::string& via = "",
              bool cached = false);
-// 1010h and 1011h: waits 16 s at least, for a device that stores before it answers.
-// type empty: that of the device file; kUsage if there is none, or the value does not fit it.
+// 1010h and 1011h wait at least 16 s, because a device may store before it answers. An empty type
+// selects that of the device file; kUsage if there is none, or the value does not fit.
 int sdo_write(Context& context, const std::string& node, const std::string& index,
               const std::string& sub, const std::string& type, const std::string& value,
               const std::string& via = "");
-// The same from the image of the inputs if the value is there, valid and in time.
+// Like sdo_read, but from the image of the inputs if the value is there, valid and in time.
 int image_read(Context& context, const std::string& node, const std::string& index,
                const std::string& sub, const std::string& type);
-// By PDO if a PDO carries the object, else by SDO; says which. keep: the PDO is not sent before it
-// is triggered. kHeldBack if it is not sent for another reason.
+// Writes by PDO if a PDO carries the object, else by SDO, and prints which. keep: do not send the
+// PDO until it is triggered. kHeldBack if it is not sent for another reason.
 int object_write(Context& context, const std::string& node, const std::string& index,
                  const std::string& sub, const std::string& type, const std::string& value,
                  bool keep);
-// PDOs that are sent although nothing changed. what: LINE:NODE, number: of the node's RPDO; LINE,
-// number: of the line's TPDO, or by_offset: of a byte of the outputs, which all of them carry.
+// Sends PDOs although nothing changed. what: LINE:NODE, with the number of the node's RPDO; or
+// LINE, with the number of the line's TPDO, or by_offset: all PDOs that carry that byte of the
+// outputs.
 int pdo_trigger(Context& context, const std::string& what, const std::string& number,
                 bool by_offset);
 int nmt(Context& context, const std::string& command, const std::string& node);
-// sender: LINE, or LINE:NODE of a device of a line in the role device. code hexadecimal or decimal;
-// bytes: up to 5, hexadecimal.
+// sender: LINE, or LINE:NODE of a device of a line in the role device. code: hexadecimal or
+// decimal; bytes: up to 5, hexadecimal.
 int emcy(Context& context, const std::string& sender, const std::string& code,
          const std::string& error_register, const std::string& bytes);
-// The line's controller goes back to the bus after bus-off.
+// Restarts the line's controller after bus-off.
 int bus_restart(Context& context, const std::string& line);
-// Changes the faults of a bus without wires, and prints them: each as the options of virtual: are
-// written. None: only prints.
+// Changes the faults of a virtual bus and prints them, in the syntax of the options of virtual:. An
+// empty list only prints.
 int fault(Context& context, const std::string& line, const std::vector<std::string>& faults);
 int versions(Context& context, const std::string& line);
 

@@ -38,8 +38,8 @@ bool write_own(Context& context, Model& model, const Line& line,
   return answer.reply.ok();
 }
 
-// What the gateway told of boot processes since there were that many events of the line, the last
-// of each node. Those events come before the answer.
+// The last reported boot result of each node after the first `events` events of the line. These
+// events precede the answer.
 BootFindings findings_since(const Model& model, const LineId& id, std::uint64_t events) {
   BootFindings out;
   for (const KnownEvent& known : model.events()) {
@@ -51,7 +51,7 @@ BootFindings findings_since(const Model& model, const LineId& id, std::uint64_t 
   return out;
 }
 
-// A concise DCF of a node goes to the manager, which writes it when it boots the node.
+// The manager writes the concise DCF of a node when it boots the node.
 std::string import_text(std::uint8_t node, std::size_t count) {
   const std::string objects = std::to_string(count) + (count == 1 ? " object" : " objects");
   return node == 0 ? objects + " written"

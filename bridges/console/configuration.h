@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// linegate config: whether devices have the configuration they are to have, and giving it to them.
+// linegate config: compares the configuration of devices with plant.yaml, and applies it.
 #pragma once
 
 #include <cstddef>
@@ -17,21 +17,21 @@ namespace linegate::console {
 
 enum class ConfigAction : std::uint16_t { verify = 0, apply = 1 };  // Command::code
 
-// what: a line, or LINE:NODE for one node alone. Tells on context.err how far it is meanwhile, and
-// prints what was found. kFailed also if a node differs or could not be configured.
+// what: a line, or LINE:NODE for one node. Prints the progress on context.err, and the findings at
+// the end. Returns kFailed also if a node differs or could not be configured.
 int configure(Context& context, ConfigAction action, const std::string& what);
 
-// Brings a concise DCF (CiA 302-3) into the manager itself. LINE:NODE: it becomes what that node is
-// configured with (1F22h). LINE: its values are written to the objects of the line's own node, one
-// after the other; the first that is refused ends it and is named.
+// Writes a concise DCF (CiA 302-3) to the manager. LINE:NODE: it replaces the configuration of that
+// node (1F22h). LINE: its values are written to the objects of the line's own node, one after the
+// other; the first refusal ends the import and is named.
 int import_configuration(Context& context, const std::string& what,
                          std::span<const std::byte> concise_dcf);
 
-// By node-ID: why its boot process, which was to configure it, ended before it did.
+// By node-ID: why the boot process that was to configure the node ended early.
 using BootFindings = std::map<std::uint8_t, manager::BootFinding>;
 
-// A row for each object that differs; the notes say which nodes are as they should be, and which
-// are not and why.
+// One row for each object that differs. The notes name the nodes that are configured as expected,
+// and those that are not, with the reason.
 Table configuration_table(const LineId& id, ConfigAction action,
                           const std::vector<manager::NodeReport>& nodes,
                           const BootFindings& findings = {});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a verification or an application of configurations found, as a table and as JSON.
+// The result of a verification or of an application of configurations, as a table and as JSON.
 #include <algorithm>
 
 #include <nlohmann/json.hpp>
@@ -20,7 +20,7 @@ std::string abort_of(AbortCode code) {
   return std::string(describe(code)) + " (" + format_hex(static_cast<std::uint32_t>(code), 8) + ")";
 }
 
-// As a number where it can be one.
+// As a number if possible, else as bytes.
 std::string shown_value(std::span<const std::byte> value) {
   constexpr std::size_t kShown = 16;
   if (!value.empty() && value.size() <= 8) {
@@ -46,7 +46,7 @@ std::string found_of(const Difference& difference) {
                                              : abort_of(difference.abort);
 }
 
-// How the boot process ended that was to configure it: with what it found, as `linegate boot`.
+// The result of the boot process that was to configure the node, in the words of `linegate boot`.
 std::string words_of_boot(const NodeReport& node, const BootFindings& findings) {
   const auto found = findings.find(node.node);
   return manager::describe_boot(node.boot,

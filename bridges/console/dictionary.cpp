@@ -29,7 +29,7 @@ std::string_view access_name(od::Access access) {
   return place < kAccessNames.size() ? kAccessNames[place] : "unknown";
 }
 
-// Takes from the front of a list; false once there is too little.
+// Consumes a list from its front; false if it is too short.
 class ListReader {
  public:
   explicit ListReader(std::span<const std::byte> data) : rest_(data) {}
@@ -71,7 +71,7 @@ line::Command command_for(line::CommandKind kind, od::Address address) {
   return command;
 }
 
-// Nothing if the line says no, which has been told.
+// Returns nothing, after an error message, if the line refuses.
 std::optional<std::vector<ListedVariable>> listed(Context& context, Model& model, const Line& line,
                                                   std::uint8_t node, std::uint16_t first,
                                                   std::uint16_t last) {
@@ -125,7 +125,7 @@ Table list_table(const std::vector<ListedVariable>& variables) {
   return out;
 }
 
-// Data of an object_create; nothing if a text does not fit, which has been told.
+// The data of an object_create; nothing, after an error message, if a text does not fit.
 std::optional<std::vector<std::byte>> created_data(Context& context, const NewObject& object) {
   constexpr unsigned kMappable = 1;
   constexpr unsigned kPlaced = 4;
@@ -153,7 +153,8 @@ std::optional<std::vector<std::byte>> created_data(Context& context, const NewOb
   return out;
 }
 
-// what: LINE, or LINE:NODE with a device of a line in the role device. work(model, line, node).
+// what: LINE, or LINE:NODE with a device of a line in the role device. Calls work(model, line,
+// node).
 template <class Work>
 int on_dictionary(Context& context, const std::string& what, const Work& work) {
   const bool of_device = what.find(':') != std::string::npos;

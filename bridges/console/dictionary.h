@@ -14,7 +14,7 @@
 
 namespace linegate::console {
 
-// A variable as the line lists it.
+// A variable in the list that a line returns.
 struct ListedVariable {
   od::Address address;
   od::DataType type = od::DataType::none;
@@ -23,12 +23,12 @@ struct ListedVariable {
   bool stored = false;
   bool application = false;
   std::string name;
-  std::vector<std::byte> value;  // empty also if it cannot be read
+  std::vector<std::byte> value;  // also empty if it cannot be read
 };
-// As line::list_objects() writes them. Nothing if it is damaged.
+// Decodes the format of line::list_objects(). Returns nothing if it is malformed.
 std::optional<std::vector<ListedVariable>> decode_list(std::span<const std::byte> data);
 
-// As it was typed.
+// The arguments as typed.
 struct NewObject {
   std::string index;      // hexadecimal
   std::string sub = "0";  // hexadecimal
@@ -38,17 +38,17 @@ struct NewObject {
   std::string value;  // default; empty = 0
   std::string low;    // empty = none
   std::string high;
-  std::string offset;  // in the image, bytes; empty = not there
+  std::string offset;  // byte offset in the image; empty = not in the image
   bool mappable = false;
 };
 
-// line: of list, read and write also LINE:NODE, a device of a line in the role device.
-// index empty: all objects but the network variables.
+// line: list, read and write also take LINE:NODE, a device of a line in the role device. An empty
+// index lists all objects except the network variables.
 int od_list(Context& context, const std::string& line, const std::string& index);
 int od_read(Context& context, const std::string& line, const std::string& index,
             const std::string& sub);
-// By the type that the dictionary has. own: as the device itself, whatever the access of the object
-// (line::kWriteOwn).
+// Uses the data type of the dictionary. own: write as the device itself, whatever the access of the
+// object (line::kWriteOwn).
 int od_write(Context& context, const std::string& line, const std::string& index,
              const std::string& sub, const std::string& value, bool own = false);
 int od_create(Context& context, const std::string& line, const NewObject& object);

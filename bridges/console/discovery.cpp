@@ -18,7 +18,7 @@ constexpr Duration kUnchanged = std::chrono::milliseconds(300);
 
 struct ReceivedGateway {
   std::size_t lines = 0;
-  std::size_t announced = 0;  // by the newest LineState
+  std::size_t announced = 0;  // in the newest LineState
   Instant newest{};
 };
 
@@ -37,7 +37,7 @@ void note(ReceivedGateway& gateway, const LineView& view) {
   }
 }
 
-// "b,c,+2": into names, and how many more there are.
+// Adds the names of "b,c,+2" to `names` and returns the number behind the plus.
 std::size_t note_others(std::string_view text, std::set<std::string>& names) {
   std::size_t more = 0;
   std::istringstream in{std::string(text)};
@@ -57,7 +57,8 @@ std::vector<std::string> missing_lines(const Model& model,
                                        const std::vector<std::string>& gateways) {
   std::map<std::string, ReceivedGateway> received;
   std::set<std::string> wanted(gateways.begin(), gateways.end());
-  std::size_t least = 0;  // gateways, by a list that was too long for its property
+  // Lower bound of the number of gateways, from a list that did not fit its property
+  std::size_t least = 0;
   for (const auto& [id, line] : model.lines()) {
     if (line.gone || !line.view) {
       continue;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether all gateways of the domain, and all their lines, are received. A name is unambiguous only
-// when they are.
+// Whether all gateways of the domain and all their lines were received. Only then is a line name
+// known to be unambiguous.
 //
-// The rule: each gateway that is in the domain has sent the LineState of each of its lines, and for
-// 300 ms none has come or gone. In the domain are those whose participants are discovered, and
-// those that a received LineState names (its property `other-gateways`), so that one gateway that
-// is received is enough to wait for the others, however late they are discovered.
+// The rule: every gateway in the domain has published the LineState of each of its lines, and no
+// gateway appeared or left for 300 ms. A gateway is in the domain if its participant was
+// discovered, or if a received LineState names it (property `other-gateways`). So one received
+// gateway is enough to wait for the others, however late they are discovered.
 #pragma once
 
 #include <string>
@@ -18,15 +18,16 @@ namespace linegate::console {
 
 struct Context;
 
-// The gateways and lines that are not received, each in words: "gateway b", "2 of 3 lines of
-// gateway a". Empty: all are.
+// Describes gateways and lines that were not received: "gateway b", "2 of 3 lines of gateway a".
+// Empty: all were received.
 std::vector<std::string> missing_lines(const Model& model,
                                        const std::vector<std::string>& gateways);
 
-// By the rule above, and there is a line at all.
+// Whether the rule above holds and there is at least one line.
 bool is_settled(const Context& context, const Model& model);
 
-// What is_settled() waits for, as a message: "nothing was received of gateway b"; empty if nothing.
+// What is_settled() still waits for, as a message: "nothing was received of gateway b". Empty if
+// nothing.
 std::string unsettled_text(const Context& context, const Model& model);
 
 }  // namespace linegate::console

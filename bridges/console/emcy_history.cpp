@@ -47,7 +47,7 @@ std::string message_text(const emcy::Message& message) {
          '\n';
 }
 
-// The nodes that are meant, with what NodeState says of them.
+// The selected nodes with their NodeState.
 std::vector<NodeHistory> nodes_meant(const Line& line, std::uint8_t only) {
   std::vector<NodeHistory> out;
   for (const auto& [id, view] : line.nodes) {
@@ -63,7 +63,7 @@ std::vector<NodeHistory> nodes_meant(const Line& line, std::uint8_t only) {
 }
 
 int print_history(Context& context, Model& model, const Line& line, const NodeRef& meant) {
-  // States of nodes come after that of their line.
+  // NodeState arrives after LineState.
   (void)wait_until(context, model, [&] {
     return meant.all ? line.nodes.size() >= line.view->state.nodes_configured
                      : line.nodes.contains(meant.node);

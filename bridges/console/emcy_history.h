@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The last EMCYs of each node, as the line keeps them in 5F18h (stack/diagnosis/emcy_record.h).
+// The last EMCYs of each node, from 5F18h of the line (stack/diagnosis/emcy_record.h).
 #pragma once
 
 #include <cstddef>
@@ -17,17 +17,17 @@ struct NodeHistory {
   std::uint8_t node = 0;
   std::string name;
   std::uint32_t received = 0;           // since the gateway was started
-  std::vector<emcy::Message> messages;  // the newest first; at most four
+  std::vector<emcy::Message> messages;  // newest first, at most four
 };
 
-// What 5F18h:node holds; nothing if that makes no sense.
+// Decodes 5F18h:node; empty if it is malformed.
 std::vector<emcy::Message> parse_history(std::span<const std::byte> data);
 
 std::string history_text(const std::string& line, const std::vector<NodeHistory>& nodes);
 // {"gateway":..,"line":..,"nodes":[{"node":..,"name":..,"received":..,"emcys":[{"code":..,..}]}]}
 std::string history_json(const LineId& line, const std::vector<NodeHistory>& nodes);
 
-// Prints it. what: LINE, for all nodes that have sent an EMCY, or LINE:NODE.
+// what: LINE for all nodes that sent an EMCY, or LINE:NODE.
 int emcy_history(Context& context, const std::string& what);
 
 }  // namespace linegate::console

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a long command tells while it runs: events of its line, as they come.
+// Progress of a long command: prints events of its line as they arrive.
 #pragma once
 
 #include <functional>
@@ -13,13 +13,13 @@
 
 namespace linegate::console {
 
-// Hands all on to the model, and prints what is to be told of the events that happen from now on.
+// Forwards everything to the model, and prints the texts of new events.
 class EventProgress final : public Listener {
  public:
-  // What is to be told of an event of the line; nothing of most.
+  // The text to print for an event of the line; empty for events that are not printed.
   using Words = std::function<std::string(const EventView&)>;
   EventProgress(Model& model, LineId id, std::ostream& err, Words words);
-  // The texts of events of these kinds.
+  // Prints the texts of events of these kinds.
   EventProgress(Model& model, LineId id, std::ostream& err, std::initializer_list<EventKind> kinds);
 
   void on_line(const LineId& id, const LineView& line) override { model_.on_line(id, line); }

@@ -56,13 +56,13 @@ std::optional<Instant> parse_date(std::string text) {
   return std::nullopt;
 }
 
-// The events that are received and wanted, in their order.
+// The received events that match the request, in order.
 class EventList {
  public:
   EventList(Context& context, const EventsRequest& request, Instant since, EventSeverity least)
       : context_(context), request_(request), since_(since), least_(least) {}
 
-  // Takes over what came with the last poll.
+  // Adds the events that the last poll received.
   void take(const Model& model) {
     const auto fresh = static_cast<std::ptrdiff_t>(
         std::min<std::uint64_t>(model.events_seen() - seen_, model.events().size()));
@@ -74,7 +74,7 @@ class EventList {
     }
   }
 
-  // Whether those that each line had when it sent its last state are received.
+  // Whether every event up to the number in each line's last LineState was received.
   bool is_complete(const std::vector<const Line*>& lines) const {
     return std::ranges::all_of(lines, [&](const Line* line) {
       const auto newest = newest_.find(line->id);
@@ -83,7 +83,7 @@ class EventList {
     });
   }
 
-  // The newest of those that came so far; how many are printed.
+  // Prints the newest `most` events that were received and returns their number.
   std::uint64_t print(const Model& model, std::uint64_t most) {
     std::vector<KnownEvent> out;
     const auto lines = model.find(request_.line);
@@ -112,11 +112,11 @@ class EventList {
   Instant since_;
   EventSeverity least_;
   std::deque<KnownEvent> waiting_;
-  std::map<LineId, std::uint64_t> newest_;  // numbers
+  std::map<LineId, std::uint64_t> newest_;  // event numbers
   std::uint64_t seen_ = 0;
 };
 
-// kDone, or what to end with. Prints those that are kept.
+// Prints the kept events. Returns kDone, or the exit code to end with.
 int print_kept(Context& context, Model& model, const EventsRequest& request, EventList& list,
                const std::function<bool()>& stopped, std::uint64_t& left) {
   const bool complete = wait_until_settled(context, model, [&] {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `linegate events`: what happened, in the order in which it happened, and what happens.
+// `linegate events`: past events in order, then new ones.
 #pragma once
 
 #include <cstdint>
@@ -13,18 +13,18 @@ namespace linegate::console {
 
 struct EventsRequest {
   std::string line;         // empty = all
-  std::uint64_t count = 0;  // the newest of those that gateways keep, and so many at all; 0 = all
-  bool once = false;        // ends after those that are kept
-  std::string since;        // see parse_since(); empty = all that are kept
-  std::string severity;     // "info", "warning" or "error": these and worse ones; empty = all
+  std::uint64_t count = 0;  // print the newest `count` kept events, and at most that many; 0 = all
+  bool once = false;        // stop after the kept events
+  std::string since;        // see parse_since(); empty = all kept events
+  std::string severity;  // "info", "warning" or "error": the least severity to print; empty = all
 };
 
-// "90s", "10min", "2h", "3d" before `now`; or "2026-11-21 12:34", with seconds or not, with T or a
-// blank: local time, UTC with Z at the end. Nothing if it is none of them.
+// "90s", "10min", "2h", "3d" before `now`; or "2026-11-21 12:34", optionally with seconds,
+// separated by T or a blank: local time, or UTC with a trailing Z. Returns nothing for other texts.
 std::optional<Instant> parse_since(const std::string& text, Instant now);
 
-// Those that are kept, by time, then line and number; then those that happen, until `count` are
-// printed or stopped() says so. kIncomplete if not all that are kept were received.
+// Prints the kept events by time, then line and number; then new ones until `count` are printed or
+// stopped() returns true. kIncomplete if not all kept events were received.
 int events(Context& context, const EventsRequest& request, const std::function<bool()>& stopped);
 
 }  // namespace linegate::console

@@ -32,7 +32,7 @@ std::string wrong_length(const can::Frame& frame, std::string_view what) {
   return "no " + std::string(what) + ": " + std::to_string(frame.length) + " bytes";
 }
 
-// Two digits each; the day is one of 1984 and later.
+// Two digits each; the day counts from 1984-01-01.
 std::string time_text(const time::TimeOfDay& time) {
   const auto utc = std::chrono::sys_time<Duration>(time::to_utc(time));
   const auto day = std::chrono::floor<std::chrono::days>(utc);
@@ -48,7 +48,7 @@ std::string time_text(const time::TimeOfDay& time) {
   return text;
 }
 
-// So many bits of a PDO from that bit on, little-endian.
+// Extracts `bits` bits of a PDO from bit `offset` on, little-endian.
 std::vector<std::byte> bits_of(const can::Frame& frame, std::size_t offset, std::size_t bits) {
   std::vector<std::byte> out((bits + 7) / 8);
   for (std::size_t i = 0; i < bits; ++i) {
@@ -208,7 +208,7 @@ std::string Explainer::pdo(const can::Frame& frame, const Pdo& pdo) const {
       return out + ", but " + std::to_string(frame.length) + " bytes are too short for " +
              object_text(device, mapping.address);
     }
-    if (mapping.address.index >= 0x20) {  // what is below fills a gap
+    if (mapping.address.index >= 0x20) {  // indices below 20h are dummy entries
       out += offset == 0 ? ": " : "; ";
       out += object_text(device, mapping.address) + " = " +
              value_of(device, mapping.address, bits_of(frame, offset, mapping.bits));

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames of a CANopen line in words, as somebody who does not know CANopen by heart would want
-// them.
+// Explains frames of a CANopen line in words, for readers who do not know CANopen by heart.
 #pragma once
 
 #include <cstddef>
@@ -18,21 +17,21 @@
 
 namespace linegate::console {
 
-// Knows the pre-defined connection set (CiA 301, 7.3.3), and of the devices it was told about their
-// names, objects and PDOs. An SDO transfer takes several frames: it remembers where each one is, so
-// frames are to be given in the order of the bus.
+// Uses the predefined connection set (CiA 301 7.3.3), and the names, objects and PDOs of the
+// devices that were added. It keeps the state of SDO transfers, so pass it frames in the order of
+// the bus.
 class Explainer {
  public:
   Explainer() = default;
   Explainer(const Explainer&) = delete;
   Explainer& operator=(const Explainer&) = delete;
 
-  // Names, objects and PDOs of a device as its file and the configuration have them.
+  // Adds the names, objects and PDOs of a device from its file and configuration.
   void add(const line::NodeConfig& device);
 
-  // One sentence, without a full stop. A PDO that is mapped anew by SDO, or of which a mapping is
-  // read, is explained accordingly from then on, also of devices that were not added; the sentence
-  // about the frame that completes the transfer says so.
+  // Returns one sentence without a full stop. If SDO transfers remap a PDO or read its mapping, the
+  // PDO is explained accordingly from then on, also for devices that were not added; the sentence
+  // for the frame that completes the transfer mentions it.
   std::string explain(const can::Frame& frame);
 
  private:
@@ -41,7 +40,7 @@ class Explainer {
     pdo::Parameters parameters;
     bool transmitted;  // by the device
   };
-  // The SDO channel of a node, known or not, and what it makes of the PDOs.
+  // The SDO channel of a node, known or not, and the PDO changes seen on it.
   struct Channel {
     SdoConversation sdo;
     PdoFollower pdos;
@@ -52,7 +51,7 @@ class Explainer {
   const line::NodeConfig* device(unsigned id) const;
   const od::DeviceDescription* description(unsigned id) const;
   Channel& channel(unsigned id);
-  // The identifiers of its PDOs, as the follower has them now.
+  // Updates the identifiers of its PDOs from the follower.
   void note_pdos(unsigned id, const PdoFollower& pdos);
 
   std::string nmt(const can::Frame& frame) const;
@@ -63,13 +62,14 @@ class Explainer {
   std::string by_identifier(const can::Frame& frame);
 
   std::map<unsigned, line::NodeConfig> devices_;
-  std::map<std::uint32_t, std::vector<Pdo>> pdos_;  // by identifier; 29 bits: with bit 31
-  std::map<unsigned, Channel> channels_;            // by node-ID of the server
+  // By identifier; bit 31 marks 29-bit identifiers
+  std::map<std::uint32_t, std::vector<Pdo>> pdos_;
+  std::map<unsigned, Channel> channels_;  // by node-ID of the server
 };
 
-// What a device calls an object: "6083:00 Profile acceleration", "2000:01".
+// The object with its name in the device file: "6083:00 Profile acceleration", "2000:01".
 std::string object_text(const od::DeviceDescription* device, od::Address address);
-// Its value in the object's own type; as bytes if the device does not know it.
+// The value by the object's data type; as bytes if the device file lacks the object.
 std::string value_of(const od::DeviceDescription* device, od::Address address,
                      std::span<const std::byte> value);
 

@@ -15,7 +15,7 @@ namespace {
 using sdo::ClientCommand;
 using sdo::ServerCommand;
 
-// Values that are longer are told by their size alone.
+// Longer values are described by their size alone.
 constexpr std::size_t kMostKept = 80;
 
 std::string bytes_text(std::size_t count) {
@@ -67,7 +67,7 @@ void SdoConversation::collect(const can::Frame& frame, std::size_t count) {
   }
 }
 
-// All that came, if it was not too much; its size else.
+// The collected data, or its size if it was too long.
 std::string SdoConversation::collected() const {
   return total_ == data_.size() && known_ ? value_of(device_, address_, data_)
                                           : bytes_text(total_) + " in all";
@@ -118,7 +118,7 @@ std::string SdoConversation::answer(const can::Frame& frame) {
   return "an answer that there is not";
 }
 
-// A transfer begins, or goes on with what it is about.
+// Starts a transfer, or continues the one under way.
 std::string SdoConversation::begin(const can::Frame& frame, bool writes) {
   const std::uint8_t command = sdo::command_of(frame);
   address_ = address_of(frame);
@@ -136,7 +136,8 @@ std::string SdoConversation::begin(const can::Frame& frame, bool writes) {
   return "write " + object() + " in parts" + size_text(frame, (command & sdo::kSizeIndicated) != 0);
 }
 
-// Without its size told a value has as many bytes as the object; four if that is not known.
+// If the frame indicates no size, the value has the size of the object, or four bytes if that is
+// unknown.
 std::string SdoConversation::expedited(const can::Frame& frame) const {
   const std::uint8_t command = sdo::command_of(frame);
   const od::Address address = address_of(frame);
@@ -170,13 +171,14 @@ std::string SdoConversation::abort(const can::Frame& frame, bool client) {
 std::string SdoConversation::block_segment(const can::Frame& frame) {
   const std::uint8_t command = sdo::command_of(frame);
   const unsigned number = command & 0x7FU;
-  collect(frame, sdo::kSegmentSize);  // the last one may have fewer; its end tells
+  // The last segment may be shorter; the end of the transfer shows by how much
+  collect(frame, sdo::kSegmentSize);
   last_number_ = (command & sdo::kBlockLastSegment) != 0 ? number : 0;
   return object() + ": segment " + std::to_string(number) +
          (last_number_ != 0 ? " of a block, the last" : " of a block");
 }
 
-// What the receiver did not get comes again in the next block.
+// Segments that the receiver missed are repeated in the next block.
 void SdoConversation::keep_segments(unsigned count) {
   total_ = std::min(total_, before_block_ + sdo::kSegmentSize * count);
   data_.resize(std::min(data_.size(), total_));
@@ -194,7 +196,7 @@ std::string SdoConversation::block_frame(const can::Frame& frame, bool request) 
   return block_answer(frame, request);
 }
 
-// Who has the data begins: the client of a download, the server of an upload.
+// The sender of the data starts: the client of a download, the server of an upload.
 std::string SdoConversation::block_send(const can::Frame& frame, bool request) {
   begin(frame, false);
   block_ = Block::agreed;

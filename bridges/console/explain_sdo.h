@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// SDO frames in words (CiA 301, 7.2.4).
+// Explains SDO frames in words (CiA 301 7.2.4).
 #pragma once
 
 #include <cstddef>
@@ -12,15 +12,16 @@
 
 namespace linegate::console {
 
-// What client and server of one channel say to each other. Frames that fit nothing are told as such
-// and change nothing.
+// The state of one SDO channel. Frames that do not fit the state are described as such and leave it
+// unchanged.
 class SdoConversation {
  public:
-  // One frame. device: its object dictionary, nullptr if it is not known. request: from the client.
+  // Explains one frame. device: object dictionary of the server, nullptr if unknown. request: sent
+  // by the client.
   std::string explain(const can::Frame& frame, const od::DeviceDescription* device, bool request);
 
  private:
-  // In a block transfer one side sends segments without a command specifier.
+  // Block transfer: segments have no command specifier, so the sender must be known.
   enum class Block : std::uint8_t { none, agreed, client_sends, server_sends, all_sent };
 
   std::string request(const can::Frame& frame);
@@ -39,14 +40,15 @@ class SdoConversation {
   void keep_segments(unsigned count);
   void collect(const can::Frame& frame, std::size_t count);
 
-  const od::DeviceDescription* device_ = nullptr;  // of the frame in hand
+  const od::DeviceDescription* device_ = nullptr;  // of the current frame
   od::Address address_;
-  bool known_ = false;  // which object the transfer is about
+  bool known_ = false;  // the object of the transfer is known
   std::vector<std::byte> data_;
-  std::size_t total_ = 0;  // bytes, also of those that are too many to be kept
+  std::size_t total_ = 0;  // bytes transferred, including those that were not kept
   Block block_ = Block::none;
-  std::size_t before_block_ = 0;  // total_ when the present block began
-  unsigned last_number_ = 0;      // of the segments of the present block; 0 = the last is not there
+  std::size_t before_block_ = 0;  // total_ at the start of the current block
+  // Sequence number of the last segment of the current block; 0 = not received yet
+  unsigned last_number_ = 0;
 };
 
 }  // namespace linegate::console

@@ -17,7 +17,7 @@ struct ErrorClass {
   std::string_view words;
 };
 
-// The first that fits.
+// The first match counts.
 constexpr std::array<ErrorClass, 42> kErrorClasses{{
     {0xFFFF, 0x8110, "CAN overrun, messages lost"},
     {0xFFFF, 0x8120, "CAN controller error passive"},
@@ -65,9 +65,9 @@ constexpr std::array<ErrorClass, 42> kErrorClasses{{
 
 struct LssCommand {
   std::uint8_t code;
-  std::string_view request;  // empty: there is none
+  std::string_view request;  // empty: no such request
   std::string_view answer;
-  std::uint8_t value_bytes;  // of the number behind it that is worth telling
+  std::uint8_t value_bytes;  // size of the value that is printed with it
 };
 
 constexpr std::array<LssCommand, 26> kLssCommands{{

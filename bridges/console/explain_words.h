@@ -9,7 +9,7 @@
 
 namespace linegate::console {
 
-// Emergency error code (CiA 301, 7.2.7.1, table of error code classes): "heartbeat or life guarding
+// Emergency error code (CiA 301 7.2.7.1, table of error code classes): "heartbeat or life guarding
 // error". Never empty.
 std::string describe_error_code(std::uint16_t code);
 // The bits of 1001h: "generic, communication". Empty for 0.

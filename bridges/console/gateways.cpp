@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// linegate gateways: what belongs to no line.
+// linegate gateways: what concerns a gateway and none of its lines.
 #include <algorithm>
 #include <iomanip>
 #include <ostream>
@@ -67,7 +67,7 @@ void print_gateway(std::ostream& out, const std::string& name, const GatewayView
 
 }  // namespace
 
-// Each gateway that is discovered sends its state once a second.
+// Each gateway publishes its state once a second.
 int gateways(Context& context) {
   Model model;
   const auto is_missing = [&](const std::string& name) { return !model.gateways().contains(name); };

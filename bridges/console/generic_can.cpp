@@ -24,10 +24,10 @@ namespace {
 
 constexpr std::uint32_t kExtendedId = 0x8000'0000;
 constexpr std::uint32_t kRemoteId = 0x4000'0000;
-constexpr std::size_t kDigits = 3;          // of an identifier of 11 bits
-constexpr std::size_t kExtendedDigits = 8;  // of 29 bits
+constexpr std::size_t kDigits = 3;          // digits of an 11-bit identifier
+constexpr std::size_t kExtendedDigits = 8;  // digits of a 29-bit identifier
 
-// As long as a line goes on by itself when nobody asks it again.
+// A line stops listening this long after the last request.
 constexpr std::uint16_t kListenSeconds = 15;
 constexpr Duration kListenAgain = std::chrono::seconds(5);
 
@@ -38,7 +38,7 @@ std::optional<std::uint32_t> digits_value(std::string_view text) {
   return whole ? std::optional(value) : std::nullopt;
 }
 
-// With bit 31 for those of 29 bits.
+// Sets bit 31 for 29-bit identifiers.
 std::optional<std::uint32_t> marked_id_of(std::string_view text) {
   const auto value = digits_value(text);
   if (value && text.size() == kDigits && *value <= 0x7FF) {
@@ -60,7 +60,7 @@ bool remote_length(std::string_view text, line::Command& out) {
   return true;
 }
 
-// Two digits a byte, with or without dots between them.
+// Two digits a byte, optionally separated by dots.
 bool frame_data(std::string_view text, std::size_t most, line::Command& out) {
   while (!text.empty()) {
     const auto byte = text.size() < 2 ? std::nullopt : digits_value(text.substr(0, 2));
@@ -74,10 +74,10 @@ bool frame_data(std::string_view text, std::size_t most, line::Command& out) {
   return true;
 }
 
-// Puts the pieces of an event's frame together.
+// Reassembles a frame from the events that carry its pieces.
 class Assembly {
  public:
-  // Whether the frame is complete.
+  // Returns whether the frame is complete.
   bool add(const Event& event) {
     const std::size_t piece = event.value >> 10U & 3U;
     if (piece == 0) {
@@ -209,7 +209,7 @@ std::string frame_text(const can::Frame& frame) {
   return out + packed_data(frame.bytes());
 }
 
-// The format counts always but for all frames.
+// The identifier format is compared too, unless all frames are selected.
 std::optional<line::Command> parse_identifiers(std::string_view text) {
   line::Command out{.kind = line::CommandKind::can_listen, .data = {}};
   const std::size_t slash = text.find('/');

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames of no CANopen service, in the notation of candump and cansend: `linegate send` and
-// `linegate listen`.
+// Frames that belong to no CANopen service, in the notation of candump and cansend: `linegate send`
+// and `linegate listen`.
 #pragma once
 
 #include <cstdint>
@@ -16,19 +16,19 @@
 namespace linegate::console {
 
 // "123#1122.33", "00000123#" (29 bits: eight digits), "123#R", "123#R8", "123##5112233" (CAN FD: a
-// digit of flags, of which 1 is the bit rate switch). Nothing if it is no frame.
+// digit of flags, of which 1 is the bit rate switch). Returns nothing for other texts.
 std::optional<line::Command> parse_frame(std::string_view text);
-// The same, "" for no data.
+// The frame in the same notation.
 std::string frame_text(const can::Frame& frame);
 
-// "123", "00000123", "100/700": identifier, and which of its bits count. Empty: all frames. Nothing
-// if it is neither.
+// "123", "00000123", "100/700": an identifier and a mask. Empty: all frames. Returns nothing for
+// other texts.
 std::optional<line::Command> parse_identifiers(std::string_view text);
 
-// The frame is given to the bus.
+// Sends the frame.
 int send(Context& context, const std::string& line, const std::string& frame);
-// Frames that no service of the line wants, as they come. count: so many; 0: until stopped() says
-// so.
+// Prints frames that no service of the line uses. count: number of frames; 0: until stopped()
+// returns true.
 int listen(Context& context, const std::string& line, const std::string& filter,
            std::uint64_t count, const std::function<bool()>& stopped);
 

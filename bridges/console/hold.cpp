@@ -22,7 +22,7 @@ class Holder {
   Holder(Context& context, const HoldRequest& request, Model& model, const Line& line)
       : context_(context), request_(request), model_(model), line_(line) {}
 
-  // kDone, or what is wrong with the entry or the value.
+  // Returns kDone, or the exit code for an invalid entry or value.
   int prepare() {
     if (!wait_until(context_, model_, [&] { return outputs().layout.has_value(); })) {
       context_.err << "the output layout of " << printable(line_.id.line) << " was not received\n";
@@ -89,8 +89,7 @@ class Holder {
     return line_.areas[static_cast<std::size_t>(image::Direction::outputs)];
   }
 
-  // The group that was given, or that of the entry; otherwise says on context.err why there is
-  // none.
+  // Uses the given group, or the group of the entry; otherwise reports the reason on context.err.
   bool set_group(const image::Entry& place, std::uint32_t number) {
     entry_group_ = group_of_entry(*line_.view, number);
     group_ = request_.group.value_or(entry_group_.number);
@@ -109,7 +108,7 @@ class Holder {
     return false;
   }
 
-  // Behind the refusal of a group that was given and is not that of the entry.
+  // Appended to the refusal of a given group that does not contain the entry.
   std::string group_hint() const {
     return entry_group_.found == EntryGroup::Found::group && entry_group_.number != group_
                ? "; the output is in group " + std::to_string(entry_group_.number) + ": --group " +
@@ -128,14 +127,14 @@ class Holder {
     (void)context_.client.write_outputs(line_.id, out);
   }
 
-  // The image may have the value of an earlier write: the line has taken this one.
+  // The image may still have an earlier write; this checks that the line accepted this one.
   bool is_held() const {
     const auto group = line_.groups.find(group_);
     return group != line_.groups.end() && group->second.state.arming == arming_ &&
            outputs().valid(value_.entry) && outputs().value(value_.entry) == wanted_;
   }
 
-  // What the line said since the beginning against a write of this group.
+  // The refusals of writes to this group since the first write.
   std::string refusal() {
     const auto fresh = static_cast<std::ptrdiff_t>(
         std::min<std::uint64_t>(model_.events_seen() - seen_, model_.events().size()));
@@ -160,7 +159,7 @@ class Holder {
   std::vector<std::byte> wanted_;
   std::uint64_t layout_id_ = 0;
   std::uint64_t arming_ = 0;
-  std::uint64_t events_before_ = 0;  // numbers up to this one are older than the first write
+  std::uint64_t events_before_ = 0;  // events up to this number precede the first write
   std::uint64_t seen_ = 0;
   bool shown_ = false;
 };

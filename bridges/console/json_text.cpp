@@ -215,7 +215,7 @@ Json lines_array(const Model& model, const std::vector<const Line*>& lines, std:
   return out;
 }
 
-// The PDOs that came, or were sent, since the sample before.
+// The PDOs that were received or sent since the previous sample.
 Json marks_json(const image::Snapshot& image) {
   Json out = Json::array();
   for (const image::PdoMark& mark : image.marks) {
@@ -312,7 +312,7 @@ Json events_array(const Model& model, const Filter& filter) {
   return out;
 }
 
-// "type" ahead of all the rest.
+// Puts "type" first.
 std::string typed(std::string_view type, const Json& rest) {
   Json out = {{"type", type}};
   out.update(rest);

@@ -15,7 +15,7 @@
 namespace linegate::console {
 namespace {
 
-// What a gateway publishes arrives sample by sample; this long after the first nothing is missing.
+// A gateway publishes sample by sample; this long after the first one all have arrived.
 constexpr Duration kSettle = std::chrono::milliseconds(300);
 constexpr Duration kPoll = std::chrono::milliseconds(50);
 
@@ -30,7 +30,7 @@ std::string known_lines(const Model& model) {
   return out.empty() ? "none" : out;
 }
 
-// As each of them is named where the name alone is not enough, see Model::find().
+// The names that distinguish the lines where a plain name is ambiguous, see Model::find().
 std::string full_names(const std::vector<const Line*>& lines) {
   std::string out;
   for (const Line* line : lines) {
@@ -40,7 +40,7 @@ std::string full_names(const std::vector<const Line*>& lines) {
   return out;
 }
 
-// The node of an entry by its name, which the entry's name begins with, or by its node-ID.
+// node: a name, which is the beginning of the entry's name, or a node-ID.
 bool is_of_node(const image::Entry& entry, const std::string& node) {
   return entry.name.starts_with(node + '.') || parse_number(node, 127, false) == entry.node;
 }
@@ -86,7 +86,7 @@ namespace {
 
 bool poll_until(Context& context, Model& model, const std::function<bool()>& condition) {
   const auto end = Clock::now() + context.wait;
-  // At least once, however short the wait and busy the machine.
+  // At least once, however short the wait is.
   for (bool looked = false; !condition(); looked = true) {
     if (looked && Clock::now() >= end) {
       return false;
@@ -96,8 +96,8 @@ bool poll_until(Context& context, Model& model, const std::function<bool()>& con
   return true;
 }
 
-// Of the lines of that name; otherwise says on context.err why none can be meant. certain: no other
-// line can have the name.
+// The only line with that name; otherwise reports the reason on context.err. certain: no line that
+// was not received can have the name.
 const Line* the_one(Context& context, const Model& model, const std::string& name, bool certain) {
   const std::vector<const Line*> found = model.find(name);
   if (found.size() > 1) {

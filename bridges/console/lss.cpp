@@ -28,7 +28,7 @@ using lss::Procedure;
 using Bytes = std::vector<std::byte>;
 using Json = nlohmann::ordered_json;
 
-// A fastscan of 128 bits at 100 ms each, begun anew several times on a bad bus.
+// A fastscan of 128 bits at 100 ms each, restarted several times on a bad bus.
 constexpr Duration kLongestService = std::chrono::minutes(3);
 constexpr std::size_t kAddressSize = 16;
 constexpr std::size_t kRecordSize = 4 + kAddressSize;  // of `assign`
@@ -50,7 +50,7 @@ Json address_json(const Address& address) {
           {"serial", address[lss::kSerial]}};
 }
 
-// How far a fastscan is, and what came of it.
+// The progress of a fastscan, and its result.
 std::string fastscan_words(const EventView& view) {
   const Event& event = view.event;
   if (event.kind == EventKind::lss_result) {
@@ -102,7 +102,7 @@ class Session {
     return with_one_device();
   }
 
-  // Nothing: it was refused, which has been said.
+  // Returns nothing, after an error message, if the request was refused.
   std::optional<LssAnswer> ask(Procedure procedure, Bytes arguments) {
     line::Command command{.kind = line::CommandKind::lss};
     command.code = static_cast<std::uint16_t>(procedure);
@@ -123,13 +123,13 @@ class Session {
                      .data = Bytes(data.begin() + lss::kReplyHead, data.end())};
   }
 
-  // The same, done or said why not.
+  // The same, with an error message if the procedure did not succeed.
   std::optional<LssAnswer> must(Procedure procedure, Bytes arguments, const char* what) {
     auto answer = ask(procedure, std::move(arguments));
     return answer && is_done(*answer, what) ? answer : std::nullopt;
   }
 
-  // False: it is said why not.
+  // Returns false after an error message.
   bool is_done(const LssAnswer& answer, const char* what) {
     switch (answer.outcome) {
       case Outcome::done:
@@ -261,7 +261,7 @@ class Session {
     if (address) {
       Bytes data;
       lss::put(*address, data);
-      in_configuration_ = true;  // an answer may have been lost
+      in_configuration_ = true;  // set first: the answer may be lost
       if (!must(Procedure::switch_selective, data, request_.address.c_str())) {
         return kFailed;
       }
@@ -271,12 +271,12 @@ class Session {
     return tell_device(*arguments);
   }
 
-  // One device answers; an inquiry shows that by itself.
+  // Whether exactly one device answers; an inquiry detects that by itself.
   bool is_alone() {
     return request_.what == "inquire" || must(Procedure::inquire_address, {}, "--only");
   }
 
-  // What --value means; nothing: nonsense, which has been said.
+  // Parses --value; nothing, after an error message, if it is invalid.
   std::optional<Bytes> arguments_of() {
     if (request_.what == "set-node-id") {
       const auto id = request_.value == "none" ? std::optional<std::uint64_t>(lss::kNoNodeId)
@@ -326,14 +326,14 @@ class Session {
     return kDone;
   }
 
-  // Whose it is, if it is on the line; empty: nobody's.
+  // The present device that uses the node-ID; empty if there is none.
   std::string owner_of(std::uint8_t node) {
     const auto found = model_.lines().find(id_);
     if (found == model_.lines().end()) {
       return {};
     }
     const Line& line = found->second;
-    // States of nodes come after that of their line.
+    // NodeState arrives after LineState.
     if (!line.nodes.contains(node)) {
       (void)know_nodes(context_, model_, line);
     }
@@ -341,7 +341,7 @@ class Session {
       return "the gateway's own node";
     }
     const auto known = line.nodes.find(node);
-    // Of a node that nobody watches it is not known whether it is still there.
+    // Without error control it is unknown whether a node is still present.
     const bool there = known != line.nodes.end() && known->second.state.heartbeat_monitored &&
                        known->second.state.presence == manager::Presence::present;
     return !there ? "" : known->second.name.empty() ? "a node" : known->second.name;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `linegate lss`: the layer setting services of CiA 305 on a line, each as a person wants it: from
-// finding a device to leaving it as it was, or is to be.
+// `linegate lss`: layer setting services (CiA 305) on a line, each as one command that finds the
+// device and returns it to waiting state.
 #pragma once
 
 #include <optional>
@@ -13,14 +13,14 @@ namespace linegate::console {
 
 struct LssRequest {
   std::string line;
-  // scan: every device that has no node-ID. assign: node-IDs as configured, to all who have none.
-  // inquire, set-node-id, bit-timing, store: of one device. activate: the bit timing of all who
-  // were given one. identify: whether anybody has no node-ID.
+  // scan: all devices without a node-ID. assign: configured node-IDs to all of them. inquire,
+  // set-node-id, bit-timing, store: one device. activate: the bit timing of all devices that got
+  // one. identify: whether any device has no node-ID.
   std::string what;
   std::string address;  // VENDOR:PRODUCT:REVISION:SERIAL, hexadecimal
-  bool only = false;    // in its place: there is but one device on the line
-  std::string value;    // node-ID or none; kbit/s; ms until the switch, and after it
-  bool store = false;   // the device keeps it
+  bool only = false;    // instead of an address: exactly one device is on the line
+  std::string value;    // node-ID or `none`; kbit/s; delay in ms before and after the switch
+  bool store = false;   // store the value in the device
   bool force = false;   // set-node-id: even if another device uses the node-ID
 };
 
@@ -28,7 +28,7 @@ struct LssRequest {
 std::optional<lss::Address> parse_lss_address(const std::string& text);
 std::string lss_address_text(const lss::Address& address);
 
-// Gives the program's exit code. Whatever happens, no device is left in configuration by it.
+// Returns the exit code of the program. On every path all devices are returned to waiting state.
 int lss(Context& context, const LssRequest& request);
 
 }  // namespace linegate::console

@@ -102,7 +102,7 @@ void Model::on_line(const LineId& id, const LineView& view) {
   }
 }
 
-// States come once a second and on change; what has changed within less would make a rate jump.
+// LineState comes once a second and on change; a shorter interval would make the rate jump.
 void Model::count_rates(Line& line) {
   constexpr Duration kLeast = std::chrono::milliseconds(900);
   const LineView& view = *line.view;
@@ -155,7 +155,7 @@ void Model::on_image(const LineId& id, const image::Snapshot& image) {
 }
 
 void Model::on_event(const LineId& id, const EventView& event) {
-  if (!id.line.empty() && line(id) == nullptr) {  // without a line: of the gateway itself
+  if (!id.line.empty() && line(id) == nullptr) {  // an empty line name: the gateway itself
     return;
   }
   ++events_seen_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the console knows: the last of everything that was received.
+// The state of the console: the last received sample of each kind.
 #pragma once
 
 #include <array>
@@ -15,12 +15,13 @@
 
 namespace linegate::console {
 
-// One direction of a line's image. Values can be read when layout and image belong together: a
-// stranger's image may be shorter than it says.
+// One direction of a line's image. Values can be read only if layout and image match: a foreign
+// publisher's image may be shorter than its layout.
 struct Area {
   std::optional<image::Layout> layout;
   std::optional<image::Snapshot> image;
-  std::vector<Instant> received;  // by entry: when its PDO last came (inputs) or went; 0 = never
+  // By entry: last reception (inputs) or transmission (outputs) of its PDO; 0 = never
+  std::vector<Instant> received;
 
   bool complete() const {
     return layout && image && layout->id == image->layout_id &&
@@ -28,44 +29,44 @@ struct Area {
            image->valid.size() * 64 >= layout->entries.size();
   }
   bool valid(std::size_t entry) const { return complete() && image->is_valid(entry); }
-  // Of outputs: the entry was written or has a default.
+  // Outputs: the entry was written or has a default.
   bool known(std::size_t entry) const {
     return complete() && entry / 64 < image->known.size() && image->is_known(entry);
   }
-  // The entry's bytes, shifted to bit 0; empty if the two do not belong together.
+  // The entry's bytes, shifted to bit 0; empty if layout and image do not match.
   std::vector<std::byte> value(std::size_t entry) const;
-  // Between the last PDO with the entry and the image, by the gateway's clock; nothing if there was
-  // none since this program listens.
+  // The time between the last PDO with the entry and the image, on the gateway's clock; nothing if
+  // no PDO was received since this program started.
   std::optional<Duration> age(std::size_t entry) const;
 
   void take(const image::Layout& layout);
   void take(const image::Snapshot& image);
 };
 
-// What of a line can be relied on.
+// How reliable the data of a line is.
 enum class Freshness {
-  unheard,  // no state of it came yet
+  unheard,  // no LineState was received
   live,
-  silent,  // its gateway is there, but has not said anything for kSilence
-  gone,    // its gateway has left, or can no longer be reached
+  silent,  // its gateway is alive but published nothing for kSilence
+  gone,    // its gateway left or is unreachable
 };
 
 struct Line {
   LineId id;
-  bool gone = false;  // its gateway is no longer heard of
+  bool gone = false;  // its gateway left
   std::optional<LineView> view;
   std::map<std::uint8_t, NodeView> nodes;
   std::array<Area, 2> areas;                        // by image::Direction
-  std::map<std::uint16_t, OutputStateView> groups;  // of outputs, by number
+  std::map<std::uint16_t, OutputStateView> groups;  // groups of outputs, by number
   std::uint64_t images = 0;                         // samples received
-  Instant heard{};                                  // the last state, by the clock of Model::at()
-  // Frames a second, over the last second or more; nothing until two states have come.
+  Instant heard{};  // time of the last LineState, on the clock of Model::at()
+  // Frames a second over the last second or more; nothing until two states were received.
   std::optional<double> received_per_second;
   std::optional<double> sent_per_second;
 
  private:
   friend class Model;
-  std::optional<LineView> baseline_;  // what the rates are counted from
+  std::optional<LineView> baseline_;  // reference for the rates
 };
 
 struct KnownEvent {
@@ -76,14 +77,15 @@ struct KnownEvent {
 class Model : public Listener {
  public:
   static constexpr std::size_t kKeptEvents = 1000;
-  static constexpr std::size_t kMaxLines = 4096;  // a stranger may publish any number of names
-  // A gateway tells the state of a line every second.
+  // Bounded: a participant may publish any number of names
+  static constexpr std::size_t kMaxLines = 4096;
+  // A gateway publishes the state of each line every second.
   static constexpr Duration kSilence = std::chrono::seconds(3);
 
-  // What time it is, by any clock that does not go back; to be told before samples are handed over.
+  // Sets the current time, by any clock that never goes back. Call it before samples are passed in.
   void at(Instant now) { now_ = now; }
   Freshness freshness(const Line& line) const;
-  // Since its last state.
+  // Time since its last state.
   Duration silence(const Line& line) const { return now_ - line.heard; }
 
   void on_gateway(const std::string& name, const GatewayView& gateway) override;
@@ -100,25 +102,25 @@ class Model : public Listener {
   const std::map<LineId, Line>& lines() const { return lines_; }
   // By name; at most kMaxLines.
   const std::map<std::string, GatewayView>& gateways() const { return gateways_; }
-  // In the order of arrival, the newest last; at most kKeptEvents.
+  // In order of arrival, newest last; at most kKeptEvents.
   const std::deque<KnownEvent>& events() const { return events_; }
-  // Whether another gateway of the domain has the name of the one that sent it.
+  // Whether another gateway of the domain has the same name as the sender.
   static bool has_namesake(const LineView& view);
-  // Grows with every sample.
+  // Incremented by each sample.
   std::uint64_t revision() const { return revision_; }
   std::uint64_t events_seen() const { return events_seen_; }
-  // Samples that were dropped: damaged, or of lines beyond kMaxLines.
+  // Number of dropped samples: malformed, or of lines beyond kMaxLines.
   std::uint64_t unreadable() const { return unreadable_; }
   std::uint64_t left_out() const { return left_out_; }
-  // Which of them there are, in words; each kind is told once.
+  // The kinds of dropped samples in words; each kind is returned once.
   std::vector<std::string> take_warnings();
 
-  // Lines whose name is `text`, or whose network-ID it is if it is a number; "GATEWAY/" before it:
-  // of that gateway alone. All if it is empty.
+  // Lines with the name or network-ID `text`; with "GATEWAY/" in front only those of that gateway.
+  // An empty text selects all.
   std::vector<const Line*> find(const std::string& text) const;
 
  private:
-  Line* line(const LineId& id);  // nullptr: there are kMaxLines others
+  Line* line(const LineId& id);  // nullptr if there are kMaxLines other lines
   static void count_rates(Line& line);
 
   std::map<LineId, Line> lines_;
@@ -131,7 +133,7 @@ class Model : public Listener {
   std::uint64_t left_out_ = 0;
   bool unreadable_told_ = false;
   bool left_out_told_ = false;
-  std::map<std::string, bool> namesakes_;  // gateways that have some: told
+  std::map<std::string, bool> namesakes_;  // gateways with a namesake; true: reported
 };
 
 }  // namespace linegate::console

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `linegate monitor --node`: the node that is meant.
+// `linegate monitor --node`: resolves the node.
 #include <algorithm>
 #include <iterator>
 #include <ostream>
@@ -12,7 +12,7 @@
 namespace linegate::console {
 namespace {
 
-// As Model::find() reads it, of this line alone.
+// The name that Model::find() resolves to this line alone.
 std::string line_name(const Model& model, const Line& line) {
   return model.find(line.id.line).size() == 1 ? line.id.line : line.id.gateway + '/' + line.id.line;
 }
@@ -48,8 +48,8 @@ std::string list_of_nodes(const Model& model, const std::vector<NamedOnLine>& no
   return out;
 }
 
-// Sets the filter to the node that has the name, on whatever line; otherwise reports on context.err
-// that none or several have it.
+// Sets the filter to the only node with that name on any line; otherwise reports on context.err
+// that there are none or several.
 int find_on_any_line(Context& context, Model& model, const std::string& name, Filter& filter) {
   const bool settled = wait_until_settled(context, model, [&] {
     return std::ranges::all_of(model.lines(), [](const auto& line) {

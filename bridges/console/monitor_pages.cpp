@@ -64,7 +64,7 @@ void describe_node(const NodeView& node, std::vector<Note>& out) {
   describe_errors(state, out);
 }
 
-// Of the outputs that are not sent what they wait for, each reason once: the table has no room.
+// The reasons why outputs are not sent, each once: the table has no room for them.
 std::vector<Note> waiting_outputs(const Table& values) {
   std::map<std::string, std::size_t> reasons;
   for (const Row& row : values.rows) {
@@ -81,7 +81,7 @@ std::vector<Note> waiting_outputs(const Table& values) {
   return out;
 }
 
-// A table of this node alone: its first two columns would say nothing new.
+// A table of one node, without the first two columns, which would repeat its name.
 void add_table(Table table, const std::string& headline, const std::string& empty,
                std::vector<std::size_t> columns, std::size_t width, std::vector<Note>& out) {
   out.push_back({"", Style::plain});

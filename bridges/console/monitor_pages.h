@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pages of the monitor that are no list.
+// The pages of the monitor that are not lists.
 #pragma once
 
 #include <string>
@@ -9,14 +9,14 @@
 
 namespace linegate::console {
 
-// All that is known of one node: state, identity, errors, its values and its events. Tables are
-// fitted to the width.
+// Everything known about one node: state, identity, errors, values and events. Tables are fitted to
+// the width.
 std::vector<Note> node_page(const Model& model, const LineId& line, std::uint8_t node,
                             std::size_t width);
-// The keys.
+// The page that lists the keys.
 std::vector<Note> help_page();
 
-// What Model::find() takes for this line alone.
+// The text that Model::find() resolves to this line alone.
 std::string reference_to(const Model& model, const LineId& id);
 
 }  // namespace linegate::console

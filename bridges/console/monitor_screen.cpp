@@ -9,11 +9,11 @@
 namespace linegate::console {
 namespace {
 
-constexpr Duration kWait = std::chrono::milliseconds(25);    // for samples, between two keys
-constexpr Duration kFrame = std::chrono::milliseconds(200);  // between two pictures
-constexpr Duration kStill = std::chrono::seconds(1);         // the clock goes on
+constexpr Duration kWait = std::chrono::milliseconds(25);    // wait for samples between two keys
+constexpr Duration kFrame = std::chrono::milliseconds(200);  // shortest time between two screens
+constexpr Duration kStill = std::chrono::seconds(1);  // redraw at least this often, for the clock
 
-// Handles all that was typed. False: end.
+// Handles all pending keys. Returns false to end.
 bool take_keys(Screen& screen, MonitorView& view, const Model& model, bool& typed) {
   for (Input input = screen.input(); input.key != Key::none; input = screen.input()) {
     typed = true;

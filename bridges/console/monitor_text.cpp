@@ -27,7 +27,7 @@ class TextMonitor {
   TextMonitor(Context& context, const MonitorOptions& options, const Model& model)
       : context_(context), filter_(options.filter), model_(model) {}
 
-  // The whole, once.
+  // The whole state, once.
   void all() {
     if (context_.json) {
       context_.out << plant_json(model_, filter_, utc_now()) << std::endl;
@@ -45,7 +45,7 @@ class TextMonitor {
     context_.out << std::flush;
   }
 
-  // As it is at the moment, without events.
+  // The present state, without events.
   void picture() {
     if (context_.json) {
       context_.out << stream_lines_json(model_, filter_) << '\n';
@@ -94,10 +94,10 @@ class TextMonitor {
   Context& context_;
   const Filter& filter_;
   const Model& model_;
-  std::uint64_t seen_ = 0;  // events that were told
+  std::uint64_t seen_ = 0;  // number of printed events
 };
 
-// Everything that a line has to tell came: its state, and where it has an image, its values.
+// Whether the state of the line was received, and its values if it has an image.
 bool is_complete(const Line& line) {
   return line.view && std::all_of(line.areas.begin(), line.areas.end(), [](const Area& area) {
            return area.complete() || (area.layout && area.layout->entries.empty());

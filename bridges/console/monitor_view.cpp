@@ -10,8 +10,8 @@ namespace linegate::console {
 namespace {
 
 constexpr std::size_t kHead = 2;       // rows above the body
-constexpr std::size_t kMostNotes = 4;  // rows of them, so that the list keeps some
-constexpr std::size_t kStep = 8;       // characters to the side
+constexpr std::size_t kMostNotes = 4;  // rows of notes, so that the list keeps some
+constexpr std::size_t kStep = 8;       // characters to scroll sideways
 
 std::string plural(std::size_t count, const std::string& what) {
   return std::to_string(count) + ' ' + what + (count == 1 ? "" : "s");
@@ -233,7 +233,7 @@ void MonitorView::turn_to(Page page) {
   if (!is_list()) {
     place() = {};
   }
-  keys_.clear();  // until it is drawn
+  keys_.clear();  // until the page is drawn
 }
 
 void MonitorView::turn(bool on) {
@@ -242,7 +242,7 @@ void MonitorView::turn(bool on) {
   turn_to(static_cast<Page>((at + (on ? 1 : kLists - 1)) % kLists));
 }
 
-// The columns in turn, and the order in which they come.
+// Selects the next column and order in turn.
 void MonitorView::sort_by_next(bool on) {
   if (!is_list()) {
     return;
@@ -363,8 +363,7 @@ void MonitorView::draw_foot(Canvas& canvas) const {
   }
 }
 
-// The cursor stays with what it is about, wherever that has moved to; at the first row it stays
-// there.
+// The cursor follows its row when rows move; at the first row it stays there.
 void MonitorView::follow_cursor(const Table& table) {
   keys_.clear();
   for (const Row& row : table.rows) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the monitor shows, and what keys do to it: from a model to cells. Nothing here knows a
-// terminal or a clock.
+// The monitor without a terminal or a clock: draws a model into cells, and handles keys.
 #pragma once
 
 #include <array>
@@ -44,26 +43,26 @@ class MonitorView {
  public:
   explicit MonitorView(Filter filter = {}) : filter_(std::move(filter)) {}
 
-  // False: the person at the keyboard wants to end.
+  // Returns false if the user ends the program.
   bool handle(const Input& input, const Model& model);
-  // A screen of that size. What does not find room is cut, below or at the right.
+  // Draws a screen of that size, cut at the bottom and at the right.
   Canvas draw(const Model& model, std::size_t rows, std::size_t columns, Instant utc);
 
   const Filter& filter() const { return filter_; }
 
  private:
   enum class Page : std::uint8_t { lines, nodes, values, events, node, help };
-  static constexpr std::size_t kLists = 4;  // the pages ahead of Page::node
+  static constexpr std::size_t kLists = 4;  // the pages before Page::node
   static constexpr std::size_t kUnsorted = static_cast<std::size_t>(-1);
 
-  // A page and where one is in it.
+  // A page and the position in it.
   struct Place {
     std::size_t sorted_by = kUnsorted;
     bool descending = false;
     std::size_t top = 0;     // first row shown
-    std::size_t left = 0;    // characters left out
-    std::size_t cursor = 0;  // row chosen
-    RowKey chosen;           // what it is about: the cursor stays with it, but at the first row
+    std::size_t left = 0;    // characters scrolled out at the left
+    std::size_t cursor = 0;  // selected row
+    RowKey chosen;           // its key: the cursor follows it, except at the first row
   };
 
   Place& place() { return places_[static_cast<std::size_t>(page_)]; }
@@ -93,16 +92,16 @@ class MonitorView {
 
   Filter filter_;
   Page page_ = Page::lines;
-  Page back_ = Page::nodes;  // where the page of a node, or help, was called from
+  Page back_ = Page::nodes;  // the page from which a node page or help was opened
   std::array<Place, 6> places_;
   Directions directions_ = Directions::both;
   RowKey node_;                     // of Page::node
-  std::vector<RowKey> keys_;        // rows of the page as drawn last
-  std::size_t room_ = 1;            // rows for them
-  std::size_t text_rows_ = 0;       // of Page::node and Page::help as drawn last
-  std::optional<Model> frozen_;     // shown instead of what goes on
-  std::optional<std::string> ask_;  // the filter being typed
-  std::string message_;             // until the next key
+  std::vector<RowKey> keys_;        // rows of the last drawn page
+  std::size_t room_ = 1;            // number of screen rows for them
+  std::size_t text_rows_ = 0;       // rows of the last drawn Page::node or Page::help
+  std::optional<Model> frozen_;     // shown instead of the live model
+  std::optional<std::string> ask_;  // the filter while it is typed
+  std::string message_;             // shown until the next key
 };
 
 }  // namespace linegate::console

@@ -25,7 +25,8 @@ int names(Context& context) {
     });
   });
   for (const auto& [id, line] : model.lines()) {
-    // A shell gets these: any participant of the domain can publish a name such as "$(reboot)".
+    // The output goes to a shell, and any participant of the domain can publish a name such as
+    // "$(reboot)".
     if (!is_plain_name(id.line) || !is_plain_name(id.gateway)) {
       continue;
     }

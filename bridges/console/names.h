@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a shell completes: the names of lines and nodes.
+// Names of lines and nodes for shell completion.
 #pragma once
 
 #include <string>
@@ -17,9 +17,9 @@ struct NamedNode {
 // "press", then "press:own", "press:all" and "press:ram" or "press:5" of each node.
 std::vector<std::string> completions(const std::string& line, const std::vector<NamedNode>& nodes);
 
-// `linegate names`: those of all gateways, one each line; what is received within context.wait.
-// Says nothing of what is missing. Names that no plant.yaml can have are left out, since a shell
-// may expand them: lines with all of their nodes; a node is then its node-ID.
+// `linegate names`: the names of all gateways that are received within context.wait, one on each
+// line. Does not report what is missing. Names that plant.yaml does not permit are omitted, because
+// a shell may expand them: lines with all of their nodes; of a node only its node-ID remains.
 int names(Context& context);
 
 }  // namespace linegate::console

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Objects and numbers as people write them.
+// Text forms of objects and numbers.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace linegate::console {
 
-// At least so many hexadecimal digits.
+// At least `digits` hexadecimal digits.
 inline std::string format_hex(std::uint64_t number, std::size_t digits) {
   std::array<char, 24> text{};
   std::snprintf(text.data(), text.size(), "%0*llX", static_cast<int>(digits),

@@ -24,7 +24,7 @@ void append_escape(std::string& out, char code) {
   out += kHexDigits[byte & 0xFU];
 }
 
-// Outside of texts JSON has none of these characters.
+// JSON has these characters inside strings only.
 std::string escaped(std::string_view text) {
   std::string out;
   out.reserve(text.size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// JSON as the console prints it.
+// The JSON output of the console.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace linegate::console {
 
-// On one line. Names come from strangers: what is no UTF-8 is replaced, not refused, and control
-// characters are escaped, those that JSON admits as they are too (U+007F to U+009F), because some
-// of them steer a terminal.
+// Prints on one line. Names come from foreign participants: invalid UTF-8 is replaced, not refused,
+// and control characters are escaped, including U+007F to U+009F, which JSON permits and terminals
+// may interpret.
 std::string one_line(const nlohmann::json& json);
 std::string one_line(const nlohmann::ordered_json& json);
 

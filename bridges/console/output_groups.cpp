@@ -9,7 +9,7 @@
 namespace linegate::console {
 namespace {
 
-// Whether "6..9", or "12", has the number in it.
+// Whether "6..9", or "12", contains the number.
 bool is_in_run(const std::string& run, std::uint32_t entry) {
   constexpr std::uint64_t kMost = 0xFFFF'FFFF;
   const std::size_t dots = run.find("..");

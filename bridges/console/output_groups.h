@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which group of outputs an entry is in, as the line's property `output-groups` has it
-// (idl/README.md).
+// The group of an output entry, from the line's property `output-groups` (idl/README.md).
 #pragma once
 
 #include <cstdint>
@@ -12,15 +11,15 @@ namespace linegate::console {
 
 struct EntryGroup {
   enum class Found : std::uint8_t {
-    group,     // number is that of the group
-    none,      // the line has groups, and the entry is in none of them
-    left_out,  // the property had no room for all: not known
+    group,     // `number` is valid
+    none,      // the line has groups, but none contains the entry
+    left_out,  // unknown: the property had no room for all groups
   };
   Found found = Found::group;
   std::uint16_t number = 0;
 };
 
-// Group 0 with all outputs if the line has no groups.
+// A line without groups has group 0 with all outputs.
 EntryGroup group_of_entry(const LineView& line, std::uint32_t entry);
 
 }  // namespace linegate::console

@@ -12,8 +12,8 @@
 namespace linegate::console {
 namespace {
 
-constexpr std::size_t kWayLength = 4;  // before the entries that an answer names
-constexpr std::size_t kMostNames = 3;  // of entries in one sentence
+constexpr std::size_t kWayLength = 4;  // bytes before the entries in the answer
+constexpr std::size_t kMostNames = 3;  // entries named in one sentence
 constexpr std::string_view kTurn = "its turn on the bus (SYNC, inhibit time)";
 
 std::string list_of(const std::vector<std::string>& names) {
@@ -33,7 +33,7 @@ std::string name_in(const image::Layout* outputs, std::uint32_t entry) {
              : "entry " + std::to_string(entry);
 }
 
-// The entries of the same PDO that nobody wrote.
+// The entries of the PDO that were never written.
 std::vector<std::string> missing_in_pdo(const Area& outputs, std::uint16_t local_pdo) {
   std::vector<std::string> out;
   for (std::uint32_t i = 0; i < outputs.layout->entries.size(); ++i) {
@@ -59,7 +59,8 @@ std::string node_text(const Line& line, std::uint8_t id) {
              : node + ", which is " + std::string(nmt::name(state.state));
 }
 
-// The reason that the gateway reports for an entry whose values are there and whose nodes run.
+// The reason that the gateway reports for an entry whose PDO has all values and whose node is
+// Operational.
 std::string_view reported_wait(const Line& line, std::size_t entry) {
   for (const auto& [number, view] : line.groups) {
     for (const line::OutputState::Wait& wait : view.state.waits) {

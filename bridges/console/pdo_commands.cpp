@@ -18,7 +18,7 @@ int wrong_usage(Context& context, const std::string& what) {
   return kUsage;
 }
 
-// The number behind "tpdo" or "rpdo"; 0 if it is none.
+// The number after "tpdo" or "rpdo"; 0 if it is malformed.
 std::uint16_t pdo_number(const std::string& text, const std::string& kind) {
   if (!text.starts_with(kind)) {
     return 0;

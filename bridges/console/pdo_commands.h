@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// PDOs that are asked for with a remote frame, and values that go by MPDO.
+// Requests PDOs by remote frame, and writes values by MPDO.
 #pragma once
 
 #include <string>
@@ -9,12 +9,12 @@
 
 namespace linegate::console {
 
-// what: "LINE:NODE:tpdo3", a TPDO of that node, or "LINE:own:rpdo5", by the number that it has as
-// an RPDO of the own node. Prints nothing when it came.
+// what: "LINE:NODE:tpdo3" for a TPDO of that node, or "LINE:own:rpdo5" for an RPDO of the own node.
+// Prints nothing on success.
 int pdo_request(Context& context, const std::string& what);
 
-// By MPDO in destination address mode. node: "LINE:NODE", or "LINE:all". words: object, data type
-// and value, as sdo write takes them. Prints the number of the TPDO that sends it.
+// Writes by MPDO in destination address mode. node: "LINE:NODE", or "LINE:all". words: object, data
+// type and value, as for sdo write. Prints the number of the TPDO that sends it.
 int mpdo_write(Context& context, const std::string& node, const std::vector<std::string>& words);
 
 }  // namespace linegate::console

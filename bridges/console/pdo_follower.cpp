@@ -26,7 +26,7 @@ const KnownPdo* find_pdo(const std::vector<KnownPdo>& pdos, const KnownPdo& want
   return found == pdos.end() ? nullptr : &*found;
 }
 
-// What decides where a PDO is, and what is in it.
+// Compares identifier and contents of the PDOs.
 bool is_same(const KnownPdo& left, const KnownPdo& right) {
   return left.parameters.cob_id.raw == right.parameters.cob_id.raw &&
          std::equal(
@@ -42,8 +42,8 @@ std::uint32_t number_at(const od::DeviceDescription& device, od::Address address
              : static_cast<std::uint32_t>(load_le(std::span<const std::byte>(found->value)));
 }
 
-// A PDO as its records are, whether the device file knows the objects in it or not. Nothing if it
-// is not valid, or if not all of its mapping is known.
+// A PDO from its records, whether or not the device file has the mapped objects. Nothing if it is
+// not valid, or if its mapping is not fully known.
 std::optional<KnownPdo> read_record(const od::DeviceDescription& device, pdo::PdoKind kind,
                                     std::uint16_t number) {
   const auto communication = static_cast<std::uint16_t>(communication_base(kind) + number - 1);

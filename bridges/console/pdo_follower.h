@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The PDOs of one device while its log is read: as its file has them, and as SDO transfers in the
-// log change them or tell them (1400h to 1BFFh; CiA 301, 7.5.2.35 to 7.5.2.38).
+// Follows the PDOs of one device through a log: from its device file, and from SDO transfers in the
+// log that change or read them (1400h to 1BFFh; CiA 301 7.5.2.35 to 7.5.2.38).
 #pragma once
 
 #include <string>
@@ -15,14 +15,15 @@ namespace linegate::console {
 
 class PdoFollower {
  public:
-  // device may be empty: then all that is known is what the log tells. node 1..127.
+  // device may be empty: then only the log is used. node: 1..127.
   PdoFollower(const od::DeviceDescription& device, std::uint8_t node);
 
-  // A frame of the device's SDO channel, to it (request) or from it. What is different from now on,
-  // in words: "TPDO 1 is now on 185h: 6041:00 Statusword, 6064:00 Position"; empty if nothing is.
+  // Processes a frame of the device's SDO channel, sent to it (request) or by it. Returns the
+  // change in words: "TPDO 1 is now on 185h: 6041:00 Statusword, 6064:00 Position"; empty if
+  // nothing changed.
   std::string follow(const can::Frame& frame, bool request);
 
-  // Those that are valid, and of which the mapping is known.
+  // The valid PDOs with a known mapping.
   const std::vector<observer::KnownPdo>& pdos() const { return pdos_; }
 
  private:

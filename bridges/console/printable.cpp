@@ -17,7 +17,7 @@ bool continues(char byte) {
   return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80;
 }
 
-// One character of UTF-8; U'?' for a byte that is none.
+// Decodes one UTF-8 character; U'?' for an invalid byte.
 Decoded decode_utf8(std::string_view text) {
   const auto first = static_cast<unsigned char>(text.front());
   if (first < 0x80) {
@@ -38,8 +38,8 @@ Decoded decode_utf8(std::string_view text) {
   return {out, bytes};
 }
 
-// Scripts and signs that take one column, always: Latin, Greek, Cyrillic and their neighbours, and
-// the general signs of units. Not those that join what is before them, or go from right to left.
+// Characters that always occupy one column: Latin, Greek, Cyrillic and neighbouring scripts, and
+// signs for units. Excludes combining and right-to-left characters.
 bool one_column(char32_t c) {
   struct Range {
     char32_t first, last;

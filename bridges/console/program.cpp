@@ -22,7 +22,7 @@ namespace {
 // 16 MB at 50 kbit/s take hours.
 constexpr Duration kLongestProgramming = std::chrono::hours(4);
 
-// What the device told of itself when the program could not be loaded: object and value.
+// The object and value with which the device reported why the program could not be loaded.
 std::string finding_text(const line::Reply& reply) {
   if (reply.data.size() != 7) {
     return {};

@@ -10,7 +10,7 @@
 
 namespace linegate::console {
 
-// node: LINE:NODE. number: of the program, 1..255. Tells on context.err how far it is meanwhile.
+// node: LINE:NODE. number: of the program, 1..255. Prints the progress on context.err.
 int load_program(Context& context, const std::string& node, std::uint8_t number,
                  std::vector<std::byte> program);
 

@@ -41,7 +41,7 @@ std::string pdos_text(const std::set<std::uint16_t>& numbers) {
   return list_of(numbers, [](std::uint16_t number) { return std::to_string(number); });
 }
 
-// What the outputs have of RPDOs of that node.
+// The RPDOs of that node in the outputs.
 std::set<std::uint16_t> rpdos_of(const image::Layout& outputs, std::uint8_t node) {
   std::set<std::uint16_t> out;
   for (const image::Entry& entry : outputs.entries) {

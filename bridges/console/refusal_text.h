@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What was wrong with a command that was refused, and what there is instead: as far as the line
-// tells of itself.
+// Explains the refusal of a command, with valid alternatives where the line publishes them.
 #pragma once
 
 #include <string>
@@ -11,19 +10,19 @@
 
 namespace linegate::console {
 
-// "node 99 is none of press; its nodes: 5 (ram), 8". Empty if it is one.
+// "node 99 is none of press; its nodes: 5 (ram), 8". Empty if the node belongs to the line.
 std::string no_such_node(const Line& line, std::uint8_t node);
 
-// The same on context.err, behind what the gateway says of a node that the line knows nothing of;
-// waits for what the line tells of its nodes. Nothing if node is 0 or the line does not tell.
+// Prints the same on context.err after the gateway's answer; waits for the states of the line's
+// nodes. Prints nothing if node is 0 or the line publishes no nodes.
 void tell_no_such_node(Context& context, Model& model, const Line& line, std::uint8_t node);
 
-// Refusal::wrong_state of a single value for an output of that node: answer.text names the node and
-// its state, too.
+// After Refusal::wrong_state for a single output value of that node: adds the node and its state to
+// answer.text.
 void add_node_state(Context& context, Model& model, const Line& line, std::uint8_t node,
                     Client::Answer& answer);
 
-// Of a CommandKind::pdo_trigger, behind the words of the refusal. Empty if there is no more to say.
+// Explains a refused CommandKind::pdo_trigger. Empty if there is nothing to add.
 std::string trigger_refusal(Context& context, Model& model, const Line& line,
                             const line::Command& command, line::Refusal refusal);
 

@@ -19,7 +19,7 @@ namespace {
 // 127 nodes of 1024 PDO records each at 125 kbit/s take minutes.
 constexpr Duration kLongest = std::chrono::minutes(15);
 
-// Of a node that was read, or one whose defaults could not be restored.
+// A node that was read, or one whose defaults could not be restored.
 std::string progress_words(const EventView& view) {
   constexpr std::uint64_t kRestore = 0x1011;
   const Event& event = view.event;
@@ -44,7 +44,7 @@ void keep_layouts(Context& context, Model& model, const Line& line, ScanResult& 
   result.layouts = {line.areas[0].layout, line.areas[1].layout};
 }
 
-// The one node that was asked for; whoever asks for a line takes what there is.
+// Whether the requested node was found; true for a scan of a whole line.
 bool was_found(const ScanResult& result, std::uint8_t node) {
   return node == 0 ||
          std::ranges::find(result.nodes, node, &scan::ScannedNode::id) != result.nodes.end();

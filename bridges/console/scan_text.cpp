@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scan as a table and as JSON.
+// The result of a scan as a table and as JSON.
 #include <array>
 #include <charconv>
 
@@ -60,7 +60,7 @@ std::string name_of(const ScannedNode& node) {
   return printable(out);
 }
 
-// Of those that exist: bit 31 of the COB-ID is 0.
+// Counts PDOs that exist: bit 31 of the COB-ID is 0.
 std::size_t count_pdos(const ScannedNode& node, std::uint16_t first) {
   std::size_t out = 0;
   for (std::uint16_t i = 0; i < kMappingOffset; ++i) {
@@ -89,7 +89,7 @@ std::string conflict_text(const scan::Conflict& conflict) {
          object_text(conflict.second.object) + ")";
 }
 
-// TPDOs are among the conflicts.
+// TPDOs are listed as conflicts instead.
 std::string rpdo_text(const scan::LeftOut& pdo) {
   return "node " + std::to_string(pdo.node) + ": RPDO " +
          std::to_string(pdo.record - kKinds[0].first + 1) + " is never sent to, its identifier " +

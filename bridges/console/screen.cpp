@@ -11,13 +11,14 @@
 #define NCURSES_WIDECHAR 1
 #include <ncurses.h>
 
-// Of ncurses' term.h, which makes macros of common words, "lines" and "columns" among them.
+// Declared here because ncurses' term.h defines common words such as "lines" and "columns" as
+// macros.
 extern "C" char* tigetstr(const char* capability);
 
 namespace linegate::console {
 namespace {
 
-constexpr int kEscapeDelay = 50;  // ms in which the rest of a key's sequence has to come
+constexpr int kEscapeDelay = 50;  // ms within which the rest of an escape sequence must arrive
 
 attr_t attribute_of(Style style) {
   switch (style) {
@@ -145,7 +146,7 @@ std::size_t Screen::columns() const {
 }
 
 void Screen::show(const Canvas& canvas) {
-  // What the terminal's own character set may not have.
+  // The character set of the terminal may lack these characters.
   const bool ascii = MB_CUR_MAX == 1;
   erase();
   std::wstring run;

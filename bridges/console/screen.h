@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The terminal (ncurses): shows what was drawn and tells what was typed. It is put back in order
-// when this goes out of scope.
+// The terminal (ncurses): shows a canvas and reads keys. The destructor restores it.
 #pragma once
 
 #include <cstddef>
@@ -12,20 +11,20 @@ namespace linegate::console {
 
 class Screen {
  public:
-  // Precondition: standard output is a terminal. ok() is false where it cannot be used: TERM is
-  // not known, or names one without a cursor that can be placed.
+  // Precondition: standard output is a terminal. ok() is false if it cannot be used: TERM is
+  // unknown, or its terminal cannot position the cursor.
   Screen();
   ~Screen();
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
 
   bool ok() const { return screen_ != nullptr; }
-  // Follow the terminal when it is resized, once Key::resize was given.
+  // Updated after Key::resize was returned.
   std::size_t rows() const;
   std::size_t columns() const;
 
   void show(const Canvas& canvas);
-  // Does not wait: Key::none if nothing was typed.
+  // Does not block: Key::none if no key was pressed.
   Input input();
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `linegate sdo`: objects of devices, by SDO, from the image or by PDO.
+// `linegate sdo`: objects of devices by SDO, from the image, or by PDO.
 #include <algorithm>
 #include <functional>
 #include <optional>
@@ -42,7 +42,7 @@ std::string read_text(const std::optional<od::DataType>& type, const std::vector
   return out;
 }
 
-// Of a type that is known, or of none; otherwise says on context.err that it is neither.
+// Returns true for an empty or known type name; otherwise prints an error.
 bool is_type(Context& context, const std::string& type) {
   const bool good = type.empty() || type_from_name(type).has_value();
   if (!good) {
@@ -51,7 +51,7 @@ bool is_type(Context& context, const std::string& type) {
   return good;
 }
 
-// A gateway refuses a command without data; says so on context.err.
+// Prints an error for empty data, which the gateway would refuse.
 bool is_any(Context& context, const std::vector<std::byte>& data) {
   if (data.empty()) {
     sdo_usage(context, "there is no value to write");
@@ -59,7 +59,8 @@ bool is_any(Context& context, const std::vector<std::byte>& data) {
   return !data.empty();
 }
 
-// Of that type; otherwise says on context.err that there is no such type, or no such value of it.
+// Parses the value; nothing, after an error message, if the type is unknown or the value does not
+// fit it.
 std::optional<std::vector<std::byte>> value_of(Context& context, const std::string& type,
                                                const std::string& value) {
   const auto data_type = type_from_name(type);
@@ -75,7 +76,7 @@ std::optional<std::vector<std::byte>> value_of(Context& context, const std::stri
   return is_any(context, *data) ? data : std::nullopt;
 }
 
-// A device that stores its parameters, or restores them, answers when it has done so.
+// A device that stores or restores its parameters answers only afterwards.
 Duration least_patience(std::uint16_t index) {
   constexpr std::uint16_t kStore = 0x1010;
   constexpr std::uint16_t kRestore = 0x1011;
@@ -86,10 +87,10 @@ Duration least_patience(std::uint16_t index) {
 
 using Variables = std::vector<ListedVariable>;
 
-// The variables of the object that a command is about.
+// The variables of the requested object.
 struct Described {
-  Variables variables;  // none: they are not known
-  std::string failure;  // why the gateway did not answer; empty: no device file has the object
+  Variables variables;  // empty: unknown
+  std::string failure;  // why the gateway did not answer; empty: the device file lacks the object
 };
 
 Described describe_object(Context& context, Model& model, const SdoTarget& target) {
@@ -139,13 +140,14 @@ int name_a_sub(Context& context, const SdoTarget& target, const Variables& varia
 
 // --- answers ------------------------------------------------------------------------------------
 
-// The answers of a command that may have several: one text line each, or one JSON document.
+// The answers of a command, of which there may be several: one text line each, or one JSON
+// document.
 class Answers {
  public:
-  // many: each says of which node, or sub-index, it is.
+  // many: each answer names its node or sub-index.
   Answers(Context& context, bool many) : context_(context), many_(many) {}
 
-  // code: that of an answer that was carried out.
+  // code: the exit code if the answer is a success.
   void add(const SdoTarget& target, const ListedVariable* variable, const Client::Answer& answer,
            const std::string& value, int code = kDone) {
     code_ = answer.reply.ok() ? (code_ == kDone ? code : code_) : kFailed;
@@ -170,7 +172,7 @@ class Answers {
                                : value)
         << '\n';
   }
-  // After the last: the exit code.
+  // Returns the exit code after the last answer.
   int finish() {
     if (many_ && context_.json) {
       context_.out << one_line(nlohmann::ordered_json(documents_)) << '\n';
@@ -201,7 +203,7 @@ class Answers {
   std::vector<nlohmann::ordered_json> documents_;
 };
 
-// As it was typed, else of the device file.
+// The type as typed, else that of the device file.
 od::DataType type_of(const std::string& typed, const ListedVariable* variable) {
   if (!typed.empty()) {
     return type_from_name(typed).value_or(od::DataType::none);
@@ -240,7 +242,7 @@ void read_node(Context& context, Model& model, const ReadRequest& request, SdoTa
   target.command.sub = 0;
 }
 
-// What the device files of all nodes have comes first: a usage error comes before any answer.
+// Reads the device files of all nodes first, so that a usage error precedes all answers.
 int read_nodes(Context& context, Model& model, const ReadRequest& request, SdoTarget& target) {
   const auto meant = meant_nodes(context, model, target);
   if (!meant) {
@@ -276,11 +278,11 @@ int read_nodes(Context& context, Model& model, const ReadRequest& request, SdoTa
 struct WriteRequest {
   std::string type;
   std::string value;
-  std::vector<std::byte> data;  // if a type was typed
+  std::vector<std::byte> data;  // set if a type was typed
 };
 
-// Sets the data of the command and gives kDone; otherwise says on context.err what is wrong with
-// the value, or why its type is not known.
+// Sets the data of the command and returns kDone; otherwise reports on context.err that the value
+// is invalid or its type unknown.
 int set_value(Context& context, Model& model, SdoTarget& target, const WriteRequest& request) {
   const bool needed = request.type.empty() || target.whole_object;
   const Described described = needed ? describe_object(context, model, target) : Described{};
@@ -312,7 +314,7 @@ int set_value(Context& context, Model& model, SdoTarget& target, const WriteRequ
   return is_any(context, target.command.data) ? kDone : kUsage;
 }
 
-// Writes to each node that is meant, once the value of each is known; otherwise to none.
+// Writes to all nodes once the values of all are known; otherwise to none.
 int write_nodes(Context& context, Model& model, SdoTarget& target, const WriteRequest& request,
                 const std::function<void(Answers&)>& write_one) {
   const auto meant = meant_nodes(context, model, target);
@@ -342,7 +344,7 @@ int write_nodes(Context& context, Model& model, SdoTarget& target, const WriteRe
   return answers.finish();
 }
 
-// False: what was typed is no value, or none of its type, which was reported.
+// Returns false, after an error message, if the text is not a value of its type.
 bool read_value(Context& context, WriteRequest& request) {
   if (request.type.empty()) {
     return true;

@@ -12,13 +12,13 @@
 namespace linegate::console {
 namespace {
 
-// A network, of one gateway or (empty) any.
+// A network of one gateway; empty: of any gateway.
 struct RemoteNetwork {
   std::uint16_t number = 0;
   std::string gateway;
 };
 
-// "NETWORK" or "GATEWAY/NETWORK" with a network-ID that is no line's.
+// "NETWORK" or "GATEWAY/NETWORK" with a network-ID that belongs to no line.
 std::optional<RemoteNetwork> remote_network(const Model& model, const std::string& line) {
   const std::size_t slash = line.find('/');
   const bool full_name = slash != std::string::npos;
@@ -37,14 +37,14 @@ void ask_in_network(SdoTarget& target, std::uint16_t network) {
   target.command.network = network;
 }
 
-// Sets the node that a name stands for.
+// Resolves the name of the node.
 bool resolve_target(Context& context, Model& model, const Line& line, SdoTarget& target) {
   const bool found = resolve_node(context, model, line, target.node);
   target.command.node = target.node.node;
   return found;
 }
 
-// The line that `via` names; the network is a number, or that of a line.
+// The line named by `via`; the network is a number, or that of a line.
 const Line* find_via(Context& context, Model& model, SdoTarget& target, const std::string& via) {
   if (target.node.own) {
     context.err << "the own node of a line is not asked through another one\n";

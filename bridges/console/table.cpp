@@ -38,7 +38,7 @@ std::vector<std::size_t> widths_of(const Table& table) {
   return out;
 }
 
-// The widest flexible column gives way, as long as one can.
+// Shrinks the widest flexible column, repeatedly.
 void give_way(const Table& table, std::vector<std::size_t>& widths, std::size_t too_much) {
   while (too_much > 0) {
     std::size_t widest = table.columns.size();

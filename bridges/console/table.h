@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A table as people see it: cells with what they are sorted by, fitted to a width. Nothing here
-// knows a terminal.
+// A table for display: cells with sort keys, fitted to a width, independent of a terminal.
 #pragma once
 
 #include <cstddef>
@@ -16,22 +15,22 @@ namespace linegate::console {
 
 using Text = std::vector<std::string>;
 
-// What a text means; a terminal chooses a colour for it.
+// The meaning of a text; the screen selects a colour for it.
 enum class Style { plain, headline, bold, good, warning, error, changed, stale, selected };
 
 struct Column {
   std::string title;
-  bool right = false;     // its texts end at one column: numbers
-  bool flexible = false;  // gives way, down to 14 characters, where there is little room
-  bool extra = false;     // may lie beyond the right border: no other gives way for it
+  bool right = false;     // right-aligned: numbers
+  bool flexible = false;  // shrinks, down to 14 characters, where the width is short
+  bool extra = false;     // may lie beyond the right border: no other column shrinks for it
 };
 
 struct Cell {
   std::string text;
-  std::optional<double> number;  // what it is sorted by, ahead of all texts
+  std::optional<double> number;  // sort key, before all texts
 };
 
-// What a row is about, whatever place it has.
+// Identifies a row, whatever its position.
 struct RowKey {
   LineId id;
   std::uint8_t node = 0;     // 0 = the line itself
@@ -57,27 +56,26 @@ struct Table {
   std::vector<Note> notes;  // what is not in the rows, and why
 };
 
-// By the cells of one column: numbers first, ascending or descending, then texts. What is equal
-// stays in its order.
+// Sorts by one column: numbers first, ascending or descending, then texts. The sort is stable.
 void sort(Table& table, std::size_t column, bool descending);
-// Only rows that have every one of these words in some cell, whatever the case.
+// Keeps the rows in which each of these words occurs in some cell, in any case.
 void keep_matches(Table& table, const std::vector<std::string>& words);
 
-// Headline and rows as aligned texts. In a width of 0 all of it; else flexible columns give way to
-// all that are not extra, and what goes beyond is cut. Of each the first `skip` characters are left
-// out.
+// Formats headline and rows as aligned texts. Width 0: without a limit; otherwise flexible columns
+// shrink in favour of the columns that are not extra, and the rest is cut. The first `skip`
+// characters of each row are omitted.
 Text fit(const Table& table, std::size_t width, std::size_t skip);
-// The notes, and all of the rest.
+// The notes and the whole table.
 Text text_of(const Table& table);
 
-// Texts come from strangers: UTF-8 of one column a character, and '?' for all that could steer a
-// terminal or shift what follows.
+// Makes a foreign text safe for a terminal: UTF-8 characters of one column, and '?' for everything
+// that could control the terminal or shift the columns.
 std::string printable(std::string_view text);
-// Its characters; the text is printable().
+// Number of characters. Precondition: the text is printable().
 std::size_t width_of(std::string_view text);
-// So many characters from `from` on.
+// `count` characters from `from` on.
 std::string_view cut(std::string_view text, std::size_t from, std::size_t count);
-// No longer than that: what is too much is left out in the middle, with a '~' there.
+// At most `width` characters: a '~' replaces the middle of longer texts.
 std::string shorten(std::string_view text, std::size_t width);
 
 }  // namespace linegate::console

@@ -32,7 +32,7 @@ Cell load_cell(const LineView& view) {
           static_cast<double>(permille)};
 }
 
-// What of a line cannot be relied on; nothing if all is well.
+// Why the data of a line is not reliable; nothing if it is.
 std::optional<Note> trouble(const Model& model, const Line& line) {
   const std::string name = printable(line.id.line);
   switch (model.freshness(line)) {
@@ -86,7 +86,7 @@ Row line_row(const Model& model, const Line& line) {
   return row;
 }
 
-// With the node-ID on the bus where it is not that of the configuration.
+// Adds the active node-ID if it differs from the configured one.
 std::string node_name(const NodeView& node) {
   const auto id = std::ranges::find(node.properties, "node-id",
                                     [](const auto& property) { return property.first; });
@@ -124,7 +124,7 @@ Style style_of_value(const Model& model, const Line& line, const Area& area, std
   return area.image->is_changed(entry) ? Style::changed : Style::plain;
 }
 
-// A known output that was not transmitted since its node was started waits.
+// Marks a known output that was not transmitted since its node's last start as waiting.
 std::string value_cell(const Area& area, std::size_t number) {
   const std::string value = to_text(area.layout->entries[number].type, area.value(number));
   if (area.valid(number)) {
@@ -180,7 +180,7 @@ void add_values(const Model& model, const Line& line, image::Direction direction
   }
 }
 
-// Notes about the lines first; then only what has the words of the filter.
+// Adds the notes about the lines, then keeps the rows that match the words of the filter.
 void finish(const Model& model, const Filter& filter, Table& table) {
   std::vector<Note> notes;
   for (const Line* line : model.find(filter.line)) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Single things in words: times, durations, codes; and what they mean.
+// Single values in words: times, durations, codes and their meanings.
 #include <array>
 #include <chrono>
 #include <cstdio>

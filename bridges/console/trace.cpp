@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is routed, as it happens: events of routing, and what the counters of each line have moved.
-// Lines tell of single connections only while somebody asks them to.
+// `linegate trace`: routing events as they occur, and changes of each line's routing counters.
+// Lines report single connections only while a client requests it.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -25,7 +25,7 @@
 namespace linegate::console {
 namespace {
 
-// Of the connections of a line's clients, then of those that enter it.
+// Connections of a line's clients, and connections that enter the line.
 struct Counted {
   std::string_view property;
   std::string_view words;
@@ -50,7 +50,7 @@ Counts counts_of(const LineView& view) {
   return out;
 }
 
-// As long as a line goes on by itself when nobody asks it again.
+// A line stops reporting this long after the last request.
 constexpr std::uint16_t kLeaseSeconds = 30;
 constexpr Duration kAskAgain = std::chrono::seconds(10);
 constexpr std::size_t kMostEarly = 1000;
@@ -64,7 +64,7 @@ class Tracer {
  public:
   explicit Tracer(Context& context) : context_(context) {}
 
-  // Lines printed.
+  // Returns the number of printed lines.
   std::uint64_t look(const Model& model) {
     const std::uint64_t before = printed_;
     for (const auto& [id, line] : model.lines()) {
@@ -77,7 +77,7 @@ class Tracer {
     events(model);
     return printed_ - before;
   }
-  // Asks each line that routes to tell of its connections, now and then.
+  // Renews the request to each routing line to report its connections.
   void ask(Model& model) {
     const auto now = std::chrono::steady_clock::now();
     std::vector<LineId> due;
@@ -98,8 +98,8 @@ class Tracer {
     bool routes = false;
     bool refuses = false;
     std::chrono::steady_clock::time_point ask_at{};
-    std::uint64_t events = 0;  // as its last state tells
-    std::uint64_t kept = 0;    // events with these numbers happened before
+    std::uint64_t events = 0;  // number in its last state
+    std::uint64_t kept = 0;    // events up to this number happened before the trace started
   };
 
   void look(const LineId& id, const LineView& view) {
@@ -110,7 +110,7 @@ class Tracer {
     Traced& traced = known->second;
     traced.routes = routing_count(view, "open").has_value();
     if (events < traced.events) {
-      traced.kept = 0;  // its gateway was started anew
+      traced.kept = 0;  // its gateway was restarted
     }
     traced.events = events;
     if (!first && now != traced.last) {
@@ -132,7 +132,7 @@ class Tracer {
     }
   }
 
-  // A gateway that was started anew counts from 0.
+  // A restarted gateway counts from 0.
   static std::uint64_t moved(std::uint64_t last, std::uint64_t now) {
     return now >= last ? now - last : now;
   }
@@ -164,8 +164,8 @@ class Tracer {
                  << routing_count(view, "open").value_or(0) << std::endl;
   }
 
-  // Those that are kept from before are not shown: which they are is known when the line has told
-  // its state.
+  // Kept events from before the trace are not shown; the state of the line shows which ones they
+  // are.
   void events(const Model& model) {
     std::deque<KnownEvent> fresh = std::exchange(early_, {});
     const auto more = static_cast<std::ptrdiff_t>(
@@ -193,7 +193,7 @@ class Tracer {
 
   Context& context_;
   std::map<LineId, Traced> traced_;
-  std::deque<KnownEvent> early_;  // of lines that have not told their state
+  std::deque<KnownEvent> early_;  // of lines without a received state
   std::uint64_t seen_ = 0;
   std::uint64_t printed_ = 0;
 };
