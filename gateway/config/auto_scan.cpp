@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `auto:` of a line: its nodes are those that a scan finds.
+// `auto:` of a line: its nodes are determined by a scan.
 #include <filesystem>
 #include <system_error>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `bind:` of a device: its objects follow entries of an image, or entries follow them.
+// `bind:` of a device: its objects follow entries of an image, or entries follow its objects.
 #include <optional>
 #include <string>
 
@@ -11,7 +11,7 @@ namespace {
 
 using image::Direction;
 
-// {entry: ..., when_lost: ...}; gives the entry.
+// {entry: ..., when_lost: ...}; returns the entry.
 YAML::Node read_binding_options(Findings& findings, const YAML::Node& value, BindingSection& out) {
   Section section(findings, value, "a binding");
   section.read_choice<bool>("when_lost", out.zero_when_lost, {{"hold", false}, {"zero", true}});
@@ -31,7 +31,7 @@ void read_binding(Findings& findings, const YAML::Node& key, const YAML::Node& v
   out.object_place = place_of(key);
   const YAML::Node entry = value.IsMap() ? read_binding_options(findings, value, out) : value;
   if (!entry.IsDefined()) {
-    return;  // the section has said so
+    return;  // already reported by the section
   }
   if (!entry.IsScalar() || entry.Scalar().empty()) {
     findings.error(place_of(entry), "expected an entry such as press/axis.6041:0");
@@ -57,7 +57,7 @@ class BindingResolver {
     if (!own || !other_line) {
       return;
     }
-    // What the device sends follows an input; what it receives is followed by an output.
+    // A TPDO object of the device follows an input; an output follows an RPDO object.
     const Direction wanted = side == Direction::outputs ? Direction::inputs : Direction::outputs;
     const auto other = find_entry(*other_line, section, wanted);
     if (!other) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that a key of a plant file names and that are concise DCFs (CiA 302-3).
+// Concise DCF files (CiA 302-3) that a plant file names.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace linegate::config {
 
-// What the file says is to be written. name: relative to the plant file. Nothing if it cannot be
-// read or is none, which is told at that place.
+// Returns the writes of the file. name: relative to the plant file. Empty, with an error at that
+// place, if the file cannot be read or is not a concise DCF.
 std::vector<manager::ObjectWrite> read_concise_file(Findings& findings, const Place& place,
                                                     const std::string& name);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a node is configured with besides its device file: `restore:`, `store:`, `concise_dcf:`,
+// The configuration of a node beyond its device file: `restore:`, `store:`, `concise_dcf:`,
 // `program:`.
 #include <filesystem>
 #include <span>
@@ -38,8 +38,8 @@ void read_group(Section& section, const char* key, std::uint8_t& target) {
   target = static_cast<std::uint8_t>(*number);
 }
 
-// What the file writes is all that is written: nothing of the device file, and PDOs as they are
-// then.
+// A concise DCF replaces all configured values of the device file; PDOs are linked as it leaves
+// them.
 void take_writes(Findings& findings, Place place, std::vector<manager::ObjectWrite> writes,
                  line::NodeConfig& config) {
   for (od::ObjectDescription& object : config.device.objects) {

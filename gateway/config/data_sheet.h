@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A device file as a whole, for those who write another one from it.
+// Loads a complete device file, for tools that derive another one from it.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace linegate::config {
 
-// EDS, DCF, XDD or XDC; nothing if it cannot be read or has errors.
+// Reads an EDS, DCF, XDD or XDC; nothing if it cannot be read or has errors.
 std::optional<eds::DataSheet> load_sheet(const std::string& path, std::uint8_t node_id);
 
 }  // namespace linegate::config

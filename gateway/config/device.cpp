@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `devices:` of a line in the role device: what runs on the line itself.
+// `devices:` of a line in the role device: the devices that this line implements.
 #include <algorithm>
 
 #include "gateway/config/patch.h"
@@ -17,7 +17,7 @@ using std::chrono::milliseconds;
 constexpr od::Address kProducerHeartbeat{0x1017, 0};
 constexpr od::Address kSerialNumber{0x1018, 4};
 
-// A value that the device has from the start, whoever may write the object.
+// Sets the initial value, whatever the access of the object.
 void preset(Findings& findings, od::DeviceDescription& device, od::Address address,
             std::uint64_t value, Place place) {
   const od::VariableDescription* variable = device.find(address);
@@ -47,7 +47,7 @@ void read_presets(Section& section, od::DeviceDescription& device) {
   }
 }
 
-// `profile: 401` with the numbers of blocks: a device without a file. False if there is no profile.
+// `profile: 401` with numbers of blocks: a device without a file. Returns false without the key.
 bool read_io_profile(Section& section, bool stores, line::NodeConfig& config) {
   const YAML::Node node = section.find("profile");
   const std::size_t before = section.findings().errors();
@@ -88,7 +88,7 @@ bool read_io_profile(Section& section, bool stores, line::NodeConfig& config) {
   return true;
 }
 
-// What was configured is not what the file makes of the node-ID any more.
+// Configured values no longer depend on the node-ID as the formula of the file does.
 void forget_formulas(od::DeviceDescription& device, const od::DeviceDescription& before) {
   for (od::ObjectDescription& object : device.objects) {
     for (od::VariableDescription& variable : object.variables) {
@@ -100,7 +100,7 @@ void forget_formulas(od::DeviceDescription& device, const od::DeviceDescription&
   }
 }
 
-// With everything the device begins with in its description.
+// Reads a device; its description gets all initial values.
 line::DeviceConfig read_one(Findings& findings, const YAML::Node& node, bool stores,
                             std::vector<BindingSection>& bindings) {
   line::NodeConfig config;
@@ -155,7 +155,7 @@ void check_clash(Findings& findings, const line::LineConfig& config,
   }
 }
 
-// Keys of a line that has a node of its own.
+// Reports keys that only a line with its own node may have.
 void report_keys_of_an_own_node(Section& section) {
   for (const char* key : {"node_id",      "heartbeat",        "sync",           "time",
                           "sdo_timeout",  "save_timeout",     "load_timeout",   "pdo_update_time",
@@ -197,7 +197,7 @@ void read_devices(Section& section, LineSection& line) {
     return;
   }
   if (!list.IsDefined()) {
-    return;  // one node of its own, below another master
+    return;  // one own node below another master
   }
   config.node_id = 0;
   report_keys_of_an_own_node(section);

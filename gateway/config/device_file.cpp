@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Device files that plant.yaml and node lists name.
+// Device files named by plant.yaml and node lists.
 #include <filesystem>
 #include <span>
 
@@ -13,7 +13,7 @@
 namespace linegate::config {
 namespace {
 
-// The content, which counts among the sources of the findings, or what keeps it from being read.
+// The content, which is added to the sources of the findings, or an error.
 std::optional<std::string> content_of(const std::filesystem::path& path, Findings& findings,
                                       std::string& why) {
   std::error_code ignored;
@@ -30,7 +30,7 @@ std::optional<std::string> content_of(const std::filesystem::path& path, Finding
   return content;
 }
 
-// What a DownloadFile of the device file holds becomes the configured value. False if it cannot.
+// Makes the content of a DownloadFile the configured value. Returns false if that is not possible.
 bool take_download(od::VariableDescription& variable, const std::filesystem::path& device_file,
                    Findings& findings) {
   const auto path = (device_file.parent_path() / variable.notes.download_file).lexically_normal();

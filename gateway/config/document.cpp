@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::string_view kMergeKey = "<<";
 
-// Counts the values of a document as if its aliases were written out, in one pass without doing so.
+// Counts the values of a document with all aliases expanded, in one pass and without expanding
+// them.
 class ValueCounter : public YAML::EventHandler {
  public:
   explicit ValueCounter(Findings& findings) : findings_(findings) {}
@@ -53,7 +54,7 @@ class ValueCounter : public YAML::EventHandler {
  private:
   struct Open {
     YAML::anchor_t anchor;
-    std::size_t before;  // values of the document up to it
+    std::size_t before;  // values of the document before it
   };
 
   void add(const YAML::Mark& mark, std::size_t values) {
@@ -96,7 +97,7 @@ class ValueCounter : public YAML::EventHandler {
   std::unordered_map<YAML::anchor_t, std::size_t> sizes_;
 };
 
-// Reports where the second document begins.
+// Reports the position of the second document.
 class Second : public YAML::EventHandler {
  public:
   explicit Second(Findings& findings) : findings_(findings) {}
@@ -122,9 +123,9 @@ class Second : public YAML::EventHandler {
   Findings& findings_;
 };
 
-// Replaces each merge key (yaml.org/type/merge) by what it stands for. Of several values of one key
-// that of the mapping itself counts, then that of the first mapping that is merged. The keys keep
-// the places where they are written. The work is that of a walk with all aliases written out.
+// Expands merge keys (yaml.org/type/merge). A value of the mapping itself takes precedence over
+// merged ones, an earlier merged mapping over a later one. Keys keep their positions. The cost is
+// that of a walk with all aliases expanded.
 class Merging {
  public:
   explicit Merging(Findings& findings) : findings_(findings) {}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a YAML document must be before it is walked through. Internal to this folder.
+// Loads a YAML document and checks that it is safe to walk. Internal to this folder.
 #pragma once
 
 #include <string>
@@ -8,14 +8,13 @@
 
 namespace linegate::config {
 
-// The values of a document with all aliases written out; a plant of a hundred lines has some ten
-// thousand.
+// Limit for the values of a document with all aliases expanded; a plant of a hundred lines has some
+// ten thousand.
 inline constexpr std::size_t kMostValues = 2'000'000;
 
-// The one document of the text. Null, with an error that names its place, if there is a second
-// document, if aliases stand for more than kMostValues, or one for something that it is a part of.
-// Merge keys (<<) are replaced by what they stand for.
-// May throw YAML::Exception.
+// Parses the only document of the text and expands its merge keys (<<). Returns Null, with an error
+// that names the position, if there is a second document, if aliases expand to more than
+// kMostValues, or if an alias contains itself. May throw YAML::Exception.
 YAML::Node load_document(Findings& findings, const std::string& text);
 
 }  // namespace linegate::config

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Entries of an image by the names people give them. Internal to this folder.
+// Finds image entries by name. Internal to this folder.
 #pragma once
 
 #include <cstdint>
@@ -12,19 +12,19 @@
 
 namespace linegate::config {
 
-// Of one direction of one line; both must outlive it.
+// Names of one direction of one line. Both must outlive this object.
 class EntryNames {
  public:
   EntryNames(const line::LineConfig& config, const image::Layout& layout)
       : config_(config), layout_(layout) {}
 
-  // Entry numbers; empty if there is none. text: the entry's name, "node.index:sub" or, for
-  // several, "node.*". An object that is mapped several times gives all of its entries.
+  // Returns entry numbers; empty if there are none. text: the entry's name, "node.index:sub" or,
+  // with several, "node.*". An object that is mapped several times yields all of its entries.
   std::vector<std::uint32_t> find(const std::string& text, bool several) const;
-  // Of a text that stands for several entries, where one is meant: "... is ambiguous: ...", or
-  // nothing.
+  // An error message if the text matches several entries where one is expected: "... is ambiguous:
+  // ..."; empty otherwise.
   std::string ambiguity(const std::string& text) const;
-  // "; did you mean ...?", or nothing.
+  // "; did you mean ...?", or empty.
   std::string suggestion(const std::string& text) const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `forward:`, the rules by which values of one line become values of another.
+// `forward:`: rules that copy values from one line to another.
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -19,7 +19,7 @@ using image::Direction;
 
 constexpr std::string_view kArrow = "->";
 
-// "press.axis1.Position" or "press/axis1.Position". A line's name has neither dot nor slash.
+// "press.axis1.Position" or "press/axis1.Position". Names of lines contain neither dot nor slash.
 std::optional<ForwardSection::End> parse_end(std::string_view text, Place place) {
   const std::size_t split = text.find_first_of("./");
   if (split == std::string_view::npos || split == 0 || split + 1 == text.size()) {
@@ -38,7 +38,7 @@ std::optional<ForwardSection::End> read_end(Findings& findings, std::string_view
   return end;
 }
 
-// A quoted scalar begins with its quote.
+// Position within a scalar; a quoted scalar begins with its quote.
 Place place_within(const YAML::Node& scalar, std::size_t offset) {
   Place place = place_of(scalar);
   place.column += static_cast<std::uint32_t>(offset + (scalar.Tag() == "!" ? 1 : 0));
@@ -105,8 +105,8 @@ class ForwardResolver {
     End output;
   };
 
-  // In an order that hangs neither on that of lines and rules nor on names of nodes: an object of a
-  // line stays where it is when another line changes.
+  // The order depends neither on the order of lines and rules nor on names of nodes, so that a
+  // line's objects keep their index when another line changes.
   void show_values() {
     const auto key = [this](const Joined& joined) {
       const image::Entry& from = lines_.entry(joined.input, Direction::inputs);
@@ -148,7 +148,7 @@ class ForwardResolver {
     }
   }
 
-  // One that both lines show where the value lies in their images.
+  // Returns an object that exists in both lines and shows the value in their images.
   std::optional<od::Address> make_object(const End& input, const End& output) {
     const image::Entry& value = lines_.entry(input, Direction::inputs);
     const auto object = lines_.free_object(value.type, value.bit_length, input.line);
@@ -205,7 +205,7 @@ class ForwardResolver {
     return std::nullopt;
   }
 
-  // The rule whose target that is. nullptr if there is none.
+  // The rule with that target; nullptr if there is none.
   const ForwardSection* feeder_of(const ForwardSection::End& end) {
     const auto found = std::find_if(rules_.begin(), rules_.end(), [&](const ForwardSection& other) {
       return other.to.line == end.line && other.to.entry == end.entry;
@@ -224,7 +224,7 @@ class ForwardResolver {
     return false;
   }
 
-  // CiA 302-7 as the manuals tell it: the list of what is forwarded hangs on the received PDO.
+  // CiA 302-7: the forwarding list belongs to the received PDO.
   bool feeds_one(const End& input, const End& output) {
     const image::Entry& from = lines_.entry(input, Direction::inputs);
     const image::Entry& to = lines_.entry(output, Direction::outputs);

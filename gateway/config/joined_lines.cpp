@@ -13,7 +13,7 @@ using image::Direction;
 
 const line::Line& JoinedLines::made(std::size_t line) {
   if (made_[line] == nullptr) {
-    made_[line] = *line::Line::make(lines_[line].plan.config).value;  // has been made before
+    made_[line] = *line::Line::make(lines_[line].plan.config).value;  // it could be made before
   }
   return *made_[line];
 }
@@ -138,7 +138,7 @@ std::size_t JoinedLines::line_called(const std::string& name) const {
   return static_cast<std::size_t>(found - lines_.begin());
 }
 
-// Every line gets the lowest number among those it is joined with.
+// Each line gets the lowest number among the lines it is joined with.
 std::vector<std::size_t> JoinedLines::clusters(bool forwarding_alone) const {
   std::vector<std::size_t> out(lines_.size());
   std::iota(out.begin(), out.end(), std::size_t{0});
@@ -154,7 +154,7 @@ std::vector<std::size_t> JoinedLines::clusters(bool forwarding_alone) const {
   return out;
 }
 
-// By entries and objects, not by names: those may change in one of the two lines.
+// By entries and objects, because names may change in one of the two lines.
 void JoinedLines::add_to_sources() {
   std::vector<std::set<std::string>> parts(lines_.size());
   for (const Binding& binding : bindings_) {
@@ -177,8 +177,8 @@ void JoinedLines::add_to_sources() {
   }
 }
 
-// The first by name of those that one of them names, else one of their own, with a name that none
-// in the configuration can have. The order of the lines says nothing.
+// The first executor, by name, that one of the lines names; otherwise a new one with a name that no
+// configuration can contain. Independent of the order of the lines.
 void JoinedLines::share_executors() {
   const std::vector<std::size_t> cluster = clusters(true);
   std::vector<std::set<std::string>> named(lines_.size());

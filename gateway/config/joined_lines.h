@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lines of a plant while what joins them is read: `bind:` and `forward:`. Internal to this
-// folder.
+// The lines of a plant while `bind:` and `forward:` are resolved. Internal to this folder.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +19,7 @@ namespace linegate::config {
 
 class JoinedLines {
  public:
-  // An entry, by its number in the layout of its line and direction.
+  // An entry: number in the layout of its line and direction.
   struct End {
     std::size_t line = 0;
     std::uint32_t entry = 0;
@@ -35,33 +34,33 @@ class JoinedLines {
   const std::string& name(std::size_t line) const { return lines_[line].plan.config.name; }
   const image::Entry& entry(const End& end, image::Direction direction);
   const std::vector<image::Entry>& entries(std::size_t line, image::Direction direction);
-  // As EntryNames::find() for one entry. With a place: a text that is ambiguous is an error there.
+  // As EntryNames::find() for one entry. With a place, an ambiguous text is reported there.
   std::optional<std::uint32_t> find_entry(std::size_t line, image::Direction direction,
                                           const std::string& text,
                                           std::optional<Place> place = std::nullopt);
-  // "; did you mean ...?", or nothing.
+  // "; did you mean ...?", or empty.
   std::string suggestion(std::size_t line, image::Direction direction, const std::string& text);
-  // A name that is none is told.
+  // Reports an unknown name at `place`.
   std::optional<std::size_t> find_line(const std::string& name, Place place);
 
-  // The output follows the input from now on. nullptr if it cannot, which is told; place: of that
-  // end which was named last.
+  // Makes the output follow the input. Returns nullptr, after an error at `place` (of the end that
+  // was named last), if that is not possible.
   Binding* join(const End& input, const End& output, Place place);
 
-  // The same for what is no entry of an image.
+  // Adds a binding with an end that is not an image entry.
   void add(Binding binding) { bindings_.push_back(std::move(binding)); }
   std::size_t last_binding() const { return bindings_.size() - 1; }
   Binding& binding(std::size_t number) { return bindings_[number]; }
 
-  // When all forwarding rules are joined: objects that lines have by now are those of `own_pdos`,
-  // and free for none.
+  // Call it after all forwarding rules are joined: objects that lines have by then belong to
+  // `own_pdos` and are not available to free_object().
   void reserve_objects();
-  // An object B000h.. for a value of that type that neither the line nor one that forwarding joins
-  // it with has yet; nothing if there is none.
+  // An unused object from B000h on for a value of that type, in the line and in the lines that
+  // forwarding joins it with; nothing if there is none.
   std::optional<od::Address> free_object(od::DataType type, std::uint32_t bits, std::size_t line);
 
-  // When all is joined: puts LineConfig::bound in order. What follows what is a part of the source
-  // of both lines; those joined by forwarding share an executor unless they name others.
+  // Call it last: orders LineConfig::bound. A binding is part of the source of both lines. Lines
+  // joined by forwarding share an executor unless they name different ones.
   void finish();
 
  private:

@@ -92,7 +92,7 @@ void read_identity(Section& section, line::Identity& identity) {
   from.done();
 }
 
-// A word of a shell command.
+// Quotes a word for a shell command.
 std::string shell_word(const std::string& text) {
   constexpr std::string_view kPlain = "-_./:,@%+=";
   const bool plain = std::all_of(text.begin(), text.end(), [&](unsigned char c) {
@@ -105,7 +105,7 @@ std::string shell_word(const std::string& text) {
   return out + (plain ? "" : "'");
 }
 
-// Puts the simulated devices of the line on its interface from another process.
+// The command that puts the simulated devices of the line on its interface from another process.
 std::string simulate_command(const LinePlan& plan) {
   std::string out = "linegate simulate " + shell_word(plan.interface.uri);
   for (const SimulatedDevice& device : plan.simulated) {
@@ -115,7 +115,7 @@ std::string simulate_command(const LinePlan& plan) {
   return out;
 }
 
-// Whose `simulate` belongs to another interface.
+// An error message for `simulate` on an interface that does not support it.
 std::string no_place_for_simulated(const LinePlan& plan) {
   if (plan.interface.scheme == Scheme::virtual_bus) {
     return "simulate needs the interface simulated:, which is virtual: with devices on it";
@@ -179,7 +179,7 @@ void read_storage(Section& section, std::string& folder) {
   folder = path.string();
 }
 
-// Tells what of the node clashes with the line or the nodes before it.
+// Reports conflicts of the node with the line or with earlier nodes.
 void check_clashes(Findings& findings, const line::LineConfig& config, const line::NodeConfig& node,
                    Place place) {
   const auto clash = [&](const std::string& text) { findings.error(place, text); };
@@ -196,7 +196,7 @@ void check_clashes(Findings& findings, const line::LineConfig& config, const lin
   }
 }
 
-// `nodes:`, and those of `node_list:` that are not there too.
+// `nodes:`, and the nodes of `node_list:` that `nodes:` lacks.
 void read_nodes(Section& section, LineSection& line) {
   Findings& findings = section.findings();
   line::LineConfig& config = line.plan.config;
@@ -246,7 +246,7 @@ void tell_what_an_observer_ignores(Findings& findings, const YAML::Node& section
   }
 }
 
-// Of its nodes the device file, error control, PDOs and their deadline count.
+// An observer uses only the device file, error control, PDOs and their deadlines of a node.
 void tell_what_an_observer_ignores_of_nodes(Findings& findings, const YAML::Node& nodes) {
   if (!nodes.IsDefined() || !nodes.IsSequence()) {
     return;
@@ -263,7 +263,7 @@ void tell_what_an_observer_ignores_of_nodes(Findings& findings, const YAML::Node
   }
 }
 
-// So that the configuration of a manager serves an observer of the same line as it is.
+// Warnings, not errors: the configuration of a manager must work for an observer of the same line.
 void tell_what_an_observer_ignores(Section& section, const line::LineConfig& config) {
   if (config.role != line::Role::observer) {
     return;

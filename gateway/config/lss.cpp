@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `lss:` of a line, and what of it the nodes must be for it.
+// `lss:` of a line, and its requirements on the nodes.
 #include "gateway/config/sections.h"
 #include "stack/lss/message.h"
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A line as it is made once when the configuration is read: what it says belongs to the document.
+// Makes a line once while the configuration is read, so that its diagnostics are reported in the
+// document.
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -10,8 +11,8 @@
 namespace linegate::config {
 namespace {
 
-// The findings of a line name a device file, which several nodes may have: while it is made, each
-// node has a file of its own.
+// The diagnostics of a line name a device file, which several nodes may share. So each node gets a
+// file name of its own while the line is made.
 std::string name_of_file(const line::NodeConfig& node) {
   return "device file of node " + std::to_string(node.id);
 }
@@ -25,7 +26,7 @@ void put_in_place(const LineSection& section, const std::string& document, Diagn
   told.file = node->device.file;
   const auto place = std::ranges::find(section.node_places, node->id, &NodePlace::node);
   if (told.line != 0 || place == section.node_places.end()) {
-    return;  // it has a place in the device file
+    return;  // it has a position in the device file
   }
   told.text += " (" + told.file + ")";
   told.file = document;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `mpdo_scanner:` and `mpdo_dispatcher:` of a line: what its own node sends and takes by MPDO in
-// source address mode (CiA 301, 7.5.2.39 and 7.5.2.40).
+// `mpdo_scanner:` and `mpdo_dispatcher:` of a line: objects that its own node sends and receives by
+// MPDO in source address mode (CiA 301 7.5.2.39 and 7.5.2.40).
 #include <algorithm>
 #include <optional>
 #include <string>
@@ -12,11 +12,11 @@
 namespace linegate::config {
 namespace {
 
-// As many as the objects of a list have entries.
+// Number of entries in all objects of a list.
 constexpr std::size_t kMostListed = std::size_t{254} * pdo::kMpdoLists;
 constexpr std::uint64_t kMostSubs = 254;
 
-// The address of `key`, and what is wrong with it in words.
+// Reads the address of `key`; reports an invalid one.
 std::optional<od::Address> read_listed(Section& section, const char* key) {
   const YAML::Node node = section.require(key);
   const auto text = section.text(node);
@@ -28,7 +28,8 @@ std::optional<od::Address> read_listed(Section& section, const char* key) {
   return address;
 }
 
-// Each of `count` variables from there on is one of the line that an MPDO may send or write.
+// Checks that each of `count` variables from that address on is an own object that an MPDO may send
+// or write.
 void check_own(Findings& findings, const line::LineConfig& config, Place place, od::Address first,
                std::uint64_t count, bool received) {
   for (std::uint64_t i = 0; i < count; ++i) {
@@ -57,7 +58,7 @@ std::uint64_t read_count(Section& section) {
 
 bool has_scope(Section& section, const YAML::Node& node, const line::LineConfig& config) {
   if (!node.IsDefined() || config.role == line::Role::observer) {
-    return false;  // that has been said
+    return false;  // already reported
   }
   if (!config.devices.empty()) {
     section.findings().error(place_of(node),

@@ -51,7 +51,7 @@ void read_guarding(Section& section, line::NodeConfig& config) {
   }
 }
 
-// `check: [vendor, product, revision-major]`, or all or nothing of it.
+// `check: [vendor, product, revision-major]`, or `all` or `none`.
 void read_identity_check(Section& section, line::IdentityScope& scope) {
   const YAML::Node list = section.find("check");
   const YAML::Node all = section.find("check_identity");

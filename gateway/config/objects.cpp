@@ -12,7 +12,7 @@
 namespace linegate::config {
 namespace {
 
-// The device would refuse the value, and its boot would fail.
+// Beyond its limits the device would refuse the value, and its boot would fail.
 void check_value_limits(Findings& findings, Place place, od::Address address,
                         const od::VariableDescription& variable, std::span<const std::byte> value) {
   const AbortCode why =
@@ -36,7 +36,7 @@ void read_object(Section& section, const YAML::Node& key, const YAML::Node& valu
                  line::NodeConfig& config) {
   Findings& findings = section.findings();
   if (!key.IsScalar()) {
-    return;  // the section has said so
+    return;  // already reported by the section
   }
   const auto address = parse_address(key.Scalar());
   if (!address) {
@@ -94,7 +94,7 @@ void set_value(od::DeviceDescription& device, od::Address address,
                const std::vector<std::byte>& value) {
   if (auto* variable = find_variable(device, address)) {
     variable->value = value;
-    // The line writes it itself, in its place among the others.
+    // The line writes it in a position of its own.
     variable->configured = false;
     variable->overridden = true;
   }

@@ -134,7 +134,7 @@ void resolve_outputs(Findings& findings, LineSection& section) {
   resolve_defaults(findings, section.outputs, names, layout, plan.config);
   if (findings.errors() == before &&
       !(plan.config.groups.empty() && plan.config.defaults.empty())) {
-    // What the line itself has to say about its groups.
+    // Reports the line's own diagnostics about its groups.
     (void)make_line(findings, section);
   }
 }

@@ -29,7 +29,7 @@ DataType read_type(Section& section) {
   return type;
 }
 
-// Nothing if the key is absent or wrong.
+// Empty if the key is absent or invalid.
 std::vector<std::byte> read_typed(Section& section, const char* key, DataType type) {
   const YAML::Node node = section.find(key);
   const auto text = section.text(node);
@@ -75,7 +75,7 @@ void read_own_objects(Section& section, line::LineConfig& config) {
   Findings& findings = section.findings();
   const YAML::Node node = section.find("own_objects");
   if (!node.IsDefined() || !has_own_node(config)) {
-    return;  // that has been said
+    return;  // already reported
   }
   Section list(findings, node, "own_objects");
   std::set<od::Address> seen;

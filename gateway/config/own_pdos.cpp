@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shared_objects:`, B000h.. of all lines, and `own_pdos:` of a line, which map them and the line's
-// `own_objects:`.
+// `shared_objects:`: objects from B000h on of all lines; `own_pdos:` of a line, which map them and
+// the line's `own_objects:`.
 #include <algorithm>
 #include <chrono>
 #include <optional>
@@ -137,7 +137,7 @@ class SharedObjects {
     }
   }
 
-  // Those of the line's devices come first.
+  // The first numbers belong to the PDOs of the line's nodes.
   void check_number(std::size_t line, const OwnPdoSection& pdo) {
     const auto direction = pdo.transmit ? image::Direction::outputs : image::Direction::inputs;
     std::uint16_t linked = 0;
@@ -150,7 +150,7 @@ class SharedObjects {
     }
   }
 
-  // Of an application object of the line that the PDO may map.
+  // The type of an own object that the PDO may map.
   std::optional<od::DataType> own_type(std::size_t line, bool transmit, od::Address address) {
     for (const line::OwnObject& object : lines_.line(line).plan.config.own_objects) {
       const od::VariableDescription& variable = object.variable;
@@ -194,7 +194,7 @@ class SharedObjects {
     }
   }
 
-  // Whatever is mapped now: it may be mapped later.
+  // Independent of the present mapping, which may change later.
   void forward(std::size_t from, std::size_t to) {
     if (forwarding(from).rpdos.empty() || forwarding(to).tpdos.empty()) {
       return;
@@ -259,7 +259,7 @@ std::vector<OwnPdoSection> read_own_pdos(Findings& findings, const YAML::Node& n
   }
   for (const auto& pair : node) {
     if (!pair.first.IsScalar()) {
-      continue;  // the section has said so
+      continue;  // already reported by the section
     }
     section.find(pair.first.Scalar());
     if (const auto name = parse_pdo_name(pair.first.Scalar())) {

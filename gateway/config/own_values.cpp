@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `own_values:` and `own_concise_dcf:` of a line: what is written to objects of its own node.
+// `own_values:` and `own_concise_dcf:` of a line: values written to objects of its own node.
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -52,12 +52,12 @@ void read_value(Section& list, const YAML::Node& key, const YAML::Node& value,
   }
 }
 
-// What the dictionary has under the address, as "5F41:08 (Default PDO event time)".
+// The object with its name in the dictionary: "5F41:08 (Default PDO event time)".
 std::string called(const od::Dictionary& dictionary, od::Address address) {
   return format_address(address) + " (" + std::string(dictionary.name(address)) + ")";
 }
 
-// The bytes, by the type of the object; nothing if it cannot have them, which is told.
+// The value by the type of the object; nothing, after an error, if it does not fit.
 std::optional<std::vector<std::byte>> bytes_of(Findings& findings, const OwnValueSection& section,
                                                const od::Dictionary& dictionary) {
   const auto variable = dictionary.find(section.object);
@@ -97,7 +97,7 @@ void read_values(Section& section, const YAML::Node& node, std::vector<OwnValueS
   }
 }
 
-// COB-IDs of SYNC, TIME and EMCY: the PDOs are checked against them.
+// COB-IDs of SYNC, TIME and EMCY must be known before the PDOs are checked against them.
 void place_services(const std::vector<OwnValueSection>& values, line::LineConfig& config) {
   for (const OwnValueSection& value : values) {
     const std::uint16_t index = value.object.index;
@@ -117,7 +117,7 @@ std::vector<OwnValueSection> read_own_values(Section& section, line::LineConfig&
   const YAML::Node node = section.find("own_values");
   if (!has_own_node(config)) {
     section.find("own_concise_dcf");
-    return out;  // that has been said
+    return out;  // already reported
   }
   read_concise(section, out);
   read_values(section, node, out);
@@ -125,7 +125,7 @@ std::vector<OwnValueSection> read_own_values(Section& section, line::LineConfig&
   return out;
 }
 
-// The line is made once, and is written what it will be written when it starts.
+// Makes the line once and writes the values as its start will.
 void resolve_own_values(Findings& findings, std::vector<LineSection>& lines) {
   for (LineSection& section : lines) {
     if (section.own_values.empty()) {
@@ -133,7 +133,7 @@ void resolve_own_values(Findings& findings, std::vector<LineSection>& lines) {
     }
     auto made = line::Line::make(section.plan.config);
     if (!made.value) {
-      continue;  // that has been said
+      continue;  // already reported
     }
     section.plan.config.own_values.clear();
     od::Dictionary& dictionary = (*made.value)->dictionary();

@@ -15,12 +15,12 @@ namespace {
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-constexpr unsigned kMaxBits = 64;             // of a classical frame
+constexpr unsigned kMaxBits = 64;             // bits in a classical frame
 constexpr std::uint8_t kInhibitTime = 3;      // sub-index
 constexpr std::uint16_t kLastDummy = 0x0007;  // CiA 301 7.4.1: data types as dummy entries
 
-// One `tpdoN:` or `rpdoN:`. Objects are written in the order CiA 301 (7.5.2.36, 7.5.2.38) wants:
-// the PDO is taken away, its parameters and mapping are changed, and it is put back.
+// One `tpdoN:` or `rpdoN:`. The writes follow the order of CiA 301 7.5.2.36 and 7.5.2.38: make the
+// PDO invalid, change parameters and mapping, make it valid.
 class Override {
  public:
   Override(Findings& findings, const YAML::Node& key, const YAML::Node& value, PdoName pdo,
@@ -87,7 +87,7 @@ class Override {
     return enabled ? valid : valid | can::CobId::kInvalidBit;
   }
 
-  // True: nothing else is said, and nothing is changed at the device.
+  // Returns true if no other key is present, so that nothing is changed at the device.
   bool read_queue() {
     if (!pdo_.transmit) {
       return false;
@@ -116,7 +116,7 @@ class Override {
     }
   }
 
-  // The inhibit time of what the device receives is kept by who sends it, the line.
+  // The sender, here the line, keeps the inhibit time of an RPDO of the device.
   void read_times() {
     const auto read = [&](const char* key, std::uint8_t sub, Duration unit) {
       const YAML::Node node = section_.find(key);
@@ -274,7 +274,7 @@ void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& con
   }
   for (const auto& pair : node) {
     if (!pair.first.IsScalar()) {
-      continue;  // the section has said so
+      continue;  // already reported by the section
     }
     section.find(pair.first.Scalar());
     const auto pdo = parse_pdo_name(pair.first.Scalar());

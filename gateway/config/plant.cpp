@@ -98,12 +98,12 @@ void check_executor(Findings& findings, const LineSection& section, const Plant&
   }
 }
 
-// The network-ID may come from the place in the list.
+// Includes the network-ID, which may follow from the position in the list.
 std::string source_of(const YAML::Node& line, const LinePlan& plan, const std::string& files) {
   return canonical(line) + std::to_string(plan.config.network_id) + ';' + files;
 }
 
-// Of the executor that the line has once all lines are known: lines that are joined share one.
+// The executor of the line once all lines are known: joined lines share one.
 std::string executor_source(const LinePlan& plan, const Plant& plant) {
   std::string out = plan.executor + '(';
   for (const auto& executor : plant.executors) {
@@ -116,7 +116,7 @@ std::string executor_source(const LinePlan& plan, const Plant& plant) {
   return out + ')';
 }
 
-// Lines that are named `virtual:` alike are on one bus inside this process.
+// Lines with the same `virtual:` name are on one bus inside this process.
 bool shares_bus(const LineSection& line, const LineSection& other) {
   return line.plan.interface.scheme == Scheme::virtual_bus &&
          other.plan.interface.scheme == Scheme::virtual_bus &&
@@ -173,7 +173,7 @@ void check_collisions(Findings& findings, const LineSection& line,
   }
 }
 
-// Whether a line of that name is to be read; only: the one that is, empty = all.
+// Whether to read the line with that name. only: the name of the only line to read; empty = all.
 bool is_wanted(const YAML::Node& line, const std::string& only) {
   if (only.empty()) {
     return true;
@@ -203,7 +203,7 @@ void read_lines(Findings& findings, const YAML::Node& node, const RoutingSection
     check_collisions(findings, section, sections);
     if (findings.errors() == before) {
       resolve_outputs(findings, section);
-      // What is not understood may be anything: aliases in aliases, without end when written out.
+      // Only for documents without errors: an invalid one may expand aliases without end.
       section.plan.source = source_of(element, section.plan, files);
     }
     sections.push_back(std::move(section));

@@ -69,7 +69,7 @@ void Findings::add(std::vector<Diagnostic> diagnostics) {
 
 std::vector<Diagnostic> Findings::take() {
   std::stable_sort(diagnostics_.begin(), diagnostics_.end(), [&](const auto& a, const auto& b) {
-    // The configuration itself first: what is wrong in a device file is often explained there.
+    // Findings of the configuration come first: they often explain those in a device file.
     return std::make_tuple(a.file != file_, std::cref(a.file), a.line, a.column) <
            std::make_tuple(b.file != file_, std::cref(b.file), b.line, b.column);
   });
@@ -205,7 +205,7 @@ void Section::done() {
   report_unknown();
 }
 
-// In full as many as somebody may have written.
+// Lists unknown keys in full up to a plausible number.
 void Section::report_unknown() {
   constexpr std::size_t kMost = 100;
   std::size_t unknown = 0;

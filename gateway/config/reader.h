@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A walk through a YAML document that keeps every finding with its place.
+// Walks through a YAML document and records each finding with its position.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@
 
 namespace linegate::config {
 
-// A place in the document, from 1; 0 = the document as a whole.
+// A position in the document, from 1; 0 = the document as a whole.
 struct Place {
   std::uint32_t line = 0;
   std::uint32_t column = 0;
@@ -34,12 +34,12 @@ class Findings {
 
   void error(Place place, std::string text);
   void warning(Place place, std::string text);
-  // Those of another file; one that is there already is not repeated.
+  // Adds findings of another file; duplicates are dropped.
   void add(std::vector<Diagnostic> diagnostics);
 
-  // Something besides the document that was read; for take_sources().
+  // Records something besides the document that was read; for take_sources().
   void add_source(std::string source) { sources_ += source; }
-  // All since the last call.
+  // Everything recorded since the last call.
   std::string take_sources() { return std::exchange(sources_, {}); }
 
   const std::string& file() const { return file_; }
@@ -56,27 +56,27 @@ class Findings {
   std::size_t errors_ = 0;
 };
 
-// One mapping of the document. Every key that is asked for is known; done() reports the others. A
-// reading function leaves its target alone if the key is absent, and reports a value that is wrong.
+// One mapping of the document. Every key that is looked up is known; done() reports the others. A
+// reading function leaves its target unchanged if the key is absent, and reports an invalid value.
 class Section {
  public:
-  // what: for messages, with its article: "a line".
+  // what: the name of the section in messages, with its article: "a line".
   Section(Findings& findings, const YAML::Node& node, std::string what);
 
-  // The document has a mapping here; if not, that has been reported and every key is absent.
+  // Whether the document has a mapping here; if not, that was reported and every key is absent.
   bool valid() const { return valid_; }
   Place place() const { return place_; }
 
   // The value, or an undefined node (false as a condition) if the key is absent.
   YAML::Node find(std::string_view key);
-  // The same; an absent key is reported.
+  // The same; reports an absent key.
   YAML::Node require(std::string_view key);
 
   void read(std::string_view key, std::string& target);
   void read(std::string_view key, bool& target);
-  // A time from lowest to highest; 0 is allowed only if lowest is 0.
+  // Reads a time from lowest to highest; 0 is permitted only if lowest is 0.
   void read(std::string_view key, Duration& target, Duration lowest, Duration highest);
-  // Only whole multiples of unit.
+  // Reads a whole multiple of unit.
   void read_multiple(std::string_view key, Duration& target, Duration unit, Duration highest);
 
   template <class T>
@@ -91,7 +91,7 @@ class Section {
     choose(find(key), target, choices);
   }
 
-  // The same for a node in hand. An undefined node gives nothing and reports nothing.
+  // The same for a given node. An undefined node yields nothing and reports nothing.
   std::optional<std::string> text(const YAML::Node& node);
   std::optional<std::uint64_t> number(const YAML::Node& node, std::uint64_t lowest,
                                       std::uint64_t highest);
@@ -116,7 +116,7 @@ class Section {
   void not_one_of(const YAML::Node& node, const std::string& value,
                   const std::vector<std::string>& names);
 
-  // Reports the keys nobody asked for, and those that are there twice.
+  // Reports unknown and repeated keys.
   void done();
 
   Findings& findings() { return *findings_; }
@@ -135,16 +135,16 @@ class Section {
   Place place_;
   bool valid_ = false;
   std::unordered_map<std::string, Member> members_;
-  std::vector<YAML::Node> repeated_;  // keys that are there already
-  std::vector<std::string> known_;    // in the order in which they were asked for
+  std::vector<YAML::Node> repeated_;  // keys that occur twice
+  std::vector<std::string> known_;    // in the order of look-up
   std::unordered_set<std::string> is_known_;
 };
 
 inline constexpr std::size_t kMostElements = 65'536;
-inline constexpr std::size_t kMostNodes = 127;  // of a line, and lines of a gateway
+inline constexpr std::size_t kMostNodes = 127;  // of nodes of a line, and of lines of a gateway
 
-// The elements of a list; a node that is none is reported, and so are more than `most`, which are
-// left out. Undefined: none.
+// The elements of a list. Reports a node that is not a list, and more than `most` elements, which
+// are dropped. Undefined: empty.
 std::vector<YAML::Node> elements(Findings& findings, const YAML::Node& node, std::string_view what,
                                  std::size_t most = kMostElements);
 

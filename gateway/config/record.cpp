@@ -18,7 +18,7 @@ void read_file_name(Section& section, const YAML::Node& node, Record& record) {
   const auto path =
       (std::filesystem::path(section.findings().file()).parent_path() / *text).lexically_normal();
   const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
-  // A warning, because the line runs without its recording, too, and a folder may come later.
+  // A warning, because the line runs without its recording too, and the folder may appear later.
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) {
     section.findings().warning(place_of(node), "nothing is recorded: " + path.string() +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `routing:`, `routes:` and a line's `enter:`: how other networks are reached, and who may come in.
+// `routing:`, `routes:` and a line's `enter:`: routes to other networks, and access from them.
 #include <algorithm>
 #include <optional>
 #include <set>
@@ -12,7 +12,7 @@ namespace linegate::config {
 namespace {
 
 constexpr std::uint16_t kHighestNetwork = 0xFFFF;
-constexpr std::uint16_t kHighestEmcyNetwork = 32;  // bits of an element of 1F2Fh
+constexpr std::uint16_t kHighestEmcyNetwork = 32;  // number of bits in an element of 1F2Fh
 constexpr std::uint16_t kUsualCost = 10;
 constexpr Duration kLongestWait = std::chrono::minutes(10);
 
@@ -29,7 +29,7 @@ std::optional<Range> parse_networks(const std::string& text) {
   return Range{static_cast<std::uint16_t>(*first), static_cast<std::uint16_t>(*last)};
 }
 
-// A list of scalars, or one.
+// A list of scalars, or one scalar.
 std::vector<YAML::Node> one_or_more(Findings& findings, const YAML::Node& node,
                                     std::string_view what) {
   if (node.IsDefined() && node.IsScalar()) {
@@ -133,7 +133,7 @@ class RoutingResolver {
     return line.plan.config.role == line::Role::manager;
   }
 
-  // By its network-ID, which does not change when other lines come or go.
+  // The network-ID, which does not change when other lines are added or removed.
   static std::uint8_t interface_of(const LineSection& line) {
     return static_cast<std::uint8_t>(line.plan.config.network_id);
   }
@@ -147,7 +147,7 @@ class RoutingResolver {
     }
   }
 
-  // Each line's own network first, which costs nothing.
+  // The line's own network comes first, at no cost.
   void make_routes() {
     for (const routing::Interface& line : interfaces_) {
       routes_.push_back({line.network, line.network, line.number, 0, 0});
@@ -162,7 +162,7 @@ class RoutingResolver {
     }
     for (const routing::RouteFinding& found : routing::check(routes_, interfaces_)) {
       if (found.entry < own) {
-        continue;  // two lines with one network_id, which has been told
+        continue;  // two lines with one network_id, already reported
       }
       const RouteSection* const other = found.other >= own ? written[found.other - own] : nullptr;
       tell(found.fault, *written[found.entry - own], other);
@@ -282,7 +282,7 @@ class RoutingResolver {
     line.plan.routes = routes_text(config);
   }
 
-  // Bits of 1F2Fh. The line's own network is left out of `all` and of ranges.
+  // Bits of 1F2Fh. `all` and ranges exclude the line's own network.
   std::uint32_t emcy_networks(const LineSection& line) {
     std::uint32_t bits = 0;
     const routing::Table table(routes_);
@@ -330,7 +330,7 @@ class RoutingResolver {
     return Range{network, network};
   }
 
-  // For LinePlan::source. Times and the like come from `routing:`, as they are written there.
+  // For LinePlan::source. Times and other options come from `routing:` as written.
   std::string own_text(const routing::Config& config) const {
     std::string out = "routing " + std::to_string(config.interface) + section_.source;
     for (const routing::AccessRule& rule : config.access) {
@@ -367,7 +367,7 @@ class RoutingResolver {
 };
 
 void read_definitions(Section& section, routing::Config& config) {
-  // One each so far; another vendor's is put beside it.
+  // One choice each so far; other vendors' definitions can be added.
   section.read_choice<routing::Definition>("network_indication", config.network_indication,
                                            {{"own", routing::Definition::own}});
   section.read_choice<routing::Definition>("routing_table", config.routing_table,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of plant.yaml, each read into its value. Internal to this folder.
+// The sections of plant.yaml and the functions that read them. Internal to this folder.
 #pragma once
 
 #include <memory>
@@ -17,13 +17,13 @@
 
 namespace linegate::config {
 
-// Something that can be resolved only when the line's image layout is known.
+// An output that can be resolved only when the line's image layout is known.
 struct OutputReference {
   std::string text;  // "drive1.Controlword", "drive1.6040:0", "io1.*"
   Place place;
 };
 struct GroupSection {
-  line::OutputGroup group;  // without entries
+  line::OutputGroup group;  // its entries are not resolved yet
   std::vector<OutputReference> entries;
   Place place;
 };
@@ -37,18 +37,18 @@ struct OutputsSection {
   std::vector<DefaultSection> defaults;
 };
 
-// One element of a device's `bind:`, which can be resolved only when all lines are known.
+// One element of a device's `bind:`, resolved when all lines are known.
 struct BindingSection {
   std::uint8_t device = 0;
   od::Address object;
   Place object_place;
-  std::string line;   // empty = the device's own
-  std::string entry;  // as in OutputReference
+  std::string line;   // empty = the line of the device
+  std::string entry;  // in the syntax of OutputReference
   Place entry_place;
   bool zero_when_lost = false;
 };
 
-// Networks as they are written: "3", "10..19"; in `enter:` also the name of a line, or "all".
+// Networks as written: "3", "10..19"; in `enter:` also the name of a line, or "all".
 struct WrittenNetworks {
   std::string text;
   Place place;
@@ -57,7 +57,7 @@ struct WrittenNetworks {
 struct EnterSection {
   std::vector<WrittenNetworks> from;
   bool sdo = false;
-  bool write = false;  // sdo: not only reading
+  bool write = false;  // sdo: write access, too
   bool emcy = false;
   bool pdo = false;
 };
@@ -72,16 +72,16 @@ struct RouteSection {
 };
 // `routing:` and `routes:`.
 struct RoutingSection {
-  routing::Config common;  // of all lines
+  routing::Config common;  // applies to all lines
   std::vector<RouteSection> routes;
-  std::string source;  // what common was read from
+  std::string source;  // the text that `common` was read from
 };
 
 // One element of `forward:`, as "press.axis.Position -> hall.display.Value".
 struct ForwardSection {
   struct End {
     std::string line;
-    std::string entry;  // as in OutputReference
+    std::string entry;  // in the syntax of OutputReference
     Place place;
   };
   End from;
@@ -89,7 +89,8 @@ struct ForwardSection {
   WhenLost when_lost = WhenLost::hold;
 };
 
-// One element of `shared_objects:`: B000h.., which PDOs of the own nodes of all lines may map.
+// One element of `shared_objects:`: objects from B000h on that PDOs of the own nodes of all lines
+// may map.
 struct SharedObjectSection {
   od::Address object;
   std::string name;
@@ -98,21 +99,21 @@ struct SharedObjectSection {
 // One element of a line's `own_pdos:`.
 struct OwnPdoSection {
   bool transmit = false;
-  pdo::Parameters parameters;  // without lengths in the mapping
-  std::vector<Place> mapped;   // of each object of the mapping
+  pdo::Parameters parameters;  // the lengths in its mapping are not set yet
+  std::vector<Place> mapped;   // position of each mapped object
   Place place;
 };
 
 // One element of a line's `own_values:`, or of the concise DCF that `own_concise_dcf:` names.
 struct OwnValueSection {
   od::Address object;
-  std::optional<std::string> text{};  // of the file: data
+  std::optional<std::string> text{};  // data from a file
   std::vector<std::byte> data{};
   Place place;
   Place value_place;
 };
 
-// Where a node is configured: its element of `nodes:`, or `node_list:`.
+// The position of a node: its element of `nodes:`, or `node_list:`.
 struct NodePlace {
   std::uint8_t node = 0;
   Place place;
@@ -120,7 +121,7 @@ struct NodePlace {
 
 class JoinedLines;
 
-// One element of `lines:`. places of what other lines may collide with.
+// One element of `lines:`, with the positions of keys that can conflict with other lines.
 struct LineSection {
   LinePlan plan;
   OutputsSection outputs;
@@ -141,36 +142,35 @@ struct LineSection {
   Place gateways_place;
 };
 
-// Whether the line has one node of its own, with the dictionary of a manager: a manager, and a line
-// in the role device without `devices:`, whose node obeys another master. Once devices were read.
+// Whether the line has one own node with the dictionary of a manager: a manager, or a line in the
+// role device without `devices:`, whose node obeys another master. Call it after devices were read.
 inline bool has_own_node(const line::LineConfig& config) {
   return config.role != line::Role::observer && config.devices.empty();
 }
-// `lss:`. The role is known.
+// `lss:`. Precondition: the role was read.
 void read_lss(Section& line, line::LineConfig& config);
 LineSection read_line(Findings& findings, const YAML::Node& node);
-// `interface:`, with the log of a replay looked through.
+// `interface:`; the log of a replay is checked.
 Interface read_interface(Section& line, const YAML::Node& node);
-// `record:`; place: of the file's name.
-// strict_ixxat, keep_operational and canopenia_base of a line.
+// `strict_ixxat`, `keep_operational` and `canopenia_base` of a line.
 void read_diagnosis(Section& section, line::LineConfig& config);
 std::optional<Record> read_record(Section& line, Place& place);
-// One element of `nodes:`, with its device file and everything written to the node.
+// One element of `nodes:`, with its device file and all values written to the node.
 line::NodeConfig read_node(Findings& findings, const YAML::Node& node);
-// What of a node concerns its boot process.
+// The keys of a node that concern its boot process.
 void read_boot(Section& section, line::NodeConfig& config);
-// `startup:`, after the nodes and the role.
+// `startup:`. Precondition: nodes and role were read.
 void read_startup(Section& section, line::LineConfig& config);
-// Its device file, from `eds` or `dcf`; true if it could be read. what: "a node".
+// The device file of a node from `eds` or `dcf`. Returns true if it could be read. what: "a node".
 bool read_device_file(Section& section, line::NodeConfig& config, std::string_view what);
-// `devices:`, for the role device; and what a line with them does not have.
+// `devices:`, for the role device; reports keys that a line with devices cannot have.
 void read_devices(Section& section, LineSection& line);
 // `bind:` of a device.
 void read_bindings(Findings& findings, const YAML::Node& node, std::uint8_t device,
                    std::vector<BindingSection>& bindings);
-// `forward:`, the rules of PDO forwarding between lines.
+// `forward:`: the rules of PDO forwarding between lines.
 std::vector<ForwardSection> read_forwards(Findings& findings, const YAML::Node& node);
-// Once all lines are complete: what is bound, what is forwarded.
+// Resolves bindings and forwarding rules once all lines are complete.
 void resolve_bindings(Findings& findings, JoinedLines& lines);
 void resolve_forwards(Findings& findings, const std::vector<ForwardSection>& rules,
                       JoinedLines& lines);
@@ -179,21 +179,20 @@ std::vector<EnterSection> read_enter(Findings& findings, const YAML::Node& node)
 void read_emcy_routing(Section& section, LineSection& line);
 RoutingSection read_routing(Findings& findings, const YAML::Node& routing,
                             const YAML::Node& routes);
-// Once all lines are known: LineConfig::routing of those that take part, which are all managers'
-// lines if there is a route or a line may be entered.
+// Sets LineConfig::routing of the participating lines once all lines are known: all managers' lines
+// if there is a route or a line may be entered.
 void resolve_routing(Findings& findings, const RoutingSection& routing,
                      std::vector<LineSection>& lines);
-// The nodes of a network of a nodelist.cpj (CiA 306-3), from `node_list:`; none if it is not
-// defined.
+// `node_list:`: the nodes of one network of a nodelist.cpj (CiA 306-3); empty without the key.
 std::vector<line::NodeConfig> read_node_list(Findings& findings, const YAML::Node& node);
-// A device file (EDS, DCF, XDD, XDC), with what it names as DownloadFile. What is wrong in it is
-// told there, and at `place`, which names it.
+// Loads a device file (EDS, DCF, XDD, XDC) with its DownloadFiles. Reports errors there, and at
+// `place`, which names it.
 std::optional<od::DeviceDescription> load_device(Findings& findings, const std::string& path,
                                                  std::uint8_t node_id, Place place);
-// The content, which counts among the sources of the findings. Nothing, and an error at `place`, if
-// there is no such file or it cannot be read to its end.
+// Reads a file, which is added to the sources of the findings. Nothing, after an error at `place`,
+// if it does not exist or cannot be read completely.
 std::optional<std::string> read_file(Findings& findings, const std::string& path, Place place);
-// `auto:` of a line whose nodes have been read.
+// `auto:` of a line. Precondition: its nodes were read.
 void read_auto(Section& section, LinePlan& plan);
 // A key of `pdos:` or `own_pdos:`.
 struct PdoName {
@@ -206,50 +205,50 @@ struct PdoName {
   std::uint16_t mapping() const { return static_cast<std::uint16_t>(communication() + 0x200); }
 };
 std::optional<PdoName> parse_pdo_name(const std::string& text);
-// `every:` and `queue:` of a PDO or of all of a line: how many receptions wait at the most, 0 =
-// only the newest values are published; nothing if `every:` is not there.
+// `every:` and `queue:` of a PDO or of all PDOs of a line: largest number of waiting receptions, 0
+// = publish only the newest values; nothing without `every:`.
 std::optional<std::uint32_t> read_pdo_queue(Section& section);
-// Its `type:`; what is none is told.
+// `type:` of a PDO; reports an invalid one.
 std::optional<std::uint8_t> read_transmission_type(Section& section, const YAML::Node& node);
 // `feeds_every_tpdo:` of a line.
 void read_feeds_every_tpdo(Section& section, LineSection& line);
-// `mpdo_scanner:` and `mpdo_dispatcher:` of a line, once its own objects are known.
+// `mpdo_scanner:` and `mpdo_dispatcher:` of a line. Precondition: its own objects were read.
 void read_mpdo_lists(Section& section, line::LineConfig& config);
-// `own_objects:` of a line, once its role, devices and storage are known.
+// `own_objects:` of a line. Precondition: role, devices and storage were read.
 void read_own_objects(Section& section, line::LineConfig& config);
-// `own_values:` and `own_concise_dcf:` of a line, once its role and devices are known. Those that
-// put SYNC, TIME and EMCY on other identifiers are in config at once, for the line is made before
-// the others are resolved.
+// `own_values:` and `own_concise_dcf:` of a line. Precondition: role and devices were read. Values
+// that move SYNC, TIME and EMCY to other COB-IDs are put into config at once, because the line is
+// made before the others are resolved.
 std::vector<OwnValueSection> read_own_values(Section& section, line::LineConfig& config);
-// Once all lines are complete: LineConfig::own_values.
+// Sets LineConfig::own_values once all lines are complete.
 void resolve_own_values(Findings& findings, std::vector<LineSection>& lines);
 // `own_pdos:` of a line.
 std::vector<OwnPdoSection> read_own_pdos(Findings& findings, const YAML::Node& node);
-// `shared_objects:`, with their places.
+// `shared_objects:`, with their positions.
 std::vector<SharedObjectSection> read_shared_objects(Findings& findings, const YAML::Node& node);
-// Once all lines are complete: LineConfig::forwarding, and what is forwarded so. Before the rules,
-// which take the objects that are left.
+// Sets LineConfig::forwarding once all lines are complete. Call it before the rules of `forward:`,
+// which use the remaining objects.
 void resolve_shared_objects(Findings& findings, const std::vector<SharedObjectSection>& objects,
                             JoinedLines& lines);
-// `restore:`, `store:`, `concise_dcf:` and `program:` of a node; has_device: its device file has
-// been read.
+// `restore:`, `store:`, `concise_dcf:` and `program:` of a node; has_device: its device file was
+// read.
 void read_configuration(Section& section, bool has_device, line::NodeConfig& config);
-// `objects:` and `pdos:` of a node whose device file has been read.
+// `objects:` and `pdos:` of a node. Precondition: its device file was read.
 void read_objects(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
 void read_pdos(Findings& findings, const YAML::Node& node, line::NodeConfig& config);
 OutputsSection read_outputs(Findings& findings, const YAML::Node& node);
 
-// Makes the line, and tells what is to be said of it; nullptr if it cannot be made. What concerns
-// the device file of a node as a whole, such as a PDO on the COB-ID of something else, is told at
-// the node, with the name of the file.
+// Makes the line and reports its diagnostics; nullptr if it cannot be made. A diagnostic about a
+// whole device file, such as a PDO on the COB-ID of another service, is reported at the node, with
+// the name of the file.
 std::unique_ptr<line::Line> make_line(Findings& findings, const LineSection& section);
-// Makes the line once to learn its layout; fills groups and defaults of its plan.
+// Makes the line once to get its layout; sets groups and defaults of its plan.
 void resolve_outputs(Findings& findings, LineSection& section);
 
 // 1 to kMostOfName letters, digits, '-' and '_'.
 constexpr std::size_t kMostOfName = 64;
 bool is_name(const std::string& name);
-// The same; reports what is none.
+// Reports a name that is not of that form.
 bool check_name(Findings& findings, const std::string& name, Place place, std::string_view what);
 
 }  // namespace linegate::config

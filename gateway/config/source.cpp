@@ -7,7 +7,7 @@
 namespace linegate::config {
 namespace {
 
-// With its length in front no text can be taken for another's structure.
+// The length prefix makes the encoding unambiguous.
 std::string counted(std::string_view text) {
   return std::to_string(text.size()) + ':' + std::string(text);
 }

@@ -8,7 +8,7 @@ using std::chrono::milliseconds;
 
 constexpr Duration kLongestOfStart = std::chrono::hours(1);
 
-// `sdo: {block: never}`, or the number of bytes from which on.
+// `sdo: {block: never}`, or the size in bytes from which block transfer is used.
 void read_sdo(Section& section, line::NodeConfig& config) {
   const YAML::Node node = section.find("sdo");
   if (!node.IsDefined()) {
@@ -33,7 +33,7 @@ void read_sdo(Section& section, line::NodeConfig& config) {
 }  // namespace
 
 void read_startup(Section& section, line::LineConfig& config) {
-  config.own_start = config.role != line::Role::device;  // a device waits for its master
+  config.own_start = config.role != line::Role::device;  // a device is started by its master
   const YAML::Node node = section.find("startup");
   if (!node.IsDefined()) {
     return;

@@ -32,7 +32,7 @@ constexpr std::array<Unit, 5> kSizes{
 constexpr std::array<Unit, 3> kRates{{{"bit", 1}, {"kbit", 1000}, {"Mbit", 1'000'000}}};
 constexpr std::int64_t kDay = 24 * 3600 * kSecond;
 
-// "1.5" and what follows it.
+// A number and its unit: "1.5" and "ms".
 struct Split {
   std::string_view number;
   std::string_view unit;
@@ -106,7 +106,7 @@ std::optional<std::vector<std::byte>> integer_value(std::string_view text, od::D
   const std::uint64_t all =
       bits >= 64 ? std::numeric_limits<std::uint64_t>::max() : (std::uint64_t{1} << bits) - 1;
   const std::uint64_t half = all / 2;
-  // Hexadecimal is how people write bit patterns: it may use the sign bit.
+  // Hexadecimal values are bit patterns: they may use the sign bit.
   const bool pattern = text.find('x') != std::string_view::npos;
   const std::uint64_t highest = od::is_signed(type) && !pattern ? half : all;
   if (number->negative ? !od::is_signed(type) || number->magnitude > half + 1
@@ -157,8 +157,7 @@ char lower(char c) {
   return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
 }
 
-// Insertions, deletions, replacements and swaps of neighbours that turn a into b, whatever the
-// case.
+// Edit distance: insertions, deletions, replacements and swaps of neighbours, in any case.
 std::size_t distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> older(b.size() + 1);
   std::vector<std::size_t> above(b.size() + 1);

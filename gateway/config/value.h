@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scalars with units, as people write them in plant.yaml.
+// Scalars with units, as written in plant.yaml.
 #pragma once
 
 #include <cstddef>
@@ -34,15 +34,15 @@ std::optional<std::uint64_t> parse_unsigned(std::string_view text);
 std::optional<od::Address> parse_address(std::string_view text);
 std::string format_address(od::Address address);
 
-// A value of the object's type, little-endian: numbers decimal or with 0x, BOOLEAN also true and
-// false, VISIBLE_STRING as it is, others as hexadecimal bytes ("01 02 FF"), as many as a time has.
-// Nothing if it is none or out of range.
+// Parses a value of the object's type, little-endian: numbers decimal or with 0x, BOOLEAN also true
+// and false, VISIBLE_STRING verbatim, other types as hexadecimal bytes ("01 02 FF") of the size of
+// the type. Nothing if it is invalid or out of range.
 std::optional<std::vector<std::byte>> parse_value(std::string_view text, od::DataType type);
 
-// The lowest bytes of a number.
+// The `size` low bytes of a number.
 std::vector<std::byte> little_endian(std::uint64_t value, std::size_t size);
 
-// The candidate that was most likely meant, empty if none is near.
+// The most similar candidate; empty if none is similar.
 std::string nearest(std::string_view text, std::span<const std::string> candidates);
 
 }  // namespace linegate::config

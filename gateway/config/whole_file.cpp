@@ -13,7 +13,7 @@ namespace {
 
 class Descriptor {
  public:
-  // A pipe is opened without a writer, which O_NONBLOCK allows.
+  // O_NONBLOCK opens a pipe without waiting for a writer.
   explicit Descriptor(const std::filesystem::path& path)
       : descriptor_(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)) {}
   ~Descriptor() {
@@ -29,7 +29,7 @@ class Descriptor {
     struct stat status {};
     return ::fstat(descriptor_, &status) == 0 && S_ISREG(status.st_mode);
   }
-  // -1 with errno.
+  // Returns -1 with errno set.
   ssize_t read(std::array<char, 65'536>& part) const {
     for (;;) {
       const ssize_t count = ::read(descriptor_, part.data(), part.size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that are read at once.
+// Reads a regular file as a whole.
 #pragma once
 
 #include <cstddef>
@@ -9,12 +9,12 @@
 
 namespace linegate::config {
 
-// Above all that plant.yaml and what it names can be: a program has 16 MB at most.
+// Larger than plant.yaml and every file it names: a program has at most 16 MB.
 inline constexpr std::size_t kLargestFile = 64'000'000;
 
-// All of it, or nothing and why: it cannot be opened, is no regular file (a folder, a device, a
-// pipe, which may have no end), is larger than that, or an error comes up in the middle. Never
-// waits for somebody who writes.
+// The content; or nothing, with the reason: the file cannot be opened, is not a regular file (a
+// folder, a device, a pipe, which may have no end), is larger than kLargestFile, or a read failed.
+// Never blocks on a writer.
 std::optional<std::string> whole_file(const std::filesystem::path& path, std::string& why);
 std::optional<std::string> whole_file(const std::filesystem::path& path);
 
