@@ -18,6 +18,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/line/line.h"
 #include "stack/manager/network_list.h"
+#include "stack/od/objects.h"
 #include "stack/pdo/parameters.h"
 
 namespace linegate::gateway {
@@ -28,7 +29,7 @@ std::string hex64(std::uint64_t value) {
 
 line::LineConfig as_started(line::LineConfig config) {
   namespace bits = manager::startup;
-  constexpr od::Address kNmtStartup{0x1F80, 0};
+  constexpr od::Address kNmtStartup{od::objects::kNmtStartup, 0};
   const auto own = std::ranges::find(config.own_values, kNmtStartup, &line::ObjectValue::address);
   if (own == config.own_values.end() || config.role == line::Role::observer) {
     return config;
@@ -105,10 +106,10 @@ std::string scope_text(const line::NodeConfig& node) {
   };
   const line::IdentityScope& scope = node.check;
   const std::pair<bool, const char*> parts[] = {
-      {scope.device_type && is_given({0x1000, 0}), "device type"},
-      {scope.vendor && is_given({0x1018, 1}), "vendor"},
-      {scope.product && is_given({0x1018, 2}), "product"},
-      {scope.revision && is_given({0x1018, 3}),
+      {scope.device_type && is_given({od::objects::kDeviceType, 0}), "device type"},
+      {scope.vendor && is_given(od::objects::kVendorId), "vendor"},
+      {scope.product && is_given(od::objects::kProductCode), "product"},
+      {scope.revision && is_given(od::objects::kRevisionNumber),
        scope.revision_major_alone ? "major revision" : "revision"}};
   std::string out;
   for (const auto& [compared, name] : parts) {

@@ -14,6 +14,7 @@
 #include "stack/line/line.h"
 #include "stack/manager/concise_dcf.h"
 #include "stack/od/dictionary.h"
+#include "stack/od/objects.h"
 #include "stack/storage/parameters.h"
 #include "stack/storage/storage.h"
 
@@ -34,7 +35,8 @@ const line::LineConfig* find_line(const config::Plant& plant, const std::string&
 // What its store and restore objects answer: saves on command, or not at all (CiA 301 7.5.2.13).
 void describe_storage(od::DeviceDescription& device, bool stores) {
   for (od::ObjectDescription& object : device.objects) {
-    if (object.index != storage::kStoreParameters && object.index != storage::kRestoreDefaults) {
+    if (object.index != od::objects::kStoreParameters &&
+        object.index != od::objects::kRestoreDefaults) {
       continue;
     }
     for (od::VariableDescription& variable : object.variables) {

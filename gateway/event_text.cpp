@@ -19,12 +19,12 @@
 #include "stack/manager/shared_id.h"
 #include "stack/nmt/heartbeat_consumer.h"
 #include "stack/nmt/state.h"
+#include "stack/od/objects.h"
 
 namespace linegate::gateway {
 namespace {
 
 constexpr std::size_t kLongestText = 256;
-constexpr std::uint64_t kStoreParameters = 0x1010;
 
 std::string hex(std::span<const std::byte> bytes) {
   std::string out;
@@ -327,7 +327,7 @@ std::string text(const Event& e, std::string_view interface) {
       return fmt::format("sent EMCY {:04X}h, error register {:02X}h, data {}", e.code, e.value,
                          hex(std::span(e.data).first(5)));
     case EventKind::configuration_error:
-      if (number(e, 0, 2) == kStoreParameters) {
+      if (number(e, 0, 2) == od::objects::kStoreParameters) {
         return fmt::format("stored parameters cannot be used, defaults are: {}",
                            abort_text(e.code));
       }

@@ -12,6 +12,7 @@
 #include "gateway/config/sections.h"
 #include "gateway/config/whole_file.h"
 #include "stack/eds/reader.h"
+#include "stack/od/objects.h"
 #include "stack/scan/describe.h"
 #include "stack/scan/left_out.h"
 #include "stack/scan/merge.h"
@@ -22,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using std::chrono::milliseconds;
 
-constexpr od::Address kInputsSent{0x6423, 0};  // CiA 401: analogue input global interrupt enable
+constexpr od::Address kInputsSent{od::objects::cia401::kAnalogueInterrupts, 0};
 
 struct Sheet {
   std::string name;
@@ -95,9 +96,9 @@ std::string name_of(const line::NodeConfig& node) {
 }
 
 void take_error_control(const scan::ScannedNode& node, line::NodeConfig& config) {
-  const auto heartbeat = node.number({0x1017, 0}).value_or(0);
-  const auto guard = node.number({0x100C, 0}).value_or(0);
-  const auto factor = node.number({0x100D, 0}).value_or(0);
+  const auto heartbeat = node.number({od::objects::kProducerHeartbeatTime, 0}).value_or(0);
+  const auto guard = node.number({od::objects::kGuardTime, 0}).value_or(0);
+  const auto factor = node.number({od::objects::kLifeTimeFactor, 0}).value_or(0);
   if (heartbeat != 0) {
     config.heartbeat = milliseconds(heartbeat);
   } else if (guard != 0 && factor != 0) {

@@ -11,11 +11,10 @@
 #include "gateway/clock.h"
 #include "gateway/device_runner.h"
 #include "gateway/scan_plan.h"
+#include "stack/od/objects.h"
 
 namespace linegate::gateway {
 namespace {
-
-constexpr std::uint16_t kStoreObject = 0x1010;
 
 // Every runner of the executor, which runs, has had its turn: the second visit comes after the
 // round of the first.
@@ -236,7 +235,7 @@ std::vector<NodeStorage> Gateway::storage_for(const LineHost& host,
     add(0, parameter_path(folder, host.name(), config.node_id));
   }
   for (const line::DeviceConfig& device : config.devices) {
-    if (device.device.find(kStoreObject) != nullptr) {
+    if (device.device.find(od::objects::kStoreParameters) != nullptr) {
       add(device.id, parameter_path(folder, host.name(), device.id));
     }
     if (device.lss) {

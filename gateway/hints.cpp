@@ -8,16 +8,16 @@
 #include "stack/base/byte_order.h"
 #include "stack/line/build.h"
 #include "stack/line/pdo_checks.h"
+#include "stack/od/objects.h"
 
 namespace linegate::gateway {
 namespace {
 
 // The object that guarding or the heartbeat is written to, and the device file does not know; or 0.
 std::uint16_t missing_error_control(const line::NodeConfig& node) {
-  constexpr std::uint16_t kGuardTime = 0x100C;
-  constexpr std::uint16_t kHeartbeat = 0x1017;
   const bool guarded = node.guard_time > Duration::zero();
-  const std::uint16_t index = guarded ? kGuardTime : kHeartbeat;
+  const std::uint16_t index =
+      guarded ? od::objects::kGuardTime : od::objects::kProducerHeartbeatTime;
   const bool written = guarded || node.heartbeat > Duration::zero();
   return written && node.device.find(od::Address{index, 0}) == nullptr ? index : std::uint16_t{0};
 }
@@ -29,7 +29,8 @@ bool has_error_control(const line::NodeConfig& node) {
 }
 
 std::uint64_t identity(const line::NodeConfig& node, std::uint8_t sub) {
-  const od::VariableDescription* const known = node.device.find(od::Address{0x1018, sub});
+  const od::VariableDescription* const known =
+      node.device.find(od::Address{od::objects::kIdentity, sub});
   return known == nullptr ? 0 : load_le(std::span<const std::byte>(known->value));
 }
 

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <utility>
 
+#include "stack/od/objects.h"
+
 namespace linegate::gateway {
 namespace {
 
@@ -30,8 +32,8 @@ Duration produced_sync(const line::Line& line) {
   if (line.config().role == line::Role::observer) {
     return {};
   }
-  const std::uint64_t cob_id = line.dictionary().number({0x1005, 0}).value_or(0);
-  const std::uint64_t period = line.dictionary().number({0x1006, 0}).value_or(0);
+  const std::uint64_t cob_id = line.dictionary().number({od::objects::kSyncCobId, 0}).value_or(0);
+  const std::uint64_t period = line.dictionary().number({od::objects::kSyncPeriod, 0}).value_or(0);
   return (cob_id & kProduces) != 0 ? std::chrono::microseconds(period) : Duration::zero();
 }
 

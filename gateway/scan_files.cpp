@@ -26,6 +26,7 @@
 #include "stack/line/line.h"
 #include "stack/line/pdo_checks.h"
 #include "stack/od/address_text.h"
+#include "stack/od/objects.h"
 
 namespace linegate::gateway {
 namespace {
@@ -68,9 +69,10 @@ bool set_error_control(const scan::ScannedNode& found, line::NodeConfig& node) {
   if (node.heartbeat != Duration::zero() || node.guard_time != Duration::zero()) {
     return true;
   }
-  if (found.number({0x1017, 0})) {
+  if (found.number({od::objects::kProducerHeartbeatTime, 0})) {
     node.heartbeat = kHeartbeat;
-  } else if (found.number({0x100C, 0}) && found.number({0x100D, 0})) {
+  } else if (found.number({od::objects::kGuardTime, 0}) &&
+             found.number({od::objects::kLifeTimeFactor, 0})) {
     node.guard_time = kGuardTime;
     node.life_time_factor = kLifeTimeFactor;
   } else {
@@ -93,7 +95,7 @@ Duration needed_sync(const ScannedLine& line, const std::vector<FoundNode>& node
     return Duration::zero();
   }
   for (const scan::ScannedNode& node : line.nodes) {
-    if (const auto period = node.number({0x1006, 0}); period && *period >= 1000) {
+    if (const auto period = node.number({od::objects::kSyncPeriod, 0}); period && *period >= 1000) {
       return std::chrono::microseconds(*period);
     }
   }
@@ -114,7 +116,8 @@ std::string bit_rate_text(std::uint32_t rate) {
 // The profile of a simulated device, by its identity.
 std::optional<std::string> profile_by_identity(const line::NodeConfig& node) {
   const auto number = [](const od::DeviceDescription& device, std::uint8_t sub) {
-    const od::VariableDescription* const known = device.find(od::Address{0x1018, sub});
+    const od::VariableDescription* const known =
+        device.find(od::Address{od::objects::kIdentity, sub});
     return known == nullptr ? 0 : load_le(std::span<const std::byte>(known->value));
   };
   for (const std::string_view profile : sim::profiles()) {

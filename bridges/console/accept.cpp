@@ -11,6 +11,7 @@
 #include "bridges/console/lookup.h"
 #include "bridges/console/model.h"
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 
 namespace linegate::console {
 namespace {
@@ -21,11 +22,11 @@ struct IdentityPart {
   const char* name;
 };
 constexpr std::array<IdentityPart, 5> kIdentity{{
-    {{0x1000, 0}, 0x1F84, "device type"},
-    {{0x1018, 1}, 0x1F85, "vendor-ID"},
-    {{0x1018, 2}, 0x1F86, "product code"},
-    {{0x1018, 3}, 0x1F87, "revision number"},
-    {{0x1018, 4}, 0x1F88, "serial number"},
+    {{od::objects::kDeviceType, 0}, od::objects::kExpectedDeviceType, "device type"},
+    {od::objects::kVendorId, od::objects::kExpectedVendor, "vendor-ID"},
+    {od::objects::kProductCode, od::objects::kExpectedProduct, "product code"},
+    {od::objects::kRevisionNumber, od::objects::kExpectedRevision, "revision number"},
+    {od::objects::kSerialNumber, od::objects::kExpectedSerial, "serial number"},
 }};
 constexpr std::size_t kSerialNumber = 4;
 

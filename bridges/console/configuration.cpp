@@ -14,6 +14,7 @@
 #include "stack/manager/concise_dcf.h"
 #include "stack/manager/configuration_objects.h"
 #include "stack/od/address_text.h"
+#include "stack/od/objects.h"
 
 namespace linegate::console {
 namespace {
@@ -119,7 +120,8 @@ int import_configuration(Context& context, const std::string& what,
       return kFailed;
     }
     if (target->node != 0) {
-      *writes = {{{manager::kConciseDcf, target->node}, {concise_dcf.begin(), concise_dcf.end()}}};
+      *writes = {
+          {{od::objects::kConciseDcf, target->node}, {concise_dcf.begin(), concise_dcf.end()}}};
     }
     const auto taken = [&](const manager::ObjectWrite& write) {
       return write_own(context, model, line, write);

@@ -13,11 +13,11 @@
 #include "bridges/console/one_line.h"
 #include "bridges/console/table.h"
 #include "bridges/console/value_text.h"
+#include "stack/od/objects.h"
 
 namespace linegate::console {
 namespace {
 
-constexpr std::uint16_t kHistoryObject = 0x5F18;
 constexpr std::size_t kMessageSize = 8;
 
 std::string digits_of(std::uint32_t value, int digits) {
@@ -71,7 +71,7 @@ int print_history(Context& context, Model& model, const Line& line, const NodeRe
   std::vector<NodeHistory> nodes = nodes_meant(line, meant.all ? std::uint8_t{0} : meant.node);
   for (NodeHistory& node : nodes) {
     line::Command command{.kind = line::CommandKind::local_read};
-    command.index = kHistoryObject;
+    command.index = od::objects::kEmcyHistory;
     command.sub = node.node;
     const Client::Answer answer = ask_line(context, model, line, command);
     if (!answer.reply.ok()) {

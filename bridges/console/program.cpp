@@ -15,6 +15,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/manager/program_run.h"
 #include "stack/od/address_text.h"
+#include "stack/od/objects.h"
 
 namespace linegate::console {
 namespace {
@@ -36,7 +37,7 @@ std::string finding_text(const line::Reply& reply) {
     return out;
   }
   out += " is " + format_hex(value, 8) + "h";
-  if (object.index == manager::kFlashStatus) {
+  if (object.index == od::objects::kFlashStatus) {
     out += ", " + std::string(manager::describe_flash_status(value));
   }
   return out;

@@ -11,6 +11,7 @@
 #include "bridges/console/model.h"
 #include "stack/base/abort_code.h"
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 #include "stack/scan/report.h"
 
 namespace linegate::console {
@@ -21,11 +22,11 @@ constexpr Duration kLongest = std::chrono::minutes(15);
 
 // A node that was read, or one whose defaults could not be restored.
 std::string progress_words(const EventView& view) {
-  constexpr std::uint64_t kRestore = 0x1011;
   const Event& event = view.event;
-  const bool tells = event.kind == EventKind::node_scanned ||
-                     (event.kind == EventKind::sdo_abort && event.length >= 2 &&
-                      load_le(std::span<const std::byte>(event.data).first(2)) == kRestore);
+  const bool tells =
+      event.kind == EventKind::node_scanned ||
+      (event.kind == EventKind::sdo_abort && event.length >= 2 &&
+       load_le(std::span<const std::byte>(event.data).first(2)) == od::objects::kRestoreDefaults);
   return tells ? view.text : std::string();
 }
 

@@ -12,6 +12,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/od/address_text.h"
+#include "stack/od/objects.h"
 #include "stack/scan/conflicts.h"
 #include "stack/scan/left_out.h"
 
@@ -20,16 +21,17 @@ namespace {
 
 using scan::ScannedNode;
 
-constexpr od::Address kDeviceType{0x1000, 0};
-constexpr od::Address kDeviceName{0x1008, 0};
-constexpr od::Address kInterruptEnable{0x6423, 0};
+constexpr od::Address kDeviceType{od::objects::kDeviceType, 0};
+constexpr od::Address kDeviceName{od::objects::kDeviceName, 0};
+constexpr od::Address kInterruptEnable{od::objects::cia401::kAnalogueInterrupts, 0};
 constexpr std::uint16_t kMappingOffset = 0x200;
 
 struct Kind {
   const char* name;
   std::uint16_t first;
 };
-constexpr std::array<Kind, 2> kKinds{{{"rpdo", 0x1400}, {"tpdo", 0x1800}}};
+constexpr std::array<Kind, 2> kKinds{
+    {{"rpdo", od::objects::kRpdoCommunication}, {"tpdo", od::objects::kTpdoCommunication}}};
 
 std::string hex_number(std::uint64_t number, std::size_t digits) {
   std::array<char, 16> text{};
@@ -71,9 +73,9 @@ std::size_t count_pdos(const ScannedNode& node, std::uint16_t first) {
 }
 
 std::string error_control(const ScannedNode& node) {
-  const auto heartbeat = node.number({0x1017, 0}).value_or(0);
-  const auto guard = node.number({0x100C, 0}).value_or(0);
-  const auto factor = node.number({0x100D, 0}).value_or(0);
+  const auto heartbeat = node.number({od::objects::kProducerHeartbeatTime, 0}).value_or(0);
+  const auto guard = node.number({od::objects::kGuardTime, 0}).value_or(0);
+  const auto factor = node.number({od::objects::kLifeTimeFactor, 0}).value_or(0);
   if (heartbeat != 0) {
     return "heartbeat " + std::to_string(heartbeat) + " ms";
   }
@@ -160,11 +162,16 @@ nlohmann::ordered_json node_json(const ScannedNode& node) {
   nlohmann::ordered_json out{
       {"node", node.id}, {"complete", node.end == AbortCode::none}, {"name", name_of(node)}};
   constexpr std::pair<const char*, od::Address> kNumbers[] = {
-      {"device_type", kDeviceType},   {"vendor", {0x1018, 1}},
-      {"product", {0x1018, 2}},       {"revision", {0x1018, 3}},
-      {"serial", {0x1018, 4}},        {"heartbeat_ms", {0x1017, 0}},
-      {"guard_time_ms", {0x100C, 0}}, {"life_time_factor", {0x100D, 0}},
-      {"cob_id_emcy", {0x1014, 0}},   {"cob_id_sync", {0x1005, 0}}};
+      {"device_type", kDeviceType},
+      {"vendor", od::objects::kVendorId},
+      {"product", od::objects::kProductCode},
+      {"revision", od::objects::kRevisionNumber},
+      {"serial", od::objects::kSerialNumber},
+      {"heartbeat_ms", {od::objects::kProducerHeartbeatTime, 0}},
+      {"guard_time_ms", {od::objects::kGuardTime, 0}},
+      {"life_time_factor", {od::objects::kLifeTimeFactor, 0}},
+      {"cob_id_emcy", {od::objects::kEmcyCobId, 0}},
+      {"cob_id_sync", {od::objects::kSyncCobId, 0}}};
   for (const auto& [name, address] : kNumbers) {
     if (const auto number = node.number(address)) {
       out[name] = *number;
@@ -196,10 +203,10 @@ Table scan_table(const ScanResult& result) {
                         {{std::to_string(node.id), node.id},
                          {name_of(node), {}},
                          {hex_cell(node, kDeviceType), {}},
-                         {hex_cell(node, {0x1018, 1}), {}},
-                         {hex_cell(node, {0x1018, 2}), {}},
-                         {hex_cell(node, {0x1018, 3}), {}},
-                         {hex_cell(node, {0x1018, 4}), {}},
+                         {hex_cell(node, od::objects::kVendorId), {}},
+                         {hex_cell(node, od::objects::kProductCode), {}},
+                         {hex_cell(node, od::objects::kRevisionNumber), {}},
+                         {hex_cell(node, od::objects::kSerialNumber), {}},
                          {std::to_string(sent), static_cast<double>(sent)},
                          {std::to_string(received), static_cast<double>(received)},
                          {error_control(node), {}}}});

@@ -22,6 +22,7 @@
 #include "bridges/console/value_text.h"
 #include "stack/base/byte_order.h"
 #include "stack/od/address_text.h"
+#include "stack/od/objects.h"
 
 namespace linegate::console {
 namespace {
@@ -78,9 +79,9 @@ std::optional<std::vector<std::byte>> value_of(Context& context, const std::stri
 
 // A device that stores or restores its parameters answers only afterwards.
 Duration least_patience(std::uint16_t index) {
-  constexpr std::uint16_t kStore = 0x1010;
-  constexpr std::uint16_t kRestore = 0x1011;
-  return index == kStore || index == kRestore ? std::chrono::seconds(16) : Duration::zero();
+  return index == od::objects::kStoreParameters || index == od::objects::kRestoreDefaults
+             ? std::chrono::seconds(16)
+             : Duration::zero();
 }
 
 // --- objects as the device file of the node has them --------------------------------------------

@@ -13,19 +13,16 @@
 
 #include "bridges/sim/behaviour.h"
 #include "bridges/sim/wave.h"
+#include "stack/od/objects.h"
 
 namespace linegate::sim {
 namespace {
 
+namespace cia401 = od::objects::cia401;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr std::uint16_t kInput = 0x6401;
-constexpr std::uint16_t kInputFloat = 0x6403;
-constexpr std::uint16_t kOutput = 0x6411;
-constexpr od::Address kInterruptEnable{0x6423, 0};
-constexpr std::uint16_t kErrorMode = 0x6443;
-constexpr std::uint16_t kErrorValue = 0x6444;
+constexpr od::Address kInterruptEnable{cia401::kAnalogueInterrupts, 0};
 constexpr std::uint8_t kOutputs = 2;
 
 constexpr Duration kStep = milliseconds(50);
@@ -61,10 +58,11 @@ class AnalogIo final : public Behaviour {
     for (std::uint8_t i = 0; i < waves.size(); ++i) {
       const auto sub = static_cast<std::uint8_t>(i + 1);
       set_input(sub, std::lround(waves[i] * kFullScale));
-      update({kInputFloat, sub},
+      update({cia401::kAnalogueInputFloats, sub},
              std::bit_cast<std::uint32_t>(static_cast<float>(waves[i] * kFullScaleVolts)));
     }
-    set_input(3, follow(signed_value({kInput, 3}), signed_value({kOutput, 1})));
+    set_input(3, follow(signed_value({cia401::kAnalogueInputs, 3}),
+                        signed_value({cia401::kAnalogueOutputs, 1})));
     set_input(4, std::lround(noise(t, milliseconds(200), mix(seed(), 4)) * kFullScale / 16));
   }
 
@@ -75,7 +73,7 @@ class AnalogIo final : public Behaviour {
   }
 
   void set_input(std::uint8_t sub, std::int64_t value) {
-    update({kInput, sub}, static_cast<std::int16_t>(value));
+    update({cia401::kAnalogueInputs, sub}, static_cast<std::int16_t>(value));
   }
 
   template <class T>
@@ -89,10 +87,10 @@ class AnalogIo final : public Behaviour {
 
   void outputs_to_error_value() {
     for (std::uint8_t sub = 1; sub <= kOutputs; ++sub) {
-      if (unsigned_value({kErrorMode, sub}) != 0) {
+      if (unsigned_value({cia401::kAnalogueErrorMode, sub}) != 0) {
         // CiA 401 left-adjusts the error value in 32 bits for all widths.
-        const std::int64_t value = signed_value({kErrorValue, sub}) >> 16;
-        quiet_set({kOutput, sub}, static_cast<std::int16_t>(value));
+        const std::int64_t value = signed_value({cia401::kAnalogueErrorValue, sub}) >> 16;
+        quiet_set({cia401::kAnalogueOutputs, sub}, static_cast<std::int16_t>(value));
       }
     }
   }

@@ -13,6 +13,7 @@
 #include "stack/eds/reader.h"
 #include "stack/lss/slave.h"
 #include "stack/nmt/node_control.h"
+#include "stack/od/objects.h"
 #include "stack/storage/parameters.h"
 
 namespace linegate::sim {
@@ -35,11 +36,9 @@ constexpr std::array<Profile, 4> kProfiles{{
 constexpr std::array<std::string_view, kProfiles.size()> kNames{
     kProfiles[0].name, kProfiles[1].name, kProfiles[2].name, kProfiles[3].name};
 
-constexpr std::uint16_t kHeartbeatTime = 0x1017;
 constexpr std::int64_t kMostHeartbeatMs = 65535;
 // A few are enough: only tests read a simulated device's events.
 constexpr std::size_t kEvents = 64;
-constexpr std::uint16_t kIdentity = 0x1018;
 constexpr std::uint8_t kSerialNumber = 4;
 constexpr std::size_t kLssAnswers = 8;
 
@@ -70,7 +69,7 @@ void set_heartbeat(od::DeviceDescription& device, Duration heartbeat) {
       std::chrono::duration_cast<std::chrono::milliseconds>(heartbeat).count(), 0,
       kMostHeartbeatMs);
   for (od::ObjectDescription& object : device.objects) {
-    if (object.index == kHeartbeatTime) {
+    if (object.index == od::objects::kProducerHeartbeatTime) {
       store_le(std::span(object.variables.front().value), static_cast<std::uint64_t>(ms));
     }
   }
@@ -79,7 +78,7 @@ void set_heartbeat(od::DeviceDescription& device, Duration heartbeat) {
 void set_serial(od::DeviceDescription& device, std::uint32_t serial) {
   for (od::ObjectDescription& object : device.objects) {
     for (od::VariableDescription& variable : object.variables) {
-      if (object.index == kIdentity && variable.sub == kSerialNumber) {
+      if (object.index == od::objects::kIdentity && variable.sub == kSerialNumber) {
         store_le(std::span(variable.value), std::uint64_t{serial});
       }
     }
@@ -121,7 +120,8 @@ lss::Address lss_address(od::Dictionary& dictionary) {
   lss::Address out{};
   for (std::uint8_t part = 0; part < lss::kParts; ++part) {
     out[part] = static_cast<std::uint32_t>(
-        dictionary.number({kIdentity, static_cast<std::uint8_t>(part + 1)}).value_or(0));
+        dictionary.number({od::objects::kIdentity, static_cast<std::uint8_t>(part + 1)})
+            .value_or(0));
   }
   return out;
 }

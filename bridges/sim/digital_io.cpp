@@ -8,17 +8,14 @@
 
 #include "bridges/sim/behaviour.h"
 #include "bridges/sim/wave.h"
+#include "stack/od/objects.h"
 
 namespace linegate::sim {
 namespace {
 
+namespace cia401 = od::objects::cia401;
 using std::chrono::milliseconds;
 
-constexpr std::uint16_t kInput8 = 0x6000;
-constexpr std::uint16_t kInputBit = 0x6020;
-constexpr std::uint16_t kOutput8 = 0x6200;
-constexpr std::uint16_t kErrorMode8 = 0x6206;
-constexpr std::uint16_t kErrorValue8 = 0x6207;
 constexpr std::uint8_t kOutputBytes = 2;
 
 constexpr Duration kCount = milliseconds(250);
@@ -38,7 +35,7 @@ class DigitalIo final : public Behaviour {
   }
 
  private:
-  void set_hooks() override { hook(kOutput8); }
+  void set_hooks() override { hook(cia401::kDigitalOutputs); }
 
   void power_on() override {
     operational_ = false;
@@ -46,7 +43,8 @@ class DigitalIo final : public Behaviour {
   }
 
   void react() override {
-    set({kInput8, 2}, static_cast<std::uint8_t>(unsigned_value({kOutput8, 1})));
+    set({cia401::kDigitalInputs, 2},
+        static_cast<std::uint8_t>(unsigned_value({cia401::kDigitalOutputs, 1})));
   }
 
   void step() override {
@@ -54,25 +52,26 @@ class DigitalIo final : public Behaviour {
     const auto offset = static_cast<std::int64_t>(mix(seed(), 1) & 0xFFU);
     set_counter(static_cast<std::uint8_t>(periods(now(), kCount) + offset));
     const auto round = static_cast<std::uint64_t>(periods(now(), kRandom));
-    set({kInput8, 3}, static_cast<std::uint8_t>(mix(seed(), round)));
-    set({kInput8, 4}, static_cast<std::uint8_t>(1U << (periods(now(), kLight) % 8)));
+    set({cia401::kDigitalInputs, 3}, static_cast<std::uint8_t>(mix(seed(), round)));
+    set({cia401::kDigitalInputs, 4}, static_cast<std::uint8_t>(1U << (periods(now(), kLight) % 8)));
     react();
   }
 
   void set_counter(std::uint8_t value) {
-    set({kInput8, 1}, value);
+    set({cia401::kDigitalInputs, 1}, value);
     for (std::uint8_t bit = 0; bit < 8; ++bit) {
-      set({kInputBit, static_cast<std::uint8_t>(bit + 1)},
+      set({cia401::kDigitalInputBits, static_cast<std::uint8_t>(bit + 1)},
           static_cast<std::uint8_t>((unsigned{value} >> bit) & 1U));
     }
   }
 
   void outputs_to_error_value() {
     for (std::uint8_t sub = 1; sub <= kOutputBytes; ++sub) {
-      const std::uint64_t mode = unsigned_value({kErrorMode8, sub});
-      const std::uint64_t value = unsigned_value({kErrorValue8, sub});
-      const std::uint64_t output = unsigned_value({kOutput8, sub});
-      quiet_set({kOutput8, sub}, static_cast<std::uint8_t>((output & ~mode) | (value & mode)));
+      const std::uint64_t mode = unsigned_value({cia401::kDigitalErrorMode, sub});
+      const std::uint64_t value = unsigned_value({cia401::kDigitalErrorValue, sub});
+      const std::uint64_t output = unsigned_value({cia401::kDigitalOutputs, sub});
+      quiet_set({cia401::kDigitalOutputs, sub},
+                static_cast<std::uint8_t>((output & ~mode) | (value & mode)));
     }
     react();
   }

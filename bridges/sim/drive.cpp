@@ -47,7 +47,7 @@ constexpr std::uint16_t kHalt = 0x0100;
 // Statusword
 constexpr std::uint16_t kRemote = 0x0200;
 constexpr std::uint16_t kTargetReached = 0x0400;
-constexpr std::uint16_t kModeSpecific = 0x1000;
+constexpr std::uint16_t kModeSpecific = 1U << 12U;
 
 // Quick stop option codes up to this one lead to switch on disabled; greater ones stay in quick
 // stop active.

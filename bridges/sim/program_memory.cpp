@@ -6,16 +6,14 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 #include "stack/sdo/crc.h"
 
 namespace linegate::sim {
 namespace {
 
-constexpr std::uint16_t kData = 0x1F50;
-constexpr std::uint16_t kControl = 0x1F51;
-constexpr std::uint16_t kIdentification = 0x1F56;
-constexpr std::uint16_t kStatus = 0x1F57;
-constexpr std::array kHooked{kData, kControl, kIdentification, kStatus};
+constexpr std::array kHooked{od::objects::kProgramData, od::objects::kProgramControl,
+                             od::objects::kSoftwareIdentification, od::objects::kFlashStatus};
 
 enum Control : std::uint8_t { kStop, kStart, kReset, kClear };
 
@@ -67,8 +65,8 @@ class ProgramMemory::Sink final : public od::ByteSink {
 };
 
 ProgramMemory::ProgramMemory(od::Dictionary& dictionary) : dictionary_(dictionary) {
-  identification_ =
-      static_cast<std::uint32_t>(dictionary_.number({kIdentification, 1}).value_or(0));
+  identification_ = static_cast<std::uint32_t>(
+      dictionary_.number({od::objects::kSoftwareIdentification, 1}).value_or(0));
   for (const std::uint16_t index : kHooked) {
     (void)dictionary_.set_hook(index, this).ok();
   }
@@ -91,18 +89,19 @@ bool ProgramMemory::take_restart(Instant now) {
 }
 
 AbortCode ProgramMemory::before_read(od::Address address, const od::Variable& variable) {
-  if (address.sub != 1 || address.index == kData) {
+  if (address.sub != 1 || address.index == od::objects::kProgramData) {
     return AbortCode::none;
   }
-  const std::uint32_t value = address.index == kControl          ? std::uint32_t{running_}
-                              : address.index == kIdentification ? identification_
-                                                                 : flash_status();
+  const std::uint32_t value =
+      address.index == od::objects::kProgramControl           ? std::uint32_t{running_}
+      : address.index == od::objects::kSoftwareIdentification ? identification_
+                                                              : flash_status();
   store_le(std::span(variable.data, variable.size), value);
   return AbortCode::none;
 }
 
 AbortCode ProgramMemory::check_write(od::Address address, std::span<const std::byte> value) {
-  if (address.index != kControl) {
+  if (address.index != od::objects::kProgramControl) {
     return AbortCode::none;
   }
   const std::uint64_t command = load_le(value);
@@ -115,7 +114,7 @@ AbortCode ProgramMemory::check_write(od::Address address, std::span<const std::b
 }
 
 void ProgramMemory::written(od::Address address) {
-  if (address.index != kControl) {
+  if (address.index != od::objects::kProgramControl) {
     return;
   }
   const auto command = std::to_integer<std::uint8_t>(*dictionary_.find(address)->data);
@@ -131,7 +130,7 @@ void ProgramMemory::written(od::Address address) {
 
 Result<od::ByteSink*> ProgramMemory::open_sink(od::Address address,
                                                std::optional<std::uint32_t> /*size*/) {
-  if (address.index != kData) {
+  if (address.index != od::objects::kProgramData) {
     return nullptr;
   }
   if (running_) {

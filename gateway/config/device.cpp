@@ -5,6 +5,7 @@
 #include "gateway/config/patch.h"
 #include "gateway/config/sections.h"
 #include "gateway/config/value.h"
+#include "stack/od/objects.h"
 #include "stack/pdo/described_cob_id.h"
 #include "stack/profile/io_device.h"
 #include "stack/storage/parameters.h"
@@ -14,8 +15,8 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr od::Address kProducerHeartbeat{0x1017, 0};
-constexpr od::Address kSerialNumber{0x1018, 4};
+constexpr od::Address kProducerHeartbeat{od::objects::kProducerHeartbeatTime, 0};
+constexpr od::Address kSerialNumber{od::objects::kIdentity, 4};
 
 // Sets the initial value, whatever the access of the object.
 void preset(Findings& findings, od::DeviceDescription& device, od::Address address,

@@ -13,13 +13,13 @@
 #include "gateway/config/sections.h"
 #include "gateway/config/value.h"
 #include "stack/can/cob_id.h"
+#include "stack/od/objects.h"
 #include "stack/routing/forward.h"
 
 namespace linegate::config {
 namespace {
 
 constexpr unsigned kMaxPdoBits = 64;
-constexpr std::uint16_t kFirstShared = 0xB000;
 
 void read_own_map(Findings& findings, Section& section, OwnPdoSection& out) {
   for (const YAML::Node& element : elements(findings, section.find("map"), "map")) {
@@ -178,7 +178,7 @@ class SharedObjects {
                    (pdo.transmit && routing::shown_address(object.object) == mapping.address);
           });
       if (found == objects_.end()) {
-        const bool shared = mapping.address.index >= kFirstShared;
+        const bool shared = mapping.address.index >= od::objects::kSharedVariables;
         findings_.error(pdo.mapped[i], "there is no " + format_address(mapping.address) + " in " +
                                            (shared ? "shared_objects" : "own_objects") +
                                            (pdo.transmit ? "" : " that an RPDO may write"));

@@ -9,6 +9,7 @@
 #include "gateway/config/value.h"
 #include "stack/base/abort_code.h"
 #include "stack/od/dictionary.h"
+#include "stack/od/objects.h"
 
 namespace linegate::config {
 namespace {
@@ -101,7 +102,8 @@ void read_values(Section& section, const YAML::Node& node, std::vector<OwnValueS
 void place_services(const std::vector<OwnValueSection>& values, line::LineConfig& config) {
   for (const OwnValueSection& value : values) {
     const std::uint16_t index = value.object.index;
-    if (index != 0x1005 && index != 0x1012 && index != 0x1014) {
+    if (index != od::objects::kSyncCobId && index != od::objects::kTimeCobId &&
+        index != od::objects::kEmcyCobId) {
       continue;
     }
     if (auto data = value.text ? parse_value(*value.text, od::DataType::unsigned32) : value.data) {

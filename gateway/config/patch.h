@@ -8,12 +8,13 @@
 
 #include "gateway/config/reader.h"
 #include "stack/od/description.h"
+#include "stack/od/objects.h"
 
 namespace linegate::config {
 
 // Whether the object describes a PDO: a value written there changes how the line links it.
 constexpr bool is_pdo_record(std::uint16_t index) {
-  return index >= 0x1400 && index <= 0x1BFF;
+  return od::objects::is_pdo_record(index);
 }
 
 // nullptr if there is no such object or sub-index.

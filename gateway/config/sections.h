@@ -13,6 +13,7 @@
 #include "gateway/config/plant.h"
 #include "gateway/config/reader.h"
 #include "stack/line/line.h"
+#include "stack/od/objects.h"
 #include "stack/pdo/parameters.h"
 
 namespace linegate::config {
@@ -200,7 +201,9 @@ struct PdoName {
   std::uint16_t number = 0;
 
   std::uint16_t communication() const {
-    return static_cast<std::uint16_t>((transmit ? 0x1800 : 0x1400) + number - 1);
+    return static_cast<std::uint16_t>(
+        (transmit ? od::objects::kTpdoCommunication : od::objects::kRpdoCommunication) + number -
+        1);
   }
   std::uint16_t mapping() const { return static_cast<std::uint16_t>(communication() + 0x200); }
 };

@@ -35,18 +35,15 @@
 #include "stack/nmt/state.h"
 #include "stack/od/dictionary.h"
 #include "stack/od/hook.h"
+#include "stack/od/objects.h"
 
 namespace linegate::diagnosis {
 
-inline constexpr std::uint16_t kCanopenIaBase = 0x5F40;  // unless configured
-inline constexpr std::uint16_t kCanopenIaLast = 0x0C;    // after the base
+inline constexpr std::uint16_t kCanopenIaLast = 0x0C;  // after the base
 // Where the records may be: beside the other objects of a line's own node from 5F00h to 5FFFh.
-inline constexpr std::uint16_t kLowestBase = 0x5F21;
-inline constexpr std::uint16_t kHighestBase = 0x5FF3;
 constexpr bool is_free_for_records(std::uint16_t base) {
-  constexpr std::uint16_t kTaskTimeObject = 0x5F80;
-  return base >= kLowestBase && base <= kHighestBase &&
-         (base > kTaskTimeObject || base + kCanopenIaLast < kTaskTimeObject);
+  return base >= od::objects::kLowestCanopenIa && base <= od::objects::kHighestCanopenIa &&
+         (base > od::objects::kTaskTimes || base + kCanopenIaLast < od::objects::kTaskTimes);
 }
 
 // Bits of the hardware state.
@@ -60,7 +57,7 @@ inline constexpr std::uint8_t kHardwareTransmits = 1U << 6U;  // something waits
 inline constexpr std::uint8_t kHardwareBusOff = 1U << 7U;     // now
 
 struct CanopenIaOptions {
-  std::uint16_t base = kCanopenIaBase;
+  std::uint16_t base = od::objects::kCanopenIa;
   std::uint8_t own_node = 0;
   bool manager = true;
   std::uint32_t revision = 0;  // 1018h:3

@@ -2,6 +2,7 @@
 #include "stack/diagnosis/diagnosis.h"
 
 #include "stack/nmt/node_control.h"
+#include "stack/od/objects.h"
 
 namespace linegate::diagnosis {
 namespace {
@@ -9,9 +10,7 @@ namespace {
 using manager::NodeState;
 using manager::Presence;
 
-constexpr std::uint16_t kConsumerHeartbeat = 0x1016;
-constexpr std::uint16_t kSlaveAssignment = 0x1F81;
-constexpr od::Address kBootTime{0x1F89, 0};
+constexpr od::Address kBootTime{od::objects::kBootTime, 0};
 constexpr std::uint64_t kIsSlave = 1U << 0U;
 constexpr std::uint64_t kIsMandatory = 1U << 3U;
 
@@ -170,12 +169,12 @@ std::uint8_t Diagnosis::network_state() const {
 }
 
 bool Diagnosis::assigned_to_master(std::uint8_t node) const {
-  const auto entry = dictionary_.number({kSlaveAssignment, node});
+  const auto entry = dictionary_.number({od::objects::kSlaveAssignment, node});
   return entry ? (*entry & kIsSlave) != 0 : options_.assigned.has(node);
 }
 
 bool Diagnosis::mandatory(std::uint8_t node) const {
-  const auto entry = dictionary_.number({kSlaveAssignment, node});
+  const auto entry = dictionary_.number({od::objects::kSlaveAssignment, node});
   return entry ? (*entry & (kIsSlave | kIsMandatory)) == (kIsSlave | kIsMandatory)
                : options_.mandatory.has(node);
 }
@@ -183,10 +182,12 @@ bool Diagnosis::mandatory(std::uint8_t node) const {
 // Those whose heartbeat the own node is to hear: of the configuration, or by 1016h.
 NodeList Diagnosis::monitored() const {
   NodeList out = options_.assigned;
-  const std::uint64_t entries = dictionary_.number({kConsumerHeartbeat, 0}).value_or(0);
+  const std::uint64_t entries =
+      dictionary_.number({od::objects::kConsumerHeartbeatTime, 0}).value_or(0);
   for (unsigned sub = 1; sub <= entries; ++sub) {
     const auto entry =
-        dictionary_.number({kConsumerHeartbeat, static_cast<std::uint8_t>(sub)}).value_or(0);
+        dictionary_.number({od::objects::kConsumerHeartbeatTime, static_cast<std::uint8_t>(sub)})
+            .value_or(0);
     const auto node = static_cast<std::uint8_t>(entry >> 16U & 0xFFU);
     if ((entry & 0xFFFFU) != 0 && node >= can::kMinNodeId && node <= can::kMaxNodeId) {
       out.set(node);

@@ -7,6 +7,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/od/number_variable.h"
+#include "stack/od/objects.h"
 
 namespace linegate::diagnosis {
 namespace {
@@ -15,7 +16,6 @@ using od::Access;
 using od::DataType;
 using od::ObjectType;
 
-constexpr std::uint16_t kRequestNmt = 0x1F82;
 constexpr std::uint8_t kAllNodes = 128;  // sub-index of 1F82h
 constexpr std::uint8_t kLists = 7;
 constexpr std::uint8_t kClasses = static_cast<std::uint8_t>(kEmcyClasses.size());
@@ -43,8 +43,9 @@ od::ObjectDescription entries(std::uint16_t index, const std::string& name, Data
 }
 
 od::ObjectDescription status() {
-  od::ObjectDescription out{
-      .index = kStatus, .name = "Status of the CANopen manager", .type = ObjectType::record};
+  od::ObjectDescription out{.index = od::objects::kManagerStatus,
+                            .name = "Status of the CANopen manager",
+                            .type = ObjectType::record};
   out.variables = {read_only(0, "Number of entries", DataType::unsigned8, 3),
                    read_only(1, "Event indication", DataType::unsigned16),
                    read_only(2, "State", DataType::unsigned16),
@@ -53,8 +54,9 @@ od::ObjectDescription status() {
 }
 
 od::ObjectDescription task_times() {
-  od::ObjectDescription out{
-      .index = kTaskTimes, .name = "Task time configuration", .type = ObjectType::record};
+  od::ObjectDescription out{.index = od::objects::kTaskTimes,
+                            .name = "Task time configuration",
+                            .type = ObjectType::record};
   out.variables = {read_only(0, "Number of entries", DataType::unsigned8, 3),
                    read_only(1, "Cycle of the main task in ms", DataType::unsigned8, 0),
                    read_only(2, "Longest time for a receive queue in ms", DataType::unsigned8, 0),
@@ -82,14 +84,15 @@ const NodeList& list(const NodeLists& lists, std::size_t number) {
 Result<void> add_objects(od::Dictionary& dictionary) {
   std::vector<od::ObjectDescription> all{
       status(), task_times(),
-      entries(kNodeErrorCount, "Node error count", DataType::unsigned8, can::kMaxNodeId),
-      entries(kHistory, "Emergency history", DataType::domain, can::kMaxNodeId)};
+      entries(od::objects::kEmcysOfNodes, "Node error count", DataType::unsigned8, can::kMaxNodeId),
+      entries(od::objects::kEmcyHistory, "Emergency history", DataType::domain, can::kMaxNodeId)};
   for (std::uint8_t i = 0; i < kLists; ++i) {
-    all.push_back(entries(static_cast<std::uint16_t>(kFirstList + i), kListNames[i],
+    all.push_back(entries(static_cast<std::uint16_t>(od::objects::kNodeLists + i), kListNames[i],
                           DataType::unsigned32, NodeList::kWords));
   }
   for (std::uint8_t i = 0; i < kClasses; ++i) {
-    all.push_back(count_of(static_cast<std::uint16_t>(kFirstClass + i), kClassNames[i]));
+    all.push_back(
+        count_of(static_cast<std::uint16_t>(od::objects::kEmcysOfClasses + i), kClassNames[i]));
   }
   for (const od::ObjectDescription& object : all) {
     if (const auto added = dictionary.add(object); !added) {
@@ -102,12 +105,12 @@ Result<void> add_objects(od::Dictionary& dictionary) {
 Objects::Objects(od::Dictionary& dictionary, Diagnosis& diagnosis, std::uint8_t own_node)
     : dictionary_(dictionary), diagnosis_(diagnosis), own_node_(own_node) {
   set_hooks(this);
-  (void)dictionary_.add_hook(kRequestNmt, *this).ok();  // a device has none
+  (void)dictionary_.add_hook(od::objects::kRequestNmt, *this).ok();  // a device has none
 }
 
 Objects::~Objects() {
   set_hooks(nullptr);
-  dictionary_.remove_hook(kRequestNmt, *this);
+  dictionary_.remove_hook(od::objects::kRequestNmt, *this);
 }
 
 void Objects::set_hooks(od::Hook* hook) {
@@ -116,29 +119,29 @@ void Objects::set_hooks(od::Hook* hook) {
       (void)dictionary_.set_hook(static_cast<std::uint16_t>(first + i), hook).ok();
     }
   };
-  set(kStatus, 1);
-  set(kFirstList, kLists);
-  set(kNodeErrorCount, 1);
-  set(kFirstClass, kClasses);
-  set(kHistory, 1);
+  set(od::objects::kManagerStatus, 1);
+  set(od::objects::kNodeLists, kLists);
+  set(od::objects::kEmcysOfNodes, 1);
+  set(od::objects::kEmcysOfClasses, kClasses);
+  set(od::objects::kEmcyHistory, 1);
 }
 
 void Objects::written(od::Address address) {
-  if (address.index == kRequestNmt) {
+  if (address.index == od::objects::kRequestNmt) {
     diagnosis_.requested(address.sub == kAllNodes ? std::uint8_t{0} : address.sub);
   }
 }
 
 AbortCode Objects::before_read(od::Address address, const od::Variable& variable) {
-  if (address.index == kRequestNmt) {
+  if (address.index == od::objects::kRequestNmt) {
     return AbortCode::none;
   }
-  const bool counts_entries =
-      address.sub == 0 && (address.index < kFirstClass || address.index == kHistory);
+  const bool counts_entries = address.sub == 0 && (address.index < od::objects::kEmcysOfClasses ||
+                                                   address.index == od::objects::kEmcyHistory);
   if (counts_entries) {
     return AbortCode::none;
   }
-  if (address.index == kHistory) {
+  if (address.index == od::objects::kEmcyHistory) {
     if (address.sub == own_node_) {
       return AbortCode::local_control;
     }
@@ -150,7 +153,7 @@ AbortCode Objects::before_read(od::Address address, const od::Variable& variable
 }
 
 std::uint64_t Objects::number(od::Address address) const {
-  if (address.index == kStatus) {
+  if (address.index == od::objects::kManagerStatus) {
     const std::uint8_t communication = diagnosis_.communication();
     switch (address.sub) {
       case 1:
@@ -161,13 +164,13 @@ std::uint64_t Objects::number(od::Address address) const {
         return communication;
     }
   }
-  if (address.index == kNodeErrorCount) {
+  if (address.index == od::objects::kEmcysOfNodes) {
     return diagnosis_.emcys().count(address.sub);
   }
-  if (address.index >= kFirstClass) {
-    return diagnosis_.emcys().of_class(address.index - kFirstClass);
+  if (address.index >= od::objects::kEmcysOfClasses) {
+    return diagnosis_.emcys().of_class(address.index - od::objects::kEmcysOfClasses);
   }
-  return list(diagnosis_.lists(), address.index - kFirstList).word(address.sub - 1U);
+  return list(diagnosis_.lists(), address.index - od::objects::kNodeLists).word(address.sub - 1U);
 }
 
 }  // namespace linegate::diagnosis

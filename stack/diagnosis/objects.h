@@ -19,13 +19,6 @@
 
 namespace linegate::diagnosis {
 
-inline constexpr std::uint16_t kStatus = 0x5F00;
-inline constexpr std::uint16_t kFirstList = 0x5F01;
-inline constexpr std::uint16_t kNodeErrorCount = 0x5F10;
-inline constexpr std::uint16_t kFirstClass = 0x5F11;
-inline constexpr std::uint16_t kHistory = 0x5F18;
-inline constexpr std::uint16_t kTaskTimes = 0x5F80;
-
 // Before the node that has the dictionary is made. Fails if one of them exists.
 Result<void> add_objects(od::Dictionary& dictionary);
 

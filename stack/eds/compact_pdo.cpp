@@ -8,6 +8,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/eds/object.h"
+#include "stack/od/objects.h"
 
 namespace linegate::eds {
 namespace {
@@ -164,8 +165,8 @@ void add_compact_pdos(const Ini& ini, DataSheet& sheet, Context& context) {
     return;
   }
   Builder builder(ini, sheet, context);
-  builder.add({"RPDO", 0x1400, 0x200, sheet.info.rpdos});
-  builder.add({"TPDO", 0x1800, 0x180, sheet.info.tpdos});
+  builder.add({"RPDO", od::objects::kRpdoCommunication, 0x200, sheet.info.rpdos});
+  builder.add({"TPDO", od::objects::kTpdoCommunication, 0x180, sheet.info.tpdos});
 }
 
 }  // namespace linegate::eds

@@ -8,6 +8,7 @@
 #include "stack/eds/fields.h"
 #include "stack/eds/number.h"
 #include "stack/eds/text.h"
+#include "stack/od/objects.h"
 
 namespace linegate::eds {
 namespace {
@@ -16,7 +17,6 @@ using od::ObjectDescription;
 using od::ObjectType;
 using od::VariableDescription;
 
-constexpr std::uint16_t kFirstObject = 0x1000;  // below are data types
 // For all CompactSubObj and modules of a file: thousands of full arrays, and no more than a process
 // can spare.
 constexpr std::size_t kMostMegabytes = 64;
@@ -109,8 +109,7 @@ void read_compact(std::uint8_t count, const Fields& fields, const ObjectSections
 
 // Sub-index 0 of these counts what is in use, not what exists.
 bool counts_what_is_used(std::uint16_t index) {
-  const unsigned block = index & 0xFE00U;
-  return index == 0x1003 || block == 0x1600 || block == 0x1A00;
+  return index == od::objects::kErrorHistory || od::objects::is_pdo_mapping(index);
 }
 
 // A sub-index 0 that nobody can write says what exists.
@@ -210,7 +209,7 @@ std::optional<ObjectDescription> read_object(std::uint16_t index, const ObjectSe
   object.line = sections.object->place.line;
   object.type = read_object_type(fields, sections, context);
   object.flags = static_cast<std::uint32_t>(fields.number("ObjFlags", 0xFFFF'FFFF).value_or(0));
-  if (index < kFirstObject || object.type == ObjectType::null) {
+  if (index < od::objects::kFirstCommunication || object.type == ObjectType::null) {
     return std::nullopt;
   }
   if (!has_subs(object.type)) {

@@ -11,6 +11,7 @@
 #include "stack/eds/object.h"
 #include "stack/eds/sections.h"
 #include "stack/eds/text.h"
+#include "stack/od/objects.h"
 
 namespace linegate::eds {
 namespace {
@@ -107,7 +108,8 @@ class Reader {
     std::uint32_t* const numbers[] = {&device.vendor_number, &device.product_number,
                                       &device.revision_number};
     for (std::uint8_t sub = 1; sub <= std::size(numbers); ++sub) {
-      const od::VariableDescription* variable = std::as_const(device).find({0x1018, sub});
+      const od::VariableDescription* variable =
+          std::as_const(device).find({od::objects::kIdentity, sub});
       std::uint32_t& number = *numbers[sub - 1];
       if (number == 0 && variable != nullptr && variable->value.size() == sizeof number) {
         number = static_cast<std::uint32_t>(load_le(variable->value));

@@ -6,6 +6,7 @@
 
 #include "stack/eds/format.h"
 #include "stack/eds/object_writer.h"
+#include "stack/od/objects.h"
 
 namespace linegate::eds {
 namespace {
@@ -13,7 +14,8 @@ namespace {
 enum class ObjectList { mandatory, optional, manufacturer };
 
 ObjectList list_of(std::uint16_t index) {
-  if (index == 0x1000 || index == 0x1001 || index == 0x1018) {
+  if (index == od::objects::kDeviceType || index == od::objects::kErrorRegister ||
+      index == od::objects::kIdentity) {
     return ObjectList::mandatory;
   }
   return index >= 0x2000 && index < 0x6000 ? ObjectList::manufacturer : ObjectList::optional;
@@ -268,8 +270,10 @@ std::uint16_t count_between(const od::DeviceDescription& device, unsigned first,
 DataSheet sheet_of(od::DeviceDescription device, bool as_dcf) {
   DataSheet sheet;
   sheet.file.eds_version = "4.0";
-  sheet.info.rpdos = count_between(device, 0x1400, 0x15FF);
-  sheet.info.tpdos = count_between(device, 0x1800, 0x19FF);
+  sheet.info.rpdos =
+      count_between(device, od::objects::kRpdoCommunication, od::objects::kLastRpdoCommunication);
+  sheet.info.tpdos =
+      count_between(device, od::objects::kTpdoCommunication, od::objects::kLastTpdoCommunication);
   sheet.info.granularity = device.dynamic_mapping ? sheet.info.granularity : 0;
   if (as_dcf) {
     sheet.commissioning.emplace();

@@ -3,6 +3,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id_rule.h"
+#include "stack/od/objects.h"
 
 namespace linegate::emcy {
 
@@ -29,7 +30,7 @@ void ConsumerObject::written(od::Address address) {
 }
 
 can::CobId ConsumerObject::cob_id(std::uint8_t node) const {
-  const auto raw = dictionary_.number({kConsumerObject, node});
+  const auto raw = dictionary_.number({od::objects::kEmcyConsumer, node});
   return can::CobId{static_cast<std::uint32_t>(raw.value_or(can::CobId::kInvalidBit))};
 }
 

@@ -12,8 +12,6 @@
 
 namespace linegate::emcy {
 
-inline constexpr std::uint16_t kConsumerObject = 0x1028;
-
 // Hook of 1028h: writes take effect at once. Only nodes listed are consumed.
 class ConsumerObject final : public od::Hook {
  public:

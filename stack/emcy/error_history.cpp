@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 
 namespace linegate::emcy {
 
@@ -11,26 +12,26 @@ ErrorHistory::ErrorHistory(od::Dictionary& dictionary) : dictionary_(dictionary)
 }
 
 void ErrorHistory::add(const Message& message) {
-  const std::uint8_t depth = dictionary_.highest_sub(kErrorHistoryIndex).value_or(0);
+  const std::uint8_t depth = dictionary_.highest_sub(od::objects::kErrorHistory).value_or(0);
   if (depth == 0) {
     return;
   }
   const std::uint8_t filled = std::min<std::uint8_t>(depth, static_cast<std::uint8_t>(count() + 1));
   for (std::uint8_t sub = filled; sub > 1; --sub) {
-    const od::Address newer{kErrorHistoryIndex, static_cast<std::uint8_t>(sub - 1)};
-    dictionary_.set({kErrorHistoryIndex, sub}, dictionary_.number(newer).value_or(0));
+    const od::Address newer{od::objects::kErrorHistory, static_cast<std::uint8_t>(sub - 1)};
+    dictionary_.set({od::objects::kErrorHistory, sub}, dictionary_.number(newer).value_or(0));
   }
   const std::uint32_t additional = load_le<std::uint16_t>(message.info.data());
-  dictionary_.set({kErrorHistoryIndex, 1}, additional << 16U | message.code);
-  dictionary_.set({kErrorHistoryIndex, 0}, filled);
+  dictionary_.set({od::objects::kErrorHistory, 1}, additional << 16U | message.code);
+  dictionary_.set({od::objects::kErrorHistory, 0}, filled);
 }
 
 void ErrorHistory::clear() {
-  dictionary_.set({kErrorHistoryIndex, 0}, 0);
+  dictionary_.set({od::objects::kErrorHistory, 0}, 0);
 }
 
 std::uint8_t ErrorHistory::count() const {
-  return static_cast<std::uint8_t>(dictionary_.number({kErrorHistoryIndex, 0}).value_or(0));
+  return static_cast<std::uint8_t>(dictionary_.number({od::objects::kErrorHistory, 0}).value_or(0));
 }
 
 AbortCode ErrorHistory::before_read(od::Address address, const od::Variable& /*variable*/) {
@@ -48,9 +49,9 @@ void ErrorHistory::written(od::Address address) {
 }
 
 void ErrorHistory::wipe_entries() {
-  const unsigned depth = dictionary_.highest_sub(kErrorHistoryIndex).value_or(0);
+  const unsigned depth = dictionary_.highest_sub(od::objects::kErrorHistory).value_or(0);
   for (unsigned sub = 1; sub <= depth; ++sub) {
-    dictionary_.set({kErrorHistoryIndex, static_cast<std::uint8_t>(sub)}, 0);
+    dictionary_.set({od::objects::kErrorHistory, static_cast<std::uint8_t>(sub)}, 0);
   }
 }
 

@@ -13,8 +13,6 @@
 
 namespace linegate::emcy {
 
-inline constexpr std::uint16_t kErrorHistoryIndex = 0x1003;
-
 // Hook of 1003h. As deep as the object has sub-indices; without the object nothing is kept.
 class ErrorHistory final : public od::Hook {
  public:

@@ -5,6 +5,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id_rule.h"
+#include "stack/od/objects.h"
 
 namespace linegate::emcy {
 namespace {
@@ -38,7 +39,7 @@ SendResult Producer::send(std::uint16_t code, std::uint8_t error_register,
                           std::span<const std::byte> info, Instant now) {
   Message message{code, error_register, {}};
   std::ranges::copy(info.first(std::min(info.size(), message.info.size())), message.info.begin());
-  dictionary_.set({kErrorRegisterIndex, 0}, error_register);
+  dictionary_.set({od::objects::kErrorRegister, 0}, error_register);
   if (code != kErrorReset) {
     history_.add(message);
   }
@@ -72,11 +73,12 @@ bool Producer::waits(const can::Frame& frame) const {
 }
 
 std::uint8_t Producer::error_register() const {
-  return static_cast<std::uint8_t>(dictionary_.number({kErrorRegisterIndex, 0}).value_or(0));
+  return static_cast<std::uint8_t>(
+      dictionary_.number({od::objects::kErrorRegister, 0}).value_or(0));
 }
 
 void Producer::set_error_register(std::uint8_t value) {
-  dictionary_.set({kErrorRegisterIndex, 0}, value);
+  dictionary_.set({od::objects::kErrorRegister, 0}, value);
 }
 
 void Producer::advance(Instant now) {
@@ -89,14 +91,14 @@ void Producer::advance(Instant now) {
 }
 
 AbortCode Producer::check_write(od::Address address, std::span<const std::byte> value) {
-  if (address.index != kProducerCobId) {
+  if (address.index != od::objects::kEmcyCobId) {
     return AbortCode::none;
   }
   return can::check_cob_id(cob_id(), can::CobId{static_cast<std::uint32_t>(load_le(value))});
 }
 
 void Producer::written(od::Address address) {
-  if (address.index != kProducerCobId) {
+  if (address.index != od::objects::kEmcyCobId) {
     return;
   }
   follow_cob_id();
@@ -120,7 +122,7 @@ void Producer::follow_cob_id() {
 }
 
 can::CobId Producer::cob_id() const {
-  const auto raw = dictionary_.number({kProducerCobId, 0});
+  const auto raw = dictionary_.number({od::objects::kEmcyCobId, 0});
   return can::CobId{static_cast<std::uint32_t>(raw.value_or(can::CobId::kInvalidBit))};
 }
 
@@ -129,8 +131,9 @@ bool Producer::transmit(const Message& message, Instant now) {
   if (!transmit_.push(can::TransmitClass::emcy, frame)) {
     return false;
   }
-  inhibited_until_ = now + kInhibitUnit * static_cast<std::int64_t>(
-                                              dictionary_.number({kInhibitTime, 0}).value_or(0));
+  inhibited_until_ =
+      now + kInhibitUnit * static_cast<std::int64_t>(
+                               dictionary_.number({od::objects::kEmcyInhibitTime, 0}).value_or(0));
   const Event sent = to_event(EventKind::emcy_sent, node_id_, message, now);
   if (reporter_ != nullptr) {
     reporter_->emcy_queued(frame, sent, events_);

@@ -22,10 +22,6 @@
 
 namespace linegate::emcy {
 
-inline constexpr std::uint16_t kErrorRegisterIndex = 0x1001;
-inline constexpr std::uint16_t kProducerCobId = 0x1014;
-inline constexpr std::uint16_t kInhibitTime = 0x1015;
-
 enum class SendResult : std::uint8_t {
   sent,       // handed to the transmit queue
   queued,     // the inhibit time runs; the message follows when it is over

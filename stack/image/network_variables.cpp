@@ -5,13 +5,13 @@
 #include <array>
 #include <memory>
 
+#include "stack/od/objects.h"
+
 namespace linegate::image {
 namespace {
 
 using od::DataType;
 
-constexpr std::uint16_t kOutputBase = 0xA000;  // "input" network variables
-constexpr std::uint16_t kInputBase = 0xA480;   // "output" network variables
 constexpr std::uint16_t kIndicesPerType = 0x40;
 constexpr std::uint32_t kSubsPerIndex = 254;
 constexpr std::uint32_t kMaxElements = kIndicesPerType * kSubsPerIndex;
@@ -26,7 +26,8 @@ constexpr std::array<DataType, 18> kTypes = {
 };
 
 constexpr std::uint16_t base_of(Direction direction) {
-  return direction == Direction::inputs ? kInputBase : kOutputBase;
+  return direction == Direction::inputs ? od::objects::kOutputVariables
+                                        : od::objects::kInputVariables;
 }
 
 // The type whose array shows values of these many bits; none if there is none.
@@ -132,12 +133,14 @@ std::optional<od::Address> variable_address(Direction direction, od::DataType ty
 
 std::optional<VariablePlace> variable_place(od::Address address) {
   constexpr std::uint32_t kIndices = kTypes.size() * kIndicesPerType;
-  if (address.index < kOutputBase || address.index >= kInputBase + kIndices || address.sub == 0 ||
+  if (address.index < od::objects::kInputVariables ||
+      address.index >= od::objects::kOutputVariables + kIndices || address.sub == 0 ||
       address.sub > kSubsPerIndex) {
     return std::nullopt;
   }
   VariablePlace place;
-  place.direction = address.index < kInputBase ? Direction::outputs : Direction::inputs;
+  place.direction =
+      address.index < od::objects::kOutputVariables ? Direction::outputs : Direction::inputs;
   const std::uint32_t from_base = address.index - std::uint32_t{base_of(place.direction)};
   place.type = kTypes[from_base / kIndicesPerType];
   place.bit_length = od::bit_size(place.type);

@@ -11,6 +11,7 @@
 #include "stack/can/cob_id_rule.h"
 #include "stack/line/own_objects.h"
 #include "stack/line/pdo_checks.h"
+#include "stack/od/objects.h"
 
 namespace linegate::line {
 namespace {
@@ -46,10 +47,10 @@ void expect_identity(const NodeConfig& node, manager::NodePlan& plan) {
   const auto expected = [&](bool compared, od::Address address) {
     return compared ? described(node.device, address) : 0;
   };
-  plan.device_type = expected(node.check.device_type, {0x1000, 0});
-  plan.vendor = expected(node.check.vendor, {0x1018, 1});
-  plan.product = expected(node.check.product, {0x1018, 2});
-  plan.revision = expected(node.check.revision, {0x1018, 3});
+  plan.device_type = expected(node.check.device_type, {od::objects::kDeviceType, 0});
+  plan.vendor = expected(node.check.vendor, od::objects::kVendorId);
+  plan.product = expected(node.check.product, od::objects::kProductCode);
+  plan.revision = expected(node.check.revision, od::objects::kRevisionNumber);
   plan.revision_major_alone = node.check.revision_major_alone;
 }
 
@@ -71,11 +72,12 @@ void guard(const NodeConfig& node, manager::NodePlan& plan) {
   }
   plan.guard_time = node.guard_time;
   plan.life_time_factor = node.life_time_factor;
-  if (described(node.device, {0x1017, 0}) != 0) {
-    plan.writes.push_back({{0x1017, 0}, milliseconds_u16(Duration::zero())});
+  if (described(node.device, {od::objects::kProducerHeartbeatTime, 0}) != 0) {
+    plan.writes.push_back(
+        {{od::objects::kProducerHeartbeatTime, 0}, milliseconds_u16(Duration::zero())});
   }
-  plan.writes.push_back({{0x100C, 0}, milliseconds_u16(node.guard_time)});
-  plan.writes.push_back({{0x100D, 0}, {std::byte{node.life_time_factor}}});
+  plan.writes.push_back({{od::objects::kGuardTime, 0}, milliseconds_u16(node.guard_time)});
+  plan.writes.push_back({{od::objects::kLifeTimeFactor, 0}, {std::byte{node.life_time_factor}}});
 }
 
 manager::NodePlan node_plan(const NodeConfig& node) {
@@ -100,7 +102,8 @@ manager::NodePlan node_plan(const NodeConfig& node) {
     plan.writes.push_back({object.address, object.data});
   }
   if (node.heartbeat != Duration::zero()) {
-    plan.writes.push_back({{0x1017, 0}, milliseconds_u16(node.heartbeat)});
+    plan.writes.push_back(
+        {{od::objects::kProducerHeartbeatTime, 0}, milliseconds_u16(node.heartbeat)});
   }
   guard(node, plan);
   manager::date_last(plan.writes);
@@ -254,7 +257,7 @@ std::vector<manager::NodePlan> node_plans(const LineConfig& config) {
 }
 
 can::CobId emcy_cob_id(const NodeConfig& node) {
-  constexpr od::Address kEmcyCobId{0x1014, 0};
+  constexpr od::Address kEmcyCobId{od::objects::kEmcyCobId, 0};
   can::CobId cob_id{can::kEmcyBase + node.id};
   const auto take = [&cob_id](const std::vector<std::byte>& value) {
     if (value.size() != sizeof cob_id.raw) {

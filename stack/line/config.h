@@ -15,6 +15,7 @@
 #include "stack/manager/plan.h"
 #include "stack/node/error_scheme.h"
 #include "stack/od/description.h"
+#include "stack/od/objects.h"
 #include "stack/routing/config.h"
 #include "stack/routing/forward.h"
 #include "stack/scan/scanned_node.h"
@@ -164,7 +165,7 @@ struct LineConfig {
   // A node that was started and shows another state is started again.
   bool keep_operational = false;
   // Index of the first of the CANopenIA records, see diagnosis/canopen_ia.h.
-  std::uint16_t canopen_ia_base = 0x5F40;
+  std::uint16_t canopen_ia_base = od::objects::kCanopenIa;
   bool reset_nodes = true;  // NMT reset communication to all at the start
   bool start_nodes = true;  // NMT start when booted (1F80h bit 3 = 0)
   bool start_all = false;   // with one command, when all are booted (1F80h bit 1)

@@ -6,6 +6,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/line/command_checks.h"
 #include "stack/line/devices.h"
+#include "stack/od/objects.h"
 
 namespace linegate::line {
 namespace {
@@ -15,7 +16,6 @@ using image::Direction;
 // IXXAT CANopen Manager API manual 5.17, as in line_outputs.cpp.
 constexpr std::uint16_t kSilentWriterEmcy = 0x6200;
 constexpr std::uint8_t kSilentWriterRegister = 0x81;
-constexpr std::uint16_t kProducerTime = 0x1017;
 
 }  // namespace
 
@@ -322,7 +322,8 @@ void Line::Devices::react(const Outputs::Group& group, Instant now) {
       taken |= kSendEmcy;
     }
     if ((group.reactions & kHeartbeatOff) != 0) {
-      seat.device->node().dictionary().set({kProducerTime, 0}, std::uint16_t{0});
+      seat.device->node().dictionary().set({od::objects::kProducerHeartbeatTime, 0},
+                                           std::uint16_t{0});
       taken |= kHeartbeatOff;
     }
   }

@@ -6,6 +6,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/lss/message.h"
+#include "stack/od/objects.h"
 
 namespace linegate::line {
 namespace {
@@ -46,19 +47,20 @@ struct CobIdSubs {
   std::uint8_t count = 0;
 };
 CobIdSubs cob_ids_of(std::uint16_t index) {
-  if (index == 0x1005 || index == 0x1012 || index == 0x1014) {
+  if (index == od::objects::kSyncCobId || index == od::objects::kTimeCobId ||
+      index == od::objects::kEmcyCobId) {
     return {0, 1};
   }
-  if (between(index, 0x1200, 0x12FF)) {
+  if (between(index, od::objects::kSdoServer, od::objects::kLastSdoClient)) {
     return {1, 2};
   }
-  const bool pdo = between(index, 0x1400, 0x15FF) || between(index, 0x1800, 0x19FF);
+  const bool pdo = od::objects::is_pdo_communication(index);
   return pdo ? CobIdSubs{1, 1} : CobIdSubs{};
 }
 
 // Bit 31 of SYNC and TIME has another meaning.
 bool exists(std::uint16_t index, can::CobId cob_id) {
-  return cob_id.valid() || index == 0x1005 || index == 0x1012;
+  return cob_id.valid() || index == od::objects::kSyncCobId || index == od::objects::kTimeCobId;
 }
 
 bool in_dictionary(const od::Dictionary& dictionary, const can::Frame& frame) {

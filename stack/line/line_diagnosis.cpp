@@ -3,6 +3,7 @@
 #include "stack/line/build.h"
 #include "stack/line/line_impl.h"
 #include "stack/nmt/node_control.h"
+#include "stack/od/objects.h"
 
 namespace linegate::line {
 
@@ -29,7 +30,7 @@ diagnosis::CanopenIaOptions canopen_ia_options(const LineConfig& config) {
 }
 
 diagnosis::NetworkFacts Line::Impl::network() const {
-  constexpr od::Address kNmtStartup{0x1F80, 0};
+  constexpr od::Address kNmtStartup{od::objects::kNmtStartup, 0};
   constexpr std::uint64_t kSlavesNotStarted = 1U << 3U;
   const std::uint64_t bits = node.dictionary().number(kNmtStartup).value_or(0);
   return {.running = running,

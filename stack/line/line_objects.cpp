@@ -8,6 +8,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/line/entry_bytes.h"
 #include "stack/line/line_impl.h"
+#include "stack/od/objects.h"
 
 namespace linegate::line {
 namespace {
@@ -100,7 +101,6 @@ std::vector<std::byte> Line::Impl::way_of(std::uint16_t tpdo, PdoWait wait) cons
 
 // What an event timer sends anyway is not collected. PDOs without a record have that of the plan.
 bool Line::Impl::asks_at_once(std::uint16_t tpdo) {
-  constexpr std::uint16_t kFirstRecord = 0x1800;
   constexpr std::uint8_t kEventTimer = 5;
   if (canopen_ia.settings().update_time == Duration::zero()) {
     return true;
@@ -108,7 +108,7 @@ bool Line::Impl::asks_at_once(std::uint16_t tpdo) {
   if (tpdo > pdo::kMaxPdo) {
     return plan.tpdos[tpdo - 1U].parameters.event_timer != Duration::zero();
   }
-  const auto index = static_cast<std::uint16_t>(kFirstRecord + tpdo - 1);
+  const auto index = static_cast<std::uint16_t>(od::objects::kTpdoCommunication + tpdo - 1);
   return node.dictionary().number({index, kEventTimer}).value_or(0) != 0;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "stack/line/line_impl.h"
+#include "stack/od/objects.h"
 
 namespace linegate::line {
 namespace {
@@ -316,7 +317,7 @@ void Line::Impl::react(const Outputs::Group& group, Instant now) {
     taken |= kSendEmcy;
   }
   if ((group.reactions & kHeartbeatOff) != 0 && !manages()) {
-    node.dictionary().set({0x1017, 0}, std::uint16_t{0});
+    node.dictionary().set({od::objects::kProducerHeartbeatTime, 0}, std::uint16_t{0});
     taken |= kHeartbeatOff;
   }
   emit(EventKind::output_watchdog, now, taken, group.config.number);

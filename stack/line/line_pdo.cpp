@@ -2,6 +2,7 @@
 // Values that go by MPDO.
 #include "stack/base/byte_order.h"
 #include "stack/line/line_impl.h"
+#include "stack/od/objects.h"
 #include "stack/pdo/record.h"
 
 namespace linegate::line {
@@ -26,10 +27,10 @@ std::uint16_t Line::Impl::named_mpdo(const Command& command) const {
 
 // The value becomes that of the object which the TPDO maps: it is what such a TPDO sends.
 AbortCode Line::Impl::queue_mpdo(const Command& command, std::uint16_t number) {
-  constexpr std::uint16_t kMapping = 0x1A00;
   od::Dictionary& dictionary = node.dictionary();
   const auto mapped = static_cast<std::uint32_t>(
-      dictionary.number({static_cast<std::uint16_t>(kMapping + number - 1), 1}).value_or(0));
+      dictionary.number({static_cast<std::uint16_t>(od::objects::kTpdoMapping + number - 1), 1})
+          .value_or(0));
   const od::Address sent = pdo::Mapping::from_raw(mapped).address;
   const auto variable = dictionary.find(sent);
   if (!variable || command.data.empty() || command.data.size() > variable->size) {
@@ -45,8 +46,7 @@ AbortCode Line::Impl::queue_mpdo(const Command& command, std::uint16_t number) {
 }
 
 can::Frame Line::Impl::mpdo_frame(std::uint16_t number, const pdo::MpdoData& data) const {
-  constexpr std::uint16_t kRecord = 0x1800;
-  const auto record = static_cast<std::uint16_t>(kRecord + number - 1);
+  const auto record = static_cast<std::uint16_t>(od::objects::kTpdoCommunication + number - 1);
   const can::CobId cob_id{
       static_cast<std::uint32_t>(node.dictionary().number({record, 1}).value_or(0))};
   can::Frame frame = can::make_frame(cob_id.id(), data);

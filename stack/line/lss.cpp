@@ -7,6 +7,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/base/deadline.h"
 #include "stack/line/config.h"
+#include "stack/od/objects.h"
 
 namespace linegate::line {
 namespace {
@@ -18,10 +19,9 @@ constexpr Duration kHandsOff = std::chrono::minutes(1);
 constexpr Duration kStuck = std::chrono::seconds(1);
 // The boot of the network waits no longer than that for node-IDs; what is left is done beside it.
 constexpr Duration kLongestHold = std::chrono::seconds(30);
-constexpr std::uint16_t kLssIdentity = 0x1018;
 
 std::optional<std::uint32_t> described(const NodeConfig& node, std::uint8_t sub) {
-  const od::VariableDescription* variable = node.device.find({kLssIdentity, sub});
+  const od::VariableDescription* variable = node.device.find({od::objects::kIdentity, sub});
   if (variable == nullptr || variable->value.size() != sizeof(std::uint32_t)) {
     return std::nullopt;
   }

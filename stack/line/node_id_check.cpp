@@ -7,13 +7,14 @@
 #include "stack/base/deadline.h"
 #include "stack/can/cob_id.h"
 #include "stack/line/build.h"
+#include "stack/od/objects.h"
 
 namespace linegate::line {
 namespace {
 
 // A lost frame is no proof that nobody is there.
 constexpr int kUploads = 2;
-constexpr od::Address kDeviceTypeObject{0x1000, 0};
+constexpr od::Address kDeviceTypeObject{od::objects::kDeviceType, 0};
 constexpr std::uint32_t kNodeBits = 0x7F;
 // A device has this part of the time of an upload at least for its answer.
 constexpr int kInTime = 2;

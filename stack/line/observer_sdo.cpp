@@ -6,6 +6,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/line/build.h"
 #include "stack/line/observer.h"
+#include "stack/od/objects.h"
 
 namespace linegate::line {
 namespace {
@@ -116,7 +117,8 @@ void Line::Observer::learn(std::uint8_t id, const observer::Transfer& transfer, 
   if (is_number && !transfer.download) {
     nodes.identity(id, transfer.address, number);
   }
-  if (transfer.address == od::Address{0x1014, 0} && transfer.size == sizeof number) {
+  if (transfer.address == od::Address{od::objects::kEmcyCobId, 0} &&
+      transfer.size == sizeof number) {
     nodes.listen_emcy(id, {number});
   }
   if (transfer.size == sizeof number) {

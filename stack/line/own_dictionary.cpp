@@ -14,6 +14,7 @@
 #include "stack/manager/network_list.h"
 #include "stack/manager/program_objects.h"
 #include "stack/od/number_variable.h"
+#include "stack/od/objects.h"
 #include "stack/pdo/mpdo.h"
 #include "stack/routing/emcy_router.h"
 #include "stack/storage/parameters.h"
@@ -26,45 +27,32 @@ using od::Access;
 using od::DataType;
 using od::ObjectType;
 
-constexpr std::uint16_t kNetworkIds = 0x5F20;
 constexpr std::uint8_t kErrorHistory = 16;       // entries of 1003h
 constexpr std::uint8_t kHeartbeatEntries = 127;  // entries of 1016h
 
-od::ObjectDescription object(std::uint16_t index, std::string name, DataType type, Access access,
-                             std::uint64_t value) {
-  od::ObjectDescription out{.index = index, .name = name, .type = ObjectType::variable};
-  out.variables.push_back(od::number_variable(0, std::move(name), type, access, value));
-  return out;
-}
-
-od::ObjectDescription array(std::uint16_t index, std::string name, DataType type, Access access,
-                            std::uint8_t count, Access count_access, std::uint8_t count_value) {
-  od::ObjectDescription out{.index = index, .name = std::move(name), .type = ObjectType::array};
+// Name and type of each object are those of the catalogue.
+od::ObjectDescription array(std::uint16_t index, Access access, std::uint8_t count,
+                            Access count_access, std::uint8_t count_value) {
+  const od::objects::Entry& entry = od::objects::at(index);
+  od::ObjectDescription out{
+      .index = index, .name = std::string(entry.name), .type = ObjectType::array};
   out.variables.push_back(
       od::number_variable(0, "Number of entries", DataType::unsigned8, count_access, count_value));
   for (unsigned sub = 1; sub <= count; ++sub) {
-    out.variables.push_back(od::number_variable(
-        static_cast<std::uint8_t>(sub), out.name + ' ' + std::to_string(sub), type, access, 0));
+    out.variables.push_back(od::number_variable(static_cast<std::uint8_t>(sub),
+                                                out.name + ' ' + std::to_string(sub), entry.type,
+                                                access, 0));
   }
   return out;
 }
 
 od::ObjectDescription identity(const Identity& id) {
-  od::ObjectDescription out{.index = 0x1018, .name = "Identity object", .type = ObjectType::record};
-  out.variables = {
-      od::number_variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant,
-                          4),
-      od::number_variable(1, "Vendor-ID", DataType::unsigned32, Access::ro, id.vendor),
-      od::number_variable(2, "Product code", DataType::unsigned32, Access::ro, id.product),
-      od::number_variable(3, "Revision number", DataType::unsigned32, Access::ro, id.revision),
-      od::number_variable(4, "Serial number", DataType::unsigned32, Access::ro, id.serial),
-  };
-  return out;
+  return od::identity_object(id.vendor, id.product, id.revision, id.serial);
 }
 
 od::ObjectDescription sdo_server(std::uint8_t node) {
   od::ObjectDescription out{
-      .index = 0x1200, .name = "SDO server parameter", .type = ObjectType::record};
+      .index = od::objects::kSdoServer, .name = "SDO server parameter", .type = ObjectType::record};
   out.variables = {
       od::number_variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant,
                           2),
@@ -79,7 +67,7 @@ od::ObjectDescription sdo_server(std::uint8_t node) {
 // A manager has nobody who would start it again: it goes on.
 od::ObjectDescription error_behaviour(Role role) {
   od::ObjectDescription out =
-      array(0x1029, "Error behaviour", DataType::unsigned8, Access::rw, 1, Access::constant, 1);
+      array(od::objects::kErrorBehaviour, Access::rw, 1, Access::constant, 1);
   store_le(std::span(out.variables[1].value), std::uint64_t{role == Role::manager});
   return out;
 }
@@ -87,17 +75,16 @@ od::ObjectDescription error_behaviour(Role role) {
 // Store and restore parameters, verify configuration.
 void add_storage(std::vector<od::ObjectDescription>& objects) {
   constexpr std::uint8_t kGroups = storage::kManufacturer;
-  objects.push_back(array(0x1010, "Store parameters", DataType::unsigned32, Access::rw, kGroups,
-                          Access::constant, kGroups));
-  objects.push_back(array(0x1011, "Restore default parameters", DataType::unsigned32, Access::rw,
-                          kGroups, Access::constant, kGroups));
-  objects.push_back(array(0x1020, "Verify configuration", DataType::unsigned32, Access::rw, 2,
-                          Access::constant, 2));
+  objects.push_back(
+      array(od::objects::kStoreParameters, Access::rw, kGroups, Access::constant, kGroups));
+  objects.push_back(
+      array(od::objects::kRestoreDefaults, Access::rw, kGroups, Access::constant, kGroups));
+  objects.push_back(array(od::objects::kVerifyConfiguration, Access::rw, 2, Access::constant, 2));
 }
 
 // The servers beside the default one: whoever wants one writes its COB-IDs.
 od::ObjectDescription another_sdo_server(unsigned number) {
-  od::ObjectDescription out{.index = static_cast<std::uint16_t>(0x1200 + number),
+  od::ObjectDescription out{.index = static_cast<std::uint16_t>(od::objects::kSdoServer + number),
                             .name = "SDO server parameter",
                             .type = ObjectType::record};
   out.variables = {
@@ -116,15 +103,14 @@ od::ObjectDescription another_sdo_server(unsigned number) {
 // texts name none.
 void add_routing_tables(const routing::Config& routing,
                         std::vector<od::ObjectDescription>& objects) {
-  objects.push_back(array(routing::kRoutingTable, "Routing table", DataType::unsigned64, Access::rw,
-                          routing::kMaxRoutes, Access::rw,
+  objects.push_back(array(od::objects::kRoutingTable, Access::rw, routing::kMaxRoutes, Access::rw,
                           static_cast<std::uint8_t>(routing.routes.size())));
   for (std::size_t entry = 0; entry < routing.routes.size(); ++entry) {
     store_le(std::span(objects.back().variables[entry + 1].value),
              routing::encode(routing.routes[entry]));
   }
-  objects.push_back(array(routing::kEmcyRouting, "EMCY routing", DataType::unsigned32, Access::rw,
-                          can::kMaxNodeId, Access::constant, can::kMaxNodeId));
+  objects.push_back(array(od::objects::kEmcyRouting, Access::rw, can::kMaxNodeId, Access::constant,
+                          can::kMaxNodeId));
   for (std::size_t node = 1; node <= can::kMaxNodeId; ++node) {
     store_le(std::span(objects.back().variables[node].value),
              std::uint64_t{routing.emcy_networks[node]});
@@ -133,8 +119,8 @@ void add_routing_tables(const routing::Config& routing,
   for (const routing::Interface& line : routing.interfaces) {
     highest = std::max(highest, line.number);
   }
-  objects.push_back(array(kNetworkIds, "Network-IDs of the lines", DataType::unsigned16, Access::ro,
-                          highest, Access::constant, highest));
+  objects.push_back(
+      array(od::objects::kNetworkIds, Access::ro, highest, Access::constant, highest));
   for (const routing::Interface& line : routing.interfaces) {
     store_le(std::span(objects.back().variables[line.number].value), std::uint64_t{line.network});
   }
@@ -147,12 +133,12 @@ std::uint64_t in(Duration duration) {
 
 // In objects of up to 254 entries each; all of the last one can be written.
 template <class Entry>
-void add_list(std::uint16_t first, const std::string& name, DataType type,
-              const std::vector<Entry>& entries, std::vector<od::ObjectDescription>& objects) {
+void add_list(std::uint16_t first, const std::vector<Entry>& entries,
+              std::vector<od::ObjectDescription>& objects) {
   constexpr std::size_t kMost = 254;
   for (std::size_t begin = 0; begin < entries.size(); begin += kMost) {
     const auto index = static_cast<std::uint16_t>(first + begin / kMost);
-    objects.push_back(array(index, name, type, Access::rw, kMost, Access::constant, kMost));
+    objects.push_back(array(index, Access::rw, kMost, Access::constant, kMost));
     for (std::size_t i = begin; i < entries.size() && i < begin + kMost; ++i) {
       store_le(std::span(objects.back().variables[1 + i - begin].value), entries[i]);
     }
@@ -168,28 +154,27 @@ od::Dictionary make_own_dictionary(const LineConfig& config) {
   const bool produces_time = config.time_period > Duration::zero();
   od::DeviceDescription device;
   device.objects = {
-      object(0x1000, "Device type", DataType::unsigned32, Access::ro, config.identity.device_type),
-      object(0x1001, "Error register", DataType::unsigned8, Access::ro, 0),
-      array(0x1003, "Pre-defined error field", DataType::unsigned32, Access::ro, kErrorHistory,
-            Access::rw, 0),
-      object(0x1005, "COB-ID SYNC message", DataType::unsigned32, Access::rw,
-             can::kSyncId | (produces_sync ? can::CobId::kProducerBit : 0U)),
-      object(0x1006, "Communication cycle period", DataType::unsigned32, Access::rw,
-             in<microseconds>(config.sync_period)),
-      object(0x1007, "Synchronous window length", DataType::unsigned32, Access::rw, 0),
-      object(0x100C, "Guard time", DataType::unsigned16, Access::rw, 0),
-      object(0x100D, "Life time factor", DataType::unsigned8, Access::rw, 0),
-      object(0x1012, "COB-ID time stamp object", DataType::unsigned32, Access::rw,
-             can::kTimeId | (produces_time ? time::kProduceBit : time::kConsumeBit)),
-      object(0x1014, "COB-ID EMCY", DataType::unsigned32, Access::rw,
-             can::kEmcyBase + config.node_id),
-      object(0x1015, "Inhibit time EMCY", DataType::unsigned16, Access::rw, 0),
-      array(0x1016, "Consumer heartbeat time", DataType::unsigned32, Access::rw, kHeartbeatEntries,
-            Access::constant, kHeartbeatEntries),
-      object(0x1017, "Producer heartbeat time", DataType::unsigned16, Access::rw,
-             in<milliseconds>(config.heartbeat)),
+      od::catalogued_variable(od::objects::kDeviceType, Access::ro, config.identity.device_type),
+      od::catalogued_variable(od::objects::kErrorRegister, Access::ro, 0),
+      array(od::objects::kErrorHistory, Access::ro, kErrorHistory, Access::rw, 0),
+      od::catalogued_variable(od::objects::kSyncCobId, Access::rw,
+                              can::kSyncId | (produces_sync ? can::CobId::kProducerBit : 0U)),
+      od::catalogued_variable(od::objects::kSyncPeriod, Access::rw,
+                              in<microseconds>(config.sync_period)),
+      od::catalogued_variable(od::objects::kSyncWindow, Access::rw, 0),
+      od::catalogued_variable(od::objects::kGuardTime, Access::rw, 0),
+      od::catalogued_variable(od::objects::kLifeTimeFactor, Access::rw, 0),
+      od::catalogued_variable(
+          od::objects::kTimeCobId, Access::rw,
+          can::kTimeId | (produces_time ? time::kProduceBit : time::kConsumeBit)),
+      od::catalogued_variable(od::objects::kEmcyCobId, Access::rw, can::kEmcyBase + config.node_id),
+      od::catalogued_variable(od::objects::kEmcyInhibitTime, Access::rw, 0),
+      array(od::objects::kConsumerHeartbeatTime, Access::rw, kHeartbeatEntries, Access::constant,
+            kHeartbeatEntries),
+      od::catalogued_variable(od::objects::kProducerHeartbeatTime, Access::rw,
+                              in<milliseconds>(config.heartbeat)),
       identity(config.identity),
-      object(0x1019, "Synchronous counter overflow value", DataType::unsigned8, Access::rw, 0),
+      od::catalogued_variable(od::objects::kSyncCounterOverflow, Access::rw, 0),
       error_behaviour(config.role),
       sdo_server(config.node_id),
   };
@@ -205,10 +190,8 @@ od::Dictionary make_own_dictionary(const LineConfig& config) {
     }
     add_routing_tables(config.routing, device.objects);
   }
-  add_list(pdo::kScannerList, "MPDO scanner list", DataType::unsigned32, config.mpdo_scanner,
-           device.objects);
-  add_list(pdo::kDispatcherList, "MPDO dispatcher list", DataType::unsigned64,
-           config.mpdo_dispatcher, device.objects);
+  add_list(od::objects::kScannerList, config.mpdo_scanner, device.objects);
+  add_list(od::objects::kDispatcherList, config.mpdo_dispatcher, device.objects);
   if (config.stores_parameters) {
     add_storage(device.objects);
     storage::mark_parameters(device);

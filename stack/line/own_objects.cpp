@@ -7,6 +7,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/image/network_variables.h"
 #include "stack/od/limits.h"
+#include "stack/od/objects.h"
 
 namespace linegate::line {
 namespace {
@@ -402,12 +403,11 @@ Event written_event(std::uint8_t node, od::Address address, std::span<const std:
 
 std::vector<std::byte> list_objects(const od::Dictionary& dictionary, std::uint16_t first,
                                     std::uint16_t last) {
-  constexpr std::uint16_t kFirstVariable = 0xA000;
-  constexpr std::uint16_t kLastVariable = 0xAFFF;
   std::vector<std::byte> out;
   for (const std::uint16_t index : dictionary.indices()) {
-    const bool window = index >= kFirstVariable && index <= kLastVariable;
-    if (index < first || index > last || (window && first < kFirstVariable)) {
+    const bool window =
+        index >= od::objects::kInputVariables && index <= od::objects::kLastNetworkVariable;
+    if (index < first || index > last || (window && first < od::objects::kInputVariables)) {
       continue;
     }
     for (unsigned sub = 0; sub <= dictionary.highest_sub(index).value_or(0); ++sub) {

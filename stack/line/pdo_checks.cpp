@@ -10,14 +10,10 @@
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/line/build.h"
+#include "stack/od/objects.h"
 
 namespace linegate::line {
 namespace {
-
-constexpr std::uint16_t kSyncCobId = 0x1005;
-constexpr std::uint16_t kSyncPeriod = 0x1006;
-constexpr std::uint16_t kTimeCobId = 0x1012;
-constexpr std::uint16_t kEmcyCobId = 0x1014;
 
 struct IdentifierUser {
   std::string name;
@@ -53,7 +49,7 @@ std::string name_of(std::uint8_t id, const std::string& name) {
 
 // 1014h is there if the device sends EMCY (CiA 301), but files leave out much.
 bool says_emcy(const NodeConfig& node) {
-  constexpr od::Address kObject{kEmcyCobId, 0};
+  constexpr od::Address kObject{od::objects::kEmcyCobId, 0};
   return node.device.find(kObject) != nullptr ||
          std::ranges::find(node.objects, kObject, &ObjectValue::address) != node.objects.end();
 }
@@ -67,14 +63,17 @@ IdentifierUsers services_of(const LineConfig& config) {
     }
   }
   if (config.node_id != 0) {
-    const can::CobId emcy = own_cob_id(config, kEmcyCobId, can::kEmcyBase + config.node_id);
+    const can::CobId emcy =
+        own_cob_id(config, od::objects::kEmcyCobId, can::kEmcyBase + config.node_id);
     if (emcy.valid()) {
       out.emplace(identifier(emcy), IdentifierUser{"the EMCY of the own node"});
     }
   }
-  out.emplace(identifier(own_cob_id(config, kSyncCobId, can::kSyncId)), IdentifierUser{"SYNC"});
+  out.emplace(identifier(own_cob_id(config, od::objects::kSyncCobId, can::kSyncId)),
+              IdentifierUser{"SYNC"});
   if (config.time_period > Duration::zero()) {
-    out.emplace(identifier(own_cob_id(config, kTimeCobId, can::kTimeId)), IdentifierUser{"TIME"});
+    out.emplace(identifier(own_cob_id(config, od::objects::kTimeCobId, can::kTimeId)),
+                IdentifierUser{"TIME"});
   }
   return out;
 }
@@ -112,10 +111,11 @@ bool says_producer(std::span<const std::byte> cob_id) {
 }
 
 bool produces_sync(const NodeConfig& node) {
-  const od::VariableDescription* const described = node.device.find(od::Address{kSyncCobId, 0});
+  const od::VariableDescription* const described =
+      node.device.find(od::Address{od::objects::kSyncCobId, 0});
   return (described != nullptr && says_producer(described->value)) ||
          std::ranges::any_of(node.objects, [](const ObjectValue& object) {
-           return object.address.index == kSyncCobId && says_producer(object.data);
+           return object.address.index == od::objects::kSyncCobId && says_producer(object.data);
          });
 }
 
@@ -133,7 +133,7 @@ std::vector<pdo::RemoteNode> remotes_of(const LineConfig& config) {
 }
 
 bool has_sync(const LineConfig& config) {
-  return config.sync_period > Duration::zero() || has_own_value(config, kSyncPeriod) ||
+  return config.sync_period > Duration::zero() || has_own_value(config, od::objects::kSyncPeriod) ||
          std::ranges::any_of(config.nodes, produces_sync);
 }
 

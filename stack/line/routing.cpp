@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/line/routing.h"
 
+#include "stack/od/objects.h"
+
 namespace linegate::line {
 
 class Routing::ServerSide final : public routing::ClientSide {
@@ -40,7 +42,7 @@ Routing::Routing(const LineConfig& config, node::Node& node, sdo::Arbiter& arbit
 Routing::~Routing() = default;
 
 void Routing::tables_changed() {
-  (void)node_.dictionary().set_hook(routing::kRoutingTable, &table_).ok();  // own_dictionary.h
+  (void)node_.dictionary().set_hook(od::objects::kRoutingTable, &table_).ok();  // own_dictionary.h
   emcys_.take_gateways();
 }
 

@@ -8,6 +8,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/line/own_objects.h"
 #include "stack/od/node_id.h"
+#include "stack/od/objects.h"
 #include "stack/profile/io_device.h"
 #include "stack/time/message.h"
 #include "stack/time/service.h"
@@ -17,16 +18,13 @@ namespace {
 
 using image::Direction;
 
-constexpr std::uint16_t kErrorRegister = 0x1001;
-constexpr std::uint16_t kDeviceType = 0x1000;
-constexpr std::uint16_t kIdentityObject = 0x1018;
 constexpr std::uint64_t kProfileOf1000h = 0xFFFF;
 
 // The address of a device stays what it is, whatever node-ID it has.
 void keep_identity(od::DeviceDescription& device) {
   for (od::ObjectDescription& object : device.objects) {
     for (od::VariableDescription& variable : object.variables) {
-      if (object.index == kIdentityObject) {
+      if (object.index == od::objects::kIdentity) {
         variable.notes.value_formula = false;
       }
     }
@@ -36,7 +34,8 @@ void keep_identity(od::DeviceDescription& device) {
 // Values that are the application's, whatever access others have: the manufacturer's status
 // register, names and versions, and all beyond the communication profile.
 bool is_own(std::uint16_t index) {
-  return index == 0x1002 || (index >= 0x1008 && index <= 0x100A) ||
+  return index == od::objects::kManufacturerStatus ||
+         (index >= od::objects::kDeviceName && index <= od::objects::kSoftwareVersion) ||
          (index >= 0x2000 && index <= 0x9FFF);
 }
 
@@ -44,7 +43,8 @@ lss::Address lss_address(od::Dictionary& dictionary) {
   lss::Address out{};
   for (std::uint8_t part = 0; part < lss::kParts; ++part) {
     out[part] = static_cast<std::uint32_t>(
-        dictionary.number({kIdentityObject, static_cast<std::uint8_t>(part + 1)}).value_or(0));
+        dictionary.number({od::objects::kIdentity, static_cast<std::uint8_t>(part + 1)})
+            .value_or(0));
   }
   return out;
 }
@@ -107,7 +107,7 @@ void VirtualDevice::build(const od::DeviceDescription& description) {
   if (utc_) {
     node_->clock().set_utc(*utc_);
   }
-  const std::uint64_t type = node_->dictionary().number({kDeviceType, 0}).value_or(0);
+  const std::uint64_t type = node_->dictionary().number({od::objects::kDeviceType, 0}).value_or(0);
   if ((type & kProfileOf1000h) == profile::kIoProfile) {
     io_.emplace(node_->dictionary());
     for (const std::uint16_t index : node_->dictionary().indices()) {
@@ -398,12 +398,12 @@ NodeState VirtualDevice::state() const {
   out.configured = true;
   out.state = has_node_id() ? node_->state() : nmt::State::initialising;
   out.presence = has_node_id() ? Presence::present : Presence::missing;
-  out.device_type = u32(kDeviceType, 0);
-  out.vendor = u32(kIdentityObject, 1);
-  out.product = u32(kIdentityObject, 2);
-  out.revision = u32(kIdentityObject, 3);
-  out.serial = u32(kIdentityObject, 4);
-  out.error_register = static_cast<std::uint8_t>(u32(kErrorRegister, 0));
+  out.device_type = u32(od::objects::kDeviceType, 0);
+  out.vendor = u32(od::objects::kIdentity, 1);
+  out.product = u32(od::objects::kIdentity, 2);
+  out.revision = u32(od::objects::kIdentity, 3);
+  out.serial = u32(od::objects::kIdentity, 4);
+  out.error_register = static_cast<std::uint8_t>(u32(od::objects::kErrorRegister, 0));
   out.last_emcy = last_emcy_;
   out.emcy_count = emcys_;
   return out;
@@ -517,9 +517,8 @@ void VirtualDevice::reset(bool whole_node, Instant now) {
                   .node = node_->node_id(),
                   .code = static_cast<std::uint32_t>(command)});
   }
-  constexpr std::uint16_t kLastOfCommunication = 0x1FFF;
   for (const auto& [address, value] : own_values_) {
-    if (whole_node || address.index <= kLastOfCommunication) {
+    if (whole_node || address.index <= od::objects::kLastCommunication) {
       node_->dictionary().set(address, value);
     }
   }

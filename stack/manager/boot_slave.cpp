@@ -7,6 +7,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/manager/boot_event.h"
+#include "stack/od/objects.h"
 
 namespace linegate::manager {
 namespace {
@@ -27,9 +28,8 @@ constexpr unsigned kMaxResetRepeats = 3;
 constexpr Duration kFirstPause = std::chrono::seconds(1);
 constexpr Duration kLongestPause = std::chrono::seconds(30);
 
-constexpr od::Address kDeviceType{0x1000, 0};
-constexpr std::uint16_t kIdentity = 0x1018;
-constexpr std::uint32_t kMajorRevision = 0xFFFF'0000;  // CiA 301 7.5.2.20
+constexpr od::Address kDeviceType{od::objects::kDeviceType, 0};
+constexpr std::uint32_t kMajorRevision = 0xFFFF'0000;  // CiA 301 7.5.2.21
 
 struct IdentityField {
   std::uint16_t expected;
@@ -38,10 +38,10 @@ struct IdentityField {
 };
 // By sub-index of 1018h, from 1.
 constexpr std::array<IdentityField, 4> kIdentityFields{{
-    {kExpectedVendor, &NodeState::vendor, 'D'},
-    {kExpectedProduct, &NodeState::product, 'M'},
-    {kExpectedRevision, &NodeState::revision, 'N'},
-    {kExpectedSerial, &NodeState::serial, 'O'},
+    {od::objects::kExpectedVendor, &NodeState::vendor, 'D'},
+    {od::objects::kExpectedProduct, &NodeState::product, 'M'},
+    {od::objects::kExpectedRevision, &NodeState::revision, 'N'},
+    {od::objects::kExpectedSerial, &NodeState::serial, 'O'},
 }};
 
 std::uint32_t number(const std::vector<std::byte>& data) {
@@ -274,7 +274,8 @@ void BootSlave::check_device_type(const sdo::Completion& completion, Instant now
   }
   node_.presence = Presence::present;
   node_.device_type = number(completion.data);
-  const std::uint32_t expected = services_.list.expected(kExpectedDeviceType, plan_.id);
+  const std::uint32_t expected =
+      services_.list.expected(od::objects::kExpectedDeviceType, plan_.id);
   if (expected != 0 && expected != node_.device_type) {
     finish('C', differs(kDeviceType, expected, node_.device_type), now);
     return;
@@ -290,7 +291,7 @@ void BootSlave::next_identity(Instant now) {
     const bool wanted = services_.list.expected(field.expected, plan_.id) != 0;
     if (wanted || identity_sub_ == kIdentityFields.size()) {
       set_step(Step::identity, kNever);
-      upload({kIdentity, identity_sub_}, now);
+      upload({od::objects::kIdentity, identity_sub_}, now);
       return;
     }
   }
@@ -302,7 +303,8 @@ void BootSlave::check_identity(const sdo::Completion& completion, Instant now) {
   const std::uint32_t expected = services_.list.expected(field.expected, plan_.id);
   if (completion.abort == AbortCode::none) {
     node_.*field.seen = number(completion.data);
-    const bool major_alone = plan_.revision_major_alone && field.expected == kExpectedRevision;
+    const bool major_alone =
+        plan_.revision_major_alone && field.expected == od::objects::kExpectedRevision;
     const std::uint32_t compared = major_alone ? kMajorRevision : ~0U;
     if (expected != 0 && ((node_.*field.seen ^ expected) & compared) != 0) {
       finish(field.letter, differs(completion.address, expected, node_.*field.seen), now);

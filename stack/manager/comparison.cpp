@@ -4,11 +4,14 @@
 #include <algorithm>
 #include <map>
 
+#include "stack/od/objects.h"
+
 namespace linegate::manager {
 namespace {
 
 bool is_command(od::Address address) {
-  return address.index == 0x1010 || address.index == 0x1011;
+  return address.index == od::objects::kStoreParameters ||
+         address.index == od::objects::kRestoreDefaults;
 }
 
 }  // namespace

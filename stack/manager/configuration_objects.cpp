@@ -7,11 +7,12 @@
 #include "stack/can/cob_id.h"
 #include "stack/manager/concise_dcf.h"
 #include "stack/manager/node_array.h"
+#include "stack/od/objects.h"
 
 namespace linegate::manager {
 namespace {
 
-constexpr std::uint16_t kHooked[] = {kConciseDcf, kConfigureSlave};
+constexpr std::uint16_t kHooked[] = {od::objects::kConciseDcf, od::objects::kConfigureSlave};
 
 std::vector<std::byte> little_endian(std::uint32_t value) {
   std::vector<std::byte> out(sizeof value);
@@ -23,13 +24,11 @@ std::vector<std::byte> little_endian(std::uint32_t value) {
 
 std::vector<od::ObjectDescription> configuration_objects(std::span<const NodePlan> plans) {
   using od::Access;
-  using od::DataType;
   std::vector<od::ObjectDescription> out{
-      node_array(kConciseDcf, "Concise DCF", DataType::domain, Access::rw),
-      node_array(kConfigureSlave, "Configure NMT slave", DataType::unsigned32, Access::wo,
-                 kAllNodes),
-      node_array(kExpectedDate, "Expected configuration date", DataType::unsigned32, Access::rw),
-      node_array(kExpectedTime, "Expected configuration time", DataType::unsigned32, Access::rw),
+      node_array(od::objects::kConciseDcf, Access::rw),
+      node_array(od::objects::kConfigureSlave, Access::wo, kAllNodes),
+      node_array(od::objects::kExpectedDate, Access::rw),
+      node_array(od::objects::kExpectedTime, Access::rw),
   };
   for (const NodePlan& plan : plans) {
     out[0].variables[plan.id].value = write_concise_dcf(plan.writes);
@@ -62,32 +61,32 @@ ConfigurationOrder ConfigurationObjects::order(std::uint8_t node) const {
   };
   return {.node = node,
           .writes = writes(node),
-          .expected = {.date = number(kExpectedDate), .time = number(kExpectedTime)},
+          .expected = {.date = number(od::objects::kExpectedDate),
+                       .time = number(od::objects::kExpectedTime)},
           .restore = restore(node),
           .store = extents_[node].store};
 }
 
 // 1F81h bit 7 says whether, 1F8Ah what.
 std::uint8_t ConfigurationObjects::restore(std::uint8_t node) const {
-  constexpr std::uint16_t kSlaveAssignmentIndex = 0x1F81;
-  constexpr std::uint16_t kRestoreIndex = 0x1F8A;
   constexpr std::uint64_t kRestoreBit = 1U << 7U;
-  const auto assignment = dictionary_.number({kSlaveAssignmentIndex, node});
+  const auto assignment = dictionary_.number({od::objects::kSlaveAssignment, node});
   if (!assignment) {
     return extents_[node].restore;
   }
   const bool wanted = (*assignment & kRestoreBit) != 0;
-  return wanted ? static_cast<std::uint8_t>(dictionary_.number({kRestoreIndex, node}).value_or(0))
+  return wanted ? static_cast<std::uint8_t>(
+                      dictionary_.number({od::objects::kRestoreConfiguration, node}).value_or(0))
                 : std::uint8_t{0};
 }
 
 bool ConfigurationObjects::has_configuration(std::uint8_t node) const {
-  const auto domain = dictionary_.find({kConciseDcf, node});
+  const auto domain = dictionary_.find({od::objects::kConciseDcf, node});
   return domain && domain->size != 0;
 }
 
 std::vector<ObjectWrite> ConfigurationObjects::writes(std::uint8_t node) const {
-  const auto domain = dictionary_.find({kConciseDcf, node});
+  const auto domain = dictionary_.find({od::objects::kConciseDcf, node});
   if (!domain) {
     return {};
   }
@@ -96,7 +95,7 @@ std::vector<ObjectWrite> ConfigurationObjects::writes(std::uint8_t node) const {
 }
 
 AbortCode ConfigurationObjects::check_write(od::Address address, std::span<const std::byte> value) {
-  if (address.index == kConfigureSlave) {
+  if (address.index == od::objects::kConfigureSlave) {
     return check_request(address.sub, value);
   }
   return read_concise_dcf(value).ok() ? AbortCode::none : AbortCode::length_mismatch;
@@ -127,7 +126,7 @@ AbortCode ConfigurationObjects::may_configure(std::uint8_t node) const {
 }
 
 void ConfigurationObjects::written(od::Address address) {
-  if (address.index == kConfigureSlave) {
+  if (address.index == od::objects::kConfigureSlave) {
     for (std::uint8_t node = can::kMinNodeId; node <= can::kMaxNodeId; ++node) {
       const bool meant = address.sub == kAllNodes || address.sub == node;
       if (meant && may_configure(node) == AbortCode::none) {
@@ -141,8 +140,8 @@ void ConfigurationObjects::written(od::Address address) {
   if (!expected.known() && extents_[address.sub].store != 0 && !now.empty()) {
     expected = fingerprint_of(now);
   }
-  dictionary_.set({kExpectedDate, address.sub}, expected.date);
-  dictionary_.set({kExpectedTime, address.sub}, expected.time);
+  dictionary_.set({od::objects::kExpectedDate, address.sub}, expected.date);
+  dictionary_.set({od::objects::kExpectedTime, address.sub}, expected.time);
 }
 
 }  // namespace linegate::manager

@@ -28,10 +28,6 @@
 
 namespace linegate::manager {
 
-inline constexpr std::uint16_t kConciseDcf = 0x1F22;
-inline constexpr std::uint16_t kConfigureSlave = 0x1F25;
-inline constexpr std::uint16_t kExpectedDate = 0x1F26;
-inline constexpr std::uint16_t kExpectedTime = 0x1F27;
 inline constexpr std::uint32_t kConf = 0x666E'6F63;  // "conf"
 
 // These objects, with what the plans say.

@@ -4,13 +4,10 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 
 namespace linegate::manager {
 namespace {
-
-constexpr std::uint16_t kStoreParameters = 0x1010;
-constexpr std::uint16_t kRestoreParameters = 0x1011;
-constexpr std::uint16_t kVerifyConfiguration = 0x1020;
 
 constexpr std::uint32_t kSave = 0x6576'6173;  // "save"
 constexpr std::uint32_t kLoad = 0x6461'6F6C;  // "load"
@@ -40,25 +37,25 @@ std::optional<TaskStep> ConfigurationRun::wanted() {
   std::optional<TaskStep> out;
   switch (step_) {
     case Step::date:
-      out = TaskStep{.address = {kVerifyConfiguration, 1}};
+      out = TaskStep{.address = {od::objects::kVerifyConfiguration, 1}};
       break;
     case Step::time:
-      out = TaskStep{.address = {kVerifyConfiguration, 2}};
+      out = TaskStep{.address = {od::objects::kVerifyConfiguration, 2}};
       break;
     case Step::restore:
-      out = download({kRestoreParameters, order_.restore}, kLoad, kLoadTimeout);
+      out = download({od::objects::kRestoreDefaults, order_.restore}, kLoad, kLoadTimeout);
       break;
     case Step::write:
       out = next_write();
       break;
     case Step::sign_date:
-      out = download({kVerifyConfiguration, 1}, order_.expected.date);
+      out = download({od::objects::kVerifyConfiguration, 1}, order_.expected.date);
       break;
     case Step::sign_time:
-      out = download({kVerifyConfiguration, 2}, order_.expected.time);
+      out = download({od::objects::kVerifyConfiguration, 2}, order_.expected.time);
       break;
     case Step::store:
-      out = download({kStoreParameters, order_.store}, kSave, kSaveTimeout);
+      out = download({od::objects::kStoreParameters, order_.store}, kSave, kSaveTimeout);
       break;
     case Step::end:
       return std::nullopt;
@@ -108,9 +105,9 @@ Difference ConfigurationRun::fault() const {
 TaskStep ConfigurationRun::next_write() const {
   const ObjectWrite& write = order_.writes[write_];
   TaskStep step{.address = write.address, .write = true, .data = write.data};
-  if (write.address.index == kStoreParameters) {
+  if (write.address.index == od::objects::kStoreParameters) {
     step.timeout = kSaveTimeout;
-  } else if (write.address.index == kRestoreParameters) {
+  } else if (write.address.index == od::objects::kRestoreDefaults) {
     step.timeout = kLoadTimeout;
   }
   return step;

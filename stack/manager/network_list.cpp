@@ -6,6 +6,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/od/number_variable.h"
+#include "stack/od/objects.h"
 
 namespace linegate::manager {
 namespace {
@@ -16,23 +17,18 @@ using od::DataType;
 constexpr std::uint8_t kNodes = 127;
 constexpr std::uint8_t kNodesAndAll = 128;  // 1F82h, 1F83h: the last is all of them
 
-od::ObjectDescription object(std::uint16_t index, std::string name, DataType type,
-                             std::uint64_t value) {
-  od::ObjectDescription out{.index = index, .name = name, .type = od::ObjectType::variable};
-  out.variables.push_back(od::number_variable(0, std::move(name), type, Access::rw, value));
-  return out;
-}
-
 // One element for each node-ID.
-od::ObjectDescription per_node(std::uint16_t index, std::string name, DataType type,
-                               std::uint8_t count = kNodes) {
-  od::ObjectDescription out{.index = index, .name = std::move(name), .type = od::ObjectType::array};
+od::ObjectDescription per_node(std::uint16_t index, std::uint8_t count = kNodes) {
+  const od::objects::Entry& entry = od::objects::at(index);
+  od::ObjectDescription out{
+      .index = index, .name = std::string(entry.name), .type = od::ObjectType::array};
   out.variables.reserve(count + 1U);
   out.variables.push_back(od::number_variable(0, "Highest sub-index supported", DataType::unsigned8,
                                               Access::constant, count));
   for (unsigned sub = 1; sub <= count; ++sub) {
-    out.variables.push_back(od::number_variable(
-        static_cast<std::uint8_t>(sub), out.name + ' ' + std::to_string(sub), type, Access::rw, 0));
+    out.variables.push_back(od::number_variable(static_cast<std::uint8_t>(sub),
+                                                out.name + ' ' + std::to_string(sub), entry.type,
+                                                Access::rw, 0));
   }
   return out;
 }
@@ -76,18 +72,15 @@ std::vector<od::ObjectDescription> network_objects(const std::vector<NodePlan>& 
   constexpr auto kTick = std::chrono::microseconds(100);  // of 102Ah
   const auto inhibit = duration_cast<std::chrono::microseconds>(options.nmt_inhibit);
   const auto boot_time = duration_cast<std::chrono::milliseconds>(options.boot_time);
-  od::ObjectDescription assignments =
-      per_node(kSlaveAssignment, "Slave assignment", DataType::unsigned32);
+  od::ObjectDescription assignments = per_node(od::objects::kSlaveAssignment);
   std::pair<od::ObjectDescription, std::uint32_t NodePlan::*> expected[] = {
-      {per_node(kExpectedDeviceType, "Device type identification", DataType::unsigned32),
-       &NodePlan::device_type},
-      {per_node(kExpectedVendor, "Vendor identification", DataType::unsigned32), &NodePlan::vendor},
-      {per_node(kExpectedProduct, "Product code", DataType::unsigned32), &NodePlan::product},
-      {per_node(kExpectedRevision, "Revision number", DataType::unsigned32), &NodePlan::revision},
-      {per_node(kExpectedSerial, "Serial number", DataType::unsigned32), &NodePlan::serial},
+      {per_node(od::objects::kExpectedDeviceType), &NodePlan::device_type},
+      {per_node(od::objects::kExpectedVendor), &NodePlan::vendor},
+      {per_node(od::objects::kExpectedProduct), &NodePlan::product},
+      {per_node(od::objects::kExpectedRevision), &NodePlan::revision},
+      {per_node(od::objects::kExpectedSerial), &NodePlan::serial},
   };
-  od::ObjectDescription restore =
-      per_node(kRestoreConfiguration, "Restore configuration", DataType::unsigned8);
+  od::ObjectDescription restore = per_node(od::objects::kRestoreConfiguration);
   for (const NodePlan& plan : plans) {
     set(assignments, plan.id, assignment_of(plan));
     for (auto& [array, member] : expected) {
@@ -96,17 +89,17 @@ std::vector<od::ObjectDescription> network_objects(const std::vector<NodePlan>& 
     set(restore, plan.id, plan.restore);
   }
   std::vector<od::ObjectDescription> out;
-  out.push_back(object(kNmtInhibitTime, "NMT inhibit time", DataType::unsigned16,
-                       static_cast<std::uint64_t>(inhibit / kTick)));
-  out.push_back(object(kNmtStartup, "NMT startup", DataType::unsigned32, startup_of(options)));
+  out.push_back(od::catalogued_variable(od::objects::kNmtInhibitTime, Access::rw,
+                                        static_cast<std::uint64_t>(inhibit / kTick)));
+  out.push_back(od::catalogued_variable(od::objects::kNmtStartup, Access::rw, startup_of(options)));
   out.push_back(std::move(assignments));
-  out.push_back(per_node(kRequestNmt, "Request NMT", DataType::unsigned8, kNodesAndAll));
-  out.push_back(per_node(kRequestGuarding, "Request guarding", DataType::unsigned8, kNodesAndAll));
+  out.push_back(per_node(od::objects::kRequestNmt, kNodesAndAll));
+  out.push_back(per_node(od::objects::kRequestGuarding, kNodesAndAll));
   for (auto& [array, member] : expected) {
     out.push_back(std::move(array));
   }
-  out.push_back(object(kBootTime, "Boot time", DataType::unsigned32,
-                       static_cast<std::uint64_t>(boot_time.count())));
+  out.push_back(od::catalogued_variable(od::objects::kBootTime, Access::rw,
+                                        static_cast<std::uint64_t>(boot_time.count())));
   out.push_back(std::move(restore));
   return out;
 }

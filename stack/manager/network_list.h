@@ -12,21 +12,9 @@
 #include "stack/can/cob_id.h"
 #include "stack/manager/plan.h"
 #include "stack/od/dictionary.h"
+#include "stack/od/objects.h"
 
 namespace linegate::manager {
-
-inline constexpr std::uint16_t kNmtInhibitTime = 0x102A;
-inline constexpr std::uint16_t kNmtStartup = 0x1F80;
-inline constexpr std::uint16_t kSlaveAssignment = 0x1F81;
-inline constexpr std::uint16_t kRequestNmt = 0x1F82;
-inline constexpr std::uint16_t kRequestGuarding = 0x1F83;
-inline constexpr std::uint16_t kExpectedDeviceType = 0x1F84;
-inline constexpr std::uint16_t kExpectedVendor = 0x1F85;
-inline constexpr std::uint16_t kExpectedProduct = 0x1F86;
-inline constexpr std::uint16_t kExpectedRevision = 0x1F87;
-inline constexpr std::uint16_t kExpectedSerial = 0x1F88;
-inline constexpr std::uint16_t kBootTime = 0x1F89;
-inline constexpr std::uint16_t kRestoreConfiguration = 0x1F8A;
 
 // Bits of 1F80h.
 namespace startup {
@@ -57,8 +45,10 @@ class NetworkList {
   // dictionary must outlive it. Objects that are not there read as 0.
   explicit NetworkList(const od::Dictionary& dictionary) : dictionary_(dictionary) {}
 
-  std::uint32_t startup() const { return number({kNmtStartup, 0}); }
-  std::uint32_t assignment(std::uint8_t node) const { return number({kSlaveAssignment, node}); }
+  std::uint32_t startup() const { return number({od::objects::kNmtStartup, 0}); }
+  std::uint32_t assignment(std::uint8_t node) const {
+    return number({od::objects::kSlaveAssignment, node});
+  }
   bool has(std::uint8_t node, std::uint32_t bits) const {
     return (assignment(node) & bits) == bits;
   }
@@ -77,10 +67,12 @@ class NetworkList {
     return static_cast<std::uint8_t>(assignment(node) >> 8U);
   }
   // For mandatory nodes, from the start on; 0 = as long as it takes.
-  Duration boot_time() const { return std::chrono::milliseconds(number({kBootTime, 0})); }
+  Duration boot_time() const {
+    return std::chrono::milliseconds(number({od::objects::kBootTime, 0}));
+  }
   // Sub-index of 1011h that is written before the node is configured; 0 = none.
   std::uint8_t restore(std::uint8_t node) const {
-    return static_cast<std::uint8_t>(number({kRestoreConfiguration, node}));
+    return static_cast<std::uint8_t>(number({od::objects::kRestoreConfiguration, node}));
   }
 
  private:

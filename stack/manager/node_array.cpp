@@ -3,11 +3,14 @@
 
 #include <string>
 
+#include "stack/od/objects.h"
+
 namespace linegate::manager {
 
-od::ObjectDescription node_array(std::uint16_t index, const char* name, od::DataType type,
-                                 od::Access access, std::uint8_t last) {
-  od::ObjectDescription out{.index = index, .name = name, .type = od::ObjectType::array};
+od::ObjectDescription node_array(std::uint16_t index, od::Access access, std::uint8_t last) {
+  const od::objects::Entry& entry = od::objects::at(index);
+  od::ObjectDescription out{
+      .index = index, .name = std::string(entry.name), .type = od::ObjectType::array};
   out.variables.push_back({.sub = 0,
                            .name = "Highest sub-index supported",
                            .type = od::DataType::unsigned8,
@@ -17,9 +20,9 @@ od::ObjectDescription node_array(std::uint16_t index, const char* name, od::Data
     const std::string of = sub == kAllNodes ? "all nodes" : "node " + std::to_string(sub);
     out.variables.push_back({.sub = static_cast<std::uint8_t>(sub),
                              .name = out.name + ", " + of,
-                             .type = type,
+                             .type = entry.type,
                              .access = access,
-                             .value = std::vector<std::byte>(od::byte_size(type))});
+                             .value = std::vector<std::byte>(od::byte_size(entry.type))});
   }
   return out;
 }

@@ -11,8 +11,9 @@ namespace linegate::manager {
 
 inline constexpr std::uint8_t kAllNodes = 128;  // sub-index of requests
 
-// Sub-index 0 and 1..last, by node-ID; kAllNodes stands for all. All values are 0.
-od::ObjectDescription node_array(std::uint16_t index, const char* name, od::DataType type,
-                                 od::Access access, std::uint8_t last = can::kMaxNodeId);
+// Sub-index 0 and 1..last, by node-ID; kAllNodes stands for all. All values are 0. Precondition:
+// the catalogue (od/objects.h) has the index.
+od::ObjectDescription node_array(std::uint16_t index, od::Access access,
+                                 std::uint8_t last = can::kMaxNodeId);
 
 }  // namespace linegate::manager

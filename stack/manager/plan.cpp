@@ -7,20 +7,19 @@
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id_rule.h"
 #include "stack/manager/concise_dcf.h"
+#include "stack/od/objects.h"
 #include "stack/pdo/described_cob_id.h"
 
 namespace linegate::manager {
 namespace {
 
-constexpr std::uint16_t kStoreIndex = 0x1010;
-constexpr std::uint16_t kVerifyConfigurationIndex = 0x1020;
 constexpr std::uint16_t kMappingOffset = 0x200;  // 1400h -> 1600h, 1800h -> 1A00h
 
 bool is_pdo_communication(std::uint16_t index) {
-  return (index >= 0x1400 && index < 0x1600) || (index >= 0x1800 && index < 0x1A00);
+  return od::objects::is_pdo_communication(index);
 }
 bool is_pdo_mapping(std::uint16_t index) {
-  return (index >= 0x1600 && index < 0x1800) || (index >= 0x1A00 && index < 0x1C00);
+  return od::objects::is_pdo_mapping(index);
 }
 
 bool to_be_written(const od::VariableDescription& variable) {
@@ -121,7 +120,8 @@ std::vector<ObjectWrite> configuration_writes(const od::DeviceDescription& devic
 }
 
 void date_last(std::vector<ObjectWrite>& writes) {
-  for (const std::uint16_t index : {kVerifyConfigurationIndex, kStoreIndex}) {
+  for (const std::uint16_t index :
+       {od::objects::kVerifyConfiguration, od::objects::kStoreParameters}) {
     std::stable_partition(writes.begin(), writes.end(), [index](const ObjectWrite& write) {
       return write.address.index != index;
     });
@@ -131,7 +131,7 @@ void date_last(std::vector<ObjectWrite>& writes) {
 ConfigurationDate date_of(std::span<const ObjectWrite> writes) {
   ConfigurationDate out;
   for (const ObjectWrite& write : writes) {
-    if (write.address.index == kVerifyConfigurationIndex && write.data.size() == 4) {
+    if (write.address.index == od::objects::kVerifyConfiguration && write.data.size() == 4) {
       const auto value = load_le<std::uint32_t>(write.data.data());
       (write.address.sub == 1 ? out.date : out.time) = value;
     }

@@ -5,6 +5,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/manager/node_array.h"
+#include "stack/od/objects.h"
 #include "stack/od/stream.h"
 
 namespace linegate::manager {
@@ -44,9 +45,8 @@ class ProgramObjects::Sink final : public od::ByteSink {
 
 std::vector<od::ObjectDescription> program_objects(std::span<const NodePlan> plans) {
   std::vector<od::ObjectDescription> out{
-      node_array(kExpectedIdentification, "Expected software identification",
-                 od::DataType::unsigned32, od::Access::rw),
-      node_array(kNodeProgram, "Program data", od::DataType::domain, od::Access::rw),
+      node_array(od::objects::kExpectedSoftware, od::Access::rw),
+      node_array(od::objects::kNodeProgram, od::Access::rw),
   };
   for (const NodePlan& plan : plans) {
     store_le(std::span(out[0].variables[plan.id].value), plan.software);
@@ -59,16 +59,16 @@ ProgramObjects::ProgramObjects(od::Dictionary& dictionary, std::span<const NodeP
   for (const NodePlan& plan : plans) {
     programs_[plan.id] = plan.program;
   }
-  (void)dictionary_.set_hook(kNodeProgram, this).ok();
+  (void)dictionary_.set_hook(od::objects::kNodeProgram, this).ok();
 }
 
 ProgramObjects::~ProgramObjects() {
-  (void)dictionary_.set_hook(kNodeProgram, nullptr).ok();
+  (void)dictionary_.set_hook(od::objects::kNodeProgram, nullptr).ok();
 }
 
 std::uint32_t ProgramObjects::expected(std::uint8_t node) const {
   return static_cast<std::uint32_t>(
-      dictionary_.number({kExpectedIdentification, node}).value_or(0));
+      dictionary_.number({od::objects::kExpectedSoftware, node}).value_or(0));
 }
 
 Result<od::ByteSource*> ProgramObjects::open_source(od::Address address) {

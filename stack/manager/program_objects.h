@@ -19,7 +19,6 @@
 
 namespace linegate::manager {
 
-inline constexpr std::uint16_t kNodeProgram = 0x1F58;
 inline constexpr std::size_t kLongestProgram = std::size_t{16} * 1024 * 1024;  // bytes
 
 // These objects, with what the plans say of 1F55h.

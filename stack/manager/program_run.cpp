@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 
 namespace linegate::manager {
 namespace {
@@ -54,7 +55,7 @@ ProgramRun::ProgramRun(ProgramOrder order) : order_(std::move(order)) {
   } else if (order_.expected != 0) {
     to(Step::identify);
   } else {
-    finding_.object = {kExpectedIdentification, order_.node};
+    finding_.object = {od::objects::kExpectedSoftware, order_.node};
     finish(Result::unverifiable);
   }
 }
@@ -64,7 +65,7 @@ std::optional<TaskStep> ProgramRun::wanted() {
     return TaskStep{.address = {index, order_.number}, .after = after};
   };
   const auto control = [&](std::uint8_t command) {
-    return TaskStep{.address = {kProgramControl, order_.number},
+    return TaskStep{.address = {od::objects::kProgramControl, order_.number},
                     .write = true,
                     .data = {std::byte{command}},
                     .timeout = command == kClear ? kFlashTimeout : Duration::zero()};
@@ -73,14 +74,14 @@ std::optional<TaskStep> ProgramRun::wanted() {
   switch (step_) {
     case Step::identify:
     case Step::verify:
-      out = read(kSoftwareIdentification);
+      out = read(od::objects::kSoftwareIdentification);
       break;
     case Step::control:
-      out = read(kProgramControl);
+      out = read(od::objects::kProgramControl);
       break;
     case Step::stopped:
     case Step::started:
-      out = read(kProgramControl, kPollEvery);
+      out = read(od::objects::kProgramControl, kPollEvery);
       break;
     case Step::stop:
       out = control(kStop);
@@ -93,13 +94,13 @@ std::optional<TaskStep> ProgramRun::wanted() {
       break;
     case Step::download:
       source_ = std::make_unique<SharedSource>(order_.program);
-      out = TaskStep{.address = {kProgramData, order_.number},
+      out = TaskStep{.address = {od::objects::kProgramData, order_.number},
                      .write = true,
                      .source = source_.get(),
                      .timeout = kFlashTimeout};
       break;
     case Step::flash:
-      out = read(kFlashStatus, kPollEvery);
+      out = read(od::objects::kFlashStatus, kPollEvery);
       break;
     case Step::end:
       return std::nullopt;
@@ -180,7 +181,7 @@ void ProgramRun::identified(AbortCode abort, std::span<const std::byte> data) {
 
 void ProgramRun::to_update() {
   if (total() == 0) {
-    object_ = {kProgramData, order_.number};
+    object_ = {od::objects::kProgramData, order_.number};
     fail(Result::failed, AbortCode::no_data);
   } else {
     to(Step::control);

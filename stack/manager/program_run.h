@@ -29,12 +29,6 @@
 
 namespace linegate::manager {
 
-inline constexpr std::uint16_t kProgramData = 0x1F50;
-inline constexpr std::uint16_t kProgramControl = 0x1F51;
-inline constexpr std::uint16_t kExpectedIdentification = 0x1F55;  // of the manager
-inline constexpr std::uint16_t kSoftwareIdentification = 0x1F56;
-inline constexpr std::uint16_t kFlashStatus = 0x1F57;
-
 // The error code in bits 1 to 7 of 1F57h in words.
 std::string_view describe_flash_status(std::uint32_t status);
 

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 
 namespace linegate::manager {
 namespace {
@@ -12,7 +13,8 @@ namespace {
 constexpr std::uint8_t kAll = 128;  // sub-index of 1F82h and 1F83h
 constexpr std::uint8_t kMissing = 1;
 
-constexpr std::array kIndices{kNmtStartup, kSlaveAssignment, kRequestNmt, kRequestGuarding};
+constexpr std::array kIndices{od::objects::kNmtStartup, od::objects::kSlaveAssignment,
+                              od::objects::kRequestNmt, od::objects::kRequestGuarding};
 
 std::optional<nmt::Command> command_of(std::uint8_t value) {
   switch (value) {
@@ -48,16 +50,16 @@ StartupObjects::~StartupObjects() {
 }
 
 bool StartupObjects::wants_manager() const {
-  return (dictionary_.number({kNmtStartup, 0}).value_or(0) & startup::kMaster) != 0;
+  return (dictionary_.number({od::objects::kNmtStartup, 0}).value_or(0) & startup::kMaster) != 0;
 }
 
 AbortCode StartupObjects::before_read(od::Address address, const od::Variable& variable) {
   if (address.sub == 0) {
     return AbortCode::none;
   }
-  if (address.index == kRequestNmt) {
+  if (address.index == od::objects::kRequestNmt) {
     *variable.data = std::byte{state_of(address.sub)};
-  } else if (address.index == kRequestGuarding) {
+  } else if (address.index == od::objects::kRequestGuarding) {
     const bool watched = address.sub < kAll && manager_.node(address.sub).heartbeat_monitored;
     *variable.data = std::byte{watched};
   }
@@ -82,9 +84,9 @@ std::uint8_t StartupObjects::state_of(std::uint8_t node) const {
 AbortCode StartupObjects::check_write(od::Address address, std::span<const std::byte> value) {
   const auto number = static_cast<std::uint32_t>(load_le(value));
   switch (address.index) {
-    case kNmtStartup:
+    case od::objects::kNmtStartup:
       return (number & ~startup::kSupported) != 0 ? AbortCode::invalid_value : AbortCode::none;
-    case kSlaveAssignment:
+    case od::objects::kSlaveAssignment:
       return address.sub == own_ && (number & assignment::kListed) != 0 ? AbortCode::invalid_value
                                                                         : AbortCode::none;
     default:
@@ -98,7 +100,7 @@ AbortCode StartupObjects::check_request(od::Address address, std::uint8_t value)
   }
   const bool listed =
       address.sub == kAll || (address.sub < kAll && manager_.node(address.sub).configured);
-  if (address.index == kRequestNmt) {
+  if (address.index == od::objects::kRequestNmt) {
     return command_of(value) && (listed || address.sub == own_) ? AbortCode::none
                                                                 : AbortCode::invalid_value;
   }
@@ -110,16 +112,17 @@ AbortCode StartupObjects::check_request(od::Address address, std::uint8_t value)
 
 void StartupObjects::written(od::Address address) {
   const auto value = static_cast<std::uint8_t>(dictionary_.number(address).value_or(0));
-  if (address.index == kSlaveAssignment) {
+  if (address.index == od::objects::kSlaveAssignment) {
     manager_.list_changed(address.sub);
-  } else if (address.index == kRequestNmt || address.index == kRequestGuarding) {
+  } else if (address.index == od::objects::kRequestNmt ||
+             address.index == od::objects::kRequestGuarding) {
     requests_.push_back({address, value});
   }
 }
 
 void StartupObjects::advance(Instant now) {
   for (const Request& request : std::exchange(requests_, {})) {
-    if (request.address.index == kRequestGuarding) {
+    if (request.address.index == od::objects::kRequestGuarding) {
       watch(request, now);
     } else {
       send(request, now);

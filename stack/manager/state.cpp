@@ -4,6 +4,7 @@
 #include "stack/manager/boot_event.h"
 #include "stack/manager/program_run.h"
 #include "stack/od/address_text.h"
+#include "stack/od/objects.h"
 
 namespace linegate::manager {
 namespace {
@@ -159,7 +160,7 @@ std::string describe_boot(char letter, const BootFinding& finding) {
     case BootFinding::Kind::value:
       out += ": " + object_text(finding.object) + " is " + hex(finding.found, 8) + "h, not " +
              hex(finding.expected, 8) + 'h';
-      if (finding.object.index == kFlashStatus) {
+      if (finding.object.index == od::objects::kFlashStatus) {
         out += ", " + std::string(describe_flash_status(finding.found));
       }
       break;

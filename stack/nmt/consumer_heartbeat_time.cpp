@@ -5,6 +5,7 @@
 #include <array>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 
 namespace linegate::nmt {
 namespace {
@@ -30,13 +31,13 @@ ConsumerHeartbeatTime::ConsumerHeartbeatTime(const od::Dictionary& dictionary,
 }
 
 std::uint64_t ConsumerHeartbeatTime::own_entry(unsigned sub) const {
-  const od::Address address{kConsumerHeartbeatTime, static_cast<std::uint8_t>(sub)};
+  const od::Address address{od::objects::kConsumerHeartbeatTime, static_cast<std::uint8_t>(sub)};
   return shown_[sub] ? 0 : dictionary_.number(address).value_or(0);
 }
 
 // The nodes that the other consumer monitors, ascending, in the entries that are not used.
 std::uint32_t ConsumerHeartbeatTime::shown_in(unsigned sub) const {
-  const unsigned highest = dictionary_.highest_sub(kConsumerHeartbeatTime).value_or(0);
+  const unsigned highest = dictionary_.highest_sub(od::objects::kConsumerHeartbeatTime).value_or(0);
   std::bitset<can::kMaxNodeId + 1> own;
   unsigned place = 0;  // of the entry among those that are not used
   for (unsigned each = 1; each <= highest; ++each) {
@@ -74,7 +75,8 @@ void ConsumerHeartbeatTime::hide(od::Dictionary& dictionary) {
   constexpr std::array<std::byte, 4> kEmpty{};
   for (unsigned sub = 1; sub < shown_.size(); ++sub) {
     if (shown_[sub]) {
-      dictionary.restore({kConsumerHeartbeatTime, static_cast<std::uint8_t>(sub)}, kEmpty);
+      dictionary.restore({od::objects::kConsumerHeartbeatTime, static_cast<std::uint8_t>(sub)},
+                         kEmpty);
     }
   }
   shown_.reset();
@@ -86,7 +88,7 @@ void ConsumerHeartbeatTime::configure(bool restart) {
     shown_.reset();
   }
   std::array<Duration, can::kMaxNodeId + 1> times{};
-  const unsigned highest = dictionary_.highest_sub(kConsumerHeartbeatTime).value_or(0);
+  const unsigned highest = dictionary_.highest_sub(od::objects::kConsumerHeartbeatTime).value_or(0);
   for (unsigned sub = 1; sub <= highest; ++sub) {
     const Entry entry = entry_of(own_entry(sub));
     if (entry.used()) {
@@ -109,7 +111,7 @@ AbortCode ConsumerHeartbeatTime::check_write(od::Address address,
   if (address.sub == 0 || !wanted.used()) {
     return AbortCode::none;
   }
-  const unsigned highest = dictionary_.highest_sub(kConsumerHeartbeatTime).value_or(0);
+  const unsigned highest = dictionary_.highest_sub(od::objects::kConsumerHeartbeatTime).value_or(0);
   for (unsigned sub = 1; sub <= highest; ++sub) {
     const Entry other = entry_of(own_entry(sub));
     if (sub != address.sub && other.used() && other.node == wanted.node) {

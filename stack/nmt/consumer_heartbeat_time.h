@@ -17,8 +17,6 @@
 
 namespace linegate::nmt {
 
-inline constexpr std::uint16_t kConsumerHeartbeatTime = 0x1016;
-
 // Hook of 1016h. Writes take effect at once; nodes whose time does not change are monitored on.
 class ConsumerHeartbeatTime final : public od::Hook {
  public:

@@ -2,6 +2,7 @@
 #include "stack/nmt/error_behaviour.h"
 
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 
 namespace linegate::nmt {
 namespace {
@@ -11,8 +12,8 @@ enum class Behaviour : std::uint8_t { pre_operational, no_change, stopped };
 }  // namespace
 
 std::optional<Command> ErrorBehaviour::reaction(std::uint8_t error_class, State state) const {
-  const auto behaviour =
-      static_cast<Behaviour>(dictionary_.number({kErrorBehaviour, error_class}).value_or(0));
+  const auto behaviour = static_cast<Behaviour>(
+      dictionary_.number({od::objects::kErrorBehaviour, error_class}).value_or(0));
   switch (behaviour) {
     case Behaviour::no_change:
       return std::nullopt;

@@ -15,7 +15,6 @@
 
 namespace linegate::nmt {
 
-inline constexpr std::uint16_t kErrorBehaviour = 0x1029;
 inline constexpr std::uint8_t kCommunicationError = 1;
 
 class ErrorBehaviour final : public od::Hook {

@@ -6,6 +6,7 @@
 #include "stack/nmt/guard.h"
 #include "stack/nmt/heartbeat_consumer.h"
 #include "stack/nmt/heartbeat_producer.h"
+#include "stack/od/objects.h"
 
 namespace linegate::nmt {
 
@@ -54,12 +55,14 @@ void GuardingSlave::written(od::Address /*address*/) {
 }
 
 bool GuardingSlave::has_heartbeat() const {
-  return dictionary_.number({kHeartbeatProducerTime, 0}).value_or(0) != 0;
+  return dictionary_.number({od::objects::kProducerHeartbeatTime, 0}).value_or(0) != 0;
 }
 
 Duration GuardingSlave::life_time() const {
-  const std::uint64_t guard_time = dictionary_.number({kGuardTime, 0}).value_or(0) & 0xFFFFU;
-  const std::uint64_t factor = dictionary_.number({kLifeTimeFactor, 0}).value_or(0) & 0xFFU;
+  const std::uint64_t guard_time =
+      dictionary_.number({od::objects::kGuardTime, 0}).value_or(0) & 0xFFFFU;
+  const std::uint64_t factor =
+      dictionary_.number({od::objects::kLifeTimeFactor, 0}).value_or(0) & 0xFFU;
   return std::chrono::milliseconds(guard_time * factor);
 }
 

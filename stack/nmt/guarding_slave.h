@@ -16,9 +16,6 @@
 
 namespace linegate::nmt {
 
-inline constexpr std::uint16_t kGuardTime = 0x100C;
-inline constexpr std::uint16_t kLifeTimeFactor = 0x100D;
-
 // Told after the event was emitted.
 class LifeGuardingListener {
  public:

@@ -3,6 +3,7 @@
 
 #include "stack/base/period.h"
 #include "stack/can/cob_id.h"
+#include "stack/od/objects.h"
 
 namespace linegate::nmt {
 
@@ -47,7 +48,7 @@ void HeartbeatProducer::written(od::Address) {
 }
 
 void HeartbeatProducer::read_period() {
-  const std::uint64_t ms = dictionary_.number({kHeartbeatProducerTime, 0}).value_or(0);
+  const std::uint64_t ms = dictionary_.number({od::objects::kProducerHeartbeatTime, 0}).value_or(0);
   period_ = std::chrono::milliseconds(ms);
 }
 

@@ -12,8 +12,6 @@
 
 namespace linegate::nmt {
 
-inline constexpr std::uint16_t kHeartbeatProducerTime = 0x1017;
-
 // Hook of 1017h (U16, ms, 0 = no heartbeat). A write restarts the heartbeat at once.
 class HeartbeatProducer final : public od::Hook {
  public:

@@ -5,11 +5,12 @@
 
 #include "stack/can/cob_id.h"
 #include "stack/od/dictionary.h"
+#include "stack/od/objects.h"
 
 namespace linegate::nmt {
 namespace {
 
-constexpr od::Address kInhibitTime{0x102A, 0};
+constexpr od::Address kInhibitTime{od::objects::kNmtInhibitTime, 0};
 constexpr Duration kTick = std::chrono::microseconds(100);
 constexpr std::size_t kMaxWaiting = 1024;
 

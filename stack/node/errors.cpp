@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "stack/node/impl.h"
+#include "stack/od/objects.h"
 
 namespace linegate::node {
 namespace {
@@ -249,7 +250,7 @@ void Node::Impl::obey_error_behaviour(std::uint8_t error_class) {
 void Node::Impl::tell_damage(storage::Damage what) {
   send_by_itself(emcy::kDataSet, errors.begin(emcy::kDataSet, emcy.error_register()),
                  {static_cast<std::byte>(what)});
-  tell_configuration_error({storage::kStoreParameters, 0}, abort_code(what));
+  tell_configuration_error({od::objects::kStoreParameters, 0}, abort_code(what));
 }
 
 void Node::Impl::heartbeat_lost(std::uint8_t node, Instant deadline) {

@@ -6,6 +6,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id_rule.h"
 #include "stack/node/sdo_channels.h"
+#include "stack/od/objects.h"
 #include "stack/sdo/malformed.h"
 
 namespace linegate::node {
@@ -42,7 +43,7 @@ bool SdoClients::usable(can::CobId cob_id, std::uint8_t sub) const {
 
 void SdoClients::find_objects() {
   for (std::uint16_t number = 0; number < kSdoClients; ++number) {
-    const auto index = static_cast<std::uint16_t>(kSdoClientObject + number);
+    const auto index = static_cast<std::uint16_t>(od::objects::kSdoClient + number);
     if (!dictionary_.has_object(index)) {
       continue;
     }
@@ -56,7 +57,7 @@ void SdoClients::find_objects() {
 
 Result<sdo::Client*> SdoClients::client(std::uint16_t number) {
   settle();
-  Entry* entry = find(static_cast<std::uint16_t>(kSdoClientObject + number - 1));
+  Entry* entry = find(static_cast<std::uint16_t>(od::objects::kSdoClient + number - 1));
   if (entry == nullptr || !entry->request.valid() || entry->client->busy()) {
     return to_error(AbortCode::sdo_connection);
   }
@@ -77,7 +78,7 @@ void SdoClients::reset() {
 }
 
 void SdoClients::receive(std::uint16_t index, const can::Frame& frame, can::TransmitQueue& queue) {
-  Entry* entry = find(static_cast<std::uint16_t>(kSdoClientObject + (index & ~kMark)));
+  Entry* entry = find(static_cast<std::uint16_t>(od::objects::kSdoClient + (index & ~kMark)));
   if (entry != nullptr && entry->client->receive(frame, queue) == sdo::Receipt::malformed) {
     ++malformed_;
     const auto server = dictionary_.number({entry->index, kServerSub}).value_or(0);
@@ -120,8 +121,8 @@ AbortCode SdoClients::check_write(od::Address address, std::span<const std::byte
   }
   const can::CobId present = cob_id(address);
   const bool changed = usable(present, address.sub) && present != wanted;
-  const bool taken = has_identifier(dictionary_, kSdoClientObject,
-                                    kSdoClientObject + kSdoClients - 1, address, wanted);
+  const bool taken = has_identifier(dictionary_, od::objects::kSdoClient,
+                                    od::objects::kSdoClient + kSdoClients - 1, address, wanted);
   return changed || taken || !allowed(wanted, address.sub) ? AbortCode::invalid_value
                                                            : AbortCode::none;
 }
@@ -139,7 +140,8 @@ void SdoClients::configure(Entry& entry) {
   can::CobId request = cob_id({entry.index, kRequestSub});
   can::CobId response = cob_id({entry.index, kResponseSub});
   const auto of_an_earlier_one = [&](std::uint8_t sub, can::CobId cob_id) {
-    return has_identifier(dictionary_, kSdoClientObject, entry.index, {entry.index, sub}, cob_id);
+    return has_identifier(dictionary_, od::objects::kSdoClient, entry.index, {entry.index, sub},
+                          cob_id);
   };
   if (!usable(request, kRequestSub) || !usable(response, kResponseSub) ||
       of_an_earlier_one(kRequestSub, request) || of_an_earlier_one(kResponseSub, response)) {
@@ -149,7 +151,7 @@ void SdoClients::configure(Entry& entry) {
   if (request == entry.request && response == entry.response) {
     return;
   }
-  const auto mark = static_cast<std::uint16_t>(kMark | (entry.index - kSdoClientObject));
+  const auto mark = static_cast<std::uint16_t>(kMark | (entry.index - od::objects::kSdoClient));
   if (entry.response.valid()) {
     dispatch_.remove(entry.response.id(), entry.response.extended(), can::Service::sdo_client,
                      mark);

@@ -26,7 +26,6 @@
 
 namespace linegate::node {
 
-inline constexpr std::uint16_t kSdoClientObject = 0x1280;
 inline constexpr std::uint16_t kSdoClients = 128;
 
 // Hook of 1280h to 12FFh. Writes take effect with the next settle().

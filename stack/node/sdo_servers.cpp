@@ -6,6 +6,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id_rule.h"
 #include "stack/node/sdo_channels.h"
+#include "stack/od/objects.h"
 
 namespace linegate::node {
 namespace {
@@ -26,7 +27,7 @@ constexpr std::size_t kLongestValue = std::size_t{16} * 1024 * 1024;
 
 void SdoServers::find_objects() {
   for (std::uint16_t number = 0; number < kSdoServers; ++number) {
-    const auto index = static_cast<std::uint16_t>(kSdoServerObject + number);
+    const auto index = static_cast<std::uint16_t>(od::objects::kSdoServer + number);
     if (number != 0 && !dictionary_.has_object(index)) {
       continue;
     }
@@ -55,7 +56,7 @@ void SdoServers::configure() {
 
 void SdoServers::show_default_server() {
   for (const std::uint8_t sub : {kRequestSub, kResponseSub}) {
-    (void)dictionary_.set({kSdoServerObject, sub}, cob_id(0, sub).raw);
+    (void)dictionary_.set({od::objects::kSdoServer, sub}, cob_id(0, sub).raw);
   }
 }
 
@@ -113,7 +114,7 @@ std::uint64_t SdoServers::malformed() const {
 }
 
 AbortCode SdoServers::check_write(od::Address address, std::span<const std::byte> value) {
-  if (address.index == kSdoServerObject) {
+  if (address.index == od::objects::kSdoServer) {
     return AbortCode::read_only;
   }
   if (address.sub == kClientSub) {
@@ -122,12 +123,12 @@ AbortCode SdoServers::check_write(od::Address address, std::span<const std::byte
   if (address.sub != kRequestSub && address.sub != kResponseSub) {
     return AbortCode::none;
   }
-  const auto number = static_cast<std::uint16_t>(address.index - kSdoServerObject);
+  const auto number = static_cast<std::uint16_t>(address.index - od::objects::kSdoServer);
   const can::CobId wanted{static_cast<std::uint32_t>(load_le(value))};
   const AbortCode why = can::check_cob_id(cob_id(number, address.sub), wanted);
-  const bool taken =
-      why == AbortCode::none && has_identifier(dictionary_, kSdoServerObject,
-                                               kSdoServerObject + kSdoServers - 1, address, wanted);
+  const bool taken = why == AbortCode::none &&
+                     has_identifier(dictionary_, od::objects::kSdoServer,
+                                    od::objects::kSdoServer + kSdoServers - 1, address, wanted);
   return taken ? AbortCode::invalid_value : why;
 }
 
@@ -159,9 +160,11 @@ void SdoServers::configure(Entry& entry) {
 
 bool SdoServers::of_an_earlier_one(std::uint16_t number, can::CobId request,
                                    can::CobId response) const {
-  const auto index = static_cast<std::uint16_t>(kSdoServerObject + number);
-  return has_identifier(dictionary_, kSdoServerObject, index, {index, kRequestSub}, request) ||
-         has_identifier(dictionary_, kSdoServerObject, index, {index, kResponseSub}, response);
+  const auto index = static_cast<std::uint16_t>(od::objects::kSdoServer + number);
+  return has_identifier(dictionary_, od::objects::kSdoServer, index, {index, kRequestSub},
+                        request) ||
+         has_identifier(dictionary_, od::objects::kSdoServer, index, {index, kResponseSub},
+                        response);
 }
 
 can::CobId SdoServers::cob_id(std::uint16_t number, std::uint8_t sub) const {
@@ -169,7 +172,7 @@ can::CobId SdoServers::cob_id(std::uint16_t number, std::uint8_t sub) const {
     return can::CobId{(sub == kRequestSub ? can::kSdoRequestBase : can::kSdoResponseBase) +
                       node_id_};
   }
-  const auto index = static_cast<std::uint16_t>(kSdoServerObject + number);
+  const auto index = static_cast<std::uint16_t>(od::objects::kSdoServer + number);
   const auto raw = dictionary_.number({index, sub});
   return can::CobId{static_cast<std::uint32_t>(raw.value_or(can::CobId::kInvalidBit))};
 }

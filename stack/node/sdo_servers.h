@@ -23,7 +23,6 @@
 
 namespace linegate::node {
 
-inline constexpr std::uint16_t kSdoServerObject = 0x1200;  // the default server
 inline constexpr std::uint16_t kSdoServers = 128;
 
 // Hook of 1200h to 127Fh. Writes take effect with the next settle(), which is after the answer to

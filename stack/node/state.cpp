@@ -4,12 +4,13 @@
 
 #include "stack/node/impl.h"
 #include "stack/node/mandatory_objects.h"
+#include "stack/od/objects.h"
 
 namespace linegate::node {
 namespace {
 
-constexpr od::Address kHighResolutionStamp{0x1013, 0};
-constexpr od::Address kNmtStartup{0x1F80, 0};
+constexpr od::Address kHighResolutionStamp{od::objects::kHighResolutionTime, 0};
+constexpr od::Address kNmtStartup{od::objects::kNmtStartup, 0};
 constexpr std::uint64_t kNmtMaster = 0x01;
 constexpr std::uint64_t kNotSelfStarting = 0x04;
 
@@ -40,23 +41,23 @@ Node::Impl::Impl(od::Dictionary own_dictionary, Options own_options, EventLog& e
       pdos(dictionary, dispatch, events, image),
       storage(dictionary, own_options.node_id) {
   const std::pair<std::uint16_t, od::Hook*> hooks[] = {
-      {emcy::kErrorHistoryIndex, &emcy.history()},
-      {sync::kCobId, &sync},
-      {sync::kCyclePeriod, &sync},
-      {sync::kWindowLength, &sync},
-      {sync::kCounterOverflow, &sync},
-      {time::kCobId, &clock},
-      {emcy::kProducerCobId, &emcy},
-      {emcy::kInhibitTime, &emcy},
-      {nmt::kConsumerHeartbeatTime, &heartbeat_times},
-      {nmt::kHeartbeatProducerTime, &heartbeat},
-      {storage::kStoreParameters, &storage},
-      {storage::kRestoreDefaults, &storage},
-      {storage::kVerifyConfiguration, &storage.configuration()},
-      {nmt::kGuardTime, &guarding},
-      {nmt::kLifeTimeFactor, &guarding},
-      {nmt::kErrorBehaviour, &error_behaviour},
-      {emcy::kConsumerObject, &emergency_cob_ids},
+      {od::objects::kErrorHistory, &emcy.history()},
+      {od::objects::kSyncCobId, &sync},
+      {od::objects::kSyncPeriod, &sync},
+      {od::objects::kSyncWindow, &sync},
+      {od::objects::kSyncCounterOverflow, &sync},
+      {od::objects::kTimeCobId, &clock},
+      {od::objects::kEmcyCobId, &emcy},
+      {od::objects::kEmcyInhibitTime, &emcy},
+      {od::objects::kConsumerHeartbeatTime, &heartbeat_times},
+      {od::objects::kProducerHeartbeatTime, &heartbeat},
+      {od::objects::kStoreParameters, &storage},
+      {od::objects::kRestoreDefaults, &storage},
+      {od::objects::kVerifyConfiguration, &storage.configuration()},
+      {od::objects::kGuardTime, &guarding},
+      {od::objects::kLifeTimeFactor, &guarding},
+      {od::objects::kErrorBehaviour, &error_behaviour},
+      {od::objects::kEmcyConsumer, &emergency_cob_ids},
   };
   for (const auto& [index, hook] : hooks) {
     (void)dictionary.set_hook(index, hook).ok();  // optional objects may not be there
@@ -123,7 +124,7 @@ void Node::Impl::reset(bool whole_node, Instant time) {
   if (whole_node) {
     dictionary.reset_values(0x0001, 0xFFFF);
   } else {
-    dictionary.reset_values(0x1000, 0x1FFF);
+    dictionary.reset_values(od::objects::kFirstCommunication, od::objects::kLastCommunication);
   }
   (void)storage.apply(whole_node);
   if (application != nullptr) {

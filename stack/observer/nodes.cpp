@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "stack/od/objects.h"
+
 namespace linegate::observer {
 
 using manager::NodeState;
@@ -140,15 +142,15 @@ void Nodes::heard_pdo(std::uint8_t node, Instant now) {
 void Nodes::identity(std::uint8_t node, od::Address address, std::uint32_t value) {
   reset_[node] = false;
   NodeState& seen = nodes_[node];
-  if (address == od::Address{0x1000, 0}) {
+  if (address == od::Address{od::objects::kDeviceType, 0}) {
     seen.device_type = value;
-  } else if (address == od::Address{0x1018, 1}) {
+  } else if (address == od::objects::kVendorId) {
     seen.vendor = value;
-  } else if (address == od::Address{0x1018, 2}) {
+  } else if (address == od::objects::kProductCode) {
     seen.product = value;
-  } else if (address == od::Address{0x1018, 3}) {
+  } else if (address == od::objects::kRevisionNumber) {
     seen.revision = value;
-  } else if (address == od::Address{0x1018, 4}) {
+  } else if (address == od::objects::kSerialNumber) {
     seen.serial = value;
   } else {
     return;

@@ -5,14 +5,13 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 
 namespace linegate::observer {
 namespace {
 
 using pdo::PdoKind;
 
-constexpr std::uint16_t kFirstRecord = 0x1400;
-constexpr std::uint16_t kLastRecord = 0x1BFF;
 constexpr std::uint32_t kFirstPdoId = 0x180;  // of the pre-defined connection set
 constexpr std::uint32_t kEndOfPdoIds = 0x580;
 
@@ -43,7 +42,7 @@ PdoKnowledge::PdoKnowledge(od::DeviceDescription device, std::uint8_t node)
 }
 
 bool PdoKnowledge::learn(od::Address address, std::span<const std::byte> value) {
-  if (address.index < kFirstRecord || address.index > kLastRecord || value.empty()) {
+  if (!od::objects::is_pdo_record(address.index) || value.empty()) {
     return false;
   }
   od::VariableDescription& known = variable(address, value.size());

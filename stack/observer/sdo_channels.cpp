@@ -4,12 +4,12 @@
 #include <algorithm>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 
 namespace linegate::observer {
 namespace {
 
-constexpr std::uint16_t kFirstServer = 0x1201;
-constexpr std::uint16_t kLastServer = 0x127F;
+constexpr std::uint16_t kFirstServer = od::objects::kSdoServer + 1;
 constexpr std::uint8_t kRequestCobId = 1;
 constexpr std::uint8_t kResponseCobId = 2;
 
@@ -46,7 +46,7 @@ SdoChannels::Channel& SdoChannels::of(std::uint8_t node, std::uint16_t server) {
 }
 
 void SdoChannels::learn(std::uint8_t node, od::Address address, std::uint32_t value) {
-  if (address.index < kFirstServer || address.index > kLastServer ||
+  if (address.index < kFirstServer || address.index > od::objects::kLastSdoServer ||
       (address.sub != kRequestCobId && address.sub != kResponseCobId)) {
     return;
   }

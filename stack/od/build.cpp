@@ -7,6 +7,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/od/deferrals.h"
 #include "stack/od/object_table.h"
+#include "stack/od/objects.h"
 
 namespace linegate::od {
 namespace {
@@ -59,41 +60,11 @@ bool makes_sense(const ObjectDescription& object) {
 // The data type of an object as a whole: for records the DEFSTRUCT of CiA 301 that they are made
 // of.
 std::uint16_t structure_type(const ObjectDescription& object) {
-  constexpr std::uint16_t kPdoCommunication = 0x20;
-  constexpr std::uint16_t kPdoMapping = 0x21;
-  constexpr std::uint16_t kSdoParameter = 0x22;
-  constexpr std::uint16_t kIdentity = 0x23;
-  constexpr std::uint16_t kOsDebugger = 0x24;
-  constexpr std::uint16_t kOsCommand = 0x25;
   if (object.type != ObjectType::record) {
     return static_cast<std::uint16_t>(object.variables.back().type);
   }
-  switch (object.index & 0xFF00U) {
-    case 0x1400:
-    case 0x1500:
-    case 0x1800:
-    case 0x1900:
-      return kPdoCommunication;
-    case 0x1600:
-    case 0x1700:
-    case 0x1A00:
-    case 0x1B00:
-      return kPdoMapping;
-    case 0x1200:
-      return kSdoParameter;
-    default:
-      break;
-  }
-  switch (object.index) {
-    case 0x1018:
-      return kIdentity;
-    case 0x1023:
-      return kOsCommand;
-    case 0x1025:
-      return kOsDebugger;
-    default:
-      return 0;
-  }
+  const objects::Entry* const entry = objects::find(object.index);
+  return entry != nullptr ? entry->structure : std::uint16_t{0};
 }
 
 std::array<std::byte, 4> structure(std::uint16_t data_type, ObjectType object_type) {

@@ -26,4 +26,12 @@ inline VariableDescription number_variable(std::uint8_t sub, std::string name, D
   return out;
 }
 
+// A VAR with the name and the type that the catalogue has (objects.h). Precondition: it has the
+// index, as a VAR with a number.
+ObjectDescription catalogued_variable(std::uint16_t index, Access access, std::uint64_t value = 0);
+
+// 1018h with its four sub-indices (CiA 301, 7.5.2.21).
+ObjectDescription identity_object(std::uint32_t vendor = 0, std::uint32_t product = 0,
+                                  std::uint32_t revision = 0, std::uint32_t serial = 0);
+
 }  // namespace linegate::od

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // From PDO records and links to copy plans.
 #include "stack/od/address_text.h"
+#include "stack/od/objects.h"
 #include "stack/pdo/engine_impl.h"
 
 namespace linegate::pdo {
@@ -363,8 +364,8 @@ void Engine::Impl::hook_records(od::Hook* hook) {
     }
   }
   for (std::uint16_t i = 0; i < kMpdoLists; ++i) {
-    (void)dictionary.set_hook(static_cast<std::uint16_t>(kScannerList + i), hook);
-    (void)dictionary.set_hook(static_cast<std::uint16_t>(kDispatcherList + i), hook);
+    (void)dictionary.set_hook(static_cast<std::uint16_t>(od::objects::kScannerList + i), hook);
+    (void)dictionary.set_hook(static_cast<std::uint16_t>(od::objects::kDispatcherList + i), hook);
   }
 }
 

@@ -9,6 +9,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/image/network_variables.h"
+#include "stack/od/objects.h"
 #include "stack/pdo/mapping.h"
 #include "stack/pdo/object_names.h"
 
@@ -246,8 +247,9 @@ class Linker {
     } else {
       add_fillers(pdo.parameters.mapping, mapping.bits);
     }
-    entry.profile = static_cast<std::uint16_t>(number(*node.device, {0x1000, 0}));
-    entry.product_code = static_cast<std::uint32_t>(number(*node.device, {0x1018, 2}));
+    entry.profile = static_cast<std::uint16_t>(number(*node.device, {od::objects::kDeviceType, 0}));
+    entry.product_code =
+        static_cast<std::uint32_t>(number(*node.device, od::objects::kProductCode));
     entry.name = node_name(node) + "." +
                  (mapping.address == od::Address{0, 0}
                       ? "COB-ID " + identifier_text(pdo.parameters.cob_id.id()) + "h"

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 
 namespace linegate::pdo {
 namespace {
@@ -61,7 +62,7 @@ MpdoBlock ScannerList::entry(std::uint32_t raw) {
 
 void ScannerList::read(const od::Dictionary& dictionary) {
   blocks_.clear();
-  for_each_entry(dictionary, kScannerList, [this](std::uint64_t raw) {
+  for_each_entry(dictionary, od::objects::kScannerList, [this](std::uint64_t raw) {
     blocks_.push_back(entry(static_cast<std::uint32_t>(raw)));
   });
   std::ranges::stable_sort(blocks_, {}, [](const MpdoBlock& block) { return block.first.index; });
@@ -83,7 +84,7 @@ DispatcherList::Entry DispatcherList::entry(std::uint64_t raw) {
 
 void DispatcherList::read(const od::Dictionary& dictionary) {
   entries_.clear();
-  for_each_entry(dictionary, kDispatcherList,
+  for_each_entry(dictionary, od::objects::kDispatcherList,
                  [this](std::uint64_t raw) { entries_.push_back(entry(raw)); });
   std::ranges::stable_sort(entries_, {}, [](const Entry& entry) {
     return std::tuple(entry.node, entry.remote.first.index);

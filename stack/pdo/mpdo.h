@@ -20,6 +20,7 @@
 
 #include "stack/can/frame.h"
 #include "stack/od/dictionary.h"
+#include "stack/od/objects.h"
 
 namespace linegate::pdo {
 
@@ -30,9 +31,7 @@ enum class MpdoMode : std::uint8_t { none, source, destination };
 inline constexpr std::uint8_t kSourceMode = 254;
 inline constexpr std::uint8_t kDestinationMode = 255;
 
-inline constexpr std::uint16_t kScannerList = 0x1FA0;     // to 1FCFh, U32
-inline constexpr std::uint16_t kDispatcherList = 0x1FD0;  // to 1FFFh, U64
-inline constexpr std::uint16_t kMpdoLists = 48;           // objects of each
+inline constexpr std::uint16_t kMpdoLists = 48;  // objects of each
 
 struct Mpdo {
   static constexpr std::size_t kMaxValue = 4;
@@ -130,10 +129,10 @@ AbortCode check_mpdo_list_write(const od::Dictionary& dictionary, od::Address ad
 AbortCode check_mpdo_object(const od::Dictionary& dictionary, bool received, od::Address address);
 
 constexpr bool is_scanner_list(std::uint16_t index) {
-  return index >= kScannerList && index < kScannerList + kMpdoLists;
+  return index >= od::objects::kScannerList && index < od::objects::kScannerList + kMpdoLists;
 }
 constexpr bool is_dispatcher_list(std::uint16_t index) {
-  return index >= kDispatcherList && index < kDispatcherList + kMpdoLists;
+  return index >= od::objects::kDispatcherList && index < od::objects::kDispatcherList + kMpdoLists;
 }
 
 }  // namespace linegate::pdo

@@ -10,6 +10,7 @@
 #include "stack/base/time.h"
 #include "stack/can/cob_id.h"
 #include "stack/od/description.h"
+#include "stack/od/objects.h"
 #include "stack/pdo/mpdo.h"
 
 namespace linegate::pdo {
@@ -25,10 +26,10 @@ constexpr std::string_view name(PdoKind kind) {
 
 // First indices of the records.
 constexpr std::uint16_t communication_base(PdoKind kind) {
-  return kind == PdoKind::rpdo ? 0x1400 : 0x1800;
+  return kind == PdoKind::rpdo ? od::objects::kRpdoCommunication : od::objects::kTpdoCommunication;
 }
 constexpr std::uint16_t mapping_base(PdoKind kind) {
-  return kind == PdoKind::rpdo ? 0x1600 : 0x1A00;
+  return kind == PdoKind::rpdo ? od::objects::kRpdoMapping : od::objects::kTpdoMapping;
 }
 
 // Transmission types.

@@ -6,6 +6,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id_rule.h"
 #include "stack/can/frame.h"
+#include "stack/od/objects.h"
 
 namespace linegate::pdo {
 namespace {
@@ -150,11 +151,11 @@ AbortCode check_mapping_record(const od::Dictionary& dictionary, const RecordInd
 }  // namespace
 
 std::optional<RecordIndex> record_index(std::uint16_t index) {
-  if (index < 0x1400 || index > 0x1BFF) {
+  if (!od::objects::is_pdo_record(index)) {
     return std::nullopt;
   }
-  return RecordIndex{index < 0x1800 ? PdoKind::rpdo : PdoKind::tpdo, (index & 0x0200U) != 0,
-                     static_cast<std::uint16_t>((index & 0x01FFU) + 1)};
+  return RecordIndex{index < od::objects::kTpdoCommunication ? PdoKind::rpdo : PdoKind::tpdo,
+                     (index & 0x0200U) != 0, static_cast<std::uint16_t>((index & 0x01FFU) + 1)};
 }
 
 std::optional<Parameters> read_communication(const od::Dictionary& dictionary, PdoKind kind,

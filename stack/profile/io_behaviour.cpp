@@ -4,35 +4,12 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "stack/od/objects.h"
+
 namespace linegate::profile {
 namespace {
 
-constexpr std::uint16_t kDigitalInputs = 0x6000;
-constexpr std::uint16_t kInputPolarity = 0x6002;
-constexpr std::uint16_t kDigitalInterrupts = 0x6005;
-constexpr std::uint16_t kAnyChange = 0x6006;
-constexpr std::uint16_t kLowToHigh = 0x6007;
-constexpr std::uint16_t kHighToLow = 0x6008;
-constexpr std::uint16_t kDigitalOutputs = 0x6200;
-constexpr std::uint16_t kOutputPolarity = 0x6202;
-constexpr std::uint16_t kDigitalErrorMode = 0x6206;
-constexpr std::uint16_t kDigitalErrorValue = 0x6207;
-constexpr std::uint16_t kOutputFilter = 0x6208;
-constexpr std::uint16_t kAnalogueInputs = 0x6401;
-constexpr std::uint16_t kAnalogueOutputs = 0x6411;
-constexpr std::uint16_t kAnalogueTrigger = 0x6421;
-constexpr std::uint16_t kAnalogueInterrupts = 0x6423;
-constexpr std::uint16_t kUpperLimit = 0x6424;
-constexpr std::uint16_t kLowerLimit = 0x6425;
-constexpr std::uint16_t kAnalogueDelta = 0x6426;
-constexpr std::uint16_t kNegativeDelta = 0x6427;
-constexpr std::uint16_t kPositiveDelta = 0x6428;
-constexpr std::uint16_t kInputOffset = 0x6431;
-constexpr std::uint16_t kInputScaling = 0x6432;
-constexpr std::uint16_t kAnalogueErrorMode = 0x6443;
-constexpr std::uint16_t kAnalogueErrorValue = 0x6444;
-constexpr std::uint16_t kOutputOffset = 0x6446;
-constexpr std::uint16_t kOutputScaling = 0x6447;
+namespace cia401 = od::objects::cia401;
 
 // 6421h.
 constexpr std::uint64_t kAboveUpper = 1;
@@ -56,9 +33,9 @@ std::uint64_t scaled(std::uint64_t value, std::int64_t factor, std::int64_t offs
 
 bool IoBehaviour::tells(od::Address input, std::uint64_t before, std::uint64_t now) {
   switch (input.index) {
-    case kDigitalInputs:
+    case cia401::kDigitalInputs:
       return digital_tells(input.sub, before, now);
-    case kAnalogueInputs:
+    case cia401::kAnalogueInputs:
       return analogue_tells(input.sub, now);
     default:
       return true;
@@ -66,12 +43,12 @@ bool IoBehaviour::tells(od::Address input, std::uint64_t before, std::uint64_t n
 }
 
 bool IoBehaviour::digital_tells(std::uint8_t sub, std::uint64_t before, std::uint64_t now) const {
-  if (dictionary_.number({kDigitalInterrupts, 0}).value_or(1) == 0) {
+  if (dictionary_.number({cia401::kDigitalInterrupts, 0}).value_or(1) == 0) {
     return false;
   }
-  const auto any = dictionary_.number({kAnyChange, sub});
-  const auto rising = dictionary_.number({kLowToHigh, sub});
-  const auto falling = dictionary_.number({kHighToLow, sub});
+  const auto any = dictionary_.number({cia401::kInterruptAnyChange, sub});
+  const auto rising = dictionary_.number({cia401::kInterruptLowToHigh, sub});
+  const auto falling = dictionary_.number({cia401::kInterruptHighToLow, sub});
   if (!any && !rising && !falling) {
     return true;
   }
@@ -80,11 +57,12 @@ bool IoBehaviour::digital_tells(std::uint8_t sub, std::uint64_t before, std::uin
 }
 
 bool IoBehaviour::analogue_tells(std::uint8_t sub, std::uint64_t now) {
-  if (dictionary_.number({kAnalogueInterrupts, 0}).value_or(1) == 0) {
+  if (dictionary_.number({cia401::kAnalogueInterrupts, 0}).value_or(1) == 0) {
     return false;
   }
   const std::int64_t value = integer16(now);
-  const std::uint64_t trigger = dictionary_.number({kAnalogueTrigger, sub}).value_or(kChanged);
+  const std::uint64_t trigger =
+      dictionary_.number({cia401::kAnalogueTrigger, sub}).value_or(kChanged);
   const auto told = told_.find(sub);
   if (!beyond_limits(sub, trigger, value) ||
       (told != told_.end() && !differs(sub, trigger, value - told->second))) {
@@ -105,8 +83,10 @@ bool IoBehaviour::beyond_limits(std::uint8_t sub, std::uint64_t trigger, std::in
   if ((trigger & (kAboveUpper | kBelowLower)) == 0) {
     return true;
   }
-  return ((trigger & kAboveUpper) != 0 && value > integer(kUpperLimit, sub, INT32_MAX)) ||
-         ((trigger & kBelowLower) != 0 && value < integer(kLowerLimit, sub, INT32_MIN));
+  return ((trigger & kAboveUpper) != 0 &&
+          value > integer(cia401::kAnalogueUpperLimit, sub, INT32_MAX)) ||
+         ((trigger & kBelowLower) != 0 &&
+          value < integer(cia401::kAnalogueLowerLimit, sub, INT32_MIN));
 }
 
 bool IoBehaviour::differs(std::uint8_t sub, std::uint64_t trigger, std::int64_t by) const {
@@ -117,70 +97,73 @@ bool IoBehaviour::differs(std::uint8_t sub, std::uint64_t trigger, std::int64_t 
   if ((trigger & (kChanged | kDecreased | kIncreased)) == 0) {
     return true;
   }
-  return more_than(kChanged, kAnalogueDelta, std::abs(by)) ||
-         more_than(kDecreased, kNegativeDelta, -by) || more_than(kIncreased, kPositiveDelta, by);
+  return more_than(kChanged, cia401::kAnalogueDelta, std::abs(by)) ||
+         more_than(kDecreased, cia401::kAnalogueNegativeDelta, -by) ||
+         more_than(kIncreased, cia401::kAnaloguePositiveDelta, by);
 }
 
 std::uint64_t IoBehaviour::input_value(od::Address input, std::uint64_t terminal) const {
-  if (input.index == kDigitalInputs) {
-    return terminal ^ dictionary_.number({kInputPolarity, input.sub}).value_or(0);
+  if (input.index == cia401::kDigitalInputs) {
+    return terminal ^ dictionary_.number({cia401::kDigitalInputPolarity, input.sub}).value_or(0);
   }
-  if (input.index == kAnalogueInputs) {
-    return scaled(terminal, integer(kInputScaling, input.sub, 1),
-                  integer(kInputOffset, input.sub, 0));
+  if (input.index == cia401::kAnalogueInputs) {
+    return scaled(terminal, integer(cia401::kAnalogueInputScaling, input.sub, 1),
+                  integer(cia401::kAnalogueInputOffset, input.sub, 0));
   }
   return terminal;
 }
 
 std::uint64_t IoBehaviour::terminal_value(od::Address output, std::uint64_t value,
                                           std::uint64_t before) const {
-  if (output.index == kDigitalOutputs) {
-    const std::uint64_t changes = dictionary_.number({kOutputFilter, output.sub}).value_or(0xFF);
-    value ^= dictionary_.number({kOutputPolarity, output.sub}).value_or(0);
+  if (output.index == cia401::kDigitalOutputs) {
+    const std::uint64_t changes =
+        dictionary_.number({cia401::kDigitalOutputFilter, output.sub}).value_or(0xFF);
+    value ^= dictionary_.number({cia401::kDigitalOutputPolarity, output.sub}).value_or(0);
     return (value & changes) | (before & ~changes);
   }
-  if (output.index == kAnalogueOutputs) {
-    return scaled(value, integer(kOutputScaling, output.sub, 1),
-                  integer(kOutputOffset, output.sub, 0));
+  if (output.index == cia401::kAnalogueOutputs) {
+    return scaled(value, integer(cia401::kAnalogueOutputScaling, output.sub, 1),
+                  integer(cia401::kAnalogueOutputOffset, output.sub, 0));
   }
   return value;
 }
 
 std::uint16_t IoBehaviour::converted_by(std::uint16_t index) {
   switch (index) {
-    case kInputPolarity:
-      return kDigitalInputs;
-    case kOutputPolarity:
-    case kOutputFilter:
-      return kDigitalOutputs;
-    case kInputOffset:
-    case kInputScaling:
-      return kAnalogueInputs;
-    case kOutputOffset:
-    case kOutputScaling:
-      return kAnalogueOutputs;
+    case cia401::kDigitalInputPolarity:
+      return cia401::kDigitalInputs;
+    case cia401::kDigitalOutputPolarity:
+    case cia401::kDigitalOutputFilter:
+      return cia401::kDigitalOutputs;
+    case cia401::kAnalogueInputOffset:
+    case cia401::kAnalogueInputScaling:
+      return cia401::kAnalogueInputs;
+    case cia401::kAnalogueOutputOffset:
+    case cia401::kAnalogueOutputScaling:
+      return cia401::kAnalogueOutputs;
     default:
       return 0;
   }
 }
 
 void IoBehaviour::take_error_values() {
-  const std::uint8_t digitals = dictionary_.highest_sub(kDigitalOutputs).value_or(0);
+  const std::uint8_t digitals = dictionary_.highest_sub(cia401::kDigitalOutputs).value_or(0);
   for (unsigned i = 1; i <= digitals; ++i) {
     const auto sub = static_cast<std::uint8_t>(i);
-    const auto mode = dictionary_.number({kDigitalErrorMode, sub});
-    const auto wanted = dictionary_.number({kDigitalErrorValue, sub});
-    const auto value = dictionary_.number({kDigitalOutputs, sub});
+    const auto mode = dictionary_.number({cia401::kDigitalErrorMode, sub});
+    const auto wanted = dictionary_.number({cia401::kDigitalErrorValue, sub});
+    const auto value = dictionary_.number({cia401::kDigitalOutputs, sub});
     if (mode && wanted && value) {
-      dictionary_.set({kDigitalOutputs, sub}, (*value & ~*mode & 0xFFU) | (*wanted & *mode));
+      dictionary_.set({cia401::kDigitalOutputs, sub},
+                      (*value & ~*mode & 0xFFU) | (*wanted & *mode));
     }
   }
-  const std::uint8_t analogues = dictionary_.highest_sub(kAnalogueOutputs).value_or(0);
+  const std::uint8_t analogues = dictionary_.highest_sub(cia401::kAnalogueOutputs).value_or(0);
   for (unsigned i = 1; i <= analogues; ++i) {
     const auto sub = static_cast<std::uint8_t>(i);
-    const auto wanted = dictionary_.number({kAnalogueErrorValue, sub});
-    if (wanted && dictionary_.number({kAnalogueErrorMode, sub}).value_or(0) == 1) {
-      dictionary_.set({kAnalogueOutputs, sub}, static_cast<std::uint16_t>(*wanted));
+    const auto wanted = dictionary_.number({cia401::kAnalogueErrorValue, sub});
+    if (wanted && dictionary_.number({cia401::kAnalogueErrorMode, sub}).value_or(0) == 1) {
+      dictionary_.set({cia401::kAnalogueOutputs, sub}, static_cast<std::uint16_t>(*wanted));
     }
   }
 }

@@ -8,6 +8,7 @@
 
 #include "stack/can/cob_id.h"
 #include "stack/od/number_variable.h"
+#include "stack/od/objects.h"
 
 namespace linegate::profile {
 namespace {
@@ -17,6 +18,7 @@ using od::DataType;
 using od::ObjectDescription;
 using od::ObjectType;
 using od::VariableDescription;
+namespace cia401 = od::objects::cia401;
 
 constexpr unsigned kPdos = 4;
 constexpr unsigned kMapped = 8;            // entries of a mapping record
@@ -26,27 +28,35 @@ constexpr std::uint8_t kErrorHistory = 8;  // entries of 1003h
 constexpr std::uint8_t kConsumers = 4;     // entries of 1016h
 constexpr std::uint32_t kErrorModes = 0xFF;
 
-ObjectDescription io_single(std::uint16_t index, const std::string& name, DataType type,
-                            Access access, std::uint64_t value = 0) {
-  ObjectDescription out{.index = index, .name = name};
-  out.variables.push_back(od::number_variable(0, name, type, access, value));
+// Name and type of each object are those of the catalogue.
+const od::objects::Entry& entry_of(std::uint16_t index) {
+  const od::objects::Entry* const common = od::objects::find(index);
+  return common != nullptr ? *common : od::objects::at(index, cia401::kProfile);
+}
+
+ObjectDescription io_single(std::uint16_t index, Access access, std::uint64_t value = 0) {
+  const od::objects::Entry& entry = entry_of(index);
+  ObjectDescription out{.index = index, .name = std::string(entry.name)};
+  out.variables.push_back(od::number_variable(0, out.name, entry.type, access, value));
   return out;
 }
 
-ObjectDescription io_array(std::uint16_t index, const std::string& name, const std::string& element,
-                           DataType type, Access access, unsigned count, std::uint64_t value = 0) {
-  ObjectDescription out{.index = index, .name = name, .type = ObjectType::array};
+ObjectDescription io_array(std::uint16_t index, const std::string& element, Access access,
+                           unsigned count, std::uint64_t value = 0) {
+  const od::objects::Entry& entry = entry_of(index);
+  ObjectDescription out{.index = index, .name = std::string(entry.name), .type = ObjectType::array};
   out.variables.push_back(od::number_variable(0, "Highest sub-index supported", DataType::unsigned8,
                                               Access::constant, count));
   for (unsigned i = 1; i <= count; ++i) {
-    out.variables.push_back(od::number_variable(
-        static_cast<std::uint8_t>(i), element + ' ' + std::to_string(i), type, access, value));
+    out.variables.push_back(od::number_variable(static_cast<std::uint8_t>(i),
+                                                element + ' ' + std::to_string(i), entry.type,
+                                                access, value));
   }
   return out;
 }
 
-ObjectDescription io_text(std::uint16_t index, const std::string& name, const std::string& text) {
-  ObjectDescription out = io_single(index, name, DataType::visible_string, Access::constant);
+ObjectDescription io_text(std::uint16_t index, const std::string& text) {
+  ObjectDescription out = io_single(index, Access::constant);
   out.variables[0].value.clear();
   for (const char c : text) {
     out.variables[0].value.push_back(static_cast<std::byte>(c));
@@ -96,48 +106,35 @@ class IoDevice {
   }
 
   void add_communication() {
-    add(io_single(0x1000, "Device type", DataType::unsigned32, Access::ro, device_type()));
-    add(io_single(0x1001, "Error register", DataType::unsigned8, Access::ro));
-    ObjectDescription history = io_array(0x1003, "Pre-defined error field", "Standard error field",
-                                         DataType::unsigned32, Access::ro, kErrorHistory);
+    add(io_single(od::objects::kDeviceType, Access::ro, device_type()));
+    add(io_single(od::objects::kErrorRegister, Access::ro));
+    ObjectDescription history =
+        io_array(od::objects::kErrorHistory, "Standard error field", Access::ro, kErrorHistory);
     history.variables[0] =
         od::number_variable(0, "Number of errors", DataType::unsigned8, Access::rw);
     add(std::move(history));
-    add(io_single(0x1005, "COB-ID SYNC message", DataType::unsigned32, Access::rw, can::kSyncId));
-    add(io_text(0x1008, "Manufacturer device name", name_));
-    add(io_single(0x100C, "Guard time", DataType::unsigned16, Access::rw));
-    add(io_single(0x100D, "Life time factor", DataType::unsigned8, Access::rw));
-    ObjectDescription emcy = io_single(0x1014, "COB-ID EMCY", DataType::unsigned32, Access::rw,
-                                       can::kEmcyBase + node_id_);
+    add(io_single(od::objects::kSyncCobId, Access::rw, can::kSyncId));
+    add(io_text(od::objects::kDeviceName, name_));
+    add(io_single(od::objects::kGuardTime, Access::rw));
+    add(io_single(od::objects::kLifeTimeFactor, Access::rw));
+    ObjectDescription emcy =
+        io_single(od::objects::kEmcyCobId, Access::rw, can::kEmcyBase + node_id_);
     emcy.variables[0].notes.value_formula = true;
     add(std::move(emcy));
-    add(io_single(0x1015, "Inhibit time EMCY", DataType::unsigned16, Access::rw));
-    add(io_array(0x1016, "Consumer heartbeat time", "Consumer heartbeat time", DataType::unsigned32,
-                 Access::rw, kConsumers));
-    add(io_single(0x1017, "Producer heartbeat time", DataType::unsigned16, Access::rw));
-    ObjectDescription identity{
-        .index = 0x1018, .name = "Identity object", .type = ObjectType::record};
-    identity.variables = {
-        od::number_variable(0, "Highest sub-index supported", DataType::unsigned8, Access::constant,
-                            4),
-        od::number_variable(1, "Vendor-ID", DataType::unsigned32, Access::ro),
-        od::number_variable(2, "Product code", DataType::unsigned32, Access::ro),
-        od::number_variable(3, "Revision number", DataType::unsigned32, Access::ro),
-        od::number_variable(4, "Serial number", DataType::unsigned32, Access::ro),
-    };
-    add(std::move(identity));
-    add(io_array(0x1029, "Error behaviour", "Communication error", DataType::unsigned8, Access::rw,
-                 1));
+    add(io_single(od::objects::kEmcyInhibitTime, Access::rw));
+    add(io_array(od::objects::kConsumerHeartbeatTime, "Consumer heartbeat time", Access::rw,
+                 kConsumers));
+    add(io_single(od::objects::kProducerHeartbeatTime, Access::rw));
+    add(od::identity_object());
+    add(io_array(od::objects::kErrorBehaviour, "Communication error", Access::rw, 1));
   }
 
   // By group, as stack/storage has them: all, communication, application, manufacturer.
   void add_storage() {
     constexpr unsigned kGroups = 4;
-    add(io_array(0x1010, "Store parameters", "Group", DataType::unsigned32, Access::rw, kGroups));
-    add(io_array(0x1011, "Restore default parameters", "Group", DataType::unsigned32, Access::rw,
-                 kGroups));
-    add(io_array(0x1020, "Verify configuration", "Configuration date and time",
-                 DataType::unsigned32, Access::rw, 2));
+    add(io_array(od::objects::kStoreParameters, "Group", Access::rw, kGroups));
+    add(io_array(od::objects::kRestoreDefaults, "Group", Access::rw, kGroups));
+    add(io_array(od::objects::kVerifyConfiguration, "Configuration date and time", Access::rw, 2));
   }
 
   // What the profile maps into a PDO, as raw mapping entries.
@@ -203,70 +200,55 @@ class IoDevice {
   }
 
   void add_digital() {
-    constexpr auto kByte = DataType::unsigned8;
     if (const unsigned n = blocks_.digital_inputs; n != 0) {
-      ObjectDescription inputs =
-          io_array(0x6000, "Read input 8-bit", "Inputs", kByte, Access::ro, n);
+      ObjectDescription inputs = io_array(cia401::kDigitalInputs, "Inputs", Access::ro, n);
       make_mappable(inputs);
       add(std::move(inputs));
-      add(io_array(0x6002, "Polarity input 8-bit", "Polarity", kByte, Access::rw, n));
-      add(io_single(0x6005, "Global interrupt enable digital", DataType::boolean, Access::rw, 1));
-      add(io_array(0x6006, "Interrupt mask any change 8-bit", "Any change", kByte, Access::rw, n,
-                   0xFF));
-      add(io_array(0x6007, "Interrupt mask low-to-high 8-bit", "Low to high", kByte, Access::rw,
-                   n));
-      add(io_array(0x6008, "Interrupt mask high-to-low 8-bit", "High to low", kByte, Access::rw,
-                   n));
+      add(io_array(cia401::kDigitalInputPolarity, "Polarity", Access::rw, n));
+      add(io_single(cia401::kDigitalInterrupts, Access::rw, 1));
+      add(io_array(cia401::kInterruptAnyChange, "Any change", Access::rw, n, 0xFF));
+      add(io_array(cia401::kInterruptLowToHigh, "Low to high", Access::rw, n));
+      add(io_array(cia401::kInterruptHighToLow, "High to low", Access::rw, n));
     }
     if (const unsigned n = blocks_.digital_outputs; n != 0) {
-      ObjectDescription outputs =
-          io_array(0x6200, "Write output 8-bit", "Outputs", kByte, Access::rww, n);
+      ObjectDescription outputs = io_array(cia401::kDigitalOutputs, "Outputs", Access::rww, n);
       make_mappable(outputs);
       add(std::move(outputs));
-      add(io_array(0x6202, "Change polarity output 8-bit", "Polarity", kByte, Access::rw, n));
-      add(io_array(0x6206, "Error mode output 8-bit", "Error mode", kByte, Access::rw, n,
-                   kErrorModes));
-      add(io_array(0x6207, "Error value output 8-bit", "Error value", kByte, Access::rw, n));
-      add(io_array(0x6208, "Filter mask output 8-bit", "Filter mask", kByte, Access::rw, n, 0xFF));
+      add(io_array(cia401::kDigitalOutputPolarity, "Polarity", Access::rw, n));
+      add(io_array(cia401::kDigitalErrorMode, "Error mode", Access::rw, n, kErrorModes));
+      add(io_array(cia401::kDigitalErrorValue, "Error value", Access::rw, n));
+      add(io_array(cia401::kDigitalOutputFilter, "Filter mask", Access::rw, n, 0xFF));
     }
   }
 
   void add_analogue() {
     if (const unsigned n = blocks_.analogue_inputs; n != 0) {
-      ObjectDescription inputs = io_array(0x6401, "Read analogue input 16-bit", "Analogue input",
-                                          DataType::integer16, Access::ro, n);
+      ObjectDescription inputs = io_array(cia401::kAnalogueInputs, "Analogue input", Access::ro, n);
       make_mappable(inputs);
       add(std::move(inputs));
-      add(io_array(0x6421, "Analogue input interrupt trigger selection", "Trigger",
-                   DataType::unsigned8, Access::rw, n, 4));
-      add(io_single(0x6423, "Analogue input global interrupt enable", DataType::boolean,
-                    Access::rw));
-      const auto channels = [&](std::uint16_t index, const std::string& name,
-                                const std::string& element, DataType type,
+      add(io_array(cia401::kAnalogueTrigger, "Trigger", Access::rw, n, 4));
+      add(io_single(cia401::kAnalogueInterrupts, Access::rw));
+      const auto channels = [&](std::uint16_t index, const std::string& element,
                                 std::uint64_t value = 0) {
-        add(io_array(index, "Analogue input " + name, element, type, Access::rw, n, value));
+        add(io_array(index, element, Access::rw, n, value));
       };
-      channels(0x6424, "interrupt upper limit integer", "Upper limit", DataType::integer32);
-      channels(0x6425, "interrupt lower limit integer", "Lower limit", DataType::integer32);
-      channels(0x6426, "interrupt delta unsigned", "Delta", DataType::unsigned32);
-      channels(0x6427, "interrupt negative delta unsigned", "Negative delta", DataType::unsigned32);
-      channels(0x6428, "interrupt positive delta unsigned", "Positive delta", DataType::unsigned32);
-      channels(0x6431, "offset integer", "Offset", DataType::integer32);
-      channels(0x6432, "scaling integer", "Scaling", DataType::integer32, 1);
+      channels(cia401::kAnalogueUpperLimit, "Upper limit");
+      channels(cia401::kAnalogueLowerLimit, "Lower limit");
+      channels(cia401::kAnalogueDelta, "Delta");
+      channels(cia401::kAnalogueNegativeDelta, "Negative delta");
+      channels(cia401::kAnaloguePositiveDelta, "Positive delta");
+      channels(cia401::kAnalogueInputOffset, "Offset");
+      channels(cia401::kAnalogueInputScaling, "Scaling", 1);
     }
     if (const unsigned n = blocks_.analogue_outputs; n != 0) {
-      ObjectDescription outputs = io_array(0x6411, "Write analogue output 16-bit",
-                                           "Analogue output", DataType::integer16, Access::rww, n);
+      ObjectDescription outputs =
+          io_array(cia401::kAnalogueOutputs, "Analogue output", Access::rww, n);
       make_mappable(outputs);
       add(std::move(outputs));
-      add(io_array(0x6443, "Analogue output error mode", "Error mode", DataType::unsigned8,
-                   Access::rw, n, 1));
-      add(io_array(0x6444, "Analogue output error value integer", "Error value",
-                   DataType::integer32, Access::rw, n));
-      add(io_array(0x6446, "Analogue output offset integer", "Offset", DataType::integer32,
-                   Access::rw, n));
-      add(io_array(0x6447, "Analogue output scaling integer", "Scaling", DataType::integer32,
-                   Access::rw, n, 1));
+      add(io_array(cia401::kAnalogueErrorMode, "Error mode", Access::rw, n, 1));
+      add(io_array(cia401::kAnalogueErrorValue, "Error value", Access::rw, n));
+      add(io_array(cia401::kAnalogueOutputOffset, "Offset", Access::rw, n));
+      add(io_array(cia401::kAnalogueOutputScaling, "Scaling", Access::rw, n, 1));
     }
   }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "stack/od/objects.h"
 #include "stack/routing/table_object.h"
 
 namespace linegate::routing {
@@ -76,8 +77,10 @@ void EmcyRouter::heard(std::uint8_t node, const emcy::Message& message, Instant 
     emcy.number = number_++;
     (void)is_new(emcy, now);
   }
-  forward(emcy, static_cast<std::uint32_t>(dictionary_.number({kEmcyRouting, node}).value_or(0)),
-          now);
+  forward(
+      emcy,
+      static_cast<std::uint32_t>(dictionary_.number({od::objects::kEmcyRouting, node}).value_or(0)),
+      now);
 }
 
 // Networks that are reached over the same line share one message.

@@ -24,8 +24,6 @@
 
 namespace linegate::routing {
 
-inline constexpr std::uint16_t kEmcyRouting = 0x1F2F;
-
 class EmcyRouter {
  public:
   // Of the line with that network-ID. All must outlive it.

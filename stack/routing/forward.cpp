@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "stack/image/network_variables.h"
+#include "stack/od/objects.h"
 #include "stack/pdo/link.h"
 
 namespace linegate::routing {
@@ -14,8 +15,9 @@ namespace {
 
 // From A000h to B000h, and from one half to the other (CiA 302-4, input and output network
 // variables).
-constexpr std::uint16_t kFromVariables = 0x1000;
-constexpr std::uint16_t kHalf = 0x0480;
+constexpr std::uint16_t kFromVariables =
+    od::objects::kSharedVariables - od::objects::kInputVariables;
+constexpr std::uint16_t kHalf = od::objects::kOutputVariables - od::objects::kInputVariables;
 
 void check_numbers(const std::vector<pdo::Parameters>& own,
                    const std::vector<pdo::LinkedPdo>& linked, std::string_view kind,

@@ -25,7 +25,6 @@
 
 namespace linegate::routing {
 
-inline constexpr std::uint16_t kRoutingTable = 0x1F2C;
 inline constexpr std::size_t kMaxRoutes = 254;
 
 struct Route {

@@ -4,13 +4,15 @@
 #include <algorithm>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 
 namespace linegate::routing {
 namespace {
 
 Route route_at(const od::Dictionary& dictionary, std::size_t entry) {
   return decode(
-      dictionary.number({kRoutingTable, static_cast<std::uint8_t>(entry + 1)}).value_or(0));
+      dictionary.number({od::objects::kRoutingTable, static_cast<std::uint8_t>(entry + 1)})
+          .value_or(0));
 }
 
 void append_first(const od::Dictionary& dictionary, std::size_t count, std::vector<Route>& out) {
@@ -34,7 +36,7 @@ std::vector<Route> routes_of(const od::Dictionary& dictionary) {
 }
 
 void append_routes(const od::Dictionary& dictionary, std::vector<Route>& out) {
-  append_first(dictionary, dictionary.number({kRoutingTable, 0}).value_or(0), out);
+  append_first(dictionary, dictionary.number({od::objects::kRoutingTable, 0}).value_or(0), out);
 }
 
 Table read_table(const od::Dictionary& dictionary) {

@@ -3,14 +3,16 @@
 
 #include <map>
 
+#include "stack/od/objects.h"
+
 namespace linegate::scan {
 namespace {
 
-constexpr od::Address kSync{0x1005, 0};
-constexpr od::Address kEmcy{0x1014, 0};
+constexpr od::Address kSync{od::objects::kSyncCobId, 0};
+constexpr od::Address kEmcy{od::objects::kEmcyCobId, 0};
 
 bool is_tpdo(od::Address address) {
-  return address.index >= 0x1800 && address.index < 0x1A00 && address.sub == 1;
+  return od::objects::is_tpdo_communication(address.index) && address.sub == 1;
 }
 
 bool produces(od::Address address, can::CobId cob_id) {

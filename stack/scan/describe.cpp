@@ -2,12 +2,15 @@
 #include "stack/scan/describe.h"
 
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "stack/base/byte_order.h"
 #include "stack/od/address_text.h"
+#include "stack/od/number_variable.h"
+#include "stack/od/objects.h"
 
 namespace linegate::scan {
 namespace {
@@ -15,36 +18,31 @@ namespace {
 using od::Access;
 using od::DataType;
 
-constexpr std::uint16_t kFirstMapping = 0x1600;
-constexpr std::uint16_t kFirstTpdo = 0x1800;
-constexpr std::uint16_t kFirstTpdoMapping = 0x1A00;
-constexpr std::uint16_t kEnd = 0x1C00;
-constexpr std::uint16_t kFirstObject = 0x1000;  // below are data types: fillers of an RPDO
+constexpr od::Address kAnalogueInterrupts{od::objects::cia401::kAnalogueInterrupts, 0};
 
 struct Known {
-  od::Address address;
-  std::string_view name;
+  std::string name;
   DataType type;
 };
 
-constexpr Known kKnown[] = {
-    {{0x1000, 0}, "Device type", DataType::unsigned32},
-    {{0x1005, 0}, "COB-ID SYNC message", DataType::unsigned32},
-    {{0x1006, 0}, "Communication cycle period", DataType::unsigned32},
-    {{0x1008, 0}, "Manufacturer device name", DataType::visible_string},
-    {{0x1009, 0}, "Manufacturer hardware version", DataType::visible_string},
-    {{0x100A, 0}, "Manufacturer software version", DataType::visible_string},
-    {{0x100C, 0}, "Guard time", DataType::unsigned16},
-    {{0x100D, 0}, "Life time factor", DataType::unsigned8},
-    {{0x1014, 0}, "COB-ID EMCY", DataType::unsigned32},
-    {{0x1017, 0}, "Producer heartbeat time", DataType::unsigned16},
-    {{0x1018, 0}, "Highest sub-index supported", DataType::unsigned8},
-    {{0x1018, 1}, "Vendor-ID", DataType::unsigned32},
-    {{0x1018, 2}, "Product code", DataType::unsigned32},
-    {{0x1018, 3}, "Revision number", DataType::unsigned32},
-    {{0x1018, 4}, "Serial number", DataType::unsigned32},
-    {{0x6423, 0}, "Analogue input global interrupt enable", DataType::boolean},
-};
+// What the catalogue has of a sub-index that is no parameter of a PDO.
+std::optional<Known> known(od::Address address) {
+  if (address.index == od::objects::kIdentity) {
+    const od::ObjectDescription identity = od::identity_object();
+    if (address.sub >= identity.variables.size()) {
+      return std::nullopt;
+    }
+    return Known{identity.variables[address.sub].name, identity.variables[address.sub].type};
+  }
+  const od::objects::Entry* const entry =
+      address == kAnalogueInterrupts
+          ? od::objects::find(address.index, od::objects::cia401::kProfile)
+          : od::objects::find(address.index);
+  if (address.sub != 0 || entry == nullptr || entry->object != od::ObjectType::variable) {
+    return std::nullopt;
+  }
+  return Known{std::string(entry->name), entry->type};
+}
 
 constexpr std::string_view kCommunication[] = {"Highest sub-index supported",
                                                "COB-ID",
@@ -69,12 +67,10 @@ DataType type_of_bits(unsigned bits) {
 }
 
 bool is_communication(std::uint16_t index) {
-  return (index >= 0x1400 && index < kFirstMapping) ||
-         (index >= kFirstTpdo && index < kFirstTpdoMapping);
+  return od::objects::is_pdo_communication(index);
 }
 bool is_mapping(std::uint16_t index) {
-  return (index >= kFirstMapping && index < kFirstTpdo) ||
-         (index >= kFirstTpdoMapping && index < kEnd);
+  return od::objects::is_pdo_mapping(index);
 }
 
 std::string hex(std::uint32_t number, int digits) {
@@ -92,7 +88,7 @@ std::string name_of_parameter(std::uint8_t sub) {
 }
 
 std::string name_of_record(std::uint16_t index) {
-  const bool sent = index >= kFirstTpdo;
+  const bool sent = index >= od::objects::kTpdoCommunication;
   const unsigned number = (index & 0x1FFU) + 1U;
   return std::string(sent ? "TPDO " : "RPDO ") + std::to_string(number) +
          (is_mapping(index) ? " mapping" : " communication");
@@ -103,12 +99,12 @@ class Describer {
   explicit Describer(const ScannedNode& node) : node_(node) {
     out_.node_id = node.id;
     const auto id = [&](std::uint8_t sub) {
-      return static_cast<std::uint32_t>(node.number({0x1018, sub}).value_or(0));
+      return static_cast<std::uint32_t>(node.number({od::objects::kIdentity, sub}).value_or(0));
     };
     out_.vendor_number = id(1);
     out_.product_number = id(2);
     out_.revision_number = id(3);
-    if (const auto* name = node.find({0x1008, 0})) {
+    if (const auto* name = node.find({od::objects::kDeviceName, 0})) {
       for (const std::byte character : *name) {
         out_.product_name += static_cast<char>(character);
       }
@@ -130,15 +126,17 @@ class Describer {
 
  private:
   void add_read(const manager::ObjectWrite& value) {
-    const auto known = std::ranges::find(kKnown, value.address, &Known::address);
+    const std::optional<Known> found = known(value.address);
     const std::uint16_t index = value.address.index;
     od::VariableDescription variable{.sub = value.address.sub, .value = value.data};
-    if (known != std::end(kKnown)) {
-      variable.name = known->name;
-      variable.type = known->type;
-      const bool settable = index == 0x1005 || index == 0x1006 || index == 0x100C ||
-                            index == 0x100D || index == 0x1014 || index == 0x1017 ||
-                            index == 0x6423;
+    if (found) {
+      variable.name = found->name;
+      variable.type = found->type;
+      const bool settable =
+          index == od::objects::kSyncCobId || index == od::objects::kSyncPeriod ||
+          index == od::objects::kGuardTime || index == od::objects::kLifeTimeFactor ||
+          index == od::objects::kEmcyCobId || index == od::objects::kProducerHeartbeatTime ||
+          value.address == kAnalogueInterrupts;
       variable.access = settable ? Access::rw : Access::ro;
     } else {
       variable.type = unsigned_of(value.data.size());
@@ -148,11 +146,11 @@ class Describer {
                                               : "Mapped object " + std::to_string(variable.sub);
     }
     od::ObjectDescription& object = object_at(index);
-    object.type = index == 0x1018 || known == std::end(kKnown) ? od::ObjectType::record
-                                                               : od::ObjectType::variable;
-    object.name = index == 0x1018             ? "Identity object"
-                  : known == std::end(kKnown) ? name_of_record(index)
-                                              : variable.name;
+    object.type = index == od::objects::kIdentity || !found ? od::ObjectType::record
+                                                            : od::ObjectType::variable;
+    object.name = index == od::objects::kIdentity ? std::string(od::objects::at(index).name)
+                  : !found                        ? name_of_record(index)
+                                                  : variable.name;
     object.variables.push_back(std::move(variable));
   }
 
@@ -162,11 +160,11 @@ class Describer {
     const od::Address address{static_cast<std::uint16_t>(mapped >> 16U),
                               static_cast<std::uint8_t>(mapped >> 8U)};
     const unsigned bits = mapped & 0xFFU;
-    const bool sent = value.address.index >= kFirstTpdoMapping;
+    const bool sent = value.address.index >= od::objects::kTpdoMapping;
     if (bits == 0) {
       return;
     }
-    if (address.index < kFirstObject) {
+    if (address.index < od::objects::kFirstCommunication) {
       out_.dummy_types |= address.index < 32 ? 1U << address.index : 0U;
       return;
     }

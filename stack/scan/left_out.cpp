@@ -7,6 +7,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/od/address_text.h"
+#include "stack/od/objects.h"
 #include "stack/pdo/parameters.h"
 
 namespace linegate::scan {
@@ -15,8 +16,6 @@ namespace {
 using pdo::PdoKind;
 using Producers = std::map<std::uint32_t, std::vector<Producer>>;  // by key_of()
 
-constexpr std::uint16_t kRpdoBase = 0x1400;
-constexpr std::uint16_t kTpdoBase = 0x1800;
 constexpr std::uint16_t kPdoRecords = 0x200;
 
 bool is_in(std::uint16_t index, std::uint16_t first) {
@@ -51,8 +50,9 @@ const Producer* in_the_way(const Producers& producers, std::uint8_t node, od::Ad
     return nullptr;
   }
   const std::vector<Producer>& all = known->second;
-  if (is_pdo(address, kRpdoBase)) {
-    const bool linked = all.size() == 1 && is_pdo(all.front().object, kTpdoBase);
+  if (is_pdo(address, od::objects::kRpdoCommunication)) {
+    const bool linked =
+        all.size() == 1 && is_pdo(all.front().object, od::objects::kTpdoCommunication);
     return linked ? nullptr : &all.front();
   }
   const auto other = std::ranges::find_if(
@@ -70,8 +70,11 @@ std::string hex_text(std::uint32_t value) {
 }
 
 std::string name_of(std::uint16_t record) {
-  const bool sent = is_in(record, kTpdoBase);
-  return (sent ? "TPDO " : "RPDO ") + std::to_string(record - (sent ? kTpdoBase : kRpdoBase) + 1);
+  const bool sent = is_in(record, od::objects::kTpdoCommunication);
+  return (sent ? "TPDO " : "RPDO ") +
+         std::to_string(record -
+                        (sent ? od::objects::kTpdoCommunication : od::objects::kRpdoCommunication) +
+                        1);
 }
 
 std::string sentence(const LeftOut& pdo) {
@@ -114,7 +117,8 @@ std::vector<LeftOut> left_out(std::span<const ScannedNode> nodes) {
   for (const ScannedNode& node : nodes) {
     for (const manager::ObjectWrite& value : node.values) {
       const can::CobId cob_id{static_cast<std::uint32_t>(node.number(value.address).value_or(0))};
-      const bool pdo = is_pdo(value.address, kRpdoBase) || is_pdo(value.address, kTpdoBase);
+      const bool pdo = is_pdo(value.address, od::objects::kRpdoCommunication) ||
+                       is_pdo(value.address, od::objects::kTpdoCommunication);
       if (!pdo || !cob_id.valid()) {
         continue;
       }
@@ -135,8 +139,8 @@ std::vector<std::string> leave_out(od::DeviceDescription& device, std::uint8_t n
       mark_invalid(device, pdo.record);
     }
   }
-  leave_out_what_cannot_be(device, PdoKind::rpdo, kRpdoBase, notes);
-  leave_out_what_cannot_be(device, PdoKind::tpdo, kTpdoBase, notes);
+  leave_out_what_cannot_be(device, PdoKind::rpdo, od::objects::kRpdoCommunication, notes);
+  leave_out_what_cannot_be(device, PdoKind::tpdo, od::objects::kTpdoCommunication, notes);
   return notes;
 }
 

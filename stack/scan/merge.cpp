@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "stack/od/objects.h"
 #include "stack/scan/describe.h"
 
 namespace linegate::scan {
@@ -12,7 +13,7 @@ namespace {
 constexpr std::uint32_t kMajor = 0xFFFF'0000;
 
 bool is_communication_or_mapping(std::uint16_t index) {
-  return index >= 0x1400 && index < 0x1C00;
+  return od::objects::is_pdo_record(index);
 }
 
 od::VariableDescription* find(od::DeviceDescription& device, od::Address address) {
@@ -41,11 +42,12 @@ void add_missing(od::DeviceDescription& file, od::DeviceDescription found) {
 
 bool matches(const od::DeviceDescription& file, const ScannedNode& node) {
   const auto same = [&](std::uint32_t wanted, std::uint8_t sub, std::uint32_t bits) {
-    const auto read = static_cast<std::uint32_t>(node.number({0x1018, sub}).value_or(0));
+    const auto read =
+        static_cast<std::uint32_t>(node.number({od::objects::kIdentity, sub}).value_or(0));
     return wanted == 0 || ((wanted ^ read) & bits) == 0;
   };
-  const bool identified =
-      file.vendor_number != 0 || (file.product_number != 0 && node.number({0x1018, 1}) == 0U);
+  const bool identified = file.vendor_number != 0 ||
+                          (file.product_number != 0 && node.number(od::objects::kVendorId) == 0U);
   return identified && same(file.vendor_number, 1, ~0U) && same(file.product_number, 2, ~0U) &&
          same(file.revision_number, 3, kMajor);
 }

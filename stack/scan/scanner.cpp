@@ -7,11 +7,12 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/base/deadline.h"
+#include "stack/od/objects.h"
 
 namespace linegate::scan {
 namespace {
 
-constexpr od::Address kRestoreDefaults{0x1011, 1};
+constexpr od::Address kRestoreDefaults{od::objects::kRestoreDefaults, 1};
 constexpr std::array kLoad{std::byte{'l'}, std::byte{'o'}, std::byte{'a'}, std::byte{'d'}};
 
 }  // namespace

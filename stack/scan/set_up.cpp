@@ -5,14 +5,15 @@
 #include <chrono>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 
 namespace linegate::scan {
 namespace {
 
-constexpr od::Address kGuardTime{0x100C, 0};
-constexpr od::Address kLifeTimeFactor{0x100D, 0};
-constexpr od::Address kHeartbeat{0x1017, 0};
-constexpr od::Address kInputsSent{0x6423, 0};
+constexpr od::Address kGuardTime{od::objects::kGuardTime, 0};
+constexpr od::Address kLifeTimeFactor{od::objects::kLifeTimeFactor, 0};
+constexpr od::Address kHeartbeat{od::objects::kProducerHeartbeatTime, 0};
+constexpr od::Address kInputsSent{od::objects::cia401::kAnalogueInterrupts, 0};
 constexpr std::uint64_t kUsualFactor = 4;  // misses until a node counts as lost
 
 // No effect on what was not read.

@@ -7,31 +7,30 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 
 namespace linegate::scan {
 namespace {
 
-constexpr std::uint16_t kRpdos = 0x1400;
-constexpr std::uint16_t kTpdos = 0x1800;
 constexpr std::uint16_t kRecords = 0x200;  // of each kind; the mapping stands so far behind
-constexpr od::Address kIdentity{0x1018, 0};
-constexpr od::Address kInterruptEnable{0x6423, 0};  // CiA 401
-constexpr std::uint16_t kModules = 401;             // device profile of 1000h
+constexpr od::Address kIdentity{od::objects::kIdentity, 0};
+constexpr od::Address kInterruptEnable{od::objects::cia401::kAnalogueInterrupts, 0};
+constexpr std::uint16_t kModules = 401;  // device profile of 1000h
 constexpr std::uint64_t kMostIdentity = 4;
 constexpr std::uint64_t kMostCommunication = 6;
 constexpr std::uint64_t kMostMapped = 64;
 constexpr std::uint8_t kReserved = 4;  // sub-index of PDO communication records that none has
 
-constexpr std::array<od::Address, 12> kHead{{{0x1000, 0},
-                                             {0x1005, 0},
-                                             {0x1006, 0},
-                                             {0x1008, 0},
-                                             {0x1009, 0},
-                                             {0x100A, 0},
-                                             {0x100C, 0},
-                                             {0x100D, 0},
-                                             {0x1014, 0},
-                                             {0x1017, 0},
+constexpr std::array<od::Address, 12> kHead{{{od::objects::kDeviceType, 0},
+                                             {od::objects::kSyncCobId, 0},
+                                             {od::objects::kSyncPeriod, 0},
+                                             {od::objects::kDeviceName, 0},
+                                             {od::objects::kHardwareVersion, 0},
+                                             {od::objects::kSoftwareVersion, 0},
+                                             {od::objects::kGuardTime, 0},
+                                             {od::objects::kLifeTimeFactor, 0},
+                                             {od::objects::kEmcyCobId, 0},
+                                             {od::objects::kProducerHeartbeatTime, 0},
                                              kInterruptEnable,
                                              kIdentity}};
 
@@ -108,12 +107,13 @@ void Survey::next_head(std::optional<std::uint64_t> value) {
     if (entries_ > 0) {
       ask(Part::identity, {kIdentity.index, 1});
     } else {
-      begin_record(kRpdos);
+      begin_record(od::objects::kRpdoCommunication);
     }
     return;
   }
   ++head_;
-  const bool has_modules = (node_.number({0x1000, 0}).value_or(0) & 0xFFFFU) == kModules;
+  const bool has_modules =
+      (node_.number({od::objects::kDeviceType, 0}).value_or(0) & 0xFFFFU) == kModules;
   if (kHead[head_] == kInterruptEnable && !has_modules) {
     ++head_;
   }
@@ -124,7 +124,7 @@ void Survey::next_identity(std::optional<std::uint64_t> /*value*/) {
   if (wanted_->sub < entries_) {
     ask(Part::identity, {kIdentity.index, static_cast<std::uint8_t>(wanted_->sub + 1)});
   } else {
-    begin_record(kRpdos);
+    begin_record(od::objects::kRpdoCommunication);
   }
 }
 
@@ -135,10 +135,12 @@ void Survey::begin_record(std::uint16_t index) {
 
 void Survey::end_record() {
   const auto next = static_cast<std::uint16_t>(record_ + 1);
-  if (next < kRpdos + kRecords || (next > kTpdos && next < kTpdos + kRecords)) {
+  if (next < od::objects::kRpdoCommunication + kRecords ||
+      (next > od::objects::kTpdoCommunication &&
+       next < od::objects::kTpdoCommunication + kRecords)) {
     begin_record(next);
-  } else if (next == kRpdos + kRecords) {
-    begin_record(kTpdos);
+  } else if (next == od::objects::kRpdoCommunication + kRecords) {
+    begin_record(od::objects::kTpdoCommunication);
   } else {
     part_ = Part::done;
     wanted_.reset();

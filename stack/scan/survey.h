@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "stack/base/abort_code.h"
+#include "stack/od/objects.h"
 #include "stack/scan/scanned_node.h"
 
 namespace linegate::scan {
@@ -46,7 +47,7 @@ class Survey {
   void ask(Part part, od::Address address);
 
   ScannedNode node_;
-  std::optional<od::Address> wanted_{od::Address{0x1000, 0}};
+  std::optional<od::Address> wanted_{od::Address{od::objects::kDeviceType, 0}};
   Part part_ = Part::head;
   std::size_t head_ = 0;       // place in the list of single objects
   std::uint16_t record_ = 0;   // 1400h.. or 1800h..

@@ -7,6 +7,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
+#include "stack/od/objects.h"
 #include "stack/sdo/client.h"
 #include "stack/sdo/double_answers.h"
 #include "stack/sdo/malformed.h"
@@ -16,7 +17,7 @@ namespace linegate::sdo {
 
 namespace {
 
-constexpr od::Address kProducerHeartbeatTime{0x1017, 0};
+constexpr od::Address kProducerHeartbeatTime{od::objects::kProducerHeartbeatTime, 0};
 
 }  // namespace
 
@@ -44,15 +45,13 @@ Arbiter::Arbiter(can::Dispatch& dispatch, can::TransmitQueue& transmit, EventLog
 Arbiter::~Arbiter() = default;
 
 Duration Arbiter::timeout_of(const Request& request) const {
-  constexpr std::uint16_t kStore = 0x1010;
-  constexpr std::uint16_t kRestore = 0x1011;
   if (!request.write || request.user != nullptr) {
     return request.timeout;
   }
   switch (request.address.index) {
-    case kStore:
+    case od::objects::kStoreParameters:
       return std::max(request.timeout, save_timeout_);
-    case kRestore:
+    case od::objects::kRestoreDefaults:
       return std::max(request.timeout, load_timeout_);
     default:
       return request.timeout;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "stack/od/objects.h"
 #include "stack/sdo/protocol.h"
 
 namespace linegate::sdo {
@@ -23,9 +24,7 @@ bool is_value(std::uint64_t word) {
 
 // Objects whose value is the same in every answer of one device.
 bool is_constant(od::Address address) {
-  constexpr std::uint16_t kDeviceType = 0x1000;
-  constexpr std::uint16_t kIdentity = 0x1018;
-  return address.index == kDeviceType || address.index == kIdentity;
+  return address.index == od::objects::kDeviceType || address.index == od::objects::kIdentity;
 }
 
 bool within(Instant since, Instant now, Duration time) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/storage/parameters.h"
 
+#include "stack/od/objects.h"
+
 namespace linegate::storage {
 namespace {
 
@@ -11,17 +13,19 @@ struct Range {
   constexpr bool has(std::uint16_t index) const { return index >= first && index <= last; }
 };
 
-constexpr Range kCommunicationRange{0x1000, 0x1FFF};
+constexpr Range kCommunicationRange{od::objects::kFirstCommunication,
+                                    od::objects::kLastCommunication};
 constexpr Range kManufacturerRange{0x2000, 0x5FFF};
 constexpr Range kApplicationRange{0x6000, 0x9FFF};
 
 constexpr Range kNoParameters[] = {
-    {0x1003, 0x1003},  // errors that happened
-    {0x1010, 0x1011},  // commands
-    {0x1013, 0x1013},  // the time
-    {0x1021, 0x1026},  // stored EDS, operating system commands
-    {0x1F20, 0x1F7F},  // DCFs, programs, requests to configure
-    {0x1F82, 0x1F83},  // requests for NMT commands and guarding
+    {od::objects::kErrorHistory, od::objects::kErrorHistory},              // errors that happened
+    {od::objects::kStoreParameters, od::objects::kRestoreDefaults},        // commands
+    {od::objects::kHighResolutionTime, od::objects::kHighResolutionTime},  // the time
+    {od::objects::kStoredEds, od::objects::kOsPrompt},  // stored EDS, operating system commands
+    {od::objects::kStoredDcf, 0x1F7F},                  // DCFs, programs, requests to configure
+    {od::objects::kRequestNmt,
+     od::objects::kRequestGuarding},  // requests for NMT commands and guarding
 };
 
 }  // namespace

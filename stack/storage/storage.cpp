@@ -5,12 +5,12 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 #include "stack/storage/parameters.h"
 
 namespace linegate::storage {
 namespace {
 
-constexpr std::uint16_t kIdentity = 0x1018;
 constexpr std::uint32_t kOnCommand = 1;
 
 }  // namespace
@@ -53,7 +53,8 @@ bool Storage::apply(bool whole_node) {
 Owner Storage::owner() const {
   Owner out{.node_id = node_id_};
   for (std::uint8_t i = 0; i < out.identity.size(); ++i) {
-    const auto number = dictionary_.number({kIdentity, static_cast<std::uint8_t>(i + 1)});
+    const auto number =
+        dictionary_.number({od::objects::kIdentity, static_cast<std::uint8_t>(i + 1)});
     out.identity[i] = static_cast<std::uint32_t>(number.value_or(0));
   }
   return out;
@@ -77,7 +78,7 @@ AbortCode Storage::before_read(od::Address address, const od::Variable& variable
 }
 
 AbortCode Storage::check_write(od::Address address, std::span<const std::byte> value) {
-  const std::uint32_t signature = address.index == kStoreParameters ? kSave : kLoad;
+  const std::uint32_t signature = address.index == od::objects::kStoreParameters ? kSave : kLoad;
   if (medium_ == nullptr || !is_group(address.sub) || value.size() != sizeof signature ||
       load_le(value) != signature) {
     return AbortCode::cannot_transfer;
@@ -139,7 +140,7 @@ void Storage::done(bool good) {
 
 std::vector<StoredValue> Storage::wanted(od::Address address) {
   std::vector<StoredValue> values = stored_without(address.sub);
-  if (address.index == kRestoreDefaults) {
+  if (address.index == od::objects::kRestoreDefaults) {
     return values;
   }
   configuration_.refresh();

@@ -25,8 +25,6 @@
 
 namespace linegate::storage {
 
-inline constexpr std::uint16_t kStoreParameters = 0x1010;
-inline constexpr std::uint16_t kRestoreDefaults = 0x1011;
 inline constexpr std::uint32_t kSave = 0x6576'6173;
 inline constexpr std::uint32_t kLoad = 0x6461'6F6C;
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/storage/verify_configuration.h"
 
+#include "stack/od/objects.h"
 #include "stack/storage/parameters.h"
 
 namespace linegate::storage {
@@ -34,12 +35,12 @@ void VerifyConfiguration::values_reset(bool whole_node) {
 }
 
 void VerifyConfiguration::refresh() {
-  const bool set = dictionary_.number({kVerifyConfiguration, 1}).value_or(0) != 0 ||
-                   dictionary_.number({kVerifyConfiguration, 2}).value_or(0) != 0;
+  const bool set = dictionary_.number({od::objects::kVerifyConfiguration, 1}).value_or(0) != 0 ||
+                   dictionary_.number({od::objects::kVerifyConfiguration, 2}).value_or(0) != 0;
   if (set && configured_ != fingerprint()) {
     constexpr std::byte kZero[4]{};
-    dictionary_.restore({kVerifyConfiguration, 1}, kZero);
-    dictionary_.restore({kVerifyConfiguration, 2}, kZero);
+    dictionary_.restore({od::objects::kVerifyConfiguration, 1}, kZero);
+    dictionary_.restore({od::objects::kVerifyConfiguration, 2}, kZero);
   }
 }
 
@@ -56,7 +57,7 @@ void VerifyConfiguration::written(od::Address /*address*/) {
 VerifyConfiguration::Fingerprint VerifyConfiguration::fingerprint() const {
   Fingerprint out{kStart, kStart};
   for (const od::Address address : dictionary_.stored(0x0001, 0xFFFF)) {
-    if (address.index != kVerifyConfiguration) {
+    if (address.index != od::objects::kVerifyConfiguration) {
       mix_in(covers(kCommunication, address.index) ? out.communication : out.others, address,
              dictionary_.find(address)->bytes());
     }

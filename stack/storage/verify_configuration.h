@@ -14,8 +14,6 @@
 
 namespace linegate::storage {
 
-inline constexpr std::uint16_t kVerifyConfiguration = 0x1020;
-
 // Hook of 1020h.
 class VerifyConfiguration final : public od::Hook {
  public:

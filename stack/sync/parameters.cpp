@@ -3,6 +3,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id_rule.h"
+#include "stack/od/objects.h"
 
 namespace linegate::sync {
 namespace {
@@ -32,11 +33,15 @@ AbortCode check_overflow(const Parameters& present, std::uint64_t wanted) {
 
 Parameters read_parameters(const od::Dictionary& dictionary) {
   Parameters out;
-  out.exists = dictionary.has_object(kCobId);
-  out.cob_id.raw = static_cast<std::uint32_t>(dictionary.number({kCobId, 0}).value_or(0));
-  out.period = std::chrono::microseconds(dictionary.number({kCyclePeriod, 0}).value_or(0));
-  out.window = std::chrono::microseconds(dictionary.number({kWindowLength, 0}).value_or(0));
-  out.overflow = static_cast<std::uint8_t>(dictionary.number({kCounterOverflow, 0}).value_or(0));
+  out.exists = dictionary.has_object(od::objects::kSyncCobId);
+  out.cob_id.raw =
+      static_cast<std::uint32_t>(dictionary.number({od::objects::kSyncCobId, 0}).value_or(0));
+  out.period =
+      std::chrono::microseconds(dictionary.number({od::objects::kSyncPeriod, 0}).value_or(0));
+  out.window =
+      std::chrono::microseconds(dictionary.number({od::objects::kSyncWindow, 0}).value_or(0));
+  out.overflow = static_cast<std::uint8_t>(
+      dictionary.number({od::objects::kSyncCounterOverflow, 0}).value_or(0));
   return out;
 }
 
@@ -44,9 +49,9 @@ AbortCode check_write(const Parameters& present, od::Address address,
                       std::span<const std::byte> value) {
   const std::uint64_t wanted = load_le(value);
   switch (address.index) {
-    case kCobId:
+    case od::objects::kSyncCobId:
       return check_cob_id(present, can::CobId{static_cast<std::uint32_t>(wanted)});
-    case kCounterOverflow:
+    case od::objects::kSyncCounterOverflow:
       return check_overflow(present, wanted);
     default:
       return AbortCode::none;

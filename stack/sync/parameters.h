@@ -18,11 +18,6 @@
 
 namespace linegate::sync {
 
-inline constexpr std::uint16_t kCobId = 0x1005;
-inline constexpr std::uint16_t kCyclePeriod = 0x1006;
-inline constexpr std::uint16_t kWindowLength = 0x1007;
-inline constexpr std::uint16_t kCounterOverflow = 0x1019;
-
 struct Parameters {
   bool exists = false;  // there is an object 1005h: the device takes part in SYNC at all
   can::CobId cob_id;

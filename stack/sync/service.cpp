@@ -3,6 +3,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
+#include "stack/od/objects.h"
 
 namespace linegate::sync {
 
@@ -28,9 +29,10 @@ std::optional<std::uint8_t> Service::advance(Instant now) {
 }
 
 AbortCode Service::check_write(od::Address address, std::span<const std::byte> value) {
-  const bool produce = address.index == kCobId && value.size() == sizeof(std::uint32_t) &&
+  const bool produce = address.index == od::objects::kSyncCobId &&
+                       value.size() == sizeof(std::uint32_t) &&
                        (load_le<std::uint32_t>(value.data()) & can::CobId::kProducerBit) != 0;
-  if (produce && !dictionary_.has_object(kCyclePeriod)) {
+  if (produce && !dictionary_.has_object(od::objects::kSyncPeriod)) {
     return AbortCode::invalid_value;
   }
   return sync::check_write(parameters_, address, value);
@@ -38,7 +40,7 @@ AbortCode Service::check_write(od::Address address, std::span<const std::byte> v
 
 // The window concerns PDOs alone: SYNC goes on as it is.
 void Service::written(od::Address address) {
-  if (address.index == kWindowLength) {
+  if (address.index == od::objects::kSyncWindow) {
     parameters_ = read_parameters(dictionary_);
     return;
   }

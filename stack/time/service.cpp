@@ -4,6 +4,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/base/period.h"
 #include "stack/can/cob_id_rule.h"
+#include "stack/od/objects.h"
 
 namespace linegate::time {
 namespace {
@@ -27,7 +28,8 @@ Service::~Service() {
 }
 
 void Service::configure() {
-  const auto raw = static_cast<std::uint32_t>(dictionary_.number({kCobId, 0}).value_or(0));
+  const auto raw =
+      static_cast<std::uint32_t>(dictionary_.number({od::objects::kTimeCobId, 0}).value_or(0));
   register_cob_id(false);
   cob_id_ = can::CobId{raw};
   if (!can::has_allowed_id(identifier(cob_id_))) {

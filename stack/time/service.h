@@ -16,7 +16,6 @@
 
 namespace linegate::time {
 
-inline constexpr std::uint16_t kCobId = 0x1012;
 inline constexpr std::uint32_t kConsumeBit = 0x8000'0000;
 inline constexpr std::uint32_t kProduceBit = 0x4000'0000;
 

@@ -7,6 +7,7 @@ import shutil
 import tempfile
 import unittest
 
+import catalogue
 import formatting
 import layering
 import licences
@@ -148,6 +149,28 @@ class Layering(TreeCase):
         text = "auto now = std::chrono::steady_clock::now();\n"
         self.assertEqual(len(self.complaints(layering, "stack/line/a.cpp", text)), 1)
         self.assertEqual(self.complaints(layering, "gateway/app/a.cpp", text), [])
+
+
+class Catalogue(TreeCase):
+    def test_an_index_outside_of_the_catalogue(self):
+        for line in ("constexpr std::uint16_t kStore = 0x1010;", "inline constexpr std::uint64_t kStore = 0x5f18;",
+                     "  constexpr od::Address kFirst{0xA000, 1};", "number({0x1018, sub});", "plan({0x1017, 0}, 1);"):
+            with self.subTest(line=line):
+                found = self.complaints(catalogue, "gateway/a.cpp", line)
+                self.assertEqual(len(found), 1)
+                self.assertTrue(found[0].startswith("gateway/a.cpp:1: "), found[0])
+
+    def test_the_catalogue_and_other_numbers(self):
+        for path, line in (
+            (catalogue.CATALOGUE, "inline constexpr std::uint16_t kStoreParameters = 0x1010;"),
+            ("tests/stack/a.cpp", "constexpr std::uint16_t kStore = 0x1010;"),
+            ("stack/a.cpp", "constexpr std::uint32_t kIdBits = 0x1FFF'FFFF;"),
+            ("stack/a.cpp", "constexpr std::uint16_t kControlword = 0x6040;"),
+            ("stack/a.cpp", "// {0x1018, 1}"),
+            ("stack/a.cpp", "return {od::objects::kIdentity, 1};"),
+        ):
+            with self.subTest(path=path, line=line):
+                self.assertEqual(self.complaints(catalogue, path, line), [])
 
 
 class Licences(TreeCase):

@@ -13,6 +13,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/od/dictionary.h"
+#include "stack/od/objects.h"
 #include "stack/storage/image.h"
 
 #include "tests/fuzz/expect.h"
@@ -101,7 +102,7 @@ void check_device(const Bytes& image) {
   LINEGATE_EXPECT(dictionary.find({0x2003, 0})->size <= 64);
   // What it stores itself it finds again.
   const std::uint32_t save = storage::kSave;
-  constexpr od::Address kAll{storage::kStoreParameters, 1};
+  constexpr od::Address kAll{od::objects::kStoreParameters, 1};
   const auto signature = std::as_bytes(std::span(&save, 1));
   LINEGATE_EXPECT(stored.check_write(kAll, signature) == AbortCode::none && stored.kept() == 0);
   LINEGATE_EXPECT(stored.execute_write(kAll, signature) == AbortCode::none && stored.kept() == 1);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "stack/emcy/consumer_object.h"
+#include "stack/od/objects.h"
 
 #include "tests/stack/node/objects.h"
 
@@ -66,19 +67,22 @@ TEST_F(EmcyConsumerTest, ListensToAllButTheOwnNode) {
 }
 
 TEST_F(EmcyConsumerTest, TheObjectListsWhatIsConsumed) {
-  od::Dictionary dictionary =
-      testing::dictionary_of({testing::array(kConsumerObject, od::DataType::unsigned32, 8)});
+  od::Dictionary dictionary = testing::dictionary_of(
+      {testing::array(od::objects::kEmcyConsumer, od::DataType::unsigned32, 8)});
   ConsumerObject object(dictionary, consumer);
-  ASSERT_TRUE(dictionary.set_hook(kConsumerObject, &object).ok());
+  ASSERT_TRUE(dictionary.set_hook(od::objects::kEmcyConsumer, &object).ok());
   object.configure();
   EXPECT_FALSE(wants(0x000));
-  EXPECT_EQ(write<std::uint32_t>(dictionary, {kConsumerObject, 5}, 0x85), AbortCode::none);
+  EXPECT_EQ(write<std::uint32_t>(dictionary, {od::objects::kEmcyConsumer, 5}, 0x85),
+            AbortCode::none);
   EXPECT_TRUE(wants(0x085));
   EXPECT_FALSE(wants(0x086));
-  EXPECT_EQ(write<std::uint32_t>(dictionary, {kConsumerObject, 5}, 0x86), AbortCode::invalid_value);
-  EXPECT_EQ(write<std::uint32_t>(dictionary, {kConsumerObject, 5}, 0x8000'0085), AbortCode::none);
+  EXPECT_EQ(write<std::uint32_t>(dictionary, {od::objects::kEmcyConsumer, 5}, 0x86),
+            AbortCode::invalid_value);
+  EXPECT_EQ(write<std::uint32_t>(dictionary, {od::objects::kEmcyConsumer, 5}, 0x8000'0085),
+            AbortCode::none);
   EXPECT_FALSE(wants(0x085));
-  EXPECT_EQ(write<std::uint32_t>(dictionary, {kConsumerObject, 6}, 0x701),
+  EXPECT_EQ(write<std::uint32_t>(dictionary, {od::objects::kEmcyConsumer, 6}, 0x701),
             AbortCode::invalid_value);
 }
 

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "stack/od/objects.h"
+
 #include "tests/stack/node/objects.h"
 
 namespace linegate::emcy {
@@ -21,9 +23,9 @@ constexpr std::byte kInfo[] = {std::byte{0xA1}, std::byte{0xA2}, std::byte{0xA3}
 class EmcyProducerTest : public ::testing::Test {
  protected:
   EmcyProducerTest() {
-    EXPECT_TRUE(dictionary.set_hook(kErrorHistoryIndex, &producer.history()).ok());
-    EXPECT_TRUE(dictionary.set_hook(kProducerCobId, &producer).ok());
-    EXPECT_TRUE(dictionary.set_hook(kInhibitTime, &producer).ok());
+    EXPECT_TRUE(dictionary.set_hook(od::objects::kErrorHistory, &producer.history()).ok());
+    EXPECT_TRUE(dictionary.set_hook(od::objects::kEmcyCobId, &producer).ok());
+    EXPECT_TRUE(dictionary.set_hook(od::objects::kEmcyInhibitTime, &producer).ok());
     producer.set_active(true);
   }
 
@@ -31,22 +33,23 @@ class EmcyProducerTest : public ::testing::Test {
     return producer.send(code, error_register, kInfo, at(when));
   }
   std::optional<std::uint32_t> history(std::uint8_t sub) {
-    const auto value = dictionary.read({kErrorHistoryIndex, sub});
+    const auto value = dictionary.read({od::objects::kErrorHistory, sub});
     return value ? std::optional(static_cast<std::uint32_t>(load_le(*value))) : std::nullopt;
   }
   void inhibit(std::uint16_t units) {
-    EXPECT_EQ(write<std::uint16_t>(dictionary, {kInhibitTime, 0}, units), AbortCode::none);
+    EXPECT_EQ(write<std::uint16_t>(dictionary, {od::objects::kEmcyInhibitTime, 0}, units),
+              AbortCode::none);
   }
   AbortCode cob_id(std::uint32_t raw) {
-    return write<std::uint32_t>(dictionary, {kProducerCobId, 0}, raw);
+    return write<std::uint32_t>(dictionary, {od::objects::kEmcyCobId, 0}, raw);
   }
 
   od::Dictionary dictionary = testing::dictionary_of(
-      {testing::object(kErrorRegisterIndex, od::DataType::unsigned8, 0, od::Access::ro),
-       testing::array(kErrorHistoryIndex, od::DataType::unsigned32, 3, 0,
+      {testing::object(od::objects::kErrorRegister, od::DataType::unsigned8, 0, od::Access::ro),
+       testing::array(od::objects::kErrorHistory, od::DataType::unsigned32, 3, 0,
                       testing::sub(0, od::DataType::unsigned8, 0)),
-       testing::object(kProducerCobId, od::DataType::unsigned32, 0x85),
-       testing::object(kInhibitTime, od::DataType::unsigned16, 0)});
+       testing::object(od::objects::kEmcyCobId, od::DataType::unsigned32, 0x85),
+       testing::object(od::objects::kEmcyInhibitTime, od::DataType::unsigned16, 0)});
   can::TransmitQueue queue;
   EventLog events;
   Producer producer{dictionary, queue, events, 5};
@@ -58,7 +61,7 @@ TEST_F(EmcyProducerTest, SendsEightBytes) {  // 1014h
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(frames[0].id, 0x85U);
   EXPECT_EQ(data_of(frames[0]), (std::vector<int>{0x00, 0x62, 0x81, 0xA1, 0xA2, 0xA3, 0xA4, 0xA5}));
-  EXPECT_EQ(dictionary.number({kErrorRegisterIndex, 0}), 0x81U);
+  EXPECT_EQ(dictionary.number({od::objects::kErrorRegister, 0}), 0x81U);
   const auto told = take_events(events);
   ASSERT_EQ(told.size(), 1U);
   EXPECT_EQ(told[0].kind, EventKind::emcy_sent);
@@ -85,7 +88,7 @@ TEST_F(EmcyProducerTest, HistoryNewestFirst) {
   EXPECT_EQ(history(0), 2U);
   EXPECT_EQ(history(1), 0xA2A1'2000U);
   EXPECT_EQ(history(2), 0xA2A1'1000U);
-  EXPECT_EQ(dictionary.read({kErrorHistoryIndex, 3}).error(), to_error(AbortCode::no_data));
+  EXPECT_EQ(dictionary.read({od::objects::kErrorHistory, 3}).error(), to_error(AbortCode::no_data));
   send(0x3000, 2ms);
   send(0x4000, 3ms);
   EXPECT_EQ(history(0), 3U);
@@ -103,9 +106,10 @@ TEST_F(EmcyProducerTest, ErrorResetClearsTheRegisterAndIsNoError) {
 
 TEST_F(EmcyProducerTest, WritingZeroEmptiesTheHistory) {
   send(0x1000, 0ms);
-  EXPECT_EQ(write<std::uint8_t>(dictionary, {kErrorHistoryIndex, 0}, 1), AbortCode::invalid_value);
+  EXPECT_EQ(write<std::uint8_t>(dictionary, {od::objects::kErrorHistory, 0}, 1),
+            AbortCode::invalid_value);
   EXPECT_EQ(history(0), 1U);
-  EXPECT_EQ(write<std::uint8_t>(dictionary, {kErrorHistoryIndex, 0}, 0), AbortCode::none);
+  EXPECT_EQ(write<std::uint8_t>(dictionary, {od::objects::kErrorHistory, 0}, 0), AbortCode::none);
   EXPECT_EQ(history(0), 0U);
   EXPECT_FALSE(history(1));
 }
@@ -177,8 +181,8 @@ TEST_F(EmcyProducerTest, WhatWaitsIsForgottenWithTheCobId) {
 }
 
 TEST(EmcyProducer, WorksWithoutItsOptionalObjects) {
-  od::Dictionary dictionary =
-      testing::dictionary_of({testing::object(kProducerCobId, od::DataType::unsigned32, 0x85)});
+  od::Dictionary dictionary = testing::dictionary_of(
+      {testing::object(od::objects::kEmcyCobId, od::DataType::unsigned32, 0x85)});
   can::TransmitQueue queue;
   EventLog events;
   Producer producer(dictionary, queue, events, 5);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Routes that change while a line runs: nobody on its bus notices.
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 #include "stack/routing/emcy_router.h"
 #include "stack/routing/table_object.h"
 
@@ -44,7 +45,7 @@ TEST_F(SetRoutesTest, TheTablesChangeAndNothingElse) {
   EXPECT_EQ(dictionary.number(kNumberOfRoutes), 2U);
   EXPECT_EQ(routing::routes_of(dictionary), wanted.routes);
   EXPECT_EQ(dictionary.number({0x5F20, 99}), 99U);
-  EXPECT_EQ(dictionary.number({routing::kEmcyRouting, 5}), 1U);
+  EXPECT_EQ(dictionary.number({od::objects::kEmcyRouting, 5}), 1U);
   EXPECT_EQ(line_->config().routing.routes, wanted.routes);
   dictionary.reset_values(0x1000, 0xFFFF);
   EXPECT_EQ(dictionary.number(kNumberOfRoutes), 2U) << "they are the defaults, too";

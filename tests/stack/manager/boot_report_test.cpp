@@ -5,6 +5,7 @@
 
 #include "stack/manager/boot_event.h"
 #include "stack/manager/program_run.h"
+#include "stack/od/objects.h"
 
 namespace linegate::manager {
 namespace {
@@ -89,7 +90,7 @@ TEST(BootStatus, WhatCouldNotBeReadIsNotCalledAnother) {
 
 TEST(BootStatus, AFlashStatusHasItsWords) {
   EXPECT_EQ(describe_boot('I', {.kind = BootFinding::Kind::value,
-                                .object = {kFlashStatus, 1},
+                                .object = {od::objects::kFlashStatus, 1},
                                 .expected = 0,
                                 .found = 4}),
             "software update failed: 1F57:01 is 00000004h, not 00000000h, format of the program is "

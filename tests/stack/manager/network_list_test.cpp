@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "stack/od/objects.h"
+
 namespace linegate::manager {
 namespace {
 
@@ -23,17 +25,18 @@ od::Dictionary dictionary_of(const std::vector<NodePlan>& plans, const Options& 
 TEST(NetworkList, EachObjectIsThereWithItsElements) {
   const od::Dictionary dictionary = dictionary_of({});
   for (const std::uint16_t index :
-       {kSlaveAssignment, kExpectedDeviceType, kExpectedVendor, kExpectedProduct, kExpectedRevision,
-        kExpectedSerial, kRestoreConfiguration}) {
+       {od::objects::kSlaveAssignment, od::objects::kExpectedDeviceType,
+        od::objects::kExpectedVendor, od::objects::kExpectedProduct, od::objects::kExpectedRevision,
+        od::objects::kExpectedSerial, od::objects::kRestoreConfiguration}) {
     EXPECT_EQ(dictionary.highest_sub(index), 127) << index;
     EXPECT_EQ(dictionary.number({index, 0}), 127U) << index;
   }
-  EXPECT_EQ(dictionary.number({kRequestNmt, 0}), 128U);
-  EXPECT_EQ(dictionary.number({kRequestGuarding, 0}), 128U);
-  EXPECT_EQ(dictionary.find({kNmtStartup, 0})->size, 4U);
-  EXPECT_EQ(dictionary.find({kBootTime, 0})->size, 4U);
-  EXPECT_EQ(dictionary.find({kNmtInhibitTime, 0})->size, 2U);
-  EXPECT_EQ(dictionary.find({kRestoreConfiguration, 1})->size, 1U);
+  EXPECT_EQ(dictionary.number({od::objects::kRequestNmt, 0}), 128U);
+  EXPECT_EQ(dictionary.number({od::objects::kRequestGuarding, 0}), 128U);
+  EXPECT_EQ(dictionary.find({od::objects::kNmtStartup, 0})->size, 4U);
+  EXPECT_EQ(dictionary.find({od::objects::kBootTime, 0})->size, 4U);
+  EXPECT_EQ(dictionary.find({od::objects::kNmtInhibitTime, 0})->size, 2U);
+  EXPECT_EQ(dictionary.find({od::objects::kRestoreConfiguration, 1})->size, 1U);
 }
 
 TEST(NetworkList, AnUnlistedNodeHasNoBits) {
@@ -77,8 +80,10 @@ TEST(NetworkList, WhatIsExpectedComesFromThePlan) {  // 1F84h
   const od::Dictionary dictionary = dictionary_of({node});
   const NetworkList list(dictionary);
   for (std::uint16_t i = 0; i < 5; ++i) {
-    EXPECT_EQ(list.expected(static_cast<std::uint16_t>(kExpectedDeviceType + i), 9), i + 1U);
-    EXPECT_EQ(list.expected(static_cast<std::uint16_t>(kExpectedDeviceType + i), 8), 0U);
+    EXPECT_EQ(list.expected(static_cast<std::uint16_t>(od::objects::kExpectedDeviceType + i), 9),
+              i + 1U);
+    EXPECT_EQ(list.expected(static_cast<std::uint16_t>(od::objects::kExpectedDeviceType + i), 8),
+              0U);
   }
 }
 
@@ -99,15 +104,15 @@ TEST(NetworkList, EachBitOf1F80hComesFromTheOptions) {
 TEST(NetworkList, TimesAreInTheirUnits) {
   const od::Dictionary dictionary =
       dictionary_of({}, {.boot_time = milliseconds(30'000), .nmt_inhibit = milliseconds(2)});
-  EXPECT_EQ(dictionary.number({kBootTime, 0}), 30'000U) << "ms";
-  EXPECT_EQ(dictionary.number({kNmtInhibitTime, 0}), 20U) << "100 us";
+  EXPECT_EQ(dictionary.number({od::objects::kBootTime, 0}), 30'000U) << "ms";
+  EXPECT_EQ(dictionary.number({od::objects::kNmtInhibitTime, 0}), 20U) << "100 us";
   EXPECT_EQ(NetworkList(dictionary).boot_time(), milliseconds(30'000));
 }
 
 TEST(NetworkList, ReadsWhatIsWritten) {
   od::Dictionary dictionary = dictionary_of({plan(5)});
   const NetworkList list(dictionary);
-  ASSERT_TRUE(dictionary.set({kSlaveAssignment, 7}, std::uint32_t{0x0D}));
+  ASSERT_TRUE(dictionary.set({od::objects::kSlaveAssignment, 7}, std::uint32_t{0x0D}));
   EXPECT_TRUE(list.mandatory(7));
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 
 #include "tests/stack/node/objects.h"
 
@@ -18,15 +19,15 @@ using testing::write;
 class ConsumerHeartbeatTimeTest : public ::testing::Test {
  protected:
   ConsumerHeartbeatTimeTest() {
-    EXPECT_TRUE(dictionary.set_hook(kConsumerHeartbeatTime, &object).ok());
+    EXPECT_TRUE(dictionary.set_hook(od::objects::kConsumerHeartbeatTime, &object).ok());
   }
 
   AbortCode set(std::uint8_t sub, std::uint32_t value) {
-    return write<std::uint32_t>(dictionary, {kConsumerHeartbeatTime, sub}, value);
+    return write<std::uint32_t>(dictionary, {od::objects::kConsumerHeartbeatTime, sub}, value);
   }
 
-  od::Dictionary dictionary =
-      testing::dictionary_of({testing::array(kConsumerHeartbeatTime, od::DataType::unsigned32, 4)});
+  od::Dictionary dictionary = testing::dictionary_of(
+      {testing::array(od::objects::kConsumerHeartbeatTime, od::DataType::unsigned32, 4)});
   can::Dispatch dispatch;
   EventLog events;
   HeartbeatConsumer consumer{dispatch, events};
@@ -57,7 +58,7 @@ TEST_F(ConsumerHeartbeatTimeTest, WhatAnotherConsumerMonitorsIsShownInEntriesTha
   managers.monitor(9, 100ms);
   object.show(&managers);
   const auto shown = [this](std::uint8_t sub) {
-    const auto value = dictionary.read({kConsumerHeartbeatTime, sub});
+    const auto value = dictionary.read({od::objects::kConsumerHeartbeatTime, sub});
     return value.ok() ? load_le(*value) : 0;
   };
   EXPECT_EQ(set(2, 0x0005'00FA), AbortCode::none);
@@ -72,8 +73,9 @@ TEST_F(ConsumerHeartbeatTimeTest, WhatAnotherConsumerMonitorsIsShownInEntriesTha
   EXPECT_TRUE(object.shows());
   object.hide(dictionary);
   EXPECT_FALSE(object.shows());
-  EXPECT_EQ(dictionary.number({kConsumerHeartbeatTime, 1}), 0U) << "nothing is stored of it";
-  EXPECT_EQ(dictionary.number({kConsumerHeartbeatTime, 2}), 0x0005'00FAU);
+  EXPECT_EQ(dictionary.number({od::objects::kConsumerHeartbeatTime, 1}), 0U)
+      << "nothing is stored of it";
+  EXPECT_EQ(dictionary.number({od::objects::kConsumerHeartbeatTime, 2}), 0x0005'00FAU);
   managers.stop(9);
   EXPECT_EQ(shown(1), 0U);
 }

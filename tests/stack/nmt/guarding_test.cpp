@@ -6,6 +6,7 @@
 
 #include "stack/nmt/guarding_slave.h"
 #include "stack/nmt/heartbeat_consumer.h"
+#include "stack/od/objects.h"
 
 #include "tests/stack/node/objects.h"
 
@@ -32,7 +33,7 @@ struct Telling : LifeGuardingListener {
 class GuardingSlaveTest : public ::testing::Test {
  protected:
   GuardingSlaveTest() {
-    for (const std::uint16_t index : {kGuardTime, kLifeTimeFactor}) {
+    for (const std::uint16_t index : {od::objects::kGuardTime, od::objects::kLifeTimeFactor}) {
       EXPECT_TRUE(dictionary.set_hook(index, &slave).ok());
     }
     slave.configure();
@@ -52,8 +53,10 @@ class GuardingSlaveTest : public ::testing::Test {
     return out;
   }
   void guard(std::uint16_t guard_time, std::uint8_t factor) {
-    EXPECT_EQ(testing::write(dictionary, {kGuardTime, 0}, guard_time), AbortCode::none);
-    EXPECT_EQ(testing::write(dictionary, {kLifeTimeFactor, 0}, factor), AbortCode::none);
+    EXPECT_EQ(testing::write(dictionary, {od::objects::kGuardTime, 0}, guard_time),
+              AbortCode::none);
+    EXPECT_EQ(testing::write(dictionary, {od::objects::kLifeTimeFactor, 0}, factor),
+              AbortCode::none);
   }
 
   od::Dictionary dictionary =

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "stack/od/objects.h"
+
 #include "tests/stack/node/objects.h"
 
 namespace linegate::nmt {
@@ -17,9 +19,9 @@ class HeartbeatProducerTest : public ::testing::Test {
  protected:
   explicit HeartbeatProducerTest(std::uint16_t ms = 100)
       : dictionary(testing::dictionary_of(
-            {testing::object(kHeartbeatProducerTime, od::DataType::unsigned16, ms)})),
+            {testing::object(od::objects::kProducerHeartbeatTime, od::DataType::unsigned16, ms)})),
         producer(dictionary, queue, 5) {
-    EXPECT_TRUE(dictionary.set_hook(kHeartbeatProducerTime, &producer).ok());
+    EXPECT_TRUE(dictionary.set_hook(od::objects::kProducerHeartbeatTime, &producer).ok());
   }
 
   void boot() {

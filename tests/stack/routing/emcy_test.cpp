@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "stack/od/dictionary.h"
+#include "stack/od/objects.h"
 #include "stack/routing/emcy_frame.h"
 #include "stack/routing/emcy_router.h"
 
@@ -123,7 +124,7 @@ TEST_F(EmcyRouting, OfOtherNodesStaysUntilTheListSaysSo) {  // 1F2Fh, 1028h
   hear(1, 0x086, {0x30, 0x81, 0x11, 1, 2, 3, 4, 5});
   EXPECT_EQ(emcys(2), Frames{});
   const std::array<std::byte, 4> both{std::byte{kNetwork1 | kNetwork2}};
-  ASSERT_EQ(line(1).dictionary().write({kEmcyRouting, 6}, both), AbortCode::none);
+  ASSERT_EQ(line(1).dictionary().write({od::objects::kEmcyRouting, 6}, both), AbortCode::none);
   hear(1, 0x086, {0x30, 0x81, 0x11, 1, 2, 3, 4, 5});
   EXPECT_EQ(emcys(2), Frames{"0FE 3081110100060101"}) << "in its own network it was heard already";
   EXPECT_EQ(emcys(1), Frames{});

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/objects.h"
 #include "stack/storage/parameters.h"
 
 namespace linegate::storage {
@@ -73,12 +74,12 @@ od::VariableDescription text(std::string_view value) {
 od::DeviceDescription device() {
   od::DeviceDescription out;
   out.objects = {
-      commands(kStoreParameters),
-      commands(kRestoreDefaults),
+      commands(od::objects::kStoreParameters),
+      commands(od::objects::kRestoreDefaults),
       object(0x1017, {variable(0, DataType::unsigned16, 100)}),
       object(0x1018, {variable(0, DataType::unsigned8, 1, Access::constant),
                       variable(1, DataType::unsigned32, 0x4C47, Access::ro)}),
-      object(kVerifyConfiguration,
+      object(od::objects::kVerifyConfiguration,
              {variable(0, DataType::unsigned8, 2, Access::constant),
               variable(1, DataType::unsigned32, 0), variable(2, DataType::unsigned32, 0)}),
       object(0x2000, {variable(0, DataType::unsigned24, 200)}),
@@ -91,8 +92,8 @@ od::DeviceDescription device() {
   return out;
 }
 
-constexpr od::Address kDate{kVerifyConfiguration, 1};
-constexpr od::Address kTime{kVerifyConfiguration, 2};
+constexpr od::Address kDate{od::objects::kVerifyConfiguration, 1};
+constexpr od::Address kTime{od::objects::kVerifyConfiguration, 2};
 
 class StorageTest : public ::testing::Test {
  protected:
@@ -103,9 +104,9 @@ class StorageTest : public ::testing::Test {
     dictionary = od::Dictionary(description);
     storage = std::make_unique<Storage>(dictionary, node_id);
     storage->set_medium(&medium);
-    (void)dictionary.set_hook(kStoreParameters, storage.get()).ok();
-    (void)dictionary.set_hook(kRestoreDefaults, storage.get()).ok();
-    (void)dictionary.set_hook(kVerifyConfiguration, &storage->configuration()).ok();
+    (void)dictionary.set_hook(od::objects::kStoreParameters, storage.get()).ok();
+    (void)dictionary.set_hook(od::objects::kRestoreDefaults, storage.get()).ok();
+    (void)dictionary.set_hook(od::objects::kVerifyConfiguration, &storage->configuration()).ok();
     const Damage damage = storage->load();
     storage->apply(true);
     return damage;
@@ -124,8 +125,8 @@ class StorageTest : public ::testing::Test {
     store_le(raw.data(), value);
     return dictionary.write(address, std::span(raw).first(size));
   }
-  AbortCode save(std::uint8_t sub) { return write({kStoreParameters, sub}, kSave); }
-  AbortCode load(std::uint8_t sub) { return write({kRestoreDefaults, sub}, kLoad); }
+  AbortCode save(std::uint8_t sub) { return write({od::objects::kStoreParameters, sub}, kSave); }
+  AbortCode load(std::uint8_t sub) { return write({od::objects::kRestoreDefaults, sub}, kLoad); }
   std::uint64_t read(od::Address address) {
     const auto value = dictionary.read(address);
     return value ? load_le(*value) : ~std::uint64_t{0};
@@ -224,10 +225,10 @@ TEST_F(StorageTest, RestoringDefaultsTakesEffectAtPowerOn) {
 TEST_F(StorageTest, OnlyTheSignatureDoesAnything) {
   change_all();
   for (const std::uint32_t wrong : {0U, 1U, kLoad, 0x7361'7665U}) {
-    EXPECT_EQ(write({kStoreParameters, 1}, wrong), AbortCode::cannot_transfer);
+    EXPECT_EQ(write({od::objects::kStoreParameters, 1}, wrong), AbortCode::cannot_transfer);
   }
   for (const std::uint32_t wrong : {0U, 1U, kSave, 0x6C6F'6164U}) {
-    EXPECT_EQ(write({kRestoreDefaults, 1}, wrong), AbortCode::cannot_transfer);
+    EXPECT_EQ(write({od::objects::kRestoreDefaults, 1}, wrong), AbortCode::cannot_transfer);
   }
   EXPECT_TRUE(medium.kept.empty());
   EXPECT_EQ(storage->kept(), 0U);
@@ -238,11 +239,11 @@ TEST_F(StorageTest, SubIndicesBeyondTheKnownAreRefused) {
   EXPECT_EQ(load(5), AbortCode::cannot_transfer);
   EXPECT_EQ(save(6), AbortCode::no_sub_index);
   EXPECT_EQ(save(0), AbortCode::read_only);
-  EXPECT_EQ(write({kStoreParameters, 1}, 0x6173, 2), AbortCode::length_too_low);
+  EXPECT_EQ(write({od::objects::kStoreParameters, 1}, 0x6173, 2), AbortCode::length_too_low);
 }
 
 TEST_F(StorageTest, ReadingTellsThatItStoresOnCommand) {
-  for (const std::uint16_t index : {kStoreParameters, kRestoreDefaults}) {
+  for (const std::uint16_t index : {od::objects::kStoreParameters, od::objects::kRestoreDefaults}) {
     EXPECT_EQ(read({index, 0}), 5U);
     for (std::uint8_t sub = kAll; sub <= kManufacturer; ++sub) {
       EXPECT_EQ(read({index, sub}), 1U);
@@ -250,15 +251,15 @@ TEST_F(StorageTest, ReadingTellsThatItStoresOnCommand) {
     EXPECT_EQ(read({index, 5}), 0U);
   }
   EXPECT_EQ(save(kAll), AbortCode::none);
-  EXPECT_EQ(read({kStoreParameters, 1}), 1U) << "and not what was written";
+  EXPECT_EQ(read({od::objects::kStoreParameters, 1}), 1U) << "and not what was written";
 }
 
 TEST_F(StorageTest, WithoutAMediumNothingIsStored) {
   storage->set_medium(nullptr);
   EXPECT_EQ(save(kAll), AbortCode::cannot_transfer);
   EXPECT_EQ(load(kAll), AbortCode::cannot_transfer);
-  EXPECT_EQ(read({kStoreParameters, 1}), 0U);
-  EXPECT_EQ(read({kRestoreDefaults, 1}), 0U);
+  EXPECT_EQ(read({od::objects::kStoreParameters, 1}), 0U);
+  EXPECT_EQ(read({od::objects::kRestoreDefaults, 1}), 0U);
   EXPECT_EQ(storage->load(), Damage::none);
 }
 
@@ -285,22 +286,22 @@ TEST_F(StorageTest, NothingIsKeptUntilNobodyRefuses) {
   constexpr std::array<std::byte, 4> kSaveBytes{std::byte{'s'}, std::byte{'a'}, std::byte{'v'},
                                                 std::byte{'e'}};
   change_all();
-  EXPECT_EQ(dictionary.check({kStoreParameters, kAll}, kSaveBytes), AbortCode::none);
+  EXPECT_EQ(dictionary.check({od::objects::kStoreParameters, kAll}, kSaveBytes), AbortCode::none);
   EXPECT_TRUE(medium.kept.empty());
 
   const std::array<od::Assignment, 2> group{
-      od::Assignment{{kStoreParameters, kAll}, kSaveBytes},
+      od::Assignment{{od::objects::kStoreParameters, kAll}, kSaveBytes},
       od::Assignment{{0x1018, 1}, kSaveBytes},  // is read-only
   };
   EXPECT_EQ(dictionary.write_all(group), AbortCode::read_only);
   EXPECT_TRUE(medium.kept.empty());
 
   Refusing application;
-  ASSERT_TRUE(dictionary.add_hook(kStoreParameters, application).ok());
+  ASSERT_TRUE(dictionary.add_hook(od::objects::kStoreParameters, application).ok());
   EXPECT_EQ(save(kAll), AbortCode::local_control);
   EXPECT_TRUE(medium.kept.empty());
   EXPECT_EQ(storage->kept(), 0U);
-  dictionary.remove_hook(kStoreParameters, application);
+  dictionary.remove_hook(od::objects::kStoreParameters, application);
   EXPECT_EQ(dictionary.write_all(std::span(group).first(1)), AbortCode::none);
   EXPECT_EQ(storage->kept(), 1U);
 }
@@ -311,7 +312,7 @@ TEST_F(StorageTest, AGroupThatFailsOnTheWayTellsWhichOneDid) {
   constexpr std::array<std::byte, 2> kNumber{std::byte{101}, std::byte{0}};
   const std::array<od::Assignment, 2> group{
       od::Assignment{{0x1017, 0}, kNumber},
-      od::Assignment{{kStoreParameters, kAll}, kSaveBytes},
+      od::Assignment{{od::objects::kStoreParameters, kAll}, kSaveBytes},
   };
   medium.writable = false;
   std::size_t refused = 9;
@@ -343,13 +344,13 @@ TEST_F(StorageTest, WhatCannotBeUsedLeavesAllDefaults) {
 TEST_F(StorageTest, AValueThatHasNoPlaceMakesAllOfThemUseless) {
   const StoredValue good{{0x1017, 0}, {std::byte{1}, std::byte{2}}};
   const StoredValue kWrong[] = {
-      {{0x5000, 0}, {std::byte{1}}},                              // no such object
-      {{0x1017, 1}, {std::byte{1}}},                              // no such sub-index
-      {{0x1017, 0}, {std::byte{1}}},                              // too short
-      {{0x1017, 0}, {std::byte{1}, std::byte{2}, std::byte{3}}},  // too long
-      {{0x2001, 0}, std::vector<std::byte>(65)},                  // string too long
-      {{0x6200, 0}, std::vector<std::byte>(4)},                   // not stored
-      {{kRestoreDefaults, 1}, std::vector<std::byte>(4)},         // a command
+      {{0x5000, 0}, {std::byte{1}}},                                    // no such object
+      {{0x1017, 1}, {std::byte{1}}},                                    // no such sub-index
+      {{0x1017, 0}, {std::byte{1}}},                                    // too short
+      {{0x1017, 0}, {std::byte{1}, std::byte{2}, std::byte{3}}},        // too long
+      {{0x2001, 0}, std::vector<std::byte>(65)},                        // string too long
+      {{0x6200, 0}, std::vector<std::byte>(4)},                         // not stored
+      {{od::objects::kRestoreDefaults, 1}, std::vector<std::byte>(4)},  // a command
   };
   for (const StoredValue& wrong : kWrong) {
     const std::vector<StoredValue> both = {good, wrong};
@@ -386,7 +387,7 @@ class SlowStorageTest : public StorageTest {
 
 TEST_F(SlowStorageTest, TheAnswerComesWhenTheMediumIsDone) {
   change_all();
-  const od::Ticket ticket = begin({kStoreParameters, kAll}, kSave);
+  const od::Ticket ticket = begin({od::objects::kStoreParameters, kAll}, kSave);
   EXPECT_EQ(refused, od::kLater);
   EXPECT_EQ(dictionary.outcome(ticket), std::nullopt);
   EXPECT_TRUE(storage->stored().empty());
@@ -400,28 +401,29 @@ TEST_F(SlowStorageTest, TheAnswerComesWhenTheMediumIsDone) {
 
 TEST_F(SlowStorageTest, AFailureIsAHardwareErrorAndChangesNothing) {
   change_all();
-  const od::Ticket ticket = begin({kStoreParameters, kAll}, kSave);
+  const od::Ticket ticket = begin({od::objects::kStoreParameters, kAll}, kSave);
   storage->done(false);
   EXPECT_EQ(end(ticket), AbortCode::hardware);
   reset_node();
   EXPECT_EQ(values(), (Values{100, 200, 600, 620}));
   medium.writable = false;
-  EXPECT_EQ(end(begin({kStoreParameters, kAll}, kSave)), AbortCode::hardware) << "cannot begin";
+  EXPECT_EQ(end(begin({od::objects::kStoreParameters, kAll}, kSave)), AbortCode::hardware)
+      << "cannot begin";
 }
 
 TEST_F(SlowStorageTest, OneAtATime) {
-  const od::Ticket ticket = begin({kStoreParameters, kAll}, kSave);
-  EXPECT_EQ(begin({kRestoreDefaults, kAll}, kLoad), 0U);
+  const od::Ticket ticket = begin({od::objects::kStoreParameters, kAll}, kSave);
+  EXPECT_EQ(begin({od::objects::kRestoreDefaults, kAll}, kLoad), 0U);
   EXPECT_EQ(refused, AbortCode::device_state);
   storage->done(true);
   EXPECT_EQ(end(ticket), AbortCode::none);
-  EXPECT_EQ(begin({kStoreParameters, kAll}, kLoad), 0U);
+  EXPECT_EQ(begin({od::objects::kStoreParameters, kAll}, kLoad), 0U);
   EXPECT_EQ(refused, AbortCode::cannot_transfer);
 }
 
 TEST_F(SlowStorageTest, WhoAskedMayGiveUpAndItIsStoredAllTheSame) {
   change_all();
-  dictionary.cancel(begin({kStoreParameters, kAll}, kSave));
+  dictionary.cancel(begin({od::objects::kStoreParameters, kAll}, kSave));
   storage->done(true);
   storage->done(true);
   EXPECT_EQ(storage->kept(), 1U);

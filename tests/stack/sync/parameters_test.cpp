@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "stack/od/objects.h"
 #include "stack/sync/service.h"
 
 #include "tests/stack/node/objects.h"
@@ -15,26 +16,27 @@ using testing::write;
 class SyncObjectsTest : public ::testing::Test {
  protected:
   SyncObjectsTest() {
-    for (const std::uint16_t index : {kCobId, kCyclePeriod, kCounterOverflow}) {
+    for (const std::uint16_t index :
+         {od::objects::kSyncCobId, od::objects::kSyncPeriod, od::objects::kSyncCounterOverflow}) {
       EXPECT_TRUE(dictionary.set_hook(index, &service).ok());
     }
     service.configure();
   }
 
   AbortCode cob_id(std::uint32_t value) {
-    return write<std::uint32_t>(dictionary, {kCobId, 0}, value);
+    return write<std::uint32_t>(dictionary, {od::objects::kSyncCobId, 0}, value);
   }
   AbortCode period(std::uint32_t us) {
-    return write<std::uint32_t>(dictionary, {kCyclePeriod, 0}, us);
+    return write<std::uint32_t>(dictionary, {od::objects::kSyncPeriod, 0}, us);
   }
   AbortCode overflow(std::uint8_t value) {
-    return write<std::uint8_t>(dictionary, {kCounterOverflow, 0}, value);
+    return write<std::uint8_t>(dictionary, {od::objects::kSyncCounterOverflow, 0}, value);
   }
 
-  od::Dictionary dictionary =
-      testing::dictionary_of({testing::object(kCobId, od::DataType::unsigned32, 0x80),
-                              testing::object(kCyclePeriod, od::DataType::unsigned32, 0),
-                              testing::object(kCounterOverflow, od::DataType::unsigned8, 0)});
+  od::Dictionary dictionary = testing::dictionary_of(
+      {testing::object(od::objects::kSyncCobId, od::DataType::unsigned32, 0x80),
+       testing::object(od::objects::kSyncPeriod, od::DataType::unsigned32, 0),
+       testing::object(od::objects::kSyncCounterOverflow, od::DataType::unsigned8, 0)});
   can::Dispatch dispatch;
   can::TransmitQueue transmit;
   EventLog events;
@@ -52,7 +54,7 @@ TEST_F(SyncObjectsTest, TheCanIdChangesOnlyWhileNotProducing) {  // 1005h
 }
 
 TEST_F(SyncObjectsTest, WithoutACyclePeriodTheProducerBitIsRefused) {
-  ASSERT_TRUE(dictionary.remove(kCyclePeriod).ok());
+  ASSERT_TRUE(dictionary.remove(od::objects::kSyncPeriod).ok());
   EXPECT_EQ(cob_id(0x4000'0080), AbortCode::invalid_value);
   EXPECT_EQ(cob_id(0x0000'0081), AbortCode::none);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include "stack/od/objects.h"
 #include "stack/time/service.h"
 
 #include "tests/stack/node/objects.h"
@@ -54,13 +55,15 @@ TEST(TimeMessage, ReservedBitsDoNotCountAndWhatIsNoTimeIsRefused) {
 class TimeServiceTest : public ::testing::Test {
  protected:
   TimeServiceTest() {
-    EXPECT_TRUE(dictionary.set_hook(kCobId, &service).ok());
+    EXPECT_TRUE(dictionary.set_hook(od::objects::kTimeCobId, &service).ok());
     service.set_clock(true);
     service.configure();
     service.set_active(true);
   }
 
-  AbortCode write(std::uint32_t value) { return testing::write(dictionary, {kCobId, 0}, value); }
+  AbortCode write(std::uint32_t value) {
+    return testing::write(dictionary, {od::objects::kTimeCobId, 0}, value);
+  }
   // The COB-ID is registered now.
   bool wanted(std::uint32_t id) { return dispatch.find(frame_at(at(0ms), id, {})) != nullptr; }
   std::size_t sent() { return take_frames(transmit).size(); }
@@ -173,7 +176,7 @@ TEST_F(TimeServiceTest, RestrictedCanIdsAreRefused) {
 
 // As device files have it: listed, but not set up.
 TEST_F(TimeServiceTest, AnObjectOfZeroIsNoTime) {
-  ASSERT_TRUE(dictionary.set(od::Address{kCobId, 0}, 0x8000'0000U));
+  ASSERT_TRUE(dictionary.set(od::Address{od::objects::kTimeCobId, 0}, 0x8000'0000U));
   service.configure();
   EXPECT_FALSE(wanted(0x000));
 }
