@@ -7,7 +7,6 @@ add_library(linegate_flags INTERFACE)
 target_compile_features(linegate_flags INTERFACE cxx_std_20)
 target_include_directories(linegate_flags INTERFACE
   $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/linegate>)
-install(TARGETS linegate_flags EXPORT linegate)
 
 add_library(linegate_warnings INTERFACE)
 target_compile_options(linegate_warnings INTERFACE
@@ -60,7 +59,7 @@ endif()
 option(LINEGATE_UNITY_LIBRARIES "Compile the sources of a library eight at a time" OFF)
 
 # linegate_library(NAME SOURCES a.cpp ... [HOT] [DEPENDS linegate::x ...] [PRIVATE_DEPENDS ...])
-# makes static library linegate_NAME with alias linegate::NAME and installs it. HOT: its sources are compiled one by
+# makes static library linegate_NAME with alias linegate::NAME. HOT: its sources are compiled one by
 # one, because what is inlined across files makes the way of a frame longer.
 function(linegate_library name)
   cmake_parse_arguments(ARG "HOT" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})

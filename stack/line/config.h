@@ -41,29 +41,29 @@ struct IdentityScope {
 struct NodeConfig {
   std::uint8_t id = 0;
   std::string name;
-  od::DeviceDescription device;         // from its EDS or DCF, resolved with id
-  bool boot = true;                     // 1F81h bit 2; else only its error control is started
-  bool mandatory = false;               // 1F81h bit 3
-  bool keep_alive = false;              // 1F81h bit 4: not reset as long as it is Operational
-  IdentityScope check{};                // compared with the device file when it boots
-  std::optional<std::uint32_t> serial;  // expected 1018h:4
-  Duration heartbeat{};                 // producer time written to 1017h; 0 = leave it alone
-  Duration heartbeat_consumer{};        // 0 = 2.5 x heartbeat
+  od::DeviceDescription device;           // from its EDS or DCF, resolved with id
+  bool boot = true;                       // 1F81h bit 2; else only its error control is started
+  bool mandatory = false;                 // 1F81h bit 3
+  bool keep_alive = false;                // 1F81h bit 4: not reset as long as it is Operational
+  IdentityScope check{};                  // compared with the device file when it boots
+  std::optional<std::uint32_t> serial{};  // expected 1018h:4
+  Duration heartbeat{};                   // producer time written to 1017h; 0 = leave it alone
+  Duration heartbeat_consumer{};          // 0 = 2.5 x heartbeat
   // Node guarding for devices without a heartbeat: 100Ch and 100Dh. Not together with heartbeat.
   Duration guard_time{};  // 0 = off; whole ms
   std::uint8_t life_time_factor = 0;
   Duration pdo_deadline{};  // longest time between two of its TPDOs, whole ms; 0 = any
   // Of its RPDOs, by number: event-driven ones are sent to it no more often than that; multiples of
   // 100 us. Those that are not named: at will.
-  std::map<std::uint16_t, Duration> rpdo_inhibit;
+  std::map<std::uint16_t, Duration> rpdo_inhibit{};
   // Of its TPDOs, by number: how many receptions wait to be taken at the most, see
   // Line::take_reception(); 0 = none. Those that are not named: LineConfig::pdo_queue.
-  std::map<std::uint16_t, std::uint32_t> tpdo_queue;
+  std::map<std::uint16_t, std::uint32_t> tpdo_queue{};
   Duration boot_timeout = std::chrono::seconds(10);  // until presence is `missing`
   Duration reset_time = std::chrono::seconds(1);     // from a reset to its boot-up message, at most
   Duration sdo_timeout{};  // of each answer while it boots; 0 = LineConfig::sdo_timeout
   std::uint32_t block_from = sdo::TransferOptions{}.block_from;  // bytes; sdo::kNoBlocks: never
-  std::vector<ObjectValue> objects;                              // written after those of the DCF
+  std::vector<ObjectValue> objects{};                            // written after those of the DCF
   std::uint8_t restore = 0;  // sub-index of 1011h: defaults before the node is configured; 0 = none
   std::uint8_t store = 0;    // sub-index of 1010h, saved when it is configured; 0 = none. With a
                              // date in 1020h, so that it need not be configured the next time

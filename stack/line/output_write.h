@@ -46,8 +46,8 @@ struct OutputWrite {
   std::uint64_t arming = 0;     // a new one re-arms the group after a watchdog reaction
   Duration watchdog{};          // 0 = none; armed by the first write
   std::uint8_t reactions = kHoldOutputs;
-  std::vector<OutputValue> values;
-  std::vector<OutputBytes> bytes;
+  std::vector<OutputValue> values{};
+  std::vector<OutputBytes> bytes{};
   std::string client{};  // who writes, for OutputState
 };
 

@@ -13,6 +13,7 @@ import layering
 import licences
 import manuals
 import mutations
+import public_headers
 import readmes
 import services
 import sizes
@@ -171,6 +172,41 @@ class Catalogue(TreeCase):
         ):
             with self.subTest(path=path, line=line):
                 self.assertEqual(self.complaints(catalogue, path, line), [])
+
+
+class PublicHeaders(TreeCase):
+    LIST = "set(LINEGATE_PUBLIC_HEADERS\n    can/frame.h\n    base/time.h)\n"
+    EXAMPLE = "int main() {}\n"
+    GUIDE = f"`a.cpp`:\n\n```cpp\n{EXAMPLE}```\n"
+
+    def setUp(self):
+        super().setUp()
+        self.write(public_headers.LIST, self.LIST)
+        self.write(public_headers.GUIDE, self.GUIDE)
+        self.write("deploy/library/a.cpp", self.EXAMPLE)
+        self.write("stack/base/time.h", "#include <chrono>\n")
+        self.write("stack/can/frame.h", '#include "stack/base/time.h"\n')
+
+    def test_public_headers_of_public_ones(self):
+        self.assertEqual(list(public_headers.check(self.root)), [])
+
+    def test_a_private_header_in_a_public_one(self):
+        found = self.complaints(public_headers, "stack/base/time.h", '#include "stack/base/secret.h"\n')
+        self.assertEqual(len(found), 1)
+        self.assertIn("stack/base/secret.h", found[0])
+
+    def test_a_header_that_does_not_exist(self):
+        os.remove(os.path.join(self.root, "stack/can/frame.h"))
+        self.assertEqual(len(list(public_headers.check(self.root))), 1)
+
+    def test_no_list(self):
+        self.assertIn("no list", self.complaints(public_headers, public_headers.LIST, "")[0])
+
+    def test_an_example_that_differs_from_the_guide(self):
+        self.write("deploy/library/a.cpp", "int main() { return 1; }\n")
+        self.assertEqual(len(list(public_headers.check(self.root))), 1)
+        os.remove(os.path.join(self.root, "deploy/library/a.cpp"))
+        self.assertIn("a.cpp, which does not exist", list(public_headers.check(self.root))[0])
 
 
 class Licences(TreeCase):
