@@ -135,20 +135,6 @@ void Arbiter::cancel(std::uint64_t token) {
   }
 }
 
-void Arbiter::cancel_node(std::uint8_t node, AbortCode why) {
-  if (node > can::kMaxNodeId || channels_[node] == nullptr) {
-    return;
-  }
-  Channel& each = *channels_[node];
-  if (each.current) {
-    cancel_running(each, why);
-  }
-  Request waiting;
-  while (each.queue.pop(waiting)) {
-    complete(waiting, why);
-  }
-}
-
 Duration Arbiter::producer_time(std::uint8_t node) const {
   const bool known = node <= can::kMaxNodeId && channels_[node] != nullptr;
   return std::chrono::milliseconds(known ? channels_[node]->producer_time : 0);

@@ -90,8 +90,6 @@ class Arbiter {
   // outcome (none: all went well) are those of its transfer, 0000h:00 if there was none. Who waits
   // behind it is served by advance(), which is due at once. No effect if the token is not known.
   void release(std::uint8_t node, std::uint64_t token, od::Address address, AbortCode outcome);
-  // Ends all requests for the node with why.
-  void cancel_node(std::uint8_t node, AbortCode why);
 
   // 1017h of the node as a transfer wrote or read it last; 0 if that is not known, or another
   // client was heard since.

@@ -408,21 +408,6 @@ TEST_F(ArbiterTest, CancelOfTheOneUnderWayTellsTheServer) {
   EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{2}));
 }
 
-TEST_F(ArbiterTest, CancelOfANode) {
-  submit(1);
-  submit(2);
-  submit(3, Priority::command, 6);
-  arbiter.cancel_node(5, AbortCode::device_state);
-  arbiter.cancel_node(9, AbortCode::device_state);
-  const std::vector<Completion> done = completions();
-  ASSERT_EQ(done.size(), 2U);
-  EXPECT_EQ(done[0].token, 1U);
-  EXPECT_EQ(done[1].token, 2U);
-  EXPECT_EQ(done[1].abort, AbortCode::device_state);
-  EXPECT_EQ(arbiter.load(5), 0U);
-  EXPECT_EQ(arbiter.load(6), 1U);
-}
-
 TEST_F(ArbiterTest, WithoutRoomInTheQueueNothingIsLost) {
   can::TransmitQueue small(2);
   can::Dispatch table;
