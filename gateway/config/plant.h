@@ -44,7 +44,7 @@ Interface parse_interface(std::string_view text, const std::string& folder, std:
 
 // Recording of a line as a candump log.
 struct Record {
-  std::string file;                      // path; see gateway/record_file.h
+  std::string file;                      // path; see gateway/runtime/record_file.h
   std::uint64_t max_size = 100'000'000;  // bytes in one file, >= 1000
   unsigned files = 10;                   // number of files to keep, including the newest, >= 1
 };

@@ -26,8 +26,8 @@
 #include <unistd.h>
 
 #include "bridges/can/socketcan.h"
-#include "gateway/executor.h"
-#include "gateway/line_runner.h"
+#include "gateway/runtime/executor.h"
+#include "gateway/runtime/line_runner.h"
 
 #include "tests/bench/bare_loop.h"
 #include "tests/bench/measure.h"

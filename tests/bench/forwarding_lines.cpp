@@ -5,7 +5,7 @@
 
 #include <poll.h>
 
-#include "gateway/line_runner.h"
+#include "gateway/runtime/line_runner.h"
 
 namespace linegate::bench {
 namespace {

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "bridges/can/channel.h"
-#include "gateway/binder.h"
 #include "gateway/config/plant.h"
-#include "gateway/executor.h"
-#include "gateway/line_port.h"
+#include "gateway/runtime/binder.h"
+#include "gateway/runtime/executor.h"
+#include "gateway/runtime/line_port.h"
 
 #include "tests/bench/forwarding_course.h"
 

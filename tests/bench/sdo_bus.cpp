@@ -10,7 +10,7 @@
 #include <sys/prctl.h>
 #include <sys/socket.h>
 
-#include "gateway/clock.h"
+#include "gateway/runtime/clock.h"
 #include "stack/base/event_log.h"
 #include "stack/can/cob_id.h"
 #include "stack/can/transmit_queue.h"

@@ -26,7 +26,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "gateway/clock.h"
+#include "gateway/runtime/clock.h"
 #include "stack/base/period.h"
 #include "stack/can/cob_id.h"
 

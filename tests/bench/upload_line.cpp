@@ -10,7 +10,7 @@
 #include <poll.h>
 
 #include "bridges/can/socketcan.h"
-#include "gateway/line_runner.h"
+#include "gateway/runtime/line_runner.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 

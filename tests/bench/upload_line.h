@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <thread>
 
-#include "gateway/executor.h"
-#include "gateway/line_port.h"
+#include "gateway/runtime/executor.h"
+#include "gateway/runtime/line_port.h"
 
 #include "tests/bench/sdo_bus.h"
 

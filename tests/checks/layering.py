@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Arrows point one way: gateway -> bridges -> stack, idl -> bridges/dds. Fails when an #include runs
+"""Arrows point one way: gateway -> bridges -> stack, idl -> bridges/dds, and from room to room in gateway/. Fails when an #include runs
 against them, or when a folder uses what the rules of the house reserve for another."""
 
 import re
@@ -10,6 +10,11 @@ import tree
 
 # A part may use those before it.
 STACK_PARTS = "base can od eds sdo nmt sync time emcy lss image pdo storage node profile manager diagnosis scan observer routing line".split()
+
+# A room of the gateway may use those before it.
+GATEWAY_ROOMS = "exchange config runtime publish process tools cli".split()
+# But for these: exchange is for the threads alone, and the commands that run without a gateway do not know one.
+ROOM_TO_ROOM_FORBIDDEN = {("config", "exchange"), ("tools", "process")}
 
 STACK_FORBIDDEN = {
     "atomic", "barrier", "condition_variable", "csignal", "cstdio", "ctime", "filesystem", "fstream",
@@ -73,6 +78,18 @@ def bridge_complaint(source, header):
     return None
 
 
+def gateway_complaint(source, header):
+    room, target = source.parts[1], PurePosixPath(header)
+    if target.parts[0] != "gateway":
+        return None
+    used = target.parts[1]
+    if room not in GATEWAY_ROOMS or used not in GATEWAY_ROOMS:
+        return "a room of gateway/ that the order of rooms does not name"
+    if GATEWAY_ROOMS.index(used) > GATEWAY_ROOMS.index(room) or (room, used) in ROOM_TO_ROOM_FORBIDDEN:
+        return f"gateway/{room} does not use gateway/{used}"
+    return None
+
+
 def reserved_complaint(source, header):
     for pattern, folders, reason in RESERVED:
         if re.fullmatch(pattern, header) and not any(
@@ -96,6 +113,8 @@ def complaint_about(path, header, quoted):
         return stack_complaint(source, header, quoted)
     if quoted and house == "bridges":
         return bridge_complaint(source, header)
+    if quoted and house == "gateway":
+        return gateway_complaint(source, header)
     return None if quoted else reserved_complaint(source, header)
 
 

@@ -13,9 +13,9 @@ import tree
 
 SCHEMA = "deploy/plant.schema.json"
 GUIDES = ("deploy/OPERATING.md", "README.md", "deploy/plants")
-PROGRAMS = {"deploy/package/linegate.1": ("gateway/linegate.cpp", "gateway/data_commands.cpp",
-                                          "gateway/file_commands.cpp", "gateway/lss_options.cpp"),
-            "deploy/package/linegated.8": ("gateway/linegated.cpp",)}
+PROGRAMS = {"deploy/package/linegate.1": ("gateway/cli/linegate.cpp", "gateway/cli/data_commands.cpp",
+                                          "gateway/cli/file_commands.cpp", "gateway/cli/lss_options.cpp"),
+            "deploy/package/linegated.8": ("gateway/cli/linegated.cpp",)}
 OPTION = re.compile(r'add_(?:option|flag)\w*\(\s*"((?:-\w,)?--[\w-]+)"')
 CONTRACT = "idl/README.md"
 FUNCTION = re.compile(r"\bCMM_\w+")

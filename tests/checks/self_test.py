@@ -62,9 +62,9 @@ class Manuals(TreeCase):
 
     def test_an_option_and_a_command_that_no_manual_has(self):
         for code in ('add_flag("--loud", loud);', 'add_option("-l,--loud", loud);', 'add_subcommand("shout", "");'):
-            self.write("gateway/linegated.cpp", "")
-            self.assertEqual(len(self.complaints(manuals, "gateway/linegate.cpp", code)), 1, code)
-            self.write("gateway/linegate.cpp", "")
+            self.write("gateway/cli/linegated.cpp", "")
+            self.assertEqual(len(self.complaints(manuals, "gateway/cli/linegate.cpp", code)), 1, code)
+            self.write("gateway/cli/linegate.cpp", "")
 
     def test_a_function_of_the_ixxat_manager_that_the_contract_does_not_name(self):
         self.assertEqual(self.complaints(manuals, "stack/line/a.h", "// CMM_Known\n"), [])
@@ -118,6 +118,12 @@ class Layering(TreeCase):
         ("gateway/app/a.cpp", "<fastrtps/types/TypesBase.h>"),
         ("gateway/app/a.cpp", "<atomic>"),
         ("gateway/app/a.cpp", '"tests/plant/world.h"'),
+        ("gateway/publish/a.cpp", '"gateway/cli/a.h"'),
+        ("gateway/runtime/a.cpp", '"gateway/publish/a.h"'),
+        ("gateway/config/a.cpp", '"gateway/exchange/ring.h"'),
+        ("gateway/tools/a.cpp", '"gateway/process/a.h"'),
+        ("gateway/app/a.cpp", '"gateway/config/a.h"'),  # a room nobody named
+        ("gateway/cli/a.cpp", '"gateway/a.h"'),
     ]
     ALONG = [
         ("stack/can/a.h", '"stack/base/time.h"'),
@@ -131,6 +137,8 @@ class Layering(TreeCase):
         ("bridges/dds/a.cpp", "<linegatePubSubTypes.h>"),
         ("gateway/exchange/a.h", "<atomic>"),
         ("gateway/app/a.cpp", '"bridges/dds/a.h"'),
+        ("gateway/cli/a.cpp", '"gateway/process/a.h"'),
+        ("gateway/publish/a.cpp", '"gateway/runtime/a.h"'),
         ("tests/plant/a.cpp", '"tests/plant/world.h"'),
     ]
 

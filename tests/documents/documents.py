@@ -14,7 +14,7 @@ import sys
 import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path.insert(0, os.path.join(HERE, "..", "gateway"))
+sys.path.insert(0, os.path.join(HERE, "..", "gateway", "cli"))
 
 from plant_process import SOURCES, Failure, run_test  # noqa: E402
 from blocks import Command, blocks, commands, difference, inline  # noqa: E402

@@ -2,7 +2,7 @@
 // I6: a random plant of several lines runs twice, once with and once without a reload that
 // restarts, removes, adds, changes or renames one line. The frames and events of the lines that the
 // reload does not concern are the same, at the same times. Which lines a reload concerns is the
-// gateway's decision, see tests/gateway/random_reload_test.cpp.
+// gateway's decision, see tests/gateway/config/random_reload_test.cpp.
 #include <algorithm>
 #include <array>
 #include <cstdio>

@@ -24,7 +24,7 @@ import threading
 import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path[:0] = [os.path.join(HERE, "..", "..", "gateway"), os.path.join(HERE, "..", "guard")]
+sys.path[:0] = [os.path.join(HERE, "..", "..", "gateway", "cli"), os.path.join(HERE, "..", "guard")]
 from plant_process import EDS, INSIDE, Console, Failure, in_a_network_of_its_own, simulated, write  # noqa: E402
 from udp_bus import Bus  # noqa: E402
 import mutate  # noqa: E402

@@ -13,7 +13,7 @@ import tempfile
 import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path[:0] = [HERE, os.path.join(HERE, "..", "..", "gateway")]
+sys.path[:0] = [HERE, os.path.join(HERE, "..", "..", "gateway", "cli")]
 import mutate  # noqa: E402
 import transports  # noqa: E402
 from plant_process import INSIDE, in_a_network_of_its_own  # noqa: E402

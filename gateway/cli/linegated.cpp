@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+// The gateway process: runs the lines of a plant.yaml until it is told to stop.
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <exception>
+#include <optional>
+#include <random>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <spdlog/spdlog.h>
+
+#include "bridges/dds/profiles.h"
+#include "gateway/config/hints.h"
+#include "gateway/process/gateway.h"
+#include "gateway/process/service.h"
+#include "gateway/publish/library_logger.h"
+#include "gateway/runtime/exit_code.h"
+#include "gateway/runtime/log.h"
+#include "gateway/runtime/signals.h"
+#include "gateway/tools/check.h"
+
+namespace linegate::gateway {
+namespace {
+
+struct Arguments {
+  std::string plant;
+  bool check = false;
+  std::string log_level;
+  std::string dds_profile;
+  std::optional<std::uint32_t> dds_domain;
+  double last_words = 0.5;  // seconds
+};
+
+// Incarnations tell starts apart; 0 stands for any.
+std::uint64_t random_incarnation() {
+  std::random_device device;
+  std::uint64_t value = 0;
+  while (value == 0) {
+    value = std::uint64_t{device()} << 32U | device();
+  }
+  return value;
+}
+
+// The end may wait so long for subscribers (--last-words), and for everything else.
+Duration end_limit(const Arguments& arguments) {
+  constexpr std::chrono::duration<double> kForTheRest{4.5};
+  return std::chrono::duration_cast<Duration>(
+      kForTheRest + std::chrono::duration<double>(std::max(arguments.last_words - 0.5, 0.0)));
+}
+
+// The configuration with what the command line says instead; diagnostics if it is not good.
+Loaded<config::Plant> load(const Arguments& arguments) {
+  auto loaded = config::load(arguments.plant);
+  if (!loaded.value) {
+    return loaded;
+  }
+  config::Plant& plant = *loaded.value;
+  if (!arguments.dds_profile.empty()) {
+    plant.dds_profile = arguments.dds_profile;
+  }
+  plant.dds_domain = arguments.dds_domain.value_or(plant.dds_domain);
+  plant.dds_last_words =
+      std::chrono::duration_cast<Duration>(std::chrono::duration<double>(arguments.last_words));
+  plant.log = config::parse_log_level(arguments.log_level).value_or(plant.log);
+  add_hints(loaded);
+  return loaded;
+}
+
+// The same while lines run: a disk that fails while the files are read does not end them.
+Loaded<config::Plant> load_again(const Arguments& arguments) {
+  try {
+    return load(arguments);
+  } catch (const std::exception& error) {
+    Loaded<config::Plant> failed;
+    failed.diagnostics.push_back({Severity::error, arguments.plant, 0, 0, error.what()});
+    return failed;
+  }
+}
+
+void reload(Gateway& gateway, const Loaded<config::Plant>& loaded) {
+  log(loaded.diagnostics);
+  if (loaded.value) {
+    const auto result = gateway.reload(*loaded.value);
+    log(result.diagnostics);
+    if (result.done) {
+      set_log_level(loaded.value->log);
+      spdlog::info("reloaded: {}", describe(result.difference));
+      return;
+    }
+  } else {
+    gateway.refuse_reload(loaded.diagnostics);
+  }
+  spdlog::error("not reloaded: everything runs as before");
+}
+
+int run(const config::Plant& plant, const Arguments& arguments) {
+  const std::uint64_t incarnation = random_incarnation();
+  auto made = Gateway::make(plant, incarnation);
+  print(made.diagnostics);
+  if (!made.value) {
+    return kExitFailed;
+  }
+  spdlog::info("{} starts: gateway {}, DDS domain {}, {} lines, incarnation {:016x}", versions(),
+               plant.gateway, plant.dds_domain, plant.lines.size(), incarnation);
+  Gateway& gateway = **made.value;
+  Service(gateway, [&gateway, arguments]() -> Background::Rest {
+    spdlog::info("SIGHUP: {} is read again", arguments.plant);
+    return [&gateway, loaded = load_again(arguments)] { reload(gateway, loaded); };
+  }).run();
+  made.value.reset();
+  spdlog::info("stopped");
+  return kExitOk;
+}
+
+int start(const Arguments& arguments) {
+  if (arguments.check) {
+    return check(arguments.plant, false, arguments.dds_profile);
+  }
+  auto loaded = load(arguments);
+  if (loaded.value) {
+    const auto found = dds::check_profiles(loaded.value->dds_profile);
+    loaded.diagnostics.insert(loaded.diagnostics.end(), found.begin(), found.end());
+  }
+  print(loaded.diagnostics);
+  if (!loaded.value || has_errors(loaded.diagnostics)) {
+    return kExitUsage;
+  }
+  set_up_log(loaded.value->log);
+  const LibraryLogger library_logger;
+  return run(*loaded.value, arguments);
+}
+
+}  // namespace
+}  // namespace linegate::gateway
+
+int main(int argc, char** argv) {
+  namespace gateway = linegate::gateway;
+  gateway::Arguments arguments;
+  CLI::App app{"Linegate: runs CANopen lines and publishes them over DDS", "linegated"};
+  app.add_option("plant", arguments.plant, "the configuration, plant.yaml")->required();
+  app.add_flag("--check", arguments.check, "say what would be run, and end");
+  app.add_option("--log-level", arguments.log_level, "instead of the one in the configuration")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
+  app.add_option("--dds-profile", arguments.dds_profile,
+                 "QoS profile file instead of the one in the configuration");
+  app.add_option("--dds-domain", arguments.dds_domain, "instead of the one in the configuration")
+      ->check(CLI::Range(0, 232));
+  app.add_option("--last-words", arguments.last_words,
+                 "seconds that the end waits at most until all subscribers have the last samples")
+      ->check(CLI::Range(0.0, 60.0))
+      ->capture_default_str();
+  app.set_version_flag("--version", gateway::versions());
+  app.footer(
+      "Ends on SIGINT and SIGTERM; reads the configuration again on SIGHUP.\n"
+      "Exit codes: 0 ended as asked, 1 failed while running, 2 the command line, the\n"
+      "configuration or the DDS profiles are wrong, 70 a thread did not end within 5 s after the\n"
+      "signal (longer with --last-words above 0.5).");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? gateway::kExitOk : gateway::kExitUsage;
+  }
+  gateway::block_stop_signals();
+  gateway::block_reload_signal();
+  gateway::limit_end(gateway::end_limit(arguments));
+  try {
+    return gateway::start(arguments);
+  } catch (const std::exception& error) {
+    spdlog::critical("{}", error.what());
+    return gateway::kExitFailed;
+  }
+}

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/cli/remote_client.h"
+
+#include <string>
+#include <utility>
+
+namespace linegate::gateway {
+namespace {
+
+console::LineId id_of(const dds::Source& source) {
+  return {source.gateway, source.line};
+}
+
+// From what DDS gives to what the console draws.
+class Forward final : public dds::ClientListener {
+ public:
+  explicit Forward(console::Listener& listener) : listener_(listener) {}
+
+  void on_gateway(const dds::Source& source, const dds::GatewayInfo& info) override {
+    console::GatewayView view{.version = info.version,
+                              .time = source.time,
+                              .started = info.started,
+                              .configured = info.configured,
+                              .configuration = info.configuration,
+                              .reloads = info.reloads,
+                              .reloads_refused = info.reloads_refused,
+                              .events = info.events,
+                              .participants = info.participants,
+                              .participants_most = info.participants_most};
+    for (const dds::GatewayInfo::Line& line : info.lines) {
+      view.lines.emplace_back(line.name, line.interface_uri);
+    }
+    for (const dds::NamedCounter& counter : info.counters) {
+      view.counters.emplace_back(counter.name, counter.value);
+    }
+    listener_.on_gateway(source.gateway, view);
+  }
+  void on_line(const dds::Source& source, const dds::LineInfo& info, const line::LineState& state,
+               const std::vector<dds::Property>& properties) override {
+    console::LineView view{.interface_uri = info.interface_uri,
+                           .bit_rate = info.bit_rate,
+                           .access = std::string(dds::name(info.access)),
+                           .time = source.time,
+                           .state = state};
+    for (const dds::Property& property : properties) {
+      view.properties.emplace_back(property.name, property.value);
+    }
+    listener_.on_line(id_of(source), view);
+  }
+  void on_node(const dds::Source& source, const dds::NodeInfo& info, const line::NodeState& state,
+               const std::vector<dds::Property>& properties) override {
+    console::NodeView view{.name = info.name, .since = info.since, .state = state};
+    for (const dds::Property& property : properties) {
+      view.properties.emplace_back(property.name, property.value);
+    }
+    listener_.on_node(id_of(source), view);
+  }
+  void on_output_state(const dds::Source& source, const line::OutputState& state) override {
+    listener_.on_output_state(id_of(source), {.state = state, .time = source.time});
+  }
+  void on_layout(const dds::Source& source, const image::Layout& layout) override {
+    listener_.on_layout(id_of(source), layout);
+  }
+  void on_image(const dds::Source& source, const image::Snapshot& image) override {
+    listener_.on_image(id_of(source), image);
+  }
+  void on_event(const dds::Source& source, const Event& event, std::string_view text,
+                const std::vector<dds::Property>& /*properties*/) override {
+    listener_.on_event(id_of(source), {.event = event, .text = std::string(text)});
+  }
+  void on_line_gone(std::string_view gateway, std::string_view line) override {
+    listener_.on_line_gone({std::string(gateway), std::string(line)});
+  }
+  void on_unreadable(std::uint64_t samples) override { listener_.on_unreadable(samples); }
+  void on_left_out(std::uint64_t samples) override { listener_.on_left_out(samples); }
+
+ private:
+  console::Listener& listener_;
+};
+
+}  // namespace
+
+RemoteClient::RemoteClient(std::unique_ptr<dds::Client> client) : client_(std::move(client)) {
+}
+
+void RemoteClient::poll(Duration timeout, console::Listener& listener) {
+  Forward forward(listener);
+  client_->poll(timeout, forward);
+}
+
+console::Discovery RemoteClient::discovery() const {
+  dds::Peers peers = client_->peers();
+  return {.gateways = std::move(peers.gateways), .unchanged = peers.unchanged};
+}
+
+console::Client::Answer RemoteClient::call(const console::LineId& id, const line::Command& command,
+                                           Duration timeout, std::uint64_t layout_id,
+                                           console::Listener& listener) {
+  Forward forward(listener);
+  dds::CommandResult result =
+      client_->call({.gateway = id.gateway, .line = id.line}, command, timeout, forward, layout_id);
+  return {.reply = std::move(result.reply), .text = std::move(result.text)};
+}
+
+bool RemoteClient::write_outputs(const console::LineId& id, const line::OutputWrite& write) {
+  return client_->write_outputs({.gateway = id.gateway, .line = id.line}, write);
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/config/plan_difference.h"
+
+#include <algorithm>
+#include <string_view>
+
+#include <fmt/format.h>
+
+namespace linegate::config {
+namespace {
+
+template <class Lines>
+auto find(const Lines& lines, std::string_view name) {
+  return std::find_if(lines.begin(), lines.end(),
+                      [&](const auto& line) { return line.name == name; });
+}
+
+void refuse(PlanDifference& out, const std::string& file, std::string_view what,
+            std::string_view from, std::string_view to) {
+  if (from != to) {
+    out.refusals.push_back({Severity::error, file, 0, 0,
+                            fmt::format("{} changes from \"{}\" to \"{}\", which needs a new start "
+                                        "of the gateway",
+                                        what, from, to)});
+  }
+}
+
+std::string names(const std::vector<std::string>& lines) {
+  return lines.empty() ? "none" : fmt::format("{}", fmt::join(lines, ", "));
+}
+
+}  // namespace
+
+PlantIdentity identity_of(const Plant& plant) {
+  PlantIdentity out{plant.gateway,          plant.dds_domain, plant.dds_profile,
+                    plant.dds_participants, plant.dds_guard,  {}};
+  for (const auto& line : plant.lines) {
+    out.lines.push_back({line.config.name, line.source, line.routes});
+  }
+  return out;
+}
+
+PlanDifference difference(const PlantIdentity& running, const Plant& wanted) {
+  PlanDifference out;
+  const PlantIdentity next = identity_of(wanted);
+  refuse(out, wanted.file, "the name of the gateway", running.gateway, next.gateway);
+  refuse(out, wanted.file, "the DDS domain", std::to_string(running.dds_domain),
+         std::to_string(next.dds_domain));
+  refuse(out, wanted.file, "the DDS profile", running.dds_profile, next.dds_profile);
+  refuse(out, wanted.file, "the number of DDS participants",
+         std::to_string(running.dds_participants), std::to_string(next.dds_participants));
+  refuse(out, wanted.file, "the DDS guard", running.dds_guard ? "on" : "off",
+         next.dds_guard ? "on" : "off");
+  for (const auto& line : next.lines) {
+    const auto before = find(running.lines, line.name);
+    auto& list = before == running.lines.end()   ? out.started
+                 : before->source == line.source ? out.unchanged
+                                                 : out.changed;
+    list.push_back(line.name);
+    if (&list == &out.unchanged && before->routes != line.routes) {
+      out.rerouted.push_back(line.name);
+    }
+  }
+  for (const auto& line : running.lines) {
+    if (find(next.lines, line.name) == next.lines.end()) {
+      out.stopped.push_back(line.name);
+    }
+  }
+  return out;
+}
+
+std::string describe(const PlanDifference& difference) {
+  return fmt::format(
+      "lines changed: {}; started: {}; stopped: {}; unchanged: {}{}", names(difference.changed),
+      names(difference.started), names(difference.stopped), difference.unchanged.size(),
+      difference.rerouted.empty() ? ""
+                                  : fmt::format("; other routes: {}", names(difference.rerouted)));
+}
+
+}  // namespace linegate::config

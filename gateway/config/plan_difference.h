@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a configuration changes in the one that runs. A line is known by its name.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gateway/config/plant.h"
+#include "stack/base/diagnostic.h"
+
+namespace linegate::config {
+
+// As much of a configuration as is needed to tell what another one changes.
+struct PlantIdentity {
+  struct Line {
+    std::string name;
+    std::string source;
+    std::string routes;
+  };
+  std::string gateway;
+  std::uint32_t dds_domain = 0;
+  std::string dds_profile;
+  std::uint32_t dds_participants = 0;
+  bool dds_guard = true;
+  std::vector<Line> lines;
+};
+PlantIdentity identity_of(const Plant& plant);
+
+struct PlanDifference {
+  // Names of lines, each in the order of the configuration that has them.
+  std::vector<std::string> unchanged;
+  std::vector<std::string> changed;
+  std::vector<std::string> started;
+  std::vector<std::string> stopped;
+  // Of the unchanged: lines that get other routes while they run.
+  std::vector<std::string> rerouted;
+  // What only a new start can change: the gateway is known by it, or has its connections by it.
+  std::vector<Diagnostic> refusals;
+
+  bool empty() const {
+    return changed.empty() && started.empty() && stopped.empty() && rerouted.empty();
+  }
+};
+PlanDifference difference(const PlantIdentity& running, const Plant& wanted);
+
+// "lines changed: press; started: pack, oven; stopped: none; unchanged: 5", and "; other routes:
+// hall" if there are any.
+std::string describe(const PlanDifference& difference);
+
+}  // namespace linegate::config

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/process/background.h"
+
+#include <thread>
+#include <utility>
+
+namespace linegate::gateway {
+
+// The future of a packaged_task does not wait where it ends.
+void Background::start(std::function<Rest()> work) {
+  std::packaged_task<Rest()> task(std::move(work));
+  result_ = task.get_future();
+  std::thread(std::move(task)).detach();
+}
+
+std::optional<Background::Rest> Background::finished(Duration patience) {
+  if (!active() || result_.wait_for(patience) != std::future_status::ready) {
+    return std::nullopt;
+  }
+  return result_.get();
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,522 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/process/gateway.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "gateway/publish/access.h"
+#include "gateway/runtime/channels.h"
+#include "gateway/runtime/clock.h"
+#include "gateway/runtime/device_runner.h"
+#include "gateway/runtime/scan_plan.h"
+#include "stack/od/objects.h"
+
+namespace linegate::gateway {
+namespace {
+
+// Every runner of the executor, which runs, has had its turn: the second visit comes after the
+// round of the first.
+void await_round(Executor& executor) {
+  for (int i = 0; i < 2; ++i) {
+    executor.visit([] {});
+  }
+}
+
+void append(std::vector<Diagnostic>& to, std::vector<Diagnostic> from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+}  // namespace
+
+std::string versions() {
+  return "linegate " LINEGATE_VERSION ", DDS contract linegate::v1";
+}
+
+Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
+                                               std::uint64_t incarnation) {
+  Loaded<std::unique_ptr<Gateway>> loaded;
+  std::unique_ptr<Gateway> gateway(new Gateway());
+  gateway->identity_ = identity_of(plant);
+  gateway->executor_plans_ = plant.executors;
+  auto lines = make_lines(plant, difference({}, plant).started, loaded.diagnostics);
+  if (!has_errors(loaded.diagnostics)) {
+    append(loaded.diagnostics, gateway->make_bridge(plant, incarnation));
+  }
+  if (has_errors(loaded.diagnostics)) {
+    return loaded;
+  }
+  gateway->publisher_ = std::make_unique<Publisher>(*gateway->bridge_, gateway->hosts_);
+  gateway->intake_ =
+      std::make_unique<Intake>(*gateway->bridge_, gateway->hosts_, gateway->publisher_->refusals(),
+                               gateway->publisher_->wakeup(), versions());
+  append(loaded.diagnostics, gateway->take_in(std::move(lines), plant));
+  if (!has_errors(loaded.diagnostics)) {
+    gateway->info_.version = LINEGATE_VERSION;
+    gateway->info_.started = gateway->info_.configured = monotonic_now();
+    gateway->report(EventKind::gateway_started, 0, gateway->hosts_.size(),
+                    fmt::format("gateway started with {} lines", gateway->hosts_.size()));
+    loaded.value = std::move(gateway);
+  }
+  return loaded;
+}
+
+// By main, as everything that happens to the gateway itself.
+void Gateway::report(EventKind kind, std::size_t code, std::size_t value, std::string text) {
+  info_.configuration = configuration_hash(identity_);
+  info_.lines.clear();
+  for (const auto& host : hosts_) {
+    info_.lines.push_back({host->name(), host->plan.interface.uri});
+  }
+  GatewayNews news;
+  news.event.kind = kind;
+  news.event.time = monotonic_now();
+  news.event.code = static_cast<std::uint32_t>(code);
+  news.event.value = static_cast<std::uint32_t>(value);
+  news.text = std::move(text);
+  news.info = info_;
+  publisher_->report(std::move(news));
+}
+
+void Gateway::refuse_reload(const std::vector<Diagnostic>& diagnostics) {
+  const auto is_error = [](const Diagnostic& d) { return d.severity == Severity::error; };
+  const auto first = std::ranges::find_if(diagnostics, is_error);
+  ++info_.reloads_refused;
+  report(EventKind::gateway_reload_refused, 0,
+         static_cast<std::size_t>(std::ranges::count_if(diagnostics, is_error)),
+         "not reloaded, everything runs as before: " +
+             (first == diagnostics.end() ? std::string("no reason given") : to_string(*first)));
+}
+
+Gateway::~Gateway() {
+  stop();
+}
+
+std::vector<Gateway::NewLine> Gateway::make_lines(const config::Plant& plant,
+                                                  const std::vector<std::string>& names,
+                                                  std::vector<Diagnostic>& diagnostics) {
+  std::vector<NewLine> out;
+  for (const auto& plan : plant.lines) {
+    if (std::find(names.begin(), names.end(), plan.config.name) == names.end()) {
+      continue;
+    }
+    auto made = line::Line::make(plan.config);
+    if (!made.value) {
+      append(diagnostics, std::move(made.diagnostics));
+      continue;
+    }
+    const line::Line& line = **made.value;
+    auto host = std::make_unique<LineHost>(plan, line.layout(image::Direction::inputs),
+                                           line.layout(image::Direction::outputs));
+    out.push_back({std::move(*made.value), std::move(host), nullptr});
+  }
+  return out;
+}
+
+std::vector<Diagnostic> Gateway::take_in(std::vector<NewLine> lines, const config::Plant& plant) {
+  std::vector<Diagnostic> diagnostics;
+  std::vector<std::unique_ptr<LineHost>> before = std::exchange(hosts_, {});
+  std::vector<LineHost*> started;
+  for (const NewLine& made : lines) {
+    made.host->executor = &executor_for(plant, made.host->plan);
+  }
+  std::vector<const BoundLink*> known;
+  for (const auto& link : links_) {
+    known.push_back(link.get());
+  }
+  link_lines(plant, lines, before);
+  for (NewLine& made : lines) {
+    make_runner(made, diagnostics);
+  }
+  for (const auto& plan : plant.lines) {
+    const auto called_so = [&](const auto& host) {
+      return host != nullptr && host->name() == plan.config.name;
+    };
+    if (const auto there = std::find_if(before.begin(), before.end(), called_so);
+        there != before.end()) {
+      hosts_.push_back(std::move(*there));
+      continue;
+    }
+    const auto made = std::find_if(lines.begin(), lines.end(),
+                                   [&](const NewLine& line) { return called_so(line.host); });
+    if (made != lines.end()) {
+      made->host->executor->add(std::move(made->runner));
+      started.push_back(made->host.get());
+      hosts_.push_back(std::move(made->host));
+    }
+  }
+  bind_ends(known, started);
+  join_routes(started);
+  publisher_->set_lines(hosts_);
+  intake_->set_lines(hosts_);
+  return diagnostics;
+}
+
+void Gateway::make_runner(NewLine& made, std::vector<Diagnostic>& diagnostics) {
+  LineHost& host = *made.host;
+  host.storage = storage_for(host, diagnostics);
+  run_devices(host, diagnostics);
+  made.runner = std::make_unique<LineRunner>(std::move(made.line), channel_for(host), host.plan,
+                                             host.port, publisher_->wakeup(), host.storage);
+  std::vector<BoundSource> sources;
+  std::vector<BoundTarget> targets;
+  for (const auto& link : links_) {
+    if (link->bindings.front().from == host.name()) {
+      sources.emplace_back(*link);
+    }
+    if (link->bindings.front().to == host.name()) {
+      targets.emplace_back(*link);
+      link->runner = link->taker == nullptr ? made.runner.get() : nullptr;
+    }
+  }
+  made.runner->bind(std::move(sources), std::move(targets));
+  if (host.interface() != 0) {
+    made.runner->route(std::make_unique<RouteEnd>());
+  }
+  host.runner = made.runner.get();
+}
+
+std::vector<Diagnostic> Gateway::make_bridge(const config::Plant& plant,
+                                             std::uint64_t incarnation) {
+  dds::GatewayOptions options;
+  options.gateway = plant.gateway;
+  options.incarnation = incarnation;
+  options.domain = plant.dds_domain;
+  options.participants = plant.dds_participants;
+  options.profile_file = plant.dds_profile;
+  options.guard = plant.dds_guard;
+  options.last_words = plant.dds_last_words;
+  for (const auto& line : plant.lines) {
+    options.lines.push_back(line.config.name);
+  }
+  auto made = dds::GatewayBridge::make(options);
+  if (made.value) {
+    bridge_ = std::move(*made.value);
+  }
+  return std::move(made.diagnostics);
+}
+
+Executor& Gateway::executor_for(const config::Plant& plant, const config::LinePlan& line) {
+  const std::string& name = line.executor;
+  const auto there = std::find_if(executors_.begin(), executors_.end(), [&](const auto& other) {
+    return !name.empty() && other.name == name;
+  });
+  if (there != executors_.end()) {
+    return *there->executor;
+  }
+  const auto planned = std::find_if(plant.executors.begin(), plant.executors.end(),
+                                    [&](const auto& other) { return other.name == name; });
+  config::ExecutorPlan plan;
+  if (!name.empty() && planned != plant.executors.end()) {
+    plan = *planned;
+  } else {
+    plan.name = name.empty() ? line.config.name : name;
+  }
+  executors_.push_back({name, std::make_unique<Executor>(std::move(plan))});
+  return *executors_.back().executor;
+}
+
+std::vector<NodeStorage> Gateway::storage_for(const LineHost& host,
+                                              std::vector<Diagnostic>& diagnostics) {
+  const std::string& folder = host.plan.storage;
+  const line::LineConfig& config = host.plan.config;
+  std::vector<NodeStorage> out;
+  if (folder.empty()) {
+    return out;
+  }
+  if (const auto problem = make_parameter_folder(folder)) {
+    diagnostics.push_back(*problem);
+  }
+  const auto add = [&](std::uint8_t device, const std::string& path) {
+    out.push_back({device, &keeper_.add(path, host.executor->wakeup())});
+  };
+  if (config.devices.empty()) {
+    add(0, parameter_path(folder, host.name(), config.node_id));
+  }
+  for (const line::DeviceConfig& device : config.devices) {
+    if (device.device.find(od::objects::kStoreParameters) != nullptr) {
+      add(device.id, parameter_path(folder, host.name(), device.id));
+    }
+    if (device.lss) {
+      add(static_cast<std::uint8_t>(device.id | line::Line::kLssMedium),
+          lss_path(folder, host.name(), device.id));
+    }
+  }
+  return out;
+}
+
+void Gateway::run_devices(LineHost& host, std::vector<Diagnostic>& diagnostics) {
+  const config::LinePlan& plan = host.plan;
+  if (plan.simulated.empty()) {
+    return;
+  }
+  auto devices = make_devices(plan.simulated, plan.storage, plan.config.name);
+  if (!devices.value) {
+    append(diagnostics, std::move(devices.diagnostics));
+    return;
+  }
+  if (devices_ == nullptr) {
+    config::ExecutorPlan executor;
+    executor.name = "devices";
+    devices_ = std::make_unique<Executor>(std::move(executor));
+  }
+  auto runner = std::make_unique<DeviceRunner>(
+      std::move(*devices.value), open_channel(plan.interface, plan.config.bit_rate, network_),
+      plan.interface.uri, false);
+  host.devices = runner.get();
+  devices_->add(std::move(runner));
+}
+
+std::unique_ptr<can_bridge::Channel> Gateway::channel_for(LineHost& host) {
+  const config::LinePlan& plan = host.plan;
+  const Use use = plan.config.role == line::Role::observer ? Use::observe : Use::transmit;
+  auto channel = open_channel(plan.interface, plan.config.bit_rate, network_, use);
+  if (!plan.record) {
+    return channel;
+  }
+  host.recording =
+      &recorder_.add(host.name(), name_in_log(plan.interface, host.name()), *plan.record);
+  return std::make_unique<RecordingChannel>(std::move(channel), *host.recording);
+}
+
+// Those that run already go on.
+void Gateway::start() {
+  publisher_->start();
+  keeper_.start();
+  recorder_.start();
+  if (devices_ != nullptr) {
+    devices_->start();
+    await_round(*devices_);  // a line that starts finds them switched on
+  }
+  for (auto& [name, executor] : executors_) {
+    executor->start();
+  }
+  intake_->start();
+}
+
+void Gateway::stop() {
+  if (intake_ != nullptr) {
+    intake_->stop();
+  }
+  for (auto& [name, executor] : executors_) {
+    executor->request_stop();
+  }
+  for (auto& [name, executor] : executors_) {
+    executor->join();
+  }
+  keeper_.stop();
+  recorder_.stop();
+  if (devices_ != nullptr) {
+    devices_->request_stop();
+    devices_->join();
+  }
+  if (publisher_ != nullptr) {
+    publisher_->stop();
+  }
+}
+
+Gateway::Reload Gateway::reload(const config::Plant& wanted) {
+  Reload out;
+  out.difference = difference(identity_, wanted);
+  std::vector<std::string> come = out.difference.started;
+  std::vector<std::string> go = out.difference.stopped;
+  come.insert(come.end(), out.difference.changed.begin(), out.difference.changed.end());
+  go.insert(go.end(), out.difference.changed.begin(), out.difference.changed.end());
+  out.diagnostics = out.difference.refusals;
+  auto lines = make_lines(wanted, come, out.diagnostics);
+  for (const NewLine& line : lines) {
+    if (const auto problem = make_parameter_folder(line.host->plan.storage)) {
+      out.diagnostics.push_back(*problem);
+    }
+  }
+  if (has_errors(out.diagnostics)) {
+    refuse_reload(out.diagnostics);
+    return out;
+  }
+  out.done = true;
+  if (!out.difference.empty()) {
+    change(go, come, std::move(lines), wanted, out.diagnostics, out.difference.rerouted);
+    identity_ = identity_of(wanted);
+    executor_plans_ = wanted.executors;
+  }
+  ++info_.reloads;
+  info_.configured = monotonic_now();
+  const config::PlanDifference& changes = out.difference;
+  report(EventKind::gateway_reloaded,
+         changes.started.size() + changes.stopped.size() + changes.changed.size(), hosts_.size(),
+         "reloaded: " + describe(changes));
+  return out;
+}
+
+// The lines that stay fill their rings meanwhile, which hold what they say in a second.
+void Gateway::change(const std::vector<std::string>& go, const std::vector<std::string>& come,
+                     std::vector<NewLine> lines, const config::Plant& wanted,
+                     std::vector<Diagnostic>& diagnostics,
+                     const std::vector<std::string>& rerouted) {
+  intake_->stop();
+  unbind_ends(go, false);
+  stop_lines(go);
+  unbind_ends(go, true);
+  publisher_->stop();
+  keeper_.stop();
+  recorder_.stop();
+  forget_lines(go);
+  set_routes(rerouted, wanted);
+  for (const std::string& name : come) {
+    if (!bridge_->add_line(name)) {
+      diagnostics.push_back({Severity::warning, wanted.file, 0, 0,
+                             "line " + name + " cannot be published: DDS has no writers"});
+    }
+  }
+  append(diagnostics, take_in(std::move(lines), wanted));
+  start();
+}
+
+std::optional<std::vector<Diagnostic>> Gateway::take_scans() {
+  std::vector<std::pair<std::string, TakenScan>> taken;
+  for (const auto& host : hosts_) {
+    for (TakenScan scan; host->port.scans.pop(scan);) {
+      taken.emplace_back(host->name(), std::move(scan));
+    }
+  }
+  if (taken.empty()) {
+    return std::nullopt;
+  }
+  std::vector<Diagnostic> diagnostics;
+  for (const auto& [name, scan] : taken) {
+    take_scan(name, scan, diagnostics);
+  }
+  return diagnostics;
+}
+
+// A line whose result cannot be used goes on with what it had; anew, if its nodes were reset.
+void Gateway::take_scan(const std::string& name, const TakenScan& scan,
+                        std::vector<Diagnostic>& diagnostics) {
+  const config::LinePlan& present = host(name).plan;
+  Loaded<config::LinePlan> wanted = plan_of(present, scan);
+  append(diagnostics, std::move(wanted.diagnostics));
+  if (!wanted.value && (scan.code & line::kScanRestore) == 0) {
+    LineHost& kept = host(name);
+    kept.executor->visit([&] { kept.runner->scan_kept(); });
+    return;
+  }
+  config::Plant plant = plant_with(wanted.value ? *std::move(wanted.value) : present);
+  auto lines = make_lines(plant, {name}, diagnostics);
+  if (lines.empty()) {
+    plant = plant_with(present);
+    lines = make_lines(plant, {name}, diagnostics);
+  }
+  intake_->stop();
+  for (const NewLine& made : lines) {
+    hand_on_commands(host(name), *made.host);
+  }
+  change({name}, {name}, std::move(lines), plant, diagnostics);
+}
+
+// What means a place in the outputs meant it in those that the line had.
+void Gateway::hand_on_commands(LineHost& from, LineHost& to) {
+  constexpr auto kOutputs = image::Direction::outputs;
+  const bool same_outputs = from.layout(kOutputs).id == to.layout(kOutputs).id;
+  from.executor->visit([&] {
+    for (line::Command command; from.port.commands.pop(command);) {
+      if (!same_outputs && is_of_outputs(command.kind)) {
+        intake_->refuse(command.tag, line::Refusal::stale_layout);
+      } else {
+        to.port.commands.push(command);
+      }
+    }
+  });
+}
+
+config::Plant Gateway::plant_with(config::LinePlan line) const {
+  config::Plant plant;
+  plant.executors = executor_plans_;
+  for (const auto& host : hosts_) {
+    config::LinePlan& plan = plant.lines.emplace_back();
+    plan.config.name = host->name();
+    if (plan.config.name == line.config.name) {
+      plan = line;
+    }
+  }
+  return plant;
+}
+
+LineHost& Gateway::host(const std::string& name) {
+  return **std::find_if(hosts_.begin(), hosts_.end(),
+                        [&](const auto& host) { return host->name() == name; });
+}
+
+void Gateway::stop_lines(const std::vector<std::string>& names) {
+  std::vector<Runner*> devices;
+  for (auto& [name, executor] : executors_) {
+    std::vector<Runner*> runners;
+    for (const std::string& line : names) {
+      if (host(line).executor == executor.get()) {
+        runners.push_back(host(line).runner);
+      }
+    }
+    executor->send_away(runners);
+  }
+  for (const std::string& line : names) {
+    if (Runner* runner = host(line).devices) {
+      devices.push_back(runner);
+    }
+  }
+  leave_routes(names);
+  if (!devices.empty()) {
+    devices_->send_away(devices);
+  }
+}
+
+void Gateway::forget_lines(const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    const LineHost& gone = host(name);
+    for (const NodeStorage& storage : gone.storage) {
+      keeper_.remove(*storage.file);
+    }
+    if (gone.recording != nullptr) {
+      recorder_.remove(*gone.recording);
+    }
+    bridge_->remove_line(name);
+    std::erase_if(links_, [&](const auto& link) {
+      const config::Binding& first = link->bindings.front();
+      return first.from == name || first.to == name;
+    });
+    std::erase_if(hosts_, [&](const auto& other) { return other.get() == &gone; });
+  }
+  std::erase_if(executors_, [&](const NamedExecutor& named) {
+    return std::none_of(hosts_.begin(), hosts_.end(),
+                        [&](const auto& host) { return host->executor == named.executor.get(); });
+  });
+}
+
+std::vector<WatchedThread> Gateway::threads() {
+  std::vector<WatchedThread> out;
+  const auto watch = [&out](Executor* executor) {
+    out.push_back({"exec " + executor->name(), &executor->rounds(),
+                   [executor] { executor->wakeup().signal(); }});
+  };
+  for (const auto& [name, executor] : executors_) {
+    watch(executor.get());
+  }
+  if (devices_ != nullptr) {
+    watch(devices_.get());
+  }
+  out.push_back({"publisher", &publisher_->rounds(), [this] { publisher_->wakeup().signal(); }});
+  out.push_back({"intake", &intake_->rounds(), [this] { intake_->wake(); }});
+  return out;
+}
+
+std::vector<ShownLine> Gateway::shown_lines() {
+  std::vector<ShownLine> out;
+  for (const auto& host : hosts_) {
+    if (const line::LineState* state = host->shown.fetch()) {
+      host->last_shown = *state;
+    }
+    out.push_back({host->name(), host->last_shown});
+  }
+  return out;
+}
+
+}  // namespace linegate::gateway

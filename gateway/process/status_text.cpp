@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/process/status_text.h"
+
+#include <fmt/format.h>
+
+namespace linegate::gateway {
+namespace {
+
+bool bus_in_order(can::BusState bus) {
+  return bus == can::BusState::error_active || bus == can::BusState::unknown;
+}
+
+// Empty if the line is in order.
+std::string complaint(const std::optional<line::LineState>& state) {
+  if (!state) {
+    return "starting";
+  }
+  if (!bus_in_order(state->bus)) {
+    return std::string(can::name(state->bus));
+  }
+  // An observer has no state of its own.
+  if (state->role != line::Role::observer && state->own_state == nmt::State::initialising) {
+    return "waits for its interface";
+  }
+  if (state->nodes_operational < state->nodes_configured) {
+    return fmt::format("{} of {} nodes operational", state->nodes_operational,
+                       state->nodes_configured);
+  }
+  return {};
+}
+
+std::string lines_of(std::size_t count) {
+  return fmt::format("{} line{}", count, count == 1 ? "" : "s");
+}
+
+}  // namespace
+
+std::string status_text(std::span<const ShownLine> lines) {
+  std::size_t good = 0;
+  std::string out;
+  for (const auto& line : lines) {
+    const std::string what = complaint(line.state);
+    if (what.empty()) {
+      ++good;
+    } else {
+      out += fmt::format("; {}: {}", line.name, what);
+    }
+  }
+  if (good == lines.size()) {
+    return lines_of(good) + " in order";
+  }
+  return fmt::format("{} of {} in order{}", good, lines_of(lines.size()), out);
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/publish/access.h"
+
+namespace linegate::gateway {
+
+dds::Access published_access(config::Access access) {
+  switch (access) {
+    case config::Access::off:
+      return dds::Access::off;
+    case config::Access::read:
+      return dds::Access::read;
+    case config::Access::all:
+      break;
+  }
+  return dds::Access::all;
+}
+
+bool permitted(line::CommandKind kind, config::Access commands, config::Access outputs) {
+  switch (kind) {
+    case line::CommandKind::versions:
+      return true;
+    case line::CommandKind::sdo_read:
+    case line::CommandKind::network_read:
+    case line::CommandKind::local_read:
+    case line::CommandKind::routing_trace:
+    case line::CommandKind::can_listen:
+    case line::CommandKind::scan:  // it writes nothing
+      return commands != config::Access::off;
+    case line::CommandKind::output_write:
+    case line::CommandKind::object_write:
+    case line::CommandKind::pdo_trigger:
+    case line::CommandKind::mpdo_write:
+      return commands == config::Access::all && outputs == config::Access::all;
+    case line::CommandKind::sdo_write:
+    case line::CommandKind::network_write:
+    case line::CommandKind::local_write:
+    case line::CommandKind::emcy_send:
+    case line::CommandKind::nmt:
+    case line::CommandKind::bus_restart:
+    case line::CommandKind::bus_fault:
+    case line::CommandKind::boot:
+    case line::CommandKind::configure:
+    case line::CommandKind::program:
+    case line::CommandKind::lss:
+    case line::CommandKind::can_send:
+    case line::CommandKind::object_create:
+    case line::CommandKind::scan_apply:
+    case line::CommandKind::pdo_request:
+      break;
+  }
+  return commands == config::Access::all;
+}
+
+bool permitted(const line::Command& command, config::Access commands, config::Access outputs) {
+  if (command.kind == line::CommandKind::configure && command.code == 0) {
+    return commands != config::Access::off;
+  }
+  return permitted(command.kind, commands, outputs);
+}
+
+bool is_of_outputs(line::CommandKind kind) {
+  return kind == line::CommandKind::output_write || kind == line::CommandKind::pdo_trigger;
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// What happens to the gateway itself, on its way from main to the publisher.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "bridges/dds/values.h"
+#include "gateway/config/plan_difference.h"
+#include "stack/base/event.h"
+
+namespace linegate::gateway {
+
+struct GatewayNews {
+  Event event;            // its number is given when it is published
+  std::string text;       // in words
+  dds::GatewayInfo info;  // as it is from then on; counters and discovery are the publisher's
+};
+
+// Of the configuration: another one has another hash, but for a chance of 1 to 2^64.
+std::uint64_t configuration_hash(const config::PlantIdentity& identity);
+
+}  // namespace linegate::gateway

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/publish/guard_report.h"
+
+#include <string_view>
+
+namespace linegate::gateway {
+namespace {
+
+using dds::guard::Reason;
+
+std::string_view meaning(Reason reason) {
+  switch (reason) {
+    case Reason::none:
+      break;
+    case Reason::header:
+      return "no RTPS 2 header";
+    case Reason::submessage:
+      return "a submessage exceeds its datagram, or is cut";
+    case Reason::sequence_number:
+      return "impossible sequence numbers";
+    case Reason::sequence_set:
+      return "malformed set of sequence numbers";
+    case Reason::fragment:
+      return "fragments that do not make up a sample";
+    case Reason::parameters:
+      return "malformed inline QoS";
+    case Reason::discovery:
+      return "malformed discovery data";
+    case Reason::statistics:
+      return "misplaced Fast DDS statistics";
+    case Reason::rate:
+      return "sequence numbers advance faster than samples can";
+    case Reason::writers:
+      return "more writers than the guard can follow";
+    case Reason::protection:
+      return "malformed DDS-Security submessages";
+    case Reason::unprotected:
+      return "plain submessages in a domain that requires protection";
+    case Reason::reliability:
+      return "a reader that is not of the reliability that it announced";
+    case Reason::participants:
+      return "new participants, while the places left are for configured peers";
+    case Reason::endpoints:
+      return "participants announce more endpoints than they may";
+    case Reason::gap:
+      return "more numbers above a missing one than a reader may keep";
+  }
+  return "no reason";
+}
+
+std::string sentence(std::uint64_t count, Reason reason) {
+  const bool gap = reason == Reason::gap;
+  return std::to_string(count) + (gap ? " GAP" : " datagram") + (count == 1 ? "" : "s") +
+         (gap ? " left out" : " dropped") + " by the DDS guard: " + std::string(meaning(reason)) +
+         " (" + std::string(to_string(reason)) + ")";
+}
+
+}  // namespace
+
+std::vector<std::string> GuardReport::update(const dds::guard::Counters& counters, Instant now) {
+  std::vector<std::string> out;
+  for (std::size_t i = 1; i < dds::guard::kReasons; ++i) {
+    Reported& it = reported_[i];
+    const std::uint64_t count = counters.dropped[i];
+    if (count == it.count || now < it.next)
+      continue;
+    out.push_back(sentence(count - it.count, static_cast<Reason>(i)));
+    it = {count, now + kPeriod};
+  }
+  return out;
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/publish/intake.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+
+#include "gateway/publish/access.h"
+#include "gateway/publish/foreign_text.h"
+#include "gateway/runtime/clock.h"
+
+namespace linegate::gateway {
+namespace {
+
+constexpr Duration kPoll = std::chrono::milliseconds(200);
+constexpr Duration kPollWhileWaiting = std::chrono::milliseconds(1);
+constexpr Duration kNoticePeriod = std::chrono::seconds(1);
+
+void warn_of_held_back(std::string_view line, std::uint64_t notices) {
+  if (notices > 0) {
+    spdlog::warn("{}: {} refusals more are no events of the line, too many came at once", line,
+                 notices);
+  }
+}
+
+}  // namespace
+
+Intake::Intake(dds::GatewayBridge& bridge, std::span<const std::unique_ptr<LineHost>> lines,
+               exchange::Ring<line::Reply>& refusals, exchange::Wakeup& publisher,
+               std::string versions)
+    : bridge_(bridge),
+      lines_(lines),
+      refusals_(refusals),
+      publisher_(publisher),
+      versions_(std::move(versions)) {
+}
+
+Intake::~Intake() {
+  stop();
+}
+
+void Intake::set_lines(std::span<const std::unique_ptr<LineHost>> lines) {
+  lines_ = lines;
+  notices_.clear();
+}
+
+void Intake::start() {
+  stop_.lower();
+  thread_ = std::thread([this] { run(); });
+}
+
+void Intake::stop() {
+  stop_.raise();
+  if (thread_.joinable()) {
+    bridge_.wake();
+    thread_.join();
+  }
+  for (auto& [line, limit] : notices_) {
+    warn_of_held_back(line, limit.take_held());
+  }
+}
+
+void Intake::run() {
+  pthread_setname_np(pthread_self(), "intake");
+  while (!stop_.raised()) {
+    bridge_.poll(waiting_.empty() ? kPoll : kPollWhileWaiting, *this);
+    flush();
+    look_for_namesakes();
+    report_guard();
+    tell_held_back();
+    rounds_.add();
+  }
+}
+
+LineHost* Intake::find(std::string_view line) const {
+  for (const auto& host : lines_) {
+    if (host->name() == line) {
+      return host.get();
+    }
+  }
+  return nullptr;
+}
+
+bool Intake::crosses(const LineHost& host, const line::Command& command) const {
+  if (command.kind != line::CommandKind::network_read &&
+      command.kind != line::CommandKind::network_write) {
+    return true;
+  }
+  const auto& routes = host.plan.config.routing.routes;
+  return std::none_of(routes.begin(), routes.end(), [&](const routing::Route& route) {
+    return route.reaches(command.network) &&
+           std::any_of(lines_.begin(), lines_.end(), [&](const auto& other) {
+             return other->interface() == route.interface &&
+                    !permitted(command.kind, other->plan.commands, other->plan.outputs);
+           });
+  });
+}
+
+line::Refusal Intake::judge(const LineHost& host, const dds::CommandMessage& message) const {
+  const line::Command& command = message.command;
+  if (!permitted(command, host.plan.commands, host.plan.outputs)) {
+    return line::Refusal::not_permitted;
+  }
+  if (!crosses(host, command)) {
+    return line::Refusal::not_permitted;
+  }
+  const std::uint64_t layout = host.layout(image::Direction::outputs).id;
+  if (is_of_outputs(command.kind) && message.layout_id != 0 && message.layout_id != layout) {
+    return line::Refusal::stale_layout;
+  }
+  return line::Refusal::none;
+}
+
+void Intake::on_command(dds::CommandMessage message) {
+  line::Reply reply;
+  reply.tag = message.command.tag;
+  if (message.command.kind == line::CommandKind::versions) {
+    const auto* text = reinterpret_cast<const std::byte*>(versions_.data());
+    reply.data.assign(text, text + versions_.size());
+    answer(std::move(reply));
+    return;
+  }
+  LineHost* host = find(message.line);
+  const line::CommandKind kind = message.command.kind;
+  line::Refusal refusal = host == nullptr ? line::Refusal::unknown_line : judge(*host, message);
+  if (refusal == line::Refusal::none) {
+    if (host->port.commands.push(message.command)) {
+      host->executor->wakeup().signal();
+      return;
+    }
+    refusal = line::Refusal::busy;
+  }
+  if (host != nullptr) {
+    notice(*host, EventKind::command_refused, static_cast<std::uint32_t>(refusal),
+           static_cast<std::uint32_t>(kind));
+  }
+  reply.error = line::to_error(refusal);
+  answer(std::move(reply));
+}
+
+void Intake::on_output_write(dds::OutputMessage message) {
+  LineHost* host = find(message.line);
+  if (host == nullptr) {
+    tell_unknown_line(message.line);
+    return;
+  }
+  if (host->plan.outputs != config::Access::all) {
+    refuse_output(*host, message.write.group, line::OutputRefusal::not_permitted);
+    return;
+  }
+  message.write.client = std::move(message.client);
+  if (!host->port.outputs.push(message.write)) {
+    host->port.requests_lost.add();
+  }
+  host->executor->wakeup().signal();
+}
+
+void Intake::on_output_refused(std::string_view line, std::uint16_t group,
+                               line::OutputRefusal refusal, std::string_view why) {
+  spdlog::debug("{}: outputs of group {} refused: {}", printable(line), group, why);
+  if (LineHost* host = find(line)) {
+    refuse_output(*host, group, refusal);
+  } else {
+    tell_unknown_line(line);
+  }
+}
+
+void Intake::on_command_refused(std::string_view line, std::string_view client, std::uint8_t kind,
+                                line::Refusal refusal, std::string_view why) {
+  spdlog::debug("{}: command of {} refused: {}", printable(line), printable(client), why);
+  if (LineHost* host = find(line)) {
+    notice(*host, EventKind::command_refused, static_cast<std::uint32_t>(refusal), kind);
+  }
+}
+
+void Intake::on_unreadable(std::uint64_t samples) {
+  unreadable_ += samples;
+  const Instant now = monotonic_now();
+  if (now - unreadable_told_ < kNoticePeriod) {
+    return;
+  }
+  unreadable_told_ = now;
+  spdlog::warn("{} damaged samples were received and dropped", std::exchange(unreadable_, 0));
+}
+
+void Intake::on_misfit(std::string_view topic, std::string_view policy) {
+  const Instant now = monotonic_now();
+  if (now - misfit_told_ < kNoticePeriod) {
+    return;
+  }
+  misfit_told_ = now;
+  spdlog::warn("{}: a subscriber writes with a quality of service that does not fit ({})", topic,
+               policy);
+}
+
+// There is no line whose event it could be.
+void Intake::tell_unknown_line(std::string_view line) {
+  ++unknown_lines_;
+  const Instant now = monotonic_now();
+  if (now - unknown_lines_told_ < kNoticePeriod) {
+    return;
+  }
+  unknown_lines_told_ = now;
+  spdlog::warn("{} outputs for a line that does not exist were received and dropped, last '{}'",
+               std::exchange(unknown_lines_, 0), printable(line));
+}
+
+void Intake::look_for_namesakes() {
+  const std::size_t others = bridge_.namesakes();
+  if (others == std::exchange(namesakes_, others)) {
+    return;
+  }
+  if (others == 0) {
+    spdlog::info("no other gateway of this name is in the DDS domain any more");
+  } else {
+    spdlog::warn(
+        "{} of the same name as this one in its DDS domain: subscribers mix them up, and each "
+        "takes what is asked of another; give one another name (gateway: {{name: ...}}) or domain",
+        others == 1 ? std::string("another gateway is") : std::to_string(others) + " gateways are");
+  }
+}
+
+void Intake::report_guard() {
+  for (const std::string& sentence : guard_.update(bridge_.guard_counters(), monotonic_now()))
+    spdlog::warn("{}", sentence);
+}
+
+void Intake::tell_held_back() {
+  const Instant now = monotonic_now();
+  for (auto& [line, limit] : notices_) {
+    warn_of_held_back(line, limit.take_held(now));
+  }
+}
+
+void Intake::refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal) {
+  notice(host, EventKind::output_refused, static_cast<std::uint32_t>(refusal), group);
+}
+
+void Intake::notice(LineHost& host, EventKind kind, std::uint32_t code, std::uint32_t value) {
+  if (!notices_[host.name()].admit(kind, code, value, monotonic_now())) {
+    return;
+  }
+  Event event;
+  event.kind = kind;
+  event.code = code;
+  event.value = value;
+  if (!host.port.notices.push(event)) {
+    host.port.requests_lost.add();
+  }
+  host.executor->wakeup().signal();
+}
+
+void Intake::refuse(std::uint64_t tag, line::Refusal refusal) {
+  line::Reply reply;
+  reply.tag = tag;
+  reply.error = line::to_error(refusal);
+  answer(std::move(reply));
+}
+
+void Intake::answer(line::Reply reply) {
+  waiting_.push_back(std::move(reply));
+  flush();
+}
+
+void Intake::flush() {
+  bool moved = false;
+  while (!waiting_.empty() && refusals_.push(waiting_.front())) {
+    waiting_.pop_front();
+    moved = true;
+  }
+  if (moved) {
+    publisher_.signal();
+  }
+}
+
+}  // namespace linegate::gateway

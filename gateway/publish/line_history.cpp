@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/publish/line_history.h"
+
+#include <algorithm>
+#include <array>
+
+namespace linegate::gateway {
+namespace {
+
+using line::Counters;
+
+// All of them: a counter that is missing here would go back when its line is restarted.
+constexpr std::array kCounters{&Counters::frames_received, &Counters::frames_sent,
+                               &Counters::frames_unused,   &Counters::frames_malformed,
+                               &Counters::frames_lost,     &Counters::bus_errors,
+                               &Counters::rpdos,           &Counters::tpdos,
+                               &Counters::tpdos_coalesced, &Counters::syncs,
+                               &Counters::emcys,           &Counters::heartbeats_lost,
+                               &Counters::sdo_transfers,   &Counters::sdo_aborts,
+                               &Counters::commands,        &Counters::commands_refused,
+                               &Counters::output_writes,   &Counters::output_writes_refused,
+                               &Counters::events,          &Counters::events_lost,
+                               &Counters::receptions_lost};
+static_assert(sizeof(Counters) == kCounters.size() * sizeof(std::uint64_t));
+
+// Those that never go back.
+constexpr std::array kRouted{&routing::Counters::opened,         &routing::Counters::finished,
+                             &routing::Counters::aborted,        &routing::Counters::timed_out,
+                             &routing::Counters::refused,        &routing::Counters::not_permitted,
+                             &routing::Counters::forwarded,      &routing::Counters::unexpected,
+                             &routing::Counters::emcy_forwarded, &routing::Counters::emcy_dropped};
+
+// Little-endian, as in the data of EventKind::events_lost.
+std::uint64_t read_number(const Event& event, std::size_t offset) {
+  std::uint64_t value = 0;
+  for (std::size_t i = 8; i > 0; --i) {
+    value = value << 8U | std::to_integer<std::uint64_t>(event.data[offset + i - 1]);
+  }
+  return value;
+}
+
+void write_number(Event& event, std::size_t offset, std::uint64_t value) {
+  for (std::size_t i = 0; i < 8; ++i, value >>= 8U) {
+    event.data[offset + i] = static_cast<std::byte>(value);
+  }
+}
+
+}  // namespace
+
+void LineHistory::correct(Event& event) {
+  event.number += first_event_;
+  if (event.kind == EventKind::events_lost) {
+    write_number(event, 0, read_number(event, 0) + first_event_);
+    write_number(event, 8, read_number(event, 8) + first_event_);
+  }
+  last_event_ = std::max(last_event_, event.number);
+}
+
+void LineHistory::correct(line::LineState& state) {
+  for (const auto counter : kCounters) {
+    state.counters.*counter += before_.*counter;
+  }
+  now_ = state.counters;
+  for (const auto counter : kRouted) {
+    state.routing.*counter += routed_before_.*counter;
+  }
+  routed_now_ = state.routing;
+}
+
+void LineHistory::restart() {
+  first_event_ = last_event_;
+  before_ = now_;
+  routed_before_ = routed_now_;
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,483 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/publish/publisher.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <ctime>
+#include <utility>
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+
+#include "gateway/publish/access.h"
+#include "gateway/publish/boot_text.h"
+#include "gateway/publish/controller_text.h"
+#include "gateway/publish/event_text.h"
+#include "gateway/publish/output_groups.h"
+#include "gateway/publish/routing_text.h"
+#include "gateway/runtime/channels.h"
+#include "stack/diagnosis/network_state.h"
+
+namespace linegate::gateway {
+namespace {
+
+constexpr Duration kClockPeriod = std::chrono::milliseconds(500);
+constexpr Duration kStatePeriod = std::chrono::seconds(1);
+constexpr Duration kFailurePeriod = std::chrono::seconds(10);
+
+// Equal in everything that is published at once; counters and load follow every second.
+bool same_state(const line::LineState& a, const line::LineState& b) {
+  return a.role == b.role && a.node_id == b.node_id && a.own_state == b.own_state &&
+         a.indicators == b.indicators && a.manager == b.manager && a.network == b.network &&
+         a.bus == b.bus && a.transmit_errors == b.transmit_errors &&
+         a.receive_errors == b.receive_errors && a.nodes_configured == b.nodes_configured &&
+         a.nodes_operational == b.nodes_operational;
+}
+
+// Equal in everything that is published at once.
+bool same_outputs(const line::OutputState& a, const line::OutputState& b) {
+  return a.owner == b.owner && a.refused == b.refused && a.arming == b.arming &&
+         a.tripped == b.tripped && a.watchdog == b.watchdog && a.waiting == b.waiting &&
+         a.waits == b.waits && (a.applied == 0) == (b.applied == 0);
+}
+
+std::string indicators_text(const node::Indicators& shown) {
+  return "run " + std::string(node::name(shown.run)) + ", error " +
+         std::string(node::name(shown.error));
+}
+
+// NodeState's properties, idl/README.md.
+std::vector<dds::Property> node_properties(const NodeStatus& status) {
+  std::vector<dds::Property> out = boot_properties(status.state);
+  if (status.own) {
+    const std::uint8_t id = status.own->node_id;
+    out.push_back({"node-id", id == 0 ? "none" : std::to_string(id)});
+    out.push_back({"indicators", indicators_text(status.own->indicators)});
+  }
+  return out;
+}
+
+void add_network(std::uint8_t state, std::vector<dds::Property>& out) {
+  out.push_back(
+      {"ixxat_state", fmt::format("0x{:02X} {}", state, diagnosis::name_of_network_state(state))});
+}
+
+// LineState's properties, idl/README.md.
+void set_properties(std::string_view outputs_access, const QueueDepths& queues,
+                    std::vector<dds::Property>& out) {
+  out.resize(5);
+  out[0] = {"outputs-access", std::string(outputs_access)};
+  out[1] = {"receive-queue-peak", std::to_string(queues.receive_peak)};
+  out[2] = {"transmit-queue", std::to_string(queues.transmit)};
+  out[3] = {"transmit-stalls", std::to_string(queues.transmit_stalls)};
+  out[4] = {"event-queue", std::to_string(queues.events)};
+}
+
+// What shows a subscriber whether it has received the states of all lines of all gateways: how many
+// lines this gateway has, and which other gateways it has discovered, as far as they fit.
+void add_gateways(std::size_t lines, const std::vector<std::string>& others,
+                  std::vector<dds::Property>& out) {
+  constexpr std::size_t kMost = 240;  // bytes; a value has up to 256
+  std::string text;
+  std::size_t left_out = 0;
+  for (const std::string& other : others) {
+    if (left_out != 0 || text.size() + other.size() > kMost) {
+      ++left_out;
+    } else {
+      text += (text.empty() ? "" : ",") + other;
+    }
+  }
+  if (left_out != 0) {
+    text += (text.empty() ? "+" : ",+") + std::to_string(left_out);
+  }
+  out.push_back({"lines", std::to_string(lines)});
+  out.push_back({"other-gateways", text});
+}
+
+void wait_readable(int descriptor, Instant until, Instant now) {
+  pollfd p{descriptor, POLLIN, 0};
+  if (until == kNever) {
+    poll(&p, 1, -1);
+    return;
+  }
+  const Duration left = std::max(Duration::zero(), until - now);
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(left);
+  const timespec ts{static_cast<std::time_t>(seconds.count()),
+                    static_cast<long>((left - seconds).count())};
+  ppoll(&p, 1, &ts, nullptr);
+}
+
+}  // namespace
+
+Publisher::Line::Line(LineHost& line_host, LineHistory& line_history)
+    : host(&line_host),
+      history(&line_history),
+      info{line_host.name(), line_host.plan.interface.uri, line_host.plan.config.bit_rate,
+           published_access(line_host.plan.commands)},
+      output_groups(output_group_properties(line_host.plan.config.groups)),
+      layouts(line_host.layouts),
+      updates(line_host.plan.pdo_min_period),
+      sequences{ImageSequence(line_host.plan.publish.rule),
+                ImageSequence(line_host.plan.publish.rule)} {
+  for (const auto& node : line_host.plan.config.nodes) {
+    nodes[node.id].name = node.name;
+  }
+  for (const auto& device : line_host.plan.config.devices) {
+    nodes[device.id].name = device.name;
+  }
+}
+
+Publisher::Publisher(dds::GatewayBridge& bridge, std::span<const std::unique_ptr<LineHost>> lines)
+    : bridge_(bridge) {
+  set_lines(lines);
+}
+
+void Publisher::set_lines(std::span<const std::unique_ptr<LineHost>> lines) {
+  std::vector<std::unique_ptr<Line>> before = std::exchange(lines_, {});
+  for (const auto& host : lines) {
+    const auto known = std::find_if(before.begin(), before.end(), [&](const auto& line) {
+      return line != nullptr && line->host == host.get();
+    });
+    if (known != before.end()) {
+      lines_.push_back(std::move(*known));
+      continue;
+    }
+    LineHistory& history = histories_[host->name()];
+    history.restart();
+    lines_.push_back(std::make_unique<Line>(*host, history));
+  }
+  interfaces_.clear();
+  for (const auto& host : lines) {
+    interfaces_.emplace_back(host->interface(), host->name());
+  }
+}
+
+Publisher::~Publisher() {
+  stop();
+}
+
+void Publisher::start() {
+  stop_.lower();
+  thread_ = std::thread([this] { run(); });
+}
+
+void Publisher::stop() {
+  stop_.raise();
+  wakeup_.signal();
+  if (thread_.joinable()) {
+    thread_.join();
+  }
+}
+
+void Publisher::run() {
+  pthread_setname_np(pthread_self(), "publisher");
+  refresh_clock(monotonic_now());
+  publish_layouts();
+  for (;;) {
+    wakeup_.clear();
+    const bool last = stop_.raised();
+    const Instant next = step(monotonic_now());
+    rounds_.add();
+    if (last) {
+      return;
+    }
+    wait_readable(wakeup_.descriptor(), next, monotonic_now());
+  }
+}
+
+void Publisher::publish_layouts() {
+  for (const auto& line : lines_) {
+    if (!std::exchange(line->layouts_known, true)) {
+      bridge_.publish(line->host->name(), line->host->layout(image::Direction::inputs));
+      bridge_.publish(line->host->name(), line->host->layout(image::Direction::outputs));
+    }
+  }
+}
+
+Instant Publisher::step(Instant now) {
+  refresh_clock(now);
+  for (line::Reply reply; refusals_.pop(reply);) {
+    bridge_.reply(reply);
+  }
+  const Instant gateway_next = publish_gateway(now);
+  for (const auto& line : lines_) {
+    take_replies(*line);
+    publish_events(*line, now);
+    publish_replies();
+  }
+  for (const auto& line : lines_) {
+    publish_states(*line, now);
+    publish_output_states(*line, now);
+  }
+  Instant next = gateway_next;
+  for (const auto& line : lines_) {
+    publish_new_layouts(*line);
+    if (publish_receptions(*line)) {
+      next = now;
+    }
+    publish_image(*line, image::Direction::inputs);
+    publish_image(*line, image::Direction::outputs);
+    rounds_.add();
+    next = earlier(next, publish_updates(*line, now));
+  }
+  tell_failures(now);
+  return next;
+}
+
+void Publisher::refresh_clock(Instant now) {
+  if (now >= clock_due_) {
+    clock_.refresh();
+    bridge_.set_clock(clock_.map());
+    clock_due_ = now + kClockPeriod;
+  }
+}
+
+// What happened before a reply was given is in the ring of the events when it is taken.
+void Publisher::take_replies(Line& line) {
+  for (line::Reply reply; line.host->port.replies.pop(reply);) {
+    replies_.push_back(std::move(reply));
+  }
+}
+
+void Publisher::publish_replies() {
+  for (const line::Reply& reply : replies_) {
+    bridge_.reply(reply);
+    rounds_.add();
+  }
+  replies_.clear();
+}
+
+void Publisher::publish_events(Line& line, Instant now) {
+  for (Event event; line.host->port.events.pop(event);) {
+    line.history->correct(event);
+    const std::string text =
+        describe(event, line.host->plan.config, name_for_people(line.host->plan.interface));
+    bridge_.publish(line.info.name, event, text);
+    line.logger.write(line.info.name, event, text, now);
+    rounds_.add();
+  }
+  line.logger.advance(line.info.name, now);
+}
+
+void Publisher::publish_states(Line& line, Instant now) {
+  if (LineStatus* status = line.host->port.status.fetch()) {
+    line.history->correct(status->state);
+    status->queues.merge(line.queues);
+    line.queues = status->queues;
+    look_at_controller(line, status->controller);
+    if (look_at_routes(line) || !line.state_known || !same_state(line.last_state, status->state) ||
+        now - line.state_published >= kStatePeriod || stop_.raised()) {
+      const QueueDepths queues = std::exchange(line.queues, {});
+      set_properties(config::name(line.host->plan.outputs), queues, line.properties);
+      add_gateways(lines_.size(), bridge_.other_gateways(), line.properties);
+      if (const std::size_t others = bridge_.namesakes(); others > 0) {
+        line.properties.push_back({"namesakes", std::to_string(others)});
+      }
+      if (status->state.role != line::Role::observer) {
+        line.properties.push_back({"indicators", indicators_text(status->state.indicators)});
+        if (line.host->plan.config.devices.empty()) {
+          add_network(status->state.network, line.properties);
+        }
+      }
+      line.properties.insert(line.properties.end(), line.output_groups.begin(),
+                             line.output_groups.end());
+      if (status->sync_period != Duration::zero()) {
+        const auto us = std::chrono::duration_cast<std::chrono::microseconds>(status->sync_period);
+        line.properties.push_back({"sync-period-us", std::to_string(us.count())});
+      }
+      add_properties(line.controller, line.properties);
+      add_forwarding(status->state.routing, line.properties);
+      if (line.host->interface() != 0) {
+        add_properties(status->state.routing, queues.route_stalls, line.properties);
+        line.properties.insert(line.properties.end(), line.routes.begin(), line.routes.end());
+      }
+      bridge_.publish(line.info, status->state, status->time, line.properties);
+      line.host->shown.draft().value = status->state;
+      line.host->shown.publish();
+      line.state_published = now;
+      line.last_state = status->state;
+      line.state_known = true;
+    }
+  }
+  for (NodeStatus status; line.host->port.nodes.pop(status);) {
+    publish_node(line, status);
+    rounds_.add();
+  }
+}
+
+void Publisher::publish_output_states(Line& line, Instant now) {
+  OutputStatus* const status = line.host->port.outputs_status.fetch();
+  if (status == nullptr) {
+    return;
+  }
+  const bool all = line.output_states.size() != status->groups.size() ||
+                   now - line.outputs_published >= kStatePeriod || stop_.raised();
+  for (std::size_t i = 0; i < status->groups.size(); ++i) {
+    if (all || !same_outputs(line.output_states[i], status->groups[i])) {
+      bridge_.publish(line.info.name, status->groups[i], status->time);
+      rounds_.add();
+    }
+  }
+  line.output_states = status->groups;
+  line.outputs_published = all ? now : line.outputs_published;
+}
+
+// True if they are others.
+bool Publisher::look_at_routes(Line& line) const {
+  const auto* const fresh = line.host->port.routes.fetch();
+  if (fresh != nullptr) {
+    line.routes = route_properties(*fresh, interfaces_);
+  }
+  return fresh != nullptr;
+}
+
+// Its bit rate is that of the line, whatever the configuration says; where they differ is told
+// once.
+void Publisher::look_at_controller(Line& line, const can_bridge::ControllerSetup& controller) {
+  if (controller == line.controller) {
+    return;
+  }
+  line.controller = controller;
+  const config::LinePlan& plan = line.host->plan;
+  line.info.bit_rate = controller.bit_rate != 0 ? controller.bit_rate : plan.config.bit_rate;
+  for (const std::string& complaint : complaints(plan, controller)) {
+    spdlog::warn("{}: {}", line.info.name, complaint);
+  }
+}
+
+void Publisher::publish_node(Line& line, const NodeStatus& status) {
+  const line::NodeState& state = status.state;
+  if (state.node >= line.nodes.size()) {
+    return;
+  }
+  Node& node = line.nodes[state.node];
+  if (!node.known || node.last.state != state.state || node.last.presence != state.presence) {
+    node.since = status.time;
+  }
+  node.known = true;
+  node.last = state;
+  bridge_.publish(line.info.name, dds::NodeInfo{node.name, node.since}, state, status.time,
+                  node_properties(status));
+}
+
+// What waits of the PDOs of the old layout means nothing in the new one.
+void Publisher::publish_new_layouts(Line& line) {
+  const auto* fresh = line.host->port.layouts.fetch();
+  if (fresh == nullptr) {
+    return;
+  }
+  for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
+    image::Layout& known = line.layouts[static_cast<std::size_t>(direction)];
+    const image::Layout& layout = (*fresh)[static_cast<std::size_t>(direction)];
+    if (known.id != layout.id) {
+      known = layout;
+      bridge_.publish(line.info.name, known);
+    }
+  }
+  line.updates = PdoUpdates(line.host->plan.pdo_min_period);
+}
+
+void Publisher::publish_image(Line& line, image::Direction direction) {
+  image::Snapshot* snapshot = line.host->port.image(direction).fetch();
+  if (snapshot == nullptr) {
+    return;
+  }
+  if (snapshot->layout_id != line.layouts[static_cast<std::size_t>(direction)].id) {
+    publish_new_layouts(line);  // it was handed over before this image
+  }
+  if (direction == image::Direction::inputs) {
+    line.inputs = snapshot;
+  }
+  if (snapshot->layout_id != line.layouts[static_cast<std::size_t>(direction)].id) {
+    return;  // of a layout that has gone
+  }
+  if (direction == image::Direction::inputs) {
+    line.updates.add(*snapshot);
+  }
+  if (line.sequences[static_cast<std::size_t>(direction)].admit(*snapshot)) {
+    bridge_.publish(line.info.name, *snapshot);
+  }
+}
+
+Instant Publisher::publish_updates(Line& line, Instant now) {
+  return line.updates.take_due(now, [&](const image::PdoMark& mark, std::uint32_t receptions) {
+    bridge_.publish_pdo_update(line.info.name, line.layouts[0], *line.inputs, mark, receptions);
+  });
+}
+
+// Others wait, too: no more than the ring holds at a time. The layout that a reception was received
+// with was handed over before; a later one drops it, which its number shows.
+bool Publisher::publish_receptions(Line& line) {
+  pdo::Reception reception;
+  for (std::size_t n = line.host->port.receptions.capacity(); n > 0; --n) {
+    if (!line.host->port.receptions.pop(reception)) {
+      return false;
+    }
+    if (reception.layout_id != line.layouts[0].id) {
+      publish_new_layouts(line);
+    }
+    bridge_.publish(line.info.name, line.layouts[0], reception);
+    rounds_.add();
+  }
+  return !line.host->port.receptions.empty();
+}
+
+void Publisher::report(GatewayNews news) {
+  news_.push(std::move(news));
+  wakeup_.signal();
+}
+
+// Gives when its state is to be published again.
+Instant Publisher::publish_gateway(Instant now) {
+  bool changed = false;
+  for (GatewayNews news; news_.pop(news);) {
+    const std::uint64_t number = gateway_.events + 1;
+    gateway_ = std::move(news.info);
+    gateway_.events = news.event.number = number;
+    bridge_.publish({}, news.event, news.text);
+    gateway_logger_.write("gateway", news.event, news.text, now);
+    gateway_known_ = changed = true;
+  }
+  if (!gateway_known_) {
+    return kNever;
+  }
+  changed = changed || bridge_.discovery().participants != participants_seen_;
+  if (changed || now >= gateway_due_ || stop_.raised()) {
+    refresh_gateway();
+    bridge_.publish(gateway_, now);
+    gateway_due_ = now + kStatePeriod;
+  }
+  return gateway_due_;
+}
+
+void Publisher::refresh_gateway() {
+  const dds::DiscoveryCounters discovery = bridge_.discovery();
+  const dds::guard::Counters guard = bridge_.guard_counters();
+  participants_seen_ = discovery.participants;
+  gateway_.participants = discovery.participants;
+  gateway_.participants_most = discovery.most;
+  gateway_.counters = {{"discovery-discovered", discovery.discovered},
+                       {"discovery-gone", discovery.gone},
+                       {"discovery-endpoints", guard.endpoints},
+                       {"samples-published", bridge_.counters().samples},
+                       {"samples-failed", bridge_.counters().failed},
+                       {"guard-received", guard.received}};
+  for (std::size_t i = 1; i < dds::guard::kReasons; ++i) {
+    const auto reason = static_cast<dds::guard::Reason>(i);
+    gateway_.counters.push_back(
+        {"guard-dropped-" + std::string(to_string(reason)), guard.of(reason)});
+  }
+}
+
+void Publisher::tell_failures(Instant now) {
+  const std::uint64_t failed = bridge_.counters().failed;
+  if (failed != failures_told_ && now >= failures_due_) {
+    spdlog::warn("DDS did not take {} samples", failed - failures_told_);
+    failures_told_ = failed;
+    failures_due_ = now + kFailurePeriod;
+  }
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+// The thread that publishes: takes what the lines hand over and gives it to DDS.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "bridges/dds/publisher.h"
+#include "gateway/exchange/cell.h"
+#include "gateway/exchange/ring.h"
+#include "gateway/exchange/wakeup.h"
+#include "gateway/publish/event_logger.h"
+#include "gateway/publish/gateway_news.h"
+#include "gateway/publish/image_sequence.h"
+#include "gateway/publish/line_history.h"
+#include "gateway/publish/pdo_updates.h"
+#include "gateway/runtime/clock.h"
+#include "gateway/runtime/line_host.h"
+
+namespace linegate::gateway {
+
+class Publisher {
+ public:
+  // The bridge must outlive the publisher, and the lines must live while it runs.
+  Publisher(dds::GatewayBridge& bridge, std::span<const std::unique_ptr<LineHost>> lines);
+  ~Publisher();
+  Publisher(const Publisher&) = delete;
+  Publisher& operator=(const Publisher&) = delete;
+
+  // For those who put something into a ring the publisher reads.
+  exchange::Wakeup& wakeup() { return wakeup_; }
+  // Grows while it gets on, with one sample or with none to publish.
+  const exchange::Counter& rounds() const { return rounds_; }
+  // Replies that come from the intake and not from a line.
+  exchange::Ring<line::Reply>& refusals() { return refusals_; }
+
+  // By main alone: what happened to the gateway itself. Without room it is dropped.
+  void report(GatewayNews news);
+
+  // May be started again after stop().
+  void start();
+  // Publishes what is there, then ends. Call it when the lines have stopped, or go on: what they
+  // have to say waits.
+  void stop();
+  // While it is stopped. Lines that were there before go on as they are; one with the name of
+  // another continues its numbers.
+  void set_lines(std::span<const std::unique_ptr<LineHost>> lines);
+
+ private:
+  struct Node {
+    std::string name;
+    bool known = false;
+    line::NodeState last;
+    Instant since{};
+  };
+  struct Line {
+    Line(LineHost& line_host, LineHistory& line_history);
+
+    LineHost* host;
+    LineHistory* history;
+    bool layouts_known = false;
+    dds::LineInfo info;
+    std::vector<dds::Property> properties;
+    std::vector<dds::Property> routes;  // in force, if it routes
+    std::vector<dds::Property> output_groups;
+    QueueDepths queues;  // since they were published last
+    can_bridge::ControllerSetup controller;
+    EventLogger logger;
+    std::array<Node, 128> nodes;
+    bool state_known = false;
+    line::LineState last_state;
+    Instant state_published{};
+    std::vector<line::OutputState> output_states;  // published last
+    Instant outputs_published{};
+    std::array<image::Layout, 2> layouts;  // by image::Direction
+    PdoUpdates updates;
+    image::Snapshot* inputs = nullptr;  // the last one fetched
+    std::array<ImageSequence, 2> sequences;
+  };
+
+  void run();
+  // Does what there is to do; gives when it wants to be called again.
+  Instant step(Instant now);
+  void refresh_clock(Instant now);
+  void publish_layouts();
+  void take_replies(Line& line);
+  void publish_replies();
+  void publish_events(Line& line, Instant now);
+  void publish_states(Line& line, Instant now);
+  void publish_output_states(Line& line, Instant now);
+  bool look_at_routes(Line& line) const;
+  static void look_at_controller(Line& line, const can_bridge::ControllerSetup& controller);
+  void publish_node(Line& line, const NodeStatus& status);
+  void publish_new_layouts(Line& line);
+  void publish_image(Line& line, image::Direction direction);
+  Instant publish_updates(Line& line, Instant now);
+  // True: more wait.
+  bool publish_receptions(Line& line);
+  void tell_failures(Instant now);
+  Instant publish_gateway(Instant now);
+  void refresh_gateway();
+
+  dds::GatewayBridge& bridge_;
+  std::map<std::string, LineHistory, std::less<>> histories_;  // of all lines there ever were
+  std::vector<std::unique_ptr<Line>> lines_;
+  std::vector<std::pair<std::uint8_t, std::string>> interfaces_;  // the lines' names
+  exchange::Wakeup wakeup_;
+  exchange::Flag stop_;
+  exchange::Counter rounds_;
+  exchange::Ring<line::Reply> refusals_{1024};
+  exchange::Ring<GatewayNews> news_{64};
+  dds::GatewayInfo gateway_;
+  bool gateway_known_ = false;
+  Instant gateway_due_{};
+  std::size_t participants_seen_ = 0;
+  EventLogger gateway_logger_;
+  std::vector<line::Reply> replies_;  // of a line, behind its events
+  WallClock clock_;
+  Instant clock_due_{};
+  std::uint64_t failures_told_ = 0;
+  Instant failures_due_{};
+  std::thread thread_;
+};
+
+}  // namespace linegate::gateway

@@ -1,0 +1,570 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/runtime/line_runner.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "stack/od/objects.h"
+
+namespace linegate::gateway {
+namespace {
+
+constexpr Duration kStatusPeriod = std::chrono::milliseconds(100);
+// Images and status wait that long for another executor that was handed values: where both share a
+// processor, the wake-up of their consumer would go before its frame.
+constexpr Duration kAfterForwarding = std::chrono::microseconds(100);
+// The last frames of a line that stops, and its last events, get this long.
+constexpr Duration kStopTime = std::chrono::milliseconds(500);
+// Until a full link to another line is tried again.
+constexpr Duration kLinkFull = std::chrono::milliseconds(1);
+constexpr Duration kLong = std::chrono::hours(24 * 365);
+
+// EventKind::queue_full: code.
+constexpr std::uint32_t kQueueRequests = 1;
+
+// 0 if the own node produces none.
+Duration produced_sync(const line::Line& line) {
+  constexpr std::uint64_t kProduces = 1U << 30U;  // bit of 1005h
+  if (line.config().role == line::Role::observer) {
+    return {};
+  }
+  const std::uint64_t cob_id = line.dictionary().number({od::objects::kSyncCobId, 0}).value_or(0);
+  const std::uint64_t period = line.dictionary().number({od::objects::kSyncPeriod, 0}).value_or(0);
+  return (cob_id & kProduces) != 0 ? std::chrono::microseconds(period) : Duration::zero();
+}
+
+bool wants_fd(const line::Command& command) {
+  return command.kind == line::CommandKind::can_send && command.sub != 0;
+}
+
+}  // namespace
+
+bool Publication::due(const line::Line& line, image::Direction direction, Instant now) const {
+  return next(line, direction) <= now;
+}
+
+[[gnu::hot]] Instant Publication::next(const line::Line& line, image::Direction direction) const {
+  if (first_) {
+    return last_;
+  }
+  switch (rule_.rule) {
+    case config::Publish::Rule::on_change:
+      if (line.image_changed(direction)) {
+        return last_ + rule_.time;
+      }
+      return line.image_touched(direction) ? last_ + touched_period_ : kNever;
+    case config::Publish::Rule::on_sync:
+      return line.sync_count() != last_sync_ ? last_ : kNever;
+    case config::Publish::Rule::period:
+      break;
+  }
+  return last_ + rule_.time;
+}
+
+void Publication::taken(const line::Line& line, Instant now) {
+  // A periodic one keeps its rhythm unless it is late by more than a period.
+  const bool in_rhythm =
+      !first_ && rule_.rule == config::Publish::Rule::period && now - last_ < 2 * rule_.time;
+  last_ = in_rhythm ? last_ + rule_.time : now;
+  last_sync_ = line.sync_count();
+  first_ = false;
+}
+
+LineRunner::LineRunner(std::unique_ptr<line::Line> line,
+                       std::unique_ptr<can_bridge::Channel> channel, const config::LinePlan& plan,
+                       LinePort& port, exchange::Wakeup& consumer, std::vector<NodeStorage> storage)
+    : line_(std::move(line)),
+      pump_(std::move(channel)),
+      port_(port),
+      consumer_(consumer),
+      storage_(std::move(storage)),
+      scans_(plan, port.scans),
+      publications_{Publication(plan.publish, plan.pdo_min_period),
+                    Publication(plan.publish, kLong)},
+      has_queues_(line::longest_queue(plan.config) != 0) {
+  line_->expect_acknowledgements();
+  for (const NodeStorage& storage_of : storage_) {
+    line_->set_medium(storage_of.file, storage_of.device);
+  }
+}
+
+void LineRunner::bind(std::vector<BoundSource> sources, std::vector<BoundTarget> targets) {
+  bound_sources_ = std::move(sources);
+  bound_targets_ = std::move(targets);
+}
+
+void LineRunner::unbind(const BoundLink& link, Instant now) {
+  if (started_ && !stopping_) {
+    for (BoundTarget& target : bound_targets_) {
+      if (&target.link() == &link && target.take(*line_, std::max(now, known_))) {
+        next_wake_ = now;
+      }
+    }
+  }
+  std::erase_if(bound_sources_, [&](const BoundSource& source) { return source.is_of(link); });
+  std::erase_if(bound_targets_, [&](const BoundTarget& target) { return &target.link() == &link; });
+}
+
+void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
+  line_->set_routes(wanted, std::max(now, known_));
+  next_wake_ = now;
+}
+
+[[gnu::hot]] void LineRunner::service(Instant now) {
+  now = std::max(now, known_);  // values of another line may have been sent later
+  const Instant known = pump_.drain(
+      now,
+      [&](std::span<const can::Frame> frames) {
+        if (started_) {
+          line_->receive(frames, std::max(now, frames.back().time));
+        }
+      },
+      [&](const can::BusEvent& event) { bus_event(event, now); });
+  now = std::max(now, known);  // frames came while the channel was read
+  report_ended(known);
+  receive_peak_ = std::max(receive_peak_, static_cast<std::uint32_t>(pump_.drained()));
+  if (pump_.drained() > 0) {
+    look_at_sources(now);  // first of all: another line's bus waits for it
+  }
+  if (called_) {
+    take_calls(known);  // after what was on the bus before: time does not go back for the line
+  }
+  if (scans_.next_wake() <= now) {
+    start_scan(known);
+  }
+  take_messages(known);
+  if (started_) {
+    line_->advance(known);
+    for (BoundTarget& target : bound_targets_) {
+      target.take(*line_, known);
+    }
+    give_messages(known);  // before frames are sent: others wait for it
+  }
+  look_at_sources(now);  // time-outs and requests change values, too
+  transmit(now);
+  give_messages(now);
+  hand_over(now);
+  next_wake_ = pump_.more() ? now : compute_next_wake();
+  if (routes_ != nullptr && routes_->held()) {
+    next_wake_ = earlier(next_wake_, now + kLinkFull);
+  }
+  if (receptions_wait_) {
+    next_wake_ = earlier(next_wake_, now + kLinkFull);
+  }
+}
+
+[[gnu::hot]] void LineRunner::announce() {
+  if (std::exchange(handed_over_, false)) {
+    consumer_.signal();
+  }
+}
+
+[[gnu::hot]] void LineRunner::look_at_sources(Instant now) {
+  for (BoundSource& source : bound_sources_) {
+    forwarded_ |= source.look(*line_, now);
+  }
+}
+
+[[gnu::hot]] void LineRunner::transmit(Instant now) {
+  if (started_) {
+    known_ = std::max(known_, now);
+    pump_.transmit(now, [&](can::Frame& frame) { return line_->next_frame(frame, now); });
+    report_ended(now);
+  }
+}
+
+// Some buses acknowledge at once.
+[[gnu::hot]] void LineRunner::report_ended(Instant now) {
+  pump_.report_ended([&](std::uint64_t number) { line_->acknowledged(number, now); },
+                     [&](std::uint64_t first, std::uint64_t last) { line_->lost(first, last); });
+}
+
+[[gnu::hot]] void LineRunner::take_bound(const BoundLink& link, Instant now) {
+  if (!started_ || stopping_) {
+    return;  // a line that starts looks for itself
+  }
+  now = std::max(now, known_);  // may have been further than the line that calls
+  for (BoundTarget& target : bound_targets_) {
+    if (&target.link() != &link || !target.take(*line_, now)) {
+      continue;
+    }
+    const bool waited = wants_writable();
+    transmit(now);
+    next_wake_ = wants_writable() == waited ? earlier(next_wake_, compute_next_wake()) : now;
+  }
+}
+
+void LineRunner::bus_event(const can::BusEvent& event, Instant now) {
+  line_->bus_event(event);
+  status_wanted_ = true;
+  if (event.kind == can::BusEvent::Kind::interface_ready) {
+    const can_bridge::ControllerSetup settings = pump_.channel().settings();
+    line_->set_bit_rates(settings.bit_rate, settings.data_bit_rate);
+  }
+  // Without an interface there is nothing to manage; a line begins when it can be heard.
+  if (event.kind == can::BusEvent::Kind::interface_ready && !started_ && !stopping_) {
+    started_ = true;
+    line_->start(now);
+    scans_.started(now);
+    called_ = true;  // commands may wait from now on
+  }
+}
+
+void LineRunner::take_storage_results() {
+  for (const NodeStorage& storage : storage_) {
+    if (const auto good = storage.file->take_result()) {
+      line_->medium_done(*good, storage.device);
+    }
+  }
+}
+
+// What a reply that found no room holds back stays where it is, and so does what waits for a scan.
+void LineRunner::take_calls(Instant now) {
+  take_storage_results();
+  take_requests(now);
+  called_ = reply_held_ || scans_.holds(now);
+}
+
+void LineRunner::start_scan(Instant now) {
+  if (!started_ || stopping_) {
+    return;
+  }
+  if (auto scan = scans_.due(now)) {
+    line_->execute(*std::move(scan), now);
+  }
+}
+
+void LineRunner::take_requests(Instant now) {
+  while (!reply_held_ && (stopping_ || !scans_.holds(now)) && port_.commands.pop(command_)) {
+    take_command(now);
+  }
+  for (Event notice; port_.notices.pop(notice);) {
+    notice.time = now;
+    line_->report(notice);
+  }
+  while (port_.outputs.pop(write_)) {
+    if (!stopping_) {
+      (void)line_->write_outputs(write_, now);  // the line tells of a refusal itself
+    }
+  }
+}
+
+void LineRunner::take_command(Instant now) {
+  const bool bound = !bound_sources_.empty() || !bound_targets_.empty();
+  if (stopping_) {
+    reply(command_.tag, line::to_error(line::Refusal::cancelled));
+  } else if (!started_) {
+    reply(command_.tag, line::to_error(line::Refusal::line_down));
+  } else if (command_.kind == line::CommandKind::bus_restart) {
+    restart_bus(now);
+  } else if (command_.kind == line::CommandKind::bus_fault) {
+    change_faults(now);
+  } else if (command_.kind == line::CommandKind::scan_apply && bound) {
+    reply(command_.tag,
+          line::to_error(line::Refusal::wrong_state));  // it cannot be made anew alone
+  } else if (wants_fd(command_) && !pump_.channel().carries_fd()) {
+    reply(command_.tag, line::to_error(line::Refusal::wrong_interface));
+  } else {
+    scans_.asked(command_);
+    line_->execute(std::move(command_), now);
+    command_ = {};
+  }
+}
+
+[[gnu::hot]] void LineRunner::take_messages(Instant now) {
+  if (routes_ != nullptr) {
+    routes_->take([&](const routing::Message& message) { line_->deliver(message, now); });
+  }
+}
+
+[[gnu::hot]] void LineRunner::give_messages(Instant now) {
+  if (routes_ != nullptr) {
+    routes_->give([&](routing::Message& message) { return line_->take_message(message); },
+                  [&](const routing::Message& message) { line_->deliver(message, now); });
+  }
+}
+
+void LineRunner::leave(std::uint8_t interface, Instant now) {
+  take_messages(now);
+  routes_->remove(interface,
+                  [&](const routing::Message& message) { line_->deliver(message, now); });
+  give_messages(now);
+}
+
+void LineRunner::restart_bus(Instant now) {
+  const int error = pump_.channel().restart(now);
+  if (error == EBUSY) {
+    reply(command_.tag, line::to_error(line::Refusal::wrong_state));
+  } else {
+    reply(command_.tag,
+          error == 0 ? Error{} : Error{Domain::can, static_cast<std::uint32_t>(error)});
+  }
+}
+
+void LineRunner::change_faults(Instant now) {
+  const std::string_view change(reinterpret_cast<const char*>(command_.data.data()),
+                                command_.data.size());
+  std::string said;
+  switch (const int error = pump_.channel().fault(change, said, now)) {
+    case 0:
+      return reply(command_.tag, Error{}, said);
+    case EINVAL:
+      return reply(command_.tag, line::to_error(line::Refusal::bad_request), said);
+    case EOPNOTSUPP:
+      return reply(command_.tag, line::to_error(line::Refusal::wrong_interface));
+    default:
+      return reply(command_.tag, Error{Domain::can, static_cast<std::uint32_t>(error)});
+  }
+}
+
+void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
+  reply_ = {};
+  reply_.tag = tag;
+  reply_.error = error;
+  const auto* const bytes = reinterpret_cast<const std::byte*>(text.data());
+  reply_.data.assign(bytes, bytes + text.size());
+  reply_held_ = true;
+  hand_over_events();  // of other answers of the line, which go along
+  hand_over_replies();
+}
+
+// What is due is held back once, however much is forwarded meanwhile.
+[[gnu::hot]] bool LineRunner::is_snapshot_due(Instant now) {
+  const bool forwarded = std::exchange(forwarded_, false);
+  if (earlier(status_due_, next_image()) > now) {
+    return false;
+  }
+  if (forwarded && held_until_ == Instant{}) {
+    held_until_ = now + kAfterForwarding;
+  }
+  if (now < held_until_) {
+    return false;
+  }
+  held_until_ = {};
+  return true;
+}
+
+[[gnu::hot]] void LineRunner::hand_over(Instant now) {
+  const bool due = is_snapshot_due(now);
+  if (reply_held_ || line_->has_news()) {
+    hand_over_events();
+    hand_over_replies();
+  }
+  hand_over_receptions();
+  if (due && now >= status_due_) {
+    look_at_clock();
+    look_at_losses();
+    hand_over_events();
+    hand_over_routes();
+    hand_over_layouts();
+    status_wanted_ = true;
+  }
+  if (status_wanted_) {
+    hand_over_status(now);
+  }
+  if (due && next_image() <= now) {
+    hand_over_layouts();
+    hand_over_images(now);
+  }
+}
+
+void LineRunner::hand_over_events() {
+  for (;;) {
+    const std::size_t room = std::min(port_.events.room(), events_.size());
+    const std::size_t count = line_->take_events(std::span<Event>(events_.data(), room));
+    for (std::size_t i = 0; i < count; ++i) {
+      if (events_[i].kind == EventKind::boot_up) {
+        scans_.booted_up(events_[i].node, events_[i].time);
+      }
+      port_.events.push(events_[i]);
+    }
+    if (count == 0) {
+      return;
+    }
+    handed_over_ = true;
+    status_wanted_ = true;
+  }
+}
+
+void LineRunner::hand_over_replies() {
+  while (reply_held_ || line_->take_reply(reply_)) {
+    if (!reply_held_ && scans_.answered(reply_)) {
+      continue;
+    }
+    reply_held_ = !port_.replies.push(reply_);
+    if (reply_held_) {
+      return;
+    }
+    handed_over_ = true;
+  }
+}
+
+// The layout that they were received with goes before them.
+[[gnu::hot]] void LineRunner::hand_over_receptions() {
+  if (!has_queues_) {
+    return;
+  }
+  hand_over_layouts();
+  std::size_t room = port_.receptions.room();
+  for (; room > 0 && line_->take_reception(reception_); --room) {
+    port_.receptions.push(reception_);
+    handed_over_ = true;
+  }
+  receptions_wait_ = room == 0;
+}
+
+void LineRunner::hand_over_status(Instant now) {
+  for (std::uint8_t node = 1; node < revisions_.size(); ++node) {
+    const std::uint64_t revision = line_->node_revision(node);
+    if (revision != revisions_[node] &&
+        port_.nodes.push(NodeStatus{line_->node_state(node), line_->own_device(node), now})) {
+      revisions_[node] = revision;
+    }
+  }
+  hand_over_outputs(now);
+  auto draft = port_.status.draft();
+  QueueDepths queues{std::exchange(receive_peak_, 0), static_cast<std::uint32_t>(pump_.held()),
+                     pump_.channel().counters().stalled,
+                     static_cast<std::uint32_t>(port_.events.capacity() - port_.events.room()),
+                     routes_ != nullptr ? routes_->stalls() : 0};
+  if (draft.unread) {
+    queues.merge(draft.value.queues);
+  }
+  draft.value.queues = queues;
+  draft.value.controller = pump_.channel().settings();
+  draft.value.sync_period = produced_sync(*line_);
+  draft.value.state = line_->state();
+  // What the interface could not make a frame of never reached the line.
+  draft.value.state.counters.frames_malformed += pump_.channel().counters().malformed;
+  draft.value.time = now;
+  port_.status.publish();
+  handed_over_ = true;
+  status_wanted_ = false;
+  status_due_ = now + kStatusPeriod;
+}
+
+void LineRunner::hand_over_outputs(Instant now) {
+  const std::size_t groups = line_->output_groups();
+  if (groups == 0) {
+    return;
+  }
+  auto draft = port_.outputs_status.draft();
+  draft.value.groups.resize(groups);
+  for (std::size_t i = 0; i < groups; ++i) {
+    line_->output_state(i, draft.value.groups[i]);
+  }
+  draft.value.time = now;
+  port_.outputs_status.publish();
+}
+
+void LineRunner::hand_over_layouts() {
+  if (std::exchange(layout_revision_, line_->layout_revision()) == line_->layout_revision()) {
+    return;
+  }
+  auto draft = port_.layouts.draft();
+  draft.value = {line_->layout(image::Direction::inputs), line_->layout(image::Direction::outputs)};
+  port_.layouts.publish();
+  handed_over_ = true;
+}
+
+// Somebody may write to 1F2Ch. Nothing is allocated while nobody does.
+void LineRunner::hand_over_routes() {
+  if (routes_ == nullptr) {
+    return;
+  }
+  line_->routes(routes_now_);
+  if (routes_now_ == routes_shown_) {
+    return;
+  }
+  routes_shown_ = routes_now_;
+  port_.routes.draft().value = routes_now_;
+  port_.routes.publish();
+  handed_over_ = true;
+}
+
+void LineRunner::hand_over_images(Instant now) {
+  for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
+    hand_over_image(direction, now);
+  }
+}
+
+void LineRunner::hand_over_image(image::Direction direction, Instant now) {
+  auto& publication = publications_[static_cast<std::size_t>(direction)];
+  if (!publication.due(*line_, direction, now)) {
+    return;
+  }
+  auto& slot = port_.image(direction);
+  auto draft = slot.draft();
+  line_->snapshot(direction, draft.value, now, draft.unread);
+  slot.publish();
+  publication.taken(*line_, now);
+  handed_over_ = true;
+}
+
+void LineRunner::look_at_clock() {
+  const Duration step = clock_.refresh();
+  line_->set_utc(clock_.map().offset);
+  if (step == Duration::zero()) {
+    return;
+  }
+  Event event;
+  event.kind = EventKind::clock_step;
+  event.time = monotonic_now();
+  event.value = static_cast<std::uint32_t>(
+      std::abs(std::chrono::duration_cast<std::chrono::milliseconds>(step).count()));
+  line_->report(event);
+}
+
+void LineRunner::look_at_losses() {
+  const std::uint64_t lost = port_.requests_lost.value();
+  if (lost == losses_told_) {
+    return;
+  }
+  Event event;
+  event.kind = EventKind::queue_full;
+  event.time = monotonic_now();
+  event.code = kQueueRequests;
+  event.value = static_cast<std::uint32_t>(lost - losses_told_);
+  losses_told_ = lost;
+  line_->report(event);
+}
+
+[[gnu::hot]] Instant LineRunner::compute_next_wake() const {
+  Instant next = pump_.channel().next_wake();
+  if (started_) {
+    next = earlier(next, earlier(line_->next_wake(), scans_.next_wake()));
+  }
+  next = earlier(next, std::max(earlier(status_due_, next_image()), held_until_));
+  return stopping_ ? earlier(next, stop_deadline_) : next;
+}
+
+[[gnu::hot]] Instant LineRunner::next_image() const {
+  return earlier(publications_[0].next(*line_, image::Direction::inputs),
+                 publications_[1].next(*line_, image::Direction::outputs));
+}
+
+void LineRunner::stop(Instant now) {
+  if (stopping_) {
+    return;
+  }
+  stopping_ = true;
+  stop_deadline_ = now + kStopTime;
+  if (started_) {
+    line_->stop(now);
+  }
+  next_wake_ = now;
+}
+
+bool LineRunner::stopped(Instant now) const {
+  if (!stopping_ || now >= stop_deadline_) {
+    return stopping_;
+  }
+  return !reply_held_ && pump_.held() == 0 && (routes_ == nullptr || !routes_->held()) &&
+         (!started_ || !line_->wants_to_send(now));
+}
+
+}  // namespace linegate::gateway

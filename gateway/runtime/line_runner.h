@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs one line on its channel and hands over what it has to say.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "gateway/config/plant.h"
+#include "gateway/exchange/wakeup.h"
+#include "gateway/runtime/binder.h"
+#include "gateway/runtime/clock.h"
+#include "gateway/runtime/frame_pump.h"
+#include "gateway/runtime/line_port.h"
+#include "gateway/runtime/parameter_keeper.h"
+#include "gateway/runtime/route_links.h"
+#include "gateway/runtime/runner.h"
+#include "stack/line/line.h"
+
+namespace linegate::gateway {
+
+// When a snapshot of one direction is due.
+class Publication {
+ public:
+  Publication(config::Publish rule, Duration touched_period)
+      : rule_(rule), touched_period_(touched_period) {}
+
+  // touched_period: a reception without a change is worth a snapshot after that long (on_change);
+  // kNever's distance if never.
+  bool due(const line::Line& line, image::Direction direction, Instant now) const;
+  // When it will be due as things are; kNever if something must happen first.
+  Instant next(const line::Line& line, image::Direction direction) const;
+  void taken(const line::Line& line, Instant now);
+
+ private:
+  config::Publish rule_;
+  Duration touched_period_;
+  bool first_ = true;
+  Instant last_{};
+  std::uint32_t last_sync_ = 0;
+};
+
+class LineRunner final : public Runner {
+ public:
+  // The port's consumer is woken through `consumer`. Both must outlive the runner, and so must the
+  // files that keep what its nodes store.
+  LineRunner(std::unique_ptr<line::Line> line, std::unique_ptr<can_bridge::Channel> channel,
+             const config::LinePlan& plan, LinePort& port, exchange::Wakeup& consumer,
+             std::vector<NodeStorage> storage = {});
+
+  // Before it runs. Inputs of the line that others follow, and outputs that follow others.
+  void bind(std::vector<BoundSource> sources, std::vector<BoundTarget> targets);
+  // On its thread: one more, with a line that was made anew.
+  void bind(const BoundSource& source) { bound_sources_.push_back(source); }
+  void bind(const BoundTarget& target) { bound_targets_.push_back(target); }
+  // On its thread: the other line of that link is gone; what it said last is taken first.
+  void unbind(const BoundLink& link, Instant now);
+  // Values of another line of the same executor: takes them and sends what follows from them.
+  void take_bound(const BoundLink& link, Instant now);
+
+  // Before it runs, if the line routes: its links to other lines.
+  void route(std::unique_ptr<RouteEnd> routes) { routes_ = std::move(routes); }
+  RouteEnd* routes() { return routes_.get(); }
+  // On its thread: the line with that interface is gone, what it said last is taken first.
+  void leave(std::uint8_t interface, Instant now);
+
+  // On its thread, see line::Line::set_routes().
+  void set_routes(const routing::Config& wanted, Instant now);
+
+  // On its thread: nothing became of a scan that was to be applied, see ScanTaker::kept().
+  void scan_kept() { scans_.kept(); }
+
+  int descriptor() const override { return pump_.channel().descriptor(); }
+  bool wants_writable() const override { return pump_.channel().wants_writable(); }
+  void service(Instant now) override;
+  void called() override { called_ = true; }
+  void announce() override;
+  Instant next_wake() const override {
+    return routes_ != nullptr && routes_->arrived() ? Instant{} : next_wake_;
+  }
+  void stop(Instant now) override;
+  bool stopped(Instant now) const override;
+
+  const line::Line& line() const { return *line_; }
+
+ private:
+  void bus_event(const can::BusEvent& event, Instant now);
+  void take_storage_results();
+  void take_calls(Instant now);
+  void start_scan(Instant now);
+  void take_requests(Instant now);
+  void take_command(Instant now);
+  void take_messages(Instant now);
+  void look_at_sources(Instant now);
+  void give_messages(Instant now);
+  void restart_bus(Instant now);
+  void change_faults(Instant now);
+  bool is_snapshot_due(Instant now);
+  void hand_over(Instant now);
+  void hand_over_events();
+  void hand_over_replies();
+  void hand_over_receptions();
+  void hand_over_outputs(Instant now);
+  void hand_over_layouts();
+  void hand_over_routes();
+  void hand_over_images(Instant now);
+  void hand_over_image(image::Direction direction, Instant now);
+  void hand_over_status(Instant now);
+  void look_at_clock();
+  void look_at_losses();
+  void transmit(Instant now);
+  void report_ended(Instant now);
+  void reply(std::uint64_t tag, Error error, std::string_view text = {});
+  Instant compute_next_wake() const;
+  Instant next_image() const;
+
+  std::unique_ptr<line::Line> line_;
+  FramePump pump_;
+  LinePort& port_;
+  exchange::Wakeup& consumer_;
+  const std::vector<NodeStorage> storage_;
+  ScanTaker scans_;
+  WallClock clock_;
+
+  std::vector<BoundSource> bound_sources_;
+  std::vector<BoundTarget> bound_targets_;
+
+  std::unique_ptr<RouteEnd> routes_;  // nullptr if the line does not route
+  std::vector<routing::Route> routes_shown_;
+  std::vector<routing::Route> routes_now_;
+
+  bool started_ = false;
+  bool stopping_ = false;
+  Instant stop_deadline_ = kNever;
+  Instant next_wake_{};
+  Instant known_{};  // what the line has been told of time
+  Instant status_due_{};
+  bool status_wanted_ = true;
+  bool forwarded_ = false;  // to another executor, in this round
+  Instant held_until_{};    // images and status that are due
+  bool handed_over_ = false;
+  bool called_ = true;  // other threads may have left something
+
+  std::array<Publication, 2> publications_;  // by image::Direction
+  std::uint64_t layout_revision_ = 0;
+  std::array<std::uint64_t, 128> revisions_{};
+  std::array<Event, FramePump::kBatch> events_{};
+  line::Command command_;
+  line::OutputWrite write_;
+  line::Reply reply_;
+  pdo::Reception reception_;
+  const bool has_queues_;         // of PDOs
+  bool receptions_wait_ = false;  // in the line: their ring is full
+  bool reply_held_ = false;
+  std::uint32_t receive_peak_ = 0;
+  std::uint64_t losses_told_ = 0;
+};
+
+}  // namespace linegate::gateway

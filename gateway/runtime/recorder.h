@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+// Recording of lines as candump logs (bridges/can/candump.h) by a thread that waits for the disk,
+// so that no line has to. What an executor does for it is to put a copy of each frame into a ring.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "bridges/can/channel.h"
+#include "gateway/config/plant.h"
+#include "gateway/exchange/cell.h"
+#include "gateway/exchange/ring.h"
+#include "gateway/exchange/wakeup.h"
+#include "gateway/runtime/record_file.h"
+#include "stack/base/time.h"
+#include "stack/can/bus_state.h"
+#include "stack/can/frame.h"
+
+namespace linegate::gateway {
+
+// One recorded interface.
+class Recording {
+ public:
+  // interface: as it stands in the log, 1 to 64 characters without blanks. line: for messages.
+  Recording(std::string line, std::string interface, const config::Record& plan,
+            exchange::Wakeup& writer, FileCalls& calls);
+
+  // --- executor: neither waits nor allocates; what finds no room is counted
+  // -----------------------
+
+  // frame.time is when it was on the bus.
+  void add(const can::Frame& frame);
+  void add(const can::BusEvent& event);
+
+  // --- writer
+  // -------------------------------------------------------------------------------------
+
+  // Writes what there is. A disk that fails is logged once and tried again every second; until it
+  // works what comes is left out, and told in the log file when it works again. utc: UTC minus the
+  // monotonic clock.
+  void work(Instant now, Duration utc);
+
+ private:
+  struct Entry {
+    bool is_event = false;
+    can::Frame frame;
+    can::BusEvent event;
+  };
+  static constexpr std::size_t kPlaces = 16'384;  // more than a second of a full 1 Mbit/s bus
+  static constexpr std::size_t kBatch = 65'536;   // bytes that are written at once, about
+
+  void push();
+  void take(const Entry& entry, Duration utc);
+  bool worth_a_line(const can::BusEvent& event);
+  void flush(Instant now);
+  void failed(int error, Instant now);
+  void works_again();
+
+  const std::string line_;
+  const std::string interface_;
+  const std::string file_name_;
+  exchange::Wakeup& writer_;
+  exchange::Ring<Entry> entries_{kPlaces};
+  exchange::Counter overflows_;
+
+  Entry next_;                  // the executor's
+  std::size_t since_look_ = 0;  // at how full the ring is
+
+  RecordFile file_;  // from here on the writer's
+  Entry taken_;
+  std::string text_;
+  bool active_ = true;
+  std::uint64_t frames_in_text_ = 0;
+  std::uint64_t missing_ = 0;      // frames that are not in the file, and it does not say so
+  std::uint64_t all_missing_ = 0;  // since the start
+  std::uint64_t overflows_seen_ = 0;
+  int error_ = 0;
+  Instant again_{};
+};
+
+// What is read from and written to an interface, recorded. What it can never send is not.
+class RecordingChannel final : public can_bridge::Channel {
+ public:
+  // recording must outlive the channel.
+  RecordingChannel(std::unique_ptr<can_bridge::Channel> channel, Recording& recording)
+      : channel_(std::move(channel)), recording_(recording) {}
+
+  int descriptor() const override { return channel_->descriptor(); }
+  std::size_t read(std::span<can::Frame> out, can_bridge::BusEvents& events, Instant now) override;
+  bool more() const override { return channel_->more(); }
+  std::size_t write(std::span<const can::Frame> frames, Instant now) override;
+  std::size_t room(Instant now) const override { return channel_->room(now); }
+  bool wants_writable() const override { return channel_->wants_writable(); }
+  Instant next_wake() const override { return channel_->next_wake(); }
+  const can_bridge::ChannelCounters& counters() const override { return channel_->counters(); }
+  can_bridge::ControllerSetup settings() const override { return channel_->settings(); }
+  bool carries_fd() const override { return channel_->carries_fd(); }
+  int restart(Instant now) override { return channel_->restart(now); }
+  int fault(std::string_view change, std::string& said, Instant now) override {
+    return channel_->fault(change, said, now);
+  }
+
+ private:
+  std::unique_ptr<can_bridge::Channel> channel_;
+  Recording& recording_;
+  can::Frame sent_;
+};
+
+// The thread.
+class Recorder {
+ public:
+  ~Recorder() { stop(); }
+
+  // While it is stopped.
+  Recording& add(std::string line, std::string interface, const config::Record& plan,
+                 FileCalls& calls = FileCalls::system());
+  // While it is stopped, when whoever records has gone.
+  void remove(const Recording& recording);
+  // May be started again after stop().
+  void start();
+  // Writes what it was given before.
+  void stop();
+
+ private:
+  void run();
+
+  exchange::Wakeup wakeup_;
+  exchange::Flag stop_;
+  std::vector<std::unique_ptr<Recording>> recordings_;
+  std::thread thread_;
+};
+
+}  // namespace linegate::gateway

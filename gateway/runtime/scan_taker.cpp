@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/runtime/scan_taker.h"
+
+#include <algorithm>
+
+#include "stack/base/deadline.h"
+
+namespace linegate::gateway {
+namespace {
+
+constexpr std::uint64_t kOwnTag = ~std::uint64_t{0};  // the bridge counts from 1
+constexpr Duration kLongest = std::chrono::minutes(15);
+
+}  // namespace
+
+ScanTaker::ScanTaker(const config::LinePlan& plan, exchange::Ring<TakenScan>& taken)
+    : wanted_(plan.auto_scan && plan.auto_scan->at_start && plan.config.nodes.empty()),
+      code_(plan.auto_scan && plan.auto_scan->set_up ? line::kScanSetUp : std::uint16_t{0}),
+      taken_(taken),
+      made_of_scan_(!plan.config.scanned.empty()),
+      takes_late_comers_(plan.auto_scan && plan.auto_scan->at_start && made_of_scan_) {
+  known_.set(plan.config.node_id & 0x7FU);
+  for (const line::NodeConfig& node : plan.config.nodes) {
+    known_.set(node.id & 0x7FU);
+  }
+}
+
+void ScanTaker::booted_up(std::uint8_t node, Instant now) {
+  if (takes_late_comers_ && !known_.test(node & 0x7FU)) {
+    late_.set(node & 0x7FU);
+    due_ = earlier(due_, deadline(now, kSettle));
+  }
+}
+
+void ScanTaker::started(Instant now) {
+  due_ = wanted_ ? deadline(now, kSettle) : kNever;
+  if (made_of_scan_) {
+    held_until_ = deadline(now, kSettle);
+  }
+}
+
+bool ScanTaker::holds(Instant now) {
+  if (held_until_ && *held_until_ <= now) {
+    held_until_.reset();
+  }
+  return held_until_.has_value();
+}
+
+std::optional<line::Command> ScanTaker::due(Instant now) {
+  if (now < due_) {
+    return std::nullopt;
+  }
+  due_ = wanted_ ? deadline(now, kAgain) : kNever;
+  line::Command command;
+  for (std::uint8_t node = 1; late_.count() == 1 && node < late_.size(); ++node) {
+    command.node = late_.test(node) ? node : command.node;  // of several: all nodes
+  }
+  late_.reset();
+  command.tag = kOwnTag;
+  command.kind = line::CommandKind::scan_apply;
+  command.code = code_;
+  command.timeout = kLongest;
+  asked(command);
+  return command;
+}
+
+void ScanTaker::asked(const line::Command& command) {
+  if (command.kind == line::CommandKind::scan_apply) {
+    asked_.push_back({command.tag, command.node, command.code});
+  }
+}
+
+bool ScanTaker::answered(const line::Reply& reply) {
+  const auto known = std::ranges::find(asked_, reply.tag, &Asked::tag);
+  if (known == asked_.end()) {
+    return false;
+  }
+  const bool own = reply.tag == kOwnTag;
+  if (reply.ok() && !(own && reply.data.empty())) {
+    // Where the ring is full, others wait already.
+    (void)taken_.push({known->node, known->code, reply.data});
+    due_ = kNever;
+    held_until_ = kNever;
+  }
+  asked_.erase(known);
+  return own;
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,462 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/check.h"
+
+#include <algorithm>
+#include <iostream>
+#include <iterator>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "bridges/dds/profiles.h"
+#include "gateway/config/hints.h"
+#include "gateway/config/value.h"
+#include "gateway/publish/routing_text.h"
+#include "gateway/runtime/exit_code.h"
+#include "gateway/runtime/log.h"
+#include "gateway/tools/check_parts.h"
+#include "stack/base/byte_order.h"
+#include "stack/line/line.h"
+#include "stack/manager/network_list.h"
+#include "stack/od/objects.h"
+#include "stack/pdo/parameters.h"
+
+namespace linegate::gateway {
+
+std::string hex64(std::uint64_t value) {
+  return fmt::format("{:016X}", value);
+}
+
+line::LineConfig as_started(line::LineConfig config) {
+  namespace bits = manager::startup;
+  constexpr od::Address kNmtStartup{od::objects::kNmtStartup, 0};
+  const auto own = std::ranges::find(config.own_values, kNmtStartup, &line::ObjectValue::address);
+  if (own == config.own_values.end() || config.role == line::Role::observer) {
+    return config;
+  }
+  const std::uint64_t value = load_le(own->data);
+  config.role = (value & bits::kMaster) != 0 ? line::Role::manager : line::Role::device;
+  config.own_start = (value & bits::kApplicationStarts) == 0;
+  config.start_nodes = (value & bits::kSlavesNotStarted) == 0;
+  config.start_all = (value & bits::kStartAll) != 0;
+  config.on_error = (value & bits::kStopAll) != 0    ? manager::ErrorReaction::stop_all
+                    : (value & bits::kResetAll) != 0 ? manager::ErrorReaction::reset_all
+                                                     : manager::ErrorReaction::node;
+  return config;
+}
+
+std::string_view lost_text(manager::ErrorReaction reaction) {
+  switch (reaction) {
+    case manager::ErrorReaction::reset_all:
+      return "all reset when a mandatory node is lost";
+    case manager::ErrorReaction::stop_all:
+      return "all stopped when a mandatory node is lost";
+    case manager::ErrorReaction::node:
+      break;
+  }
+  return "a lost node is reset";
+}
+
+InterfaceNames interface_names(const config::Plant& plant) {
+  InterfaceNames out;
+  for (const auto& line : plant.lines) {
+    out.emplace_back(line.config.routing.interface, line.config.name);
+  }
+  return out;
+}
+
+std::vector<routing::Route> routes_of(const config::Plant& plant) {
+  const auto at = std::ranges::find_if(
+      plant.lines, [](const auto& line) { return line.config.routing.interface != 0; });
+  return at == plant.lines.end() ? std::vector<routing::Route>() : at->config.routing.routes;
+}
+
+namespace {
+
+using config::format_duration;
+
+std::string publish_text(const config::Publish& publish) {
+  switch (publish.rule) {
+    case config::Publish::Rule::on_change:
+      return "on change, at most every " + format_duration(publish.time);
+    case config::Publish::Rule::on_sync:
+      return "on SYNC";
+    case config::Publish::Rule::period:
+      break;
+  }
+  return "every " + format_duration(publish.time);
+}
+
+std::string transmission(std::uint8_t type) {
+  if (type == pdo::kSyncAcyclic) {
+    return "on SYNC after a change";
+  }
+  if (pdo::is_synchronous(type)) {
+    return type == 1 ? "every SYNC" : fmt::format("every {} SYNCs", type);
+  }
+  return pdo::is_event_driven(type) ? "on event" : fmt::format("type {}", type);
+}
+
+// What the boot process compares: a 0 in the device file is never compared (CiA 302-2, 1F84h to
+// 1F88h).
+std::string scope_text(const line::NodeConfig& node) {
+  const auto is_given = [&node](od::Address address) {
+    const od::VariableDescription* const known = node.device.find(address);
+    return known != nullptr && load_le(std::span<const std::byte>(known->value)) != 0;
+  };
+  const line::IdentityScope& scope = node.check;
+  const std::pair<bool, const char*> parts[] = {
+      {scope.device_type && is_given({od::objects::kDeviceType, 0}), "device type"},
+      {scope.vendor && is_given(od::objects::kVendorId), "vendor"},
+      {scope.product && is_given(od::objects::kProductCode), "product"},
+      {scope.revision && is_given(od::objects::kRevisionNumber),
+       scope.revision_major_alone ? "major revision" : "revision"}};
+  std::string out;
+  for (const auto& [compared, name] : parts) {
+    if (compared) {
+      out += (out.empty() ? "" : ", ") + std::string(name);
+    }
+  }
+  return out.empty() ? "not checked" : "by " + out;
+}
+
+// What is configured of nodes that another master boots.
+constexpr std::string_view kAsMaster = "only when bit 0 of 1F80h makes it the NMT master: ";
+
+std::string off_or(Duration duration) {
+  return duration == Duration::zero() ? "off" : format_duration(duration);
+}
+
+class Text {
+ public:
+  std::string take() { return std::move(out_); }
+
+  void plant(const config::Plant& plant) {
+    add("gateway {}, DDS domain {}, {}profile {}, log {}\n", plant.gateway, plant.dds_domain,
+        plant.dds_guard ? "" : "DDS guard off: one datagram can stop this gateway, ",
+        dds::profiles_in_use(plant.dds_profile), config::name(plant.log));
+    for (const auto& e : plant.executors) {
+      add("executor {}: priority {}, processor {}, memory {}\n", e.name, e.priority,
+          e.processor ? std::to_string(*e.processor) : "any",
+          e.lock_memory ? "locked" : "not locked");
+    }
+    routes(plant);
+    for (const auto& line : plant.lines) {
+      this->line(line);
+    }
+    add("{}", plant.bindings.empty() ? "" : "\n");
+    for (const auto& b : plant.bindings) {
+      constexpr std::array<const char*, 3> kWhenLost{"held", "0", "not sent"};
+      const auto lost = kWhenLost[static_cast<std::size_t>(b.when_lost)];
+      if (b.forwarded) {
+        add("forward {}/{} -> {}/{}{}, {} when that is lost\n", b.from, b.input_name, b.to,
+            b.output_name, b.object ? " as " + config::format_address(*b.object) : "", lost);
+      } else {
+        add("{}/{} follows {}/{}, {} when that is lost\n", b.to, b.output_name, b.from,
+            b.input_name, lost);
+      }
+    }
+  }
+
+ private:
+  template <class... T>
+  void add(fmt::format_string<T...> format, T&&... arguments) {
+    fmt::format_to(std::back_inserter(out_), format, std::forward<T>(arguments)...);
+  }
+
+  // They are the same of every line.
+  void routes(const config::Plant& plant) {
+    const InterfaceNames names = interface_names(plant);
+    for (const auto& route : routes_of(plant)) {
+      const std::string via = route_text(route, names);
+      add("network {}, cost {}\n",
+          via.substr(0, via.rfind(' ')).replace(via.find(' '), 1, " over line "), route.cost);
+    }
+  }
+
+  void entered(const routing::Config& routing) {
+    if (routing.interface == 0) {
+      return;
+    }
+    for (const auto& rule : routing.access) {
+      add("  entered from networks {}: {}\n", networks_text(rule.first, rule.last),
+          services_text(rule));
+    }
+    add("{}", routing.access.empty() ? "  entered from no other network\n" : "");
+    std::string networks;
+    for (unsigned network = 1; network <= 32; ++network) {
+      if ((routing.emcy_networks[1] >> (network - 1) & 1U) != 0) {
+        networks += (networks.empty() ? "" : ", ") + std::to_string(network);
+      }
+    }
+    if (!networks.empty()) {
+      add("  EMCYs go on to networks {}\n", networks);
+    }
+  }
+
+  static std::string own_node(const line::LineConfig& c) {
+    if (!c.devices.empty()) {
+      return fmt::format("with {} device{}", c.devices.size(), c.devices.size() == 1 ? "" : "s");
+    }
+    if (c.role != line::Role::observer) {
+      return fmt::format("with node-ID {}", c.node_id);
+    }
+    return c.node_id == 0 ? "that transmits nothing"
+                          : fmt::format("that transmits nothing, of the master {}", c.node_id);
+  }
+
+  static std::string role_text(line::Role configured, line::Role started) {
+    return configured == started ? std::string(name(started))
+                                 : fmt::format("{}, at the start {} by its own value of 1F80:00,",
+                                               name(configured), name(started));
+  }
+
+  // Of a line without devices.
+  void own_services(const line::LineConfig& c) {
+    if (c.role == line::Role::observer) {
+      add("  SYNC {}\n", c.sync_period == Duration::zero()
+                             ? "not monitored"
+                             : "expected every " + format_duration(c.sync_period));
+      return;
+    }
+    add("  heartbeat {}, SYNC {}, TIME {}", off_or(c.heartbeat), off_or(c.sync_period),
+        off_or(c.time_period));
+    if (c.role == line::Role::manager) {
+      add(", {}", master_services(c));
+    }
+    add("\n");
+    startup(c);
+    if (c.pdo_update_time != Duration::zero()) {
+      add("  objects that go by PDO wait {} for others of it\n",
+          format_duration(c.pdo_update_time));
+    }
+  }
+
+  static std::string master_services(const line::LineConfig& c) {
+    return fmt::format("SDO time-out {}, reset nodes {}, start nodes {}",
+                       format_duration(c.sdo_timeout), c.reset_nodes, c.start_nodes);
+  }
+
+  void line(const config::LinePlan& plan) {
+    const line::LineConfig c = as_started(plan.config);
+    add("\nline {} on {}\n", c.name, plan.interface.uri);
+    add("  {} {}, network-ID {}, bit rate {}\n", role_text(plan.config.role, c.role), own_node(c),
+        c.network_id, c.bit_rate == 0 ? "not given" : fmt::format("{} bit/s", c.bit_rate));
+    if (c.devices.empty()) {
+      own_services(c);
+    }
+    if (c.role != line::Role::observer) {
+      add("  EMCY bytes: {}\n", node::name(c.error_scheme));
+    }
+    for (const line::OwnObject& own : c.own_objects) {
+      add("  own object {} {}: {}{}{}{}\n", config::format_address({own.index, own.variable.sub}),
+          own.variable.name, od::name(own.variable.type), own.variable.mappable ? ", for PDOs" : "",
+          own.variable.store ? ", stored" : "", own.in_image ? ", in the image" : "");
+    }
+    for (const line::ObjectValue& own : c.own_values) {
+      add("  own node: {} is written, {} bytes\n", config::format_address(own.address),
+          own.data.size());
+    }
+    add("  access: commands {}, outputs {}; published {}; PDO updates every {} at most\n",
+        config::name(plan.commands), config::name(plan.outputs), publish_text(plan.publish),
+        format_duration(plan.pdo_min_period));
+    entered(c.routing);
+    add("  executor {}\n", plan.executor.empty() ? "of its own" : plan.executor);
+    if (!plan.storage.empty()) {
+      add("  stored parameters in {}\n", plan.storage);
+    }
+    if (plan.auto_scan) {
+      add("  nodes: what a scan finds{}{}{}\n", plan.auto_scan->at_start ? " at the start" : "",
+          plan.auto_scan->set_up
+              ? "; what is missing is set up, heartbeat " + format_duration(c.found_heartbeat)
+              : "; nothing is written to them",
+          plan.auto_scan->eds.empty() ? "" : "; device files in " + plan.auto_scan->eds);
+    }
+    for (const auto& node : c.nodes) {
+      this->node(node, c.role);
+    }
+    for (const auto& device : c.devices) {
+      add("  device {} {}: {} ({})\n", device.id, device.name, device.device.product_name,
+          device.device.file);
+      pdos(device.device);
+    }
+    for (const auto& device : plan.simulated) {
+      add("  simulated: node {} as {}{}\n", device.node, device.profile,
+          device.unconfigured ? ", without a node-ID" : "");
+    }
+    if (const auto made = line::Line::make(c); made.value) {
+      layout((*made.value)->layout(image::Direction::inputs));
+      layout((*made.value)->layout(image::Direction::outputs));
+      groups(c, (*made.value)->layout(image::Direction::outputs));
+    }
+  }
+
+  static std::string nodes_started(const line::LineConfig& c) {
+    return fmt::format("nodes started {}, {}; mandatory nodes within {}, NMT commands every {}",
+                       !c.start_nodes ? "by the application"
+                       : c.start_all  ? "all together"
+                                      : "one by one",
+                       lost_text(c.on_error),
+                       c.boot_time == Duration::zero() ? "any time" : format_duration(c.boot_time),
+                       c.nmt_inhibit == Duration::zero() ? "0" : format_duration(c.nmt_inhibit));
+  }
+
+  void startup(const line::LineConfig& c) {
+    if (c.role == line::Role::manager) {
+      add("  start-up: own node {}, {}\n", c.own_start ? "by itself" : "by the application",
+          nodes_started(c));
+    } else if (c.role == line::Role::device) {
+      add("  started by {}; nodes are observed\n", c.own_start ? "itself" : "its master");
+      add("  {}{}, {}\n", kAsMaster, master_services(c), nodes_started(c));
+    }
+  }
+
+  void node(const line::NodeConfig& node, line::Role role) {
+    add("  node {} {}: {} ({}){}\n", node.id, node.name, node.device.product_name, node.device.file,
+        role == line::Role::manager && node.mandatory ? ", mandatory" : "");
+    const bool awaits_one = role != line::Role::manager && node.heartbeat != Duration::zero();
+    add("    heartbeat {}{}, consumer {}", awaits_one ? "expected " : "", off_or(node.heartbeat),
+        node.heartbeat_consumer == Duration::zero() ? "2.5 x that"
+                                                    : format_duration(node.heartbeat_consumer));
+    if (role == line::Role::manager) {
+      add(", {}\n    {}\n", identity(node), boot(node));
+    } else {
+      add("\n");
+    }
+    if (role == line::Role::device) {
+      add("    {}{}{}, {}\n", kAsMaster, node.mandatory ? "mandatory, " : "", identity(node),
+          boot(node));
+    }
+    if (node.pdo_deadline != Duration::zero()) {
+      add("    its PDOs are late after {}\n", format_duration(node.pdo_deadline));
+    }
+    if (node.guard_time != Duration::zero()) {
+      add("    guarding every {}, life time factor {}\n", format_duration(node.guard_time),
+          node.life_time_factor);
+    }
+    for (const auto& object : node.objects) {
+      if (role == line::Role::observer) {
+        continue;
+      }
+      add("    {}write {} =", role == line::Role::manager ? "" : kAsMaster,
+          config::format_address(object.address));
+      for (auto it = object.data.rbegin(); it != object.data.rend(); ++it) {
+        add("{}{:02X}", it == object.data.rbegin() ? " " : "", std::to_integer<unsigned>(*it));
+      }
+      add("h\n");
+    }
+    pdos(node.device);
+  }
+
+  static std::string identity(const line::NodeConfig& node) {
+    return fmt::format("boot within {}, identity {}{}", format_duration(node.boot_timeout),
+                       scope_text(node),
+                       node.serial ? fmt::format(", serial number {}", *node.serial) : "");
+  }
+
+  static std::string boot(const line::NodeConfig& node) {
+    return fmt::format("{}{}, reset within {}, SDO time-out {}{}",
+                       node.boot ? "booted" : "only its error control is started",
+                       node.keep_alive ? ", kept alive" : "", format_duration(node.reset_time),
+                       node.sdo_timeout == Duration::zero() ? "that of the line"
+                                                            : format_duration(node.sdo_timeout),
+                       node.block_from == sdo::kNoBlocks ? ", no SDO block transfer" : "");
+  }
+
+  void pdos(const od::DeviceDescription& device) {
+    const auto described = pdo::describe_pdos(device);
+    if (described.value) {
+      for (const auto& p : described.value->tpdos) {
+        pdo("TPDO", p, device);
+      }
+      for (const auto& p : described.value->rpdos) {
+        pdo("RPDO", p, device);
+      }
+    }
+  }
+
+  void pdo(std::string_view kind, const pdo::Parameters& p, const od::DeviceDescription& device) {
+    add("    {}{} {:03X}h {}", kind, p.number, p.cob_id.id(), transmission(p.type));
+    if (p.inhibit != Duration::zero()) {
+      add(", inhibit {}", format_duration(p.inhibit));
+    }
+    if (p.event_timer != Duration::zero()) {
+      add(", timer {}", format_duration(p.event_timer));
+    }
+    add(":");
+    for (const auto& mapped : p.mapping) {
+      const auto* variable = device.find(mapped.address);
+      add(" {}/{}{}", config::format_address(mapped.address), mapped.bits,
+          variable == nullptr ? "" : " \"" + variable->name + "\"");
+    }
+    add("\n");
+  }
+
+  void layout(const image::Layout& layout) {
+    add("  {}: {} entries in {} bytes, layout {}\n", name(layout.direction), layout.entries.size(),
+        layout.byte_size, hex64(layout.id));
+    if (layout.entries.empty()) {
+      return;
+    }
+    add("    {:>5} {:>8} {:>4} {:<11} {:>7} {:>6} {:>5} {:>8}  {}\n", "entry", "byte.bit", "bits",
+        "type", "object", "remote", "local", "variable", "name");
+    for (std::size_t i = 0; i < layout.entries.size(); ++i) {
+      const auto& e = layout.entries[i];
+      add("    {:>5} {:>6}.{} {:>4} {:<11} {:>7} {:>6} {:>5} {:>8}  {}\n", i, e.bit_offset / 8,
+          e.bit_offset % 8, e.bit_length, od::name(e.type),
+          config::format_address({e.index, e.sub}), e.remote_pdo, e.local_pdo,
+          e.variable_index == 0 ? "-" : config::format_address({e.variable_index, e.variable_sub}),
+          e.name);
+    }
+  }
+
+  void groups(const line::LineConfig& config, const image::Layout& outputs) {
+    for (const auto& group : config.groups) {
+      add("  output group {} {}, sent {}:", group.number, group.name,
+          group.send_always ? "always" : "on change");
+      for (const auto entry : group.entries) {
+        add(" {}", outputs.entries[entry].name);
+      }
+      add("\n");
+    }
+    for (const auto& value : config.defaults) {
+      add("  default {} = {:X}h\n", outputs.entries[value.entry].name, value.value);
+    }
+  }
+
+  std::string out_;
+};
+
+}  // namespace
+
+std::string describe(const config::Plant& plant) {
+  Text text;
+  text.plant(plant);
+  return text.take();
+}
+
+int check(const std::string& path, bool json, const std::string& dds_profile) {
+  auto loaded = config::load(path);
+  add_hints(loaded);
+  if (loaded.value) {
+    if (!dds_profile.empty()) {
+      loaded.value->dds_profile = dds_profile;
+    }
+    const auto found = dds::check_profiles(loaded.value->dds_profile);
+    loaded.diagnostics.insert(loaded.diagnostics.end(), found.begin(), found.end());
+    if (has_errors(found)) {
+      loaded.value.reset();
+    }
+  }
+  if (json) {
+    std::cout << to_json(loaded) << '\n';
+  } else {
+    print(loaded.diagnostics);
+    if (loaded.value) {
+      std::cout << describe(*loaded.value);
+    }
+  }
+  return loaded.ok() ? kExitOk : kExitUsage;
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/check_reload.h"
+
+#include <iostream>
+#include <utility>
+#include <vector>
+
+#include "gateway/runtime/exit_code.h"
+#include "gateway/runtime/log.h"
+#include "gateway/tools/json_writer.h"
+
+namespace linegate::gateway {
+
+std::string to_json(const config::PlanDifference& difference) {
+  JsonWriter out;
+  out.begin_object().member("possible", difference.refusals.empty());
+  const std::pair<const char*, const std::vector<std::string>*> lists[] = {
+      {"changed", &difference.changed},
+      {"started", &difference.started},
+      {"stopped", &difference.stopped},
+      {"unchanged", &difference.unchanged},
+      {"other_routes", &difference.rerouted}};
+  for (const auto& [name, lines] : lists) {
+    out.key(name).begin_array();
+    for (const std::string& line : *lines) {
+      out.value(line);
+    }
+    out.end_array();
+  }
+  out.end_object();
+  return out.text();
+}
+
+int check_reload(const std::string& running, const std::string& wanted, bool json) {
+  const auto before = config::load(running);
+  const auto after = config::load(wanted);
+  print(before.diagnostics);
+  print(after.diagnostics);
+  if (!before.value || !after.value) {
+    return kExitUsage;
+  }
+  const config::PlanDifference found = difference(identity_of(*before.value), *after.value);
+  print(found.refusals);
+  std::cout << (json ? to_json(found) : describe(found)) << '\n';
+  return found.refusals.empty() ? kExitOk : kExitUsage;
+}
+
+}  // namespace linegate::gateway

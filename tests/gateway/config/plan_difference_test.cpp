@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/config/plan_difference.h"
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/gateway/plans.h"
+
+namespace linegate::config {
+namespace {
+
+using Names = std::vector<std::string>;
+
+Plant plant(const std::string& lines, const std::string& rest = "") {
+  return gateway::make_plant("schema: 1\n" + rest + "lines:\n" + lines);
+}
+
+const std::string kA = "  - {name: a, interface: 'virtual:a', network_id: 1}\n";
+const std::string kB = "  - {name: b, interface: 'virtual:b', network_id: 2}\n";
+const std::string kC = "  - {name: c, interface: 'virtual:c', network_id: 3}\n";
+
+TEST(PlanDifference, TellsLinesApartByTheirNames) {
+  const auto running = identity_of(plant(kA + kB));
+  const auto same = difference(running, plant(kB + kA));
+  EXPECT_TRUE(same.empty()) << "the order of lines says nothing where network-IDs are given";
+  EXPECT_EQ(same.unchanged, (Names{"b", "a"}));
+  EXPECT_TRUE(same.refusals.empty());
+
+  const std::string other_b = "  - {name: b, interface: 'virtual:b', network_id: 2, sync: 10ms}\n";
+  const auto differs = difference(running, plant(other_b + kC));
+  EXPECT_EQ(differs.changed, Names{"b"});
+  EXPECT_EQ(differs.started, Names{"c"});
+  EXPECT_EQ(differs.stopped, Names{"a"});
+  EXPECT_TRUE(differs.unchanged.empty());
+  EXPECT_EQ(describe(differs), "lines changed: b; started: c; stopped: a; unchanged: 0");
+
+  const auto renamed =
+      difference(running, plant("  - {name: x, interface: 'virtual:a', network_id: 1}\n" + kB));
+  EXPECT_EQ(renamed.started, Names{"x"});
+  EXPECT_EQ(renamed.stopped, Names{"a"});
+}
+
+TEST(PlanDifference, RefusesWhatSubscribersKnowTheGatewayBy) {
+  const auto running = identity_of(plant(kA));
+  EXPECT_TRUE(difference(running, plant(kA, "gateway: {log: debug}\n")).refusals.empty());
+  const auto refused = difference(running, plant(kA, "gateway: {name: other}\ndds: {domain: 7}\n"));
+  ASSERT_EQ(refused.refusals.size(), 2U);
+  EXPECT_TRUE(has_errors(refused.refusals));
+  EXPECT_NE(refused.refusals[0].text.find("the name of the gateway changes from \"linegate\" to "
+                                          "\"other\", which needs a new start"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace linegate::config

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who floods a gateway with bad datagrams does not flood its log.
+#include "gateway/publish/guard_report.h"
+
+#include <gtest/gtest.h>
+
+namespace linegate::gateway {
+namespace {
+
+using dds::guard::Counters;
+using dds::guard::Reason;
+
+class GuardReportTest : public testing::Test {
+ protected:
+  void drop(Reason reason, std::uint64_t count) {
+    counters.dropped[static_cast<std::size_t>(reason)] += count;
+  }
+  std::vector<std::string> update(Duration at) { return report.update(counters, Instant{at}); }
+
+  Counters counters;
+  GuardReport report;
+};
+
+TEST_F(GuardReportTest, AReasonIsReportedAtOnceAndThenOnceAMinute) {
+  EXPECT_TRUE(update(std::chrono::seconds(5)).empty());
+  drop(Reason::rate, 1);
+  EXPECT_EQ(update(std::chrono::seconds(5)),
+            std::vector<std::string>{"1 datagram dropped by the DDS guard: sequence numbers "
+                                     "advance faster than samples can (rate)"});
+  drop(Reason::rate, 700);
+  EXPECT_TRUE(update(std::chrono::seconds(6)).empty());
+  EXPECT_TRUE(update(std::chrono::seconds(64)).empty());
+  EXPECT_EQ(update(std::chrono::seconds(65)),
+            std::vector<std::string>{"700 datagrams dropped by the DDS guard: sequence numbers "
+                                     "advance faster than samples can (rate)"});
+  EXPECT_TRUE(update(std::chrono::seconds(200)).empty());
+}
+
+TEST_F(GuardReportTest, EachReasonHasALimitOfItsOwn) {
+  drop(Reason::rate, 1);
+  EXPECT_EQ(update(std::chrono::seconds(1)).size(), 1U);
+  drop(Reason::header, 2);
+  drop(Reason::rate, 1);
+  EXPECT_EQ(update(std::chrono::seconds(2)),
+            std::vector<std::string>{"2 datagrams dropped by the DDS guard: no RTPS 2 header "
+                                     "(header)"});
+}
+
+TEST_F(GuardReportTest, GapsAreLeftOutOfDatagramsThatPass) {
+  drop(Reason::gap, 1);
+  EXPECT_EQ(update(std::chrono::seconds(1)),
+            std::vector<std::string>{"1 GAP left out by the DDS guard: more numbers above a "
+                                     "missing one than a reader may keep (gap)"});
+  drop(Reason::gap, 2);
+  EXPECT_EQ(update(std::chrono::seconds(61)),
+            std::vector<std::string>{"2 GAPs left out by the DDS guard: more numbers above a "
+                                     "missing one than a reader may keep (gap)"});
+}
+
+}  // namespace
+}  // namespace linegate::gateway

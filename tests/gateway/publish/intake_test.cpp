@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the intake says of requests that are refused, however many and with whatever names.
+#include "gateway/publish/intake.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/dds/own_domain.h"
+#include "tests/gateway/log_keeper.h"
+
+namespace linegate::gateway {
+namespace {
+
+class IntakeTest : public testing::Test {
+ protected:
+  IntakeTest() {
+    config::LinePlan plan;
+    plan.config.name = "press";
+    hosts.push_back(std::make_unique<LineHost>(plan, image::Layout{}, image::Layout{}));
+    hosts[0]->executor = &executor;
+    intake = std::make_unique<Intake>(*bridge, hosts, refusals, publisher, "");
+    spdlog::default_logger()->set_level(spdlog::level::debug);
+  }
+
+  bool was_logged(const std::string& text) { return std::ranges::count(log.lines(), text) == 1; }
+
+  std::unique_ptr<dds::GatewayBridge> bridge =
+      *dds::GatewayBridge::make({.gateway = "intake",
+                                 .domain = static_cast<std::uint32_t>(test::own_domain()),
+                                 .profile_file = LOOPBACK_PROFILES,
+                                 .lines = {}})
+           .value;
+  LogKeeper log;
+  Executor executor{config::ExecutorPlan{}};
+  exchange::Ring<line::Reply> refusals{4};
+  exchange::Wakeup publisher;
+  std::vector<std::unique_ptr<LineHost>> hosts;
+  std::unique_ptr<Intake> intake;
+};
+
+TEST_F(IntakeTest, NamesOfStrangersDoNotSteerTheLog) {
+  intake->on_command_refused("pre\nss", "\x1b[2Jme", 1, line::Refusal::bad_request, "why");
+  EXPECT_TRUE(was_logged("debug pre.ss: command of .[2Jme refused: why"));
+  intake->on_output_refused("pre\x1bss", 1, line::OutputRefusal::not_permitted, "why");
+  EXPECT_TRUE(was_logged("debug pre.ss: outputs of group 1 refused: why"));
+}
+
+// Each time another group, so that no reason is the one before.
+TEST_F(IntakeTest, WhatALineIsToldOfStrangersIsBoundedAndTheRestCounted) {
+  constexpr unsigned kMany = 200;
+  for (unsigned group = 0; group < kMany; ++group) {
+    intake->on_output_refused("press", static_cast<std::uint16_t>(group),
+                              line::OutputRefusal::not_permitted, "why");
+  }
+  unsigned told = 0;
+  for (Event event; hosts[0]->port.notices.pop(event); ++told) {
+    EXPECT_EQ(event.kind, EventKind::output_refused);
+    EXPECT_EQ(event.value, told) << "the first ones";
+  }
+  // On a machine that stands still for a second it may be more than one second's.
+  EXPECT_GE(told, NoticeLimit::kReasons);
+  EXPECT_EQ(hosts[0]->port.requests_lost.value(), 0U);
+  intake->stop();
+  if (told < kMany) {
+    EXPECT_TRUE(was_logged("warning press: " + std::to_string(kMany - told) +
+                           " refusals more are no events of the line, too many came at once"));
+  }
+}
+
+}  // namespace
+}  // namespace linegate::gateway

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/publish/line_history.h"
+
+#include <gtest/gtest.h>
+
+namespace linegate::gateway {
+namespace {
+
+TEST(LineHistory, NumbersAndCountersGoOnAfterARestart) {
+  LineHistory history;
+  history.restart();  // the first life
+  Event event;
+  for (event.number = 1; event.number <= 3; ++event.number) {
+    Event told = event;
+    history.correct(told);
+    EXPECT_EQ(told.number, event.number);
+  }
+  line::LineState state;
+  state.counters.frames_received = 10;
+  state.counters.events_lost = 1;
+  state.routing.opened = 3;
+  state.routing.open = 1;
+  history.correct(state);
+  EXPECT_EQ(state.counters.frames_received, 10U);
+
+  history.restart();
+  event = {};
+  event.number = 1;
+  history.correct(event);
+  EXPECT_EQ(event.number, 4U);
+  Event lost;
+  lost.number = 4;
+  lost.kind = EventKind::events_lost;
+  lost.data[0] = std::byte{2};
+  lost.data[8] = std::byte{3};
+  history.correct(lost);
+  EXPECT_EQ(lost.number, 7U);
+  EXPECT_EQ(lost.data[0], std::byte{5});
+  EXPECT_EQ(lost.data[8], std::byte{6});
+  for (const std::uint64_t frames : {2U, 5U}) {
+    line::LineState again;
+    again.counters.frames_received = frames;
+    again.routing.opened = 1;
+    history.correct(again);
+    EXPECT_EQ(again.counters.frames_received, 10U + frames);
+    EXPECT_EQ(again.counters.events_lost, 1U);
+    EXPECT_EQ(again.routing.opened, 4U);
+    EXPECT_EQ(again.routing.open, 0U) << "what was open has ended with its line";
+  }
+
+  history.restart();
+  state = {};
+  history.correct(state);
+  EXPECT_EQ(state.counters.frames_received, 15U);
+  event = {};
+  event.number = 1;
+  history.correct(event);
+  EXPECT_EQ(event.number, 8U);
+}
+
+}  // namespace
+}  // namespace linegate::gateway

@@ -1,0 +1,425 @@
+// SPDX-License-Identifier: Apache-2.0
+// The small parts of publishing: which samples, how often, in which words.
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "gateway/publish/access.h"
+#include "gateway/publish/controller_text.h"
+#include "gateway/publish/event_logger.h"
+#include "gateway/publish/event_text.h"
+#include "gateway/publish/foreign_text.h"
+#include "gateway/publish/image_sequence.h"
+#include "gateway/publish/library_logger.h"
+#include "gateway/publish/notice_limit.h"
+#include "gateway/publish/pdo_updates.h"
+#include "gateway/tools/json_writer.h"
+
+#include "tests/gateway/log_keeper.h"
+
+namespace linegate::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+
+image::Snapshot snapshot_with(std::uint16_t local_pdo, std::uint32_t count) {
+  image::Snapshot out;
+  out.changed = {0};
+  out.valid = {1};
+  image::PdoMark mark;
+  mark.local_pdo = local_pdo;
+  mark.count = count;
+  out.marks.push_back(mark);
+  return out;
+}
+
+TEST(NoticeLimit, TellsEachReasonOnceASecond) {
+  NoticeLimit limit;
+  const Instant start(10s);
+  EXPECT_TRUE(limit.admit(EventKind::output_refused, 1, 7, start));
+  EXPECT_FALSE(limit.admit(EventKind::output_refused, 1, 7, start + 999ms));
+  EXPECT_TRUE(limit.admit(EventKind::output_refused, 2, 7, start + 999ms));
+  EXPECT_TRUE(limit.admit(EventKind::command_refused, 1, 7, start + 999ms));
+  EXPECT_TRUE(limit.admit(EventKind::output_refused, 1, 7, start + 1s));
+  EXPECT_EQ(limit.take_held(), 0U) << "what was told already is no reason that was held back";
+}
+
+TEST(NoticeLimit, AReasonThatAlwaysChangesIsToldSoManyTimesASecond) {
+  NoticeLimit limit;
+  const Instant start(10s);
+  std::size_t told = 0;
+  std::uint64_t held = 0;
+  for (std::uint32_t i = 0; i < 65'536; ++i) {  // for two seconds, each time another group
+    const Instant now = start + Duration(2s) * i / 65'536;
+    told += limit.admit(EventKind::output_refused, 1, i, now) ? 1U : 0U;
+    const std::uint64_t more = limit.take_held(now);
+    EXPECT_TRUE(more == 0 || held == 0 || now >= start + 1s) << "at most once a second";
+    held += more;
+  }
+  EXPECT_EQ(told, 2 * NoticeLimit::kReasons);
+  EXPECT_EQ(told + held + limit.take_held(), 65'536U) << "nothing is lost silently";
+  EXPECT_EQ(limit.take_held(start + 9s), 0U);
+}
+
+TEST(ControllerText, TellsWhereTheControllerIsSetOtherwiseThanTheLineNeeds) {
+  config::LinePlan plan;
+  plan.interface.uri = "socketcan:can0";
+  plan.interface.name = "can0";
+  can_bridge::ControllerSetup controller;
+  EXPECT_TRUE(complaints(plan, controller).empty()) << "vcan says nothing of itself";
+
+  controller.bit_rate = 250'000;
+  controller.listen_only = false;
+  EXPECT_TRUE(complaints(plan, controller).empty()) << "the configuration does not name a bit rate";
+  plan.config.bit_rate = 250'000;
+  EXPECT_TRUE(complaints(plan, controller).empty());
+  plan.config.bit_rate = 500'000;
+  ASSERT_EQ(complaints(plan, controller).size(), 1U);
+  EXPECT_EQ(complaints(plan, controller)[0],
+            "socketcan:can0 runs at 250000 bit/s, and the configuration of the line says 500000 "
+            "bit/s");
+
+  plan.config.bit_rate = 0;
+  plan.config.role = line::Role::observer;
+  ASSERT_EQ(complaints(plan, controller).size(), 1U);
+  EXPECT_NE(complaints(plan, controller)[0].find("acknowledges"), std::string::npos);
+  controller.listen_only = true;
+  EXPECT_TRUE(complaints(plan, controller).empty());
+  plan.config.role = line::Role::manager;
+  ASSERT_EQ(complaints(plan, controller).size(), 1U);
+  EXPECT_NE(complaints(plan, controller)[0].find("nothing that the line sends"), std::string::npos);
+}
+
+TEST(ControllerText, HasPropertiesOfWhatIsKnown) {
+  std::vector<dds::Property> out;
+  add_properties({}, out);
+  EXPECT_TRUE(out.empty());
+  can_bridge::ControllerSetup controller;
+  controller.listen_only = true;
+  controller.restart_ms = 100;
+  controller.hardware_stamps = true;
+  add_properties(controller, out);
+  ASSERT_EQ(out.size(), 3U);
+  EXPECT_EQ(out[0].name + "=" + out[0].value, "listen-only=on");
+  EXPECT_EQ(out[1].name + "=" + out[1].value, "restart-ms=100");
+  EXPECT_EQ(out[2].name + "=" + out[2].value, "time-stamps=hardware");
+}
+
+TEST(PdoUpdates, PassOnceInMinPeriodWithTheReceptionsTheyStandFor) {
+  PdoUpdates updates(100ms);
+  std::vector<std::uint32_t> passed;
+  const auto take = [&](Instant now) {
+    return updates.take_due(now, [&](const image::PdoMark&, std::uint32_t receptions) {
+      passed.push_back(receptions);
+    });
+  };
+  const Instant start{1s};
+  updates.add(snapshot_with(3, 1));
+  EXPECT_EQ(take(start), kNever);
+  EXPECT_EQ(passed, std::vector<std::uint32_t>{1}) << "the first at once";
+  updates.add(snapshot_with(3, 4));
+  EXPECT_EQ(take(start + 10ms), start + 100ms);
+  updates.add(snapshot_with(3, 2));
+  EXPECT_EQ(take(start + 99ms), start + 100ms);
+  EXPECT_EQ(passed.size(), 1U);
+  EXPECT_EQ(take(start + 100ms), kNever);
+  EXPECT_EQ(passed, (std::vector<std::uint32_t>{1, 6}));
+  EXPECT_EQ(take(start + 300ms), kNever);
+  EXPECT_EQ(passed.size(), 2U) << "nothing was received";
+}
+
+TEST(PdoUpdates, KeepPdosApart) {
+  PdoUpdates updates(100ms);
+  std::vector<std::uint16_t> passed;
+  const auto take = [&](Instant now) {
+    return updates.take_due(
+        now, [&](const image::PdoMark& mark, std::uint32_t) { passed.push_back(mark.local_pdo); });
+  };
+  const Instant start{1s};
+  updates.add(snapshot_with(1, 1));
+  take(start);
+  updates.add(snapshot_with(1, 1));
+  updates.add(snapshot_with(600, 1));
+  EXPECT_EQ(take(start + 50ms), start + 100ms);
+  EXPECT_EQ(passed, (std::vector<std::uint16_t>{1, 600}));
+}
+
+TEST(ImageSequence, SkipsWhatDidNotChangeAndNumbersTheRestWithoutGaps) {
+  ImageSequence sequence(config::Publish::Rule::on_change);
+  image::Snapshot first = snapshot_with(1, 1);
+  EXPECT_TRUE(sequence.admit(first)) << "the first always";
+  EXPECT_EQ(first.sequence, 1U);
+
+  image::Snapshot same = snapshot_with(1, 2);
+  EXPECT_FALSE(sequence.admit(same));
+  image::Snapshot other = snapshot_with(2, 5);
+  EXPECT_FALSE(sequence.admit(other));
+
+  image::Snapshot changed = snapshot_with(1, 1);
+  changed.changed = {4};
+  EXPECT_TRUE(sequence.admit(changed));
+  EXPECT_EQ(changed.sequence, 2U);
+  ASSERT_EQ(changed.marks.size(), 2U) << "receptions of those skipped are told";
+  EXPECT_EQ(changed.marks[0].local_pdo, 1);
+  EXPECT_EQ(changed.marks[0].count, 3U);
+  EXPECT_EQ(changed.marks[1].local_pdo, 2);
+  EXPECT_EQ(changed.marks[1].count, 5U);
+}
+
+TEST(ImageSequence, TakesALostNodeForAChange) {
+  ImageSequence sequence(config::Publish::Rule::on_change);
+  image::Snapshot first = snapshot_with(1, 1);
+  EXPECT_TRUE(sequence.admit(first));
+  image::Snapshot invalid = snapshot_with(1, 0);
+  invalid.valid = {0};
+  EXPECT_TRUE(sequence.admit(invalid));
+}
+
+TEST(ImageSequence, PublishesEverythingByPeriod) {
+  ImageSequence sequence(config::Publish::Rule::period);
+  for (std::uint64_t i = 1; i < 4; ++i) {
+    image::Snapshot snapshot = snapshot_with(1, 1);
+    EXPECT_TRUE(sequence.admit(snapshot));
+    EXPECT_EQ(snapshot.sequence, i);
+  }
+}
+
+TEST(ForeignText, CannotEndALineNorSteerATerminal) {
+  EXPECT_EQ(printable("press 1~"), "press 1~");
+  EXPECT_EQ(printable("a\nb\x1B[2J\x7F\xC2\x9B"), "a.b.[2J...");
+}
+
+TEST(LibraryLogger, TellsWarningsAndErrorsAndCutsAStormShort) {
+  LogKeeper log;
+  LibraryLogger logger;
+  const Instant start{1s};
+  logger.write(Severity::warning, "first\nsecond", start);
+  EXPECT_EQ(log.lines(), std::vector<std::string>{"warning Fast DDS: first.second"});
+  for (int i = 0; i < 1000; ++i) {
+    logger.write(Severity::error, "storm", start);
+  }
+  EXPECT_EQ(log.lines().size(), static_cast<std::size_t>(RateLimit::kBurst));
+  logger.write(Severity::error, "last", start + 1s);
+  EXPECT_EQ(log.lines().back(), "error Fast DDS: last (981 more messages left out)");
+}
+
+TEST(EventLogger, JoinsTheHeartbeatsThatAreLostWithTheInterface) {
+  EventLogger logger;
+  Instant now{std::chrono::seconds(1)};
+  const auto joins = [&](std::uint64_t number, EventKind kind, std::uint8_t node,
+                         std::uint32_t code) {
+    return logger.join({.number = number, .time = now, .kind = kind, .node = node, .code = code},
+                       now);
+  };
+  const auto stopped = static_cast<std::uint32_t>(can::BusState::stopped);
+  EXPECT_FALSE(joins(1, EventKind::heartbeat_lost, 4, 0)) << "its interface is usable";
+  EXPECT_FALSE(joins(2, EventKind::interface_failed, 0, 100));
+  EXPECT_FALSE(joins(3, EventKind::bus_state, 0, stopped));
+  EXPECT_TRUE(joins(4, EventKind::heartbeat_lost, 5, 0));
+  EXPECT_TRUE(joins(5, EventKind::heartbeat_lost, 6, 0));
+  EXPECT_EQ(logger.take_joined(now), "") << "others may follow";
+  now += EventLogger::kJoined;
+  EXPECT_EQ(logger.take_joined(now),
+            "bus stopped: the heartbeat of nodes 5, 6 is lost because of it (#4 to #5)");
+  EXPECT_EQ(logger.take_joined(now), "");
+  EXPECT_TRUE(joins(6, EventKind::heartbeat_lost, 7, 0));
+  EXPECT_FALSE(joins(7, EventKind::interface_ready, 0, 0));
+  EXPECT_EQ(logger.take_joined(now),
+            "bus stopped: the heartbeat of node 7 is lost because of it (#6)");
+  EXPECT_FALSE(joins(8, EventKind::heartbeat_lost, 5, 0));
+}
+
+TEST(EventLogger, LeavesOutWhatComesTooOftenAndCountsIt) {
+  EventLogger logger;
+  const Instant start{1s};
+  std::uint64_t left_out = 0;
+  int written = 0;
+  for (int i = 0; i < 1000; ++i) {
+    written += logger.admit(EventKind::bus_error, start, left_out) ? 1 : 0;
+  }
+  EXPECT_EQ(written, static_cast<int>(RateLimit::kBurst));
+  EXPECT_TRUE(logger.admit(EventKind::emcy, start, left_out)) << "other kinds are not touched";
+  EXPECT_EQ(left_out, 0U);
+  EXPECT_TRUE(logger.admit(EventKind::bus_error, start + 1s, left_out));
+  EXPECT_EQ(left_out, 980U);
+}
+
+line::LineConfig line_with_node() {
+  line::LineConfig config;
+  line::NodeConfig node;
+  node.id = 5;
+  node.name = "ram";
+  config.nodes.push_back(node);
+  return config;
+}
+
+std::string words(EventKind kind, std::uint8_t node, std::uint32_t code, std::uint32_t value,
+                  std::initializer_list<int> data = {}) {
+  Event event;
+  event.kind = kind;
+  event.node = node;
+  event.code = code;
+  event.value = value;
+  for (const int byte : data) {
+    event.data[event.length++] = static_cast<std::byte>(byte);
+  }
+  return describe(event, line_with_node(), "socketcan:can0");
+}
+
+TEST(EventText, NamesTheNodeAndSaysWhatHappened) {
+  EXPECT_EQ(words(EventKind::heartbeat_lost, 5, 0, 500), "node 5 (ram): heartbeat lost for 500 ms");
+  EXPECT_EQ(words(EventKind::heartbeat_lost, 5, 1, 500),
+            "node 5 (ram): no answer to node guarding for 500 ms");
+  EXPECT_EQ(words(EventKind::node_state, 6, 5, 0x7F), "node 6: operational (was pre-operational)");
+  EXPECT_EQ(words(EventKind::emcy, 5, 0x8130, 0x11, {1, 2, 3, 4, 5}),
+            "node 5 (ram): EMCY 8130h, error register 11h, data 01 02 03 04 05");
+  EXPECT_EQ(words(EventKind::sdo_abort, 5, 0x06020000, 0, {0x00, 0x60, 0x01}),
+            "node 5 (ram): SDO transfer of 6000:01 ended: object does not exist in the object "
+            "dictionary (06020000)");
+  EXPECT_EQ(words(EventKind::boot_result, 5, 0, 0), "node 5 (ram): booted");
+  EXPECT_EQ(words(EventKind::output_watchdog, 0, 0x21, 3),
+            "watchdog of output group 3 fired: outputs set to zero, EMCY sent");
+  EXPECT_EQ(words(EventKind::frames_lost, 0, 0, 12), "12 frames lost before they could be read");
+}
+
+TEST(EventText, NamesTheNodeIdThatLssGaveAnOwnDevice) {
+  EXPECT_EQ(words(EventKind::own_state, 5, 0x7F, 0, {9}),
+            "node 5 (ram): own node pre-operational (was initialising), node-ID 9 by LSS");
+  EXPECT_EQ(words(EventKind::own_state, 5, 0x7F, 0, {5}),
+            "node 5 (ram): own node pre-operational (was initialising)");
+}
+
+TEST(EventText, SaysHowManyMalformedFramesWereHeldBack) {
+  EXPECT_EQ(words(EventKind::malformed_frame, 5, 0x585, 2, {0x43, 0x00}),
+            "node 5 (ram): frame 585h of 2 bytes not understood: 43 00");
+  EXPECT_EQ(words(EventKind::malformed_frame, 5, 0x585, 1, {0x43, 0, 0, 0, 0, 0, 0, 0, 9, 1, 0, 0}),
+            "node 5 (ram): frame 585h of 1 bytes not understood: 43 (265 more held back)");
+}
+
+TEST(EventText, SaysHowAnotherManagerShowedItself) {
+  EXPECT_EQ(words(EventKind::foreign_manager, 0, 1, 0x82, {0}),
+            "another NMT master: reset-communication to all nodes");
+  EXPECT_EQ(words(EventKind::foreign_manager, 0, 1, 2, {5}), "another NMT master: stop to node 5");
+  EXPECT_EQ(words(EventKind::foreign_manager, 0, 2, 0x76),
+            "another NMT master: flying-master message 076h");
+}
+
+TEST(EventText, SaysHowAnotherWithTheOwnNodeIdShowedItself) {
+  EXPECT_EQ(words(EventKind::duplicate_node_id, 6, 5, 0),
+            "node 6: another device has the same node-ID (operational)");
+  EXPECT_EQ(words(EventKind::duplicate_node_id, 6, 0xFF, 0),
+            "node 6: another device has the same node-ID (it sent an EMCY)");
+}
+
+TEST(EventText, NamesTheTwoNetworksOfARefusedRequest) {
+  EXPECT_EQ(words(EventKind::routing_refused, 0, 0x0609'0030, 0, {1, 0, 3, 0, 12, 0}),
+            "SDO from network 1 to node 12 of network 3 refused: invalid value for parameter "
+            "(06090030)");
+}
+
+TEST(EventText, NamesTheSourceOfAForwardedEmcy) {
+  EXPECT_EQ(words(EventKind::emcy_routed, 5, 0x8130, 0, {0x11, 3, 0, 12, 2, 9}),
+            "node 5 (ram): EMCY 8130h of node 12 in network 3, error register 11h, 2 hops");
+}
+
+TEST(EventText, TellsOfAConnectionWhoseItIsAndHowItEnded) {
+  EXPECT_EQ(words(EventKind::routing_opened, 0, 0x0001'0003, 0, {1, 0, 12, 0, 5, 2, 9, 1}),
+            "connection 00010003 from network 1 to node 5 of network 12 over interface 2:9 opened");
+  EXPECT_EQ(words(EventKind::routing_opened, 0, 3, 40, {0, 0, 2, 0, 5, 2, 0, 0}),
+            "connection 00000003 from this gateway to node 5 of network 2 over interface 2 opened "
+            "(40 more were not told)");
+  EXPECT_EQ(words(EventKind::routing_ended, 0, 0, 4,
+                  {1, 0, 12, 0, 5, 2, 9, 1, 0x18, 0x10, 1, 3, 0, 1, 0}),
+            "connection 00010003 from network 1 to node 5 of network 12 over interface 2:9 ended, "
+            "upload of 1018:01, 4 bytes: done");
+  EXPECT_EQ(words(EventKind::routing_ended, 0, 0x0504'0000, 0,
+                  {1, 0, 2, 0, 5, 2, 0, 0, 0, 0, 0, 3, 0, 1, 0}),
+            "connection 00010003 from network 1 to node 5 of network 2 over interface 2 ended, no "
+            "transfer, 0 bytes: SDO protocol timed out (05040000)");
+}
+
+TEST(EventText, SaysHowManyWritesToAnObjectAreNotShown) {
+  EXPECT_EQ(words(EventKind::object_written, 5, 0, 2, {0x00, 0x21, 1, 7, 0}),
+            "node 5 (ram): object 2100:01 written: 2 bytes");
+  EXPECT_EQ(words(EventKind::object_written, 5, 40, 2, {0x00, 0x21, 1, 7, 0}),
+            "node 5 (ram): object 2100:01 written: 2 bytes, 40 writes before it not shown");
+}
+
+TEST(EventText, SaysWhatLssDidWithADevice) {
+  const std::initializer_list<int> address{0x47, 0x4C, 0, 0, 0x20, 0x40, 0, 0,
+                                           0,    0,    1, 0, 0xF5, 1,    0, 0};
+  EXPECT_EQ(words(EventKind::lss_result, 5, 0, 0, address),
+            "node 5 (ram): LSS: was given its node-ID (vendor 00004C47h, product 00004020h, "
+            "revision 00010000h, serial 000001F5h)");
+  EXPECT_EQ(words(EventKind::lss_result, 5, 4, 0x07FF, address),
+            "node 5 (ram): LSS: refuses its node-ID, error 255/7 (vendor 00004C47h, product "
+            "00004020h, revision 00010000h, serial 000001F5h)");
+  EXPECT_EQ(words(EventKind::lss_result, 0, 8, 0),
+            "LSS: a device has no node-ID, and neither a known address nor fastscan finds it");
+}
+
+TEST(EventText, ShowsAFrameOfNoServiceAsCandumpDoes) {
+  EXPECT_EQ(words(EventKind::can_frame, 0, 0x150, 2, {0x11, 0x22}), "frame 150#1122");
+  EXPECT_EQ(words(EventKind::can_frame, 0, 0x8000'0150, 7U << 16U, {}),
+            "frame 00000150# (7 more were not told)");
+  EXPECT_EQ(words(EventKind::can_frame, 0, 0x150, 0x103, {}), "frame 150#R3");
+  EXPECT_EQ(words(EventKind::can_frame, 0, 0x150, 0x614, {1, 2, 3, 4}),
+            "frame 150##401020304 (bytes from 16 of 20)");
+}
+
+TEST(EventText, HasWordsForEveryKind) {
+  for (std::size_t i = 0; i < kEventKinds; ++i) {
+    const std::string text = words(static_cast<EventKind>(i), 5, 0, 0);
+    EXPECT_GT(text.size(), std::string("node 5 (ram): ").size()) << i;
+    EXPECT_LE(text.size(), 256U);
+  }
+}
+
+TEST(Access, ReadAllowsWhatChangesNothing) {
+  using config::Access;
+  using line::CommandKind;
+  EXPECT_TRUE(permitted(CommandKind::versions, Access::off, Access::off));
+  EXPECT_FALSE(permitted(CommandKind::sdo_read, Access::off, Access::all));
+  EXPECT_TRUE(permitted(CommandKind::sdo_read, Access::read, Access::off));
+  EXPECT_TRUE(permitted(CommandKind::local_read, Access::read, Access::off));
+  EXPECT_TRUE(permitted(CommandKind::network_read, Access::read, Access::off));
+  EXPECT_TRUE(permitted(CommandKind::routing_trace, Access::read, Access::off));
+  EXPECT_FALSE(permitted(CommandKind::routing_trace, Access::off, Access::off));
+  EXPECT_TRUE(permitted(CommandKind::can_listen, Access::read, Access::off));
+  EXPECT_FALSE(permitted(CommandKind::can_listen, Access::off, Access::all));
+  EXPECT_TRUE(permitted(CommandKind::scan, Access::read, Access::off));
+  line::Command verify{.kind = CommandKind::configure};
+  EXPECT_TRUE(permitted(verify, Access::read, Access::off));
+  EXPECT_FALSE(permitted(verify, Access::off, Access::off));
+  line::Command apply{.kind = CommandKind::configure};
+  apply.code = 1;
+  EXPECT_FALSE(permitted(apply, Access::read, Access::off));
+  EXPECT_TRUE(permitted(apply, Access::all, Access::off));
+  EXPECT_FALSE(permitted(CommandKind::program, Access::read, Access::off));
+  EXPECT_FALSE(permitted(CommandKind::scan, Access::off, Access::all));
+  for (const auto kind :
+       {CommandKind::sdo_write, CommandKind::network_write, CommandKind::local_write,
+        CommandKind::nmt, CommandKind::emcy_send, CommandKind::output_write,
+        CommandKind::bus_restart, CommandKind::bus_fault, CommandKind::lss, CommandKind::can_send,
+        CommandKind::object_write, CommandKind::pdo_trigger, CommandKind::object_create,
+        CommandKind::pdo_request, CommandKind::mpdo_write}) {
+    EXPECT_FALSE(permitted(kind, Access::read, Access::all)) << name(kind);
+    EXPECT_TRUE(permitted(kind, Access::all, Access::all)) << name(kind);
+  }
+  for (const auto kind :
+       {CommandKind::output_write, CommandKind::object_write, CommandKind::pdo_trigger}) {
+    EXPECT_FALSE(permitted(kind, Access::all, Access::read)) << name(kind);
+  }
+}
+
+TEST(JsonWriter, WritesCommasAndEscapes) {
+  JsonWriter json;
+  json.begin_object().member("a", 1U).member("b", true).member("c", "x\"\\\n");
+  json.key("d").begin_array().value(std::uint64_t{1}).begin_object().end_object().end_array();
+  json.end_object();
+  EXPECT_EQ(json.text(), R"({"a":1,"b":true,"c":"x\"\\\u000a","d":[1,{}]})");
+}
+
+}  // namespace
+}  // namespace linegate::gateway

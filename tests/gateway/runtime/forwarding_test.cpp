@@ -1,0 +1,386 @@
+// SPDX-License-Identifier: Apache-2.0
+// PDO forwarding: what a PDO brings to one line leaves another in a PDO.
+#include <array>
+#include <initializer_list>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "gateway/runtime/binder.h"
+#include "gateway/runtime/line_runner.h"
+#include "stack/can/frame.h"
+#include "stack/od/dictionary.h"
+
+#include "tests/gateway/plans.h"
+#include "tests/gateway/runtime/fake_channel.h"
+
+namespace linegate::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+
+// TPDO1 of a drive is 185h (6041h 16 bit,
+// 6061h 8 bit), on event; TPDO2 285h (6064h, 606Ch) with every SYNC; RPDO1 205h (6040h, 6060h) and
+// RPDO2 305h (607Ah, 60FFh) alike.
+std::string forwarding_plant(const std::string& rules) {
+  return R"(schema: 1
+lines:
+  - name: press
+    interface: virtual:press
+    nodes: [{id: 5, name: axis, eds: bridges/sim/eds/drive.eds, pdo_deadline: 50ms}]
+  - name: hall
+    interface: virtual:hall
+    nodes: [{id: 5, name: axis, eds: bridges/sim/eds/drive.eds}]
+forward:
+)" + rules;
+}
+
+// The lines obey another master, so that they need no boot.
+config::Plant obeying_plant(const std::string& rules) {
+  config::Plant out = make_plant(forwarding_plant(rules));
+  for (auto& plan : out.lines) {
+    plan.config.role = line::Role::device;
+  }
+  return out;
+}
+
+const std::string kStatusRules = R"(  - press.axis.6041:0 -> hall.axis.6040:0
+  - press.axis.6061:0 -> hall.axis.6060:0
+)";
+
+const std::string kZeroRules =
+    R"(  - {from: press.axis.6041:0, to: hall.axis.6040:0, when_lost: zero}
+  - press.axis.6061:0 -> hall.axis.6060:0
+)";
+
+struct Sent {
+  std::uint32_t id = 0;
+  std::vector<unsigned> data;
+  bool operator==(const Sent&) const = default;
+};
+
+class ForwardingTest : public testing::Test {
+ protected:
+  void make(const std::string& rules) {
+    plant_ = obeying_plant(rules);
+    for (const auto& plan : plant_.lines) {
+      lines_.push_back(make_line(plan));
+      lines_.back()->start(now_);
+      hear(*lines_.back(), 0x000, {0x01, 0x00});
+      (void)sent(*lines_.back());
+    }
+    link_ = std::make_unique<BoundLink>(plant_.bindings);
+    link_->taker = &woken_;
+    source_ = std::make_unique<BoundSource>(*link_);
+    target_ = std::make_unique<BoundTarget>(*link_);
+  }
+
+  void hear(line::Line& line, std::uint32_t id, std::initializer_list<std::uint8_t> data) {
+    now_ += 1us;
+    can::Frame frame = can::make_frame(id, data);
+    frame.time = now_;
+    line.receive({&frame, 1}, now_);
+  }
+  void hand_over() {
+    source_->look(press(), now_);
+    target_->take(hall(), now_);
+  }
+  std::vector<Sent> sent(line::Line& line) {
+    std::vector<Sent> out;
+    for (can::Frame frame; line.next_frame(frame, now_);) {
+      Sent& one = out.emplace_back(Sent{frame.id, {}});
+      for (std::size_t i = 0; i < frame.length; ++i) {
+        one.data.push_back(std::to_integer<unsigned>(frame.data[i]));
+      }
+    }
+    return out;
+  }
+  void pass(Duration time) {
+    now_ += time;
+    press().advance(now_);
+    hall().advance(now_);
+  }
+  line::Line& press() { return *lines_[0]; }
+  line::Line& hall() { return *lines_[1]; }
+
+  Instant now_{10s};
+  config::Plant plant_;
+  std::vector<std::unique_ptr<line::Line>> lines_;
+  exchange::Wakeup woken_;
+  std::unique_ptr<BoundLink> link_;
+  std::unique_ptr<BoundSource> source_;
+  std::unique_ptr<BoundTarget> target_;
+};
+
+TEST_F(ForwardingTest, EveryReceivedPdoIsAnEventOfTheOther) {
+  make(kStatusRules);
+  hand_over();
+  EXPECT_EQ(sent(hall()), std::vector<Sent>{}) << "nothing has come";
+  hear(press(), 0x185, {0x37, 0x12, 0x08});
+  hand_over();
+  EXPECT_EQ(sent(hall()), (std::vector<Sent>{{0x205, {0x37, 0x12, 0x08}}}));
+  hand_over();
+  EXPECT_EQ(sent(hall()), std::vector<Sent>{});
+  hear(press(), 0x185, {0x37, 0x12, 0x08});
+  hand_over();
+  EXPECT_EQ(sent(hall()), (std::vector<Sent>{{0x205, {0x37, 0x12, 0x08}}})) << "the same again";
+}
+
+TEST_F(ForwardingTest, TheNewestValuesCountAndThoseOfOnePdoStayTogether) {
+  make(kStatusRules);
+  hear(press(), 0x185, {0x01, 0x00, 0x01});
+  source_->look(press(), now_);
+  hear(press(), 0x185, {0x02, 0x00, 0x02});
+  hand_over();
+  EXPECT_EQ(sent(hall()), (std::vector<Sent>{{0x205, {0x02, 0x00, 0x02}}}));
+}
+
+TEST_F(ForwardingTest, EachSideKeepsItsSync) {
+  make(R"(  - press.axis.6064:0 -> hall.axis.607A:0
+  - press.axis.606C:0 -> hall.axis.60FF:0
+)");
+  hear(press(), 0x285, {1, 0, 0, 0, 2, 0, 0, 0});
+  hand_over();
+  hear(hall(), 0x080, {});
+  EXPECT_EQ(sent(hall()), std::vector<Sent>{}) << "the source has had no SYNC";
+  hear(press(), 0x080, {});
+  hand_over();
+  EXPECT_EQ(sent(hall()), std::vector<Sent>{}) << "the target has had none since";
+  hear(hall(), 0x080, {});
+  EXPECT_EQ(sent(hall()), (std::vector<Sent>{{0x305, {1, 0, 0, 0, 2, 0, 0, 0}}}));
+}
+
+TEST_F(ForwardingTest, TheTargetKeepsItsInhibitTime) {
+  make(kStatusRules);
+  ASSERT_TRUE(hall().dictionary().set({0x1800, 3}, 100U));  // 10 ms
+  for (const std::uint8_t value : {std::uint8_t{1}, std::uint8_t{2}, std::uint8_t{3}}) {
+    hear(press(), 0x185, {value, 0, 0});
+    hand_over();
+  }
+  EXPECT_EQ(sent(hall()), (std::vector<Sent>{{0x205, {3, 0, 0}}}));
+  hear(press(), 0x185, {4, 0, 0});
+  hand_over();
+  EXPECT_EQ(sent(hall()), std::vector<Sent>{});
+  pass(11ms);
+  EXPECT_EQ(sent(hall()), (std::vector<Sent>{{0x205, {4, 0, 0}}}));
+}
+
+TEST_F(ForwardingTest, ASourceThatIsLateIsHeldZeroOrStopsTheTarget) {
+  make(kZeroRules);
+  hear(press(), 0x185, {0x37, 0x12, 0x08});
+  hand_over();
+  (void)sent(hall());
+  pass(60ms);
+  hand_over();
+  EXPECT_EQ(sent(hall()), (std::vector<Sent>{{0x205, {0, 0, 0x08}}}));
+  hear(press(), 0x185, {0x37, 0x12, 0x08});
+  hand_over();
+  EXPECT_EQ(sent(hall()), (std::vector<Sent>{{0x205, {0x37, 0x12, 0x08}}}));
+}
+
+TEST_F(ForwardingTest, ASourceThatIsLateMayStopTheTarget) {
+  make(R"(  - {from: press.axis.6041:0, to: hall.axis.6040:0, when_lost: stop}
+  - press.axis.6061:0 -> hall.axis.6060:0
+)");
+  ASSERT_TRUE(hall().dictionary().set({0x1800, 5}, 20U));  // event timer
+  hear(press(), 0x185, {0x37, 0x12, 0x08});
+  hand_over();
+  (void)sent(hall());
+  pass(21ms);
+  EXPECT_EQ(sent(hall()).size(), 1U) << "the event timer repeats it";
+  pass(40ms);
+  hand_over();
+  (void)sent(hall());
+  pass(21ms);
+  EXPECT_EQ(sent(hall()), std::vector<Sent>{});
+  hear(press(), 0x185, {0x38, 0x12, 0x08});
+  hand_over();
+  EXPECT_EQ(sent(hall()), (std::vector<Sent>{{0x205, {0x38, 0x12, 0x08}}}));
+}
+
+// Under ThreadSanitizer: two executors, and no value of a PDO without its neighbour.
+TEST_F(ForwardingTest, AcrossExecutorsNoPdoIsTorn) {
+  make(kStatusRules);
+  constexpr unsigned kPdos = 20'000;
+  std::thread giver([this] {
+    Instant time = now_;
+    for (unsigned i = 1; i <= kPdos; ++i) {
+      time += 1us;
+      const auto low = static_cast<std::uint8_t>(i);
+      can::Frame frame = can::make_frame(0x185, {low, static_cast<std::uint8_t>(i >> 8U), low});
+      frame.time = time;
+      press().receive({&frame, 1}, time);
+      source_->look(press(), time);
+    }
+  });
+  unsigned last = 0;
+  unsigned torn = 0;
+  unsigned backwards = 0;
+  while (last != kPdos) {
+    target_->take(hall(), now_);
+    for (can::Frame frame; hall().next_frame(frame, now_);) {
+      const auto low = std::to_integer<unsigned>(frame.data[0]);
+      const unsigned value = low | std::to_integer<unsigned>(frame.data[1]) << 8U;
+      torn += low == std::to_integer<unsigned>(frame.data[2]) ? 0U : 1U;
+      backwards += value < last ? 1U : 0U;
+      last = value;
+    }
+  }
+  giver.join();
+  EXPECT_EQ(torn, 0U);
+  EXPECT_EQ(backwards, 0U);
+}
+
+class ForwardingCallTest : public testing::Test {
+ protected:
+  ForwardingCallTest() : plant_(obeying_plant(kZeroRules)) {
+    link_ = std::make_unique<BoundLink>(plant_.bindings);
+    for (std::size_t i = 0; i < 2; ++i) {
+      auto channel = std::make_unique<FakeChannel>();
+      channels_[i] = channel.get();
+      const config::LinePlan& plan = plant_.lines.at(i);
+      runners_[i] = std::make_unique<LineRunner>(make_line(plan), std::move(channel), plan,
+                                                 ports_[i], consumer_);
+    }
+    link_->runner = runners_[1].get();
+    runners_[0]->bind({BoundSource(*link_)}, {});
+    runners_[1]->bind({}, {BoundTarget(*link_)});
+  }
+
+  void begin(std::size_t line) {
+    can::BusEvent event;
+    event.kind = can::BusEvent::Kind::interface_ready;
+    event.time = now_;
+    channels_[line]->coming_events.push_back(event);
+    runners_[line]->service(now_);
+    come(line, 0x000, {0x01, 0x00});
+    runners_[line]->service(now_);
+    channels_[line]->sent.clear();
+  }
+  void come(std::size_t line, std::uint32_t id, std::initializer_list<std::uint8_t> data) {
+    now_ += 1us;
+    can::Frame frame = can::make_frame(id, data);
+    frame.time = now_;
+    channels_[line]->coming.push_back(frame);
+  }
+
+  Instant now_{10s};
+  config::Plant plant_;
+  std::unique_ptr<BoundLink> link_;
+  std::array<LinePort, 2> ports_;
+  exchange::Wakeup consumer_;
+  std::array<FakeChannel*, 2> channels_{};
+  std::array<std::unique_ptr<LineRunner>, 2> runners_;
+};
+
+TEST_F(ForwardingCallTest, OnOneExecutorTheHandOverIsACallThatSends) {
+  begin(0);
+  begin(1);
+  come(0, 0x185, {0x37, 0x12, 0x08});
+  runners_[0]->service(now_);
+  ASSERT_EQ(channels_[1]->sent.size(), 1U);
+  EXPECT_EQ(channels_[1]->sent[0].id, 0x205U);
+  EXPECT_EQ(channels_[1]->sent[0].data[2], std::byte{0x08});
+}
+
+TEST_F(ForwardingCallTest, WhatCameIsSentOnBeforeAnythingElseIsDone) {
+  begin(0);
+  begin(1);
+  const std::size_t all = ports_[0].commands.room();
+  line::Command command;
+  command.kind = line::CommandKind::bus_restart;
+  ports_[0].commands.push(command);
+  come(0, 0x185, {0x37, 0x12, 0x08});
+  std::size_t room_then = 0;
+  channels_[1]->on_write = [&] { room_then = ports_[0].commands.room(); };
+  runners_[0]->called();
+  runners_[0]->service(now_);
+  EXPECT_EQ(channels_[1]->sent.size(), 1U);
+  EXPECT_EQ(room_then, all - 1) << "the request was taken before";
+  EXPECT_EQ(channels_[0]->restarts, 1);
+}
+
+// What comes of time goes on in the same round, after what came of frames.
+TEST_F(ForwardingCallTest, WhatATimeOutChangesIsSentOnToo) {
+  begin(0);
+  begin(1);
+  come(0, 0x185, {0x37, 0x12, 0x08});
+  runners_[0]->service(now_);
+  channels_[1]->sent.clear();
+  now_ += 60ms;  // its deadline is 50 ms
+  runners_[0]->service(now_);
+  ASSERT_EQ(channels_[1]->sent.size(), 1U);
+  EXPECT_EQ(channels_[1]->sent[0].data[0], std::byte{0});
+  EXPECT_EQ(channels_[1]->sent[0].data[2], std::byte{0x08}) << "held";
+
+  come(0, 0x185, {0x38, 0x12, 0x08});
+  now_ += 60ms;  // and the thread was late
+  runners_[0]->service(now_);
+  ASSERT_EQ(channels_[1]->sent.size(), 3U);
+  EXPECT_EQ(channels_[1]->sent[1].data[0], std::byte{0x38});
+  EXPECT_EQ(channels_[1]->sent[2].data[0], std::byte{0});
+}
+
+TEST_F(ForwardingCallTest, ALineThatBeginsLaterTakesTheNewestValues) {
+  begin(0);
+  come(0, 0x185, {0x37, 0x12, 0x08});
+  runners_[0]->service(now_);
+  begin(1);
+  runners_[1]->service(now_);
+  come(0, 0x185, {0x38, 0x12, 0x08});
+  runners_[0]->service(now_);
+  ASSERT_EQ(channels_[1]->sent.size(), 1U);
+  EXPECT_EQ(channels_[1]->sent[0].data[0], std::byte{0x38});
+}
+
+TEST_F(ForwardingCallTest, WhatTheInterfaceDoesNotTakeIsSentWhenItDoes) {
+  begin(0);
+  begin(1);
+  channels_[1]->accepts = 0;
+  come(0, 0x185, {0x37, 0x12, 0x08});
+  runners_[0]->service(now_);
+  EXPECT_TRUE(channels_[1]->sent.empty());
+  channels_[1]->accepts = 10;
+  runners_[1]->service(now_);
+  EXPECT_EQ(channels_[1]->sent.size(), 1U);
+}
+
+// They would take the processor from it. Whatever is forwarded meanwhile, they wait only once.
+TEST_F(ForwardingCallTest, ImagesWaitAMomentForAnotherExecutor) {
+  link_->runner = nullptr;
+  exchange::Wakeup executor;
+  link_->taker = &executor;
+  begin(0);
+  begin(1);
+  auto& images = ports_[0].image(image::Direction::inputs);
+  while (images.fetch() != nullptr) {
+  }
+  const auto forward = [&](std::uint8_t value) {
+    come(0, 0x185, {value, 0x12, 0x08});
+    runners_[0]->service(now_);
+  };
+  now_ += 20ms;
+  forward(0x37);
+  EXPECT_EQ(images.fetch(), nullptr);
+  EXPECT_EQ(runners_[0]->next_wake(), now_ + 100us);
+  now_ += 60us;
+  forward(0x38);
+  EXPECT_EQ(images.fetch(), nullptr);
+  now_ += 38us;  // and 1 us each in come()
+  forward(0x39);
+  EXPECT_NE(images.fetch(), nullptr) << "held again";
+
+  now_ += 20ms;
+  forward(0x37);
+  EXPECT_EQ(images.fetch(), nullptr);
+  now_ += 100us;
+  runners_[0]->service(now_);
+  EXPECT_NE(images.fetch(), nullptr);
+}
+
+}  // namespace
+}  // namespace linegate::gateway

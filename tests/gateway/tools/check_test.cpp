@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/check.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+#include <yaml-cpp/yaml.h>
+
+#include "gateway/config/plant.h"
+#include "gateway/runtime/exit_code.h"
+
+namespace linegate::gateway {
+namespace {
+
+const std::string kDemo = LINEGATE_SOURCE_DIR "/deploy/plants/demo.yaml";
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(Check, SaysWhatWouldBeRun) {
+  const auto loaded = config::load(kDemo);
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(text, "gateway demo, DDS domain 0"));
+  EXPECT_TRUE(contains(text, "line press on simulated:"));
+  EXPECT_TRUE(contains(text, "node 5 ram: Servo drive")) << text;
+  EXPECT_TRUE(contains(text, "TPDO2 285h every SYNC: 6064:00/32 \"Position actual value\""));
+  EXPECT_TRUE(contains(text, "TPDO2 294h on event, inhibit 20ms, timer 100ms"));
+  EXPECT_TRUE(contains(text, "inputs: "));
+  EXPECT_TRUE(contains(text, "ram.Statusword"));
+  EXPECT_TRUE(contains(text, "output group 1 motion, sent on change: ram.Controlword"));
+  EXPECT_TRUE(contains(text, "write 6083:00 = 000007D0h"));
+}
+
+TEST(Check, SaysThatTheDdsGuardIsOff) {
+  auto loaded = config::load(kDemo);
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_FALSE(contains(describe(*loaded.value), "DDS guard"));
+  loaded.value->dds_guard = false;
+  EXPECT_TRUE(contains(describe(*loaded.value), "DDS guard off"));
+  EXPECT_FALSE(YAML::Load(to_json(loaded))["dds_guard"].as<bool>());
+}
+
+TEST(Check, SaysTheSameAsJson) {
+  const auto loaded = config::load(kDemo);
+  const YAML::Node json = YAML::Load(to_json(loaded));  // JSON is YAML
+  EXPECT_TRUE(json["ok"].as<bool>());
+  EXPECT_EQ(json["diagnostics"].size(), 0U);
+  EXPECT_EQ(json["gateway"].as<std::string>(), "demo");
+  ASSERT_EQ(json["lines"].size(), 3U);
+  const YAML::Node press = json["lines"][0];
+  EXPECT_EQ(press["name"].as<std::string>(), "press");
+  EXPECT_EQ(press["sync_ns"].as<std::int64_t>(), 10'000'000);
+  EXPECT_EQ(press["nodes"].size(), 4U);
+  EXPECT_EQ(press["nodes"][0]["tpdos"][1]["cob_id"].as<int>(), 0x285);
+  EXPECT_EQ(press["inputs_layout"]["entries"][0]["name"].as<std::string>(), "ram.Statusword");
+  EXPECT_EQ(press["groups"][0]["entries"].size(), 8U);
+}
+
+TEST(Check, SaysWhichDevicesALineIsAndWhatFollowsWhat) {
+  const auto loaded = config::load(LINEGATE_SOURCE_DIR "/deploy/plants/below-a-plc.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(text, "device with 2 devices, network-ID 2")) << text;
+  EXPECT_TRUE(contains(text, "device 10 panel: Generic I/O module (CiA 401) (profile 401)"));
+  EXPECT_TRUE(contains(text, "TPDO1 18Ah on event: 6000:01/8 \"Inputs 1\""));
+  EXPECT_TRUE(contains(text, "plc/drive.Statusword follows machine/ram.Statusword, held when"));
+  EXPECT_TRUE(contains(text, "machine/ram.Controlword follows plc/drive.Controlword, 0 when"));
+  const YAML::Node json = YAML::Load(to_json(loaded));
+  EXPECT_EQ(json["lines"][1]["devices"][0]["name"].as<std::string>(), "panel");
+  EXPECT_EQ(json["bindings"].size(), 6U);
+}
+
+TEST(Check, SaysThatTheOwnNodeObeysAnotherMaster) {
+  const auto loaded = config::read(R"(schema: 1
+lines:
+  - {name: a, interface: 'virtual:p', role: device, node_id: 20}
+  - {name: b, interface: 'virtual:q', role: device, node_id: 21, startup: {own_start: true}}
+)",
+                                   "x.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(text, "device with node-ID 20, network-ID 1")) << text;
+  EXPECT_TRUE(contains(text, "started by its master; nodes are observed"));
+  EXPECT_TRUE(contains(text, "started by itself; nodes are observed"));
+}
+
+// Of nodes that another master boots, in the role device and observer.
+std::string observed_node(const std::string& role) {
+  const auto loaded = config::read(
+      "schema: 1\n"
+      "lines:\n"
+      "  - name: a\n"
+      "    interface: 'virtual:p'\n"
+      "    role: " +
+          role + R"(
+    node_id: 20
+    sync: 10ms
+    nodes:
+      - {id: 5, name: io, eds: bridges/sim/eds/digital-io.eds, heartbeat: 200ms, mandatory: true, boot_timeout: 3s,
+         objects: {6206:1: 4}}
+)",
+      LINEGATE_SOURCE_DIR "/x.yaml");
+  EXPECT_TRUE(loaded.ok());
+  EXPECT_TRUE(YAML::Load(to_json(loaded))["lines"][0]["nodes"][0]["observed"].as<bool>());
+  return describe(*loaded.value);
+}
+
+TEST(Check, SaysOfTheSlaveModeWhatIsDoneAsMasterAlone) {
+  const std::string text = observed_node("device");
+  EXPECT_TRUE(contains(text, "  heartbeat off, SYNC 10ms, TIME off\n")) << text;
+  EXPECT_TRUE(
+      contains(text,
+               "  only when bit 0 of 1F80h makes it the NMT master: SDO time-out 500ms, reset "
+               "nodes true, start nodes true, nodes started one by one"))
+      << text;
+  EXPECT_TRUE(contains(text,
+                       "digital-io.eds)\n    heartbeat expected 200ms, consumer 2.5 x that\n"
+                       "    only when bit 0 of 1F80h makes it the NMT master: mandatory, boot "
+                       "within 3s, identity by"))
+      << text;
+  EXPECT_TRUE(
+      contains(text, "    only when bit 0 of 1F80h makes it the NMT master: write 6206:01 ="))
+      << text;
+}
+
+TEST(Check, SaysOfAManagerWhoseOwnValueMakesItASlaveThatItIsOne) {
+  const auto loaded = config::read(R"(schema: 1
+lines:
+  - {name: a, interface: 'virtual:p', own_values: {1F80:0: 4}}
+  - {name: b, interface: 'virtual:q', role: device, node_id: 21, own_values: {1F80:0: 1}}
+)",
+                                   "x.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(
+      text, "  manager, at the start device by its own value of 1F80:00, with node-ID 127"))
+      << text;
+  EXPECT_TRUE(contains(text, "  started by its master; nodes are observed")) << text;
+  EXPECT_TRUE(contains(text, "  start-up: own node by itself, nodes started one by one")) << text;
+  EXPECT_TRUE(
+      contains(text, "  device, at the start manager by its own value of 1F80:00, with node-ID 21"))
+      << text;
+  const YAML::Node json = YAML::Load(to_json(loaded));
+  EXPECT_EQ(json["lines"][0]["role"].as<std::string>(), "manager");
+  EXPECT_EQ(json["lines"][0]["role_at_start"].as<std::string>(), "device");
+  EXPECT_EQ(json["lines"][1]["role_at_start"].as<std::string>(), "manager");
+}
+
+TEST(Check, SaysNothingOfABootProcessOfAnObserver) {
+  const std::string text = observed_node("observer");
+  EXPECT_TRUE(contains(text, "  SYNC expected every 10ms\n")) << text;
+  EXPECT_TRUE(contains(text, "    heartbeat expected 200ms, consumer 2.5 x that\n")) << text;
+  for (const char* const none :
+       {"mandatory", "boot within", "booted", "reset", "write", "identity", "1F80h", "start"}) {
+    EXPECT_FALSE(contains(text, none)) << none << "\n" << text;
+  }
+}
+
+TEST(Check, SaysWhatTheBootProcessCompares) {
+  auto loaded = config::read(R"(schema: 1
+lines:
+  - {name: a, interface: 'virtual:p', nodes: [{id: 5, name: io, eds: bridges/sim/eds/digital-io.eds}]}
+)",
+                             LINEGATE_SOURCE_DIR "/x.yaml");
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_TRUE(
+      contains(describe(*loaded.value), "identity by device type, vendor, product, revision"));
+  od::DeviceDescription& device = loaded.value->lines[0].config.nodes[0].device;
+  for (od::ObjectDescription& object : device.objects) {
+    for (od::VariableDescription& variable : object.variables) {
+      if (object.index == 0x1018 && variable.sub == 1) {
+        std::ranges::fill(variable.value, std::byte{});
+      }
+    }
+  }
+  EXPECT_TRUE(contains(describe(*loaded.value), "identity by device type, product, revision"));
+}
+
+TEST(Check, SaysHowNetworksAreReachedAndWhoMayEnter) {
+  const auto loaded = config::read(R"(schema: 1
+routes: [{to: 10..19, via: hall:5}]
+lines:
+  - {name: press, interface: virtual:press, enter: [{from: hall, access: all}]}
+  - {name: hall, interface: virtual:hall}
+)",
+                                   "x.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(text, "network 1 over line press, cost 0\n")) << text;
+  EXPECT_TRUE(contains(text, "network 10..19 over line hall:5, cost 10\n"));
+  EXPECT_TRUE(contains(text, "entered from networks 2: SDO\n"));
+  EXPECT_TRUE(contains(text, "entered from no other network"));
+  const YAML::Node json = YAML::Load(to_json(loaded));
+  EXPECT_EQ(json["routes"][2]["line"].as<std::string>(), "hall");
+  EXPECT_EQ(json["routes"][2]["node"].as<int>(), 5);
+  EXPECT_EQ(json["lines"][0]["enter"][0]["services"].as<std::string>(), "SDO");
+}
+
+TEST(Check, SaysWhatTheOwnNodesEmcysCarry) {
+  const auto loaded = config::read(R"(schema: 1
+lines:
+  - {name: press, interface: virtual:press, emcy_bytes: temporary_and_sticky}
+  - {name: hall, interface: virtual:hall}
+  - {name: seen, interface: virtual:seen, role: observer}
+)",
+                                   "x.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(text, "  EMCY bytes: temporary_and_sticky\n")) << text;
+  EXPECT_TRUE(contains(text, "  EMCY bytes: number\n")) << text;
+  EXPECT_EQ(text.find("EMCY bytes", text.find("line seen")), std::string::npos)
+      << "an observer sends none";
+  const YAML::Node json = YAML::Load(to_json(loaded));
+  EXPECT_EQ(json["lines"][0]["emcy_bytes"].as<std::string>(), "temporary_and_sticky");
+  EXPECT_EQ(json["lines"][1]["emcy_bytes"].as<std::string>(), "number");
+}
+
+TEST(Check, TellsOwnObjectsAndTheirPlaces) {
+  const auto loaded = config::read(R"(schema: 1
+lines:
+  - name: press
+    interface: virtual:press
+    own_objects:
+      2100:1: {name: Recipe, type: u16, access: rww, map: true, image: true}
+      2100:2: {name: Note, type: vs}
+    own_pdos: {rpdo40: {cob_id: 0x3AA, map: ["2100:1"]}}
+)",
+                                   "x.yaml");
+  ASSERT_TRUE(loaded.ok());
+  const std::string text = describe(*loaded.value);
+  EXPECT_TRUE(contains(text, "  own object 2100:01 Recipe: UNSIGNED16, for PDOs, in the image\n"))
+      << text;
+  EXPECT_TRUE(contains(text, "  own object 2100:02 Note: VISIBLE_STRING\n")) << text;
+  EXPECT_TRUE(contains(text, "own.Recipe")) << text;
+}
+
+TEST(Check, SaysThatALineTakesItsNodesFromAScan) {
+  const std::string head = "schema: 1\nlines:\n  - {name: a, interface: 'simulated:', auto: ";
+  const auto bare = config::read(head + "true}\n", LINEGATE_SOURCE_DIR "/plant.yaml");
+  ASSERT_TRUE(bare.ok());
+  EXPECT_TRUE(contains(describe(*bare.value),
+                       "nodes: what a scan finds at the start; nothing is written to them\n"));
+  const auto more = config::read(head + "{at_start: false, set_up: true, eds: bridges/sim/eds}}\n",
+                                 LINEGATE_SOURCE_DIR "/plant.yaml");
+  ASSERT_TRUE(more.ok());
+  EXPECT_TRUE(contains(describe(*more.value),
+                       "nodes: what a scan finds; what is missing is set up, heartbeat 500ms; "
+                       "device files in " LINEGATE_SOURCE_DIR "/bridges/sim/eds\n"));
+}
+
+TEST(Check, PutsFindingsIntoTheJson) {
+  const auto loaded = config::read("schema: 1\nlines: 3\n", "x.yaml");
+  const YAML::Node json = YAML::Load(to_json(loaded));
+  EXPECT_FALSE(json["ok"].as<bool>());
+  ASSERT_EQ(json["diagnostics"].size(), 1U);
+  EXPECT_EQ(json["diagnostics"][0]["line"].as<int>(), 2);
+  EXPECT_EQ(json["diagnostics"][0]["text"].as<std::string>(), "lines is a list, not \"3\"");
+}
+
+TEST(Check, FindsWhatIsWrongWithTheDdsProfiles) {
+  namespace fs = std::filesystem;
+  const fs::path folder =
+      fs::path(testing::TempDir()) / ("check-profiles-" + std::to_string(::getpid()));
+  fs::create_directory(folder);
+  std::ofstream(folder / "bad.xml") << "<dds>\n<profiles>\n</dds>\n";
+  std::ofstream(folder / "plant.yaml")
+      << "schema: 1\ndds: {profile: bad.xml}\nlines:\n  - {name: a, interface: 'simulated:'}\n";
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(check((folder / "plant.yaml").string(), false), kExitUsage);
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_TRUE(contains(said, "bad.xml:3:")) << said;
+  EXPECT_TRUE(contains(said, "error: not a usable file of DDS profiles: ")) << said;
+  fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace linegate::gateway
