@@ -48,9 +48,9 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
     return loaded;
   }
   gateway->publisher_ = std::make_unique<Publisher>(*gateway->bridge_, gateway->hosts_);
-  gateway->intake_ =
-      std::make_unique<Intake>(*gateway->bridge_, gateway->hosts_, gateway->publisher_->refusals(),
-                               gateway->publisher_->wakeup(), versions());
+  gateway->requests_ = std::make_unique<RequestReceiver>(*gateway->bridge_, gateway->hosts_,
+                                                         gateway->publisher_->refusals(),
+                                                         gateway->publisher_->wakeup(), versions());
   append(loaded.diagnostics, gateway->take_in(std::move(lines), plant));
   if (!has_errors(loaded.diagnostics)) {
     gateway->info_.version = LINEGATE_VERSION;
@@ -149,7 +149,7 @@ std::vector<Diagnostic> Gateway::take_in(std::vector<NewLine> lines, const confi
   bind_ends(known, started);
   join_routes(started);
   publisher_->set_lines(hosts_);
-  intake_->set_lines(hosts_);
+  requests_->set_lines(hosts_);
   return diagnostics;
 }
 
@@ -229,7 +229,7 @@ std::vector<NodeStorage> Gateway::storage_for(const LineHost& host,
     diagnostics.push_back(*problem);
   }
   const auto add = [&](std::uint8_t device, const std::string& path) {
-    out.push_back({device, &keeper_.add(path, host.executor->wakeup())});
+    out.push_back({device, &storage_.add(path, host.executor->wakeup())});
   };
   if (config.devices.empty()) {
     add(0, parameter_path(folder, host.name(), config.node_id));
@@ -283,7 +283,7 @@ std::unique_ptr<can_bridge::Channel> Gateway::channel_for(LineHost& host) {
 // Those that run already go on.
 void Gateway::start() {
   publisher_->start();
-  keeper_.start();
+  storage_.start();
   recorder_.start();
   if (devices_ != nullptr) {
     devices_->start();
@@ -292,12 +292,12 @@ void Gateway::start() {
   for (auto& [name, executor] : executors_) {
     executor->start();
   }
-  intake_->start();
+  requests_->start();
 }
 
 void Gateway::stop() {
-  if (intake_ != nullptr) {
-    intake_->stop();
+  if (requests_ != nullptr) {
+    requests_->stop();
   }
   for (auto& [name, executor] : executors_) {
     executor->request_stop();
@@ -305,7 +305,7 @@ void Gateway::stop() {
   for (auto& [name, executor] : executors_) {
     executor->join();
   }
-  keeper_.stop();
+  storage_.stop();
   recorder_.stop();
   if (devices_ != nullptr) {
     devices_->request_stop();
@@ -354,12 +354,12 @@ void Gateway::change(const std::vector<std::string>& go, const std::vector<std::
                      std::vector<NewLine> lines, const config::Plant& wanted,
                      std::vector<Diagnostic>& diagnostics,
                      const std::vector<std::string>& rerouted) {
-  intake_->stop();
+  requests_->stop();
   unbind_ends(go, false);
   stop_lines(go);
   unbind_ends(go, true);
   publisher_->stop();
-  keeper_.stop();
+  storage_.stop();
   recorder_.stop();
   forget_lines(go);
   set_routes(rerouted, wanted);
@@ -407,7 +407,7 @@ void Gateway::take_scan(const std::string& name, const TakenScan& scan,
     plant = plant_with(present);
     lines = make_lines(plant, {name}, diagnostics);
   }
-  intake_->stop();
+  requests_->stop();
   for (const NewLine& made : lines) {
     hand_on_commands(host(name), *made.host);
   }
@@ -421,7 +421,7 @@ void Gateway::hand_on_commands(LineHost& from, LineHost& to) {
   from.executor->visit([&] {
     for (line::Command command; from.port.commands.pop(command);) {
       if (!same_outputs && is_of_outputs(command.kind)) {
-        intake_->refuse(command.tag, line::Refusal::stale_layout);
+        requests_->refuse(command.tag, line::Refusal::stale_layout);
       } else {
         to.port.commands.push(command);
       }
@@ -473,7 +473,7 @@ void Gateway::forget_lines(const std::vector<std::string>& names) {
   for (const std::string& name : names) {
     const LineHost& gone = host(name);
     for (const NodeStorage& storage : gone.storage) {
-      keeper_.remove(*storage.file);
+      storage_.remove(*storage.file);
     }
     if (gone.recording != nullptr) {
       recorder_.remove(*gone.recording);
@@ -504,7 +504,7 @@ std::vector<WatchedThread> Gateway::threads() {
     watch(devices_.get());
   }
   out.push_back({"publisher", &publisher_->rounds(), [this] { publisher_->wakeup().signal(); }});
-  out.push_back({"intake", &intake_->rounds(), [this] { intake_->wake(); }});
+  out.push_back({"requests", &requests_->rounds(), [this] { requests_->wake(); }});
   return out;
 }
 

@@ -14,15 +14,15 @@
 #include "gateway/config/plant.h"
 #include "gateway/process/progress_watch.h"
 #include "gateway/process/status_text.h"
-#include "gateway/publish/intake.h"
 #include "gateway/publish/publisher.h"
+#include "gateway/publish/request_receiver.h"
 #include "gateway/runtime/binder.h"
 #include "gateway/runtime/executor.h"
 #include "gateway/runtime/line_host.h"
 #include "gateway/runtime/line_runner.h"
-#include "gateway/runtime/parameter_keeper.h"
 #include "gateway/runtime/recorder.h"
 #include "gateway/runtime/route_links.h"
+#include "gateway/runtime/storage_thread.h"
 #include "stack/base/diagnostic.h"
 #include "stack/line/line.h"
 
@@ -133,11 +133,11 @@ class Gateway {
   std::vector<std::unique_ptr<BoundLink>> links_;
   std::vector<std::unique_ptr<RouteLink>> route_links_;
   std::unique_ptr<Publisher> publisher_;
-  ParameterKeeper keeper_;
+  StorageThread storage_;
   Recorder recorder_;
   std::vector<NamedExecutor> executors_;
   std::unique_ptr<Executor> devices_;
-  std::unique_ptr<Intake> intake_;
+  std::unique_ptr<RequestReceiver> requests_;
   dds::GatewayInfo info_;
   config::PlantIdentity identity_;                    // of the configuration that runs
   std::vector<config::ExecutorPlan> executor_plans_;  // likewise

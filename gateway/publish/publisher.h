@@ -38,7 +38,7 @@ class Publisher {
   exchange::Wakeup& wakeup() { return wakeup_; }
   // Grows while it gets on, with one sample or with none to publish.
   const exchange::Counter& rounds() const { return rounds_; }
-  // Replies that come from the intake and not from a line.
+  // Replies of the request receiver, not of a line.
   exchange::Ring<line::Reply>& refusals() { return refusals_; }
 
   // By main alone: what happened to the gateway itself. Without room it is dropped.

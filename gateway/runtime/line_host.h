@@ -8,9 +8,9 @@
 #include "gateway/config/plant.h"
 #include "gateway/runtime/executor.h"
 #include "gateway/runtime/line_port.h"
-#include "gateway/runtime/parameter_keeper.h"
 #include "gateway/runtime/recorder.h"
 #include "gateway/runtime/runner.h"
+#include "gateway/runtime/storage_thread.h"
 #include "stack/image/layout.h"
 
 namespace linegate::gateway {
@@ -23,7 +23,7 @@ struct LineHost {
         layouts{std::move(input_layout), std::move(output_layout)},
         port(room_for_receptions(plan.config)) {}
 
-  // The main thread changes the routes while publisher and intake stand still.
+  // The main thread changes the routes while publisher and request receiver are stopped.
   config::LinePlan plan;
   const std::array<image::Layout, 2> layouts;  // by image::Direction
   LinePort port;

@@ -88,7 +88,7 @@ struct LinePort {
   // Executor to main thread.
   exchange::Ring<TakenScan> scans{4};
 
-  // Intake to executor. A full ring is answered with Refusal::busy, or counted.
+  // Request receiver to executor. A full ring is answered with Refusal::busy, or counted.
   exchange::Ring<line::Command> commands{256};
   exchange::Ring<line::OutputWrite> outputs{256};
   exchange::Ring<Event> notices{256};  // what the line shall report: refusals

@@ -216,7 +216,7 @@ void LineRunner::bus_event(const can::BusEvent& event, Instant now) {
 
 void LineRunner::take_storage_results() {
   for (const NodeStorage& storage : storage_) {
-    if (const auto good = storage.file->take_result()) {
+    if (const auto good = storage.file->pop_result()) {
       line_->medium_done(*good, storage.device);
     }
   }

@@ -12,9 +12,9 @@
 #include "gateway/runtime/clock.h"
 #include "gateway/runtime/frame_pump.h"
 #include "gateway/runtime/line_port.h"
-#include "gateway/runtime/parameter_keeper.h"
 #include "gateway/runtime/route_links.h"
 #include "gateway/runtime/runner.h"
+#include "gateway/runtime/storage_thread.h"
 #include "stack/line/line.h"
 
 namespace linegate::gateway {

@@ -129,7 +129,7 @@ def run(manager, process):
     if status not in before:
         manager.until(lambda message: message == status, "the state of the lines")
     manager.until(lambda message: message == "WATCHDOG=1", "a sign of life")
-    for name in ("exec press", "publisher", "intake"):
+    for name in ("exec press", "publisher", "requests"):
         check_stuck(manager, process, name)
     process.send_signal(signal.SIGHUP)
     manager.until(lambda message: message.startswith("RELOADING=1\nMONOTONIC_USEC="), "RELOADING=1")

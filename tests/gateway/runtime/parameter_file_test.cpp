@@ -18,7 +18,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "gateway/runtime/parameter_keeper.h"
+#include "gateway/runtime/storage_thread.h"
 #include "stack/storage/image.h"
 
 namespace linegate::gateway {
@@ -333,11 +333,11 @@ TEST_F(ParameterFolder, NamesOfFilesAndFolders) {
 
 // --- the thread that waits for the disk ----------------------------------------------------------
 
-// Waits until the keeper has woken the line.
-bool result_of(KeptFile& file, exchange::Wakeup& line) {
+// Waits until the storage thread has woken the line.
+bool result_of(StoredParameters& file, exchange::Wakeup& line) {
   for (;;) {
     line.clear();
-    if (const auto result = file.take_result()) {
+    if (const auto result = file.pop_result()) {
       return *result;
     }
     pollfd waiting{line.descriptor(), POLLIN, 0};
@@ -347,22 +347,22 @@ bool result_of(KeptFile& file, exchange::Wakeup& line) {
 
 TEST_F(ParameterFolder, TheKeeperTellsWhenAFileHasIt) {
   exchange::Wakeup line;
-  ParameterKeeper keeper;
-  KeptFile& file = keeper.add(path, line);
-  KeptFile& nowhere = keeper.add(folder + "/nowhere/file", line);
+  StorageThread thread;
+  StoredParameters& file = thread.add(path, line);
+  StoredParameters& nowhere = thread.add(folder + "/nowhere/file", line);
   EXPECT_TRUE(file.slow());
   EXPECT_TRUE(file.keep(contents(1)));
   EXPECT_FALSE(file.keep(contents(2))) << "one at a time";
-  EXPECT_EQ(file.take_result(), std::nullopt);
-  keeper.start();
+  EXPECT_EQ(file.pop_result(), std::nullopt);
+  thread.start();
   EXPECT_TRUE(result_of(file, line));
   EXPECT_EQ(read(), contents(1));
   EXPECT_TRUE(nowhere.keep(contents(3)));
   EXPECT_FALSE(result_of(nowhere, line));
   EXPECT_TRUE(file.keep(contents(2)));
-  keeper.stop();
+  thread.stop();
   EXPECT_EQ(read(), contents(2)) << "what was given before the end is kept";
-  EXPECT_EQ(file.take_result(), true);
+  EXPECT_EQ(file.pop_result(), true);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the intake says of requests that are refused, however many and with whatever names.
-#include "gateway/publish/intake.h"
+// What the request receiver reports of requests that are refused, however many and with whatever
+// names.
+#include "gateway/publish/request_receiver.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -16,21 +17,21 @@
 namespace linegate::gateway {
 namespace {
 
-class IntakeTest : public testing::Test {
+class RequestReceiverTest : public testing::Test {
  protected:
-  IntakeTest() {
+  RequestReceiverTest() {
     config::LinePlan plan;
     plan.config.name = "press";
     hosts.push_back(std::make_unique<LineHost>(plan, image::Layout{}, image::Layout{}));
     hosts[0]->executor = &executor;
-    intake = std::make_unique<Intake>(*bridge, hosts, refusals, publisher, "");
+    receiver = std::make_unique<RequestReceiver>(*bridge, hosts, refusals, publisher, "");
     spdlog::default_logger()->set_level(spdlog::level::debug);
   }
 
   bool was_logged(const std::string& text) { return std::ranges::count(log.lines(), text) == 1; }
 
   std::unique_ptr<dds::GatewayBridge> bridge =
-      *dds::GatewayBridge::make({.gateway = "intake",
+      *dds::GatewayBridge::make({.gateway = "requests",
                                  .domain = static_cast<std::uint32_t>(test::own_domain()),
                                  .profile_file = LOOPBACK_PROFILES,
                                  .lines = {}})
@@ -40,22 +41,22 @@ class IntakeTest : public testing::Test {
   exchange::Ring<line::Reply> refusals{4};
   exchange::Wakeup publisher;
   std::vector<std::unique_ptr<LineHost>> hosts;
-  std::unique_ptr<Intake> intake;
+  std::unique_ptr<RequestReceiver> receiver;
 };
 
-TEST_F(IntakeTest, NamesOfStrangersDoNotSteerTheLog) {
-  intake->on_command_refused("pre\nss", "\x1b[2Jme", 1, line::Refusal::bad_request, "why");
+TEST_F(RequestReceiverTest, NamesOfStrangersDoNotSteerTheLog) {
+  receiver->on_command_refused("pre\nss", "\x1b[2Jme", 1, line::Refusal::bad_request, "why");
   EXPECT_TRUE(was_logged("debug pre.ss: command of .[2Jme refused: why"));
-  intake->on_output_refused("pre\x1bss", 1, line::OutputRefusal::not_permitted, "why");
+  receiver->on_output_refused("pre\x1bss", 1, line::OutputRefusal::not_permitted, "why");
   EXPECT_TRUE(was_logged("debug pre.ss: outputs of group 1 refused: why"));
 }
 
 // Each time another group, so that no reason is the one before.
-TEST_F(IntakeTest, WhatALineIsToldOfStrangersIsBoundedAndTheRestCounted) {
+TEST_F(RequestReceiverTest, WhatALineIsToldOfStrangersIsBoundedAndTheRestCounted) {
   constexpr unsigned kMany = 200;
   for (unsigned group = 0; group < kMany; ++group) {
-    intake->on_output_refused("press", static_cast<std::uint16_t>(group),
-                              line::OutputRefusal::not_permitted, "why");
+    receiver->on_output_refused("press", static_cast<std::uint16_t>(group),
+                                line::OutputRefusal::not_permitted, "why");
   }
   unsigned told = 0;
   for (Event event; hosts[0]->port.notices.pop(event); ++told) {
@@ -65,7 +66,7 @@ TEST_F(IntakeTest, WhatALineIsToldOfStrangersIsBoundedAndTheRestCounted) {
   // On a machine that stands still for a second it may be more than one second's.
   EXPECT_GE(told, NoticeLimit::kReasons);
   EXPECT_EQ(hosts[0]->port.requests_lost.value(), 0U);
-  intake->stop();
+  receiver->stop();
   if (told < kMany) {
     EXPECT_TRUE(was_logged("warning press: " + std::to_string(kMany - told) +
                            " refusals more are no events of the line, too many came at once"));

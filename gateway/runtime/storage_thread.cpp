@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/runtime/parameter_keeper.h"
+#include "gateway/runtime/storage_thread.h"
 
 #include <utility>
 
@@ -8,21 +8,21 @@
 
 namespace linegate::gateway {
 
-KeptFile::KeptFile(std::string path, exchange::Wakeup& keeper, exchange::Wakeup& line,
-                   FileCalls& calls)
-    : file_(std::move(path), calls), keeper_(keeper), line_(line) {
+StoredParameters::StoredParameters(std::string path, exchange::Wakeup& storage,
+                                   exchange::Wakeup& line, FileCalls& calls)
+    : file_(std::move(path), calls), storage_(storage), line_(line) {
 }
 
-bool KeptFile::keep(std::span<const std::byte> image) {
+bool StoredParameters::keep(std::span<const std::byte> image) {
   if (busy_ || !images_.push(std::vector<std::byte>(image.begin(), image.end()))) {
     return false;
   }
   busy_ = true;
-  keeper_.signal();
+  storage_.signal();
   return true;
 }
 
-std::optional<bool> KeptFile::take_result() {
+std::optional<bool> StoredParameters::pop_result() {
   char good = 0;
   if (!busy_ || !results_.pop(good)) {
     return std::nullopt;
@@ -31,7 +31,7 @@ std::optional<bool> KeptFile::take_result() {
   return good != 0;
 }
 
-void KeptFile::work() {
+void StoredParameters::write_pending() {
   for (std::vector<std::byte> image; images_.pop(image);) {
     (void)results_.push(
         static_cast<char>(file_.keep(image)));  // there is room: one is given at a time
@@ -39,23 +39,24 @@ void KeptFile::work() {
   }
 }
 
-KeptFile& ParameterKeeper::add(const std::string& path, exchange::Wakeup& line, FileCalls& calls) {
-  files_.push_back(std::make_unique<KeptFile>(path, wakeup_, line, calls));
+StoredParameters& StorageThread::add(const std::string& path, exchange::Wakeup& line,
+                                     FileCalls& calls) {
+  files_.push_back(std::make_unique<StoredParameters>(path, wakeup_, line, calls));
   return *files_.back();
 }
 
-void ParameterKeeper::remove(const KeptFile& file) {
+void StorageThread::remove(const StoredParameters& file) {
   std::erase_if(files_, [&](const auto& other) { return other.get() == &file; });
 }
 
-void ParameterKeeper::start() {
+void StorageThread::start() {
   stop_.lower();
   if (!files_.empty()) {
     thread_ = std::thread([this] { run(); });
   }
 }
 
-void ParameterKeeper::stop() {
+void StorageThread::stop() {
   stop_.raise();
   wakeup_.signal();
   if (thread_.joinable()) {
@@ -63,13 +64,13 @@ void ParameterKeeper::stop() {
   }
 }
 
-void ParameterKeeper::run() {
+void StorageThread::run() {
   pthread_setname_np(pthread_self(), "parameters");
   for (;;) {
     wakeup_.clear();
     const bool last = stop_.raised();
     for (const auto& file : files_) {
-      file->work();
+      file->write_pending();
     }
     if (last) {
       return;

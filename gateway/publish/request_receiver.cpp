@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/publish/intake.h"
+#include "gateway/publish/request_receiver.h"
 
 #include <algorithm>
 #include <utility>
@@ -27,9 +27,10 @@ void warn_of_held_back(std::string_view line, std::uint64_t notices) {
 
 }  // namespace
 
-Intake::Intake(dds::GatewayBridge& bridge, std::span<const std::unique_ptr<LineHost>> lines,
-               exchange::Ring<line::Reply>& refusals, exchange::Wakeup& publisher,
-               std::string versions)
+RequestReceiver::RequestReceiver(dds::GatewayBridge& bridge,
+                                 std::span<const std::unique_ptr<LineHost>> lines,
+                                 exchange::Ring<line::Reply>& refusals, exchange::Wakeup& publisher,
+                                 std::string versions)
     : bridge_(bridge),
       lines_(lines),
       refusals_(refusals),
@@ -37,21 +38,21 @@ Intake::Intake(dds::GatewayBridge& bridge, std::span<const std::unique_ptr<LineH
       versions_(std::move(versions)) {
 }
 
-Intake::~Intake() {
+RequestReceiver::~RequestReceiver() {
   stop();
 }
 
-void Intake::set_lines(std::span<const std::unique_ptr<LineHost>> lines) {
+void RequestReceiver::set_lines(std::span<const std::unique_ptr<LineHost>> lines) {
   lines_ = lines;
   notices_.clear();
 }
 
-void Intake::start() {
+void RequestReceiver::start() {
   stop_.lower();
   thread_ = std::thread([this] { run(); });
 }
 
-void Intake::stop() {
+void RequestReceiver::stop() {
   stop_.raise();
   if (thread_.joinable()) {
     bridge_.wake();
@@ -62,8 +63,8 @@ void Intake::stop() {
   }
 }
 
-void Intake::run() {
-  pthread_setname_np(pthread_self(), "intake");
+void RequestReceiver::run() {
+  pthread_setname_np(pthread_self(), "requests");
   while (!stop_.raised()) {
     bridge_.poll(waiting_.empty() ? kPoll : kPollWhileWaiting, *this);
     flush();
@@ -74,7 +75,7 @@ void Intake::run() {
   }
 }
 
-LineHost* Intake::find(std::string_view line) const {
+LineHost* RequestReceiver::find(std::string_view line) const {
   for (const auto& host : lines_) {
     if (host->name() == line) {
       return host.get();
@@ -83,7 +84,7 @@ LineHost* Intake::find(std::string_view line) const {
   return nullptr;
 }
 
-bool Intake::crosses(const LineHost& host, const line::Command& command) const {
+bool RequestReceiver::crosses(const LineHost& host, const line::Command& command) const {
   if (command.kind != line::CommandKind::network_read &&
       command.kind != line::CommandKind::network_write) {
     return true;
@@ -98,7 +99,8 @@ bool Intake::crosses(const LineHost& host, const line::Command& command) const {
   });
 }
 
-line::Refusal Intake::judge(const LineHost& host, const dds::CommandMessage& message) const {
+line::Refusal RequestReceiver::judge(const LineHost& host,
+                                     const dds::CommandMessage& message) const {
   const line::Command& command = message.command;
   if (!permitted(command, host.plan.commands, host.plan.outputs)) {
     return line::Refusal::not_permitted;
@@ -113,7 +115,7 @@ line::Refusal Intake::judge(const LineHost& host, const dds::CommandMessage& mes
   return line::Refusal::none;
 }
 
-void Intake::on_command(dds::CommandMessage message) {
+void RequestReceiver::on_command(dds::CommandMessage message) {
   line::Reply reply;
   reply.tag = message.command.tag;
   if (message.command.kind == line::CommandKind::versions) {
@@ -140,7 +142,7 @@ void Intake::on_command(dds::CommandMessage message) {
   answer(std::move(reply));
 }
 
-void Intake::on_output_write(dds::OutputMessage message) {
+void RequestReceiver::on_output_write(dds::OutputMessage message) {
   LineHost* host = find(message.line);
   if (host == nullptr) {
     tell_unknown_line(message.line);
@@ -157,8 +159,8 @@ void Intake::on_output_write(dds::OutputMessage message) {
   host->executor->wakeup().signal();
 }
 
-void Intake::on_output_refused(std::string_view line, std::uint16_t group,
-                               line::OutputRefusal refusal, std::string_view why) {
+void RequestReceiver::on_output_refused(std::string_view line, std::uint16_t group,
+                                        line::OutputRefusal refusal, std::string_view why) {
   spdlog::debug("{}: outputs of group {} refused: {}", printable(line), group, why);
   if (LineHost* host = find(line)) {
     refuse_output(*host, group, refusal);
@@ -167,15 +169,16 @@ void Intake::on_output_refused(std::string_view line, std::uint16_t group,
   }
 }
 
-void Intake::on_command_refused(std::string_view line, std::string_view client, std::uint8_t kind,
-                                line::Refusal refusal, std::string_view why) {
+void RequestReceiver::on_command_refused(std::string_view line, std::string_view client,
+                                         std::uint8_t kind, line::Refusal refusal,
+                                         std::string_view why) {
   spdlog::debug("{}: command of {} refused: {}", printable(line), printable(client), why);
   if (LineHost* host = find(line)) {
     notice(*host, EventKind::command_refused, static_cast<std::uint32_t>(refusal), kind);
   }
 }
 
-void Intake::on_unreadable(std::uint64_t samples) {
+void RequestReceiver::on_unreadable(std::uint64_t samples) {
   unreadable_ += samples;
   const Instant now = monotonic_now();
   if (now - unreadable_told_ < kNoticePeriod) {
@@ -185,7 +188,7 @@ void Intake::on_unreadable(std::uint64_t samples) {
   spdlog::warn("{} damaged samples were received and dropped", std::exchange(unreadable_, 0));
 }
 
-void Intake::on_misfit(std::string_view topic, std::string_view policy) {
+void RequestReceiver::on_misfit(std::string_view topic, std::string_view policy) {
   const Instant now = monotonic_now();
   if (now - misfit_told_ < kNoticePeriod) {
     return;
@@ -196,7 +199,7 @@ void Intake::on_misfit(std::string_view topic, std::string_view policy) {
 }
 
 // There is no line whose event it could be.
-void Intake::tell_unknown_line(std::string_view line) {
+void RequestReceiver::tell_unknown_line(std::string_view line) {
   ++unknown_lines_;
   const Instant now = monotonic_now();
   if (now - unknown_lines_told_ < kNoticePeriod) {
@@ -207,7 +210,7 @@ void Intake::tell_unknown_line(std::string_view line) {
                std::exchange(unknown_lines_, 0), printable(line));
 }
 
-void Intake::look_for_namesakes() {
+void RequestReceiver::look_for_namesakes() {
   const std::size_t others = bridge_.namesakes();
   if (others == std::exchange(namesakes_, others)) {
     return;
@@ -222,23 +225,25 @@ void Intake::look_for_namesakes() {
   }
 }
 
-void Intake::report_guard() {
+void RequestReceiver::report_guard() {
   for (const std::string& sentence : guard_.update(bridge_.guard_counters(), monotonic_now()))
     spdlog::warn("{}", sentence);
 }
 
-void Intake::tell_held_back() {
+void RequestReceiver::tell_held_back() {
   const Instant now = monotonic_now();
   for (auto& [line, limit] : notices_) {
     warn_of_held_back(line, limit.take_held(now));
   }
 }
 
-void Intake::refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal) {
+void RequestReceiver::refuse_output(LineHost& host, std::uint16_t group,
+                                    line::OutputRefusal refusal) {
   notice(host, EventKind::output_refused, static_cast<std::uint32_t>(refusal), group);
 }
 
-void Intake::notice(LineHost& host, EventKind kind, std::uint32_t code, std::uint32_t value) {
+void RequestReceiver::notice(LineHost& host, EventKind kind, std::uint32_t code,
+                             std::uint32_t value) {
   if (!notices_[host.name()].admit(kind, code, value, monotonic_now())) {
     return;
   }
@@ -252,19 +257,19 @@ void Intake::notice(LineHost& host, EventKind kind, std::uint32_t code, std::uin
   host.executor->wakeup().signal();
 }
 
-void Intake::refuse(std::uint64_t tag, line::Refusal refusal) {
+void RequestReceiver::refuse(std::uint64_t tag, line::Refusal refusal) {
   line::Reply reply;
   reply.tag = tag;
   reply.error = line::to_error(refusal);
   answer(std::move(reply));
 }
 
-void Intake::answer(line::Reply reply) {
+void RequestReceiver::answer(line::Reply reply) {
   waiting_.push_back(std::move(reply));
   flush();
 }
 
-void Intake::flush() {
+void RequestReceiver::flush() {
   bool moved = false;
   while (!waiting_.empty() && refusals_.push(waiting_.front())) {
     waiting_.pop_front();

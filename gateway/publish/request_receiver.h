@@ -20,14 +20,15 @@
 
 namespace linegate::gateway {
 
-class Intake final : public dds::GatewayHandler {
+class RequestReceiver final : public dds::GatewayHandler {
  public:
-  // versions: the answer to CommandKind::versions. All must outlive the intake.
-  Intake(dds::GatewayBridge& bridge, std::span<const std::unique_ptr<LineHost>> lines,
-         exchange::Ring<line::Reply>& refusals, exchange::Wakeup& publisher, std::string versions);
-  ~Intake() override;
-  Intake(const Intake&) = delete;
-  Intake& operator=(const Intake&) = delete;
+  // versions: the answer to CommandKind::versions. All must outlive this.
+  RequestReceiver(dds::GatewayBridge& bridge, std::span<const std::unique_ptr<LineHost>> lines,
+                  exchange::Ring<line::Reply>& refusals, exchange::Wakeup& publisher,
+                  std::string versions);
+  ~RequestReceiver() override;
+  RequestReceiver(const RequestReceiver&) = delete;
+  RequestReceiver& operator=(const RequestReceiver&) = delete;
 
   // May be started again after stop().
   void start();
