@@ -29,7 +29,6 @@
 #include "bridges/console/names.h"
 #include "bridges/console/program.h"
 #include "bridges/console/scan.h"
-#include "bridges/dds/library_log.h"
 #include "gateway/cli/data_commands.h"
 #include "gateway/cli/file_commands.h"
 #include "gateway/cli/lss_options.h"
@@ -39,6 +38,7 @@
 #include "gateway/cli/unknown_command.h"
 #include "gateway/cli/usage_error.h"
 #include "gateway/config/whole_file.h"
+#include "gateway/publish/dds_edge.h"
 #include "gateway/publish/foreign_text.h"
 #include "gateway/runtime/exit_code.h"
 #include "gateway/runtime/signals.h"
@@ -57,16 +57,10 @@ struct Options {
   bool verbose = false;
 };
 
-// What Fast DDS itself has to say would get in the way of a picture, and of what a script reads.
-void set_up_library_log(bool verbose) {
-  if (!verbose) {
-    dds::set_library_log({});
-    return;
-  }
-  dds::set_library_log([](Severity severity, std::string_view text) {
-    std::cerr << "Fast DDS: " << (severity == Severity::error ? "error: " : "warning: ")
-              << printable(text) << '\n';
-  });
+// Messages of Fast DDS, which would disturb the screen and the output that a script reads.
+void print_library_message(Severity severity, std::string_view text) {
+  std::cerr << "Fast DDS: " << (severity == Severity::error ? "error: " : "warning: ")
+            << printable(text) << '\n';
 }
 
 Duration seconds(double value) {
@@ -92,18 +86,16 @@ struct Topics {
 
 int with_client(const Options& options, const Topics& topics,
                 const std::function<int(console::Context&)>& action) {
-  dds::ClientOptions client_options;
-  client_options.domain = options.domain;
-  client_options.profile_file = options.profile;
-  client_options.layouts = topics.layouts;
-  client_options.images = topics.images;
-  client_options.output_states = topics.images;
-  client_options.pdos = false;
-  client_options.events = topics.events;
-  client_options.commands = topics.commands;
-  client_options.outputs = topics.outputs;
-  set_up_library_log(options.verbose);
-  auto made = dds::Client::make(client_options);
+  const DdsLibraryLog library_log(options.verbose
+                                      ? std::function(print_library_message)
+                                      : std::function<void(Severity, std::string_view)>());
+  auto made = make_remote_client({.domain = options.domain,
+                                  .profile = options.profile,
+                                  .images = topics.images,
+                                  .layouts = topics.layouts,
+                                  .events = topics.events,
+                                  .commands = topics.commands,
+                                  .outputs = topics.outputs});
   KeptStream out(std::cout);
   KeptStream err(std::cerr);
   for (const Diagnostic& diagnostic : made.diagnostics) {
@@ -113,8 +105,7 @@ int with_client(const Options& options, const Topics& topics,
     options.json ? print_failure(std::cout, err.text()) : void();
     return kExitFailed;
   }
-  RemoteClient client(*std::move(made.value));
-  console::Context context{.client = client,
+  console::Context context{.client = **made.value,
                            .out = out,
                            .err = err,
                            .json = options.json,

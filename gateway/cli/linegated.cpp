@@ -11,11 +11,12 @@
 #include <CLI/CLI.hpp>
 #include <spdlog/spdlog.h>
 
-#include "bridges/dds/profiles.h"
 #include "gateway/config/hints.h"
 #include "gateway/process/gateway.h"
 #include "gateway/process/service.h"
+#include "gateway/publish/dds_edge.h"
 #include "gateway/publish/library_logger.h"
+#include "gateway/runtime/clock.h"
 #include "gateway/runtime/exit_code.h"
 #include "gateway/runtime/log.h"
 #include "gateway/runtime/signals.h"
@@ -120,7 +121,7 @@ int start(const Arguments& arguments) {
   }
   auto loaded = load(arguments);
   if (loaded.value) {
-    const auto found = dds::check_profiles(loaded.value->dds_profile);
+    const auto found = check_dds_profiles(loaded.value->dds_profile);
     loaded.diagnostics.insert(loaded.diagnostics.end(), found.begin(), found.end());
   }
   print(loaded.diagnostics);
@@ -128,7 +129,10 @@ int start(const Arguments& arguments) {
     return kExitUsage;
   }
   set_up_log(loaded.value->log);
-  const LibraryLogger library_logger;
+  LibraryLogger logger;
+  const DdsLibraryLog library_log([&logger](Severity severity, std::string_view text) {
+    logger.write(severity, text, monotonic_now());
+  });
   return run(*loaded.value, arguments);
 }
 

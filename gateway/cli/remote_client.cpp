@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "bridges/dds/client.h"
+
 namespace linegate::gateway {
 namespace {
 
@@ -78,32 +80,56 @@ class Forward final : public dds::ClientListener {
   console::Listener& listener_;
 };
 
+class RemoteClient final : public console::Client {
+ public:
+  explicit RemoteClient(std::unique_ptr<dds::Client> client) : client_(std::move(client)) {}
+
+  void poll(Duration timeout, console::Listener& listener) override {
+    Forward forward(listener);
+    client_->poll(timeout, forward);
+  }
+
+  console::Discovery discovery() const override {
+    dds::Peers peers = client_->peers();
+    return {.gateways = std::move(peers.gateways), .unchanged = peers.unchanged};
+  }
+
+  Answer call(const console::LineId& id, const line::Command& command, Duration timeout,
+              std::uint64_t layout_id, console::Listener& listener) override {
+    Forward forward(listener);
+    dds::CommandResult result = client_->call({.gateway = id.gateway, .line = id.line}, command,
+                                              timeout, forward, layout_id);
+    return {.reply = std::move(result.reply), .text = std::move(result.text)};
+  }
+
+  bool write_outputs(const console::LineId& id, const line::OutputWrite& write) override {
+    return client_->write_outputs({.gateway = id.gateway, .line = id.line}, write);
+  }
+
+ private:
+  std::unique_ptr<dds::Client> client_;
+};
+
 }  // namespace
 
-RemoteClient::RemoteClient(std::unique_ptr<dds::Client> client) : client_(std::move(client)) {
-}
-
-void RemoteClient::poll(Duration timeout, console::Listener& listener) {
-  Forward forward(listener);
-  client_->poll(timeout, forward);
-}
-
-console::Discovery RemoteClient::discovery() const {
-  dds::Peers peers = client_->peers();
-  return {.gateways = std::move(peers.gateways), .unchanged = peers.unchanged};
-}
-
-console::Client::Answer RemoteClient::call(const console::LineId& id, const line::Command& command,
-                                           Duration timeout, std::uint64_t layout_id,
-                                           console::Listener& listener) {
-  Forward forward(listener);
-  dds::CommandResult result =
-      client_->call({.gateway = id.gateway, .line = id.line}, command, timeout, forward, layout_id);
-  return {.reply = std::move(result.reply), .text = std::move(result.text)};
-}
-
-bool RemoteClient::write_outputs(const console::LineId& id, const line::OutputWrite& write) {
-  return client_->write_outputs({.gateway = id.gateway, .line = id.line}, write);
+Loaded<std::unique_ptr<console::Client>> make_remote_client(const RemoteClientOptions& options) {
+  dds::ClientOptions client;
+  client.domain = options.domain;
+  client.profile_file = options.profile;
+  client.layouts = options.layouts;
+  client.images = options.images;
+  client.output_states = options.images;
+  client.pdos = false;
+  client.events = options.events;
+  client.commands = options.commands;
+  client.outputs = options.outputs;
+  auto made = dds::Client::make(client);
+  Loaded<std::unique_ptr<console::Client>> out;
+  out.diagnostics = std::move(made.diagnostics);
+  if (made.value) {
+    out.value = std::make_unique<RemoteClient>(std::move(*made.value));
+  }
+  return out;
 }
 
 }  // namespace linegate::gateway

@@ -1,26 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// The console's client made of the subscriber's half of bridges/dds.
+// The console's client, made of the subscriber's half of bridges/dds.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <string>
 
 #include "bridges/console/client.h"
-#include "bridges/dds/client.h"
+#include "stack/base/diagnostic.h"
 
 namespace linegate::gateway {
 
-class RemoteClient final : public console::Client {
- public:
-  explicit RemoteClient(std::unique_ptr<dds::Client> client);
-
-  void poll(Duration timeout, console::Listener& listener) override;
-  console::Discovery discovery() const override;
-  Answer call(const console::LineId& id, const line::Command& command, Duration timeout,
-              std::uint64_t layout_id, console::Listener& listener) override;
-  bool write_outputs(const console::LineId& id, const line::OutputWrite& write) override;
-
- private:
-  std::unique_ptr<dds::Client> client_;
+struct RemoteClientOptions {
+  std::uint32_t domain = 0;
+  std::string profile;  // file of QoS profiles; empty = the installed one, or the copy built in
+  // What is subscribed to besides the states of gateways, lines and nodes.
+  bool images = false;  // and the states of outputs
+  bool layouts = false;
+  bool events = false;
+  bool commands = false;  // commands can be sent
+  bool outputs = false;   // outputs can be written
 };
+
+// Without a value, a diagnostic says why.
+Loaded<std::unique_ptr<console::Client>> make_remote_client(const RemoteClientOptions& options);
 
 }  // namespace linegate::gateway

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "gateway/publish/access.h"
+#include "gateway/publish/dds_edge.h"
 #include "gateway/runtime/channels.h"
 #include "gateway/runtime/clock.h"
 #include "gateway/runtime/device_runner.h"
@@ -42,13 +43,15 @@ Loaded<std::unique_ptr<Gateway>> Gateway::make(const config::Plant& plant,
   gateway->executor_plans_ = plant.executors;
   auto lines = make_lines(plant, difference({}, plant).started, loaded.diagnostics);
   if (!has_errors(loaded.diagnostics)) {
-    append(loaded.diagnostics, gateway->make_bridge(plant, incarnation));
+    auto edge = make_dds_edge(plant, incarnation);
+    append(loaded.diagnostics, std::move(edge.diagnostics));
+    gateway->edge_ = edge.value ? std::move(*edge.value) : nullptr;
   }
   if (has_errors(loaded.diagnostics)) {
     return loaded;
   }
-  gateway->publisher_ = std::make_unique<Publisher>(*gateway->bridge_, gateway->hosts_);
-  gateway->requests_ = std::make_unique<RequestReceiver>(*gateway->bridge_, gateway->hosts_,
+  gateway->publisher_ = std::make_unique<Publisher>(*gateway->edge_, gateway->hosts_);
+  gateway->requests_ = std::make_unique<RequestReceiver>(*gateway->edge_, gateway->hosts_,
                                                          gateway->publisher_->refusals(),
                                                          gateway->publisher_->wakeup(), versions());
   append(loaded.diagnostics, gateway->take_in(std::move(lines), plant));
@@ -175,26 +178,6 @@ void Gateway::make_runner(NewLine& made, std::vector<Diagnostic>& diagnostics) {
     made.runner->route(std::make_unique<RouteEnd>());
   }
   host.runner = made.runner.get();
-}
-
-std::vector<Diagnostic> Gateway::make_bridge(const config::Plant& plant,
-                                             std::uint64_t incarnation) {
-  dds::GatewayOptions options;
-  options.gateway = plant.gateway;
-  options.incarnation = incarnation;
-  options.domain = plant.dds_domain;
-  options.participants = plant.dds_participants;
-  options.profile_file = plant.dds_profile;
-  options.guard = plant.dds_guard;
-  options.last_words = plant.dds_last_words;
-  for (const auto& line : plant.lines) {
-    options.lines.push_back(line.config.name);
-  }
-  auto made = dds::GatewayBridge::make(options);
-  if (made.value) {
-    bridge_ = std::move(*made.value);
-  }
-  return std::move(made.diagnostics);
 }
 
 Executor& Gateway::executor_for(const config::Plant& plant, const config::LinePlan& line) {
@@ -364,7 +347,7 @@ void Gateway::change(const std::vector<std::string>& go, const std::vector<std::
   forget_lines(go);
   set_routes(rerouted, wanted);
   for (const std::string& name : come) {
-    if (!bridge_->add_line(name)) {
+    if (!edge_->add_line(name)) {
       diagnostics.push_back({Severity::warning, wanted.file, 0, 0,
                              "line " + name + " cannot be published: DDS has no writers"});
     }
@@ -478,7 +461,7 @@ void Gateway::forget_lines(const std::vector<std::string>& names) {
     if (gone.recording != nullptr) {
       recorder_.remove(*gone.recording);
     }
-    bridge_->remove_line(name);
+    edge_->remove_line(name);
     std::erase_if(links_, [&](const auto& link) {
       const config::Binding& first = link->bindings.front();
       return first.from == name || first.to == name;

@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "bridges/dds/publisher.h"
 #include "bridges/sim/virtual_channel.h"
 #include "gateway/config/plan_difference.h"
 #include "gateway/config/plant.h"
 #include "gateway/process/progress_watch.h"
 #include "gateway/process/status_text.h"
+#include "gateway/publish/data_edge.h"
 #include "gateway/publish/publisher.h"
 #include "gateway/publish/request_receiver.h"
 #include "gateway/runtime/binder.h"
@@ -77,7 +77,6 @@ class Gateway {
   static std::vector<NewLine> make_lines(const config::Plant& plant,
                                          const std::vector<std::string>& names,
                                          std::vector<Diagnostic>& diagnostics);
-  std::vector<Diagnostic> make_bridge(const config::Plant& plant, std::uint64_t incarnation);
   // hosts_ becomes what the plant says: of those that were there, and the new ones.
   std::vector<Diagnostic> take_in(std::vector<NewLine> lines, const config::Plant& plant);
   // On its executor once all are there: they may call each other.
@@ -128,7 +127,7 @@ class Gateway {
 
   // In the order in which they depend on each other.
   sim::VirtualNetwork network_;
-  std::unique_ptr<dds::GatewayBridge> bridge_;
+  std::unique_ptr<DataEdge> edge_;
   std::vector<std::unique_ptr<LineHost>> hosts_;
   std::vector<std::unique_ptr<BoundLink>> links_;
   std::vector<std::unique_ptr<RouteLink>> route_links_;
@@ -138,7 +137,7 @@ class Gateway {
   std::vector<NamedExecutor> executors_;
   std::unique_ptr<Executor> devices_;
   std::unique_ptr<RequestReceiver> requests_;
-  dds::GatewayInfo info_;
+  GatewayInfo info_;
   config::PlantIdentity identity_;                    // of the configuration that runs
   std::vector<config::ExecutorPlan> executor_plans_;  // likewise
 };

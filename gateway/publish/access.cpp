@@ -3,18 +3,6 @@
 
 namespace linegate::gateway {
 
-dds::Access published_access(config::Access access) {
-  switch (access) {
-    case config::Access::off:
-      return dds::Access::off;
-    case config::Access::read:
-      return dds::Access::read;
-    case config::Access::all:
-      break;
-  }
-  return dds::Access::all;
-}
-
 bool permitted(line::CommandKind kind, config::Access commands, config::Access outputs) {
   switch (kind) {
     case line::CommandKind::versions:

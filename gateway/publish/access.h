@@ -2,14 +2,10 @@
 // What subscribers may do to a line.
 #pragma once
 
-#include "bridges/dds/values.h"
 #include "gateway/config/plant.h"
 #include "stack/line/command.h"
 
 namespace linegate::gateway {
-
-// As LineState shows it.
-dds::Access published_access(config::Access access);
 
 // Versions are told to everybody; read allows what changes nothing; a single output value, an
 // object that may go by PDO and the trigger of a PDO need both: commands and outputs.

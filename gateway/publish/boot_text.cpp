@@ -7,10 +7,10 @@
 
 namespace linegate::gateway {
 
-std::vector<dds::Property> boot_properties(const line::NodeState& state) {
+std::vector<Property> boot_properties(const line::NodeState& state) {
   using Kind = manager::BootFinding::Kind;
   const manager::BootFinding& finding = state.finding;
-  std::vector<dds::Property> out;
+  std::vector<Property> out;
   if (state.boot == manager::kBooted || state.boot == manager::kBootUnfinished) {
     return out;
   }

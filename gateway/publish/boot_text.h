@@ -4,13 +4,13 @@
 
 #include <vector>
 
-#include "bridges/dds/values.h"
+#include "gateway/publish/values.h"
 #include "stack/line/state.h"
 
 namespace linegate::gateway {
 
 // boot-letter, boot-text, boot-object, boot-abort, boot-expected, boot-found: idl/README.md. None
 // if the node is booted or its boot process has not ended.
-std::vector<dds::Property> boot_properties(const line::NodeState& state);
+std::vector<Property> boot_properties(const line::NodeState& state);
 
 }  // namespace linegate::gateway

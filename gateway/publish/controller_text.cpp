@@ -33,8 +33,7 @@ std::vector<std::string> complaints(const config::LinePlan& plan,
   return out;
 }
 
-void add_properties(const can_bridge::ControllerSetup& controller,
-                    std::vector<dds::Property>& out) {
+void add_properties(const can_bridge::ControllerSetup& controller, std::vector<Property>& out) {
   if (controller.listen_only) {
     out.push_back({"listen-only", *controller.listen_only ? "on" : "off"});
   }

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "bridges/can/controller_setup.h"
-#include "bridges/dds/publisher.h"
 #include "gateway/config/plant.h"
+#include "gateway/publish/values.h"
 
 namespace linegate::gateway {
 
@@ -16,6 +16,6 @@ std::vector<std::string> complaints(const config::LinePlan& plan,
                                     const can_bridge::ControllerSetup& controller);
 
 // LineState's properties of it, as far as they are known: listen-only, restart-ms.
-void add_properties(const can_bridge::ControllerSetup& controller, std::vector<dds::Property>& out);
+void add_properties(const can_bridge::ControllerSetup& controller, std::vector<Property>& out);
 
 }  // namespace linegate::gateway

@@ -5,16 +5,16 @@
 #include <cstdint>
 #include <string>
 
-#include "bridges/dds/values.h"
 #include "gateway/config/plan_difference.h"
+#include "gateway/publish/values.h"
 #include "stack/base/event.h"
 
 namespace linegate::gateway {
 
 struct GatewayNews {
-  Event event;            // its number is given when it is published
-  std::string text;       // in words
-  dds::GatewayInfo info;  // as it is from then on; counters and discovery are the publisher's
+  Event event;       // its number is given when it is published
+  std::string text;  // in words
+  GatewayInfo info;  // as it is from then on; counters and discovery are the publisher's
 };
 
 // Of the configuration: another one has another hash, but for a chance of 1 to 2^64.

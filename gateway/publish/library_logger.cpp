@@ -3,20 +3,9 @@
 
 #include <spdlog/spdlog.h>
 
-#include "bridges/dds/library_log.h"
 #include "gateway/publish/foreign_text.h"
-#include "gateway/runtime/clock.h"
 
 namespace linegate::gateway {
-
-LibraryLogger::LibraryLogger() {
-  dds::set_library_log(
-      [this](Severity severity, std::string_view text) { write(severity, text, monotonic_now()); });
-}
-
-LibraryLogger::~LibraryLogger() {
-  dds::set_library_log({});
-}
 
 void LibraryLogger::write(Severity severity, std::string_view text, Instant now) {
   std::uint64_t left_out = 0;

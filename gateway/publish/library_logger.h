@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What Fast DDS itself has to say, in the gateway's log.
+// Writes the messages of Fast DDS to the log.
 #pragma once
 
 #include <mutex>
@@ -10,15 +10,9 @@
 
 namespace linegate::gateway {
 
-// As long as it lives, the library's warnings and errors go to the log: what comes too often is
-// left out and counted. After it the library is silent.
+// Messages that come too often are left out and counted.
 class LibraryLogger {
  public:
-  LibraryLogger();
-  ~LibraryLogger();
-  LibraryLogger(const LibraryLogger&) = delete;
-  LibraryLogger& operator=(const LibraryLogger&) = delete;
-
   // From any thread.
   void write(Severity severity, std::string_view text, Instant now);
 

@@ -28,7 +28,7 @@ std::vector<std::string> runs_of(const line::OutputGroup& group) {
 
 }  // namespace
 
-std::vector<dds::Property> output_group_properties(std::span<const line::OutputGroup> groups) {
+std::vector<Property> output_group_properties(std::span<const line::OutputGroup> groups) {
   std::string text;
   std::size_t left_out = 0;
   for (const line::OutputGroup& group : groups) {
@@ -43,8 +43,7 @@ std::vector<dds::Property> output_group_properties(std::span<const line::OutputG
   if (left_out > 0) {
     text += ", +" + std::to_string(left_out);
   }
-  return groups.empty() ? std::vector<dds::Property>()
-                        : std::vector<dds::Property>{{"output-groups", text}};
+  return groups.empty() ? std::vector<Property>() : std::vector<Property>{{"output-groups", text}};
 }
 
 }  // namespace linegate::gateway

@@ -5,13 +5,13 @@
 #include <span>
 #include <vector>
 
-#include "bridges/dds/values.h"
+#include "gateway/publish/values.h"
 #include "stack/line/config.h"
 
 namespace linegate::gateway {
 
 // output-groups: "1 0..5, 2 6..9, +3", the number of the group and a run of its entries; at the end
 // how many runs found no room. None if the line has no groups.
-std::vector<dds::Property> output_group_properties(std::span<const line::OutputGroup> groups);
+std::vector<Property> output_group_properties(std::span<const line::OutputGroup> groups);
 
 }  // namespace linegate::gateway

@@ -49,8 +49,8 @@ std::string indicators_text(const node::Indicators& shown) {
 }
 
 // NodeState's properties, idl/README.md.
-std::vector<dds::Property> node_properties(const NodeStatus& status) {
-  std::vector<dds::Property> out = boot_properties(status.state);
+std::vector<Property> node_properties(const NodeStatus& status) {
+  std::vector<Property> out = boot_properties(status.state);
   if (status.own) {
     const std::uint8_t id = status.own->node_id;
     out.push_back({"node-id", id == 0 ? "none" : std::to_string(id)});
@@ -59,14 +59,14 @@ std::vector<dds::Property> node_properties(const NodeStatus& status) {
   return out;
 }
 
-void add_network(std::uint8_t state, std::vector<dds::Property>& out) {
+void add_network(std::uint8_t state, std::vector<Property>& out) {
   out.push_back(
       {"ixxat_state", fmt::format("0x{:02X} {}", state, diagnosis::name_of_network_state(state))});
 }
 
 // LineState's properties, idl/README.md.
 void set_properties(std::string_view outputs_access, const QueueDepths& queues,
-                    std::vector<dds::Property>& out) {
+                    std::vector<Property>& out) {
   out.resize(5);
   out[0] = {"outputs-access", std::string(outputs_access)};
   out[1] = {"receive-queue-peak", std::to_string(queues.receive_peak)};
@@ -78,7 +78,7 @@ void set_properties(std::string_view outputs_access, const QueueDepths& queues,
 // What shows a subscriber whether it has received the states of all lines of all gateways: how many
 // lines this gateway has, and which other gateways it has discovered, as far as they fit.
 void add_gateways(std::size_t lines, const std::vector<std::string>& others,
-                  std::vector<dds::Property>& out) {
+                  std::vector<Property>& out) {
   constexpr std::size_t kMost = 240;  // bytes; a value has up to 256
   std::string text;
   std::size_t left_out = 0;
@@ -115,7 +115,7 @@ Publisher::Line::Line(LineHost& line_host, LineHistory& line_history)
     : host(&line_host),
       history(&line_history),
       info{line_host.name(), line_host.plan.interface.uri, line_host.plan.config.bit_rate,
-           published_access(line_host.plan.commands)},
+           line_host.plan.commands},
       output_groups(output_group_properties(line_host.plan.config.groups)),
       layouts(line_host.layouts),
       updates(line_host.plan.pdo_min_period),
@@ -129,8 +129,8 @@ Publisher::Line::Line(LineHost& line_host, LineHistory& line_history)
   }
 }
 
-Publisher::Publisher(dds::GatewayBridge& bridge, std::span<const std::unique_ptr<LineHost>> lines)
-    : bridge_(bridge) {
+Publisher::Publisher(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> lines)
+    : edge_(edge) {
   set_lines(lines);
 }
 
@@ -190,8 +190,8 @@ void Publisher::run() {
 void Publisher::publish_layouts() {
   for (const auto& line : lines_) {
     if (!std::exchange(line->layouts_known, true)) {
-      bridge_.publish(line->host->name(), line->host->layout(image::Direction::inputs));
-      bridge_.publish(line->host->name(), line->host->layout(image::Direction::outputs));
+      edge_.publish_layout(line->host->name(), line->host->layout(image::Direction::inputs));
+      edge_.publish_layout(line->host->name(), line->host->layout(image::Direction::outputs));
     }
   }
 }
@@ -199,7 +199,7 @@ void Publisher::publish_layouts() {
 Instant Publisher::step(Instant now) {
   refresh_clock(now);
   for (line::Reply reply; refusals_.pop(reply);) {
-    bridge_.reply(reply);
+    edge_.reply(reply);
   }
   const Instant gateway_next = publish_gateway(now);
   for (const auto& line : lines_) {
@@ -222,14 +222,14 @@ Instant Publisher::step(Instant now) {
     rounds_.add();
     next = earlier(next, publish_updates(*line, now));
   }
-  tell_failures(now);
+  report_failures(now);
   return next;
 }
 
 void Publisher::refresh_clock(Instant now) {
   if (now >= clock_due_) {
     clock_.refresh();
-    bridge_.set_clock(clock_.map());
+    edge_.set_clock(clock_.map());
     clock_due_ = now + kClockPeriod;
   }
 }
@@ -243,7 +243,7 @@ void Publisher::take_replies(Line& line) {
 
 void Publisher::publish_replies() {
   for (const line::Reply& reply : replies_) {
-    bridge_.reply(reply);
+    edge_.reply(reply);
     rounds_.add();
   }
   replies_.clear();
@@ -254,7 +254,7 @@ void Publisher::publish_events(Line& line, Instant now) {
     line.history->correct(event);
     const std::string text =
         describe(event, line.host->plan.config, name_for_people(line.host->plan.interface));
-    bridge_.publish(line.info.name, event, text);
+    edge_.publish_event(line.info.name, event, text);
     line.logger.write(line.info.name, event, text, now);
     rounds_.add();
   }
@@ -266,13 +266,13 @@ void Publisher::publish_states(Line& line, Instant now) {
     line.history->correct(status->state);
     status->queues.merge(line.queues);
     line.queues = status->queues;
-    look_at_controller(line, status->controller);
-    if (look_at_routes(line) || !line.state_known || !same_state(line.last_state, status->state) ||
+    update_controller(line, status->controller);
+    if (update_routes(line) || !line.state_known || !same_state(line.last_state, status->state) ||
         now - line.state_published >= kStatePeriod || stop_.raised()) {
       const QueueDepths queues = std::exchange(line.queues, {});
       set_properties(config::name(line.host->plan.outputs), queues, line.properties);
-      add_gateways(lines_.size(), bridge_.other_gateways(), line.properties);
-      if (const std::size_t others = bridge_.namesakes(); others > 0) {
+      add_gateways(lines_.size(), edge_.other_gateways(), line.properties);
+      if (const std::size_t others = edge_.namesakes(); others > 0) {
         line.properties.push_back({"namesakes", std::to_string(others)});
       }
       if (status->state.role != line::Role::observer) {
@@ -293,7 +293,7 @@ void Publisher::publish_states(Line& line, Instant now) {
         add_properties(status->state.routing, queues.route_stalls, line.properties);
         line.properties.insert(line.properties.end(), line.routes.begin(), line.routes.end());
       }
-      bridge_.publish(line.info, status->state, status->time, line.properties);
+      edge_.publish_line(line.info, status->state, status->time, line.properties);
       line.host->shown.draft().value = status->state;
       line.host->shown.publish();
       line.state_published = now;
@@ -316,7 +316,7 @@ void Publisher::publish_output_states(Line& line, Instant now) {
                    now - line.outputs_published >= kStatePeriod || stop_.raised();
   for (std::size_t i = 0; i < status->groups.size(); ++i) {
     if (all || !same_outputs(line.output_states[i], status->groups[i])) {
-      bridge_.publish(line.info.name, status->groups[i], status->time);
+      edge_.publish_output_state(line.info.name, status->groups[i], status->time);
       rounds_.add();
     }
   }
@@ -325,7 +325,7 @@ void Publisher::publish_output_states(Line& line, Instant now) {
 }
 
 // True if they are others.
-bool Publisher::look_at_routes(Line& line) const {
+bool Publisher::update_routes(Line& line) const {
   const auto* const fresh = line.host->port.routes.fetch();
   if (fresh != nullptr) {
     line.routes = route_properties(*fresh, interfaces_);
@@ -333,9 +333,9 @@ bool Publisher::look_at_routes(Line& line) const {
   return fresh != nullptr;
 }
 
-// Its bit rate is that of the line, whatever the configuration says; where they differ is told
+// Its bit rate is that of the line, whatever the configuration says; a difference is reported
 // once.
-void Publisher::look_at_controller(Line& line, const can_bridge::ControllerSetup& controller) {
+void Publisher::update_controller(Line& line, const can_bridge::ControllerSetup& controller) {
   if (controller == line.controller) {
     return;
   }
@@ -358,8 +358,8 @@ void Publisher::publish_node(Line& line, const NodeStatus& status) {
   }
   node.known = true;
   node.last = state;
-  bridge_.publish(line.info.name, dds::NodeInfo{node.name, node.since}, state, status.time,
-                  node_properties(status));
+  edge_.publish_node(line.info.name, {node.name, node.since}, state, status.time,
+                     node_properties(status));
 }
 
 // What waits of the PDOs of the old layout means nothing in the new one.
@@ -373,7 +373,7 @@ void Publisher::publish_new_layouts(Line& line) {
     const image::Layout& layout = (*fresh)[static_cast<std::size_t>(direction)];
     if (known.id != layout.id) {
       known = layout;
-      bridge_.publish(line.info.name, known);
+      edge_.publish_layout(line.info.name, known);
     }
   }
   line.updates = PdoUpdates(line.host->plan.pdo_min_period);
@@ -397,13 +397,13 @@ void Publisher::publish_image(Line& line, image::Direction direction) {
     line.updates.add(*snapshot);
   }
   if (line.sequences[static_cast<std::size_t>(direction)].admit(*snapshot)) {
-    bridge_.publish(line.info.name, *snapshot);
+    edge_.publish_image(line.info.name, *snapshot);
   }
 }
 
 Instant Publisher::publish_updates(Line& line, Instant now) {
   return line.updates.take_due(now, [&](const image::PdoMark& mark, std::uint32_t receptions) {
-    bridge_.publish_pdo_update(line.info.name, line.layouts[0], *line.inputs, mark, receptions);
+    edge_.publish_pdo_update(line.info.name, line.layouts[0], *line.inputs, mark, receptions);
   });
 }
 
@@ -418,7 +418,7 @@ bool Publisher::publish_receptions(Line& line) {
     if (reception.layout_id != line.layouts[0].id) {
       publish_new_layouts(line);
     }
-    bridge_.publish(line.info.name, line.layouts[0], reception);
+    edge_.publish_reception(line.info.name, line.layouts[0], reception);
     rounds_.add();
   }
   return !line.host->port.receptions.empty();
@@ -436,46 +436,35 @@ Instant Publisher::publish_gateway(Instant now) {
     const std::uint64_t number = gateway_.events + 1;
     gateway_ = std::move(news.info);
     gateway_.events = news.event.number = number;
-    bridge_.publish({}, news.event, news.text);
+    edge_.publish_event({}, news.event, news.text);
     gateway_logger_.write("gateway", news.event, news.text, now);
     gateway_known_ = changed = true;
   }
   if (!gateway_known_) {
     return kNever;
   }
-  changed = changed || bridge_.discovery().participants != participants_seen_;
+  changed = changed || edge_.participants() != participants_seen_;
   if (changed || now >= gateway_due_ || stop_.raised()) {
     refresh_gateway();
-    bridge_.publish(gateway_, now);
+    edge_.publish_gateway(gateway_, now);
     gateway_due_ = now + kStatePeriod;
   }
   return gateway_due_;
 }
 
 void Publisher::refresh_gateway() {
-  const dds::DiscoveryCounters discovery = bridge_.discovery();
-  const dds::guard::Counters guard = bridge_.guard_counters();
-  participants_seen_ = discovery.participants;
-  gateway_.participants = discovery.participants;
-  gateway_.participants_most = discovery.most;
-  gateway_.counters = {{"discovery-discovered", discovery.discovered},
-                       {"discovery-gone", discovery.gone},
-                       {"discovery-endpoints", guard.endpoints},
-                       {"samples-published", bridge_.counters().samples},
-                       {"samples-failed", bridge_.counters().failed},
-                       {"guard-received", guard.received}};
-  for (std::size_t i = 1; i < dds::guard::kReasons; ++i) {
-    const auto reason = static_cast<dds::guard::Reason>(i);
-    gateway_.counters.push_back(
-        {"guard-dropped-" + std::string(to_string(reason)), guard.of(reason)});
-  }
+  EdgeStatistics statistics = edge_.statistics();
+  participants_seen_ = statistics.participants;
+  gateway_.participants = statistics.participants;
+  gateway_.participants_most = statistics.participants_most;
+  gateway_.counters = std::move(statistics.counters);
 }
 
-void Publisher::tell_failures(Instant now) {
-  const std::uint64_t failed = bridge_.counters().failed;
-  if (failed != failures_told_ && now >= failures_due_) {
-    spdlog::warn("DDS did not take {} samples", failed - failures_told_);
-    failures_told_ = failed;
+void Publisher::report_failures(Instant now) {
+  const std::uint64_t failed = edge_.failed_samples();
+  if (failed != failures_reported_ && now >= failures_due_) {
+    spdlog::warn("DDS did not take {} samples", failed - failures_reported_);
+    failures_reported_ = failed;
     failures_due_ = now + kFailurePeriod;
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The thread that publishes: takes what the lines hand over and gives it to DDS.
+// The thread that publishes: takes what the lines hand over and gives it to the edge.
 #pragma once
 
 #include <array>
@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
-#include "bridges/dds/publisher.h"
 #include "gateway/exchange/cell.h"
 #include "gateway/exchange/ring.h"
 #include "gateway/exchange/wakeup.h"
+#include "gateway/publish/data_edge.h"
 #include "gateway/publish/event_logger.h"
 #include "gateway/publish/gateway_news.h"
 #include "gateway/publish/image_sequence.h"
@@ -28,8 +28,8 @@ namespace linegate::gateway {
 
 class Publisher {
  public:
-  // The bridge must outlive the publisher, and the lines must live while it runs.
-  Publisher(dds::GatewayBridge& bridge, std::span<const std::unique_ptr<LineHost>> lines);
+  // The edge must outlive the publisher, and the lines must live while it runs.
+  Publisher(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> lines);
   ~Publisher();
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
@@ -66,10 +66,10 @@ class Publisher {
     LineHost* host;
     LineHistory* history;
     bool layouts_known = false;
-    dds::LineInfo info;
-    std::vector<dds::Property> properties;
-    std::vector<dds::Property> routes;  // in force, if it routes
-    std::vector<dds::Property> output_groups;
+    LineInfo info;
+    std::vector<Property> properties;
+    std::vector<Property> routes;  // in force, if it routes
+    std::vector<Property> output_groups;
     QueueDepths queues;  // since they were published last
     can_bridge::ControllerSetup controller;
     EventLogger logger;
@@ -95,19 +95,19 @@ class Publisher {
   void publish_events(Line& line, Instant now);
   void publish_states(Line& line, Instant now);
   void publish_output_states(Line& line, Instant now);
-  bool look_at_routes(Line& line) const;
-  static void look_at_controller(Line& line, const can_bridge::ControllerSetup& controller);
+  bool update_routes(Line& line) const;
+  static void update_controller(Line& line, const can_bridge::ControllerSetup& controller);
   void publish_node(Line& line, const NodeStatus& status);
   void publish_new_layouts(Line& line);
   void publish_image(Line& line, image::Direction direction);
   Instant publish_updates(Line& line, Instant now);
   // True: more wait.
   bool publish_receptions(Line& line);
-  void tell_failures(Instant now);
+  void report_failures(Instant now);
   Instant publish_gateway(Instant now);
   void refresh_gateway();
 
-  dds::GatewayBridge& bridge_;
+  DataEdge& edge_;
   std::map<std::string, LineHistory, std::less<>> histories_;  // of all lines there ever were
   std::vector<std::unique_ptr<Line>> lines_;
   std::vector<std::pair<std::uint8_t, std::string>> interfaces_;  // the lines' names
@@ -116,7 +116,7 @@ class Publisher {
   exchange::Counter rounds_;
   exchange::Ring<line::Reply> refusals_{1024};
   exchange::Ring<GatewayNews> news_{64};
-  dds::GatewayInfo gateway_;
+  GatewayInfo gateway_;
   bool gateway_known_ = false;
   Instant gateway_due_{};
   std::size_t participants_seen_ = 0;
@@ -124,7 +124,7 @@ class Publisher {
   std::vector<line::Reply> replies_;  // of a line, behind its events
   WallClock clock_;
   Instant clock_due_{};
-  std::uint64_t failures_told_ = 0;
+  std::uint64_t failures_reported_ = 0;
   Instant failures_due_{};
   std::thread thread_;
 };

@@ -27,11 +27,10 @@ void warn_of_held_back(std::string_view line, std::uint64_t notices) {
 
 }  // namespace
 
-RequestReceiver::RequestReceiver(dds::GatewayBridge& bridge,
-                                 std::span<const std::unique_ptr<LineHost>> lines,
+RequestReceiver::RequestReceiver(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> lines,
                                  exchange::Ring<line::Reply>& refusals, exchange::Wakeup& publisher,
                                  std::string versions)
-    : bridge_(bridge),
+    : edge_(edge),
       lines_(lines),
       refusals_(refusals),
       publisher_(publisher),
@@ -55,7 +54,7 @@ void RequestReceiver::start() {
 void RequestReceiver::stop() {
   stop_.raise();
   if (thread_.joinable()) {
-    bridge_.wake();
+    edge_.wake();
     thread_.join();
   }
   for (auto& [line, limit] : notices_) {
@@ -66,11 +65,11 @@ void RequestReceiver::stop() {
 void RequestReceiver::run() {
   pthread_setname_np(pthread_self(), "requests");
   while (!stop_.raised()) {
-    bridge_.poll(waiting_.empty() ? kPoll : kPollWhileWaiting, *this);
+    edge_.poll(waiting_.empty() ? kPoll : kPollWhileWaiting, *this);
     flush();
-    look_for_namesakes();
-    report_guard();
-    tell_held_back();
+    report_namesakes();
+    report_warnings();
+    report_held_back();
     rounds_.add();
   }
 }
@@ -99,9 +98,8 @@ bool RequestReceiver::crosses(const LineHost& host, const line::Command& command
   });
 }
 
-line::Refusal RequestReceiver::judge(const LineHost& host,
-                                     const dds::CommandMessage& message) const {
-  const line::Command& command = message.command;
+line::Refusal RequestReceiver::judge(const LineHost& host, const CommandRequest& request) const {
+  const line::Command& command = request.command;
   if (!permitted(command, host.plan.commands, host.plan.outputs)) {
     return line::Refusal::not_permitted;
   }
@@ -109,26 +107,26 @@ line::Refusal RequestReceiver::judge(const LineHost& host,
     return line::Refusal::not_permitted;
   }
   const std::uint64_t layout = host.layout(image::Direction::outputs).id;
-  if (is_of_outputs(command.kind) && message.layout_id != 0 && message.layout_id != layout) {
+  if (is_of_outputs(command.kind) && request.layout_id != 0 && request.layout_id != layout) {
     return line::Refusal::stale_layout;
   }
   return line::Refusal::none;
 }
 
-void RequestReceiver::on_command(dds::CommandMessage message) {
+void RequestReceiver::on_command(CommandRequest request) {
   line::Reply reply;
-  reply.tag = message.command.tag;
-  if (message.command.kind == line::CommandKind::versions) {
+  reply.tag = request.command.tag;
+  if (request.command.kind == line::CommandKind::versions) {
     const auto* text = reinterpret_cast<const std::byte*>(versions_.data());
     reply.data.assign(text, text + versions_.size());
     answer(std::move(reply));
     return;
   }
-  LineHost* host = find(message.line);
-  const line::CommandKind kind = message.command.kind;
-  line::Refusal refusal = host == nullptr ? line::Refusal::unknown_line : judge(*host, message);
+  LineHost* host = find(request.line);
+  const line::CommandKind kind = request.command.kind;
+  line::Refusal refusal = host == nullptr ? line::Refusal::unknown_line : judge(*host, request);
   if (refusal == line::Refusal::none) {
-    if (host->port.commands.push(message.command)) {
+    if (host->port.commands.push(request.command)) {
       host->executor->wakeup().signal();
       return;
     }
@@ -142,18 +140,18 @@ void RequestReceiver::on_command(dds::CommandMessage message) {
   answer(std::move(reply));
 }
 
-void RequestReceiver::on_output_write(dds::OutputMessage message) {
-  LineHost* host = find(message.line);
+void RequestReceiver::on_output_write(OutputRequest request) {
+  LineHost* host = find(request.line);
   if (host == nullptr) {
-    tell_unknown_line(message.line);
+    report_unknown_line(request.line);
     return;
   }
   if (host->plan.outputs != config::Access::all) {
-    refuse_output(*host, message.write.group, line::OutputRefusal::not_permitted);
+    refuse_output(*host, request.write.group, line::OutputRefusal::not_permitted);
     return;
   }
-  message.write.client = std::move(message.client);
-  if (!host->port.outputs.push(message.write)) {
+  request.write.client = std::move(request.client);
+  if (!host->port.outputs.push(request.write)) {
     host->port.requests_lost.add();
   }
   host->executor->wakeup().signal();
@@ -165,7 +163,7 @@ void RequestReceiver::on_output_refused(std::string_view line, std::uint16_t gro
   if (LineHost* host = find(line)) {
     refuse_output(*host, group, refusal);
   } else {
-    tell_unknown_line(line);
+    report_unknown_line(line);
   }
 }
 
@@ -181,37 +179,37 @@ void RequestReceiver::on_command_refused(std::string_view line, std::string_view
 void RequestReceiver::on_unreadable(std::uint64_t samples) {
   unreadable_ += samples;
   const Instant now = monotonic_now();
-  if (now - unreadable_told_ < kNoticePeriod) {
+  if (now - unreadable_reported_ < kNoticePeriod) {
     return;
   }
-  unreadable_told_ = now;
+  unreadable_reported_ = now;
   spdlog::warn("{} damaged samples were received and dropped", std::exchange(unreadable_, 0));
 }
 
 void RequestReceiver::on_misfit(std::string_view topic, std::string_view policy) {
   const Instant now = monotonic_now();
-  if (now - misfit_told_ < kNoticePeriod) {
+  if (now - misfit_reported_ < kNoticePeriod) {
     return;
   }
-  misfit_told_ = now;
+  misfit_reported_ = now;
   spdlog::warn("{}: a subscriber writes with a quality of service that does not fit ({})", topic,
                policy);
 }
 
 // There is no line whose event it could be.
-void RequestReceiver::tell_unknown_line(std::string_view line) {
+void RequestReceiver::report_unknown_line(std::string_view line) {
   ++unknown_lines_;
   const Instant now = monotonic_now();
-  if (now - unknown_lines_told_ < kNoticePeriod) {
+  if (now - unknown_lines_reported_ < kNoticePeriod) {
     return;
   }
-  unknown_lines_told_ = now;
+  unknown_lines_reported_ = now;
   spdlog::warn("{} outputs for a line that does not exist were received and dropped, last '{}'",
                std::exchange(unknown_lines_, 0), printable(line));
 }
 
-void RequestReceiver::look_for_namesakes() {
-  const std::size_t others = bridge_.namesakes();
+void RequestReceiver::report_namesakes() {
+  const std::size_t others = edge_.namesakes();
   if (others == std::exchange(namesakes_, others)) {
     return;
   }
@@ -225,12 +223,13 @@ void RequestReceiver::look_for_namesakes() {
   }
 }
 
-void RequestReceiver::report_guard() {
-  for (const std::string& sentence : guard_.update(bridge_.guard_counters(), monotonic_now()))
-    spdlog::warn("{}", sentence);
+void RequestReceiver::report_warnings() {
+  for (const std::string& warning : edge_.warnings(monotonic_now())) {
+    spdlog::warn("{}", warning);
+  }
 }
 
-void RequestReceiver::tell_held_back() {
+void RequestReceiver::report_held_back() {
   const Instant now = monotonic_now();
   for (auto& [line, limit] : notices_) {
     warn_of_held_back(line, limit.take_held(now));

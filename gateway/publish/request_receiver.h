@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The thread that takes commands and outputs from DDS to the lines.
+// The thread that receives commands and outputs and gives them to the lines.
 #pragma once
 
 #include <cstdint>
@@ -11,19 +11,19 @@
 #include <thread>
 #include <vector>
 
-#include "bridges/dds/publisher.h"
 #include "gateway/exchange/cell.h"
-#include "gateway/publish/guard_report.h"
+#include "gateway/exchange/ring.h"
+#include "gateway/exchange/wakeup.h"
+#include "gateway/publish/data_edge.h"
 #include "gateway/publish/notice_limit.h"
-#include "gateway/publish/publisher.h"
 #include "gateway/runtime/line_host.h"
 
 namespace linegate::gateway {
 
-class RequestReceiver final : public dds::GatewayHandler {
+class RequestReceiver final : public RequestHandler {
  public:
   // versions: the answer to CommandKind::versions. All must outlive this.
-  RequestReceiver(dds::GatewayBridge& bridge, std::span<const std::unique_ptr<LineHost>> lines,
+  RequestReceiver(DataEdge& edge, std::span<const std::unique_ptr<LineHost>> lines,
                   exchange::Ring<line::Reply>& refusals, exchange::Wakeup& publisher,
                   std::string versions);
   ~RequestReceiver() override;
@@ -32,18 +32,18 @@ class RequestReceiver final : public dds::GatewayHandler {
 
   // May be started again after stop().
   void start();
-  // Nothing is taken from DDS any more: what comes waits there. Call it while the lines still run.
+  // Nothing is received any more: requests wait in the edge. Call it while the lines still run.
   void stop();
   // While it is stopped.
   void set_lines(std::span<const std::unique_ptr<LineHost>> lines);
 
-  // Times it went round; wake() makes it.
+  // Iterations of the thread; wake() causes one.
   const exchange::Counter& rounds() const { return rounds_; }
-  void wake() { bridge_.wake(); }
+  void wake() { edge_.wake(); }
 
-  // What comes out of the bridge's poll(); public for tests.
-  void on_output_write(dds::OutputMessage message) override;
-  void on_command(dds::CommandMessage message) override;
+  // What comes out of the edge's poll(); public for tests.
+  void on_output_write(OutputRequest request) override;
+  void on_command(CommandRequest request) override;
   void on_output_refused(std::string_view line, std::uint16_t group, line::OutputRefusal refusal,
                          std::string_view why) override;
   void on_command_refused(std::string_view line, std::string_view client, std::uint8_t kind,
@@ -52,38 +52,37 @@ class RequestReceiver final : public dds::GatewayHandler {
   void on_misfit(std::string_view topic, std::string_view policy) override;
   // Replies that found their ring full are put in again.
   void flush();
-  // The answer to a command that was given to a line and is not carried out by any. While it is
-  // stopped.
+  // Answers a command that was given to a line and that no line executes. While it is stopped.
   void refuse(std::uint64_t tag, line::Refusal refusal);
 
  private:
   LineHost* find(std::string_view line) const;
-  line::Refusal judge(const LineHost& host, const dds::CommandMessage& message) const;
+  line::Refusal judge(const LineHost& host, const CommandRequest& request) const;
   // Every line that a command for another network may cross lets it through.
   bool crosses(const LineHost& host, const line::Command& command) const;
   void answer(line::Reply reply);
   void refuse_output(LineHost& host, std::uint16_t group, line::OutputRefusal refusal);
-  void tell_unknown_line(std::string_view line);
-  void look_for_namesakes();
-  void report_guard();
-  void tell_held_back();
+  void report_unknown_line(std::string_view line);
+  void report_namesakes();
+  void report_warnings();
+  void report_held_back();
   void notice(LineHost& host, EventKind kind, std::uint32_t code, std::uint32_t value);
   void run();
 
-  dds::GatewayBridge& bridge_;
+  DataEdge& edge_;
   std::span<const std::unique_ptr<LineHost>> lines_;
   exchange::Ring<line::Reply>& refusals_;
   exchange::Wakeup& publisher_;
   std::string versions_;
   std::deque<line::Reply> waiting_;
-  std::map<std::string, NoticeLimit> notices_;  // by line: a writer that is refused goes on writing
-  std::uint64_t unreadable_ = 0;                // samples since they were told last
-  Instant unreadable_told_{};
-  Instant misfit_told_{};
-  std::uint64_t unknown_lines_ = 0;  // outputs since they were told last
-  Instant unknown_lines_told_{};
-  GuardReport guard_;
-  std::size_t namesakes_ = 0;  // other gateways of this name, as they were told
+  std::map<std::string, NoticeLimit>
+      notices_;                   // by line: a writer that is refused continues to write
+  std::uint64_t unreadable_ = 0;  // samples since they were reported last
+  Instant unreadable_reported_{};
+  Instant misfit_reported_{};
+  std::uint64_t unknown_lines_ = 0;  // outputs since they were reported last
+  Instant unknown_lines_reported_{};
+  std::size_t namesakes_ = 0;  // other gateways of this name, as they were reported last
   exchange::Flag stop_;
   exchange::Counter rounds_;
   std::thread thread_;

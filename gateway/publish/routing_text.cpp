@@ -42,9 +42,9 @@ std::string services_text(const routing::AccessRule& rule) {
   return out;
 }
 
-std::vector<dds::Property> route_properties(std::span<const routing::Route> routes,
-                                            const InterfaceNames& names) {
-  std::vector<dds::Property> out;
+std::vector<Property> route_properties(std::span<const routing::Route> routes,
+                                       const InterfaceNames& names) {
+  std::vector<Property> out;
   std::size_t left_out = 0;
   for (const routing::Route& route : routes) {
     const std::string text = route_text(route, names);
@@ -62,14 +62,14 @@ std::vector<dds::Property> route_properties(std::span<const routing::Route> rout
   return out;
 }
 
-void add_forwarding(const routing::Counters& counters, std::vector<dds::Property>& out) {
+void add_forwarding(const routing::Counters& counters, std::vector<Property>& out) {
   if (counters.values != 0) {
     out.push_back({"routing-values", std::to_string(counters.values)});
   }
 }
 
 void add_properties(const routing::Counters& counters, std::uint64_t stalls,
-                    std::vector<dds::Property>& out) {
+                    std::vector<Property>& out) {
   const auto add = [&](const char* name, std::uint64_t value) {
     out.push_back({name, std::to_string(value)});
   };

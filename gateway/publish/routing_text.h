@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "bridges/dds/values.h"
 #include "gateway/config/plant.h"
+#include "gateway/publish/values.h"
 #include "stack/routing/config.h"
 
 namespace linegate::gateway {
@@ -27,12 +27,12 @@ std::string services_text(const routing::AccessRule& rule);
 
 // routes-1 and following, as many routes in each as there is room for; routes-left-out: how many
 // found none.
-std::vector<dds::Property> route_properties(std::span<const routing::Route> routes,
-                                            const InterfaceNames& names);
+std::vector<Property> route_properties(std::span<const routing::Route> routes,
+                                       const InterfaceNames& names);
 // routing-values, if there are any.
-void add_forwarding(const routing::Counters& counters, std::vector<dds::Property>& out);
+void add_forwarding(const routing::Counters& counters, std::vector<Property>& out);
 // routing-...; stalls: times that a link to another line was full.
 void add_properties(const routing::Counters& counters, std::uint64_t stalls,
-                    std::vector<dds::Property>& out);
+                    std::vector<Property>& out);
 
 }  // namespace linegate::gateway

@@ -33,14 +33,14 @@ Duration measure_offset() {
   return offset;
 }
 
-dds::ClockQuality measure_quality() {
+ClockQuality measure_quality() {
   timex tx{};
   const int state = adjtimex(&tx);
   if (state < 0) {
-    return dds::ClockQuality::unknown;
+    return ClockQuality::unknown;
   }
   const bool unsynchronised = state == TIME_ERROR || (tx.status & STA_UNSYNC) != 0;
-  return unsynchronised ? dds::ClockQuality::free_running : dds::ClockQuality::synchronised;
+  return unsynchronised ? ClockQuality::free_running : ClockQuality::synchronised;
 }
 
 }  // namespace

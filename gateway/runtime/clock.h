@@ -2,13 +2,26 @@
 // The clocks of the host: the only place of the gateway that reads them.
 #pragma once
 
-#include "bridges/dds/clock_map.h"
+#include <cstdint>
+
 #include "stack/base/time.h"
 
 namespace linegate::gateway {
 
 // CLOCK_MONOTONIC.
 Instant monotonic_now();
+
+enum class ClockQuality : std::uint8_t {
+  unknown,       // the host does not say
+  free_running,  // the wall clock is not synchronised
+  synchronised,  // synchronised to NTP, PTP or the like
+};
+
+// The wall clock as seen from the monotonic one: UTC = monotonic + offset.
+struct ClockMap {
+  Duration offset{};
+  ClockQuality quality = ClockQuality::unknown;
+};
 
 // Measures where the wall clock is, and notices when it was stepped.
 class WallClock {
@@ -19,10 +32,10 @@ class WallClock {
   // (positive: forward), 0 if it was merely adjusted.
   Duration refresh();
 
-  const dds::ClockMap& map() const { return map_; }
+  const ClockMap& map() const { return map_; }
 
  private:
-  dds::ClockMap map_;
+  ClockMap map_;
 };
 
 }  // namespace linegate::gateway

@@ -8,9 +8,9 @@
 
 #include <fmt/format.h>
 
-#include "bridges/dds/profiles.h"
 #include "gateway/config/hints.h"
 #include "gateway/config/value.h"
+#include "gateway/publish/dds_edge.h"
 #include "gateway/publish/routing_text.h"
 #include "gateway/runtime/exit_code.h"
 #include "gateway/runtime/log.h"
@@ -134,7 +134,7 @@ class Text {
   void plant(const config::Plant& plant) {
     add("gateway {}, DDS domain {}, {}profile {}, log {}\n", plant.gateway, plant.dds_domain,
         plant.dds_guard ? "" : "DDS guard off: one datagram can stop this gateway, ",
-        dds::profiles_in_use(plant.dds_profile), config::name(plant.log));
+        dds_profiles_in_use(plant.dds_profile), config::name(plant.log));
     for (const auto& e : plant.executors) {
       add("executor {}: priority {}, processor {}, memory {}\n", e.name, e.priority,
           e.processor ? std::to_string(*e.processor) : "any",
@@ -442,7 +442,7 @@ int check(const std::string& path, bool json, const std::string& dds_profile) {
     if (!dds_profile.empty()) {
       loaded.value->dds_profile = dds_profile;
     }
-    const auto found = dds::check_profiles(loaded.value->dds_profile);
+    const auto found = check_dds_profiles(loaded.value->dds_profile);
     loaded.diagnostics.insert(loaded.diagnostics.end(), found.begin(), found.end());
     if (has_errors(found)) {
       loaded.value.reset();

@@ -29,7 +29,7 @@
 #include "bridges/can/socketcan.h"
 #include "bridges/dds/client.h"
 #include "bridges/dds/endpoints.h"
-#include "bridges/dds/publisher.h"
+#include "gateway/publish/dds_edge.h"
 #include "gateway/publish/publisher.h"
 #include "gateway/runtime/clock.h"
 #include "gateway/runtime/executor.h"
@@ -112,18 +112,18 @@ class Gateway {
   Gateway(std::uint32_t domain, Wire& wire) {
     config::LinePlan plan = line_plan();
     auto made = line::Line::make(plan.config);
-    dds::GatewayOptions options;
-    options.gateway = "gateway";
-    options.domain = domain;
-    options.profile_file = LOOPBACK_PROFILES;
-    options.lines = {plan.config.name};
-    auto bridge = dds::GatewayBridge::make(options);
-    require(made.ok() && bridge.ok(), "no line, or no DDS");
-    bridge_ = *std::move(bridge.value);
+    config::Plant plant;
+    plant.gateway = "gateway";
+    plant.dds_domain = domain;
+    plant.dds_profile = LOOPBACK_PROFILES;
+    plant.lines = {plan};
+    auto edge = gateway::make_dds_edge(plant, 1);
+    require(made.ok() && edge.ok(), "no line, or no DDS");
+    edge_ = *std::move(edge.value);
     std::unique_ptr<line::Line> line = *std::move(made.value);
     hosts_.push_back(std::make_unique<gateway::LineHost>(
         plan, line->layout(image::Direction::inputs), line->layout(image::Direction::outputs)));
-    publisher_ = std::make_unique<gateway::Publisher>(*bridge_, hosts_);
+    publisher_ = std::make_unique<gateway::Publisher>(*edge_, hosts_);
     executor_ = std::make_unique<gateway::Executor>(config::ExecutorPlan{});
     executor_->add(std::make_unique<gateway::LineRunner>(
         std::move(line), can_bridge::open_on_descriptor(wire.far()), plan, hosts_[0]->port,
@@ -139,7 +139,7 @@ class Gateway {
   }
 
  private:
-  std::unique_ptr<dds::GatewayBridge> bridge_;
+  std::unique_ptr<gateway::DataEdge> edge_;
   std::vector<std::unique_ptr<gateway::LineHost>> hosts_;
   std::unique_ptr<gateway::Publisher> publisher_;
   std::unique_ptr<gateway::Executor> executor_;

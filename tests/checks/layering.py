@@ -80,6 +80,8 @@ def bridge_complaint(source, header):
 
 def gateway_complaint(source, header):
     room, target = source.parts[1], PurePosixPath(header)
+    if target.parts[:2] == ("bridges", "dds") and str(source) not in DDS_EDGES:
+        return f"of gateway/ only {' and '.join(DDS_EDGES)} know bridges/dds"
     if target.parts[0] != "gateway":
         return None
     used = target.parts[1]
@@ -88,6 +90,10 @@ def gateway_complaint(source, header):
     if GATEWAY_ROOMS.index(used) > GATEWAY_ROOMS.index(room) or (room, used) in ROOM_TO_ROOM_FORBIDDEN:
         return f"gateway/{room} does not use gateway/{used}"
     return None
+
+
+# The only files of the gateway that include bridges/dds: as publisher, and as subscriber.
+DDS_EDGES = ("gateway/publish/dds_edge.cpp", "gateway/cli/remote_client.cpp")
 
 
 def reserved_complaint(source, header):

@@ -124,6 +124,7 @@ class Layering(TreeCase):
         ("gateway/tools/a.cpp", '"gateway/process/a.h"'),
         ("gateway/app/a.cpp", '"gateway/config/a.h"'),  # a room nobody named
         ("gateway/cli/a.cpp", '"gateway/a.h"'),
+        ("gateway/publish/a.cpp", '"bridges/dds/a.h"'),
     ]
     ALONG = [
         ("stack/can/a.h", '"stack/base/time.h"'),
@@ -136,7 +137,7 @@ class Layering(TreeCase):
         ("bridges/dds/a.cpp", "<fastdds/dds/domain/DomainParticipant.hpp>"),
         ("bridges/dds/a.cpp", "<linegatePubSubTypes.h>"),
         ("gateway/exchange/a.h", "<atomic>"),
-        ("gateway/app/a.cpp", '"bridges/dds/a.h"'),
+        ("gateway/publish/dds_edge.cpp", '"bridges/dds/a.h"'),
         ("gateway/cli/a.cpp", '"gateway/process/a.h"'),
         ("gateway/publish/a.cpp", '"gateway/runtime/a.h"'),
         ("tests/plant/a.cpp", '"tests/plant/world.h"'),

@@ -13,9 +13,9 @@ namespace {
 
 using manager::BootFinding;
 
-std::string text_of(const std::vector<dds::Property>& properties) {
+std::string text_of(const std::vector<Property>& properties) {
   std::string out;
-  for (const dds::Property& property : properties) {
+  for (const Property& property : properties) {
     out += property.name + "=" + property.value + "\n";
   }
   return out;

@@ -92,7 +92,7 @@ TEST(ControllerText, TellsWhereTheControllerIsSetOtherwiseThanTheLineNeeds) {
 }
 
 TEST(ControllerText, HasPropertiesOfWhatIsKnown) {
-  std::vector<dds::Property> out;
+  std::vector<Property> out;
   add_properties({}, out);
   EXPECT_TRUE(out.empty());
   can_bridge::ControllerSetup controller;

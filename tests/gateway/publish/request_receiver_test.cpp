@@ -11,8 +11,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/dds/own_domain.h"
 #include "tests/gateway/log_keeper.h"
+#include "tests/gateway/publish/fake_edge.h"
 
 namespace linegate::gateway {
 namespace {
@@ -24,18 +24,13 @@ class RequestReceiverTest : public testing::Test {
     plan.config.name = "press";
     hosts.push_back(std::make_unique<LineHost>(plan, image::Layout{}, image::Layout{}));
     hosts[0]->executor = &executor;
-    receiver = std::make_unique<RequestReceiver>(*bridge, hosts, refusals, publisher, "");
+    receiver = std::make_unique<RequestReceiver>(edge, hosts, refusals, publisher, "");
     spdlog::default_logger()->set_level(spdlog::level::debug);
   }
 
   bool was_logged(const std::string& text) { return std::ranges::count(log.lines(), text) == 1; }
 
-  std::unique_ptr<dds::GatewayBridge> bridge =
-      *dds::GatewayBridge::make({.gateway = "requests",
-                                 .domain = static_cast<std::uint32_t>(test::own_domain()),
-                                 .profile_file = LOOPBACK_PROFILES,
-                                 .lines = {}})
-           .value;
+  FakeEdge edge;
   LogKeeper log;
   Executor executor{config::ExecutorPlan{}};
   exchange::Ring<line::Reply> refusals{4};
@@ -71,6 +66,34 @@ TEST_F(RequestReceiverTest, WhatALineIsToldOfStrangersIsBoundedAndTheRestCounted
     EXPECT_TRUE(was_logged("warning press: " + std::to_string(kMany - told) +
                            " refusals more are no events of the line, too many came at once"));
   }
+}
+
+TEST_F(RequestReceiverTest, WhatTheEdgeReceivesGoesToTheLineAndItsWarningsToTheLog) {
+  edge.receive([](RequestHandler& handler) {
+    CommandRequest request{.line = "press", .client = "me"};
+    request.command.kind = line::CommandKind::sdo_read;
+    request.command.tag = 5;
+    handler.on_command(request);
+    request.line = "nowhere";
+    request.command.tag = 6;
+    handler.on_command(request);
+  });
+  edge.warn("3 datagrams dropped");
+  receiver->start();
+  for (const std::uint64_t before = receiver->rounds().value();
+       receiver->rounds().value() < before + 2;) {
+    receiver->wake();
+  }
+  receiver->stop();
+  line::Command command;
+  ASSERT_TRUE(hosts[0]->port.commands.pop(command));
+  EXPECT_EQ(command.tag, 5U);
+  EXPECT_FALSE(hosts[0]->port.commands.pop(command));
+  line::Reply reply;
+  ASSERT_TRUE(refusals.pop(reply));
+  EXPECT_EQ(reply.tag, 6U);
+  EXPECT_EQ(reply.error, line::to_error(line::Refusal::unknown_line));
+  EXPECT_TRUE(was_logged("warning 3 datagrams dropped"));
 }
 
 }  // namespace

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/publish/guard_report.h"
+#include "bridges/dds/guard/report.h"
 
 #include <string_view>
 
-namespace linegate::gateway {
+namespace linegate::dds::guard {
 namespace {
-
-using dds::guard::Reason;
 
 std::string_view meaning(Reason reason) {
   switch (reason) {
@@ -57,9 +55,9 @@ std::string sentence(std::uint64_t count, Reason reason) {
 
 }  // namespace
 
-std::vector<std::string> GuardReport::update(const dds::guard::Counters& counters, Instant now) {
+std::vector<std::string> Report::update(const Counters& counters, Instant now) {
   std::vector<std::string> out;
-  for (std::size_t i = 1; i < dds::guard::kReasons; ++i) {
+  for (std::size_t i = 1; i < kReasons; ++i) {
     Reported& it = reported_[i];
     const std::uint64_t count = counters.dropped[i];
     if (count == it.count || now < it.next)
@@ -70,4 +68,4 @@ std::vector<std::string> GuardReport::update(const dds::guard::Counters& counter
   return out;
 }
 
-}  // namespace linegate::gateway
+}  // namespace linegate::dds::guard

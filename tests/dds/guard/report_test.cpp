@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who floods a gateway with bad datagrams does not flood its log.
-#include "gateway/publish/guard_report.h"
+// A flood of bad datagrams does not flood the log.
+#include "bridges/dds/guard/report.h"
 
 #include <gtest/gtest.h>
 
-namespace linegate::gateway {
+namespace linegate::dds::guard {
 namespace {
-
-using dds::guard::Counters;
-using dds::guard::Reason;
 
 class GuardReportTest : public testing::Test {
  protected:
@@ -18,7 +15,7 @@ class GuardReportTest : public testing::Test {
   std::vector<std::string> update(Duration at) { return report.update(counters, Instant{at}); }
 
   Counters counters;
-  GuardReport report;
+  Report report;
 };
 
 TEST_F(GuardReportTest, AReasonIsReportedAtOnceAndThenOnceAMinute) {
@@ -58,4 +55,4 @@ TEST_F(GuardReportTest, GapsAreLeftOutOfDatagramsThatPass) {
 }
 
 }  // namespace
-}  // namespace linegate::gateway
+}  // namespace linegate::dds::guard

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the guard of bridges/dds dropped, as sentences for the log.
+// What the guard dropped, as sentences for a log.
 #pragma once
 
 #include <array>
@@ -9,16 +9,16 @@
 #include "bridges/dds/guard/counters.h"
 #include "stack/base/time.h"
 
-namespace linegate::gateway {
+namespace linegate::dds::guard {
 
 // Each reason is reported when it occurs for the first time, later at most once a minute with the
 // number of datagrams since.
-class GuardReport {
+class Report {
  public:
   static constexpr Duration kPeriod = std::chrono::minutes(1);
 
   // Nothing in most calls.
-  std::vector<std::string> update(const dds::guard::Counters& counters, Instant now);
+  std::vector<std::string> update(const Counters& counters, Instant now);
 
  private:
   struct Reported {
@@ -26,7 +26,7 @@ class GuardReport {
     Instant next{};  // not before
   };
 
-  std::array<Reported, dds::guard::kReasons> reported_{};
+  std::array<Reported, kReasons> reported_{};
 };
 
-}  // namespace linegate::gateway
+}  // namespace linegate::dds::guard

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/publish/dds_edge.h"
+
+#include <utility>
+
+#include "bridges/dds/guard/report.h"
+#include "bridges/dds/library_log.h"
+#include "bridges/dds/profiles.h"
+#include "bridges/dds/publisher.h"
+
+namespace linegate::gateway {
+namespace {
+
+dds::Access to_dds(config::Access access) {
+  switch (access) {
+    case config::Access::off:
+      return dds::Access::off;
+    case config::Access::read:
+      return dds::Access::read;
+    case config::Access::all:
+      break;
+  }
+  return dds::Access::all;
+}
+
+dds::ClockMap to_dds(const ClockMap& clock) {
+  switch (clock.quality) {
+    case ClockQuality::unknown:
+      break;
+    case ClockQuality::free_running:
+      return {clock.offset, dds::ClockQuality::free_running};
+    case ClockQuality::synchronised:
+      return {clock.offset, dds::ClockQuality::synchronised};
+  }
+  return {clock.offset, dds::ClockQuality::unknown};
+}
+
+std::vector<dds::Property> to_dds(const std::vector<Property>& properties) {
+  std::vector<dds::Property> out;
+  out.reserve(properties.size());
+  for (const Property& property : properties) {
+    out.push_back({property.name, property.value});
+  }
+  return out;
+}
+
+dds::GatewayInfo to_dds(const GatewayInfo& info) {
+  dds::GatewayInfo out{.version = info.version,
+                       .started = info.started,
+                       .configuration = info.configuration,
+                       .configured = info.configured,
+                       .reloads = info.reloads,
+                       .reloads_refused = info.reloads_refused,
+                       .events = info.events,
+                       .participants = info.participants,
+                       .participants_most = info.participants_most};
+  for (const GatewayInfo::Line& line : info.lines) {
+    out.lines.push_back({line.name, line.interface_uri});
+  }
+  for (const NamedCounter& counter : info.counters) {
+    out.counters.push_back({counter.name, counter.value});
+  }
+  return out;
+}
+
+// From the bridge to the handler.
+class Requests final : public dds::GatewayHandler {
+ public:
+  explicit Requests(RequestHandler& handler) : handler_(handler) {}
+
+  void on_output_write(dds::OutputMessage message) override {
+    handler_.on_output_write(
+        {std::move(message.line), std::move(message.client), std::move(message.write)});
+  }
+  void on_command(dds::CommandMessage message) override {
+    handler_.on_command({std::move(message.line), std::move(message.client), message.layout_id,
+                         std::move(message.command)});
+  }
+  void on_output_refused(std::string_view line, std::uint16_t group, line::OutputRefusal refusal,
+                         std::string_view why) override {
+    handler_.on_output_refused(line, group, refusal, why);
+  }
+  void on_command_refused(std::string_view line, std::string_view client, std::uint8_t kind,
+                          line::Refusal refusal, std::string_view why) override {
+    handler_.on_command_refused(line, client, kind, refusal, why);
+  }
+  void on_unreadable(std::uint64_t samples) override { handler_.on_unreadable(samples); }
+  void on_misfit(std::string_view topic, std::string_view policy) override {
+    handler_.on_misfit(topic, policy);
+  }
+
+ private:
+  RequestHandler& handler_;
+};
+
+class DdsEdge final : public DataEdge {
+ public:
+  explicit DdsEdge(std::unique_ptr<dds::GatewayBridge> bridge) : bridge_(std::move(bridge)) {}
+
+  bool add_line(const std::string& line) override { return bridge_->add_line(line); }
+  void remove_line(const std::string& line) override { bridge_->remove_line(line); }
+
+  void set_clock(const ClockMap& clock) override { bridge_->set_clock(to_dds(clock)); }
+  void publish_line(const LineInfo& info, const line::LineState& state, Instant now,
+                    const std::vector<Property>& properties) override {
+    bridge_->publish(
+        dds::LineInfo{info.name, info.interface_uri, info.bit_rate, to_dds(info.access)}, state,
+        now, to_dds(properties));
+  }
+  void publish_node(std::string_view line, const NodeInfo& info, const line::NodeState& state,
+                    Instant now, const std::vector<Property>& properties) override {
+    bridge_->publish(line, dds::NodeInfo{info.name, info.since}, state, now, to_dds(properties));
+  }
+  void publish_output_state(std::string_view line, const line::OutputState& state,
+                            Instant now) override {
+    bridge_->publish(line, state, now);
+  }
+  void publish_layout(std::string_view line, const image::Layout& layout) override {
+    bridge_->publish(line, layout);
+  }
+  void publish_image(std::string_view line, const image::Snapshot& snapshot) override {
+    bridge_->publish(line, snapshot);
+  }
+  void publish_pdo_update(std::string_view line, const image::Layout& layout,
+                          const image::Snapshot& snapshot, const image::PdoMark& mark,
+                          std::uint32_t receptions) override {
+    bridge_->publish_pdo_update(line, layout, snapshot, mark, receptions);
+  }
+  void publish_reception(std::string_view line, const image::Layout& layout,
+                         const pdo::Reception& reception) override {
+    bridge_->publish(line, layout, reception);
+  }
+  void publish_gateway(const GatewayInfo& info, Instant now) override {
+    bridge_->publish(to_dds(info), now);
+  }
+  void publish_event(std::string_view line, const Event& event, std::string_view text) override {
+    bridge_->publish(line, event, text);
+  }
+
+  std::uint64_t failed_samples() const override { return bridge_->counters().failed; }
+  std::size_t participants() const override { return bridge_->discovery().participants; }
+  EdgeStatistics statistics() const override;
+  std::size_t namesakes() const override { return bridge_->namesakes(); }
+  std::vector<std::string> other_gateways() const override { return bridge_->other_gateways(); }
+
+  void poll(Duration timeout, RequestHandler& handler) override {
+    Requests requests(handler);
+    bridge_->poll(timeout, requests);
+  }
+  void wake() override { bridge_->wake(); }
+  std::vector<std::string> warnings(Instant now) override {
+    return guard_.update(bridge_->guard_counters(), now);
+  }
+  void reply(const line::Reply& reply) override { bridge_->reply(reply); }
+
+ private:
+  std::unique_ptr<dds::GatewayBridge> bridge_;
+  dds::guard::Report guard_;
+};
+
+EdgeStatistics DdsEdge::statistics() const {
+  const dds::DiscoveryCounters discovery = bridge_->discovery();
+  const dds::guard::Counters guard = bridge_->guard_counters();
+  EdgeStatistics out{discovery.participants,
+                     discovery.most,
+                     {{"discovery-discovered", discovery.discovered},
+                      {"discovery-gone", discovery.gone},
+                      {"discovery-endpoints", guard.endpoints},
+                      {"samples-published", bridge_->counters().samples},
+                      {"samples-failed", bridge_->counters().failed},
+                      {"guard-received", guard.received}}};
+  for (std::size_t i = 1; i < dds::guard::kReasons; ++i) {
+    const auto reason = static_cast<dds::guard::Reason>(i);
+    out.counters.push_back({"guard-dropped-" + std::string(to_string(reason)), guard.of(reason)});
+  }
+  return out;
+}
+
+}  // namespace
+
+Loaded<std::unique_ptr<DataEdge>> make_dds_edge(const config::Plant& plant,
+                                                std::uint64_t incarnation) {
+  dds::GatewayOptions options;
+  options.gateway = plant.gateway;
+  options.incarnation = incarnation;
+  options.domain = plant.dds_domain;
+  options.participants = plant.dds_participants;
+  options.profile_file = plant.dds_profile;
+  options.guard = plant.dds_guard;
+  options.last_words = plant.dds_last_words;
+  for (const auto& line : plant.lines) {
+    options.lines.push_back(line.config.name);
+  }
+  auto made = dds::GatewayBridge::make(options);
+  Loaded<std::unique_ptr<DataEdge>> out;
+  out.diagnostics = std::move(made.diagnostics);
+  if (made.value) {
+    out.value = std::make_unique<DdsEdge>(std::move(*made.value));
+  }
+  return out;
+}
+
+std::vector<Diagnostic> check_dds_profiles(const std::string& file) {
+  return dds::check_profiles(file);
+}
+
+std::string dds_profiles_in_use(const std::string& file) {
+  return dds::profiles_in_use(file);
+}
+
+DdsLibraryLog::DdsLibraryLog(std::function<void(Severity, std::string_view text)> log) {
+  dds::set_library_log(std::move(log));
+}
+
+DdsLibraryLog::~DdsLibraryLog() {
+  dds::set_library_log({});
+}
+
+}  // namespace linegate::gateway

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// An edge without a network: keeps what is published, and gives what a test has it receive.
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gateway/publish/data_edge.h"
+
+namespace linegate::gateway {
+
+// One line of text for each sample, such as "event press 3". From any thread.
+class FakeEdge final : public DataEdge {
+ public:
+  std::vector<std::string> samples() const {
+    const std::lock_guard lock(mutex_);
+    return samples_;
+  }
+  // Received by the next poll().
+  void receive(std::function<void(RequestHandler&)> request) {
+    const std::lock_guard lock(mutex_);
+    requests_.push_back(std::move(request));
+    changed_.notify_all();
+  }
+  void warn(std::string warning) {
+    const std::lock_guard lock(mutex_);
+    warnings_.push_back(std::move(warning));
+    changed_.notify_all();
+  }
+  void fail(std::uint64_t samples) {
+    const std::lock_guard lock(mutex_);
+    failed_ += samples;
+  }
+
+  bool add_line(const std::string& line) override { return add("line " + line); }
+  void remove_line(const std::string& line) override { add("end " + line); }
+
+  void set_clock(const ClockMap&) override {}
+  void publish_line(const LineInfo& info, const line::LineState&, Instant,
+                    const std::vector<Property>& properties) override {
+    std::string text = "state " + info.name;
+    for (const Property& property : properties) {
+      text += ' ' + property.name + '=' + property.value;
+    }
+    add(text);
+  }
+  void publish_node(std::string_view line, const NodeInfo& info, const line::NodeState& state,
+                    Instant, const std::vector<Property>&) override {
+    add("node " + std::string(line) + ' ' + std::to_string(state.node) + ' ' + info.name);
+  }
+  void publish_output_state(std::string_view line, const line::OutputState& state,
+                            Instant) override {
+    add("outputs " + std::string(line) + ' ' + std::to_string(state.group));
+  }
+  void publish_layout(std::string_view line, const image::Layout&) override {
+    add("layout " + std::string(line));
+  }
+  void publish_image(std::string_view line, const image::Snapshot& snapshot) override {
+    add("image " + std::string(line) + ' ' + std::to_string(snapshot.sequence));
+  }
+  void publish_pdo_update(std::string_view line, const image::Layout&, const image::Snapshot&,
+                          const image::PdoMark& mark, std::uint32_t receptions) override {
+    add("pdo " + std::string(line) + ' ' + std::to_string(mark.remote_pdo) + ' ' +
+        std::to_string(receptions));
+  }
+  void publish_reception(std::string_view line, const image::Layout&,
+                         const pdo::Reception&) override {
+    add("reception " + std::string(line));
+  }
+  void publish_gateway(const GatewayInfo& info, Instant) override {
+    add("gateway " + info.version + ' ' + std::to_string(info.participants));
+  }
+  void publish_event(std::string_view line, const Event& event, std::string_view) override {
+    add("event " + std::string(line) + ' ' + std::to_string(event.number));
+  }
+
+  std::uint64_t failed_samples() const override {
+    const std::lock_guard lock(mutex_);
+    return failed_;
+  }
+  std::size_t participants() const override { return 0; }
+  EdgeStatistics statistics() const override { return {}; }
+  std::size_t namesakes() const override { return 0; }
+  std::vector<std::string> other_gateways() const override { return {"hall"}; }
+
+  void poll(Duration timeout, RequestHandler& handler) override {
+    std::vector<std::function<void(RequestHandler&)>> requests;
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait_for(lock, timeout,
+                        [&] { return woken_ || !requests_.empty() || !warnings_.empty(); });
+      woken_ = false;
+      requests.swap(requests_);
+    }
+    for (const auto& request : requests) {
+      request(handler);
+    }
+  }
+  void wake() override {
+    const std::lock_guard lock(mutex_);
+    woken_ = true;
+    changed_.notify_all();
+  }
+  std::vector<std::string> warnings(Instant) override {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(warnings_, {});
+  }
+  void reply(const line::Reply& reply) override { add("reply " + std::to_string(reply.tag)); }
+
+ private:
+  bool add(const std::string& sample) {
+    const std::lock_guard lock(mutex_);
+    samples_.push_back(sample);
+    return true;
+  }
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<std::string> samples_;
+  std::vector<std::function<void(RequestHandler&)>> requests_;
+  std::vector<std::string> warnings_;
+  std::uint64_t failed_ = 0;
+  bool woken_ = false;
+};
+
+}  // namespace linegate::gateway
