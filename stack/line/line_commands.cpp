@@ -120,11 +120,11 @@ void Line::Impl::start_in_network(Command command, Instant now) {
   const Duration timeout = std::max(command.timeout, Duration::zero());
   const Duration share = timeout / (1 + command.repeats);
   const Duration patience = kRemotePatience * config.sdo_timeout;
-  const std::uint64_t token = next_token++;
-  pending.push_back({.token = token,
+  const std::uint64_t number = ++transfers;
+  pending.push_back({.number = number,
                      .tag = command.tag,
                      .deadline = timeout > Duration::zero() ? deadline(now, timeout) : kNever});
-  routing->start({.token = token,
+  routing->start({.number = number,
                   .network = command.network,
                   .node = command.node,
                   .address = {command.index, command.sub},
@@ -168,8 +168,9 @@ void Line::Impl::start_sdo(Command command, bool write, Instant now) {
   }
   const Duration timeout = command.timeout > Duration::zero() ? command.timeout : Duration::zero();
   const Duration share = timeout / (1 + command.repeats);
-  const std::uint64_t token = next_token++;
-  sdo::Request request{.token = token,
+  const std::uint64_t number = ++transfers;
+  sdo::Request request{.owner = &command_transfers,
+                       .number = number,
                        .node = command.node,
                        .address = {command.index, command.sub},
                        .write = write,
@@ -182,7 +183,8 @@ void Line::Impl::start_sdo(Command command, bool write, Instant now) {
     refuse(command, Refusal::busy, now);
     return;
   }
-  pending.push_back({.token = token,
+  pending.push_back({.number = number,
+                     .node = command.node,
                      .tag = command.tag,
                      .deadline = timeout > Duration::zero() ? deadline(now, timeout) : kNever,
                      .tells_way = command.kind == CommandKind::object_write});
@@ -348,7 +350,7 @@ void Line::Impl::send_frame(const Command& command, Instant now) {
 }
 
 void Line::Impl::command_completed(sdo::Completion& completion) {
-  const auto it = std::ranges::find(pending, completion.token, &Pending::token);
+  const auto it = std::ranges::find(pending, completion.number, &Pending::number);
   if (it == pending.end()) {
     return;  // its command was answered when its own time-out passed
   }
@@ -369,9 +371,9 @@ void Line::Impl::expire_commands(Instant now) {
       ++i;
       continue;
     }
-    sdo.cancel(pending[i].token);
+    sdo.cancel(command_transfers, pending[i].node, pending[i].number);
     if (routing != nullptr) {
-      routing->cancel(pending[i].token, may_send_sdo(), now);
+      routing->cancel(pending[i].number, may_send_sdo(), now);
     }
     reply(pending[i].tag, to_error(Refusal::timed_out));
     pending[i] = pending.back();

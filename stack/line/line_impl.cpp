@@ -119,23 +119,9 @@ void Line::Impl::start(Instant now) {
 }
 
 void Line::Impl::take_completions(Instant now) {
+  sdo.deliver_completions(now);
+  finish_scan();
   sdo::Completion completion;
-  while (sdo.take(completion)) {
-    if ((completion.token & manager::kManagerToken) != 0) {
-      manager.completed(completion, now);
-    } else if ((completion.token & scan::kScanToken) != 0) {
-      scanner.completed(completion, now);
-      finish_scan();
-    } else if ((completion.token & manager::kTaskToken) != 0) {
-      if (!configurator.completed(completion, now)) {
-        (void)loader.completed(completion, now);
-      }
-    } else if ((completion.token & kCheckToken) != 0) {
-      lss.completed(completion, now);
-    } else {
-      command_completed(completion);
-    }
-  }
   while (routing != nullptr && routing->take(completion)) {
     command_completed(completion);
   }
@@ -287,7 +273,7 @@ void Line::Impl::stop(Instant now) {
     take_completions(now);
   }
   for (Pending& command : pending) {
-    sdo.cancel(command.token);
+    sdo.cancel(command_transfers, command.node, command.number);
     reply(command.tag, to_error(Refusal::cancelled));
   }
   pending.clear();

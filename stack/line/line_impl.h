@@ -154,8 +154,9 @@ struct Line::Impl final : Line::Base,
 
   // --- line_commands.cpp ------------------------------------------------------------------------
   struct Pending {
-    std::uint64_t token = 0;  // of the SDO transfer
-    std::uint64_t tag = 0;    // of the command
+    std::uint64_t number = 0;  // of the SDO transfer
+    std::uint8_t node = 0;     // of it, on this line
+    std::uint64_t tag = 0;     // of the command
     Instant deadline = kNever;
     bool tells_way = false;  // of an object_write
   };
@@ -348,9 +349,19 @@ struct Line::Impl final : Line::Base,
   std::vector<scan::ScannedNode> scan_cache;  // what scans read, ascending by id
   Instant scan_deadline = kNever;
 
+  // Of the SDO transfers of commands.
+  struct CommandTransfers final : sdo::TransferOwner {
+    explicit CommandTransfers(Impl& of) : line(of) {}
+    ~CommandTransfers() override { line.sdo.disown(*this); }
+    void completed(sdo::Completion& completion, Instant /*now*/) override {
+      line.command_completed(completion);
+    }
+    Impl& line;
+  };
+  CommandTransfers command_transfers{*this};
   std::vector<Pending> pending;
   std::vector<LocalWrite> local_writes;
-  std::uint64_t next_token = 1;
+  std::uint64_t transfers = 0;  // numbers given so far
 
   // By node: how many heartbeats have to report Operational, see note_command(), and when the last
   // one of them did.

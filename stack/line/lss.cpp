@@ -74,9 +74,10 @@ Lss::Lss(const LineConfig& config, const NodeIdCheck::Services& services,
          std::span<const pdo::LinkedPdo> inputs, EventLog& events)
     : config_(config),
       manager_(services.manager),
+      sdo_(services.sdo),
       host_(services.host),
       events_(events),
-      check_(config, services, inputs),
+      check_(config, services, *this, inputs),
       master_(config.lss.timeout),
       assigner_(candidates_of(config), options_of(config.lss), *this) {
 }
@@ -429,7 +430,7 @@ void Lss::hear(std::span<const can::Frame> frames) {
   check_.hear(frames);
 }
 
-void Lss::completed(const sdo::Completion& completion, Instant now) {
+void Lss::completed(sdo::Completion& completion, Instant now) {
   check_.completed(completion, now);
   pump(now);
 }

@@ -18,11 +18,12 @@
 
 namespace linegate::line {
 
-class Lss final : lss::AssignerHost {
+class Lss final : public sdo::TransferOwner, lss::AssignerHost {
  public:
   // All but inputs must outlive it; see NodeIdCheck.
   Lss(const LineConfig& config, const NodeIdCheck::Services& services,
       std::span<const pdo::LinkedPdo> inputs, EventLog& events);
+  ~Lss() override { sdo_.disown(*this); }
 
   // usable: the bus can be used. The first round begins at once, if there is to be one.
   void start(bool usable, Instant now);
@@ -55,8 +56,8 @@ class Lss final : lss::AssignerHost {
   void lost(std::uint64_t first, std::uint64_t last);
   // Commands are answered, and a round that was under way begins again when the bus can be used.
   void interface_lost();
-  // A transfer with kCheckToken in its token.
-  void completed(const sdo::Completion& completion, Instant now);
+  // sdo::TransferOwner: of the check of node-IDs.
+  void completed(sdo::Completion& completion, Instant now) override;
   // An NMT command to a node, or all with 0, was sent or heard.
   void commanded(nmt::Command command, std::uint8_t node) { check_.commanded(command, node); }
   // Its boot-up message, or a heartbeat.
@@ -118,6 +119,7 @@ class Lss final : lss::AssignerHost {
 
   const LineConfig& config_;
   const manager::Manager& manager_;
+  sdo::Arbiter& sdo_;
   manager::Host& host_;
   EventLog& events_;
   NodeIdCheck check_;

@@ -44,8 +44,8 @@ bool is_upload(const can::Frame& frame) {
 }  // namespace
 
 NodeIdCheck::NodeIdCheck(const LineConfig& config, const Services& services,
-                         std::span<const pdo::LinkedPdo> inputs)
-    : config_(config), services_(services) {
+                         sdo::TransferOwner& owner, std::span<const pdo::LinkedPdo> inputs)
+    : config_(config), services_(services), owner_(owner) {
   const auto note = [this](const can::CobId& cob_id, std::uint8_t node) {
     if (cob_id.valid() && !cob_id.extended() && is_sent_by_node(cob_id.id()) &&
         (cob_id.id() & kNodeBits) != node) {
@@ -113,11 +113,12 @@ void NodeIdCheck::begin(std::uint8_t node, bool before_boot, Instant now) {
 
 void NodeIdCheck::ask(std::uint8_t node, Instant now) {
   Check& check = checks_[node];
-  check.token = kCheckToken | ++tokens_;
+  check.upload = ++uploads_;
   check.number = 0;
   check.sent = kNever;
   services_.heartbeats.ask(node);
-  if (!services_.sdo.submit({.token = check.token,
+  if (!services_.sdo.submit({.owner = &owner_,
+                             .number = check.upload,
                              .node = node,
                              .address = kDeviceTypeObject,
                              .timeout = upload_time(find(node)),
@@ -129,7 +130,7 @@ void NodeIdCheck::ask(std::uint8_t node, Instant now) {
 
 void NodeIdCheck::completed(const sdo::Completion& completion, Instant now) {
   Check& check = checks_[completion.node];
-  if (check.use != Use::checking || check.token != completion.token) {
+  if (check.use != Use::checking || check.upload != completion.number) {
     return;
   }
   const bool asked =
@@ -204,7 +205,7 @@ void NodeIdCheck::commanded(nmt::Command command, std::uint8_t node) {
 void NodeIdCheck::end() {
   for (const std::uint8_t node : begun_) {
     if (checks_[node].use == Use::checking) {
-      services_.sdo.cancel(checks_[node].token);
+      services_.sdo.cancel(owner_, node, checks_[node].upload);
     }
     checks_[node] = {};
   }

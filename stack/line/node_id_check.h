@@ -25,9 +25,6 @@
 
 namespace linegate::line {
 
-// Tokens of its transfers have this bit set and bits 61 to 63 not; others' must not.
-inline constexpr std::uint64_t kCheckToken = std::uint64_t{1} << 60U;
-
 class NodeIdCheck {
  public:
   // cannot_ask: the own node is stopped, or the queue of SDO transfers with the node is full.
@@ -40,9 +37,9 @@ class NodeIdCheck {
     nmt::HeartbeatConsumer& heartbeats;
     manager::Host& host;
   };
-  // config must outlive it. inputs: the TPDOs of the nodes; what one node sends on an identifier of
-  // another one's set says nothing about that one.
-  NodeIdCheck(const LineConfig& config, const Services& services,
+  // config must outlive it. owner: of its transfers; hands on their ends. inputs: the TPDOs of the
+  // nodes; what one node sends on an identifier of another one's set says nothing about that one.
+  NodeIdCheck(const LineConfig& config, const Services& services, sdo::TransferOwner& owner,
               std::span<const pdo::LinkedPdo> inputs);
 
   // Checks the node-ID, 1..127, unless that began already. before_boot: the manager has not reset
@@ -56,7 +53,7 @@ class NodeIdCheck {
   // Frames have to be handed to hear().
   bool listens() const { return !begun_.empty(); }
   void hear(std::span<const can::Frame> frames);
-  // A transfer with kCheckToken in its token.
+  // The end of a transfer.
   void completed(const sdo::Completion& completion, Instant now);
   // The frame was given to the bus; number: as acknowledged() has it, 0 = it counts as acknowledged
   // at once.
@@ -76,7 +73,7 @@ class NodeIdCheck {
     Use use = Use::unknown;
     Duration time{};  // in which all that counts has to pass in silence
     Instant until{};
-    std::uint64_t token = 0;   // of the upload under way
+    std::uint64_t upload = 0;  // under way
     std::uint64_t number = 0;  // of its frame, while it is under way to the bus
     Instant sent = kNever;     // when its request was acknowledged
   };
@@ -90,11 +87,12 @@ class NodeIdCheck {
 
   const LineConfig& config_;
   Services services_;
+  sdo::TransferOwner& owner_;
   std::vector<std::uint32_t> of_others_;  // identifiers, ascending
   std::array<Check, can::kMaxNodeId + 1> checks_{};
   std::vector<std::uint8_t> begun_;
   std::bitset<can::kMaxNodeId + 1> stopped_;  // by the last command
-  std::uint64_t tokens_ = 0;
+  std::uint64_t uploads_ = 0;
 };
 
 }  // namespace linegate::line

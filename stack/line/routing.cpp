@@ -73,8 +73,8 @@ void Routing::start(routing::RemoteRequest request, bool usable, Instant now) {
   settle(usable, now);
 }
 
-void Routing::cancel(std::uint64_t token, bool usable, Instant now) {
-  clients_.cancel(token, now);
+void Routing::cancel(std::uint64_t number, bool usable, Instant now) {
+  clients_.cancel(number, now);
   settle(usable, now);
 }
 

@@ -35,7 +35,7 @@ class Routing final : sdo::Detour {
   // usable: SDOs can be sent on the bus of this line.
   void deliver(const routing::Message& message, bool usable, Instant now);
   void start(routing::RemoteRequest request, bool usable, Instant now);
-  void cancel(std::uint64_t token, bool usable, Instant now);
+  void cancel(std::uint64_t number, bool usable, Instant now);
   // How a transfer that start() began has ended; false if there is none to take.
   bool take(sdo::Completion& out) { return clients_.take(out); }
   // After anything came in: hands on what parts of the line have for each other.

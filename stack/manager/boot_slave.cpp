@@ -100,8 +100,8 @@ void BootSlave::begin(Reason reason, Instant now, nmt::Command command) {
 }
 
 void BootSlave::abandon_step() {
-  if (token_ != 0) {
-    services_.sdo.cancel(std::exchange(token_, 0));
+  if (transfer_ != 0) {
+    services_.sdo.cancel(services_.owner, plan_.id, std::exchange(transfer_, 0));
   }
   if (step_ == Step::program || step_ == Step::configuration) {
     running().cancel();
@@ -182,7 +182,7 @@ bool BootSlave::heartbeat_lost(Instant now) {
 void BootSlave::completed(const sdo::Completion& answer, Instant now) {
   const sdo::Completion completion = understood(answer);
   said_ = answer.refused;
-  token_ = 0;
+  transfer_ = 0;
   switch (step_) {
     case Step::device_type:
       check_device_type(completion, now);
@@ -556,14 +556,15 @@ void BootSlave::submit(sdo::Request request, Instant now) {
   if (request.write && step_ == Step::configuration) {
     last_written_ = request.address;
   }
-  token_ = kManagerToken | std::uint64_t{plan_.id} << 32U | ++sequence_;
-  request.token = token_;
+  transfer_ = ++sequence_;
+  request.owner = &services_.owner;
+  request.number = transfer_;
   request.node = plan_.id;
   request.priority = sdo::Priority::boot;
   said_ = false;
   if (!services_.sdo.submit(std::move(request), now)) {
     // The queue of this node is full of commands: ask again when some of them are done.
-    token_ = 0;
+    transfer_ = 0;
     if (step_ == Step::program || step_ == Step::configuration) {
       running().cancel();
     }

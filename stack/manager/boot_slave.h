@@ -39,6 +39,7 @@ struct BootServices {
   const NetworkList& list;
   Duration sdo_timeout{};
   sdo::Arbiter& sdo;
+  sdo::TransferOwner& owner;  // of the transfers of all of them; hands on their ends
   nmt::HeartbeatConsumer& heartbeats;
   EventLog& events;
   Host& host;
@@ -75,9 +76,9 @@ class BootSlave final : private StepContext {
   // Its error control was lost. True if that is the result of the process (K): nobody has heard it
   // since it was configured.
   bool heartbeat_lost(Instant now);
-  // The end of a transfer that owns(token).
+  // The end of the transfer that awaits(number).
   void completed(const sdo::Completion& answer, Instant now);
-  bool owns(std::uint64_t token) const { return token == token_ && token != 0; }
+  bool awaits(std::uint64_t number) const { return number == transfer_ && number != 0; }
 
   void advance(Instant now);
   Instant next_wake() const { return wake_; }
@@ -170,12 +171,9 @@ class BootSlave final : private StepContext {
   std::uint32_t refusals_ = 0;    // so often in a row the same one
   std::uint32_t assignment_ = 0;  // 1F81h when the process began
   std::uint8_t identity_sub_ = 0;
-  std::uint64_t token_ = 0;
-  std::uint32_t sequence_ = 0;
+  std::uint64_t transfer_ = 0;  // under way; 0 = none
+  std::uint64_t sequence_ = 0;
   std::optional<char> result_;
 };
-
-// Tokens of the manager's transfers have this bit set; others must not.
-inline constexpr std::uint64_t kManagerToken = std::uint64_t{1} << 63U;
 
 }  // namespace linegate::manager

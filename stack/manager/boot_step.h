@@ -33,8 +33,8 @@ class StepContext {
   virtual const NodePlan& plan() const = 0;
   // Of a transfer that needs no longer than others of this node.
   virtual Duration sdo_timeout() const = 0;
-  // Hands a transfer to the node's default server; node, token and priority are set here. One at a
-  // time; its end comes as BootStep::completed().
+  // Hands a transfer to the node's default server; owner, number, node and priority are set
+  // here. One at a time; its end comes as BootStep::completed().
   virtual void submit(sdo::Request request, Instant now) = 0;
 };
 

@@ -8,11 +8,6 @@
 #include "stack/manager/task_boot_step.h"
 
 namespace linegate::manager {
-namespace {
-
-constexpr std::uint8_t kComparing = 1;  // owner of tasks
-
-}  // namespace
 
 class Configurator::Step final : public TaskBootStep<ConfigurationRun> {
  public:
@@ -63,7 +58,7 @@ class Configurator::Step final : public TaskBootStep<ConfigurationRun> {
 
 Configurator::Configurator(od::Dictionary& dictionary, std::span<const NodePlan> plans,
                            sdo::Arbiter& sdo, EventLog& events, Duration sdo_timeout)
-    : events_(events), objects_(dictionary, plans), comparisons_(sdo, kComparing, sdo_timeout) {
+    : events_(events), objects_(dictionary, plans), comparisons_(sdo, sdo_timeout) {
 }
 
 std::unique_ptr<BootStep> Configurator::make_step(std::uint8_t node) {
@@ -107,30 +102,19 @@ bool Configurator::verify(std::uint8_t node, Instant now) {
     return false;
   }
   comparisons_.begin(std::make_unique<Comparison>(node, objects_.order(node).writes), now);
-  settle();
   return true;
-}
-
-bool Configurator::completed(const sdo::Completion& completion, Instant now) {
-  const bool owned = comparisons_.completed(completion, now);
-  settle();
-  return owned;
 }
 
 void Configurator::advance(Instant now) {
   comparisons_.advance(now);
-  settle();
 }
 
-void Configurator::settle() {
-  while (const auto comparison = comparisons_.take_ended()) {
+std::optional<NodeReport> Configurator::take_report() {
+  if (const auto comparison = comparisons_.take_ended()) {
     reports_.push_back({.node = comparison->node(),
                         .end = comparison->end(),
                         .differences = comparison->take_differences()});
   }
-}
-
-std::optional<NodeReport> Configurator::take_report() {
   if (reports_.empty()) {
     return std::nullopt;
   }

@@ -64,8 +64,6 @@ class Configurator {
   // Of what is under way with that node; nothing if that is nothing.
   Progress progress(std::uint8_t node) const;
 
-  // The end of a transfer with kTaskToken. False if it is not one of these.
-  bool completed(const sdo::Completion& completion, Instant now);
   void advance(Instant now);
   Instant next_wake() const { return comparisons_.next_wake(); }
 
@@ -74,7 +72,6 @@ class Configurator {
 
   ConfigurationOrder begin(std::uint8_t node);
   void ended(const ConfigurationRun& run, Instant now);
-  void settle();
 
   EventLog& events_;
   ConfigurationObjects objects_;

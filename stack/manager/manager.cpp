@@ -17,7 +17,7 @@ Manager::Manager(std::vector<NodePlan> plans, Options options, const od::Diction
       heartbeats_(heartbeats),
       events_(events),
       host_(host),
-      services_{list_, options.sdo_timeout, sdo, heartbeats, events, host} {
+      services_{list_, options.sdo_timeout, sdo, *this, heartbeats, events, host} {
   for (std::size_t id = 0; id < nodes_.size(); ++id) {
     nodes_[id].node = static_cast<std::uint8_t>(id);
   }
@@ -232,9 +232,9 @@ void Manager::emergency(std::uint8_t node, std::uint16_t code, std::uint8_t erro
   touch(node);
 }
 
-void Manager::completed(const sdo::Completion& completion, Instant now) {
+void Manager::completed(sdo::Completion& completion, Instant now) {
   Slot* slot = find(completion.node);
-  if (slot == nullptr || !slot->boot->owns(completion.token)) {
+  if (slot == nullptr || !slot->boot->awaits(completion.number)) {
     return;  // of a boot process that was given up meanwhile
   }
   slot->boot->completed(completion, now);

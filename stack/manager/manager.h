@@ -27,12 +27,13 @@
 
 namespace linegate::manager {
 
-class Manager {
+class Manager final : public sdo::TransferOwner {
  public:
   // dictionary: the own one, with network_objects(). References must outlive it. Plans are
   // ascending by id, ids are unique.
   Manager(std::vector<NodePlan> plans, Options options, const od::Dictionary& dictionary,
           sdo::Arbiter& sdo, nmt::HeartbeatConsumer& heartbeats, EventLog& events, Host& host);
+  ~Manager() override { services_.sdo.disown(*this); }
 
   // The start-up of the network: resets the nodes that are not to be kept alive, boots all.
   void start(Instant now);
@@ -52,8 +53,8 @@ class Manager {
   // A scan asked the node, and it answered or not. What was heard of it after asked_at counts more.
   void scanned(std::uint8_t node, bool answered, Instant asked_at, Instant now);
   void emergency(std::uint8_t node, std::uint16_t code, std::uint8_t error_register, Instant now);
-  // A transfer with kManagerToken in its token.
-  void completed(const sdo::Completion& completion, Instant now);
+  // sdo::TransferOwner: of the boot processes.
+  void completed(sdo::Completion& completion, Instant now) override;
   // Somebody asked for this NMT command by a Command; it has been sent. node 0 = all.
   void commanded(nmt::Command command, std::uint8_t node, Instant now);
   // Another node sent this NMT command; node 0 = to all.

@@ -32,21 +32,17 @@ struct TaskStep {
   Duration after{};                  // so long after the end of the step before
 };
 
-// Tokens of tasks have this bit set and bits 63 and 62 not; others' must not.
-inline constexpr std::uint64_t kTaskToken = std::uint64_t{1} << 61U;
-
 // Task has
 //   std::uint8_t node() const;
 //   std::optional<TaskStep> wanted();  asked once for each step; nothing: the task has ended
 //   void take(AbortCode, std::span<const std::byte> data);  of the step
 //   static constexpr sdo::Priority kPriority; static constexpr unsigned kRepeats;
 template <class Task>
-class NodeTasks {
+class NodeTasks final : public sdo::TransferOwner {
  public:
-  // owner: 0..255, another one for each kind of tasks. timeout: for each answer. sdo must outlive
-  // it.
-  NodeTasks(sdo::Arbiter& sdo, std::uint8_t owner, Duration timeout)
-      : sdo_(sdo), prefix_(kTaskToken | std::uint64_t{owner} << 48U), timeout_(timeout) {}
+  // timeout: for each answer. sdo must outlive it.
+  NodeTasks(sdo::Arbiter& sdo, Duration timeout) : sdo_(sdo), timeout_(timeout) {}
+  ~NodeTasks() override { sdo_.disown(*this); }
 
   // Precondition: !busy(task->node()).
   void begin(std::unique_ptr<Task> task, Instant now) {
@@ -70,24 +66,20 @@ class NodeTasks {
       return nullptr;
     }
     --count_;
-    if (running->token != 0) {
-      sdo_.cancel(running->token);
+    if (running->transfer != 0) {
+      sdo_.cancel(*this, node, running->transfer);
     }
     return std::move(running->task);
   }
 
-  // The end of a transfer. False: it is none of these tasks'.
-  bool completed(const sdo::Completion& completion, Instant now) {
+  // sdo::TransferOwner
+  void completed(sdo::Completion& completion, Instant now) override {
     std::unique_ptr<Running>& running = running_[completion.node];
-    if ((completion.token & ~kSequence) != prefix_) {
-      return false;
-    }
-    if (running != nullptr && running->token == completion.token) {
-      running->token = 0;
+    if (running != nullptr && running->transfer == completion.number) {
+      running->transfer = 0;
       running->task->take(completion.abort, completion.data);
       next(running, now);
     }
-    return true;
   }
 
   void advance(Instant now) {
@@ -123,13 +115,12 @@ class NodeTasks {
  private:
   // A node whose queue is full of commands is asked again when some of them are done.
   static constexpr Duration kQueueFull = std::chrono::seconds(1);
-  static constexpr std::uint64_t kSequence = (std::uint64_t{1} << 48U) - 1;
 
   struct Running {
     std::unique_ptr<Task> task;
     TaskStep step;
-    std::uint64_t token = 0;  // of the transfer under way
-    Instant wake = kNever;    // when the step is to begin
+    std::uint64_t transfer = 0;  // under way; 0 = none
+    Instant wake = kNever;       // when the step is to begin
   };
 
   void next(std::unique_ptr<Running>& running, Instant now) {
@@ -150,8 +141,9 @@ class NodeTasks {
 
   void submit(Running& running, Instant now) {
     const TaskStep& step = running.step;
-    running.token = prefix_ | (++sequence_ & kSequence);
-    sdo::Request request{.token = running.token,
+    running.transfer = ++sequence_;
+    sdo::Request request{.owner = this,
+                         .number = running.transfer,
                          .node = running.task->node(),
                          .address = step.address,
                          .write = step.write,
@@ -161,7 +153,7 @@ class NodeTasks {
                          .priority = Task::kPriority,
                          .options = {.repeats = Task::kRepeats}};
     if (!sdo_.submit(std::move(request), now)) {
-      running.token = 0;
+      running.transfer = 0;
       wait(running, now + kQueueFull);
     }
   }
@@ -172,7 +164,6 @@ class NodeTasks {
   }
 
   sdo::Arbiter& sdo_;
-  std::uint64_t prefix_;
   Duration timeout_;
   std::array<std::unique_ptr<Running>, 128> running_;  // by node-ID
   std::size_t count_ = 0;

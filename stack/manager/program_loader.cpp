@@ -11,7 +11,6 @@
 namespace linegate::manager {
 namespace {
 
-constexpr std::uint8_t kProgramming = 2;  // owner of tasks
 constexpr Duration kTellEvery = std::chrono::seconds(1);
 
 char letter_of(ProgramRun::Result result) {
@@ -70,7 +69,7 @@ ProgramLoader::ProgramLoader(od::Dictionary& dictionary, std::span<const NodePla
       events_(events),
       progress_code_(progress_code),
       objects_(dictionary, plans),
-      tasks_(sdo, kProgramming, sdo_timeout) {
+      tasks_(sdo, sdo_timeout) {
 }
 
 std::unique_ptr<BootStep> ProgramLoader::make_step(std::uint8_t node) {

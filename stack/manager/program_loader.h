@@ -40,10 +40,6 @@ class ProgramLoader {
   // The oldest that ended and was not yet taken; nullptr if there is none.
   std::unique_ptr<ProgramRun> take_ended() { return tasks_.take_ended(); }
 
-  // The end of a transfer with kTaskToken. False if it is not one of these.
-  bool completed(const sdo::Completion& completion, Instant now) {
-    return tasks_.completed(completion, now);
-  }
   void advance(Instant now);
   Instant next_wake() const { return earlier(tasks_.next_wake(), tell_at_); }
 

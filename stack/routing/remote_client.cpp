@@ -20,7 +20,7 @@ class RemoteClient::Transfer final : public ClientSide {
   explicit Transfer(SdoEntrance& entrance) : entrance_(entrance) {}
 
   bool busy() const { return busy_; }
-  std::uint64_t token() const { return request_.token; }
+  std::uint64_t number() const { return request_.number; }
   Instant next_wake() const { return client_.next_wake(); }
 
   void start(RemoteRequest request) {
@@ -74,7 +74,7 @@ class RemoteClient::Transfer final : public ClientSide {
   }
 
   sdo::Completion completion(sdo::Outcome&& outcome) const {
-    return {.token = request_.token,
+    return {.number = request_.number,
             .node = request_.node,
             .address = request_.address,
             .write = request_.write,
@@ -170,9 +170,9 @@ void RemoteClient::start(RemoteRequest request, Instant now) {
   (void)pump(now);
 }
 
-void RemoteClient::cancel(std::uint64_t token, Instant now) {
+void RemoteClient::cancel(std::uint64_t number, Instant now) {
   for (const auto& each : transfers_) {
-    if (each->busy() && each->token() == token) {
+    if (each->busy() && each->number() == number) {
       each->cancel(now);
     }
   }

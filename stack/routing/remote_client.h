@@ -15,7 +15,7 @@
 namespace linegate::routing {
 
 struct RemoteRequest {
-  std::uint64_t token = 0;  // chosen by the caller
+  std::uint64_t number = 0;  // chosen by the caller
   std::uint16_t network = 0;
   std::uint8_t node = 0;  // 0 = the gateway itself
   od::Address address{};
@@ -35,7 +35,7 @@ class RemoteClient {
   // There will be exactly one Completion, unless it is cancelled.
   void start(RemoteRequest request, Instant now);
   // No effect if it is not known.
-  void cancel(std::uint64_t token, Instant now);
+  void cancel(std::uint64_t number, Instant now);
   // The oldest completion not yet taken; false if there is none.
   bool take(sdo::Completion& out);
 

@@ -12,7 +12,6 @@
 namespace linegate::routing {
 namespace {
 
-constexpr std::uint64_t kIndexOfToken = 0xFFFF;
 constexpr std::uint64_t kWhatIsEchoed = 0xFF'FFFF'FFFF;  // bytes 0 to 4
 constexpr std::uint32_t kPlaces = 48;  // of a server of the own node, more than it sends at once
 
@@ -72,8 +71,8 @@ struct SdoExit::Passage {
   bool may_write = false;
   std::uint16_t source = 0;
   std::uint32_t connection = 0;
-  std::uint64_t token = 0;
-  Indication target;  // as the next gateway is told
+  std::uint64_t number = 0;  // of its request to the arbiter
+  Indication target;         // as the next gateway is told
   SdoPhase phase;
   AbortCode outcome = AbortCode::none;
   Instant deadline = kNever;
@@ -94,7 +93,9 @@ SdoExit::SdoExit(const Config& config, Line line, od::Dictionary& own, sdo::Arbi
       counters_(counters) {
 }
 
-SdoExit::~SdoExit() = default;
+SdoExit::~SdoExit() {
+  arbiter_.disown(*this);
+}
 
 SdoExit::Passage* SdoExit::find(std::uint8_t from, std::uint32_t connection) const {
   for (const auto& each : passages_) {
@@ -106,13 +107,13 @@ SdoExit::Passage* SdoExit::find(std::uint8_t from, std::uint32_t connection) con
   return nullptr;
 }
 
-SdoExit::Passage* SdoExit::find(std::uint64_t token) const {
-  const std::uint64_t index = token & kIndexOfToken;
-  if (index >= passages_.size()) {
-    return nullptr;
+SdoExit::Passage* SdoExit::find(std::uint64_t number) const {
+  for (const auto& each : passages_) {
+    if (each->number == number && each->state != Passage::State::free) {
+      return each.get();
+    }
   }
-  Passage& found = *passages_[index];
-  return found.token == token && found.state != Passage::State::free ? &found : nullptr;
+  return nullptr;
 }
 
 SdoExit::Passage& SdoExit::make(const Message& open) {
@@ -123,9 +124,7 @@ SdoExit::Passage& SdoExit::make(const Message& open) {
     place = passages_.end() - 1;
   }
   Passage& made = **place;
-  const std::uint64_t generation = ((made.token >> 16U) + 1) & 0xFFFF'FFFFU;
-  made.token = kRoutingToken | std::uint64_t{open.from} << 48U | generation << 16U |
-               static_cast<std::uint64_t>(place - passages_.begin());
+  made.number = ++numbers_;
   made.from = open.from;
   made.connection = open.connection;
   made.source = open.source;
@@ -211,10 +210,11 @@ AbortCode SdoExit::reserve(Passage& passage, Instant now) {
   ++counters_.channels;
   passage.state = Passage::State::waiting;
   wait_until(passage, earlier(now + channel_wait(config_, line_.sdo_timeout), passage.budget));
-  const bool taken = arbiter_.submit({.token = passage.token,
+  const bool taken = arbiter_.submit({.user = this,
+                                      .number = passage.number,
+                                      .group = passage.from,
                                       .node = passage.node,
-                                      .priority = sdo::Priority::routing,
-                                      .user = this},
+                                      .priority = sdo::Priority::routing},
                                      now);
   if (!taken) {
     channels_taken_[std::exchange(passage.channel, std::uint8_t{0})] = false;
@@ -233,8 +233,8 @@ Instant SdoExit::budget(const Passage& passage, unsigned hops, Instant now) cons
              : kNever;
 }
 
-void SdoExit::granted(std::uint64_t token, Instant now) {
-  Passage* const passage = find(token);
+void SdoExit::granted(std::uint64_t number, Instant now) {
+  Passage* const passage = find(number);
   if (passage == nullptr) {
     return;
   }
@@ -301,8 +301,8 @@ AbortCode SdoExit::not_permitted(const Passage& passage, std::uint64_t word) con
   return passage.may_read ? AbortCode::none : AbortCode::write_only;
 }
 
-void SdoExit::response(std::uint64_t token, const can::Frame& frame) {
-  Passage* const passage = find(token);
+void SdoExit::response(std::uint64_t number, const can::Frame& frame) {
+  Passage* const passage = find(number);
   if (passage == nullptr || passage->state == Passage::State::draining) {
     return;
   }
@@ -468,19 +468,7 @@ void SdoExit::finish(Passage& passage) {
   passage.deadline = kNever;
   --counters_.channels;
   channels_taken_[std::exchange(passage.channel, std::uint8_t{0})] = false;
-  arbiter_.release(passage.node, passage.token, passage.phase.address(), passage.outcome);
-}
-
-void SdoExit::withdrawn(std::uint64_t token, AbortCode why) {
-  Passage* const passage = find(token);
-  if (passage == nullptr) {
-    return;
-  }
-  if (passage->state == Passage::State::draining) {
-    finish(*passage);
-  } else {
-    refuse(*passage, why);
-  }
+  arbiter_.release(*this, passage.node, passage.number, passage.phase.address(), passage.outcome);
 }
 
 // --- time ---------------------------------------------------------------------------------------

@@ -27,9 +27,6 @@
 
 namespace linegate::routing {
 
-// Marks the tokens of the arbiter that are a connection's.
-inline constexpr std::uint64_t kRoutingToken = std::uint64_t{1} << 62U;
-
 class SdoExit final : public sdo::ChannelUser {
  public:
   struct Line {
@@ -54,15 +51,14 @@ class SdoExit final : public sdo::ChannelUser {
   void stop(Instant now);
 
   // sdo::ChannelUser
-  void granted(std::uint64_t token, Instant now) override;
-  void response(std::uint64_t token, const can::Frame& frame) override;
-  void withdrawn(std::uint64_t token, AbortCode why) override;
+  void granted(std::uint64_t number, Instant now) override;
+  void response(std::uint64_t number, const can::Frame& frame) override;
 
  private:
   struct Passage;
 
   Passage* find(std::uint8_t from, std::uint32_t connection) const;
-  Passage* find(std::uint64_t token) const;
+  Passage* find(std::uint64_t number) const;
   Passage& make(const Message& open);
   void open(const Message& message, Instant now);
   AbortCode reserve(Passage& passage, Instant now);
@@ -100,6 +96,7 @@ class SdoExit final : public sdo::ChannelUser {
   Counters& counters_;
   bool usable_ = true;
   std::vector<std::unique_ptr<Passage>> passages_;
+  std::uint64_t numbers_ = 0;               // of requests to the arbiter
   std::array<bool, 256> channels_taken_{};  // by number of the client SDO
   Instant wake_ = kNever;
 };

@@ -74,7 +74,7 @@ void Scanner::restore(Running& running, Instant now) {
 
 void Scanner::restored(Running& running, AbortCode outcome, Instant now) {
   const std::uint8_t node = running.survey.result().id;
-  running.token = 0;
+  running.transfer = 0;
   if (outcome == AbortCode::none) {
     running.wake = deadline(now, kResetTime);
     host_.reset_node(node, now);
@@ -93,8 +93,9 @@ void Scanner::restored(Running& running, AbortCode outcome, Instant now) {
 
 void Scanner::submit(Running& running, sdo::Request request, Instant now) {
   running.asked = now;
-  running.token = kScanToken | ++tokens_;
-  request.token = running.token;
+  running.transfer = ++transfers_;
+  request.owner = this;
+  request.number = running.transfer;
   request.node = running.survey.result().id;
   request.priority = sdo::Priority::background;
   if (!sdo_.submit(std::move(request), now)) {
@@ -103,8 +104,8 @@ void Scanner::submit(Running& running, sdo::Request request, Instant now) {
   }
 }
 
-void Scanner::completed(const sdo::Completion& completion, Instant now) {
-  const auto at = std::ranges::find(running_, completion.token, &Running::token);
+void Scanner::completed(sdo::Completion& completion, Instant now) {
+  const auto at = std::ranges::find(running_, completion.number, &Running::transfer);
   if (at == running_.end()) {
     return;  // it was cancelled
   }
@@ -170,7 +171,7 @@ void Scanner::cancel(Instant now) {
   last_ = 0;
   while (!running_.empty()) {
     Running& running = running_.back();
-    sdo_.cancel(running.token);
+    sdo_.cancel(*this, running.survey.result().id, running.transfer);
     running.survey.give_up(AbortCode::general);
     finish(running, now);
   }

@@ -17,9 +17,6 @@
 
 namespace linegate::scan {
 
-// Tokens of the scanner's transfers have this bit set and bit 63 not; others' must not.
-inline constexpr std::uint64_t kScanToken = std::uint64_t{1} << 62U;
-
 // What a scan asks of the line it belongs to.
 class Host {
  public:
@@ -41,7 +38,7 @@ struct Options {
   bool restore_defaults = false;
 };
 
-class Scanner {
+class Scanner final : public sdo::TransferOwner {
  public:
   // Nodes that are read at the same time.
   static constexpr std::size_t kTogether = 32;
@@ -53,6 +50,7 @@ class Scanner {
   // All must outlive it.
   Scanner(sdo::Arbiter& sdo, EventLog& events, Host& host)
       : sdo_(sdo), events_(events), host_(host) {}
+  ~Scanner() override { sdo_.disown(*this); }
 
   // False if a scan is under way.
   bool begin(const Options& options, Instant now);
@@ -60,8 +58,8 @@ class Scanner {
   // Ends it: what was read of nodes that were not ready counts as broken off (0800 0000h).
   void cancel(Instant now);
 
-  // The end of a transfer with kScanToken in its token.
-  void completed(const sdo::Completion& completion, Instant now);
+  // sdo::TransferOwner
+  void completed(sdo::Completion& completion, Instant now) override;
 
   // The node's boot-up message came.
   void boot_up(std::uint8_t node, Instant now);
@@ -75,10 +73,10 @@ class Scanner {
  private:
   struct Running {
     Survey survey;
-    std::uint64_t token = 0;
-    bool restored = false;  // it was tried
-    Instant asked{};        // the last question
-    Instant wake = kNever;  // when waiting for the boot-up message ends
+    std::uint64_t transfer = 0;  // under way; 0 = none
+    bool restored = false;       // it was tried
+    Instant asked{};             // the last question
+    Instant wake = kNever;       // when waiting for the boot-up message ends
   };
 
   void fill(Instant now);
@@ -97,7 +95,7 @@ class Scanner {
   Options options_;
   std::uint8_t next_ = 1;
   std::uint8_t last_ = 0;
-  std::uint64_t tokens_ = 0;
+  std::uint64_t transfers_ = 0;
   bool done_ = false;
 };
 

@@ -42,7 +42,12 @@ Arbiter::Arbiter(can::Dispatch& dispatch, can::TransmitQueue& transmit, EventLog
   block_from_.fill(TransferOptions{}.block_from);
 }
 
-Arbiter::~Arbiter() = default;
+Arbiter::~Arbiter() {
+  LINEGATE_ASSERT(
+      ended_.empty() &&
+          std::ranges::all_of(used_, [this](std::uint8_t node) { return load(node) == 0; }),
+      "the owners of SDO requests are gone before the arbiter");
+}
 
 Duration Arbiter::timeout_of(const Request& request) const {
   if (!request.write || request.user != nullptr) {
@@ -65,6 +70,8 @@ void Arbiter::set_block_from(std::uint8_t node, std::uint32_t bytes) {
 }
 
 bool Arbiter::submit(Request request, Instant now) {
+  LINEGATE_ASSERT((request.owner != nullptr) != (request.user != nullptr),
+                  "an SDO request has one owner");
   if (request.node < can::kMinNodeId || request.node > can::kMaxNodeId ||
       request.timeout <= Duration::zero()) {
     return false;
@@ -73,9 +80,11 @@ bool Arbiter::submit(Request request, Instant now) {
   request.timeout = timeout_of(request);
   request.options.block_from = block_from_[request.node];
   Channel& target = channel(request.node);
+  RequestOwner* const owner = RequestQueue::owner(request);
   if (!target.queue.push(std::move(request))) {
     return false;
   }
+  ++owner->open_;
   serve(target, now);
   return true;
 }
@@ -111,28 +120,43 @@ void Arbiter::advance(Instant now) {
   }
 }
 
-bool Arbiter::take(Completion& out) {
-  if (completions_.empty()) {
-    return false;
+void Arbiter::deliver_completions(Instant now) {
+  LINEGATE_ASSERT(!delivering_, "no owner delivers SDO completions from within completed()");
+  delivering_ = true;
+  while (!ended_.empty()) {
+    Ended next = std::move(ended_.front());
+    ended_.pop_front();
+    --next.owner->open_;
+    next.owner->completed(next.completion, now);
   }
-  out = std::move(completions_.front());
-  completions_.pop_front();
-  return true;
+  delivering_ = false;
 }
 
-void Arbiter::cancel(std::uint64_t token) {
+void Arbiter::cancel(const TransferOwner& owner, std::uint8_t node, std::uint64_t number) {
+  if (node > can::kMaxNodeId || channels_[node] == nullptr) {
+    return;
+  }
+  Channel& each = *channels_[node];
+  Request waiting;
+  if (is_current(each, owner, number)) {
+    cancel_running(each, AbortCode::general);
+  } else if (each.queue.remove(owner, number, waiting)) {
+    complete(waiting, AbortCode::general);
+  }
+}
+
+void Arbiter::disown(RequestOwner& owner) {
   for (const std::uint8_t node : used_) {
     Channel& each = *channels_[node];
-    Request waiting;
-    if (each.current && each.current->token == token) {
-      cancel_running(each, AbortCode::general);
-      return;
+    if (each.current && RequestQueue::owner(*each.current) == &owner) {
+      abort_running(each, AbortCode::general);
+      count(AbortCode::general);
     }
-    if (each.queue.remove(token, waiting)) {
-      complete(waiting, AbortCode::general);
-      return;
-    }
+    const std::size_t waiting = each.queue.remove_all(owner);
+    counters_.aborts += waiting;
   }
+  std::erase_if(ended_, [&](const Ended& ended) { return ended.owner == &owner; });
+  owner.open_ = 0;
 }
 
 Duration Arbiter::producer_time(std::uint8_t node) const {
@@ -204,7 +228,7 @@ void Arbiter::begin(Channel& channel, Instant now) {
         request.data.size() == 2 ? load_le<std::uint16_t>(request.data.data()) : std::uint16_t{0};
   }
   if (request.user != nullptr) {
-    request.user->granted(request.token, now);
+    request.user->granted(request.number, now);
   } else if (request.write && request.source != nullptr) {
     channel.client.write(request.address, *request.source, request.timeout, now, transmit_,
                          request.options);
@@ -252,7 +276,7 @@ bool Arbiter::look_for_twin(Channel& channel, const can::Frame& frame) {
 void Arbiter::response(Channel& channel, const can::Frame& frame) {
   const bool second_answer = look_for_twin(channel, frame);
   if (channel.current && channel.current->user != nullptr && well_formed(frame)) {
-    channel.current->user->response(channel.current->token, frame);
+    channel.current->user->response(channel.current->number, frame);
     return;
   }
   switch (channel.client.receive(frame, transmit_)) {
@@ -291,20 +315,22 @@ void Arbiter::foreign(Channel& channel, const can::Frame& frame) {
   }
 }
 
-void Arbiter::release(std::uint8_t node, std::uint64_t token, od::Address address,
-                      AbortCode outcome) {
+void Arbiter::release(ChannelUser& user, std::uint8_t node, std::uint64_t number,
+                      od::Address address, AbortCode outcome) {
   if (node > can::kMaxNodeId || channels_[node] == nullptr) {
     return;
   }
   Channel& each = *channels_[node];
   Request waiting;
-  if (each.queue.remove(token, waiting)) {
+  if (each.queue.remove(user, number, waiting)) {
+    --user.open_;
     count(outcome);
     return;
   }
-  if (!each.current || each.current->token != token || each.current->user == nullptr) {
+  if (!is_current(each, user, number)) {
     return;
   }
+  --user.open_;
   each.current->address = address;
   each.producer_time = 0;  // its user may have written it
   if (outcome != AbortCode::none) {
@@ -332,30 +358,35 @@ void Arbiter::count(AbortCode abort) {
 void Arbiter::complete(const Request& request, AbortCode abort, std::vector<std::byte> data,
                        bool refused) {
   count(abort);
-  if (request.user != nullptr) {
-    request.user->withdrawn(request.token, abort);
-    return;
-  }
-  completions_.push_back({.token = request.token,
-                          .node = request.node,
-                          .address = request.address,
-                          .write = request.write,
-                          .abort = abort,
-                          .data = std::move(data),
-                          .refused = refused});
+  ended_.push_back({request.owner,
+                    {.number = request.number,
+                     .node = request.node,
+                     .address = request.address,
+                     .write = request.write,
+                     .abort = abort,
+                     .data = std::move(data),
+                     .refused = refused}});
+}
+
+bool Arbiter::is_current(const Channel& channel, const RequestOwner& owner, std::uint64_t number) {
+  return channel.current && RequestQueue::owner(*channel.current) == &owner &&
+         channel.current->number == number;
 }
 
 // What waits behind it begins with the next advance(), which is due at once: only there is the time
 // known that its time-out counts from.
 void Arbiter::cancel_running(Channel& channel, AbortCode code) {
+  complete(abort_running(channel, code), code);
+}
+
+Request Arbiter::abort_running(Channel& channel, AbortCode code) {
   if (channel.client.waits_for_initiate()) {
     channel.doubles.cancel(channel.current->address, now_);
   }
   channel.client.abort(code, now_, transmit_);
   channel.client.take();
-  const Request ended = *std::exchange(channel.current, std::nullopt);
-  complete(ended, code);
   wake_ = earlier(wake_, now_);
+  return *std::exchange(channel.current, std::nullopt);
 }
 
 void Arbiter::tell_abort(const Request& request, AbortCode code, Instant now) {

@@ -49,7 +49,8 @@ class Arbiter {
   static constexpr Duration kForeignQuiet = std::chrono::seconds(10);
 
   // A node's identifiers are added to dispatch as Service::sdo_client when it is first used: 580h +
-  // n with index n, 600h + n with index kForeignRequest | n. All must outlive the arbiter.
+  // n with index n, 600h + n with index kForeignRequest | n. All must outlive the arbiter, which
+  // outlives the owners of its requests.
   Arbiter(can::Dispatch& dispatch, can::TransmitQueue& transmit, EventLog& events);
   ~Arbiter();
   Arbiter(const Arbiter&) = delete;
@@ -70,8 +71,9 @@ class Arbiter {
   // that of TransferOptions. No effect on node-IDs out of range.
   void set_block_from(std::uint8_t node, std::uint32_t bytes);
 
-  // False if the node's queue is full or node or timeout is out of range: there will be no
-  // Completion then. Otherwise there will be exactly one, but none for a ChannelUser.
+  // Precondition: either owner or user is set. False if the node's queue is full or node or timeout
+  // is out of range: there will be no Completion then. Otherwise there will be exactly one, unless
+  // the owner disowns it, but none for a ChannelUser. Never calls completed() itself.
   bool submit(Request request, Instant now);
 
   // A frame dispatched to Service::sdo_client; frame.time is now.
@@ -80,16 +82,20 @@ class Arbiter {
   // Never later than the next time-out; may be earlier.
   Instant next_wake() const { return wake_; }
 
-  // The oldest completion not yet taken; false if there is none.
-  bool take(Completion& out);
+  // Calls TransferOwner::completed() for each transfer that has ended, the oldest first, also for
+  // those that end meanwhile. Precondition: not called by completed().
+  void deliver_completions(Instant now);
 
-  // Ends the request with abort 0800 0000h, waiting or under way (then the server is told). No
-  // effect if there is none with this token.
-  void cancel(std::uint64_t token);
+  // Ends the request with abort 0800 0000h, waiting or under way (then the server gets the abort);
+  // there will be a Completion. No effect if the owner has none of the node with this number.
+  void cancel(const TransferOwner& owner, std::uint8_t node, std::uint64_t number);
+  // Cancels all requests of the owner; nothing of it will be called any more.
+  void disown(RequestOwner& owner);
   // A ChannelUser needs the channel no more, or does not wait for it any longer. address and
   // outcome (none: all went well) are those of its transfer, 0000h:00 if there was none. Who waits
-  // behind it is served by advance(), which is due at once. No effect if the token is not known.
-  void release(std::uint8_t node, std::uint64_t token, od::Address address, AbortCode outcome);
+  // behind it is served by advance(), which is due at once. No effect if the number is not known.
+  void release(ChannelUser& user, std::uint8_t node, std::uint64_t number, od::Address address,
+               AbortCode outcome);
 
   // 1017h of the node as a transfer wrote or read it last; 0 if that is not known, or another
   // client was heard since.
@@ -114,6 +120,8 @@ class Arbiter {
   void complete(const Request& request, AbortCode abort, std::vector<std::byte> data = {},
                 bool refused = false);
   void cancel_running(Channel& channel, AbortCode code);
+  Request abort_running(Channel& channel, AbortCode code);
+  static bool is_current(const Channel& channel, const RequestOwner& owner, std::uint64_t number);
   void tell_abort(const Request& request, AbortCode code, Instant now);
 
   can::Dispatch& dispatch_;
@@ -122,7 +130,13 @@ class Arbiter {
   const RequestsUnderWay* under_way_ = nullptr;
   std::array<std::unique_ptr<Channel>, 128> channels_;  // by node-ID
   std::vector<std::uint8_t> used_;                      // node-IDs that have a channel
-  std::deque<Completion> completions_;
+  // Of transfers that have ended.
+  struct Ended {
+    TransferOwner* owner = nullptr;
+    Completion completion;
+  };
+  std::deque<Ended> ended_;
+  bool delivering_ = false;
   std::array<std::uint32_t, 128> block_from_;  // by node-ID
   Duration save_timeout_{};
   Duration load_timeout_{};

@@ -12,10 +12,10 @@ bool RequestQueue::push(Request&& request) {
     return false;
   }
   const Turn& current = turn(request);
-  const bool had_turn = std::ranges::find(current.served, owner(request)) != current.served.end();
+  const bool had_turn = std::ranges::find(current.served, party(request)) != current.served.end();
   std::uint64_t number = current.number + (had_turn ? 1 : 0);
   for (const Waiting& other : waiting_) {
-    if (other.request.priority == request.priority && owner(other.request) == owner(request)) {
+    if (other.request.priority == request.priority && party(other.request) == party(request)) {
       number = std::max(number, other.turn + 1);
     }
   }
@@ -34,14 +34,20 @@ bool RequestQueue::pop(Request& out) {
   return true;
 }
 
-bool RequestQueue::remove(std::uint64_t token, Request& out) {
-  const auto found = std::ranges::find(
-      waiting_, token, [](const Waiting& waiting) { return waiting.request.token; });
+bool RequestQueue::remove(const RequestOwner& of, std::uint64_t number, Request& out) {
+  const auto found = std::ranges::find_if(waiting_, [&](const Waiting& waiting) {
+    return owner(waiting.request) == &of && waiting.request.number == number;
+  });
   if (found == waiting_.end()) {
     return false;
   }
   take(static_cast<std::size_t>(found - waiting_.begin()), out);
   return true;
+}
+
+std::size_t RequestQueue::remove_all(const RequestOwner& of) {
+  return std::erase_if(waiting_,
+                       [&](const Waiting& waiting) { return owner(waiting.request) == &of; });
 }
 
 std::size_t RequestQueue::next() const {
@@ -57,8 +63,8 @@ void RequestQueue::note_served(const Waiting& waiting) {
     current.number = waiting.turn;
     current.served.clear();
   }
-  if (std::ranges::find(current.served, owner(waiting.request)) == current.served.end()) {
-    current.served.push_back(owner(waiting.request));
+  if (std::ranges::find(current.served, party(waiting.request)) == current.served.end()) {
+    current.served.push_back(party(waiting.request));
   }
 }
 

@@ -11,8 +11,8 @@
 
 namespace linegate::sdo {
 
-// By Priority; within a priority the owners of the tokens take turns, and requests of one owner
-// keep their order. Every eighth request taken is the one that waits longest, whatever its
+// By Priority; within a priority the parties take turns, and requests of one party keep their
+// order. Every eighth request taken is the one that waits longest, whatever its
 // priority, so that nobody waits for ever.
 class RequestQueue {
  public:
@@ -20,29 +20,38 @@ class RequestQueue {
 
   explicit RequestQueue(std::size_t capacity) : capacity_(capacity) {}
 
-  static std::uint16_t owner(const Request& request) {
-    return static_cast<std::uint16_t>(request.token >> 48U);
+  // Whose turn it is.
+  struct Party {
+    const RequestOwner* owner = nullptr;
+    std::uint8_t group = 0;
+    bool operator==(const Party&) const = default;
+  };
+  static Party party(const Request& request) { return {owner(request), request.group}; }
+  static RequestOwner* owner(const Request& request) {
+    return request.user != nullptr ? static_cast<RequestOwner*>(request.user) : request.owner;
   }
 
   // False if it is full: the request was not taken.
   bool push(Request&& request);
   // The next one; false if there is none.
   bool pop(Request& out);
-  // The one with this token; false if there is none.
-  bool remove(std::uint64_t token, Request& out);
+  // The one of this owner with this number; false if there is none.
+  bool remove(const RequestOwner& owner, std::uint64_t number, Request& out);
+  // All of this owner; returns how many there were.
+  std::size_t remove_all(const RequestOwner& owner);
 
   std::size_t size() const { return waiting_.size(); }
   bool empty() const { return waiting_.empty(); }
 
  private:
-  // An owner gets one place in each turn.
+  // A party gets one place in each turn.
   struct Waiting {
     Request request;
     std::uint64_t turn = 0;
   };
   struct Turn {
     std::uint64_t number = 0;
-    std::vector<std::uint16_t> served;  // owners that had their place in it
+    std::vector<Party> served;  // those that had their place in it
   };
 
   std::size_t next() const;

@@ -5,67 +5,10 @@
 #include <array>
 #include <map>
 
-#include "stack/can/dispatch.h"
-
-#include "tests/stack/sdo/support.h"
+#include "tests/stack/sdo/arbiter_fixture.h"
 
 namespace linegate::sdo::test {
 namespace {
-
-class ArbiterTest : public testing::Test {
- protected:
-  bool submit(std::uint64_t token, Priority priority = Priority::command, std::uint8_t node = 5) {
-    return arbiter.submit({.token = token,
-                           .node = node,
-                           .address = {0x1018, 1},
-                           .timeout = kTimeout,
-                           .priority = priority},
-                          now);
-  }
-
-  // As the line does it: to whoever registered the identifier.
-  void receive(std::uint32_t id, const Bytes& data) {
-    const can::Frame in = frame(id, data, now);
-    for (const can::Target* target = dispatch.find(in); target != nullptr;
-         target = dispatch.next(*target)) {
-      ASSERT_EQ(target->service, can::Service::sdo_client);
-      arbiter.receive(*target, in);
-    }
-  }
-  void answer(std::uint8_t node = 5, const Bytes& data = {0x43, 0x18, 0x10, 1, 1, 2, 3, 4}) {
-    receive(0x580U + node, data);
-  }
-  // The request is on the bus.
-  void serve(const Bytes& data = {0x43, 0x18, 0x10, 1, 1, 2, 3, 4}) {
-    drain(queue, 0x605);
-    answer(5, data);
-  }
-
-  std::vector<Completion> completions() {
-    std::vector<Completion> out;
-    Completion next;
-    while (arbiter.take(next)) {
-      out.push_back(next);
-    }
-    return out;
-  }
-  std::vector<std::uint64_t> tokens() {
-    std::vector<std::uint64_t> out;
-    for (const Completion& completion : completions()) {
-      out.push_back(completion.token);
-    }
-    return out;
-  }
-
-  static constexpr Duration kTimeout = std::chrono::milliseconds(500);
-  const Bytes kRead{0x40, 0x18, 0x10, 1, 0, 0, 0, 0};
-
-  can::Dispatch dispatch;
-  can::TransmitQueue queue{256};
-  EventLog events;
-  Arbiter arbiter{dispatch, queue, events};
-  Instant now = at(1s);
-};
 
 TEST_F(ArbiterTest, ReadsAndWrites) {
   ASSERT_TRUE(submit(7));
@@ -74,15 +17,20 @@ TEST_F(ArbiterTest, ReadsAndWrites) {
   answer();
   std::vector<Completion> done = completions();
   ASSERT_EQ(done.size(), 1U);
-  EXPECT_EQ(done[0].token, 7U);
+  EXPECT_EQ(done[0].number, 7U);
   EXPECT_EQ(done[0].node, 5);
   EXPECT_EQ(done[0].address, (od::Address{0x1018, 1}));
   EXPECT_FALSE(done[0].write);
   EXPECT_EQ(done[0].abort, AbortCode::none);
   EXPECT_EQ(numbers(done[0].data), (Bytes{1, 2, 3, 4}));
 
-  ASSERT_TRUE(arbiter.submit(
-      {.token = 8, .node = 5, .address = {0x2000, 5}, .write = true, .data = pattern(9)}, now));
+  ASSERT_TRUE(arbiter.submit({.owner = &client,
+                              .number = 8,
+                              .node = 5,
+                              .address = {0x2000, 5},
+                              .write = true,
+                              .data = pattern(9)},
+                             now));
   EXPECT_EQ(drain(queue, 0x605), (std::vector<Bytes>{{0x21, 0x00, 0x20, 5, 9, 0, 0, 0}}));
   answer(5, {0x60, 0x00, 0x20, 5, 0, 0, 0, 0});
   answer(5, {0x20, 0, 0, 0, 0, 0, 0, 0});
@@ -111,14 +59,15 @@ TEST_F(ArbiterTest, OneTransferANodeAtATime) {
   answer();
   EXPECT_EQ(drain(queue, 0x605).size(), 1U);
   answer();
-  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{1, 2}));
+  EXPECT_EQ(ended(), (std::vector<std::uint64_t>{1, 2}));
   EXPECT_EQ(arbiter.load(5), 0U);
 }
 
 // Neither holds the other up, nor the requests to a third.
 TEST_F(ArbiterTest, BlockTransfersTakeTurns) {
   for (const std::uint8_t node : Bytes{5, 6}) {
-    ASSERT_TRUE(arbiter.submit({.token = node,
+    ASSERT_TRUE(arbiter.submit({.owner = &client,
+                                .number = node,
                                 .node = node,
                                 .address = {0x2100, 0},
                                 .write = true,
@@ -155,7 +104,8 @@ class Discard : public od::ByteSink {
 
 TEST_F(ArbiterTest, StreamsAndOptionsReachTheTransfer) {
   Discard sink;
-  ASSERT_TRUE(arbiter.submit({.token = 1,
+  ASSERT_TRUE(arbiter.submit({.owner = &client,
+                              .number = 1,
                               .node = 5,
                               .address = {0x2100, 0},
                               .sink = &sink,
@@ -169,8 +119,13 @@ TEST_F(ArbiterTest, StreamsAndOptionsReachTheTransfer) {
   std::vector<Completion> done = completions();
   ASSERT_EQ(done.size(), 1U);
   EXPECT_EQ(done[0].abort, AbortCode::length_too_low);
-  ASSERT_TRUE(arbiter.submit(
-      {.token = 2, .node = 5, .address = {0x2100, 0}, .sink = &sink, .timeout = kTimeout}, now));
+  ASSERT_TRUE(arbiter.submit({.owner = &client,
+                              .number = 2,
+                              .node = 5,
+                              .address = {0x2100, 0},
+                              .sink = &sink,
+                              .timeout = kTimeout},
+                             now));
   drain(queue, 0x605);
   answer(5, {0x43, 0x00, 0x21, 0, 1, 2, 3, 4});
   done = completions();
@@ -205,7 +160,7 @@ TEST_F(ArbiterTest, ThePrioritiesOfAQueue) {
   for (int i = 0; i < 5; ++i) {
     serve();
   }
-  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{1, 5, 4, 3, 2}));
+  EXPECT_EQ(ended(), (std::vector<std::uint64_t>{1, 5, 4, 3, 2}));
 }
 
 TEST_F(ArbiterTest, ACommandBetweenTheStepsOfABoot) {
@@ -215,7 +170,7 @@ TEST_F(ArbiterTest, ACommandBetweenTheStepsOfABoot) {
   serve();
   serve();
   serve();
-  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{1, 3, 2}));
+  EXPECT_EQ(ended(), (std::vector<std::uint64_t>{1, 3, 2}));
 }
 
 TEST_F(ArbiterTest, AFullQueueAndBadRequestsAreRefused) {
@@ -226,7 +181,7 @@ TEST_F(ArbiterTest, AFullQueueAndBadRequestsAreRefused) {
   EXPECT_TRUE(submit(99, Priority::command, 6));
   EXPECT_FALSE(submit(100, Priority::command, 0));
   EXPECT_FALSE(submit(100, Priority::command, 128));
-  EXPECT_FALSE(arbiter.submit({.token = 100, .node = 7, .timeout = 0ns}, now));
+  EXPECT_FALSE(arbiter.submit({.owner = &client, .number = 100, .node = 7, .timeout = 0ns}, now));
   EXPECT_TRUE(completions().empty());
 }
 
@@ -244,14 +199,15 @@ TEST_F(ArbiterTest, TimeOutThenTheNext) {
   ASSERT_EQ(done.size(), 1U);
   EXPECT_EQ(done[0].abort, AbortCode::timeout);
   answer();
-  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{2}));
+  EXPECT_EQ(ended(), (std::vector<std::uint64_t>{2}));
   EXPECT_EQ(arbiter.counters().aborts, 1U);
   EXPECT_EQ(arbiter.counters().timeouts, 1U);
 }
 
 TEST_F(ArbiterTest, ALateAnswerIsAStrayAndNotForeign) {
   submit(1);
-  arbiter.submit({.token = 2, .node = 5, .address = {0x1018, 2}, .timeout = kTimeout}, now);
+  arbiter.submit(
+      {.owner = &client, .number = 2, .node = 5, .address = {0x1018, 2}, .timeout = kTimeout}, now);
   drain(queue, 0x605);
   now += kTimeout;
   arbiter.advance(now);
@@ -275,17 +231,17 @@ TEST_F(ArbiterTest, ARequestWaitsForTheAnswerToOneThatTimedOutOnItsWay) {
   under_way.handed_out(frame(0x605, kRead, now), 1);
   now += kTimeout;
   arbiter.advance(now);
-  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{1}));
+  EXPECT_EQ(ended(), (std::vector<std::uint64_t>{1}));
   EXPECT_EQ(drain(queue, 0x605), (std::vector<Bytes>{abort_bytes(0x1018, 1, 0x0504'0000)}));
   under_way.ended(1);
   now = arbiter.next_wake();
   arbiter.advance(now);
   answer();
-  EXPECT_TRUE(tokens().empty());
+  EXPECT_TRUE(ended().empty());
   EXPECT_EQ(drain(queue, 0x605), (std::vector<Bytes>{kRead}));
   EXPECT_LE(arbiter.next_wake(), now + kTimeout);
   answer();
-  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{2}));
+  EXPECT_EQ(ended(), (std::vector<std::uint64_t>{2}));
 }
 
 TEST_F(ArbiterTest, ALateAnswerWhenNothingFollows) {
@@ -356,7 +312,7 @@ TEST_F(ArbiterTest, AMalformedAnswerIsCountedAndTold) {
   EXPECT_EQ(told[0].code, 0x585U);
   EXPECT_EQ(told[0].value, 3U);
   serve();
-  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{1}));
+  EXPECT_EQ(ended(), (std::vector<std::uint64_t>{1}));
 }
 
 TEST_F(ArbiterTest, AbortsOfCommandsAreToldThoseOfBootAreNot) {
@@ -380,41 +336,44 @@ TEST_F(ArbiterTest, CancelOfAWaitingRequest) {
   submit(2);
   submit(3);
   drain(queue, 0x605);
-  arbiter.cancel(2);
+  arbiter.cancel(client, 5, 2);
   const std::vector<Completion> done = completions();
   ASSERT_EQ(done.size(), 1U);
-  EXPECT_EQ(done[0].token, 2U);
+  EXPECT_EQ(done[0].number, 2U);
   EXPECT_EQ(done[0].abort, AbortCode::general);
   EXPECT_TRUE(queue.empty());
   serve();
   serve();
-  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{1, 3}));
+  EXPECT_EQ(ended(), (std::vector<std::uint64_t>{1, 3}));
 }
 
 TEST_F(ArbiterTest, CancelOfTheOneUnderWayTellsTheServer) {
   submit(1);
   submit(2);
   drain(queue, 0x605);
-  arbiter.cancel(1);
-  arbiter.cancel(77);
+  arbiter.cancel(client, 5, 1);
+  arbiter.cancel(client, 5, 77);
+  arbiter.cancel(client, 6, 2);
   EXPECT_EQ(drain(queue, 0x605), (std::vector<Bytes>{abort_bytes(0x1018, 1, 0x0800'0000)}));
-  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{1}));
+  EXPECT_EQ(ended(), (std::vector<std::uint64_t>{1}));
   EXPECT_LE(arbiter.next_wake(), now);
   now += 2s;
   arbiter.advance(now);
   EXPECT_EQ(drain(queue, 0x605), (std::vector<Bytes>{kRead}));
   EXPECT_EQ(arbiter.next_wake(), now + kTimeout);
   answer();
-  EXPECT_EQ(tokens(), (std::vector<std::uint64_t>{2}));
+  EXPECT_EQ(ended(), (std::vector<std::uint64_t>{2}));
 }
 
 TEST_F(ArbiterTest, WithoutRoomInTheQueueNothingIsLost) {
   can::TransmitQueue small(2);
   can::Dispatch table;
   Arbiter crowded(table, small, events);
+  Requester many(crowded);
   for (std::uint8_t node = 1; node <= 10; ++node) {
     ASSERT_TRUE(crowded.submit(
-        {.token = node, .node = node, .address = {0x1018, 1}, .timeout = kTimeout}, now));
+        {.owner = &many, .number = node, .node = node, .address = {0x1018, 1}, .timeout = kTimeout},
+        now));
   }
   std::map<std::uint32_t, int> sent;
   can::Frame next;
@@ -478,7 +437,8 @@ TEST_F(ArbiterTest, AFrameThatIsRepeatedNowAndThenIsNoSecondDevice) {
 TEST_F(ArbiterTest, TheProducerTimeIsKnownOnceItWasConfirmedOrRead) {
   const auto time = [this] { return arbiter.producer_time(5); };
   const auto ask = [this](bool write, const Bytes& response) {
-    Request request{.token = 1, .node = 5, .address = {0x1017, 0}, .write = write};
+    Request request{
+        .owner = &client, .number = 1, .node = 5, .address = {0x1017, 0}, .write = write};
     request.data =
         write ? std::vector<std::byte>{std::byte{0xFA}, std::byte{0}} : std::vector<std::byte>{};
     request.timeout = kTimeout;
@@ -514,7 +474,8 @@ TEST_F(ArbiterTest, AnswersToAnotherClientAreNoSecondDevice) {
 TEST_F(ArbiterTest, SaveAndLoadHaveTimesOfTheirOwn) {
   arbiter.set_slow_writes(15s, 3s);
   const auto ends = [&](std::uint16_t index, bool write) {
-    Request request{.token = 1, .node = 5, .address = {index, 1}, .write = write};
+    Request request{
+        .owner = &client, .number = 1, .node = 5, .address = {index, 1}, .write = write};
     request.data.resize(4);
     request.timeout = kTimeout;
     const Instant begin = now;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/sdo/request_queue.h"
 
+#include <array>
+#include <utility>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,22 +12,38 @@ namespace {
 
 using testing::ElementsAre;
 
-Request request(std::uint64_t owner, std::uint64_t number, Priority priority = Priority::boot) {
-  Request out;
-  out.token = owner << 48U | number;
-  out.priority = priority;
+struct Owner final : TransferOwner {
+  void completed(Completion& /*completion*/, Instant /*now*/) override {}
+};
+std::array<Owner, 4> owners;
+
+Request request(std::size_t owner, std::uint64_t number, Priority priority = Priority::boot) {
+  return {.owner = &owners.at(owner), .number = number, .priority = priority};
+}
+
+// By owner and number.
+using Name = std::pair<std::size_t, std::uint64_t>;
+
+Name name(const Request& request) {
+  return {static_cast<std::size_t>(static_cast<Owner*>(request.owner) - owners.data()),
+          request.number};
+}
+
+std::vector<Name> pop_all(RequestQueue& queue) {
+  std::vector<Name> out;
+  Request next;
+  while (queue.pop(next)) {
+    out.push_back(name(next));
+  }
   return out;
 }
 
-std::uint64_t token(std::uint64_t owner, std::uint64_t number) {
-  return owner << 48U | number;
-}
-
-std::vector<std::uint64_t> pop_all(RequestQueue& queue) {
+// Of owner 0.
+std::vector<std::uint64_t> pop_numbers(RequestQueue& queue) {
   std::vector<std::uint64_t> out;
-  Request next;
-  while (queue.pop(next)) {
-    out.push_back(next.token);
+  for (const Name& each : pop_all(queue)) {
+    EXPECT_EQ(each.first, 0U);
+    out.push_back(each.second);
   }
   return out;
 }
@@ -34,7 +53,7 @@ TEST(RequestQueue, KeepsTheOrderOfOneOwner) {
   for (std::uint64_t i = 1; i <= 4; ++i) {
     ASSERT_TRUE(queue.push(request(0, i)));
   }
-  EXPECT_THAT(pop_all(queue), ElementsAre(1, 2, 3, 4));
+  EXPECT_THAT(pop_numbers(queue), ElementsAre(1, 2, 3, 4));
 }
 
 TEST(RequestQueue, TakesTheMostUrgentFirst) {
@@ -43,7 +62,7 @@ TEST(RequestQueue, TakesTheMostUrgentFirst) {
   queue.push(request(0, 2, Priority::routing));
   queue.push(request(0, 3, Priority::boot));
   queue.push(request(0, 4, Priority::command));
-  EXPECT_THAT(pop_all(queue), ElementsAre(4, 3, 2, 1));
+  EXPECT_THAT(pop_numbers(queue), ElementsAre(4, 3, 2, 1));
 }
 
 TEST(RequestQueue, OwnersTakeTurns) {
@@ -54,7 +73,20 @@ TEST(RequestQueue, OwnersTakeTurns) {
   queue.push(request(2, 1));
   queue.push(request(2, 2));
   EXPECT_THAT(pop_all(queue),
-              ElementsAre(token(1, 1), token(2, 1), token(1, 2), token(2, 2), token(1, 3)));
+              ElementsAre(Name(1, 1), Name(2, 1), Name(1, 2), Name(2, 2), Name(1, 3)));
+}
+
+TEST(RequestQueue, GroupsOfAnOwnerTakeTurns) {
+  RequestQueue queue(8);
+  const auto of_group = [](std::uint8_t group, std::uint64_t number) {
+    Request out = request(0, number);
+    out.group = group;
+    return out;
+  };
+  queue.push(of_group(1, 1));
+  queue.push(of_group(1, 2));
+  queue.push(of_group(2, 3));
+  EXPECT_THAT(pop_numbers(queue), ElementsAre(1, 3, 2));
 }
 
 TEST(RequestQueue, AnOwnerThatAsksOneByOneDoesNotOvertakeTheOthers) {
@@ -63,15 +95,15 @@ TEST(RequestQueue, AnOwnerThatAsksOneByOneDoesNotOvertakeTheOthers) {
   queue.push(request(3, 1));
   queue.push(request(3, 2));
   Request next;
-  std::vector<std::uint64_t> order;
+  std::vector<Name> order;
   for (std::uint64_t i = 2; i <= 4; ++i) {
     ASSERT_TRUE(queue.pop(next));
-    order.push_back(next.token);
-    if (RequestQueue::owner(next) == 1) {
+    order.push_back(name(next));
+    if (order.back().first == 1) {
       queue.push(request(1, i));
     }
   }
-  EXPECT_THAT(order, ElementsAre(token(1, 1), token(3, 1), token(3, 2)));
+  EXPECT_THAT(order, ElementsAre(Name(1, 1), Name(3, 1), Name(3, 2)));
 }
 
 TEST(RequestQueue, EveryEighthIsTheOldest) {
@@ -80,8 +112,8 @@ TEST(RequestQueue, EveryEighthIsTheOldest) {
   for (std::uint64_t i = 1; i <= 20; ++i) {
     queue.push(request(0, i, Priority::command));
   }
-  EXPECT_THAT(pop_all(queue), ElementsAre(1, 2, 3, 4, 5, 6, 7, 99, 8, 9, 10, 11, 12, 13, 14, 15, 16,
-                                          17, 18, 19, 20));
+  EXPECT_THAT(pop_numbers(queue), ElementsAre(1, 2, 3, 4, 5, 6, 7, 99, 8, 9, 10, 11, 12, 13, 14, 15,
+                                              16, 17, 18, 19, 20));
 }
 
 TEST(RequestQueue, RefusesWhenFull) {
@@ -92,15 +124,25 @@ TEST(RequestQueue, RefusesWhenFull) {
   EXPECT_EQ(queue.size(), 2U);
 }
 
-TEST(RequestQueue, RemovesByToken) {
+TEST(RequestQueue, RemovesByOwnerAndNumber) {
   RequestQueue queue(4);
   queue.push(request(0, 1));
   queue.push(request(0, 2));
   Request removed;
-  EXPECT_FALSE(queue.remove(7, removed));
-  EXPECT_TRUE(queue.remove(1, removed));
-  EXPECT_EQ(removed.token, 1U);
-  EXPECT_THAT(pop_all(queue), ElementsAre(2));
+  EXPECT_FALSE(queue.remove(owners[0], 7, removed));
+  EXPECT_FALSE(queue.remove(owners[1], 1, removed));
+  EXPECT_TRUE(queue.remove(owners[0], 1, removed));
+  EXPECT_EQ(removed.number, 1U);
+  EXPECT_THAT(pop_numbers(queue), ElementsAre(2));
+}
+
+TEST(RequestQueue, RemovesAllOfAnOwner) {
+  RequestQueue queue(4);
+  queue.push(request(0, 1));
+  queue.push(request(1, 1));
+  queue.push(request(0, 2));
+  EXPECT_EQ(queue.remove_all(owners[0]), 2U);
+  EXPECT_THAT(pop_all(queue), ElementsAre(Name(1, 1)));
 }
 
 }  // namespace
