@@ -349,4 +349,26 @@ std::vector<Diagnostic> check_outputs(const LineConfig& config, const image::Lay
   return out;
 }
 
+diagnosis::Options diagnosis_options(const LineConfig& config) {
+  diagnosis::Options out{.own_node = config.node_id};
+  for (const NodeConfig& node : config.nodes) {
+    out.assigned.set(node.id);
+    out.mandatory.set(node.id, node.mandatory);
+  }
+  out.fatal_events =
+      config.strict_ixxat ? diagnosis::kStrictlyFatalEvents : diagnosis::kFatalEvents;
+  return out;
+}
+
+diagnosis::CanopenIaOptions canopen_ia_options(const LineConfig& config) {
+  return {.base = config.canopen_ia_base,
+          .own_node = config.node_id,
+          .manager = config.role == Role::manager,
+          .revision = config.identity.revision,
+          .serial = config.identity.serial,
+          .settings = {.keep_operational = config.keep_operational,
+                       .heartbeat = config.found_heartbeat,
+                       .update_time = config.pdo_update_time}};
+}
+
 }  // namespace linegate::line

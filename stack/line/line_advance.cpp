@@ -70,21 +70,13 @@ void Line::Impl::advance_services(Instant now) {
   change_role(now);
   startup.advance(now);
   manager.advance(now);
-  lss.advance(usable(), now);
-  settle_lss(now);
   nmt.advance(now);
-  scanner.advance(now);
-  if (routing != nullptr) {
-    routing->advance(may_send_sdo(), now);
-    take_completions(now);
-  }
-  expire_commands(now);
+  ask_for_updated(now);
   for (Service* service : services) {
     service->advance(now);
   }
-  ask_for_updated(now);
+  expire_commands(now);
   finish_local_writes();
-  follow_diagnosis(now);
   repeat_lost_starts(now);
   follow_own_state(now);
   follow_receivers();
@@ -98,16 +90,11 @@ Instant Line::Impl::services_wake() const {
   if (running && startup.wants_manager() != manages_) {
     return Instant{};
   }
-  if (canopen_ia.waits() || diagnosis.failed()) {
-    return Instant{};
-  }
   Instant wake = earlier(heartbeats.next_wake(), earlier(sdo.next_wake(), manager.next_wake()));
-  wake = earlier(wake, earlier(lss.next_wake(), scanner.next_wake()));
   wake = earlier(wake, earlier(startup.next_wake(), nmt.next_wake()));
   for (const Service* service : services) {
     wake = earlier(wake, service->next_wake());
   }
-  wake = earlier(wake, routing != nullptr ? routing->next_wake() : kNever);
   return earlier(wake, earlier(updates.next_wake(), next_command_deadline()));
 }
 

@@ -80,6 +80,7 @@ struct Line::Base : ServiceHost {
   void emit(EventKind kind, Instant time, std::uint32_t code = 0, std::uint32_t value = 0);
   // Takes up and tells what a bridge noticed; false if it is nothing new.
   bool note(const can::BusEvent& event);
+  bool is_running() const override { return running; }
   bool usable() const override;
   bool manages() const override { return false; }
   void reply(std::uint64_t tag, Error error, std::vector<std::byte> data = {}) override;
@@ -96,8 +97,7 @@ struct Line::Base : ServiceHost {
   void find_sendings(const can::Frame& frame, std::uint8_t from);
   bool is_awaited(const FramesUnderWay::Awaited& awaited, const can::Frame& frame,
                   std::uint8_t from) const;
-  // The reply is that of the command when its frames are acknowledged.
-  void answer_when_sent(FramesUnderWay::Sending sending, Instant now);
+  void answer_when_sent(FramesUnderWay::Sending sending, Instant now) override;
   void expire_sendings(Instant now);
   // As emcy::SentReporter. device: see FramesUnderWay::Awaited.
   void report_when_sent(std::uint8_t device, const can::Frame& frame, const Event& event,

@@ -58,12 +58,6 @@ void Line::Impl::execute(Command command, Instant now) {
     case CommandKind::nmt:
       command_nmt(command, now);
       return;
-    case CommandKind::routing_trace:
-      error = trace_routing(command, now);
-      break;
-    case CommandKind::lss:
-      execute_lss(std::move(command), now);
-      return;
     case CommandKind::object_write:
       write_object(std::move(command), now);
       return;
@@ -82,10 +76,10 @@ void Line::Impl::execute(Command command, Instant now) {
     case CommandKind::can_listen:
       error = listening.ask(command, now);
       break;
+    case CommandKind::routing_trace:
+    case CommandKind::lss:
     case CommandKind::scan:
     case CommandKind::scan_apply:
-      start_scan(command, now);
-      return;
     case CommandKind::pdo_request:
     case CommandKind::boot:
     case CommandKind::configure:
@@ -109,7 +103,7 @@ void Line::Impl::start_in_network(Command command, Instant now) {
     refuse(command, Refusal::bad_request, now);
     return;
   }
-  if (routing == nullptr) {
+  if (!routing.takes_part()) {
     reply(command.tag, to_error(AbortCode::invalid_value));  // there is no route
     return;
   }
@@ -124,17 +118,17 @@ void Line::Impl::start_in_network(Command command, Instant now) {
   pending.push_back({.number = number,
                      .tag = command.tag,
                      .deadline = timeout > Duration::zero() ? deadline(now, timeout) : kNever});
-  routing->start({.number = number,
-                  .network = command.network,
-                  .node = command.node,
-                  .address = {command.index, command.sub},
-                  .write = command.kind == CommandKind::network_write,
-                  .data = std::move(command.data),
-                  .timeout = share > Duration::zero() ? std::min(share, patience) : patience,
-                  .repeats = command.repeats,
-                  .as_device = (command.entry & kAsDevice) != 0},
-                 may_send_sdo(), now);
-  take_completions(now);
+  routing.start({.owner = &command_transfers,
+                 .number = number,
+                 .network = command.network,
+                 .node = command.node,
+                 .address = {command.index, command.sub},
+                 .write = command.kind == CommandKind::network_write,
+                 .data = std::move(command.data),
+                 .timeout = share > Duration::zero() ? std::min(share, patience) : patience,
+                 .repeats = command.repeats,
+                 .as_device = (command.entry & kAsDevice) != 0},
+                now);
 }
 
 // A transfer with the own node is a local access: there is no bus between the two.
@@ -151,9 +145,9 @@ void Line::Impl::start_sdo(Command command, bool write, Instant now) {
   }
   const od::Address address{command.index, command.sub};
   if (write) {
-    forget_cached(command.node, address);
-  } else if ((command.code & kFromCache) != 0 || canopen_ia.settings().use_scanned_entries) {
-    if (const auto* const known = cached(command.node, address)) {
+    scanning.forget_cached(command.node, address);
+  } else if ((command.code & kFromCache) != 0 || records.settings().use_scanned_entries) {
+    if (const auto* const known = scanning.cached(command.node, address)) {
       reply(command.tag, kDone, *known);
       return;
     }
@@ -283,8 +277,8 @@ void Line::Impl::send_emcy(const Command& command, Instant now) {
 
 // A command to other nodes is answered when it is on the bus.
 void Line::Impl::command_nmt(const Command& command, Instant now) {
-  const bool anew =
-      manages() && diagnosis.fatal() && nmt::is_reset(command.nmt) && command.node == 0;
+  const bool anew = manages() && diagnosing.diagnosis().fatal() && nmt::is_reset(command.nmt) &&
+                    command.node == 0;
   const bool own = command.node == config.node_id || anew;
   const Error why = send_nmt(command, now);
   if (why != kDone || own) {
@@ -300,7 +294,8 @@ Error Line::Impl::send_nmt(const Command& command, Instant now) {
     return why;
   }
   const bool own = command.node == config.node_id;
-  if (manages() && diagnosis.fatal() && nmt::is_reset(command.nmt) && (own || command.node == 0)) {
+  if (manages() && diagnosing.diagnosis().fatal() && nmt::is_reset(command.nmt) &&
+      (own || command.node == 0)) {
     begin_anew(command.nmt, now);
     return kDone;
   }
@@ -319,17 +314,6 @@ Error Line::Impl::send_nmt(const Command& command, Instant now) {
   }
   note_sent(command.nmt, command.node, now);
   manager.commanded(command.nmt, command.node, now);
-  return kDone;
-}
-
-Error Line::Impl::trace_routing(const Command& command, Instant now) {
-  if (routing == nullptr) {
-    return to_error(Refusal::wrong_role);
-  }
-  if (command.code < 1 || command.code > routing::Trace::kLongest) {
-    return to_error(Refusal::bad_request);
-  }
-  routing->trace_until(now + std::chrono::seconds(command.code));
   return kDone;
 }
 
@@ -364,7 +348,6 @@ void Line::Impl::command_completed(sdo::Completion& completion) {
 }
 
 void Line::Impl::expire_commands(Instant now) {
-  expire_scan(now);
   expire_sendings(now);
   for (std::size_t i = 0; i < pending.size();) {
     if (pending[i].deadline > now) {
@@ -372,9 +355,7 @@ void Line::Impl::expire_commands(Instant now) {
       continue;
     }
     sdo.cancel(command_transfers, pending[i].node, pending[i].number);
-    if (routing != nullptr) {
-      routing->cancel(pending[i].number, may_send_sdo(), now);
-    }
+    routing.cancel(command_transfers, pending[i].number, now);
     reply(pending[i].tag, to_error(Refusal::timed_out));
     pending[i] = pending.back();
     pending.pop_back();
@@ -382,7 +363,7 @@ void Line::Impl::expire_commands(Instant now) {
 }
 
 Instant Line::Impl::next_command_deadline() const {
-  Instant wake = earlier(scan_deadline, under_way.next_deadline());
+  Instant wake = under_way.next_deadline();
   for (const Pending& command : pending) {
     wake = earlier(wake, command.deadline);
   }

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "stack/base/byte_order.h"
 #include "stack/can/malformed.h"
 #include "stack/line/build.h"
 #include "stack/line/own_dictionary.h"
-#include "stack/nmt/services.h"
 #include "stack/time/service.h"
 
 namespace linegate::line {
@@ -60,21 +60,33 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
              static_cast<std::uint32_t>(CommandKind::program)),
       manager(node_plans(config), manager_options(config), node.dictionary(), sdo, heartbeats,
               events, *this),
-      lss(config, {.manager = manager, .sdo = sdo, .heartbeats = heartbeats, .host = *this},
-          plan.rpdos, events),
       startup(node.dictionary(), config.node_id, manager, *this),
+      lss(*this, config, manager,
+          {.manager = manager, .sdo = sdo, .heartbeats = heartbeats, .host = *this}, plan.rpdos,
+          events),
+      scanning(*this, config,
+               {.sdo = sdo,
+                .manager = manager,
+                .nmt = *this,
+                .diagnosing = diagnosing,
+                .records = records,
+                .events = events}),
+      routing(*this, config, node, sdo, events, messages, routed),
       pdo_requests(*this, node, image, plan, config.sdo_timeout),
       booting(*this, manager, config.node_id),
       configuring(*this, manager, configurator, events),
       programming(*this, manager, loader, config.node_id),
-      diagnosis(diagnosis_options(config), node.dictionary(), *this),
-      foreign_manager(node.dispatch(), events),
-      canopen_ia(node.dictionary(), diagnosis, *this, canopen_ia_options(config)),
-      diagnosis_objects(node.dictionary(), diagnosis, config.node_id),
+      diagnosing(*this, config, node, manager, scanning, events),
+      records(*this, config,
+              {.node = node,
+               .diagnosis = diagnosing.diagnosis(),
+               .nmt = *this,
+               .scanning = scanning,
+               .orders = *this,
+               .load = load,
+               .plan = plan}),
       outputs(image.layout(image::Direction::outputs), config.groups, config.bound),
-      updates(config.pdo_update_time),
-      scanner(sdo, events, *this) {
-  events.set_listener(&diagnosis);
+      updates(config.pdo_update_time) {
   sdo.follow(under_way.requests());
   node.emcy().set_reporter(&emcy_reporter);
   node.set_companion(this);
@@ -96,21 +108,17 @@ Line::Impl::Impl(LineConfig line_config, pdo::LinkPlan link_plan)
   heartbeats.set_listener(this);
   heartbeats.listen_all(config.node_id);
   emergencies.set_listener(this);
-  scan_cache = config.scanned;
   emergencies.listen_all(config.node_id);
   for (const NodeConfig& device : config.nodes) {
     emergencies.listen(device.id, emcy_cob_id(device));
     sdo.set_block_from(device.id, device.block_from);
-  }
-  if (config.routing.interface != 0) {
-    routing = std::make_unique<Routing>(config, node, sdo, events, messages, routed);
   }
 }
 
 void Line::Impl::start(Instant now) {
   running = true;
   emit(EventKind::line_started, now, static_cast<std::uint32_t>(config.role));
-  tell_found_layout(now);
+  report_found_layout(now);
   receivers_changed = true;
   follow_receivers();
   node.start(now);
@@ -118,13 +126,19 @@ void Line::Impl::start(Instant now) {
   take_role(now);
 }
 
+// Those that knew the line before have another layout.
+void Line::Impl::report_found_layout(Instant now) {
+  if (config.scanned.empty()) {
+    return;
+  }
+  Event event{.time = now, .kind = EventKind::layout_changed, .length = 16};
+  store_le(event.data.data(), layout(image::Direction::inputs).id);
+  store_le(event.data.data() + 8, layout(image::Direction::outputs).id);
+  events.emit(event);
+}
+
 void Line::Impl::take_completions(Instant now) {
   sdo.deliver_completions(now);
-  finish_scan();
-  sdo::Completion completion;
-  while (routing != nullptr && routing->take(completion)) {
-    command_completed(completion);
-  }
   if (configuring.active()) {
     configuring.advance(now);
   }
@@ -133,38 +147,21 @@ void Line::Impl::take_completions(Instant now) {
   }
 }
 
-bool Line::Impl::may_send_sdo() const {
-  return running && usable() && nmt::is_served(can::Service::sdo_client, node.state());
-}
-
 void Line::Impl::deliver(const routing::Message& message, Instant now) {
-  if (routing == nullptr) {
+  if (routing.takes_part()) {
+    routing.deliver(message, now);
+  } else {
     Base::deliver(message, now);
-    return;
   }
-  routing->deliver(message, may_send_sdo(), now);
-  take_completions(now);
 }
 
 void Line::Impl::set_routes(const routing::Config& wanted) {
-  if (routing == nullptr) {
-    return;
-  }
-  config.routing.interfaces = wanted.interfaces;
-  config.routing.routes = wanted.routes;
-  config.routing.emcy_networks = wanted.emcy_networks;
-  for (const od::ObjectDescription& table : routing_tables(config)) {
-    (void)node.dictionary().remove(table.index);
-    (void)node.dictionary().add(table);
-  }
-  routing->tables_changed();
+  routing.set_routes(wanted);
 }
 
 void Line::Impl::routes(std::vector<routing::Route>& out) const {
   out.clear();
-  if (routing != nullptr) {
-    routing->routes(out);
-  }
+  routing.routes(out);
 }
 
 [[gnu::hot]] bool Line::Impl::next_frame(can::Frame& out, Instant now) {
@@ -172,7 +169,7 @@ void Line::Impl::routes(std::vector<routing::Route>& out) const {
   bool given = false;
   if (lss.wants_to_send()) [[unlikely]] {
     stirred = true;
-    given = node.next_frame(out, now, number) || next_lss_frame(out, number, now);
+    given = node.next_frame(out, now, number) || lss.next_frame(out, number, now);
   } else {
     given = node.next_frame(out, now, number);
   }
@@ -229,7 +226,6 @@ void Line::Impl::receive(const can::Target& target, const can::Frame& frame) {
       if (!lss.receive(frame)) {
         malformed(target, frame);
       }
-      settle_lss(frame.time);
       return;
     default:
       return;
@@ -242,15 +238,13 @@ void Line::Impl::synced(Instant /*now*/) {
 
 void Line::Impl::unwanted(const can::Frame& frame) {
   stirred = true;
-  listening.hear(frame, events, canopen_ia.hear(frame));
+  listening.hear(frame, events, records.hear(frame));
 }
 
 void Line::Impl::emergency(std::uint8_t id, const emcy::Message& message, Instant now) {
-  diagnosis.emergency(id, message);
+  diagnosing.diagnosis().emergency(id, message);
   manager.emergency(id, message.code, message.error_register, now);
-  if (routing != nullptr) {
-    routing->emergency(id, message, now);
-  }
+  routing.emergency(id, message, now);
 }
 
 // The nodes keep their state, as a PLC's devices do when it is switched off; what the own node
@@ -261,16 +255,9 @@ void Line::Impl::stop(Instant now) {
   }
   manager.stop(now);
   follow_receivers();
-  lss.stop();
-  settle_lss(now);
   cancel_sendings();
-  end_scan(Refusal::cancelled, now);
   for (Service* service : services) {
     service->end(Refusal::cancelled, now);
-  }
-  if (routing != nullptr) {
-    routing->stop(now);
-    take_completions(now);
   }
   for (Pending& command : pending) {
     sdo.cancel(command_transfers, command.node, command.number);
@@ -297,7 +284,7 @@ void Line::Impl::stop(Instant now) {
     stirred = true;
     lss.hear(frames);
   }
-  if (routing == nullptr) {
+  if (!routing.takes_part()) {
     node.receive(frames);
     return;
   }
@@ -310,8 +297,7 @@ void Line::Impl::receive_and_route(std::span<const can::Frame> frames) {
   node.receive(frames);
   if (node.served() != served) {
     stirred = true;
-    routing->settle(may_send_sdo(), frames.back().time);
-    take_completions(frames.back().time);
+    routing.hand_on(frames.back().time);
   }
 }
 bool Line::Impl::wants_to_send(Instant now) const {

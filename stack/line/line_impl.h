@@ -9,26 +9,24 @@
 #include <optional>
 #include <vector>
 
-#include "stack/diagnosis/canopen_ia.h"
-#include "stack/diagnosis/diagnosis.h"
-#include "stack/diagnosis/foreign_manager.h"
-#include "stack/diagnosis/objects.h"
-#include "stack/diagnosis/record_host.h"
 #include "stack/emcy/consumer.h"
 #include "stack/emcy/producer.h"
 #include "stack/image/process_image.h"
 #include "stack/line/boot_service.h"
 #include "stack/line/configure_service.h"
+#include "stack/line/diagnosis_service.h"
 #include "stack/line/ends_under_way.h"
 #include "stack/line/frames_under_way.h"
 #include "stack/line/line_base.h"
-#include "stack/line/lss.h"
+#include "stack/line/lss_service.h"
 #include "stack/line/outputs.h"
 #include "stack/line/own_objects.h"
 #include "stack/line/pdo_request_service.h"
 #include "stack/line/pdo_updates.h"
 #include "stack/line/program_service.h"
-#include "stack/line/routing.h"
+#include "stack/line/record_service.h"
+#include "stack/line/routing_service.h"
+#include "stack/line/scan_service.h"
 #include "stack/manager/configurator.h"
 #include "stack/manager/manager.h"
 #include "stack/manager/program_loader.h"
@@ -38,7 +36,6 @@
 #include "stack/node/node.h"
 #include "stack/pdo/link.h"
 #include "stack/routing/forward_objects.h"
-#include "stack/scan/scanner.h"
 #include "stack/sdo/arbiter.h"
 
 namespace linegate::line {
@@ -46,18 +43,17 @@ namespace linegate::line {
 struct Line::Impl final : Line::Base,
                           node::Companion,
                           manager::Host,
-                          scan::Host,
                           nmt::HeartbeatListener,
                           emcy::Listener,
-                          diagnosis::Source,
-                          diagnosis::RecordHost {
+                          RecordOrders {
   // plan is that of the configuration; see Line::make().
   Impl(LineConfig line_config, pdo::LinkPlan link_plan);
-  ~Impl() override { events.set_listener(nullptr); }
 
   // --- line.cpp -------------------------------------------------------------------------------
   const image::Layout& layout(image::Direction direction) const override;
   void start(Instant now) override;
+  // Of a line whose image is made of what a scan found.
+  void report_found_layout(Instant now);
   void receive(std::span<const can::Frame> frames) override;
   void receive_and_route(std::span<const can::Frame> frames);
   void stop(Instant now) override;
@@ -90,8 +86,6 @@ struct Line::Impl final : Line::Base,
   void deliver(const routing::Message& message, Instant now) override;
   void set_routes(const routing::Config& wanted) override;
   void routes(std::vector<routing::Route>& out) const override;
-  // SDOs can be sent: the interface is usable, the own node not stopped.
-  bool may_send_sdo() const;
   od::Dictionary& dictionary() override;
   Counters count() const;
   // As 1F80h bit 0 says; that of the configuration at first.
@@ -126,28 +120,16 @@ struct Line::Impl final : Line::Base,
   bool acknowledges_starts() const override { return under_way.expected(); }
   void command_own(nmt::Command command, Instant now) override;
   nmt::State own_state() const override;
-  // scan::Host
-  void reset_node(std::uint8_t node, Instant now) override;
-  void asked(std::uint8_t node, bool answered, Instant asked_at, Instant now) override;
   // nmt::HeartbeatListener
   void boot_up(std::uint8_t node, Instant now) override;
   void heartbeat(std::uint8_t node, nmt::State state, Instant now) override;
   void heartbeat_lost(std::uint8_t node, Instant deadline) override;
   void heartbeat_recovered(std::uint8_t node, Instant now) override;
-  // diagnosis::Source
-  diagnosis::NetworkFacts network() const override;
-  const NodeState& node_seen(std::uint8_t node) const override;
-  void follow_diagnosis(Instant now);
-  void stop_network(Instant now);
   void begin_anew(nmt::Command command, Instant now);
-  void keep_operational(std::uint8_t id, Instant now);
-  // --- line_records.cpp: diagnosis::RecordHost --------------------------------------------------
-  Transmission transmission() const override;
-  AbortCode may_scan(std::uint8_t node) const override;
-  AbortCode may_trigger(std::uint8_t node, std::uint8_t number) const override;
-  AbortCode transmit(const can::Frame& frame) override;
-  void follow_records(Instant now);
-  void set_pdo_times();
+  // --- line_records.cpp: RecordOrders -----------------------------------------------------------
+  void order_nmt(nmt::Command command, std::uint8_t node, Instant now) override;
+  void order_trigger(std::uint8_t node, std::uint8_t rpdo, Instant now) override;
+  AbortCode may_trigger(std::uint8_t node, std::uint8_t rpdo) const override;
   void write_own_values(Instant now);
   // emcy::Listener
   void emergency(std::uint8_t node, const emcy::Message& message, Instant now) override;
@@ -178,7 +160,6 @@ struct Line::Impl final : Line::Base,
   void send_emcy(const Command& command, Instant now);
   void command_nmt(const Command& command, Instant now);
   Error send_nmt(const Command& command, Instant now);
-  Error trace_routing(const Command& command, Instant now);
   void send_frame(const Command& command, Instant now);
   void command_completed(sdo::Completion& completion);
   void expire_commands(Instant now);
@@ -196,23 +177,6 @@ struct Line::Impl final : Line::Base,
   // --- line_role.cpp ----------------------------------------------------------------------------
   void take_role(Instant now);
   void change_role(Instant now);
-
-  // --- line_scan.cpp ----------------------------------------------------------------------------
-  void start_scan(const Command& command, Instant now);
-  bool begin_scan(std::uint8_t id, std::uint16_t code, Instant now);
-  void finish_scan();
-  void tell_found_layout(Instant now);
-  void expire_scan(Instant now);
-  void end_scan(Refusal why, Instant now);
-  // What a scan read of the object, if it did; nullptr otherwise.
-  const std::vector<std::byte>* cached(std::uint8_t id, od::Address address) const;
-  void forget_cached(std::uint8_t id, od::Address address);
-
-  // --- line_lss.cpp -----------------------------------------------------------------------------
-  void start_lss(Instant now);
-  void settle_lss(Instant now);
-  void execute_lss(Command command, Instant now);
-  bool next_lss_frame(can::Frame& out, std::uint64_t number, Instant now);
 
   // --- line_objects.cpp -------------------------------------------------------------------------
   void write_object(Command command, Instant now);
@@ -317,37 +281,31 @@ struct Line::Impl final : Line::Base,
   manager::Configurator configurator;
   manager::ProgramLoader loader;
   manager::Manager manager;  // keeps the states of the nodes in every role, acts in that of manager
-  Lss lss;                   // idle but in the role manager
-  bool boot_begun = false;   // of the nodes: it waits for the first round of LSS
   manager::StartupObjects startup;
 
+  bool manages_ = config.role == Role::manager;
+
+  LssService lss;
+  ScanService scanning;
+  RoutingService routing;
   PdoRequestService pdo_requests;
   BootService booting;
   ConfigureService configuring;
   ProgramService programming;
+  DiagnosisService diagnosing;  // behind whatever it asks for the state of the network
+  RecordService records;
   // In the order in which they are advanced.
-  const std::array<Service*, 4> services{&pdo_requests, &booting, &configuring, &programming};
+  const std::array<Service*, 9> services{&lss,          &scanning, &routing,
+                                         &pdo_requests, &booting,  &configuring,
+                                         &programming,  &records,  &diagnosing};
   std::array<Service*, kCommandKinds> service_of{};  // by CommandKind; nullptr: of the line itself
 
-  bool manages_ = config.role == Role::manager;
-  diagnosis::Diagnosis diagnosis;
-  diagnosis::ForeignManager foreign_manager;
-  diagnosis::CanopenIa canopen_ia;
-  diagnosis::Objects diagnosis_objects;
   Outputs outputs;
   std::vector<ScannedOutput> scanned_outputs;
   bool scanned_due = false;          // some of them are
   std::uint64_t scanned_starts = 0;  // of the own node, as follow_scanned() saw them
   PdoUpdates updates;
-  std::uint64_t resets = 0;          // of the own node that were followed
-  std::unique_ptr<Routing> routing;  // if the line takes part in it
-
-  scan::Scanner scanner;
-  std::optional<std::uint64_t> scan_tag;  // of the command that wants to know what it finds
-  bool scan_of_all = false;
-  std::uint16_t scan_code = 0;                // of scan_apply
-  std::vector<scan::ScannedNode> scan_cache;  // what scans read, ascending by id
-  Instant scan_deadline = kNever;
+  std::uint64_t resets = 0;  // of the own node that were followed
 
   // Of the SDO transfers of commands.
   struct CommandTransfers final : sdo::TransferOwner {

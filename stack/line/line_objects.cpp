@@ -37,7 +37,7 @@ void Line::Impl::write_object(Command command, Instant now) {
     return;
   }
   const std::vector<std::uint32_t> entries = entries_of(image.layout(Direction::outputs), command);
-  const bool by_sdo = (command.code & kForceSdo) != 0 || canopen_ia.settings().enforce_sdo;
+  const bool by_sdo = (command.code & kForceSdo) != 0 || records.settings().enforce_sdo;
   if (entries.empty() || by_sdo) {
     start_sdo(std::move(command), true, now);
     return;
@@ -56,8 +56,8 @@ void Line::Impl::write_by_pdo(Command command, std::span<const std::uint32_t> en
   for (const std::uint32_t entry : entries) {
     image.write_entry(Direction::outputs, entry, command.data);
   }
-  const bool keep = (command.code & kKeepPdo) != 0 || canopen_ia.settings().manual_trigger;
-  updates.set_update_time(canopen_ia.settings().update_time);
+  const bool keep = (command.code & kKeepPdo) != 0 || records.settings().manual_trigger;
+  updates.set_update_time(records.settings().update_time);
   for (const std::uint32_t position : entries) {
     const image::Entry& entry = layout.entries[position];
     if (!keep) {
@@ -102,7 +102,7 @@ std::vector<std::byte> Line::Impl::way_of(std::uint16_t tpdo, PdoWait wait) cons
 // What an event timer sends anyway is not collected. PDOs without a record have that of the plan.
 bool Line::Impl::asks_at_once(std::uint16_t tpdo) {
   constexpr std::uint8_t kEventTimer = 5;
-  if (canopen_ia.settings().update_time == Duration::zero()) {
+  if (records.settings().update_time == Duration::zero()) {
     return true;
   }
   if (tpdo > pdo::kMaxPdo) {

@@ -215,7 +215,7 @@ pdo::Engine::Receiver Line::Impl::receiver(std::uint8_t id) const {
 }
 
 void Line::Impl::note_sent(nmt::Command command, std::uint8_t id, Instant now) {
-  diagnosis.commanded(command, id);
+  diagnosing.diagnosis().commanded(command, id);
   manager.sent(command, id, now);
   note_command(command, id);
 }

@@ -14,8 +14,8 @@ void Line::Impl::take_role(Instant now) {
   node.set_nmt_slave(!manages_);
   nmt.set_active(manages_);
   if (manages_) {
-    boot_begun = false;
-    start_lss(now);
+    node.dispatch().add(lss::kSlaveId, false, can::Service::lss, 0);
+    lss.start(now);
     return;
   }
   for (const NodeConfig& device : config.nodes) {
@@ -36,15 +36,11 @@ void Line::Impl::change_role(Instant now) {
   }
   if (manages_) {
     refuse_sendings(CommandKind::nmt, Refusal::wrong_role, now);
-    end_scan(Refusal::wrong_role, now);
     for (Service* service : services) {
       if (service->needs_master()) {
         service->end(Refusal::wrong_role, now);
       }
     }
-    boot_begun = true;  // a round of LSS that ends by this begins none
-    lss.stop();
-    settle_lss(now);
     for (const NodeConfig& device : config.nodes) {
       const bool shows_itself = std::max(device.heartbeat, device.guard_time) > Duration::zero();
       if (shows_itself && manager.boots(device.id)) {

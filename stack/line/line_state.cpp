@@ -12,7 +12,7 @@ LineState Line::Impl::state() const {
   out.own_state = node.state();
   out.indicators = node.indicators();
   out.manager = manager.state();
-  out.network = diagnosis.network_state();
+  out.network = diagnosing.diagnosis().network_state();
   out.bus = bus;
   out.transmit_errors = transmit_errors;
   out.receive_errors = receive_errors;

@@ -49,7 +49,7 @@ void Routing::tables_changed() {
 void Routing::deliver(const routing::Message& message, bool usable, Instant now) {
   exit_.set_usable(usable);
   take_in(message, now);
-  settle(usable, now);
+  hand_on(usable, now);
 }
 
 void Routing::take_in(const routing::Message& message, Instant now) {
@@ -70,15 +70,16 @@ void Routing::take_in(const routing::Message& message, Instant now) {
 
 void Routing::start(routing::RemoteRequest request, bool usable, Instant now) {
   clients_.start(std::move(request), now);
-  settle(usable, now);
+  hand_on(usable, now);
 }
 
-void Routing::cancel(std::uint64_t number, bool usable, Instant now) {
-  clients_.cancel(number, now);
-  settle(usable, now);
+void Routing::cancel(const sdo::TransferOwner& owner, std::uint64_t number, bool usable,
+                     Instant now) {
+  clients_.cancel(owner, number, now);
+  hand_on(usable, now);
 }
 
-void Routing::settle(bool usable, Instant now) {
+void Routing::hand_on(bool usable, Instant now) {
   exit_.set_usable(usable);
   routing::Message message;
   do {
@@ -93,7 +94,7 @@ void Routing::advance(bool usable, Instant now) {
   entrance_.advance(now);
   exit_.advance(now);
   clients_.advance(now);
-  settle(usable, now);
+  hand_on(usable, now);
 }
 
 Instant Routing::next_wake() const {
@@ -103,7 +104,7 @@ Instant Routing::next_wake() const {
 void Routing::stop(Instant now) {
   entrance_.stop(now);
   exit_.stop(now);
-  settle(false, now);
+  hand_on(false, now);
 }
 
 void Routing::routes(std::vector<routing::Route>& out) const {

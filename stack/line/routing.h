@@ -35,11 +35,11 @@ class Routing final : sdo::Detour {
   // usable: SDOs can be sent on the bus of this line.
   void deliver(const routing::Message& message, bool usable, Instant now);
   void start(routing::RemoteRequest request, bool usable, Instant now);
-  void cancel(std::uint64_t number, bool usable, Instant now);
-  // How a transfer that start() began has ended; false if there is none to take.
-  bool take(sdo::Completion& out) { return clients_.take(out); }
+  void cancel(const sdo::TransferOwner& owner, std::uint64_t number, bool usable, Instant now);
+  // Of transfers that start() began.
+  void deliver_completions(Instant now) { clients_.deliver_completions(now); }
   // After anything came in: hands on what parts of the line have for each other.
-  void settle(bool usable, Instant now);
+  void hand_on(bool usable, Instant now);
   void advance(bool usable, Instant now);
   Instant next_wake() const;
   void stop(Instant now);

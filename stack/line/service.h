@@ -10,6 +10,7 @@
 
 #include "stack/base/time.h"
 #include "stack/line/command.h"
+#include "stack/line/frames_under_way.h"
 
 namespace linegate::line {
 
@@ -25,6 +26,10 @@ class ServiceHost {
   virtual void reply(std::uint64_t tag, Error error, std::vector<std::byte> data) = 0;
   // The same for a command that is not carried out: reply and event.
   virtual void refuse(const Command& command, Refusal refusal, Instant now) = 0;
+  // The reply is that of the command when its frames are acknowledged on the bus.
+  virtual void answer_when_sent(FramesUnderWay::Sending sending, Instant now) = 0;
+  // It was started, and not stopped since.
+  virtual bool is_running() const = 0;
   // Frames can be sent and received.
   virtual bool usable() const = 0;
   // The line is NMT master.
@@ -38,12 +43,14 @@ class Service {
   Service& operator=(const Service&) = delete;
   virtual ~Service() = default;
 
-  // The kinds of commands that the line hands to execute().
-  virtual std::span<const CommandKind> commands() const = 0;
+  // The kinds of commands that the line hands to execute(): none, unless both are overridden.
+  virtual std::span<const CommandKind> commands() const { return {}; }
   // Its commands are those of an NMT master: when the line becomes a slave it ends them.
   virtual bool needs_master() const { return true; }
   // Each command gets exactly one reply, now or later.
-  virtual void execute(Command command, Instant now) = 0;
+  virtual void execute(Command command, Instant now) {
+    host_.refuse(command, Refusal::bad_request, now);
+  }
   // Called after something came in and when next_wake() is due.
   virtual void advance(Instant now) = 0;
   // kNever: not before something comes in.

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/sdo/client.h"
 #include "stack/sdo/protocol.h"
 
@@ -20,6 +21,7 @@ class RemoteClient::Transfer final : public ClientSide {
   explicit Transfer(SdoEntrance& entrance) : entrance_(entrance) {}
 
   bool busy() const { return busy_; }
+  sdo::TransferOwner* owner() const { return request_.owner; }
   std::uint64_t number() const { return request_.number; }
   Instant next_wake() const { return client_.next_wake(); }
 
@@ -160,6 +162,7 @@ RemoteClient::RemoteClient(SdoEntrance& entrance) : entrance_(entrance) {
 RemoteClient::~RemoteClient() = default;
 
 void RemoteClient::start(RemoteRequest request, Instant now) {
+  LINEGATE_ASSERT(request.owner != nullptr, "a request to another network has an owner");
   auto place = std::find_if(transfers_.begin(), transfers_.end(),
                             [](const auto& each) { return !each->busy(); });
   if (place == transfers_.end()) {
@@ -170,21 +173,23 @@ void RemoteClient::start(RemoteRequest request, Instant now) {
   (void)pump(now);
 }
 
-void RemoteClient::cancel(std::uint64_t number, Instant now) {
+void RemoteClient::cancel(const sdo::TransferOwner& owner, std::uint64_t number, Instant now) {
   for (const auto& each : transfers_) {
-    if (each->busy() && each->number() == number) {
+    if (each->busy() && each->owner() == &owner && each->number() == number) {
       each->cancel(now);
     }
   }
+  std::erase_if(ended_, [&](const Ended& ended) {
+    return ended.owner == &owner && ended.completion.number == number;
+  });
 }
 
-bool RemoteClient::take(sdo::Completion& out) {
-  if (completions_.empty()) {
-    return false;
+void RemoteClient::deliver_completions(Instant now) {
+  while (!ended_.empty()) {
+    Ended next = std::move(ended_.front());
+    ended_.pop_front();
+    next.owner->completed(next.completion, now);
   }
-  out = std::move(completions_.front());
-  completions_.pop_front();
-  return true;
 }
 
 bool RemoteClient::pump(Instant now) {
@@ -195,7 +200,7 @@ bool RemoteClient::pump(Instant now) {
     }
     active = each->pump(now) || active;
     if (std::optional<sdo::Outcome> outcome = each->take()) {
-      completions_.push_back(each->completion(*std::move(outcome)));
+      ended_.push_back({each->owner(), each->completion(*std::move(outcome))});
     }
   }
   return active;

@@ -15,7 +15,8 @@
 namespace linegate::routing {
 
 struct RemoteRequest {
-  std::uint64_t number = 0;  // chosen by the caller
+  sdo::TransferOwner* owner = nullptr;  // must live until the Completion, or cancel the request
+  std::uint64_t number = 0;             // chosen by the owner, unique among its requests
   std::uint16_t network = 0;
   std::uint8_t node = 0;  // 0 = the gateway itself
   od::Address address{};
@@ -32,12 +33,13 @@ class RemoteClient {
   explicit RemoteClient(SdoEntrance& entrance);
   ~RemoteClient();
 
-  // There will be exactly one Completion, unless it is cancelled.
+  // Precondition: request.owner is set. There will be exactly one Completion, unless it is
+  // cancelled.
   void start(RemoteRequest request, Instant now);
   // No effect if it is not known.
-  void cancel(std::uint64_t number, Instant now);
-  // The oldest completion not yet taken; false if there is none.
-  bool take(sdo::Completion& out);
+  void cancel(const sdo::TransferOwner& owner, std::uint64_t number, Instant now);
+  // Calls sdo::TransferOwner::completed() for each transfer that has ended, the oldest first.
+  void deliver_completions(Instant now);
 
   // Hands on what the clients have to send. True if there was anything.
   bool pump(Instant now);
@@ -49,7 +51,12 @@ class RemoteClient {
 
   SdoEntrance& entrance_;
   std::vector<std::unique_ptr<Transfer>> transfers_;
-  std::deque<sdo::Completion> completions_;
+  // Of transfers that have ended.
+  struct Ended {
+    sdo::TransferOwner* owner = nullptr;
+    sdo::Completion completion;
+  };
+  std::deque<Ended> ended_;
 };
 
 }  // namespace linegate::routing

@@ -94,7 +94,7 @@ void Scanner::restored(Running& running, AbortCode outcome, Instant now) {
 void Scanner::submit(Running& running, sdo::Request request, Instant now) {
   running.asked = now;
   running.transfer = ++transfers_;
-  request.owner = this;
+  request.owner = &owner_;
   request.number = running.transfer;
   request.node = running.survey.result().id;
   request.priority = sdo::Priority::background;
@@ -104,7 +104,7 @@ void Scanner::submit(Running& running, sdo::Request request, Instant now) {
   }
 }
 
-void Scanner::completed(sdo::Completion& completion, Instant now) {
+void Scanner::completed(const sdo::Completion& completion, Instant now) {
   const auto at = std::ranges::find(running_, completion.number, &Running::transfer);
   if (at == running_.end()) {
     return;  // it was cancelled
@@ -171,7 +171,7 @@ void Scanner::cancel(Instant now) {
   last_ = 0;
   while (!running_.empty()) {
     Running& running = running_.back();
-    sdo_.cancel(*this, running.survey.result().id, running.transfer);
+    sdo_.cancel(owner_, running.survey.result().id, running.transfer);
     running.survey.give_up(AbortCode::general);
     finish(running, now);
   }

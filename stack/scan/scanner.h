@@ -38,7 +38,7 @@ struct Options {
   bool restore_defaults = false;
 };
 
-class Scanner final : public sdo::TransferOwner {
+class Scanner {
  public:
   // Nodes that are read at the same time.
   static constexpr std::size_t kTogether = 32;
@@ -47,10 +47,9 @@ class Scanner final : public sdo::TransferOwner {
   static constexpr Duration kRestoreTime = std::chrono::seconds(3);
   static constexpr Duration kResetTime = std::chrono::seconds(3);
 
-  // All must outlive it.
-  Scanner(sdo::Arbiter& sdo, EventLog& events, Host& host)
-      : sdo_(sdo), events_(events), host_(host) {}
-  ~Scanner() override { sdo_.disown(*this); }
+  // owner: of its transfers; hands on their ends. All must outlive it.
+  Scanner(sdo::Arbiter& sdo, sdo::TransferOwner& owner, EventLog& events, Host& host)
+      : sdo_(sdo), owner_(owner), events_(events), host_(host) {}
 
   // False if a scan is under way.
   bool begin(const Options& options, Instant now);
@@ -58,8 +57,8 @@ class Scanner final : public sdo::TransferOwner {
   // Ends it: what was read of nodes that were not ready counts as broken off (0800 0000h).
   void cancel(Instant now);
 
-  // sdo::TransferOwner
-  void completed(sdo::Completion& completion, Instant now) override;
+  // The end of a transfer.
+  void completed(const sdo::Completion& completion, Instant now);
 
   // The node's boot-up message came.
   void boot_up(std::uint8_t node, Instant now);
@@ -88,6 +87,7 @@ class Scanner final : public sdo::TransferOwner {
   void finish(Running& running, Instant now);
 
   sdo::Arbiter& sdo_;
+  sdo::TransferOwner& owner_;
   EventLog& events_;
   Host& host_;
   std::vector<Running> running_;

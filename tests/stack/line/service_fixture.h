@@ -26,9 +26,14 @@ class RecordingHost final : public ServiceHost {
     EXPECT_FALSE(replies_.contains(tag)) << "a second reply to " << tag;
     replies_[tag] = {.tag = tag, .error = error, .data = std::move(data)};
   }
+  // At once: there is no bus.
+  void answer_when_sent(FramesUnderWay::Sending sending, Instant /*now*/) override {
+    reply(sending.command.tag, {}, std::move(sending.data));
+  }
   void refuse(const Command& command, Refusal refusal, Instant /*now*/) override {
     reply(command.tag, to_error(refusal), {});
   }
+  bool is_running() const override { return true; }
   bool usable() const override { return usable_; }
   bool manages() const override { return manages_; }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The LSS master of a line in the role manager: node-IDs for devices that have none before the
-// network boots and for late comers, and CommandKind::lss. Private to stack/line.
+// CommandKind::lss, and the LSS master of a line in the role manager: node-IDs for devices that
+// have none, before the network boots and for late comers (CiA 305). Private to stack/line.
 #pragma once
 
 #include <deque>
@@ -12,42 +12,41 @@
 #include "stack/line/command.h"
 #include "stack/line/config.h"
 #include "stack/line/node_id_check.h"
+#include "stack/line/service.h"
 #include "stack/lss/assigner.h"
 #include "stack/lss/procedure.h"
 #include "stack/manager/manager.h"
 
 namespace linegate::line {
 
-class Lss final : public sdo::TransferOwner, lss::AssignerHost {
+class LssService final : public Service, public sdo::TransferOwner, lss::AssignerHost {
  public:
   // All but inputs must outlive it; see NodeIdCheck.
-  Lss(const LineConfig& config, const NodeIdCheck::Services& services,
-      std::span<const pdo::LinkedPdo> inputs, EventLog& events);
-  ~Lss() override { sdo_.disown(*this); }
+  LssService(ServiceHost& host, const LineConfig& config, manager::Manager& manager,
+             const NodeIdCheck::Services& services, std::span<const pdo::LinkedPdo> inputs,
+             EventLog& events);
+  ~LssService() override { sdo_.disown(*this); }
 
-  // usable: the bus can be used. The first round begins at once, if there is to be one.
-  void start(bool usable, Instant now);
-  // The line stops: commands under way are answered.
-  void stop();
-  // Nodes of the configuration are being given their node-IDs: their boot waits for that.
-  bool holds_boot() const { return holding_; }
+  // The line is NMT master from now on. The first round begins at once, if there is to be one; the
+  // manager starts the network when the nodes of the configuration have their node-IDs.
+  void start(Instant now);
 
-  // False if a queue is full. take_reply() has its answer sooner or later.
-  bool execute(Command command, Instant now);
-  struct Answered {
-    Reply reply;
-    // Of a service that no device confirms: the reply holds when the bus acknowledged this frame,
-    // which next_frame() gave.
-    std::optional<can::Frame> frame{};
-    Instant deadline = kNever;  // of the command
-  };
-  std::optional<Answered> take_reply();
+  std::span<const CommandKind> commands() const override;
+  // Answered with what a lss::Course replies, or the findings of a round; a service that no device
+  // confirms when the bus acknowledged its frame. Refusals: wrong_role, line_down, busy (too many
+  // wait, or the node-ID cannot be checked now), bad_request, wrong_state (the own node is
+  // stopped), no_acknowledge, timed_out.
+  void execute(Command command, Instant now) override;
+  void advance(Instant now) override;
+  Instant next_wake() const override;
+  // Rounds end, too: the network is not started by it.
+  void end(Refusal why, Instant now) override;
 
   // acknowledged() has an effect.
   bool awaits_acknowledgement() const { return listens() || number_ != 0; }
   // While listens(): all frames.
   bool listens() const { return check_.listens(); }
-  void hear(std::span<const can::Frame> frames);
+  void hear(std::span<const can::Frame> frames) { check_.hear(frames); }
   // The same: see NodeIdCheck.
   void handed_out(const can::Frame& frame, std::uint64_t number, Instant now) {
     check_.handed_out(frame, number, now);
@@ -66,9 +65,6 @@ class Lss final : public sdo::TransferOwner, lss::AssignerHost {
 
   // A frame on 7E4h. False if it is malformed.
   bool receive(const can::Frame& frame);
-  // usable: false puts off what is to begin.
-  void advance(bool usable, Instant now);
-  Instant next_wake() const;
   // Less urgent than all that the own node sends. number: as in handed_out().
   bool next_frame(can::Frame& out, std::uint64_t number, Instant now);
   bool wants_to_send() const { return master_.wants_to_send(); }
@@ -91,6 +87,9 @@ class Lss final : public sdo::TransferOwner, lss::AssignerHost {
     bool selected = false;                  // by a command, to the device that is selected still
   };
 
+  // Answers it, unless it was queued.
+  Refusal queue(const Command& command, Instant now);
+  void start_network(Instant now);
   bool is_present(std::uint8_t node) const override;
   bool is_watched(std::uint8_t node) const override;
   void pump(Instant now);
@@ -106,7 +105,7 @@ class Lss final : public sdo::TransferOwner, lss::AssignerHost {
   void await_boot_up(std::uint8_t node, const std::optional<lss::Address>& address, Instant due);
   void reset_given(Instant now);
   void note_configuration(const lss::Answer& answer, Instant now);
-  void finish_command(Error error, std::vector<std::byte> data);
+  void finish_command(Error error, std::vector<std::byte> data, Instant now);
   void finish_round(Instant now);
   void tell(const lss::Finding& finding, Instant now);
   void tell_progress(unsigned parts, Instant now);
@@ -118,9 +117,9 @@ class Lss final : public sdo::TransferOwner, lss::AssignerHost {
   bool course_runs() const { return !asked_.empty() && asked_.front().course && running_; }
 
   const LineConfig& config_;
-  const manager::Manager& manager_;
+  manager::Manager& manager_;
   sdo::Arbiter& sdo_;
-  manager::Host& host_;
+  manager::Host& nmt_;
   EventLog& events_;
   NodeIdCheck check_;
   lss::Master master_;
@@ -129,7 +128,8 @@ class Lss final : public sdo::TransferOwner, lss::AssignerHost {
   bool running_ = false;
   bool usable_ = false;
   bool started_ = false;
-  bool holding_ = false;
+  bool holding_ = false;  // the start of the network
+  bool network_started_ = false;
   bool interrupted_ = false;  // a round: it begins again
   unsigned told_parts_ = 0;
   std::vector<Given> given_;
@@ -142,7 +142,6 @@ class Lss final : public sdo::TransferOwner, lss::AssignerHost {
   std::uint64_t number_ = 0;    // the same; 0 = acknowledged
   bool lost_ = false;           // it will never be
   Instant unsent_at_ = kNever;  // of a command: its frame that waits then cannot be sent
-  std::deque<Answered> replies_;
   can::Traffic sent_;
 };
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/line/lss.h"
+#include "stack/line/lss_service.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "stack/base/byte_order.h"
@@ -70,44 +71,59 @@ std::vector<std::byte> report_of(const std::vector<lss::Finding>& findings) {
 
 }  // namespace
 
-Lss::Lss(const LineConfig& config, const NodeIdCheck::Services& services,
-         std::span<const pdo::LinkedPdo> inputs, EventLog& events)
-    : config_(config),
-      manager_(services.manager),
+LssService::LssService(ServiceHost& host, const LineConfig& config, manager::Manager& manager,
+                       const NodeIdCheck::Services& services,
+                       std::span<const pdo::LinkedPdo> inputs, EventLog& events)
+    : Service(host),
+      config_(config),
+      manager_(manager),
       sdo_(services.sdo),
-      host_(services.host),
+      nmt_(services.host),
       events_(events),
       check_(config, services, *this, inputs),
       master_(config.lss.timeout),
       assigner_(candidates_of(config), options_of(config.lss), *this) {
 }
 
-bool Lss::is_present(std::uint8_t node) const {
+bool LssService::is_present(std::uint8_t node) const {
   return manager_.node(node).presence == Presence::present ||
          std::ranges::find(given_, node, &Given::node) != given_.end();
 }
 
-bool Lss::is_watched(std::uint8_t node) const {
+bool LssService::is_watched(std::uint8_t node) const {
   return manager_.node(node).presence == Presence::present &&
          manager_.node(node).heartbeat_monitored;
 }
 
-void Lss::start(bool usable, Instant now) {
-  usable_ = usable;
+std::span<const CommandKind> LssService::commands() const {
+  static constexpr std::array kCommands{CommandKind::lss};
+  return kCommands;
+}
+
+void LssService::start(Instant now) {
+  usable_ = host().usable();
   started_ = true;
-  if (!config_.lss.assign) {
-    return;
+  network_started_ = false;
+  if (config_.lss.assign) {
+    next_round_ = now;
   }
-  next_round_ = now;
-  if (usable) {
+  if (config_.lss.assign && usable_) {
     holding_ = true;
     stuck_at_ = deadline(now, kStuck);
     hold_until_ = deadline(now, kLongestHold);
     pump(now);
   }
+  start_network(now);
 }
 
-void Lss::stop() {
+// Once, as soon as nothing holds it.
+void LssService::start_network(Instant now) {
+  if (started_ && !holding_ && !std::exchange(network_started_, true)) {
+    manager_.start(now);
+  }
+}
+
+void LssService::end(Refusal why, Instant /*now*/) {
   started_ = holding_ = running_ = interrupted_ = false;
   number_ = 0;
   next_round_ = kNever;
@@ -116,14 +132,29 @@ void Lss::stop() {
   check_.end();
   given_.clear();
   for (const Asked& asked : asked_) {
-    replies_.push_back({{.tag = asked.tag, .error = to_error(Refusal::cancelled), .data = {}}});
+    host().reply(asked.tag, to_error(why), {});
   }
   asked_.clear();
 }
 
-bool Lss::execute(Command command, Instant now) {
+void LssService::execute(Command command, Instant now) {
+  Refusal why = Refusal::none;
+  if (!host().manages()) {
+    why = Refusal::wrong_role;
+  } else if (!host().usable()) {
+    why = Refusal::line_down;
+  } else {
+    why = queue(command, now);
+  }
+  if (why != Refusal::none) {
+    host().refuse(command, why, now);
+  }
+  start_network(now);
+}
+
+Refusal LssService::queue(const Command& command, Instant now) {
   if (asked_.size() >= kMostAsked) {
-    return false;
+    return Refusal::busy;
   }
   Asked asked{.tag = command.tag, .course = {}};
   const bool known = command.code < lss::kProcedures;
@@ -136,8 +167,8 @@ bool Lss::execute(Command command, Instant now) {
   const bool checks = assigns || asked.procedure == lss::Procedure::configure_node_id;
   if (bad || (checks && !check_.may_ask())) {
     const Refusal why = bad ? Refusal::bad_request : Refusal::wrong_state;
-    replies_.push_back({{.tag = command.tag, .error = to_error(why), .data = {}}});
-    return true;
+    host().reply(command.tag, to_error(why), {});
+    return Refusal::none;
   }
   if (command.timeout > Duration::zero()) {
     asked.deadline = deadline(now, command.timeout);
@@ -149,21 +180,12 @@ bool Lss::execute(Command command, Instant now) {
     assigner_.end_early();
   }
   pump(now);
-  return true;
-}
-
-std::optional<Lss::Answered> Lss::take_reply() {
-  if (replies_.empty()) {
-    return std::nullopt;
-  }
-  Answered out = std::move(replies_.front());
-  replies_.pop_front();
-  return out;
+  return Refusal::none;
 }
 
 // --- one service after the other ----------------------------------------------------------------
 
-void Lss::pump(Instant now) {
+void LssService::pump(Instant now) {
   for (;;) {
     if (const auto answer = master_.take()) {
       take_answer(*answer, now);
@@ -185,14 +207,14 @@ void Lss::pump(Instant now) {
   }
 }
 
-void Lss::begin_service(const lss::Request& request, Instant now) {
+void LssService::begin_service(const lss::Request& request, Instant now) {
   master_.start(request);
   stuck_at_ = holding_ ? deadline(now, kStuck) : kNever;
   unsent_at_ = course_runs() ? deadline(now, kSendTime) : kNever;
 }
 
 // Commands first; a round when its time has come. False if there is nothing to be done.
-bool Lss::begin_next(Instant now) {
+bool LssService::begin_next(Instant now) {
   check_.end();
   if (!asked_.empty()) {
     running_ = true;
@@ -211,13 +233,13 @@ bool Lss::begin_next(Instant now) {
   return true;
 }
 
-std::optional<std::uint8_t> Lss::node_to_check() const {
+std::optional<std::uint8_t> LssService::node_to_check() const {
   return course_runs() ? asked_.front().course->node_to_check() : assigner_.node_to_check();
 }
 
 // False as long as it is not known whether the node-ID is free. With the first that is to be given
 // the others are checked that may be given in this round: they take the same time.
-bool Lss::check_node_id(Instant now) {
+bool LssService::check_node_id(Instant now) {
   const std::uint8_t node = *node_to_check();
   const bool promised = is_given_to_another(node);
   if (!promised && check_.use(node) == NodeIdCheck::Use::unknown) {
@@ -240,18 +262,18 @@ bool Lss::check_node_id(Instant now) {
     return true;
   }
   if (unknown) {
-    finish_command(to_error(check_.may_ask() ? Refusal::busy : Refusal::wrong_state), {});
+    finish_command(to_error(check_.may_ask() ? Refusal::busy : Refusal::wrong_state), {}, now);
     return true;
   }
   lss::Course& course = *asked_.front().course;
   course.checked(free);
   if (course.over()) {
-    finish_command({}, course.reply());
+    finish_command({}, course.reply(), now);
   }
   return true;
 }
 
-void Lss::take_answer(const lss::Answer& answer, Instant now) {
+void LssService::take_answer(const lss::Answer& answer, Instant now) {
   number_ = 0;
   if (course_runs()) {
     lss::Course& course = *asked_.front().course;
@@ -262,7 +284,7 @@ void Lss::take_answer(const lss::Answer& answer, Instant now) {
       if (const auto given = course.given()) {
         await_boot_up(*given, std::nullopt, deadline(now, kHandsOff));
       }
-      finish_command({}, course.reply());
+      finish_command({}, course.reply(), now);
     }
     return;
   }
@@ -273,7 +295,7 @@ void Lss::take_answer(const lss::Answer& answer, Instant now) {
   follow_assigner(now);
 }
 
-void Lss::follow_assigner(Instant now) {
+void LssService::follow_assigner(Instant now) {
   while (const auto finding = assigner_.take()) {
     tell(*finding, now);
     if (lss::has_node_id(finding->verdict)) {
@@ -289,7 +311,7 @@ void Lss::follow_assigner(Instant now) {
 }
 
 // A command left devices in configuration, or took them all out of it.
-void Lss::note_configuration(const lss::Answer& answer, Instant now) {
+void LssService::note_configuration(const lss::Answer& answer, Instant now) {
   using lss::Procedure;
   const Procedure procedure = asked_.front().procedure;
   const bool into = procedure == Procedure::switch_selective || procedure == Procedure::fastscan;
@@ -308,18 +330,24 @@ void Lss::note_configuration(const lss::Answer& answer, Instant now) {
   }
 }
 
-void Lss::finish_command(Error error, std::vector<std::byte> data) {
-  const Asked& asked = asked_.front();
+void LssService::finish_command(Error error, std::vector<std::byte> data, Instant now) {
+  const Asked asked = std::move(asked_.front());
   const bool confirmed = asked.procedure != lss::Procedure::switch_global &&
                          asked.procedure != lss::Procedure::activate_bit_timing;
-  replies_.push_back({.reply = {.tag = asked.tag, .error = error, .data = std::move(data)},
-                      .frame = confirmed ? std::nullopt : std::optional(given_frame_),
-                      .deadline = asked.deadline});
   asked_.pop_front();
   running_ = false;
+  if (confirmed) {
+    host().reply(asked.tag, error, std::move(data));
+    return;
+  }
+  host().answer_when_sent({.command = {.tag = asked.tag, .kind = CommandKind::lss, .data = {}},
+                           .frames = {{.frame = given_frame_}},
+                           .data = std::move(data),
+                           .deadline = asked.deadline},
+                          now);
 }
 
-void Lss::finish_round(Instant now) {
+void LssService::finish_round(Instant now) {
   // A device that waits for its node-ID is no late comer.
   const bool waits = std::ranges::any_of(assigner_.found(), [](const lss::Finding& finding) {
     return finding.verdict == lss::Verdict::node_id_not_free ||
@@ -333,11 +361,11 @@ void Lss::finish_round(Instant now) {
   hands_off_until_ = now;
   check_.end();
   if (running_) {
-    finish_command({}, report_of(assigner_.found()));
+    finish_command({}, report_of(assigner_.found()), now);
   }
 }
 
-void Lss::tell(const lss::Finding& finding, Instant now) {
+void LssService::tell(const lss::Finding& finding, Instant now) {
   Event event{.time = now,
               .kind = EventKind::lss_result,
               .node = finding.node,
@@ -352,7 +380,7 @@ void Lss::tell(const lss::Finding& finding, Instant now) {
   events_.emit(event);
 }
 
-void Lss::tell_progress(unsigned parts, Instant now) {
+void LssService::tell_progress(unsigned parts, Instant now) {
   if (!asked_.front().course->is_fastscan() || parts <= told_parts_) {
     return;
   }
@@ -368,7 +396,7 @@ void Lss::tell_progress(unsigned parts, Instant now) {
 
 // --- devices that were given a node-ID ----------------------------------------------------------
 
-bool Lss::is_given_to_another(std::uint8_t node) const {
+bool LssService::is_given_to_another(std::uint8_t node) const {
   const auto given = std::ranges::find(given_, node, &Given::node);
   if (given == given_.end()) {
     return false;
@@ -378,36 +406,36 @@ bool Lss::is_given_to_another(std::uint8_t node) const {
 }
 
 // Other devices may be in configuration from now on.
-void Lss::deselect() {
+void LssService::deselect() {
   for (Given& given : given_) {
     given.selected = false;
   }
 }
 
-Duration Lss::reset_time(std::uint8_t node) const {
+Duration LssService::reset_time(std::uint8_t node) const {
   const auto found = std::ranges::find(config_.nodes, node, &NodeConfig::id);
   return found != config_.nodes.end() ? found->reset_time : NodeConfig{}.reset_time;
 }
 
-void Lss::await_boot_up(std::uint8_t node, const std::optional<lss::Address>& address,
-                        Instant due) {
+void LssService::await_boot_up(std::uint8_t node, const std::optional<lss::Address>& address,
+                               Instant due) {
   heartbeat(node);
   given_.push_back(
       {.node = node, .address = address, .due = due, .selected = !address.has_value()});
 }
 
-void Lss::boot_up(std::uint8_t node) {
+void LssService::boot_up(std::uint8_t node) {
   check_.booted(node);
   heartbeat(node);
 }
 
-void Lss::heartbeat(std::uint8_t node) {
+void LssService::heartbeat(std::uint8_t node) {
   std::erase_if(given_, [node](const Given& each) { return each.node == node; });
 }
 
 // Some devices take their first node-ID only with NMT reset communication. It is sent once, and
 // waits for a bus that can be used.
-void Lss::reset_given(Instant now) {
+void LssService::reset_given(Instant now) {
   if (!usable_) {
     return;
   }
@@ -418,7 +446,7 @@ void Lss::reset_given(Instant now) {
     }
     given.was_reset = true;
     given.due = deadline(now, reset_time(given.node));
-    host_.send_nmt(nmt::Command::reset_communication, given.node, now);
+    nmt_.send_nmt(nmt::Command::reset_communication, given.node, now);
     tell({.verdict = lss::Verdict::reset_to_boot, .node = given.node, .address = given.address},
          now);
   }
@@ -426,23 +454,21 @@ void Lss::reset_given(Instant now) {
 
 // --- frames and time ----------------------------------------------------------------------------
 
-void Lss::hear(std::span<const can::Frame> frames) {
-  check_.hear(frames);
-}
-
-void Lss::completed(sdo::Completion& completion, Instant now) {
+void LssService::completed(sdo::Completion& completion, Instant now) {
   check_.completed(completion, now);
   pump(now);
 }
 
-bool Lss::receive(const can::Frame& frame) {
+bool LssService::receive(const can::Frame& frame) {
   const bool good = master_.receive(frame);
   pump(frame.time);
   stuck_at_ = holding_ ? deadline(frame.time, kStuck) : kNever;
+  start_network(frame.time);
   return good;
 }
 
-void Lss::advance(bool usable, Instant now) {
+void LssService::advance(Instant now) {
+  const bool usable = host().usable();
   if (usable && !usable_) {
     interface_back(now);
   }
@@ -452,9 +478,10 @@ void Lss::advance(bool usable, Instant now) {
   release_if_stuck(now);
   reset_given(now);
   pump(now);
+  start_network(now);
 }
 
-void Lss::release_if_stuck(Instant now) {
+void LssService::release_if_stuck(Instant now) {
   const bool stuck = now >= stuck_at_ && master_.wants_to_send();
   if (holding_ && (stuck || !usable_ || now >= hold_until_)) {
     holding_ = false;
@@ -467,7 +494,7 @@ void Lss::release_if_stuck(Instant now) {
 }
 
 // Without an answer.
-void Lss::end_running() {
+void LssService::end_running() {
   master_.cancel();
   assigner_.end_early();
   running_ = false;
@@ -475,29 +502,28 @@ void Lss::end_running() {
 
 // What was found out about devices and node-IDs is of no use when the bus is there again: other
 // devices may have been connected.
-void Lss::interface_lost() {
+void LssService::interface_lost() {
   usable_ = false;
   number_ = 0;
   interrupted_ = interrupted_ || (assigner_.active() && !running_ && !assigner_.nodes_done());
   end_running();
   check_.end();
   for (const Asked& asked : asked_) {
-    replies_.push_back({{.tag = asked.tag, .error = to_error(Refusal::line_down), .data = {}}});
+    host().reply(asked.tag, to_error(Refusal::line_down), {});
   }
   asked_.clear();
 }
 
 // A device that booted meanwhile was not received; its error control is.
-void Lss::interface_back(Instant now) {
+void LssService::interface_back(Instant now) {
   for (Given& given : given_) {
     given.due = std::max(given.due, deadline(now, reset_time(given.node)));
   }
 }
 
-void Lss::expire(Instant now) {
+void LssService::expire(Instant now) {
   if (now >= unsent_at_ && course_runs() && is_unsent()) {
-    const Error why = to_error(Refusal::no_acknowledge);
-    replies_.push_back({{.tag = asked_.front().tag, .error = why, .data = {}}});
+    host().reply(asked_.front().tag, to_error(Refusal::no_acknowledge), {});
     end_running();
     asked_.pop_front();
   }
@@ -510,13 +536,12 @@ void Lss::expire(Instant now) {
     if (i == 0 && running_) {
       end_running();
     }
-    const Error why = to_error(Refusal::timed_out);
-    replies_.push_back({{.tag = asked_[i].tag, .error = why, .data = {}}});
+    host().reply(asked_[i].tag, to_error(Refusal::timed_out), {});
     asked_.erase(asked_.begin() + static_cast<std::ptrdiff_t>(i));
   }
 }
 
-Instant Lss::next_wake() const {
+Instant LssService::next_wake() const {
   Instant wake = earlier(earlier(master_.next_wake(), stuck_at_), unsent_at_);
   wake = holding_ ? earlier(wake, hold_until_) : wake;
   for (const Given& given : given_) {
@@ -531,7 +556,7 @@ Instant Lss::next_wake() const {
   return wake;
 }
 
-bool Lss::next_frame(can::Frame& out, std::uint64_t number, Instant now) {
+bool LssService::next_frame(can::Frame& out, std::uint64_t number, Instant now) {
   if (!master_.next_frame(out, now, number != 0)) {
     return false;
   }
@@ -543,11 +568,12 @@ bool Lss::next_frame(can::Frame& out, std::uint64_t number, Instant now) {
   stuck_at_ = holding_ ? deadline(now, kStuck) : kNever;
   unsent_at_ = is_unsent() ? deadline(now, kSendTime) : kNever;
   pump(now);
+  start_network(now);
   return true;
 }
 
 // No device can have answered before.
-void Lss::acknowledged(std::uint64_t number, Instant now) {
+void LssService::acknowledged(std::uint64_t number, Instant now) {
   check_.acknowledged(number, now);
   if (number_ == 0 || number < number_ || lost_) {
     return;
@@ -558,7 +584,7 @@ void Lss::acknowledged(std::uint64_t number, Instant now) {
   master_.sent(now);
 }
 
-void Lss::lost(std::uint64_t first, std::uint64_t last) {
+void LssService::lost(std::uint64_t first, std::uint64_t last) {
   check_.lost(first, last);
   if (number_ < first || number_ > last || lost_) {
     return;

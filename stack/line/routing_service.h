@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// CommandKind::routing_trace, and what a line with a node of its own does in routing (CiA 302-7),
+// if it takes part in it. Private to stack/line.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "stack/line/routing.h"
+#include "stack/line/service.h"
+
+namespace linegate::line {
+
+class RoutingService final : public Service {
+ public:
+  // See Routing. The line takes part in routing if its configuration names an interface. All must
+  // outlive it.
+  RoutingService(ServiceHost& host, LineConfig& config, node::Node& node, sdo::Arbiter& arbiter,
+                 EventLog& events, routing::MessageQueue& messages, routing::Counters& counters);
+
+  // The line takes part in it; without that only execute() has an effect.
+  bool takes_part() const { return routing_ != nullptr; }
+
+  std::span<const CommandKind> commands() const override;
+  // Refusals: wrong_role (the line takes no part), bad_request (the time is out of range).
+  void execute(Command command, Instant now) override;
+  bool needs_master() const override { return false; }
+  void advance(Instant now) override;
+  Instant next_wake() const override;
+  // All connections are closed.
+  void end(Refusal why, Instant now) override;
+
+  // See Line::deliver(), set_routes(), routes().
+  void deliver(const routing::Message& message, Instant now);
+  void set_routes(const routing::Config& wanted);
+  void routes(std::vector<routing::Route>& out) const;
+  // An EMCY of a node of this line.
+  void emergency(std::uint8_t node, const emcy::Message& message, Instant now);
+  // After frames came in: hands on what connections have for each other.
+  void hand_on(Instant now);
+
+  // Transfers with nodes of other networks, see routing::RemoteClient. Precondition: takes_part().
+  void start(routing::RemoteRequest request, Instant now);
+  void cancel(const sdo::TransferOwner& owner, std::uint64_t number, Instant now);
+
+ private:
+  // SDOs can be sent on the bus of this line: the own node is not stopped.
+  bool may_send() const;
+
+  LineConfig& config_;
+  node::Node& node_;
+  std::unique_ptr<Routing> routing_;
+};
+
+}  // namespace linegate::line

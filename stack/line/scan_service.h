@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// CommandKind::scan and scan_apply: what the devices report of themselves and their PDOs, read by
+// SDO; and what was read, for later reads. One scan at a time. Private to stack/line.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "stack/base/event_log.h"
+#include "stack/line/config.h"
+#include "stack/line/service.h"
+#include "stack/manager/manager.h"
+#include "stack/scan/scanner.h"
+
+namespace linegate::line {
+
+class DiagnosisService;
+class RecordService;
+
+class ScanService final : public Service, sdo::TransferOwner, scan::Host {
+ public:
+  // What it acts with; all must outlive it. The services are not used before the first call.
+  struct Parts {
+    sdo::Arbiter& sdo;
+    manager::Manager& manager;
+    manager::Host& nmt;            // sends NMT commands
+    DiagnosisService& diagnosing;  // gets to know when a scan begins and ends
+    const RecordService& records;  // settings
+    EventLog& events;
+  };
+  // config must outlive it.
+  ScanService(ServiceHost& host, const LineConfig& config, const Parts& parts);
+  ~ScanService() override { parts_.sdo.disown(*this); }
+
+  std::span<const CommandKind> commands() const override;
+  // Answered with scan::write_report(). Refusals: bad_request (no such node or code, or the own
+  // node), wrong_role, wrong_state (scan_apply: nodes are configured that no scan found),
+  // line_down, busy (another one is under way), timed_out.
+  void execute(Command command, Instant now) override;
+  void advance(Instant now) override;
+  Instant next_wake() const override;
+  void end(Refusal why, Instant now) override;
+
+  // A scan without a command: what it reads is cached alone. node: 0 = all but the own. False if
+  // one is under way.
+  bool begin(std::uint8_t node, Instant now);
+  bool active() const { return scanner_.active(); }
+  // A scan of all nodes is under way.
+  bool scans_all() const { return of_all_ && scanner_.active(); }
+  // The boot-up message of a node came.
+  void boot_up(std::uint8_t node, Instant now) { scanner_.boot_up(node, now); }
+
+  // What a scan read of the object, if it did; nullptr otherwise.
+  const std::vector<std::byte>* cached(std::uint8_t node, od::Address address) const;
+  // The object was written.
+  void forget_cached(std::uint8_t node, od::Address address);
+
+ private:
+  // sdo::TransferOwner
+  void completed(sdo::Completion& completion, Instant now) override;
+  // scan::Host
+  void reset_node(std::uint8_t node, Instant now) override;
+  void asked(std::uint8_t node, bool answered, Instant asked_at, Instant now) override;
+
+  Refusal check(const Command& command) const;
+  bool begin(std::uint8_t node, std::uint16_t code, Instant now);
+  void conclude();
+  void cache(std::vector<scan::ScannedNode> found);
+  void expire(Instant now);
+
+  const LineConfig& config_;
+  Parts parts_;
+  scan::Scanner scanner_;
+  std::optional<std::uint64_t> tag_;  // of the command under way
+  bool of_all_ = false;
+  std::uint16_t code_ = 0;  // of scan_apply
+  Instant deadline_ = kNever;
+  std::vector<scan::ScannedNode> cache_;  // ascending by id
+};
+
+}  // namespace linegate::line
