@@ -151,14 +151,20 @@ const Outputs::Group* Outputs::expire(Instant now) {
   return wake;
 }
 
+std::size_t Outputs::position_of(std::uint16_t number) const {
+  const auto found =
+      std::ranges::find(groups_, number, [](const Group& group) { return group.config.number; });
+  return static_cast<std::size_t>(found - groups_.begin());
+}
+
 const Outputs::Group* Outputs::group(std::uint16_t number) const {
-  const auto it =
-      std::ranges::find(groups_, number, [](const Group& g) { return g.config.number; });
-  return it == groups_.end() ? nullptr : &*it;
+  const std::size_t position = position_of(number);
+  return position < groups_.size() ? &groups_[position] : nullptr;
 }
 
 Outputs::Group* Outputs::find(std::uint16_t number) {
-  return const_cast<Group*>(std::as_const(*this).group(number));  // NOLINT(*-const-cast)
+  const std::size_t position = position_of(number);
+  return position < groups_.size() ? &groups_[position] : nullptr;
 }
 
 bool Outputs::in_group(std::uint32_t entry, std::uint16_t group_position) const {

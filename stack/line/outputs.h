@@ -72,6 +72,8 @@ class Outputs {
   const std::vector<Group>& groups() const { return groups_; }
 
  private:
+  // In groups_; its size if there is none.
+  std::size_t position_of(std::uint16_t number) const;
   Group* find(std::uint16_t number);
   bool in_group(std::uint32_t entry, std::uint16_t group_position) const;
   // Of an entry that is not in the group.

@@ -5,23 +5,39 @@
 
 namespace linegate::od {
 
-const ObjectDescription* DeviceDescription::find(std::uint16_t index) const {
-  const auto at =
-      std::lower_bound(objects.begin(), objects.end(), index,
-                       [](const ObjectDescription& o, std::uint16_t i) { return o.index < i; });
+namespace {
+
+// Of the objects of a device, ascending; nullptr if there is none.
+template <class Objects>
+auto* object_at(Objects& objects, std::uint16_t index) {
+  const auto at = std::ranges::lower_bound(objects, index, {}, &ObjectDescription::index);
   return at != objects.end() && at->index == index ? &*at : nullptr;
 }
 
-const VariableDescription* DeviceDescription::find(Address address) const {
-  const ObjectDescription* object = find(address.index);
+template <class Objects>
+auto* variable_at(Objects& objects, Address address) {
+  auto* const object = object_at(objects, address.index);
+  using Variable = decltype(object->variables.data());
   if (object == nullptr) {
-    return nullptr;
+    return Variable{};
   }
-  const auto& variables = object->variables;
-  const auto at =
-      std::lower_bound(variables.begin(), variables.end(), address.sub,
-                       [](const VariableDescription& v, std::uint8_t s) { return v.sub < s; });
-  return at != variables.end() && at->sub == address.sub ? &*at : nullptr;
+  auto& variables = object->variables;
+  const auto at = std::ranges::lower_bound(variables, address.sub, {}, &VariableDescription::sub);
+  return at != variables.end() && at->sub == address.sub ? &*at : Variable{};
+}
+
+}  // namespace
+
+const ObjectDescription* DeviceDescription::find(std::uint16_t index) const {
+  return object_at(objects, index);
+}
+
+const VariableDescription* DeviceDescription::find(Address address) const {
+  return variable_at(objects, address);
+}
+
+VariableDescription* DeviceDescription::find(Address address) {
+  return variable_at(objects, address);
 }
 
 }  // namespace linegate::od

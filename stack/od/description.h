@@ -113,6 +113,7 @@ struct DeviceDescription {
   // nullptr if there is no such object or sub-index.
   const ObjectDescription* find(std::uint16_t index) const;
   const VariableDescription* find(Address address) const;
+  VariableDescription* find(Address address);
 };
 
 }  // namespace linegate::od

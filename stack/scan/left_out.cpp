@@ -84,7 +84,7 @@ std::string sentence(const LeftOut& pdo) {
 }
 
 void mark_invalid(od::DeviceDescription& device, std::uint16_t record) {
-  auto* const cob_id = const_cast<od::VariableDescription*>(device.find(od::Address{record, 1}));
+  od::VariableDescription* const cob_id = device.find(od::Address{record, 1});
   if (cob_id != nullptr && cob_id->value.size() == sizeof(std::uint32_t)) {
     const auto raw = load_le<std::uint32_t>(cob_id->value.data());
     store_le(cob_id->value.data(), raw | can::CobId::kInvalidBit);

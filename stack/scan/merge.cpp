@@ -16,10 +16,6 @@ bool is_communication_or_mapping(std::uint16_t index) {
   return od::objects::is_pdo_record(index);
 }
 
-od::VariableDescription* find(od::DeviceDescription& device, od::Address address) {
-  return const_cast<od::VariableDescription*>(std::as_const(device).find(address));
-}
-
 // What a device has and its file has not: PDOs of modules, or a file that is older.
 void add_missing(od::DeviceDescription& file, od::DeviceDescription found) {
   for (od::ObjectDescription& object : found.objects) {
@@ -54,7 +50,7 @@ bool matches(const od::DeviceDescription& file, const ScannedNode& node) {
 
 od::DeviceDescription merge(od::DeviceDescription file, const ScannedNode& node) {
   for (const manager::ObjectWrite& value : node.values) {
-    od::VariableDescription* const known = find(file, value.address);
+    od::VariableDescription* const known = file.find(value.address);
     // The identity and names are the device's own.
     const bool settable = known != nullptr && od::writable(known->access);
     if (known == nullptr || known->value == value.data ||
