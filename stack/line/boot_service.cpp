@@ -7,6 +7,7 @@
 
 #include "stack/base/deadline.h"
 #include "stack/can/cob_id.h"
+#include "stack/line/state.h"
 #include "stack/manager/boot_report.h"
 
 namespace linegate::line {
