@@ -63,16 +63,25 @@ TEST_F(TwoOwnersTest, TheRequestsOfAnOwnerThatGoesAreCancelled) {
   submit_second(1);
   submit(2);
   submit_second(3);
-  submit_second(4, 6);
   drain(queue, 0x605);
   second.reset();
   EXPECT_EQ(arbiter.load(5), 1U);
-  EXPECT_EQ(arbiter.load(6), 0U);
-  EXPECT_EQ(arbiter.counters().aborts, 3U);
+  EXPECT_EQ(arbiter.counters().aborts, 2U);
   arbiter.advance(now);
   EXPECT_EQ(drain(queue, 0x605), (std::vector<Bytes>{abort_bytes(0x1018, 2, 0x0800'0000), kRead}));
   answer();
   EXPECT_EQ(ended(), (std::vector<std::uint64_t>{2}));
+}
+
+TEST_F(TwoOwnersTest, TheyAreCancelledAtEveryNode) {
+  submit(1);
+  drain(queue, 0x605);
+  submit_second(1, 6);
+  submit_second(2, 7);
+  second.reset();
+  EXPECT_EQ(arbiter.load(5), 1U);
+  EXPECT_EQ(arbiter.load(6), 0U);
+  EXPECT_EQ(arbiter.load(7), 0U);
 }
 
 TEST_F(TwoOwnersTest, WhatEndedIsNotDeliveredToAnOwnerThatHasGone) {
