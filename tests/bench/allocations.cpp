@@ -6,8 +6,8 @@
 #include <new>
 
 namespace {
-std::uint64_t count = 0;  // benchmarks here have one thread
-std::size_t largest = 0;
+thread_local std::uint64_t count = 0;
+thread_local std::size_t largest = 0;
 
 void* counted(std::size_t size, std::size_t alignment) {
   ++count;

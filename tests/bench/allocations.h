@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counts what operator new gives out in this program.
+// Counts what operator new gives out, for each thread of a program that links allocations.cpp.
 #pragma once
 
 #include <cstddef>
@@ -7,10 +7,10 @@
 
 namespace linegate::bench {
 
-// Allocations since the program began.
+// Allocations of the calling thread since it began.
 std::uint64_t allocations();
 
-// The largest of them in bytes, since the program began or forget_largest_allocation().
+// The largest of them in bytes, since the thread began or forget_largest_allocation().
 std::size_t largest_allocation();
 void forget_largest_allocation();
 

@@ -7,11 +7,8 @@
 #include "stack/od/dictionary.h"
 
 #include <algorithm>
-#include <array>
-#include <chrono>
 #include <deque>
 #include <optional>
-#include <random>
 #include <span>
 #include <string>
 #include <vector>
@@ -20,39 +17,27 @@
 
 #include "tests/bench/allocations.h"
 #include "tests/bench/measure.h"
+#include "tests/bench/numbered_objects.h"
 
 namespace {
 
 using namespace linegate;
 using bench::Contestant;
+using bench::value_of;
 
-constexpr std::uint16_t kFirst = 0x2000;
 constexpr std::size_t kLookUps = 4096;
-constexpr std::size_t kPasses = 16;
 constexpr std::size_t kWays = 4;
-
-std::uint32_t value_of(std::uint16_t index) {
-  return 0x12340000U + index;
-}
 
 struct Objects {
   explicit Objects(std::size_t count) : array(0x10000) {
-    std::mt19937 random(7);
-    for (std::size_t i = 0; i < kLookUps; ++i) {
-      order.push_back({static_cast<std::uint16_t>(kFirst + random() % count), 0});
-      sum += value_of(order.back().index);
+    for (const std::uint16_t index : bench::random_indices(count, kLookUps)) {
+      order.push_back({index, 0});
+      sum += value_of(index);
     }
     for (std::size_t i = 0; i < count; ++i) {
-      const auto index = static_cast<std::uint16_t>(kFirst + i);
-      array[index] = value_of(index);
-      sorted.push_back({std::uint32_t{index} << 8U, value_of(index)});
-      od::ObjectDescription object{.index = index, .name = "Value"};
-      object.variables.push_back({.sub = 0,
-                                  .name = "Value",
-                                  .type = od::DataType::unsigned32,
-                                  .access = od::Access::rw,
-                                  .value = std::vector<std::byte>(4)});
-      store_le(std::span(object.variables[0].value), std::uint64_t{value_of(index)});
+      const od::ObjectDescription object = bench::numbered_object(i, od::Access::rw);
+      array[object.index] = value_of(object.index);
+      sorted.push_back({std::uint32_t{object.index} << 8U, value_of(object.index)});
       bench::require(dictionary.add(object).ok(), "no object");
     }
   }
@@ -60,21 +45,16 @@ struct Objects {
   // Gives ns per look-up. look_up(address) gives the value.
   template <class LookUp>
   double measure(LookUp look_up) {
-    std::array<double, kPasses> times{};
     std::uint64_t found = 0;
-    const std::uint64_t before = bench::allocations();
-    for (double& time : times) {
-      const auto begin = std::chrono::steady_clock::now();
+    const double time = bench::median_time([&] {
+      const std::uint64_t before = bench::allocations();
       for (const od::Address address : order) {
         found += look_up(address);
       }
-      const std::chrono::duration<double, std::nano> spent =
-          std::chrono::steady_clock::now() - begin;
-      time = spent.count();
-    }
-    allocated += bench::allocations() - before;
-    bench::require(found == sum * kPasses, "wrong values");
-    return bench::median({times.begin(), times.end()}) / double{kLookUps};
+      allocated += bench::allocations() - before;
+    });
+    bench::require(found == sum * bench::kPasses, "wrong values");
+    return time / double{kLookUps};
   }
 
   double plain_array() {
@@ -130,13 +110,7 @@ int main() {
 
   bench::print_heading("Look-up in the object dictionary");
   std::uint64_t allocated = 0;
-  for (std::size_t i = 0; i < contestants.size(); ++i) {
-    const Contestant& floor = contestants[i - i % kWays];
-    const double ratio = bench::median_ratio(contestants[i], floor);
-    bench::print_figure(
-        contestants[i], "ns",
-        i % kWays == 0 ? "" : ", " + std::to_string(ratio).substr(0, 4) + " x floor");
-  }
+  bench::print_beside_floors(contestants, kWays, "ns");
   for (const Objects& objects : dictionaries) {
     allocated += objects.allocated;
   }

@@ -17,20 +17,17 @@
 #include <memory>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
-#include <poll.h>
-#include <pthread.h>
-#include <time.h>
 #include <unistd.h>
 
-#include "bridges/can/socketcan.h"
 #include "gateway/runtime/executor.h"
-#include "gateway/runtime/line_runner.h"
 
+#include "tests/bench/allocations.h"
 #include "tests/bench/bare_loop.h"
+#include "tests/bench/clock.h"
 #include "tests/bench/measure.h"
+#include "tests/bench/measured_line.h"
 #include "tests/bench/pdo_line.h"
 #include "tests/bench/thread_counts.h"
 #include "tests/bench/wire.h"
@@ -47,12 +44,6 @@ constexpr std::size_t kFill = 512;          // frames
 constexpr unsigned kRounds = 100;           // fills in one repetition
 constexpr std::size_t kPacedFrames = 1500;  // in one repetition
 constexpr std::int64_t kPeriod = 114'194;   // ns: 8757 frames/s
-
-std::int64_t cpu_time(clockid_t clock) {
-  timespec time{};
-  clock_gettime(clock, &time);
-  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
-}
 
 // What a receiving thread has done so far, for others to read.
 struct Totals {
@@ -73,13 +64,9 @@ class Load {
   Load() : frames_(bench::raw(bench::pdo_frames(bench::pdo_identifiers(kPdos), 4096))) {}
 
   bench::Wire wire;
+  bench::ThreadClock clock;  // of the receiving thread
 
   // --- receiving thread -----------------------------------------------------------------------
-
-  void begin() {
-    pthread_getcpuclockid(pthread_self(), &clock_);
-    begun_.store(true);
-  }
 
   // Everything has been read.
   void drained() {
@@ -96,12 +83,6 @@ class Load {
 
   // --- main thread ----------------------------------------------------------------------------
 
-  void wait_begun() const {
-    while (!begun_.load()) {
-      std::this_thread::sleep_for(1ms);
-    }
-  }
-
   // Fills the socket kRounds times; what the thread spent on it.
   Totals saturate() {
     rounds_.store(kRounds + 2, std::memory_order_release);
@@ -113,21 +94,15 @@ class Load {
   }
 
   Totals pace() {
-    const std::int64_t before = cpu_time(clock_);
-    timespec next{};
-    clock_gettime(CLOCK_MONOTONIC, &next);
+    const std::int64_t before = clock.now();
+    bench::Pacer pacer(kPeriod);
     for (std::size_t i = 0; i < kPacedFrames; ++i) {
-      next.tv_nsec += kPeriod;
-      if (next.tv_nsec >= 1'000'000'000) {
-        next.tv_nsec -= 1'000'000'000;
-        ++next.tv_sec;
-      }
-      clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &next, nullptr);
+      pacer.wait();
       send(1);
     }
     std::this_thread::sleep_for(2ms);
     Totals out;
-    out.cpu = cpu_time(clock_) - before;
+    out.cpu = clock.now() - before;
     return out;
   }
 
@@ -146,18 +121,18 @@ class Load {
  private:
   void stop_clock() {
     const bench::ThreadCounts& counts = bench::thread_counts();
-    last_ = {counts.system_calls - filling_.system_calls, counts.waits, counts.allocations,
-             cpu_time(clock_) - filling_.cpu};
+    last_ = {counts.system_calls - filling_.system_calls, counts.waits, bench::allocations(),
+             clock.now() - filling_.cpu};
     if (rounds_.load(std::memory_order_relaxed) == kRounds + 1) {
       first_ = last_;
     }
   }
   void fill() {
-    const std::int64_t before = cpu_time(clock_);
+    const std::int64_t before = clock.now();
     const std::uint64_t calls = bench::thread_counts().system_calls;
     send(kFill);
     filling_.system_calls += bench::thread_counts().system_calls - calls;
-    filling_.cpu += cpu_time(clock_) - before;
+    filling_.cpu += clock.now() - before;
   }
   // Wakes the receiving thread, which may begin to fill at the same time.
   void poke() {
@@ -177,8 +152,6 @@ class Load {
   std::vector<can_frame> frames_;
   std::size_t at_ = 0;
   std::atomic<std::uint64_t> sent_{0};
-  clockid_t clock_{};
-  std::atomic<bool> begun_{false};
   std::atomic<unsigned> rounds_{0};
   Totals filling_;
   Totals first_;  // when the first full round began
@@ -201,7 +174,7 @@ class Bare {
  private:
   void run() {
     bench::BareLoop loop(load_.wire.far());
-    load_.begin();
+    load_.clock.begin();
     std::uint64_t sum = 0;
     std::uint64_t received = 0;
     while (!stop_) {
@@ -222,110 +195,45 @@ class Bare {
   std::thread thread_;
 };
 
-class Watched final : public gateway::Runner {
- public:
-  Watched(std::unique_ptr<gateway::LineRunner> runner, Load& load)
-      : runner_(std::move(runner)), load_(load) {}
-
-  int descriptor() const override { return runner_->descriptor(); }
-  bool wants_writable() const override { return runner_->wants_writable(); }
-  void called() override { runner_->called(); }
-  void service(Instant now) override {
-    if (!std::exchange(begun_, true)) {
-      load_.begin();
-    }
-    runner_->service(now);
-    load_.drained();
-  }
-  void announce() override { runner_->announce(); }
-  Instant next_wake() const override { return runner_->next_wake(); }
-  void stop(Instant now) override { runner_->stop(now); }
-  bool stopped(Instant now) const override { return runner_->stopped(now); }
-
- private:
-  std::unique_ptr<gateway::LineRunner> runner_;
-  Load& load_;
-  bool begun_ = false;
-};
-
-// Takes what a line hands over.
-class Taker {
- public:
-  explicit Taker(gateway::LinePort& port) : port_(port), thread_([this] { run(); }) {}
-  ~Taker() {
-    stop_ = true;
-    wakeup.signal();
-    thread_.join();
-  }
-
-  exchange::Wakeup wakeup;
-  bool running() const { return running_.load(); }
-  std::uint64_t rpdos() const { return rpdos_.load(); }
-  std::uint64_t images() const { return images_.load(); }
-
- private:
-  void run() {
-    while (!stop_) {
-      pollfd readable{wakeup.descriptor(), POLLIN, 0};
-      poll(&readable, 1, -1);
-      wakeup.clear();
-      take();
-    }
-  }
-  void take() {
-    for (Event event; port_.events.pop(event);) {
-    }
-    for (gateway::NodeStatus node; port_.nodes.pop(node);) {
-    }
-    if (const gateway::LineStatus* status = port_.status.fetch()) {
-      running_ = status->state.manager == line::ManagerState::running;
-      rpdos_ = status->state.counters.rpdos;
-    }
-    for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
-      images_ += port_.image(direction).fetch() != nullptr ? 1U : 0U;
-    }
-  }
-
-  gateway::LinePort& port_;
-  std::atomic<bool> stop_{false};
-  std::atomic<bool> running_{false};
-  std::atomic<std::uint64_t> rpdos_{0};
-  std::atomic<std::uint64_t> images_{0};
-  std::thread thread_;
-};
-
 class Gateway {
  public:
-  explicit Gateway(Load& load) : load_(load), taker_(port_), executor_({}) {
+  explicit Gateway(Load& load) : publisher_([this] { take(); }), executor_({}) {
     config::LinePlan plan;
     plan.config = bench::pdo_line(bench::Mapping::event_driven, bench::pdo_identifiers(kPdos));
-    auto made = line::Line::make(plan.config);
-    bench::require(made.ok(), "no line");
-    executor_.add(std::make_unique<Watched>(
-        std::make_unique<gateway::LineRunner>(*std::move(made.value),
-                                              can_bridge::open_on_descriptor(load.wire.far()), plan,
-                                              port_, taker_.wakeup),
-        load));
+    executor_.add(std::make_unique<bench::ClockedRunner>(
+        bench::make_runner(bench::make_line(plan.config), load.wire, plan, port_,
+                           publisher_.wakeup),
+        load.clock, [&load] { load.drained(); }));
+    publisher_.start();
     executor_.start();
-    load.wait_begun();
+    load.clock.wait_begun();
     load.wire.play_devices(kNodes, 500);
-    bench::require(taker_.running(), "the line's manager does not run");
+    bench::require(running_, "the line's manager does not run");
   }
   ~Gateway() {
     executor_.request_stop();
     executor_.join();
   }
 
-  // PDOs taken over, as the line's status tells ten times a second.
+  // PDOs taken over, as the line's status reports ten times a second.
   std::uint64_t received() const {
     std::this_thread::sleep_for(300ms);
-    return taker_.rpdos();
+    return rpdos_.load();
   }
 
  private:
-  Load& load_;
+  void take() {
+    if (const gateway::LineStatus* status = bench::take_reports(port_)) {
+      running_ = bench::manager_runs(*status);
+      rpdos_ = status->state.counters.rpdos;
+    }
+    bench::take_images(port_);
+  }
+
+  std::atomic<bool> running_{false};
+  std::atomic<std::uint64_t> rpdos_{0};
   gateway::LinePort port_;
-  Taker taker_;
+  bench::PublisherThread publisher_;
   gateway::Executor executor_;
 };
 
@@ -395,7 +303,7 @@ int main() {
   {
     Bare bare(bare_load);
     Gateway gateway(gateway_load);
-    bare_load.wait_begun();
+    bare_load.clock.wait_begun();
     compare("Executor, CPU time per frame: saturated, batches of 64", "saturated", bare_load,
             gateway_load, saturated, allocations);
     compare("Executor, CPU time per frame: 8757 frames/s", "paced", bare_load, gateway_load, paced,

@@ -2,26 +2,15 @@
 #include "tests/bench/forwarding_course.h"
 
 #include <algorithm>
-#include <chrono>
-#include <thread>
 
 #include <poll.h>
-#include <pthread.h>
 #include <sys/socket.h>
 
 namespace linegate::bench {
 namespace {
 
-using namespace std::chrono_literals;
-
 constexpr std::int64_t kPace = 500'000;  // ns
 constexpr int kStartTries = 100;
-
-std::int64_t read_clock(clockid_t clock) {
-  timespec time{};
-  clock_gettime(clock, &time);
-  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
-}
 
 bool readable(int descriptor, int milliseconds) {
   pollfd one{descriptor, POLLIN, 0};
@@ -43,18 +32,6 @@ void send_frame(int descriptor, const can_frame& frame) {
 }
 
 }  // namespace
-
-void ThreadClock::begin() {
-  pthread_getcpuclockid(pthread_self(), &clock_);
-  begun_.store(true);
-}
-
-std::int64_t ThreadClock::now() const {
-  while (!begun_.load()) {
-    std::this_thread::sleep_for(1ms);
-  }
-  return read_clock(clock_);
-}
 
 void Course::between(int in, int out) {
   in_ = in;
@@ -113,15 +90,9 @@ void send_on(int descriptor, can_frame frame) {
 double measure_forwarding(const Course& course, std::size_t frames, ForwardingFigures& figures) {
   std::vector<std::int64_t> latencies;
   const std::int64_t before = course.cpu();
-  timespec next{};
-  clock_gettime(CLOCK_MONOTONIC, &next);
+  Pacer pacer(kPace);
   for (std::size_t i = 0; i < frames; ++i) {
-    next.tv_nsec += kPace;
-    if (next.tv_nsec >= 1'000'000'000) {
-      next.tv_nsec -= 1'000'000'000;
-      ++next.tv_sec;
-    }
-    clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &next, nullptr);
+    pacer.wait();
     latencies.push_back(course.pass(static_cast<unsigned>(i)));
   }
   figures.cpu.push_back(static_cast<double>(course.cpu() - before) / static_cast<double>(frames));

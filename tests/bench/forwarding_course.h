@@ -2,15 +2,14 @@
 // What forwarding is measured on: frames go in at one end and come out at another.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include <linux/can.h>
-#include <time.h>
 
+#include "tests/bench/clock.h"
 #include "tests/bench/measure.h"
 #include "tests/bench/wire.h"
 
@@ -18,17 +17,6 @@ namespace linegate::bench {
 
 inline constexpr std::uint32_t kForwardedIn = 0x185;
 inline constexpr std::uint32_t kForwardedOut = 0x205;
-
-// A thread's CPU clock, when it has begun.
-class ThreadClock {
- public:
-  void begin();
-  std::int64_t now() const;  // ns; waits until it has begun
-
- private:
-  clockid_t clock_{};
-  std::atomic<bool> begun_{false};
-};
 
 class Course {
  public:

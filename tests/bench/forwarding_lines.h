@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <memory>
 #include <optional>
-#include <thread>
 #include <vector>
 
 #include "bridges/can/channel.h"
@@ -17,6 +15,7 @@
 #include "gateway/runtime/line_port.h"
 
 #include "tests/bench/forwarding_course.h"
+#include "tests/bench/measured_line.h"
 
 namespace linegate::bench {
 
@@ -40,11 +39,9 @@ class ForwardingLines {
   config::Plant plant_;
   gateway::BoundLink link_;
   std::array<gateway::LinePort, 2> ports_;
-  exchange::Wakeup wakeup_;
   std::array<ThreadClock, 2> clocks_;
   std::vector<std::unique_ptr<gateway::Executor>> executors_;
-  std::atomic<bool> stop_{false};
-  std::thread taker_;  // stands for the publisher
+  PublisherThread publisher_;
 };
 
 }  // namespace linegate::bench

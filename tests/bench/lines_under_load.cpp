@@ -24,17 +24,14 @@
 #include <utility>
 #include <vector>
 
-#include <poll.h>
-#include <pthread.h>
-#include <time.h>
 #include <unistd.h>
 
-#include "bridges/can/socketcan.h"
 #include "gateway/runtime/executor.h"
-#include "gateway/runtime/line_runner.h"
 
+#include "tests/bench/clock.h"
 #include "tests/bench/load_sender.h"
 #include "tests/bench/measure.h"
+#include "tests/bench/measured_line.h"
 #include "tests/bench/numbers_in_image.h"
 #include "tests/bench/pdo_line.h"
 #include "tests/bench/wire.h"
@@ -52,12 +49,6 @@ struct Options {
   std::uint32_t executors = 0;  // 0: one a line
   std::uint32_t leave_out = 0;
 };
-
-double cpu_seconds(clockid_t clock) {
-  timespec time{};
-  clock_gettime(clock, &time);
-  return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec) / 1e9;
-}
 
 double resident_mib() {
   std::ifstream statm("/proc/self/statm");
@@ -77,104 +68,23 @@ struct Seen {
   std::atomic<std::uint64_t> received{0};
 };
 
-// Its executor's thread says by which clock its CPU time goes.
-class Watched final : public gateway::Runner {
- public:
-  Watched(std::unique_ptr<gateway::LineRunner> runner, std::atomic<clockid_t>& clock)
-      : runner_(std::move(runner)), clock_(clock) {}
-
-  int descriptor() const override { return runner_->descriptor(); }
-  bool wants_writable() const override { return runner_->wants_writable(); }
-  void called() override { runner_->called(); }
-  void service(Instant now) override {
-    if (!std::exchange(begun_, true)) {
-      clockid_t clock{};
-      pthread_getcpuclockid(pthread_self(), &clock);
-      clock_ = clock;
-    }
-    runner_->service(now);
-  }
-  void announce() override { runner_->announce(); }
-  Instant next_wake() const override { return runner_->next_wake(); }
-  void stop(Instant now) override { runner_->stop(now); }
-  bool stopped(Instant now) const override { return runner_->stopped(now); }
-
- private:
-  std::unique_ptr<gateway::LineRunner> runner_;
-  std::atomic<clockid_t>& clock_;
-  bool begun_ = false;
-};
-
 struct LineUnderLoad {
   gateway::LinePort port;
   Seen seen;
   std::unique_ptr<bench::NumbersInImage> numbers;
 };
 
-// Takes what the lines hand over.
-class Taker {
- public:
-  explicit Taker(std::vector<std::unique_ptr<LineUnderLoad>>& lines) : lines_(lines) {}
-  ~Taker() {
-    stop_ = true;
-    wakeup.signal();
-    if (thread_.joinable()) {
-      thread_.join();
-    }
-  }
-  void start() {
-    thread_ = std::thread([this] { run(); });
-  }
-
-  exchange::Wakeup wakeup;
-
- private:
-  void run() {
-    while (!stop_) {
-      pollfd readable{wakeup.descriptor(), POLLIN, 0};
-      poll(&readable, 1, -1);
-      wakeup.clear();
-      for (const auto& line : lines_) {
-        take(*line);
-      }
-    }
-  }
-  static void take(LineUnderLoad& line) {
-    for (Event event; line.port.events.pop(event);) {
-    }
-    for (gateway::NodeStatus node; line.port.nodes.pop(node);) {
-    }
-    if (const gateway::LineStatus* status = line.port.status.fetch()) {
-      Seen& seen = line.seen;
-      seen.running = status->state.manager == line::ManagerState::running;
-      seen.load_permille = status->state.load_permille;
-      seen.lost = status->state.counters.frames_lost;
-      seen.longest_queue = std::max(seen.longest_queue.load(), status->queues.receive_peak);
-      seen.events_waiting = std::max(seen.events_waiting.load(), status->queues.events);
-    }
-    if (const auto* snapshot = line.port.image(image::Direction::inputs).fetch()) {
-      line.numbers->take(*snapshot);
-      line.seen.received = line.numbers->frames();
-    }
-    (void)line.port.image(image::Direction::outputs).fetch();
-  }
-
-  std::vector<std::unique_ptr<LineUnderLoad>>& lines_;
-  std::atomic<bool> stop_{false};
-  std::thread thread_;
-};
-
 class Lines {
  public:
   Lines(const Options& options, const std::vector<std::unique_ptr<bench::Wire>>& wires)
-      : clocks_(options.executors), taker_(all_) {
+      : clocks_(options.executors), publisher_([this] { take(); }) {
     for (std::size_t i = 0; i < clocks_.size(); ++i) {
       executors_.push_back(std::make_unique<gateway::Executor>(config::ExecutorPlan{}));
     }
     for (std::size_t i = 0; i < wires.size(); ++i) {
       add(*wires[i], i % clocks_.size());
     }
-    taker_.start();
+    publisher_.start();
     for (const auto& executor : executors_) {
       executor->start();
     }
@@ -199,7 +109,7 @@ class Lines {
   std::vector<double> cpu() const {
     std::vector<double> out;
     for (const auto& clock : clocks_) {
-      out.push_back(cpu_seconds(clock.load()));
+      out.push_back(static_cast<double>(clock.now()) / 1e9);
     }
     return out;
   }
@@ -209,22 +119,39 @@ class Lines {
     auto line = std::make_unique<LineUnderLoad>();
     config::LinePlan plan;
     plan.config = bench::pdo_line(bench::Mapping::event_driven, bench::pdo_identifiers(kPdos));
-    auto made = line::Line::make(plan.config);
-    bench::require(made.ok(), "no line");
-    std::unique_ptr<line::Line> stack = *std::move(made.value);
+    std::unique_ptr<line::Line> stack = bench::make_line(plan.config);
     line->numbers =
         std::make_unique<bench::NumbersInImage>(stack->layout(image::Direction::inputs));
-    executors_[executor]->add(std::make_unique<Watched>(
-        std::make_unique<gateway::LineRunner>(std::move(stack),
-                                              can_bridge::open_on_descriptor(wire.far()), plan,
-                                              line->port, taker_.wakeup),
+    executors_[executor]->add(std::make_unique<bench::ClockedRunner>(
+        bench::make_runner(std::move(stack), wire, plan, line->port, publisher_.wakeup),
         clocks_[executor]));
     all_.push_back(std::move(line));
   }
 
-  std::vector<std::atomic<clockid_t>> clocks_;
+  void take() {
+    for (const auto& line : all_) {
+      take(*line);
+    }
+  }
+  static void take(LineUnderLoad& line) {
+    if (const gateway::LineStatus* status = bench::take_reports(line.port)) {
+      Seen& seen = line.seen;
+      seen.running = bench::manager_runs(*status);
+      seen.load_permille = status->state.load_permille;
+      seen.lost = status->state.counters.frames_lost;
+      seen.longest_queue = std::max(seen.longest_queue.load(), status->queues.receive_peak);
+      seen.events_waiting = std::max(seen.events_waiting.load(), status->queues.events);
+    }
+    if (const auto* snapshot = line.port.image(image::Direction::inputs).fetch()) {
+      line.numbers->take(*snapshot);
+      line.seen.received = line.numbers->frames();
+    }
+    (void)line.port.image(image::Direction::outputs).fetch();
+  }
+
+  std::vector<bench::ThreadClock> clocks_;
   std::vector<std::unique_ptr<LineUnderLoad>> all_;
-  Taker taker_;
+  bench::PublisherThread publisher_;
   std::vector<std::unique_ptr<gateway::Executor>> executors_;
 };
 

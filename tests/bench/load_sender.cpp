@@ -11,9 +11,9 @@
 #include <sched.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
+#include "tests/bench/clock.h"
 #include "tests/bench/measure.h"
 #include "tests/bench/pdo_line.h"
 
@@ -26,17 +26,6 @@ constexpr char kReady = 'r';
 // What the system made it late by, up to 15 ms, it sends at once: a burst that no bus makes, but
 // the rate is held. Further behind than that, the schedule is moved: those frames are never sent.
 constexpr std::int64_t kMostBehind = 128;  // frames of each wire, less than half a socket holds
-
-std::int64_t monotonic_ns() {
-  timespec time{};
-  clock_gettime(CLOCK_MONOTONIC, &time);
-  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
-}
-
-void sleep_until(std::int64_t ns) {
-  const timespec time{ns / 1'000'000'000, static_cast<long>(ns % 1'000'000'000)};
-  clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &time, nullptr);
-}
 
 // A bus waits for no processor: what stands for it goes before everything else, where the system
 // permits that. Where it does not, the time it came too late is told.
@@ -109,13 +98,13 @@ class Source {
 // Gives for how long the schedule had to be moved.
 std::uint64_t send_all(std::vector<Source>& sources, std::uint32_t seconds) {
   const auto frames = std::int64_t{seconds} * kFramesPerSecond;
-  std::int64_t start = monotonic_ns();
+  std::int64_t start = read_clock(CLOCK_MONOTONIC);
   std::int64_t moved = 0;
   for (std::int64_t done = 0; done < frames;) {
     const auto due = [&](std::int64_t now) {
       return std::min(frames, (now - start) * kFramesPerSecond / 1'000'000'000 + 1);
     };
-    std::int64_t count = due(monotonic_ns()) - done;
+    std::int64_t count = due(read_clock(CLOCK_MONOTONIC)) - done;
     if (count > kMostBehind) {
       const std::int64_t by = (count - kMostBehind) * 1'000'000'000 / kFramesPerSecond;
       start += by;

@@ -48,6 +48,15 @@ void print_figure(const Contestant& contestant, std::string_view unit, std::stri
   std::fflush(stdout);
 }
 
+void print_beside_floors(const std::vector<Contestant>& contestants, std::size_t size,
+                         std::string_view unit) {
+  for (std::size_t i = 0; i < contestants.size(); ++i) {
+    const double ratio = median_ratio(contestants[i], contestants[i - i % size]);
+    print_figure(contestants[i], unit,
+                 i % size == 0 ? "" : ", " + std::to_string(ratio).substr(0, 4) + " x floor");
+  }
+}
+
 void print_target(std::string_view what, double figure, double limit, std::string_view unit) {
   std::printf("  %-3s %-50s   %9.2f %.*s, budget <= %.2f\n", figure <= limit ? "met" : "NOT",
               std::string(what).c_str(), figure, static_cast<int>(unit.size()), unit.data(), limit);

@@ -5,9 +5,7 @@
 //
 //   bench_pdo_to_image --benchmark_repetitions=30 --benchmark_enable_random_interleaving=true
 //     --benchmark_report_aggregates_only=true
-#include <algorithm>
 #include <memory>
-#include <random>
 #include <vector>
 
 #include <benchmark/benchmark.h>
@@ -17,6 +15,7 @@
 #include "stack/pdo/link.h"
 
 #include "tests/bench/allocations.h"
+#include "tests/bench/pdo_line.h"
 #include "tests/bench/pdo_to_image_floor.h"
 
 namespace {
@@ -28,17 +27,6 @@ constexpr std::size_t kBatch = 64;
 constexpr std::uint16_t kSource = 0x6000;
 
 enum Variant : std::int64_t { kEventDriven, kSynchronous, kBits };
-
-// Identifiers 181h.. that are free of the reserved ranges, in a seeded random order.
-std::vector<std::uint32_t> identifiers(std::size_t count) {
-  std::vector<std::uint32_t> ids;
-  for (std::uint32_t id = 0x181; id < 0x580; ++id) {
-    ids.push_back(id);
-  }
-  std::shuffle(ids.begin(), ids.end(), std::mt19937(4711));
-  ids.resize(count);
-  return ids;
-}
 
 // A device with 4 x UNSIGNED16, or 64 x BOOLEAN, in 6000h.
 od::DeviceDescription device(Variant variant) {
@@ -82,22 +70,6 @@ std::vector<pdo::RemoteNode> nodes(Variant variant, const od::DeviceDescription&
     nodes.back().pdos.tpdos.push_back(tpdo);
   }
   return nodes;
-}
-
-// Every frame has half of its bytes other than the frame of the same PDO before.
-std::vector<can::Frame> frames(const std::vector<std::uint32_t>& ids) {
-  std::mt19937_64 random(42);
-  std::vector<can::Frame> frames;
-  std::vector<std::array<std::byte, 8>> values(ids.size());
-  for (std::size_t i = 0; i < kFrames; ++i) {
-    const std::size_t pdo = random() % ids.size();
-    for (int changes = 0; changes < 4; ++changes) {
-      std::byte& value = values[pdo][2 * static_cast<std::size_t>(changes) + random() % 2];
-      value = static_cast<std::byte>(std::to_integer<unsigned>(value) + 1 + random() % 255);
-    }
-    frames.push_back(can::make_frame(ids[pdo], values[pdo]));
-  }
-  return frames;
 }
 
 void stamp(std::vector<can::Frame>& frames, Instant& now) {
@@ -147,9 +119,10 @@ void per_frame(benchmark::State& state, std::uint64_t allocated) {
 
 void pdo_to_image(benchmark::State& state) {
   const auto variant = static_cast<Variant>(state.range(1));
-  const std::vector<std::uint32_t> ids = identifiers(static_cast<std::size_t>(state.range(0)));
+  const std::vector<std::uint32_t> ids =
+      bench::pdo_identifiers(static_cast<std::size_t>(state.range(0)));
   Receiver receiver(variant, ids);
-  std::vector<can::Frame> input = frames(ids);
+  std::vector<can::Frame> input = bench::pdo_frames(ids, kFrames);
   Instant now{};
   stamp(input, now);
   receiver.receive(input);
@@ -167,9 +140,10 @@ void pdo_to_image(benchmark::State& state) {
 }
 
 void floor_of_it(benchmark::State& state) {
-  const std::vector<std::uint32_t> ids = identifiers(static_cast<std::size_t>(state.range(0)));
+  const std::vector<std::uint32_t> ids =
+      bench::pdo_identifiers(static_cast<std::size_t>(state.range(0)));
   bench::Floor floor(ids);
-  std::vector<can::Frame> input = frames(ids);
+  std::vector<can::Frame> input = bench::pdo_frames(ids, kFrames);
   Instant now{};
   stamp(input, now);
   std::size_t at = 0;

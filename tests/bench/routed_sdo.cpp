@@ -19,73 +19,56 @@
 #include <utility>
 #include <vector>
 
-#include <time.h>
-
 #include "bridges/sim/bus.h"
 #include "stack/can/cob_id.h"
 #include "stack/can/transmit_queue.h"
 #include "stack/line/line.h"
 #include "stack/od/dictionary.h"
 #include "stack/routing/sdo_indication.h"
-#include "stack/sdo/client.h"
 #include "stack/sdo/protocol.h"
 #include "stack/sdo/server.h"
 
+#include "tests/bench/clock.h"
 #include "tests/bench/measure.h"
+#include "tests/bench/transfer_client.h"
 #include "tests/bench/transfer_device.h"
 
 namespace {
 
 using namespace linegate;
 using bench::kDomain;
-using bench::kValue;
 using bench::PatternDomain;
-using bench::PatternSink;
-using bench::PatternSource;
 using bench::require;
+using bench::TransferKind;
 
 // CPU time of this thread, ns.
 std::int64_t cpu_time() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+  return bench::read_clock(CLOCK_THREAD_CPUTIME_ID);
 }
 
 constexpr std::uint8_t kNode = 5;
 constexpr std::uint8_t kFirstGateway = 100;  // node-ID of gateway 0, on both its networks
-constexpr Duration kTimeout = std::chrono::milliseconds(500);
-constexpr std::size_t kPlaces = 3;  // frames a controller holds
-
-enum class Kind : std::uint8_t {
-  expedited_upload,
-  segmented_upload,
-  segmented_download,
-  block_upload,
-  block_download
-};
+constexpr std::size_t kPlaces = 3;           // frames a controller holds
 
 struct Row {
-  Kind kind;
+  TransferKind kind;
   const char* name;
   std::uint32_t bytes;  // of a transfer
   unsigned times;       // in one repetition
-
-  bool upload() const { return kind == Kind::segmented_upload || kind == Kind::block_upload; }
-  bool block() const { return kind == Kind::block_upload || kind == Kind::block_download; }
 };
 
-constexpr Row kRows[] = {{Kind::expedited_upload, "expedited upload", 4, 500},
-                         {Kind::segmented_upload, "segmented upload, 5 kB", 5'000, 2},
-                         {Kind::segmented_download, "segmented download, 5 kB", 5'000, 2},
-                         {Kind::block_upload, "block upload, 20 kB", 20'000, 1},
-                         {Kind::block_download, "block download, 20 kB", 20'000, 1}};
+constexpr Row kRows[] = {{TransferKind::expedited_upload, "expedited upload", 4, 500},
+                         {TransferKind::segmented_upload, "segmented upload, 5 kB", 5'000, 2},
+                         {TransferKind::segmented_download, "segmented download, 5 kB", 5'000, 2},
+                         {TransferKind::block_upload, "block upload, 20 kB", 20'000, 1},
+                         {TransferKind::block_download, "block download, 20 kB", 20'000, 1}};
 
 // Network n and the next one are joined by gateway n. The client is in the first, the device in the
 // last.
 class Chain {
  public:
   Chain(std::size_t gateways, std::uint32_t bytes)
-      : bytes_(bytes), domain_(bytes), client_(request_id(gateways)) {
+      : domain_(bytes), transfer_(request_id(gateways), bytes, domain_) {
     require(dictionary_.set_hook(kDomain.index, &domain_).ok(), "no hook");
     for (std::size_t i = 0; i <= gateways; ++i) {
       buses_.push_back(std::make_unique<sim::Bus>(
@@ -103,14 +86,10 @@ class Chain {
     if (!lines_.empty()) {
       indicate();
     }
-    start(row);
-    std::optional<sdo::Outcome> outcome;
-    while (!(outcome = client_.take())) {
+    transfer_.start(row.kind, now_);
+    while (!transfer_.ended()) {
       step();
     }
-    require(outcome->abort == AbortCode::none, "a transfer was aborted");
-    require(!row.upload() || sink_->complete(), "not the bytes that were sent");
-    require(row.upload() || row.bytes == 4 || domain_.complete(), "not the bytes that were sent");
   }
 
   Instant now() const { return now_; }
@@ -202,7 +181,7 @@ class Chain {
   void indicate() {
     const std::uint64_t said =
         routing::encode({.network = network_id(buses_.size() - 1), .node = kNode});
-    from_client_.push(can::TransmitClass::sdo, request_id(lines_.size()).header(8), said);
+    transfer_.queue.push(can::TransmitClass::sdo, request_id(lines_.size()).header(8), said);
     answer_.reset();
     while (!answer_) {
       step();
@@ -210,23 +189,9 @@ class Chain {
     require(*answer_ == said, "the network indication was refused");
   }
 
-  void start(const Row& row) {
-    const sdo::TransferOptions options{.transfer = row.block() ? sdo::Transfer::block
-                                                               : sdo::Transfer::segmented};
-    if (row.kind == Kind::expedited_upload) {
-      client_.read(kValue, kTimeout, now_, from_client_);
-    } else if (row.upload()) {
-      sink_.emplace(bytes_);
-      client_.read(kDomain, *sink_, kTimeout, now_, from_client_, options);
-    } else {
-      source_.emplace(bytes_);
-      client_.write(kDomain, *source_, kTimeout, now_, from_client_, options);
-    }
-  }
-
   Instant next_wake() {
-    Instant wake = earlier(client_.next_wake(), server_.next_wake());
-    submit(from_client_, *buses_.front(), client_end_);
+    Instant wake = earlier(transfer_.client.next_wake(), server_.next_wake());
+    submit(transfer_.queue, *buses_.front(), client_end_);
     submit(from_server_, *buses_.back(), server_end_);
     for (const auto& bus : buses_) {
       wake = earlier(wake, bus->next_wake());
@@ -306,10 +271,10 @@ class Chain {
     for (const can::Frame& frame : std::span(frames).first(count)) {
       if (frame.id == response) {
         answer_ = sdo::word_of(frame);
-        client_.receive(frame, from_client_);
+        transfer_.client.receive(frame, transfer_.queue);
       }
     }
-    client_.advance(now_, from_client_);
+    transfer_.client.advance(now_, transfer_.queue);
   }
 
   void submit(can::TransmitQueue& queue, sim::Bus& bus, sim::Bus::Endpoint end) const {
@@ -318,23 +283,19 @@ class Chain {
     }
   }
 
-  std::uint32_t bytes_;
   Instant now_{std::chrono::seconds(1)};
   std::vector<std::unique_ptr<sim::Bus>> buses_;
   std::vector<Seat> lines_;  // two for each gateway
   PatternDomain domain_;
   od::Dictionary dictionary_{bench::transfer_device()};
   EventLog events_;
-  can::TransmitQueue from_client_{16};
   can::TransmitQueue from_server_{16};
   sdo::Server server_{dictionary_, can::CobId{can::kSdoRequestBase + kNode},
                       can::CobId{can::kSdoResponseBase + kNode}, events_};
-  sdo::Client client_;
+  bench::TransferClient transfer_;
   sim::Bus::Endpoint client_end_ = 0;
   sim::Bus::Endpoint server_end_ = 0;
   std::optional<std::uint64_t> answer_;  // what the server said last
-  std::optional<PatternSource> source_;
-  std::optional<PatternSink> sink_;
   bool timed_ = false;
   std::int64_t in_lines_ = 0;
   std::int64_t readings_ = 0;
@@ -407,7 +368,7 @@ void compare(const Row& row) {
         bench::median(contestants[i].figures), bench::median_ratio(contestants[i], contestants[0]),
         bench::median(course.in_lines));
     // Of what goes to and fro, one frame at a time, nothing waits but for the wires.
-    if (!row.block()) {
+    if (!bench::uses_blocks(row.kind)) {
       require(course.time <= 1.02 * course.wire, "a routed transfer waits for more than the wires");
     }
   }

@@ -6,8 +6,6 @@
 #include <array>
 #include <chrono>
 #include <cstdio>
-#include <memory>
-#include <optional>
 #include <random>
 #include <string>
 
@@ -15,36 +13,26 @@
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/od/dictionary.h"
-#include "stack/sdo/client.h"
 #include "stack/sdo/server.h"
 
 #include "tests/bench/measure.h"
+#include "tests/bench/transfer_client.h"
 #include "tests/bench/transfer_device.h"
 
 namespace {
 
 using namespace linegate;
 using bench::kDomain;
-using bench::kValue;
 using bench::PatternDomain;
-using bench::PatternSink;
-using bench::PatternSource;
+using bench::TransferKind;
 
 constexpr std::uint32_t kBytes = 1'000'000;
 constexpr std::uint8_t kNode = 5;
-constexpr Duration kTimeout = std::chrono::milliseconds(500);
 constexpr double kMinUse = 0.95;    // of the limit
 constexpr std::size_t kPlaces = 3;  // frames a controller holds
 
-enum class Kind {
-  expedited_upload,
-  segmented_upload,
-  segmented_download,
-  block_upload,
-  block_download
-};
 struct Row {
-  Kind kind;
+  TransferKind kind;
   const char* name;
   unsigned lost_percent = 0;  // of data segments
 };
@@ -68,10 +56,12 @@ class Network {
     if (row.lost_percent != 0)
       lose(row.lost_percent);
     const auto begin = std::chrono::steady_clock::now();
-    const std::size_t times = row.kind == Kind::expedited_upload ? 10'000 : 1;
+    const std::size_t times = row.kind == TransferKind::expedited_upload ? 10'000 : 1;
     for (std::size_t i = 0; i < times; ++i) {
-      start(row.kind);
-      finish(row);
+      transfer_.start(row.kind, now_);
+      while (!transfer_.ended()) {
+        step();
+      }
     }
     const std::chrono::duration<double> real = std::chrono::steady_clock::now() - begin;
     return {std::chrono::duration<double>(now_ - Instant{}).count(),
@@ -79,44 +69,11 @@ class Network {
   }
 
  private:
-  void start(Kind kind) {
-    const sdo::TransferOptions segments{.transfer = sdo::Transfer::segmented};
-    const sdo::TransferOptions blocks{.transfer = sdo::Transfer::block};
-    switch (kind) {
-      case Kind::expedited_upload:
-        client_.read(kValue, kTimeout, now_, from_client_);
-        break;
-      case Kind::segmented_upload:
-      case Kind::block_upload:
-        sink_.emplace(kBytes);
-        client_.read(kDomain, *sink_, kTimeout, now_, from_client_,
-                     kind == Kind::block_upload ? blocks : segments);
-        break;
-      case Kind::segmented_download:
-      case Kind::block_download:
-        source_.emplace(kBytes);
-        client_.write(kDomain, *source_, kTimeout, now_, from_client_,
-                      kind == Kind::block_download ? blocks : segments);
-        break;
-    }
-  }
-
-  void finish(const Row& row) {
-    std::optional<sdo::Outcome> outcome;
-    while (!(outcome = client_.take()))
-      step();
-    bench::require(outcome->abort == AbortCode::none, "a transfer was aborted");
-    if (row.kind == Kind::segmented_upload || row.kind == Kind::block_upload)
-      bench::require(sink_->complete(), "not the bytes that were sent");
-    if (row.kind == Kind::segmented_download || row.kind == Kind::block_download)
-      bench::require(domain_.complete(), "not the bytes that were sent");
-  }
-
   void step() {
-    submit(from_client_, client_end_);
+    submit(transfer_.queue, client_end_);
     submit(from_server_, server_end_);
     const Instant wake =
-        earlier(bus_.next_wake(), earlier(client_.next_wake(), server_.next_wake()));
+        earlier(bus_.next_wake(), earlier(transfer_.client.next_wake(), server_.next_wake()));
     bench::require(wake != kNever, "everybody waits for ever");
     now_ = std::max(now_, wake);
     bus_.advance(now_);
@@ -124,9 +81,9 @@ class Network {
     for (std::size_t i = 0, count = bus_.take(server_end_, frames, now_); i < count; ++i)
       server_.receive(frames[i], from_server_);
     for (std::size_t i = 0, count = bus_.take(client_end_, frames, now_); i < count; ++i)
-      client_.receive(frames[i], from_client_);
+      transfer_.client.receive(frames[i], transfer_.queue);
     server_.advance(now_, from_server_);
-    client_.advance(now_, from_client_);
+    transfer_.client.advance(now_, transfer_.queue);
   }
 
   void submit(can::TransmitQueue& queue, sim::Bus::Endpoint end) {
@@ -148,23 +105,21 @@ class Network {
   PatternDomain domain_{kBytes};
   od::Dictionary dictionary_{bench::transfer_device()};
   EventLog events_;
-  can::TransmitQueue from_client_{16};
   can::TransmitQueue from_server_{16};
   sdo::Server server_{dictionary_, can::CobId{can::kSdoRequestBase + kNode},
                       can::CobId{can::kSdoResponseBase + kNode}, events_};
-  sdo::Client client_{can::CobId{can::kSdoRequestBase + kNode}};
-  std::optional<PatternSource> source_;
-  std::optional<PatternSink> sink_;
+  bench::TransferClient transfer_{can::CobId{can::kSdoRequestBase + kNode}, kBytes, domain_};
   Instant now_{};
   std::mt19937 random_{1};
 };
 
-constexpr Row kRows[] = {{Kind::expedited_upload, "expedited upload, 10,000 times"},
-                         {Kind::segmented_upload, "segmented upload, 1 MB"},
-                         {Kind::segmented_download, "segmented download, 1 MB"},
-                         {Kind::block_upload, "block upload, 1 MB"},
-                         {Kind::block_download, "block download, 1 MB"},
-                         {Kind::block_download, "block download, 1 MB, 1 % of segments lost", 1}};
+constexpr Row kRows[] = {
+    {TransferKind::expedited_upload, "expedited upload, 10,000 times"},
+    {TransferKind::segmented_upload, "segmented upload, 1 MB"},
+    {TransferKind::segmented_download, "segmented download, 1 MB"},
+    {TransferKind::block_upload, "block upload, 1 MB"},
+    {TransferKind::block_download, "block download, 1 MB"},
+    {TransferKind::block_download, "block download, 1 MB, 1 % of segments lost", 1}};
 
 }  // namespace
 
@@ -173,12 +128,12 @@ int main() {
   for (const Row& row : kRows) {
     const Figures figures = Network().run(row);
     const double use = figures.wire_seconds / figures.seconds;
-    const double amount = row.kind == Kind::expedited_upload ? 10'000 : kBytes;
+    const double amount = row.kind == TransferKind::expedited_upload ? 10'000 : kBytes;
     std::printf("    %-46s %9.0f %s, %.1f %% of the time the wire is busy, %.0f ns CPU a frame\n",
                 row.name, amount / figures.seconds,
-                row.kind == Kind::expedited_upload ? "a second" : "byte/s", 100 * use,
+                row.kind == TransferKind::expedited_upload ? "a second" : "byte/s", 100 * use,
                 1e9 * figures.cpu_seconds / static_cast<double>(figures.frames));
-    if (row.kind == Kind::block_download && row.lost_percent == 0) {
+    if (row.kind == TransferKind::block_download && row.lost_percent == 0) {
       // Every frame that is needed, and no other, is on the wire: 142,858 segments, an
       // acknowledgement for each 127 of them, and two frames each to begin and to end.
       const std::uint64_t segments = (kBytes + 6) / 7;

@@ -10,7 +10,6 @@
 #include <cstring>
 #include <deque>
 #include <memory>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -21,61 +20,44 @@
 
 #include "tests/bench/allocations.h"
 #include "tests/bench/measure.h"
+#include "tests/bench/numbered_objects.h"
 
 namespace {
 
 using namespace linegate;
 using bench::Contestant;
+using bench::value_of;
 
-constexpr std::uint16_t kFirst = 0x2000;
 constexpr std::uint8_t kNode = 127;
 constexpr std::size_t kRequests = 4096;
-constexpr std::size_t kPasses = 16;
 constexpr double kMaxNanoseconds = 25;
-
-std::uint32_t value_of(std::uint16_t index) {
-  return 0x12340000U + index;
-}
-
-std::vector<std::uint16_t> indices(std::size_t objects) {
-  std::mt19937 random(7);
-  std::vector<std::uint16_t> out;
-  for (std::size_t i = 0; i < kRequests; ++i) {
-    out.push_back(static_cast<std::uint16_t>(kFirst + random() % objects));
-  }
-  return out;
-}
 
 // The request is always in the same place, as in the buffer of a socket.
 template <class Exchange>
 double measure(const std::vector<std::uint16_t>& order, std::uint64_t& allocated,
                Exchange exchange) {
   can::Frame request = can::make_frame(can::kSdoRequestBase + kNode, {0x40, 0, 0, 0, 0, 0, 0, 0});
-  std::array<double, kPasses> times{};
   std::uint64_t sum = 0;
-  const std::uint64_t before = bench::allocations();
-  for (double& time : times) {
-    const auto begin = std::chrono::steady_clock::now();
+  const double time = bench::median_time([&] {
+    const std::uint64_t before = bench::allocations();
     for (const std::uint16_t index : order) {
       store_le(request.data.data(), std::uint64_t{0x40} | std::uint64_t{index} << 8U);
       request.time += std::chrono::microseconds(250);
       sum += exchange(request);
     }
-    const std::chrono::duration<double, std::nano> spent = std::chrono::steady_clock::now() - begin;
-    time = spent.count();
-  }
-  allocated += bench::allocations() - before;
+    allocated += bench::allocations() - before;
+  });
   std::uint64_t expected = 0;
   for (const std::uint16_t index : order) {
     expected += value_of(index);
   }
-  bench::require(sum == expected * kPasses, "wrong answers");
-  return bench::median({times.begin(), times.end()}) / double{kRequests};
+  bench::require(sum == expected * bench::kPasses, "wrong answers");
+  return time / double{kRequests};
 }
 
 class Subject {
  public:
-  explicit Subject(std::size_t objects) : order_(indices(objects)) {
+  explicit Subject(std::size_t objects) : order_(bench::random_indices(objects, kRequests)) {
     line::LineConfig config;
     config.name = "bench";
     config.bit_rate = 1'000'000;
@@ -84,7 +66,8 @@ class Subject {
     bench::require(made.ok(), "no line");
     line_ = *std::move(made.value);
     for (std::size_t i = 0; i < objects; ++i) {
-      add(static_cast<std::uint16_t>(kFirst + i));
+      bench::require(line_->dictionary().add(bench::numbered_object(i, od::Access::ro)).ok(),
+                     "no object");
     }
     line_->start(Instant{});
     for (can::Frame frame; line_->next_frame(frame, Instant{});) {
@@ -103,17 +86,6 @@ class Subject {
   std::uint64_t allocations() const { return allocations_; }
 
  private:
-  void add(std::uint16_t index) {
-    od::ObjectDescription object{.index = index, .name = "Value"};
-    object.variables.push_back({.sub = 0,
-                                .name = "Value",
-                                .type = od::DataType::unsigned32,
-                                .access = od::Access::ro,
-                                .value = std::vector<std::byte>(4)});
-    store_le(std::span(object.variables[0].value), std::uint64_t{value_of(index)});
-    bench::require(line_->dictionary().add(object).ok(), "no object");
-  }
-
   std::vector<std::uint16_t> order_;
   std::unique_ptr<line::Line> line_;
   can::Frame answer_;
@@ -122,9 +94,10 @@ class Subject {
 
 class FloorSubject {
  public:
-  explicit FloorSubject(std::size_t objects) : order_(indices(objects)), place_(0x10000) {
+  explicit FloorSubject(std::size_t objects)
+      : order_(bench::random_indices(objects, kRequests)), place_(0x10000) {
     for (std::size_t i = 0; i < objects; ++i) {
-      const auto index = static_cast<std::uint16_t>(kFirst + i);
+      const auto index = static_cast<std::uint16_t>(bench::kFirstObject + i);
       place_[index] = static_cast<std::uint32_t>(values_.size());
       values_.push_back(value_of(index));
     }
@@ -182,11 +155,7 @@ int main() {
   bench::interleave(contestants);
 
   bench::print_heading("Expedited SDO upload answered by the server, one at a time");
-  for (std::size_t i = 0; i < contestants.size(); ++i) {
-    const double ratio = bench::median_ratio(contestants[i], contestants[i & ~std::size_t{1}]);
-    bench::print_figure(contestants[i], "ns",
-                        i % 2 == 0 ? "" : ", " + std::to_string(ratio).substr(0, 4) + " x floor");
-  }
+  bench::print_beside_floors(contestants, 2, "ns");
   for (const std::size_t i : {std::size_t{1}, std::size_t{3}}) {
     bench::print_target(contestants[i].name, bench::median(contestants[i].figures), kMaxNanoseconds,
                         "ns");

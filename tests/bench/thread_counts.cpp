@@ -2,8 +2,6 @@
 #include "tests/bench/thread_counts.h"
 
 #include <cstddef>
-#include <cstdlib>
-#include <new>
 
 #include <sys/epoll.h>
 #include <sys/socket.h>
@@ -23,15 +21,6 @@ long call(long number, Arguments... arguments) {
   return ::syscall(number, arguments...);
 }
 
-void* allocate(std::size_t size, std::size_t alignment) {
-  ++counts.allocations;
-  void* const p = std::aligned_alloc(alignment, (size + alignment) / alignment * alignment);
-  if (p == nullptr) {
-    std::abort();
-  }
-  return p;
-}
-
 }  // namespace
 
 namespace linegate::bench {
@@ -39,26 +28,6 @@ ThreadCounts& thread_counts() {
   return counts;
 }
 }  // namespace linegate::bench
-
-// The array and nothrow forms of the library end here too.
-void* operator new(std::size_t size) {
-  return allocate(size, alignof(std::max_align_t));
-}
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  return allocate(size, static_cast<std::size_t>(alignment));
-}
-void operator delete(void* p) noexcept {
-  std::free(p);
-}
-void operator delete(void* p, std::size_t) noexcept {
-  std::free(p);
-}
-void operator delete(void* p, std::align_val_t) noexcept {
-  std::free(p);
-}
-void operator delete(void* p, std::size_t, std::align_val_t) noexcept {
-  std::free(p);
-}
 
 extern "C" {
 

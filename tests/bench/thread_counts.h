@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the calling thread asked of the kernel and of operator new: a program that links
-// thread_counts.cpp calls recvmmsg, send, sendmmsg, epoll_wait, epoll_pwait2, timerfd_settime, read
-// and write through it. (Clocks are read without a system call.)
+// What the calling thread asked of the kernel: a program that links thread_counts.cpp calls
+// recvmmsg, send, sendmmsg, epoll_wait, epoll_pwait2, timerfd_settime, read and write through it.
+// (Clocks are read without a system call.)
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,6 @@ namespace linegate::bench {
 struct ThreadCounts {
   std::uint64_t system_calls = 0;
   std::uint64_t waits = 0;  // those of them that may sleep: each return is a wake-up
-  std::uint64_t allocations = 0;
 };
 
 ThreadCounts& thread_counts();

@@ -7,10 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include <poll.h>
-
-#include "bridges/can/socketcan.h"
-#include "gateway/runtime/line_runner.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 
@@ -58,18 +54,15 @@ bool all_bytes(std::span<const std::byte> bytes) {
 }  // namespace
 
 UploadLine::UploadLine(SdoBus& bus, Duration sync_period)
-    : bus_(bus), executor_({}), taker_([this] { run(); }) {
+    : bus_(bus), executor_({}), publisher_([this] { take(); }) {
   config::LinePlan plan;
   plan.config = pdo_line(Mapping::event_driven, pdo_identifiers(kUploadNodes * kPdosOfDevice));
   plan.config.sdo_timeout = kSdoPatience;
   // The counter tells a SYNC that was lost from one that was left out because it was late.
   plan.config.own_values = {{{kSyncOverflowObject, 0}, {std::byte{kSyncOverflow}}},
                             {{kSyncPeriod, 0}, in_microseconds(sync_period)}};
-  auto made = line::Line::make(plan.config);
-  require(made.ok(), "no line");
-  executor_.add(std::make_unique<gateway::LineRunner>(
-      *std::move(made.value), can_bridge::open_on_descriptor(bus.wire.far()), plan, port_,
-      wakeup_));
+  executor_.add(make_runner(make_line(plan.config), bus.wire, plan, port_, publisher_.wakeup));
+  publisher_.start();
   executor_.start();
   bus.wire.play_devices(kUploadNodes, kBootTime);
   wait_until([this] { return manager_runs_.load(); }, "the line's manager does not run");
@@ -80,35 +73,31 @@ UploadLine::~UploadLine() {
   bus_.stop();
   executor_.request_stop();
   executor_.join();
-  stop_ = true;
-  wakeup_.signal();
-  taker_.join();
+  publisher_.stop();
 }
 
 void UploadLine::start() {
   wanted_ = true;
-  wakeup_.signal();
+  publisher_.wakeup.signal();
 }
 
 void UploadLine::stop() {
   wanted_ = false;
-  wakeup_.signal();
+  publisher_.wakeup.signal();
   wait_until([this] { return asked_.load() == 0; }, "an upload does not end");
 }
 
-void UploadLine::run() {
-  while (!stop_) {
-    pollfd readable{wakeup_.descriptor(), POLLIN, 0};
-    poll(&readable, 1, -1);
-    wakeup_.clear();
-    if (const bool wanted = wanted_; wanted != on_) {
-      turn(wanted);
-    }
-    for (line::Reply reply; port_.replies.pop(reply);) {
-      take(reply);
-    }
-    take_what_else();
+void UploadLine::take() {
+  if (const bool wanted = wanted_; wanted != on_) {
+    turn(wanted);
   }
+  for (line::Reply reply; port_.replies.pop(reply);) {
+    take(reply);
+  }
+  if (const gateway::LineStatus* status = take_reports(port_)) {
+    manager_runs_ = manager_runs(*status);
+  }
+  take_images(port_);
 }
 
 void UploadLine::turn(bool on) {
@@ -146,19 +135,6 @@ void UploadLine::take(const line::Reply& reply) {
     }
   }
   --asked_;
-}
-
-void UploadLine::take_what_else() {
-  for (Event event; port_.events.pop(event);) {
-  }
-  for (gateway::NodeStatus node; port_.nodes.pop(node);) {
-  }
-  if (const gateway::LineStatus* status = port_.status.fetch()) {
-    manager_runs_ = status->state.manager == line::ManagerState::running;
-  }
-  for (const auto direction : {image::Direction::inputs, image::Direction::outputs}) {
-    (void)port_.image(direction).fetch();
-  }
 }
 
 }  // namespace linegate::bench

@@ -5,11 +5,11 @@
 
 #include <atomic>
 #include <cstdint>
-#include <thread>
 
 #include "gateway/runtime/executor.h"
 #include "gateway/runtime/line_port.h"
 
+#include "tests/bench/measured_line.h"
 #include "tests/bench/sdo_bus.h"
 
 namespace linegate::bench {
@@ -32,24 +32,21 @@ class UploadLine {
   std::uint64_t ended() const { return ended_.load(); }
 
  private:
-  void run();
+  void take();
   void take(const line::Reply& reply);
-  void take_what_else();
   void turn(bool on);
   void read(std::uint8_t node);
   void ask(line::Command command);
 
   SdoBus& bus_;
   gateway::LinePort port_;
-  exchange::Wakeup wakeup_;
   gateway::Executor executor_;
   std::atomic<bool> manager_runs_{false};
   std::atomic<bool> wanted_{false};  // SYNCs and uploads
   std::atomic<unsigned> asked_{0};   // commands without their replies yet
   std::atomic<std::uint64_t> ended_{0};
-  std::atomic<bool> stop_{false};
-  bool on_ = false;    // of the taker alone
-  std::thread taker_;  // stands for the publisher and for those who give commands
+  bool on_ = false;  // of the publisher's thread alone, which gives the commands, too
+  PublisherThread publisher_;
 };
 
 }  // namespace linegate::bench

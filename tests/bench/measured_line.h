@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lines as the gateway runs them, with the thread's CPU clock and a thread in the publisher's
+// place.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <thread>
+
+#include "gateway/config/plant.h"
+#include "gateway/exchange/wakeup.h"
+#include "gateway/runtime/line_port.h"
+#include "gateway/runtime/line_runner.h"
+#include "gateway/runtime/runner.h"
+#include "stack/line/line.h"
+
+#include "tests/bench/clock.h"
+#include "tests/bench/wire.h"
+
+namespace linegate::bench {
+
+// The line of a configuration that has to be valid.
+std::unique_ptr<line::Line> make_line(const line::LineConfig& config);
+
+// Runs that line on the far end of the wire.
+std::unique_ptr<gateway::LineRunner> make_runner(std::unique_ptr<line::Line> line, const Wire& wire,
+                                                 const config::LinePlan& plan,
+                                                 gateway::LinePort& port, exchange::Wakeup& wakeup);
+
+// Begins the clock of the executor's thread with the first service of the line.
+class ClockedRunner final : public gateway::Runner {
+ public:
+  // serviced: after each service, if there is one.
+  ClockedRunner(std::unique_ptr<gateway::LineRunner> runner, ThreadClock& clock,
+                std::function<void()> serviced = {});
+
+  int descriptor() const override { return runner_->descriptor(); }
+  bool wants_writable() const override { return runner_->wants_writable(); }
+  void called() override { runner_->called(); }
+  void service(Instant now) override;
+  void announce() override { runner_->announce(); }
+  Instant next_wake() const override { return runner_->next_wake(); }
+  void stop(Instant now) override { runner_->stop(now); }
+  bool stopped(Instant now) const override { return runner_->stopped(now); }
+
+ private:
+  std::unique_ptr<gateway::LineRunner> runner_;
+  ThreadClock& clock_;
+  std::function<void()> serviced_;
+  bool begun_ = false;
+};
+
+// Takes the events and the states of the nodes; the newest status, if there is one. It is valid
+// until the next call.
+const gateway::LineStatus* take_reports(gateway::LinePort& port);
+void take_images(gateway::LinePort& port);
+bool manager_runs(const gateway::LineStatus& status);
+
+// A thread in the publisher's place: calls `take` whenever the wake-up was signalled, from start()
+// to stop().
+class PublisherThread {
+ public:
+  explicit PublisherThread(std::function<void()> take) : take_(std::move(take)) {}
+  ~PublisherThread() { stop(); }
+  PublisherThread(const PublisherThread&) = delete;
+  PublisherThread& operator=(const PublisherThread&) = delete;
+
+  void start();
+  void stop();
+
+  exchange::Wakeup wakeup;
+
+ private:
+  void run();
+
+  std::function<void()> take_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+}  // namespace linegate::bench
