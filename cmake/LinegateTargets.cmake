@@ -32,19 +32,43 @@ if(LINEGATE_BUILD_FUZZ)
   add_link_options(-fsanitize=address,undefined)
 endif()
 
-# Large headers of others are read once a target and not once a file. A compiler cache does better
-# without.
+# The headers of the standard library and of GoogleTest are most of what a small file of ours takes to compile: they are
+# read once for all targets. A compiler cache does better without.
 set(_precompile ON)
 if(CMAKE_CXX_COMPILER_LAUNCHER)
   set(_precompile OFF)
 endif()
-option(LINEGATE_PRECOMPILE_HEADERS "Precompile the headers of GoogleTest and spdlog" ${_precompile})
+option(LINEGATE_PRECOMPILE_HEADERS "Precompile the headers of the standard library and of GoogleTest" ${_precompile})
 
-# linegate_precompile(TARGET <header.h>...), of libraries alone: our own files say what they need.
+set(LINEGATE_STANDARD_HEADERS <algorithm> <array> <bit> <bitset> <charconv> <chrono> <deque> <functional> <map> <memory>
+                              <optional> <set> <span> <string> <string_view> <tuple> <utility> <vector>)
+
+# linegate_precompile(TARGET [PIC] [GTEST] [option ...]) gives TARGET these headers, of libraries alone: our own files say
+# what they need. The options are those that TARGET is compiled with besides those of its folder; targets of equal
+# options share the headers.
 function(linegate_precompile target)
-  if(LINEGATE_PRECOMPILE_HEADERS)
-    target_precompile_headers(${target} PRIVATE ${ARGN})
+  if(NOT LINEGATE_PRECOMPILE_HEADERS)
+    return()
   endif()
+  cmake_parse_arguments(ARG "PIC;GTEST" "" "" ${ARGN})
+  get_directory_property(of_folder COMPILE_OPTIONS)
+  string(MD5 key "${ARG_PIC};${ARG_GTEST};${of_folder};${ARG_UNPARSED_ARGUMENTS}")
+  string(SUBSTRING ${key} 0 8 key)
+  set(headers linegate_headers_${key})
+  if(NOT TARGET ${headers})
+    set(source ${PROJECT_BINARY_DIR}/${headers}.cpp)
+    file(CONFIGURE OUTPUT ${source} CONTENT "")
+    add_library(${headers} OBJECT ${source})
+    target_link_libraries(${headers} PRIVATE linegate_flags linegate_warnings)
+    target_compile_options(${headers} PRIVATE ${ARG_UNPARSED_ARGUMENTS})
+    set_target_properties(${headers} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ${ARG_PIC})
+    target_precompile_headers(${headers} PRIVATE ${LINEGATE_STANDARD_HEADERS})
+    if(ARG_GTEST)
+      target_link_libraries(${headers} PRIVATE GTest::gmock)
+      target_precompile_headers(${headers} PRIVATE <gmock/gmock.h> <gtest/gtest.h>)
+    endif()
+  endif()
+  target_precompile_headers(${target} REUSE_FROM ${headers})
 endfunction()
 
 # Under sanitizers, for add_compile_options() of folders whose code takes longer to compile than it
@@ -54,9 +78,19 @@ if(LINEGATE_SANITIZE OR LINEGATE_BUILD_FUZZ)
   set(LINEGATE_UNOPTIMISED -O0)
 endif()
 
-# Headers take most of the time that a file of ours takes to compile. Eight and not all: a change of one file shall
-# not wait for its whole library, and a large library shall occupy more than one processor.
-option(LINEGATE_UNITY_LIBRARIES "Compile the sources of a library eight at a time" OFF)
+# Headers and the templates that each file makes of them take most of the time that a file of ours takes to compile. Eight
+# files of a library and not all: a change of one file shall not wait for its whole library, and a large library shall
+# occupy more than one processor.
+option(LINEGATE_UNITY "Compile the sources of libraries and programs eight at a time, those of a test at once" OFF)
+
+# linegate_unity(TARGET FILES): so many of its sources are compiled as one; 0: all of them.
+function(linegate_unity target files)
+  if(LINEGATE_UNITY)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${files})
+    # GCC warns of a type in a header, and takes each file that is included for one.
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+  endif()
+endfunction()
 
 # linegate_library(NAME SOURCES a.cpp ... [HOT] [DEPENDS linegate::x ...] [PRIVATE_DEPENDS ...])
 # makes static library linegate_NAME with alias linegate::NAME. HOT: its sources are compiled one by
@@ -68,15 +102,16 @@ function(linegate_library name)
     target_link_libraries(linegate_${name} PUBLIC linegate_flags ${ARG_DEPENDS}
                           PRIVATE $<BUILD_INTERFACE:linegate_warnings> ${ARG_PRIVATE_DEPENDS})
     set_target_properties(linegate_${name} PROPERTIES CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
-    if(LINEGATE_UNITY_LIBRARIES AND NOT ARG_HOT)
-      set_target_properties(linegate_${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
-      # GCC warns of a type in a header, and takes each file that is included for one.
-      target_compile_options(linegate_${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+    if(NOT ARG_HOT)
+      linegate_unity(linegate_${name} 8)
     endif()
+    set(options "")
     if(LINEGATE_BUILD_FUZZ)
       # Counts the branches that inputs of a fuzzer reach; tests/fuzz links the fuzzer itself.
-      target_compile_options(linegate_${name} PRIVATE -fsanitize=fuzzer-no-link)
+      set(options -fsanitize=fuzzer-no-link)
     endif()
+    target_compile_options(linegate_${name} PRIVATE ${options})
+    linegate_precompile(linegate_${name} PIC ${options})
   else()
     add_library(linegate_${name} INTERFACE)
     target_link_libraries(linegate_${name} INTERFACE linegate_flags ${ARG_DEPENDS})
@@ -93,43 +128,38 @@ function(linegate_program name)
   target_link_libraries(${name} PRIVATE linegate_flags linegate_warnings ${ARG_DEPENDS})
   set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF
                         RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+  linegate_unity(${name} 8)
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT gateway)
 endfunction()
 
-option(LINEGATE_UNITY_TESTS "Compile each test program as one file" OFF)
-# A process of a program with a sanitizer takes longer to start than most cases take.
-set(_group OFF)
-if(LINEGATE_SANITIZE OR LINEGATE_BUILD_FUZZ)
-  set(_group ON)
-endif()
-option(LINEGATE_GROUP_CASES "Start a program of unit tests once and not once for each case" ${_group})
-
-# GoogleTest's headers, precompiled once for all test programs that are not optimised.
-function(linegate_precompile_gtest name)
-  if(NOT LINEGATE_PRECOMPILE_HEADERS)
-    return()
-  endif()
-  if(NOT TARGET linegate_gtest_header)
-    set(source ${PROJECT_BINARY_DIR}/gtest_header.cpp)
-    file(CONFIGURE OUTPUT ${source} CONTENT "")
-    add_library(linegate_gtest_header OBJECT ${source})
-    target_link_libraries(linegate_gtest_header PRIVATE linegate_flags linegate_warnings GTest::gmock)
-    set_target_properties(linegate_gtest_header PROPERTIES CXX_EXTENSIONS OFF)
-    target_compile_options(linegate_gtest_header PRIVATE -O0 -g1)
-    target_precompile_headers(linegate_gtest_header PRIVATE <gtest/gtest.h>)
-  endif()
-  target_precompile_headers(${name} REUSE_FROM linegate_gtest_header)
+# linegate_test_code(TARGET LEVEL): how the sources of a test program, or of a library that several have, are compiled;
+# LEVEL: -O0 but for those that work for seconds. More than -O1 takes longer to compile than it saves.
+function(linegate_test_code target level)
+  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
+  target_compile_options(${target} PRIVATE ${level})
+  linegate_precompile(${target} GTEST ${level})
+  linegate_unity(${target} 0)
 endfunction()
 
-# What the names of tests begin with: tests/run runs those of both sanitizers together.
+# Test programs are linked by lld where it is installed: a change in the stack links all of them anew.
+set(LINEGATE_TEST_LINKER "")
+find_program(LINEGATE_LLD ld.lld)
+if(LINEGATE_LLD)
+  set(LINEGATE_TEST_LINKER lld)
+endif()
+
+# What the names of tests begin with: tests/run runs those of all presets together.
 set(LINEGATE_TEST_PREFIX "")
+if(LINEGATE_BUILD_FUZZ)
+  set(LINEGATE_TEST_PREFIX asan.)
+endif()
 if("thread" IN_LIST LINEGATE_SANITIZE)
   set(LINEGATE_TEST_PREFIX tsan.)
 endif()
 
 # linegate_test(NAME TIER unit [OPTIMISED] [LONGEST pattern] SOURCES ... DEPENDS ...) makes a GoogleTest
-# program whose cases carry the tier as their CTest label. Its own sources are not optimised, which
-# halves the time they take to compile; OPTIMISED is for those that work for seconds. LONGEST: a filter
+# program whose cases carry the tier as their CTest label. Its own sources are not optimised;
+# OPTIMISED is for those that work for seconds. LONGEST: a filter
 # of GoogleTest for the case that has to start first, or all wait for its end.
 function(linegate_test name)
   if(NOT LINEGATE_BUILD_TESTS)
@@ -142,15 +172,15 @@ function(linegate_test name)
   add_executable(${name} ${ARG_SOURCES} ${PROJECT_SOURCE_DIR}/tests/print_assertions.cpp)
   target_link_libraries(${name} PRIVATE linegate_flags linegate_warnings ${ARG_DEPENDS} linegate::base
                         GTest::gmock GTest::gtest_main)
-  set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF)
-  if(LINEGATE_UNITY_TESTS)
-    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)
+  set(level -O0)
+  if(ARG_OPTIMISED)
+    set(level -O1)
   endif()
-  if(NOT ARG_OPTIMISED)
-    target_compile_options(${name} PRIVATE -O0 -g1)
-    linegate_precompile_gtest(${name})
+  linegate_test_code(${name} ${level})
+  if(LINEGATE_TEST_LINKER)
+    target_link_options(${name} PRIVATE -fuse-ld=${LINEGATE_TEST_LINKER})
   endif()
-  if(LINEGATE_GROUP_CASES AND ARG_TIER STREQUAL "unit")
+  if(ARG_TIER STREQUAL "unit")  # a process takes longer to start than most cases take
     linegate_group_cases(${name} ${ARG_TIER} ${ARG_TIMEOUT})
     return()
   endif()
