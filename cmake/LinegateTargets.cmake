@@ -157,21 +157,24 @@ if("thread" IN_LIST LINEGATE_SANITIZE)
   set(LINEGATE_TEST_PREFIX tsan.)
 endif()
 
-# linegate_test(NAME TIER unit [OPTIMISED] [LONGEST pattern] SOURCES ... DEPENDS ...) makes a GoogleTest
-# program whose cases carry the tier as their CTest label. Its own sources are not optimised;
-# OPTIMISED is for those that work for seconds. LONGEST: a filter
-# of GoogleTest for the case that has to start first, or all wait for its end.
+# linegate_test(NAME TIER unit [OPTIMISED] [NO_THREADS] [LONGEST pattern] SOURCES ... DEPENDS ...) makes a GoogleTest
+# program whose cases carry the tier as their CTest label. Its own sources are not optimised; OPTIMISED is for those that
+# work for seconds. NO_THREADS: it starts none, so it is not built under the thread sanitizer. LONGEST: a filter of
+# GoogleTest for the case that has to start first, or all wait for its end.
 function(linegate_test name)
   if(NOT LINEGATE_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "OPTIMISED" "TIER;TIMEOUT;LONGEST" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "OPTIMISED;NO_THREADS" "TIER;TIMEOUT;LONGEST" "SOURCES;DEPENDS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
   add_executable(${name} ${ARG_SOURCES} ${PROJECT_SOURCE_DIR}/tests/print_assertions.cpp)
   target_link_libraries(${name} PRIVATE linegate_flags linegate_warnings ${ARG_DEPENDS} linegate::base
                         GTest::gmock GTest::gtest_main)
+  if(ARG_NO_THREADS AND "thread" IN_LIST LINEGATE_SANITIZE)
+    set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)
+  endif()
   set(level -O0)
   if(ARG_OPTIMISED)
     set(level -O1)

@@ -7,7 +7,7 @@ cases.py run RESULTS.xml PATIENCE PREFIX PROGRAM   runs every case of a program,
     process, or does not end within PATIENCE seconds, has failed; another process then runs those after it. Writes
     RESULTS.xml (JUnit) and prints what failing cases printed. Ends with 0 when all passed.
 cases.py merge CTEST.xml RESULTS.xml FIRST FOLDER [verbose]   writes those of CTest's own results whose names begin with
-    FIRST (!FIRST: do not) to RESULTS.xml, with what FOLDER/NAME.xml has in the place of the test NAME, and prints how many passed and how
+    FIRST to RESULTS.xml, with what FOLDER/NAME.xml has in the place of the test NAME, and prints how many passed and how
     many did not. A test that CTest saw failing stays, if each of its cases passed.
 """
 
@@ -145,7 +145,7 @@ def merge(of_ctest, results, first, folder, verbose=None):
     suite, cases = tree.getroot(), []
     for test in suite.findall("testcase"):
         suite.remove(test)
-        if test.get("name").startswith(first.lstrip("!")) == first.startswith("!"):
+        if not test.get("name").startswith(first):
             continue
         parts = os.path.join(folder, test.get("name") + ".xml")
         inside = list(ElementTree.parse(parts).getroot()) if os.path.exists(parts) else []
