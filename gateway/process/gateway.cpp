@@ -211,18 +211,18 @@ std::vector<NodeStorage> Gateway::storage_for(const LineHost& host,
   if (const auto problem = make_parameter_folder(folder)) {
     diagnostics.push_back(*problem);
   }
-  const auto add = [&](std::uint8_t device, const std::string& path) {
-    out.push_back({device, &storage_.add(path, host.executor->wakeup())});
+  const auto add = [&](line::ParameterSet of, const std::string& path) {
+    out.push_back({of, &storage_.add(path, host.executor->wakeup())});
   };
   if (config.devices.empty()) {
-    add(0, parameter_path(folder, host.name(), config.node_id));
+    add({}, parameter_path(folder, host.name(), config.node_id));
   }
   for (const line::DeviceConfig& device : config.devices) {
     if (device.device.find(od::objects::kStoreParameters) != nullptr) {
-      add(device.id, parameter_path(folder, host.name(), device.id));
+      add({.device = device.id}, parameter_path(folder, host.name(), device.id));
     }
     if (device.lss) {
-      add(static_cast<std::uint8_t>(device.id | line::Line::kLssMedium),
+      add({.device = device.id, .kind = line::ParameterSet::Kind::lss},
           lss_path(folder, host.name(), device.id));
     }
   }

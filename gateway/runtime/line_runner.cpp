@@ -88,7 +88,7 @@ LineRunner::LineRunner(std::unique_ptr<line::Line> line,
       has_queues_(line::longest_queue(plan.config) != 0) {
   line_->expect_acknowledgements();
   for (const NodeStorage& storage_of : storage_) {
-    line_->set_medium(storage_of.file, storage_of.device);
+    line_->set_medium(storage_of.file, storage_of.of);
   }
 }
 
@@ -217,7 +217,7 @@ void LineRunner::bus_event(const can::BusEvent& event, Instant now) {
 void LineRunner::take_storage_results() {
   for (const NodeStorage& storage : storage_) {
     if (const auto good = storage.file->pop_result()) {
-      line_->medium_done(*good, storage.device);
+      line_->medium_done(*good, storage.of);
     }
   }
 }

@@ -16,6 +16,7 @@
 #include "gateway/exchange/ring.h"
 #include "gateway/exchange/wakeup.h"
 #include "gateway/runtime/parameter_file.h"
+#include "stack/line/line.h"
 #include "stack/storage/medium.h"
 
 namespace linegate::gateway {
@@ -50,7 +51,7 @@ class StoredParameters final : public storage::Medium {
 
 // The stored parameters of one node of a line.
 struct NodeStorage {
-  std::uint8_t device = 0;  // as in line::Line::set_medium()
+  line::ParameterSet of;
   StoredParameters* file = nullptr;
 };
 

@@ -84,7 +84,7 @@ bool BootService::is_concluded(const Boot& boot) const {
 std::vector<std::byte> BootService::report(const Boot& boot) const {
   std::vector<manager::BootOutcome> outcomes;
   for (const std::uint8_t id : boot.nodes) {
-    const NodeState& booted = manager_.node(id);
+    const manager::NodeState& booted = manager_.node(id);
     outcomes.push_back({.node = id,
                         .letter = booted.configured ? booted.boot : kNotListed,
                         .finding = booted.finding});

@@ -48,9 +48,8 @@ Error to_error(emcy::SendResult result) {
   return to_error(Refusal::busy);
 }
 
-Error check_nmt(const Command& command) {
-  const bool known =
-      command.node <= can::kMaxNodeId && nmt::is_command(static_cast<std::uint8_t>(command.nmt));
+Error check_nmt(nmt::Command command, std::uint8_t node) {
+  const bool known = node <= can::kMaxNodeId && nmt::is_command(static_cast<std::uint8_t>(command));
   return known ? Error{} : to_error(Refusal::bad_request);
 }
 

@@ -24,7 +24,7 @@ Error check_single_output(const Command& command, const image::Layout& layout,
 // CommandKind::emcy_send of a node in that state.
 Error check_emcy(const Command& command, nmt::State state);
 Error to_error(emcy::SendResult result);
-Error check_nmt(const Command& command);
+Error check_nmt(nmt::Command command, std::uint8_t node);
 
 // CommandKind::local_read with kListObjects: the last index of the list.
 std::uint16_t last_of_list(const Command& command);

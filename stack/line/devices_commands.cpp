@@ -5,7 +5,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/line/command_checks.h"
-#include "stack/line/devices.h"
+#include "stack/line/devices_line.h"
 #include "stack/od/objects.h"
 
 namespace linegate::line {
@@ -13,18 +13,17 @@ namespace {
 
 using image::Direction;
 
-// IXXAT CANopen Manager API manual 5.17, as in line_outputs.cpp.
+// IXXAT CANopen Manager API manual 5.17, as in output_service.cpp.
 constexpr std::uint16_t kSilentWriterEmcy = 0x6200;
 constexpr std::uint8_t kSilentWriterRegister = 0x81;
 
 }  // namespace
 
-VirtualDevice* Line::Devices::named(std::uint8_t id) const {
+VirtualDevice* DevicesLine::named(std::uint8_t id) const {
   return id == 0 && seats.size() == 1 ? seats.front().device.get() : find(id);
 }
 
-void Line::Devices::execute(Command command, Instant now) {
-  ++counters.commands;
+void DevicesLine::do_execute(Command command, Instant now) {
   follow_resets(now);
   std::vector<std::byte> data;
   Error error = to_error(Refusal::bad_request);
@@ -81,8 +80,8 @@ void Line::Devices::execute(Command command, Instant now) {
   answer(command, error, std::move(data), now);
 }
 
-Error Line::Devices::access_dictionary(const Command& command, std::vector<std::byte>& data,
-                                       Instant now) {
+Error DevicesLine::access_dictionary(const Command& command, std::vector<std::byte>& data,
+                                     Instant now) {
   VirtualDevice* device = named(command.node);
   if (device == nullptr) {
     return to_error(Refusal::bad_request);
@@ -102,7 +101,7 @@ Error Line::Devices::access_dictionary(const Command& command, std::vector<std::
 }
 
 // The device has the value at once, its master when the frame of the TPDO is on the bus.
-void Line::Devices::single_output(const Command& command, Instant now) {
+void DevicesLine::single_output(const Command& command, Instant now) {
   const image::Layout& layout = image.layout(Direction::outputs);
   if (const Error why = check_single_output(command, layout, outputs); why != Error{}) {
     answer(command, why, {}, now);
@@ -129,7 +128,7 @@ void Line::Devices::single_output(const Command& command, Instant now) {
       now);
 }
 
-void Line::Devices::send_emcy(const Command& command, Instant now) {
+void DevicesLine::send_emcy(const Command& command, Instant now) {
   VirtualDevice* device = named(command.node);
   Error why = to_error(Refusal::bad_request);
   if (device != nullptr) {
@@ -148,8 +147,8 @@ void Line::Devices::send_emcy(const Command& command, Instant now) {
 }
 
 // The devices themselves; others are not theirs to command.
-Error Line::Devices::send_nmt(const Command& command, Instant now) {
-  if (const Error why = check_nmt(command); why != Error{}) {
+Error DevicesLine::send_nmt(const Command& command, Instant now) {
+  if (const Error why = check_nmt(command.nmt, command.node); why != Error{}) {
     return why;
   }
   if (command.node != 0 && find(command.node) == nullptr) {
@@ -164,7 +163,7 @@ Error Line::Devices::send_nmt(const Command& command, Instant now) {
 }
 
 // Of the device: its own TPDO.
-void Line::Devices::trigger_pdo(const Command& command, Instant now) {
+void DevicesLine::trigger_pdo(const Command& command, Instant now) {
   VirtualDevice* device = named(command.node);
   Refusal why = Refusal::none;
   if (device == nullptr || command.code == 0) {
@@ -186,7 +185,7 @@ void Line::Devices::trigger_pdo(const Command& command, Instant now) {
                    now);
 }
 
-Error Line::Devices::check_frame(const Command& command, can::Frame& frame) const {
+Error DevicesLine::check_frame(const Command& command, can::Frame& frame) const {
   if (const Error why = generic_frame(command, frame); why != Error{}) {
     return why;
   }
@@ -199,7 +198,7 @@ Error Line::Devices::check_frame(const Command& command, can::Frame& frame) cons
 }
 
 // The others hear it as a frame of the bus.
-void Line::Devices::send_frame(const Command& command, Instant now) {
+void DevicesLine::send_frame(const Command& command, Instant now) {
   can::Frame frame;
   VirtualDevice& sender = *seats.front().device;
   Error why = check_frame(command, frame);
@@ -213,12 +212,11 @@ void Line::Devices::send_frame(const Command& command, Instant now) {
   answer_when_sent({.command = command, .frames = {{.frame = frame, .device = sender.id()}}}, now);
 }
 
-OutputRefusal Line::Devices::write_outputs(const OutputWrite& write, Instant now) {
+OutputRefusal DevicesLine::do_write_outputs(const OutputWrite& write, Instant now) {
   if (const OutputRefusal refusal = outputs.check(write); refusal != OutputRefusal::none) {
     outputs.note_refused(write.group, refusal, write.client, now);
-    return refuse(write, refusal, now);
+    return refusal;
   }
-  ++counters.output_writes;
   if (outputs.accept(write, now)) {
     const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(write.watchdog).count();
     emit(EventKind::output_armed, now, static_cast<std::uint32_t>(ms), write.group);
@@ -240,10 +238,10 @@ OutputRefusal Line::Devices::write_outputs(const OutputWrite& write, Instant now
   return OutputRefusal::none;
 }
 
-void Line::Devices::write_bound(std::span<const BoundValue> values, Instant now) {
+void DevicesLine::write_bound(std::span<const BoundValue> values, Instant now) {
   bool always = false;
   for (const BoundValue& value : values) {
-    routed.values += value.always ? 1U : 0U;
+    routed_.values += value.always ? 1U : 0U;
     if (value.valid) {
       image.write_entry(Direction::outputs, value.entry, value.value);
       collect(value.entry);
@@ -256,7 +254,7 @@ void Line::Devices::write_bound(std::span<const BoundValue> values, Instant now)
 }
 
 // What was written is given to the device at once.
-void Line::Devices::output_state(std::size_t position, OutputState& out) const {
+void DevicesLine::output_state(std::size_t position, OutputState& out) const {
   outputs.describe(position, out);
   for (const std::uint32_t entry : outputs.groups()[position].config.entries) {
     if (!image.is_known(Direction::outputs, entry)) {
@@ -269,7 +267,7 @@ void Line::Devices::output_state(std::size_t position, OutputState& out) const {
 }
 
 // Entries lie in the image in the order of their numbers.
-void Line::Devices::collect(const OutputBytes& run) {
+void DevicesLine::collect(const OutputBytes& run) {
   const std::vector<image::Entry>& entries = image.layout(Direction::outputs).entries;
   const std::uint64_t begin = std::uint64_t{run.offset} * 8U;
   const std::uint64_t end = begin + run.data.size() * 8U;
@@ -280,7 +278,7 @@ void Line::Devices::collect(const OutputBytes& run) {
 }
 
 // In the order of entries, those of one device lie together.
-void Line::Devices::hand_out(bool always, Instant now) {
+void DevicesLine::hand_out(bool always, Instant now) {
   const std::vector<image::Entry>& entries = image.layout(Direction::outputs).entries;
   std::ranges::sort(written);
   for (std::size_t first = 0; first < written.size();) {
@@ -295,8 +293,8 @@ void Line::Devices::hand_out(bool always, Instant now) {
   written.clear();
 }
 
-void Line::Devices::apply_defaults(Instant now) {
-  for (const OutputDefault& value : config.defaults) {
+void DevicesLine::apply_defaults(Instant now) {
+  for (const OutputDefault& value : config_.defaults) {
     image.write_entry(Direction::outputs, value.entry, value.value);
     collect(value.entry);
   }
@@ -304,7 +302,7 @@ void Line::Devices::apply_defaults(Instant now) {
 }
 
 // Reactions that do not belong to the role are ignored; the event tells those that were taken.
-void Line::Devices::react(const Outputs::Group& group, Instant now) {
+void DevicesLine::react(const Outputs::Group& group, Instant now) {
   std::uint8_t taken = kHoldOutputs;
   if ((group.reactions & kZeroOutputs) != 0) {
     for (const std::uint32_t entry : group.config.entries) {

@@ -4,18 +4,18 @@
 #include <algorithm>
 #include <utility>
 
-#include "stack/line/devices.h"
+#include "stack/line/devices_line.h"
 
 namespace linegate::line {
 
-bool Line::Devices::carries_newest(const FramesUnderWay::Awaited& awaited,
-                                   const can::Frame& frame) const {
+bool DevicesLine::carries_newest(const FramesUnderWay::Awaited& awaited,
+                                 const can::Frame& frame) const {
   VirtualDevice* device = find(awaited.device);
   return device != nullptr &&
          device->node().pdos().carries_newest(awaited.tpdo, frame, awaited.samples);
 }
 
-void Line::Devices::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
+void DevicesLine::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
   const Refusal why = reason_of(sending, now);
   if (sending.command.kind != CommandKind::output_write) {
     refuse(sending.command, why, now);
@@ -28,7 +28,7 @@ void Line::Devices::answer_unsent(FramesUnderWay::Sending& sending, Instant now)
 }
 
 // There is one frame.
-Refusal Line::Devices::reason_of(const FramesUnderWay::Sending& sending, Instant now) const {
+Refusal DevicesLine::reason_of(const FramesUnderWay::Sending& sending, Instant now) const {
   const FramesUnderWay::Awaited& awaited = sending.frames.front();
   VirtualDevice* device = find(awaited.device);
   const bool of_pdo = awaited.tpdo != 0;
@@ -43,14 +43,14 @@ Refusal Line::Devices::reason_of(const FramesUnderWay::Sending& sending, Instant
                                                               : Refusal::no_acknowledge;
 }
 
-void Line::Devices::follow_resets(Instant now) {
+void DevicesLine::follow_resets(Instant now) {
   for (Seat& seat : seats) {
     const std::uint64_t resets = seat.device->node().counters().resets;
     if (std::exchange(seat.resets, resets) == resets) {
       continue;
     }
     for (const CommandKind kind : {CommandKind::emcy_send, CommandKind::pdo_trigger}) {
-      refuse_sendings(kind, Refusal::wrong_state, now, seat.device->id());
+      refuse_unsent(kind, Refusal::wrong_state, now, seat.device->id());
     }
   }
 }

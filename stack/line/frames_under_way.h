@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Frames between the line and the bus, and the commands that wait for them: a service that is not
 // confirmed (NMT, PDO, EMCY, some of LSS, frames of no CANopen service) is answered when its frames
-// were acknowledged on the bus. Private to stack/line.
+// were acknowledged on the bus.
 #pragma once
 
 #include <cstdint>

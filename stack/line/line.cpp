@@ -4,11 +4,18 @@
 #include <utility>
 
 #include "stack/line/build.h"
-#include "stack/line/devices.h"
-#include "stack/line/line_impl.h"
-#include "stack/line/observer.h"
+#include "stack/line/devices_line.h"
+#include "stack/line/node_line.h"
+#include "stack/line/observer_line.h"
 
 namespace linegate::line {
+namespace {
+
+// Messages that may wait until somebody takes them: more than a batch of frames can give.
+constexpr std::size_t kMessages = 4096;
+constexpr std::size_t kFewMessages = 64;  // of a line that only rejects
+
+}  // namespace
 
 Loaded<std::unique_ptr<Line>> Line::make(LineConfig config) {
   Loaded<std::unique_ptr<Line>> out;
@@ -45,189 +52,200 @@ Loaded<std::unique_ptr<Line>> Line::make(LineConfig config) {
     }
     routing::show_in_records(config.forwarding, *plan.value);
   }
-  std::unique_ptr<Base> role;
   if (has_devices) {
-    role = std::make_unique<Devices>(std::move(config), *std::move(plan.value));
+    out.value = std::make_unique<DevicesLine>(std::move(config), *std::move(plan.value));
   } else if (config.role == Role::observer) {
-    role = std::make_unique<Observer>(std::move(config), *std::move(plan.value));
+    out.value = std::make_unique<ObserverLine>(std::move(config), *std::move(plan.value));
   } else {
-    role = std::make_unique<Impl>(std::move(config), *std::move(plan.value));
+    out.value = std::make_unique<NodeLine>(std::move(config), *std::move(plan.value));
   }
-  out.value.emplace(new Line(std::move(role)));
   return out;
 }
 
-Line::Line(std::unique_ptr<Base> impl) : impl_(std::move(impl)) {
-}
-Line::~Line() = default;
-
-const LineConfig& Line::config() const {
-  return impl_->config;
-}
-const image::Layout& Line::layout(image::Direction direction) const {
-  return impl_->layout(direction);
-}
-
-std::uint64_t Line::layout_revision() const {
-  return impl_->layout_revision();
+Line::Line(LineConfig config)
+    : config_(std::move(config)),
+      load_(config_.bit_rate),
+      messages_(config_.routing.interface != 0 ? kMessages : kFewMessages) {
+  events_.limit_repeats();
 }
 
 void Line::start(Instant now) {
-  impl_->stir(now);
-  impl_->start(now);
+  mark_dirty(now);
+  running_ = true;
+  emit(EventKind::line_started, now, static_cast<std::uint32_t>(config_.role));
+  do_start(now);
 }
 
-[[gnu::hot]] void Line::receive(std::span<const can::Frame> frames, Instant /*now*/) {
-  if (impl_->load.wants_fast()) [[unlikely]] {
-    impl_->receive_counted(frames);
-  } else {
-    impl_->receive(frames);
+void Line::stop(Instant now) {
+  mark_dirty(now);
+  if (std::exchange(running_, false)) {
+    do_stop(now);
+    emit(EventKind::line_stopped, now);
   }
 }
 
 void Line::set_bit_rates(std::uint32_t bit_rate, std::uint32_t data_bit_rate) {
-  const std::uint32_t configured = impl_->config.bit_rate;
-  impl_->load.set_bit_rates(configured != 0 ? configured : bit_rate, data_bit_rate);
+  load_.set_bit_rates(config_.bit_rate != 0 ? config_.bit_rate : bit_rate, data_bit_rate);
 }
 
 void Line::bus_event(const can::BusEvent& event) {
-  impl_->stir();
-  impl_->bus_event(event);
-}
-void Line::report(const Event& event) {
-  impl_->events.emit(event);
-  if (event.kind == EventKind::output_refused) {
-    impl_->note_refused(static_cast<std::uint16_t>(event.value),
-                        static_cast<OutputRefusal>(event.code), event.time);
+  mark_dirty();
+  if (note(event)) {
+    do_bus_event(event);
   }
 }
-std::size_t Line::output_groups() const {
-  return impl_->output_groups();
+
+void Line::report(const Event& event) {
+  events_.emit(event);
+  if (event.kind == EventKind::output_refused) {
+    note_refused(static_cast<std::uint16_t>(event.value), static_cast<OutputRefusal>(event.code),
+                 event.time);
+  }
 }
-void Line::output_state(std::size_t position, OutputState& out) const {
-  impl_->output_state(position, out);
+
+void Line::set_medium(storage::Medium* medium, ParameterSet of) {
+  mark_dirty();
+  do_set_medium(medium, of);
 }
-void Line::set_medium(storage::Medium* medium, std::uint8_t device) {
-  impl_->stir();
-  impl_->set_medium(medium, device);
+
+void Line::medium_done(bool good, ParameterSet of) {
+  mark_dirty();
+  do_medium_done(good, of);
 }
-void Line::medium_done(bool good, std::uint8_t device) {
-  impl_->stir();
-  impl_->medium_done(good, device);
-}
-[[gnu::hot]] void Line::advance(Instant now) {
-  impl_->advance(now);
-}
+
 void Line::execute(Command command, Instant now) {
-  impl_->stir(now);
-  impl_->execute(std::move(command), now);
+  mark_dirty(now);
+  ++counters_.commands;
+  do_execute(std::move(command), now);
 }
 
 OutputRefusal Line::write_outputs(const OutputWrite& write, Instant now) {
-  impl_->stir(now);
-  return impl_->write_outputs(write, now);
-}
-
-[[gnu::hot]] void Line::write_bound(std::span<const BoundValue> values, Instant now) {
-  impl_->write_bound(values, now);
-}
-[[gnu::hot]] Line::Input Line::input(std::uint32_t entry) const {
-  return impl_->input(entry);
-}
-
-void Line::deliver(const routing::Message& message, Instant now) {
-  impl_->stir(now);
-  impl_->deliver(message, now);
-}
-void Line::set_routes(const routing::Config& wanted, Instant now) {
-  impl_->stir(now);
-  impl_->set_routes(wanted);
-}
-bool Line::take_message(routing::Message& out) {
-  return impl_->messages.pop(out);
-}
-
-void Line::stop(Instant now) {
-  impl_->stir(now);
-  impl_->stop(now);
-}
-
-[[gnu::hot]] Instant Line::next_wake() const {
-  return impl_->next_wake();
-}
-[[gnu::hot]] bool Line::next_frame(can::Frame& out, Instant now) {
-  return impl_->load.wants_fast() ? impl_->next_counted(out, now) : impl_->next_frame(out, now);
-}
-bool Line::wants_to_send(Instant now) const {
-  return impl_->wants_to_send(now);
-}
-[[gnu::hot]] bool Line::has_news() const {
-  return !impl_->events.empty() || !impl_->replies.empty();
-}
-std::size_t Line::take_events(std::span<Event> out) {
-  return impl_->events.take(out);
-}
-
-bool Line::take_reply(Reply& out) {
-  if (impl_->replies.empty()) {
-    return false;
+  mark_dirty(now);
+  const OutputRefusal refusal = do_write_outputs(write, now);
+  if (refusal == OutputRefusal::none) {
+    ++counters_.output_writes;
+  } else {
+    ++counters_.output_writes_refused;
+    emit(EventKind::output_refused, now, static_cast<std::uint32_t>(refusal), write.group);
   }
-  out = std::move(impl_->replies.front());
-  impl_->replies.pop_front();
-  return true;
-}
-
-void Line::snapshot(image::Direction direction, image::Snapshot& into, Instant now, bool merge) {
-  impl_->snapshot(direction, into, now, merge);
+  return refusal;
 }
 
 bool Line::request_pdo(std::uint16_t rpdo) {
-  impl_->stir();
-  return impl_->request_pdo(rpdo);
-}
-[[gnu::hot]] bool Line::image_changed(image::Direction direction) const {
-  return impl_->image_changed(direction);
-}
-[[gnu::hot]] bool Line::image_touched(image::Direction direction) const {
-  return impl_->image_touched(direction);
-}
-std::optional<OwnDevice> Line::own_device(std::uint8_t node) const {
-  return impl_->own_device(node);
-}
-node::Indicators Line::indicators() const {
-  return impl_->indicators();
-}
-void Line::set_utc(Duration offset) {
-  impl_->set_utc(offset);
-}
-std::optional<Duration> Line::network_utc(Instant now) const {
-  return impl_->network_utc(now);
-}
-std::uint32_t Line::sync_count() const {
-  return impl_->syncs;
+  mark_dirty();
+  return do_request_pdo(rpdo);
 }
 
-void Line::routes(std::vector<routing::Route>& out) const {
-  impl_->routes(out);
+void Line::deliver(const routing::Message& message, Instant now) {
+  mark_dirty(now);
+  do_deliver(message, now);
+}
+
+void Line::reject(const routing::Message& message) {
+  ++routed_.unexpected;
+  if (const auto answer = routing::undeliverable(message)) {
+    (void)messages_.push(*answer);
+  }
+}
+
+void Line::set_routes(const routing::Config& wanted, Instant now) {
+  mark_dirty(now);
+  do_set_routes(wanted);
+}
+
+bool Line::take_reply(Reply& out) {
+  if (replies_.empty()) {
+    return false;
+  }
+  out = std::move(replies_.front());
+  replies_.pop_front();
+  return true;
 }
 
 LineState Line::state() const {
-  LineState out = impl_->state();
-  out.routing = impl_->routed;
+  LineState out = do_state();
+  out.routing = routed_;
   return out;
 }
+
 std::uint64_t Line::node_revision(std::uint8_t node) const {
-  return node < 128 ? impl_->node_revision(node) : 0;
+  return node < 128 ? do_node_revision(node) : 0;
 }
+
 NodeState Line::node_state(std::uint8_t node) const {
-  return node < 128 ? impl_->node_state(node) : NodeState{};
+  return node < 128 ? do_node_state(node) : NodeState{};
 }
+
 od::Dictionary& Line::dictionary() {
-  impl_->stir();  // whoever asks may write
-  return impl_->dictionary();
+  mark_dirty();  // the caller may write
+  return do_dictionary();
 }
-const od::Dictionary& Line::dictionary() const {
-  return impl_->dictionary();
+
+void Line::emit(EventKind kind, Instant time, std::uint32_t code, std::uint32_t value) {
+  events_.emit({.time = time, .kind = kind, .code = code, .value = value});
+}
+
+bool Line::note(const can::BusEvent& event) {
+  Event out{.time = event.time};
+  switch (event.kind) {
+    case can::BusEvent::Kind::state:
+      transmit_errors_ = event.transmit_errors;
+      receive_errors_ = event.receive_errors;
+      if (event.state == bus_) {
+        return false;
+      }
+      out.kind = EventKind::bus_state;
+      out.code = static_cast<std::uint32_t>(event.state);
+      out.value = static_cast<std::uint32_t>(failed_from_.value_or(bus_));
+      bus_ = event.state;
+      failed_from_.reset();
+      out.length = 2;
+      out.data[0] = std::byte{transmit_errors_};
+      out.data[1] = std::byte{receive_errors_};
+      break;
+    case can::BusEvent::Kind::error:
+      ++counters_.bus_errors;
+      out.kind = EventKind::bus_error;
+      out.code = event.errors;
+      break;
+    case can::BusEvent::Kind::frames_lost:
+      counters_.frames_lost += event.count;
+      out.kind = EventKind::frames_lost;
+      out.value = event.count;
+      break;
+    case can::BusEvent::Kind::interface_failed:
+      failed_from_ = failed_from_.value_or(bus_);
+      bus_ = can::BusState::absent;
+      out.kind = EventKind::interface_failed;
+      out.code = event.code;
+      break;
+    case can::BusEvent::Kind::interface_ready:
+      bus_ = can::BusState::error_active;
+      failed_from_.reset();
+      out.kind = EventKind::interface_ready;
+      break;
+  }
+  events_.emit(out);
+  return true;
+}
+
+bool Line::usable() const {
+  return bus_ != can::BusState::absent && bus_ != can::BusState::stopped &&
+         bus_ != can::BusState::bus_off;
+}
+
+void Line::reply(std::uint64_t tag, Error error, std::vector<std::byte> data) {
+  replies_.push_back({.tag = tag, .error = error, .data = std::move(data)});
+}
+
+void Line::refuse(const Command& command, Refusal refusal, Instant now) {
+  ++counters_.commands_refused;
+  Event event{.time = now, .kind = EventKind::command_refused};
+  event.node = command.node <= can::kMaxNodeId ? command.node : std::uint8_t{0};
+  event.code = static_cast<std::uint32_t>(refusal);
+  event.value = static_cast<std::uint32_t>(command.kind);
+  events_.emit(event);
+  reply(command.tag, to_error(refusal));
 }
 
 }  // namespace linegate::line

@@ -5,20 +5,19 @@
 #include <utility>
 
 #include "stack/base/deadline.h"
-#include "stack/line/line_base.h"
+#include "stack/line/line.h"
 
 namespace linegate::line {
 
-[[gnu::hot]] void Line::Base::note_handed_out(const can::Frame& frame, Instant now,
-                                              std::uint8_t from) {
-  under_way.handed_out(frame, now);
-  if (under_way.any()) [[unlikely]] {
+[[gnu::hot]] void Line::note_handed_out(const can::Frame& frame, Instant now, std::uint8_t from) {
+  under_way_.handed_out(frame, now);
+  if (under_way_.any()) [[unlikely]] {
     find_sendings(frame, from);
   }
 }
 
-bool Line::Base::is_awaited(const FramesUnderWay::Awaited& awaited, const can::Frame& frame,
-                            std::uint8_t from) const {
+bool Line::is_awaited(const FramesUnderWay::Awaited& awaited, const can::Frame& frame,
+                      std::uint8_t from) const {
   constexpr std::size_t kMpdoHead = 4;  // bytes before the value
   if (awaited.number != 0 || awaited.device != from) {
     return false;
@@ -34,27 +33,27 @@ bool Line::Base::is_awaited(const FramesUnderWay::Awaited& awaited, const can::F
 
 // The frame that was handed out last. Of two equal commands each has its frame, and so has each of
 // two equal events.
-void Line::Base::find_sendings(const can::Frame& frame, std::uint8_t from) {
+void Line::find_sendings(const can::Frame& frame, std::uint8_t from) {
   std::array<bool, 2> found{};  // of a command, of an event
-  for (FramesUnderWay::Sending& sending : under_way.sendings()) {
+  for (FramesUnderWay::Sending& sending : under_way_.sendings()) {
     bool& done = found[sending.is_report() ? 1 : 0];
     for (FramesUnderWay::Awaited& awaited : sending.frames) {
       if (done || !is_awaited(awaited, frame, from)) {
         continue;
       }
-      awaited.number = under_way.next_number() - 1;
+      awaited.number = under_way_.next_number() - 1;
       done = awaited.tpdo == 0 && !awaited.any_value;
     }
   }
 }
 
-[[gnu::hot]] void Line::Base::acknowledged(std::uint64_t number, Instant now) {
-  if (!under_way.ended(number, now)) {
+[[gnu::hot]] void Line::acknowledged(std::uint64_t number, Instant now) {
+  if (!under_way_.ended(number, now)) {
     return;
   }
   note_acknowledged(number, now);
-  if (under_way.any()) [[unlikely]] {
-    std::erase_if(under_way.sendings(), [&](FramesUnderWay::Sending& sending) {
+  if (under_way_.any()) [[unlikely]] {
+    std::erase_if(under_way_.sendings(), [&](FramesUnderWay::Sending& sending) {
       const bool sent = FramesUnderWay::is_sent(sending, number);
       if (sent && sending.is_report()) {
         sending.report.event.time = now;
@@ -67,18 +66,19 @@ void Line::Base::find_sendings(const can::Frame& frame, std::uint8_t from) {
   }
 }
 
-void Line::Base::lost(std::uint64_t first, std::uint64_t last) {
-  under_way.lost(first, last);
+void Line::lost(std::uint64_t first, std::uint64_t last) {
+  mark_dirty();
+  under_way_.lost(first, last);
   note_lost(first, last);
 }
 
-void Line::Base::answer_when_sent(FramesUnderWay::Sending sending, Instant now) {
+void Line::answer_when_sent(FramesUnderWay::Sending sending, Instant now) {
   Command& command = sending.command;
-  if (!under_way.expected()) {
+  if (!under_way_.expected()) {
     reply(command.tag, Error{}, std::move(sending.data));
     return;
   }
-  if (under_way.sendings().size() >= FramesUnderWay::kMost) {
+  if (under_way_.sendings().size() >= FramesUnderWay::kMost) {
     refuse(command, Refusal::busy, now);
     return;
   }
@@ -86,22 +86,22 @@ void Line::Base::answer_when_sent(FramesUnderWay::Sending sending, Instant now) 
   // A longer time-out is that of an SDO transfer, and of who waits for this reply.
   const bool sooner = command.timeout > Duration::zero() && command.timeout < kSendTime;
   sending.deadline = earlier(sending.deadline, deadline(now, sooner ? command.timeout : kSendTime));
-  under_way.add(std::move(sending));
+  under_way_.add(std::move(sending));
 }
 
-void Line::Base::report_when_sent(std::uint8_t device, const can::Frame& frame, const Event& event,
-                                  EventLog& log) {
-  if (!under_way.expected()) {
+void Line::report_when_sent(std::uint8_t device, const can::Frame& frame, const Event& event,
+                            EventLog& log) {
+  if (!under_way_.expected()) {
     log.emit(event);
     return;
   }
-  under_way.add({.command = {.kind = CommandKind::emcy_send, .data = {}},
-                 .frames = {{.frame = frame, .device = device}},
-                 .report = {.events = &log, .event = event}});
+  under_way_.add({.command = {.kind = CommandKind::emcy_send, .data = {}},
+                  .frames = {{.frame = frame, .device = device}},
+                  .report = {.events = &log, .event = event}});
 }
 
-void Line::Base::expire_sendings(Instant now) {
-  std::erase_if(under_way.sendings(), [&](FramesUnderWay::Sending& sending) {
+void Line::expire_sendings(Instant now) {
+  std::erase_if(under_way_.sendings(), [&](FramesUnderWay::Sending& sending) {
     const bool expired = sending.deadline <= now;
     if (expired) {
       answer_unsent(sending, now);
@@ -110,8 +110,8 @@ void Line::Base::expire_sendings(Instant now) {
   });
 }
 
-void Line::Base::refuse_sendings(CommandKind kind, Refusal why, Instant now, std::uint8_t device) {
-  std::erase_if(under_way.sendings(), [&](const FramesUnderWay::Sending& sending) {
+void Line::refuse_unsent(CommandKind kind, Refusal why, Instant now, std::uint8_t device) {
+  std::erase_if(under_way_.sendings(), [&](const FramesUnderWay::Sending& sending) {
     const bool gone =
         sending.command.kind == kind &&
         std::ranges::any_of(sending.frames, [device](const FramesUnderWay::Awaited& frame) {
@@ -124,41 +124,26 @@ void Line::Base::refuse_sendings(CommandKind kind, Refusal why, Instant now, std
   });
 }
 
-void Line::Base::cancel_sendings() {
-  for (const FramesUnderWay::Sending& sending : under_way.sendings()) {
+void Line::cancel_sendings() {
+  for (const FramesUnderWay::Sending& sending : under_way_.sendings()) {
     if (!sending.is_report()) {
       reply(sending.command.tag, to_error(Refusal::cancelled));
     }
   }
-  under_way.sendings().clear();
+  under_way_.sendings().clear();
 }
 
-bool Line::Base::bus_is_stuck(Instant now) const {
-  return !usable() || under_way.is_stuck(now);
+bool Line::bus_is_stuck(Instant now) const {
+  return !usable() || under_way_.is_stuck(now);
 }
 
-bool Line::Base::carries_newest(const FramesUnderWay::Awaited& /*awaited*/,
-                                const can::Frame& /*frame*/) const {
+bool Line::carries_newest(const FramesUnderWay::Awaited& /*awaited*/,
+                          const can::Frame& /*frame*/) const {
   return false;
 }
 
-void Line::Base::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
+void Line::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
   refuse(sending.command, Refusal::no_acknowledge, now);
-}
-
-// --- Line ---------------------------------------------------------------------------------------
-
-void Line::expect_acknowledgements() {
-  impl_->under_way.expect();
-}
-
-[[gnu::hot]] void Line::acknowledged(std::uint64_t number, Instant now) {
-  impl_->acknowledged(number, now);
-}
-
-void Line::lost(std::uint64_t first, std::uint64_t last) {
-  impl_->stir();
-  impl_->lost(first, last);
 }
 
 }  // namespace linegate::line

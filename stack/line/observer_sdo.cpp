@@ -5,7 +5,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/line/build.h"
-#include "stack/line/observer.h"
+#include "stack/line/observer_line.h"
 #include "stack/od/objects.h"
 
 namespace linegate::line {
@@ -62,12 +62,12 @@ pdo::RemoteNode remote(const NodeConfig& node, const observer::PdoKnowledge& kno
 
 }  // namespace
 
-Line::Observer::Device* Line::Observer::find(std::uint8_t id) {
+ObserverLine::Device* ObserverLine::find(std::uint8_t id) {
   const auto it = std::ranges::find(devices, id, [](const Device& d) { return d.pdos.node(); });
   return it == devices.end() ? nullptr : &*it;
 }
 
-void Line::Observer::take_sdo(std::uint16_t index, const can::Frame& frame) {
+void ObserverLine::take_sdo(std::uint16_t index, const can::Frame& frame) {
   const bool further = (index & observer::SdoChannels::kFurther) != 0;
   const auto id =
       further ? channels.node_of(index) : static_cast<std::uint8_t>(index & ~kSdoRequest);
@@ -83,13 +83,13 @@ void Line::Observer::take_sdo(std::uint16_t index, const can::Frame& frame) {
   }
 }
 
-std::optional<observer::Transfer> Line::Observer::follow(std::uint16_t index,
-                                                         const can::Frame& frame) {
+std::optional<observer::Transfer> ObserverLine::follow(std::uint16_t index,
+                                                       const can::Frame& frame) {
   observer::SdoFollower& follower = transfers[index & (kSdoRequest - 1U)];
   return (index & kSdoRequest) != 0 ? follower.request(frame) : follower.answer(frame);
 }
 
-void Line::Observer::tell(std::uint8_t id, const observer::Transfer& transfer, Instant now) {
+void ObserverLine::tell(std::uint8_t id, const observer::Transfer& transfer, Instant now) {
   Event event{.time = now, .kind = EventKind::sdo_abort, .node = id, .length = kAddress};
   event.code = static_cast<std::uint32_t>(transfer.abort);
   store_le(event.data.data(), transfer.address.index);
@@ -103,11 +103,11 @@ void Line::Observer::tell(std::uint8_t id, const observer::Transfer& transfer, I
     std::ranges::copy(kept, event.data.begin() + kAddress);
     event.length = static_cast<std::uint8_t>(kAddress + kept.size());
   }
-  events.emit(event);
+  events_.emit(event);
 }
 
 // Read or written: the device has this value now.
-void Line::Observer::learn(std::uint8_t id, const observer::Transfer& transfer, Instant now) {
+void ObserverLine::learn(std::uint8_t id, const observer::Transfer& transfer, Instant now) {
   if (!transfer.complete()) {
     return;
   }
@@ -132,23 +132,23 @@ void Line::Observer::learn(std::uint8_t id, const observer::Transfer& transfer, 
 }
 
 // A PDO is invalid while it is written: what starts another node meanwhile changes nothing of it.
-std::vector<KnownPdo> Line::Observer::known_pdos(const Device& device, Instant now) {
+std::vector<KnownPdo> ObserverLine::known_pdos(const Device& device, Instant now) {
   return device.written_until > now ? device.used : device.pdos.pdos();
 }
 
-Loaded<pdo::LinkPlan> Line::Observer::plan_of_what_is_known(Instant now) const {
+Loaded<pdo::LinkPlan> ObserverLine::plan_of_what_is_known(Instant now) const {
   std::vector<pdo::RemoteNode> remotes;
   for (std::size_t i = 0; i < devices.size(); ++i) {
-    remotes.push_back(remote(config.nodes[i], devices[i].pdos, known_pdos(devices[i], now)));
+    remotes.push_back(remote(config_.nodes[i], devices[i].pdos, known_pdos(devices[i], now)));
   }
   Loaded<pdo::LinkPlan> plan = pdo::plan_links(remotes);
   if (plan.value) {
-    set_queues(config, *plan.value);
+    set_queues(config_, *plan.value);
   }
   return plan;
 }
 
-bool Line::Observer::nothing_new(Instant now) const {
+bool ObserverLine::nothing_new(Instant now) const {
   return std::ranges::all_of(devices, [now](const Device& device) {
     const std::vector<KnownPdo> known = known_pdos(device, now);
     return known.size() == device.used.size() &&
@@ -158,7 +158,7 @@ bool Line::Observer::nothing_new(Instant now) const {
 
 // What cannot be linked (two PDOs on one COB-ID, for a moment or for good) leaves the image as it
 // is: the next write may put it right.
-void Line::Observer::relink(Instant now) {
+void ObserverLine::relink(Instant now) {
   if (std::exchange(relink_at, kNever) == kNever) {
     return;
   }
@@ -170,11 +170,11 @@ void Line::Observer::relink(Instant now) {
   }
   Loaded<pdo::LinkPlan> plan = plan_of_what_is_known(now);
   if (!plan.value) {
-    events.emit({.time = now,
-                 .kind = EventKind::configuration_error,
-                 .length = kAddress,
-                 .code = static_cast<std::uint32_t>(AbortCode::parameter_incompatible),
-                 .data = {std::byte{0x00}, std::byte{0x18}}});
+    events_.emit({.time = now,
+                  .kind = EventKind::configuration_error,
+                  .length = kAddress,
+                  .code = static_cast<std::uint32_t>(AbortCode::parameter_incompatible),
+                  .data = {std::byte{0x00}, std::byte{0x18}}});
     return;
   }
   const std::uint64_t before[] = {inputs->layout().id, outputs->layout().id};
@@ -190,38 +190,38 @@ void Line::Observer::relink(Instant now) {
   Event event{.time = now, .kind = EventKind::layout_changed, .length = 16};
   store_le(event.data.data(), inputs->layout().id);
   store_le(event.data.data() + 8, outputs->layout().id);
-  events.emit(event);
+  events_.emit(event);
 }
 
-void Line::Observer::replace(Direction direction, const image::Layout& layout,
-                             std::vector<pdo::LinkedPdo> pdos, Instant now) {
+void ObserverLine::replace(Direction direction, const image::Layout& layout,
+                           std::vector<pdo::LinkedPdo> pdos, Instant now) {
   const bool in = direction == Direction::inputs;
   std::unique_ptr<Overheard>& side = in ? inputs : outputs;
   if (side->layout().id == layout.id) {
     side->link(std::move(pdos));
     return;
   }
-  auto next = std::make_unique<Overheard>(events, in ? dispatch : output_dispatch, layout,
+  auto next = std::make_unique<Overheard>(events_, in ? dispatch : output_dispatch, layout,
                                           std::vector<pdo::LinkedPdo>{});
   next->take_over(*side);
   side->engine.drop_receptions();
   add(in ? inputs_before : outputs_before, side->engine.counters());
   side = nullptr;  // its identifiers are free now
   next->link(std::move(pdos));
-  next->engine.set_operational(running, now);
+  next->engine.set_operational(running_, now);
   side = std::move(next);
 }
 
-void Line::Observer::tell_mappings(Device& device, Instant now) {
+void ObserverLine::tell_mappings(Device& device, Instant now) {
   std::vector<KnownPdo> known = known_pdos(device, now);
   for (const KnownPdo& pdo : known) {
     if (!has(device.used, pdo)) {
-      events.emit(mapping_event(device.pdos.node(), pdo, pdo.complete, now));
+      events_.emit(mapping_event(device.pdos.node(), pdo, pdo.complete, now));
     }
   }
   for (const KnownPdo& pdo : device.used) {
     if (!has_number(known, pdo)) {
-      events.emit(mapping_event(device.pdos.node(), pdo, false, now));
+      events_.emit(mapping_event(device.pdos.node(), pdo, false, now));
     }
   }
   device.used = std::move(known);

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "stack/line/build.h"
-#include "stack/line/line_impl.h"
-#include "stack/line/observer.h"
+#include "stack/line/node_line.h"
+#include "stack/line/observer_line.h"
 #include "stack/pdo/reception.h"
 
 namespace linegate::line {
@@ -35,20 +35,12 @@ void set_queues(const LineConfig& config, pdo::LinkPlan& plan) {
   }
 }
 
-bool Line::Base::take_reception(pdo::Reception& /*out*/) {
-  return false;
+bool NodeLine::take_reception(pdo::Reception& out) {
+  return node_.pdos().take_reception(out);
 }
 
-bool Line::Impl::take_reception(pdo::Reception& out) {
-  return node.pdos().take_reception(out);
-}
-
-bool Line::Observer::take_reception(pdo::Reception& out) {
+bool ObserverLine::take_reception(pdo::Reception& out) {
   return inputs->engine.take_reception(out);
-}
-
-bool Line::take_reception(pdo::Reception& out) {
-  return impl_->take_reception(out);
 }
 
 }  // namespace linegate::line

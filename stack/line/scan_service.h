@@ -18,7 +18,21 @@ namespace linegate::line {
 class DiagnosisService;
 class RecordService;
 
-class ScanService final : public Service, sdo::TransferOwner, scan::Host {
+// What scans read of other nodes, for services that may answer with it.
+class ScanCache {
+ public:
+  ScanCache() = default;
+  ScanCache(const ScanCache&) = delete;
+  ScanCache& operator=(const ScanCache&) = delete;
+  virtual ~ScanCache() = default;
+
+  // What a scan read of the object, if it did; nullptr otherwise.
+  virtual const std::vector<std::byte>* cached(std::uint8_t node, od::Address address) const = 0;
+  // The object was written.
+  virtual void forget_cached(std::uint8_t node, od::Address address) = 0;
+};
+
+class ScanService final : public Service, public ScanCache, sdo::TransferOwner, scan::Host {
  public:
   // What it acts with; all must outlive it. The services are not used before the first call.
   struct Parts {
@@ -51,10 +65,8 @@ class ScanService final : public Service, sdo::TransferOwner, scan::Host {
   // The boot-up message of a node came.
   void boot_up(std::uint8_t node, Instant now) { scanner_.boot_up(node, now); }
 
-  // What a scan read of the object, if it did; nullptr otherwise.
-  const std::vector<std::byte>* cached(std::uint8_t node, od::Address address) const;
-  // The object was written.
-  void forget_cached(std::uint8_t node, od::Address address);
+  const std::vector<std::byte>* cached(std::uint8_t node, od::Address address) const override;
+  void forget_cached(std::uint8_t node, od::Address address) override;
 
  private:
   // sdo::TransferOwner

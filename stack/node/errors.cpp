@@ -255,8 +255,8 @@ void Node::Impl::tell_damage(storage::Damage what) {
 
 void Node::Impl::heartbeat_lost(std::uint8_t node, Instant deadline) {
   begin(Fault::heartbeat, node);
-  if (companion != nullptr) {
-    companion->consumer_lost(node, deadline);
+  if (master_services != nullptr) {
+    master_services->consumer_lost(node, deadline);
   }
   obey_error_behaviour(nmt::kCommunicationError);
 }

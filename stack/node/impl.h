@@ -29,7 +29,7 @@
 namespace linegate::node {
 
 // Index bit of the error_control and emcy targets that the node's own consumers (1016h, 1028h)
-// registered; the companion's have it clear.
+// registered; those of MasterServices have it clear.
 inline constexpr std::uint16_t kOwnMark = 0x100;
 // And of the targets for the own node-ID: guarding requests, and whoever else has that node-ID.
 inline constexpr std::uint16_t kOwnIdMark = 0x300;
@@ -68,7 +68,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   void take_own_emergency(const can::Frame& frame);
   void tell_duplicate(nmt::State shown, Instant time);
   void take_emergency(std::uint16_t index, const can::Frame& frame);
-  void hand_to_companion(can::Target target, const can::Frame& frame);
+  void hand_to_master_services(can::Target target, const can::Frame& frame);
   void malformed(const can::Frame& frame, std::uint8_t node);
   void unwanted(const can::Frame& frame);
   bool next_frame(can::Frame& out, Instant time, std::uint64_t number);
@@ -150,7 +150,7 @@ struct Node::Impl final : pdo::Listener, nmt::HeartbeatListener, nmt::LifeGuardi
   pdo::Engine pdos;
   storage::Storage storage;
 
-  Companion* companion = nullptr;
+  MasterServices* master_services = nullptr;
   Application* application = nullptr;
   NodeCounters counters;
   Instant sync_queued{};             // the newest SYNC of the own producer

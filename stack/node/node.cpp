@@ -8,12 +8,12 @@
 
 namespace linegate::node {
 
-void Companion::consumer_lost(std::uint8_t /*node*/, Instant /*deadline*/) {
+void MasterServices::consumer_lost(std::uint8_t /*node*/, Instant /*deadline*/) {
 }
-void Companion::unwanted(const can::Frame& /*frame*/) {
+void MasterServices::unwanted(const can::Frame& /*frame*/) {
 }
 
-void Companion::before_boot(Instant /*now*/) {
+void MasterServices::before_boot(Instant /*now*/) {
 }
 
 void Application::state_changed(nmt::State /*state*/, Instant /*now*/) {
@@ -34,8 +34,8 @@ Node::Node(od::Dictionary dictionary, Options options, EventLog& events, image::
 }
 Node::~Node() = default;
 
-void Node::set_companion(Companion* companion) {
-  impl_->companion = companion;
+void Node::set_master_services(MasterServices* master_services) {
+  impl_->master_services = master_services;
 }
 void Node::set_application(Application* application) {
   impl_->application = application;

@@ -44,15 +44,15 @@ namespace linegate::node {
 
 class SdoClients;
 
-// Gets the frames of services the node does not serve itself (sdo_client, error_control, emcy,
-// sdo_server of other nodes, lss, nmt but index 0), registered with dispatch() by whoever serves
-// them, node control that a node which is no NMT slave does not obey, and hears of SYNC. The node's
-// own targets have an index of 100h and more for error_control, emcy (its consumers by 1016h and
-// 1028h) and sdo_client (its clients by 1280h), and below 80h for sdo_server: other indices are
-// free.
-class Companion {
+// The services of a node that concern other nodes, such as those of a manager. Gets the frames that
+// the node does not serve itself (sdo_client, error_control, emcy, sdo_server of other nodes, lss,
+// nmt but index 0), whose targets it registers with dispatch(), node control that a node which is
+// no NMT slave does not obey, and is called at each SYNC. The node's own targets have an index of
+// 100h and more for error_control, emcy (its consumers by 1016h and 1028h) and sdo_client (its
+// clients by 1280h), and below 80h for sdo_server: other indices are free.
+class MasterServices {
  public:
-  virtual ~Companion() = default;
+  virtual ~MasterServices() = default;
   virtual void receive(const can::Target& target, const can::Frame& frame) = 0;
   virtual void synced(Instant now) = 0;  // after RPDOs were committed and TPDOs sampled
   // The node's own consumer (1016h) lost the heartbeat of another node. Does nothing unless it is
@@ -109,13 +109,13 @@ struct NodeCounters {
 
 class Node {
  public:
-  // image may be nullptr. Companion and application are optional. All must outlive the node.
+  // image may be nullptr. MasterServices and Application are optional. All must outlive the node.
   Node(od::Dictionary dictionary, Options options, EventLog& events, image::ProcessImage* image);
   ~Node();
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
 
-  void set_companion(Companion* companion);
+  void set_master_services(MasterServices* master_services);
   void set_application(Application* application);
   // Where 1010h stores parameters, before start(); must outlive the node. Without one nothing is
   // stored: 1010h and 1011h refuse.

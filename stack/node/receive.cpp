@@ -64,7 +64,7 @@ void Node::Impl::hide_monitored() {
 void Node::Impl::take_sdo(std::uint16_t index, const can::Frame& frame) {
   hide_monitored();
   if (index >= kSdoServers) {
-    hand_to_companion({can::Service::sdo_server, index, 0}, frame);
+    hand_to_master_services({can::Service::sdo_server, index, 0}, frame);
     return;
   }
   if (!serves(can::Service::sdo_server)) {
@@ -120,7 +120,7 @@ void Node::Impl::serve(can::Service service, std::uint16_t index, const can::Fra
       if (index == 0) {
         take_node_control(frame);
       } else {
-        hand_to_companion({service, index, 0}, frame);
+        hand_to_master_services({service, index, 0}, frame);
       }
       return;
     case can::Service::sync:
@@ -147,7 +147,7 @@ void Node::Impl::serve(can::Service service, std::uint16_t index, const can::Fra
       return;
     case can::Service::rpdo:
     case can::Service::lss:
-      hand_to_companion({service, index, 0}, frame);
+      hand_to_master_services({service, index, 0}, frame);
       return;
   }
 }
@@ -181,8 +181,8 @@ void Node::Impl::take_node_control(const can::Frame& frame) {
     malformed(frame, 0);
     return;
   }
-  if (!options.nmt_slave || companion != nullptr) {
-    hand_to_companion({can::Service::nmt, 0, 0}, frame);
+  if (!options.nmt_slave || master_services != nullptr) {
+    hand_to_master_services({can::Service::nmt, 0, 0}, frame);
   }
   if (options.nmt_slave && control->addresses(options.node_id)) {
     command(control->command, frame.time);
@@ -209,7 +209,7 @@ void Node::Impl::take_node_control(const can::Frame& frame) {
 
 void Node::Impl::take_sdo_answer(std::uint16_t index, const can::Frame& frame) {
   if ((index & SdoClients::kMark) == 0) {
-    hand_to_companion({can::Service::sdo_client, index, 0}, frame);
+    hand_to_master_services({can::Service::sdo_client, index, 0}, frame);
     return;
   }
   if (serves(can::Service::sdo_client)) {
@@ -235,7 +235,7 @@ void Node::Impl::take_time(const can::Frame& frame) {
 
 void Node::Impl::take_error_control(std::uint16_t index, const can::Frame& frame) {
   if ((index & kOwnMark) == 0) {
-    hand_to_companion({can::Service::error_control, index, 0}, frame);
+    hand_to_master_services({can::Service::error_control, index, 0}, frame);
     return;
   }
   if ((index & kOwnIdMark) == kOwnIdMark) {
@@ -288,7 +288,7 @@ void Node::Impl::tell_duplicate(nmt::State shown, Instant time) {
 
 void Node::Impl::take_emergency(std::uint16_t index, const can::Frame& frame) {
   if ((index & kOwnMark) == 0) {
-    hand_to_companion({can::Service::emcy, index, 0}, frame);
+    hand_to_master_services({can::Service::emcy, index, 0}, frame);
     return;
   }
   if ((index & kOwnIdMark) == kOwnIdMark) {
@@ -305,11 +305,11 @@ void Node::Impl::take_emergency(std::uint16_t index, const can::Frame& frame) {
   }
 }
 
-void Node::Impl::hand_to_companion(can::Target target, const can::Frame& frame) {
-  if (companion == nullptr) {
+void Node::Impl::hand_to_master_services(can::Target target, const can::Frame& frame) {
+  if (master_services == nullptr) {
     ++counters.unused;
   } else {
-    companion->receive(target, frame);
+    master_services->receive(target, frame);
   }
 }
 
@@ -320,16 +320,16 @@ void Node::Impl::malformed(const can::Frame& frame, std::uint8_t node) {
 
 void Node::Impl::unwanted(const can::Frame& frame) {
   ++counters.unused;
-  if (companion != nullptr) {
-    companion->unwanted(frame);
+  if (master_services != nullptr) {
+    master_services->unwanted(frame);
   }
 }
 
 [[gnu::hot]] void Node::Impl::synced(std::uint8_t counter, Instant time) {
   ++counters.syncs;
   pdos.sync(counter, time);
-  if (companion != nullptr) {
-    companion->synced(time);
+  if (master_services != nullptr) {
+    master_services->synced(time);
   }
 }
 

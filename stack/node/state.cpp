@@ -135,8 +135,8 @@ void Node::Impl::reset(bool whole_node, Instant time) {
 
 void Node::Impl::boot(Instant time) {
   now = time;
-  if (companion != nullptr) {
-    companion->before_boot(time);
+  if (master_services != nullptr) {
+    master_services->before_boot(time);
   }
   faults.clear();
   errors.clear();

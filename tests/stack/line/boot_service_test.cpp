@@ -12,8 +12,6 @@
 namespace linegate::line {
 namespace {
 
-constexpr std::uint8_t kOwnNode = 127;
-
 struct BootServiceTest : testing::Test {
   void execute(std::uint8_t node, Duration timeout = {}) {
     service.execute(

@@ -445,7 +445,7 @@ class IoDevicesTest : public DevicesTest {
   }
   void power_on(storage::Medium* medium) {
     make(io_config());
-    line_->set_medium(medium, 5);
+    line_->set_medium(medium, {.device = 5});
     line_->start(now_);
     hear(0x000, {0x01, 0x00});
     sent();

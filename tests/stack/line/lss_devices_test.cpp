@@ -29,7 +29,7 @@ class LssDeviceTest : public LineTest {
                               .lss = true});
     make(std::move(config));
     if (keeps) {
-      line_->set_medium(&medium, Line::kLssMedium | 5);
+      line_->set_medium(&medium, {.device = 5, .kind = ParameterSet::Kind::lss});
     }
     line_->start(now_);
   }

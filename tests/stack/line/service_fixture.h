@@ -12,13 +12,30 @@
 
 #include "stack/line/build.h"
 #include "stack/line/own_dictionary.h"
+#include "stack/line/own_objects.h"
 #include "stack/line/service.h"
 #include "stack/manager/manager.h"
 #include "stack/node/node.h"
+#include "stack/routing/forward_objects.h"
 
 #include "tests/stack/line/line_fixture.h"
 
 namespace linegate::line {
+
+inline constexpr std::uint8_t kOwnNode = 127;
+inline constexpr std::uint8_t kAxis = 5;
+inline constexpr od::Address kType{0x1000, 0};  // device type
+
+// Keeps the commands that another service hands to it.
+struct ServiceStub final : Service {
+  using Service::Service;
+  void execute(Command command, Instant /*now*/) override { taken.push_back(std::move(command)); }
+  void advance(Instant /*now*/) override {}
+  Instant next_wake() const override { return kNever; }
+  void end(Refusal /*why*/, Instant /*now*/) override {}
+
+  std::vector<Command> taken;
+};
 
 class RecordingHost final : public ServiceHost {
  public:
@@ -26,16 +43,40 @@ class RecordingHost final : public ServiceHost {
     EXPECT_FALSE(replies_.contains(tag)) << "a second reply to " << tag;
     replies_[tag] = {.tag = tag, .error = error, .data = std::move(data)};
   }
-  // At once: there is no bus.
   void answer_when_sent(FramesUnderWay::Sending sending, Instant /*now*/) override {
-    reply(sending.command.tag, {}, std::move(sending.data));
+    sendings_.push_back(std::move(sending));
   }
+  void refuse_unsent(CommandKind kind, Refusal why, Instant now) override {
+    std::erase_if(sendings_, [&](const FramesUnderWay::Sending& sending) {
+      if (sending.command.kind == kind) {
+        refuse(sending.command, why, now);
+      }
+      return sending.command.kind == kind;
+    });
+  }
+  bool bus_is_stuck(Instant /*now*/) const override { return stuck_; }
   void refuse(const Command& command, Refusal refusal, Instant /*now*/) override {
     reply(command.tag, to_error(refusal), {});
   }
   bool is_running() const override { return true; }
   bool usable() const override { return usable_; }
   bool manages() const override { return manages_; }
+
+  // Commands that wait for the acknowledgement of their frames.
+  std::vector<FramesUnderWay::Sending>& sendings() { return sendings_; }
+  // The bus acknowledges all of them.
+  void acknowledge() {
+    for (FramesUnderWay::Sending& sending : std::exchange(sendings_, {})) {
+      reply(sending.command.tag, Error{}, std::move(sending.data));
+    }
+  }
+  // The time of all of them is over.
+  void expire(Service& service, Instant now) {
+    for (FramesUnderWay::Sending& sending : std::exchange(sendings_, {})) {
+      service.answer_unsent(sending, now);
+    }
+  }
+  void set_stuck(bool stuck) { stuck_ = stuck; }
 
   void set_usable(bool usable) { usable_ = usable; }
   void set_manages(bool manages) { manages_ = manages; }
@@ -49,12 +90,18 @@ class RecordingHost final : public ServiceHost {
  private:
   bool usable_ = true;
   bool manages_ = true;
+  bool stuck_ = false;
+  std::vector<FramesUnderWay::Sending> sendings_;
   std::map<std::uint64_t, Reply> replies_;
 };
 
 // A manager with node 5 in its network list, which nobody plays.
 struct ManagerParts final : manager::Host {
-  ManagerParts() { manager.start(now); }
+  explicit ManagerParts(bool started = true) {
+    if (started) {
+      manager.start(now);
+    }
+  }
 
   void node_data_invalid(std::uint8_t /*node*/) override {}
   void may_operate(Instant /*now*/) override {}
@@ -75,11 +122,21 @@ struct ManagerParts final : manager::Host {
       node_plans(config), manager_options(config), dictionary, sdo, heartbeats, events, *this};
 };
 
-// The own node of a line with the PDOs of node 5, Operational.
+// As Line::make() has it.
+inline pdo::LinkPlan plan_of(const LineConfig& config) {
+  pdo::LinkPlan plan = *link_plan(config).value;
+  EXPECT_TRUE(place_own_objects(config, plan));
+  routing::show_in_records(config.forwarding, plan);
+  return plan;
+}
+
+// The own node of a line with its own objects and the PDOs of node 5, Operational.
 struct NodeParts {
   explicit NodeParts(LineConfig line_config) : config(std::move(line_config)) {
     od::Dictionary dictionary = make_own_dictionary(config);
+    EXPECT_TRUE(own_objects.add_to(dictionary).ok());
     EXPECT_TRUE(pdo::add_linked_objects(dictionary, image, plan).ok());
+    EXPECT_TRUE(forwarded.add_to(dictionary).ok());
     node = std::make_unique<node::Node>(std::move(dictionary),
                                         node::Options{.node_id = config.node_id}, events, &image);
     node->pdos().link(plan);
@@ -90,8 +147,10 @@ struct NodeParts {
   Instant now{seconds(10)};
   LineConfig config;
   EventLog events;
-  pdo::LinkPlan plan = *link_plan(config).value;
+  pdo::LinkPlan plan = plan_of(config);
   image::ProcessImage image{plan.inputs, plan.outputs};
+  OwnObjects own_objects{config.own_objects, image, events};
+  routing::ForwardObjects forwarded{config.forwarding, image};
   std::unique_ptr<node::Node> node;
 };
 

@@ -11,7 +11,7 @@ namespace {
 using testing::take_events;
 
 // Keeps the order of all it hears.
-class Hearing : public Application, public Companion {
+class Hearing : public Application, public MasterServices {
  public:
   void state_changed(nmt::State state, Instant /*now*/) override {
     heard.push_back("state " + std::to_string(static_cast<int>(state)));
@@ -39,7 +39,7 @@ class IndicationsTest : public NodeTest {
   IndicationsTest() {
     hearing_.node = node.get();
     node->set_application(&hearing_);
-    node->set_companion(&hearing_);
+    node->set_master_services(&hearing_);
   }
 
   // Event own-state: the new state and the old one.

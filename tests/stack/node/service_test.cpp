@@ -315,7 +315,7 @@ TEST_F(NodeTest, FramesOfServicesAreCountedAsServedAndPdosThatAreSentAreNot) {
   EXPECT_TRUE(grows()) << "of nobody";
 }
 
-struct Witness : Companion {
+struct Witness : MasterServices {
   void receive(const can::Target& target, const can::Frame& frame) override {
     got.push_back({target.service, frame.id});
   }
@@ -325,9 +325,9 @@ struct Witness : Companion {
   int syncs = 0;
 };
 
-TEST_F(NodeTest, TheCompanionGetsWhatTheNodeDoesNotServe) {
-  Witness companion;
-  node->set_companion(&companion);
+TEST_F(NodeTest, MasterServicesGetWhatTheNodeDoesNotServe) {
+  Witness master_services;
+  node->set_master_services(&master_services);
   using enum can::Service;
   node->dispatch().add(0x587, false, sdo_client, 0);
   node->dispatch().add(0x607, false, sdo_server, 0x107);
@@ -344,8 +344,8 @@ TEST_F(NodeTest, TheCompanionGetsWhatTheNodeDoesNotServe) {
                                                                      {sdo_server, 0x607},
                                                                      {error_control, 0x707},
                                                                      {can::Service::emcy, 0x087}};
-  EXPECT_EQ(companion.got, expected);
-  EXPECT_EQ(companion.syncs, 1);
+  EXPECT_EQ(master_services.got, expected);
+  EXPECT_EQ(master_services.syncs, 1);
   EXPECT_EQ(kinds(), (std::vector<EventKind>{EventKind::node_state}));
 }
 

@@ -7,7 +7,8 @@
 
 #include "stack/can/traffic.h"
 #include "stack/image/process_image.h"
-#include "stack/line/line_base.h"
+#include "stack/line/generic_can.h"
+#include "stack/line/line.h"
 #include "stack/observer/nodes.h"
 #include "stack/observer/pdo_knowledge.h"
 #include "stack/observer/sdo_channels.h"
@@ -24,7 +25,7 @@ namespace linegate::line {
 // sends to the devices is received as well.
 struct Overheard {
   // pdos: as RPDOs.
-  Overheard(EventLog& events, can::Dispatch& frames, image::Layout layout,
+  Overheard(EventLog& events_, can::Dispatch& frames, image::Layout layout,
             std::vector<pdo::LinkedPdo> pdos);
 
   const image::Layout& layout() const { return image.layout(image::Direction::inputs); }
@@ -54,18 +55,20 @@ void add(pdo::EngineCounters& sum, const pdo::EngineCounters& more);
 // others: see observer::SdoChannels.
 inline constexpr std::uint16_t kSdoRequest = 0x80;
 
-struct Line::Observer final : Line::Base, observer::NodeListener {
+class ObserverLine final : public Line, observer::NodeListener {
+ public:
   // plan is that of the configuration; see Line::make().
-  Observer(LineConfig line_config, pdo::LinkPlan plan);
+  ObserverLine(LineConfig line_config, pdo::LinkPlan plan);
 
+ private:
   const image::Layout& layout(image::Direction direction) const override;
-  void start(Instant now) override;
-  void receive(std::span<const can::Frame> frames) override;
-  void bus_event(const can::BusEvent& event) override;
+  void do_start(Instant now) override;
+  void do_receive(std::span<const can::Frame> frames) override;
+  void do_bus_event(const can::BusEvent& event) override;
   void advance(Instant now) override;
-  void execute(Command command, Instant now) override;
-  OutputRefusal write_outputs(const OutputWrite& write, Instant now) override;
-  void stop(Instant now) override;
+  void do_execute(Command command, Instant now) override;
+  OutputRefusal do_write_outputs(const OutputWrite& write, Instant now) override;
+  void do_stop(Instant now) override;
   Instant next_wake() const override;
   void snapshot(image::Direction direction, image::Snapshot& into, Instant now,
                 bool merge) override;
@@ -74,16 +77,16 @@ struct Line::Observer final : Line::Base, observer::NodeListener {
   Input input(std::uint32_t entry) const override;
   bool take_reception(pdo::Reception& out) override;
   std::optional<Duration> network_utc(Instant now) const override;
-  LineState state() const override;
-  std::uint64_t node_revision(std::uint8_t id) const override;
-  NodeState node_state(std::uint8_t id) const override;
-  od::Dictionary& dictionary() override;
+  LineState do_state() const override;
+  std::uint64_t do_node_revision(std::uint8_t id) const override;
+  NodeState do_node_state(std::uint8_t id) const override;
+  od::Dictionary& do_dictionary() override { return inputs->dictionary; }
+  const od::Dictionary& do_dictionary() const override { return inputs->dictionary; }
 
   std::uint64_t layout_revision() const override { return revision; }
 
   void node_data_invalid(std::uint8_t id) override;
 
- private:
   // Of one configured node.
   struct Device {
     observer::PdoKnowledge pdos;
@@ -127,6 +130,7 @@ struct Line::Observer final : Line::Base, observer::NodeListener {
   std::unique_ptr<Overheard> outputs;
   pdo::EngineCounters inputs_before;  // of engines there were
   pdo::EngineCounters outputs_before;
+  Listening listening;
   observer::Nodes nodes;
   std::array<observer::SdoFollower, can::kMaxNodeId + 1> transfers;
   observer::SdoChannels channels;

@@ -13,27 +13,30 @@
 
 #include "stack/can/traffic.h"
 #include "stack/image/process_image.h"
-#include "stack/line/line_base.h"
+#include "stack/line/generic_can.h"
+#include "stack/line/line.h"
 #include "stack/line/outputs.h"
 #include "stack/line/virtual_device.h"
 #include "stack/pdo/link.h"
 
 namespace linegate::line {
 
-struct Line::Devices final : Line::Base {
+class DevicesLine final : public Line {
+ public:
   // plan is device_plan() of the configuration; see Line::make().
-  Devices(LineConfig line_config, pdo::LinkPlan plan);
+  DevicesLine(LineConfig line_config, pdo::LinkPlan plan);
 
+ private:
   const image::Layout& layout(image::Direction direction) const override;
-  void start(Instant now) override;
-  void receive(std::span<const can::Frame> frames) override;
-  void bus_event(const can::BusEvent& event) override;
-  void set_medium(storage::Medium* medium, std::uint8_t device) override;
-  void medium_done(bool good, std::uint8_t device) override;
+  void do_start(Instant now) override;
+  void do_receive(std::span<const can::Frame> frames) override;
+  void do_bus_event(const can::BusEvent& event) override;
+  void do_set_medium(storage::Medium* medium, ParameterSet of) override;
+  void do_medium_done(bool good, ParameterSet of) override;
   void advance(Instant now) override;
-  void stop(Instant now) override;
+  void do_stop(Instant now) override;
   Instant next_wake() const override;
-  bool next_frame(can::Frame& out, Instant now) override;
+  bool do_next_frame(can::Frame& out, Instant now) override;
   bool wants_to_send(Instant now) const override;
   void snapshot(image::Direction direction, image::Snapshot& into, Instant now,
                 bool merge) override;
@@ -42,13 +45,14 @@ struct Line::Devices final : Line::Base {
   Input input(std::uint32_t entry) const override;
   void set_utc(Duration offset) override;
   std::optional<Duration> network_utc(Instant now) const override;
-  LineState state() const override;
+  LineState do_state() const override;
   node::Indicators indicators() const override;
   std::optional<OwnDevice> own_device(std::uint8_t id) const override;
-  std::uint64_t node_revision(std::uint8_t id) const override;
-  NodeState node_state(std::uint8_t id) const override;
+  std::uint64_t do_node_revision(std::uint8_t id) const override;
+  NodeState do_node_state(std::uint8_t id) const override;
   // Of the device with the lowest node-ID.
-  od::Dictionary& dictionary() override;
+  od::Dictionary& do_dictionary() override;
+  const od::Dictionary& do_dictionary() const override;
 
   // --- devices_unsent.cpp -----------------------------------------------------------------------
   bool carries_newest(const FramesUnderWay::Awaited& awaited,
@@ -56,8 +60,8 @@ struct Line::Devices final : Line::Base {
   void answer_unsent(FramesUnderWay::Sending& sending, Instant now) override;
 
   // --- devices_commands.cpp ---------------------------------------------------------------------
-  void execute(Command command, Instant now) override;
-  OutputRefusal write_outputs(const OutputWrite& write, Instant now) override;
+  void do_execute(Command command, Instant now) override;
+  OutputRefusal do_write_outputs(const OutputWrite& write, Instant now) override;
   std::size_t output_groups() const override { return outputs.groups().size(); }
   void output_state(std::size_t position, OutputState& out) const override;
   void note_refused(std::uint16_t group, OutputRefusal refusal, Instant now) override {
@@ -65,7 +69,6 @@ struct Line::Devices final : Line::Base {
   }
   void write_bound(std::span<const BoundValue> values, Instant now) override;
 
- private:
   struct Seat {
     std::unique_ptr<EmcyReporter> reporter;
     std::unique_ptr<VirtualDevice> device;
@@ -106,6 +109,7 @@ struct Line::Devices final : Line::Base {
   std::array<std::optional<Instant>, can::kMaxNodeId + 1> boot_ups;  // of others, the last event
   can::Traffic received;
   can::Traffic sent;
+  Listening listening;
   std::vector<std::uint32_t> written;  // output entries, for hand_out()
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/line/devices.h"
+#include "stack/line/devices_line.h"
 
 #include <algorithm>
 #include <utility>
@@ -10,28 +10,20 @@ namespace linegate::line {
 
 using image::Direction;
 
-Line::Devices::Devices(LineConfig line_config, pdo::LinkPlan plan)
-    : Base(std::move(line_config)),
+DevicesLine::DevicesLine(LineConfig line_config, pdo::LinkPlan plan)
+    : Line(std::move(line_config)),
       image(std::move(plan.inputs), std::move(plan.outputs)),
-      outputs(image.layout(Direction::outputs), config.groups, config.bound) {
-  for (const DeviceConfig& device : config.devices) {
+      outputs(image.layout(Direction::outputs), config_.groups, config_.bound) {
+  for (const DeviceConfig& device : config_.devices) {
     auto reporter = std::make_unique<EmcyReporter>(*this, device.id);
-    auto virtual_device = std::make_unique<VirtualDevice>(device, config, image, events, *reporter);
+    auto virtual_device =
+        std::make_unique<VirtualDevice>(device, config_, image, events_, *reporter);
     seats.push_back({.reporter = std::move(reporter), .device = std::move(virtual_device)});
   }
   std::ranges::sort(seats, {}, [](const Seat& seat) { return seat.device->id(); });
 }
 
-namespace {
-
-// Which device a medium with kLssMedium is for.
-std::uint8_t lss_slave_of(std::uint8_t medium) {
-  return static_cast<std::uint8_t>(medium & ~Line::kLssMedium);
-}
-
-}  // namespace
-
-VirtualDevice* Line::Devices::find(std::uint8_t id) const {
+VirtualDevice* DevicesLine::find(std::uint8_t id) const {
   for (const Seat& seat : seats) {
     if (seat.device->id() == id) {
       return seat.device.get();
@@ -40,20 +32,18 @@ VirtualDevice* Line::Devices::find(std::uint8_t id) const {
   return nullptr;
 }
 
-const image::Layout& Line::Devices::layout(Direction direction) const {
+const image::Layout& DevicesLine::layout(Direction direction) const {
   return image.layout(direction);
 }
 
-void Line::Devices::start(Instant now) {
-  running = true;
-  emit(EventKind::line_started, now, static_cast<std::uint32_t>(config.role));
+void DevicesLine::do_start(Instant now) {
   apply_defaults(now);
   for (const Seat& seat : seats) {
     seat.device->start(now);
   }
 }
 
-bool Line::Devices::hear(const can::Frame& frame, const Seat* except) {
+bool DevicesLine::hear(const can::Frame& frame, const Seat* except) {
   bool wanted = false;
   for (const Seat& seat : seats) {
     if (&seat != except) {
@@ -63,20 +53,20 @@ bool Line::Devices::hear(const can::Frame& frame, const Seat* except) {
   return wanted;
 }
 
-void Line::Devices::receive(std::span<const can::Frame> frames) {
+void DevicesLine::do_receive(std::span<const can::Frame> frames) {
   for (const can::Frame& frame : frames) {
     received.add(frame);
     hear_boot_up(frame);
     if (!hear(frame, nullptr)) {
-      ++counters.frames_unused;
-      listening.hear(frame, events);
+      ++counters_.frames_unused;
+      listening.hear(frame, events_);
     }
   }
   count_syncs();
 }
 
 // Of nodes that are not devices of the line, of each at most once a second.
-void Line::Devices::hear_boot_up(const can::Frame& frame) {
+void DevicesLine::hear_boot_up(const can::Frame& frame) {
   constexpr Duration kPause = std::chrono::seconds(1);
   const bool boot_up = frame.id > can::kErrorControlBase &&
                        frame.id <= can::kErrorControlBase + can::kMaxNodeId && !frame.extended() &&
@@ -90,37 +80,42 @@ void Line::Devices::hear_boot_up(const can::Frame& frame) {
       seats, [id](const Seat& seat) { return seat.device->shown().node_id == id; });
   if (!own && (!last || frame.time - *last >= kPause)) {
     last = frame.time;
-    events.emit({.time = frame.time, .kind = EventKind::boot_up, .node = id});
+    events_.emit({.time = frame.time, .kind = EventKind::boot_up, .node = id});
   }
 }
 
 // Some device may have no SYNC object, or be stopped.
-void Line::Devices::count_syncs() {
+void DevicesLine::count_syncs() {
   for (const Seat& seat : seats) {
-    syncs = std::max(syncs, static_cast<std::uint32_t>(seat.device->counts().syncs));
+    syncs_ = std::max(syncs_, static_cast<std::uint32_t>(seat.device->counts().syncs));
   }
 }
 
-void Line::Devices::set_medium(storage::Medium* medium, std::uint8_t device) {
-  if (VirtualDevice* found = find(device)) {
-    found->set_medium(medium);
-  } else if (VirtualDevice* slave = find(lss_slave_of(device))) {
-    slave->set_lss_medium(medium);
-  }
-}
-
-void Line::Devices::medium_done(bool good, std::uint8_t device) {
-  if (VirtualDevice* found = find(device)) {
-    found->node().medium_done(good);
-  } else if (VirtualDevice* slave = find(lss_slave_of(device))) {
-    slave->lss_medium_done(good);
-  }
-}
-
-void Line::Devices::bus_event(const can::BusEvent& event) {
-  if (!note(event)) {
+void DevicesLine::do_set_medium(storage::Medium* medium, ParameterSet of) {
+  VirtualDevice* device = find(of.device);
+  if (device == nullptr) {
     return;
   }
+  if (of.kind == ParameterSet::Kind::lss) {
+    device->set_lss_medium(medium);
+  } else {
+    device->set_medium(medium);
+  }
+}
+
+void DevicesLine::do_medium_done(bool good, ParameterSet of) {
+  VirtualDevice* device = find(of.device);
+  if (device == nullptr) {
+    return;
+  }
+  if (of.kind == ParameterSet::Kind::lss) {
+    device->lss_medium_done(good);
+  } else {
+    device->node().medium_done(good);
+  }
+}
+
+void DevicesLine::do_bus_event(const can::BusEvent& event) {
   for (const Seat& seat : seats) {
     seat.device->node().bus_event(event);
     if (!usable()) {
@@ -129,8 +124,8 @@ void Line::Devices::bus_event(const can::BusEvent& event) {
   }
 }
 
-void Line::Devices::advance(Instant now) {
-  events.advance(now);
+void DevicesLine::advance(Instant now) {
+  events_.advance(now);
   for (const Seat& seat : seats) {
     seat.device->advance(now);
   }
@@ -142,12 +137,12 @@ void Line::Devices::advance(Instant now) {
   }
   can::Traffic seen = sent;
   seen += received;
-  load.advance(seen, now);
+  load_.advance(seen, now);
 }
 
-Instant Line::Devices::next_wake() const {
-  Instant wake = earlier(events.next_wake(), outputs.next_wake());
-  wake = earlier(wake, under_way.next_deadline());
+Instant DevicesLine::next_wake() const {
+  Instant wake = earlier(events_.next_wake(), outputs.next_wake());
+  wake = earlier(wake, under_way_.next_deadline());
   for (const Seat& seat : seats) {
     wake = earlier(wake, seat.device->next_wake());
   }
@@ -156,7 +151,7 @@ Instant Line::Devices::next_wake() const {
 
 // The one that would win arbitration among the most urgent frame of each, as on a bus: the others
 // hear it, and keep theirs, which may be replaced by newer ones.
-bool Line::Devices::next_frame(can::Frame& out, Instant now) {
+bool DevicesLine::do_next_frame(can::Frame& out, Instant now) {
   Seat* best = nullptr;
   can::Frame first;
   can::Frame offer;
@@ -170,7 +165,7 @@ bool Line::Devices::next_frame(can::Frame& out, Instant now) {
     return false;
   }
   sent.add(out);
-  if (under_way.expected()) {
+  if (under_way_.expected()) {
     note_handed_out(out, now, best->device->id());
   }
   if (seats.size() > 1) {
@@ -181,46 +176,42 @@ bool Line::Devices::next_frame(can::Frame& out, Instant now) {
   return true;
 }
 
-bool Line::Devices::wants_to_send(Instant now) const {
+bool DevicesLine::wants_to_send(Instant now) const {
   return std::ranges::any_of(seats,
                              [now](const Seat& seat) { return seat.device->wants_to_send(now); });
 }
 
 // A device that is switched off falls silent.
-void Line::Devices::stop(Instant now) {
-  if (!std::exchange(running, false)) {
-    return;
-  }
+void DevicesLine::do_stop(Instant now) {
   for (const Seat& seat : seats) {
     seat.device->command(nmt::Command::enter_pre_operational, now);
     seat.device->inputs_lost();
   }
   cancel_sendings();
-  emit(EventKind::line_stopped, now);
 }
 
-void Line::Devices::snapshot(Direction direction, image::Snapshot& into, Instant now, bool merge) {
-  image.snapshot(direction, into, now, merge, syncs);
+void DevicesLine::snapshot(Direction direction, image::Snapshot& into, Instant now, bool merge) {
+  image.snapshot(direction, into, now, merge, syncs_);
 }
-bool Line::Devices::image_changed(Direction direction) const {
+bool DevicesLine::image_changed(Direction direction) const {
   return image.changed(direction);
 }
-bool Line::Devices::image_touched(Direction direction) const {
+bool DevicesLine::image_touched(Direction direction) const {
   return image.touched(direction);
 }
 
-Line::Input Line::Devices::input(std::uint32_t entry) const {
+Line::Input DevicesLine::input(std::uint32_t entry) const {
   return {.value = image.read_entry(Direction::inputs, entry),
           .valid = image.is_valid(Direction::inputs, entry)};
 }
 
-void Line::Devices::set_utc(Duration offset) {
+void DevicesLine::set_utc(Duration offset) {
   for (const Seat& seat : seats) {
     seat.device->set_utc(offset);
   }
 }
 
-std::optional<Duration> Line::Devices::network_utc(Instant now) const {
+std::optional<Duration> DevicesLine::network_utc(Instant now) const {
   for (const Seat& seat : seats) {
     if (const auto told = seat.device->node().clock().network_utc(now)) {
       return told;
@@ -229,19 +220,19 @@ std::optional<Duration> Line::Devices::network_utc(Instant now) const {
   return std::nullopt;
 }
 
-LineState Line::Devices::state() const {
+LineState DevicesLine::do_state() const {
   LineState out;
-  out.role = config.role;
+  out.role = config_.role;
   out.node_id = seats.front().device->id();
-  out.network_id = config.network_id;
+  out.network_id = config_.network_id;
   out.own_state = seats.front().device->node().state();
   out.indicators = indicators();
-  out.bus = bus;
-  out.transmit_errors = transmit_errors;
-  out.receive_errors = receive_errors;
-  out.load_permille = load.permille();
+  out.bus = bus_;
+  out.transmit_errors = transmit_errors_;
+  out.receive_errors = receive_errors_;
+  out.load_permille = load_.permille();
   out.nodes_configured = static_cast<std::uint8_t>(seats.size());
-  out.counters = counters;
+  out.counters = counters_;
   for (const Seat& seat : seats) {
     if (seat.device->node().state() == nmt::State::operational) {
       ++out.nodes_operational;
@@ -254,23 +245,23 @@ LineState Line::Devices::state() const {
   }
   out.counters.frames_received = received.frames;
   out.counters.frames_sent = sent.frames;
-  out.counters.syncs = syncs;
-  out.counters.events = events.emitted();
-  out.counters.events_lost = events.lost();
+  out.counters.syncs = syncs_;
+  out.counters.events = events_.emitted();
+  out.counters.events_lost = events_.lost();
   return out;
 }
 
-node::Indicators Line::Devices::indicators() const {
+node::Indicators DevicesLine::indicators() const {
   return seats.front().device->node().indicators();
 }
 
-std::optional<OwnDevice> Line::Devices::own_device(std::uint8_t id) const {
+std::optional<OwnDevice> DevicesLine::own_device(std::uint8_t id) const {
   const VirtualDevice* device = find(id);
   return device == nullptr ? std::nullopt : std::optional(device->shown());
 }
 
 // Patterns change without an event of the device, by time.
-std::uint64_t Line::Devices::node_revision(std::uint8_t id) const {
+std::uint64_t DevicesLine::do_node_revision(std::uint8_t id) const {
   constexpr unsigned kPatternBits = 4;
   const VirtualDevice* device = find(id);
   if (device == nullptr) {
@@ -282,12 +273,16 @@ std::uint64_t Line::Devices::node_revision(std::uint8_t id) const {
          static_cast<std::uint64_t>(shown.error);
 }
 
-NodeState Line::Devices::node_state(std::uint8_t id) const {
+NodeState DevicesLine::do_node_state(std::uint8_t id) const {
   const VirtualDevice* device = find(id);
   return device == nullptr ? NodeState{.node = id} : device->state();
 }
 
-od::Dictionary& Line::Devices::dictionary() {
+od::Dictionary& DevicesLine::do_dictionary() {
+  return seats.front().device->node().dictionary();
+}
+
+const od::Dictionary& DevicesLine::do_dictionary() const {
   return seats.front().device->node().dictionary();
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/line/observer.h"
+#include "stack/line/observer_line.h"
 
 #include <map>
 #include <tuple>
@@ -82,17 +82,17 @@ void Overheard::set_all_invalid() {
   }
 }
 
-Line::Observer::Observer(LineConfig line_config, pdo::LinkPlan plan)
-    : Base(std::move(line_config)),
-      inputs(std::make_unique<Overheard>(events, dispatch, std::move(plan.inputs),
+ObserverLine::ObserverLine(LineConfig line_config, pdo::LinkPlan plan)
+    : Line(std::move(line_config)),
+      inputs(std::make_unique<Overheard>(events_, dispatch, std::move(plan.inputs),
                                          std::move(plan.rpdos))),
-      outputs(std::make_unique<Overheard>(events, output_dispatch, std::move(plan.outputs),
+      outputs(std::make_unique<Overheard>(events_, output_dispatch, std::move(plan.outputs),
                                           as_received(std::move(plan.tpdos)))),
-      nodes(node_plans(config), config.node_id, dispatch, events, *this),
+      nodes(node_plans(config_), config_.node_id, dispatch, events_, *this),
       channels(dispatch),
-      sync(dispatch, events) {
-  events.limit_overheard();
-  for (const NodeConfig& device : config.nodes) {
+      sync(dispatch, events_) {
+  events_.limit_overheard();
+  for (const NodeConfig& device : config_.nodes) {
     nodes.listen_emcy(device.id, emcy_cob_id(device));
     Device& known =
         devices.emplace_back(Device{observer::PdoKnowledge(device.device, device.id), {}});
@@ -111,22 +111,20 @@ Line::Observer::Observer(LineConfig line_config, pdo::LinkPlan plan)
   }
   dispatch.add(can::kNmtId, false, can::Service::nmt, 0);
   dispatch.add(can::kTimeId, false, can::Service::time, 0);
-  sync.configure(sync_of(config));
+  sync.configure(sync_of(config_));
 }
 
-const image::Layout& Line::Observer::layout(Direction direction) const {
+const image::Layout& ObserverLine::layout(Direction direction) const {
   return side(direction).layout();
 }
 
-void Line::Observer::start(Instant now) {
-  running = true;
-  emit(EventKind::line_started, now, static_cast<std::uint32_t>(config.role));
+void ObserverLine::do_start(Instant now) {
   inputs->engine.set_operational(true, now);
   outputs->engine.set_operational(true, now);
   sync.set_active(true);
 }
 
-void Line::Observer::receive(std::span<const can::Frame> frames) {
+void ObserverLine::do_receive(std::span<const can::Frame> frames) {
   while (!frames.empty()) {
     frames = frames.subspan(inputs->engine.receive_ordinary(frames, received));
     if (!frames.empty()) {
@@ -137,7 +135,7 @@ void Line::Observer::receive(std::span<const can::Frame> frames) {
   }
 }
 
-void Line::Observer::receive(const can::Frame& frame) {
+void ObserverLine::receive(const can::Frame& frame) {
   if (dispatch_frame(frame)) {
     return;
   }
@@ -147,12 +145,12 @@ void Line::Observer::receive(const can::Frame& frame) {
       return;
     }
   }
-  ++counters.frames_unused;
-  listening.hear(frame, events);
+  ++counters_.frames_unused;
+  listening.hear(frame, events_);
 }
 
 // Of a PDO that was configured a moment ago, or of whose mapping nothing is known.
-bool Line::Observer::is_new_pdo(const can::Frame& frame) {
+bool ObserverLine::is_new_pdo(const can::Frame& frame) {
   bool is_new = false;
   for (Device& device : devices) {
     const bool is_written = device.written_until > frame.time && device.pdos.has_record(frame);
@@ -166,7 +164,7 @@ bool Line::Observer::is_new_pdo(const can::Frame& frame) {
 }
 
 // What a frame tells may change the tables (a mapping, an identifier): the rest is left out then.
-bool Line::Observer::dispatch_frame(const can::Frame& frame) {
+bool ObserverLine::dispatch_frame(const can::Frame& frame) {
   bool wanted = false;
   const std::uint64_t changes = dispatch.changes();
   for (const can::Target* target = dispatch.find(frame); target != nullptr;
@@ -191,13 +189,13 @@ bool Line::Observer::dispatch_frame(const can::Frame& frame) {
 
 // As in the image of the master: an output is valid if it was transmitted to a node that is
 // started. Of nodes whose state was never heard nothing is known.
-bool Line::Observer::takes_outputs(std::uint8_t id) const {
+bool ObserverLine::takes_outputs(std::uint8_t id) const {
   const NodeState seen = nodes.node(id);
   return seen.presence == manager::Presence::unknown ||
          (seen.presence == manager::Presence::present && seen.state == nmt::State::operational);
 }
 
-void Line::Observer::serve(const can::Target& target, const can::Frame& frame) {
+void ObserverLine::serve(const can::Target& target, const can::Frame& frame) {
   const auto id = static_cast<std::uint8_t>(target.index);
   switch (target.service) {
     case can::Service::rpdo:
@@ -233,7 +231,7 @@ void Line::Observer::serve(const can::Target& target, const can::Frame& frame) {
   }
 }
 
-void Line::Observer::take_node_control(const can::Frame& frame) {
+void ObserverLine::take_node_control(const can::Frame& frame) {
   if (const auto command = nmt::decode_node_control(frame)) {
     if (command->command == nmt::Command::start) {
       for (Device& device : devices) {
@@ -249,7 +247,7 @@ void Line::Observer::take_node_control(const can::Frame& frame) {
 }
 
 // Whether there is a counter is between the producer and the devices.
-void Line::Observer::take_sync(const can::Frame& frame) {
+void ObserverLine::take_sync(const can::Frame& frame) {
   if (frame.remote()) {
     return;
   }
@@ -258,11 +256,11 @@ void Line::Observer::take_sync(const can::Frame& frame) {
     malformed(frame, 0);
     return;
   }
-  ++syncs;
+  ++syncs_;
   inputs->engine.sync(0, frame.time);
 }
 
-void Line::Observer::take_time(const can::Frame& frame) {
+void ObserverLine::take_time(const can::Frame& frame) {
   if (const auto told = time::decode(frame)) {
     network_time = told;
     network_time_at = frame.time;
@@ -271,37 +269,36 @@ void Line::Observer::take_time(const can::Frame& frame) {
   }
 }
 
-void Line::Observer::malformed(const can::Frame& frame, std::uint8_t id) {
-  ++counters.frames_malformed;
-  events.emit(can::malformed_event(frame, id));
+void ObserverLine::malformed(const can::Frame& frame, std::uint8_t id) {
+  ++counters_.frames_malformed;
+  events_.emit(can::malformed_event(frame, id));
 }
 
-void Line::Observer::bus_event(const can::BusEvent& event) {
-  if (note(event) && !usable()) {
+void ObserverLine::do_bus_event(const can::BusEvent& /*event*/) {
+  if (!usable()) {
     inputs->set_all_invalid();
     outputs->set_all_invalid();
   }
 }
 
-void Line::Observer::advance(Instant now) {
-  events.advance(now);
+void ObserverLine::advance(Instant now) {
+  events_.advance(now);
   inputs->engine.advance(now);
   nodes.advance(now);
   sync.advance(now);
   if (relink_at <= now) {
     relink(now);
   }
-  load.advance(received, now);
+  load_.advance(received, now);
 }
 
-Instant Line::Observer::next_wake() const {
-  const Instant wake = earlier(events.next_wake(), inputs->engine.next_wake());
+Instant ObserverLine::next_wake() const {
+  const Instant wake = earlier(events_.next_wake(), inputs->engine.next_wake());
   return earlier(earlier(wake, relink_at), earlier(nodes.next_wake(), sync.next_wake()));
 }
 
 // Each but listening would transmit, or concerns an own node that is not there.
-void Line::Observer::execute(Command command, Instant now) {
-  ++counters.commands;
+void ObserverLine::do_execute(Command command, Instant now) {
   if (command.kind == CommandKind::can_listen) {
     answer(command, listening.ask(command, now), {}, now);
     return;
@@ -310,35 +307,31 @@ void Line::Observer::execute(Command command, Instant now) {
          command.kind == CommandKind::versions ? Refusal::bad_request : Refusal::wrong_role, now);
 }
 
-OutputRefusal Line::Observer::write_outputs(const OutputWrite& write, Instant now) {
-  return refuse(write, OutputRefusal::wrong_role, now);
+OutputRefusal ObserverLine::do_write_outputs(const OutputWrite& /*write*/, Instant /*now*/) {
+  return OutputRefusal::wrong_role;
 }
 
-void Line::Observer::stop(Instant now) {
-  if (!std::exchange(running, false)) {
-    return;
-  }
+void ObserverLine::do_stop(Instant /*now*/) {
   inputs->set_all_invalid();
   outputs->set_all_invalid();
-  emit(EventKind::line_stopped, now);
 }
 
-void Line::Observer::snapshot(Direction direction, image::Snapshot& into, Instant now, bool merge) {
-  side(direction).image.snapshot(Direction::inputs, into, now, merge, syncs);
+void ObserverLine::snapshot(Direction direction, image::Snapshot& into, Instant now, bool merge) {
+  side(direction).image.snapshot(Direction::inputs, into, now, merge, syncs_);
   if (direction == Direction::outputs) {
     std::ranges::copy(into.valid, into.known.begin());
   }
 }
 
-bool Line::Observer::image_changed(Direction direction) const {
+bool ObserverLine::image_changed(Direction direction) const {
   return side(direction).image.changed(Direction::inputs);
 }
 
-bool Line::Observer::image_touched(Direction direction) const {
+bool ObserverLine::image_touched(Direction direction) const {
   return side(direction).image.touched(Direction::inputs);
 }
 
-Line::Input Line::Observer::input(std::uint32_t entry) const {
+Line::Input ObserverLine::input(std::uint32_t entry) const {
   const image::ProcessImage& seen = inputs->image;
   const std::uint16_t rpdo = seen.layout(Direction::inputs).entries[entry].local_pdo;
   return {.value = seen.read_entry(Direction::inputs, entry),
@@ -348,25 +341,25 @@ Line::Input Line::Observer::input(std::uint32_t entry) const {
           .pdo = rpdo};
 }
 
-std::optional<Duration> Line::Observer::network_utc(Instant now) const {
+std::optional<Duration> ObserverLine::network_utc(Instant now) const {
   if (!network_time) {
     return std::nullopt;
   }
   return time::to_utc(*network_time) + (now - network_time_at);
 }
 
-LineState Line::Observer::state() const {
+LineState ObserverLine::do_state() const {
   LineState out;
-  out.role = config.role;
-  out.network_id = config.network_id;
+  out.role = config_.role;
+  out.network_id = config_.network_id;
   out.own_state = nmt::State::unknown;  // there is no own node
-  out.bus = bus;
-  out.transmit_errors = transmit_errors;
-  out.receive_errors = receive_errors;
-  out.load_permille = load.permille();
+  out.bus = bus_;
+  out.transmit_errors = transmit_errors_;
+  out.receive_errors = receive_errors_;
+  out.load_permille = load_.permille();
   out.nodes_configured = nodes.configured();
   out.nodes_operational = nodes.operational();
-  out.counters = counters;
+  out.counters = counters_;
   pdo::EngineCounters from_devices = inputs_before;
   pdo::EngineCounters to_devices = outputs_before;
   add(from_devices, inputs->engine.counters());
@@ -376,28 +369,24 @@ LineState Line::Observer::state() const {
       from_devices.too_short + from_devices.too_long + to_devices.too_short + to_devices.too_long;
   out.counters.rpdos = from_devices.received + to_devices.received;
   out.counters.receptions_lost = from_devices.receptions_lost;
-  out.counters.syncs = syncs;
+  out.counters.syncs = syncs_;
   out.counters.emcys = nodes.emcys();
   out.counters.heartbeats_lost = nodes.heartbeats_lost();
-  out.counters.events = events.emitted();
-  out.counters.events_lost = events.lost();
+  out.counters.events = events_.emitted();
+  out.counters.events_lost = events_.lost();
   return out;
 }
 
-std::uint64_t Line::Observer::node_revision(std::uint8_t id) const {
+std::uint64_t ObserverLine::do_node_revision(std::uint8_t id) const {
   return nodes.revision(id);
 }
 
-NodeState Line::Observer::node_state(std::uint8_t id) const {
+NodeState ObserverLine::do_node_state(std::uint8_t id) const {
   return nodes.node(id);
 }
 
-od::Dictionary& Line::Observer::dictionary() {
-  return inputs->dictionary;
-}
-
 // What the master sends to the node is as true as ever.
-void Line::Observer::node_data_invalid(std::uint8_t id) {
+void ObserverLine::node_data_invalid(std::uint8_t id) {
   inputs->image.set_node_valid(id, false);
   inputs->engine.drop_waiting(id);
   outputs->image.set_node_valid(id, false);

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// CommandKind::mpdo_write: a value by MPDO in destination address mode (CiA 301 7.2.2.6), answered
+// when the bus acknowledged the frame. Private to stack/line.
+#pragma once
+
+#include <cstdint>
+
+#include "stack/line/config.h"
+#include "stack/line/own_objects.h"
+#include "stack/line/service.h"
+#include "stack/node/node.h"
+#include "stack/pdo/mpdo.h"
+
+namespace linegate::line {
+
+// The frame of that TPDO of the own node, as its record has the identifier.
+can::Frame mpdo_frame(const od::Dictionary& dictionary, std::uint16_t tpdo,
+                      const pdo::MpdoData& data);
+
+class MpdoService final : public Service {
+ public:
+  // node: the own one. All must outlive the service.
+  MpdoService(ServiceHost& host, node::Node& node, OwnObjects& own_objects,
+              const LineConfig& config)
+      : Service(host), node_(node), own_objects_(own_objects), config_(config) {}
+
+  std::span<const CommandKind> commands() const override;
+  bool needs_master() const override { return false; }
+  // Answered with the number of the TPDO (2, LE). Refusals: unknown_entry (no such TPDO in
+  // destination address mode), wrong_state (the own node is not Operational, or left it while the
+  // value waited), bad_request (the length does not fit the mapped object), busy (too many wait);
+  // awaits_turn and no_acknowledge when the frame is not acknowledged in time.
+  void execute(Command command, Instant now) override;
+  // Refuses what waited when the own node left Operational: the PDO engine dropped it.
+  void advance(Instant now) override;
+  Instant next_wake() const override { return kNever; }
+  // Nothing is under way but frames.
+  void end(Refusal /*why*/, Instant /*now*/) override {}
+  void answer_unsent(FramesUnderWay::Sending& sending, Instant now) override;
+  void before_boot(Instant now) override;
+
+ private:
+  std::uint16_t named_tpdo(const Command& command) const;
+  AbortCode queue(const Command& command, std::uint16_t tpdo);
+
+  node::Node& node_;
+  OwnObjects& own_objects_;
+  const LineConfig& config_;
+  std::uint64_t starts_ = 0;  // of the own node, as advance() saw them
+};
+
+// What a command by PDO is refused with whose frames the bus did not acknowledge in time, of an own
+// node in that state.
+Refusal why_unsent(const FramesUnderWay::Sending& sending, nmt::State own, bool stuck);
+
+}  // namespace linegate::line

@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stack/line/node_line.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "stack/base/assert.h"
+#include "stack/base/byte_order.h"
+#include "stack/can/malformed.h"
+#include "stack/line/build.h"
+#include "stack/line/own_dictionary.h"
+#include "stack/time/service.h"
+
+namespace linegate::line {
+namespace {
+
+// Marks the targets of the manager's consumers apart from those of the own node's.
+constexpr std::uint16_t kManagerMark = 128;
+
+// The owner of the line carries it out.
+bool is_of_owner(CommandKind kind) {
+  return kind == CommandKind::versions || kind == CommandKind::bus_restart ||
+         kind == CommandKind::bus_fault;
+}
+
+std::uint8_t node_of(const can::Target& target) {
+  return static_cast<std::uint8_t>(target.index & 0x7FU);
+}
+
+node::Options node_options(const LineConfig& config) {
+  return {.node_id = config.node_id,
+          .self_starting = false,
+          .nmt_slave = config.role == Role::device,
+          .clients_of_default_servers = false,  // the arbiter reaches them
+          .error_scheme = config.error_scheme};
+}
+
+od::Dictionary dictionary_of(const LineConfig& config, image::ProcessImage& image,
+                             const pdo::LinkPlan& plan, OwnObjects& own,
+                             routing::ForwardObjects& forwarded) {
+  od::Dictionary dictionary = make_own_dictionary(config);
+  (void)own.add_to(dictionary).ok();  // they were checked
+  // Cannot fail: the own dictionary has none of these objects yet.
+  (void)pdo::add_linked_objects(dictionary, image, plan).ok();
+  (void)forwarded.add_to(dictionary).ok();
+  (void)diagnosis::add_objects(dictionary).ok();
+  (void)diagnosis::add_canopen_ia(dictionary, config.canopen_ia_base).ok();
+  return dictionary;
+}
+
+}  // namespace
+
+NodeLine::NodeLine(LineConfig line_config, pdo::LinkPlan link_plan)
+    : Line(std::move(line_config)),
+      plan_(std::move(link_plan)),
+      image_(plan_.inputs, plan_.outputs),
+      own_objects_(config_.own_objects, image_, events_),
+      forwarded_(config_.forwarding, image_),
+      node_(dictionary_of(config_, image_, plan_, own_objects_, forwarded_), node_options(config_),
+            events_, &image_),
+      nmt_(node_.transmit(), &node_.dictionary()),
+      heartbeats_(node_.dispatch(), events_, kManagerMark, &node_.transmit()),
+      emergencies_(node_.dispatch(), events_, kManagerMark),
+      sdo_(node_.dispatch(), node_.transmit(), events_),
+      configurator_(node_.dictionary(), node_plans(config_), sdo_, events_, config_.sdo_timeout),
+      loader_(node_.dictionary(), node_plans(config_), sdo_, events_, config_.sdo_timeout,
+              static_cast<std::uint32_t>(CommandKind::program)),
+      manager_(node_plans(config_), manager_options(config_), node_.dictionary(), sdo_, heartbeats_,
+               events_, *this),
+      startup_(node_.dictionary(), config_.node_id, manager_, *this) {
+  sdo_.follow(under_way_.requests());
+  node_.emcy().set_reporter(&emcy_reporter_);
+  node_.set_master_services(this);
+  node_.show_monitored(&heartbeats_);
+  manager_.set_program_step([this](std::uint8_t id) { return loader_.make_step(id); });
+  manager_.set_configuration_step([this](std::uint8_t id) { return configurator_.make_step(id); });
+  for (Service* service : services_) {
+    for (const CommandKind kind : service->commands()) {
+      Service*& place = service_of_[static_cast<std::size_t>(kind)];
+      LINEGATE_ASSERT(place == nullptr, "a command belongs to one service");
+      place = service;
+    }
+  }
+  for (std::size_t kind = 0; kind < kCommandKinds; ++kind) {
+    LINEGATE_ASSERT(service_of_[kind] != nullptr || is_of_owner(static_cast<CommandKind>(kind)),
+                    "each command that reaches a line belongs to a service");
+  }
+  node_.pdos().link(plan_);
+  for (const pdo::Parameters& own : config_.forwarding.tpdos) {
+    node_.pdos().set_auto_notify(own.number, own.mpdo == pdo::MpdoMode::source);
+  }
+  node_.clock().produce_every(config_.time_period);
+  sdo_.set_slow_writes(config_.save_timeout, config_.load_timeout);
+  heartbeats_.set_listener(this);
+  heartbeats_.listen_all(config_.node_id);
+  emergencies_.set_listener(this);
+  emergencies_.listen_all(config_.node_id);
+  for (const NodeConfig& device : config_.nodes) {
+    emergencies_.listen(device.id, emcy_cob_id(device));
+    sdo_.set_block_from(device.id, device.block_from);
+  }
+}
+
+void NodeLine::do_start(Instant now) {
+  report_found_layout(now);
+  receivers_.mark_changed();
+  receivers_.follow();
+  node_.start(now);
+  outputs_.apply_defaults(now);
+  take_role(now);
+}
+
+// Those that knew the line before have another layout.
+void NodeLine::report_found_layout(Instant now) {
+  if (config_.scanned.empty()) {
+    return;
+  }
+  Event event{.time = now, .kind = EventKind::layout_changed, .length = 16};
+  store_le(event.data.data(), layout(image::Direction::inputs).id);
+  store_le(event.data.data() + 8, layout(image::Direction::outputs).id);
+  events_.emit(event);
+}
+
+void NodeLine::take_completions(Instant now) {
+  sdo_.deliver_completions(now);
+  if (configuring_.active()) {
+    configuring_.advance(now);
+  }
+  if (programming_.active()) {
+    programming_.advance(now);
+  }
+}
+
+void NodeLine::do_deliver(const routing::Message& message, Instant now) {
+  if (routing_.takes_part()) {
+    routing_.deliver(message, now);
+  } else {
+    reject(message);
+  }
+}
+
+void NodeLine::do_set_routes(const routing::Config& wanted) {
+  routing_.set_routes(wanted);
+}
+
+void NodeLine::routes(std::vector<routing::Route>& out) const {
+  out.clear();
+  routing_.routes(out);
+}
+
+[[gnu::hot]] bool NodeLine::do_next_frame(can::Frame& out, Instant now) {
+  const std::uint64_t number = under_way_.next_number();
+  bool given = false;
+  if (lss_.wants_to_send()) [[unlikely]] {
+    dirty_ = true;
+    given = node_.next_frame(out, now, number) || lss_.next_frame(out, number, now);
+  } else {
+    given = node_.next_frame(out, now, number);
+  }
+  if (given && lss_.listens()) [[unlikely]] {
+    lss_.handed_out(out, number, now);
+  }
+  if (given) {
+    outputs_.handed_out(out, number);
+  }
+  if (given && number != 0) {
+    receivers_.handed_out(out, number);
+    note_handed_out(out, now);
+  }
+  return given;
+}
+
+void NodeLine::do_bus_event(const can::BusEvent& event) {
+  receivers_.mark_changed();
+  node_.bus_event(event);
+  if (!usable()) {
+    interface_lost();
+  }
+}
+
+void NodeLine::malformed(const can::Target& target, const can::Frame& frame) {
+  ++counters_.frames_malformed;
+  events_.emit(can::malformed_event(frame, node_of(target)));
+}
+
+void NodeLine::receive(const can::Target& target, const can::Frame& frame) {
+  dirty_ = true;
+  switch (target.service) {
+    case can::Service::error_control:
+      if (!frame.remote() && !heartbeats_.receive(node_of(target), frame)) {
+        malformed(target, frame);
+      }
+      return;
+    case can::Service::emcy:
+      if (!emergencies_.receive(node_of(target), frame)) {
+        malformed(target, frame);
+      }
+      return;
+    case can::Service::nmt:
+      hear_nmt(target.index, frame);
+      return;
+    case can::Service::sdo_client:
+      sdo_.receive(target, frame);
+      take_completions(frame.time);
+      return;
+    case can::Service::lss:
+      if (!lss_.receive(frame)) {
+        malformed(target, frame);
+      }
+      return;
+    default:
+      return;
+  }
+}
+
+void NodeLine::synced(Instant /*now*/) {
+  ++syncs_;
+}
+
+void NodeLine::unwanted(const can::Frame& frame) {
+  dirty_ = true;
+  generic_can_.hear(frame, records_.hear(frame));
+}
+
+void NodeLine::emergency(std::uint8_t id, const emcy::Message& message, Instant now) {
+  diagnosing_.diagnosis().emergency(id, message);
+  manager_.emergency(id, message.code, message.error_register, now);
+  routing_.emergency(id, message, now);
+}
+
+// The nodes keep their state, as a PLC's devices do when it is switched off; what the own node
+// sent ends with its heartbeat.
+void NodeLine::do_stop(Instant now) {
+  manager_.stop(now);
+  receivers_.follow();
+  cancel_sendings();
+  for (Service* service : services_) {
+    service->end(Refusal::cancelled, now);
+  }
+  if (manages() && config_.stop_nodes) {
+    nmt_.send(nmt::Command::enter_pre_operational, 0, now);
+    manager_.sent(nmt::Command::enter_pre_operational, 0, now);
+  }
+  node_.command(nmt::Command::enter_pre_operational, now);
+}
+
+// Lines without routing pay for the question alone: nothing is kept for afterwards.
+[[gnu::hot]] void NodeLine::do_receive(std::span<const can::Frame> frames) {
+  own_objects_.pass_time(frames.empty() ? advanced_to_ : frames.back().time);
+  if (lss_.listens()) [[unlikely]] {
+    dirty_ = true;
+    lss_.hear(frames);
+  }
+  if (!routing_.takes_part()) {
+    node_.receive(frames);
+    return;
+  }
+  receive_and_route(frames);
+}
+
+// PDOs concern no route.
+void NodeLine::receive_and_route(std::span<const can::Frame> frames) {
+  const std::uint64_t served = node_.served();
+  node_.receive(frames);
+  if (node_.served() != served) {
+    dirty_ = true;
+    routing_.hand_on(frames.back().time);
+  }
+}
+bool NodeLine::wants_to_send(Instant now) const {
+  return node_.wants_to_send(now) || lss_.wants_to_send();
+}
+const image::Layout& NodeLine::layout(image::Direction direction) const {
+  return image_.layout(direction);
+}
+void NodeLine::snapshot(image::Direction direction, image::Snapshot& into, Instant now,
+                        bool merge) {
+  image_.snapshot(direction, into, now, merge, syncs_);
+}
+[[gnu::hot]] bool NodeLine::image_changed(image::Direction direction) const {
+  return image_.changed(direction);
+}
+[[gnu::hot]] bool NodeLine::image_touched(image::Direction direction) const {
+  return image_.touched(direction);
+}
+bool NodeLine::do_request_pdo(std::uint16_t rpdo) {
+  return usable() && node_.pdos().request_rpdo(rpdo);
+}
+void NodeLine::set_utc(Duration offset) {
+  node_.clock().set_utc(offset);
+}
+std::optional<Duration> NodeLine::network_utc(Instant now) const {
+  return node_.clock().network_utc(now);
+}
+void NodeLine::do_set_medium(storage::Medium* medium, ParameterSet of) {
+  if (of.device == 0 && of.kind == ParameterSet::Kind::objects) {
+    node_.set_medium(medium);
+  }
+}
+void NodeLine::do_medium_done(bool good, ParameterSet of) {
+  if (of.device == 0 && of.kind == ParameterSet::Kind::objects) {
+    node_.medium_done(good);
+  }
+}
+
+Line::Input NodeLine::input(std::uint32_t entry) const {
+  using image::Direction;
+  if ((entry & kForwarded) != 0) {
+    return forwarded_input(entry & ~kForwarded);
+  }
+  const std::uint16_t rpdo = image_.layout(Direction::inputs).entries[entry].local_pdo;
+  return {.value = image_.read_entry(Direction::inputs, entry),
+          .valid = image_.is_valid(Direction::inputs, entry),
+          .late = rpdo != 0 && node_.pdos().timed_out(rpdo),
+          .received = rpdo == 0 ? Instant{} : image_.area(Direction::inputs).pdo(rpdo - 1U).last,
+          .pdo = rpdo};
+}
+
+// The newest of the RPDOs that map it counts.
+Line::Input NodeLine::forwarded_input(std::size_t object) const {
+  forwarded_.follow(node_.dictionary(), node_.pdos().revision());
+  Input out;
+  out.value = node_.dictionary().number(config_.forwarding.objects[object].address).value_or(0);
+  const image::Area& inputs = image_.area(image::Direction::inputs);
+  for (const std::uint16_t number : forwarded_.rpdos(object)) {
+    const Instant last = inputs.pdo(number - 1U).last;
+    if (last > out.received) {
+      out.valid = true;
+      out.late = node_.pdos().timed_out(number);
+      out.received = last;
+      out.pdo = number;
+    }
+  }
+  return out;
+}
+
+void NodeLine::note_acknowledged(std::uint64_t number, Instant now) {
+  node_.pdos().acknowledged(number);
+  receivers_.acknowledged(number);
+  if (lss_.awaits_acknowledgement()) [[unlikely]] {
+    dirty_ = true;
+    lss_.acknowledged(number, now);
+  }
+  outputs_.acknowledged(number);
+}
+
+void NodeLine::note_lost(std::uint64_t first, std::uint64_t last) {
+  node_.pdos().lost(first, last);
+  lss_.lost(first, last);
+  outputs_.lost(first, last);
+  receivers_.lost(first, last);
+}
+
+bool NodeLine::carries_newest(const FramesUnderWay::Awaited& awaited,
+                              const can::Frame& frame) const {
+  return node_.pdos().carries_newest(awaited.tpdo, frame, awaited.samples);
+}
+
+void NodeLine::do_execute(Command command, Instant now) {
+  if (Service* const service = service_of_[static_cast<std::size_t>(command.kind)]) {
+    service->execute(std::move(command), now);
+  } else {
+    refuse(command, Refusal::bad_request, now);
+  }
+}
+
+void NodeLine::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
+  Service* const service = service_of_[static_cast<std::size_t>(sending.command.kind)];
+  LINEGATE_ASSERT(service != nullptr, "a command that waits for its frames has a service");
+  service->answer_unsent(sending, now);
+}
+
+}  // namespace linegate::line

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+// A line with a node of its own: manager, or device with that one node (1F80h bit 0 decides, at run
+// time too). Private to stack/line.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "stack/emcy/consumer.h"
+#include "stack/emcy/producer.h"
+#include "stack/image/process_image.h"
+#include "stack/line/boot_service.h"
+#include "stack/line/can_service.h"
+#include "stack/line/configure_service.h"
+#include "stack/line/diagnosis_service.h"
+#include "stack/line/emcy_service.h"
+#include "stack/line/line.h"
+#include "stack/line/local_service.h"
+#include "stack/line/lss_service.h"
+#include "stack/line/mpdo_service.h"
+#include "stack/line/nmt_service.h"
+#include "stack/line/output_receivers.h"
+#include "stack/line/output_service.h"
+#include "stack/line/own_objects.h"
+#include "stack/line/pdo_request_service.h"
+#include "stack/line/program_service.h"
+#include "stack/line/record_service.h"
+#include "stack/line/routing_service.h"
+#include "stack/line/scan_service.h"
+#include "stack/line/sdo_service.h"
+#include "stack/manager/configurator.h"
+#include "stack/manager/manager.h"
+#include "stack/manager/program_loader.h"
+#include "stack/manager/startup_objects.h"
+#include "stack/nmt/heartbeat_consumer.h"
+#include "stack/nmt/master.h"
+#include "stack/node/node.h"
+#include "stack/pdo/link.h"
+#include "stack/routing/forward_objects.h"
+#include "stack/sdo/arbiter.h"
+
+namespace linegate::line {
+
+// The line joins its parts: frames and time go to the node, the manager and the services, and what
+// one of them finds out goes to the others. What the line offers beside process data is a Service.
+class NodeLine final : public Line,
+                       node::MasterServices,
+                       NmtHost,
+                       RecordOrders,
+                       manager::Host,
+                       nmt::HeartbeatListener,
+                       emcy::Listener {
+ public:
+  // plan is that of the configuration; see Line::make().
+  NodeLine(LineConfig line_config, pdo::LinkPlan link_plan);
+
+ private:
+  // --- Line: node_line.cpp ----------------------------------------------------------------------
+  const image::Layout& layout(image::Direction direction) const override;
+  void do_start(Instant now) override;
+  void do_stop(Instant now) override;
+  void do_receive(std::span<const can::Frame> frames) override;
+  bool do_next_frame(can::Frame& out, Instant now) override;
+  bool wants_to_send(Instant now) const override;
+  void do_bus_event(const can::BusEvent& event) override;
+  void do_execute(Command command, Instant now) override;
+  bool do_request_pdo(std::uint16_t rpdo) override;
+  bool take_reception(pdo::Reception& out) override;
+  void snapshot(image::Direction direction, image::Snapshot& into, Instant now,
+                bool merge) override;
+  bool image_changed(image::Direction direction) const override;
+  bool image_touched(image::Direction direction) const override;
+  Input input(std::uint32_t entry) const override;
+  void set_utc(Duration offset) override;
+  std::optional<Duration> network_utc(Instant now) const override;
+  void do_set_medium(storage::Medium* medium, ParameterSet of) override;
+  void do_medium_done(bool good, ParameterSet of) override;
+  void do_deliver(const routing::Message& message, Instant now) override;
+  void do_set_routes(const routing::Config& wanted) override;
+  void routes(std::vector<routing::Route>& out) const override;
+  od::Dictionary& do_dictionary() override { return node_.dictionary(); }
+  const od::Dictionary& do_dictionary() const override { return node_.dictionary(); }
+  OutputRefusal do_write_outputs(const OutputWrite& write, Instant now) override {
+    return outputs_.write(write, now);
+  }
+  std::size_t output_groups() const override { return outputs_.groups().size(); }
+  void output_state(std::size_t position, OutputState& out) const override {
+    outputs_.describe(position, out, advanced_to_);
+  }
+  void note_refused(std::uint16_t group, OutputRefusal refusal, Instant now) override {
+    outputs_.note_refused(group, refusal, now);
+  }
+  void write_bound(std::span<const BoundValue> values, Instant now) override {
+    outputs_.write_bound(values, now);
+  }
+  void note_acknowledged(std::uint64_t number, Instant now) override;
+  void note_lost(std::uint64_t first, std::uint64_t last) override;
+  bool carries_newest(const FramesUnderWay::Awaited& awaited,
+                      const can::Frame& frame) const override;
+  void answer_unsent(FramesUnderWay::Sending& sending, Instant now) override;
+  // node_line_state.cpp
+  LineState do_state() const override;
+  node::Indicators indicators() const override;
+  std::uint64_t do_node_revision(std::uint8_t id) const override;
+  NodeState do_node_state(std::uint8_t id) const override;
+  // As 1F80h bit 0 says; that of the configuration at first.
+  bool manages() const override { return manages_; }
+
+  // --- Line: node_line_advance.cpp --------------------------------------------------------------
+  void advance(Instant now) override;
+  Instant next_wake() const override;
+  void mark_dirty(Instant now) override;
+
+  // --- node::MasterServices, emcy::Listener: node_line.cpp --------------------------------------
+  void receive(const can::Target& target, const can::Frame& frame) override;
+  void synced(Instant now) override;
+  void unwanted(const can::Frame& frame) override;
+  void emergency(std::uint8_t node, const emcy::Message& message, Instant now) override;
+  // node_line_boot.cpp
+  void before_boot(Instant now) override;
+
+  // --- nmt::HeartbeatListener: node_line_monitoring.cpp -----------------------------------------
+  void boot_up(std::uint8_t node, Instant now) override;
+  void heartbeat(std::uint8_t node, nmt::State state, Instant now) override;
+  void heartbeat_lost(std::uint8_t node, Instant deadline) override;
+  void heartbeat_recovered(std::uint8_t node, Instant now) override;
+  void consumer_lost(std::uint8_t node, Instant deadline) override;  // of MasterServices
+  void node_data_invalid(std::uint8_t node) override;                // of manager::Host
+
+  // --- manager::Host, NmtHost: node_line_role.cpp -----------------------------------------------
+  void may_operate(Instant now) override;
+  void send_nmt(nmt::Command command, std::uint8_t node, Instant now) override;
+  bool acknowledges_starts() const override { return under_way_.expected(); }
+  void command_own(nmt::Command command, Instant now) override;
+  nmt::State own_state() const override;
+  void nmt_sent(nmt::Command command, std::uint8_t id, Instant now) override;
+  bool has_failed() const override { return diagnosing_.diagnosis().fatal(); }
+
+  // --- RecordOrders: node_line_role.cpp ---------------------------------------------------------
+  void order_nmt(nmt::Command command, std::uint8_t node, Instant now) override;
+  void order_trigger(std::uint8_t node, std::uint8_t rpdo, Instant now) override;
+  AbortCode may_trigger(std::uint8_t node, std::uint8_t rpdo) const override;
+
+  // --- the line itself --------------------------------------------------------------------------
+  // Of a line whose image is made of what a scan found.
+  void report_found_layout(Instant now);
+  void receive_and_route(std::span<const can::Frame> frames);
+  void malformed(const can::Target& target, const can::Frame& frame);
+  void take_completions(Instant now);
+  Input forwarded_input(std::size_t object) const;
+  Counters count() const;
+  Role role() const { return manages_ ? Role::manager : Role::device; }
+  void interface_lost();
+  void hear_nmt(std::uint16_t index, const can::Frame& frame);
+  void write_own_values(Instant now);
+  // An NMT command was sent, or received of another master; id 0 = to all. The state that each
+  // node is expected to take follows it.
+  void note_command(nmt::Command command, std::uint8_t id);
+  void take_role(Instant now);
+  void change_role(Instant now);
+  // Nothing came but process data since next_wake() was asked, and nothing is due: a round has
+  // nothing to do.
+  bool is_idle(Instant now) const;
+  void advance_all(Instant now);
+  // The parts that serve other nodes and the operator. Skipped while nothing came that may concern
+  // them and none of them is due.
+  void advance_services(Instant now);
+  Instant services_wake() const;
+  bool is_dirty() const;
+
+  // --- node and manager -------------------------------------------------------------------------
+  pdo::LinkPlan plan_;
+  image::ProcessImage image_;
+  OwnObjects own_objects_;
+  mutable routing::ForwardObjects forwarded_;  // its list is brought up to date when it is read
+  EmcyReporter emcy_reporter_{*this, 0};
+  node::Node node_;
+  nmt::Master nmt_;
+  nmt::HeartbeatConsumer heartbeats_;
+  emcy::Consumer emergencies_;
+  sdo::Arbiter sdo_;
+  manager::Configurator configurator_;
+  manager::ProgramLoader loader_;
+  // Keeps the states of the nodes in every role, acts in that of manager.
+  manager::Manager manager_;
+  manager::StartupObjects startup_;
+  bool manages_ = config_.role == Role::manager;
+
+  // --- services ---------------------------------------------------------------------------------
+  LssService lss_{
+      *this,       config_,
+      manager_,    {.manager = manager_, .sdo = sdo_, .heartbeats = heartbeats_, .host = *this},
+      plan_.rpdos, events_};
+  ScanService scanning_{*this,
+                        config_,
+                        {.sdo = sdo_,
+                         .manager = manager_,
+                         .nmt = *this,
+                         .diagnosing = diagnosing_,
+                         .records = records_,
+                         .events = events_}};
+  RoutingService routing_{*this, config_, node_, sdo_, events_, messages_, routed_};
+  // Behind whatever it asks for the state of the network.
+  DiagnosisService diagnosing_{*this, config_, node_, manager_, scanning_, events_};
+  RecordService records_{*this,
+                         config_,
+                         {.node = node_,
+                          .diagnosis = diagnosing_.diagnosis(),
+                          .nmt = *this,
+                          .scanning = scanning_,
+                          .orders = *this,
+                          .load = load_,
+                          .plan = plan_}};
+  NmtService nmt_commands_{*this, *this, nmt_, node_, manager_, config_.node_id};
+  EmcyService emcy_commands_{*this, node_};
+  CanService generic_can_{*this, node_, plan_.tpdos, events_};
+  LocalService local_access_{*this, node_.dictionary(), own_objects_, config_};
+  SdoService sdo_commands_{*this,
+                           config_,
+                           {.sdo = sdo_,
+                            .node = node_,
+                            .image = image_,
+                            .routing = routing_,
+                            .cache = scanning_,
+                            .local = local_access_,
+                            .settings = records_.settings()}};
+  PdoRequestService pdo_requests_{*this, node_, image_, plan_, config_.sdo_timeout};
+  BootService booting_{*this, manager_, config_.node_id};
+  ConfigureService configuring_{*this, manager_, configurator_, events_};
+  ProgramService programming_{*this, manager_, loader_, config_.node_id};
+  MpdoService mpdo_commands_{*this, node_, own_objects_, config_};
+  OutputReceivers receivers_{
+      *this, config_, {.manager = manager_, .nmt = *this, .master = nmt_, .pdos = node_.pdos()}};
+  OutputService outputs_{*this,
+                         config_,
+                         {.node = node_,
+                          .image = image_,
+                          .plan = plan_,
+                          .nmt = nmt_commands_,
+                          .receivers = receivers_,
+                          .settings = records_.settings(),
+                          .forwarded = forwarded_,
+                          .routed = routed_,
+                          .events = events_},
+                         sdo_commands_};
+  // In the order in which they are advanced.
+  const std::vector<Service*> services_{
+      &nmt_commands_, &lss_,          &scanning_,      &routing_,   &emcy_commands_, &generic_can_,
+      &local_access_, &sdo_commands_, &pdo_requests_,  &booting_,   &configuring_,   &programming_,
+      &records_,      &diagnosing_,   &mpdo_commands_, &receivers_, &outputs_};
+  std::array<Service*, kCommandKinds> service_of_{};  // by CommandKind; nullptr: the line has none
+
+  // --- time -------------------------------------------------------------------------------------
+  std::uint64_t resets_ = 0;  // of the own node that were followed
+  Instant advanced_to_{};
+  // What next_wake() found last, without PDOs and outputs, which may have become due since.
+  mutable Instant rest_until_{};
+  mutable std::uint64_t rest_served_ = 0;  // Node::served() then
+
+  bool dirty_ = true;  // something other than process data and time came, see is_dirty()
+  // When the services were advanced last.
+  Instant services_due_{};
+  std::uint64_t events_seen_ = 0;
+  std::uint64_t writes_seen_ = 0;
+};
+
+}  // namespace linegate::line

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// What time does to a line with a node of its own.
+#include <algorithm>
+
+#include "stack/line/node_line.h"
+
+namespace linegate::line {
+
+[[gnu::hot]] void NodeLine::advance(Instant now) {
+  advanced_to_ = now;
+  if (!is_idle(now)) {
+    advance_all(now);
+    rest_until_ = {};
+  }
+  if (load_.is_due(now)) {
+    can::Traffic seen = node_.counters().sent;
+    seen += node_.counters().received;
+    seen += lss_.sent();
+    load_.advance(seen, now);
+  }
+}
+
+void NodeLine::advance_all(Instant now) {
+  events_.advance(now);
+  node_.advance(now);
+  outputs_.expire_watchdogs(now);
+  if (is_dirty() || now >= services_due_) {
+    advance_services(now);
+  }
+}
+
+[[gnu::hot]] bool NodeLine::is_idle(Instant now) const {
+  return now < rest_until_ && !is_dirty() && node_.served() == rest_served_ &&
+         now < node_.pdos().next_wake() && now < outputs_.next_watchdog();
+}
+
+[[gnu::hot]] Instant NodeLine::next_wake() const {
+  const bool known = rest_until_ != Instant{} && !is_dirty() && node_.served() == rest_served_;
+  if (!known) {
+    rest_until_ = earlier(earlier(node_.next_service(), events_.next_wake()),
+                          is_dirty() ? services_wake() : services_due_);
+    rest_served_ = node_.served();
+  }
+  return earlier(rest_until_, earlier(node_.pdos().next_wake(), outputs_.next_watchdog()));
+}
+
+// While the line rests the node is not told of time.
+void NodeLine::mark_dirty(Instant now) {
+  dirty_ = true;
+  node_.pass_time(std::max(now, advanced_to_));
+}
+
+// Whatever the services go by comes in one of these ways: from outside, as an event of the own
+// node or of a PDO, or written to the dictionary.
+[[gnu::hot]] bool NodeLine::is_dirty() const {
+  return dirty_ || pdo_requests_.active() || events_.emitted() != events_seen_ ||
+         node_.dictionary().writes_told() != writes_seen_;
+}
+
+// What they tell each other in here is followed up in the next round at the latest.
+void NodeLine::advance_services(Instant now) {
+  dirty_ = false;
+  events_seen_ = events_.emitted();
+  writes_seen_ = node_.dictionary().writes_told();
+  heartbeats_.advance(now);
+  sdo_.advance(now);
+  take_completions(now);
+  change_role(now);
+  startup_.advance(now);
+  manager_.advance(now);
+  nmt_.advance(now);
+  for (Service* service : services_) {
+    service->advance(now);
+  }
+  expire_sendings(now);
+  services_due_ = services_wake();
+}
+
+Instant NodeLine::services_wake() const {
+  if (running_ && startup_.wants_manager() != manages_) {
+    return Instant{};
+  }
+  Instant wake = earlier(heartbeats_.next_wake(), earlier(sdo_.next_wake(), manager_.next_wake()));
+  wake = earlier(wake, earlier(startup_.next_wake(), nmt_.next_wake()));
+  for (const Service* service : services_) {
+    wake = earlier(wake, service->next_wake());
+  }
+  return earlier(wake, under_way_.next_deadline());
+}
+
+}  // namespace linegate::line

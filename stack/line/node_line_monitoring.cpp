@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is received of other nodes: error control, NMT commands.
+#include "stack/line/node_line.h"
+#include "stack/nmt/node_control.h"
+
+namespace linegate::line {
+
+void NodeLine::consumer_lost(std::uint8_t id, Instant deadline) {
+  manager_.consumer_lost(id, deadline);
+}
+
+void NodeLine::boot_up(std::uint8_t id, Instant now) {
+  receivers_.confirm(id, nmt::State::initialising, now);
+  lss_.boot_up(id);
+  manager_.boot_up(id, now);
+  scanning_.boot_up(id, now);
+}
+
+void NodeLine::heartbeat(std::uint8_t id, nmt::State state, Instant now) {
+  receivers_.confirm(id, state, now);
+  lss_.heartbeat(id);
+  diagnosing_.diagnosis().heard(id, state, now);
+  manager_.heartbeat(id, state, now);
+  records_.heartbeat(id, now);
+}
+
+void NodeLine::heartbeat_lost(std::uint8_t id, Instant deadline) {
+  manager_.heartbeat_lost(id, deadline);
+}
+
+void NodeLine::heartbeat_recovered(std::uint8_t id, Instant now) {
+  manager_.heartbeat_recovered(id, now);
+}
+
+// Commands of another master, or of the master while the own node is NMT slave.
+void NodeLine::hear_nmt(std::uint16_t index, const can::Frame& frame) {
+  diagnosing_.nmt_received(index, frame);
+  const auto control = index == 0 ? nmt::decode_node_control(frame) : std::nullopt;
+  if (control) {
+    manager_.sent(control->command, control->node, frame.time);
+    if (frame.id == can::kNmtId) {
+      note_command(control->command, control->node);
+      manager_.heard(control->command, control->node);
+    }
+  }
+}
+
+void NodeLine::node_data_invalid(std::uint8_t id) {
+  diagnosing_.diagnosis().states_changed();
+  image_.set_node_valid(id, false);
+  node_.pdos().drop_waiting(id);
+  receivers_.invalidate(id);
+}
+
+}  // namespace linegate::line

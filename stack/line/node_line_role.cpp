@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// The role of the line, master or slave (1F80h bit 0), and what the manager and the records call of
+// the line.
+#include <algorithm>
+
+#include "stack/line/build.h"
+#include "stack/line/node_line.h"
+
+namespace linegate::line {
+
+// What 1F80h bit 0 says, which may have been stored.
+void NodeLine::take_role(Instant now) {
+  manages_ = startup_.wants_manager();
+  receivers_.mark_changed();
+  node_.set_nmt_slave(!manages_);
+  nmt_.set_active(manages_);
+  if (manages_) {
+    node_.dispatch().add(lss::kSlaveId, false, can::Service::lss, 0);
+    lss_.start(now);
+    return;
+  }
+  for (const NodeConfig& device : config_.nodes) {
+    const bool guarded = device.guard_time * device.life_time_factor > Duration::zero();
+    if (guarded && consumer_time(device) <= Duration::zero()) {
+      heartbeats_.overhear_guarding(device.id, Duration::zero());  // the master may stop any time
+    } else {
+      heartbeats_.monitor(device.id, consumer_time(device));
+    }
+  }
+}
+
+// Manager and device are exchanged at run time. As a device the own node waits for its master, in
+// the state that it is in.
+void NodeLine::change_role(Instant now) {
+  if (!running_ || startup_.wants_manager() == manages_) {
+    return;
+  }
+  if (manages_) {
+    for (Service* service : services_) {
+      if (service->needs_master()) {
+        service->end(Refusal::wrong_role, now);
+      }
+    }
+    for (const NodeConfig& device : config_.nodes) {
+      const bool shows_itself = std::max(device.heartbeat, device.guard_time) > Duration::zero();
+      if (shows_itself && manager_.boots(device.id)) {
+        receivers_.expect_state(
+            device.id);  // what was received before or in its boot process is no sign
+      }
+    }
+    manager_.hand_over(now);
+  } else {
+    for (const NodeConfig& device : config_.nodes) {
+      heartbeats_.stop(device.id);
+    }
+  }
+  take_role(now);
+}
+
+void NodeLine::may_operate(Instant now) {
+  node_.command(nmt::Command::start, now);
+}
+
+void NodeLine::send_nmt(nmt::Command command, std::uint8_t id, Instant now) {
+  nmt_.send(command, id, now);
+  nmt_sent(command, id, now);
+}
+
+void NodeLine::nmt_sent(nmt::Command command, std::uint8_t id, Instant now) {
+  diagnosing_.diagnosis().commanded(command, id);
+  manager_.sent(command, id, now);
+  note_command(command, id);
+}
+
+void NodeLine::note_command(nmt::Command command, std::uint8_t id) {
+  lss_.commanded(command, id);
+  receivers_.commanded(command, id);
+}
+
+void NodeLine::command_own(nmt::Command command, Instant now) {
+  node_.command(command, now);
+}
+
+nmt::State NodeLine::own_state() const {
+  return node_.state();
+}
+
+AbortCode NodeLine::may_trigger(std::uint8_t id, std::uint8_t rpdo) const {
+  return outputs_.may_trigger({.node = id, .number = rpdo});
+}
+
+void NodeLine::order_nmt(nmt::Command command, std::uint8_t id, Instant now) {
+  (void)nmt_commands_.send(command, id, now);
+}
+
+void NodeLine::order_trigger(std::uint8_t id, std::uint8_t rpdo, Instant now) {
+  std::vector<std::uint16_t> triggered;
+  (void)outputs_.trigger({.node = id, .number = rpdo}, triggered, now);
+}
+
+}  // namespace linegate::line

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// The state of a line that has a node of its own, and its counters.
+#include "stack/line/node_line.h"
+
+namespace linegate::line {
+
+LineState NodeLine::do_state() const {
+  LineState out;
+  out.role = role();
+  out.node_id = config_.node_id;
+  out.network_id = config_.network_id;
+  out.own_state = node_.state();
+  out.indicators = node_.indicators();
+  out.manager = manager_.state();
+  out.network = diagnosing_.diagnosis().network_state();
+  out.bus = bus_;
+  out.transmit_errors = transmit_errors_;
+  out.receive_errors = receive_errors_;
+  out.load_permille = load_.permille();
+  out.nodes_configured = manager_.configured();
+  out.nodes_operational = manager_.operational();
+  out.counters = count();
+  return out;
+}
+
+Counters NodeLine::count() const {
+  Counters out = counters_;
+  const node::NodeCounters& of_node = node_.counters();
+  const pdo::EngineCounters& of_pdos = node_.pdos().counters();
+  out.frames_received = of_node.received.frames;
+  out.frames_sent = of_node.sent.frames + lss_.sent().frames;
+  out.frames_unused = of_node.unused;
+  out.frames_malformed +=
+      of_node.malformed + sdo_.counters().malformed + of_pdos.too_short + of_pdos.too_long;
+  out.rpdos = of_pdos.received;
+  out.tpdos = of_pdos.sent;
+  out.receptions_lost = of_pdos.receptions_lost;
+  out.tpdos_coalesced = of_pdos.coalesced;
+  out.syncs = of_node.syncs;
+  out.emcys = emergencies_.received();
+  for (std::uint8_t id = can::kMinNodeId; id <= can::kMaxNodeId; ++id) {
+    out.heartbeats_lost += manager_.node(id).heartbeats_lost;
+  }
+  out.sdo_transfers = sdo_.counters().transfers;
+  out.sdo_aborts = sdo_.counters().aborts;
+  out.events = events_.emitted();
+  out.events_lost = events_.lost();
+  return out;
+}
+
+node::Indicators NodeLine::indicators() const {
+  return node_.indicators();
+}
+std::uint64_t NodeLine::do_node_revision(std::uint8_t id) const {
+  return manager_.revision(id);
+}
+NodeState NodeLine::do_node_state(std::uint8_t id) const {
+  return manager_.node(id);
+}
+
+// Nothing can be heard: what the image shows is not from living nodes any more.
+void NodeLine::interface_lost() {
+  lss_.interface_lost();
+  for (const NodeConfig& device : config_.nodes) {
+    node_data_invalid(device.id);
+  }
+}
+
+}  // namespace linegate::line

@@ -1,0 +1,557 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stack/line/output_service.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "stack/base/byte_order.h"
+#include "stack/line/command_checks.h"
+#include "stack/line/entry_bytes.h"
+#include "stack/line/line.h"
+#include "stack/line/mpdo_service.h"
+#include "stack/od/objects.h"
+
+namespace linegate::line {
+namespace {
+
+using image::Direction;
+
+// IXXAT CANopen Manager API manual 5.17: 00 62 81 00 00 00 00 00.
+constexpr std::uint16_t kWatchdogEmcy = 0x6200;
+constexpr std::uint8_t kWatchdogRegister = 0x81;
+
+struct NmtReaction {
+  WatchdogReaction bit;
+  nmt::Command command;
+};
+constexpr NmtReaction kNmtReactions[] = {
+    {kNmtPreOperational, nmt::Command::enter_pre_operational},
+    {kNmtStop, nmt::Command::stop},
+    {kNmtResetCommunication, nmt::Command::reset_communication},
+    {kNmtResetNode, nmt::Command::reset_node},
+};
+
+}  // namespace
+
+std::vector<std::uint32_t> entries_of(const image::Layout& layout, const Command& command) {
+  std::vector<std::uint32_t> out;
+  for (std::uint32_t i = 0; i < layout.entries.size(); ++i) {
+    const image::Entry& entry = layout.entries[i];
+    if (entry.node == command.node && entry.index == command.index && entry.sub == command.sub) {
+      out.push_back(i);
+    }
+  }
+  return out;
+}
+
+OutputService::OutputService(ServiceHost& host, const LineConfig& config, const Parts& parts,
+                             Service& by_sdo)
+    : Service(host),
+      config_(config),
+      parts_(parts),
+      by_sdo_(by_sdo),
+      outputs_(parts.image.layout(Direction::outputs), config.groups, config.bound),
+      scanned_(config, parts.node, parts.image),
+      updates_(config.pdo_update_time) {
+}
+
+std::span<const CommandKind> OutputService::commands() const {
+  static constexpr std::array kCommands{CommandKind::output_write, CommandKind::object_write,
+                                        CommandKind::pdo_trigger};
+  return kCommands;
+}
+
+void OutputService::execute(Command command, Instant now) {
+  if (command.kind == CommandKind::output_write) {
+    write_entry(std::move(command), now);
+  } else if (command.kind == CommandKind::object_write) {
+    write_object(std::move(command), now);
+  } else {
+    answer_trigger(std::move(command), now);
+  }
+}
+
+void OutputService::advance(Instant now) {
+  request_updated(now);
+  scanned_.follow_state();
+}
+
+void OutputService::before_boot(Instant now) {
+  host().refuse_unsent(CommandKind::pdo_trigger, Refusal::wrong_state, now);
+}
+
+// --- single values --------------------------------------------------------------------------
+
+void OutputService::write_entry(Command command, Instant now) {
+  const image::Layout& layout = parts_.image.layout(Direction::outputs);
+  if (const Error why = check_single_output(command, layout, outputs_); why != Error{}) {
+    host().answer(command, why, {}, now);
+    return;
+  }
+  const image::Entry& entry = layout.entries[command.entry];
+  if (!parts_.receivers.takes_single_writes(entry.node)) {
+    command.node = entry.node;  // the event names it
+    host().refuse(command, Refusal::wrong_state, now);
+    return;
+  }
+  parts_.image.write_entry(Direction::outputs, command.entry, command.data);
+  written(command.entry, true, now);
+  if (entry.local_pdo == 0) {
+    answer_scanned(std::move(command), now);
+    return;
+  }
+  answer_write(std::move(command), entry.local_pdo, wait_of(entry.local_pdo), now);
+}
+
+void OutputService::write_object(Command command, Instant now) {
+  if ((command.code & ~(kForceSdo | kKeepPdo)) != 0) {
+    host().refuse(command, Refusal::bad_request, now);
+    return;
+  }
+  const auto places = entries_of(parts_.image.layout(Direction::outputs), command);
+  if (places.empty() || (command.code & kForceSdo) != 0 || parts_.settings.enforce_sdo) {
+    by_sdo_.execute(std::move(command), now);
+    return;
+  }
+  write_by_pdo(std::move(command), places, now);
+}
+
+// Every PDO that maps it gets it.
+void OutputService::write_by_pdo(Command command, std::span<const std::uint32_t> entries,
+                                 Instant now) {
+  if (const Refusal why = check_by_pdo(command, entries); why != Refusal::none) {
+    host().refuse(command, why, now);
+    return;
+  }
+  for (const std::uint32_t entry : entries) {
+    parts_.image.write_entry(Direction::outputs, entry, command.data);
+  }
+  const image::Layout& layout = parts_.image.layout(Direction::outputs);
+  const bool keep = (command.code & kKeepPdo) != 0 || parts_.settings.manual_trigger;
+  updates_.set_update_time(parts_.settings.update_time);
+  for (const std::uint32_t position : entries) {
+    const image::Entry& entry = layout.entries[position];
+    if (!keep) {
+      const std::uint32_t of_pdo =
+          parts_.image.entries_of(Direction::outputs, entry.local_pdo).count;
+      updates_.written(entry, of_pdo, asks_at_once(entry.local_pdo), now);
+    }
+  }
+  const std::uint16_t tpdo = layout.entries[entries.front()].local_pdo;
+  request_updated(now);
+  answer_write(std::move(command), tpdo, keep ? PdoWait::trigger : wait_of(tpdo), now);
+}
+
+Refusal OutputService::check_by_pdo(const Command& command,
+                                    std::span<const std::uint32_t> entries) const {
+  if (!parts_.receivers.takes_single_writes(command.node)) {
+    return Refusal::wrong_state;
+  }
+  for (const std::uint32_t entry : entries) {
+    if (outputs_.is_bound(entry)) {
+      return Refusal::bound_entry;
+    }
+    if (command.data.size() != byte_length(this->entries()[entry])) {
+      return Refusal::bad_request;
+    }
+  }
+  return Refusal::none;
+}
+
+// Of a value that was written to that TPDO of the line.
+void OutputService::answer_write(Command command, std::uint16_t tpdo, PdoWait wait, Instant now) {
+  std::vector<std::byte> way = way_of(tpdo, wait);
+  if (wait != PdoWait::none) {
+    host().reply(command.tag, Error{}, std::move(way));
+    return;
+  }
+  host().answer_when_sent({.command = std::move(command),
+                           .frames = {{.tpdo = tpdo, .samples = parts_.node.pdos().samples(tpdo)}},
+                           .data = std::move(way)},
+                          now);
+}
+
+// Of an output that no PDO carries: what it waits for, or that it was sent.
+void OutputService::answer_scanned(Command command, Instant now) {
+  using enum ScannedOutputs::Progress;
+  const ScannedOutputs::Progress progress = scanned_.progress(command.entry);
+  if (progress == confirmed) {
+    host().reply(command.tag, Error{}, {});
+    return;
+  }
+  const std::uint16_t tpdo = scanned_.tpdo();
+  if (progress == waits) {
+    const bool operational = parts_.node.state() == nmt::State::operational;
+    const PdoWait wait = operational ? PdoWait::turn : PdoWait::operational;
+    host().reply(command.tag, Error{}, way_of(tpdo, wait));
+    return;
+  }
+  const FramesUnderWay::Awaited awaited{.frame = scanned_.frame_of(command.entry),
+                                        .any_value = true};
+  host().answer_when_sent(
+      {.command = std::move(command), .frames = {awaited}, .data = way_of(tpdo, PdoWait::none)},
+      now);
+}
+
+std::vector<std::byte> OutputService::way_of(std::uint16_t tpdo, PdoWait wait) const {
+  std::vector<std::byte> way = encode_way(tpdo, wait);
+  const auto range = parts_.image.entries_of(Direction::outputs, tpdo);
+  for (std::uint32_t i = range.first; wait == PdoWait::values && i < range.first + range.count;
+       ++i) {
+    if (!parts_.image.is_known(Direction::outputs, i)) {
+      way.resize(way.size() + sizeof i);
+      store_le(way.data() + way.size() - sizeof i, i);
+    }
+  }
+  return way;
+}
+
+PdoWait OutputService::wait_of(std::uint16_t tpdo) const {
+  if (!parts_.image.pdo_known(Direction::outputs, tpdo)) {
+    return PdoWait::values;
+  }
+  if (parts_.node.state() != nmt::State::operational) {
+    return PdoWait::operational;
+  }
+  return updates_.waits(tpdo) ? PdoWait::update_time : PdoWait::none;
+}
+
+// What an event timer sends anyway is not collected. PDOs without a record have that of the plan.
+bool OutputService::asks_at_once(std::uint16_t tpdo) const {
+  constexpr std::uint8_t kEventTimer = 5;
+  if (parts_.settings.update_time == Duration::zero()) {
+    return true;
+  }
+  if (tpdo > pdo::kMaxPdo) {
+    return parts_.plan.tpdos[tpdo - 1U].parameters.event_timer != Duration::zero();
+  }
+  const auto index = static_cast<std::uint16_t>(od::objects::kTpdoCommunication + tpdo - 1);
+  return parts_.node.dictionary().number({index, kEventTimer}).value_or(0) != 0;
+}
+
+void OutputService::request_updated(Instant now) {
+  for (PdoUpdates::Due due = updates_.expire(now); due.pdo != 0; due = updates_.expire(now)) {
+    parts_.node.pdos().outputs_written(due.bit_offset, due.bits, true, now);
+  }
+}
+
+// What the value waits for at present.
+void OutputService::answer_unsent(FramesUnderWay::Sending& sending, Instant now) {
+  const bool stuck = host().bus_is_stuck(now);
+  const nmt::State own = parts_.node.state();
+  if (sending.command.kind == CommandKind::pdo_trigger) {
+    host().refuse(sending.command, why_unsent(sending, own, stuck), now);
+    return;
+  }
+  const FramesUnderWay::Awaited& awaited = sending.frames.front();
+  const PdoWait on_the_way = awaited.number != 0 || stuck ? PdoWait::bus : PdoWait::turn;
+  if (awaited.tpdo == 0) {  // by MPDO
+    const PdoWait wait = own == nmt::State::operational ? on_the_way : PdoWait::operational;
+    host().reply(sending.command.tag, Error{}, way_of(scanned_.tpdo(), wait));
+    return;
+  }
+  const std::uint8_t receiving = parts_.image.node_of(Direction::outputs, awaited.tpdo);
+  if (!parts_.receivers.takes_single_writes(receiving)) {
+    sending.command.node = receiving;
+    host().refuse(sending.command, Refusal::wrong_state, now);
+    return;
+  }
+  const PdoWait wait = wait_of(awaited.tpdo);
+  host().reply(sending.command.tag, Error{},
+               way_of(awaited.tpdo, wait == PdoWait::none ? on_the_way : wait));
+}
+
+// --- groups ---------------------------------------------------------------------------------
+
+OutputRefusal OutputService::write(const OutputWrite& write, Instant now) {
+  if (const OutputRefusal refusal = outputs_.check(write); refusal != OutputRefusal::none) {
+    outputs_.note_refused(write.group, refusal, write.client, now);
+    return refusal;
+  }
+  if (outputs_.accept(write, now)) {
+    const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(write.watchdog).count();
+    parts_.events.emit({.time = now,
+                        .kind = EventKind::output_armed,
+                        .code = static_cast<std::uint32_t>(ms),
+                        .value = write.group});
+    if (!outputs_.any_silent()) {
+      parts_.node.end_reported(kWatchdogEmcy, now);
+    }
+  }
+  apply(write, outputs_.group(write.group)->config.send_always, now);
+  return OutputRefusal::none;
+}
+
+// All bytes first, then the PDOs: a PDO never carries half of a write.
+void OutputService::apply(const OutputWrite& write, bool always, Instant now) {
+  for (const OutputValue& value : write.values) {
+    parts_.image.write_entry(Direction::outputs, value.entry,
+                             std::span(value.data).first(value.length));
+  }
+  for (const OutputBytes& run : write.bytes) {
+    parts_.image.write_bytes(Direction::outputs, run.offset, run.data);
+  }
+  for (const OutputValue& value : write.values) {
+    written(value.entry, always, now);
+  }
+  for (const OutputBytes& run : write.bytes) {
+    written(run.offset * 8U, static_cast<std::uint32_t>(run.data.size() * 8U), always, now);
+  }
+}
+
+[[gnu::hot]] void OutputService::written(std::uint32_t bit_offset, std::uint32_t bits, bool always,
+                                         Instant now) {
+  parts_.node.pdos().outputs_written(bit_offset, bits, always, now);
+  if (!scanned_.empty()) {
+    scanned_.written(bit_offset, bits, always);
+  }
+}
+
+void OutputService::written(std::uint32_t entry, bool always, Instant now) {
+  const image::Entry& place = entries()[entry];
+  written(place.bit_offset, place.bit_length, always, now);
+}
+
+void OutputService::apply_defaults(Instant now) {
+  for (const OutputDefault& value : config_.defaults) {
+    parts_.image.write_entry(Direction::outputs, value.entry, value.value);
+  }
+  for (const OutputDefault& value : config_.defaults) {
+    written(value.entry, true, now);
+  }
+}
+
+// Precondition: the entry is not valid.
+OutputWait OutputService::reason_of(std::uint32_t entry, Instant now) const {
+  const image::Entry& place = entries()[entry];
+  const pdo::Engine& pdos = std::as_const(parts_.node).pdos();
+  if (!parts_.image.is_known(Direction::outputs, entry)) {
+    return OutputWait::value;
+  }
+  if (!parts_.image.pdo_known(Direction::outputs, place.local_pdo)) {
+    return OutputWait::values;
+  }
+  if (parts_.node.state() != nmt::State::operational) {
+    return OutputWait::own_node;
+  }
+  const OutputWait on_the_way = host().bus_is_stuck(now) ? OutputWait::bus : OutputWait::turn;
+  if (place.local_pdo == 0) {
+    return on_the_way;
+  }
+  using enum pdo::Engine::Receiver;
+  const pdo::Engine::Receiver state = parts_.receivers.state(place.node);
+  if (state == waiting || state == unheard) {
+    return OutputWait::node;
+  }
+  if (updates_.waits(place.local_pdo)) {
+    return OutputWait::update_time;
+  }
+  return pdos.awaits_trigger(place.local_pdo, place.bit_offset, place.bit_length)
+             ? OutputWait::trigger
+             : on_the_way;
+}
+
+void OutputService::describe(std::size_t position, OutputState& out, Instant now) const {
+  outputs_.describe(position, out);
+  for (const std::uint32_t entry : outputs_.groups()[position].config.entries) {
+    if (parts_.image.is_valid(Direction::outputs, entry)) {
+      continue;
+    }
+    ++out.waiting;
+    if (out.waits.size() < OutputState::kMostWaits) {
+      out.waits.push_back({entry, reason_of(entry, now)});
+    }
+  }
+}
+
+void OutputService::expire_watchdogs(Instant now) {
+  while (const Outputs::Group* group = outputs_.expire(now)) {
+    react(*group, now);
+  }
+}
+
+// Reactions that do not belong to the role are ignored (IXXAT manual 5.17); the event has those
+// that were taken.
+void OutputService::react(const Outputs::Group& group, Instant now) {
+  std::uint8_t taken = kHoldOutputs;
+  if ((group.reactions & kZeroOutputs) != 0) {
+    zero(group, now);
+    taken |= kZeroOutputs;
+  }
+  for (const NmtReaction& reaction : kNmtReactions) {
+    if ((group.reactions & reaction.bit) != 0 &&
+        parts_.nmt.send_to_others(reaction.command, 0, now)) {
+      taken |= reaction.bit;
+    }
+  }
+  if ((group.reactions & kSendEmcy) != 0) {
+    (void)parts_.node.report_error(kWatchdogEmcy, kWatchdogRegister, {}, now);
+    taken |= kSendEmcy;
+  }
+  if ((group.reactions & kHeartbeatOff) != 0 && !host().manages()) {
+    parts_.node.dictionary().set({od::objects::kProducerHeartbeatTime, 0}, std::uint16_t{0});
+    taken |= kHeartbeatOff;
+  }
+  parts_.events.emit({.time = now,
+                      .kind = EventKind::output_watchdog,
+                      .code = taken,
+                      .value = group.config.number});
+}
+
+// An entry that was never written stays so: its PDO is held back as before.
+void OutputService::zero(const Outputs::Group& group, Instant now) {
+  for (const std::uint32_t entry : group.config.entries) {
+    if (parts_.image.is_known(Direction::outputs, entry)) {
+      parts_.image.write_entry(Direction::outputs, entry, std::uint64_t{0});
+    }
+  }
+  for (const std::uint32_t entry : group.config.entries) {
+    written(entry, true, now);
+  }
+}
+
+// --- values of other lines ------------------------------------------------------------------
+
+[[gnu::hot]] void OutputService::write_bound(std::span<const BoundValue> values, Instant now) {
+  bool any_forwarded = false;
+  for (const BoundValue& value : values) {
+    parts_.routed.values += value.always ? 1U : 0U;
+    if ((value.entry & Line::kForwarded) != 0) {
+      const std::size_t object = value.entry & ~Line::kForwarded;
+      any_forwarded = true;
+      parts_.node.dictionary().set(config_.forwarding.objects[object].address, value.value);
+    } else if (value.valid) {
+      parts_.image.write_entry(Direction::outputs, value.entry, value.value);
+    } else {
+      parts_.image.forget_entry(Direction::outputs, value.entry);
+    }
+  }
+  // Adjacent entries are reported as one range: mostly they are the values of one PDO, which is
+  // then sampled once.
+  const std::vector<image::Entry>& places = entries();
+  for (std::size_t i = 0; i < values.size();) {
+    const BoundValue& first = values[i++];
+    if ((first.entry & Line::kForwarded) != 0) {
+      continue;
+    }
+    const std::uint32_t begin = places[first.entry].bit_offset;
+    std::uint32_t end = begin + places[first.entry].bit_length;
+    for (; i < values.size() && values[i].always == first.always &&
+           (values[i].entry & Line::kForwarded) == 0 && places[values[i].entry].bit_offset == end;
+         ++i) {
+      end += places[values[i].entry].bit_length;
+    }
+    written(begin, end - begin, first.always, now);
+  }
+  if (any_forwarded) {
+    request_forwarded(values, now);
+  }
+}
+
+// For each PDO that was received elsewhere, see Forwarding::feeds_every_tpdo.
+void OutputService::request_forwarded(std::span<const BoundValue> values, Instant now) {
+  pdo::Engine& pdos = parts_.node.pdos();
+  parts_.forwarded.follow(parts_.node.dictionary(), pdos.revision());
+  const auto of_same_pdo = [](const BoundValue& a, const BoundValue& b) {
+    return (b.entry & Line::kForwarded) != 0 && b.always && a.source == b.source;
+  };
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const BoundValue& value = values[i];
+    const auto done = [&](const BoundValue& before) { return of_same_pdo(value, before); };
+    if (!of_same_pdo(value, value) || std::ranges::any_of(values.first(i), done)) {
+      continue;
+    }
+    std::uint16_t first = 0;
+    for (const BoundValue& other : values.subspan(i)) {
+      if (!of_same_pdo(value, other)) {
+        continue;
+      }
+      for (const std::uint16_t tpdo : parts_.forwarded.tpdos(other.entry & ~Line::kForwarded)) {
+        first = first == 0 ? tpdo : std::min(first, tpdo);
+        if (config_.forwarding.feeds_every_tpdo) {
+          pdos.trigger(tpdo, now);
+        }
+      }
+    }
+    if (!config_.forwarding.feeds_every_tpdo && first != 0) {
+      pdos.trigger(first, now);
+    }
+  }
+}
+
+// --- PDOs that are triggered by hand --------------------------------------------------------
+
+// By the number that a PDO has here or as an RPDO of the node, or all that carry that byte.
+std::vector<std::uint16_t> OutputService::tpdos_of(const Trigger& what) const {
+  std::vector<std::uint16_t> out;
+  if (what.node == 0 && what.number != 0) {
+    out.push_back(what.number);
+    return out;
+  }
+  const std::uint64_t bit = std::uint64_t{what.byte} * 8U;
+  const auto carries = [bit](const pdo::LinkTarget& target) {
+    return target.image_bit < bit + 8 && bit < std::uint64_t{target.image_bit} + target.bits;
+  };
+  for (const pdo::LinkedPdo& tpdo : parts_.plan.tpdos) {
+    const bool named = what.node != 0 ? tpdo.node == what.node && tpdo.remote_pdo == what.number
+                                      : std::ranges::any_of(tpdo.targets, carries);
+    if (named) {
+      out.push_back(tpdo.parameters.number);
+    }
+  }
+  return out;
+}
+
+Error OutputService::trigger(const Trigger& what, std::vector<std::uint16_t>& triggered,
+                             Instant now) {
+  if (parts_.node.state() != nmt::State::operational) {
+    return to_error(Refusal::wrong_state);
+  }
+  bool known = false;
+  for (const std::uint16_t tpdo : tpdos_of(what)) {
+    const bool held_back = !parts_.image.pdo_known(Direction::outputs, tpdo);
+    if (!held_back && !parts_.node.pdos().trigger(tpdo, now)) {
+      continue;
+    }
+    known = true;
+    if (!held_back) {
+      updates_.forget(tpdo);
+      triggered.push_back(tpdo);
+    }
+  }
+  if (!known) {
+    return to_error(Refusal::unknown_entry);
+  }
+  return triggered.empty() ? to_error(Refusal::wrong_state) : Error{};
+}
+
+AbortCode OutputService::may_trigger(const Trigger& what) const {
+  const std::vector<std::uint16_t> tpdos = tpdos_of(what);
+  if (tpdos.empty()) {
+    return AbortCode::invalid_value;
+  }
+  const bool complete = std::ranges::any_of(tpdos, [this](std::uint16_t tpdo) {
+    return parts_.image.pdo_known(Direction::outputs, tpdo);
+  });
+  return complete && parts_.node.state() == nmt::State::operational ? AbortCode::none
+                                                                    : AbortCode::device_state;
+}
+
+void OutputService::answer_trigger(Command command, Instant now) {
+  std::vector<std::uint16_t> triggered;
+  const Trigger what{.node = command.node, .number = command.code, .byte = command.entry};
+  if (const Error why = trigger(what, triggered, now); why != Error{}) {
+    host().answer(command, why, {}, now);
+    return;
+  }
+  FramesUnderWay::Sending sending{.command = std::move(command), .frames = {}};
+  for (const std::uint16_t tpdo : triggered) {
+    sending.frames.push_back({.tpdo = tpdo});
+    sending.data.resize(sending.data.size() + sizeof tpdo);
+    store_le(sending.data.data() + sending.data.size() - sizeof tpdo, tpdo);
+  }
+  host().answer_when_sent(std::move(sending), now);
+}
+
+}  // namespace linegate::line

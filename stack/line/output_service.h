@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+// The outputs of a line with a node of its own: groups with their watchdogs, single values
+// (CommandKind::output_write, and object_write where a PDO carries the object, CANopenIA manual
+// 5.1), values that follow inputs of other lines, and PDOs that are triggered by hand
+// (CommandKind::pdo_trigger, IXXAT CANopen Manager API manual 6.1.6). Private to stack/line.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "stack/base/event_log.h"
+#include "stack/diagnosis/control_record.h"
+#include "stack/image/process_image.h"
+#include "stack/line/config.h"
+#include "stack/line/nmt_service.h"
+#include "stack/line/output_receivers.h"
+#include "stack/line/output_state.h"
+#include "stack/line/output_write.h"
+#include "stack/line/outputs.h"
+#include "stack/line/pdo_updates.h"
+#include "stack/line/scanned_outputs.h"
+#include "stack/line/service.h"
+#include "stack/node/node.h"
+#include "stack/pdo/link.h"
+#include "stack/routing/forward_objects.h"
+#include "stack/routing/message.h"
+
+namespace linegate::line {
+
+class OutputService final : public Service {
+ public:
+  // What it acts with; all must outlive it.
+  struct Parts {
+    node::Node& node;  // the own one
+    image::ProcessImage& image;
+    const pdo::LinkPlan& plan;
+    NmtService& nmt;
+    const OutputReceivers& receivers;
+    const diagnosis::ControlSettings& settings;
+    routing::ForwardObjects& forwarded;
+    routing::Counters& routed;
+    EventLog& events;
+  };
+  // by_sdo: carries out an object_write for which there is no PDO.
+  OutputService(ServiceHost& host, const LineConfig& config, const Parts& parts, Service& by_sdo);
+
+  std::span<const CommandKind> commands() const override;
+  bool needs_master() const override { return false; }
+  // output_write: see check_single_output(); wrong_state (the node is not Operational). Applied
+  // after a reaction of a watchdog, too. object_write: bad_request, wrong_state, bound_entry.
+  // pdo_trigger: answered with the numbers of the TPDOs; wrong_state (the own node is not
+  // Operational, or a value of each PDO is missing), unknown_entry. Not acknowledged in time, the
+  // values are answered with what their PDO waits for, and pdo_trigger with why_unsent().
+  void execute(Command command, Instant now) override;
+  // Requests PDOs whose update time is over.
+  void advance(Instant now) override;
+  Instant next_wake() const override { return updates_.next_wake(); }
+  // Nothing is under way but frames.
+  void end(Refusal /*why*/, Instant /*now*/) override {}
+  void answer_unsent(FramesUnderWay::Sending& sending, Instant now) override;
+  void before_boot(Instant now) override;
+
+  // --- values ---------------------------------------------------------------------------------
+  // As Line::write_outputs().
+  OutputRefusal write(const OutputWrite& write, Instant now);
+  // As Line::write_bound().
+  void write_bound(std::span<const BoundValue> values, Instant now);
+  void apply_defaults(Instant now);
+  // Carries out the reactions of watchdogs that have expired.
+  void expire_watchdogs(Instant now);
+  Instant next_watchdog() const { return outputs_.next_wake(); }
+
+  const std::vector<Outputs::Group>& groups() const { return outputs_.groups(); }
+  // As Line::output_state().
+  void describe(std::size_t position, OutputState& out, Instant now) const;
+  void note_refused(std::uint16_t group, OutputRefusal refusal, Instant now) {
+    outputs_.note_refused(group, refusal, {}, now);
+  }
+
+  // --- frames ---------------------------------------------------------------------------------
+  // As ScannedOutputs; the PDO engine follows the frames of PDOs itself.
+  void handed_out(const can::Frame& frame, std::uint64_t number) {
+    if (!scanned_.empty()) [[unlikely]] {
+      scanned_.handed_out(frame, number);
+    }
+  }
+  void acknowledged(std::uint64_t number) {
+    if (!scanned_.empty()) [[unlikely]] {
+      scanned_.acknowledged(number);
+    }
+  }
+  void lost(std::uint64_t first, std::uint64_t last) { scanned_.lost(first, last); }
+
+  // --- PDOs that are triggered by hand ----------------------------------------------------------
+  // What CommandKind::pdo_trigger names.
+  struct Trigger {
+    std::uint8_t node = 0;
+    std::uint16_t number = 0;
+    std::uint32_t byte = 0;  // of the outputs, with node and number 0
+  };
+  // Appends the TPDOs to `triggered`. Those that lack a value are not sent.
+  Error trigger(const Trigger& what, std::vector<std::uint16_t>& triggered, Instant now);
+  // As diagnosis::RecordHost.
+  AbortCode may_trigger(const Trigger& what) const;
+
+ private:
+  void write_entry(Command command, Instant now);
+  void write_object(Command command, Instant now);
+  void write_by_pdo(Command command, std::span<const std::uint32_t> entries, Instant now);
+  Refusal check_by_pdo(const Command& command, std::span<const std::uint32_t> entries) const;
+  void answer_write(Command command, std::uint16_t tpdo, PdoWait wait, Instant now);
+  void answer_scanned(Command command, Instant now);
+  void answer_trigger(Command command, Instant now);
+  bool asks_at_once(std::uint16_t tpdo) const;
+  PdoWait wait_of(std::uint16_t tpdo) const;
+  std::vector<std::byte> way_of(std::uint16_t tpdo, PdoWait wait) const;
+  std::vector<std::uint16_t> tpdos_of(const Trigger& what) const;
+  void request_updated(Instant now);
+  void apply(const OutputWrite& write, bool always, Instant now);
+  void written(std::uint32_t bit_offset, std::uint32_t bits, bool always, Instant now);
+  void written(std::uint32_t entry, bool always, Instant now);
+  void request_forwarded(std::span<const BoundValue> values, Instant now);
+  OutputWait reason_of(std::uint32_t entry, Instant now) const;
+  void react(const Outputs::Group& group, Instant now);
+  void zero(const Outputs::Group& group, Instant now);
+  const std::vector<image::Entry>& entries() const {
+    return parts_.image.layout(image::Direction::outputs).entries;
+  }
+
+  const LineConfig& config_;
+  Parts parts_;
+  Service& by_sdo_;
+  Outputs outputs_;
+  ScannedOutputs scanned_;
+  PdoUpdates updates_;
+};
+
+// Positions of the entries of the layout that are the object of the command, ascending.
+std::vector<std::uint32_t> entries_of(const image::Layout& layout, const Command& command);
+
+}  // namespace linegate::line

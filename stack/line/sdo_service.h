@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// CommandKind::sdo_read, sdo_write, network_read and network_write: objects of other nodes, by SDO.
+// One of the own node is a local access, one in another network is routed (CiA 302-7). Private to
+// stack/line.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "stack/diagnosis/control_record.h"
+#include "stack/image/process_image.h"
+#include "stack/line/config.h"
+#include "stack/line/routing_service.h"
+#include "stack/line/scan_service.h"
+#include "stack/line/service.h"
+#include "stack/node/node.h"
+#include "stack/sdo/arbiter.h"
+
+namespace linegate::line {
+
+class SdoService final : public Service, sdo::TransferOwner {
+ public:
+  static constexpr std::size_t kMost = 1024;  // under way, over all nodes of a line
+
+  // What it acts with; all must outlive it. local: carries out local_read and local_write.
+  struct Parts {
+    sdo::Arbiter& sdo;
+    node::Node& node;
+    const image::ProcessImage& image;
+    RoutingService& routing;
+    ScanCache& cache;
+    Service& local;
+    const diagnosis::ControlSettings& settings;
+  };
+  SdoService(ServiceHost& host, const LineConfig& config, const Parts& parts)
+      : Service(host), config_(config), parts_(parts) {}
+  ~SdoService() override { parts_.sdo.disown(*this); }
+
+  std::span<const CommandKind> commands() const override;
+  bool needs_master() const override { return false; }
+  // Answered with the value that was read, or the abort code; an object_write with kBySdo.
+  // Refusals: bad_request (no such node or network), wrong_role (the default SDO servers are the
+  // master's), line_down, busy (kMost are under way, or the queue of the node is full), timed_out.
+  void execute(Command command, Instant now) override;
+  void advance(Instant now) override;
+  Instant next_wake() const override;
+  void end(Refusal why, Instant now) override;
+
+ private:
+  // A command under way.
+  struct Pending {
+    std::uint64_t number = 0;  // of the SDO transfer
+    std::uint8_t node = 0;     // of it, on this line
+    std::uint64_t tag = 0;     // of the command
+    Instant deadline = kNever;
+    bool is_object_write = false;
+  };
+
+  // sdo::TransferOwner
+  void completed(sdo::Completion& completion, Instant now) override;
+
+  bool answer_from_image(const Command& command);
+  bool answer_from_cache(const Command& command);
+  void access_own(Command command, bool write, Instant now);
+  void start(Command command, bool write, Instant now);
+  void start_in_network(Command command, Instant now);
+
+  const LineConfig& config_;
+  Parts parts_;
+  std::vector<Pending> pending_;
+  std::uint64_t transfers_ = 0;  // numbers given so far
+};
+
+}  // namespace linegate::line

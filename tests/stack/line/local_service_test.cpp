@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stack/line/local_service.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/stack/line/service_fixture.h"
+
+namespace linegate::line {
+namespace {
+
+constexpr od::Address kHeartbeat{0x1017, 0};
+
+// Answers writes later.
+struct LateHook final : od::Hook {
+  AbortCode check_write(od::Address /*address*/, std::span<const std::byte> /*value*/) override {
+    return od::kLater;
+  }
+  void put_off(od::Address /*address*/, od::Ticket of_access) override { ticket = of_access; }
+  void cancelled(od::Ticket /*ticket*/) override { is_cancelled = true; }
+
+  od::Ticket ticket = 0;
+  bool is_cancelled = false;
+};
+
+struct LocalServiceTest : testing::Test {
+  void execute(CommandKind kind, od::Address address, std::vector<std::byte> data = {},
+               std::uint16_t code = 0, std::uint8_t node = 0) {
+    service.execute({.tag = ++tag,
+                     .kind = kind,
+                     .node = node,
+                     .index = address.index,
+                     .sub = address.sub,
+                     .code = code,
+                     .data = std::move(data)},
+                    parts.now);
+  }
+
+  NodeParts parts{config_with_axis()};
+  RecordingHost host;
+  LocalService service{host, parts.node->dictionary(), parts.own_objects, parts.config};
+  std::uint64_t tag = 0;
+};
+
+const std::vector<std::byte> kTwoBytes{std::byte{0xE8}, std::byte{3}};
+
+TEST_F(LocalServiceTest, ReadsAndWritesTheOwnDictionary) {
+  execute(CommandKind::local_write, kHeartbeat, kTwoBytes);
+  EXPECT_EQ(host.answer(tag), Error{});
+  execute(CommandKind::local_read, kHeartbeat);
+  EXPECT_EQ(host.answer(tag), Error{});
+  EXPECT_EQ(host.data(tag), kTwoBytes);
+  execute(CommandKind::local_write, kHeartbeat, {std::byte{1}});
+  EXPECT_EQ(host.answer(tag), to_error(AbortCode::length_too_low));
+  execute(CommandKind::local_read, {0x2FFF, 0});
+  EXPECT_EQ(host.answer(tag), to_error(AbortCode::no_object));
+}
+
+TEST_F(LocalServiceTest, AWriteWhoseObjectAnswersLaterIsAnsweredThen) {
+  LateHook late;
+  ASSERT_TRUE(parts.node->dictionary().add_hook(kHeartbeat.index, late).ok());
+  execute(CommandKind::local_write, kHeartbeat, kTwoBytes);
+  service.advance(parts.now);
+  EXPECT_FALSE(host.answer(tag));
+  EXPECT_TRUE(parts.node->dictionary().complete(late.ticket, AbortCode::none));
+  service.advance(parts.now);
+  EXPECT_EQ(host.answer(tag), Error{});
+  EXPECT_EQ(parts.node->dictionary().number(kHeartbeat), 1000U);
+  parts.node->dictionary().remove_hook(kHeartbeat.index, late);
+}
+
+TEST_F(LocalServiceTest, EndCancelsWritesThatWait) {
+  LateHook late;
+  ASSERT_TRUE(parts.node->dictionary().add_hook(kHeartbeat.index, late).ok());
+  execute(CommandKind::local_write, kHeartbeat, kTwoBytes);
+  service.end(Refusal::cancelled, parts.now);
+  EXPECT_EQ(host.answer(tag), to_error(Refusal::cancelled));
+  EXPECT_TRUE(late.is_cancelled);
+  service.end(Refusal::cancelled, parts.now);
+  parts.node->dictionary().remove_hook(kHeartbeat.index, late);
+}
+
+TEST_F(LocalServiceTest, ObjectsAreListedOfTheOwnNodeAndOfADeviceFile) {
+  execute(CommandKind::local_read, {0x1000, 0}, {}, kListObjects);
+  EXPECT_EQ(host.answer(tag), Error{});
+  EXPECT_FALSE(host.data(tag).empty());
+  execute(CommandKind::local_read, {0x1000, 0}, {}, kListObjects, 5);
+  EXPECT_EQ(host.answer(tag), Error{});
+  EXPECT_NE(host.data(tag), host.data(tag - 1));
+  execute(CommandKind::local_read, {0x1000, 0}, {}, kListObjects, 6);
+  EXPECT_EQ(host.answer(tag), to_error(Refusal::bad_request)) << "no such node is configured";
+}
+
+TEST_F(LocalServiceTest, CreatesAndRemovesObjects) {
+  // UNSIGNED16, rw, no flags, no name, no default and limits.
+  const std::vector<std::byte> object{std::byte{6}, std::byte{0}, std::byte{2}, std::byte{0},
+                                      std::byte{0}, std::byte{0}, std::byte{0}, std::byte{0}};
+  execute(CommandKind::object_create, {0x2100, 0}, object, kCreateObject);
+  EXPECT_EQ(host.answer(tag), Error{});
+  execute(CommandKind::local_write, {0x2100, 0}, kTwoBytes);
+  EXPECT_EQ(host.answer(tag), Error{});
+  execute(CommandKind::object_create, {0x2100, 0}, {}, kRemoveObject);
+  EXPECT_EQ(host.answer(tag), Error{});
+  execute(CommandKind::object_create, {0x2100, 0}, {}, kRemoveObject);
+  EXPECT_EQ(host.answer(tag), to_error(Refusal::unknown_entry));
+  execute(CommandKind::object_create, {0x2100, 0}, {}, 7);
+  EXPECT_EQ(host.answer(tag), to_error(Refusal::bad_request));
+}
+
+}  // namespace
+}  // namespace linegate::line

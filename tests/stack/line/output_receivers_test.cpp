@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stack/line/output_receivers.h"
+
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/stack/line/service_fixture.h"
+
+namespace linegate::line {
+namespace {
+
+using Receiver = pdo::Engine::Receiver;
+
+struct OutputReceiversTest : testing::Test, manager::Host {
+  void node_data_invalid(std::uint8_t /*node*/) override {}
+  void may_operate(Instant /*now*/) override {}
+  void send_nmt(nmt::Command command, std::uint8_t node, Instant /*now*/) override {
+    EXPECT_EQ(command, nmt::Command::start);
+    started.push_back(node);
+  }
+  bool acknowledges_starts() const override { return true; }
+  void command_own(nmt::Command /*command*/, Instant /*now*/) override {}
+  nmt::State own_state() const override { return nmt::State::operational; }
+
+  // A heartbeat of the node came.
+  void heartbeat(nmt::State state, Duration after) {
+    receivers.confirm(kAxis, state, now + after);
+    managed.manager.heartbeat(kAxis, state, now + after);
+  }
+  void hand_out(nmt::Command command, std::uint64_t number) {
+    receivers.handed_out(nmt::encode({command, kAxis}), number);
+  }
+
+  ManagerParts managed{false};
+  NodeParts parts{config_with_axis()};
+  Instant now = parts.now;
+  nmt::Master master{managed.transmit};
+  RecordingHost host;
+  std::vector<std::uint8_t> started;
+  OutputReceivers receivers{
+      host,
+      parts.config,
+      {.manager = managed.manager, .nmt = *this, .master = master, .pdos = parts.node->pdos()}};
+};
+
+TEST_F(OutputReceiversTest, ANodeReceivesWhileItIsKnownToBeOperational) {
+  EXPECT_EQ(receivers.state(kAxis), Receiver::waiting);
+  heartbeat(nmt::State::pre_operational, {});
+  EXPECT_EQ(receivers.state(kAxis), Receiver::waiting);
+  heartbeat(nmt::State::operational, {});
+  EXPECT_EQ(receivers.state(kAxis), Receiver::started);
+  receivers.follow();
+  EXPECT_EQ(parts.node->pdos().receiver(kAxis), Receiver::started);
+  host.set_usable(false);
+  receivers.mark_changed();
+  receivers.follow();
+  EXPECT_EQ(parts.node->pdos().receiver(kAxis), Receiver::waiting);
+}
+
+TEST_F(OutputReceiversTest, OfANodeOfAnotherMasterNothingMayBeKnown) {
+  host.set_manages(false);
+  EXPECT_EQ(receivers.state(kAxis), Receiver::unheard);
+  EXPECT_TRUE(receivers.takes_single_writes(kAxis));
+  heartbeat(nmt::State::stopped, {});
+  EXPECT_EQ(receivers.state(kAxis), Receiver::waiting);
+  EXPECT_FALSE(receivers.takes_single_writes(kAxis));
+  EXPECT_TRUE(receivers.takes_single_writes(parts.config.node_id));
+}
+
+TEST_F(OutputReceiversTest, AfterACommandThatEndsOperationalTwoHeartbeatsShowTheState) {
+  heartbeat(nmt::State::operational, {});
+  receivers.commanded(nmt::Command::stop, kAxis);
+  EXPECT_EQ(receivers.state(kAxis), Receiver::waiting);
+  heartbeat(nmt::State::operational, milliseconds(100));
+  heartbeat(nmt::State::operational, milliseconds(101));
+  EXPECT_EQ(receivers.state(kAxis), Receiver::waiting) << "two at once count as one";
+  heartbeat(nmt::State::operational, milliseconds(200));
+  EXPECT_EQ(receivers.state(kAxis), Receiver::started);
+}
+
+TEST_F(OutputReceiversTest, ACommandThatEndsOperationalCountsUntilItIsAcknowledgedOrLost) {
+  heartbeat(nmt::State::operational, {});
+  hand_out(nmt::Command::stop, 7);
+  EXPECT_EQ(receivers.state(kAxis), Receiver::waiting);
+  receivers.acknowledged(6);
+  EXPECT_EQ(receivers.state(kAxis), Receiver::waiting);
+  receivers.lost(7, 7);
+  EXPECT_EQ(receivers.state(kAxis), Receiver::started);
+  hand_out(nmt::Command::stop, 8);
+  receivers.acknowledged(8);
+  EXPECT_EQ(receivers.state(kAxis), Receiver::waiting) << "its heartbeats are of before";
+}
+
+TEST_F(OutputReceiversTest, AStartThatTheBusLostIsSentAgain) {
+  heartbeat(nmt::State::operational, {});
+  hand_out(nmt::Command::start, 3);
+  receivers.lost(2, 4);
+  EXPECT_EQ(receivers.state(kAxis), Receiver::waiting);
+  host.set_usable(false);
+  receivers.advance(now);
+  EXPECT_TRUE(started.empty());
+  host.set_usable(true);
+  receivers.advance(now);
+  EXPECT_EQ(started, std::vector<std::uint8_t>{kAxis});
+  receivers.advance(now);
+  EXPECT_EQ(started.size(), 1U);
+}
+
+}  // namespace
+}  // namespace linegate::line
