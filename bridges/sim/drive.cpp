@@ -13,24 +13,25 @@
 #include "bridges/sim/drive_state.h"
 #include "bridges/sim/wave.h"
 #include "stack/emcy/producer.h"
+#include "stack/od/objects.h"
 
 namespace linegate::sim {
 namespace {
 
 constexpr od::Address kSimulatedFault{0x2000, 0};
-constexpr od::Address kAbortConnection{0x6007, 0};
-constexpr od::Address kErrorCode{0x603F, 0};
-constexpr od::Address kControlword{0x6040, 0};
-constexpr od::Address kStatusword{0x6041, 0};
-constexpr od::Address kQuickStopOption{0x605A, 0};
-constexpr od::Address kMode{0x6060, 0};
-constexpr od::Address kModeDisplay{0x6061, 0};
-constexpr od::Address kPosition{0x6064, 0};
-constexpr od::Address kVelocity{0x606C, 0};
-constexpr od::Address kTargetPosition{0x607A, 0};
-constexpr od::Address kProfileVelocity{0x6081, 0};
-constexpr od::Address kProfileAcceleration{0x6083, 0};
-constexpr od::Address kTargetVelocity{0x60FF, 0};
+constexpr od::Address kAbortConnection{od::objects::cia402::kAbortConnectionOption, 0};
+constexpr od::Address kErrorCode{od::objects::cia402::kErrorCode, 0};
+constexpr od::Address kControlword{od::objects::cia402::kControlword, 0};
+constexpr od::Address kStatusword{od::objects::cia402::kStatusword, 0};
+constexpr od::Address kQuickStopOption{od::objects::cia402::kQuickStopOption, 0};
+constexpr od::Address kMode{od::objects::cia402::kMode, 0};
+constexpr od::Address kModeDisplay{od::objects::cia402::kModeDisplay, 0};
+constexpr od::Address kPosition{od::objects::cia402::kPosition, 0};
+constexpr od::Address kVelocity{od::objects::cia402::kVelocity, 0};
+constexpr od::Address kTargetPosition{od::objects::cia402::kTargetPosition, 0};
+constexpr od::Address kProfileVelocity{od::objects::cia402::kProfileVelocity, 0};
+constexpr od::Address kProfileAcceleration{od::objects::cia402::kProfileAcceleration, 0};
+constexpr od::Address kTargetVelocity{od::objects::cia402::kTargetVelocity, 0};
 
 enum class Mode : std::int8_t {
   none = 0,

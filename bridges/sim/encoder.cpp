@@ -8,14 +8,15 @@
 
 #include "bridges/sim/behaviour.h"
 #include "bridges/sim/wave.h"
+#include "stack/od/objects.h"
 
 namespace linegate::sim {
 namespace {
 
-constexpr od::Address kRange{0x6002, 0};
-constexpr od::Address kPreset{0x6003, 0};
-constexpr od::Address kPositionValue{0x6004, 0};
-constexpr od::Address kSpeed{0x6030, 1};
+constexpr od::Address kRange{od::objects::cia406::kRange, 0};
+constexpr od::Address kPreset{od::objects::cia406::kPreset, 0};
+constexpr od::Address kPositionValue{od::objects::cia406::kPositionValue, 0};
+constexpr od::Address kSpeed{od::objects::cia406::kSpeed, 1};
 
 constexpr double kMeanSpeed = 2048;  // units a second: half a turn
 constexpr double kSwing = 1500;

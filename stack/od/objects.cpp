@@ -170,6 +170,29 @@ constexpr Entry kIoEntries[] = {
     array(cia401::kAnalogueOutputScaling, "Analogue output scaling integer", integer32, "CiA 401"),
 };
 
+constexpr Entry kDriveEntries[] = {
+    var(cia402::kAbortConnectionOption, "Abort connection option code", integer16, "CiA 402"),
+    var(cia402::kErrorCode, "Error code", unsigned16, "CiA 402"),
+    var(cia402::kControlword, "Controlword", unsigned16, "CiA 402"),
+    var(cia402::kStatusword, "Statusword", unsigned16, "CiA 402"),
+    var(cia402::kQuickStopOption, "Quick stop option code", integer16, "CiA 402"),
+    var(cia402::kMode, "Modes of operation", integer8, "CiA 402"),
+    var(cia402::kModeDisplay, "Modes of operation display", integer8, "CiA 402"),
+    var(cia402::kPosition, "Position actual value", integer32, "CiA 402"),
+    var(cia402::kVelocity, "Velocity actual value", integer32, "CiA 402"),
+    var(cia402::kTargetPosition, "Target position", integer32, "CiA 402"),
+    var(cia402::kProfileVelocity, "Profile velocity", unsigned32, "CiA 402"),
+    var(cia402::kProfileAcceleration, "Profile acceleration", unsigned32, "CiA 402"),
+    var(cia402::kTargetVelocity, "Target velocity", integer32, "CiA 402"),
+};
+
+constexpr Entry kEncoderEntries[] = {
+    var(cia406::kRange, "Total measuring range in measuring units", unsigned32, "CiA 406"),
+    var(cia406::kPreset, "Preset value", unsigned32, "CiA 406"),
+    var(cia406::kPositionValue, "Position value", unsigned32, "CiA 406"),
+    array(cia406::kSpeed, "Speed value", integer16, "CiA 406"),
+};
+
 }  // namespace
 
 std::span<const Entry> all(std::uint16_t profile) {
@@ -178,6 +201,10 @@ std::span<const Entry> all(std::uint16_t profile) {
       return kEntries;
     case cia401::kProfile:
       return kIoEntries;
+    case cia402::kProfile:
+      return kDriveEntries;
+    case cia406::kProfile:
+      return kEncoderEntries;
     default:
       return {};
   }

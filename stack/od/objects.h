@@ -2,8 +2,7 @@
 // The catalogue of the objects that Linegate reads, writes or serves: their indices, and what their
 // documents say of them. No other file defines an index of the communication profile (1000h to
 // 1FFFh), of the network variables (A000h to BFFFh) or of the objects for diagnosis (5F00h to
-// 5FFFh), which tests/checks/catalogue.py checks. Objects of the other device profiles are where
-// they are simulated (bridges/sim).
+// 5FFFh), or one of a device profile as a number of an address: tests/checks/catalogue.py.
 #pragma once
 
 #include <cstdint>
@@ -153,6 +152,33 @@ inline constexpr std::uint16_t kAnalogueOutputOffset = 0x6446;
 inline constexpr std::uint16_t kAnalogueOutputScaling = 0x6447;
 }  // namespace cia401
 
+// CiA 402: drives.
+namespace cia402 {
+inline constexpr std::uint16_t kProfile = 402;
+inline constexpr std::uint16_t kAbortConnectionOption = 0x6007;
+inline constexpr std::uint16_t kErrorCode = 0x603F;
+inline constexpr std::uint16_t kControlword = 0x6040;
+inline constexpr std::uint16_t kStatusword = 0x6041;
+inline constexpr std::uint16_t kQuickStopOption = 0x605A;
+inline constexpr std::uint16_t kMode = 0x6060;
+inline constexpr std::uint16_t kModeDisplay = 0x6061;
+inline constexpr std::uint16_t kPosition = 0x6064;
+inline constexpr std::uint16_t kVelocity = 0x606C;
+inline constexpr std::uint16_t kTargetPosition = 0x607A;
+inline constexpr std::uint16_t kProfileVelocity = 0x6081;
+inline constexpr std::uint16_t kProfileAcceleration = 0x6083;
+inline constexpr std::uint16_t kTargetVelocity = 0x60FF;
+}  // namespace cia402
+
+// CiA 406: encoders.
+namespace cia406 {
+inline constexpr std::uint16_t kProfile = 406;
+inline constexpr std::uint16_t kRange = 0x6002;
+inline constexpr std::uint16_t kPreset = 0x6003;
+inline constexpr std::uint16_t kPositionValue = 0x6004;
+inline constexpr std::uint16_t kSpeed = 0x6030;
+}  // namespace cia406
+
 // Areas of an object dictionary (CiA 301, 7.4.1). Data types are below.
 inline constexpr std::uint16_t kFirstCommunication = 0x1000;
 inline constexpr std::uint16_t kLastCommunication = 0x1FFF;
@@ -192,8 +218,8 @@ struct Entry {
   std::string_view source;         // document, and its clause where it has one for the object
 };
 
-// Ordered by index, without overlap. profile: 0, what is the same in all devices; cia401::kProfile,
-// the objects of that profile alone; empty for any other.
+// Ordered by index, without overlap. profile: 0, what is the same in all devices; kProfile of a
+// device profile, the objects of that profile alone; empty for any other.
 std::span<const Entry> all(std::uint16_t profile = 0);
 
 // The entry that contains index; nullptr if there is none.

@@ -164,7 +164,8 @@ class Layering(TreeCase):
 class Catalogue(TreeCase):
     def test_an_index_outside_of_the_catalogue(self):
         for line in ("constexpr std::uint16_t kStore = 0x1010;", "inline constexpr std::uint64_t kStore = 0x5f18;",
-                     "  constexpr od::Address kFirst{0xA000, 1};", "number({0x1018, sub});", "plan({0x1017, 0}, 1);"):
+                     "  constexpr od::Address kFirst{0xA000, 1};", "number({0x1018, sub});", "set({0x6040, 0}, 6);",
+                     "plan({0x1017, 0}, 1);"):
             with self.subTest(line=line):
                 found = self.complaints(catalogue, "gateway/a.cpp", line)
                 self.assertEqual(len(found), 1)

@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "bridges/sim/device.h"
+#include "stack/base/byte_order.h"
 #include "stack/eds/reader.h"
+#include "stack/od/objects.h"
 #include "stack/pdo/parameters.h"
 
 namespace linegate::sim {
@@ -45,6 +47,30 @@ TEST_P(EdsFile, HasTheObjectsAManagerAsksFor) {
            0x1000, 0x1001, 0x1003, 0x1005, 0x1014, 0x1015, 0x1016, 0x1017, 0x1018, 0x1200}) {
     EXPECT_NE(device.value->find(index), nullptr) << std::hex << index;
   }
+}
+
+TEST_P(EdsFile, ItsObjectsHaveTheTypesOfTheCatalogue) {
+  const auto device = eds::load(eds_text(GetParam()), eds_name(GetParam()), 5);
+  ASSERT_TRUE(device.ok());
+  const std::vector<std::byte>& device_type =
+      device.value->find(od::Address{od::objects::kDeviceType, 0})->value;
+  const auto profile =
+      static_cast<std::uint16_t>(load_le(std::span<const std::byte>(device_type).first(2)));
+  ASSERT_FALSE(od::objects::all(profile).empty());
+  unsigned known = 0;
+  for (const od::ObjectDescription& object : device.value->objects) {
+    const od::objects::Entry* entry = od::objects::find(object.index);
+    entry = entry != nullptr ? entry : od::objects::find(object.index, profile);
+    if (entry == nullptr) {
+      continue;
+    }
+    ++known;
+    EXPECT_EQ(object.type, entry->object) << entry->name;
+    if (entry->object != od::ObjectType::record) {
+      EXPECT_EQ(object.variables.back().type, entry->type) << entry->name;
+    }
+  }
+  EXPECT_GT(known, 20U);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, EdsFile, testing::ValuesIn(profiles().begin(), profiles().end()));

@@ -46,7 +46,8 @@ TEST_P(CatalogueTest, EveryIndexOfAnEntryIsFound) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Profiles, CatalogueTest,
-                         ::testing::Values(kCommon, objects::cia401::kProfile));
+                         ::testing::Values(kCommon, objects::cia401::kProfile,
+                                           objects::cia402::kProfile, objects::cia406::kProfile));
 
 TEST(Catalogue, AreasEndWhereCia301Says) {
   struct Area {
@@ -88,7 +89,7 @@ TEST(Catalogue, DoesNotHaveWhatIsNotInIt) {
     EXPECT_EQ(objects::find(static_cast<std::uint16_t>(index)), nullptr) << index;
   }
   EXPECT_EQ(objects::find(0x1000, objects::cia401::kProfile), nullptr);
-  EXPECT_EQ(objects::find(0x6000, 402), nullptr) << "a profile that is not catalogued";
+  EXPECT_EQ(objects::find(0x6000, 408), nullptr) << "a profile that is not catalogued";
 }
 
 TEST(Catalogue, VariablesTakeNameAndTypeOfIt) {
