@@ -31,7 +31,9 @@ AssertionHandler set_assertion_handler(AssertionHandler handler) noexcept;
 
 }  // namespace linegate
 
-// condition has no side effects; text is a string literal that says what must hold.
+// text is a string literal that says what must hold. LINEGATE_ASSERT evaluates condition once, in
+// every build: it may be a call that cannot fail here. That of LINEGATE_ASSERT_HOT has no side
+// effects.
 #define LINEGATE_ASSERT(condition, text) \
   ((condition) ? static_cast<void>(0)    \
                : ::linegate::assertion_failed(#condition, text, __FILE__, __LINE__))

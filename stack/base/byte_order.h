@@ -9,6 +9,8 @@
 #include <cstring>
 #include <span>
 
+#include "stack/base/assert.h"
+
 namespace linegate {
 
 // The unsigned integer at p, least significant byte first. Reads sizeof(T) bytes, any alignment.
@@ -49,6 +51,8 @@ inline std::uint64_t load_le(std::span<const std::byte> bytes) {
 
 // The same for two's complement of 1 to 8 bytes: the sign is extended to 64 bits.
 inline std::int64_t load_le_signed(std::span<const std::byte> bytes) {
+  LINEGATE_ASSERT(!bytes.empty() && bytes.size() <= sizeof(std::int64_t),
+                  "the number has 8 to 64 bits");
   const unsigned unused = 64U - 8U * static_cast<unsigned>(bytes.size());
   return static_cast<std::int64_t>(load_le(bytes) << unused) >> unused;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/base/event_log.h"
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 
 namespace linegate {
@@ -14,6 +15,7 @@ EventLog::EventLog(std::size_t capacity) : ring_(capacity < 2 ? 2 : capacity) {
 }
 
 void EventLog::limit_repeats() {
+  LINEGATE_ASSERT(line_ == nullptr, "a log that hands on leaves the limits to the line");
   for (const Limited which : {kMalformed, kBusError, kOutputs, kCommands}) {
     limits_[which].emplace();
   }
@@ -22,6 +24,7 @@ void EventLog::limit_repeats() {
 
 // A master that configures its network transfers many different objects in a second.
 void EventLog::limit_overheard() {
+  LINEGATE_ASSERT(line_ == nullptr, "a log that hands on leaves the limits to the line");
   limits_[kTransfer].emplace(kObjects);
   limits_[kAbort].emplace(kObjects);
 }
@@ -82,6 +85,7 @@ void EventLog::number(Event event) {
   event.number = next_number_++;
   if (listener_ != nullptr) {
     listener_->told(event);
+    LINEGATE_ASSERT(next_number_ == event.number + 1, "a listener emits no event");
   }
   // The marker needs a place of its own, so after a loss two places must be free.
   const std::size_t needed = lost_first_ == 0 ? 1 : 2;
@@ -119,6 +123,7 @@ std::size_t EventLog::take(std::span<Event> out) {
 }
 
 void EventLog::append(const Event& event) {
+  LINEGATE_ASSERT(count_ < ring_.size(), "the ring has a free place");
   ring_[(head_ + count_) % ring_.size()] = event;
   ++count_;
 }

@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 
 namespace linegate {
@@ -46,6 +47,9 @@ std::uint32_t saturated_sum(std::uint32_t a, std::uint32_t b) {
 }  // namespace
 
 bool RepeatLimit::admit(Event& event) {
+  LINEGATE_ASSERT(event.length <= kCountOffset || event.kind == EventKind::sdo_transfer ||
+                      event.kind == EventKind::object_written,
+                  "the data leaves room for the number of events that were held back");
   Place* const found = place_of(event);
   if (found == nullptr) {
     return true;
@@ -71,6 +75,7 @@ std::optional<Event> RepeatLimit::take_due(Instant now) {
     return std::nullopt;
   }
   Place& place = *std::ranges::min_element(places_, {}, &Place::due);
+  LINEGATE_ASSERT(place.held != 0, "an event was held back where one is due");
   Event event = place.last;
   event.time = place.due();
   note_held(event, std::exchange(place.held, 0) - 1);

@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "stack/base/assert.h"
+
 namespace linegate {
 
 // Who defines the meaning of Error::code.
@@ -34,18 +36,32 @@ class [[nodiscard]] Result {
   constexpr explicit operator bool() const { return ok(); }
 
   // Precondition: ok().
-  constexpr T& value() & { return *value_; }
-  constexpr const T& value() const& { return *value_; }
-  constexpr T&& value() && { return *std::move(value_); }
-  constexpr T& operator*() & { return *value_; }
-  constexpr const T& operator*() const& { return *value_; }
-  constexpr T* operator->() { return &*value_; }
-  constexpr const T* operator->() const { return &*value_; }
+  constexpr T& value() & {
+    expect_value();
+    return *value_;
+  }
+  constexpr const T& value() const& {
+    expect_value();
+    return *value_;
+  }
+  constexpr T&& value() && {
+    expect_value();
+    return *std::move(value_);
+  }
+  constexpr T& operator*() & { return value(); }
+  constexpr const T& operator*() const& { return value(); }
+  constexpr T* operator->() { return &value(); }
+  constexpr const T* operator->() const { return &value(); }
 
   // Precondition: !ok().
-  constexpr Error error() const { return error_; }
+  constexpr Error error() const {
+    LINEGATE_ASSERT(!ok(), "the result is an error");
+    return error_;
+  }
 
  private:
+  constexpr void expect_value() const { LINEGATE_ASSERT(ok(), "the result is a value"); }
+
   std::optional<T> value_;
   Error error_;
 };

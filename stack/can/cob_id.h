@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "stack/base/assert.h"
 #include "stack/can/frame.h"
 
 namespace linegate::can {
@@ -21,9 +22,11 @@ inline constexpr std::uint32_t kErrorControlBase = 0x700;  // + node-ID
 
 // Default PDO identifiers of the pre-defined connection set: PDO 1..4 of a node.
 constexpr std::uint32_t default_tpdo_id(unsigned number, std::uint8_t node) {
+  LINEGATE_ASSERT(number >= 1 && number <= 4, "PDOs 1 to 4 have a default identifier");
   return 0x180 + (number - 1) * 0x100 + node;
 }
 constexpr std::uint32_t default_rpdo_id(unsigned number, std::uint8_t node) {
+  LINEGATE_ASSERT(number >= 1 && number <= 4, "PDOs 1 to 4 have a default identifier");
   return 0x200 + (number - 1) * 0x100 + node;
 }
 

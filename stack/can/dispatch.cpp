@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "stack/base/assert.h"
+
 namespace linegate::can {
 namespace {
 
@@ -16,6 +18,7 @@ Dispatch::Dispatch() : extended_(16), targets_(1), added_(1) {
 }
 
 void Dispatch::add(std::uint32_t id, bool extended, Service service, std::uint16_t index) {
+  LINEGATE_ASSERT(service != Service::none, "a frame goes to a service");
   std::uint16_t last = 0;
   for (std::uint16_t at = head(id, extended); at != 0; at = targets_[at].next) {
     if (targets_[at].service == service && targets_[at].index == index) {
@@ -77,6 +80,7 @@ std::uint16_t Dispatch::find_extended(std::uint32_t id) const {
 }
 
 std::uint16_t& Dispatch::head(std::uint32_t id, bool extended) {
+  LINEGATE_ASSERT(id <= (extended ? 0x1FFF'FFFFU : 0x7FFU), "the identifier has 11 or 29 bits");
   if (!extended) {
     return standard_[id & 0x7FFU];
   }

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "stack/base/assert.h"
 #include "stack/can/frame.h"
 
 namespace linegate::can {
@@ -63,6 +64,8 @@ class Dispatch {
 
   // The first target for the frame's identifier, or nullptr. Precondition: a standard id < 800h.
   const Target* find(const Frame& frame) const {
+    LINEGATE_ASSERT_HOT(frame.extended() || frame.id < standard_.size(),
+                        "a standard identifier has 11 bits");
     const std::uint16_t first =
         frame.extended() ? find_extended(frame.id) : standard_[frame.id & 0x7FFU];
     return first == 0 ? nullptr : &targets_[first];
@@ -80,7 +83,9 @@ class Dispatch {
   std::uint64_t changes() const { return changes_; }
   // changes() when the target was added. Precondition: it is of this table.
   std::uint64_t added(const Target& target) const {
-    return added_[static_cast<std::size_t>(&target - targets_.data())];
+    const auto place = static_cast<std::size_t>(&target - targets_.data());
+    LINEGATE_ASSERT(place < added_.size(), "the target is of this table");
+    return added_[place];
   }
   // The first target for the frame's identifier that was added after `after` and not after `until`,
   // both as of changes(), or nullptr. So one may go on with the targets of an identifier although

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "stack/base/assert.h"
+
 namespace linegate::can {
 namespace {
 
@@ -22,9 +24,11 @@ std::uint64_t arbitration_field(const Frame& frame) {
 }  // namespace
 
 Frame make_frame(std::uint32_t id, std::span<const std::byte> data) {
+  LINEGATE_ASSERT(id <= 0x7FF, "the identifier has 11 bits");
+  LINEGATE_ASSERT(data.size() <= kMaxClassicData, "the data fits into a classical frame");
   Frame frame;
   frame.id = id;
-  frame.length = static_cast<std::uint8_t>(std::min(data.size(), kMaxClassicData));
+  frame.length = static_cast<std::uint8_t>(data.size());
   std::copy_n(data.begin(), frame.length, frame.data.begin());
   return frame;
 }
@@ -39,11 +43,11 @@ bool same_content(const Frame& a, const Frame& b) {
 
 std::uint8_t fd_length(std::size_t length) {
   constexpr std::array<std::uint8_t, 8> kSteps{8, 12, 16, 20, 24, 32, 48, 64};
+  LINEGATE_ASSERT_HOT(length <= kMaxFdData, "the data fits into an FD frame");
   if (length <= 8) {
     return static_cast<std::uint8_t>(length);
   }
-  return *std::ranges::lower_bound(kSteps,
-                                   static_cast<std::uint8_t>(std::min<std::size_t>(length, 64)));
+  return *std::ranges::lower_bound(kSteps, static_cast<std::uint8_t>(length));
 }
 
 bool wins_arbitration(const Frame& a, const Frame& b) {

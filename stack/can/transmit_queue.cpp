@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/can/transmit_queue.h"
 
+#include "stack/base/assert.h"
+
 namespace linegate::can {
 
 TransmitQueue::TransmitQueue(std::uint32_t capacity)
     : capacity_(capacity),
       mask_(std::bit_ceil(capacity) - 1),
       frames_(kTransmitClasses * (std::size_t{mask_} + 1)) {
+  LINEGATE_ASSERT(capacity > 0, "a class has room for a frame");
   Frame* first = frames_.data();
   for (Ring& places : rings_) {
     places.frames = first;

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <vector>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/frame.h"
 #include "stack/can/traffic.h"
@@ -106,6 +107,7 @@ inline Header TransmitQueue::copy(const Frame& from, Frame& to) {
 }
 
 inline Frame& TransmitQueue::take_place(TransmitClass cls) {
+  LINEGATE_ASSERT_HOT(room(cls) > 0, "the class has room");
   Ring& places = ring(cls);
   const std::uint32_t place = (places.head + places.count++) & mask_;
   waiting_ |= 1U << static_cast<unsigned>(cls);
@@ -137,6 +139,7 @@ inline bool TransmitQueue::pop(unsigned classes, Frame& out, Traffic* sent) {
   }
   const auto first = static_cast<unsigned>(std::countr_zero(classes));
   Ring& places = rings_[first];
+  LINEGATE_ASSERT_HOT(places.count > 0, "a class that waits has frames");
   const std::uint32_t head = places.head;
   const Header header = copy(places.frames[head], out);
   if (--places.count == 0) {

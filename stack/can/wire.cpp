@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "stack/base/assert.h"
+
 namespace linegate::can {
 namespace {
 
@@ -131,6 +133,7 @@ WireBits wire_bits(const Frame& frame) {
 }
 
 Duration bit_time(unsigned bits, std::uint32_t bit_rate) {
+  LINEGATE_ASSERT(bit_rate > 0, "the bit rate is positive");
   constexpr std::uint64_t kNanoseconds = 1'000'000'000;
   return Duration(
       static_cast<Duration::rep>((std::uint64_t{bits} * kNanoseconds + bit_rate / 2) / bit_rate));

@@ -7,15 +7,18 @@
 #include <string>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/od/description.h"
 
 namespace linegate::od {
 
 // A sub-index with a number of that type as its default. Precondition: the type has a fixed size,
-// of 8 bytes at most.
+// of 8 bytes at most; or it has none, as DOMAIN, and the value is 0.
 inline VariableDescription number_variable(std::uint8_t sub, std::string name, DataType type,
                                            Access access, std::uint64_t value = 0) {
+  LINEGATE_ASSERT(byte_size(type) <= sizeof value && (byte_size(type) > 0 || value == 0),
+                  "the type has room for the number");
   VariableDescription out;
   out.sub = sub;
   out.name = std::move(name);

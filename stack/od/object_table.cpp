@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "stack/base/assert.h"
+
 namespace linegate::od {
 
 Variable* ObjectTable::window_element(const Slot& slot, std::uint8_t sub, Variable& element,
@@ -15,6 +17,7 @@ Variable* ObjectTable::window_element(const Slot& slot, std::uint8_t sub, Variab
   if (sub == 0) {
     return slot.variables;
   }
+  LINEGATE_ASSERT(slot.kind == Slot::Kind::window, "the object is a window");
   element = slot.variables[1];
   element.data += std::size_t{element.size} * (sub - 1U);
   return &element;
@@ -33,6 +36,7 @@ void ObjectTable::insert(std::uint16_t index, ObjectDetails details) {
 }
 
 void ObjectTable::look_at(std::uint16_t index) {
+  LINEGATE_ASSERT(find(index) != nullptr, "there is an object");
   constexpr std::uint32_t kLongestGlance = 4;
   const Variable& first = slots_.place(index).variables[0];
   const bool possible = first.data == slots_.value(index).data() && first.hook == nullptr &&
@@ -44,6 +48,7 @@ void ObjectTable::look_at(std::uint16_t index) {
 }
 
 void ObjectTable::erase(std::uint16_t index) {
+  LINEGATE_ASSERT(find(index) != nullptr, "there is an object");
   const Slot& slot = slots_.place(index);
   details_[slot.details].reset();
   free_details_.push_back(slot.details);

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "stack/base/assert.h"
 #include "stack/od/dictionary.h"
 #include "stack/od/hook_chain.h"
 #include "stack/od/slot_pages.h"
@@ -86,14 +87,23 @@ class ObjectTable {
     return &slot->variables[address.sub];
   }
 
-  ObjectDetails& details(const Slot& slot) const { return *details_[slot.details]; }
+  ObjectDetails& details(const Slot& slot) const {
+    LINEGATE_ASSERT(details_[slot.details] != nullptr, "an object has its details");
+    return *details_[slot.details];
+  }
   VariableDetails& details(Address address) const {
-    return details(*find(address.index)).variables[address.sub];
+    const Slot* const slot = find(address.index);
+    LINEGATE_ASSERT(slot != nullptr && address.sub < details(*slot).variables.size(),
+                    "the variable exists");
+    return details(*slot).variables[address.sub];
   }
 
   // The slot for a new object, which is filled in before it is inserted. The index must be free.
   // It stays where it is.
-  Slot& place(std::uint16_t index) { return slots_.place(index); }
+  Slot& place(std::uint16_t index) {
+    LINEGATE_ASSERT(find(index) == nullptr, "the index is free");
+    return slots_.place(index);
+  }
   // For the value of sub-index 0 of the object at that index, if it is a short one. Zero to begin
   // with.
   std::byte* short_value(std::uint16_t index) { return slots_.value(index).data(); }

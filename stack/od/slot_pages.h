@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/od/description.h"
 
@@ -64,6 +65,7 @@ class SlotPages {
   }
   // Bytes of the value as glance() gives them; 0: none. Precondition: the index has a place.
   void set_glance(std::uint16_t index, std::uint8_t bytes) {
+    LINEGATE_ASSERT(has_page(index), "the index has a place");
     pages_[index >> 8U]->glances[index & 0xFFU] = bytes;
   }
 

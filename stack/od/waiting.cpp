@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hooks of a Dictionary, and accesses that wait for one.
+#include <algorithm>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/od/deferrals.h"
 #include "stack/od/object_table.h"
 
 namespace linegate::od {
 
 void Dictionary::point_at(std::uint16_t index, Hook* hook) {
+  LINEGATE_ASSERT(objects_->find(index) != nullptr, "there is an object");
   Slot& slot = *objects_->find(index);
   const HookChain* chain = objects_->details(slot).hooks.get();
   const bool watched = hook != nullptr && hook == chain && chain->watches_rpdos();
@@ -78,6 +81,8 @@ void Dictionary::came_by_rpdo(Address address) {
 }
 
 void Dictionary::add_observer(Observer& observer) {
+  LINEGATE_ASSERT(std::ranges::find(observers_, &observer) == observers_.end(),
+                  "an observer is added once");
   observers_.push_back(&observer);
 }
 
@@ -112,10 +117,12 @@ void Dictionary::tell_observers(std::uint16_t index) {
 }
 
 Ticket Dictionary::put_off(Address address) {
-  const Slot& slot = *objects_->find(address.index);
-  const HookChain* chain = objects_->details(slot).hooks.get();
-  return deferrals_->begin(address,
-                           chain == nullptr ? *slot.variables[0].hook : *chain->deferring());
+  const Slot* slot = objects_->find(address.index);
+  LINEGATE_ASSERT(slot != nullptr, "an object whose hook put the access off is still there");
+  const HookChain* chain = objects_->details(*slot).hooks.get();
+  Hook* hook = chain == nullptr ? slot->variables[0].hook : chain->deferring();
+  LINEGATE_ASSERT(hook != nullptr, "an access waits for a hook");
+  return deferrals_->begin(address, *hook);
 }
 
 Ticket Dictionary::put_off_stream(Address address, bool writing) {
