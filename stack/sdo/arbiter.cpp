@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/od/objects.h"
@@ -179,6 +180,7 @@ std::size_t Arbiter::load(std::uint8_t node) const {
 }
 
 Arbiter::Channel& Arbiter::channel(std::uint8_t node) {
+  LINEGATE_ASSERT(node >= can::kMinNodeId && node <= can::kMaxNodeId, "the node-ID is 1..127");
   std::unique_ptr<Channel>& place = channels_[node];
   if (place == nullptr) {
     place = std::make_unique<Channel>(node);
@@ -220,6 +222,7 @@ void Arbiter::serve(Channel& channel, Instant now) {
 
 // What became the current request. A user may be done with the channel before granted() returns.
 void Arbiter::begin(Channel& channel, Instant now) {
+  LINEGATE_ASSERT(channel.current && !channel.client.busy(), "a server has one transfer at a time");
   Request& request = *channel.current;
   channel.begun = now;
   if (request.write && request.address == kProducerHeartbeatTime) {
@@ -380,6 +383,7 @@ void Arbiter::cancel_running(Channel& channel, AbortCode code) {
 }
 
 Request Arbiter::abort_running(Channel& channel, AbortCode code) {
+  LINEGATE_ASSERT(channel.current, "a request is under way");
   if (channel.client.waits_for_initiate()) {
     channel.doubles.cancel(channel.current->address, now_);
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <span>
 
+#include "stack/base/assert.h"
 #include "stack/od/hook.h"
 #include "stack/sdo/crc.h"
 
@@ -21,12 +22,15 @@ std::size_t segments_of(std::size_t bytes) {
 // --- the side that sends ------------------------------------------------------------------------
 
 void BlockSender::start(std::uint8_t block_size, bool crc) {
+  LINEGATE_ASSERT(block_size >= 1 && block_size <= kMaxBlockSize,
+                  "a sub-block has 1..127 segments");
   *this = {};
   block_size_ = block_size;
   with_crc_ = crc;
 }
 
 std::uint64_t BlockSender::next_segment(Source& source) {
+  LINEGATE_ASSERT_HOT(sending(), "the sub-block has another segment");
   Payload segment;
   const std::size_t position = begin_ + sent_ * kSegmentSize;
   const auto bytes = std::span(segment).subspan(1);
@@ -67,6 +71,7 @@ AbortCode BlockSender::acknowledge(std::uint8_t ackseq, std::uint8_t next_block_
 }
 
 std::uint64_t BlockSender::end_request() const {
+  LINEGATE_ASSERT(complete_, "every segment was acknowledged");
   const auto unused = static_cast<unsigned>(kSegmentSize - last_size_);
   return std::uint64_t{kBlockSendEnd | unused << 2U} |
          std::uint64_t{with_crc_ ? crc_ : std::uint16_t{0}} << 8U;
@@ -124,6 +129,7 @@ AbortCode BlockReceiver::take(std::uint64_t segment, Sink& sink) {
 }
 
 std::uint64_t BlockReceiver::acknowledge() {
+  LINEGATE_ASSERT(over_ || may_acknowledge(), "the sub-block has ended or stalls");
   const std::uint8_t ackseq = in_order_;
   vain_ += newest_ == 0 ? 1U : 0U;
   in_doubt_ = in_doubt_ || newest_ == 0;
@@ -141,6 +147,7 @@ bool BlockReceiver::may_acknowledge() const {
 }
 
 AbortCode BlockReceiver::finish(std::uint64_t end_request, Sink& sink) {
+  LINEGATE_ASSERT(complete_, "every segment was acknowledged");
   const std::size_t unused = end_request >> 2U & 7U;
   const AbortCode why = release(kSegmentSize - unused, sink);
   if (why != AbortCode::none && why != od::kLater) {

@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/od/hook.h"
 #include "stack/sdo/protocol.h"
 
@@ -125,6 +126,8 @@ std::optional<Outcome> Client::take() {
 
 void Client::begin(od::Address address, bool write, od::ByteSink* into, Duration timeout,
                    TransferOptions options) {
+  LINEGATE_ASSERT(!busy() && !outcome_, "the transfer before has ended, and its outcome was taken");
+  LINEGATE_ASSERT(timeout > Duration::zero(), "the time-out is positive");
   address_ = address;
   writing_ = write;
   into_ = into;
@@ -133,7 +136,6 @@ void Client::begin(od::Address address, bool write, od::ByteSink* into, Duration
   }
   timeout_ = timeout;
   options_ = options;
-  outcome_.reset();
 }
 
 void Client::start(Instant now, can::TransmitQueue& queue) {
@@ -222,6 +224,7 @@ bool Client::is_abort(std::uint8_t command) const {
 }
 
 Receipt Client::initiate_answered(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
+  LINEGATE_ASSERT_HOT(waits_for_initiate() && !held_, "the initiate was sent");
   const auto command = static_cast<std::uint8_t>(word);
   const ServerCommand wanted =
       writing_ ? ServerCommand::download_initiate : ServerCommand::upload_initiate;
@@ -306,6 +309,8 @@ AbortCode Client::answered(std::uint64_t word, Instant now, can::TransmitQueue& 
 }
 
 AbortCode Client::segment_answered(std::uint64_t word, Instant now, can::TransmitQueue& queue) {
+  LINEGATE_ASSERT_HOT(state_ == State::upload_segment || state_ == State::download_segment,
+                      "a segment was sent or requested");
   const auto command = static_cast<std::uint8_t>(word);
   const ServerCommand wanted = state_ == State::upload_segment ? ServerCommand::upload_segment
                                                                : ServerCommand::download_segment;
@@ -420,6 +425,7 @@ bool Client::restart_streams() {
 }
 
 void Client::finish(AbortCode code) {
+  LINEGATE_ASSERT(!outcome_, "a transfer ends once");
   Outcome outcome{.abort = code, .data = {}};
   source_.close(code);
   sink_.cancel(code);

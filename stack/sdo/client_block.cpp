@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The client's side of block transfer (CiA 301, 7.2.4.3.9 to 7.2.4.3.16), and when it is used.
+#include "stack/base/assert.h"
 #include "stack/sdo/client.h"
 
 namespace linegate::sdo {
@@ -137,6 +138,7 @@ AbortCode Client::block_answered(std::uint64_t word, Instant now, can::TransmitQ
     case State::block_upload:
       return block_segment_came(word, now, queue);
     default:
+      LINEGATE_ASSERT(state_ == State::block_upload_end, "the block transfer was initiated");
       return is_block_send_end(command) ? block_upload_ended(word, now, queue)
                                         : AbortCode::command_specifier;
   }
@@ -198,6 +200,8 @@ AbortCode Client::send_segments(Instant now, can::TransmitQueue& queue) {
 }
 
 void Client::advance_block(Instant now, can::TransmitQueue& queue) {
+  LINEGATE_ASSERT(state_ == State::block_download || state_ == State::block_upload,
+                  "a sub-block is under way");
   if (state_ == State::block_download) {
     if (const AbortCode why = send_segments(now, queue); why != AbortCode::none) {
       give_up(why, now, queue);

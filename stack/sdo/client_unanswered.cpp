@@ -4,6 +4,7 @@
 // one, so the next one waits.
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/deadline.h"
 #include "stack/sdo/client.h"
 
@@ -68,6 +69,8 @@ void Client::follow_unanswered(Instant now, can::TransmitQueue& queue) {
 
 // The first request of a transfer.
 void Client::hold(std::uint64_t word, Instant now) {
+  LINEGATE_ASSERT(!held_ && unanswered_ != Unanswered::nothing,
+                  "one request waits for what an earlier one left behind");
   held_ = word;
   deadline_ = unanswered_ == Unanswered::due ? kNever : now + timeout_;
 }

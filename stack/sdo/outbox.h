@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "stack/base/assert.h"
 #include "stack/base/time.h"
 #include "stack/can/transmit_queue.h"
 #include "stack/sdo/protocol.h"
@@ -39,6 +40,7 @@ class Outbox {
   }
   // Sends. Precondition: ready(queue).
   void send_at_once(std::uint64_t word, can::TransmitQueue& queue) const {
+    LINEGATE_ASSERT_HOT(ready(queue), "the frame can be sent at once");
     queue.push_into_room(can::TransmitClass::sdo, header_, word);
   }
   void flush(Instant now, can::TransmitQueue& queue);

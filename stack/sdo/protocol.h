@@ -13,6 +13,7 @@
 #include <cstdint>
 
 #include "stack/base/abort_code.h"
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/can/frame.h"
@@ -89,12 +90,14 @@ constexpr std::size_t segment_size(std::uint8_t command) {
 // Command byte of an expedited initiate. Precondition: size is 1..4.
 template <class Command>
 constexpr std::uint8_t expedited_byte(Command command, std::size_t size) {
+  LINEGATE_ASSERT_HOT(size >= 1 && size <= kExpeditedSize, "the value has 1 to 4 bytes");
   return command_byte(
       command, static_cast<unsigned>(kExpeditedSize - size) << 2U | kExpedited | kSizeIndicated);
 }
 // Command byte of a segment with size (0..7) bytes of data.
 template <class Command>
 constexpr std::uint8_t segment_byte(Command command, bool toggle, std::size_t size, bool last) {
+  LINEGATE_ASSERT_HOT(size <= kSegmentSize, "a segment has up to 7 bytes");
   return command_byte(command, (toggle ? unsigned{kToggle} : 0U) |
                                    static_cast<unsigned>(kSegmentSize - size) << 1U |
                                    (last ? unsigned{kLastSegment} : 0U));

@@ -5,6 +5,8 @@
 #include <tuple>
 #include <utility>
 
+#include "stack/base/assert.h"
+
 namespace linegate::sdo {
 
 bool RequestQueue::push(Request&& request) {
@@ -69,6 +71,7 @@ void RequestQueue::note_served(const Waiting& waiting) {
 }
 
 void RequestQueue::take(std::size_t position, Request& out) {
+  LINEGATE_ASSERT(position < waiting_.size(), "the request waits");
   const auto place = waiting_.begin() + static_cast<std::ptrdiff_t>(position);
   out = std::move(place->request);
   waiting_.erase(place);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "stack/base/assert.h"
 #include "stack/sdo/malformed.h"
 
 namespace linegate::sdo {
@@ -100,6 +101,7 @@ bool Server::serve_unknown(std::uint64_t request, Instant now, std::uint64_t& re
 }
 
 void Server::divert(bool diverted) {
+  LINEGATE_ASSERT(detour_ != nullptr || !diverted, "a detour gets the requests");
   drop();
   state_ = diverted ? State::diverted : State::idle;
 }
@@ -227,6 +229,7 @@ AbortCode Server::open_source(od::Address address, std::span<const std::byte> va
 }
 
 void Server::uploaded() {
+  LINEGATE_ASSERT(source_.at_end(), "every byte was sent");
   ++counters_.uploads;
   source_.close(AbortCode::none);
   end();

@@ -20,6 +20,7 @@
 #include <optional>
 #include <span>
 
+#include "stack/base/assert.h"
 #include "stack/base/event_log.h"
 #include "stack/base/time.h"
 #include "stack/can/cob_id.h"
@@ -242,6 +243,7 @@ inline bool Server::answer_at_once(std::uint64_t request, can::TransmitQueue& qu
 }
 
 inline void Server::end() {
+  LINEGATE_ASSERT_HOT(ticket_ == 0, "no access waits at the end of a transfer");
   state_ = State::idle;
   address_ = {};
   deadline_ = kNever;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The server's side of block transfer (CiA 301, 7.2.4.3.9 to 7.2.4.3.16).
+#include "stack/base/assert.h"
 #include "stack/sdo/server.h"
 
 namespace linegate::sdo {
@@ -162,6 +163,7 @@ bool Server::serve_other(std::uint64_t request, Instant now, std::uint64_t& repl
 // --- download -----------------------------------------------------------------------------------
 
 bool Server::block_segment(std::uint64_t request, Instant now, std::uint64_t& reply) {
+  LINEGATE_ASSERT_HOT(state_ == State::block_download, "a sub-block is received");
   const AbortCode why = receiver_.take(request, sink_);
   if (why == od::kLater) {
     ticket_ = dictionary_.put_off_sink(address_);
@@ -194,6 +196,7 @@ std::uint64_t Server::acknowledge_block(Instant now) {
 }
 
 bool Server::end_block_download(std::uint64_t request, Instant now, std::uint64_t& reply) {
+  LINEGATE_ASSERT(state_ == State::block_download_end, "every segment was acknowledged");
   AbortCode why = receiver_.finish(request, sink_);
   if (why == od::kLater) {
     ticket_ = dictionary_.put_off_sink(address_);

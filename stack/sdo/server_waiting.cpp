@@ -3,6 +3,7 @@
 // indication).
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/sdo/server.h"
 
 namespace linegate::sdo {
@@ -27,8 +28,8 @@ bool Server::answered() const {
   return ticket_ != 0 && dictionary_.outcome(ticket_);
 }
 
-// Precondition: answered().
 void Server::resume(Instant now, can::TransmitQueue& queue) {
+  LINEGATE_ASSERT(answered(), "the hook has answered");
   if (state_ != State::waiting) {
     resume_sub_block(now, queue);
     return;
@@ -112,6 +113,7 @@ bool Server::proceed_with_stream(Instant now, std::uint64_t& reply) {
       reply = acknowledge_block(now);
       return true;
     default:
+      LINEGATE_ASSERT(awaited_ == Awaited::open_sink, "the sink may be opened now");
       end();
       return serve(newest_request_, now, reply);
   }
@@ -119,6 +121,8 @@ bool Server::proceed_with_stream(Instant now, std::uint64_t& reply) {
 
 // A sub-block goes on: its segments may be sent, or those that came may be acknowledged.
 void Server::resume_sub_block(Instant now, can::TransmitQueue& queue) {
+  LINEGATE_ASSERT(state_ == State::block_download || state_ == State::block_upload,
+                  "a stream is waited for within a sub-block");
   const AbortCode why = dictionary_.finish(std::exchange(ticket_, 0));
   if (why != AbortCode::none) {
     outbox_.send(refuse_block(why, now), now, queue);

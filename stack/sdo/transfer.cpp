@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/od/hook.h"
 
 namespace linegate::sdo {
@@ -52,6 +53,9 @@ std::optional<std::uint32_t> Source::size() const {
 
 // One byte more than asked for tells whether these are the last.
 std::size_t Source::next(std::span<std::byte> out) {
+  LINEGATE_ASSERT_HOT(out.size() <= 8, "a frame takes up to 8 bytes");
+  LINEGATE_ASSERT_HOT(from_ == nullptr || position_ - released_ <= kRewind,
+                      "what may be given again fits into the window");
   error_ = error_ == od::kLater ? AbortCode::none : error_;
   if (!ended_ && position_ + out.size() >= begin_ + bytes_.size()) {
     fill();

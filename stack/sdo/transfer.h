@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "stack/base/abort_code.h"
+#include "stack/base/assert.h"
 #include "stack/od/stream.h"
 
 namespace linegate::sdo {
@@ -37,7 +38,11 @@ class Source {
   AbortCode error() const { return error_; }
 
   // The next bytes are those from position on. Precondition: they were given since release().
-  void rewind(std::size_t position) { position_ = position; }
+  void rewind(std::size_t position) {
+    LINEGATE_ASSERT(position >= released_ && position <= position_,
+                    "the bytes were given since release()");
+    position_ = position;
+  }
   // rewind() will not go back behind the bytes given so far.
   void release() { released_ = position_; }
   // Begins anew, for another attempt. False if the source cannot.
