@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/emcy/error_state.h"
 
+#include "stack/base/assert.h"
 #include "stack/emcy/message.h"
 
 namespace linegate::emcy {
@@ -55,9 +56,11 @@ std::uint8_t ErrorState::begin_bits(std::uint8_t bits, std::uint8_t present) {
 }
 
 std::uint8_t ErrorState::end_bits(std::uint8_t bits, std::uint8_t present) {
+  LINEGATE_ASSERT(errors_ > 0, "an error that ends has begun");
   unsigned gone = 0;
   --errors_;
   for (std::size_t bit = 0; bit < needed_.size(); ++bit) {
+    LINEGATE_ASSERT(!has(bits, bit) || needed_[bit] > 0, "an error of the class has begun");
     if (has(bits, bit) && --needed_[bit] == 0) {
       gone |= ours_ & 1U << bit;
     }

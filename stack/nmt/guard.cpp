@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/nmt/guard.h"
 
+#include "stack/base/assert.h"
 #include "stack/can/cob_id.h"
 
 namespace linegate::nmt {
 
 can::Frame guard_request(std::uint8_t node) {
+  LINEGATE_ASSERT(node >= can::kMinNodeId && node <= can::kMaxNodeId, "the node-ID is 1..127");
   can::Frame frame;
   frame.id = can::kErrorControlBase + node;
   frame.flags = can::Frame::kRemote;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/period.h"
 
 namespace linegate::nmt {
@@ -135,6 +136,7 @@ void HeartbeatConsumer::stop(std::uint8_t node) {
     nodes_[node].time = Duration::zero();
     nodes_[node].lost = false;
     set_deadline(nodes_[node], kNever);
+    LINEGATE_ASSERT(guarded_ > 0 || !nodes_[node].guard.asks(), "a guarded node is counted");
     guarded_ -= nodes_[node].guard.asks() ? 1U : 0U;
     nodes_[node].guard = Guard{};
   }
@@ -217,6 +219,8 @@ Duration HeartbeatConsumer::time(std::uint8_t node) const {
 
 void HeartbeatConsumer::lose(std::uint8_t id) {
   Node& node = nodes_[id];
+  LINEGATE_ASSERT(node.deadline != kNever && node.time > Duration::zero(),
+                  "only a node that is monitored is lost");
   const Instant deadline = node.deadline;
   set_deadline(node, kNever);
   node.lost = true;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/nmt/heartbeat_producer.h"
 
+#include "stack/base/assert.h"
 #include "stack/base/period.h"
 #include "stack/can/cob_id.h"
 #include "stack/od/objects.h"
@@ -13,6 +14,7 @@ HeartbeatProducer::HeartbeatProducer(const od::Dictionary& dictionary, can::Tran
 }
 
 void HeartbeatProducer::boot_up(Instant now) {
+  LINEGATE_ASSERT(state_ == State::initialising, "the boot-up message ends the initialisation");
   read_period();
   restart_ = false;
   send(0x00);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "stack/base/assert.h"
+
 namespace linegate::nmt {
 namespace {
 
@@ -44,6 +46,7 @@ std::uint8_t LifeSigns::take_expired(Instant now) {
 }
 
 void LifeSigns::hold(std::uint8_t id, Instant until) {
+  LINEGATE_ASSERT(id < nodes_.size(), "the node-ID is 1..127");
   nodes_[id].expires = until;
   next_ = earlier(next_, until);
 }

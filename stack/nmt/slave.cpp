@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/nmt/slave.h"
 
+#include "stack/base/assert.h"
+
 namespace linegate::nmt {
 
 Effect Slave::command(Command command) {
@@ -25,6 +27,7 @@ Effect Slave::command(Command command) {
 }
 
 void Slave::booted() {
+  LINEGATE_ASSERT(state_ == State::initialising, "a node boots once after each reset");
   state_ = State::pre_operational;
 }
 

@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "stack/base/assert.h"
+
 namespace linegate::sync {
 
 Consumer::Consumer(can::Dispatch& dispatch, EventLog& events)
@@ -35,6 +37,7 @@ void Consumer::advance(Instant now) {
 }
 
 void Consumer::lose() {
+  LINEGATE_ASSERT(active_ && consumes(), "only an active consumer misses a SYNC");
   Event event;
   event.time = deadline_;
   event.kind = EventKind::sync_lost;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/sync/producer.h"
 
+#include "stack/base/assert.h"
 #include "stack/base/period.h"
 
 namespace linegate::sync {
@@ -34,6 +35,7 @@ std::optional<std::uint8_t> Producer::advance(Instant now) {
   if (next_ > now) {
     return std::nullopt;
   }
+  LINEGATE_ASSERT(active_ && parameters_.is_producer(), "only an active producer has a next SYNC");
   next_ = next_after(next_, parameters_.period, now);
   if (transmit_.queued(can::TransmitClass::sync) != 0) {
     return std::nullopt;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/time/service.h"
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/base/period.h"
 #include "stack/can/cob_id_rule.h"
@@ -87,6 +88,7 @@ void Service::advance(Instant now) {
   if (next_ > now) {
     return;
   }
+  LINEGATE_ASSERT(active_ && produces(), "only an active producer has a next TIME");
   next_ = next_after(next_, period_, now);
   if (!utc_offset_ || transmit_.queued(can::TransmitClass::time) != 0) {
     return;
