@@ -11,10 +11,12 @@
 //   pdos         per local PDO: receptions (transmissions) and the time of the last.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/base/time.h"
 
@@ -49,6 +51,7 @@ class Area {
   // changes is marked. True if anything changed. Precondition: no bit of the mask lies beyond the
   // area.
   bool merge(std::uint32_t offset, std::uint64_t word, std::uint64_t mask) {
+    LINEGATE_ASSERT_HOT(has(offset, mask), "the bits lie in the area");
     const Hot hot = hot_;  // loaded before bytes are stored, which might alias it
     if (merge(hot, offset, word, mask) == 0) {
       return false;
@@ -59,6 +62,7 @@ class Area {
 
   // Marks bits of the word at byte `offset` as changed.
   void mark(std::uint32_t offset, std::uint64_t difference) {
+    LINEGATE_ASSERT_HOT(has(offset, difference), "the bits lie in the area");
     const Hot hot = hot_;
     mark(hot, offset, difference);
     hot_.changed_in = hot.generation;
@@ -66,6 +70,7 @@ class Area {
 
   // A frame of PDO `slot` (local PDO number - 1) is in the image, or was sent.
   void touch(std::size_t slot, Instant time, std::uint32_t frames = 1) {
+    LINEGATE_ASSERT_HOT(slot < pdos(), "the area has the PDO");
     const Hot hot = hot_;
     touch(hot, slot, time, frames);
     hot_.touched_in = hot.generation;
@@ -75,8 +80,14 @@ class Area {
   // changes stays in registers. changed() and touched() know of them from the end on.
   class Series;
 
-  PdoState& pdo(std::size_t slot) { return hot_.pdos[slot]; }  // NOLINT(*-const)
-  const PdoState& pdo(std::size_t slot) const { return hot_.pdos[slot]; }
+  PdoState& pdo(std::size_t slot) {  // NOLINT(*-const)
+    LINEGATE_ASSERT_HOT(slot < pdos(), "the area has the PDO");
+    return hot_.pdos[slot];
+  }
+  const PdoState& pdo(std::size_t slot) const {
+    LINEGATE_ASSERT_HOT(slot < pdos(), "the area has the PDO");
+    return hot_.pdos[slot];
+  }
   std::size_t pdos() const { return pdos_.size(); }
   // Room for at least so many PDOs; new ones are not valid. Allocates.
   void grow_pdos(std::size_t count);
@@ -87,6 +98,11 @@ class Area {
 
  private:
   friend class ProcessImage;
+
+  // Bits of a 64-bit word at byte `offset` that lie in the area.
+  bool has(std::uint32_t offset, std::uint64_t mask) const {
+    return std::size_t{offset} * 8 + static_cast<std::size_t>(std::bit_width(mask)) <= size() * 8;
+  }
 
   // One cache line with all a frame needs; the vectors below own what it points to.
   struct alignas(64) Hot {
@@ -149,9 +165,11 @@ class Area::Series {
   Series& operator=(const Series&) = delete;
 
   void merge(std::uint32_t offset, std::uint64_t word, std::uint64_t mask) {
+    LINEGATE_ASSERT_HOT(area_.has(offset, mask), "the bits lie in the area");
     changes_ |= Area::merge(hot_, offset, word, mask);
   }
   void touch(std::size_t slot, Instant time, std::uint32_t frames = 1) {
+    LINEGATE_ASSERT_HOT(slot < area_.pdos(), "the area has the PDO");
     Area::touch(hot_, slot, time, frames);
     touches_ += frames;
   }

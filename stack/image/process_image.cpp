@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <functional>
 
+#include "stack/base/assert.h"
+
 namespace linegate::image {
 namespace {
 
@@ -103,7 +105,9 @@ std::span<const std::byte> ProcessImage::bytes(Direction direction) const {
 bool ProcessImage::write_entry(Direction direction, std::uint32_t entry,
                                std::span<const std::byte> value) {
   Side& s = side(direction);
+  LINEGATE_ASSERT(entry < s.layout.entries.size(), "the entry exists");
   const Entry& at = s.layout.entries[entry];
+  LINEGATE_ASSERT(value.size() * 8 >= at.bit_length, "the value has every bit of the entry");
   bool changed = false;
   for_each_word(
       at.bit_offset, at.bit_length,
@@ -137,6 +141,8 @@ bool ProcessImage::write_entry(Direction direction, std::uint32_t entry, std::ui
 bool ProcessImage::write_bytes(Direction direction, std::uint32_t offset,
                                std::span<const std::byte> value) {
   Side& s = side(direction);
+  LINEGATE_ASSERT(std::uint64_t{offset} + value.size() <= s.area.size(),
+                  "the bytes lie in the area");
   const std::uint64_t begin = std::uint64_t{offset} * 8;
   const std::uint64_t end = begin + value.size() * 8;
   const std::size_t first_block = offset / kBlockBytes;
@@ -162,6 +168,7 @@ bool ProcessImage::write_bytes(Direction direction, std::uint32_t offset,
 
 std::uint64_t ProcessImage::read_entry(Direction direction, std::uint32_t entry) const {
   const Side& s = side(direction);
+  LINEGATE_ASSERT(entry < s.layout.entries.size(), "the entry exists");
   const Entry& at = s.layout.entries[entry];
   std::uint64_t value = 0;
   for_each_word(

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "stack/base/assert.h"
+
 namespace linegate::lss {
 namespace {
 
@@ -139,6 +141,7 @@ void Assigner::not_given(Verdict why) {
 }
 
 Request Assigner::request() const {
+  LINEGATE_ASSERT(active() && step_ != Step::check, "a service is due");
   switch (step_) {
     case Step::ask:
       return {.service = Service::anybody};
@@ -245,6 +248,7 @@ bool Assigner::asks_again(const Answer& answer) {
 void Assigner::try_target() {
   while (is_complete()) {
     const Candidate& candidate = candidates_[complete_[target_]];
+    LINEGATE_ASSERT(candidate.complete(), "every part of the address is known");
     if (!host_.is_watched(candidate.node)) {
       Address address{};
       std::ranges::transform(candidate.address, address.begin(),
@@ -463,6 +467,7 @@ void Assigner::select(const Address& address, std::uint8_t node) {
 }
 
 void Assigner::gave(const Answer& answer) {
+  LINEGATE_ASSERT(selecting_ && step_ == Step::give, "a selected device was given its node-ID");
   if (answer.outcome != Outcome::done) {
     conclude(answer.outcome == Outcome::refused ? Verdict::node_id_refused : Verdict::no_answer,
              answer);

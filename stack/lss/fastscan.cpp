@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/lss/fastscan.h"
 
+#include "stack/base/assert.h"
+
 namespace linegate::lss {
 namespace {
 
@@ -20,6 +22,7 @@ Fastscan::Fastscan(const Known& known, unsigned repeats) : known_(known), repeat
 }
 
 Message Fastscan::question() const {
+  LINEGATE_ASSERT(state_ == State::running, "the search runs");
   Message out{.command = Command::fastscan};
   switch (step_) {
     case Step::begin:
@@ -38,6 +41,7 @@ Message Fastscan::question() const {
 }
 
 void Fastscan::answered(bool yes) {
+  LINEGATE_ASSERT(state_ == State::running, "the search runs");
   const unsigned repeats = step_ == Step::begin    ? kFirstRepeats
                            : step_ == Step::verify ? kVerifyRepeats
                                                    : repeats_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/lss/master.h"
 
+#include "stack/base/assert.h"
 #include "stack/base/deadline.h"
 
 namespace linegate::lss {
@@ -216,6 +217,7 @@ void Master::advance(Instant now) {
 }
 
 void Master::finish(const Answer& answer) {
+  LINEGATE_ASSERT(busy_ && frames_.empty(), "a service ends behind its last frame");
   busy_ = false;
   deadline_ = kNever;
   held_.reset();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 
@@ -36,6 +37,7 @@ void put(const Address& address, std::vector<std::byte>& out) {
 }
 
 Address read_address(std::span<const std::byte> bytes) {
+  LINEGATE_ASSERT(bytes.size() == kAddressBytes, "an address has 16 bytes");
   return {word_at(bytes, 0), word_at(bytes, 1), word_at(bytes, 2), word_at(bytes, 3)};
 }
 
@@ -165,6 +167,7 @@ std::optional<std::uint8_t> Course::given() const {
 }
 
 Request Course::request() const {
+  LINEGATE_ASSERT(!over_ && !node_to_check(), "a service is due");
   if (check_ == Check::inquire) {
     return {.service = Service::inquire_node_id, .of_one = true};
   }
@@ -176,6 +179,7 @@ Request Course::request() const {
 }
 
 void Course::answered(const Answer& answer) {
+  LINEGATE_ASSERT(!over_ && !node_to_check(), "a service was requested");
   if (is_fastscan()) {
     scanned(answer.outcome == Outcome::done);
     return;
@@ -216,6 +220,7 @@ void Course::scanned(bool yes) {
 }
 
 std::vector<std::byte> Course::reply() const {
+  LINEGATE_ASSERT(over_, "the procedure is over");
   std::vector<std::byte> out(3 + data_.size());
   out[0] = static_cast<std::byte>(last_.outcome);
   out[1] = std::byte{last_.error};

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/deadline.h"
 #include "stack/can/cob_id.h"
 
@@ -35,6 +36,8 @@ void SlaveHost::use_bit_timing(std::uint8_t /*index*/, Instant /*now*/) {
 }
 
 void Slave::power_on(const Settings& kept) {
+  LINEGATE_ASSERT(host_ != nullptr || kept.bit_timing == kNoBitTiming,
+                  "a device that keeps a bit timing can switch to it");
   persistent_ = kept;
   state_ = SlaveState::waiting;
   selected_ = identified_ = position_ = 0;
@@ -252,6 +255,7 @@ void Slave::advance(Instant now) {
   if (now < wake_) {
     return;
   }
+  LINEGATE_ASSERT(silent(), "the bit rate is being switched");
   if (phase_ == Phase::before_switch) {
     phase_ = Phase::after_switch;
     host_->use_bit_timing(activated_, now);

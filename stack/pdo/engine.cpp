@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/pdo/engine.h"
 
+#include "stack/base/assert.h"
 #include "stack/pdo/engine_impl.h"
 
 namespace linegate::pdo {
@@ -85,6 +86,8 @@ void Engine::set_node_id(std::uint8_t node_id) {
 }
 
 void Engine::set_max_length(std::size_t bytes) {
+  LINEGATE_ASSERT(bytes == can::kMaxClassicData || bytes == can::kMaxFdData,
+                  "a PDO has up to 8 bytes, or up to 64 in an FD frame");
   impl_->max_bytes = bytes;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/od/objects.h"
 
@@ -32,6 +33,7 @@ void for_each_entry(const od::Dictionary& dictionary, std::uint16_t first, Visit
 }  // namespace
 
 MpdoData encode(const Mpdo& mpdo) {
+  LINEGATE_ASSERT_HOT(mpdo.mode != MpdoMode::none, "the mode is source or destination");
   MpdoData out{};
   const std::uint8_t mode = mpdo.mode == MpdoMode::destination ? kDestinationBit : std::uint8_t{0};
   out[0] = static_cast<std::byte>(mode | mpdo.node);

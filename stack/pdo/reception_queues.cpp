@@ -5,6 +5,8 @@
 #include <functional>
 #include <utility>
 
+#include "stack/base/assert.h"
+
 namespace linegate::pdo {
 
 void ReceptionQueues::assign(std::span<const Wanted> wanted) {
@@ -23,7 +25,9 @@ void ReceptionQueues::assign(std::span<const Wanted> wanted) {
 }
 
 ReceptionQueues::Queue& ReceptionQueues::queue_of(std::uint16_t slot) {
-  return *std::ranges::lower_bound(queues_, slot, {}, &Queue::slot);
+  const auto found = std::ranges::lower_bound(queues_, slot, {}, &Queue::slot);
+  LINEGATE_ASSERT_HOT(found != queues_.end() && found->slot == slot, "the slot has a queue");
+  return *found;
 }
 
 void ReceptionQueues::add_to_order(std::size_t queue) {

@@ -3,6 +3,8 @@
 //
 // A TPDO is sampled when it is requested, into its one frame: what is sent is always the newest
 // sample. rank is its place in the order of the bus, so the lowest set bit goes first.
+#include "stack/base/assert.h"
+#include "stack/can/cob_id.h"
 #include "stack/image/network_variables.h"
 #include "stack/pdo/engine_impl.h"
 
@@ -342,6 +344,7 @@ bool Engine::Impl::peek(can::Frame& out, Instant now) {
 
 // The most urgent one; gives the slot of its RPDO. Precondition: asked.any().
 std::size_t Engine::Impl::first_remote_frame(can::Frame& out) const {
+  LINEGATE_ASSERT_HOT(asked.any(), "a PDO is to be requested");
   std::size_t first = kNoRank;
   for_each_bit(asked.words(), [&](std::size_t slot) {
     const can::Frame frame = remote_frame(static_cast<std::uint16_t>(slot));
@@ -566,6 +569,7 @@ void Engine::Impl::set_receiver(std::uint8_t node, Receiver state) {
 }
 
 void Engine::set_receiver(std::uint8_t node, Receiver state) {
+  LINEGATE_ASSERT(node >= can::kMinNodeId && node <= can::kMaxNodeId, "the node-ID is 1..127");
   impl_->set_receiver(node, state);
 }
 
