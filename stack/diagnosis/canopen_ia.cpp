@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/bus_state.h"
 #include "stack/diagnosis/record_description.h"
@@ -120,7 +121,9 @@ CanopenIa::~CanopenIa() {
 void CanopenIa::set_hooks(od::Hook* hook) {
   for (const std::uint16_t each :
        {kStatusRecord, kControlRecord, kNodeStates, kNmtRecord, kFrameRecord}) {
-    (void)dictionary_.set_hook(static_cast<std::uint16_t>(options_.base + each), hook).ok();
+    LINEGATE_ASSERT(
+        dictionary_.set_hook(static_cast<std::uint16_t>(options_.base + each), hook).ok(),
+        "the object exists");
   }
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/od/number_variable.h"
 #include "stack/od/objects.h"
@@ -116,7 +117,8 @@ Objects::~Objects() {
 void Objects::set_hooks(od::Hook* hook) {
   const auto set = [&](std::uint16_t first, unsigned count) {
     for (unsigned i = 0; i < count; ++i) {
-      (void)dictionary_.set_hook(static_cast<std::uint16_t>(first + i), hook).ok();
+      LINEGATE_ASSERT(dictionary_.set_hook(static_cast<std::uint16_t>(first + i), hook).ok(),
+                      "the object exists");
     }
   };
   set(od::objects::kManagerStatus, 1);

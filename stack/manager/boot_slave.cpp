@@ -5,6 +5,7 @@
 #include <array>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/manager/boot_event.h"
 #include "stack/od/objects.h"
@@ -332,6 +333,7 @@ void BootSlave::check_keep_alive(Instant now) {
 }
 
 void BootSlave::reset(Instant now) {
+  LINEGATE_ASSERT(step_ != Step::wait_reset, "the step that goes on after the reset is known");
   reset_by_ = step_;
   reset_.repeats = 0;
   // Values that were restored are those of the application, too.
@@ -441,6 +443,7 @@ void BootSlave::run(BootStep& step, Step which, Instant now) {
 }
 
 BootStep& BootSlave::running() {
+  LINEGATE_ASSERT(step_ == Step::program || step_ == Step::configuration, "such a step runs");
   return step_ == Step::program ? *program_ : *configuration_;
 }
 
@@ -572,7 +575,37 @@ void BootSlave::submit(sdo::Request request, Instant now) {
   }
 }
 
+bool BootSlave::may_follow(Step before, Step step) {
+  const bool reads = before == Step::device_type || before == Step::identity;
+  const bool runs = before == Step::program || before == Step::configuration;
+  switch (step) {
+    case Step::idle:
+      return true;
+    case Step::wait_boot_up:
+      return before != Step::wait_reset && before != Step::program && before != Step::done;
+    case Step::device_type:
+      return before != Step::done;
+    case Step::identity:
+      return reads;
+    case Step::keep_alive:
+      return reads;
+    case Step::wait_reset:
+      return before == Step::keep_alive || before == Step::wait_reset || runs;
+    case Step::program:
+      return reads || before == Step::wait_reset;
+    case Step::configuration:
+      return reads || before == Step::program || before == Step::wait_reset;
+    case Step::error_control:
+    case Step::done:
+      return before != Step::retry && before != Step::done;
+    case Step::retry:
+      return reads || runs || before == Step::keep_alive || before == Step::error_control;
+  }
+  return false;
+}
+
 void BootSlave::set_step(Step step, Instant wake) {
+  LINEGATE_ASSERT(may_follow(step_, step), "the boot process takes its steps in order");
   step_ = step;
   wake_ = wake;
 }

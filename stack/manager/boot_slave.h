@@ -110,6 +110,9 @@ class BootSlave final : private StepContext {
     done,
   };
 
+  // Whether `step` may follow `before`.
+  static bool may_follow(Step before, Step step);
+
   const NodePlan& plan() const override { return plan_; }
   Duration sdo_timeout() const override;
   void submit(sdo::Request request, Instant now) override;

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/manager/concise_dcf.h"
@@ -45,13 +46,13 @@ ConfigurationObjects::ConfigurationObjects(od::Dictionary& dictionary,
     extents_[plan.id] = {.restore = plan.restore, .store = plan.store};
   }
   for (const std::uint16_t index : kHooked) {
-    (void)dictionary_.set_hook(index, this).ok();
+    LINEGATE_ASSERT(dictionary_.set_hook(index, this).ok(), "the object exists");
   }
 }
 
 ConfigurationObjects::~ConfigurationObjects() {
   for (const std::uint16_t index : kHooked) {
-    (void)dictionary_.set_hook(index, nullptr).ok();
+    LINEGATE_ASSERT(dictionary_.set_hook(index, nullptr).ok(), "the object exists");
   }
 }
 

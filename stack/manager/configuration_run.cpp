@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/od/objects.h"
 
@@ -94,8 +95,9 @@ void ConfigurationRun::take(AbortCode abort, std::span<const std::byte> data) {
       good ? dated() : void(step_ = Step::end);
       return;
     case Step::end:
-      return;
+      break;
   }
+  LINEGATE_ASSERT(false, "an ended run has no transfer");
 }
 
 Difference ConfigurationRun::fault() const {
@@ -103,6 +105,7 @@ Difference ConfigurationRun::fault() const {
 }
 
 TaskStep ConfigurationRun::next_write() const {
+  LINEGATE_ASSERT(write_ < order_.writes.size(), "a write is left");
   const ObjectWrite& write = order_.writes[write_];
   TaskStep step{.address = write.address, .write = true, .data = write.data};
   if (write.address.index == od::objects::kStoreParameters) {

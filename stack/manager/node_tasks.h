@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "stack/base/abort_code.h"
+#include "stack/base/assert.h"
 #include "stack/base/time.h"
 #include "stack/od/stream.h"
 #include "stack/sdo/arbiter.h"
@@ -46,6 +47,7 @@ class NodeTasks final : public sdo::TransferOwner {
 
   // Precondition: !busy(task->node()).
   void begin(std::unique_ptr<Task> task, Instant now) {
+    LINEGATE_ASSERT(!busy(task->node()), "a node has one task at a time");
     std::unique_ptr<Running>& running = running_[task->node()];
     running = std::make_unique<Running>();
     running->task = std::move(task);
@@ -140,6 +142,7 @@ class NodeTasks final : public sdo::TransferOwner {
   }
 
   void submit(Running& running, Instant now) {
+    LINEGATE_ASSERT(running.transfer == 0, "a task has one transfer at a time");
     const TaskStep& step = running.step;
     running.transfer = ++sequence_;
     sdo::Request request{.owner = this,

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/manager/node_array.h"
 #include "stack/od/objects.h"
@@ -59,11 +60,12 @@ ProgramObjects::ProgramObjects(od::Dictionary& dictionary, std::span<const NodeP
   for (const NodePlan& plan : plans) {
     programs_[plan.id] = plan.program;
   }
-  (void)dictionary_.set_hook(od::objects::kNodeProgram, this).ok();
+  LINEGATE_ASSERT(dictionary_.set_hook(od::objects::kNodeProgram, this).ok(), "the object exists");
 }
 
 ProgramObjects::~ProgramObjects() {
-  (void)dictionary_.set_hook(od::objects::kNodeProgram, nullptr).ok();
+  LINEGATE_ASSERT(dictionary_.set_hook(od::objects::kNodeProgram, nullptr).ok(),
+                  "the object exists");
 }
 
 std::uint32_t ProgramObjects::expected(std::uint8_t node) const {

@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/od/objects.h"
 
@@ -156,8 +157,9 @@ void ProgramRun::take(AbortCode abort, std::span<const std::byte> data) {
       polled(false, abort, data);
       return;
     case Step::end:
-      return;
+      break;
   }
+  LINEGATE_ASSERT(false, "an ended run has no transfer");
 }
 
 // Nothing was stopped yet: who does not answer is not there.

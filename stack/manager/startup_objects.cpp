@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/od/objects.h"
 
@@ -39,13 +40,13 @@ StartupObjects::StartupObjects(od::Dictionary& dictionary, std::uint8_t own_node
                                Host& host)
     : dictionary_(dictionary), own_(own_node), manager_(manager), host_(host) {
   for (const std::uint16_t index : kIndices) {
-    (void)dictionary_.set_hook(index, this).ok();
+    LINEGATE_ASSERT(dictionary_.set_hook(index, this).ok(), "the object exists");
   }
 }
 
 StartupObjects::~StartupObjects() {
   for (const std::uint16_t index : kIndices) {
-    (void)dictionary_.set_hook(index, nullptr).ok();
+    LINEGATE_ASSERT(dictionary_.set_hook(index, nullptr).ok(), "the object exists");
   }
 }
 

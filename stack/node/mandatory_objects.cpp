@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/node/mandatory_objects.h"
 
+#include "stack/base/assert.h"
 #include "stack/can/cob_id.h"
 #include "stack/od/number_variable.h"
 #include "stack/od/objects.h"
@@ -10,7 +11,7 @@ namespace {
 
 void add_missing(od::Dictionary& dictionary, const od::ObjectDescription& object) {
   if (!dictionary.has_object(object.index)) {
-    (void)dictionary.add(object).ok();
+    LINEGATE_ASSERT(dictionary.add(object).ok(), "the description makes sense");
   }
 }
 

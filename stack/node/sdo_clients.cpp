@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id_rule.h"
 #include "stack/node/sdo_channels.h"
@@ -47,7 +48,7 @@ void SdoClients::find_objects() {
     if (!dictionary_.has_object(index)) {
       continue;
     }
-    (void)dictionary_.set_hook(index, this).ok();
+    LINEGATE_ASSERT(dictionary_.set_hook(index, this).ok(), "the object exists");
     const auto place = std::ranges::lower_bound(entries_, index, {}, &Entry::index);
     if (place == entries_.end() || place->index != index) {
       entries_.insert(place, Entry{index, {}, {}, std::make_unique<sdo::Client>(can::CobId{})});

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id_rule.h"
 #include "stack/node/sdo_channels.h"
@@ -31,7 +32,8 @@ void SdoServers::find_objects() {
     if (number != 0 && !dictionary_.has_object(index)) {
       continue;
     }
-    (void)dictionary_.set_hook(index, this).ok();
+    const bool hooked = dictionary_.set_hook(index, this).ok();
+    LINEGATE_ASSERT(hooked || number == 0, "the object exists");  // 1200h is optional
     const auto place = std::ranges::lower_bound(entries_, number, {}, &Entry::number);
     if (place == entries_.end() || place->number != number) {
       entries_

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "stack/base/assert.h"
 #include "stack/can/cob_id.h"
 #include "stack/routing/table_object.h"
 #include "stack/sdo/protocol.h"
@@ -229,6 +230,7 @@ void SdoEntrance::try_route(Connection& connection, Instant now) {
 }
 
 void SdoEntrance::route_failed(Connection& connection, AbortCode why, Instant now) {
+  LINEGATE_ASSERT(connection.state == Connection::State::opening, "a route is being tried");
   if (connection.tried++ == 0) {
     connection.first_failure = why;
   }
@@ -370,12 +372,15 @@ void SdoEntrance::flush(Connection& connection, Instant now) {
 }
 
 void SdoEntrance::release(Connection& connection, Instant now) {
+  LINEGATE_ASSERT(connection.state != Connection::State::free, "the connection has a client");
   connection.state = Connection::State::draining;
   connection.deadline = kNever;
   flush(connection, now);
 }
 
 void SdoEntrance::free(Connection& connection) {
+  LINEGATE_ASSERT(connection.side != nullptr && connection.side->connection_ == connection.number,
+                  "client and connection name each other");
   connection.state = Connection::State::free;
   connection.deadline = kNever;
   connection.side->connection_ = 0;
@@ -401,6 +406,7 @@ void SdoEntrance::count_end(Connection& connection, SdoPhase::End how, AbortCode
       connection.state != Connection::State::forward) {
     return;
   }
+  LINEGATE_ASSERT(counters_.open > 0, "an open connection is counted");
   --counters_.open;
   if (how == SdoPhase::End::finished) {
     ++counters_.finished;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/can/cob_id.h"
 #include "stack/routing/sdo_entrance.h"
 #include "stack/sdo/protocol.h"
@@ -242,12 +243,16 @@ void SdoExit::granted(std::uint64_t number, Instant now) {
     opened(*passage, now);
     return;
   }
+  LINEGATE_ASSERT(passage->state == Passage::State::waiting, "the channel is waited for");
   passage->state = Passage::State::asking;
   wait_until(*passage, passage->budget);
   give(*passage, encode(passage->target), now);
 }
 
 void SdoExit::opened(Passage& passage, Instant now) {
+  LINEGATE_ASSERT(
+      passage.state == Passage::State::waiting || passage.state == Passage::State::asking,
+      "a passage opens once");
   passage.state = Passage::State::open;
   // The entrance has the arm timer: this is for the case that it is gone.
   wait_until(passage, now + config_.arm_timeout + frame_timeout());
@@ -462,6 +467,7 @@ void SdoExit::drain(Passage& passage, Instant now) {
 }
 
 void SdoExit::finish(Passage& passage) {
+  LINEGATE_ASSERT(passage.state == Passage::State::draining, "only the bus is waited for");
   counters_.lost += passage.waiting.size();
   passage.waiting.clear();
   passage.state = Passage::State::free;

@@ -5,8 +5,10 @@
 #include <array>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/base/deadline.h"
+#include "stack/can/cob_id.h"
 #include "stack/od/objects.h"
 
 namespace linegate::scan {
@@ -21,6 +23,8 @@ bool Scanner::begin(const Options& options, Instant now) {
   if (active() || done_) {
     return false;
   }
+  LINEGATE_ASSERT(options.first >= can::kMinNodeId && options.last <= can::kMaxNodeId,
+                  "node-IDs are 1..127");
   options_ = options;
   next_ = options.first;
   last_ = options.last;
@@ -55,6 +59,7 @@ void Scanner::go_on(Running& running, Instant now) {
 }
 
 void Scanner::read_next(Running& running, Instant now) {
+  LINEGATE_ASSERT(running.survey.wanted(), "an object of the node is left to read");
   submit(running,
          {.address = *running.survey.wanted(),
           .timeout = options_.timeout,
@@ -92,6 +97,7 @@ void Scanner::restored(Running& running, AbortCode outcome, Instant now) {
 }
 
 void Scanner::submit(Running& running, sdo::Request request, Instant now) {
+  LINEGATE_ASSERT(running.wake == kNever, "a node that restarts is not asked");
   running.asked = now;
   running.transfer = ++transfers_;
   request.owner = &owner_;

@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/od/objects.h"
 
@@ -112,6 +113,7 @@ void Survey::next_head(std::optional<std::uint64_t> value) {
     return;
   }
   ++head_;
+  LINEGATE_ASSERT(head_ < kHead.size(), "the identity is the last of the head");
   const bool has_modules =
       (node_.number({od::objects::kDeviceType, 0}).value_or(0) & 0xFFFFU) == kModules;
   if (kHead[head_] == kInterruptEnable && !has_modules) {
