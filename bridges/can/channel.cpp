@@ -4,6 +4,8 @@
 #include <cerrno>
 #include <system_error>
 
+#include "stack/base/assert.h"
+
 namespace linegate::can_bridge {
 namespace {
 
@@ -26,10 +28,9 @@ void BusEvents::push(const can::BusEvent& event) {
     frames_before_[count_ - 1] = frames_;
     return;
   }
-  if (count_ < kCapacity) {
-    frames_before_[count_] = frames_;
-    events_[count_++] = event;
-  }
+  LINEGATE_ASSERT(room() > 0, "read() stops before its events overflow");
+  frames_before_[count_] = frames_;
+  events_[count_++] = event;
 }
 
 int Channel::restart(Instant /*now*/) {

@@ -3,11 +3,15 @@
 
 #include <cstring>
 
+#include "bridges/can/sendable.h"
+#include "stack/base/assert.h"
+
 namespace linegate::can_bridge {
 
 using can::Frame;
 
 [[gnu::hot]] std::size_t encode(const Frame& frame, canfd_frame& raw) {
+  LINEGATE_ASSERT_HOT(sendable(frame, true), "the format has the identifier and the length");
   raw.can_id = frame.id;
   if (frame.extended()) {
     raw.can_id |= CAN_EFF_FLAG;
@@ -34,6 +38,7 @@ using can::Frame;
 }
 
 [[gnu::hot]] bool decode(const canfd_frame& raw, std::size_t bytes, Frame& out) {
+  LINEGATE_ASSERT_HOT((raw.can_id & CAN_ERR_FLAG) == 0, "an error frame is no frame of the bus");
   const bool extended = (raw.can_id & CAN_EFF_FLAG) != 0;
   out.id = raw.can_id & (extended ? CAN_EFF_MASK : CAN_SFF_MASK);
   out.flags = extended ? Frame::kExtended : 0;

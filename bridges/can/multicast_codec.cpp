@@ -13,6 +13,7 @@
 #include <msgpack/unpack.hpp>
 
 #include "bridges/can/sendable.h"
+#include "stack/base/assert.h"
 
 namespace linegate::can_bridge {
 namespace {
@@ -184,6 +185,7 @@ MulticastDecoder::~MulticastDecoder() = default;
 
 MulticastDecoder::Result MulticastDecoder::decode(std::span<const char> datagram, Frame& frame,
                                                   canfd_frame& error) {
+  LINEGATE_ASSERT(datagram.size() <= kMulticastDatagram, "no datagram of this format is longer");
   if (!parser_->read(datagram)) {
     return Result::malformed;
   }

@@ -6,6 +6,7 @@
 
 #include "bridges/console/table.h"
 #include "bridges/console/tables.h"
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/line/command.h"
 
@@ -120,6 +121,8 @@ std::string way_text(const std::vector<std::byte>& data, const image::Layout* ou
 
 std::string output_state(const Line& line, std::size_t entry) {
   const Area& outputs = line.areas[static_cast<std::size_t>(image::Direction::outputs)];
+  LINEGATE_ASSERT(outputs.layout.has_value() && entry < outputs.layout->entries.size(),
+                  "the layout was received and has the entry");
   const image::Entry& place = outputs.layout->entries[entry];
   if (outputs.valid(entry)) {
     return line.view && line.view->state.role == line::Role::device ? "written" : "sent";

@@ -8,6 +8,7 @@
 #include "bridges/console/lookup.h"
 #include "bridges/console/routes.h"
 #include "bridges/console/table.h"
+#include "stack/base/assert.h"
 
 namespace linegate::console {
 namespace {
@@ -136,6 +137,7 @@ std::optional<SdoTarget> sdo_target(Context& context, const std::string& node,
 }
 
 std::string name_of(const SdoTarget& target) {
+  LINEGATE_ASSERT(target.owner != nullptr, "the line of the node was found");
   const auto known = target.owner->nodes.find(target.node.node);
   return known == target.owner->nodes.end() ? "" : printable(known->second.name);
 }

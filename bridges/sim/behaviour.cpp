@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "stack/base/assert.h"
+
 namespace linegate::sim {
 
 void Behaviour::attach(node::Node& node, std::uint64_t seed) {
@@ -40,7 +42,7 @@ void Behaviour::reset(bool whole_node, Instant now) {
 }
 
 void Behaviour::hook(std::uint16_t index) {
-  (void)node_->dictionary().set_hook(index, this).ok();
+  LINEGATE_ASSERT(node_->dictionary().set_hook(index, this).ok(), "the profile has the object");
 }
 
 std::uint64_t Behaviour::unsigned_value(od::Address address) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/can/wire.h"
 
 namespace linegate::sim {
@@ -76,6 +77,7 @@ bool Bus::submit(Endpoint endpoint, const can::Frame& frame, Instant now) {
 }
 
 std::size_t Bus::most_urgent(const End& end, Instant by) const {
+  LINEGATE_ASSERT(!end.queue.empty() && end.queue.front().submitted <= by, "a frame waits");
   const std::size_t count = std::min(options_.buffers, end.queue.size());
   std::size_t best = 0;
   for (std::size_t i = 1; i < count && end.queue[i].submitted <= by; ++i) {

@@ -8,6 +8,7 @@
 #include "bridges/sim/behaviour.h"
 #include "bridges/sim/eds_files.h"
 #include "bridges/sim/program_memory.h"
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
 #include "stack/eds/reader.h"
@@ -98,7 +99,9 @@ void set_default(od::DeviceDescription& device, od::Address address, std::uint64
 
 // Describes the device with that node-ID. Preconditions: the node-ID is valid, the profile exists.
 Loaded<od::DeviceDescription> describe(const DeviceOptions& options, std::uint8_t node_id) {
-  const Profile& profile = *find(options.profile);
+  const Profile* const known = find(options.profile);
+  LINEGATE_ASSERT(known != nullptr, "the profile is known");
+  const Profile& profile = *known;
   auto out = eds::load(profile.text, profile.file, node_id);
   if (!out.ok()) {
     return out;

@@ -5,6 +5,7 @@
 #include <array>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/od/objects.h"
 #include "stack/sdo/crc.h"
@@ -68,14 +69,14 @@ ProgramMemory::ProgramMemory(od::Dictionary& dictionary) : dictionary_(dictionar
   identification_ = static_cast<std::uint32_t>(
       dictionary_.number({od::objects::kSoftwareIdentification, 1}).value_or(0));
   for (const std::uint16_t index : kHooked) {
-    (void)dictionary_.set_hook(index, this).ok();
+    (void)dictionary_.set_hook(index, this).ok();  // most devices have no program
   }
 }
 
 ProgramMemory::~ProgramMemory() {
   for (const std::uint16_t index : kHooked) {
     if (dictionary_.has_object(index)) {
-      (void)dictionary_.set_hook(index, nullptr).ok();
+      LINEGATE_ASSERT(dictionary_.set_hook(index, nullptr).ok(), "the object exists");
     }
   }
 }

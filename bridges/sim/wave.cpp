@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "stack/base/assert.h"
+
 namespace linegate::sim {
 namespace {
 
@@ -23,6 +25,7 @@ std::uint64_t mix(std::uint64_t seed, std::uint64_t n) {
 }
 
 std::int64_t periods(Instant t, Duration period) {
+  LINEGATE_ASSERT(period > Duration::zero(), "the period is positive");
   return t.time_since_epoch() / period;
 }
 
@@ -31,6 +34,7 @@ Instant next_period(Instant t, Duration period) {
 }
 
 double phase(Instant t, Duration period, std::uint64_t seed) {
+  LINEGATE_ASSERT(period > Duration::zero(), "the period is positive");
   const Duration rest = t.time_since_epoch() % period;
   const double sum = static_cast<double>(rest.count()) / static_cast<double>(period.count()) +
                      fraction(mix(seed, 0));
