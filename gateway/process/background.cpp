@@ -4,10 +4,13 @@
 #include <thread>
 #include <utility>
 
+#include "stack/base/assert.h"
+
 namespace linegate::gateway {
 
 // The future of a packaged_task does not wait where it ends.
 void Background::start(std::function<Rest()> work) {
+  LINEGATE_ASSERT(!active(), "the work before has ended");
   std::packaged_task<Rest()> task(std::move(work));
   result_ = task.get_future();
   std::thread(std::move(task)).detach();
