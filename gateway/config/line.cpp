@@ -284,18 +284,12 @@ void tell_what_an_observer_ignores(Section& section, const line::LineConfig& con
   tell_what_an_observer_ignores_of_nodes(section.findings(), section.find("nodes"));
 }
 
-}  // namespace
-
-LineSection read_line(Findings& findings, const YAML::Node& node) {
-  LineSection out;
+// Its name, its interface and the bit rate of that.
+void read_interface_of_line(Section& section, LineSection& out) {
   LinePlan& plan = out.plan;
-  plan.config.network_id = 0;
-  Section section(findings, node, "a line");
-  out.place = section.place();
-
   const YAML::Node name = section.require("name");
   if (auto text = section.text(name)) {
-    check_name(findings, *text, place_of(name), "name");
+    check_name(section.findings(), *text, place_of(name), "name");
     plan.config.name = std::move(*text);
     out.place = place_of(name);
   }
@@ -310,9 +304,38 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
     if (const auto value = parse_bit_rate(*text)) {
       plan.config.bit_rate = *value;
     } else {
-      findings.error(place_of(rate), "expected a bit rate such as 500kbit, got \"" + *text + "\"");
+      section.findings().error(place_of(rate),
+                               "expected a bit rate such as 500kbit, got \"" + *text + "\"");
     }
   }
+}
+
+void read_pdo_update(Section& section, LinePlan& plan) {
+  const YAML::Node update = section.find("pdo_update");
+  if (update.IsDefined()) {
+    Section from(section.findings(), update, "pdo_update");
+    from.read("min_period", plan.pdo_min_period, Duration::zero(), kLongest);
+    plan.config.pdo_queue = read_pdo_queue(from).value_or(0);
+    if (plan.config.pdo_queue != 0 && plan.config.role == line::Role::device) {
+      section.findings().error(
+          place_of(update),
+          "every is of lines in the roles manager and observer: one in the role device "
+          "receives no TPDOs of nodes");
+    }
+    from.done();
+  }
+}
+
+}  // namespace
+
+LineSection read_line(Findings& findings, const YAML::Node& node) {
+  LineSection out;
+  LinePlan& plan = out.plan;
+  plan.config.network_id = 0;
+  Section section(findings, node, "a line");
+  out.place = section.place();
+
+  read_interface_of_line(section, out);
   const YAML::Node network = section.find("network_id");
   out.network_place = network.IsDefined() ? place_of(network) : out.place;
   section.read_number("network_id", plan.config.network_id, 1, 127);
@@ -328,18 +351,7 @@ LineSection read_line(Findings& findings, const YAML::Node& node) {
   out.enter = read_enter(findings, enter);
   read_emcy_routing(section, out);
   read_publish(section, plan.publish);
-  const YAML::Node update = section.find("pdo_update");
-  if (update.IsDefined()) {
-    Section from(findings, update, "pdo_update");
-    from.read("min_period", plan.pdo_min_period, Duration::zero(), kLongest);
-    plan.config.pdo_queue = read_pdo_queue(from).value_or(0);
-    if (plan.config.pdo_queue != 0 && plan.config.role == line::Role::device) {
-      findings.error(place_of(update),
-                     "every is of lines in the roles manager and observer: one in the role device "
-                     "receives no TPDOs of nodes");
-    }
-    from.done();
-  }
+  read_pdo_update(section, plan);
   const YAML::Node executor = section.find("executor");
   out.executor_place = place_of(executor);
   section.read("executor", plan.executor);

@@ -308,6 +308,51 @@ std::string lss_text(const Event& e) {
       number(e, 4, 4), number(e, 8, 4), number(e, 12, 4));
 }
 
+std::string emcy_text(const Event& e) {
+  return fmt::format("EMCY {:04X}h, error register {:02X}h, data {}", e.code, e.value,
+                     hex(std::span(e.data).first(5)));
+}
+
+// Outputs and commands of clients.
+std::string request_text(const Event& e) {
+  switch (e.kind) {
+    case EventKind::output_refused:
+      return fmt::format("outputs of group {} refused: {}{}", e.value,
+                         line::describe(static_cast<line::OutputRefusal>(e.code)), held_back(e));
+    case EventKind::output_armed:
+      return e.code == 0
+                 ? fmt::format("outputs of group {} in use, without watchdog", e.value)
+                 : fmt::format("outputs of group {} in use, watchdog {} ms", e.value, e.code);
+    case EventKind::output_watchdog:
+      return fmt::format("watchdog of output group {} fired: {}", e.value, reactions(e.code));
+    case EventKind::command_refused:
+      return fmt::format("command {} refused: {}{}", as<line::CommandKind>(e.value),
+                         line::describe(static_cast<line::Refusal>(e.code)), held_back(e));
+    default:
+      return {};
+  }
+}
+
+std::string pdo_text(const Event& e) {
+  switch (e.kind) {
+    case EventKind::pdo_length:
+      return fmt::format("PDO {}: {} bytes received, {} mapped", e.code, number(e, 0, 1), e.value);
+    case EventKind::pdo_timeout:
+      return fmt::format("PDO {} not received for {} ms", e.code, e.value);
+    case EventKind::pdo_recovered:
+      return fmt::format("PDO {} received again", e.code);
+    default:
+      return {};
+  }
+}
+
+std::string change_text(const Event& e) {
+  return e.code == 0
+             ? fmt::format("booted without an NMT command (it was {})", as<nmt::State>(e.value))
+             : fmt::format("left operational without an NMT command (now {})",
+                           as<nmt::State>(e.code));
+}
+
 std::string text(const Event& e, std::string_view interface) {
   switch (e.kind) {
     case EventKind::boot_up:
@@ -321,11 +366,9 @@ std::string text(const Event& e, std::string_view interface) {
     case EventKind::boot_result:
       return boot_text(e);
     case EventKind::emcy:
-      return fmt::format("EMCY {:04X}h, error register {:02X}h, data {}", e.code, e.value,
-                         hex(std::span(e.data).first(5)));
+      return emcy_text(e);
     case EventKind::emcy_sent:
-      return fmt::format("sent EMCY {:04X}h, error register {:02X}h, data {}", e.code, e.value,
-                         hex(std::span(e.data).first(5)));
+      return "sent " + emcy_text(e);
     case EventKind::configuration_error:
       if (number(e, 0, 2) == od::objects::kStoreParameters) {
         return fmt::format("stored parameters cannot be used, defaults are: {}",
@@ -333,11 +376,9 @@ std::string text(const Event& e, std::string_view interface) {
       }
       return fmt::format("object {} could not be configured: {}", object(e), abort_text(e.code));
     case EventKind::pdo_length:
-      return fmt::format("PDO {}: {} bytes received, {} mapped", e.code, number(e, 0, 1), e.value);
     case EventKind::pdo_timeout:
-      return fmt::format("PDO {} not received for {} ms", e.code, e.value);
     case EventKind::pdo_recovered:
-      return fmt::format("PDO {} received again", e.code);
+      return pdo_text(e);
     case EventKind::duplicate_node_id:
       return fmt::format("another device has the same node-ID ({})", sign_of_life(e.code));
     case EventKind::shared_node_id:
@@ -350,10 +391,7 @@ std::string text(const Event& e, std::string_view interface) {
     case EventKind::time_received:
       return "TIME received";
     case EventKind::spontaneous_change:
-      return e.code == 0
-                 ? fmt::format("booted without an NMT command (it was {})", as<nmt::State>(e.value))
-                 : fmt::format("left operational without an NMT command (now {})",
-                               as<nmt::State>(e.code));
+      return change_text(e);
     case EventKind::unexpected_node:
       return fmt::format("not configured, but on the line ({})", as<nmt::State>(e.code));
     case EventKind::foreign_sdo:
@@ -362,17 +400,10 @@ std::string text(const Event& e, std::string_view interface) {
       return fmt::format("SDO transfer of {} ended: {}{}", object(e), abort_text(e.code),
                          held_back(e));
     case EventKind::output_refused:
-      return fmt::format("outputs of group {} refused: {}{}", e.value,
-                         line::describe(static_cast<line::OutputRefusal>(e.code)), held_back(e));
     case EventKind::output_armed:
-      return e.code == 0
-                 ? fmt::format("outputs of group {} in use, without watchdog", e.value)
-                 : fmt::format("outputs of group {} in use, watchdog {} ms", e.value, e.code);
     case EventKind::output_watchdog:
-      return fmt::format("watchdog of output group {} fired: {}", e.value, reactions(e.code));
     case EventKind::command_refused:
-      return fmt::format("command {} refused: {}{}", as<line::CommandKind>(e.value),
-                         line::describe(static_cast<line::Refusal>(e.code)), held_back(e));
+      return request_text(e);
     case EventKind::foreign_manager:
       return foreign_manager_text(e);
     case EventKind::node_scanned:

@@ -199,131 +199,145 @@ void Scenario::describe_line(Words& words) {
   plans_.push_back(std::move(plan));
 }
 
+// Of the device itself and of its place in the configuration. False if the key is not one of these.
+bool Scenario::device_property(const std::string& key, Words& words, DeviceStatement& said) {
+  sim::DeviceOptions& device = said.device;
+  line::NodeConfig& node = said.node;
+  if (key == "heartbeat") {
+    node.heartbeat = words.duration();
+    said.heartbeat = node.heartbeat;
+  } else if (key == "consumer") {
+    node.heartbeat_consumer = words.duration();
+  } else if (key == "guarding") {
+    node.heartbeat = Duration::zero();
+    node.guard_time = words.duration();
+    node.life_time_factor = static_cast<std::uint8_t>(words.number());
+  } else if (key == "mandatory") {
+    node.mandatory = true;
+  } else if (key == "serial") {
+    node.serial = static_cast<std::uint32_t>(words.number());
+  } else if (key == "boot-timeout") {
+    node.boot_timeout = words.duration();
+  } else if (key == "deadline") {
+    node.pdo_deadline = words.duration();
+  } else if (key == "block") {
+    words.expect("never");
+    node.block_from = sdo::kNoBlocks;
+  } else if (key == "unconfigured") {
+    device.unconfigured = true;
+  } else if (key == "has-node-id") {
+    device.has_node_id = words.node();
+  } else if (key == "lss-fault") {
+    set_lss_fault(words.take(), device.lss_faults);
+  } else if (key == "has-serial") {
+    device.serial = static_cast<std::uint32_t>(words.number());
+  } else if (key == "unlisted") {
+    said.listed = false;
+  } else if (key == "ours") {
+    said.ours = true;
+  } else if (key == "absent") {
+    said.present = false;
+  } else {
+    return false;
+  }
+  return true;
+}
+
+// Of what it does besides, and of its device file. False if the key is not one of these.
+bool Scenario::object_property(const std::string& key, Words& words, DeviceStatement& said) {
+  NetworkPlan& plan = plans_.back();
+  const std::uint8_t id = said.device.node_id;
+  if (key == "foreign-sdo") {
+    plan.foreign_sdos[id] = blocks_of(words.take());
+  } else if (key == "domain") {
+    plan.domains.insert(id);
+  } else if (key == "mpdo") {
+    plan.mpdos.try_emplace(id);
+  } else if (key == "mpdo-of") {
+    plan.mpdos[id] = words.node();
+  } else if (key == "answers-after") {
+    plan.answers_after[id] = words.duration();
+  } else if (key == "on-request") {
+    const std::uint64_t tpdo = words.number();
+    said.on_request.emplace_back(static_cast<std::uint16_t>(tpdo), words.number());
+    plan.on_request.insert(id);
+  } else if (key == "no-cob-ids") {
+    said.no_cob_ids = true;
+  } else if (key == "reboots-on") {
+    plan.reboots_on[id] = static_cast<std::uint16_t>(words.number());
+  } else if (key == "inhibit") {
+    const auto record = static_cast<std::uint16_t>(std::stoul(words.take(), nullptr, 16));
+    said.inhibit_times.emplace_back(record, words.duration());
+  } else if (key == "expected") {
+    const od::Address address = words.address();
+    said.expected.emplace_back(address, words.number());
+  } else {
+    return false;
+  }
+  return true;
+}
+
+void Scenario::list_device(DeviceStatement& said) {
+  sim::DeviceOptions& device = said.device;
+  line::NodeConfig& node = said.node;
+  NetworkPlan& plan = plans_.back();
+  const auto file =
+      eds::load(sim::eds_text(device.profile), sim::eds_name(device.profile), node.id);
+  if (!file.ok()) {
+    throw BadStatement("no device profile '" + device.profile + "'");
+  }
+  node.device = *file.value;
+  for (const auto& [address, value] : said.expected) {
+    expect_value(node.device, address, value);
+  }
+  for (const auto& [record, time] : said.inhibit_times) {
+    set_inhibit_time(node.device, record, time);
+  }
+  if (said.no_cob_ids) {
+    leave_cob_ids(node.device);
+  }
+  for (const auto& [tpdo, type] : said.on_request) {
+    const auto record = static_cast<std::uint16_t>(0x1800 + tpdo - 1);
+    device.defaults = {{{record, 1}, can::default_tpdo_id(tpdo, node.id)}, {{record, 2}, type}};
+    for (const auto& [address, value] : device.defaults) {
+      expect_value(node.device, address, value);
+    }
+  }
+  if (said.ours) {
+    plan.ours.push_back(
+        {.id = node.id, .name = node.name, .device = node.device, .lss = device.unconfigured});
+    if (device.serial) {
+      set_serial(plan.ours.back().device, *device.serial);
+    }
+  }
+  plan.config.nodes.push_back(std::move(node));
+  std::ranges::sort(plan.config.nodes, {}, &line::NodeConfig::id);
+}
+
 void Scenario::describe_device(Words& words) {
   if (plans_.empty() || built_) {
     throw BadStatement("a device comes after its line and before the first 'at'");
   }
-  sim::DeviceOptions device{.node_id = words.node()};
-  device.profile = words.take();
-  device.seed = seed_ * 128 + device.node_id;
-  line::NodeConfig node{.id = device.node_id};
-  node.name = device.profile + std::to_string(device.node_id);
-  node.heartbeat = std::chrono::milliseconds(100);
-  NetworkPlan& plan = plans_.back();
-  bool listed = true;
-  bool present = true;
-  bool domain = false;
-  bool ours = false;
-  bool no_cob_ids = false;
-  std::optional<Duration> heartbeat;
-  std::vector<std::pair<od::Address, std::uint64_t>> expected;
-  std::vector<std::pair<std::uint16_t, Duration>> inhibit_times;
-  std::vector<std::pair<std::uint16_t, std::uint64_t>> on_request;
+  DeviceStatement said{.device = {.node_id = words.node()}, .node = {}};
+  said.device.profile = words.take();
+  said.device.seed = seed_ * 128 + said.device.node_id;
+  said.node.id = said.device.node_id;
+  said.node.name = said.device.profile + std::to_string(said.device.node_id);
+  said.node.heartbeat = std::chrono::milliseconds(100);
   while (!words.done()) {
     const std::string key = words.take();
-    if (key == "heartbeat") {
-      node.heartbeat = words.duration();
-      heartbeat = node.heartbeat;
-    } else if (key == "consumer") {
-      node.heartbeat_consumer = words.duration();
-    } else if (key == "guarding") {
-      node.heartbeat = Duration::zero();
-      node.guard_time = words.duration();
-      node.life_time_factor = static_cast<std::uint8_t>(words.number());
-    } else if (key == "mandatory") {
-      node.mandatory = true;
-    } else if (key == "serial") {
-      node.serial = static_cast<std::uint32_t>(words.number());
-    } else if (key == "boot-timeout") {
-      node.boot_timeout = words.duration();
-    } else if (key == "deadline") {
-      node.pdo_deadline = words.duration();
-    } else if (key == "foreign-sdo") {
-      plan.foreign_sdos[device.node_id] = blocks_of(words.take());
-    } else if (key == "block") {
-      words.expect("never");
-      node.block_from = sdo::kNoBlocks;
-    } else if (key == "domain") {
-      domain = true;
-    } else if (key == "mpdo") {
-      plan.mpdos.try_emplace(device.node_id);
-    } else if (key == "mpdo-of") {
-      plan.mpdos[device.node_id] = words.node();
-    } else if (key == "answers-after") {
-      plan.answers_after[device.node_id] = words.duration();
-    } else if (key == "on-request") {
-      const std::uint64_t tpdo = words.number();
-      on_request.emplace_back(static_cast<std::uint16_t>(tpdo), words.number());
-      plan.on_request.insert(device.node_id);
-    } else if (key == "no-cob-ids") {
-      no_cob_ids = true;
-    } else if (key == "reboots-on") {
-      plan.reboots_on[device.node_id] = static_cast<std::uint16_t>(words.number());
-    } else if (key == "unconfigured") {
-      device.unconfigured = true;
-    } else if (key == "has-node-id") {
-      device.has_node_id = words.node();
-    } else if (key == "lss-fault") {
-      set_lss_fault(words.take(), device.lss_faults);
-    } else if (key == "has-serial") {
-      device.serial = static_cast<std::uint32_t>(words.number());
-    } else if (key == "unlisted") {
-      listed = false;
-    } else if (key == "ours") {
-      ours = true;
-    } else if (key == "absent") {
-      present = false;
-    } else if (key == "inhibit") {
-      const auto record = static_cast<std::uint16_t>(std::stoul(words.take(), nullptr, 16));
-      inhibit_times.emplace_back(record, words.duration());
-    } else if (key == "expected") {
-      const od::Address address = words.address();
-      expected.emplace_back(address, words.number());
-    } else if (!boot_property(words, key, node)) {
+    if (!device_property(key, words, said) && !object_property(key, words, said) &&
+        !boot_property(words, key, said.node)) {
       throw BadStatement("unknown property of a device '" + key + "'");
     }
   }
-  if (listed) {
-    const auto file =
-        eds::load(sim::eds_text(device.profile), sim::eds_name(device.profile), node.id);
-    if (!file.ok()) {
-      throw BadStatement("no device profile '" + device.profile + "'");
-    }
-    node.device = *file.value;
-    for (const auto& [address, value] : expected) {
-      expect_value(node.device, address, value);
-    }
-    for (const auto& [record, time] : inhibit_times) {
-      set_inhibit_time(node.device, record, time);
-    }
-    if (no_cob_ids) {
-      leave_cob_ids(node.device);
-    }
-    for (const auto& [tpdo, type] : on_request) {
-      const auto record = static_cast<std::uint16_t>(0x1800 + tpdo - 1);
-      device.defaults = {{{record, 1}, can::default_tpdo_id(tpdo, node.id)}, {{record, 2}, type}};
-      for (const auto& [address, value] : device.defaults) {
-        expect_value(node.device, address, value);
-      }
-    }
-    if (ours) {
-      plan.ours.push_back(
-          {.id = node.id, .name = node.name, .device = node.device, .lss = device.unconfigured});
-      if (device.serial) {
-        set_serial(plan.ours.back().device, *device.serial);
-      }
-    }
-    plan.config.nodes.push_back(std::move(node));
-    std::ranges::sort(plan.config.nodes, {}, &line::NodeConfig::id);
+  if (said.listed) {
+    list_device(said);
+  } else if (said.heartbeat) {
+    said.device.heartbeat = said.heartbeat;  // nobody else sets it
   }
-  if (!listed && heartbeat) {
-    device.heartbeat = heartbeat;  // nobody else sets it
-  }
-  if (domain) {
-    plan.domains.insert(device.node_id);
-  }
-  if (present && !ours) {
-    plan.devices.push_back(std::move(device));
+  if (said.present && !said.ours) {
+    plans_.back().devices.push_back(std::move(said.device));
   }
 }
 
@@ -352,6 +366,39 @@ void Scenario::describe_access(Words& words) {
   plans_.back().config.routing.access.push_back(rule);
 }
 
+void Scenario::seat_device(LineSeat& seat, const NetworkPlan& plan,
+                           const sim::DeviceOptions& options) {
+  auto device = sim::Device::make(options);
+  if (!device.ok()) {
+    throw BadStatement(to_string(device.diagnostics.front()));
+  }
+  if (plan.domains.contains(options.node_id)) {
+    (void)(*device.value)->dictionary().add(domain_object()).ok();
+  }
+  DeviceSeat& added = world_.add_device(seat, *std::move(device.value));
+  if (const auto on = plan.reboots_on.find(options.node_id); on != plan.reboots_on.end()) {
+    added.reboots_on = on->second;
+  }
+  if (const auto after = plan.answers_after.find(options.node_id);
+      after != plan.answers_after.end()) {
+    added.answers_after = after->second;
+  }
+  const auto foreign = plan.foreign_sdos.find(options.node_id);
+  if (foreign != plan.foreign_sdos.end()) {
+    added.sdo.emplace(options.node_id, foreign->second);
+  }
+  if (plan.on_request.contains(options.node_id)) {
+    added.requests.emplace(configured_file(seat.line->config(), options.node_id));
+  }
+  const auto mpdos = plan.mpdos.find(options.node_id);
+  if (mpdos != plan.mpdos.end()) {
+    give_mpdos(*added.device, mpdos->second);
+    added.model.emplace(true, mpdos->second);
+  } else if (is_guarded(seat.line->config(), options.node_id)) {
+    added.model.emplace(false, std::uint8_t{0});
+  }
+}
+
 void Scenario::build() {
   if (std::exchange(built_, true)) {
     return;
@@ -376,35 +423,7 @@ void Scenario::build() {
     }
     LineSeat& seat = world_.add_line(*std::move(made.value), plan.bus);
     for (const sim::DeviceOptions& options : plan.devices) {
-      auto device = sim::Device::make(options);
-      if (!device.ok()) {
-        throw BadStatement(to_string(device.diagnostics.front()));
-      }
-      if (plan.domains.contains(options.node_id)) {
-        (void)(*device.value)->dictionary().add(domain_object()).ok();
-      }
-      DeviceSeat& added = world_.add_device(seat, *std::move(device.value));
-      if (const auto on = plan.reboots_on.find(options.node_id); on != plan.reboots_on.end()) {
-        added.reboots_on = on->second;
-      }
-      if (const auto after = plan.answers_after.find(options.node_id);
-          after != plan.answers_after.end()) {
-        added.answers_after = after->second;
-      }
-      const auto foreign = plan.foreign_sdos.find(options.node_id);
-      if (foreign != plan.foreign_sdos.end()) {
-        added.sdo.emplace(options.node_id, foreign->second);
-      }
-      if (plan.on_request.contains(options.node_id)) {
-        added.requests.emplace(configured_file(seat.line->config(), options.node_id));
-      }
-      const auto mpdos = plan.mpdos.find(options.node_id);
-      if (mpdos != plan.mpdos.end()) {
-        give_mpdos(*added.device, mpdos->second);
-        added.model.emplace(true, mpdos->second);
-      } else if (is_guarded(seat.line->config(), options.node_id)) {
-        added.model.emplace(false, std::uint8_t{0});
-      }
+      seat_device(seat, plan, options);
     }
     if (!below.devices.empty()) {
       std::ranges::sort(below.devices, {}, &line::DeviceConfig::id);

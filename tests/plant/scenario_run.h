@@ -31,6 +31,20 @@ struct NetworkPlan {
   std::map<std::uint8_t, std::uint8_t> mpdos;  // nodes that have MPDOs: whose they take, 0 = none
 };
 
+// `device`.
+struct DeviceStatement {
+  sim::DeviceOptions device;
+  line::NodeConfig node;
+  bool listed = true;
+  bool present = true;
+  bool ours = false;
+  bool no_cob_ids = false;
+  std::optional<Duration> heartbeat{};
+  std::vector<std::pair<od::Address, std::uint64_t>> expected{};
+  std::vector<std::pair<std::uint16_t, Duration>> inhibit_times{};    // by record
+  std::vector<std::pair<std::uint16_t, std::uint64_t>> on_request{};  // TPDO, transmission type
+};
+
 // `forward`.
 struct ForwardRule {
   std::string from;
@@ -52,6 +66,10 @@ class Scenario {
  private:
   void describe_line(Words& words);
   void describe_device(Words& words);
+  bool device_property(const std::string& key, Words& words, DeviceStatement& said);
+  bool object_property(const std::string& key, Words& words, DeviceStatement& said);
+  void list_device(DeviceStatement& said);
+  void seat_device(LineSeat& seat, const NetworkPlan& plan, const sim::DeviceOptions& options);
   void describe_route(Words& words);
   void describe_access(Words& words);
   void describe_forward(Words& words);

@@ -423,8 +423,7 @@ lines:
   EXPECT_FALSE(lines[2].auto_scan);
 }
 
-TEST(Plant, ReadsEveryKeyOfALine) {
-  const auto loaded = read_text(R"(schema: 1
+constexpr const char* kEveryKeyOfALine = R"(schema: 1
 gateway: {name: hall-7, log: debug}
 dds: {domain: 42, participants: 250}
 executors: [{name: fast, priority: 50, processor: 1, lock_memory: true}]
@@ -480,9 +479,9 @@ lines:
         - {name: motion, number: 4, send: always, entries: [ram.Controlword, "ram.6060:0"]}
         - {name: targets, number: 5, entries: [ram.607A]}
       defaults: {ram.6060: -1}
-)");
-  ASSERT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));
-  const Plant& plant = *loaded.value;
+)";
+
+void expect_keys_of_the_gateway(const Plant& plant) {
   EXPECT_EQ(plant.gateway, "hall-7");
   EXPECT_EQ(plant.dds_domain, 42U);
   EXPECT_EQ(plant.dds_participants, 250U);
@@ -490,7 +489,9 @@ lines:
   EXPECT_EQ(plant.executors[0].priority, 50);
   EXPECT_EQ(plant.executors[0].processor, 1U);
   EXPECT_TRUE(plant.executors[0].lock_memory);
-  const LinePlan& line = plant.lines.at(0);
+}
+
+void expect_keys_of_the_manager(const LinePlan& line) {
   EXPECT_EQ(line.config.bit_rate, 250'000U);
   EXPECT_EQ(line.config.network_id, 9);
   EXPECT_EQ(line.config.node_id, 1);
@@ -514,6 +515,9 @@ lines:
   EXPECT_EQ(line.config.nmt_inhibit, 2ms);
   EXPECT_EQ(line.config.identity.vendor, 0x1234U);
   EXPECT_EQ(line.config.identity.serial, 7U);
+}
+
+void expect_keys_of_own_objects(const LinePlan& line) {
   ASSERT_EQ(line.config.own_objects.size(), 2U);
   const line::OwnObject& recipe = line.config.own_objects[0];
   EXPECT_EQ(recipe.index, 0x2100);
@@ -531,6 +535,9 @@ lines:
   EXPECT_FALSE(line.config.own_objects[1].in_image);
   ASSERT_EQ(line.config.own_values.size(), 1U);
   EXPECT_EQ(line.config.own_values[0].address, (od::Address{0x1007, 0}));
+}
+
+void expect_keys_of_the_runtime(const LinePlan& line) {
   EXPECT_EQ(line.commands, Access::all);
   EXPECT_EQ(line.outputs, Access::off);
   EXPECT_EQ(line.publish.rule, Publish::Rule::period);
@@ -541,6 +548,9 @@ lines:
   EXPECT_TRUE(line.config.stores_parameters);
   ASSERT_EQ(line.simulated.size(), 1U);
   EXPECT_EQ(line.simulated[0].profile, "drive");
+}
+
+void expect_keys_of_nodes(const LinePlan& line) {
   const line::NodeConfig& node = line.config.nodes.at(0);
   EXPECT_EQ(node.name, "ram");
   EXPECT_TRUE(node.mandatory);
@@ -558,7 +568,9 @@ lines:
   ASSERT_EQ(node.objects.size(), 1U);
   EXPECT_EQ(node.objects[0].address, (od::Address{0x6083, 0}));
   EXPECT_EQ(node.objects[0].data.size(), 4U);
+}
 
+void expect_keys_of_outputs(const LinePlan& line) {
   const auto made = line::Line::make(line.config);
   ASSERT_TRUE(made.ok());
   const auto& outputs = (*made.value)->layout(image::Direction::outputs);
@@ -571,6 +583,19 @@ lines:
   ASSERT_EQ(line.config.defaults.size(), 1U);
   EXPECT_EQ(outputs.entries[line.config.defaults[0].entry].index, 0x6060);
   EXPECT_EQ(line.config.defaults[0].value & 0xFFU, 0xFFU);
+}
+
+TEST(Plant, ReadsEveryKeyOfALine) {
+  const auto loaded = read_text(kEveryKeyOfALine);
+  ASSERT_TRUE(loaded.ok()) << testing::PrintToString(messages(loaded));
+  const Plant& plant = *loaded.value;
+  expect_keys_of_the_gateway(plant);
+  const LinePlan& line = plant.lines.at(0);
+  expect_keys_of_the_manager(line);
+  expect_keys_of_own_objects(line);
+  expect_keys_of_the_runtime(line);
+  expect_keys_of_nodes(line);
+  expect_keys_of_outputs(line);
 }
 
 // CiA 301 7.5.2.38: the PDO is taken away, its mapping set to 0 entries, filled, enabled, and the
