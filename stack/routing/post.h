@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "stack/base/assert.h"
 #include "stack/base/event_log.h"
 #include "stack/routing/config.h"
 #include "stack/routing/message.h"
@@ -73,8 +74,14 @@ class WordQueue {
     return true;
   }
   bool empty() const { return count_ == 0; }
-  std::uint64_t front() const { return words_[first_]; }
+  // Precondition: !empty().
+  std::uint64_t front() const {
+    LINEGATE_ASSERT_HOT(!empty(), "a word waits");
+    return words_[first_];
+  }
+  // Precondition: !empty().
   void pop() {
+    LINEGATE_ASSERT_HOT(!empty(), "a word waits");
     first_ = (first_ + 1) % kCapacity;
     --count_;
   }

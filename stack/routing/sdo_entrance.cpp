@@ -242,6 +242,7 @@ void SdoEntrance::refuse(Connection& connection, AbortCode why, Instant now) {
   ++counters_.refused;
   tell_refused(events_, RoutedService::sdo, source_of(*connection.side),
                decode_indication(connection.word), why, now);
+  connection.waiting.clear();  // refusals of requests that came before the way was open
   give(connection, sdo::abort_word({}, why), now);
   release(connection, now);
 }
