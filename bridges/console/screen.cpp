@@ -10,6 +10,9 @@
 
 #define NCURSES_WIDECHAR 1
 #include <ncurses.h>
+#include <unistd.h>
+
+#include "stack/base/assert.h"
 
 // Declared here because ncurses' term.h defines common words such as "lines" and "columns" as
 // macros.
@@ -111,6 +114,7 @@ Input character_input(wint_t code) {
 }  // namespace
 
 Screen::Screen() {
+  LINEGATE_ASSERT(isatty(STDOUT_FILENO) != 0, "standard output is a terminal");
   std::setlocale(LC_CTYPE, "");
   SCREEN* const screen = newterm(nullptr, stdout, stdin);
   if (screen == nullptr) {

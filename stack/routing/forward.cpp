@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "stack/base/assert.h"
 #include "stack/image/network_variables.h"
 #include "stack/od/objects.h"
 #include "stack/pdo/link.h"
@@ -87,7 +88,9 @@ void show_in_records(const Forwarding& config, pdo::LinkPlan& plan) {
       continue;
     }
     const bool input = object.entry->direction == image::Direction::inputs;
-    const image::Entry& entry = (input ? plan.inputs : plan.outputs).entries[object.entry->number];
+    const image::Layout& layout = input ? plan.inputs : plan.outputs;
+    LINEGATE_ASSERT(object.entry->number < layout.entries.size(), "check() found every entry");
+    const image::Entry& entry = layout.entries[object.entry->number];
     auto& pdos = input ? plan.rpdos : plan.tpdos;
     const auto pdo = std::ranges::find_if(pdos, [&](const pdo::LinkedPdo& linked) {
       return linked.parameters.number == entry.local_pdo;
