@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/base/event_log.h"
 
+#include <algorithm>
+
 #include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 
@@ -120,6 +122,18 @@ std::size_t EventLog::take(std::span<Event> out) {
     }
   }
   return taken;
+}
+
+// An event stays in the ring until its place is needed; a place without a number had none.
+std::size_t EventLog::newest(std::span<Event> out) const {
+  std::size_t given = 0;
+  for (std::size_t back = std::min(out.size(), ring_.size()); back > 0; --back) {
+    const Event& event = ring_[(head_ + count_ + ring_.size() - back) % ring_.size()];
+    if (event.number != 0) {
+      out[given++] = event;
+    }
+  }
+  return given;
 }
 
 void EventLog::append(const Event& event) {

@@ -53,6 +53,10 @@ class EventLog {
   // Moves up to out.size() of the oldest events to out; gives how many.
   std::size_t take(std::span<Event> out);
 
+  // Copies up to out.size() of the newest events to out, taken or not, oldest first; gives how
+  // many. Of a log that hands on there are none. For what is printed when an assertion is violated.
+  std::size_t newest(std::span<Event> out) const;
+
   bool empty() const { return count_ == 0 && lost_first_ == 0; }
   std::uint64_t emitted() const { return next_number_ - 1; }
   std::uint64_t lost() const { return lost_total_; }

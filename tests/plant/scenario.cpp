@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/plant/scenario.h"
 
+#include <string>
 #include <utility>
 
+#include "tests/assertion_note.h"
 #include "tests/plant/oracles.h"
 #include "tests/plant/scenario_run.h"
 
@@ -108,6 +110,7 @@ std::string last_events(World& world) {
 }  // namespace
 
 Outcome run_scenario(std::string_view title, std::string_view text, unsigned long seed) {
+  const AssertionNote note(std::string(title) + ", seed " + std::to_string(seed));
   Scenario scenario(seed);
   Outcome outcome;
   unsigned line = 0;

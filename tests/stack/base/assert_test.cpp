@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/assertion_note.h"
+
 namespace linegate {
 namespace {
 
@@ -53,6 +55,22 @@ TEST_F(AssertDeathTest, AViolationInTheHandlerAbortsAtOnce) {
 TEST_F(AssertDeathTest, TheHandlerBeforeIsReturned) {
   EXPECT_EQ(set_assertion_handler(violate_again), print_assertion);
   EXPECT_EQ(set_assertion_handler(print_assertion), violate_again);
+}
+
+// What every test program prints, and what a test says of itself.
+TEST(AssertNoteDeathTest, TheCaseAndItsNotesArePrinted) {
+  const AssertionNote outer("plant 7");
+  const AssertionNote inner("seed 12");
+  EXPECT_DEATH(half(3),
+               "assert_test.cpp:[0-9]+: assertion violated: the number is even.*\n"
+               "in AssertNoteDeathTest.TheCaseAndItsNotesArePrinted\n"
+               "in seed 12\n"
+               "in plant 7\n");
+}
+
+TEST(AssertNoteDeathTest, ANoteIsOverWhereItEnds) {
+  { const AssertionNote note("plant 7"); }
+  EXPECT_EQ(AssertionNote::newest(), nullptr);
 }
 
 TEST(Assert, AConditionThatHoldsHasNoEffect) {

@@ -81,6 +81,27 @@ TEST(EventLog, OneOfADeviceHandsOnByTheNameOfTheDevice) {
   }
 }
 
+TEST(EventLog, ItsNewestEventsAreThereTakenOrNot) {
+  EventLog log(8);
+  std::array<Event, 4> newest;
+  EXPECT_EQ(log.newest(newest), 0U);
+  for (std::uint8_t node = 1; node <= 3; ++node) {
+    log.emit(boot_up(node));
+  }
+  std::array<Event, 2> taken;
+  ASSERT_EQ(log.take(taken), 2U);
+  ASSERT_EQ(log.newest(newest), 3U);
+  EXPECT_EQ(newest[0].number, 1U);
+  EXPECT_EQ(newest[2].number, 3U);
+  for (std::uint8_t node = 4; node <= 9; ++node) {
+    log.emit(boot_up(node));
+  }
+  ASSERT_EQ(log.newest(newest), newest.size());
+  EXPECT_EQ(newest[0].number, 6U);
+  EXPECT_EQ(newest[3].number, 9U);
+  EXPECT_EQ(log.take(taken), 2U) << "they are still to be taken";
+}
+
 TEST(EventKinds, EveryKindHasAName) {
   for (std::size_t i = 0; i < kEventKinds; ++i) {
     EXPECT_NE(name(static_cast<EventKind>(i)), "unknown");

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a test does, to be printed if an assertion is violated meanwhile: a seed, a scenario.
+#pragma once
+
+#include <string>
+#include <utility>
+
+namespace linegate {
+
+// Printed as long as it exists, for violations on the thread that made it. They nest.
+class AssertionNote {
+ public:
+  explicit AssertionNote(std::string text)
+      : text_(std::move(text)), before_(std::exchange(newest_, this)) {}
+  ~AssertionNote() { newest_ = before_; }
+  AssertionNote(const AssertionNote&) = delete;
+  AssertionNote& operator=(const AssertionNote&) = delete;
+
+  // nullptr if there is none.
+  static const AssertionNote* newest() { return newest_; }
+  const AssertionNote* before() const { return before_; }
+  const std::string& text() const { return text_; }
+
+ private:
+  inline static thread_local const AssertionNote* newest_ = nullptr;
+
+  std::string text_;
+  const AssertionNote* before_;
+};
+
+}  // namespace linegate
