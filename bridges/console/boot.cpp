@@ -14,7 +14,7 @@
 #include "bridges/console/model.h"
 #include "bridges/console/one_line.h"
 #include "bridges/console/refusal_text.h"
-#include "stack/od/address_text.h"
+#include "stack/od/description.h"
 
 namespace linegate::console {
 namespace {

@@ -10,10 +10,10 @@
 #include "bridges/console/object_text.h"
 #include "bridges/console/refusal_text.h"
 #include "bridges/console/table.h"
-#include "stack/manager/boot_event.h"
-#include "stack/manager/concise_dcf.h"
+#include "stack/manager/boot_report.h"
 #include "stack/manager/configuration_objects.h"
-#include "stack/od/address_text.h"
+#include "stack/manager/plan.h"
+#include "stack/od/description.h"
 #include "stack/od/objects.h"
 
 namespace linegate::console {

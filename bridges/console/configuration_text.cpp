@@ -8,7 +8,7 @@
 #include "bridges/console/object_text.h"
 #include "bridges/console/one_line.h"
 #include "stack/base/byte_order.h"
-#include "stack/od/address_text.h"
+#include "stack/od/description.h"
 
 namespace linegate::console {
 namespace {

@@ -17,7 +17,7 @@
 #include "bridges/console/tables.h"
 #include "bridges/console/value_text.h"
 #include "stack/base/byte_order.h"
-#include "stack/od/address_text.h"
+#include "stack/od/description.h"
 
 namespace linegate::console {
 namespace {

@@ -13,7 +13,7 @@
 #include "stack/can/cob_id.h"
 #include "stack/emcy/message.h"
 #include "stack/nmt/state.h"
-#include "stack/od/address_text.h"
+#include "stack/od/description.h"
 #include "stack/time/message.h"
 
 namespace linegate::console {

@@ -10,7 +10,7 @@
 #include "bridges/console/discovery.h"
 #include "bridges/console/table.h"
 #include "bridges/console/value_text.h"
-#include "stack/od/address_text.h"
+#include "stack/od/description.h"
 
 namespace linegate::console {
 namespace {

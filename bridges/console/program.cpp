@@ -14,7 +14,7 @@
 #include "bridges/console/table.h"
 #include "stack/base/byte_order.h"
 #include "stack/manager/program_run.h"
-#include "stack/od/address_text.h"
+#include "stack/od/description.h"
 #include "stack/od/objects.h"
 
 namespace linegate::console {

@@ -12,7 +12,7 @@
 #include "stack/base/abort_code.h"
 #include "stack/base/byte_order.h"
 #include "stack/od/objects.h"
-#include "stack/scan/report.h"
+#include "stack/scan/scanned_node.h"
 
 namespace linegate::console {
 namespace {

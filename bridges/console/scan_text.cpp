@@ -11,10 +11,9 @@
 #include "stack/base/abort_code.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
-#include "stack/od/address_text.h"
+#include "stack/od/description.h"
 #include "stack/od/objects.h"
 #include "stack/scan/conflicts.h"
-#include "stack/scan/left_out.h"
 
 namespace linegate::console {
 namespace {

@@ -21,7 +21,7 @@
 #include "bridges/console/table.h"
 #include "bridges/console/value_text.h"
 #include "stack/base/byte_order.h"
-#include "stack/od/address_text.h"
+#include "stack/od/description.h"
 #include "stack/od/objects.h"
 
 namespace linegate::console {

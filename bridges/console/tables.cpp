@@ -8,7 +8,7 @@
 #include "bridges/console/output_text.h"
 #include "bridges/console/value_text.h"
 #include "stack/line/event_severity.h"
-#include "stack/od/address_text.h"
+#include "stack/od/description.h"
 
 namespace linegate::console {
 namespace {

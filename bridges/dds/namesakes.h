@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <map>
 
-#include "stack/base/deadline.h"
 #include "stack/base/time.h"
 
 namespace linegate::dds {

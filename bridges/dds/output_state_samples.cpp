@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string>
 
-#include "stack/base/deadline.h"
+#include "stack/base/time.h"
 
 namespace linegate::dds {
 namespace {

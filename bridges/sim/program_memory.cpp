@@ -8,7 +8,7 @@
 #include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/od/objects.h"
-#include "stack/sdo/crc.h"
+#include "stack/sdo/block.h"
 
 namespace linegate::sim {
 namespace {

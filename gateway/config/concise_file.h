@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "gateway/config/reader.h"
-#include "stack/manager/concise_dcf.h"
+#include "stack/manager/plan.h"
 
 namespace linegate::config {
 

@@ -13,9 +13,8 @@
 #include "gateway/config/whole_file.h"
 #include "stack/eds/reader.h"
 #include "stack/od/objects.h"
+#include "stack/scan/conflicts.h"
 #include "stack/scan/describe.h"
-#include "stack/scan/left_out.h"
-#include "stack/scan/merge.h"
 
 namespace linegate::config {
 namespace {

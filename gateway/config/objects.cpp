@@ -5,9 +5,9 @@
 #include "gateway/config/patch.h"
 #include "gateway/config/sections.h"
 #include "stack/base/byte_order.h"
-#include "stack/can/cob_id_rule.h"
-#include "stack/eds/format.h"
-#include "stack/od/limits.h"
+#include "stack/can/cob_id.h"
+#include "stack/eds/value.h"
+#include "stack/od/data_type.h"
 
 namespace linegate::config {
 namespace {

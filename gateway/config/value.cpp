@@ -9,7 +9,7 @@
 #include <cmath>
 #include <limits>
 
-#include "stack/od/address_text.h"
+#include "stack/od/description.h"
 
 namespace linegate::config {
 namespace {

@@ -15,7 +15,7 @@
 #include "stack/line/output_write.h"
 #include "stack/line/state.h"
 #include "stack/lss/assigner.h"
-#include "stack/manager/boot_event.h"
+#include "stack/manager/boot_report.h"
 #include "stack/manager/shared_id.h"
 #include "stack/nmt/heartbeat_consumer.h"
 #include "stack/nmt/state.h"

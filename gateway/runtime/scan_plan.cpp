@@ -6,7 +6,7 @@
 
 #include "gateway/config/found_nodes.h"
 #include "stack/line/pdo_checks.h"
-#include "stack/scan/report.h"
+#include "stack/scan/scanned_node.h"
 
 namespace linegate::gateway {
 namespace {

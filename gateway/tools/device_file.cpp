@@ -12,7 +12,7 @@
 #include "stack/eds/writer.h"
 #include "stack/line/build.h"
 #include "stack/line/line.h"
-#include "stack/manager/concise_dcf.h"
+#include "stack/manager/plan.h"
 #include "stack/od/dictionary.h"
 #include "stack/od/objects.h"
 #include "stack/storage/parameters.h"

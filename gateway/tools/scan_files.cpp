@@ -25,7 +25,7 @@
 #include "stack/eds/writer.h"
 #include "stack/line/line.h"
 #include "stack/line/pdo_checks.h"
-#include "stack/od/address_text.h"
+#include "stack/od/description.h"
 #include "stack/od/objects.h"
 
 namespace linegate::gateway {

@@ -7,6 +7,7 @@
 // looking up does not.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "stack/base/assert.h"
+#include "stack/base/event.h"
 #include "stack/can/frame.h"
 
 namespace linegate::can {
@@ -112,5 +114,19 @@ class Dispatch {
   std::uint64_t changes_ = 0;
   std::vector<std::uint16_t> free_;
 };
+
+// A frame that a service gets and cannot decode: EventKind::malformed_frame with identifier, length
+// and the first 8 bytes. node: the one concerned, 0 = the line.
+inline Event malformed_event(const Frame& frame, std::uint8_t node = 0) {
+  Event event;
+  event.time = frame.time;
+  event.kind = EventKind::malformed_frame;
+  event.node = node;
+  event.code = frame.id;
+  event.value = frame.length;
+  event.length = std::min<std::uint8_t>(frame.length, 8);
+  std::copy_n(frame.data.begin(), event.length, event.data.begin());
+  return event;
+}
 
 }  // namespace linegate::can

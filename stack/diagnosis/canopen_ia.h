@@ -23,21 +23,76 @@
 // What is set lasts until the line is made anew, whatever is reset.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <span>
 #include <utility>
 
+#include "stack/base/abort_code.h"
+#include "stack/base/result.h"
+#include "stack/can/frame.h"
 #include "stack/diagnosis/control_record.h"
 #include "stack/diagnosis/diagnosis.h"
-#include "stack/diagnosis/frame_record.h"
-#include "stack/diagnosis/record_host.h"
 #include "stack/nmt/state.h"
+#include "stack/od/description.h"
 #include "stack/od/dictionary.h"
 #include "stack/od/hook.h"
 #include "stack/od/objects.h"
 
 namespace linegate::diagnosis {
+
+// CAN frames of no CANopen service as values of an object (CANopenIA manual 6.2, 5F0Ch): the
+// sub-index is the number of data bytes, 1..8; the value U16 identifier of 11 bits, then the data.
+//
+// OCTET_STRINGs. Sub-index 0 is the highest one, as in every record (CiA 301, 7.4.5.2), so that a
+// frame without data has no place.
+od::ObjectDescription frame_record(std::uint16_t index);
+
+// The frame that is written. length_too_high, length_too_low; invalid_value for an identifier of
+// more than 11 bits.
+Result<can::Frame> frame_of(std::uint8_t sub, std::span<const std::byte> value);
+
+// The last of each length that came.
+class HeardFrames {
+ public:
+  // Frames that the record cannot hold (29 bits, remote, CAN FD) are left out.
+  void note(const can::Frame& frame);
+  // As the record holds it; empty if none came. length: 1..8.
+  std::span<const std::byte> last(std::uint8_t length) const;
+
+ private:
+  struct Heard {
+    std::array<std::byte, sizeof(std::uint16_t) + can::kMaxClassicData> bytes{};
+    std::uint8_t size = 0;
+  };
+  std::array<Heard, can::kMaxClassicData + 1> heard_{};
+};
+
+// What the CANopenIA records ask of the line, and order of it.
+class RecordHost {
+ public:
+  virtual ~RecordHost() = default;
+
+  struct Transmission {
+    bool fd = false;       // the interface is one of CAN FD
+    bool waiting = false;  // something waits for the bus, or for its inhibit time
+    bool overrun = false;  // a queue was too full for a frame since the line was made
+  };
+  virtual Transmission transmission() const = 0;
+
+  // Whether the node, 1..127, can be scanned now, and the TPDO triggered that is RPDO `number` of
+  // the node: none; invalid_value for what is not there; local_control if the line does not manage;
+  // device_state if it is not the time for it.
+  virtual AbortCode may_scan(std::uint8_t node) const = 0;
+  virtual AbortCode may_trigger(std::uint8_t node, std::uint8_t number) const = 0;
+
+  // Sends a frame behind all else. local_control if a service uses its identifier, device_state if
+  // there is no bus or no room.
+  virtual AbortCode transmit(const can::Frame& frame) = 0;
+};
 
 inline constexpr std::uint16_t kCanopenIaLast = 0x0C;  // after the base
 // Where the records may be: beside the other objects of a line's own node from 5F00h to 5FFFh.

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/diagnosis/frame_record.h"
-
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -8,6 +6,7 @@
 
 #include "stack/base/abort_code.h"
 #include "stack/base/byte_order.h"
+#include "stack/diagnosis/canopen_ia.h"
 #include "stack/diagnosis/record_description.h"
 
 namespace linegate::diagnosis {

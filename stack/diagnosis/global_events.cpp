@@ -5,7 +5,7 @@
 
 #include "stack/base/result.h"
 #include "stack/can/bus_state.h"
-#include "stack/manager/boot_event.h"
+#include "stack/manager/boot_report.h"
 
 namespace linegate::diagnosis {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
-#include "stack/od/number_variable.h"
+#include "stack/od/description.h"
 #include "stack/od/objects.h"
 
 namespace linegate::diagnosis {

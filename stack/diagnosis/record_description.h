@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "stack/od/description.h"
-#include "stack/od/number_variable.h"
 
 namespace linegate::diagnosis {
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/eds/compact_pdo.h"
-
 #include <algorithm>
 #include <array>
 #include <string>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stack/eds/fields.h"
 
-#include "stack/eds/number.h"
 #include "stack/eds/text.h"
+#include "stack/eds/value.h"
 
 namespace linegate::eds {
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/eds/format.h"
-
 #include <algorithm>
 #include <bit>
 #include <charconv>

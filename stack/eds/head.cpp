@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/eds/head.h"
-
 #include <algorithm>
 #include <charconv>
 #include <map>
 #include <utility>
 
-#include "stack/eds/number.h"
+#include "stack/eds/object.h"
 #include "stack/eds/sections.h"
 #include "stack/eds/text.h"
-#include "stack/eds/variable.h"
+#include "stack/eds/value.h"
 
 namespace linegate::eds {
 namespace {

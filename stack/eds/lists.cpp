@@ -2,8 +2,8 @@
 #include "stack/eds/lists.h"
 
 #include "stack/eds/fields.h"
-#include "stack/eds/number.h"
 #include "stack/eds/text.h"
+#include "stack/eds/value.h"
 
 namespace linegate::eds {
 namespace {

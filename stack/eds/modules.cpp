@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/eds/modules.h"
-
 #include <algorithm>
 #include <set>
 #include <string>
 #include <utility>
 
-#include "stack/eds/head.h"
 #include "stack/eds/lists.h"
-#include "stack/eds/number.h"
 #include "stack/eds/object.h"
+#include "stack/eds/sections.h"
 #include "stack/eds/text.h"
+#include "stack/eds/value.h"
 
 namespace linegate::eds {
 namespace {

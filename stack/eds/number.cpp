@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/eds/number.h"
-
 #include <algorithm>
 #include <charconv>
 #include <limits>
 
 #include "stack/eds/text.h"
+#include "stack/eds/value.h"
 
 namespace linegate::eds {
 namespace {

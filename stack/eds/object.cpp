@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "stack/eds/fields.h"
-#include "stack/eds/number.h"
 #include "stack/eds/text.h"
+#include "stack/eds/value.h"
 #include "stack/od/objects.h"
 
 namespace linegate::eds {

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "stack/eds/format.h"
 #include "stack/eds/object.h"
 #include "stack/eds/text.h"
+#include "stack/eds/value.h"
 
 namespace linegate::eds {
 namespace {

@@ -4,10 +4,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
-#include "stack/eds/compact_pdo.h"
-#include "stack/eds/head.h"
 #include "stack/eds/lists.h"
-#include "stack/eds/modules.h"
 #include "stack/eds/object.h"
 #include "stack/eds/sections.h"
 #include "stack/eds/text.h"

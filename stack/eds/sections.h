@@ -4,8 +4,12 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
+#include "stack/eds/data_sheet.h"
 #include "stack/eds/ini.h"
 
 namespace linegate::eds {
@@ -42,5 +46,26 @@ bool is_commissioning(std::string_view name);
 
 // Reports names of sections that CiA 306 does not know.
 SortedSections sort_sections(const Ini& ini, Report& report);
+
+// --- of the file and the device as a whole ------------------------------------------------------
+
+// [FileInfo]; a missing one is reported.
+FileInfo read_file_info(const Ini& ini, Report& report);
+
+// [DeviceInfo], with what od::DeviceDescription has of it; a missing one is reported.
+void read_device_info(const Ini& ini, DataSheet& out, Report& report);
+
+// [DeviceCommissioning] in any spelling; nothing if there is none. node_id 0 becomes the file's.
+std::optional<Commissioning> read_commissioning(const Ini& ini, std::uint8_t& node_id,
+                                                Report& report);
+
+// [DummyUsage] as od::DeviceDescription::dummy_types.
+std::uint32_t read_dummy_usage(const Ini& ini, Report& report);
+
+// Line1, Line2 ... of [Comments]; section may be nullptr.
+std::vector<std::string> read_comments(const Section* section, Report& report);
+
+std::vector<DynamicSegment> read_dynamic_channels(const Ini& ini, Report& report);
+std::vector<Tool> read_tools(const Ini& ini, Report& report);
 
 }  // namespace linegate::eds

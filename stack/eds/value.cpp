@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "stack/base/byte_order.h"
-#include "stack/eds/number.h"
 #include "stack/eds/text.h"
 
 namespace linegate::eds {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/eds/variable.h"
-
 #include <utility>
 
+#include "stack/eds/object.h"
 #include "stack/eds/text.h"
 #include "stack/eds/value.h"
-#include "stack/od/limits.h"
+#include "stack/od/data_type.h"
 
 namespace linegate::eds {
 namespace {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "stack/eds/format.h"
 #include "stack/eds/object_writer.h"
+#include "stack/eds/value.h"
 #include "stack/od/objects.h"
 
 namespace linegate::eds {

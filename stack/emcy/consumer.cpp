@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "stack/can/cob_id_rule.h"
+#include "stack/can/cob_id.h"
 
 namespace linegate::emcy {
 namespace {

@@ -2,7 +2,7 @@
 #include "stack/emcy/consumer_object.h"
 
 #include "stack/base/byte_order.h"
-#include "stack/can/cob_id_rule.h"
+#include "stack/can/cob_id.h"
 #include "stack/od/objects.h"
 
 namespace linegate::emcy {

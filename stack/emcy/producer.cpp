@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "stack/base/byte_order.h"
-#include "stack/can/cob_id_rule.h"
+#include "stack/can/cob_id.h"
 #include "stack/od/objects.h"
 
 namespace linegate::emcy {

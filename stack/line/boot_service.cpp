@@ -5,7 +5,7 @@
 #include <array>
 #include <utility>
 
-#include "stack/base/deadline.h"
+#include "stack/base/time.h"
 #include "stack/can/cob_id.h"
 #include "stack/line/state.h"
 #include "stack/manager/boot_report.h"

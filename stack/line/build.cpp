@@ -8,7 +8,6 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
-#include "stack/can/cob_id_rule.h"
 #include "stack/line/own_objects.h"
 #include "stack/line/pdo_checks.h"
 #include "stack/od/objects.h"

@@ -33,9 +33,9 @@ enum class CommandKind : std::uint8_t {
                   // of the line, never reaches it
   routing_trace,  // code: for so many seconds (1..routing::Trace::kLongest) the line emits
                   // EventKind::routing_opened and routing_ended
-  scan,       // node (0 = all but the own) -> data: what the devices say of themselves and their
-              // PDOs (stack/scan/report.h). Nothing is written to them. Role manager, one at a
-              // time; each node is an event meanwhile
+  scan,  // node (0 = all but the own) -> data: what the devices say of themselves and their
+         // PDOs (stack/scan/scanned_node.h). Nothing is written to them. Role manager, one at a
+         // time; each node is an event meanwhile
   bus_fault,  // data: how the faults of a bus change that has none of its own, as text -> text;
               // carried out by the owner of the line, never reaches it
   boot,       // node (0 = all of the network list) -> data: how its boot process, made anew after

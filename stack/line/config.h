@@ -13,7 +13,7 @@
 #include "stack/base/time.h"
 #include "stack/line/state.h"
 #include "stack/manager/plan.h"
-#include "stack/node/error_scheme.h"
+#include "stack/node/node.h"
 #include "stack/od/description.h"
 #include "stack/od/objects.h"
 #include "stack/routing/config.h"

@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-#include "stack/base/deadline.h"
+#include "stack/base/time.h"
 #include "stack/line/line.h"
 
 namespace linegate::line {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
-#include "stack/base/deadline.h"
+#include "stack/base/time.h"
 #include "stack/line/config.h"
 #include "stack/od/objects.h"
 

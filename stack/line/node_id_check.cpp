@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#include "stack/base/deadline.h"
+#include "stack/base/time.h"
 #include "stack/can/cob_id.h"
 #include "stack/line/build.h"
 #include "stack/od/objects.h"

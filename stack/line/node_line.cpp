@@ -6,7 +6,7 @@
 
 #include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
-#include "stack/can/malformed.h"
+#include "stack/can/dispatch.h"
 #include "stack/line/build.h"
 #include "stack/line/own_dictionary.h"
 #include "stack/time/service.h"

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
-#include "stack/can/malformed.h"
+#include "stack/can/dispatch.h"
 #include "stack/line/build.h"
 #include "stack/nmt/node_control.h"
 

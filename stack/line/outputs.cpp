@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "stack/base/deadline.h"
+#include "stack/base/time.h"
 #include "stack/line/entry_bytes.h"
 
 namespace linegate::line {

@@ -13,7 +13,7 @@
 #include "stack/manager/configuration_objects.h"
 #include "stack/manager/network_list.h"
 #include "stack/manager/program_objects.h"
-#include "stack/od/number_variable.h"
+#include "stack/od/description.h"
 #include "stack/od/objects.h"
 #include "stack/pdo/mpdo.h"
 #include "stack/routing/emcy_router.h"

@@ -6,7 +6,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/image/network_variables.h"
-#include "stack/od/limits.h"
+#include "stack/od/data_type.h"
 #include "stack/od/objects.h"
 
 namespace linegate::line {

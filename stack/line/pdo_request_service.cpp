@@ -5,7 +5,7 @@
 #include <array>
 #include <utility>
 
-#include "stack/base/deadline.h"
+#include "stack/base/time.h"
 
 namespace linegate::line {
 

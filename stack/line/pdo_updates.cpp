@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "stack/base/deadline.h"
+#include "stack/base/time.h"
 
 namespace linegate::line {
 

@@ -4,7 +4,6 @@
 #pragma once
 
 #include "stack/diagnosis/canopen_ia.h"
-#include "stack/diagnosis/record_host.h"
 #include "stack/line/bus_load.h"
 #include "stack/line/config.h"
 #include "stack/line/service.h"

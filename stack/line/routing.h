@@ -12,7 +12,7 @@
 #include "stack/routing/remote_client.h"
 #include "stack/routing/sdo_entrance.h"
 #include "stack/routing/sdo_exit.h"
-#include "stack/routing/table_object.h"
+#include "stack/routing/table.h"
 #include "stack/sdo/arbiter.h"
 #include "stack/sdo/server.h"
 

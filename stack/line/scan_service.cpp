@@ -5,12 +5,12 @@
 #include <array>
 #include <utility>
 
-#include "stack/base/deadline.h"
+#include "stack/base/time.h"
 #include "stack/can/cob_id.h"
 #include "stack/line/diagnosis_service.h"
 #include "stack/line/record_service.h"
-#include "stack/scan/report.h"
-#include "stack/scan/set_up.h"
+#include "stack/scan/describe.h"
+#include "stack/scan/scanned_node.h"
 
 namespace linegate::line {
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
-#include "stack/base/deadline.h"
+#include "stack/base/time.h"
 #include "stack/can/cob_id.h"
 #include "stack/line/entry_bytes.h"
 #include "stack/line/output_service.h"

@@ -7,7 +7,7 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/line/own_objects.h"
-#include "stack/od/node_id.h"
+#include "stack/od/description.h"
 #include "stack/od/objects.h"
 #include "stack/profile/io_device.h"
 #include "stack/time/message.h"

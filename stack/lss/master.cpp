@@ -2,7 +2,7 @@
 #include "stack/lss/master.h"
 
 #include "stack/base/assert.h"
-#include "stack/base/deadline.h"
+#include "stack/base/time.h"
 
 namespace linegate::lss {
 namespace {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "stack/base/assert.h"
-#include "stack/base/deadline.h"
+#include "stack/base/time.h"
 #include "stack/can/cob_id.h"
 
 namespace linegate::lss {

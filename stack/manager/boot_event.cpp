@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/manager/boot_event.h"
-
 #include "stack/base/byte_order.h"
+#include "stack/manager/boot_report.h"
 
 namespace linegate::manager {
 namespace {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/manager/concise_dcf.h"
-
 #include <utility>
 
 #include "stack/base/abort_code.h"
 #include "stack/base/byte_order.h"
+#include "stack/manager/plan.h"
 
 namespace linegate::manager {
 namespace {

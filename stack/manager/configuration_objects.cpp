@@ -6,8 +6,8 @@
 #include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
-#include "stack/manager/concise_dcf.h"
-#include "stack/manager/node_array.h"
+#include "stack/manager/network_list.h"
+#include "stack/manager/plan.h"
 #include "stack/od/objects.h"
 
 namespace linegate::manager {

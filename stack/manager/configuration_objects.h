@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "stack/manager/configuration_run.h"
-#include "stack/manager/node_array.h"
+#include "stack/manager/network_list.h"
 #include "stack/manager/plan.h"
 #include "stack/od/dictionary.h"
 

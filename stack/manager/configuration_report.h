@@ -16,10 +16,20 @@
 
 #include "stack/base/abort_code.h"
 #include "stack/base/result.h"
-#include "stack/manager/difference.h"
 #include "stack/manager/state.h"
+#include "stack/od/description.h"
 
 namespace linegate::manager {
+
+// An object of a node that does not have the value that it is to have.
+struct Difference {
+  od::Address object;
+  std::vector<std::byte> expected;    // little-endian
+  AbortCode abort = AbortCode::none;  // why it cannot be written or read; none: it is `found`
+  std::vector<std::byte> found{};
+
+  friend bool operator==(const Difference&, const Difference&) = default;
+};
 
 struct NodeReport {
   std::uint8_t node = 0;

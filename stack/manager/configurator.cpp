@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
-#include "stack/manager/boot_event.h"
+#include "stack/manager/boot_report.h"
 #include "stack/manager/task_boot_step.h"
 
 namespace linegate::manager {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
-#include "stack/od/number_variable.h"
+#include "stack/od/description.h"
 #include "stack/od/objects.h"
 
 namespace linegate::manager {

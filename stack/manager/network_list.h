@@ -11,6 +11,7 @@
 #include "stack/base/time.h"
 #include "stack/can/cob_id.h"
 #include "stack/manager/plan.h"
+#include "stack/od/description.h"
 #include "stack/od/dictionary.h"
 #include "stack/od/objects.h"
 
@@ -86,5 +87,13 @@ class NetworkList {
 // 102Ah and 1F80h to 1F8Ah with what is configured: for a dictionary that is still to be made.
 std::vector<od::ObjectDescription> network_objects(const std::vector<NodePlan>& plans,
                                                    const Options& options);
+
+inline constexpr std::uint8_t kAllNodes = 128;  // sub-index of requests
+
+// An object of the manager's dictionary with a value for each node, as most of CiA 302 are.
+// Sub-index 0 and 1..last, by node-ID; kAllNodes stands for all. All values are 0. Precondition:
+// the catalogue (od/objects.h) has the index.
+od::ObjectDescription node_array(std::uint16_t index, od::Access access,
+                                 std::uint8_t last = can::kMaxNodeId);
 
 }  // namespace linegate::manager

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/manager/node_array.h"
-
 #include <string>
 
+#include "stack/manager/network_list.h"
 #include "stack/od/objects.h"
 
 namespace linegate::manager {

@@ -5,8 +5,7 @@
 #include <array>
 
 #include "stack/base/byte_order.h"
-#include "stack/can/cob_id_rule.h"
-#include "stack/manager/concise_dcf.h"
+#include "stack/can/cob_id.h"
 #include "stack/od/objects.h"
 #include "stack/pdo/described_cob_id.h"
 

@@ -2,10 +2,12 @@
 // What the manager is to do with each node, decided when the configuration is loaded.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "stack/base/result.h"
 #include "stack/base/time.h"
 #include "stack/manager/shared_source.h"
 #include "stack/od/description.h"
@@ -91,5 +93,16 @@ ConfigurationDate date_of(std::span<const ObjectWrite> writes);
 // A date for a configuration whose files name none: the same for the same writes, after a restart
 // too; another one for others. Always known(); as a calendar it means nothing. OWN.
 ConfigurationDate fingerprint_of(std::span<const ObjectWrite> writes);
+
+// Concise DCF: the writes that configure a device, as object 1F22h (CiA 302-3) and files hold them.
+//
+//   U32 count, then so many times { U16 index, U8 sub-index, U32 size in bytes, data }
+//
+// little-endian, without gaps. No bytes at all: nothing to do. Empty if there are no writes.
+std::vector<std::byte> write_concise_dcf(std::span<const ObjectWrite> writes);
+
+// The writes in their order. Fails with length_mismatch if count and sizes do not agree with the
+// number of bytes: nothing of it can be trusted then.
+Result<std::vector<ObjectWrite>> read_concise_dcf(std::span<const std::byte> data);
 
 }  // namespace linegate::manager

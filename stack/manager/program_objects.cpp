@@ -5,7 +5,7 @@
 
 #include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
-#include "stack/manager/node_array.h"
+#include "stack/manager/network_list.h"
 #include "stack/od/objects.h"
 #include "stack/od/stream.h"
 

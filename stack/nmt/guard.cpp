@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/nmt/guard.h"
-
 #include "stack/base/assert.h"
 #include "stack/can/cob_id.h"
+#include "stack/nmt/heartbeat_consumer.h"
 
 namespace linegate::nmt {
 

@@ -3,7 +3,6 @@
 
 #include <utility>
 
-#include "stack/nmt/guard.h"
 #include "stack/nmt/heartbeat_consumer.h"
 #include "stack/nmt/heartbeat_producer.h"
 #include "stack/od/objects.h"

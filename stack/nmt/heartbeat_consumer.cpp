@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "stack/base/assert.h"
-#include "stack/base/period.h"
+#include "stack/base/time.h"
 
 namespace linegate::nmt {
 namespace {

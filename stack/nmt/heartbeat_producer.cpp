@@ -2,7 +2,7 @@
 #include "stack/nmt/heartbeat_producer.h"
 
 #include "stack/base/assert.h"
-#include "stack/base/period.h"
+#include "stack/base/time.h"
 #include "stack/can/cob_id.h"
 #include "stack/od/objects.h"
 

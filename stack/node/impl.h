@@ -21,12 +21,18 @@
 #include "stack/node/node.h"
 #include "stack/node/sdo_clients.h"
 #include "stack/node/sdo_servers.h"
+#include "stack/od/dictionary.h"
 #include "stack/pdo/engine.h"
 #include "stack/storage/storage.h"
 #include "stack/sync/service.h"
 #include "stack/time/service.h"
 
 namespace linegate::node {
+
+// The objects that a node of this stack always has. Adds those of 1000h (device type 0), 1001h,
+// 1014h (80h + node-ID), 1017h (0) and 1018h (all 0) that are missing: mandatory by CiA 301, 1014h
+// and 1017h because the node serves EMCY and heartbeat. What is there stays as it is.
+void add_mandatory_objects(od::Dictionary& dictionary, std::uint8_t node_id);
 
 // Index bit of the error_control and emcy targets that the node's own consumers (1016h, 1028h)
 // registered; those of MasterServices have it clear.

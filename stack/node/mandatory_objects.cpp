@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/node/mandatory_objects.h"
-
 #include "stack/base/assert.h"
 #include "stack/can/cob_id.h"
-#include "stack/od/number_variable.h"
+#include "stack/node/impl.h"
+#include "stack/od/description.h"
 #include "stack/od/objects.h"
 
 namespace linegate::node {

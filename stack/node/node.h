@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string_view>
 
 #include "stack/base/event_log.h"
 #include "stack/base/time.h"
@@ -17,7 +18,6 @@
 #include "stack/can/traffic.h"
 #include "stack/can/transmit_queue.h"
 #include "stack/nmt/state.h"
-#include "stack/node/error_scheme.h"
 #include "stack/node/indicators.h"
 #include "stack/od/dictionary.h"
 #include "stack/pdo/engine.h"
@@ -41,6 +41,23 @@ struct TimeOfDay;
 }  // namespace linegate::time
 
 namespace linegate::node {
+
+// What a node's own EMCYs say in the manufacturer bytes, and when it sends an error reset. 1001h is
+// the sum of what is present either way.
+enum class ErrorScheme : std::uint8_t {
+  // Bytes 3, 4: PDO number or node-ID, else 0. One error reset, when the last error has gone.
+  number,
+  // Byte 3: errors that are present (bit 0 error control, 1 error passive, 2 bus-off); byte 4:
+  // errors there have been since the last reset (bit 0 CAN controller, 1 frames lost, 2 PDO
+  // length); bits 5 to 7 of both are the device's, see Node::set_error_bits(). Byte 5: PDO number
+  // (its low byte) or node-ID; bytes 6, 7: length of a PDO received and mapped. An error reset for
+  // each error that has gone.
+  temporary_and_sticky,
+};
+
+constexpr std::string_view name(ErrorScheme scheme) {
+  return scheme == ErrorScheme::number ? "number" : "temporary_and_sticky";
+}
 
 class SdoClients;
 

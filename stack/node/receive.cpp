@@ -2,7 +2,7 @@
 // The way of a received frame to the service that wants it.
 #include <utility>
 
-#include "stack/can/malformed.h"
+#include "stack/can/dispatch.h"
 #include "stack/nmt/node_control.h"
 #include "stack/node/impl.h"
 

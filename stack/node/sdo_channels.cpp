@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/node/sdo_channels.h"
+#include "stack/node/sdo_servers.h"
 
 namespace linegate::node {
 

@@ -5,10 +5,10 @@
 
 #include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
-#include "stack/can/cob_id_rule.h"
-#include "stack/node/sdo_channels.h"
+#include "stack/can/cob_id.h"
+#include "stack/node/sdo_servers.h"
 #include "stack/od/objects.h"
-#include "stack/sdo/malformed.h"
+#include "stack/sdo/protocol.h"
 
 namespace linegate::node {
 namespace {

@@ -5,8 +5,7 @@
 
 #include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
-#include "stack/can/cob_id_rule.h"
-#include "stack/node/sdo_channels.h"
+#include "stack/can/cob_id.h"
 #include "stack/od/objects.h"
 
 namespace linegate::node {

@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "stack/node/impl.h"
-#include "stack/node/mandatory_objects.h"
 #include "stack/od/objects.h"
 
 namespace linegate::node {

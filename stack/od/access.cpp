@@ -2,8 +2,8 @@
 // Reading and writing the values of a Dictionary.
 #include <algorithm>
 
+#include "stack/od/data_type.h"
 #include "stack/od/deferrals.h"
-#include "stack/od/limits.h"
 #include "stack/od/object_table.h"
 
 namespace linegate::od {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/od/address_text.h"
-
 #include <charconv>
+
+#include "stack/od/description.h"
 
 namespace linegate::od {
 namespace {

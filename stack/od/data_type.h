@@ -2,8 +2,12 @@
 // CANopen data types (CiA 301, 7.1.6 and 7.4.1) by the code they have in the object dictionary.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string_view>
+
+#include "stack/base/abort_code.h"
 
 namespace linegate::od {
 
@@ -48,5 +52,13 @@ bool is_string(DataType type);  // VISIBLE_STRING, OCTET_STRING, UNICODE_STRING
 
 // CiA's name, e.g. "UNSIGNED16"; "unknown" for others.
 std::string_view name(DataType type);
+
+// Comparing a value with the LowLimit and HighLimit of its object (CiA 306, CiA 301 abort codes
+// 0609 0031h, 0609 0032h and 0609 0036h). All three are little-endian; an empty limit is none, and
+// types that cannot be compared (strings, DOMAIN, times) have no limits. value has byte_size(type)
+// bytes. Gives none, value_too_low, value_too_high, max_less_than_min if no value at all could be
+// right, or invalid_value for a real that is not a number where a limit exists.
+AbortCode check_limits(DataType type, std::span<const std::byte> value,
+                       std::span<const std::byte> low, std::span<const std::byte> high);
 
 }  // namespace linegate::od

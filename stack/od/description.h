@@ -4,9 +4,15 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
+#include "stack/base/assert.h"
+#include "stack/base/byte_order.h"
 #include "stack/od/data_type.h"
 
 namespace linegate::od {
@@ -115,5 +121,46 @@ struct DeviceDescription {
   const VariableDescription* find(Address address) const;
   VariableDescription* find(Address address);
 };
+
+// An object as text: "6200:0A", index and sub-index hexadecimal with four and two digits, as CiA
+// documents write them. What one command prints, all others read.
+std::string to_text(Address address);
+
+// "6200:0A", "6200:A", "0x6200:0x0A"; "6200" is sub-index 0. Upper or lower case. Nothing if the
+// text is anything else, or a number is out of range.
+std::optional<Address> parse_address(std::string_view text);
+
+// The two parts, where they are given one by one.
+std::optional<std::uint16_t> parse_index(std::string_view text);
+std::optional<std::uint8_t> parse_sub(std::string_view text);
+
+// The description with another node-ID. Values, limits and defaults that the file gives as $NODEID
+// + a number follow the node-ID (1..127).
+DeviceDescription with_node_id(DeviceDescription device, std::uint8_t node_id);
+
+// For an object of our own, which no file describes: a sub-index with a number of that type as its
+// default. Precondition: the type has a fixed size, of 8 bytes at most; or it has none, as DOMAIN,
+// and the value is 0.
+inline VariableDescription number_variable(std::uint8_t sub, std::string name, DataType type,
+                                           Access access, std::uint64_t value = 0) {
+  LINEGATE_ASSERT(byte_size(type) <= sizeof value && (byte_size(type) > 0 || value == 0),
+                  "the type has room for the number");
+  VariableDescription out;
+  out.sub = sub;
+  out.name = std::move(name);
+  out.type = type;
+  out.access = access;
+  out.value.resize(byte_size(type));
+  store_le(std::span<std::byte>(out.value), value);
+  return out;
+}
+
+// A VAR with the name and the type that the catalogue has (objects.h). Precondition: it has the
+// index, as a VAR with a number.
+ObjectDescription catalogued_variable(std::uint16_t index, Access access, std::uint64_t value = 0);
+
+// 1018h with its four sub-indices (CiA 301, 7.5.2.21).
+ObjectDescription identity_object(std::uint32_t vendor = 0, std::uint32_t product = 0,
+                                  std::uint32_t revision = 0, std::uint32_t serial = 0);
 
 }  // namespace linegate::od

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/od/limits.h"
-
 #include <bit>
 #include <cmath>
 #include <cstdint>
 #include <optional>
 
 #include "stack/base/byte_order.h"
+#include "stack/od/data_type.h"
 
 namespace linegate::od {
 namespace {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/od/node_id.h"
-
 #include "stack/base/byte_order.h"
+#include "stack/od/description.h"
 
 namespace linegate::od {
 namespace {

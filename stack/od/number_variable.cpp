@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/od/number_variable.h"
-
 #include "stack/base/assert.h"
+#include "stack/od/description.h"
 #include "stack/od/objects.h"
 
 namespace linegate::od {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // From PDO records and links to copy plans.
-#include "stack/od/address_text.h"
+#include "stack/od/description.h"
 #include "stack/od/objects.h"
 #include "stack/pdo/engine_impl.h"
 

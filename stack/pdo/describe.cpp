@@ -5,7 +5,7 @@
 #include <string>
 
 #include "stack/base/byte_order.h"
-#include "stack/od/address_text.h"
+#include "stack/od/description.h"
 #include "stack/pdo/described_cob_id.h"
 #include "stack/pdo/mapping.h"
 #include "stack/pdo/parameters.h"

@@ -4,7 +4,7 @@
 #include <chrono>
 
 #include "stack/image/network_variables.h"
-#include "stack/od/number_variable.h"
+#include "stack/od/description.h"
 #include "stack/pdo/link.h"
 #include "stack/pdo/mapping.h"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "stack/od/address_text.h"
+#include "stack/od/description.h"
 
 namespace linegate::pdo {
 namespace {

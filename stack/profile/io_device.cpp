@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "stack/can/cob_id.h"
-#include "stack/od/number_variable.h"
+#include "stack/od/description.h"
 #include "stack/od/objects.h"
 
 namespace linegate::profile {

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "stack/od/objects.h"
-#include "stack/routing/table_object.h"
+#include "stack/routing/table.h"
 
 namespace linegate::routing {
 namespace {

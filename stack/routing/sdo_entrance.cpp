@@ -5,7 +5,7 @@
 
 #include "stack/base/assert.h"
 #include "stack/can/cob_id.h"
-#include "stack/routing/table_object.h"
+#include "stack/routing/table.h"
 #include "stack/sdo/protocol.h"
 
 namespace linegate::routing {

@@ -22,6 +22,8 @@
 #include <vector>
 
 #include "stack/base/abort_code.h"
+#include "stack/od/dictionary.h"
+#include "stack/od/hook.h"
 
 namespace linegate::routing {
 
@@ -88,6 +90,28 @@ class Table {
 
  private:
   std::vector<Route> routes_;  // used ones, the best first
+};
+
+// --- object 1F2Ch in a dictionary ---------------------------------------------------------------
+
+// The routes that count, in the order of their sub-indices; unused ones among them.
+std::vector<Route> routes_of(const od::Dictionary& dictionary);
+void append_routes(const od::Dictionary& dictionary, std::vector<Route>& out);
+Table read_table(const od::Dictionary& dictionary);
+
+// Refuses what would bring a fault into the table, with abort_of(RouteFault): a route that counts,
+// or a number of routes that makes others count. More than 254 routes: value_too_high.
+class TableObject final : public od::Hook {
+ public:
+  // Both must outlive it.
+  TableObject(const od::Dictionary& dictionary, const std::vector<Interface>& interfaces)
+      : dictionary_(dictionary), interfaces_(interfaces) {}
+
+  AbortCode check_write(od::Address address, std::span<const std::byte> value) override;
+
+ private:
+  const od::Dictionary& dictionary_;
+  const std::vector<Interface>& interfaces_;
 };
 
 }  // namespace linegate::routing

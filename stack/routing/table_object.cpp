@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/routing/table_object.h"
-
 #include <algorithm>
 
 #include "stack/base/byte_order.h"
 #include "stack/od/objects.h"
+#include "stack/routing/table.h"
 
 namespace linegate::routing {
 namespace {

@@ -8,8 +8,7 @@
 #include <utility>
 
 #include "stack/base/byte_order.h"
-#include "stack/od/address_text.h"
-#include "stack/od/number_variable.h"
+#include "stack/od/description.h"
 #include "stack/od/objects.h"
 
 namespace linegate::scan {

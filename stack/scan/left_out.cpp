@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/scan/left_out.h"
-
 #include <algorithm>
 #include <map>
 #include <string_view>
 
 #include "stack/base/byte_order.h"
-#include "stack/od/address_text.h"
+#include "stack/od/description.h"
 #include "stack/od/objects.h"
 #include "stack/pdo/parameters.h"
+#include "stack/scan/conflicts.h"
 
 namespace linegate::scan {
 namespace {

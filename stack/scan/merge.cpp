@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/scan/merge.h"
-
 #include <algorithm>
 #include <utility>
 

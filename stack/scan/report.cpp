@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/scan/report.h"
-
 #include <utility>
 
 #include "stack/base/abort_code.h"
 #include "stack/base/byte_order.h"
 #include "stack/can/cob_id.h"
-#include "stack/manager/concise_dcf.h"
+#include "stack/manager/plan.h"
+#include "stack/scan/scanned_node.h"
 
 namespace linegate::scan {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
-#include "stack/base/deadline.h"
+#include "stack/base/time.h"
 #include "stack/can/cob_id.h"
 #include "stack/od/objects.h"
 

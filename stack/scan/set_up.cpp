@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/scan/set_up.h"
-
 #include <algorithm>
 #include <chrono>
 
 #include "stack/base/byte_order.h"
 #include "stack/od/objects.h"
+#include "stack/scan/describe.h"
 
 namespace linegate::scan {
 namespace {

@@ -11,7 +11,7 @@
 #include "stack/od/objects.h"
 #include "stack/sdo/client.h"
 #include "stack/sdo/double_answers.h"
-#include "stack/sdo/malformed.h"
+#include "stack/sdo/protocol.h"
 #include "stack/sdo/request_queue.h"
 
 namespace linegate::sdo {

@@ -6,7 +6,6 @@
 
 #include "stack/base/assert.h"
 #include "stack/od/hook.h"
-#include "stack/sdo/crc.h"
 
 namespace linegate::sdo {
 namespace {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "stack/base/assert.h"
-#include "stack/base/deadline.h"
+#include "stack/base/time.h"
 #include "stack/sdo/client.h"
 
 namespace linegate::sdo {

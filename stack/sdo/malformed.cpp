@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/sdo/malformed.h"
-
 #include <algorithm>
+
+#include "stack/sdo/protocol.h"
 
 namespace linegate::sdo {
 

@@ -15,6 +15,7 @@
 #include "stack/base/abort_code.h"
 #include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
+#include "stack/base/event_log.h"
 #include "stack/can/cob_id.h"
 #include "stack/can/frame.h"
 #include "stack/od/description.h"
@@ -172,5 +173,9 @@ inline void set_header(can::Frame& frame, can::CobId cob_id) {
   frame.flags = cob_id.extended() ? std::uint8_t{can::Frame::kExtended} : std::uint8_t{0};
   frame.length = kFrameSize;
 }
+
+// Reports a frame that is no SDO frame as EventKind::malformed_frame. node: whose frame it is, 0 if
+// unknown.
+void tell_malformed(const can::Frame& frame, std::uint8_t node, EventLog& events);
 
 }  // namespace linegate::sdo

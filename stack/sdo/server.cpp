@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "stack/base/assert.h"
-#include "stack/sdo/malformed.h"
+#include "stack/sdo/protocol.h"
 
 namespace linegate::sdo {
 namespace {

@@ -2,7 +2,7 @@
 #include "stack/sync/producer.h"
 
 #include "stack/base/assert.h"
-#include "stack/base/period.h"
+#include "stack/base/time.h"
 
 namespace linegate::sync {
 

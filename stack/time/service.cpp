@@ -3,8 +3,8 @@
 
 #include "stack/base/assert.h"
 #include "stack/base/byte_order.h"
-#include "stack/base/period.h"
-#include "stack/can/cob_id_rule.h"
+#include "stack/base/time.h"
+#include "stack/can/cob_id.h"
 #include "stack/od/objects.h"
 
 namespace linegate::time {

@@ -27,7 +27,7 @@
 #include <unistd.h>
 
 #include "gateway/runtime/clock.h"
-#include "stack/base/period.h"
+#include "stack/base/time.h"
 #include "stack/can/cob_id.h"
 
 #include "tests/bench/bare_loop.h"

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The input is a concise DCF (1F22h). Whatever it is: no crash, and what is understood is the same
 // bytes when it is written.
-#include "stack/manager/concise_dcf.h"
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+
+#include "stack/manager/plan.h"
 
 #include "tests/fuzz/expect.h"
 

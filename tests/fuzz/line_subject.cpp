@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "stack/scan/describe.h"
-#include "stack/scan/report.h"
+#include "stack/scan/scanned_node.h"
 
 #include "tests/fuzz/expect.h"
 

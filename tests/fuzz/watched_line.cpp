@@ -6,12 +6,12 @@
 
 #include "bridges/sim/device.h"
 #include "stack/base/byte_order.h"
-#include "stack/base/deadline.h"
+#include "stack/base/time.h"
 #include "stack/eds/reader.h"
 #include "stack/lss/procedure.h"
 #include "stack/manager/boot_report.h"
 #include "stack/manager/configuration_report.h"
-#include "stack/scan/report.h"
+#include "stack/scan/scanned_node.h"
 
 #include "tests/fuzz/expect.h"
 

@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "stack/eds/reader.h"
-#include "stack/manager/concise_dcf.h"
 #include "stack/manager/configuration_objects.h"
 #include "stack/manager/configuration_report.h"
+#include "stack/manager/plan.h"
 
 #include "tests/plant/manager_fixture.h"
 

@@ -6,8 +6,7 @@
 
 #include "stack/eds/reader.h"
 #include "stack/scan/describe.h"
-#include "stack/scan/merge.h"
-#include "stack/scan/report.h"
+#include "stack/scan/scanned_node.h"
 
 #include "tests/plant/world.h"
 

@@ -15,7 +15,7 @@
 #include "bridges/console/pdo_commands.h"
 #include "bridges/console/scan.h"
 #include "stack/base/abort_code.h"
-#include "stack/scan/report.h"
+#include "stack/scan/scanned_node.h"
 
 #include "tests/bridges/console/command_test.h"
 

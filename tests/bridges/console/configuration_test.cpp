@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "stack/manager/boot_event.h"
+#include "stack/manager/boot_report.h"
 
 #include "tests/bridges/console/command_test.h"
 

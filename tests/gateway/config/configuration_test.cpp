@@ -10,7 +10,7 @@
 #include "gateway/config/plant.h"
 #include "stack/line/build.h"
 #include "stack/line/line.h"
-#include "stack/manager/concise_dcf.h"
+#include "stack/manager/plan.h"
 
 namespace linegate::config {
 namespace {

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "gateway/config/plant.h"
-#include "stack/manager/concise_dcf.h"
+#include "stack/manager/plan.h"
 
 namespace linegate::config {
 namespace {

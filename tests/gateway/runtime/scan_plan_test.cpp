@@ -10,7 +10,7 @@
 #include "gateway/runtime/scan_taker.h"
 #include "stack/base/byte_order.h"
 #include "stack/line/line.h"
-#include "stack/scan/report.h"
+#include "stack/scan/scanned_node.h"
 
 #include "tests/gateway/plans.h"
 

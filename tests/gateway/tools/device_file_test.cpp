@@ -10,7 +10,7 @@
 
 #include "stack/eds/reader.h"
 #include "stack/line/line.h"
-#include "stack/manager/concise_dcf.h"
+#include "stack/manager/plan.h"
 #include "stack/od/dictionary.h"
 
 #include "tests/gateway/plans.h"

@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "stack/eds/number.h"
-
 #include "tests/stack/eds/files.h"
 
 namespace linegate::eds {

@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "stack/eds/format.h"
 #include "stack/eds/value.h"
 #include "stack/od/dictionary.h"
 

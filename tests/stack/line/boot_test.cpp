@@ -2,7 +2,6 @@
 // The command `boot`, byte by byte: the test plays the device.
 #include <algorithm>
 
-#include "stack/manager/boot_event.h"
 #include "stack/manager/boot_report.h"
 
 #include "tests/stack/line/line_fixture.h"

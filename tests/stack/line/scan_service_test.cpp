@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "stack/scan/report.h"
+#include "stack/scan/scanned_node.h"
 #include "stack/sdo/protocol.h"
 
 #include "tests/stack/line/diagnosed_parts.h"

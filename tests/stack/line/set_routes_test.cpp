@@ -3,7 +3,7 @@
 #include "stack/base/byte_order.h"
 #include "stack/od/objects.h"
 #include "stack/routing/emcy_router.h"
-#include "stack/routing/table_object.h"
+#include "stack/routing/table.h"
 
 #include "tests/stack/line/line_fixture.h"
 

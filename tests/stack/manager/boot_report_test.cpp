@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "stack/manager/boot_event.h"
 #include "stack/manager/program_run.h"
 #include "stack/od/objects.h"
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/manager/concise_dcf.h"
-
 #include <gtest/gtest.h>
 
 #include "stack/base/abort_code.h"
+#include "stack/manager/plan.h"
 
 namespace linegate::manager {
 namespace {

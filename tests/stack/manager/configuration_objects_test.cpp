@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "stack/base/byte_order.h"
-#include "stack/manager/concise_dcf.h"
+#include "stack/manager/plan.h"
 #include "stack/sdo/server.h"
 
 #include "tests/stack/manager/numbers.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Index and sub-index as text.
-#include "stack/od/address_text.h"
-
 #include <gtest/gtest.h>
+
+#include "stack/od/description.h"
 
 namespace linegate::od {
 namespace {

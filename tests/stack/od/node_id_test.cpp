@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/od/node_id.h"
-
 #include <gtest/gtest.h>
+
+#include "stack/od/description.h"
 
 namespace linegate::od {
 namespace {

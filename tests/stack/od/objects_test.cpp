@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "stack/od/number_variable.h"
+#include "stack/od/description.h"
 
 namespace linegate::od {
 namespace {

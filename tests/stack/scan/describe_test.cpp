@@ -5,7 +5,6 @@
 
 #include "stack/base/byte_order.h"
 #include "stack/manager/plan.h"
-#include "stack/scan/merge.h"
 
 #include "tests/stack/scan/answers.h"
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/scan/left_out.h"
-
 #include <gtest/gtest.h>
 
 #include "stack/pdo/link.h"
+#include "stack/scan/conflicts.h"
 #include "stack/scan/describe.h"
 
 #include "tests/stack/scan/answers.h"

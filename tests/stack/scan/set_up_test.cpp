@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stack/scan/set_up.h"
-
 #include <gtest/gtest.h>
+
+#include "stack/scan/describe.h"
 
 #include "tests/stack/scan/answers.h"
 

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "stack/scan/conflicts.h"
-#include "stack/scan/report.h"
+#include "stack/scan/scanned_node.h"
 
 #include "tests/stack/scan/answers.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Block transfer of the client against the frames of CiA 301, 7.2.4.3.9 to 7.2.4.3.16, and when it
 // is chosen.
-#include "stack/sdo/crc.h"
+#include "stack/sdo/block.h"
 
 #include "tests/stack/sdo/block_frames.h"
 #include "tests/stack/sdo/client_fixture.h"

@@ -2,7 +2,7 @@
 // Block transfer of the server against the frames of CiA 301, 7.2.4.3.9 to 7.2.4.3.16.
 #include <random>
 
-#include "stack/sdo/crc.h"
+#include "stack/sdo/block.h"
 
 #include "tests/stack/sdo/block_frames.h"
 #include "tests/stack/sdo/server_fixture.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The server when a hook of the object answers later (split indication).
-#include "stack/sdo/crc.h"
+#include "stack/sdo/block.h"
 
 #include "tests/stack/sdo/block_frames.h"
 #include "tests/stack/sdo/server_fixture.h"
