@@ -40,6 +40,7 @@
 #include "gateway/config/whole_file.h"
 #include "gateway/publish/dds_edge.h"
 #include "gateway/publish/foreign_text.h"
+#include "gateway/runtime/assertion_report.h"
 #include "gateway/runtime/exit_code.h"
 #include "gateway/runtime/signals.h"
 
@@ -586,5 +587,6 @@ class Program {
 }  // namespace linegate::gateway
 
 int main(int argc, char** argv) {
+  linegate::gateway::report_assertions();
   return linegate::gateway::Program().run(argc, argv);
 }

@@ -16,6 +16,7 @@
 #include "gateway/process/service.h"
 #include "gateway/publish/dds_edge.h"
 #include "gateway/publish/library_logger.h"
+#include "gateway/runtime/assertion_report.h"
 #include "gateway/runtime/clock.h"
 #include "gateway/runtime/exit_code.h"
 #include "gateway/runtime/log.h"
@@ -141,6 +142,7 @@ int start(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   namespace gateway = linegate::gateway;
+  gateway::report_assertions();
   gateway::Arguments arguments;
   CLI::App app{"Linegate: runs CANopen lines and publishes them over DDS", "linegated"};
   app.add_option("plant", arguments.plant, "the configuration, plant.yaml")->required();

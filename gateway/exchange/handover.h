@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "gateway/exchange/ring.h"
+#include "stack/base/assert.h"
 
 namespace linegate::exchange {
 
@@ -42,6 +43,7 @@ class Handover {
   void publish() {
     const auto fresh = static_cast<std::uint8_t>(back_ | kFresh);
     back_ = middle_.exchange(fresh, std::memory_order_acq_rel) & kIndex;
+    LINEGATE_ASSERT_HOT(back_ != (fresh & kIndex), "each buffer has one place");
   }
 
   // --- consumer -------------------------------------------------------------------------------

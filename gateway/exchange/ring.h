@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "stack/base/assert.h"
+
 namespace linegate::exchange {
 
 // Both sides of two threads keep what they write on different cache lines.
@@ -43,6 +45,7 @@ class Ring {
         return false;
       }
     }
+    LINEGATE_ASSERT_HOT(tail - head_cache_ < slots_.size(), "the place is free");
     std::swap(slots_[tail & mask_], value);
     tail_.store(tail + 1, std::memory_order_release);
     return true;
@@ -75,6 +78,7 @@ class Ring {
         return false;
       }
     }
+    LINEGATE_ASSERT_HOT(tail_cache_ - head <= slots_.size(), "the element was pushed");
     std::swap(out, slots_[head & mask_]);
     head_.store(head + 1, std::memory_order_release);
     return true;

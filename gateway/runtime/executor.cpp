@@ -14,6 +14,7 @@
 
 #include "gateway/runtime/clock.h"
 #include "gateway/runtime/scheduling.h"
+#include "stack/base/assert.h"
 
 namespace linegate::gateway {
 namespace {
@@ -48,6 +49,7 @@ Executor::~Executor() {
 }
 
 void Executor::add(std::unique_ptr<Runner> runner) {
+  LINEGATE_ASSERT(!is_own_thread(), "another thread adds runners");
   if (!thread_.joinable()) {
     place(std::move(runner));
     return;
@@ -66,6 +68,7 @@ void Executor::place(std::unique_ptr<Runner> runner) {
 }
 
 std::vector<std::unique_ptr<Runner>> Executor::send_away(const std::vector<Runner*>& runners) {
+  LINEGATE_ASSERT(thread_.joinable() && !is_own_thread(), "another thread waits for the runners");
   std::vector<std::unique_ptr<Runner>> out;
   std::size_t asked = 0;
   while (out.size() < runners.size()) {
@@ -91,7 +94,8 @@ void Executor::visit(const std::function<void()>& work) {
     work();
     return;
   }
-  visits_.push(&work);
+  LINEGATE_ASSERT(!is_own_thread(), "another thread waits for the work");
+  LINEGATE_ASSERT(visits_.push(&work), "there is one visit at a time");
   wakeup_.signal();
   for (Visit over = nullptr;;) {
     visit_over_.clear();
@@ -106,7 +110,7 @@ void Executor::visit(const std::function<void()>& work) {
 void Executor::receive_visits() {
   for (Visit work = nullptr; visits_.pop(work);) {
     (*work)();
-    visited_.push(work);
+    LINEGATE_ASSERT(visited_.push(work), "there is one visit at a time");
     visit_over_.signal();
   }
 }
@@ -172,13 +176,12 @@ void Executor::take_changes(Instant now) {
     place(std::move(runner));
   }
   for (Runner* runner = nullptr; departures_.pop(runner);) {
-    for (Place& place : places_) {
-      if (place.runner.get() == runner) {
-        place.leaving = true;
-        ++leaving_;
-        runner->stop(now);
-      }
-    }
+    const auto of = std::ranges::find_if(
+        places_, [&](const Place& place) { return place.runner.get() == runner; });
+    LINEGATE_ASSERT(of != places_.end() && !of->leaving, "the runner is here, and leaves once");
+    of->leaving = true;
+    ++leaving_;
+    runner->stop(now);
   }
 }
 
@@ -190,7 +193,7 @@ void Executor::let_go(Instant now) {
     if (place.registered.descriptor >= 0) {
       epoll_ctl(epoll_, EPOLL_CTL_DEL, place.registered.descriptor, nullptr);
     }
-    departed_.push(place.runner);
+    LINEGATE_ASSERT(departed_.push(place.runner), "there is room for the runner");
     place = Place{};
     --leaving_;
     someone_departed_.signal();
@@ -255,6 +258,7 @@ void Executor::let_go(Instant now) {
         place.called = true;
       }
     } else if (what != kTimer) {
+      LINEGATE_ASSERT(what < places_.size(), "the descriptor is that of a runner");
       places_[what].ready = true;
     }
   }

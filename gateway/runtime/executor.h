@@ -67,6 +67,7 @@ class Executor {
   };
   static constexpr std::size_t kMostChanges = 64;  // under way at a time
 
+  bool is_own_thread() const { return std::this_thread::get_id() == thread_.get_id(); }
   void run();
   void serve(std::size_t i, Instant now);
   void announce();

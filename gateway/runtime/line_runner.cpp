@@ -8,6 +8,8 @@
 #include <string_view>
 #include <utility>
 
+#include "gateway/runtime/assertion_report.h"
+#include "stack/base/assert.h"
 #include "stack/od/objects.h"
 
 namespace linegate::gateway {
@@ -98,6 +100,7 @@ void LineRunner::bind(std::vector<BoundSource> sources, std::vector<BoundTarget>
 }
 
 void LineRunner::unbind(const BoundLink& link, Instant now) {
+  const RunningLine running(*line_);
   if (started_ && !stopping_) {
     for (BoundTarget& target : bound_targets_) {
       if (&target.link() == &link && target.take(*line_, std::max(now, known_))) {
@@ -110,11 +113,13 @@ void LineRunner::unbind(const BoundLink& link, Instant now) {
 }
 
 void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
+  const RunningLine running(*line_);
   line_->set_routes(wanted, std::max(now, known_));
   next_wake_ = now;
 }
 
 [[gnu::hot]] void LineRunner::service(Instant now) {
+  const RunningLine running(*line_);
   now = std::max(now, known_);  // values of another line may have been sent later
   const Instant known = pump_.drain(
       now,
@@ -187,6 +192,7 @@ void LineRunner::set_routes(const routing::Config& wanted, Instant now) {
   if (!started_ || stopping_) {
     return;  // a line that starts looks for itself
   }
+  const RunningLine running(*line_);
   now = std::max(now, known_);  // may have been further than the line that calls
   for (BoundTarget& target : bound_targets_) {
     if (&target.link() != &link || !target.take(*line_, now)) {
@@ -289,6 +295,7 @@ void LineRunner::take_command(Instant now) {
 }
 
 void LineRunner::leave(std::uint8_t interface, Instant now) {
+  const RunningLine running(*line_);
   take_messages(now);
   routes_->remove(interface,
                   [&](const routing::Message& message) { line_->deliver(message, now); });
@@ -322,6 +329,7 @@ void LineRunner::change_faults(Instant now) {
 }
 
 void LineRunner::reply(std::uint64_t tag, Error error, std::string_view text) {
+  LINEGATE_ASSERT(!reply_held_, "one reply is held back at a time");
   reply_ = {};
   reply_.tag = tag;
   reply_.error = error;
@@ -380,7 +388,7 @@ void LineRunner::hand_over_events() {
       if (events_[i].kind == EventKind::boot_up) {
         scans_.booted_up(events_[i].node, events_[i].time);
       }
-      port_.events.push(events_[i]);
+      LINEGATE_ASSERT(port_.events.push(events_[i]), "no more events than there is room for");
     }
     if (count == 0) {
       return;
@@ -411,7 +419,7 @@ void LineRunner::hand_over_replies() {
   hand_over_layouts();
   std::size_t room = port_.receptions.room();
   for (; room > 0 && line_->take_reception(reception_); --room) {
-    port_.receptions.push(reception_);
+    LINEGATE_ASSERT(port_.receptions.push(reception_), "no more than there is room for");
     handed_over_ = true;
   }
   receptions_wait_ = room == 0;
@@ -551,6 +559,7 @@ void LineRunner::stop(Instant now) {
   if (stopping_) {
     return;
   }
+  const RunningLine running(*line_);
   stopping_ = true;
   stop_deadline_ = now + kStopTime;
   if (started_) {

@@ -148,6 +148,9 @@ class Line : protected ServiceHost {
   bool has_news() const { return !events_.empty() || !replies_.empty(); }
   // Oldest events first; gives how many.
   std::size_t take_events(std::span<Event> out) { return events_.take(out); }
+  // Up to out.size() of its newest events, taken or not, oldest first; returns how many. For the
+  // report of a violated assertion.
+  std::size_t newest_events(std::span<Event> out) const { return events_.newest(out); }
   bool take_reply(Reply& out);
 
   // The oldest message for another line of this process (message.to is its interface); false if

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/runtime/assertion_report.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <utility>
+
+#include <unistd.h>
+
+#include "stack/base/assert.h"
+#include "stack/base/event.h"
+
+namespace linegate::gateway {
+namespace {
+
+thread_local const line::Line* running_line = nullptr;
+
+// Text of one line of output, cut off at its end.
+class Output {
+ public:
+  Output& operator<<(std::string_view text) {
+    const std::size_t size = std::min(text.size(), buffer_.size() - used_);
+    std::copy_n(text.begin(), size, buffer_.begin() + used_);
+    used_ += size;
+    return *this;
+  }
+  Output& operator<<(std::uint64_t number) {
+    std::array<char, 20> digits;
+    const auto end = std::to_chars(digits.begin(), digits.end(), number).ptr;
+    return *this << std::string_view(digits.begin(), end);
+  }
+  void print() {
+    buffer_[std::min(used_++, buffer_.size() - 1)] = '\n';
+    for (std::string_view left(buffer_.begin(), std::min(used_, buffer_.size())); !left.empty();) {
+      const ssize_t written = write(STDERR_FILENO, left.data(), left.size());
+      if (written <= 0) {
+        break;
+      }
+      left.remove_prefix(static_cast<std::size_t>(written));
+    }
+    used_ = 0;
+  }
+
+ private:
+  std::array<char, 1024> buffer_;
+  std::size_t used_ = 0;
+};
+
+void print(Output& out, const Event& event) {
+  const auto time =
+      std::chrono::duration_cast<std::chrono::milliseconds>(event.time.time_since_epoch());
+  out << "  event " << event.number << " " << name(event.kind) << ", node "
+      << std::uint64_t{event.node} << ", code " << std::uint64_t{event.code} << ", value "
+      << std::uint64_t{event.value} << ", at " << static_cast<std::uint64_t>(time.count()) << " ms";
+  out.print();
+}
+
+void print_violated(const Assertion& assertion) {
+  Output out;
+  out << "assertion violated: " << assertion.text << " (" << assertion.expression << "), "
+      << assertion.file << ':' << static_cast<std::uint64_t>(assertion.line);
+  out.print();
+  // Reading the events may violate another one, which ends the process at once.
+  const line::Line* const line = std::exchange(running_line, nullptr);
+  if (line == nullptr) {
+    return;
+  }
+  std::array<Event, RunningLine::kEvents> events{};
+  const std::size_t count = line->newest_events(events);
+  out << "on the line " << line->config().name << ", last events:";
+  out.print();
+  for (const Event& event : std::span(events).first(count)) {
+    print(out, event);
+  }
+}
+
+}  // namespace
+
+void report_assertions() {
+  set_assertion_handler(print_violated);
+}
+
+RunningLine::RunningLine(const line::Line& line) : before_(std::exchange(running_line, &line)) {
+}
+
+RunningLine::~RunningLine() {
+  running_line = before_;
+}
+
+}  // namespace linegate::gateway
